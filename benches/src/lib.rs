@@ -1,0 +1,1 @@
+//! Criterion benches of steps, solves and set-ups

@@ -1,0 +1,2 @@
+//! The drape command
+fn main() {}

@@ -1,0 +1,1 @@
+//! The integrator trait and what several time integrators share

@@ -1,0 +1,1 @@
+//! What is simulated: cloth, effects, constraints, contact geometry, energies, scenes

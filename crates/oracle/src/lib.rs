@@ -1,0 +1,1 @@
+//! Exact recurrences, finite-difference checks, observed order, reference trajectories

@@ -1,0 +1,1 @@
+//! The types of everything that drape writes under results/

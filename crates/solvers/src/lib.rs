@@ -1,0 +1,1 @@
+//! Graph-Laplacian and block matrices, preconditioners, filtered conjugate gradients
