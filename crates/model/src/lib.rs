@@ -1,1 +1,72 @@
-//! What is simulated: cloth, effects, constraints, contact geometry, energies, scenes
+//! What is simulated: particles, springs, gravity, pins and obstacles. This crate knows no time step.
+//!
+//! # The model
+//!
+//! A cloth is a system of `n` particles with masses `m_i` (kg), positions `x_i` (m) and velocities
+//! `v_i` (m/s) that obeys `M x'' = f(x, v)`. The forces are a sum over *effects*; a scene names the
+//! effects that it wants, and one that is not named does not exist in the running [`System`]: no
+//! field, no pass over the particles, no entry in a matrix.
+//!
+//! All forces follow one sign convention: they are *restoring*. Between the ends `i` and `j` of a
+//! spring with `d = x_i − x_j`, length `L = |d|`, direction `û = d/L`,
+//!
+//! ```text
+//! f_i = −k (L − ℓ) û − c (v_i − v_j)          f_j = −f_i
+//!     = −k d  +  k ℓ û  − c (v_i − v_j)
+//!        F1       F2        F_D
+//! ```
+//!
+//! Eberhardt, Etzmuß and Hauth (2000, "EEH") print the opposite sign in their (11)–(15), which
+//! would make springs repulsive and damping excite the motion; see [`effects`].
+//!
+//! # How the code does it
+//!
+//! ```text
+//! scene file ─► Scene ─► SystemSpec ("drape-system/1") ─► System + State
+//! ```
+//!
+//! [`Scene`] is what a person writes, [`SystemSpec`] is the discretised system that any program can
+//! read, [`System`] is what runs. A scene always passes through its specification, so that a frozen
+//! scene gives the same bits as the scene itself. [`load`] reads either from a file.
+//!
+//! # Symbols
+//!
+//! | symbol | name in the code | unit | shape |
+//! |---|---|---|---|
+//! | `n` | [`System::len`] | – | |
+//! | `m` | [`System::mass`] | kg | `n` |
+//! | `x`, `v` | [`State::x`], [`State::v`] | m, m/s | `n` × 3 |
+//! | `k` | `stiffness` | N/m | per spring |
+//! | `ℓ` | `rest_length` | m | per spring |
+//! | `c` (EEH: d) | `damping` | N s/m | per spring |
+//! | `k/m` | `stiffness_over_mass` | 1/s² | per scene |
+//! | `φ`, `n̂` | [`Obstacle::distance`] | m, – | per point |
+//! | `F1`, `F2` | [`effects::LinearSplit`] | N | `n` × 3 |
+
+pub mod bundled;
+mod diagnostics;
+pub mod effects;
+mod error;
+mod load;
+mod obstacle;
+mod scene;
+mod spec;
+mod state;
+mod system;
+
+pub use effects::{BlockSink, Effect, LinearSplit, Tangent};
+pub use error::{SceneError, Violation};
+pub use load::{Input, load, parse};
+pub use obstacle::{Detection, Obstacle, Shape};
+pub use scene::{Cloth, Effects, Grid, Particles, Pin, Scene, SpringLaw, TimeSpan};
+pub use spec::{
+    ContactSpec, DampingLaw, EffectsSpec, GravitySpec, ObstacleSpec, ParticlesSpec, PinSpec,
+    SpringEffect, SpringSpec, SystemSpec,
+};
+pub use state::State;
+pub use system::{Contact, Revisions, System};
+
+/// A point, velocity, force or impulse in space.
+pub type Vec3 = nalgebra::Vector3<f64>;
+/// A 3×3 block of a Jacobian.
+pub type Mat3 = nalgebra::Matrix3<f64>;

@@ -1,0 +1,28 @@
+//! The scenes that come with drape.
+
+macro_rules! scenes {
+    ($($name:literal),+ $(,)?) => {
+        &[$(($name, include_str!(concat!("../scenes/", $name, ".json")))),+]
+    };
+}
+
+/// Name and text of each, in the order in which they are listed.
+static SCENES: &[(&str, &str)] = scenes![
+    "hanging-textile-1e4",
+    "hanging-textile-1e6",
+    "hanging-textile-sheared-1e6",
+    "square-table-1e4",
+    "square-table-1e4-h02",
+    "square-table-1e6-h005",
+    "square-table-2704-1e6",
+];
+
+/// Names of the bundled scenes.
+pub fn names() -> impl Iterator<Item = &'static str> {
+    SCENES.iter().map(|(name, _)| *name)
+}
+
+/// The JSON text of a bundled scene.
+pub fn text(name: &str) -> Option<&'static str> {
+    SCENES.iter().find(|(known, _)| *known == name).map(|(_, text)| *text)
+}

@@ -1,0 +1,31 @@
+//! Uniform gravity.
+
+use super::Effect;
+use crate::Vec3;
+
+/// `U = −Σ m_i g·x_i`, `f_i = m_i g`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gravity {
+    /// Acceleration `g`, m/s².
+    pub acceleration: Vec3,
+}
+
+impl Effect for Gravity {
+    fn name(&self) -> &'static str {
+        "gravity"
+    }
+
+    fn energy(&self, mass: &[f64], x: &[Vec3]) -> f64 {
+        -mass.iter().zip(x).map(|(&m, x)| m * self.acceleration.dot(x)).sum::<f64>()
+    }
+
+    fn add_force(&self, mass: &[f64], _x: &[Vec3], out: &mut [Vec3]) {
+        for (f, &m) in out.iter_mut().zip(mass) {
+            *f += self.acceleration * m;
+        }
+    }
+
+    fn boxed_clone(&self) -> Box<dyn Effect> {
+        Box::new(*self)
+    }
+}

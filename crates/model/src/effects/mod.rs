@@ -1,0 +1,99 @@
+//! Effects: the forces that a scene can name.
+//!
+//! Each call sweeps a whole array, so that dynamic dispatch happens once an effect and not once a
+//! spring. An effect knows neither its neighbours nor any solver: it offers its energy, its forces,
+//! its Jacobian blocks through a [`BlockSink`] and, where it has one, its split into a linear stiff
+//! part and a remainder ([`LinearSplit`]).
+//!
+//! The signs are those of a restoring force. EEH print `F_1 = k(x_i − x_j)` and
+//! `F_2 = −kℓ(x_i − x_j)/|x_i − x_j|` (their (11)–(15)): taken literally, a stretched spring would push its ends
+//! apart and `F_D = d(v_i − v_j)` would feed the motion. Every formula here is the negative of the
+//! printed one; then (21) has a positive definite matrix, which conjugate gradients need.
+
+mod gravity;
+mod springs;
+
+pub use gravity::Gravity;
+pub use springs::{LinearSprings, Spring};
+
+use crate::{Mat3, Vec3};
+use std::fmt::Debug;
+
+/// Which second derivative of the energy is wanted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Tangent {
+    /// The exact one, indefinite where springs are compressed.
+    Exact,
+    /// Projected block by block to positive semi-definite: for a spring
+    /// `k [ûûᵀ + max(0, 1 − ℓ/L)(I − ûûᵀ)]`.
+    Projected,
+}
+
+/// Receives 3×3 blocks of symmetric matrices, and the pairs that they couple.
+pub trait BlockSink {
+    /// Adds `block` at `(i, i)` and `(j, j)` and subtracts it at `(i, j)` and `(j, i)`. Symmetric blocks only.
+    fn add_pair(&mut self, i: usize, j: usize, block: &Mat3);
+}
+
+/// One kind of force.
+pub trait Effect: Debug + Send + Sync {
+    /// Name under which energies are reported and scenes list the effect.
+    fn name(&self) -> &'static str;
+
+    /// Potential energy, J.
+    fn energy(&self, mass: &[f64], x: &[Vec3]) -> f64;
+
+    /// Adds the conservative force, N, to `out`.
+    fn add_force(&self, mass: &[f64], x: &[Vec3], out: &mut [Vec3]);
+
+    /// Whether the effect also dissipates.
+    fn has_damping(&self) -> bool {
+        false
+    }
+
+    /// Adds the damping force, N, to `out`.
+    fn add_damping_force(&self, _x: &[Vec3], _v: &[Vec3], _out: &mut [Vec3]) {}
+
+    /// Calls `visit` with each pair of particles that the Jacobians couple.
+    fn visit_pairs(&self, _visit: &mut dyn FnMut(usize, usize)) {}
+
+    /// Adds `scale · (−∂f/∂x)` of the conservative force, N/m, to `sink`.
+    fn add_stiffness(&self, _x: &[Vec3], _scale: f64, _tangent: Tangent, _sink: &mut dyn BlockSink) {
+    }
+
+    /// Adds `scale · (−∂f/∂v)`, N s/m, with directions taken at `x`, to `sink`.
+    fn add_damping(&self, _x: &[Vec3], _scale: f64, _sink: &mut dyn BlockSink) {}
+
+    /// The split into a linear stiff part and a remainder, if the effect has one.
+    fn split(&self) -> Option<&dyn LinearSplit> {
+        None
+    }
+
+    /// Multiplies every stiffness by `factor`. Effects without a stiffness return `false`.
+    fn scale_stiffness(&mut self, _factor: f64) -> bool {
+        false
+    }
+
+    /// Multiplies every damping coefficient by `factor`. Effects without damping return `false`.
+    fn scale_damping(&mut self, _factor: f64) -> bool {
+        false
+    }
+
+    /// A copy behind a box.
+    fn boxed_clone(&self) -> Box<dyn Effect>;
+}
+
+/// The split of EEH section 4: `f = −L_k x + F2(x)` with the weighted graph Laplacian
+/// `(L_k x)_i = Σ_j k_ij (x_i − x_j)`, and likewise `−L_c v` plus a remainder for the damping.
+pub trait LinearSplit {
+    /// Calls `visit(i, j, k, c)` with the stiffness (N/m) and damping (N s/m) of each spring: the weights of
+    /// the graph Laplacians, EEH (16) and (17).
+    fn visit_weights(&self, visit: &mut dyn FnMut(usize, usize, f64, f64));
+
+    /// Adds `F2`, EEH (13), N: what is left of the conservative force when `−L_k x` is taken out.
+    fn add_nonlinear_force(&self, x: &[Vec3], out: &mut [Vec3]);
+
+    /// Adds what is left of the damping force when `−L_c v` is taken out, N. Nothing where damping is
+    /// full, which is linear already.
+    fn add_damping_remainder(&self, x: &[Vec3], v: &[Vec3], out: &mut [Vec3]);
+}

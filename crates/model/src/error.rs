@@ -1,0 +1,86 @@
+//! What can be wrong with a scene.
+
+use std::path::PathBuf;
+
+/// A value that is out of range or contradicts another.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("`{path}` is {value}; expected {expected}")]
+pub struct Violation {
+    /// Path of the key from the top of the file, e.g. `particles.mass_kg[3]`.
+    pub path: String,
+    /// The value found there.
+    pub value: String,
+    /// What is allowed.
+    pub expected: String,
+}
+
+impl Violation {
+    pub(crate) fn new(
+        path: impl Into<String>,
+        value: impl ToString,
+        expected: impl Into<String>,
+    ) -> Self {
+        Self { path: path.into(), value: value.to_string(), expected: expected.into() }
+    }
+}
+
+/// Why a scene or a frozen system was refused.
+#[derive(Debug, thiserror::Error)]
+pub enum SceneError {
+    /// Neither a bundled scene nor a file.
+    #[error(
+        "no scene `{name}`: expected a file, or one of the bundled scenes {}",
+        known.join(", ")
+    )]
+    Unknown {
+        /// What was asked for.
+        name: String,
+        /// Names of the bundled scenes.
+        known: Vec<&'static str>,
+    },
+    /// The file could not be read.
+    #[error("{}: cannot be read: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// The system's reason.
+        source: std::io::Error,
+    },
+    /// The text is no JSON.
+    #[error(
+        "{file}: no valid JSON at line {line}, column {column} (in `{path}`): {reason}; \
+         found {found}; expected a scene (\"drape-scene/1\") or a frozen system (\"drape-system/1\")"
+    )]
+    Syntax {
+        /// The file.
+        file: String,
+        /// Line, from 1.
+        line: usize,
+        /// Column, from 1.
+        column: usize,
+        /// Path of the key that was being read.
+        path: String,
+        /// The parser's reason.
+        reason: String,
+        /// The text at that place.
+        found: String,
+    },
+    /// A key is unknown or missing, or a value has the wrong type.
+    #[error("{file}: `{path}`: {reason}")]
+    Shape {
+        /// The file.
+        file: String,
+        /// Path of the key.
+        path: String,
+        /// What was found and what was expected.
+        reason: String,
+    },
+    /// A value is out of range.
+    #[error("{file}: {violation}")]
+    Invalid {
+        /// The file.
+        file: String,
+        /// Key, value and what was expected.
+        violation: Violation,
+    },
+}

@@ -1,0 +1,137 @@
+//! Rigid obstacles: signed distance and outward normal.
+
+use crate::Vec3;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// The surface of an obstacle. The solid lies where the signed distance is negative.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Shape {
+    /// Half-space below the plane through `point` with unit `normal`.
+    Plane {
+        /// A point of the plane, m.
+        point: Vec3,
+        /// Outward unit normal.
+        normal: Vec3,
+    },
+    /// Box with edges along the axes.
+    Box {
+        /// Centre, m.
+        center: Vec3,
+        /// Half the edge lengths, m.
+        half_extents: Vec3,
+    },
+    /// Ball.
+    Sphere {
+        /// Centre, m.
+        center: Vec3,
+        /// Radius, m.
+        radius: f64,
+    },
+}
+
+/// A rigid obstacle at rest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Obstacle {
+    /// Its surface.
+    pub shape: Shape,
+    /// Coefficient of restitution in [0, 1]: normal speed after over normal speed before.
+    pub restitution: f64,
+}
+
+/// When a contact becomes active.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Detection {
+    /// When the particle lies inside the obstacle, `φ(x_n) < 0` (EEH section 6).
+    #[default]
+    Penetration,
+    /// When it would lie inside after a step at its present velocity, `φ(x_n) + h n·v_n < 0`.
+    Speculative,
+}
+
+impl Obstacle {
+    /// Signed distance `φ`, m (negative inside), and outward unit normal `∇φ` at `x`.
+    ///
+    /// Where the normal is not unique (centre of a ball, the ridges inside a box) one of the
+    /// candidates is returned, upward (+z) first.
+    ///
+    /// ```
+    /// use drape_model::{Obstacle, Shape, Vec3};
+    /// let ball = Obstacle { shape: Shape::Sphere { center: Vec3::zeros(), radius: 2.0 }, restitution: 0.0 };
+    /// assert_eq!(ball.distance(&Vec3::new(0.0, 3.0, 0.0)), (1.0, Vec3::y()));
+    /// ```
+    pub fn distance(&self, x: &Vec3) -> (f64, Vec3) {
+        match self.shape {
+            Shape::Plane { point, normal } => (normal.dot(&(x - point)), normal),
+            Shape::Sphere { center, radius } => {
+                let r = x - center;
+                let length = r.norm();
+                let normal = if length > 0.0 { r / length } else { Vec3::z() };
+                (length - radius, normal)
+            }
+            Shape::Box { center, half_extents } => box_distance(&(x - center), &half_extents),
+        }
+    }
+}
+
+fn box_distance(r: &Vec3, half: &Vec3) -> (f64, Vec3) {
+    let q = r.abs() - half;
+    let outside = q.sup(&Vec3::zeros());
+    let distance = outside.norm();
+    if distance > 0.0 {
+        let normal = Vec3::from_fn(|axis, _| outside[axis].copysign(r[axis])) / distance;
+        return (distance, normal);
+    }
+    // Inside: the nearest face; on a tie the later axis, so that the top of a table wins.
+    let mut nearest = 0;
+    for axis in 1..3 {
+        if q[axis] >= q[nearest] {
+            nearest = axis;
+        }
+    }
+    let mut normal = Vec3::zeros();
+    normal[nearest] = 1.0_f64.copysign(r[nearest]);
+    (q[nearest], normal)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn check_gradient(obstacle: &Obstacle, x: Vec3) {
+        let (_, normal) = obstacle.distance(&x);
+        assert!((normal.norm() - 1.0).abs() < 1e-12);
+        for axis in 0..3 {
+            let mut step = Vec3::zeros();
+            step[axis] = 1e-6;
+            let slope = (obstacle.distance(&(x + step)).0 - obstacle.distance(&(x - step)).0) / 2e-6;
+            assert!((slope - normal[axis]).abs() < 1e-6, "{obstacle:?} at {x:?}: {slope}");
+        }
+    }
+
+    #[test]
+    fn normals_are_the_gradients_of_the_distances() {
+        let shapes = [
+            Shape::Plane { point: Vec3::new(0.0, 0.1, 0.2), normal: Vec3::new(0.6, 0.0, 0.8) },
+            Shape::Box { center: Vec3::new(0.1, 0.0, -0.2), half_extents: Vec3::new(0.5, 0.3, 0.4) },
+            Shape::Sphere { center: Vec3::new(0.3, 0.2, 0.1), radius: 0.7 },
+        ];
+        let points = [(0.2, 0.11, 0.05), (0.9, 0.7, 0.8), (-0.3, 1.0, 0.1), (0.57, 0.03, -0.3)];
+        for shape in shapes {
+            for (a, b, c) in points {
+                check_gradient(&Obstacle { shape, restitution: 0.0 }, Vec3::new(a, b, c));
+            }
+        }
+    }
+
+    #[test]
+    fn the_inside_of_a_box_is_negative_and_points_to_the_nearest_face() {
+        let table = Obstacle {
+            shape: Shape::Box { center: Vec3::zeros(), half_extents: Vec3::new(1.0, 1.0, 0.5) },
+            restitution: 0.0,
+        };
+        assert_eq!(table.distance(&Vec3::new(0.2, 0.0, 0.4)), (-0.09999999999999998, Vec3::z()));
+        assert_eq!(table.distance(&Vec3::zeros()), (-0.5, Vec3::z()));
+    }
+}

@@ -1,0 +1,425 @@
+//! Scenes: what a person writes, format "drape-scene/1".
+
+use crate::error::Violation;
+use crate::spec::{
+    ContactSpec, DampingLaw, EffectsSpec, GravitySpec, MAX_PARTICLES, ObstacleSpec, ParticlesSpec,
+    PinSpec, SYSTEM_FORMAT, SpringEffect, SpringSpec, SystemSpec, positive, vector, within,
+};
+use crate::Vec3;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// The value of `format`.
+pub(crate) const SCENE_FORMAT: &str = "drape-scene/1";
+
+/// A scene: a cloth, the effects that act on it, pins, obstacles and the usual time step.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Scene {
+    /// Always "drape-scene/1".
+    pub format: String,
+    /// Short name.
+    pub name: String,
+    /// What the scene shows and where it comes from.
+    #[serde(default)]
+    pub description: String,
+    /// Paths of keys whose values the source does not state and drape assumed.
+    #[serde(default)]
+    pub assumed: Vec<String>,
+    /// The cloth.
+    pub cloth: Cloth,
+    /// The effects; one that is not named does not exist.
+    #[serde(default)]
+    pub effects: Effects,
+    /// How the springs' damping acts.
+    #[serde(default)]
+    pub damping: DampingLaw,
+    /// Particles that do not move.
+    #[serde(default)]
+    pub pins: Vec<Pin>,
+    /// Rigid obstacles.
+    #[serde(default)]
+    pub obstacles: Vec<ObstacleSpec>,
+    /// Usual time step and duration.
+    pub time: TimeSpan,
+}
+
+/// Where the particles come from.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Cloth {
+    /// A regular rectangular sheet.
+    Grid(Grid),
+    /// Explicit particles, springs and triangles.
+    Particles(Particles),
+}
+
+/// A horizontal rectangular sheet: rows along y, columns along x; particle `row · columns + column`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Grid {
+    /// Number of rows.
+    pub rows: u32,
+    /// Number of particles in a row.
+    pub columns: u32,
+    /// Edge lengths along x and y, m.
+    pub size_m: [f64; 2],
+    /// Centre of the sheet, m.
+    pub center_m: [f64; 3],
+    /// Mass of the whole sheet, kg, spread evenly over the particles.
+    pub mass_kg: f64,
+    /// Start velocity of all particles, m/s.
+    #[serde(default)]
+    pub velocity_m_s: [f64; 3],
+}
+
+/// Explicit particles and springs, as in a frozen system.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Particles {
+    /// The particles.
+    pub particles: ParticlesSpec,
+    /// The springs.
+    #[serde(default)]
+    pub springs: Vec<SpringSpec>,
+    /// Triangles for display, as particle indices.
+    #[serde(default)]
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// The effects that a scene names.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Effects {
+    /// Springs between neighbours in a row or column.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tension: Option<SpringLaw>,
+    /// Springs along both diagonals of each cell.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shear: Option<SpringLaw>,
+    /// Springs from each particle to the next but one in a row or column.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bending: Option<SpringLaw>,
+    /// Uniform gravity.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gravity: Option<GravitySpec>,
+    /// Treatment of contacts with the obstacles.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub contact: Option<ContactSpec>,
+}
+
+/// Stiffness and damping of one kind of spring, each either absolute or over the mass of a particle.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SpringLaw {
+    /// Stiffness `k`, N/m.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stiffness_n_per_m: Option<f64>,
+    /// Stiffness over particle mass `k/m`, 1/s² (the paper's quotient).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stiffness_over_mass_per_s2: Option<f64>,
+    /// Damping coefficient, N s/m; none if both keys are absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub damping_n_s_per_m: Option<f64>,
+    /// Damping over particle mass, 1/s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub damping_over_mass_per_s: Option<f64>,
+}
+
+/// A particle that does not move: by index, or by row and column of a grid.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Pin {
+    /// Index of the particle.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub particle: Option<u32>,
+    /// Row in the grid.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub row: Option<u32>,
+    /// Column in the grid.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub column: Option<u32>,
+}
+
+/// The usual time step and duration of a scene.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TimeSpan {
+    /// Time step, s.
+    pub step_s: f64,
+    /// Simulated time, s.
+    pub duration_s: f64,
+}
+
+impl SpringLaw {
+    /// Absolute stiffness and damping for particles of mass `mass`.
+    fn resolve(&self, path: &str, mass: f64) -> Result<(f64, f64), Violation> {
+        let (a, b) = ("stiffness_n_per_m", "stiffness_over_mass_per_s2");
+        let stiffness = match (self.stiffness_n_per_m, self.stiffness_over_mass_per_s2) {
+            (Some(k), None) => within(&format!("{path}.{a}"), k, 0.0, 1e30)?,
+            (None, Some(q)) => within(&format!("{path}.{b}"), q, 0.0, 1e30)? * mass,
+            (Some(_), Some(_)) => {
+                let found = format!("given twice, as `{a}` and as `{b}`");
+                return Err(Violation::new(path, found, "exactly one of the two"));
+            }
+            (None, None) => {
+                let found = "without a stiffness";
+                return Err(Violation::new(path, found, format!("`{a}` or `{b}`")));
+            }
+        };
+        let (a, b) = ("damping_n_s_per_m", "damping_over_mass_per_s");
+        let damping = match (self.damping_n_s_per_m, self.damping_over_mass_per_s) {
+            (None, None) => 0.0,
+            (Some(c), None) => within(&format!("{path}.{a}"), c, 0.0, 1e30)?,
+            (None, Some(q)) => within(&format!("{path}.{b}"), q, 0.0, 1e30)? * mass,
+            (Some(_), Some(_)) => {
+                let found = format!("given twice, as `{a}` and as `{b}`");
+                return Err(Violation::new(path, found, "at most one of the two"));
+            }
+        };
+        Ok((stiffness, damping))
+    }
+}
+
+impl Grid {
+    fn check(&self) -> Result<(), Violation> {
+        let path = |key: &str| format!("cloth.grid.{key}");
+        for (key, count) in [("rows", self.rows), ("columns", self.columns)] {
+            if count == 0 {
+                return Err(Violation::new(path(key), count, "at least 1"));
+            }
+        }
+        let particles = u64::from(self.rows) * u64::from(self.columns);
+        if particles > MAX_PARTICLES as u64 {
+            let found = format!("{} × {} = {particles} particles", self.rows, self.columns);
+            let expected = format!("at most {MAX_PARTICLES} particles");
+            return Err(Violation::new("cloth.grid", found, expected));
+        }
+        for (axis, &edge) in self.size_m.iter().enumerate() {
+            positive(&path(&format!("size_m[{axis}]")), edge, 1e9)?;
+        }
+        vector(&path("center_m"), self.center_m)?;
+        vector(&path("velocity_m_s"), self.velocity_m_s)?;
+        positive(&path("mass_kg"), self.mass_kg, 1e30)?;
+        Ok(())
+    }
+
+    fn index(&self, row: u32, column: u32) -> u32 {
+        row * self.columns + column
+    }
+
+    /// Mass of one particle, kg.
+    pub fn particle_mass(&self) -> f64 {
+        self.mass_kg / (f64::from(self.rows) * f64::from(self.columns))
+    }
+
+    /// Mesh widths along x and y, m; 0 along a direction with a single particle.
+    pub fn spacing_m(&self) -> [f64; 2] {
+        let width = |size: f64, count: u32| if count > 1 { size / f64::from(count - 1) } else { 0.0 };
+        [width(self.size_m[0], self.columns), width(self.size_m[1], self.rows)]
+    }
+
+    fn particles(&self) -> ParticlesSpec {
+        let [dx, dy] = self.spacing_m();
+        let at = |count: u32, width: f64, k: u32| (f64::from(k) - 0.5 * f64::from(count - 1)) * width;
+        let center = Vec3::from(self.center_m);
+        let mut position_m = Vec::new();
+        for row in 0..self.rows {
+            for column in 0..self.columns {
+                let offset = Vec3::new(at(self.columns, dx, column), at(self.rows, dy, row), 0.0);
+                position_m.push((center + offset).into());
+            }
+        }
+        let n = position_m.len();
+        let velocity_m_s = match self.velocity_m_s {
+            [0.0, 0.0, 0.0] => Vec::new(),
+            velocity => vec![velocity; n],
+        };
+        ParticlesSpec { mass_kg: vec![self.particle_mass(); n], position_m, velocity_m_s }
+    }
+
+    /// Offsets (columns, rows) from a particle to the other ends of its springs of one effect.
+    fn stencil(effect: SpringEffect) -> [(i64, i64); 2] {
+        match effect {
+            SpringEffect::Tension => [(1, 0), (0, 1)],
+            SpringEffect::Shear => [(1, 1), (-1, 1)],
+            SpringEffect::Bending => [(2, 0), (0, 2)],
+        }
+    }
+
+    fn springs(&self, effect: SpringEffect, stiffness: f64, damping: f64) -> Vec<SpringSpec> {
+        let [dx, dy] = self.spacing_m();
+        let inside = |k: i64, count: u32| u32::try_from(k).ok().filter(|&k| k < count);
+        let mut springs = Vec::new();
+        for row in 0..self.rows {
+            for column in 0..self.columns {
+                for (right, down) in Self::stencil(effect) {
+                    let other = inside(i64::from(row) + down, self.rows)
+                        .zip(inside(i64::from(column) + right, self.columns));
+                    let Some((other_row, other_column)) = other else { continue };
+                    let span = Vec3::new(right as f64 * dx, down as f64 * dy, 0.0);
+                    springs.push(SpringSpec {
+                        effect,
+                        i: self.index(row, column),
+                        j: self.index(other_row, other_column),
+                        rest_length_m: span.norm(),
+                        stiffness_n_per_m: stiffness,
+                        damping_n_s_per_m: damping,
+                    });
+                }
+            }
+        }
+        springs
+    }
+
+    fn triangles(&self) -> Vec<[u32; 3]> {
+        let mut triangles = Vec::new();
+        for row in 1..self.rows {
+            for column in 1..self.columns {
+                let [a, b] = [self.index(row - 1, column - 1), self.index(row - 1, column)];
+                let [c, d] = [self.index(row, column - 1), self.index(row, column)];
+                triangles.extend([[a, b, d], [a, d, c]]);
+            }
+        }
+        triangles
+    }
+}
+
+impl Scene {
+    /// Checks the scene and discretises it.
+    ///
+    /// # Errors
+    /// The first [`Violation`]: path of the key, value, what was expected.
+    pub fn discretise(&self) -> Result<SystemSpec, Violation> {
+        if self.format != SCENE_FORMAT {
+            let found = format!("{:?}", self.format);
+            return Err(Violation::new("format", found, format!("{SCENE_FORMAT:?}")));
+        }
+        self.time.check("time.step_s", "time.duration_s")?;
+        let (particles, springs, triangles) = match &self.cloth {
+            Cloth::Grid(grid) => {
+                grid.check()?;
+                (grid.particles(), self.grid_springs(grid)?, grid.triangles())
+            }
+            Cloth::Particles(cloth) => {
+                self.refuse_spring_laws()?;
+                (cloth.particles.clone(), cloth.springs.clone(), cloth.triangles.clone())
+            }
+        };
+        let spec = SystemSpec {
+            format: SYSTEM_FORMAT.to_owned(),
+            name: self.name.clone(),
+            particles,
+            springs,
+            damping: self.damping,
+            triangles,
+            pins: self.resolve_pins()?,
+            effects: EffectsSpec { gravity: self.effects.gravity, contact: self.effects.contact },
+            obstacles: self.obstacles.clone(),
+        };
+        spec.build().map(|_| spec).map_err(|violation| self.locate(violation))
+    }
+
+    /// Paths of a violation in the frozen system, as the scene's author sees them.
+    fn locate(&self, mut violation: Violation) -> Violation {
+        let inside_cloth = ["particles", "springs", "triangles"]
+            .iter()
+            .any(|key| violation.path.starts_with(key));
+        if inside_cloth && matches!(self.cloth, Cloth::Particles(_)) {
+            violation.path = format!("cloth.particles.{}", violation.path);
+        }
+        violation
+    }
+
+    fn spring_laws(&self) -> [(SpringEffect, Option<SpringLaw>); 3] {
+        let Effects { tension, shear, bending, .. } = self.effects;
+        let [a, b, c] = SpringEffect::ALL;
+        [(a, tension), (b, shear), (c, bending)]
+    }
+
+    fn grid_springs(&self, grid: &Grid) -> Result<Vec<SpringSpec>, Violation> {
+        let mut springs = Vec::new();
+        for (effect, law) in self.spring_laws() {
+            let Some(law) = law else { continue };
+            let path = format!("effects.{}", effect.name());
+            let (stiffness, damping) = law.resolve(&path, grid.particle_mass())?;
+            springs.extend(grid.springs(effect, stiffness, damping));
+        }
+        Ok(springs)
+    }
+
+    /// Explicit springs carry their own stiffness, so that a law beside them would contradict it.
+    fn refuse_spring_laws(&self) -> Result<(), Violation> {
+        match self.spring_laws().into_iter().find(|(_, law)| law.is_some()) {
+            None => Ok(()),
+            Some((effect, _)) => Err(Violation::new(
+                format!("effects.{}", effect.name()),
+                "given beside explicit springs",
+                "no such key: `cloth.particles.springs` carry their own stiffness",
+            )),
+        }
+    }
+
+    fn resolve_pins(&self) -> Result<Vec<PinSpec>, Violation> {
+        let resolve = |(position, pin): (usize, &Pin)| {
+            let path = format!("pins[{position}]");
+            let particle = match (*pin, &self.cloth) {
+                (Pin { particle: Some(particle), row: None, column: None }, _) => particle,
+                (Pin { particle: None, row: Some(row), column: Some(column) }, Cloth::Grid(grid)) => {
+                    for (key, value, count) in
+                        [("row", row, grid.rows), ("column", column, grid.columns)]
+                    {
+                        if value >= count {
+                            let expected = format!("a number from 0 to {}", count - 1);
+                            return Err(Violation::new(format!("{path}.{key}"), value, expected));
+                        }
+                    }
+                    grid.index(row, column)
+                }
+                (pin, _) => {
+                    let found = serde_json::to_string(&pin).unwrap_or_default();
+                    let expected = "either `particle`, or `row` and `column` of a grid cloth";
+                    return Err(Violation::new(path, found, expected));
+                }
+            };
+            Ok(PinSpec { particle })
+        };
+        self.pins.iter().enumerate().map(resolve).collect()
+    }
+}
+
+impl TimeSpan {
+    /// Most steps that a run may have.
+    pub const MAX_STEPS: f64 = 1e9;
+
+    /// Number of whole steps, and the length of a last shortened step if the duration is no
+    /// multiple of the step within 1e-9.
+    pub fn steps(&self) -> (u64, Option<f64>) {
+        let quotient = self.duration_s / self.step_s;
+        let whole = quotient.round();
+        if (quotient - whole).abs() <= 1e-9 {
+            return (whole as u64, None);
+        }
+        let whole = quotient.floor();
+        (whole as u64, Some(self.duration_s - whole * self.step_s))
+    }
+
+    /// Checks both values; the violation names `step` or `duration` as its path.
+    ///
+    /// # Errors
+    /// A step or duration that is not positive and finite, or more than 1e9 steps.
+    pub fn check(&self, step: &str, duration: &str) -> Result<(), Violation> {
+        positive(step, self.step_s, 1e6)?;
+        positive(duration, self.duration_s, 1e9)?;
+        if self.duration_s / self.step_s > Self::MAX_STEPS {
+            let expected = format!(
+                "at least {:e}, so that `{duration}` = {} takes at most {:e} steps",
+                self.duration_s / Self::MAX_STEPS,
+                self.duration_s,
+                Self::MAX_STEPS
+            );
+            return Err(Violation::new(step, self.step_s, expected));
+        }
+        Ok(())
+    }
+}

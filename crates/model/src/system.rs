@@ -1,0 +1,194 @@
+//! The system that runs: masses, effects, pins, obstacles, with revisions.
+
+use crate::effects::Effect;
+use crate::{Detection, Obstacle, Vec3};
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// Stamps of the parts of a system that cached operators depend on. Two systems with the same
+/// stamp hold the same data in that part: a change draws a stamp that was never used before.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Revisions {
+    /// Masses.
+    pub mass: u64,
+    /// Stiffnesses and rest lengths.
+    pub stiffness: u64,
+    /// Damping coefficients.
+    pub damping: u64,
+    /// The set of pinned particles.
+    pub pins: u64,
+    /// Which particles are coupled: a change asks for a new sparsity pattern.
+    pub topology: u64,
+}
+
+fn new_stamp() -> u64 {
+    static NEXT: AtomicU64 = AtomicU64::new(1);
+    NEXT.fetch_add(1, Ordering::Relaxed)
+}
+
+/// How contacts with obstacles are treated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contact {
+    /// When a contact becomes active.
+    pub detection: Detection,
+    /// Greatest speed at which a penetrating particle is led back to the surface, m/s.
+    pub recovery_speed_limit: f64,
+}
+
+/// A discretised cloth with everything that acts on it. It does not change during a step.
+#[derive(Debug)]
+pub struct System {
+    name: String,
+    mass: Vec<f64>,
+    effects: Vec<Box<dyn Effect>>,
+    pinned: Vec<bool>,
+    obstacles: Vec<Obstacle>,
+    contact: Contact,
+    revisions: Revisions,
+}
+
+impl Clone for System {
+    fn clone(&self) -> Self {
+        Self {
+            name: self.name.clone(),
+            mass: self.mass.clone(),
+            effects: self.effects.iter().map(|effect| effect.boxed_clone()).collect(),
+            pinned: self.pinned.clone(),
+            obstacles: self.obstacles.clone(),
+            contact: self.contact,
+            revisions: self.revisions,
+        }
+    }
+}
+
+impl System {
+    /// Puts a system together. [`crate::SystemSpec::build`] is the checked way to one.
+    pub(crate) fn new(
+        name: String,
+        mass: Vec<f64>,
+        effects: Vec<Box<dyn Effect>>,
+        pinned: Vec<bool>,
+        obstacles: Vec<Obstacle>,
+        contact: Contact,
+    ) -> Self {
+        let stamp = new_stamp();
+        let revisions =
+            Revisions { mass: stamp, stiffness: stamp, damping: stamp, pins: stamp, topology: stamp };
+        Self { name, mass, effects, pinned, obstacles, contact, revisions }
+    }
+
+    /// Name of the scene.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Number of particles.
+    pub fn len(&self) -> usize {
+        self.mass.len()
+    }
+
+    /// Whether there is no particle.
+    pub fn is_empty(&self) -> bool {
+        self.mass.is_empty()
+    }
+
+    /// Masses, kg; one a particle.
+    pub fn mass(&self) -> &[f64] {
+        &self.mass
+    }
+
+    /// The effects that the scene names, in a fixed order.
+    pub fn effects(&self) -> impl Iterator<Item = &dyn Effect> {
+        self.effects.iter().map(AsRef::as_ref)
+    }
+
+    /// Whether each particle is pinned.
+    pub fn pinned(&self) -> &[bool] {
+        &self.pinned
+    }
+
+    /// The obstacles.
+    pub fn obstacles(&self) -> &[Obstacle] {
+        &self.obstacles
+    }
+
+    /// How contacts are treated.
+    pub fn contact(&self) -> &Contact {
+        &self.contact
+    }
+
+    /// The stamps that cached operators are keyed on.
+    pub fn revisions(&self) -> Revisions {
+        self.revisions
+    }
+
+    /// Total force of all effects, conservative and damping, N, written to `out`.
+    pub fn forces(&self, x: &[Vec3], v: &[Vec3], out: &mut [Vec3]) {
+        out.fill(Vec3::zeros());
+        for effect in &self.effects {
+            effect.add_force(&self.mass, x, out);
+            if effect.has_damping() {
+                effect.add_damping_force(x, v, out);
+            }
+        }
+    }
+
+    /// Replaces the masses, kg.
+    ///
+    /// # Panics
+    /// Does not: a list of another length or with a value that is not positive and finite is
+    /// refused with `false` and changes nothing.
+    #[must_use = "false means that nothing was changed"]
+    pub fn set_mass(&mut self, mass: &[f64]) -> bool {
+        if mass.len() != self.len() || !mass.iter().all(|m| *m > 0.0 && m.is_finite()) {
+            return false;
+        }
+        self.mass.copy_from_slice(mass);
+        self.revisions.mass = new_stamp();
+        true
+    }
+
+    /// Multiplies all stiffnesses of the effect called `name`; `false` when there is none such or
+    /// the factor is not positive and finite.
+    #[must_use = "false means that nothing was changed"]
+    pub fn scale_stiffness(&mut self, name: &str, factor: f64) -> bool {
+        let changed = factor > 0.0
+            && factor.is_finite()
+            && self
+                .effects
+                .iter_mut()
+                .filter(|effect| effect.name() == name)
+                .any(|effect| effect.scale_stiffness(factor));
+        if changed {
+            self.revisions.stiffness = new_stamp();
+        }
+        changed
+    }
+
+    /// Multiplies all damping coefficients of the effect called `name`; `false` when there is none
+    /// such or the factor is not positive and finite.
+    #[must_use = "false means that nothing was changed"]
+    pub fn scale_damping(&mut self, name: &str, factor: f64) -> bool {
+        let changed = factor > 0.0
+            && factor.is_finite()
+            && self
+                .effects
+                .iter_mut()
+                .filter(|effect| effect.name() == name)
+                .any(|effect| effect.scale_damping(factor));
+        if changed {
+            self.revisions.damping = new_stamp();
+        }
+        changed
+    }
+
+    /// Pins or frees one particle; `false` when the index is out of range.
+    #[must_use = "false means that nothing was changed"]
+    pub fn set_pinned(&mut self, particle: usize, pinned: bool) -> bool {
+        let Some(slot) = self.pinned.get_mut(particle) else { return false };
+        if *slot != pinned {
+            *slot = pinned;
+            self.revisions.pins = new_stamp();
+        }
+        true
+    }
+}
