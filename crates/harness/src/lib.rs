@@ -1,1 +1,2 @@
-//! Runs, verdicts and experiments
+//! Runs.
+pub mod methods;

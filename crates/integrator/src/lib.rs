@@ -1,1 +1,88 @@
-//! The integrator trait and what several time integrators share
+//! The [`Integrator`] trait, and what several time integrators share.
+//!
+//! This is the only room where physics meets linear algebra: effects emit weights and 3×3 blocks,
+//! and [`LaplacianSolver`] and [`Newton`] assemble them into matrices and solve. A method's own crate
+//! then reads like the paragraph of a paper: force, set up, solve, update.
+//!
+//! # The contract
+//!
+//! The caller owns the [`State`]; the integrator owns its scratch memory and its history; the
+//! system does not change during a step.
+//!
+//! * [`Integrator::prepare`] is the only place that allocates. A step on one thread allocates
+//!   nothing.
+//! * Cached operators are keyed on the bits of the step size and on
+//!   [`System::revisions`](drape_model::System::revisions). When one of them changes they are rebuilt in place, and
+//!   the rebuild is charged to the step that caused it, by [cause](Setups). A changed sparsity
+//!   pattern asks for `prepare` again.
+//! * Blow-up is a result, not an error. `Err` is for broken contracts and leaves the state as it
+//!   was. A solver that stops early says so in [`StepReport::solve`].
+//!
+//! # What is shared
+//!
+//! | item | what it is | who uses it |
+//! |---|---|---|
+//! | [`LaplacianSolver`] | `A = M + τ²L_k + τL_c`, EEH (16)–(18) and (21), with preconditioner and filtered CG | methods with a linear implicit part |
+//! | [`IncrementalPotential`] | `Φ(v)`, whose minimum is an implicit stage | updated CG, Newton |
+//! | [`Newton`] | minimises `Φ`: the nonlinear system (4) by (5), reduced to `3n` unknowns as in section 2.3 | backward Euler, the safeguard of updated CG |
+//! | [`ContactSet`] | active set of the velocity constraints of section 6 | all |
+//! | [`Predictor`] | start values, EEH (22) | CG methods |
+
+mod clock;
+mod contact;
+mod error;
+mod implicit;
+mod linear;
+mod method;
+mod newton;
+mod potential;
+mod predictor;
+mod report;
+mod settings;
+mod step_size;
+
+pub use clock::{Phase, PhaseClock};
+pub use contact::ContactSet;
+pub use error::{PrepareError, StepError};
+pub use implicit::Implicit;
+pub use linear::{LaplacianSolver, LinearSettings, PreconditionerKind, SolverKind, Weights};
+pub use method::{Method, Order, StabilityClass, Support, Treatment};
+pub use newton::{Newton, NewtonReport, NewtonSettings};
+pub use potential::IncrementalPotential;
+pub use predictor::{Predictor, Start};
+pub use report::{SetupCause, Setups, StepReport};
+pub use settings::{Kind, Setting, SettingError, Settings, linear_settings};
+pub use step_size::{InvalidTimeStep, TimeStep};
+
+pub use drape_solvers::SolveStatus;
+
+use drape_model::{State, System};
+
+/// A time integrator: advances a state by one step.
+pub trait Integrator: std::fmt::Debug + Send {
+    /// What the method is and supports.
+    fn method(&self) -> &'static Method;
+
+    /// Allocates and fills everything that a step of length `h` needs.
+    ///
+    /// # Errors
+    /// [`PrepareError`] when the method does not support an effect of the system, or an operator
+    /// cannot be built.
+    fn prepare(&mut self, system: &System, h: TimeStep) -> Result<(), PrepareError>;
+
+    /// Advances `state` by exactly `h`, without allocating.
+    ///
+    /// # Errors
+    /// [`StepError`] for a broken contract; the state is left as it was.
+    fn step(
+        &mut self,
+        system: &System,
+        state: &mut State,
+        h: TimeStep,
+        clock: &mut PhaseClock,
+    ) -> Result<StepReport, StepError>;
+
+    /// Forgets the history (predictor, contacts) after a jump of the state that the integrator did
+    /// not make.
+    fn restart(&mut self, state: &State);
+}

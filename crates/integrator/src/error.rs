@@ -1,0 +1,38 @@
+//! What can be wrong with the use of an integrator.
+
+use drape_solvers::SolverError;
+
+/// Why a system cannot be prepared for a method.
+#[derive(Debug, thiserror::Error)]
+pub enum PrepareError {
+    /// The method cannot honour something that the scene names.
+    #[error("{method} does not support {what}; leave it out of the scene or choose another method")]
+    Unsupported {
+        /// Method id.
+        method: &'static str,
+        /// The effect or constraint.
+        what: String,
+    },
+    /// An operator could not be built.
+    #[error("the system matrix cannot be set up: {0}; check stiffness, mass and step size")]
+    Solver(#[from] SolverError),
+}
+
+/// Why a step was not taken. The state is as it was.
+#[derive(Debug, thiserror::Error)]
+pub enum StepError {
+    /// The system was never prepared, or its sparsity pattern changed since.
+    #[error("the system is new or its topology changed: call `prepare` first")]
+    NeedsPrepare,
+    /// The state has another number of particles than the system.
+    #[error("the state has {found} particles, the system {expected}")]
+    SizeMismatch {
+        /// Particles of the system.
+        expected: usize,
+        /// Particles of the state.
+        found: usize,
+    },
+    /// An operator could not be rebuilt after a change.
+    #[error("the system matrix cannot be rebuilt: {0}; check stiffness, mass and step size")]
+    Solver(#[from] SolverError),
+}

@@ -1,0 +1,79 @@
+//! Which effects are integrated implicitly.
+
+use drape_model::{Effect, System, Vec3};
+
+/// Which linear springs stand in the matrix; whatever does not stays at level `n`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Implicit {
+    /// Springs along warp and weft only: the paper's reading (section 4).
+    Tension,
+    /// All springs.
+    Springs,
+}
+
+impl Implicit {
+    /// Reads the setting `implicit`.
+    pub fn read(word: &str) -> Self {
+        if word == "tension" { Self::Tension } else { Self::Springs }
+    }
+
+    /// Whether the effect stands in the matrix.
+    pub fn selects(self, effect: &dyn Effect) -> bool {
+        effect.split().is_some() && (self == Self::Springs || effect.name() == "tension")
+    }
+
+    /// The implicit effects of a system.
+    pub fn effects(self, system: &System) -> impl Iterator<Item = &dyn Effect> {
+        system.effects().filter(move |effect| self.selects(*effect))
+    }
+
+    /// Adds to `out` everything that is not implicit, N: explicit springs with their damping and
+    /// external forces, at `(x, v)`, and the part of projected damping that is not `−L_c v`.
+    pub fn add_explicit_forces(self, system: &System, x: &[Vec3], v: &[Vec3], out: &mut [Vec3]) {
+        for effect in system.effects() {
+            if !self.selects(effect) {
+                effect.add_force(system.mass(), x, out);
+                effect.add_damping_force(x, v, out);
+            }
+        }
+    }
+
+    /// Adds the conservative force of the implicit effects at `x`, N, to `out`.
+    pub fn add_implicit_forces(self, system: &System, x: &[Vec3], out: &mut [Vec3]) {
+        for effect in self.effects(system) {
+            effect.add_force(system.mass(), x, out);
+        }
+    }
+
+    /// Adds `F2` of the implicit effects at `x`, EEH (13), N, to `out`.
+    pub fn add_nonlinear_forces(self, system: &System, x: &[Vec3], out: &mut [Vec3]) {
+        for split in self.effects(system).filter_map(Effect::split) {
+            split.add_nonlinear_force(x, out);
+        }
+    }
+
+    /// Adds what is left of the implicit effects' damping at `(x, v)` when `−L_c v` is taken out.
+    pub fn add_damping_remainders(self, system: &System, x: &[Vec3], v: &[Vec3], out: &mut [Vec3]) {
+        for split in self.effects(system).filter_map(Effect::split) {
+            split.add_damping_remainder(x, v, out);
+        }
+    }
+
+    /// Calls `visit(i, j, k, c)` for each implicit spring.
+    pub fn visit_weights(self, system: &System, visit: &mut dyn FnMut(usize, usize, f64, f64)) {
+        for split in self.effects(system).filter_map(Effect::split) {
+            split.visit_weights(visit);
+        }
+    }
+
+    /// The greatest `k (1/m_i + 1/m_j)/2` of an implicit spring, 1/s²: times `h²` it is the
+    /// stiffness group θ.
+    pub fn max_stiffness_over_mass(self, system: &System) -> f64 {
+        let mass = system.mass();
+        let mut max: f64 = 0.0;
+        self.visit_weights(system, &mut |i, j, k, _| {
+            max = max.max(0.5 * k * (1.0 / mass[i] + 1.0 / mass[j]));
+        });
+        max
+    }
+}

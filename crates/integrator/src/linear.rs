@@ -1,0 +1,335 @@
+//! The linear system of the implicit-explicit split: one scalar matrix for three coordinates.
+
+use crate::{Implicit, PrepareError, SetupCause, StepError};
+use drape_model::{Revisions, System, Vec3};
+use drape_solvers::{
+    CompleteCholesky, Constraints, Filter, Identity, IncompleteCholesky, Jacobi, LinearOperator,
+    Norm, PcgReport, PcgSettings, PcgWorkspace, Preconditioner, Reference, ScalarMatrix, SolveStatus,
+    SolverError, constraint_impulse, filtered_pcg, vector::norm,
+};
+
+/// Which preconditioner CG uses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PreconditionerKind {
+    /// None.
+    None,
+    /// Division by the diagonal.
+    Jacobi,
+    /// Incomplete Cholesky without fill-in, the paper's.
+    Ic0,
+}
+
+/// Which solver is used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SolverKind {
+    /// Filtered conjugate gradients.
+    Cg,
+    /// Sparse Cholesky: a direct solve, with CG on top where contacts couple the coordinates.
+    Cholesky,
+}
+
+/// Settings of a linear solve.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LinearSettings {
+    /// Relative tolerance ε of the residual.
+    pub forcing_term: f64,
+    /// Preconditioner of CG.
+    pub preconditioner: PreconditionerKind,
+    /// Norm of the stop test.
+    pub norm: Norm,
+    /// Solver.
+    pub solver: SolverKind,
+    /// Whether matrix and preconditioner are set up in each step even if nothing changed.
+    pub rebuild_every_step: bool,
+}
+
+/// Which Laplacians stand in the matrix beside the masses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Weights {
+    /// `M + τ² L_k + τ L_c`, EEH (21).
+    StiffnessAndDamping,
+    /// `M + τ L_c`.
+    Damping,
+}
+
+/// Relative tolerance of CG when it finishes what the Cholesky factor could not do directly.
+const DIRECT_TOLERANCE: f64 = 1e-13;
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Key {
+    tau_bits: u64,
+    revisions: Revisions,
+}
+
+#[derive(Debug)]
+enum Prepared {
+    None(Identity),
+    Jacobi(Jacobi),
+    Ic0(IncompleteCholesky),
+    Cholesky(Box<CompleteCholesky>),
+}
+
+impl Prepared {
+    /// Memory and symbolic factorisation; [`update`](Self::update) fills them.
+    fn new(settings: &LinearSettings, a: &ScalarMatrix) -> Result<Self, SolverError> {
+        Ok(match (settings.solver, settings.preconditioner) {
+            (SolverKind::Cholesky, _) => Self::Cholesky(Box::new(CompleteCholesky::new(a)?)),
+            (_, PreconditionerKind::None) => Self::None(Identity),
+            (_, PreconditionerKind::Jacobi) => Self::Jacobi(Jacobi::new(a)),
+            (_, PreconditionerKind::Ic0) => Self::Ic0(IncompleteCholesky::new(a)),
+        })
+    }
+
+    fn update(&mut self, a: &ScalarMatrix, free: &[bool]) -> Result<(), SolverError> {
+        match self {
+            Self::None(_) => Ok(()),
+            Self::Jacobi(jacobi) => jacobi.update(a),
+            Self::Ic0(factor) => factor.update(a, Some(free)),
+            Self::Cholesky(factor) => factor.update(a, Some(free)),
+        }
+    }
+
+    fn as_dyn(&self) -> &dyn Preconditioner {
+        match self {
+            Self::None(identity) => identity,
+            Self::Jacobi(jacobi) => jacobi,
+            Self::Ic0(factor) => factor,
+            Self::Cholesky(factor) => factor.as_ref(),
+        }
+    }
+}
+
+/// `A = M + τ² L_k + τ L_c` over the implicit springs, its preconditioner and the solver.
+///
+/// `A` is a symmetric `n × n` M-matrix, diagonally dominant by exactly `m_i` in row `i`; it acts on
+/// each coordinate alike. It is mass-weighted (multiplied by `m` against EEH (21)), so that it stays
+/// symmetric when masses differ.
+#[derive(Debug)]
+pub struct LaplacianSolver {
+    implicit: Implicit,
+    weights: Weights,
+    settings: LinearSettings,
+    matrix: ScalarMatrix,
+    preconditioner: Prepared,
+    free: Vec<bool>,
+    workspace: PcgWorkspace,
+    residual: Vec<Vec3>,
+    correction: Vec<Vec3>,
+    key: Key,
+    first: bool,
+    max_iterations: usize,
+}
+
+impl LaplacianSolver {
+    /// Allocates the pattern and builds matrix and preconditioner for steps with `τ = tau` seconds.
+    ///
+    /// # Errors
+    /// [`PrepareError::Solver`] when the preconditioner cannot be factorised.
+    pub fn new(
+        system: &System,
+        implicit: Implicit,
+        weights: Weights,
+        settings: LinearSettings,
+        tau: f64,
+    ) -> Result<Self, PrepareError> {
+        let n = system.len();
+        let mut edges = Vec::new();
+        implicit.visit_weights(system, &mut |i, j, _, _| edges.push((i, j)));
+        let mut matrix = ScalarMatrix::with_pattern(n, edges);
+        assemble(&mut matrix, system, implicit, weights, tau);
+        let free: Vec<bool> = system.pinned().iter().map(|pinned| !pinned).collect();
+        let mut preconditioner = Prepared::new(&settings, &matrix)?;
+        preconditioner.update(&matrix, &free)?;
+        Ok(Self {
+            implicit,
+            weights,
+            settings,
+            matrix,
+            preconditioner,
+            free,
+            workspace: PcgWorkspace::new(n),
+            residual: vec![Vec3::zeros(); n],
+            correction: vec![Vec3::zeros(); n],
+            key: Key { tau_bits: tau.to_bits(), revisions: system.revisions() },
+            first: true,
+            max_iterations: PcgSettings::default_max(n),
+        })
+    }
+
+    /// Brings matrix and preconditioner up to date, in place; says what caused a rebuild.
+    ///
+    /// # Errors
+    /// [`StepError::NeedsPrepare`] after a change of topology, [`StepError::Solver`] when the
+    /// preconditioner cannot be factorised.
+    pub fn refresh(&mut self, system: &System, tau: f64) -> Result<Option<SetupCause>, StepError> {
+        let key = Key { tau_bits: tau.to_bits(), revisions: system.revisions() };
+        if key.revisions.topology != self.key.revisions.topology {
+            return Err(StepError::NeedsPrepare);
+        }
+        if std::mem::take(&mut self.first) && key == self.key {
+            return Ok(Some(SetupCause::First));
+        }
+        let (old, new) = (self.key.revisions, key.revisions);
+        let cause = if key.tau_bits != self.key.tau_bits {
+            SetupCause::StepSize
+        } else if (old.mass, old.stiffness, old.damping) != (new.mass, new.stiffness, new.damping) {
+            SetupCause::Stiffness
+        } else if old.pins != new.pins {
+            SetupCause::Constraints
+        } else if self.settings.rebuild_every_step {
+            SetupCause::EveryStep
+        } else {
+            return Ok(None);
+        };
+        assemble(&mut self.matrix, system, self.implicit, self.weights, tau);
+        for (free, pinned) in self.free.iter_mut().zip(system.pinned()) {
+            *free = !pinned;
+        }
+        self.preconditioner.update(&self.matrix, &self.free)?;
+        self.key = key;
+        Ok(Some(cause))
+    }
+
+    /// The matrix.
+    pub fn matrix(&self) -> &ScalarMatrix {
+        &self.matrix
+    }
+
+    /// Solves `A v = b` under constraints; `v` holds the start value on entry, the solution on
+    /// return. Stops at the forcing term relative to the filtered right-hand side.
+    pub fn solve(&mut self, constraints: &Constraints, b: &[Vec3], v: &mut [Vec3]) -> PcgReport {
+        let settings = PcgSettings {
+            forcing_term: self.settings.forcing_term,
+            norm: self.settings.norm,
+            max_iterations: self.max_iterations,
+        };
+        self.solve_with(constraints, b, v, Reference::FilteredRightHandSide, settings)
+    }
+
+    /// As [`solve`](Self::solve), until `‖r‖ ≤ residual` (kg m/s, Euclidean), at most
+    /// `max_iterations` of CG.
+    pub fn solve_to(
+        &mut self,
+        constraints: &Constraints,
+        b: &[Vec3],
+        v: &mut [Vec3],
+        residual: f64,
+        max_iterations: usize,
+    ) -> PcgReport {
+        let settings =
+            PcgSettings { forcing_term: 1.0, norm: Norm::Euclid, max_iterations };
+        self.solve_with(constraints, b, v, Reference::Absolute(residual), settings)
+    }
+
+    fn solve_with(
+        &mut self,
+        constraints: &Constraints,
+        b: &[Vec3],
+        v: &mut [Vec3],
+        reference: Reference,
+        mut settings: PcgSettings,
+    ) -> PcgReport {
+        let mut reference = reference;
+        if self.settings.solver == SolverKind::Cholesky {
+            let coupled = |&i: &u32| {
+                matches!(constraints.filter(i as usize), Filter::Plane { .. } | Filter::Line { .. })
+            };
+            if !constraints.constrained().iter().any(coupled) {
+                return self.solve_directly(constraints, b, v);
+            }
+            reference = Reference::FilteredRightHandSide;
+            settings.forcing_term = DIRECT_TOLERANCE;
+            settings.max_iterations = self.max_iterations;
+        }
+        let preconditioner = self.preconditioner.as_dyn();
+        let workspace = &mut self.workspace;
+        filtered_pcg(
+            &self.matrix,
+            preconditioner,
+            constraints,
+            b,
+            v,
+            reference,
+            &settings,
+            workspace,
+        )
+    }
+
+    /// `‖S (b − A v)‖` over the norm of the filtered right-hand side, Euclidean.
+    pub fn relative_residual(
+        &mut self,
+        constraints: &Constraints,
+        b: &[Vec3],
+        v: &[Vec3],
+    ) -> f64 {
+        constraints.prescribed_only(&mut self.correction);
+        self.matrix.multiply(&self.correction, &mut self.residual);
+        self.residual.iter_mut().zip(b).for_each(|(r, b)| *r = b - *r);
+        constraints.project(&mut self.residual);
+        let reference = norm(&self.residual);
+        self.filtered_residual(constraints, b, v);
+        let residual = norm(&self.residual);
+        if residual > 0.0 { residual / reference } else { 0.0 }
+    }
+
+    /// Two applications of the factor: the solve and one step of iterative refinement.
+    fn solve_directly(
+        &mut self,
+        constraints: &Constraints,
+        b: &[Vec3],
+        v: &mut [Vec3],
+    ) -> PcgReport {
+        constraints.prescribed_only(v);
+        let mut reference = 0.0;
+        for pass in 0..2 {
+            self.filtered_residual(constraints, b, v);
+            if pass == 0 {
+                reference = norm(&self.residual);
+            }
+            self.preconditioner.as_dyn().apply(&self.residual, &mut self.correction);
+            constraints.project(&mut self.correction);
+            v.iter_mut().zip(&self.correction).for_each(|(v, c)| *v += c);
+        }
+        self.filtered_residual(constraints, b, v);
+        let residual = norm(&self.residual);
+        let relative_residual = if reference > 0.0 { residual / reference } else { 0.0 };
+        let status =
+            if relative_residual.is_finite() { SolveStatus::Converged } else { SolveStatus::Stagnated };
+        PcgReport { iterations: 0, multiplications: 3, relative_residual, status }
+    }
+
+    /// `S (b − A v)`, in `self.residual`.
+    fn filtered_residual(&mut self, constraints: &Constraints, b: &[Vec3], v: &[Vec3]) {
+        self.matrix.multiply(v, &mut self.residual);
+        self.residual.iter_mut().zip(b).for_each(|(r, b)| *r = b - *r);
+        constraints.project(&mut self.residual);
+    }
+
+    /// The impulse of the constraints, `p = A v − b` (kg m/s), written to `impulse`.
+    pub fn constraint_impulse(&self, b: &[Vec3], v: &[Vec3], impulse: &mut [Vec3]) {
+        constraint_impulse(&self.matrix, b, v, impulse);
+    }
+}
+
+/// EEH (16), (17) and the left-hand side of (21).
+#[doc(alias = "EEH 16")]
+#[doc(alias = "EEH 17")]
+fn assemble(
+    matrix: &mut ScalarMatrix,
+    system: &System,
+    implicit: Implicit,
+    weights: Weights,
+    tau: f64,
+) {
+    matrix.clear();
+    for (i, &m) in system.mass().iter().enumerate() {
+        matrix.add_diagonal(i, m);
+    }
+    implicit.visit_weights(system, &mut |i, j, k, c| {
+        let weight = match weights {
+            Weights::StiffnessAndDamping => tau * tau * k + tau * c,
+            Weights::Damping => tau * c,
+        };
+        matrix.add_edge(i, j, weight);
+    });
+}

@@ -1,0 +1,95 @@
+//! What a method is, and what it supports.
+
+use crate::{PrepareError, Setting};
+use drape_model::System;
+
+/// Order of accuracy in the step size.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Order {
+    /// Global error `O(h)`.
+    One,
+    /// Global error `O(h²)`.
+    Two,
+}
+
+/// Which stability verdict a method is held to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StabilityClass {
+    /// The total energy of a closed scene must not rise.
+    Dissipative,
+    /// The total energy of an undamped scene may oscillate but not drift.
+    Symplectic,
+}
+
+/// How a method integrates an effect.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Treatment {
+    /// At the new time level.
+    Implicit,
+    /// At the old time level.
+    Explicit,
+    /// Implicit or explicit, by the setting `implicit`.
+    BySetting,
+    /// By a linear constraint on the new velocity.
+    Constraint,
+}
+
+impl Treatment {
+    /// One word for tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Implicit => "implicit",
+            Self::Explicit => "explicit",
+            Self::BySetting => "by setting",
+            Self::Constraint => "constraint",
+        }
+    }
+}
+
+/// One thing that a method supports.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Support {
+    /// Name of the effect, or `pins`, or `contact`.
+    pub effect: &'static str,
+    /// How it is treated.
+    pub treatment: Treatment,
+}
+
+/// Description of a time integrator.
+#[derive(Debug, PartialEq)]
+pub struct Method {
+    /// Id on the command line.
+    pub id: &'static str,
+    /// Name in prose.
+    pub name: &'static str,
+    /// Where it was published.
+    pub source: &'static str,
+    /// Order of accuracy.
+    pub order: Order,
+    /// Which verdict it is held to.
+    pub class: StabilityClass,
+    /// What it conserves and what its theory says about stability, in a sentence or two.
+    pub theory: &'static str,
+    /// What it supports; everything else is refused by name.
+    pub supports: &'static [Support],
+    /// Its settings with ranges and defaults.
+    pub settings: &'static [Setting],
+}
+
+impl Method {
+    /// Refuses a system that names something which the method cannot honour.
+    ///
+    /// # Errors
+    /// [`PrepareError::Unsupported`] with the first such effect or constraint.
+    pub fn check(&self, system: &System) -> Result<(), PrepareError> {
+        let named = system.effects().map(|effect| effect.name());
+        let pins = system.pinned().contains(&true).then_some("pins");
+        let contact = (!system.obstacles().is_empty()).then_some("contact");
+        for what in named.chain(pins).chain(contact) {
+            if !self.supports.iter().any(|support| support.effect == what) {
+                return Err(PrepareError::Unsupported { method: self.id, what: what.to_owned() });
+            }
+        }
+        Ok(())
+    }
+}

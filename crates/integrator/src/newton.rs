@@ -1,0 +1,183 @@
+//! Newton's method for an implicit stage.
+
+use crate::{IncrementalPotential, PrepareError, StepError};
+use drape_model::{BlockSink, Mat3, System, Tangent, Vec3};
+use drape_solvers::{BlockCholesky, BlockMatrix, Constraints, SolveStatus, vector::dot};
+
+/// Settings of Newton's method.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NewtonSettings {
+    /// Stops at `‖S∇Φ‖_{M⁻¹} ≤ residual`, √J.
+    pub residual: f64,
+    /// Most iterations.
+    pub max_iterations: u32,
+}
+
+/// How Newton's method ended.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NewtonReport {
+    /// Iterations, one factorisation each (two where the exact Hessian was indefinite).
+    pub iterations: u32,
+    /// `‖S∇Φ‖_{M⁻¹}` at the end, √J.
+    pub residual: f64,
+    /// Status.
+    pub status: SolveStatus,
+}
+
+/// Armijo's constant.
+const SUFFICIENT_DECREASE: f64 = 1e-4;
+/// Differences of `Φ` below this fraction of it are round-off.
+const ENERGY_ROUND_OFF: f64 = 1e-14;
+const MAX_HALVINGS: u32 = 30;
+
+/// Minimises an [`IncrementalPotential`] by Newton's method with line search: the nonlinear
+/// system EEH (4) by the iteration (5), reduced to `3n` unknowns as in section 2.3.
+///
+/// The matrix is the exact Hessian `M + τ² ∇²U + τ D` while its Cholesky factorisation succeeds, else
+/// the one with each spring's block projected to positive semi-definite.
+#[derive(Debug)]
+pub struct Newton {
+    matrix: BlockMatrix,
+    factor: BlockCholesky,
+    gradient: Vec<Vec3>,
+    direction: Vec<Vec3>,
+    trial: Vec<Vec3>,
+    topology: u64,
+}
+
+struct Sink<'a>(&'a mut BlockMatrix);
+
+impl BlockSink for Sink<'_> {
+    fn add_pair(&mut self, i: usize, j: usize, block: &Mat3) {
+        self.0.add_pair(i, j, block);
+    }
+}
+
+impl Newton {
+    /// Memory, sparsity pattern and symbolic factorisation for the implicit effects of `system`.
+    ///
+    /// # Errors
+    /// [`PrepareError::Solver`] when the symbolic factorisation fails.
+    pub fn new(system: &System, potential: &IncrementalPotential) -> Result<Self, PrepareError> {
+        let n = system.len();
+        let mut pairs = Vec::new();
+        for effect in potential.implicit().effects(system) {
+            effect.visit_pairs(&mut |i, j| pairs.push((i, j)));
+        }
+        let matrix = BlockMatrix::with_pattern(n, pairs);
+        let factor = BlockCholesky::new(&matrix)?;
+        let zeros = || vec![Vec3::zeros(); n];
+        Ok(Self {
+            matrix,
+            factor,
+            gradient: zeros(),
+            direction: zeros(),
+            trial: zeros(),
+            topology: system.revisions().topology,
+        })
+    }
+
+    /// Minimises `potential` from `v`, which satisfies the constraints on return.
+    ///
+    /// # Errors
+    /// [`StepError::NeedsPrepare`] after a change of topology, [`StepError::Solver`] when even the
+    /// projected Hessian cannot be factorised (overflow).
+    #[doc(alias = "EEH 4")]
+    #[doc(alias = "EEH 5")]
+    pub fn minimise(
+        &mut self,
+        system: &System,
+        potential: &mut IncrementalPotential,
+        constraints: &Constraints,
+        v: &mut [Vec3],
+        settings: &NewtonSettings,
+    ) -> Result<NewtonReport, StepError> {
+        if system.revisions().topology != self.topology {
+            return Err(StepError::NeedsPrepare);
+        }
+        constraints.impose(v);
+        let mut report =
+            NewtonReport { iterations: 0, residual: 0.0, status: SolveStatus::IterationLimit };
+        loop {
+            self.gradient.copy_from_slice(potential.gradient(system, v)); // −r of EEH (5)
+            report.residual = potential.filtered_norm(constraints, &mut self.gradient);
+            if report.residual <= settings.residual {
+                report.status = SolveStatus::Converged;
+                break;
+            }
+            if report.iterations == settings.max_iterations {
+                break;
+            }
+            self.factorise(system, potential, constraints)?;
+            self.factor.solve(&self.gradient, &mut self.direction); // (I − hβJ) Δy = r
+            constraints.project(&mut self.direction);
+            report.iterations += 1;
+            if !self.descend(system, potential, v) {
+                report.status = SolveStatus::Stagnated;
+                break;
+            }
+        }
+        Ok(report)
+    }
+
+    fn factorise(
+        &mut self,
+        system: &System,
+        potential: &mut IncrementalPotential,
+        constraints: &Constraints,
+    ) -> Result<(), StepError> {
+        self.assemble(system, potential, constraints, Tangent::Exact);
+        if self.factor.factorise(&self.matrix).is_err() {
+            self.assemble(system, potential, constraints, Tangent::Projected);
+            self.factor.factorise(&self.matrix)?;
+        }
+        Ok(())
+    }
+
+    /// `H = M + τ² ∇²U + τ D` at the positions of the last gradient, projected to the constraints.
+    fn assemble(
+        &mut self,
+        system: &System,
+        potential: &IncrementalPotential,
+        constraints: &Constraints,
+        tangent: Tangent,
+    ) {
+        let tau = potential.tau();
+        self.matrix.clear();
+        for (i, &m) in system.mass().iter().enumerate() {
+            self.matrix.add_diagonal(i, &Mat3::from_diagonal_element(m));
+        }
+        let mut sink = Sink(&mut self.matrix);
+        for effect in potential.implicit().effects(system) {
+            effect.add_stiffness(potential.last_positions(), tau * tau, tangent, &mut sink);
+            effect.add_damping(potential.x_star(), tau, &mut sink);
+        }
+        self.matrix.project(constraints);
+    }
+
+    /// Armijo line search along `−direction`; `false` when no step decreases the potential.
+    fn descend(
+        &mut self,
+        system: &System,
+        potential: &mut IncrementalPotential,
+        v: &mut [Vec3],
+    ) -> bool {
+        let start = potential.value(system, v);
+        let slope = dot(&self.gradient, &self.direction);
+        let slack = ENERGY_ROUND_OFF * start.abs();
+        let mut length = 1.0;
+        for _ in 0..=MAX_HALVINGS {
+            for i in 0..v.len() {
+                self.trial[i] = v[i] - self.direction[i] * length;
+            }
+            let value = potential.value(system, &self.trial);
+            if value <= start - SUFFICIENT_DECREASE * length * slope + slack {
+                let moved = self.trial.iter().zip(v.iter()).any(|(trial, v)| trial != v);
+                v.copy_from_slice(&self.trial);
+                return moved;
+            }
+            length *= 0.5;
+        }
+        false
+    }
+}

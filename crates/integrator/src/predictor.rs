@@ -1,0 +1,67 @@
+//! Start values for the solve.
+
+use drape_model::Vec3;
+
+/// Where an iterative solve starts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Start {
+    /// At `v_n`.
+    Last,
+    /// At the extrapolation `2 v_n − v_{n−1}`, EEH (22).
+    Extrapolated,
+    /// At whichever of the two has the lower incremental potential.
+    Best,
+}
+
+impl Start {
+    /// Reads the setting `start`.
+    pub fn read(word: &str) -> Self {
+        match word {
+            "last" => Self::Last,
+            "best" => Self::Best,
+            _ => Self::Extrapolated,
+        }
+    }
+}
+
+/// Remembers the previous velocity and extrapolates.
+#[derive(Clone, Debug, Default)]
+pub struct Predictor {
+    previous: Vec<Vec3>,
+    step_bits: Option<u64>,
+}
+
+impl Predictor {
+    /// Memory for `n` particles, without history.
+    pub fn new(n: usize) -> Self {
+        Self { previous: vec![Vec3::zeros(); n], step_bits: None }
+    }
+
+    /// Forgets the history: the next extrapolation returns the last velocity.
+    pub fn restart(&mut self) {
+        self.step_bits = None;
+    }
+
+    /// Writes `2 v_n − v_{n−1}` to `out`; `v_n` without history or after a change of the step size.
+    #[doc(alias = "EEH 22")]
+    pub fn extrapolate(&self, v: &[Vec3], h: f64, out: &mut [Vec3]) {
+        if self.step_bits == Some(h.to_bits()) {
+            for ((out, v), previous) in out.iter_mut().zip(v).zip(&self.previous) {
+                *out = v * 2.0 - previous; // EEH (22)
+            }
+        } else {
+            out.copy_from_slice(v);
+        }
+    }
+
+    /// Remembers `v_n` before the step replaces it.
+    pub fn remember(&mut self, v: &[Vec3], h: f64) {
+        self.previous.copy_from_slice(v);
+        self.step_bits = Some(h.to_bits());
+    }
+
+    /// Makes one particle's history agree with its new velocity, after a contact changed it.
+    pub fn forget(&mut self, particle: usize, v: &Vec3) {
+        self.previous[particle] = *v;
+    }
+}

@@ -1,0 +1,105 @@
+//! What a step reports.
+
+use drape_solvers::{PcgReport, SolveStatus};
+use std::ops::AddAssign;
+
+/// Why an operator was built.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SetupCause {
+    /// It did not exist.
+    First,
+    /// The step size changed.
+    StepSize,
+    /// Stiffness, damping or masses changed.
+    Stiffness,
+    /// The pinned set changed.
+    Constraints,
+    /// The method rebuilds it each step by choice.
+    EveryStep,
+}
+
+/// Number of set-ups by cause.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Setups {
+    /// First builds.
+    pub first: u32,
+    /// Rebuilds after a change of the step size.
+    pub step_size: u32,
+    /// Rebuilds after a change of stiffness, damping or masses.
+    pub stiffness: u32,
+    /// Rebuilds after a change of the pinned set.
+    pub constraints: u32,
+    /// Rebuilds that the method makes each step.
+    pub every_step: u32,
+}
+
+impl Setups {
+    /// Counts one more.
+    pub fn count(&mut self, cause: SetupCause) {
+        *match cause {
+            SetupCause::First => &mut self.first,
+            SetupCause::StepSize => &mut self.step_size,
+            SetupCause::Stiffness => &mut self.stiffness,
+            SetupCause::Constraints => &mut self.constraints,
+            SetupCause::EveryStep => &mut self.every_step,
+        } += 1;
+    }
+}
+
+/// What one step cost and how its solve ended.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StepReport {
+    /// CG iterations over all outer passes.
+    pub cg_iterations: u32,
+    /// Evaluations of the right-hand side inside the solve (EEH Algorithm 1).
+    pub outer_passes: u32,
+    /// Newton iterations.
+    pub newton_iterations: u32,
+    /// Products of a matrix with a block vector.
+    pub matvecs: u32,
+    /// Sweeps over the springs that evaluated forces.
+    pub force_evaluations: u32,
+    /// Set-ups of operators in this step.
+    pub setups: Setups,
+    /// Residual at the end, relative to what the method's stop test refers to; 0 for explicit
+    /// methods.
+    pub relative_residual: f64,
+    /// How the solve ended.
+    pub solve: SolveStatus,
+}
+
+impl Default for StepReport {
+    fn default() -> Self {
+        Self {
+            cg_iterations: 0,
+            outer_passes: 0,
+            newton_iterations: 0,
+            matvecs: 0,
+            force_evaluations: 0,
+            setups: Setups::default(),
+            relative_residual: 0.0,
+            solve: SolveStatus::Converged,
+        }
+    }
+}
+
+impl StepReport {
+    /// A report that starts with the set-up of this step, if there was one.
+    pub fn after_setup(cause: Option<SetupCause>) -> Self {
+        let mut report = Self::default();
+        if let Some(cause) = cause {
+            report.setups.count(cause);
+        }
+        report
+    }
+}
+
+impl AddAssign<PcgReport> for StepReport {
+    /// Adds the iterations of a linear solve and takes over how it ended.
+    fn add_assign(&mut self, solve: PcgReport) {
+        self.cg_iterations += solve.iterations as u32;
+        self.matvecs += solve.multiplications as u32;
+        self.relative_residual = solve.relative_residual;
+        self.solve = solve.status;
+    }
+}

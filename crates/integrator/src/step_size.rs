@@ -1,0 +1,25 @@
+//! A checked step size.
+
+/// A step size in seconds: positive and finite.
+#[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+pub struct TimeStep(f64);
+
+/// A step size that is not positive and finite.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error("the step size is {0} s; expected a positive finite number of seconds")]
+pub struct InvalidTimeStep(pub f64);
+
+impl TimeStep {
+    /// Checks a number of seconds.
+    ///
+    /// # Errors
+    /// [`InvalidTimeStep`] unless it is positive and finite.
+    pub fn new(seconds: f64) -> Result<Self, InvalidTimeStep> {
+        if seconds > 0.0 && seconds.is_finite() { Ok(Self(seconds)) } else { Err(InvalidTimeStep(seconds)) }
+    }
+
+    /// Its length, s.
+    pub fn seconds(self) -> f64 {
+        self.0
+    }
+}

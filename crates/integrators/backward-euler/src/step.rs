@@ -1,0 +1,91 @@
+//! The step.
+
+use crate::settings::{BACKWARD_EULER, BackwardEulerSettings};
+use crate::workspace::Workspace;
+use drape_integrator::{
+    Implicit, Integrator, Method, NewtonSettings, Phase, PhaseClock, PrepareError, StepError,
+    StepReport, TimeStep,
+};
+use drape_model::{State, System, Vec3};
+
+/// Backward Euler with Newton's method.
+#[derive(Debug)]
+pub struct BackwardEuler {
+    settings: BackwardEulerSettings,
+    workspace: Option<Workspace>,
+}
+
+impl BackwardEuler {
+    /// The method with its settings.
+    pub fn new(settings: BackwardEulerSettings) -> Self {
+        Self { settings, workspace: None }
+    }
+}
+
+impl Integrator for BackwardEuler {
+    fn method(&self) -> &'static Method {
+        &BACKWARD_EULER
+    }
+
+    fn prepare(&mut self, system: &System, _h: TimeStep) -> Result<(), PrepareError> {
+        BACKWARD_EULER.check(system)?;
+        self.workspace = Some(Workspace::new(system)?);
+        Ok(())
+    }
+
+    fn step(
+        &mut self,
+        system: &System,
+        state: &mut State,
+        h: TimeStep,
+        clock: &mut PhaseClock,
+    ) -> Result<StepReport, StepError> {
+        let w = Workspace::ready(&mut self.workspace, system, state)?;
+        let h = h.seconds();
+        let mut report = StepReport::default();
+        clock.switch(Phase::Forces);
+        w.frozen.fill(Vec3::zeros());
+        Implicit::Springs.add_explicit_forces(system, &state.x, &state.v, &mut w.frozen);
+        w.potential.begin(system, h, &state.x, &state.v, &w.frozen);
+        clock.switch(Phase::Contact);
+        w.contacts.detect(system, &state.x, &state.v, h, &mut w.constraints);
+        clock.switch(Phase::Solve);
+        let theta = h * h * Implicit::Springs.max_stiffness_over_mass(system);
+        let scale = w.potential.scale();
+        let settings = NewtonSettings {
+            residual: self.settings.tolerance.max(1e-14 * theta) * scale,
+            max_iterations: self.settings.max_iterations,
+        };
+        w.predictor.extrapolate(&state.v, h, &mut w.extrapolated);
+        let Workspace { velocity: v, extrapolated, impulse, contacts, constraints, .. } = w;
+        v.copy_from_slice(&state.v);
+        contacts.solve(system, constraints, impulse, |constraints, impulse| {
+            w.potential.choose_start(system, constraints, v, &[extrapolated], true);
+            let solve =
+                w.newton.minimise(system, &mut w.potential, constraints, v, &settings)?;
+            report.newton_iterations += solve.iterations;
+            report.relative_residual = if scale > 0.0 { solve.residual / scale } else { 0.0 };
+            report.solve = solve.status;
+            if let Some(impulse) = impulse {
+                impulse.copy_from_slice(w.potential.gradient(system, v)); // ∇Φ, unfiltered
+            }
+            Ok::<(), StepError>(())
+        })?;
+        clock.switch(Phase::Update);
+        w.predictor.remember(&state.v, h);
+        state.v.copy_from_slice(&w.velocity);
+        state.x.copy_from_slice(w.potential.positions(&w.velocity)); // x_{n+1} = x_n + h v_{n+1}
+        w.contacts.settle(&mut state.v, |i, v| w.predictor.forget(i, v));
+        state.t += h;
+        clock.stop();
+        report.force_evaluations = 1 + w.potential.evaluations();
+        Ok(report)
+    }
+
+    fn restart(&mut self, _state: &State) {
+        if let Some(w) = &mut self.workspace {
+            w.predictor.restart();
+            w.contacts.restart();
+        }
+    }
+}

@@ -1,0 +1,176 @@
+//! The two steps.
+
+use crate::settings::{DampingTreatment, EXPLICIT_EULER, SYMPLECTIC_EULER, SymplecticSettings};
+use crate::workspace::Workspace;
+use drape_integrator::{
+    Implicit, Integrator, Method, Phase, PhaseClock, PrepareError, StepError, StepReport, TimeStep,
+};
+use drape_model::{State, System, Vec3};
+use std::convert::Infallible;
+
+/// Explicit (forward) Euler.
+#[derive(Debug, Default)]
+pub struct ExplicitEuler {
+    workspace: Option<Workspace>,
+}
+
+/// Symplectic Euler.
+#[derive(Debug, Default)]
+pub struct SymplecticEuler {
+    settings: SymplecticSettings,
+    workspace: Option<Workspace>,
+}
+
+impl SymplecticEuler {
+    /// The method with its settings.
+    pub fn new(settings: SymplecticSettings) -> Self {
+        Self { settings, workspace: None }
+    }
+}
+
+/// `v ← v + h M⁻¹ f`.
+fn kick(system: &System, h: f64, force: &[Vec3], v: &mut [Vec3]) {
+    for ((v, f), m) in v.iter_mut().zip(force).zip(system.mass()) {
+        *v += f * (h / m);
+    }
+}
+
+/// `x ← x + h v`.
+fn drift(h: f64, v: &[Vec3], x: &mut [Vec3]) {
+    for (x, v) in x.iter_mut().zip(v) {
+        *x += v * h;
+    }
+}
+
+/// Imposes pins and contacts on a velocity; contacts that would pull are released.
+fn constrain(w: &mut Workspace, system: &System) {
+    let Workspace { free_velocity, velocity, impulse, contacts, constraints, .. } = w;
+    let outcome = contacts.solve(system, constraints, impulse, |constraints, impulse| {
+        velocity.copy_from_slice(free_velocity);
+        constraints.impose(velocity);
+        if let Some(impulse) = impulse {
+            for i in 0..velocity.len() {
+                impulse[i] = (velocity[i] - free_velocity[i]) * system.mass()[i];
+            }
+        }
+        Ok::<(), Infallible>(())
+    });
+    match outcome {
+        Ok(()) => {}
+        Err(never) => match never {},
+    }
+}
+
+impl Integrator for ExplicitEuler {
+    fn method(&self) -> &'static Method {
+        &EXPLICIT_EULER
+    }
+
+    fn prepare(&mut self, system: &System, h: TimeStep) -> Result<(), PrepareError> {
+        EXPLICIT_EULER.check(system)?;
+        self.workspace = Some(Workspace::new(system, false, h.seconds())?);
+        Ok(())
+    }
+
+    fn step(
+        &mut self,
+        system: &System,
+        state: &mut State,
+        h: TimeStep,
+        clock: &mut PhaseClock,
+    ) -> Result<StepReport, StepError> {
+        let w = Workspace::ready(&mut self.workspace, system, state)?;
+        let h = h.seconds();
+        clock.switch(Phase::Forces);
+        system.forces(&state.x, &state.v, &mut w.force);
+        clock.switch(Phase::Contact);
+        w.contacts.detect(system, &state.x, &state.v, h, &mut w.constraints);
+        w.free_velocity.copy_from_slice(&state.v);
+        constrain(w, system);
+        clock.switch(Phase::Update);
+        drift(h, &w.velocity, &mut state.x); // x_{n+1} = x_n + h v_n
+        state.v.copy_from_slice(&w.velocity);
+        w.contacts.settle(&mut state.v, |_, _| ());
+        kick(system, h, &w.force, &mut state.v); // v_{n+1} = v_n + h M⁻¹ f_n
+        for i in (0..state.len()).filter(|&i| system.pinned()[i]) {
+            state.v[i] = Vec3::zeros();
+        }
+        state.t += h;
+        clock.stop();
+        Ok(StepReport { force_evaluations: 1, ..StepReport::default() })
+    }
+
+    fn restart(&mut self, _state: &State) {
+        if let Some(w) = &mut self.workspace {
+            w.contacts.restart();
+        }
+    }
+}
+
+impl Integrator for SymplecticEuler {
+    fn method(&self) -> &'static Method {
+        &SYMPLECTIC_EULER
+    }
+
+    fn prepare(&mut self, system: &System, h: TimeStep) -> Result<(), PrepareError> {
+        SYMPLECTIC_EULER.check(system)?;
+        let implicit_damping = self.settings.damping == DampingTreatment::Implicit;
+        self.workspace = Some(Workspace::new(system, implicit_damping, h.seconds())?);
+        Ok(())
+    }
+
+    fn step(
+        &mut self,
+        system: &System,
+        state: &mut State,
+        h: TimeStep,
+        clock: &mut PhaseClock,
+    ) -> Result<StepReport, StepError> {
+        let w = Workspace::ready(&mut self.workspace, system, state)?;
+        let h = h.seconds();
+        clock.switch(Phase::MatrixSetup);
+        let setup = w.damping.as_mut().map(|solver| solver.refresh(system, h)).transpose()?.flatten();
+        let mut report = StepReport::after_setup(setup);
+        clock.switch(Phase::Contact);
+        w.contacts.detect(system, &state.x, &state.v, h, &mut w.constraints);
+        clock.switch(Phase::Forces);
+        report.force_evaluations = 1;
+        if let Some(solver) = &mut w.damping {
+            w.force.fill(Vec3::zeros());
+            Implicit::Springs.add_explicit_forces(system, &state.x, &state.v, &mut w.force);
+            Implicit::Springs.add_implicit_forces(system, &state.x, &mut w.force);
+            Implicit::Springs.add_damping_remainders(system, &state.x, &state.v, &mut w.force);
+            for i in 0..state.len() {
+                w.force[i] = state.v[i] * system.mass()[i] + w.force[i] * h; // M v_n + h f
+            }
+            clock.switch(Phase::Solve);
+            let Workspace { force: b, velocity, impulse, contacts, constraints, .. } = w;
+            contacts.solve(system, constraints, impulse, |constraints, impulse| {
+                report += solver.solve(constraints, b, velocity); // (M + h L_c) v_{n+1} = b
+                if let Some(impulse) = impulse {
+                    solver.constraint_impulse(b, velocity, impulse);
+                }
+                Ok::<(), StepError>(())
+            })?;
+        } else {
+            system.forces(&state.x, &state.v, &mut w.force);
+            clock.switch(Phase::Update);
+            w.free_velocity.copy_from_slice(&state.v);
+            kick(system, h, &w.force, &mut w.free_velocity); // v_{n+1} = v_n + h M⁻¹ f_n
+            constrain(w, system);
+        }
+        clock.switch(Phase::Update);
+        state.v.copy_from_slice(&w.velocity);
+        drift(h, &state.v, &mut state.x); // x_{n+1} = x_n + h v_{n+1}
+        w.contacts.settle(&mut state.v, |_, _| ());
+        state.t += h;
+        clock.stop();
+        Ok(report)
+    }
+
+    fn restart(&mut self, _state: &State) {
+        if let Some(w) = &mut self.workspace {
+            w.contacts.restart();
+        }
+    }
+}

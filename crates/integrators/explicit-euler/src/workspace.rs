@@ -1,0 +1,62 @@
+//! Scratch memory of both methods.
+
+use drape_integrator::{
+    ContactSet, Implicit, LaplacianSolver, LinearSettings, PreconditionerKind, PrepareError,
+    SolverKind, StepError, Weights,
+};
+use drape_model::{State, System, Vec3};
+use drape_solvers::{Constraints, Norm};
+
+#[derive(Debug)]
+pub(crate) struct Workspace {
+    pub(crate) force: Vec<Vec3>,
+    pub(crate) free_velocity: Vec<Vec3>,
+    pub(crate) velocity: Vec<Vec3>,
+    pub(crate) impulse: Vec<Vec3>,
+    pub(crate) contacts: ContactSet,
+    pub(crate) constraints: Constraints,
+    /// `M + h L_c`, where the damping is implicit.
+    pub(crate) damping: Option<LaplacianSolver>,
+    topology: u64,
+}
+
+impl Workspace {
+    pub(crate) fn new(
+        system: &System,
+        implicit_damping: bool,
+        h: f64,
+    ) -> Result<Self, PrepareError> {
+        let zeros = || vec![Vec3::zeros(); system.len()];
+        let direct = LinearSettings {
+            forcing_term: 1e-14,
+            preconditioner: PreconditionerKind::Ic0,
+            norm: Norm::Euclid,
+            solver: SolverKind::Cholesky,
+            rebuild_every_step: false,
+        };
+        let solver = || LaplacianSolver::new(system, Implicit::Springs, Weights::Damping, direct, h);
+        Ok(Self {
+            force: zeros(),
+            free_velocity: zeros(),
+            velocity: zeros(),
+            impulse: zeros(),
+            contacts: ContactSet::new(system),
+            constraints: Constraints::free(system.len()),
+            damping: implicit_damping.then(solver).transpose()?,
+            topology: system.revisions().topology,
+        })
+    }
+
+    /// The workspace, if it was prepared for this system.
+    pub(crate) fn ready<'a>(
+        workspace: &'a mut Option<Self>,
+        system: &System,
+        state: &State,
+    ) -> Result<&'a mut Self, StepError> {
+        if state.len() != system.len() || state.v.len() != system.len() {
+            return Err(StepError::SizeMismatch { expected: system.len(), found: state.len() });
+        }
+        let topology = system.revisions().topology;
+        workspace.as_mut().filter(|w| w.topology == topology).ok_or(StepError::NeedsPrepare)
+    }
+}

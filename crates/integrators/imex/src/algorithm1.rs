@@ -1,0 +1,176 @@
+//! EEH Algorithm 1, updated and filtered CG: the loop as printed, and the robust form.
+
+use crate::right_hand_side::RightHandSide;
+use crate::settings::ImexUpdatedSettings;
+use drape_integrator::{
+    Implicit, IncrementalPotential, LaplacianSolver, Newton, NewtonSettings, PrepareError,
+    SolverKind, SolveStatus, StepError, StepReport,
+};
+use drape_model::{State, System, Vec3};
+use drape_solvers::Constraints;
+
+/// Everything that a solve looks at but does not change.
+#[derive(Clone, Copy)]
+pub(crate) struct Stage<'a> {
+    pub(crate) system: &'a System,
+    pub(crate) state: &'a State,
+    pub(crate) h: f64,
+    pub(crate) constraints: &'a Constraints,
+    pub(crate) settings: &'a ImexUpdatedSettings,
+}
+
+/// Algorithm 1 as printed: updates until an update needs no CG iteration.
+#[doc(alias = "EEH Algorithm 1")]
+pub(crate) fn as_printed(
+    stage: Stage<'_>,
+    rhs: &mut RightHandSide,
+    linear: &mut LaplacianSolver,
+    v: &mut [Vec3],
+    report: &mut StepReport,
+) {
+    let Stage { system, state, h, constraints, settings } = stage;
+    let direct = settings.linear.solver == SolverKind::Cholesky;
+    constraints.impose(v);
+    for _ in 0..settings.max_outer {
+        rhs.update(system, state, h, v); // b = b(v, x_n + h v)
+        report.outer_passes += 1;
+        if direct && linear.relative_residual(constraints, &rhs.b, v) <= settings.linear.forcing_term {
+            return;
+        }
+        let solve = linear.solve(constraints, &rhs.b, v); // while |r| > ε |b|
+        *report += solve;
+        if solve.iterations == 0 && !direct {
+            return; // while (k > 0)
+        }
+    }
+    report.solve = SolveStatus::IterationLimit;
+}
+
+/// The robust form: minimises the incremental potential.
+#[derive(Debug)]
+pub(crate) struct Descent {
+    potential: IncrementalPotential,
+    newton: Newton,
+}
+
+/// A residual below this fraction of the scale counts as converged, whatever the energy does.
+const CONVERGED: f64 = 1e-9;
+/// Round-off floor of the residual over `θ`.
+const ROUND_OFF: f64 = 1e-14;
+/// By how much the tolerance is tightened after a step that gained energy.
+const TIGHTEN: f64 = 0.1;
+const MAX_NEWTON_ITERATIONS: u32 = 100;
+
+impl Descent {
+    pub(crate) fn new(system: &System, implicit: Implicit) -> Result<Self, PrepareError> {
+        let potential = IncrementalPotential::new(system, implicit);
+        let newton = Newton::new(system, &potential)?;
+        Ok(Self { potential, newton })
+    }
+
+    /// Begins a step.
+    pub(crate) fn begin(&mut self, system: &System, state: &State, h: f64, frozen: &[Vec3]) {
+        self.potential.begin(system, h, &state.x, &state.v, frozen);
+    }
+
+    /// Puts the better of `v` and `other` into `v`.
+    pub(crate) fn choose(&mut self, stage: Stage<'_>, v: &mut [Vec3], other: &[Vec3]) {
+        self.potential.choose_start(stage.system, stage.constraints, v, &[other], false);
+    }
+
+    /// `∇Φ(v)`, unfiltered: the impulse of the constraints, kg m/s.
+    pub(crate) fn gradient(&mut self, system: &System, v: &[Vec3]) -> &[Vec3] {
+        self.potential.gradient(system, v)
+    }
+
+    /// Evaluations of forces and energies since the step began.
+    pub(crate) fn evaluations(&self) -> u32 {
+        self.potential.evaluations()
+    }
+
+    /// Minimises from `v`; a result that gains energy is accepted only when it has converged.
+    pub(crate) fn minimise(
+        &mut self,
+        stage: Stage<'_>,
+        rhs: &mut RightHandSide,
+        linear: &mut LaplacianSolver,
+        v: &mut [Vec3],
+        report: &mut StepReport,
+    ) -> Result<(), StepError> {
+        let Stage { system, state, h, constraints, settings } = stage;
+        let theta = h * h * settings.implicit.max_stiffness_over_mass(system);
+        let scale = self.potential.scale();
+        let floor = CONVERGED.max(ROUND_OFF * theta) * scale;
+        let energy = system.total_energy(state);
+        let slack = 1e-9 * scale * scale + 1e-13 * energy.abs();
+        let updates = theta <= settings.newton_above * (1.0 + 1e-12);
+        let mut tolerance = (settings.linear.forcing_term * scale).max(floor);
+        constraints.impose(v);
+        loop {
+            let converged =
+                updates && self.update_until(stage, rhs, linear, v, tolerance, report);
+            if !converged {
+                self.finish(stage, v, tolerance, report)?;
+            }
+            let gained = self.energy(system, v) > energy + slack;
+            if !gained || tolerance <= floor || report.solve != SolveStatus::Converged {
+                report.relative_residual /= if scale > 0.0 { scale } else { 1.0 };
+                return Ok(());
+            }
+            tolerance = (tolerance * TIGHTEN).max(floor);
+        }
+    }
+
+    /// Algorithm 1 until an update leaves a residual below `tolerance` (√J); `false` at the outer cap.
+    fn update_until(
+        &mut self,
+        stage: Stage<'_>,
+        rhs: &mut RightHandSide,
+        linear: &mut LaplacianSolver,
+        v: &mut [Vec3],
+        tolerance: f64,
+        report: &mut StepReport,
+    ) -> bool {
+        let Stage { system, state, h, constraints, settings } = stage;
+        // ‖r‖ in the norm of M⁻¹ is at most ‖r‖/√m for the lightest particle.
+        let lightest = system.mass().iter().fold(f64::INFINITY, |a, &m| a.min(m)).sqrt();
+        while report.outer_passes < settings.max_outer {
+            rhs.update(system, state, h, v);
+            report.outer_passes += 1;
+            let solve = linear.solve_to(constraints, &rhs.b, v, tolerance * lightest, settings.inner);
+            *report += solve;
+            report.relative_residual *= tolerance;
+            if solve.iterations == 0 && solve.status == SolveStatus::Converged {
+                return true;
+            }
+            if solve.status == SolveStatus::Stagnated || solve.status == SolveStatus::Indefinite {
+                return false;
+            }
+        }
+        false
+    }
+
+    /// Newton's method from where the updates stopped.
+    fn finish(
+        &mut self,
+        stage: Stage<'_>,
+        v: &mut [Vec3],
+        tolerance: f64,
+        report: &mut StepReport,
+    ) -> Result<(), StepError> {
+        let settings =
+            NewtonSettings { residual: tolerance, max_iterations: MAX_NEWTON_ITERATIONS };
+        let Stage { system, constraints, .. } = stage;
+        let solve = self.newton.minimise(system, &mut self.potential, constraints, v, &settings)?;
+        report.newton_iterations += solve.iterations;
+        report.relative_residual = solve.residual;
+        report.solve = solve.status;
+        Ok(())
+    }
+
+    /// Total energy after the step, J.
+    fn energy(&mut self, system: &System, v: &[Vec3]) -> f64 {
+        let kinetic = system.kinetic_energy(v);
+        kinetic + system.potential_energy(self.potential.positions(v))
+    }
+}

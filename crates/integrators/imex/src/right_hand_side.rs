@@ -1,0 +1,75 @@
+//! The right-hand side of EEH (21), as it stands and as Algorithm 1 updates it.
+
+use drape_integrator::Implicit;
+use drape_model::{State, System, Vec3};
+
+/// `b`, and the part of it that Algorithm 1 leaves alone.
+#[derive(Debug)]
+pub(crate) struct RightHandSide {
+    implicit: Implicit,
+    /// Right-hand side, kg m/s.
+    pub(crate) b: Vec<Vec3>,
+    /// `M v_n + h [F_frozen − L_k x_n]`, kg m/s.
+    frozen: Vec<Vec3>,
+    /// Force of everything that is not implicit, N.
+    pub(crate) explicit_force: Vec<Vec3>,
+    x: Vec<Vec3>,
+    force: Vec<Vec3>,
+}
+
+impl RightHandSide {
+    pub(crate) fn new(n: usize, implicit: Implicit) -> Self {
+        let zeros = || vec![Vec3::zeros(); n];
+        Self {
+            implicit,
+            b: zeros(),
+            frozen: zeros(),
+            explicit_force: zeros(),
+            x: zeros(),
+            force: zeros(),
+        }
+    }
+
+    /// `b = M v_n + h [F_explicit(x_n, v_n) − L_k x_n]`, EEH (21). The bracket is the whole force at
+    /// level `n` less the damping `−L_c v` that stands in the matrix, since `F2 − L_k x` is the force of the springs.
+    #[doc(alias = "EEH 21")]
+    pub(crate) fn assemble(&mut self, system: &System, state: &State, h: f64) {
+        self.force.fill(Vec3::zeros());
+        self.implicit.add_explicit_forces(system, &state.x, &state.v, &mut self.force);
+        self.implicit.add_implicit_forces(system, &state.x, &mut self.force);
+        self.implicit.add_damping_remainders(system, &state.x, &state.v, &mut self.force);
+        for (i, &m) in system.mass().iter().enumerate() {
+            self.b[i] = state.v[i] * m + self.force[i] * h;
+        }
+    }
+
+    /// The part of `b` that Algorithm 1 does not update: `M v_n`, `−h L_k x_n` and every force that the
+    /// matrix does not dominate stay at level `n`.
+    pub(crate) fn freeze(&mut self, system: &System, state: &State, h: f64) {
+        self.explicit_force.fill(Vec3::zeros());
+        self.implicit.add_explicit_forces(system, &state.x, &state.v, &mut self.explicit_force);
+        // −L_k x_n is the springs' force less F2.
+        self.force.fill(Vec3::zeros());
+        self.implicit.add_nonlinear_forces(system, &state.x, &mut self.force);
+        self.frozen.fill(Vec3::zeros());
+        self.implicit.add_implicit_forces(system, &state.x, &mut self.frozen);
+        for (i, &m) in system.mass().iter().enumerate() {
+            let force = self.explicit_force[i] + (self.frozen[i] - self.force[i]);
+            self.frozen[i] = state.v[i] * m + force * h;
+        }
+    }
+
+    /// `b(v, x_n + h v)`: only `F2` and the remainder of projected damping follow `v`.
+    #[doc(alias = "EEH Algorithm 1")]
+    pub(crate) fn update(&mut self, system: &System, state: &State, h: f64, v: &[Vec3]) {
+        for ((x, x_n), v) in self.x.iter_mut().zip(&state.x).zip(v) {
+            *x = x_n + v * h;
+        }
+        self.force.fill(Vec3::zeros());
+        self.implicit.add_nonlinear_forces(system, &self.x, &mut self.force);
+        self.implicit.add_damping_remainders(system, &state.x, v, &mut self.force);
+        for ((b, frozen), force) in self.b.iter_mut().zip(&self.frozen).zip(&self.force) {
+            *b = frozen + force * h;
+        }
+    }
+}

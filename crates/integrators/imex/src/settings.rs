@@ -1,0 +1,196 @@
+//! What the two methods are, and their settings.
+
+use drape_integrator::{
+    Implicit, Kind, LinearSettings, Method, Order, Setting, SettingError, Settings, StabilityClass,
+    Start, Support, Treatment, linear_settings as linear,
+};
+
+const fn support(effect: &'static str, treatment: Treatment) -> Support {
+    Support { effect, treatment }
+}
+
+const SUPPORTS: &[Support] = &[
+    support("tension", Treatment::Implicit),
+    support("shear", Treatment::BySetting),
+    support("bending", Treatment::BySetting),
+    support("gravity", Treatment::Explicit),
+    support("pins", Treatment::Constraint),
+    support("contact", Treatment::Constraint),
+];
+
+const fn forcing_term(default: &'static str) -> Setting {
+    Setting {
+        key: "forcing_term",
+        kind: Kind::Number { min: 1e-16, max: 0.5 },
+        default,
+        help: "relative tolerance ε of the solve",
+    }
+}
+
+const fn implicit(default: &'static str) -> Setting {
+    Setting {
+        key: "implicit",
+        kind: Kind::Choice(&["tension", "springs"]),
+        default,
+        help: "which springs stand in the matrix; the others stay at the old level",
+    }
+}
+
+const IMPLICIT_BENEFIT: &str = "conserves linear momentum; solved exactly with all springs implicit \
+     it never gains energy; locks for h²k/m above 1";
+
+/// IMEX Euler.
+pub static IMEX_EULER: Method = Method {
+    id: "imex-euler",
+    name: "IMEX Euler",
+    source: "EEH (19)-(21)",
+    order: Order::One,
+    class: StabilityClass::Dissipative,
+    theory: IMPLICIT_BENEFIT,
+    supports: SUPPORTS,
+    settings: &[
+        forcing_term("1e-3"),
+        linear::PRECONDITIONER,
+        Setting {
+            key: "start",
+            kind: Kind::Choice(&["last", "extrapolated"]),
+            default: "extrapolated",
+            help: "start value of the solve: v_n or 2 v_n - v_{n-1} (EEH 22)",
+        },
+        linear::NORM,
+        linear::SOLVER,
+        implicit("tension"),
+        linear::MATRIX,
+    ],
+};
+
+/// IMEX Euler with updated right-hand side.
+pub static IMEX_UPDATED: Method = Method {
+    id: "imex-updated",
+    name: "IMEX Euler with updated CG",
+    source: "EEH Algorithm 1",
+    order: Order::One,
+    class: StabilityClass::Dissipative,
+    theory: "its fixed point is backward Euler; the robust form lowers the incremental potential \
+             at every iteration; the paper's form gains energy where ε h²k/m is large",
+    supports: SUPPORTS,
+    settings: &[
+        forcing_term("1e-2"),
+        linear::PRECONDITIONER,
+        Setting {
+            key: "start",
+            kind: Kind::Choice(&["last", "extrapolated", "best"]),
+            default: "best",
+            help: "start value of the solve; best: whichever has the lower potential \
+                   (the paper's form reads it as extrapolated)",
+        },
+        Setting {
+            key: "safeguard",
+            kind: Kind::Choice(&["paper", "robust"]),
+            default: "robust",
+            help: "Algorithm 1 as printed, or with energy safeguards",
+        },
+        linear::NORM,
+        linear::SOLVER,
+        implicit("springs"),
+        linear::MATRIX,
+        Setting {
+            key: "max_outer",
+            kind: Kind::Integer { min: 1, max: 1_000_000 },
+            default: "200",
+            help: "most updates of the right-hand side in a step; the robust form goes on with Newton",
+        },
+        Setting {
+            key: "inner",
+            kind: Kind::Integer { min: 1, max: 10_000 },
+            default: "10",
+            help: "most CG iterations between two updates",
+        },
+        Setting {
+            key: "newton_above",
+            kind: Kind::Number { min: 0.0, max: 1e300 },
+            default: "100",
+            help: "the robust form uses Newton at once where h²k/m is larger than this",
+        },
+    ],
+};
+
+/// Settings of IMEX Euler.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ImexEulerSettings {
+    /// The linear solve.
+    pub linear: LinearSettings,
+    /// Start value.
+    pub start: Start,
+    /// Which springs are implicit.
+    pub implicit: Implicit,
+}
+
+impl ImexEulerSettings {
+    /// Reads `key=value` pairs.
+    ///
+    /// # Errors
+    /// [`SettingError`] for an unknown key or a value that does not fit.
+    pub fn from_pairs<'a>(
+        pairs: impl IntoIterator<Item = (&'a str, &'a str)>,
+    ) -> Result<Self, SettingError> {
+        let settings = Settings::new(IMEX_EULER.id, IMEX_EULER.settings, pairs)?;
+        Ok(Self {
+            linear: LinearSettings::read(&settings, settings.number("forcing_term")),
+            start: Start::read(settings.word("start")),
+            implicit: Implicit::read(settings.word("implicit")),
+        })
+    }
+}
+
+/// Which form of Algorithm 1 runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Safeguard {
+    /// As printed.
+    Paper,
+    /// With energy safeguards.
+    Robust,
+}
+
+/// Settings of updated CG.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ImexUpdatedSettings {
+    /// The linear solves.
+    pub linear: LinearSettings,
+    /// Start value.
+    pub start: Start,
+    /// Which springs are implicit.
+    pub implicit: Implicit,
+    /// Which form of the algorithm.
+    pub safeguard: Safeguard,
+    /// Most updates of the right-hand side in a step.
+    pub max_outer: u32,
+    /// Most CG iterations between two updates.
+    pub inner: usize,
+    /// θ above which the robust form uses Newton at once.
+    pub newton_above: f64,
+}
+
+impl ImexUpdatedSettings {
+    /// Reads `key=value` pairs.
+    ///
+    /// # Errors
+    /// [`SettingError`] for an unknown key or a value that does not fit.
+    pub fn from_pairs<'a>(
+        pairs: impl IntoIterator<Item = (&'a str, &'a str)>,
+    ) -> Result<Self, SettingError> {
+        let settings = Settings::new(IMEX_UPDATED.id, IMEX_UPDATED.settings, pairs)?;
+        Ok(Self {
+            linear: LinearSettings::read(&settings, settings.number("forcing_term")),
+            start: Start::read(settings.word("start")),
+            implicit: Implicit::read(settings.word("implicit")),
+            safeguard: match settings.word("safeguard") {
+                "paper" => Safeguard::Paper,
+                _ => Safeguard::Robust,
+            },
+            max_outer: settings.integer("max_outer") as u32,
+            inner: settings.integer("inner"),
+            newton_above: settings.number("newton_above"),
+        })
+    }
+}

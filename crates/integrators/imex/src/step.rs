@@ -1,0 +1,175 @@
+//! The two steps.
+
+use crate::algorithm1::{Stage, as_printed};
+use crate::settings::{
+    IMEX_EULER, IMEX_UPDATED, ImexEulerSettings, ImexUpdatedSettings, Safeguard,
+};
+use crate::workspace::Workspace;
+use drape_integrator::{
+    Integrator, Method, Phase, PhaseClock, PrepareError, Start, StepError, StepReport, TimeStep,
+};
+use drape_model::{State, System};
+
+/// IMEX Euler, EEH (21).
+#[derive(Debug)]
+pub struct ImexEuler {
+    settings: ImexEulerSettings,
+    workspace: Option<Workspace>,
+}
+
+impl ImexEuler {
+    /// The method with its settings.
+    pub fn new(settings: ImexEulerSettings) -> Self {
+        Self { settings, workspace: None }
+    }
+}
+
+/// IMEX Euler with updated CG, EEH Algorithm 1.
+#[derive(Debug)]
+pub struct ImexUpdated {
+    settings: ImexUpdatedSettings,
+    workspace: Option<Workspace>,
+}
+
+impl ImexUpdated {
+    /// The method with its settings.
+    pub fn new(settings: ImexUpdatedSettings) -> Self {
+        Self { settings, workspace: None }
+    }
+}
+
+/// `x_{n+1} = x_n + h v_{n+1}`, EEH (20), and the end of the contacts.
+#[doc(alias = "EEH 20")]
+fn advance(w: &mut Workspace, state: &mut State, h: f64) {
+    w.predictor.remember(&state.v, h);
+    for i in 0..state.x.len() {
+        state.v[i] = w.velocity[i];
+        state.x[i] += w.velocity[i] * h; // EEH (20)
+    }
+    w.contacts.settle(&mut state.v, |i, v| w.predictor.forget(i, v));
+    state.t += h;
+}
+
+impl Integrator for ImexEuler {
+    fn method(&self) -> &'static Method {
+        &IMEX_EULER
+    }
+
+    fn prepare(&mut self, system: &System, h: TimeStep) -> Result<(), PrepareError> {
+        IMEX_EULER.check(system)?;
+        let ImexEulerSettings { implicit, linear, .. } = self.settings;
+        self.workspace = Some(Workspace::new(system, implicit, linear, false, h.seconds())?);
+        Ok(())
+    }
+
+    #[doc(alias = "EEH 19")]
+    fn step(
+        &mut self,
+        system: &System,
+        state: &mut State,
+        h: TimeStep,
+        clock: &mut PhaseClock,
+    ) -> Result<StepReport, StepError> {
+        let w = Workspace::ready(&mut self.workspace, system, state)?;
+        let h = h.seconds();
+        clock.switch(Phase::MatrixSetup);
+        let mut report = StepReport::after_setup(w.linear.refresh(system, h)?); // A = M + h² L_k + h L_c
+        clock.switch(Phase::Forces);
+        w.rhs.assemble(system, state, h); // right-hand side of EEH (21)
+        report.force_evaluations = 1;
+        clock.switch(Phase::Contact);
+        w.contacts.detect(system, &state.x, &state.v, h, &mut w.constraints);
+        clock.switch(Phase::Solve);
+        match self.settings.start {
+            Start::Last => w.velocity.copy_from_slice(&state.v),
+            _ => w.predictor.extrapolate(&state.v, h, &mut w.velocity), // EEH (22)
+        }
+        let Workspace { rhs, velocity: v, impulse, linear, contacts, constraints, .. } = w;
+        contacts.solve(system, constraints, impulse, |constraints, impulse| {
+            report += linear.solve(constraints, &rhs.b, v); // EEH (21)
+            if let Some(impulse) = impulse {
+                linear.constraint_impulse(&rhs.b, v, impulse);
+            }
+            Ok::<(), StepError>(())
+        })?;
+        clock.switch(Phase::Update);
+        advance(w, state, h);
+        clock.stop();
+        Ok(report)
+    }
+
+    fn restart(&mut self, _state: &State) {
+        if let Some(w) = &mut self.workspace {
+            w.restart();
+        }
+    }
+}
+
+impl Integrator for ImexUpdated {
+    fn method(&self) -> &'static Method {
+        &IMEX_UPDATED
+    }
+
+    fn prepare(&mut self, system: &System, h: TimeStep) -> Result<(), PrepareError> {
+        IMEX_UPDATED.check(system)?;
+        let ImexUpdatedSettings { implicit, linear, safeguard, .. } = self.settings;
+        let robust = safeguard == Safeguard::Robust;
+        self.workspace = Some(Workspace::new(system, implicit, linear, robust, h.seconds())?);
+        Ok(())
+    }
+
+    fn step(
+        &mut self,
+        system: &System,
+        state: &mut State,
+        h: TimeStep,
+        clock: &mut PhaseClock,
+    ) -> Result<StepReport, StepError> {
+        let w = Workspace::ready(&mut self.workspace, system, state)?;
+        let (h, settings) = (h.seconds(), &self.settings);
+        clock.switch(Phase::MatrixSetup);
+        let mut report = StepReport::after_setup(w.linear.refresh(system, h)?); // A = M + h² L_k + h L_c
+        clock.switch(Phase::Forces);
+        w.rhs.freeze(system, state, h); // M v_n + h [F_frozen − L_k x_n]
+        clock.switch(Phase::Contact);
+        w.contacts.detect(system, &state.x, &state.v, h, &mut w.constraints);
+        clock.switch(Phase::Solve);
+        w.predictor.extrapolate(&state.v, h, &mut w.extrapolated); // EEH (22)
+        let start = if settings.start == Start::Last { &state.v } else { &w.extrapolated };
+        w.velocity.copy_from_slice(start);
+        if let Some(descent) = &mut w.descent {
+            descent.begin(system, state, h, &w.rhs.explicit_force);
+        }
+        let Workspace { rhs, velocity: v, impulse, linear, contacts, constraints, descent, .. } = w;
+        contacts.solve(system, constraints, impulse, |constraints, impulse| {
+            let stage = Stage { system, state, h, constraints, settings };
+            if let Some(descent) = descent.as_mut() {
+                if settings.start == Start::Best {
+                    descent.choose(stage, v, &state.v);
+                }
+                descent.minimise(stage, rhs, linear, v, &mut report)?;
+                if let Some(impulse) = impulse {
+                    impulse.copy_from_slice(descent.gradient(system, v));
+                }
+            } else {
+                as_printed(stage, rhs, linear, v, &mut report);
+                if let Some(impulse) = impulse {
+                    linear.constraint_impulse(&rhs.b, v, impulse);
+                }
+            }
+            Ok::<(), StepError>(())
+        })?;
+        clock.switch(Phase::Update);
+        report.force_evaluations = 2 + report.outer_passes;
+        report.force_evaluations += w.descent.as_ref().map_or(0, |descent| descent.evaluations());
+        advance(w, state, h);
+        clock.stop();
+        Ok(report)
+    }
+
+    fn restart(&mut self, _state: &State) {
+        if let Some(w) = &mut self.workspace {
+            w.restart();
+        }
+    }
+}

@@ -1,0 +1,142 @@
+//! Numbers as text: sensible digits, powers of ten as a reader writes them.
+
+/// An integer in superscript digits.
+fn superscript(n: i32) -> String {
+    n.to_string()
+        .chars()
+        .map(|c| match c {
+            '-' => '⁻',
+            '1' => '¹',
+            '2' => '²',
+            '3' => '³',
+            '4'..='9' => char::from_u32('⁴' as u32 + (c as u32 - '4' as u32)).unwrap_or(c),
+            _ => '⁰',
+        })
+        .collect()
+}
+
+/// The exponent n when `value` is 10ⁿ to rounding.
+pub(crate) fn exponent_of_ten(value: f64) -> Option<i32> {
+    if value <= 0.0 {
+        return None;
+    }
+    let exponent = libm::log10(value);
+    let rounded = libm::round(exponent);
+    (libm::fabs(exponent - rounded) < 1e-9).then_some(rounded as i32)
+}
+
+/// 10ⁿ: `1`, `10`, `10⁴`, `10⁻³`.
+pub(crate) fn power_of_ten(exponent: i32) -> String {
+    match exponent {
+        0 => "1".to_owned(),
+        1 => "10".to_owned(),
+        n => format!("10{}", superscript(n)),
+    }
+}
+
+/// A stiffness over mass or another quantity that is usually a power of ten.
+pub(crate) fn power(value: f64) -> String {
+    exponent_of_ten(value).map_or_else(|| significant(value, 3), power_of_ten)
+}
+
+/// A setting such as a step or a forcing term: the shortest decimal, a power beyond four zeros.
+pub(crate) fn setting(value: f64) -> String {
+    if value != 0.0 && libm::fabs(value) < 1e-4 { power(value) } else { format!("{value}") }
+}
+
+/// `value` with `digits` significant digits; powers of ten only where zeros would pile up.
+pub(crate) fn significant(value: f64, digits: i32) -> String {
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    let sign = if value < 0.0 { "−" } else { "" };
+    let size = libm::fabs(value);
+    let mut exponent = libm::floor(libm::log10(size)) as i32;
+    // 9.996 at three digits is 10.0: the exponent of the rounded number counts.
+    if libm::round(size / ten_to(exponent - digits + 1)) >= ten_to(digits) {
+        exponent += 1;
+    }
+    if (-3..6).contains(&exponent) {
+        let decimals = (digits - 1 - exponent).max(0) as usize;
+        format!("{sign}{size:.decimals$}")
+    } else {
+        let decimals = (digits - 1).max(0) as usize;
+        format!("{sign}{:.decimals$}·10{}", size / ten_to(exponent), superscript(exponent))
+    }
+}
+
+/// As [`significant`], without the zeros at the end of a decimal: for quotients of small integers.
+pub(crate) fn trimmed(value: f64, digits: i32) -> String {
+    let text = significant(value, digits);
+    if text.contains('.') && !text.contains('·') {
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        text
+    }
+}
+
+fn ten_to(exponent: i32) -> f64 {
+    libm::pow(10.0, f64::from(exponent))
+}
+
+/// Word-wraps to lines of at most `width` characters (longer words stay whole).
+pub(crate) fn wrap(text: &str, width: usize) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split_whitespace() {
+        match lines.last_mut() {
+            Some(line) if line.chars().count() + 1 + word.chars().count() <= width => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            _ => lines.push(word.to_owned()),
+        }
+    }
+    lines
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_written_with_sensible_digits() {
+        let cases = [
+            (0.0, "0"),
+            (1.0, "1.00"),
+            (9.996, "10.0"),
+            (0.04567, "0.0457"),
+            (-456.7, "−457"),
+            (123_456.0, "123456"),
+            (1.234e-7, "1.23·10⁻⁷"),
+            (9.999e-7, "1.00·10⁻⁶"),
+            (4.5e300, "4.50·10³⁰⁰"),
+        ];
+        for (value, text) in cases {
+            assert_eq!(significant(value, 3), text, "{value}");
+        }
+    }
+
+    #[test]
+    fn quotients_of_small_integers_keep_no_idle_zeros() {
+        let cases = [(0.07, "0.07"), (2.0, "2"), (100.0, "100"), (1.5e-9, "1.50·10⁻⁹"), (0.0, "0")];
+        for (value, text) in cases {
+            assert_eq!(trimmed(value, 3), text, "{value}");
+        }
+    }
+
+    #[test]
+    fn powers_of_ten_are_superscripts() {
+        assert_eq!(power(1e4), "10⁴");
+        assert_eq!(power(1e-3), "10⁻³");
+        assert_eq!(power(1.0), "1");
+        assert_eq!(power(4.69e7), "4.69·10⁷");
+        assert_eq!(setting(0.05), "0.05");
+        assert_eq!(setting(1e-6), "10⁻⁶");
+    }
+
+    #[test]
+    fn lines_are_broken_between_words() {
+        assert_eq!(wrap("one two three", 7), ["one two", "three"]);
+        assert!(wrap("", 7).is_empty());
+    }
+}

@@ -1,0 +1,44 @@
+//! A figure's name, title, caption and the function that makes it.
+
+use crate::ReportError;
+use crate::plot::{Sheet, svg};
+use drape_records::Figure;
+
+/// A figure: what the record says about it and how it is made of an input `I`.
+pub(crate) struct Plate<I: ?Sized> {
+    /// File name below `figures/`.
+    pub(crate) file: &'static str,
+    /// Title, one line.
+    pub(crate) title: &'static str,
+    /// What is drawn, under which conditions, what to see.
+    pub(crate) caption: &'static str,
+    /// The drawing, or `None` when the input has no data for it.
+    pub(crate) sheet: fn(&I) -> Option<Sheet>,
+}
+
+impl<I: ?Sized> Plate<I> {
+    pub(crate) fn figure(&self) -> Figure {
+        Figure {
+            file: self.file.to_owned(),
+            title: self.title.to_owned(),
+            caption: self.caption.to_owned(),
+        }
+    }
+}
+
+/// Draws the plates that have data, adds their files to `files` and returns them for the page.
+pub(crate) fn draw_all<I: ?Sized>(
+    plates: &[Plate<I>],
+    input: &I,
+    files: &mut Vec<(String, String)>,
+) -> Result<Vec<Figure>, ReportError> {
+    let mut drawn = Vec::new();
+    for plate in plates {
+        let Some(sheet) = (plate.sheet)(input) else { continue };
+        let text = svg(&sheet, plate.title, plate.caption)
+            .map_err(|source| ReportError::Draw { file: plate.file, source })?;
+        files.push((format!("figures/{}", plate.file), text));
+        drawn.push(plate.figure());
+    }
+    Ok(drawn)
+}

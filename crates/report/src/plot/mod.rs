@@ -1,0 +1,135 @@
+//! What every figure has in common.
+//!
+//! A [`Sheet`] is data: panels with axes, series, rules and bars. [`svg`] turns it into the text of
+//! one SVG file. Positions inside a panel are those of its [`Axis`] (logarithms are taken there);
+//! plotters maps them to pixels and draws axes and grid, `draw` adds curves, markers and legend.
+
+mod axis;
+mod draw;
+mod style;
+
+pub(crate) use axis::Axis;
+pub(crate) use draw::svg;
+pub(crate) use style::{Fill, Look, State};
+
+/// A figure: panels in rows, one legend below them.
+pub(crate) struct Sheet {
+    /// In reading order.
+    pub(crate) panels: Vec<Panel>,
+    /// Sentences below the legend.
+    pub(crate) notes: Vec<String>,
+}
+
+/// One pair of axes and what is drawn between them.
+pub(crate) struct Panel {
+    /// Lines above the panel.
+    pub(crate) title: Vec<String>,
+    pub(crate) x: Axis,
+    pub(crate) y: Axis,
+    pub(crate) series: Vec<Series>,
+    pub(crate) rules: Vec<Rule>,
+    pub(crate) bars: Vec<Bar>,
+}
+
+impl Panel {
+    /// An empty panel.
+    pub(crate) fn new(title: Vec<String>, x: Axis, y: Axis) -> Self {
+        Self { title, x, y, series: Vec::new(), rules: Vec::new(), bars: Vec::new() }
+    }
+}
+
+/// Points joined by a line.
+pub(crate) struct Series {
+    /// Entry of the legend; series of one label share one.
+    pub(crate) label: String,
+    pub(crate) look: Look,
+    /// In the order in which the line passes.
+    pub(crate) points: Vec<Point>,
+}
+
+impl Series {
+    /// A series with its points sorted by x; `None` when there are none.
+    pub(crate) fn new(label: String, look: Look, mut points: Vec<Point>) -> Option<Self> {
+        points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+        points.dedup();
+        (!points.is_empty()).then_some(Self { label, look, points })
+    }
+}
+
+/// A value with the verdict of the run that gave it.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) struct Point {
+    pub(crate) x: f64,
+    pub(crate) y: f64,
+    pub(crate) state: State,
+}
+
+/// A straight line across the panel.
+pub(crate) struct Rule {
+    /// Entry of the legend.
+    pub(crate) label: String,
+    pub(crate) at: At,
+}
+
+/// Where a rule lies.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) enum At {
+    /// Across at this value of y.
+    Y(f64),
+    /// Upright at this value of x.
+    X(f64),
+}
+
+/// A horizontal bar from x = 0, cut into parts.
+pub(crate) struct Bar {
+    /// Middle of the bar on the y axis; its thickness is 0.64.
+    pub(crate) y: f64,
+    /// Label in the legend, fill and length of each part.
+    pub(crate) parts: Vec<(&'static str, Fill, f64)>,
+    /// Text behind its end.
+    pub(crate) end: String,
+}
+
+/// Title, series and rules of a panel that has no axes yet.
+pub(crate) type Draft = (Vec<String>, Vec<Series>, Vec<Rule>);
+
+/// Panels with one pair of axes for all, so that they can be compared; `None` when no panel has any
+/// points.
+///
+/// `x` and `y` make the axes of all points' values; panels without points are left out.
+pub(crate) fn panels_of(
+    drafts: Vec<Draft>,
+    x: impl Fn(&[f64]) -> Axis,
+    y: impl Fn(&[f64]) -> Axis,
+) -> Option<Sheet> {
+    let points = || drafts.iter().flat_map(|(_, series, _)| series).flat_map(|s| &s.points);
+    let xs: Vec<f64> = points().map(|p| p.x).collect();
+    let ys: Vec<f64> = points().map(|p| p.y).collect();
+    let panels: Vec<Panel> = drafts
+        .into_iter()
+        .filter(|(_, series, _)| !series.is_empty())
+        .map(|(title, series, rules)| Panel { series, rules, ..Panel::new(title, x(&xs), y(&ys)) })
+        .collect();
+    (!panels.is_empty()).then_some(Sheet { panels, notes: Vec::new() })
+}
+
+/// The different names found, those of `known` first and in its order, then any others.
+pub(crate) fn names<'a>(known: &[&'a str], found: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
+    let found: std::collections::BTreeSet<&str> = found.collect();
+    let expected = known.iter().copied().filter(|name| found.contains(name));
+    let others = found.iter().copied().filter(|name| !known.contains(name));
+    expected.chain(others).collect()
+}
+
+/// Place of a name in `known`, or behind it: the number of its look.
+pub(crate) fn place_of(name: &str, known: &[&str]) -> usize {
+    known.iter().position(|entry| *entry == name).unwrap_or(known.len())
+}
+
+/// The different values found, in rising order.
+pub(crate) fn values(found: impl Iterator<Item = f64>) -> Vec<f64> {
+    let mut values: Vec<f64> = found.collect();
+    values.sort_by(f64::total_cmp);
+    values.dedup();
+    values
+}

@@ -1,0 +1,145 @@
+//! Colours, markers, dashes and sizes.
+//!
+//! Colours are those of Okabe and Ito, which colour-blind readers can tell apart (their yellow is
+//! left out: it vanishes on white). No series depends on its colour: marker and dashes differ too,
+//! so that a figure can be read in grey.
+
+use plotters::style::RGBColor;
+
+/// Font size of titles and labels in user units of the SVG (pixels at 100 %).
+pub(super) const FONT: f64 = 15.0;
+/// Font size of the figure's title.
+pub(super) const TITLE_FONT: f64 = 19.0;
+/// Half the size of a marker.
+pub(super) const MARKER: f64 = 5.5;
+
+pub(super) const INK: RGBColor = RGBColor(0x1a, 0x1a, 0x1a);
+pub(super) const GRID: RGBColor = RGBColor(0xe2, 0xe2, 0xe2);
+pub(super) const FRAME: RGBColor = RGBColor(0x80, 0x80, 0x80);
+
+/// Blue, vermillion, bluish green, reddish purple, black, orange, sky blue.
+const COLOURS: [RGBColor; 7] = [
+    RGBColor(0x00, 0x72, 0xb2),
+    RGBColor(0xd5, 0x5e, 0x00),
+    RGBColor(0x00, 0x9e, 0x73),
+    RGBColor(0xcc, 0x79, 0xa7),
+    RGBColor(0x00, 0x00, 0x00),
+    RGBColor(0xe6, 0x9f, 0x00),
+    RGBColor(0x56, 0xb4, 0xe9),
+];
+
+/// Outlines of the markers, in tenths of half their size.
+const MARKERS: [&[(i32, i32)]; 7] = [
+    // Disc (a dodecagon).
+    &[
+        (10, 0),
+        (9, 5),
+        (5, 9),
+        (0, 10),
+        (-5, 9),
+        (-9, 5),
+        (-10, 0),
+        (-9, -5),
+        (-5, -9),
+        (0, -10),
+        (5, -9),
+        (9, -5),
+    ],
+    // Square.
+    &[(-9, -9), (9, -9), (9, 9), (-9, 9)],
+    // Triangle, point up.
+    &[(0, -12), (11, 9), (-11, 9)],
+    // Diamond.
+    &[(0, -13), (13, 0), (0, 13), (-13, 0)],
+    // Triangle, point down.
+    &[(0, 12), (11, -9), (-11, -9)],
+    // Upright bar.
+    &[(-5, -13), (5, -13), (5, 13), (-5, 13)],
+    // Flat bar.
+    &[(-13, -5), (13, -5), (13, 5), (-13, 5)],
+];
+
+/// Lengths of stroke and gap, in pixels; a gap of 0 is a full line.
+const DASHES: [(i32, i32); 7] = [(1, 0), (9, 4), (3, 3), (14, 5), (6, 6), (18, 3), (2, 5)];
+
+/// How a series is drawn.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) struct Look {
+    colour: usize,
+    shape: usize,
+    line: usize,
+}
+
+impl Look {
+    /// The n-th look: colour, marker and dashes all its own for n < 7.
+    pub(crate) const fn number(n: usize) -> Self {
+        Self::pair(n, n)
+    }
+
+    /// Colour and dashes of one property, marker of another.
+    pub(crate) const fn pair(line: usize, shape: usize) -> Self {
+        Self { colour: line % 7, shape: shape % 7, line: line % 7 }
+    }
+
+    /// The same shape in black, for entries of the legend that hold for all series.
+    pub(super) const fn in_ink(self) -> Self {
+        Self { colour: 4, ..self }
+    }
+
+    pub(super) fn colour(self) -> RGBColor {
+        COLOURS[self.colour]
+    }
+
+    /// Outline of a marker of half the width `size` around (0, 0), in pixels.
+    pub(super) fn outline(self, size: f64) -> impl Iterator<Item = (i32, i32)> {
+        let scale = move |tenths: i32| libm::round(f64::from(tenths) * size / 10.0) as i32;
+        MARKERS[self.shape].iter().map(move |&(x, y)| (scale(x), scale(y)))
+    }
+
+    pub(super) fn dashes(self) -> (i32, i32) {
+        DASHES[self.line]
+    }
+}
+
+/// How the run behind a point ended, as a marker shows it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum State {
+    /// Filled marker.
+    Stable,
+    /// Hollow marker.
+    Marginal,
+    /// Hollow marker, crossed out: unstable, diverged, or a verdict that is not known here.
+    Failed,
+}
+
+impl State {
+    /// The state of a verdict of a record.
+    pub(crate) fn of_verdict(verdict: &str) -> Self {
+        match verdict {
+            "stable" => Self::Stable,
+            "marginal" => Self::Marginal,
+            _ => Self::Failed,
+        }
+    }
+}
+
+/// How a part of a bar is filled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Fill {
+    /// Dark and plain.
+    Dark,
+    /// Light, with slanted strokes.
+    Hatched,
+    /// Light and plain.
+    Light,
+}
+
+impl Fill {
+    pub(super) fn colour(self) -> RGBColor {
+        match self {
+            Self::Dark => COLOURS[0],
+            Self::Hatched => RGBColor(0xfb, 0xe3, 0xb0),
+            Self::Light => RGBColor(0xf2, 0xf2, 0xf2),
+        }
+    }
+}

@@ -1,0 +1,314 @@
+//! What `draw` writes, from synthetic records.
+
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use drape_records::file::write_json;
+use drape_records::{RecordError, cg};
+use drape_report::{ReportError, draw, figures_of_cg, figures_of_tables};
+use std::collections::BTreeMap;
+use std::path::Path;
+use tempfile::TempDir;
+
+/// A results folder with all records.
+fn complete() -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    write_json(&folder.path().join("tables.json"), &common::tables(false)).unwrap();
+    write_json(&folder.path().join("timings/tables.json"), &common::timings()).unwrap();
+    write_json(&folder.path().join("cg-vs-stiffness.json"), &common::cg(false)).unwrap();
+    folder
+}
+
+/// Draws and returns the text of every file by its name below the folder.
+fn drawn(results: &Path) -> BTreeMap<String, String> {
+    let name = |path: &Path| path.strip_prefix(results).unwrap().to_str().unwrap().to_owned();
+    let files = draw(results).unwrap();
+    files.iter().map(|path| (name(path), std::fs::read_to_string(path).unwrap())).collect()
+}
+
+fn texts<'a>(document: &'a roxmltree::Document<'_>) -> Vec<roxmltree::Node<'a, 'a>> {
+    document.descendants().filter(|node| node.has_tag_name("text")).collect()
+}
+
+fn words(svg: &str) -> Vec<String> {
+    let document = roxmltree::Document::parse(svg).unwrap();
+    let text = |node: &roxmltree::Node<'_, '_>| node.text().unwrap_or_default().trim().to_owned();
+    texts(&document).iter().map(text).collect()
+}
+
+#[test]
+fn every_figure_and_the_page_are_written() {
+    let folder = complete();
+    // For a look at the pictures: DRAPE_REPORT_LOOK=folder keeps a copy.
+    let files = drawn(folder.path());
+    if let Some(copy) = std::env::var_os("DRAPE_REPORT_LOOK") {
+        for (name, text) in &files {
+            drape_records::file::write_atomically(&Path::new(&copy).join(name), text.as_bytes())
+                .unwrap();
+        }
+    }
+    let figures: Vec<_> = figures_of_tables().into_iter().chain(figures_of_cg()).collect();
+    assert_eq!(figures.len(), 9);
+    assert_eq!(files.len(), 10);
+    let page = &files["README.md"];
+    for figure in figures {
+        assert!(files.contains_key(&format!("figures/{}", figure.file)), "{}", figure.file);
+        assert!(page.contains(&format!("(figures/{})", figure.file)), "{}", figure.file);
+        assert!(page.contains(&figure.caption), "{}", figure.file);
+        assert!(figure.caption.split_whitespace().count() > 30, "{}", figure.file);
+    }
+}
+
+#[test]
+fn figures_name_axes_units_and_every_curve() {
+    let variants = ["plain", "updated-paper", "updated-robust"];
+    let stiffnesses =
+        ["10²", "10³", "10⁴", "10⁵", "10⁶", "10⁷", "10⁸"].map(|k| format!("k/m = {k} s⁻²"));
+    let failed = "run was unstable or diverged";
+    let mut expected: BTreeMap<&str, Vec<String>> = BTreeMap::new();
+    let mut expect = |file, entries: &[&str]| {
+        expected.entry(file).or_default().extend(entries.iter().map(|e| (*e).to_owned()));
+    };
+    expect("tables-counts.svg", &variants);
+    expect("tables-counts.svg", &["the paper's count", failed, "run was marginal"]);
+    expect("tables-counts.svg", &["forcing term ε (dimensionless)", "CG iterations in 1 s"]);
+    expect("tables-counts.svg", &["Table 3, row 2: hanging textile"]);
+    expect("tables-counts.svg", &["2704 particles, k/m = 10⁶ s⁻², h = 0.01 s"]);
+    expect("tables-exponents.svg", &variants);
+    expect("tables-exponents.svg", &["stiffness over mass k/m (s⁻²)"]);
+    expect("tables-exponents.svg", &["count / paper's count (ratio)"]);
+    expect("tables-exponents.svg", &["ratio 1: the paper's count", "reading that drape takes"]);
+    expect("tables-cost.svg", &["CG", "set-up of the matrix", "rest", "the paper"]);
+    expect("tables-cost.svg", &["share of the solver's time (%)", "plain, matrix kept"]);
+    expect("tables-cost.svg", &["2700 ms per simulated s"]);
+    for preconditioner in ["none", "jacobi", "ic0"] {
+        for start in ["extrapolated", "last", "best"] {
+            expect("cg-vs-stiffness.svg", &[&format!("{preconditioner}, {start}")]);
+        }
+    }
+    for file in ["cg-vs-stiffness.svg", "cg-plain-vs-updated.svg"] {
+        expect(file, &["400 particles", "2704 particles"]);
+        expect(file, &["stiffness over mass k/m (s⁻²)", "CG iterations per step", "0"]);
+    }
+    expect("cg-plain-vs-updated.svg", &variants);
+    expect("cg-plain-vs-updated.svg", &[failed, "run was marginal"]);
+    expect("cg-vs-theta.svg", &["θ = h²k/m (dimensionless)", "CG iterations per step"]);
+    expect("cg-vs-theta.svg", &["h = 0.001 s", "h = 0.002 s", "h = 0.005 s", "h = 0.01 s"]);
+    expect("cg-vs-theta.svg", &["h = 0.02 s", "h = 0.05 s"]);
+    expect("cg-vs-step.svg", &["time step h (s)", "CG iterations in 1 s", "400 particles, plain"]);
+    expect("cg-vs-forcing-term.svg", &["forcing term ε (dimensionless)", "CG iterations per step"]);
+    for stiffness in &stiffnesses {
+        expect("cg-vs-step.svg", &[stiffness]);
+        expect("cg-vs-forcing-term.svg", &[stiffness]);
+    }
+    expect("motion-vs-stiffness.svg", &["imex-euler", "imex-updated", "backward-euler", failed]);
+    expect("motion-vs-stiffness.svg", &["imex-updated, tension only", "h = 0.01 s"]);
+    expect("motion-vs-stiffness.svg", &["vertical displacement at t = 0.3 s (m)"]);
+
+    let folder = complete();
+    let files = drawn(folder.path());
+    assert_eq!(expected.len(), files.len() - 1);
+    for (file, entries) in expected {
+        let words = words(&files[&format!("figures/{file}")]);
+        for entry in entries {
+            assert!(words.contains(&entry), "{file} lacks `{entry}`: {words:?}");
+        }
+    }
+}
+
+#[test]
+fn figures_are_well_formed_and_no_text_leaves_them() {
+    let folder = complete();
+    for (name, svg) in drawn(folder.path()).iter().filter(|(name, _)| name.ends_with(".svg")) {
+        let document = roxmltree::Document::parse(svg).unwrap_or_else(|e| panic!("{name}: {e}"));
+        let root = document.root_element();
+        assert_eq!(root.attribute("role"), Some("img"), "{name}");
+        for tag in ["title", "desc"] {
+            let element = root.children().find(|node| node.has_tag_name(tag)).unwrap();
+            assert!(!element.text().unwrap_or_default().is_empty(), "{name}: {tag}");
+        }
+        let size = |side| root.attribute(side).unwrap().parse::<f64>().unwrap();
+        let (width, height) = (size("width"), size("height"));
+        assert!(width >= 900.0 && height >= 550.0, "{name}: {width} × {height}");
+        for node in texts(&document) {
+            let number = |key| node.attribute(key).unwrap().parse::<f64>().unwrap();
+            let text = node.text().unwrap_or_default().trim();
+            let font = number("font-size");
+            assert!(font > 13.99, "{name}: `{text}` is {font} px");
+            // Extent along the line of writing, with a generous width of characters.
+            let length = 0.56 * font * text.chars().count() as f64;
+            let before = match node.attribute("text-anchor").unwrap() {
+                "start" => 0.0,
+                "middle" => 0.5 * length,
+                _ => length,
+            };
+            let turned = node.attribute("transform").is_some();
+            let (at, limit) =
+                if turned { (height - number("y"), height) } else { (number("x"), width) };
+            let across = if turned { number("x") } else { number("y") };
+            let across_limit = if turned { width } else { height };
+            assert!(
+                at - before >= 0.0 && at - before + length <= limit,
+                "{name}: `{text}` runs from {} to {} of {limit}",
+                at - before,
+                at - before + length
+            );
+            assert!((0.0..=across_limit).contains(&across), "{name}: `{text}` at {across}");
+        }
+    }
+}
+
+#[test]
+fn the_same_records_give_the_same_bytes() {
+    let (first, second) = (complete(), complete());
+    let files = drawn(first.path());
+    assert_eq!(files, drawn(second.path()));
+    assert_eq!(files, drawn(first.path()), "drawn over itself");
+}
+
+#[test]
+fn a_quick_subset_is_drawn_with_what_there_is_and_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    write_json(&folder.path().join("tables.json"), &common::tables(true)).unwrap();
+    write_json(&folder.path().join("cg-vs-stiffness.json"), &common::cg(true)).unwrap();
+    // What an earlier, complete run left.
+    std::fs::create_dir(folder.path().join("figures")).unwrap();
+    std::fs::write(folder.path().join("figures/cg-vs-step.svg"), "stale").unwrap();
+    let files = drawn(folder.path());
+    let names: Vec<&str> = files.keys().map(String::as_str).collect();
+    assert_eq!(
+        names,
+        [
+            "README.md",
+            "figures/cg-plain-vs-updated.svg",
+            "figures/cg-vs-stiffness.svg",
+            "figures/cg-vs-theta.svg",
+            "figures/tables-counts.svg",
+            "figures/tables-exponents.svg",
+        ]
+    );
+    let page = &files["README.md"];
+    assert_eq!(page.matches("Quick subset").count(), 2);
+    assert!(!page.contains("cg-vs-step.svg"), "a stale figure is shown");
+    assert!(page.contains("No timings were taken here"));
+}
+
+#[test]
+fn a_record_without_any_data_still_makes_a_page() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut record = common::cg(false);
+    record.facts = cg::Facts { cells: Vec::new(), motion: Vec::new() };
+    record.findings.clear();
+    write_json(&folder.path().join("cg-vs-stiffness.json"), &record).unwrap();
+    let files = drawn(folder.path());
+    assert_eq!(files.len(), 1);
+    assert!(files["README.md"].contains("no data for any figure"));
+    assert!(!files["README.md"].contains("## tables"));
+}
+
+#[test]
+fn zeros_and_single_points_are_drawn_inside_the_panel() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut record = common::cg(false);
+    for cell in &mut record.facts.cells {
+        cell.cg_iterations = 0;
+        cell.cg_per_step = 0.0;
+    }
+    record.facts.motion.retain(|motion| motion.verdict == "diverged");
+    write_json(&folder.path().join("cg-vs-stiffness.json"), &record).unwrap();
+    let files = drawn(folder.path());
+    assert_eq!(files.len(), 7);
+    assert!(words(&files["figures/cg-vs-step.svg"]).contains(&"0".to_owned()));
+    let motion = words(&files["figures/motion-vs-stiffness.svg"]).join(" ");
+    assert!(motion.contains("4.50·10¹²⁰ (imex-updated)"), "{motion}");
+}
+
+#[test]
+fn an_empty_folder_is_refused_with_its_name_and_the_command() {
+    let folder = tempfile::tempdir().unwrap();
+    let error = draw(folder.path()).unwrap_err();
+    assert!(matches!(&error, ReportError::NoRecords { folder: f } if f == folder.path()));
+    let message = error.to_string();
+    assert!(message.contains(&folder.path().display().to_string()), "{message}");
+    assert!(message.contains("drape reproduce"), "{message}");
+}
+
+#[test]
+fn a_broken_record_is_refused_by_name_and_nothing_is_written() {
+    for name in ["tables.json", "timings/tables.json", "cg-vs-stiffness.json"] {
+        let folder = complete();
+        let path = folder.path().join(name);
+        let text = std::fs::read_to_string(&path).unwrap();
+        // A number that JSON cannot hold is written as null.
+        let broken = text.replacen("_s\": 0.0", "_s\": null, \"x\": 0.0", 1);
+        assert_ne!(broken, text);
+        std::fs::write(&path, broken).unwrap();
+        let error = draw(folder.path()).unwrap_err();
+        assert!(
+            matches!(&error, ReportError::Record(RecordError::Format { path: p, .. }) if *p == path)
+        );
+        assert!(error.to_string().contains(&path.display().to_string()), "{error}");
+        assert!(!folder.path().join("figures").exists(), "{name}");
+    }
+}
+
+#[test]
+fn a_record_of_another_experiment_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut record = common::tables(true);
+    record.experiment = "collision".to_owned();
+    let path = folder.path().join("tables.json");
+    write_json(&path, &record).unwrap();
+    let message = draw(folder.path()).unwrap_err().to_string();
+    assert!(message.contains(&path.display().to_string()), "{message}");
+    assert!(message.contains("`collision`") && message.contains("`tables`"), "{message}");
+}
+
+#[test]
+fn the_page_gives_answers_first_and_tables_that_hold_together() {
+    let folder = complete();
+    let page = drawn(folder.path()).remove("README.md").unwrap();
+    let place = |text: &str| page.find(text).unwrap_or_else(|| panic!("no `{text}`"));
+    assert!(place("A first finding.") < place("Counted with"));
+    assert!(place("cg-vs-stiffness: answer") < place("tables: method"));
+    for text in [
+        "drape experiment tables",
+        "drape experiment cg-vs-stiffness",
+        "0123456789abcdef, with uncommitted changes",
+        "rustc 1.89.0 (test)",
+        "A \\| processor",
+        "2025-01-02T03:04:05Z",
+        "timings/tables.json",
+        "3.2 hanging textile",
+        "ε = 0.0001",
+        "(10⁵)",
+    ] {
+        place(text);
+    }
+    // Every table has a blank line before it and one number of columns.
+    let columns = |line: &str| line.replace("\\|", "").matches('|').count();
+    let lines: Vec<&str> = page.lines().collect();
+    let mut tables = 0;
+    for n in 1..lines.len() {
+        if !lines[n].starts_with('|') {
+            continue;
+        }
+        if lines[n - 1].starts_with('|') {
+            assert_eq!(columns(lines[n - 1]), columns(lines[n]), "{}", lines[n]);
+        } else {
+            assert!(lines[n - 1].is_empty(), "no blank line before {}", lines[n]);
+            assert!(
+                lines[n + 1].starts_with("| --") || lines[n + 1].starts_with("| :--"),
+                "{}",
+                lines[n + 1]
+            );
+            tables += 1;
+        }
+    }
+    assert_eq!(tables, 10, "seven of results, three of provenance");
+    assert_eq!(page.matches("<details>").count(), page.matches("</details>").count());
+    assert!(lines.iter().all(|line| !line.ends_with(' ')), "trailing blanks");
+    assert!(!page.contains("\n\n\n"), "double blank lines");
+    assert!(!page.contains("NaN") && !page.contains("inf "));
+}

@@ -1,0 +1,267 @@
+//! Constraints as filters: which directions a particle may move in, and what is prescribed in the
+//! others.
+//!
+//! Baraff & Witkin (1998, section 5) constrain a particle by a symmetric projector `S` on its free
+//! directions, and give a value `z` for the directions that `S` removes. A vector obeys the
+//! constraints when it has the form `S x + (I − S) z`.
+
+use crate::{Mat3, Vec3};
+
+/// The free directions of one particle: an orthogonal projector `S` of rank 3, 2, 1 or 0.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Filter {
+    /// `S = I`: moves freely.
+    Free,
+    /// `S = I − n nᵀ`: moves in the plane with unit normal `n`.
+    Plane {
+        /// Unit normal of the plane.
+        normal: Vec3,
+    },
+    /// `S = d dᵀ = I − p pᵀ − q qᵀ`: moves along the unit direction `d` only.
+    Line {
+        /// Unit direction of the line.
+        direction: Vec3,
+    },
+    /// `S = 0`: does not move freely at all.
+    Fixed,
+}
+
+impl Filter {
+    /// `S v`, the free part of `v`.
+    pub fn apply(&self, v: Vec3) -> Vec3 {
+        match *self {
+            Filter::Free => v,
+            Filter::Plane { normal } => v - along(normal, v),
+            Filter::Line { direction } => along(direction, v),
+            Filter::Fixed => Vec3::zeros(),
+        }
+    }
+
+    /// `(I − S) v`, the constrained part of `v`.
+    pub fn complement(&self, v: Vec3) -> Vec3 {
+        match *self {
+            Filter::Free => Vec3::zeros(),
+            Filter::Plane { normal } => along(normal, v),
+            Filter::Line { direction } => v - along(direction, v),
+            Filter::Fixed => v,
+        }
+    }
+
+    /// `S` as a symmetric matrix.
+    pub fn matrix(&self) -> Mat3 {
+        match *self {
+            Filter::Free => Mat3::identity(),
+            Filter::Plane { normal } => Mat3::identity() - normal * normal.transpose(),
+            Filter::Line { direction } => direction * direction.transpose(),
+            Filter::Fixed => Mat3::zeros(),
+        }
+    }
+
+    /// Whether the filter's direction, if it has one, has length one.
+    fn is_projector(&self) -> bool {
+        match *self {
+            Filter::Plane { normal: d } | Filter::Line { direction: d } => {
+                (d.norm_squared() - 1.0).abs() < 1e-9
+            }
+            Filter::Free | Filter::Fixed => true,
+        }
+    }
+}
+
+/// `d dᵀ v` for a unit vector `d`.
+fn along(d: Vec3, v: Vec3) -> Vec3 {
+    d * (d.x * v.x + d.y * v.y + d.z * v.z)
+}
+
+/// The filters and the prescribed values of `n` particles: `S` and `(I − S) z`.
+///
+/// Only the constrained particles are visited by [`project`](Self::project) and its relatives, so
+/// free particles cost nothing.
+///
+/// ```
+/// use drape_solvers::{Constraints, Filter, Vec3};
+/// let mut constraints = Constraints::free(2);
+/// // Particle 1 glides on a floor that rises by 0.5 m/s.
+/// constraints.set(1, Filter::Plane { normal: Vec3::z() }, Vec3::new(0.0, 0.0, 0.5));
+/// let mut v = [Vec3::new(1.0, 2.0, 3.0); 2];
+/// constraints.impose(&mut v);
+/// assert_eq!(v, [Vec3::new(1.0, 2.0, 3.0), Vec3::new(1.0, 2.0, 0.5)]);
+/// ```
+#[derive(Clone, Debug)]
+pub struct Constraints {
+    /// One filter a particle.
+    filters: Vec<Filter>,
+    /// `(I − S) z`, one a particle; zero where free.
+    prescribed: Vec<Vec3>,
+    /// The particles whose filter is not `Free`, in the order of their constraining.
+    constrained: Vec<u32>,
+}
+
+impl Constraints {
+    /// `n` free particles. Room for constraining all of them is set aside, so
+    /// [`set`](Self::set) never allocates.
+    pub fn free(n: usize) -> Self {
+        Self {
+            filters: vec![Filter::Free; n],
+            prescribed: vec![Vec3::zeros(); n],
+            constrained: Vec::with_capacity(n),
+        }
+    }
+
+    /// Number of particles, constrained or not.
+    pub fn len(&self) -> usize {
+        self.filters.len()
+    }
+
+    /// Whether there are no particles at all.
+    pub fn is_empty(&self) -> bool {
+        self.filters.is_empty()
+    }
+
+    /// Frees all particles.
+    pub fn clear(&mut self) {
+        for &i in &self.constrained {
+            self.filters[i as usize] = Filter::Free;
+            self.prescribed[i as usize] = Vec3::zeros();
+        }
+        self.constrained.clear();
+    }
+
+    /// Replaces the constraint of one particle. Of `prescribed` only the part `(I − S) z` is kept.
+    ///
+    /// # Panics
+    /// When there is no such particle; in debug builds also when a normal or a direction is not a
+    /// unit vector.
+    pub fn set(&mut self, particle: usize, filter: Filter, prescribed: Vec3) {
+        debug_assert!(filter.is_projector(), "not a unit vector: {filter:?}");
+        let was_free = self.filters[particle] == Filter::Free;
+        let is_free = filter == Filter::Free;
+        if was_free && !is_free {
+            self.constrained.push(particle as u32);
+        } else if !was_free && is_free {
+            self.constrained.retain(|&i| i as usize != particle);
+        }
+        self.filters[particle] = filter;
+        self.prescribed[particle] = filter.complement(prescribed);
+    }
+
+    /// The filter of particle `i`.
+    pub fn filter(&self, i: usize) -> Filter {
+        self.filters[i]
+    }
+
+    /// `(I − S) z` of particle `i`; zero where it is free.
+    pub fn prescribed(&self, i: usize) -> Vec3 {
+        self.prescribed[i]
+    }
+
+    /// The particles that are not free, each once, in the order in which they were constrained.
+    pub fn constrained(&self) -> &[u32] {
+        &self.constrained
+    }
+
+    /// Whether some prescribed value is not zero, that is `(I − S) z ≠ 0`.
+    pub fn has_prescribed_motion(&self) -> bool {
+        self.each().any(|(i, _)| self.prescribed[i] != Vec3::zeros())
+    }
+
+    /// `x ← S x`.
+    ///
+    /// # Panics
+    /// When `x` is not as long as there are particles.
+    pub fn project(&self, x: &mut [Vec3]) {
+        assert_eq!(x.len(), self.len(), "one vector a particle");
+        for (i, filter) in self.each() {
+            x[i] = filter.apply(x[i]);
+        }
+    }
+
+    /// `x ← S x + (I − S) z`.
+    ///
+    /// # Panics
+    /// When `x` is not as long as there are particles.
+    pub fn impose(&self, x: &mut [Vec3]) {
+        assert_eq!(x.len(), self.len(), "one vector a particle");
+        for (i, filter) in self.each() {
+            x[i] = filter.apply(x[i]) + self.prescribed[i];
+        }
+    }
+
+    /// `out ← (I − S) z`, zero in all free directions.
+    ///
+    /// # Panics
+    /// When `out` is not as long as there are particles.
+    pub fn prescribed_only(&self, out: &mut [Vec3]) {
+        assert_eq!(out.len(), self.len(), "one vector a particle");
+        out.fill(Vec3::zeros());
+        for (i, _) in self.each() {
+            out[i] = self.prescribed[i];
+        }
+    }
+
+    /// The constrained particles with their filters.
+    fn each(&self) -> impl Iterator<Item = (usize, &Filter)> {
+        self.constrained.iter().map(|&i| (i as usize, &self.filters[i as usize]))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_support::{Random, random_filter};
+
+    #[test]
+    fn filters_are_symmetric_projectors_that_match_their_matrices() {
+        let mut random = Random::new(3);
+        for _ in 0..200 {
+            let filter = random_filter(&mut random);
+            let v = random.vector();
+            let s = filter.matrix();
+            assert!((s - s.transpose()).norm() == 0.0);
+            assert!((s * s - s).norm() < 1e-14);
+            assert!((filter.apply(v) - s * v).norm() < 1e-14);
+            assert!((filter.apply(v) + filter.complement(v) - v).norm() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn setting_and_freeing_keeps_each_particle_once() {
+        let mut constraints = Constraints::free(4);
+        constraints.set(2, Filter::Fixed, Vec3::x());
+        constraints.set(0, Filter::Fixed, Vec3::zeros());
+        constraints.set(2, Filter::Plane { normal: Vec3::x() }, Vec3::zeros());
+        assert_eq!(constraints.constrained(), [2, 0]);
+        assert!(!constraints.has_prescribed_motion());
+        constraints.set(2, Filter::Free, Vec3::x());
+        assert_eq!(constraints.constrained(), [0]);
+        assert_eq!(constraints.prescribed(2), Vec3::zeros());
+        constraints.set(0, Filter::Fixed, Vec3::y());
+        assert!(constraints.has_prescribed_motion());
+        constraints.clear();
+        assert_eq!(constraints.filter(0), Filter::Free);
+        assert_eq!(constraints.prescribed(0), Vec3::zeros());
+        assert!(constraints.constrained().is_empty() && !constraints.is_empty());
+    }
+
+    #[test]
+    fn imposing_splits_a_vector_into_its_free_and_its_prescribed_part() {
+        let mut random = Random::new(4);
+        let n = 30;
+        let mut constraints = Constraints::free(n);
+        let z = random.vectors(n);
+        for i in 0..n {
+            constraints.set(i, random_filter(&mut random), z[i]);
+        }
+        let x = random.vectors(n);
+        let (mut imposed, mut projected, mut rest) = (x.clone(), x.clone(), x.clone());
+        constraints.impose(&mut imposed);
+        constraints.project(&mut projected);
+        constraints.prescribed_only(&mut rest);
+        for i in 0..n {
+            let s = constraints.filter(i).matrix();
+            assert!((projected[i] - s * x[i]).norm() < 1e-14);
+            assert!((rest[i] - (z[i] - s * z[i])).norm() < 1e-14);
+            assert!((imposed[i] - (projected[i] + rest[i])).norm() < 1e-14);
+        }
+    }
+}

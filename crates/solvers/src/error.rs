@@ -1,0 +1,61 @@
+//! What can go wrong when a matrix is factored.
+
+/// Why a factorisation or a preconditioner could not be computed.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum SolverError {
+    /// A pivot was zero, negative or not a number.
+    #[error(
+        "the matrix is not positive definite: row {row} has {}; shorten the step, add mass to the \
+         diagonal or leave the indefinite part of the Jacobian out",
+        PivotText(*pivot)
+    )]
+    NotPositiveDefinite {
+        /// Row of the matrix as handed in (no permutation): a particle for a
+        /// [`ScalarMatrix`](crate::ScalarMatrix); 3 × particle + coordinate for a
+        /// [`BlockMatrix`](crate::BlockMatrix).
+        row: usize,
+        /// The pivot, where the factorisation tells it; the sparse Cholesky library does not.
+        pivot: Option<f64>,
+    },
+    /// The matrix has other non-zero positions than the one the factor was made for.
+    #[error(
+        "the factor was made for the pattern of a matrix with {expected_size} rows and \
+         {expected_nonzeros} non-zeros, and got another one ({size} rows, {nonzeros} non-zeros); \
+         make a new factor when the topology changes"
+    )]
+    PatternChanged {
+        /// Rows of the matrix that the factor was made for.
+        expected_size: usize,
+        /// Non-zeros of the matrix that the factor was made for.
+        expected_nonzeros: usize,
+        /// Rows of the matrix that was handed in.
+        size: usize,
+        /// Non-zeros of the matrix that was handed in.
+        nonzeros: usize,
+    },
+    /// The symbolic factorisation failed: memory or index range is exhausted.
+    #[error(
+        "the symbolic factorisation of a matrix with {size} rows and {nonzeros} non-zeros failed \
+         ({reason}); use the conjugate gradient solver for a problem of this size"
+    )]
+    Factorisation {
+        /// Scalar rows.
+        size: usize,
+        /// Scalar non-zeros of one triangle.
+        nonzeros: usize,
+        /// What was exhausted.
+        reason: &'static str,
+    },
+}
+
+/// Words for a pivot that may be unknown.
+struct PivotText(Option<f64>);
+
+impl std::fmt::Display for PivotText {
+    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self.0 {
+            Some(pivot) => write!(out, "the pivot {pivot:e}"),
+            None => write!(out, "a pivot that is not positive"),
+        }
+    }
+}

@@ -1,0 +1,343 @@
+//! Preconditioned conjugate gradients for a filtered system.
+//!
+//! The loop is Baraff & Witkin's (1998, section 5) with the corrections of Ascher & Boxerman
+//! (2003): a start vector is projected instead of thrown away, and the residual is measured against
+//! the filtered right-hand side. With `S` the filter, `z` the prescribed values and `P ≈ A⁻¹` it
+//! finds `x = S x + (I − S) z` with `S (b − A x) = 0`.
+
+use crate::vector::{axpy, dot, norm, scale_add, subtract_from};
+use crate::{Constraints, LinearOperator, Preconditioner, Vec3};
+
+/// The residual is computed anew from its definition every so many iterations.
+const REFRESH_INTERVAL: usize = 50;
+
+/// A recursive residual that has fallen below this fraction of the scale of the problem is not
+/// believed: round-off may have parted it from `b − A x`, which is computed before convergence is
+/// reported.
+const TRUSTED_REDUCTION: f64 = 1e-8;
+
+/// The recursive residual has parted from the true one when their difference is larger than this
+/// fraction of the true one.
+const PARTED: f64 = 0.5;
+
+/// After the residuals have parted, the true one must have fallen by this factor before they part
+/// again; otherwise round-off has ended all progress.
+const LEAST_PROGRESS: f64 = 0.5;
+
+/// The norm in which residuals are measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Norm {
+    /// `√(rᵀr)` (Eberhardt, Etzmuß & Hauth 2000).
+    Euclid,
+    /// `√(rᵀPr)` (Baraff & Witkin 1998), which approximates the error in the energy norm.
+    Preconditioned,
+}
+
+/// What the residual is compared with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Reference {
+    /// The norm of `S (b − A (I − S) z)`. Without the filter the norm would contain the reactions
+    /// of the supports, which are large and which no iteration reduces. Costs a multiplication
+    /// only when something is prescribed that is not zero.
+    FilteredRightHandSide,
+    /// A number of the caller's, in the chosen norm.
+    Absolute(f64),
+}
+
+/// When to stop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PcgSettings {
+    /// Stop when the residual is at most this many times the reference.
+    pub forcing_term: f64,
+    /// The norm of residual and reference.
+    pub norm: Norm,
+    /// Stop after this many iterations in any case.
+    pub max_iterations: usize,
+}
+
+impl PcgSettings {
+    /// A generous limit for `n` particles: `10 √(3n)`, at least 100.
+    pub fn default_max(n: usize) -> usize {
+        let unknowns = (3 * n) as f64;
+        ((10.0 * unknowns.sqrt()).ceil() as usize).max(100)
+    }
+}
+
+/// How a solve ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SolveStatus {
+    /// The residual is small enough.
+    Converged,
+    /// The allowed iterations were used up.
+    IterationLimit,
+    /// A direction of zero or negative curvature was met, so matrix or preconditioner is not
+    /// positive definite; or a number was infinite or not a number.
+    Indefinite,
+    /// Round-off keeps the residual above the tolerance; the solution is as good as it gets.
+    Stagnated,
+}
+
+/// What a solve took and gave.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PcgReport {
+    /// Steps taken along a search direction.
+    pub iterations: usize,
+    /// Products with the matrix: one an iteration, one for the first residual, one for the
+    /// reference when motion is prescribed, and one each time the residual is computed anew.
+    pub multiplications: usize,
+    /// Last residual over the reference, in the chosen norm; 0/0 counts as 0.
+    pub relative_residual: f64,
+    /// How the solve ended.
+    pub status: SolveStatus,
+}
+
+/// The vectors of a solve, so that solving allocates nothing.
+#[derive(Clone, Debug)]
+pub struct PcgWorkspace {
+    /// Residual `r = S (b − A x)`.
+    r: Vec<Vec3>,
+    /// Search direction `c`.
+    c: Vec<Vec3>,
+    /// `q = S A c`; at other times scratch.
+    q: Vec<Vec3>,
+    /// Preconditioned residual `s = P r`.
+    s: Vec<Vec3>,
+}
+
+impl PcgWorkspace {
+    /// Room for `n` particles.
+    pub fn new(n: usize) -> Self {
+        let zeros = || vec![Vec3::zeros(); n];
+        Self { r: zeros(), c: zeros(), q: zeros(), s: zeros() }
+    }
+
+    /// The filtered residual `S (b − A x)` at the end of the last solve, as the recursion gave it.
+    pub fn residual(&self) -> &[Vec3] {
+        &self.r
+    }
+}
+
+/// Solves `S (b − A x) = 0` for `x` with `(I − S) x = (I − S) z`. The start is the free part of what
+/// `x` holds; on return it holds the solution, or the last iterate.
+///
+/// All 3n unknowns are solved for at once: dot products run over all coordinates. Three separate
+/// solves, one a coordinate, would take other numbers of iterations.
+///
+/// The residual is tested before the first iteration, so a good start may need none. A zero
+/// reference means that the prescribed values alone are the solution.
+///
+/// ```
+/// use drape_solvers::{
+///     Constraints, Filter, Identity, Norm, PcgSettings, PcgWorkspace, Reference, ScalarMatrix,
+///     SolveStatus, Vec3, filtered_pcg,
+/// };
+/// // Two nodes tied together; the first is moved by (1, 0, 0) and nothing pulls at the second.
+/// let mut a = ScalarMatrix::with_pattern(2, [(0, 1)]);
+/// a.add_diagonal(0, 1.0);
+/// a.add_diagonal(1, 1.0);
+/// a.add_edge(0, 1, 3.0);
+/// let mut constraints = Constraints::free(2);
+/// constraints.set(0, Filter::Fixed, Vec3::x());
+/// let mut x = [Vec3::zeros(); 2];
+/// let report = filtered_pcg(
+///     &a,
+///     &Identity,
+///     &constraints,
+///     &[Vec3::zeros(); 2],
+///     &mut x,
+///     Reference::FilteredRightHandSide,
+///     &PcgSettings { forcing_term: 1e-12, norm: Norm::Euclid, max_iterations: 10 },
+///     &mut PcgWorkspace::new(2),
+/// );
+/// assert_eq!(report.status, SolveStatus::Converged);
+/// assert_eq!(x, [Vec3::x(), Vec3::x() * 0.75]);
+/// ```
+///
+/// # Panics
+/// When the sizes of the arguments differ.
+#[expect(
+    clippy::too_many_arguments,
+    reason = "a linear solve has this many independent parts; each call names them in order"
+)]
+pub fn filtered_pcg(
+    a: &(impl LinearOperator + ?Sized),
+    p: &dyn Preconditioner,
+    constraints: &Constraints,
+    b: &[Vec3],
+    x: &mut [Vec3],
+    reference: Reference,
+    settings: &PcgSettings,
+    workspace: &mut PcgWorkspace,
+) -> PcgReport {
+    let n = a.size();
+    assert!(
+        [constraints.len(), b.len(), x.len(), workspace.r.len()] == [n; 4],
+        "matrix, constraints, vectors and workspace are for different numbers of particles"
+    );
+    let PcgWorkspace { r, c, q, s } = workspace;
+    let mut report = PcgReport {
+        iterations: 0,
+        multiplications: 0,
+        relative_residual: f64::NAN,
+        status: SolveStatus::Indefinite,
+    };
+
+    let reference = match reference {
+        Reference::Absolute(value) => value,
+        Reference::FilteredRightHandSide => {
+            // b̂ = S (b − A (I − S) z), in q.
+            if constraints.has_prescribed_motion() {
+                constraints.prescribed_only(c);
+                filtered_residual(a, constraints, b, c, q, &mut report);
+            } else {
+                q.copy_from_slice(b);
+                constraints.project(q);
+            }
+            let length = match settings.norm {
+                Norm::Euclid => norm(q),
+                Norm::Preconditioned => {
+                    p.apply(q, s);
+                    dot(q, s).sqrt()
+                }
+            };
+            if length == 0.0 {
+                constraints.prescribed_only(x);
+                r.fill(Vec3::zeros());
+                report.relative_residual = 0.0;
+                report.status = SolveStatus::Converged;
+                return report;
+            }
+            length
+        }
+    };
+    let target = settings.forcing_term * reference;
+
+    constraints.impose(x);
+    filtered_residual(a, constraints, b, x, r, &mut report);
+    // Whether r was computed from its definition, not by recursion.
+    let mut fresh = true;
+    // Whether the next direction starts a new sequence of conjugate ones.
+    let mut restart = true;
+    // The largest residual met, or the reference: what round-off is relative to.
+    let mut scale = reference;
+    // δ of the iteration before.
+    let mut delta_old = f64::NAN;
+    // Length of the true residual when the recursive one was last found to have parted from it.
+    let mut parted_at = f64::INFINITY;
+    let mut out_of_digits = false;
+
+    report.status = loop {
+        // How large is the residual?  δ = rᵀ P r
+        let mut delta = f64::NAN;
+        let length = match settings.norm {
+            Norm::Euclid => norm(r),
+            Norm::Preconditioned => {
+                p.apply(r, s);
+                delta = dot(r, s);
+                delta.sqrt()
+            }
+        };
+        report.relative_residual = if length == 0.0 { 0.0 } else { length / reference };
+        if !length.is_finite() {
+            break SolveStatus::Indefinite;
+        }
+        scale = scale.max(length);
+        let small = length <= target;
+        if small && (fresh || length >= TRUSTED_REDUCTION * scale) {
+            break SolveStatus::Converged;
+        }
+        if out_of_digits {
+            break SolveStatus::Stagnated;
+        }
+
+        // Is it the residual at all?
+        if !fresh && (small || report.iterations.is_multiple_of(REFRESH_INTERVAL)) {
+            filtered_residual(a, constraints, b, x, q, &mut report);
+            subtract_from(q, r);
+            let gap = norm(r);
+            r.copy_from_slice(q);
+            fresh = true;
+            let length = norm(r);
+            if small || gap > PARTED * length {
+                out_of_digits = length > LEAST_PROGRESS * parted_at;
+                parted_at = length;
+                restart = true;
+            }
+            continue;
+        }
+        if report.iterations >= settings.max_iterations {
+            break SolveStatus::IterationLimit;
+        }
+
+        // c ← S (P r + δ/δ_old c)
+        if settings.norm == Norm::Euclid {
+            p.apply(r, s);
+            delta = dot(r, s);
+        }
+        if delta == 0.0 {
+            break SolveStatus::Stagnated;
+        }
+        if delta < 0.0 || delta.is_nan() {
+            break SolveStatus::Indefinite;
+        }
+        if restart {
+            c.copy_from_slice(s);
+        } else {
+            scale_add(delta / delta_old, s, c);
+        }
+        constraints.project(c);
+        restart = false;
+        delta_old = delta;
+
+        // q = S A c,  α = δ / cᵀq,  x ← x + α c,  r ← r − α q
+        a.multiply(c, q);
+        report.multiplications += 1;
+        constraints.project(q);
+        let curvature = dot(c, q);
+        if curvature <= 0.0 || curvature.is_nan() {
+            let underflow = curvature == 0.0 && dot(c, c) == 0.0;
+            break if underflow { SolveStatus::Stagnated } else { SolveStatus::Indefinite };
+        }
+        let alpha = delta / curvature;
+        axpy(alpha, c, x);
+        axpy(-alpha, q, r);
+        report.iterations += 1;
+        fresh = false;
+    };
+    report
+}
+
+/// `out ← S (b − A x)`, one multiplication.
+fn filtered_residual(
+    a: &(impl LinearOperator + ?Sized),
+    constraints: &Constraints,
+    b: &[Vec3],
+    x: &[Vec3],
+    out: &mut [Vec3],
+    report: &mut PcgReport,
+) {
+    a.multiply(x, out);
+    report.multiplications += 1;
+    subtract_from(b, out);
+    constraints.project(out);
+}
+
+/// `out ← A x − b`, unfiltered: what the constraints contribute to each particle's balance. In free
+/// directions it is the negative of the solve's residual, so it is small.
+///
+/// # Panics
+/// When the lengths differ.
+pub fn constraint_impulse(
+    a: &(impl LinearOperator + ?Sized),
+    b: &[Vec3],
+    x: &[Vec3],
+    out: &mut [Vec3],
+) {
+    a.multiply(x, out);
+    axpy(-1.0, b, out);
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
+#[path = "pcg_tests.rs"]
+mod tests;

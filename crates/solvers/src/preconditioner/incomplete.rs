@@ -1,0 +1,259 @@
+//! Incomplete Cholesky factorisation without fill, IC(0).
+
+use super::jacobi::is_pivot;
+use super::{Preconditioner, Rows};
+use crate::pattern::Pattern;
+use crate::{ScalarMatrix, SolverError, Vec3};
+
+/// `P = (L Lᵀ)⁻¹`, where the lower triangle `L` has non-zeros only where `A` has and `L Lᵀ = A`
+/// holds there. The rows keep their natural order; one factor serves the three coordinates.
+///
+/// On an M-matrix, such as a graph Laplacian plus masses, it exists always (Meijerink & van der
+/// Vorst 1977); on a tridiagonal matrix it is the complete factor.
+#[derive(Clone, Debug)]
+pub struct IncompleteCholesky {
+    /// The pattern that the factor was made for.
+    pattern: Pattern,
+    /// First slot of each row of `L`'s strict lower triangle; row `i` is `starts[i]..starts[i + 1]`.
+    starts: Vec<usize>,
+    columns: Vec<u32>,
+    lower: Vec<f64>,
+    /// `1 / Lᵢᵢ`.
+    inverse_diagonal: Vec<f64>,
+}
+
+impl IncompleteCholesky {
+    /// The identity, with room for a factor with the pattern of `a`.
+    pub fn new(a: &ScalarMatrix) -> Self {
+        let pattern = a.pattern().clone();
+        let mut starts = vec![0];
+        let mut columns = Vec::new();
+        for i in 0..a.n() {
+            columns.extend_from_slice(&pattern.columns()[pattern.lower(i)]);
+            starts.push(columns.len());
+        }
+        Self {
+            lower: vec![0.0; columns.len()],
+            inverse_diagonal: vec![1.0; a.n()],
+            pattern,
+            starts,
+            columns,
+        }
+    }
+
+    /// Factors `a`. Rows that `free` says are not free keep their diagonal entry alone.
+    ///
+    /// # Errors
+    /// [`SolverError::NotPositiveDefinite`] with row and pivot when a pivot is not positive;
+    /// [`SolverError::PatternChanged`] when `a` has another pattern than the matrix given to
+    /// [`new`](Self::new), in which case the factor stays as it was.
+    ///
+    /// # Panics
+    /// When `free` has not one flag a row.
+    pub fn update(&mut self, a: &ScalarMatrix, free: Option<&[bool]>) -> Result<(), SolverError> {
+        self.pattern.check(a.pattern())?;
+        let rows = Rows::new(free, a.n());
+        for i in 0..a.n() {
+            let pivot = self.factor_row(a, rows, i);
+            if !is_pivot(pivot) {
+                self.lower.fill(0.0);
+                self.inverse_diagonal.fill(1.0);
+                return Err(SolverError::NotPositiveDefinite { row: i, pivot: Some(pivot) });
+            }
+            self.inverse_diagonal[i] = 1.0 / pivot.sqrt();
+        }
+        Ok(())
+    }
+
+    /// Computes row `i` of `L` left of the diagonal from the rows above it,
+    /// `Lᵢⱼ = (Aᵢⱼ − Σₖ Lᵢₖ Lⱼₖ) / Lⱼⱼ`, and returns the pivot `Lᵢᵢ² = Aᵢᵢ − Σₖ Lᵢₖ²`.
+    fn factor_row(&mut self, a: &ScalarMatrix, rows: Rows<'_>, i: usize) -> f64 {
+        let start = self.starts[i];
+        let a_row = &a.values()[self.pattern.lower(i)];
+        let mut pivot = a.diagonal(i);
+        for slot in start..self.starts[i + 1] {
+            let j = self.columns[slot] as usize;
+            self.lower[slot] = if rows.coupled(i, j) {
+                let overlap = self.overlap(start..slot, self.starts[j]..self.starts[j + 1]);
+                (a_row[slot - start] - overlap) * self.inverse_diagonal[j]
+            } else {
+                0.0
+            };
+            pivot -= self.lower[slot] * self.lower[slot];
+        }
+        pivot
+    }
+
+    /// The dot product of two pieces of rows of `L`, over the columns that both have.
+    fn overlap(&self, left: std::ops::Range<usize>, right: std::ops::Range<usize>) -> f64 {
+        let (mut p, mut q) = (left.start, right.start);
+        let mut sum = 0.0;
+        while p < left.end && q < right.end {
+            match self.columns[p].cmp(&self.columns[q]) {
+                std::cmp::Ordering::Less => p += 1,
+                std::cmp::Ordering::Greater => q += 1,
+                std::cmp::Ordering::Equal => {
+                    sum += self.lower[p] * self.lower[q];
+                    p += 1;
+                    q += 1;
+                }
+            }
+        }
+        sum
+    }
+
+    /// Columns and values of row `i` of `L` left of the diagonal.
+    fn row(&self, i: usize) -> impl Iterator<Item = (usize, f64)> {
+        let row = self.starts[i]..self.starts[i + 1];
+        self.columns[row.clone()]
+            .iter()
+            .zip(&self.lower[row])
+            .map(|(&j, &value)| (j as usize, value))
+    }
+}
+
+impl Preconditioner for IncompleteCholesky {
+    /// Solves `L y = r` row by row, then `Lᵀ z = y` column by column, in place.
+    fn apply(&self, r: &[Vec3], z: &mut [Vec3]) {
+        let n = self.pattern.n();
+        assert_eq!(r.len(), n, "one vector a row");
+        assert_eq!(z.len(), n, "one vector a row");
+        for i in 0..n {
+            let mut sum = r[i];
+            for (j, value) in self.row(i) {
+                sum -= z[j] * value;
+            }
+            z[i] = sum * self.inverse_diagonal[i];
+        }
+        for i in (0..n).rev() {
+            let zi = z[i] * self.inverse_diagonal[i];
+            z[i] = zi;
+            for (j, value) in self.row(i) {
+                z[j] -= zi * value;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
+mod tests {
+    use super::*;
+    use crate::test_support::{Random, dense, diagonal, flat, graph, grid_edges, laplacian};
+    use nalgebra::DMatrix;
+    use proptest::prelude::*;
+
+    fn dense_factor(p: &IncompleteCholesky) -> DMatrix<f64> {
+        let n = p.pattern.n();
+        let mut l = DMatrix::zeros(n, n);
+        for i in 0..n {
+            l[(i, i)] = 1.0 / p.inverse_diagonal[i];
+            for (j, value) in p.row(i) {
+                l[(i, j)] = value;
+            }
+        }
+        l
+    }
+
+    proptest! {
+        #[test]
+        fn the_product_of_the_factors_is_the_matrix_on_its_pattern((n, edges) in graph(14)) {
+            let mut random = Random::new(10);
+            let a = laplacian(n, &edges, 0.3, || random.unit().abs());
+            let mut p = IncompleteCholesky::new(&a);
+            p.update(&a, None).unwrap();
+            let l = dense_factor(&p);
+            let product = &l * l.transpose();
+            for i in 0..n {
+                for j in 0..n {
+                    if a.pattern_contains(i, j) {
+                        prop_assert!((product[(i, j)] - a.get(i, j)).abs() < 1e-12);
+                    } else {
+                        prop_assert_eq!(l[(i, j)], 0.0);
+                    }
+                }
+            }
+            let r = random.vectors(n);
+            let mut z = random.vectors(n);
+            p.apply(&r, &mut z);
+            let back = product.kronecker(&DMatrix::identity(3, 3)) * flat(&z);
+            prop_assert!((back - flat(&r)).norm() < 1e-11);
+        }
+
+        #[test]
+        fn pinned_rows_keep_their_diagonal_alone((n, edges) in graph(14)) {
+            let mut random = Random::new(11);
+            let a = laplacian(n, &edges, 0.3, || random.unit().abs());
+            let free: Vec<bool> = (0..n).map(|i| i % 3 != 1).collect();
+            let mut p = IncompleteCholesky::new(&a);
+            p.update(&a, Some(&free)).unwrap();
+            // The same factor as of the matrix without the pinned couplings.
+            let l = dense_factor(&p);
+            let product = &l * l.transpose();
+            for i in 0..n {
+                for j in 0..n {
+                    if a.pattern_contains(i, j) {
+                        let kept = i == j || (free[i] && free[j]);
+                        let expected = if kept { a.get(i, j) } else { 0.0 };
+                        prop_assert!((product[(i, j)] - expected).abs() < 1e-12);
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn on_a_tridiagonal_matrix_it_is_the_complete_factor() {
+        let n = 50;
+        let mut random = Random::new(12);
+        let chain: Vec<_> = (1..n).map(|i| (i - 1, i)).collect();
+        let a = laplacian(n, &chain, 0.1, || 1.0 + random.unit().abs());
+        let mut p = IncompleteCholesky::new(&a);
+        p.update(&a, None).unwrap();
+        let complete = dense(&a).cholesky().unwrap().l();
+        assert!((dense_factor(&p) - complete).norm() < 1e-12);
+    }
+
+    #[test]
+    fn on_a_grid_it_is_not_the_complete_factor() {
+        let a = laplacian(16, &grid_edges(4), 0.1, || 1.0);
+        let mut p = IncompleteCholesky::new(&a);
+        p.update(&a, None).unwrap();
+        let complete = dense(&a).cholesky().unwrap().l();
+        assert!((dense_factor(&p) - complete).norm() > 0.1);
+    }
+
+    #[test]
+    fn a_breakdown_names_row_and_pivot_and_leaves_the_identity() {
+        let mut a = laplacian(3, &[(0, 1), (1, 2)], 1.0, || 1.0);
+        let mut p = IncompleteCholesky::new(&a);
+        p.update(&a, None).unwrap();
+        a.add_diagonal(1, -3.0);
+        let error = p.update(&a, None).unwrap_err();
+        let SolverError::NotPositiveDefinite { row: 1, pivot: Some(pivot) } = error else {
+            panic!("{error:?}");
+        };
+        assert!((pivot + 0.5).abs() < 1e-15);
+        let r = Random::new(13).vectors(3);
+        let mut z = vec![Vec3::zeros(); 3];
+        p.apply(&r, &mut z);
+        assert_eq!(z, r);
+        a.add_diagonal(1, f64::NAN);
+        assert!(p.update(&a, None).is_err());
+    }
+
+    #[test]
+    fn another_pattern_is_refused() {
+        let a = laplacian(3, &[(0, 1)], 1.0, || 1.0);
+        let mut p = IncompleteCholesky::new(&a);
+        for other in [
+            laplacian(3, &[(0, 2)], 1.0, || 1.0),
+            laplacian(4, &[(0, 1)], 1.0, || 1.0),
+            diagonal(&[1.0; 3]),
+        ] {
+            let error = p.update(&other, None).unwrap_err();
+            assert!(matches!(error, SolverError::PatternChanged { .. }));
+        }
+        assert!(p.update(&a, None).is_ok());
+    }
+}

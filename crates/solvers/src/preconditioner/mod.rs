@@ -1,0 +1,60 @@
+//! Preconditioners: cheap approximations of the inverse matrix.
+//!
+//! Throughout, `P ≈ A⁻¹` and a preconditioner is *applied*: `z = P r`. (Baraff & Witkin 1998 define
+//! `P` by `Pᵢᵢ = 1/Aᵢᵢ` and then apply `P⁻¹`; only one of the two can be meant.)
+//!
+//! All of them are made for a pattern by `new`, which reserves the memory, and filled by `update`,
+//! which allocates nothing. Before the first update, and after one that failed, they are the
+//! identity: slow, but right.
+//!
+//! An update may be told which rows are `free`. The others are pinned: their couplings are left
+//! out, so `P` does not carry the residual of a pinned particle, which is none of the solver's
+//! business, to its free neighbours, and approximates the inverse of the matrix that is really
+//! solved.
+
+mod complete;
+mod incomplete;
+mod jacobi;
+
+pub use complete::CompleteCholesky;
+pub use incomplete::IncompleteCholesky;
+pub use jacobi::{BlockJacobi, Jacobi};
+
+use crate::Vec3;
+
+/// A symmetric positive definite approximation `P` of the inverse of a matrix.
+pub trait Preconditioner {
+    /// `z ← P r`; every entry of `z` is overwritten.
+    ///
+    /// # Panics
+    /// Implementations may panic when `r` or `z` has another length than the matrix has rows.
+    fn apply(&self, r: &[Vec3], z: &mut [Vec3]);
+}
+
+/// `P = I`: plain conjugate gradients.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Identity;
+
+impl Preconditioner for Identity {
+    fn apply(&self, r: &[Vec3], z: &mut [Vec3]) {
+        z.copy_from_slice(r);
+    }
+}
+
+/// Which rows take part: all, unless a mask says otherwise.
+#[derive(Clone, Copy)]
+struct Rows<'a>(Option<&'a [bool]>);
+
+impl<'a> Rows<'a> {
+    fn new(free: Option<&'a [bool]>, n: usize) -> Self {
+        if let Some(mask) = free {
+            assert_eq!(mask.len(), n, "one flag a row");
+        }
+        Self(free)
+    }
+
+    /// Whether the coupling of rows `i` and `j` is kept.
+    fn coupled(self, i: usize, j: usize) -> bool {
+        self.0.is_none_or(|free| free[i] && free[j])
+    }
+}

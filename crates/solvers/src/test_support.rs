@@ -1,0 +1,126 @@
+//! Dense counterparts and random problems for the unit tests.
+
+use nalgebra::{DMatrix, DVector};
+use proptest::prelude::*;
+
+use crate::{BlockMatrix, Constraints, Filter, Mat3, ScalarMatrix, Vec3};
+
+/// A small generator of reproducible numbers (Marsaglia's xorshift).
+pub(crate) struct Random(u64);
+
+impl Random {
+    pub(crate) fn new(seed: u64) -> Self {
+        Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1)
+    }
+
+    /// Uniform in [-1, 1).
+    pub(crate) fn unit(&mut self) -> f64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    }
+
+    pub(crate) fn vector(&mut self) -> Vec3 {
+        Vec3::new(self.unit(), self.unit(), self.unit())
+    }
+
+    pub(crate) fn vectors(&mut self, n: usize) -> Vec<Vec3> {
+        (0..n).map(|_| self.vector()).collect()
+    }
+}
+
+/// Any of the four filters.
+pub(crate) fn random_filter(random: &mut Random) -> Filter {
+    let direction = random.vector().normalize();
+    match (2.0 + 2.0 * random.unit()) as usize {
+        0 => Filter::Free,
+        1 => Filter::Plane { normal: direction },
+        2 => Filter::Line { direction },
+        _ => Filter::Fixed,
+    }
+}
+
+/// A graph with up to `largest` nodes.
+pub(crate) fn graph(largest: usize) -> impl Strategy<Value = (usize, Vec<(usize, usize)>)> {
+    (1..=largest).prop_flat_map(|n| (Just(n), prop::collection::vec((0..n, 0..n), 0..3 * n)))
+}
+
+/// Edges of a `side`×`side` grid.
+pub(crate) fn grid_edges(side: usize) -> Vec<(usize, usize)> {
+    let mut edges = Vec::new();
+    for row in 0..side {
+        for column in 0..side {
+            let i = row * side + column;
+            if column + 1 < side {
+                edges.push((i, i + 1));
+            }
+            if row + 1 < side {
+                edges.push((i, i + side));
+            }
+        }
+    }
+    edges
+}
+
+/// `mass` on the diagonal plus a Laplacian with the given weight on each edge.
+pub(crate) fn laplacian(
+    n: usize,
+    edges: &[(usize, usize)],
+    mass: f64,
+    mut weight: impl FnMut() -> f64,
+) -> ScalarMatrix {
+    let mut a = ScalarMatrix::with_pattern(n, edges.iter().copied());
+    for i in 0..n {
+        a.add_diagonal(i, mass);
+    }
+    for &(i, j) in edges {
+        a.add_edge(i, j, weight());
+    }
+    a
+}
+
+/// A positive definite matrix of springs in random directions.
+pub(crate) fn random_blocks(
+    n: usize,
+    edges: &[(usize, usize)],
+    random: &mut Random,
+) -> BlockMatrix {
+    let mut a = BlockMatrix::with_pattern(n, edges.iter().copied());
+    for i in 0..n {
+        a.add_diagonal(i, &Mat3::identity());
+    }
+    for &(i, j) in edges {
+        let d = random.vector();
+        a.add_pair(i, j, &(3.0 * d * d.transpose()));
+    }
+    a
+}
+
+pub(crate) fn diagonal(values: &[f64]) -> ScalarMatrix {
+    let mut a = ScalarMatrix::with_pattern(values.len(), []);
+    for (i, &value) in values.iter().enumerate() {
+        a.add_diagonal(i, value);
+    }
+    a
+}
+
+pub(crate) fn dense(a: &ScalarMatrix) -> DMatrix<f64> {
+    DMatrix::from_fn(a.n(), a.n(), |i, j| a.get(i, j))
+}
+
+pub(crate) fn dense_blocks(a: &BlockMatrix) -> DMatrix<f64> {
+    let n = 3 * a.n();
+    DMatrix::from_fn(n, n, |i, j| a.get(i / 3, j / 3)[(i % 3, j % 3)])
+}
+
+pub(crate) fn dense_filter(constraints: &Constraints) -> DMatrix<f64> {
+    let n = 3 * constraints.len();
+    DMatrix::from_fn(n, n, |i, j| {
+        if i / 3 == j / 3 { constraints.filter(i / 3).matrix()[(i % 3, j % 3)] } else { 0.0 }
+    })
+}
+
+pub(crate) fn flat(x: &[Vec3]) -> DVector<f64> {
+    DVector::from_iterator(3 * x.len(), x.iter().flat_map(|v| [v.x, v.y, v.z]))
+}

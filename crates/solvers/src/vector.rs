@@ -1,0 +1,196 @@
+//! Block vectors: one `Vec3` a particle, and the few operations that conjugate gradients need.
+//!
+//! # One order of summation
+//!
+//! Floating-point addition is not associative, so a sum is only reproducible when its order is part
+//! of its definition. Here it is:
+//!
+//! 1. The particles are cut into blocks of [`BLOCK`] (the last one may be shorter).
+//! 2. A block has twelve accumulators that start at zero, one for each of [`SLOTS`] = 4 slots and 3
+//!    coordinates. Particle `i` of the block adds its three products to slot `i mod 4`, in order
+//!    of increasing `i`.
+//! 3. The sum of slot `s` is `p_s = (x_s + y_s) + z_s`; the block's is `(p_0 + p_1) + (p_2 + p_3)`.
+//! 4. The blocks' sums are added from the first to the last.
+//!
+//! Products and sums are rounded separately (no fused multiply-add). The twelve accumulators are
+//! independent and lie in memory order, so they fit SIMD registers of 2 or 4 lanes without a
+//! shuffle, and blocks can be summed by different threads: both give the same bits as this code.
+
+use crate::Vec3;
+
+/// Particles of a block: the unit that a thread would sum alone.
+pub const BLOCK: usize = 256;
+
+/// Particles of a group, each with accumulators of its own.
+pub const SLOTS: usize = 4;
+
+/// The dot product over all particles and coordinates, Σ aᵢ·bᵢ, in the order of the
+/// [module's text](self).
+///
+/// ```
+/// use drape_solvers::{Vec3, vector::dot};
+/// let a = [Vec3::new(1.0, 2.0, 3.0), Vec3::new(0.0, 1.0, 0.0)];
+/// assert_eq!(dot(&a, &a), 15.0);
+/// ```
+///
+/// # Panics
+/// When the lengths differ.
+pub fn dot(a: &[Vec3], b: &[Vec3]) -> f64 {
+    assert_eq!(a.len(), b.len(), "block vectors of different length");
+    let mut total = 0.0;
+    for (a, b) in a.chunks(BLOCK).zip(b.chunks(BLOCK)) {
+        let mut sums = [[0.0; 3]; SLOTS];
+        let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<SLOTS>(), b.as_chunks::<SLOTS>());
+        for (a, b) in a.iter().zip(b) {
+            for s in 0..SLOTS {
+                add_products(&mut sums[s], &a[s], &b[s]);
+            }
+        }
+        for ((sum, a), b) in sums.iter_mut().zip(a_rest).zip(b_rest) {
+            add_products(sum, a, b);
+        }
+        total += combine(&sums);
+    }
+    total
+}
+
+/// The weighted dot product Σ wᵢ aᵢ·bᵢ with one weight a particle; every term is `(wᵢ aᵢₖ) bᵢₖ`,
+/// summed in the order of [`dot`].
+///
+/// # Panics
+/// When the lengths differ.
+pub fn weighted_dot(w: &[f64], a: &[Vec3], b: &[Vec3]) -> f64 {
+    assert_eq!(w.len(), a.len(), "one weight a particle");
+    assert_eq!(a.len(), b.len(), "block vectors of different length");
+    let mut total = 0.0;
+    for ((w, a), b) in w.chunks(BLOCK).zip(a.chunks(BLOCK)).zip(b.chunks(BLOCK)) {
+        let mut sums = [[0.0; 3]; SLOTS];
+        for ((w, a), b) in w.chunks(SLOTS).zip(a.chunks(SLOTS)).zip(b.chunks(SLOTS)) {
+            for (((sum, w), a), b) in sums.iter_mut().zip(w).zip(a).zip(b) {
+                for k in 0..3 {
+                    sum[k] += w * a[k] * b[k];
+                }
+            }
+        }
+        total += combine(&sums);
+    }
+    total
+}
+
+/// Step 2 of the summation: one particle's products go to one slot.
+#[inline(always)]
+fn add_products(sum: &mut [f64; 3], a: &Vec3, b: &Vec3) {
+    for k in 0..3 {
+        sum[k] += a[k] * b[k];
+    }
+}
+
+/// Step 3 of the summation: twelve accumulators become one number.
+fn combine(sums: &[[f64; 3]; SLOTS]) -> f64 {
+    let slot = |s: usize| (sums[s][0] + sums[s][1]) + sums[s][2];
+    (slot(0) + slot(1)) + (slot(2) + slot(3))
+}
+
+/// The Euclidean norm √(a·a).
+pub fn norm(a: &[Vec3]) -> f64 {
+    dot(a, a).sqrt()
+}
+
+/// `y ← y + alpha x`.
+///
+/// # Panics
+/// When the lengths differ.
+pub fn axpy(alpha: f64, x: &[Vec3], y: &mut [Vec3]) {
+    assert_eq!(x.len(), y.len(), "block vectors of different length");
+    for (y, x) in y.iter_mut().zip(x) {
+        for k in 0..3 {
+            y[k] += alpha * x[k];
+        }
+    }
+}
+
+/// `y ← x + beta y`, the update of a search direction.
+///
+/// # Panics
+/// When the lengths differ.
+pub fn scale_add(beta: f64, x: &[Vec3], y: &mut [Vec3]) {
+    assert_eq!(x.len(), y.len(), "block vectors of different length");
+    for (y, x) in y.iter_mut().zip(x) {
+        for k in 0..3 {
+            y[k] = x[k] + beta * y[k];
+        }
+    }
+}
+
+/// `y ← b − y`, which turns a product `A x` into a residual.
+///
+/// # Panics
+/// When the lengths differ.
+pub fn subtract_from(b: &[Vec3], y: &mut [Vec3]) {
+    assert_eq!(b.len(), y.len(), "block vectors of different length");
+    for (y, b) in y.iter_mut().zip(b) {
+        for k in 0..3 {
+            y[k] = b[k] - y[k];
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_support::Random;
+
+    /// The order of the module's text, written over flat arrays of scalars.
+    fn spelled_out(w: Option<&[f64]>, a: &[Vec3], b: &[Vec3]) -> f64 {
+        let mut total = 0.0;
+        let mut begin = 0;
+        while begin < a.len() {
+            let end = a.len().min(begin + 256);
+            let mut lane = [0.0_f64; 12];
+            for flat in 0..3 * (end - begin) {
+                let (i, k) = (begin + flat / 3, flat % 3);
+                let left = w.map_or(a[i][k], |w| w[i] * a[i][k]);
+                lane[flat % 12] += left * b[i][k];
+            }
+            let p: Vec<f64> =
+                (0..4).map(|s| lane[3 * s] + lane[3 * s + 1] + lane[3 * s + 2]).collect();
+            total += (p[0] + p[1]) + (p[2] + p[3]);
+            begin = end;
+        }
+        total
+    }
+
+    #[test]
+    fn sums_have_the_documented_order_bit_for_bit() {
+        let mut random = Random::new(1);
+        for n in (0..40).chain([255, 256, 257, 511, 512, 513, 1000, 1023, 2000]) {
+            let (a, b) = (random.vectors(n), random.vectors(n));
+            let w: Vec<f64> = (0..n).map(|_| random.unit()).collect();
+            assert_eq!(dot(&a, &b).to_bits(), spelled_out(None, &a, &b).to_bits());
+            assert_eq!(weighted_dot(&w, &a, &b).to_bits(), spelled_out(Some(&w), &a, &b).to_bits());
+        }
+    }
+
+    #[test]
+    fn the_order_matters_for_the_bits() {
+        // A left-to-right sum differs: without this the test above could not fail.
+        let mut random = Random::new(2);
+        let (a, b) = (random.vectors(2000), random.vectors(2000));
+        let left_to_right: f64 = a.iter().zip(&b).map(|(a, b)| a.dot(b)).sum();
+        assert_ne!(dot(&a, &b).to_bits(), left_to_right.to_bits());
+        assert!((dot(&a, &b) - left_to_right).abs() < 1e-11);
+    }
+
+    #[test]
+    fn updates_do_what_their_formulas_say() {
+        let x = [Vec3::new(1.0, 2.0, 3.0)];
+        let mut y = [Vec3::new(10.0, 20.0, 30.0)];
+        axpy(2.0, &x, &mut y);
+        assert_eq!(y[0], Vec3::new(12.0, 24.0, 36.0));
+        scale_add(0.5, &x, &mut y);
+        assert_eq!(y[0], Vec3::new(7.0, 14.0, 21.0));
+        subtract_from(&x, &mut y);
+        assert_eq!(y[0], Vec3::new(-6.0, -12.0, -18.0));
+        assert_eq!(norm(&[Vec3::new(2.0, 3.0, 6.0)]), 7.0);
+    }
+}
