@@ -40,7 +40,7 @@ pub fn all() -> [&'static Method; 5] {
 }
 
 /// A method with checked settings.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Choice {
     method: &'static Method,
     settings: Settings,
@@ -114,7 +114,7 @@ impl Choice {
     /// # Errors
     /// [`SettingError`], if the method's own reader refuses what its declaration allowed.
     pub fn build(&self) -> Result<Box<dyn Integrator>, SettingError> {
-        let pairs = self.settings.iter();
+        let pairs = self.settings.iter().map(|(key, value)| -> (&str, &str) { (key, value) });
         Ok(match self.method.id {
             id if id == SYMPLECTIC_EULER.id => {
                 Box::new(SymplecticEuler::new(SymplecticSettings::from_pairs(pairs)?))

@@ -206,18 +206,16 @@ impl LaplacianSolver {
         self.solve_with(constraints, b, v, Reference::FilteredRightHandSide, settings)
     }
 
-    /// As [`solve`](Self::solve), until `‖r‖ ≤ residual` (kg m/s, Euclidean), at most
-    /// `max_iterations` of CG.
+    /// As [`solve`](Self::solve), until `‖r‖ ≤ residual` (kg m/s, Euclidean).
     pub fn solve_to(
         &mut self,
         constraints: &Constraints,
         b: &[Vec3],
         v: &mut [Vec3],
         residual: f64,
-        max_iterations: usize,
     ) -> PcgReport {
-        let settings =
-            PcgSettings { forcing_term: 1.0, norm: Norm::Euclid, max_iterations };
+        let max_iterations = self.max_iterations;
+        let settings = PcgSettings { forcing_term: 1.0, norm: Norm::Euclid, max_iterations };
         self.solve_with(constraints, b, v, Reference::Absolute(residual), settings)
     }
 

@@ -28,6 +28,11 @@ pub struct NewtonReport {
 const SUFFICIENT_DECREASE: f64 = 1e-4;
 /// Differences of `Φ` below this fraction of it are round-off.
 const ENERGY_ROUND_OFF: f64 = 1e-14;
+/// A predicted decrease below this fraction of `Φ` cannot be verified: the spring energies carry
+/// relative round-off of about 1e-16 over their strain. The full step is taken then.
+const RESOLUTION: f64 = 1e-10;
+/// Such a step must at least divide the residual by this, else round-off has ended all progress.
+const LEAST_PROGRESS: f64 = 2.0;
 const MAX_HALVINGS: u32 = 30;
 
 /// Minimises an [`IncrementalPotential`] by Newton's method with line search: the nonlinear
@@ -98,6 +103,8 @@ impl Newton {
         constraints.impose(v);
         let mut report =
             NewtonReport { iterations: 0, residual: 0.0, status: SolveStatus::IterationLimit };
+        let mut blind = false;
+        let mut last_residual = f64::INFINITY;
         loop {
             self.gradient.copy_from_slice(potential.gradient(system, v)); // −r of EEH (5)
             report.residual = potential.filtered_norm(constraints, &mut self.gradient);
@@ -108,13 +115,22 @@ impl Newton {
             if report.iterations == settings.max_iterations {
                 break;
             }
+            if blind && report.residual * LEAST_PROGRESS > last_residual {
+                report.status = SolveStatus::Stagnated;
+                break;
+            }
+            last_residual = report.residual;
             self.factorise(system, potential, constraints)?;
             self.factor.solve(&self.gradient, &mut self.direction); // (I − hβJ) Δy = r
             constraints.project(&mut self.direction);
             report.iterations += 1;
-            if !self.descend(system, potential, v) {
-                report.status = SolveStatus::Stagnated;
-                break;
+            match self.descend(system, potential, v) {
+                Descent::Verified => blind = false,
+                Descent::Unresolved => blind = true,
+                Descent::None => {
+                    report.status = SolveStatus::Stagnated;
+                    break;
+                }
             }
         }
         Ok(report)
@@ -155,15 +171,19 @@ impl Newton {
         self.matrix.project(constraints);
     }
 
-    /// Armijo line search along `−direction`; `false` when no step decreases the potential.
+    /// Armijo line search along `−direction`.
     fn descend(
         &mut self,
         system: &System,
         potential: &mut IncrementalPotential,
         v: &mut [Vec3],
-    ) -> bool {
+    ) -> Descent {
         let start = potential.value(system, v);
         let slope = dot(&self.gradient, &self.direction);
+        if slope <= RESOLUTION * start.abs() {
+            v.iter_mut().zip(&self.direction).for_each(|(v, direction)| *v -= direction);
+            return Descent::Unresolved;
+        }
         let slack = ENERGY_ROUND_OFF * start.abs();
         let mut length = 1.0;
         for _ in 0..=MAX_HALVINGS {
@@ -172,12 +192,21 @@ impl Newton {
             }
             let value = potential.value(system, &self.trial);
             if value <= start - SUFFICIENT_DECREASE * length * slope + slack {
-                let moved = self.trial.iter().zip(v.iter()).any(|(trial, v)| trial != v);
                 v.copy_from_slice(&self.trial);
-                return moved;
+                return Descent::Verified;
             }
             length *= 0.5;
         }
-        false
+        Descent::None
     }
+}
+
+/// How a line search ended.
+enum Descent {
+    /// The potential fell.
+    Verified,
+    /// The full step was taken: its decrease is too small to be seen.
+    Unresolved,
+    /// No step length lowers the potential.
+    None,
 }

@@ -137,7 +137,7 @@ impl Descent {
         while report.outer_passes < settings.max_outer {
             rhs.update(system, state, h, v);
             report.outer_passes += 1;
-            let solve = linear.solve_to(constraints, &rhs.b, v, tolerance * lightest, settings.inner);
+            let solve = linear.solve_to(constraints, &rhs.b, v, tolerance * lightest);
             *report += solve;
             report.relative_residual *= tolerance;
             if solve.iterations == 0 && solve.status == SolveStatus::Converged {

@@ -101,12 +101,6 @@ pub static IMEX_UPDATED: Method = Method {
             help: "most updates of the right-hand side in a step; the robust form goes on with Newton",
         },
         Setting {
-            key: "inner",
-            kind: Kind::Integer { min: 1, max: 10_000 },
-            default: "10",
-            help: "most CG iterations between two updates",
-        },
-        Setting {
             key: "newton_above",
             kind: Kind::Number { min: 0.0, max: 1e300 },
             default: "100",
@@ -165,8 +159,6 @@ pub struct ImexUpdatedSettings {
     pub safeguard: Safeguard,
     /// Most updates of the right-hand side in a step.
     pub max_outer: u32,
-    /// Most CG iterations between two updates.
-    pub inner: usize,
     /// θ above which the robust form uses Newton at once.
     pub newton_above: f64,
 }
@@ -189,7 +181,6 @@ impl ImexUpdatedSettings {
                 _ => Safeguard::Robust,
             },
             max_outer: settings.integer("max_outer") as u32,
-            inner: settings.integer("inner"),
             newton_above: settings.number("newton_above"),
         })
     }
