@@ -1,2 +1,50 @@
-//! The drape command
-fn main() {}
+//! The `drape` command.
+//!
+//! What was asked for goes to standard output, messages to standard error, results to files. Exit
+//! codes: 0 done, 1 unexpected, 2 bad usage or bad input, 3 the simulation diverged.
+
+mod cmd;
+mod exit;
+mod output;
+mod progress;
+
+use clap::{Parser, Subcommand};
+use std::process::ExitCode;
+
+#[derive(Debug, Parser)]
+#[command(version, about = "Time integrators for mass-spring cloth, compared on one and the same cloth")]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Run all experiments and draw the results: the main job
+    Reproduce(cmd::reproduce::Arguments),
+    /// Run one method on one scene
+    Run(cmd::run::Arguments),
+    /// Print a discretised scene as JSON (format "drape-system/1")
+    System(cmd::system::Arguments),
+    /// List scenes, methods or experiments
+    List(cmd::list::Arguments),
+    /// Run one experiment and draw its results
+    Experiment(cmd::experiment::Arguments),
+    /// Redraw figures and index page from recorded results alone
+    Report(cmd::report::Arguments),
+    /// Print the JSON Schema of a file format
+    Schema(cmd::schema::Arguments),
+}
+
+fn main() -> ExitCode {
+    let outcome = match Cli::parse().command {
+        Command::Reproduce(arguments) => cmd::reproduce::run(&arguments),
+        Command::Run(arguments) => cmd::run::run(&arguments),
+        Command::System(arguments) => cmd::system::run(&arguments),
+        Command::List(arguments) => cmd::list::run(&arguments),
+        Command::Experiment(arguments) => cmd::experiment::run(&arguments),
+        Command::Report(arguments) => cmd::report::run(&arguments),
+        Command::Schema(arguments) => cmd::schema::run(&arguments),
+    };
+    exit::code(outcome)
+}

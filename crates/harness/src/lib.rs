@@ -1,2 +1,20 @@
-//! Runs.
+//! Runs: one method on one scene, verdicts on the result, and the experiments that compare methods.
+//!
+//! Only this crate knows the crate of every method ([`methods`]). It writes records
+//! ([`drape_records`]) and draws nothing.
+
+mod error;
+pub mod experiments;
+mod facts;
 pub mod methods;
+mod provenance;
+mod run;
+mod scenes;
+mod stability;
+
+pub use error::HarnessError;
+pub use facts::{Difference, compare_folders};
+pub use provenance::{provenance, sha256, system_hash};
+pub use run::{Counts, Divergence, Options, Outcome, Simulation, count, simulate};
+pub use scenes::{bundled, free_edge_midpoint};
+pub use stability::{reference_energy, verdict};

@@ -20,8 +20,29 @@ impl Violation {
         value: impl ToString,
         expected: impl Into<String>,
     ) -> Self {
-        Self { path: path.into(), value: value.to_string(), expected: expected.into() }
+        Self { path: path.into(), value: shorten(&value.to_string()), expected: expected.into() }
     }
+}
+
+/// What a message quotes: one line of at most 80 characters, the middle left out.
+pub(crate) fn shorten(text: &str) -> String {
+    const MOST: usize = 80;
+    let mut line = String::new();
+    for c in text.chars() {
+        match c {
+            ' ' | '\n' | '\t' | '\r' if line.ends_with(' ') => {}
+            '\n' | '\t' | '\r' => line.push(' '),
+            c if c.is_control() || c == '\u{feff}' => line.extend(c.escape_unicode()),
+            c => line.push(c),
+        }
+    }
+    let length = line.chars().count();
+    if length <= MOST {
+        return line;
+    }
+    let head: String = line.chars().take(MOST / 2).collect();
+    let tail: String = line.chars().skip(length - MOST / 4).collect();
+    format!("{head}…{tail}")
 }
 
 /// Why a scene or a frozen system was refused.
@@ -66,14 +87,16 @@ pub enum SceneError {
         found: String,
     },
     /// A key is unknown or missing, or a value has the wrong type.
-    #[error("{file}: `{path}`: {reason}")]
+    #[error("{file}: {violation} (line {line}, column {column})")]
     Shape {
         /// The file.
         file: String,
-        /// Path of the key.
-        path: String,
-        /// What was found and what was expected.
-        reason: String,
+        /// Line where it was noticed, from 1.
+        line: usize,
+        /// Column, from 1.
+        column: usize,
+        /// Key, value and what was expected.
+        violation: Violation,
     },
     /// A value is out of range.
     #[error("{file}: {violation}")]

@@ -52,6 +52,7 @@ mod obstacle;
 mod scene;
 mod spec;
 mod state;
+mod strict;
 mod system;
 
 pub use effects::{BlockSink, Effect, LinearSplit, Tangent};

@@ -1,11 +1,15 @@
 //! Reading scenes and frozen systems from files, with errors that name the place.
 
-use crate::error::{SceneError, Violation};
+use crate::error::{SceneError, Violation, shorten};
 use crate::scene::SCENE_FORMAT;
 use crate::spec::SYSTEM_FORMAT;
+use crate::strict::Strict;
 use crate::{Scene, SystemSpec, bundled};
-use serde::de::{DeserializeOwned, IgnoredAny};
-use std::path::Path;
+use serde::de::DeserializeOwned;
+use serde_json::value::RawValue;
+use serde_path_to_error::{Path, Segment};
+use std::collections::BTreeMap;
+use std::io::ErrorKind;
 
 /// What a file held: both kinds are interchangeable wherever a scene is asked for.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,27 +51,25 @@ pub fn load(scene: &str) -> Result<Input, SceneError> {
     if let Some(text) = bundled::text(scene) {
         return parse(scene, text);
     }
-    let path = Path::new(scene);
-    if !path.exists() {
-        let known = bundled::names().collect();
-        return Err(SceneError::Unknown { name: scene.to_owned(), known });
-    }
-    let io = |source| SceneError::Io { path: path.to_owned(), source };
-    let bytes = std::fs::read(path).map_err(io)?;
-    match String::from_utf8(bytes) {
-        Ok(text) => parse(scene, &text),
-        Err(error) => Err(SceneError::Syntax {
+    let bytes = std::fs::read(scene).map_err(|source| match source.kind() {
+        ErrorKind::NotFound => {
+            SceneError::Unknown { name: scene.to_owned(), known: bundled::names().collect() }
+        }
+        _ => SceneError::Io { path: scene.into(), source },
+    })?;
+    let text = String::from_utf8(bytes).map_err(|error| {
+        let valid = &error.as_bytes()[..error.utf8_error().valid_up_to()];
+        let last = valid.rsplit(|&byte| byte == b'\n').next().unwrap_or_default();
+        SceneError::Syntax {
             file: scene.to_owned(),
-            line: 1 + error.as_bytes()[..error.utf8_error().valid_up_to()]
-                .iter()
-                .filter(|&&byte| byte == b'\n')
-                .count(),
-            column: 1,
+            line: 1 + valid.iter().filter(|&&byte| byte == b'\n').count(),
+            column: 1 + last.len(),
             path: ".".to_owned(),
             reason: "not UTF-8".to_owned(),
-            found: "binary data".to_owned(),
-        }),
-    }
+            found: format!("byte 0x{:02x}", error.as_bytes()[valid.len()]),
+        }
+    })?;
+    parse(scene, &text)
 }
 
 /// Reads a scene or a frozen system from text; `file` is what errors call it.
@@ -76,72 +78,154 @@ pub fn load(scene: &str) -> Result<Input, SceneError> {
 /// As [`load`], less those of the file system.
 pub fn parse(file: &str, text: &str) -> Result<Input, SceneError> {
     let invalid = |violation| SceneError::Invalid { file: file.to_owned(), violation };
-    let header: Header = read(file, text)?;
-    let format = match &header.format {
-        Some(FormatOrAny::Format(format)) => format.as_str(),
-        Some(FormatOrAny::Any(_)) => "",
-        None => {
-            let expected = format!("{SCENE_FORMAT:?} or {SYSTEM_FORMAT:?}");
-            return Err(invalid(Violation::new("format", "missing", expected)));
-        }
+    // Checks the syntax of the whole text, and takes out the one key that tells what the rest is.
+    let keys: BTreeMap<String, &RawValue> =
+        serde_json::from_str(text).map_err(|error| refuse(file, text, &error))?;
+    let expected = format!("{SCENE_FORMAT:?} or {SYSTEM_FORMAT:?}");
+    let Some(format) = keys.get("format").map(|raw| raw.get()) else {
+        return Err(invalid(Violation::new("format", "missing", expected)));
     };
-    if format == SYSTEM_FORMAT {
-        let spec: SystemSpec = read(file, text)?;
-        spec.build().map_err(invalid)?;
-        return Ok(Input::System(spec));
+    match serde_json::from_str(format).unwrap_or_default() {
+        Format::Scene => {
+            let scene: Scene = read(file, text)?;
+            let spec = scene.discretise().map_err(invalid)?;
+            Ok(Input::Scene(Box::new(scene), spec))
+        }
+        Format::System => {
+            let spec: SystemSpec = read(file, text)?;
+            spec.build().map_err(invalid)?;
+            Ok(Input::System(spec))
+        }
+        Format::Unknown => Err(invalid(Violation::new("format", format, expected))),
     }
-    if format != SCENE_FORMAT {
-        let found = if format.is_empty() { "no such string".to_owned() } else { format!("{format:?}") };
-        let expected = format!("{SCENE_FORMAT:?} or {SYSTEM_FORMAT:?}");
-        return Err(invalid(Violation::new("format", found, expected)));
-    }
-    let scene: Scene = read(file, text)?;
-    let spec = scene.discretise().map_err(invalid)?;
-    Ok(Input::Scene(Box::new(scene), spec))
 }
 
-/// The one key that tells what the rest is.
-#[derive(serde::Deserialize)]
-struct Header {
-    format: Option<FormatOrAny>,
+#[derive(Default, serde::Deserialize)]
+enum Format {
+    #[serde(rename = "drape-scene/1")]
+    Scene,
+    #[serde(rename = "drape-system/1")]
+    System,
+    #[default]
+    #[serde(other)]
+    Unknown,
 }
 
-#[derive(serde::Deserialize)]
-#[serde(untagged)]
-enum FormatOrAny {
-    Format(String),
-    Any(IgnoredAny),
-}
-
+/// Reads text whose syntax was checked.
 fn read<T: DeserializeOwned>(file: &str, text: &str) -> Result<T, SceneError> {
     let mut json = serde_json::Deserializer::from_str(text);
-    let value = serde_path_to_error::deserialize(&mut json).map_err(|error| {
-        let path = error.path().to_string();
-        describe(file, text, path, error.inner())
-    })?;
-    json.end().map_err(|error| describe(file, text, ".".to_owned(), &error))?;
-    Ok(value)
+    serde_path_to_error::deserialize(Strict(&mut json)).map_err(|error| {
+        let (path, error) = (error.path(), error.inner());
+        let violation = explain(path, raw_value(text, path), &reason(error));
+        let (line, column) = (error.line(), error.column());
+        SceneError::Shape { file: file.to_owned(), line, column, violation }
+    })
 }
 
-fn describe(file: &str, text: &str, path: String, error: &serde_json::Error) -> SceneError {
-    let file = file.to_owned();
+/// Why a text is no JSON object.
+fn refuse(file: &str, text: &str, error: &serde_json::Error) -> SceneError {
+    let (file, line, column) = (file.to_owned(), error.line(), error.column());
     if error.is_data() {
-        return SceneError::Shape { file, path, reason: error.to_string() };
+        let violation = Violation::new(".", text.trim(), "an object");
+        return SceneError::Shape { file, line, column, violation };
     }
-    let message = error.to_string();
-    let reason = message.split(" at line ").next().unwrap_or(&message).to_owned();
-    let (line, column) = (error.line(), error.column());
-    SceneError::Syntax { file, line, column, path, reason, found: excerpt(text, line, column) }
+    // The same error once more, this time with the path of the key at which it occurs.
+    let mut json = serde_json::Deserializer::from_str(text);
+    let path = match serde_path_to_error::deserialize::<_, serde_json::Value>(&mut json) {
+        Err(again) if (again.inner().line(), again.inner().column()) == (line, column) => {
+            shorten(&again.path().to_string())
+        }
+        _ => ".".to_owned(),
+    };
+    let found = excerpt(text, line, column);
+    SceneError::Syntax { file, line, column, path, reason: reason(error), found }
 }
 
-/// The text around a place, short enough for a message. (A number out of range is reported at its end.)
-fn excerpt(text: &str, line: usize, column: usize) -> String {
-    let row = text.lines().nth(line.saturating_sub(1)).unwrap_or_default();
-    let row: Vec<char> = row.chars().collect();
-    if row.is_empty() {
-        return if text.trim().is_empty() { "an empty file" } else { "the end of the file" }.to_owned();
+/// serde_json's message without the place, which errors keep apart.
+fn reason(error: &serde_json::Error) -> String {
+    let message = error.to_string();
+    let place = format!(" at line {} column {}", error.line(), error.column());
+    message.strip_suffix(&place).unwrap_or(&message).to_owned()
+}
+
+/// The text of the value at a path, as it stands in the file.
+fn raw_value(text: &str, path: &Path) -> Option<String> {
+    let mut raw: &RawValue = serde_json::from_str(text).ok()?;
+    for segment in path {
+        raw = match segment {
+            Segment::Seq { index } => {
+                *serde_json::from_str::<Vec<&RawValue>>(raw.get()).ok()?.get(*index)?
+            }
+            Segment::Map { key } | Segment::Enum { variant: key } => {
+                *serde_json::from_str::<BTreeMap<String, &RawValue>>(raw.get()).ok()?.get(key)?
+            }
+            Segment::Unknown => return None,
+        };
     }
-    let end = (column + 8).min(row.len());
-    let start = column.saturating_sub(24).min(end);
-    format!("`{}`", row[start..end].iter().collect::<String>().trim())
+    Some(raw.get().to_owned())
+}
+
+/// Says in the words of a scene's author what serde says in those of Rust.
+fn explain(path: &Path, raw: Option<String>, reason: &str) -> Violation {
+    let parent = path.to_string();
+    let named = |name: &str| {
+        let name = shorten(name);
+        let outer = parent.strip_suffix(&format!(".{name}")).unwrap_or(&parent);
+        if outer == "." || outer == name { name } else { format!("{outer}.{name}") }
+    };
+    let raw = raw.unwrap_or_else(|| "no value".to_owned());
+    let (what, expected) = reason.split_once(", expected ").unwrap_or((reason, ""));
+    let (kind, name) = what.split_once('`').unwrap_or((what, ""));
+    let name = name.trim_end_matches('`');
+    match kind.trim_end() {
+        "unknown field" => Violation::new(named(name), "an unknown key", known(expected)),
+        "unknown variant" if raw.starts_with('{') => {
+            Violation::new(named(name), "an unknown key", known(expected))
+        }
+        "missing field" => Violation::new(named(name), "missing", "this key with a value"),
+        "duplicate field" => Violation::new(named(name), "given twice", "this key once"),
+        "number out of range" => {
+            Violation::new(parent, raw, "a number of magnitude at most 1.8e308")
+        }
+        _ if expected.is_empty() => Violation::new(parent, raw, format!("another value: {reason}")),
+        _ => Violation::new(parent, raw, known(expected)),
+    }
+}
+
+/// serde's names of what it expected, in plain words.
+fn known(expected: &str) -> String {
+    let plain = match expected {
+        "f64" => "a number",
+        "u32" => "a whole number from 0 to 4294967295",
+        "a sequence" => "a list",
+        "a string" => "a string in quotes",
+        "newtype variant" | "struct variant" => "an object with this word as its key",
+        other if other.starts_with("an array of length") => {
+            return other.replace("an array of length", "a list of length");
+        }
+        other if other.starts_with("struct ") => "an object",
+        other => other,
+    };
+    plain.to_owned()
+}
+
+/// The text around a place, short enough for a message.
+fn excerpt(text: &str, line: usize, column: usize) -> String {
+    let row = text.split('\n').nth(line.saturating_sub(1)).unwrap_or_default();
+    if text.trim().is_empty() {
+        return "an empty file".to_owned();
+    }
+    // Columns count bytes.
+    let mut start = column.saturating_sub(24).min(row.len());
+    let mut end = (column + 8).min(row.len());
+    while !row.is_char_boundary(start) {
+        start -= 1;
+    }
+    while !row.is_char_boundary(end) {
+        end += 1;
+    }
+    match row[start..end].trim() {
+        "" => "the end of the file".to_owned(),
+        around => format!("`{}`", shorten(around)),
+    }
 }

@@ -1,1 +1,41 @@
-//! Exact recurrences, finite-difference checks, observed order, reference trajectories
+//! What the integrators are tested against: exact recurrences, exact laws, finite differences,
+//! observed orders, reference trajectories.
+//!
+//! # What it is for
+//!
+//! A simulated cloth that looks right proves little. Each thing here is an independent statement
+//! about what a correct integrator or a correct force must give, to be held against what it does
+//! give:
+//!
+//! | module | statement | holds to |
+//! |---|---|---|
+//! | [`recurrence`] | on the damped oscillator a step is a known 2 × 2 matrix | round-off |
+//! | [`laws`] | spin of two particles, free fall, lengths of a hanging chain | round-off |
+//! | [`finite_difference`] | force = −∇energy, stiffness = −∂f/∂x, damping = −∂f/∂v | about 1e-9 |
+//! | [`reference`] | the solution of the differential equation itself | a stated error |
+//! | [`order`] | how fast the error falls with the step size | about 0.1 in the exponent |
+//!
+//! This crate knows the model and the integrator trait, but no method: nothing here can be right
+//! only because it shares code with what it checks.
+//!
+//! # Symbols
+//!
+//! | symbol | meaning | unit |
+//! |---|---|---|
+//! | `h` | step size | s |
+//! | `κ`, `δ` | stiffness and damping over mass, of `x'' = −κx − δx'` | 1/s², 1/s |
+//! | `θ = h²κ`, `η = hδ` | the same without dimension | – |
+//! | `w = hv` | velocity as displacement a step | m |
+//! | `ℓ`, `L` | rest length, length of a spring | m |
+//!
+//! For one particle of mass `m` on an anchored spring `κ = k/m`, `δ = c/m`; for the relative motion
+//! of two free particles of mass `m` each, `κ = 2k/m`, `δ = 2c/m`.
+
+pub mod finite_difference;
+pub mod laws;
+pub mod order;
+mod random;
+pub mod recurrence;
+pub mod reference;
+
+pub use random::Random;

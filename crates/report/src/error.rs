@@ -46,3 +46,13 @@ pub enum ReportError {
         source: minijinja::Error,
     },
 }
+
+impl ReportError {
+    /// Whether the reader's input is at fault: no records, or files that are none.
+    pub fn is_bad_input(&self) -> bool {
+        matches!(
+            self,
+            Self::NoRecords { .. } | Self::Kind { .. } | Self::Record(RecordError::Format { .. })
+        )
+    }
+}

@@ -1,0 +1,77 @@
+//! `drape list`.
+
+use crate::output::print;
+use drape_harness::{bundled, experiments, methods};
+use drape_integrator::{Method, Order, StabilityClass};
+use std::fmt::Write as _;
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Arguments {
+    /// What to list
+    #[arg(value_enum)]
+    what: What,
+}
+
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+enum What {
+    /// Bundled scenes
+    Scenes,
+    /// Time integrators with their settings
+    Methods,
+    /// Experiments
+    Experiments,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let mut text = String::new();
+    match arguments.what {
+        What::Scenes => {
+            for name in drape_model::bundled::names() {
+                let scene = bundled(name)?;
+                let time = scene.time;
+                writeln!(
+                    text,
+                    "{name}\n    {}\n    h = {} s, {} s; assumed: {}",
+                    scene.description,
+                    time.step_s,
+                    time.duration_s,
+                    scene.assumed.join(", ")
+                )?;
+            }
+        }
+        What::Methods => methods::all().into_iter().try_for_each(|method| describe(&mut text, method))?,
+        What::Experiments => {
+            for experiment in experiments::all() {
+                writeln!(text, "{}\n    {}", experiment.name, experiment.question)?;
+            }
+        }
+    }
+    print(&text)
+}
+
+fn describe(text: &mut String, method: &Method) -> std::fmt::Result {
+    let order = match method.order {
+        Order::One => 1,
+        Order::Two => 2,
+    };
+    let class = match method.class {
+        StabilityClass::Dissipative => "dissipative",
+        StabilityClass::Symplectic => "symplectic",
+    };
+    writeln!(text, "{}\n    {} ({}), order {order}, {class}", method.id, method.name, method.source)?;
+    writeln!(text, "    {}", method.theory)?;
+    let supports: Vec<_> = method
+        .supports
+        .iter()
+        .map(|support| format!("{} {}", support.effect, support.treatment.name()))
+        .collect();
+    writeln!(text, "    supports: {}", supports.join(", "))?;
+    for setting in method.settings {
+        writeln!(
+            text,
+            "    {}={}    {}; {}",
+            setting.key, setting.default, setting.kind, setting.help
+        )?;
+    }
+    Ok(())
+}

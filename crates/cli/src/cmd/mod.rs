@@ -1,0 +1,9 @@
+//! One command a file.
+
+pub(crate) mod experiment;
+pub(crate) mod list;
+pub(crate) mod report;
+pub(crate) mod reproduce;
+pub(crate) mod run;
+pub(crate) mod schema;
+pub(crate) mod system;

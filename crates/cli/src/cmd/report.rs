@@ -1,0 +1,22 @@
+//! `drape report`.
+
+use std::path::{Path, PathBuf};
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Arguments {
+    /// Folder with recorded results
+    #[arg(default_value = "results")]
+    folder: PathBuf,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    draw(&arguments.folder)
+}
+
+/// Draws figures and page from the records in a folder.
+pub(crate) fn draw(folder: &Path) -> anyhow::Result<()> {
+    for file in drape_report::draw(folder)? {
+        eprintln!("wrote {}", file.display());
+    }
+    Ok(())
+}

@@ -1,0 +1,32 @@
+//! `drape reproduce`: the main job.
+
+use drape_harness::experiments::{all, find};
+use std::path::PathBuf;
+use std::time::Instant;
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Arguments {
+    /// Folder for the results
+    #[arg(long, default_value = "results")]
+    out: PathBuf,
+    /// Only the quick subset of the cells, no timings
+    #[arg(long)]
+    quick: bool,
+    /// Only these experiments, separated by commas
+    #[arg(long, value_delimiter = ',')]
+    only: Vec<String>,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let begin = Instant::now();
+    let chosen = match arguments.only.as_slice() {
+        [] => all().iter().collect(),
+        names => names.iter().map(|name| find(name)).collect::<Result<Vec<_>, _>>()?,
+    };
+    for experiment in chosen {
+        super::experiment::record(experiment, &arguments.out, arguments.quick)?;
+    }
+    super::report::draw(&arguments.out)?;
+    eprintln!("done in {:.1} s; read {}", begin.elapsed().as_secs_f64(), arguments.out.join("README.md").display());
+    Ok(())
+}

@@ -1,0 +1,150 @@
+//! `drape run`.
+
+use crate::exit::Diverged;
+use crate::output::print;
+use crate::progress::bar;
+use drape_harness::methods::{Choice, MethodError};
+use drape_harness::{HarnessError, Options, Outcome, Simulation, simulate, system_hash};
+use drape_model::{Input, SystemSpec, TimeSpan, Violation};
+use drape_records::file::write_json;
+use drape_records::run::{FinalState, RUN_FORMAT, Run, Verdict};
+use std::path::PathBuf;
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Arguments {
+    /// Name of a bundled scene, or a file with a scene or a frozen system
+    scene: String,
+    /// Method id, with settings after a colon: imex-euler:forcing_term=0.05,start=last
+    #[arg(long)]
+    method: String,
+    /// Time step, s (default: the scene's; required for a frozen system)
+    #[arg(long, allow_negative_numbers = true)]
+    dt: Option<f64>,
+    /// Simulated time, s (default: the scene's; required for a frozen system)
+    #[arg(long, allow_negative_numbers = true)]
+    duration: Option<f64>,
+    /// A setting of the method, key=value; may be repeated
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    settings: Vec<String>,
+    /// Write the run here (format "drape-run/1")
+    #[arg(long)]
+    out: Option<PathBuf>,
+    /// Record the seconds of each phase
+    #[arg(long)]
+    phases: bool,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let input = drape_model::load(&arguments.scene)?;
+    let choice = Choice::parse(&arguments.method, &arguments.settings)
+        .map_err(|error: MethodError| HarnessError::from(error))?;
+    let time = time_span(arguments, &input)?;
+    let spec = input.spec();
+    let (system, state) = spec.build()?;
+    let mut simulation = Simulation { system, state };
+    let (whole, rest) = time.steps();
+    let bar = bar(choice.method().id, whole + u64::from(rest.is_some()));
+    let options = Options { series: true, phases: arguments.phases };
+    let outcome = simulate(&mut simulation, &choice, time, options, |step, _, _| {
+        bar.as_ref().inspect(|bar| bar.set_position(step));
+    })?;
+    bar.inspect(|bar| bar.finish_and_clear());
+    let record = record(spec, &choice, time, &outcome, &simulation);
+    if let Some(path) = &arguments.out {
+        write_json(path, &record)?;
+        eprintln!("wrote {}", path.display());
+    }
+    print(&summary(&record))?;
+    match outcome.divergence {
+        None => Ok(()),
+        Some(divergence) => Err(Diverged(format!(
+            "{} diverged at step {} (t = {} s): {}; what was recorded until then is kept",
+            choice.full_id(),
+            divergence.step,
+            divergence.time,
+            divergence.criterion
+        ))
+        .into()),
+    }
+}
+
+fn time_span(arguments: &Arguments, input: &Input) -> Result<TimeSpan, Violation> {
+    let usual = input.scene().map(|scene| scene.time);
+    let missing = |key: &str| Violation {
+        path: key.to_owned(),
+        value: "missing".to_owned(),
+        expected: format!("`{key} SECONDS`, since a frozen system has no time of its own"),
+    };
+    let time = TimeSpan {
+        step_s: arguments.dt.or(usual.map(|t| t.step_s)).ok_or_else(|| missing("--dt"))?,
+        duration_s: arguments
+            .duration
+            .or(usual.map(|t| t.duration_s))
+            .ok_or_else(|| missing("--duration"))?,
+    };
+    time.check("--dt", "--duration")?;
+    Ok(time)
+}
+
+fn record(
+    spec: &SystemSpec,
+    choice: &Choice,
+    time: TimeSpan,
+    outcome: &Outcome,
+    simulation: &Simulation,
+) -> Run {
+    let state = &simulation.state;
+    Run {
+        format: RUN_FORMAT.to_owned(),
+        scene: spec.name.clone(),
+        scene_hash: system_hash(spec),
+        method: choice.method().id.to_owned(),
+        settings: choice
+            .settings()
+            .iter()
+            .map(|(key, value)| (key.to_owned(), value.to_owned()))
+            .collect(),
+        dt_s: time.step_s,
+        steps: outcome.steps,
+        verdict: match &outcome.divergence {
+            None => Verdict::Completed { unconverged_steps: outcome.unconverged },
+            Some(divergence) => Verdict::Diverged {
+                step: divergence.step,
+                time_s: divergence.time,
+                criterion: divergence.criterion.clone(),
+            },
+        },
+        totals: outcome.totals,
+        phases_seconds: outcome.phases,
+        series: outcome.series.clone(),
+        final_state: FinalState {
+            time_s: state.t,
+            position_m: state.x.iter().map(|&x| x.into()).collect(),
+            velocity_m_s: state.v.iter().map(|&v| v.into()).collect(),
+        },
+    }
+}
+
+fn summary(run: &Run) -> String {
+    let totals = run.totals;
+    let energy = |position: Option<&drape_records::run::Sample>| {
+        position.and_then(|sample| sample.energy_j.get("total")).copied().unwrap_or(f64::NAN)
+    };
+    format!(
+        "{} with {}: {} steps of {} s in {:.3} s\n\
+         CG iterations {}, outer passes {}, Newton iterations {}, matrix products {}, force evaluations {}\n\
+         total energy {:.6} J at the start, {:.6} J at the end\n",
+        run.scene,
+        run.method,
+        run.steps,
+        run.dt_s,
+        totals.seconds,
+        totals.cg_iterations,
+        totals.outer_passes,
+        totals.newton_iterations,
+        totals.matvecs,
+        totals.force_evaluations,
+        energy(run.series.first()),
+        energy(run.series.last())
+    )
+}

@@ -1,0 +1,32 @@
+//! `drape schema`.
+
+use crate::output::print;
+use drape_model::{Scene, SystemSpec};
+use drape_records::run::Run;
+use schemars::schema_for;
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Arguments {
+    /// Which format
+    #[arg(value_enum)]
+    format: Format,
+}
+
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+enum Format {
+    /// What a person writes: "drape-scene/1"
+    Scene,
+    /// A discretised system: "drape-system/1"
+    System,
+    /// What `drape run --out` writes: "drape-run/1"
+    Run,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let schema = match arguments.format {
+        Format::Scene => schema_for!(Scene),
+        Format::System => schema_for!(SystemSpec),
+        Format::Run => schema_for!(Run),
+    };
+    print(&format!("{}\n", serde_json::to_string_pretty(&schema)?))
+}

@@ -1,0 +1,62 @@
+//! Exit codes.
+
+use drape_harness::HarnessError;
+use drape_integrator::PrepareError;
+use drape_model::{SceneError, Violation};
+use drape_report::ReportError;
+use std::process::ExitCode;
+
+const UNEXPECTED: u8 = 1;
+const BAD_INPUT: u8 = 2;
+const DIVERGED: u8 = 3;
+
+/// The simulation diverged; what was recorded is kept.
+#[derive(Debug)]
+pub(crate) struct Diverged(pub(crate) String);
+
+impl std::fmt::Display for Diverged {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for Diverged {}
+
+/// Tells the user what went wrong, in one line, and picks the exit code.
+pub(crate) fn code(outcome: anyhow::Result<()>) -> ExitCode {
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        // A reader that has seen enough (`drape system … | head`) is no failure.
+        Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("drape: {error:#}");
+            ExitCode::from(classify(&error))
+        }
+    }
+}
+
+fn is_broken_pipe(error: &anyhow::Error) -> bool {
+    error
+        .downcast_ref::<std::io::Error>()
+        .is_some_and(|error| error.kind() == std::io::ErrorKind::BrokenPipe)
+}
+
+fn classify(error: &anyhow::Error) -> u8 {
+    if error.is::<Diverged>() {
+        return DIVERGED;
+    }
+    let harness = |error: &HarnessError| match error {
+        HarnessError::Scene(_)
+        | HarnessError::Violation(_)
+        | HarnessError::Method(_)
+        | HarnessError::TimeStep(_)
+        | HarnessError::Prepare(PrepareError::Unsupported { .. } | PrepareError::Solver(_))
+        | HarnessError::UnknownExperiment { .. } => true,
+        HarnessError::Step(_) | HarnessError::Record(_) => false,
+    };
+    let bad_input = error.is::<SceneError>()
+        || error.is::<Violation>()
+        || error.downcast_ref::<HarnessError>().is_some_and(harness)
+        || error.downcast_ref::<ReportError>().is_some_and(ReportError::is_bad_input);
+    if bad_input { BAD_INPUT } else { UNEXPECTED }
+}

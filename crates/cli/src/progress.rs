@@ -1,0 +1,55 @@
+//! Progress: a bar on a terminal, plain lines elsewhere.
+
+use drape_harness::experiments::Progress;
+use indicatif::{ProgressBar, ProgressStyle};
+use std::io::IsTerminal as _;
+use std::sync::Mutex;
+
+/// Tells how far an experiment is.
+pub(crate) struct Bars {
+    experiment: &'static str,
+    bar: Mutex<Option<ProgressBar>>,
+}
+
+impl Bars {
+    pub(crate) fn new(experiment: &'static str) -> Self {
+        Self { experiment, bar: Mutex::new(None) }
+    }
+}
+
+/// A bar of `length` parts on standard error, or `None` where that is no terminal.
+pub(crate) fn bar(label: &str, length: u64) -> Option<ProgressBar> {
+    if !std::io::stderr().is_terminal() {
+        return None;
+    }
+    let bar = ProgressBar::new(length);
+    let style = ProgressStyle::with_template("{prefix:32} [{bar:40}] {pos}/{len} {elapsed}/{duration}");
+    bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()).progress_chars("=> "));
+    bar.set_prefix(label.to_owned());
+    Some(bar)
+}
+
+impl Progress for Bars {
+    fn begin(&self, part: &str, cells: usize) {
+        let label = format!("{}: {part}", self.experiment);
+        let bar = bar(&label, cells as u64);
+        if bar.is_none() {
+            eprintln!("{label}: {cells} cells");
+        }
+        if let Ok(mut slot) = self.bar.lock() {
+            *slot = bar;
+        }
+    }
+
+    fn done(&self) {
+        if let Ok(slot) = self.bar.lock() {
+            slot.as_ref().inspect(|bar| bar.inc(1));
+        }
+    }
+
+    fn end(&self) {
+        if let Ok(mut slot) = self.bar.lock() {
+            slot.take().inspect(|bar| bar.finish());
+        }
+    }
+}

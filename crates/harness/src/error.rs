@@ -1,0 +1,40 @@
+//! What can go wrong in a run.
+
+use crate::methods::MethodError;
+use drape_integrator::{InvalidTimeStep, PrepareError, StepError};
+use drape_model::{SceneError, Violation};
+use drape_records::RecordError;
+
+/// Why a run or an experiment ended without a result.
+#[derive(Debug, thiserror::Error)]
+pub enum HarnessError {
+    /// The scene was refused.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// A value of a scene or of the time span was refused.
+    #[error(transparent)]
+    Violation(#[from] Violation),
+    /// The method or a setting was refused.
+    #[error(transparent)]
+    Method(#[from] MethodError),
+    /// The method refused the system.
+    #[error(transparent)]
+    Prepare(#[from] PrepareError),
+    /// The time step was refused.
+    #[error(transparent)]
+    TimeStep(#[from] InvalidTimeStep),
+    /// A contract of the integrator was broken.
+    #[error(transparent)]
+    Step(#[from] StepError),
+    /// A record could not be read or written.
+    #[error(transparent)]
+    Record(#[from] RecordError),
+    /// No such experiment.
+    #[error("no experiment `{name}`; expected one of: {known}")]
+    UnknownExperiment {
+        /// What was asked for.
+        name: String,
+        /// The known ones.
+        known: String,
+    },
+}

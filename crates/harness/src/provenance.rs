@@ -1,0 +1,53 @@
+//! Where results come from.
+
+use drape_model::SystemSpec;
+use drape_records::Provenance;
+use sha2::{Digest, Sha256};
+use std::collections::BTreeMap;
+use std::process::Command;
+
+/// SHA-256 in hexadecimal.
+pub fn sha256(bytes: &[u8]) -> String {
+    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// SHA-256 of a frozen system's compact JSON text.
+pub fn system_hash(spec: &SystemSpec) -> String {
+    // A specification is lists of numbers and strings, which always serialise.
+    sha256(&serde_json::to_vec(spec).unwrap_or_default())
+}
+
+fn git(arguments: &[&str]) -> Option<String> {
+    let output = Command::new("git")
+        .args(["-C", env!("CARGO_MANIFEST_DIR")])
+        .args(arguments)
+        .output()
+        .ok()
+        .filter(|output| output.status.success())?;
+    Some(String::from_utf8_lossy(&output.stdout).trim().to_owned())
+}
+
+fn cpu() -> String {
+    let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let model = info.lines().find_map(|line| line.strip_prefix("model name")?.split_once(": "));
+    model.map_or_else(|| std::env::consts::ARCH.to_owned(), |(_, name)| name.to_owned())
+}
+
+/// Provenance of a record that is written now.
+pub fn provenance(scene_sha256: BTreeMap<String, String>) -> Provenance {
+    let commit = git(&["rev-parse", "HEAD"]);
+    let changes = git(&["status", "--porcelain", "--", ":/", ":(exclude,top)results"]);
+    Provenance {
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        dirty: commit.as_ref().and(changes).map(|changes| !changes.is_empty()),
+        commit,
+        cargo_lock_sha256: sha256(include_bytes!("../../../Cargo.lock")),
+        rustc: env!("DRAPE_RUSTC").to_owned(),
+        build: env!("DRAPE_BUILD").to_owned(),
+        cpu: cpu(),
+        threads: rayon::current_num_threads(),
+        scene_sha256,
+        seed: None,
+        date: humantime::format_rfc3339_seconds(std::time::SystemTime::now()).to_string(),
+    }
+}

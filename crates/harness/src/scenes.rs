@@ -1,0 +1,64 @@
+//! Bundled scenes and variations of them, for experiments.
+
+use crate::{HarnessError, Simulation};
+use drape_model::{Cloth, Input, Scene, SceneError, SystemSpec};
+
+/// A bundled scene.
+///
+/// # Errors
+/// [`HarnessError::Scene`] when there is none of that name.
+pub fn bundled(name: &str) -> Result<Scene, HarnessError> {
+    match drape_model::load(name)? {
+        Input::Scene(scene, _) => Ok(*scene),
+        Input::System(_) => {
+            let known = drape_model::bundled::names().collect();
+            Err(SceneError::Unknown { name: name.to_owned(), known }.into())
+        }
+    }
+}
+
+/// The scene with another stiffness of its tension springs, and of its shear and bending springs in
+/// the same proportion.
+pub(crate) fn with_stiffness(mut scene: Scene, stiffness_over_mass: f64) -> Scene {
+    let tension = scene.effects.tension.and_then(|law| law.stiffness_over_mass_per_s2);
+    let factor = stiffness_over_mass / tension.unwrap_or(stiffness_over_mass);
+    let effects = &mut scene.effects;
+    for law in [&mut effects.tension, &mut effects.shear, &mut effects.bending].into_iter().flatten()
+    {
+        if let Some(quotient) = &mut law.stiffness_over_mass_per_s2 {
+            *quotient *= factor;
+        }
+    }
+    if let Some(tension) = &mut scene.effects.tension {
+        tension.stiffness_over_mass_per_s2 = Some(stiffness_over_mass);
+    }
+    scene
+}
+
+/// The scene on a finer or coarser square grid; pins at corners stay there.
+pub(crate) fn with_particles_a_side(mut scene: Scene, side: u32) -> Scene {
+    if let Cloth::Grid(grid) = &mut scene.cloth {
+        let last = (grid.rows - 1, grid.columns - 1);
+        for pin in &mut scene.pins {
+            pin.row = pin.row.map(|row| if row == last.0 { side - 1 } else { row });
+            pin.column = pin.column.map(|column| if column == last.1 { side - 1 } else { column });
+        }
+        (grid.rows, grid.columns) = (side, side);
+    }
+    scene
+}
+
+/// Discretises a scene and builds it.
+pub(crate) fn build(scene: &Scene) -> Result<(SystemSpec, Simulation), HarnessError> {
+    let spec = scene.discretise()?;
+    let (system, state) = spec.build()?;
+    Ok((spec, Simulation { system, state }))
+}
+
+/// The particle in the middle of the last row of a grid: the free edge of the hanging textile.
+pub fn free_edge_midpoint(scene: &Scene) -> Option<usize> {
+    match scene.cloth {
+        Cloth::Grid(grid) => Some(((grid.rows - 1) * grid.columns + grid.columns / 2) as usize),
+        Cloth::Particles(_) => None,
+    }
+}

@@ -1,0 +1,217 @@
+//! The solution of the differential equation itself, with a stated error.
+//!
+//! `M x'' = f(x, v)` is integrated by an adaptive Runge–Kutta method of order 8 (DOP853 of Hairer,
+//! Nørsett and Wanner), twice: the looser run tells how far the tighter one can be trusted. It shares no
+//! code with the integrators but the forces. Pins are held. Contacts are refused: their velocity
+//! constraints belong to the step of a method and have no differential equation.
+
+use drape_model::{State, System, Vec3};
+use nalgebra::DVector;
+use ode_solvers::dop_shared::IntegrationError;
+use ode_solvers::{Dop853, OutputType};
+
+/// How hard to try.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ReferenceSettings {
+    /// Tolerance of each step, relative, and absolute in m and m/s.
+    pub tolerance: f64,
+    /// Most steps in all.
+    pub max_steps: u32,
+}
+
+impl Default for ReferenceSettings {
+    fn default() -> Self {
+        Self { tolerance: 1e-12, max_steps: 1_000_000 }
+    }
+}
+
+/// States on the exact trajectory.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reference {
+    /// One at each time that was asked for.
+    pub states: Vec<State>,
+    /// Largest distance of a particle from where the run with a tenfold tolerance puts it, m: an upper
+    /// estimate of the error of the positions.
+    pub position_error: f64,
+    /// Likewise for velocities, m/s.
+    pub velocity_error: f64,
+}
+
+/// Why there is no reference.
+#[derive(Debug, thiserror::Error)]
+pub enum ReferenceError {
+    /// The scene has obstacles.
+    #[error("the scene has {0} obstacle(s); contacts have no reference trajectory: leave them out")]
+    Contact(usize),
+    /// The state does not fit the system.
+    #[error("the state has {found} particles, the system {expected}")]
+    SizeMismatch {
+        /// Particles of the system.
+        expected: usize,
+        /// Particles of the state.
+        found: usize,
+    },
+    /// The times do not rise from the start.
+    #[error("time {next} s follows {last} s; expected finite and rising times after the start")]
+    Times {
+        /// A time, s.
+        last: f64,
+        /// The one after it, s.
+        next: f64,
+    },
+    /// The tolerance cannot be used.
+    #[error("the tolerance is {0}; expected a number from 1e-15 to 0.1")]
+    Tolerance(f64),
+    /// Too many steps.
+    #[error("{steps} steps lead to {time} s only; allow more steps or ask for less time")]
+    StepLimit {
+        /// Steps taken.
+        steps: u32,
+        /// Time reached, s.
+        time: f64,
+    },
+    /// No step is small enough, which is what a force that is not finite leads to.
+    #[error("no step is small enough at {time} s; the motion or a force is not finite there")]
+    NotFinite {
+        /// Time reached, s.
+        time: f64,
+    },
+}
+
+/// `(x, v)' = (v, M⁻¹ f)`, with pinned particles at rest.
+struct Motion<'a>(&'a System);
+
+impl ode_solvers::System<f64, DVector<f64>> for Motion<'_> {
+    fn system(&self, t: f64, y: &DVector<f64>, dy: &mut DVector<f64>) {
+        let state = unpack(t, y);
+        let mut force = vec![Vec3::zeros(); state.len()];
+        self.0.forces(&state.x, &state.v, &mut force);
+        let mut rates = State { t, x: state.v, v: force };
+        for (i, (mass, pinned)) in self.0.mass().iter().zip(self.0.pinned()).enumerate() {
+            rates.v[i] /= *mass;
+            if *pinned {
+                (rates.x[i], rates.v[i]) = (Vec3::zeros(), Vec3::zeros());
+            }
+        }
+        dy.copy_from(&pack(&rates));
+    }
+}
+
+fn pack(state: &State) -> DVector<f64> {
+    let vectors = state.x.iter().chain(&state.v);
+    DVector::from_iterator(6 * state.len(), vectors.flat_map(|a| a.iter().copied()))
+}
+
+fn unpack(t: f64, y: &DVector<f64>) -> State {
+    let vectors: Vec<Vec3> = y.as_slice().chunks_exact(3).map(Vec3::from_column_slice).collect();
+    let (x, v) = vectors.split_at(vectors.len() / 2);
+    State { t, x: x.to_vec(), v: v.to_vec() }
+}
+
+/// Steps after which the solver's record of intermediate states is dropped: it would grow without
+/// limit.
+const STEPS_A_LEG: u32 = 256;
+
+/// One run through all times.
+fn run(
+    system: &System,
+    start: &State,
+    times: &[f64],
+    tolerance: f64,
+    max_steps: u32,
+) -> Result<Vec<State>, ReferenceError> {
+    let (mut t, mut y) = (start.t, pack(start));
+    let mut steps = 0;
+    let mut states = Vec::new();
+    for &end in times {
+        while t < end {
+            let leg = STEPS_A_LEG.min(max_steps - steps);
+            let no_stiffness_test = u32::MAX;
+            let mut solver = Dop853::from_param(
+                Motion(system),
+                t,
+                end,
+                end - t,
+                y.clone(),
+                tolerance,
+                tolerance,
+                0.9,
+                0.0,
+                0.333,
+                6.0,
+                end - t,
+                0.0,
+                leg,
+                no_stiffness_test,
+                OutputType::Sparse,
+            );
+            let outcome = solver.integrate();
+            if let (Some(&last_t), Some(last_y)) = (solver.x_out().last(), solver.y_out().last()) {
+                (t, y) = (last_t, last_y.clone());
+            }
+            match outcome {
+                Ok(stats) => {
+                    steps += stats.accepted_steps + stats.rejected_steps;
+                    t = end;
+                }
+                Err(IntegrationError::MaxNumStepReached { .. }) => steps += leg,
+                Err(_) => return Err(ReferenceError::NotFinite { time: t }),
+            }
+            if t < end && steps >= max_steps {
+                return Err(ReferenceError::StepLimit { steps, time: t });
+            }
+            if y.iter().any(|a| !a.is_finite()) {
+                return Err(ReferenceError::NotFinite { time: t });
+            }
+        }
+        states.push(unpack(end, &y));
+    }
+    Ok(states)
+}
+
+/// The exact motion of `system` from `start`, at `times`.
+///
+/// # Errors
+/// [`ReferenceError`]: contacts, a start or times that do not fit, too many steps, blow-up.
+pub fn reference(
+    system: &System,
+    start: &State,
+    times: &[f64],
+    settings: ReferenceSettings,
+) -> Result<Reference, ReferenceError> {
+    let ReferenceSettings { tolerance, max_steps } = settings;
+    if !system.obstacles().is_empty() {
+        return Err(ReferenceError::Contact(system.obstacles().len()));
+    }
+    if [start.x.len(), start.v.len()] != [system.len(); 2] {
+        let found = start.v.len().min(start.x.len());
+        return Err(ReferenceError::SizeMismatch { expected: system.len(), found });
+    }
+    if !(1e-15..=0.1).contains(&tolerance) {
+        return Err(ReferenceError::Tolerance(tolerance));
+    }
+    let mut last = start.t;
+    for &next in times {
+        if next <= last || !next.is_finite() {
+            return Err(ReferenceError::Times { last, next });
+        }
+        last = next;
+    }
+    let mut start = start.clone();
+    for i in (0..start.len()).filter(|&i| system.pinned()[i]) {
+        start.v[i] = Vec3::zeros();
+    }
+    let states = run(system, &start, times, tolerance, max_steps)?;
+    let looser = run(system, &start, times, 10.0 * tolerance, max_steps)?;
+    let farthest = |pick: fn(&State) -> &[Vec3]| {
+        let pairs = states.iter().zip(&looser);
+        let distances = pairs.flat_map(|(a, b)| pick(a).iter().zip(pick(b)));
+        distances.map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
+    };
+    let (position_error, velocity_error) = (farthest(|s| &s.x), farthest(|s| &s.v));
+    Ok(Reference { states, position_error, velocity_error })
+}
+
+#[cfg(test)]
+#[path = "reference_tests.rs"]
+mod tests;
