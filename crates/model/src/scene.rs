@@ -2,8 +2,9 @@
 
 use crate::error::Violation;
 use crate::spec::{
-    ContactSpec, DampingLaw, EffectsSpec, GravitySpec, MAX_PARTICLES, ObstacleSpec, ParticlesSpec,
-    PinSpec, SYSTEM_FORMAT, SpringEffect, SpringSpec, SystemSpec, positive, vector, within,
+    ContactSpec, DampingLaw, EffectsSpec, GravitySpec, MAX_COEFFICIENT, MAX_COORDINATE,
+    MAX_PARTICLES, ObstacleSpec, ParticlesSpec, PinSpec, SYSTEM_FORMAT, SpringEffect, SpringSpec,
+    SystemSpec, number, positive, vector, within,
 };
 use crate::Vec3;
 use schemars::JsonSchema;
@@ -17,6 +18,7 @@ pub(crate) const SCENE_FORMAT: &str = "drape-scene/1";
 #[serde(deny_unknown_fields)]
 pub struct Scene {
     /// Always "drape-scene/1".
+    #[schemars(extend("const" = SCENE_FORMAT))]
     pub format: String,
     /// Short name.
     pub name: String,
@@ -59,14 +61,18 @@ pub enum Cloth {
 #[serde(deny_unknown_fields)]
 pub struct Grid {
     /// Number of rows.
+    #[schemars(range(min = 1))]
     pub rows: u32,
     /// Number of particles in a row.
+    #[schemars(range(min = 1))]
     pub columns: u32,
     /// Edge lengths along x and y, m.
+    #[schemars(inner(range(min = 0.0, max = MAX_COORDINATE)))]
     pub size_m: [f64; 2],
     /// Centre of the sheet, m.
     pub center_m: [f64; 3],
     /// Mass of the whole sheet, kg, spread evenly over the particles.
+    #[schemars(extend("exclusiveMinimum" = 0), range(max = MAX_COEFFICIENT))]
     pub mass_kg: f64,
     /// Start velocity of all particles, m/s.
     #[serde(default)]
@@ -114,15 +120,19 @@ pub struct Effects {
 pub struct SpringLaw {
     /// Stiffness `k`, N/m.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0, max = MAX_COEFFICIENT))]
     pub stiffness_n_per_m: Option<f64>,
     /// Stiffness over particle mass `k/m`, 1/s² (the paper's quotient).
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0, max = MAX_COEFFICIENT))]
     pub stiffness_over_mass_per_s2: Option<f64>,
     /// Damping coefficient, N s/m; none if both keys are absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0, max = MAX_COEFFICIENT))]
     pub damping_n_s_per_m: Option<f64>,
     /// Damping over particle mass, 1/s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0, max = MAX_COEFFICIENT))]
     pub damping_over_mass_per_s: Option<f64>,
 }
 
@@ -146,18 +156,28 @@ pub struct Pin {
 #[serde(deny_unknown_fields)]
 pub struct TimeSpan {
     /// Time step, s.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub step_s: f64,
     /// Simulated time, s.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub duration_s: f64,
 }
 
 impl SpringLaw {
     /// Absolute stiffness and damping for particles of mass `mass`.
     fn resolve(&self, path: &str, mass: f64) -> Result<(f64, f64), Violation> {
+        let absolute = |key: &str, value| {
+            within(&format!("{path}.{key}"), value, 0.0, MAX_COEFFICIENT)
+        };
+        // A quotient within bounds times a mass within bounds may still be out of bounds.
+        let times_mass = |key: &str, quotient: f64| {
+            let high = MAX_COEFFICIENT.min(MAX_COEFFICIENT / mass);
+            Ok(within(&format!("{path}.{key}"), quotient, 0.0, high)? * mass)
+        };
         let (a, b) = ("stiffness_n_per_m", "stiffness_over_mass_per_s2");
         let stiffness = match (self.stiffness_n_per_m, self.stiffness_over_mass_per_s2) {
-            (Some(k), None) => within(&format!("{path}.{a}"), k, 0.0, 1e30)?,
-            (None, Some(q)) => within(&format!("{path}.{b}"), q, 0.0, 1e30)? * mass,
+            (Some(k), None) => absolute(a, k)?,
+            (None, Some(q)) => times_mass(b, q)?,
             (Some(_), Some(_)) => {
                 let found = format!("given twice, as `{a}` and as `{b}`");
                 return Err(Violation::new(path, found, "exactly one of the two"));
@@ -170,8 +190,8 @@ impl SpringLaw {
         let (a, b) = ("damping_n_s_per_m", "damping_over_mass_per_s");
         let damping = match (self.damping_n_s_per_m, self.damping_over_mass_per_s) {
             (None, None) => 0.0,
-            (Some(c), None) => within(&format!("{path}.{a}"), c, 0.0, 1e30)?,
-            (None, Some(q)) => within(&format!("{path}.{b}"), q, 0.0, 1e30)? * mass,
+            (Some(c), None) => absolute(a, c)?,
+            (None, Some(q)) => times_mass(b, q)?,
             (Some(_), Some(_)) => {
                 let found = format!("given twice, as `{a}` and as `{b}`");
                 return Err(Violation::new(path, found, "at most one of the two"));
@@ -196,11 +216,23 @@ impl Grid {
             return Err(Violation::new("cloth.grid", found, expected));
         }
         for (axis, &edge) in self.size_m.iter().enumerate() {
-            positive(&path(&format!("size_m[{axis}]")), edge, 1e9)?;
+            positive(&path(&format!("size_m[{axis}]")), edge, MAX_COORDINATE)?;
         }
         vector(&path("center_m"), self.center_m)?;
+        // The springs of the diagonals and the corners must be in range too.
+        let [a, b] = self.size_m;
+        let far = self.center_m.iter().fold(0.0, |far: f64, c| far.max(c.abs()));
+        if far + a.hypot(b) > MAX_COORDINATE {
+            let found = format!("[{}, {}]", number(a), number(b));
+            let expected = format!("a sheet that ends within {} m", number(MAX_COORDINATE));
+            return Err(Violation::new(path("size_m"), found, expected));
+        }
         vector(&path("velocity_m_s"), self.velocity_m_s)?;
-        positive(&path("mass_kg"), self.mass_kg, 1e30)?;
+        positive(&path("mass_kg"), self.mass_kg, MAX_COEFFICIENT)?;
+        if self.particle_mass() == 0.0 {
+            let expected = "enough for every particle to have a mass above 0";
+            return Err(Violation::new(path("mass_kg"), number(self.mass_kg), expected));
+        }
         Ok(())
     }
 
@@ -397,14 +429,14 @@ impl TimeSpan {
     pub fn steps(&self) -> (u64, Option<f64>) {
         let quotient = self.duration_s / self.step_s;
         let whole = quotient.round();
-        if (quotient - whole).abs() <= 1e-9 {
+        if whole >= 1.0 && (quotient - whole).abs() <= 1e-9 {
             return (whole as u64, None);
         }
         let whole = quotient.floor();
         (whole as u64, Some(self.duration_s - whole * self.step_s))
     }
 
-    /// Checks both values; the violation names `step` or `duration` as its path.
+    /// Checks both values; `step` and `duration` are the paths that a violation names.
     ///
     /// # Errors
     /// A step or duration that is not positive and finite, or more than 1e9 steps.
@@ -413,12 +445,12 @@ impl TimeSpan {
         positive(duration, self.duration_s, 1e9)?;
         if self.duration_s / self.step_s > Self::MAX_STEPS {
             let expected = format!(
-                "at least {:e}, so that `{duration}` = {} takes at most {:e} steps",
-                self.duration_s / Self::MAX_STEPS,
-                self.duration_s,
-                Self::MAX_STEPS
+                "at least {}, so that `{duration}` = {} takes at most {} steps",
+                number(self.duration_s / Self::MAX_STEPS),
+                number(self.duration_s),
+                number(Self::MAX_STEPS)
             );
-            return Err(Violation::new(step, self.step_s, expected));
+            return Err(Violation::new(step, number(self.step_s), expected));
         }
         Ok(())
     }

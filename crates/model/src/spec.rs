@@ -19,6 +19,7 @@ pub(crate) const MAX_PARTICLES: usize = 4_000_000;
 #[serde(deny_unknown_fields)]
 pub struct SystemSpec {
     /// Always "drape-system/1".
+    #[schemars(extend("const" = SYSTEM_FORMAT))]
     pub format: String,
     /// Name of the scene that was frozen.
     #[serde(default)]
@@ -50,8 +51,10 @@ pub struct SystemSpec {
 #[serde(deny_unknown_fields)]
 pub struct ParticlesSpec {
     /// Masses, kg; positive.
+    #[schemars(length(min = 1), inner(range(min = 0.0, max = MAX_COEFFICIENT)))]
     pub mass_kg: Vec<f64>,
     /// Positions, m.
+    #[schemars(length(min = 1))]
     pub position_m: Vec<[f64; 3]>,
     /// Velocities, m/s; all 0 if absent.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -95,11 +98,14 @@ pub struct SpringSpec {
     /// Second end.
     pub j: u32,
     /// Rest length, m; 0 is legal.
+    #[schemars(range(min = 0.0, max = MAX_COORDINATE))]
     pub rest_length_m: f64,
     /// Stiffness, N/m.
+    #[schemars(range(min = 0.0, max = MAX_COEFFICIENT))]
     pub stiffness_n_per_m: f64,
     /// Damping coefficient, N s/m.
     #[serde(default)]
+    #[schemars(range(min = 0.0, max = MAX_COEFFICIENT))]
     pub damping_n_s_per_m: f64,
 }
 
@@ -151,6 +157,7 @@ pub struct ContactSpec {
     pub detection: Detection,
     /// Greatest speed at which a penetrating particle is led back to the surface, m/s.
     #[serde(default = "default_recovery_speed")]
+    #[schemars(range(min = 0.0, max = MAX_COORDINATE))]
     pub recovery_speed_limit_m_s: f64,
 }
 
@@ -179,6 +186,7 @@ pub enum ObstacleSpec {
         normal: [f64; 3],
         /// Coefficient of restitution, 0 to 1.
         #[serde(default)]
+        #[schemars(range(min = 0.0, max = 1.0))]
         restitution: f64,
     },
     /// Box with edges along the axes.
@@ -186,9 +194,11 @@ pub enum ObstacleSpec {
         /// Centre, m.
         center_m: [f64; 3],
         /// Edge lengths, m.
+        #[schemars(inner(range(min = 0.0, max = MAX_COORDINATE)))]
         size_m: [f64; 3],
         /// Coefficient of restitution, 0 to 1.
         #[serde(default)]
+        #[schemars(range(min = 0.0, max = 1.0))]
         restitution: f64,
     },
     /// Ball.
@@ -196,17 +206,19 @@ pub enum ObstacleSpec {
         /// Centre, m.
         center_m: [f64; 3],
         /// Radius, m.
+        #[schemars(extend("exclusiveMinimum" = 0))]
         radius_m: f64,
         /// Coefficient of restitution, 0 to 1.
         #[serde(default)]
+        #[schemars(range(min = 0.0, max = 1.0))]
         restitution: f64,
     },
 }
 
 /// Greatest magnitude of a coordinate, velocity or acceleration.
-const MAX_COORDINATE: f64 = 1e9;
+pub(crate) const MAX_COORDINATE: f64 = 1e9;
 /// Greatest stiffness, damping coefficient or mass.
-const MAX_COEFFICIENT: f64 = 1e30;
+pub(crate) const MAX_COEFFICIENT: f64 = 1e30;
 
 fn index(path: &str, value: u32, count: usize) -> Result<usize, Violation> {
     let expected = || match count {
@@ -220,11 +232,21 @@ fn index(path: &str, value: u32, count: usize) -> Result<usize, Violation> {
     }
 }
 
+/// A bound or a value as a message prints it: short whatever its size.
+pub(crate) fn number(value: f64) -> String {
+    if value == 0.0 || (1e-4..1e7).contains(&value.abs()) {
+        format!("{value}")
+    } else {
+        format!("{value:e}")
+    }
+}
+
 pub(crate) fn within(path: &str, value: f64, low: f64, high: f64) -> Result<f64, Violation> {
     if value >= low && value <= high {
         Ok(value)
     } else {
-        Err(Violation::new(path, value, format!("a number from {low} to {high}")))
+        let expected = format!("a number from {} to {}", number(low), number(high));
+        Err(Violation::new(path, number(value), expected))
     }
 }
 
@@ -232,7 +254,8 @@ pub(crate) fn positive(path: &str, value: f64, high: f64) -> Result<f64, Violati
     if value > 0.0 && value <= high {
         Ok(value)
     } else {
-        Err(Violation::new(path, value, format!("a number above 0, at most {high}")))
+        let expected = format!("a number above 0, at most {}", number(high));
+        Err(Violation::new(path, number(value), expected))
     }
 }
 

@@ -17,20 +17,20 @@ pub(crate) const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "cg-vs-stiffness.svg",
         title: "CG iterations per step against stiffness, by preconditioner and start vector",
-        caption: "Hanging textile, one panel for each number of particles; plain IMEX Euler at \
-            h = 0.01 s and forcing term ε = 0.05, with k/m the same at every number of particles. \
-            Conjugate gradient (CG) iterations per step against stiffness over mass k/m. Colour \
+        caption: "Hanging textile, one panel for each number of particles and variant (plain IMEX \
+            Euler; updated-paper: with the paper's Algorithm 1 as printed) at h = 0.01 s and forcing \
+            term ε = 0.05, with k/m the same at every number of particles. Conjugate gradient (CG) iterations per step against stiffness over mass k/m. Colour \
             and dashes tell the preconditioner: none, Jacobi, or incomplete Cholesky without \
             fill-in (ic0). The marker tells the vector from which CG starts: the last velocity, its \
-            extrapolation, or the one of lower potential (best). Axes are logarithmic and the same in \
-            all panels.",
+            extrapolation. Axes are logarithmic and the same in all panels. Markers tell runs that \
+            were not stable.",
         sheet: against_stiffness,
     },
     Plate {
         file: "cg-vs-theta.svg",
         title: "CG iterations per step against θ = h²k/m, by time step",
-        caption: "Hanging textile, one panel for each number of particles; plain IMEX Euler with \
-            ic0 and extrapolated start at ε = 0.05. All time steps h and stiffnesses k/m of the \
+        caption: "Hanging textile, one panel for each number of particles and variant (plain IMEX \
+            Euler; updated-paper: with Algorithm 1 as printed), ic0 and extrapolated start at ε = 0.05. All time steps h and stiffnesses k/m of the \
             sweeps over stiffness and over the step, at fixed k/m and at fixed material, drawn \
             against the dimensionless θ = h²k/m; marker and colour tell h. If θ alone decided, the \
             curves of all steps would lie on one another.",
@@ -42,7 +42,9 @@ pub(crate) const PLATES: &[Plate<Input>] = &[
         caption: "Hanging textile, one panel for each number of particles; ic0, extrapolated \
             start, h = 0.01 s, ε = 0.05, with k/m the same at every number of particles. Plain is \
             the IMEX Euler step; updated-paper adds the paper's Algorithm 1 as printed, \
-            updated-robust its safeguarded form. Iterations of all outer passes count. Markers \
+            updated-robust its safeguarded form, which starts at the better of the extrapolation and \
+            the last velocity and goes over to Newton's method for h²k/m above 100, where its CG count \
+            ends at 0. Iterations of all outer passes count. Markers \
             tell runs that were not stable: their count is that of another motion.",
         sheet: plain_and_updated,
     },
@@ -70,7 +72,8 @@ pub(crate) const PLATES: &[Plate<Input>] = &[
         title: "How far the free edge has moved after 0.3 s, against stiffness",
         caption: "Hanging textile, a panel for each time step h. Vertical displacement of the free \
             edge's midpoint at t = 0.3 s (negative: down) against stiffness over mass k/m, one \
-            curve for each method. It is the check on the counts: few iterations are worth nothing \
+            curve for each method at its default settings; shear springs of a tenth of the \
+            stiffness are added. It is the check on the counts: few iterations are worth nothing \
             where the sheet hardly moves. Backward Euler is the method to compare with, as it \
             solves the full nonlinear equation of the step. Runs that diverged stay in the figure, \
             crossed out, on the edge of the panel when their value lies beyond it.",
@@ -83,6 +86,7 @@ pub(crate) const BASE_STEP_S: f64 = 0.01;
 const BASE_FORCING_TERM: f64 = 0.05;
 pub(crate) const BASE_PRECONDITIONER: &str = "ic0";
 pub(crate) const BASE_START: &str = "extrapolated";
+const ROBUST: &str = "updated-robust";
 const FIXED_K_OVER_M: &str = "fixed-k-over-m";
 
 pub(crate) const PRECONDITIONERS: [&str; 3] = ["none", "jacobi", "ic0"];
@@ -112,7 +116,9 @@ fn at_base_forcing_term(cell: &Cell) -> bool {
 }
 
 fn with_base_solver(cell: &Cell) -> bool {
-    cell.preconditioner == BASE_PRECONDITIONER && cell.start == BASE_START
+    // The robust form starts at the better of both: the extrapolation alone is not one of its safeguards.
+    let start = if cell.variant == ROBUST { "best" } else { BASE_START };
+    cell.preconditioner == BASE_PRECONDITIONER && cell.start == start
 }
 
 fn at_fixed_k_over_m(cell: &Cell) -> bool {
@@ -166,11 +172,11 @@ fn by_value(
 
 fn against_stiffness(input: &Input) -> Option<Sheet> {
     let cells = select(input, "stiffness", |cell| {
-        cell.variant == "plain" && at_fixed_k_over_m(cell) && at_base_point(cell)
+        cell.variant != ROBUST && at_fixed_k_over_m(cell) && at_base_point(cell)
     });
     let preconditioners = names(&PRECONDITIONERS, cells.iter().map(|c| c.preconditioner.as_str()));
     let starts = names(&STARTS, cells.iter().map(|c| c.start.as_str()));
-    let drafts = by_size(&cells, |cells| {
+    let drafts = by_size_and_variant(&cells, |cells| {
         let pairs = preconditioners.iter().flat_map(|p| starts.iter().map(move |s| (*p, *s)));
         pairs
             .filter_map(|(preconditioner, start)| {
@@ -190,12 +196,12 @@ fn against_stiffness(input: &Input) -> Option<Sheet> {
 
 fn against_theta(input: &Input) -> Option<Sheet> {
     let kind = |cell: &Cell| {
-        cell.variant == "plain" && with_base_solver(cell) && at_base_forcing_term(cell)
+        cell.variant != ROBUST && with_base_solver(cell) && at_base_forcing_term(cell)
     };
     let mut cells = select(input, "stiffness", kind);
     cells.extend(select(input, "step", kind));
     let steps = values(cells.iter().map(|cell| cell.step_s));
-    let drafts = by_size(&cells, |cells| {
+    let drafts = by_size_and_variant(&cells, |cells| {
         by_value(
             cells,
             &steps,
@@ -230,9 +236,8 @@ fn plain_and_updated(input: &Input) -> Option<Sheet> {
     panels_of(drafts, |xs| Axis::log(K_OVER_M, xs), |ys| Axis::log_with_zero(PER_STEP, ys))
 }
 
-/// A panel for each number of particles and variant, a curve for each k/m.
-fn by_size_and_variant(cells: &[&Cell], place: impl Fn(&Cell) -> Point) -> Vec<Draft> {
-    let stiffnesses = values(cells.iter().map(|cell| cell.stiffness_over_mass_per_s2));
+/// A panel for each number of particles and variant; `series` makes its curves.
+fn by_size_and_variant(cells: &[&Cell], series: impl Fn(&[&Cell]) -> Vec<Series>) -> Vec<Draft> {
     let variants = names(&VARIANTS, cells.iter().map(|cell| cell.variant.as_str()));
     let mut drafts = Vec::new();
     for n in sizes(cells) {
@@ -242,25 +247,31 @@ fn by_size_and_variant(cells: &[&Cell], place: impl Fn(&Cell) -> Point) -> Vec<D
                 .copied()
                 .filter(|cell| cell.particles == n && cell.variant == *variant)
                 .collect();
-            let series = by_value(
-                &chosen,
-                &stiffnesses,
-                |cell| cell.stiffness_over_mass_per_s2,
-                |k| format!("k/m = {} s⁻²", power(k)),
-                &place,
-            );
-            drafts.push((vec![format!("{}, {variant}", particles(n))], series, Vec::new()));
+            let title = format!("{}, {variant}", particles(n));
+            drafts.push((vec![title], series(&chosen), Vec::new()));
         }
     }
     drafts
+}
+
+/// One curve for each k/m.
+fn by_stiffness(cells: &[&Cell], all: &[&Cell], place: impl Fn(&Cell) -> Point) -> Vec<Series> {
+    let stiffnesses = values(all.iter().map(|cell| cell.stiffness_over_mass_per_s2));
+    by_value(
+        cells,
+        &stiffnesses,
+        |cell| cell.stiffness_over_mass_per_s2,
+        |k| format!("k/m = {} s⁻²", power(k)),
+        place,
+    )
 }
 
 fn against_step(input: &Input) -> Option<Sheet> {
     let cells = select(input, "step", |cell| {
         with_base_solver(cell) && at_fixed_k_over_m(cell) && at_base_forcing_term(cell)
     });
-    let drafts = by_size_and_variant(&cells, |cell| {
-        point(cell, cell.step_s, cell.cg_per_step / cell.step_s)
+    let drafts = by_size_and_variant(&cells, |chosen| {
+        by_stiffness(chosen, &cells, |c| point(c, c.step_s, c.cg_per_step / c.step_s))
     });
     panels_of(
         drafts,
@@ -273,8 +284,9 @@ fn against_forcing_term(input: &Input) -> Option<Sheet> {
     let cells = select(input, "forcing-term", |cell| {
         with_base_solver(cell) && at_fixed_k_over_m(cell) && at_base_step(cell)
     });
-    let drafts =
-        by_size_and_variant(&cells, |cell| point(cell, cell.forcing_term, cell.cg_per_step));
+    let drafts = by_size_and_variant(&cells, |chosen| {
+        by_stiffness(chosen, &cells, |c| point(c, c.forcing_term, c.cg_per_step))
+    });
     panels_of(
         drafts,
         |xs| Axis::log("forcing term ε (dimensionless)", xs),

@@ -79,13 +79,14 @@ fn star(quick: bool) -> Vec<Point> {
     let sides: &[u32] = if quick { &SIDES[..1] } else { &SIDES };
     for &side in sides {
         for stiffness in STIFFNESSES {
-            for preconditioner in ["none", "jacobi", "ic0"] {
-                for start in ["last", "extrapolated"] {
-                    let plain = base("stiffness", side, stiffness, "plain");
-                    points.push(Point { preconditioner, start, ..plain });
+            for variant in ["plain", "updated-paper"] {
+                for preconditioner in ["none", "jacobi", "ic0"] {
+                    for start in ["last", "extrapolated"] {
+                        let point = base("stiffness", side, stiffness, variant);
+                        points.push(Point { preconditioner, start, ..point });
+                    }
                 }
             }
-            points.push(base("stiffness", side, stiffness, "updated-paper"));
             if !quick && (side == SIDES[0] || stiffness <= ROBUST_LIMIT_LARGE) {
                 points.push(base("stiffness", side, stiffness, "updated-robust"));
             }

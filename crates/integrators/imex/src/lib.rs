@@ -15,7 +15,7 @@
 //!
 //! `A` is scalar (the same for x, y and z), symmetric, positive definite and diagonally dominant. (The
 //! paper prints the signs of (16)–(18) and (21) so that the matrix would be indefinite; this is the
-//! reading in which a stretched spring contracts.)
+//! reading in which a stretched spring contracts. All readings are listed in [`errata`].)
 //!
 //! At very high stiffness the sheet *locks*: `A` resists sideways motion of every spring with the full
 //! stiffness `k`, and only `F2`, frozen at `x_n`, could take that back. IMEX Euler equals symplectic
@@ -76,6 +76,8 @@
 //! | `S` | [`drape_solvers::Constraints`] | – | 3 × 3 a particle |
 
 mod algorithm1;
+#[doc = include_str!("../docs/errata.md")]
+pub mod errata {}
 mod right_hand_side;
 mod settings;
 mod step;
