@@ -133,7 +133,7 @@ fn refuse(file: &str, text: &str, error: &serde_json::Error) -> SceneError {
     let mut json = serde_json::Deserializer::from_str(text);
     let path = match serde_path_to_error::deserialize::<_, serde_json::Value>(&mut json) {
         Err(again) if (again.inner().line(), again.inner().column()) == (line, column) => {
-            shorten(&again.path().to_string())
+            shorten(&again.path().to_string().replace('?', "."))
         }
         _ => ".".to_owned(),
     };
@@ -168,22 +168,32 @@ fn raw_value(text: &str, path: &Path) -> Option<String> {
 /// Says in the words of a scene's author what serde says in those of Rust.
 fn explain(path: &Path, raw: Option<String>, reason: &str) -> Violation {
     let parent = path.to_string();
-    let named = |name: &str| {
-        let name = shorten(name);
-        let outer = parent.strip_suffix(&format!(".{name}")).unwrap_or(&parent);
-        if outer == "." || outer == name { name } else { format!("{outer}.{name}") }
+    let inside = |outer: &str, name: &str| match shorten(outer).as_str() {
+        "" | "." => shorten(name),
+        outer => format!("{outer}.{}", shorten(name)),
     };
-    let raw = raw.unwrap_or_else(|| "no value".to_owned());
+    // serde counts an unknown key to the path, but no missing or doubled one.
+    let outer = |name: &str| parent.strip_suffix(name).unwrap_or(&parent).trim_end_matches('.');
+    let raw = raw.unwrap_or_default();
     let (what, expected) = reason.split_once(", expected ").unwrap_or((reason, ""));
     let (kind, name) = what.split_once('`').unwrap_or((what, ""));
     let name = name.trim_end_matches('`');
     match kind.trim_end() {
-        "unknown field" => Violation::new(named(name), "an unknown key", known(expected)),
-        "unknown variant" if raw.starts_with('{') => {
-            Violation::new(named(name), "an unknown key", known(expected))
+        "unknown field" => {
+            Violation::new(inside(outer(name), name), "an unknown key", known(expected))
         }
-        "missing field" => Violation::new(named(name), "missing", "this key with a value"),
-        "duplicate field" => Violation::new(named(name), "given twice", "this key once"),
+        "unknown variant" if raw.starts_with('{') => {
+            Violation::new(inside(&parent, name), "an unknown key", known(expected))
+        }
+        "missing field" => {
+            Violation::new(inside(&parent, name), "missing", "this key with a value")
+        }
+        "duplicate field" => Violation::new(inside(&parent, name), "given twice", "this key once"),
+        "invalid type: unit variant" => {
+            // A word in place of an object; serde counts the word to the path.
+            let (outer, word) = parent.rsplit_once('.').unwrap_or((".", &parent));
+            Violation::new(outer, format!("{word:?}"), format!("an object with the key `{word}`"))
+        }
         "number out of range" => {
             Violation::new(parent, raw, "a number of magnitude at most 1.8e308")
         }
@@ -199,7 +209,6 @@ fn known(expected: &str) -> String {
         "u32" => "a whole number from 0 to 4294967295",
         "a sequence" => "a list",
         "a string" => "a string in quotes",
-        "newtype variant" | "struct variant" => "an object with this word as its key",
         other if other.starts_with("an array of length") => {
             return other.replace("an array of length", "a list of length");
         }

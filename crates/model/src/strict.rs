@@ -2,8 +2,8 @@
 //!
 //! serde's derived types also accept a list in place of an object (`[[0, 0, -9.81]]` for
 //! `{ "m_s2": [0, 0, -9.81] }`), and serde_json tells nothing about an enum of the wrong type.
-//! [`Strict`] wraps every layer of a deserializer, reads structs as maps only, and says which words or
-//! keys an enum knows.
+//! [`Strict`] wraps every layer of a deserializer, reads structs as maps only, says how long a list must
+//! be and which words or keys an enum knows.
 
 use serde::de::value::{MapAccessDeserializer, StrDeserializer};
 use serde::de::{
@@ -33,7 +33,15 @@ impl<'de, D: Deserializer<'de>> Deserializer<'de> for Strict<D> {
         deserialize_byte_buf(), deserialize_option(), deserialize_unit(), deserialize_seq(),
         deserialize_map(), deserialize_identifier(), deserialize_ignored_any(),
         deserialize_unit_struct(name: &'static str), deserialize_newtype_struct(name: &'static str),
-        deserialize_tuple(len: usize), deserialize_tuple_struct(name: &'static str, len: usize),
+        deserialize_tuple_struct(name: &'static str, len: usize),
+    }
+
+    fn deserialize_tuple<V: Visitor<'de>>(
+        self,
+        len: usize,
+        visitor: V,
+    ) -> Result<V::Value, D::Error> {
+        self.0.deserialize_tuple(len, TupleVisitor { len, visitor })
     }
 
     fn deserialize_struct<V: Visitor<'de>>(
@@ -133,6 +141,29 @@ impl<'de, A: MapAccess<'de>> MapAccess<'de> for Strict<A> {
 
     fn next_value_seed<S: DeserializeSeed<'de>>(&mut self, seed: S) -> Result<S::Value, A::Error> {
         self.0.next_value_seed(Strict(seed))
+    }
+}
+
+/// Reads a list of fixed length, and says so when it is longer.
+struct TupleVisitor<V> {
+    len: usize,
+    visitor: V,
+}
+
+impl<'de, V: Visitor<'de>> Visitor<'de> for TupleVisitor<V> {
+    type Value = V::Value;
+
+    fn expecting(&self, formatter: &mut Formatter<'_>) -> FmtResult {
+        write!(formatter, "a list of length {}", self.len)
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<V::Value, A::Error> {
+        let expected = format!("a list of length {}", self.len);
+        let value = self.visitor.visit_seq(Strict(&mut list))?;
+        match list.next_element::<IgnoredAny>()? {
+            None => Ok(value),
+            Some(_) => Err(Error::invalid_length(self.len + 1, &expected.as_str())),
+        }
     }
 }
 

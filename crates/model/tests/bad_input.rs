@@ -163,7 +163,7 @@ fn scenes_with_values_out_of_range_are_refused() {
             (r#""rows": 3"#, r#""rows": 0"#, "cloth.grid.rows", "0", "at least 1"),
             (r#""rows": 3, "columns": 4"#, r#""rows": 4000000000, "columns": 4000000000"#, "cloth.grid", "4000000000 × 4000000000", "at most 4000000 particles"),
             (r#""size_m": [1, 2]"#, r#""size_m": [1, 0]"#, "cloth.grid.size_m[1]", "0", "above 0"),
-            (r#""size_m": [1, 2]"#, r#""size_m": [1, 9e8]"#, "cloth.grid.size_m[1]", "", ""),
+            (r#""size_m": [1, 2]"#, r#""size_m": [9e8, 9e8]"#, "cloth.grid.size_m", "[9e8, 9e8]", "within 1e9 m"),
             (r#""mass_kg": 0.4"#, r#""mass_kg": 0"#, "cloth.grid.mass_kg", "0", "above 0"),
             (r#""mass_kg": 0.4"#, r#""mass_kg": 5e-324"#, "cloth.grid.mass_kg", "5e-324", "every particle"),
             (r#""center_m": [0, 0, 0.5]"#, r#""center_m": [0, 2e9, 0]"#, "cloth.grid.center_m[1]", "2e9", "from -1e9 to 1e9"),
@@ -239,6 +239,8 @@ fn explicit_cloth_is_refused_with_the_paths_of_the_scene() {
         &[
             (r#""effects": { "gravity""#, tension, "effects.tension", "beside explicit springs", "no such key"),
             (r#""mass_kg": [1, 1]"#, r#""mass_kg": [1, 0]"#, "cloth.particles.particles.mass_kg[1]", "0", "above 0"),
+            (r#""mass_kg": [1, 1], "#, "", "cloth.particles.particles.mass_kg", "missing", "this key"),
+            (r#"{ "particles": { "mass_kg": [1, 1], "position_m": [[0, 0, 0], [1, 0, 0]] },"#, "{", "cloth.particles.particles", "missing", "this key"),
             (r#""j": 1"#, r#""j": 2"#, "cloth.particles.springs[0].j", "2", "0 to 1"),
             (r#"{ "particle": 0 }"#, r#"{ "row": 0, "column": 0 }"#, "pins[0]", "\"row\":0", "of a grid cloth"),
         ],
@@ -271,7 +273,7 @@ fn what_is_no_json_is_refused_with_the_place() {
         let SceneError::Syntax { line, path, found, .. } = error else { panic!("{message}") };
         assert!(found.contains(found_text), "{found_text:?} in {message}");
         assert!(path.starts_with(at), "{at} in {message}");
-        assert!(line <= text.lines().count().max(1), "{message}");
+        assert!(line <= text.lines().count() + 1, "{message}");
     }
     let (_, message) = refused(&format!("{SCENE}\n]"));
     assert!(message.contains("trailing"), "{message}");

@@ -1,0 +1,274 @@
+//! The command as a user meets it: exit codes, messages, files.
+
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+use drape_model::{Scene, State, SystemSpec};
+use drape_records::run::{Run, Verdict};
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn drape(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_drape"))
+        .current_dir(folder)
+        .args(arguments)
+        .output()
+        .unwrap()
+}
+
+fn code(output: &Output) -> i32 {
+    output.status.code().unwrap()
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).unwrap()
+}
+
+const SCENE: &str = r#"{
+  "format": "drape-scene/1",
+  "name": "sheet",
+  "cloth": { "grid": { "rows": 3, "columns": 3, "size_m": [1, 1], "center_m": [0, 0, 0], "mass_kg": 0.9 } },
+  "effects": {
+    "tension": { "stiffness_over_mass_per_s2": 1e3, "damping_over_mass_per_s": 4 },
+    "gravity": { "m_s2": [0, 0, -9.81] }
+  },
+  "pins": [ { "row": 0, "column": 0 } ],
+  "obstacles": [ { "sphere": { "center_m": [0, 0, -2], "radius_m": 0.5 } } ],
+  "time": { "step_s": 0.01, "duration_s": 0.1 }
+}"#;
+
+const SYSTEM: &str = r#"{
+  "format": "drape-system/1",
+  "particles": { "mass_kg": [1, 1], "position_m": [[0, 0, 0], [1, 0, 0]] },
+  "springs": [ { "effect": "tension", "i": 0, "j": 1, "rest_length_m": 1, "stiffness_n_per_m": 10 } ],
+  "pins": [ { "particle": 0 } ]
+}"#;
+
+/// What is replaced in a good file, by what, and the path that the message must name.
+const BROKEN_SCENES: &[(&str, &str, &str)] = &[
+    (r#""mass_kg": 0.9"#, r#""mass_kg": -0.9"#, "cloth.grid.mass_kg"),
+    (r#""mass_kg": 0.9"#, r#""mass_kg": 0"#, "cloth.grid.mass_kg"),
+    (r#""mass_kg": 0.9"#, r#""mass_kg": "heavy""#, "cloth.grid.mass_kg"),
+    (r#""mass_kg": 0.9"#, r#""mass_kg": NaN"#, "cloth.grid.mass_kg"),
+    (r#""mass_kg": 0.9"#, r#""mass_kg": 1e999"#, "cloth.grid.mass_kg"),
+    (r#""mass_kg": 0.9"#, r#""mass_kg": null"#, "cloth.grid.mass_kg"),
+    (r#""rows": 3"#, r#""rows": 0"#, "cloth.grid.rows"),
+    (r#""rows": 3"#, r#""rows": -3"#, "cloth.grid.rows"),
+    (r#""rows": 3"#, r#""rows": 4000000000"#, "cloth.grid"),
+    (r#""size_m": [1, 1]"#, r#""size_m": [1]"#, "cloth.grid.size_m"),
+    (r#""size_m": [1, 1]"#, r#""size_m": [1, 0]"#, "cloth.grid.size_m[1]"),
+    (r#""name": "sheet""#, r#""nome": "sheet""#, "nome"),
+    (r#""tension": {"#, r#""tensoin": {"#, "effects.tensoin"),
+    (r#""row": 0"#, r#""row": 3"#, "pins[0].row"),
+    (r#""row": 0"#, r#""particle": 1"#, "pins[0]"),
+    (r#""radius_m": 0.5"#, r#""radius_m": 0"#, "obstacles[0].sphere.radius_m"),
+    (r#""sphere""#, r#""spehre""#, "obstacles[0]"),
+    (r#""step_s": 0.01"#, r#""step_s": 0"#, "time.step_s"),
+    (r#""step_s": 0.01"#, r#""step_s": -1"#, "time.step_s"),
+    (r#""step_s": 0.01"#, r#""step_s": 1e-12"#, "time.step_s"),
+    (r#""duration_s": 0.1"#, r#""duration_s": 0"#, "time.duration_s"),
+    (r#""duration_s": 0.1"#, r#""duration_s": true"#, "time.duration_s"),
+    (r#""drape-scene/1""#, r#""drape-scene/99""#, "format"),
+    (r#""stiffness_over_mass_per_s2": 1e3,"#, "", "effects.tension"),
+    (r#"1e3,"#, r#"1e3, "stiffness_n_per_m": 4,"#, "effects.tension"),
+    (r#"1e3,"#, r#"-1e3,"#, "effects.tension.stiffness_over_mass_per_s2"),
+];
+
+const BROKEN_SYSTEMS: &[(&str, &str, &str)] = &[
+    (r#""mass_kg": [1, 1]"#, r#""mass_kg": [1, -1]"#, "particles.mass_kg[1]"),
+    (r#""mass_kg": [1, 1]"#, r#""mass_kg": [1]"#, "particles.position_m"),
+    (r#""mass_kg": [1, 1]"#, r#""mass_kg": []"#, "particles.mass_kg"),
+    (r#""j": 1"#, r#""j": 2"#, "springs[0].j"),
+    (r#""j": 1"#, r#""j": 0"#, "springs[0].j"),
+    (r#""rest_length_m": 1"#, r#""rest_length_m": -1"#, "springs[0].rest_length_m"),
+    (r#""effect": "tension""#, r#""effect": "magic""#, "springs[0].effect"),
+    (r#""particle": 0"#, r#""particle": 7"#, "pins[0].particle"),
+    (r#"[1, 0, 0]]"#, r#"[1, 0]]"#, "particles.position_m[1]"),
+];
+
+fn refused(folder: &Path, content: &str, path: &str) {
+    std::fs::write(folder.join("broken.json"), content).unwrap();
+    let run = ["run", "broken.json", "--method", "imex-euler", "--out", "run.json"];
+    let frozen = content.contains("drape-system");
+    let time: &[&str] = if frozen { &["--dt", "0.01", "--duration", "0.1"] } else { &[] };
+    for arguments in [[&run[..], time].concat(), vec!["system", "broken.json"]] {
+        let output = drape(folder, &arguments);
+        let message = text(&output.stderr);
+        assert_eq!(code(&output), 2, "{content}\n{message}");
+        assert!(output.stdout.is_empty(), "{content}");
+        assert_eq!(message.trim_end().lines().count(), 1, "{message}");
+        assert!(message.starts_with("drape: broken.json: "), "{message}");
+        assert!(message.contains(path), "{path} is not named: {message}");
+        assert!(message.contains("expected"), "{message}");
+        assert!(!message.contains("panicked"), "{message}");
+    }
+    let left: Vec<_> = std::fs::read_dir(folder).unwrap().map(|f| f.unwrap().file_name()).collect();
+    assert_eq!(left, ["broken.json"], "a refused run leaves no file behind");
+}
+
+#[test]
+fn broken_scenes_and_systems_are_refused_by_path_with_exit_code_2() {
+    let folder = tempfile::tempdir().unwrap();
+    for (base, cases) in [(SCENE, BROKEN_SCENES), (SYSTEM, BROKEN_SYSTEMS)] {
+        for (from, to, path) in cases {
+            assert_eq!(base.matches(from).count(), 1, "{from} must be unique");
+            refused(folder.path(), &base.replacen(from, to, 1), path);
+        }
+    }
+}
+
+#[test]
+fn files_that_are_no_json_are_refused_with_exit_code_2() {
+    let folder = tempfile::tempdir().unwrap();
+    let deep = format!("{{\"format\": {}", "[".repeat(100_000));
+    for content in ["", "  \n", "not json", "{", "[]", "3", &SCENE[..200], &deep, "{} {}"] {
+        refused(folder.path(), content, "");
+    }
+}
+
+#[test]
+fn unknown_methods_settings_scenes_and_time_steps_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |rest: &[&str]| drape(folder.path(), &[&["run", "hanging-textile-1e4"], rest].concat());
+    let cases: &[(&[&str], &str)] = &[
+        (&["--method", "imex"], "imex-euler"),
+        (&["--method", "imex-euler:forcing=1"], "forcing_term"),
+        (&["--method", "imex-euler", "--set", "forcing_term=0.6"], "5e-1"),
+        (&["--method", "imex-euler", "--set", "forcing_term=NaN"], "NaN"),
+        (&["--method", "imex-euler", "--set", "start"], "key=value"),
+        (&["--method", "imex-euler:start=last,start=last"], "twice"),
+        (&["--method", "explicit-euler:start=last"], "none"),
+        (&["--method", "imex-euler", "--dt", "0"], "--dt"),
+        (&["--method", "imex-euler", "--dt", "-0.1"], "--dt"),
+        (&["--method", "imex-euler", "--dt", "nan"], "--dt"),
+        (&["--method", "imex-euler", "--dt", "1e-15"], "1e9 steps"),
+        (&["--method", "imex-euler", "--duration", "inf"], "--duration"),
+    ];
+    for (arguments, named) in cases {
+        let output = run(arguments);
+        let message = text(&output.stderr);
+        assert_eq!(code(&output), 2, "{arguments:?}: {message}");
+        assert!(message.contains(named) && message.contains("expected"), "{message}");
+    }
+    let missing = drape(folder.path(), &["run", "no-such-scene", "--method", "imex-euler"]);
+    assert_eq!(code(&missing), 2);
+    assert!(text(&missing.stderr).contains("hanging-textile-1e4"));
+    assert_eq!(code(&drape(folder.path(), &["experiment", "nothing"])), 2);
+    assert_eq!(code(&drape(folder.path(), &["report", "."])), 2);
+    assert_eq!(code(&drape(folder.path(), &["frobnicate"])), 2);
+}
+
+#[test]
+fn a_frozen_scene_reads_back_bit_for_bit_and_runs_alike() {
+    let folder = tempfile::tempdir().unwrap();
+    for scene in drape_model::bundled::names() {
+        let printed = drape(folder.path(), &["system", scene]);
+        assert_eq!(code(&printed), 0);
+        std::fs::write(folder.path().join("frozen.json"), &printed.stdout).unwrap();
+        let again = drape(folder.path(), &["system", "frozen.json"]);
+        assert!(printed.stdout == again.stdout, "{scene} changes when read back");
+    }
+    let time = ["--dt", "0.01", "--duration", "0.2", "--method", "imex-euler", "--out"];
+    let frozen = drape(folder.path(), &["system", "hanging-textile-1e4"]);
+    std::fs::write(folder.path().join("frozen.json"), &frozen.stdout).unwrap();
+    for (input, out) in [("hanging-textile-1e4", "a.json"), ("frozen.json", "b.json")] {
+        let output = drape(folder.path(), &[&["run", input], &time[..], &[out]].concat());
+        assert_eq!(code(&output), 0, "{}", text(&output.stderr));
+    }
+    let read = |name: &str| -> Run {
+        drape_records::file::read_json(&folder.path().join(name)).unwrap()
+    };
+    let (a, b) = (read("a.json"), read("b.json"));
+    assert_eq!(a.scene_hash, b.scene_hash);
+    assert_eq!(a.series, b.series);
+    assert_eq!(a.final_state, b.final_state);
+}
+
+#[test]
+fn a_run_record_continues_where_it_ended() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments =
+        ["run", "hanging-textile-1e4", "--method", "imex-euler", "--phases", "--out", "run.json"];
+    assert_eq!(code(&drape(folder.path(), &arguments)), 0);
+    let run: Run = drape_records::file::read_json(&folder.path().join("run.json")).unwrap();
+    assert_eq!(run.steps, 100);
+    assert_eq!(run.verdict, Verdict::Completed { unconverged_steps: 0 });
+    assert_eq!(run.series.len(), 101);
+    assert!(run.phases_seconds.is_some());
+    assert_eq!(run.settings["forcing_term"], "1e-3");
+    for sample in &run.series {
+        let parts = ["kinetic", "tension", "gravity"].map(|name| sample.energy_j[name]);
+        let total = sample.energy_j["total"];
+        assert!((parts.iter().sum::<f64>() - total).abs() <= 1e-12 * (1.0 + total.abs()));
+    }
+    // The final state stands in the record with every bit: a frozen system made of it is accepted.
+    let input = drape_model::load("hanging-textile-1e4").unwrap();
+    let vectors = |list: &[[f64; 3]]| list.iter().map(|&v| v.into()).collect();
+    let state = State {
+        t: run.final_state.time_s,
+        x: vectors(&run.final_state.position_m),
+        v: vectors(&run.final_state.velocity_m_s),
+    };
+    let frozen: SystemSpec = input.spec().clone().with_state(&state);
+    assert_eq!(frozen.build().unwrap().1.x, state.x);
+}
+
+#[test]
+fn a_diverging_run_exits_with_3_and_keeps_what_was_recorded() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = drape(
+        folder.path(),
+        &["run", "hanging-textile-1e6", "--method", "explicit-euler", "--dt", "0.01", "--out", "x.json"],
+    );
+    let message = text(&output.stderr);
+    assert_eq!(code(&output), 3, "{message}");
+    assert!(message.contains("diverged at step") && message.contains("farther than"), "{message}");
+    let run: Run = drape_records::file::read_json(&folder.path().join("x.json")).unwrap();
+    let Verdict::Diverged { step, .. } = run.verdict else { panic!("{:?}", run.verdict) };
+    assert_eq!(step, run.steps);
+    assert!(run.series.len() as u64 >= step, "every finite sample is kept");
+}
+
+#[test]
+fn a_duration_that_is_no_multiple_of_the_step_ends_with_a_shorter_step() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = [
+        "run", "hanging-textile-1e4", "--method", "imex-euler", "--dt", "0.01", "--duration", "0.025",
+        "--out", "run.json",
+    ];
+    assert_eq!(code(&drape(folder.path(), &arguments)), 0);
+    let run: Run = drape_records::file::read_json(&folder.path().join("run.json")).unwrap();
+    assert_eq!(run.steps, 3);
+    assert_eq!(run.final_state.time_s, 0.025);
+}
+
+#[test]
+fn schemas_and_lists_are_printed() {
+    let folder = tempfile::tempdir().unwrap();
+    for format in ["scene", "system", "run"] {
+        let output = drape(folder.path(), &["schema", format]);
+        let schema: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert_eq!(schema["additionalProperties"], false, "{format} refuses unknown keys");
+    }
+    for (what, named) in [
+        ("scenes", "square-table-2704-1e6"),
+        ("methods", "safeguard=robust"),
+        ("experiments", "cg-vs-stiffness"),
+    ] {
+        assert!(text(&drape(folder.path(), &["list", what]).stdout).contains(named));
+    }
+    // Bundled scenes are scenes.
+    let scene: Scene =
+        serde_json::from_str(drape_model::bundled::text("hanging-textile-1e4").unwrap()).unwrap();
+    assert_eq!(scene.time.step_s, 0.01);
+}
+
+#[test]
+fn the_quick_reproduction_writes_records_figures_and_page() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = drape(folder.path(), &["reproduce", "--quick", "--out", "out"]);
+    assert_eq!(code(&output), 0, "{}", text(&output.stderr));
+    for file in ["tables.json", "cg-vs-stiffness.json", "README.md", "figures/tables-counts.svg"] {
+        assert!(folder.path().join("out").join(file).is_file(), "{file}");
+    }
+    assert!(text(&output.stderr).contains("cells"), "progress is told in plain lines");
+}
