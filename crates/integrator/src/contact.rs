@@ -1,7 +1,7 @@
 //! Contacts with rigid obstacles by velocity constraints (EEH section 6).
 //!
-//! A particle that lies inside an obstacle gets its normal velocity prescribed so that it is led
-//! back to the surface:
+//! A particle that lies inside an obstacle, or within 1e-9 m of its surface, gets its normal velocity
+//! prescribed so that it is led back to the surface:
 //!
 //! ```text
 //! n·v_+ = (1/τ) n·(x_s − x*)
@@ -12,24 +12,36 @@
 //! only. What the paper leaves open is settled here:
 //!
 //! * **Release.** After the solve the unfiltered residual `p = A v_+ − b` is the impulse of the
-//!   constraint; a contact whose `λ = n·p` is negative would pull, so it is dropped and the step
-//!   solved again, at most three times.
-//! * **No chatter.** A contact that was active stays a candidate while it lies within 1e-9 m of the
-//!   surface.
+//!   constraints, `p = Σ λ_k n_k`; a contact whose `λ_k` is negative would pull, so the one that pulls
+//!   most is dropped and the step solved again, at most three times.
+//! * **No chatter.** What touches counts as a contact, from the geometry alone: a particle at rest
+//!   stays one whatever the history, also after a restart.
 //! * **No pop.** The speed of recovery is limited by the scene, and after the update of positions the
 //!   normal velocity is cut back to what the impact left (split impulse): correcting a
 //!   penetration gives the particle no kinetic energy.
-//! * **Restitution.** A particle that arrives with normal velocity `a < 0` leaves with `−e a`.
+//! * **Restitution.** A particle that arrives with normal velocity `a < 0` leaves with `−e a`. A flight
+//!   that would be over within a few steps is no bounce any more: a particle that was in contact
+//!   that shortly before stays. Otherwise every step would undo the rebound of the last by
+//!   gravity, and a particle with `e > 0` would never come to rest.
+//! * **Several obstacles.** The contacts of a particle are taken in the order of their targets, greatest
+//!   first, as far as their normals are independent: one leaves a plane to move in, two a line, three
+//!   nothing. A normal that depends on those taken is left out. Where obstacles contradict each other
+//!   (opposite normals), the deeper penetration wins.
+//!
+//! Speculative detection looks ahead with `v_n`, so that what a particle gains in the step itself
+//! may still carry it inside, by `τ²` times its acceleration.
 
 use drape_model::{Detection, System, Vec3};
 use drape_solvers::{Constraints, Filter};
 
-/// How far outside the surface a contact stays a candidate, m.
-const STICKY_DISTANCE: f64 = 1e-9;
+/// How far outside the surface a particle still touches it, m.
+const TOUCHING: f64 = 1e-9;
 /// Most re-solves after releases in one step.
 const MAX_RELEASE_PASSES: usize = 3;
-/// Normals whose cross product is shorter than this count as parallel.
-const PARALLEL: f64 = 1e-6;
+/// A normal that lies this close to the span of others depends on them.
+const DEPENDENT: f64 = 1e-3;
+/// A contact of at most this many steps ago turns the next impact into rest.
+const LEAST_FLIGHT: u8 = 4;
 
 #[derive(Clone, Copy, Debug)]
 struct Contact {
@@ -42,12 +54,13 @@ struct Contact {
     keep: f64,
 }
 
-/// The contacts of the running step, and which were active in the last one.
+/// The contacts of the running step, and how long ago each was active.
 #[derive(Clone, Debug, Default)]
 pub struct ContactSet {
     obstacles: usize,
     candidates: Vec<Contact>,
-    was_active: Vec<bool>,
+    /// Steps since the contact was active, 0 for the last step; saturates.
+    steps_since: Vec<u8>,
     is_active: Vec<bool>,
 }
 
@@ -59,14 +72,14 @@ impl ContactSet {
         Self {
             obstacles,
             candidates: Vec::with_capacity(slots),
-            was_active: vec![false; slots],
+            steps_since: vec![u8::MAX; slots],
             is_active: vec![false; slots],
         }
     }
 
     /// Forgets which contacts were active.
     pub fn restart(&mut self) {
-        self.was_active.fill(false);
+        self.steps_since.fill(u8::MAX);
         self.candidates.clear();
     }
 
@@ -100,15 +113,16 @@ impl ContactSet {
         let limit = system.contact().recovery_speed_limit;
         let speculative = system.contact().detection == Detection::Speculative;
         for particle in (0..x.len()).filter(|&i| !system.pinned()[i]) {
+            let first = self.candidates.len();
             for (index, obstacle) in system.obstacles().iter().enumerate() {
                 let (distance, normal) = obstacle.distance(&x[particle]);
                 let approach = normal.dot(&v[particle]);
-                let inside = distance < 0.0 || (speculative && distance + tau * approach < 0.0);
-                let resting =
-                    self.was_active[self.slot(particle, index)] && distance < STICKY_DISTANCE;
-                if inside || resting {
+                let arrives = speculative && distance + tau * approach < 0.0;
+                if distance < TOUCHING || arrives {
                     let recovery = (-distance / tau).min(limit);
-                    let rebound = (-obstacle.restitution * approach).max(0.0);
+                    let bounces = self.steps_since[self.slot(particle, index)] >= LEAST_FLIGHT;
+                    let restitution = if bounces { obstacle.restitution } else { 0.0 };
+                    let rebound = (-restitution * approach).max(0.0);
                     self.candidates.push(Contact {
                         particle: particle as u32,
                         obstacle: index as u32,
@@ -118,6 +132,9 @@ impl ContactSet {
                     });
                 }
             }
+            self.candidates[first..].sort_unstable_by(|a, b| {
+                b.target.total_cmp(&a.target).then(a.obstacle.cmp(&b.obstacle))
+            });
         }
     }
 
@@ -127,8 +144,9 @@ impl ContactSet {
             constraints.set(particle, Filter::Fixed, Vec3::zeros());
         }
         for group in self.candidates.chunk_by(|a, b| a.particle == b.particle) {
-            let (filter, prescribed) = combine(group);
-            constraints.set(group[0].particle as usize, filter, prescribed);
+            let basis = Basis::of(group);
+            let prescribed = basis.combine(|contact| contact.target);
+            constraints.set(group[0].particle as usize, basis.filter(), prescribed);
         }
     }
 
@@ -148,44 +166,40 @@ impl ContactSet {
     ) -> Result<(), E> {
         for _ in 0..MAX_RELEASE_PASSES {
             if self.is_empty() {
-                return solve(constraints, None);
+                break;
             }
             solve(constraints, Some(impulse))?;
-            if !self.release(system, impulse, constraints) {
+            if !self.release(impulse) {
                 return Ok(());
             }
+            self.write(system, constraints);
         }
         solve(constraints, None)
     }
 
-    /// Drops the contacts that would pull, given the unfiltered residual `p = A v_+ − b`
-    /// (kg m/s), and rewrites the constraints. Returns whether any was dropped.
-    fn release(
-        &mut self,
-        system: &System,
-        impulse: &[Vec3],
-        constraints: &mut Constraints,
-    ) -> bool {
+    /// Drops from each particle the contact that pulls most, given the unfiltered residual
+    /// `p = A v_+ − b` (kg m/s), and returns whether any was dropped.
+    fn release(&mut self, impulse: &[Vec3]) -> bool {
         let before = self.candidates.len();
-        let mut kept = 0;
-        let mut start = 0;
+        let (mut kept, mut start) = (0, 0);
         while start < before {
             let particle = self.candidates[start].particle;
-            let length =
-                self.candidates[start..].iter().take_while(|c| c.particle == particle).count();
-            let weakest = weakest(&self.candidates[start..start + length], &impulse[particle as usize]);
-            for position in start..start + length {
-                if Some(position - start) != weakest {
-                    self.candidates[kept] = self.candidates[position];
+            let group = self.candidates[start..].iter().take_while(|c| c.particle == particle);
+            let end = start + group.count();
+            let pulling =
+                Basis::of(&self.candidates[start..end]).pulling(&impulse[particle as usize]);
+            for position in start..end {
+                let contact = self.candidates[position];
+                // The same wall twice must not need two passes.
+                let drop = pulling.is_some_and(|n| (n - contact.normal).norm() < DEPENDENT);
+                if !drop {
+                    self.candidates[kept] = contact;
                     kept += 1;
                 }
             }
-            start += length;
+            start = end;
         }
         self.candidates.truncate(kept);
-        if kept < before {
-            self.write(system, constraints);
-        }
         kept < before
     }
 
@@ -197,70 +211,101 @@ impl ContactSet {
             return;
         }
         self.is_active.fill(false);
-        for contact in &self.candidates {
-            let particle = contact.particle as usize;
-            self.is_active[particle * self.obstacles + contact.obstacle as usize] = true;
-            let excess = contact.normal.dot(&v[particle]) - contact.keep;
-            if excess > 0.0 {
-                v[particle] -= contact.normal * excess;
+        for group in self.candidates.chunk_by(|a, b| a.particle == b.particle) {
+            let particle = group[0].particle as usize;
+            for contact in group {
+                self.is_active[particle * self.obstacles + contact.obstacle as usize] = true;
+            }
+            let basis = Basis::of(group);
+            let velocity = v[particle];
+            let excess = |contact: &Contact| contact.normal.dot(&velocity) > contact.keep;
+            if basis.contacts().any(excess) {
+                let kept =
+                    basis.combine(|contact| contact.normal.dot(&velocity).min(contact.keep));
+                v[particle] = basis.filter().apply(velocity) + kept;
                 changed(particle, &v[particle]);
             }
         }
-        for (slot, (was, is)) in self.was_active.iter().zip(&self.is_active).enumerate() {
-            if was != is {
+        for (slot, (steps, is_active)) in self.steps_since.iter_mut().zip(&self.is_active).enumerate()
+        {
+            let was_active = *steps == 0;
+            *steps = if *is_active { 0 } else { steps.saturating_add(1) };
+            if was_active != *is_active {
                 let particle = slot / self.obstacles;
                 changed(particle, &v[particle]);
             }
         }
-        std::mem::swap(&mut self.was_active, &mut self.is_active);
     }
 }
 
-/// Filter and prescribed velocity of all contacts of one particle.
-fn combine(group: &[Contact]) -> (Filter, Vec3) {
-    let first = &group[0];
-    let single = (Filter::Plane { normal: first.normal }, first.normal * first.target);
-    let Some(second) = group[1..].iter().find(|c| first.normal.cross(&c.normal).norm() > PARALLEL)
-    else {
-        return single;
-    };
-    let along = first.normal.cross(&second.normal);
-    let third = group.iter().find(|c| along.dot(&c.normal).abs() > PARALLEL * along.norm());
-    // Solves n_k · z = target_k; without a third independent normal z has no part along the line.
-    let (row, target) = third.map_or((along, 0.0), |c| (c.normal, c.target));
-    let rows = nalgebra::Matrix3::from_rows(&[
-        first.normal.transpose(),
-        second.normal.transpose(),
-        row.transpose(),
-    ]);
-    let targets = Vec3::new(first.target, second.target, target);
-    match rows.try_inverse() {
-        Some(inverse) if third.is_some() => (Filter::Fixed, inverse * targets),
-        Some(inverse) => (Filter::Line { direction: along.normalize() }, inverse * targets),
-        None => single,
-    }
+/// Those contacts of one particle whose normals are independent, one to three.
+struct Basis<'a> {
+    contacts: [Option<&'a Contact>; 3],
+    /// Orthonormal: the span of the first `k` normals for each `k`.
+    axes: [Vec3; 3],
+    len: usize,
 }
 
-/// The contact of one particle that pulls hardest, if any pulls.
-fn weakest(group: &[Contact], impulse: &Vec3) -> Option<usize> {
-    let multiplier = |k: usize| match group {
-        [_] => group[k].normal.dot(impulse),
-        [a, b] => {
-            // p = λ_a n_a + λ_b n_b in the plane of the two normals.
-            let c = a.normal.dot(&b.normal);
-            let determinant = 1.0 - c * c;
-            let (pa, pb) = (a.normal.dot(impulse), b.normal.dot(impulse));
-            if determinant < PARALLEL {
-                [pa, pb][k]
-            } else {
-                [(pa - c * pb) / determinant, (pb - c * pa) / determinant][k]
+impl<'a> Basis<'a> {
+    fn of(group: &'a [Contact]) -> Self {
+        let mut basis = Self { contacts: [None; 3], axes: [Vec3::zeros(); 3], len: 0 };
+        for contact in group {
+            let mut rest = contact.normal;
+            for axis in &basis.axes[..basis.len] {
+                rest -= axis * axis.dot(&rest);
+            }
+            let distance = rest.norm();
+            if basis.len < 3 && distance > DEPENDENT {
+                basis.axes[basis.len] = rest / distance;
+                basis.contacts[basis.len] = Some(contact);
+                basis.len += 1;
             }
         }
-        _ => group[k].normal.dot(impulse),
-    };
-    (0..group.len())
-        .map(|k| (k, multiplier(k)))
-        .filter(|(_, lambda)| *lambda < 0.0)
-        .min_by(|a, b| a.1.total_cmp(&b.1))
-        .map(|(k, _)| k)
+        basis
+    }
+
+    fn contacts(&self) -> impl Iterator<Item = &'a Contact> {
+        self.contacts.iter().flatten().copied()
+    }
+
+    fn filter(&self) -> Filter {
+        match self.len {
+            0 => Filter::Free,
+            1 => Filter::Plane { normal: self.axes[0] },
+            2 => Filter::Line { direction: self.axes[0].cross(&self.axes[1]).normalize() },
+            _ => Filter::Fixed,
+        }
+    }
+
+    /// The velocity `z` in the span of the normals with `n_k·z` as given. Normals at a flat angle would ask
+    /// for a long `z`; it gets no longer than orthogonal ones would make it.
+    fn combine(&self, normal_velocity: impl Fn(&Contact) -> f64) -> Vec3 {
+        let (mut z, mut squares) = (Vec3::zeros(), 0.0);
+        for (contact, axis) in self.contacts().zip(&self.axes) {
+            let wanted = normal_velocity(contact);
+            z += axis * ((wanted - contact.normal.dot(&z)) / contact.normal.dot(axis));
+            squares += wanted * wanted;
+        }
+        let longest = squares.sqrt();
+        let length = z.norm();
+        if length > longest { z * (longest / length) } else { z }
+    }
+
+    /// The normal of the contact with the least `λ_k` of `p = Σ λ_k n_k`, if that is negative.
+    fn pulling(&self, impulse: &Vec3) -> Option<Vec3> {
+        let mut rest = *impulse;
+        let mut worst = None;
+        let mut least = 0.0;
+        for k in (0..self.len).rev() {
+            // Of those not yet taken out, only contact k reaches along axis k.
+            let normal = self.contacts[k]?.normal;
+            let multiplier = self.axes[k].dot(&rest) / self.axes[k].dot(&normal);
+            rest -= normal * multiplier;
+            if multiplier < least {
+                least = multiplier;
+                worst = Some(normal);
+            }
+        }
+        worst
+    }
 }

@@ -262,7 +262,7 @@ fn what_is_no_json_is_refused_with_the_place() {
         ("\u{0}\u{1}PNG", ".", "\\u{0}\\u{1}PNG"),
         (&nan, "particles.mass_kg[3]", "NaN"),
         (&infinity, "particles.mass_kg[3]", "-Infinity"),
-        (cut, "effects.gravity", "m_s2"),
+        (cut, "effects.contact.detection", "detection"),
         ("{ \"name\": \"a", "name", "\"a"),
         ("{ \"name\": 'a' }", "name", "'a'"),
         ("{ \"a\": 1, }", ".", "1, }"),

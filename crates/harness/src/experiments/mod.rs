@@ -120,9 +120,11 @@ fn finite(energy: f64) -> f64 {
 
 /// A number in prose: three significant digits.
 fn short(value: f64) -> String {
-    if value != 0.0 && !(1e-3..1e4).contains(&value.abs()) {
-        return format!("{value:.2e}");
+    let scientific = format!("{value:.2e}");
+    let exponent: i32 = scientific.split('e').nth(1).and_then(|e| e.parse().ok()).unwrap_or(0);
+    match usize::try_from(2 - exponent) {
+        Ok(digits) if digits <= 5 => format!("{value:.digits$}"),
+        _ if exponent == 3 => format!("{value:.0}"),
+        _ => scientific,
     }
-    let digits = 2 - value.abs().log10().floor() as i32;
-    format!("{value:.*}", usize::try_from(digits).unwrap_or(0).min(6))
 }

@@ -90,6 +90,11 @@ const PRINTED: [Printed; 6] = [
     },
 ];
 
+/// Exact, where the library's power function may round differently from machine to machine.
+fn power_of_ten(exponent: i32) -> f64 {
+    (0..exponent).fold(1.0, |power, _| power * 10.0)
+}
+
 /// A printed row under one reading of its exponent.
 struct Reading {
     printed: &'static Printed,
@@ -101,7 +106,7 @@ struct Reading {
 
 impl Reading {
     fn new(printed: &'static Printed, exponent: i32) -> Result<Self, HarnessError> {
-        let scene = with_stiffness(bundled(printed.scene)?, 10_f64.powi(exponent));
+        let scene = with_stiffness(bundled(printed.scene)?, power_of_ten(exponent));
         let (spec, simulation) = build(&scene)?;
         let reference_energy = reference_energy(&simulation, DURATION)?;
         let hash = system_hash(&spec);
@@ -159,7 +164,10 @@ fn cell(reading: &Reading, variant: &str, forcing_term: f64) -> Result<Cell, Har
 }
 
 fn best_fit(cells: &[Cell], paper: u64) -> Vec<BestFit> {
-    let distance = |cell: &Cell| (cell.cg_iterations.max(1) as f64 / paper as f64).ln().abs();
+    let distance = |cell: &Cell| {
+        let ratio = cell.cg_iterations.max(1) as f64 / paper as f64;
+        ratio.max(1.0 / ratio)
+    };
     ["plain", "updated-paper"]
         .into_iter()
         .filter_map(|variant| {
@@ -184,7 +192,7 @@ fn row(reading: &Reading, cells: Vec<Cell>) -> Result<Row, HarnessError> {
         row: printed.row,
         scene: printed.scene.to_owned(),
         particles: reading.simulation.system.len(),
-        stiffness_over_mass_per_s2: 10_f64.powi(reading.exponent),
+        stiffness_over_mass_per_s2: power_of_ten(reading.exponent),
         assumed_reading: reading.assumed(),
         damping_over_mass_per_s: tension
             .and_then(|law| law.damping_over_mass_per_s)
@@ -349,11 +357,11 @@ fn findings(rows: &[Row]) -> Vec<String> {
             })
             .collect();
         findings.push(format!(
-            "Table {}, row {} ({} particles, k/m = 1e{}, h = {} s): the paper prints {} iterations; {}.",
+            "Table {}, row {} ({} particles, k/m = {:e}, h = {} s): the paper prints {} iterations; {}.",
             row.table,
             row.row,
             row.particles,
-            row.stiffness_over_mass_per_s2.log10().round(),
+            row.stiffness_over_mass_per_s2,
             row.step_s,
             row.paper.cg_iterations,
             fits.join("; ")
