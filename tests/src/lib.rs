@@ -1,1 +1,193 @@
-//! Tests that cross crates
+//! Scenes and runs that several of the tests across crates share.
+
+use drape_harness::methods::Choice;
+use drape_integrator::{Integrator, PhaseClock, StepReport, TimeStep};
+use drape_model::{
+    Cloth, DampingLaw, Effects, EffectsSpec, GravitySpec, Grid, ParticlesSpec, Pin, PinSpec, Scene,
+    SpringEffect, SpringLaw, SpringSpec, State, System, SystemSpec, TimeSpan, Vec3,
+};
+
+/// The acceleration of gravity in all scenes here, m/s².
+pub const GRAVITY: Vec3 = Vec3::new(0.0, 0.0, -9.81);
+
+/// An integrator by its id and settings, as on the command line.
+///
+/// # Panics
+/// When there is no such method or setting.
+pub fn method(id: &str) -> Box<dyn Integrator> {
+    let choice = Choice::parse(id, &[]).unwrap_or_else(|error| panic!("{error}"));
+    choice.build().unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// A checked step size.
+///
+/// # Panics
+/// When it is not positive and finite.
+pub fn seconds(h: f64) -> TimeStep {
+    TimeStep::new(h).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// A prepared integrator with its system and state.
+#[derive(Debug)]
+pub struct Run {
+    /// The integrator.
+    pub integrator: Box<dyn Integrator>,
+    /// The system.
+    pub system: System,
+    /// Where it is now.
+    pub state: State,
+    /// Step size.
+    pub h: TimeStep,
+}
+
+impl Run {
+    /// Prepares a method for a system.
+    ///
+    /// # Panics
+    /// When the method refuses the system.
+    pub fn new(id: &str, (system, state): (System, State), h: f64) -> Self {
+        let (mut integrator, h) = (method(id), seconds(h));
+        integrator.prepare(&system, h).unwrap_or_else(|error| panic!("{id}: {error}"));
+        Self { integrator, system, state, h }
+    }
+
+    /// Takes one step.
+    ///
+    /// # Panics
+    /// When the step is refused.
+    pub fn step(&mut self) -> StepReport {
+        self.integrator
+            .step(&self.system, &mut self.state, self.h, &mut PhaseClock::off())
+            .unwrap_or_else(|error| panic!("{error}"))
+    }
+
+    /// Total energy, J.
+    pub fn energy(&self) -> f64 {
+        self.system.total_energy(&self.state)
+    }
+}
+
+/// A frozen system of free particles on which nothing acts.
+pub fn particles(mass: &[f64], position: &[Vec3], velocity: &[Vec3]) -> SystemSpec {
+    let list = |vectors: &[Vec3]| vectors.iter().map(|&a| a.into()).collect();
+    SystemSpec {
+        format: "drape-system/1".to_owned(),
+        name: "test".to_owned(),
+        particles: ParticlesSpec {
+            mass_kg: mass.to_vec(),
+            position_m: list(position),
+            velocity_m_s: list(velocity),
+        },
+        springs: Vec::new(),
+        damping: DampingLaw::Full,
+        triangles: Vec::new(),
+        pins: Vec::new(),
+        effects: EffectsSpec::default(),
+        obstacles: Vec::new(),
+    }
+}
+
+/// A spring between two particles.
+pub fn spring(
+    effect: SpringEffect,
+    (i, j): (usize, usize),
+    rest_length: f64,
+    stiffness: f64,
+    damping: f64,
+) -> SpringSpec {
+    SpringSpec {
+        effect,
+        i: i as u32,
+        j: j as u32,
+        rest_length_m: rest_length,
+        stiffness_n_per_m: stiffness,
+        damping_n_s_per_m: damping,
+    }
+}
+
+/// Pins a particle.
+pub fn pin(particle: usize) -> PinSpec {
+    PinSpec { particle: particle as u32 }
+}
+
+/// The usual gravity.
+pub fn gravity() -> Option<GravitySpec> {
+    Some(GravitySpec { m_s2: GRAVITY.into() })
+}
+
+/// Builds a frozen system.
+///
+/// # Panics
+/// When it is not valid.
+pub fn build(spec: &SystemSpec) -> (System, State) {
+    spec.build().unwrap_or_else(|violation| panic!("{violation}"))
+}
+
+/// A horizontal sheet, 1 m × 1 m, 1 g a particle.
+#[derive(Clone, Copy, Debug)]
+pub struct Sheet {
+    /// Particles along each edge.
+    pub side: u32,
+    /// Stiffness over mass of the tension springs, 1/s².
+    pub tension: f64,
+    /// Stiffness over mass of the shear springs, 1/s².
+    pub shear: f64,
+    /// Damping over mass of the tension springs, 1/s.
+    pub damping: f64,
+    /// How the damping acts.
+    pub law: DampingLaw,
+    /// Whether two corners of the first row are pinned.
+    pub pinned: bool,
+}
+
+impl Sheet {
+    /// The scene, with gravity; shear springs have a tenth of the damping.
+    pub fn scene(self) -> Scene {
+        let law = |stiffness, damping| SpringLaw {
+            stiffness_over_mass_per_s2: Some(stiffness),
+            damping_over_mass_per_s: Some(damping),
+            ..SpringLaw::default()
+        };
+        let corner = |column| Pin { row: Some(0), column: Some(column), ..Pin::default() };
+        Scene {
+            format: "drape-scene/1".to_owned(),
+            name: "sheet".to_owned(),
+            description: String::new(),
+            assumed: Vec::new(),
+            cloth: Cloth::Grid(Grid {
+                rows: self.side,
+                columns: self.side,
+                size_m: [1.0, 1.0],
+                center_m: [0.0; 3],
+                mass_kg: 1e-3 * f64::from(self.side * self.side),
+                velocity_m_s: [0.0; 3],
+            }),
+            effects: Effects {
+                tension: Some(law(self.tension, self.damping)),
+                shear: Some(law(self.shear, 0.1 * self.damping)),
+                gravity: gravity(),
+                ..Effects::default()
+            },
+            damping: self.law,
+            pins: if self.pinned { vec![corner(0), corner(self.side - 1)] } else { Vec::new() },
+            obstacles: Vec::new(),
+            time: TimeSpan { step_s: 0.01, duration_s: 1.0 },
+        }
+    }
+
+    /// The system at its start.
+    ///
+    /// # Panics
+    /// When the numbers make no valid scene.
+    pub fn build(self) -> (System, State) {
+        build(&self.scene().discretise().unwrap_or_else(|violation| panic!("{violation}")))
+    }
+}
+
+/// A bundled scene at its start.
+///
+/// # Panics
+/// When there is none such.
+pub fn bundled(name: &str) -> (System, State) {
+    build(drape_model::load(name).unwrap_or_else(|error| panic!("{error}")).spec())
+}

@@ -12,7 +12,10 @@ use clap::{Parser, Subcommand};
 use std::process::ExitCode;
 
 #[derive(Debug, Parser)]
-#[command(version, about = "Time integrators for mass-spring cloth, compared on one and the same cloth")]
+#[command(
+    version,
+    about = "Time integrators for mass-spring cloth, compared on one and the same cloth"
+)]
 struct Cli {
     #[command(subcommand)]
     command: Command,

@@ -23,7 +23,8 @@ pub(crate) fn bar(label: &str, length: u64) -> Option<ProgressBar> {
         return None;
     }
     let bar = ProgressBar::new(length);
-    let style = ProgressStyle::with_template("{prefix:32} [{bar:40}] {pos}/{len} {elapsed}/{duration}");
+    let style =
+        ProgressStyle::with_template("{prefix:32} [{bar:40}] {pos}/{len} {elapsed}/{duration}");
     bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()).progress_chars("=> "));
     bar.set_prefix(label.to_owned());
     Some(bar)

@@ -8,11 +8,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 fn drape(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_drape"))
-        .current_dir(folder)
-        .args(arguments)
-        .output()
-        .unwrap()
+    Command::new(env!("CARGO_BIN_EXE_drape")).current_dir(folder).args(arguments).output().unwrap()
 }
 
 fn code(output: &Output) -> i32 {
@@ -128,7 +124,8 @@ fn files_that_are_no_json_are_refused_with_exit_code_2() {
 #[test]
 fn unknown_methods_settings_scenes_and_time_steps_are_refused() {
     let folder = tempfile::tempdir().unwrap();
-    let run = |rest: &[&str]| drape(folder.path(), &[&["run", "hanging-textile-1e4"], rest].concat());
+    let run =
+        |rest: &[&str]| drape(folder.path(), &[&["run", "hanging-textile-1e4"], rest].concat());
     let cases: &[(&[&str], &str)] = &[
         (&["--method", "imex"], "imex-euler"),
         (&["--method", "imex-euler:forcing=1"], "forcing_term"),
@@ -174,9 +171,8 @@ fn a_frozen_scene_reads_back_bit_for_bit_and_runs_alike() {
         let output = drape(folder.path(), &[&["run", input], &time[..], &[out]].concat());
         assert_eq!(code(&output), 0, "{}", text(&output.stderr));
     }
-    let read = |name: &str| -> Run {
-        drape_records::file::read_json(&folder.path().join(name)).unwrap()
-    };
+    let read =
+        |name: &str| -> Run { drape_records::file::read_json(&folder.path().join(name)).unwrap() };
     let (a, b) = (read("a.json"), read("b.json"));
     assert_eq!(a.scene_hash, b.scene_hash);
     assert_eq!(a.series, b.series);
@@ -217,7 +213,16 @@ fn a_diverging_run_exits_with_3_and_keeps_what_was_recorded() {
     let folder = tempfile::tempdir().unwrap();
     let output = drape(
         folder.path(),
-        &["run", "hanging-textile-1e6", "--method", "explicit-euler", "--dt", "0.01", "--out", "x.json"],
+        &[
+            "run",
+            "hanging-textile-1e6",
+            "--method",
+            "explicit-euler",
+            "--dt",
+            "0.01",
+            "--out",
+            "x.json",
+        ],
     );
     let message = text(&output.stderr);
     assert_eq!(code(&output), 3, "{message}");
@@ -232,8 +237,16 @@ fn a_diverging_run_exits_with_3_and_keeps_what_was_recorded() {
 fn a_duration_that_is_no_multiple_of_the_step_ends_with_a_shorter_step() {
     let folder = tempfile::tempdir().unwrap();
     let arguments = [
-        "run", "hanging-textile-1e4", "--method", "imex-euler", "--dt", "0.01", "--duration", "0.025",
-        "--out", "run.json",
+        "run",
+        "hanging-textile-1e4",
+        "--method",
+        "imex-euler",
+        "--dt",
+        "0.01",
+        "--duration",
+        "0.025",
+        "--out",
+        "run.json",
     ];
     assert_eq!(code(&drape(folder.path(), &arguments)), 0);
     let run: Run = drape_records::file::read_json(&folder.path().join("run.json")).unwrap();

@@ -68,10 +68,9 @@ impl Choice {
         let texts = settings.split(',').filter(|text| !text.trim().is_empty());
         let mut pairs = Vec::new();
         for text in texts.chain(more.iter().map(String::as_str)) {
-            let (key, value) = text.split_once('=').ok_or_else(|| MethodError::NotAPair {
-                id: method.id,
-                text: text.to_owned(),
-            })?;
+            let (key, value) = text
+                .split_once('=')
+                .ok_or_else(|| MethodError::NotAPair { id: method.id, text: text.to_owned() })?;
             pairs.push((key.trim(), value.trim()));
         }
         let settings = Settings::new(method.id, method.settings, pairs)?;

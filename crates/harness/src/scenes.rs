@@ -23,7 +23,8 @@ pub(crate) fn with_stiffness(mut scene: Scene, stiffness_over_mass: f64) -> Scen
     let tension = scene.effects.tension.and_then(|law| law.stiffness_over_mass_per_s2);
     let factor = stiffness_over_mass / tension.unwrap_or(stiffness_over_mass);
     let effects = &mut scene.effects;
-    for law in [&mut effects.tension, &mut effects.shear, &mut effects.bending].into_iter().flatten()
+    for law in
+        [&mut effects.tension, &mut effects.shear, &mut effects.bending].into_iter().flatten()
     {
         if let Some(quotient) = &mut law.stiffness_over_mass_per_s2 {
             *quotient *= factor;

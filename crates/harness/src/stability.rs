@@ -6,9 +6,9 @@
 //! the positions alone is no test: the part of a spring's force that is taken explicitly is bounded, so
 //! unstable runs saturate.
 
+use crate::HarnessError;
 use crate::methods::Choice;
 use crate::run::{Counts, Simulation, count};
-use crate::HarnessError;
 use drape_integrator::Implicit;
 use drape_model::TimeSpan;
 

@@ -123,11 +123,13 @@ impl ContactSet {
                     let bounces = self.steps_since[self.slot(particle, index)] >= LEAST_FLIGHT;
                     let restitution = if bounces { obstacle.restitution } else { 0.0 };
                     let rebound = (-restitution * approach).max(0.0);
+                    // What is still outside may come as far as the surface.
+                    let target = if rebound > 0.0 { recovery.max(rebound) } else { recovery };
                     self.candidates.push(Contact {
                         particle: particle as u32,
                         obstacle: index as u32,
                         normal,
-                        target: recovery.max(rebound),
+                        target,
                         keep: rebound.max(approach),
                     });
                 }
@@ -220,13 +222,13 @@ impl ContactSet {
             let velocity = v[particle];
             let excess = |contact: &Contact| contact.normal.dot(&velocity) > contact.keep;
             if basis.contacts().any(excess) {
-                let kept =
-                    basis.combine(|contact| contact.normal.dot(&velocity).min(contact.keep));
+                let kept = basis.combine(|contact| contact.normal.dot(&velocity).min(contact.keep));
                 v[particle] = basis.filter().apply(velocity) + kept;
                 changed(particle, &v[particle]);
             }
         }
-        for (slot, (steps, is_active)) in self.steps_since.iter_mut().zip(&self.is_active).enumerate()
+        for (slot, (steps, is_active)) in
+            self.steps_since.iter_mut().zip(&self.is_active).enumerate()
         {
             let was_active = *steps == 0;
             *steps = if *is_active { 0 } else { steps.saturating_add(1) };

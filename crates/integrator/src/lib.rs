@@ -38,6 +38,7 @@ mod newton;
 mod potential;
 mod predictor;
 mod report;
+mod scratch;
 mod settings;
 mod step_size;
 
@@ -51,6 +52,7 @@ pub use newton::{Newton, NewtonReport, NewtonSettings};
 pub use potential::IncrementalPotential;
 pub use predictor::{Predictor, Start};
 pub use report::{SetupCause, Setups, StepReport};
+pub use scratch::Scratch;
 pub use settings::{Kind, Setting, SettingError, Settings, linear_settings};
 pub use step_size::{InvalidTimeStep, TimeStep};
 

@@ -4,8 +4,8 @@ use crate::{Implicit, PrepareError, SetupCause, StepError};
 use drape_model::{Revisions, System, Vec3};
 use drape_solvers::{
     CompleteCholesky, Constraints, Filter, Identity, IncompleteCholesky, Jacobi, LinearOperator,
-    Norm, PcgReport, PcgSettings, PcgWorkspace, Preconditioner, Reference, ScalarMatrix, SolveStatus,
-    SolverError, constraint_impulse, filtered_pcg, vector::norm,
+    Norm, PcgReport, PcgSettings, PcgWorkspace, Preconditioner, Reference, ScalarMatrix,
+    SolveStatus, SolverError, constraint_impulse, filtered_pcg, vector::norm,
 };
 
 /// Which preconditioner CG uses.
@@ -254,20 +254,20 @@ impl LaplacianSolver {
     }
 
     /// `‖S (b − A v)‖` over the norm of the filtered right-hand side, Euclidean.
-    pub fn relative_residual(
-        &mut self,
-        constraints: &Constraints,
-        b: &[Vec3],
-        v: &[Vec3],
-    ) -> f64 {
+    pub fn relative_residual(&mut self, constraints: &Constraints, b: &[Vec3], v: &[Vec3]) -> f64 {
         constraints.prescribed_only(&mut self.correction);
         self.matrix.multiply(&self.correction, &mut self.residual);
         self.residual.iter_mut().zip(b).for_each(|(r, b)| *r = b - *r);
         constraints.project(&mut self.residual);
         let reference = norm(&self.residual);
-        self.filtered_residual(constraints, b, v);
-        let residual = norm(&self.residual);
+        let residual = self.residual(constraints, b, v);
         if residual > 0.0 { residual / reference } else { 0.0 }
+    }
+
+    /// `‖S (b − A v)‖`, Euclidean, kg m/s.
+    pub fn residual(&mut self, constraints: &Constraints, b: &[Vec3], v: &[Vec3]) -> f64 {
+        self.filtered_residual(constraints, b, v);
+        norm(&self.residual)
     }
 
     /// Two applications of the factor: the solve and one step of iterative refinement.
@@ -291,8 +291,11 @@ impl LaplacianSolver {
         self.filtered_residual(constraints, b, v);
         let residual = norm(&self.residual);
         let relative_residual = if reference > 0.0 { residual / reference } else { 0.0 };
-        let status =
-            if relative_residual.is_finite() { SolveStatus::Converged } else { SolveStatus::Stagnated };
+        let status = if relative_residual.is_finite() {
+            SolveStatus::Converged
+        } else {
+            SolveStatus::Stagnated
+        };
         PcgReport { iterations: 0, multiplications: 3, relative_residual, status }
     }
 

@@ -55,6 +55,13 @@ pub struct Support {
     pub treatment: Treatment,
 }
 
+impl Support {
+    /// An effect and how it is treated.
+    pub const fn new(effect: &'static str, treatment: Treatment) -> Self {
+        Self { effect, treatment }
+    }
+}
+
 /// Description of a time integrator.
 #[derive(Debug, PartialEq)]
 pub struct Method {

@@ -193,7 +193,8 @@ impl Newton {
             let value = potential.value(system, &self.trial);
             if value <= start - SUFFICIENT_DECREASE * length * slope + slack {
                 v.copy_from_slice(&self.trial);
-                return Descent::Verified;
+                let fell = value < start - slack;
+                return if fell { Descent::Verified } else { Descent::Unresolved };
             }
             length *= 0.5;
         }
@@ -205,7 +206,7 @@ impl Newton {
 enum Descent {
     /// The potential fell.
     Verified,
-    /// The full step was taken: its decrease is too small to be seen.
+    /// A step was taken whose decrease is too small to be seen.
     Unresolved,
     /// No step length lowers the potential.
     None,

@@ -110,7 +110,9 @@ impl Settings {
             let Setting { key, kind, .. } = declared[position];
             let fits = match kind {
                 Kind::Number { min, max } => value.parse().is_ok_and(|v: f64| v >= min && v <= max),
-                Kind::Integer { min, max } => value.parse().is_ok_and(|v: u64| v >= min && v <= max),
+                Kind::Integer { min, max } => {
+                    value.parse().is_ok_and(|v: u64| v >= min && v <= max)
+                }
                 Kind::Choice(words) => words.contains(&value),
             };
             if !fits {

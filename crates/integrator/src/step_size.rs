@@ -15,7 +15,11 @@ impl TimeStep {
     /// # Errors
     /// [`InvalidTimeStep`] unless it is positive and finite.
     pub fn new(seconds: f64) -> Result<Self, InvalidTimeStep> {
-        if seconds > 0.0 && seconds.is_finite() { Ok(Self(seconds)) } else { Err(InvalidTimeStep(seconds)) }
+        if seconds > 0.0 && seconds.is_finite() {
+            Ok(Self(seconds))
+        } else {
+            Err(InvalidTimeStep(seconds))
+        }
     }
 
     /// Its length, s.

@@ -105,7 +105,8 @@ mod tests {
         for axis in 0..3 {
             let mut step = Vec3::zeros();
             step[axis] = 1e-6;
-            let slope = (obstacle.distance(&(x + step)).0 - obstacle.distance(&(x - step)).0) / 2e-6;
+            let slope =
+                (obstacle.distance(&(x + step)).0 - obstacle.distance(&(x - step)).0) / 2e-6;
             assert!((slope - normal[axis]).abs() < 1e-6, "{obstacle:?} at {x:?}: {slope}");
         }
     }
@@ -114,7 +115,10 @@ mod tests {
     fn normals_are_the_gradients_of_the_distances() {
         let shapes = [
             Shape::Plane { point: Vec3::new(0.0, 0.1, 0.2), normal: Vec3::new(0.6, 0.0, 0.8) },
-            Shape::Box { center: Vec3::new(0.1, 0.0, -0.2), half_extents: Vec3::new(0.5, 0.3, 0.4) },
+            Shape::Box {
+                center: Vec3::new(0.1, 0.0, -0.2),
+                half_extents: Vec3::new(0.5, 0.3, 0.4),
+            },
             Shape::Sphere { center: Vec3::new(0.3, 0.2, 0.1), radius: 0.7 },
         ];
         let points = [(0.2, 0.11, 0.05), (0.9, 0.7, 0.8), (-0.3, 1.0, 0.1), (0.57, 0.03, -0.3)];

@@ -1,12 +1,12 @@
 //! Scenes: what a person writes, format "drape-scene/1".
 
+use crate::Vec3;
 use crate::error::Violation;
 use crate::spec::{
     ContactSpec, DampingLaw, EffectsSpec, GravitySpec, MAX_COEFFICIENT, MAX_COORDINATE,
     MAX_PARTICLES, ObstacleSpec, ParticlesSpec, PinSpec, SYSTEM_FORMAT, SpringEffect, SpringSpec,
     SystemSpec, number, positive, vector, within,
 };
-use crate::Vec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -166,9 +166,8 @@ pub struct TimeSpan {
 impl SpringLaw {
     /// Absolute stiffness and damping for particles of mass `mass`.
     fn resolve(&self, path: &str, mass: f64) -> Result<(f64, f64), Violation> {
-        let absolute = |key: &str, value| {
-            within(&format!("{path}.{key}"), value, 0.0, MAX_COEFFICIENT)
-        };
+        let absolute =
+            |key: &str, value| within(&format!("{path}.{key}"), value, 0.0, MAX_COEFFICIENT);
         // A quotient within bounds times a mass within bounds may still be out of bounds.
         let times_mass = |key: &str, quotient: f64| {
             let high = MAX_COEFFICIENT.min(MAX_COEFFICIENT / mass);
@@ -247,13 +246,15 @@ impl Grid {
 
     /// Mesh widths along x and y, m; 0 along a direction with a single particle.
     pub fn spacing_m(&self) -> [f64; 2] {
-        let width = |size: f64, count: u32| if count > 1 { size / f64::from(count - 1) } else { 0.0 };
+        let width =
+            |size: f64, count: u32| if count > 1 { size / f64::from(count - 1) } else { 0.0 };
         [width(self.size_m[0], self.columns), width(self.size_m[1], self.rows)]
     }
 
     fn particles(&self) -> ParticlesSpec {
         let [dx, dy] = self.spacing_m();
-        let at = |count: u32, width: f64, k: u32| (f64::from(k) - 0.5 * f64::from(count - 1)) * width;
+        let at =
+            |count: u32, width: f64, k: u32| (f64::from(k) - 0.5 * f64::from(count - 1)) * width;
         let center = Vec3::from(self.center_m);
         let mut position_m = Vec::new();
         for row in 0..self.rows {
@@ -354,9 +355,8 @@ impl Scene {
 
     /// Paths of a violation in the frozen system, as the scene's author sees them.
     fn locate(&self, mut violation: Violation) -> Violation {
-        let inside_cloth = ["particles", "springs", "triangles"]
-            .iter()
-            .any(|key| violation.path.starts_with(key));
+        let inside_cloth =
+            ["particles", "springs", "triangles"].iter().any(|key| violation.path.starts_with(key));
         if inside_cloth && matches!(self.cloth, Cloth::Particles(_)) {
             violation.path = format!("cloth.particles.{}", violation.path);
         }
@@ -397,7 +397,10 @@ impl Scene {
             let path = format!("pins[{position}]");
             let particle = match (*pin, &self.cloth) {
                 (Pin { particle: Some(particle), row: None, column: None }, _) => particle,
-                (Pin { particle: None, row: Some(row), column: Some(column) }, Cloth::Grid(grid)) => {
+                (
+                    Pin { particle: None, row: Some(row), column: Some(column) },
+                    Cloth::Grid(grid),
+                ) => {
                     for (key, value, count) in
                         [("row", row, grid.rows), ("column", column, grid.columns)]
                     {

@@ -167,10 +167,7 @@ fn default_recovery_speed() -> f64 {
 
 impl Default for ContactSpec {
     fn default() -> Self {
-        Self {
-            detection: Detection::default(),
-            recovery_speed_limit_m_s: default_recovery_speed(),
-        }
+        Self { detection: Detection::default(), recovery_speed_limit_m_s: default_recovery_speed() }
     }
 }
 

@@ -7,8 +7,7 @@
 
 use serde::de::value::{MapAccessDeserializer, StrDeserializer};
 use serde::de::{
-    DeserializeSeed, Deserializer, EnumAccess, Error, IgnoredAny, MapAccess, SeqAccess,
-    Visitor,
+    DeserializeSeed, Deserializer, EnumAccess, Error, IgnoredAny, MapAccess, SeqAccess, Visitor,
 };
 use std::fmt::{Formatter, Result as FmtResult};
 
@@ -190,7 +189,9 @@ impl<'de, V: Visitor<'de>> Visitor<'de> for EnumVisitor<V> {
         let Some(key) = map.next_key::<String>()? else {
             return Err(Error::invalid_length(0, &expected.as_str()));
         };
-        let value = self.visitor.visit_enum(MapAccessDeserializer::new(First { key: Some(key), map: &mut map }))?;
+        let value = self
+            .visitor
+            .visit_enum(MapAccessDeserializer::new(First { key: Some(key), map: &mut map }))?;
         match map.next_key::<IgnoredAny>()? {
             None => Ok(value),
             Some(_) => Err(Error::invalid_length(2, &expected.as_str())),

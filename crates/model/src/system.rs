@@ -71,8 +71,13 @@ impl System {
         contact: Contact,
     ) -> Self {
         let stamp = new_stamp();
-        let revisions =
-            Revisions { mass: stamp, stiffness: stamp, damping: stamp, pins: stamp, topology: stamp };
+        let revisions = Revisions {
+            mass: stamp,
+            stiffness: stamp,
+            damping: stamp,
+            pins: stamp,
+            topology: stamp,
+        };
         Self { name, mass, effects, pinned, obstacles, contact, revisions }
     }
 

@@ -68,8 +68,11 @@ pub fn write_json<T: Serialize>(path: &Path, value: &T) -> Result<(), RecordErro
 /// [`RecordError::Io`] when the file cannot be read, [`RecordError::Format`] with line and column
 /// when it is not of type `T`.
 pub fn read_json<T: DeserializeOwned>(path: &Path) -> Result<T, RecordError> {
-    let text = std::fs::read_to_string(path)
-        .map_err(|source| RecordError::Io { path: path.to_owned(), action: "read", source })?;
+    let text = std::fs::read_to_string(path).map_err(|source| RecordError::Io {
+        path: path.to_owned(),
+        action: "read",
+        source,
+    })?;
     serde_json::from_str(&text)
         .map_err(|source| RecordError::Format { path: path.to_owned(), source })
 }

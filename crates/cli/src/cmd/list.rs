@@ -39,7 +39,9 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
                 )?;
             }
         }
-        What::Methods => methods::all().into_iter().try_for_each(|method| describe(&mut text, method))?,
+        What::Methods => {
+            methods::all().into_iter().try_for_each(|method| describe(&mut text, method))?
+        }
         What::Experiments => {
             for experiment in experiments::all() {
                 writeln!(text, "{}\n    {}", experiment.name, experiment.question)?;
@@ -58,7 +60,11 @@ fn describe(text: &mut String, method: &Method) -> std::fmt::Result {
         StabilityClass::Dissipative => "dissipative",
         StabilityClass::Symplectic => "symplectic",
     };
-    writeln!(text, "{}\n    {} ({}), order {order}, {class}", method.id, method.name, method.source)?;
+    writeln!(
+        text,
+        "{}\n    {} ({}), order {order}, {class}",
+        method.id, method.name, method.source
+    )?;
     writeln!(text, "    {}", method.theory)?;
     let supports: Vec<_> = method
         .supports

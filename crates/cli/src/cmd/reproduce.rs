@@ -27,6 +27,10 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         super::experiment::record(experiment, &arguments.out, arguments.quick)?;
     }
     super::report::draw(&arguments.out)?;
-    eprintln!("done in {:.1} s; read {}", begin.elapsed().as_secs_f64(), arguments.out.join("README.md").display());
+    eprintln!(
+        "done in {:.1} s; read {}",
+        begin.elapsed().as_secs_f64(),
+        arguments.out.join("README.md").display()
+    );
     Ok(())
 }

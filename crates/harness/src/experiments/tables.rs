@@ -209,9 +209,9 @@ pub(super) fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
     let inputs: Vec<_> = readings
         .iter()
         .flat_map(|reading| {
-            sweep(reading, context.quick).into_iter().map(move |(variant, term)| {
-                (reading, variant, term)
-            })
+            sweep(reading, context.quick)
+                .into_iter()
+                .map(move |(variant, term)| (reading, variant, term))
         })
         .collect();
     let results = cells(context, "counts", &inputs, |&(reading, variant, term)| {
@@ -225,9 +225,8 @@ pub(super) fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
     }
     rows.sort_by_key(|row| !row.assumed_reading);
     let assumed = || readings.iter().filter(|reading| reading.assumed());
-    let hashes: BTreeMap<_, _> = assumed()
-        .map(|reading| (reading.printed.scene.to_owned(), reading.hash.clone()))
-        .collect();
+    let hashes: BTreeMap<_, _> =
+        assumed().map(|reading| (reading.printed.scene.to_owned(), reading.hash.clone())).collect();
     let record = Record {
         format: RECORD_FORMAT.to_owned(),
         experiment: NAME.to_owned(),
@@ -402,8 +401,7 @@ fn common_forcing_term(rows: &[Row]) -> Option<String> {
     let worst = |variant: &str, term: f64| -> Option<f64> {
         let mut worst: f64 = 1.0;
         for row in &assumed {
-            let cell =
-                row.cells.iter().find(|c| c.variant == variant && c.forcing_term == term)?;
+            let cell = row.cells.iter().find(|c| c.variant == variant && c.forcing_term == term)?;
             let ratio = cell.cg_iterations.max(1) as f64 / row.paper.cg_iterations as f64;
             worst = worst.max(ratio).max(1.0 / ratio);
         }

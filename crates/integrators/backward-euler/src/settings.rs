@@ -4,10 +4,6 @@ use drape_integrator::{
     Kind, Method, Order, Setting, SettingError, Settings, StabilityClass, Support, Treatment,
 };
 
-const fn support(effect: &'static str, treatment: Treatment) -> Support {
-    Support { effect, treatment }
-}
-
 /// Backward Euler.
 pub static BACKWARD_EULER: Method = Method {
     id: "backward-euler",
@@ -18,12 +14,12 @@ pub static BACKWARD_EULER: Method = Method {
     theory: "conserves linear momentum; L-stable on linear problems; not energy monotone where \
              springs are compressed",
     supports: &[
-        support("tension", Treatment::Implicit),
-        support("shear", Treatment::Implicit),
-        support("bending", Treatment::Implicit),
-        support("gravity", Treatment::Explicit),
-        support("pins", Treatment::Constraint),
-        support("contact", Treatment::Constraint),
+        Support::new("tension", Treatment::Implicit),
+        Support::new("shear", Treatment::Implicit),
+        Support::new("bending", Treatment::Implicit),
+        Support::new("gravity", Treatment::Explicit),
+        Support::new("pins", Treatment::Constraint),
+        Support::new("contact", Treatment::Constraint),
     ],
     settings: &[
         Setting {

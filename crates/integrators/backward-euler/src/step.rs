@@ -3,8 +3,8 @@
 use crate::settings::{BACKWARD_EULER, BackwardEulerSettings};
 use crate::workspace::Workspace;
 use drape_integrator::{
-    Implicit, Integrator, Method, NewtonSettings, Phase, PhaseClock, PrepareError, StepError,
-    StepReport, TimeStep,
+    Implicit, Integrator, Method, NewtonSettings, Phase, PhaseClock, PrepareError, Scratch,
+    StepError, StepReport, TimeStep,
 };
 use drape_model::{State, System, Vec3};
 
@@ -12,13 +12,13 @@ use drape_model::{State, System, Vec3};
 #[derive(Debug)]
 pub struct BackwardEuler {
     settings: BackwardEulerSettings,
-    workspace: Option<Workspace>,
+    scratch: Scratch<Workspace>,
 }
 
 impl BackwardEuler {
     /// The method with its settings.
     pub fn new(settings: BackwardEulerSettings) -> Self {
-        Self { settings, workspace: None }
+        Self { settings, scratch: Scratch::default() }
     }
 }
 
@@ -29,7 +29,7 @@ impl Integrator for BackwardEuler {
 
     fn prepare(&mut self, system: &System, _h: TimeStep) -> Result<(), PrepareError> {
         BACKWARD_EULER.check(system)?;
-        self.workspace = Some(Workspace::new(system)?);
+        self.scratch.set(system, Workspace::new(system)?);
         Ok(())
     }
 
@@ -40,7 +40,7 @@ impl Integrator for BackwardEuler {
         h: TimeStep,
         clock: &mut PhaseClock,
     ) -> Result<StepReport, StepError> {
-        let w = Workspace::ready(&mut self.workspace, system, state)?;
+        let w = self.scratch.ready(system, state)?;
         let h = h.seconds();
         let mut report = StepReport::default();
         clock.switch(Phase::Forces);
@@ -61,8 +61,7 @@ impl Integrator for BackwardEuler {
         v.copy_from_slice(&state.v);
         contacts.solve(system, constraints, impulse, |constraints, impulse| {
             w.potential.choose_start(system, constraints, v, &[extrapolated], true);
-            let solve =
-                w.newton.minimise(system, &mut w.potential, constraints, v, &settings)?;
+            let solve = w.newton.minimise(system, &mut w.potential, constraints, v, &settings)?;
             report.newton_iterations += solve.iterations;
             report.relative_residual = if scale > 0.0 { solve.residual / scale } else { 0.0 };
             report.solve = solve.status;
@@ -83,7 +82,7 @@ impl Integrator for BackwardEuler {
     }
 
     fn restart(&mut self, _state: &State) {
-        if let Some(w) = &mut self.workspace {
+        if let Some(w) = self.scratch.get_mut() {
             w.predictor.restart();
             w.contacts.restart();
         }

@@ -1,9 +1,9 @@
 //! Scratch memory and history.
 
 use drape_integrator::{
-    ContactSet, Implicit, IncrementalPotential, Newton, Predictor, PrepareError, StepError,
+    ContactSet, Implicit, IncrementalPotential, Newton, Predictor, PrepareError,
 };
-use drape_model::{State, System, Vec3};
+use drape_model::{System, Vec3};
 use drape_solvers::Constraints;
 
 #[derive(Debug)]
@@ -17,7 +17,6 @@ pub(crate) struct Workspace {
     pub(crate) constraints: Constraints,
     pub(crate) potential: IncrementalPotential,
     pub(crate) newton: Newton,
-    topology: u64,
 }
 
 impl Workspace {
@@ -35,20 +34,6 @@ impl Workspace {
             constraints: Constraints::free(system.len()),
             potential,
             newton,
-            topology: system.revisions().topology,
         })
-    }
-
-    /// The workspace, if it was prepared for this system.
-    pub(crate) fn ready<'a>(
-        workspace: &'a mut Option<Self>,
-        system: &System,
-        state: &State,
-    ) -> Result<&'a mut Self, StepError> {
-        if state.len() != system.len() || state.v.len() != system.len() {
-            return Err(StepError::SizeMismatch { expected: system.len(), found: state.len() });
-        }
-        let topology = system.revisions().topology;
-        workspace.as_mut().filter(|w| w.topology == topology).ok_or(StepError::NeedsPrepare)
     }
 }

@@ -4,17 +4,13 @@ use drape_integrator::{
     Kind, Method, Order, Setting, SettingError, Settings, StabilityClass, Support, Treatment,
 };
 
-const fn support(effect: &'static str, treatment: Treatment) -> Support {
-    Support { effect, treatment }
-}
-
 const SUPPORTS: &[Support] = &[
-    support("tension", Treatment::Explicit),
-    support("shear", Treatment::Explicit),
-    support("bending", Treatment::Explicit),
-    support("gravity", Treatment::Explicit),
-    support("pins", Treatment::Constraint),
-    support("contact", Treatment::Constraint),
+    Support::new("tension", Treatment::Explicit),
+    Support::new("shear", Treatment::Explicit),
+    Support::new("bending", Treatment::Explicit),
+    Support::new("gravity", Treatment::Explicit),
+    Support::new("pins", Treatment::Constraint),
+    Support::new("contact", Treatment::Constraint),
 ];
 
 /// Explicit Euler.

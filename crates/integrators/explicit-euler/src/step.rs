@@ -3,7 +3,8 @@
 use crate::settings::{DampingTreatment, EXPLICIT_EULER, SYMPLECTIC_EULER, SymplecticSettings};
 use crate::workspace::Workspace;
 use drape_integrator::{
-    Implicit, Integrator, Method, Phase, PhaseClock, PrepareError, StepError, StepReport, TimeStep,
+    Implicit, Integrator, Method, Phase, PhaseClock, PrepareError, Scratch, StepError, StepReport,
+    TimeStep,
 };
 use drape_model::{State, System, Vec3};
 use std::convert::Infallible;
@@ -11,20 +12,20 @@ use std::convert::Infallible;
 /// Explicit (forward) Euler.
 #[derive(Debug, Default)]
 pub struct ExplicitEuler {
-    workspace: Option<Workspace>,
+    scratch: Scratch<Workspace>,
 }
 
 /// Symplectic Euler.
 #[derive(Debug, Default)]
 pub struct SymplecticEuler {
     settings: SymplecticSettings,
-    workspace: Option<Workspace>,
+    scratch: Scratch<Workspace>,
 }
 
 impl SymplecticEuler {
     /// The method with its settings.
     pub fn new(settings: SymplecticSettings) -> Self {
-        Self { settings, workspace: None }
+        Self { settings, scratch: Scratch::default() }
     }
 }
 
@@ -68,7 +69,7 @@ impl Integrator for ExplicitEuler {
 
     fn prepare(&mut self, system: &System, h: TimeStep) -> Result<(), PrepareError> {
         EXPLICIT_EULER.check(system)?;
-        self.workspace = Some(Workspace::new(system, false, h.seconds())?);
+        self.scratch.set(system, Workspace::new(system, false, h.seconds())?);
         Ok(())
     }
 
@@ -79,7 +80,7 @@ impl Integrator for ExplicitEuler {
         h: TimeStep,
         clock: &mut PhaseClock,
     ) -> Result<StepReport, StepError> {
-        let w = Workspace::ready(&mut self.workspace, system, state)?;
+        let w = self.scratch.ready(system, state)?;
         let h = h.seconds();
         clock.switch(Phase::Forces);
         system.forces(&state.x, &state.v, &mut w.force);
@@ -101,7 +102,7 @@ impl Integrator for ExplicitEuler {
     }
 
     fn restart(&mut self, _state: &State) {
-        if let Some(w) = &mut self.workspace {
+        if let Some(w) = self.scratch.get_mut() {
             w.contacts.restart();
         }
     }
@@ -115,7 +116,7 @@ impl Integrator for SymplecticEuler {
     fn prepare(&mut self, system: &System, h: TimeStep) -> Result<(), PrepareError> {
         SYMPLECTIC_EULER.check(system)?;
         let implicit_damping = self.settings.damping == DampingTreatment::Implicit;
-        self.workspace = Some(Workspace::new(system, implicit_damping, h.seconds())?);
+        self.scratch.set(system, Workspace::new(system, implicit_damping, h.seconds())?);
         Ok(())
     }
 
@@ -126,10 +127,11 @@ impl Integrator for SymplecticEuler {
         h: TimeStep,
         clock: &mut PhaseClock,
     ) -> Result<StepReport, StepError> {
-        let w = Workspace::ready(&mut self.workspace, system, state)?;
+        let w = self.scratch.ready(system, state)?;
         let h = h.seconds();
         clock.switch(Phase::MatrixSetup);
-        let setup = w.damping.as_mut().map(|solver| solver.refresh(system, h)).transpose()?.flatten();
+        let setup =
+            w.damping.as_mut().map(|solver| solver.refresh(system, h)).transpose()?.flatten();
         let mut report = StepReport::after_setup(setup);
         clock.switch(Phase::Contact);
         w.contacts.detect(system, &state.x, &state.v, h, &mut w.constraints);
@@ -169,7 +171,7 @@ impl Integrator for SymplecticEuler {
     }
 
     fn restart(&mut self, _state: &State) {
-        if let Some(w) = &mut self.workspace {
+        if let Some(w) = self.scratch.get_mut() {
             w.contacts.restart();
         }
     }

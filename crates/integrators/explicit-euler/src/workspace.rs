@@ -2,9 +2,9 @@
 
 use drape_integrator::{
     ContactSet, Implicit, LaplacianSolver, LinearSettings, PreconditionerKind, PrepareError,
-    SolverKind, StepError, Weights,
+    SolverKind, Weights,
 };
-use drape_model::{State, System, Vec3};
+use drape_model::{System, Vec3};
 use drape_solvers::{Constraints, Norm};
 
 #[derive(Debug)]
@@ -17,7 +17,6 @@ pub(crate) struct Workspace {
     pub(crate) constraints: Constraints,
     /// `M + h L_c`, where the damping is implicit.
     pub(crate) damping: Option<LaplacianSolver>,
-    topology: u64,
 }
 
 impl Workspace {
@@ -34,7 +33,8 @@ impl Workspace {
             solver: SolverKind::Cholesky,
             rebuild_every_step: false,
         };
-        let solver = || LaplacianSolver::new(system, Implicit::Springs, Weights::Damping, direct, h);
+        let solver =
+            || LaplacianSolver::new(system, Implicit::Springs, Weights::Damping, direct, h);
         Ok(Self {
             force: zeros(),
             free_velocity: zeros(),
@@ -43,20 +43,6 @@ impl Workspace {
             contacts: ContactSet::new(system),
             constraints: Constraints::free(system.len()),
             damping: implicit_damping.then(solver).transpose()?,
-            topology: system.revisions().topology,
         })
-    }
-
-    /// The workspace, if it was prepared for this system.
-    pub(crate) fn ready<'a>(
-        workspace: &'a mut Option<Self>,
-        system: &System,
-        state: &State,
-    ) -> Result<&'a mut Self, StepError> {
-        if state.len() != system.len() || state.v.len() != system.len() {
-            return Err(StepError::SizeMismatch { expected: system.len(), found: state.len() });
-        }
-        let topology = system.revisions().topology;
-        workspace.as_mut().filter(|w| w.topology == topology).ok_or(StepError::NeedsPrepare)
     }
 }

@@ -4,7 +4,7 @@ use crate::right_hand_side::RightHandSide;
 use crate::settings::ImexUpdatedSettings;
 use drape_integrator::{
     Implicit, IncrementalPotential, LaplacianSolver, Newton, NewtonSettings, PrepareError,
-    SolverKind, SolveStatus, StepError, StepReport,
+    SolveStatus, SolverKind, StepError, StepReport,
 };
 use drape_model::{State, System, Vec3};
 use drape_solvers::Constraints;
@@ -34,7 +34,9 @@ pub(crate) fn as_printed(
     for _ in 0..settings.max_outer {
         rhs.update(system, state, h, v); // b = b(v, x_n + h v)
         report.outer_passes += 1;
-        if direct && linear.relative_residual(constraints, &rhs.b, v) <= settings.linear.forcing_term {
+        if direct
+            && linear.relative_residual(constraints, &rhs.b, v) <= settings.linear.forcing_term
+        {
             return;
         }
         let solve = linear.solve(constraints, &rhs.b, v); // while |r| > ε |b|
@@ -107,8 +109,7 @@ impl Descent {
         let mut tolerance = (settings.linear.forcing_term * scale).max(floor);
         constraints.impose(v);
         loop {
-            let converged =
-                updates && self.update_until(stage, rhs, linear, v, tolerance, report);
+            let converged = updates && self.update_until(stage, rhs, linear, v, tolerance, report);
             if !converged {
                 self.finish(stage, v, tolerance, report)?;
             }
@@ -134,13 +135,22 @@ impl Descent {
         let Stage { system, state, h, constraints, settings } = stage;
         // ‖r‖ in the norm of M⁻¹ is at most ‖r‖/√m for the lightest particle.
         let lightest = system.mass().iter().fold(f64::INFINITY, |a, &m| a.min(m)).sqrt();
+        let direct = settings.linear.solver == SolverKind::Cholesky;
         while report.outer_passes < settings.max_outer {
             rhs.update(system, state, h, v);
             report.outer_passes += 1;
+            // A direct solve takes no iterations, so that their number says nothing about the update.
+            if direct {
+                let residual = linear.residual(constraints, &rhs.b, v) / lightest;
+                if residual <= tolerance {
+                    report.relative_residual = residual;
+                    return true;
+                }
+            }
             let solve = linear.solve_to(constraints, &rhs.b, v, tolerance * lightest);
             *report += solve;
             report.relative_residual *= tolerance;
-            if solve.iterations == 0 && solve.status == SolveStatus::Converged {
+            if !direct && solve.iterations == 0 && solve.status == SolveStatus::Converged {
                 return true;
             }
             if solve.status == SolveStatus::Stagnated || solve.status == SolveStatus::Indefinite {

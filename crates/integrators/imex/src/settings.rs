@@ -5,17 +5,13 @@ use drape_integrator::{
     Start, Support, Treatment, linear_settings as linear,
 };
 
-const fn support(effect: &'static str, treatment: Treatment) -> Support {
-    Support { effect, treatment }
-}
-
 const SUPPORTS: &[Support] = &[
-    support("tension", Treatment::Implicit),
-    support("shear", Treatment::BySetting),
-    support("bending", Treatment::BySetting),
-    support("gravity", Treatment::Explicit),
-    support("pins", Treatment::Constraint),
-    support("contact", Treatment::Constraint),
+    Support::new("tension", Treatment::Implicit),
+    Support::new("shear", Treatment::BySetting),
+    Support::new("bending", Treatment::BySetting),
+    Support::new("gravity", Treatment::Explicit),
+    Support::new("pins", Treatment::Constraint),
+    Support::new("contact", Treatment::Constraint),
 ];
 
 const fn forcing_term(default: &'static str) -> Setting {

@@ -6,7 +6,8 @@ use crate::settings::{
 };
 use crate::workspace::Workspace;
 use drape_integrator::{
-    Integrator, Method, Phase, PhaseClock, PrepareError, Start, StepError, StepReport, TimeStep,
+    Integrator, Method, Phase, PhaseClock, PrepareError, Scratch, Start, StepError, StepReport,
+    TimeStep,
 };
 use drape_model::{State, System};
 
@@ -14,13 +15,13 @@ use drape_model::{State, System};
 #[derive(Debug)]
 pub struct ImexEuler {
     settings: ImexEulerSettings,
-    workspace: Option<Workspace>,
+    scratch: Scratch<Workspace>,
 }
 
 impl ImexEuler {
     /// The method with its settings.
     pub fn new(settings: ImexEulerSettings) -> Self {
-        Self { settings, workspace: None }
+        Self { settings, scratch: Scratch::default() }
     }
 }
 
@@ -28,13 +29,13 @@ impl ImexEuler {
 #[derive(Debug)]
 pub struct ImexUpdated {
     settings: ImexUpdatedSettings,
-    workspace: Option<Workspace>,
+    scratch: Scratch<Workspace>,
 }
 
 impl ImexUpdated {
     /// The method with its settings.
     pub fn new(settings: ImexUpdatedSettings) -> Self {
-        Self { settings, workspace: None }
+        Self { settings, scratch: Scratch::default() }
     }
 }
 
@@ -58,7 +59,7 @@ impl Integrator for ImexEuler {
     fn prepare(&mut self, system: &System, h: TimeStep) -> Result<(), PrepareError> {
         IMEX_EULER.check(system)?;
         let ImexEulerSettings { implicit, linear, .. } = self.settings;
-        self.workspace = Some(Workspace::new(system, implicit, linear, false, h.seconds())?);
+        self.scratch.set(system, Workspace::new(system, implicit, linear, false, h.seconds())?);
         Ok(())
     }
 
@@ -70,7 +71,7 @@ impl Integrator for ImexEuler {
         h: TimeStep,
         clock: &mut PhaseClock,
     ) -> Result<StepReport, StepError> {
-        let w = Workspace::ready(&mut self.workspace, system, state)?;
+        let w = self.scratch.ready(system, state)?;
         let h = h.seconds();
         clock.switch(Phase::MatrixSetup);
         let mut report = StepReport::after_setup(w.linear.refresh(system, h)?); // A = M + h² L_k + h L_c
@@ -99,7 +100,7 @@ impl Integrator for ImexEuler {
     }
 
     fn restart(&mut self, _state: &State) {
-        if let Some(w) = &mut self.workspace {
+        if let Some(w) = self.scratch.get_mut() {
             w.restart();
         }
     }
@@ -114,7 +115,7 @@ impl Integrator for ImexUpdated {
         IMEX_UPDATED.check(system)?;
         let ImexUpdatedSettings { implicit, linear, safeguard, .. } = self.settings;
         let robust = safeguard == Safeguard::Robust;
-        self.workspace = Some(Workspace::new(system, implicit, linear, robust, h.seconds())?);
+        self.scratch.set(system, Workspace::new(system, implicit, linear, robust, h.seconds())?);
         Ok(())
     }
 
@@ -125,7 +126,7 @@ impl Integrator for ImexUpdated {
         h: TimeStep,
         clock: &mut PhaseClock,
     ) -> Result<StepReport, StepError> {
-        let w = Workspace::ready(&mut self.workspace, system, state)?;
+        let w = self.scratch.ready(system, state)?;
         let (h, settings) = (h.seconds(), &self.settings);
         clock.switch(Phase::MatrixSetup);
         let mut report = StepReport::after_setup(w.linear.refresh(system, h)?); // A = M + h² L_k + h L_c
@@ -168,7 +169,7 @@ impl Integrator for ImexUpdated {
     }
 
     fn restart(&mut self, _state: &State) {
-        if let Some(w) = &mut self.workspace {
+        if let Some(w) = self.scratch.get_mut() {
             w.restart();
         }
     }

@@ -3,10 +3,9 @@
 use crate::algorithm1::Descent;
 use crate::right_hand_side::RightHandSide;
 use drape_integrator::{
-    ContactSet, Implicit, LaplacianSolver, LinearSettings, Predictor, PrepareError, StepError,
-    Weights,
+    ContactSet, Implicit, LaplacianSolver, LinearSettings, Predictor, PrepareError, Weights,
 };
-use drape_model::{State, System, Vec3};
+use drape_model::{System, Vec3};
 use drape_solvers::Constraints;
 
 #[derive(Debug)]
@@ -44,21 +43,6 @@ impl Workspace {
             constraints: Constraints::free(system.len()),
             descent: robust.then(|| Descent::new(system, implicit)).transpose()?,
         })
-    }
-
-    /// The workspace, if there is one and the state fits the system.
-    pub(crate) fn ready<'a>(
-        workspace: &'a mut Option<Self>,
-        system: &System,
-        state: &State,
-    ) -> Result<&'a mut Self, StepError> {
-        if state.len() != system.len() || state.v.len() != system.len() {
-            return Err(StepError::SizeMismatch { expected: system.len(), found: state.len() });
-        }
-        workspace
-            .as_mut()
-            .filter(|w| w.velocity.len() == system.len())
-            .ok_or(StepError::NeedsPrepare)
     }
 
     pub(crate) fn restart(&mut self) {

@@ -58,7 +58,13 @@ pub trait Effect: Debug + Send + Sync {
     fn visit_pairs(&self, _visit: &mut dyn FnMut(usize, usize)) {}
 
     /// Adds `scale · (−∂f/∂x)` of the conservative force, N/m, to `sink`.
-    fn add_stiffness(&self, _x: &[Vec3], _scale: f64, _tangent: Tangent, _sink: &mut dyn BlockSink) {
+    fn add_stiffness(
+        &self,
+        _x: &[Vec3],
+        _scale: f64,
+        _tangent: Tangent,
+        _sink: &mut dyn BlockSink,
+    ) {
     }
 
     /// Adds `scale · (−∂f/∂v)`, N s/m, with directions taken at `x`, to `sink`.

@@ -1,0 +1,257 @@
+//! Every method steps as its own amplification matrix says, over 100 steps.
+
+use drape_model::{SpringEffect, State, System, Vec3};
+use drape_oracle::recurrence::{self, Amplification};
+use drape_tests::{Run, build, particles, pin, spring};
+use nalgebra::Vector2;
+
+const STEPS: usize = 100;
+/// A power of two, so that `θ = h²k/m` and `η = hc/m` are met exactly.
+const H: f64 = 1.0 / 64.0;
+const MASS: f64 = 0.25;
+
+/// `(θ, η)`: smooth, stiff and damped, stiff, and at the edge.
+const PARAMETERS: [(f64, f64); 4] = [(0.36, 0.06), (100.0, 0.4), (100.0, 0.0), (1.0, 0.0)];
+
+const EXACT: f64 = 1e-12;
+const ITERATIVE: f64 = 1e-9;
+
+type Matrix = fn(f64, f64) -> Amplification;
+
+/// Id, matrix as a function of `(θ, η)`, tolerance.
+const METHODS: [(&str, Matrix, f64); 8] = [
+    ("explicit-euler", recurrence::explicit_euler, EXACT),
+    ("symplectic-euler", recurrence::symplectic_euler, EXACT),
+    ("symplectic-euler:damping=implicit", recurrence::symplectic_euler_implicit_damping, EXACT),
+    ("backward-euler:tolerance=1e-16", recurrence::backward_euler, ITERATIVE),
+    ("imex-euler:solver=cholesky", recurrence::backward_euler, EXACT),
+    ("imex-euler:forcing_term=1e-14", recurrence::backward_euler, ITERATIVE),
+    ("imex-updated:forcing_term=1e-16,max_outer=100000", recurrence::backward_euler, ITERATIVE),
+    (
+        "imex-updated:forcing_term=1e-14,max_outer=100000,safeguard=paper",
+        recurrence::backward_euler,
+        ITERATIVE,
+    ),
+];
+
+/// `k` and `c` of an anchored spring with the given `θ` and `η`.
+fn coefficients(theta: f64, eta: f64) -> (f64, f64) {
+    (theta * MASS / (H * H), eta * MASS / H)
+}
+
+/// Steps a run and its recurrence side by side while `in_range` holds for the exact `x`; returns the
+/// number of steps and the worst deviation of `(x, hv)`, relative to the solution at that step or,
+/// where it is larger, to `floor`.
+fn worst_deviation(
+    run: &mut Run,
+    matrix: &Amplification,
+    floor: f64,
+    coordinate: impl Fn(&State) -> (f64, f64),
+    in_range: impl Fn(f64) -> bool,
+) -> (usize, f64) {
+    let pair = |state: &State| {
+        let (x, v) = coordinate(state);
+        Vector2::new(x, H * v)
+    };
+    let mut exact = pair(&run.state);
+    let mut worst: f64 = 0.0;
+    for step in 0..STEPS {
+        exact = matrix * exact;
+        if !in_range(exact.x) {
+            return (step, worst);
+        }
+        run.step();
+        let deviation = (pair(&run.state) - exact).norm();
+        worst = worst.max(deviation / exact.norm().max(floor));
+    }
+    (STEPS, worst)
+}
+
+/// One particle on springs (effect, stiffness, damping) whose other end is pinned at the origin.
+fn anchored(
+    rest_length: f64,
+    springs: &[(SpringEffect, f64, f64)],
+    x: Vec3,
+    v: Vec3,
+) -> (System, State) {
+    let mut spec = particles(&[MASS; 2], &[Vec3::zeros(), x], &[Vec3::zeros(), v]);
+    spec.pins = vec![pin(0)];
+    spec.springs = springs.iter().map(|&(e, k, c)| spring(e, (0, 1), rest_length, k, c)).collect();
+    build(&spec)
+}
+
+/// A spring of rest length 0 is linear: each coordinate obeys the recurrence by itself.
+#[test]
+fn an_anchored_spring_of_rest_length_zero_moves_by_the_recurrence() {
+    let (x, v) = (Vec3::new(1.0, -0.5, 0.75), Vec3::new(0.0, 40.0, 7.0));
+    for (id, matrix, tolerance) in METHODS {
+        for (theta, eta) in PARAMETERS {
+            let (k, c) = coefficients(theta, eta);
+            for axis in 0..3 {
+                let system = anchored(0.0, &[(SpringEffect::Tension, k, c)], x, v);
+                let mut run = Run::new(id, system, H);
+                let at = |state: &State| (state.x[1][axis], state.v[1][axis]);
+                let matrix = matrix(theta, eta);
+                let (_, worst) = worst_deviation(&mut run, &matrix, 0.0, at, |_| true);
+                assert!(worst < tolerance, "{id}, θ={theta} η={eta} axis {axis}: {worst:e}");
+            }
+        }
+    }
+}
+
+/// Along a spring with a rest length the motion is the same, offset by it, as long as the spring
+/// does not turn round.
+#[test]
+fn motion_along_a_spring_with_a_rest_length_obeys_the_same_recurrence() {
+    let (rest, amplitude) = (4.0, 1.0 / 256.0);
+    let direction = Vec3::new(0.0, 0.6, -0.8);
+    for (id, matrix, tolerance) in METHODS {
+        for (theta, eta) in PARAMETERS {
+            let (k, c) = coefficients(theta, eta);
+            let x = direction * (rest + amplitude);
+            let system = anchored(rest, &[(SpringEffect::Tension, k, c)], x, Vec3::zeros());
+            let mut run = Run::new(id, system, H);
+            let at =
+                |state: &State| (direction.dot(&state.x[1]) - rest, direction.dot(&state.v[1]));
+            let matrix = matrix(theta, eta);
+            let in_range = |x: f64| x.abs() < 0.5 * rest;
+            let (steps, worst) = worst_deviation(&mut run, &matrix, rest, at, in_range);
+            assert!(steps > 0 && worst < tolerance, "{id}, θ={theta} η={eta}: {worst:e}");
+        }
+    }
+}
+
+/// Shear springs stay explicit under `implicit=tension`, tension springs and their damping are
+/// implicit: `x'' = −(κ_I + κ_E)x − δx'`.
+#[test]
+fn imex_euler_with_an_explicit_spring_moves_by_the_test_equation() {
+    let methods = [
+        ("imex-euler:implicit=tension,solver=cholesky", EXACT),
+        ("imex-euler:implicit=tension,forcing_term=1e-14", ITERATIVE),
+    ];
+    let (x, v) = (Vec3::new(1.0, -0.5, 2.0), Vec3::new(0.0, 40.0, 7.0));
+    let parameters =
+        [(1.0, 0.5, 0.1), (100.0, 50.0, 0.0), (0.36, 3.0, 0.06), (0.0, 1.0, 0.0), (1.0, 7.0, 0.0)];
+    for (id, tolerance) in methods {
+        for (implicit, explicit, eta) in parameters {
+            let ((k, c), (shear, _)) = (coefficients(implicit, eta), coefficients(explicit, 0.0));
+            let springs = [(SpringEffect::Tension, k, c), (SpringEffect::Shear, shear, 0.0)];
+            let mut run = Run::new(id, anchored(0.0, &springs, x, v), H);
+            let matrix = recurrence::imex_euler(implicit, explicit, eta);
+            let at = |state: &State| (state.x[1].y, state.v[1].y);
+            let (_, worst) = worst_deviation(&mut run, &matrix, 0.0, at, |_| true);
+            assert!(worst < tolerance, "{id}, θ=({implicit}, {explicit}) η={eta}: {worst:e}");
+        }
+    }
+}
+
+/// The damping of an explicit spring is explicit too.
+#[test]
+fn imex_euler_with_explicit_springs_only_is_symplectic_euler() {
+    let ((k, c), x) = (coefficients(1.0, 0.2), Vec3::new(1.0, 0.5, 0.0));
+    let system = anchored(0.0, &[(SpringEffect::Shear, k, c)], x, Vec3::zeros());
+    let mut run = Run::new("imex-euler:implicit=tension,solver=cholesky", system, H);
+    let at = |state: &State| (state.x[1].x, state.v[1].x);
+    let matrix = recurrence::symplectic_euler(1.0, 0.2);
+    let (_, worst) = worst_deviation(&mut run, &matrix, 0.0, at, |_| true);
+    assert!(worst < EXACT, "{worst:e}");
+}
+
+/// Explicit springs beside implicit ones are stable exactly while `θ_E < 4 + θ_I`.
+#[test]
+fn explicit_springs_are_stable_while_the_implicit_ones_outweigh_them() {
+    for (implicit, explicit, stable) in
+        [(10.0, 13.9, true), (10.0, 14.1, false), (0.0, 3.9, true), (0.0, 4.1, false)]
+    {
+        let springs = [(SpringEffect::Tension, implicit), (SpringEffect::Shear, explicit)];
+        let springs = springs.map(|(effect, theta)| (effect, coefficients(theta, 0.0).0, 0.0));
+        let system = anchored(0.0, &springs, Vec3::x(), Vec3::zeros());
+        let mut run = Run::new("imex-euler:implicit=tension,solver=cholesky", system, H);
+        for _ in 0..2000 {
+            run.step();
+        }
+        let size = run.state.x[1].norm();
+        assert_eq!(size < 100.0, stable, "θ_I={implicit} θ_E={explicit}: {size:e}");
+    }
+}
+
+/// A particle between two pinned ones moves across both springs by a small amount: the stiffness
+/// is `θ(1 − ℓ/L)`, of which IMEX Euler takes `θ` implicitly and `−θℓ/L` explicitly.
+#[test]
+fn motion_across_a_spring_obeys_the_recurrence_of_its_reduced_stiffness() {
+    // Small enough that the neglected square is round-off.
+    let amplitude = 1e-9;
+    let across = |id: &str, theta: f64, ratio: f64, matrix: &Amplification| {
+        let (k, _) = coefficients(0.5 * theta, 0.0);
+        let [left, right] = [-1.0, 1.0].map(|x| Vec3::new(x, 0.0, 0.0));
+        let middle = Vec3::new(0.0, amplitude, -0.5 * amplitude);
+        let positions = [left, right, middle];
+        let mut spec = particles(&[MASS; 3], &positions, &[Vec3::zeros(), Vec3::zeros(), -middle]);
+        spec.pins = vec![pin(0), pin(1)];
+        spec.springs =
+            (0..2).map(|end| spring(SpringEffect::Tension, (end, 2), ratio, k, 0.0)).collect();
+        let mut run = Run::new(id, build(&spec), H);
+        let at = |state: &State| (state.x[2].z, state.v[2].z);
+        let in_range = |x: f64| x.abs() < 1e3 * amplitude;
+        let (steps, worst) = worst_deviation(&mut run, matrix, 0.0, at, in_range);
+        assert!(steps > 0 && worst < ITERATIVE, "{id}, θ={theta} ℓ/L={ratio}: {worst:e}");
+    };
+    for (theta, ratio) in [(100.0, 0.5), (100.0, 0.99), (100.0, 1.0), (100.0, 1.1), (0.36, 0.3)] {
+        let matrix = recurrence::imex_euler(theta, -ratio * theta, 0.0);
+        across("imex-euler:solver=cholesky", theta, ratio, &matrix);
+        let reduced = theta * (1.0 - ratio);
+        across("symplectic-euler", theta, ratio, &recurrence::symplectic_euler(reduced, 0.0));
+        across("explicit-euler", theta, ratio, &recurrence::explicit_euler(reduced, 0.0));
+        if ratio <= 1.0 {
+            let matrix = recurrence::backward_euler(reduced, 0.0);
+            across("backward-euler:tolerance=1e-16", theta, ratio, &matrix);
+        }
+    }
+}
+
+/// A string of zero-length springs between two pins: each of its modes is an oscillator of its own.
+#[test]
+fn every_mode_of_a_string_moves_by_its_own_recurrence() {
+    const FREE: usize = 7;
+    let (theta, eta) = (25.0, 0.1);
+    let (k, c) = coefficients(theta, eta);
+    let mut random = drape_oracle::Random::new(11);
+    let mut vectors = |size: f64| -> Vec<Vec3> {
+        let free = |i: usize| f64::from(u8::from(i > 0 && i <= FREE));
+        (0..FREE + 2).map(|i| random.vector() * (size * free(i))).collect()
+    };
+    let mut spec = particles(&[MASS; FREE + 2], &vectors(1.0), &vectors(30.0));
+    spec.pins = vec![pin(0), pin(FREE + 1)];
+    spec.springs =
+        (0..=FREE).map(|i| spring(SpringEffect::Tension, (i, i + 1), 0.0, k, c)).collect();
+    let phase = |mode: usize| std::f64::consts::PI * mode as f64 / (FREE + 1) as f64;
+    let modal = |mode: usize, state: &State| {
+        let shape = |vectors: &[Vec3]| -> f64 {
+            (0..FREE + 2).map(|i| (phase(mode) * i as f64).sin() * vectors[i].x).sum()
+        };
+        Vector2::new(shape(&state.x), H * shape(&state.v))
+    };
+    for (id, matrix, tolerance) in METHODS {
+        let mut run = Run::new(id, build(&spec), H);
+        let mut exact: Vec<_> = (1..=FREE)
+            .map(|mode| {
+                let factor = 4.0 * (0.5 * phase(mode)).sin().powi(2);
+                (matrix(theta * factor, eta * factor), modal(mode, &run.state))
+            })
+            .collect();
+        let mut largest: f64 = 0.0;
+        for step in 0..STEPS {
+            if largest > 1e100 {
+                break; // before squares of an unstable solution overflow
+            }
+            run.step();
+            for (mode, (matrix, exact)) in exact.iter_mut().enumerate() {
+                *exact = *matrix * *exact;
+                // Modes are told apart to round-off of the largest amplitude so far.
+                largest = largest.max(exact.norm());
+                let deviation = (modal(mode + 1, &run.state) - *exact).norm() / largest;
+                assert!(deviation < tolerance, "{id}, mode {mode}, step {step}: {deviation:e}");
+            }
+        }
+    }
+}
