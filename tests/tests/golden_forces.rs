@@ -9,9 +9,8 @@ const PARTICLES: usize = 6;
 
 /// A random cloud with all kinds of springs, stretched and compressed, and gravity.
 fn cloud(random: &mut Random, law: DampingLaw) -> (System, State) {
-    let vectors = |random: &mut Random| -> Vec<Vec3> {
-        (0..PARTICLES).map(|_| random.vector()).collect()
-    };
+    let vectors =
+        |random: &mut Random| -> Vec<Vec3> { (0..PARTICLES).map(|_| random.vector()).collect() };
     let masses: Vec<f64> = (0..PARTICLES).map(|_| random.between(0.5, 2.0)).collect();
     let (x, v) = (vectors(random), vectors(random));
     let mut spec = particles(&masses, &x, &v);
@@ -133,14 +132,16 @@ fn the_linear_split_adds_up_to_the_force() {
 fn springs_are_invariant_and_conserve_momenta() {
     let rotation = Rotation3::from_euler_angles(0.3, -1.1, 2.0);
     let shift = Vec3::new(3.0, -2.0, 1.0);
-    let torque = |x: &[Vec3], f: &[Vec3]| -> Vec3 { x.iter().zip(f).map(|(x, f)| x.cross(f)).sum() };
+    let torque =
+        |x: &[Vec3], f: &[Vec3]| -> Vec3 { x.iter().zip(f).map(|(x, f)| x.cross(f)).sum() };
     for_each_effect(|effect, law, system, state| {
         if effect.name() == "gravity" {
             return;
         }
         let (x, v) = (&state.x, &state.v);
         let moved: Vec<Vec3> = x.iter().map(|x| rotation * x + shift).collect();
-        let turned = |vectors: &[Vec3]| -> Vec<Vec3> { vectors.iter().map(|a| rotation * a).collect() };
+        let turned =
+            |vectors: &[Vec3]| -> Vec<Vec3> { vectors.iter().map(|a| rotation * a).collect() };
         let energy = effect.energy(system.mass(), x);
         assert!((effect.energy(system.mass(), &moved) - energy).abs() < 1e-12 * energy);
         let f = force(effect, system, x);

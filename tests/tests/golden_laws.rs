@@ -98,8 +98,7 @@ fn two_particles_spin_as_the_law_of_each_method_says() {
                         let (d, v) = relative(&run);
                         run.step();
                         let (d_after, v_after) = relative(&run);
-                        let factor =
-                            factor(theta, eta, rest / d.norm(), rest / d_after.norm());
+                        let factor = factor(theta, eta, rest / d.norm(), rest / d_after.norm());
                         // What the terms of the step add up from.
                         let drift = run.system.momentum(&run.state).norm() / mass;
                         let speed =

@@ -45,7 +45,6 @@ fn every_method_is_of_first_order_on_a_smooth_scene() {
                 .unwrap_or_else(|error| panic!("{id}: {error}"));
             let constant = found.error_constant(1);
             let summary = format!("{id}, {law:?}: order {:.3}, e = {constant:.3}/s h", found.order);
-            println!("{summary}, pairs {:.3?}", found.pairwise);
             assert!((found.order - 1.0).abs() < 0.15, "{summary}: {found:?}");
             assert!((0.1..100.0).contains(&constant), "{summary}");
         }

@@ -26,9 +26,9 @@ const METHODS: [(&str, Matrix, f64); 8] = [
     ("backward-euler:tolerance=1e-16", recurrence::backward_euler, ITERATIVE),
     ("imex-euler:solver=cholesky", recurrence::backward_euler, EXACT),
     ("imex-euler:forcing_term=1e-14", recurrence::backward_euler, ITERATIVE),
-    ("imex-updated:forcing_term=1e-16,max_outer=100000", recurrence::backward_euler, ITERATIVE),
+    ("imex-updated:forcing_term=1e-16,max_outer=1000", recurrence::backward_euler, ITERATIVE),
     (
-        "imex-updated:forcing_term=1e-14,max_outer=100000,safeguard=paper",
+        "imex-updated:forcing_term=1e-14,max_outer=1000,safeguard=paper",
         recurrence::backward_euler,
         ITERATIVE,
     ),

@@ -56,6 +56,10 @@ fn scales(system: &System, x: &[Vec3], h: f64) -> (f64, f64) {
     (theta, energy)
 }
 
+/// Round-off of a step over `(1 + θ_max)` times the energies. The worst of 10⁵ steps was 7.4e-16, at
+/// small `θ` from the sum of the energy itself, at large `θ` from the solve.
+const ROUND_OFF: f64 = 2e-15;
+
 /// By how much a step breaks `H_+ ≤ H − ½‖v_+ − v‖²_M − h v_+ᵀ L_c v_+`, over round-off.
 fn violation(run: &mut Run) -> f64 {
     let before = run.state.clone();
@@ -72,7 +76,7 @@ fn violation(run: &mut Run) -> f64 {
     let (theta, springs) = scales(system, &before.x, h);
     let kinetic = system.kinetic_energy(&before.v);
     let potential: f64 = system.energies(&before.x).map(|(_, energy)| energy.abs()).sum();
-    let round_off = 1e-14 * (1.0 + theta) * (springs + potential + kinetic);
+    let round_off = ROUND_OFF * (1.0 + theta) * (springs + potential + kinetic);
     (run.energy() - bound) / round_off.max(f64::MIN_POSITIVE)
 }
 
@@ -83,23 +87,21 @@ fn imex_euler_never_gains_energy() {
     const SYSTEMS: usize = 2000;
     const STEPS: usize = 50;
     let mut random = Random::new(2000);
-    let mut worst: f64 = f64::NEG_INFINITY;
     for number in 0..SYSTEMS {
         let (system, state, h) = random_system(&mut random);
         let mut run = Run::new("imex-euler:solver=cholesky,implicit=springs", (system, state), h);
         for step in 0..STEPS {
             let found = violation(&mut run);
-            worst = worst.max(found);
             assert!(found <= 1.0, "system {number}, step {step}: {found:e} times round-off");
         }
     }
-    println!("worst violation over round-off: {worst:e}");
 }
 
 /// The same check finds the methods that gain energy.
 #[test]
 fn the_energy_check_fails_for_methods_without_the_theorem() {
-    for id in ["explicit-euler", "symplectic-euler", "imex-euler:solver=cholesky,implicit=tension"] {
+    for id in ["explicit-euler", "symplectic-euler", "imex-euler:solver=cholesky,implicit=tension"]
+    {
         let mut random = Random::new(2000);
         let gains = (0..200).any(|_| {
             let (system, state, h) = random_system(&mut random);
@@ -126,34 +128,30 @@ fn crumpled(random: &mut Random, theta: f64, law: DampingLaw, h: f64) -> (System
 /// The fixed point of Algorithm 1 is backward Euler of the whole system.
 #[test]
 fn updated_cg_converges_to_backward_euler() {
+    const H: f64 = 0.01;
+    // Updates alone, without Newton's method.
+    let variants = [
+        "forcing_term=1e-16,max_outer=1000000,newton_above=1e300",
+        "forcing_term=1e-16,max_outer=1000000,newton_above=1e300,solver=cholesky",
+        "forcing_term=1e-16,max_outer=1000000,newton_above=1e300,start=last",
+        "forcing_term=1e-13,max_outer=1000000,safeguard=paper",
+    ];
     let mut random = Random::new(77);
-    let mut worst: f64 = 0.0;
-    let updated = "forcing_term=1e-16,max_outer=1000000,newton_above=1e300";
     for law in [DampingLaw::Full, DampingLaw::Projected] {
         for theta in [0.1, 1.0, 10.0, 100.0] {
-            for variant in ["", ",solver=cholesky", ",start=last", ",safeguard=paper,forcing"] {
-                let (system, state) = crumpled(&mut random, theta, law, 0.01);
-                let id = match variant {
-                    ",safeguard=paper,forcing" => {
-                        "imex-updated:forcing_term=1e-13,max_outer=1000000,safeguard=paper".to_owned()
-                    }
-                    _ => format!("imex-updated:{updated}{variant}"),
-                };
-                let start = (system.clone(), state.clone());
-                let mut implicit = Run::new("backward-euler:tolerance=1e-16", start, 0.01);
-                let mut run = Run::new(&id, (system, state), 0.01);
-                implicit.step();
+            let start = crumpled(&mut random, theta, law, H);
+            let mut implicit = Run::new("backward-euler:tolerance=1e-16", start.clone(), H);
+            implicit.step();
+            let scale = implicit.state.v.iter().map(|v| v.norm()).fold(0.0, f64::max);
+            for variant in variants {
+                let mut run = Run::new(&format!("imex-updated:{variant}"), start.clone(), H);
                 let report = run.step();
-                assert_eq!(report.newton_iterations, 0, "{id}: updates alone");
+                assert_eq!(report.newton_iterations, 0, "{variant}");
                 let pairs = run.state.v.iter().zip(&implicit.state.v);
-                let error = pairs.map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
-                let scale = implicit.state.v.iter().map(|v| v.norm()).fold(0.0, f64::max);
-                worst = worst.max(error / scale);
-                let case = format!("{id}, {law:?}, θ={theta}, {} passes", report.outer_passes);
-                println!("{case}: {:e}", error / scale);
-                assert!(error < 1e-8 * scale, "{case}: {:e}", error / scale);
+                let error = pairs.map(|(a, b)| (a - b).norm()).fold(0.0, f64::max) / scale;
+                let case = format!("{variant}, {law:?}, θ={theta}, {} passes", report.outer_passes);
+                assert!(error < 1e-8, "{case}: {error:e}");
             }
         }
     }
-    println!("updated CG against backward Euler: {worst:e}");
 }

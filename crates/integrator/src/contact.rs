@@ -311,3 +311,141 @@ impl<'a> Basis<'a> {
         worst
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use drape_model::{State, parse};
+
+    fn contact(normal: Vec3, target: f64) -> Contact {
+        Contact { particle: 0, obstacle: 0, normal: normal.normalize(), target, keep: 0.0 }
+    }
+
+    fn spread(count: usize) -> Vec<Contact> {
+        let normals =
+            [Vec3::new(0.1, 0.2, 1.0), Vec3::new(1.0, -0.1, 0.3), Vec3::new(0.2, 1.0, 0.1)];
+        let contacts = normals.iter().zip([0.7, 0.4, 0.2]);
+        contacts.take(count).map(|(&normal, target)| contact(normal, target)).collect()
+    }
+
+    #[test]
+    fn the_combined_velocity_has_the_target_along_every_normal() {
+        for count in 1..=3 {
+            let group = spread(count);
+            let basis = Basis::of(&group);
+            let z = basis.combine(|contact| contact.target);
+            for contact in &group {
+                assert!((contact.normal.dot(&z) - contact.target).abs() < 1e-12, "{count}: {z:?}");
+            }
+            assert!(basis.filter().apply(z).norm() < 1e-12, "z has a free part");
+        }
+    }
+
+    #[test]
+    fn the_contact_with_the_most_negative_multiplier_pulls() {
+        for count in 1..=3 {
+            let group = spread(count);
+            let basis = Basis::of(&group);
+            for worst in 0..count {
+                let impulse = |factor: f64| {
+                    group.iter().enumerate().fold(Vec3::zeros(), |p, (k, contact)| {
+                        p + contact.normal * if k == worst { factor } else { 0.5 - 0.1 * k as f64 }
+                    })
+                };
+                assert_eq!(basis.pulling(&impulse(-0.9)), Some(group[worst].normal));
+                assert_eq!(basis.pulling(&impulse(1e-3)), None);
+            }
+        }
+    }
+
+    #[test]
+    fn dependent_normals_are_left_out_and_flat_angles_do_not_shoot() {
+        let twice = [contact(Vec3::z(), 1.0), contact(Vec3::z(), 0.5)];
+        assert_eq!(Basis::of(&twice).combine(|c| c.target), Vec3::z());
+        let opposite = [contact(Vec3::z(), 1.0), contact(-Vec3::z(), 0.5)];
+        assert_eq!(Basis::of(&opposite).len, 1);
+        let fan = [
+            contact(Vec3::x(), 1.0),
+            contact(Vec3::y(), 1.0),
+            contact(Vec3::new(1.0, 1.0, 0.0), 1.0),
+        ];
+        assert_eq!(Basis::of(&fan).len, 2);
+        let groove =
+            [contact(Vec3::new(1.0, 0.0, 0.01), 1.0), contact(Vec3::new(-1.0, 0.0, 0.01), 1.0)];
+        let z = Basis::of(&groove).combine(|c| c.target);
+        assert!(z.norm() <= 2.0_f64.sqrt() + 1e-12 && z.z > 1.0, "{z:?}");
+    }
+
+    fn ball_on_plane(e: f64, z: f64, v: f64) -> (System, State) {
+        let text = format!(
+            r#"{{ "format": "drape-system/1", "particles": {{ "mass_kg": [1],
+            "position_m": [[0, 0, {z}]], "velocity_m_s": [[0, 0, {v}]] }},
+            "obstacles": [{{ "plane": {{ "point_m": [0, 0, 0], "normal": [0, 0, 1], "restitution": {e} }} }}] }}"#
+        );
+        parse("test", &text).expect("valid").spec().build().expect("valid")
+    }
+
+    /// One step of symplectic Euler under gravity; returns whether the contact ended up active.
+    fn step(set: &mut ContactSet, system: &System, state: &mut State, h: f64, g: f64) -> bool {
+        let mut constraints = Constraints::free(1);
+        set.detect(system, &state.x, &state.v, h, &mut constraints);
+        let free = state.v[0] + Vec3::z() * (h * g);
+        let mut impulse = [Vec3::zeros()];
+        let v = &mut state.v;
+        set.solve(system, &mut constraints, &mut impulse, |constraints, impulse| {
+            v[0] = free;
+            constraints.impose(v);
+            if let Some(impulse) = impulse {
+                impulse[0] = v[0] - free;
+            }
+            Ok::<(), ()>(())
+        })
+        .expect("never fails");
+        state.x[0] += state.v[0] * h;
+        set.settle(&mut state.v, |_, _| ());
+        !set.is_empty()
+    }
+
+    #[test]
+    fn a_resting_contact_is_active_in_every_step() {
+        let (system, mut state) = ball_on_plane(0.6, 0.3, 0.0);
+        let mut set = ContactSet::new(&system);
+        for k in 0..2000 {
+            let active = step(&mut set, &system, &mut state, 0.01, -9.81);
+            assert!(k < 500 || (active && state.v[0].norm() == 0.0), "step {k}: {:?}", state.v[0]);
+            if k % 100 == 99 {
+                set.restart();
+            }
+        }
+    }
+
+    #[test]
+    fn recovery_over_many_steps_keeps_what_the_impact_left_and_no_more() {
+        for (e, left) in [(0.0, 0.0), (0.05, 0.5), (0.5, 5.0)] {
+            let (system, mut state) = ball_on_plane(e, -0.09, -10.0);
+            let mut set = ContactSet::new(&system);
+            while state.x[0].z < 0.0 {
+                let before = state.x[0].z;
+                step(&mut set, &system, &mut state, 0.01, 0.0);
+                let speed = (state.x[0].z - before) / 0.01;
+                assert!(speed <= f64::max(1.0, left) + 1e-9, "e = {e}: led out at {speed}");
+                assert!((state.v[0].z - left).abs() < 1e-12, "e = {e}: {:?}", state.v[0]);
+            }
+        }
+    }
+
+    #[test]
+    fn settling_reports_contacts_that_begin_and_end() {
+        let (system, mut state) = ball_on_plane(0.0, -1e-3, -1.0);
+        let mut set = ContactSet::new(&system);
+        let mut constraints = Constraints::free(1);
+        for (x, expected) in [(-1e-3, true), (0.0, false), (0.5, true), (0.6, false)] {
+            state.x[0].z = x;
+            set.detect(&system, &state.x, &state.v, 0.01, &mut constraints);
+            let mut calls = 0;
+            state.v[0] = Vec3::zeros();
+            set.settle(&mut state.v, |_, _| calls += 1);
+            assert_eq!(calls > 0, expected, "at {x}");
+        }
+    }
+}

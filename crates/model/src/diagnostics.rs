@@ -2,6 +2,9 @@
 
 use crate::{State, System, Vec3};
 
+/// How deep inside an obstacle a particle may be drawn, m.
+const DISPLAY_TOLERANCE: f64 = 1e-12;
+
 impl System {
     /// Kinetic energy `½ Σ m v²`, J.
     pub fn kinetic_energy(&self, v: &[Vec3]) -> f64 {
@@ -39,12 +42,23 @@ impl System {
 
     /// Positions to be drawn: each particle that lies inside an obstacle is replaced by an
     /// auxiliary one on its surface (EEH section 6). Never fed back into the simulation.
+    ///
+    /// Where obstacles overlap, the way out of one may lead into the next; the search then goes on from there,
+    /// and gives up after 100 rounds.
     pub fn display_positions(&self, x: &[Vec3]) -> Vec<Vec3> {
         let shown = |x: &Vec3| {
-            self.obstacles().iter().fold(*x, |x, obstacle| {
-                let (depth, normal) = obstacle.distance(&x);
-                x - normal * depth.min(0.0)
-            })
+            let mut shown = *x;
+            for _ in 0..100 {
+                let before = shown;
+                for obstacle in self.obstacles() {
+                    let (distance, normal) = obstacle.distance(&shown);
+                    shown -= normal * distance.min(0.0);
+                }
+                if (shown - before).norm() <= DISPLAY_TOLERANCE {
+                    break;
+                }
+            }
+            shown
         };
         x.iter().map(shown).collect()
     }

@@ -393,6 +393,21 @@ fn scenes_with_values_out_of_range_are_refused() {
 }
 
 #[test]
+fn a_quotient_times_the_mass_must_be_in_range_too() {
+    let heavy = SCENE.replace(r#""mass_kg": 0.4"#, r#""mass_kg": 1e25"#);
+    check(
+        &heavy,
+        &[(
+            r#""stiffness_over_mass_per_s2": 1e4"#,
+            r#""stiffness_over_mass_per_s2": 1e7"#,
+            "effects.tension.stiffness_over_mass_per_s2",
+            "1e7",
+            "from 0 to 1199999.99",
+        )],
+    );
+}
+
+#[test]
 fn frozen_systems_that_contradict_themselves_are_refused() {
     check(
         SYSTEM,

@@ -82,6 +82,7 @@ mod tests {
 
     /// Independent values: the roots of the characteristic polynomials, computed elsewhere.
     #[test]
+    #[allow(clippy::approx_constant, reason = "the table is kept as it was computed")]
     fn spectral_radii_match_the_golden_table() {
         let radii = |theta, eta| {
             [

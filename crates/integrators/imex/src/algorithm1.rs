@@ -184,3 +184,7 @@ impl Descent {
         kinetic + system.potential_energy(self.potential.positions(v))
     }
 }
+
+#[cfg(test)]
+#[path = "algorithm1_tests.rs"]
+mod tests;

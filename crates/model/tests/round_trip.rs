@@ -1,0 +1,266 @@
+//! What is printed reads back to the same bits, and the published schemas say the same as the reader.
+
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+use drape_model::{
+    ContactSpec, DampingLaw, Detection, EffectsSpec, GravitySpec, Input, ObstacleSpec,
+    ParticlesSpec, PinSpec, Scene, SpringEffect, SpringSpec, SystemSpec, bundled, load, parse,
+};
+use proptest::prelude::*;
+use serde_json::{Value, json, to_string_pretty};
+
+/// Prints, reads back, and compares values, print-outs and the bits of every number.
+fn assert_survives(spec: &SystemSpec) {
+    let text = to_string_pretty(spec).unwrap();
+    let back = match parse("printed", &text).unwrap() {
+        Input::System(back) => back,
+        Input::Scene(..) => panic!("a system was read as a scene"),
+    };
+    assert_eq!(spec, &back);
+    assert_eq!(text, to_string_pretty(&back).unwrap());
+    let bits = |spec: &SystemSpec| -> Vec<u64> {
+        let particles = &spec.particles;
+        let vectors = particles.position_m.iter().chain(&particles.velocity_m_s).flatten();
+        let springs = spec
+            .springs
+            .iter()
+            .flat_map(|s| [s.rest_length_m, s.stiffness_n_per_m, s.damping_n_s_per_m]);
+        let numbers = particles.mass_kg.iter().chain(vectors).copied().chain(springs);
+        numbers.map(f64::to_bits).collect()
+    };
+    assert_eq!(bits(spec), bits(&back));
+    // Pretty or not, it is the same system.
+    let compact = serde_json::to_string(spec).unwrap();
+    assert_eq!(parse("compact", &compact).unwrap().spec(), spec);
+}
+
+#[test]
+fn bundled_scenes_and_their_frozen_systems_survive_printing() {
+    for name in bundled::names() {
+        let input = load(name).unwrap();
+        assert_survives(input.spec());
+        let scene = input.scene().unwrap();
+        let text = to_string_pretty(scene).unwrap();
+        let back = parse(name, &text).unwrap();
+        assert_eq!(back, input, "{name}");
+        assert_eq!(text, to_string_pretty(back.scene().unwrap()).unwrap());
+        assert_eq!(scene.name, name);
+    }
+}
+
+#[test]
+fn the_paths_that_scenes_call_assumed_exist() {
+    for name in bundled::names() {
+        let value: Value = serde_json::from_str(bundled::text(name).unwrap()).unwrap();
+        for path in load(name).unwrap().scene().unwrap().assumed.clone() {
+            assert!(
+                value.pointer(&format!("/{}", path.replace('.', "/"))).is_some(),
+                "{name}: {path}"
+            );
+        }
+    }
+}
+
+fn coordinate() -> impl Strategy<Value = f64> {
+    prop_oneof![-1.0e9..1.0e9, -1.0..1.0, Just(-0.0), Just(5e-324), Just(-1e-310), Just(0.1 + 0.2)]
+}
+
+fn vector() -> impl Strategy<Value = [f64; 3]> {
+    [coordinate(), coordinate(), coordinate()]
+}
+
+fn coefficient() -> impl Strategy<Value = f64> {
+    prop_oneof![0.0..1e30, 0.0..1.0, Just(0.0), Just(5e-324), Just(1e30)]
+}
+
+fn spring(n: u32) -> impl Strategy<Value = SpringSpec> {
+    let effect = prop::sample::select(SpringEffect::ALL.to_vec());
+    (effect, 0..n, 1..n, 0.0..1e9, coefficient(), coefficient()).prop_map(
+        move |(effect, i, offset, rest_length_m, stiffness_n_per_m, damping_n_s_per_m)| {
+            SpringSpec {
+                effect,
+                i,
+                j: (i + offset) % n,
+                rest_length_m,
+                stiffness_n_per_m,
+                damping_n_s_per_m,
+            }
+        },
+    )
+}
+
+fn obstacle() -> impl Strategy<Value = ObstacleSpec> {
+    let size = || 1e-300..1e9;
+    prop_oneof![
+        (vector(), vector(), 0.0..=1.0).prop_map(|(point_m, tilt, restitution)| {
+            ObstacleSpec::Plane { point_m, normal: [tilt[0], tilt[1], 1.0], restitution }
+        }),
+        (vector(), [size(), size(), size()], 0.0..=1.0).prop_map(
+            |(center_m, size_m, restitution)| ObstacleSpec::Box { center_m, size_m, restitution }
+        ),
+        (vector(), size(), 0.0..=1.0).prop_map(|(center_m, radius_m, restitution)| {
+            ObstacleSpec::Sphere { center_m, radius_m, restitution }
+        }),
+    ]
+}
+
+fn contact() -> impl Strategy<Value = ContactSpec> {
+    (any::<bool>(), 0.0..1e9).prop_map(|(speculative, recovery_speed_limit_m_s)| ContactSpec {
+        detection: if speculative { Detection::Speculative } else { Detection::Penetration },
+        recovery_speed_limit_m_s,
+    })
+}
+
+fn system() -> impl Strategy<Value = SystemSpec> {
+    let particles = (2_usize..20, any::<bool>()).prop_flat_map(|(n, moves)| {
+        let velocities = if moves { n } else { 0 };
+        (
+            prop::collection::vec(coefficient().prop_filter("a mass", |m| *m > 0.0), n),
+            prop::collection::vec(vector(), n),
+            prop::collection::vec(vector(), velocities),
+            prop::collection::vec(spring(n as u32), 0..30),
+            prop::collection::vec(0..n as u32, 0..4),
+            prop::collection::vec([0..n as u32, 0..n as u32, 0..n as u32], 0..4),
+        )
+    });
+    let rest = (
+        any::<String>(),
+        any::<bool>(),
+        prop::option::of(vector()),
+        prop::option::of(contact()),
+        prop::collection::vec(obstacle(), 0..4),
+    );
+    (particles, rest).prop_map(|(particles, (name, full, gravity, contact, obstacles))| {
+        let (mass_kg, position_m, velocity_m_s, springs, pins, triangles) = particles;
+        SystemSpec {
+            format: "drape-system/1".to_owned(),
+            name,
+            particles: ParticlesSpec { mass_kg, position_m, velocity_m_s },
+            springs,
+            damping: if full { DampingLaw::Full } else { DampingLaw::Projected },
+            triangles,
+            pins: pins.into_iter().map(|particle| PinSpec { particle }).collect(),
+            effects: EffectsSpec { gravity: gravity.map(|m_s2| GravitySpec { m_s2 }), contact },
+            obstacles,
+        }
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 200, ..ProptestConfig::default() })]
+
+    #[test]
+    fn random_systems_survive_printing_and_obey_the_schema(spec in system()) {
+        assert_survives(&spec);
+        let schema = schemars::schema_for!(SystemSpec);
+        prop_assert!(jsonschema::is_valid(schema.as_value(), &serde_json::to_value(&spec).unwrap()));
+    }
+
+    #[test]
+    fn a_system_frozen_mid_run_starts_there(spec in system(), shift in vector()) {
+        let (_, mut state) = spec.build().unwrap();
+        for v in &mut state.v {
+            *v = shift.into();
+        }
+        let frozen = spec.clone().with_state(&state);
+        assert_survives(&frozen);
+        let (_, again) = frozen.build().unwrap();
+        prop_assert_eq!(again, state);
+        prop_assert_eq!(frozen.springs, spec.springs);
+    }
+}
+
+/// Calls `visit` with a copy of `value` for each object in it, to which an unknown key was added.
+fn with_unknown_keys(value: &Value, visit: &mut dyn FnMut(Value, &str)) {
+    fn pointers(value: &Value, at: &str, found: &mut Vec<String>) {
+        match value {
+            Value::Object(map) => {
+                found.push(at.to_owned());
+                map.iter().for_each(|(key, inner)| pointers(inner, &format!("{at}/{key}"), found));
+            }
+            Value::Array(list) => {
+                for (k, inner) in list.iter().enumerate().take(1) {
+                    pointers(inner, &format!("{at}/{k}"), found);
+                }
+            }
+            _ => {}
+        }
+    }
+    let mut found = Vec::new();
+    pointers(value, "", &mut found);
+    for pointer in found {
+        let mut copy = value.clone();
+        let object = copy.pointer_mut(&pointer).and_then(Value::as_object_mut).unwrap();
+        object.insert("surprise".to_owned(), json!(1));
+        visit(copy, &pointer);
+    }
+}
+
+#[test]
+fn schemas_accept_what_the_reader_accepts_and_know_no_other_keys() {
+    let scene_schema = schemars::schema_for!(Scene);
+    let system_schema = schemars::schema_for!(SystemSpec);
+    let scenes = jsonschema::validator_for(scene_schema.as_value()).unwrap();
+    let systems = jsonschema::validator_for(system_schema.as_value()).unwrap();
+    for name in bundled::names() {
+        let scene: Value = serde_json::from_str(bundled::text(name).unwrap()).unwrap();
+        let system = serde_json::to_value(load(name).unwrap().spec()).unwrap();
+        for (validator, value) in [(&scenes, &scene), (&systems, &system)] {
+            let errors: Vec<_> = validator.iter_errors(value).map(|e| e.to_string()).collect();
+            assert!(errors.is_empty(), "{name}: {errors:?}");
+            with_unknown_keys(value, &mut |broken, pointer| {
+                assert!(!validator.is_valid(&broken), "{name}: schema, at {pointer:?}");
+                assert!(
+                    parse(name, &broken.to_string()).is_err(),
+                    "{name}: reader, at {pointer:?}"
+                );
+            });
+        }
+    }
+}
+
+#[test]
+fn schemas_and_reader_refuse_the_same_numbers() {
+    let base = json!({
+        "format": "drape-scene/1", "name": "x",
+        "cloth": { "grid": { "rows": 2, "columns": 2, "size_m": [1, 1], "center_m": [0, 0, 0], "mass_kg": 1 } },
+        "effects": { "tension": { "stiffness_n_per_m": 1, "damping_n_s_per_m": 1 },
+            "shear": { "stiffness_over_mass_per_s2": 1, "damping_over_mass_per_s": 1 },
+            "contact": { "recovery_speed_limit_m_s": 1 } },
+        "obstacles": [
+            { "plane": { "point_m": [0, 0, 0], "normal": [0, 0, 1], "restitution": 0 } },
+            { "box": { "center_m": [0, 0, 0], "size_m": [1, 1, 1], "restitution": 0 } },
+            { "sphere": { "center_m": [0, 0, 0], "radius_m": 1, "restitution": 0 } }
+        ],
+        "time": { "step_s": 0.1, "duration_s": 1 }
+    });
+    let schema = schemars::schema_for!(Scene);
+    let validator = jsonschema::validator_for(schema.as_value()).unwrap();
+    let agree = |value: &Value, valid: bool, what: &str| {
+        assert_eq!(validator.is_valid(value), valid, "schema: {what}");
+        assert_eq!(parse("x", &value.to_string()).is_ok(), valid, "reader: {what}");
+    };
+    agree(&base, true, "as it is");
+    for (pointer, bad) in [
+        ("/format", json!("drape-scene/2")),
+        ("/cloth/grid/rows", json!(0)),
+        ("/cloth/grid/columns", json!(-1)),
+        ("/cloth/grid/size_m", json!([1])),
+        ("/cloth/grid/size_m/0", json!(-1)),
+        ("/cloth/grid/mass_kg", json!(0)),
+        ("/effects/tension/stiffness_n_per_m", json!(-1)),
+        ("/effects/tension/damping_n_s_per_m", json!(-1)),
+        ("/effects/shear/stiffness_over_mass_per_s2", json!(1e31)),
+        ("/effects/shear/damping_over_mass_per_s", json!("1")),
+        ("/effects/contact/recovery_speed_limit_m_s", json!(-1)),
+        ("/obstacles/0/plane/restitution", json!(1.5)),
+        ("/obstacles/1/box/size_m/2", json!(-1)),
+        ("/obstacles/2/sphere/radius_m", json!(0)),
+        ("/time/step_s", json!(0)),
+        ("/time/duration_s", json!(-1)),
+    ] {
+        let mut broken = base.clone();
+        *broken.pointer_mut(pointer).unwrap() = bad.clone();
+        agree(&broken, false, &format!("{pointer} = {bad}"));
+    }
+}

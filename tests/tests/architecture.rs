@@ -1,0 +1,156 @@
+//! Which crate may import which, over `cargo metadata`.
+
+use cargo_metadata::{DependencyKind, MetadataCommand, Package};
+
+/// What the methods of a family may import.
+const METHOD: &[&str] = &["drape-model", "drape-solvers", "drape-integrator"];
+
+/// A room of the house: who may be imported there, and what a wrong import would break.
+struct Room {
+    imports: &'static [&'static str],
+    /// Imported by tests only.
+    tests: &'static [&'static str],
+    wall: &'static str,
+}
+
+/// The room of a crate, by its name and the folder of its manifest.
+fn room(name: &str, folder: &str) -> Room {
+    let room = |imports, tests, wall| Room { imports, tests, wall };
+    if folder.contains("/crates/integrators/") {
+        let wall = "a method imports model, solvers and integrator, never another method and \
+                    nothing that runs methods";
+        return room(METHOD, &["drape-oracle"], wall);
+    }
+    match name {
+        "drape-model" => {
+            room(&[], &[], "the model is on the ground floor: it knows no time step and no solver")
+        }
+        "drape-solvers" => {
+            room(&[], &[], "the solvers are on the ground floor: they know no physics")
+        }
+        "drape-integrator" => room(
+            &["drape-model", "drape-solvers"],
+            &["drape-oracle"],
+            "the integrator crate joins physics and linear algebra, and knows no method",
+        ),
+        "drape-oracle" => room(
+            &["drape-model", "drape-integrator"],
+            &[],
+            "the oracle is independent of what it checks: it imports no method",
+        ),
+        "drape-records" => room(&[], &[], "records are plain data and import no other crate"),
+        "drape-harness" => room(
+            &[
+                "drape-model",
+                "drape-solvers",
+                "drape-integrator",
+                "drape-oracle",
+                "drape-records",
+                "drape-explicit-euler",
+                "drape-backward-euler",
+                "drape-imex",
+            ],
+            &[],
+            "the harness runs methods and writes records; it draws nothing",
+        ),
+        "drape-report" => room(
+            &["drape-records", "drape-model"],
+            &[],
+            "the report draws recorded results: it runs nothing",
+        ),
+        "drape" => room(
+            &["drape-model", "drape-integrator", "drape-records", "drape-harness", "drape-report"],
+            &[],
+            "the command line knows methods by their ids only, through the harness",
+        ),
+        _ => room(&[], &[], "it is not in the plan of the house: give it a room in this test"),
+    }
+}
+
+/// Packages for tests and benches, which nobody imports.
+const WORKSHOPS: [&str; 2] = ["drape-tests", "drape-benches"];
+
+fn packages() -> Vec<Package> {
+    let metadata = MetadataCommand::new().no_deps().exec();
+    metadata.unwrap_or_else(|error| panic!("{error}")).packages
+}
+
+fn folder(package: &Package) -> &str {
+    package.manifest_path.parent().map_or("", |folder| folder.as_str())
+}
+
+/// One sentence for each import through a wall.
+fn broken_walls(packages: &[Package]) -> Vec<String> {
+    let ours = |name: &str| packages.iter().any(|package| package.name.as_str() == name);
+    let mut broken = Vec::new();
+    for package in packages {
+        let name = package.name.as_str();
+        let Room { imports, tests, wall } = room(name, folder(package));
+        for dependency in package.dependencies.iter().filter(|d| ours(d.name.as_str())) {
+            let other = dependency.name.as_str();
+            let allowed = match dependency.kind {
+                _ if WORKSHOPS.contains(&other) => false,
+                _ if WORKSHOPS.contains(&name) => true,
+                DependencyKind::Normal | DependencyKind::Build => imports.contains(&other),
+                _ => imports.contains(&other) || tests.contains(&other),
+            };
+            if !allowed {
+                broken.push(format!("{name} must not import {other}: {wall}"));
+            }
+        }
+    }
+    broken
+}
+
+#[test]
+fn no_crate_imports_through_a_wall() {
+    let packages = packages();
+    assert!(packages.len() >= 12, "all rooms are there");
+    let broken = broken_walls(&packages);
+    assert!(broken.is_empty(), "\n{}\n", broken.join("\n"));
+}
+
+/// The check sees a wrong import, and says which wall it breaks.
+#[test]
+fn a_wrong_import_is_named() {
+    let mut packages = packages();
+    let wrong = [
+        ("drape-imex", "drape-backward-euler", "never another method"),
+        ("drape-model", "drape-solvers", "ground floor"),
+        ("drape-oracle", "drape-imex", "independent"),
+        ("drape-report", "drape-harness", "runs nothing"),
+    ];
+    for (importer, imported, _) in wrong {
+        // Any dependency will do as a pattern.
+        let pattern = packages.iter().flat_map(|package| &package.dependencies).next().cloned();
+        let mut dependency = pattern.expect("some crate imports something");
+        dependency.name = imported.to_owned();
+        dependency.kind = DependencyKind::Normal;
+        let importer = packages.iter_mut().find(|package| package.name.as_str() == importer);
+        importer.expect("a member").dependencies.push(dependency);
+    }
+    let broken = broken_walls(&packages);
+    assert_eq!(broken.len(), wrong.len(), "{broken:?}");
+    for (importer, imported, wall) in wrong {
+        let named = |text: &&String| {
+            text.starts_with(&format!("{importer} must not import {imported}"))
+                && text.contains(wall)
+        };
+        assert!(broken.iter().find(named).is_some(), "{importer} → {imported}: {broken:?}");
+    }
+}
+
+/// Lints, version, edition and licence are said once, in the workspace.
+#[test]
+fn every_crate_inherits_the_lints_of_the_workspace() {
+    for package in packages() {
+        let text = std::fs::read_to_string(&package.manifest_path).expect("readable manifest");
+        let lints = text.split("[lints]").nth(1).unwrap_or_default();
+        let inherits = lints.trim_start().starts_with("workspace = true");
+        assert!(inherits, "{}: add `[lints] workspace = true`", package.manifest_path);
+        for key in ["version", "edition", "license"] {
+            let line = format!("{key}.workspace = true");
+            assert!(text.contains(&line), "{}: add `{line}`", package.manifest_path);
+        }
+    }
+}

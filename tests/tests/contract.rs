@@ -1,0 +1,228 @@
+//! What every integrator promises beside its mathematics: refusals leave the state alone, rebuilds
+//! are charged to their cause, history follows the step size, units do not matter.
+
+use drape_integrator::{PhaseClock, Setups, StepError, StepReport};
+use drape_model::{DampingLaw, State, System, Vec3};
+use drape_tests::{Run, Sheet, method, seconds};
+
+const METHODS: [&str; 11] = [
+    "explicit-euler",
+    "symplectic-euler",
+    "symplectic-euler:damping=implicit",
+    "backward-euler",
+    "imex-euler",
+    "imex-euler:solver=cholesky,implicit=springs",
+    "imex-euler:preconditioner=jacobi,norm=preconditioned,start=last",
+    "imex-updated",
+    "imex-updated:newton_above=0",
+    "imex-updated:safeguard=paper",
+    "imex-updated:solver=cholesky",
+];
+const H: f64 = 0.004;
+
+const SHEET: Sheet = Sheet {
+    side: 6,
+    tension: 2e3,
+    shear: 500.0,
+    damping: 3.0,
+    law: DampingLaw::Full,
+    pinned: true,
+};
+
+/// A sheet in motion.
+fn sheet() -> (System, State) {
+    let (system, mut state) = SHEET.build();
+    for i in (0..state.len()).filter(|&i| !system.pinned()[i]) {
+        let i = i as f64;
+        state.v[i as usize] = Vec3::new(i.sin(), (2.0 * i).cos(), (3.0 * i).sin());
+    }
+    (system, state)
+}
+
+fn bits(state: &State) -> Vec<u64> {
+    let vectors = state.x.iter().chain(&state.v);
+    let numbers = vectors.flat_map(|a| a.iter().copied()).chain([state.t]);
+    numbers.map(f64::to_bits).collect()
+}
+
+#[test]
+fn a_system_that_was_not_prepared_is_refused_and_the_state_kept() {
+    for id in METHODS {
+        let (system, mut state) = sheet();
+        let before = bits(&state);
+        let mut integrator = method(id);
+        let (h, mut clock) = (seconds(H), PhaseClock::off());
+        let error = integrator.step(&system, &mut state, h, &mut clock).expect_err("not prepared");
+        assert!(matches!(error, StepError::NeedsPrepare), "{id}: {error}");
+        // Another system of the same size has another topology.
+        integrator.prepare(&sheet().0, h).unwrap_or_else(|error| panic!("{id}: {error}"));
+        let error = integrator.step(&system, &mut state, h, &mut clock).expect_err("another one");
+        assert!(matches!(error, StepError::NeedsPrepare), "{id}: {error}");
+        assert_eq!(bits(&state), before, "{id}");
+    }
+}
+
+#[test]
+fn a_state_of_another_size_is_refused_and_kept() {
+    for id in METHODS {
+        let mut run = Run::new(id, sheet(), H);
+        let n = run.system.len();
+        for shorter in ["x", "v", "both"] {
+            let mut state = run.state.clone();
+            if shorter != "v" {
+                state.x.pop();
+            }
+            if shorter != "x" {
+                state.v.pop();
+            }
+            let before = bits(&state);
+            let mut clock = PhaseClock::off();
+            let outcome = run.integrator.step(&run.system, &mut state, run.h, &mut clock);
+            let error = outcome.expect_err("a particle is missing");
+            let fits = matches!(error, StepError::SizeMismatch { expected, .. } if expected == n);
+            assert!(fits, "{id}: {error}");
+            assert_eq!(bits(&state), before, "{id}");
+        }
+    }
+}
+
+/// Each rebuild is counted once, under its cause, in the step that needed it.
+#[test]
+fn set_ups_are_charged_to_their_cause() {
+    let matrix = [
+        "symplectic-euler:damping=implicit",
+        "imex-euler",
+        "imex-euler:solver=cholesky,implicit=springs",
+        "imex-updated",
+        "imex-updated:safeguard=paper",
+    ];
+    let none = Setups::default();
+    let first = Setups { first: 1, ..none };
+    let (step_size, stiffness) = (Setups { step_size: 1, ..none }, Setups { stiffness: 1, ..none });
+    let constraints = Setups { constraints: 1, ..none };
+    for id in matrix {
+        let mut run = Run::new(id, sheet(), H);
+        let setups = |run: &mut Run| run.step().setups;
+        assert_eq!([(); 3].map(|()| setups(&mut run)), [first, none, none], "{id}");
+        run.h = seconds(0.5 * H);
+        assert_eq!([setups(&mut run), setups(&mut run)], [step_size, none], "{id}");
+        assert!(run.system.scale_stiffness("tension", 1.5));
+        assert_eq!([setups(&mut run), setups(&mut run)], [stiffness, none], "{id}");
+        assert!(run.system.scale_damping("tension", 1.5));
+        assert_eq!([setups(&mut run), setups(&mut run)], [stiffness, none], "{id}");
+        let heavier: Vec<f64> = run.system.mass().iter().map(|m| 2.0 * m).collect();
+        assert!(run.system.set_mass(&heavier));
+        assert_eq!([setups(&mut run), setups(&mut run)], [stiffness, none], "{id}");
+        assert!(run.system.set_pinned(20, true));
+        assert_eq!([setups(&mut run), setups(&mut run)], [constraints, none], "{id}");
+        run.h = seconds(H);
+        assert_eq!([setups(&mut run), setups(&mut run)], [step_size, none], "{id}");
+    }
+    let every_step = Setups { every_step: 1, ..none };
+    for id in ["imex-euler:matrix=rebuilt", "imex-updated:matrix=rebuilt"] {
+        let mut run = Run::new(id, sheet(), H);
+        let found = [(); 3].map(|()| run.step().setups);
+        assert_eq!(found, [first, every_step, every_step], "{id}");
+    }
+    for id in ["explicit-euler", "symplectic-euler", "backward-euler"] {
+        let mut run = Run::new(id, sheet(), H);
+        assert_eq!([run.step().setups, run.step().setups], [none, none], "{id}");
+    }
+}
+
+fn fresh(id: &str, run: &Run) -> Run {
+    Run::new(id, (run.system.clone(), run.state.clone()), run.h.seconds())
+}
+
+/// Rebuilding the matrix in each step costs time and changes nothing.
+#[test]
+fn a_rebuilt_matrix_is_the_kept_one() {
+    let mut kept = Run::new("imex-euler", sheet(), H);
+    let mut rebuilt = Run::new("imex-euler:matrix=rebuilt", sheet(), H);
+    for _ in 0..5 {
+        kept.step();
+        rebuilt.step();
+    }
+    assert_eq!(bits(&kept.state), bits(&rebuilt.state));
+}
+
+/// Velocities of steps of another size are no basis for an extrapolation: the history is dropped.
+#[test]
+fn after_a_change_of_step_size_a_step_is_that_of_a_fresh_integrator() {
+    for id in METHODS {
+        let mut run = Run::new(id, sheet(), H);
+        for h in [0.5 * H, 2.0 * H] {
+            (0..3).for_each(|_| {
+                run.step();
+            });
+            run.h = seconds(h);
+            let mut fresh = fresh(id, &run);
+            let (a, b) = (run.step(), fresh.step());
+            let work = |r: StepReport| StepReport { setups: Setups::default(), ..r };
+            assert_eq!(work(a), work(b), "{id}");
+            assert_eq!(bits(&run.state), bits(&fresh.state), "{id}");
+        }
+    }
+}
+
+/// What was rebuilt in place is what would have been built anew, and `restart` forgets all history.
+#[test]
+fn after_changes_and_a_restart_a_step_is_that_of_a_fresh_integrator() {
+    for id in METHODS {
+        let mut run = Run::new(id, sheet(), H);
+        (0..3).for_each(|_| {
+            run.step();
+        });
+        assert!(run.system.scale_stiffness("tension", 3.0));
+        assert!(run.system.scale_damping("shear", 0.5));
+        assert!(run.system.set_pinned(17, true) && run.system.set_pinned(0, false));
+        run.integrator.restart(&run.state);
+        let mut fresh = fresh(id, &run);
+        run.step();
+        fresh.step();
+        assert_eq!(bits(&run.state), bits(&fresh.state), "{id}");
+        assert_eq!(run.state.v[17], Vec3::zeros(), "{id}: the new pin holds");
+        assert_ne!(run.state.v[0], Vec3::zeros(), "{id}: the old pin is gone");
+    }
+}
+
+/// Masses, stiffnesses and damping coefficients in another unit, a power of four, give the same
+/// motion to the last bit.
+#[test]
+fn the_unit_of_mass_does_not_matter() {
+    for id in METHODS {
+        for unit in [4.0, 0.0625] {
+            let mut run = Run::new(id, sheet(), H);
+            let (mut system, state) = sheet();
+            let mass: Vec<f64> = system.mass().iter().map(|m| unit * m).collect();
+            assert!(system.set_mass(&mass));
+            for effect in ["tension", "shear"] {
+                assert!(system.scale_stiffness(effect, unit) && system.scale_damping(effect, unit));
+            }
+            let mut scaled = Run::new(id, (system, state), H);
+            for step in 0..10 {
+                run.step();
+                scaled.step();
+                assert_eq!(bits(&run.state), bits(&scaled.state), "{id}, × {unit}, step {step}");
+            }
+        }
+    }
+}
+
+/// A pinned particle does not move, whatever its velocity was.
+#[test]
+fn pins_hold() {
+    for id in METHODS {
+        let (system, mut state) = sheet();
+        state.v[0] = Vec3::new(1.0, 2.0, 3.0);
+        let mut run = Run::new(id, (system, state), H);
+        let (start, pinned) = (run.state.x.clone(), run.system.pinned().to_vec());
+        (0..5).for_each(|_| {
+            run.step();
+        });
+        assert_eq!(pinned.iter().filter(|pinned| **pinned).count(), 2);
+        for i in (0..start.len()).filter(|&i| pinned[i]) {
+            assert_eq!((run.state.x[i], run.state.v[i]), (start[i], Vec3::zeros()), "{id}");
+        }
+    }
+}

@@ -1,0 +1,70 @@
+//! A step allocates nothing: not the first, not after a change of step size, stiffness, damping or
+//! pins, not in contact.
+
+use drape_integrator::{PhaseClock, TimeStep};
+use drape_tests::{Run, bundled, seconds};
+
+const METHODS: [&str; 17] = [
+    "explicit-euler",
+    "symplectic-euler",
+    "symplectic-euler:damping=implicit",
+    "backward-euler",
+    "imex-euler",
+    "imex-euler:implicit=springs,matrix=rebuilt",
+    "imex-euler:preconditioner=none,start=last",
+    "imex-euler:preconditioner=jacobi,norm=preconditioned",
+    "imex-euler:solver=cholesky",
+    "imex-updated",
+    "imex-updated:forcing_term=1e-9,newton_above=1e300",
+    "imex-updated:newton_above=0",
+    "imex-updated:max_outer=1",
+    "imex-updated:solver=cholesky",
+    "imex-updated:safeguard=paper",
+    "imex-updated:safeguard=paper,solver=cholesky",
+    "imex-updated:start=last,implicit=tension,preconditioner=jacobi",
+];
+
+fn allocations(work: impl FnOnce()) -> u64 {
+    allocation_counter::measure(work).count_total
+}
+
+#[test]
+fn the_counter_counts() {
+    assert_eq!(allocations(|| drop(std::hint::black_box(vec![0; 10]))), 1);
+    // Preparing does allocate.
+    let count = allocations(|| drop(Run::new("imex-euler", bundled("hanging-textile-1e4"), 0.01)));
+    assert!(count > 10, "{count}");
+}
+
+#[test]
+fn steps_allocate_nothing_with_any_method_on_any_kind_of_scene() {
+    for scene in ["hanging-textile-1e4", "hanging-textile-sheared-1e6", "square-table-1e4"] {
+        let (system, mut state) = bundled(scene);
+        // Start in contact where there is a table.
+        state.x.iter_mut().for_each(|x| x.z -= 0.01);
+        for id in METHODS {
+            let mut run = Run::new(id, (system.clone(), state.clone()), 0.01);
+            let mut clock = PhaseClock::on();
+            let other: TimeStep = seconds(0.005);
+            let count = allocations(|| {
+                let mut step = |run: &mut Run, h: TimeStep| {
+                    let Run { integrator, system, state, .. } = run;
+                    let outcome = integrator.step(system, state, h, &mut clock);
+                    assert!(outcome.is_ok(), "{id} on {scene}");
+                };
+                let h = run.h;
+                (0..4).for_each(|_| step(&mut run, h));
+                step(&mut run, other);
+                assert!(run.system.scale_stiffness("tension", 0.5));
+                step(&mut run, other);
+                assert!(run.system.scale_damping("tension", 2.0));
+                step(&mut run, other);
+                assert!(run.system.set_pinned(210, true) && run.system.set_pinned(0, false));
+                step(&mut run, other);
+                run.integrator.restart(&run.state);
+                (0..4).for_each(|_| step(&mut run, h));
+            });
+            assert_eq!(count, 0, "{id} on {scene}");
+        }
+    }
+}
