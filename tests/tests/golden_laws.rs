@@ -213,3 +213,25 @@ fn a_hanging_chain_comes_to_rest_at_its_static_lengths() {
         }
     }
 }
+
+/// At rest the round-off of the positions alone keeps the residual above its tolerance. Newton's
+/// method must see that and stop, not use up its iterations.
+#[test]
+fn newton_stops_where_round_off_ends_all_progress() {
+    let (mass, rest) = (0.25, 0.5);
+    let mut random = Random::new(9);
+    for theta in [1e2, 1e4, 1e8] {
+        for _ in 0..20 {
+            let d = random.vector().normalize() * rest;
+            let slow = [random.vector() * 1e-8, random.vector() * 1e-8];
+            let mut spec = particles(&[mass; 2], &[Vec3::zeros(), d], &slow);
+            let k = 0.5 * theta * mass / (H * H);
+            spec.springs = vec![spring(SpringEffect::Tension, (0, 1), rest, k, 0.0)];
+            let mut run = Run::new("backward-euler:tolerance=1e-16", build(&spec), H);
+            for step in 0..20 {
+                let report = run.step();
+                assert!(report.newton_iterations < 10, "θ={theta}, step {step}: {report:?}");
+            }
+        }
+    }
+}

@@ -240,6 +240,22 @@ impl ContactSet {
     }
 }
 
+impl ContactSet {
+    /// Takes from particles in contact the velocity that points into the obstacle: for methods
+    /// whose forces act after the constraint, where weight would show as a speed of `g h` at rest.
+    pub fn stop(&self, v: &mut [Vec3]) {
+        for group in self.candidates.chunk_by(|a, b| a.particle == b.particle) {
+            let velocity = &mut v[group[0].particle as usize];
+            let basis = Basis::of(group);
+            let inward = *velocity;
+            if basis.contacts().any(|contact| contact.normal.dot(&inward) < 0.0) {
+                let kept = basis.combine(|contact| contact.normal.dot(&inward).max(0.0));
+                *velocity = basis.filter().apply(inward) + kept;
+            }
+        }
+    }
+}
+
 /// Those contacts of one particle whose normals are independent, one to three.
 struct Basis<'a> {
     contacts: [Option<&'a Contact>; 3],

@@ -31,6 +31,9 @@ const ENERGY_ROUND_OFF: f64 = 1e-14;
 /// A predicted decrease below this fraction of `Φ` cannot be verified: the spring energies carry
 /// relative round-off of about 1e-16 over their strain. The full step is taken then.
 const RESOLUTION: f64 = 1e-10;
+/// Likewise a step that moves no particle by more than this fraction of the largest coordinate: it
+/// drowns in the round-off of the positions.
+const POSITION_ROUND_OFF: f64 = 4.0 * f64::EPSILON;
 /// Such a step must at least divide the residual by this, else round-off has ended all progress.
 const LEAST_PROGRESS: f64 = 2.0;
 const MAX_HALVINGS: u32 = 30;
@@ -180,7 +183,10 @@ impl Newton {
     ) -> Descent {
         let start = potential.value(system, v);
         let slope = dot(&self.gradient, &self.direction);
-        if slope <= RESOLUTION * start.abs() {
+        let largest = |vectors: &[Vec3]| vectors.iter().fold(0.0, |a: f64, v| a.max(v.amax()));
+        let reach = potential.tau() * largest(&self.direction);
+        let drowned = reach <= POSITION_ROUND_OFF * largest(potential.last_positions());
+        if drowned || slope <= RESOLUTION * start.abs() {
             v.iter_mut().zip(&self.direction).for_each(|(v, direction)| *v -= direction);
             return Descent::Unresolved;
         }

@@ -93,6 +93,7 @@ impl Integrator for ExplicitEuler {
         state.v.copy_from_slice(&w.velocity);
         w.contacts.settle(&mut state.v, |_, _| ());
         kick(system, h, &w.force, &mut state.v); // v_{n+1} = v_n + h M⁻¹ f_n
+        w.contacts.stop(&mut state.v);
         for i in (0..state.len()).filter(|&i| system.pinned()[i]) {
             state.v[i] = Vec3::zeros();
         }
