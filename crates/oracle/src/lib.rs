@@ -12,7 +12,7 @@
 //! | [`recurrence`] | on the damped oscillator a step is a known 2 × 2 matrix | round-off |
 //! | [`laws`] | spin of two particles, free fall, lengths of a hanging chain | round-off |
 //! | [`finite_difference`] | force = −∇energy, stiffness = −∂f/∂x, damping = −∂f/∂v | about 1e-9 |
-//! | [`reference`] | the solution of the differential equation itself | a stated error |
+//! | [`mod@reference`] | the solution of the differential equation itself | a stated error |
 //! | [`order`] | how fast the error falls with the step size | about 0.1 in the exponent |
 //!
 //! This crate knows the model and the integrator trait, but no method: nothing here can be right

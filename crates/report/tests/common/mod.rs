@@ -229,8 +229,9 @@ pub(crate) fn cg(quick: bool) -> Record<cg::Facts> {
                     cells.push(cell(&At { particles, k_over_m, preconditioner, start, ..BASE }));
                 }
             }
-            for variant in [1, 2] {
-                cells.push(cell(&At { particles, k_over_m, variant, ..BASE }));
+            // The robust form starts at the better of both.
+            for (variant, start) in [(1, 0), (2, 2)] {
+                cells.push(cell(&At { particles, k_over_m, variant, start, ..BASE }));
             }
         }
     }
