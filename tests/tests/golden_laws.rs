@@ -34,7 +34,7 @@ const SMALL: &[f64] = &[0.01, 0.3];
 const ANY: &[f64] = &[0.01, 1.0, 100.0, 1e4, 1e8];
 const UPDATED: &[f64] = &[0.01, 1.0, 50.0];
 const CHOLESKY: &str = "imex-euler:solver=cholesky";
-const NEWTONS: &str = "backward-euler:tolerance=1e-16,max_iterations=10000";
+const NEWTONS: &str = "backward-euler:residual=1e-16,max_iterations=10000";
 const ALGORITHM_1: &str = "imex-updated:forcing_term=1e-16,max_outer=100000,newton_above=1e300";
 
 /// The factors of the spin, each with the damping that it holds for.
@@ -227,7 +227,7 @@ fn newton_stops_where_round_off_ends_all_progress() {
             let mut spec = particles(&[mass; 2], &[Vec3::zeros(), d], &slow);
             let k = 0.5 * theta * mass / (H * H);
             spec.springs = vec![spring(SpringEffect::Tension, (0, 1), rest, k, 0.0)];
-            let mut run = Run::new("backward-euler:tolerance=1e-16", build(&spec), H);
+            let mut run = Run::new("backward-euler:residual=1e-16", build(&spec), H);
             for step in 0..20 {
                 let report = run.step();
                 assert!(report.newton_iterations < 10, "θ={theta}, step {step}: {report:?}");

@@ -140,7 +140,7 @@ fn updated_cg_converges_to_backward_euler() {
     for law in [DampingLaw::Full, DampingLaw::Projected] {
         for theta in [0.1, 1.0, 10.0, 100.0] {
             let start = crumpled(&mut random, theta, law, H);
-            let mut implicit = Run::new("backward-euler:tolerance=1e-16", start.clone(), H);
+            let mut implicit = Run::new("backward-euler:residual=1e-16", start.clone(), H);
             implicit.step();
             let scale = implicit.state.v.iter().map(|v| v.norm()).fold(0.0, f64::max);
             for variant in variants {

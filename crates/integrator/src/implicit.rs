@@ -2,13 +2,15 @@
 
 use drape_model::{Effect, System, Vec3};
 
-/// Which linear springs stand in the matrix; whatever does not stays at level `n`.
+/// Which effects are implicit; whatever is not stays at level `n`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Implicit {
     /// Springs along warp and weft only: the paper's reading (section 4).
     Tension,
-    /// All springs.
+    /// All effects with a linear split, that is all springs: what can stand in the scalar matrix.
     Springs,
+    /// All effects with a Jacobian: what a method with 3×3 blocks can take.
+    Everything,
 }
 
 impl Implicit {
@@ -17,9 +19,13 @@ impl Implicit {
         if word == "tension" { Self::Tension } else { Self::Springs }
     }
 
-    /// Whether the effect stands in the matrix.
+    /// Whether the effect is implicit.
     pub fn selects(self, effect: &dyn Effect) -> bool {
-        effect.split().is_some() && (self == Self::Springs || effect.name() == "tension")
+        match self {
+            Self::Tension => effect.split().is_some() && effect.name() == "tension",
+            Self::Springs => effect.split().is_some(),
+            Self::Everything => effect.has_jacobian(),
+        }
     }
 
     /// The implicit effects of a system.

@@ -115,7 +115,9 @@ pub struct LaplacianSolver {
     workspace: PcgWorkspace,
     residual: Vec<Vec3>,
     correction: Vec<Vec3>,
-    key: Key,
+    /// What the operators were built for; `None` after a failed rebuild.
+    key: Option<Key>,
+    topology: u64,
     first: bool,
     max_iterations: usize,
 }
@@ -150,7 +152,8 @@ impl LaplacianSolver {
             workspace: PcgWorkspace::new(n),
             residual: vec![Vec3::zeros(); n],
             correction: vec![Vec3::zeros(); n],
-            key: Key { tau_bits: tau.to_bits(), revisions: system.revisions() },
+            key: Some(Key { tau_bits: tau.to_bits(), revisions: system.revisions() }),
+            topology: system.revisions().topology,
             first: true,
             max_iterations: PcgSettings::default_max(n),
         })
@@ -163,14 +166,17 @@ impl LaplacianSolver {
     /// preconditioner cannot be factorised.
     pub fn refresh(&mut self, system: &System, tau: f64) -> Result<Option<SetupCause>, StepError> {
         let key = Key { tau_bits: tau.to_bits(), revisions: system.revisions() };
-        if key.revisions.topology != self.key.revisions.topology {
+        if key.revisions.topology != self.topology {
             return Err(StepError::NeedsPrepare);
         }
-        if std::mem::take(&mut self.first) && key == self.key {
+        if std::mem::take(&mut self.first) && self.key == Some(key) {
             return Ok(Some(SetupCause::First));
         }
-        let (old, new) = (self.key.revisions, key.revisions);
-        let cause = if key.tau_bits != self.key.tau_bits {
+        // A rebuild that fails must not leave operators behind that look valid.
+        let before = self.key.take();
+        let old = before.map_or(key.revisions, |before| before.revisions);
+        let new = key.revisions;
+        let cause = if before.is_none_or(|before| before.tau_bits != key.tau_bits) {
             SetupCause::StepSize
         } else if (old.mass, old.stiffness, old.damping) != (new.mass, new.stiffness, new.damping) {
             SetupCause::Stiffness
@@ -179,6 +185,7 @@ impl LaplacianSolver {
         } else if self.settings.rebuild_every_step {
             SetupCause::EveryStep
         } else {
+            self.key = before;
             return Ok(None);
         };
         assemble(&mut self.matrix, system, self.implicit, self.weights, tau);
@@ -186,7 +193,7 @@ impl LaplacianSolver {
             *free = !pinned;
         }
         self.preconditioner.update(&self.matrix, &self.free)?;
-        self.key = key;
+        self.key = Some(key);
         Ok(Some(cause))
     }
 

@@ -16,8 +16,10 @@ pub struct NewtonSettings {
 /// How Newton's method ended.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NewtonReport {
-    /// Iterations, one factorisation each (two where the exact Hessian was indefinite).
+    /// Iterations.
     pub iterations: u32,
+    /// Factorisations: one an iteration, two where the exact Hessian was indefinite.
+    pub factorisations: u32,
     /// `‖S∇Φ‖_{M⁻¹}` at the end, √J.
     pub residual: f64,
     /// Status.
@@ -35,7 +37,7 @@ const RESOLUTION: f64 = 1e-10;
 /// drowns in the round-off of the positions.
 const POSITION_ROUND_OFF: f64 = 4.0 * f64::EPSILON;
 /// Such a step must at least divide the residual by this, else round-off has ended all progress.
-const LEAST_PROGRESS: f64 = 2.0;
+const LEAST_PROGRESS: f64 = 1.1;
 const MAX_HALVINGS: u32 = 30;
 
 /// Minimises an [`IncrementalPotential`] by Newton's method with line search: the nonlinear
@@ -50,6 +52,7 @@ pub struct Newton {
     gradient: Vec<Vec3>,
     direction: Vec<Vec3>,
     trial: Vec<Vec3>,
+    previous: Vec<Vec3>,
     topology: u64,
 }
 
@@ -58,6 +61,13 @@ struct Sink<'a>(&'a mut BlockMatrix);
 impl BlockSink for Sink<'_> {
     fn add_pair(&mut self, i: usize, j: usize, block: &Mat3) {
         self.0.add_pair(i, j, block);
+    }
+}
+
+impl Default for NewtonReport {
+    fn default() -> Self {
+        let status = SolveStatus::Converged;
+        Self { iterations: 0, factorisations: 0, residual: 0.0, status }
     }
 }
 
@@ -81,6 +91,7 @@ impl Newton {
             gradient: zeros(),
             direction: zeros(),
             trial: zeros(),
+            previous: zeros(),
             topology: system.revisions().topology,
         })
     }
@@ -105,7 +116,7 @@ impl Newton {
         }
         constraints.impose(v);
         let mut report =
-            NewtonReport { iterations: 0, residual: 0.0, status: SolveStatus::IterationLimit };
+            NewtonReport { status: SolveStatus::IterationLimit, ..NewtonReport::default() };
         let mut blind = false;
         let mut last_residual = f64::INFINITY;
         loop {
@@ -119,11 +130,16 @@ impl Newton {
                 break;
             }
             if blind && report.residual * LEAST_PROGRESS > last_residual {
+                if report.residual > last_residual {
+                    v.copy_from_slice(&self.previous); // the blind step made it worse
+                    report.residual = last_residual;
+                }
                 report.status = SolveStatus::Stagnated;
                 break;
             }
             last_residual = report.residual;
-            self.factorise(system, potential, constraints)?;
+            self.previous.copy_from_slice(v);
+            report.factorisations += self.factorise(system, potential, constraints)?;
             self.factor.solve(&self.gradient, &mut self.direction); // (I − hβJ) Δy = r
             constraints.project(&mut self.direction);
             report.iterations += 1;
@@ -139,18 +155,20 @@ impl Newton {
         Ok(report)
     }
 
+    /// Assembles and factorises; returns the number of factorisations.
     fn factorise(
         &mut self,
         system: &System,
         potential: &mut IncrementalPotential,
         constraints: &Constraints,
-    ) -> Result<(), StepError> {
+    ) -> Result<u32, StepError> {
         self.assemble(system, potential, constraints, Tangent::Exact);
-        if self.factor.factorise(&self.matrix).is_err() {
-            self.assemble(system, potential, constraints, Tangent::Projected);
-            self.factor.factorise(&self.matrix)?;
+        if self.factor.factorise(&self.matrix).is_ok() {
+            return Ok(1);
         }
-        Ok(())
+        self.assemble(system, potential, constraints, Tangent::Projected);
+        self.factor.factorise(&self.matrix)?;
+        Ok(2)
     }
 
     /// `H = M + τ² ∇²U + τ D` at the positions of the last gradient, projected to the constraints.
@@ -186,7 +204,7 @@ impl Newton {
         let largest = |vectors: &[Vec3]| vectors.iter().fold(0.0, |a: f64, v| a.max(v.amax()));
         let reach = potential.tau() * largest(&self.direction);
         let drowned = reach <= POSITION_ROUND_OFF * largest(potential.last_positions());
-        if drowned || slope <= RESOLUTION * start.abs() {
+        if drowned || slope.abs() <= RESOLUTION * start.abs() {
             v.iter_mut().zip(&self.direction).for_each(|(v, direction)| *v -= direction);
             return Descent::Unresolved;
         }

@@ -4,6 +4,9 @@ use crate::Implicit;
 use drape_model::{System, Vec3};
 use drape_solvers::{Constraints, vector::weighted_dot};
 
+/// Round-off of a force over `k |x|`, and of a momentum over `m |v|`.
+const ROUND_OFF: f64 = 4.0 * f64::EPSILON;
+
 /// The implicit stage `M (v − v*) = τ f(x* + τ v, v)` as a minimisation over the velocity:
 ///
 /// ```text
@@ -26,6 +29,8 @@ pub struct IncrementalPotential {
     gradient: Vec<Vec3>,
     candidate: Vec<Vec3>,
     scale: f64,
+    round_off: f64,
+    row_sums: Vec<f64>,
     evaluations: u32,
 }
 
@@ -44,6 +49,8 @@ impl IncrementalPotential {
             gradient: zeros(),
             candidate: zeros(),
             scale: 0.0,
+            round_off: 0.0,
+            row_sums: vec![0.0; system.len()],
             evaluations: 0,
         }
     }
@@ -63,20 +70,69 @@ impl IncrementalPotential {
         for (inverse, m) in self.inverse_mass.iter_mut().zip(system.mass()) {
             *inverse = 1.0 / m;
         }
-        let mut frozen_change = 0.0;
         for i in 0..system.len() {
-            let change = frozen[i] * (tau * self.inverse_mass[i]);
-            frozen_change += system.mass()[i] * change.norm_squared();
-            self.target[i] = v_star[i] + change;
+            self.target[i] = v_star[i] + frozen[i] * (tau * self.inverse_mass[i]);
         }
-        let target = weighted_dot(system.mass(), &self.target, &self.target);
-        self.scale = target.max(frozen_change).sqrt();
+        self.measure(system, v_star, frozen);
     }
 
-    /// `max(‖v̂‖_M, ‖v̂ − v*‖_M)`, √J: what residuals are compared with. Under gravity the second
-    /// is `τ|g|√m`, so that a sheet at rest has a scale too.
+    /// Sets the scale that residuals are compared with, and their round-off.
+    fn measure(&mut self, system: &System, v_star: &[Vec3], frozen: &[Vec3]) {
+        self.force.fill(Vec3::zeros());
+        for effect in system.effects().filter(|effect| !effect.has_jacobian()) {
+            effect.add_force(system.mass(), &self.x_star, &mut self.force);
+        }
+        let external = self.velocity_change(system);
+        self.force.copy_from_slice(frozen);
+        for effect in self.implicit.effects(system) {
+            effect.add_force(system.mass(), &self.x_star, &mut self.force);
+            effect.add_damping_force(&self.x_star, v_star, &mut self.force);
+        }
+        self.evaluations += 1;
+        self.scale = self.velocity_change(system).max(external);
+        self.row_sums.fill(0.0);
+        let rows = &mut self.row_sums;
+        self.implicit.visit_weights(system, &mut |i, j, k, _| {
+            rows[i] += k;
+            rows[j] += k;
+        });
+        let largest = |vectors: &[Vec3]| vectors.iter().fold(0.0, |a: f64, v| a.max(v.amax()));
+        let reach = largest(&self.x_star) + self.tau * largest(&self.target);
+        let (mut springs, mut inertia) = (0.0, 0.0);
+        for ((m, k), v) in system.mass().iter().zip(&self.row_sums).zip(&self.target) {
+            springs += k * k / m;
+            inertia += m * v.norm_squared();
+        }
+        let magnitude = self.tau * reach * springs.sqrt() + inertia.sqrt();
+        self.round_off = ROUND_OFF * magnitude;
+    }
+
+    /// `‖τ M⁻¹ f‖_M` over the particles that are not pinned, √J.
+    fn velocity_change(&self, system: &System) -> f64 {
+        let mut sum = 0.0;
+        for (i, f) in self.force.iter().enumerate().filter(|(i, _)| !system.pinned()[*i]) {
+            sum += f.norm_squared() * self.inverse_mass[i];
+        }
+        self.tau * sum.sqrt()
+    }
+
+    /// What residuals are compared with, √J: the change of velocity that the forces at the start
+    /// would make in the stage, `max(‖τM⁻¹f(x*, v*)‖_M, ‖τM⁻¹f_external‖_M)`. The second keeps a scale
+    /// for a sheet that hangs at rest. It does not depend on the frame: were the velocity itself part of it, a sheet
+    /// that moves fast as a whole would be solved loosely.
     pub fn scale(&self) -> f64 {
         self.scale
+    }
+
+    /// Residual below which round-off rules, √J: forces carry an error of some `ε_mach k |x|`, whatever
+    /// the strain.
+    pub fn round_off(&self) -> f64 {
+        self.round_off
+    }
+
+    /// A residual over the scale; infinite where there is no scale.
+    pub fn relative(&self, residual: f64) -> f64 {
+        if residual > 0.0 { residual / self.scale } else { residual }
     }
 
     /// Length of the stage, s.

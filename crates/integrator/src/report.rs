@@ -1,5 +1,6 @@
 //! What a step reports.
 
+use crate::NewtonReport;
 use drape_solvers::{PcgReport, SolveStatus};
 use std::ops::AddAssign;
 
@@ -55,11 +56,13 @@ pub struct StepReport {
     pub outer_passes: u32,
     /// Newton iterations.
     pub newton_iterations: u32,
+    /// Factorisations of Newton's matrix.
+    pub factorisations: u32,
     /// Products of a matrix with a block vector.
     pub matvecs: u32,
-    /// Sweeps over the springs that evaluated forces.
+    /// Sweeps over the springs that evaluated forces or energies inside the step.
     pub force_evaluations: u32,
-    /// Set-ups of operators in this step.
+    /// Set-ups of cached operators in this step; the first one was made by `prepare`.
     pub setups: Setups,
     /// Residual at the end, relative to what the method's stop test refers to; 0 for explicit
     /// methods.
@@ -74,6 +77,7 @@ impl Default for StepReport {
             cg_iterations: 0,
             outer_passes: 0,
             newton_iterations: 0,
+            factorisations: 0,
             matvecs: 0,
             force_evaluations: 0,
             setups: Setups::default(),
@@ -100,6 +104,17 @@ impl AddAssign<PcgReport> for StepReport {
         self.cg_iterations += solve.iterations as u32;
         self.matvecs += solve.multiplications as u32;
         self.relative_residual = solve.relative_residual;
+        self.solve = solve.status;
+    }
+}
+
+impl AddAssign<NewtonReport> for StepReport {
+    /// Adds the iterations of a nonlinear solve and takes over how it ended; the residual stays
+    /// absolute, √J.
+    fn add_assign(&mut self, solve: NewtonReport) {
+        self.newton_iterations += solve.iterations;
+        self.factorisations += solve.factorisations;
+        self.relative_residual = solve.residual;
         self.solve = solve.status;
     }
 }

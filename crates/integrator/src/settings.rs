@@ -169,14 +169,15 @@ pub mod linear_settings {
         key: "norm",
         kind: Kind::Choice(&["euclid", "preconditioned"]),
         default: "euclid",
-        help: "norm in which the residual is tested",
+        help: "norm in which the residual is tested (updated CG, robust: always that of the inverse mass)",
     };
     /// Solver.
     pub const SOLVER: Setting = Setting {
         key: "solver",
         kind: Kind::Choice(&["cg", "cholesky"]),
         default: "cg",
-        help: "conjugate gradients, or a direct solve by sparse Cholesky",
+        help: "conjugate gradients, or a direct solve by sparse Cholesky, which has no use for \
+               forcing term, preconditioner, norm and start of the linear solve",
     };
     /// Whether the matrix is kept.
     pub const MATRIX: Setting = Setting {
@@ -188,7 +189,7 @@ pub mod linear_settings {
 }
 
 impl LinearSettings {
-    /// Reads the shared settings; keys that the method does not declare keep their defaults.
+    /// Reads the four shared settings, all of which the method must declare.
     pub fn read(settings: &Settings, forcing_term: f64) -> Self {
         Self {
             forcing_term,

@@ -20,11 +20,14 @@
 //! Order 1 and L-stable on linear problems: on the oscillator the amplification matrix is
 //! `1/(1+θ+η) · [[1+η, 1], [−θ, 1]]`. Linear momentum is conserved. The angular momentum of one spring obeys
 //! `L_{n+1} = L_n / (1 + θ (1 − ℓ/len_{n+1}))`: it decays in tension and *grows in compression*, so that backward
-//! Euler is **not** energy monotone; what it guarantees is `Φ(v_{n+1}) ≤ Φ(v)` for every start that was
-//! tried.
+//! Euler is **not** energy monotone; what it guarantees, up to round-off, is `Φ(v_{n+1}) ≤ Φ(v)` for every start
+//! that was tried.
 //!
-//! The stop test is `‖∇Φ‖_{M⁻¹} ≤ max(tolerance, 10⁻¹⁴ θ) · scale`: round-off leaves a floor of about
-//! `5·10⁻¹⁵ θ`, so a fixed `10⁻¹³` would be out of reach for stiff scenes.
+//! The stop test is `‖S∇Φ‖_{M⁻¹} ≤ max(residual · scale, round-off)`. The scale is the change of velocity that the
+//! forces at the start would make in the step, so that it does not depend on the frame; the round-off is that of
+//! forces of size `k|x|`, about `ε_mach h k |x|`, whatever the strain. At very large `h²k/m` Newton's method
+//! follows a curved valley and may need more than its 100 iterations; the step then reports
+//! `IterationLimit`.
 //!
 //! # Symbols
 //!
@@ -33,7 +36,6 @@
 //! | `h` | `h` | s | |
 //! | `Φ` | [`drape_integrator::IncrementalPotential::value`] | J | |
 //! | `v̂` | [`drape_integrator::IncrementalPotential::target`] | m/s | `n` × 3 |
-//! | `θ = h² k/m` | `theta` | – | |
 
 mod settings;
 mod step;

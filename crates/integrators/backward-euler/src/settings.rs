@@ -23,10 +23,11 @@ pub static BACKWARD_EULER: Method = Method {
     ],
     settings: &[
         Setting {
-            key: "tolerance",
+            key: "residual",
             kind: Kind::Number { min: 1e-16, max: 0.5 },
             default: "1e-9",
-            help: "residual of the nonlinear system, relative to the inertial target; at least 1e-14 θ",
+            help: "residual at which Newton stops, relative to the change of velocity that the forces would make; \
+                   never below round-off",
         },
         Setting {
             key: "max_iterations",
@@ -41,7 +42,7 @@ pub static BACKWARD_EULER: Method = Method {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BackwardEulerSettings {
     /// Relative residual at which Newton's method stops.
-    pub tolerance: f64,
+    pub residual: f64,
     /// Most Newton iterations in a step.
     pub max_iterations: u32,
 }
@@ -56,7 +57,7 @@ impl BackwardEulerSettings {
     ) -> Result<Self, SettingError> {
         let settings = Settings::new(BACKWARD_EULER.id, BACKWARD_EULER.settings, pairs)?;
         Ok(Self {
-            tolerance: settings.number("tolerance"),
+            residual: settings.number("residual"),
             max_iterations: settings.integer("max_iterations") as u32,
         })
     }

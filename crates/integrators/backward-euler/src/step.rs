@@ -45,15 +45,13 @@ impl Integrator for BackwardEuler {
         let mut report = StepReport::default();
         clock.switch(Phase::Forces);
         w.frozen.fill(Vec3::zeros());
-        Implicit::Springs.add_explicit_forces(system, &state.x, &state.v, &mut w.frozen);
+        Implicit::Everything.add_explicit_forces(system, &state.x, &state.v, &mut w.frozen);
         w.potential.begin(system, h, &state.x, &state.v, &w.frozen);
         clock.switch(Phase::Contact);
         w.contacts.detect(system, &state.x, &state.v, h, &mut w.constraints);
         clock.switch(Phase::Solve);
-        let theta = h * h * Implicit::Springs.max_stiffness_over_mass(system);
-        let scale = w.potential.scale();
         let settings = NewtonSettings {
-            residual: self.settings.tolerance.max(1e-14 * theta) * scale,
+            residual: (self.settings.residual * w.potential.scale()).max(w.potential.round_off()),
             max_iterations: self.settings.max_iterations,
         };
         w.predictor.extrapolate(&state.v, h, &mut w.extrapolated);
@@ -61,10 +59,7 @@ impl Integrator for BackwardEuler {
         v.copy_from_slice(&state.v);
         contacts.solve(system, constraints, impulse, |constraints, impulse| {
             w.potential.choose_start(system, constraints, v, &[extrapolated], true);
-            let solve = w.newton.minimise(system, &mut w.potential, constraints, v, &settings)?;
-            report.newton_iterations += solve.iterations;
-            report.relative_residual = if scale > 0.0 { solve.residual / scale } else { 0.0 };
-            report.solve = solve.status;
+            report += w.newton.minimise(system, &mut w.potential, constraints, v, &settings)?;
             if let Some(impulse) = impulse {
                 impulse.copy_from_slice(w.potential.gradient(system, v)); // ∇Φ, unfiltered
             }
@@ -77,7 +72,8 @@ impl Integrator for BackwardEuler {
         w.contacts.settle(&mut state.v, |i, v| w.predictor.forget(i, v));
         state.t += h;
         clock.stop();
-        report.force_evaluations = 1 + w.potential.evaluations();
+        report.relative_residual = w.potential.relative(report.relative_residual);
+        report.force_evaluations = w.potential.evaluations();
         Ok(report)
     }
 

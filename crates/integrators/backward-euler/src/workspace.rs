@@ -22,7 +22,7 @@ pub(crate) struct Workspace {
 impl Workspace {
     pub(crate) fn new(system: &System) -> Result<Self, PrepareError> {
         let zeros = || vec![Vec3::zeros(); system.len()];
-        let potential = IncrementalPotential::new(system, Implicit::Springs);
+        let potential = IncrementalPotential::new(system, Implicit::Everything);
         let newton = Newton::new(system, &potential)?;
         Ok(Self {
             frozen: zeros(),

@@ -34,10 +34,15 @@ pub(crate) fn as_printed(
     for _ in 0..settings.max_outer {
         rhs.update(system, state, h, v); // b = b(v, x_n + h v)
         report.outer_passes += 1;
-        if direct
-            && linear.relative_residual(constraints, &rhs.b, v) <= settings.linear.forcing_term
-        {
-            return;
+        if direct {
+            // A direct solve takes no iterations, so that their number says nothing about the update.
+            let residual = linear.relative_residual(constraints, &rhs.b, v);
+            report.matvecs += 2;
+            report.relative_residual = residual;
+            if residual <= settings.linear.forcing_term {
+                report.solve = SolveStatus::Converged;
+                return;
+            }
         }
         let solve = linear.solve(constraints, &rhs.b, v); // while |r| > ε |b|
         *report += solve;
@@ -45,7 +50,9 @@ pub(crate) fn as_printed(
             return; // while (k > 0)
         }
     }
-    report.solve = SolveStatus::IterationLimit;
+    if report.solve == SolveStatus::Converged {
+        report.solve = SolveStatus::IterationLimit;
+    }
 }
 
 /// The robust form: minimises the incremental potential.
@@ -55,10 +62,15 @@ pub(crate) struct Descent {
     newton: Newton,
 }
 
+/// `√m` of the lightest particle that moves: `‖r‖` in the norm of `M⁻¹` is at most `‖r‖` over this.
+fn lightest(system: &System) -> f64 {
+    let free = system.mass().iter().zip(system.pinned()).filter(|(_, pinned)| !**pinned);
+    let mass = free.fold(f64::INFINITY, |least, (&m, _)| least.min(m));
+    if mass.is_finite() { mass.sqrt() } else { 1.0 }
+}
+
 /// A residual below this fraction of the scale counts as converged, whatever the energy does.
 const CONVERGED: f64 = 1e-9;
-/// Round-off floor of the residual over `θ`.
-const ROUND_OFF: f64 = 1e-14;
 /// By how much the tolerance is tightened after a step that gained energy.
 const TIGHTEN: f64 = 0.1;
 const MAX_NEWTON_ITERATIONS: u32 = 100;
@@ -90,7 +102,8 @@ impl Descent {
         self.potential.evaluations()
     }
 
-    /// Minimises from `v`; a result that gains energy is accepted only when it has converged.
+    /// Minimises from `v`. A result that gains energy is accepted only when it has converged; where that
+    /// cannot be had, the step is one of plain IMEX Euler, which never gains any.
     pub(crate) fn minimise(
         &mut self,
         stage: Stage<'_>,
@@ -101,24 +114,36 @@ impl Descent {
     ) -> Result<(), StepError> {
         let Stage { system, state, h, constraints, settings } = stage;
         let theta = h * h * settings.implicit.max_stiffness_over_mass(system);
-        let scale = self.potential.scale();
-        let floor = CONVERGED.max(ROUND_OFF * theta) * scale;
-        let energy = system.total_energy(state);
-        let slack = 1e-9 * scale * scale + 1e-13 * energy.abs();
         let updates = theta <= settings.newton_above * (1.0 + 1e-12);
+        let (scale, floor) = (self.potential.scale(), self.potential.round_off());
+        let kinetic = system.kinetic_energy(&state.v);
+        let potential = system.potential_energy(&state.x);
+        let allowed =
+            kinetic + potential + 1e-9 * scale * scale + 1e-12 * (kinetic + potential.abs());
+        let tightest = (CONVERGED * scale).max(floor);
         let mut tolerance = (settings.linear.forcing_term * scale).max(floor);
+        report.force_evaluations += 1;
         constraints.impose(v);
         loop {
             let converged = updates && self.update_until(stage, rhs, linear, v, tolerance, report);
             if !converged {
                 self.finish(stage, v, tolerance, report)?;
             }
-            let gained = self.energy(system, v) > energy + slack;
-            if !gained || tolerance <= floor || report.solve != SolveStatus::Converged {
-                report.relative_residual /= if scale > 0.0 { scale } else { 1.0 };
-                return Ok(());
+            report.force_evaluations += 1;
+            let gained = self.energy(system, v) > allowed;
+            if gained && report.solve != SolveStatus::Converged {
+                let status = report.solve;
+                v.fill(Vec3::zeros()); // where b(v, x_n + h v) is the b of plain IMEX Euler
+                rhs.update(system, state, h, v); // EEH (21)
+                *report += linear.solve_to(constraints, &rhs.b, v, tightest * lightest(system));
+                report.relative_residual *= tightest;
+                report.solve = status;
+            } else if gained && tolerance > tightest {
+                tolerance = (tolerance * TIGHTEN).max(tightest);
+                continue;
             }
-            tolerance = (tolerance * TIGHTEN).max(floor);
+            report.relative_residual = self.potential.relative(report.relative_residual);
+            return Ok(());
         }
     }
 
@@ -133,8 +158,7 @@ impl Descent {
         report: &mut StepReport,
     ) -> bool {
         let Stage { system, state, h, constraints, settings } = stage;
-        // ‖r‖ in the norm of M⁻¹ is at most ‖r‖/√m for the lightest particle.
-        let lightest = system.mass().iter().fold(f64::INFINITY, |a, &m| a.min(m)).sqrt();
+        let lightest = lightest(system);
         let direct = settings.linear.solver == SolverKind::Cholesky;
         while report.outer_passes < settings.max_outer {
             rhs.update(system, state, h, v);
@@ -142,6 +166,8 @@ impl Descent {
             // A direct solve takes no iterations, so that their number says nothing about the update.
             if direct {
                 let residual = linear.residual(constraints, &rhs.b, v) / lightest;
+                report.matvecs += 1;
+                report.solve = SolveStatus::Converged;
                 if residual <= tolerance {
                     report.relative_residual = residual;
                     return true;
@@ -171,10 +197,7 @@ impl Descent {
         let settings =
             NewtonSettings { residual: tolerance, max_iterations: MAX_NEWTON_ITERATIONS };
         let Stage { system, constraints, .. } = stage;
-        let solve = self.newton.minimise(system, &mut self.potential, constraints, v, &settings)?;
-        report.newton_iterations += solve.iterations;
-        report.relative_residual = solve.residual;
-        report.solve = solve.status;
+        *report += self.newton.minimise(system, &mut self.potential, constraints, v, &settings)?;
         Ok(())
     }
 

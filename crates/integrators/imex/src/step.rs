@@ -90,6 +90,7 @@ impl Integrator for ImexEuler {
             report += linear.solve(constraints, &rhs.b, v); // EEH (21)
             if let Some(impulse) = impulse {
                 linear.constraint_impulse(&rhs.b, v, impulse);
+                report.matvecs += 1;
             }
             Ok::<(), StepError>(())
         })?;
@@ -156,12 +157,13 @@ impl Integrator for ImexUpdated {
                 as_printed(stage, rhs, linear, v, &mut report);
                 if let Some(impulse) = impulse {
                     linear.constraint_impulse(&rhs.b, v, impulse);
+                    report.matvecs += 1;
                 }
             }
             Ok::<(), StepError>(())
         })?;
         clock.switch(Phase::Update);
-        report.force_evaluations = 2 + report.outer_passes;
+        report.force_evaluations += 2 + report.outer_passes;
         report.force_evaluations += w.descent.as_ref().map_or(0, |descent| descent.evaluations());
         advance(w, state, h);
         clock.stop();

@@ -54,6 +54,11 @@ pub trait Effect: Debug + Send + Sync {
     /// Adds the damping force, N, to `out`.
     fn add_damping_force(&self, _x: &[Vec3], _v: &[Vec3], _out: &mut [Vec3]) {}
 
+    /// Whether the effect offers Jacobians, so that a method can integrate it implicitly.
+    fn has_jacobian(&self) -> bool {
+        false
+    }
+
     /// Calls `visit` with each pair of particles that the Jacobians couple.
     fn visit_pairs(&self, _visit: &mut dyn FnMut(usize, usize)) {}
 

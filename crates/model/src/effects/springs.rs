@@ -111,6 +111,10 @@ impl Effect for LinearSprings {
         }
     }
 
+    fn has_jacobian(&self) -> bool {
+        true
+    }
+
     fn visit_pairs(&self, visit: &mut dyn FnMut(usize, usize)) {
         for s in &self.springs {
             let (i, j) = s.ends();

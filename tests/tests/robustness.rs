@@ -1,0 +1,183 @@
+//! Default settings in hard places: other frames, no gravity, failed rebuilds, stiffness beyond what
+//! converges, damping that the energy theorem does not cover.
+
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+use drape_integrator::{PhaseClock, SolveStatus, TimeStep};
+use drape_model::{DampingLaw, SpringEffect, State, System, Vec3};
+use drape_oracle::Random;
+use drape_tests::{Run, Sheet, build, method, particles, seconds, spring};
+
+const IMPLICIT: [&str; 3] = ["imex-updated", "imex-updated:start=last", "backward-euler"];
+
+/// The shape of what moves must not depend on how fast it moves as a whole.
+#[test]
+fn implicit_methods_contract_a_spring_alike_in_every_frame() {
+    const H: f64 = 0.01;
+    for id in IMPLICIT {
+        let length = |boost: f64| {
+            let velocity = Vec3::new(0.0, boost, 0.0);
+            let mut spec = particles(&[1e-3; 2], &[Vec3::zeros(), Vec3::x() * 1.5], &[velocity; 2]);
+            spec.springs = vec![spring(SpringEffect::Tension, (0, 1), 1.0, 10.0, 0.0)];
+            let mut run = Run::new(id, build(&spec), H);
+            (0..5).for_each(|_| {
+                run.step();
+            });
+            (run.state.x[0] - run.state.x[1]).norm()
+        };
+        let (rest, fast) = (length(0.0), length(1000.0));
+        assert!((rest - 1.5).abs() > 0.1, "{id}: the spring moves: {rest}");
+        assert!((rest - fast).abs() < 1e-2, "{id}: {rest} at rest, {fast} at 1000 m/s");
+    }
+}
+
+/// A forcing term is a relative error of the change of velocity: free fall at default settings keeps
+/// gravity to that accuracy, however fast the sheet has become.
+#[test]
+fn a_free_sheet_falls_at_default_settings() {
+    const H: f64 = 0.01;
+    let sheet = Sheet {
+        side: 5,
+        tension: 1e4,
+        shear: 0.0,
+        damping: 40.0,
+        law: DampingLaw::Full,
+        pinned: false,
+    };
+    for (id, accuracy) in IMPLICIT.into_iter().zip([1e-2, 1e-2, 1e-9]) {
+        let mut run = Run::new(id, sheet.build(), H);
+        for _ in 0..500 {
+            run.step();
+        }
+        let expected = -9.81 * 5.0;
+        for v in &run.state.v {
+            assert!((v.z / expected - 1.0).abs() <= accuracy, "{id}: {} of {expected}", v.z);
+        }
+    }
+}
+
+/// Without gravity and from rest there is no velocity to compare residuals with; the forces are.
+#[test]
+fn a_squeezed_sheet_without_gravity_takes_few_iterations() {
+    let sheet = Sheet {
+        side: 12,
+        tension: 1e6,
+        shear: 1e5,
+        damping: 40.0,
+        law: DampingLaw::Full,
+        pinned: false,
+    };
+    let mut scene = sheet.scene();
+    scene.effects.gravity = None;
+    let spec = scene.discretise().unwrap();
+    for id in ["imex-updated", "backward-euler"] {
+        let (system, mut state) = build(&spec);
+        for x in &mut state.x {
+            x.x *= 0.5;
+        }
+        let mut run = Run::new(id, (system, state), 0.01);
+        for step in 0..5 {
+            let report = run.step();
+            assert!(report.newton_iterations <= 60, "{id}, step {step}: {report:?}");
+            assert_eq!(report.solve, SolveStatus::Converged, "{id}, step {step}: {report:?}");
+            assert!(report.relative_residual > 0.0, "{id}: {report:?}");
+        }
+    }
+}
+
+/// A failed rebuild leaves no operator behind that looks valid.
+#[test]
+fn after_a_step_size_that_overflows_the_next_step_is_as_good_as_new() {
+    let sheet = Sheet {
+        side: 5,
+        tension: 1e4,
+        shear: 1e3,
+        damping: 4.0,
+        law: DampingLaw::Full,
+        pinned: true,
+    };
+    for id in ["imex-euler", "imex-euler:solver=cholesky", "imex-updated"] {
+        let (system, start) = sheet.build();
+        let (h, overflowing) = (seconds(0.004), TimeStep::new(1e200).unwrap());
+        let step = |state: &mut State, spoil: bool| {
+            let mut integrator = method(id);
+            integrator.prepare(&system, h).unwrap();
+            let mut clock = PhaseClock::off();
+            integrator.step(&system, state, h, &mut clock).unwrap();
+            if spoil {
+                let before = state.clone();
+                let outcome = integrator.step(&system, state, overflowing, &mut clock);
+                assert!(outcome.is_err(), "{id}: {outcome:?}");
+                assert_eq!(before, *state, "{id}: an error leaves the state as it was");
+            }
+            integrator.restart(state);
+            let report = integrator.step(&system, state, h, &mut clock).unwrap();
+            assert_eq!(report.solve, SolveStatus::Converged, "{id}");
+            report.setups
+        };
+        let (mut clean, mut spoilt) = (start.clone(), start.clone());
+        step(&mut clean, false);
+        let setups = step(&mut spoilt, true);
+        assert_eq!(setups.step_size, 1, "{id}: the rebuild is charged");
+        assert_eq!(clean, spoilt, "{id}");
+    }
+}
+
+/// Beyond what Newton can do in a hundred iterations the robust form falls back to plain IMEX Euler,
+/// which never gains energy.
+#[test]
+fn the_robust_form_gains_no_energy_where_it_cannot_converge() {
+    let mut unconverged = 0;
+    for damping in [0.0, 40.0] {
+        let sheet = Sheet {
+            side: 8,
+            tension: 1e12,
+            shear: 1e11,
+            damping,
+            law: DampingLaw::Full,
+            pinned: true,
+        };
+        let mut run = Run::new("imex-updated", sheet.build(), 0.1);
+        let mut last = run.energy();
+        for step in 0..20 {
+            let report = run.step();
+            unconverged += u32::from(report.solve != SolveStatus::Converged);
+            let energy = run.energy();
+            assert!(energy <= last + 1e-6, "d/m = {damping}, step {step}: {last} to {energy}");
+            last = energy;
+        }
+    }
+    assert!(unconverged > 0, "the case is hard enough to need the fallback");
+}
+
+/// The energy theorem of IMEX Euler is for full damping: of projected damping a part is explicit.
+#[test]
+fn projected_damping_is_outside_the_energy_theorem_of_imex_euler() {
+    let mut random = Random::new(5);
+    let mut rises = [0, 0];
+    for _ in 0..300 {
+        for (law, rises) in [DampingLaw::Full, DampingLaw::Projected].into_iter().zip(&mut rises) {
+            let n = 4;
+            let vectors =
+                |random: &mut Random| (0..n).map(|_| random.vector()).collect::<Vec<Vec3>>();
+            let positions = vectors(&mut random);
+            let mut spec = particles(&[1.0, 0.02, 30.0, 0.5], &positions, &vectors(&mut random));
+            spec.damping = law;
+            for (i, j) in [(0, 1), (1, 2), (2, 3), (0, 2), (1, 3)] {
+                let rest = (positions[i] - positions[j]).norm();
+                let mut spring = spring(SpringEffect::Tension, (i, j), rest, 1.0, 1e4);
+                spring.rest_length_m = rest;
+                spec.springs.push(spring);
+            }
+            let mut run =
+                Run::new("imex-euler:solver=cholesky,implicit=springs", build(&spec), 0.01);
+            let energy = |system: &System, state: &State| system.total_energy(state);
+            let before = energy(&run.system, &run.state);
+            run.step();
+            let after = energy(&run.system, &run.state);
+            *rises += u32::from(after > before * (1.0 + 1e-9));
+        }
+    }
+    assert_eq!(rises[0], 0, "full damping never gains energy");
+    assert!(rises[1] > 0, "projected damping does, which the docs say");
+}
