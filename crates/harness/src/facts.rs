@@ -11,8 +11,15 @@ use std::path::Path;
 /// Relative tolerance for numbers that passed through a library's factorisation.
 const LIBRARY_TOLERANCE: f64 = 1e-9;
 /// Integers of such cells may differ with the machine; they are recorded, not compared.
-const MACHINE_COUNTS: [&str; 5] =
-    ["cg_iterations", "outer_passes", "newton_iterations", "matvecs", "cg_per_step"];
+const MACHINE_COUNTS: [&str; 7] = [
+    "cg_iterations",
+    "outer_passes",
+    "newton_iterations",
+    "matvecs",
+    "cg_per_step",
+    "idle_steps",
+    "unconverged_steps",
+];
 
 /// A fact that no longer holds.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

@@ -34,15 +34,62 @@ pub enum MethodError {
     Setting(#[from] SettingError),
 }
 
+type Pairs<'a> = Vec<(&'a str, &'a str)>;
+
+/// A method, how it is built, and where a library's factorisation takes part in its results.
+struct Entry {
+    method: &'static Method,
+    build: fn(Pairs<'_>) -> Result<Box<dyn Integrator>, SettingError>,
+    uses_library: fn(&Settings) -> bool,
+}
+
 /// All methods, in the order in which they build on each other.
-pub fn all() -> [&'static Method; 5] {
-    [&EXPLICIT_EULER, &SYMPLECTIC_EULER, &BACKWARD_EULER, &IMEX_EULER, &IMEX_UPDATED]
+static ENTRIES: [Entry; 5] = [
+    Entry {
+        method: &EXPLICIT_EULER,
+        build: |_| Ok(Box::new(ExplicitEuler::default())),
+        uses_library: |_| false,
+    },
+    Entry {
+        method: &SYMPLECTIC_EULER,
+        build: |pairs| Ok(Box::new(SymplecticEuler::new(SymplecticSettings::from_pairs(pairs)?))),
+        uses_library: |settings| settings.word("damping") == "implicit",
+    },
+    Entry {
+        method: &BACKWARD_EULER,
+        build: |pairs| Ok(Box::new(BackwardEuler::new(BackwardEulerSettings::from_pairs(pairs)?))),
+        uses_library: |_| true,
+    },
+    Entry {
+        method: &IMEX_EULER,
+        build: |pairs| Ok(Box::new(ImexEuler::new(ImexEulerSettings::from_pairs(pairs)?))),
+        uses_library: |settings| settings.word("solver") == "cholesky",
+    },
+    Entry {
+        method: &IMEX_UPDATED,
+        build: |pairs| Ok(Box::new(ImexUpdated::new(ImexUpdatedSettings::from_pairs(pairs)?))),
+        // The robust form may turn to Newton, which factorises.
+        uses_library: |settings| {
+            settings.word("solver") == "cholesky" || settings.word("safeguard") == "robust"
+        },
+    },
+];
+
+/// All methods, in the order in which they build on each other.
+pub fn all() -> impl Iterator<Item = &'static Method> {
+    ENTRIES.iter().map(|entry| entry.method)
+}
+
+impl std::fmt::Debug for Entry {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.method.id)
+    }
 }
 
 /// A method with checked settings.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Choice {
-    method: &'static Method,
+    entry: &'static Entry,
     settings: Settings,
 }
 
@@ -61,10 +108,11 @@ impl Choice {
     /// ```
     pub fn parse(text: &str, more: &[String]) -> Result<Self, MethodError> {
         let (id, settings) = text.split_once(':').unwrap_or((text, ""));
-        let method = all().into_iter().find(|method| method.id == id).ok_or_else(|| {
-            let known: Vec<_> = all().iter().map(|method| method.id).collect();
+        let entry = ENTRIES.iter().find(|entry| entry.method.id == id).ok_or_else(|| {
+            let known: Vec<_> = all().map(|method| method.id).collect();
             MethodError::Unknown { id: id.to_owned(), known: known.join(", ") }
         })?;
+        let method = entry.method;
         let texts = settings.split(',').filter(|text| !text.trim().is_empty());
         let mut pairs = Vec::new();
         for text in texts.chain(more.iter().map(String::as_str)) {
@@ -74,12 +122,12 @@ impl Choice {
             pairs.push((key.trim(), value.trim()));
         }
         let settings = Settings::new(method.id, method.settings, pairs)?;
-        Ok(Self { method, settings })
+        Ok(Self { entry, settings })
     }
 
     /// The method.
     pub fn method(&self) -> &'static Method {
-        self.method
+        self.entry.method
     }
 
     /// All settings with their values.
@@ -92,20 +140,16 @@ impl Choice {
         let settings: Vec<_> =
             self.settings.iter().map(|(key, value)| format!("{key}={value}")).collect();
         if settings.is_empty() {
-            self.method.id.to_owned()
+            self.method().id.to_owned()
         } else {
-            format!("{}:{}", self.method.id, settings.join(","))
+            format!("{}:{}", self.method().id, settings.join(","))
         }
     }
 
     /// Whether results of this choice have the same bits on every machine: no library
     /// factorisation takes part.
     pub fn is_portable(&self) -> bool {
-        let has = |key, word| self.settings.iter().any(|(k, v)| k == key && v == word);
-        self.method.id != BACKWARD_EULER.id
-            && !has("solver", "cholesky")
-            && !has("safeguard", "robust")
-            && !has("damping", "implicit")
+        !(self.entry.uses_library)(&self.settings)
     }
 
     /// A new integrator.
@@ -113,21 +157,6 @@ impl Choice {
     /// # Errors
     /// [`SettingError`], if the method's own reader refuses what its declaration allowed.
     pub fn build(&self) -> Result<Box<dyn Integrator>, SettingError> {
-        let pairs = self.settings.iter().map(|(key, value)| -> (&str, &str) { (key, value) });
-        Ok(match self.method.id {
-            id if id == SYMPLECTIC_EULER.id => {
-                Box::new(SymplecticEuler::new(SymplecticSettings::from_pairs(pairs)?))
-            }
-            id if id == BACKWARD_EULER.id => {
-                Box::new(BackwardEuler::new(BackwardEulerSettings::from_pairs(pairs)?))
-            }
-            id if id == IMEX_EULER.id => {
-                Box::new(ImexEuler::new(ImexEulerSettings::from_pairs(pairs)?))
-            }
-            id if id == IMEX_UPDATED.id => {
-                Box::new(ImexUpdated::new(ImexUpdatedSettings::from_pairs(pairs)?))
-            }
-            _ => Box::new(ExplicitEuler::default()),
-        })
+        (self.entry.build)(self.settings.iter().collect())
     }
 }

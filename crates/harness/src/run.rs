@@ -2,7 +2,7 @@
 
 use crate::HarnessError;
 use crate::methods::Choice;
-use drape_integrator::{Phase, PhaseClock, SolveStatus, StepReport, TimeStep};
+use drape_integrator::{Phase, PhaseClock, SolveStatus, StepError, StepReport, TimeStep};
 use drape_model::{State, System, TimeSpan, Vec3};
 use drape_records::run::{Sample, Totals};
 use drape_records::tables::Phases;
@@ -44,6 +44,8 @@ pub struct Outcome {
     pub wall: Duration,
     /// Steps whose solver stopped before its tolerance.
     pub unconverged: u64,
+    /// Steps that took no CG iteration.
+    pub idle: u64,
     /// Seconds by phase, if asked for.
     pub phases: Option<Phases>,
     /// Diagnostics over time, if asked for.
@@ -99,6 +101,8 @@ fn add(totals: &mut Totals, report: &StepReport) {
     totals.cg_iterations += u64::from(report.cg_iterations);
     totals.outer_passes += u64::from(report.outer_passes);
     totals.newton_iterations += u64::from(report.newton_iterations);
+    totals.factorisations += u64::from(report.factorisations);
+    totals.setups += u64::from(report.setups.total());
     totals.matvecs += u64::from(report.matvecs);
     totals.force_evaluations += u64::from(report.force_evaluations);
 }
@@ -144,7 +148,9 @@ pub fn simulate(
     let steps = whole + u64::from(rest.is_some());
     let h = TimeStep::new(time.step_s)?;
     let mut integrator = choice.build().map_err(crate::methods::MethodError::from)?;
+    let begin = Instant::now();
     integrator.prepare(system, h)?;
+    let prepare_seconds = begin.elapsed().as_secs_f64();
     let mut clock = if options.phases { PhaseClock::on() } else { PhaseClock::off() };
     let bounds = Bounds::of(&state.x);
     let every = steps.div_ceil(MAX_SAMPLES).max(1);
@@ -153,6 +159,7 @@ pub fn simulate(
         totals: Totals::default(),
         wall: Duration::ZERO,
         unconverged: 0,
+        idle: 0,
         phases: None,
         series: Vec::new(),
         divergence: None,
@@ -168,12 +175,22 @@ pub fn simulate(
             _ => h,
         };
         let begin = Instant::now();
-        let report = integrator.step(system, state, h, &mut clock)?;
+        let report = match integrator.step(system, state, h, &mut clock) {
+            Ok(report) => report,
+            // Blow-up is a result: the numbers have left the range in which a matrix can be set up.
+            Err(error @ StepError::Solver(_)) => {
+                let criterion = error.to_string();
+                outcome.divergence = Some(Divergence { step, time: state.t, criterion });
+                break;
+            }
+            Err(error) => return Err(error.into()),
+        };
         outcome.wall += begin.elapsed();
         // Sums of h drift; the time of a run is a multiple of its step.
         state.t = start + if step == steps { time.duration_s } else { step as f64 * time.step_s };
         outcome.steps = step;
         add(&mut outcome.totals, &report);
+        outcome.idle += u64::from(report.cg_iterations == 0);
         outcome.unconverged += u64::from(report.solve != SolveStatus::Converged);
         let divergence = bounds.violation(state);
         if options.series && (step % every == 0 || step == steps) {
@@ -191,6 +208,7 @@ pub fn simulate(
         }
     }
     outcome.totals.seconds = outcome.wall.as_secs_f64();
+    outcome.totals.prepare_seconds = prepare_seconds;
     outcome.phases = options.phases.then(|| Phases {
         forces: clock.seconds(Phase::Forces),
         matrix_setup: clock.seconds(Phase::MatrixSetup),

@@ -36,6 +36,19 @@ pub(crate) fn with_stiffness(mut scene: Scene, stiffness_over_mass: f64) -> Scen
     scene
 }
 
+/// The scene with all damping quotients multiplied.
+pub(crate) fn with_damping_scaled(mut scene: Scene, factor: f64) -> Scene {
+    let effects = &mut scene.effects;
+    for law in
+        [&mut effects.tension, &mut effects.shear, &mut effects.bending].into_iter().flatten()
+    {
+        if let Some(quotient) = &mut law.damping_over_mass_per_s {
+            *quotient *= factor;
+        }
+    }
+    scene
+}
+
 /// The scene on a finer or coarser square grid; pins at corners stay there.
 pub(crate) fn with_particles_a_side(mut scene: Scene, side: u32) -> Scene {
     if let Cloth::Grid(grid) = &mut scene.cloth {

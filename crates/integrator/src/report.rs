@@ -35,6 +35,11 @@ pub struct Setups {
 }
 
 impl Setups {
+    /// Set-ups of all causes.
+    pub fn total(&self) -> u32 {
+        self.first + self.step_size + self.stiffness + self.constraints + self.every_step
+    }
+
     /// Counts one more.
     pub fn count(&mut self, cause: SetupCause) {
         *match cause {

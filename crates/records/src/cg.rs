@@ -51,6 +51,10 @@ pub struct Cell {
     pub outer_passes: u64,
     /// Newton iterations in all (robust form only).
     pub newton_iterations: u64,
+    /// Steps that took no CG iteration at all.
+    pub idle_steps: u64,
+    /// Steps whose solver stopped before its tolerance.
+    pub unconverged_steps: u64,
     /// Greatest rise of the total energy above its start, J.
     pub energy_gain_j: f64,
     /// `stable`, `marginal`, `unstable` or `diverged`.
@@ -74,6 +78,8 @@ pub struct Motion {
     pub method: String,
     /// Vertical displacement of the free edge's midpoint at t = 0.3 s, m (negative: down).
     pub fall_m: f64,
+    /// Steps whose solver stopped before its tolerance.
+    pub unconverged_steps: u64,
     /// Greatest rise of the total energy above its start within the run, J.
     pub energy_gain_j: f64,
     /// `stable`, `marginal`, `unstable` or `diverged`.

@@ -68,12 +68,18 @@ pub struct Totals {
     pub outer_passes: u64,
     /// Newton iterations.
     pub newton_iterations: u64,
+    /// Factorisations of Newton's matrix.
+    pub factorisations: u64,
+    /// Set-ups of cached operators, the first one in `prepare` included.
+    pub setups: u64,
     /// Products of the matrix with a block vector.
     pub matvecs: u64,
-    /// Sweeps over the springs that evaluated forces.
+    /// Sweeps over the springs that evaluated forces or energies inside the steps.
     pub force_evaluations: u64,
     /// Wall time of all `step` calls together, s; diagnostics excluded.
     pub seconds: f64,
+    /// Wall time of `prepare`, s.
+    pub prepare_seconds: f64,
 }
 
 /// Diagnostics at one time.

@@ -74,6 +74,8 @@ pub struct Cell {
     pub newton_iterations: u64,
     /// Matrix-vector products.
     pub matvecs: u64,
+    /// Steps whose solver stopped before its tolerance.
+    pub unconverged_steps: u64,
     /// Greatest rise of the total energy above its start, J.
     pub energy_gain_j: f64,
     /// `stable`, `marginal`, `unstable` or `diverged`.
@@ -117,6 +119,8 @@ pub struct TimingRow {
     pub samples_ns: Vec<u64>,
     /// Median of them, s.
     pub solver_s: f64,
+    /// Seconds before the first step: allocation, pattern, first build of matrix and preconditioner.
+    pub prepare_s: f64,
     /// Phases of a separate pass with the phase clock on, s.
     pub phases_s: Phases,
 }
@@ -129,7 +133,7 @@ pub struct Phases {
     pub forces: f64,
     /// Assembly of the matrix and factorisation of the preconditioner.
     pub matrix_setup: f64,
-    /// The linear or nonlinear solve.
+    /// The linear or nonlinear solve, with every evaluation of forces inside it.
     pub solve: f64,
     /// Detection and release of contacts.
     pub contact: f64,

@@ -115,7 +115,7 @@ fn at_base_forcing_term(cell: &Cell) -> bool {
     same(cell.forcing_term, BASE_FORCING_TERM)
 }
 
-fn with_base_solver(cell: &Cell) -> bool {
+pub(crate) fn with_base_solver(cell: &Cell) -> bool {
     // The robust form starts at the better of both: the extrapolation alone is not one of its safeguards.
     let start = if cell.variant == ROBUST { "best" } else { BASE_START };
     cell.preconditioner == BASE_PRECONDITIONER && cell.start == start

@@ -37,16 +37,15 @@ const TABLES: &str = "tables";
 /// Name of the experiment whose record is `cg-vs-stiffness.json`.
 const CG: &str = "cg-vs-stiffness";
 
-/// File, title and caption of the figures drawn from the record of `tables` and its timings.
+/// File, title and caption of the figures drawn from the record of an experiment (and its timings);
+/// none for an experiment that this crate does not know.
 #[must_use]
-pub fn figures_of_tables() -> Vec<Figure> {
-    tables::PLATES.iter().map(plate::Plate::figure).collect()
-}
-
-/// File, title and caption of the figures drawn from the record of `cg-vs-stiffness`.
-#[must_use]
-pub fn figures_of_cg() -> Vec<Figure> {
-    cg::PLATES.iter().map(plate::Plate::figure).collect()
+pub fn figures_of(experiment: &str) -> Vec<Figure> {
+    match experiment {
+        TABLES => tables::PLATES.iter().map(plate::Plate::figure).collect(),
+        CG => cg::PLATES.iter().map(plate::Plate::figure).collect(),
+        _ => Vec::new(),
+    }
 }
 
 /// Draws every figure that the records in the folder `results` hold data for, and the index page.

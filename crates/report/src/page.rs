@@ -420,7 +420,7 @@ fn iterations(record: &cg::Input) -> Table {
 
 fn variants(record: &cg::Input) -> Table {
     let mut cells = base_cells(record);
-    cells.retain(|c| c.preconditioner == cg::BASE_PRECONDITIONER && c.start == cg::BASE_START);
+    cells.retain(|cell| cg::with_base_solver(cell));
     let variants = names(&VARIANTS, cells.iter().map(|c| c.variant.as_str()));
     let mut header = texts(&CG_HEADER);
     header.extend(variants.iter().map(|v| format!("{v}: per step; energy gain (J)")));

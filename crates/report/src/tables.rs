@@ -47,8 +47,9 @@ pub(crate) const PLATES: &[Plate<Input>] = &[
         file: "tables-cost.svg",
         title: "Where the time of one simulated second goes, on the paper's machine and on ours",
         caption: "One panel for each timed row of the paper's tables 2 and 3. Bars are shares of \
-            the solver's wall time: CG, set-up of the matrix (with the factorisation of the \
-            preconditioner), and the rest (forces, contacts, update). The paper's bar is made of \
+            the solver's wall time: CG (with the updates of the right-hand side inside it), set-up of \
+            the matrix (with the factorisation of the preconditioner), and the rest (forces before the \
+            solve, contacts, update). The paper's bar is made of \
             its printed columns, taken on a MIPS R10000 at 250 MHz. Ours are taken with the matrix \
             kept from step to step or rebuilt in each; the shares come from a pass with a clock \
             around each phase, the time behind the bar is the median of passes without it. Compare \

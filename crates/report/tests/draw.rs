@@ -6,7 +6,7 @@ mod common;
 
 use drape_records::file::write_json;
 use drape_records::{RecordError, cg};
-use drape_report::{ReportError, draw, figures_of_cg, figures_of_tables};
+use drape_report::{ReportError, draw, figures_of};
 use std::collections::BTreeMap;
 use std::path::Path;
 use tempfile::TempDir;
@@ -48,7 +48,7 @@ fn every_figure_and_the_page_are_written() {
                 .unwrap();
         }
     }
-    let figures: Vec<_> = figures_of_tables().into_iter().chain(figures_of_cg()).collect();
+    let figures: Vec<_> = ["tables", "cg-vs-stiffness"].into_iter().flat_map(figures_of).collect();
     assert_eq!(figures.len(), 9);
     assert_eq!(files.len(), 10);
     let page = &files["README.md"];

@@ -23,10 +23,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
 
 /// Runs an experiment and writes its records.
 pub(crate) fn record(experiment: &Experiment, out: &Path, quick: bool) -> anyhow::Result<()> {
-    let figures = match experiment.name {
-        "tables" => drape_report::figures_of_tables(),
-        _ => drape_report::figures_of_cg(),
-    };
+    let figures = drape_report::figures_of(experiment.name);
     let progress = Bars::new(experiment.name);
     let context = Context { out, quick, figures: &figures, progress: &progress };
     for file in experiment.run(&context)? {

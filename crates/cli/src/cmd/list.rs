@@ -39,9 +39,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
                 )?;
             }
         }
-        What::Methods => {
-            methods::all().into_iter().try_for_each(|method| describe(&mut text, method))?
-        }
+        What::Methods => methods::all().try_for_each(|method| describe(&mut text, method))?,
         What::Experiments => {
             for experiment in experiments::all() {
                 writeln!(text, "{}\n    {}", experiment.name, experiment.question)?;

@@ -54,18 +54,27 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         write_json(path, &record)?;
         eprintln!("wrote {}", path.display());
     }
-    print(&summary(&record))?;
-    match outcome.divergence {
-        None => Ok(()),
-        Some(divergence) => Err(Diverged(format!(
-            "{} diverged at step {} (t = {} s): {}; what was recorded until then is kept",
-            choice.full_id(),
-            divergence.step,
-            divergence.time,
-            divergence.criterion
-        ))
-        .into()),
+    if outcome.unconverged > 0 {
+        eprintln!(
+            "drape: warning: in {} of {} steps the solver stopped before its tolerance",
+            outcome.unconverged, outcome.steps
+        );
     }
+    // How the run ended decides the exit code, whatever becomes of the summary.
+    let printed = print(&summary(&record));
+    let Some(divergence) = outcome.divergence else { return printed };
+    let kept = match &arguments.out {
+        Some(path) => format!("what was recorded until then is in {}", path.display()),
+        None => "with --out what was recorded until then is kept".to_owned(),
+    };
+    Err(Diverged(format!(
+        "{} diverged at step {} (t = {} s): {}; {kept}",
+        choice.full_id(),
+        divergence.step,
+        divergence.time,
+        divergence.criterion
+    ))
+    .into())
 }
 
 fn time_span(arguments: &Arguments, input: &Input) -> Result<TimeSpan, Violation> {

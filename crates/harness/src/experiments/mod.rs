@@ -34,6 +34,13 @@ pub struct Context<'a> {
     pub progress: &'a dyn Progress,
 }
 
+impl Context<'_> {
+    /// The command that writes the record of an experiment again.
+    fn command(&self, experiment: &str) -> String {
+        format!("drape experiment {experiment}{}", if self.quick { " --quick" } else { "" })
+    }
+}
+
 /// An experiment.
 pub struct Experiment {
     /// Its name on the command line.
@@ -115,7 +122,12 @@ fn counts(
 
 /// Energy gain for a record, where JSON knows no infinity.
 fn finite(energy: f64) -> f64 {
-    energy.clamp(f64::MIN, f64::MAX)
+    if energy.is_nan() { f64::MAX } else { energy.clamp(f64::MIN, f64::MAX) }
+}
+
+/// An energy gain in prose.
+fn gain(energy: f64) -> String {
+    if energy < f64::MAX { format!("+{} J", short(energy)) } else { "beyond all bounds".to_owned() }
 }
 
 /// A number in prose: three significant digits.

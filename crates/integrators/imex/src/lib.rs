@@ -40,21 +40,23 @@
 //!   this pass", since the printed order can never take that branch). Only `F2` moves to `x_n + h v`: were
 //!   `−L_k x` moved too, `h² L_k v` would count twice.
 //! * `safeguard=robust` (default): each pass minimises a quadratic that lies above the
-//!   [incremental potential](drape_integrator::IncrementalPotential) and touches it at the present `v`, and CG lowers
-//!   that quadratic at every iteration; so the potential falls monotonically. The safeguards keep this
-//!   property alive: the start is the better of `v_n` and the extrapolation; the stop test refers to the
-//!   inertial target instead of `|b|`, which grows like `θ`; reaching the outer cap, or `θ` above
-//!   `newton_above`, continues with Newton; a step that gains energy is never accepted before it has
-//!   converged.
+//!   [incremental potential](drape_integrator::IncrementalPotential) and touches it at the present `v`, and
+//!   CG lowers that quadratic at every iteration; so the potential falls monotonically. The safeguards
+//!   keep this property alive: the start is the better of `v_n` and the extrapolation; the stop test
+//!   refers to the change of velocity that the forces would make in the step, instead of `|b|`, which grows like `θ`
+//!   and with the speed of the whole; reaching the outer cap, or `θ` above `newton_above`, continues
+//!   with Newton; a step that gains energy is solved more tightly until it gains none or has
+//!   converged; and where it can neither, a step of plain IMEX Euler takes its place.
 //!
 //! # What to expect
 //!
 //! *IMEX Euler, solved exactly, never gains energy*, for every `h` and `k`:
 //! `H_{n+1} ≤ H_n − ½‖v_{n+1} − v_n‖²_M − h vᵀ L_c v`. Write `U = ½k|d|² − kℓ|d|`, a difference of convex
 //! functions; the step takes the first part implicitly and the second explicitly (Eyre's splitting). The theorem needs
-//! all stiff springs in the matrix, static pins and conservative external forces. It does not cover
-//! explicit shear or bending springs (a mode is stable while `θ_E < 4 + θ_I`), loose tolerances with the extrapolated start, or
-//! contacts that push out.
+//! all stiff springs in the matrix, full damping, static pins and conservative external forces. It does
+//! not cover projected damping, which the scalar matrix takes as `−L_c v` and corrects explicitly, explicit shear or
+//! bending springs (a mode is stable while `θ_E < 4 + θ_I`), loose tolerances with the extrapolated
+//! start, or contacts that push out.
 //!
 //! *Locking*: a spring at rest length loses transverse velocity by `1/(1+θ)` a step; two particles in free rotation keep
 //! `L_{n+1} = L_n/(1 + θ + η)`, with `θ = 2h²k/m`, `η = 2hc/m`, whatever the amplitude.

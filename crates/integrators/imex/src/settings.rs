@@ -33,7 +33,7 @@ const fn implicit(default: &'static str) -> Setting {
 }
 
 const IMPLICIT_BENEFIT: &str = "conserves linear momentum; solved exactly with all springs implicit \
-     it never gains energy; locks for h²k/m above 1";
+     and full damping it never gains energy; locks for h²k/m above 1";
 
 /// IMEX Euler.
 pub static IMEX_EULER: Method = Method {

@@ -75,6 +75,7 @@ fn row(n: usize, shift: i32) -> Row {
                 outer_passes: v as u64 * 100,
                 newton_iterations: 0,
                 matvecs: ours + 100,
+                unconverged_steps: 0,
                 energy_gain_j: if failed { 3.2e140 } else { 1.5e-12 },
                 verdict: if failed {
                     "diverged"
@@ -136,6 +137,7 @@ pub(crate) fn timings() -> Timings<TimingRow> {
                     steps: 100,
                     samples_ns: vec![9_100_000, 8_900_000, 9_400_000],
                     solver_s: 0.0091 * (n + 1) as f64,
+                    prepare_s: 1e-4,
                     phases_s: Phases {
                         forces: 1.3e-3,
                         matrix_setup: setup,
@@ -212,6 +214,8 @@ fn cell(at: &At) -> cg::Cell {
         cg_per_step: cg_iterations as f64 / steps as f64,
         outer_passes: 0,
         newton_iterations: 0,
+        idle_steps: 0,
+        unconverged_steps: 0,
         energy_gain_j: if verdict == "diverged" { 1e200 } else { 0.0 },
         verdict: verdict.to_owned(),
         portable: true,
@@ -266,6 +270,7 @@ pub(crate) fn cg(quick: bool) -> Record<cg::Facts> {
                     2 => -0.456 / (1.0 + k_over_m / 1e8),
                     _ => -0.456,
                 },
+                unconverged_steps: 0,
                 energy_gain_j: 0.0,
                 verdict: if diverged { "diverged" } else { "stable" }.to_owned(),
                 portable: true,
