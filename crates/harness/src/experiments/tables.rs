@@ -413,7 +413,7 @@ fn capped(rows: &[Row]) -> Option<String> {
         .filter(|(_, cell)| cell.unconverged_steps > 0)
         .map(|(row, cell)| {
             format!(
-                "table {} row {} at ε = {} ({}, {} steps)",
+                "table {} row {} at ε = {} ({}, steps: {})",
                 row.table, row.row, cell.forcing_term, cell.variant, cell.unconverged_steps
             )
         })
