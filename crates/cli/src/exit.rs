@@ -29,7 +29,8 @@ pub(crate) fn code(outcome: anyhow::Result<()>) -> ExitCode {
         // A reader that has seen enough (`drape system … | head`) is no failure.
         Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("drape: {error:#}");
+            // Each message tells its cause itself.
+            eprintln!("drape: {error}");
             ExitCode::from(classify(&error))
         }
     }

@@ -226,6 +226,8 @@ pub struct Counts {
     pub outcome: Outcome,
     /// Greatest rise of the total energy above its start, J; infinite if the run diverged.
     pub energy_gain: f64,
+    /// Greatest rise of the total energy above the least it had before, J.
+    pub energy_climb: f64,
     /// Least potential energy met, J.
     pub least_potential: f64,
     /// Greatest kinetic energy met, J.
@@ -247,17 +249,21 @@ pub fn count(
     let start = simulation.system.total_energy(&simulation.state);
     let mut least_potential = simulation.system.potential_energy(&simulation.state.x);
     let mut greatest_kinetic = simulation.system.kinetic_energy(&simulation.state.v);
-    let mut energy_gain: f64 = 0.0;
+    let (mut energy_gain, mut energy_climb, mut least): (f64, f64, f64) = (0.0, 0.0, start);
     let outcome =
         simulate(&mut simulation, choice, time, Options::default(), |_, system, state| {
             let kinetic = system.kinetic_energy(&state.v);
             let potential = system.potential_energy(&state.x);
             least_potential = least_potential.min(potential);
             greatest_kinetic = greatest_kinetic.max(kinetic);
-            energy_gain = energy_gain.max(kinetic + potential - start);
+            let total = kinetic + potential;
+            energy_gain = energy_gain.max(total - start);
+            least = least.min(total);
+            energy_climb = energy_climb.max(total - least);
         })?;
     if outcome.divergence.is_some() {
-        energy_gain = f64::INFINITY;
+        (energy_gain, energy_climb) = (f64::INFINITY, f64::INFINITY);
     }
-    Ok(Counts { outcome, energy_gain, least_potential, greatest_kinetic, state: simulation.state })
+    let state = simulation.state;
+    Ok(Counts { outcome, energy_gain, energy_climb, least_potential, greatest_kinetic, state })
 }

@@ -176,8 +176,8 @@ pub mod linear_settings {
         key: "solver",
         kind: Kind::Choice(&["cg", "cholesky"]),
         default: "cg",
-        help: "conjugate gradients, or a direct solve by sparse Cholesky, which has no use for \
-               forcing term, preconditioner, norm and start of the linear solve",
+        help: "conjugate gradients, or a direct solve by sparse Cholesky (with contacts: CG to 1e-13, \
+               preconditioned by it); preconditioner, norm and the linear tolerance then do not count",
     };
     /// Whether the matrix is kept.
     pub const MATRIX: Setting = Setting {

@@ -57,6 +57,9 @@ pub struct Cell {
     pub unconverged_steps: u64,
     /// Greatest rise of the total energy above its start, J.
     pub energy_gain_j: f64,
+    /// Greatest rise of the total energy above the least it had before, over the energy that the
+    /// scene sets free.
+    pub energy_climb: f64,
     /// `stable`, `marginal`, `unstable` or `diverged`.
     pub verdict: String,
     /// Same bits on every machine.

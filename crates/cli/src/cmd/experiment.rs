@@ -8,17 +8,23 @@ use std::path::{Path, PathBuf};
 pub(crate) struct Arguments {
     /// Name of the experiment (see `drape list experiments`)
     name: String,
-    /// Folder for the results
-    #[arg(long, default_value = "results")]
-    out: PathBuf,
+    /// Folder for the results [default: results, or results-quick with --quick]
+    #[arg(long)]
+    out: Option<PathBuf>,
     /// Only the quick subset of the cells
     #[arg(long)]
     quick: bool,
 }
 
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    record(find(&arguments.name)?, &arguments.out, arguments.quick)?;
-    super::report::draw(&arguments.out)
+    let out = folder(arguments.out.as_deref(), arguments.quick);
+    record(find(&arguments.name)?, &out, arguments.quick)?;
+    super::report::draw(&out)
+}
+
+/// Where results go: a quick subset never replaces full results unasked.
+pub(crate) fn folder(out: Option<&Path>, quick: bool) -> PathBuf {
+    out.unwrap_or(Path::new(if quick { "results-quick" } else { "results" })).to_owned()
 }
 
 /// Runs an experiment and writes its records.

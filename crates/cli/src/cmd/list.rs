@@ -55,8 +55,8 @@ fn describe(text: &mut String, method: &Method) -> std::fmt::Result {
         Order::Two => 2,
     };
     let class = match method.class {
-        StabilityClass::Dissipative => "dissipative",
-        StabilityClass::Symplectic => "symplectic",
+        StabilityClass::Dissipative => "judged by: energy must not rise",
+        StabilityClass::Symplectic => "judged by: energy must not drift",
     };
     writeln!(
         text,

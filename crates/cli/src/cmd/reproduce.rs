@@ -6,9 +6,9 @@ use std::time::Instant;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// Folder for the results
-    #[arg(long, default_value = "results")]
-    out: PathBuf,
+    /// Folder for the results [default: results, or results-quick with --quick]
+    #[arg(long)]
+    out: Option<PathBuf>,
     /// Only the quick subset of the cells, no timings
     #[arg(long)]
     quick: bool,
@@ -19,18 +19,19 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let begin = Instant::now();
+    let out = super::experiment::folder(arguments.out.as_deref(), arguments.quick);
     let chosen = match arguments.only.as_slice() {
         [] => all().iter().collect(),
         names => names.iter().map(|name| find(name)).collect::<Result<Vec<_>, _>>()?,
     };
     for experiment in chosen {
-        super::experiment::record(experiment, &arguments.out, arguments.quick)?;
+        super::experiment::record(experiment, &out, arguments.quick)?;
     }
-    super::report::draw(&arguments.out)?;
+    super::report::draw(&out)?;
     eprintln!(
         "done in {:.1} s; read {}",
         begin.elapsed().as_secs_f64(),
-        arguments.out.join("README.md").display()
+        out.join("README.md").display()
     );
     Ok(())
 }

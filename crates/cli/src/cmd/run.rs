@@ -139,14 +139,24 @@ fn summary(run: &Run) -> String {
     let energy = |position: Option<&drape_records::run::Sample>| {
         position.and_then(|sample| sample.energy_j.get("total")).copied().unwrap_or(f64::NAN)
     };
+    let totals_of = |sample: &drape_records::run::Sample| sample.energy_j.get("total").copied();
+    let greatest = run.series.iter().filter_map(totals_of).fold(f64::NEG_INFINITY, f64::max);
+    let (whole, rest) = TimeSpan { step_s: run.dt_s, duration_s: run.final_state.time_s }.steps();
+    let steps = match rest {
+        Some(rest) if run.steps > whole => {
+            format!("{whole} steps of {} s and one of {rest} s", run.dt_s)
+        }
+        _ => format!("{} steps of {} s", run.steps, run.dt_s),
+    };
+    let settings: Vec<_> =
+        run.settings.iter().map(|(key, value)| format!("{key}={value}")).collect();
     format!(
-        "{} with {}: {} steps of {} s in {:.3} s\n\
+        "{} with {} ({}): {steps} in {:.3e} s\n\
          CG iterations {}, outer passes {}, Newton iterations {}, matrix products {}, force evaluations {}\n\
-         total energy {:.6} J at the start, {:.6} J at the end\n",
+         total energy {:.6} J at the start, {greatest:.6} J at most, {:.6} J at the end\n",
         run.scene,
         run.method,
-        run.steps,
-        run.dt_s,
+        settings.join(", "),
         totals.seconds,
         totals.cg_iterations,
         totals.outer_passes,

@@ -175,6 +175,7 @@ fn cell(point: &Point, sheet: &Sheet) -> Result<Cell, HarnessError> {
         idle_steps: run.outcome.idle,
         unconverged_steps: run.outcome.unconverged,
         energy_gain_j: finite(run.energy_gain),
+        energy_climb: finite(run.energy_climb / sheet.reference_energy),
         verdict: verdict(&run, sheet.reference_energy).to_owned(),
         portable: choice.is_portable(),
     })
@@ -308,7 +309,7 @@ fn findings(facts: &Facts) -> Vec<String> {
         let ic_last = describe("ic0", "last").unwrap_or_default();
         let none = describe("none", "extrapolated").unwrap_or_default();
         findings.push(format!(
-            "{particles} particles, plain CG, k/m from 1e2 to 1e8: IC(0) with the extrapolated start takes \
+            "{particles} particles, plain CG, iterations a step for k/m from 1e2 to 1e8: IC(0) with the extrapolated start takes \
              {ic}; started at v_n {ic_last}; without preconditioner {none}."
         ));
     }
@@ -337,7 +338,13 @@ fn findings(facts: &Facts) -> Vec<String> {
                 })
                 .collect();
             findings.push(if failed.is_empty() {
-                format!("Updated CG, {name}, {particles} particles: stable over the second at every stiffness that was run.")
+                let last = cells.last().map_or(0.0, |cell| cell.stiffness_over_mass_per_s2);
+                let newton: u64 = cells.iter().map(|cell| cell.newton_iterations).sum();
+                let by = if newton > 0 { ", with Newton's method beyond h²k/m = 100" } else { "" };
+                format!(
+                    "Updated CG, {name}, {particles} particles: stable over the second at every stiffness \
+                     that was run, up to k/m = {last:e}{by}."
+                )
             } else {
                 format!(
                     "Updated CG, {name}, {particles} particles: gains energy at k/m = {}.",
@@ -359,9 +366,9 @@ fn loose_start_finding(facts: &Facts) -> Option<String> {
     let extrapolated = gaining.iter().filter(|c| c.start == "extrapolated").count();
     let most = gaining.first()?;
     Some(format!(
-        "{} of {} runs of plain CG at ε = {FORCING_TERM} gain energy too, {extrapolated} of them with the \
-         extrapolated start; most does n = {}, k/m = {:e}, {}: {}, with {} of {} steps that pass the \
-         test without an iteration and are pure extrapolation.",
+        "{} of {} runs of plain CG at ε = {FORCING_TERM} rise above their start, {extrapolated} of them with \
+         the extrapolated start; the greatest rise, at n = {}, k/m = {:e}, {}, is {}, where {} of {} steps \
+         pass the test without an iteration and are pure extrapolation.",
         gaining.len(),
         plain().count(),
         most.particles,
@@ -381,7 +388,7 @@ fn fall_finding(facts: &Facts) -> Option<String> {
     let reference = at("backward-euler")?;
     let tension = at("imex-updated, tension only").map_or_else(String::new, |m| {
         format!(
-            " With shear left out of the matrix updated CG ends {} ({}).",
+            " With shear left out of the matrix the energy of updated CG rises by {} ({}).",
             gain(m.energy_gain_j),
             m.verdict
         )

@@ -127,7 +127,7 @@ fn finite(energy: f64) -> f64 {
 
 /// An energy gain in prose.
 fn gain(energy: f64) -> String {
-    if energy < f64::MAX { format!("+{} J", short(energy)) } else { "beyond all bounds".to_owned() }
+    if energy < f64::MAX { format!("{} J", short(energy)) } else { "beyond all bounds".to_owned() }
 }
 
 /// A number in prose: three significant digits.

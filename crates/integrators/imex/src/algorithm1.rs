@@ -103,7 +103,7 @@ impl Descent {
     }
 
     /// Minimises from `v`. A result that gains energy is accepted only when it has converged; where that
-    /// cannot be had, the step is one of plain IMEX Euler, which never gains any.
+    /// cannot be had, the step is one of plain IMEX Euler, which with full damping never gains any.
     pub(crate) fn minimise(
         &mut self,
         stage: Stage<'_>,

@@ -28,7 +28,7 @@
 //! until   an update of b needs no CG iteration
 //! ```
 //!
-//! Its fixed point is backward Euler of the whole system.
+//! Its fixed point is backward Euler of the whole system when all springs stand in the matrix.
 //!
 //! # How the code does it
 //!
@@ -55,13 +55,13 @@
 //! functions; the step takes the first part implicitly and the second explicitly (Eyre's splitting). The theorem needs
 //! all stiff springs in the matrix, full damping, static pins and conservative external forces. It does
 //! not cover projected damping, which the scalar matrix takes as `−L_c v` and corrects explicitly, explicit shear or
-//! bending springs (a mode is stable while `θ_E < 4 + θ_I`), loose tolerances with the extrapolated
+//! bending springs (a mode with `θ_E` explicit and `θ_I` implicit is stable while `θ_E < 4 + θ_I`), loose tolerances with the extrapolated
 //! start, or contacts that push out.
 //!
 //! *Locking*: a spring at rest length loses transverse velocity by `1/(1+θ)` a step; two particles in free rotation keep
-//! `L_{n+1} = L_n/(1 + θ + η)`, with `θ = 2h²k/m`, `η = 2hc/m`, whatever the amplitude.
+//! `L_{n+1} = L_n/(1 + θ + η)`, here with `θ = 2h²k/m`, `η = 2hc/m` of the pair, whatever the amplitude.
 //!
-//! *Updated, as printed*: the predictor with a loose `ε` injects energy for `θ ≳ 1/ε`. Explicit springs that the
+//! *Updated, as printed*: the predictor with a loose `ε` injects energy, from `εθ` of some tenths on. Explicit springs that the
 //! matrix does not dominate make updated CG gain energy, hence `implicit=springs` by default there.
 //!
 //! # Symbols

@@ -68,7 +68,8 @@ pub static IMEX_UPDATED: Method = Method {
     order: Order::One,
     class: StabilityClass::Dissipative,
     theory: "its fixed point is backward Euler; the robust form lowers the incremental potential \
-             at every iteration; the paper's form gains energy where ε h²k/m is large",
+             at every iteration; the paper's form may gain energy with a loose ε and the \
+             extrapolated start",
     supports: SUPPORTS,
     settings: &[
         forcing_term("1e-2"),

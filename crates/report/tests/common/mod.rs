@@ -77,6 +77,7 @@ fn row(n: usize, shift: i32) -> Row {
                 matvecs: ours + 100,
                 unconverged_steps: 0,
                 energy_gain_j: if failed { 3.2e140 } else { 1.5e-12 },
+                energy_climb: 0.0,
                 verdict: if failed {
                     "diverged"
                 } else if v == 2 && forcing_term > 0.15 {
@@ -217,6 +218,7 @@ fn cell(at: &At) -> cg::Cell {
         idle_steps: 0,
         unconverged_steps: 0,
         energy_gain_j: if verdict == "diverged" { 1e200 } else { 0.0 },
+        energy_climb: 0.0,
         verdict: verdict.to_owned(),
         portable: true,
     }
