@@ -144,6 +144,7 @@ fn summary(run: &Run) -> String {
     let (whole, rest) = TimeSpan { step_s: run.dt_s, duration_s: run.final_state.time_s }.steps();
     let steps = match rest {
         Some(rest) if run.steps > whole => {
+            let rest = (rest * 1e12).round() * 1e-12; // a difference: its last digits are round-off
             format!("{whole} steps of {} s and one of {rest} s", run.dt_s)
         }
         _ => format!("{} steps of {} s", run.steps, run.dt_s),

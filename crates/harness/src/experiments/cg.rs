@@ -340,7 +340,7 @@ fn findings(facts: &Facts) -> Vec<String> {
             findings.push(if failed.is_empty() {
                 let last = cells.last().map_or(0.0, |cell| cell.stiffness_over_mass_per_s2);
                 let newton: u64 = cells.iter().map(|cell| cell.newton_iterations).sum();
-                let by = if newton > 0 { ", with Newton's method beyond h²k/m = 100" } else { "" };
+                let by = if newton > 0 { format!(", with {newton} Newton iterations in all") } else { String::new() };
                 format!(
                     "Updated CG, {name}, {particles} particles: stable over the second at every stiffness \
                      that was run, up to k/m = {last:e}{by}."
