@@ -1,7 +1,7 @@
 //! Bundled scenes and variations of them, for experiments.
 
 use crate::{HarnessError, Simulation};
-use drape_model::{Cloth, Input, Scene, SceneError, SystemSpec};
+use drape_model::{Cloth, Effects, Input, Scene, SceneError, SpringLaw, SystemSpec};
 
 /// A bundled scene.
 ///
@@ -17,15 +17,18 @@ pub fn bundled(name: &str) -> Result<Scene, HarnessError> {
     }
 }
 
+/// The laws of the springs that the scene names.
+fn spring_laws(scene: &mut Scene) -> impl Iterator<Item = &mut SpringLaw> {
+    let Effects { tension, shear, bending, .. } = &mut scene.effects;
+    [tension, shear, bending].into_iter().flatten()
+}
+
 /// The scene with another stiffness of its tension springs, and of its shear and bending springs in
 /// the same proportion.
 pub(crate) fn with_stiffness(mut scene: Scene, stiffness_over_mass: f64) -> Scene {
     let tension = scene.effects.tension.and_then(|law| law.stiffness_over_mass_per_s2);
     let factor = stiffness_over_mass / tension.unwrap_or(stiffness_over_mass);
-    let effects = &mut scene.effects;
-    for law in
-        [&mut effects.tension, &mut effects.shear, &mut effects.bending].into_iter().flatten()
-    {
+    for law in spring_laws(&mut scene) {
         if let Some(quotient) = &mut law.stiffness_over_mass_per_s2 {
             *quotient *= factor;
         }
@@ -38,10 +41,7 @@ pub(crate) fn with_stiffness(mut scene: Scene, stiffness_over_mass: f64) -> Scen
 
 /// The scene with all damping quotients multiplied.
 pub(crate) fn with_damping_scaled(mut scene: Scene, factor: f64) -> Scene {
-    let effects = &mut scene.effects;
-    for law in
-        [&mut effects.tension, &mut effects.shear, &mut effects.bending].into_iter().flatten()
-    {
+    for law in spring_laws(&mut scene) {
         if let Some(quotient) = &mut law.damping_over_mass_per_s {
             *quotient *= factor;
         }

@@ -137,11 +137,8 @@ impl System {
         }
     }
 
-    /// Replaces the masses, kg.
-    ///
-    /// # Panics
-    /// Does not: a list of another length or with a value that is not positive and finite is
-    /// refused with `false` and changes nothing.
+    /// Replaces the masses, kg. A list of another length, or with a value that is not positive and
+    /// finite, is refused with `false` and changes nothing.
     #[must_use = "false means that nothing was changed"]
     pub fn set_mass(&mut self, mass: &[f64]) -> bool {
         if mass.len() != self.len() || !mass.iter().all(|m| *m > 0.0 && m.is_finite()) {
@@ -156,13 +153,7 @@ impl System {
     /// the factor is not positive and finite.
     #[must_use = "false means that nothing was changed"]
     pub fn scale_stiffness(&mut self, name: &str, factor: f64) -> bool {
-        let changed = factor > 0.0
-            && factor.is_finite()
-            && self
-                .effects
-                .iter_mut()
-                .filter(|effect| effect.name() == name)
-                .any(|effect| effect.scale_stiffness(factor));
+        let changed = self.scale(name, factor, |effect| effect.scale_stiffness(factor));
         if changed {
             self.revisions.stiffness = new_stamp();
         }
@@ -173,17 +164,18 @@ impl System {
     /// such or the factor is not positive and finite.
     #[must_use = "false means that nothing was changed"]
     pub fn scale_damping(&mut self, name: &str, factor: f64) -> bool {
-        let changed = factor > 0.0
-            && factor.is_finite()
-            && self
-                .effects
-                .iter_mut()
-                .filter(|effect| effect.name() == name)
-                .any(|effect| effect.scale_damping(factor));
+        let changed = self.scale(name, factor, |effect| effect.scale_damping(factor));
         if changed {
             self.revisions.damping = new_stamp();
         }
         changed
+    }
+
+    /// Lets `apply` scale the effect called `name`; `false` when there is none such or the factor is
+    /// not positive and finite.
+    fn scale(&mut self, name: &str, factor: f64, apply: impl Fn(&mut dyn Effect) -> bool) -> bool {
+        let mut named = self.effects.iter_mut().filter(|effect| effect.name() == name);
+        factor > 0.0 && factor.is_finite() && named.any(|effect| apply(effect.as_mut()))
     }
 
     /// Pins or frees one particle; `false` when the index is out of range.
