@@ -33,6 +33,7 @@
 
 use drape_model::{Detection, System, Vec3};
 use drape_solvers::{Constraints, Filter};
+use std::convert::Infallible;
 
 /// How far outside the surface a particle still touches it, m.
 const TOUCHING: f64 = 1e-9;
@@ -241,6 +242,33 @@ impl ContactSet {
 }
 
 impl ContactSet {
+    /// Imposes pins and contacts on the velocity that a step without them would give, particle by particle: for
+    /// methods whose velocities are not the solution of a linear system. Contacts that would pull are
+    /// released.
+    pub fn project(
+        &mut self,
+        system: &System,
+        constraints: &mut Constraints,
+        free: &[Vec3],
+        velocity: &mut [Vec3],
+        impulse: &mut [Vec3],
+    ) {
+        let outcome = self.solve(system, constraints, impulse, |constraints, impulse| {
+            velocity.copy_from_slice(free);
+            constraints.impose(velocity);
+            if let Some(impulse) = impulse {
+                for (i, m) in system.mass().iter().enumerate() {
+                    impulse[i] = (velocity[i] - free[i]) * *m;
+                }
+            }
+            Ok::<(), Infallible>(())
+        });
+        match outcome {
+            Ok(()) => {}
+            Err(never) => match never {},
+        }
+    }
+
     /// Takes from particles in contact the velocity that points into the obstacle: for methods
     /// whose forces act after the constraint, where weight would show as a speed of `g h` at rest.
     pub fn stop(&self, v: &mut [Vec3]) {

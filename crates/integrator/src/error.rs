@@ -13,6 +13,21 @@ pub enum PrepareError {
         /// The effect or constraint.
         what: String,
     },
+    /// An operator would need more memory than was allowed; nothing was allocated.
+    #[error(
+        "{method} would need {bytes} bytes for {what}, the limit is {limit}; raise the limit, take fewer \
+         particles or another solver"
+    )]
+    TooLarge {
+        /// Method id.
+        method: &'static str,
+        /// The operator.
+        what: &'static str,
+        /// Memory that it would take.
+        bytes: u64,
+        /// Memory that it may take.
+        limit: u64,
+    },
     /// An operator could not be built.
     #[error("the system matrix cannot be set up: {0}; check stiffness, mass and step size")]
     Solver(#[from] SolverError),

@@ -25,13 +25,20 @@
 //! | [`LaplacianSolver`] | `A = M + τ²L_k + τL_c`, EEH (16)–(18) and (21), with preconditioner and filtered CG | methods with a linear implicit part |
 //! | [`IncrementalPotential`] | `Φ(v)`, whose minimum is an implicit stage | updated CG, Newton |
 //! | [`Newton`] | minimises `Φ`: the nonlinear system (4) by (5), reduced to `3n` unknowns as in section 2.3 | backward Euler, the safeguard of updated CG |
+//! | [`ImplicitStage`] | one stage of an implicit method, under pins and contacts | backward Euler, BDF, the start-up of two-step methods |
+//! | [`History`] | the last levels | multistep methods |
+//! | [`ElongationLimit`] | Provot's correction of over-stretched springs | Provot, Desbrun |
+//! | [`LargestEigenvalue`] | what limits an explicit step | leapfrog |
 //! | [`ContactSet`] | active set of the velocity constraints of section 6 | all |
 //! | [`Predictor`] | start values, EEH (22) | CG methods |
 
 mod clock;
 mod contact;
+mod elongation;
 mod error;
+mod history;
 mod implicit;
+mod kinematics;
 mod linear;
 mod method;
 mod newton;
@@ -40,20 +47,27 @@ mod predictor;
 mod report;
 mod scratch;
 mod settings;
+mod spectrum;
+mod stage;
 mod step_size;
 
 pub use clock::{Phase, PhaseClock};
 pub use contact::ContactSet;
+pub use elongation::{ElongationLimit, SweepOrder};
 pub use error::{PrepareError, StepError};
+pub use history::History;
 pub use implicit::Implicit;
+pub use kinematics::{drift, kick};
 pub use linear::{LaplacianSolver, LinearSettings, PreconditionerKind, SolverKind, Weights};
-pub use method::{Method, Order, StabilityClass, Support, Treatment};
+pub use method::{Method, Order, Quantity, StabilityClass, Support, Treatment};
 pub use newton::{Newton, NewtonReport, NewtonSettings};
 pub use potential::IncrementalPotential;
 pub use predictor::{Predictor, Start};
 pub use report::{SetupCause, Setups, StepReport};
 pub use scratch::Scratch;
 pub use settings::{Kind, Setting, SettingError, Settings, linear_settings};
+pub use spectrum::LargestEigenvalue;
+pub use stage::{ImplicitStage, Stage, StageSettings};
 pub use step_size::{InvalidTimeStep, TimeStep};
 
 pub use drape_solvers::SolveStatus;

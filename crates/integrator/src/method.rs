@@ -21,6 +21,26 @@ pub enum StabilityClass {
     Symplectic,
 }
 
+/// What a method keeps exactly, up to round-off and the tolerance of its solve, on an undamped system of springs
+/// without pins, contacts and external forces.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    /// `Σ m v`.
+    Momentum,
+    /// `Σ m x × v`.
+    AngularMomentum,
+}
+
+impl Quantity {
+    /// Its name in prose.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Momentum => "momentum",
+            Self::AngularMomentum => "angular momentum",
+        }
+    }
+}
+
 /// How a method integrates an effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Treatment {
@@ -75,7 +95,9 @@ pub struct Method {
     pub order: Order,
     /// Which verdict it is held to.
     pub class: StabilityClass,
-    /// What it conserves and what its theory says about stability, in a sentence or two.
+    /// What it conserves exactly.
+    pub conserves: &'static [Quantity],
+    /// What its theory says about stability, in a sentence or two.
     pub theory: &'static str,
     /// What it supports; everything else is refused by name.
     pub supports: &'static [Support],

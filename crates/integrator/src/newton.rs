@@ -187,7 +187,7 @@ impl Newton {
         let mut sink = Sink(&mut self.matrix);
         for effect in potential.implicit().effects(system) {
             effect.add_stiffness(potential.last_positions(), tau * tau, tangent, &mut sink);
-            effect.add_damping(potential.x_star(), tau, &mut sink);
+            effect.add_damping(potential.directions(), tau, &mut sink);
         }
         self.matrix.project(constraints);
     }

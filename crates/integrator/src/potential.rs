@@ -10,18 +10,19 @@ const ROUND_OFF: f64 = 4.0 * f64::EPSILON;
 /// The implicit stage `M (v − v*) = τ f(x* + τ v, v)` as a minimisation over the velocity:
 ///
 /// ```text
-/// Φ(v) = ½‖v − v̂‖²_M + U(x* + τ v) + (τ/2) vᵀ D(x*) v        v̂ = v* + τ M⁻¹ f_frozen
-/// ∇Φ   = M (v − v̂) − τ f_U(x* + τ v) + τ D(x*) v
+/// Φ(v) = ½‖v − v̂‖²_M + U(x* + τ v) + (τ/2) vᵀ D(x̂) v        v̂ = v* + τ M⁻¹ f_frozen
+/// ∇Φ   = M (v − v̂) − τ f_U(x* + τ v) + τ D(x̂) v
 /// ```
 ///
 /// `U` and `D` are those of the implicit effects, everything else is frozen in `v̂`; projected
-/// damping takes its directions at `x*`. Backward Euler is `(τ, x*, v*) = (h, x_n, v_n)`. `Φ` is an
-/// energy, J.
+/// damping takes its directions at `x̂`, which a method of order `p` must choose within `O(h^p)` of the
+/// new positions. Backward Euler is `(τ, x*, v*, x̂) = (h, x_n, v_n, x_n)`. `Φ` is an energy, J.
 #[derive(Debug)]
 pub struct IncrementalPotential {
     implicit: Implicit,
     tau: f64,
     x_star: Vec<Vec3>,
+    directions: Vec<Vec3>,
     target: Vec<Vec3>,
     inverse_mass: Vec<f64>,
     x: Vec<Vec3>,
@@ -42,6 +43,7 @@ impl IncrementalPotential {
             implicit,
             tau: 0.0,
             x_star: zeros(),
+            directions: zeros(),
             target: zeros(),
             inverse_mass: vec![0.0; system.len()],
             x: zeros(),
@@ -55,18 +57,20 @@ impl IncrementalPotential {
         }
     }
 
-    /// Begins a stage. `frozen` is the force of everything that is not implicit, N.
+    /// Begins a stage. `frozen` is the force of everything that is not implicit, N; `directions` are the
+    /// positions `x̂` at which projected damping takes its directions, m.
     pub fn begin(
         &mut self,
         system: &System,
         tau: f64,
-        x_star: &[Vec3],
-        v_star: &[Vec3],
+        (x_star, v_star): (&[Vec3], &[Vec3]),
+        directions: &[Vec3],
         frozen: &[Vec3],
     ) {
         self.tau = tau;
         self.evaluations = 0;
         self.x_star.copy_from_slice(x_star);
+        self.directions.copy_from_slice(directions);
         for (inverse, m) in self.inverse_mass.iter_mut().zip(system.mass()) {
             *inverse = 1.0 / m;
         }
@@ -86,7 +90,7 @@ impl IncrementalPotential {
         self.force.copy_from_slice(frozen);
         for effect in self.implicit.effects(system) {
             effect.add_force(system.mass(), &self.x_star, &mut self.force);
-            effect.add_damping_force(&self.x_star, v_star, &mut self.force);
+            effect.add_damping_force(&self.directions, v_star, &mut self.force);
         }
         self.evaluations += 1;
         self.scale = self.velocity_change(system).max(external);
@@ -140,9 +144,9 @@ impl IncrementalPotential {
         self.tau
     }
 
-    /// Where the stage moves from, m.
-    pub fn x_star(&self) -> &[Vec3] {
-        &self.x_star
+    /// Where projected damping takes its directions, m.
+    pub fn directions(&self) -> &[Vec3] {
+        &self.directions
     }
 
     /// Inertial target `v̂`, m/s.
@@ -184,7 +188,7 @@ impl IncrementalPotential {
         self.force.fill(Vec3::zeros());
         for effect in self.implicit.effects(system) {
             value += effect.energy(system.mass(), &self.x);
-            effect.add_damping_force(&self.x_star, v, &mut self.force);
+            effect.add_damping_force(&self.directions, v, &mut self.force);
         }
         let dissipation: f64 = v.iter().zip(&self.force).map(|(v, f)| v.dot(f)).sum();
         value - 0.5 * self.tau * dissipation
@@ -197,7 +201,7 @@ impl IncrementalPotential {
         self.force.fill(Vec3::zeros());
         for effect in self.implicit.effects(system) {
             effect.add_force(system.mass(), &self.x, &mut self.force);
-            effect.add_damping_force(&self.x_star, v, &mut self.force);
+            effect.add_damping_force(&self.directions, v, &mut self.force);
         }
         for i in 0..v.len() {
             self.gradient[i] =

@@ -69,6 +69,10 @@ pub struct StepReport {
     pub force_evaluations: u32,
     /// Set-ups of cached operators in this step; the first one was made by `prepare`.
     pub setups: Setups,
+    /// Steps inside the step, for methods that divide it; else 1.
+    pub substeps: u32,
+    /// Largest distance by which the method moved a position other than by integrating, m.
+    pub correction: f64,
     /// Residual at the end, relative to what the method's stop test refers to; 0 for explicit
     /// methods.
     pub relative_residual: f64,
@@ -86,6 +90,8 @@ impl Default for StepReport {
             matvecs: 0,
             force_evaluations: 0,
             setups: Setups::default(),
+            substeps: 1,
+            correction: 0.0,
             relative_residual: 0.0,
             solve: SolveStatus::Converged,
         }

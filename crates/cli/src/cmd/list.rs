@@ -63,7 +63,9 @@ fn describe(text: &mut String, method: &Method) -> std::fmt::Result {
         "{}\n    {} ({}), order {order}, {class}",
         method.id, method.name, method.source
     )?;
-    writeln!(text, "    {}", method.theory)?;
+    let conserved: Vec<_> = method.conserves.iter().map(|quantity| quantity.name()).collect();
+    let conserved = if conserved.is_empty() { "nothing".to_owned() } else { conserved.join(", ") };
+    writeln!(text, "    conserves {conserved}; {}", method.theory)?;
     let supports: Vec<_> = method
         .supports
         .iter()

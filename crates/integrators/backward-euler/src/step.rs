@@ -3,10 +3,10 @@
 use crate::settings::{BACKWARD_EULER, BackwardEulerSettings};
 use crate::workspace::Workspace;
 use drape_integrator::{
-    Implicit, Integrator, Method, NewtonSettings, Phase, PhaseClock, PrepareError, Scratch,
-    StepError, StepReport, TimeStep,
+    Integrator, Method, Phase, PhaseClock, PrepareError, Scratch, Stage, StepError, StepReport,
+    TimeStep,
 };
-use drape_model::{State, System, Vec3};
+use drape_model::{State, System};
 
 /// Backward Euler with Newton's method.
 #[derive(Debug)]
@@ -43,37 +43,29 @@ impl Integrator for BackwardEuler {
         let w = self.scratch.ready(system, state)?;
         let h = h.seconds();
         let mut report = StepReport::default();
-        clock.switch(Phase::Forces);
-        w.frozen.fill(Vec3::zeros());
-        Implicit::Everything.add_explicit_forces(system, &state.x, &state.v, &mut w.frozen);
-        w.potential.begin(system, h, &state.x, &state.v, &w.frozen);
-        clock.switch(Phase::Contact);
-        w.contacts.detect(system, &state.x, &state.v, h, &mut w.constraints);
-        clock.switch(Phase::Solve);
-        let settings = NewtonSettings {
-            residual: (self.settings.residual * w.potential.scale()).max(w.potential.round_off()),
-            max_iterations: self.settings.max_iterations,
-        };
         w.predictor.extrapolate(&state.v, h, &mut w.extrapolated);
-        let Workspace { velocity: v, extrapolated, impulse, contacts, constraints, .. } = w;
-        v.copy_from_slice(&state.v);
-        contacts.solve(system, constraints, impulse, |constraints, impulse| {
-            w.potential.choose_start(system, constraints, v, &[extrapolated], true);
-            report += w.newton.minimise(system, &mut w.potential, constraints, v, &settings)?;
-            if let Some(impulse) = impulse {
-                impulse.copy_from_slice(w.potential.gradient(system, v)); // ∇Φ, unfiltered
-            }
-            Ok::<(), StepError>(())
-        })?;
+        let Workspace { stage, extrapolated, predictor, contacts, constraints } = w;
+        let from = (&state.x[..], &state.v[..]);
+        let input = Stage { tau: h, from, lagged: from, velocity: &state.v };
+        let settings = self.settings.stage;
+        // M (v_{n+1} − v_n) = h f(x_n + h v_{n+1}, v_{n+1})
+        stage.solve(
+            system,
+            input,
+            extrapolated,
+            contacts,
+            constraints,
+            settings,
+            clock,
+            &mut report,
+        )?;
         clock.switch(Phase::Update);
-        w.predictor.remember(&state.v, h);
-        state.v.copy_from_slice(&w.velocity);
-        state.x.copy_from_slice(w.potential.positions(&w.velocity)); // x_{n+1} = x_n + h v_{n+1}
-        w.contacts.settle(&mut state.v, |i, v| w.predictor.forget(i, v));
+        predictor.remember(&state.v, h);
+        state.v.copy_from_slice(stage.velocity());
+        state.x.copy_from_slice(stage.positions()); // x_{n+1} = x_n + h v_{n+1}
+        contacts.settle(&mut state.v, |i, v| predictor.forget(i, v));
         state.t += h;
         clock.stop();
-        report.relative_residual = w.potential.relative(report.relative_residual);
-        report.force_evaluations = w.potential.evaluations();
         Ok(report)
     }
 

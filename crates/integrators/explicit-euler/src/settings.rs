@@ -1,7 +1,8 @@
 //! What the two methods are, and their settings.
 
 use drape_integrator::{
-    Kind, Method, Order, Setting, SettingError, Settings, StabilityClass, Support, Treatment,
+    Kind, Method, Order, Quantity, Setting, SettingError, Settings, StabilityClass, Support,
+    Treatment,
 };
 
 const SUPPORTS: &[Support] = &[
@@ -20,7 +21,8 @@ pub static EXPLICIT_EULER: Method = Method {
     source: "EEH (2) with k = 1",
     order: Order::One,
     class: StabilityClass::Dissipative,
-    theory: "conserves linear momentum; stable only if h²k/m ≤ hd/m, so never without damping",
+    conserves: &[Quantity::Momentum],
+    theory: "stable only if h²k/m ≤ hd/m, so never without damping",
     supports: SUPPORTS,
     settings: &[],
 };
@@ -32,7 +34,8 @@ pub static SYMPLECTIC_EULER: Method = Method {
     source: "the explicit part of Provot 1995",
     order: Order::One,
     class: StabilityClass::Symplectic,
-    theory: "conserves linear and, undamped, angular momentum; stable if h²λ + 2hδ < 4",
+    conserves: &[Quantity::Momentum, Quantity::AngularMomentum],
+    theory: "its energy stays close to the true one; stable if h²λ + 2hδ < 4",
     supports: SUPPORTS,
     settings: &[Setting {
         key: "damping",

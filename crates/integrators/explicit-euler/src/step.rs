@@ -4,10 +4,9 @@ use crate::settings::{DampingTreatment, EXPLICIT_EULER, SYMPLECTIC_EULER, Symple
 use crate::workspace::Workspace;
 use drape_integrator::{
     Implicit, Integrator, Method, Phase, PhaseClock, PrepareError, Scratch, StepError, StepReport,
-    TimeStep,
+    TimeStep, drift, kick,
 };
 use drape_model::{State, System, Vec3};
-use std::convert::Infallible;
 
 /// Explicit (forward) Euler.
 #[derive(Debug, Default)]
@@ -26,39 +25,6 @@ impl SymplecticEuler {
     /// The method with its settings.
     pub fn new(settings: SymplecticSettings) -> Self {
         Self { settings, scratch: Scratch::default() }
-    }
-}
-
-/// `v ← v + h M⁻¹ f`.
-fn kick(system: &System, h: f64, force: &[Vec3], v: &mut [Vec3]) {
-    for ((v, f), m) in v.iter_mut().zip(force).zip(system.mass()) {
-        *v += f * (h / m);
-    }
-}
-
-/// `x ← x + h v`.
-fn drift(h: f64, v: &[Vec3], x: &mut [Vec3]) {
-    for (x, v) in x.iter_mut().zip(v) {
-        *x += v * h;
-    }
-}
-
-/// Imposes pins and contacts on a velocity; contacts that would pull are released.
-fn constrain(w: &mut Workspace, system: &System) {
-    let Workspace { free_velocity, velocity, impulse, contacts, constraints, .. } = w;
-    let outcome = contacts.solve(system, constraints, impulse, |constraints, impulse| {
-        velocity.copy_from_slice(free_velocity);
-        constraints.impose(velocity);
-        if let Some(impulse) = impulse {
-            for i in 0..velocity.len() {
-                impulse[i] = (velocity[i] - free_velocity[i]) * system.mass()[i];
-            }
-        }
-        Ok::<(), Infallible>(())
-    });
-    match outcome {
-        Ok(()) => {}
-        Err(never) => match never {},
     }
 }
 
@@ -87,7 +53,7 @@ impl Integrator for ExplicitEuler {
         clock.switch(Phase::Contact);
         w.contacts.detect(system, &state.x, &state.v, h, &mut w.constraints);
         w.free_velocity.copy_from_slice(&state.v);
-        constrain(w, system);
+        w.project(system);
         clock.switch(Phase::Update);
         drift(h, &w.velocity, &mut state.x); // x_{n+1} = x_n + h v_n
         state.v.copy_from_slice(&w.velocity);
@@ -160,7 +126,7 @@ impl Integrator for SymplecticEuler {
             clock.switch(Phase::Update);
             w.free_velocity.copy_from_slice(&state.v);
             kick(system, h, &w.force, &mut w.free_velocity); // v_{n+1} = v_n + h M⁻¹ f_n
-            constrain(w, system);
+            w.project(system);
         }
         clock.switch(Phase::Update);
         state.v.copy_from_slice(&w.velocity);

@@ -45,4 +45,10 @@ impl Workspace {
             damping: implicit_damping.then(solver).transpose()?,
         })
     }
+
+    /// `velocity` from `free_velocity`, pins and contacts.
+    pub(crate) fn project(&mut self, system: &System) {
+        let Self { free_velocity, velocity, impulse, contacts, constraints, .. } = self;
+        contacts.project(system, constraints, free_velocity, velocity, impulse);
+    }
 }

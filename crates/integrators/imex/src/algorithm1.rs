@@ -84,7 +84,7 @@ impl Descent {
 
     /// Begins a step.
     pub(crate) fn begin(&mut self, system: &System, state: &State, h: f64, frozen: &[Vec3]) {
-        self.potential.begin(system, h, &state.x, &state.v, frozen);
+        self.potential.begin(system, h, (&state.x, &state.v), &state.x, frozen);
     }
 
     /// Puts the better of `v` and `other` into `v`.

@@ -1,8 +1,8 @@
 //! What the two methods are, and their settings.
 
 use drape_integrator::{
-    Implicit, Kind, LinearSettings, Method, Order, Setting, SettingError, Settings, StabilityClass,
-    Start, Support, Treatment, linear_settings as linear,
+    Implicit, Kind, LinearSettings, Method, Order, Quantity, Setting, SettingError, Settings,
+    StabilityClass, Start, Support, Treatment, linear_settings as linear,
 };
 
 const SUPPORTS: &[Support] = &[
@@ -32,7 +32,7 @@ const fn implicit(default: &'static str) -> Setting {
     }
 }
 
-const IMPLICIT_BENEFIT: &str = "conserves linear momentum; solved exactly with all springs implicit \
+const IMPLICIT_BENEFIT: &str = "solved exactly with all springs implicit \
      and full damping it never gains energy; locks for h²k/m above 1";
 
 /// IMEX Euler.
@@ -42,6 +42,7 @@ pub static IMEX_EULER: Method = Method {
     source: "EEH (19)-(21)",
     order: Order::One,
     class: StabilityClass::Dissipative,
+    conserves: &[Quantity::Momentum],
     theory: IMPLICIT_BENEFIT,
     supports: SUPPORTS,
     settings: &[
@@ -67,6 +68,7 @@ pub static IMEX_UPDATED: Method = Method {
     source: "EEH Algorithm 1",
     order: Order::One,
     class: StabilityClass::Dissipative,
+    conserves: &[Quantity::Momentum],
     theory: "its fixed point is backward Euler; the robust form lowers the incremental potential \
              at every iteration; the paper's form may gain energy with a loose ε and the \
              extrapolated start",

@@ -101,6 +101,13 @@ pub trait LinearSplit {
     /// the graph Laplacians, EEH (16) and (17).
     fn visit_weights(&self, visit: &mut dyn FnMut(usize, usize, f64, f64));
 
+    /// Calls `visit(i, j, ℓ)` with the rest length of each spring, m.
+    fn visit_rest_lengths(&self, visit: &mut dyn FnMut(usize, usize, f64));
+
+    /// Calls `visit(i, j, k̃)` with the secant stiffness `k̃ = k (1 − ℓ/L)` of each spring at `x`, N/m,
+    /// which is negative where the spring is compressed: its force is `−k̃ (x_i − x_j)` exactly.
+    fn visit_secants(&self, x: &[Vec3], visit: &mut dyn FnMut(usize, usize, f64));
+
     /// Adds `F2`, EEH (13), N: what is left of the conservative force when `−L_k x` is taken out.
     fn add_nonlinear_force(&self, x: &[Vec3], out: &mut [Vec3]);
 

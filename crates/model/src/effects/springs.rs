@@ -183,6 +183,21 @@ impl LinearSplit for LinearSprings {
         }
     }
 
+    fn visit_rest_lengths(&self, visit: &mut dyn FnMut(usize, usize, f64)) {
+        for s in &self.springs {
+            let (i, j) = s.ends();
+            visit(i, j, s.rest_length);
+        }
+    }
+
+    fn visit_secants(&self, x: &[Vec3], visit: &mut dyn FnMut(usize, usize, f64)) {
+        for s in &self.springs {
+            let (i, j) = s.ends();
+            let length = (x[i] - x[j]).norm();
+            visit(i, j, s.stiffness * (1.0 - s.rest_over_length(length)));
+        }
+    }
+
     /// `F2_i = +k ℓ û`: constant in size, the negative of EEH (13).
     #[doc(alias = "EEH 13")]
     fn add_nonlinear_force(&self, x: &[Vec3], out: &mut [Vec3]) {

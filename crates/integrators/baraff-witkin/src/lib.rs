@@ -1,0 +1,1 @@
+//! Baraff and Witkin's linearised implicit step.

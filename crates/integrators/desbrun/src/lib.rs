@@ -1,0 +1,1 @@
+//! Desbrun, Schröder and Barr's precomputed inverse.

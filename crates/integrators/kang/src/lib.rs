@@ -1,0 +1,1 @@
+//! Kang, Choi and Cho's neighbour-corrected sweep.

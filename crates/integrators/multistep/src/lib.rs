@@ -1,0 +1,1 @@
+//! Adams-Bashforth and BDF methods of up to three steps.

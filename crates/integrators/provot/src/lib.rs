@@ -1,0 +1,1 @@
+//! Provot's symplectic Euler with a limit on elongation.

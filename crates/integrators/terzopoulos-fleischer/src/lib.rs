@@ -1,0 +1,1 @@
+//! Terzopoulos and Fleischer's semi-implicit step with secant stiffness.
