@@ -3,14 +3,32 @@
 //! # Spin of two free particles
 //!
 //! Two particles of mass `m` on a spring; `d` and `v` are their relative position and velocity,
-//! `θ = 2h²k/m`, `η = 2hc/m` with *full* damping. The angular momentum about the common centre is
-//! `½ m d × v`. Since the spring pulls along `d`, each method multiplies it by a number per step that
-//! can be read off its formulas; [`spin`] has them. The exact solution multiplies it by `e^{−δh}`.
+//! `w = hv`, `θ = 2h²k/m`, `η = 2hc/m` with *full* damping. The angular momentum about the common
+//! centre is `½ m d × v`. Since the spring pulls along `d`, each one-step method multiplies it by a
+//! number per step that can be read off its formulas; [`spin`] has them. The exact solution multiplies
+//! it by `e^{−δh}`.
+//!
+//! Where `d' = d + w'`, `d' × w' = d × w'`, and any part of `w'` along `d` falls out. Backward Euler,
+//! which pulls along `d'`, needs `d × w = d' × w − w' × w` besides. Provot's method is symplectic Euler
+//! until its limit of elongation becomes active, which changes the velocities.
+//!
+//! Linear multistep methods mix several levels and have no such number. A step of BDF-k is one of
+//! backward Euler with `τ = h b_0/a_0` from the combinations `X* = −Σ_{j≥1} a_j x_{n+1−j}/a_0` and `V*`
+//! likewise; so `d' × v'` is the [factor of backward Euler](spin::backward_euler), at `(τ/h)² θ` and
+//! `(τ/h) η`, times `X* × V*`.
+//!
+//! # Free fall
+//!
+//! Under gravity alone every method gives a known discrete parabola: [`free_fall`] in closed form,
+//! [`constant_acceleration`] for any multistep method from any start.
 
+use crate::recurrence::Multistep;
 use drape_model::Vec3;
 
 /// Factor by which one step multiplies the angular momentum of two free particles.
 pub mod spin {
+    use crate::recurrence::{jacobi_of_pair, power};
+
     /// Explicit Euler: `1 − η + θ (1 − ℓ/L_n)`. It grows in tension.
     pub fn explicit_euler(theta: f64, eta: f64, rest_over_length_before: f64) -> f64 {
         1.0 - eta + theta * (1.0 - rest_over_length_before)
@@ -26,12 +44,35 @@ pub mod spin {
         1.0 / (1.0 + eta)
     }
 
-    /// Backward Euler: `1/(1 + η + θ (1 − ℓ/L_{n+1}))`. It decays in tension, grows in compression.
-    pub fn backward_euler(theta: f64, eta: f64, rest_over_length_after: f64) -> f64 {
-        1.0 / (1.0 + eta + theta * (1.0 - rest_over_length_after))
+    /// Leapfrog with Crank–Nicolson damping: `(1 − ½η)/(1 + ½η)`, whatever the spring does; exactly 1
+    /// without damping.
+    ///
+    /// The first half kick multiplies `d × w` by `1 − ½η`, the drift `d' = d + w½` keeps `d × w½`, the
+    /// second half kick divides by `1 + ½η`.
+    pub fn leapfrog(eta: f64) -> f64 {
+        (1.0 - 0.5 * eta) / (1.0 + 0.5 * eta)
     }
 
-    /// IMEX Euler: `1/(1 + θ + η)`, whatever the spring does: the law of its locking.
+    /// Backward Euler: `1/(1 + η + θ (1 − ℓ/L_{n+1}))`. It decays in tension, grows in compression.
+    ///
+    /// Baraff–Witkin, one Newton step from the old state, has `L_n` instead; where it cuts off negative
+    /// transverse stiffness, pass at most 1 for `ℓ/L_n`.
+    pub fn backward_euler(theta: f64, eta: f64, rest_over_length: f64) -> f64 {
+        1.0 / (1.0 + eta + theta * (1.0 - rest_over_length))
+    }
+
+    /// Implicit midpoint: `(1 − ε)/(1 + ε)`, `ε = ½η/(1 + ¼θ (1 − ℓ/L_m))` with the length `L_m` of
+    /// `½ (d + d')`; exactly 1 without damping, and with damping *projected* on that direction.
+    ///
+    /// `d' × w' − d × w = d_m × (w' − w) + (d' − d) × w_m = −η d_m × w_m` and
+    /// `½ (d' × w' + d × w) = d_m × w_m + ¼ (d' − d) × (w' − w)`.
+    pub fn implicit_midpoint(theta: f64, eta: f64, rest_over_length_middle: f64) -> f64 {
+        let loss = 0.5 * eta / (1.0 + 0.25 * theta * (1.0 - rest_over_length_middle));
+        (1.0 - loss) / (1.0 + loss)
+    }
+
+    /// IMEX Euler: `1/(1 + θ + η)`, whatever the spring does: the law of its locking. Desbrun's
+    /// predictor, without the correction of torques, obeys it too.
     pub fn imex_euler(theta: f64, eta: f64) -> f64 {
         1.0 / (1.0 + theta + eta)
     }
@@ -41,26 +82,132 @@ pub mod spin {
     pub fn imex_euler_projected_damping(theta: f64, eta: f64) -> f64 {
         (1.0 + eta) / (1.0 + theta + eta)
     }
+
+    /// Terzopoulos–Fleischer: `(1 − ½η)/(1 + ½η + θ (1 − ℓ/L_n))`, with the secant stiffness of the old
+    /// length. Where negative secants are cut off, pass at most 1 for `ℓ/L_n`.
+    pub fn terzopoulos_fleischer(theta: f64, eta: f64, rest_over_length_before: f64) -> f64 {
+        (1.0 - 0.5 * eta) / (1.0 + 0.5 * eta + theta * (1.0 - rest_over_length_before))
+    }
+
+    /// Terzopoulos–Fleischer with *projected* damping, of which half of the linear part stands in the
+    /// matrix and the remainder at level `n`: `(1 + ½η)/(1 + ½η + θ (1 − ℓ/L_n))`.
+    pub fn terzopoulos_fleischer_projected_damping(
+        theta: f64,
+        eta: f64,
+        rest_over_length_before: f64,
+    ) -> f64 {
+        (1.0 + 0.5 * eta) / (1.0 + 0.5 * eta + theta * (1.0 - rest_over_length_before))
+    }
+
+    /// Kang's step after `sweeps` corrections by the neighbours: `1 − φ (θ + η)/(1 + θ + η)` with
+    /// `φ = 1 − γ^{sweeps+1}`, `γ = −a/(1+a)`, `a = ½ (θ + η)`.
+    ///
+    /// Kang's formula (`sweeps = 1`) gives `(1 + a²)/(1 + a)²`, which is never below ½ and tends to 1 for
+    /// very stiff springs. The predictor alone gives `(1 − a)/(1 + a)`: it reverses the rotation for
+    /// `a > 1`.
+    pub fn kang(theta: f64, eta: f64, sweeps: u32) -> f64 {
+        1.0 - kang_share(theta, eta, sweeps) * (theta + eta)
+    }
+
+    /// Kang's step with *projected* damping, of which the linear part stands in the matrix and the
+    /// remainder at level `n`: `1 − φ θ/(1 + θ + η)`.
+    pub fn kang_projected_damping(theta: f64, eta: f64, sweeps: u32) -> f64 {
+        1.0 - kang_share(theta, eta, sweeps) * theta
+    }
+
+    /// `φ/(1 + θ + η)`.
+    fn kang_share(theta: f64, eta: f64, sweeps: u32) -> f64 {
+        let jacobi = jacobi_of_pair(0.5 * theta, 0.5 * eta);
+        (1.0 - power(jacobi, sweeps)) / (1.0 + theta + eta)
+    }
 }
 
-/// Which velocity moves the positions.
+/// Which velocities move the positions in free fall.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Drift {
     /// The old one: explicit Euler.
     OldVelocity,
-    /// The new one: all the other Euler methods.
+    /// The new one: all the other Euler methods, Terzopoulos–Fleischer, Kang.
     NewVelocity,
+    /// The mean of both, which is exact: leapfrog, implicit midpoint; and, as long as their first
+    /// steps are exact (as those of Heun's method, the trapezoidal rule and implicit midpoint are),
+    /// all multistep methods of order 2 and 3.
+    MeanVelocity,
+    /// The mean of both, after a first step of backward Euler: CNAB2, MCNAB2.
+    MeanAfterBackwardEuler,
+    /// BDF2 and SBDF2 after a first step of backward Euler.
+    Bdf2AfterBackwardEuler,
+    /// CNLF after a first step of backward Euler, at a constant step size.
+    CnlfAfterBackwardEuler,
 }
 
-/// Position and velocity after `steps` steps of free fall: the discrete parabola
-/// `x_0 + n h v_0 + ½ n (n ∓ 1) h² g`, `v_0 + n h g`.
+impl Drift {
+    /// How far the position after `n` steps is from `x_0 + n h v_0 + ½ n² h² g`, in units of `h² g`.
+    fn error(self, n: u32) -> f64 {
+        let half = 0.5 * f64::from(n);
+        // A multistep method of order 2 makes no error of its own here and carries on the first one,
+        // which is ½ h² g, by the roots of Σ a_j ζ^{k−j}: 1 for CNAB2, 1 and 1/3 for BDF2, ±1 for CNLF.
+        match self {
+            Self::OldVelocity => -half,
+            Self::NewVelocity => half,
+            Self::MeanVelocity => 0.0,
+            Self::MeanAfterBackwardEuler => 0.5 * f64::from(n.min(1)),
+            Self::Bdf2AfterBackwardEuler => 0.75 * (1.0 - 3.0_f64.powi(-(n.min(64) as i32))),
+            Self::CnlfAfterBackwardEuler => 0.5 * f64::from(n % 2),
+        }
+    }
+}
+
+/// Position and velocity after `steps` steps of free fall, `v_0 + n h g` and the discrete parabola
+/// `x_0 + n h v_0 + (½ n² + e_n) h² g`:
+///
+/// | drift | `e_n` |
+/// |---|---|
+/// | [`OldVelocity`](Drift::OldVelocity), [`NewVelocity`](Drift::NewVelocity) | `−½ n`, `½ n` |
+/// | [`MeanVelocity`](Drift::MeanVelocity) | 0 |
+/// | [`MeanAfterBackwardEuler`](Drift::MeanAfterBackwardEuler) | `½` from the first step on |
+/// | [`Bdf2AfterBackwardEuler`](Drift::Bdf2AfterBackwardEuler) | `¾ (1 − 3^{−n})` |
+/// | [`CnlfAfterBackwardEuler`](Drift::CnlfAfterBackwardEuler) | `½` after an odd number of steps, else 0 |
 pub fn free_fall(drift: Drift, x: Vec3, v: Vec3, g: Vec3, h: f64, steps: u32) -> (Vec3, Vec3) {
     let n = f64::from(steps);
-    let other = match drift {
-        Drift::OldVelocity => n - 1.0,
-        Drift::NewVelocity => n + 1.0,
-    };
-    (x + v * (n * h) + g * (0.5 * n * other * h * h), v + g * (n * h))
+    (x + v * (n * h) + g * ((0.5 * n * n + drift.error(steps)) * h * h), v + g * (n * h))
+}
+
+/// Position and velocity of a linear multistep method on `x'' = g` after `steps` more steps of size `h`.
+///
+/// `history` has the levels that are there, newest first, at least as many as the method has steps:
+/// give it the actual first steps. With uneven steps call it for one step at a time. The part to which
+/// gravity belongs does not matter, since in each the weights add up to the same.
+///
+/// ```
+/// use drape_model::Vec3;
+/// use drape_oracle::{laws::constant_acceleration, recurrence::Multistep};
+/// let (g, h) = (-Vec3::z(), 0.5);
+/// let level = |t: f64| (g * (0.5 * t * t), g * t);
+/// let ab2 = Multistep::adams_bashforth(&[1.0]);
+/// assert_eq!(constant_acceleration(&ab2, &[level(0.5), level(0.0)], g, h, 7), level(4.0));
+/// ```
+pub fn constant_acceleration(
+    method: &Multistep,
+    history: &[(Vec3, Vec3)],
+    g: Vec3,
+    h: f64,
+    steps: u32,
+) -> (Vec3, Vec3) {
+    let Multistep { a, b, c } = method;
+    let mut levels: Vec<_> = history[..a.len() - 1].to_vec();
+    for _ in 0..steps {
+        let (mut x, mut v) = (Vec3::zeros(), Vec3::zeros());
+        for (j, (x_old, v_old)) in levels.iter().enumerate() {
+            x += v_old * (h * b[j + 1]) - x_old * a[j + 1];
+            v += g * (h * c[j + 1]) - v_old * a[j + 1];
+        }
+        v /= a[0];
+        x = (x + v * (h * b[0])) / a[0];
+        levels.rotate_right(1);
+        levels[0] = (x, v);
+    }
+    levels[0]
 }
 
 /// Lengths at rest of the springs of a hanging chain, top first, m: each carries the weight of all
@@ -82,22 +229,5 @@ pub fn hanging_chain(masses: &[f64], stiffness: &[f64], rest_length: &[f64], g: 
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_parabola_is_what_repeated_steps_give() {
-        let (g, h) = (Vec3::new(0.0, 1.0, -9.81), 0.25);
-        for drift in [Drift::OldVelocity, Drift::NewVelocity] {
-            let (x0, v0) = (Vec3::new(1.0, 2.0, 3.0), Vec3::new(-1.0, 0.5, 4.0));
-            let (mut x, mut v) = (x0, v0);
-            for steps in 1..10 {
-                let old = v;
-                v += g * h;
-                x += h * if drift == Drift::OldVelocity { old } else { v };
-                let (expected_x, expected_v) = free_fall(drift, x0, v0, g, h, steps);
-                assert!((x - expected_x).norm() < 1e-13 && (v - expected_v).norm() < 1e-13);
-            }
-        }
-    }
-}
+#[path = "laws_tests.rs"]
+mod tests;

@@ -9,7 +9,7 @@
 //!
 //! | module | statement | holds to |
 //! |---|---|---|
-//! | [`recurrence`] | on the damped oscillator a step is a known 2 × 2 matrix | round-off |
+//! | [`recurrence`] | on the damped oscillator a step is a known 2 × 2 matrix, or one a level | round-off |
 //! | [`laws`] | spin of two particles, free fall, lengths of a hanging chain | round-off |
 //! | [`finite_difference`] | force = −∇energy, stiffness = −∂f/∂x, damping = −∂f/∂v | about 1e-9 |
 //! | [`mod@reference`] | the solution of the differential equation itself | a stated error |

@@ -7,7 +7,7 @@ pub enum SolverError {
     #[error(
         "the matrix is not positive definite: row {row} has {}; shorten the step, add mass to the \
          diagonal or leave the indefinite part of the Jacobian out",
-        PivotText(*pivot)
+        PivotText(*pivot, "a pivot that is not positive")
     )]
     NotPositiveDefinite {
         /// Row of the matrix as handed in (no permutation): a particle for a
@@ -16,6 +16,34 @@ pub enum SolverError {
         row: usize,
         /// The pivot, where the factorisation tells it; the sparse Cholesky library does not.
         pivot: Option<f64>,
+    },
+    /// A pivot of a factorisation of an indefinite matrix was zero, not a number, or too small to
+    /// leave correct digits.
+    #[error(
+        "the matrix is singular, or cannot be factored without exchanging rows: row {row} has {}; \
+         change the step size, add mass to the diagonal or leave the indefinite part of the \
+         Jacobian out",
+        PivotText(*pivot, "a pivot that is zero or not finite")
+    )]
+    Singular {
+        /// Row of the matrix as handed in (no permutation): a particle for a
+        /// [`ScalarMatrix`](crate::ScalarMatrix); 3 × particle + coordinate for a
+        /// [`BlockMatrix`](crate::BlockMatrix).
+        row: usize,
+        /// The pivot, where the factorisation tells it; for one that is zero or overflowed the sparse
+        /// Cholesky library does not.
+        pivot: Option<f64>,
+    },
+    /// A dense matrix would take more memory than allowed. Nothing was allocated.
+    #[error(
+        "the dense inverse needs {bytes} bytes, and {limit} are allowed; raise the limit, take fewer \
+         particles, or use a sparse factorisation or conjugate gradients"
+    )]
+    TooLarge {
+        /// Bytes needed; `u64::MAX` stands for that and more.
+        bytes: u64,
+        /// Bytes allowed.
+        limit: u64,
     },
     /// The matrix has other non-zero positions than the one the factor was made for.
     #[error(
@@ -48,14 +76,14 @@ pub enum SolverError {
     },
 }
 
-/// Words for a pivot that may be unknown.
-struct PivotText(Option<f64>);
+/// A pivot, or words for one that is unknown.
+struct PivotText(Option<f64>, &'static str);
 
 impl std::fmt::Display for PivotText {
     fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self.0 {
             Some(pivot) => write!(out, "the pivot {pivot:e}"),
-            None => write!(out, "a pivot that is not positive"),
+            None => out.write_str(self.1),
         }
     }
 }

@@ -97,6 +97,23 @@ pub(crate) fn random_blocks(
     a
 }
 
+/// A matrix of pushing and pulling springs in random directions, mostly indefinite.
+pub(crate) fn indefinite_blocks(
+    n: usize,
+    edges: &[(usize, usize)],
+    random: &mut Random,
+) -> BlockMatrix {
+    let mut a = BlockMatrix::with_pattern(n, edges.iter().copied());
+    for i in 0..n {
+        a.add_diagonal(i, &(0.5 * Mat3::identity()));
+    }
+    for &(i, j) in edges {
+        let d = random.vector();
+        a.add_pair(i, j, &(random.unit() * Mat3::identity() + d * d.transpose()));
+    }
+    a
+}
+
 pub(crate) fn diagonal(values: &[f64]) -> ScalarMatrix {
     let mut a = ScalarMatrix::with_pattern(values.len(), []);
     for (i, &value) in values.iter().enumerate() {
@@ -123,4 +140,12 @@ pub(crate) fn dense_filter(constraints: &Constraints) -> DMatrix<f64> {
 
 pub(crate) fn flat(x: &[Vec3]) -> DVector<f64> {
     DVector::from_iterator(3 * x.len(), x.iter().flat_map(|v| [v.x, v.y, v.z]))
+}
+
+/// How many eigenvalues of a symmetric matrix are negative, unless some are so small, as a part of
+/// the largest, that their sign is not certain.
+pub(crate) fn negative_eigenvalues(a: DMatrix<f64>, certain: f64) -> Option<usize> {
+    let eigenvalues = a.symmetric_eigenvalues();
+    (eigenvalues.amin() > certain * eigenvalues.amax())
+        .then(|| eigenvalues.iter().filter(|&&value| value < 0.0).count())
 }

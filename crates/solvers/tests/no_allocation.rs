@@ -63,6 +63,8 @@ fn preconditioned_solves_and_updates_allocate_nothing() {
     let mut jacobi = Jacobi::new(&a);
     let mut incomplete = IncompleteCholesky::new(&a);
     let mut complete = CompleteCholesky::new(&a).unwrap();
+    let mut ldlt = CompleteLdlt::new(&a).unwrap();
+    let mut dense = DenseInverse::new(&a, usize::MAX).unwrap();
     let mut constraints = Constraints::free(N);
     let mut workspace = PcgWorkspace::new(N);
     let free = vec![true; N];
@@ -75,14 +77,17 @@ fn preconditioned_solves_and_updates_allocate_nothing() {
         jacobi.update(&a).unwrap();
         incomplete.update(&a, Some(&free)).unwrap();
         complete.update(&a, Some(&free)).unwrap();
+        ldlt.update(&a, Some(&free)).unwrap();
+        ldlt.solve(&b, &mut x);
+        dense.update(&a, Some(&free)).unwrap();
         for i in 0..N {
             constraints.set(i, Filter::Fixed, Vec3::x());
         }
         constraints.clear();
         constraints.set(0, Filter::Fixed, Vec3::x());
         constraints.set(7, Filter::Plane { normal: Vec3::z() }, Vec3::z());
-        let preconditioners: [&dyn Preconditioner; 4] =
-            [&Identity, &jacobi, &incomplete, &complete];
+        let preconditioners: [&dyn Preconditioner; 5] =
+            [&Identity, &jacobi, &incomplete, &complete, &dense];
         for p in preconditioners {
             x.fill(Vec3::zeros());
             let report = filtered_pcg(
@@ -111,6 +116,7 @@ fn direct_solves_and_refactorisations_allocate_nothing() {
         let edges = sheet(side);
         let mut a = BlockMatrix::with_pattern(n, edges.iter().copied());
         let mut cholesky = BlockCholesky::new(&a).unwrap();
+        let mut ldlt = BlockLdlt::new(&a).unwrap();
         let mut block_jacobi = BlockJacobi::new(&a);
         let mut constraints = Constraints::free(n);
         let direction = Vec3::x();
@@ -123,9 +129,83 @@ fn direct_solves_and_refactorisations_allocate_nothing() {
             block_jacobi.update(&a).unwrap();
             cholesky.factorise(&a).unwrap();
             cholesky.solve(&b, &mut x);
+            ldlt.factorise(&a).unwrap();
+            ldlt.solve(&b, &mut x);
         };
         let first = allocations(&mut factor_and_solve);
         let second = allocations(&mut factor_and_solve);
         assert_eq!((first, second), (0, 0), "{n} particles");
     }
+}
+
+/// Tests run in threads of their own, so here no other operator has been there before.
+#[test]
+fn the_first_indefinite_factorisation_by_supernodes_allocates_nothing() {
+    let n = 4 * N;
+    let edges = sheet(2 * SIDE);
+    let mut a = BlockMatrix::with_pattern(n, edges.iter().copied());
+    fill_blocks(&mut a, &edges);
+    a.add_diagonal(7, &(-40.0 * Mat3::identity()));
+    let mut ldlt = BlockLdlt::new(&a).unwrap();
+    let b = vec![Vec3::y(); n];
+    let mut x = vec![Vec3::zeros(); n];
+    let count = allocations(|| {
+        ldlt.factorise(&a).unwrap();
+        ldlt.solve(&b, &mut x);
+    });
+    assert_eq!(count, 0);
+    assert!(ldlt.negative_pivots() > Some(0));
+}
+
+#[test]
+fn the_first_dense_inverse_allocates_nothing_and_a_failed_one_neither() {
+    for side in [2, 10, 30] {
+        let edges = sheet(side);
+        let n = side * side;
+        let mut a = ScalarMatrix::with_pattern(n, edges.iter().copied());
+        for &(i, j) in &edges {
+            a.add_edge(i, j, 10.0);
+        }
+        for i in 0..n {
+            a.add_diagonal(i, 1.0);
+        }
+        let mut bad = a.clone();
+        bad.add_diagonal(n - 1, -1000.0);
+        let mut dense = DenseInverse::new(&a, usize::MAX).unwrap();
+        let r = vec![Vec3::y(); n];
+        let mut z = r.clone();
+        let count = allocations(|| {
+            dense.update(&a, None).unwrap();
+            dense.update(&bad, None).unwrap_err();
+            dense.apply(&r, &mut z);
+        });
+        assert_eq!(count, 0, "{n} rows");
+    }
+}
+
+#[test]
+fn a_dense_inverse_allocates_what_it_says_it_needs() {
+    for n in [1, 10, 333] {
+        let a = ScalarMatrix::with_pattern(n, []);
+        // The first one in a thread also lets the library allocate what it keeps.
+        drop(DenseInverse::new(&a, usize::MAX).unwrap());
+        let taken = allocation_counter::measure(|| {
+            drop(DenseInverse::new(&a, usize::MAX).unwrap());
+        });
+        assert_eq!(taken.bytes_total, DenseInverse::bytes_needed(n), "{n} rows");
+    }
+}
+
+#[test]
+fn a_dense_inverse_that_is_too_large_is_refused_before_anything_is_allocated() {
+    let n = 1_000_000;
+    let a = ScalarMatrix::with_pattern(n, []);
+    let limit = 1 << 40;
+    let count = allocations(|| {
+        let error = DenseInverse::new(&a, limit).unwrap_err();
+        let bytes = DenseInverse::bytes_needed(n);
+        assert_eq!(error, SolverError::TooLarge { bytes, limit: limit as u64 });
+        assert!(bytes > 16_000_000_000_000);
+    });
+    assert_eq!(count, 0);
 }

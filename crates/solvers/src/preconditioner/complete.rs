@@ -1,11 +1,9 @@
 //! Complete sparse Cholesky factorisation of a scalar matrix.
 
-use faer::sparse::linalg::SupernodalThreshold;
-use faer::sparse::linalg::cholesky::SymbolicCholeskyRaw;
-
-use super::{Preconditioner, Rows};
-use crate::pattern::Pattern;
-use crate::sparse_llt::SparseLlt;
+use super::Preconditioner;
+use crate::rows::Rows;
+use crate::scalar_factor::ScalarFactor;
+use crate::sparse_factor::Kind;
 use crate::{ScalarMatrix, SolverError, Vec3};
 
 /// `P = A⁻¹` up to round-off, from `A = L Lᵀ` with fill and a fill-reducing order of the rows (AMD).
@@ -14,13 +12,7 @@ use crate::{ScalarMatrix, SolverError, Vec3};
 /// the factored one, and quickly while it is near. One factor serves the three coordinates.
 #[derive(Debug)]
 pub struct CompleteCholesky {
-    /// The pattern that the factor was made for.
-    pattern: Pattern,
-    llt: SparseLlt,
-    /// `L` by columns; the first entry of a column is its diagonal entry.
-    starts: Vec<u32>,
-    /// The row of `A` that each entry of `L` belongs to, so that vectors need no permutation.
-    rows: Vec<u32>,
+    factor: ScalarFactor,
 }
 
 impl CompleteCholesky {
@@ -29,29 +21,7 @@ impl CompleteCholesky {
     /// # Errors
     /// [`SolverError::Factorisation`] when the factor does not fit into memory.
     pub fn new(a: &ScalarMatrix) -> Result<Self, SolverError> {
-        let pattern = a.pattern().clone();
-        let mut starts = vec![0];
-        let mut columns = Vec::new();
-        for j in 0..a.n() {
-            columns.extend_from_slice(&pattern.columns()[pattern.lower(j)]);
-            columns.push(j as u32);
-            starts.push(columns.len() as u32);
-        }
-        // The simplicial factor is plain columns, which `apply` can sweep itself.
-        let llt = SparseLlt::new(starts, columns, SupernodalThreshold::FORCE_SIMPLICIAL)?;
-        let SymbolicCholeskyRaw::Simplicial(factor) = llt.symbolic().raw() else {
-            unreachable!("a simplicial factorisation was asked for");
-        };
-        Ok(Self {
-            starts: factor.col_ptr().to_vec(),
-            rows: factor
-                .row_idx()
-                .iter()
-                .map(|&row| llt.original_row(row as usize) as u32)
-                .collect(),
-            pattern,
-            llt,
-        })
+        Ok(Self { factor: ScalarFactor::new(a, Kind::Llt)? })
     }
 
     /// Factors `a`. Rows that `free` says are not free keep their diagonal entry alone.
@@ -63,46 +33,18 @@ impl CompleteCholesky {
     /// # Panics
     /// When `free` has not one flag a row.
     pub fn update(&mut self, a: &ScalarMatrix, free: Option<&[bool]>) -> Result<(), SolverError> {
-        self.pattern.check(a.pattern())?;
-        let rows = Rows::new(free, a.n());
-        let upper = (0..a.n()).flat_map(|j| {
-            let (columns, values) = a.row(j);
-            columns.iter().zip(values).take_while(move |&(&i, _)| i as usize <= j).map(
-                move |(&i, &value)| {
-                    if i as usize == j || rows.coupled(i as usize, j) { value } else { 0.0 }
-                },
-            )
-        });
-        self.llt.factorise(upper)
+        self.factor.update(a, Rows::new(free, a.n()))
     }
 }
 
 impl Preconditioner for CompleteCholesky {
     /// Solves `L y = r` column by column, then `Lᵀ z = y` row by row, in place.
     fn apply(&self, r: &[Vec3], z: &mut [Vec3]) {
-        let n = self.pattern.n();
-        assert_eq!(r.len(), n, "one vector a row");
-        assert_eq!(z.len(), n, "one vector a row");
+        assert_eq!(r.len(), self.factor.n(), "one vector a row");
+        assert_eq!(z.len(), self.factor.n(), "one vector a row");
         z.copy_from_slice(r);
-        let Some(factor) = self.llt.factor() else {
-            return;
-        };
-        let column = |j: usize| self.starts[j] as usize..self.starts[j + 1] as usize;
-        for j in 0..n {
-            let (rows, values) = (&self.rows[column(j)], &factor[column(j)]);
-            let y = z[rows[0] as usize] / values[0];
-            z[rows[0] as usize] = y;
-            for (&i, &value) in rows[1..].iter().zip(&values[1..]) {
-                z[i as usize] -= y * value;
-            }
-        }
-        for j in (0..n).rev() {
-            let (rows, values) = (&self.rows[column(j)], &factor[column(j)]);
-            let mut sum = z[rows[0] as usize];
-            for (&i, &value) in rows[1..].iter().zip(&values[1..]) {
-                sum -= z[i as usize] * value;
-            }
-            z[rows[0] as usize] = sum / values[0];
+        if self.factor.factored() {
+            self.factor.solve_in_place(z);
         }
     }
 }

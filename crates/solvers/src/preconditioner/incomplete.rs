@@ -1,8 +1,9 @@
 //! Incomplete Cholesky factorisation without fill, IC(0).
 
+use super::Preconditioner;
 use super::jacobi::is_pivot;
-use super::{Preconditioner, Rows};
 use crate::pattern::Pattern;
+use crate::rows::Rows;
 use crate::{ScalarMatrix, SolverError, Vec3};
 
 /// `P = (L Lᵀ)⁻¹`, where the lower triangle `L` has non-zeros only where `A` has and `L Lᵀ = A`

@@ -1,4 +1,4 @@
-//! Preconditioners: cheap approximations of the inverse matrix.
+//! Preconditioners: approximations of the inverse matrix, from cheap ones to the inverse itself.
 //!
 //! Throughout, `P ≈ A⁻¹` and a preconditioner is *applied*: `z = P r`. (Baraff & Witkin 1998 define
 //! `P` by `Pᵢᵢ = 1/Aᵢᵢ` and then apply `P⁻¹`; only one of the two can be meant.)
@@ -13,10 +13,12 @@
 //! solved.
 
 mod complete;
+mod dense;
 mod incomplete;
 mod jacobi;
 
 pub use complete::CompleteCholesky;
+pub use dense::DenseInverse;
 pub use incomplete::IncompleteCholesky;
 pub use jacobi::{BlockJacobi, Jacobi};
 
@@ -38,23 +40,5 @@ pub struct Identity;
 impl Preconditioner for Identity {
     fn apply(&self, r: &[Vec3], z: &mut [Vec3]) {
         z.copy_from_slice(r);
-    }
-}
-
-/// Which rows take part: all, unless a mask says otherwise.
-#[derive(Clone, Copy)]
-struct Rows<'a>(Option<&'a [bool]>);
-
-impl<'a> Rows<'a> {
-    fn new(free: Option<&'a [bool]>, n: usize) -> Self {
-        if let Some(mask) = free {
-            assert_eq!(mask.len(), n, "one flag a row");
-        }
-        Self(free)
-    }
-
-    /// Whether the coupling of rows `i` and `j` is kept.
-    fn coupled(self, i: usize, j: usize) -> bool {
-        self.0.is_none_or(|free| free[i] && free[j])
     }
 }

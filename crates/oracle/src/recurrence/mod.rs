@@ -1,0 +1,25 @@
+//! One step of each method on the oscillator `x'' = −κx − δx'`, as matrices.
+//!
+//! A one-step method of step size `h` maps `(x, w = hv)` to `A (x, w)` with a matrix that depends on
+//! `θ = h²κ` and `η = hδ` only; a `k`-step method does so with one matrix for each of `k` earlier
+//! levels ([`Recurrence`]). A method that does not reproduce its matrices to round-off is another
+//! method.
+//!
+//! On a system of springs of rest length 0 each eigenmode of the graph Laplacian is such an
+//! oscillator. With a rest length above 0 the motion along an anchored spring is, offset by it; the
+//! small motion across a spring of length `L` is one with `θ (1 − ℓ/L)`, of which the
+//! implicit-explicit methods take `θ` implicitly and `−θ ℓ/L` explicitly.
+
+mod multistep;
+mod one_step;
+
+pub use multistep::{Multistep, Recurrence, adams_bashforth, bdf};
+pub use one_step::{
+    Amplification, backward_euler, desbrun, explicit_euler, imex_euler, implicit_midpoint,
+    kang_anchored, kang_mode, kang_pair, leapfrog, spectral_radius, symplectic_euler,
+    symplectic_euler_implicit_damping, terzopoulos_fleischer,
+};
+pub(crate) use one_step::{jacobi_of_pair, power};
+
+#[cfg(test)]
+mod golden_tests;

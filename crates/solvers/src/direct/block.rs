@@ -1,0 +1,427 @@
+//! The direct solvers for block matrices.
+
+use faer::sparse::linalg::SupernodalThreshold;
+
+use crate::pattern::Pattern;
+use crate::sparse_factor::{Kind, SparseFactor};
+use crate::{BlockMatrix, SolverError, Vec3};
+
+/// Sparse Cholesky factorisation `A = L Lᵀ` of a positive definite [`BlockMatrix`] as a scalar
+/// 3n×3n matrix.
+///
+/// [`new`](Self::new) finds a fill-reducing order (AMD), the pattern of the factor, and whether it
+/// pays to work on dense panels (supernodes). [`factorise`](Self::factorise) and
+/// [`solve`](Self::solve) then allocate nothing (in another thread than that of `new`, supernodes
+/// take one small buffer once). To solve under constraints, factor a matrix that
+/// was [projected](BlockMatrix::project).
+///
+/// ```
+/// use drape_solvers::{BlockCholesky, BlockMatrix, Mat3, Vec3};
+/// # fn main() -> Result<(), drape_solvers::SolverError> {
+/// let mut a = BlockMatrix::with_pattern(1, []);
+/// a.add_diagonal(0, &(4.0 * Mat3::identity()));
+/// let mut cholesky = BlockCholesky::new(&a)?;
+/// cholesky.factorise(&a)?;
+/// let mut x = [Vec3::zeros()];
+/// cholesky.solve(&[Vec3::new(4.0, 8.0, 12.0)], &mut x);
+/// assert_eq!(x[0], Vec3::new(1.0, 2.0, 3.0));
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Debug)]
+pub struct BlockCholesky {
+    factor: BlockFactor,
+}
+
+impl BlockCholesky {
+    /// Analyses the pattern of `a`; its values do not matter.
+    ///
+    /// # Errors
+    /// [`SolverError::Factorisation`] when the factor does not fit into memory.
+    pub fn new(a: &BlockMatrix) -> Result<Self, SolverError> {
+        Ok(Self { factor: BlockFactor::new(a, Kind::Llt, SupernodalThreshold::AUTO)? })
+    }
+
+    /// Factors `a`, of which the lower triangle is read.
+    ///
+    /// # Errors
+    /// [`SolverError::NotPositiveDefinite`]; [`SolverError::PatternChanged`] when `a` has another
+    /// pattern than the matrix given to [`new`](Self::new). After the former there is no factor;
+    /// both leave this solver ready for the next matrix.
+    pub fn factorise(&mut self, a: &BlockMatrix) -> Result<(), SolverError> {
+        self.factor.factorise(a)
+    }
+
+    /// `x ← A⁻¹ rhs`, with the matrix of the last [`factorise`](Self::factorise).
+    ///
+    /// # Panics
+    /// When there was no successful factorisation, or a length is not the number of particles.
+    pub fn solve(&mut self, rhs: &[Vec3], x: &mut [Vec3]) {
+        self.factor.solve(rhs, x);
+    }
+}
+
+/// Sparse factorisation `A = L D Lᵀ` of a [`BlockMatrix`] that may be indefinite, as a scalar 3n×3n
+/// matrix.
+///
+/// The sibling of [`BlockCholesky`]; [`CompleteLdlt`](super::CompleteLdlt) says what the
+/// factorisation can and cannot do. The constrained directions of a
+/// [projected](BlockMatrix::project) matrix have positive pivots.
+///
+/// ```
+/// use drape_solvers::{BlockLdlt, BlockMatrix, Mat3, Vec3};
+/// # fn main() -> Result<(), drape_solvers::SolverError> {
+/// let mut a = BlockMatrix::with_pattern(1, []);
+/// a.add_diagonal(0, &Mat3::from_diagonal(&Vec3::new(4.0, -2.0, 1.0)));
+/// let mut ldlt = BlockLdlt::new(&a)?;
+/// ldlt.factorise(&a)?;
+/// assert_eq!(ldlt.negative_pivots(), Some(1));
+/// let mut x = [Vec3::zeros()];
+/// ldlt.solve(&[Vec3::new(4.0, 4.0, 4.0)], &mut x);
+/// assert_eq!(x[0], Vec3::new(1.0, -2.0, 4.0));
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Debug)]
+pub struct BlockLdlt {
+    factor: BlockFactor,
+}
+
+impl BlockLdlt {
+    /// Analyses the pattern of `a`; its values do not matter.
+    ///
+    /// # Errors
+    /// [`SolverError::Factorisation`] when the factor does not fit into memory.
+    pub fn new(a: &BlockMatrix) -> Result<Self, SolverError> {
+        Ok(Self { factor: BlockFactor::new(a, Kind::Ldlt, SupernodalThreshold::AUTO)? })
+    }
+
+    /// Factors `a`, of which the lower triangle is read.
+    ///
+    /// # Errors
+    /// [`SolverError::Singular`]; [`SolverError::PatternChanged`] when `a` has another pattern than
+    /// the matrix given to [`new`](Self::new). After the former there is no factor; both leave this
+    /// solver ready for the next matrix.
+    pub fn factorise(&mut self, a: &BlockMatrix) -> Result<(), SolverError> {
+        self.factor.factorise(a)
+    }
+
+    /// `x ← A⁻¹ rhs`, with the matrix of the last [`factorise`](Self::factorise).
+    ///
+    /// # Panics
+    /// When there was no successful factorisation, or a length is not the number of particles.
+    pub fn solve(&mut self, rhs: &[Vec3], x: &mut [Vec3]) {
+        self.factor.solve(rhs, x);
+    }
+
+    /// How many scalar pivots are negative, which is how many eigenvalues of `A` are; none without
+    /// a factor.
+    pub fn negative_pivots(&self) -> Option<usize> {
+        self.factor.factor.negative_pivots()
+    }
+}
+
+/// What the two factorisations share.
+#[derive(Debug)]
+struct BlockFactor {
+    /// The pattern that the factor was made for.
+    pattern: Pattern,
+    factor: SparseFactor,
+    /// The right-hand side, and then the solution, as scalars.
+    scalars: Vec<f64>,
+}
+
+impl BlockFactor {
+    /// Analyses the pattern of `a`. From the flop ratio `threshold` on, supernodes are used.
+    fn new(
+        a: &BlockMatrix,
+        kind: Kind,
+        threshold: SupernodalThreshold,
+    ) -> Result<Self, SolverError> {
+        let pattern = a.pattern().clone();
+        let mut starts = vec![0];
+        let mut rows = Vec::new();
+        for j in 0..a.n() {
+            for coordinate in 0..3 {
+                for slot in pattern.lower(j) {
+                    let i = pattern.column(slot);
+                    rows.extend((0..3).map(|k| (3 * i + k) as u32));
+                }
+                rows.extend((0..=coordinate).map(|k| (3 * j + k) as u32));
+                starts.push(rows.len() as u32);
+            }
+        }
+        Ok(Self {
+            pattern,
+            factor: SparseFactor::new(kind, starts, rows, threshold)?,
+            scalars: vec![0.0; 3 * a.n()],
+        })
+    }
+
+    fn factorise(&mut self, a: &BlockMatrix) -> Result<(), SolverError> {
+        self.pattern.check(a.pattern())?;
+        let (pattern, blocks) = (&self.pattern, a.blocks());
+        // Column (j, c) of the upper triangle is row (j, c) of the lower one.
+        let upper = (0..a.n()).flat_map(|j| {
+            (0..3).flat_map(move |c| {
+                let left = pattern
+                    .lower(j)
+                    .flat_map(move |slot| (0..3).map(move |k| blocks[slot][(c, k)]));
+                let corner = &blocks[pattern.diagonal(j)];
+                left.chain((0..=c).map(move |k| corner[(c, k)]))
+            })
+        });
+        self.factor.factorise(upper)
+    }
+
+    fn solve(&mut self, rhs: &[Vec3], x: &mut [Vec3]) {
+        assert_eq!(rhs.len(), self.pattern.n(), "one vector a block row");
+        assert_eq!(x.len(), self.pattern.n(), "one vector a block row");
+        for (scalars, v) in self.scalars.chunks_exact_mut(3).zip(rhs) {
+            scalars.copy_from_slice(v.as_slice());
+        }
+        self.factor.solve_in_place(&mut self.scalars);
+        for (v, scalars) in x.iter_mut().zip(self.scalars.chunks_exact(3)) {
+            v.copy_from_slice(scalars);
+        }
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
+mod tests {
+    use super::*;
+    use crate::test_support::{
+        Random, dense_blocks, flat, graph, grid_edges, indefinite_blocks, negative_eigenvalues,
+        random_blocks, random_filter,
+    };
+    use crate::{Constraints, LinearOperator, Mat3};
+    use proptest::prelude::*;
+
+    const COLUMNS: SupernodalThreshold = SupernodalThreshold::FORCE_SIMPLICIAL;
+    const PANELS: SupernodalThreshold = SupernodalThreshold::FORCE_SUPERNODAL;
+
+    fn both_ways(a: &BlockMatrix, kind: Kind) -> [BlockFactor; 2] {
+        [COLUMNS, PANELS].map(|threshold| BlockFactor::new(a, kind, threshold).unwrap())
+    }
+
+    proptest! {
+        #[test]
+        fn all_factors_solve_like_a_dense_one((n, edges) in graph(10)) {
+            let mut random = Random::new(17);
+            let a = random_blocks(n, &edges, &mut random);
+            let b = random.vectors(n);
+            let expected = dense_blocks(&a).cholesky().unwrap().solve(&flat(&b));
+            for kind in [Kind::Llt, Kind::Ldlt] {
+                for mut factor in both_ways(&a, kind) {
+                    factor.factorise(&a).unwrap();
+                    let mut x = random.vectors(n);
+                    factor.solve(&b, &mut x);
+                    prop_assert!((flat(&x) - &expected).norm() < 1e-11);
+                }
+            }
+        }
+
+        #[test]
+        fn indefinite_matrices_are_solved_and_their_inertia_is_counted(
+            (n, edges) in graph(10),
+            seed in 0..1_000_000_u64,
+        ) {
+            let mut random = Random::new(seed);
+            let a = indefinite_blocks(n, &edges, &mut random);
+            let dense = dense_blocks(&a);
+            let b = random.vectors(n);
+            for mut factor in both_ways(&a, Kind::Ldlt) {
+                if let Err(error) = factor.factorise(&a) {
+                    // A small pivot can turn up by chance.
+                    let singular = matches!(error, SolverError::Singular { .. });
+                    prop_assert!(singular);
+                    continue;
+                }
+                let mut x = random.vectors(n);
+                factor.solve(&b, &mut x);
+                let residual = &dense * flat(&x) - flat(&b);
+                // What the largest growth that is let through may cost.
+                prop_assert!(residual.norm() < 1e-6 * dense.norm() * flat(&x).norm());
+                if let Some(negative) = negative_eigenvalues(dense.clone(), 1e-6) {
+                    prop_assert_eq!(factor.factor.negative_pivots(), Some(negative));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_grid_is_solved_to_round_off_and_refactored_in_place() {
+        let n = 144;
+        let mut random = Random::new(18);
+        let edges = grid_edges(12);
+        let mut cholesky = None;
+        for _ in 0..3 {
+            let a = random_blocks(n, &edges, &mut random);
+            let cholesky = cholesky.get_or_insert_with(|| BlockCholesky::new(&a).unwrap());
+            cholesky.factorise(&a).unwrap();
+            let x = random.vectors(n);
+            let (mut b, mut solution) = (x.clone(), x.clone());
+            a.multiply(&x, &mut b);
+            cholesky.solve(&b, &mut solution);
+            assert!((flat(&solution) - flat(&x)).norm() < 1e-12 * flat(&x).norm());
+        }
+    }
+
+    #[test]
+    fn an_indefinite_grid_is_solved_to_round_off() {
+        let n = 144;
+        let mut random = Random::new(21);
+        let edges = grid_edges(12);
+        let pattern = BlockMatrix::with_pattern(n, edges.iter().copied());
+        for mut factor in both_ways(&pattern, Kind::Ldlt) {
+            for _ in 0..3 {
+                let a = indefinite_blocks(n, &edges, &mut random);
+                let dense = dense_blocks(&a);
+                factor.factorise(&a).unwrap();
+                let b = random.vectors(n);
+                let mut x = random.vectors(n);
+                factor.solve(&b, &mut x);
+                let residual = &dense * flat(&x) - flat(&b);
+                assert!(residual.norm() < 1e-11 * dense.norm() * flat(&x).norm());
+                let negative = negative_eigenvalues(dense, 1e-9).unwrap();
+                assert!(negative > 50);
+                assert_eq!(factor.factor.negative_pivots(), Some(negative));
+            }
+        }
+    }
+
+    #[test]
+    fn an_indefinite_matrix_is_refused_by_cholesky_and_the_next_one_is_solved() {
+        let mut random = Random::new(19);
+        let good = random_blocks(16, &grid_edges(4), &mut random);
+        for mut cholesky in both_ways(&good, Kind::Llt) {
+            for value in [-100.0, f64::NAN, f64::INFINITY] {
+                let mut bad = good.clone();
+                bad.add_diagonal(5, &(value * Mat3::identity()));
+                let error = cholesky.factorise(&bad).unwrap_err();
+                assert!(matches!(error, SolverError::NotPositiveDefinite { .. }));
+            }
+            cholesky.factorise(&good).unwrap();
+            let x = random.vectors(16);
+            let (mut b, mut solution) = (x.clone(), x.clone());
+            good.multiply(&x, &mut b);
+            cholesky.solve(&b, &mut solution);
+            assert!((flat(&solution) - flat(&x)).norm() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_singular_matrix_is_refused_and_the_next_one_is_solved() {
+        let mut random = Random::new(22);
+        let good = indefinite_blocks(16, &grid_edges(4), &mut random);
+        // No masses: translations cost nothing.
+        let mut bad = BlockMatrix::with_pattern(16, grid_edges(4));
+        for (i, j) in grid_edges(4) {
+            let d = random.vector();
+            bad.add_pair(i, j, &(random.unit() * Mat3::identity() + d * d.transpose()));
+        }
+        for mut ldlt in both_ways(&good, Kind::Ldlt) {
+            let error = ldlt.factorise(&bad).unwrap_err();
+            assert!(matches!(error, SolverError::Singular { pivot: Some(_), .. }), "{error:?}");
+            assert_eq!(ldlt.factor.negative_pivots(), None);
+            ldlt.factorise(&good).unwrap();
+            let x = random.vectors(16);
+            let (mut b, mut solution) = (x.clone(), x.clone());
+            good.multiply(&x, &mut b);
+            ldlt.solve(&b, &mut solution);
+            assert!((flat(&solution) - flat(&x)).norm() < 1e-11);
+        }
+    }
+
+    #[test]
+    fn the_row_of_a_bad_pivot_is_named() {
+        for row in 0..12 {
+            for (kind, bad) in [(Kind::Llt, -1.0), (Kind::Llt, 0.0), (Kind::Ldlt, 0.0)] {
+                let mut a = BlockMatrix::with_pattern(4, [(0, 1), (2, 3)]);
+                for i in 0..4 {
+                    let mut block = Mat3::identity();
+                    if i == row / 3 {
+                        block[(row % 3, row % 3)] = bad;
+                    }
+                    a.add_diagonal(i, &block);
+                }
+                for mut factor in both_ways(&a, kind) {
+                    let expected = match kind {
+                        Kind::Llt => SolverError::NotPositiveDefinite { row, pivot: None },
+                        Kind::Ldlt => SolverError::Singular { row, pivot: None },
+                    };
+                    assert_eq!(factor.factorise(&a).unwrap_err(), expected);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_row_of_a_pivot_lost_in_round_off_is_named() {
+        // The lower right 2×2 of a block is singular but for a rounding error.
+        let third = 1.0 / 3.0;
+        let singular = Mat3::new(1.0, 0.0, 0.0, 0.0, 3.0, 1.0, 0.0, 1.0, third + 1e-16);
+        let mut a = BlockMatrix::with_pattern(3, []);
+        for i in 0..3 {
+            a.add_diagonal(i, &if i == 1 { singular } else { Mat3::identity() });
+        }
+        for mut factor in both_ways(&a, Kind::Ldlt) {
+            let error = factor.factorise(&a).unwrap_err();
+            assert!(matches!(error, SolverError::Singular { row: 4 | 5, .. }), "{error:?}");
+        }
+    }
+
+    #[test]
+    fn a_projected_matrix_gives_a_solution_that_obeys_the_constraints() {
+        let n = 16;
+        let mut random = Random::new(20);
+        let mut definite = random_blocks(n, &grid_edges(4), &mut random);
+        let mut indefinite = indefinite_blocks(n, &grid_edges(4), &mut random);
+        let mut constraints = Constraints::free(n);
+        for i in 0..n {
+            constraints.set(i, random_filter(&mut random), Vec3::zeros());
+        }
+        let mut b = random.vectors(n);
+        constraints.project(&mut b);
+        for (kind, a) in [(Kind::Llt, &mut definite), (Kind::Ldlt, &mut indefinite)] {
+            let unprojected = a.clone();
+            a.project(&constraints);
+            let mut factor = BlockFactor::new(a, kind, SupernodalThreshold::AUTO).unwrap();
+            factor.factorise(a).unwrap();
+            let mut x = random.vectors(n);
+            factor.solve(&b, &mut x);
+            let mut filtered = x.clone();
+            constraints.project(&mut filtered);
+            assert!((flat(&filtered) - flat(&x)).norm() < 1e-12);
+            let mut residual = b.clone();
+            unprojected.multiply(&x, &mut residual);
+            constraints.project(&mut residual);
+            assert!((flat(&residual) - flat(&b)).norm() < 1e-11);
+        }
+    }
+
+    #[test]
+    fn another_pattern_is_refused() {
+        let a = BlockMatrix::with_pattern(3, [(0, 1)]);
+        let other = BlockMatrix::with_pattern(3, [(0, 2)]);
+        let error = BlockCholesky::new(&a).unwrap().factorise(&other).unwrap_err();
+        assert!(matches!(error, SolverError::PatternChanged { .. }));
+        let error = BlockLdlt::new(&a).unwrap().factorise(&other).unwrap_err();
+        assert!(matches!(error, SolverError::PatternChanged { .. }));
+    }
+
+    #[test]
+    #[should_panic(expected = "solve needs a factorisation that succeeded")]
+    fn solving_without_a_factor_is_refused() {
+        let a = BlockMatrix::with_pattern(1, []);
+        BlockCholesky::new(&a).unwrap().solve(&[Vec3::zeros()], &mut [Vec3::zeros()]);
+    }
+
+    #[test]
+    #[should_panic(expected = "solve needs a factorisation that succeeded")]
+    fn solving_without_an_indefinite_factor_is_refused() {
+        let a = BlockMatrix::with_pattern(1, []);
+        BlockLdlt::new(&a).unwrap().solve(&[Vec3::zeros()], &mut [Vec3::zeros()]);
+    }
+}
