@@ -1,11 +1,54 @@
 //! Scenes and runs that several of the tests across crates share.
 
+pub mod equations;
+
 use drape_harness::methods::Choice;
 use drape_integrator::{Integrator, PhaseClock, StepReport, TimeStep};
 use drape_model::{
     Cloth, DampingLaw, Effects, EffectsSpec, GravitySpec, Grid, ParticlesSpec, Pin, PinSpec, Scene,
     SpringEffect, SpringLaw, SpringSpec, State, System, SystemSpec, TimeSpan, Vec3,
 };
+
+/// Every method, with settings that lead through different code.
+pub const METHODS: [&str; 37] = [
+    "explicit-euler",
+    "symplectic-euler",
+    "symplectic-euler:damping=implicit",
+    "leapfrog",
+    "leapfrog:solver=cholesky",
+    "leapfrog:step=auto",
+    "provot",
+    "provot:limit=1e-3,sweeps=4,order=alternating,velocity=positions-only",
+    "adams-bashforth2",
+    "adams-bashforth2:steps=3",
+    "backward-euler",
+    "bdf2",
+    "bdf2:steps=1",
+    "bdf2:steps=3",
+    "terzopoulos-fleischer",
+    "terzopoulos-fleischer:clamp=true",
+    "baraff-witkin",
+    "baraff-witkin:hessian=raw,norm=euclid,preconditioner=none",
+    "baraff-witkin:solver=cholesky,contact=position,implicit=tension",
+    "desbrun",
+    "desbrun:inverse=dense,torque=literal",
+    "desbrun:torque=none,inverse_dynamics=true,limit=1e-3",
+    "kang",
+    "kang:sweeps=5",
+    "imex-euler",
+    "imex-euler:solver=cholesky,implicit=springs",
+    "imex-euler:preconditioner=jacobi,norm=preconditioned,start=last",
+    "imex-updated",
+    "imex-updated:newton_above=0",
+    "imex-updated:safeguard=paper",
+    "imex-updated:solver=cholesky",
+    "imex-sbdf2",
+    "imex-sbdf2:solver=cholesky",
+    "imex-cnab2",
+    "imex-mcnab2",
+    "imex-mcnab2:implicit=tension,start=last",
+    "imex-cnlf",
+];
 
 /// The acceleration of gravity in all scenes here, m/s².
 pub const GRAVITY: Vec3 = Vec3::new(0.0, 0.0, -9.81);

@@ -7,10 +7,24 @@ use drape_harness::methods::Choice;
 use drape_integrator::{Integrator, PhaseClock, TimeStep};
 use drape_model::{State, System, Vec3, parse};
 
-const METHODS: [&str; 6] = [
+const METHODS: [&str; 20] = [
     "explicit-euler",
     "symplectic-euler",
+    "leapfrog",
+    "provot",
+    "adams-bashforth2",
     "backward-euler",
+    "bdf2",
+    "terzopoulos-fleischer",
+    "baraff-witkin",
+    "baraff-witkin:contact=position",
+    "desbrun",
+    "kang",
+    "imex-sbdf2",
+    "imex-cnab2",
+    "imex-mcnab2",
+    "imex-cnlf",
+    "adams-bashforth2:steps=3",
     "imex-euler",
     "imex-updated",
     "imex-updated:safeguard=paper",
@@ -183,7 +197,8 @@ fn a_bouncing_particle_comes_to_rest() {
 
 #[test]
 fn a_particle_that_starts_deep_inside_is_led_out_slowly_and_without_speed() {
-    for method in METHODS {
+    // Baraff and Witkin's position alteration puts it on the surface at once.
+    for method in METHODS.into_iter().filter(|method| !method.ends_with("contact=position")) {
         for (shape, gravity) in SHAPES.iter().flat_map(|shape| [(shape, -G), (shape, 0.0)]) {
             for e in ["0", "0.5"] {
                 let obstacle = shape.replace('E', e);
@@ -463,7 +478,10 @@ fn a_table_cloth_comes_down_without_gaining_energy() {
             }
         });
         assert!(gain <= 1e-3 * mass * G, "{method}: gained {gain} J");
-        assert!(deepest <= fastest * h, "{method}: {deepest} m at {fastest} m/s");
+        // Provot's correction moves particles without asking where they get.
+        let corrected = if method == "provot" { 0.02 } else { 0.0 };
+        let allowed = fastest * h + corrected;
+        assert!(deepest <= allowed, "{method}: {deepest} m at {fastest} m/s");
         assert!(lateral < 0.02 * mass * fastest, "{method}: {lateral}");
         let center = state.x[10 * 20 + 10];
         assert!(center.z.abs() < 1e-6, "{method}: the middle lies at {center:?}");

@@ -9,18 +9,47 @@ use drape_tests::{Sheet, method};
 const OMEGA_MAX: f64 = 63.3;
 const SPAN: f64 = 0.25;
 
+/// With what order each method is expected; solves are tight enough not to be seen.
+const METHODS: [(&str, i32); 30] = [
+    ("explicit-euler", 1),
+    ("symplectic-euler", 1),
+    ("symplectic-euler:damping=implicit", 1),
+    ("leapfrog", 2),
+    ("leapfrog:solver=cholesky", 2),
+    // With its limit out of reach: the correction has no order.
+    ("provot:limit=10", 1),
+    ("adams-bashforth2:steps=1", 1),
+    ("adams-bashforth2", 2),
+    ("adams-bashforth2:steps=3", 3),
+    ("backward-euler:residual=1e-12", 1),
+    ("bdf2:residual=1e-12,steps=1", 1),
+    ("bdf2:residual=1e-13", 2),
+    ("bdf2:residual=1e-15,steps=3", 3),
+    ("terzopoulos-fleischer", 1),
+    ("baraff-witkin:forcing_term=1e-10", 1),
+    ("baraff-witkin:hessian=raw,forcing_term=1e-10", 1),
+    ("baraff-witkin:implicit=tension,solver=cholesky", 1),
+    ("desbrun", 1),
+    ("desbrun:torque=none,inverse=dense", 1),
+    ("kang", 1),
+    ("kang:sweeps=4", 1),
+    ("imex-euler:forcing_term=1e-10", 1),
+    ("imex-euler:forcing_term=1e-10,implicit=springs", 1),
+    ("imex-updated:forcing_term=1e-9", 1),
+    ("imex-updated:forcing_term=1e-9,safeguard=paper", 1),
+    ("imex-sbdf2:forcing_term=1e-12", 2),
+    ("imex-sbdf2:forcing_term=1e-12,implicit=tension", 2),
+    ("imex-cnab2:forcing_term=1e-12", 2),
+    ("imex-mcnab2:forcing_term=1e-12", 2),
+    ("imex-cnlf:forcing_term=1e-12", 2),
+];
+
 #[test]
-fn every_method_is_of_first_order_on_a_smooth_scene() {
-    let methods = [
-        "explicit-euler",
-        "symplectic-euler",
-        "symplectic-euler:damping=implicit",
-        "backward-euler",
-        "imex-euler:forcing_term=1e-10",
-        "imex-euler:forcing_term=1e-10,implicit=springs",
-        "imex-updated:forcing_term=1e-9",
-        "imex-updated:forcing_term=1e-9,safeguard=paper",
-    ];
+fn every_method_has_its_order_on_a_smooth_scene() {
+    for method in drape_harness::methods::all() {
+        let listed = METHODS.iter().any(|(id, _)| id.split(':').next() == Some(method.id));
+        assert!(listed, "{} has no entry", method.id);
+    }
     let sheet = Sheet {
         side: 6,
         tension: 400.0,
@@ -40,13 +69,14 @@ fn every_method_is_of_first_order_on_a_smooth_scene() {
         let exact = reference(&system, &start, &[SPAN], ReferenceSettings::default())
             .unwrap_or_else(|error| panic!("{error}"));
         assert!(exact.position_error < 1e-9, "{:e}", exact.position_error);
-        for id in methods {
+        for (id, order) in METHODS {
             let found = of_method(|| method(id), &system, &start, &exact, &steps)
                 .unwrap_or_else(|error| panic!("{id}: {error}"));
-            let constant = found.error_constant(1);
-            let summary = format!("{id}, {law:?}: order {:.3}, e = {constant:.3}/s h", found.order);
-            assert!((found.order - 1.0).abs() < 0.15, "{summary}: {found:?}");
-            assert!((0.1..100.0).contains(&constant), "{summary}");
+            let constant = found.error_constant(order);
+            let summary =
+                format!("{id}, {law:?}: order {:.3}, e = {constant:.3} h^{order}", found.order);
+            assert!((found.order - f64::from(order)).abs() < 0.15, "{summary}: {found:?}");
+            assert!((0.1..1e6).contains(&constant), "{summary}");
         }
     }
 }

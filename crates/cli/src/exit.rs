@@ -51,7 +51,11 @@ fn classify(error: &anyhow::Error) -> u8 {
         | HarnessError::Violation(_)
         | HarnessError::Method(_)
         | HarnessError::TimeStep(_)
-        | HarnessError::Prepare(PrepareError::Unsupported { .. } | PrepareError::Solver(_))
+        | HarnessError::Prepare(
+            PrepareError::Unsupported { .. }
+            | PrepareError::TooLarge { .. }
+            | PrepareError::Solver(_),
+        )
         | HarnessError::UnknownExperiment { .. } => true,
         HarnessError::Step(_) | HarnessError::Record(_) => false,
     };

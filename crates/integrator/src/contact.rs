@@ -28,6 +28,15 @@
 //!   nothing. A normal that depends on those taken is left out. Where obstacles contradict each other
 //!   (opposite normals), the deeper penetration wins.
 //!
+//! Instead of leading a particle out by its velocity, [`ContactSet::detect_altering`] asks for its position to
+//! be altered, as Baraff & Witkin do (1998, section 6): the step then moves `x* → x* + τ v_+ + y`, with `y` the way
+//! to the surface, and `v_+` is prescribed as if the particle had been there.
+//!
+//! A multistep method moves `x* → x* + τ v_+`, and its `x*` holds some of the past motion.
+//! [`ContactSet::detect_multistep`] looks for contacts at `x_n` and prescribes the `v_+` that leads where the rules above
+//! would lead. A rebound there moves the particle by the mean of the velocities before and after, as befits
+//! a method of order 2, so that an elastic one neither takes nor gives energy.
+//!
 //! Speculative detection looks ahead with `v_n`, so that what a particle gains in the step itself
 //! may still carry it inside, by `τ²` times its acceleration.
 
@@ -49,10 +58,39 @@ struct Contact {
     particle: u32,
     obstacle: u32,
     normal: Vec3,
+    /// How far along the normal the position is altered, m.
+    shift: f64,
+    /// Mean normal velocity over the step with which the surface is reached, or as much of the way as
+    /// is allowed.
+    recovery: f64,
     /// Normal velocity of the constraint.
     target: f64,
     /// Greatest normal velocity that the particle may keep after the step.
     keep: f64,
+    /// Least normal velocity with which the particle ends the step.
+    least: f64,
+}
+
+/// A step of a multistep method: within `h` it leads from `(x_n, v_n)` to `x* + τ v_+`.
+#[derive(Clone, Copy, Debug)]
+pub struct MultistepMotion<'a> {
+    /// `x_n` and `v_n`, m and m/s.
+    pub from: (&'a [Vec3], &'a [Vec3]),
+    /// `h`, s.
+    pub h: f64,
+    /// `x*`, m.
+    pub x_star: &'a [Vec3],
+    /// `τ`, s.
+    pub tau: f64,
+}
+
+/// How a particle inside an obstacle gets out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum WayOut {
+    /// EEH section 6.
+    Velocity,
+    /// Baraff & Witkin, section 6.
+    Position,
 }
 
 /// The contacts of the running step, and how long ago each was active.
@@ -103,14 +141,68 @@ impl ContactSet {
         tau: f64,
         constraints: &mut Constraints,
     ) {
-        self.candidates.clear();
-        if self.obstacles > 0 {
-            self.collect(system, x, v, tau);
+        self.collect(system, x, v, tau, WayOut::Velocity);
+        self.write(system, constraints);
+    }
+
+    /// As [`detect`](Self::detect) for a step of a multistep method: `n·v_+ = (1/τ) n·(x_s − x*)`, where `x_s` is
+    /// the surface or the point before it to which a particle may be led within the step.
+    pub fn detect_multistep(
+        &mut self,
+        system: &System,
+        motion: MultistepMotion<'_>,
+        constraints: &mut Constraints,
+    ) {
+        let MultistepMotion { from: (x, v), h, x_star, tau } = motion;
+        self.collect(system, x, v, h, WayOut::Velocity);
+        // Were what leaves by itself led out, each rebound would end with a lift.
+        self.candidates.retain(|contact| {
+            let speed = contact.normal.dot(&v[contact.particle as usize]);
+            speed * h <= TOUCHING || contact.recovery > speed * f64::from(LEAST_FLIGHT)
+        });
+        for contact in &mut self.candidates {
+            let i = contact.particle as usize;
+            let approach = contact.normal.dot(&v[i]);
+            let mut mean = contact.recovery;
+            if approach < 0.0 && contact.keep > 0.0 {
+                contact.least = contact.keep; // the rebound
+                mean = (0.5 * (approach + contact.keep)).max(mean.min(0.0));
+            }
+            contact.target = (mean * h + contact.normal.dot(&(x[i] - x_star[i]))) / tau;
         }
         self.write(system, constraints);
     }
 
-    fn collect(&mut self, system: &System, x: &[Vec3], v: &[Vec3], tau: f64) {
+    /// As [`detect`](Self::detect) for a step that moves `x → x + τ v_+ + y`: particles inside an obstacle are
+    /// put on its surface by `y`, m, whatever the depth, and their normal velocity becomes 0. Of what rebounds, `y`
+    /// covers that part of the way which the rebound leaves: the whole of it would lift the particle
+    /// against gravity and let it bounce higher each time.
+    ///
+    /// A contact that is released later keeps its `y`: where a particle may be is a matter of geometry, what
+    /// holds it one of forces.
+    #[doc(alias = "Baraff-Witkin section 6")]
+    pub fn detect_altering(
+        &mut self,
+        system: &System,
+        x: &[Vec3],
+        v: &[Vec3],
+        tau: f64,
+        constraints: &mut Constraints,
+        y: &mut [Vec3],
+    ) {
+        self.collect(system, x, v, tau, WayOut::Position);
+        self.write(system, constraints);
+        y.fill(Vec3::zeros());
+        for group in self.candidates.chunk_by(|a, b| a.particle == b.particle) {
+            y[group[0].particle as usize] = Basis::of(group).combine(|contact| contact.shift);
+        }
+    }
+
+    fn collect(&mut self, system: &System, x: &[Vec3], v: &[Vec3], tau: f64, way_out: WayOut) {
+        self.candidates.clear();
+        if self.obstacles == 0 {
+            return;
+        }
         let limit = system.contact().recovery_speed_limit;
         let speculative = system.contact().detection == Detection::Speculative;
         for particle in (0..x.len()).filter(|&i| !system.pinned()[i]) {
@@ -124,19 +216,29 @@ impl ContactSet {
                     let bounces = self.steps_since[self.slot(particle, index)] >= LEAST_FLIGHT;
                     let restitution = if bounces { obstacle.restitution } else { 0.0 };
                     let rebound = (-restitution * approach).max(0.0);
-                    // What is still outside may come as far as the surface.
-                    let target = if rebound > 0.0 { recovery.max(rebound) } else { recovery };
+                    let (shift, target) = match way_out {
+                        WayOut::Position if distance < 0.0 => {
+                            ((-distance - tau * rebound).max(0.0), rebound)
+                        }
+                        // What is still outside may come as far as the surface.
+                        _ if rebound > 0.0 => (0.0, recovery.max(rebound)),
+                        _ => (0.0, recovery),
+                    };
                     self.candidates.push(Contact {
                         particle: particle as u32,
                         obstacle: index as u32,
                         normal,
+                        shift,
+                        recovery,
                         target,
                         keep: rebound.max(approach),
+                        least: f64::NEG_INFINITY,
                     });
                 }
             }
             self.candidates[first..].sort_unstable_by(|a, b| {
-                b.target.total_cmp(&a.target).then(a.obstacle.cmp(&b.obstacle))
+                let deepest = b.shift.total_cmp(&a.shift).then(b.target.total_cmp(&a.target));
+                deepest.then(a.obstacle.cmp(&b.obstacle))
             });
         }
     }
@@ -221,9 +323,9 @@ impl ContactSet {
             }
             let basis = Basis::of(group);
             let velocity = v[particle];
-            let excess = |contact: &Contact| contact.normal.dot(&velocity) > contact.keep;
-            if basis.contacts().any(excess) {
-                let kept = basis.combine(|contact| contact.normal.dot(&velocity).min(contact.keep));
+            let along = |contact: &Contact| contact.normal.dot(&velocity);
+            if basis.contacts().any(|c| along(c) > c.keep || along(c) < c.least) {
+                let kept = basis.combine(|c| along(c).max(c.least).min(c.keep));
                 v[particle] = basis.filter().apply(velocity) + kept;
                 changed(particle, &v[particle]);
             }
@@ -280,6 +382,20 @@ impl ContactSet {
                 let kept = basis.combine(|contact| contact.normal.dot(&inward).max(0.0));
                 *velocity = basis.filter().apply(inward) + kept;
             }
+        }
+    }
+
+    /// Takes from particles that stay in contact the part along the normals: from accelerations, for methods that
+    /// extrapolate them, since the obstacle bears that part. Particles that the next `h` seconds lead away,
+    /// say after a rebound, keep theirs.
+    pub fn support(&self, h: f64, a: &mut [Vec3]) {
+        let stays = |contact: &Contact| contact.keep * h <= TOUCHING;
+        for group in self.candidates.chunk_by(|a, b| a.particle == b.particle) {
+            let acceleration = &mut a[group[0].particle as usize];
+            let basis = Basis::of(group);
+            let along = |contact: &Contact| contact.normal.dot(acceleration);
+            let kept = basis.combine(|contact| if stays(contact) { 0.0 } else { along(contact) });
+            *acceleration = basis.filter().apply(*acceleration) + kept;
         }
     }
 }
@@ -362,7 +478,9 @@ mod tests {
     use drape_model::{State, parse};
 
     fn contact(normal: Vec3, target: f64) -> Contact {
-        Contact { particle: 0, obstacle: 0, normal: normal.normalize(), target, keep: 0.0 }
+        let (normal, shift, keep) = (normal.normalize(), 0.0, 0.0);
+        let (recovery, least) = (target, f64::NEG_INFINITY);
+        Contact { particle: 0, obstacle: 0, normal, shift, recovery, target, keep, least }
     }
 
     fn spread(count: usize) -> Vec<Contact> {
@@ -474,6 +592,21 @@ mod tests {
                 let speed = (state.x[0].z - before) / 0.01;
                 assert!(speed <= f64::max(1.0, left) + 1e-9, "e = {e}: led out at {speed}");
                 assert!((state.v[0].z - left).abs() < 1e-12, "e = {e}: {:?}", state.v[0]);
+            }
+        }
+    }
+
+    #[test]
+    fn an_obstacle_bears_what_rests_on_it_and_not_what_leaves_it() {
+        for (e, speed, rests) in [(0.0, -1.0, true), (0.5, -1.0, false), (0.0, 1.0, false)] {
+            let (system, state) = ball_on_plane(e, 0.0, speed);
+            let mut set = ContactSet::new(&system);
+            set.detect(&system, &state.x, &state.v, 0.01, &mut Constraints::free(1));
+            for a in [Vec3::new(1.0, 2.0, -9.81), Vec3::new(1.0, 2.0, 0.5)] {
+                let mut left = [a];
+                set.support(0.01, &mut left);
+                let expected = if rests { Vec3::new(1.0, 2.0, 0.0) } else { a };
+                assert_eq!(left[0], expected, "e = {e}, at {speed} m/s");
             }
         }
     }

@@ -13,16 +13,12 @@ pub enum PrepareError {
         /// The effect or constraint.
         what: String,
     },
-    /// An operator would need more memory than was allowed; nothing was allocated.
+    /// An operator would need more memory than was allowed; nothing was allocated for it.
     #[error(
-        "{method} would need {bytes} bytes for {what}, the limit is {limit}; raise the limit, take fewer \
-         particles or another solver"
+        "the dense inverse would take {bytes} bytes, the limit is {limit}; raise the limit, take fewer \
+         particles or a sparse factor"
     )]
     TooLarge {
-        /// Method id.
-        method: &'static str,
-        /// The operator.
-        what: &'static str,
         /// Memory that it would take.
         bytes: u64,
         /// Memory that it may take.
@@ -30,7 +26,16 @@ pub enum PrepareError {
     },
     /// An operator could not be built.
     #[error("the system matrix cannot be set up: {0}; check stiffness, mass and step size")]
-    Solver(#[from] SolverError),
+    Solver(#[source] SolverError),
+}
+
+impl From<SolverError> for PrepareError {
+    fn from(error: SolverError) -> Self {
+        match error {
+            SolverError::TooLarge { bytes, limit } => Self::TooLarge { bytes, limit },
+            other => Self::Solver(other),
+        }
+    }
 }
 
 /// Why a step was not taken. The state is as it was.

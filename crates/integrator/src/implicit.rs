@@ -65,6 +65,25 @@ impl Implicit {
         }
     }
 
+    /// Adds `−L_k x`, the linear part of the implicit springs' force: the negative of EEH (12), N, to `out`.
+    #[doc(alias = "EEH 12")]
+    pub fn add_linear_spring_forces(self, system: &System, x: &[Vec3], out: &mut [Vec3]) {
+        self.visit_weights(system, &mut |i, j, k, _| {
+            let f = (x[i] - x[j]) * k;
+            out[i] -= f;
+            out[j] += f;
+        });
+    }
+
+    /// Adds `−L_c v`, the linear part of the implicit springs' damping: the negative of EEH (14), N, to `out`.
+    pub fn add_linear_damping_forces(self, system: &System, v: &[Vec3], out: &mut [Vec3]) {
+        self.visit_weights(system, &mut |i, j, _, c| {
+            let f = (v[i] - v[j]) * c;
+            out[i] -= f;
+            out[j] += f;
+        });
+    }
+
     /// Calls `visit(i, j, k, c)` for each implicit spring.
     pub fn visit_weights(self, system: &System, visit: &mut dyn FnMut(usize, usize, f64, f64)) {
         for split in self.effects(system).filter_map(Effect::split) {

@@ -15,3 +15,21 @@ pub fn drift(h: f64, v: &[Vec3], x: &mut [Vec3]) {
         *x += v * h;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use drape_model::parse;
+
+    #[test]
+    fn a_kick_divides_by_each_mass_and_a_drift_by_none() {
+        let text = r#"{ "format": "drape-system/1", "particles": { "mass_kg": [2, 8],
+            "position_m": [[0, 0, 0], [1, 0, 0]], "velocity_m_s": [[1, 0, 0], [0, 1, 0]] } }"#;
+        let (system, mut state) =
+            parse("test", text).expect("valid").spec().build().expect("valid");
+        kick(&system, 0.5, &[Vec3::new(0.0, 4.0, 8.0); 2], &mut state.v);
+        assert_eq!(state.v, [Vec3::new(1.0, 1.0, 2.0), Vec3::new(0.0, 1.25, 0.5)]);
+        drift(0.5, &state.v, &mut state.x);
+        assert_eq!(state.x, [Vec3::new(0.5, 0.5, 1.0), Vec3::new(1.0, 0.625, 0.25)]);
+    }
+}

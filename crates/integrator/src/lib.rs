@@ -25,13 +25,16 @@
 //! | [`LaplacianSolver`] | `A = M + τ²L_k + τL_c`, EEH (16)–(18) and (21), with preconditioner and filtered CG | methods with a linear implicit part |
 //! | [`IncrementalPotential`] | `Φ(v)`, whose minimum is an implicit stage | updated CG, Newton |
 //! | [`Newton`] | minimises `Φ`: the nonlinear system (4) by (5), reduced to `3n` unknowns as in section 2.3 | backward Euler, the safeguard of updated CG |
+//! | [`Linearisation`] | the matrix `M + τ²K + τD` in 3×3 blocks | Newton, Baraff-Witkin |
 //! | [`ImplicitStage`] | one stage of an implicit method, under pins and contacts | backward Euler, BDF, the start-up of two-step methods |
 //! | [`History`] | the last levels | multistep methods |
 //! | [`ElongationLimit`] | Provot's correction of over-stretched springs | Provot, Desbrun |
-//! | [`LargestEigenvalue`] | what limits an explicit step | leapfrog |
+//! | [`ViscousImpulse`] | right-hand side for the change of velocity | Desbrun, Kang |
+//! | [`LargestEigenvalue`], [`StiffnessBound`] | what limits an explicit step | leapfrog |
 //! | [`ContactSet`] | active set of the velocity constraints of section 6 | all |
 //! | [`Predictor`] | start values, EEH (22) | CG methods |
 
+mod assembly;
 mod clock;
 mod contact;
 mod elongation;
@@ -44,15 +47,20 @@ mod method;
 mod newton;
 mod potential;
 mod predictor;
+mod random;
 mod report;
 mod scratch;
 mod settings;
 mod spectrum;
 mod stage;
 mod step_size;
+#[cfg(test)]
+mod test_support;
+mod viscous;
 
+pub use assembly::Linearisation;
 pub use clock::{Phase, PhaseClock};
-pub use contact::ContactSet;
+pub use contact::{ContactSet, MultistepMotion};
 pub use elongation::{ElongationLimit, SweepOrder};
 pub use error::{PrepareError, StepError};
 pub use history::History;
@@ -66,9 +74,10 @@ pub use predictor::{Predictor, Start};
 pub use report::{SetupCause, Setups, StepReport};
 pub use scratch::Scratch;
 pub use settings::{Kind, Setting, SettingError, Settings, linear_settings};
-pub use spectrum::LargestEigenvalue;
+pub use spectrum::{LargestEigenvalue, StiffnessBound};
 pub use stage::{ImplicitStage, Stage, StageSettings};
 pub use step_size::{InvalidTimeStep, TimeStep};
+pub use viscous::ViscousImpulse;
 
 pub use drape_solvers::SolveStatus;
 
@@ -102,3 +111,6 @@ pub trait Integrator: std::fmt::Debug + Send {
     /// not make.
     fn restart(&mut self, state: &State);
 }
+
+#[doc = include_str!("../docs/equations.md")]
+pub mod equations {}

@@ -3,9 +3,9 @@
 use crate::{Implicit, PrepareError, SetupCause, StepError};
 use drape_model::{Revisions, System, Vec3};
 use drape_solvers::{
-    CompleteCholesky, Constraints, Filter, Identity, IncompleteCholesky, Jacobi, LinearOperator,
+    CompleteCholesky, Constraints, DenseInverse, Filter, Identity, IncompleteCholesky, Jacobi, LinearOperator,
     Norm, PcgReport, PcgSettings, PcgWorkspace, Preconditioner, Reference, ScalarMatrix,
-    SolveStatus, SolverError, constraint_impulse, filtered_pcg, vector::norm,
+    SolveStatus, SolverError, constraint_impulse, filtered_pcg, vector::dot, vector::norm,
 };
 
 /// Which preconditioner CG uses.
@@ -26,6 +26,11 @@ pub enum SolverKind {
     Cg,
     /// Sparse Cholesky: a direct solve, with CG on top where contacts couple the coordinates.
     Cholesky,
+    /// Likewise with the inverse itself, a full matrix of at most this many bytes with its scratch memory.
+    DenseInverse {
+        /// Most bytes that it may take.
+        limit_bytes: usize,
+    },
 }
 
 /// Settings of a linear solve.
@@ -67,6 +72,7 @@ enum Prepared {
     Jacobi(Jacobi),
     Ic0(IncompleteCholesky),
     Cholesky(Box<CompleteCholesky>),
+    Dense(Box<DenseInverse>),
 }
 
 impl Prepared {
@@ -74,6 +80,9 @@ impl Prepared {
     fn new(settings: &LinearSettings, a: &ScalarMatrix) -> Result<Self, SolverError> {
         Ok(match (settings.solver, settings.preconditioner) {
             (SolverKind::Cholesky, _) => Self::Cholesky(Box::new(CompleteCholesky::new(a)?)),
+            (SolverKind::DenseInverse { limit_bytes }, _) => {
+                Self::Dense(Box::new(DenseInverse::new(a, limit_bytes)?))
+            }
             (_, PreconditionerKind::None) => Self::None(Identity),
             (_, PreconditionerKind::Jacobi) => Self::Jacobi(Jacobi::new(a)),
             (_, PreconditionerKind::Ic0) => Self::Ic0(IncompleteCholesky::new(a)),
@@ -86,6 +95,7 @@ impl Prepared {
             Self::Jacobi(jacobi) => jacobi.update(a),
             Self::Ic0(factor) => factor.update(a, Some(free)),
             Self::Cholesky(factor) => factor.update(a, Some(free)),
+            Self::Dense(inverse) => inverse.update(a, Some(free)),
         }
     }
 
@@ -95,6 +105,7 @@ impl Prepared {
             Self::Jacobi(jacobi) => jacobi,
             Self::Ic0(factor) => factor,
             Self::Cholesky(factor) => factor.as_ref(),
+            Self::Dense(inverse) => inverse.as_ref(),
         }
     }
 }
@@ -205,12 +216,7 @@ impl LaplacianSolver {
     /// Solves `A v = b` under constraints; `v` holds the start value on entry, the solution on
     /// return. Stops at the forcing term relative to the filtered right-hand side.
     pub fn solve(&mut self, constraints: &Constraints, b: &[Vec3], v: &mut [Vec3]) -> PcgReport {
-        let settings = PcgSettings {
-            forcing_term: self.settings.forcing_term,
-            norm: self.settings.norm,
-            max_iterations: self.max_iterations,
-        };
-        self.solve_with(constraints, b, v, Reference::FilteredRightHandSide, settings)
+        self.solve_with(constraints, b, v, Reference::FilteredRightHandSide, self.stop_test())
     }
 
     /// As [`solve`](Self::solve), until `‖r‖ ≤ residual` (kg m/s, Euclidean).
@@ -226,6 +232,39 @@ impl LaplacianSolver {
         self.solve_with(constraints, b, v, Reference::Absolute(residual), settings)
     }
 
+    /// As [`solve`](Self::solve), with the forcing term relative to `reference` (kg m/s, in the norm of
+    /// [`filtered_norm`](Self::filtered_norm)) instead of the right-hand side.
+    pub fn solve_relative_to(
+        &mut self,
+        constraints: &Constraints,
+        b: &[Vec3],
+        v: &mut [Vec3],
+        reference: f64,
+    ) -> PcgReport {
+        self.solve_with(constraints, b, v, Reference::Absolute(reference), self.stop_test())
+    }
+
+    /// Norm of the filtered vector `S r` (kg m/s), as the stop test of the solve measures residuals.
+    pub fn filtered_norm(&mut self, constraints: &Constraints, r: &[Vec3]) -> f64 {
+        self.residual.copy_from_slice(r);
+        constraints.project(&mut self.residual);
+        match self.settings.norm {
+            Norm::Euclid => norm(&self.residual),
+            Norm::Preconditioned => {
+                self.preconditioner.as_dyn().apply(&self.residual, &mut self.correction);
+                dot(&self.residual, &self.correction).sqrt()
+            }
+        }
+    }
+
+    fn stop_test(&self) -> PcgSettings {
+        PcgSettings {
+            forcing_term: self.settings.forcing_term,
+            norm: self.settings.norm,
+            max_iterations: self.max_iterations,
+        }
+    }
+
     fn solve_with(
         &mut self,
         constraints: &Constraints,
@@ -235,7 +274,7 @@ impl LaplacianSolver {
         mut settings: PcgSettings,
     ) -> PcgReport {
         let mut reference = reference;
-        if self.settings.solver == SolverKind::Cholesky {
+        if self.settings.solver != SolverKind::Cg {
             let coupled = |&i: &u32| {
                 matches!(constraints.filter(i as usize), Filter::Plane { .. } | Filter::Line { .. })
             };
@@ -258,6 +297,13 @@ impl LaplacianSolver {
             &settings,
             workspace,
         )
+    }
+
+    /// `out ← P b`, one application of the preconditioner: the solution itself, up to round-off, where that is a
+    /// Cholesky factor or the inverse and no contact couples the coordinates. Pinned rows count by their
+    /// diagonal alone.
+    pub fn apply_preconditioner(&self, b: &[Vec3], out: &mut [Vec3]) {
+        self.preconditioner.as_dyn().apply(b, out);
     }
 
     /// `‖S (b − A v)‖` over the norm of the filtered right-hand side, Euclidean.

@@ -1,7 +1,7 @@
 //! Newton's method for an implicit stage.
 
-use crate::{IncrementalPotential, PrepareError, StepError};
-use drape_model::{BlockSink, Mat3, System, Tangent, Vec3};
+use crate::{IncrementalPotential, Linearisation, PrepareError, StepError};
+use drape_model::{System, Tangent, Vec3};
 use drape_solvers::{BlockCholesky, BlockMatrix, Constraints, SolveStatus, vector::dot};
 
 /// Settings of Newton's method.
@@ -56,14 +56,6 @@ pub struct Newton {
     topology: u64,
 }
 
-struct Sink<'a>(&'a mut BlockMatrix);
-
-impl BlockSink for Sink<'_> {
-    fn add_pair(&mut self, i: usize, j: usize, block: &Mat3) {
-        self.0.add_pair(i, j, block);
-    }
-}
-
 impl Default for NewtonReport {
     fn default() -> Self {
         let status = SolveStatus::Converged;
@@ -78,11 +70,7 @@ impl Newton {
     /// [`PrepareError::Solver`] when the symbolic factorisation fails.
     pub fn new(system: &System, potential: &IncrementalPotential) -> Result<Self, PrepareError> {
         let n = system.len();
-        let mut pairs = Vec::new();
-        for effect in potential.implicit().effects(system) {
-            effect.visit_pairs(&mut |i, j| pairs.push((i, j)));
-        }
-        let matrix = BlockMatrix::with_pattern(n, pairs);
+        let matrix = potential.implicit().block_matrix(system);
         let factor = BlockCholesky::new(&matrix)?;
         let zeros = || vec![Vec3::zeros(); n];
         Ok(Self {
@@ -179,16 +167,14 @@ impl Newton {
         constraints: &Constraints,
         tangent: Tangent,
     ) {
-        let tau = potential.tau();
-        self.matrix.clear();
-        for (i, &m) in system.mass().iter().enumerate() {
-            self.matrix.add_diagonal(i, &Mat3::from_diagonal_element(m));
-        }
-        let mut sink = Sink(&mut self.matrix);
-        for effect in potential.implicit().effects(system) {
-            effect.add_stiffness(potential.last_positions(), tau * tau, tangent, &mut sink);
-            effect.add_damping(potential.directions(), tau, &mut sink);
-        }
+        let at = Linearisation {
+            implicit: potential.implicit(),
+            tau: potential.tau(),
+            x: potential.last_positions(),
+            directions: potential.directions(),
+            tangent,
+        };
+        at.assemble(system, &mut self.matrix);
         self.matrix.project(constraints);
     }
 

@@ -109,14 +109,33 @@ impl ImplicitStage {
         clock: &mut PhaseClock,
         report: &mut StepReport,
     ) -> Result<(), StepError> {
+        clock.switch(Phase::Contact);
+        contacts.detect(system, stage.from.0, stage.velocity, stage.tau, constraints);
+        self.solve_constrained(system, stage, start, contacts, constraints, settings, clock, report)
+    }
+
+    /// As [`solve`](Self::solve) under the contacts that `contacts` has detected already.
+    ///
+    /// # Errors
+    /// As [`Newton::minimise`].
+    #[expect(clippy::too_many_arguments, reason = "each is owned by the method that calls")]
+    pub fn solve_constrained(
+        &mut self,
+        system: &System,
+        stage: Stage<'_>,
+        start: &[Vec3],
+        contacts: &mut ContactSet,
+        constraints: &mut Constraints,
+        settings: StageSettings,
+        clock: &mut PhaseClock,
+        report: &mut StepReport,
+    ) -> Result<(), StepError> {
         let Stage { tau, from, lagged: (x, v), velocity: v_n } = stage;
         let Self { potential, newton, frozen, velocity, impulse } = self;
         clock.switch(Phase::Forces);
         frozen.fill(Vec3::zeros());
         potential.implicit().add_explicit_forces(system, x, v, frozen);
         potential.begin(system, tau, from, x, frozen);
-        clock.switch(Phase::Contact);
-        contacts.detect(system, from.0, v_n, tau, constraints);
         clock.switch(Phase::Solve);
         let settings = NewtonSettings {
             residual: (settings.residual * potential.scale()).max(potential.round_off()),
@@ -134,6 +153,11 @@ impl ImplicitStage {
         report.relative_residual = potential.relative(report.relative_residual);
         report.force_evaluations += potential.evaluations();
         Ok(())
+    }
+
+    /// Force of what was not implicit in the last stage, at `stage.lagged`, N.
+    pub fn explicit_force(&self) -> &[Vec3] {
+        &self.frozen
     }
 
     /// `v`, the solution of the last stage, m/s.

@@ -1,0 +1,151 @@
+//! The matrix of an implicit step whose forces are linearised, in 3×3 blocks.
+
+use crate::Implicit;
+use drape_model::{BlockSink, Mat3, System, Tangent, Vec3};
+use drape_solvers::BlockMatrix;
+
+/// Where the implicit forces are linearised, and for a step of which length.
+///
+/// `K = −∂f/∂x` and `D = −∂f/∂v` of the implicit effects give the matrix of EEH section 2.3, multiplied by the
+/// masses so that it is symmetric:
+///
+/// ```text
+/// M + τ² K + τ D
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Linearisation<'a> {
+    /// Which effects are implicit.
+    pub implicit: Implicit,
+    /// `τ`, s.
+    pub tau: f64,
+    /// Positions at which `K` is taken, m.
+    pub x: &'a [Vec3],
+    /// Positions at which projected damping takes its directions, m.
+    pub directions: &'a [Vec3],
+    /// Which `K`.
+    pub tangent: Tangent,
+}
+
+impl Linearisation<'_> {
+    /// `matrix ← M + τ² K + τ D`, kg. The matrix must have the pattern of [`Implicit::block_matrix`].
+    #[doc(alias = "EEH section 2.3")]
+    pub fn assemble(&self, system: &System, matrix: &mut BlockMatrix) {
+        matrix.clear();
+        for (i, &m) in system.mass().iter().enumerate() {
+            matrix.add_diagonal(i, &Mat3::from_diagonal_element(m));
+        }
+        let mut sink = Sum(matrix);
+        for effect in self.implicit.effects(system) {
+            effect.add_stiffness(self.x, self.tau * self.tau, self.tangent, &mut sink);
+            effect.add_damping(self.directions, self.tau, &mut sink);
+        }
+    }
+}
+
+impl Implicit {
+    /// A zero matrix with room for the blocks that the implicit effects couple.
+    pub fn block_matrix(self, system: &System) -> BlockMatrix {
+        let mut pairs = Vec::new();
+        for effect in self.effects(system) {
+            effect.visit_pairs(&mut |i, j| pairs.push((i, j)));
+        }
+        BlockMatrix::with_pattern(system.len(), pairs)
+    }
+
+    /// `out ← K w` at `x` in one sweep over the springs, without a matrix; N for `w` in m. Differences of `w`
+    /// are formed before they are multiplied, so that a translation gives exactly 0.
+    pub fn multiply_stiffness(
+        self,
+        system: &System,
+        x: &[Vec3],
+        tangent: Tangent,
+        w: &[Vec3],
+        out: &mut [Vec3],
+    ) {
+        out.fill(Vec3::zeros());
+        let mut sink = Product { w, out };
+        for effect in self.effects(system) {
+            effect.add_stiffness(x, 1.0, tangent, &mut sink);
+        }
+    }
+}
+
+/// Adds blocks to a matrix.
+struct Sum<'a>(&'a mut BlockMatrix);
+
+impl BlockSink for Sum<'_> {
+    fn add_pair(&mut self, i: usize, j: usize, block: &Mat3) {
+        self.0.add_pair(i, j, block);
+    }
+}
+
+/// Adds the product of blocks with a vector to another.
+struct Product<'a> {
+    w: &'a [Vec3],
+    out: &'a mut [Vec3],
+}
+
+impl BlockSink for Product<'_> {
+    fn add_pair(&mut self, i: usize, j: usize, block: &Mat3) {
+        let force = block * (self.w[i] - self.w[j]);
+        self.out[i] += force;
+        self.out[j] -= force;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use drape_model::{State, parse};
+    use drape_solvers::LinearOperator;
+
+    /// Three particles with a stretched and a squeezed spring.
+    fn bent_string() -> (System, State) {
+        let text = r#"{ "format": "drape-system/1",
+            "particles": { "mass_kg": [1, 2, 3], "position_m": [[0, 0, 0], [1, 0, 0], [1, 2, 1]] },
+            "springs": [
+                { "effect": "tension", "i": 0, "j": 1, "rest_length_m": 3, "stiffness_n_per_m": 7, "damping_n_s_per_m": 2 },
+                { "effect": "bending", "i": 1, "j": 2, "rest_length_m": 1, "stiffness_n_per_m": 5 }] }"#;
+        parse("test", text).expect("valid").spec().build().expect("valid")
+    }
+
+    #[test]
+    fn the_matrix_is_made_of_masses_stiffness_and_damping_with_their_powers_of_the_step() {
+        let (system, state) = bent_string();
+        let w = [Vec3::new(1.0, 2.0, -1.0), Vec3::new(0.5, 0.0, 3.0), Vec3::new(0.0, -2.0, 1.0)];
+        let implicit = Implicit::Everything;
+        let (mut matrix, mut product, mut stiffness) =
+            (implicit.block_matrix(&system), w, [Vec3::zeros(); 3]);
+        for (tangent, tau) in [(Tangent::Exact, 0.5), (Tangent::Projected, 0.25)] {
+            let (x, directions) = (&state.x[..], &state.x[..]);
+            Linearisation { implicit, tau, x, directions, tangent }.assemble(&system, &mut matrix);
+            matrix.multiply(&w, &mut product);
+            implicit.multiply_stiffness(&system, x, tangent, &w, &mut stiffness);
+            let mut damping = [Vec3::zeros(); 3];
+            system.effects().for_each(|effect| effect.add_damping_force(x, &w, &mut damping));
+            for (i, m) in system.mass().iter().enumerate() {
+                let expected = w[i] * *m + stiffness[i] * (tau * tau) - damping[i] * tau;
+                assert!((product[i] - expected).norm() < 1e-13, "{tangent:?}, {i}");
+            }
+        }
+        // Across the squeezed spring, x: k (1 − ℓ/L) = −14, left out by the projection.
+        let across = [Vec3::z(), Vec3::zeros(), Vec3::zeros()];
+        implicit.multiply_stiffness(&system, &state.x, Tangent::Exact, &across, &mut stiffness);
+        assert_eq!(stiffness[0], Vec3::z() * -14.0);
+        implicit.multiply_stiffness(&system, &state.x, Tangent::Projected, &across, &mut stiffness);
+        assert_eq!(stiffness, [Vec3::zeros(); 3]);
+    }
+
+    #[test]
+    fn a_translation_meets_no_stiffness_to_the_last_bit() {
+        let (system, state) = bent_string();
+        let (w, mut out) = ([Vec3::new(0.1, 1e9, -0.7); 3], [Vec3::x(); 3]);
+        Implicit::Everything.multiply_stiffness(&system, &state.x, Tangent::Exact, &w, &mut out);
+        assert_eq!(out, [Vec3::zeros(); 3]);
+        let tension = Implicit::Tension.block_matrix(&system);
+        assert_eq!(
+            (tension.nonzeros(), Implicit::Everything.block_matrix(&system).nonzeros()),
+            (5, 7)
+        );
+    }
+}

@@ -1,0 +1,55 @@
+//! The right-hand side of the methods that solve for the *change* of velocity with the scalar matrix.
+
+use crate::{Implicit, LaplacianSolver};
+use drape_model::{State, System, Vec3};
+use drape_solvers::LinearOperator;
+
+/// The impulse of the springs with the artificial viscosity of Desbrun et al. (1999), and what stays outside.
+///
+/// With `A = M + h² L_k + h L_c` and the force `F` of the springs,
+///
+/// ```text
+/// h F̃ = h [F(x_n) − h L_k v_n − L_c v_n] = h F(x_n) + (M − A) v_n
+/// ```
+///
+/// so that `Δv = A⁻¹ h F̃` is the change that IMEX Euler (EEH (21)) makes in the absence of other forces.
+/// Projected damping adds its remainder at level `n`.
+#[derive(Clone, Debug)]
+pub struct ViscousImpulse {
+    impulse: Vec<Vec3>,
+    external: Vec<Vec3>,
+    product: Vec<Vec3>,
+}
+
+impl ViscousImpulse {
+    /// Memory for `n` particles.
+    pub fn new(n: usize) -> Self {
+        let zeros = || vec![Vec3::zeros(); n];
+        Self { impulse: zeros(), external: zeros(), product: zeros() }
+    }
+
+    /// Evaluates both at the state; one product with the matrix.
+    pub fn assemble(&mut self, linear: &LaplacianSolver, system: &System, state: &State, h: f64) {
+        let Self { impulse, external, product } = self;
+        external.fill(Vec3::zeros());
+        Implicit::Springs.add_explicit_forces(system, &state.x, &state.v, external);
+        impulse.fill(Vec3::zeros());
+        Implicit::Springs.add_implicit_forces(system, &state.x, impulse);
+        Implicit::Springs.add_damping_remainders(system, &state.x, &state.v, impulse);
+        linear.matrix().multiply(&state.v, product);
+        for (i, (&m, pinned)) in system.mass().iter().zip(system.pinned()).enumerate() {
+            let viscosity = state.v[i] * m - product[i];
+            impulse[i] = if *pinned { Vec3::zeros() } else { impulse[i] * h + viscosity };
+        }
+    }
+
+    /// `h F̃`, kg m/s; 0 for pinned particles.
+    pub fn impulse(&self) -> &[Vec3] {
+        &self.impulse
+    }
+
+    /// Force of everything that is not a spring, N.
+    pub fn external(&self) -> &[Vec3] {
+        &self.external
+    }
+}

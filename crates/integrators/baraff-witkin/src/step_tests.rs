@@ -1,0 +1,476 @@
+//! The step beside closed forms, beside the system that it reduces, and beside its settings.
+
+use crate::BARAFF_WITKIN;
+use crate::test_support::{H, Run, build, gravity, particles, pin, rough_sheet, settings, spring};
+use drape_integrator::{Integrator, Setups, SolveStatus, StepError, StepReport};
+use drape_model::{DampingLaw, SpringEffect, State, SystemSpec, Vec3};
+use drape_oracle::recurrence::{self, Amplification};
+use nalgebra::{DMatrix, DVector, Vector2};
+
+const MASS: f64 = 0.7;
+/// What decides `θ = h²k/m` and `η = hc/m` here.
+fn coefficients(theta: f64, eta: f64) -> (f64, f64) {
+    (theta * MASS / (H * H), eta * MASS / H)
+}
+
+const DIRECT: &str = "solver=cholesky";
+const TIGHT: &str = "forcing_term=1e-14";
+const GROUPS: [(f64, f64); 4] = [(0.36, 0.06), (100.0, 0.4), (100.0, 0.0), (1.0, 0.0)];
+
+/// Follows coordinate `axis` of particle 1, measured from `origin`, over 100 steps of a recurrence.
+fn follow(mut run: Run, axis: usize, origin: f64, matrix: &Amplification, tolerance: f64) {
+    let now = |state: &State| Vector2::new(state.x[1][axis] - origin, H * state.v[1][axis]);
+    let mut expected = now(&run.state);
+    for step in 0..100 {
+        let scale = expected.norm();
+        run.step();
+        expected = matrix * expected;
+        let error = (now(&run.state) - expected).norm();
+        // The position carries the round-off of the origin that was taken off.
+        let round_off = 1e-15 * origin.abs();
+        assert!(error <= tolerance * scale + round_off, "step {step}: {error:e} of {scale:e}");
+    }
+}
+
+/// One particle, anchored to a pinned one at the origin.
+fn anchored(theta: f64, eta: f64, rest: f64, x: Vec3, v: Vec3) -> SystemSpec {
+    let (k, c) = coefficients(theta, eta);
+    let mut spec = particles(&[MASS; 2], &[Vec3::zeros(), x], &[Vec3::zeros(), v]);
+    spec.springs = vec![spring(SpringEffect::Tension, (1, 0), rest, k, c)];
+    spec.pins = vec![pin(0)];
+    spec
+}
+
+#[test]
+fn springs_without_rest_length_follow_the_recurrence_of_backward_euler() {
+    for (theta, eta) in GROUPS {
+        let (x, v) = (Vec3::new(0.3, -0.2, 0.5), Vec3::new(-9.0, 4.0, 20.0));
+        let spec = anchored(theta, eta, 0.0, x, v);
+        let matrix = recurrence::backward_euler(theta, eta);
+        for axis in 0..3 {
+            for (text, tolerance) in [(DIRECT, 1e-12), (TIGHT, 1e-9), ("hessian=raw", 1e-9)] {
+                follow(Run::new(text, build(&spec), H), axis, 0.0, &matrix, tolerance);
+            }
+        }
+    }
+}
+
+#[test]
+fn motion_along_a_spring_follows_the_recurrence_in_tension_and_in_compression() {
+    for (theta, eta) in GROUPS {
+        let matrix = recurrence::backward_euler(theta, eta);
+        for length in [0.9, 0.4] {
+            let (x, v) = (Vec3::x() * length, Vec3::x() * 3.0);
+            let spec = anchored(theta, eta, 0.6, x, v);
+            for (text, tolerance) in [(DIRECT, 1e-12), (TIGHT, 1e-9)] {
+                follow(Run::new(text, build(&spec), H), 0, 0.6, &matrix, tolerance);
+            }
+        }
+    }
+}
+
+#[test]
+fn explicit_shear_beside_implicit_tension_follows_the_recurrence_of_the_split() {
+    for (theta, eta) in GROUPS {
+        let mut spec = anchored(theta, eta, 0.0, Vec3::new(0.3, -0.2, 0.5), Vec3::z());
+        let (k, _) = coefficients(0.5, 0.0);
+        spec.springs.push(spring(SpringEffect::Shear, (0, 1), 0.0, k, 0.0));
+        let split = recurrence::imex_euler(theta, 0.5, eta);
+        follow(Run::new("implicit=tension", build(&spec), H), 2, 0.0, &split, 1e-9);
+        let all = recurrence::backward_euler(theta + 0.5, eta);
+        follow(Run::new("implicit=everything", build(&spec), H), 2, 0.0, &all, 1e-9);
+    }
+}
+
+/// Across the spring the matrix has `1 + η + θ max(0, 1 − ℓ/L_n)`, and what the spring pulls is along
+/// it: `d_{n+1} × v_{n+1} = d_n × v_n` over that number. Raw, the maximum is not taken.
+#[test]
+fn spin_is_divided_by_a_number_that_the_length_before_the_step_decides() {
+    let (mut stretched, mut squeezed) = (0, 0);
+    for (theta, eta) in GROUPS {
+        for (length, law) in
+            [(1.3, DampingLaw::Full), (0.98, DampingLaw::Full), (0.98, DampingLaw::Projected)]
+        {
+            let (k, c) = coefficients(0.5 * theta, 0.5 * eta); // of the relative motion
+            let x = [Vec3::zeros(), Vec3::new(0.6, 0.8, 0.0) * length];
+            let v = [Vec3::new(0.2, 0.1, -0.3), Vec3::new(-3.0, 4.0, 2.0)];
+            let mut spec = particles(&[MASS; 2], &x, &v);
+            spec.springs = vec![spring(SpringEffect::Bending, (0, 1), 1.0, k, c)];
+            spec.damping = law;
+            for (text, least) in [(DIRECT, 0.0), ("solver=cholesky,hessian=raw", -1.0)] {
+                let mut run = Run::new(text, build(&spec), H);
+                for step in 0..20 {
+                    let spin =
+                        |state: &State| (state.x[1] - state.x[0]).cross(&(state.v[1] - state.v[0]));
+                    let before = spin(&run.state);
+                    let strain = 1.0 - 1.0 / (run.state.x[1] - run.state.x[0]).norm();
+                    let across = if law == DampingLaw::Full { eta } else { 0.0 };
+                    let divisor = 1.0 + across + theta * f64::max(least, strain);
+                    stretched += usize::from(strain > 0.0);
+                    squeezed += usize::from(strain < 0.0);
+                    if divisor.abs() < 0.1 {
+                        break; // raw, and nearly singular
+                    }
+                    run.step();
+                    let error = (spin(&run.state) - before / divisor).norm();
+                    let scale = before.norm() * f64::max(1.0, 1.0 / divisor.abs());
+                    assert!(error < 1e-11 * scale, "θ={theta}, {text}, step {step}: {error:e}");
+                }
+            }
+        }
+    }
+    assert!(stretched > 50 && squeezed > 50, "{stretched} and {squeezed}");
+}
+
+#[test]
+fn a_sheet_in_free_fall_follows_the_discrete_parabola() {
+    let mut spec = rough_sheet(4, 1e6, 0.0, DampingLaw::Full);
+    spec.pins.clear();
+    spec.particles.velocity_m_s = vec![[1.0, -2.0, 3.0]; 16];
+    for (text, tolerance) in [(DIRECT, 1e-12), (TIGHT, 1e-11)] {
+        let mut run = Run::new(text, build(&spec), H);
+        let start = run.state.clone();
+        for n in 1..=50 {
+            run.step();
+            let g = Vec3::new(0.0, 0.0, -9.81);
+            let steps = f64::from(n);
+            let v = start.v[0] + g * (steps * H);
+            let fall = start.v[0] * (steps * H) + g * (0.5 * steps * (steps + 1.0) * H * H);
+            for i in 0..16 {
+                assert!((run.state.v[i] - v).norm() < tolerance * steps * v.norm(), "{text}, {n}");
+                let x = start.x[i] + fall;
+                assert!((run.state.x[i] - x).norm() < tolerance * steps, "{text}, {n}");
+            }
+        }
+    }
+}
+
+#[test]
+fn linear_momentum_is_conserved() {
+    for law in [DampingLaw::Full, DampingLaw::Projected] {
+        let mut spec = rough_sheet(5, 1e5, 0.2, law);
+        spec.pins.clear();
+        spec.effects.gravity = None;
+        for (text, tolerance) in
+            [(DIRECT, 1e-12), (TIGHT, 1e-11), ("solver=cholesky,implicit=tension", 1e-12)]
+        {
+            let mut run = Run::new(text, build(&spec), 1e-3);
+            let before = run.system.momentum(&run.state);
+            let scale: f64 =
+                run.system.mass().iter().zip(&run.state.v).map(|(m, v)| m * v.norm()).sum();
+            (0..20).for_each(|_| {
+                run.step();
+            });
+            let drift = (run.system.momentum(&run.state) - before).norm();
+            assert!(drift < tolerance * scale, "{text}: {drift:e} of {scale:e}");
+        }
+    }
+}
+
+/// Dense `K = −∂f/∂x` and `D = −∂f/∂v`, written down from the list of springs.
+fn dense(spec: &SystemSpec, state: &State, clamped: bool) -> (DMatrix<f64>, DMatrix<f64>) {
+    let n = 3 * state.len();
+    let (mut k, mut d) = (DMatrix::zeros(n, n), DMatrix::zeros(n, n));
+    for s in &spec.springs {
+        let (i, j) = (s.i as usize, s.j as usize);
+        let length = (state.x[i] - state.x[j]).norm();
+        let u = (state.x[i] - state.x[j]) / length;
+        let along = u * u.transpose();
+        let across = drape_model::Mat3::identity() - along;
+        let strain = 1.0 - s.rest_length_m / length;
+        let strain = if clamped { strain.max(0.0) } else { strain };
+        let stiffness = (along + across * strain) * s.stiffness_n_per_m;
+        let damping = match spec.damping {
+            DampingLaw::Full => (along + across) * s.damping_n_s_per_m,
+            DampingLaw::Projected => along * s.damping_n_s_per_m,
+        };
+        for (matrix, block) in [(&mut k, stiffness), (&mut d, damping)] {
+            for (row, column, sign) in [(i, i, 1.0), (j, j, 1.0), (i, j, -1.0), (j, i, -1.0)] {
+                let mut view = matrix.fixed_view_mut::<3, 3>(3 * row, 3 * column);
+                view += block * sign;
+            }
+        }
+    }
+    (k, d)
+}
+
+fn flat(vectors: &[Vec3]) -> DVector<f64> {
+    DVector::from_iterator(3 * vectors.len(), vectors.iter().flat_map(|v| [v.x, v.y, v.z]))
+}
+
+/// `(Δx, Δv) = h (v_0 + Δv, M⁻¹ (f_0 + ∂f/∂x Δx + ∂f/∂v Δv))`, Baraff-Witkin (4), (5), as one system of `6n`
+/// unknowns in which the pinned particles do not move.
+fn unreduced(spec: &SystemSpec, run: &Run, clamped: bool) -> (DVector<f64>, DVector<f64>) {
+    let (state, h) = (&run.state, run.h);
+    let n = 3 * state.len();
+    let (k, d) = dense(spec, state, clamped);
+    let mut force = vec![Vec3::zeros(); state.len()];
+    run.system.forces(&state.x, &state.v, &mut force);
+    let (force, v) = (flat(&force), flat(&state.v));
+    let mut matrix = DMatrix::identity(2 * n, 2 * n);
+    let mut rhs = DVector::zeros(2 * n);
+    for row in 0..n {
+        matrix[(row, n + row)] = -h;
+        rhs[row] = h * v[row];
+        if run.system.pinned()[row / 3] {
+            rhs[n + row] = -v[row];
+            continue;
+        }
+        let per_mass = h / run.system.mass()[row / 3];
+        for column in 0..n {
+            matrix[(n + row, column)] = per_mass * k[(row, column)];
+            matrix[(n + row, n + column)] += per_mass * d[(row, column)];
+        }
+        rhs[n + row] = per_mass * force[row];
+    }
+    let solution = matrix.lu().solve(&rhs).unwrap_or_else(|| panic!("a singular system"));
+    (flat(&state.x) + solution.rows(0, n), v + solution.rows(n, n))
+}
+
+#[test]
+fn the_reduced_system_has_the_solution_of_the_unreduced_one() {
+    for (law, disorder) in [(DampingLaw::Full, 0.3), (DampingLaw::Projected, 0.3)] {
+        for stiffness in [1e3, 1e5] {
+            let spec = rough_sheet(4, stiffness, disorder, law);
+            for hessian in ["clamped", "raw"] {
+                let text = format!("solver=cholesky,hessian={hessian}");
+                let mut run = Run::new(&text, build(&spec), H);
+                for _ in 0..5 {
+                    let (x, v) = unreduced(&spec, &run, hessian == "clamped");
+                    run.step();
+                    let error = (flat(&run.state.v) - &v).norm() / v.norm();
+                    assert!(error < 1e-12, "{text}, k/m = {stiffness}: {error:e} in v");
+                    let error = (flat(&run.state.x) - &x).norm() / x.norm();
+                    assert!(error < 1e-12, "{text}, k/m = {stiffness}: {error:e} in x");
+                }
+            }
+        }
+    }
+}
+
+/// `(M + hD + h²K) v_{n+1} = M v_n + h (f_n + D v_n)` with the clamped `K` on the left and none on the right.
+#[test]
+fn the_change_and_the_velocity_itself_solve_the_same_system() {
+    let spec = rough_sheet(5, 1e5, 0.3, DampingLaw::Full);
+    let mut run = Run::new(DIRECT, build(&spec), H);
+    let (k, d) = dense(&spec, &run.state, true);
+    let mut force = vec![Vec3::zeros(); run.state.len()];
+    run.system.forces(&run.state.x, &run.state.v, &mut force);
+    let v = flat(&run.state.v);
+    let mass = DVector::from_fn(v.len(), |row, _| run.system.mass()[row / 3]);
+    let mut matrix = DMatrix::from_diagonal(&mass) + &d * H + &k * (H * H);
+    let mut rhs = mass.component_mul(&v) + (flat(&force) + &d * &v) * H;
+    for row in (0..v.len()).filter(|row| run.system.pinned()[row / 3]) {
+        matrix.row_mut(row).fill(0.0);
+        matrix[(row, row)] = 1.0;
+        rhs[row] = 0.0;
+    }
+    run.step();
+    let expected = matrix.lu().solve(&rhs).unwrap_or_else(|| panic!("a singular system"));
+    let error = (flat(&run.state.v) - &expected).norm() / expected.norm();
+    assert!(error < 1e-12, "{error:e}");
+}
+
+#[test]
+fn a_squeezed_sheet_has_an_indefinite_raw_matrix_and_a_definite_clamped_one() {
+    let mut spec = rough_sheet(6, 1e6, 0.02, DampingLaw::Full);
+    spec.particles.position_m.iter_mut().for_each(|x| (x[0], x[1]) = (0.8 * x[0], 0.8 * x[1]));
+    for preconditioner in ["none", "block-jacobi"] {
+        let text = format!("hessian=raw,preconditioner={preconditioner}");
+        let mut run = Run::new(&text, build(&spec), H);
+        let report = run.step();
+        assert_eq!(report.solve, SolveStatus::Indefinite, "{text}: {report:?}");
+        assert!(run.state.is_finite(), "{text}");
+    }
+    let mut run = Run::new("hessian=raw,solver=cholesky", build(&spec), H);
+    let report = run.step();
+    assert_eq!(report.solve, SolveStatus::Indefinite, "{report:?}");
+    assert!(report.relative_residual < 1e-9, "LDLᵀ solves it all the same: {report:?}");
+    for text in ["", "preconditioner=none", DIRECT] {
+        let mut run = Run::new(text, build(&spec), H);
+        for step in 0..50 {
+            let report = run.step();
+            assert_ne!(report.solve, SolveStatus::Indefinite, "{text}, step {step}: {report:?}");
+        }
+    }
+}
+
+#[test]
+fn without_compression_the_raw_matrix_is_the_clamped_one() {
+    let mut spec = rough_sheet(5, 1e4, 0.05, DampingLaw::Full);
+    spec.particles.position_m.iter_mut().for_each(|x| (x[0], x[1]) = (1.5 * x[0], 1.5 * x[1]));
+    let mut states = ["clamped", "raw"].map(|hessian| {
+        let mut run = Run::new(&format!("hessian={hessian}"), build(&spec), H);
+        let report = run.step();
+        assert_eq!(report.solve, SolveStatus::Converged);
+        run.state
+    });
+    assert_eq!(states[0], states[1]);
+    spec.particles.position_m.iter_mut().for_each(|x| (x[0], x[1]) = (0.5 * x[0], 0.5 * x[1]));
+    states = ["clamped", "raw"].map(|hessian| {
+        let mut run = Run::new(&format!("hessian={hessian}"), build(&spec), 1e-3);
+        run.step();
+        run.state
+    });
+    assert_ne!(states[0], states[1]);
+}
+
+#[test]
+fn a_smaller_forcing_term_takes_more_iterations_and_comes_closer_to_the_direct_solution() {
+    let spec = rough_sheet(8, 1e5, 0.2, DampingLaw::Full);
+    let mut exact = Run::new(DIRECT, build(&spec), H);
+    let report = exact.step();
+    assert_eq!((report.cg_iterations, report.factorisations), (0, 1));
+    for norm in ["euclid", "preconditioned"] {
+        let (mut iterations, mut error) = (0, f64::INFINITY);
+        for forcing_term in ["0.5", "1e-2", "1e-4", "1e-8", "1e-12"] {
+            let text = format!("norm={norm},forcing_term={forcing_term}");
+            let mut run = Run::new(&text, build(&spec), H);
+            let report = run.step();
+            assert_eq!(report.solve, SolveStatus::Converged, "{text}");
+            assert!(report.relative_residual <= settings(&text).forcing_term, "{text}: {report:?}");
+            // One product for the right-hand side, one for the first residual, one a refresh, and
+            // one for z: the pins were in motion.
+            assert!(report.matvecs >= report.cg_iterations + 3, "{text}: {report:?}");
+            assert!(report.cg_iterations > iterations, "{text}: {report:?}");
+            iterations = report.cg_iterations;
+            let distance = (flat(&run.state.v) - flat(&exact.state.v)).norm();
+            assert!(distance < 0.5 * error, "{text}: {distance:e}");
+            error = distance;
+        }
+        assert!(error < 1e-9, "{norm}: {error:e}");
+    }
+}
+
+#[test]
+fn each_norm_stops_by_its_own_residual() {
+    let mut spec = rough_sheet(8, 1e4, 0.2, DampingLaw::Full);
+    spec.particles.mass_kg[30] *= 1e4;
+    let [euclid, preconditioned] = ["euclid", "preconditioned"].map(|norm| {
+        let mut run = Run::new(&format!("norm={norm}"), build(&spec), H);
+        let report = run.step();
+        (report.cg_iterations, report.relative_residual)
+    });
+    assert_ne!(euclid.1, preconditioned.1);
+    // The weight of the heavy particle hides what the others still lack.
+    assert!(euclid.0 < preconditioned.0, "{euclid:?} against {preconditioned:?}");
+}
+
+#[test]
+fn preconditioning_saves_iterations_where_masses_differ() {
+    let mut spec = rough_sheet(8, 1e4, 0.2, DampingLaw::Full);
+    let masses = &mut spec.particles.mass_kg;
+    masses.iter_mut().enumerate().for_each(|(i, m)| *m *= if i % 3 == 0 { 100.0 } else { 1.0 });
+    let [none, block_jacobi] = ["none", "block-jacobi"].map(|preconditioner| {
+        let text = format!("forcing_term=1e-8,preconditioner={preconditioner}");
+        Run::new(&text, build(&spec), H).step().cg_iterations
+    });
+    assert!(2 * block_jacobi < none, "{block_jacobi} against {none}");
+}
+
+#[test]
+fn the_matrix_is_set_up_in_every_step() {
+    let spec = rough_sheet(3, 1e4, 0.1, DampingLaw::Full);
+    let mut run = Run::new("", build(&spec), H);
+    let first = Setups { first: 1, ..Setups::default() };
+    let every_step = Setups { every_step: 1, ..Setups::default() };
+    assert_eq!([(); 3].map(|()| run.step().setups), [first, every_step, every_step]);
+    run.h = 0.5 * H;
+    assert!(run.system.scale_stiffness("tension", 2.0));
+    assert_eq!(run.step().setups, every_step);
+}
+
+/// Nothing of the matrix survives a step, so that every change counts at once.
+#[test]
+fn after_changes_of_everything_a_step_is_that_of_a_fresh_integrator() {
+    for text in ["", DIRECT, "hessian=raw", "hessian=raw,solver=cholesky", "implicit=tension"] {
+        let spec = rough_sheet(5, 1e4, 0.1, DampingLaw::Projected);
+        let mut run = Run::new(text, build(&spec), H);
+        (0..3).for_each(|_| {
+            run.step();
+        });
+        run.h = 0.3 * H;
+        assert!(run.system.scale_stiffness("tension", 3.0));
+        assert!(run.system.scale_damping("shear", 0.5));
+        let mass: Vec<f64> = run.system.mass().iter().map(|m| 1.5 * m).collect();
+        assert!(run.system.set_mass(&mass));
+        assert!(run.system.set_pinned(17, true) && run.system.set_pinned(0, false));
+        run.integrator.restart(&run.state);
+        let mut fresh = Run::new(text, (run.system.clone(), run.state.clone()), run.h);
+        let (again, new) = (run.step(), fresh.step());
+        let work = |report| StepReport { setups: Setups::default(), ..report };
+        assert_eq!(work(again), work(new), "{text}");
+        assert_eq!(run.state, fresh.state, "{text}");
+        assert_eq!(run.state.v[17], Vec3::zeros(), "{text}: the new pin holds");
+        assert_ne!(run.state.v[0], Vec3::zeros(), "{text}: the old pin is gone");
+    }
+}
+
+#[test]
+fn a_pinned_particle_loses_its_velocity_at_once() {
+    let mut spec = anchored(10.0, 0.1, 0.6, Vec3::x(), Vec3::y());
+    spec.particles.velocity_m_s[0] = [0.1, 0.7, -0.3];
+    for text in ["", DIRECT] {
+        let mut run = Run::new(text, build(&spec), H);
+        run.step();
+        assert_eq!((run.state.x[0], run.state.v[0]), (Vec3::zeros(), Vec3::zeros()), "{text}");
+    }
+}
+
+#[test]
+fn numbers_that_overflow_are_a_result_or_a_refusal_that_leaves_the_state() {
+    for text in ["", "preconditioner=none", "hessian=raw", DIRECT, "hessian=raw,solver=cholesky"] {
+        for bad in [f64::NAN, f64::INFINITY, 1e200] {
+            let spec = rough_sheet(3, 1e6, 0.1, DampingLaw::Projected);
+            let mut run = Run::new(text, build(&spec), H);
+            run.state.x[4].y = bad;
+            run.state.v[5].x = bad;
+            let before = format!("{:?}", run.state);
+            match run.try_step() {
+                Ok(report) => assert!(bad == 1e200 || report.solve != SolveStatus::Converged),
+                Err(StepError::Solver(_)) => assert_eq!(format!("{:?}", run.state), before),
+                Err(error) => panic!("{text}: {error}"),
+            }
+        }
+    }
+}
+
+#[test]
+fn settings_out_of_range_and_unknown_ones_are_refused() {
+    for (key, value) in [
+        ("forcing_term", "0.6"),
+        ("forcing_term", "0"),
+        ("forcing_term", "nan"),
+        ("preconditioner", "ic0"),
+        ("norm", "energy"),
+        ("hessian", "clamp"),
+        ("implicit", "springs"),
+        ("contact", "force"),
+        ("solver", "ldlt"),
+        ("start", "last"),
+    ] {
+        let outcome = crate::BaraffWitkinSettings::from_pairs([(key, value)]);
+        let error = outcome.err().unwrap_or_else(|| panic!("{key}={value} was accepted"));
+        let text = error.to_string();
+        assert!(text.contains("baraff-witkin") && text.contains(key), "{text}");
+    }
+    for setting in BARAFF_WITKIN.settings {
+        let given = settings(&format!("{}={}", setting.key, setting.default));
+        assert_eq!(given, settings(""), "{}", setting.key);
+    }
+}
+
+#[test]
+fn gravity_alone_is_followed_without_any_spring() {
+    let mut spec = particles(&[MASS], &[Vec3::zeros()], &[Vec3::x()]);
+    spec.effects.gravity = gravity(-10.0);
+    for text in ["", DIRECT, "implicit=tension,preconditioner=none"] {
+        let mut run = Run::new(text, build(&spec), 0.25);
+        let report = run.step();
+        assert_eq!(report.solve, SolveStatus::Converged);
+        let expected = (Vec3::new(0.25, 0.0, -0.625), Vec3::new(1.0, 0.0, -2.5));
+        assert!((run.state.x[0] - expected.0).norm() < 1e-15, "{text}: {:?}", run.state.x);
+        assert!((run.state.v[0] - expected.1).norm() < 1e-15, "{text}: {:?}", run.state.v);
+        assert_eq!(run.state.t, 0.25);
+    }
+}

@@ -1,0 +1,158 @@
+//! What the method is, and its settings.
+
+use drape_integrator::{
+    Kind, Method, Order, Quantity, Setting, SettingError, Settings, SolverKind, StabilityClass,
+    Support, SweepOrder, Treatment,
+};
+
+/// Desbrun, Schröder and Barr's precomputed inverse.
+pub static DESBRUN: Method = Method {
+    id: "desbrun",
+    name: "Desbrun's precomputed inverse",
+    source: "Desbrun, Schröder, Barr 1999; EEH section 3",
+    order: Order::One,
+    class: StabilityClass::Dissipative,
+    conserves: &[Quantity::Momentum, Quantity::AngularMomentum],
+    theory: "IMEX Euler with unfiltered external forces: never gains energy with full damping and no pins under gravity, \
+             the torque correction aside; locks for h²k/m above 1; angular momentum is kept by the consistent correction \
+             only, and beside the spin of the whole nothing is",
+    supports: &[
+        Support::new("tension", Treatment::Implicit),
+        Support::new("shear", Treatment::Implicit),
+        Support::new("bending", Treatment::Implicit),
+        Support::new("gravity", Treatment::Explicit),
+        Support::new("pins", Treatment::Constraint),
+        Support::new("contact", Treatment::Constraint),
+    ],
+    settings: &[
+        Setting {
+            key: "inverse",
+            kind: Kind::Choice(&["cholesky", "dense"]),
+            default: "cholesky",
+            help: "what is precomputed: a sparse Cholesky factor, or the full inverse as published; the motion is the \
+                   same",
+        },
+        Setting {
+            key: "memory_limit_mib",
+            kind: Kind::Integer { min: 1, max: 1_048_576 },
+            default: "2048",
+            help: "a dense inverse that would take more than this many MiB is refused",
+        },
+        Setting {
+            key: "torque",
+            kind: Kind::Choice(&["none", "literal", "consistent"]),
+            default: "consistent",
+            help: "correction of the torque that the filter adds: none, as published, or in consistent units (which \
+                   does nothing where a particle is pinned)",
+        },
+        Setting {
+            key: "inverse_dynamics",
+            kind: Kind::Choice(&["false", "true"]),
+            default: "false",
+            help: "shorten over-stretched springs after the step, like Provot",
+        },
+        Setting {
+            key: "limit",
+            kind: Kind::Number { min: 1e-4, max: 10.0 },
+            default: "0.1",
+            help: "inverse_dynamics: greatest elongation over the rest length",
+        },
+        Setting {
+            key: "sweeps",
+            kind: Kind::Integer { min: 1, max: 1000 },
+            default: "1",
+            help: "inverse_dynamics: sweeps over the springs in a step",
+        },
+        Setting {
+            key: "order",
+            kind: Kind::Choice(SweepOrder::WORDS),
+            default: "forward",
+            help: "inverse_dynamics: order in which the springs are visited",
+        },
+    ],
+};
+
+/// What is precomputed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Inverse {
+    /// A sparse Cholesky factor of `A`.
+    Cholesky,
+    /// `A⁻¹`, `n` × `n`.
+    Dense {
+        /// Most memory that it may take with its scratch, bytes.
+        limit_bytes: usize,
+    },
+}
+
+impl Inverse {
+    pub(crate) fn solver(self) -> SolverKind {
+        match self {
+            Self::Cholesky => SolverKind::Cholesky,
+            Self::Dense { limit_bytes } => SolverKind::DenseInverse { limit_bytes },
+        }
+    }
+}
+
+/// How the torque of the filter is corrected.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Torque {
+    /// Not at all.
+    None,
+    /// `F_i = h (x_G − x_i) × δT`, as published.
+    Literal,
+    /// `F_i = m_i β × r_i` with `β = −I_G⁻¹ Σ r_i × F_i`.
+    Consistent,
+}
+
+/// Provot's correction after the step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct InverseDynamics {
+    /// Greatest elongation over the rest length.
+    pub limit: f64,
+    /// Sweeps a step.
+    pub sweeps: usize,
+    /// Order of the springs.
+    pub order: SweepOrder,
+}
+
+/// Settings of Desbrun's method.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DesbrunSettings {
+    /// What is precomputed.
+    pub inverse: Inverse,
+    /// Correction of the torque.
+    pub torque: Torque,
+    /// Correction of over-stretched springs.
+    pub inverse_dynamics: Option<InverseDynamics>,
+}
+
+impl DesbrunSettings {
+    /// Reads `key=value` pairs.
+    ///
+    /// # Errors
+    /// [`SettingError`] for an unknown key or a value that does not fit.
+    pub fn from_pairs<'a>(
+        pairs: impl IntoIterator<Item = (&'a str, &'a str)>,
+    ) -> Result<Self, SettingError> {
+        let settings = Settings::new(DESBRUN.id, DESBRUN.settings, pairs)?;
+        let limit_bytes = settings.integer("memory_limit_mib").saturating_mul(1 << 20);
+        let inverse_dynamics = InverseDynamics {
+            limit: settings.number("limit"),
+            sweeps: settings.integer("sweeps"),
+            order: SweepOrder::read(settings.word("order")),
+        };
+        Ok(Self {
+            inverse: match settings.word("inverse") {
+                "dense" => Inverse::Dense { limit_bytes },
+                _ => Inverse::Cholesky,
+            },
+            torque: match settings.word("torque") {
+                "none" => Torque::None,
+                "literal" => Torque::Literal,
+                _ => Torque::Consistent,
+            },
+            inverse_dynamics: (settings.word("inverse_dynamics") == "true")
+                .then_some(inverse_dynamics),
+        })
+    }
+}

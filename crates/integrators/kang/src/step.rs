@@ -1,0 +1,78 @@
+//! The step.
+
+use crate::settings::{KANG, KangSettings};
+use crate::sweep::sweep;
+use crate::workspace::Workspace;
+use drape_integrator::{
+    Integrator, Method, Phase, PhaseClock, PrepareError, Scratch, StepError, StepReport, TimeStep,
+    drift, kick,
+};
+use drape_model::{State, System};
+
+/// Kang's neighbour-corrected sweep.
+#[derive(Debug)]
+pub struct Kang {
+    settings: KangSettings,
+    scratch: Scratch<Workspace>,
+}
+
+impl Kang {
+    /// The method with its settings.
+    pub fn new(settings: KangSettings) -> Self {
+        Self { settings, scratch: Scratch::default() }
+    }
+}
+
+impl Integrator for Kang {
+    fn method(&self) -> &'static Method {
+        &KANG
+    }
+
+    fn prepare(&mut self, system: &System, h: TimeStep) -> Result<(), PrepareError> {
+        KANG.check(system)?;
+        self.scratch.set(system, Workspace::new(system, h.seconds())?);
+        Ok(())
+    }
+
+    fn step(
+        &mut self,
+        system: &System,
+        state: &mut State,
+        h: TimeStep,
+        clock: &mut PhaseClock,
+    ) -> Result<StepReport, StepError> {
+        let w = self.scratch.ready(system, state)?;
+        let (h, sweeps) = (h.seconds(), self.settings.sweeps);
+        clock.switch(Phase::MatrixSetup);
+        let mut report = StepReport::after_setup(w.linear.refresh(system, h)?); // D and A = M + h² L_k + h L_c
+        clock.switch(Phase::Forces);
+        w.viscous.assemble(&w.linear, system, state, h); // h F̃
+        clock.switch(Phase::Solve);
+        let (a, b) = (w.linear.matrix(), w.viscous.impulse());
+        report.relative_residual =
+            sweep(a, b, system.pinned(), sweeps, &mut w.product, &mut w.change);
+        report.force_evaluations = 1;
+        report.matvecs = 1 + sweeps;
+        clock.switch(Phase::Contact);
+        w.contacts.detect(system, &state.x, &state.v, h, &mut w.constraints);
+        for i in 0..state.len() {
+            w.free_velocity[i] = state.v[i] + w.change[i];
+        }
+        kick(system, h, w.viscous.external(), &mut w.free_velocity); // v_{n+1} = v_n + Δv + h M⁻¹ f_external
+        let Workspace { free_velocity, velocity, impulse, contacts, constraints, .. } = w;
+        contacts.project(system, constraints, free_velocity, velocity, impulse);
+        clock.switch(Phase::Update);
+        state.v.copy_from_slice(velocity);
+        drift(h, &state.v, &mut state.x); // x_{n+1} = x_n + h v_{n+1}
+        contacts.settle(&mut state.v, |_, _| ());
+        state.t += h;
+        clock.stop();
+        Ok(report)
+    }
+
+    fn restart(&mut self, _state: &State) {
+        if let Some(w) = self.scratch.get_mut() {
+            w.contacts.restart();
+        }
+    }
+}

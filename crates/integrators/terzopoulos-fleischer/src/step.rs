@@ -1,0 +1,71 @@
+//! The step.
+
+use crate::settings::{TERZOPOULOS_FLEISCHER, TerzopoulosFleischerSettings};
+use crate::workspace::Workspace;
+use drape_integrator::{
+    Integrator, Method, Phase, PhaseClock, PrepareError, Scratch, SetupCause, StepError,
+    StepReport, TimeStep, drift,
+};
+use drape_model::{State, System};
+
+/// Terzopoulos and Fleischer's semi-implicit step.
+#[derive(Debug)]
+pub struct TerzopoulosFleischer {
+    settings: TerzopoulosFleischerSettings,
+    scratch: Scratch<Workspace>,
+}
+
+impl TerzopoulosFleischer {
+    /// The method with its settings.
+    pub fn new(settings: TerzopoulosFleischerSettings) -> Self {
+        Self { settings, scratch: Scratch::default() }
+    }
+}
+
+impl Integrator for TerzopoulosFleischer {
+    fn method(&self) -> &'static Method {
+        &TERZOPOULOS_FLEISCHER
+    }
+
+    fn prepare(&mut self, system: &System, _h: TimeStep) -> Result<(), PrepareError> {
+        TERZOPOULOS_FLEISCHER.check(system)?;
+        self.scratch.set(system, Workspace::new(system, self.settings.clamp)?);
+        Ok(())
+    }
+
+    fn step(
+        &mut self,
+        system: &System,
+        state: &mut State,
+        h: TimeStep,
+        clock: &mut PhaseClock,
+    ) -> Result<StepReport, StepError> {
+        let w = self.scratch.ready(system, state)?;
+        let h = h.seconds();
+        clock.switch(Phase::MatrixSetup);
+        let cause = std::mem::replace(&mut w.cause, SetupCause::EveryStep);
+        let mut report = StepReport::after_setup(Some(cause));
+        w.secant.assemble(system, state, h); // A = M + h² K(x_n) + ½ h C, and b
+        report.force_evaluations = 1;
+        clock.switch(Phase::Solve);
+        w.secant.solve(&mut w.free_velocity)?; // A v_{n+1} = b
+        report.factorisations = 1;
+        clock.switch(Phase::Contact);
+        w.contacts.detect(system, &state.x, &state.v, h, &mut w.constraints);
+        let Workspace { free_velocity, velocity, impulse, contacts, constraints, .. } = w;
+        contacts.project(system, constraints, free_velocity, velocity, impulse);
+        clock.switch(Phase::Update);
+        state.v.copy_from_slice(velocity);
+        drift(h, &state.v, &mut state.x); // x_{n+1} = x_n + h v_{n+1}
+        contacts.settle(&mut state.v, |_, _| ());
+        state.t += h;
+        clock.stop();
+        Ok(report)
+    }
+
+    fn restart(&mut self, _state: &State) {
+        if let Some(w) = self.scratch.get_mut() {
+            w.contacts.restart();
+        }
+    }
+}
