@@ -34,8 +34,9 @@
 //!
 //! A multistep method moves `x* → x* + τ v_+`, and its `x*` holds some of the past motion.
 //! [`ContactSet::detect_multistep`] looks for contacts at `x_n` and prescribes the `v_+` that leads where the rules above
-//! would lead. A rebound there moves the particle by the mean of the velocities before and after, as befits
-//! a method of order 2, so that an elastic one neither takes nor gives energy.
+//! would lead, with two differences, both so that a bounce neither takes nor gives energy: a rebound moves the
+//! particle by the mean of the velocities before and after, as befits a method of order 2, and what leaves
+//! an obstacle by itself within a few steps is let go.
 //!
 //! Speculative detection looks ahead with `v_n`, so that what a particle gains in the step itself
 //! may still carry it inside, by `τ²` times its acceleration.
@@ -308,7 +309,7 @@ impl ContactSet {
         kept < before
     }
 
-    /// Ends a step: cuts the normal velocities back to what the impacts left, calls `changed` for
+    /// Ends a step: brings the normal velocities back to what the impacts left, calls `changed` for
     /// each particle whose history no longer fits (a contact began, ended or cut its velocity), and
     /// remembers which contacts were active.
     pub fn settle(&mut self, v: &mut [Vec3], mut changed: impl FnMut(usize, &Vec3)) {
@@ -608,6 +609,43 @@ mod tests {
                 let expected = if rests { Vec3::new(1.0, 2.0, 0.0) } else { a };
                 assert_eq!(left[0], expected, "e = {e}, at {speed} m/s");
             }
+        }
+    }
+
+    /// One step of a multistep method that moves from `(x, v)` to `x* + τ v_+`: where it ends, and with which
+    /// velocity, if there is a contact.
+    fn multistep(e: f64, (x, v): (f64, f64), ahead: f64, tau: f64) -> Option<(f64, f64)> {
+        let (system, state) = ball_on_plane(e, x, v);
+        let (mut set, mut constraints) = (ContactSet::new(&system), Constraints::free(1));
+        let x_star = [Vec3::new(3.0, -2.0, x + ahead)];
+        let from = (&state.x[..], &state.v[..]);
+        set.detect_multistep(
+            &system,
+            MultistepMotion { from, h: 0.01, x_star: &x_star, tau },
+            &mut constraints,
+        );
+        let mut v = [Vec3::new(1.0, 2.0, -9.0)];
+        constraints.impose(&mut v);
+        let z = x_star[0].z + tau * v[0].z;
+        set.settle(&mut v, |_, _| ());
+        assert_eq!(v[0].xy(), Vec3::new(1.0, 2.0, 0.0).xy(), "the plane is smooth");
+        (!set.is_empty()).then_some((z, v[0].z))
+    }
+
+    #[test]
+    fn a_multistep_contact_ends_the_step_where_a_one_step_contact_would() {
+        for (ahead, tau) in [(0.0, 0.01), (-0.01, 0.005), (-0.003, 0.02 / 3.0)] {
+            let close = |found: Option<(f64, f64)>, (z, v): (f64, f64)| {
+                let (found_z, found_v) = found.expect("a contact");
+                let off = (found_z - z).abs().max((found_v - v).abs());
+                assert!(off < 1e-15, "x* = x + {ahead}, τ = {tau}: {found_z}, {found_v}");
+            };
+            let step = |e, from| multistep(e, from, ahead, tau);
+            close(step(0.0, (-0.004, -1.0)), (0.0, 0.0)); // on the surface, at rest
+            close(step(0.0, (-0.3, 0.0)), (-0.29, 0.0)); // not faster than the limit of 1 m/s
+            close(step(1.0, (-0.004, -2.0)), (-0.004, 2.0)); // reflected where it is
+            assert_eq!(step(1.0, (-0.004, 2.0)), None, "it leaves by itself");
+            assert_eq!(step(0.0, (0.004, -2.0)), None, "it is outside");
         }
     }
 

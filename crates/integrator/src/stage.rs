@@ -49,13 +49,16 @@ impl Default for StageSettings {
     }
 }
 
-/// What defines a stage: `M (v − v*) = τ f(x, v)`, `x = x* + τ v`.
+/// What defines a stage: `M (v − v*) = τ f(x, v)`, `x = x* + τ v`. It is EEH (10), `x'' = M⁻¹ f(x, x')` as a system of
+/// first order, under any implicit method; Newton's iteration has the `3n` unknowns of section 2.3, since `x`
+/// follows from `v`.
 ///
 /// | method | `τ` | `x*` | `v*` |
 /// |---|---|---|---|
 /// | backward Euler | `h` | `x_n` | `v_n` |
 /// | `k`-step BDF | `h β_k/α_k` | `−Σ_{j<k} α_j x_{n+j} / α_k` | likewise of `v` |
 /// | implicit midpoint, then `y_{n+1} = 2y − y_n` | `h/2` | `x_n` | `v_n` |
+#[doc(alias = "EEH 10")]
 #[derive(Clone, Copy, Debug)]
 pub struct Stage<'a> {
     /// `τ`, s.

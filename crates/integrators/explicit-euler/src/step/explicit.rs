@@ -1,0 +1,62 @@
+//! Explicit (forward) Euler.
+
+use crate::settings::EXPLICIT_EULER;
+use crate::workspace::EulerWorkspace;
+use drape_integrator::{
+    Integrator, Method, Phase, PhaseClock, PrepareError, Scratch, StepError, StepReport, TimeStep,
+    drift, kick,
+};
+use drape_model::{State, System, Vec3};
+
+/// Explicit (forward) Euler.
+#[derive(Debug, Default)]
+pub struct ExplicitEuler {
+    scratch: Scratch<EulerWorkspace>,
+}
+
+impl Integrator for ExplicitEuler {
+    fn method(&self) -> &'static Method {
+        &EXPLICIT_EULER
+    }
+
+    fn prepare(&mut self, system: &System, h: TimeStep) -> Result<(), PrepareError> {
+        EXPLICIT_EULER.check(system)?;
+        self.scratch.set(system, EulerWorkspace::new(system, false, h.seconds())?);
+        Ok(())
+    }
+
+    fn step(
+        &mut self,
+        system: &System,
+        state: &mut State,
+        h: TimeStep,
+        clock: &mut PhaseClock,
+    ) -> Result<StepReport, StepError> {
+        let w = self.scratch.ready(system, state)?;
+        let h = h.seconds();
+        clock.switch(Phase::Forces);
+        system.forces(&state.x, &state.v, &mut w.force);
+        clock.switch(Phase::Contact);
+        w.contacts.detect(system, &state.x, &state.v, h, &mut w.constraints);
+        w.free_velocity.copy_from_slice(&state.v);
+        w.project(system);
+        clock.switch(Phase::Update);
+        drift(h, &w.velocity, &mut state.x); // x_{n+1} = x_n + h v_n
+        state.v.copy_from_slice(&w.velocity);
+        w.contacts.settle(&mut state.v, |_, _| ());
+        kick(system, h, &w.force, &mut state.v); // v_{n+1} = v_n + h M⁻¹ f_n
+        w.contacts.stop(&mut state.v);
+        for i in (0..state.len()).filter(|&i| system.pinned()[i]) {
+            state.v[i] = Vec3::zeros();
+        }
+        state.t += h;
+        clock.stop();
+        Ok(StepReport { force_evaluations: 1, ..StepReport::default() })
+    }
+
+    fn restart(&mut self, _state: &State) {
+        if let Some(w) = self.scratch.get_mut() {
+            w.contacts.restart();
+        }
+    }
+}

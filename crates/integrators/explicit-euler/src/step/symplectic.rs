@@ -1,0 +1,92 @@
+//! Symplectic Euler.
+
+use crate::settings::{DampingTreatment, SYMPLECTIC_EULER, SymplecticSettings};
+use crate::workspace::EulerWorkspace;
+use drape_integrator::{
+    Implicit, Integrator, Method, Phase, PhaseClock, PrepareError, Scratch, StepError, StepReport,
+    TimeStep, drift, kick,
+};
+use drape_model::{State, System, Vec3};
+
+/// Symplectic Euler.
+#[derive(Debug, Default)]
+pub struct SymplecticEuler {
+    settings: SymplecticSettings,
+    scratch: Scratch<EulerWorkspace>,
+}
+
+impl SymplecticEuler {
+    /// The method with its settings.
+    pub fn new(settings: SymplecticSettings) -> Self {
+        Self { settings, scratch: Scratch::default() }
+    }
+}
+
+impl Integrator for SymplecticEuler {
+    fn method(&self) -> &'static Method {
+        &SYMPLECTIC_EULER
+    }
+
+    fn prepare(&mut self, system: &System, h: TimeStep) -> Result<(), PrepareError> {
+        SYMPLECTIC_EULER.check(system)?;
+        let implicit_damping = self.settings.damping == DampingTreatment::Implicit;
+        self.scratch.set(system, EulerWorkspace::new(system, implicit_damping, h.seconds())?);
+        Ok(())
+    }
+
+    fn step(
+        &mut self,
+        system: &System,
+        state: &mut State,
+        h: TimeStep,
+        clock: &mut PhaseClock,
+    ) -> Result<StepReport, StepError> {
+        let w = self.scratch.ready(system, state)?;
+        let h = h.seconds();
+        clock.switch(Phase::MatrixSetup);
+        let setup =
+            w.damping.as_mut().map(|solver| solver.refresh(system, h)).transpose()?.flatten();
+        let mut report = StepReport::after_setup(setup);
+        clock.switch(Phase::Contact);
+        w.contacts.detect(system, &state.x, &state.v, h, &mut w.constraints);
+        clock.switch(Phase::Forces);
+        report.force_evaluations = 1;
+        if let Some(solver) = &mut w.damping {
+            w.force.fill(Vec3::zeros());
+            Implicit::Springs.add_explicit_forces(system, &state.x, &state.v, &mut w.force);
+            Implicit::Springs.add_implicit_forces(system, &state.x, &mut w.force);
+            Implicit::Springs.add_damping_remainders(system, &state.x, &state.v, &mut w.force);
+            for i in 0..state.len() {
+                w.force[i] = state.v[i] * system.mass()[i] + w.force[i] * h; // M v_n + h f
+            }
+            clock.switch(Phase::Solve);
+            let EulerWorkspace { force: b, velocity, impulse, contacts, constraints, .. } = w;
+            contacts.solve(system, constraints, impulse, |constraints, impulse| {
+                report += solver.solve(constraints, b, velocity); // (M + h L_c) v_{n+1} = b
+                if let Some(impulse) = impulse {
+                    solver.constraint_impulse(b, velocity, impulse);
+                }
+                Ok::<(), StepError>(())
+            })?;
+        } else {
+            system.forces(&state.x, &state.v, &mut w.force);
+            clock.switch(Phase::Update);
+            w.free_velocity.copy_from_slice(&state.v);
+            kick(system, h, &w.force, &mut w.free_velocity); // v_{n+1} = v_n + h M⁻¹ f_n
+            w.project(system);
+        }
+        clock.switch(Phase::Update);
+        state.v.copy_from_slice(&w.velocity);
+        drift(h, &state.v, &mut state.x); // x_{n+1} = x_n + h v_{n+1}
+        w.contacts.settle(&mut state.v, |_, _| ());
+        state.t += h;
+        clock.stop();
+        Ok(report)
+    }
+
+    fn restart(&mut self, _state: &State) {
+        if let Some(w) = self.scratch.get_mut() {
+            w.contacts.restart();
+        }
+    }
+}

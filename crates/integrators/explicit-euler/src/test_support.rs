@@ -1,0 +1,122 @@
+//! Systems for the tests.
+
+use drape_integrator::{Integrator, PhaseClock, StepReport, TimeStep};
+use drape_model::{
+    DampingLaw, EffectsSpec, GravitySpec, ObstacleSpec, ParticlesSpec, PinSpec, SpringEffect,
+    SpringSpec, State, System, SystemSpec, Vec3,
+};
+
+pub(crate) const GRAVITY: Vec3 = Vec3::new(0.0, 0.0, -9.81);
+
+/// Particles on which nothing acts.
+pub(crate) fn particles(mass: &[f64], x: &[Vec3], v: &[Vec3]) -> SystemSpec {
+    let list = |vectors: &[Vec3]| vectors.iter().map(|&a| a.into()).collect();
+    SystemSpec {
+        format: "drape-system/1".to_owned(),
+        name: "test".to_owned(),
+        particles: ParticlesSpec {
+            mass_kg: mass.to_vec(),
+            position_m: list(x),
+            velocity_m_s: list(v),
+        },
+        springs: Vec::new(),
+        damping: DampingLaw::Full,
+        triangles: Vec::new(),
+        pins: Vec::new(),
+        effects: EffectsSpec::default(),
+        obstacles: Vec::new(),
+    }
+}
+
+pub(crate) fn spring((i, j): (u32, u32), rest: f64, stiffness: f64, damping: f64) -> SpringSpec {
+    SpringSpec {
+        effect: SpringEffect::Tension,
+        i,
+        j,
+        rest_length_m: rest,
+        stiffness_n_per_m: stiffness,
+        damping_n_s_per_m: damping,
+    }
+}
+
+pub(crate) fn pin(particle: u32) -> PinSpec {
+    PinSpec { particle }
+}
+
+pub(crate) fn gravity() -> Option<GravitySpec> {
+    Some(GravitySpec { m_s2: GRAVITY.into() })
+}
+
+pub(crate) fn floor(restitution: f64) -> ObstacleSpec {
+    ObstacleSpec::Plane { point_m: [0.0; 3], normal: [0.0, 0.0, 1.0], restitution }
+}
+
+/// A square net of unequal masses that hangs from two corners if `pinned`, with diagonals, out of its plane and in
+/// motion; `k/m` about 400 to 800.
+pub(crate) fn net(side: u32, damping: f64, law: DampingLaw, pinned: bool) -> SystemSpec {
+    let width = 1.0 / f64::from(side - 1);
+    let all = || (0..side * side).map(f64::from);
+    let x: Vec<_> = all()
+        .map(|i| {
+            let (row, column) = ((i / f64::from(side)).floor(), i % f64::from(side));
+            Vec3::new(column * width, row * width, 0.05 * (2.3 * i).sin())
+        })
+        .collect();
+    let v: Vec<_> =
+        all().map(|i| Vec3::new((1.1 * i).sin(), (2.7 * i).cos(), (0.7 * i).sin())).collect();
+    let mass: Vec<_> = all().map(|i| 0.5 + 0.25 * i.sin()).collect();
+    let mut spec = particles(&mass, &x, &v);
+    spec.damping = law;
+    for i in 0..side * side {
+        let (right, below) = (i % side + 1 < side, i + side < side * side);
+        let mut join = |j, length: f64, share: f64| {
+            spec.springs.push(spring((i, j), width * length, 200.0 * share, damping * share));
+        };
+        if right {
+            join(i + 1, 1.0, 1.0);
+        }
+        if below {
+            join(i + side, 1.0, 1.0);
+        }
+        if right && below {
+            join(i + side + 1, 2.0_f64.sqrt(), 0.3);
+        }
+    }
+    if pinned {
+        spec.pins = vec![pin(0), pin(side - 1)];
+        for corner in [0, side - 1] {
+            spec.particles.velocity_m_s[corner as usize] = [0.0; 3];
+        }
+    }
+    spec
+}
+
+/// An integrator on its system.
+pub(crate) struct Run<I> {
+    pub(crate) integrator: I,
+    pub(crate) system: System,
+    pub(crate) state: State,
+    pub(crate) h: f64,
+}
+
+impl<I: Integrator> Run<I> {
+    pub(crate) fn new(integrator: I, spec: &SystemSpec, h: f64) -> Self {
+        let (system, state) = spec.build().expect("valid");
+        Self::of(integrator, system, state, h)
+    }
+
+    pub(crate) fn of(mut integrator: I, system: System, state: State, h: f64) -> Self {
+        integrator.prepare(&system, TimeStep::new(h).expect("positive")).expect("supported");
+        Self { integrator, system, state, h }
+    }
+
+    pub(crate) fn step(&mut self) -> StepReport {
+        let h = TimeStep::new(self.h).expect("positive");
+        let Self { integrator, system, state, .. } = self;
+        integrator.step(system, state, h, &mut PhaseClock::off()).expect("a step")
+    }
+
+    pub(crate) fn steps(&mut self, count: usize) -> StepReport {
+        (0..count).fold(StepReport::default(), |_, _| self.step())
+    }
+}

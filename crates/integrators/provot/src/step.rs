@@ -1,0 +1,84 @@
+//! The step.
+
+use crate::settings::{PROVOT, ProvotSettings, VelocityUpdate};
+use crate::workspace::Workspace;
+use drape_integrator::{
+    Integrator, Method, Phase, PhaseClock, PrepareError, Scratch, StepError, StepReport, TimeStep,
+    drift, kick,
+};
+use drape_model::{State, System};
+
+/// Symplectic Euler, then a limit on the elongation of springs.
+#[derive(Debug, Default)]
+pub struct Provot {
+    settings: ProvotSettings,
+    scratch: Scratch<Workspace>,
+}
+
+impl Provot {
+    /// The method with its settings.
+    pub fn new(settings: ProvotSettings) -> Self {
+        Self { settings, scratch: Scratch::default() }
+    }
+}
+
+impl Integrator for Provot {
+    fn method(&self) -> &'static Method {
+        &PROVOT
+    }
+
+    fn prepare(&mut self, system: &System, _h: TimeStep) -> Result<(), PrepareError> {
+        PROVOT.check(system)?;
+        self.scratch.set(system, Workspace::new(system, self.settings));
+        Ok(())
+    }
+
+    fn step(
+        &mut self,
+        system: &System,
+        state: &mut State,
+        h: TimeStep,
+        clock: &mut PhaseClock,
+    ) -> Result<StepReport, StepError> {
+        let w = self.scratch.ready(system, state)?;
+        let h = h.seconds();
+        let State { t, x, v } = state;
+        clock.switch(Phase::Forces);
+        system.forces(x, v, &mut w.force);
+        clock.switch(Phase::Contact);
+        w.contacts.detect(system, x, v, h, &mut w.constraints);
+        clock.switch(Phase::Update);
+        w.free_velocity.copy_from_slice(v);
+        kick(system, h, &w.force, &mut w.free_velocity); // v = v_n + h M⁻¹ f(x_n, v_n)
+        w.contacts.project(system, &mut w.constraints, &w.free_velocity, v, &mut w.impulse);
+        drift(h, v, x); // x = x_n + h v
+        w.contacts.settle(v, |_, _| ());
+        clock.switch(Phase::Solve);
+        w.uncorrected.copy_from_slice(x);
+        let mut report = StepReport { force_evaluations: 1, ..StepReport::default() };
+        if w.limit.apply(system, x) {
+            clock.switch(Phase::Update);
+            for i in 0..x.len() {
+                let moved = x[i] - w.uncorrected[i];
+                report.correction = report.correction.max(moved.norm());
+                if self.settings.velocity == VelocityUpdate::Corrected {
+                    v[i] += moved / h; // v_{n+1} = (x_{n+1} − x_n)/h
+                }
+            }
+            w.contacts.stop(v);
+        }
+        *t += h;
+        clock.stop();
+        Ok(report)
+    }
+
+    fn restart(&mut self, _state: &State) {
+        if let Some(w) = self.scratch.get_mut() {
+            w.contacts.restart();
+        }
+    }
+}
+
+#[cfg(test)]
+#[path = "step_tests.rs"]
+mod tests;
