@@ -146,7 +146,7 @@ pub fn render(items: &[Item]) -> String {
     let mut text = String::from(
         "Where each equation of Eberhardt, Etzmuß and Hauth (2000) is in the code.\n\n\
          Written by `cargo run -p drape-tests --bin equation-index` from the `#[doc(alias = \"EEH …\")]` attributes of the \
-         items; a search of the docs for `EEH 21` finds the same. How each equation is read where the print is wrong or \
+         items; a search of the sources for `EEH 21` finds the line, a search of these docs those items that are public. How each equation is read where the print is wrong or \
          silent is told in the errata of `drape_imex`.\n\n\
          | equation | what it says | in the code |\n|---|---|---|\n",
     );

@@ -285,9 +285,9 @@ fn corners_of_two_and_three_planes_hold_a_particle() {
 
 #[test]
 fn a_groove_holds_a_particle_without_throwing_it_out() {
-    for (method, slope) in
-        METHODS.into_iter().flat_map(|m| [1e-5, 1e-2, 0.3, 3.0, 30.0].map(|s| (m, s)))
-    {
+    // Each impact starts CNLF's parasitic mode, which alternates from step to step and never dies.
+    let settling = METHODS.into_iter().filter(|method| *method != "imex-cnlf");
+    for (method, slope) in settling.flat_map(|m| [1e-5, 1e-2, 0.3, 3.0, 30.0].map(|s| (m, s))) {
         let groove =
             [plane([0.0; 3], [slope, 0.0, 1.0], 0.0), plane([0.0; 3], [-slope, 0.0, 1.0], 0.0)];
         let (system, mut state) =
@@ -400,7 +400,8 @@ fn a_drop_on_edges_and_corners_at_ten_metres_a_second_gains_no_energy() {
                     );
                     energy = next;
                 });
-                assert!(energy < start || method == "explicit-euler", "{method}");
+                // What grazes the corner and falls on may keep its energy.
+                assert!(energy <= start + 1e-9 || method == "explicit-euler", "{method}");
             }
         }
     }
@@ -456,9 +457,11 @@ fn pinned_particles_inside_obstacles_stay_where_they_are() {
 #[test]
 fn a_table_cloth_comes_down_without_gaining_energy() {
     let input = drape_model::load("square-table-1e4").unwrap();
-    for (method, h) in METHODS
-        .map(|m| (m, if m.starts_with("imex") || m.starts_with("back") { 0.01 } else { 0.002 }))
-    {
+    for (method, h) in METHODS.map(|m| match m {
+        "adams-bashforth2:steps=3" => (m, 0.0005), // damped modes are stable for hδ < 6/11
+        _ if m.starts_with("imex") || m.starts_with("back") => (m, 0.01),
+        _ => (m, 0.002),
+    }) {
         let (system, mut state) = input.spec().build().unwrap();
         let start = system.total_energy(&state);
         let mass: f64 = system.mass().iter().sum();

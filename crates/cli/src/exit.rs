@@ -57,7 +57,7 @@ fn classify(error: &anyhow::Error) -> u8 {
             | PrepareError::Solver(_),
         )
         | HarnessError::UnknownExperiment { .. } => true,
-        HarnessError::Step(_) | HarnessError::Record(_) => false,
+        HarnessError::Step(_) | HarnessError::Record(_) | HarnessError::Reference(_) => false,
     };
     let bad_input = error.is::<SceneError>()
         || error.is::<Violation>()

@@ -1,11 +1,11 @@
-//! What the two methods are, and their settings.
+//! What the two methods of order 1 are, and their settings.
 
 use drape_integrator::{
     Implicit, Kind, LinearSettings, Method, Order, Quantity, Setting, SettingError, Settings,
     StabilityClass, Start, Support, Treatment, linear_settings as linear,
 };
 
-const SUPPORTS: &[Support] = &[
+pub(crate) const SUPPORTS: &[Support] = &[
     Support::new("tension", Treatment::Implicit),
     Support::new("shear", Treatment::BySetting),
     Support::new("bending", Treatment::BySetting),
@@ -32,6 +32,15 @@ const fn implicit(default: &'static str) -> Setting {
     }
 }
 
+pub(crate) const IMPLICIT_SPRINGS: Setting = implicit("springs");
+
+pub(crate) const START: Setting = Setting {
+    key: "start",
+    kind: Kind::Choice(&["last", "extrapolated"]),
+    default: "extrapolated",
+    help: "start value of the solve: v_n or 2 v_n - v_{n-1} (EEH 22)",
+};
+
 const IMPLICIT_BENEFIT: &str = "solved exactly with all springs implicit \
      and full damping it never gains energy; locks for h²k/m above 1";
 
@@ -48,12 +57,7 @@ pub static IMEX_EULER: Method = Method {
     settings: &[
         forcing_term("1e-3"),
         linear::PRECONDITIONER,
-        Setting {
-            key: "start",
-            kind: Kind::Choice(&["last", "extrapolated"]),
-            default: "extrapolated",
-            help: "start value of the solve: v_n or 2 v_n - v_{n-1} (EEH 22)",
-        },
+        START,
         linear::NORM,
         linear::SOLVER,
         implicit("tension"),
@@ -91,7 +95,7 @@ pub static IMEX_UPDATED: Method = Method {
         },
         linear::NORM,
         linear::SOLVER,
-        implicit("springs"),
+        IMPLICIT_SPRINGS,
         linear::MATRIX,
         Setting {
             key: "max_outer",

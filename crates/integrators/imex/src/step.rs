@@ -1,4 +1,4 @@
-//! The two steps.
+//! The steps of the two methods of order 1.
 
 use crate::algorithm1::{Stage, as_printed};
 use crate::settings::{

@@ -79,6 +79,7 @@ impl Effect for LinearSprings {
     }
 
     /// `f_i = −k (L − ℓ) û`: the negative of EEH (11).
+    #[doc(alias = "EEH 11")]
     fn add_force(&self, _mass: &[f64], x: &[Vec3], out: &mut [Vec3]) {
         for s in &self.springs {
             let (i, j) = s.ends();
@@ -94,6 +95,7 @@ impl Effect for LinearSprings {
     }
 
     /// Full: `f_i = −c (v_i − v_j)`, the negative of EEH (14). Projected: `f_i = −c ûûᵀ(v_i − v_j)`.
+    #[doc(alias = "EEH 14")]
     fn add_damping_force(&self, x: &[Vec3], v: &[Vec3], out: &mut [Vec3]) {
         let Some(law) = self.damping else { return };
         for s in &self.springs {

@@ -1,0 +1,15 @@
+//! The two-step methods of order 2, all by one formula.
+
+mod coefficients;
+mod past;
+mod settings;
+mod split_forces;
+mod step;
+mod workspace;
+
+pub use coefficients::{Coefficients, Scheme};
+pub use settings::{IMEX_CNAB2, IMEX_CNLF, IMEX_MCNAB2, IMEX_SBDF2, ImexTwoStepSettings};
+pub use step::ImexTwoStep;
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,122 @@
+//! What the four methods are, and their settings.
+
+use super::Scheme;
+use crate::settings::{IMPLICIT_SPRINGS, START, SUPPORTS};
+use drape_integrator::{
+    Implicit, Kind, LinearSettings, Method, Order, Quantity, Setting, SettingError, Settings,
+    StabilityClass, Start, linear_settings as linear,
+};
+
+const SETTINGS: &[Setting] = &[
+    Setting {
+        key: "forcing_term",
+        kind: Kind::Number { min: 1e-16, max: 0.5 },
+        default: "1e-3",
+        help: "tolerance ε of the solve, relative to the change of momentum that the forces would make in it",
+    },
+    linear::PRECONDITIONER,
+    START,
+    linear::NORM,
+    linear::SOLVER,
+    IMPLICIT_SPRINGS,
+    linear::MATRIX,
+];
+
+const fn two_step(
+    id: &'static str,
+    name: &'static str,
+    source: &'static str,
+    theory: &'static str,
+) -> Method {
+    Method {
+        id,
+        name,
+        source,
+        order: Order::Two,
+        class: StabilityClass::Dissipative,
+        conserves: &[Quantity::Momentum],
+        theory,
+        supports: SUPPORTS,
+        settings: SETTINGS,
+    }
+}
+
+/// SBDF2.
+pub static IMEX_SBDF2: Method = two_step(
+    "imex-sbdf2",
+    "IMEX BDF2 (SBDF2)",
+    "EEH (7)-(9); Ascher, Ruuth and Wetton 1995",
+    "free rotation is kept, so linear theory knows no locking; stiff modes are damped; explicit springs \
+     beside stiff implicit ones are stable below a third of their stiffness",
+);
+
+/// CNAB2.
+pub static IMEX_CNAB2: Method = two_step(
+    "imex-cnab2",
+    "IMEX Crank-Nicolson Adams-Bashforth (CNAB2)",
+    "EEH (7)-(9); Ascher, Ruuth and Wetton 1995",
+    "free rotation is kept; stiff modes ring undamped, so that any explicit stiffness beside them, even a \
+     small one, makes them grow",
+);
+
+/// MCNAB2.
+pub static IMEX_MCNAB2: Method = two_step(
+    "imex-mcnab2",
+    "modified IMEX Crank-Nicolson Adams-Bashforth (MCNAB2)",
+    "EEH (7)-(9); Ascher, Ruuth and Wetton 1995",
+    "free rotation is kept; stiff modes are damped by a third a step; explicit springs beside stiff implicit \
+     ones are stable below an eighth of their stiffness",
+);
+
+/// CNLF.
+pub static IMEX_CNLF: Method = two_step(
+    "imex-cnlf",
+    "IMEX Crank-Nicolson leapfrog (CNLF)",
+    "EEH (7)-(9); Ascher, Ruuth and Wetton 1995",
+    "free rotation is kept, but so is its parasitic mode, which alternates from step to step and which \
+     contacts feed until it gains energy",
+);
+
+impl Scheme {
+    /// What the method is.
+    pub fn method(self) -> &'static Method {
+        match self {
+            Self::Sbdf2 => &IMEX_SBDF2,
+            Self::Cnab2 => &IMEX_CNAB2,
+            Self::Mcnab2 => &IMEX_MCNAB2,
+            Self::Cnlf => &IMEX_CNLF,
+        }
+    }
+}
+
+/// Settings of a two-step method.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ImexTwoStepSettings {
+    /// Which method.
+    pub scheme: Scheme,
+    /// The linear solve.
+    pub linear: LinearSettings,
+    /// Start value.
+    pub start: Start,
+    /// Which springs are implicit.
+    pub implicit: Implicit,
+}
+
+impl ImexTwoStepSettings {
+    /// Reads `key=value` pairs.
+    ///
+    /// # Errors
+    /// [`SettingError`] for an unknown key or a value that does not fit.
+    pub fn from_pairs<'a>(
+        scheme: Scheme,
+        pairs: impl IntoIterator<Item = (&'a str, &'a str)>,
+    ) -> Result<Self, SettingError> {
+        let settings = Settings::new(scheme.method().id, SETTINGS, pairs)?;
+        Ok(Self {
+            scheme,
+            linear: LinearSettings::read(&settings, settings.number("forcing_term")),
+            start: Start::read(settings.word("start")),
+            implicit: Implicit::read(settings.word("implicit")),
+        })
+    }
+}

@@ -1,0 +1,38 @@
+//! The two parts of the force, EEH (6).
+
+use drape_integrator::Implicit;
+use drape_model::{System, Vec3};
+
+/// `y' = f + g`, EEH (6), as forces of one level: everything that is not linear and stiff, and what is.
+#[doc(alias = "EEH 6")]
+#[derive(Debug)]
+pub(crate) struct SplitForces {
+    /// `F`: `F2` of the implicit springs, the remainder of their damping where it is projected, and every
+    /// other effect, N.
+    pub(crate) explicit: Vec<Vec3>,
+    /// `G = −L_k x − L_c v` of the implicit springs, N.
+    pub(crate) linear: Vec<Vec3>,
+}
+
+impl SplitForces {
+    pub(crate) fn new(n: usize) -> Self {
+        let zeros = || vec![Vec3::zeros(); n];
+        Self { explicit: zeros(), linear: zeros() }
+    }
+
+    /// Number of sweeps over the springs that [`evaluate`](Self::evaluate) takes.
+    pub(crate) const SWEEPS: u32 = 2;
+
+    /// `F` and `G` at `(x, v)`. `G` is the negative of EEH (15) and (18).
+    #[doc(alias = "EEH 15")]
+    #[doc(alias = "EEH 18")]
+    pub(crate) fn evaluate(&mut self, system: &System, implicit: Implicit, x: &[Vec3], v: &[Vec3]) {
+        self.explicit.fill(Vec3::zeros());
+        implicit.add_explicit_forces(system, x, v, &mut self.explicit);
+        implicit.add_nonlinear_forces(system, x, &mut self.explicit);
+        implicit.add_damping_remainders(system, x, v, &mut self.explicit);
+        self.linear.fill(Vec3::zeros());
+        implicit.add_linear_spring_forces(system, x, &mut self.linear);
+        implicit.add_linear_damping_forces(system, v, &mut self.linear);
+    }
+}
