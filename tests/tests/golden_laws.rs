@@ -39,7 +39,7 @@ const NEWTONS: &str = "backward-euler:residual=1e-16,max_iterations=10000";
 const ALGORITHM_1: &str = "imex-updated:forcing_term=1e-16,max_outer=100000,newton_above=1e300";
 
 /// The factors of the spin, each with the damping that it holds for.
-const SPINS: [Case; 24] = [
+const SPINS: [Case; 26] = [
     case("explicit-euler", DampingLaw::Full, SMALL, EXACT, |theta, eta, before, _| {
         spin::explicit_euler(theta, eta, before)
     }),
@@ -74,6 +74,20 @@ const SPINS: [Case; 24] = [
         ANY,
         EXACT,
         |theta, eta, before, _| spin::terzopoulos_fleischer(theta, eta, before.min(1.0)),
+    ),
+    case(
+        "baraff-witkin:solver=cholesky",
+        DampingLaw::Full,
+        ANY,
+        NEWTON,
+        |theta, eta, before, _| spin::baraff_witkin(theta, eta, before),
+    ),
+    case(
+        "baraff-witkin:forcing_term=1e-14",
+        DampingLaw::Full,
+        UPDATED,
+        NEWTON,
+        |theta, eta, before, _| spin::baraff_witkin(theta, eta, before),
     ),
     case("desbrun:torque=none", DampingLaw::Full, ANY, EXACT, |theta, eta, _, _| {
         spin::imex_euler(theta, eta)

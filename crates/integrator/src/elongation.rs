@@ -1,6 +1,7 @@
 //! Provot's limit on elongation: over-stretched springs are shortened by moving their ends.
 
 use crate::random::Random;
+use crate::{Kind, Setting, Settings};
 use drape_model::{Effect, System, Vec3};
 
 /// In which order the springs are visited.
@@ -33,6 +34,56 @@ impl SweepOrder {
     }
 }
 
+/// How far, how often and in which order springs are shortened.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ElongationSettings {
+    /// Greatest elongation over the rest length.
+    pub limit: f64,
+    /// Most sweeps a call.
+    pub sweeps: usize,
+    /// Order of a sweep.
+    pub order: SweepOrder,
+}
+
+impl ElongationSettings {
+    /// Setting `limit`.
+    pub const LIMIT: Setting = Setting {
+        key: "limit",
+        kind: Kind::Number { min: 1e-4, max: 10.0 },
+        default: "0.1",
+        help: "greatest elongation of a tension or shear spring over its rest length",
+    };
+    /// Setting `sweeps`.
+    pub const SWEEPS: Setting = Setting {
+        key: "sweeps",
+        kind: Kind::Integer { min: 1, max: 1000 },
+        default: "1",
+        help: "most sweeps over the springs in a step; it ends early when no spring is too long",
+    };
+    /// Setting `order`.
+    pub const ORDER: Setting = Setting {
+        key: "order",
+        kind: Kind::Choice(SweepOrder::WORDS),
+        default: "forward",
+        help: "in which order a sweep visits the springs; alternating: every second sweep of a step backward",
+    };
+
+    /// Reads the three settings, all of which the method must declare.
+    pub fn read(settings: &Settings) -> Self {
+        Self {
+            limit: settings.number("limit"),
+            sweeps: settings.integer("sweeps"),
+            order: SweepOrder::read(settings.word("order")),
+        }
+    }
+}
+
+impl Default for ElongationSettings {
+    fn default() -> Self {
+        Self { limit: 0.1, sweeps: 1, order: SweepOrder::Forward }
+    }
+}
+
 #[derive(Clone, Copy, Debug)]
 struct Link {
     i: usize,
@@ -54,12 +105,14 @@ pub struct ElongationLimit {
     links: Vec<Link>,
     order: SweepOrder,
     sweeps: usize,
+    /// Positions before the correction.
+    uncorrected: Vec<Vec3>,
 }
 
 impl ElongationLimit {
-    /// Takes up the springs of `system` with `sweeps` sweeps a call; `limit` is the greatest elongation over the
-    /// rest length. Masses and pins are read at each call, rest lengths now.
-    pub fn new(system: &System, limit: f64, sweeps: usize, order: SweepOrder) -> Self {
+    /// Takes up the springs of `system`. Masses and pins are read at each call, rest lengths now.
+    pub fn new(system: &System, settings: ElongationSettings) -> Self {
+        let ElongationSettings { limit, sweeps, order } = settings;
         let mut links = Vec::new();
         let limited = |effect: &&dyn Effect| matches!(effect.name(), "tension" | "shear");
         for split in system.effects().filter(limited).filter_map(Effect::split) {
@@ -72,11 +125,31 @@ impl ElongationLimit {
         if order == SweepOrder::Shuffled {
             Random::new().shuffle(&mut links);
         }
-        Self { links, order, sweeps }
+        Self { links, order, sweeps, uncorrected: vec![Vec3::zeros(); system.len()] }
     }
 
-    /// Moves positions; returns whether any was moved. Stops before the last sweep when one finds nothing to do.
-    pub fn apply(&self, system: &System, x: &mut [Vec3]) -> bool {
+    /// Moves the positions at the end of a step of `h` seconds and, where velocities are given, those along, so that
+    /// `v = (x_{n+1} − x_n)/h`; returns the largest distance that a particle was moved, m.
+    pub fn correct(
+        &mut self,
+        system: &System,
+        h: f64,
+        x: &mut [Vec3],
+        v: Option<&mut [Vec3]>,
+    ) -> f64 {
+        self.uncorrected.copy_from_slice(x);
+        if !self.shorten(system, x) {
+            return 0.0;
+        }
+        let displacements = || x.iter().zip(&self.uncorrected).map(|(x, before)| x - before);
+        if let Some(v) = v {
+            v.iter_mut().zip(displacements()).for_each(|(v, moved)| *v += moved / h);
+        }
+        displacements().fold(0.0, |largest, moved| largest.max(moved.norm()))
+    }
+
+    /// Returns whether any position was moved. Stops before the last sweep when one finds nothing to do.
+    fn shorten(&self, system: &System, x: &mut [Vec3]) -> bool {
         let mut moved = false;
         for sweep in 0..self.sweeps {
             let backward = match self.order {
@@ -123,6 +196,10 @@ mod tests {
     use crate::test_support::net;
     use drape_model::State;
 
+    fn limit(system: &System, sweeps: usize, order: SweepOrder) -> ElongationLimit {
+        ElongationLimit::new(system, ElongationSettings { limit: LIMIT, sweeps, order })
+    }
+
     const LIMIT: f64 = 0.1;
 
     /// Particles joined in a row by springs of rest length 1.
@@ -144,7 +221,7 @@ mod tests {
         order: SweepOrder,
     ) -> (bool, Vec<Vec3>) {
         let mut x = state.x.clone();
-        let moved = ElongationLimit::new(system, LIMIT, sweeps, order).apply(system, &mut x);
+        let moved = limit(system, sweeps, order).shorten(system, &mut x);
         (moved, x)
     }
 
@@ -227,7 +304,7 @@ mod tests {
         assert_eq!(sweep(SweepOrder::Alternating), forward);
         let there_and_back = limited(&system, &state, 2, SweepOrder::Alternating).1;
         let mut expected = forward;
-        ElongationLimit::new(&system, LIMIT, 1, SweepOrder::Backward).apply(&system, &mut expected);
+        limit(&system, 1, SweepOrder::Backward).shorten(&system, &mut expected);
         assert_eq!(there_and_back, expected);
     }
 
@@ -258,10 +335,10 @@ mod tests {
     #[test]
     fn masses_and_pins_are_those_of_the_moment() {
         let (mut system, state) = stretched(&[]);
-        let limit = ElongationLimit::new(&system, LIMIT, 1, SweepOrder::Forward);
+        let limit = limit(&system, 1, SweepOrder::Forward);
         assert!(system.set_mass(&[2.0, 1.0, 1.0, 5.0]) && system.set_pinned(1, true));
         let mut kept = state.x.clone();
-        limit.apply(&system, &mut kept);
+        limit.shorten(&system, &mut kept);
         assert_eq!(kept, limited(&system, &state, 1, SweepOrder::Forward).1);
         assert_eq!(kept[1], state.x[1]);
     }

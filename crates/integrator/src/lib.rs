@@ -61,7 +61,7 @@ mod viscous;
 pub use assembly::Linearisation;
 pub use clock::{Phase, PhaseClock};
 pub use contact::{ContactSet, MultistepMotion};
-pub use elongation::{ElongationLimit, SweepOrder};
+pub use elongation::{ElongationLimit, ElongationSettings, SweepOrder};
 pub use error::{PrepareError, StepError};
 pub use history::History;
 pub use implicit::Implicit;

@@ -99,6 +99,12 @@ pub mod spin {
         (1.0 + 0.5 * eta) / (1.0 + 0.5 * eta + theta * (1.0 - rest_over_length_before))
     }
 
+    /// Baraff–Witkin with the clamped Hessian: `1/(1 + η + θ max(0, 1 − ℓ/L_n))`, the law of backward Euler with
+    /// the length before the step and no growth in compression.
+    pub fn baraff_witkin(theta: f64, eta: f64, rest_over_length_before: f64) -> f64 {
+        backward_euler(theta, eta, rest_over_length_before.min(1.0))
+    }
+
     /// Kang's step after `sweeps` corrections by the neighbours: `1 − φ (θ + η)/(1 + θ + η)` with
     /// `φ = 1 − γ^{sweeps+1}`, `γ = −a/(1+a)`, `a = ½ (θ + η)`.
     ///

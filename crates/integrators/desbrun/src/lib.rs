@@ -62,5 +62,5 @@ mod step;
 mod torque;
 mod workspace;
 
-pub use settings::{DESBRUN, DesbrunSettings, Inverse, InverseDynamics, Torque};
+pub use settings::{DESBRUN, DesbrunSettings, Inverse, Torque};
 pub use step::Desbrun;

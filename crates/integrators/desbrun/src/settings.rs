@@ -1,8 +1,8 @@
 //! What the method is, and its settings.
 
 use drape_integrator::{
-    Kind, Method, Order, Quantity, Setting, SettingError, Settings, SolverKind, StabilityClass,
-    Support, SweepOrder, Treatment,
+    ElongationSettings, Kind, Method, Order, Quantity, Setting, SettingError, Settings, SolverKind,
+    StabilityClass, Support, Treatment,
 };
 
 /// Desbrun, Schröder and Barr's precomputed inverse.
@@ -49,26 +49,11 @@ pub static DESBRUN: Method = Method {
             key: "inverse_dynamics",
             kind: Kind::Choice(&["false", "true"]),
             default: "false",
-            help: "shorten over-stretched springs after the step, like Provot",
+            help: "shorten over-stretched springs after the step, like Provot, by limit, sweeps and order",
         },
-        Setting {
-            key: "limit",
-            kind: Kind::Number { min: 1e-4, max: 10.0 },
-            default: "0.1",
-            help: "inverse_dynamics: greatest elongation over the rest length",
-        },
-        Setting {
-            key: "sweeps",
-            kind: Kind::Integer { min: 1, max: 1000 },
-            default: "1",
-            help: "inverse_dynamics: sweeps over the springs in a step",
-        },
-        Setting {
-            key: "order",
-            kind: Kind::Choice(SweepOrder::WORDS),
-            default: "forward",
-            help: "inverse_dynamics: order in which the springs are visited",
-        },
+        ElongationSettings::LIMIT,
+        ElongationSettings::SWEEPS,
+        ElongationSettings::ORDER,
     ],
 };
 
@@ -104,17 +89,6 @@ pub enum Torque {
     Consistent,
 }
 
-/// Provot's correction after the step.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct InverseDynamics {
-    /// Greatest elongation over the rest length.
-    pub limit: f64,
-    /// Sweeps a step.
-    pub sweeps: usize,
-    /// Order of the springs.
-    pub order: SweepOrder,
-}
-
 /// Settings of Desbrun's method.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DesbrunSettings {
@@ -123,7 +97,7 @@ pub struct DesbrunSettings {
     /// Correction of the torque.
     pub torque: Torque,
     /// Correction of over-stretched springs.
-    pub inverse_dynamics: Option<InverseDynamics>,
+    pub inverse_dynamics: Option<ElongationSettings>,
 }
 
 impl DesbrunSettings {
@@ -136,11 +110,6 @@ impl DesbrunSettings {
     ) -> Result<Self, SettingError> {
         let settings = Settings::new(DESBRUN.id, DESBRUN.settings, pairs)?;
         let limit_bytes = settings.integer("memory_limit_mib").saturating_mul(1 << 20);
-        let inverse_dynamics = InverseDynamics {
-            limit: settings.number("limit"),
-            sweeps: settings.integer("sweeps"),
-            order: SweepOrder::read(settings.word("order")),
-        };
         Ok(Self {
             inverse: match settings.word("inverse") {
                 "dense" => Inverse::Dense { limit_bytes },
@@ -152,7 +121,7 @@ impl DesbrunSettings {
                 _ => Torque::Consistent,
             },
             inverse_dynamics: (settings.word("inverse_dynamics") == "true")
-                .then_some(inverse_dynamics),
+                .then(|| ElongationSettings::read(&settings)),
         })
     }
 }

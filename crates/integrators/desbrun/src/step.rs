@@ -23,23 +23,6 @@ impl Desbrun {
     }
 }
 
-/// Shortens over-stretched springs and moves the velocity along, `v = (x_{n+1} − x_n)/h`; returns the largest distance
-/// that a particle was moved, m.
-fn inverse_dynamics(w: &mut Workspace, system: &System, state: &mut State, h: f64) -> f64 {
-    let Some(elongation) = &w.elongation else { return 0.0 };
-    w.integrated.copy_from_slice(&state.x);
-    if !elongation.apply(system, &mut state.x) {
-        return 0.0;
-    }
-    let mut largest: f64 = 0.0;
-    for ((v, x), integrated) in state.v.iter_mut().zip(&state.x).zip(&w.integrated) {
-        let moved = x - integrated;
-        *v += moved / h;
-        largest = largest.max(moved.norm());
-    }
-    largest
-}
-
 impl Integrator for Desbrun {
     fn method(&self) -> &'static Method {
         &DESBRUN
@@ -81,8 +64,11 @@ impl Integrator for Desbrun {
         clock.switch(Phase::Update);
         state.v.copy_from_slice(velocity);
         drift(h, &state.v, &mut state.x); // x_{n+1} = x_n + h v_{n+1}
-        w.contacts.settle(&mut state.v, |_, _| ());
-        report.correction = inverse_dynamics(w, system, state, h);
+        contacts.settle(&mut state.v, |_, _| ());
+        if let Some(elongation) = &mut w.elongation {
+            let State { x, v, .. } = state;
+            report.correction = elongation.correct(system, h, x, Some(v)); // v = (x_{n+1} − x_n)/h
+        }
         state.t += h;
         clock.stop();
         Ok(report)

@@ -18,7 +18,6 @@ pub(crate) struct Workspace {
     pub(crate) velocity: Vec<Vec3>,
     pub(crate) impulse: Vec<Vec3>,
     pub(crate) elongation: Option<ElongationLimit>,
-    pub(crate) integrated: Vec<Vec3>,
     pub(crate) contacts: ContactSet,
     pub(crate) constraints: Constraints,
 }
@@ -38,9 +37,7 @@ impl Workspace {
         };
         let weights = Weights::StiffnessAndDamping;
         let zeros = || vec![Vec3::zeros(); system.len()];
-        let elongation = settings
-            .inverse_dynamics
-            .map(|s| ElongationLimit::new(system, s.limit, s.sweeps, s.order));
+        let elongation = settings.inverse_dynamics.map(|limit| ElongationLimit::new(system, limit));
         Ok(Self {
             linear: LaplacianSolver::new(system, Implicit::Springs, weights, linear, h)?,
             viscous: ViscousImpulse::new(system.len()),
@@ -49,7 +46,6 @@ impl Workspace {
             velocity: zeros(),
             impulse: zeros(),
             elongation,
-            integrated: zeros(),
             contacts: ContactSet::new(system),
             constraints: Constraints::free(system.len()),
         })

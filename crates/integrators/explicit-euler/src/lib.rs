@@ -79,7 +79,7 @@
 //!   is kept.
 //! * An undamped step costs 1.1 to 1.3 times a symplectic one. With damping, the solve is most of it: 49 µs against 10 µs
 //!   at 20 × 20. Sparse Cholesky is the default because its cost does not depend on the damping. Jacobi-preconditioned
-//!   conjugate gradients to 1e-12 take 4 to 12 iterations a solve at `d/m` = 40, and a step then costs 0.35 to 1.55 times as
+//!   conjugate gradients (measured to 1e-12) take 4 to 12 iterations a solve at `d/m` = 40, and a step then costs 0.35 to 1.55 times as
 //!   much; at `d/m` = 1e4 they take 15 to 150, and a step costs up to 19 times as much.
 //! * *Stable is not all.* `v½` has the explicit half of the damping only, so that a part of `v_n` that the damping has not
 //!   met yet, in rough initial velocities or after an impact, moves positions by up to `h (η/2 − 1) v_n`: a net with random

@@ -59,7 +59,7 @@ pub static LEAPFROG: Method = Method {
         Setting {
             default: "cholesky",
             help: "how the damping at the new velocity is solved for, where there is any: sparse Cholesky, or \
-                   conjugate gradients with Jacobi preconditioning to 1e-12",
+                   conjugate gradients with Jacobi preconditioning to 1e-14",
             ..linear_settings::SOLVER
         },
         Setting {

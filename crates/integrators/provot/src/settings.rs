@@ -1,8 +1,8 @@
 //! What the method is, and its settings.
 
 use drape_integrator::{
-    Kind, Method, Order, Quantity, Setting, SettingError, Settings, StabilityClass, Support,
-    SweepOrder, Treatment,
+    ElongationSettings, Kind, Method, Order, Quantity, Setting, SettingError, Settings,
+    StabilityClass, Support, Treatment,
 };
 
 /// Provot's method.
@@ -24,24 +24,9 @@ pub static PROVOT: Method = Method {
         Support::new("contact", Treatment::Constraint),
     ],
     settings: &[
-        Setting {
-            key: "limit",
-            kind: Kind::Number { min: 1e-4, max: 10.0 },
-            default: "0.1",
-            help: "greatest elongation of a tension or shear spring over its rest length",
-        },
-        Setting {
-            key: "sweeps",
-            kind: Kind::Integer { min: 1, max: 1000 },
-            default: "1",
-            help: "most sweeps over the springs in a step; it ends early when no spring is too long",
-        },
-        Setting {
-            key: "order",
-            kind: Kind::Choice(SweepOrder::WORDS),
-            default: "forward",
-            help: "in which order a sweep visits the springs; alternating: every second sweep of a step backward",
-        },
+        ElongationSettings::LIMIT,
+        ElongationSettings::SWEEPS,
+        ElongationSettings::ORDER,
         Setting {
             key: "velocity",
             kind: Kind::Choice(&["corrected", "positions-only"]),
@@ -62,27 +47,12 @@ pub enum VelocityUpdate {
 }
 
 /// Settings of Provot's method.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ProvotSettings {
-    /// Greatest elongation over the rest length.
-    pub limit: f64,
-    /// Most sweeps in a step.
-    pub sweeps: usize,
-    /// Order of a sweep.
-    pub order: SweepOrder,
+    /// The limit on elongation.
+    pub elongation: ElongationSettings,
     /// Whether velocities are corrected too.
     pub velocity: VelocityUpdate,
-}
-
-impl Default for ProvotSettings {
-    fn default() -> Self {
-        Self {
-            limit: 0.1,
-            sweeps: 1,
-            order: SweepOrder::Forward,
-            velocity: VelocityUpdate::Corrected,
-        }
-    }
 }
 
 impl ProvotSettings {
@@ -98,11 +68,6 @@ impl ProvotSettings {
             "positions-only" => VelocityUpdate::PositionsOnly,
             _ => VelocityUpdate::Corrected,
         };
-        Ok(Self {
-            limit: settings.number("limit"),
-            sweeps: settings.integer("sweeps"),
-            order: SweepOrder::read(settings.word("order")),
-            velocity,
-        })
+        Ok(Self { elongation: ElongationSettings::read(&settings), velocity })
     }
 }

@@ -54,17 +54,10 @@ impl Integrator for Provot {
         drift(h, v, x); // x = x_n + h v
         w.contacts.settle(v, |_, _| ());
         clock.switch(Phase::Solve);
-        w.uncorrected.copy_from_slice(x);
         let mut report = StepReport { force_evaluations: 1, ..StepReport::default() };
-        if w.limit.apply(system, x) {
-            clock.switch(Phase::Update);
-            for i in 0..x.len() {
-                let moved = x[i] - w.uncorrected[i];
-                report.correction = report.correction.max(moved.norm());
-                if self.settings.velocity == VelocityUpdate::Corrected {
-                    v[i] += moved / h; // v_{n+1} = (x_{n+1} − x_n)/h
-                }
-            }
+        let along = (self.settings.velocity == VelocityUpdate::Corrected).then_some(&mut v[..]);
+        report.correction = w.limit.correct(system, h, x, along); // v_{n+1} = (x_{n+1} − x_n)/h
+        if report.correction > 0.0 {
             w.contacts.stop(v);
         }
         *t += h;

@@ -1,6 +1,6 @@
 use super::*;
 use crate::test_support::{GRAVITY, Run, floor, gravity, particles, pin, sheet, spring};
-use drape_integrator::{Setups, SweepOrder};
+use drape_integrator::{ElongationSettings, Setups, SweepOrder};
 use drape_model::{DampingLaw, SystemSpec, Vec3};
 use drape_oracle::laws::{Drift, free_fall};
 use drape_oracle::recurrence::symplectic_euler;
@@ -14,7 +14,10 @@ fn with(settings: ProvotSettings) -> Provot {
 }
 
 fn limited(limit: f64) -> Provot {
-    with(ProvotSettings { limit, ..ProvotSettings::default() })
+    with(ProvotSettings {
+        elongation: ElongationSettings { limit, ..ElongationSettings::default() },
+        ..ProvotSettings::default()
+    })
 }
 
 /// Two particles with a spring of rest length 1, in motion.
@@ -169,7 +172,15 @@ fn pinned_ends_do_not_move_and_two_leave_the_spring_as_it_is() {
 #[test]
 fn the_result_depends_on_the_order_of_the_springs() {
     let run = |order, sweeps| {
-        let settings = ProvotSettings { limit: 0.02, order, sweeps, ..ProvotSettings::default() };
+        let settings = ProvotSettings {
+            elongation: ElongationSettings {
+                limit: 0.02,
+                order,
+                sweeps,
+                ..ElongationSettings::default()
+            },
+            ..ProvotSettings::default()
+        };
         let mut run = Run::new(with(settings), &sheet(6, 400.0), 0.005);
         run.steps(100);
         run.state.x
@@ -188,7 +199,10 @@ fn the_result_depends_on_the_order_of_the_springs() {
 #[test]
 fn more_sweeps_leave_less_elongation_on_a_hanging_sheet() {
     let elongations = [1, 3, 10, 100].map(|sweeps| {
-        let settings = ProvotSettings { limit: 0.05, sweeps, ..ProvotSettings::default() };
+        let settings = ProvotSettings {
+            elongation: ElongationSettings { limit: 0.05, sweeps, ..ElongationSettings::default() },
+            ..ProvotSettings::default()
+        };
         let mut run = Run::new(with(settings), &sheet(6, 400.0), 0.005);
         let mut largest: f64 = 0.0;
         for _ in 0..200 {
@@ -208,7 +222,11 @@ fn more_sweeps_leave_less_elongation_on_a_hanging_sheet() {
 #[test]
 fn energy_is_lost_with_corrected_velocities_and_gained_with_positions_only() {
     let change = |limit, velocity| {
-        let settings = ProvotSettings { limit, velocity, ..ProvotSettings::default() };
+        let settings = ProvotSettings {
+            elongation: ElongationSettings { limit, ..ElongationSettings::default() },
+            velocity,
+            ..ProvotSettings::default()
+        };
         let mut run = Run::new(with(settings), &sheet(6, 400.0), 0.005);
         let start = run.system.total_energy(&run.state);
         run.steps(200);
@@ -236,7 +254,11 @@ fn momentum_is_conserved_with_unequal_masses_and_either_velocity() {
             let i = i as f64;
             *v = [(3.0 * i).sin(), i.cos(), (2.0 * i).sin()];
         }
-        let settings = ProvotSettings { limit: 0.02, velocity, ..ProvotSettings::default() };
+        let settings = ProvotSettings {
+            elongation: ElongationSettings { limit: 0.02, ..ElongationSettings::default() },
+            velocity,
+            ..ProvotSettings::default()
+        };
         let mut run = Run::new(with(settings), &spec, 0.005);
         let momentum = run.system.momentum(&run.state);
         let mut moved = 0.0;
@@ -298,7 +320,10 @@ fn a_correction_may_push_into_an_obstacle_and_the_next_steps_lead_out() {
 
 #[test]
 fn changes_of_mass_pins_stiffness_and_step_need_no_new_preparation() {
-    let settings = ProvotSettings { limit: 0.02, ..ProvotSettings::default() };
+    let settings = ProvotSettings {
+        elongation: ElongationSettings { limit: 0.02, ..ElongationSettings::default() },
+        ..ProvotSettings::default()
+    };
     let mut run = Run::new(with(settings), &sheet(5, 400.0), 0.005);
     run.steps(40);
     let heavier: Vec<f64> = run.system.mass().iter().map(|m| 3.0 * m).collect();
@@ -320,7 +345,10 @@ fn changes_of_mass_pins_stiffness_and_step_need_no_new_preparation() {
 fn a_blow_up_is_a_result() {
     let mut spec = sheet(4, 1e6);
     spec.effects.gravity = gravity();
-    let settings = ProvotSettings { sweeps: 3, ..ProvotSettings::default() };
+    let settings = ProvotSettings {
+        elongation: ElongationSettings { sweeps: 3, ..ElongationSettings::default() },
+        ..ProvotSettings::default()
+    };
     for velocity in [VelocityUpdate::Corrected, VelocityUpdate::PositionsOnly] {
         let mut run = Run::new(with(ProvotSettings { velocity, ..settings }), &spec, 10.0);
         run.steps(50);
@@ -361,10 +389,14 @@ fn settings_are_read_and_wrong_ones_refused() {
     let all =
         [("limit", "0.5"), ("sweeps", "7"), ("order", "shuffled"), ("velocity", "positions-only")];
     let expected = ProvotSettings {
-        limit: 0.5,
-        sweeps: 7,
-        order: SweepOrder::Shuffled,
+        elongation: ElongationSettings {
+            limit: 0.5,
+            sweeps: 7,
+            order: SweepOrder::Shuffled,
+            ..ElongationSettings::default()
+        },
         velocity: VelocityUpdate::PositionsOnly,
+        ..ProvotSettings::default()
     };
     assert_eq!(ProvotSettings::from_pairs(all).expect("valid"), expected);
     for pair in [

@@ -13,22 +13,18 @@ pub(crate) struct Workspace {
     pub(crate) contacts: ContactSet,
     pub(crate) constraints: Constraints,
     pub(crate) limit: ElongationLimit,
-    /// Positions before the correction.
-    pub(crate) uncorrected: Vec<Vec3>,
 }
 
 impl Workspace {
     pub(crate) fn new(system: &System, settings: ProvotSettings) -> Self {
         let zeros = || vec![Vec3::zeros(); system.len()];
-        let ProvotSettings { limit, sweeps, order, .. } = settings;
         Self {
             force: zeros(),
             free_velocity: zeros(),
             impulse: zeros(),
             contacts: ContactSet::new(system),
             constraints: Constraints::free(system.len()),
-            limit: ElongationLimit::new(system, limit, sweeps, order),
-            uncorrected: zeros(),
+            limit: ElongationLimit::new(system, settings.elongation),
         }
     }
 }

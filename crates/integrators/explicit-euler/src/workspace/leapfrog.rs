@@ -10,7 +10,7 @@ use drape_model::{Revisions, System, Vec3};
 use drape_solvers::{Constraints, Filter, Norm};
 
 /// Relative residual at which the conjugate gradients stop.
-const TOLERANCE: f64 = 1e-12;
+const TOLERANCE: f64 = 1e-14;
 
 #[derive(Debug)]
 pub(crate) struct LeapfrogWorkspace {
