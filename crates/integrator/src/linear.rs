@@ -3,9 +3,10 @@
 use crate::{Implicit, PrepareError, SetupCause, StepError};
 use drape_model::{Revisions, System, Vec3};
 use drape_solvers::{
-    CompleteCholesky, Constraints, DenseInverse, Filter, Identity, IncompleteCholesky, Jacobi, LinearOperator,
-    Norm, PcgReport, PcgSettings, PcgWorkspace, Preconditioner, Reference, ScalarMatrix,
-    SolveStatus, SolverError, constraint_impulse, filtered_pcg, vector::dot, vector::norm,
+    CompleteCholesky, Constraints, DenseInverse, Filter, Identity, IncompleteCholesky, Jacobi,
+    LinearOperator, Norm, PcgReport, PcgSettings, PcgWorkspace, Preconditioner, Reference,
+    ScalarMatrix, SolveStatus, SolverError, constraint_impulse, filtered_pcg, vector::dot,
+    vector::norm,
 };
 
 /// Which preconditioner CG uses.

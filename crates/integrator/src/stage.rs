@@ -57,7 +57,8 @@ impl Default for StageSettings {
 /// |---|---|---|---|
 /// | backward Euler | `h` | `x_n` | `v_n` |
 /// | `k`-step BDF | `h β_k/α_k` | `−Σ_{j<k} α_j x_{n+j} / α_k` | likewise of `v` |
-/// | implicit midpoint, then `y_{n+1} = 2y − y_n` | `h/2` | `x_n` | `v_n` |
+/// | Alexander's two stages, `γ = 1 − 1/√2`: first | `γ h` | `x_n` | `v_n` |
+/// | then, with the solution `v₁` of the first | `γ h` | `x_n + (1 − γ) h v₁` | `v_n + (1 − γ)/γ (v₁ − v_n)` |
 #[doc(alias = "EEH 10")]
 #[derive(Clone, Copy, Debug)]
 pub struct Stage<'a> {
@@ -171,5 +172,164 @@ impl ImplicitStage {
     /// `x* + τ v` of the last stage, m.
     pub fn positions(&mut self) -> &[Vec3] {
         self.potential.positions(&self.velocity)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::SolveStatus;
+    use crate::random::Random;
+    use drape_model::parse;
+
+    const TAU: f64 = 0.05;
+
+    /// Three particles on three damped springs, the first one pinned, above a plane, under gravity.
+    fn triangle(damping: &str) -> System {
+        let spring = |i: u32, j: u32| {
+            format!(
+                r#"{{ "effect": "tension", "i": {i}, "j": {j}, "rest_length_m": 0.7,
+                "stiffness_n_per_m": 40, "damping_n_s_per_m": 0.3 }}"#
+            )
+        };
+        let text = format!(
+            r#"{{ "format": "drape-system/1", "damping": "{damping}",
+            "springs": [{}, {}, {}], "pins": [{{ "particle": 0 }}],
+            "particles": {{ "mass_kg": [1, 0.25, 2], "position_m": [[0, 0, 0], [1, 0, 0], [0, 1, 0]] }},
+            "effects": {{ "gravity": {{ "m_s2": [0, 0, -9.81] }} }},
+            "obstacles": [{{ "plane": {{ "point_m": [0, 0, -2], "normal": [0, 0, 1] }} }}] }}"#,
+            spring(0, 1),
+            spring(1, 2),
+            spring(0, 2)
+        );
+        parse("triangle", &text).expect("valid").spec().build().expect("valid").0
+    }
+
+    fn vectors(random: &mut Random) -> [Vec3; 3] {
+        [(); 3].map(|()| Vec3::from_fn(|_, _| random.signed()))
+    }
+
+    /// Four levels that no method would relate: `x*`, `v*`, `x̂` and the velocity before.
+    struct Levels([[Vec3; 3]; 4]);
+
+    impl Levels {
+        fn random(random: &mut Random) -> Self {
+            Self([(); 4].map(|()| vectors(random)))
+        }
+
+        fn stage(&self) -> Stage<'_> {
+            let [x, v, lagged, before] = &self.0;
+            Stage { tau: TAU, from: (x, v), lagged: (lagged, before), velocity: before }
+        }
+    }
+
+    fn solved(
+        system: &System,
+        levels: &Levels,
+        start: &[Vec3],
+        settings: StageSettings,
+    ) -> (ImplicitStage, StepReport) {
+        let mut stage = ImplicitStage::new(system).expect("a pattern");
+        let mut report = StepReport::default();
+        let (mut contacts, mut constraints) = (ContactSet::new(system), Constraints::free(3));
+        let mut clock = PhaseClock::off();
+        let (contacts, constraints) = (&mut contacts, &mut constraints);
+        let input = levels.stage();
+        stage
+            .solve(system, input, start, contacts, constraints, settings, &mut clock, &mut report)
+            .expect("finite");
+        (stage, report)
+    }
+
+    #[test]
+    fn the_solution_satisfies_the_equation_of_the_stage() {
+        let tight = StageSettings { residual: 1e-13, ..StageSettings::default() };
+        let mut random = Random::new();
+        for damping in ["full", "projected"] {
+            let system = triangle(damping);
+            for _ in 0..20 {
+                let levels = Levels::random(&mut random);
+                let [x_star, v_star, lagged, _] = &levels.0;
+                let (mut stage, report) = solved(&system, &levels, &vectors(&mut random), tight);
+                let (v, x) = (stage.velocity().to_vec(), stage.positions().to_vec());
+                let mut force = [Vec3::zeros(); 3];
+                for effect in system.effects() {
+                    effect.add_force(system.mass(), &x, &mut force);
+                    effect.add_damping_force(lagged, &v, &mut force);
+                }
+                assert_eq!((x[0], v[0]), (x_star[0], Vec3::zeros()), "the pin");
+                for i in 1..3 {
+                    assert!((x[i] - (x_star[i] + v[i] * TAU)).norm() < 1e-15);
+                    let wrong = (v[i] - v_star[i]) * system.mass()[i] - force[i] * TAU;
+                    assert!(wrong.norm() < 1e-11, "{damping}, particle {i}: {wrong:?}");
+                    let weight = Vec3::z() * (-9.81 * system.mass()[i]);
+                    assert_eq!(stage.explicit_force()[i], weight);
+                }
+                assert_eq!(report.solve, SolveStatus::Converged);
+                assert!(report.relative_residual > 0.0 && report.relative_residual < 1e-12);
+            }
+        }
+    }
+
+    #[test]
+    fn the_best_of_the_candidates_starts_newton() {
+        let (system, levels) = (triangle("full"), Levels::random(&mut Random::new()));
+        let settings = StageSettings::default();
+        let far = [Vec3::new(1e3, -1e3, 1e3); 3];
+        let (far_off, slow) = solved(&system, &levels, &far, settings);
+        let (at_the_end, fast) = solved(&system, &levels, far_off.velocity(), settings);
+        assert!(slow.newton_iterations > 0 && fast.newton_iterations == 0, "{slow:?}, {fast:?}");
+        assert_eq!(at_the_end.velocity()[1..], far_off.velocity()[1..]);
+        // A bad candidate is as good as none.
+        let (without, report) = solved(&system, &levels, levels.stage().velocity, settings);
+        assert_eq!((without.velocity(), report), (far_off.velocity(), slow));
+    }
+
+    #[test]
+    fn contacts_are_those_at_x_star_unless_they_were_detected_before() {
+        let (system, settings) = (triangle("full"), StageSettings::default());
+        let mut levels = Levels::random(&mut Random::new());
+        (levels.0[0][1].z, levels.0[1][1].z) = (-2.01, -50.0); // inside, and on its way down
+        let (mut stage, _) = solved(&system, &levels, &[Vec3::zeros(); 3], settings);
+        assert!((stage.positions()[1].z + 2.0).abs() < 1e-12, "led to the surface");
+        let velocity = stage.velocity()[1];
+        let (mut none, mut constraints) = (ContactSet::default(), Constraints::free(3));
+        let (mut clock, mut report) = (PhaseClock::off(), StepReport::default());
+        let (start, clock) = (&[Vec3::zeros(); 3], &mut clock);
+        let (none, constraints, report) = (&mut none, &mut constraints, &mut report);
+        let input = levels.stage();
+        stage
+            .solve_constrained(&system, input, start, none, constraints, settings, clock, report)
+            .expect("finite");
+        assert!((stage.velocity()[1] - velocity).norm() > 0.1, "{:?}", stage.velocity()[1]);
+        assert_ne!(stage.velocity()[0], Vec3::zeros(), "no constraint, no pin");
+    }
+
+    #[test]
+    fn reports_add_up_over_stages() {
+        let (system, levels) = (triangle("full"), Levels::random(&mut Random::new()));
+        let settings = StageSettings::default();
+        let start = [Vec3::zeros(); 3];
+        let (mut stage, once) = solved(&system, &levels, &start, settings);
+        let mut twice = once;
+        let (mut contacts, mut constraints) = (ContactSet::new(&system), Constraints::free(3));
+        let (contacts, constraints) = (&mut contacts, &mut constraints);
+        let (mut clock, input) = (PhaseClock::off(), levels.stage());
+        stage
+            .solve(&system, input, &start, contacts, constraints, settings, &mut clock, &mut twice)
+            .expect("finite");
+        assert_eq!(twice.newton_iterations, 2 * once.newton_iterations);
+        assert_eq!(twice.factorisations, 2 * once.factorisations);
+        assert_eq!(twice.force_evaluations, 2 * once.force_evaluations);
+        assert!(once.force_evaluations > once.newton_iterations && once.newton_iterations > 1);
+    }
+
+    #[test]
+    fn the_iteration_limit_ends_newton_and_is_reported() {
+        let (system, levels) = (triangle("full"), Levels::random(&mut Random::new()));
+        let settings = StageSettings { residual: 1e-13, max_iterations: 1 };
+        let (_, report) = solved(&system, &levels, &[Vec3::zeros(); 3], settings);
+        assert_eq!((report.solve, report.newton_iterations), (SolveStatus::IterationLimit, 1));
+        assert!(report.relative_residual > 1e-13);
     }
 }
