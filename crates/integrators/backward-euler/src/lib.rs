@@ -1,7 +1,12 @@
 //! Backward Euler, solved by Newton's method to convergence: the reference for every other implicit
 //! method at the same step size.
 //!
-//! # What it does
+//! builds-on: explicit Euler → Provot → **backward Euler** → Terzopoulos-Fleischer, Baraff-Witkin, BDF
+//!
+//! # Why
+//!
+//! An explicit step must resolve the fastest vibration of the stiffest spring, which nobody wants to see. A method that
+//! takes the force at the *new* level may step over it.
 //!
 //! The BDF method (3) of EEH for `k = 1`, with the whole force at the new level,
 //!
@@ -15,7 +20,10 @@
 //! extrapolation (22); exact Hessian while it is positive definite, projected otherwise; Armijo line
 //! search.
 //!
-//! # What to expect
+//! # How the code does it
+//!
+//! [`drape_integrator::ImplicitStage`] evaluates what is not implicit, finds the contacts and minimises; the step
+//! itself only says which stage it is and moves the state.
 //!
 //! Order 1 and L-stable on linear problems: on the oscillator the amplification matrix is
 //! `1/(1+θ+η) · [[1+η, 1], [−θ, 1]]`. Linear momentum is conserved. The angular momentum of one spring obeys
@@ -28,6 +36,17 @@
 //! forces of size `k|x|`, about `ε_mach h k |x|`, whatever the strain. At very large `h²k/m` Newton's method
 //! follows a curved valley and may need more than its 100 iterations; the step then reports
 //! `IterationLimit`.
+//!
+//! # What it cost and where it failed here
+//!
+//! On the hanging sheet of 400 particles with shear springs of 0.1 k at k/m = 1e6 and h = 0.01 s a step takes three Newton
+//! iterations, each one sparse factorisation of 1200 unknowns: about 7 ms, some 600 steps of symplectic Euler, which would need
+//! 20 or more of them to be stable. It falls like the exact sheet where IMEX Euler locks. Its error is that of
+//! numerical damping: order 1 on a smooth scene, observed order 0.43 where springs of k/m = 1e6 vibrate within a step;
+//! a spinning sheet loses 4 % of its angular momentum in a second. BDF2 costs the same and is five times as accurate there.
+//!
+//! Plots: error against the step in `results/figures/order-smooth.svg` and `order-stiff.svg`, spin in
+//! `momentum-spin.svg`, hard cases in `hard-cases.svg`.
 //!
 //! # Symbols
 //!

@@ -37,7 +37,7 @@
 //!   ([`drape_integrator::ElongationLimit`]); the velocity is the distance moved over `h` in any case.
 //! * Contacts act on the velocity that results, particle by particle: the inverse is that of the free cloth.
 //!
-//! # What to expect
+//! # What it cost and where it failed here
 //!
 //! Order 1, momentum conserved. What holds of IMEX Euler holds here: with full damping and without pins under gravity
 //! energy never rises before the corrections, and a stiff sheet *locks*: springs lose sideways velocity by `1/(1+θ)` a
@@ -46,6 +46,17 @@
 //!
 //! The dense inverse costs `n²` numbers and products a step and `n³` operations at each change; the sparse factor gives the same
 //! motion for a small fraction of both. A change of `h` or `k` does not forbid the method, it costs one factorisation.
+//!
+//! Measured on the hanging sheet of 400 particles with shear springs of 0.1 k, k/m = 1e6, h = 0.01 s: a step costs 36 µs with the sparse
+//! factor and 127 µs with the dense inverse, against 88 µs of IMEX Euler by conjugate gradients and 7 ms of backward Euler; after a
+//! second the free edge hangs 0.22 m low instead of 0.47 m. A free sheet that spins in its plane keeps 5 % of its angular
+//! momentum in a second at k/m = 1e4 without correction, 15 % with the literal one and all of it with the consistent one,
+//! which pays for it with 12 % of the energy of the spin. Because gravity is not filtered, a hanging chain comes to rest
+//! `(h² + hc/k) g` too long at its pin: small, but not the solution of the static problem.
+//!
+//! Plots: error against the step in `results/figures/order-smooth.svg` and `order-stiff.svg`, spin in
+//! `momentum-spin.svg`, hard cases in `hard-cases.svg`.
+//! What to try next: updating the right-hand side, which takes the locking back (`drape-imex`, EEH Algorithm 1).
 //!
 //! # Symbols
 //!

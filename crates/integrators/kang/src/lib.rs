@@ -31,7 +31,7 @@
 //! still. Contacts act on the resulting velocity, particle by particle, since there is no solve that they
 //! could take part in.
 //!
-//! # What to expect
+//! # What it cost and where it failed here
 //!
 //! An error of the shape of an eigenvector of Jacobi's iteration matrix with eigenvalue `γ` is multiplied by
 //! `γ` per sweep, so that `s` corrections do `φ = 1 − γ^{s+1}` of the exact update, and Kang's formula `1 − γ²`. Rough
@@ -44,6 +44,15 @@
 //! chequerboard, as warp and weft do, shapes with `γ → −1` exist. An even number of corrections overshoots
 //! them, `φ > 1`, and is unstable once `φ (3θ + 2η) > 4 (1 + θ + η)`; an odd number is safe. More sweeps approach IMEX Euler,
 //! but at a rate of `γ`: conjugate gradients are cheaper long before 64 sweeps.
+//!
+//! Measured on the hanging sheet of 400 particles with shear springs of 0.1 k, k/m = 1e6, h = 0.01 s: 26 µs a step, and after a second the
+//! free edge of a sheet of 1 m hangs 2.9 m low, having gained 1400 J on the way; with 8 sweeps, 61 µs, it is 1.1 m and
+//! 69 J. IMEX Euler solved by conjugate gradients costs 88 µs there and gains nothing. A smaller step does not help at
+//! first: at k/m = 1e6 the error grows from 0.31 to 0.70 of the motion between h = 0.01 and 0.00125 s.
+//!
+//! Plots: error against the step in `results/figures/order-smooth.svg` and `order-stiff.svg`, spin in
+//! `momentum-spin.svg`, hard cases in `hard-cases.svg`.
+//! What to try next: Provot's correction against the sag, or a solve (IMEX Euler).
 //!
 //! # Symbols
 //!

@@ -30,7 +30,7 @@
 //! one as `h → 0`. Of projected damping the half that would be implicit enters as `½ h L_c` in the matrix with its
 //! remainder at level `n`. Contacts act on the velocity that the solve gives, particle by particle.
 //!
-//! # What to expect
+//! # What it cost and where it failed here
 //!
 //! Order 1. On an oscillator `|ζ|² = (1 − η/2)/(1 + θ + η/2)` where the roots are complex: about as dissipative as
 //! backward Euler. Momentum is conserved. The force acts along the *new* direction of a spring, with the tension that it
@@ -43,6 +43,13 @@
 //! collapse attracts. Such a spring stays collapsed, where a real one would push its ends apart, and its secant
 //! `kℓ/L` grows until round-off shows in the momentum.
 //!
+//! Measured on the hanging sheet of 400 particles with shear springs of 0.1 k: a step costs 220 µs, nearly all of it the factorisation. On
+//! the smooth scene its order is 1, clamped 0.4 and falling, with an error that stays at one hundredth of the motion (one tenth
+//! at k/m = 1e4). At k/m = 1e4 it follows the exact solution up to h = 0.005 s and is lost at 0.01 s; at k/m = 1e6 it gained
+//! more energy than the scene has at every step that was tried.
+//!
+//! Plots: error against the step in `results/figures/order-smooth.svg` and `order-stiff.svg`, spin in
+//! `momentum-spin.svg`, hard cases in `hard-cases.svg`.
 //! What to try next: the tangent instead of the secant (Baraff-Witkin), which knows the stiffness before it is needed.
 //!
 //! # Symbols
