@@ -3,6 +3,7 @@
 use crate::methods::MethodError;
 use drape_integrator::{InvalidTimeStep, PrepareError, StepError};
 use drape_model::{SceneError, Violation};
+use drape_oracle::reference::ReferenceError;
 use drape_records::RecordError;
 
 /// Why a run or an experiment ended without a result.
@@ -26,6 +27,9 @@ pub enum HarnessError {
     /// A contract of the integrator was broken.
     #[error(transparent)]
     Step(#[from] StepError),
+    /// There is no exact solution to compare with.
+    #[error(transparent)]
+    Reference(#[from] ReferenceError),
     /// A record could not be read or written.
     #[error(transparent)]
     Record(#[from] RecordError),

@@ -10,6 +10,7 @@ pub mod methods;
 mod provenance;
 mod run;
 mod scenes;
+mod schedule;
 mod stability;
 
 pub use error::HarnessError;
@@ -17,4 +18,4 @@ pub use facts::{Difference, compare_folders};
 pub use provenance::{provenance, sha256, system_hash};
 pub use run::{Counts, Divergence, Options, Outcome, Simulation, count, simulate};
 pub use scenes::{bundled, free_edge_midpoint};
-pub use stability::{reference_energy, verdict};
+pub use stability::{Energy, Rule, Verdict, judge, reference_energy, verdict};

@@ -2,13 +2,25 @@
 //! method's crate.
 
 use drape_backward_euler::{BACKWARD_EULER, BackwardEuler, BackwardEulerSettings};
+use drape_baraff_witkin::{BARAFF_WITKIN, BaraffWitkin, BaraffWitkinSettings};
+use drape_desbrun::{DESBRUN, Desbrun, DesbrunSettings};
 use drape_explicit_euler::{
-    EXPLICIT_EULER, ExplicitEuler, SYMPLECTIC_EULER, SymplecticEuler, SymplecticSettings,
+    EXPLICIT_EULER, ExplicitEuler, LEAPFROG, Leapfrog, LeapfrogSettings, SYMPLECTIC_EULER,
+    SymplecticEuler, SymplecticSettings,
 };
 use drape_imex::{
-    IMEX_EULER, IMEX_UPDATED, ImexEuler, ImexEulerSettings, ImexUpdated, ImexUpdatedSettings,
+    IMEX_CNAB2, IMEX_CNLF, IMEX_EULER, IMEX_MCNAB2, IMEX_SBDF2, IMEX_UPDATED, ImexEuler,
+    ImexEulerSettings, ImexTwoStep, ImexTwoStepSettings, ImexUpdated, ImexUpdatedSettings, Scheme,
 };
 use drape_integrator::{Integrator, Method, SettingError, Settings};
+use drape_kang::{KANG, Kang, KangSettings};
+use drape_multistep::{
+    ADAMS_BASHFORTH2, AdamsBashforth, AdamsBashforthSettings, BDF2, Bdf, BdfSettings,
+};
+use drape_provot::{PROVOT, Provot, ProvotSettings};
+use drape_terzopoulos_fleischer::{
+    TERZOPOULOS_FLEISCHER, TerzopoulosFleischer, TerzopoulosFleischerSettings,
+};
 
 /// Why a choice of method was refused.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -43,8 +55,21 @@ struct Entry {
     uses_library: fn(&Settings) -> bool,
 }
 
+/// A two-step IMEX method; its first step is one of backward Euler, which factorises.
+const fn two_step(
+    method: &'static Method,
+    build: fn(Pairs<'_>) -> Result<Box<dyn Integrator>, SettingError>,
+) -> Entry {
+    Entry { method, build, uses_library: |_| true }
+}
+
+/// Builds a two-step IMEX method.
+fn imex(scheme: Scheme, pairs: Pairs<'_>) -> Result<Box<dyn Integrator>, SettingError> {
+    Ok(Box::new(ImexTwoStep::new(ImexTwoStepSettings::from_pairs(scheme, pairs)?)))
+}
+
 /// All methods, in the order in which they build on each other.
-static ENTRIES: [Entry; 5] = [
+static ENTRIES: [Entry; 17] = [
     Entry {
         method: &EXPLICIT_EULER,
         build: |_| Ok(Box::new(ExplicitEuler::default())),
@@ -56,9 +81,54 @@ static ENTRIES: [Entry; 5] = [
         uses_library: |settings| settings.word("damping") == "implicit",
     },
     Entry {
+        method: &LEAPFROG,
+        build: |pairs| Ok(Box::new(Leapfrog::new(LeapfrogSettings::from_pairs(pairs)?))),
+        uses_library: |settings| settings.word("solver") == "cholesky",
+    },
+    Entry {
+        method: &PROVOT,
+        build: |pairs| Ok(Box::new(Provot::new(ProvotSettings::from_pairs(pairs)?))),
+        uses_library: |_| false,
+    },
+    Entry {
+        method: &ADAMS_BASHFORTH2,
+        build: |pairs| {
+            Ok(Box::new(AdamsBashforth::new(AdamsBashforthSettings::from_pairs(pairs)?)))
+        },
+        uses_library: |_| false,
+    },
+    Entry {
         method: &BACKWARD_EULER,
         build: |pairs| Ok(Box::new(BackwardEuler::new(BackwardEulerSettings::from_pairs(pairs)?))),
         uses_library: |_| true,
+    },
+    Entry {
+        method: &BDF2,
+        build: |pairs| Ok(Box::new(Bdf::new(BdfSettings::from_pairs(pairs)?))),
+        uses_library: |_| true,
+    },
+    Entry {
+        method: &TERZOPOULOS_FLEISCHER,
+        build: |pairs| {
+            let settings = TerzopoulosFleischerSettings::from_pairs(pairs)?;
+            Ok(Box::new(TerzopoulosFleischer::new(settings)))
+        },
+        uses_library: |_| true,
+    },
+    Entry {
+        method: &BARAFF_WITKIN,
+        build: |pairs| Ok(Box::new(BaraffWitkin::new(BaraffWitkinSettings::from_pairs(pairs)?))),
+        uses_library: |settings| settings.word("solver") == "cholesky",
+    },
+    Entry {
+        method: &DESBRUN,
+        build: |pairs| Ok(Box::new(Desbrun::new(DesbrunSettings::from_pairs(pairs)?))),
+        uses_library: |_| true,
+    },
+    Entry {
+        method: &KANG,
+        build: |pairs| Ok(Box::new(Kang::new(KangSettings::from_pairs(pairs)?))),
+        uses_library: |_| false,
     },
     Entry {
         method: &IMEX_EULER,
@@ -73,6 +143,10 @@ static ENTRIES: [Entry; 5] = [
             settings.word("solver") == "cholesky" || settings.word("safeguard") == "robust"
         },
     },
+    two_step(&IMEX_SBDF2, |pairs| imex(Scheme::Sbdf2, pairs)),
+    two_step(&IMEX_CNAB2, |pairs| imex(Scheme::Cnab2, pairs)),
+    two_step(&IMEX_MCNAB2, |pairs| imex(Scheme::Mcnab2, pairs)),
+    two_step(&IMEX_CNLF, |pairs| imex(Scheme::Cnlf, pairs)),
 ];
 
 /// All methods, in the order in which they build on each other.

@@ -2,7 +2,9 @@
 
 use crate::HarnessError;
 use crate::methods::Choice;
-use drape_integrator::{Phase, PhaseClock, SolveStatus, StepError, StepReport, TimeStep};
+use crate::schedule::Schedule;
+use crate::stability::{Energy, Rule, Watch};
+use drape_integrator::{Implicit, Phase, PhaseClock, SolveStatus, StepError, StepReport, TimeStep};
 use drape_model::{State, System, TimeSpan, Vec3};
 use drape_records::run::{Sample, Totals};
 use drape_records::tables::Phases;
@@ -52,6 +54,25 @@ pub struct Outcome {
     pub series: Vec<Sample>,
     /// Set if the run diverged.
     pub divergence: Option<Divergence>,
+    /// What the steps cost, in visits of a spring (some 5 ns each): counted, not timed, so that it is the same on
+    /// every machine that takes the same steps.
+    pub effort: f64,
+    /// Whether the run ended because its effort reached the limit.
+    pub is_over_budget: bool,
+}
+
+/// One moment of a run: the end of a step.
+pub(crate) struct Moment<'a> {
+    /// Number of completed steps.
+    pub(crate) step: u64,
+    /// Length of the step that ended, s.
+    pub(crate) h: f64,
+    /// Work that changes of the system from outside have done since the start, J.
+    pub(crate) outside_work: f64,
+    /// The system.
+    pub(crate) system: &'a System,
+    /// Its state.
+    pub(crate) state: &'a State,
 }
 
 /// A system with its start state, ready to be run.
@@ -127,6 +148,24 @@ fn is_finite(sample: &Sample) -> bool {
     sample.energy_j.values().chain(momenta).all(|value| value.is_finite())
 }
 
+/// What the steps of a run cost, in visits of a spring: sweeps over the springs and products with the matrix by their
+/// length, factorisations by the fill-in of a planar mesh (`n^1.5`; Newton's matrix has 3×3 blocks).
+fn effort(totals: &Totals, steps: u64, particles: f64, springs: f64) -> f64 {
+    let planar = particles * particles.sqrt();
+    totals.force_evaluations as f64 * (springs + particles)
+        + totals.matvecs as f64 * 2.0 * (springs + particles)
+        + totals.factorisations as f64 * 80.0 * planar
+        + totals.setups as f64 * 8.0 * planar
+        + steps as f64 * 4.0 * particles
+}
+
+/// Number of springs.
+fn springs(system: &System) -> usize {
+    let mut springs = 0;
+    Implicit::Springs.visit_weights(system, &mut |_, _, _, _| springs += 1);
+    springs
+}
+
 /// Runs a method over a time span; `observe` is called after each step with the number of completed
 /// steps.
 ///
@@ -142,18 +181,36 @@ pub fn simulate(
     options: Options,
     mut observe: impl FnMut(u64, &System, &State),
 ) -> Result<Outcome, HarnessError> {
+    drive(simulation, choice, &Schedule::steady(time), options, None, |moment| {
+        observe(moment.step, moment.system, moment.state);
+    })
+}
+
+/// As [`simulate`], by a schedule that may change step size and stiffness on the way, and at most until the
+/// [effort](Outcome::effort) reaches a limit.
+///
+/// # Errors
+/// As [`simulate`].
+pub(crate) fn drive(
+    simulation: &mut Simulation,
+    choice: &Choice,
+    schedule: &Schedule,
+    options: Options,
+    effort_limit: Option<f64>,
+    mut observe: impl FnMut(&Moment<'_>),
+) -> Result<Outcome, HarnessError> {
+    let time = schedule.time;
     time.check("time.step_s", "time.duration_s")?;
     let Simulation { system, state } = simulation;
-    let (whole, rest) = time.steps();
-    let steps = whole + u64::from(rest.is_some());
-    let h = TimeStep::new(time.step_s)?;
+    let steps = schedule.steps();
     let mut integrator = choice.build().map_err(crate::methods::MethodError::from)?;
     let begin = Instant::now();
-    integrator.prepare(system, h)?;
+    integrator.prepare(system, TimeStep::new(time.step_s)?)?;
     let prepare_seconds = begin.elapsed().as_secs_f64();
     let mut clock = if options.phases { PhaseClock::on() } else { PhaseClock::off() };
     let bounds = Bounds::of(&state.x);
     let every = steps.div_ceil(MAX_SAMPLES).max(1);
+    let (particles, springs) = (system.len() as f64, springs(system) as f64);
     let mut outcome = Outcome {
         steps: 0,
         totals: Totals::default(),
@@ -163,17 +220,23 @@ pub fn simulate(
         phases: None,
         series: Vec::new(),
         divergence: None,
+        effort: 0.0,
+        is_over_budget: false,
     };
     if options.series {
         outcome.series.push(sample(system, state));
     }
     let start = state.t;
+    let mut changed = 0;
+    let mut outside_work = 0.0;
     let mut last_finite = options.series.then(|| state.clone());
     for step in 1..=steps {
-        let h = match rest {
-            Some(rest) if step == steps => TimeStep::new(rest)?,
-            _ => h,
-        };
+        let due = schedule.due(state.t - start);
+        for change in &schedule.changes[changed..due] {
+            outside_work += change.apply(system, &state.x);
+        }
+        changed = due;
+        let h = TimeStep::new(schedule.step(step))?;
         let begin = Instant::now();
         let report = match integrator.step(system, state, h, &mut clock) {
             Ok(report) => report,
@@ -186,17 +249,17 @@ pub fn simulate(
             Err(error) => return Err(error.into()),
         };
         outcome.wall += begin.elapsed();
-        // Sums of h drift; the time of a run is a multiple of its step.
-        state.t = start + if step == steps { time.duration_s } else { step as f64 * time.step_s };
+        state.t = start + schedule.elapsed(step);
         outcome.steps = step;
         add(&mut outcome.totals, &report);
+        outcome.effort = effort(&outcome.totals, step, particles, springs);
         outcome.idle += u64::from(report.cg_iterations == 0);
         outcome.unconverged += u64::from(report.solve != SolveStatus::Converged);
         let divergence = bounds.violation(state);
         if options.series && (step % every == 0 || step == steps) {
             outcome.series.extend(Some(sample(system, state)).filter(is_finite));
         }
-        observe(step, system, state);
+        observe(&Moment { step, h: h.seconds(), outside_work, system, state });
         let time = state.t;
         if let Some(last) = &mut last_finite {
             // What is recorded must be readable again: JSON knows no infinity.
@@ -204,6 +267,10 @@ pub fn simulate(
         }
         if let Some(criterion) = divergence {
             outcome.divergence = Some(Divergence { step, time, criterion });
+            break;
+        }
+        if step < steps && effort_limit.is_some_and(|limit| outcome.effort > limit) {
+            outcome.is_over_budget = true;
             break;
         }
     }
@@ -219,19 +286,15 @@ pub fn simulate(
     Ok(outcome)
 }
 
-/// Integer counts and the energy of a run: what experiments on cost need.
+/// A run without its history: counts and energy.
 #[derive(Clone, Debug)]
 pub struct Counts {
     /// Result of the run.
     pub outcome: Outcome,
-    /// Greatest rise of the total energy above its start, J; infinite if the run diverged.
-    pub energy_gain: f64,
-    /// Greatest rise of the total energy above the least it had before, J.
-    pub energy_climb: f64,
-    /// Least potential energy met, J.
-    pub least_potential: f64,
-    /// Greatest kinetic energy met, J.
-    pub greatest_kinetic: f64,
+    /// What its energy did.
+    pub energy: Energy,
+    /// The rule by which its energy is judged.
+    pub rule: Rule,
     /// Last state.
     pub state: State,
 }
@@ -245,25 +308,28 @@ pub fn count(
     choice: &Choice,
     time: TimeSpan,
 ) -> Result<Counts, HarnessError> {
+    count_by(simulation, choice, &Schedule::steady(time), None, None)
+}
+
+/// As [`count`], by a schedule. `reference` is the scene's `E_ref`, J, where rises of the energy are to be counted;
+/// `effort_limit` as in [`drive`].
+///
+/// # Errors
+/// As [`simulate`].
+pub(crate) fn count_by(
+    simulation: &Simulation,
+    choice: &Choice,
+    schedule: &Schedule,
+    reference: Option<f64>,
+    effort_limit: Option<f64>,
+) -> Result<Counts, HarnessError> {
+    let rule = Rule::of(choice.method().class, &simulation.system);
+    let mut watch = Watch::new(simulation, schedule.time.duration_s, reference);
     let mut simulation = simulation.clone();
-    let start = simulation.system.total_energy(&simulation.state);
-    let mut least_potential = simulation.system.potential_energy(&simulation.state.x);
-    let mut greatest_kinetic = simulation.system.kinetic_energy(&simulation.state.v);
-    let (mut energy_gain, mut energy_climb, mut least): (f64, f64, f64) = (0.0, 0.0, start);
-    let outcome =
-        simulate(&mut simulation, choice, time, Options::default(), |_, system, state| {
-            let kinetic = system.kinetic_energy(&state.v);
-            let potential = system.potential_energy(&state.x);
-            least_potential = least_potential.min(potential);
-            greatest_kinetic = greatest_kinetic.max(kinetic);
-            let total = kinetic + potential;
-            energy_gain = energy_gain.max(total - start);
-            least = least.min(total);
-            energy_climb = energy_climb.max(total - least);
-        })?;
-    if outcome.divergence.is_some() {
-        (energy_gain, energy_climb) = (f64::INFINITY, f64::INFINITY);
-    }
-    let state = simulation.state;
-    Ok(Counts { outcome, energy_gain, energy_climb, least_potential, greatest_kinetic, state })
+    let options = Options::default();
+    let outcome = drive(&mut simulation, choice, schedule, options, effort_limit, |moment| {
+        watch.look(schedule.elapsed(moment.step), moment);
+    })?;
+    let energy = watch.energy(outcome.divergence.is_some());
+    Ok(Counts { outcome, energy, rule, state: simulation.state })
 }

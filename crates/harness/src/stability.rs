@@ -1,31 +1,258 @@
 //! Verdicts on stability, by energy.
 //!
-//! A run is judged by the greatest rise of its total energy above the start, `Δ⁺ = max_n (H_n − H_0)`,
-//! against `E_ref`, the energy that the scene sets free: `max(H_0 − min U, max T)` over a reference
-//! trajectory. `Δ⁺ ≤ 0.02 E_ref` is stable, up to `0.5 E_ref` marginal, above unstable. Boundedness of
-//! the positions alone is no test: the part of a spring's force that is taken explicitly is bounded, so
-//! unstable runs saturate.
+//! A run is judged by its total energy `H_n` (kinetic and potential, less the work that changes
+//! of the system from outside have done) against `E_ref`, the energy that the scene sets free:
+//! `max(H_0 − min U, max T)` over a [reference trajectory](reference_energy). Boundedness of the positions alone is no
+//! test: the part of a spring's force that is taken explicitly is bounded, so unstable runs saturate.
+//!
+//! | rule | stable | marginal | unstable |
+//! |---|---|---|---|
+//! | [`Rule::Dissipative`] | `max(H_n − H_0) ≤ 0.02 E_ref` | up to `0.5 E_ref` | above |
+//! | [`Rule::Symplectic`] | `max abs(H_n − H_0) ≤ 0.5 E_ref` and secular slope times duration at most `0.05 E_ref` | the former only | neither |
+//!
+//! The symplectic rule is for methods of that [class](StabilityClass) where nothing dissipates, neither damping nor
+//! contacts: their energy oscillates with the step size, but must not drift. The secular slope is that of the
+//! straight line through the energies of the last half of the run. A run that [diverges](crate::Divergence) is
+//! `diverged`, whatever the rule.
 
 use crate::HarnessError;
 use crate::methods::Choice;
-use crate::run::{Counts, Simulation, count};
-use drape_integrator::Implicit;
-use drape_model::TimeSpan;
+use crate::run::{Counts, Moment, Simulation, count_by};
+use crate::schedule::Schedule;
+use drape_integrator::{Implicit, StabilityClass};
+use drape_model::{Effect, Revisions, System, TimeSpan};
 
 const STABLE: f64 = 0.02;
 const MARGINAL: f64 = 0.5;
+const SECULAR: f64 = 0.05;
 /// Fraction of the stability limit at which the reference runs.
 const SAFETY: f64 = 0.25;
+/// A rise of the energy by less than this fraction of `E_ref` and by less than round-off is none.
+const RISE: f64 = 1e-9;
+const ROUND_OFF: f64 = 1e-14;
 
-/// `E_ref` of a closed scene over `duration` seconds, J: from symplectic Euler well below its
-/// stability limit, which follows the true motion and has the same bits on every machine.
-///
-/// # Errors
-/// As [`crate::simulate`].
-pub fn reference_energy(simulation: &Simulation, duration: f64) -> Result<f64, HarnessError> {
-    let system = &simulation.system;
-    let start = system.total_energy(&simulation.state);
-    // Gershgorin: eigenvalues of M⁻¹L are at most twice the largest row sum.
+/// How the energy of a run is judged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rule {
+    /// It must not rise above its start.
+    Dissipative,
+    /// It may oscillate, but not drift.
+    Symplectic,
+}
+
+impl Rule {
+    /// The rule for a class of methods on a system.
+    pub fn of(class: StabilityClass, system: &System) -> Self {
+        let is_damped = system.effects().any(Effect::has_damping);
+        match class {
+            StabilityClass::Symplectic if !is_damped && system.obstacles().is_empty() => {
+                Self::Symplectic
+            }
+            _ => Self::Dissipative,
+        }
+    }
+}
+
+/// How a run ended, by its energy; the worse the greater.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Verdict {
+    /// No energy was gained.
+    Stable,
+    /// Some was.
+    Marginal,
+    /// Much was.
+    Unstable,
+    /// The state became non-finite or left the scene.
+    Diverged,
+}
+
+impl Verdict {
+    /// One word for records.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Stable => "stable",
+            Self::Marginal => "marginal",
+            Self::Unstable => "unstable",
+            Self::Diverged => "diverged",
+        }
+    }
+}
+
+/// What the total energy of a run did. Infinite after a divergence.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Energy {
+    /// Greatest rise above the start, J.
+    pub gain: f64,
+    /// Greatest rise above the least that was met before, J.
+    pub climb: f64,
+    /// Greatest distance from the start, J.
+    pub swing: f64,
+    /// Slope of the straight line through the last half, times the duration, J.
+    pub drift: f64,
+    /// Steps that raised it by more than round-off; 0 where no reference energy was given to count against.
+    pub rises: u64,
+    /// Greatest allowance for round-off of the energy that was made in counting them, J.
+    pub round_off: f64,
+    /// Energy that was set free: the greatest of `H_0 − U_n` and of the kinetic energy, J.
+    pub released: f64,
+}
+
+/// Watches the energy of a run in constant memory.
+#[derive(Clone, Debug)]
+pub(crate) struct Watch {
+    track: Track,
+    springs: Springs,
+}
+
+/// The energies of a run, one after the other.
+#[derive(Clone, Debug)]
+struct Track {
+    start: f64,
+    last: f64,
+    least: f64,
+    duration: f64,
+    energy: Energy,
+    line: Line,
+    /// Of the scene, J; infinite where rises are not counted.
+    reference: f64,
+}
+
+/// Sums of a fit by a straight line.
+#[derive(Clone, Copy, Debug, Default)]
+struct Line {
+    n: f64,
+    t: f64,
+    y: f64,
+    tt: f64,
+    ty: f64,
+}
+
+impl Line {
+    fn add(&mut self, t: f64, y: f64) {
+        self.n += 1.0;
+        self.t += t;
+        self.y += y;
+        self.tt += t * t;
+        self.ty += t * y;
+    }
+
+    fn slope(&self) -> f64 {
+        let spread = self.n * self.tt - self.t * self.t;
+        if spread > 0.0 { (self.n * self.ty - self.t * self.y) / spread } else { 0.0 }
+    }
+}
+
+/// What round-off of the energy is measured by.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Springs {
+    /// `½ Σ k ℓ²`, J.
+    rest_energy: f64,
+    /// Greatest `k/m`, 1/s².
+    stiffness_over_mass: f64,
+    revisions: Revisions,
+}
+
+impl Springs {
+    fn of(system: &System) -> Self {
+        let mut stiffness = Vec::new();
+        let mut rest = Vec::new();
+        for split in system.effects().filter_map(Effect::split) {
+            split.visit_weights(&mut |_, _, k, _| stiffness.push(k));
+            split.visit_rest_lengths(&mut |_, _, length| rest.push(length));
+        }
+        let energies = stiffness.iter().zip(&rest).map(|(k, length)| 0.5 * k * length * length);
+        Self {
+            rest_energy: energies.sum(),
+            stiffness_over_mass: Implicit::Springs.max_stiffness_over_mass(system),
+            revisions: system.revisions(),
+        }
+    }
+}
+
+impl Watch {
+    /// Begins at the start of a run of `duration` seconds. `reference` is `E_ref`, J, where rises are to be counted.
+    pub(crate) fn new(simulation: &Simulation, duration: f64, reference: Option<f64>) -> Self {
+        let Simulation { system, state } = simulation;
+        let kinetic = system.kinetic_energy(&state.v);
+        let potential = system.potential_energy(&state.x);
+        let mut track = Track::new(kinetic + potential, duration, reference);
+        track.energy.released = (track.start - potential).max(kinetic);
+        Self { track, springs: Springs::of(system) }
+    }
+
+    /// Looks at the end of a step, `elapsed` seconds after the start.
+    pub(crate) fn look(&mut self, elapsed: f64, moment: &Moment<'_>) {
+        let Moment { h, outside_work: work, system, state, .. } = *moment;
+        if self.springs.revisions != system.revisions() {
+            self.springs = Springs::of(system);
+        }
+        let kinetic = system.kinetic_energy(&state.v);
+        let potential = system.potential_energy(&state.x);
+        let theta = h * h * self.springs.stiffness_over_mass;
+        let round_off = ROUND_OFF * (1.0 + theta) * (self.springs.rest_energy + kinetic);
+        let released = (self.track.start + work - potential).max(kinetic);
+        self.track.energy.released = self.track.energy.released.max(released);
+        self.track.add(elapsed, kinetic + potential - work, round_off);
+    }
+
+    /// What the energy did.
+    pub(crate) fn energy(&self, has_diverged: bool) -> Energy {
+        self.track.energy(has_diverged)
+    }
+}
+
+impl Track {
+    fn new(start: f64, duration: f64, reference: Option<f64>) -> Self {
+        Self {
+            start,
+            last: start,
+            least: start,
+            duration,
+            energy: Energy::default(),
+            line: Line::default(),
+            reference: reference.unwrap_or(f64::INFINITY),
+        }
+    }
+
+    /// Adds the energy `total` after `elapsed` seconds, which is known to within `round_off`.
+    fn add(&mut self, elapsed: f64, total: f64, round_off: f64) {
+        // The difference of two infinities is a gain too.
+        let total = if total.is_nan() { f64::INFINITY } else { total };
+        let gain = total - self.start;
+        self.energy.gain = self.energy.gain.max(gain);
+        self.energy.swing = self.energy.swing.max(gain.abs());
+        self.least = self.least.min(total);
+        self.energy.climb = self.energy.climb.max(total - self.least);
+        self.energy.round_off = self.energy.round_off.max(round_off);
+        self.energy.rises += u64::from(total > self.last + RISE * self.reference + round_off);
+        self.last = total;
+        if elapsed >= 0.5 * self.duration {
+            // Counted from the middle of the half, where the sums lose fewest digits.
+            self.line.add(elapsed - 0.75 * self.duration, gain);
+        }
+    }
+
+    fn energy(&self, has_diverged: bool) -> Energy {
+        let mut energy = Energy { drift: self.line.slope() * self.duration, ..self.energy };
+        if has_diverged {
+            let all = f64::INFINITY;
+            energy = Energy { gain: all, climb: all, swing: all, drift: all, ..energy };
+        }
+        energy
+    }
+}
+
+/// What the true motion of a scene does with its energy.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Reference {
+    /// `E_ref`, J.
+    pub(crate) energy: f64,
+    /// What contacts that push out add to the total energy, J.
+    pub(crate) gain: f64,
+}
+
+/// Bounds of the eigenvalues of `M⁻¹L_k` (1/s²) and `M⁻¹L_c` (1/s): by Gershgorin, twice the largest row sums.
+pub(crate) fn gershgorin(system: &System) -> (f64, f64) {
     let mut rows = vec![(0.0_f64, 0.0_f64); system.len()];
     Implicit::Springs.visit_weights(system, &mut |i, j, k, c| {
         for end in [i, j] {
@@ -33,25 +260,219 @@ pub fn reference_energy(simulation: &Simulation, duration: f64) -> Result<f64, H
             rows[end].1 += 2.0 * c / system.mass()[end];
         }
     });
-    let stiffness = rows.iter().fold(0.0_f64, |max, row| max.max(row.0));
-    let damping = rows.iter().fold(0.0_f64, |max, row| max.max(row.1));
+    rows.iter().fold((0.0, 0.0), |(k, c), row| (row.0.max(k), row.1.max(c)))
+}
+
+/// From symplectic Euler well below its stability limit, which follows the true motion and has the same bits on
+/// every machine. Its steps are those of `schedule` without pattern, only shorter.
+///
+/// # Errors
+/// As [`crate::simulate`].
+pub(crate) fn reference(
+    simulation: &Simulation,
+    schedule: &Schedule,
+) -> Result<Reference, HarnessError> {
+    let system = &simulation.system;
+    let (stiffness, damping) = gershgorin(system);
+    let stiffness = stiffness * schedule.greatest_stiffness();
     // Symplectic Euler is stable for h²λ + 2hδ < 4.
     let limit = 4.0 / (damping + (damping * damping + 4.0 * stiffness).sqrt()).max(1e-300);
-    let step_s = (SAFETY * limit).min(0.001).min(duration);
+    let duration_s = schedule.time.duration_s;
+    let step_s = (SAFETY * limit).min(0.001).min(duration_s);
+    let schedule =
+        Schedule { changes: schedule.changes, ..Schedule::steady(TimeSpan { step_s, duration_s }) };
     let choice = Choice::parse("symplectic-euler", &[])?;
-    let run = count(simulation, &choice, TimeSpan { step_s, duration_s: duration })?;
-    Ok((start - run.least_potential).max(run.greatest_kinetic))
+    let run = count_by(simulation, &choice, &schedule, None, None)?;
+    let gain = if system.obstacles().is_empty() { 0.0 } else { run.energy.gain };
+    Ok(Reference { energy: run.energy.released, gain })
+}
+
+/// `E_ref` of a closed scene over `duration` seconds, J: from symplectic Euler well below its
+/// stability limit, which follows the true motion and has the same bits on every machine.
+///
+/// # Errors
+/// As [`crate::simulate`].
+pub fn reference_energy(simulation: &Simulation, duration: f64) -> Result<f64, HarnessError> {
+    let time = TimeSpan { step_s: duration, duration_s: duration };
+    Ok(reference(simulation, &Schedule::steady(time))?.energy)
+}
+
+/// The verdict on what the energy of a run that did not diverge did.
+pub fn judge(energy: &Energy, rule: Rule, reference_energy: f64) -> Verdict {
+    let within = |value: f64, share: f64| value <= share * reference_energy;
+    match rule {
+        Rule::Dissipative if within(energy.gain, STABLE) => Verdict::Stable,
+        Rule::Dissipative if within(energy.gain, MARGINAL) => Verdict::Marginal,
+        Rule::Symplectic if within(energy.swing, MARGINAL) => {
+            if within(energy.drift.abs(), SECULAR) { Verdict::Stable } else { Verdict::Marginal }
+        }
+        _ => Verdict::Unstable,
+    }
 }
 
 /// The verdict on a run: `stable`, `marginal`, `unstable` or `diverged`.
 pub fn verdict(run: &Counts, reference_energy: f64) -> &'static str {
-    if run.outcome.divergence.is_some() {
-        "diverged"
-    } else if run.energy_gain <= STABLE * reference_energy {
-        "stable"
-    } else if run.energy_gain <= MARGINAL * reference_energy {
-        "marginal"
-    } else {
-        "unstable"
+    let verdict = match run.outcome.divergence {
+        Some(_) => Verdict::Diverged,
+        None => judge(&run.energy, run.rule, reference_energy),
+    };
+    verdict.name()
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "tests")]
+mod tests {
+    use super::*;
+    use crate::schedule::Change;
+    use drape_model::{DampingLaw, SpringEffect, SpringSpec, SystemSpec};
+
+    const STEPS: usize = 4000;
+
+    /// The verdicts of both rules on a series of energies over one second, `E_ref` = 1 J.
+    fn verdicts(energy: impl Fn(f64) -> f64) -> [Verdict; 2] {
+        let mut track = Track::new(energy(0.0), 1.0, Some(1.0));
+        for step in 1..=STEPS {
+            let t = step as f64 / STEPS as f64;
+            track.add(t, energy(t), 0.0);
+        }
+        let energy = track.energy(false);
+        [Rule::Dissipative, Rule::Symplectic].map(|rule| judge(&energy, rule, 1.0))
+    }
+
+    #[test]
+    fn an_energy_that_falls_is_stable_but_a_symplectic_method_must_not_lose_it() {
+        use Verdict::{Marginal, Stable};
+        assert_eq!(verdicts(|_| 3.0), [Stable, Stable]);
+        assert_eq!(verdicts(|t| 3.0 - 0.04 * t), [Stable, Stable]);
+        assert_eq!(verdicts(|t| 3.0 - 0.3 * t), [Stable, Marginal]);
+    }
+
+    #[test]
+    fn a_rise_is_stable_marginal_or_unstable_by_its_size() {
+        use Verdict::{Marginal, Stable, Unstable};
+        let bump = |height: f64| move |t: f64| if (t - 0.25).abs() < 0.01 { height } else { 0.0 };
+        assert_eq!(verdicts(bump(0.019)), [Stable, Stable]);
+        assert_eq!(verdicts(bump(0.021)), [Marginal, Stable]);
+        assert_eq!(verdicts(bump(0.49)), [Marginal, Stable]);
+        assert_eq!(verdicts(bump(0.51)), [Unstable, Unstable]);
+        assert_eq!(verdicts(bump(f64::INFINITY)), [Unstable, Unstable]);
+        assert_eq!(verdicts(bump(f64::NAN)), [Unstable, Unstable]);
+    }
+
+    #[test]
+    fn an_energy_that_oscillates_is_stable_for_symplectic_methods_unless_it_drifts() {
+        use Verdict::{Marginal, Stable, Unstable};
+        let wave = |t: f64| 0.4 * (800.0 * std::f64::consts::PI * t).sin();
+        assert_eq!(verdicts(wave), [Marginal, Stable]);
+        assert_eq!(verdicts(|t| 1.6 * wave(t)), [Unstable, Unstable]);
+        assert_eq!(verdicts(|t| 0.5 * wave(t) + 0.2 * t), [Marginal, Marginal]);
+        // What happens in the first half is a transient.
+        assert_eq!(verdicts(|t| 0.2 * t.min(0.4)), [Marginal, Stable]);
+    }
+
+    #[test]
+    fn rises_above_round_off_are_counted_one_by_one() {
+        let mut track = Track::new(1.0, 1.0, Some(1.0));
+        for (step, energy) in
+            [0.9, 0.9 + 1e-10, 0.9 + 1e-8, 0.5, 0.6, 0.7, 0.1].into_iter().enumerate()
+        {
+            track.add(step as f64, energy, 1e-12);
+        }
+        assert_eq!(track.energy(false).rises, 3);
+        let mut blind = Track::new(1.0, 1.0, None);
+        blind.add(0.5, 2.0, 0.0);
+        assert_eq!(blind.energy(false).rises, 0);
+    }
+
+    #[test]
+    fn a_divergence_is_an_infinite_gain() {
+        let track = Track::new(1.0, 1.0, None);
+        assert_eq!(track.energy(true).gain, f64::INFINITY);
+        assert!(Verdict::Diverged > Verdict::Unstable && Verdict::Unstable > Verdict::Marginal);
+    }
+
+    #[test]
+    fn the_symplectic_rule_is_for_closed_undamped_scenes() {
+        let rule = |damping: f64, obstacles: bool| {
+            let mut spec = stretched_pair();
+            spec.springs[0].damping_n_s_per_m = damping;
+            if obstacles {
+                let (center_m, radius_m) = ([9.0, 0.0, 0.0], 1.0);
+                let ball =
+                    drape_model::ObstacleSpec::Sphere { center_m, radius_m, restitution: 0.0 };
+                spec.obstacles.push(ball);
+            }
+            Rule::of(StabilityClass::Symplectic, &spec.build().unwrap().0)
+        };
+        assert_eq!(rule(0.0, false), Rule::Symplectic);
+        assert_eq!(rule(1e-3, false), Rule::Dissipative);
+        assert_eq!(rule(0.0, true), Rule::Dissipative);
+        let (system, _) = stretched_pair().build().unwrap();
+        assert_eq!(Rule::of(StabilityClass::Dissipative, &system), Rule::Dissipative);
+    }
+
+    /// Two particles on a spring of 1 m that is stretched by a tenth.
+    fn stretched_pair() -> SystemSpec {
+        SystemSpec {
+            format: "drape-system/1".to_owned(),
+            name: "pair".to_owned(),
+            particles: drape_model::ParticlesSpec {
+                mass_kg: vec![1e-3; 2],
+                position_m: vec![[0.0; 3], [1.1, 0.0, 0.0]],
+                velocity_m_s: Vec::new(),
+            },
+            springs: vec![SpringSpec {
+                effect: SpringEffect::Tension,
+                i: 0,
+                j: 1,
+                rest_length_m: 1.0,
+                stiffness_n_per_m: 0.1,
+                damping_n_s_per_m: 0.0,
+            }],
+            damping: DampingLaw::Full,
+            triangles: Vec::new(),
+            pins: Vec::new(),
+            effects: drape_model::EffectsSpec::default(),
+            obstacles: Vec::new(),
+        }
+    }
+
+    fn pair() -> Simulation {
+        let (system, state) = stretched_pair().build().unwrap();
+        Simulation { system, state }
+    }
+
+    /// Stiffening a stretched spring a hundredfold brings in energy that no method is to blame for.
+    #[test]
+    fn work_of_the_outside_is_taken_out_and_counts_as_available() {
+        const STIFFER: [Change; 1] = [Change { time_s: 0.3, factor: 100.0 }];
+        let time = TimeSpan { step_s: 0.01, duration_s: 2.0 };
+        let schedule = Schedule { changes: &STIFFER, ..Schedule::steady(time) };
+        let choice = Choice::parse("imex-euler:solver=cholesky,implicit=springs", &[]).unwrap();
+        let run =
+            |schedule: &Schedule| count_by(&pair(), &choice, schedule, Some(1e-3), None).unwrap();
+        let (steady, changed) = (run(&Schedule::steady(time)), run(&schedule));
+        assert_eq!(steady.energy.rises + changed.energy.rises, 0);
+        assert_eq!((steady.energy.gain, changed.energy.gain), (0.0, 0.0));
+        let stiffness = |run: &Counts| run.energy.released;
+        assert!(stiffness(&changed) > 2.0 * stiffness(&steady), "{changed:?}");
+        let reference = reference(&pair(), &schedule).unwrap();
+        assert!(reference.energy > 2.0 * 0.5e-3, "{reference:?}");
+    }
+
+    #[test]
+    fn the_budget_ends_a_run_at_the_same_step_every_time() {
+        let time = TimeSpan { step_s: 0.01, duration_s: 2.0 };
+        let choice = Choice::parse("backward-euler", &[]).unwrap();
+        let run = |limit: f64| {
+            count_by(&pair(), &choice, &Schedule::steady(time), None, Some(limit)).unwrap().outcome
+        };
+        let all = run(f64::INFINITY);
+        assert!(!all.is_over_budget && all.steps == 200);
+        let half = run(0.5 * all.effort);
+        assert!(half.is_over_budget && half.divergence.is_none());
+        assert!((50..150).contains(&half.steps), "{}", half.steps);
+        assert_eq!(half.steps, run(0.5 * all.effort).steps);
+        assert!(!run(all.effort).is_over_budget, "a run that just fits is complete");
     }
 }

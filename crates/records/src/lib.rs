@@ -10,10 +10,16 @@
 //! | `results/tables.json` | [`Record`]`<`[`tables::Facts`]`>` |
 //! | `results/timings/tables.json` | [`Timings`]`<`[`tables::TimingRow`]`>` |
 //! | `results/cg-vs-stiffness.json` | [`Record`]`<`[`cg::Facts`]`>` |
+//! | `results/order.json` | [`Record`]`<`[`order::Facts`]`>` |
+//! | `results/momentum.json` | [`Record`]`<`[`momentum::Facts`]`>` |
+//! | `results/hard-cases.json` | [`Record`]`<`[`hard_cases::Facts`]`>` |
 //! | what `drape run --out` writes | [`run::Run`] |
 
 pub mod cg;
 pub mod file;
+pub mod hard_cases;
+pub mod momentum;
+pub mod order;
 mod provenance;
 pub mod run;
 pub mod tables;

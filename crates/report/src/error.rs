@@ -12,7 +12,7 @@ pub enum ReportError {
     Record(#[from] RecordError),
     /// There is nothing to draw.
     #[error(
-        "{}: neither tables.json nor cg-vs-stiffness.json is here; `drape reproduce` writes both",
+        "{}: no record (such as tables.json) is here; `drape reproduce` writes them",
         folder.display()
     )]
     NoRecords {

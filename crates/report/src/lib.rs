@@ -7,9 +7,12 @@
 //!
 //! | file read | needed | files written |
 //! |---|---|---|
-//! | `tables.json` | one of the two | `figures/tables-counts.svg`, `figures/tables-exponents.svg` |
+//! | `tables.json` | one of the records | `figures/tables-counts.svg`, `figures/tables-exponents.svg` |
 //! | `timings/tables.json` | no | `figures/tables-cost.svg` |
-//! | `cg-vs-stiffness.json` | one of the two | `figures/cg-*.svg`, `figures/motion-vs-stiffness.svg` |
+//! | `cg-vs-stiffness.json` | one of the records | `figures/cg-*.svg`, `figures/motion-vs-stiffness.svg` |
+//! | `order.json` | one of the records | `figures/order-*.svg` |
+//! | `momentum.json` | one of the records | `figures/momentum-*.svg` |
+//! | `hard-cases.json` | one of the records | `figures/hard-cases.svg` |
 //! | all of them | | `README.md` |
 //!
 //! A figure is a `Sheet` of `Panel`s with `Series`, `Rule`s and `Bar`s (module `plot`), made by one
@@ -19,7 +22,11 @@
 
 mod cg;
 mod error;
+mod family;
+mod hard_cases;
+mod momentum;
 mod number;
+mod order;
 mod page;
 mod plate;
 mod plot;
@@ -36,6 +43,12 @@ use std::path::{Path, PathBuf};
 const TABLES: &str = "tables";
 /// Name of the experiment whose record is `cg-vs-stiffness.json`.
 const CG: &str = "cg-vs-stiffness";
+/// Name of the experiment whose record is `order.json`.
+const ORDER: &str = "order";
+/// Name of the experiment whose record is `momentum.json`.
+const MOMENTUM: &str = "momentum";
+/// Name of the experiment whose record is `hard-cases.json`.
+const HARD_CASES: &str = "hard-cases";
 
 /// File, title and caption of the figures drawn from the record of an experiment (and its timings);
 /// none for an experiment that this crate does not know.
@@ -44,6 +57,9 @@ pub fn figures_of(experiment: &str) -> Vec<Figure> {
     match experiment {
         TABLES => tables::PLATES.iter().map(plate::Plate::figure).collect(),
         CG => cg::PLATES.iter().map(plate::Plate::figure).collect(),
+        ORDER => order::PLATES.iter().map(plate::Plate::figure).collect(),
+        MOMENTUM => momentum::PLATES.iter().map(plate::Plate::figure).collect(),
+        HARD_CASES => hard_cases::PLATES.iter().map(plate::Plate::figure).collect(),
         _ => Vec::new(),
     }
 }
@@ -54,16 +70,15 @@ pub fn figures_of(experiment: &str) -> Vec<Figure> {
 /// the first one is written, so that a broken record leaves the folder as it was.
 ///
 /// # Errors
-/// [`ReportError::NoRecords`] when the folder holds neither record; otherwise the file that could
+/// [`ReportError::NoRecords`] when the folder holds no record; otherwise the file that could
 /// not be read, understood, drawn or written.
 pub fn draw(results: &Path) -> Result<Vec<PathBuf>, ReportError> {
     let tables = read_record::<drape_records::tables::Facts>(results, TABLES)?;
     let timings = read_timings(results)?;
     let cg = read_record::<drape_records::cg::Facts>(results, CG)?;
-    if tables.is_none() && cg.is_none() {
-        return Err(ReportError::NoRecords { folder: results.to_owned() });
-    }
-
+    let order = read_record::<drape_records::order::Facts>(results, ORDER)?;
+    let momentum = read_record::<drape_records::momentum::Facts>(results, MOMENTUM)?;
+    let hard_cases = read_record::<drape_records::hard_cases::Facts>(results, HARD_CASES)?;
     let mut files = Vec::new();
     let mut sections = Vec::new();
     if let Some(record) = tables {
@@ -74,6 +89,21 @@ pub fn draw(results: &Path) -> Result<Vec<PathBuf>, ReportError> {
     if let Some(record) = cg {
         let drawn = plate::draw_all(cg::PLATES, &record, &mut files)?;
         sections.push(page::of_cg(&record, drawn));
+    }
+    if let Some(record) = order {
+        let drawn = plate::draw_all(order::PLATES, &record, &mut files)?;
+        sections.push(page::of_order(&record, drawn));
+    }
+    if let Some(record) = momentum {
+        let drawn = plate::draw_all(momentum::PLATES, &record, &mut files)?;
+        sections.push(page::of_momentum(&record, drawn));
+    }
+    if let Some(record) = hard_cases {
+        let drawn = plate::draw_all(hard_cases::PLATES, &record, &mut files)?;
+        sections.push(page::of_hard_cases(&record, drawn));
+    }
+    if sections.is_empty() {
+        return Err(ReportError::NoRecords { folder: results.to_owned() });
     }
     files.push(("README.md".to_owned(), page::render(&sections)?));
 

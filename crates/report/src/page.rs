@@ -2,7 +2,10 @@
 
 use crate::ReportError;
 use crate::cg::{self, MOTIONS, PRECONDITIONERS, STARTS};
+use crate::hard_cases;
+use crate::momentum;
 use crate::number::{power, setting, significant, trimmed};
+use crate::order;
 use crate::plot::{names, values};
 use crate::tables::{self, VARIANTS};
 use drape_records::{Figure, Provenance, Record};
@@ -33,12 +36,12 @@ pub(crate) struct Section {
 
 /// A table of texts.
 #[derive(Serialize)]
-struct Table {
-    title: String,
-    header: Vec<String>,
+pub(crate) struct Table {
+    pub(crate) title: String,
+    pub(crate) header: Vec<String>,
     /// Number of leading columns that hold names, not numbers.
-    names: usize,
-    rows: Vec<Vec<String>>,
+    pub(crate) names: usize,
+    pub(crate) rows: Vec<Vec<String>>,
 }
 
 /// Provenance of one file.
@@ -91,6 +94,30 @@ pub(crate) fn of_tables(input: &tables::Input, figures: Vec<Figure>) -> Section 
 pub(crate) fn of_cg(record: &cg::Input, figures: Vec<Figure>) -> Section {
     let mut section = of_record(record, figures);
     section.tables = vec![iterations(record), variants(record), motion(record)];
+    section.tables.retain(|table| !table.rows.is_empty());
+    section
+}
+
+/// The section of `order`.
+pub(crate) fn of_order(record: &order::Input, figures: Vec<Figure>) -> Section {
+    let mut section = of_record(record, figures);
+    section.tables = order::tables(record);
+    section.tables.retain(|table| !table.rows.is_empty());
+    section
+}
+
+/// The section of `momentum`.
+pub(crate) fn of_momentum(record: &momentum::Input, figures: Vec<Figure>) -> Section {
+    let mut section = of_record(record, figures);
+    section.tables = momentum::tables(record);
+    section.tables.retain(|table| !table.rows.is_empty());
+    section
+}
+
+/// The section of `hard-cases`.
+pub(crate) fn of_hard_cases(record: &hard_cases::Input, figures: Vec<Figure>) -> Section {
+    let mut section = of_record(record, figures);
+    section.tables = hard_cases::tables(record);
     section.tables.retain(|table| !table.rows.is_empty());
     section
 }
@@ -155,7 +182,7 @@ fn sign(verdict: &str) -> &'static str {
 
 const SIGNS: &str = "° marginal, ✗ unstable or diverged.";
 
-fn texts(parts: &[&str]) -> Vec<String> {
+pub(crate) fn texts(parts: &[&str]) -> Vec<String> {
     parts.iter().map(|part| (*part).to_owned()).collect()
 }
 
@@ -224,7 +251,7 @@ fn best_fits(input: &tables::Input) -> Table {
     }
 }
 
-fn absent() -> String {
+pub(crate) fn absent() -> String {
     "–".to_owned()
 }
 

@@ -1,11 +1,11 @@
 //! A figure's name, title, caption and the function that makes it.
 
 use crate::ReportError;
-use crate::plot::{Sheet, svg};
+use crate::plot::{Drawing, Sheet};
 use drape_records::Figure;
 
 /// A figure: what the record says about it and how it is made of an input `I`.
-pub(crate) struct Plate<I: ?Sized> {
+pub(crate) struct Plate<I: ?Sized, D = Sheet> {
     /// File name below `figures/`.
     pub(crate) file: &'static str,
     /// Title, one line.
@@ -13,10 +13,10 @@ pub(crate) struct Plate<I: ?Sized> {
     /// What is drawn, under which conditions, what to see.
     pub(crate) caption: &'static str,
     /// The drawing, or `None` when the input has no data for it.
-    pub(crate) sheet: fn(&I) -> Option<Sheet>,
+    pub(crate) sheet: fn(&I) -> Option<D>,
 }
 
-impl<I: ?Sized> Plate<I> {
+impl<I: ?Sized, D> Plate<I, D> {
     pub(crate) fn figure(&self) -> Figure {
         Figure {
             file: self.file.to_owned(),
@@ -27,15 +27,16 @@ impl<I: ?Sized> Plate<I> {
 }
 
 /// Draws the plates that have data, adds their files to `files` and returns them for the page.
-pub(crate) fn draw_all<I: ?Sized>(
-    plates: &[Plate<I>],
+pub(crate) fn draw_all<I: ?Sized, D: Drawing>(
+    plates: &[Plate<I, D>],
     input: &I,
     files: &mut Vec<(String, String)>,
 ) -> Result<Vec<Figure>, ReportError> {
     let mut drawn = Vec::new();
     for plate in plates {
         let Some(sheet) = (plate.sheet)(input) else { continue };
-        let text = svg(&sheet, plate.title, plate.caption)
+        let text = sheet
+            .svg(plate.title, plate.caption)
             .map_err(|source| ReportError::Draw { file: plate.file, source })?;
         files.push((format!("figures/{}", plate.file), text));
         drawn.push(plate.figure());

@@ -17,6 +17,9 @@ fn complete() -> TempDir {
     write_json(&folder.path().join("tables.json"), &common::tables(false)).unwrap();
     write_json(&folder.path().join("timings/tables.json"), &common::timings()).unwrap();
     write_json(&folder.path().join("cg-vs-stiffness.json"), &common::cg(false)).unwrap();
+    write_json(&folder.path().join("hard-cases.json"), &common::hard_cases(false)).unwrap();
+    write_json(&folder.path().join("order.json"), &common::order(false)).unwrap();
+    write_json(&folder.path().join("momentum.json"), &common::momentum(false)).unwrap();
     folder
 }
 
@@ -48,9 +51,10 @@ fn every_figure_and_the_page_are_written() {
                 .unwrap();
         }
     }
-    let figures: Vec<_> = ["tables", "cg-vs-stiffness"].into_iter().flat_map(figures_of).collect();
-    assert_eq!(figures.len(), 9);
-    assert_eq!(files.len(), 10);
+    let experiments = ["tables", "cg-vs-stiffness", "order", "momentum", "hard-cases"];
+    let figures: Vec<_> = experiments.into_iter().flat_map(figures_of).collect();
+    assert_eq!(figures.len(), 16);
+    assert_eq!(files.len(), figures.len() + 1);
     let page = &files["README.md"];
     for figure in figures {
         assert!(files.contains_key(&format!("figures/{}", figure.file)), "{}", figure.file);
@@ -106,6 +110,37 @@ fn figures_name_axes_units_and_every_curve() {
     expect("motion-vs-stiffness.svg", &["imex-euler", "imex-updated", "backward-euler", failed]);
     expect("motion-vs-stiffness.svg", &["imex-updated, tension only", "h = 0.01 s"]);
     expect("motion-vs-stiffness.svg", &["vertical displacement at t = 0.3 s (m)"]);
+    let labels = common::CURVES.map(|(_, label)| label);
+    let crossed = "run was unstable or diverged";
+    for file in ["order-smooth.svg", "order-stiff.svg", "order-observed.svg"] {
+        expect(file, &labels);
+    }
+    for file in ["order-smooth.svg", "order-stiff.svg"] {
+        expect(file, &["time step h (s)", "error over motion (dimensionless)"]);
+        expect(file, &["slope 1", "slope 2"]);
+    }
+    expect("order-smooth.svg", &["Explicit, k/m = 400 s⁻²", "Other methods, k/m = 400 s⁻²"]);
+    expect("order-stiff.svg", &["Explicit, k/m = 10⁴ s⁻²", "Explicit, k/m = 10⁶ s⁻²", crossed]);
+    expect("order-observed.svg", &["observed order", "theory", crossed]);
+    expect("order-observed.svg", &["smooth, k/m = 400 s⁻², projected damping"]);
+    for file in ["momentum-spin.svg", "momentum-spin-left.svg", "momentum-drift.svg"] {
+        expect(file, &labels);
+    }
+    expect(
+        "momentum-spin.svg",
+        &["time (s)", "|L|/|L₀|", "Implicit-explicit, one step, k/m = 10⁶ s⁻²"],
+    );
+    expect("momentum-spin-left.svg", &["two particles, k/m = 10⁴ s⁻²", crossed]);
+    expect("momentum-spin-left.svg", &["|L|/|L₀| after one second (dimensionless)"]);
+    expect("momentum-drift.svg", &["drift of momentum (dimensionless)", crossed]);
+    expect("momentum-drift.svg", &["falling sheet, k/m = 10⁴ s⁻²"]);
+    expect("hard-cases.svg", &common::METHODS);
+    expect("hard-cases.svg", &["H01 longest of titles", "undecided: effect absent (moving pins)"]);
+    expect(
+        "hard-cases.svg",
+        &["S", "s", "M", "D", "b", "stable", "over budget", "nothing to vary"],
+    );
+    expect("hard-cases.svg", &["not what theory says"]);
 
     let folder = complete();
     let files = drawn(folder.path());
@@ -193,6 +228,30 @@ fn a_quick_subset_is_drawn_with_what_there_is_and_says_so() {
     assert_eq!(page.matches("Quick subset").count(), 2);
     assert!(!page.contains("cg-vs-step.svg"), "a stale figure is shown");
     assert!(page.contains("No timings were taken here"));
+}
+
+#[test]
+fn a_figure_whose_scenes_were_not_run_is_left_out() {
+    let folder = tempfile::tempdir().unwrap();
+    write_json(&folder.path().join("order.json"), &common::order(true)).unwrap();
+    write_json(&folder.path().join("momentum.json"), &common::momentum(true)).unwrap();
+    let files = drawn(folder.path());
+    let names: Vec<&str> = files.keys().map(String::as_str).collect();
+    assert_eq!(
+        names,
+        [
+            "README.md",
+            "figures/momentum-drift.svg",
+            "figures/momentum-spin-left.svg",
+            "figures/momentum-spin.svg",
+            "figures/order-observed.svg",
+            "figures/order-smooth.svg",
+        ]
+    );
+    let page = &files["README.md"];
+    assert!(page.contains("| provot, limit out of reach | 1 | −0.25 ✗; 4.00 |"), "{page}");
+    assert!(page.contains("| provot | – | 2.00 |"), "{page}");
+    assert!(!page.contains("k/m = 10⁶"), "{page}");
 }
 
 #[test]
@@ -307,9 +366,25 @@ fn the_page_gives_answers_first_and_tables_that_hold_together() {
             tables += 1;
         }
     }
-    assert_eq!(tables, 10, "seven of results, three of provenance");
+    assert_eq!(tables, 25, "nineteen of results, six of provenance");
     assert_eq!(page.matches("<details>").count(), page.matches("</details>").count());
     assert!(lines.iter().all(|line| !line.ends_with(' ')), "trailing blanks");
     assert!(!page.contains("\n\n\n"), "double blank lines");
     assert!(!page.contains("NaN") && !page.contains("inf "));
+}
+
+#[test]
+fn verdicts_that_differ_from_theory_are_framed_listed_and_explained() {
+    let folder = tempfile::tempdir().unwrap();
+    write_json(&folder.path().join("hard-cases.json"), &common::hard_cases(false)).unwrap();
+    let files = drawn(folder.path());
+    assert_eq!(files.keys().collect::<Vec<_>>(), ["README.md", "figures/hard-cases.svg"]);
+    // One of each of the 27 cases that can be run, and one in the legend.
+    assert_eq!(files["figures/hard-cases.svg"].matches("stroke-width=\"2\"").count(), 28);
+    let page = &files["README.md"];
+    assert!(page.contains("a reason \\| why"));
+    assert_eq!(page.matches("**unexplained**").count(), 26);
+    assert!(page.contains("m 0.12 / M 0.12") || page.contains("M 0.12 / M 0.12"), "{page}");
+    assert!(page.contains("b 1.25 s / b 1.25 s"));
+    assert!(page.contains("undecided: effect absent (moving pins)"));
 }

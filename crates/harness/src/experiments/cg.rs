@@ -174,8 +174,8 @@ fn cell(point: &Point, sheet: &Sheet) -> Result<Cell, HarnessError> {
         newton_iterations: totals.newton_iterations,
         idle_steps: run.outcome.idle,
         unconverged_steps: run.outcome.unconverged,
-        energy_gain_j: finite(run.energy_gain),
-        energy_climb: finite(run.energy_climb / sheet.reference_energy),
+        energy_gain_j: finite(run.energy.gain),
+        energy_climb: finite(run.energy.climb / sheet.reference_energy),
         verdict: verdict(&run, sheet.reference_energy).to_owned(),
         portable: choice.is_portable(),
     })
@@ -203,7 +203,7 @@ fn motion(stiffness: f64, label: &str, method: &str) -> Result<Motion, HarnessEr
         method: choice.full_id(),
         fall_m: finite(run.state.x[tracked].z - simulation.state.x[tracked].z),
         unconverged_steps: run.outcome.unconverged,
-        energy_gain_j: finite(run.energy_gain),
+        energy_gain_j: finite(run.energy.gain),
         verdict: verdict(&run, reference_energy).to_owned(),
         portable: choice.is_portable(),
     })

@@ -1,7 +1,12 @@
 //! The experiments: what is asked, what is run, what is recorded.
 
 mod cg;
+mod hard_cases;
+mod momentum;
+mod order;
+mod sheet;
 mod tables;
+mod variant;
 
 use crate::HarnessError;
 use crate::methods::Choice;
@@ -50,14 +55,17 @@ pub struct Experiment {
     run: fn(&Context<'_>) -> Result<Vec<PathBuf>, HarnessError>,
 }
 
-static EXPERIMENTS: [Experiment; 2] = [
+static EXPERIMENTS: &[Experiment] = &[
     Experiment { name: tables::NAME, question: tables::QUESTION, run: tables::run },
     Experiment { name: cg::NAME, question: cg::QUESTION, run: cg::run },
+    Experiment { name: order::NAME, question: order::QUESTION, run: order::run },
+    Experiment { name: momentum::NAME, question: momentum::QUESTION, run: momentum::run },
+    Experiment { name: hard_cases::NAME, question: hard_cases::QUESTION, run: hard_cases::run },
 ];
 
 /// All experiments, in the order in which `drape reproduce` runs them.
 pub fn all() -> &'static [Experiment] {
-    &EXPERIMENTS
+    EXPERIMENTS
 }
 
 /// Finds an experiment by name.

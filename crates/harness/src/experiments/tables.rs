@@ -160,8 +160,8 @@ fn cell(reading: &Reading, variant: &str, forcing_term: f64) -> Result<Cell, Har
         newton_iterations: totals.newton_iterations,
         matvecs: totals.matvecs,
         unconverged_steps: run.outcome.unconverged,
-        energy_gain_j: finite(run.energy_gain),
-        energy_climb: finite(run.energy_climb / reading.reference_energy),
+        energy_gain_j: finite(run.energy.gain),
+        energy_climb: finite(run.energy.climb / reading.reference_energy),
         verdict: verdict(&run, reading.reference_energy).to_owned(),
         portable: choice.is_portable(),
     })

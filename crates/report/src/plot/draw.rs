@@ -9,33 +9,33 @@ use plotters::element::DashedPathElement;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-type Failure = DrawingAreaErrorKind<std::io::Error>;
+pub(super) type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+pub(super) type Failure = DrawingAreaErrorKind<std::io::Error>;
 type Pixel = (i32, i32);
 
-const WIDTH: i32 = 1000;
-const MARGIN: i32 = 16;
-const LINE: i32 = 21;
+pub(super) const WIDTH: i32 = 1000;
+pub(super) const MARGIN: i32 = 16;
+pub(super) const LINE: i32 = 21;
 /// Room between the edge of a panel's place and the label of its y axis.
 const INSET: i32 = 8;
 /// Plotters divides sizes by this factor when it writes SVG.
 const SIZE_FACTOR: f64 = 1.24;
 /// Generous width of a character of [`FONT`]: the reader's font is not known here.
-const CHARACTER: i32 = 9;
+pub(super) const CHARACTER: i32 = 9;
 /// Dashes of rules, by the order in which the legend lists them.
 const RULE_DASHES: [(i32, i32); 2] = [(12, 5), (2, 4)];
 
 /// What a legend entry shows.
 #[derive(Clone, Copy, PartialEq)]
 enum Key {
-    Series(Look),
+    Series(Look, bool),
     Rule(usize),
     Fill(Fill),
     State(State),
 }
 
 /// Draws a sheet. `title` and `description` also go into the file's `<title>` and `<desc>`.
-pub(crate) fn svg(sheet: &Sheet, title: &str, description: &str) -> Result<String, Failure> {
+pub(super) fn svg(sheet: &Sheet, title: &str, description: &str) -> Result<String, Failure> {
     let legend = Legend::of(sheet);
     let title_lines = wrap(title, 88);
     let wide = sheet.panels.len() == 1 || sheet.panels.iter().any(|panel| !panel.bars.is_empty());
@@ -76,7 +76,7 @@ pub(crate) fn svg(sheet: &Sheet, title: &str, description: &str) -> Result<Strin
 }
 
 /// Adds role, title and description for readers who do not see the picture.
-fn with_description(svg: &str, title: &str, description: &str) -> String {
+pub(super) fn with_description(svg: &str, title: &str, description: &str) -> String {
     let escape = |text: &str| text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
     let (open, rest) = svg.split_once('>').unwrap_or((svg, ""));
     format!(
@@ -95,10 +95,13 @@ fn row_height(row: &[Panel], panels: usize) -> i32 {
         (0, _) => 320,
         (bars, _) => 34 * bars + 80,
     };
+    // Names on the y axis need a line each.
+    let ticks = row.iter().map(|panel| panel.y.ticks.len()).max().unwrap_or(0) as i32;
+    let plot = plot.max(LINE * ticks + 80);
     10 + LINE * title + plot
 }
 
-fn text_style(
+pub(super) fn text_style(
     size: f64,
     weight: FontStyle,
     colour: RGBColor,
@@ -110,7 +113,7 @@ fn text_style(
         .pos(Pos::new(horizontal, vertical))
 }
 
-fn plain(horizontal: HPos, vertical: VPos) -> TextStyle<'static> {
+pub(super) fn plain(horizontal: HPos, vertical: VPos) -> TextStyle<'static> {
     text_style(FONT, FontStyle::Normal, INK, horizontal, vertical)
 }
 
@@ -172,6 +175,16 @@ fn draw_panel(
                 let x = pixel(panel.x.position(value), panel.y.low).0;
                 [(x, y0), (x, y1)]
             }
+            At::Slope { order, x, y } => {
+                let (from, height) = (panel.x.position(x), panel.y.position(y));
+                // Where the line leaves the panel at the bottom or top, or at its sides before that.
+                let end = |limit: f64| {
+                    let x = from + (limit - height) / order;
+                    let x = x.clamp(panel.x.low, panel.x.high);
+                    pixel(x, height + order * (x - from))
+                };
+                [end(panel.y.low), end(panel.y.high)]
+            }
         };
         draw_line(root, &ends, RULE_DASHES[legend.rule(&rule.label) % 2], INK.stroke_width(2))?;
     }
@@ -179,7 +192,7 @@ fn draw_panel(
         draw_bar(root, bar, pixel)?;
     }
     let place = |p: &super::Point| pixel(panel.x.position(p.x), panel.y.position(p.y));
-    for series in &panel.series {
+    for series in panel.series.iter().filter(|series| series.is_joined) {
         let path: Vec<Pixel> = series.points.iter().map(place).collect();
         draw_line(root, &path, series.look.dashes(), series.look.colour().stroke_width(2))?;
     }
@@ -292,7 +305,7 @@ impl Legend {
         };
         let panels = || sheet.panels.iter();
         for series in panels().flat_map(|panel| &panel.series) {
-            add(Key::Series(series.look), &series.label);
+            add(Key::Series(series.look, series.is_joined), &series.label);
         }
         for (label, fill, _) in panels().flat_map(|panel| &panel.bars).flat_map(|bar| &bar.parts) {
             add(Key::Fill(*fill), label);
@@ -347,8 +360,10 @@ impl Legend {
             let y = top + 7 + Self::ROW * row + Self::ROW / 2;
             let (from, middle, to) = ((*left, y), (left + 20, y), (left + 40, y));
             match *key {
-                Key::Series(look) => {
-                    draw_line(root, &[from, to], look.dashes(), look.colour().stroke_width(2))?;
+                Key::Series(look, is_joined) => {
+                    if is_joined {
+                        draw_line(root, &[from, to], look.dashes(), look.colour().stroke_width(2))?;
+                    }
                     draw_marker(root, middle, look, State::Stable, MARKER)?;
                 }
                 Key::Rule(n) => {

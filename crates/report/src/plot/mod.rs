@@ -1,16 +1,50 @@
 //! What every figure has in common.
 //!
-//! A [`Sheet`] is data: panels with axes, series, rules and bars. [`svg`] turns it into the text of
+//! A [`Sheet`] is data: panels with axes, series, rules and bars. [`Drawing::svg`] turns it into the text of
 //! one SVG file. Positions inside a panel are those of its [`Axis`] (logarithms are taken there);
-//! plotters maps them to pixels and draws axes and grid, `draw` adds curves, markers and legend.
+//! plotters maps them to pixels and draws axes and grid, `draw` adds curves, markers and legend. A
+//! [`Matrix`] is a table of coloured tiles instead.
 
 mod axis;
 mod draw;
+mod matrix;
 mod style;
 
 pub(crate) use axis::Axis;
-pub(crate) use draw::svg;
+pub(crate) use matrix::{Content, Matrix, Row, Shade, Tile};
 pub(crate) use style::{Fill, Look, State};
+
+use plotters::drawing::DrawingAreaErrorKind;
+
+/// What a figure can be made of.
+pub(crate) trait Drawing {
+    /// The text of an SVG file. `title` and `description` also go into its `<title>` and `<desc>`.
+    fn svg(
+        &self,
+        title: &str,
+        description: &str,
+    ) -> Result<String, DrawingAreaErrorKind<std::io::Error>>;
+}
+
+impl Drawing for Sheet {
+    fn svg(
+        &self,
+        title: &str,
+        description: &str,
+    ) -> Result<String, DrawingAreaErrorKind<std::io::Error>> {
+        draw::svg(self, title, description)
+    }
+}
+
+impl Drawing for Matrix {
+    fn svg(
+        &self,
+        title: &str,
+        description: &str,
+    ) -> Result<String, DrawingAreaErrorKind<std::io::Error>> {
+        matrix::svg(self, title, description)
+    }
+}
 
 /// A figure: panels in rows, one legend below them.
 pub(crate) struct Sheet {
@@ -45,6 +79,8 @@ pub(crate) struct Series {
     pub(crate) look: Look,
     /// In the order in which the line passes.
     pub(crate) points: Vec<Point>,
+    /// Whether a line joins the points.
+    is_joined: bool,
 }
 
 impl Series {
@@ -52,7 +88,12 @@ impl Series {
     pub(crate) fn new(label: String, look: Look, mut points: Vec<Point>) -> Option<Self> {
         points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
         points.dedup();
-        (!points.is_empty()).then_some(Self { label, look, points })
+        (!points.is_empty()).then_some(Self { label, look, points, is_joined: true })
+    }
+
+    /// The same points without a line between them.
+    pub(crate) fn apart(self) -> Self {
+        Self { is_joined: false, ..self }
     }
 }
 
@@ -78,6 +119,13 @@ pub(crate) enum At {
     Y(f64),
     /// Upright at this value of x.
     X(f64),
+    /// With this slope through this point, on two logarithmic axes.
+    Slope {
+        /// Power of x to which y is proportional.
+        order: f64,
+        x: f64,
+        y: f64,
+    },
 }
 
 /// A horizontal bar from x = 0, cut into parts.

@@ -1,7 +1,10 @@
 //! Synthetic records, shaped like real ones: counts grow like the square root of the stiffness.
 
 use drape_records::tables::{BestFit, PaperRow, Phases, Row, TimingRow};
-use drape_records::{Provenance, RECORD_FORMAT, Record, TIMINGS_FORMAT, Timings, cg, tables};
+use drape_records::{
+    Provenance, RECORD_FORMAT, Record, TIMINGS_FORMAT, Timings, cg, hard_cases, momentum, order,
+    tables,
+};
 use std::collections::BTreeMap;
 
 fn provenance() -> Provenance {
@@ -285,4 +288,206 @@ pub(crate) fn cg(quick: bool) -> Record<cg::Facts> {
         motion.clear();
     }
     record("cg-vs-stiffness", quick, cg::Facts { cells, motion })
+}
+
+/// Methods of the table of verdicts: as many as fit.
+pub(crate) const METHODS: [&str; 20] = [
+    "explicit-euler",
+    "symplectic-euler",
+    "leapfrog",
+    "leapfrog (auto)",
+    "provot",
+    "backward-euler",
+    "baraff-witkin",
+    "desbrun",
+    "kang",
+    "terzopoulos-fleischer",
+    "adams-bashforth2",
+    "bdf2",
+    "imex-euler",
+    "imex-euler (exact)",
+    "imex-updated",
+    "imex-updated (paper)",
+    "imex-sbdf2",
+    "imex-cnab2",
+    "imex-mcnab2",
+    "imex-cnlf",
+];
+
+fn hard_case(n: usize) -> hard_cases::Case {
+    let absent = (n == 3).then(|| "moving pins".to_owned());
+    hard_cases::Case {
+        name: format!("H{n:02} longest of titles"),
+        scene: "A sheet that hangs by two corners.".to_owned(),
+        judged: "closed".to_owned(),
+        absent,
+        particles: 144,
+        springs: 506,
+        step_s: 0.01,
+        steps: 200,
+        duration_s: 2.0,
+        released_undamped_j: 0.7,
+        released_damped_j: 0.8,
+    }
+}
+
+fn hard_cell(case: &hard_cases::Case, method: usize, is_damped: bool) -> hard_cases::Cell {
+    let verdicts =
+        ["stable", "marginal", "unstable", "diverged", "over budget", "refused", "not applicable"];
+    let differs = method == 1 && is_damped;
+    hard_cases::Cell {
+        case: case.name.clone(),
+        method: METHODS[method].to_owned(),
+        is_damped,
+        settings: METHODS[method].to_owned(),
+        verdict: verdicts[method % 7].to_owned(),
+        note: String::new(),
+        expected: if method.is_multiple_of(2) { "no theorem" } else { "stable" }.to_owned(),
+        reason: "so it is".to_owned(),
+        differs,
+        explanation: (differs && case.name.starts_with("H01")).then(|| "a reason | why".to_owned()),
+        runs: 3,
+        gain: if method % 7 == 3 { f64::MAX } else { 0.123 },
+        drift: 0.0,
+        rises: 0,
+        round_off: 0.0,
+        steps: 600,
+        reached_s: 1.25,
+        cg_iterations: 0,
+        newton_iterations: 0,
+        unconverged_steps: 0,
+        strayed_m: None,
+        strayed_m_per_s: None,
+        portable: true,
+    }
+}
+
+/// Every kind of verdict; one case lacks its effect; `quick`: one case only.
+pub(crate) fn hard_cases(quick: bool) -> Record<hard_cases::Facts> {
+    let cases: Vec<_> = (1..=if quick { 1 } else { 28 }).map(hard_case).collect();
+    let mut cells = Vec::new();
+    for case in cases.iter().filter(|case| case.absent.is_none()) {
+        for method in 0..METHODS.len() {
+            cells.extend([false, true].map(|is_damped| hard_cell(case, method, is_damped)));
+        }
+    }
+    let methods = METHODS.map(str::to_owned).to_vec();
+    let facts = hard_cases::Facts { cases, methods, cells, unexplained: Vec::new() };
+    record("hard-cases", quick, facts)
+}
+
+/// Method and label of some curves: as many in the first family as there are colours, one in another, and one of a
+/// method that the families do not know.
+pub(crate) const CURVES: [(&str, &str); 9] = [
+    ("explicit-euler", "explicit-euler"),
+    ("symplectic-euler:damping=implicit", "symplectic-euler, implicit damping"),
+    ("leapfrog", "leapfrog"),
+    ("provot", "provot"),
+    ("provot:limit=10", "provot, limit out of reach"),
+    ("adams-bashforth2", "adams-bashforth2"),
+    ("adams-bashforth2:steps=3", "adams-bashforth, 3 steps"),
+    ("imex-updated:safeguard=paper", "imex-updated, as printed, ε = 0.01"),
+    ("unheard-of", "unheard-of"),
+];
+
+/// Errors of order 1 and 2; some runs diverge where the springs are stiff; `quick`: the smooth scene only.
+pub(crate) fn order(quick: bool) -> Record<order::Facts> {
+    let scene = |id: &str, k_over_m: f64, damping: &str| order::Scene {
+        id: id.to_owned(),
+        resolved: k_over_m < 1e3,
+        stiffness_over_mass_per_s2: k_over_m,
+        damping_over_mass_per_s: 2.0,
+        damping: damping.to_owned(),
+        greatest_frequency_per_s: (10.0 * k_over_m).sqrt(),
+        span_s: 0.25,
+        reference_error_m: 2.7e-12,
+        portable: false,
+    };
+    let mut scenes = vec![
+        scene("smooth", 400.0, "full"),
+        scene("smooth-projected", 400.0, "projected"),
+        scene("stiff-1e4", 1e4, "full"),
+        scene("stiff-1e6", 1e6, "full"),
+    ];
+    scenes.truncate(if quick { 1 } else { 4 });
+    let mut rows = Vec::new();
+    for scene in &scenes {
+        for (n, (method, label)) in CURVES.into_iter().enumerate() {
+            let p = 1 + n as u32 % 2;
+            let run = |step: usize| {
+                let step_s = 0.01 / f64::from(1 << step);
+                let is_lost = !scene.resolved && n < 3 && step < 2 * n;
+                let error = (!is_lost).then(|| 4.0 * step_s.powi(p as i32));
+                let verdict = if is_lost { "diverged" } else { "completed" }.to_owned();
+                order::Run { step_s, error, verdict, unconverged_steps: n as u64 / 8 }
+            };
+            let has_order = scene.resolved || n != 2;
+            rows.push(order::Row {
+                scene: scene.id.clone(),
+                label: label.to_owned(),
+                method: method.to_owned(),
+                theory: (n != 3).then_some(p),
+                order: has_order.then_some(if n == 4 { -0.25 } else { f64::from(p) }),
+                fitted: 4,
+                accepted: (scene.resolved && n != 3).then_some(n != 4),
+                error_constant: (n != 3 && has_order).then_some(4.0),
+                runs: (0..4).map(run).collect(),
+                portable: false,
+            });
+        }
+    }
+    record("order", quick, order::Facts { scenes, rows })
+}
+
+/// Sheets and pairs whose spin decays; some runs are unstable; `quick`: a spinning sheet and a pair.
+pub(crate) fn momentum(quick: bool) -> Record<momentum::Facts> {
+    let scene = |id: &str, particles: usize, k_over_m: f64, gravity: f64| momentum::Scene {
+        id: id.to_owned(),
+        particles,
+        stiffness_over_mass_per_s2: k_over_m,
+        spin_per_s: [0.0, 0.0, 2.0],
+        gravity_m_s2: [0.0, 0.0, gravity],
+        duration_s: 1.0,
+        step_s: 0.01,
+        greatest_frequency_per_s: (8.0 * k_over_m).sqrt(),
+        mass_kg: 0.4,
+        size_m: 1.4,
+        speed_m_s: 1.4,
+        time_s: (0..=10).map(|n| 0.1 * f64::from(n)).collect(),
+        portable: true,
+    };
+    let mut scenes = vec![
+        scene("spin-1e4", 400, 1e4, 0.0),
+        scene("pair-1e4", 2, 1e4, 0.0),
+        scene("spin-1e6", 400, 1e6, 0.0),
+        scene("fall-1e4", 400, 1e4, -9.81),
+    ];
+    scenes.truncate(if quick { 2 } else { 4 });
+    let mut rows = Vec::new();
+    for scene in &scenes {
+        for (n, (method, label)) in CURVES.into_iter().enumerate() {
+            let is_unstable = n == 0 && scene.id == "spin-1e6";
+            let spin: Vec<f64> = scene.time_s.iter().map(|t| (-t * n as f64).exp()).collect();
+            let value = |value: f64| (!is_unstable).then_some(value);
+            rows.push(momentum::Row {
+                scene: scene.id.clone(),
+                label: label.to_owned(),
+                method: method.to_owned(),
+                step_s: if n < 7 { 3.125e-4 } else { 0.01 },
+                momentum_drift: value(if n == 7 { 1e-3 } else { 3e-15 }),
+                angular_momentum_drift: value(1e-3),
+                final_spin: value(spin[10]),
+                law: value(spin[10]).filter(|_| scene.particles == 2 && n < 3),
+                energy_gain: value(0.0),
+                spin: if is_unstable { spin[..4].to_vec() } else { spin },
+                states_momentum: true,
+                states_angular_momentum: false,
+                verdict: if is_unstable { momentum::UNSTABLE } else { momentum::COMPLETED }
+                    .to_owned(),
+                unconverged_steps: 0,
+                portable: true,
+            });
+        }
+    }
+    record("momentum", quick, momentum::Facts { scenes, rows })
 }

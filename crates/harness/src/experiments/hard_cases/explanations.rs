@@ -1,0 +1,42 @@
+//! Why verdicts differ from what theory says, where they do.
+
+/// The cause of a difference.
+struct Explanation {
+    /// Name of the case, or its id for all its variants.
+    case: &'static str,
+    /// Label of the method's form.
+    method: &'static str,
+    cause: &'static str,
+}
+
+const HEATING: &str = "the limit is that of frozen tangents, and says nothing about tangents that change within a period of \
+     the fastest mode, as they presumably do in a crumpling sheet. Measured: it is the step, not the scene; at 0.3 of \
+     the limit instead of 0.7 the same runs are stable";
+
+/// Every difference that has been looked into.
+static EXPLANATIONS: [Explanation; 4] = [
+    Explanation { case: "H04", method: "leapfrog (bound)", cause: HEATING },
+    Explanation { case: "H10", method: "leapfrog (bound)", cause: HEATING },
+    Explanation { case: "H15", method: "leapfrog (bound)", cause: HEATING },
+    Explanation {
+        case: "H17 none pinned",
+        method: "leapfrog",
+        cause: "it is unstable. Measured: the energy of the springs grows by a third a step, from 1e-8 J to 2 J within \
+                0.7 s, then falls and stays bounded, presumably because the sheet has crumpled and damping holds it. \
+                E_ref is 28 J, nearly all of it that of the fall, so that 2.7 J count as marginal",
+    },
+];
+
+/// Case and method of every explanation.
+#[cfg(test)]
+pub(super) fn explained() -> impl Iterator<Item = (&'static str, &'static str)> {
+    EXPLANATIONS.iter().map(|entry| (entry.case, entry.method))
+}
+
+/// The cause of a difference, if it is known.
+pub(super) fn explanation(case: &str, method: &str) -> Option<&'static str> {
+    let fits = |entry: &&Explanation| {
+        entry.method == method && (case == entry.case || case.split(' ').next() == Some(entry.case))
+    };
+    EXPLANATIONS.iter().find(fits).map(|entry| entry.cause)
+}

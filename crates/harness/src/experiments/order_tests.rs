@@ -1,0 +1,153 @@
+//! What is concluded from errors, and a run of a few methods.
+
+use super::*;
+
+fn runs(errors: &[Option<f64>]) -> Vec<Run> {
+    let run = |(n, error): (usize, &Option<f64>)| Run {
+        step_s: 0.01 / f64::from(1 << n),
+        error: *error,
+        verdict: if error.is_some() { "completed" } else { "diverged" }.to_owned(),
+        unconverged_steps: 0,
+    };
+    errors.iter().enumerate().map(run).collect()
+}
+
+/// Errors `c hᵖ` at four steps.
+fn power_law(c: f64, p: i32) -> Vec<Run> {
+    let errors: Vec<_> = runs(&[None; 4]).iter().map(|run| Some(c * run.step_s.powi(p))).collect();
+    runs(&errors)
+}
+
+#[test]
+fn the_order_of_theory_comes_with_its_constant_and_another_without() {
+    let second = power_law(30.0, 2);
+    let observed = Observed::of(&second, Some(2));
+    assert!((observed.order.unwrap_or_default() - 2.0).abs() < 1e-12, "{observed:?}");
+    assert!((observed.error_constant.unwrap_or_default() - 30.0).abs() < 1e-9, "{observed:?}");
+    assert!(observed.agrees && observed.fitted == 4);
+    for theory in [Some(1), None] {
+        let observed = Observed::of(&second, theory);
+        assert!(!observed.agrees && observed.error_constant.is_none(), "{observed:?}");
+        assert!(observed.order.is_some());
+    }
+}
+
+#[test]
+fn runs_behind_one_that_diverged_do_not_count() {
+    let mut mixed = power_law(1.0, 1);
+    mixed[0].error = None;
+    let observed = Observed::of(&mixed, Some(1));
+    assert_eq!((observed.fitted, observed.agrees), (3, true));
+    // Coarser than one that diverged, a run may be small by chance.
+    mixed[0].error = Some(1e-9);
+    mixed[1].error = None;
+    let observed = Observed::of(&mixed, Some(1));
+    assert_eq!((observed.fitted, observed.order, observed.agrees), (2, None, false));
+    let all = Observed::of(&runs(&[None; 4]), Some(1));
+    assert_eq!((all.fitted, all.order), (0, None));
+}
+
+#[test]
+fn exceptions_of_theory_are_those_of_known_variants() {
+    for (label, _) in THEORY {
+        assert!(VARIANTS.iter().any(|variant| variant.label == label), "{label}");
+    }
+    assert_eq!(theory(CLAMPED, Order::One), None);
+    assert_eq!(theory(BDF_3, Order::Two), Some(3));
+    assert_eq!(theory("bdf2", Order::Two), Some(2));
+}
+
+fn row(scene: &str, label: &str, theory: Option<u32>, runs: Vec<Run>, resolved: bool) -> Row {
+    let observed = Observed::of(&runs, theory);
+    Row {
+        scene: scene.to_owned(),
+        label: label.to_owned(),
+        method: label.to_owned(),
+        theory,
+        order: observed.order,
+        fitted: observed.fitted,
+        accepted: theory.filter(|_| resolved).map(|_| observed.agrees),
+        error_constant: observed.error_constant,
+        runs,
+        portable: false,
+    }
+}
+
+fn scene(id: &str, resolved: bool) -> Scene {
+    Scene {
+        id: id.to_owned(),
+        resolved,
+        stiffness_over_mass_per_s2: 1e4,
+        damping_over_mass_per_s: 2.0,
+        damping: "full".to_owned(),
+        greatest_frequency_per_s: 300.0,
+        span_s: 0.25,
+        reference_error_m: 3e-12,
+        portable: false,
+    }
+}
+
+#[test]
+fn findings_name_who_fails_who_claims_nothing_and_what_stiffness_does() {
+    let flat = || runs(&[Some(0.7); 4]);
+    let facts = Facts {
+        scenes: vec![scene("smooth", true), scene("stiff-1e4", false)],
+        rows: vec![
+            row("smooth", "good", Some(1), power_law(4.0, 1), true),
+            row("smooth", "better", Some(1), power_law(3.0, 1), true),
+            row("smooth", "wrong", Some(2), power_law(4.0, 1), true),
+            row("smooth", "modest", None, runs(&[Some(0.02); 4]), true),
+            row("stiff-1e4", "good", Some(1), power_law(4.0, 1), false),
+            row("stiff-1e4", "reduced", Some(2), power_law(4.0, 1), false),
+            row("stiff-1e4", "locked", Some(1), flat(), false),
+            row("stiff-1e4", "sparse", Some(1), runs(&[None, None, Some(0.2), Some(0.1)]), false),
+            row("stiff-1e4", "gone", Some(1), runs(&[None; 4]), false),
+        ],
+    };
+    let text = findings(&facts).join("\n");
+    for part in [
+        "2 of 3 variants that claim an order show it within 0.15; not so: wrong (1.00, theory 2)",
+        "modest claims no order",
+        "2.00 % of the motion is wrong",
+        "order 1: 3.00 (better) to 4.00 (good)",
+        "the order of theory is seen with good 1.00",
+        "another order with reduced 1.00",
+        "locked (0.700)",
+        "(their number in brackets): sparse (2)",
+        "diverged even at the finest step: gone",
+        "h ω_max from 3.00 to 0.375",
+        "at most 3.00e-12 m",
+    ] {
+        assert!(text.contains(part), "`{part}` is not in\n{text}");
+    }
+}
+
+#[test]
+fn a_few_methods_on_the_smooth_and_on_a_stiff_scene() -> Result<(), HarnessError> {
+    let smooth = Setting::new(&CASES[0])?;
+    assert!(smooth.scene.resolved && smooth.scene.reference_error_m < 1e-9);
+    for method in ["symplectic-euler", "imex-euler:forcing_term=1e-10"] {
+        let row = smooth.row(&Variant::new("first order", method))?;
+        assert_eq!(row.accepted, Some(true), "{row:?}");
+        let constant = row.error_constant.unwrap_or_default();
+        assert!((3.0..5.0).contains(&constant), "{row:?}");
+    }
+    // Springs that are shortened solve another equation: under a name that claims an order, that shows.
+    let shortened = smooth.row(&Variant::new("claims an order", "provot"))?;
+    assert_eq!((shortened.accepted, shortened.error_constant), (Some(false), None));
+    assert_eq!(smooth.row(&Variant::new(LIMITED, "provot"))?.accepted, None);
+    let stiff = Setting::new(&CASES[3])?;
+    assert!(!stiff.scene.resolved);
+    let row = stiff.row(&Variant::new("symplectic-euler", "symplectic-euler"))?;
+    assert!(row.runs.iter().all(|run| run.verdict == "diverged" && run.error.is_none()));
+    assert_eq!((row.order, row.accepted, row.error_constant), (None, None, None));
+    Ok(())
+}
+
+#[test]
+fn every_scene_has_its_own_name_and_some_are_quick() {
+    assert!(CASES.iter().any(|case| case.is_quick) && !CASES.iter().all(|case| case.is_quick));
+    for (n, case) in CASES.iter().enumerate() {
+        assert!(CASES[..n].iter().all(|other| other.id != case.id), "{}", case.id);
+    }
+}

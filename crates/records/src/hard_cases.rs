@@ -1,0 +1,100 @@
+//! Records of the experiment `hard-cases`.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Cases, methods and the verdict on each of their pairs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Facts {
+    /// The rows of the table.
+    pub cases: Vec<Case>,
+    /// The columns: methods, each at its defaults or in a named form.
+    pub methods: Vec<String>,
+    /// One cell a case that can be run, method, and damping.
+    pub cells: Vec<Cell>,
+    /// Cells whose verdict differs from the expected one without an explanation.
+    pub unexplained: Vec<String>,
+}
+
+/// A hard case, or one variant of it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Case {
+    /// Id and title, e.g. `H04 squeezed to half`: what cells refer to.
+    pub name: String,
+    /// The scene, in a sentence.
+    pub scene: String,
+    /// How its energy is judged.
+    pub judged: String,
+    /// The effect that it needs and that does not exist; such a case has no cells.
+    pub absent: Option<String>,
+    /// Number of particles.
+    pub particles: usize,
+    /// Number of springs.
+    pub springs: usize,
+    /// Time step, s.
+    pub step_s: f64,
+    /// Number of steps.
+    pub steps: u64,
+    /// Simulated time, s.
+    pub duration_s: f64,
+    /// `E_ref`, the energy that the scene sets free without damping, J.
+    pub released_undamped_j: f64,
+    /// The same with damping, J.
+    pub released_damped_j: f64,
+}
+
+/// One method on one case, undamped or damped: the worst of several perturbed starts.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Cell {
+    /// Name of the case.
+    pub case: String,
+    /// Method and form, as in [`Facts::methods`].
+    pub method: String,
+    /// Whether the springs are damped.
+    pub is_damped: bool,
+    /// Method id with all settings.
+    pub settings: String,
+    /// `stable`, `marginal`, `unstable` or `diverged`; or why there is none: `over budget`, `refused`,
+    /// `not applicable`.
+    pub verdict: String,
+    /// What a cell without a verdict ran into; empty otherwise.
+    pub note: String,
+    /// What theory says: `stable, no rise in any step`, `stable`, `unstable` or `no theorem`.
+    pub expected: String,
+    /// Why.
+    pub reason: String,
+    /// Whether the verdict differs from what theory says.
+    pub differs: bool,
+    /// Why it differs, where that is known.
+    pub explanation: Option<String>,
+    /// Number of starts that ran: a divergence or the budget ends the series.
+    pub runs: u32,
+    /// Greatest rise of the total energy above the start over `E_ref`.
+    pub gain: f64,
+    /// Secular slope of the total energy times the duration over `E_ref`: of the start where it is greatest.
+    pub drift: f64,
+    /// Steps of all runs in which the energy rose by more than round-off.
+    pub rises: u64,
+    /// Greatest allowance for round-off in that count over `E_ref`: it grows with `h²k/m`, and where it is large the count
+    /// says nothing.
+    pub round_off: f64,
+    /// Steps of all runs.
+    pub steps: u64,
+    /// Simulated time that every run reached, s.
+    pub reached_s: f64,
+    /// CG iterations of all runs.
+    pub cg_iterations: u64,
+    /// Newton iterations of all runs.
+    pub newton_iterations: u64,
+    /// Steps of all runs whose solver stopped before its tolerance.
+    pub unconverged_steps: u64,
+    /// How far the unperturbed start strayed from its equilibrium, m; only where it is one.
+    pub strayed_m: Option<f64>,
+    /// Greatest speed meanwhile, m/s.
+    pub strayed_m_per_s: Option<f64>,
+    /// Same bits on every machine.
+    pub portable: bool,
+}

@@ -1,0 +1,189 @@
+//! A table of coloured tiles with a letter in each: verdicts of rows × columns.
+
+use super::draw::{
+    Area, CHARACTER, Failure, LINE, MARGIN, WIDTH, plain, text_style, with_description,
+};
+use super::style::{FONT, GRID, INK, TITLE_FONT};
+use crate::number::wrap;
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, VPos};
+
+/// Rows and columns of tiles, with a legend below them.
+pub(crate) struct Matrix {
+    /// Names above the columns, written upwards.
+    pub(crate) columns: Vec<String>,
+    pub(crate) rows: Vec<Row>,
+    /// What the tiles mean.
+    pub(crate) legend: Vec<(Tile, String)>,
+    /// Sentences below the legend.
+    pub(crate) notes: Vec<String>,
+}
+
+/// One row.
+pub(crate) struct Row {
+    pub(crate) label: String,
+    /// Whether a line separates it from the row above.
+    pub(crate) is_first: bool,
+    pub(crate) content: Content,
+}
+
+/// What a row holds.
+pub(crate) enum Content {
+    /// Tiles beside each other, for each column; none where a column has nothing.
+    Tiles(Vec<Vec<Tile>>),
+    /// A sentence across all columns.
+    Text(String),
+}
+
+/// A coloured rectangle with a letter.
+#[derive(Clone, PartialEq)]
+pub(crate) struct Tile {
+    pub(crate) shade: Shade,
+    pub(crate) text: String,
+    /// Whether it has a thick frame.
+    pub(crate) is_marked: bool,
+}
+
+/// Colour of a tile, from good to bad.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) enum Shade {
+    Good,
+    Fair,
+    Bad,
+    Worst,
+    /// Neither good nor bad: it was not found out.
+    Open,
+    /// Nothing to be found out.
+    Idle,
+}
+
+impl Shade {
+    /// Lighter than those of curves, so that letters can be read on them; told apart by their letters too.
+    fn colour(self) -> RGBColor {
+        match self {
+            Self::Good => RGBColor(0xa6, 0xdc, 0xc6),
+            Self::Fair => RGBColor(0xfb, 0xdf, 0x8c),
+            Self::Bad => RGBColor(0xee, 0x9b, 0x66),
+            Self::Worst => RGBColor(0x8c, 0x2d, 0x04),
+            Self::Open => RGBColor(0xbf, 0xdd, 0xf3),
+            Self::Idle => RGBColor(0xf2, 0xf2, 0xf2),
+        }
+    }
+
+    fn ink(self) -> RGBColor {
+        if self == Self::Worst { WHITE } else { INK }
+    }
+}
+
+const ROW: i32 = 25;
+/// Side of a tile in the legend.
+const SAMPLE: i32 = 20;
+/// Characters here are known to be mostly narrow: a little less than in legends of curves.
+const NARROW: i32 = CHARACTER - 1;
+
+/// Draws a table. `title` and `description` also go into the file's `<title>` and `<desc>`.
+pub(super) fn svg(matrix: &Matrix, title: &str, description: &str) -> Result<String, Failure> {
+    let longest = |texts: &mut dyn Iterator<Item = &String>| {
+        texts.map(|text| text.chars().count() as i32).max().unwrap_or(0)
+    };
+    let title_lines = wrap(title, 88);
+    let notes: Vec<String> = matrix.notes.iter().flat_map(|note| wrap(note, 105)).collect();
+    let left = MARGIN + NARROW * longest(&mut matrix.rows.iter().map(|row| &row.label)) + 18;
+    let heading = NARROW * longest(&mut matrix.columns.iter()) + 14;
+    let top = MARGIN + 26 * title_lines.len() as i32 + heading;
+    let legend_columns = {
+        let widest = longest(&mut matrix.legend.iter().map(|(_, text)| text));
+        ((WIDTH - 4 * MARGIN) / (SAMPLE + 24 + CHARACTER * widest)).max(1)
+    };
+    let legend_rows = (matrix.legend.len() as i32 + legend_columns - 1) / legend_columns;
+    let foot = top + ROW * matrix.rows.len() as i32 + 14;
+    let legend_height = 14 + 26 * legend_rows + LINE * notes.len() as i32;
+    let height = foot + legend_height + MARGIN;
+    let width = (WIDTH - MARGIN - left) / (matrix.columns.len() as i32).max(1);
+
+    let mut text = String::new();
+    {
+        let root =
+            SVGBackend::with_string(&mut text, (WIDTH as u32, height as u32)).into_drawing_area();
+        root.fill(&WHITE)?;
+        for (n, line) in title_lines.iter().enumerate() {
+            let style = text_style(TITLE_FONT, FontStyle::Bold, INK, HPos::Left, VPos::Top);
+            root.draw_text(line, &style, (MARGIN, MARGIN + 26 * n as i32))?;
+        }
+        let upwards = plain(HPos::Left, VPos::Center).transform(FontTransform::Rotate270);
+        for (n, name) in matrix.columns.iter().enumerate() {
+            let x = left + width * n as i32 + width / 2;
+            root.draw_text(name, &upwards, (x, top - 6))?;
+        }
+        for (n, row) in matrix.rows.iter().enumerate() {
+            let y = top + ROW * n as i32;
+            if row.is_first {
+                let line =
+                    vec![(MARGIN, y - 1), (left + width * matrix.columns.len() as i32, y - 1)];
+                root.draw(&PathElement::new(line, GRID.stroke_width(1)))?;
+            }
+            let middle = y + ROW / 2;
+            root.draw_text(&row.label, &plain(HPos::Left, VPos::Center), (MARGIN, middle))?;
+            draw_content(&root, &row.content, (left, y), width)?;
+        }
+        let corners = [(MARGIN, foot), (WIDTH - MARGIN, foot + legend_height)];
+        root.draw(&Rectangle::new(corners, GRID.stroke_width(1)))?;
+        for (n, (tile, label)) in matrix.legend.iter().enumerate() {
+            let (column, row) = (n as i32 % legend_columns, n as i32 / legend_columns);
+            let x = 2 * MARGIN + (WIDTH - 4 * MARGIN) / legend_columns * column;
+            let y = foot + 8 + 26 * row;
+            draw_tile(&root, tile, (x, y), (SAMPLE, SAMPLE))?;
+            let place = (x + SAMPLE + 8, y + SAMPLE / 2);
+            root.draw_text(label, &plain(HPos::Left, VPos::Center), place)?;
+        }
+        for (n, note) in notes.iter().enumerate() {
+            let y = foot + 10 + 26 * legend_rows + LINE * n as i32;
+            root.draw_text(note, &plain(HPos::Left, VPos::Top), (2 * MARGIN, y))?;
+        }
+        root.present()?;
+    }
+    Ok(with_description(&text, title, description))
+}
+
+/// The tiles of a row whose upper left corner is `corner`.
+fn draw_content(
+    root: &Area<'_>,
+    content: &Content,
+    (left, top): (i32, i32),
+    width: i32,
+) -> Result<(), Failure> {
+    match content {
+        Content::Text(text) => {
+            let style = plain(HPos::Left, VPos::Center);
+            root.draw_text(text, &style, (left + 4, top + ROW / 2))
+        }
+        Content::Tiles(columns) => {
+            for (n, tiles) in columns.iter().enumerate() {
+                let each = (width - 3) / (tiles.len() as i32).max(1);
+                for (m, tile) in tiles.iter().enumerate() {
+                    let x = left + width * n as i32 + each * m as i32;
+                    draw_tile(root, tile, (x, top + 1), (each - 1, ROW - 3))?;
+                }
+            }
+            Ok(())
+        }
+    }
+}
+
+fn draw_tile(
+    root: &Area<'_>,
+    tile: &Tile,
+    (left, top): (i32, i32),
+    (width, height): (i32, i32),
+) -> Result<(), Failure> {
+    let corners = [(left, top), (left + width, top + height)];
+    root.draw(&Rectangle::new(corners, tile.shade.colour().filled()))?;
+    if tile.is_marked {
+        let (right, bottom) = (left + width - 1, top + height - 1);
+        let (left, top) = (left + 1, top + 1);
+        let ring = vec![(left, top), (right, top), (right, bottom), (left, bottom), (left, top)];
+        root.draw(&PathElement::new(ring, INK.stroke_width(2)))?;
+    }
+    let style = text_style(FONT, FontStyle::Normal, tile.shade.ink(), HPos::Center, VPos::Center);
+    root.draw_text(&tile.text, &style, (left + width / 2, top + height / 2))
+}
