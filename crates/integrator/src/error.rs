@@ -25,7 +25,7 @@ pub enum PrepareError {
         limit: u64,
     },
     /// An operator could not be built.
-    #[error("the system matrix cannot be set up: {0}; check stiffness, mass and step size")]
+    #[error("the system matrix cannot be set up: {0}")]
     Solver(#[source] SolverError),
 }
 
@@ -53,6 +53,6 @@ pub enum StepError {
         found: usize,
     },
     /// An operator could not be rebuilt after a change.
-    #[error("the system matrix cannot be rebuilt: {0}; check stiffness, mass and step size")]
+    #[error("the system matrix cannot be rebuilt: {0}")]
     Solver(#[from] SolverError),
 }

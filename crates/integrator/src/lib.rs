@@ -31,6 +31,7 @@
 //! | [`ElongationLimit`] | Provot's correction of over-stretched springs | Provot, Desbrun |
 //! | [`ViscousImpulse`] | right-hand side for the change of velocity | Desbrun, Kang |
 //! | [`LargestEigenvalue`], [`StiffnessBound`] | what limits an explicit step | leapfrog |
+//! | [`ImpulsiveContacts`] | pins and contacts on a velocity that was computed without them | Provot, Terzopoulos-Fleischer, Desbrun, Kang |
 //! | [`ContactSet`] | active set of the velocity constraints of section 6 | all |
 //! | [`Predictor`] | start values, EEH (22) | CG methods |
 
@@ -41,6 +42,7 @@ mod elongation;
 mod error;
 mod history;
 mod implicit;
+mod impulsive;
 mod kinematics;
 mod linear;
 mod method;
@@ -65,6 +67,7 @@ pub use elongation::{ElongationLimit, ElongationSettings, SweepOrder};
 pub use error::{PrepareError, StepError};
 pub use history::History;
 pub use implicit::Implicit;
+pub use impulsive::ImpulsiveContacts;
 pub use kinematics::{drift, kick};
 pub use linear::{LaplacianSolver, LinearSettings, PreconditionerKind, SolverKind, Weights};
 pub use method::{Method, Order, Quantity, StabilityClass, Support, Treatment};

@@ -61,6 +61,9 @@ pub enum Weights {
 /// Relative tolerance of CG when it finishes what the Cholesky factor could not do directly.
 const DIRECT_TOLERANCE: f64 = 1e-13;
 
+/// A direct solve that leaves more than this of the right-hand side has not solved the system.
+const DIRECT_FAILURE: f64 = 1e-8;
+
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Key {
     tau_bits: u64,
@@ -276,8 +279,12 @@ impl LaplacianSolver {
     ) -> PcgReport {
         let mut reference = reference;
         if self.settings.solver != SolverKind::Cg {
-            let coupled = |&i: &u32| {
-                matches!(constraints.filter(i as usize), Filter::Plane { .. } | Filter::Line { .. })
+            // The factor knows of pins alone: contacts on one or two sides couple the coordinates, those on three
+            // sides hold a particle that is free in it.
+            let coupled = |&i: &u32| match constraints.filter(i as usize) {
+                Filter::Free => false,
+                Filter::Plane { .. } | Filter::Line { .. } => true,
+                Filter::Fixed => self.free[i as usize],
             };
             if !constraints.constrained().iter().any(coupled) {
                 return self.solve_directly(constraints, b, v);
@@ -345,7 +352,7 @@ impl LaplacianSolver {
         self.filtered_residual(constraints, b, v);
         let residual = norm(&self.residual);
         let relative_residual = if reference > 0.0 { residual / reference } else { 0.0 };
-        let status = if relative_residual.is_finite() {
+        let status = if relative_residual <= DIRECT_FAILURE {
             SolveStatus::Converged
         } else {
             SolveStatus::Stagnated

@@ -42,7 +42,7 @@ impl Predictor {
         self.step_bits = None;
     }
 
-    /// Writes `2 v_n − v_{n−1}` to `out`; `v_n` without history or after a change of the step size.
+    /// Writes `2 v_n − v_{n−1}`, m/s, to `out`; `v_n` without history or after a change of the step size.
     #[doc(alias = "EEH 22")]
     pub fn extrapolate(&self, v: &[Vec3], h: f64, out: &mut [Vec3]) {
         if self.step_bits == Some(h.to_bits()) {
@@ -54,7 +54,7 @@ impl Predictor {
         }
     }
 
-    /// Remembers `v_n` before the step replaces it.
+    /// Remembers `v_n`, m/s, before a step of `h` seconds replaces it.
     pub fn remember(&mut self, v: &[Vec3], h: f64) {
         self.previous.copy_from_slice(v);
         self.step_bits = Some(h.to_bits());

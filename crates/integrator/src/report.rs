@@ -61,7 +61,8 @@ pub struct StepReport {
     pub outer_passes: u32,
     /// Newton iterations.
     pub newton_iterations: u32,
-    /// Factorisations of Newton's matrix.
+    /// Factorisations that belong to the step itself, Newton's among them; those of kept operators count as
+    /// set-ups.
     pub factorisations: u32,
     /// Products of a matrix with a block vector.
     pub matvecs: u32,
@@ -73,8 +74,8 @@ pub struct StepReport {
     pub substeps: u32,
     /// Largest distance by which the method moved a position other than by integrating, m.
     pub correction: f64,
-    /// Residual at the end, relative to what the method's stop test refers to; 0 for explicit
-    /// methods.
+    /// Residual at the end, relative to what the method's stop test refers to; 0 for methods that solve
+    /// nothing or apply a kept inverse. Kang's, which has no stop test: before its last sweep.
     pub relative_residual: f64,
     /// How the solve ended.
     pub solve: SolveStatus,

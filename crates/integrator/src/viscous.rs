@@ -19,28 +19,38 @@ pub struct ViscousImpulse {
     impulse: Vec<Vec3>,
     external: Vec<Vec3>,
     product: Vec<Vec3>,
+    /// Velocities, 0 where a particle is pinned: whatever it had before, it does not move.
+    velocity: Vec<Vec3>,
 }
 
 impl ViscousImpulse {
     /// Memory for `n` particles.
     pub fn new(n: usize) -> Self {
         let zeros = || vec![Vec3::zeros(); n];
-        Self { impulse: zeros(), external: zeros(), product: zeros() }
+        Self { impulse: zeros(), external: zeros(), product: zeros(), velocity: zeros() }
     }
 
     /// Evaluates both at the state; one product with the matrix.
     pub fn assemble(&mut self, linear: &LaplacianSolver, system: &System, state: &State, h: f64) {
-        let Self { impulse, external, product } = self;
+        let Self { impulse, external, product, velocity: v } = self;
+        for ((v, v_n), pinned) in v.iter_mut().zip(&state.v).zip(system.pinned()) {
+            *v = if *pinned { Vec3::zeros() } else { *v_n };
+        }
         external.fill(Vec3::zeros());
-        Implicit::Springs.add_explicit_forces(system, &state.x, &state.v, external);
+        Implicit::Springs.add_explicit_forces(system, &state.x, v, external);
         impulse.fill(Vec3::zeros());
         Implicit::Springs.add_implicit_forces(system, &state.x, impulse);
-        Implicit::Springs.add_damping_remainders(system, &state.x, &state.v, impulse);
-        linear.matrix().multiply(&state.v, product);
+        Implicit::Springs.add_damping_remainders(system, &state.x, v, impulse);
+        linear.matrix().multiply(v, product);
         for (i, (&m, pinned)) in system.mass().iter().zip(system.pinned()).enumerate() {
-            let viscosity = state.v[i] * m - product[i];
+            let viscosity = v[i] * m - product[i];
             impulse[i] = if *pinned { Vec3::zeros() } else { impulse[i] * h + viscosity };
         }
+    }
+
+    /// The velocities that were used, m/s: 0 for pinned particles.
+    pub fn velocity(&self) -> &[Vec3] {
+        &self.velocity
     }
 
     /// `h F̃`, kg m/s; 0 for pinned particles.

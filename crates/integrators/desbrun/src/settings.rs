@@ -13,9 +13,9 @@ pub static DESBRUN: Method = Method {
     order: Order::One,
     class: StabilityClass::Dissipative,
     conserves: &[Quantity::Momentum, Quantity::AngularMomentum],
-    theory: "IMEX Euler with unfiltered external forces: never gains energy with full damping and no pins under gravity, \
-             the torque correction aside; locks for h²k/m above 1; angular momentum is kept by the consistent correction \
-             only, and beside the spin of the whole nothing is",
+    theory: "IMEX Euler with unfiltered external forces: with torque=none, full damping, no contacts and no pins under \
+             gravity it never gains energy; locks for h²k/m above 1; the consistent correction keeps the angular \
+             momentum of the whole, at the price of energy, and nothing else of the motion",
     supports: &[
         Support::new("tension", Treatment::Implicit),
         Support::new("shear", Treatment::Implicit),

@@ -1,13 +1,13 @@
 //! The step.
 
-use crate::settings::{DESBRUN, DesbrunSettings};
-use crate::torque::correct;
+use crate::settings::{DESBRUN, DesbrunSettings, Inverse, Torque};
+use crate::torque::{correct, damping_force};
 use crate::workspace::Workspace;
 use drape_integrator::{
     Integrator, Method, Phase, PhaseClock, PrepareError, Scratch, StepError, StepReport, TimeStep,
-    drift, kick,
+    kick,
 };
-use drape_model::{State, System, Vec3};
+use drape_model::{State, System};
 
 /// Desbrun, Schröder and Barr's precomputed inverse.
 #[derive(Debug)]
@@ -50,26 +50,21 @@ impl Integrator for Desbrun {
         report.force_evaluations = 1;
         clock.switch(Phase::Solve);
         w.linear.apply_preconditioner(w.viscous.impulse(), &mut w.change); // Δv = h M⁻¹ F_filtered
-        report.matvecs = 2;
-        for i in 0..state.len() {
-            let change = if system.pinned()[i] { Vec3::zeros() } else { w.change[i] };
-            w.free_velocity[i] = state.v[i] + change;
+        report.matvecs = if self.settings.inverse == Inverse::Cholesky { 1 } else { 2 };
+        let v = &mut w.contacts.free_velocity;
+        v.copy_from_slice(w.viscous.velocity());
+        v.iter_mut().zip(&w.change).for_each(|(v, change)| *v += change);
+        if self.settings.torque == Torque::Consistent {
+            damping_force(system, &state.x, w.viscous.velocity(), &mut w.damping);
         }
-        correct(self.settings.torque, system, h, &state.x, &w.change, &mut w.free_velocity);
-        clock.switch(Phase::Contact);
-        kick(system, h, w.viscous.external(), &mut w.free_velocity); // v + h M⁻¹ (F_filtered + f_external)
-        w.contacts.detect(system, &state.x, &state.v, h, &mut w.constraints);
-        let Workspace { free_velocity, velocity, impulse, contacts, constraints, .. } = w;
-        contacts.project(system, constraints, free_velocity, velocity, impulse);
-        clock.switch(Phase::Update);
-        state.v.copy_from_slice(velocity);
-        drift(h, &state.v, &mut state.x); // x_{n+1} = x_n + h v_{n+1}
-        contacts.settle(&mut state.v, |_, _| ());
+        correct(self.settings.torque, system, h, &state.x, &w.change, &w.damping, v);
+        kick(system, h, w.viscous.external(), v); // v_n + h M⁻¹ (F_filtered + F_corr + f_external)
+        w.contacts.advance(system, h, state, clock); // x_{n+1} = x_n + h v_{n+1}
         if let Some(elongation) = &mut w.elongation {
             let State { x, v, .. } = state;
             report.correction = elongation.correct(system, h, x, Some(v)); // v = (x_{n+1} − x_n)/h
+            w.contacts.stop(v);
         }
-        state.t += h;
         clock.stop();
         Ok(report)
     }

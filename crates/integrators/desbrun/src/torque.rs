@@ -6,20 +6,29 @@ use drape_model::{Mat3, System, Vec3};
 /// Inertia about an axis that is smaller than this fraction of the largest is none: particles on a line.
 const DEGENERATE: f64 = 1e-12;
 
-/// Adds `h M⁻¹ F_corr` to `v` (m/s), given `Δv = h M⁻¹ F_filtered` at the positions `x`.
+/// The damping of all effects at `(x, v)`, N.
+pub(crate) fn damping_force(system: &System, x: &[Vec3], v: &[Vec3], out: &mut [Vec3]) {
+    out.fill(Vec3::zeros());
+    for effect in system.effects().filter(|effect| effect.has_damping()) {
+        effect.add_damping_force(x, v, out);
+    }
+}
+
+/// Adds `h M⁻¹ F_corr` to `v` (m/s), given `Δv = h M⁻¹ F_filtered` and the damping force (N) at the positions `x`.
 pub(crate) fn correct(
     torque: Torque,
     system: &System,
     h: f64,
     x: &[Vec3],
     change: &[Vec3],
+    damping: &[Vec3],
     v: &mut [Vec3],
 ) {
     match torque {
         Torque::None => {}
         Torque::Literal => literal(system, h, x, change, v),
         Torque::Consistent if system.pinned().contains(&true) => {}
-        Torque::Consistent => consistent(system, x, change, v),
+        Torque::Consistent => consistent(system, h, x, change, damping, v),
     }
 }
 
@@ -38,19 +47,27 @@ fn literal(system: &System, h: f64, x: &[Vec3], change: &[Vec3], v: &mut [Vec3])
     }
 }
 
-/// `F_corr,i = m_i β × r_i` with `β = −I_G⁻¹ Σ r_i × F_i`, `r_i = x_i − x_G` and `x_G` the centre of mass: the rigid
-/// rotation whose angular momentum is the one that the filter took. Since `x_{n+1} = x_n + h v_{n+1}`, this
-/// keeps `Σ m x × v` exactly.
-fn consistent(system: &System, x: &[Vec3], change: &[Vec3], v: &mut [Vec3]) {
+/// `F_corr,i = m_i β × r_i` with `β = −I_G⁻¹ Σ r_i × (F_i − f_damping,i)`, `r_i = x_i − x_G` and `x_G` the centre of mass:
+/// the rigid rotation whose angular momentum is the one that the filter took. Full damping has a torque of its own,
+/// which is none of the filter's. Since `x_{n+1} = x_n + h v_{n+1}`, this keeps `Σ m x × v` exactly where nothing is damped.
+#[doc(alias = "torque correction")]
+fn consistent(
+    system: &System,
+    h: f64,
+    x: &[Vec3],
+    change: &[Vec3],
+    damping: &[Vec3],
+    v: &mut [Vec3],
+) {
     let mass = system.mass();
     let total: f64 = mass.iter().sum();
     let weighted = x.iter().zip(mass).fold(Vec3::zeros(), |sum, (x, m)| sum + x * *m);
     let centre = weighted / total;
-    let mut moment = Vec3::zeros(); // Σ r × m Δv
+    let mut moment = Vec3::zeros(); // Σ r × (m Δv − h f_damping)
     let mut inertia = Mat3::zeros();
     for i in 0..x.len() {
         let r = x[i] - centre;
-        moment += r.cross(&change[i]) * mass[i];
+        moment += r.cross(&(change[i] * mass[i] - damping[i] * h));
         let square = Mat3::from_diagonal_element(r.norm_squared()) - r * r.transpose();
         inertia += square * mass[i];
     }
@@ -114,7 +131,8 @@ mod tests {
                 change.iter().zip(system.mass()).fold(Vec3::zeros(), |p, (c, m)| p + c * *m);
             change.iter_mut().for_each(|c| *c -= drift / total); // internal forces
             let mut v = change.clone();
-            correct(Torque::Consistent, &system, 0.01, &x, &change, &mut v);
+            let none = vec![Vec3::zeros(); 4];
+            correct(Torque::Consistent, &system, 0.01, &x, &change, &none, &mut v);
             assert!(angular_momentum(&system, &x, &change).norm() > 0.1);
             assert!(angular_momentum(&system, &x, &v).norm() < 1e-13, "flat: {flat}");
             let momentum = v.iter().zip(system.mass()).fold(Vec3::zeros(), |p, (v, m)| p + v * *m);
@@ -130,7 +148,8 @@ mod tests {
         let x: Vec<Vec3> = (0..4).map(|_| random.vector()).collect();
         let change: Vec<Vec3> = (0..4).map(|_| random.vector()).collect();
         let mut v = vec![Vec3::zeros(); 4];
-        correct(Torque::Literal, &system, h, &x, &change, &mut v);
+        let none = vec![Vec3::zeros(); 4];
+        correct(Torque::Literal, &system, h, &x, &change, &none, &mut v);
         let mean = x.iter().sum::<Vec3>() / 4.0;
         let force = |i: usize| change[i] * (system.mass()[i] / h);
         let torque: Vec3 = (0..4).map(|i| force(i).cross(&x[i])).sum();
@@ -149,7 +168,8 @@ mod tests {
         let x = vec![Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::z()];
         let change = vec![Vec3::zeros(), Vec3::y(), Vec3::z(), Vec3::x()];
         let mut v = change.clone();
-        correct(Torque::Consistent, &system, 0.01, &x, &change, &mut v);
+        let none = vec![Vec3::zeros(); 4];
+        correct(Torque::Consistent, &system, 0.01, &x, &change, &none, &mut v);
         assert_eq!(v, change);
     }
 }

@@ -2,11 +2,11 @@
 
 use crate::settings::DesbrunSettings;
 use drape_integrator::{
-    ContactSet, ElongationLimit, Implicit, LaplacianSolver, LinearSettings, PreconditionerKind,
-    PrepareError, ViscousImpulse, Weights,
+    ElongationLimit, Implicit, ImpulsiveContacts, LaplacianSolver, LinearSettings,
+    PreconditionerKind, PrepareError, ViscousImpulse, Weights,
 };
 use drape_model::{System, Vec3};
-use drape_solvers::{Constraints, Norm};
+use drape_solvers::Norm;
 
 #[derive(Debug)]
 pub(crate) struct Workspace {
@@ -14,12 +14,10 @@ pub(crate) struct Workspace {
     pub(crate) viscous: ViscousImpulse,
     /// `Δv = A⁻¹ h F̃ = h M⁻¹ F_filtered`, m/s.
     pub(crate) change: Vec<Vec3>,
-    pub(crate) free_velocity: Vec<Vec3>,
-    pub(crate) velocity: Vec<Vec3>,
-    pub(crate) impulse: Vec<Vec3>,
+    /// Damping force at level `n`, N: 0 throughout where nothing is damped.
+    pub(crate) damping: Vec<Vec3>,
     pub(crate) elongation: Option<ElongationLimit>,
-    pub(crate) contacts: ContactSet,
-    pub(crate) constraints: Constraints,
+    pub(crate) contacts: ImpulsiveContacts,
 }
 
 impl Workspace {
@@ -42,12 +40,9 @@ impl Workspace {
             linear: LaplacianSolver::new(system, Implicit::Springs, weights, linear, h)?,
             viscous: ViscousImpulse::new(system.len()),
             change: zeros(),
-            free_velocity: zeros(),
-            velocity: zeros(),
-            impulse: zeros(),
+            damping: zeros(),
             elongation,
-            contacts: ContactSet::new(system),
-            constraints: Constraints::free(system.len()),
+            contacts: ImpulsiveContacts::new(system),
         })
     }
 }

@@ -60,8 +60,8 @@
 //!
 //! *Leapfrog's substeps.* `step=auto` and `step=bound` divide the step that the caller asks for into equal substeps of at
 //! most `safety · 2/√λ`. For `auto`, `λ` is 1.05 times an estimate of the largest eigenvalue of `M⁻¹∇²U` by power
-//! iteration, converged at first and after a change of the system, then followed with two products every thirty
-//! substeps; a product is counted as the three force evaluations that it costs. For `bound`, `λ` is
+//! iteration, converged at first and after a change of the system, then followed at the start of each step with two
+//! products for every thirty substeps since the last estimate, at most twenty; a product is counted as the three force evaluations that it costs. For `bound`, `λ` is
 //! [`drape_integrator::StiffnessBound`], which holds at all positions and costs a sweep over the springs once.
 //!
 //! # What it cost and where it failed here

@@ -11,7 +11,7 @@ use drape_solvers::Constraints;
 
 /// Everything that a solve looks at but does not change.
 #[derive(Clone, Copy)]
-pub(crate) struct Stage<'a> {
+pub(crate) struct Problem<'a> {
     pub(crate) system: &'a System,
     pub(crate) state: &'a State,
     pub(crate) h: f64,
@@ -22,13 +22,13 @@ pub(crate) struct Stage<'a> {
 /// Algorithm 1 as printed: updates until an update needs no CG iteration.
 #[doc(alias = "EEH Algorithm 1")]
 pub(crate) fn as_printed(
-    stage: Stage<'_>,
+    problem: Problem<'_>,
     rhs: &mut RightHandSide,
     linear: &mut LaplacianSolver,
     v: &mut [Vec3],
     report: &mut StepReport,
 ) {
-    let Stage { system, state, h, constraints, settings } = stage;
+    let Problem { system, state, h, constraints, settings } = problem;
     let direct = settings.linear.solver == SolverKind::Cholesky;
     constraints.impose(v);
     for _ in 0..settings.max_outer {
@@ -88,8 +88,8 @@ impl Descent {
     }
 
     /// Puts the better of `v` and `other` into `v`.
-    pub(crate) fn choose(&mut self, stage: Stage<'_>, v: &mut [Vec3], other: &[Vec3]) {
-        self.potential.choose_start(stage.system, stage.constraints, v, &[other], false);
+    pub(crate) fn choose(&mut self, problem: Problem<'_>, v: &mut [Vec3], other: &[Vec3]) {
+        self.potential.choose_start(problem.system, problem.constraints, v, &[other], false);
     }
 
     /// `∇Φ(v)`, unfiltered: the impulse of the constraints, kg m/s.
@@ -106,13 +106,13 @@ impl Descent {
     /// cannot be had, the step is one of plain IMEX Euler, which with full damping never gains any.
     pub(crate) fn minimise(
         &mut self,
-        stage: Stage<'_>,
+        problem: Problem<'_>,
         rhs: &mut RightHandSide,
         linear: &mut LaplacianSolver,
         v: &mut [Vec3],
         report: &mut StepReport,
     ) -> Result<(), StepError> {
-        let Stage { system, state, h, constraints, settings } = stage;
+        let Problem { system, state, h, constraints, settings } = problem;
         let theta = h * h * settings.implicit.max_stiffness_over_mass(system);
         let updates = theta <= settings.newton_above * (1.0 + 1e-12);
         let (scale, floor) = (self.potential.scale(), self.potential.round_off());
@@ -125,9 +125,10 @@ impl Descent {
         report.force_evaluations += 1;
         constraints.impose(v);
         loop {
-            let converged = updates && self.update_until(stage, rhs, linear, v, tolerance, report);
+            let converged =
+                updates && self.update_until(problem, rhs, linear, v, tolerance, report);
             if !converged {
-                self.finish(stage, v, tolerance, report)?;
+                self.finish(problem, v, tolerance, report)?;
             }
             report.force_evaluations += 1;
             let gained = self.energy(system, v) > allowed;
@@ -150,14 +151,14 @@ impl Descent {
     /// Algorithm 1 until an update leaves a residual below `tolerance` (√J); `false` at the outer cap.
     fn update_until(
         &mut self,
-        stage: Stage<'_>,
+        problem: Problem<'_>,
         rhs: &mut RightHandSide,
         linear: &mut LaplacianSolver,
         v: &mut [Vec3],
         tolerance: f64,
         report: &mut StepReport,
     ) -> bool {
-        let Stage { system, state, h, constraints, settings } = stage;
+        let Problem { system, state, h, constraints, settings } = problem;
         let lightest = lightest(system);
         let direct = settings.linear.solver == SolverKind::Cholesky;
         while report.outer_passes < settings.max_outer {
@@ -189,14 +190,14 @@ impl Descent {
     /// Newton's method from where the updates stopped.
     fn finish(
         &mut self,
-        stage: Stage<'_>,
+        problem: Problem<'_>,
         v: &mut [Vec3],
         tolerance: f64,
         report: &mut StepReport,
     ) -> Result<(), StepError> {
         let settings =
             NewtonSettings { residual: tolerance, max_iterations: MAX_NEWTON_ITERATIONS };
-        let Stage { system, constraints, .. } = stage;
+        let Problem { system, constraints, .. } = problem;
         *report += self.newton.minimise(system, &mut self.potential, constraints, v, &settings)?;
         Ok(())
     }

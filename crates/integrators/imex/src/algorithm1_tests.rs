@@ -51,7 +51,7 @@ fn no_pass_raises_the_incremental_potential() {
                     *x += random.vector() * 0.1; // stretched and compressed
                     *v = random.vector() * 3.0;
                 }
-                let stage = Stage {
+                let problem = Problem {
                     system: &system,
                     state: &state,
                     h: H,
@@ -77,7 +77,7 @@ fn no_pass_raises_the_incremental_potential() {
                     let mut report = StepReport::default();
                     let (linear, rhs) = (&mut linear, &mut rhs);
                     let done =
-                        descent.update_until(stage, rhs, linear, &mut v, tolerance, &mut report);
+                        descent.update_until(problem, rhs, linear, &mut v, tolerance, &mut report);
                     let next = descent.potential.value(&system, &v);
                     let case = format!("θ={theta}, {law}, {text}, pass {pass}: {value} → {next} J");
                     assert_eq!((report.outer_passes, report.newton_iterations), (1, 0), "{case}");

@@ -67,7 +67,7 @@
 //!   `1/(1 + θ)` once and for all. Masses, stiffnesses, damping coefficients or pins that change start anew, and so does
 //!   `restart`.
 //! * *Varying steps.* Coefficients exact for `ω = h_n/h_{n−1}` in [1/2, 2]; beyond, and for CNLF at any change, a new
-//!   start. Since `τ` depends on `ω`, one change of the step size changes the matrix twice, except for CNAB2.
+//!   start. Since `τ` depends on `ω`, one change of the step size changes the matrix twice, except for CNAB2 and CNLF.
 //! * *Tolerance.* `ε` refers to the change of momentum that the forces would make within `τ`. `|b|` grows with the speed of
 //!   the whole sheet and, across springs, like `θ`.
 //! * *Contacts* are found at `x_n` and prescribe `n·v_{n+1} = n·(x_s − X*)/τ`. Where one begins or cuts a velocity, the

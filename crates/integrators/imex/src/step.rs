@@ -1,6 +1,6 @@
 //! The steps of the two methods of order 1.
 
-use crate::algorithm1::{Stage, as_printed};
+use crate::algorithm1::{Problem, as_printed};
 use crate::settings::{
     IMEX_EULER, IMEX_UPDATED, ImexEulerSettings, ImexUpdatedSettings, Safeguard,
 };
@@ -107,6 +107,18 @@ impl Integrator for ImexEuler {
     }
 }
 
+impl Workspace {
+    /// Puts the start value of updated CG into the velocity and begins the descent, if there is one.
+    fn start(&mut self, system: &System, state: &State, h: f64, start: Start) {
+        self.predictor.extrapolate(&state.v, h, &mut self.extrapolated); // EEH (22)
+        let start = if start == Start::Last { &state.v } else { &self.extrapolated };
+        self.velocity.copy_from_slice(start);
+        if let Some(descent) = &mut self.descent {
+            descent.begin(system, state, h, &self.rhs.explicit_force);
+        }
+    }
+}
+
 impl Integrator for ImexUpdated {
     fn method(&self) -> &'static Method {
         &IMEX_UPDATED
@@ -136,25 +148,20 @@ impl Integrator for ImexUpdated {
         clock.switch(Phase::Contact);
         w.contacts.detect(system, &state.x, &state.v, h, &mut w.constraints);
         clock.switch(Phase::Solve);
-        w.predictor.extrapolate(&state.v, h, &mut w.extrapolated); // EEH (22)
-        let start = if settings.start == Start::Last { &state.v } else { &w.extrapolated };
-        w.velocity.copy_from_slice(start);
-        if let Some(descent) = &mut w.descent {
-            descent.begin(system, state, h, &w.rhs.explicit_force);
-        }
+        w.start(system, state, h, settings.start);
         let Workspace { rhs, velocity: v, impulse, linear, contacts, constraints, descent, .. } = w;
         contacts.solve(system, constraints, impulse, |constraints, impulse| {
-            let stage = Stage { system, state, h, constraints, settings };
+            let problem = Problem { system, state, h, constraints, settings };
             if let Some(descent) = descent.as_mut() {
                 if settings.start == Start::Best {
-                    descent.choose(stage, v, &state.v);
+                    descent.choose(problem, v, &state.v);
                 }
-                descent.minimise(stage, rhs, linear, v, &mut report)?;
+                descent.minimise(problem, rhs, linear, v, &mut report)?;
                 if let Some(impulse) = impulse {
                     impulse.copy_from_slice(descent.gradient(system, v));
                 }
             } else {
-                as_printed(stage, rhs, linear, v, &mut report);
+                as_printed(problem, rhs, linear, v, &mut report);
                 if let Some(impulse) = impulse {
                     linear.constraint_impulse(&rhs.b, v, impulse);
                     report.matvecs += 1;
@@ -163,8 +170,8 @@ impl Integrator for ImexUpdated {
             Ok::<(), StepError>(())
         })?;
         clock.switch(Phase::Update);
-        report.force_evaluations += 2 + report.outer_passes;
-        report.force_evaluations += w.descent.as_ref().map_or(0, |descent| descent.evaluations());
+        let descent = w.descent.as_ref().map_or(0, |descent| descent.evaluations());
+        report.force_evaluations += 2 + report.outer_passes + descent;
         advance(w, state, h);
         clock.stop();
         Ok(report)

@@ -5,7 +5,7 @@ use crate::sweep::sweep;
 use crate::workspace::Workspace;
 use drape_integrator::{
     Integrator, Method, Phase, PhaseClock, PrepareError, Scratch, StepError, StepReport, TimeStep,
-    drift, kick,
+    kick,
 };
 use drape_model::{State, System};
 
@@ -53,19 +53,11 @@ impl Integrator for Kang {
             sweep(a, b, system.pinned(), sweeps, &mut w.product, &mut w.change);
         report.force_evaluations = 1;
         report.matvecs = 1 + sweeps;
-        clock.switch(Phase::Contact);
-        w.contacts.detect(system, &state.x, &state.v, h, &mut w.constraints);
-        for i in 0..state.len() {
-            w.free_velocity[i] = state.v[i] + w.change[i];
+        for (i, free) in w.contacts.free_velocity.iter_mut().enumerate() {
+            *free = state.v[i] + w.change[i];
         }
-        kick(system, h, w.viscous.external(), &mut w.free_velocity); // v_{n+1} = v_n + Δv + h M⁻¹ f_external
-        let Workspace { free_velocity, velocity, impulse, contacts, constraints, .. } = w;
-        contacts.project(system, constraints, free_velocity, velocity, impulse);
-        clock.switch(Phase::Update);
-        state.v.copy_from_slice(velocity);
-        drift(h, &state.v, &mut state.x); // x_{n+1} = x_n + h v_{n+1}
-        contacts.settle(&mut state.v, |_, _| ());
-        state.t += h;
+        kick(system, h, w.viscous.external(), &mut w.contacts.free_velocity); // v_n + Δv + h M⁻¹ f_external
+        w.contacts.advance(system, h, state, clock); // x_{n+1} = x_n + h v_{n+1}
         clock.stop();
         Ok(report)
     }

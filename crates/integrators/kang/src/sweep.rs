@@ -5,6 +5,7 @@ use drape_solvers::{LinearOperator, ScalarMatrix, Vec3, vector::norm};
 /// `Δv = D⁻¹ b`, then `sweeps` times `Δv ← D⁻¹ (b − (A − D) Δv)`, each particle corrected by its neighbours;
 /// `Δv` is 0 where `fixed` says so. Returns `‖b − A Δv‖/‖b‖` over the free particles *before* the last sweep.
 #[doc(alias = "Jacobi")]
+#[doc(alias = "Kang-Choi-Cho 2000")]
 pub(crate) fn sweep(
     a: &ScalarMatrix,
     b: &[Vec3],

@@ -1,11 +1,11 @@
 //! Scratch memory and the cached matrix.
 
 use drape_integrator::{
-    ContactSet, Implicit, LaplacianSolver, LinearSettings, PreconditionerKind, PrepareError,
+    Implicit, ImpulsiveContacts, LaplacianSolver, LinearSettings, PreconditionerKind, PrepareError,
     SolverKind, ViscousImpulse, Weights,
 };
 use drape_model::{System, Vec3};
-use drape_solvers::{Constraints, Norm};
+use drape_solvers::Norm;
 
 #[derive(Debug)]
 pub(crate) struct Workspace {
@@ -14,11 +14,7 @@ pub(crate) struct Workspace {
     pub(crate) viscous: ViscousImpulse,
     pub(crate) change: Vec<Vec3>,
     pub(crate) product: Vec<Vec3>,
-    pub(crate) free_velocity: Vec<Vec3>,
-    pub(crate) velocity: Vec<Vec3>,
-    pub(crate) impulse: Vec<Vec3>,
-    pub(crate) contacts: ContactSet,
-    pub(crate) constraints: Constraints,
+    pub(crate) contacts: ImpulsiveContacts,
 }
 
 impl Workspace {
@@ -38,11 +34,7 @@ impl Workspace {
             viscous: ViscousImpulse::new(system.len()),
             change: zeros(),
             product: zeros(),
-            free_velocity: zeros(),
-            velocity: zeros(),
-            impulse: zeros(),
-            contacts: ContactSet::new(system),
-            constraints: Constraints::free(system.len()),
+            contacts: ImpulsiveContacts::new(system),
         })
     }
 }

@@ -4,7 +4,7 @@ use crate::settings::{PROVOT, ProvotSettings, VelocityUpdate};
 use crate::workspace::Workspace;
 use drape_integrator::{
     Integrator, Method, Phase, PhaseClock, PrepareError, Scratch, StepError, StepReport, TimeStep,
-    drift, kick,
+    kick,
 };
 use drape_model::{State, System};
 
@@ -42,25 +42,19 @@ impl Integrator for Provot {
     ) -> Result<StepReport, StepError> {
         let w = self.scratch.ready(system, state)?;
         let h = h.seconds();
-        let State { t, x, v } = state;
         clock.switch(Phase::Forces);
-        system.forces(x, v, &mut w.force);
-        clock.switch(Phase::Contact);
-        w.contacts.detect(system, x, v, h, &mut w.constraints);
-        clock.switch(Phase::Update);
-        w.free_velocity.copy_from_slice(v);
-        kick(system, h, &w.force, &mut w.free_velocity); // v = v_n + h M⁻¹ f(x_n, v_n)
-        w.contacts.project(system, &mut w.constraints, &w.free_velocity, v, &mut w.impulse);
-        drift(h, v, x); // x = x_n + h v
-        w.contacts.settle(v, |_, _| ());
+        system.forces(&state.x, &state.v, &mut w.force);
+        w.contacts.free_velocity.copy_from_slice(&state.v);
+        kick(system, h, &w.force, &mut w.contacts.free_velocity); // v = v_n + h M⁻¹ f(x_n, v_n)
+        w.contacts.advance(system, h, state, clock); // x = x_n + h v
         clock.switch(Phase::Solve);
         let mut report = StepReport { force_evaluations: 1, ..StepReport::default() };
+        let State { x, v, .. } = state;
         let along = (self.settings.velocity == VelocityUpdate::Corrected).then_some(&mut v[..]);
         report.correction = w.limit.correct(system, h, x, along); // v_{n+1} = (x_{n+1} − x_n)/h
         if report.correction > 0.0 {
             w.contacts.stop(v);
         }
-        *t += h;
         clock.stop();
         Ok(report)
     }

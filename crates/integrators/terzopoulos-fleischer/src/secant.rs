@@ -2,7 +2,7 @@
 
 use drape_integrator::{Implicit, PrepareError, StepError};
 use drape_model::{State, System, Vec3};
-use drape_solvers::{CompleteLdlt, ScalarMatrix};
+use drape_solvers::{CompleteLdlt, LinearOperator, ScalarMatrix, vector::norm};
 
 /// `A v_{n+1} = b` of one step.
 #[derive(Debug)]
@@ -14,6 +14,7 @@ pub(crate) struct SecantSystem {
     /// Right-hand side, kg m/s.
     b: Vec<Vec3>,
     damping: Vec<Vec3>,
+    residual: Vec<Vec3>,
 }
 
 impl SecantSystem {
@@ -25,9 +26,18 @@ impl SecantSystem {
         let matrix = ScalarMatrix::with_pattern(n, edges);
         let factor = CompleteLdlt::new(&matrix)?;
         let zeros = || vec![Vec3::zeros(); n];
-        Ok(Self { clamp, matrix, factor, free: vec![true; n], b: zeros(), damping: zeros() })
+        Ok(Self {
+            clamp,
+            matrix,
+            factor,
+            free: vec![true; n],
+            b: zeros(),
+            damping: zeros(),
+            residual: zeros(),
+        })
     }
 
+    #[doc(alias = "Terzopoulos-Fleischer 1988")]
     /// `A = M + h² K(x_n) + ½ h L_c` and `b = (M − ½ h D) v_n + h (f_ext − K(x_n) x_n)`, to which projected damping
     /// `D` adds `½ h (L_c − D) v_n`.
     pub(crate) fn assemble(&mut self, system: &System, state: &State, h: f64) {
@@ -62,11 +72,28 @@ impl SecantSystem {
         }
     }
 
-    /// Factorises and solves; particles that are pinned stay at rest.
-    pub(crate) fn solve(&mut self, v: &mut [Vec3]) -> Result<(), StepError> {
-        self.factor.update(&self.matrix, Some(&self.free))?;
+    /// `A = L D Lᵀ`, with pinned particles taken out.
+    ///
+    /// # Errors
+    /// [`StepError::Solver`] where a pivot vanishes or is not finite.
+    pub(crate) fn factorise(&mut self) -> Result<(), StepError> {
+        Ok(self.factor.update(&self.matrix, Some(&self.free))?)
+    }
+
+    /// Whether the matrix has a negative eigenvalue.
+    pub(crate) fn is_indefinite(&self) -> bool {
+        self.factor.negative_pivots().is_some_and(|count| count > 0)
+    }
+
+    /// Solves; particles that are pinned stay at rest. Returns `‖b − A v‖/‖b‖` over the others.
+    pub(crate) fn solve(&mut self, v: &mut [Vec3]) -> f64 {
         self.factor.solve(&self.b, v);
-        Ok(())
+        self.matrix.multiply(v, &mut self.residual);
+        for (i, r) in self.residual.iter_mut().enumerate() {
+            *r = if self.free[i] { self.b[i] - *r } else { Vec3::zeros() };
+        }
+        let residual = norm(&self.residual);
+        if residual > 0.0 { residual / norm(&self.b) } else { residual }
     }
 }
 
@@ -116,7 +143,8 @@ mod tests {
         let mut secant = SecantSystem::new(&system, false).expect("small");
         secant.assemble(&system, &state, H);
         let mut v = state.v.clone();
-        secant.solve(&mut v).expect("regular");
+        secant.factorise().expect("regular");
+        assert!(secant.solve(&mut v) < 1e-12);
         for axis in 0..3 {
             let pick = |vectors: &[Vec3]| {
                 nalgebra::DVector::from_iterator(n, vectors.iter().map(|a| a[axis]))
@@ -144,7 +172,7 @@ mod tests {
         let small = 1e-7;
         secant.assemble(&system, &state, small);
         let mut product = state.v.clone();
-        drape_solvers::LinearOperator::multiply(&secant.matrix, &state.v, &mut product);
+        secant.matrix.multiply(&state.v, &mut product);
         for i in 0..state.len() {
             let found = (secant.b[i] - product[i]) / small;
             assert!((found - force[i]).norm() < 1e-4, "{found} {}", force[i]);
@@ -163,9 +191,10 @@ mod tests {
             let mut secant = SecantSystem::new(&system, clamp).expect("small");
             secant.assemble(&system, &state, H);
             let mut v: Vec<Vec3> = (0..3).map(|_| random.vector()).collect();
-            secant.solve(&mut v).expect("regular");
+            secant.factorise().expect("regular");
+            secant.solve(&mut v);
             assert_eq!((v[2] - v[0]).x.abs() > 1e-3, pushes, "{v:?}");
-            assert_eq!(secant.factor.negative_pivots().is_some_and(|count| count > 0), !clamp);
+            assert_eq!(secant.is_indefinite(), !clamp);
         }
     }
 }

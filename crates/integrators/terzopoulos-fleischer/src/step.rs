@@ -3,8 +3,8 @@
 use crate::settings::{TERZOPOULOS_FLEISCHER, TerzopoulosFleischerSettings};
 use crate::workspace::Workspace;
 use drape_integrator::{
-    Integrator, Method, Phase, PhaseClock, PrepareError, Scratch, SetupCause, StepError,
-    StepReport, TimeStep, drift,
+    Integrator, Method, Phase, PhaseClock, PrepareError, Scratch, SetupCause, SolveStatus,
+    StepError, StepReport, TimeStep,
 };
 use drape_model::{State, System};
 
@@ -46,19 +46,16 @@ impl Integrator for TerzopoulosFleischer {
         let cause = std::mem::replace(&mut w.cause, SetupCause::EveryStep);
         let mut report = StepReport::after_setup(Some(cause));
         w.secant.assemble(system, state, h); // A = M + h² K(x_n) + ½ h C, and b
+        w.secant.factorise()?;
         report.force_evaluations = 1;
-        clock.switch(Phase::Solve);
-        w.secant.solve(&mut w.free_velocity)?; // A v_{n+1} = b
         report.factorisations = 1;
-        clock.switch(Phase::Contact);
-        w.contacts.detect(system, &state.x, &state.v, h, &mut w.constraints);
-        let Workspace { free_velocity, velocity, impulse, contacts, constraints, .. } = w;
-        contacts.project(system, constraints, free_velocity, velocity, impulse);
-        clock.switch(Phase::Update);
-        state.v.copy_from_slice(velocity);
-        drift(h, &state.v, &mut state.x); // x_{n+1} = x_n + h v_{n+1}
-        contacts.settle(&mut state.v, |_, _| ());
-        state.t += h;
+        clock.switch(Phase::Solve);
+        report.relative_residual = w.secant.solve(&mut w.contacts.free_velocity); // A v_{n+1} = b
+        report.matvecs = 1;
+        if w.secant.is_indefinite() {
+            report.solve = SolveStatus::Indefinite;
+        }
+        w.contacts.advance(system, h, state, clock); // x_{n+1} = x_n + h v_{n+1}
         clock.stop();
         Ok(report)
     }

@@ -22,6 +22,17 @@ impl SymplecticEuler {
     }
 }
 
+/// `M v_n + h f`, kg m/s, without the linear part of the damping.
+fn undamped_impulse(system: &System, state: &State, h: f64, out: &mut [Vec3]) {
+    out.fill(Vec3::zeros());
+    Implicit::Springs.add_explicit_forces(system, &state.x, &state.v, out);
+    Implicit::Springs.add_implicit_forces(system, &state.x, out);
+    Implicit::Springs.add_damping_remainders(system, &state.x, &state.v, out);
+    for (i, &m) in system.mass().iter().enumerate() {
+        out[i] = state.v[i] * m + out[i] * h;
+    }
+}
+
 impl Integrator for SymplecticEuler {
     fn method(&self) -> &'static Method {
         &SYMPLECTIC_EULER
@@ -52,19 +63,15 @@ impl Integrator for SymplecticEuler {
         clock.switch(Phase::Forces);
         report.force_evaluations = 1;
         if let Some(solver) = &mut w.damping {
-            w.force.fill(Vec3::zeros());
-            Implicit::Springs.add_explicit_forces(system, &state.x, &state.v, &mut w.force);
-            Implicit::Springs.add_implicit_forces(system, &state.x, &mut w.force);
-            Implicit::Springs.add_damping_remainders(system, &state.x, &state.v, &mut w.force);
-            for i in 0..state.len() {
-                w.force[i] = state.v[i] * system.mass()[i] + w.force[i] * h; // M v_n + h f
-            }
+            undamped_impulse(system, state, h, &mut w.force); // M v_n + h f
             clock.switch(Phase::Solve);
+            w.velocity.copy_from_slice(&state.v);
             let EulerWorkspace { force: b, velocity, impulse, contacts, constraints, .. } = w;
             contacts.solve(system, constraints, impulse, |constraints, impulse| {
                 report += solver.solve(constraints, b, velocity); // (M + h L_c) v_{n+1} = b
                 if let Some(impulse) = impulse {
                     solver.constraint_impulse(b, velocity, impulse);
+                    report.matvecs += 1;
                 }
                 Ok::<(), StepError>(())
             })?;

@@ -64,7 +64,7 @@ pub static IMEX_MCNAB2: Method = two_step(
     "imex-mcnab2",
     "modified IMEX Crank-Nicolson Adams-Bashforth (MCNAB2)",
     "EEH (7)-(9); Ascher, Ruuth and Wetton 1995",
-    "free rotation is kept; stiff modes are damped by a third a step; explicit springs beside stiff implicit \
+    "free rotation is kept; stiff modes are damped to a third in each step; explicit springs beside stiff implicit \
      ones are stable below an eighth of their stiffness",
 );
 
