@@ -2,8 +2,8 @@
 //! are charged to their cause, history follows the step size, units do not matter.
 
 use drape_integrator::{PhaseClock, Setups, StepError, StepReport};
-use drape_model::{DampingLaw, State, System, Vec3};
-use drape_tests::{METHODS, Run, Sheet, method, seconds};
+use drape_model::{DampingLaw, ObstacleSpec, State, System, Vec3};
+use drape_tests::{METHODS, Run, Sheet, build, method, seconds};
 
 const H: f64 = 0.004;
 
@@ -202,6 +202,44 @@ fn after_changes_and_a_restart_a_step_is_that_of_a_fresh_integrator() {
     }
 }
 
+/// The same where contacts hold particles: what the last steps knew of them is history too, which tells a bounce from
+/// rest.
+#[test]
+fn after_a_restart_in_contact_a_step_is_that_of_a_fresh_integrator() {
+    // Within the limits of the explicit methods.
+    const SHORT: f64 = 0.001;
+    let scene = drape_model::load("square-table-1e4").unwrap_or_else(|error| panic!("{error}"));
+    for bounce in [0.0, 0.5] {
+        let mut spec = scene.spec().clone();
+        for obstacle in &mut spec.obstacles {
+            if let ObstacleSpec::Box { restitution, .. } = obstacle {
+                *restitution = bounce;
+            }
+        }
+        for id in METHODS {
+            let (system, mut state) = build(&spec);
+            state.v.fill(Vec3::new(0.0, 0.0, -0.02));
+            let mut run = Run::new(id, (system, state), SHORT);
+            (0..10).for_each(|_| {
+                run.step();
+            });
+            // In the middle the cloth lies on the table, at the rim it falls.
+            let (middle, corner) = (run.state.x[10 * 20 + 10].z, run.state.x[0].z);
+            let lies = middle.abs() < 0.1 * corner.abs() && corner < -1e-4;
+            assert!(lies, "{id}: {middle}, {corner}");
+            // A jump: what lay on the table a step ago now hits it.
+            run.state.v.fill(Vec3::new(0.0, 0.0, -0.3));
+            run.integrator.restart(&run.state);
+            let mut fresh = fresh(id, &run);
+            for step in 0..3 {
+                run.step();
+                fresh.step();
+                assert_eq!(bits(&run.state), bits(&fresh.state), "{id}, e = {bounce}, step {step}");
+            }
+        }
+    }
+}
+
 /// Masses, stiffnesses and damping coefficients in another unit, a power of four, give the same
 /// motion to the last bit.
 #[test]
@@ -241,4 +279,30 @@ fn pins_hold() {
             assert_eq!((run.state.x[i], run.state.v[i]), (start[i], Vec3::zeros()), "{id}");
         }
     }
+}
+
+/// Nor does that velocity act on the others.
+#[test]
+fn the_old_velocity_of_a_pinned_particle_moves_no_other() {
+    let stiff = Sheet { tension: 1e6, shear: 1e5, damping: 40.0, ..SHEET };
+    let mut kicked = Vec::new();
+    for law in [DampingLaw::Full, DampingLaw::Projected] {
+        for id in METHODS {
+            let after = |speed: f64| {
+                let (system, mut state) = Sheet { law, ..stiff }.build();
+                for i in (0..state.len()).filter(|&i| system.pinned()[i]) {
+                    state.v[i] = Vec3::new(0.6, 0.48, -0.64) * speed;
+                }
+                let mut run = Run::new(id, (system, state), 0.01);
+                run.step();
+                run.state.v
+            };
+            let (moved, still) = (after(10.0), after(0.0));
+            let kick = moved.iter().zip(&still).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+            if kick > 1e-12 {
+                kicked.push(format!("{id}, {law:?}: {kick:.3e} m/s"));
+            }
+        }
+    }
+    assert!(kicked.is_empty(), "neighbours are kicked: {kicked:#?}");
 }

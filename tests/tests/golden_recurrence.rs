@@ -19,8 +19,6 @@ const EXACT: f64 = 1e-12;
 const CANCELLING: f64 = 1e-11;
 const ITERATIVE: f64 = 1e-9;
 
-type Matrix = fn(f64, f64) -> Amplification;
-
 /// A method with its rule for a step from as many levels as are known, as a function of `(θ, η)`.
 #[derive(Clone, Copy)]
 struct Case {

@@ -1,11 +1,13 @@
-//! A step allocates nothing: not the first, not after a change of step size, stiffness, damping or
-//! pins, not in contact.
+//! A step allocates nothing: not the first, not after a change of step size, stiffness, damping, masses or
+//! pins, not in contact, with neither law of damping.
 
 use drape_integrator::{PhaseClock, TimeStep};
-use drape_tests::{METHODS, Run, bundled, seconds};
+use drape_model::{DampingLaw, State, System};
+use drape_tests::{METHODS, Run, Sheet, bundled, seconds};
 
 /// Beside those that every test goes through.
-const MORE: [&str; 7] = [
+const MORE: [&str; 8] = [
+    "leapfrog:step=bound",
     "imex-euler:implicit=springs,matrix=rebuilt",
     "imex-euler:preconditioner=none,start=last",
     "imex-updated:forcing_term=1e-9,newton_above=1e300",
@@ -34,28 +36,51 @@ fn steps_allocate_nothing_with_any_method_on_any_kind_of_scene() {
         // Start in contact where there is a table.
         state.x.iter_mut().for_each(|x| x.z -= 0.01);
         for id in METHODS.into_iter().chain(MORE) {
-            let mut run = Run::new(id, (system.clone(), state.clone()), 0.01);
-            let mut clock = PhaseClock::on();
-            let other: TimeStep = seconds(0.005);
-            let count = allocations(|| {
-                let mut step = |run: &mut Run, h: TimeStep| {
-                    let Run { integrator, system, state, .. } = run;
-                    let outcome = integrator.step(system, state, h, &mut clock);
-                    assert!(outcome.is_ok(), "{id} on {scene}");
-                };
-                let h = run.h;
-                (0..4).for_each(|_| step(&mut run, h));
-                step(&mut run, other);
-                assert!(run.system.scale_stiffness("tension", 0.5));
-                step(&mut run, other);
-                assert!(run.system.scale_damping("tension", 2.0));
-                step(&mut run, other);
-                assert!(run.system.set_pinned(210, true) && run.system.set_pinned(0, false));
-                step(&mut run, other);
-                run.integrator.restart(&run.state);
-                (0..4).for_each(|_| step(&mut run, h));
-            });
-            assert_eq!(count, 0, "{id} on {scene}");
+            check(id, scene, (system.clone(), state.clone()));
         }
     }
+}
+
+/// Its remainder beside the linear part, and its directions, need memory of their own.
+#[test]
+fn steps_with_projected_damping_allocate_nothing() {
+    let sheet = Sheet {
+        side: 15,
+        tension: 1e4,
+        shear: 1e3,
+        damping: 10.0,
+        law: DampingLaw::Projected,
+        pinned: true,
+    };
+    for id in METHODS.into_iter().chain(MORE) {
+        check(id, "a sheet with projected damping", sheet.build());
+    }
+}
+
+fn check(id: &str, scene: &str, system: (System, State)) {
+    let mut run = Run::new(id, system, 0.01);
+    let heavier: Vec<f64> = run.system.mass().iter().map(|m| 1.25 * m).collect();
+    let mut clock = PhaseClock::on();
+    let other: TimeStep = seconds(0.005);
+    let count = allocations(|| {
+        let mut step = |run: &mut Run, h: TimeStep| {
+            let Run { integrator, system, state, .. } = run;
+            let outcome = integrator.step(system, state, h, &mut clock);
+            assert!(outcome.is_ok(), "{id} on {scene}");
+        };
+        let h = run.h;
+        (0..4).for_each(|_| step(&mut run, h));
+        step(&mut run, other);
+        assert!(run.system.scale_stiffness("tension", 0.5));
+        step(&mut run, other);
+        assert!(run.system.scale_damping("tension", 2.0));
+        step(&mut run, other);
+        assert!(run.system.set_mass(&heavier));
+        step(&mut run, other);
+        assert!(run.system.set_pinned(210, true) && run.system.set_pinned(0, false));
+        step(&mut run, other);
+        run.integrator.restart(&run.state);
+        (0..4).for_each(|_| step(&mut run, h));
+    });
+    assert_eq!(count, 0, "{id} on {scene}");
 }

@@ -6,7 +6,7 @@
 use drape_integrator::{PhaseClock, SolveStatus, TimeStep};
 use drape_model::{DampingLaw, SpringEffect, State, System, Vec3};
 use drape_oracle::Random;
-use drape_tests::{Run, Sheet, build, method, particles, seconds, spring};
+use drape_tests::{METHODS, Run, Sheet, build, method, particles, seconds, spring};
 
 const IMPLICIT: [&str; 3] = ["imex-updated", "imex-updated:start=last", "backward-euler"];
 
@@ -120,6 +120,82 @@ fn after_a_step_size_that_overflows_the_next_step_is_as_good_as_new() {
         let setups = step(&mut spoilt, true);
         assert_eq!(setups.step_size, 1, "{id}: the rebuild is charged");
         assert_eq!(clean, spoilt, "{id}");
+    }
+}
+
+/// Whether a method, at its settings, factorises a matrix with the stiffness in each step or keeps such a factor.
+fn factorises_stiffness(id: &str) -> bool {
+    let always = [
+        "backward-euler",
+        "bdf2",
+        "terzopoulos-fleischer",
+        "desbrun",
+        "imex-euler",
+        "imex-updated",
+    ];
+    always.iter().any(|method| id.split(':').next() == Some(method))
+        || id.starts_with("baraff-witkin:solver=cholesky")
+        || id.starts_with("imex-sbdf2")
+}
+
+/// Likewise with a stiffness or damping that overflows in the matrix: the state is kept, and when it is scaled back
+/// the step is that of a fresh integrator. Where a method does not refuse, what comes out of the step may be anything,
+/// but nothing of it may stay in the integrator.
+#[test]
+fn after_a_failed_rebuild_the_next_step_is_that_of_a_fresh_integrator() {
+    // So long a step that the products with it overflow where the coefficients do not.
+    const H: f64 = 4.0;
+    let sheet = Sheet {
+        side: 5,
+        tension: 0.05,
+        shear: 0.01,
+        damping: 0.1,
+        law: DampingLaw::Full,
+        pinned: true,
+    };
+    // Powers of two, which leave no rounding behind when they are taken back.
+    let overflow = |system: &mut System, what: &str, back: bool| {
+        let factors = [2.0_f64.powi(1020), 2.0_f64.powi(16)];
+        for factor in factors.map(|factor| if back { factor.recip() } else { factor }) {
+            let changed = match what {
+                "stiffness" => system.scale_stiffness("tension", factor),
+                _ => system.scale_damping("tension", factor),
+            };
+            assert!(changed, "{what}");
+        }
+    };
+    let mut refused = [Vec::new(), Vec::new()];
+    for (what, refused) in ["stiffness", "damping"].into_iter().zip(&mut refused) {
+        for id in METHODS {
+            let mut run = Run::new(id, sheet.build(), H);
+            (0..2).for_each(|_| {
+                run.step();
+            });
+            let before = run.state.clone();
+            overflow(&mut run.system, what, false);
+            let Run { integrator, system, state, h } = &mut run;
+            if integrator.step(system, state, *h, &mut PhaseClock::off()).is_err() {
+                assert_eq!(before, *state, "{id}, {what}: an error leaves the state as it was");
+                refused.push(id);
+            }
+            state.clone_from(&before);
+            overflow(system, what, true);
+            integrator.restart(state);
+            let mut fresh = Run::new(id, (system.clone(), state.clone()), H);
+            for step in 0..2 {
+                run.step();
+                fresh.step();
+                assert_eq!(run.state, fresh.state, "{id}, {what}, step {step}");
+            }
+        }
+    }
+    for id in METHODS.into_iter().filter(|id| factorises_stiffness(id)) {
+        assert!(refused[0].contains(&id), "{id} factorises the stiffness: {refused:?}");
+        assert!(refused[1].contains(&id), "{id} factorises the damping: {refused:?}");
+    }
+    for id in ["leapfrog:solver=cholesky", "symplectic-euler:damping=implicit"] {
+        assert!(!refused[0].contains(&id), "{id} factorises no stiffness");
+        assert!(refused[1].contains(&id), "{id} factorises the damping: {refused:?}");
     }
 }
 

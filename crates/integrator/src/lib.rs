@@ -16,7 +16,7 @@
 //!   the rebuild is charged to the step that caused it, by [cause](Setups). A changed sparsity
 //!   pattern asks for `prepare` again.
 //! * Blow-up is a result, not an error. `Err` is for broken contracts and leaves the state as it
-//!   was. A solver that stops early says so in [`StepReport::solve`].
+//!   was (but for velocities of pinned particles, which a step sets to 0 before anything else). A solver that stops early says so in [`StepReport::solve`].
 //!
 //! # What is shared
 //!

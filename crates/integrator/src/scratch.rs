@@ -1,7 +1,7 @@
 //! Scratch memory of an integrator: there after `prepare`, checked at each step.
 
 use crate::StepError;
-use drape_model::{State, System};
+use drape_model::{State, System, Vec3};
 
 /// What `prepare` allocated, with the topology that it fits.
 #[derive(Debug)]
@@ -26,18 +26,23 @@ impl<W> Scratch<W> {
         self.prepared.as_mut().map(|(_, workspace)| workspace)
     }
 
-    /// The memory for a step.
+    /// The memory for a step. A pinned particle does not move: whatever velocity the state has for it is set to 0, so
+    /// that it pulls no neighbour.
     ///
     /// # Errors
     /// [`StepError::SizeMismatch`] when the state does not fit the system,
     /// [`StepError::NeedsPrepare`] when nothing was prepared for this topology.
-    pub fn ready(&mut self, system: &System, state: &State) -> Result<&mut W, StepError> {
+    pub fn ready(&mut self, system: &System, state: &mut State) -> Result<&mut W, StepError> {
         let expected = system.len();
         if let Some(found) = [state.x.len(), state.v.len()].into_iter().find(|&n| n != expected) {
             return Err(StepError::SizeMismatch { expected, found });
         }
         match &mut self.prepared {
             Some((topology, workspace)) if *topology == system.revisions().topology => {
+                for (v, _) in state.v.iter_mut().zip(system.pinned()).filter(|(_, pinned)| **pinned)
+                {
+                    *v = Vec3::zeros();
+                }
                 Ok(workspace)
             }
             _ => Err(StepError::NeedsPrepare),

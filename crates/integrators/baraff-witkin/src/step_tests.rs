@@ -329,9 +329,8 @@ fn a_smaller_forcing_term_takes_more_iterations_and_comes_closer_to_the_direct_s
             let report = run.step();
             assert_eq!(report.solve, SolveStatus::Converged, "{text}");
             assert!(report.relative_residual <= settings(&text).forcing_term, "{text}: {report:?}");
-            // One product for the right-hand side, one for the first residual, one a refresh, and
-            // one for z: the pins were in motion.
-            assert!(report.matvecs >= report.cg_iterations + 3, "{text}: {report:?}");
+            // One product for the right-hand side, one for the first residual, one a refresh.
+            assert!(report.matvecs >= report.cg_iterations + 2, "{text}: {report:?}");
             assert!(report.cg_iterations > iterations, "{text}: {report:?}");
             iterations = report.cg_iterations;
             let distance = (flat(&run.state.v) - flat(&exact.state.v)).norm();
@@ -425,6 +424,9 @@ fn numbers_that_overflow_are_a_result_or_a_refusal_that_leaves_the_state() {
             let mut run = Run::new(text, build(&spec), H);
             run.state.x[4].y = bad;
             run.state.v[5].x = bad;
+            for i in (0..run.state.len()).filter(|&i| run.system.pinned()[i]) {
+                run.state.v[i] = Vec3::zeros(); // as a step does first of all
+            }
             let before = format!("{:?}", run.state);
             match run.try_step() {
                 Ok(report) => assert!(bad == 1e200 || report.solve != SolveStatus::Converged),

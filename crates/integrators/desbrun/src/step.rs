@@ -52,10 +52,10 @@ impl Integrator for Desbrun {
         w.linear.apply_preconditioner(w.viscous.impulse(), &mut w.change); // Δv = h M⁻¹ F_filtered
         report.matvecs = if self.settings.inverse == Inverse::Cholesky { 1 } else { 2 };
         let v = &mut w.contacts.free_velocity;
-        v.copy_from_slice(w.viscous.velocity());
+        v.copy_from_slice(&state.v);
         v.iter_mut().zip(&w.change).for_each(|(v, change)| *v += change);
         if self.settings.torque == Torque::Consistent {
-            damping_force(system, &state.x, w.viscous.velocity(), &mut w.damping);
+            damping_force(system, &state.x, &state.v, &mut w.damping);
         }
         correct(self.settings.torque, system, h, &state.x, &w.change, &w.damping, v);
         kick(system, h, w.viscous.external(), v); // v_n + h M⁻¹ (F_filtered + F_corr + f_external)

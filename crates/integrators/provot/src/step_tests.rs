@@ -173,12 +173,7 @@ fn pinned_ends_do_not_move_and_two_leave_the_spring_as_it_is() {
 fn the_result_depends_on_the_order_of_the_springs() {
     let run = |order, sweeps| {
         let settings = ProvotSettings {
-            elongation: ElongationSettings {
-                limit: 0.02,
-                order,
-                sweeps,
-                ..ElongationSettings::default()
-            },
+            elongation: ElongationSettings { limit: 0.02, order, sweeps },
             ..ProvotSettings::default()
         };
         let mut run = Run::new(with(settings), &sheet(6, 400.0), 0.005);
@@ -225,7 +220,6 @@ fn energy_is_lost_with_corrected_velocities_and_gained_with_positions_only() {
         let settings = ProvotSettings {
             elongation: ElongationSettings { limit, ..ElongationSettings::default() },
             velocity,
-            ..ProvotSettings::default()
         };
         let mut run = Run::new(with(settings), &sheet(6, 400.0), 0.005);
         let start = run.system.total_energy(&run.state);
@@ -257,7 +251,6 @@ fn momentum_is_conserved_with_unequal_masses_and_either_velocity() {
         let settings = ProvotSettings {
             elongation: ElongationSettings { limit: 0.02, ..ElongationSettings::default() },
             velocity,
-            ..ProvotSettings::default()
         };
         let mut run = Run::new(with(settings), &spec, 0.005);
         let momentum = run.system.momentum(&run.state);
@@ -389,14 +382,8 @@ fn settings_are_read_and_wrong_ones_refused() {
     let all =
         [("limit", "0.5"), ("sweeps", "7"), ("order", "shuffled"), ("velocity", "positions-only")];
     let expected = ProvotSettings {
-        elongation: ElongationSettings {
-            limit: 0.5,
-            sweeps: 7,
-            order: SweepOrder::Shuffled,
-            ..ElongationSettings::default()
-        },
+        elongation: ElongationSettings { limit: 0.5, sweeps: 7, order: SweepOrder::Shuffled },
         velocity: VelocityUpdate::PositionsOnly,
-        ..ProvotSettings::default()
     };
     assert_eq!(ProvotSettings::from_pairs(all).expect("valid"), expected);
     for pair in [

@@ -1,0 +1,127 @@
+//! What a method cannot honour is refused by name, before anything runs.
+
+use drape_harness::methods;
+use drape_integrator::{Method, Order, PrepareError, Quantity, StabilityClass, Support, Treatment};
+use drape_model::{DampingLaw, ObstacleSpec, SpringEffect, State, System, Vec3};
+use drape_tests::{Sheet, build, bundled, gravity, method, particles, pin, seconds, spring};
+
+/// Everything that a system can have.
+const KNOWN: [&str; 6] = ["tension", "shear", "bending", "gravity", "pins", "contact"];
+
+/// A method that supports what is listed.
+const fn supporting(supports: &'static [Support]) -> Method {
+    Method {
+        id: "choosy",
+        name: "a choosy method",
+        source: "",
+        order: Order::One,
+        class: StabilityClass::Dissipative,
+        conserves: &[Quantity::Momentum],
+        theory: "",
+        supports,
+        settings: &[],
+    }
+}
+
+macro_rules! all_but {
+    ($($effect:literal),*) => {
+        supporting(&[$(Support::new($effect, Treatment::Explicit)),*])
+    };
+}
+
+/// Methods that lack one thing each, in the order of [`KNOWN`].
+static CHOOSY: [Method; 6] = [
+    all_but!("shear", "bending", "gravity", "pins", "contact"),
+    all_but!("tension", "bending", "gravity", "pins", "contact"),
+    all_but!("tension", "shear", "gravity", "pins", "contact"),
+    all_but!("tension", "shear", "bending", "pins", "contact"),
+    all_but!("tension", "shear", "bending", "gravity", "contact"),
+    all_but!("tension", "shear", "bending", "gravity", "pins"),
+];
+
+/// A system that has exactly one of the things that are known.
+fn with(what: &str) -> System {
+    let positions = [Vec3::zeros(), Vec3::x()];
+    let mut spec = particles(&[1.0; 2], &positions, &[]);
+    for effect in SpringEffect::ALL.into_iter().filter(|effect| effect.name() == what) {
+        spec.springs = vec![spring(effect, (0, 1), 1.0, 10.0, 0.0)];
+    }
+    match what {
+        "gravity" => spec.effects.gravity = gravity(),
+        "pins" => spec.pins = vec![pin(0)],
+        "contact" => {
+            let (point_m, normal) = ([0.0; 3], Vec3::z().into());
+            spec.obstacles = vec![ObstacleSpec::Plane { point_m, normal, restitution: 0.0 }];
+        }
+        _ => {}
+    }
+    build(&spec).0
+}
+
+#[test]
+fn a_system_with_something_that_a_method_does_not_support_is_refused_by_its_name() {
+    for (choosy, missing) in CHOOSY.iter().zip(KNOWN) {
+        for what in KNOWN {
+            match choosy.check(&with(what)) {
+                Ok(()) => assert_ne!(what, missing, "{missing} passes"),
+                Err(error) => {
+                    assert_eq!(what, missing, "{error}");
+                    let named = matches!(&error, PrepareError::Unsupported { method: "choosy", what }
+                        if what == missing);
+                    let text = error.to_string();
+                    assert!(named && text.contains("choosy") && text.contains(missing), "{text}");
+                }
+            }
+        }
+    }
+}
+
+/// What the other test leaves out of the list of what is known is no effect of any system.
+#[test]
+fn the_methods_of_the_registry_support_everything_that_a_system_can_have() {
+    let (sheared, _) = bundled("hanging-textile-sheared-1e6");
+    for what in KNOWN {
+        let system = with(what);
+        let mut effects = system.effects().chain(sheared.effects());
+        assert!(effects.all(|effect| KNOWN.contains(&effect.name())), "{what}");
+    }
+    for method in methods::all() {
+        for what in KNOWN {
+            let times = method.supports.iter().filter(|support| support.effect == what).count();
+            assert_eq!(times, 1, "{}: {what}", method.id);
+            let outcome = method.check(&with(what));
+            assert!(outcome.is_ok(), "{}: {outcome:?}", method.id);
+        }
+        assert_eq!(method.supports.len(), KNOWN.len(), "{}: {:?}", method.id, method.supports);
+    }
+}
+
+#[test]
+fn a_dense_inverse_beyond_its_limit_is_refused_with_its_size() {
+    let sheet = Sheet {
+        side: 52,
+        tension: 1e4,
+        shear: 0.0,
+        damping: 1.0,
+        law: DampingLaw::Full,
+        pinned: true,
+    };
+    let (system, _): (System, State) = sheet.build();
+    let entries = 8 * (52_u64 * 52).pow(2);
+    let mut integrator = method("desbrun:inverse=dense,memory_limit_mib=1");
+    let error = integrator.prepare(&system, seconds(0.01)).expect_err("too large");
+    let PrepareError::TooLarge { bytes, limit } = error else { panic!("{error}") };
+    assert_eq!(limit, 1 << 20);
+    assert!(bytes >= entries && bytes < 4 * entries, "{bytes}");
+    let text = error.to_string();
+    for number in [bytes.to_string(), limit.to_string()] {
+        assert!(text.contains(&number), "{text}");
+    }
+    // The size in the message is the limit to ask for.
+    let mib = bytes.div_ceil(1 << 20);
+    for (limit, fits) in [(mib - 1, false), (mib, true)] {
+        let mut integrator = method(&format!("desbrun:inverse=dense,memory_limit_mib={limit}"));
+        let outcome = integrator.prepare(&system, seconds(0.01));
+        assert_eq!(outcome.is_ok(), fits, "{limit} of {mib} MiB: {outcome:?}");
+    }
+}
