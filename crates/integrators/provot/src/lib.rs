@@ -54,7 +54,7 @@
 //! | symbol | name in the code | unit | shape |
 //! |---|---|---|---|
 //! | `h` | `h` | s | |
-//! | `τ_c` | [`ProvotSettings::limit`] | – | |
+//! | `τ_c` | [`drape_integrator::ElongationSettings::limit`] | – | |
 //! | `x`, before the correction | `uncorrected` | m | `n` × 3 |
 //! | `ℓ`, `L` | [`drape_integrator::ElongationLimit`] | m | per spring |
 //! | `w` | `inverse_mass` | 1/kg | `n` |
