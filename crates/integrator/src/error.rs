@@ -15,8 +15,9 @@ pub enum PrepareError {
     },
     /// An operator would need more memory than was allowed; nothing was allocated for it.
     #[error(
-        "the dense inverse would take {bytes} bytes, the limit is {limit}; raise the limit, take fewer \
-         particles or a sparse factor"
+        "the dense inverse and its work space would take {bytes} bytes, the limit is {limit}; set `memory_limit_mib` \
+         to {} or more, take fewer particles or `inverse=cholesky`",
+        .bytes.div_ceil(1 << 20)
     )]
     TooLarge {
         /// Memory that it would take.

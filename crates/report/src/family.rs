@@ -4,11 +4,11 @@ use crate::plot::Look;
 
 /// Families in the order of their panels: title and method ids.
 const FAMILIES: [(&str, &[&str]); 5] = [
-    ("Explicit", &["explicit-euler", "symplectic-euler", "leapfrog", "provot", "adams-bashforth2"]),
+    ("Explicit", &["explicit-euler", "symplectic-euler", "leapfrog", "adams-bashforth2"]),
     ("Implicit", &["backward-euler", "baraff-witkin", "terzopoulos-fleischer", "bdf2"]),
     ("Implicit-explicit, one step", &["imex-euler", "imex-updated"]),
     ("Implicit-explicit, two steps", &["imex-sbdf2", "imex-cnab2", "imex-mcnab2", "imex-cnlf"]),
-    ("Filtered forces", &["desbrun", "kang"]),
+    ("Filtered or corrected", &["provot", "desbrun", "kang"]),
 ];
 const OTHERS: &str = "Other methods";
 
@@ -67,7 +67,7 @@ mod tests {
         ];
         let families = families(rows.into_iter());
         let titles: Vec<_> = families.iter().map(|family| family.title).collect();
-        assert_eq!(titles, ["Implicit-explicit, one step", "Filtered forces", OTHERS]);
+        assert_eq!(titles, ["Implicit-explicit, one step", "Filtered or corrected", OTHERS]);
         let labels: Vec<_> = families[1].members.iter().map(|(label, _)| *label).collect();
         assert_eq!(labels, ["kang, 8 sweeps", "kang"]);
     }

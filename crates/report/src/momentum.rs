@@ -17,9 +17,9 @@ pub(crate) const PLATES: &[Plate<Input>] = &[
         file: "momentum-spin-left.svg",
         title: "How much of its spin a free cloth keeps for one second",
         caption: "Angular momentum about the centre of mass after one second over that of the start, |L|/|L₀|; the \
-            truth is 1. Undamped and unpinned: a sheet of 20 × 20 particles that turns over and over at 2 rad/s, the \
-            same sheet falling and spinning like a disc, with one side heavier than the other, and two particles on \
-            a spring. h = 0.01 s; explicit methods take shorter steps below their limit. Linear solves are tight \
+            truth is 1. Undamped and unpinned: a sheet of 20 × 20 particles that turns over and over at 2 rad/s (`spin`), the \
+            same sheet falling and spinning like a disc, with one side heavier than the other (`fall`), and two \
+            particles on a spring (`pair`), each at the k/m that stands behind its name. h = 0.01 s; explicit methods take shorter steps below their limit. Linear solves are tight \
             unless a tolerance ε is named. Crossed out on the right edge: the run diverged or gained more energy \
             than there was in the spin.",
         sheet: spin_left,

@@ -19,7 +19,7 @@ pub(crate) const PLATES: &[Plate<Input>] = &[
         caption: "A small sheet falls for 0.25 s. For each method and scene the slope of log e over log h, where e is \
             the error of the positions against an adaptive reference solution and h the time step; four steps, each \
             half the one before. The black upright bar is the order that theory gives (none where none is claimed). \
-            Smooth scenes: every step resolves every oscillation. Stiff scenes, with k/m above 10⁴ s⁻²: it does \
+            Smooth scenes: every step resolves every oscillation. Stiff scenes, with k/m of 10⁴ and 10⁶ s⁻²: it does \
             not, and what is left of the order is drawn. A crossed-out marker at the left end: fewer than three \
             of the runs did not diverge, so that there is no slope.",
         sheet: observed,

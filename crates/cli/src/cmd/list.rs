@@ -65,7 +65,7 @@ fn describe(text: &mut String, method: &Method) -> std::fmt::Result {
     )?;
     let conserved: Vec<_> = method.conserves.iter().map(|quantity| quantity.name()).collect();
     let conserved = if conserved.is_empty() { "nothing".to_owned() } else { conserved.join(", ") };
-    writeln!(text, "    conserves {conserved}; {}", method.theory)?;
+    writeln!(text, "    conserves {conserved}, to the tolerance of its solve; {}", method.theory)?;
     let supports: Vec<_> = method
         .supports
         .iter()

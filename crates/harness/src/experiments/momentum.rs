@@ -456,8 +456,12 @@ fn stated(facts: &Facts, what: &str, pick: Pick) -> Option<String> {
 fn unstated(facts: &Facts, what: &str, pick: Pick) -> Option<String> {
     let drifts = drifts(facts, pick, false);
     let moved: Vec<_> = drifts.iter().filter(|(_, drift, _)| *drift > KEPT).collect();
-    (!moved.is_empty())
-        .then(|| format!("Drift of {what} momentum where none was excluded: {}.", listed(&moved)))
+    (!moved.is_empty()).then(|| {
+        format!(
+            "Drift of {what} momentum of variants that do not claim to keep it: {}.",
+            listed(&moved)
+        )
+    })
 }
 
 /// Spin that is left to the sheet: who keeps it, who loses or gains how much.
@@ -505,7 +509,9 @@ fn correction(facts: &Facts) -> Option<String> {
         .collect();
     (!lines.is_empty()).then(|| {
         format!(
-            "Spin left by Desbrun's correction of torques, beside an independent prototype: {}.",
+            "Spin left by Desbrun's correction of torques, beside an independent prototype that was written before drape: {}. \
+             Here the consistent correction takes its lever arms at the old positions, which keeps the angular momentum to \
+             round-off; where the prototype took them is not known.",
             lines.join("; ")
         )
     })

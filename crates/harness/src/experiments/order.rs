@@ -342,6 +342,7 @@ fn unclaimed(scene: &Scene, row: &Row) -> Option<String> {
 fn stiffness(scene: &Scene, rows: &[&Row]) -> String {
     let mut kept = Vec::new();
     let mut reduced = Vec::new();
+    let mut unclaimed = Vec::new();
     let mut lost = Vec::new();
     let mut few = Vec::new();
     let mut failed = Vec::new();
@@ -352,6 +353,7 @@ fn stiffness(scene: &Scene, rows: &[&Row]) -> String {
         match (finest, row.order) {
             (None, _) => failed.push(row.label.clone()),
             (Some(e), _) if e >= LOST => lost.push(format!("{}{}", row.label, error())),
+            (_, Some(p)) if row.theory.is_none() => unclaimed.push(order(p)),
             (_, Some(p)) if row.error_constant.is_some() => kept.push(order(p)),
             (_, Some(p)) => reduced.push(order(p)),
             (_, None) => few.push(format!("{} ({})", row.label, row.fitted)),
@@ -360,6 +362,7 @@ fn stiffness(scene: &Scene, rows: &[&Row]) -> String {
     let lines: Vec<_> = [
         ("the order of theory is seen with", kept),
         ("another order with", reduced),
+        ("an order where none is claimed:", unclaimed),
         ("off by half the motion or more at the finest step (error in brackets):", lost),
         ("too few runs for an order (their number in brackets):", few),
         ("diverged even at the finest step:", failed),

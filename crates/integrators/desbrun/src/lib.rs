@@ -17,14 +17,14 @@
 //! ```
 //!
 //! Viscosity passes the filter, gravity does not. Up to that, this *is* IMEX Euler (EEH (21)) with another solver:
-//! without external forces the two give the same trajectory.
+//! with `torque=none` and without external forces the two give the same trajectory.
 //!
 //! What the constant matrix does wrong is rotation: it resists sideways motion of every spring. The filtered forces
 //! no longer sum up to zero torque, and Desbrun et al. correct that after the step (`torque`).
 //!
 //! # How the code does it
 //!
-//! * `inverse=cholesky` (default) keeps a sparse Cholesky factor of `A`; `inverse=dense` keeps `A⁻¹` itself, `n²` numbers, as
+//! * `inverse=cholesky` (default) keeps a sparse Cholesky factor of `A`; `inverse=dense` keeps `A⁻¹` itself, `n²` numbers and as many of work space, as
 //!   published. Both are exact. A dense inverse that would take more than `memory_limit_mib` is refused before it is
 //!   allocated. Both are rebuilt, and the step that needs it is charged, when `h`, a stiffness, a damping coefficient, a
 //!   mass or a pin changes. Rows of pinned particles are taken out; their springs stay in the diagonal of
@@ -39,7 +39,7 @@
 //!
 //! # What it cost and where it failed here
 //!
-//! Order 1, momentum conserved. With `torque=none`, full damping, no contacts and no pins under gravity it *is* IMEX Euler: its
+//! Order 1, momentum conserved. With `torque=none`, full damping, no contacts and not both pins and gravity it *is* IMEX Euler: its
 //! energy never rises, and a stiff sheet *locks*: springs lose sideways velocity by `1/(1+θ)` a step. Neither contacts, which act
 //! outside the filter, nor the corrections have such a theorem: the stiff square table gained 0.4 J at h = 0.01 s. The torque correction restores the rotation of the whole and nothing else; drape and folds stay locked. Filtered
 //! gravity would be slower still; unfiltered gravity beside pins costs the energy theorem.
@@ -67,6 +67,7 @@
 //! | `h F̃` | [`drape_integrator::ViscousImpulse`] | kg m/s | `n` × 3 |
 //! | `F_filtered` | `filtered` | N | `n` × 3 |
 //! | `δT` | `torque` | N m | 3 |
+//! | `θ = h²k/m` | – | – | |
 //! | `I_G` | `inertia` | kg m² | 3 × 3 |
 
 mod settings;

@@ -13,8 +13,8 @@ pub static DESBRUN: Method = Method {
     order: Order::One,
     class: StabilityClass::Dissipative,
     conserves: &[Quantity::Momentum, Quantity::AngularMomentum],
-    theory: "IMEX Euler with unfiltered external forces: with torque=none, full damping, no contacts and no pins under \
-             gravity it never gains energy; locks for h²k/m above 1; the consistent correction keeps the angular \
+    theory: "IMEX Euler with unfiltered external forces: with torque=none, full damping, no contacts and not both pins \
+             and gravity it never gains energy; locks for h²k/m above 1; the consistent correction keeps the angular \
              momentum of the whole, at the price of energy, and nothing else of the motion",
     supports: &[
         Support::new("tension", Treatment::Implicit),
@@ -36,7 +36,7 @@ pub static DESBRUN: Method = Method {
             key: "memory_limit_mib",
             kind: Kind::Integer { min: 1, max: 1_048_576 },
             default: "2048",
-            help: "a dense inverse that would take more than this many MiB is refused",
+            help: "inverse=dense is refused where the inverse and its work space would take more than this many MiB",
         },
         Setting {
             key: "torque",

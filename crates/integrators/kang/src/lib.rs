@@ -62,7 +62,9 @@
 //! | `D` | `diagonal` | kg | `n` |
 //! | `h F̃` | [`drape_integrator::ViscousImpulse`] | kg m/s | `n` × 3 |
 //! | `Δv` | `change` | m/s | `n` × 3 |
-//! | `S = h² Σ k/m`, `θ = h²k/m`, `γ` | – | – | |
+//! | `S = h² Σ k/m` of a particle | – | – | |
+//! | `θ = h²κ`, `η = hδ`, with the eigenvalues `κ` of `M⁻¹L_k` and `δ` of `M⁻¹L_c` of a shape | – | – | |
+//! | `γ`, its eigenvalue of Jacobi's iteration | – | – | |
 
 mod settings;
 mod step;

@@ -46,7 +46,7 @@ pub static IMEX_SBDF2: Method = two_step(
     "imex-sbdf2",
     "IMEX BDF2 (SBDF2)",
     "EEH (7)-(9); Ascher, Ruuth and Wetton 1995",
-    "free rotation is kept, so linear theory knows no locking; stiff modes are damped; explicit springs \
+    "slow rotation is kept to order 2, so linear theory knows no locking, but a stiff sheet lags behind; stiff modes are damped; explicit springs \
      beside stiff implicit ones are stable below a third of their stiffness",
 );
 
@@ -55,7 +55,7 @@ pub static IMEX_CNAB2: Method = two_step(
     "imex-cnab2",
     "IMEX Crank-Nicolson Adams-Bashforth (CNAB2)",
     "EEH (7)-(9); Ascher, Ruuth and Wetton 1995",
-    "free rotation is kept; stiff modes ring undamped, so that any explicit stiffness beside them, even a \
+    "slow rotation is kept to order 2, but a stiff sheet lags behind; stiff modes ring undamped, so that any explicit stiffness beside them, even a \
      small one, makes them grow",
 );
 
@@ -64,7 +64,7 @@ pub static IMEX_MCNAB2: Method = two_step(
     "imex-mcnab2",
     "modified IMEX Crank-Nicolson Adams-Bashforth (MCNAB2)",
     "EEH (7)-(9); Ascher, Ruuth and Wetton 1995",
-    "free rotation is kept; stiff modes are damped to a third in each step; explicit springs beside stiff implicit \
+    "slow rotation is kept to order 2, but a stiff sheet lags behind; stiff modes are damped to a third in each step; explicit springs beside stiff implicit \
      ones are stable below an eighth of their stiffness",
 );
 
@@ -73,7 +73,7 @@ pub static IMEX_CNLF: Method = two_step(
     "imex-cnlf",
     "IMEX Crank-Nicolson leapfrog (CNLF)",
     "EEH (7)-(9); Ascher, Ruuth and Wetton 1995",
-    "free rotation is kept, but so is its parasitic mode, which alternates from step to step and which \
+    "slow rotation is kept to order 2, but so is its parasitic mode, which alternates from step to step and which \
      contacts feed until it gains energy",
 );
 
