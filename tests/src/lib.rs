@@ -5,9 +5,9 @@ pub mod equations;
 use drape_harness::methods::Choice;
 use drape_integrator::{Integrator, PhaseClock, StepReport, TimeStep};
 use drape_model::{
-    Cloth, DampingLaw, Effects, EffectsSpec, GravitySpec, Grid, ParticlesSpec, Pin, PinSpec, Scene,
-    SpringEffect, SpringLaw, SpringSpec, State, System, SystemSpec, TimeSpan, Vec3,
+    Cloth, DampingLaw, Effects, Grid, Pin, Scene, SpringLaw, State, System, SystemSpec, TimeSpan,
 };
+pub use drape_oracle::scenes::{GRAVITY, gravity, particles, pin, spring};
 
 /// Every method, with settings that lead through different code.
 pub const METHODS: [&str; 37] = [
@@ -49,9 +49,6 @@ pub const METHODS: [&str; 37] = [
     "imex-mcnab2:implicit=tension,start=last",
     "imex-cnlf",
 ];
-
-/// The acceleration of gravity in all scenes here, m/s².
-pub const GRAVITY: Vec3 = Vec3::new(0.0, 0.0, -9.81);
 
 /// An integrator by its id and settings, as on the command line.
 ///
@@ -108,54 +105,6 @@ impl Run {
     pub fn energy(&self) -> f64 {
         self.system.total_energy(&self.state)
     }
-}
-
-/// A frozen system of free particles on which nothing acts.
-pub fn particles(mass: &[f64], position: &[Vec3], velocity: &[Vec3]) -> SystemSpec {
-    let list = |vectors: &[Vec3]| vectors.iter().map(|&a| a.into()).collect();
-    SystemSpec {
-        format: "drape-system/1".to_owned(),
-        name: "test".to_owned(),
-        particles: ParticlesSpec {
-            mass_kg: mass.to_vec(),
-            position_m: list(position),
-            velocity_m_s: list(velocity),
-        },
-        springs: Vec::new(),
-        damping: DampingLaw::Full,
-        triangles: Vec::new(),
-        pins: Vec::new(),
-        effects: EffectsSpec::default(),
-        obstacles: Vec::new(),
-    }
-}
-
-/// A spring between two particles.
-pub fn spring(
-    effect: SpringEffect,
-    (i, j): (usize, usize),
-    rest_length: f64,
-    stiffness: f64,
-    damping: f64,
-) -> SpringSpec {
-    SpringSpec {
-        effect,
-        i: i as u32,
-        j: j as u32,
-        rest_length_m: rest_length,
-        stiffness_n_per_m: stiffness,
-        damping_n_s_per_m: damping,
-    }
-}
-
-/// Pins a particle.
-pub fn pin(particle: usize) -> PinSpec {
-    PinSpec { particle: particle as u32 }
-}
-
-/// The usual gravity.
-pub fn gravity() -> Option<GravitySpec> {
-    Some(GravitySpec { m_s2: GRAVITY.into() })
 }
 
 /// Builds a frozen system.

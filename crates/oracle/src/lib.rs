@@ -37,5 +37,6 @@ pub mod order;
 mod random;
 pub mod recurrence;
 pub mod reference;
+pub mod scenes;
 
 pub use random::Random;

@@ -2,10 +2,8 @@
 
 use crate::{BaraffWitkin, BaraffWitkinSettings};
 use drape_integrator::{Integrator, PhaseClock, StepError, StepReport, TimeStep};
-use drape_model::{
-    DampingLaw, EffectsSpec, GravitySpec, ParticlesSpec, PinSpec, SpringEffect, SpringSpec, State,
-    System, SystemSpec, Vec3, parse,
-};
+use drape_model::{DampingLaw, GravitySpec, SpringEffect, State, System, SystemSpec, Vec3, parse};
+pub(crate) use drape_oracle::scenes::{particles, pin, spring};
 
 pub(crate) const H: f64 = 0.01;
 
@@ -42,47 +40,6 @@ impl Run {
 
 fn step_size(h: f64) -> TimeStep {
     TimeStep::new(h).unwrap_or_else(|error| panic!("{error}"))
-}
-
-/// Free particles on which nothing acts.
-pub(crate) fn particles(mass: &[f64], position: &[Vec3], velocity: &[Vec3]) -> SystemSpec {
-    let list = |vectors: &[Vec3]| vectors.iter().map(|&a| a.into()).collect();
-    SystemSpec {
-        format: "drape-system/1".to_owned(),
-        name: "test".to_owned(),
-        particles: ParticlesSpec {
-            mass_kg: mass.to_vec(),
-            position_m: list(position),
-            velocity_m_s: list(velocity),
-        },
-        springs: Vec::new(),
-        damping: DampingLaw::Full,
-        triangles: Vec::new(),
-        pins: Vec::new(),
-        effects: EffectsSpec::default(),
-        obstacles: Vec::new(),
-    }
-}
-
-pub(crate) fn spring(
-    effect: SpringEffect,
-    (i, j): (usize, usize),
-    rest_length: f64,
-    stiffness: f64,
-    damping: f64,
-) -> SpringSpec {
-    SpringSpec {
-        effect,
-        i: i as u32,
-        j: j as u32,
-        rest_length_m: rest_length,
-        stiffness_n_per_m: stiffness,
-        damping_n_s_per_m: damping,
-    }
-}
-
-pub(crate) fn pin(particle: usize) -> PinSpec {
-    PinSpec { particle: particle as u32 }
 }
 
 pub(crate) fn gravity(z: f64) -> Option<GravitySpec> {

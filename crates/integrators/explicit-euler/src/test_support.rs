@@ -2,49 +2,18 @@
 
 use drape_integrator::{Integrator, PhaseClock, StepReport, TimeStep};
 use drape_model::{
-    DampingLaw, EffectsSpec, GravitySpec, ObstacleSpec, ParticlesSpec, PinSpec, SpringEffect,
-    SpringSpec, State, System, SystemSpec, Vec3,
+    DampingLaw, ObstacleSpec, PinSpec, SpringEffect, SpringSpec, State, System, SystemSpec, Vec3,
 };
-
-pub(crate) const GRAVITY: Vec3 = Vec3::new(0.0, 0.0, -9.81);
-
-/// Particles on which nothing acts.
-pub(crate) fn particles(mass: &[f64], x: &[Vec3], v: &[Vec3]) -> SystemSpec {
-    let list = |vectors: &[Vec3]| vectors.iter().map(|&a| a.into()).collect();
-    SystemSpec {
-        format: "drape-system/1".to_owned(),
-        name: "test".to_owned(),
-        particles: ParticlesSpec {
-            mass_kg: mass.to_vec(),
-            position_m: list(x),
-            velocity_m_s: list(v),
-        },
-        springs: Vec::new(),
-        damping: DampingLaw::Full,
-        triangles: Vec::new(),
-        pins: Vec::new(),
-        effects: EffectsSpec::default(),
-        obstacles: Vec::new(),
-    }
-}
+use drape_oracle::scenes;
+pub(crate) use drape_oracle::scenes::{GRAVITY, gravity, particles};
 
 pub(crate) fn spring((i, j): (u32, u32), rest: f64, stiffness: f64, damping: f64) -> SpringSpec {
-    SpringSpec {
-        effect: SpringEffect::Tension,
-        i,
-        j,
-        rest_length_m: rest,
-        stiffness_n_per_m: stiffness,
-        damping_n_s_per_m: damping,
-    }
+    let ends = (i as usize, j as usize);
+    scenes::spring(SpringEffect::Tension, ends, rest, stiffness, damping)
 }
 
 pub(crate) fn pin(particle: u32) -> PinSpec {
-    PinSpec { particle }
-}
-
-pub(crate) fn gravity() -> Option<GravitySpec> {
-    Some(GravitySpec { m_s2: GRAVITY.into() })
+    scenes::pin(particle as usize)
 }
 
 pub(crate) fn floor(restitution: f64) -> ObstacleSpec {

@@ -70,11 +70,6 @@ impl Past {
         if let Some(forces) = forces {
             std::mem::swap(&mut self.forces, forces);
         }
-        // Whatever velocity a pinned particle came with, it has not moved.
-        for i in (0..state.len()).filter(|&i| system.pinned()[i] && state.v[i] != Vec3::zeros()) {
-            self.level.rewrite(i, |_| [state.x[i], Vec3::zeros()]);
-            self.forces_fit = false;
-        }
     }
 
     /// Rewrites the past of a particle whose contact changed. In the constrained directions it has been on

@@ -6,7 +6,7 @@ use drape_integrator::{
     Integrator, Method, Phase, PhaseClock, PrepareError, Scratch, StepError, StepReport, TimeStep,
     drift,
 };
-use drape_model::{State, System, Vec3};
+use drape_model::{State, System};
 
 /// Adams–Bashforth of one to three steps.
 #[derive(Debug, Default)]
@@ -43,9 +43,6 @@ impl Integrator for AdamsBashforth {
         let w = self.scratch.ready(system, state)?;
         let h = h.seconds();
         clock.switch(Phase::Forces);
-        for i in (0..state.len()).filter(|&i| system.pinned()[i]) {
-            state.v[i] = Vec3::zeros();
-        }
         w.history.refresh(system, h, ADAMS_RATIOS);
         let mut report = StepReport { force_evaluations: 1, ..StepReport::default() };
         w.accelerate(system, state); // a_n = M⁻¹ f(x_n, v_n)

@@ -8,10 +8,8 @@ mod recurrence;
 
 use crate::{AdamsBashforth, AdamsBashforthSettings, Bdf, BdfSettings, Steps};
 use drape_integrator::{Integrator, PhaseClock, StageSettings, StepReport, TimeStep};
-use drape_model::{
-    DampingLaw, EffectsSpec, GravitySpec, ParticlesSpec, PinSpec, SpringEffect, SpringSpec, State,
-    System, SystemSpec, Vec3,
-};
+use drape_model::{DampingLaw, PinSpec, SpringEffect, SpringSpec, State, System, SystemSpec, Vec3};
+use drape_oracle::scenes::{self, gravity, particles};
 
 const STEPS: [Steps; 3] = [Steps::One, Steps::Two, Steps::Three];
 
@@ -69,42 +67,13 @@ impl Run {
     }
 }
 
-fn particles(mass: &[f64], position: &[Vec3], velocity: &[Vec3]) -> SystemSpec {
-    let list = |vectors: &[Vec3]| vectors.iter().map(|&a| a.into()).collect();
-    SystemSpec {
-        format: "drape-system/1".to_owned(),
-        name: "test".to_owned(),
-        particles: ParticlesSpec {
-            mass_kg: mass.to_vec(),
-            position_m: list(position),
-            velocity_m_s: list(velocity),
-        },
-        springs: Vec::new(),
-        damping: DampingLaw::Full,
-        triangles: Vec::new(),
-        pins: Vec::new(),
-        effects: EffectsSpec::default(),
-        obstacles: Vec::new(),
-    }
-}
-
 fn spring((i, j): (u32, u32), rest_length: f64, stiffness: f64, damping: f64) -> SpringSpec {
-    SpringSpec {
-        effect: SpringEffect::Tension,
-        i,
-        j,
-        rest_length_m: rest_length,
-        stiffness_n_per_m: stiffness,
-        damping_n_s_per_m: damping,
-    }
+    let ends = (i as usize, j as usize);
+    scenes::spring(SpringEffect::Tension, ends, rest_length, stiffness, damping)
 }
 
 fn pin(particle: u32) -> PinSpec {
-    PinSpec { particle }
-}
-
-fn gravity() -> Option<GravitySpec> {
-    Some(GravitySpec { m_s2: [0.0, 0.0, -9.81] })
+    scenes::pin(particle as usize)
 }
 
 fn build(spec: &SystemSpec) -> (System, State) {

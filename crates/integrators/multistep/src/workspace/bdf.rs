@@ -81,10 +81,10 @@ impl BdfWorkspace {
         report: &mut StepReport,
     ) -> Result<f64, StepError> {
         let tau = GAMMA * h;
-        for (i, pinned) in system.pinned().iter().enumerate() {
-            let v = if *pinned { Vec3::zeros() } else { state.v[i] };
-            (self.mean.0[i], self.mean.1[i]) = (state.x[i], v);
-            (self.extrapolated.0[i], self.extrapolated.1[i]) = (state.x[i] + v * tau, v);
+        for i in 0..state.len() {
+            let (x, v) = (state.x[i], state.v[i]);
+            (self.mean.0[i], self.mean.1[i]) = (x, v);
+            (self.extrapolated.0[i], self.extrapolated.1[i]) = (x + v * tau, v);
         }
         self.solve(system, state, (h, tau), Obstacles::Ignored, settings, clock, report)?;
         for (i, v_1) in self.stage.velocity().iter().enumerate() {

@@ -11,10 +11,8 @@ mod recurrence;
 
 use super::*;
 use drape_integrator::{Integrator, PhaseClock, StepReport, TimeStep};
-use drape_model::{
-    DampingLaw, EffectsSpec, GravitySpec, ParticlesSpec, PinSpec, SpringEffect, SpringSpec, State,
-    System, SystemSpec, Vec3,
-};
+use drape_model::{DampingLaw, PinSpec, SpringEffect, SpringSpec, State, System, SystemSpec, Vec3};
+use drape_oracle::scenes::{self, GRAVITY, gravity, particles};
 
 const SCHEMES: [Scheme; 4] = [Scheme::Sbdf2, Scheme::Cnab2, Scheme::Mcnab2, Scheme::Cnlf];
 /// Those with coefficients for a varying step.
@@ -64,50 +62,17 @@ impl Run {
     }
 }
 
-/// Free particles on which nothing acts.
-fn particles(mass: &[f64], position: &[Vec3], velocity: &[Vec3]) -> SystemSpec {
-    let list = |vectors: &[Vec3]| vectors.iter().map(|&a| a.into()).collect();
-    SystemSpec {
-        format: "drape-system/1".to_owned(),
-        name: "test".to_owned(),
-        particles: ParticlesSpec {
-            mass_kg: mass.to_vec(),
-            position_m: list(position),
-            velocity_m_s: list(velocity),
-        },
-        springs: Vec::new(),
-        damping: DampingLaw::Full,
-        triangles: Vec::new(),
-        pins: Vec::new(),
-        effects: EffectsSpec::default(),
-        obstacles: Vec::new(),
-    }
-}
-
 fn spring(
     effect: SpringEffect,
-    (i, j): (usize, usize),
+    ends: (usize, usize),
     rest_length: f64,
     (stiffness, damping): (f64, f64),
 ) -> SpringSpec {
-    SpringSpec {
-        effect,
-        i: i as u32,
-        j: j as u32,
-        rest_length_m: rest_length,
-        stiffness_n_per_m: stiffness,
-        damping_n_s_per_m: damping,
-    }
+    scenes::spring(effect, ends, rest_length, stiffness, damping)
 }
 
 fn pin(particle: u32) -> PinSpec {
-    PinSpec { particle }
-}
-
-const GRAVITY: Vec3 = Vec3::new(0.0, 0.0, -9.81);
-
-fn gravity() -> Option<GravitySpec> {
-    Some(GravitySpec { m_s2: GRAVITY.into() })
+    scenes::pin(particle as usize)
 }
 
 /// A square sheet in the plane z = 0 with unequal masses, pinned at two corners, with tension along the
