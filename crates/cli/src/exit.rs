@@ -56,6 +56,7 @@ fn classify(error: &anyhow::Error) -> u8 {
             | PrepareError::TooLarge { .. }
             | PrepareError::Solver(_),
         )
+        | HarnessError::Busy { .. }
         | HarnessError::UnknownExperiment { .. } => true,
         HarnessError::Step(_) | HarnessError::Record(_) | HarnessError::Reference(_) => false,
     };

@@ -5,6 +5,7 @@ use drape_integrator::{InvalidTimeStep, PrepareError, StepError};
 use drape_model::{SceneError, Violation};
 use drape_oracle::reference::ReferenceError;
 use drape_records::RecordError;
+use std::path::PathBuf;
 
 /// Why a run or an experiment ended without a result.
 #[derive(Debug, thiserror::Error)]
@@ -33,6 +34,12 @@ pub enum HarnessError {
     /// A record could not be read or written.
     #[error(transparent)]
     Record(#[from] RecordError),
+    /// Another process writes results there.
+    #[error("{}: another process is writing results there; wait for it or choose another folder with --out", folder.display())]
+    Busy {
+        /// The folder.
+        folder: PathBuf,
+    },
     /// No such experiment.
     #[error("no experiment `{name}`; expected one of: {known}")]
     UnknownExperiment {

@@ -1,8 +1,8 @@
 //! Do facts still hold? Compares freshly computed records with committed ones.
 
-use crate::HarnessError;
+use crate::{HarnessError, experiments};
+use drape_records::Record;
 use drape_records::file::read_json;
-use drape_records::{Record, cg, hard_cases, momentum, order, tables};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
@@ -40,95 +40,18 @@ pub struct Difference {
     pub committed: String,
 }
 
-/// One comparable cell: a key that names it, whether it is portable, and its values.
-struct Fact {
-    key: String,
-    portable: bool,
-    values: Value,
+/// One comparable cell.
+pub(crate) struct Fact {
+    /// Names it within its record.
+    pub(crate) key: String,
+    /// Whether it has the same bits on every machine.
+    pub(crate) portable: bool,
+    pub(crate) values: Value,
 }
 
-fn fact(key: String, portable: bool, values: &impl Serialize) -> Fact {
+/// A cell with all its values.
+pub(crate) fn fact(key: String, portable: bool, values: &impl Serialize) -> Fact {
     Fact { key, portable, values: serde_json::to_value(values).unwrap_or(Value::Null) }
-}
-
-fn table_facts(record: &Record<tables::Facts>) -> Vec<Fact> {
-    let cells = record.facts.rows.iter().flat_map(|row| {
-        row.cells.iter().map(move |cell| {
-            let key = format!("{} {} ε={}", row.id, cell.variant, cell.forcing_term);
-            fact(key, cell.portable, cell)
-        })
-    });
-    let rows = record.facts.rows.iter().map(|row| {
-        let bare = tables::Row { cells: Vec::new(), best_fit: Vec::new(), ..row.clone() };
-        fact(row.id.clone(), true, &bare)
-    });
-    rows.chain(cells).collect()
-}
-
-fn cg_facts(record: &Record<cg::Facts>) -> Vec<Fact> {
-    let cells = record.facts.cells.iter().map(|c| {
-        let key = format!(
-            "{} {} n={} k/m={:e} h={} {} {} {} ε={}",
-            c.series,
-            c.material,
-            c.particles,
-            c.stiffness_over_mass_per_s2,
-            c.step_s,
-            c.variant,
-            c.preconditioner,
-            c.start,
-            c.forcing_term
-        );
-        fact(key, c.portable, c)
-    });
-    let motion = record.facts.motion.iter().map(|m| {
-        let key = format!("motion k/m={:e} {}", m.stiffness_over_mass_per_s2, m.label);
-        fact(key, m.portable, m)
-    });
-    cells.chain(motion).collect()
-}
-
-fn hard_case_facts(record: &Record<hard_cases::Facts>) -> Vec<Fact> {
-    let cases = record.facts.cases.iter().map(|case| fact(case.name.clone(), true, case));
-    let cells = record.facts.cells.iter().map(|c| {
-        let damping = if c.is_damped { "damped" } else { "undamped" };
-        let mut fact = fact(format!("{}, {damping}: {}", c.case, c.method), c.portable, c);
-        if let Value::Object(values) = &mut fact.values
-            && !c.portable
-        {
-            // Long runs on hard scenes are chaotic: of what passed through a library only the verdict is repeatable.
-            values.retain(|_, value| !value.is_number());
-        }
-        fact
-    });
-    cases.chain(cells).collect()
-}
-
-fn order_facts(record: &Record<order::Facts>) -> Vec<Fact> {
-    let scenes = record.facts.scenes.iter();
-    let scenes = scenes.map(|scene| fact(format!("scene {}", scene.id), scene.portable, scene));
-    let rows = record.facts.rows.iter().flat_map(|row| {
-        let key = format!("{} {}", row.scene, row.label);
-        let bare = order::Row { runs: Vec::new(), ..row.clone() };
-        let bare = fact(key.clone(), row.portable, &bare);
-        let runs = row.runs.iter();
-        let runs = runs.map(move |run| fact(format!("{key} h={}", run.step_s), row.portable, run));
-        std::iter::once(bare).chain(runs)
-    });
-    scenes.chain(rows).collect()
-}
-
-fn momentum_facts(record: &Record<momentum::Facts>) -> Vec<Fact> {
-    let scenes = record.facts.scenes.iter();
-    let scenes = scenes.map(|scene| fact(format!("scene {}", scene.id), scene.portable, scene));
-    let rows = record.facts.rows.iter().map(|row| {
-        // An unstable run magnifies round-off: its way is the same everywhere only where the round-off is.
-        let is_comparable = row.portable || row.verdict != momentum::UNSTABLE;
-        let spin = if is_comparable { row.spin.clone() } else { Vec::new() };
-        let row = momentum::Row { spin, ..row.clone() };
-        fact(format!("{} {}", row.scene, row.label), row.portable, &row)
-    });
-    scenes.chain(rows).collect()
 }
 
 fn agree(key: &str, portable: bool, fresh: &Value, committed: &Value) -> bool {
@@ -150,7 +73,8 @@ fn agree(key: &str, portable: bool, fresh: &Value, committed: &Value) -> bool {
     }
 }
 
-fn compare<F: DeserializeOwned>(
+/// Compares the facts of the record `name` below two folders.
+pub(crate) fn compare<F: DeserializeOwned>(
     name: &str,
     fresh: &Path,
     committed: &Path,
@@ -192,13 +116,10 @@ pub fn compare_folders(
     fresh: &Path,
     committed: &Path,
 ) -> Result<(usize, Vec<Difference>), HarnessError> {
-    let compared = [
-        compare("tables.json", fresh, committed, table_facts)?,
-        compare("cg-vs-stiffness.json", fresh, committed, cg_facts)?,
-        compare("order.json", fresh, committed, order_facts)?,
-        compare("momentum.json", fresh, committed, momentum_facts)?,
-        compare("hard-cases.json", fresh, committed, hard_case_facts)?,
-    ];
+    let compared = experiments::all()
+        .iter()
+        .map(|experiment| experiment.compare(fresh, committed))
+        .collect::<Result<Vec<_>, _>>()?;
     let facts = compared.iter().map(|(facts, _)| facts).sum();
     Ok((facts, compared.into_iter().flat_map(|(_, differences)| differences).collect()))
 }

@@ -6,6 +6,7 @@
 mod error;
 pub mod experiments;
 mod facts;
+mod journal;
 pub mod methods;
 mod provenance;
 mod run;
@@ -15,6 +16,7 @@ mod stability;
 
 pub use error::HarnessError;
 pub use facts::{Difference, compare_folders};
+pub use journal::{Journal, Unfinished};
 pub use provenance::{provenance, sha256, system_hash};
 pub use run::{Counts, Divergence, Options, Outcome, Simulation, count, simulate};
 pub use scenes::{bundled, free_edge_midpoint};

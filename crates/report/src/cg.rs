@@ -1,19 +1,34 @@
 //! Figures of the experiment `cg-vs-stiffness`.
 
 use crate::number::{power, setting};
-use crate::plate::Plate;
+use crate::page::{self, Section};
+use crate::plate::{self, Plate};
 use crate::plot::{
     Axis, Draft, Look, Point, Series, Sheet, State, names, panels_of, place_of, values,
 };
 use crate::tables::VARIANTS;
+use crate::{Chapter, read_record};
 use drape_records::Record;
 use drape_records::cg::{Cell, Facts};
 
 /// What the figures are drawn from.
 pub(crate) type Input = Record<Facts>;
 
+/// What is drawn of the experiment.
+pub(crate) const CHAPTER: Chapter = Chapter {
+    experiment: "cg-vs-stiffness",
+    figures: || PLATES.iter().map(Plate::figure).collect(),
+    section: |results, files| {
+        let Some(record) = read_record::<Facts>(results, CHAPTER.experiment)? else {
+            return Ok(None);
+        };
+        let figures = plate::draw_all(PLATES, &record, files)?;
+        Ok(Some(Section::new(&record, figures, page::tables_of_cg(&record))))
+    },
+};
+
 /// All figures, in the page's order.
-pub(crate) const PLATES: &[Plate<Input>] = &[
+const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "cg-vs-stiffness.svg",
         title: "CG iterations per step against stiffness, by preconditioner and start vector",

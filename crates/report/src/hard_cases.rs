@@ -1,17 +1,32 @@
 //! Figure and tables of the experiment `hard-cases`.
 
 use crate::number::{significant, trimmed};
+use crate::page::Section;
 use crate::page::Table;
-use crate::plate::Plate;
+use crate::plate::{self, Plate};
 use crate::plot::{Content, Matrix, Row, Shade, Tile};
+use crate::{Chapter, read_record};
 use drape_records::Record;
 use drape_records::hard_cases::{Case, Cell, Facts};
 
 /// What the figure is drawn from.
 pub(crate) type Input = Record<Facts>;
 
+/// What is drawn of the experiment.
+pub(crate) const CHAPTER: Chapter = Chapter {
+    experiment: "hard-cases",
+    figures: || PLATES.iter().map(Plate::figure).collect(),
+    section: |results, files| {
+        let Some(record) = read_record::<Facts>(results, CHAPTER.experiment)? else {
+            return Ok(None);
+        };
+        let figures = plate::draw_all(PLATES, &record, files)?;
+        Ok(Some(Section::new(&record, figures, tables(&record))))
+    },
+};
+
 /// All figures, in the page's order.
-pub(crate) const PLATES: &[Plate<Input, Matrix>] = &[Plate {
+const PLATES: &[Plate<Input, Matrix>] = &[Plate {
     file: "hard-cases.svg",
     title: "Verdicts on the hard cases, by method",
     caption: "One row for each hard case, one column for each method at its default settings or in the form in \
@@ -121,7 +136,7 @@ fn header(names: &[&str]) -> Vec<String> {
 }
 
 /// All tables of the page.
-pub(crate) fn tables(input: &Input) -> Vec<Table> {
+fn tables(input: &Input) -> Vec<Table> {
     let facts = &input.facts;
     vec![differences(facts), numbers(facts), cases(facts)]
 }

@@ -36,32 +36,33 @@ pub use error::ReportError;
 
 use drape_records::file::{read_json, write_atomically};
 use drape_records::{Figure, RECORD_FORMAT, Record, TIMINGS_FORMAT, Timings};
+use page::Section;
 use serde::de::DeserializeOwned;
 use std::path::{Path, PathBuf};
 
-/// Name of the experiment whose record is `tables.json`.
-const TABLES: &str = "tables";
-/// Name of the experiment whose record is `cg-vs-stiffness.json`.
-const CG: &str = "cg-vs-stiffness";
-/// Name of the experiment whose record is `order.json`.
-const ORDER: &str = "order";
-/// Name of the experiment whose record is `momentum.json`.
-const MOMENTUM: &str = "momentum";
-/// Name of the experiment whose record is `hard-cases.json`.
-const HARD_CASES: &str = "hard-cases";
+/// The files of a page and its figures: names below the folder of the results, and texts.
+type Files = Vec<(String, String)>;
+
+/// What this crate draws of one experiment.
+struct Chapter {
+    /// Name of the experiment.
+    experiment: &'static str,
+    /// Every figure that can be drawn.
+    figures: fn() -> Vec<Figure>,
+    /// Reads the records, adds the files of the figures and returns what the page says; `None` without records.
+    section: fn(&Path, &mut Files) -> Result<Option<Section>, ReportError>,
+}
+
+/// In the order of the page.
+const CHAPTERS: &[Chapter] =
+    &[tables::CHAPTER, cg::CHAPTER, order::CHAPTER, momentum::CHAPTER, hard_cases::CHAPTER];
 
 /// File, title and caption of the figures drawn from the record of an experiment (and its timings);
 /// none for an experiment that this crate does not know.
 #[must_use]
 pub fn figures_of(experiment: &str) -> Vec<Figure> {
-    match experiment {
-        TABLES => tables::PLATES.iter().map(plate::Plate::figure).collect(),
-        CG => cg::PLATES.iter().map(plate::Plate::figure).collect(),
-        ORDER => order::PLATES.iter().map(plate::Plate::figure).collect(),
-        MOMENTUM => momentum::PLATES.iter().map(plate::Plate::figure).collect(),
-        HARD_CASES => hard_cases::PLATES.iter().map(plate::Plate::figure).collect(),
-        _ => Vec::new(),
-    }
+    let chapter = CHAPTERS.iter().find(|chapter| chapter.experiment == experiment);
+    chapter.map_or_else(Vec::new, |chapter| (chapter.figures)())
 }
 
 /// Draws every figure that the records in the folder `results` hold data for, and the index page.
@@ -73,34 +74,10 @@ pub fn figures_of(experiment: &str) -> Vec<Figure> {
 /// [`ReportError::NoRecords`] when the folder holds no record; otherwise the file that could
 /// not be read, understood, drawn or written.
 pub fn draw(results: &Path) -> Result<Vec<PathBuf>, ReportError> {
-    let tables = read_record::<drape_records::tables::Facts>(results, TABLES)?;
-    let timings = read_timings(results)?;
-    let cg = read_record::<drape_records::cg::Facts>(results, CG)?;
-    let order = read_record::<drape_records::order::Facts>(results, ORDER)?;
-    let momentum = read_record::<drape_records::momentum::Facts>(results, MOMENTUM)?;
-    let hard_cases = read_record::<drape_records::hard_cases::Facts>(results, HARD_CASES)?;
-    let mut files = Vec::new();
+    let mut files = Files::new();
     let mut sections = Vec::new();
-    if let Some(record) = tables {
-        let input = tables::Input { record, timings };
-        let drawn = plate::draw_all(tables::PLATES, &input, &mut files)?;
-        sections.push(page::of_tables(&input, drawn));
-    }
-    if let Some(record) = cg {
-        let drawn = plate::draw_all(cg::PLATES, &record, &mut files)?;
-        sections.push(page::of_cg(&record, drawn));
-    }
-    if let Some(record) = order {
-        let drawn = plate::draw_all(order::PLATES, &record, &mut files)?;
-        sections.push(page::of_order(&record, drawn));
-    }
-    if let Some(record) = momentum {
-        let drawn = plate::draw_all(momentum::PLATES, &record, &mut files)?;
-        sections.push(page::of_momentum(&record, drawn));
-    }
-    if let Some(record) = hard_cases {
-        let drawn = plate::draw_all(hard_cases::PLATES, &record, &mut files)?;
-        sections.push(page::of_hard_cases(&record, drawn));
+    for chapter in CHAPTERS {
+        sections.extend((chapter.section)(results, &mut files)?);
     }
     if sections.is_empty() {
         return Err(ReportError::NoRecords { folder: results.to_owned() });
@@ -131,16 +108,17 @@ fn read_record<F: DeserializeOwned>(
     Ok(Some(record))
 }
 
-/// The timings of `tables`, or `None` when there is no such file.
-fn read_timings(
+/// The timings of an experiment, or `None` when there is no such file.
+fn read_timings<R: DeserializeOwned>(
     results: &Path,
-) -> Result<Option<Timings<drape_records::tables::TimingRow>>, ReportError> {
-    let path = results.join("timings").join(format!("{TABLES}.json"));
+    experiment: &str,
+) -> Result<Option<Timings<R>>, ReportError> {
+    let path = results.join("timings").join(format!("{experiment}.json"));
     if !path.exists() {
         return Ok(None);
     }
-    let timings: Timings<_> = read_json(&path)?;
-    check_kind(&path, (TIMINGS_FORMAT, TABLES), (&timings.format, &timings.experiment))?;
+    let timings: Timings<R> = read_json(&path)?;
+    check_kind(&path, (TIMINGS_FORMAT, experiment), (&timings.format, &timings.experiment))?;
     Ok(Some(timings))
 }
 

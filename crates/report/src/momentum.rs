@@ -2,17 +2,32 @@
 
 use crate::family::{families, labels};
 use crate::number::{power, setting, significant};
+use crate::page::Section;
 use crate::page::{Table, absent, texts};
-use crate::plate::Plate;
+use crate::plate::{self, Plate};
 use crate::plot::{Axis, Look, Panel, Point, Series, Sheet, State};
+use crate::{Chapter, read_record};
 use drape_records::Record;
 use drape_records::momentum::{COMPLETED, Facts, Row, Scene};
 
 /// What the figures are drawn from.
 pub(crate) type Input = Record<Facts>;
 
+/// What is drawn of the experiment.
+pub(crate) const CHAPTER: Chapter = Chapter {
+    experiment: "momentum",
+    figures: || PLATES.iter().map(Plate::figure).collect(),
+    section: |results, files| {
+        let Some(record) = read_record::<Facts>(results, CHAPTER.experiment)? else {
+            return Ok(None);
+        };
+        let figures = plate::draw_all(PLATES, &record, files)?;
+        Ok(Some(Section::new(&record, figures, tables(&record))))
+    },
+};
+
 /// All figures, in the page's order.
-pub(crate) const PLATES: &[Plate<Input>] = &[
+const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "momentum-spin-left.svg",
         title: "How much of its spin a free cloth keeps for one second",
@@ -147,7 +162,7 @@ fn spin(input: &Input) -> Option<Sheet> {
 }
 
 /// The tables of the page.
-pub(crate) fn tables(input: &Input) -> Vec<Table> {
+fn tables(input: &Input) -> Vec<Table> {
     let scenes: Vec<_> = input.facts.scenes.iter().collect();
     let (pairs, sheets): (Vec<_>, Vec<_>) = scenes.iter().partition(|scene| scene.particles == 2);
     let number = |value: Option<f64>, digits| value.map_or_else(absent, |v| significant(v, digits));

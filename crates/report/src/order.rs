@@ -2,17 +2,32 @@
 
 use crate::family::{families, labels};
 use crate::number::{power, setting, significant};
+use crate::page::Section;
 use crate::page::{Table, absent, texts};
-use crate::plate::Plate;
+use crate::plate::{self, Plate};
 use crate::plot::{At, Axis, Look, Panel, Point, Rule, Series, Sheet, State};
+use crate::{Chapter, read_record};
 use drape_records::Record;
 use drape_records::order::{Facts, Row, Run, Scene};
 
 /// What the figures are drawn from.
 pub(crate) type Input = Record<Facts>;
 
+/// What is drawn of the experiment.
+pub(crate) const CHAPTER: Chapter = Chapter {
+    experiment: "order",
+    figures: || PLATES.iter().map(Plate::figure).collect(),
+    section: |results, files| {
+        let Some(record) = read_record::<Facts>(results, CHAPTER.experiment)? else {
+            return Ok(None);
+        };
+        let figures = plate::draw_all(PLATES, &record, files)?;
+        Ok(Some(Section::new(&record, figures, tables(&record))))
+    },
+};
+
 /// All figures, in the page's order.
-pub(crate) const PLATES: &[Plate<Input>] = &[
+const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "order-observed.svg",
         title: "Observed order of accuracy of every method",
@@ -146,7 +161,7 @@ fn errors(input: &Input, scenes: &[&Scene]) -> Option<Sheet> {
 }
 
 /// The tables of the page.
-pub(crate) fn tables(input: &Input) -> Vec<Table> {
+fn tables(input: &Input) -> Vec<Table> {
     let errors = input.facts.scenes.iter().map(|scene| errors_of(input, scene));
     std::iter::once(orders(input)).chain(errors).collect()
 }

@@ -2,13 +2,10 @@
 
 use crate::ReportError;
 use crate::cg::{self, MOTIONS, PRECONDITIONERS, STARTS};
-use crate::hard_cases;
-use crate::momentum;
 use crate::number::{power, setting, significant, trimmed};
-use crate::order;
 use crate::plot::{names, values};
 use crate::tables::{self, VARIANTS};
-use drape_records::{Figure, Provenance, Record};
+use drape_records::{Figure, Provenance, Record, Timings};
 use minijinja::value::{Serde, Value};
 use minijinja::{Environment, UndefinedBehavior, context};
 use serde::Serialize;
@@ -70,56 +67,41 @@ fn cell(text: String) -> String {
     text.replace('\\', "\\\\").replace('|', "\\|").split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-/// The section of `tables`.
-pub(crate) fn of_tables(input: &tables::Input, figures: Vec<Figure>) -> Section {
-    let mut section = of_record(&input.record, figures);
-    section.tables = vec![best_fits(input), counts(input), energies(input)];
-    match &input.timings {
-        Some(timings) => {
-            section.tables.push(times(input));
-            section.notes.push(format!("How the times were taken: {}", timings.method));
-            section.provenance.push(origin("timings/tables.json", &timings.provenance));
-        }
-        None => section.notes.push(
-            "No timings were taken here (`timings/tables.json` is absent): the figure and the \
-             table of costs are left out."
-                .to_owned(),
-        ),
+/// The tables of `tables`.
+pub(crate) fn tables_of_tables(input: &tables::Input) -> Vec<Table> {
+    let mut tables = vec![best_fits(input), counts(input), energies(input)];
+    tables.extend(input.timings.is_some().then(|| times(input)));
+    tables
+}
+
+impl Section {
+    /// The section of a record with its figures and tables; tables without rows are left out.
+    pub(crate) fn new<F>(record: &Record<F>, figures: Vec<Figure>, tables: Vec<Table>) -> Self {
+        let mut section = of_record(record, figures);
+        section.tables = tables;
+        section.tables.retain(|table| !table.rows.is_empty());
+        section
     }
-    section.tables.retain(|table| !table.rows.is_empty());
-    section
+
+    /// The same with what is known of the timings that stand beside the record.
+    pub(crate) fn with_timings<R>(mut self, timings: Option<&Timings<R>>) -> Self {
+        let file = format!("timings/{}", self.record);
+        match timings {
+            Some(timings) => {
+                self.notes.push(format!("How the times were taken: {}", timings.method));
+                self.provenance.push(origin(&file, &timings.provenance));
+            }
+            None => self.notes.push(format!(
+                "No timings were taken here (`{file}` is absent): figures and tables of times are left out."
+            )),
+        }
+        self
+    }
 }
 
-/// The section of `cg-vs-stiffness`.
-pub(crate) fn of_cg(record: &cg::Input, figures: Vec<Figure>) -> Section {
-    let mut section = of_record(record, figures);
-    section.tables = vec![iterations(record), variants(record), motion(record)];
-    section.tables.retain(|table| !table.rows.is_empty());
-    section
-}
-
-/// The section of `order`.
-pub(crate) fn of_order(record: &order::Input, figures: Vec<Figure>) -> Section {
-    let mut section = of_record(record, figures);
-    section.tables = order::tables(record);
-    section.tables.retain(|table| !table.rows.is_empty());
-    section
-}
-
-/// The section of `momentum`.
-pub(crate) fn of_momentum(record: &momentum::Input, figures: Vec<Figure>) -> Section {
-    let mut section = of_record(record, figures);
-    section.tables = momentum::tables(record);
-    section.tables.retain(|table| !table.rows.is_empty());
-    section
-}
-
-/// The section of `hard-cases`.
-pub(crate) fn of_hard_cases(record: &hard_cases::Input, figures: Vec<Figure>) -> Section {
-    let mut section = of_record(record, figures);
-    section.tables = hard_cases::tables(record);
-    section.tables.retain(|table| !table.rows.is_empty());
-    section
+/// The tables of `cg-vs-stiffness`.
+pub(crate) fn tables_of_cg(record: &cg::Input) -> Vec<Table> {
+    vec![iterations(record), variants(record), motion(record)]
 }
 
 fn of_record<F>(record: &Record<F>, figures: Vec<Figure>) -> Section {

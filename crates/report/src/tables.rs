@@ -1,11 +1,13 @@
 //! Figures of the experiment `tables`: the paper's two tables, beside ours.
 
 use crate::number::{power, setting, significant};
-use crate::plate::Plate;
+use crate::page::{self, Section};
+use crate::plate::{self, Plate};
 use crate::plot::{
     At, Axis, Bar, Draft, Fill, Look, Panel, Point, Rule, Series, Sheet, State, names, panels_of,
     place_of,
 };
+use crate::{Chapter, read_record, read_timings};
 use drape_records::tables::{Facts, Row, TimingRow};
 use drape_records::{Record, Timings};
 
@@ -15,8 +17,22 @@ pub(crate) struct Input {
     pub(crate) timings: Option<Timings<TimingRow>>,
 }
 
+/// What is drawn of the experiment.
+pub(crate) const CHAPTER: Chapter = Chapter {
+    experiment: "tables",
+    figures: || PLATES.iter().map(Plate::figure).collect(),
+    section: |results, files| {
+        let Some(record) = read_record(results, CHAPTER.experiment)? else { return Ok(None) };
+        let timings = read_timings(results, CHAPTER.experiment)?;
+        let input = Input { record, timings };
+        let figures = plate::draw_all(PLATES, &input, files)?;
+        let tables = page::tables_of_tables(&input);
+        Ok(Some(Section::new(&input.record, figures, tables).with_timings(input.timings.as_ref())))
+    },
+};
+
 /// All figures, in the page's order.
-pub(crate) const PLATES: &[Plate<Input>] = &[
+const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "tables-counts.svg",
         title: "CG iterations in one simulated second against the forcing term, beside the paper's",

@@ -1,6 +1,7 @@
 //! `drape experiment`.
 
 use crate::progress::Bars;
+use drape_harness::Unfinished;
 use drape_harness::experiments::{Context, Experiment, find};
 use std::path::{Path, PathBuf};
 
@@ -14,12 +15,18 @@ pub(crate) struct Arguments {
     /// Only the quick subset of the cells
     #[arg(long)]
     quick: bool,
+    /// Forget what an interrupted run has finished
+    #[arg(long)]
+    fresh: bool,
 }
 
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let experiment = find(&arguments.name)?;
     let out = folder(arguments.out.as_deref(), arguments.quick);
-    record(find(&arguments.name)?, &out, arguments.quick)?;
-    super::report::draw(&out)
+    let unfinished = Unfinished::enter(&out, arguments.fresh)?;
+    record(experiment, &out, arguments.quick, &unfinished)?;
+    super::report::draw(&out)?;
+    Ok(unfinished.leave([experiment.name])?)
 }
 
 /// Where results go: a quick subset never replaces full results unasked.
@@ -27,13 +34,28 @@ pub(crate) fn folder(out: Option<&Path>, quick: bool) -> PathBuf {
     out.unwrap_or(Path::new(if quick { "results-quick" } else { "results" })).to_owned()
 }
 
-/// Runs an experiment and writes its records.
-pub(crate) fn record(experiment: &Experiment, out: &Path, quick: bool) -> anyhow::Result<()> {
-    let figures = drape_report::figures_of(experiment.name);
-    let progress = Bars::new(experiment.name);
-    let context = Context { out, quick, figures: &figures, progress: &progress };
+/// Runs an experiment and writes its records, unless an interrupted run has written them; cells that it had finished
+/// are not computed again.
+pub(crate) fn record(
+    experiment: &Experiment,
+    out: &Path,
+    quick: bool,
+    unfinished: &Unfinished,
+) -> anyhow::Result<()> {
+    let name = experiment.name;
+    let journal = unfinished.journal(name, quick)?;
+    if journal.is_finished() {
+        eprintln!("{name}: finished before the interruption");
+        return Ok(());
+    }
+    if journal.cells() > 0 {
+        eprintln!("{name}: {} cells were finished before the interruption", journal.cells());
+    }
+    let figures = drape_report::figures_of(name);
+    let progress = Bars::new(name);
+    let context = Context { out, quick, figures: &figures, progress: &progress, journal: &journal };
     for file in experiment.run(&context)? {
         eprintln!("wrote {}", file.display());
     }
-    Ok(())
+    Ok(journal.finish()?)
 }

@@ -1,5 +1,6 @@
 //! `drape reproduce`: the main job.
 
+use drape_harness::Unfinished;
 use drape_harness::experiments::{all, find};
 use std::path::PathBuf;
 use std::time::Instant;
@@ -15,6 +16,9 @@ pub(crate) struct Arguments {
     /// Only these experiments, separated by commas
     #[arg(long, value_delimiter = ',')]
     only: Vec<String>,
+    /// Forget what an interrupted run has finished
+    #[arg(long)]
+    fresh: bool,
 }
 
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
@@ -24,10 +28,12 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         [] => all().iter().collect(),
         names => names.iter().map(|name| find(name)).collect::<Result<Vec<_>, _>>()?,
     };
-    for experiment in chosen {
-        super::experiment::record(experiment, &out, arguments.quick)?;
+    let unfinished = Unfinished::enter(&out, arguments.fresh)?;
+    for &experiment in &chosen {
+        super::experiment::record(experiment, &out, arguments.quick, &unfinished)?;
     }
     super::report::draw(&out)?;
+    unfinished.leave(chosen.iter().map(|experiment| experiment.name))?;
     eprintln!(
         "done in {:.1} s; read {}",
         begin.elapsed().as_secs_f64(),

@@ -1,20 +1,24 @@
 //! Experiment `cg-vs-stiffness`: conjugate-gradient iterations against stiffness.
 
-use super::{Context, cells, counts, finite, gain, short};
+use super::{Account, Context, Experiment, cells, counts, finite, gain, prepared, short};
+use crate::facts::{Fact, compare, fact};
 use crate::run::Simulation;
 use crate::scenes::{
     build, bundled, free_edge_midpoint, with_damping_scaled, with_particles_a_side, with_stiffness,
 };
-use crate::{HarnessError, provenance, reference_energy, system_hash, verdict};
+use crate::{HarnessError, reference_energy, system_hash, verdict};
+use drape_records::Record;
 use drape_records::cg::{Cell, Facts, Motion};
-use drape_records::file::write_json;
-use drape_records::{RECORD_FORMAT, Record};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-pub(super) const NAME: &str = "cg-vs-stiffness";
-pub(super) const QUESTION: &str = "How do the CG iterations of plain and of updated IMEX Euler grow with the \
-     stiffness, the step size and the tolerance, and does the cloth still move?";
+pub(super) const EXPERIMENT: Experiment = Experiment {
+    name: "cg-vs-stiffness",
+    question: "How do the CG iterations of plain and of updated IMEX Euler grow with the \
+     stiffness, the step size and the tolerance, and does the cloth still move?",
+    run,
+    compare: |fresh, committed| compare("cg-vs-stiffness.json", fresh, committed, comparable),
+};
 
 const SCENE: &str = "hanging-textile-1e4";
 const MOTION_SCENE: &str = "hanging-textile-sheared-1e6";
@@ -209,13 +213,13 @@ fn motion(stiffness: f64, label: &str, method: &str) -> Result<Motion, HarnessEr
     })
 }
 
-pub(super) fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
+fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
     let points = star(context.quick);
     let key = |point: &Point| (point.material, point.side, point.stiffness);
     let mut sizes: Vec<_> = points.iter().map(key).collect();
     sizes.sort_by(|a, b| (a.0, a.1).cmp(&(b.0, b.1)).then(a.2.total_cmp(&b.2)));
     sizes.dedup();
-    let sheets = cells(context, "scenes", &sizes, |&(material, side, stiffness)| {
+    let sheets = prepared(context, "scenes", &sizes, |&(material, side, stiffness)| {
         Sheet::new(material, side, stiffness)
     })?;
     let pairs: Vec<_> = points
@@ -241,10 +245,8 @@ pub(super) fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
             (format!("{material} n={} k/m={stiffness:e}", side * side), hash.clone())
         })
         .collect();
-    let record = Record {
-        format: RECORD_FORMAT.to_owned(),
-        experiment: NAME.to_owned(),
-        question: QUESTION.to_owned(),
+    let findings = findings(&facts);
+    let account = Account {
         method: "The hanging textile (structural springs, d/m = 40/s) is run for one simulated second and \
                  the CG iterations are summed. A star around the base point h = 0.01 s, ε = 0.05, IC(0), \
                  extrapolated start: one factor varies at a time. For the motion, shear springs of a \
@@ -253,16 +255,36 @@ pub(super) fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
                  k/m = 1e7 the released energy is that of 1e7. The robust form uses Newton for h²k/m above \
                  100, so that its CG count ends there."
             .to_owned(),
-        command: context.command(NAME),
-        quick: context.quick,
-        findings: findings(&facts),
-        figures: context.figures.to_vec(),
+        findings,
         facts,
-        provenance: provenance(hashes),
+        scenes: hashes,
+        seed: None,
     };
-    let path = context.out.join("cg-vs-stiffness.json");
-    write_json(&path, &record)?;
-    Ok(vec![path])
+    Ok(vec![context.write(&EXPERIMENT, account)?])
+}
+
+/// Its facts, as they are compared.
+fn comparable(record: &Record<Facts>) -> Vec<Fact> {
+    let cells = record.facts.cells.iter().map(|c| {
+        let key = format!(
+            "{} {} n={} k/m={:e} h={} {} {} {} ε={}",
+            c.series,
+            c.material,
+            c.particles,
+            c.stiffness_over_mass_per_s2,
+            c.step_s,
+            c.variant,
+            c.preconditioner,
+            c.start,
+            c.forcing_term
+        );
+        fact(key, c.portable, c)
+    });
+    let motion = record.facts.motion.iter().map(|m| {
+        let key = format!("motion k/m={:e} {}", m.stiffness_over_mass_per_s2, m.label);
+        fact(key, m.portable, m)
+    });
+    cells.chain(motion).collect()
 }
 
 /// What the numbers say.

@@ -2,18 +2,23 @@
 
 mod cg;
 mod hard_cases;
-mod momentum;
-mod order;
+pub(crate) mod momentum;
+pub(crate) mod order;
 mod sheet;
 mod tables;
 mod variant;
 
-use crate::HarnessError;
+use crate::facts::Difference;
+use crate::journal::Journal;
 use crate::methods::Choice;
 use crate::run::{Counts, Simulation, count};
+use crate::{HarnessError, provenance};
 use drape_model::TimeSpan;
-use drape_records::Figure;
+use drape_records::file::write_json;
+use drape_records::{Figure, Provenance, RECORD_FORMAT, Record, TIMINGS_FORMAT, Timings};
 use rayon::prelude::*;
+use serde::{Serialize, de::DeserializeOwned};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Told how far an experiment is.
@@ -37,14 +42,72 @@ pub struct Context<'a> {
     pub figures: &'a [Figure],
     /// Told how far it is.
     pub progress: &'a dyn Progress,
+    /// Where finished cells are kept until the record is written.
+    pub journal: &'a Journal,
+}
+
+/// What an experiment has to say about its facts.
+struct Account<F> {
+    /// How they were measured, in a few sentences.
+    method: String,
+    /// What they say.
+    findings: Vec<String>,
+    facts: F,
+    /// SHA-256 of each scene, by name.
+    scenes: BTreeMap<String, String>,
+    /// Of the random numbers, where any were drawn.
+    seed: Option<u64>,
 }
 
 impl Context<'_> {
-    /// The command that writes the record of an experiment again.
-    fn command(&self, experiment: &str) -> String {
-        format!("drape experiment {experiment}{}", if self.quick { " --quick" } else { "" })
+    /// Writes the record of an experiment.
+    fn write<F: Serialize>(
+        &self,
+        experiment: &Experiment,
+        account: Account<F>,
+    ) -> Result<PathBuf, HarnessError> {
+        let Account { method, findings, facts, scenes, seed } = account;
+        let name = experiment.name;
+        let quick = if self.quick { " --quick" } else { "" };
+        let record = Record {
+            format: RECORD_FORMAT.to_owned(),
+            experiment: name.to_owned(),
+            question: experiment.question.to_owned(),
+            method,
+            command: format!("drape experiment {name}{quick}"),
+            quick: self.quick,
+            findings,
+            figures: self.figures.to_vec(),
+            facts,
+            provenance: Provenance { seed, ..provenance(scenes) },
+        };
+        let path = self.out.join(experiment.file());
+        write_json(&path, &record)?;
+        Ok(path)
+    }
+
+    /// Writes the timings of an experiment; `method` says how they were taken.
+    fn write_timings<R: Serialize>(
+        &self,
+        experiment: &Experiment,
+        method: String,
+        rows: Vec<R>,
+        scenes: BTreeMap<String, String>,
+    ) -> Result<PathBuf, HarnessError> {
+        let timings = Timings {
+            format: TIMINGS_FORMAT.to_owned(),
+            experiment: experiment.name.to_owned(),
+            method,
+            rows,
+            provenance: provenance(scenes),
+        };
+        let path = self.out.join("timings").join(experiment.file());
+        write_json(&path, &timings)?;
+        Ok(path)
     }
 }
+
+type Comparison = Result<(usize, Vec<Difference>), HarnessError>;
 
 /// An experiment.
 pub struct Experiment {
@@ -53,14 +116,16 @@ pub struct Experiment {
     /// The question that it answers.
     pub question: &'static str,
     run: fn(&Context<'_>) -> Result<Vec<PathBuf>, HarnessError>,
+    /// Compares the facts below two folders.
+    compare: fn(&Path, &Path) -> Comparison,
 }
 
 static EXPERIMENTS: &[Experiment] = &[
-    Experiment { name: tables::NAME, question: tables::QUESTION, run: tables::run },
-    Experiment { name: cg::NAME, question: cg::QUESTION, run: cg::run },
-    Experiment { name: order::NAME, question: order::QUESTION, run: order::run },
-    Experiment { name: momentum::NAME, question: momentum::QUESTION, run: momentum::run },
-    Experiment { name: hard_cases::NAME, question: hard_cases::QUESTION, run: hard_cases::run },
+    tables::EXPERIMENT,
+    cg::EXPERIMENT,
+    order::EXPERIMENT,
+    momentum::EXPERIMENT,
+    hard_cases::EXPERIMENT,
 ];
 
 /// All experiments, in the order in which `drape reproduce` runs them.
@@ -87,6 +152,24 @@ impl Experiment {
     pub fn run(&self, context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
         (self.run)(context)
     }
+
+    /// Compares its facts below `fresh`, which may be the quick subset, with those below `committed`; returns how
+    /// many were compared and those that differ.
+    ///
+    /// # Errors
+    /// [`HarnessError::Record`] when a record is missing or unreadable.
+    pub fn compare(
+        &self,
+        fresh: &Path,
+        committed: &Path,
+    ) -> Result<(usize, Vec<Difference>), HarnessError> {
+        (self.compare)(fresh, committed)
+    }
+
+    /// Name of its record's file.
+    fn file(&self) -> String {
+        format!("{}.json", self.name)
+    }
 }
 
 impl std::fmt::Debug for Experiment {
@@ -95,23 +178,52 @@ impl std::fmt::Debug for Experiment {
     }
 }
 
-/// Computes independent cells in parallel, in the order given, telling the progress.
-fn cells<T: Sync, R: Send>(
+/// Computes what cells start from, scenes and references, in parallel and in the order given.
+fn prepared<T: Sync, R: Send>(
     context: &Context<'_>,
     part: &str,
     inputs: &[T],
     compute: impl Fn(&T) -> Result<R, HarnessError> + Sync,
 ) -> Result<Vec<R>, HarnessError> {
     context.progress.begin(part, inputs.len());
-    let results = inputs
-        .par_iter()
-        .with_max_len(1)
-        .map(|input| {
-            let result = compute(input);
-            context.progress.done();
-            result
-        })
-        .collect();
+    let compute = |input| {
+        let result = compute(input);
+        context.progress.done();
+        result
+    };
+    let results = inputs.par_iter().with_max_len(1).map(compute).collect();
+    context.progress.end();
+    results
+}
+
+/// Computes independent cells in parallel, in the order given, telling the progress. Those that stand in the journal
+/// are not computed again.
+fn cells<T: Sync, R: Send + Serialize + DeserializeOwned>(
+    context: &Context<'_>,
+    part: &str,
+    inputs: &[T],
+    compute: impl Fn(&T) -> Result<R, HarnessError> + Sync,
+) -> Result<Vec<R>, HarnessError> {
+    let numbered: Vec<_> = inputs.iter().enumerate().collect();
+    prepared(context, part, &numbered, |&(number, input)| {
+        context.journal.cell(part, number, || compute(input))
+    })
+}
+
+/// As [`cells`], one after the other on this thread: what is timed must not be disturbed.
+fn timed<T, R: Serialize + DeserializeOwned>(
+    context: &Context<'_>,
+    part: &str,
+    inputs: &[T],
+    compute: impl Fn(&T) -> Result<R, HarnessError>,
+) -> Result<Vec<R>, HarnessError> {
+    context.progress.begin(part, inputs.len());
+    let compute = |(number, input)| {
+        let result = context.journal.cell(part, number, || compute(input));
+        context.progress.done();
+        result
+    };
+    let results = inputs.iter().enumerate().map(compute).collect();
     context.progress.end();
     results
 }

@@ -2,21 +2,25 @@
 
 use super::sheet::{GRAVITY, Sheet, pair};
 use super::variant::{Variant, is_explicit, of_registry};
-use super::{Context, cells, short};
+use super::{Account, Context, Experiment, cells, prepared, short};
+use crate::facts::{Fact, compare, fact};
 use crate::methods::Choice;
 use crate::run::{Options, Simulation, simulate};
-use crate::{HarnessError, provenance, system_hash};
+use crate::{HarnessError, system_hash};
 use drape_integrator::{Method, Quantity};
 use drape_model::{DampingLaw, State, System, SystemSpec, TimeSpan, Vec3};
 use drape_oracle::laws::spin;
-use drape_records::file::write_json;
+use drape_records::Record;
 use drape_records::momentum::{COMPLETED, Facts, Row, Scene, UNSTABLE};
-use drape_records::{RECORD_FORMAT, Record};
 use std::path::PathBuf;
 
-pub(super) const NAME: &str = "momentum";
-pub(super) const QUESTION: &str = "Which methods keep the linear and the angular momentum of a cloth that nothing holds, \
-     and how much of its spin is left by the others and by Desbrun's correction?";
+pub(super) const EXPERIMENT: Experiment = Experiment {
+    name: "momentum",
+    question: "Which methods keep the linear and the angular momentum of a cloth that nothing holds, \
+     and how much of its spin is left by the others and by Desbrun's correction?",
+    run,
+    compare: |fresh, committed| compare("momentum.json", fresh, committed, comparable),
+};
 
 /// Particles along each edge of the sheets.
 const SIDE: u32 = 20;
@@ -346,9 +350,9 @@ impl<'a> Watch<'a> {
     }
 }
 
-pub(super) fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
+fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
     let chosen: Vec<_> = CASES.into_iter().filter(|case| !context.quick || case.is_quick).collect();
-    let settings = cells(context, "scenes", &chosen, Setting::new)?;
+    let settings = prepared(context, "scenes", &chosen, Setting::new)?;
     let variants = of_registry(&VARIANTS);
     let pairs: Vec<_> = settings
         .iter()
@@ -358,10 +362,8 @@ pub(super) fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
     let scenes = settings.iter().map(|setting| setting.scene.clone()).collect();
     let facts = Facts { scenes, rows };
     let hashes = settings.iter().map(|s| (s.case.id.to_owned(), s.hash.clone())).collect();
-    let record = Record {
-        format: RECORD_FORMAT.to_owned(),
-        experiment: NAME.to_owned(),
-        question: QUESTION.to_owned(),
+    let findings = findings(&facts);
+    let account = Account {
         method: "Nothing is pinned and nothing is damped; k/m = 1e4/s² and 1e6/s², h = 0.01 s, one second. Spinning \
                  sheet: 20 × 20 particles, 1 m × 1 m, structural springs and shear springs of a tenth of the \
                  stiffness, turning over and over at 2 rad/s, no gravity. Falling sheet: the same under gravity, \
@@ -373,16 +375,26 @@ pub(super) fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
                  Explicit methods run with the step divided by a power of 2 so that h ω_max is at most 0.1. Solvers \
                  are set tight unless a tolerance ε is named."
             .to_owned(),
-        command: context.command(NAME),
-        quick: context.quick,
-        findings: findings(&facts),
-        figures: context.figures.to_vec(),
+        findings,
         facts,
-        provenance: provenance(hashes),
+        scenes: hashes,
+        seed: None,
     };
-    let path = context.out.join("momentum.json");
-    write_json(&path, &record)?;
-    Ok(vec![path])
+    Ok(vec![context.write(&EXPERIMENT, account)?])
+}
+
+/// Its facts, as they are compared.
+pub(crate) fn comparable(record: &Record<Facts>) -> Vec<Fact> {
+    let scenes = record.facts.scenes.iter();
+    let scenes = scenes.map(|scene| fact(format!("scene {}", scene.id), scene.portable, scene));
+    let rows = record.facts.rows.iter().map(|row| {
+        // An unstable run magnifies round-off: its way is the same everywhere only where the round-off is.
+        let is_comparable = row.portable || row.verdict != UNSTABLE;
+        let spin = if is_comparable { row.spin.clone() } else { Vec::new() };
+        let row = Row { spin, ..row.clone() };
+        fact(format!("{} {}", row.scene, row.label), row.portable, &row)
+    });
+    scenes.chain(rows).collect()
 }
 
 /// What the numbers say.

@@ -2,22 +2,26 @@
 
 use super::sheet::{GRAVITY, Sheet};
 use super::variant::{Variant, of_registry};
-use super::{Context, cells, short};
+use super::{Account, Context, Experiment, cells, prepared, short};
+use crate::facts::{Fact, compare, fact};
 use crate::methods::Choice;
 use crate::run::{Options, Simulation, simulate};
-use crate::{HarnessError, provenance, system_hash};
+use crate::{HarnessError, system_hash};
 use drape_integrator::Order;
 use drape_model::{DampingLaw, State, TimeSpan};
 use drape_oracle::order::{Sample, observed_order, position_error};
 use drape_oracle::reference::{Reference, ReferenceSettings, reference};
-use drape_records::file::write_json;
+use drape_records::Record;
 use drape_records::order::{Facts, Row, Run, Scene};
-use drape_records::{RECORD_FORMAT, Record};
 use std::path::PathBuf;
 
-pub(super) const NAME: &str = "order";
-pub(super) const QUESTION: &str = "Does the error of every method fall with the order that theory gives, how large \
-     is its constant, and what is left of the order where the springs are too stiff for the step?";
+pub(super) const EXPERIMENT: Experiment = Experiment {
+    name: "order",
+    question: "Does the error of every method fall with the order that theory gives, how large \
+     is its constant, and what is left of the order where the springs are too stiff for the step?",
+    run,
+    compare: |fresh, committed| compare("order.json", fresh, committed, comparable),
+};
 
 /// Particles along each edge of the sheet.
 const SIDE: u32 = 6;
@@ -237,9 +241,9 @@ impl Observed {
     }
 }
 
-pub(super) fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
+fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
     let chosen: Vec<_> = CASES.into_iter().filter(|case| !context.quick || case.is_quick).collect();
-    let settings = cells(context, "references", &chosen, Setting::new)?;
+    let settings = prepared(context, "references", &chosen, Setting::new)?;
     let variants = of_registry(&VARIANTS);
     let pairs: Vec<_> = settings
         .iter()
@@ -249,10 +253,8 @@ pub(super) fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
     let scenes = settings.iter().map(|setting| setting.scene.clone()).collect();
     let facts = Facts { scenes, rows };
     let hashes = settings.iter().map(|s| (s.case.id.to_owned(), s.hash.clone())).collect();
-    let record = Record {
-        format: RECORD_FORMAT.to_owned(),
-        experiment: NAME.to_owned(),
-        question: QUESTION.to_owned(),
+    let findings = findings(&facts);
+    let account = Account {
         method: "A sheet of 6 × 6 particles (1 m × 1 m, 1 g each, structural springs and shear springs of a quarter \
                  of the stiffness, d/m = 2/s, two corners pinned, 0.02 m out of its plane at the start) falls for \
                  0.25 s. The error is the mass-weighted distance of the positions at the end from those of the \
@@ -265,16 +267,27 @@ pub(super) fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
                  runs that diverge, which includes those that end farther from the reference than it is from the \
                  start, are recorded as such and left out of the slope, for which at least three runs are needed."
             .to_owned(),
-        command: context.command(NAME),
-        quick: context.quick,
-        findings: findings(&facts),
-        figures: context.figures.to_vec(),
+        findings,
         facts,
-        provenance: provenance(hashes),
+        scenes: hashes,
+        seed: None,
     };
-    let path = context.out.join("order.json");
-    write_json(&path, &record)?;
-    Ok(vec![path])
+    Ok(vec![context.write(&EXPERIMENT, account)?])
+}
+
+/// Its facts, as they are compared.
+pub(crate) fn comparable(record: &Record<Facts>) -> Vec<Fact> {
+    let scenes = record.facts.scenes.iter();
+    let scenes = scenes.map(|scene| fact(format!("scene {}", scene.id), scene.portable, scene));
+    let rows = record.facts.rows.iter().flat_map(|row| {
+        let key = format!("{} {}", row.scene, row.label);
+        let bare = Row { runs: Vec::new(), ..row.clone() };
+        let bare = fact(key.clone(), row.portable, &bare);
+        let runs = row.runs.iter();
+        let runs = runs.map(move |run| fact(format!("{key} h={}", run.step_s), row.portable, run));
+        std::iter::once(bare).chain(runs)
+    });
+    scenes.chain(rows).collect()
 }
 
 /// What the numbers say.

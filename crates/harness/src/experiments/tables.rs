@@ -1,20 +1,24 @@
 //! Experiment `tables`: the paper's tables 2 and 3.
 
-use super::{Context, cells, counts, finite, gain, short};
+use super::{Account, Context, Experiment, cells, counts, finite, gain, prepared, short, timed};
+use crate::facts::{Fact, compare, fact};
 use crate::methods::Choice;
 use crate::run::{Options, Simulation, simulate};
 use crate::scenes::{build, bundled, with_stiffness};
-use crate::{HarnessError, provenance, reference_energy, system_hash, verdict};
+use crate::{HarnessError, reference_energy, system_hash, verdict};
 use drape_model::TimeSpan;
-use drape_records::file::write_json;
+use drape_records::Record;
 use drape_records::tables::{BestFit, Cell, Facts, PaperRow, Phases, Row, TimingRow};
-use drape_records::{RECORD_FORMAT, Record, TIMINGS_FORMAT, Timings};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-pub(super) const NAME: &str = "tables";
-pub(super) const QUESTION: &str = "Do the paper's iteration counts (tables 2 and 3) come out, for which \
-     reading of their illegible exponents and at which solver tolerance?";
+pub(super) const EXPERIMENT: Experiment = Experiment {
+    name: "tables",
+    question: "Do the paper's iteration counts (tables 2 and 3) come out, for which \
+     reading of their illegible exponents and at which solver tolerance?",
+    run,
+    compare: |fresh, committed| compare("tables.json", fresh, committed, comparable),
+};
 
 /// Simulated time of each row, s.
 const DURATION: f64 = 1.0;
@@ -208,7 +212,7 @@ fn row(reading: &Reading, cells: Vec<Cell>) -> Result<Row, HarnessError> {
     })
 }
 
-pub(super) fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
+fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
     let readings = readings(context)?;
     let inputs: Vec<_> = readings
         .iter()
@@ -231,10 +235,8 @@ pub(super) fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
     let assumed = || readings.iter().filter(|reading| reading.assumed());
     let hashes: BTreeMap<_, _> =
         assumed().map(|reading| (reading.printed.scene.to_owned(), reading.hash.clone())).collect();
-    let record = Record {
-        format: RECORD_FORMAT.to_owned(),
-        experiment: NAME.to_owned(),
-        question: QUESTION.to_owned(),
+    let findings = findings(&rows);
+    let account = Account {
         method: "Each row of the paper's tables 2 and 3 is run for one simulated second with plain \
                  IMEX Euler (21) and with updated CG (Algorithm 1), IC(0) and the extrapolated start \
                  (22), over a sweep of the forcing term, and the CG iterations are summed. The rows \
@@ -247,16 +249,12 @@ pub(super) fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
                  a step, a cap that the paper does not have; steps that reach it count as \
                  unconverged."
             .to_owned(),
-        command: context.command(NAME),
-        quick: context.quick,
-        findings: findings(&rows),
-        figures: context.figures.to_vec(),
+        findings,
         facts: Facts { rows },
-        provenance: provenance(hashes.clone()),
+        scenes: hashes.clone(),
+        seed: None,
     };
-    let path = context.out.join("tables.json");
-    write_json(&path, &record)?;
-    let mut files = vec![path];
+    let mut files = vec![context.write(&EXPERIMENT, account)?];
     if !context.quick {
         files.push(write_timings(context, &assumed().collect::<Vec<_>>(), hashes)?);
     }
@@ -272,7 +270,7 @@ fn readings(context: &Context<'_>) -> Result<Vec<Reading>, HarnessError> {
             around.map(move |offset| (printed, printed.exponent + offset))
         })
         .collect();
-    cells(context, "scenes", &chosen, |&(printed, exponent)| Reading::new(printed, exponent))
+    prepared(context, "scenes", &chosen, |&(printed, exponent)| Reading::new(printed, exponent))
 }
 
 /// Times plain and updated CG with the matrix kept and rebuilt each step, one run at a time.
@@ -281,34 +279,25 @@ fn write_timings(
     readings: &[&Reading],
     hashes: BTreeMap<String, String>,
 ) -> Result<PathBuf, HarnessError> {
-    context.progress.begin("timings", readings.len() * 4);
-    let mut rows = Vec::new();
+    let mut cases = Vec::new();
     for reading in readings {
         for (variant, forcing_term) in [("plain", 0.05), ("updated-paper", 0.01)] {
-            for matrix in ["kept", "rebuilt"] {
-                let method = format!("{},matrix={matrix}", method(variant, forcing_term));
-                rows.push(time(reading, variant, matrix, &Choice::parse(&method, &[])?)?);
-                context.progress.done();
-            }
+            cases
+                .extend(["kept", "rebuilt"].map(|matrix| (reading, variant, forcing_term, matrix)));
         }
     }
-    context.progress.end();
-    let timings = Timings {
-        format: TIMINGS_FORMAT.to_owned(),
-        experiment: NAME.to_owned(),
-        method: format!(
-            "One run at a time on one thread of an otherwise idle process; {REPETITIONS} repetitions \
+    let rows = timed(context, "timings", &cases, |&(reading, variant, forcing_term, matrix)| {
+        let method = format!("{},matrix={matrix}", method(variant, forcing_term));
+        time(reading, variant, matrix, &Choice::parse(&method, &[])?)
+    })?;
+    let method = format!(
+        "One run at a time on one thread of an otherwise idle process; {REPETITIONS} repetitions \
              with the phase clock off give the samples; of as many with it on the median one gives the phases. Plain at \
              ε = 0.05, updated (as printed) at ε = 0.01. `rebuilt` sets matrix and IC(0) up in \
              each step but the first, as the paper's varying moduli need; `kept` once. The first \
              set-up, with all allocation, is not among the steps: it stands apart in the record as `prepare_s`."
-        ),
-        rows,
-        provenance: provenance(hashes),
-    };
-    let path = context.out.join("timings").join("tables.json");
-    write_json(&path, &timings)?;
-    Ok(path)
+    );
+    context.write_timings(&EXPERIMENT, method, rows, hashes)
 }
 
 fn time(
@@ -343,6 +332,21 @@ fn time(
         prepare_s: phased.totals.prepare_seconds,
         phases_s: phased.phases.unwrap_or_else(Phases::default),
     })
+}
+
+/// Its facts, as they are compared.
+fn comparable(record: &Record<Facts>) -> Vec<Fact> {
+    let cells = record.facts.rows.iter().flat_map(|row| {
+        row.cells.iter().map(move |cell| {
+            let key = format!("{} {} ε={}", row.id, cell.variant, cell.forcing_term);
+            fact(key, cell.portable, cell)
+        })
+    });
+    let rows = record.facts.rows.iter().map(|row| {
+        let bare = Row { cells: Vec::new(), best_fit: Vec::new(), ..row.clone() };
+        fact(row.id.clone(), true, &bare)
+    });
+    rows.chain(cells).collect()
 }
 
 /// What fits and what does not, in words, from the rows.

@@ -182,7 +182,13 @@ impl Progress for Silent {
 /// Squeezed, with explicit shear, a single particle, everything pinned: every method in every form.
 #[test]
 fn on_the_quick_cases_every_verdict_is_what_theory_says_or_explained() {
-    let context = Context { out: Path::new(""), quick: true, figures: &[], progress: &Silent };
+    let context = Context {
+        out: Path::new(""),
+        quick: true,
+        figures: &[],
+        progress: &Silent,
+        journal: &crate::Journal::none(),
+    };
     let mut cases = scenes::all();
     cases.retain(|case| case.is_quick);
     let (facts, _) = facts(&context, &cases).unwrap();
