@@ -285,3 +285,17 @@ fn the_quick_reproduction_writes_records_figures_and_page() {
     }
     assert!(text(&output.stderr).contains("cells"), "progress is told in plain lines");
 }
+
+#[test]
+fn a_run_that_gains_energy_is_warned_about_and_one_that_does_not_is_not() {
+    let folder = tempfile::tempdir().unwrap();
+    let warned = |method: &str| {
+        let run =
+            ["run", "hanging-textile-1e6", "--dt", "0.01", "--duration", "0.3", "--method", method];
+        let output = drape(folder.path(), &run);
+        assert_eq!(code(&output), 0, "{method}");
+        text(&output.stderr).contains("warning: the total energy rose by")
+    };
+    assert!(warned("imex-updated:safeguard=paper,forcing_term=0.1"));
+    assert!(!warned("imex-euler"));
+}

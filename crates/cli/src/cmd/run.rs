@@ -4,10 +4,10 @@ use crate::exit::Diverged;
 use crate::output::print;
 use crate::progress::bar;
 use drape_harness::methods::{Choice, MethodError};
-use drape_harness::{HarnessError, Options, Outcome, Simulation, simulate, system_hash};
+use drape_harness::{HarnessError, Options, Outcome, Rule, Simulation, simulate, system_hash};
 use drape_model::{Input, SystemSpec, TimeSpan, Violation};
 use drape_records::file::write_json;
-use drape_records::run::{FinalState, RUN_FORMAT, Run, Verdict};
+use drape_records::run::{FinalState, RUN_FORMAT, Run, Sample, Verdict};
 use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
@@ -59,6 +59,11 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
             "drape: warning: in {} of {} steps the solver stopped before its tolerance",
             outcome.unconverged, outcome.steps
         );
+    }
+    if let Some(warning) =
+        energy_warning(&record, Rule::of(choice.method().class, &simulation.system))
+    {
+        eprintln!("drape: warning: {warning}");
     }
     // How the run ended decides the exit code, whatever becomes of the summary.
     let printed = print(&summary(&record));
@@ -134,12 +139,38 @@ fn record(
     }
 }
 
+/// Greatest rise of the total energy over the greatest kinetic energy that passes for a dissipative and for a
+/// symplectic method, as in the verdicts of the experiments.
+const RISE: [f64; 2] = [0.02, 0.5];
+
+/// What to say of a run that gained energy; the series says enough of a run that diverged.
+fn energy_warning(run: &Run, rule: Rule) -> Option<String> {
+    let of = |sample: &Sample, name: &str| sample.energy_j.get(name).copied().unwrap_or(0.0);
+    let greatest = |name: &str| run.series.iter().map(|s| of(s, name)).fold(0.0, f64::max);
+    let start = of(run.series.first()?, "total");
+    let top = run.series.iter().map(|s| of(s, "total")).fold(start, f64::max);
+    let allowed = match rule {
+        Rule::Dissipative => RISE[0],
+        Rule::Symplectic => RISE[1],
+    };
+    let completed = matches!(run.verdict, Verdict::Completed { .. });
+    (completed && top - start > allowed * greatest("kinetic")).then(|| {
+        format!(
+            "the total energy rose by {:.3e} J above its start, where the greatest kinetic energy is {:.3e} J: \
+             the step is probably too long for {}",
+            top - start,
+            greatest("kinetic"),
+            run.method
+        )
+    })
+}
+
 fn summary(run: &Run) -> String {
     let totals = run.totals;
-    let energy = |position: Option<&drape_records::run::Sample>| {
+    let energy = |position: Option<&Sample>| {
         position.and_then(|sample| sample.energy_j.get("total")).copied().unwrap_or(f64::NAN)
     };
-    let totals_of = |sample: &drape_records::run::Sample| sample.energy_j.get("total").copied();
+    let totals_of = |sample: &Sample| sample.energy_j.get("total").copied();
     let greatest = run.series.iter().filter_map(totals_of).fold(f64::NEG_INFINITY, f64::max);
     let (whole, rest) = TimeSpan { step_s: run.dt_s, duration_s: run.final_state.time_s }.steps();
     let steps = match rest {

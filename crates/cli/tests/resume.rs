@@ -1,0 +1,114 @@
+//! An interrupted `reproduce` goes on where it was killed.
+
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+use serde_json::Value;
+use std::collections::{BTreeSet, HashMap};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+const EXPERIMENTS: [&str; 3] = ["tables", "order", "momentum"];
+const KILLS: u32 = 10;
+
+fn reproduce(out: &Path) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_drape"));
+    command.args(["reproduce", "--quick", "--only", &EXPERIMENTS.join(","), "--out"]).arg(out);
+    command
+}
+
+/// Facts and findings of every experiment.
+fn results(out: &Path) -> Vec<(Value, Value)> {
+    let read = |name: &str| -> Value {
+        let bytes = std::fs::read(out.join(name).with_extension("json")).unwrap();
+        serde_json::from_slice(&bytes).unwrap()
+    };
+    EXPERIMENTS.map(|name| (read(name)["facts"].clone(), read(name)["findings"].clone())).into()
+}
+
+/// The whole lines of each journal.
+fn journals(out: &Path) -> HashMap<PathBuf, Vec<Value>> {
+    let entries = std::fs::read_dir(out.join(".unfinished")).into_iter().flatten().flatten();
+    let paths = entries.map(|entry| entry.path()).filter(|path| path.extension().is_some());
+    let lines = |path: &PathBuf| {
+        let text = std::fs::read_to_string(path).unwrap();
+        let whole = text.split_inclusive('\n').filter(|line| line.ends_with('\n'));
+        whole.map(|line| serde_json::from_str(line).unwrap()).collect()
+    };
+    paths.map(|path| (path.clone(), lines(&path))).collect()
+}
+
+/// Between 0 and 1, anew at each call and each run of the test: a failure prints what it drew.
+fn random() -> f64 {
+    use std::hash::BuildHasher as _;
+    let bits = std::hash::RandomState::new().hash_one(0);
+    bits as f64 / u64::MAX as f64
+}
+
+#[test]
+fn killed_at_random_moments_it_finishes_with_the_facts_of_an_undisturbed_run_and_redoes_no_finished_cell()
+ {
+    let folder = tempfile::tempdir().unwrap();
+    let (calm, killed) = (folder.path().join("calm"), folder.path().join("killed"));
+    let begin = Instant::now();
+    assert!(reproduce(&calm).stderr(Stdio::null()).status().unwrap().success());
+    let longest = begin.elapsed();
+    assert!(!calm.join(".unfinished").exists());
+
+    let (mut delays, mut interrupted) = (Vec::new(), 0);
+    for _ in 0..KILLS {
+        let before = journals(&killed);
+        let mut child = reproduce(&killed).stderr(Stdio::null()).spawn().unwrap();
+        let delay = Duration::from_secs_f64(0.4 * random() * longest.as_secs_f64());
+        delays.push(delay);
+        std::thread::sleep(delay);
+        child.kill().unwrap(); // SIGKILL
+        let status = child.wait().unwrap();
+        if status.success() {
+            continue; // it was faster; what follows begins anew
+        }
+        interrupted += 1;
+        let after = journals(&killed);
+        for (path, lines) in &after {
+            let cell = |line: &Value| {
+                let cell = line.get("cell")?;
+                Some((cell["part"].to_string(), cell["number"].as_u64()))
+            };
+            let cells: Vec<_> = lines.iter().filter_map(cell).collect();
+            let different: BTreeSet<_> = cells.iter().collect();
+            let path = path.display();
+            assert_eq!(different.len(), cells.len(), "{path}: a cell was done twice, {delays:?}");
+        }
+        for (path, kept) in &before {
+            // An experiment that ends takes its journal along only with the last one.
+            let lines = after.get(path).map_or(&[][..], |lines| lines);
+            assert!(lines.starts_with(kept), "{}: a cell was lost, {delays:?}", path.display());
+        }
+    }
+    assert!(interrupted > 0, "no run was interrupted: {delays:?}");
+    let last = reproduce(&killed).output().unwrap();
+    assert!(last.status.success(), "{delays:?}: {}", String::from_utf8_lossy(&last.stderr));
+    assert_eq!(results(&killed), results(&calm), "{delays:?}");
+    assert!(!killed.join(".unfinished").exists());
+}
+
+#[test]
+fn a_second_run_in_the_same_folder_is_refused_while_the_first_is_at_work() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let mut first = reproduce(&out).stderr(Stdio::null()).spawn().unwrap();
+    // The first one is at work as soon as its journal is there.
+    while journals(&out).is_empty() {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let second = reproduce(&out).output().unwrap();
+    let was_busy = first.try_wait().unwrap().is_none();
+    first.kill().unwrap();
+    first.wait().unwrap();
+    if was_busy {
+        assert_eq!(second.status.code(), Some(2));
+        let message = String::from_utf8(second.stderr).unwrap();
+        assert!(message.contains("another process is writing results there"), "{message}");
+        assert_eq!(message.trim_end().lines().count(), 1, "{message}");
+    }
+}
