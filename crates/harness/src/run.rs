@@ -4,7 +4,9 @@ use crate::HarnessError;
 use crate::methods::Choice;
 use crate::schedule::Schedule;
 use crate::stability::{Energy, Rule, Watch};
-use drape_integrator::{Implicit, Phase, PhaseClock, SolveStatus, StepError, StepReport, TimeStep};
+use drape_integrator::{
+    EnergyLedger, Implicit, Phase, PhaseClock, SolveStatus, StepError, StepReport, TimeStep,
+};
 use drape_model::{State, System, TimeSpan, Vec3};
 use drape_records::run::{Sample, Totals};
 use drape_records::tables::Phases;
@@ -33,6 +35,8 @@ pub struct Options {
     pub series: bool,
     /// Seconds by phase.
     pub phases: bool,
+    /// What each step did to the energy, cause by cause.
+    pub ledger: bool,
 }
 
 /// Result of a run.
@@ -73,6 +77,8 @@ pub(crate) struct Moment<'a> {
     pub(crate) system: &'a System,
     /// Its state.
     pub(crate) state: &'a State,
+    /// What the step did to the energy, if asked for and known.
+    pub(crate) ledger: Option<EnergyLedger>,
 }
 
 /// A system with its start state, ready to be run.
@@ -230,6 +236,7 @@ pub(crate) fn drive(
     let mut changed = 0;
     let mut outside_work = 0.0;
     let mut last_finite = options.series.then(|| state.clone());
+    let mut before = options.ledger.then(|| state.clone());
     for step in 1..=steps {
         let due = schedule.due(state.t - start);
         for change in &schedule.changes[changed..due] {
@@ -237,6 +244,9 @@ pub(crate) fn drive(
         }
         changed = due;
         let h = TimeStep::new(schedule.step(step))?;
+        if let Some(before) = &mut before {
+            before.copy_from(state);
+        }
         let begin = Instant::now();
         let report = match integrator.step(system, state, h, &mut clock) {
             Ok(report) => report,
@@ -259,7 +269,8 @@ pub(crate) fn drive(
         if options.series && (step % every == 0 || step == steps) {
             outcome.series.extend(Some(sample(system, state)).filter(is_finite));
         }
-        observe(&Moment { step, h: h.seconds(), outside_work, system, state });
+        let ledger = before.as_ref().and_then(|before| integrator.ledger(system, before, state, h));
+        observe(&Moment { step, h: h.seconds(), outside_work, system, state, ledger });
         let time = state.t;
         if let Some(last) = &mut last_finite {
             // What is recorded must be readable again: JSON knows no infinity.

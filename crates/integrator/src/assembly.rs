@@ -1,7 +1,7 @@
 //! The matrix of an implicit step whose forces are linearised, in 3×3 blocks.
 
 use crate::Implicit;
-use drape_model::{BlockSink, Mat3, System, Tangent, Vec3};
+use drape_model::{BlockSink, Effect, Mat3, System, Tangent, Vec3};
 use drape_solvers::BlockMatrix;
 
 /// Where the implicit forces are linearised, and for a step of which length.
@@ -68,6 +68,17 @@ impl Implicit {
             effect.add_stiffness(x, 1.0, tangent, &mut sink);
         }
     }
+}
+
+/// Subtracts `K w` of one effect at `x` from `out`, N for `w` in m.
+pub(crate) fn subtract_stiffness_product(
+    effect: &dyn Effect,
+    x: &[Vec3],
+    tangent: Tangent,
+    w: &[Vec3],
+    out: &mut [Vec3],
+) {
+    effect.add_stiffness(x, -1.0, tangent, &mut Product { w, out });
 }
 
 /// Adds blocks to a matrix.

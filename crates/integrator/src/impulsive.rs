@@ -40,6 +40,18 @@ impl ImpulsiveContacts {
         state.t += h;
     }
 
+    /// What the pins and contacts of the last step left of the free velocity, m/s, before what followed its end.
+    pub fn constrained_velocity(&self) -> Vec<Vec3> {
+        let mut velocity = self.free_velocity.clone();
+        self.constraints.impose(&mut velocity);
+        velocity
+    }
+
+    /// Pins and contacts of the last step.
+    pub fn constraints(&self) -> &Constraints {
+        &self.constraints
+    }
+
     /// As [`ContactSet::stop`].
     pub fn stop(&self, v: &mut [Vec3]) {
         self.contacts.stop(v);

@@ -34,6 +34,7 @@
 //! | [`ImpulsiveContacts`] | pins and contacts on a velocity that was computed without them | Provot, Terzopoulos-Fleischer, Desbrun, Kang |
 //! | [`ContactSet`] | active set of the velocity constraints of section 6 | all |
 //! | [`Predictor`] | start values, EEH (22) | CG methods |
+//! | [`Bookkeeping`] | makes the [`EnergyLedger`] of a step | the methods of one step |
 
 mod assembly;
 mod clock;
@@ -44,6 +45,7 @@ mod history;
 mod implicit;
 mod impulsive;
 mod kinematics;
+mod ledger;
 mod linear;
 mod method;
 mod newton;
@@ -69,6 +71,7 @@ pub use history::History;
 pub use implicit::Implicit;
 pub use impulsive::ImpulsiveContacts;
 pub use kinematics::{drift, kick};
+pub use ledger::{Bookkeeping, EnergyLedger, as_stepped, momentum_between, subtract_laplacian};
 pub use linear::{LaplacianSolver, LinearSettings, PreconditionerKind, SolverKind, Weights};
 pub use method::{Method, Order, Quantity, StabilityClass, Support, Treatment};
 pub use newton::{Newton, NewtonReport, NewtonSettings};
@@ -109,6 +112,22 @@ pub trait Integrator: std::fmt::Debug + Send {
         h: TimeStep,
         clock: &mut PhaseClock,
     ) -> Result<StepReport, StepError>;
+
+    /// What the last step did to the total energy, cause by cause, given the states before and after it, its length and
+    /// the system that it saw. `None` where the method has no such identity: the methods of several steps, and steps that
+    /// a method divides.
+    ///
+    /// A diagnosis to be called right after [`step`](Self::step), if at all: it may allocate, and the step does nothing for
+    /// it. What changes of the system from outside do to the energy, between steps, is not of the step.
+    fn ledger(
+        &mut self,
+        _system: &System,
+        _before: &State,
+        _after: &State,
+        _h: TimeStep,
+    ) -> Option<EnergyLedger> {
+        None
+    }
 
     /// Forgets the history (predictor, contacts) after a jump of the state that the integrator did
     /// not make.

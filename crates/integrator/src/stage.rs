@@ -169,6 +169,16 @@ impl ImplicitStage {
         &self.velocity
     }
 
+    /// `∇Φ` at the solution of the last stage, unfiltered, kg m/s: its residual and the impulse of its constraints.
+    pub fn gradient(&mut self, system: &System) -> &[Vec3] {
+        self.potential.gradient(system, &self.velocity)
+    }
+
+    /// Which effects are implicit.
+    pub fn implicit(&self) -> Implicit {
+        self.potential.implicit()
+    }
+
     /// `x* + τ v` of the last stage, m.
     pub fn positions(&mut self) -> &[Vec3] {
         self.potential.positions(&self.velocity)

@@ -12,10 +12,12 @@
 //! | `results/cg-vs-stiffness.json` | [`Record`]`<`[`cg::Facts`]`>` |
 //! | `results/order.json` | [`Record`]`<`[`order::Facts`]`>` |
 //! | `results/momentum.json` | [`Record`]`<`[`momentum::Facts`]`>` |
+//! | `results/energy.json` | [`Record`]`<`[`energy::Facts`]`>` |
 //! | `results/hard-cases.json` | [`Record`]`<`[`hard_cases::Facts`]`>` |
 //! | what `drape run --out` writes | [`run::Run`] |
 
 pub mod cg;
+pub mod energy;
 pub mod file;
 pub mod hard_cases;
 pub mod momentum;

@@ -12,6 +12,7 @@
 //! | `cg-vs-stiffness.json` | one of the records | `figures/cg-*.svg`, `figures/motion-vs-stiffness.svg` |
 //! | `order.json` | one of the records | `figures/order-*.svg` |
 //! | `momentum.json` | one of the records | `figures/momentum-*.svg` |
+//! | `energy.json` | one of the records | `figures/energy-*.svg` |
 //! | `hard-cases.json` | one of the records | `figures/hard-cases.svg` |
 //! | all of them | | `README.md` |
 //!
@@ -21,6 +22,7 @@
 //! (`templates/README.md.jinja`) filled from the same records (module `page`).
 
 mod cg;
+mod energy;
 mod error;
 mod family;
 mod hard_cases;
@@ -54,8 +56,14 @@ struct Chapter {
 }
 
 /// In the order of the page.
-const CHAPTERS: &[Chapter] =
-    &[tables::CHAPTER, cg::CHAPTER, order::CHAPTER, momentum::CHAPTER, hard_cases::CHAPTER];
+const CHAPTERS: &[Chapter] = &[
+    tables::CHAPTER,
+    cg::CHAPTER,
+    order::CHAPTER,
+    momentum::CHAPTER,
+    energy::CHAPTER,
+    hard_cases::CHAPTER,
+];
 
 /// File, title and caption of the figures drawn from the record of an experiment (and its timings);
 /// none for an experiment that this crate does not know.

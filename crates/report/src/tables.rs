@@ -258,6 +258,7 @@ fn cost_panel(row: &Row, timed: &[&TimingRow]) -> Panel {
                 ("set-up of the matrix", Fill::Hatched, share(parts[1])),
                 ("rest", Fill::Light, share(parts[2])),
             ],
+            reach: f64::INFINITY,
             end: format!("{} ms per simulated s", milliseconds(*solver_s)),
         }
     });

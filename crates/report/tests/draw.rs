@@ -20,6 +20,7 @@ fn complete() -> TempDir {
     write_json(&folder.path().join("hard-cases.json"), &common::hard_cases(false)).unwrap();
     write_json(&folder.path().join("order.json"), &common::order(false)).unwrap();
     write_json(&folder.path().join("momentum.json"), &common::momentum(false)).unwrap();
+    write_json(&folder.path().join("energy.json"), &common::energy(false)).unwrap();
     folder
 }
 
@@ -51,9 +52,9 @@ fn every_figure_and_the_page_are_written() {
                 .unwrap();
         }
     }
-    let experiments = ["tables", "cg-vs-stiffness", "order", "momentum", "hard-cases"];
+    let experiments = ["tables", "cg-vs-stiffness", "order", "momentum", "energy", "hard-cases"];
     let figures: Vec<_> = experiments.into_iter().flat_map(figures_of).collect();
-    assert_eq!(figures.len(), 16);
+    assert_eq!(figures.len(), 24);
     assert_eq!(files.len(), figures.len() + 1);
     let page = &files["README.md"];
     for figure in figures {
@@ -134,6 +135,19 @@ fn figures_name_axes_units_and_every_curve() {
     expect("momentum-spin-left.svg", &["|L|/|L₀| after one second (dimensionless)"]);
     expect("momentum-drift.svg", &["drift of momentum (dimensionless)", crossed]);
     expect("momentum-drift.svg", &["falling sheet, k/m = 10⁴ s⁻²"]);
+    for scene in ["hanging-1e4", "hanging-1e6", "spinning-1e4", "sphere-1e4"] {
+        let name = |kind: &str| -> &'static str { format!("energy-{kind}-{scene}.svg").leak() };
+        let (ledger, curves) = (name("ledger"), name("over-time"));
+        expect(curves, &labels);
+        expect(curves, &["time (s)", "(H − H₀)/E_ref", "Explicit, undamped", crossed]);
+        expect(curves, &["Other methods, damped, d/m = 40 s⁻¹"]);
+        expect(ledger, &["numerical damping", "damping of the scene", "residual of the solver"]);
+        expect(ledger, &["pins and contacts", "corrections", "leapfrog", "unheard-of"]);
+        expect(ledger, &["change of the total energy (% of what the scene sets free)"]);
+        // Cut, but with its true number; the unstable run by its verdict.
+        expect(ledger, &["600 %", "−600 %", "diverged", "−50 %"]);
+        expect(ledger, &["Bars are cut at 250 %; the numbers in them are not."]);
+    }
     expect("hard-cases.svg", &common::METHODS);
     expect("hard-cases.svg", &["H01 longest of titles", "undecided: effect absent (moving pins)"]);
     expect(
@@ -235,12 +249,15 @@ fn a_figure_whose_scenes_were_not_run_is_left_out() {
     let folder = tempfile::tempdir().unwrap();
     write_json(&folder.path().join("order.json"), &common::order(true)).unwrap();
     write_json(&folder.path().join("momentum.json"), &common::momentum(true)).unwrap();
+    write_json(&folder.path().join("energy.json"), &common::energy(true)).unwrap();
     let files = drawn(folder.path());
     let names: Vec<&str> = files.keys().map(String::as_str).collect();
     assert_eq!(
         names,
         [
             "README.md",
+            "figures/energy-ledger-spinning-1e4.svg",
+            "figures/energy-over-time-spinning-1e4.svg",
             "figures/momentum-drift.svg",
             "figures/momentum-spin-left.svg",
             "figures/momentum-spin.svg",

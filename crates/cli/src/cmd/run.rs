@@ -44,7 +44,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let mut simulation = Simulation { system, state };
     let (whole, rest) = time.steps();
     let bar = bar(choice.method().id, whole + u64::from(rest.is_some()));
-    let options = Options { series: true, phases: arguments.phases };
+    let options = Options { series: true, phases: arguments.phases, ..Options::default() };
     let outcome = simulate(&mut simulation, &choice, time, options, |step, _, _| {
         bar.as_ref().inspect(|bar| bar.set_position(step));
     })?;

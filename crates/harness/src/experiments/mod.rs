@@ -1,6 +1,7 @@
 //! The experiments: what is asked, what is run, what is recorded.
 
 mod cg;
+pub(crate) mod energy;
 mod hard_cases;
 pub(crate) mod momentum;
 pub(crate) mod order;
@@ -125,6 +126,7 @@ static EXPERIMENTS: &[Experiment] = &[
     cg::EXPERIMENT,
     order::EXPERIMENT,
     momentum::EXPERIMENT,
+    energy::EXPERIMENT,
     hard_cases::EXPERIMENT,
 ];
 

@@ -308,7 +308,7 @@ fn time(
 ) -> Result<TimingRow, HarnessError> {
     let span = TimeSpan { step_s: reading.printed.step_s, duration_s: DURATION };
     let once = |phases| {
-        let options = Options { series: false, phases };
+        let options = Options { phases, ..Options::default() };
         simulate(&mut reading.simulation.clone(), choice, span, options, |_, _, _| ())
     };
     let mut samples_ns = Vec::new();

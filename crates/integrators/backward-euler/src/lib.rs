@@ -56,6 +56,7 @@
 //! | `Φ` | [`drape_integrator::IncrementalPotential::value`] | J | |
 //! | `v̂` | [`drape_integrator::IncrementalPotential::target`] | m/s | `n` × 3 |
 
+mod ledger;
 mod settings;
 mod step;
 mod workspace;

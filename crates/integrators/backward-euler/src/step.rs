@@ -3,8 +3,8 @@
 use crate::settings::{BACKWARD_EULER, BackwardEulerSettings};
 use crate::workspace::Workspace;
 use drape_integrator::{
-    Integrator, Method, Phase, PhaseClock, PrepareError, Scratch, Stage, StepError, StepReport,
-    TimeStep,
+    EnergyLedger, Integrator, Method, Phase, PhaseClock, PrepareError, Scratch, Stage, StepError,
+    StepReport, TimeStep,
 };
 use drape_model::{State, System};
 
@@ -74,5 +74,15 @@ impl Integrator for BackwardEuler {
             w.predictor.restart();
             w.contacts.restart();
         }
+    }
+
+    fn ledger(
+        &mut self,
+        system: &System,
+        before: &State,
+        after: &State,
+        h: TimeStep,
+    ) -> Option<EnergyLedger> {
+        Some(self.scratch.get_mut()?.ledger(system, before, after, h))
     }
 }

@@ -119,6 +119,7 @@
 
 #[cfg(test)]
 mod contact_tests;
+mod ledger;
 mod linear_system;
 mod settings;
 mod step;

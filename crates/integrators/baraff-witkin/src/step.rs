@@ -3,7 +3,8 @@
 use crate::settings::{BARAFF_WITKIN, BaraffWitkinSettings};
 use crate::workspace::{Workspace, prescribe_changes};
 use drape_integrator::{
-    Integrator, Method, Phase, PhaseClock, PrepareError, Scratch, StepError, StepReport, TimeStep,
+    EnergyLedger, Integrator, Method, Phase, PhaseClock, PrepareError, Scratch, StepError,
+    StepReport, TimeStep,
 };
 use drape_model::{State, System};
 
@@ -75,6 +76,16 @@ impl Integrator for BaraffWitkin {
         if let Some(w) = self.scratch.get_mut() {
             w.contacts.restart();
         }
+    }
+
+    fn ledger(
+        &mut self,
+        system: &System,
+        before: &State,
+        after: &State,
+        h: TimeStep,
+    ) -> Option<EnergyLedger> {
+        Some(self.scratch.get_mut()?.ledger(system, before, after, h, &self.settings))
     }
 }
 

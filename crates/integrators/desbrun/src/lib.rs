@@ -70,6 +70,7 @@
 //! | `θ = h²k/m` | – | – | |
 //! | `I_G` | `inertia` | kg m² | 3 × 3 |
 
+mod ledger;
 mod settings;
 mod step;
 mod torque;

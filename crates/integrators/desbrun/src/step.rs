@@ -4,8 +4,8 @@ use crate::settings::{DESBRUN, DesbrunSettings, Inverse, Torque};
 use crate::torque::{correct, damping_force};
 use crate::workspace::Workspace;
 use drape_integrator::{
-    Integrator, Method, Phase, PhaseClock, PrepareError, Scratch, StepError, StepReport, TimeStep,
-    kick,
+    EnergyLedger, Integrator, Method, Phase, PhaseClock, PrepareError, Scratch, StepError,
+    StepReport, TimeStep, kick,
 };
 use drape_model::{State, System};
 
@@ -73,5 +73,15 @@ impl Integrator for Desbrun {
         if let Some(w) = self.scratch.get_mut() {
             w.contacts.restart();
         }
+    }
+
+    fn ledger(
+        &mut self,
+        system: &System,
+        before: &State,
+        after: &State,
+        h: TimeStep,
+    ) -> Option<EnergyLedger> {
+        Some(self.scratch.get_mut()?.ledger(system, before, after, h, &self.settings))
     }
 }

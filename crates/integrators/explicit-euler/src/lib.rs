@@ -101,6 +101,7 @@
 //! | `R` | `remainder` | N | `n` × 3 |
 //! | `λ` | [`drape_integrator::LargestEigenvalue`], [`drape_integrator::StiffnessBound`] | 1/s² | |
 
+mod ledger;
 mod settings;
 mod stability_limit;
 mod step;

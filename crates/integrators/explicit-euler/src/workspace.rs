@@ -4,4 +4,4 @@ mod euler;
 mod leapfrog;
 
 pub(crate) use euler::EulerWorkspace;
-pub(crate) use leapfrog::LeapfrogWorkspace;
+pub(crate) use leapfrog::{Damping, LeapfrogWorkspace};

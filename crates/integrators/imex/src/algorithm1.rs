@@ -60,6 +60,7 @@ pub(crate) fn as_printed(
 pub(crate) struct Descent {
     potential: IncrementalPotential,
     newton: Newton,
+    by_newton: bool,
 }
 
 /// `√m` of the lightest particle that moves: `‖r‖` in the norm of `M⁻¹` is at most `‖r‖` over this.
@@ -79,7 +80,7 @@ impl Descent {
     pub(crate) fn new(system: &System, implicit: Implicit) -> Result<Self, PrepareError> {
         let potential = IncrementalPotential::new(system, implicit);
         let newton = Newton::new(system, &potential)?;
-        Ok(Self { potential, newton })
+        Ok(Self { potential, newton, by_newton: false })
     }
 
     /// Begins a step.
@@ -100,6 +101,11 @@ impl Descent {
     /// Evaluations of forces and energies since the step began.
     pub(crate) fn evaluations(&self) -> u32 {
         self.potential.evaluations()
+    }
+
+    /// Whether the last solve was ended by Newton's method and not by an update of the right-hand side.
+    pub(crate) fn by_newton(&self) -> bool {
+        self.by_newton
     }
 
     /// Minimises from `v`. A result that gains energy is accepted only when it has converged; where that
@@ -127,6 +133,7 @@ impl Descent {
         loop {
             let converged =
                 updates && self.update_until(problem, rhs, linear, v, tolerance, report);
+            self.by_newton = !converged;
             if !converged {
                 self.finish(problem, v, tolerance, report)?;
             }
@@ -134,6 +141,7 @@ impl Descent {
             let gained = self.energy(system, v) > allowed;
             if gained && report.solve != SolveStatus::Converged {
                 let status = report.solve;
+                self.by_newton = false;
                 v.fill(Vec3::zeros()); // where b(v, x_n + h v) is the b of plain IMEX Euler
                 rhs.update(system, state, h, v); // EEH (21)
                 *report += linear.solve_to(constraints, &rhs.b, v, tightest * lightest(system));

@@ -164,6 +164,7 @@
 mod algorithm1;
 #[doc = include_str!("../docs/errata.md")]
 pub mod errata {}
+mod ledger;
 mod right_hand_side;
 mod settings;
 mod step;

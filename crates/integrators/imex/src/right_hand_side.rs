@@ -30,6 +30,16 @@ impl RightHandSide {
         }
     }
 
+    /// Which effects are implicit.
+    pub(crate) fn implicit(&self) -> Implicit {
+        self.implicit
+    }
+
+    /// Where the last [update](Self::update) took the positions, m.
+    pub(crate) fn positions(&self) -> &[Vec3] {
+        &self.x
+    }
+
     /// `b = M v_n + h [F_explicit(x_n, v_n) − L_k x_n]`, EEH (21). The bracket is the whole force at
     /// level `n` less the damping `−L_c v` that stands in the matrix, since `F2 − L_k x` is the force of the springs.
     #[doc(alias = "EEH 21")]

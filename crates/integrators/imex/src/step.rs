@@ -6,8 +6,8 @@ use crate::settings::{
 };
 use crate::workspace::Workspace;
 use drape_integrator::{
-    Integrator, Method, Phase, PhaseClock, PrepareError, Scratch, Start, StepError, StepReport,
-    TimeStep,
+    EnergyLedger, Integrator, Method, Phase, PhaseClock, PrepareError, Scratch, Start, StepError,
+    StepReport, TimeStep,
 };
 use drape_model::{State, System};
 
@@ -105,6 +105,16 @@ impl Integrator for ImexEuler {
             w.restart();
         }
     }
+
+    fn ledger(
+        &mut self,
+        system: &System,
+        before: &State,
+        after: &State,
+        h: TimeStep,
+    ) -> Option<EnergyLedger> {
+        Some(self.scratch.get_mut()?.plain_ledger(system, before, after, h))
+    }
 }
 
 impl Workspace {
@@ -181,5 +191,15 @@ impl Integrator for ImexUpdated {
         if let Some(w) = self.scratch.get_mut() {
             w.restart();
         }
+    }
+
+    fn ledger(
+        &mut self,
+        system: &System,
+        before: &State,
+        after: &State,
+        h: TimeStep,
+    ) -> Option<EnergyLedger> {
+        Some(self.scratch.get_mut()?.updated_ledger(system, before, after, h))
     }
 }

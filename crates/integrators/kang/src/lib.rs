@@ -66,6 +66,7 @@
 //! | `θ = h²κ`, `η = hδ`, with the eigenvalues `κ` of `M⁻¹L_k` and `δ` of `M⁻¹L_c` of a shape | – | – | |
 //! | `γ`, its eigenvalue of Jacobi's iteration | – | – | |
 
+mod ledger;
 mod settings;
 mod step;
 mod sweep;

@@ -4,8 +4,8 @@ use crate::settings::{KANG, KangSettings};
 use crate::sweep::sweep;
 use crate::workspace::Workspace;
 use drape_integrator::{
-    Integrator, Method, Phase, PhaseClock, PrepareError, Scratch, StepError, StepReport, TimeStep,
-    kick,
+    EnergyLedger, Integrator, Method, Phase, PhaseClock, PrepareError, Scratch, StepError,
+    StepReport, TimeStep, kick,
 };
 use drape_model::{State, System};
 
@@ -66,5 +66,15 @@ impl Integrator for Kang {
         if let Some(w) = self.scratch.get_mut() {
             w.contacts.restart();
         }
+    }
+
+    fn ledger(
+        &mut self,
+        system: &System,
+        before: &State,
+        after: &State,
+        h: TimeStep,
+    ) -> Option<EnergyLedger> {
+        Some(self.scratch.get_mut()?.ledger(system, before, after, h))
     }
 }

@@ -59,6 +59,7 @@
 //! | `ℓ`, `L` | [`drape_integrator::ElongationLimit`] | m | per spring |
 //! | `w` | `inverse_mass` | 1/kg | `n` |
 
+mod ledger;
 mod settings;
 mod step;
 #[cfg(test)]

@@ -62,6 +62,7 @@
 //! | `A` | `matrix` | kg | `n` × `n`, scalar |
 //! | `b` | `b` | kg m/s | `n` × 3 |
 
+mod ledger;
 mod secant;
 mod settings;
 mod step;

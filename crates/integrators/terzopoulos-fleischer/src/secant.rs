@@ -2,7 +2,7 @@
 
 use drape_integrator::{Implicit, PrepareError, StepError};
 use drape_model::{State, System, Vec3};
-use drape_solvers::{CompleteLdlt, LinearOperator, ScalarMatrix, vector::norm};
+use drape_solvers::{CompleteLdlt, LinearOperator, ScalarMatrix, constraint_impulse, vector::norm};
 
 /// `A v_{n+1} = b` of one step.
 #[derive(Debug)]
@@ -78,6 +78,17 @@ impl SecantSystem {
     /// [`StepError::Solver`] where a pivot vanishes or is not finite.
     pub(crate) fn factorise(&mut self) -> Result<(), StepError> {
         Ok(self.factor.update(&self.matrix, Some(&self.free))?)
+    }
+
+    /// The weight that a secant stiffness has in the matrix, N/m.
+    pub(crate) fn weight(&self, secant: f64) -> f64 {
+        if self.clamp { secant.max(0.0) } else { secant }
+    }
+
+    /// `A v − b`, kg m/s.
+    pub(crate) fn left_over(&mut self, v: &[Vec3]) -> &[Vec3] {
+        constraint_impulse(&self.matrix, &self.b, v, &mut self.residual);
+        &self.residual
     }
 
     /// Whether the matrix has a negative eigenvalue.

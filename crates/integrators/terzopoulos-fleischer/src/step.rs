@@ -3,8 +3,8 @@
 use crate::settings::{TERZOPOULOS_FLEISCHER, TerzopoulosFleischerSettings};
 use crate::workspace::Workspace;
 use drape_integrator::{
-    Integrator, Method, Phase, PhaseClock, PrepareError, Scratch, SetupCause, SolveStatus,
-    StepError, StepReport, TimeStep,
+    EnergyLedger, Integrator, Method, Phase, PhaseClock, PrepareError, Scratch, SetupCause,
+    SolveStatus, StepError, StepReport, TimeStep,
 };
 use drape_model::{State, System};
 
@@ -64,5 +64,15 @@ impl Integrator for TerzopoulosFleischer {
         if let Some(w) = self.scratch.get_mut() {
             w.contacts.restart();
         }
+    }
+
+    fn ledger(
+        &mut self,
+        system: &System,
+        before: &State,
+        after: &State,
+        h: TimeStep,
+    ) -> Option<EnergyLedger> {
+        Some(self.scratch.get_mut()?.ledger(system, before, after, h))
     }
 }

@@ -189,7 +189,7 @@ fn draw_panel(
         draw_line(root, &ends, RULE_DASHES[legend.rule(&rule.label) % 2], INK.stroke_width(2))?;
     }
     for bar in &panel.bars {
-        draw_bar(root, bar, pixel)?;
+        draw_bar(root, bar, |x, y| pixel(x.clamp(-bar.reach, bar.reach), y))?;
     }
     let place = |p: &super::Point| pixel(panel.x.position(p.x), panel.y.position(p.y));
     for series in panel.series.iter().filter(|series| series.is_joined) {
@@ -199,8 +199,12 @@ fn draw_panel(
     for (n, series) in panel.series.iter().enumerate() {
         // Smaller and smaller, so that none hides the ones it coincides with.
         let size = MARKER * (1.25 - 0.15 * n.min(3) as f64);
-        for point in &series.points {
-            draw_marker(root, place(point), series.look, point.state, size)?;
+        // Where curves coincide, the markers of each stand between those of the others.
+        let offset = n * series.stride / panel.series.len();
+        for (k, point) in series.points.iter().enumerate() {
+            if k % series.stride == offset || point.state != State::Stable {
+                draw_marker(root, place(point), series.look, point.state, size)?;
+            }
         }
     }
     Ok(())
@@ -245,32 +249,41 @@ fn draw_marker(
 }
 
 fn draw_bar(root: &Area<'_>, bar: &Bar, pixel: impl Fn(f64, f64) -> Pixel) -> Result<(), Failure> {
-    let mut start = 0.0;
+    let (mut left, mut right) = (0.0, 0.0);
     for (_, fill, length) in &bar.parts {
-        let (low, high) = (pixel(start, bar.y + 0.32), pixel(start + length, bar.y - 0.32));
-        start += length;
+        let (start, end) = if *length < 0.0 {
+            left += length;
+            (left, left - length)
+        } else {
+            right += length;
+            (right - length, right)
+        };
+        let (low, high) = (pixel(start, bar.y + 0.32), pixel(end, bar.y - 0.32));
+        if high.0 == low.0 {
+            continue; // thinner than a line
+        }
         draw_fill(root, low, high, *fill)?;
-        let text = format!("{length:.0} %");
+        let text = format!("{length:.0} %").replace('-', "−");
         if high.0 - low.0 < CHARACTER * text.chars().count() as i32 + 4 {
             continue;
         }
         let middle = ((low.0 + high.0) / 2, (low.1 + high.1) / 2);
         let half = 4 * text.chars().count() as i32 + 3;
         let colour = if *fill == Fill::Dark { WHITE } else { INK };
-        if *fill == Fill::Hatched {
+        if !matches!(fill, Fill::Dark | Fill::Light) {
             let corners = [(middle.0 - half, middle.1 - 9), (middle.0 + half, middle.1 + 9)];
             root.draw(&Rectangle::new(corners, fill.colour().filled()))?;
         }
         let style = text_style(14.0, FontStyle::Normal, colour, HPos::Center, VPos::Center);
         root.draw_text(&text, &style, middle)?;
     }
-    let (x, y) = pixel(start, bar.y);
+    let (x, y) = pixel(right, bar.y);
     root.draw_text(&bar.end, &plain(HPos::Left, VPos::Center), (x + 8, y))
 }
 
 fn draw_fill(root: &Area<'_>, low: Pixel, high: Pixel, fill: Fill) -> Result<(), Failure> {
     root.draw(&Rectangle::new([low, high], fill.colour().filled()))?;
-    if fill == Fill::Hatched {
+    if matches!(fill, Fill::Hatched | Fill::Crossed) {
         let rise = high.1 - low.1;
         for foot in (low.0 - rise..high.0).step_by(7).map(|x| x + 3) {
             // From (foot, bottom) up to the right, cut at the sides.
@@ -278,7 +291,16 @@ fn draw_fill(root: &Area<'_>, low: Pixel, high: Pixel, fill: Fill) -> Result<(),
             if from < to {
                 let stroke = vec![(from, high.1 - (from - foot)), (to, high.1 - (to - foot))];
                 root.draw(&PathElement::new(stroke, INK.stroke_width(1)))?;
+                if fill == Fill::Crossed {
+                    let stroke = vec![(from, low.1 + (from - foot)), (to, low.1 + (to - foot))];
+                    root.draw(&PathElement::new(stroke, INK.stroke_width(1)))?;
+                }
             }
+        }
+    }
+    if fill == Fill::Upright {
+        for x in (low.0 + 3..high.0).step_by(6) {
+            root.draw(&PathElement::new(vec![(x, low.1), (x, high.1)], INK.stroke_width(1)))?;
         }
     }
     root.draw(&Rectangle::new([low, high], INK.stroke_width(1)))

@@ -81,6 +81,8 @@ pub(crate) struct Series {
     pub(crate) points: Vec<Point>,
     /// Whether a line joins the points.
     is_joined: bool,
+    /// Every so many points have a marker.
+    stride: usize,
 }
 
 impl Series {
@@ -88,7 +90,12 @@ impl Series {
     pub(crate) fn new(label: String, look: Look, mut points: Vec<Point>) -> Option<Self> {
         points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
         points.dedup();
-        (!points.is_empty()).then_some(Self { label, look, points, is_joined: true })
+        (!points.is_empty()).then_some(Self { label, look, points, is_joined: true, stride: 1 })
+    }
+
+    /// The same line with some ten markers on it, however many points it passes.
+    pub(crate) fn sparse(self) -> Self {
+        Self { stride: self.points.len().div_ceil(10).max(1), ..self }
     }
 
     /// The same points without a line between them.
@@ -128,13 +135,15 @@ pub(crate) enum At {
     },
 }
 
-/// A horizontal bar from x = 0, cut into parts.
+/// A horizontal bar from x = 0, cut into parts: to the right those of positive length, to the left the others.
 pub(crate) struct Bar {
     /// Middle of the bar on the y axis; its thickness is 0.64.
     pub(crate) y: f64,
     /// Label in the legend, fill and length of each part.
     pub(crate) parts: Vec<(&'static str, Fill, f64)>,
-    /// Text behind its end.
+    /// Parts that go farther than this on either side are cut there; the numbers in them are not.
+    pub(crate) reach: f64,
+    /// Text behind its right end.
     pub(crate) end: String,
 }
 

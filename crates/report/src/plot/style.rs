@@ -132,6 +132,10 @@ pub(crate) enum Fill {
     Hatched,
     /// Light and plain.
     Light,
+    /// Light, with upright strokes.
+    Upright,
+    /// Light, with strokes slanted both ways.
+    Crossed,
 }
 
 impl Fill {
@@ -140,6 +144,8 @@ impl Fill {
             Self::Dark => COLOURS[0],
             Self::Hatched => RGBColor(0xfb, 0xe3, 0xb0),
             Self::Light => RGBColor(0xf2, 0xf2, 0xf2),
+            Self::Upright => RGBColor(0xc9, 0xe8, 0xdb),
+            Self::Crossed => RGBColor(0xf0, 0xcf, 0xe0),
         }
     }
 }

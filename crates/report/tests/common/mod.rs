@@ -1,5 +1,9 @@
 //! Synthetic records, shaped like real ones: counts grow like the square root of the stiffness.
 
+mod energy;
+
+pub(crate) use energy::energy;
+
 use drape_records::tables::{BestFit, PaperRow, Phases, Row, TimingRow};
 use drape_records::{
     Provenance, RECORD_FORMAT, Record, TIMINGS_FORMAT, Timings, cg, hard_cases, momentum, order,

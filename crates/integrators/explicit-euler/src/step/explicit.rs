@@ -3,8 +3,8 @@
 use crate::settings::EXPLICIT_EULER;
 use crate::workspace::EulerWorkspace;
 use drape_integrator::{
-    Integrator, Method, Phase, PhaseClock, PrepareError, Scratch, StepError, StepReport, TimeStep,
-    drift, kick,
+    EnergyLedger, Integrator, Method, Phase, PhaseClock, PrepareError, Scratch, StepError,
+    StepReport, TimeStep, drift, kick,
 };
 use drape_model::{State, System, Vec3};
 
@@ -58,5 +58,15 @@ impl Integrator for ExplicitEuler {
         if let Some(w) = self.scratch.get_mut() {
             w.contacts.restart();
         }
+    }
+
+    fn ledger(
+        &mut self,
+        system: &System,
+        before: &State,
+        after: &State,
+        h: TimeStep,
+    ) -> Option<EnergyLedger> {
+        Some(self.scratch.get_mut()?.explicit_ledger(system, before, after, h))
     }
 }

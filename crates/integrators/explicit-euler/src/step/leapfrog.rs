@@ -3,8 +3,8 @@
 use crate::settings::{LEAPFROG, LeapfrogSettings};
 use crate::workspace::LeapfrogWorkspace;
 use drape_integrator::{
-    Integrator, Method, MultistepMotion, Phase, PhaseClock, PrepareError, Scratch, StepError,
-    StepReport, TimeStep, drift, kick,
+    EnergyLedger, Integrator, Method, MultistepMotion, Phase, PhaseClock, PrepareError, Scratch,
+    StepError, StepReport, TimeStep, drift, kick,
 };
 use drape_model::{State, System};
 
@@ -52,6 +52,7 @@ impl Integrator for Leapfrog {
             w.advance(system, state, substep, clock, &mut report);
         }
         w.remember_force(system, &state.x);
+        w.last_substeps = report.substeps;
         state.t += h.seconds();
         clock.stop();
         Ok(report)
@@ -61,6 +62,18 @@ impl Integrator for Leapfrog {
         if let Some(w) = self.scratch.get_mut() {
             w.restart();
         }
+    }
+
+    fn ledger(
+        &mut self,
+        system: &System,
+        before: &State,
+        after: &State,
+        h: TimeStep,
+    ) -> Option<EnergyLedger> {
+        // Of a divided step the parts are not kept.
+        let w = self.scratch.get_mut().filter(|w| w.last_substeps == 1)?;
+        Some(w.ledger(system, before, after, h))
     }
 }
 
@@ -96,6 +109,9 @@ impl LeapfrogWorkspace {
             clock.switch(Phase::Update);
             kick(system, 0.5 * h, &self.force, v); // v_{n+1} = v½ + h/2 M⁻¹ F_{n+1}
             self.pins.impose(v);
+        }
+        if !self.contacts.is_empty() {
+            self.unsettled.copy_from_slice(v);
         }
         self.contacts.settle(v, |_, _| ());
         self.contacts.stop(v);

@@ -3,8 +3,8 @@
 use crate::settings::{DampingTreatment, SYMPLECTIC_EULER, SymplecticSettings};
 use crate::workspace::EulerWorkspace;
 use drape_integrator::{
-    Implicit, Integrator, Method, Phase, PhaseClock, PrepareError, Scratch, StepError, StepReport,
-    TimeStep, drift, kick,
+    EnergyLedger, Implicit, Integrator, Method, Phase, PhaseClock, PrepareError, Scratch,
+    StepError, StepReport, TimeStep, drift, kick,
 };
 use drape_model::{State, System, Vec3};
 
@@ -95,5 +95,15 @@ impl Integrator for SymplecticEuler {
         if let Some(w) = self.scratch.get_mut() {
             w.contacts.restart();
         }
+    }
+
+    fn ledger(
+        &mut self,
+        system: &System,
+        before: &State,
+        after: &State,
+        h: TimeStep,
+    ) -> Option<EnergyLedger> {
+        Some(self.scratch.get_mut()?.symplectic_ledger(system, before, after, h))
     }
 }

@@ -21,6 +21,10 @@ pub(crate) struct LeapfrogWorkspace {
     positions: Vec<Vec3>,
     pub(crate) old_velocity: Vec<Vec3>,
     free_velocity: Vec<Vec3>,
+    /// `v_{n+1}` before the contacts settle, m/s; filled only where there are any.
+    pub(crate) unsettled: Vec<Vec3>,
+    /// Number of substeps of the last step.
+    pub(crate) last_substeps: u32,
     impulse: Vec<Vec3>,
     pub(crate) contacts: ContactSet,
     pub(crate) constraints: Constraints,
@@ -35,9 +39,10 @@ pub(crate) struct LeapfrogWorkspace {
 #[derive(Debug)]
 pub(crate) struct Damping {
     /// `M + h/2 L_c`.
-    solver: LaplacianSolver,
-    force: Vec<Vec3>,
-    right_hand_side: Vec<Vec3>,
+    pub(crate) solver: LaplacianSolver,
+    /// After a step: the remainder `R` of its last solve, N.
+    pub(crate) force: Vec<Vec3>,
+    pub(crate) right_hand_side: Vec<Vec3>,
 }
 
 impl LeapfrogWorkspace {
@@ -75,6 +80,8 @@ impl LeapfrogWorkspace {
             positions: zeros(),
             old_velocity: zeros(),
             free_velocity: zeros(),
+            unsettled: zeros(),
+            last_substeps: 0,
             impulse: zeros(),
             contacts: ContactSet::new(system),
             constraints: Constraints::free(system.len()),

@@ -1,0 +1,300 @@
+//! The energy ledger: what one step did to the total energy, cause by cause.
+//!
+//! Let a step move positions by `h w` and velocities by the forces that it used, and by what is left over:
+//!
+//! ```text
+//! x₊ = x_n + h w          M (v₊ − v_n) = h Σ_e f_e + h f_damping + p
+//! ```
+//!
+//! `w` is `v_n` for explicit Euler, `v½` for leapfrog and `v₊` for all other methods of one step; `p = A v₊ − b` is what the
+//! method's own matrix and right-hand side leave: `S p` the residual of its solve, `(I − S) p` the impulse of pins and
+//! contacts. Then, as pure algebra,
+//!
+//! ```text
+//! ΔH = Σ_e [U_e(x₊) − U_e(x_n) + h w·f_e]      gap of each effect
+//!    + h w·f_damping                           damping
+//!    + w·S p                                   residual
+//!    + w·(I − S) p                             constraint
+//!    + ½‖v₊ − w‖²_M − ½‖w − v_n‖²_M            inertia, and impact in the directions of constraints
+//! ```
+//!
+//! Whatever a method does to positions and velocities beyond that is its *correction*: the energy after less the energy before.
+//! Each term is computed by itself, so that the sum is a test of all of them.
+//!
+//! The last line, which is `−½‖v₊ − v_n‖²_M` for the methods of Euler's type and its negative for the explicit
+//! one, is split by the constraints: along them velocities are prescribed, and what an inelastic impact
+//! takes is no numerical damping.
+
+use crate::{Implicit, TimeStep};
+use drape_model::{Effect, State, System, Tangent, Vec3};
+use drape_solvers::{Constraints, vector::dot};
+
+/// What one step did to the total energy, J; what adds energy is positive.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EnergyLedger {
+    /// Work of the damping forces that the step used: physical.
+    pub damping: f64,
+    /// `½‖v₊ − w‖²_M − ½‖w − v_n‖²_M` in free directions: numerical.
+    pub inertia: f64,
+    /// The same in the directions of constraints: what the impact on an obstacle takes.
+    pub impact: f64,
+    /// Change of each effect's energy beyond the work of the force that the step used for it: numerical.
+    pub gaps: Vec<(&'static str, f64)>,
+    /// Work of what the solve left over.
+    pub residual: f64,
+    /// Work of pins and contacts.
+    pub constraint: f64,
+    /// Work of everything that moves positions or velocities otherwise.
+    pub correction: f64,
+}
+
+impl EnergyLedger {
+    fn terms(&self) -> impl Iterator<Item = f64> {
+        let Self { damping, inertia, impact, gaps, residual, constraint, correction } = self;
+        let others = [*damping, *inertia, *impact, *residual, *constraint, *correction];
+        others.into_iter().chain(gaps.iter().map(|(_, gap)| *gap))
+    }
+
+    /// The change of the total energy that the terms account for, J.
+    pub fn sum(&self) -> f64 {
+        self.terms().sum()
+    }
+
+    /// Sum of the terms' magnitudes, J: what the error of the sum is compared with.
+    pub fn magnitude(&self) -> f64 {
+        self.terms().map(f64::abs).sum()
+    }
+
+    /// Gap of all effects, J.
+    pub fn gap(&self) -> f64 {
+        self.gaps.iter().map(|(_, gap)| *gap).sum()
+    }
+}
+
+/// Makes the ledger of a step from what the method says that it used.
+///
+/// Nothing here is fast: a ledger is a diagnosis, which allocates and evaluates forces again.
+#[derive(Debug)]
+pub struct Bookkeeping<'a> {
+    system: &'a System,
+    h: f64,
+    before: &'a State,
+    /// `v_n`, at rest where pinned.
+    velocity: Vec<Vec3>,
+    /// `w`.
+    moving: &'a [Vec3],
+    /// Where the motion begins, m: `x_n`, altered if the method alters it first.
+    start: Vec<Vec3>,
+    /// `x₊`.
+    end: Vec<Vec3>,
+    ledger: EnergyLedger,
+}
+
+impl<'a> Bookkeeping<'a> {
+    /// Begins the ledger of a step that moves positions by `h w`, `w` being `moving` (m/s), after it put them elsewhere by
+    /// `alteration` (m), if it does.
+    pub fn new(
+        system: &'a System,
+        before: &'a State,
+        h: TimeStep,
+        moving: &'a [Vec3],
+        alteration: Option<&[Vec3]>,
+    ) -> Self {
+        let h = h.seconds();
+        let mut start = before.x.clone();
+        for (x, y) in start.iter_mut().zip(alteration.into_iter().flatten()) {
+            *x += y;
+        }
+        let end: Vec<_> = start.iter().zip(moving).map(|(x, w)| x + w * h).collect();
+        let velocity = as_stepped(system, &before.v);
+        let ledger = EnergyLedger {
+            damping: 0.0,
+            inertia: 0.0,
+            impact: 0.0,
+            gaps: Vec::new(),
+            residual: 0.0,
+            // What moved with a pin is stopped before the step begins.
+            constraint: system.kinetic_energy(&velocity) - system.kinetic_energy(&before.v),
+            correction: change(system, &before.x, &start),
+        };
+        Self { system, h, before, velocity, moving, start, end, ledger }
+    }
+
+    /// `x₊`, m.
+    pub fn end(&self) -> &[Vec3] {
+        &self.end
+    }
+
+    /// `v_n`, m/s, at rest where pinned.
+    pub fn velocity(&self) -> &[Vec3] {
+        &self.velocity
+    }
+
+    /// Enters the gaps: `used` adds the conservative force, N, that the step used for an effect.
+    pub fn forces(&mut self, mut used: impl FnMut(&dyn Effect, &mut [Vec3])) {
+        let mut force = vec![Vec3::zeros(); self.system.len()];
+        for effect in self.system.effects() {
+            force.fill(Vec3::zeros());
+            used(effect, &mut force);
+            let mass = self.system.mass();
+            let energy = effect.energy(mass, &self.end) - effect.energy(mass, &self.start);
+            let gap = energy + self.h * dot(&force, self.moving);
+            self.ledger.gaps.push((effect.name(), gap));
+        }
+    }
+
+    /// Enters the damping: `used` adds the damping force, N, that the step used for an effect.
+    pub fn damping(&mut self, mut used: impl FnMut(&dyn Effect, &mut [Vec3])) {
+        let mut force = vec![Vec3::zeros(); self.system.len()];
+        self.system.effects().for_each(|effect| used(effect, &mut force));
+        self.damping_force(&force);
+    }
+
+    /// Enters the damping force, N, that the step used for all effects together.
+    pub fn damping_force(&mut self, force: &[Vec3]) {
+        self.ledger.damping += self.h * dot(force, self.moving);
+    }
+
+    /// Forces and damping of a method that takes both at level `n`.
+    pub fn explicit(&mut self) {
+        let State { x, v, .. } = &self.at_start();
+        let mass = self.system.mass();
+        self.forces(|effect, out| effect.add_force(mass, x, out));
+        self.damping(|effect, out| effect.add_damping_force(x, v, out));
+    }
+
+    /// Forces and damping of a method that takes those of the implicit effects at its end, the directions of
+    /// projected damping excepted: backward Euler.
+    pub fn implicit(&mut self, implicit: Implicit) {
+        let State { x, v, .. } = &self.at_start();
+        let (mass, end, new) = (self.system.mass(), self.end.clone(), self.moving);
+        self.forces(|effect, out| {
+            effect.add_force(mass, if implicit.selects(effect) { &end } else { x }, out);
+        });
+        self.damping(|effect, out| {
+            effect.add_damping_force(x, if implicit.selects(effect) { new } else { v }, out);
+        });
+    }
+
+    /// Forces and damping of a method with the matrix `M + h² L_k + h L_c` of the implicit effects, which was solved for
+    /// `v` (m/s): `F(x̂) − L_k (x_n + h v − x̂)` and `−L_c v` with the remainder of projected damping at `v̂`. What the right-hand
+    /// side holds is taken at `(x̂, v̂)`; other effects are taken at level `n`.
+    pub fn split(&mut self, implicit: Implicit, v: &[Vec3], (x_hat, v_hat): (&[Vec3], &[Vec3])) {
+        let State { x, v: v_n, .. } = &self.at_start();
+        let (mass, h) = (self.system.mass(), self.h);
+        let ahead: Vec<_> = (0..x.len()).map(|i| (x[i] - x_hat[i]) + v[i] * h).collect();
+        self.forces(|effect, out| {
+            if implicit.selects(effect) {
+                effect.add_force(mass, x_hat, out);
+                subtract_laplacian(effect, |k, _| k, &ahead, out);
+            } else {
+                effect.add_force(mass, x, out);
+            }
+        });
+        self.damping(|effect, out| match effect.split() {
+            Some(split) if implicit.selects(effect) => {
+                subtract_laplacian(effect, |_, c| c, v, out);
+                split.add_damping_remainder(x, v_hat, out);
+            }
+            _ => effect.add_damping_force(x, v_n, out),
+        });
+    }
+
+    /// Forces and damping of a method that linearises those of the implicit effects about level `n`.
+    pub fn linearised(&mut self, implicit: Implicit, tangent: Tangent) {
+        let State { x, v, .. } = &self.at_start();
+        let (mass, new) = (self.system.mass(), self.moving);
+        let way: Vec<_> = self.end.iter().zip(x).map(|(end, x)| end - x).collect();
+        self.forces(|effect, out| {
+            effect.add_force(mass, x, out);
+            if implicit.selects(effect) {
+                crate::assembly::subtract_stiffness_product(effect, x, tangent, &way, out);
+            }
+        });
+        self.damping(|effect, out| {
+            effect.add_damping_force(x, if implicit.selects(effect) { new } else { v }, out);
+        });
+    }
+
+    /// Enters the unfiltered residual `p = A v₊ − b`, kg m/s.
+    pub fn impulse(&mut self, constraints: &Constraints, p: &[Vec3]) {
+        for (i, (p, w)) in p.iter().zip(self.moving).enumerate() {
+            let filter = constraints.filter(i);
+            self.ledger.residual += filter.apply(*p).dot(w);
+            self.ledger.constraint += filter.complement(*p).dot(w);
+        }
+    }
+
+    /// Enters what a solve left over, kg m/s, for all particles but the pinned ones.
+    pub fn residual(&mut self, p: &[Vec3]) {
+        let rows = p.iter().zip(self.moving).zip(self.system.pinned());
+        let free = rows.filter(|(_, pinned)| !**pinned);
+        self.ledger.residual += free.map(|((p, w), _)| p.dot(w)).sum::<f64>();
+    }
+
+    /// Enters an impulse that belongs to no force, kg m/s.
+    pub fn correction(&mut self, p: &[Vec3]) {
+        self.ledger.correction += dot(p, self.moving);
+    }
+
+    /// Ends the ledger: enters inertia and impact of the step that ended with the velocity `solved` (m/s) at
+    /// [`end`](Self::end), and the correction that led from there to `after`.
+    pub fn finish(
+        mut self,
+        constraints: &Constraints,
+        solved: &[Vec3],
+        after: &State,
+    ) -> EnergyLedger {
+        for (i, m) in self.system.mass().iter().enumerate() {
+            let filter = constraints.filter(i);
+            let (late, early) = (solved[i] - self.moving[i], self.moving[i] - self.velocity[i]);
+            let square = |part: fn(&drape_solvers::Filter, Vec3) -> Vec3| {
+                part(&filter, late).norm_squared() - part(&filter, early).norm_squared()
+            };
+            self.ledger.inertia += 0.5 * m * square(drape_solvers::Filter::apply);
+            self.ledger.impact += 0.5 * m * square(drape_solvers::Filter::complement);
+        }
+        let kinetic = self.system.kinetic_energy(&after.v) - self.system.kinetic_energy(solved);
+        self.ledger.correction += kinetic + change(self.system, &self.end, &after.x);
+        self.ledger
+    }
+
+    /// Level `n` with pinned particles at rest, as the step saw it.
+    fn at_start(&self) -> State {
+        State { t: self.before.t, x: self.before.x.clone(), v: self.velocity.clone() }
+    }
+}
+
+/// Velocities as a step sees them, m/s: a pinned particle does not move.
+pub fn as_stepped(system: &System, v: &[Vec3]) -> Vec<Vec3> {
+    let rows = v.iter().zip(system.pinned());
+    rows.map(|(v, pinned)| if *pinned { Vec3::zeros() } else { *v }).collect()
+}
+
+/// Change of the potential energy between two positions, J; exactly 0 where they are the same.
+fn change(system: &System, from: &[Vec3], to: &[Vec3]) -> f64 {
+    let mass = system.mass();
+    system.effects().map(|effect| effect.energy(mass, to) - effect.energy(mass, from)).sum()
+}
+
+/// Subtracts `L w` from `out`, `L` the graph Laplacian of an effect's springs with the `weight` of their stiffness and
+/// damping coefficient.
+pub fn subtract_laplacian(
+    effect: &dyn Effect,
+    weight: impl Fn(f64, f64) -> f64,
+    w: &[Vec3],
+    out: &mut [Vec3],
+) {
+    let Some(split) = effect.split() else { return };
+    split.visit_weights(&mut |i, j, k, c| {
+        let f = (w[i] - w[j]) * weight(k, c);
+        out[i] -= f;
+        out[j] += f;
+    });
+}
+
+/// `M (a − b)`, kg m/s.
+pub fn momentum_between(system: &System, a: &[Vec3], b: &[Vec3]) -> Vec<Vec3> {
+    let rows = system.mass().iter().zip(a).zip(b);
+    rows.map(|((m, a), b)| (a - b) * *m).collect()
+}

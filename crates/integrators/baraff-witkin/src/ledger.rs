@@ -1,0 +1,28 @@
+//! What a step did to the energy.
+
+use crate::settings::BaraffWitkinSettings;
+use crate::workspace::Workspace;
+use drape_integrator::{Bookkeeping, EnergyLedger, StepReport, TimeStep, as_stepped};
+use drape_model::{State, System};
+
+impl Workspace {
+    /// The ledger of the last step: linearised forces, `p = A Δv − b`. That `y` moves particles is a correction, what it
+    /// does to the forces is not.
+    pub(crate) fn ledger(
+        &mut self,
+        system: &System,
+        before: &State,
+        after: &State,
+        h: TimeStep,
+        settings: &BaraffWitkinSettings,
+    ) -> EnergyLedger {
+        let Self { linear, change, y, impulse: p, constraints, .. } = self;
+        linear.constraint_impulse(change, p, &mut StepReport::default());
+        let mut v = as_stepped(system, &before.v);
+        v.iter_mut().zip(&*change).for_each(|(v, change)| *v += change);
+        let mut book = Bookkeeping::new(system, before, h, &v, Some(y));
+        book.linearised(settings.implicit, settings.tangent);
+        book.impulse(constraints, p);
+        book.finish(constraints, &v, after)
+    }
+}

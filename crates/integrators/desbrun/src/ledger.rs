@@ -1,0 +1,39 @@
+//! What a step did to the energy.
+
+use crate::settings::DesbrunSettings;
+use crate::torque::correct;
+use crate::workspace::Workspace;
+use drape_integrator::{Bookkeeping, EnergyLedger, Implicit, TimeStep, momentum_between};
+use drape_model::{State, System, Vec3};
+
+impl Workspace {
+    /// The ledger of the last step: the filtered force is that of IMEX Euler, the impulse that makes up for its torque is a
+    /// correction, and so is whatever moves particles after the step.
+    pub(crate) fn ledger(
+        &mut self,
+        system: &System,
+        before: &State,
+        after: &State,
+        h: TimeStep,
+        settings: &DesbrunSettings,
+    ) -> EnergyLedger {
+        let Self { linear, viscous, change, damping, contacts, .. } = self;
+        let v = contacts.constrained_velocity();
+        let mut book = Bookkeeping::new(system, before, h, &v, None);
+        let v_n = book.velocity().to_vec();
+        let filtered: Vec<_> = v_n.iter().zip(&*change).map(|(v, change)| v + change).collect();
+        book.split(Implicit::Springs, &filtered, (&before.x, &v_n));
+        let mut p = vec![Vec3::zeros(); system.len()];
+        linear.constraint_impulse(viscous.impulse(), change, &mut p);
+        book.residual(&p);
+        let mut spun = vec![Vec3::zeros(); system.len()];
+        correct(settings.torque, system, h.seconds(), &before.x, change, damping, &mut spun);
+        let at_rest = vec![Vec3::zeros(); system.len()];
+        book.correction(&momentum_between(system, &spun, &at_rest));
+        book.impulse(
+            contacts.constraints(),
+            &momentum_between(system, &v, &contacts.free_velocity),
+        );
+        book.finish(contacts.constraints(), &v, after)
+    }
+}

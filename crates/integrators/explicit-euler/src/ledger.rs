@@ -1,0 +1,115 @@
+//! What a step did to the energy.
+
+use crate::workspace::{Damping, EulerWorkspace, LeapfrogWorkspace};
+use drape_integrator::{
+    Bookkeeping, EnergyLedger, TimeStep, as_stepped, kick, momentum_between, subtract_laplacian,
+};
+use drape_model::{State, System, Vec3};
+
+impl EulerWorkspace {
+    /// The ledger of the last step of explicit Euler: what moves positions is `v_n`, as the contacts leave it.
+    pub(crate) fn explicit_ledger(
+        &mut self,
+        system: &System,
+        before: &State,
+        after: &State,
+        h: TimeStep,
+    ) -> EnergyLedger {
+        let Self { force, free_velocity, velocity, constraints, .. } = self;
+        let mut book = Bookkeeping::new(system, before, h, velocity, None);
+        book.explicit();
+        let mut p = momentum_between(system, velocity, free_velocity); // before the motion
+        let later = momentum_between(system, &after.v, velocity); // after it, forces taken out
+        for i in 0..p.len() {
+            p[i] += later[i] - force[i] * h.seconds();
+        }
+        book.impulse(constraints, &p);
+        book.finish(constraints, &after.v, after)
+    }
+
+    /// The ledger of the last step of symplectic Euler, with explicit or implicit damping.
+    pub(crate) fn symplectic_ledger(
+        &mut self,
+        system: &System,
+        before: &State,
+        after: &State,
+        h: TimeStep,
+    ) -> EnergyLedger {
+        let Self { force: b, free_velocity, velocity: v, impulse: p, constraints, .. } = self;
+        let mut book = Bookkeeping::new(system, before, h, v, None);
+        if let Some(solver) = &self.damping {
+            let (x, v_n) = (&before.x, book.velocity().to_vec());
+            book.forces(|effect, out| effect.add_force(system.mass(), x, out));
+            book.damping(|effect, out| match effect.split() {
+                Some(split) => {
+                    subtract_laplacian(effect, |_, c| c, v, out);
+                    split.add_damping_remainder(x, &v_n, out);
+                }
+                None => effect.add_damping_force(x, &v_n, out),
+            });
+            solver.constraint_impulse(b, v, p);
+        } else {
+            book.explicit();
+            p.copy_from_slice(&momentum_between(system, v, free_velocity));
+        }
+        book.impulse(constraints, p);
+        book.finish(constraints, v, after)
+    }
+}
+
+impl LeapfrogWorkspace {
+    /// The ledger of the last step, which must not have been divided: with forces by the trapezoidal rule and `w = v½`, inertia is
+    /// `½‖v_{n+1} − v½‖²_M − ½‖v½ − v_n‖²_M`, by which the energy that leapfrog keeps differs from the true one at either end.
+    pub(crate) fn ledger(
+        &mut self,
+        system: &System,
+        before: &State,
+        after: &State,
+        h: TimeStep,
+    ) -> EnergyLedger {
+        let zeros = || vec![Vec3::zeros(); system.len()];
+        let (half, v_n) = (0.5 * h.seconds(), as_stepped(system, &before.v));
+        let (mut force, mut damping_force) = (zeros(), zeros());
+        for effect in system.effects() {
+            effect.add_force(system.mass(), &before.x, &mut force);
+            effect.add_damping_force(&before.x, &v_n, &mut damping_force);
+        }
+        let mut free = v_n.clone();
+        kick(system, half, &force, &mut free);
+        if self.damping.is_some() {
+            kick(system, half, &damping_force, &mut free);
+        }
+        let mut w = free.clone();
+        self.constraints.impose(&mut w); // v½
+        let ended = if self.contacts.is_empty() { &after.v } else { &self.unsettled };
+        let mut book = Bookkeeping::new(system, before, h, &w, None);
+        let x = book.end().to_vec();
+        book.forces(|effect, out| {
+            effect.add_force(system.mass(), &before.x, out);
+            effect.add_force(system.mass(), &x, out);
+            out.iter_mut().for_each(|f| *f *= 0.5);
+        });
+        let mut p = zeros();
+        if let Some(Damping { solver, force: remainder, right_hand_side: b }) = &self.damping {
+            for effect in system.effects() {
+                subtract_laplacian(effect, |_, c| c, ended, &mut damping_force);
+            }
+            for (f, remainder) in damping_force.iter_mut().zip(remainder) {
+                *f = (*f + remainder) * 0.5;
+            }
+            solver.constraint_impulse(b, ended, &mut p); // (M + h/2 L_c) v_{n+1} − b
+        } else {
+            for (i, m) in system.mass().iter().enumerate() {
+                p[i] = (ended[i] - w[i]) * *m - self.force[i] * half;
+            }
+        }
+        book.damping_force(&damping_force);
+        book.impulse(&self.pins, &p);
+        // What contacts did to v½, and what was cut off at the end.
+        let mut contact = momentum_between(system, &w, &free);
+        let cut = momentum_between(system, &after.v, ended);
+        contact.iter_mut().zip(cut).for_each(|(p, cut)| *p += cut);
+        book.impulse(&self.constraints, &contact);
+        book.finish(&self.constraints, &after.v, after)
+    }
+}
