@@ -334,12 +334,28 @@ pub(crate) fn count_by(
     reference: Option<f64>,
     effort_limit: Option<f64>,
 ) -> Result<Counts, HarnessError> {
+    watch_by(simulation, choice, schedule, reference, effort_limit, |_| {})
+}
+
+/// As [`count_by`]; `observe` is called after each step.
+///
+/// # Errors
+/// As [`simulate`].
+pub(crate) fn watch_by(
+    simulation: &Simulation,
+    choice: &Choice,
+    schedule: &Schedule,
+    reference: Option<f64>,
+    effort_limit: Option<f64>,
+    mut observe: impl FnMut(&Moment<'_>),
+) -> Result<Counts, HarnessError> {
     let rule = Rule::of(choice.method().class, &simulation.system);
     let mut watch = Watch::new(simulation, schedule.time.duration_s, reference);
     let mut simulation = simulation.clone();
     let options = Options::default();
     let outcome = drive(&mut simulation, choice, schedule, options, effort_limit, |moment| {
         watch.look(schedule.elapsed(moment.step), moment);
+        observe(moment);
     })?;
     let energy = watch.energy(outcome.divergence.is_some());
     Ok(Counts { outcome, energy, rule, state: simulation.state })

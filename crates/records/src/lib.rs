@@ -13,6 +13,8 @@
 //! | `results/order.json` | [`Record`]`<`[`order::Facts`]`>` |
 //! | `results/momentum.json` | [`Record`]`<`[`momentum::Facts`]`>` |
 //! | `results/energy.json` | [`Record`]`<`[`energy::Facts`]`>` |
+//! | `results/stability.json` | [`Record`]`<`[`stability::Facts`]`>` |
+//! | `results/locking.json` | [`Record`]`<`[`locking::Facts`]`>` |
 //! | `results/hard-cases.json` | [`Record`]`<`[`hard_cases::Facts`]`>` |
 //! | what `drape run --out` writes | [`run::Run`] |
 
@@ -20,10 +22,12 @@ pub mod cg;
 pub mod energy;
 pub mod file;
 pub mod hard_cases;
+pub mod locking;
 pub mod momentum;
 pub mod order;
 mod provenance;
 pub mod run;
+pub mod stability;
 pub mod tables;
 
 pub use file::RecordError;

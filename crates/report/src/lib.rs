@@ -13,6 +13,8 @@
 //! | `order.json` | one of the records | `figures/order-*.svg` |
 //! | `momentum.json` | one of the records | `figures/momentum-*.svg` |
 //! | `energy.json` | one of the records | `figures/energy-*.svg` |
+//! | `stability.json` | one of the records | `figures/stability-*.svg` |
+//! | `locking.json` | one of the records | `figures/locking-*.svg` |
 //! | `hard-cases.json` | one of the records | `figures/hard-cases.svg` |
 //! | all of them | | `README.md` |
 //!
@@ -26,12 +28,14 @@ mod energy;
 mod error;
 mod family;
 mod hard_cases;
+mod locking;
 mod momentum;
 mod number;
 mod order;
 mod page;
 mod plate;
 mod plot;
+mod stability;
 mod tables;
 
 pub use error::ReportError;
@@ -62,6 +66,8 @@ const CHAPTERS: &[Chapter] = &[
     order::CHAPTER,
     momentum::CHAPTER,
     energy::CHAPTER,
+    stability::CHAPTER,
+    locking::CHAPTER,
     hard_cases::CHAPTER,
 ];
 

@@ -11,6 +11,18 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use tempfile::TempDir;
 
+/// Every experiment that is drawn.
+const EXPERIMENTS: [&str; 8] = [
+    "tables",
+    "cg-vs-stiffness",
+    "order",
+    "momentum",
+    "energy",
+    "stability",
+    "locking",
+    "hard-cases",
+];
+
 /// A results folder with all records.
 fn complete() -> TempDir {
     let folder = tempfile::tempdir().unwrap();
@@ -21,6 +33,8 @@ fn complete() -> TempDir {
     write_json(&folder.path().join("order.json"), &common::order(false)).unwrap();
     write_json(&folder.path().join("momentum.json"), &common::momentum(false)).unwrap();
     write_json(&folder.path().join("energy.json"), &common::energy(false)).unwrap();
+    write_json(&folder.path().join("stability.json"), &common::stability(false)).unwrap();
+    write_json(&folder.path().join("locking.json"), &common::locking(false)).unwrap();
     folder
 }
 
@@ -52,9 +66,7 @@ fn every_figure_and_the_page_are_written() {
                 .unwrap();
         }
     }
-    let experiments = ["tables", "cg-vs-stiffness", "order", "momentum", "energy", "hard-cases"];
-    let figures: Vec<_> = experiments.into_iter().flat_map(figures_of).collect();
-    assert_eq!(figures.len(), 24);
+    let figures: Vec<_> = EXPERIMENTS.into_iter().flat_map(figures_of).collect();
     assert_eq!(files.len(), figures.len() + 1);
     let page = &files["README.md"];
     for figure in figures {
@@ -148,6 +160,26 @@ fn figures_name_axes_units_and_every_curve() {
         expect(ledger, &["600 %", "−600 %", "diverged", "−50 %"]);
         expect(ledger, &["Bars are cut at 250 %; the numbers in them are not."]);
     }
+    for file in
+        ["stability-atlas.svg", "stability-atlas-undamped.svg", "stability-atlas-damping.svg"]
+    {
+        expect(file, &["S", "L", "M", "U", "D", "B", "stable", "locked", "over budget", "10⁻²"]);
+        expect(file, &["explicit-euler", "unheard-of"]);
+    }
+    expect("stability-atlas.svg", &["10⁴", "10⁶"]);
+    expect("stability-atlas-damping.svg", &["0", "40.0"]);
+    expect("stability-limits.svg", &["pair, d/m = 40 s⁻¹", "sheet, d/m = 40 s⁻¹", crossed]);
+    expect("stability-limits.svg", &["longest stable step, measured over theory (ratio)"]);
+    expect("stability-shear.svg", &["imex-euler", "imex-updated", "h = 0.01 s", crossed]);
+    expect("stability-shear.svg", &["stiffness ratio k_s/k (dimensionless)"]);
+    for file in ["locking-stiffness.svg", "locking-step.svg"] {
+        expect(file, &labels);
+        expect(file, &["retained motion R", "half of the motion", crossed]);
+    }
+    expect("locking-stiffness.svg", &["stiffness over mass k/m (s⁻²)"]);
+    expect("locking-step.svg", &["time step h (s)"]);
+    expect("locking-terminal.svg", &["terminal speed of the law (m/s)", "the law", "imex-euler"]);
+    expect("locking-spring.svg", &["θ = h²k/m (dimensionless)", "spring along x", "imex-euler"]);
     expect("hard-cases.svg", &common::METHODS);
     expect("hard-cases.svg", &["H01 longest of titles", "undecided: effect absent (moving pins)"]);
     expect(
@@ -250,6 +282,8 @@ fn a_figure_whose_scenes_were_not_run_is_left_out() {
     write_json(&folder.path().join("order.json"), &common::order(true)).unwrap();
     write_json(&folder.path().join("momentum.json"), &common::momentum(true)).unwrap();
     write_json(&folder.path().join("energy.json"), &common::energy(true)).unwrap();
+    write_json(&folder.path().join("stability.json"), &common::stability(true)).unwrap();
+    write_json(&folder.path().join("locking.json"), &common::locking(true)).unwrap();
     let files = drawn(folder.path());
     let names: Vec<&str> = files.keys().map(String::as_str).collect();
     assert_eq!(
@@ -258,17 +292,20 @@ fn a_figure_whose_scenes_were_not_run_is_left_out() {
             "README.md",
             "figures/energy-ledger-spinning-1e4.svg",
             "figures/energy-over-time-spinning-1e4.svg",
+            "figures/locking-spring.svg",
+            "figures/locking-terminal.svg",
             "figures/momentum-drift.svg",
             "figures/momentum-spin-left.svg",
             "figures/momentum-spin.svg",
             "figures/order-observed.svg",
             "figures/order-smooth.svg",
+            "figures/stability-limits.svg",
         ]
     );
     let page = &files["README.md"];
     assert!(page.contains("| provot, limit out of reach | 1 | −0.25 ✗; 4.00 |"), "{page}");
     assert!(page.contains("| provot | – | 2.00 |"), "{page}");
-    assert!(!page.contains("k/m = 10⁶"), "{page}");
+    assert!(!page.contains("stiff, k/m = 10⁶"), "{page}");
 }
 
 #[test]
@@ -383,7 +420,7 @@ fn the_page_gives_answers_first_and_tables_that_hold_together() {
             tables += 1;
         }
     }
-    assert_eq!(tables, 25, "nineteen of results, six of provenance");
+    assert_eq!(tables, 35, "twenty-seven of results, eight of provenance");
     assert_eq!(page.matches("<details>").count(), page.matches("</details>").count());
     assert!(lines.iter().all(|line| !line.ends_with(' ')), "trailing blanks");
     assert!(!page.contains("\n\n\n"), "double blank lines");

@@ -3,9 +3,11 @@
 mod cg;
 pub(crate) mod energy;
 mod hard_cases;
+mod locking;
 pub(crate) mod momentum;
 pub(crate) mod order;
 mod sheet;
+mod stability;
 mod tables;
 mod variant;
 
@@ -127,6 +129,8 @@ static EXPERIMENTS: &[Experiment] = &[
     order::EXPERIMENT,
     momentum::EXPERIMENT,
     energy::EXPERIMENT,
+    stability::EXPERIMENT,
+    locking::EXPERIMENT,
     hard_cases::EXPERIMENT,
 ];
 

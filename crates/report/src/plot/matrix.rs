@@ -55,6 +55,8 @@ pub(crate) enum Shade {
     Open,
     /// Nothing to be found out.
     Idle,
+    /// Nothing goes wrong because nothing happens.
+    Still,
 }
 
 impl Shade {
@@ -67,6 +69,7 @@ impl Shade {
             Self::Worst => RGBColor(0x8c, 0x2d, 0x04),
             Self::Open => RGBColor(0xbf, 0xdd, 0xf3),
             Self::Idle => RGBColor(0xf2, 0xf2, 0xf2),
+            Self::Still => RGBColor(0xc9, 0xb8, 0xdc),
         }
     }
 
@@ -170,7 +173,7 @@ fn draw_content(
     }
 }
 
-fn draw_tile(
+pub(super) fn draw_tile(
     root: &Area<'_>,
     tile: &Tile,
     (left, top): (i32, i32),

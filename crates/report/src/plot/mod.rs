@@ -3,13 +3,15 @@
 //! A [`Sheet`] is data: panels with axes, series, rules and bars. [`Drawing::svg`] turns it into the text of
 //! one SVG file. Positions inside a panel are those of its [`Axis`] (logarithms are taken there);
 //! plotters maps them to pixels and draws axes and grid, `draw` adds curves, markers and legend. A
-//! [`Matrix`] is a table of coloured tiles instead.
+//! [`Matrix`] is a table of coloured tiles instead, an [`Atlas`] many small ones.
 
+mod atlas;
 mod axis;
 mod draw;
 mod matrix;
 mod style;
 
+pub(crate) use atlas::{Atlas, Map};
 pub(crate) use axis::Axis;
 pub(crate) use matrix::{Content, Matrix, Row, Shade, Tile};
 pub(crate) use style::{Fill, Look, State};
@@ -43,6 +45,16 @@ impl Drawing for Matrix {
         description: &str,
     ) -> Result<String, DrawingAreaErrorKind<std::io::Error>> {
         matrix::svg(self, title, description)
+    }
+}
+
+impl Drawing for Atlas {
+    fn svg(
+        &self,
+        title: &str,
+        description: &str,
+    ) -> Result<String, DrawingAreaErrorKind<std::io::Error>> {
+        atlas::svg(self, title, description)
     }
 }
 

@@ -1,0 +1,126 @@
+//! Records of the experiment `stability`: which step, stiffness and damping a method survives.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// [`Cell::verdict`] of a run that is stable by its energy, but stands still.
+pub const LOCKED: &str = "locked";
+/// [`Cell::verdict`] of a run that ended because its counted effort reached the limit.
+pub const OVER_BUDGET: &str = "over budget";
+
+/// All maps and limits.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Facts {
+    /// The atlas: each method at each step, stiffness and damping.
+    pub cells: Vec<Cell>,
+    /// The longest stable steps.
+    pub limits: Vec<Limit>,
+    /// How much explicit shear stiffness beside implicit tension is borne.
+    pub shear: Vec<Shear>,
+}
+
+/// One method on the hanging sheet.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Cell {
+    /// Short name for legends.
+    pub label: String,
+    /// Method id with all settings.
+    pub method: String,
+    /// Stiffness over mass of the tension springs, 1/s²; shear springs have a tenth.
+    pub stiffness_over_mass_per_s2: f64,
+    /// Damping over mass of the tension springs, 1/s; shear springs have a tenth.
+    pub damping_over_mass_per_s: f64,
+    /// Step size, s.
+    pub step_s: f64,
+    /// `stable`, [`LOCKED`], `marginal`, `unstable`, `diverged` or [`OVER_BUDGET`]: the worst of all starts.
+    pub verdict: String,
+    /// Number of perturbed starts.
+    pub starts: u32,
+    /// Greatest rise of the energy above its start over the energy that the scene sets free, `E_ref`.
+    pub gain: f64,
+    /// Drift of the energy over the run, over `E_ref`: that of the fitted straight line, the greatest in size.
+    pub drift: f64,
+    /// How far the midpoint of the free edge comes away from its start within 2 s, over how far it does in the true
+    /// motion; the least of all starts; `None` for a run that ended before.
+    pub reach: Option<f64>,
+    /// Simulated time, s; the least of all starts.
+    pub reached_s: f64,
+    /// Same bits on every machine.
+    pub portable: bool,
+}
+
+/// The longest stable step of one method on one scene.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Limit {
+    /// `pair`: two free particles on a spring of rest length 0, where theory is exact; `sheet`: the hanging sheet,
+    /// where it is a bound.
+    pub scene: String,
+    /// Short name for legends.
+    pub label: String,
+    /// Method id with all settings.
+    pub method: String,
+    /// Stiffness over mass of the tension springs, 1/s².
+    pub stiffness_over_mass_per_s2: f64,
+    /// Damping over mass of the tension springs, 1/s.
+    pub damping_over_mass_per_s: f64,
+    /// Largest eigenvalue of `M⁻¹ L_k`, 1/s².
+    pub largest_eigenvalue_per_s2: f64,
+    /// The rule behind [`Limit::theory_s`], in words.
+    pub rule: String,
+    /// Longest step for which no mode grows, s, from the closed form; 0 where every step lets one grow; `None` where there
+    /// is no limit within the range, or no theory.
+    pub theory_s: Option<f64>,
+    /// Longest step for which no mode's energy grows by more than a part in fifty within the run, s: what can be
+    /// measured.
+    pub visible_s: Option<f64>,
+    /// Longest step that was found stable, s: within 5 % of one that is not. `None` where none was.
+    pub measured_s: Option<f64>,
+    /// Whether no unstable step was found: then `measured_s` is the longest step of the range.
+    pub is_unlimited: bool,
+    /// Shortest and longest step of the range, s.
+    pub range_s: [f64; 2],
+    /// Number of runs.
+    pub runs: u32,
+    /// Same bits on every machine.
+    pub portable: bool,
+}
+
+/// One ratio of explicit shear to implicit tension.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Shear {
+    /// Short name for legends.
+    pub label: String,
+    /// Method id with all settings.
+    pub method: String,
+    /// Stiffness over mass of the tension springs, 1/s².
+    pub stiffness_over_mass_per_s2: f64,
+    /// Step size, s.
+    pub step_s: f64,
+    /// Ratio up to which no mode has `θ_E > 4 + θ_I` at any positions of the sheet.
+    pub bound: f64,
+    /// Ratio from which on some mode has `θ_E > 4 + θ_I` at the start already; `None` where there is none up to the
+    /// greatest of the ratios.
+    pub start_bound: Option<f64>,
+    /// Least ratio that is not stable.
+    pub first_failure: Option<f64>,
+    /// The ratios with their verdicts and gains of energy over `E_ref`.
+    pub ratios: Vec<Ratio>,
+    /// Same bits on every machine.
+    pub portable: bool,
+}
+
+/// One run of such a scan.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Ratio {
+    /// Stiffness of the shear springs over that of the tension springs.
+    pub ratio: f64,
+    /// `stable`, `marginal`, `unstable`, `diverged` or [`OVER_BUDGET`].
+    pub verdict: String,
+    /// Greatest rise of the energy above its start over `E_ref`.
+    pub gain: f64,
+}
