@@ -16,15 +16,22 @@
 //! | `results/stability.json` | [`Record`]`<`[`stability::Facts`]`>` |
 //! | `results/locking.json` | [`Record`]`<`[`locking::Facts`]`>` |
 //! | `results/hard-cases.json` | [`Record`]`<`[`hard_cases::Facts`]`>` |
+//! | `results/collision.json` | [`Record`]`<`[`collision::Facts`]`>` |
+//! | `results/post-correction.json` | [`Record`]`<`[`post_correction::Facts`]`>` |
+//! | `results/precomputed-inverse.json` | [`Record`]`<`[`precomputed_inverse::Facts`]`>` |
+//! | `results/timings/precomputed-inverse.json` | [`Timings`]`<`[`precomputed_inverse::TimingRow`]`>` |
 //! | what `drape run --out` writes | [`run::Run`] |
 
 pub mod cg;
 pub mod energy;
+pub mod collision;
 pub mod file;
 pub mod hard_cases;
 pub mod locking;
 pub mod momentum;
 pub mod order;
+pub mod post_correction;
+pub mod precomputed_inverse;
 mod provenance;
 pub mod run;
 pub mod stability;

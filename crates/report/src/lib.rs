@@ -16,6 +16,10 @@
 //! | `stability.json` | one of the records | `figures/stability-*.svg` |
 //! | `locking.json` | one of the records | `figures/locking-*.svg` |
 //! | `hard-cases.json` | one of the records | `figures/hard-cases.svg` |
+//! | `collision.json` | one of the records | `figures/collision-*.svg` |
+//! | `post-correction.json` | one of the records | `figures/post-correction-*.svg` |
+//! | `precomputed-inverse.json` | one of the records | `figures/inverse-counts.svg` |
+//! | `timings/precomputed-inverse.json` | no | `figures/inverse-cost.svg` |
 //! | all of them | | `README.md` |
 //!
 //! A figure is a `Sheet` of `Panel`s with `Series`, `Rule`s and `Bar`s (module `plot`), made by one
@@ -25,6 +29,7 @@
 
 mod cg;
 mod energy;
+mod collision;
 mod error;
 mod family;
 mod hard_cases;
@@ -36,6 +41,8 @@ mod page;
 mod plate;
 mod plot;
 mod stability;
+mod post_correction;
+mod precomputed_inverse;
 mod tables;
 
 pub use error::ReportError;
@@ -69,6 +76,9 @@ const CHAPTERS: &[Chapter] = &[
     stability::CHAPTER,
     locking::CHAPTER,
     hard_cases::CHAPTER,
+    collision::CHAPTER,
+    post_correction::CHAPTER,
+    precomputed_inverse::CHAPTER,
 ];
 
 /// File, title and caption of the figures drawn from the record of an experiment (and its timings);

@@ -12,7 +12,7 @@ use std::path::Path;
 use tempfile::TempDir;
 
 /// Every experiment that is drawn.
-const EXPERIMENTS: [&str; 8] = [
+const EXPERIMENTS: [&str; 11] = [
     "tables",
     "cg-vs-stiffness",
     "order",
@@ -21,6 +21,9 @@ const EXPERIMENTS: [&str; 8] = [
     "stability",
     "locking",
     "hard-cases",
+    "collision",
+    "post-correction",
+    "precomputed-inverse",
 ];
 
 /// A results folder with all records.
@@ -35,6 +38,12 @@ fn complete() -> TempDir {
     write_json(&folder.path().join("energy.json"), &common::energy(false)).unwrap();
     write_json(&folder.path().join("stability.json"), &common::stability(false)).unwrap();
     write_json(&folder.path().join("locking.json"), &common::locking(false)).unwrap();
+    write_json(&folder.path().join("collision.json"), &common::collision(false)).unwrap();
+    let path = folder.path().join("post-correction.json");
+    write_json(&path, &common::post_correction(false)).unwrap();
+    let name = "precomputed-inverse.json";
+    write_json(&folder.path().join(name), &common::inverse(false)).unwrap();
+    write_json(&folder.path().join("timings").join(name), &common::inverse_timings()).unwrap();
     folder
 }
 
@@ -187,6 +196,30 @@ fn figures_name_axes_units_and_every_curve() {
         &["S", "s", "M", "D", "b", "stable", "over budget", "nothing to vary"],
     );
     expect("hard-cases.svg", &["not what theory says"]);
+    let ways = ["imex-euler, teleport", "baraff-witkin, position", "baraff-witkin, teleport"];
+    expect("collision-iterations.svg", &ways);
+    expect("collision-iterations.svg", &["severe: twice as many", "table-3-1e6", crossed]);
+    expect("collision-course.svg", &["velocity", "position", "teleport", "time (s)"]);
+    expect("collision-course.svg", &["baraff-witkin, k/m = 10⁶ s⁻²", "iterations a step"]);
+    for file in ["collision-depth.svg", "collision-energy.svg"] {
+        expect(file, &["baraff-witkin, velocity", "table, k/m = 10⁴ s⁻²", "sphere, k/m = 10⁶ s⁻²"]);
+    }
+    expect("collision-depth.svg", &["greatest depth over v h (dimensionless)"]);
+    expect("collision-energy.svg", &["gain over the available energy (dimensionless)", "0"]);
+    expect("post-correction-order.svg", &["backward", "disturbed start", "grid, 1 sweep a step"]);
+    expect("post-correction-order.svg", &["triangles, 10 sweeps a step", "time (s)"]);
+    expect("post-correction-limit.svg", &["limit of the elongation", "grid, t = 0.5 s"]);
+    expect("post-correction-limit.svg", &["desbrun, 1 sweep a step", "without correction"]);
+    expect("post-correction-sweeps.svg", &["greatest elongation left", "limit", "sweeps"]);
+    expect("post-correction-sweeps.svg", &["triangles, limit 0.01", "alternating"]);
+    expect("post-correction-bill.svg", &["energy given", "share of the weight held"]);
+    expect("post-correction-bill.svg", &["grid, provot, 1 sweep a step, limit 0.1"]);
+    for file in ["inverse-counts.svg", "inverse-cost.svg"] {
+        expect(file, &["dense inverse", "sparse Cholesky", "CG with IC(0), one fabric"]);
+        expect(file, &["particles", "20 steps' worth"]);
+    }
+    expect("inverse-counts.svg", &["operations", "bytes", "To solve once"]);
+    expect("inverse-cost.svg", &["time (ms)", "A step", "Rebuild in steps' worth"]);
 
     let folder = complete();
     let files = drawn(folder.path());
@@ -309,6 +342,24 @@ fn a_figure_whose_scenes_were_not_run_is_left_out() {
 }
 
 #[test]
+fn what_the_quick_subset_of_contacts_and_corrections_lacks_is_left_out() {
+    let folder = tempfile::tempdir().unwrap();
+    write_json(&folder.path().join("collision.json"), &common::collision(true)).unwrap();
+    let path = folder.path().join("post-correction.json");
+    write_json(&path, &common::post_correction(true)).unwrap();
+    let path = folder.path().join("precomputed-inverse.json");
+    write_json(&path, &common::inverse(true)).unwrap();
+    let files = drawn(folder.path());
+    let has = |file: &str| files.contains_key(&format!("figures/{file}"));
+    assert!(has("collision-iterations.svg") && has("post-correction-order.svg"));
+    assert!(has("inverse-counts.svg") && !has("inverse-cost.svg"), "no timings were taken");
+    assert!(!has("post-correction-limit.svg"), "one limit makes no curve");
+    let page = &files["README.md"];
+    assert!(page.contains("| table-3-1e4 | 2.00 | 4.00 |"), "{page}");
+    assert!(!page.contains("sphere"), "{page}");
+}
+
+#[test]
 fn a_record_without_any_data_still_makes_a_page() {
     let folder = tempfile::tempdir().unwrap();
     let mut record = common::cg(false);
@@ -421,6 +472,7 @@ fn the_page_gives_answers_first_and_tables_that_hold_together() {
         }
     }
     assert_eq!(tables, 35, "twenty-seven of results, eight of provenance");
+    assert_eq!(tables, 38, "twenty-eight of results, ten of provenance");
     assert_eq!(page.matches("<details>").count(), page.matches("</details>").count());
     assert!(lines.iter().all(|line| !line.ends_with(' ')), "trailing blanks");
     assert!(!page.contains("\n\n\n"), "double blank lines");

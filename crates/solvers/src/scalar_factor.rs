@@ -73,6 +73,11 @@ impl ScalarFactor {
         self.factor.factored()
     }
 
+    /// Entries of each column of the factor, the diagonal one among them.
+    pub(crate) fn column_counts(&self) -> impl Iterator<Item = usize> {
+        self.starts.windows(2).map(|pair| (pair[1] - pair[0]) as usize)
+    }
+
     /// How many pivots of an `L D Lᵀ` are negative, if the last update succeeded.
     pub(crate) fn negative_pivots(&self) -> Option<usize> {
         self.factor.negative_pivots()

@@ -2,12 +2,16 @@
 
 mod cg;
 pub(crate) mod energy;
+mod collision;
 mod hard_cases;
 mod locking;
 pub(crate) mod momentum;
 pub(crate) mod order;
+mod post_correction;
+mod precomputed_inverse;
 mod sheet;
 mod stability;
+mod stepper;
 mod tables;
 mod variant;
 
@@ -132,6 +136,9 @@ static EXPERIMENTS: &[Experiment] = &[
     stability::EXPERIMENT,
     locking::EXPERIMENT,
     hard_cases::EXPERIMENT,
+    collision::EXPERIMENT,
+    post_correction::EXPERIMENT,
+    precomputed_inverse::EXPERIMENT,
 ];
 
 /// All experiments, in the order in which `drape reproduce` runs them.

@@ -3,8 +3,9 @@
 use crate::HarnessError;
 use drape_model::{
     Cloth, DampingLaw, Effects, EffectsSpec, GravitySpec, Grid, ParticlesSpec, Pin, Scene,
-    SpringEffect, SpringLaw, SpringSpec, SystemSpec, TimeSpan,
+    SpringEffect, SpringLaw, SpringSpec, SystemSpec, TimeSpan, Vec3,
 };
+use drape_oracle::Random;
 
 /// The acceleration of gravity, m/s².
 pub(super) const GRAVITY: [f64; 3] = [0.0, 0.0, -9.81];
@@ -69,6 +70,68 @@ impl Sheet {
         Ok(scene.discretise()?)
     }
 
+    /// The same sheet as a triangle mesh, at rest: as many particles of the same mass and the same border, but each
+    /// particle inside lies anywhere within `jitter` mesh widths of its place in the grid, along x and along y. Each cell is
+    /// cut along its shorter diagonal, and every edge of a triangle is a tension spring with the sheet's stiffness
+    /// and damping. Triangles resist shear by themselves: `shear` is not used.
+    ///
+    /// Below a quarter, the jitter leaves every cell convex.
+    pub(super) fn triangulated(&self, jitter: f64, seed: u64) -> Result<SystemSpec, HarnessError> {
+        let mut spec = Self { shear: 0.0, ..*self }.spec()?;
+        let side = self.side as usize;
+        let mut random = Random::new(seed);
+        let mesh_width = 1.0 / f64::from(self.side - 1);
+        let inside = 1..side - 1;
+        for row in inside.clone() {
+            for column in inside.clone() {
+                let position = &mut spec.particles.position_m[row * side + column];
+                for coordinate in &mut position[..2] {
+                    *coordinate += mesh_width * random.between(-jitter, jitter);
+                }
+            }
+        }
+        let place = |row: usize, column: usize| (row * side + column) as u32;
+        let positions = &spec.particles.position_m;
+        let at = |particle: u32| Vec3::from(positions[particle as usize]);
+        let distance = |i: u32, j: u32| (at(i) - at(j)).norm();
+        let mut edges = Vec::new();
+        let mut triangles = Vec::new();
+        for row in 0..side {
+            for column in 0..side {
+                let here = place(row, column);
+                let (is_last_row, is_last_column) = (row + 1 == side, column + 1 == side);
+                if !is_last_column {
+                    edges.push((here, place(row, column + 1)));
+                }
+                if !is_last_row {
+                    edges.push((here, place(row + 1, column)));
+                }
+                if is_last_row || is_last_column {
+                    continue;
+                }
+                let (right, below) = (place(row, column + 1), place(row + 1, column));
+                let across = place(row + 1, column + 1);
+                if distance(here, across) <= distance(right, below) {
+                    edges.push((here, across));
+                    triangles.extend([[here, right, across], [here, across, below]]);
+                } else {
+                    edges.push((right, below));
+                    triangles.extend([[here, right, below], [right, across, below]]);
+                }
+            }
+        }
+        let spring = |(i, j): (u32, u32)| SpringSpec {
+            effect: SpringEffect::Tension,
+            i,
+            j,
+            rest_length_m: distance(i, j),
+            stiffness_n_per_m: self.tension * MASS,
+            damping_n_s_per_m: self.damping * MASS,
+        };
+        let springs = edges.into_iter().map(spring).collect();
+        Ok(SystemSpec { name: "triangulated sheet".to_owned(), springs, triangles, ..spec })
+    }
+
     /// Bound on the largest angular frequency, `√(8 (k + k_s)/m)`, 1/s, where the lightest particle has `lightest`
     /// times the usual mass.
     pub(super) fn greatest_frequency(&self, lightest: f64) -> f64 {
@@ -99,5 +162,68 @@ pub(super) fn pair(stiffness_over_mass: f64) -> SystemSpec {
         pins: Vec::new(),
         effects: EffectsSpec::default(),
         obstacles: Vec::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeMap;
+
+    const SHEET: Sheet = Sheet {
+        side: 7,
+        tension: 1e4,
+        shear: 1e3,
+        damping: 2.0,
+        law: DampingLaw::Full,
+        gravity: GRAVITY,
+        is_pinned: true,
+    };
+
+    #[test]
+    fn a_triangulated_sheet_fills_the_square_with_triangles_whose_edges_are_springs_at_rest() {
+        let spec = SHEET.triangulated(0.24, 3).expect("valid");
+        let x: Vec<Vec3> = spec.particles.position_m.iter().map(|&x| Vec3::from(x)).collect();
+        // Euler's formula of a disc of n² points with 4 (n − 1) on its border.
+        let (n, border) = (49, 24);
+        assert_eq!(spec.triangles.len(), 2 * n - border - 2);
+        assert_eq!(spec.springs.len(), 3 * n - border - 3);
+        let mut area = 0.0;
+        let mut sides: BTreeMap<(u32, u32), u32> = BTreeMap::new();
+        for &[a, b, c] in &spec.triangles {
+            let doubled = (x[b as usize] - x[a as usize]).cross(&(x[c as usize] - x[a as usize]));
+            assert!(doubled.z.abs() > 1e-3 / 36.0, "a sliver: {doubled:?}");
+            area += 0.5 * doubled.z.abs();
+            for (i, j) in [(a, b), (b, c), (c, a)] {
+                *sides.entry((i.min(j), i.max(j))).or_default() += 1;
+            }
+        }
+        // No overlap: the triangles cover the square once.
+        assert!((area - 1.0).abs() < 1e-12, "{area}");
+        assert_eq!(sides.values().filter(|count| **count == 1).count(), border);
+        let springs: Vec<_> = spec.springs.iter().map(|s| (s.i.min(s.j), s.i.max(s.j))).collect();
+        assert!(springs.len() == sides.len() && springs.iter().all(|s| sides.contains_key(s)));
+        let (system, state) = spec.build().expect("valid");
+        let mut forces = vec![Vec3::zeros(); n];
+        system.forces(&state.x, &state.v, &mut forces);
+        let weight = Vec3::from(GRAVITY) * MASS;
+        assert!(forces.iter().all(|force| (force - weight).norm() < 1e-12), "at rest");
+    }
+
+    #[test]
+    fn jitter_moves_what_is_inside_and_nothing_else_and_follows_the_seed() {
+        let grid = SHEET.spec().expect("valid");
+        let mesh = |seed| SHEET.triangulated(0.2, seed).expect("valid");
+        let spec = mesh(1);
+        assert_eq!(spec, mesh(1));
+        assert_ne!(spec, mesh(2));
+        assert_eq!((&spec.pins, &spec.particles.mass_kg), (&grid.pins, &grid.particles.mass_kg));
+        let pairs = spec.particles.position_m.iter().zip(&grid.particles.position_m);
+        for (place, (x, grid)) in pairs.enumerate() {
+            let (row, column) = (place / 7, place % 7);
+            let is_border = row % 6 == 0 || column % 6 == 0;
+            let moved = (Vec3::from(*x) - Vec3::from(*grid)).abs().max();
+            assert!(if is_border { moved == 0.0 } else { moved > 0.0 && moved < 0.2 / 6.0 });
+        }
     }
 }

@@ -3,6 +3,9 @@
 mod energy;
 
 pub(crate) use energy::energy;
+mod contacts;
+
+pub(crate) use contacts::{collision, inverse, inverse_timings, post_correction};
 
 use drape_records::tables::{BestFit, PaperRow, Phases, Row, TimingRow};
 use drape_records::{

@@ -35,6 +35,12 @@ impl CompleteCholesky {
     pub fn update(&mut self, a: &ScalarMatrix, free: Option<&[bool]>) -> Result<(), SolverError> {
         self.factor.update(a, Rows::new(free, a.n()))
     }
+
+    /// Entries of each column of `L`, the diagonal one among them, in the fill-reducing order: their sum is the
+    /// memory of the factor, the sum of their squares the operations that make it.
+    pub fn column_counts(&self) -> impl Iterator<Item = usize> {
+        self.factor.column_counts()
+    }
 }
 
 impl Preconditioner for CompleteCholesky {
@@ -72,6 +78,17 @@ mod tests {
                 prop_assert!((solution[i] - x[i]).norm() < 1e-11);
             }
         }
+    }
+
+    #[test]
+    fn columns_of_a_path_have_two_entries_and_those_of_a_clique_fill_the_triangle() {
+        let path: Vec<_> = (1..6).map(|j| (j - 1, j)).collect();
+        let p = CompleteCholesky::new(&laplacian(6, &path, 0.3, || 1.0)).unwrap();
+        let counts: Vec<_> = p.column_counts().collect();
+        assert_eq!((counts.len(), counts.iter().sum::<usize>()), (6, 11), "no fill");
+        let all: Vec<_> = (0..6).flat_map(|i| (0..i).map(move |j| (i, j))).collect();
+        let p = CompleteCholesky::new(&laplacian(6, &all, 0.3, || 1.0)).unwrap();
+        assert_eq!(p.column_counts().collect::<Vec<_>>(), [6, 5, 4, 3, 2, 1]);
     }
 
     #[test]
