@@ -3,7 +3,6 @@
 
 use super::super::sheet::Sheet;
 use super::law::{lever, swing_lever};
-use super::*;
 use crate::methods::Choice;
 use crate::run::{Options, Simulation, simulate};
 use drape_model::{DampingLaw, PinSpec, TimeSpan};

@@ -116,7 +116,7 @@ fn pair(facts: &Facts) -> Option<String> {
                     off.push(name);
                 }
             }
-            (Some(theory), _) if theory == 0.0 => {
+            (Some(0.0), _) => {
                 let measured = limit.measured_s.map_or("at no tested step".to_owned(), |h| {
                     let visible = limit.visible_s.unwrap_or_default();
                     format!(
