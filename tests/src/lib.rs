@@ -10,7 +10,7 @@ use drape_model::{
 pub use drape_oracle::scenes::{GRAVITY, gravity, particles, pin, spring};
 
 /// Every method, with settings that lead through different code.
-pub const METHODS: [&str; 37] = [
+pub const METHODS: [&str; 47] = [
     "explicit-euler",
     "symplectic-euler",
     "symplectic-euler:damping=implicit",
@@ -22,8 +22,13 @@ pub const METHODS: [&str; 37] = [
     "adams-bashforth2",
     "adams-bashforth2:steps=3",
     "backward-euler",
+    "backward-euler:jacobian=saved",
+    "backward-euler:solver=cg,forcing=eisenstat-walker",
+    "backward-euler:tolerance=0.01",
     "bdf2",
     "bdf2:steps=1",
+    "bdf2:jacobian=saved,solver=cg",
+    "bdf2:tolerance=0.01",
     "bdf2:steps=3",
     "terzopoulos-fleischer",
     "terzopoulos-fleischer:clamp=true",
@@ -37,15 +42,20 @@ pub const METHODS: [&str; 37] = [
     "kang:sweeps=5",
     "imex-euler",
     "imex-euler:solver=cholesky,implicit=springs",
+    "imex-euler:tolerance=0.01",
     "imex-euler:preconditioner=jacobi,norm=preconditioned,start=last",
     "imex-updated",
     "imex-updated:newton_above=0",
+    "imex-updated:forcing=eisenstat-walker",
+    "imex-updated:tolerance=0.01",
     "imex-updated:safeguard=paper",
     "imex-updated:solver=cholesky",
     "imex-sbdf2",
     "imex-sbdf2:solver=cholesky",
+    "imex-sbdf2:tolerance=0.01",
     "imex-cnab2",
     "imex-mcnab2",
+    "imex-mcnab2:tolerance=0.01,estimator=plain",
     "imex-mcnab2:implicit=tension,start=last",
     "imex-cnlf",
 ];

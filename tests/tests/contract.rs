@@ -159,7 +159,10 @@ const VARIABLE_STEP: [&str; 5] =
 fn after_a_change_of_step_size_a_step_is_that_of_a_fresh_integrator() {
     let keeps =
         |id: &&str| VARIABLE_STEP.iter().any(|method| id.split(':').next() == Some(*method));
-    for id in METHODS.into_iter().filter(|id| !keeps(id) || id.contains("steps=1")) {
+    // Step size control carries its own step over from call to call, a saved factor serves while τ changes little.
+    let carries = |id: &&str| id.contains("tolerance") || id.contains("saved");
+    let fixed = METHODS.into_iter().filter(|id| !carries(id));
+    for id in fixed.filter(|id| !keeps(id) || id.contains("steps=1")) {
         let mut run = Run::new(id, sheet(), H);
         for h in [0.5 * H, 2.0 * H] {
             (0..3).for_each(|_| {

@@ -6,12 +6,14 @@ use drape_model::{DampingLaw, State, System};
 use drape_tests::{METHODS, Run, Sheet, bundled, seconds};
 
 /// Beside those that every test goes through.
-const MORE: [&str; 8] = [
+const MORE: [&str; 10] = [
     "leapfrog:step=bound",
     "imex-euler:implicit=springs,matrix=rebuilt",
     "imex-euler:preconditioner=none,start=last",
     "imex-updated:forcing_term=1e-9,newton_above=1e300",
     "imex-updated:max_outer=1",
+    "imex-updated:safeguard=paper,forcing=eisenstat-walker",
+    "imex-euler:tolerance=0.1,implicit=springs,estimator=splitting,solver=cholesky",
     "imex-updated:safeguard=paper,solver=cholesky",
     "imex-updated:start=last,implicit=tension,preconditioner=jacobi",
     "baraff-witkin:contact=position,hessian=raw,solver=cholesky",

@@ -14,11 +14,16 @@ const LIBRARY_TOLERANCE: f64 = 1e-9;
 const MAGNIFIED: [&str; 2] = ["order", "error_constant"];
 const MAGNIFIED_TOLERANCE: f64 = 1e-6;
 /// Integers of such cells may differ with the machine; they are recorded, not compared.
-const MACHINE_COUNTS: [&str; 7] = [
+const MACHINE_COUNTS: [&str; 12] = [
     "cg_iterations",
     "outer_passes",
     "newton_iterations",
     "matvecs",
+    "force_evaluations",
+    "factorisations",
+    "setups",
+    "substeps",
+    "rejected",
     "cg_per_step",
     "idle_steps",
     "unconverged_steps",

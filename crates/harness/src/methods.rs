@@ -12,7 +12,7 @@ use drape_imex::{
     IMEX_CNAB2, IMEX_CNLF, IMEX_EULER, IMEX_MCNAB2, IMEX_SBDF2, IMEX_UPDATED, ImexEuler,
     ImexEulerSettings, ImexTwoStep, ImexTwoStepSettings, ImexUpdated, ImexUpdatedSettings, Scheme,
 };
-use drape_integrator::{Integrator, Method, SettingError, Settings};
+use drape_integrator::{Integrator, Method, NewtonLinear, SettingError, Settings};
 use drape_kang::{KANG, Kang, KangSettings};
 use drape_multistep::{
     ADAMS_BASHFORTH2, AdamsBashforth, AdamsBashforthSettings, BDF2, Bdf, BdfSettings,
@@ -65,7 +65,7 @@ const fn two_step(
 
 /// Builds a two-step IMEX method.
 fn imex(scheme: Scheme, pairs: Pairs<'_>) -> Result<Box<dyn Integrator>, SettingError> {
-    Ok(Box::new(ImexTwoStep::new(ImexTwoStepSettings::from_pairs(scheme, pairs)?)))
+    Ok(ImexTwoStep::controlled(ImexTwoStepSettings::from_pairs(scheme, pairs)?))
 }
 
 /// All methods, in the order in which they build on each other.
@@ -99,13 +99,13 @@ static ENTRIES: [Entry; 17] = [
     },
     Entry {
         method: &BACKWARD_EULER,
-        build: |pairs| Ok(Box::new(BackwardEuler::new(BackwardEulerSettings::from_pairs(pairs)?))),
-        uses_library: |_| true,
+        build: |pairs| Ok(BackwardEuler::controlled(BackwardEulerSettings::from_pairs(pairs)?)),
+        uses_library: |settings| !NewtonLinear::is_portable(settings),
     },
     Entry {
         method: &BDF2,
-        build: |pairs| Ok(Box::new(Bdf::new(BdfSettings::from_pairs(pairs)?))),
-        uses_library: |_| true,
+        build: |pairs| Ok(Bdf::controlled(BdfSettings::from_pairs(pairs)?)),
+        uses_library: |settings| !NewtonLinear::is_portable(settings),
     },
     Entry {
         method: &TERZOPOULOS_FLEISCHER,
@@ -132,12 +132,12 @@ static ENTRIES: [Entry; 17] = [
     },
     Entry {
         method: &IMEX_EULER,
-        build: |pairs| Ok(Box::new(ImexEuler::new(ImexEulerSettings::from_pairs(pairs)?))),
+        build: |pairs| Ok(ImexEuler::controlled(ImexEulerSettings::from_pairs(pairs)?)),
         uses_library: |settings| settings.word("solver") == "cholesky",
     },
     Entry {
         method: &IMEX_UPDATED,
-        build: |pairs| Ok(Box::new(ImexUpdated::new(ImexUpdatedSettings::from_pairs(pairs)?))),
+        build: |pairs| Ok(ImexUpdated::controlled(ImexUpdatedSettings::from_pairs(pairs)?)),
         // The robust form may turn to Newton, which factorises.
         uses_library: |settings| {
             settings.word("solver") == "cholesky" || settings.word("safeguard") == "robust"

@@ -52,6 +52,10 @@ pub struct Outcome {
     pub unconverged: u64,
     /// Steps that took no CG iteration.
     pub idle: u64,
+    /// Substeps of all steps, as the methods count them.
+    pub substeps: u64,
+    /// Substeps that step size control took back.
+    pub rejected: u64,
     /// Seconds by phase, if asked for.
     pub phases: Option<Phases>,
     /// Diagnostics over time, if asked for.
@@ -79,6 +83,8 @@ pub(crate) struct Moment<'a> {
     pub(crate) state: &'a State,
     /// What the step did to the energy, if asked for and known.
     pub(crate) ledger: Option<EnergyLedger>,
+    /// What the step reported.
+    pub(crate) report: &'a StepReport,
 }
 
 /// A system with its start state, ready to be run.
@@ -223,6 +229,8 @@ pub(crate) fn drive(
         wall: Duration::ZERO,
         unconverged: 0,
         idle: 0,
+        substeps: 0,
+        rejected: 0,
         phases: None,
         series: Vec::new(),
         divergence: None,
@@ -263,6 +271,8 @@ pub(crate) fn drive(
         outcome.steps = step;
         add(&mut outcome.totals, &report);
         outcome.effort = effort(&outcome.totals, step, particles, springs);
+        outcome.substeps += u64::from(report.substeps);
+        outcome.rejected += u64::from(report.rejected);
         outcome.idle += u64::from(report.cg_iterations == 0);
         outcome.unconverged += u64::from(report.solve != SolveStatus::Converged);
         let divergence = bounds.violation(state);
@@ -270,7 +280,8 @@ pub(crate) fn drive(
             outcome.series.extend(Some(sample(system, state)).filter(is_finite));
         }
         let ledger = before.as_ref().and_then(|before| integrator.ledger(system, before, state, h));
-        observe(&Moment { step, h: h.seconds(), outside_work, system, state, ledger });
+        let (h, report) = (h.seconds(), &report);
+        observe(&Moment { step, h, outside_work, system, state, report, ledger });
         let time = state.t;
         if let Some(last) = &mut last_finite {
             // What is recorded must be readable again: JSON knows no infinity.

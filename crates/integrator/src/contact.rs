@@ -102,6 +102,8 @@ pub struct ContactSet {
     /// Steps since the contact was active, 0 for the last step; saturates.
     steps_since: Vec<u8>,
     is_active: Vec<bool>,
+    /// Particles whose contact began, ended or cut their velocity in the last step; empty without obstacles.
+    changed: Vec<bool>,
 }
 
 impl ContactSet {
@@ -114,13 +116,27 @@ impl ContactSet {
             candidates: Vec::with_capacity(slots),
             steps_since: vec![u8::MAX; slots],
             is_active: vec![false; slots],
+            changed: vec![false; if obstacles == 0 { 0 } else { system.len() }],
         }
     }
 
     /// Forgets which contacts were active.
     pub fn restart(&mut self) {
         self.steps_since.fill(u8::MAX);
+        self.changed.fill(false);
         self.candidates.clear();
+    }
+
+    /// Copies another set of the same size without allocating, the contacts of the running step left out.
+    pub fn copy_from(&mut self, other: &Self) {
+        self.steps_since.copy_from_slice(&other.steps_since);
+        self.changed.copy_from_slice(&other.changed);
+        self.candidates.clear();
+    }
+
+    /// Whether a contact of the particle began, ended or cut its velocity in the last step.
+    pub fn changed(&self, particle: usize) -> bool {
+        self.changed.get(particle).copied().unwrap_or(false)
     }
 
     /// Whether no contact is active.
@@ -317,6 +333,7 @@ impl ContactSet {
             return;
         }
         self.is_active.fill(false);
+        self.changed.fill(false);
         for group in self.candidates.chunk_by(|a, b| a.particle == b.particle) {
             let particle = group[0].particle as usize;
             for contact in group {
@@ -328,6 +345,7 @@ impl ContactSet {
             if basis.contacts().any(|c| along(c) > c.keep || along(c) < c.least) {
                 let kept = basis.combine(|c| along(c).max(c.least).min(c.keep));
                 v[particle] = basis.filter().apply(velocity) + kept;
+                self.changed[particle] = true;
                 changed(particle, &v[particle]);
             }
         }
@@ -338,6 +356,7 @@ impl ContactSet {
             *steps = if *is_active { 0 } else { steps.saturating_add(1) };
             if was_active != *is_active {
                 let particle = slot / self.obstacles;
+                self.changed[particle] = true;
                 changed(particle, &v[particle]);
             }
         }

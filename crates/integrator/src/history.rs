@@ -40,6 +40,17 @@ impl<const FIELDS: usize> History<FIELDS> {
         Self { levels: (0..depth).map(|_| level()).collect(), len: 0, revisions: None }
     }
 
+    /// Copies another history of the same size and depth without allocating.
+    pub fn copy_from(&mut self, other: &Self) {
+        for (level, other) in self.levels.iter_mut().zip(&other.levels) {
+            level.step = other.step;
+            for (field, other) in level.fields.iter_mut().zip(&other.fields) {
+                field.copy_from_slice(other);
+            }
+        }
+        (self.len, self.revisions) = (other.len, other.revisions);
+    }
+
     /// Forgets all levels.
     pub fn restart(&mut self) {
         self.len = 0;

@@ -18,6 +18,18 @@
 //! * Blow-up is a result, not an error. `Err` is for broken contracts and leaves the state as it
 //!   was (but for velocities of pinned particles, which a step sets to 0 before anything else). A solver that stops early says so in [`StepReport::solve`].
 //!
+//! # Step size control
+//!
+//! *Why.* The paper names it as further work: a step that suits the fall of a sheet is too long for the moment in which it
+//! is caught. *How.* [`Adaptive`] wraps a method and divides each call into substeps. [`LocalError`] estimates their error
+//! from the last positions, [`StepController`] (a PI controller) chooses the next size, and keeps it within a dead band,
+//! because each new size costs a set-up. What is rejected is taken back to the last bit, history included, which is all
+//! that a method has to offer ([`Rewind`]). A method that splits the force adds what positions cannot show
+//! ([`Rewind::add_splitting_error`]). *What came out* stands in the record `solver-control`. The tolerance is one for the
+//! local error of positions; the error at the end is that of all steps together, and falls like its square root (order 1)
+//! or its power 2/3 (order 2). The algebraic error should be a tenth of it: the tolerances of the solvers stay what they
+//! are set to.
+//!
 //! # What is shared
 //!
 //! | item | what it is | who uses it |
@@ -26,6 +38,8 @@
 //! | [`IncrementalPotential`] | `Φ(v)`, whose minimum is an implicit stage | updated CG, Newton |
 //! | [`Newton`] | minimises `Φ`: the nonlinear system (4) by (5), reduced to `3n` unknowns as in section 2.3 | backward Euler, the safeguard of updated CG |
 //! | [`Linearisation`] | the matrix `M + τ²K + τD` in 3×3 blocks | Newton, Baraff-Witkin |
+//! | [`NewtonLinear`], [`Forcing`] | fresh or saved Jacobian, Cholesky or CG as tight as the progress deserves | Newton, updated CG |
+//! | [`Adaptive`] | step size control around a method that can take a step back ([`Rewind`]) | backward Euler, BDF, IMEX |
 //! | [`ImplicitStage`] | one stage of an implicit method, under pins and contacts | backward Euler, BDF, the start-up of two-step methods |
 //! | [`History`] | the last levels | multistep methods |
 //! | [`ElongationLimit`] | Provot's correction of over-stretched springs | Provot, Desbrun |
@@ -36,11 +50,13 @@
 //! | [`Predictor`] | start values, EEH (22) | CG methods |
 //! | [`Bookkeeping`] | makes the [`EnergyLedger`] of a step | the methods of one step |
 
+mod adaptive;
 mod assembly;
 mod clock;
 mod contact;
 mod elongation;
 mod error;
+mod forcing;
 mod history;
 mod implicit;
 mod impulsive;
@@ -49,6 +65,7 @@ mod ledger;
 mod linear;
 mod method;
 mod newton;
+mod newton_linear;
 mod potential;
 mod predictor;
 mod random;
@@ -57,16 +74,19 @@ mod scratch;
 mod settings;
 mod spectrum;
 mod stage;
+mod step_control;
 mod step_size;
 #[cfg(test)]
 mod test_support;
 mod viscous;
 
+pub use adaptive::{Adaptive, Rewind};
 pub use assembly::Linearisation;
 pub use clock::{Phase, PhaseClock};
 pub use contact::{ContactSet, MultistepMotion};
 pub use elongation::{ElongationLimit, ElongationSettings, SweepOrder};
 pub use error::{PrepareError, StepError};
+pub use forcing::{Forcing, ForcingRule};
 pub use history::History;
 pub use implicit::Implicit;
 pub use impulsive::ImpulsiveContacts;
@@ -75,6 +95,7 @@ pub use ledger::{Bookkeeping, EnergyLedger, as_stepped, momentum_between, subtra
 pub use linear::{LaplacianSolver, LinearSettings, PreconditionerKind, SolverKind, Weights};
 pub use method::{Method, Order, Quantity, StabilityClass, Support, Treatment};
 pub use newton::{Newton, NewtonReport, NewtonSettings};
+pub use newton_linear::{Jacobian, NewtonLinear, NewtonSolver};
 pub use potential::IncrementalPotential;
 pub use predictor::{Predictor, Start};
 pub use report::{SetupCause, Setups, StepReport};
@@ -82,6 +103,7 @@ pub use scratch::Scratch;
 pub use settings::{Kind, Setting, SettingError, Settings, linear_settings};
 pub use spectrum::{LargestEigenvalue, StiffnessBound};
 pub use stage::{ImplicitStage, Stage, StageSettings};
+pub use step_control::{Decision, LocalError, StepController, TOLERANCE, mesh_width};
 pub use step_size::{InvalidTimeStep, TimeStep};
 pub use viscous::ViscousImpulse;
 

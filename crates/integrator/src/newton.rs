@@ -1,8 +1,12 @@
 //! Newton's method for an implicit stage.
 
-use crate::{IncrementalPotential, Linearisation, PrepareError, StepError};
-use drape_model::{System, Tangent, Vec3};
-use drape_solvers::{BlockCholesky, BlockMatrix, Constraints, SolveStatus, vector::dot};
+use crate::newton_linear::NewtonMatrix;
+use crate::{
+    Forcing, ForcingRule, IncrementalPotential, Jacobian, NewtonLinear, NewtonSolver, PrepareError,
+    StepError,
+};
+use drape_model::{System, Vec3};
+use drape_solvers::{Constraints, SolveStatus, vector::dot};
 
 /// Settings of Newton's method.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -11,6 +15,8 @@ pub struct NewtonSettings {
     pub residual: f64,
     /// Most iterations.
     pub max_iterations: u32,
+    /// How the linear systems are solved.
+    pub linear: NewtonLinear,
 }
 
 /// How Newton's method ended.
@@ -18,8 +24,12 @@ pub struct NewtonSettings {
 pub struct NewtonReport {
     /// Iterations.
     pub iterations: u32,
-    /// Factorisations: one an iteration, two where the exact Hessian was indefinite.
+    /// Factorisations: with a fresh Jacobian one an iteration, two where the exact Hessian was indefinite.
     pub factorisations: u32,
+    /// CG iterations, where CG solves the linear systems.
+    pub cg_iterations: u32,
+    /// Products with the matrix in CG.
+    pub matvecs: u32,
     /// `‖S∇Φ‖_{M⁻¹}` at the end, √J.
     pub residual: f64,
     /// Status.
@@ -44,11 +54,13 @@ const MAX_HALVINGS: u32 = 30;
 /// system EEH (4) by the iteration (5), reduced to `3n` unknowns as in section 2.3.
 ///
 /// The matrix is the exact Hessian `M + τ² ∇²U + τ D` while its Cholesky factorisation succeeds, else
-/// the one with each spring's block projected to positive semi-definite.
+/// the one with each spring's block projected to positive semi-definite. With a saved Jacobian ([`Jacobian::Saved`])
+/// the factor is kept over iterations and stages; residual and line search stay those of the present potential, so that
+/// the solution is the same. With [`NewtonSolver::Cg`] the Hessian is always that of the present iterate, and its system is
+/// solved as tightly as the forcing rule says.
 #[derive(Debug)]
 pub struct Newton {
-    matrix: BlockMatrix,
-    factor: BlockCholesky,
+    matrix: NewtonMatrix,
     gradient: Vec<Vec3>,
     direction: Vec<Vec3>,
     trial: Vec<Vec3>,
@@ -59,7 +71,14 @@ pub struct Newton {
 impl Default for NewtonReport {
     fn default() -> Self {
         let status = SolveStatus::Converged;
-        Self { iterations: 0, factorisations: 0, residual: 0.0, status }
+        Self {
+            iterations: 0,
+            factorisations: 0,
+            cg_iterations: 0,
+            matvecs: 0,
+            residual: 0.0,
+            status,
+        }
     }
 }
 
@@ -70,18 +89,21 @@ impl Newton {
     /// [`PrepareError::Solver`] when the symbolic factorisation fails.
     pub fn new(system: &System, potential: &IncrementalPotential) -> Result<Self, PrepareError> {
         let n = system.len();
-        let matrix = potential.implicit().block_matrix(system);
-        let factor = BlockCholesky::new(&matrix)?;
+        let matrix = NewtonMatrix::new(system, potential)?;
         let zeros = || vec![Vec3::zeros(); n];
         Ok(Self {
             matrix,
-            factor,
             gradient: zeros(),
             direction: zeros(),
             trial: zeros(),
             previous: zeros(),
             topology: system.revisions().topology,
         })
+    }
+
+    /// Forgets a saved factor.
+    pub fn restart(&mut self) {
+        self.matrix.restart();
     }
 
     /// Minimises `potential` from `v`, which satisfies the constraints on return.
@@ -107,6 +129,12 @@ impl Newton {
             NewtonReport { status: SolveStatus::IterationLimit, ..NewtonReport::default() };
         let mut blind = false;
         let mut last_residual = f64::INFINITY;
+        let NewtonLinear { jacobian, solver } = settings.linear;
+        let mut forcing = Forcing::new(match solver {
+            NewtonSolver::Cg(rule) => rule,
+            NewtonSolver::Cholesky => ForcingRule::Constant(0.0),
+        });
+        self.matrix.begin();
         loop {
             self.gradient.copy_from_slice(potential.gradient(system, v)); // −r of EEH (5)
             report.residual = potential.filtered_norm(constraints, &mut self.gradient);
@@ -127,13 +155,21 @@ impl Newton {
             }
             last_residual = report.residual;
             self.previous.copy_from_slice(v);
-            report.factorisations += self.factorise(system, potential, constraints)?;
-            self.factor.solve(&self.gradient, &mut self.direction); // (I − hβJ) Δy = r
-            constraints.project(&mut self.direction);
+            let term = forcing.next(report.residual, settings.residual);
+            self.matrix.solve(
+                system,
+                potential,
+                constraints,
+                settings.linear,
+                term,
+                (&self.gradient, &mut self.direction),
+                &mut report,
+            )?;
             report.iterations += 1;
             match self.descend(system, potential, v) {
                 Descent::Verified => blind = false,
                 Descent::Unresolved => blind = true,
+                Descent::None if jacobian == Jacobian::Saved && self.matrix.forget() => (),
                 Descent::None => {
                     report.status = SolveStatus::Stagnated;
                     break;
@@ -141,41 +177,6 @@ impl Newton {
             }
         }
         Ok(report)
-    }
-
-    /// Assembles and factorises; returns the number of factorisations.
-    fn factorise(
-        &mut self,
-        system: &System,
-        potential: &mut IncrementalPotential,
-        constraints: &Constraints,
-    ) -> Result<u32, StepError> {
-        self.assemble(system, potential, constraints, Tangent::Exact);
-        if self.factor.factorise(&self.matrix).is_ok() {
-            return Ok(1);
-        }
-        self.assemble(system, potential, constraints, Tangent::Projected);
-        self.factor.factorise(&self.matrix)?;
-        Ok(2)
-    }
-
-    /// `H = M + τ² ∇²U + τ D` at the positions of the last gradient, projected to the constraints.
-    fn assemble(
-        &mut self,
-        system: &System,
-        potential: &IncrementalPotential,
-        constraints: &Constraints,
-        tangent: Tangent,
-    ) {
-        let at = Linearisation {
-            implicit: potential.implicit(),
-            tau: potential.tau(),
-            x: potential.last_positions(),
-            directions: potential.directions(),
-            tangent,
-        };
-        at.assemble(system, &mut self.matrix);
-        self.matrix.project(constraints);
     }
 
     /// Armijo line search along `−direction`.

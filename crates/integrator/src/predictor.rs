@@ -42,6 +42,12 @@ impl Predictor {
         self.step_bits = None;
     }
 
+    /// Copies another history of the same size without allocating.
+    pub fn copy_from(&mut self, other: &Self) {
+        self.previous.copy_from_slice(&other.previous);
+        self.step_bits = other.step_bits;
+    }
+
     /// Writes `2 v_n − v_{n−1}`, m/s, to `out`; `v_n` without history or after a change of the step size.
     #[doc(alias = "EEH 22")]
     pub fn extrapolate(&self, v: &[Vec3], h: f64, out: &mut [Vec3]) {

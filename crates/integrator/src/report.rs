@@ -70,8 +70,14 @@ pub struct StepReport {
     pub force_evaluations: u32,
     /// Set-ups of cached operators in this step; the first one was made by `prepare`.
     pub setups: Setups,
-    /// Steps inside the step, for methods that divide it; else 1.
+    /// Steps inside the step, for methods that divide it; else 1. Rejected ones do not count.
     pub substeps: u32,
+    /// Substeps that step size control took back; what they cost is part of the other counts.
+    pub rejected: u32,
+    /// Greatest estimated local error of a substep over the tolerance; 0 without step size control.
+    pub error_estimate: f64,
+    /// Size that step size control would give the next substep, s; 0 without it.
+    pub next_step: f64,
     /// Largest distance by which the method moved a position other than by integrating, m.
     pub correction: f64,
     /// Residual at the end, relative to what the method's stop test refers to; 0 for methods that solve
@@ -92,6 +98,9 @@ impl Default for StepReport {
             force_evaluations: 0,
             setups: Setups::default(),
             substeps: 1,
+            rejected: 0,
+            error_estimate: 0.0,
+            next_step: 0.0,
             correction: 0.0,
             relative_residual: 0.0,
             solve: SolveStatus::Converged,
@@ -107,6 +116,44 @@ impl StepReport {
             report.setups.count(cause);
         }
         report
+    }
+
+    /// Adds what a substep took, and how it ended, whose error was this much of the tolerance.
+    pub(crate) fn add_substep(&mut self, substep: &Self, error: f64) {
+        self.add_costs(substep);
+        self.substeps += substep.substeps;
+        self.correction = self.correction.max(substep.correction);
+        self.error_estimate = self.error_estimate.max(error);
+        self.relative_residual = self.relative_residual.max(substep.relative_residual);
+        if self.solve == SolveStatus::Converged {
+            self.solve = substep.solve;
+        }
+    }
+
+    /// Adds what a substep took that was taken back.
+    pub(crate) fn add_rejected(&mut self, substep: &Self) {
+        self.add_costs(substep);
+        self.rejected += 1;
+    }
+
+    fn add_costs(&mut self, substep: &Self) {
+        self.cg_iterations += substep.cg_iterations;
+        self.outer_passes += substep.outer_passes;
+        self.newton_iterations += substep.newton_iterations;
+        self.factorisations += substep.factorisations;
+        self.matvecs += substep.matvecs;
+        self.force_evaluations += substep.force_evaluations;
+        self.setups += substep.setups;
+    }
+}
+
+impl AddAssign for Setups {
+    fn add_assign(&mut self, other: Self) {
+        self.first += other.first;
+        self.step_size += other.step_size;
+        self.stiffness += other.stiffness;
+        self.constraints += other.constraints;
+        self.every_step += other.every_step;
     }
 }
 
@@ -126,6 +173,8 @@ impl AddAssign<NewtonReport> for StepReport {
     fn add_assign(&mut self, solve: NewtonReport) {
         self.newton_iterations += solve.iterations;
         self.factorisations += solve.factorisations;
+        self.cg_iterations += solve.cg_iterations;
+        self.matvecs += solve.matvecs;
         self.relative_residual = solve.residual;
         self.solve = solve.status;
     }

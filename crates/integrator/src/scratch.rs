@@ -21,6 +21,11 @@ impl<W> Scratch<W> {
         self.prepared = Some((system.revisions().topology, workspace));
     }
 
+    /// The memory to look at, if any was prepared.
+    pub fn get(&self) -> Option<&W> {
+        self.prepared.as_ref().map(|(_, workspace)| workspace)
+    }
+
     /// The memory, if any was prepared.
     pub fn get_mut(&mut self) -> Option<&mut W> {
         self.prepared.as_mut().map(|(_, workspace)| workspace)

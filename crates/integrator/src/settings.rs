@@ -14,6 +14,13 @@ pub enum Kind {
         /// Greatest value.
         max: f64,
     },
+    /// A number in a closed range, or 0, which turns off what it sets.
+    OptionalNumber {
+        /// Least value but 0.
+        min: f64,
+        /// Greatest value.
+        max: f64,
+    },
     /// A whole number in a closed range.
     Integer {
         /// Least value.
@@ -29,6 +36,7 @@ impl fmt::Display for Kind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Number { min, max } => write!(f, "a number from {min:e} to {max:e}"),
+            Self::OptionalNumber { min, max } => write!(f, "0 or a number from {min:e} to {max:e}"),
             Self::Integer { min, max } => write!(f, "a whole number from {min} to {max}"),
             Self::Choice(words) => write!(f, "{}", words.join("|")),
         }
@@ -73,6 +81,18 @@ pub enum SettingError {
         /// What is allowed.
         expected: String,
     },
+    /// The value does not go with that of another setting.
+    #[error("{method}: setting `{key}` does not go with `{other}`; {advice}")]
+    Conflict {
+        /// Method id.
+        method: &'static str,
+        /// The key.
+        key: &'static str,
+        /// The other setting with its value.
+        other: &'static str,
+        /// What to do instead.
+        advice: &'static str,
+    },
     /// The key was given twice.
     #[error("{method}: setting `{key}` is given twice; expected it once")]
     Twice {
@@ -110,6 +130,9 @@ impl Settings {
             let Setting { key, kind, .. } = declared[position];
             let fits = match kind {
                 Kind::Number { min, max } => value.parse().is_ok_and(|v: f64| v >= min && v <= max),
+                Kind::OptionalNumber { min, max } => {
+                    value.parse().is_ok_and(|v: f64| v == 0.0 || (v >= min && v <= max))
+                }
                 Kind::Integer { min, max } => {
                     value.parse().is_ok_and(|v: u64| v >= min && v <= max)
                 }

@@ -2,8 +2,8 @@
 //! two-step methods share.
 
 use crate::{
-    ContactSet, Implicit, IncrementalPotential, Kind, Newton, NewtonSettings, Phase, PhaseClock,
-    PrepareError, Setting, Settings, StepError, StepReport,
+    ContactSet, Implicit, IncrementalPotential, Kind, Newton, NewtonLinear, NewtonSettings, Phase,
+    PhaseClock, PrepareError, Setting, Settings, StepError, StepReport,
 };
 use drape_model::{System, Vec3};
 use drape_solvers::Constraints;
@@ -15,6 +15,8 @@ pub struct StageSettings {
     pub residual: f64,
     /// Most iterations.
     pub max_iterations: u32,
+    /// How Newton's linear systems are solved.
+    pub linear: NewtonLinear,
 }
 
 impl StageSettings {
@@ -34,18 +36,19 @@ impl StageSettings {
         help: "most Newton iterations in a step",
     };
 
-    /// Reads the two settings, both of which the method must declare.
+    /// Reads these and those of [`NewtonLinear`], all of which the method must declare.
     pub fn read(settings: &Settings) -> Self {
         Self {
             residual: settings.number("residual"),
             max_iterations: settings.integer("max_iterations") as u32,
+            linear: NewtonLinear::read(settings),
         }
     }
 }
 
 impl Default for StageSettings {
     fn default() -> Self {
-        Self { residual: 1e-9, max_iterations: 100 }
+        Self { residual: 1e-9, max_iterations: 100, linear: NewtonLinear::default() }
     }
 }
 
@@ -144,6 +147,7 @@ impl ImplicitStage {
         let settings = NewtonSettings {
             residual: (settings.residual * potential.scale()).max(potential.round_off()),
             max_iterations: settings.max_iterations,
+            linear: settings.linear,
         };
         velocity.copy_from_slice(v_n);
         contacts.solve(system, constraints, impulse, |constraints, impulse| {
@@ -157,6 +161,11 @@ impl ImplicitStage {
         report.relative_residual = potential.relative(report.relative_residual);
         report.force_evaluations += potential.evaluations();
         Ok(())
+    }
+
+    /// Forgets what is kept from stage to stage: a saved factor.
+    pub fn restart(&mut self) {
+        self.newton.restart();
     }
 
     /// Force of what was not implicit in the last stage, at `stage.lagged`, N.
@@ -337,7 +346,8 @@ mod tests {
     #[test]
     fn the_iteration_limit_ends_newton_and_is_reported() {
         let (system, levels) = (triangle("full"), Levels::random(&mut Random::new()));
-        let settings = StageSettings { residual: 1e-13, max_iterations: 1 };
+        let settings =
+            StageSettings { residual: 1e-13, max_iterations: 1, ..StageSettings::default() };
         let (_, report) = solved(&system, &levels, &[Vec3::zeros(); 3], settings);
         assert_eq!((report.solve, report.newton_iterations), (SolveStatus::IterationLimit, 1));
         assert!(report.relative_residual > 1e-13);

@@ -15,6 +15,8 @@
 //! | `results/energy.json` | [`Record`]`<`[`energy::Facts`]`>` |
 //! | `results/stability.json` | [`Record`]`<`[`stability::Facts`]`>` |
 //! | `results/locking.json` | [`Record`]`<`[`locking::Facts`]`>` |
+//! | `results/solver-control.json` | [`Record`]`<`[`control::Facts`]`>` |
+//! | `results/timings/solver-control.json` | [`Timings`]`<`[`control::TimingRow`]`>` |
 //! | `results/hard-cases.json` | [`Record`]`<`[`hard_cases::Facts`]`>` |
 //! | `results/collision.json` | [`Record`]`<`[`collision::Facts`]`>` |
 //! | `results/post-correction.json` | [`Record`]`<`[`post_correction::Facts`]`>` |
@@ -23,8 +25,9 @@
 //! | what `drape run --out` writes | [`run::Run`] |
 
 pub mod cg;
-pub mod energy;
 pub mod collision;
+pub mod control;
+pub mod energy;
 pub mod file;
 pub mod hard_cases;
 pub mod locking;

@@ -15,6 +15,8 @@
 //! | `energy.json` | one of the records | `figures/energy-*.svg` |
 //! | `stability.json` | one of the records | `figures/stability-*.svg` |
 //! | `locking.json` | one of the records | `figures/locking-*.svg` |
+//! | `solver-control.json` | one of the records | `figures/control-*.svg` |
+//! | `timings/solver-control.json` | no | a table of the page |
 //! | `hard-cases.json` | one of the records | `figures/hard-cases.svg` |
 //! | `collision.json` | one of the records | `figures/collision-*.svg` |
 //! | `post-correction.json` | one of the records | `figures/post-correction-*.svg` |
@@ -28,8 +30,9 @@
 //! (`templates/README.md.jinja`) filled from the same records (module `page`).
 
 mod cg;
-mod energy;
 mod collision;
+mod control;
+mod energy;
 mod error;
 mod family;
 mod hard_cases;
@@ -40,9 +43,9 @@ mod order;
 mod page;
 mod plate;
 mod plot;
-mod stability;
 mod post_correction;
 mod precomputed_inverse;
+mod stability;
 mod tables;
 
 pub use error::ReportError;
@@ -79,6 +82,7 @@ const CHAPTERS: &[Chapter] = &[
     collision::CHAPTER,
     post_correction::CHAPTER,
     precomputed_inverse::CHAPTER,
+    control::CHAPTER,
 ];
 
 /// File, title and caption of the figures drawn from the record of an experiment (and its timings);

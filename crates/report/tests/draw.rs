@@ -12,7 +12,7 @@ use std::path::Path;
 use tempfile::TempDir;
 
 /// Every experiment that is drawn.
-const EXPERIMENTS: [&str; 11] = [
+const EXPERIMENTS: [&str; 12] = [
     "tables",
     "cg-vs-stiffness",
     "order",
@@ -24,6 +24,7 @@ const EXPERIMENTS: [&str; 11] = [
     "collision",
     "post-correction",
     "precomputed-inverse",
+    "solver-control",
 ];
 
 /// A results folder with all records.
@@ -44,6 +45,7 @@ fn complete() -> TempDir {
     let name = "precomputed-inverse.json";
     write_json(&folder.path().join(name), &common::inverse(false)).unwrap();
     write_json(&folder.path().join("timings").join(name), &common::inverse_timings()).unwrap();
+    write_json(&folder.path().join("solver-control.json"), &common::control()).unwrap();
     folder
 }
 
@@ -189,6 +191,15 @@ fn figures_name_axes_units_and_every_curve() {
     expect("locking-step.svg", &["time step h (s)"]);
     expect("locking-terminal.svg", &["terminal speed of the law (m/s)", "the law", "imex-euler"]);
     expect("locking-spring.svg", &["θ = h²k/m (dimensionless)", "spring along x", "imex-euler"]);
+    expect(
+        "control-work.svg",
+        &["hanging, k/m = 10⁶ s⁻², order 1", "bdf2, adaptive", "imex-euler, constant", crossed],
+    );
+    expect("control-work.svg", &["work (sweeps over the springs)", "error over motion"]);
+    expect("control-matvecs.svg", &["products with the matrix", "imex-euler, adaptive"]);
+    expect("control-steps.svg", &["time (s)", "step size (s)", "backward-euler", "bdf2"]);
+    expect("control-forcing.svg", &["hanging, k/m = 10⁴ s⁻²", "backward-euler, Eisenstat-Walker"]);
+    expect("control-forcing.svg", &["inner tolerance ε (dimensionless)"]);
     expect("hard-cases.svg", &common::METHODS);
     expect("hard-cases.svg", &["H01 longest of titles", "undecided: effect absent (moving pins)"]);
     expect(

@@ -127,6 +127,13 @@ impl Constraints {
         self.constrained.clear();
     }
 
+    /// Prescribes 0 wherever something is prescribed; the filters stay.
+    pub fn bring_to_rest(&mut self) {
+        for &i in &self.constrained {
+            self.prescribed[i as usize] = Vec3::zeros();
+        }
+    }
+
     /// Replaces the constraint of one particle. Of `prescribed` only the part `(I − S) z` is kept.
     ///
     /// # Panics

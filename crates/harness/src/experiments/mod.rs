@@ -1,8 +1,9 @@
 //! The experiments: what is asked, what is run, what is recorded.
 
 mod cg;
-pub(crate) mod energy;
 mod collision;
+mod control;
+pub(crate) mod energy;
 mod hard_cases;
 mod locking;
 pub(crate) mod momentum;
@@ -135,6 +136,7 @@ static EXPERIMENTS: &[Experiment] = &[
     energy::EXPERIMENT,
     stability::EXPERIMENT,
     locking::EXPERIMENT,
+    control::EXPERIMENT,
     hard_cases::EXPERIMENT,
     collision::EXPERIMENT,
     post_correction::EXPERIMENT,

@@ -1,8 +1,8 @@
 //! What the method is, and its settings.
 
 use drape_integrator::{
-    Method, Order, Quantity, SettingError, Settings, StabilityClass, StageSettings, Support,
-    Treatment,
+    ForcingRule, Method, NewtonLinear, Order, Quantity, SettingError, Settings, StabilityClass,
+    StageSettings, Support, TOLERANCE, Treatment,
 };
 
 /// Backward Euler.
@@ -23,14 +23,24 @@ pub static BACKWARD_EULER: Method = Method {
         Support::new("pins", Treatment::Constraint),
         Support::new("contact", Treatment::Constraint),
     ],
-    settings: &[StageSettings::RESIDUAL, StageSettings::MAX_ITERATIONS],
+    settings: &[
+        StageSettings::RESIDUAL,
+        StageSettings::MAX_ITERATIONS,
+        NewtonLinear::JACOBIAN,
+        NewtonLinear::SOLVER,
+        ForcingRule::FORCING,
+        ForcingRule::CG_TOLERANCE,
+        TOLERANCE,
+    ],
 };
 
 /// Settings of backward Euler.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BackwardEulerSettings {
-    /// When Newton's method stops.
+    /// How Newton's method solves and when it stops.
     pub stage: StageSettings,
+    /// Local error that a step may make, in mesh widths; 0: steps are taken as they are given.
+    pub tolerance: f64,
 }
 
 impl BackwardEulerSettings {
@@ -42,6 +52,9 @@ impl BackwardEulerSettings {
         pairs: impl IntoIterator<Item = (&'a str, &'a str)>,
     ) -> Result<Self, SettingError> {
         let settings = Settings::new(BACKWARD_EULER.id, BACKWARD_EULER.settings, pairs)?;
-        Ok(Self { stage: StageSettings::read(&settings) })
+        Ok(Self {
+            stage: StageSettings::read(&settings),
+            tolerance: settings.number(TOLERANCE.key),
+        })
     }
 }

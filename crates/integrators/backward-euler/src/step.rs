@@ -3,8 +3,8 @@
 use crate::settings::{BACKWARD_EULER, BackwardEulerSettings};
 use crate::workspace::Workspace;
 use drape_integrator::{
-    EnergyLedger, Integrator, Method, Phase, PhaseClock, PrepareError, Scratch, Stage, StepError,
-    StepReport, TimeStep,
+    Adaptive, ContactSet, EnergyLedger, Integrator, Method, Phase, PhaseClock, Predictor,
+    PrepareError, Rewind, Scratch, Stage, StepError, StepReport, TimeStep,
 };
 use drape_model::{State, System};
 
@@ -19,6 +19,11 @@ impl BackwardEuler {
     /// The method with its settings.
     pub fn new(settings: BackwardEulerSettings) -> Self {
         Self { settings, scratch: Scratch::default() }
+    }
+
+    /// The method, under step size control where the settings ask for it.
+    pub fn controlled(settings: BackwardEulerSettings) -> Box<dyn Integrator> {
+        Adaptive::boxed(Self::new(settings), settings.tolerance)
     }
 }
 
@@ -73,6 +78,7 @@ impl Integrator for BackwardEuler {
         if let Some(w) = self.scratch.get_mut() {
             w.predictor.restart();
             w.contacts.restart();
+            w.stage.restart();
         }
     }
 
@@ -84,5 +90,31 @@ impl Integrator for BackwardEuler {
         h: TimeStep,
     ) -> Option<EnergyLedger> {
         Some(self.scratch.get_mut()?.ledger(system, before, after, h))
+    }
+}
+
+impl Rewind for BackwardEuler {
+    type Past = (Predictor, ContactSet);
+
+    fn new_past(&self) -> Option<Self::Past> {
+        self.scratch.get().map(|w| (w.predictor.clone(), w.contacts.clone()))
+    }
+
+    fn keep(&self, (predictor, contacts): &mut Self::Past) {
+        if let Some(w) = self.scratch.get() {
+            predictor.copy_from(&w.predictor);
+            contacts.copy_from(&w.contacts);
+        }
+    }
+
+    fn recall(&mut self, (predictor, contacts): &Self::Past) {
+        if let Some(w) = self.scratch.get_mut() {
+            w.predictor.copy_from(predictor);
+            w.contacts.copy_from(contacts);
+        }
+    }
+
+    fn contacts(&self) -> Option<&ContactSet> {
+        self.scratch.get().map(|w| &w.contacts)
     }
 }

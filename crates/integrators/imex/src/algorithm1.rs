@@ -3,8 +3,8 @@
 use crate::right_hand_side::RightHandSide;
 use crate::settings::ImexUpdatedSettings;
 use drape_integrator::{
-    Implicit, IncrementalPotential, LaplacianSolver, Newton, NewtonSettings, PrepareError,
-    SolveStatus, SolverKind, StepError, StepReport,
+    Forcing, ForcingRule, Implicit, IncrementalPotential, LaplacianSolver, Newton, NewtonLinear,
+    NewtonSettings, PrepareError, SolveStatus, SolverKind, StepError, StepReport,
 };
 use drape_model::{State, System, Vec3};
 use drape_solvers::Constraints;
@@ -31,11 +31,13 @@ pub(crate) fn as_printed(
     let Problem { system, state, h, constraints, settings } = problem;
     let direct = settings.linear.solver == SolverKind::Cholesky;
     constraints.impose(v);
+    let mut forcing = Forcing::new(ForcingRule::EisenstatWalker);
     for _ in 0..settings.max_outer {
         rhs.update(system, state, h, v); // b = b(v, x_n + h v)
         report.outer_passes += 1;
-        if direct {
-            // A direct solve takes no iterations, so that their number says nothing about the update.
+        if direct || settings.follows_progress {
+            // A direct solve takes no iterations, so that their number says nothing about the update; nor does a loose
+            // one.
             let residual = linear.relative_residual(constraints, &rhs.b, v);
             report.matvecs += 2;
             report.relative_residual = residual;
@@ -43,6 +45,14 @@ pub(crate) fn as_printed(
                 report.solve = SolveStatus::Converged;
                 return;
             }
+        }
+        if settings.follows_progress {
+            let residual = linear.residual(constraints, &rhs.b, v);
+            report.matvecs += 1;
+            let goal = residual * (settings.linear.forcing_term / report.relative_residual);
+            let term = forcing.next(residual, goal);
+            *report += linear.solve_to(constraints, &rhs.b, v, residual * term);
+            continue;
         }
         let solve = linear.solve(constraints, &rhs.b, v); // while |r| > ε |b|
         *report += solve;
@@ -169,11 +179,13 @@ impl Descent {
         let Problem { system, state, h, constraints, settings } = problem;
         let lightest = lightest(system);
         let direct = settings.linear.solver == SolverKind::Cholesky;
+        let mut forcing = Forcing::new(ForcingRule::EisenstatWalker);
         while report.outer_passes < settings.max_outer {
             rhs.update(system, state, h, v);
             report.outer_passes += 1;
             // A direct solve takes no iterations, so that their number says nothing about the update.
-            if direct {
+            let mut goal = tolerance;
+            if direct || settings.follows_progress {
                 let residual = linear.residual(constraints, &rhs.b, v) / lightest;
                 report.matvecs += 1;
                 report.solve = SolveStatus::Converged;
@@ -181,10 +193,13 @@ impl Descent {
                     report.relative_residual = residual;
                     return true;
                 }
+                if settings.follows_progress {
+                    goal = residual * forcing.next(residual, tolerance);
+                }
             }
-            let solve = linear.solve_to(constraints, &rhs.b, v, tolerance * lightest);
+            let solve = linear.solve_to(constraints, &rhs.b, v, goal * lightest);
             *report += solve;
-            report.relative_residual *= tolerance;
+            report.relative_residual *= goal;
             if !direct && solve.iterations == 0 && solve.status == SolveStatus::Converged {
                 return true;
             }
@@ -203,8 +218,11 @@ impl Descent {
         tolerance: f64,
         report: &mut StepReport,
     ) -> Result<(), StepError> {
-        let settings =
-            NewtonSettings { residual: tolerance, max_iterations: MAX_NEWTON_ITERATIONS };
+        let settings = NewtonSettings {
+            residual: tolerance,
+            max_iterations: MAX_NEWTON_ITERATIONS,
+            linear: NewtonLinear::default(),
+        };
         let Problem { system, constraints, .. } = problem;
         *report += self.newton.minimise(system, &mut self.potential, constraints, v, &settings)?;
         Ok(())

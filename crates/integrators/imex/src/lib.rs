@@ -76,6 +76,13 @@
 //!   its ends. So an elastic rebound neither takes nor gives energy.
 //! * *Force sweeps.* Three a step: `F`, `G` and `L_k X*`.
 //!
+//! *Step size control* (setting `tolerance`, not for CNLF) wraps the methods by [`drape_integrator::Adaptive`]. Estimated from
+//! positions alone the error of a locked sheet is nil: it hardly accelerates. So `estimator=splitting` adds what `F2` at
+//! the old level (or extrapolated) is off by: one more update of the right-hand side would change the velocity by
+//! `δ = A⁻¹ r`, all further ones together by `q δ` with the Rayleigh quotient `q = rᵀδ/δᵀMδ`, which is `1 + θ` of the mode
+//! at hand. It costs one loose solve with the kept matrix and one force evaluation a substep. `forcing=eisenstat-walker`
+//! lets updated CG solve each update as tightly as the progress of the updates deserves.
+//!
 //! # What to expect
 //!
 //! *IMEX Euler, solved exactly, never gains energy*, for every `h` and `k`:
@@ -167,6 +174,7 @@ pub mod errata {}
 mod ledger;
 mod right_hand_side;
 mod settings;
+mod splitting;
 mod step;
 mod two_step;
 mod workspace;

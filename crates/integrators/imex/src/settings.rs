@@ -1,8 +1,8 @@
 //! What the two methods of order 1 are, and their settings.
 
 use drape_integrator::{
-    Implicit, Kind, LinearSettings, Method, Order, Quantity, Setting, SettingError, Settings,
-    StabilityClass, Start, Support, Treatment, linear_settings as linear,
+    ForcingRule, Implicit, Kind, LinearSettings, Method, Order, Quantity, Setting, SettingError,
+    Settings, StabilityClass, Start, Support, TOLERANCE, Treatment, linear_settings as linear,
 };
 
 pub(crate) const SUPPORTS: &[Support] = &[
@@ -41,6 +41,26 @@ pub(crate) const START: Setting = Setting {
     help: "start value of the solve: v_n or 2 v_n - v_{n-1} (EEH 22)",
 };
 
+/// How step size control estimates the error of a method that splits the force.
+pub(crate) const ESTIMATOR: Setting = Setting {
+    key: "estimator",
+    kind: Kind::Choice(&["plain", "splitting"]),
+    default: "splitting",
+    help: "error estimate of step size control: from positions alone, which cannot see locking, or with what the part \
+           of the force at the old level is off by",
+};
+
+/// Whether the setting `estimator` asks for the splitting error.
+pub(crate) fn sees_splitting(settings: &Settings) -> bool {
+    settings.word(ESTIMATOR.key) == "splitting"
+}
+
+const FORCING: Setting = Setting {
+    help: "how tightly CG is solved between two updates of the right-hand side: to the tolerance of the step, or by \
+           the progress of the updates (Eisenstat and Walker, choice 2)",
+    ..ForcingRule::FORCING
+};
+
 const IMPLICIT_BENEFIT: &str = "solved exactly with all springs implicit \
      and full damping it never gains energy; locks for h²k/m above 1";
 
@@ -62,6 +82,8 @@ pub static IMEX_EULER: Method = Method {
         linear::SOLVER,
         implicit("tension"),
         linear::MATRIX,
+        TOLERANCE,
+        ESTIMATOR,
     ],
 };
 
@@ -109,6 +131,8 @@ pub static IMEX_UPDATED: Method = Method {
             default: "100",
             help: "the robust form uses Newton at once where h²k/m is larger than this",
         },
+        FORCING,
+        TOLERANCE,
     ],
 };
 
@@ -121,6 +145,10 @@ pub struct ImexEulerSettings {
     pub start: Start,
     /// Which springs are implicit.
     pub implicit: Implicit,
+    /// Local error that a step may make, in mesh widths; 0: steps are taken as they are given.
+    pub tolerance: f64,
+    /// Whether the estimate of that error counts the splitting of the force.
+    pub sees_splitting: bool,
 }
 
 impl ImexEulerSettings {
@@ -136,6 +164,8 @@ impl ImexEulerSettings {
             linear: LinearSettings::read(&settings, settings.number("forcing_term")),
             start: Start::read(settings.word("start")),
             implicit: Implicit::read(settings.word("implicit")),
+            tolerance: settings.number(TOLERANCE.key),
+            sees_splitting: sees_splitting(&settings),
         })
     }
 }
@@ -164,6 +194,10 @@ pub struct ImexUpdatedSettings {
     pub max_outer: u32,
     /// θ above which the robust form uses Newton at once.
     pub newton_above: f64,
+    /// Whether CG between two updates is solved by the progress of the updates, instead of to the end.
+    pub follows_progress: bool,
+    /// Local error that a step may make, in mesh widths; 0: steps are taken as they are given.
+    pub tolerance: f64,
 }
 
 impl ImexUpdatedSettings {
@@ -185,6 +219,8 @@ impl ImexUpdatedSettings {
             },
             max_outer: settings.integer("max_outer") as u32,
             newton_above: settings.number("newton_above"),
+            follows_progress: settings.word(FORCING.key) == "eisenstat-walker",
+            tolerance: settings.number(TOLERANCE.key),
         })
     }
 }

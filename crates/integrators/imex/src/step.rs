@@ -6,10 +6,10 @@ use crate::settings::{
 };
 use crate::workspace::Workspace;
 use drape_integrator::{
-    EnergyLedger, Integrator, Method, Phase, PhaseClock, PrepareError, Scratch, Start, StepError,
-    StepReport, TimeStep,
+    Adaptive, ContactSet, EnergyLedger, Integrator, Method, Phase, PhaseClock, Predictor,
+    PrepareError, Rewind, Scratch, Start, StepError, StepReport, TimeStep,
 };
-use drape_model::{State, System};
+use drape_model::{State, System, Vec3};
 
 /// IMEX Euler, EEH (21).
 #[derive(Debug)]
@@ -22,6 +22,11 @@ impl ImexEuler {
     /// The method with its settings.
     pub fn new(settings: ImexEulerSettings) -> Self {
         Self { settings, scratch: Scratch::default() }
+    }
+
+    /// The method, under step size control where the settings ask for it.
+    pub fn controlled(settings: ImexEulerSettings) -> Box<dyn Integrator> {
+        Adaptive::boxed(Self::new(settings), settings.tolerance)
     }
 }
 
@@ -36,6 +41,11 @@ impl ImexUpdated {
     /// The method with its settings.
     pub fn new(settings: ImexUpdatedSettings) -> Self {
         Self { settings, scratch: Scratch::default() }
+    }
+
+    /// The method, under step size control where the settings ask for it.
+    pub fn controlled(settings: ImexUpdatedSettings) -> Box<dyn Integrator> {
+        Adaptive::boxed(Self::new(settings), settings.tolerance)
     }
 }
 
@@ -77,6 +87,9 @@ impl Integrator for ImexEuler {
         let mut report = StepReport::after_setup(w.linear.refresh(system, h)?); // A = M + h² L_k + h L_c
         clock.switch(Phase::Forces);
         w.rhs.assemble(system, state, h); // right-hand side of EEH (21)
+        if self.settings.tolerance > 0.0 && self.settings.sees_splitting {
+            w.splitting.expect(system, self.settings.implicit, &state.x);
+        }
         report.force_evaluations = 1;
         clock.switch(Phase::Contact);
         w.contacts.detect(system, &state.x, &state.v, h, &mut w.constraints);
@@ -201,5 +214,80 @@ impl Integrator for ImexUpdated {
         h: TimeStep,
     ) -> Option<EnergyLedger> {
         Some(self.scratch.get_mut()?.updated_ledger(system, before, after, h))
+    }
+}
+
+/// History of both methods.
+type Past = (Predictor, ContactSet);
+
+impl Workspace {
+    fn past(&self) -> Past {
+        (self.predictor.clone(), self.contacts.clone())
+    }
+
+    fn keep(&self, (predictor, contacts): &mut Past) {
+        predictor.copy_from(&self.predictor);
+        contacts.copy_from(&self.contacts);
+    }
+
+    fn recall(&mut self, (predictor, contacts): &Past) {
+        self.predictor.copy_from(predictor);
+        self.contacts.copy_from(contacts);
+    }
+}
+
+impl Rewind for ImexEuler {
+    type Past = Past;
+
+    fn new_past(&self) -> Option<Past> {
+        self.scratch.get().map(Workspace::past)
+    }
+
+    fn keep(&self, past: &mut Past) {
+        self.scratch.get().into_iter().for_each(|w| w.keep(past));
+    }
+
+    fn recall(&mut self, past: &Past) {
+        self.scratch.get_mut().into_iter().for_each(|w| w.recall(past));
+    }
+
+    fn contacts(&self) -> Option<&ContactSet> {
+        self.scratch.get().map(|w| &w.contacts)
+    }
+
+    fn add_splitting_error(
+        &mut self,
+        system: &System,
+        to: &State,
+        h: f64,
+        error: &mut [Vec3],
+        report: &mut StepReport,
+    ) {
+        if let Some(w) = self.scratch.get_mut().filter(|_| self.settings.sees_splitting) {
+            let Workspace { splitting, linear, constraints, .. } = w;
+            let implicit = self.settings.implicit;
+            let force = |out: &mut [Vec3]| implicit.add_nonlinear_forces(system, &to.x, out);
+            splitting.add(system, force, h, linear, constraints, error, report);
+        }
+    }
+}
+
+impl Rewind for ImexUpdated {
+    type Past = Past;
+
+    fn new_past(&self) -> Option<Past> {
+        self.scratch.get().map(Workspace::past)
+    }
+
+    fn keep(&self, past: &mut Past) {
+        self.scratch.get().into_iter().for_each(|w| w.keep(past));
+    }
+
+    fn recall(&mut self, past: &Past) {
+        self.scratch.get_mut().into_iter().for_each(|w| w.recall(past));
+    }
+
+    fn contacts(&self) -> Option<&ContactSet> {
+        self.scratch.get().map(|w| &w.contacts)
     }
 }

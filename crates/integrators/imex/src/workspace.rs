@@ -2,6 +2,7 @@
 
 use crate::algorithm1::Descent;
 use crate::right_hand_side::RightHandSide;
+use crate::splitting::SplittingError;
 use drape_integrator::{
     ContactSet, Implicit, LaplacianSolver, LinearSettings, Predictor, PrepareError, Weights,
 };
@@ -18,6 +19,7 @@ pub(crate) struct Workspace {
     pub(crate) predictor: Predictor,
     pub(crate) contacts: ContactSet,
     pub(crate) constraints: Constraints,
+    pub(crate) splitting: SplittingError,
     /// What only the robust form of Algorithm 1 needs.
     pub(crate) descent: Option<Descent>,
 }
@@ -41,6 +43,7 @@ impl Workspace {
             predictor: Predictor::new(system.len()),
             contacts: ContactSet::new(system),
             constraints: Constraints::free(system.len()),
+            splitting: SplittingError::new(system.len()),
             descent: robust.then(|| Descent::new(system, implicit)).transpose()?,
         })
     }

@@ -2,8 +2,8 @@
 
 use crate::coefficients::MAX_STEPS;
 use drape_integrator::{
-    Kind, Method, Order, Quantity, Setting, SettingError, Settings, StabilityClass, StageSettings,
-    Support, Treatment,
+    ForcingRule, Kind, Method, NewtonLinear, Order, Quantity, Setting, SettingError, Settings,
+    StabilityClass, StageSettings, Support, TOLERANCE, Treatment,
 };
 use std::ops::RangeInclusive;
 
@@ -56,6 +56,11 @@ pub static BDF2: Method = Method {
         steps("number k of steps, which is the order; 1 is backward Euler"),
         StageSettings::RESIDUAL,
         StageSettings::MAX_ITERATIONS,
+        NewtonLinear::JACOBIAN,
+        NewtonLinear::SOLVER,
+        ForcingRule::FORCING,
+        ForcingRule::CG_TOLERANCE,
+        TOLERANCE,
     ],
 };
 
@@ -119,20 +124,32 @@ impl AdamsBashforthSettings {
 pub struct BdfSettings {
     /// Number of steps.
     pub steps: Steps,
-    /// When Newton's method stops.
+    /// How Newton's method solves and when it stops.
     pub stage: StageSettings,
+    /// Local error that a step may make, in mesh widths; 0: steps are taken as they are given.
+    pub tolerance: f64,
 }
 
 impl BdfSettings {
     /// Reads `key=value` pairs.
     ///
     /// # Errors
-    /// [`SettingError`] for an unknown key or a value that does not fit.
+    /// [`SettingError`] for an unknown key or a value that does not fit, and for a tolerance with three steps, whose
+    /// step sizes may not vary as much as the control asks for.
     pub fn from_pairs<'a>(
         pairs: impl IntoIterator<Item = (&'a str, &'a str)>,
     ) -> Result<Self, SettingError> {
         let settings = Settings::new(BDF2.id, BDF2.settings, pairs)?;
-        Ok(Self { steps: Steps::read(&settings), stage: StageSettings::read(&settings) })
+        let (steps, tolerance) = (Steps::read(&settings), settings.number(TOLERANCE.key));
+        if steps == Steps::Three && tolerance > 0.0 {
+            return Err(SettingError::Conflict {
+                method: BDF2.id,
+                key: TOLERANCE.key,
+                other: "steps=3",
+                advice: "take steps=1 or 2, or tolerance=0",
+            });
+        }
+        Ok(Self { steps, stage: StageSettings::read(&settings), tolerance })
     }
 
     /// Ratios of neighbouring steps that the method bridges. Errors of the past die out while every ratio is below

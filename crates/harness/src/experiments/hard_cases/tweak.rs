@@ -65,7 +65,7 @@ impl Tweak {
                 Kind::Number { min, max } => {
                     Some(vec![format!("{}={:e}", setting.key, pick(min, max))])
                 }
-                Kind::Integer { .. } | Kind::Choice(_) => None,
+                Kind::OptionalNumber { .. } | Kind::Integer { .. } | Kind::Choice(_) => None,
             }
         };
         match self {

@@ -6,8 +6,8 @@ use drape_model::{Revisions, State, System, Vec3};
 use drape_solvers::Filter;
 
 /// What a two-step method remembers of level `n − 1`.
-#[derive(Debug)]
-pub(crate) struct Past {
+#[derive(Clone, Debug)]
+pub struct Past {
     /// Positions and velocities.
     level: History<2>,
     pub(crate) forces: SplitForces,
@@ -21,6 +21,12 @@ impl Past {
     pub(crate) fn new(n: usize) -> Self {
         let (level, forces) = (History::new(n, 1), SplitForces::new(n));
         Self { level, forces, forces_fit: false, revisions: None }
+    }
+
+    pub(crate) fn copy_from(&mut self, other: &Self) {
+        self.level.copy_from(&other.level);
+        self.forces.copy_from(&other.forces);
+        (self.forces_fit, self.revisions) = (other.forces_fit, other.revisions);
     }
 
     pub(crate) fn restart(&mut self) {

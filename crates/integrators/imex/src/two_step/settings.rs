@@ -1,19 +1,34 @@
 //! What the four methods are, and their settings.
 
 use super::Scheme;
-use crate::settings::{IMPLICIT_SPRINGS, START, SUPPORTS};
+use crate::settings::{ESTIMATOR, IMPLICIT_SPRINGS, START, SUPPORTS, sees_splitting};
 use drape_integrator::{
     Implicit, Kind, LinearSettings, Method, Order, Quantity, Setting, SettingError, Settings,
-    StabilityClass, Start, linear_settings as linear,
+    StabilityClass, Start, TOLERANCE, linear_settings as linear,
+};
+
+const FORCING_TERM: Setting = Setting {
+    key: "forcing_term",
+    kind: Kind::Number { min: 1e-16, max: 0.5 },
+    default: "1e-3",
+    help: "tolerance ε of the solve, relative to the change of momentum that the forces would make in it",
 };
 
 const SETTINGS: &[Setting] = &[
-    Setting {
-        key: "forcing_term",
-        kind: Kind::Number { min: 1e-16, max: 0.5 },
-        default: "1e-3",
-        help: "tolerance ε of the solve, relative to the change of momentum that the forces would make in it",
-    },
+    FORCING_TERM,
+    linear::PRECONDITIONER,
+    START,
+    linear::NORM,
+    linear::SOLVER,
+    IMPLICIT_SPRINGS,
+    linear::MATRIX,
+    TOLERANCE,
+    ESTIMATOR,
+];
+
+/// Those of CNLF, which starts anew at any change of the step size and so cannot choose its own.
+const EQUAL_STEP_SETTINGS: &[Setting] = &[
+    FORCING_TERM,
     linear::PRECONDITIONER,
     START,
     linear::NORM,
@@ -69,13 +84,16 @@ pub static IMEX_MCNAB2: Method = two_step(
 );
 
 /// CNLF.
-pub static IMEX_CNLF: Method = two_step(
-    "imex-cnlf",
-    "IMEX Crank-Nicolson leapfrog (CNLF)",
-    "EEH (7)-(9); Ascher, Ruuth and Wetton 1995",
-    "slow rotation is kept to order 2, but so is its parasitic mode, which alternates from step to step and which \
-     contacts feed until it gains energy",
-);
+pub static IMEX_CNLF: Method = Method {
+    settings: EQUAL_STEP_SETTINGS,
+    ..two_step(
+        "imex-cnlf",
+        "IMEX Crank-Nicolson leapfrog (CNLF)",
+        "EEH (7)-(9); Ascher, Ruuth and Wetton 1995",
+        "slow rotation is kept to order 2, but so is its parasitic mode, which alternates from step to step and \
+         which contacts feed until it gains energy",
+    )
+};
 
 impl Scheme {
     /// What the method is.
@@ -100,6 +118,10 @@ pub struct ImexTwoStepSettings {
     pub start: Start,
     /// Which springs are implicit.
     pub implicit: Implicit,
+    /// Local error that a step may make, in mesh widths; 0: steps are taken as they are given, as CNLF always does.
+    pub tolerance: f64,
+    /// Whether the estimate of that error counts the splitting of the force.
+    pub sees_splitting: bool,
 }
 
 impl ImexTwoStepSettings {
@@ -111,12 +133,16 @@ impl ImexTwoStepSettings {
         scheme: Scheme,
         pairs: impl IntoIterator<Item = (&'a str, &'a str)>,
     ) -> Result<Self, SettingError> {
-        let settings = Settings::new(scheme.method().id, SETTINGS, pairs)?;
+        let method = scheme.method();
+        let settings = Settings::new(method.id, method.settings, pairs)?;
+        let has_control = scheme != Scheme::Cnlf;
         Ok(Self {
             scheme,
             linear: LinearSettings::read(&settings, settings.number("forcing_term")),
             start: Start::read(settings.word("start")),
             implicit: Implicit::read(settings.word("implicit")),
+            tolerance: if has_control { settings.number(TOLERANCE.key) } else { 0.0 },
+            sees_splitting: has_control && sees_splitting(&settings),
         })
     }
 }

@@ -5,7 +5,7 @@ use drape_model::{System, Vec3};
 
 /// `y' = f + g`, EEH (6), as forces of one level: everything that is not linear and stiff, and what is.
 #[doc(alias = "EEH 6")]
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct SplitForces {
     /// `F`: `F2` of the implicit springs, the remainder of their damping where it is projected, and every
     /// other effect, N.
@@ -20,17 +20,33 @@ impl SplitForces {
         Self { explicit: zeros(), linear: zeros() }
     }
 
+    pub(crate) fn copy_from(&mut self, other: &Self) {
+        self.explicit.copy_from_slice(&other.explicit);
+        self.linear.copy_from_slice(&other.linear);
+    }
+
     /// Number of sweeps over the springs that [`evaluate`](Self::evaluate) takes.
     pub(crate) const SWEEPS: u32 = 2;
+
+    /// Adds `F` at `(x, v)` to `out`.
+    pub(crate) fn add_explicit(
+        system: &System,
+        implicit: Implicit,
+        x: &[Vec3],
+        v: &[Vec3],
+        out: &mut [Vec3],
+    ) {
+        implicit.add_explicit_forces(system, x, v, out);
+        implicit.add_nonlinear_forces(system, x, out);
+        implicit.add_damping_remainders(system, x, v, out);
+    }
 
     /// `F` and `G` at `(x, v)`. `G` is the negative of EEH (15) and (18).
     #[doc(alias = "EEH 15")]
     #[doc(alias = "EEH 18")]
     pub(crate) fn evaluate(&mut self, system: &System, implicit: Implicit, x: &[Vec3], v: &[Vec3]) {
         self.explicit.fill(Vec3::zeros());
-        implicit.add_explicit_forces(system, x, v, &mut self.explicit);
-        implicit.add_nonlinear_forces(system, x, &mut self.explicit);
-        implicit.add_damping_remainders(system, x, v, &mut self.explicit);
+        Self::add_explicit(system, implicit, x, v, &mut self.explicit);
         self.linear.fill(Vec3::zeros());
         implicit.add_linear_spring_forces(system, x, &mut self.linear);
         implicit.add_linear_damping_forces(system, v, &mut self.linear);

@@ -1,10 +1,12 @@
 //! The step.
 
+use super::past::Past;
+use super::split_forces::SplitForces;
 use super::workspace::Workspace;
-use super::{Coefficients, ImexTwoStepSettings};
+use super::{Coefficients, ImexTwoStepSettings, Scheme};
 use drape_integrator::{
-    Integrator, Method, MultistepMotion, Phase, PhaseClock, PrepareError, Scratch, Stage,
-    StageSettings, Start, StepError, StepReport, TimeStep, drift,
+    Adaptive, ContactSet, Integrator, Method, MultistepMotion, Phase, PhaseClock, PrepareError,
+    Rewind, Scratch, Stage, StageSettings, Start, StepError, StepReport, TimeStep, drift,
 };
 use drape_model::{State, System, Vec3};
 
@@ -19,6 +21,11 @@ impl ImexTwoStep {
     /// The method with its settings.
     pub fn new(settings: ImexTwoStepSettings) -> Self {
         Self { settings, scratch: Scratch::default() }
+    }
+
+    /// The method, under step size control where the settings ask for it.
+    pub fn controlled(settings: ImexTwoStepSettings) -> Box<dyn Integrator> {
+        Adaptive::boxed(Self::new(settings), settings.tolerance)
     }
 
     #[cfg(test)]
@@ -65,6 +72,11 @@ impl Workspace {
         let tau = coefficients.tau(h);
         clock.switch(Phase::Forces);
         report.force_evaluations = self.assemble(system, settings, state, h, &coefficients); // EEH (8)
+        if settings.tolerance > 0.0 && settings.sees_splitting {
+            let Self { splitting, past, present, .. } = self;
+            let omega = past.step_ratio(system, h).unwrap_or(1.0);
+            splitting.expect_extrapolated(omega, &present.explicit, &past.forces.explicit);
+        }
         clock.switch(Phase::Contact);
         let from = (&state.x[..], &state.v[..]);
         let motion = MultistepMotion { from, h, x_star: &self.position, tau };
@@ -116,6 +128,7 @@ impl Integrator for ImexTwoStep {
         clock.switch(Phase::MatrixSetup);
         let mut report = StepReport::after_setup(w.linear.refresh(system, tau)?); // M + τ² L_k + τ L_c
         w.evaluate_external(system, state);
+        w.splitting.expect_nothing();
         match continued {
             Some(c) => w.proceed(system, settings, state, h, c, clock, &mut report)?,
             None => w.start(system, state, h, clock, &mut report)?,
@@ -143,6 +156,59 @@ impl Integrator for ImexTwoStep {
     fn restart(&mut self, _state: &State) {
         if let Some(w) = self.scratch.get_mut() {
             w.restart();
+        }
+    }
+}
+
+impl Rewind for ImexTwoStep {
+    type Past = (Past, ContactSet);
+
+    fn new_past(&self) -> Option<Self::Past> {
+        self.scratch.get().map(|w| (w.past.clone(), w.contacts.clone()))
+    }
+
+    fn keep(&self, (past, contacts): &mut Self::Past) {
+        if let Some(w) = self.scratch.get() {
+            past.copy_from(&w.past);
+            contacts.copy_from(&w.contacts);
+        }
+    }
+
+    fn recall(&mut self, (past, contacts): &Self::Past) {
+        if let Some(w) = self.scratch.get_mut() {
+            w.past.copy_from(past);
+            w.contacts.copy_from(contacts);
+        }
+    }
+
+    fn contacts(&self) -> Option<&ContactSet> {
+        self.scratch.get().map(|w| &w.contacts)
+    }
+
+    /// The Adams–Bashforth part of the Crank–Nicolson methods has the greater constant of their two parts.
+    fn error_constant(&self, omega: f64) -> f64 {
+        match self.settings.scheme {
+            Scheme::Sbdf2 => (1.0 + omega) * (1.0 + omega) / (6.0 * omega * (1.0 + 2.0 * omega)),
+            _ => 1.0 / 6.0 + 1.0 / (4.0 * omega),
+        }
+    }
+
+    fn add_splitting_error(
+        &mut self,
+        system: &System,
+        to: &State,
+        h: f64,
+        error: &mut [Vec3],
+        report: &mut StepReport,
+    ) {
+        let ImexTwoStepSettings { scheme, implicit, .. } = self.settings;
+        if let Some(w) = self.scratch.get_mut() {
+            let Workspace { splitting, linear, constraints, .. } = w;
+            let tau = scheme.at_constant_step().tau(h);
+            let force = |out: &mut [Vec3]| {
+                SplitForces::add_explicit(system, implicit, &to.x, &to.v, out);
+            };
+            splitting.add(system, force, tau, linear, constraints, error, report);
         }
     }
 }

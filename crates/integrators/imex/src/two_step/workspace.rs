@@ -3,6 +3,7 @@
 use super::past::Past;
 use super::split_forces::SplitForces;
 use super::{Coefficients, ImexTwoStepSettings};
+use crate::splitting::SplittingError;
 use drape_integrator::{ContactSet, ImplicitStage, LaplacianSolver, PrepareError, Weights};
 use drape_model::{State, System, Vec3};
 use drape_solvers::Constraints;
@@ -22,6 +23,7 @@ pub(crate) struct Workspace {
     pub(crate) impulse: Vec<Vec3>,
     pub(crate) contacts: ContactSet,
     pub(crate) constraints: Constraints,
+    pub(crate) splitting: SplittingError,
     /// Force of the effects without a Jacobian, such as gravity, N.
     pub(crate) external: Vec<Vec3>,
     scratch: Vec<Vec3>,
@@ -50,6 +52,7 @@ impl Workspace {
             impulse: zeros(),
             contacts: ContactSet::new(system),
             constraints: Constraints::free(system.len()),
+            splitting: SplittingError::new(system.len()),
             external: zeros(),
             scratch: zeros(),
         })

@@ -3,7 +3,8 @@
 use crate::settings::{BDF2, BdfSettings, Steps};
 use crate::workspace::{BdfWorkspace, Obstacles};
 use drape_integrator::{
-    Integrator, Method, Phase, PhaseClock, PrepareError, Scratch, StepError, StepReport, TimeStep,
+    Adaptive, ContactSet, History, Integrator, Method, Order, Phase, PhaseClock, PrepareError,
+    Rewind, Scratch, StepError, StepReport, TimeStep,
 };
 use drape_model::{State, System};
 
@@ -18,6 +19,11 @@ impl Bdf {
     /// The method with its settings.
     pub fn new(settings: BdfSettings) -> Self {
         Self { settings, scratch: Scratch::default() }
+    }
+
+    /// The method, under step size control where the settings ask for it.
+    pub fn controlled(settings: BdfSettings) -> Box<dyn Integrator> {
+        Adaptive::boxed(Self::new(settings), settings.tolerance)
     }
 }
 
@@ -41,7 +47,7 @@ impl Integrator for Bdf {
     ) -> Result<StepReport, StepError> {
         let w = self.scratch.ready(system, state)?;
         let h = h.seconds();
-        let BdfSettings { steps, stage } = self.settings;
+        let BdfSettings { steps, stage, .. } = self.settings;
         let mut report = StepReport::default();
         clock.switch(Phase::Update);
         w.history.refresh(system, h, self.settings.ratios());
@@ -63,5 +69,35 @@ impl Integrator for Bdf {
         if let Some(w) = self.scratch.get_mut() {
             w.restart();
         }
+    }
+}
+
+impl Rewind for Bdf {
+    type Past = (History<2>, ContactSet);
+
+    fn new_past(&self) -> Option<Self::Past> {
+        self.scratch.get().map(|w| (w.history.clone(), w.contacts.clone()))
+    }
+
+    fn keep(&self, (history, contacts): &mut Self::Past) {
+        if let Some(w) = self.scratch.get() {
+            history.copy_from(&w.history);
+            contacts.copy_from(&w.contacts);
+        }
+    }
+
+    fn recall(&mut self, (history, contacts): &Self::Past) {
+        if let Some(w) = self.scratch.get_mut() {
+            w.history.copy_from(history);
+            w.contacts.copy_from(contacts);
+        }
+    }
+
+    fn contacts(&self) -> Option<&ContactSet> {
+        self.scratch.get().map(|w| &w.contacts)
+    }
+
+    fn order(&self) -> Order {
+        if self.settings.steps == Steps::One { Order::One } else { Order::Two }
     }
 }

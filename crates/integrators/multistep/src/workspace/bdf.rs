@@ -24,7 +24,7 @@ pub(crate) struct BdfWorkspace {
     extrapolated: (Vec<Vec3>, Vec<Vec3>),
     /// What goes on after an impact, for the history.
     acceleration: Vec<Vec3>,
-    contacts: ContactSet,
+    pub(crate) contacts: ContactSet,
     constraints: Constraints,
 }
 
@@ -172,6 +172,7 @@ impl BdfWorkspace {
     pub(crate) fn restart(&mut self) {
         self.history.restart();
         self.contacts.restart();
+        self.stage.restart();
     }
 }
 

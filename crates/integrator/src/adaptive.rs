@@ -1,0 +1,266 @@
+//! A method that chooses its step sizes itself.
+
+use crate::{
+    ContactSet, Integrator, LocalError, Method, Order, PhaseClock, PrepareError, Scratch,
+    SolveStatus, StepController, StepError, StepReport, TimeStep, mesh_width,
+};
+use drape_model::{Revisions, State, System, Vec3};
+
+/// What [`Adaptive`] needs of a method, beside its steps: to take one back.
+pub trait Rewind: Integrator {
+    /// Everything that a step changes in the integrator and that the next one builds on: history and contacts.
+    /// Cached operators are none of it.
+    type Past: std::fmt::Debug + Send;
+
+    /// Memory for a past; `None` before `prepare`.
+    fn new_past(&self) -> Option<Self::Past>;
+
+    /// Copies the present past, without allocating.
+    fn keep(&self, past: &mut Self::Past);
+
+    /// Brings it back, without allocating.
+    fn recall(&mut self, past: &Self::Past);
+
+    /// The contacts of the last step.
+    fn contacts(&self) -> Option<&ContactSet>;
+
+    /// Order at the present settings.
+    fn order(&self) -> Order {
+        self.method().order
+    }
+
+    /// `C(ω)` of the local error `C h³ x'''` of a method of order 2, with `ω` the last step over the one before: that
+    /// of two-step BDF unless the method says otherwise.
+    fn error_constant(&self, omega: f64) -> f64 {
+        let sum = 1.0 + omega;
+        sum * sum / (6.0 * omega * (1.0 + 2.0 * omega))
+    }
+
+    /// Adds to `error`, m, what positions cannot show of the error of the step `from → to` of `h` seconds: with a
+    /// method that splits the force, what the part at the old level is off by. Costs go to the report.
+    fn add_splitting_error(
+        &mut self,
+        _system: &System,
+        _to: &State,
+        _h: f64,
+        _error: &mut [Vec3],
+        _report: &mut StepReport,
+    ) {
+    }
+}
+
+/// Steps below this fraction of the time asked for are not tried.
+const LEAST_SHARE: f64 = 1e-10;
+/// Most attempts in a call.
+const MAX_ATTEMPTS: u32 = 10_000;
+/// Round-off in the division of a time span into steps.
+const ROUND_OFF: f64 = 1e-9;
+/// Share of the error that the first step is to make.
+const FIRST_SHARE: f64 = 0.25;
+
+/// A method under step size control: a call of [`step`](Integrator::step) advances by exactly what it is given, in
+/// substeps of the method whose local errors stay below the tolerance.
+///
+/// * **Landing.** What is left of the call is divided into equal substeps not longer than the controller allows, so that
+///   the last one lands on its end without being a splinter. The step size is carried over to the next call.
+/// * **Rejection.** Positions, velocities, time, history, predictor and contacts return to the last bit of what they
+///   were. A substep whose solver does not converge is rejected as well.
+/// * **Events.** Particles that met an obstacle have no error in that substep and no past afterwards. Where stiffness,
+///   damping, masses or pins changed, no particle has.
+/// * **The end of patience.** When a substep below 1e-10 of the call, or the ten-thousandth attempt, is no good, the
+///   rest is taken in one step and the report says that the call did not converge.
+#[derive(Debug)]
+pub struct Adaptive<M: Rewind> {
+    method: M,
+    tolerance: f64,
+    scratch: Scratch<Workspace<M::Past>>,
+}
+
+#[derive(Debug)]
+struct Workspace<P> {
+    past: P,
+    /// At the start of the call, and of the substep.
+    begin: State,
+    kept: State,
+    error: LocalError,
+    controller: StepController,
+    /// Size of the next substep, s, once there was one.
+    proposal: Option<f64>,
+    /// What the tolerance comes to, m.
+    allowed: f64,
+    revisions: Revisions,
+}
+
+impl<P> Workspace<P> {
+    fn restart(&mut self) {
+        self.error.restart();
+        self.controller = StepController::new();
+        self.proposal = None;
+    }
+
+    /// A step whose displacement by the present acceleration is a quarter of what is allowed: `√(2·¼·allowed/|a|)`.
+    fn first_step(&mut self, system: &System, state: &State, most: f64) -> f64 {
+        let force = self.error.vectors();
+        system.forces(&state.x, &state.v, force);
+        let (mut sum, mut count) = (0.0, 0.0_f64);
+        for (i, m) in system.mass().iter().enumerate().filter(|(i, _)| !system.pinned()[*i]) {
+            sum += force[i].norm_squared() / (m * m);
+            count += 1.0;
+        }
+        let acceleration = (sum / count.max(1.0)).sqrt();
+        let h = (2.0 * FIRST_SHARE * self.allowed / acceleration).sqrt();
+        if h.is_finite() { h.min(most).max(most * ROUND_OFF) } else { most }
+    }
+}
+
+/// Substeps that are still to come.
+#[derive(Clone, Copy, Debug)]
+struct Plan {
+    h: f64,
+    left: u32,
+}
+
+impl Plan {
+    /// Equal substeps of at most `most` seconds over `rest` seconds.
+    fn new(rest: f64, most: f64) -> Self {
+        let left = (rest / most - ROUND_OFF).ceil().clamp(1.0, f64::from(u32::MAX));
+        Self { h: rest / left, left: left as u32 }
+    }
+
+    /// The same step size where it would hardly change: another one costs a set-up.
+    fn replace(&mut self, rest: f64, most: f64) {
+        let other = Self::new(rest, most);
+        if other.left != self.left {
+            *self = other;
+        }
+    }
+}
+
+impl<M: Rewind> Adaptive<M> {
+    /// A method with the local error of positions that it may make in a substep, in mesh widths.
+    pub fn new(method: M, tolerance: f64) -> Self {
+        Self { method, tolerance, scratch: Scratch::default() }
+    }
+
+    /// The method itself where the tolerance is 0, else under control.
+    pub fn boxed(method: M, tolerance: f64) -> Box<dyn Integrator>
+    where
+        M: 'static,
+    {
+        if tolerance > 0.0 { Box::new(Self::new(method, tolerance)) } else { Box::new(method) }
+    }
+}
+
+impl<M: Rewind> Integrator for Adaptive<M> {
+    fn method(&self) -> &'static Method {
+        self.method.method()
+    }
+
+    fn prepare(&mut self, system: &System, h: TimeStep) -> Result<(), PrepareError> {
+        self.method.prepare(system, h)?;
+        let Some(past) = self.method.new_past() else { return Ok(()) };
+        let zeros = || vec![Vec3::zeros(); system.len()];
+        let state = || State { t: 0.0, x: zeros(), v: zeros() };
+        let workspace = Workspace {
+            past,
+            begin: state(),
+            kept: state(),
+            error: LocalError::new(system.len()),
+            controller: StepController::new(),
+            proposal: None,
+            allowed: self.tolerance * mesh_width(system),
+            revisions: system.revisions(),
+        };
+        self.scratch.set(system, workspace);
+        Ok(())
+    }
+
+    fn step(
+        &mut self,
+        system: &System,
+        state: &mut State,
+        h: TimeStep,
+        clock: &mut PhaseClock,
+    ) -> Result<StepReport, StepError> {
+        let Self { method, scratch, .. } = self;
+        let w = scratch.ready(system, state)?;
+        let (order, span, end) = (method.order(), h.seconds(), state.t + h.seconds());
+        let mut report = StepReport { substeps: 0, ..StepReport::default() };
+        if std::mem::replace(&mut w.revisions, system.revisions()) != system.revisions() {
+            w.error.restart();
+        }
+        w.begin.copy_from(state);
+        let first = match w.proposal {
+            Some(h) => h,
+            None => {
+                report.force_evaluations += 1;
+                w.first_step(system, state, span)
+            }
+        };
+        let (mut plan, mut elapsed) = (Plan::new(span, first), 0.0);
+        let mut attempts = 0;
+        loop {
+            w.kept.copy_from(state);
+            method.keep(&mut w.past);
+            let is_last_resort = plan.h < LEAST_SHARE * span || attempts >= MAX_ATTEMPTS;
+            if is_last_resort {
+                plan = Plan { h: span - elapsed, left: 1 };
+            }
+            attempts += 1;
+            let mut attempt = match method.step(system, state, h.part(plan.h), clock) {
+                Ok(attempt) => attempt,
+                Err(error) => {
+                    state.copy_from(&w.begin);
+                    method.restart(state);
+                    w.restart();
+                    return Err(error);
+                }
+            };
+            let constant = |omega| method.error_constant(omega);
+            w.error.measure(order, constant, &w.kept, &state.x, plan.h);
+            method.add_splitting_error(system, state, plan.h, w.error.vectors(), &mut attempt);
+            let error = w.error.norm(system, method.contacts()) / w.allowed;
+            if is_last_resort {
+                attempt.solve = SolveStatus::IterationLimit;
+            }
+            let solved = matches!(attempt.solve, SolveStatus::Converged | SolveStatus::Stagnated);
+            let decision = w.controller.judge(order, error, solved);
+            if !decision.accepted && !is_last_resort {
+                report.add_rejected(&attempt);
+                state.copy_from(&w.kept);
+                method.recall(&w.past);
+                plan = Plan::new(span - elapsed, plan.h * decision.factor);
+                continue;
+            }
+            report.add_substep(&attempt, error);
+            w.error.accept(&w.kept, plan.h, method.contacts());
+            let next = plan.h * decision.factor;
+            w.proposal = Some(next);
+            plan.left -= 1;
+            if plan.left == 0 {
+                break;
+            }
+            elapsed += plan.h;
+            if decision.factor != 1.0 {
+                plan.replace(span - elapsed, next);
+            }
+        }
+        state.t = end;
+        report.next_step = w.proposal.unwrap_or(span);
+        if report.solve == SolveStatus::IterationLimit {
+            w.restart(); // what was forced is no past to estimate by
+        }
+        Ok(report)
+    }
+
+    fn restart(&mut self, state: &State) {
+        self.method.restart(state);
+        if let Some(w) = self.scratch.get_mut() {
+            w.restart();
+        }
+    }
+}
+
+#[cfg(test)]
+#[path = "adaptive_tests.rs"]
+mod tests;

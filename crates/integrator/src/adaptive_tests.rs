@@ -1,0 +1,183 @@
+use super::*;
+use crate::{Predictor, StabilityClass};
+use drape_model::parse;
+
+static FALL: Method = Method {
+    id: "fall",
+    name: "a method for these tests",
+    source: "none",
+    order: Order::One,
+    class: StabilityClass::Dissipative,
+    conserves: &[],
+    theory: "none",
+    supports: &[crate::Support::new("gravity", crate::Treatment::Explicit)],
+    settings: &[],
+};
+
+/// Backward Euler of a fall, whose solver is told to fail for steps above a limit.
+#[derive(Debug)]
+struct Fall {
+    limit: f64,
+    memory: Option<(Predictor, ContactSet)>,
+    sizes: Vec<f64>,
+}
+
+impl Integrator for Fall {
+    fn method(&self) -> &'static Method {
+        &FALL
+    }
+
+    fn prepare(&mut self, system: &System, _h: TimeStep) -> Result<(), PrepareError> {
+        self.memory = Some((Predictor::new(system.len()), ContactSet::new(system)));
+        Ok(())
+    }
+
+    fn step(
+        &mut self,
+        _system: &System,
+        state: &mut State,
+        h: TimeStep,
+        _clock: &mut PhaseClock,
+    ) -> Result<StepReport, StepError> {
+        let Some((predictor, _)) = &mut self.memory else { return Err(StepError::NeedsPrepare) };
+        let h = h.seconds();
+        self.sizes.push(h);
+        predictor.remember(&state.v, h);
+        for (x, v) in state.x.iter_mut().zip(&mut state.v) {
+            v.z -= 9.81 * h;
+            *x += *v * h;
+        }
+        state.t += h;
+        let solve =
+            if h > self.limit { SolveStatus::IterationLimit } else { SolveStatus::Converged };
+        Ok(StepReport { solve, force_evaluations: 1, ..StepReport::default() })
+    }
+
+    fn restart(&mut self, _state: &State) {
+        self.memory.iter_mut().for_each(|(predictor, _)| predictor.restart());
+    }
+}
+
+impl Rewind for Fall {
+    type Past = (Predictor, ContactSet);
+
+    fn new_past(&self) -> Option<Self::Past> {
+        self.memory.clone()
+    }
+
+    fn keep(&self, past: &mut Self::Past) {
+        if let Some((predictor, contacts)) = &self.memory {
+            past.0.copy_from(predictor);
+            past.1.copy_from(contacts);
+        }
+    }
+
+    fn recall(&mut self, past: &Self::Past) {
+        if let Some((predictor, contacts)) = &mut self.memory {
+            predictor.copy_from(&past.0);
+            contacts.copy_from(&past.1);
+        }
+    }
+
+    fn contacts(&self) -> Option<&ContactSet> {
+        self.memory.as_ref().map(|(_, contacts)| contacts)
+    }
+}
+
+/// A particle in free fall beside a spring of 1 m, which makes the mesh width.
+fn falling(limit: f64, tolerance: f64) -> (Adaptive<Fall>, System, State) {
+    let text = r#"{ "format": "drape-system/1", "particles": { "mass_kg": [1, 1],
+        "position_m": [[0, 0, 0], [1, 0, 0]] }, "effects": { "gravity": { "m_s2": [0, 0, -9.81] } },
+        "springs": [{ "effect": "tension", "i": 0, "j": 1, "rest_length_m": 1, "stiffness_n_per_m": 1 }] }"#;
+    let (system, state) = parse("test", text).expect("valid").spec().build().expect("valid");
+    let fall = Fall { limit, memory: None, sizes: Vec::new() };
+    let mut adaptive = Adaptive::new(fall, tolerance);
+    adaptive.prepare(&system, TimeStep::new(0.1).expect("positive")).expect("supported");
+    (adaptive, system, state)
+}
+
+fn step(adaptive: &mut Adaptive<Fall>, system: &System, state: &mut State) -> StepReport {
+    let h = TimeStep::new(0.1).expect("positive");
+    adaptive.step(system, state, h, &mut PhaseClock::off()).expect("no contract is broken")
+}
+
+/// In free fall the local error is `g h²/2` at any time, so that the control comes to rest below `√(2 tol/g)`.
+#[test]
+fn the_step_size_settles_where_the_error_is_a_little_below_the_tolerance() {
+    let (mut adaptive, system, mut state) = falling(1.0, 1e-3);
+    let largest = (2.0 * 1e-3 / 9.81_f64).sqrt();
+    let reports: Vec<_> = (0..20).map(|_| step(&mut adaptive, &system, &mut state)).collect();
+    let last = reports[19];
+    assert!(last.error_estimate <= 1.0 && last.error_estimate > 0.3, "{last:?}");
+    assert!((0.1 / last.substeps as f64) < largest, "{last:?}");
+    assert_eq!((last.rejected, last.solve), (0, SolveStatus::Converged));
+    // Kept bit for bit from call to call: no set-up in steady state.
+    let sizes = &adaptive.method.sizes;
+    let steady = &sizes[sizes.len() - 2 * last.substeps as usize..];
+    assert!(steady.iter().all(|h| h.to_bits() == steady[0].to_bits()), "{steady:?}");
+    assert!((last.next_step - steady[0]).abs() < 1e-15);
+}
+
+#[test]
+fn every_call_ends_where_it_was_asked_to() {
+    let (mut adaptive, system, mut state) = falling(1.0, 3e-4);
+    let mut end = 0.0;
+    for _ in 0..7 {
+        step(&mut adaptive, &system, &mut state);
+        end += 0.1;
+        assert_eq!(state.t.to_bits(), f64::to_bits(end));
+    }
+    let sum: f64 = adaptive.method.sizes.iter().sum();
+    let rejected: f64 = sum - 0.7;
+    assert!(rejected.abs() < 1e-12, "no attempt was rejected, and the sum is right: {rejected}");
+}
+
+/// The rejected attempts leave no trace: the accepted ones alone give the same bits.
+#[test]
+fn a_rejected_substep_leaves_no_trace() {
+    let (mut adaptive, system, mut state) = falling(0.011, 1.0);
+    let report = step(&mut adaptive, &system, &mut state);
+    assert!(report.rejected > 0 && report.solve == SolveStatus::Converged, "{report:?}");
+    let accepted: Vec<f64> =
+        adaptive.method.sizes.iter().copied().filter(|h| *h <= 0.011).collect();
+    assert_eq!(accepted.len(), report.substeps as usize);
+    assert_eq!(report.force_evaluations as usize, adaptive.method.sizes.len() + 1);
+    let (mut plain, _, mut replayed) = falling(1.0, 1.0);
+    for h in accepted {
+        let h = TimeStep::new(h).expect("positive");
+        plain.method.step(&system, &mut replayed, h, &mut PhaseClock::off()).expect("steps");
+    }
+    assert_eq!((&state.x, &state.v), (&replayed.x, &replayed.v));
+    let (predictor, _) = adaptive.method.memory.as_ref().expect("prepared");
+    let (other, _) = plain.method.memory.as_ref().expect("prepared");
+    let mut extrapolated = [[Vec3::zeros(); 2]; 2];
+    for (out, predictor) in extrapolated.iter_mut().zip([predictor, other]) {
+        predictor.extrapolate(&state.v, *adaptive.method.sizes.last().expect("some"), out);
+    }
+    assert_eq!(extrapolated[0], extrapolated[1]);
+}
+
+#[test]
+fn a_solver_that_always_fails_ends_in_an_honest_report() {
+    let (mut adaptive, system, mut state) = falling(0.0, 1.0);
+    let report = step(&mut adaptive, &system, &mut state);
+    assert_eq!(report.solve, SolveStatus::IterationLimit);
+    assert!(report.rejected < 100 && state.t == 0.1 && state.is_finite(), "{report:?}");
+    adaptive.method.limit = 1.0;
+    let report = step(&mut adaptive, &system, &mut state);
+    assert_eq!((report.solve, state.t), (SolveStatus::Converged, 0.2));
+}
+
+#[test]
+fn restart_forgets_the_step_size() {
+    let (mut adaptive, system, mut state) = falling(1.0, 1e-3);
+    let first = step(&mut adaptive, &system, &mut state);
+    step(&mut adaptive, &system, &mut state);
+    state.v.fill(Vec3::zeros());
+    adaptive.restart(&state);
+    let again = step(&mut adaptive, &system, &mut state);
+    assert_eq!(
+        (first.substeps, first.force_evaluations),
+        (again.substeps, again.force_evaluations)
+    );
+}

@@ -1,0 +1,121 @@
+//! How tightly an inner linear solve is made while an outer iteration is still far from its goal.
+
+use crate::{Kind, Setting, Settings};
+
+/// Rule for the forcing terms `η_k` of an inexact Newton method: solve until `‖G + J δ‖ ≤ η_k ‖G‖`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ForcingRule {
+    /// The same term in every iteration.
+    Constant(f64),
+    /// Choice 2 of Eisenstat and Walker (1996) with `γ = 0.9`, `α = 2`: loose while the residual falls slowly, tight
+    /// once it falls fast.
+    EisenstatWalker,
+}
+
+impl ForcingRule {
+    /// Setting `forcing`.
+    pub const FORCING: Setting = Setting {
+        key: "forcing",
+        kind: Kind::Choice(&["constant", "eisenstat-walker"]),
+        default: "constant",
+        help: "how tightly the inner CG is solved: always alike, or by the progress of the outer iteration \
+               (Eisenstat and Walker, choice 2)",
+    };
+    /// Setting `cg_tolerance`.
+    pub const CG_TOLERANCE: Setting = Setting {
+        key: "cg_tolerance",
+        kind: Kind::Number { min: 1e-12, max: 0.5 },
+        default: "0.1",
+        help: "relative tolerance of Newton's inner CG with forcing=constant",
+    };
+
+    /// Reads the two settings, both of which the method must declare.
+    pub fn read(settings: &Settings) -> Self {
+        match settings.word("forcing") {
+            "eisenstat-walker" => Self::EisenstatWalker,
+            _ => Self::Constant(settings.number("cg_tolerance")),
+        }
+    }
+}
+
+/// `γ` and `α` of the rule.
+const GAMMA: f64 = 0.9;
+/// Greatest term, which is also the first one.
+const GREATEST: f64 = 0.5;
+/// The safeguard holds while it gives more than this.
+const SAFEGUARD: f64 = 0.1;
+
+/// The sequence of forcing terms of one outer iteration.
+///
+/// ```text
+/// η_k = γ (‖G_k‖/‖G_{k−1}‖)²                                  η_0 = 0.5
+/// η_k ≥ γ η_{k−1}²           where that is more than 0.1      (no sudden tightening by luck)
+/// η_k ≤ 0.5,  η_k ≥ 0.5 goal/‖G_k‖                           (no solve beyond the goal)
+/// ```
+///
+/// ```
+/// use drape_integrator::{Forcing, ForcingRule};
+/// let mut forcing = Forcing::new(ForcingRule::EisenstatWalker);
+/// assert_eq!(forcing.next(1.0, 0.0), 0.5);
+/// assert_eq!(forcing.next(0.5, 0.0), 0.225); // 0.9 (0.5)²
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Forcing {
+    rule: ForcingRule,
+    /// Norm of the last residual, and the term that was used there.
+    last: Option<(f64, f64)>,
+}
+
+impl Forcing {
+    /// Begins an outer iteration.
+    pub fn new(rule: ForcingRule) -> Self {
+        Self { rule, last: None }
+    }
+
+    /// The term for a residual of this norm, where the outer iteration ends at `goal` (the same unit).
+    #[doc(alias = "Eisenstat-Walker")]
+    pub fn next(&mut self, norm: f64, goal: f64) -> f64 {
+        let term = match (self.rule, self.last) {
+            (ForcingRule::Constant(term), _) => return term,
+            (ForcingRule::EisenstatWalker, None) => GREATEST,
+            (ForcingRule::EisenstatWalker, Some((last_norm, last_term))) => {
+                let ratio = norm / last_norm;
+                let term = GAMMA * ratio * ratio;
+                let kept = GAMMA * last_term * last_term;
+                if kept > SAFEGUARD { term.max(kept) } else { term }
+            }
+        };
+        let least = if norm > 0.0 { 0.5 * goal / norm } else { GREATEST };
+        let term = term.max(least).min(GREATEST);
+        self.last = Some((norm, term));
+        term
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Each line by hand: the square of the reduction times 0.9, what the safeguard keeps, the two bounds.
+    #[test]
+    fn the_sequence_is_that_of_choice_2_with_its_safeguards() {
+        let mut forcing = Forcing::new(ForcingRule::EisenstatWalker);
+        let residuals_and_terms = [
+            (1.0, 0.5),                  // the first
+            (0.9, 0.5),                  // 0.9 · 0.81 = 0.729, cut to 0.5
+            (0.09, 0.225),               // 0.9 · 0.01 = 0.009; the safeguard keeps 0.9 · 0.25
+            (0.009, 0.009),              // 0.9 · 0.225² = 0.0456 is below 0.1: no safeguard
+            (0.0009, 0.5 * 1e-4 / 9e-4), // 0.009 would solve beyond the goal of 1e-4
+        ];
+        for (norm, expected) in residuals_and_terms {
+            let term = forcing.next(norm, 1e-4);
+            assert!((term - expected).abs() < 1e-12, "at {norm}: {term}, not {expected}");
+        }
+    }
+
+    #[test]
+    fn a_constant_term_is_constant() {
+        let mut forcing = Forcing::new(ForcingRule::Constant(0.03));
+        assert_eq!([1.0, 0.5, 1e-9].map(|norm| forcing.next(norm, 1e-3)), [0.03; 3]);
+    }
+}

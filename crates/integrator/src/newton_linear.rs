@@ -1,0 +1,301 @@
+//! The linear systems of Newton's method: fresh or saved Jacobian, direct or by conjugate gradients.
+
+use crate::{
+    ForcingRule, IncrementalPotential, Kind, Linearisation, NewtonReport, PrepareError, Setting,
+    Settings, StepError,
+};
+use drape_model::{Revisions, System, Tangent, Vec3};
+use drape_solvers::{
+    BlockCholesky, BlockJacobi, BlockMatrix, Constraints, Filter, Norm, PcgSettings, PcgWorkspace,
+    Preconditioner, Reference, SolveStatus, filtered_pcg,
+};
+use std::cell::RefCell;
+
+/// When the matrix of Newton's method is factorised.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Jacobian {
+    /// In every iteration.
+    #[default]
+    Fresh,
+    /// When the factor at hand no longer does: the Newton-like iteration with a saved Jacobian.
+    Saved,
+}
+
+/// How the linear systems of Newton's method are solved.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum NewtonSolver {
+    /// By the sparse Cholesky factor.
+    #[default]
+    Cholesky,
+    /// By conjugate gradients on the Hessian of each iterate, as tightly as the rule says; preconditioned by the inverse
+    /// diagonal blocks, or by the saved factor.
+    Cg(ForcingRule),
+}
+
+/// Settings of the linear systems of Newton's method.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct NewtonLinear {
+    /// When the matrix is factorised.
+    pub jacobian: Jacobian,
+    /// What solves.
+    pub solver: NewtonSolver,
+}
+
+impl NewtonLinear {
+    /// Setting `jacobian`.
+    pub const JACOBIAN: Setting = Setting {
+        key: "jacobian",
+        kind: Kind::Choice(&["fresh", "saved"]),
+        default: "fresh",
+        help: "factorise the Hessian in each Newton iteration, or keep the factor over iterations and steps \
+               while it serves",
+    };
+    /// Setting `solver`.
+    pub const SOLVER: Setting = Setting {
+        key: "solver",
+        kind: Kind::Choice(&["cholesky", "cg"]),
+        default: "cholesky",
+        help: "solve Newton's linear systems by sparse Cholesky, or by CG on the Hessian, preconditioned by its \
+               diagonal blocks (jacobian=fresh) or by the kept factor (jacobian=saved)",
+    };
+
+    /// Reads the two settings and those of [`ForcingRule`], all of which the method must declare.
+    pub fn read(settings: &Settings) -> Self {
+        Self {
+            jacobian: match settings.word("jacobian") {
+                "saved" => Jacobian::Saved,
+                _ => Jacobian::Fresh,
+            },
+            solver: match settings.word("solver") {
+                "cg" => NewtonSolver::Cg(ForcingRule::read(settings)),
+                _ => NewtonSolver::Cholesky,
+            },
+        }
+    }
+
+    /// Whether these settings lead through no library's factorisation.
+    pub fn is_portable(settings: &Settings) -> bool {
+        settings.word("solver") == "cg" && settings.word("jacobian") == "fresh"
+    }
+}
+
+/// A factor is dropped when an iteration shrinks the correction by less than this,
+const SLOW: f64 = 0.3;
+/// when it takes more CG iterations than this as a preconditioner,
+const MANY_ITERATIONS: u32 = 10;
+/// when `τ` has changed by more than this fraction,
+const TAU_CHANGE: f64 = 0.2;
+/// or after this many stages.
+const MAX_STAGES: u32 = 20;
+
+/// What the factor at hand was made for.
+#[derive(Debug)]
+struct Saved {
+    tau: f64,
+    revisions: Option<Revisions>,
+    filters: Vec<Filter>,
+    stages: u32,
+}
+
+/// The matrix of Newton's method and what solves with it.
+#[derive(Debug)]
+pub(crate) struct NewtonMatrix {
+    matrix: BlockMatrix,
+    factor: BlockCholesky,
+    saved: Saved,
+    diagonal: BlockJacobi,
+    workspace: PcgWorkspace,
+    /// No constraints: the matrix is projected to them already.
+    none: Constraints,
+    /// Norm of the last correction of this stage, m/s.
+    last_length: Option<f64>,
+    /// Whether the last solve factorised.
+    is_new: bool,
+}
+
+impl NewtonMatrix {
+    pub(crate) fn new(
+        system: &System,
+        potential: &IncrementalPotential,
+    ) -> Result<Self, PrepareError> {
+        let n = system.len();
+        let matrix = potential.implicit().block_matrix(system);
+        let saved = Saved { tau: 0.0, revisions: None, filters: vec![Filter::Free; n], stages: 0 };
+        Ok(Self {
+            factor: BlockCholesky::new(&matrix)?,
+            saved,
+            diagonal: BlockJacobi::new(&matrix),
+            workspace: PcgWorkspace::new(n),
+            none: Constraints::free(n),
+            last_length: None,
+            is_new: false,
+            matrix,
+        })
+    }
+
+    /// Begins a stage.
+    pub(crate) fn begin(&mut self) {
+        self.last_length = None;
+        self.saved.stages = self.saved.stages.saturating_add(1);
+    }
+
+    /// Drops the saved factor.
+    pub(crate) fn restart(&mut self) {
+        self.saved.revisions = None;
+    }
+
+    /// Drops the saved factor; `false` where the last solve had a new one.
+    pub(crate) fn forget(&mut self) -> bool {
+        self.saved.revisions = None;
+        !self.is_new
+    }
+
+    /// `direction ← H⁻¹ gradient` with the projected `gradient`, as exactly as the settings say; `forcing` is the
+    /// tolerance of CG.
+    pub(crate) fn solve(
+        &mut self,
+        system: &System,
+        potential: &IncrementalPotential,
+        constraints: &Constraints,
+        settings: NewtonLinear,
+        forcing: f64,
+        (gradient, direction): (&[Vec3], &mut [Vec3]),
+        report: &mut NewtonReport,
+    ) -> Result<(), StepError> {
+        let saves = settings.jacobian == Jacobian::Saved;
+        let fits = saves && self.fits(system, potential.tau(), constraints);
+        self.is_new = !fits;
+        if let NewtonSolver::Cg(_) = settings.solver {
+            if saves && !fits {
+                report.factorisations += self.factorise(system, potential, constraints)?;
+            } else {
+                self.assemble(system, potential, constraints, Tangent::Exact);
+            }
+            let before = report.cg_iterations;
+            let solve = |matrix: &mut Self, report: &mut NewtonReport, direction: &mut [Vec3]| {
+                matrix.iterate(saves, forcing, gradient, direction, report)
+            };
+            if !solve(self, report, direction)? {
+                self.assemble(system, potential, constraints, Tangent::Projected);
+                solve(self, report, direction)?;
+            }
+            if report.cg_iterations - before > MANY_ITERATIONS {
+                self.restart();
+            }
+        } else {
+            if !fits {
+                report.factorisations += self.factorise(system, potential, constraints)?;
+            }
+            self.factor.solve(gradient, direction); // (I − hβJ) Δy = r
+            let length = saves.then(|| drape_solvers::vector::norm(direction));
+            let is_slow = |last: f64| length.is_some_and(|length| length > SLOW * last);
+            if fits && self.last_length.is_some_and(is_slow) {
+                report.factorisations += self.factorise(system, potential, constraints)?;
+                self.factor.solve(gradient, direction);
+                self.is_new = true;
+            }
+            self.last_length = length;
+        }
+        constraints.project(direction);
+        Ok(())
+    }
+
+    /// Conjugate gradients on the matrix; `Ok(false)` where it is not positive definite.
+    fn iterate(
+        &mut self,
+        with_factor: bool,
+        forcing: f64,
+        gradient: &[Vec3],
+        direction: &mut [Vec3],
+        report: &mut NewtonReport,
+    ) -> Result<bool, StepError> {
+        let Self { matrix, factor, diagonal, workspace, none, .. } = self;
+        direction.fill(Vec3::zeros());
+        let max_iterations = PcgSettings::default_max(gradient.len());
+        let settings = PcgSettings { forcing_term: forcing, norm: Norm::Euclid, max_iterations };
+        let factor = Kept(RefCell::new(factor));
+        let preconditioner: &dyn Preconditioner = if with_factor {
+            &factor
+        } else {
+            if diagonal.update(matrix).is_err() {
+                return Ok(false);
+            }
+            diagonal
+        };
+        let reference = Reference::FilteredRightHandSide;
+        let solve = filtered_pcg(
+            matrix,
+            preconditioner,
+            none,
+            gradient,
+            direction,
+            reference,
+            &settings,
+            workspace,
+        );
+        report.cg_iterations += solve.iterations as u32;
+        report.matvecs += solve.multiplications as u32;
+        Ok(solve.status != SolveStatus::Indefinite)
+    }
+
+    /// Whether the saved factor may serve here.
+    fn fits(&self, system: &System, tau: f64, constraints: &Constraints) -> bool {
+        let Saved { tau: saved, revisions, filters, stages } = &self.saved;
+        *revisions == Some(system.revisions())
+            && (tau - saved).abs() <= TAU_CHANGE * saved
+            && *stages <= MAX_STAGES
+            && filters.iter().enumerate().all(|(i, filter)| constraints.filter(i) == *filter)
+    }
+
+    /// Assembles and factorises; returns the number of factorisations.
+    fn factorise(
+        &mut self,
+        system: &System,
+        potential: &IncrementalPotential,
+        constraints: &Constraints,
+    ) -> Result<u32, StepError> {
+        self.saved.revisions = None; // what fails leaves no factor
+        self.assemble(system, potential, constraints, Tangent::Exact);
+        let count = if self.factor.factorise(&self.matrix).is_ok() {
+            1
+        } else {
+            self.assemble(system, potential, constraints, Tangent::Projected);
+            self.factor.factorise(&self.matrix)?;
+            2
+        };
+        for (i, filter) in self.saved.filters.iter_mut().enumerate() {
+            *filter = constraints.filter(i);
+        }
+        (self.saved.tau, self.saved.stages) = (potential.tau(), 1);
+        self.saved.revisions = Some(system.revisions());
+        Ok(count)
+    }
+
+    /// `H = M + τ² ∇²U + τ D` at the positions of the last gradient, projected to the constraints.
+    fn assemble(
+        &mut self,
+        system: &System,
+        potential: &IncrementalPotential,
+        constraints: &Constraints,
+        tangent: Tangent,
+    ) {
+        let at = Linearisation {
+            implicit: potential.implicit(),
+            tau: potential.tau(),
+            x: potential.last_positions(),
+            directions: potential.directions(),
+            tangent,
+        };
+        at.assemble(system, &mut self.matrix);
+        self.matrix.project(constraints);
+    }
+}
+
+/// The factor as a preconditioner: its solve needs scratch memory of its own.
+struct Kept<'a>(RefCell<&'a mut BlockCholesky>);
+
+impl Preconditioner for Kept<'_> {
+    fn apply(&self, r: &[Vec3], z: &mut [Vec3]) {
+        self.0.borrow_mut().solve(r, z);
+    }
+}
