@@ -9,6 +9,7 @@ use drape_model::{State, System, Vec3};
 use nalgebra::DVector;
 use ode_solvers::dop_shared::IntegrationError;
 use ode_solvers::{Dop853, OutputType};
+use std::cell::RefCell;
 
 /// How hard to try.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -78,22 +79,52 @@ pub enum ReferenceError {
     },
 }
 
-/// `(x, v)' = (v, M⁻¹ f)`, with pinned particles at rest.
-struct Motion<'a>(&'a System);
+/// `(x, v)' = (v, M⁻¹ f)`, with pinned particles at rest. What it needs is allocated once.
+struct Motion<'a> {
+    system: &'a System,
+    scratch: RefCell<Scratch>,
+}
 
-impl ode_solvers::System<f64, DVector<f64>> for Motion<'_> {
-    fn system(&self, t: f64, y: &DVector<f64>, dy: &mut DVector<f64>) {
-        let state = unpack(t, y);
-        let mut force = vec![Vec3::zeros(); state.len()];
-        self.0.forces(&state.x, &state.v, &mut force);
-        let mut rates = State { t, x: state.v, v: force };
-        for (i, (mass, pinned)) in self.0.mass().iter().zip(self.0.pinned()).enumerate() {
-            rates.v[i] /= *mass;
-            if *pinned {
-                (rates.x[i], rates.v[i]) = (Vec3::zeros(), Vec3::zeros());
+/// Positions, velocities and forces of one evaluation, and the number of evaluations so far.
+struct Scratch {
+    x: Vec<Vec3>,
+    v: Vec<Vec3>,
+    force: Vec<Vec3>,
+    evaluations: u64,
+}
+
+impl<'a> Motion<'a> {
+    fn new(system: &'a System) -> Self {
+        let zeros = || vec![Vec3::zeros(); system.len()];
+        let scratch = Scratch { x: zeros(), v: zeros(), force: zeros(), evaluations: 0 };
+        Self { system, scratch: RefCell::new(scratch) }
+    }
+
+    fn evaluations(&self) -> u64 {
+        self.scratch.borrow().evaluations
+    }
+}
+
+impl ode_solvers::System<f64, DVector<f64>> for &Motion<'_> {
+    fn system(&self, _: f64, y: &DVector<f64>, dy: &mut DVector<f64>) {
+        let Scratch { x, v, force, evaluations } = &mut *self.scratch.borrow_mut();
+        *evaluations += 1;
+        let (positions, velocities) = y.as_slice().split_at(3 * x.len());
+        for (to, from) in [(&mut *x, positions), (&mut *v, velocities)] {
+            for (to, from) in to.iter_mut().zip(from.chunks_exact(3)) {
+                to.copy_from_slice(from);
             }
         }
-        dy.copy_from(&pack(&rates));
+        self.system.forces(x, v, force);
+        let (dx, dv) = dy.as_mut_slice().split_at_mut(3 * x.len());
+        let rates = dx.chunks_exact_mut(3).zip(dv.chunks_exact_mut(3));
+        let particles = self.system.mass().iter().zip(self.system.pinned());
+        for (i, ((dx, dv), (mass, is_pinned))) in rates.zip(particles).enumerate() {
+            let (velocity, acceleration) =
+                if *is_pinned { (Vec3::zeros(), Vec3::zeros()) } else { (v[i], force[i] / *mass) };
+            dx.copy_from_slice(velocity.as_slice());
+            dv.copy_from_slice(acceleration.as_slice());
+        }
     }
 }
 
@@ -114,12 +145,12 @@ const STEPS_A_LEG: u32 = 256;
 
 /// One run through all times.
 fn run(
-    system: &System,
+    motion: &Motion<'_>,
     start: &State,
     times: &[f64],
     tolerance: f64,
     max_steps: u32,
-) -> Result<Vec<State>, ReferenceError> {
+) -> Result<(Vec<State>, u32), ReferenceError> {
     let (mut t, mut y) = (start.t, pack(start));
     let mut steps = 0;
     let mut states = Vec::new();
@@ -128,7 +159,7 @@ fn run(
             let leg = STEPS_A_LEG.min(max_steps - steps);
             let no_stiffness_test = u32::MAX;
             let mut solver = Dop853::from_param(
-                Motion(system),
+                motion,
                 t,
                 end,
                 end - t,
@@ -166,7 +197,63 @@ fn run(
         }
         states.push(unpack(end, &y));
     }
-    Ok(states)
+    Ok((states, steps))
+}
+
+fn check(system: &System, start: &State, tolerance: f64) -> Result<(), ReferenceError> {
+    if !system.obstacles().is_empty() {
+        return Err(ReferenceError::Contact(system.obstacles().len()));
+    }
+    if [start.x.len(), start.v.len()] != [system.len(); 2] {
+        let found = start.v.len().min(start.x.len());
+        return Err(ReferenceError::SizeMismatch { expected: system.len(), found });
+    }
+    if !(1e-15..=0.1).contains(&tolerance) {
+        return Err(ReferenceError::Tolerance(tolerance));
+    }
+    Ok(())
+}
+
+fn with_pins_at_rest(system: &System, start: &State) -> State {
+    let mut start = start.clone();
+    for i in (0..start.len()).filter(|&i| system.pinned()[i]) {
+        start.v[i] = Vec3::zeros();
+    }
+    start
+}
+
+/// One run of the adaptive method, as a user of the library would make it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AdaptiveRun {
+    /// The last state.
+    pub state: State,
+    /// Steps taken, those rejected included.
+    pub steps: u32,
+    /// Evaluations of all forces.
+    pub evaluations: u64,
+}
+
+/// One run of DOP853 over `duration` seconds at the tolerance of `settings`; its error is not known.
+///
+/// # Errors
+/// As [`reference`].
+pub fn adaptive(
+    system: &System,
+    start: &State,
+    duration: f64,
+    settings: ReferenceSettings,
+) -> Result<AdaptiveRun, ReferenceError> {
+    let ReferenceSettings { tolerance, max_steps } = settings;
+    check(system, start, tolerance)?;
+    let start = with_pins_at_rest(system, start);
+    let end = start.t + duration;
+    if !(duration > 0.0 && end.is_finite()) {
+        return Err(ReferenceError::Times { last: start.t, next: end });
+    }
+    let motion = Motion::new(system);
+    let (mut states, steps) = run(&motion, &start, &[end], tolerance, max_steps)?;
+    let state = states.pop().unwrap_or(start);
+    Ok(AdaptiveRun { state, steps, evaluations: motion.evaluations() })
 }
 
 /// The exact motion of `system` from `start`, at `times`.
@@ -180,16 +267,7 @@ pub fn reference(
     settings: ReferenceSettings,
 ) -> Result<Reference, ReferenceError> {
     let ReferenceSettings { tolerance, max_steps } = settings;
-    if !system.obstacles().is_empty() {
-        return Err(ReferenceError::Contact(system.obstacles().len()));
-    }
-    if [start.x.len(), start.v.len()] != [system.len(); 2] {
-        let found = start.v.len().min(start.x.len());
-        return Err(ReferenceError::SizeMismatch { expected: system.len(), found });
-    }
-    if !(1e-15..=0.1).contains(&tolerance) {
-        return Err(ReferenceError::Tolerance(tolerance));
-    }
+    check(system, start, tolerance)?;
     let mut last = start.t;
     for &next in times {
         if next <= last || !next.is_finite() {
@@ -197,12 +275,10 @@ pub fn reference(
         }
         last = next;
     }
-    let mut start = start.clone();
-    for i in (0..start.len()).filter(|&i| system.pinned()[i]) {
-        start.v[i] = Vec3::zeros();
-    }
-    let states = run(system, &start, times, tolerance, max_steps)?;
-    let looser = run(system, &start, times, 10.0 * tolerance, max_steps)?;
+    let start = with_pins_at_rest(system, start);
+    let motion = Motion::new(system);
+    let (states, _) = run(&motion, &start, times, tolerance, max_steps)?;
+    let (looser, _) = run(&motion, &start, times, 10.0 * tolerance, max_steps)?;
     let farthest = |pick: fn(&State) -> &[Vec3]| {
         let pairs = states.iter().zip(&looser);
         let distances = pairs.flat_map(|(a, b)| pick(a).iter().zip(pick(b)));

@@ -110,3 +110,24 @@ fn what_has_no_reference_is_refused_by_name() {
     let error = refuse(&system, &broken, &[1.0], settings);
     assert!(matches!(error, ReferenceError::NotFinite { .. }), "{error}");
 }
+
+#[test]
+fn one_adaptive_run_ends_where_the_reference_does_and_counts_its_evaluations() {
+    let (system, start) = oscillator(40.0, 0.3, 9.81).build().expect("a valid scene");
+    let exact = reference(&system, &start, &[0.5], ReferenceSettings::default()).expect("smooth");
+    let run = |tolerance| {
+        let settings = ReferenceSettings { tolerance, ..ReferenceSettings::default() };
+        adaptive(&system, &start, 0.5, settings).expect("smooth")
+    };
+    let (loose, tight) = (run(1e-4), run(1e-12));
+    assert_eq!(tight.state, exact.states[0]);
+    assert!(loose.evaluations < tight.evaluations && loose.steps < tight.steps);
+    // Twelve evaluations a step, three to begin with; a step that is rejected saves one.
+    assert!(loose.evaluations <= 12 * u64::from(loose.steps) + 3);
+    assert!(loose.evaluations >= 11 * u64::from(loose.steps) + 3);
+    let settings = ReferenceSettings { max_steps: 1, tolerance: 1e-12 };
+    assert!(matches!(
+        adaptive(&system, &start, 0.5, settings),
+        Err(ReferenceError::StepLimit { steps: 1, .. })
+    ));
+}

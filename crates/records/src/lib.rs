@@ -22,6 +22,10 @@
 //! | `results/post-correction.json` | [`Record`]`<`[`post_correction::Facts`]`>` |
 //! | `results/precomputed-inverse.json` | [`Record`]`<`[`precomputed_inverse::Facts`]`>` |
 //! | `results/timings/precomputed-inverse.json` | [`Timings`]`<`[`precomputed_inverse::TimingRow`]`>` |
+//! | `results/work-precision.json` | [`Record`]`<`[`work_precision::Facts`]`>` |
+//! | `results/timings/work-precision.json` | [`Timings`]`<`[`work_precision::TimingRow`]`>` |
+//! | `results/scaling.json` | [`Record`]`<`[`scaling::Facts`]`>` |
+//! | `results/timings/scaling.json` | [`Timings`]`<`[`scaling::TimingRow`]`>` |
 //! | what `drape run --out` writes | [`run::Run`] |
 
 pub mod cg;
@@ -37,8 +41,10 @@ pub mod post_correction;
 pub mod precomputed_inverse;
 mod provenance;
 pub mod run;
+pub mod scaling;
 pub mod stability;
 pub mod tables;
+pub mod work_precision;
 
 pub use file::RecordError;
 pub use provenance::Provenance;

@@ -3,12 +3,13 @@
 use crate::plot::Look;
 
 /// Families in the order of their panels: title and method ids.
-const FAMILIES: [(&str, &[&str]); 5] = [
+const FAMILIES: [(&str, &[&str]); 6] = [
     ("Explicit", &["explicit-euler", "symplectic-euler", "leapfrog", "adams-bashforth2"]),
     ("Implicit", &["backward-euler", "baraff-witkin", "terzopoulos-fleischer", "bdf2"]),
     ("Implicit-explicit, one step", &["imex-euler", "imex-updated"]),
     ("Implicit-explicit, two steps", &["imex-sbdf2", "imex-cnab2", "imex-mcnab2", "imex-cnlf"]),
     ("Filtered or corrected", &["provot", "desbrun", "kang"]),
+    ("Adaptive, of a library", &["dop853"]),
 ];
 const OTHERS: &str = "Other methods";
 
@@ -81,7 +82,7 @@ mod tests {
         let families = families(ids.iter().map(|id| (id.as_str(), id.as_str())));
         let looks: Vec<Look> =
             families.iter().flat_map(|family| &family.members).map(|(_, look)| *look).collect();
-        assert_eq!(looks.len(), 35);
+        assert_eq!(looks.len(), 42);
         for (n, look) in looks.iter().enumerate() {
             assert!(!looks[..n].contains(look), "{n}");
         }

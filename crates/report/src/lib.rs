@@ -22,6 +22,10 @@
 //! | `post-correction.json` | one of the records | `figures/post-correction-*.svg` |
 //! | `precomputed-inverse.json` | one of the records | `figures/inverse-counts.svg` |
 //! | `timings/precomputed-inverse.json` | no | `figures/inverse-cost.svg` |
+//! | `work-precision.json` | one of the records | `figures/work-precision-*.svg` |
+//! | `timings/work-precision.json` | no | seconds in `figures/work-precision.svg` |
+//! | `scaling.json` | one of the records | `figures/scaling-cg.svg` |
+//! | `timings/scaling.json` | no | `figures/scaling-cost.svg` |
 //! | all of them | | `README.md` |
 //!
 //! A figure is a `Sheet` of `Panel`s with `Series`, `Rule`s and `Bar`s (module `plot`), made by one
@@ -45,8 +49,10 @@ mod plate;
 mod plot;
 mod post_correction;
 mod precomputed_inverse;
+mod scaling;
 mod stability;
 mod tables;
+mod work_precision;
 
 pub use error::ReportError;
 
@@ -83,6 +89,8 @@ const CHAPTERS: &[Chapter] = &[
     post_correction::CHAPTER,
     precomputed_inverse::CHAPTER,
     control::CHAPTER,
+    work_precision::CHAPTER,
+    scaling::CHAPTER,
 ];
 
 /// File, title and caption of the figures drawn from the record of an experiment (and its timings);

@@ -12,7 +12,7 @@ use std::path::Path;
 use tempfile::TempDir;
 
 /// Every experiment that is drawn.
-const EXPERIMENTS: [&str; 12] = [
+const EXPERIMENTS: [&str; 14] = [
     "tables",
     "cg-vs-stiffness",
     "order",
@@ -25,6 +25,8 @@ const EXPERIMENTS: [&str; 12] = [
     "post-correction",
     "precomputed-inverse",
     "solver-control",
+    "work-precision",
+    "scaling",
 ];
 
 /// A results folder with all records.
@@ -46,6 +48,12 @@ fn complete() -> TempDir {
     write_json(&folder.path().join(name), &common::inverse(false)).unwrap();
     write_json(&folder.path().join("timings").join(name), &common::inverse_timings()).unwrap();
     write_json(&folder.path().join("solver-control.json"), &common::control()).unwrap();
+    let path = |name: &str| folder.path().join(name);
+    write_json(&path("work-precision.json"), &common::work_precision(false)).unwrap();
+    let timings = common::work_precision_timings();
+    write_json(&path("timings/work-precision.json"), &timings).unwrap();
+    write_json(&path("scaling.json"), &common::scaling(false)).unwrap();
+    write_json(&path("timings/scaling.json"), &common::scaling_timings()).unwrap();
     folder
 }
 
@@ -232,6 +240,29 @@ fn figures_name_axes_units_and_every_curve() {
     expect("inverse-counts.svg", &["operations", "bytes", "To solve once"]);
     expect("inverse-cost.svg", &["time (ms)", "A step", "Rebuild in steps' worth"]);
 
+    let front = "Pareto front of all methods";
+    let error = "error over motion (dimensionless)";
+    expect("work-precision.svg", &["time of the run (s)", error, front]);
+    expect("work-precision.svg", &["k/m = 10¹⁰ s⁻², 400 particles", "explicit-euler"]);
+    let effort = "effort (visits of a spring)";
+    for file in [
+        "work-precision-effort.svg",
+        "work-precision-stiff.svg",
+        "work-precision-heavy.svg",
+        "work-precision-size.svg",
+    ] {
+        expect(file, &[front, error, effort]);
+    }
+    expect("work-precision-effort.svg", &["Explicit, k/m = 10⁴ s⁻²", "Explicit, k/m = 10⁶ s⁻²"]);
+    expect("work-precision-stiff.svg", &["Other methods, k/m = 10¹⁰ s⁻²"]);
+    expect("work-precision-heavy.svg", &["k/m = 10⁸ s⁻², 400 particles"]);
+    expect("work-precision-size.svg", &["1600 particles, material fixed, k/m = 40000 s⁻²"]);
+    expect("work-precision-map.svg", &["hanging, light damping, 10 %", "leapfrog"]);
+    expect("work-precision-map.svg", &["stiffness limits the step (explicit)", "imex-updated"]);
+    expect("scaling-cost.svg", &["particles n", "ns a particle and step", "phase: solve"]);
+    expect("scaling-cost.svg", &["144 bytes a particle at 10.0 GB/s", "imex-euler, by phase"]);
+    expect("scaling-cg.svg", &["CG iterations per step", "k/m fixed", "material fixed"]);
+
     let folder = complete();
     let files = drawn(folder.path());
     assert_eq!(expected.len(), files.len() - 1);
@@ -368,6 +399,41 @@ fn what_the_quick_subset_of_contacts_and_corrections_lacks_is_left_out() {
     let page = &files["README.md"];
     assert!(page.contains("| table-3-1e4 | 2.00 | 4.00 |"), "{page}");
     assert!(!page.contains("sphere"), "{page}");
+}
+
+#[test]
+fn without_timings_the_headline_shows_effort_and_unverified_times_are_not_ranked() {
+    let folder = tempfile::tempdir().unwrap();
+    write_json(&folder.path().join("work-precision.json"), &common::work_precision(true)).unwrap();
+    write_json(&folder.path().join("scaling.json"), &common::scaling(true)).unwrap();
+    let files = drawn(folder.path());
+    let names: Vec<&str> = files.keys().map(String::as_str).collect();
+    assert_eq!(
+        names,
+        [
+            "README.md",
+            "figures/scaling-cg.svg",
+            "figures/work-precision-effort.svg",
+            "figures/work-precision-map.svg",
+            "figures/work-precision-size.svg",
+            "figures/work-precision.svg",
+        ]
+    );
+    let axis = "effort (visits of a spring)".to_owned();
+    assert!(words(&files["figures/work-precision.svg"]).contains(&axis));
+    assert!(!files["README.md"].contains("Fastest by the clock"));
+
+    let mut timings = common::work_precision_timings();
+    let quickest = |page: &str| page.contains("symplectic-euler, implicit damping, 8.00 ms");
+    let draw_with = |timings: &drape_records::Timings<_>| {
+        write_json(&folder.path().join("timings/work-precision.json"), timings).unwrap();
+        drawn(folder.path()).remove("README.md").unwrap()
+    };
+    assert!(quickest(&draw_with(&timings)));
+    for row in timings.rows.iter_mut().filter(|row| row.value == 64.0) {
+        row.is_verified = false;
+    }
+    assert!(!quickest(&draw_with(&timings)));
 }
 
 #[test]

@@ -10,11 +10,13 @@ pub(crate) mod momentum;
 pub(crate) mod order;
 mod post_correction;
 mod precomputed_inverse;
+mod scaling;
 mod sheet;
 mod stability;
 mod stepper;
 mod tables;
 mod variant;
+mod work_precision;
 
 use crate::facts::Difference;
 use crate::journal::Journal;
@@ -141,6 +143,8 @@ static EXPERIMENTS: &[Experiment] = &[
     collision::EXPERIMENT,
     post_correction::EXPERIMENT,
     precomputed_inverse::EXPERIMENT,
+    work_precision::EXPERIMENT,
+    scaling::EXPERIMENT,
 ];
 
 /// All experiments, in the order in which `drape reproduce` runs them.

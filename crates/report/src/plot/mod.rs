@@ -110,6 +110,11 @@ impl Series {
         Self { stride: self.points.len().div_ceil(10).max(1), ..self }
     }
 
+    /// A series whose line passes its points in the order given; `None` when there are none.
+    pub(crate) fn path(label: String, look: Look, points: Vec<Point>) -> Option<Self> {
+        (!points.is_empty()).then_some(Self { label, look, points, is_joined: true })
+    }
+
     /// The same points without a line between them.
     pub(crate) fn apart(self) -> Self {
         Self { is_joined: false, ..self }

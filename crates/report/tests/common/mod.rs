@@ -4,11 +4,13 @@ mod contacts;
 mod control;
 mod energy;
 mod stability;
+mod work;
 
 pub(crate) use contacts::{collision, inverse, inverse_timings, post_correction};
 pub(crate) use control::control;
 pub(crate) use energy::energy;
 pub(crate) use stability::{locking, stability};
+pub(crate) use work::{scaling, scaling_timings, work_precision, work_precision_timings};
 
 use drape_records::tables::{BestFit, PaperRow, Phases, Row, TimingRow};
 use drape_records::{

@@ -1,0 +1,60 @@
+//! Who is cheapest: fronts and winners.
+
+use super::variants::is_limited_by_stiffness;
+use drape_records::work_precision::{Row, Run, Scene, Winner};
+
+/// Levels of error at which winners are named.
+pub(super) const LEVELS: [f64; 4] = [1e-1, 1e-2, 1e-3, 1e-4];
+
+/// Error and effort of a run that completed.
+fn point(run: &Run) -> Option<(f64, f64)> {
+    Some((run.error?, run.effort))
+}
+
+/// Marks the runs of a scene that no run beats in both error and effort.
+pub(super) fn mark(rows: &mut [Row]) {
+    let points: Vec<_> = rows.iter().flat_map(|row| &row.runs).filter_map(point).collect();
+    let is_beaten = |(error, effort): (f64, f64)| {
+        let beats = |&(e, w): &(f64, f64)| e <= error && w <= effort && (e < error || w < effort);
+        points.iter().any(beats)
+    };
+    for run in rows.iter_mut().flat_map(|row| &mut row.runs) {
+        run.is_on_front = point(run).is_some_and(|point| !is_beaten(point));
+    }
+}
+
+/// The run with the least effort among those with an error of at most `level`; of equally dear ones the more exact.
+pub(super) fn cheapest<'a>(
+    rows: impl Iterator<Item = &'a Row>,
+    level: f64,
+) -> Option<(&'a Row, &'a Run)> {
+    let runs = rows.flat_map(|row| row.runs.iter().map(move |run| (row, run)));
+    let good = runs.filter(|(_, run)| run.error.is_some_and(|error| error <= level));
+    let order = |run: &Run| (run.effort, run.error.unwrap_or(f64::INFINITY));
+    good.min_by(|a, b| {
+        let ((effort_a, error_a), (effort_b, error_b)) = (order(a.1), order(b.1));
+        effort_a.total_cmp(&effort_b).then(error_a.total_cmp(&error_b))
+    })
+}
+
+fn id(row: &Row) -> &str {
+    row.method.split(':').next().unwrap_or(&row.method)
+}
+
+/// The winner of a scene at a level of error, and the next method.
+pub(super) fn winner(scene: &Scene, rows: &[Row], level: f64) -> Winner {
+    let rows = || rows.iter().filter(|row| row.scene == scene.id);
+    let best = cheapest(rows(), level);
+    let second =
+        best.and_then(|(best, _)| cheapest(rows().filter(|row| id(row) != id(best)), level));
+    Winner {
+        scene: scene.id.clone(),
+        level,
+        label: best.map(|(row, _)| row.label.clone()),
+        is_explicit: best.map(|(row, _)| is_limited_by_stiffness(&row.method)),
+        value: best.map(|(_, run)| run.value),
+        effort: best.map(|(_, run)| run.effort),
+        runner_up: second.map(|(row, _)| row.label.clone()),
+        ratio: best.zip(second).map(|((_, best), (_, second))| second.effort / best.effort),
+    }
+}

@@ -1,0 +1,150 @@
+//! Records of the experiment `work-precision`: what accuracy costs.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Verdict of a run that reached the end of its time near the true motion.
+pub const COMPLETED: &str = "completed";
+/// Verdict of a run that is not finite, has left the scene, or is twice as far from the truth as that has moved.
+pub const DIVERGED: &str = "diverged";
+/// Verdict of a run that would take more effort than its budget.
+pub const OVER_BUDGET: &str = "over budget";
+
+/// All scenes and methods.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Facts {
+    /// Scenes with stiffness, damping and size, and the errors of their reference solutions.
+    pub scenes: Vec<Scene>,
+    /// One a scene and method.
+    pub rows: Vec<Row>,
+    /// The cheapest run by counted effort at each scene and level of error.
+    pub winners: Vec<Winner>,
+}
+
+/// One scene at one stiffness, damping and size.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Scene {
+    /// Key, e.g. `hanging light 1e6 n=400`.
+    pub id: String,
+    /// `hanging`, `thrown` or `spread`.
+    pub scene: String,
+    /// `light` (10/s at 400 particles) or `heavy` (`d/m = √(k/m)`).
+    pub damping: String,
+    /// Series that the scene belongs to: `stiffness`, `size, k/m fixed`, `size, material fixed`.
+    pub series: Vec<String>,
+    /// Number of particles.
+    pub particles: usize,
+    /// Number of springs.
+    pub springs: usize,
+    /// Stiffness over mass of the tension springs, 1/s².
+    pub stiffness_over_mass_per_s2: f64,
+    /// Damping over mass of the tension springs, 1/s.
+    pub damping_over_mass_per_s: f64,
+    /// Bound on the largest angular frequency, `√(8 (k + k_s)/m)`, 1/s.
+    pub greatest_frequency_per_s: f64,
+    /// Simulated time after which the error is taken, s.
+    pub span_s: f64,
+    /// Root of the mass-weighted mean square of how far the particles move in that time, m.
+    pub motion_m: f64,
+    /// Error of the reference in the same norm as that of the runs: distance of two solutions whose tolerances differ
+    /// tenfold, over the motion.
+    pub reference_error: f64,
+    /// The tighter of these tolerances.
+    pub reference_tolerance: f64,
+    /// Most effort of a run, in visits of a spring.
+    pub budget: f64,
+}
+
+/// One method on one scene.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Row {
+    /// Key of the scene, as in [`Scene::id`].
+    pub scene: String,
+    /// Short name for legends: the method's id, and what sets it apart from its other rows.
+    pub label: String,
+    /// Method id with the settings that are the same in all runs; `dop853` for the adaptive method of a library.
+    pub method: String,
+    /// What differs from run to run: `steps`, `tolerance` or another setting of the method.
+    pub knob: String,
+    /// Whether it stands in the headline figure.
+    pub is_headline: bool,
+    /// One a value of the knob, from the coarsest run.
+    pub runs: Vec<Run>,
+}
+
+/// One run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Run {
+    /// Value of the knob: number of steps, tolerance, or another setting.
+    pub value: f64,
+    /// Length of the steps that the method is asked for, s; `None` for the library, which chooses its own.
+    pub step_s: Option<f64>,
+    /// `completed`, `diverged` or `over budget`.
+    pub verdict: String,
+    /// `‖x − x_ref‖_M / ‖x_ref − x_0‖_M` at the end; `None` unless completed.
+    pub error: Option<f64>,
+    /// What the run cost, in visits of a spring (some 5 ns each): counted, not timed. For a run over budget, what it
+    /// had cost when it was given up, 0 where it was not begun.
+    pub effort: f64,
+    /// Sweeps over all springs that evaluated forces or energies.
+    pub force_evaluations: u64,
+    /// Products of a matrix with a block vector, triangular solves included.
+    pub matvecs: u64,
+    /// Factorisations of Newton's matrix.
+    pub factorisations: u64,
+    /// Iterations of conjugate gradients.
+    pub cg_iterations: u64,
+    /// Steps whose solver stopped before its tolerance.
+    pub unconverged_steps: u64,
+    /// Whether no run of any method on this scene has at most this error for less effort.
+    pub is_on_front: bool,
+    /// Whether the counts have the same bits on every machine. Errors never have: the reference passes through a
+    /// library.
+    pub portable: bool,
+}
+
+/// The cheapest run at one scene and level of error.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Winner {
+    /// Key of the scene, as in [`Scene::id`].
+    pub scene: String,
+    /// The error is at most this.
+    pub level: f64,
+    /// As in [`Row::label`]; `None` where no run gets there.
+    pub label: Option<String>,
+    /// Whether stiffness limits its step: an explicit method.
+    pub is_explicit: Option<bool>,
+    /// Value of its knob, as in [`Run::value`].
+    pub value: Option<f64>,
+    /// Its effort, in visits of a spring.
+    pub effort: Option<f64>,
+    /// The cheapest row of another method.
+    pub runner_up: Option<String>,
+    /// Its effort over that of the winner.
+    pub ratio: Option<f64>,
+}
+
+/// Times of one run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TimingRow {
+    /// Key of the scene, as in [`Scene::id`].
+    pub scene: String,
+    /// As in [`Row::label`].
+    pub label: String,
+    /// Value of the knob, as in [`Run::value`].
+    pub value: f64,
+    /// Nanoseconds of the whole run, one entry a repetition: set-up and all steps.
+    pub samples_ns: Vec<u64>,
+    /// Median of them, s.
+    pub seconds: f64,
+    /// Error of the run that was timed, as in [`Run::error`].
+    pub error: f64,
+    /// Whether it equals the fact's to the last bit; otherwise the run is not ranked.
+    pub is_verified: bool,
+}
