@@ -57,7 +57,8 @@ fn classify(error: &anyhow::Error) -> u8 {
             | PrepareError::Solver(_),
         )
         | HarnessError::Busy { .. }
-        | HarnessError::UnknownExperiment { .. } => true,
+        | HarnessError::UnknownExperiment { .. }
+        | HarnessError::UnknownClaim { .. } => true,
         HarnessError::Step(_) | HarnessError::Record(_) | HarnessError::Reference(_) => false,
     };
     let bad_input = error.is::<SceneError>()

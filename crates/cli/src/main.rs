@@ -29,10 +29,12 @@ enum Command {
     Run(cmd::run::Arguments),
     /// Print a discretised scene as JSON (format "drape-system/1")
     System(cmd::system::Arguments),
-    /// List scenes, methods or experiments
+    /// List scenes, methods, experiments or claims
     List(cmd::list::Arguments),
     /// Run one experiment and draw its results
     Experiment(cmd::experiment::Arguments),
+    /// Test one claim of the paper
+    Claim(cmd::claim::Arguments),
     /// Redraw figures and index page from recorded results alone
     Report(cmd::report::Arguments),
     /// Print the JSON Schema of a file format
@@ -46,6 +48,7 @@ fn main() -> ExitCode {
         Command::System(arguments) => cmd::system::run(&arguments),
         Command::List(arguments) => cmd::list::run(&arguments),
         Command::Experiment(arguments) => cmd::experiment::run(&arguments),
+        Command::Claim(arguments) => cmd::claim::run(&arguments),
         Command::Report(arguments) => cmd::report::run(&arguments),
         Command::Schema(arguments) => cmd::schema::run(&arguments),
     };

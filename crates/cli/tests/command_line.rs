@@ -150,6 +150,9 @@ fn unknown_methods_settings_scenes_and_time_steps_are_refused() {
     assert_eq!(code(&missing), 2);
     assert!(text(&missing.stderr).contains("hanging-textile-1e4"));
     assert_eq!(code(&drape(folder.path(), &["experiment", "nothing"])), 2);
+    let claim = drape(folder.path(), &["claim", "C99"]);
+    assert_eq!(code(&claim), 2);
+    assert!(text(&claim.stderr).contains("C01, C02") && claim.stdout.is_empty());
     assert_eq!(code(&drape(folder.path(), &["report", "."])), 2);
     assert_eq!(code(&drape(folder.path(), &["frobnicate"])), 2);
 }
@@ -266,6 +269,7 @@ fn schemas_and_lists_are_printed() {
         ("scenes", "square-table-2704-1e6"),
         ("methods", "safeguard=robust"),
         ("experiments", "cg-vs-stiffness"),
+        ("claims", "criterion: margin of every row = m_i exactly"),
     ] {
         assert!(text(&drape(folder.path(), &["list", what]).stdout).contains(named));
     }
@@ -273,6 +277,18 @@ fn schemas_and_lists_are_printed() {
     let scene: Scene =
         serde_json::from_str(drape_model::bundled::text("hanging-textile-1e4").unwrap()).unwrap();
     assert_eq!(scene.time.step_s, 0.01);
+}
+
+#[test]
+fn a_claim_is_tested_alone_and_prints_verdict_numbers_and_reason() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = drape(folder.path(), &["claim", "c08"]);
+    assert_eq!(code(&output), 0, "{}", text(&output.stderr));
+    let printed = text(&output.stdout);
+    for part in ["C08 (§3)", "criterion:", "verdict:   confirmed", "limit", "reason:", "scenes:"] {
+        assert!(printed.contains(part), "`{part}` is missing: {printed}");
+    }
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0, "it writes no file");
 }
 
 #[test]

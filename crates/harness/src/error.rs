@@ -48,4 +48,12 @@ pub enum HarnessError {
         /// The known ones.
         known: String,
     },
+    /// No such claim.
+    #[error("no claim `{id}`; expected one of: {known}")]
+    UnknownClaim {
+        /// What was asked for.
+        id: String,
+        /// The known ones.
+        known: String,
+    },
 }

@@ -3,6 +3,7 @@
 //! Only this crate knows the crate of every method ([`methods`]). It writes records
 //! ([`drape_records`]) and draws nothing.
 
+pub mod claims;
 mod error;
 pub mod experiments;
 mod facts;

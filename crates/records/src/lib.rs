@@ -32,6 +32,10 @@ pub mod cg;
 pub mod collision;
 pub mod control;
 pub mod energy;
+//! | `results/claims.json` | [`Record`]`<`[`claims::Facts`]`>` |
+//! | `results/timings/claims.json` | [`Timings`]`<`[`claims::TimingRow`]`>` |
+
+pub mod claims;
 pub mod file;
 pub mod hard_cases;
 pub mod locking;

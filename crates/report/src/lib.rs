@@ -26,6 +26,8 @@
 //! | `timings/work-precision.json` | no | seconds in `figures/work-precision.svg` |
 //! | `scaling.json` | one of the records | `figures/scaling-cg.svg` |
 //! | `timings/scaling.json` | no | `figures/scaling-cost.svg` |
+//! | `claims.json` | one of the records | `figures/claims.svg` |
+//! | `timings/claims.json` | no | |
 //! | all of them | | `README.md` |
 //!
 //! A figure is a `Sheet` of `Panel`s with `Series`, `Rule`s and `Bar`s (module `plot`), made by one
@@ -34,6 +36,7 @@
 //! (`templates/README.md.jinja`) filled from the same records (module `page`).
 
 mod cg;
+mod claims;
 mod collision;
 mod control;
 mod energy;
@@ -91,6 +94,7 @@ const CHAPTERS: &[Chapter] = &[
     control::CHAPTER,
     work_precision::CHAPTER,
     scaling::CHAPTER,
+    claims::CHAPTER,
 ];
 
 /// File, title and caption of the figures drawn from the record of an experiment (and its timings);

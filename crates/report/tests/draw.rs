@@ -12,7 +12,7 @@ use std::path::Path;
 use tempfile::TempDir;
 
 /// Every experiment that is drawn.
-const EXPERIMENTS: [&str; 14] = [
+const EXPERIMENTS: [&str; 15] = [
     "tables",
     "cg-vs-stiffness",
     "order",
@@ -27,6 +27,7 @@ const EXPERIMENTS: [&str; 14] = [
     "solver-control",
     "work-precision",
     "scaling",
+    "claims",
 ];
 
 /// A results folder with all records.
@@ -54,6 +55,9 @@ fn complete() -> TempDir {
     write_json(&path("timings/work-precision.json"), &timings).unwrap();
     write_json(&path("scaling.json"), &common::scaling(false)).unwrap();
     write_json(&path("timings/scaling.json"), &common::scaling_timings()).unwrap();
+    let (claims, seconds) = common::claims();
+    write_json(&folder.path().join("claims.json"), &claims).unwrap();
+    write_json(&folder.path().join("timings/claims.json"), &seconds).unwrap();
     folder
 }
 
@@ -262,6 +266,8 @@ fn figures_name_axes_units_and_every_curve() {
     expect("scaling-cost.svg", &["particles n", "ns a particle and step", "phase: solve"]);
     expect("scaling-cost.svg", &["144 bytes a particle at 10.0 GB/s", "imex-euler, by phase"]);
     expect("scaling-cg.svg", &["CG iterations per step", "k/m fixed", "material fixed"]);
+    expect("claims.svg", &["confirmed", "refuted", "undecided", "confirmed: 26", "undecided: 2"]);
+    expect("claims.svg", &["C01 (§2.3) C01 says that a | b"]);
 
     let folder = complete();
     let files = drawn(folder.path());
@@ -569,4 +575,21 @@ fn verdicts_that_differ_from_theory_are_framed_listed_and_explained() {
     assert!(page.contains("m 0.12 / M 0.12") || page.contains("M 0.12 / M 0.12"), "{page}");
     assert!(page.contains("b 1.25 s / b 1.25 s"));
     assert!(page.contains("undecided: effect absent (moving pins)"));
+}
+
+#[test]
+fn a_claim_that_the_seconds_contradict_is_undecided() {
+    let folder = tempfile::tempdir().unwrap();
+    let (claims, seconds) = common::claims();
+    write_json(&folder.path().join("claims.json"), &claims).unwrap();
+    let told = "by counted work confirmed, by seconds not";
+    assert!(!drawn(folder.path())["README.md"].contains(told));
+    write_json(&folder.path().join("timings/claims.json"), &seconds).unwrap();
+    let files = drawn(folder.path());
+    let page = &files["README.md"];
+    let lines: Vec<_> = page.lines().filter(|line| line.contains(told)).collect();
+    assert!(lines.len() == 1 && lines[0].starts_with("| C02"), "{lines:?}");
+    assert!(page.contains("ratio: 1.75 (limit 1.5); iterations: 12 1/step; gain: ∞ J"), "{page}");
+    assert!(page.contains("| Do otherwise. |"));
+    assert_eq!(files["figures/claims.svg"].matches("stroke-width=\"2\"").count(), 1);
 }

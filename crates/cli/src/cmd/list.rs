@@ -1,7 +1,7 @@
 //! `drape list`.
 
 use crate::output::print;
-use drape_harness::{bundled, experiments, methods};
+use drape_harness::{bundled, claims, experiments, methods};
 use drape_integrator::{Method, Order, StabilityClass};
 use std::fmt::Write as _;
 
@@ -20,6 +20,8 @@ enum What {
     Methods,
     /// Experiments
     Experiments,
+    /// Claims of the paper with their criteria
+    Claims,
 }
 
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
@@ -43,6 +45,15 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         What::Experiments => {
             for experiment in experiments::all() {
                 writeln!(text, "{}\n    {}", experiment.name, experiment.question)?;
+            }
+        }
+        What::Claims => {
+            for claim in claims::all() {
+                writeln!(
+                    text,
+                    "{} (§{}): {}\n    criterion: {}",
+                    claim.id, claim.section, claim.says, claim.criterion
+                )?;
             }
         }
     }

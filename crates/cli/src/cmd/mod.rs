@@ -1,5 +1,6 @@
 //! One command a file.
 
+pub(crate) mod claim;
 pub(crate) mod experiment;
 pub(crate) mod list;
 pub(crate) mod report;

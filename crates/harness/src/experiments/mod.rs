@@ -1,20 +1,21 @@
 //! The experiments: what is asked, what is run, what is recorded.
 
 mod cg;
+mod claims;
 mod collision;
 mod control;
 pub(crate) mod energy;
-mod hard_cases;
+pub(crate) mod hard_cases;
 mod locking;
 pub(crate) mod momentum;
 pub(crate) mod order;
 mod post_correction;
 mod precomputed_inverse;
 mod scaling;
-mod sheet;
+pub(crate) mod sheet;
 mod stability;
 mod stepper;
-mod tables;
+pub(crate) mod tables;
 mod variant;
 mod work_precision;
 
@@ -145,6 +146,7 @@ static EXPERIMENTS: &[Experiment] = &[
     precomputed_inverse::EXPERIMENT,
     work_precision::EXPERIMENT,
     scaling::EXPERIMENT,
+    claims::EXPERIMENT,
 ];
 
 /// All experiments, in the order in which `drape reproduce` runs them.
@@ -260,7 +262,7 @@ fn counts(
 }
 
 /// Energy gain for a record, where JSON knows no infinity.
-fn finite(energy: f64) -> f64 {
+pub(crate) fn finite(energy: f64) -> f64 {
     if energy.is_nan() { f64::MAX } else { energy.clamp(f64::MIN, f64::MAX) }
 }
 
@@ -270,7 +272,7 @@ fn gain(energy: f64) -> String {
 }
 
 /// A number in prose: three significant digits.
-fn short(value: f64) -> String {
+pub(crate) fn short(value: f64) -> String {
     let scientific = format!("{value:.2e}");
     let exponent: i32 = scientific.split('e').nth(1).and_then(|e| e.parse().ok()).unwrap_or(0);
     match usize::try_from(2 - exponent) {

@@ -8,32 +8,32 @@ use drape_model::{
 use drape_oracle::Random;
 
 /// The acceleration of gravity, m/s².
-pub(super) const GRAVITY: [f64; 3] = [0.0, 0.0, -9.81];
+pub(crate) const GRAVITY: [f64; 3] = [0.0, 0.0, -9.81];
 /// Mass of a particle, kg.
-pub(super) const MASS: f64 = 1e-3;
+pub(crate) const MASS: f64 = 1e-3;
 
 /// A horizontal sheet, 1 m × 1 m, around the origin.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Sheet {
+pub(crate) struct Sheet {
     /// Particles along each edge.
-    pub(super) side: u32,
+    pub(crate) side: u32,
     /// Stiffness over mass of the tension springs, 1/s².
-    pub(super) tension: f64,
+    pub(crate) tension: f64,
     /// Stiffness over mass of the shear springs, 1/s²; 0 for none.
-    pub(super) shear: f64,
+    pub(crate) shear: f64,
     /// Damping over mass of the tension springs, 1/s; the shear springs have a tenth.
-    pub(super) damping: f64,
+    pub(crate) damping: f64,
     /// How the damping acts.
-    pub(super) law: DampingLaw,
+    pub(crate) law: DampingLaw,
     /// Acceleration of gravity, m/s².
-    pub(super) gravity: [f64; 3],
+    pub(crate) gravity: [f64; 3],
     /// Whether two corners of the first row are pinned.
-    pub(super) is_pinned: bool,
+    pub(crate) is_pinned: bool,
 }
 
 impl Sheet {
     /// The system at rest.
-    pub(super) fn spec(&self) -> Result<SystemSpec, HarnessError> {
+    pub(crate) fn spec(&self) -> Result<SystemSpec, HarnessError> {
         let Self { side, tension, shear, damping, law, gravity, is_pinned } = *self;
         let springs = |stiffness, damping| {
             (stiffness > 0.0).then(|| SpringLaw {
@@ -134,13 +134,13 @@ impl Sheet {
 
     /// Bound on the largest angular frequency, `√(8 (k + k_s)/m)`, 1/s, where the lightest particle has `lightest`
     /// times the usual mass.
-    pub(super) fn greatest_frequency(&self, lightest: f64) -> f64 {
+    pub(crate) fn greatest_frequency(&self, lightest: f64) -> f64 {
         (8.0 * (self.tension + self.shear) / lightest).sqrt()
     }
 }
 
 /// Two particles at rest on an undamped spring of 1 m along x, around the origin.
-pub(super) fn pair(stiffness_over_mass: f64) -> SystemSpec {
+pub(crate) fn pair(stiffness_over_mass: f64) -> SystemSpec {
     SystemSpec {
         format: "drape-system/1".to_owned(),
         name: "pair".to_owned(),

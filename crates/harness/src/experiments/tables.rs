@@ -31,13 +31,13 @@ const QUICK_FORCING_TERMS: [f64; 3] = [0.1, 0.05, 0.01];
 const ROBUST_FORCING_TERMS: [f64; 3] = [0.1, 0.03, 0.01];
 
 /// A row as printed; the exponent is the reading that fits.
-struct Printed {
-    table: u32,
-    row: u32,
-    scene: &'static str,
+pub(crate) struct Printed {
+    pub(crate) table: u32,
+    pub(crate) row: u32,
+    pub(crate) scene: &'static str,
     exponent: i32,
-    step_s: f64,
-    paper: PaperRow,
+    pub(crate) step_s: f64,
+    pub(crate) paper: PaperRow,
 }
 
 const fn paper(cg_iterations: u64, cg_s: f64, matrix_setup_s: f64, solver_s: f64) -> PaperRow {
@@ -45,7 +45,7 @@ const fn paper(cg_iterations: u64, cg_s: f64, matrix_setup_s: f64, solver_s: f64
 }
 
 /// Tables 2 and 3 of EEH.
-const PRINTED: [Printed; 6] = [
+pub(crate) const PRINTED: [Printed; 6] = [
     Printed {
         table: 2,
         row: 1,

@@ -14,8 +14,8 @@ pub(crate) use work::{scaling, scaling_timings, work_precision, work_precision_t
 
 use drape_records::tables::{BestFit, PaperRow, Phases, Row, TimingRow};
 use drape_records::{
-    Provenance, RECORD_FORMAT, Record, TIMINGS_FORMAT, Timings, cg, hard_cases, momentum, order,
-    tables,
+    Provenance, RECORD_FORMAT, Record, TIMINGS_FORMAT, Timings, cg, claims, hard_cases, momentum,
+    order, tables,
 };
 use std::collections::BTreeMap;
 
@@ -502,4 +502,50 @@ pub(crate) fn momentum(quick: bool) -> Record<momentum::Facts> {
         }
     }
     record("momentum", quick, momentum::Facts { scenes, rows })
+}
+
+/// Claims of each verdict; the seconds bear out the first and contradict the second, which is confirmed.
+pub(crate) fn claims() -> (Record<claims::Facts>, Timings<claims::TimingRow>) {
+    use claims::{Number, TimedCase, TimingRow, Verdict};
+    let row = |id: &str, verdict: Verdict| claims::Row {
+        id: id.to_owned(),
+        section: "2.3".to_owned(),
+        says: format!("{id} says that a | b"),
+        criterion: "ratio > 1.5".to_owned(),
+        verdict,
+        numbers: vec![
+            Number::new("ratio", 1.75, "").against(1.5),
+            Number::new("iterations", 12.0, "1/step"),
+            Number::new("gain", f64::INFINITY, "J"),
+        ],
+        reason: "It was seen. It was expected.".to_owned(),
+        repair: (verdict == Verdict::Refuted).then(|| "Do otherwise.".to_owned()),
+        scenes: "a sheet".to_owned(),
+        see: "claims.svg".to_owned(),
+        portable: true,
+    };
+    let timing = |id: &str, verdict: Verdict| TimingRow {
+        id: id.to_owned(),
+        cases: vec![TimedCase {
+            what: "a solve".to_owned(),
+            samples_ns: vec![3_000_000, 2_000_000],
+        }],
+        number: Number::new("ratio of the seconds", 1.25, "").against(1.5),
+        verdict,
+    };
+    let verdict = |n: usize| match n {
+        1 => Verdict::Refuted,
+        4 => Verdict::Undecided,
+        _ => Verdict::Confirmed,
+    };
+    let rows: Vec<_> = (1..30).map(|n| row(&format!("C{n:02}"), verdict(n))).collect();
+    let rows_of_time = vec![timing("C01", Verdict::Refuted), timing("C02", Verdict::Refuted)];
+    let timings = Timings {
+        format: TIMINGS_FORMAT.to_owned(),
+        experiment: "claims".to_owned(),
+        method: "One after the other.".to_owned(),
+        rows: rows_of_time,
+        provenance: provenance(),
+    };
+    (record("claims", false, claims::Facts { claims: rows }), timings)
 }

@@ -30,7 +30,7 @@ pub(super) struct Stage<'a> {
     pub(super) reference: Reference,
     pub(super) hash: String,
     /// The perturbed starts.
-    starts: Vec<Simulation>,
+    pub(super) starts: Vec<Simulation>,
 }
 
 impl<'a> Stage<'a> {
@@ -56,11 +56,11 @@ impl<'a> Stage<'a> {
 
 /// What the runs of a cell add up to.
 #[derive(Default)]
-struct Tally {
+pub(super) struct Tally {
     runs: u32,
-    verdict: Option<Verdict>,
-    is_over_budget: bool,
-    gain: f64,
+    pub(super) verdict: Option<Verdict>,
+    pub(super) is_over_budget: bool,
+    pub(super) gain: f64,
     drift: f64,
     rises: u64,
     round_off: f64,
@@ -72,7 +72,7 @@ struct Tally {
 }
 
 impl Tally {
-    fn add(&mut self, run: &Counts, reference: Reference) {
+    pub(super) fn add(&mut self, run: &Counts, reference: Reference) {
         let Reference { energy: available, gain: granted } = reference;
         let Energy { gain, swing, drift, .. } = run.energy;
         let less = |energy: f64| (energy - granted).max(0.0);

@@ -5,6 +5,7 @@ mod expectation;
 mod explanations;
 mod linear;
 mod scenes;
+mod survey;
 #[cfg(test)]
 mod tests;
 mod tweak;
@@ -18,6 +19,8 @@ use drape_records::hard_cases::{Case, Cell, Facts};
 use expectation::{Kind, NOTHING_MOVES};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
+
+pub(crate) use survey::{HardCase, survey};
 
 pub(super) const EXPERIMENT: Experiment = Experiment {
     name: "hard-cases",

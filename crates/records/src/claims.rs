@@ -1,0 +1,139 @@
+//! Records of the experiment `claims`: the paper's claims, each with a criterion that was fixed beforehand.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// The ledger.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Facts {
+    /// One a claim, in the order of their ids.
+    pub claims: Vec<Row>,
+}
+
+/// What the test of a claim found.
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
+)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// The criterion is met.
+    Confirmed,
+    /// The criterion is not met.
+    Refuted,
+    /// The test cannot tell; the reason says why.
+    Undecided,
+}
+
+impl Verdict {
+    /// One word.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Confirmed => "confirmed",
+            Self::Refuted => "refuted",
+            Self::Undecided => "undecided",
+        }
+    }
+
+    /// Confirmed or refuted.
+    pub fn of(is_met: bool) -> Self {
+        if is_met { Self::Confirmed } else { Self::Refuted }
+    }
+}
+
+/// One claim with its verdict.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Row {
+    /// `C01` to `C29`.
+    pub id: String,
+    /// Section of the paper.
+    pub section: String,
+    /// What the paper claims, in our words.
+    pub says: String,
+    /// What was fixed beforehand as the test.
+    pub criterion: String,
+    /// What came out.
+    pub verdict: Verdict,
+    /// The numbers behind it.
+    pub numbers: Vec<Number>,
+    /// What was seen, and why.
+    pub reason: String,
+    /// What helps, where the claim is refuted and a remedy was measured.
+    pub repair: Option<String>,
+    /// What was run.
+    pub scenes: String,
+    /// File name, below `figures/`, of the figure that shows it.
+    pub see: String,
+    /// Same bits on every machine.
+    pub portable: bool,
+}
+
+/// A measured number.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Number {
+    /// What it is; unique within a claim.
+    pub what: String,
+    /// Its value; a value that is not finite stands as the largest number.
+    pub value: f64,
+    /// Its unit; empty for a pure number.
+    pub unit: String,
+    /// What the criterion compares it with.
+    pub limit: Option<f64>,
+    /// Whether other machines must find the same; counts that passed through a library's factorisation need not.
+    pub is_compared: bool,
+}
+
+impl Number {
+    /// A number without a limit.
+    pub fn new(what: impl Into<String>, value: f64, unit: &str) -> Self {
+        let value = if value.is_nan() { f64::MAX } else { value.clamp(f64::MIN, f64::MAX) };
+        Self { what: what.into(), value, unit: unit.to_owned(), limit: None, is_compared: true }
+    }
+
+    /// The same with the limit of the criterion.
+    #[must_use]
+    pub fn against(self, limit: f64) -> Self {
+        Self { limit: Some(limit), ..self }
+    }
+
+    /// The same, recorded beside the machine and compared with nothing.
+    #[must_use]
+    pub fn of_machine(self) -> Self {
+        Self { is_compared: false, ..self }
+    }
+}
+
+/// Seconds that must bear out the verdict of a claim about time, which its facts decide from counted work.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TimingRow {
+    /// Id of the claim.
+    pub id: String,
+    /// What was timed.
+    pub cases: Vec<TimedCase>,
+    /// What the seconds give: the criterion's number.
+    pub number: Number,
+    /// The verdict by the seconds alone. If it is not that of the facts, the claim is undecided on this machine.
+    pub verdict: Verdict,
+}
+
+/// One timed piece of work.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TimedCase {
+    /// What it is.
+    pub what: String,
+    /// Wall time of each repetition, ns.
+    pub samples_ns: Vec<u64>,
+}
+
+impl TimedCase {
+    /// Median of the samples, s; 0 without samples.
+    pub fn median_s(&self) -> f64 {
+        let mut samples = self.samples_ns.clone();
+        samples.sort_unstable();
+        samples.get(samples.len() / 2).map_or(0.0, |&ns| ns as f64 * 1e-9)
+    }
+}

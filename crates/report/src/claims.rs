@@ -1,0 +1,175 @@
+//! Figure and tables of the experiment `claims`.
+
+use crate::number::{significant, trimmed};
+use crate::page::{Section, Table, absent, texts};
+use crate::plate::{self, Plate};
+use crate::plot::{Content, Matrix, Row as Line, Shade, Tile};
+use crate::{Chapter, read_record, read_timings};
+use drape_records::claims::{Facts, Number, Row, TimingRow, Verdict};
+use drape_records::{Record, Timings};
+
+/// What the figure is drawn from.
+pub(crate) struct Input {
+    record: Record<Facts>,
+    timings: Option<Timings<TimingRow>>,
+}
+
+/// What is drawn of the experiment.
+pub(crate) const CHAPTER: Chapter = Chapter {
+    experiment: "claims",
+    figures: || PLATES.iter().map(Plate::figure).collect(),
+    section: |results, files| {
+        let Some(record) = read_record::<Facts>(results, CHAPTER.experiment)? else {
+            return Ok(None);
+        };
+        let input = Input { record, timings: read_timings(results, CHAPTER.experiment)? };
+        let figures = plate::draw_all(PLATES, &input, files)?;
+        let section = Section::new(&input.record, figures, tables(&input));
+        Ok(Some(section.with_timings(input.timings.as_ref())))
+    },
+};
+
+const PLATES: &[Plate<Input, Matrix>] = &[Plate {
+    file: "claims.svg",
+    title: "Which of the paper's claims hold",
+    caption: "One row for each claim of the paper, in our words, with the place of the claim in brackets. The tile \
+        tells what its test found: confirmed if the criterion that was fixed beforehand is met, refuted if it is \
+        not, undecided if the test cannot tell, because an effect is absent or because counted work and measured seconds \
+        disagree (thick frame). Criteria, numbers, reasons and what repairs a refuted claim stand in the tables below.",
+    sheet: verdicts,
+}];
+
+const KNOWN: [(Verdict, &str, Shade); 3] = [
+    (Verdict::Confirmed, "C", Shade::Good),
+    (Verdict::Refuted, "R", Shade::Bad),
+    (Verdict::Undecided, "?", Shade::Open),
+];
+
+impl Input {
+    fn timing(&self, row: &Row) -> Option<&TimingRow> {
+        self.timings.iter().flat_map(|timings| &timings.rows).find(|timing| timing.id == row.id)
+    }
+
+    /// Whether measured seconds contradict the counted work.
+    fn is_contradicted(&self, row: &Row) -> bool {
+        self.timing(row).is_some_and(|timing| timing.verdict != row.verdict)
+    }
+
+    /// The verdict of the facts, unless seconds contradict it.
+    fn verdict(&self, row: &Row) -> Verdict {
+        if self.is_contradicted(row) { Verdict::Undecided } else { row.verdict }
+    }
+}
+
+fn verdicts(input: &Input) -> Option<Matrix> {
+    let rows = &input.record.facts.claims;
+    let line = |row: &Row| {
+        let tile = |(verdict, letter, shade): &(Verdict, &str, Shade)| {
+            let is_here = input.verdict(row) == *verdict;
+            let text = (*letter).to_owned();
+            let tile = Tile { shade: *shade, text, is_marked: input.is_contradicted(row) };
+            is_here.then_some(tile).into_iter().collect()
+        };
+        Line {
+            label: format!("{} (§{}) {}", row.id, row.section, row.says),
+            is_first: true,
+            content: Content::Tiles(KNOWN.iter().map(tile).collect()),
+        }
+    };
+    let legend = KNOWN.iter().map(|(verdict, letter, shade)| {
+        let count = rows.iter().filter(|row| input.verdict(row) == *verdict).count();
+        let tile = Tile { shade: *shade, text: (*letter).to_owned(), is_marked: false };
+        (tile, format!("{}: {count}", verdict.name()))
+    });
+    (!rows.is_empty()).then(|| Matrix {
+        columns: KNOWN.iter().map(|(verdict, ..)| verdict.name().to_owned()).collect(),
+        rows: rows.iter().map(line).collect(),
+        legend: legend.collect(),
+        notes: Vec::new(),
+    })
+}
+
+/// A number with its unit and limit.
+fn number(number: &Number) -> String {
+    let value = match number.value {
+        value if value >= f64::MAX => "∞".to_owned(),
+        // Round numbers of steps or particles.
+        value if value.fract() == 0.0 && value.abs() < 1e6 => format!("{value}"),
+        value => significant(value, 3),
+    };
+    let unit = if number.unit.is_empty() { String::new() } else { format!(" {}", number.unit) };
+    let limit = number.limit.map_or(String::new(), |l| format!(" (limit {})", trimmed(l, 3)));
+    format!("{}: {value}{unit}{limit}", number.what)
+}
+
+fn tables(input: &Input) -> Vec<Table> {
+    vec![ledger(input), evidence(input), seconds(input)]
+}
+
+/// The verdict in words.
+fn told(input: &Input, row: &Row) -> String {
+    if input.is_contradicted(row) {
+        let counted = row.verdict.name();
+        format!("**undecided** (by counted work {counted}, by seconds not)")
+    } else {
+        format!("**{}**", row.verdict.name())
+    }
+}
+
+fn ledger(input: &Input) -> Table {
+    let line = |row: &Row| {
+        vec![
+            row.id.clone(),
+            row.section.clone(),
+            row.says.clone(),
+            row.criterion.clone(),
+            told(input, row),
+            row.reason.clone(),
+            row.repair.clone().unwrap_or_else(absent),
+            format!("[{}](figures/{})", row.see, row.see),
+        ]
+    };
+    Table {
+        title: "**The ledger.** What the paper claims, what was fixed beforehand as its test, and what came out; repair: \
+                what helps where a claim is refuted, as far as it was measured."
+            .to_owned(),
+        header: texts(&[
+            "id", "§", "claim", "criterion", "verdict", "reason", "repair", "figure",
+        ]),
+        names: 8,
+        rows: input.record.facts.claims.iter().map(line).collect(),
+    }
+}
+
+fn evidence(input: &Input) -> Table {
+    let line = |row: &Row| {
+        let numbers: Vec<_> = row.numbers.iter().map(number).collect();
+        vec![row.id.clone(), row.scenes.clone(), numbers.join("; ")]
+    };
+    Table {
+        title: "**The evidence.** What was run, and the numbers behind each verdict.".to_owned(),
+        header: texts(&["id", "scenes", "numbers"]),
+        names: 3,
+        rows: input.record.facts.claims.iter().map(line).collect(),
+    }
+}
+
+fn seconds(input: &Input) -> Table {
+    let line = |row: &TimingRow| {
+        let case = |case: &drape_records::claims::TimedCase| {
+            let median = significant(1e3 * case.median_s(), 3);
+            format!("{}: {median} ms ({} times)", case.what, case.samples_ns.len())
+        };
+        let cases: Vec<_> = row.cases.iter().map(case).collect();
+        vec![row.id.clone(), cases.join("; "), number(&row.number), row.verdict.name().to_owned()]
+    };
+    let rows = input.timings.iter().flat_map(|timings| &timings.rows);
+    Table {
+        title:
+            "**Seconds beside the counted work.** Median wall times, and the verdict by them alone."
+                .to_owned(),
+        header: texts(&["id", "timed", "number", "verdict by seconds"]),
+        names: 4,
+        rows: rows.map(line).collect(),
+    }
+}
