@@ -26,16 +26,15 @@
 //! | `results/timings/work-precision.json` | [`Timings`]`<`[`work_precision::TimingRow`]`>` |
 //! | `results/scaling.json` | [`Record`]`<`[`scaling::Facts`]`>` |
 //! | `results/timings/scaling.json` | [`Timings`]`<`[`scaling::TimingRow`]`>` |
+//! | `results/claims.json` | [`Record`]`<`[`claims::Facts`]`>` |
+//! | `results/timings/claims.json` | [`Timings`]`<`[`claims::TimingRow`]`>` |
 //! | what `drape run --out` writes | [`run::Run`] |
 
 pub mod cg;
+pub mod claims;
 pub mod collision;
 pub mod control;
 pub mod energy;
-//! | `results/claims.json` | [`Record`]`<`[`claims::Facts`]`>` |
-//! | `results/timings/claims.json` | [`Timings`]`<`[`claims::TimingRow`]`>` |
-
-pub mod claims;
 pub mod file;
 pub mod hard_cases;
 pub mod locking;
