@@ -35,7 +35,7 @@ enum Command {
     Experiment(cmd::experiment::Arguments),
     /// Test one claim of the paper
     Claim(cmd::claim::Arguments),
-    /// Redraw figures and index page from recorded results alone
+    /// Redraw figures, report and index page from recorded results alone
     Report(cmd::report::Arguments),
     /// Print the JSON Schema of a file format
     Schema(cmd::schema::Arguments),

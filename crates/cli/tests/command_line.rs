@@ -270,6 +270,7 @@ fn schemas_and_lists_are_printed() {
         ("methods", "safeguard=robust"),
         ("experiments", "cg-vs-stiffness"),
         ("claims", "criterion: margin of every row = m_i exactly"),
+        ("experiments", "lessons: explicit-euler → leapfrog → provot"),
     ] {
         assert!(text(&drape(folder.path(), &["list", what]).stdout).contains(named));
     }
@@ -296,7 +297,7 @@ fn the_quick_reproduction_writes_records_figures_and_page() {
     let folder = tempfile::tempdir().unwrap();
     let output = drape(folder.path(), &["reproduce", "--quick", "--out", "out"]);
     assert_eq!(code(&output), 0, "{}", text(&output.stderr));
-    for file in ["tables.json", "cg-vs-stiffness.json", "README.md", "figures/tables-counts.svg"] {
+    for file in ["tables.json", "cg-vs-stiffness.json", "README.md", "report.html"] {
         assert!(folder.path().join("out").join(file).is_file(), "{file}");
     }
     assert!(text(&output.stderr).contains("cells"), "progress is told in plain lines");

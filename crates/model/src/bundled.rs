@@ -10,6 +10,7 @@ macro_rules! scenes {
 static SCENES: &[(&str, &str)] = scenes![
     "hanging-textile-1e4",
     "hanging-textile-1e6",
+    "hanging-textile-sheared-1e4",
     "hanging-textile-sheared-1e6",
     "square-table-1e4",
     "square-table-1e4-h02",

@@ -10,6 +10,7 @@
 //! | `results/tables.json` | [`Record`]`<`[`tables::Facts`]`>` |
 //! | `results/timings/tables.json` | [`Timings`]`<`[`tables::TimingRow`]`>` |
 //! | `results/cg-vs-stiffness.json` | [`Record`]`<`[`cg::Facts`]`>` |
+//! | `results/course.json` | [`Record`]`<`[`course::Facts`]`>` |
 //! | `results/order.json` | [`Record`]`<`[`order::Facts`]`>` |
 //! | `results/momentum.json` | [`Record`]`<`[`momentum::Facts`]`>` |
 //! | `results/energy.json` | [`Record`]`<`[`energy::Facts`]`>` |
@@ -34,6 +35,7 @@ pub mod cg;
 pub mod claims;
 pub mod collision;
 pub mod control;
+pub mod course;
 pub mod energy;
 pub mod file;
 pub mod hard_cases;

@@ -1,7 +1,9 @@
 //! Figures of the experiment `cg-vs-stiffness`.
 
+mod tabulated;
+
 use crate::number::{power, setting};
-use crate::page::{self, Section};
+use crate::page::Section;
 use crate::plate::{self, Plate};
 use crate::plot::{
     Axis, Draft, Look, Point, Series, Sheet, State, names, panels_of, place_of, values,
@@ -23,7 +25,7 @@ pub(crate) const CHAPTER: Chapter = Chapter {
             return Ok(None);
         };
         let figures = plate::draw_all(PLATES, &record, files)?;
-        Ok(Some(Section::new(&record, figures, page::tables_of_cg(&record))))
+        Ok(Some(Section::new(&record, figures, tabulated::tables(&record))))
     },
 };
 

@@ -37,7 +37,7 @@ pub enum ReportError {
         /// The drawing library's reason.
         source: DrawingAreaErrorKind<std::io::Error>,
     },
-    /// The index page could not be filled.
+    /// A page could not be filled.
     #[error("{file}: cannot fill the page's template: {source}")]
     Page {
         /// File name of the page.

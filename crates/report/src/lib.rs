@@ -1,7 +1,7 @@
 //! Figures and pages, drawn from records alone.
 //!
 //! [`draw`] reads the records that an experiment left in a results folder and writes one SVG a
-//! figure and an index page beside them. Nothing is run and no result is computed here: whatever a
+//! figure, a report and an index page beside them. Nothing is run and no result is computed here: whatever a
 //! figure shows stands as a number in the record, and a figure whose numbers are absent is left
 //! out. The same records give the same bytes.
 //!
@@ -28,17 +28,19 @@
 //! | `timings/scaling.json` | no | `figures/scaling-cost.svg` |
 //! | `claims.json` | one of the records | `figures/claims.svg` |
 //! | `timings/claims.json` | no | |
-//! | all of them | | `README.md` |
+//! | `course.json` | one of the records | `figures/course-*.svg` |
+//! | all of them | | `report.html`, `README.md` |
 //!
 //! A figure is a `Sheet` of `Panel`s with `Series`, `Rule`s and `Bar`s (module `plot`), made by one
 //! function in the module of its experiment (`tables`, `cg`); everything that figures have in
-//! common, from the palette to the legend, is in `plot`. The index page is a template
-//! (`templates/README.md.jinja`) filled from the same records (module `page`).
+//! common, from the palette to the legend, is in `plot`. The report, one file that needs no other, and the index
+//! page are templates (`templates/`) filled from the same records (module `page`).
 
 mod cg;
 mod claims;
 mod collision;
 mod control;
+mod course;
 mod energy;
 mod error;
 mod family;
@@ -80,19 +82,20 @@ struct Chapter {
 
 /// In the order of the page.
 const CHAPTERS: &[Chapter] = &[
-    tables::CHAPTER,
-    cg::CHAPTER,
+    course::CHAPTER,
     order::CHAPTER,
     momentum::CHAPTER,
-    energy::CHAPTER,
+    tables::CHAPTER,
+    cg::CHAPTER,
     stability::CHAPTER,
     locking::CHAPTER,
+    energy::CHAPTER,
     hard_cases::CHAPTER,
     collision::CHAPTER,
     post_correction::CHAPTER,
     precomputed_inverse::CHAPTER,
-    control::CHAPTER,
     work_precision::CHAPTER,
+    control::CHAPTER,
     scaling::CHAPTER,
     claims::CHAPTER,
 ];
@@ -105,9 +108,9 @@ pub fn figures_of(experiment: &str) -> Vec<Figure> {
     chapter.map_or_else(Vec::new, |chapter| (chapter.figures)())
 }
 
-/// Draws every figure that the records in the folder `results` hold data for, and the index page.
+/// Draws every figure that the records in the folder `results` hold data for, the report and the index page.
 ///
-/// Returns the files written, the page last. All records are read and all files are drawn before
+/// Returns the files written, the pages last. All records are read and all files are drawn before
 /// the first one is written, so that a broken record leaves the folder as it was.
 ///
 /// # Errors
@@ -122,7 +125,8 @@ pub fn draw(results: &Path) -> Result<Vec<PathBuf>, ReportError> {
     if sections.is_empty() {
         return Err(ReportError::NoRecords { folder: results.to_owned() });
     }
-    files.push(("README.md".to_owned(), page::render(&sections)?));
+    files.push(("report.html".to_owned(), page::report(&sections, &files)?));
+    files.push(("README.md".to_owned(), page::index(&sections)?));
 
     files
         .into_iter()

@@ -1,7 +1,9 @@
 //! Figures of the experiment `tables`: the paper's two tables, beside ours.
 
+mod tabulated;
+
 use crate::number::{power, setting, significant};
-use crate::page::{self, Section};
+use crate::page::Section;
 use crate::plate::{self, Plate};
 use crate::plot::{
     At, Axis, Bar, Draft, Fill, Look, Panel, Point, Rule, Series, Sheet, State, names, panels_of,
@@ -26,7 +28,7 @@ pub(crate) const CHAPTER: Chapter = Chapter {
         let timings = read_timings(results, CHAPTER.experiment)?;
         let input = Input { record, timings };
         let figures = plate::draw_all(PLATES, &input, files)?;
-        let tables = page::tables_of_tables(&input);
+        let tables = tabulated::tables(&input);
         Ok(Some(Section::new(&input.record, figures, tables).with_timings(input.timings.as_ref())))
     },
 };

@@ -4,6 +4,7 @@
 
 mod common;
 
+use common::complete;
 use drape_records::file::write_json;
 use drape_records::{RecordError, cg};
 use drape_report::{ReportError, draw, figures_of};
@@ -12,7 +13,8 @@ use std::path::Path;
 use tempfile::TempDir;
 
 /// Every experiment that is drawn.
-const EXPERIMENTS: [&str; 15] = [
+const EXPERIMENTS: [&str; 16] = [
+    "course",
     "tables",
     "cg-vs-stiffness",
     "order",
@@ -30,42 +32,25 @@ const EXPERIMENTS: [&str; 15] = [
     "claims",
 ];
 
-/// A results folder with all records.
-fn complete() -> TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    write_json(&folder.path().join("tables.json"), &common::tables(false)).unwrap();
-    write_json(&folder.path().join("timings/tables.json"), &common::timings()).unwrap();
-    write_json(&folder.path().join("cg-vs-stiffness.json"), &common::cg(false)).unwrap();
-    write_json(&folder.path().join("hard-cases.json"), &common::hard_cases(false)).unwrap();
-    write_json(&folder.path().join("order.json"), &common::order(false)).unwrap();
-    write_json(&folder.path().join("momentum.json"), &common::momentum(false)).unwrap();
-    write_json(&folder.path().join("energy.json"), &common::energy(false)).unwrap();
-    write_json(&folder.path().join("stability.json"), &common::stability(false)).unwrap();
-    write_json(&folder.path().join("locking.json"), &common::locking(false)).unwrap();
-    write_json(&folder.path().join("collision.json"), &common::collision(false)).unwrap();
-    let path = folder.path().join("post-correction.json");
-    write_json(&path, &common::post_correction(false)).unwrap();
-    let name = "precomputed-inverse.json";
-    write_json(&folder.path().join(name), &common::inverse(false)).unwrap();
-    write_json(&folder.path().join("timings").join(name), &common::inverse_timings()).unwrap();
-    write_json(&folder.path().join("solver-control.json"), &common::control()).unwrap();
-    let path = |name: &str| folder.path().join(name);
-    write_json(&path("work-precision.json"), &common::work_precision(false)).unwrap();
-    let timings = common::work_precision_timings();
-    write_json(&path("timings/work-precision.json"), &timings).unwrap();
-    write_json(&path("scaling.json"), &common::scaling(false)).unwrap();
-    write_json(&path("timings/scaling.json"), &common::scaling_timings()).unwrap();
-    let (claims, seconds) = common::claims();
-    write_json(&folder.path().join("claims.json"), &claims).unwrap();
-    write_json(&folder.path().join("timings/claims.json"), &seconds).unwrap();
-    folder
-}
-
 /// Draws and returns the text of every file by its name below the folder.
 fn drawn(results: &Path) -> BTreeMap<String, String> {
     let name = |path: &Path| path.strip_prefix(results).unwrap().to_str().unwrap().to_owned();
     let files = draw(results).unwrap();
     files.iter().map(|path| (name(path), std::fs::read_to_string(path).unwrap())).collect()
+}
+
+/// The cells of every row of every table.
+fn table_rows(html: &str) -> Vec<Vec<String>> {
+    let select = |css| scraper::Selector::parse(css).unwrap();
+    let document = scraper::Html::parse_document(html);
+    let cells = |row: scraper::ElementRef<'_>| {
+        row.select(&select("td")).map(|cell| cell.text().collect()).collect()
+    };
+    document.select(&select("tbody tr")).map(cells).collect()
+}
+
+fn texts_of(cells: &[&str]) -> Vec<String> {
+    cells.iter().map(|cell| (*cell).to_owned()).collect()
 }
 
 fn texts<'a>(document: &'a roxmltree::Document<'_>) -> Vec<roxmltree::Node<'a, 'a>> {
@@ -90,14 +75,25 @@ fn every_figure_and_the_page_are_written() {
         }
     }
     let figures: Vec<_> = EXPERIMENTS.into_iter().flat_map(figures_of).collect();
-    assert_eq!(files.len(), figures.len() + 1);
+    let lessons = figures.iter().filter(|figure| figure.file.starts_with("course-")).count();
+    // The synthetic course has three lessons only.
+    assert_eq!(lessons, 11);
+    assert_eq!(files.len(), figures.len() - 7 + 2);
     let page = &files["README.md"];
+    let report = scraper::Html::parse_document(&files["report.html"]);
+    let report: String = report.root_element().text().collect();
+    let mut missing = Vec::new();
     for figure in figures {
+        assert!(figure.caption.split_whitespace().count() > 30, "{}", figure.file);
+        if !files.contains_key(&format!("figures/{}", figure.file)) {
+            missing.push(figure.file);
+            continue;
+        }
         assert!(files.contains_key(&format!("figures/{}", figure.file)), "{}", figure.file);
         assert!(page.contains(&format!("(figures/{})", figure.file)), "{}", figure.file);
-        assert!(page.contains(&figure.caption), "{}", figure.file);
-        assert!(figure.caption.split_whitespace().count() > 30, "{}", figure.file);
+        assert!(report.contains(&figure.caption.replace('`', "")), "{}", figure.file);
     }
+    assert!(missing.iter().all(|file| file.starts_with("course-")), "{missing:?}");
 }
 
 #[test]
@@ -268,10 +264,17 @@ fn figures_name_axes_units_and_every_curve() {
     expect("scaling-cg.svg", &["CG iterations per step", "k/m fixed", "material fixed"]);
     expect("claims.svg", &["confirmed", "refuted", "undecided", "confirmed: 26", "undecided: 2"]);
     expect("claims.svg", &["C01 (§2.3) C01 says that a | b"]);
+    expect("course-motion.svg", &["retained motion R (dimensionless)", "leapfrog", crossed]);
+    for file in ["course-explicit-euler.svg", "course-leapfrog.svg", "course-provot.svg"] {
+        expect(file, &["time (s)", "height (m)", "true motion", "k/m = 10⁶ s⁻²"]);
+    }
+    expect("course-explicit-euler.svg", &["explicit-euler", crossed]);
+    expect("course-leapfrog.svg", &["explicit-euler", "leapfrog", crossed]);
+    expect("course-provot.svg", &["leapfrog", "provot", crossed]);
 
     let folder = complete();
     let files = drawn(folder.path());
-    assert_eq!(expected.len(), files.len() - 1);
+    assert_eq!(expected.len(), files.len() - 2);
     for (file, entries) in expected {
         let words = words(&files[&format!("figures/{file}")]);
         for entry in entries {
@@ -349,12 +352,16 @@ fn a_quick_subset_is_drawn_with_what_there_is_and_says_so() {
             "figures/cg-vs-theta.svg",
             "figures/tables-counts.svg",
             "figures/tables-exponents.svg",
+            "report.html",
         ]
     );
     let page = &files["README.md"];
     assert_eq!(page.matches("Quick subset").count(), 2);
     assert!(!page.contains("cg-vs-step.svg"), "a stale figure is shown");
-    assert!(page.contains("No timings were taken here"));
+    let report = &files["report.html"];
+    assert!(!report.contains("cg-vs-step.svg"), "a stale figure is shown");
+    assert_eq!(report.matches("Quick subset").count(), 2);
+    assert!(report.contains("No timings were taken here"));
 }
 
 #[test]
@@ -381,12 +388,14 @@ fn a_figure_whose_scenes_were_not_run_is_left_out() {
             "figures/order-observed.svg",
             "figures/order-smooth.svg",
             "figures/stability-limits.svg",
+            "report.html",
         ]
     );
-    let page = &files["README.md"];
-    assert!(page.contains("| provot, limit out of reach | 1 | −0.25 ✗; 4.00 |"), "{page}");
-    assert!(page.contains("| provot | – | 2.00 |"), "{page}");
-    assert!(!page.contains("stiff, k/m = 10⁶"), "{page}");
+    let rows = table_rows(&files["report.html"]);
+    let has = |cells: &[&str]| rows.iter().any(|row| row.starts_with(&texts_of(cells)));
+    assert!(has(&["provot, limit out of reach", "1", "−0.25 ✗; 4.00"]), "{rows:?}");
+    assert!(has(&["provot", "–", "2.00"]), "{rows:?}");
+    assert!(!files["report.html"].contains("stiff, k/m = 10⁶"));
 }
 
 #[test]
@@ -402,9 +411,10 @@ fn what_the_quick_subset_of_contacts_and_corrections_lacks_is_left_out() {
     assert!(has("collision-iterations.svg") && has("post-correction-order.svg"));
     assert!(has("inverse-counts.svg") && !has("inverse-cost.svg"), "no timings were taken");
     assert!(!has("post-correction-limit.svg"), "one limit makes no curve");
-    let page = &files["README.md"];
-    assert!(page.contains("| table-3-1e4 | 2.00 | 4.00 |"), "{page}");
-    assert!(!page.contains("sphere"), "{page}");
+    let report = &files["report.html"];
+    let row = texts_of(&["table-3-1e4", "2.00", "4.00"]);
+    assert!(table_rows(report).iter().any(|cells| cells.starts_with(&row)), "{report}");
+    assert!(!report.contains("sphere"), "{report}");
 }
 
 #[test]
@@ -423,17 +433,18 @@ fn without_timings_the_headline_shows_effort_and_unverified_times_are_not_ranked
             "figures/work-precision-map.svg",
             "figures/work-precision-size.svg",
             "figures/work-precision.svg",
+            "report.html",
         ]
     );
     let axis = "effort (visits of a spring)".to_owned();
     assert!(words(&files["figures/work-precision.svg"]).contains(&axis));
-    assert!(!files["README.md"].contains("Fastest by the clock"));
+    assert!(!files["report.html"].contains("Fastest by the clock"));
 
     let mut timings = common::work_precision_timings();
     let quickest = |page: &str| page.contains("symplectic-euler, implicit damping, 8.00 ms");
     let draw_with = |timings: &drape_records::Timings<_>| {
         write_json(&folder.path().join("timings/work-precision.json"), timings).unwrap();
-        drawn(folder.path()).remove("README.md").unwrap()
+        drawn(folder.path()).remove("report.html").unwrap()
     };
     assert!(quickest(&draw_with(&timings)));
     for row in timings.rows.iter_mut().filter(|row| row.value == 64.0) {
@@ -450,8 +461,9 @@ fn a_record_without_any_data_still_makes_a_page() {
     record.findings.clear();
     write_json(&folder.path().join("cg-vs-stiffness.json"), &record).unwrap();
     let files = drawn(folder.path());
-    assert_eq!(files.len(), 1);
-    assert!(files["README.md"].contains("no data for any figure"));
+    assert_eq!(files.len(), 2);
+    assert!(files["report.html"].contains("no data for any figure"));
+    assert!(files["README.md"].contains("The record states no findings"));
     assert!(!files["README.md"].contains("## tables"));
 }
 
@@ -466,7 +478,7 @@ fn zeros_and_single_points_are_drawn_inside_the_panel() {
     record.facts.motion.retain(|motion| motion.verdict == "diverged");
     write_json(&folder.path().join("cg-vs-stiffness.json"), &record).unwrap();
     let files = drawn(folder.path());
-    assert_eq!(files.len(), 7);
+    assert_eq!(files.len(), 8);
     assert!(words(&files["figures/cg-vs-step.svg"]).contains(&"0".to_owned()));
     let motion = words(&files["figures/motion-vs-stiffness.svg"]).join(" ");
     assert!(motion.contains("4.50·10¹²⁰ (imex-updated)"), "{motion}");
@@ -514,25 +526,18 @@ fn a_record_of_another_experiment_is_refused() {
 }
 
 #[test]
-fn the_page_gives_answers_first_and_tables_that_hold_together() {
+fn the_index_names_question_findings_figures_and_command() {
     let folder = complete();
     let page = drawn(folder.path()).remove("README.md").unwrap();
-    let place = |text: &str| page.find(text).unwrap_or_else(|| panic!("no `{text}`"));
-    assert!(place("A first finding.") < place("Counted with"));
-    assert!(place("cg-vs-stiffness: answer") < place("tables: method"));
     for text in [
-        "drape experiment tables",
-        "drape experiment cg-vs-stiffness",
-        "0123456789abcdef, with uncommitted changes",
-        "rustc 1.89.0 (test)",
-        "A \\| processor",
-        "2025-01-02T03:04:05Z",
-        "timings/tables.json",
-        "3.2 hanging textile",
-        "ε = 0.0001",
-        "(10⁵)",
+        "**What does tables ask?**",
+        "- A second finding, a | b.",
+        "(figures/cg-vs-theta.svg)",
+        "(report.html#cg-vs-stiffness)",
+        "(tables.json)",
+        "`drape experiment tables`",
     ] {
-        place(text);
+        assert!(page.contains(text), "no `{text}` in {page}");
     }
     // Every table has a blank line before it and one number of columns.
     let columns = |line: &str| line.replace("\\|", "").matches('|').count();
@@ -559,6 +564,8 @@ fn the_page_gives_answers_first_and_tables_that_hold_together() {
     assert!(lines.iter().all(|line| !line.ends_with(' ')), "trailing blanks");
     assert!(!page.contains("\n\n\n"), "double blank lines");
     assert!(!page.contains("NaN") && !page.contains("inf "));
+    assert!(page.lines().all(|line| !line.ends_with(' ')), "trailing blanks");
+    assert!(!page.contains("\n\n\n"), "double blank lines in {page}");
 }
 
 #[test]
@@ -566,15 +573,18 @@ fn verdicts_that_differ_from_theory_are_framed_listed_and_explained() {
     let folder = tempfile::tempdir().unwrap();
     write_json(&folder.path().join("hard-cases.json"), &common::hard_cases(false)).unwrap();
     let files = drawn(folder.path());
-    assert_eq!(files.keys().collect::<Vec<_>>(), ["README.md", "figures/hard-cases.svg"]);
+    assert_eq!(
+        files.keys().collect::<Vec<_>>(),
+        ["README.md", "figures/hard-cases.svg", "report.html"]
+    );
     // One of each of the 27 cases that can be run, and one in the legend.
     assert_eq!(files["figures/hard-cases.svg"].matches("stroke-width=\"2\"").count(), 28);
-    let page = &files["README.md"];
-    assert!(page.contains("a reason \\| why"));
-    assert_eq!(page.matches("**unexplained**").count(), 26);
-    assert!(page.contains("m 0.12 / M 0.12") || page.contains("M 0.12 / M 0.12"), "{page}");
-    assert!(page.contains("b 1.25 s / b 1.25 s"));
-    assert!(page.contains("undecided: effect absent (moving pins)"));
+    let cells: Vec<String> = table_rows(&files["report.html"]).concat();
+    let count = |text: &str| cells.iter().filter(|cell| *cell == text).count();
+    assert_eq!(count("a reason | why"), 1);
+    assert_eq!(count("unexplained"), 26);
+    assert!(count("M 0.12 / M 0.12") > 0 && count("b 1.25 s / b 1.25 s") > 0, "{cells:?}");
+    assert!(count("undecided: effect absent (moving pins)") > 0);
 }
 
 #[test]
@@ -583,13 +593,18 @@ fn a_claim_that_the_seconds_contradict_is_undecided() {
     let (claims, seconds) = common::claims();
     write_json(&folder.path().join("claims.json"), &claims).unwrap();
     let told = "by counted work confirmed, by seconds not";
-    assert!(!drawn(folder.path())["README.md"].contains(told));
+    let cells = |files: &BTreeMap<String, String>| table_rows(&files["report.html"]);
+    let doubted = |rows: &[Vec<String>]| -> Vec<String> {
+        let is_doubted = |row: &&Vec<String>| row.iter().any(|cell| cell.contains(told));
+        rows.iter().filter(is_doubted).map(|row| row[0].clone()).collect()
+    };
+    assert!(doubted(&cells(&drawn(folder.path()))).is_empty());
     write_json(&folder.path().join("timings/claims.json"), &seconds).unwrap();
     let files = drawn(folder.path());
-    let page = &files["README.md"];
-    let lines: Vec<_> = page.lines().filter(|line| line.contains(told)).collect();
-    assert!(lines.len() == 1 && lines[0].starts_with("| C02"), "{lines:?}");
-    assert!(page.contains("ratio: 1.75 (limit 1.5); iterations: 12 1/step; gain: ∞ J"), "{page}");
-    assert!(page.contains("| Do otherwise. |"));
+    let rows = cells(&files);
+    assert_eq!(doubted(&rows), ["C02"]);
+    let all: Vec<&str> = rows.iter().flatten().map(String::as_str).collect();
+    let numbers = "ratio: 1.75 (limit 1.5); iterations: 12 1/step; gain: ∞ J";
+    assert!(all.contains(&numbers) && all.contains(&"Do otherwise."), "{all:?}");
     assert_eq!(files["figures/claims.svg"].matches("stroke-width=\"2\"").count(), 1);
 }

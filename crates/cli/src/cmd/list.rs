@@ -18,7 +18,7 @@ enum What {
     Scenes,
     /// Time integrators with their settings
     Methods,
-    /// Experiments
+    /// Experiments in teaching order, with what each builds on and the lessons of the course
     Experiments,
     /// Claims of the paper with their criteria
     Claims,
@@ -45,6 +45,13 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         What::Experiments => {
             for experiment in experiments::all() {
                 writeln!(text, "{}\n    {}", experiment.name, experiment.question)?;
+                if !experiment.builds_on.is_empty() {
+                    writeln!(text, "    builds on: {}", experiment.builds_on.join(", "))?;
+                }
+                let lessons = experiments::lessons(experiment.name);
+                if !lessons.is_empty() {
+                    writeln!(text, "    lessons: {}", lessons.join(" → "))?;
+                }
             }
         }
         What::Claims => {

@@ -37,7 +37,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     eprintln!(
         "done in {:.1} s; read {}",
         begin.elapsed().as_secs_f64(),
-        out.join("README.md").display()
+        out.join("report.html").display()
     );
     Ok(())
 }

@@ -16,6 +16,7 @@ pub(super) const EXPERIMENT: Experiment = Experiment {
     name: "cg-vs-stiffness",
     question: "How do the CG iterations of plain and of updated IMEX Euler grow with the \
      stiffness, the step size and the tolerance, and does the cloth still move?",
+    builds_on: &["tables"],
     run,
     compare: |fresh, committed| compare("cg-vs-stiffness.json", fresh, committed, comparable),
 };

@@ -12,6 +12,7 @@ use std::path::PathBuf;
 pub(super) const EXPERIMENT: Experiment = Experiment {
     name: "claims",
     question: "Which of the paper's claims hold?",
+    builds_on: &["hard-cases", "work-precision", "solver-control"],
     run,
     compare: |fresh, committed| compare("claims.json", fresh, committed, comparable),
 };

@@ -4,6 +4,7 @@ mod cg;
 mod claims;
 mod collision;
 mod control;
+mod course;
 pub(crate) mod energy;
 pub(crate) mod hard_cases;
 mod locking;
@@ -126,30 +127,34 @@ pub struct Experiment {
     pub name: &'static str,
     /// The question that it answers.
     pub question: &'static str,
+    /// Names of the experiments that a reader should know before this one.
+    pub builds_on: &'static [&'static str],
     run: fn(&Context<'_>) -> Result<Vec<PathBuf>, HarnessError>,
     /// Compares the facts below two folders.
     compare: fn(&Path, &Path) -> Comparison,
 }
 
+/// In teaching order: an experiment stands behind those that it builds on.
 static EXPERIMENTS: &[Experiment] = &[
-    tables::EXPERIMENT,
-    cg::EXPERIMENT,
+    course::EXPERIMENT,
     order::EXPERIMENT,
     momentum::EXPERIMENT,
-    energy::EXPERIMENT,
+    tables::EXPERIMENT,
+    cg::EXPERIMENT,
     stability::EXPERIMENT,
     locking::EXPERIMENT,
-    control::EXPERIMENT,
+    energy::EXPERIMENT,
     hard_cases::EXPERIMENT,
     collision::EXPERIMENT,
     post_correction::EXPERIMENT,
     precomputed_inverse::EXPERIMENT,
     work_precision::EXPERIMENT,
+    control::EXPERIMENT,
     scaling::EXPERIMENT,
     claims::EXPERIMENT,
 ];
 
-/// All experiments, in the order in which `drape reproduce` runs them.
+/// All experiments, in teaching order, which is also that in which `drape reproduce` runs them.
 pub fn all() -> &'static [Experiment] {
     EXPERIMENTS
 }
@@ -163,6 +168,11 @@ pub fn find(name: &str) -> Result<&'static Experiment, HarnessError> {
         let known: Vec<_> = all().iter().map(|experiment| experiment.name).collect();
         HarnessError::UnknownExperiment { name: name.to_owned(), known: known.join(", ") }
     })
+}
+
+/// Method ids in the order of the lessons of the experiment `course`; none for any other experiment.
+pub fn lessons(experiment: &str) -> Vec<&'static str> {
+    if experiment == course::EXPERIMENT.name { course::lessons() } else { Vec::new() }
 }
 
 impl Experiment {
@@ -279,5 +289,20 @@ pub(crate) fn short(value: f64) -> String {
         Ok(digits) if digits <= 5 => format!("{value:.digits$}"),
         _ if exponent == 3 => format!("{value:.0}"),
         _ => scientific,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_experiment_stands_behind_those_that_it_builds_on() {
+        let names: Vec<_> = all().iter().map(|experiment| experiment.name).collect();
+        for (n, experiment) in all().iter().enumerate() {
+            for before in experiment.builds_on {
+                assert!(names[..n].contains(before), "{}: {before}", experiment.name);
+            }
+        }
     }
 }

@@ -18,6 +18,7 @@ pub(super) const EXPERIMENT: Experiment = Experiment {
     name: "momentum",
     question: "Which methods keep the linear and the angular momentum of a cloth that nothing holds, \
      and how much of its spin is left by the others and by Desbrun's correction?",
+    builds_on: &["order"],
     run,
     compare: |fresh, committed| compare("momentum.json", fresh, committed, comparable),
 };

@@ -19,6 +19,7 @@ pub(super) const EXPERIMENT: Experiment = Experiment {
     name: "order",
     question: "Does the error of every method fall with the order that theory gives, how large \
      is its constant, and what is left of the order where the springs are too stiff for the step?",
+    builds_on: &["course"],
     run,
     compare: |fresh, committed| compare("order.json", fresh, committed, comparable),
 };

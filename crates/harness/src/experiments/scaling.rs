@@ -18,6 +18,7 @@ pub(super) const EXPERIMENT: Experiment = Experiment {
     name: "scaling",
     question: "How do the iterations and the time of a step grow with the number of particles, from a hundred to a \
      million?",
+    builds_on: &["work-precision"],
     run,
     compare: |fresh, committed| compare("scaling.json", fresh, committed, comparable),
 };

@@ -16,6 +16,7 @@ pub(super) const EXPERIMENT: Experiment = Experiment {
     name: "tables",
     question: "Do the paper's iteration counts (tables 2 and 3) come out, for which \
      reading of their illegible exponents and at which solver tolerance?",
+    builds_on: &["course"],
     run,
     compare: |fresh, committed| compare("tables.json", fresh, committed, comparable),
 };

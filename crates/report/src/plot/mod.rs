@@ -93,7 +93,7 @@ pub(crate) struct Series {
     pub(crate) points: Vec<Point>,
     /// Whether a line joins the points.
     is_joined: bool,
-    /// Every so many points have a marker.
+    /// From one marker to the next, in points; a run that failed is marked wherever it is.
     stride: usize,
 }
 
@@ -112,12 +112,17 @@ impl Series {
 
     /// A series whose line passes its points in the order given; `None` when there are none.
     pub(crate) fn path(label: String, look: Look, points: Vec<Point>) -> Option<Self> {
-        (!points.is_empty()).then_some(Self { label, look, points, is_joined: true })
+        (!points.is_empty()).then_some(Self { label, look, points, is_joined: true, stride: 1 })
     }
 
     /// The same points without a line between them.
     pub(crate) fn apart(self) -> Self {
         Self { is_joined: false, ..self }
+    }
+
+    /// The same line with a marker at every fourth point only.
+    pub(crate) fn sparse(self) -> Self {
+        Self { stride: 4, ..self }
     }
 }
 

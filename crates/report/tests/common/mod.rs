@@ -1,23 +1,80 @@
 //! Synthetic records, shaped like real ones: counts grow like the square root of the stiffness.
 
+#![allow(dead_code, clippy::unwrap_used, reason = "each test file takes what it needs")]
+
 mod contacts;
 mod control;
+mod course;
 mod energy;
 mod stability;
 mod work;
 
 pub(crate) use contacts::{collision, inverse, inverse_timings, post_correction};
 pub(crate) use control::control;
+pub(crate) use course::course;
 pub(crate) use energy::energy;
 pub(crate) use stability::{locking, stability};
 pub(crate) use work::{scaling, scaling_timings, work_precision, work_precision_timings};
 
+use drape_records::file::write_json;
 use drape_records::tables::{BestFit, PaperRow, Phases, Row, TimingRow};
 use drape_records::{
     Provenance, RECORD_FORMAT, Record, TIMINGS_FORMAT, Timings, cg, claims, hard_cases, momentum,
     order, tables,
 };
 use std::collections::BTreeMap;
+use std::path::Path;
+use tempfile::TempDir;
+
+/// A results folder with all records.
+pub(crate) fn complete() -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    write_json(&path("course.json"), &course(false)).unwrap();
+    write_json(&path("tables.json"), &tables(false)).unwrap();
+    write_json(&path("timings/tables.json"), &timings()).unwrap();
+    write_json(&path("cg-vs-stiffness.json"), &cg(false)).unwrap();
+    write_json(&path("hard-cases.json"), &hard_cases(false)).unwrap();
+    write_json(&path("order.json"), &order(false)).unwrap();
+    write_json(&path("momentum.json"), &momentum(false)).unwrap();
+    write_json(&path("energy.json"), &energy(false)).unwrap();
+    write_json(&path("stability.json"), &stability(false)).unwrap();
+    write_json(&path("locking.json"), &locking(false)).unwrap();
+    write_json(&path("collision.json"), &collision(false)).unwrap();
+    write_json(&path("post-correction.json"), &post_correction(false)).unwrap();
+    write_json(&path("precomputed-inverse.json"), &inverse(false)).unwrap();
+    write_json(&path("timings/precomputed-inverse.json"), &inverse_timings()).unwrap();
+    write_json(&path("solver-control.json"), &control()).unwrap();
+    write_json(&path("work-precision.json"), &work_precision(false)).unwrap();
+    write_json(&path("timings/work-precision.json"), &work_precision_timings()).unwrap();
+    write_json(&path("scaling.json"), &scaling(false)).unwrap();
+    write_json(&path("timings/scaling.json"), &scaling_timings()).unwrap();
+    let (claims, seconds) = claims();
+    write_json(&path("claims.json"), &claims).unwrap();
+    write_json(&path("timings/claims.json"), &seconds).unwrap();
+    folder
+}
+
+/// The results that are kept with the source.
+pub(crate) fn committed() -> &'static Path {
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../results"))
+}
+
+/// A folder with the committed records.
+pub(crate) fn copy_of_committed() -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::create_dir(folder.path().join("timings")).unwrap();
+    for below in ["", "timings"] {
+        for entry in std::fs::read_dir(committed().join(below)).unwrap() {
+            let path = entry.unwrap().path();
+            if path.extension().is_some_and(|extension| extension == "json") {
+                let name = path.file_name().unwrap();
+                std::fs::copy(&path, folder.path().join(below).join(name)).unwrap();
+            }
+        }
+    }
+    folder
+}
 
 fn provenance() -> Provenance {
     Provenance {

@@ -18,6 +18,7 @@ pub(super) const EXPERIMENT: Experiment = Experiment {
     name: "collision",
     question: "What do contacts by velocity constraints cost and leave, against altering or moving positions: \
      iterations, depth, energy, rebound?",
+    builds_on: &["tables"],
     run,
     compare: |fresh, committed| compare("collision.json", fresh, committed, comparable),
 };

@@ -27,6 +27,7 @@ pub(super) const EXPERIMENT: Experiment = Experiment {
     name: "solver-control",
     question: "What do variable forcing terms, saved Jacobians, adaptive steps and preconditioners save, \
      and at what error?",
+    builds_on: &["work-precision"],
     run,
     compare: |fresh, committed| compare("solver-control.json", fresh, committed, comparable),
 };

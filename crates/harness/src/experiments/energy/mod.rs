@@ -24,6 +24,7 @@ pub(super) const EXPERIMENT: Experiment = Experiment {
     name: "energy",
     question: "Where does the energy of a cloth go: how much of it does the damping take that the scene asks for, and how much \
      the method itself, by its steps, its solver, its constraints and its corrections?",
+    builds_on: &["momentum", "stability"],
     run,
     compare: |fresh, committed| compare("energy.json", fresh, committed, comparable),
 };

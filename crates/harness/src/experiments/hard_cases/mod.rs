@@ -26,6 +26,7 @@ pub(super) const EXPERIMENT: Experiment = Experiment {
     name: "hard-cases",
     question: "Which method stays stable where methods fail, and does it do so where its theory \
      says that it should?",
+    builds_on: &["momentum", "stability"],
     run,
     compare: |fresh, committed| compare("hard-cases.json", fresh, committed, comparable),
 };

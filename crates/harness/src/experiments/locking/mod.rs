@@ -27,6 +27,7 @@ pub(super) const EXPERIMENT: Experiment = Experiment {
     name: "locking",
     question: "How much of its motion does a stiff cloth keep when the step is much longer than the periods of its \
      springs, and is what is lost what the law of locking says?",
+    builds_on: &["cg-vs-stiffness", "stability"],
     run,
     compare: |fresh, committed| compare("locking.json", fresh, committed, comparable),
 };

@@ -19,6 +19,7 @@ pub(super) const EXPERIMENT: Experiment = Experiment {
     name: "post-correction",
     question: "Is a soft sheet whose springs are shortened after each step a stiff sheet: what becomes of energy, momentum \
      and the differential equation, does the order matter, and do sweeps converge?",
+    builds_on: &["course"],
     run,
     compare: |fresh, committed| compare("post-correction.json", fresh, committed, comparable),
 };

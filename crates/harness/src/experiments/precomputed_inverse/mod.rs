@@ -24,6 +24,7 @@ pub(super) const EXPERIMENT: Experiment = Experiment {
     name: "precomputed-inverse",
     question: "What do a precomputed inverse, a sparse factor and conjugate gradients cost to make, to keep and to use, \
      and what does a change of step size or stiffness cost each?",
+    builds_on: &["cg-vs-stiffness"],
     run,
     compare: |fresh, committed| compare("precomputed-inverse.json", fresh, committed, comparable),
 };

@@ -22,6 +22,7 @@ pub(super) const EXPERIMENT: Experiment = Experiment {
     name: "stability",
     question: "Which step size, stiffness and damping does a method survive, where is its longest stable step, and is it \
      where theory puts it?",
+    builds_on: &["order"],
     run,
     compare: |fresh, committed| compare("stability.json", fresh, committed, comparable),
 };

@@ -24,6 +24,7 @@ pub(super) const EXPERIMENT: Experiment = Experiment {
     name: "work-precision",
     question: "What does accuracy cost: which method is the cheapest for a given error, and how does that change with \
      stiffness, damping and size?",
+    builds_on: &["order", "stability", "locking"],
     run,
     compare: |fresh, committed| compare("work-precision.json", fresh, committed, comparable),
 };

@@ -1,0 +1,130 @@
+//! Records of the experiment `course`: the methods in the order in which they build on each other, on one cloth.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// The lessons, and what they are measured against.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Facts {
+    /// The cloth, at each of its stiffnesses, with its true motion.
+    pub scenes: Vec<Scene>,
+    /// In the order in which they build on each other.
+    pub lessons: Vec<Lesson>,
+    /// Ids of the five methods that are compared first, in the order of the lessons.
+    pub headline: Vec<String>,
+    /// What each method does with each effect.
+    pub support: Vec<Support>,
+}
+
+/// The cloth at one stiffness.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Scene {
+    /// Name of the bundled scene.
+    pub id: String,
+    /// Stiffness over mass of the tension springs, 1/s².
+    pub stiffness_over_mass_per_s2: f64,
+    /// Number of particles.
+    pub particles: usize,
+    /// Step size of the runs, s.
+    pub step_s: f64,
+    /// Simulated time, s.
+    pub duration_s: f64,
+    /// Span over which the motion is compared, s.
+    pub compared_s: f64,
+    /// Energy that the scene sets free, `E_ref`, J.
+    pub released_energy_j: f64,
+    /// Times of the heights, s.
+    pub time_s: Vec<f64>,
+    /// Height of the free edge's midpoint in the true motion, m.
+    pub height_m: Vec<f64>,
+    /// Way of that midpoint within the compared span, m.
+    pub path_m: f64,
+    /// Total energy at the end less that of the start, over `E_ref`.
+    pub energy_change: f64,
+    /// Greatest elongation of a spring over its rest length.
+    pub greatest_stretch: f64,
+    /// Step size of the reference, s.
+    pub reference_step_s: f64,
+    /// Greatest difference of its heights to those of a reference with twice the step, within the compared span, m.
+    pub reference_error_m: f64,
+    /// Same bits on every machine.
+    pub portable: bool,
+}
+
+/// One method.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Lesson {
+    /// Method id.
+    pub id: String,
+    /// Name in prose.
+    pub title: String,
+    /// Method id with the settings that are not at their defaults, as the command line takes it.
+    pub method: String,
+    /// The crate whose documentation explains the method.
+    pub docs: String,
+    /// What the method does, and what is new in it.
+    pub idea: String,
+    /// What the method before could not do, by its numbers; `None` for the first.
+    pub before: Option<String>,
+    /// What this method does, by its numbers.
+    pub finding: String,
+    /// Its runs, one a scene.
+    pub runs: Vec<Run>,
+}
+
+/// One method on one cloth.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Run {
+    /// Name of the scene, as in [`Scene::id`].
+    pub scene: String,
+    /// Method id with all settings.
+    pub settings: String,
+    /// `stable`, `marginal`, `unstable`, `diverged` or `over budget`.
+    pub verdict: String,
+    /// Simulated time that was reached, s.
+    pub reached_s: f64,
+    /// Completed steps.
+    pub steps: u64,
+    /// Retained motion R: way of the free edge's midpoint over that of the true motion; `None` unless stable.
+    pub retained_motion: Option<f64>,
+    /// Greatest difference of the midpoint's height to that of the true motion, within the compared span, m; `None`
+    /// unless stable.
+    pub height_error_m: Option<f64>,
+    /// Greatest rise of the total energy above its start over `E_ref`; `None` if it diverged.
+    pub energy_gain: Option<f64>,
+    /// Total energy at the end less that of the start, over `E_ref`; `None` if it diverged.
+    pub energy_change: Option<f64>,
+    /// Greatest elongation of a spring over its rest length; `None` unless stable.
+    pub greatest_stretch: Option<f64>,
+    /// Evaluations of the forces.
+    pub force_evaluations: u64,
+    /// Multiplications with a matrix.
+    pub matvecs: u64,
+    /// Iterations of conjugate gradients.
+    pub cg_iterations: u64,
+    /// Newton iterations.
+    pub newton_iterations: u64,
+    /// Factorisations of a matrix.
+    pub factorisations: u64,
+    /// Work, counted in visits of a spring.
+    pub effort: f64,
+    /// Height of the free edge's midpoint at the times of the scene, m; ends where the run does.
+    pub height_m: Vec<f64>,
+    /// Same bits on every machine.
+    pub portable: bool,
+}
+
+/// What a method does with each effect.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Support {
+    /// Method id.
+    pub method: String,
+    /// Effects and constraints that any method knows, each with `implicit`, `explicit`, `by setting`, `constraint` or
+    /// `refused`.
+    pub effects: Vec<(String, String)>,
+}
