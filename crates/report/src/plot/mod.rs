@@ -119,11 +119,6 @@ impl Series {
     pub(crate) fn apart(self) -> Self {
         Self { is_joined: false, ..self }
     }
-
-    /// The same line with a marker at every fourth point only.
-    pub(crate) fn sparse(self) -> Self {
-        Self { stride: 4, ..self }
-    }
 }
 
 /// A value with the verdict of the run that gave it.
