@@ -255,18 +255,19 @@ fn desbrun_without_correction_has_the_ledger_of_imex_euler() {
 
 #[test]
 fn a_loose_solve_and_an_incomplete_one_show_as_residual() {
-    let share = |id: &str| -> f64 {
-        let mut run = Run::new(id, stir(Sheet { tension: 1e6, ..SHEET }.build(), false), 0.01);
+    let share = |id: &str, tension: f64| -> f64 {
+        let mut run = Run::new(id, stir(Sheet { tension, ..SHEET }.build(), false), 0.01);
         let shares = (0..10).map(|_| {
             let (_, Some(ledger), _) = step(&mut run) else { panic!("no ledger") };
             ledger.residual.abs() / ledger.magnitude()
         });
         shares.fold(0.0, f64::max)
     };
-    let [tight, loose] = ["1e-12", "0.3"].map(|e| share(&format!("imex-euler:forcing_term={e}")));
+    let [tight, loose] =
+        ["1e-12", "0.3"].map(|e| share(&format!("imex-euler:forcing_term={e}"), 1e6));
     assert!(tight < 1e-9 && loose > 1e-3, "{tight:e}, {loose:e}");
-    let [one, many] = [1, 64].map(|sweeps| share(&format!("kang:sweeps={sweeps}")));
-    assert!(one > 0.05 && many < 0.5 * one, "{one:e}, {many:e}");
+    let [one, many] = [1, 64].map(|sweeps| share(&format!("kang:sweeps={sweeps}"), 1e4));
+    assert!(one > 0.01 && many < 0.1 * one, "{one:e}, {many:e}");
 }
 
 /// An inelastic impact takes the kinetic energy of the normal motion, which is no numerical damping; a rebound

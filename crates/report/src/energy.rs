@@ -139,7 +139,7 @@ fn parts(ledger: &Ledger) -> Vec<(&'static str, Fill, f64)> {
     .to_vec()
 }
 
-/// How far bars reach to either side, %.
+/// Longest side of a bar, %.
 const REACH: f64 = 250.0;
 
 fn ledgers(input: &Input, name: &str) -> Option<Sheet> {
@@ -187,14 +187,11 @@ fn ledgers(input: &Input, name: &str) -> Option<Sheet> {
             })
         })
         .collect();
-    let goes_beyond = |bar: &Bar| {
-        let side =
-            |sign: f64| bar.parts.iter().map(|(.., part)| (sign * part).max(0.0)).sum::<f64>();
-        side(1.0).max(side(-1.0)) > REACH
-    };
     let mut notes = Vec::new();
-    if panels.iter().flat_map(|panel| &panel.bars).any(goes_beyond) {
-        notes.push(format!("Bars are cut at {REACH} %; the numbers in them are not."));
+    if panels.iter().flat_map(|panel| &panel.bars).any(|bar| bar.longest_side() > REACH) {
+        notes.push(format!(
+            "Bars longer than {REACH} % are drawn shorter; the numbers in them are true."
+        ));
     }
     if !input.facts.unattributed.is_empty() {
         notes.push(format!(

@@ -175,9 +175,12 @@ fn figures_name_axes_units_and_every_curve() {
         expect(ledger, &["numerical damping", "damping of the scene", "residual of the solver"]);
         expect(ledger, &["pins and contacts", "corrections", "leapfrog", "unheard-of"]);
         expect(ledger, &["change of the total energy (% of what the scene sets free)"]);
-        // Cut, but with its true number; the unstable run by its verdict.
+        // Shorter, but with its true number; the unstable run by its verdict.
         expect(ledger, &["600 %", "−600 %", "diverged", "−50 %"]);
-        expect(ledger, &["Bars are cut at 250 %; the numbers in them are not."]);
+        expect(
+            ledger,
+            &["Bars longer than 250 % are drawn shorter; the numbers in them are true."],
+        );
     }
     for file in
         ["stability-atlas.svg", "stability-atlas-undamped.svg", "stability-atlas-damping.svg"]

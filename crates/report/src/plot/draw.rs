@@ -189,7 +189,8 @@ fn draw_panel(
         draw_line(root, &ends, RULE_DASHES[legend.rule(&rule.label) % 2], INK.stroke_width(2))?;
     }
     for bar in &panel.bars {
-        draw_bar(root, bar, |x, y| pixel(x.clamp(-bar.reach, bar.reach), y))?;
+        let shrink = (bar.reach / bar.longest_side()).min(1.0);
+        draw_bar(root, bar, |x, y| pixel(x * shrink, y))?;
     }
     let place = |p: &super::Point| pixel(panel.x.position(p.x), panel.y.position(p.y));
     for series in panel.series.iter().filter(|series| series.is_joined) {

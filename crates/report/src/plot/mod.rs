@@ -158,10 +158,20 @@ pub(crate) struct Bar {
     pub(crate) y: f64,
     /// Label in the legend, fill and length of each part.
     pub(crate) parts: Vec<(&'static str, Fill, f64)>,
-    /// Parts that go farther than this on either side are cut there; the numbers in them are not.
+    /// A bar that is longer than this on either side is drawn shorter, all its parts alike; the numbers in it are true.
     pub(crate) reach: f64,
     /// Text behind its right end.
     pub(crate) end: String,
+}
+
+impl Bar {
+    /// Length of the longer side.
+    pub(crate) fn longest_side(&self) -> f64 {
+        let side = |sign: f64| -> f64 {
+            self.parts.iter().map(|(.., length)| (sign * length).max(0.0)).sum()
+        };
+        side(1.0).max(side(-1.0))
+    }
 }
 
 /// Title, series and rules of a panel that has no axes yet.
