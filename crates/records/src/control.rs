@@ -74,7 +74,8 @@ pub struct Run {
     pub matvecs: u64,
     /// Sweeps over the springs that evaluated forces or energies.
     pub force_evaluations: u64,
-    /// All of it, weighed in sweeps over the springs: a product with the matrix counts 2, a set-up of the scalar matrix
+    /// All of it, weighed in sweeps over the springs: a product with the scalar matrix counts 2, with
+    /// Newton's 3×3 blocks 6, a set-up of the scalar matrix
     /// 30, a factorisation of Newton's 1000, a solve with its factor 18.
     pub work_sweeps: u64,
     /// Steps whose solver stopped before its tolerance.

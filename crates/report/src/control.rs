@@ -33,22 +33,22 @@ pub(crate) const CHAPTER: Chapter = Chapter {
 const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "control-work.svg",
-        title: "Error against work, with constant and with adaptive steps",
+        title: "Work against error, with constant and with adaptive steps",
         caption: "A sheet of 400 particles after 0.25 s, a row of panels for each scene, methods of order 1 on the left \
-            and of order 2 on the right. Error of the positions over how far the sheet has moved, against the work, weighed \
-            in sweeps over the springs: a product with the matrix counts 2, a set-up of the scalar matrix 30, a \
+            and of order 2 on the right. The work against the error of the positions over how far the sheet has moved, weighed \
+            in sweeps over the springs: a product with the scalar matrix counts 2, a set-up of the scalar matrix 30, a \
             factorisation 1000, a solve with its factor 18; rejected substeps and error estimates are counted. Constant \
             steps from 0.01 s on, each half the one before; adaptive runs divide frames of 0.01 s by tolerances from 0.1 \
-            to 1e-4 mesh widths. Where the adaptive curve lies to the left, step size control saves work. The plain \
+            to 1e-4 mesh widths. Where the adaptive curve lies below, step size control saves work. The plain \
             estimate of IMEX Euler looks at positions alone. Runs that diverged are crossed out.",
         sheet: by_work,
     },
     Plate {
         file: "control-matvecs.svg",
-        title: "Error against products with the matrix, with constant and with adaptive steps",
-        caption: "The same runs of the methods whose linear systems are solved by conjugate gradients, against the number of \
-            products with the matrix in 0.25 s: a panel for each scene, error of the positions over how far the sheet has \
-            moved. The estimate that sees the splitting of the force costs one loose solve more in each substep, which is \
+        title: "Products with the matrix against error, with constant and with adaptive steps",
+        caption: "The same runs of the methods whose linear systems are solved by conjugate gradients: the number of \
+            products with the matrix in 0.25 s against the error of the positions over how far the sheet has moved, a \
+            panel for each scene. The estimate that sees the splitting of the force costs one loose solve more in each substep, which is \
             counted. Axes are logarithmic; runs that diverged are crossed out.",
         sheet: by_matvecs,
     },
@@ -102,10 +102,11 @@ fn work(run: &Run) -> f64 {
     run.work_sweeps as f64
 }
 
-fn point(run: &Run, x: f64) -> Point {
+/// What an error costs; a run without an error stands where the error is as large as the motion.
+fn point(run: &Run, y: f64) -> Point {
     match run.error {
-        Some(y) => Point { x, y, state: State::Stable },
-        None => Point { x, y: f64::INFINITY, state: State::Failed },
+        Some(x) => Point { x, y, state: State::Stable },
+        None => Point { x: 1.0, y, state: State::Failed },
     }
 }
 
@@ -118,7 +119,7 @@ fn curves(input: &Input, scene: &Scene, labels: &[&str], x: impl Fn(&Run) -> f64
         for adaptive in [false, true] {
             let runs = runs_of(input, "steps", scene)
                 .filter(|run| run.label == *label && run.is_adaptive == adaptive);
-            let points: Vec<_> = runs.map(|run| point(run, x(run))).collect();
+            let points: Vec<_> = runs.map(|run| point(run, cost(run))).collect();
             let (name, look) = if adaptive {
                 (format!("{label}, adaptive"), Look::pair(look, look + 1))
             } else {
@@ -142,8 +143,8 @@ fn by_work(input: &Input) -> Option<Sheet> {
     }
     panels_of(
         drafts,
+        |values| Axis::log("error over motion", values),
         |values| Axis::log("work (sweeps over the springs)", values),
-        |values| Axis::log("error over motion", &finite(values)),
     )
 }
 
@@ -156,13 +157,9 @@ fn by_matvecs(input: &Input) -> Option<Sheet> {
     });
     panels_of(
         drafts.collect(),
+        |values| Axis::log("error over motion", values),
         |values| Axis::log("products with the matrix", values),
-        |values| Axis::log("error over motion", &finite(values)),
     )
-}
-
-fn finite(values: &[f64]) -> Vec<f64> {
-    values.iter().copied().filter(|value| value.is_finite()).collect()
 }
 
 fn over_time(input: &Input) -> Option<Sheet> {

@@ -63,7 +63,7 @@
 //! At 1e8 a saved factor serves no more than one step as a solver, but still as a preconditioner. *Adaptive steps*
 //! follow the fall at nearly constant size, so that they gain nothing over the right constant step; they find it.
 //!
-//! Plots: error against work in `results/figures/control-work.svg`, error against the step in `order-smooth.svg` and `order-stiff.svg`, spin in
+//! Plots: work against error in `results/figures/control-work.svg`, error against the step in `order-smooth.svg` and `order-stiff.svg`, spin in
 //! `momentum-spin.svg`, hard cases in `hard-cases.svg`.
 //!
 //! # Symbols
