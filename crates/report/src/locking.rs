@@ -166,7 +166,10 @@ fn terminal(input: &Input) -> Option<Sheet> {
     let least = xs.iter().copied().reduce(f64::min)?;
     let at = At::Slope { order: 1.0, x: least, y: least };
     panel.rules.push(Rule { label: "the law".to_owned(), at });
-    Some(Sheet { panels: vec![panel], notes: Vec::new() })
+    let notes = vec![
+        "With tension springs only in the matrix less than the law's damping acts.".to_owned(),
+    ];
+    Some(Sheet { panels: vec![panel], notes })
 }
 
 fn springs(input: &Input) -> Option<Sheet> {

@@ -39,6 +39,9 @@ const GAP: i32 = 14;
 const SAMPLE: i32 = 20;
 const LEGEND_ROW: i32 = 26;
 
+/// Few maps leave room below them, so that no figure is much flatter than the others.
+const LEAST_HEIGHT: i32 = 560;
+
 /// Draws an atlas. `title` and `description` also go into the file's `<title>` and `<desc>`.
 pub(super) fn svg(atlas: &Atlas, title: &str, description: &str) -> Result<String, Failure> {
     let width_of = |text: &String| CHARACTER * text.chars().count() as i32;
@@ -64,7 +67,7 @@ pub(super) fn svg(atlas: &Atlas, title: &str, description: &str) -> Result<Strin
     };
     let legend_rows = (atlas.legend.len() as i32 + per_line - 1) / per_line;
     let legend_height = 14 + LEGEND_ROW * legend_rows + LINE * notes.len() as i32;
-    let height = foot + legend_height + MARGIN;
+    let height = (foot + legend_height + MARGIN).max(LEAST_HEIGHT);
 
     let mut text = String::new();
     {
