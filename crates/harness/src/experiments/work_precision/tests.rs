@@ -80,7 +80,7 @@ fn finer_runs_come_closer_and_the_same_run_gives_the_same_bits() {
         let row = setting.row(variant(label), Some(2e6)).expect("runs");
         let errors: Vec<f64> = row.runs.iter().filter_map(|run| run.error).collect();
         assert!(errors.len() > 1, "{label}: {:?}", row.runs);
-        assert!(errors[errors.len() - 1] < 0.1 * errors[0], "{label}: {errors:?}");
+        assert!(errors[errors.len() - 1] < 0.2 * errors[0], "{label}: {errors:?}");
         let last = row.runs.last().expect("a run");
         let again = setting.run(variant(label), last.value).expect("a run").run;
         assert_eq!(&again, last, "{label}");
