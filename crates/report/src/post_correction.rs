@@ -28,7 +28,7 @@ pub(crate) const CHAPTER: Chapter = Chapter {
 const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "post-correction-order.svg",
-        title: "Where the corrected sheet is depends on the order of the sweep",
+        title: "Does the order of the sweep decide where the corrected sheet is?",
         caption: "Distance of the positions to those of the run with forward sweeps, over the motion of the stiff sheet, against \
             time; limit 0.1, Provot's method, one sweep a step above and ten below, grid on the left, triangle mesh on the right. A sheet of 20 × 20 \
             particles, k/m = 10⁴ s⁻², hangs from two corners. `list 1` and `list 2` are forward sweeps over lists of springs in another order. \

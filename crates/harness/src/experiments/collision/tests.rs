@@ -101,7 +101,7 @@ fn factors_compare_a_way_out_with_the_constraint_on_the_same_scene() {
     assert_eq!((factors[0].label, factors[0].way_out, factors[0].unstable), ("some", POSITION, 1));
     assert_eq!(factors[0].by_scene, [(0.75, "b"), (2.5, "a")]);
     let text = findings(&facts).join(" ");
-    assert!(text.contains("twice as many or more on a (2.50) (1 of 2 scenes)"), "{text}");
+    assert!(text.contains("twice as many or more on a (2.50) (1 of 2 scenes"), "{text}");
     assert!(text.contains("some 1.00 → 2.67"), "{text}");
     assert!(text.contains("some position 1 of 4"), "{text}");
 }

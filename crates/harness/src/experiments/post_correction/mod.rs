@@ -50,7 +50,8 @@ fn groups(is_quick: bool) -> Vec<Group> {
 
 fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
     let quick = context.quick;
-    let settings = prepared(context, "references", &Kind::ALL, |&kind| Setting::new(kind, STEP))?;
+    let kinds = if quick { &Kind::ALL[..1] } else { &Kind::ALL[..] };
+    let settings = prepared(context, "references", kinds, |&kind| Setting::new(kind, STEP))?;
     let groups = groups(quick);
     let pairs: Vec<_> = settings
         .iter()
