@@ -111,7 +111,12 @@ fn point(run: &Run, y: f64) -> Point {
 }
 
 /// Constant and adaptive runs of some methods on a scene.
-fn curves(input: &Input, scene: &Scene, labels: &[&str], x: impl Fn(&Run) -> f64) -> Vec<Series> {
+fn curves(
+    input: &Input,
+    scene: &Scene,
+    labels: &[&str],
+    cost: impl Fn(&Run) -> f64,
+) -> Vec<Series> {
     let known = STEPPED.map(|(label, _)| label);
     let mut series = Vec::new();
     for label in labels {
