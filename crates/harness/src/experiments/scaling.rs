@@ -116,7 +116,7 @@ impl Mesh {
     fn run(&self, choice: &Choice, phases: bool) -> Result<Outcome, HarnessError> {
         let step_s = self.step(choice);
         let time = TimeSpan { step_s, duration_s: step_s * self.steps as f64 };
-        let options = Options { series: false, phases };
+        let options = Options { series: false, phases, ledger: false };
         simulate(&mut self.simulation.clone(), choice, time, options, |_, _, _| ())
     }
 
