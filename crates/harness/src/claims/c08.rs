@@ -14,7 +14,7 @@ pub(super) const CLAIM: Claim = Claim {
     section: "3",
     says: "the matrix is diagonally dominant only through the identity",
     criterion: "margin of every row = m_i exactly; margin over diagonal → 0 as h²k/m grows",
-    is_quick: true,
+    is_quick: false,
     test,
     seconds: None,
 };

@@ -22,14 +22,16 @@ pub(super) const CLAIM: Claim = Claim {
 const ORDER: f64 = 0.01;
 const LIMITS: [f64; 3] = [0.1, 0.03, 0.01];
 const ORDERS: [&str; 4] = ["forward", "backward", "alternating", "shuffled"];
-const SIDE: u32 = 10;
-/// Soft springs, which the limit is to keep short, and nearly inextensible ones.
-const SOFT: f64 = 200.0;
+/// The hanging textile of the paper, and a coarser one.
+const SIDES: [u32; 2] = [20, 10];
+/// Springs of the paper, which weight stretches beyond the limit at the pins only, and softer ones, which the limit must
+/// keep short everywhere.
+const SOFT: [f64; 3] = [1e4, 1e3, 200.0];
+/// Nearly inextensible ones.
 const STIFF: f64 = 1e6;
-const DAMPING: f64 = 1.0;
-const STEP: f64 = 0.005;
-/// Before the sheet is stopped by its pins, and after.
-const SPANS: [f64; 2] = [0.4, 1.0];
+const DAMPING: f64 = 40.0;
+const STEP: f64 = 0.002;
+const SPAN: f64 = 1.0;
 /// Of the control: how far two starts of one run are apart, m.
 const NUDGE: f64 = 1e-9;
 
@@ -50,33 +52,38 @@ impl Measured {
         self.spread > ORDER
     }
 
+    /// The criterion.
+    fn is_unsound(&self) -> bool {
+        self.depends_on_order() || !self.approaches()
+    }
+
     fn approaches(&self) -> bool {
         self.errors.windows(2).all(|pair| pair[1] < pair[0])
     }
 }
 
-fn measure(mesh: Mesh, span: f64) -> Result<Measured, HarnessError> {
-    let spec = mesh.hanging(SIDE, SOFT, DAMPING)?;
+fn measure(mesh: Mesh, side: u32, soft: f64) -> Result<Measured, HarnessError> {
+    let spec = mesh.hanging(side, soft, DAMPING)?;
     let start = build(&spec)?;
-    let stiff = mesh.hanging(SIDE, STIFF, DAMPING)?;
-    let truth = true_motion(&build(&stiff)?, span, free_edge(&stiff))?.state;
+    let stiff = mesh.hanging(side, STIFF, DAMPING)?;
+    let truth = true_motion(&build(&stiff)?, SPAN, free_edge(&stiff))?.state;
     let method = |limit: f64, order: &str| format!("provot:limit={limit},order={order}");
     let mut ends = Vec::new();
     for order in ORDERS {
-        ends.push(run(&start, &method(LIMITS[0], order), STEP, span, None)?.state);
+        ends.push(run(&start, &method(LIMITS[0], order), STEP, SPAN, None)?.state);
     }
     let apart = |a: &[_], b: &[_]| position_error(&start.system, &start.state.x, a, b);
     let pairs = ends.iter().flat_map(|a| ends.iter().map(move |b| apart(&a.x, &b.x)));
     let spread = greatest(pairs.map(|d| if d.is_nan() { f64::INFINITY } else { d }));
     let mut nudged = start.clone();
     shake(&mut nudged, NUDGE, 1);
-    let nudged = run(&nudged, &method(LIMITS[0], ORDERS[0]), STEP, span, None)?.state;
+    let nudged = run(&nudged, &method(LIMITS[0], ORDERS[0]), STEP, SPAN, None)?.state;
     let control = apart(&ends[0].x, &nudged.x);
     let errors = LIMITS.iter().map(|&limit| {
-        Ok(error(&start, &truth, &run(&start, &method(limit, ORDERS[0]), STEP, span, None)?.state))
+        Ok(error(&start, &truth, &run(&start, &method(limit, ORDERS[0]), STEP, SPAN, None)?.state))
     });
     Ok(Measured {
-        name: format!("{}, {span} s", mesh.name()),
+        name: format!("{}, N = {side}, k/m = {soft}/s²", mesh.name()),
         spread,
         control,
         errors: errors.collect::<Result<_, HarnessError>>()?,
@@ -86,8 +93,10 @@ fn measure(mesh: Mesh, span: f64) -> Result<Measured, HarnessError> {
 fn test() -> Result<Finding, HarnessError> {
     let mut measured = Vec::new();
     for mesh in [Mesh::Grid, Mesh::Triangles] {
-        for span in SPANS {
-            measured.push(measure(mesh, span)?);
+        for side in SIDES {
+            for soft in SOFT {
+                measured.push(measure(mesh, side, soft)?);
+            }
         }
     }
     Ok(judge(&measured))
@@ -112,12 +121,17 @@ fn judge(measured: &[Measured]) -> Finding {
     let control = greatest(measured.iter().map(|m| m.control));
     let last = greatest(measured.iter().filter_map(|m| m.errors.last().copied()));
     Finding {
-        verdict: Verdict::of(measured.iter().all(|m| m.depends_on_order() || !m.approaches())),
+        verdict: match measured.iter().filter(|m| m.is_unsound()).count() {
+            0 => Verdict::Refuted,
+            count if count == measured.len() => Verdict::Confirmed,
+            _ => Verdict::Undecided,
+        },
         numbers,
         reason: format!(
             "The order of the sweep changes the final positions by more than 1 % of the motion in {depending} of {} cases (by up to \
              {}; starts a nanometre apart differ by at most {}), and in {astray} the distance from the stiff sheet does not fall with \
-             the limit: it is up to {} of the motion at 0.01. One sweep moves each spring as if its neighbours did not exist.",
+             the limit: it is up to {} of the motion at 0.01. Where dependence on the order stays below 1 %, the springs carry the load themselves; \
+             the softer they are, the more the sweep decides where the particles go.",
             measured.len(),
             short(spread),
             short(control),
@@ -125,7 +139,7 @@ fn judge(measured: &[Measured]) -> Finding {
         ),
         repair: None,
         scenes: format!(
-            "hanging textile of 10 × 10 on a grid and of triangles, k/m = {SOFT}/s², d/m = {DAMPING}/s, h = {STEP} s, after 0.4 and 1 s; \
+            "hanging textile on a grid and of triangles, N = 20 and 10, k/m = 200, 1e3, 1e4/s² (the paper's), d/m = {DAMPING}/s, h = {STEP} s, after {SPAN} s; \
              Provot's correction, one sweep a step in four orders at limit 0.1, forward at 0.1, 0.03, 0.01; stiff reference: k/m = \
              1e6/s², leapfrog at a quarter of its limit"
         ),
@@ -143,12 +157,13 @@ mod tests {
     }
 
     #[test]
-    fn one_mesh_without_dependence_that_approaches_the_reference_refutes() {
+    fn all_cases_must_agree() {
         let sound = measured(0.001, [0.3, 0.2, 0.1]);
         let depending = measured(0.02, [0.3, 0.2, 0.1]);
         let astray = measured(0.001, [0.3, 0.2, 0.25]);
         assert_eq!(judge(&[depending.clone(), astray.clone()]).verdict, Verdict::Confirmed);
-        assert_eq!(judge(&[depending, sound]).verdict, Verdict::Refuted);
+        assert_eq!(judge(&[depending, sound.clone()]).verdict, Verdict::Undecided);
+        assert_eq!(judge(&[sound]).verdict, Verdict::Refuted);
         assert_eq!(judge(&[astray]).verdict, Verdict::Confirmed);
     }
 }

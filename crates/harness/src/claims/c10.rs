@@ -28,14 +28,15 @@ const STEPS: [f64; 5] = [1e-4, 1e-3, 1e-2, 1e-1, 1.0];
 const STIFFNESSES: [f64; 2] = [1e4, 1e6];
 const DAMPINGS: [f64; 2] = [0.0, 40.0];
 /// Stiffness of the explicit springs over that of tension; the paper's fabrics have 1e-4 to 0.1.
-const RATIOS: [f64; 7] = [1e-4, 1e-3, 1e-2, 0.1, 0.3, 0.5, 1.0];
+const RATIOS: [f64; 6] = [1e-4, 1e-3, 1e-2, 0.1, 0.3, 1.0];
 /// Plain CG, and Algorithm 1 from v_n, so that no predictor interferes; both solved well.
 const METHODS: [(&str, &str); 2] = [
     ("plain", "imex-euler:forcing_term=1e-8,start=last"),
     ("updated", "imex-updated:safeguard=paper,forcing_term=1e-4,start=last,max_outer=1000"),
 ];
-/// Most visits of a spring in a run.
+/// Most visits of a spring in a run, and in one with many small steps, where explicit springs are stable anyway.
 const BUDGET: f64 = 2e7;
+const SMALL_BUDGET: f64 = 2e6;
 
 /// Which springs stay out of the matrix.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -65,7 +66,7 @@ fn scene(
         Extra::Shear => build(&Sheet { shear: ratio * stiffness, ..sheet }.spec()?)?,
         Extra::Bending => {
             let mut spec = sheet.spec()?;
-            let tension = spec.springs[0].clone();
+            let tension = spec.springs[0];
             let spring = |i: u32, j: u32| SpringSpec {
                 effect: SpringEffect::Bending,
                 i,
@@ -111,7 +112,8 @@ fn is_stable(
     let duration_s = (200.0 * step).max(2.0);
     let schedule = Schedule::steady(TimeSpan { step_s: step, duration_s });
     let choice = Choice::parse(method, &[])?;
-    let run = count_by(start, &choice, &schedule, None, Some(BUDGET))?;
+    let budget = if step < 5e-3 { SMALL_BUDGET } else { BUDGET };
+    let run = count_by(start, &choice, &schedule, None, Some(budget))?;
     let verdict = judge(&run.energy, run.rule, released);
     Ok(run.outcome.divergence.is_none() && verdict == stability::Verdict::Stable)
 }
@@ -202,9 +204,9 @@ fn weigh(pairs: &[Pair]) -> Finding {
         verdict: Verdict::of(is_met),
         numbers,
         reason: format!(
-            "Ratio of stiffness at which a stable step is lost: {}.{steps} An explicit spring is held by the implicit ones only \
-             where its eigenvalue stays below theirs (θ_E < 4 + θ_I in each mode); a spring over two mesh widths or a diagonal has \
-             modes that tension resists little.",
+            "Ratio of stiffness at which a stable step is lost: {}.{steps} An explicit spring is stable while θ_E < 4 + θ_I in each mode. Plain CG resists \
+             every motion of a spring with the full θ_I, which holds explicit springs up to its own stiffness; updates take \
+             the resistance across the springs out again, and with it what held explicit shear.",
             told.join("; ")
         ),
         repair: (!is_met).then(|| {

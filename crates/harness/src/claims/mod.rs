@@ -34,6 +34,7 @@ mod c26;
 mod c27;
 mod c28;
 mod c29;
+mod general;
 mod meshes;
 mod runs;
 mod scenes;

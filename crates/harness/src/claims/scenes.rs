@@ -87,12 +87,26 @@ pub(super) fn error(start: &Simulation, reference: &State, state: &State) -> f64
     if error.is_nan() { f64::INFINITY } else { error }
 }
 
-/// The greatest of some numbers; 0 of none.
+/// The greatest of some numbers, infinite if one is none; 0 of none.
 pub(super) fn greatest(values: impl IntoIterator<Item = f64>) -> f64 {
-    values.into_iter().fold(0.0, f64::max)
+    let value = |value: f64| if value.is_nan() { f64::INFINITY } else { value };
+    values.into_iter().map(value).fold(0.0, f64::max)
 }
 
-/// The least of some numbers; infinite of none.
+/// The least of some numbers, `−∞` if one is none; infinite of none.
 pub(super) fn least(values: impl IntoIterator<Item = f64>) -> f64 {
-    values.into_iter().fold(f64::INFINITY, f64::min)
+    let value = |value: f64| if value.is_nan() { f64::NEG_INFINITY } else { value };
+    values.into_iter().map(value).fold(f64::INFINITY, f64::min)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_no_number_is_never_overlooked() {
+        assert_eq!(greatest([1.0, f64::NAN, 2.0]), f64::INFINITY);
+        assert_eq!(least([1.0, f64::NAN, 2.0]), f64::NEG_INFINITY);
+        assert_eq!((greatest([1.0, 2.0]), least([1.0, 2.0])), (2.0, 1.0));
+    }
 }
