@@ -142,7 +142,7 @@ pub(super) fn findings(facts: &Facts) -> Vec<String> {
     let stiffnesses = stiffnesses.join(" and at ");
     let or_none = |list: String| if list.is_empty() { "none".to_owned() } else { list };
     findings.push(format!(
-        "With steps of 0.01 s these of {} methods are stable at {stiffnesses}: {}.",
+        "With steps of 0.01 s, which only leapfrog divides, these of {} methods are stable at {stiffnesses}: {}.",
         lessons.len(),
         or_none(names(&|run| run.verdict == STABLE))
     ));
