@@ -236,7 +236,7 @@ pub struct AdaptiveRun {
 /// One run of DOP853 over `duration` seconds at the tolerance of `settings`; its error is not known.
 ///
 /// # Errors
-/// As [`reference`].
+/// As [`reference()`].
 pub fn adaptive(
     system: &System,
     start: &State,

@@ -228,17 +228,21 @@ fn families_of(input: &Input, stiffnesses: [f64; 2]) -> Option<Sheet> {
         scenes.iter().flat_map(|scene| rows_of(input, scene)).map(identity).collect();
     let mut drafts = Vec::new();
     for family in families(known.iter().map(|(method, label)| (&**method, &**label))) {
-        for scene in &scenes {
-            let curves = family.members.iter().filter_map(|(label, look)| {
+        let curves_at = |scene: &&Scene| -> Vec<Series> {
+            let curve_of = |(label, look): &(&str, Look)| {
                 let row = rows_of(input, scene).find(|row| row.label == *label)?;
                 curve(label, *look, points(input, row, Cost::Effort))
-            });
+            };
+            family.members.iter().filter_map(curve_of).collect()
+        };
+        let curves: Vec<_> = scenes.iter().map(curves_at).collect();
+        if curves.iter().all(Vec::is_empty) {
+            continue;
+        }
+        for (scene, curves) in scenes.iter().zip(curves) {
             let series = front(input, scene, Cost::Effort).into_iter().chain(curves).collect();
-            drafts.push((
-                vec![format!("{}, {}", family.title, quotient(scene))],
-                series,
-                Vec::new(),
-            ));
+            let title = format!("{}, {}", family.title, quotient(scene));
+            drafts.push((vec![title], series, Vec::new()));
         }
     }
     sheet(drafts, Cost::Effort)

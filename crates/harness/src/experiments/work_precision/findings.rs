@@ -104,32 +104,22 @@ fn percent(level: f64) -> String {
 }
 
 /// Who wins along a series, at each level.
-fn winners(facts: &Facts, name: &str, series: &[&Scene]) -> Vec<String> {
-    NAMED
+fn winners(facts: &Facts, name: &str, series: &[&Scene]) -> Option<String> {
+    let said: Vec<_> = series
         .iter()
-        .filter_map(|&level| {
-            let said: Vec<_> = series
-                .iter()
-                .filter_map(|scene| {
-                    let winner = winner(facts, scene, level)?;
-                    let at = place(series, scene);
-                    let Some(label) = &winner.label else { return Some(format!("{at}: none")) };
-                    let second = winner.runner_up.as_ref().zip(winner.ratio).map_or_else(
-                        || "nothing else gets there".to_owned(),
-                        |(label, ratio)| format!("then {label}, {} times the effort", short(ratio)),
-                    );
-                    Some(format!("{at}: {label} ({second})"))
-                })
-                .collect();
-            (!said.is_empty()).then(|| {
-                format!(
-                    "{name}, cheapest by counted effort for an error of {}: {}.",
-                    percent(level),
-                    said.join("; ")
-                )
-            })
+        .map(|scene| {
+            let label = |level: &f64| {
+                let label = winner(facts, scene, *level).and_then(|winner| winner.label.as_deref());
+                label.unwrap_or("none").to_owned()
+            };
+            let labels: Vec<_> = NAMED.iter().map(label).collect();
+            format!("{}: {}", place(series, scene), labels.join(" / "))
         })
-        .collect()
+        .collect();
+    let levels = NAMED.map(percent).join(" / ");
+    (!said.is_empty()).then(|| {
+        format!("{name}, cheapest by counted effort for errors of {levels}: {}.", said.join("; "))
+    })
 }
 
 /// Where along a series the winner turns from explicit to implicit or back.
@@ -164,25 +154,22 @@ fn turns(facts: &Facts, name: &str, series: &[&Scene]) -> Option<String> {
     })
 }
 
-/// Methods that reach no useful error within their budget on some scenes of the base series.
+/// How many variants reach no useful error within their budget along the base series.
 fn absent(facts: &Facts) -> Option<String> {
     let level = 1e-2;
     let misses = |row: &&Row| {
         let is_cut = row.runs.last().is_some_and(|run| run.verdict == OVER_BUDGET);
         is_cut && cheapest(std::iter::once(*row), level).is_none()
     };
-    let said: Vec<_> = base(facts)
-        .iter()
-        .filter_map(|scene| {
-            let labels: Vec<_> =
-                rows_of(facts, &scene.id).filter(misses).map(|row| row.label.as_str()).collect();
-            let at = format!("k/m = {:e}", scene.stiffness_over_mass_per_s2);
-            (!labels.is_empty()).then(|| format!("{at}: {}", labels.join(", ")))
-        })
-        .collect();
+    let count = |scene: &&Scene| {
+        let rows = || rows_of(facts, &scene.id);
+        let at = format!("k/m = {:e}", scene.stiffness_over_mass_per_s2);
+        format!("{at}: {} of {}", rows().filter(misses).count(), rows().count())
+    };
+    let said: Vec<_> = base(facts).iter().map(count).collect();
     (!said.is_empty()).then(|| {
         format!(
-            "Hanging sheet, light damping: no run within the budget has an error of {} or less for: {}.",
+            "Variants that leave the budget before an error of {} on the lightly damped hanging sheet: {}.",
             percent(level),
             said.join("; ")
         )

@@ -28,12 +28,17 @@ pub(super) fn cheapest<'a>(
     rows: impl Iterator<Item = &'a Row>,
     level: f64,
 ) -> Option<(&'a Row, &'a Run)> {
-    let runs = rows.flat_map(|row| row.runs.iter().map(move |run| (row, run)));
+    cheapest_of(rows.flat_map(|row| row.runs.iter().map(move |run| (row, run))), level)
+}
+
+fn cheapest_of<'a>(
+    runs: impl Iterator<Item = (&'a Row, &'a Run)>,
+    level: f64,
+) -> Option<(&'a Row, &'a Run)> {
     let good = runs.filter(|(_, run)| run.error.is_some_and(|error| error <= level));
-    let order = |run: &Run| (run.effort, run.error.unwrap_or(f64::INFINITY));
-    good.min_by(|a, b| {
-        let ((effort_a, error_a), (effort_b, error_b)) = (order(a.1), order(b.1));
-        effort_a.total_cmp(&effort_b).then(error_a.total_cmp(&error_b))
+    good.min_by(|(_, a), (_, b)| {
+        let by_error = || a.error.unwrap_or(f64::NAN).total_cmp(&b.error.unwrap_or(f64::NAN));
+        a.effort.total_cmp(&b.effort).then_with(by_error)
     })
 }
 
@@ -45,8 +50,13 @@ fn id(row: &Row) -> &str {
 pub(super) fn winner(scene: &Scene, rows: &[Row], level: f64) -> Winner {
     let rows = || rows.iter().filter(|row| row.scene == scene.id);
     let best = cheapest(rows(), level);
-    let second =
-        best.and_then(|(best, _)| cheapest(rows().filter(|row| id(row) != id(best)), level));
+    // Methods that take the same steps give the same answer, as symplectic Euler and Provot's below his limit: a tie
+    // with oneself says nothing.
+    let second = best.and_then(|(best, run)| {
+        let others = rows().filter(|row| id(row) != id(best));
+        let others = others.flat_map(|row| row.runs.iter().map(move |run| (row, run)));
+        cheapest_of(others.filter(|(_, other)| other.error != run.error), level)
+    });
     Winner {
         scene: scene.id.clone(),
         level,

@@ -52,9 +52,9 @@ const SPIN: [f64; 3] = [4.0, 3.0, 2.0];
 /// Speed at which the thrown sheet folds, m/s, over the square of the distance from its middle line.
 const FOLD: f64 = 4.0;
 /// Most effort of a run where the headline is made, from this stiffness on.
-const BUDGET: f64 = 6e7;
+const BUDGET: f64 = 1.2e8;
 const STIFF: f64 = 1e6;
-/// Most effort elsewhere.
+/// Most effort elsewhere, for up to [`SIDE`]² particles; more for more.
 const SMALL_BUDGET: f64 = 3e7;
 /// Tolerance of the reference.
 const TOLERANCE: f64 = 1e-10;
@@ -99,10 +99,12 @@ pub(super) fn cases() -> Vec<Case> {
         }));
     }
     for side in [10, 40] {
-        cases.push(Case { side, series: vec![FIXED_QUOTIENT], ..base.clone() });
         let refinement = f64::from(side * side) / f64::from(SIDE * SIDE);
+        let budget = SMALL_BUDGET * refinement.max(1.0);
+        cases.push(Case { side, budget, series: vec![FIXED_QUOTIENT], ..base.clone() });
         cases.push(Case {
             side,
+            budget,
             stiffness: base.stiffness * refinement,
             light: LIGHT * refinement,
             series: vec![FIXED_MATERIAL],

@@ -59,7 +59,7 @@ const fn extra(label: &'static str, method: &'static str) -> Variant {
 pub(super) const VARIANTS: &[Variant] = &[
     headline(DOP853, DOP853, Knob::Library(TOLERANCES)),
     main("explicit-euler", "explicit-euler"),
-    main("symplectic-euler", "symplectic-euler"),
+    headline("symplectic-euler", "symplectic-euler", Knob::Steps),
     headline("leapfrog", "leapfrog:step=bound", Knob::Setting("safety", SAFETIES)),
     Variant {
         knob: Knob::Setting("safety", SAFETIES),
