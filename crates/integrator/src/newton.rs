@@ -160,8 +160,7 @@ impl Newton {
                 system,
                 potential,
                 constraints,
-                settings.linear,
-                term,
+                (settings.linear, term),
                 (&self.gradient, &mut self.direction),
                 &mut report,
             )?;

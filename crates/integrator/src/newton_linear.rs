@@ -157,8 +157,7 @@ impl NewtonMatrix {
         system: &System,
         potential: &IncrementalPotential,
         constraints: &Constraints,
-        settings: NewtonLinear,
-        forcing: f64,
+        (settings, forcing): (NewtonLinear, f64),
         (gradient, direction): (&[Vec3], &mut [Vec3]),
         report: &mut NewtonReport,
     ) -> Result<(), StepError> {

@@ -9,9 +9,11 @@ const FAMILIES: [(&str, &[&str]); 6] = [
     ("Implicit-explicit, one step", &["imex-euler", "imex-updated"]),
     ("Implicit-explicit, two steps", &["imex-sbdf2", "imex-cnab2", "imex-mcnab2", "imex-cnlf"]),
     ("Filtered or corrected", &["provot", "desbrun", "kang"]),
-    ("Adaptive, of a library", &["dop853"]),
+    ("Adaptive steps", &["dop853"]),
 ];
 const OTHERS: &str = "Other methods";
+/// Place of the family of methods that choose their steps themselves, and how their labels end.
+const ADAPTIVE: (usize, &str) = (5, ", adaptive");
 
 /// The members of a family that a record has.
 pub(crate) struct Family<'a> {
@@ -29,6 +31,7 @@ pub(crate) fn families<'a>(rows: impl Iterator<Item = (&'a str, &'a str)>) -> Ve
     for (method, label) in rows {
         let id = method.split(':').next().unwrap_or(method);
         let place = FAMILIES.iter().position(|(_, ids)| ids.contains(&id));
+        let place = if label.ends_with(ADAPTIVE.1) { Some(ADAPTIVE.0) } else { place };
         let place = place.unwrap_or(FAMILIES.len());
         if !labels[place].contains(&label) {
             labels[place].push(label);
@@ -68,7 +71,10 @@ mod tests {
         ];
         let families = families(rows.into_iter());
         let titles: Vec<_> = families.iter().map(|family| family.title).collect();
-        assert_eq!(titles, ["Implicit-explicit, one step", "Filtered or corrected", OTHERS]);
+        assert_eq!(
+            titles,
+            ["Implicit-explicit, one step", "Filtered or corrected", "Adaptive steps", OTHERS]
+        );
         let labels: Vec<_> = families[1].members.iter().map(|(label, _)| *label).collect();
         assert_eq!(labels, ["kang, 8 sweeps", "kang"]);
     }

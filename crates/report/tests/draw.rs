@@ -10,7 +10,6 @@ use drape_records::{RecordError, cg};
 use drape_report::{ReportError, draw, figures_of};
 use std::collections::BTreeMap;
 use std::path::Path;
-use tempfile::TempDir;
 
 /// Every experiment that is drawn.
 const EXPERIMENTS: [&str; 16] = [

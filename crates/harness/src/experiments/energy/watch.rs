@@ -69,7 +69,7 @@ impl Flow {
         if is_sample {
             let gained = (energy - self.start) / self.reference;
             // What is no number is beyond too.
-            self.is_beyond |= !(gained.abs() <= FARTHEST);
+            self.is_beyond |= gained.is_nan() || gained.abs() > FARTHEST;
             if !self.is_beyond {
                 self.energy.push(gained);
             }

@@ -43,6 +43,9 @@ const TOLERANCES: &[f64] = &[1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-
 /// Substep of the leapfrog method over its stability limit.
 const SAFETIES: &[f64] = &[0.95, 0.5, 0.25, 0.125, 0.0625];
 
+/// Local error of positions that a method under step size control may make, in mesh widths.
+const LOCAL_ERRORS: &[f64] = &[1.0, 0.3, 0.1, 0.03, 0.01, 0.003, 0.001];
+
 const fn headline(label: &'static str, method: &'static str, knob: Knob) -> Variant {
     Variant { label, method, knob, scope: Scope::Headline }
 }
@@ -53,6 +56,11 @@ const fn main(label: &'static str, method: &'static str) -> Variant {
 
 const fn extra(label: &'static str, method: &'static str) -> Variant {
     Variant { label, method, knob: Knob::Steps, scope: Scope::Extra }
+}
+
+/// A method under step size control.
+const fn adaptive(label: &'static str, method: &'static str) -> Variant {
+    Variant { knob: Knob::Setting("tolerance", LOCAL_ERRORS), ..extra(label, method) }
 }
 
 /// One line a variant; every method of the registry is among them.
@@ -89,6 +97,11 @@ pub(super) const VARIANTS: &[Variant] = &[
     main("imex-cnab2", "imex-cnab2"),
     main("imex-mcnab2", "imex-mcnab2"),
     main("imex-cnlf", "imex-cnlf"),
+    adaptive("backward-euler, adaptive", "backward-euler:residual=1e-3"),
+    adaptive("bdf2, adaptive", "bdf2:residual=1e-3"),
+    adaptive("imex-euler, adaptive", "imex-euler"),
+    adaptive("imex-updated, adaptive", "imex-updated"),
+    adaptive("imex-sbdf2, adaptive", "imex-sbdf2"),
 ];
 
 impl Variant {
