@@ -69,7 +69,8 @@ fn step(run: &mut Run) -> (State, Option<EnergyLedger>, f64) {
 }
 
 fn is_without(id: &str) -> bool {
-    UNATTRIBUTED.contains(&id.split(':').next().unwrap_or(id)) || id == DIVIDED
+    let is_adaptive = id.split([':', ',']).any(|part| part.starts_with("tolerance="));
+    UNATTRIBUTED.contains(&id.split(':').next().unwrap_or(id)) || id == DIVIDED || is_adaptive
 }
 
 #[test]

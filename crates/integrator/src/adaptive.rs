@@ -50,7 +50,7 @@ pub trait Rewind: Integrator {
 }
 
 /// Steps below this fraction of the time asked for are not tried.
-const LEAST_SHARE: f64 = 1e-10;
+const LEAST_SHARE: f64 = 1e-9;
 /// Most attempts in a call.
 const MAX_ATTEMPTS: u32 = 10_000;
 /// Round-off in the division of a time span into steps.
@@ -67,7 +67,7 @@ const FIRST_SHARE: f64 = 0.25;
 ///   were. A substep whose solver does not converge is rejected as well.
 /// * **Events.** Particles that met an obstacle have no error in that substep and no past afterwards. Where stiffness,
 ///   damping, masses or pins changed, no particle has.
-/// * **The end of patience.** When a substep below 1e-10 of the call, or the ten-thousandth attempt, is no good, the
+/// * **The end of patience.** When a substep below 1e-9 of the call, or the ten-thousandth attempt, is no good, the
 ///   rest is taken in one step and the report says that the call did not converge.
 #[derive(Debug)]
 pub struct Adaptive<M: Rewind> {

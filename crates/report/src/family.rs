@@ -68,6 +68,7 @@ mod tests {
             ("imex-euler:forcing_term=1e-10", "imex-euler"),
             ("kang", "kang"),
             ("kang:sweeps=8", "kang, 8 sweeps"),
+            ("imex-euler:tolerance=0.1", "imex-euler, adaptive"),
         ];
         let families = families(rows.into_iter());
         let titles: Vec<_> = families.iter().map(|family| family.title).collect();

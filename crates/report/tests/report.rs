@@ -126,6 +126,7 @@ fn the_answer_stands_first_and_the_provenance_last() {
         [
             "The answer first",
             "The paper’s tables beside ours",
+            "What the paper claims",
             "A way through the methods",
             "The experiments",
             "Where the numbers come from",
@@ -133,7 +134,7 @@ fn the_answer_stands_first_and_the_provenance_last() {
     );
     assert!(text(all(&document, ".answer")[0]).starts_with("A first finding."));
     let lead = all(&document, "#answer figure")[0].attr("id");
-    assert_eq!(lead, Some("figure-course-motion"));
+    assert_eq!(lead, Some("figure-work-precision"));
     let lessons: Vec<_> = all(&document, ".lesson h4").into_iter().map(text).collect();
     assert_eq!(lessons[1], "2 leapfrog <by name> & more");
     assert_eq!(all(&document, ".lesson figure").len(), 3);
