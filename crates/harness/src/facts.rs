@@ -14,7 +14,7 @@ const LIBRARY_TOLERANCE: f64 = 1e-9;
 const MAGNIFIED: [&str; 2] = ["order", "error_constant"];
 const MAGNIFIED_TOLERANCE: f64 = 1e-6;
 /// Integers of such cells may differ with the machine; they are recorded, not compared.
-const MACHINE_COUNTS: [&str; 12] = [
+const MACHINE_COUNTS: [&str; 13] = [
     "cg_iterations",
     "outer_passes",
     "newton_iterations",
@@ -27,6 +27,7 @@ const MACHINE_COUNTS: [&str; 12] = [
     "cg_per_step",
     "idle_steps",
     "unconverged_steps",
+    "work_sweeps",
 ];
 
 /// A fact that no longer holds.

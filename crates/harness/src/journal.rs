@@ -96,7 +96,12 @@ impl Unfinished {
     pub fn leave<'a>(self, written: impl IntoIterator<Item = &'a str>) -> Result<(), HarnessError> {
         for experiment in written {
             let path = self.folder.join(format!("{experiment}.jsonl"));
-            std::fs::remove_file(&path).map_err(io(&path, "write"))?;
+            match std::fs::remove_file(&path) {
+                Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+                    return Err(io(&path, "write")(error));
+                }
+                _ => {}
+            }
         }
         let journals = self.journals()?;
         if journals.is_empty() {

@@ -209,6 +209,14 @@ impl<M: Rewind> Integrator for Adaptive<M> {
             attempts += 1;
             let mut attempt = match method.step(system, state, h.part(plan.h), clock) {
                 Ok(attempt) => attempt,
+                // A matrix that cannot be factorised may be one of too long a step.
+                Err(StepError::Solver(_)) if !is_last_resort => {
+                    report.rejected += 1;
+                    state.copy_from(&w.kept);
+                    method.recall(&w.past);
+                    plan = Plan::new(span - elapsed, 0.5 * plan.h);
+                    continue;
+                }
                 Err(error) => {
                     state.copy_from(&w.begin);
                     method.restart(state);

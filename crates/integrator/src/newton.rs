@@ -150,6 +150,10 @@ impl Newton {
                     v.copy_from_slice(&self.previous); // the blind step made it worse
                     report.residual = last_residual;
                 }
+                if jacobian == Jacobian::Saved && self.matrix.forget() {
+                    (blind, last_residual) = (false, f64::INFINITY); // once more with a new factor
+                    continue;
+                }
                 report.status = SolveStatus::Stagnated;
                 break;
             }

@@ -125,7 +125,7 @@ impl StepReport {
         self.correction = self.correction.max(substep.correction);
         self.error_estimate = self.error_estimate.max(error);
         self.relative_residual = self.relative_residual.max(substep.relative_residual);
-        if self.solve == SolveStatus::Converged {
+        if self.solve == SolveStatus::Converged || substep.solve == SolveStatus::IterationLimit {
             self.solve = substep.solve;
         }
     }

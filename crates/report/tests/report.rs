@@ -116,6 +116,19 @@ fn what_records_say_is_text_and_never_markup() {
     assert!(text(all(&document, "article h3")[0]).ends_with(nasty));
 }
 
+/// The figure that a claim's verdict points at is one that is drawn.
+#[test]
+fn every_claim_points_at_a_figure_of_the_results() {
+    let path = common::committed().join("claims.json");
+    let record: drape_records::Record<drape_records::claims::Facts> =
+        drape_records::file::read_json(&path).unwrap();
+    assert!(record.facts.claims.len() == 29 && !record.quick);
+    for claim in &record.facts.claims {
+        let figure = common::committed().join("figures").join(&claim.see);
+        assert!(figure.exists(), "{}: {}", claim.id, claim.see);
+    }
+}
+
 #[test]
 fn the_answer_stands_first_and_the_provenance_last() {
     let page = report(common::complete().path());

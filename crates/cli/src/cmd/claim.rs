@@ -18,8 +18,9 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     writeln!(text, "verdict:   {}", row.verdict.name())?;
     for number in &row.numbers {
         let unit = if number.unit.is_empty() { String::new() } else { format!(" {}", number.unit) };
-        let limit = number.limit.map_or(String::new(), |limit| format!("    limit {limit}"));
-        writeln!(text, "    {} = {:.6e}{unit}{limit}", number.what, number.value)?;
+        let limit = number.limit.map(|limit| format!("    limit {}", readable(limit)));
+        let (value, limit) = (readable(number.value), limit.unwrap_or_default());
+        writeln!(text, "    {} = {value}{unit}{limit}", number.what)?;
     }
     writeln!(text, "reason:    {}", row.reason)?;
     if let Some(repair) = &row.repair {
@@ -28,4 +29,31 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     writeln!(text, "scenes:    {}", row.scenes)?;
     writeln!(text, "figure:    {}", row.see)?;
     print(&text)
+}
+
+/// A number as a reader writes it: counts whole, what is neither large nor small with decimals.
+fn readable(value: f64) -> String {
+    match value.abs() {
+        f64::MAX => "without bound".to_owned(),
+        size if value.fract() == 0.0 && size < 1e7 => format!("{value}"),
+        size if (1e-3..1e5).contains(&size) => format!("{value:.4}"),
+        _ => format!("{value:.3e}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::readable;
+
+    #[test]
+    fn numbers_are_readable_at_every_size() {
+        let cases = [(96.0, "96"), (0.0, "0"), (0.83217, "0.8322"), (7.6e-11, "7.600e-11")];
+        for (value, text) in cases {
+            assert_eq!(readable(value), text);
+        }
+        assert_eq!(
+            (readable(f64::MAX), readable(-3.2e8)),
+            ("without bound".into(), "-3.200e8".into())
+        );
+    }
 }

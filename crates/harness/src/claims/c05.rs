@@ -134,7 +134,7 @@ fn judge(measured: &Measured) -> Finding {
         ),
         repair: None,
         scenes: format!(
-            "error: hanging sheets (8 × 8 at k/m = 1e4 and 1e6/s², triangles), {SPAN} s, h = 0.01 to 0.00001 s, against leapfrog at a \
+            "error: hanging sheets (8 × 8 at k/m = 1e4 and 1e6/s², triangles), {SPAN} s, h = 0.01 to 0.00001 s, against symplectic Euler at a \
              quarter of its limit; drift: a free sheet of 12 × 12 turning at 2 rad/s, undamped; {PUBLISHED}"
         ),
         see: "momentum-spin-left.svg",

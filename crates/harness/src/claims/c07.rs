@@ -134,7 +134,7 @@ fn judge(residuals: &[f64], errors: &[(f64, f64)], numbers: Vec<Number>) -> Find
         repair: None,
         scenes: format!(
             "hanging sheets (grids of 10 × 10 and 20 × 20, triangles), d/m = 10/s, h = {STEP} s, h²k/m = 1, 10, 100, 1000; residual of \
-             the printed sweep in a step after 0.1, 0.3 and 1 s of {IMEX}; positions after 0.3 and 1 s against leapfrog at a quarter of its limit"
+             the printed sweep in a step after 0.1, 0.3 and 1 s of {IMEX}; positions after 0.3 and 1 s against symplectic Euler at a quarter of its limit"
         ),
         see: "work-precision.svg",
         portable: true,

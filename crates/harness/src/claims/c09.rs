@@ -156,7 +156,7 @@ fn judge(measured: &[Measured]) -> Finding {
         scenes: format!(
             "hanging textile on a grid and of triangles, N = 20 and 10: the paper's k/m = 1e4/s² and d/m = 40/s, and softer and \
              less damped ones, h = 0.002 and 0.005 s, after {SPAN} s; Provot's correction, one sweep a step in four orders at limit \
-             0.1, forward at 0.1, 0.03, 0.01; stiff reference: k/m = 1e6/s², leapfrog at a quarter of its limit"
+             0.1, forward at 0.1, 0.03, 0.01; stiff reference: k/m = 1e6/s², symplectic Euler at a quarter of its limit"
         ),
         see: "post-correction-order.svg",
         portable: true,

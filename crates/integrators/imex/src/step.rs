@@ -87,10 +87,11 @@ impl Integrator for ImexEuler {
         let mut report = StepReport::after_setup(w.linear.refresh(system, h)?); // A = M + h² L_k + h L_c
         clock.switch(Phase::Forces);
         w.rhs.assemble(system, state, h); // right-hand side of EEH (21)
+        report.force_evaluations = 1;
         if self.settings.tolerance > 0.0 && self.settings.sees_splitting {
             w.splitting.expect(system, self.settings.implicit, &state.x);
+            report.force_evaluations += 1;
         }
-        report.force_evaluations = 1;
         clock.switch(Phase::Contact);
         w.contacts.detect(system, &state.x, &state.v, h, &mut w.constraints);
         clock.switch(Phase::Solve);

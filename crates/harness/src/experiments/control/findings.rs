@@ -34,10 +34,15 @@ fn forcing(runs: &[&Run], scene: &str) -> Option<String> {
     let walker = runs.iter().find(|run| run.label == "backward-euler" && run.value.is_none())?;
     let (best, worst) = (constant.first()?, constant.last()?);
     let term = |run: &Run| short(run.value.unwrap_or_default());
+    let mut all = constant.iter().chain([&walker]);
+    let same = if all.all(|run| run.verdict == "completed" && run.unconverged_steps == 0) {
+        " All solve to the same residual, so that the error is that of the method at any term."
+    } else {
+        ""
+    };
     Some(format!(
         "{scene}, Newton with inner CG: Eisenstat-Walker takes {} CG iterations in {} Newton iterations; constant terms \
-         take {} (ε = {}, {} Newton iterations) to {} (ε = {}, {}). All solve to the same residual, so that the error is \
-         that of the method at any term.",
+         take {} (ε = {}, {} Newton iterations) to {} (ε = {}, {}).{same}",
         walker.cg_iterations,
         walker.newton_iterations,
         best.cg_iterations,

@@ -125,6 +125,6 @@ impl Flow {
     pub(super) fn closure_defect(&self) -> Option<f64> {
         self.ledger
             .as_ref()
-            .map(|_| if self.defect > 0.0 { self.defect / self.magnitude } else { 0.0 })
+            .map(|_| if self.defect == 0.0 { 0.0 } else { self.defect / self.magnitude })
     }
 }

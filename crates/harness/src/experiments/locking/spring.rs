@@ -117,7 +117,8 @@ pub(super) fn run(case: &Case) -> Result<Spring, HarnessError> {
         let load = STEP * before.cross(&a).dot(&axis);
         let after = state.x[1].cross(&state.v[1]).dot(&axis);
         if let (Some(law), Some(error)) = (law.follow(theta, spin, load), &mut error) {
-            *error = error.max((after / law - 1.0).abs());
+            let off = (after / law - 1.0).abs();
+            *error = if off.is_nan() { f64::INFINITY } else { error.max(off) };
         }
         (before, spin) = (state.x[1], after);
     })?;

@@ -53,6 +53,9 @@ fn bound(h: f64, beside: Beside, is_at_start: bool) -> Result<Option<f64>, Harne
     if !fails(bad)? {
         return Ok(None);
     }
+    while fails(good)? {
+        (good, bad) = (0.1 * good, good);
+    }
     for _ in 0..BISECTIONS {
         let middle = (good * bad).sqrt();
         if fails(middle)? { bad = middle } else { good = middle }
