@@ -25,9 +25,25 @@ pub(crate) const CHAPTER: Chapter = Chapter {
         let input = Input { record, timings: read_timings(results, CHAPTER.experiment)? };
         let figures = plate::draw_all(PLATES, &input, files)?;
         let section = Section::new(&input.record, figures, tables(&input));
-        Ok(Some(section.with_timings(input.timings.as_ref())))
+        let answer = answer(&input);
+        Ok(Some(section.with_timings(input.timings.as_ref()).with_answer(answer)))
     },
 };
+
+/// How many claims hold.
+fn answer(input: &Input) -> Option<String> {
+    let rows = &input.record.facts.claims;
+    let count = |verdict| rows.iter().filter(|row| input.verdict(row) == verdict).count();
+    (!rows.is_empty()).then(|| {
+        format!(
+            "Of {} claims of the paper that were tested by criteria fixed beforehand, {} are confirmed, {} refuted and {} undecided.",
+            rows.len(),
+            count(Verdict::Confirmed),
+            count(Verdict::Refuted),
+            count(Verdict::Undecided)
+        )
+    })
+}
 
 const PLATES: &[Plate<Input, Matrix>] = &[Plate {
     file: "claims.svg",

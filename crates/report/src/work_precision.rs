@@ -30,9 +30,59 @@ pub(crate) const CHAPTER: Chapter = Chapter {
         figures.extend(plate::draw_all(MAPS, &input, files)?);
         let tables = vec![fastest(&input), cheapest(&input), calibration(&input), scenes(&input)];
         let section = Section::new(&input.record, figures, tables);
-        Ok(Some(section.with_timings(input.timings.as_ref())))
+        let answer = answer(&input.record.facts);
+        Ok(Some(section.with_timings(input.timings.as_ref()).with_answer(answer)))
     },
 };
+
+/// Error at which the answer compares.
+const LEVEL: f64 = 1e-2;
+
+/// Which kind of method is the cheapest on the hanging sheet, a sentence a damping.
+fn answer(facts: &Facts) -> Vec<String> {
+    [("light", "With light damping"), ("heavy", "With heavy damping, d/m = √(k/m),")]
+        .into_iter()
+        .filter_map(|(damping, begin)| {
+            let mut scenes: Vec<_> = facts.scenes.iter().filter(|s| is_main(s, damping)).collect();
+            scenes.sort_by(|a, b| {
+                a.stiffness_over_mass_per_s2.total_cmp(&b.stiffness_over_mass_per_s2)
+            });
+            let winners: Vec<_> = scenes.iter().filter_map(|scene| kind(facts, scene)).collect();
+            let (first, last) = (winners.first()?, winners.last()?);
+            let explicit = winners.iter().take_while(|(_, is_explicit)| *is_explicit).count();
+            let implicit = winners.iter().skip(explicit).filter(|(_, e)| !e).count();
+            let who = match (explicit, implicit) {
+                (_, 0) => "explicit methods at every stiffness".to_owned(),
+                (0, all) if all == winners.len() => "implicit methods at every stiffness".to_owned(),
+                (turn, rest) if turn + rest == winners.len() => format!(
+                    "explicit methods up to {} s⁻² and of implicit ones from {} s⁻² on",
+                    power(winners[turn - 1].0),
+                    power(winners[turn].0)
+                ),
+                _ => "now explicit, now implicit methods".to_owned(),
+            };
+            Some(format!(
+                "{begin} and k/m from {} to {} s⁻², the cheapest way to an error of 1 % on a hanging sheet, by counted effort, \
+                 is that of {who}.",
+                power(first.0),
+                power(last.0)
+            ))
+        })
+        .collect()
+}
+
+/// The hanging sheet in the series over the stiffness.
+fn is_main(scene: &Scene, damping: &str) -> bool {
+    let in_series = scene.series.iter().any(|series| series == "stiffness");
+    scene.scene == "hanging" && scene.damping == damping && in_series
+}
+
+/// Stiffness over mass of a scene, 1/s², and whether its winner is explicit.
+fn kind(facts: &Facts, scene: &Scene) -> Option<(f64, bool)> {
+    let is_asked = |winner: &&Winner| winner.scene == scene.id && winner.level == LEVEL;
+    let winner = facts.winners.iter().find(is_asked)?;
+    Some((scene.stiffness_over_mass_per_s2, winner.is_explicit?))
+}
 
 /// All figures but the map, in the page's order.
 const PLATES: &[Plate<Input>] = &[

@@ -532,6 +532,7 @@ fn the_index_names_question_findings_figures_and_command() {
     let folder = complete();
     let page = drawn(folder.path()).remove("README.md").unwrap();
     for text in [
+        "With light damping and k/m from 10² to 10¹⁰ s⁻²",
         "**What does tables ask?**",
         "- A second finding, a | b.",
         "(figures/cg-vs-theta.svg)",

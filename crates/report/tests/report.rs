@@ -145,7 +145,9 @@ fn the_answer_stands_first_and_the_provenance_last() {
             "Where the numbers come from",
         ]
     );
-    assert!(text(all(&document, ".answer")[0]).starts_with("A first finding."));
+    let answer = text(all(&document, ".answer")[0]);
+    assert!(answer.starts_with("With light damping and k/m from 10² to 10¹⁰ s⁻²"), "{answer}");
+    assert!(answer.contains("Of 29 claims of the paper"), "{answer}");
     let lead = all(&document, "#answer figure")[0].attr("id");
     assert_eq!(lead, Some("figure-work-precision"));
     let lessons: Vec<_> = all(&document, ".lesson h4").into_iter().map(text).collect();

@@ -1,6 +1,7 @@
 //! The index page, in Markdown: what came out, where the figures are, how to repeat it.
 
 use super::Section;
+use super::html::answer;
 use crate::ReportError;
 use minijinja::value::{Serde, Value};
 use minijinja::{Environment, UndefinedBehavior, context};
@@ -15,8 +16,10 @@ pub(crate) fn index(sections: &[Section]) -> Result<String, ReportError> {
         environment.set_undefined_behavior(UndefinedBehavior::Strict);
         environment.add_filter("line", line);
         environment.add_template(FILE, TEMPLATE)?;
+        let answer: Vec<String> =
+            answer(sections).into_iter().map(|(_, sentence)| sentence.to_owned()).collect();
         let sections = Value::from(Serde(sections));
-        environment.get_template(FILE)?.render(context! { sections })
+        environment.get_template(FILE)?.render(context! { answer, sections })
     };
     let page = fill().map_err(|source| ReportError::Page { file: FILE, source })?;
     Ok(format!("{}\n", page.trim_end()))

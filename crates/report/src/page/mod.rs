@@ -19,6 +19,8 @@ pub(crate) struct Section {
     command: String,
     quick: bool,
     findings: Vec<String>,
+    /// Sentences for the head of the report; where there are none the first findings stand there.
+    answer: Vec<String>,
     /// File of the record, beside the page.
     record: String,
     notes: Vec<String>,
@@ -86,6 +88,12 @@ impl Section {
         self
     }
 
+    /// The same with sentences for the head of the report.
+    pub(crate) fn with_answer(mut self, sentences: impl IntoIterator<Item = String>) -> Self {
+        self.answer = sentences.into_iter().collect();
+        self
+    }
+
     /// The same with lessons; their figures stand in them.
     pub(crate) fn with_lessons(mut self, lessons: Vec<Lesson>) -> Self {
         self.lessons = lessons;
@@ -102,6 +110,7 @@ fn of_record<F>(record: &Record<F>, figures: Vec<Figure>) -> Section {
         command: record.command.clone(),
         quick: record.quick,
         findings: record.findings.clone(),
+        answer: Vec::new(),
         notes: Vec::new(),
         figures,
         tables: Vec::new(),
