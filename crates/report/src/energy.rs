@@ -2,10 +2,10 @@
 
 use crate::family::{families, labels};
 use crate::number::{power, setting, significant};
-use crate::page::{Section, Table, absent, texts};
-use crate::plate::{self, Plate};
+use crate::page::{Table, absent, texts};
+use crate::plate::Plate;
 use crate::plot::{Axis, Bar, Fill, Panel, Point, Series, Sheet, State};
-use crate::{Chapter, read_record};
+use crate::{Chapter, section};
 use drape_records::Record;
 use drape_records::energy::{Facts, Ledger, Row, Scene};
 
@@ -16,13 +16,7 @@ pub(crate) type Input = Record<Facts>;
 pub(crate) const CHAPTER: Chapter = Chapter {
     experiment: "energy",
     figures: || PLATES.iter().map(Plate::figure).collect(),
-    section: |results, files| {
-        let Some(record) = read_record::<Facts>(results, CHAPTER.experiment)? else {
-            return Ok(None);
-        };
-        let figures = plate::draw_all(PLATES, &record, files)?;
-        Ok(Some(Section::new(&record, figures, tables(&record))))
-    },
+    section: |results, files| section(results, CHAPTER.experiment, PLATES, tables, files),
 };
 
 /// All figures, in the page's order.

@@ -1,11 +1,10 @@
 //! Figure and tables of the experiment `hard-cases`.
 
 use crate::number::{significant, trimmed};
-use crate::page::Section;
 use crate::page::Table;
-use crate::plate::{self, Plate};
+use crate::plate::Plate;
 use crate::plot::{Content, Matrix, Row, Shade, Tile};
-use crate::{Chapter, read_record};
+use crate::{Chapter, section};
 use drape_records::Record;
 use drape_records::hard_cases::{Case, Cell, Facts};
 
@@ -16,13 +15,7 @@ pub(crate) type Input = Record<Facts>;
 pub(crate) const CHAPTER: Chapter = Chapter {
     experiment: "hard-cases",
     figures: || PLATES.iter().map(Plate::figure).collect(),
-    section: |results, files| {
-        let Some(record) = read_record::<Facts>(results, CHAPTER.experiment)? else {
-            return Ok(None);
-        };
-        let figures = plate::draw_all(PLATES, &record, files)?;
-        Ok(Some(Section::new(&record, figures, tables(&record))))
-    },
+    section: |results, files| section(results, CHAPTER.experiment, PLATES, tables, files),
 };
 
 /// All figures, in the page's order.

@@ -63,7 +63,9 @@ pub use error::ReportError;
 
 use drape_records::file::{read_json, write_atomically};
 use drape_records::{Figure, RECORD_FORMAT, Record, TIMINGS_FORMAT, Timings};
-use page::Section;
+use page::{Section, Table};
+use plate::Plate;
+use plot::Drawing;
 use serde::de::DeserializeOwned;
 use std::path::{Path, PathBuf};
 
@@ -150,6 +152,19 @@ fn read_record<F: DeserializeOwned>(
     let record: Record<F> = read_json(&path)?;
     check_kind(&path, (RECORD_FORMAT, experiment), (&record.format, &record.experiment))?;
     Ok(Some(record))
+}
+
+/// The section of an experiment whose figures and tables need its record only; `None` without a record.
+fn section<F: DeserializeOwned, D: Drawing>(
+    results: &Path,
+    experiment: &str,
+    plates: &[Plate<Record<F>, D>],
+    tables: fn(&Record<F>) -> Vec<Table>,
+    files: &mut Files,
+) -> Result<Option<Section>, ReportError> {
+    let Some(record) = read_record::<F>(results, experiment)? else { return Ok(None) };
+    let figures = plate::draw_all(plates, &record, files)?;
+    Ok(Some(Section::new(&record, figures, tables(&record))))
 }
 
 /// The timings of an experiment, or `None` when there is no such file.

@@ -1,10 +1,10 @@
 //! Figures of the experiment `post-correction`.
 
 use crate::number::{setting, significant};
-use crate::page::{Section, Table, absent, texts};
-use crate::plate::{self, Plate};
+use crate::page::{Table, absent, texts};
+use crate::plate::Plate;
 use crate::plot::{At, Axis, Look, Panel, Point, Rule, Series, Sheet, State, values};
-use crate::{Chapter, read_record};
+use crate::{Chapter, section};
 use drape_records::Record;
 use drape_records::post_correction::{FORWARD, Facts, Mesh, Row, Spin};
 
@@ -15,13 +15,7 @@ pub(crate) type Input = Record<Facts>;
 pub(crate) const CHAPTER: Chapter = Chapter {
     experiment: "post-correction",
     figures: || PLATES.iter().map(Plate::figure).collect(),
-    section: |results, files| {
-        let Some(record) = read_record::<Facts>(results, CHAPTER.experiment)? else {
-            return Ok(None);
-        };
-        let figures = plate::draw_all(PLATES, &record, files)?;
-        Ok(Some(Section::new(&record, figures, tables(&record))))
-    },
+    section: |results, files| section(results, CHAPTER.experiment, PLATES, tables, files),
 };
 
 /// All figures, in the page's order.
