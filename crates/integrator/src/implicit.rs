@@ -1,6 +1,6 @@
 //! Which effects are integrated implicitly.
 
-use drape_model::{Effect, System, Vec3};
+use drape_model::{Effect, Part, State, System, Vec3};
 
 /// Which effects are implicit; whatever is not stays at level `n`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,19 +36,23 @@ impl Implicit {
     /// Adds to `out` everything that is not implicit, N: explicit springs with their damping and
     /// external forces, at `(x, v)`, and the part of projected damping that is not `−L_c v`.
     pub fn add_explicit_forces(self, system: &System, x: &[Vec3], v: &[Vec3], out: &mut [Vec3]) {
-        for effect in system.effects() {
-            if !self.selects(effect) {
-                effect.add_force(system.mass(), x, out);
-                effect.add_damping_force(x, v, out);
-            }
-        }
+        let explicit = system.effects().filter(|effect| !self.selects(*effect));
+        system.add_forces(explicit.map(|effect| (effect, Part::All)), x, v, out);
     }
 
     /// Adds the conservative force of the implicit effects at `x`, N, to `out`.
     pub fn add_implicit_forces(self, system: &System, x: &[Vec3], out: &mut [Vec3]) {
-        for effect in self.effects(system) {
-            effect.add_force(system.mass(), x, out);
-        }
+        let implicit = self.effects(system).map(|effect| (effect, Part::Force));
+        system.add_forces(implicit, x, x, out);
+    }
+
+    /// Adds the force of everything at level `n`, N, but for the implicit effects' damping: first what
+    /// [`add_explicit_forces`](Self::add_explicit_forces) adds, then [`add_implicit_forces`](Self::add_implicit_forces).
+    pub fn add_forces_but_implicit_damping(self, system: &System, state: &State, out: &mut [Vec3]) {
+        let explicit = system.effects().filter(|effect| !self.selects(*effect));
+        let explicit = explicit.map(|effect| (effect, Part::All));
+        let implicit = self.effects(system).map(|effect| (effect, Part::Force));
+        system.add_forces(explicit.chain(implicit), &state.x, &state.v, out);
     }
 
     /// Adds `F2` of the implicit effects at `x`, EEH (13), N, to `out`.
@@ -68,20 +72,16 @@ impl Implicit {
     /// Adds `−L_k x`, the linear part of the implicit springs' force: the negative of EEH (12), N, to `out`.
     #[doc(alias = "EEH 12")]
     pub fn add_linear_spring_forces(self, system: &System, x: &[Vec3], out: &mut [Vec3]) {
-        self.visit_weights(system, &mut |i, j, k, _| {
-            let f = (x[i] - x[j]) * k;
-            out[i] -= f;
-            out[j] += f;
-        });
+        for split in self.effects(system).filter_map(Effect::split) {
+            split.add_linear_force(x, out);
+        }
     }
 
     /// Adds `−L_c v`, the linear part of the implicit springs' damping: the negative of EEH (14), N, to `out`.
     pub fn add_linear_damping_forces(self, system: &System, v: &[Vec3], out: &mut [Vec3]) {
-        self.visit_weights(system, &mut |i, j, _, c| {
-            let f = (v[i] - v[j]) * c;
-            out[i] -= f;
-            out[j] += f;
-        });
+        for split in self.effects(system).filter_map(Effect::split) {
+            split.add_linear_damping(v, out);
+        }
     }
 
     /// Calls `visit(i, j, k, c)` for each implicit spring.

@@ -1,8 +1,9 @@
 //! The system that runs: masses, effects, pins, obstacles, with revisions.
 
-use crate::effects::Effect;
+use crate::effects::{Effect, Part, Pass, Window, sweep};
 use crate::{Detection, Obstacle, Vec3};
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, MutexGuard};
 
 /// Stamps of the parts of a system that cached operators depend on. Two systems with the same
 /// stamp hold the same data in that part: a change draws a stamp that was never used before.
@@ -44,14 +45,64 @@ pub struct System {
     obstacles: Vec<Obstacle>,
     contact: Contact,
     revisions: Revisions,
+    /// Memory for sweeps over several effects at once.
+    window: Mutex<Window>,
+}
+
+/// Most effects that one sweep takes together.
+const MAX_PASSES: usize = 4;
+
+/// Passes that wait for a sweep.
+#[derive(Default)]
+struct Passes<'a> {
+    list: [Option<Pass<'a>>; MAX_PASSES],
+    count: usize,
+}
+
+impl<'a> Passes<'a> {
+    /// Takes a pass along, if it can share a sweep with those that wait.
+    fn push(&mut self, pass: Pass<'a>, window: &Window) -> bool {
+        if self.count == MAX_PASSES {
+            return false;
+        }
+        self.list[self.count] = Some(pass);
+        let fits = window.fits(self.list.iter().flatten());
+        if fits {
+            self.count += 1;
+        } else {
+            self.list[self.count] = None;
+        }
+        fits
+    }
+
+    /// Sweeps, and waits for others.
+    fn sweep(
+        &mut self,
+        window: &mut Option<MutexGuard<'_, Window>>,
+        x: &[Vec3],
+        v: &[Vec3],
+        out: &mut [Vec3],
+    ) {
+        if let Some(window) = window {
+            sweep::add(&self.list[..self.count], window, x, v, out);
+        }
+        *self = Self::default();
+    }
+}
+
+fn window_for(effects: &[Box<dyn Effect>]) -> Mutex<Window> {
+    let passes = effects.iter().filter_map(|effect| effect.pass(Part::Force));
+    Mutex::new(Window::new(passes.map(|pass| pass.diagonals)))
 }
 
 impl Clone for System {
     fn clone(&self) -> Self {
+        let effects: Vec<_> = self.effects.iter().map(|effect| effect.boxed_clone()).collect();
         Self {
             name: self.name.clone(),
             mass: self.mass.clone(),
-            effects: self.effects.iter().map(|effect| effect.boxed_clone()).collect(),
+            window: window_for(&effects),
+            effects,
             pinned: self.pinned.clone(),
             obstacles: self.obstacles.clone(),
             contact: self.contact,
@@ -78,7 +129,8 @@ impl System {
             pins: stamp,
             topology: stamp,
         };
-        Self { name, mass, effects, pinned, obstacles, contact, revisions }
+        let window = window_for(&effects);
+        Self { name, mass, effects, pinned, obstacles, contact, revisions, window }
     }
 
     /// Name of the scene.
@@ -129,11 +181,47 @@ impl System {
     /// Total force of all effects, conservative and damping, N, written to `out`.
     pub fn forces(&self, x: &[Vec3], v: &[Vec3], out: &mut [Vec3]) {
         out.fill(Vec3::zeros());
-        for effect in &self.effects {
-            effect.add_force(&self.mass, x, out);
-            if effect.has_damping() {
-                effect.add_damping_force(x, v, out);
+        self.add_forces(self.effects().map(|effect| (effect, Part::All)), x, v, out);
+    }
+
+    /// Adds the wanted parts of the effects' forces at `(x, v)`, N, to `out`, effect by effect in the given order.
+    /// Neighbours in that order that can share a sweep do so: the result is the same bits.
+    pub fn add_forces<'a>(
+        &self,
+        terms: impl Iterator<Item = (&'a dyn Effect, Part)>,
+        x: &[Vec3],
+        v: &[Vec3],
+        out: &mut [Vec3],
+    ) {
+        let mut window = self.window.try_lock().ok();
+        let mut pending = Passes::default();
+        for (effect, part) in terms {
+            let pass = window.as_ref().and(effect.pass(part));
+            let is_taken = |pending: &mut Passes<'a>, window: &Option<MutexGuard<'_, Window>>| {
+                pass.zip(window.as_ref()).is_some_and(|(pass, window)| pending.push(pass, window))
+            };
+            if is_taken(&mut pending, &window) {
+                continue;
             }
+            pending.sweep(&mut window, x, v, out);
+            if !is_taken(&mut pending, &window) {
+                self.add_force((effect, part), x, v, out);
+            }
+        }
+        pending.sweep(&mut window, x, v, out);
+    }
+
+    /// Adds one effect's force.
+    fn add_force(
+        &self,
+        (effect, part): (&dyn Effect, Part),
+        x: &[Vec3],
+        v: &[Vec3],
+        out: &mut [Vec3],
+    ) {
+        effect.add_force(&self.mass, x, out);
+        if part == Part::All && effect.has_damping() {
+            effect.add_damping_force(x, v, out);
         }
     }
 

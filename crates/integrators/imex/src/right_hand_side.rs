@@ -45,8 +45,7 @@ impl RightHandSide {
     #[doc(alias = "EEH 21")]
     pub(crate) fn assemble(&mut self, system: &System, state: &State, h: f64) {
         self.force.fill(Vec3::zeros());
-        self.implicit.add_explicit_forces(system, &state.x, &state.v, &mut self.force);
-        self.implicit.add_implicit_forces(system, &state.x, &mut self.force);
+        self.implicit.add_forces_but_implicit_damping(system, state, &mut self.force);
         self.implicit.add_damping_remainders(system, &state.x, &state.v, &mut self.force);
         for (i, &m) in system.mass().iter().enumerate() {
             self.b[i] = state.v[i] * m + self.force[i] * h;

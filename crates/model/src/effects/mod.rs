@@ -14,6 +14,8 @@ mod gravity;
 mod springs;
 
 pub use gravity::Gravity;
+pub use springs::sweep::Pass;
+pub(crate) use springs::sweep::{self, Window};
 pub use springs::{LinearSprings, Spring};
 
 use crate::{Mat3, Vec3};
@@ -27,6 +29,15 @@ pub enum Tangent {
     /// Projected block by block to positive semi-definite: for a spring
     /// `k [ûûᵀ + max(0, 1 − ℓ/L)(I − ûûᵀ)]`.
     Projected,
+}
+
+/// What is wanted of an effect's forces.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// The conservative force and the damping.
+    All,
+    /// The conservative force alone.
+    Force,
 }
 
 /// Receives 3×3 blocks of symmetric matrices, and the pairs that they couple.
@@ -53,6 +64,12 @@ pub trait Effect: Debug + Send + Sync {
 
     /// Adds the damping force, N, to `out`.
     fn add_damping_force(&self, _x: &[Vec3], _v: &[Vec3], _out: &mut [Vec3]) {}
+
+    /// The part of the effect's forces as something that one sweep can add together with those of other effects, if it
+    /// has this form.
+    fn pass(&self, _part: Part) -> Option<Pass<'_>> {
+        None
+    }
 
     /// Whether the effect offers Jacobians, so that a method can integrate it implicitly.
     fn has_jacobian(&self) -> bool {
@@ -110,6 +127,12 @@ pub trait LinearSplit {
 
     /// Adds `F2`, EEH (13), N: what is left of the conservative force when `−L_k x` is taken out.
     fn add_nonlinear_force(&self, x: &[Vec3], out: &mut [Vec3]);
+
+    /// Adds `−L_k x`, the linear part of the force: the negative of EEH (12), N.
+    fn add_linear_force(&self, x: &[Vec3], out: &mut [Vec3]);
+
+    /// Adds `−L_c v`, the linear part of the damping: the negative of EEH (14), N.
+    fn add_linear_damping(&self, v: &[Vec3], out: &mut [Vec3]);
 
     /// Adds what is left of the damping force when `−L_c v` is taken out, N. Nothing where damping is
     /// full, which is linear already.

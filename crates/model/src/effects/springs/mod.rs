@@ -1,0 +1,358 @@
+//! Linear springs with full or projected damping: tension, shear and bending `(i, i+2)`.
+//!
+//! The formulas stand here as loops over the springs, one after the other. What runs in a step is one of
+//! two kernels with the same results bit for bit, which the tests hold against these loops:
+//! [`sweep`] where the springs lie along few diagonals, that is on regular grids, and [`batch`] elsewhere.
+
+pub(crate) mod batch;
+pub(crate) mod diagonals;
+pub(crate) mod sweep;
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
+mod tests;
+
+use self::diagonals::Diagonals;
+use self::sweep::{Law, Pass, Window};
+use super::{BlockSink, Effect, LinearSplit, Part, Tangent};
+use crate::{DampingLaw, Mat3, Vec3};
+use std::sync::Mutex;
+
+/// A spring shorter than this fraction of its rest length has no direction: `û = 0`, which is a
+/// subgradient of the length, so that the energy theorem of the implicit-explicit split still holds.
+const COLLAPSED: f64 = 1e-12;
+
+/// One linear spring.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spring {
+    /// First end.
+    pub i: u32,
+    /// Second end.
+    pub j: u32,
+    /// Rest length `ℓ`, m.
+    pub rest_length: f64,
+    /// Stiffness `k`, N/m.
+    pub stiffness: f64,
+    /// Damping coefficient `c` (EEH: d), N s/m.
+    pub damping: f64,
+}
+
+impl Spring {
+    fn ends(&self) -> (usize, usize) {
+        (self.i as usize, self.j as usize)
+    }
+
+    /// `ℓ/L`, or 0 for a collapsed spring: then `−k(1 − ℓ/L) d` is the force in every case.
+    fn rest_over_length(&self, length: f64) -> f64 {
+        if length > COLLAPSED * self.rest_length { self.rest_length / length } else { 0.0 }
+    }
+
+    /// `d = x_i − x_j` and the direction `û = d/L`, which is 0 for a collapsed spring.
+    fn direction(&self, x: &[Vec3]) -> Vec3 {
+        let (i, j) = self.ends();
+        let d = x[i] - x[j];
+        let length = d.norm();
+        if length > COLLAPSED * self.rest_length { d / length } else { Vec3::zeros() }
+    }
+}
+
+/// Where the springs are kept.
+#[derive(Clone, Debug, PartialEq)]
+enum Store {
+    /// One by one.
+    List(Vec<Spring>),
+    /// Along diagonals, with shared parameters.
+    Diagonals(Diagonals),
+}
+
+impl Store {
+    /// Visits the springs in the order of the specification.
+    #[inline]
+    fn each(&self, visit: impl FnMut(&Spring)) {
+        match self {
+            Self::List(springs) => springs.iter().for_each(visit),
+            Self::Diagonals(diagonals) => diagonals.each(visit),
+        }
+    }
+
+    /// Multiplies all stiffnesses and all damping coefficients.
+    fn scale(&mut self, stiffness: f64, damping: f64) {
+        match self {
+            Self::List(springs) => springs.iter_mut().for_each(|s| {
+                s.stiffness *= stiffness;
+                s.damping *= damping;
+            }),
+            Self::Diagonals(diagonals) => diagonals.scale(stiffness, damping),
+        }
+    }
+}
+
+/// All linear springs of one effect.
+#[derive(Debug)]
+pub struct LinearSprings {
+    name: &'static str,
+    store: Store,
+    damping: Option<DampingLaw>,
+    /// Memory of a sweep. Whoever finds it taken goes through the springs one by one.
+    window: Mutex<Window>,
+}
+
+impl Clone for LinearSprings {
+    fn clone(&self) -> Self {
+        Self::with_store(self.name, self.store.clone(), self.damping)
+    }
+}
+
+impl LinearSprings {
+    /// Springs that report under `name`. Without a damping coefficient above 0 no damping pass
+    /// exists.
+    pub fn new(name: &'static str, springs: Vec<Spring>, law: DampingLaw) -> Self {
+        let damping = springs.iter().any(|s| s.damping > 0.0).then_some(law);
+        let store = match Diagonals::detect(&springs) {
+            Some(diagonals) => Store::Diagonals(diagonals),
+            None => Store::List(springs),
+        };
+        Self::with_store(name, store, damping)
+    }
+
+    fn with_store(name: &'static str, store: Store, damping: Option<DampingLaw>) -> Self {
+        let window = match &store {
+            Store::List(_) => Window::default(),
+            Store::Diagonals(diagonals) => Window::new(std::iter::once(diagonals)),
+        };
+        Self { name, store, damping, window: Mutex::new(window) }
+    }
+
+    /// Visits the springs in the order of the specification.
+    pub fn each(&self, visit: impl FnMut(&Spring)) {
+        self.store.each(visit);
+    }
+
+    /// The diagonals, where there are such.
+    pub(crate) fn diagonals(&self) -> Option<&Diagonals> {
+        match &self.store {
+            Store::List(_) => None,
+            Store::Diagonals(diagonals) => Some(diagonals),
+        }
+    }
+
+    /// Adds `−g(L) (x_i − x_j)` of every spring with the law's `g`, by the kernel that fits.
+    fn add(&self, law: Law, x: &[Vec3], out: &mut [Vec3]) {
+        match &self.store {
+            Store::List(springs) => batch::add(springs, law, x, out),
+            Store::Diagonals(diagonals) => match self.window.try_lock() {
+                Ok(mut window) => {
+                    let pass = Pass { diagonals, law: Some(law), is_damped: false };
+                    sweep::add(&[Some(pass)], &mut window, x, x, out);
+                }
+                Err(_) => self.add_one_by_one(law, x, out),
+            },
+        }
+    }
+
+    /// Adds `−c (v_i − v_j)` of every spring, whatever the law of the damping.
+    fn damp_fully(&self, v: &[Vec3], out: &mut [Vec3]) {
+        match &self.store {
+            Store::List(springs) => batch::damp_fully(springs, v, out),
+            Store::Diagonals(diagonals) => match self.window.try_lock() {
+                Ok(mut window) => {
+                    let pass = Pass { diagonals, law: None, is_damped: true };
+                    sweep::add(&[Some(pass)], &mut window, v, v, out);
+                }
+                Err(_) => self.damp_fully_one_by_one(v, out),
+            },
+        }
+    }
+
+    /// The readable form of [`add`](Self::add): EEH (11), (13) or (12), each with the opposite sign.
+    #[doc(alias = "EEH 11")]
+    #[doc(alias = "EEH 13")]
+    pub(crate) fn add_one_by_one(&self, law: Law, x: &[Vec3], out: &mut [Vec3]) {
+        self.each(|s| {
+            let (i, j) = s.ends();
+            let d = x[i] - x[j];
+            let f = d * law.stiffness(s.stiffness, s.rest_over_length(d.norm()));
+            out[i] -= f;
+            out[j] += f;
+        });
+    }
+
+    /// The readable form of the full damping: `f_i = −c (v_i − v_j)`, the negative of EEH (14).
+    #[doc(alias = "EEH 14")]
+    pub(crate) fn damp_fully_one_by_one(&self, v: &[Vec3], out: &mut [Vec3]) {
+        self.each(|s| {
+            let (i, j) = s.ends();
+            let f = (v[i] - v[j]) * s.damping;
+            out[i] -= f;
+            out[j] += f;
+        });
+    }
+}
+
+impl Effect for LinearSprings {
+    fn name(&self) -> &'static str {
+        self.name
+    }
+
+    /// `U = Σ ½ k (L − ℓ)²`.
+    fn energy(&self, _mass: &[f64], x: &[Vec3]) -> f64 {
+        let mut sum = -0.0;
+        self.each(|s| {
+            let (i, j) = s.ends();
+            let stretch = (x[i] - x[j]).norm() - s.rest_length;
+            sum += 0.5 * s.stiffness * stretch * stretch;
+        });
+        sum
+    }
+
+    /// `f_i = −k (L − ℓ) û`: the negative of EEH (11).
+    #[doc(alias = "EEH 11")]
+    fn add_force(&self, _mass: &[f64], x: &[Vec3], out: &mut [Vec3]) {
+        self.add(Law::Spring, x, out);
+    }
+
+    fn pass(&self, part: Part) -> Option<Pass<'_>> {
+        let diagonals = self.diagonals()?;
+        let is_damped = self.damping == Some(DampingLaw::Full);
+        match part {
+            // Projected damping is not linear in the velocities alone.
+            Part::All if self.damping == Some(DampingLaw::Projected) => None,
+            Part::All => Some(Pass { diagonals, law: Some(Law::Spring), is_damped }),
+            Part::Force => Some(Pass { diagonals, law: Some(Law::Spring), is_damped: false }),
+        }
+    }
+
+    fn has_damping(&self) -> bool {
+        self.damping.is_some()
+    }
+
+    /// Full: `f_i = −c (v_i − v_j)`, the negative of EEH (14). Projected: `f_i = −c ûûᵀ(v_i − v_j)`.
+    #[doc(alias = "EEH 14")]
+    fn add_damping_force(&self, x: &[Vec3], v: &[Vec3], out: &mut [Vec3]) {
+        match self.damping {
+            None => {}
+            Some(DampingLaw::Full) => self.damp_fully(v, out),
+            Some(DampingLaw::Projected) => self.each(|s| {
+                let (i, j) = s.ends();
+                let u = s.direction(x);
+                let f = u * (s.damping * u.dot(&(v[i] - v[j])));
+                out[i] -= f;
+                out[j] += f;
+            }),
+        }
+    }
+
+    fn has_jacobian(&self) -> bool {
+        true
+    }
+
+    fn visit_pairs(&self, visit: &mut dyn FnMut(usize, usize)) {
+        self.each(|s| {
+            let (i, j) = s.ends();
+            visit(i, j);
+        });
+    }
+
+    /// `−∂f_i/∂x_i = k [ûûᵀ + (1 − ℓ/L)(I − ûûᵀ)]`: eigenvalues `k` along the spring and
+    /// `k (1 − ℓ/L)`, twice, across it; the latter are negative exactly when it is compressed.
+    fn add_stiffness(&self, x: &[Vec3], scale: f64, tangent: Tangent, sink: &mut dyn BlockSink) {
+        self.each(|s| {
+            let (i, j) = s.ends();
+            let d = x[i] - x[j];
+            let length = d.norm();
+            let transverse = match (1.0 - s.rest_over_length(length), tangent) {
+                (t, Tangent::Exact) => t,
+                (t, Tangent::Projected) => t.max(0.0),
+            };
+            let u = s.direction(x);
+            let block = (u * u.transpose() * (1.0 - transverse)
+                + Mat3::from_diagonal_element(transverse))
+                * (scale * s.stiffness);
+            sink.add_pair(i, j, &block);
+        });
+    }
+
+    fn add_damping(&self, x: &[Vec3], scale: f64, sink: &mut dyn BlockSink) {
+        let Some(law) = self.damping else { return };
+        self.each(|s| {
+            let (i, j) = s.ends();
+            let block = match law {
+                DampingLaw::Full => Mat3::from_diagonal_element(scale * s.damping),
+                DampingLaw::Projected => {
+                    let u = s.direction(x);
+                    u * u.transpose() * (scale * s.damping)
+                }
+            };
+            sink.add_pair(i, j, &block);
+        });
+    }
+
+    fn split(&self) -> Option<&dyn LinearSplit> {
+        Some(self)
+    }
+
+    fn scale_stiffness(&mut self, factor: f64) -> bool {
+        self.store.scale(factor, 1.0);
+        true
+    }
+
+    fn scale_damping(&mut self, factor: f64) -> bool {
+        self.store.scale(1.0, factor);
+        true
+    }
+
+    fn boxed_clone(&self) -> Box<dyn Effect> {
+        Box::new(self.clone())
+    }
+}
+
+impl LinearSplit for LinearSprings {
+    fn visit_weights(&self, visit: &mut dyn FnMut(usize, usize, f64, f64)) {
+        self.each(|s| {
+            let (i, j) = s.ends();
+            visit(i, j, s.stiffness, s.damping);
+        });
+    }
+
+    fn visit_rest_lengths(&self, visit: &mut dyn FnMut(usize, usize, f64)) {
+        self.each(|s| {
+            let (i, j) = s.ends();
+            visit(i, j, s.rest_length);
+        });
+    }
+
+    fn visit_secants(&self, x: &[Vec3], visit: &mut dyn FnMut(usize, usize, f64)) {
+        self.each(|s| {
+            let (i, j) = s.ends();
+            let length = (x[i] - x[j]).norm();
+            visit(i, j, s.stiffness * (1.0 - s.rest_over_length(length)));
+        });
+    }
+
+    /// `F2_i = +k ℓ û`: constant in size, the negative of EEH (13).
+    #[doc(alias = "EEH 13")]
+    fn add_nonlinear_force(&self, x: &[Vec3], out: &mut [Vec3]) {
+        self.add(Law::Nonlinear, x, out);
+    }
+
+    fn add_linear_force(&self, x: &[Vec3], out: &mut [Vec3]) {
+        self.add(Law::Linear, x, out);
+    }
+
+    fn add_linear_damping(&self, v: &[Vec3], out: &mut [Vec3]) {
+        self.damp_fully(v, out);
+    }
+
+    fn add_damping_remainder(&self, x: &[Vec3], v: &[Vec3], out: &mut [Vec3]) {
+        if self.damping != Some(DampingLaw::Projected) {
+            return;
+        }
+        self.each(|s| {
+            let (i, j) = s.ends();
+            let rate = v[i] - v[j];
+            let u = s.direction(x);
+            let f = (rate - u * u.dot(&rate)) * s.damping;
+            out[i] += f;
+            out[j] -= f;
+        });
+    }
+}

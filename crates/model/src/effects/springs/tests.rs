@@ -1,0 +1,197 @@
+//! The fast kernels against the readable loops, bit for bit.
+
+use super::*;
+use crate::{Part, SystemSpec};
+use proptest::prelude::*;
+
+/// Numbers that look random, in (−1, 1).
+struct Random(u64);
+
+impl Random {
+    fn unit(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+        (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    }
+
+    fn vectors(&mut self, n: usize) -> Vec<Vec3> {
+        (0..n).map(|_| Vec3::new(self.unit(), self.unit(), self.unit())).collect()
+    }
+}
+
+const KINDS: [(&str, [(i64, i64); 2]); 3] =
+    [("tension", [(1, 0), (0, 1)]), ("shear", [(1, 1), (-1, 1)]), ("bending", [(2, 0), (0, 2)])];
+
+/// Springs of one kind on a grid, as scenes have them.
+fn grid(rows: i64, columns: i64, stencil: [(i64, i64); 2], damping: f64) -> Vec<Spring> {
+    let mut springs = Vec::new();
+    for (row, column) in (0..rows).flat_map(|r| (0..columns).map(move |c| (r, c))) {
+        for (right, down) in stencil {
+            let (r, c) = (row + down, column + right);
+            if (0..rows).contains(&r) && (0..columns).contains(&c) {
+                springs.push(Spring {
+                    i: (row * columns + column) as u32,
+                    j: (r * columns + c) as u32,
+                    rest_length: 0.3 * ((right * right + down * down) as f64).sqrt(),
+                    stiffness: 7.3,
+                    damping,
+                });
+            }
+        }
+    }
+    springs
+}
+
+fn bits(vectors: &[Vec3]) -> Vec<[u64; 3]> {
+    vectors.iter().map(|v| [v.x.to_bits(), v.y.to_bits(), v.z.to_bits()]).collect()
+}
+
+const LAWS: [Law; 3] = [Law::Spring, Law::Nonlinear, Law::Linear];
+
+/// Every kernel call of one effect against its readable form.
+fn assert_same_bits(springs: &LinearSprings, n: usize) {
+    let mut random = Random(n as u64);
+    let (mut x, v, start) = (random.vectors(n), random.vectors(n), random.vectors(n));
+    // A collapsed spring has no direction.
+    x[1] = x[0];
+    for law in LAWS {
+        let (mut fast, mut readable) = (start.clone(), start.clone());
+        springs.add(law, &x, &mut fast);
+        springs.add_one_by_one(law, &x, &mut readable);
+        assert_eq!(bits(&fast), bits(&readable), "{law:?}");
+        // Once more with a window that is in use.
+        let taken = springs.window.lock().unwrap();
+        let mut contended = start.clone();
+        springs.add(law, &x, &mut contended);
+        drop(taken);
+        assert_eq!(bits(&contended), bits(&readable), "{law:?}");
+    }
+    let (mut fast, mut readable) = (start.clone(), start);
+    springs.damp_fully(&v, &mut fast);
+    springs.damp_fully_one_by_one(&v, &mut readable);
+    assert_eq!(bits(&fast), bits(&readable));
+}
+
+#[test]
+fn springs_of_grids_lie_along_diagonals_and_give_the_same_bits() {
+    // Narrow, wide, longer than a window, and with a last group of every length.
+    for (rows, columns) in [(8, 9), (20, 20), (3, 700), (700, 3), (52, 52), (33, 129), (31, 1100)] {
+        for (name, stencil) in KINDS {
+            let list = grid(rows, columns, stencil, 0.2);
+            let springs = LinearSprings::new(name, list.clone(), DampingLaw::Full);
+            assert!(springs.diagonals().is_some(), "{name} {rows}×{columns}");
+            let mut visited = Vec::new();
+            springs.each(|s| visited.push(*s));
+            assert_eq!(visited, list, "{name} {rows}×{columns}");
+            assert_same_bits(&springs, (rows * columns) as usize);
+        }
+    }
+}
+
+#[test]
+fn other_springs_are_kept_one_by_one() {
+    let (_, stencil) = KINDS[0];
+    let regular = grid(20, 20, stencil, 0.2);
+    let is_regular = |springs: Vec<Spring>| Diagonals::detect(&springs).is_some();
+    assert!(is_regular(regular.clone()));
+    assert!(is_regular(regular[..400].to_vec()));
+    let edited = |edit: &dyn Fn(&mut Vec<Spring>)| {
+        let mut springs = regular.clone();
+        edit(&mut springs);
+        is_regular(springs)
+    };
+    assert!(!edited(&|s| s.truncate(40)), "too few");
+    assert!(!edited(&|s| s.swap(3, 4)), "another order at one particle");
+    assert!(!edited(&|s| s.swap(3, 40)), "another order of particles");
+    assert!(!edited(&|s| s[17].rest_length *= 1.5), "a longer one");
+    assert!(!edited(&|s| s[17].stiffness = 0.0), "a soft one");
+    assert!(!edited(&|s| s[17].damping = 0.0), "an undamped one");
+    assert!(!edited(&|s| (s[17].i, s[17].j) = (s[17].j, s[17].i)), "backwards");
+    assert!(!edited(&|s| s.insert(17, s[17])), "a double one");
+    assert!(!edited(&|s| s.retain(|s| s.i % 2 == 0)), "sparse");
+}
+
+fn mesh() -> impl Strategy<Value = (usize, Vec<(u32, u32, f64, f64, f64)>)> {
+    (2_u32..90).prop_flat_map(|n| {
+        let spring = (0..n, 0..n, 0.0..1.0, 0.0..9.0, 0.0..1.0);
+        (Just(n as usize), prop::collection::vec(spring, 1..300))
+    })
+}
+
+proptest! {
+    #[test]
+    fn springs_in_any_order_give_the_same_bits((n, springs) in mesh()) {
+        let springs: Vec<_> = springs
+            .into_iter()
+            .filter(|s| s.0 != s.1)
+            .map(|(i, j, rest_length, stiffness, damping)| Spring { i, j, rest_length, stiffness, damping })
+            .collect();
+        assert_same_bits(&LinearSprings::new("tension", springs, DampingLaw::Full), n);
+    }
+
+    /// Any set of places along any diagonals, not of a grid only.
+    #[test]
+    fn springs_along_any_diagonals_give_the_same_bits(
+        offsets in prop::collection::btree_set(1_usize..300, 1..5),
+        n in 301_usize..900,
+        seed in any::<u64>(),
+    ) {
+        let mut random = Random(seed);
+        let mut springs = Vec::new();
+        for i in 0..n {
+            for &offset in offsets.iter().filter(|o| i + **o < n) {
+                if random.unit() < 0.9 {
+                    let (i, j) = (i as u32, (i + offset) as u32);
+                    springs.push(Spring { i, j, rest_length: offset as f64, stiffness: 2.0, damping: 0.1 });
+                }
+            }
+        }
+        assert_same_bits(&LinearSprings::new("tension", springs, DampingLaw::Full), n);
+    }
+}
+
+#[test]
+fn effects_that_share_a_sweep_give_the_same_bits_as_one_after_the_other() {
+    for (side, damping) in [(8, 0.3), (20, 0.3), (20, 0.0), (47, 0.3)] {
+        let text = format!(
+            r#"{{"format": "drape-scene/1", "name": "s",
+            "cloth": {{"grid": {{"rows": {side}, "columns": {side}, "size_m": [1, 1], "center_m": [0, 0, 0], "mass_kg": 0.4}}}},
+            "effects": {{
+                "tension": {{"stiffness_n_per_m": 9, "damping_n_s_per_m": {damping}}},
+                "shear": {{"stiffness_n_per_m": 3, "damping_n_s_per_m": {damping}}},
+                "bending": {{"stiffness_n_per_m": 1}},
+                "gravity": {{"m_s2": [0, 0, -9.81]}}}},
+            "time": {{"step_s": 0.01, "duration_s": 1}}}}"#
+        );
+        let spec: SystemSpec = crate::parse("s.json", &text).unwrap().spec().clone();
+        let (system, state) = spec.build().unwrap();
+        let mut random = Random(side);
+        let n = state.len();
+        let (x, v) = (random.vectors(n), random.vectors(n));
+        let [mut shared, mut apart, mut contended] = [(); 3].map(|()| vec![Vec3::zeros(); n]);
+        system.forces(&x, &v, &mut shared);
+        for effect in system.effects() {
+            effect.add_force(system.mass(), &x, &mut apart);
+            effect.add_damping_force(&x, &v, &mut apart);
+        }
+        assert_eq!(bits(&shared), bits(&apart), "{side}");
+        // In another order, and part of them only.
+        let start = random.vectors(n);
+        (shared, apart, contended) = (start.clone(), start.clone(), contended);
+        let effects: Vec<_> = system.effects().collect();
+        let terms =
+            [(1, Part::All), (2, Part::All), (3, Part::All), (0, Part::Force), (0, Part::Force)];
+        system.add_forces(terms.iter().map(|&(e, p)| (effects[e], p)), &x, &v, &mut shared);
+        for (e, part) in terms {
+            effects[e].add_force(system.mass(), &x, &mut apart);
+            if part == Part::All {
+                effects[e].add_damping_force(&x, &v, &mut apart);
+            }
+        }
+        assert_eq!(bits(&shared), bits(&apart), "{side}");
+        // A system whose window somebody else has.
+        let copy = system.clone();
+        copy.forces(&x, &v, &mut contended);
+        system.forces(&x, &v, &mut shared);
+        assert_eq!(bits(&shared), bits(&contended), "{side}");
+    }
+}
