@@ -1,6 +1,7 @@
 //! The system that runs: masses, effects, pins, obstacles, with revisions.
 
-use crate::effects::{Effect, Part, Pass, Window, sweep};
+use crate::effects::sweep::{self, MAX_PASSES, Window};
+use crate::effects::{Effect, Part, Pass};
 use crate::{Detection, Obstacle, Vec3};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard};
@@ -49,9 +50,6 @@ pub struct System {
     window: Mutex<Window>,
 }
 
-/// Most effects that one sweep takes together.
-const MAX_PASSES: usize = 4;
-
 /// Passes that wait for a sweep.
 #[derive(Default)]
 struct Passes<'a> {
@@ -90,9 +88,9 @@ impl<'a> Passes<'a> {
     }
 }
 
-fn window_for(effects: &[Box<dyn Effect>]) -> Mutex<Window> {
-    let passes = effects.iter().filter_map(|effect| effect.pass(Part::Force));
-    Mutex::new(Window::new(passes.map(|pass| pass.diagonals)))
+fn window_for(mass: &[f64], effects: &[Box<dyn Effect>]) -> Mutex<Window> {
+    let passes = effects.iter().filter_map(|effect| effect.pass(mass, Part::Force));
+    Mutex::new(Window::new(passes.filter_map(|pass| pass.springs().map(|s| s.diagonals))))
 }
 
 impl Clone for System {
@@ -101,7 +99,7 @@ impl Clone for System {
         Self {
             name: self.name.clone(),
             mass: self.mass.clone(),
-            window: window_for(&effects),
+            window: window_for(&self.mass, &effects),
             effects,
             pinned: self.pinned.clone(),
             obstacles: self.obstacles.clone(),
@@ -129,7 +127,7 @@ impl System {
             pins: stamp,
             topology: stamp,
         };
-        let window = window_for(&effects);
+        let window = window_for(&mass, &effects);
         Self { name, mass, effects, pinned, obstacles, contact, revisions, window }
     }
 
@@ -187,7 +185,7 @@ impl System {
     /// Adds the wanted parts of the effects' forces at `(x, v)`, N, to `out`, effect by effect in the given order.
     /// Neighbours in that order that can share a sweep do so: the result is the same bits.
     pub fn add_forces<'a>(
-        &self,
+        &'a self,
         terms: impl Iterator<Item = (&'a dyn Effect, Part)>,
         x: &[Vec3],
         v: &[Vec3],
@@ -196,7 +194,7 @@ impl System {
         let mut window = self.window.try_lock().ok();
         let mut pending = Passes::default();
         for (effect, part) in terms {
-            let pass = window.as_ref().and(effect.pass(part));
+            let pass = window.as_ref().and(effect.pass(&self.mass, part));
             let is_taken = |pending: &mut Passes<'a>, window: &Option<MutexGuard<'_, Window>>| {
                 pass.zip(window.as_ref()).is_some_and(|(pass, window)| pending.push(pass, window))
             };

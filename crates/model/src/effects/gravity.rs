@@ -1,6 +1,6 @@
 //! Uniform gravity.
 
-use super::Effect;
+use super::{Effect, Field, Part, Pass};
 use crate::Vec3;
 
 /// `U = −Σ m_i g·x_i`, `f_i = m_i g`.
@@ -23,6 +23,10 @@ impl Effect for Gravity {
         for (f, &m) in out.iter_mut().zip(mass) {
             *f += self.acceleration * m;
         }
+    }
+
+    fn pass<'a>(&'a self, mass: &'a [f64], _part: Part) -> Option<Pass<'a>> {
+        Some(Pass::Field(Field { acceleration: self.acceleration, mass }))
     }
 
     fn boxed_clone(&self) -> Box<dyn Effect> {

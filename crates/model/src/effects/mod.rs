@@ -14,8 +14,8 @@ mod gravity;
 mod springs;
 
 pub use gravity::Gravity;
-pub use springs::sweep::Pass;
-pub(crate) use springs::sweep::{self, Window};
+pub(crate) use springs::sweep;
+pub use springs::sweep::{Field, Pass, Springs};
 pub use springs::{LinearSprings, Spring};
 
 use crate::{Mat3, Vec3};
@@ -67,7 +67,7 @@ pub trait Effect: Debug + Send + Sync {
 
     /// The part of the effect's forces as something that one sweep can add together with those of other effects, if it
     /// has this form.
-    fn pass(&self, _part: Part) -> Option<Pass<'_>> {
+    fn pass<'a>(&'a self, _mass: &'a [f64], _part: Part) -> Option<Pass<'a>> {
         None
     }
 

@@ -12,7 +12,7 @@ pub(crate) mod sweep;
 mod tests;
 
 use self::diagonals::Diagonals;
-use self::sweep::{Law, Pass, Window};
+use self::sweep::{Law, Pass, Springs, Window};
 use super::{BlockSink, Effect, LinearSplit, Part, Tangent};
 use crate::{DampingLaw, Mat3, Vec3};
 use std::sync::Mutex;
@@ -141,7 +141,8 @@ impl LinearSprings {
             Store::List(springs) => batch::add(springs, law, x, out),
             Store::Diagonals(diagonals) => match self.window.try_lock() {
                 Ok(mut window) => {
-                    let pass = Pass { diagonals, law: Some(law), is_damped: false };
+                    let pass =
+                        Pass::Springs(Springs { diagonals, law: Some(law), is_damped: false });
                     sweep::add(&[Some(pass)], &mut window, x, x, out);
                 }
                 Err(_) => self.add_one_by_one(law, x, out),
@@ -155,7 +156,7 @@ impl LinearSprings {
             Store::List(springs) => batch::damp_fully(springs, v, out),
             Store::Diagonals(diagonals) => match self.window.try_lock() {
                 Ok(mut window) => {
-                    let pass = Pass { diagonals, law: None, is_damped: true };
+                    let pass = Pass::Springs(Springs { diagonals, law: None, is_damped: true });
                     sweep::add(&[Some(pass)], &mut window, v, v, out);
                 }
                 Err(_) => self.damp_fully_one_by_one(v, out),
@@ -210,15 +211,15 @@ impl Effect for LinearSprings {
         self.add(Law::Spring, x, out);
     }
 
-    fn pass(&self, part: Part) -> Option<Pass<'_>> {
-        let diagonals = self.diagonals()?;
-        let is_damped = self.damping == Some(DampingLaw::Full);
-        match part {
+    fn pass<'a>(&'a self, _mass: &'a [f64], part: Part) -> Option<Pass<'a>> {
+        let is_damped = match (part, self.damping) {
             // Projected damping is not linear in the velocities alone.
-            Part::All if self.damping == Some(DampingLaw::Projected) => None,
-            Part::All => Some(Pass { diagonals, law: Some(Law::Spring), is_damped }),
-            Part::Force => Some(Pass { diagonals, law: Some(Law::Spring), is_damped: false }),
-        }
+            (Part::All, Some(DampingLaw::Projected)) => return None,
+            (Part::All, damping) => damping.is_some(),
+            (Part::Force, _) => false,
+        };
+        let diagonals = self.diagonals()?;
+        Some(Pass::Springs(Springs { diagonals, law: Some(Law::Spring), is_damped }))
     }
 
     fn has_damping(&self) -> bool {

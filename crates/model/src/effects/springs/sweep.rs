@@ -23,11 +23,20 @@
 //! damping, 12 for the sums. A square root and a division of eight numbers take 27 cycles of a Zen 4 core, 0.9 ns a spring, and
 //! are half of the time. In main memory: 24 bytes a particle for `x`, 24 for `v`, 48 for the sum, 1 for each diagonal.
 
+mod loops;
+
+use self::loops::{
+    Ends, add_scaled, give, join, split, spring_forces, spring_forces_and_take,
+    spring_forces_and_take_twice, take, take_from, take_twice, weighted_differences,
+};
 use super::diagonals::{Diagonal, Diagonals};
 use super::{COLLAPSED, Vec3};
+use std::ops::Range;
 
-/// Particles that are computed, then gathered, at a time: their forces stay in the first-level cache.
-const GROUP: usize = 128;
+/// Most effects that one sweep takes together.
+pub(crate) const MAX_PASSES: usize = 4;
+/// Most particles that are computed, then gathered, at a time.
+const GROUP: usize = 512;
 /// The window is a multiple of this many particles; vector registers hold so many numbers or fewer.
 const LANES: usize = 8;
 
@@ -54,19 +63,81 @@ impl Law {
     }
 }
 
-/// What a sweep takes of one effect: a force of its springs, their full damping, or both, in this order.
+/// What a sweep takes of one effect.
 #[derive(Clone, Copy, Debug)]
-pub struct Pass<'a> {
+pub enum Pass<'a> {
+    /// Springs along diagonals.
+    Springs(Springs<'a>),
+    /// The same acceleration for all.
+    Field(Field<'a>),
+}
+
+/// A force of springs, their full damping, or both, in this order.
+#[derive(Clone, Copy, Debug)]
+pub struct Springs<'a> {
     pub(crate) diagonals: &'a Diagonals,
     pub(crate) law: Option<Law>,
     pub(crate) is_damped: bool,
 }
 
-impl Pass<'_> {
+/// `f_i = m_i g`.
+#[derive(Clone, Copy, Debug)]
+pub struct Field<'a> {
+    pub(crate) acceleration: Vec3,
+    pub(crate) mass: &'a [f64],
+}
+
+impl<'a> Pass<'a> {
+    /// The springs, if it is such.
+    #[inline(always)]
+    pub(crate) fn springs(&self) -> Option<&Springs<'a>> {
+        match self {
+            Self::Springs(springs) => Some(springs),
+            Self::Field(_) => None,
+        }
+    }
+}
+
+/// Two incoming, then two own springs' forces: an array, and how far back in it.
+type Sides = [(usize, usize); 4];
+
+impl Springs<'_> {
+    /// One for the forces and one for the damping.
+    fn kinds(&self) -> usize {
+        usize::from(self.law.is_some()) + usize::from(self.is_damped)
+    }
+
     /// Arrays of forces that the pass fills: three a diagonal and kind.
     fn planes(&self) -> usize {
-        3 * self.diagonals.list.len()
-            * (usize::from(self.law.is_some()) + usize::from(self.is_damped))
+        3 * self.diagonals.list.len() * self.kinds()
+    }
+
+    /// With two diagonals: what one coordinate of the sums takes, arrays of forces and how far back in them, of each kind.
+    /// `first` is the array of the first diagonal's force in this coordinate.
+    #[inline(always)]
+    fn pairs(&self, first: usize) -> Option<(Sides, Option<Sides>)> {
+        let Diagonals { list, incoming, .. } = self.diagonals;
+        let ([a, b], &[c, d]) = (list.as_slice(), incoming.as_slice()) else { return None };
+        let offset = [a.offset, b.offset];
+        let sides = |first: usize| {
+            [(first + 3 * c, offset[c]), (first + 3 * d, offset[d]), (first, 0), (first + 3, 0)]
+        };
+        Some((sides(first), (self.kinds() == 2).then(|| sides(first + 6))))
+    }
+
+    /// Diagonals with damping.
+    fn damped(&self) -> usize {
+        if self.is_damped { self.diagonals.list.len() } else { 0 }
+    }
+}
+
+impl Field<'_> {
+    /// Adds the weight of the particles `from + range` in one coordinate.
+    #[inline(always)]
+    fn add(&self, axis: usize, from: usize, range: Range<usize>, sum: &mut [f64]) {
+        let mass = &self.mass[from..];
+        let range = range.start.min(mass.len())..range.end.min(mass.len());
+        add_scaled(&mut sum[range.clone()], &mass[range], self.acceleration[axis]);
     }
 }
 
@@ -97,8 +168,8 @@ impl Window {
         if planes == 0 {
             return Self::default();
         }
-        let up = |n: usize| n.next_multiple_of(GROUP);
-        let chunk = up(particles).min(up((4 * reach).clamp(512, 2560).max(reach)));
+        let chunk = particles.min((4 * reach).clamp(1024, 1536).max(reach));
+        let chunk = chunk.next_multiple_of(LANES);
         let history = reach.next_multiple_of(LANES);
         let ahead = history + LANES;
         let mut window = Self { chunk, history, ahead, ..Self::default() };
@@ -109,12 +180,17 @@ impl Window {
 
     /// Whether these passes can share a sweep with this window.
     pub(crate) fn fits<'a>(&self, passes: impl Iterator<Item = &'a Pass<'a>> + Clone) -> bool {
-        let same = |particles: usize| passes.clone().all(|p| p.diagonals.particles == particles);
-        let planes: usize = passes.clone().map(Pass::planes).sum();
-        let reach = passes.clone().map(|pass| pass.diagonals.reach()).max().unwrap_or(0);
-        passes.clone().next().is_none_or(|first| same(first.diagonals.particles))
-            && reach <= self.history
-            && planes * self.stride() <= self.forces.len()
+        let springs = passes.clone().filter_map(Pass::springs);
+        let Some(particles) = springs.clone().next().map(|s| s.diagonals.particles) else {
+            return false;
+        };
+        let same = passes.clone().all(|pass| match pass {
+            Pass::Springs(springs) => springs.diagonals.particles == particles,
+            Pass::Field(field) => field.mass.len() == particles,
+        });
+        let planes: usize = springs.clone().map(Springs::planes).sum();
+        let reach = springs.map(|springs| springs.diagonals.reach()).max().unwrap_or(0);
+        same && reach <= self.history && planes * self.stride() <= self.forces.len()
     }
 
     /// Distance of two arrays. Five cache lines more than a page, lest the same place of all of them falls
@@ -132,7 +208,7 @@ pub(crate) fn add(
     v: &[Vec3],
     out: &mut [Vec3],
 ) {
-    let Some(first) = passes.iter().flatten().next() else { return };
+    let Some(first) = passes.iter().flatten().find_map(Pass::springs) else { return };
     let particles = first.diagonals.particles;
     assert!(x.len() >= particles && v.len() >= particles && out.len() >= particles);
     pulp::Arch::new().dispatch(Sweep {
@@ -140,9 +216,14 @@ pub(crate) fn add(
         particles,
         window,
         x: bytemuck::cast_slice(x),
-        v: passes.iter().flatten().any(|pass| pass.is_damped).then_some(bytemuck::cast_slice(v)),
+        v: springs(passes).any(|pass| pass.is_damped).then_some(bytemuck::cast_slice(v)),
         out: bytemuck::cast_slice_mut(out),
     });
+}
+
+#[inline(always)]
+fn springs<'a>(passes: &'a [Option<Pass<'a>>]) -> impl Iterator<Item = &'a Springs<'a>> {
+    passes.iter().flatten().filter_map(Pass::springs)
 }
 
 struct Sweep<'a> {
@@ -174,17 +255,23 @@ impl pulp::WithSimd for Sweep<'_> {
             if let Some(v) = v {
                 block.read(3, v, begin, fresh, chunk, ahead, begin > 0);
             }
-            let end = particles.min(begin + chunk);
-            let mut i = begin;
-            while i < end {
-                let m = GROUP.min(end - i);
-                let padded = m.next_multiple_of(LANES);
-                block.compute(passes, i, i - begin, padded);
-                let out = &mut out[3 * i..3 * (i + m)];
+            let end = particles.min(begin + chunk) - begin;
+            // A small sheet in some groups, so that most of its sums run along with the next group's forces.
+            let group = end.div_ceil(4).next_multiple_of(4 * LANES).min(GROUP);
+            let length = |at: usize| group.min(end - at);
+            block.compute(passes, begin, 0, length(0).next_multiple_of(LANES));
+            for at in (0..end).step_by(group) {
+                let m = length(at);
+                let out = &mut out[3 * (begin + at)..3 * (begin + at + m)];
                 split(&mut sums, GROUP, m, out);
-                block.gather(passes, i - begin, padded, &mut sums);
+                let next = at + group;
+                if next < end {
+                    let following = length(next).next_multiple_of(LANES);
+                    block.gather_and_compute(passes, begin, at, group, following, &mut sums);
+                } else {
+                    block.gather(passes, begin, at, 0..m.next_multiple_of(LANES), &mut sums);
+                }
                 join(&sums, GROUP, m, out);
-                i += GROUP;
             }
             begin += chunk;
             if begin < particles {
@@ -192,6 +279,14 @@ impl pulp::WithSimd for Sweep<'_> {
             }
         }
     }
+}
+
+/// `m` numbers from place `at` on of each of the first three arrays.
+#[inline(always)]
+fn row_of_three(planes: &mut [f64], stride: usize, at: usize, m: usize) -> [&mut [f64]; 3] {
+    let (x, rest) = planes.split_at_mut(stride);
+    let (y, z) = rest.split_at_mut(stride);
+    [&mut x[at..][..m], &mut y[at..][..m], &mut z[at..][..m]]
 }
 
 /// The arrays of a window.
@@ -239,115 +334,266 @@ impl Block<'_> {
         }
     }
 
-    /// The forces of the springs of `m` particles.
+    /// The forces of the springs of `m` particles, of which the first is at place `at` of a chunk that begins with
+    /// particle `begin`.
     #[inline(always)]
-    fn compute(&mut self, passes: &[Option<Pass<'_>>], particle: usize, at: usize, m: usize) {
-        let Self { stride, history, ref coordinates, ref mut forces } = *self;
-        let ends = |axis: usize, offset: usize| {
-            let plane = &coordinates[axis * stride..][..stride];
-            (&plane[at..at + m], &plane[at + offset..at + offset + m])
-        };
-        let mut planes =
-            forces.chunks_exact_mut(stride).map(|plane| &mut plane[history + at..][..m]);
-        for pass in passes.iter().flatten() {
-            if let Some(law) = pass.law {
-                for d in &pass.diagonals.list {
-                    let (Some(fx), Some(fy), Some(fz)) =
-                        (planes.next(), planes.next(), planes.next())
-                    else {
-                        return;
-                    };
-                    let ((x, x2), (y, y2), (z, z2)) =
-                        (ends(0, d.offset), ends(1, d.offset), ends(2, d.offset));
-                    let present = &d.present[particle..particle + m];
-                    match law {
-                        Law::Spring => {
-                            let law = |k, q| Law::Spring.stiffness(k, q);
-                            spring_forces(d, law, present, x, y, z, x2, y2, z2, fx, fy, fz);
-                        }
-                        Law::Nonlinear => {
-                            let law = |k, q| Law::Nonlinear.stiffness(k, q);
-                            spring_forces(d, law, present, x, y, z, x2, y2, z2, fx, fy, fz);
-                        }
-                        Law::Linear => {
-                            weighted_differences(d.stiffness, present, x, x2, fx);
-                            weighted_differences(d.stiffness, present, y, y2, fy);
-                            weighted_differences(d.stiffness, present, z, z2, fz);
-                        }
-                    }
-                }
+    fn compute(&mut self, passes: &[Option<Pass<'_>>], begin: usize, at: usize, m: usize) {
+        let mut plane = 0;
+        for pass in springs(passes) {
+            for d in pass.law.iter().flat_map(|_| &pass.diagonals.list) {
+                self.compute_springs(pass, d, plane, begin, at, m);
+                plane += 3;
             }
-            if pass.is_damped {
-                for d in &pass.diagonals.list {
-                    for axis in 3..6 {
-                        let Some(f) = planes.next() else { return };
-                        let (v, v2) = ends(axis, d.offset);
-                        let present = &d.present[particle..particle + m];
-                        weighted_differences(d.damping, present, v, v2, f);
-                    }
-                }
+            for d in &pass.diagonals.list[..pass.damped()] {
+                self.compute_damping(d, plane, begin, at, m);
+                plane += 3;
             }
         }
     }
 
-    /// Adds to the sums of `m` particles what their springs left.
+    /// Both ends of `m` springs of a diagonal.
+    #[inline(always)]
+    fn ends<'c>(
+        coordinates: &'c [f64],
+        stride: usize,
+        d: &Diagonal,
+        at: usize,
+        m: usize,
+    ) -> Ends<'c> {
+        let near = |axis: usize| &coordinates[axis * stride + at..][..m];
+        let far = |axis: usize| &coordinates[axis * stride + at + d.offset..][..m];
+        Ends { near: [near(0), near(1), near(2)], far: [far(0), far(1), far(2)] }
+    }
+
+    #[inline(always)]
+    fn compute_springs(
+        &mut self,
+        pass: &Springs<'_>,
+        d: &Diagonal,
+        plane: usize,
+        begin: usize,
+        at: usize,
+        m: usize,
+    ) {
+        let Self { stride, history, ref coordinates, ref mut forces } = *self;
+        let ends = Self::ends(coordinates, stride, d, at, m);
+        let present = &d.present[begin + at..][..m];
+        let [fx, fy, fz] = row_of_three(&mut forces[plane * stride..], stride, history + at, m);
+        match pass.law {
+            Some(Law::Spring) => {
+                spring_forces(d, |k, q| Law::Spring.stiffness(k, q), present, ends, [fx, fy, fz]);
+            }
+            Some(Law::Nonlinear) => {
+                spring_forces(
+                    d,
+                    |k, q| Law::Nonlinear.stiffness(k, q),
+                    present,
+                    ends,
+                    [fx, fy, fz],
+                );
+            }
+            Some(Law::Linear) => {
+                weighted_differences(d.stiffness, present, ends, [fx, fy, fz]);
+            }
+            None => {}
+        }
+    }
+
+    #[inline(always)]
+    fn compute_damping(&mut self, d: &Diagonal, plane: usize, begin: usize, at: usize, m: usize) {
+        let Self { stride, history, ref coordinates, ref mut forces } = *self;
+        let ends = Self::ends(&coordinates[3 * stride..], stride, d, at, m);
+        let present = &d.present[begin + at..][..m];
+        let f = row_of_three(&mut forces[plane * stride..], stride, history + at, m);
+        weighted_differences(d.damping, present, ends, f);
+    }
+
+    /// Adds to the sums what their springs left, for the particles at the places `at + range` of the chunk.
     #[inline(always)]
     fn gather(
         &self,
         passes: &[Option<Pass<'_>>],
+        begin: usize,
         at: usize,
-        m: usize,
+        range: Range<usize>,
         sums: &mut [f64; 3 * GROUP],
     ) {
-        let at = self.history + at;
-        let side = |plane: usize, back: usize| &self.forces[plane * self.stride + at - back..][..m];
         let mut first = 0;
         for pass in passes.iter().flatten() {
-            let Diagonals { list, incoming, .. } = pass.diagonals;
-            let kind = 3 * list.len();
-            let own = |first: usize, d: usize, axis: usize| side(first + 3 * d + axis, 0);
-            let other = |first: usize, d: usize, axis: usize| {
-                let d = incoming[d];
-                side(first + 3 * d + axis, list[d].offset)
-            };
             for (axis, sum) in sums.chunks_exact_mut(GROUP).enumerate() {
-                let sum = &mut sum[..m];
-                match (list.len(), pass.planes() / kind) {
-                    (2, 2) => take_twice(
-                        sum,
-                        other(first, 0, axis),
-                        other(first, 1, axis),
-                        own(first, 0, axis),
-                        own(first, 1, axis),
-                        other(first + kind, 0, axis),
-                        other(first + kind, 1, axis),
-                        own(first + kind, 0, axis),
-                        own(first + kind, 1, axis),
-                    ),
-                    (2, 1) => take(
-                        sum,
-                        other(first, 0, axis),
-                        other(first, 1, axis),
-                        own(first, 0, axis),
-                        own(first, 1, axis),
-                    ),
-                    (_, kinds) => {
-                        for k in 0..kinds {
-                            let first = first + k * kind;
-                            (0..list.len()).for_each(|d| take_from(sum, other(first, d, axis)));
-                            (0..list.len()).for_each(|d| give(sum, own(first, d, axis)));
-                        }
+                match pass {
+                    Pass::Springs(pass) => {
+                        self.gather_axis(pass, first + axis, at, range.clone(), sum)
                     }
+                    Pass::Field(field) => field.add(axis, begin + at, range.clone(), sum),
                 }
             }
-            first += pass.planes();
+            first += pass.springs().map_or(0, Springs::planes);
+        }
+    }
+
+    #[inline(always)]
+    fn gather_axis(
+        &self,
+        pass: &Springs<'_>,
+        first: usize,
+        at: usize,
+        range: Range<usize>,
+        sum: &mut [f64],
+    ) {
+        let at = self.history + at + range.start;
+        let sum = &mut sum[range.clone()];
+        let side = |(plane, back): (usize, usize)| {
+            &self.forces[plane * self.stride + at - back..][..range.len()]
+        };
+        if let Some((a, b)) = pass.pairs(first) {
+            match b {
+                None => take(sum, [side(a[0]), side(a[1]), side(a[2]), side(a[3])]),
+                Some(b) => take_twice(
+                    sum,
+                    [side(a[0]), side(a[1]), side(a[2]), side(a[3])],
+                    [side(b[0]), side(b[1]), side(b[2]), side(b[3])],
+                ),
+            }
+            return;
+        }
+        let Diagonals { list, incoming, .. } = pass.diagonals;
+        for first in (0..pass.kinds()).map(|kind| first + 3 * list.len() * kind) {
+            for &d in incoming {
+                take_from(sum, side((first + 3 * d, list[d].offset)));
+            }
+            for d in 0..list.len() {
+                give(sum, side((first + 3 * d, 0)));
+            }
+        }
+    }
+
+    /// As [`gather`](Self::gather) for `m` particles, together with [`compute`](Self::compute) for the `following` ones:
+    /// sums fill the time in which the next square roots and divisions are on their way.
+    #[inline(always)]
+    fn gather_and_compute(
+        &mut self,
+        passes: &[Option<Pass<'_>>],
+        begin: usize,
+        at: usize,
+        m: usize,
+        following: usize,
+        sums: &mut [f64; 3 * GROUP],
+    ) {
+        let next = at + m;
+        let is_plain = |s: &Springs<'_>| s.law == Some(Law::Spring) && s.diagonals.list.len() == 2;
+        if !springs(passes).all(is_plain) {
+            self.gather(passes, begin, at, 0..m, sums);
+            self.compute(passes, begin, next, following);
+            return;
+        }
+        // As many rows of springs as there are diagonals, each with the next sum in its coordinate.
+        let mut jobs = (0..3 * passes.iter().flatten().count()).map(|job| (job / 3, job % 3));
+        let mut first = [0; MAX_PASSES + 1];
+        for (p, pass) in passes.iter().flatten().enumerate() {
+            first[p + 1] = first[p] + pass.springs().map_or(0, Springs::planes);
+        }
+        for (p, pass) in passes.iter().enumerate() {
+            let Some(Pass::Springs(pass)) = pass else { continue };
+            for (k, d) in pass.diagonals.list.iter().enumerate() {
+                let plane = first[p] + 3 * k;
+                let mut is_computed = false;
+                for (q, axis) in jobs.by_ref() {
+                    let sum = &mut sums[axis * GROUP..][..GROUP];
+                    match &passes[q] {
+                        Some(Pass::Springs(other)) => {
+                            let from = first[q] + axis;
+                            self.compute_and_take(
+                                d, plane, begin, next, following, other, from, at, sum,
+                            );
+                            self.gather_axis(other, from, at, following..m, sum);
+                            is_computed = true;
+                            break;
+                        }
+                        Some(Pass::Field(field)) => field.add(axis, begin + at, 0..m, sum),
+                        None => {}
+                    }
+                }
+                if !is_computed {
+                    self.compute_springs(pass, d, plane, begin, next, following);
+                }
+            }
+        }
+        for (q, axis) in jobs {
+            let sum = &mut sums[axis * GROUP..][..GROUP];
+            match &passes[q] {
+                Some(Pass::Springs(pass)) => self.gather_axis(pass, first[q] + axis, at, 0..m, sum),
+                Some(Pass::Field(field)) => field.add(axis, begin + at, 0..m, sum),
+                None => {}
+            }
+        }
+        for (p, pass) in passes.iter().enumerate() {
+            let Some(Pass::Springs(pass)) = pass else { continue };
+            for (k, d) in pass.diagonals.list[..pass.damped()].iter().enumerate() {
+                self.compute_damping(d, first[p] + 6 + 3 * k, begin, next, following);
+            }
+        }
+    }
+
+    /// The forces of one diagonal from place `next` on, and one coordinate of the sums from place `at` on.
+    #[inline(always)]
+    #[expect(clippy::too_many_arguments, reason = "two jobs at once")]
+    fn compute_and_take(
+        &mut self,
+        d: &Diagonal,
+        plane: usize,
+        begin: usize,
+        next: usize,
+        m: usize,
+        pass: &Springs<'_>,
+        from: usize,
+        at: usize,
+        sum: &mut [f64],
+    ) {
+        let Self { stride, history, ref coordinates, ref mut forces } = *self;
+        let ends = Self::ends(coordinates, stride, d, next, m);
+        let present = &d.present[begin + next..][..m];
+        let (before, rest) = forces.split_at_mut(plane * stride);
+        let (own, after) = rest.split_at_mut(3 * stride);
+        let (fx, own) = own.split_at_mut(stride);
+        let (fy, fz) = own.split_at_mut(stride);
+        let (x, fx) = fx.split_at_mut(history + next);
+        let (y, fy) = fy.split_at_mut(history + next);
+        let (z, fz) = fz.split_at_mut(history + next);
+        let (before, own, after): (&[f64], [&[f64]; 3], &[f64]) = (before, [x, y, z], after);
+        let side = |(p, back): (usize, usize)| {
+            let start = history + at - back;
+            match p.checked_sub(plane) {
+                None => &before[p * stride + start..][..m],
+                Some(axis @ 0..3) => &own[axis][start..][..m],
+                Some(later) => &after[(later - 3) * stride + start..][..m],
+            }
+        };
+        let (f, sum) = ([&mut fx[..m], &mut fy[..m], &mut fz[..m]], &mut sum[..m]);
+        match pass.pairs(from) {
+            Some((a, None)) => spring_forces_and_take(
+                d,
+                present,
+                ends,
+                f,
+                sum,
+                [side(a[0]), side(a[1]), side(a[2]), side(a[3])],
+            ),
+            Some((a, Some(b))) => {
+                let (a, b) = (
+                    [side(a[0]), side(a[1]), side(a[2]), side(a[3])],
+                    [side(b[0]), side(b[1]), side(b[2]), side(b[3])],
+                );
+                spring_forces_and_take_twice(d, present, ends, f, sum, a, b);
+            }
+            None => {}
         }
     }
 
     /// Moves the window on: the last forces become the first ones.
     fn slide(&mut self, passes: &[Option<Pass<'_>>], chunk: usize) {
         let mut planes = self.forces.chunks_exact_mut(self.stride);
-        for pass in passes.iter().flatten() {
+        for pass in springs(passes) {
             let kinds = pass.planes() / (3 * pass.diagonals.list.len());
             for d in (0..kinds).flat_map(|_| &pass.diagonals.list) {
                 for plane in planes.by_ref().take(3) {
@@ -356,121 +602,5 @@ impl Block<'_> {
                 }
             }
         }
-    }
-}
-
-/// `f = g (x − x2)` for a vector of springs.
-#[inline(always)]
-#[expect(clippy::too_many_arguments, reason = "one slice a coordinate: no two may overlap")]
-fn spring_forces(
-    d: &Diagonal,
-    law: impl Fn(f64, f64) -> f64,
-    present: &[u8],
-    x: &[f64],
-    y: &[f64],
-    z: &[f64],
-    x2: &[f64],
-    y2: &[f64],
-    z2: &[f64],
-    fx: &mut [f64],
-    fy: &mut [f64],
-    fz: &mut [f64],
-) {
-    let m = present.len();
-    let (x, y, z) = (&x[..m], &y[..m], &z[..m]);
-    let (x2, y2, z2) = (&x2[..m], &y2[..m], &z2[..m]);
-    let (fx, fy, fz) = (&mut fx[..m], &mut fy[..m], &mut fz[..m]);
-    let collapsed = COLLAPSED * d.rest_length;
-    for t in 0..m {
-        let (dx, dy, dz) = (x[t] - x2[t], y[t] - y2[t], z[t] - z2[t]);
-        let length = (dx * dx + dy * dy + dz * dz).sqrt();
-        let rest_over_length = if length > collapsed { d.rest_length / length } else { 0.0 };
-        let g = law(f64::from(present[t]) * d.stiffness, rest_over_length);
-        fx[t] = dx * g;
-        fy[t] = dy * g;
-        fz[t] = dz * g;
-    }
-}
-
-/// `f = w (a − b)` where a spring is, else 0.
-#[inline(always)]
-fn weighted_differences(w: f64, present: &[u8], a: &[f64], b: &[f64], f: &mut [f64]) {
-    let m = present.len();
-    let (a, b, f) = (&a[..m], &b[..m], &mut f[..m]);
-    for t in 0..m {
-        f[t] = (a[t] - b[t]) * (f64::from(present[t]) * w);
-    }
-}
-
-/// Two incoming and two own springs.
-#[inline(always)]
-fn take(sum: &mut [f64], a: &[f64], b: &[f64], c: &[f64], d: &[f64]) {
-    let m = sum.len();
-    let (a, b, c, d) = (&a[..m], &b[..m], &c[..m], &d[..m]);
-    for t in 0..m {
-        sum[t] = sum[t] + a[t] + b[t] - c[t] - d[t];
-    }
-}
-
-/// As [`take`], with force and damping.
-#[inline(always)]
-#[expect(clippy::too_many_arguments, reason = "one slice a summand: no two may overlap")]
-fn take_twice(
-    sum: &mut [f64],
-    a: &[f64],
-    b: &[f64],
-    c: &[f64],
-    d: &[f64],
-    a2: &[f64],
-    b2: &[f64],
-    c2: &[f64],
-    d2: &[f64],
-) {
-    let m = sum.len();
-    let (a, b, c, d) = (&a[..m], &b[..m], &c[..m], &d[..m]);
-    let (a2, b2, c2, d2) = (&a2[..m], &b2[..m], &c2[..m], &d2[..m]);
-    for t in 0..m {
-        sum[t] = sum[t] + a[t] + b[t] - c[t] - d[t] + a2[t] + b2[t] - c2[t] - d2[t];
-    }
-}
-
-#[inline(always)]
-fn take_from(sum: &mut [f64], a: &[f64]) {
-    sum.iter_mut().zip(a).for_each(|(sum, a)| *sum += a);
-}
-
-#[inline(always)]
-fn give(sum: &mut [f64], a: &[f64]) {
-    sum.iter_mut().zip(a).for_each(|(sum, a)| *sum -= a);
-}
-
-/// Vectors of `m` particles into one array a coordinate, `stride` apart.
-#[inline(always)]
-fn split(planes: &mut [f64], stride: usize, m: usize, from: &[f64]) {
-    let (x, rest) = planes.split_at_mut(stride);
-    let (y, z) = rest.split_at_mut(stride);
-    split_three(&mut x[..m], &mut y[..m], &mut z[..m], &from[..3 * m]);
-}
-
-#[inline(always)]
-fn split_three(x: &mut [f64], y: &mut [f64], z: &mut [f64], from: &[f64]) {
-    let m = x.len();
-    let (y, z, from) = (&mut y[..m], &mut z[..m], &from[..3 * m]);
-    for t in 0..m {
-        x[t] = from[3 * t];
-        y[t] = from[3 * t + 1];
-        z[t] = from[3 * t + 2];
-    }
-}
-
-/// The inverse of [`split`].
-#[inline(always)]
-fn join(planes: &[f64], stride: usize, m: usize, to: &mut [f64]) {
-    let (x, y, z) = (&planes[..m], &planes[stride..][..m], &planes[2 * stride..][..m]);
-    let to = &mut to[..3 * m];
-    for t in 0..m {
-        to[3 * t] = x[t];
-        to[3 * t + 1] = y[t];
-        to[3 * t + 2] = z[t];
     }
 }
