@@ -1,5 +1,6 @@
 //! The system that runs: masses, effects, pins, obstacles, with revisions.
 
+use crate::effects::batch::{self, Quads};
 use crate::effects::sweep::{self, MAX_PASSES, Window};
 use crate::effects::{Effect, Part, Pass};
 use crate::{Detection, Obstacle, Vec3};
@@ -47,7 +48,40 @@ pub struct System {
     contact: Contact,
     revisions: Revisions,
     /// Memory for sweeps over several effects at once.
-    window: Mutex<Window>,
+    memory: Mutex<SweepMemory>,
+}
+
+/// Memory for sweeps over several effects at once, of both kernels; either is empty where no spring needs it.
+#[derive(Debug)]
+struct SweepMemory {
+    window: Window,
+    quads: Quads,
+}
+
+impl SweepMemory {
+    fn new(mass: &[f64], effects: &[Box<dyn Effect>]) -> Mutex<Self> {
+        let passes = || effects.iter().filter_map(|effect| effect.pass(mass, Part::Force));
+        let is_listed = passes().any(|pass| matches!(pass, Pass::Listed(_)));
+        Mutex::new(Self {
+            window: Window::new(passes().filter_map(|pass| pass.springs().map(|s| s.diagonals))),
+            quads: Quads::new(if is_listed { mass.len() } else { 0 }),
+        })
+    }
+
+    /// Whether one sweep can take these passes.
+    fn fits<'a>(&self, passes: impl Iterator<Item = &'a Pass<'a>> + Clone) -> bool {
+        let is_listed = passes.clone().any(|pass| matches!(pass, Pass::Listed(_)));
+        let is_diagonal = passes.clone().any(|pass| matches!(pass, Pass::Springs(_)));
+        match (is_listed, is_diagonal) {
+            (false, _) => self.window.fits(passes),
+            (true, true) => false,
+            (true, false) => passes.into_iter().all(|pass| match pass {
+                Pass::Listed(springs) => springs.list.particles <= self.quads.particles(),
+                Pass::Field(field) => field.mass.len() == self.quads.particles(),
+                Pass::Springs(_) => false,
+            }),
+        }
+    }
 }
 
 /// Passes that wait for a sweep.
@@ -59,12 +93,12 @@ struct Passes<'a> {
 
 impl<'a> Passes<'a> {
     /// Takes a pass along, if it can share a sweep with those that wait.
-    fn push(&mut self, pass: Pass<'a>, window: &Window) -> bool {
+    fn push(&mut self, pass: Pass<'a>, memory: &SweepMemory) -> bool {
         if self.count == MAX_PASSES {
             return false;
         }
         self.list[self.count] = Some(pass);
-        let fits = window.fits(self.list.iter().flatten());
+        let fits = memory.fits(self.list.iter().flatten());
         if fits {
             self.count += 1;
         } else {
@@ -76,21 +110,19 @@ impl<'a> Passes<'a> {
     /// Sweeps, and waits for others.
     fn sweep(
         &mut self,
-        window: &mut Option<MutexGuard<'_, Window>>,
+        memory: &mut Option<MutexGuard<'_, SweepMemory>>,
         x: &[Vec3],
         v: &[Vec3],
         out: &mut [Vec3],
     ) {
-        if let Some(window) = window {
-            sweep::add(&self.list[..self.count], window, x, v, out);
+        let passes = &self.list[..self.count];
+        match (memory, passes.iter().flatten().any(|pass| matches!(pass, Pass::Listed(_)))) {
+            (Some(memory), true) => batch::add(passes, &mut memory.quads, x, v, out),
+            (Some(memory), false) => sweep::add(passes, &mut memory.window, x, v, out),
+            (None, _) => {}
         }
         *self = Self::default();
     }
-}
-
-fn window_for(mass: &[f64], effects: &[Box<dyn Effect>]) -> Mutex<Window> {
-    let passes = effects.iter().filter_map(|effect| effect.pass(mass, Part::Force));
-    Mutex::new(Window::new(passes.filter_map(|pass| pass.springs().map(|s| s.diagonals))))
 }
 
 impl Clone for System {
@@ -99,7 +131,7 @@ impl Clone for System {
         Self {
             name: self.name.clone(),
             mass: self.mass.clone(),
-            window: window_for(&self.mass, &effects),
+            memory: SweepMemory::new(&self.mass, &effects),
             effects,
             pinned: self.pinned.clone(),
             obstacles: self.obstacles.clone(),
@@ -127,8 +159,8 @@ impl System {
             pins: stamp,
             topology: stamp,
         };
-        let window = window_for(&mass, &effects);
-        Self { name, mass, effects, pinned, obstacles, contact, revisions, window }
+        let memory = SweepMemory::new(&mass, &effects);
+        Self { name, mass, effects, pinned, obstacles, contact, revisions, memory }
     }
 
     /// Name of the scene.
@@ -191,22 +223,24 @@ impl System {
         v: &[Vec3],
         out: &mut [Vec3],
     ) {
-        let mut window = self.window.try_lock().ok();
+        let mut memory = self.memory.try_lock().ok();
         let mut pending = Passes::default();
         for (effect, part) in terms {
-            let pass = window.as_ref().and(effect.pass(&self.mass, part));
-            let is_taken = |pending: &mut Passes<'a>, window: &Option<MutexGuard<'_, Window>>| {
-                pass.zip(window.as_ref()).is_some_and(|(pass, window)| pending.push(pass, window))
-            };
-            if is_taken(&mut pending, &window) {
+            let pass = memory.as_ref().and(effect.pass(&self.mass, part));
+            let is_taken =
+                |pending: &mut Passes<'a>, memory: &Option<MutexGuard<'_, SweepMemory>>| {
+                    pass.zip(memory.as_ref())
+                        .is_some_and(|(pass, memory)| pending.push(pass, memory))
+                };
+            if is_taken(&mut pending, &memory) {
                 continue;
             }
-            pending.sweep(&mut window, x, v, out);
-            if !is_taken(&mut pending, &window) {
+            pending.sweep(&mut memory, x, v, out);
+            if !is_taken(&mut pending, &memory) {
                 self.add_force((effect, part), x, v, out);
             }
         }
-        pending.sweep(&mut window, x, v, out);
+        pending.sweep(&mut memory, x, v, out);
     }
 
     /// Adds one effect's force.

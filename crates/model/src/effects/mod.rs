@@ -14,9 +14,9 @@ mod gravity;
 mod springs;
 
 pub use gravity::Gravity;
-pub(crate) use springs::sweep;
-pub use springs::sweep::{Field, Pass, Springs};
+pub use springs::sweep::{Field, ListedSprings, Pass, Springs};
 pub use springs::{LinearSprings, Spring};
+pub(crate) use springs::{batch, sweep};
 
 use crate::{Mat3, Vec3};
 use std::fmt::Debug;

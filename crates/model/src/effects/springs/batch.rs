@@ -1,86 +1,182 @@
 //! The fast kernel for springs in any order.
 //!
-//! The springs are taken in batches: the differences of the ends are read one after the other, lengths and factors
-//! computed for the whole batch in vector registers, and the forces added one after the other, in the order of the
-//! list. Only the middle part, with its square root and division, is worth vectors; it does not depend on who
-//! is whose neighbour. The results are those of the [readable loops](super::LinearSprings::add_one_by_one), bit for bit.
+//! Positions, velocities and forces are copied to vectors of four numbers, the last of which is 0, so that a particle is
+//! one register. The springs are taken in batches: the differences of the ends are read one spring after the other, lengths and
+//! factors computed for the whole batch, and the forces added one after the other, in the order of the list. A sum
+//! has the order of the [readable loops](super::LinearSprings::add_one_by_one): the results are the same bits.
 //!
-//! A spring costs what it costs in [`super::sweep`], and 32 bytes of its own beside the vectors at its ends.
+//! A spring costs the flops that it costs in [`super::sweep`], of which a quarter is done for the empty number, and reads 24 bytes of its own
+//! beside the vectors at its ends, 32 with damping. What it takes depends on whether those are in the cache: on the numbering of the
+//! particles and on the order of the list.
 
-use super::sweep::Law;
-use super::{COLLAPSED, Spring, Vec3};
+use super::COLLAPSED;
+use super::listed::Listed;
+use super::sweep::{Law, Pass};
+use crate::Vec3;
 
 /// Springs of a batch: the arrays stay in the first-level cache.
 const BATCH: usize = 64;
 
-/// Adds `−g (x_i − x_j)` of each spring to `out`, N.
-pub(crate) fn add(springs: &[Spring], law: Law, x: &[Vec3], out: &mut [Vec3]) {
-    match law {
-        Law::Spring => dispatch(springs, |k, q| Law::Spring.stiffness(k, q), x, out),
-        Law::Nonlinear => dispatch(springs, |k, q| Law::Nonlinear.stiffness(k, q), x, out),
-        Law::Linear => add_weighted(springs, |s| s.stiffness, x, out),
+/// A vector, and a 0.
+type Quad = [f64; 4];
+
+/// Memory of a sweep: one register a particle and vector.
+#[derive(Debug, Default)]
+pub(crate) struct Quads {
+    x: Vec<Quad>,
+    v: Vec<Quad>,
+    out: Vec<Quad>,
+}
+
+impl Quads {
+    /// Memory for springs of so many particles.
+    pub(crate) fn new(particles: usize) -> Self {
+        let zeros = || vec![[0.0; 4]; particles];
+        Self { x: zeros(), v: zeros(), out: zeros() }
+    }
+
+    /// For how many particles there is memory.
+    pub(crate) fn particles(&self) -> usize {
+        self.x.len()
     }
 }
 
-/// Adds `−c (v_i − v_j)` of each spring to `out`, N.
-pub(crate) fn damp_fully(springs: &[Spring], v: &[Vec3], out: &mut [Vec3]) {
-    add_weighted(springs, |s| s.damping, v, out);
-}
-
-fn add_weighted(springs: &[Spring], weight: impl Fn(&Spring) -> f64, x: &[Vec3], out: &mut [Vec3]) {
-    for s in springs {
-        let (i, j) = s.ends();
-        let f = (x[i] - x[j]) * weight(s);
-        out[i] -= f;
-        out[j] += f;
-    }
-}
-
-fn dispatch(
-    springs: &[Spring],
-    law: impl Fn(f64, f64) -> f64 + Copy,
+/// Adds what `passes` ask for to `out`, N; diagonals are not among them.
+pub(crate) fn add(
+    passes: &[Option<Pass<'_>>],
+    quads: &mut Quads,
     x: &[Vec3],
+    v: &[Vec3],
     out: &mut [Vec3],
 ) {
-    pulp::Arch::new().dispatch(Batches { springs, law, x, out });
+    pulp::Arch::new().dispatch(Batches { passes, quads, x, v, out });
 }
 
-struct Batches<'a, L> {
-    springs: &'a [Spring],
-    law: L,
+struct Batches<'a> {
+    passes: &'a [Option<Pass<'a>>],
+    quads: &'a mut Quads,
     x: &'a [Vec3],
+    v: &'a [Vec3],
     out: &'a mut [Vec3],
 }
 
-impl<L: Fn(f64, f64) -> f64> pulp::WithSimd for Batches<'_, L> {
+impl pulp::WithSimd for Batches<'_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) {
-        let Self { springs, law, x, out } = self;
-        let mut d = [[0.0; 3]; BATCH];
-        let (mut rest_length, mut stiffness) = ([0.0; BATCH], [0.0; BATCH]);
-        let (mut squares, mut g) = ([0.0; BATCH], [0.0; BATCH]);
-        for batch in springs.chunks(BATCH) {
-            for (t, s) in batch.iter().enumerate() {
-                let (a, b) = (&x[s.i as usize], &x[s.j as usize]);
-                d[t] = [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
-                squares[t] = d[t][0] * d[t][0] + d[t][1] * d[t][1] + d[t][2] * d[t][2];
-                (rest_length[t], stiffness[t]) = (s.rest_length, s.stiffness);
-            }
-            for t in 0..BATCH {
-                let length = squares[t].sqrt();
-                let far = length > COLLAPSED * rest_length[t];
-                let rest_over_length = if far { rest_length[t] / length } else { 0.0 };
-                g[t] = law(stiffness[t], rest_over_length);
-            }
-            for ((s, d), g) in batch.iter().zip(&d).zip(&g) {
-                let f = [d[0] * g, d[1] * g, d[2] * g];
-                let a = &mut out[s.i as usize];
-                *a = Vec3::new(a[0] - f[0], a[1] - f[1], a[2] - f[2]);
-                let b = &mut out[s.j as usize];
-                *b = Vec3::new(b[0] + f[0], b[1] + f[1], b[2] + f[2]);
+        let Self { passes, quads: Quads { x: x4, v: v4, out: sums }, x, v, out } = self;
+        widen(x, x4);
+        if passes.iter().flatten().any(|pass| matches!(pass, Pass::Listed(s) if s.is_damped)) {
+            widen(v, v4);
+        }
+        widen(out, sums);
+        for pass in passes.iter().flatten() {
+            match pass {
+                Pass::Listed(springs) => {
+                    match springs.law {
+                        Some(Law::Spring) => {
+                            add_forces(springs.list, |k, q| Law::Spring.stiffness(k, q), x4, sums);
+                        }
+                        Some(Law::Nonlinear) => {
+                            add_forces(
+                                springs.list,
+                                |k, q| Law::Nonlinear.stiffness(k, q),
+                                x4,
+                                sums,
+                            );
+                        }
+                        Some(Law::Linear) => {
+                            add_weighted(springs.list, &springs.list.stiffness, x4, sums);
+                        }
+                        None => {}
+                    }
+                    if springs.is_damped {
+                        add_weighted(springs.list, &springs.list.damping, v4, sums);
+                    }
+                }
+                Pass::Field(field) => {
+                    let g = field.acceleration;
+                    for (sum, m) in sums.iter_mut().zip(field.mass) {
+                        *sum = [sum[0] + g.x * m, sum[1] + g.y * m, sum[2] + g.z * m, 0.0];
+                    }
+                }
+                Pass::Springs(_) => {}
             }
         }
+        for (out, sum) in out.iter_mut().zip(&*sums) {
+            *out = Vec3::new(sum[0], sum[1], sum[2]);
+        }
+    }
+}
+
+#[inline(always)]
+fn widen(from: &[Vec3], to: &mut [Quad]) {
+    for (to, from) in to.iter_mut().zip(from) {
+        *to = [from.x, from.y, from.z, 0.0];
+    }
+}
+
+#[inline(always)]
+fn minus(a: &Quad, b: &Quad) -> Quad {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2], a[3] - b[3]]
+}
+
+#[inline(always)]
+fn plus(a: &Quad, b: &Quad) -> Quad {
+    [a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3]]
+}
+
+#[inline(always)]
+fn times(a: &Quad, g: f64) -> Quad {
+    [a[0] * g, a[1] * g, a[2] * g, a[3] * g]
+}
+
+/// Adds `−g (x_i − x_j)` of each spring.
+#[inline(always)]
+fn add_forces(list: &Listed, law: impl Fn(f64, f64) -> f64, x: &[Quad], sums: &mut [Quad]) {
+    let mut d = [[0.0; 4]; BATCH];
+    let (mut squares, mut g) = ([0.0; BATCH], [0.0; BATCH]);
+    let parameters = list.rest_length.chunks(BATCH).zip(list.stiffness.chunks(BATCH));
+    for (ends, (rest_length, stiffness)) in list.ends.chunks(BATCH).zip(parameters) {
+        for ((d, square), &[i, j]) in d.iter_mut().zip(&mut squares).zip(ends) {
+            *d = minus(&x[i as usize], &x[j as usize]);
+            *square = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+        }
+        factors(&squares, rest_length, stiffness, &law, &mut g);
+        for ((&[i, j], d), g) in ends.iter().zip(&d).zip(&g) {
+            let f = times(d, *g);
+            sums[i as usize] = minus(&sums[i as usize], &f);
+            sums[j as usize] = plus(&sums[j as usize], &f);
+        }
+    }
+}
+
+/// The factors of a batch.
+#[inline(always)]
+fn factors(
+    squares: &[f64; BATCH],
+    rest_length: &[f64],
+    stiffness: &[f64],
+    law: impl Fn(f64, f64) -> f64,
+    g: &mut [f64; BATCH],
+) {
+    let m = rest_length.len().min(stiffness.len()).min(BATCH);
+    let (squares, rest_length, stiffness) = (&squares[..m], &rest_length[..m], &stiffness[..m]);
+    let g = &mut g[..m];
+    for t in 0..m {
+        let length = squares[t].sqrt();
+        let far = length > COLLAPSED * rest_length[t];
+        g[t] = law(stiffness[t], if far { rest_length[t] / length } else { 0.0 });
+    }
+}
+
+/// Adds `−w (x_i − x_j)` of each spring.
+#[inline(always)]
+fn add_weighted(list: &Listed, weights: &[f64], x: &[Quad], sums: &mut [Quad]) {
+    for (&[i, j], &w) in list.ends.iter().zip(weights) {
+        let f = times(&minus(&x[i as usize], &x[j as usize]), w);
+        sums[i as usize] = minus(&sums[i as usize], &f);
+        sums[j as usize] = plus(&sums[j as usize], &f);
     }
 }

@@ -6,13 +6,16 @@
 
 pub(crate) mod batch;
 pub(crate) mod diagonals;
+pub(crate) mod listed;
 pub(crate) mod sweep;
 #[cfg(test)]
 #[allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
 mod tests;
 
+use self::batch::Quads;
 use self::diagonals::Diagonals;
-use self::sweep::{Law, Pass, Springs, Window};
+use self::listed::Listed;
+use self::sweep::{Law, ListedSprings, Pass, Springs, Window};
 use super::{BlockSink, Effect, LinearSplit, Part, Tangent};
 use crate::{DampingLaw, Mat3, Vec3};
 use std::sync::Mutex;
@@ -59,7 +62,7 @@ impl Spring {
 #[derive(Clone, Debug, PartialEq)]
 enum Store {
     /// One by one.
-    List(Vec<Spring>),
+    Listed(Listed),
     /// Along diagonals, with shared parameters.
     Diagonals(Diagonals),
 }
@@ -69,7 +72,7 @@ impl Store {
     #[inline]
     fn each(&self, visit: impl FnMut(&Spring)) {
         match self {
-            Self::List(springs) => springs.iter().for_each(visit),
+            Self::Listed(springs) => springs.each(visit),
             Self::Diagonals(diagonals) => diagonals.each(visit),
         }
     }
@@ -77,10 +80,7 @@ impl Store {
     /// Multiplies all stiffnesses and all damping coefficients.
     fn scale(&mut self, stiffness: f64, damping: f64) {
         match self {
-            Self::List(springs) => springs.iter_mut().for_each(|s| {
-                s.stiffness *= stiffness;
-                s.damping *= damping;
-            }),
+            Self::Listed(springs) => springs.scale(stiffness, damping),
             Self::Diagonals(diagonals) => diagonals.scale(stiffness, damping),
         }
     }
@@ -93,7 +93,14 @@ pub struct LinearSprings {
     store: Store,
     damping: Option<DampingLaw>,
     /// Memory of a sweep. Whoever finds it taken goes through the springs one by one.
-    window: Mutex<Window>,
+    memory: Mutex<Memory>,
+}
+
+/// Memory of the kernel that fits the springs.
+#[derive(Debug)]
+enum Memory {
+    Window(Window),
+    Quads(Quads),
 }
 
 impl Clone for LinearSprings {
@@ -109,17 +116,17 @@ impl LinearSprings {
         let damping = springs.iter().any(|s| s.damping > 0.0).then_some(law);
         let store = match Diagonals::detect(&springs) {
             Some(diagonals) => Store::Diagonals(diagonals),
-            None => Store::List(springs),
+            None => Store::Listed(Listed::new(&springs)),
         };
         Self::with_store(name, store, damping)
     }
 
     fn with_store(name: &'static str, store: Store, damping: Option<DampingLaw>) -> Self {
-        let window = match &store {
-            Store::List(_) => Window::default(),
-            Store::Diagonals(diagonals) => Window::new(std::iter::once(diagonals)),
+        let memory = match &store {
+            Store::Listed(springs) => Memory::Quads(Quads::new(springs.particles)),
+            Store::Diagonals(diagonals) => Memory::Window(Window::new(std::iter::once(diagonals))),
         };
-        Self { name, store, damping, window: Mutex::new(window) }
+        Self { name, store, damping, memory: Mutex::new(memory) }
     }
 
     /// Visits the springs in the order of the specification.
@@ -127,40 +134,35 @@ impl LinearSprings {
         self.store.each(visit);
     }
 
-    /// The diagonals, where there are such.
-    pub(crate) fn diagonals(&self) -> Option<&Diagonals> {
+    /// What a sweep has to know of the springs.
+    fn as_pass(&self, law: Option<Law>, is_damped: bool) -> Pass<'_> {
         match &self.store {
-            Store::List(_) => None,
-            Store::Diagonals(diagonals) => Some(diagonals),
+            Store::Listed(list) => Pass::Listed(ListedSprings { list, law, is_damped }),
+            Store::Diagonals(diagonals) => Pass::Springs(Springs { diagonals, law, is_damped }),
         }
     }
 
-    /// Adds `−g(L) (x_i − x_j)` of every spring with the law's `g`, by the kernel that fits.
+    /// Sweeps over the springs with the kernel that fits; `false` when the memory for it is taken.
+    fn sweep(&self, pass: Pass<'_>, x: &[Vec3], v: &[Vec3], out: &mut [Vec3]) -> bool {
+        let Ok(mut memory) = self.memory.try_lock() else { return false };
+        match &mut *memory {
+            Memory::Window(window) => sweep::add(&[Some(pass)], window, x, v, out),
+            Memory::Quads(quads) => batch::add(&[Some(pass)], quads, x, v, out),
+        }
+        true
+    }
+
+    /// Adds `−g(L) (x_i − x_j)` of every spring with the law's `g`.
     fn add(&self, law: Law, x: &[Vec3], out: &mut [Vec3]) {
-        match &self.store {
-            Store::List(springs) => batch::add(springs, law, x, out),
-            Store::Diagonals(diagonals) => match self.window.try_lock() {
-                Ok(mut window) => {
-                    let pass =
-                        Pass::Springs(Springs { diagonals, law: Some(law), is_damped: false });
-                    sweep::add(&[Some(pass)], &mut window, x, x, out);
-                }
-                Err(_) => self.add_one_by_one(law, x, out),
-            },
+        if !self.sweep(self.as_pass(Some(law), false), x, x, out) {
+            self.add_one_by_one(law, x, out);
         }
     }
 
     /// Adds `−c (v_i − v_j)` of every spring, whatever the law of the damping.
     fn damp_fully(&self, v: &[Vec3], out: &mut [Vec3]) {
-        match &self.store {
-            Store::List(springs) => batch::damp_fully(springs, v, out),
-            Store::Diagonals(diagonals) => match self.window.try_lock() {
-                Ok(mut window) => {
-                    let pass = Pass::Springs(Springs { diagonals, law: None, is_damped: true });
-                    sweep::add(&[Some(pass)], &mut window, v, v, out);
-                }
-                Err(_) => self.damp_fully_one_by_one(v, out),
-            },
+        if !self.sweep(self.as_pass(None, true), v, v, out) {
+            self.damp_fully_one_by_one(v, out);
         }
     }
 
@@ -218,8 +220,7 @@ impl Effect for LinearSprings {
             (Part::All, damping) => damping.is_some(),
             (Part::Force, _) => false,
         };
-        let diagonals = self.diagonals()?;
-        Some(Pass::Springs(Springs { diagonals, law: Some(Law::Spring), is_damped }))
+        Some(self.as_pass(Some(Law::Spring), is_damped))
     }
 
     fn has_damping(&self) -> bool {

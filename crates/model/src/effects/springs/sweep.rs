@@ -30,6 +30,7 @@ use self::loops::{
     spring_forces_and_take_twice, take, take_from, take_twice, weighted_differences,
 };
 use super::diagonals::{Diagonal, Diagonals};
+use super::listed::Listed;
 use super::{COLLAPSED, Vec3};
 use std::ops::Range;
 
@@ -68,6 +69,8 @@ impl Law {
 pub enum Pass<'a> {
     /// Springs along diagonals.
     Springs(Springs<'a>),
+    /// Springs in any order.
+    Listed(ListedSprings<'a>),
     /// The same acceleration for all.
     Field(Field<'a>),
 }
@@ -76,6 +79,14 @@ pub enum Pass<'a> {
 #[derive(Clone, Copy, Debug)]
 pub struct Springs<'a> {
     pub(crate) diagonals: &'a Diagonals,
+    pub(crate) law: Option<Law>,
+    pub(crate) is_damped: bool,
+}
+
+/// As [`Springs`], for springs in any order.
+#[derive(Clone, Copy, Debug)]
+pub struct ListedSprings<'a> {
+    pub(crate) list: &'a Listed,
     pub(crate) law: Option<Law>,
     pub(crate) is_damped: bool,
 }
@@ -93,7 +104,7 @@ impl<'a> Pass<'a> {
     pub(crate) fn springs(&self) -> Option<&Springs<'a>> {
         match self {
             Self::Springs(springs) => Some(springs),
-            Self::Field(_) => None,
+            Self::Listed(_) | Self::Field(_) => None,
         }
     }
 }
@@ -186,6 +197,7 @@ impl Window {
         };
         let same = passes.clone().all(|pass| match pass {
             Pass::Springs(springs) => springs.diagonals.particles == particles,
+            Pass::Listed(_) => false,
             Pass::Field(field) => field.mass.len() == particles,
         });
         let planes: usize = springs.clone().map(Springs::planes).sum();
@@ -426,6 +438,7 @@ impl Block<'_> {
                         self.gather_axis(pass, first + axis, at, range.clone(), sum)
                     }
                     Pass::Field(field) => field.add(axis, begin + at, range.clone(), sum),
+                    Pass::Listed(_) => {}
                 }
             }
             first += pass.springs().map_or(0, Springs::planes);
@@ -511,7 +524,7 @@ impl Block<'_> {
                             break;
                         }
                         Some(Pass::Field(field)) => field.add(axis, begin + at, 0..m, sum),
-                        None => {}
+                        Some(Pass::Listed(_)) | None => {}
                     }
                 }
                 if !is_computed {
@@ -524,7 +537,7 @@ impl Block<'_> {
             match &passes[q] {
                 Some(Pass::Springs(pass)) => self.gather_axis(pass, first[q] + axis, at, 0..m, sum),
                 Some(Pass::Field(field)) => field.add(axis, begin + at, 0..m, sum),
-                None => {}
+                Some(Pass::Listed(_)) | None => {}
             }
         }
         for (p, pass) in passes.iter().enumerate() {
