@@ -1,23 +1,27 @@
 //! The complete factor of a scalar matrix, swept with three right-hand sides at a time.
 
-use faer::sparse::linalg::SupernodalThreshold;
-use faer::sparse::linalg::cholesky::SymbolicCholeskyRaw;
+use std::cell::RefCell;
 
+use crate::ordering;
+use crate::panels::{Lanes, Panels};
 use crate::pattern::Pattern;
 use crate::rows::Rows;
 use crate::sparse_factor::{Kind, SparseFactor};
 use crate::{ScalarMatrix, SolverError, Vec3};
 
-/// `A = L Lᵀ` or `A = L D Lᵀ`, in a fill-reducing order of the rows (AMD).
+/// `A = L Lᵀ` or `A = L D Lᵀ`, in a fill-reducing order of the rows.
 #[derive(Debug)]
 pub(crate) struct ScalarFactor {
     /// The pattern that the factor was made for.
     pattern: Pattern,
     factor: SparseFactor,
-    /// The factor by columns; the first entry of a column is `Lⱼⱼ`, or `Dⱼ`.
-    starts: Vec<u32>,
-    /// The row of `A` that each entry of the factor belongs to, so that vectors need no permutation.
-    rows: Vec<u32>,
+    panels: Panels,
+    /// The row of `A` at each place of the order.
+    order: Vec<u32>,
+    /// Entries of each column of `L`, in that order; panels store a few zeros besides.
+    column_counts: Vec<u32>,
+    /// The vector of a solve in that order.
+    work: RefCell<Vec<Lanes>>,
 }
 
 impl ScalarFactor {
@@ -31,22 +35,12 @@ impl ScalarFactor {
             columns.push(j as u32);
             starts.push(columns.len() as u32);
         }
-        // The simplicial factor is plain columns, which can be swept here.
-        let threshold = SupernodalThreshold::FORCE_SIMPLICIAL;
-        let factor = SparseFactor::new(kind, starts, columns, threshold)?;
-        let SymbolicCholeskyRaw::Simplicial(symbolic) = factor.symbolic().raw() else {
-            unreachable!("a simplicial factorisation was asked for");
-        };
-        Ok(Self {
-            starts: symbolic.col_ptr().to_vec(),
-            rows: symbolic
-                .row_idx()
-                .iter()
-                .map(|&row| factor.original_row(row as usize) as u32)
-                .collect(),
-            pattern,
-            factor,
-        })
+        let order = ordering::fill_reducing(&pattern)?;
+        let factor = SparseFactor::new(kind, starts, columns, &order)?;
+        let panels = Panels::new(factor.symbolic());
+        let work = RefCell::new(vec![[0.0; 4]; a.n()]);
+        let column_counts = ordering::column_counts(&pattern, &order);
+        Ok(Self { pattern, factor, panels, order, column_counts, work })
     }
 
     /// Number of rows.
@@ -65,7 +59,9 @@ impl ScalarFactor {
                 .take_while(move |&(&i, _)| i as usize <= j)
                 .map(move |(&i, &value)| if rows.kept(i as usize, j) { value } else { 0.0 })
         });
-        self.factor.factorise(upper)
+        self.factor.factorise(upper)?;
+        self.panels.fill(self.factor.symbolic(), self.factor.kind(), self.factor.factor());
+        Ok(())
     }
 
     /// Whether the last update succeeded.
@@ -75,7 +71,7 @@ impl ScalarFactor {
 
     /// Entries of each column of the factor, the diagonal one among them.
     pub(crate) fn column_counts(&self) -> impl Iterator<Item = usize> {
-        self.starts.windows(2).map(|pair| (pair[1] - pair[0]) as usize)
+        self.column_counts.iter().map(|&count| count as usize)
     }
 
     /// How many pivots of an `L D Lᵀ` are negative, if the last update succeeded.
@@ -83,38 +79,20 @@ impl ScalarFactor {
         self.factor.negative_pivots()
     }
 
-    /// `z ← A⁻¹ z`: solves `L y = z` column by column, then `Lᵀ z = y` (or `D⁻¹ y`) row by row.
+    /// `x ← A⁻¹ b`.
     ///
     /// # Panics
     /// Without a factor.
-    pub(crate) fn solve_in_place(&self, z: &mut [Vec3]) {
+    pub(crate) fn solve(&self, b: &[Vec3], x: &mut [Vec3]) {
         assert!(self.factored(), "solve needs a factorisation that succeeded");
-        let (kind, factor) = (self.factor.kind(), self.factor.factor());
-        let column = |j: usize| self.starts[j] as usize..self.starts[j + 1] as usize;
-        for j in 0..self.n() {
-            let (rows, values) = (&self.rows[column(j)], &factor[column(j)]);
-            let y = match kind {
-                Kind::Llt => z[rows[0] as usize] / values[0],
-                Kind::Ldlt => z[rows[0] as usize],
-            };
-            z[rows[0] as usize] = y;
-            for (&i, &value) in rows[1..].iter().zip(&values[1..]) {
-                z[i as usize] -= y * value;
-            }
+        let mut work = self.work.borrow_mut();
+        for (z, &row) in work.iter_mut().zip(&self.order) {
+            let b = &b[row as usize];
+            *z = [b.x, b.y, b.z, 0.0];
         }
-        for j in (0..self.n()).rev() {
-            let (rows, values) = (&self.rows[column(j)], &factor[column(j)]);
-            let mut sum = match kind {
-                Kind::Llt => z[rows[0] as usize],
-                Kind::Ldlt => z[rows[0] as usize] / values[0],
-            };
-            for (&i, &value) in rows[1..].iter().zip(&values[1..]) {
-                sum -= z[i as usize] * value;
-            }
-            z[rows[0] as usize] = match kind {
-                Kind::Llt => sum / values[0],
-                Kind::Ldlt => sum,
-            };
+        self.panels.solve(&mut work);
+        for (z, &row) in work.iter().zip(&self.order) {
+            x[row as usize] = Vec3::new(z[0], z[1], z[2]);
         }
     }
 }

@@ -3,6 +3,9 @@
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
 
+use crate::ordering::fill_reducing;
+use crate::pattern::Pattern;
+use crate::sparse_factor::{Kind, SparseFactor};
 use crate::{BlockMatrix, Constraints, Filter, Mat3, ScalarMatrix, Vec3};
 
 /// A small generator of reproducible numbers (Marsaglia's xorshift).
@@ -148,4 +151,18 @@ pub(crate) fn negative_eigenvalues(a: DMatrix<f64>, certain: f64) -> Option<usiz
     let eigenvalues = a.symmetric_eigenvalues();
     (eigenvalues.amin() > certain * eigenvalues.amax())
         .then(|| eigenvalues.iter().filter(|&&value| value < 0.0).count())
+}
+
+/// A factorisation by supernodes of the pattern of a graph.
+#[allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
+pub(crate) fn supernodal_factor(n: usize, edges: &[(usize, usize)]) -> SparseFactor {
+    let pattern = Pattern::new(n, edges.iter().copied());
+    let (mut starts, mut rows) = (vec![0], Vec::new());
+    for j in 0..n {
+        rows.extend_from_slice(&pattern.columns()[pattern.lower(j)]);
+        rows.push(j as u32);
+        starts.push(rows.len() as u32);
+    }
+    let order = fill_reducing(&pattern).unwrap();
+    SparseFactor::new(Kind::Llt, starts, rows, &order).unwrap()
 }

@@ -1,16 +1,15 @@
 //! The direct solvers for block matrices.
 
-use faer::sparse::linalg::SupernodalThreshold;
-
+use crate::ordering;
 use crate::pattern::Pattern;
 use crate::sparse_factor::{Kind, SparseFactor};
+use crate::tiles::Tiles;
 use crate::{BlockMatrix, SolverError, Vec3};
 
 /// Sparse Cholesky factorisation `A = L Lᵀ` of a positive definite [`BlockMatrix`] as a scalar
 /// 3n×3n matrix.
 ///
-/// [`new`](Self::new) finds a fill-reducing order (AMD), the pattern of the factor, and whether it
-/// pays to work on dense panels (supernodes). [`factorise`](Self::factorise) and
+/// [`new`](Self::new) finds a fill-reducing order of the particles and the pattern of the factor. [`factorise`](Self::factorise) and
 /// [`solve`](Self::solve) then allocate nothing (in another thread than that of `new`, supernodes
 /// take one small buffer once). To solve under constraints, factor a matrix that
 /// was [projected](BlockMatrix::project).
@@ -39,7 +38,7 @@ impl BlockCholesky {
     /// # Errors
     /// [`SolverError::Factorisation`] when the factor does not fit into memory.
     pub fn new(a: &BlockMatrix) -> Result<Self, SolverError> {
-        Ok(Self { factor: BlockFactor::new(a, Kind::Llt, SupernodalThreshold::AUTO)? })
+        Ok(Self { factor: BlockFactor::new(a, Kind::Llt)? })
     }
 
     /// Factors `a`, of which the lower triangle is read.
@@ -93,7 +92,7 @@ impl BlockLdlt {
     /// # Errors
     /// [`SolverError::Factorisation`] when the factor does not fit into memory.
     pub fn new(a: &BlockMatrix) -> Result<Self, SolverError> {
-        Ok(Self { factor: BlockFactor::new(a, Kind::Ldlt, SupernodalThreshold::AUTO)? })
+        Ok(Self { factor: BlockFactor::new(a, Kind::Ldlt)? })
     }
 
     /// Factors `a`, of which the lower triangle is read.
@@ -127,17 +126,16 @@ struct BlockFactor {
     /// The pattern that the factor was made for.
     pattern: Pattern,
     factor: SparseFactor,
-    /// The right-hand side, and then the solution, as scalars.
+    tiles: Tiles,
+    /// The particles in the order of elimination.
+    nodes: Vec<u32>,
+    /// The right-hand side, and then the solution, as scalars in that order, and the idle one of the tiles.
     scalars: Vec<f64>,
 }
 
 impl BlockFactor {
-    /// Analyses the pattern of `a`. From the flop ratio `threshold` on, supernodes are used.
-    fn new(
-        a: &BlockMatrix,
-        kind: Kind,
-        threshold: SupernodalThreshold,
-    ) -> Result<Self, SolverError> {
+    /// Analyses the pattern of `a`.
+    fn new(a: &BlockMatrix, kind: Kind) -> Result<Self, SolverError> {
         let pattern = a.pattern().clone();
         let mut starts = vec![0];
         let mut rows = Vec::new();
@@ -151,10 +149,15 @@ impl BlockFactor {
                 starts.push(rows.len() as u32);
             }
         }
+        let nodes = ordering::fill_reducing(&pattern)?;
+        let order: Vec<u32> = nodes.iter().flat_map(|&i| (0..3).map(move |k| 3 * i + k)).collect();
+        let factor = SparseFactor::new(kind, starts, rows, &order)?;
         Ok(Self {
             pattern,
-            factor: SparseFactor::new(kind, starts, rows, threshold)?,
-            scalars: vec![0.0; 3 * a.n()],
+            tiles: Tiles::new(factor.symbolic()),
+            factor,
+            nodes,
+            scalars: vec![0.0; 3 * a.n() + 1],
         })
     }
 
@@ -171,18 +174,21 @@ impl BlockFactor {
                 left.chain((0..=c).map(move |k| corner[(c, k)]))
             })
         });
-        self.factor.factorise(upper)
+        self.factor.factorise(upper)?;
+        self.tiles.fill(self.factor.symbolic(), self.factor.kind(), self.factor.factor());
+        Ok(())
     }
 
     fn solve(&mut self, rhs: &[Vec3], x: &mut [Vec3]) {
         assert_eq!(rhs.len(), self.pattern.n(), "one vector a block row");
         assert_eq!(x.len(), self.pattern.n(), "one vector a block row");
-        for (scalars, v) in self.scalars.chunks_exact_mut(3).zip(rhs) {
-            scalars.copy_from_slice(v.as_slice());
+        assert!(self.factor.factored(), "solve needs a factorisation that succeeded");
+        for (scalars, &i) in self.scalars.chunks_exact_mut(3).zip(&self.nodes) {
+            scalars.copy_from_slice(rhs[i as usize].as_slice());
         }
-        self.factor.solve_in_place(&mut self.scalars);
-        for (v, scalars) in x.iter_mut().zip(self.scalars.chunks_exact(3)) {
-            v.copy_from_slice(scalars);
+        self.tiles.solve(&mut self.scalars);
+        for (scalars, &i) in self.scalars.chunks_exact(3).zip(&self.nodes) {
+            x[i as usize].copy_from_slice(scalars);
         }
     }
 }
@@ -198,13 +204,6 @@ mod tests {
     use crate::{Constraints, LinearOperator, Mat3};
     use proptest::prelude::*;
 
-    const COLUMNS: SupernodalThreshold = SupernodalThreshold::FORCE_SIMPLICIAL;
-    const PANELS: SupernodalThreshold = SupernodalThreshold::FORCE_SUPERNODAL;
-
-    fn both_ways(a: &BlockMatrix, kind: Kind) -> [BlockFactor; 2] {
-        [COLUMNS, PANELS].map(|threshold| BlockFactor::new(a, kind, threshold).unwrap())
-    }
-
     proptest! {
         #[test]
         fn all_factors_solve_like_a_dense_one((n, edges) in graph(10)) {
@@ -213,12 +212,11 @@ mod tests {
             let b = random.vectors(n);
             let expected = dense_blocks(&a).cholesky().unwrap().solve(&flat(&b));
             for kind in [Kind::Llt, Kind::Ldlt] {
-                for mut factor in both_ways(&a, kind) {
-                    factor.factorise(&a).unwrap();
-                    let mut x = random.vectors(n);
-                    factor.solve(&b, &mut x);
-                    prop_assert!((flat(&x) - &expected).norm() < 1e-11);
-                }
+                let mut factor = BlockFactor::new(&a, kind).unwrap();
+                factor.factorise(&a).unwrap();
+                let mut x = random.vectors(n);
+                factor.solve(&b, &mut x);
+                prop_assert!((flat(&x) - &expected).norm() < 1e-11);
             }
         }
 
@@ -231,21 +229,20 @@ mod tests {
             let a = indefinite_blocks(n, &edges, &mut random);
             let dense = dense_blocks(&a);
             let b = random.vectors(n);
-            for mut factor in both_ways(&a, Kind::Ldlt) {
-                if let Err(error) = factor.factorise(&a) {
-                    // A small pivot can turn up by chance.
-                    let singular = matches!(error, SolverError::Singular { .. });
-                    prop_assert!(singular);
-                    continue;
-                }
-                let mut x = random.vectors(n);
-                factor.solve(&b, &mut x);
-                let residual = &dense * flat(&x) - flat(&b);
-                // What the largest growth that is let through may cost.
-                prop_assert!(residual.norm() < 1e-6 * dense.norm() * flat(&x).norm());
-                if let Some(negative) = negative_eigenvalues(dense.clone(), 1e-6) {
-                    prop_assert_eq!(factor.factor.negative_pivots(), Some(negative));
-                }
+            let mut factor = BlockFactor::new(&a, Kind::Ldlt).unwrap();
+            if let Err(error) = factor.factorise(&a) {
+                // A small pivot can turn up by chance.
+                let singular = matches!(error, SolverError::Singular { .. });
+                prop_assert!(singular);
+                return Ok(());
+            }
+            let mut x = random.vectors(n);
+            factor.solve(&b, &mut x);
+            let residual = &dense * flat(&x) - flat(&b);
+            // What the largest growth that is let through may cost.
+            prop_assert!(residual.norm() < 1e-6 * dense.norm() * flat(&x).norm());
+            if let Some(negative) = negative_eigenvalues(dense.clone(), 1e-6) {
+                prop_assert_eq!(factor.factor.negative_pivots(), Some(negative));
             }
         }
     }
@@ -274,20 +271,19 @@ mod tests {
         let mut random = Random::new(21);
         let edges = grid_edges(12);
         let pattern = BlockMatrix::with_pattern(n, edges.iter().copied());
-        for mut factor in both_ways(&pattern, Kind::Ldlt) {
-            for _ in 0..3 {
-                let a = indefinite_blocks(n, &edges, &mut random);
-                let dense = dense_blocks(&a);
-                factor.factorise(&a).unwrap();
-                let b = random.vectors(n);
-                let mut x = random.vectors(n);
-                factor.solve(&b, &mut x);
-                let residual = &dense * flat(&x) - flat(&b);
-                assert!(residual.norm() < 1e-11 * dense.norm() * flat(&x).norm());
-                let negative = negative_eigenvalues(dense, 1e-9).unwrap();
-                assert!(negative > 50);
-                assert_eq!(factor.factor.negative_pivots(), Some(negative));
-            }
+        let mut factor = BlockFactor::new(&pattern, Kind::Ldlt).unwrap();
+        for _ in 0..3 {
+            let a = indefinite_blocks(n, &edges, &mut random);
+            let dense = dense_blocks(&a);
+            factor.factorise(&a).unwrap();
+            let b = random.vectors(n);
+            let mut x = random.vectors(n);
+            factor.solve(&b, &mut x);
+            let residual = &dense * flat(&x) - flat(&b);
+            assert!(residual.norm() < 1e-11 * dense.norm() * flat(&x).norm());
+            let negative = negative_eigenvalues(dense, 1e-9).unwrap();
+            assert!(negative > 50);
+            assert_eq!(factor.factor.negative_pivots(), Some(negative));
         }
     }
 
@@ -295,20 +291,19 @@ mod tests {
     fn an_indefinite_matrix_is_refused_by_cholesky_and_the_next_one_is_solved() {
         let mut random = Random::new(19);
         let good = random_blocks(16, &grid_edges(4), &mut random);
-        for mut cholesky in both_ways(&good, Kind::Llt) {
-            for value in [-100.0, f64::NAN, f64::INFINITY] {
-                let mut bad = good.clone();
-                bad.add_diagonal(5, &(value * Mat3::identity()));
-                let error = cholesky.factorise(&bad).unwrap_err();
-                assert!(matches!(error, SolverError::NotPositiveDefinite { .. }));
-            }
-            cholesky.factorise(&good).unwrap();
-            let x = random.vectors(16);
-            let (mut b, mut solution) = (x.clone(), x.clone());
-            good.multiply(&x, &mut b);
-            cholesky.solve(&b, &mut solution);
-            assert!((flat(&solution) - flat(&x)).norm() < 1e-12);
+        let mut cholesky = BlockFactor::new(&good, Kind::Llt).unwrap();
+        for value in [-100.0, f64::NAN, f64::INFINITY] {
+            let mut bad = good.clone();
+            bad.add_diagonal(5, &(value * Mat3::identity()));
+            let error = cholesky.factorise(&bad).unwrap_err();
+            assert!(matches!(error, SolverError::NotPositiveDefinite { .. }));
         }
+        cholesky.factorise(&good).unwrap();
+        let x = random.vectors(16);
+        let (mut b, mut solution) = (x.clone(), x.clone());
+        good.multiply(&x, &mut b);
+        cholesky.solve(&b, &mut solution);
+        assert!((flat(&solution) - flat(&x)).norm() < 1e-12);
     }
 
     #[test]
@@ -321,17 +316,16 @@ mod tests {
             let d = random.vector();
             bad.add_pair(i, j, &(random.unit() * Mat3::identity() + d * d.transpose()));
         }
-        for mut ldlt in both_ways(&good, Kind::Ldlt) {
-            let error = ldlt.factorise(&bad).unwrap_err();
-            assert!(matches!(error, SolverError::Singular { pivot: Some(_), .. }), "{error:?}");
-            assert_eq!(ldlt.factor.negative_pivots(), None);
-            ldlt.factorise(&good).unwrap();
-            let x = random.vectors(16);
-            let (mut b, mut solution) = (x.clone(), x.clone());
-            good.multiply(&x, &mut b);
-            ldlt.solve(&b, &mut solution);
-            assert!((flat(&solution) - flat(&x)).norm() < 1e-11);
-        }
+        let mut ldlt = BlockFactor::new(&good, Kind::Ldlt).unwrap();
+        let error = ldlt.factorise(&bad).unwrap_err();
+        assert!(matches!(error, SolverError::Singular { pivot: Some(_), .. }), "{error:?}");
+        assert_eq!(ldlt.factor.negative_pivots(), None);
+        ldlt.factorise(&good).unwrap();
+        let x = random.vectors(16);
+        let (mut b, mut solution) = (x.clone(), x.clone());
+        good.multiply(&x, &mut b);
+        ldlt.solve(&b, &mut solution);
+        assert!((flat(&solution) - flat(&x)).norm() < 1e-11);
     }
 
     #[test]
@@ -346,13 +340,12 @@ mod tests {
                     }
                     a.add_diagonal(i, &block);
                 }
-                for mut factor in both_ways(&a, kind) {
-                    let expected = match kind {
-                        Kind::Llt => SolverError::NotPositiveDefinite { row, pivot: None },
-                        Kind::Ldlt => SolverError::Singular { row, pivot: None },
-                    };
-                    assert_eq!(factor.factorise(&a).unwrap_err(), expected);
-                }
+                let mut factor = BlockFactor::new(&a, kind).unwrap();
+                let expected = match kind {
+                    Kind::Llt => SolverError::NotPositiveDefinite { row, pivot: None },
+                    Kind::Ldlt => SolverError::Singular { row, pivot: None },
+                };
+                assert_eq!(factor.factorise(&a).unwrap_err(), expected);
             }
         }
     }
@@ -366,10 +359,9 @@ mod tests {
         for i in 0..3 {
             a.add_diagonal(i, &if i == 1 { singular } else { Mat3::identity() });
         }
-        for mut factor in both_ways(&a, Kind::Ldlt) {
-            let error = factor.factorise(&a).unwrap_err();
-            assert!(matches!(error, SolverError::Singular { row: 4 | 5, .. }), "{error:?}");
-        }
+        let mut factor = BlockFactor::new(&a, Kind::Ldlt).unwrap();
+        let error = factor.factorise(&a).unwrap_err();
+        assert!(matches!(error, SolverError::Singular { row: 4 | 5, .. }), "{error:?}");
     }
 
     #[test]
@@ -387,7 +379,7 @@ mod tests {
         for (kind, a) in [(Kind::Llt, &mut definite), (Kind::Ldlt, &mut indefinite)] {
             let unprojected = a.clone();
             a.project(&constraints);
-            let mut factor = BlockFactor::new(a, kind, SupernodalThreshold::AUTO).unwrap();
+            let mut factor = BlockFactor::new(a, kind).unwrap();
             factor.factorise(a).unwrap();
             let mut x = random.vectors(n);
             factor.solve(&b, &mut x);

@@ -6,7 +6,7 @@ use crate::scalar_factor::ScalarFactor;
 use crate::sparse_factor::Kind;
 use crate::{ScalarMatrix, SolverError, Vec3};
 
-/// `P = A⁻¹` up to round-off, from `A = L Lᵀ` with fill and a fill-reducing order of the rows (AMD).
+/// `P = A⁻¹` up to round-off, from `A = L Lᵀ` with fill and a fill-reducing order of the rows.
 ///
 /// As a preconditioner it makes conjugate gradients converge in one iteration while the matrix is
 /// the factored one, and quickly while it is near. One factor serves the three coordinates.
@@ -44,13 +44,14 @@ impl CompleteCholesky {
 }
 
 impl Preconditioner for CompleteCholesky {
-    /// Solves `L y = r` column by column, then `Lᵀ z = y` row by row, in place.
+    /// Solves `L y = r`, then `Lᵀ z = D⁻¹ y`, by panels of columns.
     fn apply(&self, r: &[Vec3], z: &mut [Vec3]) {
         assert_eq!(r.len(), self.factor.n(), "one vector a row");
         assert_eq!(z.len(), self.factor.n(), "one vector a row");
-        z.copy_from_slice(r);
         if self.factor.factored() {
-            self.factor.solve_in_place(z);
+            self.factor.solve(r, z);
+        } else {
+            z.copy_from_slice(r);
         }
     }
 }
