@@ -4,6 +4,7 @@ use crate::effects::batch::{self, Quads};
 use crate::effects::sweep::{self, MAX_PASSES, Window};
 use crate::effects::{Effect, Part, Pass};
 use crate::{Detection, Obstacle, Vec3};
+use std::num::NonZero;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard};
 
@@ -47,6 +48,8 @@ pub struct System {
     obstacles: Vec<Obstacle>,
     contact: Contact,
     revisions: Revisions,
+    /// Threads that kernels may use.
+    threads: usize,
     /// Memory for sweeps over several effects at once.
     memory: Mutex<SweepMemory>,
 }
@@ -54,16 +57,19 @@ pub struct System {
 /// Memory for sweeps over several effects at once, of both kernels; either is empty where no spring needs it.
 #[derive(Debug)]
 struct SweepMemory {
-    window: Window,
+    /// One for each thread.
+    windows: Vec<Window>,
     quads: Quads,
 }
 
 impl SweepMemory {
-    fn new(mass: &[f64], effects: &[Box<dyn Effect>]) -> Mutex<Self> {
+    fn new(mass: &[f64], effects: &[Box<dyn Effect>], threads: usize) -> Mutex<Self> {
         let passes = || effects.iter().filter_map(|effect| effect.pass(mass, Part::Force));
         let is_listed = passes().any(|pass| matches!(pass, Pass::Listed(_)));
         Mutex::new(Self {
-            window: Window::new(passes().filter_map(|pass| pass.springs().map(|s| s.diagonals))),
+            windows: (0..threads)
+                .map(|_| Window::new(passes().filter_map(|p| p.springs().map(|s| s.diagonals))))
+                .collect(),
             quads: Quads::new(if is_listed { mass.len() } else { 0 }),
         })
     }
@@ -73,7 +79,7 @@ impl SweepMemory {
         let is_listed = passes.clone().any(|pass| matches!(pass, Pass::Listed(_)));
         let is_diagonal = passes.clone().any(|pass| matches!(pass, Pass::Springs(_)));
         match (is_listed, is_diagonal) {
-            (false, _) => self.window.fits(passes),
+            (false, _) => self.windows.first().is_some_and(|window| window.fits(passes)),
             (true, true) => false,
             (true, false) => passes.into_iter().all(|pass| match pass {
                 Pass::Listed(springs) => springs.list.particles <= self.quads.particles(),
@@ -118,7 +124,7 @@ impl<'a> Passes<'a> {
         let passes = &self.list[..self.count];
         match (memory, passes.iter().flatten().any(|pass| matches!(pass, Pass::Listed(_)))) {
             (Some(memory), true) => batch::add(passes, &mut memory.quads, x, v, out),
-            (Some(memory), false) => sweep::add(passes, &mut memory.window, x, v, out),
+            (Some(memory), false) => sweep::add(passes, &mut memory.windows, x, v, out),
             (None, _) => {}
         }
         *self = Self::default();
@@ -131,7 +137,8 @@ impl Clone for System {
         Self {
             name: self.name.clone(),
             mass: self.mass.clone(),
-            memory: SweepMemory::new(&self.mass, &effects),
+            memory: SweepMemory::new(&self.mass, &effects, self.threads),
+            threads: self.threads,
             effects,
             pinned: self.pinned.clone(),
             obstacles: self.obstacles.clone(),
@@ -159,8 +166,8 @@ impl System {
             pins: stamp,
             topology: stamp,
         };
-        let memory = SweepMemory::new(&mass, &effects);
-        Self { name, mass, effects, pinned, obstacles, contact, revisions, memory }
+        let memory = SweepMemory::new(&mass, &effects, 1);
+        Self { name, mass, effects, pinned, obstacles, contact, revisions, threads: 1, memory }
     }
 
     /// Name of the scene.
@@ -206,6 +213,18 @@ impl System {
     /// The stamps that cached operators are keyed on.
     pub fn revisions(&self) -> Revisions {
         self.revisions
+    }
+
+    /// How many threads the kernels of this system may use.
+    pub fn threads(&self) -> usize {
+        self.threads
+    }
+
+    /// Lets the kernels of this system use so many threads of the current [`rayon`] pool, where there are enough particles to
+    /// make it worth while. Results do not depend on it, to the last bit. An integrator learns of it in `prepare`.
+    pub fn set_threads(&mut self, threads: NonZero<usize>) {
+        self.threads = threads.get();
+        self.memory = SweepMemory::new(&self.mass, &self.effects, self.threads);
     }
 
     /// Total force of all effects, conservative and damping, N, written to `out`.

@@ -146,7 +146,9 @@ impl LinearSprings {
     fn sweep(&self, pass: Pass<'_>, x: &[Vec3], v: &[Vec3], out: &mut [Vec3]) -> bool {
         let Ok(mut memory) = self.memory.try_lock() else { return false };
         match &mut *memory {
-            Memory::Window(window) => sweep::add(&[Some(pass)], window, x, v, out),
+            Memory::Window(window) => {
+                sweep::add(&[Some(pass)], std::slice::from_mut(window), x, v, out);
+            }
             Memory::Quads(quads) => batch::add(&[Some(pass)], quads, x, v, out),
         }
         true

@@ -32,8 +32,11 @@ use self::loops::{
 use super::diagonals::{Diagonal, Diagonals};
 use super::listed::Listed;
 use super::{COLLAPSED, Vec3};
+use rayon::prelude::*;
 use std::ops::Range;
 
+/// Fewest particles for which waking other threads takes less time than they save.
+const LEAST_FOR_THREADS: usize = 16_384;
 /// Most effects that one sweep takes together.
 pub(crate) const MAX_PASSES: usize = 4;
 /// Most particles that are computed, then gathered, at a time.
@@ -212,10 +215,11 @@ impl Window {
     }
 }
 
-/// Adds what `passes` ask for to `out`, N. The passes [fit](Window::fits) the window.
+/// Adds what `passes` ask for to `out`, N, with one window for each thread that takes part. The passes
+/// [fit](Window::fits) the windows.
 pub(crate) fn add(
     passes: &[Option<Pass<'_>>],
-    window: &mut Window,
+    windows: &mut [Window],
     x: &[Vec3],
     v: &[Vec3],
     out: &mut [Vec3],
@@ -223,14 +227,24 @@ pub(crate) fn add(
     let Some(first) = passes.iter().flatten().find_map(Pass::springs) else { return };
     let particles = first.diagonals.particles;
     assert!(x.len() >= particles && v.len() >= particles && out.len() >= particles);
-    pulp::Arch::new().dispatch(Sweep {
-        passes,
-        particles,
-        window,
-        x: bytemuck::cast_slice(x),
-        v: springs(passes).any(|pass| pass.is_damped).then_some(bytemuck::cast_slice(v)),
-        out: bytemuck::cast_slice_mut(out),
-    });
+    let x = bytemuck::cast_slice(x);
+    let v = springs(passes).any(|pass| pass.is_damped).then_some(bytemuck::cast_slice(v));
+    let out: &mut [f64] = bytemuck::cast_slice_mut(&mut out[..particles]);
+    let band = particles.div_ceil(windows.len().max(1)).next_multiple_of(LANES);
+    let sweep = |(k, (window, out)): (usize, (&mut Window, &mut [f64]))| {
+        let range = k * band..particles.min((k + 1) * band);
+        pulp::Arch::new().dispatch(Sweep { passes, range, window, x, v, out });
+    };
+    match windows {
+        [window] => sweep((0, (window, out))),
+        windows if particles < LEAST_FOR_THREADS || band < windows[0].history => {
+            let range = 0..particles;
+            pulp::Arch::new().dispatch(Sweep { passes, range, window: &mut windows[0], x, v, out });
+        }
+        windows => {
+            windows.par_iter_mut().zip(out.par_chunks_mut(3 * band)).enumerate().for_each(sweep)
+        }
+    }
 }
 
 #[inline(always)]
@@ -240,10 +254,12 @@ fn springs<'a>(passes: &'a [Option<Pass<'a>>]) -> impl Iterator<Item = &'a Sprin
 
 struct Sweep<'a> {
     passes: &'a [Option<Pass<'a>>],
-    particles: usize,
+    /// Particles whose sums are wanted.
+    range: Range<usize>,
     window: &'a mut Window,
     x: &'a [f64],
     v: Option<&'a [f64]>,
+    /// Their sums.
     out: &'a mut [f64],
 }
 
@@ -252,29 +268,36 @@ impl pulp::WithSimd for Sweep<'_> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) {
-        let Self { passes, particles, window, x, v, out } = self;
+        let Self { passes, range, window, x, v, out } = self;
         let stride = window.stride();
         let &mut Window { chunk, history, ahead, ref mut coordinates, ref mut forces } = window;
         let mut block = Block { stride, history, coordinates, forces };
-        if particles > chunk {
+        let read = |block: &mut Block<'_>, begin: usize, slid: bool| {
+            block.read(0, x, begin, chunk, ahead, slid);
+            if let Some(v) = v {
+                block.read(3, v, begin, chunk, ahead, slid);
+            }
+        };
+        if range.start > 0 {
+            // What springs from before the range leave in it.
+            read(&mut block, range.start - history, false);
+            block.compute(passes, range.start - history, 0, history);
+            block.slide(passes, history);
+        } else if range.end > chunk {
             block.forget();
         }
         let mut sums = [0.0; 3 * GROUP];
-        let mut begin = 0;
-        while begin < particles {
-            let fresh = if begin == 0 { 0 } else { ahead };
-            block.read(0, x, begin, fresh, chunk, ahead, begin > 0);
-            if let Some(v) = v {
-                block.read(3, v, begin, fresh, chunk, ahead, begin > 0);
-            }
-            let end = particles.min(begin + chunk) - begin;
+        let mut begin = range.start;
+        while begin < range.end {
+            read(&mut block, begin, begin > range.start);
+            let end = range.end.min(begin + chunk) - begin;
             // A small sheet in some groups, so that most of its sums run along with the next group's forces.
             let group = end.div_ceil(4).next_multiple_of(4 * LANES).min(GROUP);
             let length = |at: usize| group.min(end - at);
             block.compute(passes, begin, 0, length(0).next_multiple_of(LANES));
             for at in (0..end).step_by(group) {
                 let m = length(at);
-                let out = &mut out[3 * (begin + at)..3 * (begin + at + m)];
+                let out = &mut out[3 * (begin - range.start + at)..][..3 * m];
                 split(&mut sums, GROUP, m, out);
                 let next = at + group;
                 if next < end {
@@ -286,7 +309,7 @@ impl pulp::WithSimd for Sweep<'_> {
                 join(&sums, GROUP, m, out);
             }
             begin += chunk;
-            if begin < particles {
+            if begin < range.end {
                 block.slide(passes, chunk);
             }
         }
@@ -317,16 +340,14 @@ impl Block<'_> {
         }
     }
 
-    /// Reads coordinates of `chunk + ahead` particles from `begin` into three arrays, of which the first `fresh` are there
-    /// already, `chunk` places further on. Beyond the last particle there are zeros.
+    /// Reads coordinates of `chunk + ahead` particles from `begin` into three arrays. After a chunk has been done the first
+    /// `ahead` are there already, `chunk` places further on. Beyond the last particle there are zeros.
     #[inline(always)]
-    #[expect(clippy::too_many_arguments, reason = "positions of a window in two arrays")]
     fn read(
         &mut self,
         first_plane: usize,
         from: &[f64],
         begin: usize,
-        fresh: usize,
         chunk: usize,
         ahead: usize,
         slid: bool,
@@ -338,7 +359,7 @@ impl Block<'_> {
             }
         }
         let n = from.len() / 3;
-        let there = (begin + fresh).min(n);
+        let there = (begin + if slid { ahead } else { 0 }).min(n);
         let end = (begin + chunk + ahead).min(n);
         split(&mut planes[there - begin..], self.stride, end - there, &from[3 * there..3 * end]);
         for plane in planes.chunks_exact_mut(self.stride) {

@@ -195,3 +195,28 @@ fn effects_that_share_a_sweep_give_the_same_bits_as_one_after_the_other() {
         assert_eq!(bits(&shared), bits(&contended), "{side}");
     }
 }
+
+#[test]
+fn any_number_of_threads_gives_the_same_bits() {
+    // Above the size from which threads are used, with bands that end in the middle of a row.
+    let (rows, columns) = (131, 137);
+    let n = (rows * columns) as usize;
+    let mut random = Random(7);
+    let (x, v, start) = (random.vectors(n), random.vectors(n), random.vectors(n));
+    let kinds =
+        KINDS.map(|(_, stencil)| Diagonals::detect(&grid(rows, columns, stencil, 0.2)).unwrap());
+    let passes = kinds.each_ref().map(|diagonals| {
+        Some(Pass::Springs(Springs { diagonals, law: Some(Law::Spring), is_damped: true }))
+    });
+    let sums = [1, 2, 3, 5].map(|threads| {
+        let mut windows: Vec<_> = (0..threads).map(|_| Window::new(kinds.iter())).collect();
+        let mut out = start.clone();
+        // Twice: what a window remembers from before must not matter.
+        sweep::add(&passes, &mut windows, &v, &x, &mut out);
+        sweep::add(&passes, &mut windows, &x, &v, &mut out);
+        bits(&out)
+    });
+    for other in &sums[1..] {
+        assert!(*other == sums[0]);
+    }
+}
