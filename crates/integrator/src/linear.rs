@@ -5,8 +5,8 @@ use drape_model::{Revisions, System, Vec3};
 use drape_solvers::{
     CompleteCholesky, Constraints, DenseInverse, Filter, Identity, IncompleteCholesky, Jacobi,
     LinearOperator, Norm, PcgReport, PcgSettings, PcgWorkspace, Preconditioner, Reference,
-    ScalarMatrix, SolveStatus, SolverError, constraint_impulse, filtered_pcg, vector::dot,
-    vector::norm,
+    ScalarMatrix, ScalarPcg, ScalarPreconditioner, SolveStatus, SolverError, constraint_impulse,
+    filtered_pcg, vector::dot, vector::norm,
 };
 
 /// Which preconditioner CG uses.
@@ -77,7 +77,7 @@ struct Key {
 enum Prepared {
     None(Identity),
     Jacobi(Jacobi),
-    Ic0(IncompleteCholesky),
+    Ic0(Box<IncompleteCholesky>),
     Cholesky(Box<CompleteCholesky>),
     Dense(Box<DenseInverse>),
 }
@@ -92,7 +92,7 @@ impl Prepared {
             }
             (_, PreconditionerKind::None) => Self::None(Identity),
             (_, PreconditionerKind::Jacobi) => Self::Jacobi(Jacobi::new(a)),
-            (_, PreconditionerKind::Ic0) => Self::Ic0(IncompleteCholesky::new(a)),
+            (_, PreconditionerKind::Ic0) => Self::Ic0(Box::new(IncompleteCholesky::new(a))),
         })
     }
 
@@ -106,11 +106,21 @@ impl Prepared {
         }
     }
 
+    /// What the fast conjugate gradients use, unless the matrix is factorised completely.
+    fn fast(&self) -> Option<ScalarPreconditioner<'_>> {
+        match self {
+            Self::None(_) => Some(ScalarPreconditioner::Identity),
+            Self::Jacobi(jacobi) => Some(ScalarPreconditioner::Jacobi(jacobi)),
+            Self::Ic0(factor) => Some(ScalarPreconditioner::Ic0(factor)),
+            Self::Cholesky(_) | Self::Dense(_) => None,
+        }
+    }
+
     fn as_dyn(&self) -> &dyn Preconditioner {
         match self {
             Self::None(identity) => identity,
             Self::Jacobi(jacobi) => jacobi,
-            Self::Ic0(factor) => factor,
+            Self::Ic0(factor) => factor.as_ref(),
             Self::Cholesky(factor) => factor.as_ref(),
             Self::Dense(inverse) => inverse.as_ref(),
         }
@@ -130,6 +140,9 @@ pub struct LaplacianSolver {
     matrix: ScalarMatrix,
     preconditioner: Prepared,
     free: Vec<bool>,
+    /// Conjugate gradients by fast kernels, unless the matrix is factorised completely.
+    fast: Option<ScalarPcg>,
+    /// For the readable ones; empty where the fast ones serve.
     workspace: PcgWorkspace,
     residual: Vec<Vec3>,
     correction: Vec<Vec3>,
@@ -160,6 +173,11 @@ impl LaplacianSolver {
         let free: Vec<bool> = system.pinned().iter().map(|pinned| !pinned).collect();
         let mut preconditioner = Prepared::new(&settings, &matrix)?;
         preconditioner.update(&matrix, &free)?;
+        let fast = preconditioner.fast().map(|p| {
+            let mut fast = ScalarPcg::new(&matrix, !matches!(p, ScalarPreconditioner::Ic0(_)));
+            fast.update(&matrix, p);
+            fast
+        });
         Ok(Self {
             implicit,
             weights,
@@ -167,7 +185,8 @@ impl LaplacianSolver {
             matrix,
             preconditioner,
             free,
-            workspace: PcgWorkspace::new(n),
+            workspace: PcgWorkspace::new(if fast.is_some() { 0 } else { n }),
+            fast,
             residual: vec![Vec3::zeros(); n],
             correction: vec![Vec3::zeros(); n],
             key: Some(Key { tau_bits: tau.to_bits(), revisions: system.revisions() }),
@@ -211,6 +230,9 @@ impl LaplacianSolver {
             *free = !pinned;
         }
         self.preconditioner.update(&self.matrix, &self.free)?;
+        if let (Some(fast), Some(p)) = (&mut self.fast, self.preconditioner.fast()) {
+            fast.update(&self.matrix, p);
+        }
         self.key = Some(key);
         Ok(Some(cause))
     }
@@ -295,6 +317,9 @@ impl LaplacianSolver {
             reference = Reference::FilteredRightHandSide;
             settings.forcing_term = DIRECT_TOLERANCE;
             settings.max_iterations = self.max_iterations;
+        }
+        if let (Some(fast), Some(p)) = (&mut self.fast, self.preconditioner.fast()) {
+            return fast.solve(&self.matrix, p, constraints, b, v, reference, &settings);
         }
         let preconditioner = self.preconditioner.as_dyn();
         let workspace = &mut self.workspace;

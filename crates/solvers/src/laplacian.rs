@@ -88,6 +88,7 @@ impl ScalarMatrix {
     }
 
     /// Columns, increasing, and values of row `i`.
+    #[inline(always)]
     pub fn row(&self, i: usize) -> (&[u32], &[f64]) {
         let row = self.pattern.row(i);
         (&self.pattern.columns()[row.clone()], &self.values[row])

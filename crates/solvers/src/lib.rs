@@ -29,6 +29,7 @@
 //! * [`filtered_pcg`] is Baraff & Witkin's modified conjugate gradient method with the corrections
 //!   of Ascher & Boxerman (2003), and a report of what it took. [`constraint_impulse`] gives
 //!   `A x − b` afterwards.
+//! * [`ScalarPcg`] is the same for a [`ScalarMatrix`], with the same bits, by fused SIMD kernels.
 //! * A [`Preconditioner`] is [`Identity`], [`Jacobi`], [`BlockJacobi`], [`IncompleteCholesky`],
 //!   [`CompleteCholesky`] or [`DenseInverse`], of which the last two are the inverse up to round-off.
 //! * [`BlockCholesky`] solves directly. With [`BlockMatrix::project`] it obeys constraints too.
@@ -100,6 +101,7 @@ pub mod pcg;
 mod pivots;
 pub mod preconditioner;
 mod rows;
+mod scalar;
 mod scalar_factor;
 mod sparse_factor;
 #[cfg(test)]
@@ -121,6 +123,7 @@ pub use preconditioner::{
     BlockJacobi, CompleteCholesky, DenseInverse, Identity, IncompleteCholesky, Jacobi,
     Preconditioner,
 };
+pub use scalar::{ScalarLayout, ScalarPcg, ScalarPreconditioner};
 
 /// Position, velocity, force or the like of one particle.
 pub type Vec3 = nalgebra::Vector3<f64>;

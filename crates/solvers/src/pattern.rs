@@ -51,6 +51,7 @@ impl Pattern {
     }
 
     /// Slots of row `i`.
+    #[inline(always)]
     pub(crate) fn row(&self, i: usize) -> Range<usize> {
         self.starts[i]..self.starts[i + 1]
     }
@@ -71,6 +72,7 @@ impl Pattern {
     }
 
     /// Columns of all slots.
+    #[inline(always)]
     pub(crate) fn columns(&self) -> &[u32] {
         &self.columns
     }

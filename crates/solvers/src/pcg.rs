@@ -4,9 +4,17 @@
 //! (2003): a start vector is projected instead of thrown away, and the residual is measured against
 //! the filtered right-hand side. With `S` the filter, `z` the prescribed values and `P ≈ A⁻¹` it
 //! finds `x = S x + (I − S) z` with `S (b − A x) = 0`.
+//!
+//! The loop decides; what it decides upon, sums and updates over all particles, is behind the few
+//! operations of a private trait, so that one control flow serves the readable kernels here and
+//! the fast ones of [`ScalarPcg`](crate::ScalarPcg).
 
-use crate::vector::{axpy, dot, norm, scale_add, subtract_from};
+mod operations;
+
+use crate::vector::axpy;
 use crate::{Constraints, LinearOperator, Preconditioner, Vec3};
+use operations::Readable;
+pub(crate) use operations::{Operations, Start};
 
 /// The residual is computed anew from its definition every so many iterations.
 const REFRESH_INTERVAL: usize = 50;
@@ -174,46 +182,42 @@ pub fn filtered_pcg(
         [constraints.len(), b.len(), x.len(), workspace.r.len()] == [n; 4],
         "matrix, constraints, vectors and workspace are for different numbers of particles"
     );
-    let PcgWorkspace { r, c, q, s } = workspace;
+    let mut operations = Readable { a, p, constraints, b, x, workspace };
+    conjugate_gradients(&mut operations, reference, settings)
+}
+
+/// The loop of [`filtered_pcg`] over any implementation of its operations.
+pub(crate) fn conjugate_gradients(
+    operations: &mut impl Operations,
+    reference: Reference,
+    settings: &PcgSettings,
+) -> PcgReport {
     let mut report = PcgReport {
         iterations: 0,
         multiplications: 0,
         relative_residual: f64::NAN,
         status: SolveStatus::Indefinite,
     };
-
     let reference = match reference {
-        Reference::Absolute(value) => value,
+        Reference::Absolute(value) => {
+            operations.start(None);
+            value
+        }
         Reference::FilteredRightHandSide => {
-            // b̂ = S (b − A (I − S) z), in q.
-            if constraints.has_prescribed_motion() {
-                constraints.prescribed_only(c);
-                filtered_residual(a, constraints, b, c, q, &mut report);
-            } else {
-                q.copy_from_slice(b);
-                constraints.project(q);
-            }
-            let length = match settings.norm {
-                Norm::Euclid => norm(q),
-                Norm::Preconditioned => {
-                    p.apply(q, s);
-                    dot(q, s).sqrt()
-                }
-            };
-            if length == 0.0 {
-                constraints.prescribed_only(x);
-                r.fill(Vec3::zeros());
+            let start = operations.start(Some(settings.norm));
+            report.multiplications += start.multiplications;
+            if start.reference == 0.0 {
+                operations.stop_at_prescribed();
                 report.relative_residual = 0.0;
                 report.status = SolveStatus::Converged;
                 return report;
             }
-            length
+            start.reference
         }
     };
+    report.multiplications += 1;
     let target = settings.forcing_term * reference;
 
-    constraints.impose(x);
-    filtered_residual(a, constraints, b, x, r, &mut report);
     // Whether r was computed from its definition, not by recursion.
     let mut fresh = true;
     // Whether the next direction starts a new sequence of conjugate ones.
@@ -230,10 +234,9 @@ pub fn filtered_pcg(
         // How large is the residual?  δ = rᵀ P r
         let mut delta = f64::NAN;
         let length = match settings.norm {
-            Norm::Euclid => norm(r),
+            Norm::Euclid => operations.residual_norm(),
             Norm::Preconditioned => {
-                p.apply(r, s);
-                delta = dot(r, s);
+                delta = operations.precondition();
                 delta.sqrt()
             }
         };
@@ -252,12 +255,10 @@ pub fn filtered_pcg(
 
         // Is it the residual at all?
         if !fresh && (small || report.iterations.is_multiple_of(REFRESH_INTERVAL)) {
-            filtered_residual(a, constraints, b, x, q, &mut report);
-            subtract_from(q, r);
-            let gap = norm(r);
-            r.copy_from_slice(q);
+            let gap = operations.refresh();
+            report.multiplications += 1;
             fresh = true;
-            let length = norm(r);
+            let length = operations.residual_norm();
             if small || gap > PARTED * length {
                 out_of_digits = length > LEAST_PROGRESS * parted_at;
                 parted_at = length;
@@ -269,10 +270,9 @@ pub fn filtered_pcg(
             break SolveStatus::IterationLimit;
         }
 
-        // c ← S (P r + δ/δ_old c)
+        // c ← S (P r + δ/δ_old c),  q = S A c
         if settings.norm == Norm::Euclid {
-            p.apply(r, s);
-            delta = dot(r, s);
+            delta = operations.precondition();
         }
         if delta == 0.0 {
             break SolveStatus::Stagnated;
@@ -280,46 +280,23 @@ pub fn filtered_pcg(
         if delta < 0.0 || delta.is_nan() {
             break SolveStatus::Indefinite;
         }
-        if restart {
-            c.copy_from_slice(s);
-        } else {
-            scale_add(delta / delta_old, s, c);
-        }
-        constraints.project(c);
+        let beta = (!restart).then(|| delta / delta_old);
+        let curvature = operations.direction(beta);
+        report.multiplications += 1;
         restart = false;
         delta_old = delta;
 
-        // q = S A c,  α = δ / cᵀq,  x ← x + α c,  r ← r − α q
-        a.multiply(c, q);
-        report.multiplications += 1;
-        constraints.project(q);
-        let curvature = dot(c, q);
+        // α = δ / cᵀq,  x ← x + α c,  r ← r − α q
         if curvature <= 0.0 || curvature.is_nan() {
-            let underflow = curvature == 0.0 && dot(c, c) == 0.0;
+            let underflow = curvature == 0.0 && operations.direction_is_zero();
             break if underflow { SolveStatus::Stagnated } else { SolveStatus::Indefinite };
         }
-        let alpha = delta / curvature;
-        axpy(alpha, c, x);
-        axpy(-alpha, q, r);
+        operations.advance(delta / curvature);
         report.iterations += 1;
         fresh = false;
     };
+    operations.finish();
     report
-}
-
-/// `out ← S (b − A x)`, one multiplication.
-fn filtered_residual(
-    a: &(impl LinearOperator + ?Sized),
-    constraints: &Constraints,
-    b: &[Vec3],
-    x: &[Vec3],
-    out: &mut [Vec3],
-    report: &mut PcgReport,
-) {
-    a.multiply(x, out);
-    report.multiplications += 1;
-    subtract_from(b, out);
-    constraints.project(out);
 }
 
 /// `out ← A x − b`, unfiltered: what the constraints contribute to each particle's balance. In free

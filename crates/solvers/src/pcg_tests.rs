@@ -8,6 +8,7 @@ use crate::test_support::{
     Random, dense, dense_blocks, dense_filter, diagonal, flat, graph, grid_edges, laplacian,
     random_blocks, random_filter,
 };
+use crate::vector::norm;
 use crate::{CompleteCholesky, Filter, Identity, IncompleteCholesky, Jacobi, Mat3, ScalarMatrix};
 
 const NORMS: [Norm; 2] = [Norm::Euclid, Norm::Preconditioned];

@@ -86,7 +86,8 @@ fn add_products(sum: &mut [f64; 3], a: &Vec3, b: &Vec3) {
 }
 
 /// Step 3 of the summation: twelve accumulators become one number.
-fn combine(sums: &[[f64; 3]; SLOTS]) -> f64 {
+#[inline(always)]
+pub(crate) fn combine(sums: &[[f64; 3]; SLOTS]) -> f64 {
     let slot = |s: usize| (sums[s][0] + sums[s][1]) + sums[s][2];
     (slot(0) + slot(1)) + (slot(2) + slot(3))
 }

@@ -2,8 +2,10 @@
 
 use super::Preconditioner;
 use super::jacobi::is_pivot;
+use super::wavefront::Wavefront;
 use crate::pattern::Pattern;
 use crate::rows::Rows;
+use crate::scalar::{Four, Lanes};
 use crate::{ScalarMatrix, SolverError, Vec3};
 
 /// `P = (L Lᵀ)⁻¹`, where the lower triangle `L` has non-zeros only where `A` has and `L Lᵀ = A`
@@ -21,6 +23,12 @@ pub struct IncompleteCholesky {
     lower: Vec<f64>,
     /// `1 / Lᵢᵢ`.
     inverse_diagonal: Vec<f64>,
+    /// The order of the rows in a solve.
+    order: Wavefront,
+    /// The offsets `i − j` of regular rows, the farthest first.
+    offsets: Vec<usize>,
+    /// Whether a row has entries at just these offsets.
+    regular: Vec<bool>,
 }
 
 impl IncompleteCholesky {
@@ -33,7 +41,13 @@ impl IncompleteCholesky {
             columns.extend_from_slice(&pattern.columns()[pattern.lower(i)]);
             starts.push(columns.len());
         }
+        let row = |i: usize| &columns[starts[i]..starts[i + 1]];
+        let offsets = common_offsets(a.n(), row);
+        let regular = |i: usize| row(i).iter().map(|&j| i - j as usize).eq(offsets.iter().copied());
         Self {
+            order: Wavefront::new(a.n(), row),
+            regular: (0..a.n()).map(regular).collect(),
+            offsets,
             lower: vec![0.0; columns.len()],
             inverse_diagonal: vec![1.0; a.n()],
             pattern,
@@ -104,6 +118,7 @@ impl IncompleteCholesky {
     }
 
     /// Columns and values of row `i` of `L` left of the diagonal.
+    #[inline(always)]
     fn row(&self, i: usize) -> impl Iterator<Item = (usize, f64)> {
         let row = self.starts[i]..self.starts[i + 1];
         self.columns[row.clone()]
@@ -111,6 +126,73 @@ impl IncompleteCholesky {
             .zip(&self.lower[row])
             .map(|(&j, &value)| (j as usize, value))
     }
+
+    /// [`apply`](Preconditioner::apply) to particles of four numbers, in an order that need not wait.
+    #[inline(always)]
+    pub(crate) fn apply_to_lanes(&self, four: impl Four, r: &[Lanes], z: &mut [Lanes]) {
+        match *self.offsets {
+            [a, b] => self.apply_with(four, [a, b], r, z),
+            [a, b, c, d] => self.apply_with(four, [a, b, c, d], r, z),
+            [a, b, c, d, e, f] => self.apply_with(four, [a, b, c, d, e, f], r, z),
+            _ => self.apply_with(four, [], r, z),
+        }
+    }
+
+    /// [`apply_to_lanes`](Self::apply_to_lanes), where regular rows have these `D` offsets.
+    #[inline(always)]
+    fn apply_with<const D: usize>(
+        &self,
+        four: impl Four,
+        offsets: [usize; D],
+        r: &[Lanes],
+        z: &mut [Lanes],
+    ) {
+        let n = self.pattern.n();
+        let (inverse, regular) = (&self.inverse_diagonal[..n], &self.regular[..n]);
+        let (starts, r, z) = (&self.starts[..n], &r[..n], &mut z[..n]);
+        self.order.forward(|i| {
+            let mut sum = four.load(r[i]);
+            if regular[i] {
+                let values = &self.lower[starts[i]..starts[i] + D];
+                for (offset, value) in offsets.iter().zip(values) {
+                    sum = four.sub(sum, four.mul(four.load(z[i - offset]), four.splat(*value)));
+                }
+            } else {
+                for (j, value) in self.row(i) {
+                    sum = four.sub(sum, four.mul(four.load(z[j]), four.splat(value)));
+                }
+            }
+            z[i] = four.store(four.mul(sum, four.splat(inverse[i])));
+        });
+        self.order.backward(|i| {
+            let zi = four.mul(four.load(z[i]), four.splat(inverse[i]));
+            z[i] = four.store(zi);
+            if regular[i] {
+                let values = &self.lower[starts[i]..starts[i] + D];
+                for (offset, value) in offsets.iter().zip(values) {
+                    let j = i - offset;
+                    z[j] = four.store(four.sub(four.load(z[j]), four.mul(zi, four.splat(*value))));
+                }
+            } else {
+                for (j, value) in self.row(i) {
+                    z[j] = four.store(four.sub(four.load(z[j]), four.mul(zi, four.splat(value))));
+                }
+            }
+        });
+    }
+}
+
+/// The offsets `i − j` that most rows have, the farthest first; none when no set of two, four or six is shared
+/// by half of the rows.
+fn common_offsets<'a>(n: usize, row: impl Fn(usize) -> &'a [u32]) -> Vec<usize> {
+    // On a mesh the row in the middle of the middle line is as good as any.
+    let offsets = |i: usize| row(i).iter().map(move |&j| i - j as usize);
+    let of: Vec<usize> = (n / 2..n.min(n / 2 + 3))
+        .map(|i| offsets(i).collect::<Vec<_>>())
+        .max_by_key(Vec::len)
+        .unwrap_or_default();
+    let shared = (0..n).filter(|&i| offsets(i).eq(of.iter().copied())).count();
+    if matches!(of.len(), 2 | 4 | 6) && 2 * shared > n { of } else { Vec::new() }
 }
 
 impl Preconditioner for IncompleteCholesky {

@@ -39,6 +39,11 @@ impl Jacobi {
         }
         Ok(())
     }
+
+    /// `1 / Aᵢᵢ`.
+    pub(crate) fn inverse_diagonal(&self) -> &[f64] {
+        &self.inverse_diagonal
+    }
 }
 
 impl Preconditioner for Jacobi {

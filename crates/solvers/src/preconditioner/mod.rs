@@ -16,6 +16,7 @@ mod complete;
 mod dense;
 mod incomplete;
 mod jacobi;
+mod wavefront;
 
 pub use complete::CompleteCholesky;
 pub use dense::DenseInverse;

@@ -1,0 +1,151 @@
+//! Filtered conjugate gradients on a [`ScalarMatrix`] by fused SIMD kernels.
+//!
+//! [`filtered_pcg`](crate::filtered_pcg) sweeps about eight times an iteration over vectors of [`Vec3`]. Here it is
+//! two sweeps, in blocks of [`BLOCK`](crate::vector::BLOCK) particles, the blocks of the documented order of sums:
+//!
+//! 1. `x ← x + α c` of the iteration before, and `c ← S (P r + β c)`; behind it, as soon as the farthest neighbour is
+//!    known, `q ← S A c` of a block and its part of `cᵀq`, while the block is in cache.
+//! 2. `r ← r − α q`, `rᵀr` and, for a diagonal `P`, `rᵀ P r` without ever storing `P r`.
+//!
+//! Only loops and layouts differ from the readable kernels; each number comes from the same operations in the same
+//! order, so all bits are theirs (negative zeros too: an absent entry of a diagonal adds a zero to a sum that began
+//! with a positive one). Infinite and undefined numbers end a solve alike, but may be found in other
+//! places of `x`.
+//!
+//! # Counts
+//!
+//! Of an iteration with three coordinates, for a mesh with two offsets (five entries a row), a particle:
+//!
+//! | layout | preconditioner | flops | bytes from memory | held by a solver, bytes |
+//! |---|---|---|---|---|
+//! | diagonals | Jacobi | 30 product, 6 `cᵀq`, 6 `x`, 9 `c`, 6 `r`, 6 + 9 sums: 72 | 280: `x`, `c`, `r` read and written (`r` read twice), `q` written and read, matrix 24, `P` twice | 96 vectors, 24 matrix, 8 `P` |
+//! | rows | Jacobi | 96, a lane in four idle | 444: `x`, `c`, `r`, `q` of 32, matrix 60 with columns, row starts 8, `P` twice | 128 vectors |
+//! | rows | IC(0) | 128 | as above with `s` (96), factor twice (80) | 160 vectors |
+//!
+//! # What was tried
+//!
+//! Nanoseconds a particle and iteration, least of many repetitions on one core of an AMD EPYC (Zen 4) that others
+//! used too, square mesh of `N²` particles; AVX2 (512-bit registers would change the bits of the factorisations
+//! that share the SIMD library).
+//!
+//! | what | predicted | measured |
+//! |---|---|---|
+//! | readable kernels, Jacobi | | N = 52: 9.0; 1000: 20–22 |
+//! | diagonals, plain loops behind a closure | 3 | 6.8: the closure was not inlined into code for AVX2, and all ran on SSE2 |
+//! | sums by loops over `[f64; 4]` | as below | 6.4: they were compiled to scalar operations |
+//! | sums by explicit operations on four numbers | 3 | N = 52: 3.3; 1000: 13.7 |
+//! | a cache line between the coordinates of a block | less | not told from the noise |
+//! | product by slices of variable length | | 3.3 or 7.2, as the compiler finds bounds or not |
+//! | product by pieces of fixed length | 3.3 | 3.3, always |
+//! | three coordinates in one pass over the coefficients | 2.8 (20 loads instead of 30) | N = 20: 3.1; 52: 3.0; 100: 3.0 |
+//! | rows of four numbers, Jacobi | 5 | N = 52: 6.2 |
+//! | rows of four numbers, IC(0), row after row | 16 | 16.4 (readable 17–21) |
+//! | eight lines of the mesh in turns | 9 | 14.6: not the chain but the instructions a row were the limit |
+//! | … with rows of equal offsets by constant offsets | 9 | 12.9 |
+
+mod buckets;
+mod diagonals;
+mod fused;
+mod lanes;
+mod simd;
+mod soa;
+
+use crate::pcg::conjugate_gradients;
+use crate::{Constraints, PcgReport, PcgSettings, Reference, ScalarMatrix, Vec3};
+use fused::Fused;
+pub(crate) use lanes::Lanes;
+use lanes::Padded;
+pub use lanes::ScalarPreconditioner;
+pub(crate) use simd::Four;
+
+/// [`filtered_pcg`](crate::filtered_pcg) for a scalar matrix: the same bits and the same report, from kernels that
+/// keep the vectors, and where it helps the matrix, in a layout of their own.
+#[derive(Debug)]
+pub struct ScalarPcg(Layout);
+
+#[derive(Debug)]
+enum Layout {
+    Diagonals(Box<Fused>),
+    Rows(Padded),
+}
+
+/// The layouts of [`ScalarPcg`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ScalarLayout {
+    /// The matrix by diagonals and each coordinate an array: for diagonal preconditioners, and patterns with few
+    /// offsets between row and column, such as the mesh of a regular sheet.
+    Diagonals,
+    /// Compressed rows, and particles padded to four numbers: for all.
+    Rows,
+}
+
+impl ScalarPcg {
+    /// Room for solves with the pattern of `a`, in the best layout. `diagonal` says that the preconditioner is
+    /// [`Identity`](ScalarPreconditioner::Identity) or [`Jacobi`](ScalarPreconditioner::Jacobi).
+    pub fn new(a: &ScalarMatrix, diagonal: bool) -> Self {
+        Self::with_layout(a, diagonal, ScalarLayout::Diagonals)
+            .unwrap_or_else(|| Self(Layout::Rows(Padded::new(a, diagonal))))
+    }
+
+    /// As [`new`](Self::new) with a given layout; `None` when it does not suit.
+    pub fn with_layout(a: &ScalarMatrix, diagonal: bool, layout: ScalarLayout) -> Option<Self> {
+        Some(Self(match layout {
+            ScalarLayout::Diagonals if diagonal => Layout::Diagonals(Box::new(Fused::new(a)?)),
+            ScalarLayout::Diagonals => return None,
+            ScalarLayout::Rows => Layout::Rows(Padded::new(a, diagonal)),
+        }))
+    }
+
+    /// The layout in use.
+    pub fn layout(&self) -> ScalarLayout {
+        match self.0 {
+            Layout::Diagonals(_) => ScalarLayout::Diagonals,
+            Layout::Rows(_) => ScalarLayout::Rows,
+        }
+    }
+
+    /// Takes over the values of `a`, which must have the pattern given to [`new`](Self::new), and of the
+    /// preconditioner: to be called after each change of either.
+    pub fn update(&mut self, a: &ScalarMatrix, p: ScalarPreconditioner<'_>) {
+        if let Layout::Diagonals(fused) = &mut self.0 {
+            fused.update(a, p);
+        }
+    }
+
+    /// As [`filtered_pcg`](crate::filtered_pcg), with the matrix and the preconditioner of the last
+    /// [`update`](Self::update).
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "a linear solve has this many independent parts; each call names them in order"
+    )]
+    pub fn solve(
+        &mut self,
+        a: &ScalarMatrix,
+        p: ScalarPreconditioner<'_>,
+        constraints: &Constraints,
+        b: &[Vec3],
+        x: &mut [Vec3],
+        reference: Reference,
+        settings: &PcgSettings,
+    ) -> PcgReport {
+        let n = a.n();
+        assert!(
+            [constraints.len(), b.len(), x.len()] == [n; 3],
+            "matrix, constraints and vectors are for different numbers of particles"
+        );
+        match &mut self.0 {
+            Layout::Diagonals(fused) => {
+                let mut operations = fused.operations(constraints, b, x);
+                conjugate_gradients(&mut operations, reference, settings)
+            }
+            Layout::Rows(padded) => {
+                let mut operations = padded.operations(a, p, constraints, b, x);
+                conjugate_gradients(&mut operations, reference, settings)
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
+mod tests;

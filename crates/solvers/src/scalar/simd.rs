@@ -1,0 +1,121 @@
+//! Kernels for the processor that they run on.
+//!
+//! Most loops are plain ones that the compiler vectorises. Sums are not: their four slots a coordinate
+//! (see [`vector`](crate::vector)) are spelled out as operations on [`Four`] numbers. Sums and products are never
+//! fused, so the instruction set changes no bit.
+
+use crate::vector::SLOTS;
+use pulp::{Simd, bytemuck};
+
+/// Operations on four numbers at once.
+pub(crate) trait Four: Copy {
+    /// The four numbers.
+    type Numbers: Copy;
+
+    fn load(self, numbers: [f64; SLOTS]) -> Self::Numbers;
+    fn store(self, numbers: Self::Numbers) -> [f64; SLOTS];
+    fn add(self, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers;
+    fn sub(self, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers;
+    fn mul(self, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers;
+
+    #[inline(always)]
+    fn splat(self, number: f64) -> Self::Numbers {
+        self.load([number; SLOTS])
+    }
+}
+
+/// One by one, as the compiler sees fit.
+#[derive(Clone, Copy)]
+pub(super) struct Plain;
+
+impl Four for Plain {
+    type Numbers = [f64; SLOTS];
+
+    #[inline(always)]
+    fn load(self, numbers: [f64; SLOTS]) -> [f64; SLOTS] {
+        numbers
+    }
+
+    #[inline(always)]
+    fn store(self, numbers: [f64; SLOTS]) -> [f64; SLOTS] {
+        numbers
+    }
+
+    #[inline(always)]
+    fn add(self, a: [f64; SLOTS], b: [f64; SLOTS]) -> [f64; SLOTS] {
+        std::array::from_fn(|s| a[s] + b[s])
+    }
+
+    #[inline(always)]
+    fn sub(self, a: [f64; SLOTS], b: [f64; SLOTS]) -> [f64; SLOTS] {
+        std::array::from_fn(|s| a[s] - b[s])
+    }
+
+    #[inline(always)]
+    fn mul(self, a: [f64; SLOTS], b: [f64; SLOTS]) -> [f64; SLOTS] {
+        std::array::from_fn(|s| a[s] * b[s])
+    }
+}
+
+/// In one register of an instruction set whose registers hold four numbers.
+#[derive(Clone, Copy)]
+pub(super) struct Wide<S>(pub(super) S);
+
+impl<S: Simd> Four for Wide<S> {
+    type Numbers = S::f64s;
+
+    #[inline(always)]
+    fn load(self, numbers: [f64; SLOTS]) -> S::f64s {
+        bytemuck::cast(numbers)
+    }
+
+    #[inline(always)]
+    fn store(self, numbers: S::f64s) -> [f64; SLOTS] {
+        bytemuck::cast(numbers)
+    }
+
+    #[inline(always)]
+    fn add(self, a: S::f64s, b: S::f64s) -> S::f64s {
+        self.0.add_f64s(a, b)
+    }
+
+    #[inline(always)]
+    fn sub(self, a: S::f64s, b: S::f64s) -> S::f64s {
+        self.0.sub_f64s(a, b)
+    }
+
+    #[inline(always)]
+    fn mul(self, a: S::f64s, b: S::f64s) -> S::f64s {
+        self.0.mul_f64s(a, b)
+    }
+}
+
+/// Runs a block compiled for the best instruction set of the processor. What it uses is named with its type
+/// (with the lifetime `'k`), as a closure's captures would be; a closure itself is not sure to be inlined into
+/// the function that has the instruction set. All that the block calls must be `#[inline(always)]`.
+macro_rules! vectorised {
+    ($arch:expr, [$four:ident $(, $name:ident: $type:ty = $value:expr)* $(,)?] -> $output:ty $body:block) => {{
+        struct Kernel<'k> {
+            $($name: $type,)*
+            lifetime: std::marker::PhantomData<&'k ()>,
+        }
+        impl<'k> pulp::WithSimd for Kernel<'k> {
+            type Output = $output;
+
+            #[inline(always)]
+            fn with_simd<S: pulp::Simd>(self, simd: S) -> $output {
+                let Self { $($name,)* lifetime: _ } = self;
+                if S::F64_LANES == crate::vector::SLOTS {
+                    let $four = crate::scalar::simd::Wide(simd);
+                    $body
+                } else {
+                    let $four = crate::scalar::simd::Plain;
+                    $body
+                }
+            }
+        }
+        $arch.dispatch(Kernel { $($name: $value,)* lifetime: std::marker::PhantomData })
+    }};
+}
+
+pub(super) use vectorised;

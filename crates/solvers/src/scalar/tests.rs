@@ -1,0 +1,210 @@
+//! The fast kernels against the readable ones, bit for bit.
+
+use super::*;
+use crate::test_support::{Random, graph, laplacian, random_filter};
+use crate::{
+    Filter, Identity, IncompleteCholesky, Jacobi, Norm, PcgWorkspace, Preconditioner, SolveStatus,
+    Vec3, filtered_pcg,
+};
+use proptest::prelude::*;
+
+/// Springs between particles of a grid that are these many rows and columns apart.
+fn mesh(rows: usize, columns: usize, steps: &[(usize, isize)]) -> Vec<(usize, usize)> {
+    let mut edges = Vec::new();
+    for row in 0..rows {
+        for column in 0..columns {
+            for &(down, right) in steps {
+                let to = column as isize + right;
+                if row + down < rows && (0..columns as isize).contains(&to) {
+                    edges.push((row * columns + column, (row + down) * columns + to as usize));
+                }
+            }
+        }
+    }
+    edges
+}
+
+const STRUCTURE: [(usize, isize); 2] = [(0, 1), (1, 0)];
+const SHEAR: [(usize, isize); 4] = [(0, 1), (1, 0), (1, 1), (1, -1)];
+const BENDING: [(usize, isize); 6] = [(0, 1), (1, 0), (1, 1), (1, -1), (0, 2), (2, 0)];
+
+#[derive(Clone, Debug)]
+struct Case {
+    rows: usize,
+    columns: usize,
+    springs: usize,
+    seed: u64,
+    /// How many in a thousand particles are constrained in any way.
+    constrained: usize,
+    moving: bool,
+    /// 0: none, 1: Jacobi, 2: IC(0).
+    preconditioner: usize,
+    norm: Norm,
+    absolute: bool,
+    digits: i32,
+    max_iterations: usize,
+}
+
+fn cases() -> impl Strategy<Value = Case> {
+    let shape = (1_usize..40, 3_usize..40, 0_usize..3, any::<u64>());
+    let norm = prop_oneof![Just(Norm::Euclid), Just(Norm::Preconditioned)];
+    let constraints = (prop_oneof![Just(0), Just(3), Just(200), Just(1000)], any::<bool>());
+    let solve = (0_usize..3, norm, any::<bool>(), 0..18, prop_oneof![Just(0), Just(3), Just(400)]);
+    (shape, constraints, solve).prop_map(
+        |(
+            (rows, columns, springs, seed),
+            (constrained, moving),
+            (preconditioner, norm, absolute, digits, max_iterations),
+        )| Case {
+            rows,
+            columns,
+            springs,
+            seed,
+            constrained,
+            moving,
+            preconditioner,
+            norm,
+            absolute,
+            digits,
+            max_iterations,
+        },
+    )
+}
+
+fn bits(x: &[Vec3]) -> Vec<[u64; 3]> {
+    x.iter().map(|x| [x.x.to_bits(), x.y.to_bits(), x.z.to_bits()]).collect()
+}
+
+/// Solves twice in each layout that suits, so that what a solve leaves behind is seen to matter nothing.
+fn compare(a: &ScalarMatrix, case: &Case) -> PcgReport {
+    let mut random = Random::new(case.seed);
+    let n = a.n();
+    let mut constraints = Constraints::free(n);
+    for i in 0..n {
+        if 500.0 * (1.0 + random.unit()) < case.constrained as f64 {
+            let value = if case.moving { random.vector() } else { Vec3::zeros() };
+            constraints.set(i, random_filter(&mut random), value);
+        }
+    }
+    let (mut jacobi, mut factor) = (Jacobi::new(a), IncompleteCholesky::new(a));
+    jacobi.update(a).unwrap();
+    factor.update(a, None).unwrap();
+    let (p, fast_p): (&dyn Preconditioner, _) = match case.preconditioner {
+        0 => (&Identity, ScalarPreconditioner::Identity),
+        1 => (&jacobi, ScalarPreconditioner::Jacobi(&jacobi)),
+        _ => (&factor, ScalarPreconditioner::Ic0(&factor)),
+    };
+    let settings = PcgSettings {
+        forcing_term: 10_f64.powi(-case.digits),
+        norm: case.norm,
+        max_iterations: case.max_iterations,
+    };
+    let reference =
+        if case.absolute { Reference::Absolute(3.0) } else { Reference::FilteredRightHandSide };
+    let mut solvers: Vec<_> = [ScalarLayout::Diagonals, ScalarLayout::Rows]
+        .into_iter()
+        .filter_map(|layout| ScalarPcg::with_layout(a, case.preconditioner < 2, layout))
+        .collect();
+    solvers.iter_mut().for_each(|solver| solver.update(a, fast_p));
+    let mut workspace = PcgWorkspace::new(n);
+    let mut last = None;
+    for _ in 0..2 {
+        let (b, start) = (random.vectors(n), random.vectors(n));
+        let mut x = start.clone();
+        let expected =
+            filtered_pcg(a, p, &constraints, &b, &mut x, reference, &settings, &mut workspace);
+        for solver in &mut solvers {
+            let mut y = start.clone();
+            let report = solver.solve(a, fast_p, &constraints, &b, &mut y, reference, &settings);
+            let [ours, theirs] = [report, expected].map(|r| r.relative_residual.to_bits());
+            assert_eq!(ours, theirs, "{:?}: {report:?}, {expected:?}", solver.layout());
+            assert_eq!(report, expected, "{:?}", solver.layout());
+            assert_eq!(bits(&x), bits(&y), "{:?}", solver.layout());
+        }
+        last = Some(expected);
+    }
+    last.unwrap()
+}
+
+proptest! {
+    #[test]
+    fn solves_on_meshes_have_the_bits_of_the_readable_kernels(case in cases()) {
+        let steps: &[_] = [&STRUCTURE[..], &SHEAR, &BENDING][case.springs];
+        let edges = mesh(case.rows, case.columns, steps);
+        let mut random = Random::new(case.seed ^ 1);
+        let a = laplacian(case.rows * case.columns, &edges, 0.5, || 10_f64.powf(random.unit()));
+        compare(&a, &case);
+    }
+
+    #[test]
+    fn solves_on_any_graph_have_the_bits_of_the_readable_kernels(
+        (n, edges) in graph(600),
+        case in cases(),
+    ) {
+        let mut random = Random::new(case.seed ^ 2);
+        let a = laplacian(n, &edges, 0.5, || 10_f64.powf(random.unit()));
+        compare(&a, &case);
+    }
+}
+
+#[test]
+fn meshes_are_kept_by_diagonals_and_other_graphs_by_rows() {
+    let layout = |n, edges: &[(usize, usize)]| {
+        ScalarPcg::new(&laplacian(n, edges, 1.0, || 1.0), true).layout()
+    };
+    for steps in [&STRUCTURE[..], &SHEAR, &BENDING] {
+        assert_eq!(layout(400, &mesh(20, 20, steps)), ScalarLayout::Diagonals);
+    }
+    let star: Vec<_> = (1..50).map(|i| (0, i)).collect();
+    assert_eq!(layout(50, &star), ScalarLayout::Rows);
+    assert_eq!(layout(50, &[(0, 49), (3, 9)]), ScalarLayout::Rows);
+    let mesh = laplacian(400, &mesh(20, 20, &STRUCTURE), 1.0, || 1.0);
+    assert_eq!(ScalarPcg::new(&mesh, false).layout(), ScalarLayout::Rows);
+}
+
+#[test]
+fn residuals_that_part_are_refreshed_alike() {
+    let edges = mesh(20, 20, &STRUCTURE);
+    for weight in [1.0, 1e6] {
+        let a = laplacian(400, &edges, 1.0, || weight);
+        for (norm, preconditioner) in
+            [(Norm::Euclid, 1), (Norm::Preconditioned, 0), (Norm::Euclid, 2)]
+        {
+            let case = Case {
+                rows: 20,
+                columns: 20,
+                springs: 0,
+                seed: 5,
+                constrained: 3,
+                moving: true,
+                preconditioner,
+                norm,
+                absolute: false,
+                digits: 18,
+                max_iterations: 100_000,
+            };
+            let report = compare(&a, &case);
+            assert!(report.iterations > 20 && report.multiplications > report.iterations + 3);
+            assert_ne!(report.status, SolveStatus::IterationLimit);
+        }
+    }
+}
+
+#[test]
+fn a_solution_that_is_prescribed_is_taken() {
+    let a = laplacian(9, &mesh(3, 3, &STRUCTURE), 1.0, || 1.0);
+    let p = ScalarPreconditioner::Identity;
+    let mut constraints = Constraints::free(9);
+    (0..9).for_each(|i| constraints.set(i, Filter::Fixed, Vec3::x() * i as f64));
+    let settings = PcgSettings { forcing_term: 1e-3, norm: Norm::Euclid, max_iterations: 9 };
+    let reference = Reference::FilteredRightHandSide;
+    for layout in [ScalarLayout::Diagonals, ScalarLayout::Rows] {
+        let mut fast = ScalarPcg::with_layout(&a, true, layout).unwrap();
+        fast.update(&a, p);
+        let mut x = Random::new(3).vectors(9);
+        let b = [Vec3::y(); 9];
+        let report = fast.solve(&a, p, &constraints, &b, &mut x, reference, &settings);
+        assert_eq!((report.iterations, report.status), (0, SolveStatus::Converged));
+        assert_eq!(x[8], Vec3::x() * 8.0);
+    }
+}
