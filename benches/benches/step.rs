@@ -1,49 +1,72 @@
-//! One step of each method on the bundled scenes: what a user waits for.
+//! One step of each method on the bundled scenes, and of IMEX Euler on sheets of several sizes: what a user waits for.
 
 #![allow(missing_docs, reason = "the macro that collects the benches makes undocumented items")]
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use drape_benches::Prepared;
+use drape_benches::{Mesh, Prepared};
+use drape_harness::methods;
 use std::time::{Duration, Instant};
 
-const CASES: [(&str, &str); 8] = [
-    ("hanging-textile-1e4", "explicit-euler"),
-    ("hanging-textile-1e4", "symplectic-euler"),
-    ("hanging-textile-1e4", "imex-euler"),
-    ("hanging-textile-1e4", "imex-euler:forcing_term=0.05"),
-    ("hanging-textile-1e4", "imex-euler:solver=cholesky"),
-    ("hanging-textile-1e4", "imex-updated"),
-    ("hanging-textile-1e4", "backward-euler"),
+const SCENE: &str = "hanging-textile-1e4";
+/// Beside every method with its defaults on [`SCENE`].
+const MORE: [(&str, &str); 3] = [
+    (SCENE, "imex-euler:forcing_term=0.05"),
+    (SCENE, "imex-euler:solver=cholesky"),
     ("square-table-1e4", "imex-euler"),
 ];
+/// Particles along each edge of the sheets.
+const SIDES: [u32; 4] = [20, 52, 100, 316];
+const SOLVERS: [&str; 2] = ["imex-euler", "imex-euler:preconditioner=jacobi"];
 
 /// A run is begun anew after this many steps, so that what is timed is a falling sheet and not one at
 /// rest.
 const STEPS_A_RUN: u64 = 50;
 
+/// Time of so many steps, each run begun by `start`.
+fn run(steps: u64, start: impl Fn() -> Prepared) -> Duration {
+    let mut time = Duration::ZERO;
+    let mut left = steps;
+    while left > 0 {
+        let mut prepared = start();
+        let run = left.min(STEPS_A_RUN);
+        let begin = Instant::now();
+        (0..run).for_each(|_| prepared.step());
+        time += begin.elapsed();
+        left -= run;
+    }
+    time
+}
+
 fn steps(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("step");
-    for (scene, method) in CASES {
+    let all = methods::all().map(|method| (SCENE, method.id));
+    for (scene, method) in all.chain(MORE) {
         // Explicit Euler blows up in time; it is measured from the start.
         let warm_up = if method == "explicit-euler" { 0 } else { 10 };
         group.bench_function(format!("{scene}/{method}"), |bencher| {
-            bencher.iter_custom(|steps| {
-                let mut time = Duration::ZERO;
-                let mut left = steps;
-                while left > 0 {
-                    let mut prepared = Prepared::new(scene, method, warm_up);
-                    let run = left.min(STEPS_A_RUN);
-                    let begin = Instant::now();
-                    (0..run).for_each(|_| prepared.step());
-                    time += begin.elapsed();
-                    left -= run;
-                }
-                time
-            });
+            bencher.iter_custom(|steps| run(steps, || Prepared::new(scene, method, warm_up)));
         });
     }
     group.finish();
 }
 
-criterion_group!(benches, steps);
+fn sizes(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("sheet");
+    group.sample_size(10);
+    for side in SIDES {
+        for mesh in Mesh::ALL {
+            for method in SOLVERS {
+                let name = format!("{side}/{}/{method}", mesh.name());
+                group.bench_function(name, |bencher| {
+                    bencher.iter_custom(|steps| {
+                        run(steps, || Prepared::on_sheet(side, mesh, method, 10))
+                    });
+                });
+            }
+        }
+    }
+    group.finish();
+}
+
+criterion_group!(benches, steps, sizes);
 criterion_main!(benches);

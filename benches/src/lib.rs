@@ -1,4 +1,8 @@
-//! What the benches share: bundled scenes, ready to be stepped.
+//! What the benches share: bundled scenes, ready to be stepped, and the hanging sheet of the comparisons of cost.
+
+mod sheet;
+
+pub use sheet::{HangingSheet, Mesh, STEP_S};
 
 use drape_harness::methods::Choice;
 use drape_integrator::{Integrator, PhaseClock, TimeStep};
@@ -26,17 +30,34 @@ impl Prepared {
     pub fn new(scene: &str, method: &str, warm_up: usize) -> Self {
         let input = drape_model::load(scene).expect("a bundled scene");
         let time = input.scene().expect("bundled scenes are scenes").time;
-        let (system, mut state) = input.spec().build().expect("bundled scenes are valid");
+        let (system, state) = input.spec().build().expect("bundled scenes are valid");
         let step = TimeStep::new(time.step_s).expect("bundled scenes have a positive step");
+        Self::from((system, state), step, method, warm_up)
+    }
+
+    /// As [`new`](Self::new) on the hanging sheet, with its own step.
+    ///
+    /// # Panics
+    /// As [`new`](Self::new).
+    pub fn on_sheet(side: u32, mesh: Mesh, method: &str, warm_up: usize) -> Self {
+        let sheet = HangingSheet::new(side, 1e4, mesh).expect("a valid sheet");
+        let start = sheet.spec.build().expect("a valid sheet");
+        let step = TimeStep::new(STEP_S).expect("a positive step");
+        Self::from(start, step, method, warm_up)
+    }
+
+    fn from(
+        (system, state): (System, State),
+        step: TimeStep,
+        method: &str,
+        warm_up: usize,
+    ) -> Self {
         let choice = Choice::parse(method, &[]).expect("a known method");
         let mut integrator = choice.build().expect("checked settings");
         integrator.prepare(&system, step).expect("a supported scene");
-        for _ in 0..warm_up {
-            integrator
-                .step(&system, &mut state, step, &mut PhaseClock::off())
-                .expect("a prepared method");
-        }
-        Self { integrator, system, state, step }
+        let mut prepared = Self { integrator, system, state, step };
+        (0..warm_up).for_each(|_| prepared.step());
+        prepared
     }
 
     /// One step.

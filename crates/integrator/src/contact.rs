@@ -120,6 +120,19 @@ impl ContactSet {
         }
     }
 
+    /// Memory for what [`detect`](Self::detect) writes: without obstacles, for pins alone.
+    pub fn constraints(system: &System) -> Constraints {
+        match system.obstacles() {
+            [] => Constraints::free_or_held(system.len()),
+            _ => Constraints::free(system.len()),
+        }
+    }
+
+    /// Memory for the impulse that [`solve`](Self::solve) lends: none without obstacles.
+    pub fn impulse(system: &System) -> Vec<Vec3> {
+        vec![Vec3::zeros(); if system.obstacles().is_empty() { 0 } else { system.len() }]
+    }
+
     /// Forgets which contacts were active.
     pub fn restart(&mut self) {
         self.steps_since.fill(u8::MAX);
@@ -274,7 +287,7 @@ impl ContactSet {
 
     /// Solves a step under its constraints, and again after contacts were released.
     ///
-    /// `solve` gets the constraints and, where there are contacts, the slice that it must fill with
+    /// `solve` gets the constraints and, where there are contacts, `impulse`, which it must fill with
     /// the unfiltered residual `p = A v_+ − b`.
     ///
     /// # Errors

@@ -18,12 +18,11 @@ pub struct ImpulsiveContacts {
 impl ImpulsiveContacts {
     /// Memory for a system.
     pub fn new(system: &System) -> Self {
-        let zeros = || vec![Vec3::zeros(); system.len()];
         Self {
             contacts: ContactSet::new(system),
-            constraints: Constraints::free(system.len()),
-            impulse: zeros(),
-            free_velocity: zeros(),
+            constraints: ContactSet::constraints(system),
+            impulse: ContactSet::impulse(system),
+            free_velocity: vec![Vec3::zeros(); system.len()],
         }
     }
 

@@ -27,6 +27,7 @@
 //! | `results/timings/work-precision.json` | [`Timings`]`<`[`work_precision::TimingRow`]`>` |
 //! | `results/scaling.json` | [`Record`]`<`[`scaling::Facts`]`>` |
 //! | `results/timings/scaling.json` | [`Timings`]`<`[`scaling::TimingRow`]`>` |
+//! | `results/timings/peers.json` | [`Timings`]`<`[`peers::Row`]`>` |
 //! | `results/claims.json` | [`Record`]`<`[`claims::Facts`]`>` |
 //! | `results/timings/claims.json` | [`Timings`]`<`[`claims::TimingRow`]`>` |
 //! | what `drape run --out` writes | [`run::Run`] |
@@ -42,6 +43,7 @@ pub mod hard_cases;
 pub mod locking;
 pub mod momentum;
 pub mod order;
+pub mod peers;
 pub mod post_correction;
 pub mod precomputed_inverse;
 mod provenance;

@@ -59,6 +59,8 @@ pub struct Cell {
 pub enum TimingRow {
     /// A run of a cell of the facts.
     Run(RunTiming),
+    /// What the allocator holds for a prepared method.
+    Memory(Memory),
     /// The triad `a = b + s·c` over arrays much larger than the caches.
     Triad {
         /// Bytes moved by one pass over the three arrays.
@@ -86,8 +88,34 @@ pub struct RunTiming {
     pub samples_ns: Vec<u64>,
     /// Median of them over particles and steps, ns.
     pub ns_per_particle_step: f64,
+    /// Bytes that a step must move for each particle once the arrays have left the caches; absent where nobody has counted
+    /// them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub least_bytes: Option<f64>,
     /// Seconds before the first step: allocation, pattern, first build of matrix and preconditioner.
     pub prepare_s: f64,
     /// Phases of a separate pass with the phase clock on, s.
     pub phases_s: Phases,
+}
+
+/// What the allocator holds, and the time that it took to build it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Memory {
+    /// Number of particles.
+    pub particles: usize,
+    /// Number of springs: tension, shear and bending.
+    pub springs: usize,
+    /// As in [`Cell::label`].
+    pub label: String,
+    /// Bytes of the system.
+    pub system_bytes: u64,
+    /// Bytes of the state.
+    pub state_bytes: u64,
+    /// Bytes of the method after `prepare`.
+    pub integrator_bytes: u64,
+    /// Seconds to check the specification and to build the system from it.
+    pub build_s: f64,
+    /// Seconds of `prepare`.
+    pub prepare_s: f64,
 }

@@ -7,7 +7,7 @@ use crate::plot::{
     At, Axis, Draft, Look, Point, Rule, Series, Sheet, State, names, panels_of, place_of, values,
 };
 use crate::{Chapter, read_record, read_timings};
-use drape_records::scaling::{Cell, Facts, RunTiming, TimingRow};
+use drape_records::scaling::{Cell, Facts, Memory, RunTiming, TimingRow};
 use drape_records::{Record, Timings};
 
 /// What the figures are drawn from.
@@ -25,7 +25,8 @@ pub(crate) const CHAPTER: Chapter = Chapter {
         let timings = read_timings(results, CHAPTER.experiment)?;
         let input = Input { record, timings };
         let figures = plate::draw_all(PLATES, &input, files)?;
-        let tables = vec![counts(&input), times(&input)];
+        let mut tables = vec![counts(&input), times(&input)];
+        tables.extend(memory(&input));
         let section = Section::new(&input.record, figures, tables);
         Ok(Some(section.with_timings(input.timings.as_ref())))
     },
@@ -40,8 +41,9 @@ const PLATES: &[Plate<Input>] = &[
             steps costs the same). First panel: nanoseconds of a step over the number of particles, by method; a curve that \
             stays level means cost in proportion to the size. Further panels: the same time by phase, for one method each. The \
             dashed line is the time in which the memory of the machine, as measured in the same run, moves the positions, \
-            velocities and forces of a particle once, in and out (144 bytes): no step can be faster once the arrays \
-            have left the caches.",
+            velocities and forces of a particle once, in and out (144 bytes). Byte bound: the time in which it moves \
+            the least bytes of a step, counted kernel by kernel, with as many iterations as the step needed; no step \
+            can be faster once the arrays have left the caches.",
         sheet: cost,
     },
     Plate {
@@ -87,7 +89,7 @@ fn timed(input: &Input) -> impl Iterator<Item = &RunTiming> + Clone {
     let rows = input.timings.iter().flat_map(|timings| &timings.rows);
     rows.filter_map(|row| match row {
         TimingRow::Run(run) => Some(run),
-        TimingRow::Triad { .. } => None,
+        TimingRow::Memory(_) | TimingRow::Triad { .. } => None,
     })
 }
 
@@ -95,8 +97,13 @@ fn bandwidth(input: &Input) -> Option<f64> {
     let rows = input.timings.iter().flat_map(|timings| &timings.rows);
     rows.into_iter().find_map(|row| match row {
         TimingRow::Triad { bytes_per_s, .. } => Some(*bytes_per_s),
-        TimingRow::Run(_) => None,
+        TimingRow::Run(_) | TimingRow::Memory(_) => None,
     })
+}
+
+/// Nanoseconds a particle and step in which the memory moves the least bytes of the step.
+fn byte_bound(input: &Input, run: &RunTiming) -> Option<f64> {
+    Some(1e9 * run.least_bytes? / bandwidth(input)?)
 }
 
 /// Seconds of the phases, as [`PHASES`] names them.
@@ -132,6 +139,9 @@ fn cost(input: &Input) -> Option<Sheet> {
             });
             series(&format!("phase: {phase}"), Look::pair(n, 6 - n), points)
         });
+        let bound =
+            runs.iter().filter_map(|run| Some((run.particles as f64, byte_bound(input, run)?)));
+        let curves = curves.chain(series("byte bound", Look::pair(5, 1), bound));
         drafts.push((vec![format!("{label}, by phase")], curves.collect(), rules()));
     }
     panels_of(
@@ -168,8 +178,8 @@ fn sizes(input: &Input) -> Vec<f64> {
     values(input.record.facts.cells.iter().map(|cell| cell.particles as f64))
 }
 
-fn header(input: &Input, first: &[&str]) -> Vec<String> {
-    let sizes = sizes(input).into_iter().map(|n| format!("n = {}", power(n)));
+fn header(sizes: &[f64], first: &[&str]) -> Vec<String> {
+    let sizes = sizes.iter().map(|n| format!("n = {}", power(*n)));
     texts(first).into_iter().chain(sizes).collect()
 }
 
@@ -201,7 +211,7 @@ fn counts(input: &Input) -> Table {
     Table {
         title: "**Counts of a step**: CG iterations; products with the matrix; sweeps over the springs. ✗ diverged, – not run."
             .to_owned(),
-        header: header(input, &["series", "method"]),
+        header: header(&sizes(input), &["series", "method"]),
         names: 2,
         rows,
     }
@@ -209,25 +219,84 @@ fn counts(input: &Input) -> Table {
 
 fn times(input: &Input) -> Table {
     let labels = names(&METHODS, timed(input).map(|run| run.label.as_str()));
+    let sizes = values(timed(input).map(|run| run.particles as f64));
     let line = |label: &&str| {
-        let at = |n: f64| {
-            let run = timed(input).find(|run| run.label == **label && run.particles as f64 == n);
+        let at = |n: &f64| {
+            let run = timed(input).find(|run| run.label == **label && run.particles as f64 == *n);
             run.map_or_else(absent, |run| {
+                let bound = byte_bound(input, run)
+                    .map(|bound| format!("; {}", significant(run.ns_per_particle_step / bound, 3)));
                 format!(
-                    "{}; {}",
+                    "{}; {}{}",
                     significant(run.ns_per_particle_step, 3),
-                    significant(1e3 * run.prepare_s, 3)
+                    significant(1e3 * run.prepare_s, 3),
+                    bound.unwrap_or_default()
                 )
             })
         };
-        std::iter::once((*label).to_owned()).chain(sizes(input).into_iter().map(at)).collect()
+        std::iter::once((*label).to_owned()).chain(sizes.iter().map(at)).collect()
     };
     Table {
-        title: "**Times, k/m fixed**: nanoseconds of a step for each particle, phase clock off; milliseconds of the set-up \
-                before the first step. – not timed."
-            .to_owned(),
-        header: header(input, &["method"]),
+        title: format!(
+            "**Times, k/m fixed**: nanoseconds of a step for each particle, phase clock off; milliseconds of the set-up \
+                before the first step; where the bytes of a step are counted, its time over their byte bound.{} – not timed.",
+            real_time(input).unwrap_or_default()
+        ),
+        header: header(&sizes, &["method"]),
         names: 1,
         rows: labels.iter().map(line).collect(),
     }
+}
+
+/// Step of the timed runs of [`REAL_TIME`]'s method, s.
+const STEP: f64 = 0.01;
+/// The method that is held against the clock.
+const REAL_TIME: &str = "imex-euler";
+
+/// Whether a hundred thousand particles move as fast as the clock.
+fn real_time(input: &Input) -> Option<String> {
+    let near = |run: &&RunTiming| run.label == REAL_TIME && run.particles.abs_diff(100_000) < 1000;
+    let run = timed(input).find(near)?;
+    let seconds = 1e-9 * run.ns_per_particle_step * run.particles as f64;
+    let verdict = if seconds <= STEP { "in real time" } else { "slower than the clock" };
+    Some(format!(
+        " {REAL_TIME} moves {} particles by steps of {STEP} s {verdict} on one core: {} s of computing for each simulated second.",
+        run.particles,
+        significant(seconds / STEP, 3)
+    ))
+}
+
+/// What the allocator holds, by part.
+fn memory(input: &Input) -> Option<Table> {
+    let rows = || input.timings.iter().flat_map(|timings| &timings.rows);
+    let sheets: Vec<&Memory> = rows()
+        .filter_map(|row| match row {
+            TimingRow::Memory(memory) => Some(memory),
+            TimingRow::Run(_) | TimingRow::Triad { .. } => None,
+        })
+        .collect();
+    let method = &sheets.first()?.label;
+    let sizes: Vec<_> = sheets.iter().map(|memory| memory.particles as f64).collect();
+    let line = |name: &str, value: fn(&Memory) -> f64| {
+        let cells = sheets.iter().map(|memory| significant(value(memory), 3));
+        std::iter::once(name.to_owned()).chain(cells).collect()
+    };
+    Some(Table {
+        title: format!(
+            "**Memory**: bytes a particle that the allocator holds for a sheet with tension, shear and bending springs and \
+                {method} after `prepare`; milliseconds to build the system from its specification and to prepare."
+        ),
+        header: header(&sizes, &["part"]),
+        names: 1,
+        rows: vec![
+            line("system, bytes", |m| m.system_bytes as f64 / m.particles as f64),
+            line("state, bytes", |m| m.state_bytes as f64 / m.particles as f64),
+            line("method, bytes", |m| m.integrator_bytes as f64 / m.particles as f64),
+            line("all, bytes", |m| {
+                (m.system_bytes + m.state_bytes + m.integrator_bytes) as f64 / m.particles as f64
+            }),
+            line("build, ms", |m| 1e3 * m.build_s),
+            line("prepare, ms", |m| 1e3 * m.prepare_s),
+        ],
+    })
 }

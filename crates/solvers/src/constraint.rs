@@ -76,7 +76,7 @@ fn along(d: Vec3, v: Vec3) -> Vec3 {
 /// The filters and the prescribed values of `n` particles: `S` and `(I − S) z`.
 ///
 /// Only the constrained particles are visited by [`project`](Self::project) and its relatives, so
-/// free particles cost nothing.
+/// free particles cost no time, and no memory but an index: what is not simply held fast stands in a list of its own.
 ///
 /// ```
 /// use drape_solvers::{Constraints, Filter, Vec3};
@@ -89,48 +89,63 @@ fn along(d: Vec3, v: Vec3) -> Vec3 {
 /// ```
 #[derive(Clone, Debug)]
 pub struct Constraints {
-    /// One filter a particle.
-    filters: Vec<Filter>,
-    /// `(I − S) z`, one a particle; zero where free.
-    prescribed: Vec<Vec3>,
+    /// One a particle: [`FREE`], [`HELD`], or an index into `others`.
+    slots: Vec<u32>,
+    /// What is neither free nor held.
+    others: Vec<Constraint>,
     /// The particles whose filter is not `Free`, in the order of their constraining.
     constrained: Vec<u32>,
+}
+
+/// The slot of a particle that moves freely.
+const FREE: u32 = u32::MAX;
+/// The slot of a particle with the filter [`Filter::Fixed`] and the prescribed value 0, such as a pin.
+const HELD: u32 = u32::MAX - 1;
+
+#[derive(Clone, Copy, Debug)]
+struct Constraint {
+    filter: Filter,
+    /// `(I − S) z`.
+    prescribed: Vec3,
+    particle: u32,
 }
 
 impl Constraints {
     /// `n` free particles. Room for constraining all of them is set aside, so
     /// [`set`](Self::set) never allocates.
     pub fn free(n: usize) -> Self {
-        Self {
-            filters: vec![Filter::Free; n],
-            prescribed: vec![Vec3::zeros(); n],
-            constrained: Vec::with_capacity(n),
-        }
+        Self { others: Vec::with_capacity(n), ..Self::free_or_held(n) }
+    }
+
+    /// `n` free particles. Room for holding all of them is set aside, by [`Filter::Fixed`] with the prescribed value 0, as
+    /// pins do; any other constraint allocates.
+    pub fn free_or_held(n: usize) -> Self {
+        Self { slots: vec![FREE; n], others: Vec::new(), constrained: Vec::with_capacity(n) }
     }
 
     /// Number of particles, constrained or not.
     pub fn len(&self) -> usize {
-        self.filters.len()
+        self.slots.len()
     }
 
     /// Whether there are no particles at all.
     pub fn is_empty(&self) -> bool {
-        self.filters.is_empty()
+        self.slots.is_empty()
     }
 
     /// Frees all particles.
     pub fn clear(&mut self) {
         for &i in &self.constrained {
-            self.filters[i as usize] = Filter::Free;
-            self.prescribed[i as usize] = Vec3::zeros();
+            self.slots[i as usize] = FREE;
         }
+        self.others.clear();
         self.constrained.clear();
     }
 
     /// Prescribes 0 wherever something is prescribed; the filters stay.
     pub fn bring_to_rest(&mut self) {
-        for &i in &self.constrained {
-            self.prescribed[i as usize] = Vec3::zeros();
+        for constraint in &mut self.others {
+            constraint.prescribed = Vec3::zeros();
         }
     }
 
@@ -141,25 +156,55 @@ impl Constraints {
     /// unit vector.
     pub fn set(&mut self, particle: usize, filter: Filter, prescribed: Vec3) {
         debug_assert!(filter.is_projector(), "not a unit vector: {filter:?}");
-        let was_free = self.filters[particle] == Filter::Free;
+        let was_free = self.slots[particle] == FREE;
         let is_free = filter == Filter::Free;
         if was_free && !is_free {
             self.constrained.push(particle as u32);
         } else if !was_free && is_free {
             self.constrained.retain(|&i| i as usize != particle);
         }
-        self.filters[particle] = filter;
-        self.prescribed[particle] = filter.complement(prescribed);
+        self.drop_other(particle);
+        let prescribed = filter.complement(prescribed);
+        self.slots[particle] = match filter {
+            Filter::Free => FREE,
+            Filter::Fixed if prescribed.iter().all(|z| z.to_bits() == 0) => HELD,
+            _ => {
+                self.others.push(Constraint { filter, prescribed, particle: particle as u32 });
+                self.others.len() as u32 - 1
+            }
+        };
+    }
+
+    /// Takes a particle's entry out of `others`, if it has one there.
+    fn drop_other(&mut self, particle: usize) {
+        let slot = self.slots[particle] as usize;
+        if slot < self.others.len() {
+            self.others.swap_remove(slot);
+            if let Some(moved) = self.others.get(slot) {
+                self.slots[moved.particle as usize] = slot as u32;
+            }
+        }
     }
 
     /// The filter of particle `i`.
     pub fn filter(&self, i: usize) -> Filter {
-        self.filters[i]
+        self.get(i).0
     }
 
     /// `(I − S) z` of particle `i`; zero where it is free.
     pub fn prescribed(&self, i: usize) -> Vec3 {
-        self.prescribed[i]
+        self.get(i).1
+    }
+
+    fn get(&self, i: usize) -> (Filter, Vec3) {
+        match self.slots[i] {
+            FREE => (Filter::Free, Vec3::zeros()),
+            HELD => (Filter::Fixed, Vec3::zeros()),
+            slot => {
+                let Constraint { filter, prescribed, .. } = self.others[slot as usize];
+                (filter, prescribed)
+            }
+        }
     }
 
     /// The particles that are not free, each once, in the order in which they were constrained.
@@ -169,7 +214,7 @@ impl Constraints {
 
     /// Whether some prescribed value is not zero, that is `(I − S) z ≠ 0`.
     pub fn has_prescribed_motion(&self) -> bool {
-        self.each().any(|(i, _)| self.prescribed[i] != Vec3::zeros())
+        self.others.iter().any(|constraint| constraint.prescribed != Vec3::zeros())
     }
 
     /// `x ← S x`.
@@ -178,7 +223,7 @@ impl Constraints {
     /// When `x` is not as long as there are particles.
     pub fn project(&self, x: &mut [Vec3]) {
         assert_eq!(x.len(), self.len(), "one vector a particle");
-        for (i, filter) in self.each() {
+        for (i, filter, _) in self.each() {
             x[i] = filter.apply(x[i]);
         }
     }
@@ -189,8 +234,8 @@ impl Constraints {
     /// When `x` is not as long as there are particles.
     pub fn impose(&self, x: &mut [Vec3]) {
         assert_eq!(x.len(), self.len(), "one vector a particle");
-        for (i, filter) in self.each() {
-            x[i] = filter.apply(x[i]) + self.prescribed[i];
+        for (i, filter, prescribed) in self.each() {
+            x[i] = filter.apply(x[i]) + prescribed;
         }
     }
 
@@ -201,14 +246,17 @@ impl Constraints {
     pub fn prescribed_only(&self, out: &mut [Vec3]) {
         assert_eq!(out.len(), self.len(), "one vector a particle");
         out.fill(Vec3::zeros());
-        for (i, _) in self.each() {
-            out[i] = self.prescribed[i];
+        for (i, _, prescribed) in self.each() {
+            out[i] = prescribed;
         }
     }
 
-    /// The constrained particles with their filters.
-    fn each(&self) -> impl Iterator<Item = (usize, &Filter)> {
-        self.constrained.iter().map(|&i| (i as usize, &self.filters[i as usize]))
+    /// The constrained particles with their filters and prescribed values.
+    fn each(&self) -> impl Iterator<Item = (usize, Filter, Vec3)> {
+        self.constrained.iter().map(|&i| {
+            let (filter, prescribed) = self.get(i as usize);
+            (i as usize, filter, prescribed)
+        })
     }
 }
 
@@ -269,6 +317,41 @@ mod tests {
             assert!((projected[i] - s * x[i]).norm() < 1e-14);
             assert!((rest[i] - (z[i] - s * z[i])).norm() < 1e-14);
             assert!((imposed[i] - (projected[i] + rest[i])).norm() < 1e-14);
+        }
+    }
+
+    /// Against a plain list of filters and values, through a random sequence of changes.
+    #[test]
+    fn the_compact_lists_hold_what_was_set_last() {
+        let (mut random, n) = (Random::new(5), 12);
+        for mut constraints in [Constraints::free(n), Constraints::free_or_held(n)] {
+            let mut plain = vec![(Filter::Free, Vec3::zeros()); n];
+            for change in 0..2000 {
+                let i = (random.vector().x.abs() * 1e6) as usize % n;
+                let filter = random_filter(&mut random);
+                let z = if change % 3 == 0 { Vec3::zeros() } else { random.vector() };
+                constraints.set(i, filter, z);
+                plain[i] = (filter, filter.complement(z));
+                match change % 501 {
+                    500 => {
+                        constraints.clear();
+                        plain.fill((Filter::Free, Vec3::zeros()));
+                    }
+                    250 => {
+                        constraints.bring_to_rest();
+                        plain.iter_mut().for_each(|(_, z)| *z = Vec3::zeros());
+                    }
+                    _ => {}
+                }
+                let found = (0..n).map(|i| (constraints.filter(i), constraints.prescribed(i)));
+                assert!(found.eq(plain.iter().copied()), "after {change} changes");
+                let mut listed = constraints.constrained().to_vec();
+                listed.sort_unstable();
+                let bound = (0..n as u32).filter(|&i| plain[i as usize].0 != Filter::Free);
+                assert!(listed.into_iter().eq(bound), "after {change} changes");
+                let moves = plain.iter().any(|(_, z)| *z != Vec3::zeros());
+                assert_eq!(constraints.has_prescribed_motion(), moves);
+            }
         }
     }
 }

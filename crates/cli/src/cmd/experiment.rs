@@ -53,7 +53,14 @@ pub(crate) fn record(
     }
     let figures = drape_report::figures_of(name);
     let progress = Bars::new(name);
-    let context = Context { out, quick, figures: &figures, progress: &progress, journal: &journal };
+    let context = Context {
+        out,
+        quick,
+        figures: &figures,
+        progress: &progress,
+        journal: &journal,
+        allocated: Some(crate::allocated),
+    };
     for file in experiment.run(&context)? {
         eprintln!("wrote {}", file.display());
     }

@@ -43,6 +43,9 @@ pub trait Progress: Sync {
     fn end(&self);
 }
 
+/// Tells how many bytes the process has allocated and not given back.
+pub type Allocated = fn() -> usize;
+
 /// What an experiment runs with.
 #[derive(Clone, Copy)]
 pub struct Context<'a> {
@@ -56,6 +59,8 @@ pub struct Context<'a> {
     pub progress: &'a dyn Progress,
     /// Where finished cells are kept until the record is written.
     pub journal: &'a Journal,
+    /// Asks the allocator, which only a binary can see; without it no memory is recorded.
+    pub allocated: Option<Allocated>,
 }
 
 /// What an experiment has to say about its facts.

@@ -34,6 +34,11 @@ pub(crate) struct Sheet {
 impl Sheet {
     /// The system at rest.
     pub(crate) fn spec(&self) -> Result<SystemSpec, HarnessError> {
+        Ok(self.scene().discretise()?)
+    }
+
+    /// The sheet as a scene.
+    pub(crate) fn scene(&self) -> Scene {
         let Self { side, tension, shear, damping, law, gravity, is_pinned } = *self;
         let springs = |stiffness, damping| {
             (stiffness > 0.0).then(|| SpringLaw {
@@ -43,7 +48,7 @@ impl Sheet {
             })
         };
         let corner = |column| Pin { row: Some(0), column: Some(column), ..Pin::default() };
-        let scene = Scene {
+        Scene {
             format: "drape-scene/1".to_owned(),
             name: "sheet".to_owned(),
             description: String::new(),
@@ -66,8 +71,7 @@ impl Sheet {
             pins: if is_pinned { vec![corner(0), corner(side - 1)] } else { Vec::new() },
             obstacles: Vec::new(),
             time: TimeSpan { step_s: 0.01, duration_s: 1.0 },
-        };
-        Ok(scene.discretise()?)
+        }
     }
 
     /// The same sheet as a triangle mesh, at rest: as many particles of the same mass and the same border, but each

@@ -63,7 +63,7 @@ fn no_pass_raises_the_incremental_potential() {
                 let mut linear =
                     LaplacianSolver::new(&system, implicit, weights, settings.linear, H)
                         .unwrap_or_else(|error| panic!("{error}"));
-                let mut rhs = RightHandSide::new(state.len(), implicit);
+                let mut rhs = RightHandSide::updated(state.len(), implicit);
                 let mut descent =
                     Descent::new(&system, implicit).unwrap_or_else(|error| panic!("{error}"));
                 rhs.freeze(&system, &state, H);

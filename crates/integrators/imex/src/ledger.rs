@@ -44,11 +44,12 @@ impl Workspace {
         h: TimeStep,
         at: (&[Vec3], &[Vec3]),
     ) -> EnergyLedger {
-        let Self { rhs, velocity: v, impulse: p, linear, constraints, .. } = self;
-        linear.constraint_impulse(&rhs.b, v, p);
+        let Self { rhs, velocity: v, linear, constraints, .. } = self;
+        let mut p = vec![Vec3::zeros(); v.len()];
+        linear.constraint_impulse(&rhs.b, v, &mut p);
         let mut book = Bookkeeping::new(system, before, h, v, None);
         book.split(rhs.implicit(), v, at);
-        book.impulse(constraints, p);
+        book.impulse(constraints, &p);
         book.finish(constraints, v, after)
     }
 }

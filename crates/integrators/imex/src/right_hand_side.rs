@@ -9,7 +9,7 @@ pub(crate) struct RightHandSide {
     implicit: Implicit,
     /// Right-hand side, kg m/s.
     pub(crate) b: Vec<Vec3>,
-    /// `M v_n + h [F_frozen − L_k x_n]`, kg m/s.
+    /// `M v_n + h [F_frozen − L_k x_n]`, kg m/s; with the next three empty where nothing is updated.
     frozen: Vec<Vec3>,
     /// Force of everything that is not implicit, N.
     pub(crate) explicit_force: Vec<Vec3>,
@@ -18,15 +18,27 @@ pub(crate) struct RightHandSide {
 }
 
 impl RightHandSide {
+    /// Memory for [`assemble`](Self::assemble) alone.
     pub(crate) fn new(n: usize, implicit: Implicit) -> Self {
-        let zeros = || vec![Vec3::zeros(); n];
         Self {
             implicit,
-            b: zeros(),
+            b: vec![Vec3::zeros(); n],
+            frozen: Vec::new(),
+            explicit_force: Vec::new(),
+            x: Vec::new(),
+            force: Vec::new(),
+        }
+    }
+
+    /// Memory for [`freeze`](Self::freeze) and [`update`](Self::update) too.
+    pub(crate) fn updated(n: usize, implicit: Implicit) -> Self {
+        let zeros = || vec![Vec3::zeros(); n];
+        Self {
             frozen: zeros(),
             explicit_force: zeros(),
             x: zeros(),
             force: zeros(),
+            ..Self::new(n, implicit)
         }
     }
 
@@ -44,11 +56,12 @@ impl RightHandSide {
     /// level `n` less the damping `−L_c v` that stands in the matrix, since `F2 − L_k x` is the force of the springs.
     #[doc(alias = "EEH 21")]
     pub(crate) fn assemble(&mut self, system: &System, state: &State, h: f64) {
-        self.force.fill(Vec3::zeros());
-        self.implicit.add_forces_but_implicit_damping(system, state, &mut self.force);
-        self.implicit.add_damping_remainders(system, &state.x, &state.v, &mut self.force);
-        for (i, &m) in system.mass().iter().enumerate() {
-            self.b[i] = state.v[i] * m + self.force[i] * h;
+        let Self { implicit, b, .. } = self;
+        b.fill(Vec3::zeros());
+        implicit.add_forces_but_implicit_damping(system, state, b);
+        implicit.add_damping_remainders(system, &state.x, &state.v, b);
+        for ((b, v), m) in b.iter_mut().zip(&state.v).zip(system.mass()) {
+            *b = v * *m + *b * h;
         }
     }
 

@@ -1,9 +1,7 @@
 //! The steps of the two methods of order 1.
 
 use crate::algorithm1::{Problem, as_printed};
-use crate::settings::{
-    IMEX_EULER, IMEX_UPDATED, ImexEulerSettings, ImexUpdatedSettings, Safeguard,
-};
+use crate::settings::{IMEX_EULER, IMEX_UPDATED, ImexEulerSettings, ImexUpdatedSettings};
 use crate::workspace::Workspace;
 use drape_integrator::{
     Adaptive, ContactSet, EnergyLedger, Integrator, Method, Phase, PhaseClock, Predictor,
@@ -68,8 +66,7 @@ impl Integrator for ImexEuler {
 
     fn prepare(&mut self, system: &System, h: TimeStep) -> Result<(), PrepareError> {
         IMEX_EULER.check(system)?;
-        let ImexEulerSettings { implicit, linear, .. } = self.settings;
-        self.scratch.set(system, Workspace::new(system, implicit, linear, false, h.seconds())?);
+        self.scratch.set(system, Workspace::plain(system, &self.settings, h.seconds())?);
         Ok(())
     }
 
@@ -88,8 +85,8 @@ impl Integrator for ImexEuler {
         clock.switch(Phase::Forces);
         w.rhs.assemble(system, state, h); // right-hand side of EEH (21)
         report.force_evaluations = 1;
-        if self.settings.tolerance > 0.0 && self.settings.sees_splitting {
-            w.splitting.expect(system, self.settings.implicit, &state.x);
+        if let Some(splitting) = &mut w.splitting {
+            splitting.expect(system, self.settings.implicit, &state.x);
             report.force_evaluations += 1;
         }
         clock.switch(Phase::Contact);
@@ -134,9 +131,10 @@ impl Integrator for ImexEuler {
 impl Workspace {
     /// Puts the start value of updated CG into the velocity and begins the descent, if there is one.
     fn start(&mut self, system: &System, state: &State, h: f64, start: Start) {
-        self.predictor.extrapolate(&state.v, h, &mut self.extrapolated); // EEH (22)
-        let start = if start == Start::Last { &state.v } else { &self.extrapolated };
-        self.velocity.copy_from_slice(start);
+        match start {
+            Start::Last => self.velocity.copy_from_slice(&state.v),
+            _ => self.predictor.extrapolate(&state.v, h, &mut self.velocity), // EEH (22)
+        }
         if let Some(descent) = &mut self.descent {
             descent.begin(system, state, h, &self.rhs.explicit_force);
         }
@@ -150,9 +148,7 @@ impl Integrator for ImexUpdated {
 
     fn prepare(&mut self, system: &System, h: TimeStep) -> Result<(), PrepareError> {
         IMEX_UPDATED.check(system)?;
-        let ImexUpdatedSettings { implicit, linear, safeguard, .. } = self.settings;
-        let robust = safeguard == Safeguard::Robust;
-        self.scratch.set(system, Workspace::new(system, implicit, linear, robust, h.seconds())?);
+        self.scratch.set(system, Workspace::updated(system, &self.settings, h.seconds())?);
         Ok(())
     }
 
@@ -264,12 +260,11 @@ impl Rewind for ImexEuler {
         error: &mut [Vec3],
         report: &mut StepReport,
     ) {
-        if let Some(w) = self.scratch.get_mut().filter(|_| self.settings.sees_splitting) {
-            let Workspace { splitting, linear, constraints, .. } = w;
-            let implicit = self.settings.implicit;
-            let force = |out: &mut [Vec3]| implicit.add_nonlinear_forces(system, &to.x, out);
-            splitting.add(system, force, h, linear, constraints, error, report);
-        }
+        let Some(w) = self.scratch.get_mut() else { return };
+        let Workspace { splitting: Some(splitting), linear, constraints, .. } = w else { return };
+        let implicit = self.settings.implicit;
+        let force = |out: &mut [Vec3]| implicit.add_nonlinear_forces(system, &to.x, out);
+        splitting.add(system, force, h, linear, constraints, error, report);
     }
 }
 

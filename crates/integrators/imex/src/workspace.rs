@@ -2,9 +2,10 @@
 
 use crate::algorithm1::Descent;
 use crate::right_hand_side::RightHandSide;
+use crate::settings::{ImexEulerSettings, ImexUpdatedSettings, Safeguard};
 use crate::splitting::SplittingError;
 use drape_integrator::{
-    ContactSet, Implicit, LaplacianSolver, LinearSettings, Predictor, PrepareError, Weights,
+    ContactSet, LaplacianSolver, LinearSettings, Predictor, PrepareError, Weights,
 };
 use drape_model::{System, Vec3};
 use drape_solvers::Constraints;
@@ -13,38 +14,63 @@ use drape_solvers::Constraints;
 pub(crate) struct Workspace {
     pub(crate) rhs: RightHandSide,
     pub(crate) velocity: Vec<Vec3>,
-    pub(crate) extrapolated: Vec<Vec3>,
+    /// Empty without obstacles.
     pub(crate) impulse: Vec<Vec3>,
     pub(crate) linear: LaplacianSolver,
     pub(crate) predictor: Predictor,
     pub(crate) contacts: ContactSet,
     pub(crate) constraints: Constraints,
-    pub(crate) splitting: SplittingError,
+    /// What only step size control of plain IMEX Euler needs.
+    pub(crate) splitting: Option<SplittingError>,
     /// What only the robust form of Algorithm 1 needs.
     pub(crate) descent: Option<Descent>,
 }
 
 impl Workspace {
-    pub(crate) fn new(
+    /// For plain IMEX Euler.
+    pub(crate) fn plain(
         system: &System,
-        implicit: Implicit,
-        linear: LinearSettings,
-        robust: bool,
+        settings: &ImexEulerSettings,
         h: f64,
     ) -> Result<Self, PrepareError> {
-        let zeros = || vec![Vec3::zeros(); system.len()];
+        let ImexEulerSettings { implicit, linear, tolerance, sees_splitting, .. } = *settings;
+        let rhs = RightHandSide::new(system.len(), implicit);
+        let is_split = tolerance > 0.0 && sees_splitting;
+        let splitting = is_split.then(|| SplittingError::new(system.len()));
+        Ok(Self { splitting, ..Self::new(system, rhs, linear, h)? })
+    }
+
+    /// For Algorithm 1.
+    pub(crate) fn updated(
+        system: &System,
+        settings: &ImexUpdatedSettings,
+        h: f64,
+    ) -> Result<Self, PrepareError> {
+        let ImexUpdatedSettings { implicit, linear, safeguard, .. } = *settings;
+        let rhs = RightHandSide::updated(system.len(), implicit);
+        let robust = safeguard == Safeguard::Robust;
+        let descent = robust.then(|| Descent::new(system, implicit)).transpose()?;
+        Ok(Self { descent, ..Self::new(system, rhs, linear, h)? })
+    }
+
+    /// What both methods need.
+    fn new(
+        system: &System,
+        rhs: RightHandSide,
+        linear: LinearSettings,
+        h: f64,
+    ) -> Result<Self, PrepareError> {
         let weights = Weights::StiffnessAndDamping;
         Ok(Self {
-            rhs: RightHandSide::new(system.len(), implicit),
-            velocity: zeros(),
-            extrapolated: zeros(),
-            impulse: zeros(),
-            linear: LaplacianSolver::new(system, implicit, weights, linear, h)?,
+            linear: LaplacianSolver::new(system, rhs.implicit(), weights, linear, h)?,
+            rhs,
+            velocity: vec![Vec3::zeros(); system.len()],
+            impulse: ContactSet::impulse(system),
             predictor: Predictor::new(system.len()),
             contacts: ContactSet::new(system),
-            constraints: Constraints::free(system.len()),
-            splitting: SplittingError::new(system.len()),
-            descent: robust.then(|| Descent::new(system, implicit)).transpose()?,
+            constraints: ContactSet::constraints(system),
+            splitting: None,
+            descent: None,
         })
     }
 

@@ -164,6 +164,7 @@ pub(crate) fn scaling_timings() -> Timings<scaling::TimingRow> {
                 steps: cell.steps,
                 samples_ns: vec![(whole * cell.steps as f64) as u64],
                 ns_per_particle_step: whole / cell.particles as f64,
+                least_bytes: (cell.cg_per_step > 0.0).then_some(500.0),
                 prepare_s: 1e-3,
                 phases_s: Phases {
                     forces: 0.5e-9 * whole,
@@ -175,6 +176,18 @@ pub(crate) fn scaling_timings() -> Timings<scaling::TimingRow> {
             })
         })
         .collect();
+    rows.extend([100_usize, 1_000_000].map(|particles| {
+        scaling::TimingRow::Memory(scaling::Memory {
+            particles,
+            springs: 6 * particles,
+            label: "imex-euler".to_owned(),
+            system_bytes: 213 * particles as u64,
+            state_bytes: 48 * particles as u64,
+            integrator_bytes: 301 * particles as u64,
+            build_s: 1e-7 * particles as f64,
+            prepare_s: 2e-7 * particles as f64,
+        })
+    }));
     rows.push(scaling::TimingRow::Triad {
         bytes: 24 << 23,
         samples_ns: vec![20_000_000],

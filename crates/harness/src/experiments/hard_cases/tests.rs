@@ -188,6 +188,7 @@ fn on_the_quick_cases_every_verdict_is_what_theory_says_or_explained() {
         figures: &[],
         progress: &Silent,
         journal: &crate::Journal::none(),
+        allocated: None,
     };
     let mut cases = scenes::all();
     cases.retain(|case| case.is_quick);

@@ -51,7 +51,7 @@ impl Workspace {
             b: zeros(),
             impulse: zeros(),
             contacts: ContactSet::new(system),
-            constraints: Constraints::free(system.len()),
+            constraints: ContactSet::constraints(system),
             splitting: SplittingError::new(system.len()),
             external: zeros(),
             scratch: zeros(),

@@ -1,5 +1,8 @@
 //! Experiment `scaling`: cost as the work grows.
 
+mod bytes;
+mod memory;
+
 use super::sheet::{GRAVITY, Sheet};
 use super::{Account, Context, Experiment, cells, prepared, short, timed};
 use crate::facts::{Fact, compare, fact};
@@ -25,6 +28,8 @@ pub(super) const EXPERIMENT: Experiment = Experiment {
 
 /// Particles along each edge, and steps that are run.
 const SIZES: [(u32, u64); 6] = [(10, 40), (20, 40), (52, 40), (100, 10), (316, 6), (1000, 3)];
+/// Timed but not counted: about a thousand particles.
+const TIMED_ONLY: (u32, u64) = (32, 40);
 /// Particles along each edge of the sheet whose material is kept.
 const BASE: u32 = 20;
 /// k/m of that sheet, 1/s².
@@ -155,6 +160,7 @@ impl Mesh {
         sorted.sort_unstable();
         let phased = self.run(&choice, true)?;
         let particles = self.simulation.system.len();
+        let iterations = phased.totals.cg_iterations as f64 / phased.steps as f64;
         Ok(TimingRow::Run(RunTiming {
             series: self.series.to_owned(),
             particles,
@@ -163,6 +169,7 @@ impl Mesh {
             ns_per_particle_step: sorted[sorted.len() / 2] as f64
                 / (particles as f64 * phased.steps as f64),
             samples_ns,
+            least_bytes: bytes::least(contender.label, iterations),
             prepare_s: phased.totals.prepare_seconds,
             phases_s: phased.phases.unwrap_or_default(),
         }))
@@ -177,6 +184,7 @@ fn sizes(quick: bool) -> Vec<(&'static str, u32, u64)> {
         .collect()
 }
 
+/// The meshes with the methods that are run on them.
 fn pairs(meshes: &[Mesh]) -> Vec<(&Mesh, &'static Contender)> {
     let fits = |mesh: &Mesh, contender: &Contender| mesh.side <= contender.largest;
     let of_mesh = |mesh| CONTENDERS.iter().filter(move |c| fits(mesh, c)).map(move |c| (mesh, c));
@@ -204,8 +212,7 @@ fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
              with a wave of 0.01 m in and out of its plane, so that springs pull everywhere, and falls. Two series: k/m = {STIFFNESS:e}/s² and d/m = {DAMPING}/s on every mesh, which makes a finer sheet a softer \
              cloth, and the same material on every mesh (k/m and d/m grow with the number of particles, as from 20 × 20). h = {STEP} s; \
              explicit methods take the first half, quarter, … of it within their limit. Few steps from the start: {} for sides of {}. \
-             A method is left out of meshes on which a step takes seconds. Memory is not recorded: a \
-             library cannot see what its allocator holds.",
+             A method is left out of meshes on which a step takes seconds.",
             SIZES.map(|(_, steps)| steps.to_string()).join(", "),
             SIZES.map(|(side, _)| side.to_string()).join(", "),
         ),
@@ -217,14 +224,27 @@ fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
     let mut files = vec![context.write(&EXPERIMENT, account)?];
     if !context.quick {
         // Times need one series only: a step of the other differs by its iterations.
-        let chosen: Vec<_> =
-            pairs.iter().filter(|(mesh, _)| mesh.series == FIXED_QUOTIENT).collect();
+        let (side, steps) = TIMED_ONLY;
+        let between = [Mesh::new(FIXED_QUOTIENT, side, steps)?];
+        let chosen: Vec<_> = self::pairs(&between)
+            .into_iter()
+            .chain(pairs.iter().copied().filter(|(mesh, _)| mesh.series == FIXED_QUOTIENT))
+            .collect();
         let mut rows =
             timed(context, "timings", &chosen, |(mesh, contender)| mesh.time(contender))?;
-        rows.extend(timed(context, "memory", &[()], |()| Ok(triad()))?);
+        rows.extend(timed(context, "bandwidth", &[()], |()| Ok(triad()))?);
+        if let Some(allocated) = context.allocated {
+            let sheet = |side| Sheet { side, ..between[0].sheet };
+            rows.extend(timed(context, "memory", &memory::SIZES, |&side| {
+                memory::measure(&sheet(side), allocated).map(TimingRow::Memory)
+            })?);
+        }
         let method = "One run at a time on one thread, k/m fixed: three repetitions below 10⁴ particles, one from there on, with the \
             phase clock off; one more with it on for the phases. Set-up is not among the steps. The bandwidth is that \
-            of the triad a = b + s·c over three arrays of 64 MiB on one thread, the shortest of ten passes, 24 bytes an element."
+            of the triad a = b + s·c over three arrays of 64 MiB on one thread, the shortest of ten passes, 24 bytes an element. \
+            The least bytes of a step are counted kernel by kernel for a grid whose couplings need no storage. Memory: what the \
+            allocator holds for the system, for the state and for the method after `prepare`, on the same sheet with bending springs \
+            like its shear springs."
             .to_owned();
         files.push(context.write_timings(&EXPERIMENT, method, rows, hashes)?);
     }

@@ -1,0 +1,154 @@
+//! Instructions of the hot kernels, counted by Callgrind: what a noisy machine cannot blur.
+//!
+//! Each kernel runs once under `valgrind --tool=callgrind`, which counts inside [`measured`] alone. The counts are compared
+//! with those in `instructions.json` beside this crate's manifest: more than [`TOLERANCE`] above is a regression and
+//! ends with a failure. After a change that is meant, `cargo bench -p drape-benches --bench instructions -- --save`
+//! writes them anew. Counts of another compiler are shown and not judged. Valgrind offers the program AVX2 at most, so
+//! that kernels for wider vectors are counted in their AVX2 form. Without valgrind there is nothing to count, which is said
+//! and no failure.
+
+use drape_benches::{Mesh, Prepared};
+use drape_model::Vec3;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::hint::black_box;
+use std::path::PathBuf;
+use std::process::{Command, ExitCode};
+
+/// Relative rise of a count that passes.
+const TOLERANCE: f64 = 0.02;
+/// Names the kernel for a run under Callgrind.
+const KERNEL: &str = "DRAPE_KERNEL";
+const SIDE: u32 = 52;
+const STEPS: usize = 5;
+
+/// Method, or `forces`, and mesh.
+const KERNELS: [(&str, Mesh); 12] = [
+    ("forces", Mesh::Grid),
+    ("forces", Mesh::General),
+    ("symplectic-euler", Mesh::Grid),
+    ("imex-euler:preconditioner=none", Mesh::Grid),
+    ("imex-euler:preconditioner=jacobi", Mesh::Grid),
+    ("imex-euler:preconditioner=jacobi", Mesh::General),
+    ("imex-euler", Mesh::Grid),
+    ("imex-euler", Mesh::General),
+    ("imex-euler:solver=cholesky", Mesh::Grid),
+    ("imex-updated", Mesh::Grid),
+    ("baraff-witkin", Mesh::Grid),
+    ("backward-euler:residual=1e-3", Mesh::Grid),
+];
+
+/// Counts of instructions by kernel, of one compiler.
+#[derive(Debug, Serialize, Deserialize)]
+struct Counts {
+    rustc: String,
+    instructions: BTreeMap<String, u64>,
+}
+
+fn name((method, mesh): (&str, Mesh)) -> String {
+    format!("{method}, {}", mesh.name())
+}
+
+/// What is counted: forces once, or a few steps.
+#[inline(never)]
+fn measured(kernel: &str, prepared: &mut Prepared, out: &mut [Vec3]) {
+    if kernel == "forces" {
+        let Prepared { system, state, .. } = prepared;
+        system.forces(&state.x, &state.v, out);
+    } else {
+        (0..STEPS).for_each(|_| prepared.step());
+    }
+}
+
+/// Runs one kernel, from a sheet that has fallen for a few steps.
+fn run(kernel: &str, mesh: Mesh) {
+    let method = if kernel == "forces" { "imex-euler" } else { kernel };
+    let warm_up = if method == "symplectic-euler" { 0 } else { 5 };
+    let mut prepared = Prepared::on_sheet(SIDE, mesh, method, warm_up);
+    let mut out = vec![Vec3::zeros(); prepared.system.len()];
+    measured(black_box(kernel), black_box(&mut prepared), &mut out);
+    black_box((&prepared, &out));
+}
+
+/// Runs this program under Callgrind; the count, or why there is none.
+fn count(kernel: &str) -> Result<u64, String> {
+    let own = std::env::current_exe().map_err(|error| error.to_string())?;
+    let output = Command::new("valgrind")
+        .args(["--tool=callgrind", "--callgrind-out-file=/dev/null"])
+        .args(["--collect-atstart=no", "--toggle-collect=*instructions*measured*"])
+        .arg(own)
+        .env(KERNEL, kernel)
+        .env("RAYON_NUM_THREADS", "1")
+        .output()
+        .map_err(|error| format!("valgrind: {error}"))?;
+    let said = String::from_utf8_lossy(&output.stderr);
+    let collected = said.lines().find_map(|line| line.split_once("Collected :"));
+    let counted = collected.and_then(|(_, number)| number.trim().parse().ok());
+    counted.filter(|count| output.status.success() && *count > 0).ok_or_else(|| {
+        format!("{kernel}: nothing was counted ({}): {}", output.status, said.trim())
+    })
+}
+
+fn expected() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("instructions.json")
+}
+
+fn compare(save: bool) -> Result<bool, String> {
+    let rustc = drape_harness::provenance(BTreeMap::new()).rustc;
+    let text = std::fs::read_to_string(expected()).unwrap_or_default();
+    let before: Option<Counts> = serde_json::from_str(&text).ok();
+    let judged = before.as_ref().filter(|before| before.rustc == rustc);
+    if judged.is_none() && !save {
+        eprintln!("instructions: no counts of this compiler ({rustc}): nothing is judged");
+    }
+    let mut instructions = BTreeMap::new();
+    let mut passed = true;
+    for kernel in KERNELS.map(name) {
+        let counted = count(&kernel)?;
+        let known = before.as_ref().and_then(|before| before.instructions.get(&kernel));
+        let change = known.map(|known| counted as f64 / *known as f64 - 1.0);
+        let verdict = match change {
+            None => "new".to_owned(),
+            Some(change) if judged.is_some() && change > TOLERANCE => {
+                passed = false;
+                format!("{:+.2} %: more than before", 100.0 * change)
+            }
+            Some(change) => format!("{:+.2} %", 100.0 * change),
+        };
+        eprintln!("{kernel:<45} {counted:>12} {verdict}");
+        instructions.insert(kernel, counted);
+    }
+    if save {
+        let counts = Counts { rustc, instructions };
+        let text = serde_json::to_string_pretty(&counts).map_err(|error| error.to_string())?;
+        std::fs::write(expected(), text + "\n").map_err(|error| error.to_string())?;
+        eprintln!("wrote {}", expected().display());
+    }
+    Ok(passed || save)
+}
+
+fn main() -> ExitCode {
+    if let Ok(kernel) = std::env::var(KERNEL) {
+        if let Some((method, mesh)) = KERNELS.into_iter().find(|entry| name(*entry) == kernel) {
+            run(method, mesh);
+        }
+        return ExitCode::SUCCESS;
+    }
+    if Command::new("valgrind").arg("--version").output().is_err() {
+        eprintln!("instructions: skipped, since there is no valgrind on this machine");
+        return ExitCode::SUCCESS;
+    }
+    match compare(std::env::args().any(|argument| argument == "--save")) {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => {
+            eprintln!(
+                "instructions: some kernels need more of them than before; --save if that is meant"
+            );
+            ExitCode::FAILURE
+        }
+        Err(error) => {
+            eprintln!("instructions: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
