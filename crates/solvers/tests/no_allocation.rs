@@ -109,6 +109,34 @@ fn preconditioned_solves_and_updates_allocate_nothing() {
 }
 
 #[test]
+fn fast_solves_and_updates_allocate_nothing() {
+    let edges = sheet(SIDE);
+    let mut a = ScalarMatrix::with_pattern(N, edges.iter().copied());
+    fill_scalars(&mut a, &edges);
+    let (mut jacobi, mut factor) = (Jacobi::new(&a), IncompleteCholesky::new(&a));
+    jacobi.update(&a).unwrap();
+    factor.update(&a, None).unwrap();
+    let mut constraints = Constraints::free(N);
+    let b = vec![Vec3::new(0.0, 1.0, -9.81); N];
+    let mut x = vec![Vec3::zeros(); N];
+    let settings = PcgSettings { forcing_term: 1e-14, norm: Norm::Euclid, max_iterations: 1000 };
+    let reference = Reference::FilteredRightHandSide;
+    for p in [ScalarPreconditioner::Jacobi(&jacobi), ScalarPreconditioner::Ic0(&factor)] {
+        let mut pcg = ScalarPcg::new(&a, matches!(p, ScalarPreconditioner::Jacobi(_)));
+        let count = allocations(|| {
+            for held in [1, N] {
+                (0..held).for_each(|i| constraints.set(i, Filter::Fixed, Vec3::x()));
+                pcg.update(&a, p);
+                x.fill(Vec3::zeros());
+                pcg.solve(&a, p, &constraints, &b, &mut x, reference, &settings);
+                constraints.clear();
+            }
+        });
+        assert_eq!(count, 0);
+    }
+}
+
+#[test]
 fn direct_solves_and_refactorisations_allocate_nothing() {
     // The small sheet is factored column by column, the large one by supernodes.
     for side in [SIDE, 2 * SIDE] {
