@@ -63,6 +63,11 @@ const fn two_step(
     Entry { method, build, uses_library: |_| true }
 }
 
+/// Whether a linear solve goes, or may go, through a factorisation.
+fn factorises(settings: &Settings) -> bool {
+    settings.word("solver") != "cg"
+}
+
 /// Builds a two-step IMEX method.
 fn imex(scheme: Scheme, pairs: Pairs<'_>) -> Result<Box<dyn Integrator>, SettingError> {
     Ok(ImexTwoStep::controlled(ImexTwoStepSettings::from_pairs(scheme, pairs)?))
@@ -133,15 +138,13 @@ static ENTRIES: [Entry; 17] = [
     Entry {
         method: &IMEX_EULER,
         build: |pairs| Ok(ImexEuler::controlled(ImexEulerSettings::from_pairs(pairs)?)),
-        uses_library: |settings| settings.word("solver") == "cholesky",
+        uses_library: factorises,
     },
     Entry {
         method: &IMEX_UPDATED,
         build: |pairs| Ok(ImexUpdated::controlled(ImexUpdatedSettings::from_pairs(pairs)?)),
         // The robust form may turn to Newton, which factorises.
-        uses_library: |settings| {
-            settings.word("solver") == "cholesky" || settings.word("safeguard") == "robust"
-        },
+        uses_library: |settings| factorises(settings) || settings.word("safeguard") == "robust",
     },
     two_step(&IMEX_SBDF2, |pairs| imex(Scheme::Sbdf2, pairs)),
     two_step(&IMEX_CNAB2, |pairs| imex(Scheme::Cnab2, pairs)),

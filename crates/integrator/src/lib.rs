@@ -52,6 +52,7 @@
 
 mod adaptive;
 mod assembly;
+pub mod choice;
 mod clock;
 mod contact;
 mod elongation;

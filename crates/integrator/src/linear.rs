@@ -1,6 +1,6 @@
 //! The linear system of the implicit-explicit split: one scalar matrix for three coordinates.
 
-use crate::{Implicit, PrepareError, SetupCause, StepError};
+use crate::{Implicit, PrepareError, SetupCause, StepError, choice};
 use drape_model::{Revisions, System, Vec3};
 use drape_solvers::{
     CompleteCholesky, Constraints, DenseInverse, Filter, Identity, IncompleteCholesky, Jacobi,
@@ -18,6 +18,8 @@ pub enum PreconditionerKind {
     Jacobi,
     /// Incomplete Cholesky without fill-in, the paper's.
     Ic0,
+    /// Whichever of Jacobi and IC(0) is expected to be faster; see [`crate::choice`].
+    Auto,
 }
 
 /// Which solver is used.
@@ -27,7 +29,9 @@ pub enum SolverKind {
     Cg,
     /// Sparse Cholesky: a direct solve, with CG on top where contacts couple the coordinates.
     Cholesky,
-    /// Likewise with the inverse itself, a full matrix of at most this many bytes with its scratch memory.
+    /// Whichever of the two is expected to be faster; see [`crate::choice`].
+    Auto,
+    /// A direct solve with the inverse itself, a full matrix of at most this many bytes with its scratch memory.
     DenseInverse {
         /// Most bytes that it may take.
         limit_bytes: usize,
@@ -92,7 +96,9 @@ impl Prepared {
             }
             (_, PreconditionerKind::None) => Self::None(Identity),
             (_, PreconditionerKind::Jacobi) => Self::Jacobi(Jacobi::new(a)),
-            (_, PreconditionerKind::Ic0) => Self::Ic0(Box::new(IncompleteCholesky::new(a))),
+            (_, PreconditionerKind::Ic0 | PreconditionerKind::Auto) => {
+                Self::Ic0(Box::new(IncompleteCholesky::new(a)))
+            }
         })
     }
 
@@ -170,6 +176,7 @@ impl LaplacianSolver {
         implicit.visit_weights(system, &mut |i, j, _, _| edges.push((i, j)));
         let mut matrix = ScalarMatrix::with_pattern(n, edges);
         assemble(&mut matrix, system, implicit, weights, tau);
+        let settings = choice::choose(settings, system, &matrix);
         let free: Vec<bool> = system.pinned().iter().map(|pinned| !pinned).collect();
         let mut preconditioner = Prepared::new(&settings, &matrix)?;
         preconditioner.update(&matrix, &free)?;
@@ -235,6 +242,11 @@ impl LaplacianSolver {
         }
         self.key = Some(key);
         Ok(Some(cause))
+    }
+
+    /// Whether solves go through a complete factor or inverse, without iterations where nothing couples the coordinates.
+    pub fn is_direct(&self) -> bool {
+        self.settings.solver != SolverKind::Cg
     }
 
     /// The matrix.

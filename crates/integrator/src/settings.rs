@@ -183,9 +183,9 @@ pub mod linear_settings {
     /// Preconditioner of CG.
     pub const PRECONDITIONER: Setting = Setting {
         key: "preconditioner",
-        kind: Kind::Choice(&["none", "jacobi", "ic0"]),
+        kind: Kind::Choice(&["none", "jacobi", "ic0", "auto"]),
         default: "ic0",
-        help: "preconditioner of the conjugate gradients",
+        help: "preconditioner of the conjugate gradients; auto: the faster of jacobi and ic0, by estimates from the matrix",
     };
     /// Norm of the stop test.
     pub const NORM: Setting = Setting {
@@ -197,10 +197,11 @@ pub mod linear_settings {
     /// Solver.
     pub const SOLVER: Setting = Setting {
         key: "solver",
-        kind: Kind::Choice(&["cg", "cholesky"]),
+        kind: Kind::Choice(&["cg", "cholesky", "auto"]),
         default: "cg",
         help: "conjugate gradients, or a direct solve by sparse Cholesky (with contacts: CG to 1e-13, \
-               preconditioned by it); preconditioner, norm and the linear tolerance then do not count",
+               preconditioned by it); preconditioner, norm and the linear tolerance then do not count; auto: the \
+               faster of the two, by estimates from the matrix",
     };
     /// Whether the matrix is kept.
     pub const MATRIX: Setting = Setting {
@@ -219,6 +220,7 @@ impl LinearSettings {
             preconditioner: match settings.word("preconditioner") {
                 "none" => PreconditionerKind::None,
                 "jacobi" => PreconditionerKind::Jacobi,
+                "auto" => PreconditionerKind::Auto,
                 _ => PreconditionerKind::Ic0,
             },
             norm: match settings.word("norm") {
@@ -227,6 +229,7 @@ impl LinearSettings {
             },
             solver: match settings.word("solver") {
                 "cholesky" => SolverKind::Cholesky,
+                "auto" => SolverKind::Auto,
                 _ => SolverKind::Cg,
             },
             rebuild_every_step: settings.word("matrix") == "rebuilt",

@@ -4,7 +4,7 @@ use crate::right_hand_side::RightHandSide;
 use crate::settings::ImexUpdatedSettings;
 use drape_integrator::{
     Forcing, ForcingRule, Implicit, IncrementalPotential, LaplacianSolver, Newton, NewtonLinear,
-    NewtonSettings, PrepareError, SolveStatus, SolverKind, StepError, StepReport,
+    NewtonSettings, PrepareError, SolveStatus, StepError, StepReport,
 };
 use drape_model::{State, System, Vec3};
 use drape_solvers::Constraints;
@@ -29,7 +29,7 @@ pub(crate) fn as_printed(
     report: &mut StepReport,
 ) {
     let Problem { system, state, h, constraints, settings } = problem;
-    let direct = settings.linear.solver == SolverKind::Cholesky;
+    let direct = linear.is_direct();
     constraints.impose(v);
     let mut forcing = Forcing::new(ForcingRule::EisenstatWalker);
     for _ in 0..settings.max_outer {
@@ -178,7 +178,7 @@ impl Descent {
     ) -> bool {
         let Problem { system, state, h, constraints, settings } = problem;
         let lightest = lightest(system);
-        let direct = settings.linear.solver == SolverKind::Cholesky;
+        let direct = linear.is_direct();
         let mut forcing = Forcing::new(ForcingRule::EisenstatWalker);
         while report.outer_passes < settings.max_outer {
             rhs.update(system, state, h, v);
