@@ -1,8 +1,8 @@
 //! The matrix of an implicit step whose forces are linearised, in 3×3 blocks.
 
 use crate::Implicit;
-use drape_model::{BlockSink, Effect, Mat3, System, Tangent, Vec3};
-use drape_solvers::BlockMatrix;
+use drape_model::{BlockPlanes, BlockSink, Effect, Linearised, Mat3, System, Tangent, Vec3};
+use drape_solvers::{BandPlanes, BandedMatrix, BlockMatrix};
 
 /// Where the implicit forces are linearised, and for a step of which length.
 ///
@@ -40,6 +40,36 @@ impl Linearisation<'_> {
             effect.add_damping(self.directions, self.tau, &mut sink);
         }
     }
+
+    /// `matrix ← M + τ² K + τ D`, kg, and `out ← K w`, N for `w` in m: the same bits as
+    /// [`assemble`](Self::assemble) and [`Implicit::multiply_stiffness`] give, in one sweep where the springs allow it. The
+    /// matrix must be that of [`Implicit::banded_matrix`].
+    pub fn assemble_bands(
+        &self,
+        system: &System,
+        matrix: &mut BandedMatrix,
+        w: &[Vec3],
+        out: &mut [Vec3],
+    ) {
+        let Self { implicit, tau, x, tangent, .. } = *self;
+        let at = Linearised { x, tangent, stiffness_scale: tau * tau, damping_scale: tau, w };
+        out.fill(Vec3::zeros());
+        let BandPlanes { planes, stride, lead, offsets } = matrix.planes_mut();
+        let planes = BlockPlanes { planes, stride, lead, offsets };
+        if system.linearise(implicit.effects(system), &at, planes, out) {
+            return;
+        }
+        matrix.clear();
+        for (i, &m) in system.mass().iter().enumerate() {
+            matrix.add_diagonal(i, &Mat3::from_diagonal_element(m));
+        }
+        let mut sink = Bands(matrix);
+        for effect in implicit.effects(system) {
+            effect.add_stiffness(x, tau * tau, tangent, &mut sink);
+            effect.add_damping(self.directions, tau, &mut sink);
+        }
+        implicit.multiply_stiffness(system, x, tangent, w, out);
+    }
 }
 
 impl Implicit {
@@ -50,6 +80,12 @@ impl Implicit {
             effect.visit_pairs(&mut |i, j| pairs.push((i, j)));
         }
         BlockMatrix::with_pattern(system.len(), pairs)
+    }
+
+    /// The same for a system whose implicit effects are springs of regular grids, with full damping or none.
+    pub fn banded_matrix(self, system: &System) -> Option<BandedMatrix> {
+        let bands = system.bands(self.effects(system))?;
+        Some(BandedMatrix::new(system.len(), bands))
     }
 
     /// `out ← K w` at `x` in one sweep over the springs, without a matrix; N for `w` in m. Differences of `w`
@@ -85,6 +121,15 @@ pub(crate) fn subtract_stiffness_product(
 struct Sum<'a>(&'a mut BlockMatrix);
 
 impl BlockSink for Sum<'_> {
+    fn add_pair(&mut self, i: usize, j: usize, block: &Mat3) {
+        self.0.add_pair(i, j, block);
+    }
+}
+
+/// Adds blocks to a banded matrix.
+struct Bands<'a>(&'a mut BandedMatrix);
+
+impl BlockSink for Bands<'_> {
     fn add_pair(&mut self, i: usize, j: usize, block: &Mat3) {
         self.0.add_pair(i, j, block);
     }

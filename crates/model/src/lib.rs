@@ -55,7 +55,7 @@ mod state;
 mod strict;
 mod system;
 
-pub use effects::{BlockSink, Effect, LinearSplit, Part, Tangent};
+pub use effects::{BlockPlanes, BlockSink, Effect, LinearSplit, Linearised, Part, Tangent};
 pub use error::{SceneError, Violation};
 pub use load::{Input, load, parse};
 pub use obstacle::{Detection, Obstacle, Shape};

@@ -2,7 +2,7 @@
 
 use crate::effects::batch::{self, Quads};
 use crate::effects::sweep::{self, MAX_PASSES, Window};
-use crate::effects::{Effect, Part, Pass};
+use crate::effects::{BlockPlanes, Effect, Linearised, Part, Pass, tangent};
 use crate::{Detection, Obstacle, Vec3};
 use std::num::NonZero;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -129,6 +129,21 @@ impl<'a> Passes<'a> {
         }
         *self = Self::default();
     }
+}
+
+/// The springs of all these effects, if one sweep can take them together with their damping.
+fn tangent_passes<'a>(
+    effects: impl Iterator<Item = &'a dyn Effect>,
+    mass: &'a [f64],
+    memory: &SweepMemory,
+) -> Option<Passes<'a>> {
+    let mut passes = Passes::default();
+    for effect in effects {
+        let pass = effect.pass(mass, Part::All)?;
+        let taken = pass.springs().is_some() && passes.push(pass, memory);
+        taken.then_some(())?;
+    }
+    Some(passes)
 }
 
 impl Clone for System {
@@ -260,6 +275,46 @@ impl System {
             }
         }
         pending.sweep(&mut memory, x, v, out);
+    }
+
+    /// The offsets `j − i` of all pairs that the effects couple, if their Jacobians can be swept along diagonals
+    /// ([`linearise`](Self::linearise)): springs of regular grids with full damping or none, and no offset twice.
+    pub fn bands<'a>(
+        &'a self,
+        effects: impl Iterator<Item = &'a dyn Effect>,
+    ) -> Option<Vec<usize>> {
+        let memory = self.memory.try_lock().ok()?;
+        let passes = tangent_passes(effects, &self.mass, &memory)?;
+        let springs = passes.list.iter().flatten().filter_map(Pass::springs);
+        let diagonals = springs.flat_map(|springs| &springs.diagonals.list);
+        let mut offsets: Vec<usize> = diagonals.map(|d| d.offset).collect();
+        let count = offsets.len();
+        offsets.sort_unstable();
+        offsets.dedup();
+        (offsets.len() == count).then_some(offsets)
+    }
+
+    /// Overwrites `matrix` with `M + σ K + τ D` of the effects, and adds `K w`, N, to `out`, effect by effect in the given
+    /// order: the same bits as [`Effect::add_stiffness`] and [`Effect::add_damping`] give. The matrix has the
+    /// [`bands`](Self::bands) of these effects.
+    ///
+    /// Returns `false`, and does nothing, where that is not possible, for example as long as another thread sweeps.
+    ///
+    /// # Panics
+    /// When a vector has not one entry a particle.
+    #[must_use = "false means that nothing was computed"]
+    pub fn linearise<'a>(
+        &'a self,
+        effects: impl Iterator<Item = &'a dyn Effect>,
+        at: &Linearised<'_>,
+        matrix: BlockPlanes<'_>,
+        out: &mut [Vec3],
+    ) -> bool {
+        let Ok(mut memory) = self.memory.try_lock() else { return false };
+        let Some(passes) = tangent_passes(effects, &self.mass, &memory) else { return false };
+        let Some(window) = memory.windows.first_mut() else { return false };
+        tangent::add(&passes.list[..passes.count], window, &self.mass, at, matrix, out);
+        true
     }
 
     /// Adds one effect's force.

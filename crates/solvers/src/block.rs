@@ -50,6 +50,14 @@ impl BlockMatrix {
         self.blocks.fill(Mat3::zeros());
     }
 
+    /// Takes over all blocks of a matrix with the same pattern.
+    ///
+    /// # Panics
+    /// When the other matrix has another number of blocks.
+    pub fn copy_from(&mut self, other: &Self) {
+        self.blocks.copy_from_slice(&other.blocks);
+    }
+
     /// Adds the symmetric `block` to diagonal block `i`.
     pub fn add_diagonal(&mut self, i: usize, block: &Mat3) {
         self.blocks[self.pattern.diagonal(i)] += block;

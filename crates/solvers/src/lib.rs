@@ -23,8 +23,8 @@
 //!   that results do not depend on the machine.
 //! * [`ScalarMatrix`] is a graph Laplacian plus a diagonal, n×n, applied to the three coordinates
 //!   alike (the matrix of the implicit-explicit schemes of Eberhardt, Etzmuß & Hauth 2000).
-//!   [`BlockMatrix`] has 3×3 blocks, for Jacobians that couple the coordinates. Both have a fixed
-//!   pattern that is refilled in place, and are a [`LinearOperator`].
+//!   [`BlockMatrix`] has 3×3 blocks, for Jacobians that couple the coordinates; [`BandedMatrix`] is the same for
+//!   regular grids. All have a fixed pattern that is refilled in place, and are a [`LinearOperator`].
 //! * [`Constraints`] holds `S` and `(I − S) z`, and visits constrained particles only.
 //! * [`filtered_pcg`] is Baraff & Witkin's modified conjugate gradient method with the corrections
 //!   of Ascher & Boxerman (2003), and a report of what it took. [`constraint_impulse`] gives
@@ -88,6 +88,7 @@
 //! * J. Meijerink, H. van der Vorst, *An iterative solution method for linear systems of which the
 //!   coefficient matrix is a symmetric M-matrix*, Mathematics of Computation 31, 1977.
 
+pub mod banded;
 pub mod block;
 pub mod constraint;
 pub mod direct;
@@ -109,6 +110,7 @@ mod test_support;
 mod tiles;
 pub mod vector;
 
+pub use banded::{BandPlanes, BandedMatrix};
 pub use block::BlockMatrix;
 pub use constraint::{Constraints, Filter};
 pub use direct::{BlockCholesky, BlockLdlt, CompleteLdlt};

@@ -38,9 +38,11 @@
 //!
 //! # How the code does it
 //!
-//! `b` is formed without a matrix, by a sweep over the springs that multiplies each block with the difference of
+//! `b` is formed without a matrix, from the product of each spring's block with the difference of
 //! `h v_0 + y` at its ends, so that a motion of the sheet as a whole adds exactly nothing. The matrix is that of
-//! [`drape_integrator::Linearisation`], and holds for one step: each step is charged a set-up. The direct solver
+//! [`drape_integrator::Linearisation`], and holds for one step: each step is charged a set-up. On regular grids with full
+//! damping conjugate gradients use [`drape_solvers::BandedMatrix`], filled in one sweep together with `b`; elsewhere compressed
+//! rows. Both give the same bits. The direct solver
 //! (`solver=cholesky`) factorises `S A S` again after every release of contacts; for the raw matrix it is `L D Lᵀ`,
 //! which solves indefinite systems too and reports them as `Indefinite`. What it cannot factorise (numbers that
 //! overflow, pivots lost in round-off) is an error that leaves the state as it was. Conjugate gradients
@@ -98,6 +100,25 @@
 //!
 //! Positions cost more in most rows and up to twice as much, most of it where the cloth is stiff: EEH's observation
 //! holds, though not everywhere. Energy rose in none of these runs.
+//!
+//! *Speed.* A step of the hanging sheet, `k/m` = 1e4 /s², `h` = 0.01 s, ε = 1e-3, all springs implicit, µs of processor time on one core
+//! of a Zen 4 that others used too, with a program on Eigen (assembly by known positions, Jacobi) beside it, which takes
+//! 6.5 iterations a step because it starts from the last `Δv`, where this one takes 9.8:
+//!
+//! | particles | Eigen | here | ratio |
+//! |---|---|---|---|
+//! | 400 | 248 | 121 | 2.05 |
+//! | 2704 | 2021 | 903 | 2.24 |
+//! | 10 000 | 8207 | 3314 | 2.48 |
+//! | 99 856 | 92 000 | 36 000 | 2.6 |
+//!
+//! | part of the step at 2704 particles | share | what was done |
+//! |---|---|---|
+//! | products with the matrix | 0.39 | bands instead of compressed rows |
+//! | matrix and `∂f/∂x (h v_0 + y)` | 0.15 | one sweep instead of a search a block; before, about 0.4 of a step that took 3 to 4 times as long |
+//! | sums and updates of conjugate gradients | 0.17 | |
+//! | block-Jacobi | 0.07 | eight blocks at a time |
+//! | forces | 0.05 | |
 //!
 //! *What to try next*: more Newton iterations where one is too few, which is backward Euler; a block incomplete
 //! factorisation as preconditioner for stiff sheets.

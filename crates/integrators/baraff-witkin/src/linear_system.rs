@@ -4,8 +4,8 @@ use crate::settings::{BaraffWitkinSettings, BlockSolver, Preconditioning};
 use drape_integrator::{Implicit, Linearisation, PrepareError, SolveStatus, StepError, StepReport};
 use drape_model::{State, System, Tangent, Vec3};
 use drape_solvers::{
-    BlockCholesky, BlockJacobi, BlockLdlt, BlockMatrix, Constraints, Identity, LinearOperator,
-    PcgReport, PcgSettings, PcgWorkspace, Preconditioner, Reference, SolverError,
+    BandedMatrix, BlockCholesky, BlockJacobi, BlockLdlt, BlockMatrix, Constraints, Identity,
+    LinearOperator, PcgReport, PcgSettings, PcgWorkspace, Preconditioner, Reference, SolverError,
     constraint_impulse, filtered_pcg,
     vector::{norm, subtract_from},
 };
@@ -15,8 +15,6 @@ use drape_solvers::{
 pub(crate) struct LinearSystem {
     implicit: Implicit,
     tangent: Tangent,
-    /// `A = M − h ∂f/∂v − h² ∂f/∂x`, kg.
-    matrix: BlockMatrix,
     /// `b`, kg m/s.
     b: Vec<Vec3>,
     /// `h v_0 + y`, m.
@@ -25,10 +23,20 @@ pub(crate) struct LinearSystem {
     solver: Solver,
 }
 
+/// The matrix and what solves with it.
 #[derive(Debug)]
 enum Solver {
-    Cg(ConjugateGradients),
+    Cg(Box<ConjugateGradients>),
     Direct(Box<Direct>),
+}
+
+impl Solver {
+    fn matrix(&self) -> &dyn LinearOperator {
+        match self {
+            Self::Cg(cg) => &cg.matrix,
+            Self::Direct(direct) => &direct.matrix,
+        }
+    }
 }
 
 impl LinearSystem {
@@ -38,14 +46,15 @@ impl LinearSystem {
         settings: &BaraffWitkinSettings,
     ) -> Result<Self, PrepareError> {
         let &BaraffWitkinSettings { implicit, tangent, .. } = settings;
-        let matrix = implicit.block_matrix(system);
         let solver = match settings.solver {
-            BlockSolver::Cg => Solver::Cg(ConjugateGradients::new(&matrix, settings)),
-            BlockSolver::Direct => Solver::Direct(Box::new(Direct::new(&matrix, tangent)?)),
+            BlockSolver::Cg => Solver::Cg(Box::new(ConjugateGradients::new(system, settings))),
+            BlockSolver::Direct => {
+                Solver::Direct(Box::new(Direct::new(implicit.block_matrix(system), tangent)?))
+            }
         };
         let zeros = || vec![Vec3::zeros(); system.len()];
         let (b, displacement, force) = (zeros(), zeros(), zeros());
-        Ok(Self { implicit, tangent, matrix, b, displacement, force, solver })
+        Ok(Self { implicit, tangent, b, displacement, force, solver })
     }
 
     fn at<'a>(&self, state: &'a State, h: f64) -> Linearisation<'a> {
@@ -53,33 +62,38 @@ impl LinearSystem {
         Linearisation { implicit, tau: h, x: &state.x, directions: &state.x, tangent }
     }
 
-    /// `A = M − h ∂f/∂v − h² ∂f/∂x` at the start of the step.
+    /// `A = M − h ∂f/∂v − h² ∂f/∂x` at the start of the step, and, while the springs are at hand,
+    /// `−∂f/∂x (h v_0 + y)` for the right-hand side.
     #[doc(alias = "Baraff-Witkin 15")]
     #[doc(alias = "Baraff-Witkin 16")]
-    pub(crate) fn assemble(&mut self, system: &System, state: &State, h: f64) {
-        self.at(state, h).assemble(system, &mut self.matrix);
-        if let Solver::Cg(cg) = &mut self.solver {
-            cg.update(&self.matrix);
+    pub(crate) fn linearise(&mut self, system: &System, state: &State, y: &[Vec3], h: f64) {
+        let at = self.at(state, h);
+        let Self { b, displacement, solver, .. } = self;
+        for i in 0..b.len() {
+            displacement[i] = state.v[i] * h + y[i];
+        }
+        match solver {
+            Solver::Cg(cg) => {
+                cg.matrix.linearise(&at, system, displacement, b);
+                cg.update();
+            }
+            Solver::Direct(direct) => {
+                linearise_rows(&at, system, &mut direct.matrix, displacement, b);
+            }
         }
     }
 
-    /// `b = h (f_0 + h ∂f/∂x v_0 + ∂f/∂x y)`: one sweep over the springs for the forces, one for the
-    /// products with `∂f/∂x`.
+    /// `b = h (f_0 + h ∂f/∂x v_0 + ∂f/∂x y)`, of which [`linearise`](Self::linearise) has computed all but the forces.
     #[doc(alias = "Baraff-Witkin 18")]
     pub(crate) fn set_right_hand_side(
         &mut self,
         system: &System,
         state: &State,
-        y: &[Vec3],
         h: f64,
         report: &mut StepReport,
     ) {
-        let Self { b, displacement, force, .. } = self;
-        for i in 0..b.len() {
-            displacement[i] = state.v[i] * h + y[i];
-        }
+        let Self { b, force, .. } = self;
         system.forces(&state.x, &state.v, force);
-        self.implicit.multiply_stiffness(system, &state.x, self.tangent, displacement, b);
         for i in 0..b.len() {
             b[i] = (force[i] - b[i]) * h; // Baraff-Witkin (18)
         }
@@ -93,21 +107,16 @@ impl LinearSystem {
     /// [`SolverError`] when the direct solver cannot factorise the matrix.
     pub(crate) fn solve(
         &mut self,
-        system: &System,
-        state: &State,
-        h: f64,
         constraints: &Constraints,
         change: &mut [Vec3],
         report: &mut StepReport,
     ) -> Result<(), StepError> {
         change.fill(Vec3::zeros());
-        let at = self.at(state, h);
-        let Self { matrix, b, solver, .. } = self;
-        match solver {
-            Solver::Cg(cg) => *report += cg.solve(matrix, constraints, b, change),
+        let b = &self.b;
+        match &mut self.solver {
+            Solver::Cg(cg) => *report += cg.solve(constraints, b, change),
             Solver::Direct(direct) => {
-                at.assemble(system, &mut direct.projected);
-                *report += direct.solve(matrix, constraints, b, change)?;
+                *report += direct.solve(constraints, b, change)?;
                 report.factorisations += 1;
             }
         }
@@ -122,61 +131,125 @@ impl LinearSystem {
         impulse: &mut [Vec3],
         report: &mut StepReport,
     ) {
-        constraint_impulse(&self.matrix, &self.b, change, impulse);
+        constraint_impulse(self.solver.matrix(), &self.b, change, impulse);
         report.matvecs += 1;
     }
+}
+
+/// `A = M − h ∂f/∂v − h² ∂f/∂x`, kg: one matrix in two forms, with the same products bit for bit.
+#[derive(Debug)]
+enum Matrix {
+    /// Of any system; what a direct solver takes.
+    Rows(BlockMatrix),
+    /// Of a regular grid.
+    Bands(BandedMatrix),
+}
+
+impl LinearOperator for Matrix {
+    fn size(&self) -> usize {
+        match self {
+            Self::Rows(matrix) => matrix.size(),
+            Self::Bands(matrix) => matrix.size(),
+        }
+    }
+
+    fn multiply(&self, x: &[Vec3], y: &mut [Vec3]) {
+        match self {
+            Self::Rows(matrix) => matrix.multiply(x, y),
+            Self::Bands(matrix) => matrix.multiply(x, y),
+        }
+    }
+}
+
+impl Matrix {
+    fn new(system: &System, implicit: Implicit) -> Self {
+        match implicit.banded_matrix(system) {
+            Some(matrix) => Self::Bands(matrix),
+            None => Self::Rows(implicit.block_matrix(system)),
+        }
+    }
+
+    /// The matrix, and `K w` in `out`.
+    fn linearise(&mut self, at: &Linearisation<'_>, system: &System, w: &[Vec3], out: &mut [Vec3]) {
+        match self {
+            Self::Rows(matrix) => linearise_rows(at, system, matrix, w, out),
+            Self::Bands(matrix) => at.assemble_bands(system, matrix, w, out),
+        }
+    }
+}
+
+/// The matrix in compressed rows, and `K w` in `out`.
+fn linearise_rows(
+    at: &Linearisation<'_>,
+    system: &System,
+    matrix: &mut BlockMatrix,
+    w: &[Vec3],
+    out: &mut [Vec3],
+) {
+    at.assemble(system, matrix);
+    at.implicit.multiply_stiffness(system, at.x, at.tangent, w, out);
 }
 
 /// The modified conjugate gradients of Baraff and Witkin's section 5.
 #[derive(Debug)]
 struct ConjugateGradients {
+    matrix: Matrix,
     block_jacobi: Option<BlockJacobi>,
     settings: PcgSettings,
     workspace: PcgWorkspace,
 }
 
 impl ConjugateGradients {
-    fn new(matrix: &BlockMatrix, settings: &BaraffWitkinSettings) -> Self {
+    fn new(system: &System, settings: &BaraffWitkinSettings) -> Self {
+        let n = system.len();
+        let matrix = Matrix::new(system, settings.implicit);
         let block_jacobi = match settings.preconditioning {
             Preconditioning::None => None,
-            Preconditioning::BlockJacobi => Some(BlockJacobi::new(matrix)),
+            Preconditioning::BlockJacobi => Some(BlockJacobi::identity(n)),
         };
         let settings = PcgSettings {
             forcing_term: settings.forcing_term,
             norm: settings.norm,
-            max_iterations: PcgSettings::default_max(matrix.n()),
+            max_iterations: PcgSettings::default_max(n),
         };
-        Self { block_jacobi, settings, workspace: PcgWorkspace::new(matrix.n()) }
+        Self { matrix, block_jacobi, settings, workspace: PcgWorkspace::new(n) }
     }
 
     /// Where a diagonal block is not positive definite the preconditioner is the identity, and the
     /// iteration finds the direction of negative curvature itself.
-    fn update(&mut self, matrix: &BlockMatrix) {
+    fn update(&mut self) {
         if let Some(block_jacobi) = &mut self.block_jacobi {
-            let _ = block_jacobi.update(matrix);
+            let _ = match &self.matrix {
+                Matrix::Rows(matrix) => block_jacobi.update(matrix),
+                Matrix::Bands(matrix) => block_jacobi.update_banded(matrix),
+            };
         }
     }
 
-    fn solve(
-        &mut self,
-        matrix: &BlockMatrix,
-        constraints: &Constraints,
-        b: &[Vec3],
-        change: &mut [Vec3],
-    ) -> PcgReport {
-        let preconditioner: &dyn Preconditioner = match &self.block_jacobi {
+    fn solve(&mut self, constraints: &Constraints, b: &[Vec3], change: &mut [Vec3]) -> PcgReport {
+        let Self { matrix, block_jacobi, settings, workspace } = self;
+        let preconditioner: &dyn Preconditioner = match block_jacobi {
             Some(block_jacobi) => block_jacobi,
             None => &Identity,
         };
-        let (reference, workspace) = (Reference::FilteredRightHandSide, &mut self.workspace);
-        let settings = &self.settings;
-        filtered_pcg(matrix, preconditioner, constraints, b, change, reference, settings, workspace)
+        let reference = Reference::FilteredRightHandSide;
+        filtered_pcg(
+            &*matrix,
+            preconditioner,
+            constraints,
+            b,
+            change,
+            reference,
+            settings,
+            workspace,
+        )
     }
 }
 
 /// A factorisation in each step.
 #[derive(Debug)]
 struct Direct {
+    matrix: BlockMatrix,
     /// `S A S` with something on the rest of the diagonal.
     projected: BlockMatrix,
     factor: Factor,
@@ -210,31 +283,30 @@ impl Factor {
 }
 
 impl Direct {
-    fn new(matrix: &BlockMatrix, tangent: Tangent) -> Result<Self, SolverError> {
+    fn new(matrix: BlockMatrix, tangent: Tangent) -> Result<Self, SolverError> {
         let zeros = || vec![Vec3::zeros(); matrix.n()];
         let factor = match tangent {
-            Tangent::Projected => Factor::Cholesky(BlockCholesky::new(matrix)?),
-            Tangent::Exact => Factor::Ldlt(BlockLdlt::new(matrix)?),
+            Tangent::Projected => Factor::Cholesky(BlockCholesky::new(&matrix)?),
+            Tangent::Exact => Factor::Ldlt(BlockLdlt::new(&matrix)?),
         };
-        let projected = matrix.clone();
-        Ok(Self { projected, factor, residual: zeros(), correction: zeros() })
+        let (projected, residual, correction) = (matrix.clone(), zeros(), zeros());
+        Ok(Self { matrix, projected, factor, residual, correction })
     }
 
-    /// Solves with `projected`, which holds `matrix` on entry.
     fn solve(
         &mut self,
-        matrix: &BlockMatrix,
         constraints: &Constraints,
         b: &[Vec3],
         change: &mut [Vec3],
     ) -> Result<PcgReport, SolverError> {
+        self.projected.copy_from(&self.matrix);
         self.projected.project(constraints);
         let is_definite = self.factor.factorise(&self.projected)?;
         constraints.prescribed_only(change);
-        let before = self.measure(matrix, constraints, b, change);
+        let before = self.measure(constraints, b, change);
         self.factor.solve(&self.residual, &mut self.correction);
         change.iter_mut().zip(&self.correction).for_each(|(change, c)| *change += c);
-        let after = self.measure(matrix, constraints, b, change);
+        let after = self.measure(constraints, b, change);
         let relative_residual = if after > 0.0 { after / before } else { after };
         let solved = is_definite && relative_residual.is_finite();
         let status = if solved { SolveStatus::Converged } else { SolveStatus::Indefinite };
@@ -242,14 +314,8 @@ impl Direct {
     }
 
     /// `S (b − A Δv)`, left in `residual`; returns its length.
-    fn measure(
-        &mut self,
-        matrix: &BlockMatrix,
-        constraints: &Constraints,
-        b: &[Vec3],
-        change: &[Vec3],
-    ) -> f64 {
-        matrix.multiply(change, &mut self.residual);
+    fn measure(&mut self, constraints: &Constraints, b: &[Vec3], change: &[Vec3]) -> f64 {
+        self.matrix.multiply(change, &mut self.residual);
         subtract_from(b, &mut self.residual);
         constraints.project(&mut self.residual);
         norm(&self.residual)

@@ -47,14 +47,14 @@ impl Integrator for BaraffWitkin {
         clock.switch(Phase::Contact);
         report.correction = w.detect(system, state, h); // S, z and y
         clock.switch(Phase::MatrixSetup);
-        w.linear.assemble(system, state, h); // A = M − h ∂f/∂v − h² ∂f/∂x, Baraff-Witkin (16)
+        w.linear.linearise(system, state, &w.y, h); // A = M − h ∂f/∂v − h² ∂f/∂x, Baraff-Witkin (16)
         clock.switch(Phase::Forces);
-        w.linear.set_right_hand_side(system, state, &w.y, h, &mut report); // b, Baraff-Witkin (18)
+        w.linear.set_right_hand_side(system, state, h, &mut report); // b, Baraff-Witkin (18)
         clock.switch(Phase::Solve);
         let Workspace { linear, change, y, impulse, contacts, constraints, changes, .. } = w;
         contacts.solve(system, constraints, impulse, |constraints, impulse| {
             prescribe_changes(constraints, &state.v, changes);
-            linear.solve(system, state, h, changes, change, &mut report)?; // S (b − A Δv) = 0
+            linear.solve(changes, change, &mut report)?; // S (b − A Δv) = 0
             if let Some(impulse) = impulse {
                 linear.constraint_impulse(change, impulse, &mut report);
             }

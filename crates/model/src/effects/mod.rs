@@ -15,8 +15,9 @@ mod springs;
 
 pub use gravity::Gravity;
 pub use springs::sweep::{Field, ListedSprings, Pass, Springs};
+pub use springs::tangent::{BlockPlanes, Linearised};
 pub use springs::{LinearSprings, Spring};
-pub(crate) use springs::{batch, sweep};
+pub(crate) use springs::{batch, sweep, tangent};
 
 use crate::{Mat3, Vec3};
 use std::fmt::Debug;

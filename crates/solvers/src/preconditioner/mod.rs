@@ -12,16 +12,18 @@
 //! business, to its free neighbours, and approximates the inverse of the matrix that is really
 //! solved.
 
+mod block_jacobi;
 mod complete;
 mod dense;
 mod incomplete;
 mod jacobi;
 mod wavefront;
 
+pub use block_jacobi::BlockJacobi;
 pub use complete::CompleteCholesky;
 pub use dense::DenseInverse;
 pub use incomplete::IncompleteCholesky;
-pub use jacobi::{BlockJacobi, Jacobi};
+pub use jacobi::Jacobi;
 
 use crate::Vec3;
 

@@ -8,6 +8,7 @@ pub(crate) mod batch;
 pub(crate) mod diagonals;
 pub(crate) mod listed;
 pub(crate) mod sweep;
+pub(crate) mod tangent;
 #[cfg(test)]
 #[allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
 mod tests;

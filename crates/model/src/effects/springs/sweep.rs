@@ -26,9 +26,10 @@
 mod loops;
 
 use self::loops::{
-    Ends, add_scaled, give, join, split, spring_forces, spring_forces_and_take,
-    spring_forces_and_take_twice, take, take_from, take_twice, weighted_differences,
+    Ends, add_scaled, give, spring_forces, spring_forces_and_take, spring_forces_and_take_twice,
+    take, take_from, take_twice, weighted_differences,
 };
+pub(super) use self::loops::{join, split};
 use super::diagonals::{Diagonal, Diagonals};
 use super::listed::Listed;
 use super::{COLLAPSED, Vec3};
@@ -40,9 +41,9 @@ const LEAST_FOR_THREADS: usize = 16_384;
 /// Most effects that one sweep takes together.
 pub(crate) const MAX_PASSES: usize = 4;
 /// Most particles that are computed, then gathered, at a time.
-const GROUP: usize = 512;
+pub(super) const GROUP: usize = 512;
 /// The window is a multiple of this many particles; vector registers hold so many numbers or fewer.
-const LANES: usize = 8;
+pub(super) const LANES: usize = 8;
 
 /// The factor `g` of `−g (x_i − x_j)`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -159,11 +160,11 @@ impl Field<'_> {
 #[derive(Debug, Default)]
 pub(crate) struct Window {
     /// Particles that the window moves on by.
-    chunk: usize,
+    pub(super) chunk: usize,
     /// Forces that are remembered from before the chunk, at least the largest offset.
     history: usize,
     /// Coordinates that are read beyond the chunk.
-    ahead: usize,
+    pub(super) ahead: usize,
     /// `x`, `y`, `z` of positions, then of velocities; [`Self::stride`] each.
     coordinates: Vec<f64>,
     /// Forces; [`Self::stride`] each.
@@ -213,6 +214,14 @@ impl Window {
     fn stride(&self) -> usize {
         (self.chunk + self.history + self.ahead).next_multiple_of(512) + 40
     }
+
+    /// The arrays.
+    #[inline(always)]
+    pub(super) fn block(&mut self) -> Block<'_> {
+        let stride = self.stride();
+        let Self { history, coordinates, forces, .. } = self;
+        Block { stride, history: *history, coordinates, forces }
+    }
 }
 
 /// Adds what `passes` ask for to `out`, N, with one window for each thread that takes part. The passes
@@ -248,7 +257,7 @@ pub(crate) fn add(
 }
 
 #[inline(always)]
-fn springs<'a>(passes: &'a [Option<Pass<'a>>]) -> impl Iterator<Item = &'a Springs<'a>> {
+pub(super) fn springs<'a>(passes: &'a [Option<Pass<'a>>]) -> impl Iterator<Item = &'a Springs<'a>> {
     passes.iter().flatten().filter_map(Pass::springs)
 }
 
@@ -269,9 +278,8 @@ impl pulp::WithSimd for Sweep<'_> {
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) {
         let Self { passes, range, window, x, v, out } = self;
-        let stride = window.stride();
-        let &mut Window { chunk, history, ahead, ref mut coordinates, ref mut forces } = window;
-        let mut block = Block { stride, history, coordinates, forces };
+        let (chunk, history, ahead) = (window.chunk, window.history, window.ahead);
+        let mut block = window.block();
         let read = |block: &mut Block<'_>, begin: usize, slid: bool| {
             block.read(0, x, begin, chunk, ahead, slid);
             if let Some(v) = v {
@@ -324,8 +332,23 @@ fn row_of_three(planes: &mut [f64], stride: usize, at: usize, m: usize) -> [&mut
     [&mut x[at..][..m], &mut y[at..][..m], &mut z[at..][..m]]
 }
 
+/// Where coordinates of a group of particles begin in a window.
+pub(super) struct Coordinates<'a> {
+    planes: &'a [f64],
+    stride: usize,
+    at: usize,
+}
+
+impl<'a> Coordinates<'a> {
+    /// `x`, `y`, `z` of positions and of velocities of the `m` particles `offset` places further on.
+    #[inline(always)]
+    pub(super) fn of(&self, offset: usize, m: usize) -> [&'a [f64]; 6] {
+        std::array::from_fn(|axis| &self.planes[axis * self.stride + self.at + offset..][..m])
+    }
+}
+
 /// The arrays of a window.
-struct Block<'a> {
+pub(super) struct Block<'a> {
     stride: usize,
     history: usize,
     coordinates: &'a mut [f64],
@@ -334,16 +357,29 @@ struct Block<'a> {
 
 impl Block<'_> {
     /// No force is remembered.
-    fn forget(&mut self) {
+    pub(super) fn forget(&mut self) {
         for plane in self.forces.chunks_mut(self.stride) {
             plane[..self.history].fill(0.0);
         }
     }
 
+    /// The coordinates of particles from place `at` on, and the arrays for the forces of `m` of them.
+    #[inline(always)]
+    pub(super) fn group(
+        &mut self,
+        at: usize,
+        m: usize,
+    ) -> (Coordinates<'_>, impl Iterator<Item = &mut [f64]>) {
+        let Self { stride, history, ref coordinates, ref mut forces } = *self;
+        let forces =
+            forces.chunks_exact_mut(stride).map(move |plane| &mut plane[history + at..][..m]);
+        (Coordinates { planes: coordinates, stride, at }, forces)
+    }
+
     /// Reads coordinates of `chunk + ahead` particles from `begin` into three arrays. After a chunk has been done the first
     /// `ahead` are there already, `chunk` places further on. Beyond the last particle there are zeros.
     #[inline(always)]
-    fn read(
+    pub(super) fn read(
         &mut self,
         first_plane: usize,
         from: &[f64],
@@ -443,7 +479,7 @@ impl Block<'_> {
 
     /// Adds to the sums what their springs left, for the particles at the places `at + range` of the chunk.
     #[inline(always)]
-    fn gather(
+    pub(super) fn gather(
         &self,
         passes: &[Option<Pass<'_>>],
         begin: usize,
@@ -625,7 +661,7 @@ impl Block<'_> {
     }
 
     /// Moves the window on: the last forces become the first ones.
-    fn slide(&mut self, passes: &[Option<Pass<'_>>], chunk: usize) {
+    pub(super) fn slide(&mut self, passes: &[Option<Pass<'_>>], chunk: usize) {
         let mut planes = self.forces.chunks_exact_mut(self.stride);
         for pass in springs(passes) {
             let kinds = pass.planes() / (3 * pass.diagonals.list.len());

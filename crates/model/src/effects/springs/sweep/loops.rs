@@ -93,7 +93,7 @@ pub(super) fn give(sum: &mut [f64], a: &[f64]) {
 
 /// Vectors of `m` particles into one array a coordinate, `stride` apart.
 #[inline(always)]
-pub(super) fn split(planes: &mut [f64], stride: usize, m: usize, from: &[f64]) {
+pub(in super::super) fn split(planes: &mut [f64], stride: usize, m: usize, from: &[f64]) {
     let (x, rest) = planes.split_at_mut(stride);
     let (y, z) = rest.split_at_mut(stride);
     split_three(&mut x[..m], &mut y[..m], &mut z[..m], &from[..3 * m]);
@@ -108,7 +108,7 @@ fn split_three(x: &mut [f64], y: &mut [f64], z: &mut [f64], from: &[f64]) {
 
 /// The inverse of [`split`].
 #[inline(always)]
-pub(super) fn join(planes: &[f64], stride: usize, m: usize, to: &mut [f64]) {
+pub(in super::super) fn join(planes: &[f64], stride: usize, m: usize, to: &mut [f64]) {
     join_three(&planes[..m], &planes[stride..][..m], &planes[2 * stride..][..m], &mut to[..3 * m]);
 }
 
