@@ -316,3 +316,68 @@ fn a_run_that_gains_energy_is_warned_about_and_one_that_does_not_is_not() {
     assert!(warned("imex-updated:safeguard=paper,forcing_term=0.1"));
     assert!(!warned("imex-euler"));
 }
+
+/// A frozen sheet, and the same with its particles listed in disorder; with the new index of each particle.
+fn sheet_and_shuffled(folder: &Path) -> Vec<usize> {
+    let scene = SCENE
+        .replace(r#""rows": 3, "columns": 3"#, r#""rows": 40, "columns": 30"#)
+        .replace("0.9 }", "0.9, \"velocity_m_s\": [0.1, 0.2, 0] }");
+    std::fs::write(folder.join("scene.json"), scene).unwrap();
+    let natural: SystemSpec = drape_model::load(folder.join("scene.json").to_str().unwrap())
+        .map(|input| input.spec().clone())
+        .unwrap();
+    let n = natural.particles.mass_kg.len();
+    let new: Vec<usize> = (0..n).map(|i| i * 787 % n).collect(); // 787 and 1200 have no common factor
+    let mut shuffled = natural.clone();
+    for (i, &k) in new.iter().enumerate() {
+        shuffled.particles.position_m[k] = natural.particles.position_m[i];
+        shuffled.particles.velocity_m_s[k] = natural.particles.velocity_m_s[i];
+    }
+    let place = |i: &mut u32| *i = new[*i as usize] as u32;
+    for spring in &mut shuffled.springs {
+        place(&mut spring.i);
+        place(&mut spring.j);
+    }
+    shuffled.pins.iter_mut().for_each(|pin| place(&mut pin.particle));
+    shuffled.triangles.iter_mut().flatten().for_each(place);
+    for (name, spec) in [("natural.json", &natural), ("shuffled.json", &shuffled)] {
+        std::fs::write(folder.join(name), serde_json::to_string(spec).unwrap()).unwrap();
+    }
+    new
+}
+
+#[test]
+fn a_frozen_system_in_disorder_is_recorded_in_its_own_order() {
+    let folder = tempfile::tempdir().unwrap();
+    let new = sheet_and_shuffled(folder.path());
+    let run = |input: &str| -> Run {
+        let arguments = [
+            "run",
+            input,
+            "--method",
+            "imex-euler:forcing_term=1e-14",
+            "--dt",
+            "0.01",
+            "--duration",
+            "0.1",
+            "--out",
+            "run.json",
+        ];
+        let output = drape(folder.path(), &arguments);
+        assert_eq!(code(&output), 0, "{}", text(&output.stderr));
+        drape_records::file::read_json(&folder.path().join("run.json")).unwrap()
+    };
+    let (natural, shuffled) = (run("natural.json"), run("shuffled.json"));
+    let apart = |a: [f64; 3], b: [f64; 3]| {
+        a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
+    };
+    for (i, &k) in new.iter().enumerate() {
+        let (a, b) = (&natural.final_state, &shuffled.final_state);
+        assert!(apart(a.position_m[i], b.position_m[k]) < 1e-9, "particle {i}");
+        assert!(apart(a.velocity_m_s[i], b.velocity_m_s[k]) < 1e-7, "particle {i}");
+    }
+    assert_ne!(natural.scene_hash, shuffled.scene_hash);
+    for (a, b) in natural.series.iter().zip(&shuffled.series) {
+        assert!((a.energy_j["total"] - b.energy_j["total"]).abs() < 1e-9);
+    }
+}

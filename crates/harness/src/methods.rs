@@ -229,6 +229,13 @@ impl Choice {
         !(self.entry.uses_library)(&self.settings)
     }
 
+    /// Whether the result depends on the order of the springs by more than round-off: they are shortened one after
+    /// the other, each from where the last one left its ends.
+    pub fn follows_springs(&self) -> bool {
+        let id = self.method().id;
+        id == PROVOT.id || (id == DESBRUN.id && self.settings.word("inverse_dynamics") == "true")
+    }
+
     /// A new integrator.
     ///
     /// # Errors

@@ -7,7 +7,7 @@ use crate::stability::{Energy, Rule, Watch};
 use drape_integrator::{
     EnergyLedger, Implicit, Phase, PhaseClock, SolveStatus, StepError, StepReport, TimeStep,
 };
-use drape_model::{State, System, TimeSpan, Vec3};
+use drape_model::{Numbering, State, System, TimeSpan, Vec3};
 use drape_records::run::{Sample, Totals};
 use drape_records::tables::Phases;
 use std::time::{Duration, Instant};
@@ -116,17 +116,27 @@ impl Bounds {
         Self { center: (low + high) * 0.5, reach: FAR * size }
     }
 
-    fn violation(&self, state: &State) -> Option<String> {
+    fn violation(&self, state: &State, numbering: &Numbering) -> Option<String> {
         if !state.is_finite() {
             return Some("a position or velocity is not finite".to_owned());
         }
         let outside = |x: &Vec3| (x - self.center).norm() > self.reach;
-        state.x.iter().position(outside).map(|particle| {
+        let particles = state.x.iter().enumerate().filter(|(_, x)| outside(x));
+        particles.map(|(particle, _)| numbering.given(particle)).min().map(|particle| {
             format!(
                 "particle {particle} is farther than {:.3e} m (1000 scene sizes) from the centre of the start",
                 self.reach
             )
         })
+    }
+}
+
+/// What a refused matrix is called. It names a row, which may be that of a particle or of a coordinate.
+fn refusal(error: &StepError, numbering: &Numbering) -> String {
+    if numbering.is_identity() {
+        error.to_string()
+    } else {
+        format!("{error} (rows are counted in the order of the run, which is not that of the file)")
     }
 }
 
@@ -209,6 +219,21 @@ pub(crate) fn drive(
     schedule: &Schedule,
     options: Options,
     effort_limit: Option<f64>,
+    observe: impl FnMut(&Moment<'_>),
+) -> Result<Outcome, HarnessError> {
+    let numbering = Numbering::identity();
+    drive_numbered(simulation, &numbering, choice, schedule, options, effort_limit, observe)
+}
+
+/// As [`drive`], on a system in an order of its own: what is said of a particle calls it by its given index. The
+/// moments are in the order of the system.
+pub(crate) fn drive_numbered(
+    simulation: &mut Simulation,
+    numbering: &Numbering,
+    choice: &Choice,
+    schedule: &Schedule,
+    options: Options,
+    effort_limit: Option<f64>,
     mut observe: impl FnMut(&Moment<'_>),
 ) -> Result<Outcome, HarnessError> {
     let time = schedule.time;
@@ -260,7 +285,7 @@ pub(crate) fn drive(
             Ok(report) => report,
             // Blow-up is a result: the numbers have left the range in which a matrix can be set up.
             Err(error @ StepError::Solver(_)) => {
-                let criterion = error.to_string();
+                let criterion = refusal(&error, numbering);
                 outcome.divergence = Some(Divergence { step, time: state.t, criterion });
                 break;
             }
@@ -275,7 +300,7 @@ pub(crate) fn drive(
         outcome.rejected += u64::from(report.rejected);
         outcome.idle += u64::from(report.cg_iterations == 0);
         outcome.unconverged += u64::from(report.solve != SolveStatus::Converged);
-        let divergence = bounds.violation(state);
+        let divergence = bounds.violation(state, numbering);
         if options.series && (step % every == 0 || step == steps) {
             outcome.series.extend(Some(sample(system, state)).filter(is_finite));
         }

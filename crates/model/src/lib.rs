@@ -43,11 +43,13 @@
 //! | `φ`, `n̂` | [`Obstacle::distance`] | m, – | per point |
 //! | `F1`, `F2` | [`effects::LinearSplit`] | N | `n` × 3 |
 
+mod build;
 pub mod bundled;
 mod diagnostics;
 pub mod effects;
 mod error;
 mod load;
+mod numbering;
 mod obstacle;
 mod scene;
 mod spec;
@@ -58,6 +60,7 @@ mod system;
 pub use effects::{BlockPlanes, BlockSink, Effect, LinearSplit, Linearised, Part, Tangent};
 pub use error::{SceneError, Violation};
 pub use load::{Input, load, parse};
+pub use numbering::Numbering;
 pub use obstacle::{Detection, Obstacle, Shape};
 pub use scene::{Cloth, Effects, Grid, Particles, Pin, Scene, SpringLaw, TimeSpan};
 pub use spec::{

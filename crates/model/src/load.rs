@@ -93,7 +93,7 @@ pub fn parse(file: &str, text: &str) -> Result<Input, SceneError> {
         }
         Format::System => {
             let spec: SystemSpec = read(file, text)?;
-            spec.build().map_err(invalid)?;
+            spec.check().map_err(invalid)?;
             Ok(Input::System(spec))
         }
         Format::Unknown => Err(invalid(Violation::new("format", format, expected))),

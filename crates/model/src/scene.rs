@@ -1,11 +1,12 @@
 //! Scenes: what a person writes, format "drape-scene/1".
 
 use crate::Vec3;
+use crate::build::{number, positive, vector, within};
 use crate::error::Violation;
 use crate::spec::{
     ContactSpec, DampingLaw, EffectsSpec, GravitySpec, MAX_COEFFICIENT, MAX_COORDINATE,
     MAX_PARTICLES, ObstacleSpec, ParticlesSpec, PinSpec, SYSTEM_FORMAT, SpringEffect, SpringSpec,
-    SystemSpec, number, positive, vector, within,
+    SystemSpec,
 };
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -350,7 +351,7 @@ impl Scene {
             effects: EffectsSpec { gravity: self.effects.gravity, contact: self.effects.contact },
             obstacles: self.obstacles.clone(),
         };
-        spec.build().map(|_| spec).map_err(|violation| self.locate(violation))
+        spec.check().map(|()| spec).map_err(|violation| self.locate(violation))
     }
 
     /// Paths of a violation in the frozen system, as the scene's author sees them.

@@ -17,7 +17,7 @@ pub(crate) fn take(
     stiffness: f64,
 ) -> Result<Sample, PeersError> {
     let HangingSheet { spec, middle } = HangingSheet::new(side, stiffness, mesh)?;
-    let (system, mut state) = spec.build()?;
+    let (system, mut state, numbering) = spec.build_ordered()?;
     drop(spec);
     let h = TimeStep::new(STEP_S).map_err(HarnessError::from)?;
     let choice = Choice::parse(method, &[]).map_err(HarnessError::from)?;
@@ -38,7 +38,7 @@ pub(crate) fn take(
         mean_us: Some(1e6 * seconds.iter().sum::<f64>() / count),
         median_us: 1e6 * median(&seconds),
         iterations: f64::from(iterations) / count,
-        middle: state.x[middle].z,
+        middle: state.x[numbering.internal(middle)].z,
         lowest: state.x.iter().map(|x| x.z).fold(f64::INFINITY, f64::min),
     })
 }

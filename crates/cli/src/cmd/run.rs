@@ -4,8 +4,8 @@ use crate::exit::Diverged;
 use crate::output::print;
 use crate::progress::bar;
 use drape_harness::methods::{Choice, MethodError};
-use drape_harness::{HarnessError, Options, Outcome, Rule, Simulation, simulate, system_hash};
-use drape_model::{Input, SystemSpec, TimeSpan, Violation};
+use drape_harness::{HarnessError, Options, OrderedSimulation, Outcome, Rule, system_hash};
+use drape_model::{Input, State, SystemSpec, TimeSpan, Violation};
 use drape_records::file::write_json;
 use drape_records::run::{FinalState, RUN_FORMAT, Run, Sample, Verdict};
 use std::path::PathBuf;
@@ -40,16 +40,15 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         .map_err(|error: MethodError| HarnessError::from(error))?;
     let time = time_span(arguments, &input)?;
     let spec = input.spec();
-    let (system, state) = spec.build()?;
-    let mut simulation = Simulation { system, state };
+    let mut simulation = OrderedSimulation::new(spec, &choice)?;
     let (whole, rest) = time.steps();
     let bar = bar(choice.method().id, whole + u64::from(rest.is_some()));
     let options = Options { series: true, phases: arguments.phases, ..Options::default() };
-    let outcome = simulate(&mut simulation, &choice, time, options, |step, _, _| {
+    let outcome = simulation.simulate(time, options, |step, _| {
         bar.as_ref().inspect(|bar| bar.set_position(step));
     })?;
     bar.inspect(|bar| bar.finish_and_clear());
-    let record = record(spec, &choice, time, &outcome, &simulation);
+    let record = record(spec, &choice, time, &outcome, &simulation.state());
     if let Some(path) = &arguments.out {
         write_json(path, &record)?;
         eprintln!("wrote {}", path.display());
@@ -60,9 +59,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
             outcome.unconverged, outcome.steps
         );
     }
-    if let Some(warning) =
-        energy_warning(&record, Rule::of(choice.method().class, &simulation.system))
-    {
+    if let Some(warning) = energy_warning(&record, simulation.rule()) {
         eprintln!("drape: warning: {warning}");
     }
     // How the run ended decides the exit code, whatever becomes of the summary.
@@ -105,9 +102,8 @@ fn record(
     choice: &Choice,
     time: TimeSpan,
     outcome: &Outcome,
-    simulation: &Simulation,
+    state: &State,
 ) -> Run {
-    let state = &simulation.state;
     Run {
         format: RUN_FORMAT.to_owned(),
         scene: spec.name.clone(),

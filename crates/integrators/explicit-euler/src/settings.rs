@@ -57,6 +57,7 @@ pub static LEAPFROG: Method = Method {
     supports: SUPPORTS,
     settings: &[
         Setting {
+            kind: Kind::Choice(&["cg", "cholesky"]),
             default: "cholesky",
             help: "how the damping at the new velocity is solved for, where there is any: sparse Cholesky, or \
                    conjugate gradients with Jacobi preconditioning to 1e-14",

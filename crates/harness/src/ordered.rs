@@ -1,0 +1,102 @@
+//! Runs of systems that list their particles in any order.
+
+use crate::methods::Choice;
+use crate::run::{Options, Outcome, Simulation, drive_numbered};
+use crate::schedule::Schedule;
+use crate::{HarnessError, Rule};
+use drape_model::{Numbering, State, SystemSpec, TimeSpan, Violation};
+use std::borrow::Cow;
+
+/// A simulation of a frozen system that computes in the order that suits the cache, and hands out everything in the
+/// order of the specification.
+///
+/// Energies and momenta are sums over the particles; another order changes them by round-off. Where the order as given
+/// is good ([`Numbering`] has the rule) or part of the result ([`Choice::follows_springs`]), it is kept, and a run is
+/// that of [`simulate`](crate::simulate) bit for bit.
+///
+/// ```
+/// use drape_harness::{Options, OrderedSimulation, methods::Choice};
+/// let input = drape_model::load("hanging-textile-1e4")?;
+/// let choice = Choice::parse("imex-euler", &[])?;
+/// let mut simulation = OrderedSimulation::new(input.spec(), &choice)?;
+/// let time = drape_model::TimeSpan { step_s: 0.01, duration_s: 0.02 };
+/// let outcome = simulation.simulate(time, Options::default(), |step, moving| {
+///     assert_eq!(moving.state().t, 0.01 * step as f64);
+/// })?;
+/// assert_eq!(outcome.steps, 2);
+/// assert_eq!(simulation.state().t, 0.02);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct OrderedSimulation {
+    simulation: Simulation,
+    numbering: Numbering,
+    choice: Choice,
+}
+
+/// The state of a run at the end of a step.
+#[derive(Clone, Copy, Debug)]
+pub struct Moving<'a> {
+    state: &'a State,
+    numbering: &'a Numbering,
+}
+
+impl<'a> Moving<'a> {
+    /// The state in the order of the specification; a copy only where that is not the order of the run.
+    pub fn state(&self) -> Cow<'a, State> {
+        self.numbering.restore(self.state)
+    }
+}
+
+impl OrderedSimulation {
+    /// The start of a system, to be run by this method.
+    ///
+    /// # Errors
+    /// The first value that is refused.
+    pub fn new(spec: &SystemSpec, choice: &Choice) -> Result<Self, Violation> {
+        let (system, state, numbering) = if choice.follows_springs() {
+            let (system, state) = spec.build()?;
+            (system, state, Numbering::identity())
+        } else {
+            spec.build_ordered()?
+        };
+        Ok(Self { simulation: Simulation { system, state }, numbering, choice: choice.clone() })
+    }
+
+    /// Which particle of the run is which of the specification.
+    pub fn numbering(&self) -> &Numbering {
+        &self.numbering
+    }
+
+    /// The present state, in the order of the specification.
+    pub fn state(&self) -> Cow<'_, State> {
+        self.numbering.restore(&self.simulation.state)
+    }
+
+    /// The rule by which the energy of a run is judged.
+    pub fn rule(&self) -> Rule {
+        Rule::of(self.choice.method().class, &self.simulation.system)
+    }
+
+    /// As [`simulate`](crate::simulate); `observe` is given the number of each step that ended.
+    ///
+    /// # Errors
+    /// As [`simulate`](crate::simulate).
+    pub fn simulate(
+        &mut self,
+        time: TimeSpan,
+        options: Options,
+        mut observe: impl FnMut(u64, Moving<'_>),
+    ) -> Result<Outcome, HarnessError> {
+        let Self { simulation, numbering, choice } = self;
+        let schedule = Schedule::steady(time);
+        drive_numbered(simulation, numbering, choice, &schedule, options, None, |moment| {
+            observe(moment.step, Moving { state: moment.state, numbering });
+        })
+    }
+}
+
+#[cfg(test)]
+#[path = "ordered_tests.rs"]
+#[allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
+mod tests;

@@ -1,0 +1,141 @@
+//! A system in any order moves as the same system in a good one, and speaks of its own particles.
+
+use super::*;
+use crate::run::simulate;
+use drape_model::{Input, parse};
+
+/// A sheet of 36 × 30 particles that falls on a ball while two corners hold it.
+fn sheet() -> SystemSpec {
+    let text = r#"{ "format": "drape-scene/1", "name": "sheet", "cloth": { "grid": { "rows": 36, "columns": 30,
+        "size_m": [1.2, 1], "center_m": [0, 0, 0], "mass_kg": 1.08, "velocity_m_s": [0.1, 0.2, 0.3] } },
+        "effects": {
+            "tension": { "stiffness_over_mass_per_s2": 1e4, "damping_over_mass_per_s": 10 },
+            "shear": { "stiffness_over_mass_per_s2": 2e3 }, "bending": { "stiffness_over_mass_per_s2": 5e2 },
+            "gravity": { "m_s2": [0, 0, -9.81] } },
+        "pins": [{ "row": 0, "column": 0 }, { "row": 0, "column": 29 }],
+        "obstacles": [{ "sphere": { "center_m": [0.1, 0.2, -0.21], "radius_m": 0.2 } }],
+        "time": { "step_s": 0.1, "duration_s": 1 } }"#;
+    match parse("sheet", text).unwrap() {
+        Input::Scene(_, spec) | Input::System(spec) => spec,
+    }
+}
+
+/// The same sheet with particles and springs in disorder, and the new index of each particle.
+fn shuffled(spec: &SystemSpec) -> (SystemSpec, Vec<u32>) {
+    fn shuffle<T>(list: &mut [T]) {
+        let mut random = 1_u64;
+        for last in (1..list.len()).rev() {
+            random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            list.swap(last, (random >> 33) as usize % (last + 1));
+        }
+    }
+    let mut new: Vec<u32> = (0..spec.particles.mass_kg.len() as u32).collect();
+    shuffle(&mut new);
+    let mut out = spec.clone();
+    for (i, &k) in new.iter().enumerate() {
+        let (k, particles) = (k as usize, &mut out.particles);
+        particles.mass_kg[k] = spec.particles.mass_kg[i];
+        particles.position_m[k] = spec.particles.position_m[i];
+        particles.velocity_m_s[k] = spec.particles.velocity_m_s[i];
+    }
+    for s in &mut out.springs {
+        (s.i, s.j) = (new[s.i as usize], new[s.j as usize]);
+    }
+    shuffle(&mut out.springs);
+    out.pins.iter_mut().for_each(|pin| pin.particle = new[pin.particle as usize]);
+    out.triangles.iter_mut().flatten().for_each(|i| *i = new[*i as usize]);
+    (out, new)
+}
+
+fn plain(spec: &SystemSpec) -> Simulation {
+    let (system, state) = spec.build().unwrap();
+    Simulation { system, state }
+}
+
+const TIME: TimeSpan = TimeSpan { step_s: 2e-3, duration_s: 0.05 };
+
+fn choice(text: &str) -> Choice {
+    Choice::parse(text, &[]).unwrap()
+}
+
+#[test]
+fn a_shuffled_sheet_ends_where_the_sheet_ends() {
+    let natural = sheet();
+    let (spec, new) = shuffled(&natural);
+    for (method, allowed) in [
+        ("explicit-euler", 1e-9),
+        ("symplectic-euler", 1e-9),
+        ("adams-bashforth2", 1e-9),
+        ("kang", 1e-9),
+        ("imex-euler:forcing_term=1e-14", 1e-9),
+        ("imex-euler:solver=cholesky", 1e-9),
+        ("imex-sbdf2:forcing_term=1e-14", 1e-9),
+        ("baraff-witkin:forcing_term=1e-14", 1e-9),
+        ("terzopoulos-fleischer", 1e-9),
+        ("backward-euler:cg_tolerance=1e-10", 1e-6),
+    ] {
+        let choice = choice(method);
+        let options = Options { series: true, ..Options::default() };
+        let mut plain = plain(&natural);
+        let wanted = simulate(&mut plain, &choice, TIME, options, |_, _, _| ()).unwrap();
+        let mut ordered = OrderedSimulation::new(&spec, &choice).unwrap();
+        assert!(!ordered.numbering().is_identity());
+        let mut last = None;
+        let found =
+            ordered.simulate(TIME, options, |_, m| last = Some(m.state().into_owned())).unwrap();
+        let state = ordered.state();
+        assert_eq!(last.as_ref(), Some(&*state), "{method}: observed");
+        assert_eq!(state.t, plain.state.t);
+        for (i, &k) in new.iter().enumerate() {
+            let k = k as usize;
+            let apart = (state.x[k] - plain.state.x[i]).norm();
+            assert!(apart <= allowed, "{method}: particle {i} is {apart:e} m off");
+            let apart = (state.v[k] - plain.state.v[i]).norm();
+            assert!(apart <= 1e3 * allowed, "{method}: particle {i} is {apart:e} m/s off");
+        }
+        assert_eq!(found.series.len(), wanted.series.len());
+        for (a, b) in found.series.iter().zip(&wanted.series) {
+            let (a, b) = (a.energy_j["total"], b.energy_j["total"]);
+            assert!(
+                (a - b).abs() <= 10.0 * allowed.max(1e-9) * (1.0 + b.abs()),
+                "{method}: {a} J, {b} J"
+            );
+        }
+    }
+}
+
+#[test]
+fn what_is_in_good_order_or_depends_on_it_runs_as_given() {
+    let natural = sheet();
+    let (disorder, _) = shuffled(&natural);
+    for (spec, method) in [
+        (&natural, "imex-euler"),
+        (&disorder, "provot"),
+        (&disorder, "desbrun:inverse_dynamics=true"),
+    ] {
+        let choice = choice(method);
+        let mut plain = plain(spec);
+        simulate(&mut plain, &choice, TIME, Options::default(), |_, _, _| ()).unwrap();
+        let mut ordered = OrderedSimulation::new(spec, &choice).unwrap();
+        ordered.simulate(TIME, Options::default(), |_, _| ()).unwrap();
+        assert!(ordered.numbering().is_identity(), "{method}");
+        assert_eq!(*ordered.state(), plain.state, "{method}");
+    }
+    assert!(!choice("desbrun").follows_springs());
+}
+
+#[test]
+fn a_particle_that_is_lost_is_called_by_its_given_index() {
+    let (mut spec, new) = shuffled(&sheet());
+    let lost = [new[500] as usize, new[700] as usize];
+    for k in lost {
+        spec.particles.velocity_m_s[k] = [0.0, 0.0, 1e7];
+    }
+    let choice = choice("explicit-euler");
+    let mut ordered = OrderedSimulation::new(&spec, &choice).unwrap();
+    let first = lost[0].min(lost[1]);
+    assert_ne!(ordered.numbering().internal(first), first);
+    let outcome = ordered.simulate(TIME, Options::default(), |_, _| ()).unwrap();
+    let criterion = outcome.divergence.unwrap().criterion;
+    assert!(criterion.starts_with(&format!("particle {first} is farther")), "{criterion}");
+}
