@@ -168,11 +168,11 @@ impl SpringLaw {
     /// Absolute stiffness and damping for particles of mass `mass`.
     fn resolve(&self, path: &str, mass: f64) -> Result<(f64, f64), Violation> {
         let absolute =
-            |key: &str, value| within(&format!("{path}.{key}"), value, 0.0, MAX_COEFFICIENT);
+            |key: &str, value| within(format!("{path}.{key}"), value, 0.0, MAX_COEFFICIENT);
         // A quotient within bounds times a mass within bounds may still be out of bounds.
         let times_mass = |key: &str, quotient: f64| {
             let high = MAX_COEFFICIENT.min(MAX_COEFFICIENT / mass);
-            Ok(within(&format!("{path}.{key}"), quotient, 0.0, high)? * mass)
+            Ok(within(format!("{path}.{key}"), quotient, 0.0, high)? * mass)
         };
         let (a, b) = ("stiffness_n_per_m", "stiffness_over_mass_per_s2");
         let stiffness = match (self.stiffness_n_per_m, self.stiffness_over_mass_per_s2) {
@@ -216,9 +216,9 @@ impl Grid {
             return Err(Violation::new("cloth.grid", found, expected));
         }
         for (axis, &edge) in self.size_m.iter().enumerate() {
-            positive(&path(&format!("size_m[{axis}]")), edge, MAX_COORDINATE)?;
+            positive(path(&format!("size_m[{axis}]")), edge, MAX_COORDINATE)?;
         }
-        vector(&path("center_m"), self.center_m)?;
+        vector(path("center_m"), self.center_m)?;
         // The springs of the diagonals and the corners must be in range too.
         let [a, b] = self.size_m;
         let far = self.center_m.iter().fold(0.0, |far: f64, c| far.max(c.abs()));
@@ -227,8 +227,8 @@ impl Grid {
             let expected = format!("a sheet that ends within {} m", number(MAX_COORDINATE));
             return Err(Violation::new(path("size_m"), found, expected));
         }
-        vector(&path("velocity_m_s"), self.velocity_m_s)?;
-        positive(&path("mass_kg"), self.mass_kg, MAX_COEFFICIENT)?;
+        vector(path("velocity_m_s"), self.velocity_m_s)?;
+        positive(path("mass_kg"), self.mass_kg, MAX_COEFFICIENT)?;
         if self.particle_mass() == 0.0 {
             let expected = "enough for every particle to have a mass above 0";
             return Err(Violation::new(path("mass_kg"), number(self.mass_kg), expected));

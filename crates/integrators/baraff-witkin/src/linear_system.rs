@@ -20,6 +20,7 @@ pub(crate) struct LinearSystem {
     /// `h v_0 + y`, m.
     displacement: Vec<Vec3>,
     force: Vec<Vec3>,
+    starts_at_last: bool,
     solver: Solver,
 }
 
@@ -54,7 +55,8 @@ impl LinearSystem {
         };
         let zeros = || vec![Vec3::zeros(); system.len()];
         let (b, displacement, force) = (zeros(), zeros(), zeros());
-        Ok(Self { implicit, tangent, b, displacement, force, solver })
+        let starts_at_last = settings.starts_at_last;
+        Ok(Self { implicit, tangent, b, displacement, force, starts_at_last, solver })
     }
 
     fn at<'a>(&self, state: &'a State, h: f64) -> Linearisation<'a> {
@@ -101,7 +103,8 @@ impl LinearSystem {
         report.matvecs += 1;
     }
 
-    /// Solves for `Δv` under constraints on it, from the prescribed part alone.
+    /// Solves for `Δv` under constraints on it. Conjugate gradients start from the prescribed part alone, or from what
+    /// `change` holds.
     ///
     /// # Errors
     /// [`SolverError`] when the direct solver cannot factorise the matrix.
@@ -111,7 +114,9 @@ impl LinearSystem {
         change: &mut [Vec3],
         report: &mut StepReport,
     ) -> Result<(), StepError> {
-        change.fill(Vec3::zeros());
+        if !self.starts_at_last {
+            change.fill(Vec3::zeros());
+        }
         let b = &self.b;
         match &mut self.solver {
             Solver::Cg(cg) => *report += cg.solve(constraints, b, change),

@@ -51,6 +51,12 @@ pub static BARAFF_WITKIN: Method = Method {
             help: "conjugate gradients, or a sparse factorisation in each step (LDLᵀ with hessian=raw)",
         },
         Setting {
+            key: "start",
+            kind: Kind::Choice(&["zero", "last"]),
+            default: "zero",
+            help: "where the conjugate gradients start: at no change of velocity, or at that of the last step",
+        },
+        Setting {
             key: "hessian",
             kind: Kind::Choice(&["clamped", "raw"]),
             default: "clamped",
@@ -111,6 +117,8 @@ pub struct BaraffWitkinSettings {
     pub norm: Norm,
     /// Solver.
     pub solver: BlockSolver,
+    /// Whether the conjugate gradients start at the last step's `Δv` instead of at 0.
+    pub starts_at_last: bool,
     /// Which `∂f/∂x`.
     pub tangent: Tangent,
     /// Which forces are linearised.
@@ -142,6 +150,7 @@ impl BaraffWitkinSettings {
                 "cholesky" => BlockSolver::Direct,
                 _ => BlockSolver::Cg,
             },
+            starts_at_last: settings.word("start") == "last",
             tangent: match settings.word("hessian") {
                 "raw" => Tangent::Exact,
                 _ => Tangent::Projected,

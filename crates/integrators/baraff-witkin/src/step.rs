@@ -6,7 +6,7 @@ use drape_integrator::{
     EnergyLedger, Integrator, Method, Phase, PhaseClock, PrepareError, Scratch, StepError,
     StepReport, TimeStep,
 };
-use drape_model::{State, System};
+use drape_model::{State, System, Vec3};
 
 /// Baraff and Witkin's implicit step.
 #[derive(Debug)]
@@ -75,6 +75,7 @@ impl Integrator for BaraffWitkin {
     fn restart(&mut self, _state: &State) {
         if let Some(w) = self.scratch.get_mut() {
             w.contacts.restart();
+            w.change.fill(Vec3::zeros());
         }
     }
 

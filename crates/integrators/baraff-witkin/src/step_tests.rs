@@ -406,6 +406,33 @@ fn after_changes_of_everything_a_step_is_that_of_a_fresh_integrator() {
 }
 
 #[test]
+fn starting_from_the_last_change_saves_iterations_and_changes_no_solution() {
+    let sheet = || build(&rough_sheet(9, 1e4, 0.05, DampingLaw::Full));
+    let mut tight = ["start=zero", "start=last"]
+        .map(|start| Run::new(&format!("forcing_term=1e-12,{start}"), sheet(), 1e-3));
+    let mut iterations = [0, 0];
+    for _ in 0..20 {
+        for (run, sum) in tight.iter_mut().zip(&mut iterations) {
+            *sum += run.step().cg_iterations;
+        }
+    }
+    let [zero, last] = &tight;
+    for (a, b) in zero.state.x.iter().zip(&last.state.x) {
+        assert!((a - b).norm() < 1e-9, "{a:?} {b:?}");
+    }
+    assert!(iterations[1] < iterations[0], "{iterations:?}");
+    // A restart forgets the last change.
+    let mut again = Run::new("start=last", sheet(), 1e-3);
+    again.step();
+    let (system, state) = sheet();
+    again.state = state;
+    again.integrator.restart(&again.state);
+    let mut first = Run::new("start=last", (system, again.state.clone()), 1e-3);
+    assert_eq!(again.step().cg_iterations, first.step().cg_iterations);
+    assert_eq!(again.state, first.state);
+}
+
+#[test]
 fn a_pinned_particle_loses_its_velocity_at_once() {
     let mut spec = anchored(10.0, 0.1, 0.6, Vec3::x(), Vec3::y());
     spec.particles.velocity_m_s[0] = [0.1, 0.7, -0.3];

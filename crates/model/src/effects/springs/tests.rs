@@ -110,7 +110,10 @@ fn other_springs_are_kept_one_by_one() {
     assert!(!edited(&|s| s.retain(|s| s.i % 2 == 0)), "sparse");
 }
 
-fn mesh() -> impl Strategy<Value = (usize, Vec<(u32, u32, f64, f64, f64)>)> {
+/// Both ends, rest length, stiffness, damping.
+type Parameters = (u32, u32, f64, f64, f64);
+
+fn mesh() -> impl Strategy<Value = (usize, Vec<Parameters>)> {
     (2_u32..90).prop_flat_map(|n| {
         let spring = (0..n, 0..n, 0.0..1.0, 0.0..9.0, 0.0..1.0);
         (Just(n as usize), prop::collection::vec(spring, 1..300))
