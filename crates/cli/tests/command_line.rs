@@ -212,6 +212,45 @@ fn a_run_record_continues_where_it_ended() {
 }
 
 #[test]
+fn any_number_of_threads_gives_the_same_run() {
+    let folder = tempfile::tempdir().unwrap();
+    // More particles than one thread computes alone.
+    let sheet = SCENE
+        .replace(r#""rows": 3, "columns": 3"#, r#""rows": 131, "columns": 137"#)
+        .replace(r#""gravity""#, r#""shear": { "stiffness_over_mass_per_s2": 1e2 }, "gravity""#)
+        .replace("[0, 0, -2]", "[0.4, 0.1, -0.505]"); // touched from the first step on
+    std::fs::write(folder.path().join("sheet.json"), sheet).unwrap();
+    let method = "imex-euler:implicit=tension,preconditioner=jacobi";
+    let runs = ["1", "2", "3"].map(|threads| {
+        let arguments = ["run", "sheet.json", "--method", method, "--duration", "0.05"];
+        let arguments = [&arguments[..], &["--threads", threads, "--out", "run.json"]].concat();
+        assert_eq!(code(&drape(folder.path(), &arguments)), 0);
+        drape_records::file::read_json::<Run>(&folder.path().join("run.json")).unwrap()
+    });
+    assert!(runs[0].totals.cg_iterations > 5);
+    for run in &runs[1..] {
+        assert_eq!(run.totals.cg_iterations, runs[0].totals.cg_iterations);
+        assert!(run.series == runs[0].series);
+        let bits = |list: &[[f64; 3]]| list.as_flattened().iter().map(|x| x.to_bits()).collect();
+        let [ours, theirs]: [[Vec<u64>; 2]; 2] = [run, &runs[0]]
+            .map(|run| [bits(&run.final_state.position_m), bits(&run.final_state.velocity_m_s)]);
+        assert!(ours == theirs);
+    }
+}
+
+#[test]
+fn a_number_of_threads_that_cannot_be_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    for bad in ["0", "-1", "two", "1025"] {
+        let threads = format!("--threads={bad}");
+        let arguments = ["run", "hanging-textile-1e4", "--method", "imex-euler", &threads];
+        let output = drape(folder.path(), &arguments);
+        assert_eq!(code(&output), 2, "{bad}");
+        assert!(text(&output.stderr).contains("--threads"), "{}", text(&output.stderr));
+    }
+}
+
+#[test]
 fn a_diverging_run_exits_with_3_and_keeps_what_was_recorded() {
     let folder = tempfile::tempdir().unwrap();
     let output = drape(

@@ -6,6 +6,7 @@ use crate::schedule::Schedule;
 use crate::{HarnessError, Rule};
 use drape_model::{Numbering, State, SystemSpec, TimeSpan, Violation};
 use std::borrow::Cow;
+use std::num::NonZero;
 
 /// A simulation of a frozen system that computes in the order that suits the cache, and hands out everything in the
 /// order of the specification.
@@ -61,6 +62,11 @@ impl OrderedSimulation {
             spec.build_ordered()?
         };
         Ok(Self { simulation: Simulation { system, state }, numbering, choice: choice.clone() })
+    }
+
+    /// Lets the kernels use so many threads of the current `rayon` pool; results do not depend on it.
+    pub fn set_threads(&mut self, threads: NonZero<usize>) {
+        self.simulation.system.set_threads(threads);
     }
 
     /// Which particle of the run is which of the specification.

@@ -153,7 +153,7 @@ fn a_rejected_substep_leaves_no_trace() {
     let (other, _) = plain.method.memory.as_ref().expect("prepared");
     let mut extrapolated = [[Vec3::zeros(); 2]; 2];
     for (out, predictor) in extrapolated.iter_mut().zip([predictor, other]) {
-        predictor.extrapolate(&state.v, *adaptive.method.sizes.last().expect("some"), out);
+        predictor.extrapolate(&state.v, *adaptive.method.sizes.last().expect("some"), 1, out);
     }
     assert_eq!(extrapolated[0], extrapolated[1]);
 }

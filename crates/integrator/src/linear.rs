@@ -138,6 +138,9 @@ impl Prepared {
 /// `A` is a symmetric `n × n` M-matrix, diagonally dominant by exactly `m_i` in row `i`; it acts on
 /// each coordinate alike. It is mass-weighted (multiplied by `m` against EEH (21)), so that it stays
 /// symmetric when masses differ.
+///
+/// Conjugate gradients with a diagonal preconditioner on a regular mesh use the [threads](System::threads) of the system; IC(0),
+/// the factor, the inverse and set-ups run on one.
 #[derive(Debug)]
 pub struct LaplacianSolver {
     implicit: Implicit,
@@ -183,6 +186,7 @@ impl LaplacianSolver {
         let fast = preconditioner.fast().map(|p| {
             let mut fast = ScalarPcg::new(&matrix, !matches!(p, ScalarPreconditioner::Ic0(_)));
             fast.update(&matrix, p);
+            fast.set_threads(system.threads());
             fast
         });
         Ok(Self {
@@ -212,6 +216,9 @@ impl LaplacianSolver {
         let key = Key { tau_bits: tau.to_bits(), revisions: system.revisions() };
         if key.revisions.topology != self.topology {
             return Err(StepError::NeedsPrepare);
+        }
+        if let Some(fast) = &mut self.fast {
+            fast.set_threads(system.threads());
         }
         if std::mem::take(&mut self.first) && self.key == Some(key) {
             return Ok(Some(SetupCause::First));

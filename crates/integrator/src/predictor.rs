@@ -1,6 +1,7 @@
 //! Start values for the solve.
 
 use drape_model::Vec3;
+use drape_solvers::bands::in_bands;
 
 /// Where an iterative solve starts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,21 +49,33 @@ impl Predictor {
         self.step_bits = other.step_bits;
     }
 
-    /// Writes `2 v_n − v_{n−1}`, m/s, to `out`; `v_n` without history or after a change of the step size.
+    /// Writes `2 v_n − v_{n−1}`, m/s, to `out`; `v_n` without history or after a change of the step size. In so many
+    /// [`bands`](drape_solvers::bands).
     #[doc(alias = "EEH 22")]
-    pub fn extrapolate(&self, v: &[Vec3], h: f64, out: &mut [Vec3]) {
-        if self.step_bits == Some(h.to_bits()) {
-            for ((out, v), previous) in out.iter_mut().zip(v).zip(&self.previous) {
-                *out = v * 2.0 - previous; // EEH (22)
+    pub fn extrapolate(&self, v: &[Vec3], h: f64, bands: usize, out: &mut [Vec3]) {
+        let known = self.step_bits == Some(h.to_bits());
+        in_bands(bands, v.len(), out, &|band, out: &mut [Vec3]| {
+            let (v, previous) = (&v[band.clone()], &self.previous[band]);
+            if known {
+                for ((out, v), previous) in out.iter_mut().zip(v).zip(previous) {
+                    *out = v * 2.0 - previous; // EEH (22)
+                }
+            } else {
+                out.copy_from_slice(v);
             }
-        } else {
-            out.copy_from_slice(v);
-        }
+        });
     }
 
     /// Remembers `v_n`, m/s, before a step of `h` seconds replaces it.
     pub fn remember(&mut self, v: &[Vec3], h: f64) {
         self.previous.copy_from_slice(v);
+        self.step_bits = Some(h.to_bits());
+    }
+
+    /// As [`remember`](Self::remember), without a copy: `v` gets other memory, with an older velocity in it, and is to be
+    /// written in whole.
+    pub fn take(&mut self, v: &mut Vec<Vec3>, h: f64) {
+        std::mem::swap(&mut self.previous, v);
         self.step_bits = Some(h.to_bits());
     }
 

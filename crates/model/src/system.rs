@@ -236,7 +236,7 @@ impl System {
     }
 
     /// Lets the kernels of this system use so many threads of the current [`rayon`] pool, where there are enough particles to
-    /// make it worth while. Results do not depend on it, to the last bit. An integrator learns of it in `prepare`.
+    /// make it worth while. Results do not depend on it, to the last bit. An integrator learns of it in its next step.
     pub fn set_threads(&mut self, threads: NonZero<usize>) {
         self.threads = threads.get();
         self.memory = SweepMemory::new(&self.mass, &self.effects, self.threads);

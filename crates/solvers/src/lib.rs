@@ -89,6 +89,7 @@
 //!   coefficient matrix is a symmetric M-matrix*, Mathematics of Computation 31, 1977.
 
 pub mod banded;
+pub mod bands;
 pub mod block;
 pub mod constraint;
 pub mod direct;

@@ -8,6 +8,7 @@ use drape_harness::{HarnessError, Options, OrderedSimulation, Outcome, Rule, sys
 use drape_model::{Input, State, SystemSpec, TimeSpan, Violation};
 use drape_records::file::write_json;
 use drape_records::run::{FinalState, RUN_FORMAT, Run, Sample, Verdict};
+use std::num::NonZero;
 use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
@@ -32,6 +33,10 @@ pub(crate) struct Arguments {
     /// Record the seconds of each phase
     #[arg(long)]
     phases: bool,
+    /// Threads for forces, conjugate gradients on regular sheets, and sums: the same results for any number. Sheets of fewer
+    /// than some 16 thousand particles are computed by one
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: u16,
 }
 
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
@@ -41,12 +46,21 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let time = time_span(arguments, &input)?;
     let spec = input.spec();
     let mut simulation = OrderedSimulation::new(spec, &choice)?;
+    if let Some(threads) = NonZero::new(usize::from(arguments.threads)) {
+        simulation.set_threads(threads);
+    }
     let (whole, rest) = time.steps();
     let bar = bar(choice.method().id, whole + u64::from(rest.is_some()));
     let options = Options { series: true, phases: arguments.phases, ..Options::default() };
-    let outcome = simulation.simulate(time, options, |step, _| {
-        bar.as_ref().inspect(|bar| bar.set_position(step));
-    })?;
+    let mut simulate = || {
+        simulation.simulate(time, options, |step, _| {
+            bar.as_ref().inspect(|bar| bar.set_position(step));
+        })
+    };
+    let outcome = match pool(arguments.threads)? {
+        None => simulate(),
+        Some(pool) => pool.install(simulate),
+    }?;
     bar.inspect(|bar| bar.finish_and_clear());
     let record = record(spec, &choice, time, &outcome, &simulation.state());
     if let Some(path) = &arguments.out {
@@ -77,6 +91,12 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         divergence.criterion
     ))
     .into())
+}
+
+/// Threads to compute with, where one is not enough.
+fn pool(threads: u16) -> anyhow::Result<Option<rayon::ThreadPool>> {
+    let builder = rayon::ThreadPoolBuilder::new().num_threads(usize::from(threads));
+    Ok((threads > 1).then(|| builder.build()).transpose()?)
 }
 
 fn time_span(arguments: &Arguments, input: &Input) -> Result<TimeSpan, Violation> {

@@ -7,6 +7,7 @@ use drape_integrator::{
     PrepareError, Rewind, Scratch, Stage, StepError, StepReport, TimeStep,
 };
 use drape_model::{State, System};
+use drape_solvers::bands::bands;
 
 /// Backward Euler with Newton's method.
 #[derive(Debug)]
@@ -48,7 +49,8 @@ impl Integrator for BackwardEuler {
         let w = self.scratch.ready(system, state)?;
         let h = h.seconds();
         let mut report = StepReport::default();
-        w.predictor.extrapolate(&state.v, h, &mut w.extrapolated);
+        let bands = bands(system.threads(), system.len());
+        w.predictor.extrapolate(&state.v, h, bands, &mut w.extrapolated);
         let Workspace { stage, extrapolated, predictor, contacts, constraints } = w;
         let from = (&state.x[..], &state.v[..]);
         let input = Stage { tau: h, from, lagged: from, velocity: &state.v };

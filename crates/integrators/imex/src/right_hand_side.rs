@@ -2,6 +2,7 @@
 
 use drape_integrator::Implicit;
 use drape_model::{State, System, Vec3};
+use drape_solvers::bands::{bands, in_bands};
 
 /// `b`, and the part of it that Algorithm 1 leaves alone.
 #[derive(Debug)]
@@ -57,12 +58,16 @@ impl RightHandSide {
     #[doc(alias = "EEH 21")]
     pub(crate) fn assemble(&mut self, system: &System, state: &State, h: f64) {
         let Self { implicit, b, .. } = self;
-        b.fill(Vec3::zeros());
+        let (n, mass) = (b.len(), system.mass());
+        let bands = bands(system.threads(), n);
+        in_bands(bands, n, &mut b[..], &|_, b: &mut [Vec3]| b.fill(Vec3::zeros()));
         implicit.add_forces_but_implicit_damping(system, state, b);
         implicit.add_damping_remainders(system, &state.x, &state.v, b);
-        for ((b, v), m) in b.iter_mut().zip(&state.v).zip(system.mass()) {
-            *b = v * *m + *b * h;
-        }
+        in_bands(bands, n, &mut b[..], &|band, b: &mut [Vec3]| {
+            for ((b, v), m) in b.iter_mut().zip(&state.v[band.clone()]).zip(&mass[band]) {
+                *b = v * *m + *b * h;
+            }
+        });
     }
 
     /// The part of `b` that Algorithm 1 does not update: `M v_n`, `−h L_k x_n` and every force that the

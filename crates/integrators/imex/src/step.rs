@@ -8,6 +8,7 @@ use drape_integrator::{
     PrepareError, Rewind, Scratch, Start, StepError, StepReport, TimeStep,
 };
 use drape_model::{State, System, Vec3};
+use drape_solvers::bands::{bands, in_bands};
 
 /// IMEX Euler, EEH (21).
 #[derive(Debug)]
@@ -49,12 +50,15 @@ impl ImexUpdated {
 
 /// `x_{n+1} = x_n + h v_{n+1}`, EEH (20), and the end of the contacts.
 #[doc(alias = "EEH 20")]
-fn advance(w: &mut Workspace, state: &mut State, h: f64) {
-    w.predictor.remember(&state.v, h);
-    for i in 0..state.x.len() {
-        state.v[i] = w.velocity[i];
-        state.x[i] += w.velocity[i] * h; // EEH (20)
-    }
+fn advance(w: &mut Workspace, state: &mut State, h: f64, bands: usize) {
+    w.predictor.take(&mut state.v, h);
+    let new = &w.velocity;
+    in_bands(bands, new.len(), (&mut state.x[..], &mut state.v[..]), &|band, (x, v)| {
+        for ((x, v), new) in x.iter_mut().zip(v).zip(&new[band]) {
+            *v = *new;
+            *x += new * h; // EEH (20)
+        }
+    });
     w.contacts.settle(&mut state.v, |i, v| w.predictor.forget(i, v));
     state.t += h;
 }
@@ -79,7 +83,7 @@ impl Integrator for ImexEuler {
         clock: &mut PhaseClock,
     ) -> Result<StepReport, StepError> {
         let w = self.scratch.ready(system, state)?;
-        let h = h.seconds();
+        let (h, bands) = (h.seconds(), bands(system.threads(), system.len()));
         clock.switch(Phase::MatrixSetup);
         let mut report = StepReport::after_setup(w.linear.refresh(system, h)?); // A = M + h² L_k + h L_c
         clock.switch(Phase::Forces);
@@ -94,7 +98,7 @@ impl Integrator for ImexEuler {
         clock.switch(Phase::Solve);
         match self.settings.start {
             Start::Last => w.velocity.copy_from_slice(&state.v),
-            _ => w.predictor.extrapolate(&state.v, h, &mut w.velocity), // EEH (22)
+            _ => w.predictor.extrapolate(&state.v, h, bands, &mut w.velocity), // EEH (22)
         }
         let Workspace { rhs, velocity: v, impulse, linear, contacts, constraints, .. } = w;
         contacts.solve(system, constraints, impulse, |constraints, impulse| {
@@ -106,7 +110,7 @@ impl Integrator for ImexEuler {
             Ok::<(), StepError>(())
         })?;
         clock.switch(Phase::Update);
-        advance(w, state, h);
+        advance(w, state, h, bands);
         clock.stop();
         Ok(report)
     }
@@ -130,10 +134,10 @@ impl Integrator for ImexEuler {
 
 impl Workspace {
     /// Puts the start value of updated CG into the velocity and begins the descent, if there is one.
-    fn start(&mut self, system: &System, state: &State, h: f64, start: Start) {
+    fn start(&mut self, system: &System, state: &State, h: f64, bands: usize, start: Start) {
         match start {
             Start::Last => self.velocity.copy_from_slice(&state.v),
-            _ => self.predictor.extrapolate(&state.v, h, &mut self.velocity), // EEH (22)
+            _ => self.predictor.extrapolate(&state.v, h, bands, &mut self.velocity), // EEH (22)
         }
         if let Some(descent) = &mut self.descent {
             descent.begin(system, state, h, &self.rhs.explicit_force);
@@ -161,6 +165,7 @@ impl Integrator for ImexUpdated {
     ) -> Result<StepReport, StepError> {
         let w = self.scratch.ready(system, state)?;
         let (h, settings) = (h.seconds(), &self.settings);
+        let bands = bands(system.threads(), system.len());
         clock.switch(Phase::MatrixSetup);
         let mut report = StepReport::after_setup(w.linear.refresh(system, h)?); // A = M + h² L_k + h L_c
         clock.switch(Phase::Forces);
@@ -168,7 +173,7 @@ impl Integrator for ImexUpdated {
         clock.switch(Phase::Contact);
         w.contacts.detect(system, &state.x, &state.v, h, &mut w.constraints);
         clock.switch(Phase::Solve);
-        w.start(system, state, h, settings.start);
+        w.start(system, state, h, bands, settings.start);
         let Workspace { rhs, velocity: v, impulse, linear, contacts, constraints, descent, .. } = w;
         contacts.solve(system, constraints, impulse, |constraints, impulse| {
             let problem = Problem { system, state, h, constraints, settings };
@@ -192,7 +197,7 @@ impl Integrator for ImexUpdated {
         clock.switch(Phase::Update);
         let descent = w.descent.as_ref().map_or(0, |descent| descent.evaluations());
         report.force_evaluations += 2 + report.outer_passes + descent;
-        advance(w, state, h);
+        advance(w, state, h, bands);
         clock.stop();
         Ok(report)
     }

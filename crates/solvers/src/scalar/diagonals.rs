@@ -5,7 +5,7 @@
 //! consecutive rows read consecutive numbers: the loop over rows is a SIMD loop.
 
 use super::simd::Four;
-use super::soa::{Block, Coordinates, Padded, ROWS};
+use super::soa::{Block, Padded, ROWS, Rows};
 use crate::ScalarMatrix;
 use crate::vector::SLOTS;
 use std::array::from_fn;
@@ -90,7 +90,7 @@ impl Diagonals {
     pub(super) fn multiply(
         &self,
         four: impl Four,
-        x: &Coordinates,
+        x: Rows<'_>,
         first: usize,
         len: usize,
         out: &mut Block,
@@ -113,7 +113,7 @@ impl Diagonals {
     fn multiply_by<const D: usize>(
         &self,
         four: impl Four,
-        x: &Coordinates,
+        x: Rows<'_>,
         first: usize,
         len: usize,
         out: &mut Block,
@@ -135,7 +135,7 @@ impl Diagonals {
     fn multiply_piece<const D: usize, const C: usize>(
         &self,
         four: impl Four,
-        x: &Coordinates,
+        x: Rows<'_>,
         first: usize,
         out: [&mut [f64; C]; 3],
     ) {
@@ -144,11 +144,9 @@ impl Diagonals {
         let below: [&[f64; C]; D] = from_fn(|d| self.upper[d].piece(first - offset(d)));
         let above: [&[f64; C]; D] = from_fn(|d| self.upper[d].piece(first));
         let diagonal: &[f64; C] = self.diagonal.piece(first);
-        let x_below: [[&[f64; C]; D]; 3] =
-            from_fn(|k| from_fn(|d| x.0[k].piece(first - offset(d))));
-        let x_above: [[&[f64; C]; D]; 3] =
-            from_fn(|k| from_fn(|d| x.0[k].piece(first + offset(d))));
-        let x: [&[f64; C]; 3] = from_fn(|k| x.0[k].piece(first));
+        let x_below: [[&[f64; C]; D]; 3] = from_fn(|k| from_fn(|d| x.piece(k, first - offset(d))));
+        let x_above: [[&[f64; C]; D]; 3] = from_fn(|k| from_fn(|d| x.piece(k, first + offset(d))));
+        let x: [&[f64; C]; 3] = from_fn(|k| x.piece(k, first));
         for g in 0..C / SLOTS {
             let at = |numbers: &[f64; C]| four.load(from_fn(|s| numbers[SLOTS * g + s]));
             let mut sums = [four.splat(0.0); 3];

@@ -50,6 +50,7 @@ mod lanes;
 mod simd;
 mod soa;
 
+use crate::bands::bands;
 use crate::pcg::conjugate_gradients;
 use crate::{Constraints, PcgReport, PcgSettings, Reference, ScalarMatrix, Vec3};
 use fused::Fused;
@@ -109,6 +110,15 @@ impl ScalarPcg {
     pub fn update(&mut self, a: &ScalarMatrix, p: ScalarPreconditioner<'_>) {
         if let Layout::Diagonals(fused) = &mut self.0 {
             fused.update(a, p);
+        }
+    }
+
+    /// Lets solves use so many threads of the current [`rayon`] pool, where there are enough particles to make it worth
+    /// while: the same bits for any number. That is for the layout [`Diagonals`](ScalarLayout::Diagonals); the sweeps of IC(0) go
+    /// through the mesh in one order, and [`Rows`](ScalarLayout::Rows) stay on the caller's thread.
+    pub fn set_threads(&mut self, threads: usize) {
+        if let Layout::Diagonals(fused) = &mut self.0 {
+            fused.set_bands(bands(threads, fused.n()));
         }
     }
 

@@ -1,6 +1,8 @@
 //! Vectors as structures of arrays, in blocks and in whole.
 
+use crate::bands::Part;
 use crate::vector::{BLOCK, SLOTS, combine};
+use std::array::from_fn;
 
 /// Rows are rounded up to a multiple of this many.
 pub(super) const ROWS: usize = 16;
@@ -84,23 +86,98 @@ impl Padded {
 
 /// The three coordinates of a vector.
 #[derive(Debug)]
-pub(super) struct Coordinates(pub(super) [Padded; 3]);
+pub(super) struct Coordinates([Padded; 3]);
 
 impl Coordinates {
     pub(super) fn zeros(n: usize, reach: usize) -> Self {
-        Self(std::array::from_fn(|_| Padded::zeros(n, reach)))
+        Self(from_fn(|_| Padded::zeros(n, reach)))
+    }
+
+    /// All rows, and the zeros around them.
+    #[inline(always)]
+    pub(super) fn rows(&self) -> Rows<'_> {
+        Rows {
+            numbers: self.0.each_ref().map(|x| &x.numbers[..]),
+            origin: self.0.each_ref().map(|x| x.origin as isize),
+        }
+    }
+
+    /// All rows, to be written.
+    pub(super) fn rows_mut(&mut self) -> RowsMut<'_> {
+        let origin = self.0.each_ref().map(|x| x.origin as isize);
+        RowsMut { numbers: self.0.each_mut().map(|x| &mut x.numbers[..]), origin, first: 0 }
+    }
+}
+
+/// Rows of the three coordinates of a vector.
+#[derive(Clone, Copy)]
+pub(super) struct Rows<'a> {
+    numbers: [&'a [f64]; 3],
+    /// Where row 0 is, or would be.
+    origin: [isize; 3],
+}
+
+impl<'a> Rows<'a> {
+    /// The `len` rows from `first` on.
+    #[inline(always)]
+    pub(super) fn window(&self, first: usize, len: usize) -> [&'a [f64]; 3] {
+        from_fn(|k| {
+            let at = (self.origin[k] + first as isize) as usize;
+            &self.numbers[k][at..at + len]
+        })
+    }
+
+    /// `C` numbers of coordinate `k` from row `first` on, which may be before row 0.
+    #[inline(always)]
+    pub(super) fn piece<const C: usize>(&self, k: usize, first: isize) -> &'a [f64; C] {
+        let at = (self.origin[k] + first) as usize;
+        &self.numbers[k][at..].as_chunks::<C>().0[0]
+    }
+}
+
+/// Rows of the three coordinates of a vector, to be written.
+pub(super) struct RowsMut<'a> {
+    numbers: [&'a mut [f64]; 3],
+    /// Where row 0 is, or would be.
+    origin: [isize; 3],
+    /// The first row.
+    first: usize,
+}
+
+impl RowsMut<'_> {
+    /// The rows, to be read.
+    #[inline(always)]
+    pub(super) fn read(&self) -> Rows<'_> {
+        Rows { numbers: self.numbers.each_ref().map(|x| &**x), origin: self.origin }
     }
 
     /// The `len` rows from `first` on.
     #[inline(always)]
-    pub(super) fn rows_mut(&mut self, first: usize, len: usize) -> [&mut [f64]; 3] {
-        let [x, y, z] = &mut self.0;
-        [x, y, z].map(|x| &mut x.rows_mut()[first..first + len])
+    pub(super) fn window(&mut self, first: usize, len: usize) -> [&mut [f64]; 3] {
+        let at = self.origin.map(|origin| (origin + first as isize) as usize);
+        let [x, y, z] = &mut self.numbers;
+        [&mut x[at[0]..][..len], &mut y[at[1]..][..len], &mut z[at[2]..][..len]]
+    }
+}
+
+impl Part for RowsMut<'_> {
+    fn split(self, blocks: usize) -> (Self, Self) {
+        let Self { numbers: [x, y, z], origin, first } = self;
+        let middle = first + blocks * BLOCK;
+        let at = origin.map(|origin| origin + middle as isize);
+        let (x, y, z) = (
+            x.split_at_mut(at[0] as usize),
+            y.split_at_mut(at[1] as usize),
+            z.split_at_mut(at[2] as usize),
+        );
+        let left = Self { numbers: [x.0, y.0, z.0], origin, first };
+        let origin = from_fn(|k| origin[k] - at[k]);
+        (left, Self { numbers: [x.1, y.1, z.1], origin, first: middle })
     }
 }
 
 /// What the slots of the three coordinates of a block add up to.
 #[inline(always)]
 pub(super) fn total(sums: &[[f64; SLOTS]; 3]) -> f64 {
-    combine(&std::array::from_fn(|s| [sums[0][s], sums[1][s], sums[2][s]]))
+    combine(&from_fn(|s| [sums[0][s], sums[1][s], sums[2][s]]))
 }

@@ -75,7 +75,17 @@ fn bits(x: &[Vec3]) -> Vec<[u64; 3]> {
     x.iter().map(|x| [x.x.to_bits(), x.y.to_bits(), x.z.to_bits()]).collect()
 }
 
-/// Solves twice in each layout that suits, so that what a solve leaves behind is seen to matter nothing.
+/// By diagonals, in so many bands.
+fn banded(a: &ScalarMatrix, bands: usize) -> Option<ScalarPcg> {
+    let mut solver = ScalarPcg::with_layout(a, true, ScalarLayout::Diagonals)?;
+    if let Layout::Diagonals(fused) = &mut solver.0 {
+        fused.set_bands(bands);
+    }
+    Some(solver)
+}
+
+/// Solves twice in each layout that suits, in several numbers of bands, so that what a solve leaves behind is seen to
+/// matter nothing.
 fn compare(a: &ScalarMatrix, case: &Case) -> PcgReport {
     let mut random = Random::new(case.seed);
     let n = a.n();
@@ -105,6 +115,9 @@ fn compare(a: &ScalarMatrix, case: &Case) -> PcgReport {
         .into_iter()
         .filter_map(|layout| ScalarPcg::with_layout(a, case.preconditioner < 2, layout))
         .collect();
+    if case.preconditioner < 2 {
+        solvers.extend([2, 3, 5].into_iter().filter_map(|bands| banded(a, bands)));
+    }
     solvers.iter_mut().for_each(|solver| solver.update(a, fast_p));
     let mut workspace = PcgWorkspace::new(n);
     let mut last = None;
@@ -187,6 +200,39 @@ fn residuals_that_part_are_refreshed_alike() {
             assert!(report.iterations > 20 && report.multiplications > report.iterations + 3);
             assert_ne!(report.status, SolveStatus::IterationLimit);
         }
+    }
+}
+
+#[test]
+fn any_number_of_threads_gives_the_same_bits() {
+    // Above the size from which threads are used.
+    let (rows, columns) = (131, 137);
+    let n = rows * columns;
+    let mut random = Random::new(11);
+    let a = laplacian(n, &mesh(rows, columns, &BENDING), 0.5, || 10_f64.powf(random.unit()));
+    let mut jacobi = Jacobi::new(&a);
+    jacobi.update(&a).unwrap();
+    let p = ScalarPreconditioner::Jacobi(&jacobi);
+    let mut constraints = Constraints::free(n);
+    for i in (0..n).step_by(31) {
+        constraints.set(i, random_filter(&mut random), random.vector());
+    }
+    // So small that the residual is computed anew on the way.
+    let settings = PcgSettings { forcing_term: 1e-9, norm: Norm::Euclid, max_iterations: 400 };
+    let (b, start) = (random.vectors(n), random.vectors(n));
+    let solve = |threads| {
+        let mut solver = ScalarPcg::new(&a, true);
+        solver.update(&a, p);
+        solver.set_threads(threads);
+        let mut x = start.clone();
+        let reference = Reference::FilteredRightHandSide;
+        let report = solver.solve(&a, p, &constraints, &b, &mut x, reference, &settings);
+        (report, bits(&x))
+    };
+    let alone = solve(1);
+    assert!(alone.0.multiplications > alone.0.iterations + 2);
+    for threads in [2, 3, 5, 1000] {
+        assert!(solve(threads) == alone, "{threads} threads");
     }
 }
 

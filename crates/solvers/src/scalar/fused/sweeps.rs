@@ -1,0 +1,389 @@
+//! What the sweeps do with a band of blocks.
+
+use super::super::buckets::Buckets;
+use super::super::diagonals::Diagonals;
+use super::super::simd::Four;
+use super::super::soa::{Block, Padded, Rows, RowsMut, block_rows, padded_rows};
+use super::sums::{Measure, dot, measure, measure_of};
+use crate::vector::{BLOCK, SLOTS};
+use crate::{Constraints, Vec3};
+use std::ops::Range;
+
+/// What all bands read: the matrix, the preconditioner and where the constrained particles are. The vectors that a sweep is given
+/// begin with the first block of its band, those of [`Rows`] with row 0.
+#[derive(Debug)]
+pub(super) struct Operator {
+    pub(super) matrix: Diagonals,
+    /// `P = D⁻¹`; ones for `P = I`.
+    pub(super) inverse_diagonal: Padded,
+    pub(super) buckets: Buckets,
+}
+
+impl Operator {
+    /// Number of blocks.
+    fn blocks(&self) -> usize {
+        self.matrix.n().div_ceil(BLOCK)
+    }
+
+    /// First row and number of rows of block `k`, rows of zeros after the last included.
+    #[inline(always)]
+    fn block_rows(&self, k: usize) -> (usize, usize) {
+        block_rows(k, padded_rows(self.matrix.n()))
+    }
+
+    /// `P` in a block.
+    #[inline(always)]
+    fn inverse_diagonal(&self, k: usize) -> &[f64] {
+        let (first, len) = self.block_rows(k);
+        self.inverse_diagonal.window(first as isize, len)
+    }
+
+    /// `x ← S x` in block `k`.
+    #[inline(always)]
+    fn project(&self, constraints: &Constraints, k: usize, x: [&mut [f64]; 3]) {
+        for &i in self.buckets.block(k) {
+            let at = i as usize - k * BLOCK;
+            let filtered =
+                constraints.filter(i as usize).apply(Vec3::new(x[0][at], x[1][at], x[2][at]));
+            (0..3).for_each(|k| x[k][at] = filtered[k]);
+        }
+    }
+
+    /// Blocks before this one can be multiplied when block `k` and all before it are known.
+    #[inline(always)]
+    fn multipliable(&self, k: usize) -> usize {
+        if k + 1 == self.blocks() {
+            k + 1
+        } else {
+            ((k + 1) * BLOCK).saturating_sub(self.matrix.reach()) / BLOCK
+        }
+    }
+
+    /// The blocks of a band whose neighbours are all in the band: the others are its rim.
+    #[inline(always)]
+    pub(super) fn interior(&self, band: &Range<usize>) -> Range<usize> {
+        let first = match band.start {
+            0 => 0,
+            start => start + self.matrix.reach().div_ceil(BLOCK),
+        };
+        let end = self.multipliable(band.end - 1);
+        if first < end { first..end } else { band.start..band.start }
+    }
+
+    /// `c ← (I − S) z`.
+    #[inline(always)]
+    pub(super) fn take_prescribed(
+        &self,
+        constraints: &Constraints,
+        band: Range<usize>,
+        mut c: RowsMut<'_>,
+    ) {
+        for k in band {
+            let (first, len) = self.block_rows(k);
+            let mut c = c.window(first, len);
+            c.iter_mut().for_each(|c| c.fill(0.0));
+            for &i in self.buckets.block(k) {
+                let value = constraints.prescribed(i as usize);
+                (0..3).for_each(|k| c[k][i as usize - first] = value[k]);
+            }
+        }
+    }
+
+    /// `x ← S x₀ + (I − S) z`, also in `c`.
+    #[inline(always)]
+    pub(super) fn load(
+        &self,
+        constraints: &Constraints,
+        band: Range<usize>,
+        start: &[Vec3],
+        x: &mut [Block],
+        mut c: RowsMut<'_>,
+    ) {
+        for (k, x) in band.zip(x) {
+            let (first, len) = self.block_rows(k);
+            let start = particles(start, k);
+            gather(start, x);
+            for &i in self.buckets.block(k) {
+                let i = i as usize;
+                let value =
+                    constraints.filter(i).apply(start[i - first]) + constraints.prescribed(i);
+                (0..3).for_each(|k| x.0[k][i - first] = value[k]);
+            }
+            for (c, x) in c.window(first, len).into_iter().zip(&x.0) {
+                c.copy_from_slice(&x[..len]);
+            }
+        }
+    }
+
+    /// `r ← S (b − A c)` in a block.
+    #[inline(always)]
+    fn residual(
+        &self,
+        four: impl Four,
+        constraints: &Constraints,
+        k: usize,
+        c: Rows<'_>,
+        b: &Block,
+        r: &mut Block,
+    ) {
+        let (first, len) = self.block_rows(k);
+        self.matrix.multiply(four, c, first, len, r);
+        for (r, b) in r.rows_mut(len).into_iter().zip(&b.0) {
+            r.iter_mut().zip(b).for_each(|(r, b)| *r = b - *r);
+        }
+        self.project(constraints, k, r.rows_mut(len));
+    }
+
+    /// `r ← S (b − A c)` and what it measures; likewise `S b` if `with_load`.
+    #[inline(always)]
+    pub(super) fn residuals(
+        &self,
+        four: impl Four,
+        constraints: &Constraints,
+        band: Range<usize>,
+        (b, c, with_load): (&[Vec3], Rows<'_>, bool),
+        r: &mut [Block],
+        (measures, loads): (&mut [Measure], &mut [Measure]),
+    ) {
+        let mut right = Block::ZERO;
+        for (k, (r, (measured, load))) in band.zip(r.iter_mut().zip(measures.iter_mut().zip(loads)))
+        {
+            gather(particles(b, k), &mut right);
+            self.residual(four, constraints, k, c, &right, r);
+            *measured = measure(four, r, self.inverse_diagonal(k));
+            if with_load {
+                self.project(constraints, k, right.rows_mut(self.block_rows(k).1));
+                *load = measure(four, &right, self.inverse_diagonal(k));
+            }
+        }
+    }
+
+    /// `x ← x + α c` as postponed, `q ← c`, `c ← x`.
+    #[inline(always)]
+    pub(super) fn swap_direction_for_solution(
+        &self,
+        band: Range<usize>,
+        postponed: Option<f64>,
+        x: &mut [Block],
+        q: &mut [Block],
+        mut c: RowsMut<'_>,
+    ) {
+        for (k, (x, q)) in band.zip(x.iter_mut().zip(q)) {
+            let (first, len) = self.block_rows(k);
+            let rows = x.rows_mut(len).into_iter().zip(q.rows_mut(len));
+            for ((x, q), c) in rows.zip(c.window(first, len)) {
+                if let Some(alpha) = postponed {
+                    x.iter_mut().zip(&*c).for_each(|(x, c)| *x += alpha * c);
+                }
+                q.copy_from_slice(c);
+                c.copy_from_slice(x);
+            }
+        }
+    }
+
+    /// `c ← q`.
+    #[inline(always)]
+    pub(super) fn restore_direction(&self, band: Range<usize>, q: &[Block], mut c: RowsMut<'_>) {
+        for k in band {
+            let (first, len) = self.block_rows(k);
+            for (q, c) in q[k].0.iter().zip(c.window(first, len)) {
+                c.copy_from_slice(&q[..len]);
+            }
+        }
+    }
+
+    /// `r ← S (b − A c)`, what it measures, and the square of what this changed.
+    #[inline(always)]
+    pub(super) fn new_residuals(
+        &self,
+        four: impl Four,
+        constraints: &Constraints,
+        band: Range<usize>,
+        (b, c): (&[Vec3], Rows<'_>),
+        r: &mut [Block],
+        (measures, gaps): (&mut [Measure], &mut [f64]),
+    ) {
+        let (mut right, mut fresh) = (Block::ZERO, Block::ZERO);
+        for (k, (r, (measured, gap))) in band.zip(r.iter_mut().zip(measures.iter_mut().zip(gaps))) {
+            let (_, len) = self.block_rows(k);
+            gather(particles(b, k), &mut right);
+            self.residual(four, constraints, k, c, &right, &mut fresh);
+            for (r, fresh) in r.rows_mut(len).into_iter().zip(&fresh.0) {
+                r.iter_mut().zip(fresh).for_each(|(r, fresh)| *r = fresh - *r);
+            }
+            *gap = dot(four, r, r.0.each_ref().map(|r| &r[..len]));
+            for (r, fresh) in r.rows_mut(len).into_iter().zip(&fresh.0) {
+                r.copy_from_slice(&fresh[..len]);
+            }
+            *measured = measure(four, r, self.inverse_diagonal(k));
+        }
+    }
+
+    /// One sweep: `x ← x + α c` as postponed, `c ← S (P r + β c)`, and in the interior of the band, as soon as the rows
+    /// that it needs are known, `q ← S A c` and `cᵀq`.
+    #[inline(always)]
+    pub(super) fn direction(
+        &self,
+        four: impl Four,
+        constraints: &Constraints,
+        band: Range<usize>,
+        (beta, postponed): (Option<f64>, Option<f64>),
+        r: &[Block],
+        (x, mut c): (&mut [Block], RowsMut<'_>),
+        (q, curvatures): (&mut [Block], &mut [f64]),
+    ) {
+        let (start, interior) = (band.start, self.interior(&band));
+        let mut multiplied = interior.start;
+        for k in band {
+            let (first, len) = self.block_rows(k);
+            let inverse = self.inverse_diagonal(k);
+            turn(beta, postponed, inverse, &r[k], &mut x[k - start], c.window(first, len));
+            self.project(constraints, k, c.window(first, len));
+            let end = self.multipliable(k).min(interior.end);
+            while multiplied < end {
+                let at = multiplied - start;
+                curvatures[at] =
+                    self.curvature(four, constraints, multiplied, c.read(), &mut q[at]);
+                multiplied += 1;
+            }
+        }
+    }
+
+    /// `q ← S A c` and `cᵀq` in the rim of a band.
+    #[inline(always)]
+    pub(super) fn rim(
+        &self,
+        four: impl Four,
+        constraints: &Constraints,
+        band: Range<usize>,
+        c: Rows<'_>,
+        q: &mut [Block],
+        curvatures: &mut [f64],
+    ) {
+        let interior = self.interior(&band);
+        for k in (band.start..interior.start).chain(interior.end..band.end) {
+            let at = k - band.start;
+            curvatures[at] = self.curvature(four, constraints, k, c, &mut q[at]);
+        }
+    }
+
+    /// `q ← S A c` and `cᵀq` in a block.
+    #[inline(always)]
+    fn curvature(
+        &self,
+        four: impl Four,
+        constraints: &Constraints,
+        k: usize,
+        c: Rows<'_>,
+        q: &mut Block,
+    ) -> f64 {
+        let (first, len) = self.block_rows(k);
+        self.matrix.multiply(four, c, first, len, q);
+        self.project(constraints, k, q.rows_mut(len));
+        dot(four, q, c.window(first, len))
+    }
+
+    /// `r ← r − α q` and what it measures.
+    #[inline(always)]
+    pub(super) fn advance(
+        &self,
+        four: impl Four,
+        band: Range<usize>,
+        alpha: f64,
+        q: &[Block],
+        r: &mut [Block],
+        measures: &mut [Measure],
+    ) {
+        let minus_alpha = four.splat(-alpha);
+        for (k, (r, measured)) in band.zip(r.iter_mut().zip(measures)) {
+            let q = &q[k];
+            *measured = measure_of(four, self.inverse_diagonal(k), |k, g| {
+                let r = &mut r.0[k].as_chunks_mut::<SLOTS>().0[g];
+                let q = q.0[k].as_chunks::<SLOTS>().0[g];
+                let new = four.add(four.load(*r), four.mul(minus_alpha, four.load(q)));
+                *r = four.store(new);
+                new
+            });
+        }
+    }
+
+    /// `x + α c` as postponed, to particles.
+    #[inline(always)]
+    pub(super) fn store(
+        &self,
+        band: Range<usize>,
+        postponed: Option<f64>,
+        (x, c): (&[Block], Rows<'_>),
+        solution: &mut [Vec3],
+    ) {
+        let mut last = Block::ZERO;
+        for (k, solution) in band.zip(solution.chunks_mut(BLOCK)) {
+            let (first, len) = self.block_rows(k);
+            let x = match postponed {
+                None => &x[k],
+                Some(alpha) => {
+                    let rows = last.rows_mut(len).into_iter().zip(&x[k].0);
+                    for ((last, x), c) in rows.zip(c.window(first, len)) {
+                        for ((last, x), c) in last.iter_mut().zip(x).zip(c) {
+                            *last = x + alpha * c;
+                        }
+                    }
+                    &last
+                }
+            };
+            let [x, y, z] = x.0.each_ref().map(|x| &x[..solution.len()]);
+            for (i, to) in solution.iter_mut().enumerate() {
+                *to = Vec3::new(x[i], y[i], z[i]);
+            }
+        }
+    }
+}
+
+/// The particles of block `k`.
+#[inline(always)]
+fn particles(all: &[Vec3], k: usize) -> &[Vec3] {
+    &all[k * BLOCK..all.len().min((k + 1) * BLOCK)]
+}
+
+/// `x ← x + α c`, `c ← P r + β c` in a block.
+#[inline(always)]
+fn turn(
+    beta: Option<f64>,
+    postponed: Option<f64>,
+    inverse: &[f64],
+    r: &Block,
+    x: &mut Block,
+    c: [&mut [f64]; 3],
+) {
+    let len = inverse.len();
+    for ((x, r), c) in x.rows_mut(len).into_iter().zip(&r.0).zip(c) {
+        let r = &r[..len];
+        match (beta, postponed) {
+            (Some(beta), Some(alpha)) => {
+                for i in 0..len {
+                    x[i] += alpha * c[i];
+                    c[i] = r[i] * inverse[i] + beta * c[i];
+                }
+            }
+            (beta, postponed) => {
+                if let Some(alpha) = postponed {
+                    x.iter_mut().zip(&*c).for_each(|(x, c)| *x += alpha * c);
+                }
+                for i in 0..len {
+                    let s = r[i] * inverse[i];
+                    c[i] = beta.map_or(s, |beta| s + beta * c[i]);
+                }
+            }
+        }
+    }
+}
+
+/// Particles to coordinates; zeros after the last.
+#[inline(always)]
+fn gather(from: &[Vec3], to: &mut Block) {
+    let [x, y, z] = to.rows_mut(from.len());
+    for (i, from) in from.iter().enumerate() {
+        (x[i], y[i], z[i]) = (from.x, from.y, from.z);
+    }
+    to.0.iter_mut().for_each(|x| x[from.len()..].fill(0.0));
+}
