@@ -89,7 +89,7 @@ impl Panels {
             rows,
             values: vec![0.0; values],
             inverse_pivots: vec![0.0; symbolic.nrows()],
-            arch: pulp::Arch::new(),
+            arch: crate::scalar::four_wide(),
         }
     }
 

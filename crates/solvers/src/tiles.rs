@@ -77,7 +77,7 @@ impl Tiles {
             rows: tiles,
             values: vec![0.0; values],
             inverse_pivots: vec![0.0; symbolic.nrows()],
-            arch: pulp::Arch::new(),
+            arch: crate::scalar::four_wide(),
         }
     }
 
@@ -126,9 +126,11 @@ impl Tiles {
         }
     }
 
-    /// `z ← (L D Lᵀ)⁻¹ z`, in the order of elimination; `z` has one more entry, which is zero.
+    /// `z ← (L D Lᵀ)⁻¹ z`, in the order of elimination; `z` has one more entry, which does not count.
     pub(crate) fn solve(&self, z: &mut [f64]) {
         assert_eq!(z.len(), self.inverse_pivots.len() + 1, "one number a row and the idle one");
+        // Zeros times numbers that overflowed may have left anything there.
+        z[self.inverse_pivots.len()] = 0.0;
         self.arch.dispatch(Sweeps { factor: self, z });
     }
 

@@ -18,7 +18,7 @@ use self::sweeps::Operator;
 use super::buckets::Buckets;
 use super::diagonals::Diagonals;
 use super::lanes::ScalarPreconditioner;
-use super::simd::vectorised;
+use super::simd::{four_wide, vectorised};
 use super::soa::{Block, Coordinates, Padded, Rows, RowsMut};
 use crate::bands::{Part, PerBlock, in_bands};
 use crate::pcg::{Norm, Operations, Start};
@@ -67,7 +67,7 @@ impl Fused {
             c: Coordinates::zeros(n, matrix.reach()),
             sums: Sums { residual: measures(), load: measures(), product: vec![0.0; count] },
             operator: Operator { matrix, inverse_diagonal, buckets: Buckets::new(n) },
-            arch: Arch::new(),
+            arch: four_wide(),
             bands: 1,
         })
     }

@@ -2,7 +2,7 @@
 //! so that one 256-bit operation serves its three coordinates.
 
 use super::buckets::Buckets;
-use super::simd::{Four, vectorised};
+use super::simd::{Four, four_wide, vectorised};
 use crate::pcg::{Norm, Operations, Start};
 use crate::preconditioner::{IncompleteCholesky, Jacobi};
 use crate::vector::{BLOCK, SLOTS, combine};
@@ -52,7 +52,7 @@ impl Padded {
             s: if diagonal { Vec::new() } else { zeros() },
             reach: (0..n).map(ahead).max().unwrap_or(0),
             buckets: Buckets::new(n),
-            arch: Arch::new(),
+            arch: four_wide(),
         }
     }
 

@@ -57,7 +57,7 @@ use fused::Fused;
 pub(crate) use lanes::Lanes;
 use lanes::Padded;
 pub use lanes::ScalarPreconditioner;
-pub(crate) use simd::Four;
+pub(crate) use simd::{Four, four_wide};
 
 /// [`filtered_pcg`](crate::filtered_pcg) for a scalar matrix: the same bits and the same report, from kernels that
 /// keep the vectors, and where it helps the matrix, in a layout of their own.

@@ -90,6 +90,16 @@ impl<S: Simd> Four for Wide<S> {
     }
 }
 
+/// The instruction set for kernels whose registers hold four numbers: wider ones would leave the sums to the compiler,
+/// which does not see that their slots fit half a register.
+pub(crate) fn four_wide() -> pulp::Arch {
+    #[cfg(target_arch = "x86_64")]
+    if let Some(v3) = pulp::x86::V3::try_new() {
+        return pulp::Arch::V3(v3);
+    }
+    pulp::Arch::new()
+}
+
 /// Runs a block compiled for the best instruction set of the processor. What it uses is named with its type
 /// (with the lifetime `'k`), as a closure's captures would be; a closure itself is not sure to be inlined into
 /// the function that has the instruction set. All that the block calls must be `#[inline(always)]`.

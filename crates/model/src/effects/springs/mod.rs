@@ -170,8 +170,6 @@ impl LinearSprings {
     }
 
     /// The readable form of [`add`](Self::add): EEH (11), (13) or (12), each with the opposite sign.
-    #[doc(alias = "EEH 11")]
-    #[doc(alias = "EEH 13")]
     pub(crate) fn add_one_by_one(&self, law: Law, x: &[Vec3], out: &mut [Vec3]) {
         self.each(|s| {
             let (i, j) = s.ends();
@@ -183,7 +181,6 @@ impl LinearSprings {
     }
 
     /// The readable form of the full damping: `f_i = −c (v_i − v_j)`, the negative of EEH (14).
-    #[doc(alias = "EEH 14")]
     pub(crate) fn damp_fully_one_by_one(&self, v: &[Vec3], out: &mut [Vec3]) {
         self.each(|s| {
             let (i, j) = s.ends();
