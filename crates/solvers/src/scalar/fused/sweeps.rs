@@ -222,6 +222,7 @@ impl Operator {
     /// One sweep: `x ← x + α c` as postponed, `c ← S (P r + β c)`, and in the interior of the band, as soon as the rows
     /// that it needs are known, `q ← S A c` and `cᵀq`.
     #[inline(always)]
+    #[expect(clippy::too_many_arguments, reason = "the parts of a band in several arrays")]
     pub(super) fn direction(
         &self,
         four: impl Four,
