@@ -119,6 +119,27 @@ fn join_three(x: &[f64], y: &[f64], z: &[f64], to: &mut [f64]) {
     }
 }
 
+/// `g` of one spring, 0 where there is none.
+#[inline(always)]
+fn factor(
+    d: &Diagonal,
+    law: impl Fn(f64, f64) -> f64,
+    present: u8,
+    dx: f64,
+    dy: f64,
+    dz: f64,
+) -> f64 {
+    let length = (dx * dx + dy * dy + dz * dz).sqrt();
+    let is_long = length > COLLAPSED * d.rest_length;
+    law(f64::from(present) * d.stiffness, if is_long { d.rest_length / length } else { 0.0 })
+}
+
+/// A sum with two incoming and two own springs.
+#[inline(always)]
+fn taken(sum: f64, a: f64, b: f64, c: f64, e: f64) -> f64 {
+    sum + a + b - c - e
+}
+
 #[inline(always)]
 #[expect(clippy::too_many_arguments, reason = "slices of their own are known not to overlap")]
 fn differences(
@@ -166,15 +187,10 @@ fn forces(
     let (x, y, z) = (&x[..m], &y[..m], &z[..m]);
     let (x2, y2, z2) = (&x2[..m], &y2[..m], &z2[..m]);
     let (fx, fy, fz) = (&mut fx[..m], &mut fy[..m], &mut fz[..m]);
-    let collapsed = COLLAPSED * d.rest_length;
     for t in 0..m {
         let (dx, dy, dz) = (x[t] - x2[t], y[t] - y2[t], z[t] - z2[t]);
-        let length = (dx * dx + dy * dy + dz * dz).sqrt();
-        let rest_over_length = if length > collapsed { d.rest_length / length } else { 0.0 };
-        let g = law(f64::from(present[t]) * d.stiffness, rest_over_length);
-        fx[t] = dx * g;
-        fy[t] = dy * g;
-        fz[t] = dz * g;
+        let g = factor(d, &law, present[t], dx, dy, dz);
+        (fx[t], fy[t], fz[t]) = (dx * g, dy * g, dz * g);
     }
 }
 
@@ -202,18 +218,13 @@ fn forces_and_four(
     let (x, y, z) = (&x[..m], &y[..m], &z[..m]);
     let (x2, y2, z2) = (&x2[..m], &y2[..m], &z2[..m]);
     let (fx, fy, fz) = (&mut fx[..m], &mut fy[..m], &mut fz[..m]);
-    let collapsed = COLLAPSED * d.rest_length;
     let sum = &mut sum[..m];
     let (a, b, c, e) = (&a[..m], &b[..m], &c[..m], &e[..m]);
     for t in 0..m {
         let (dx, dy, dz) = (x[t] - x2[t], y[t] - y2[t], z[t] - z2[t]);
-        let length = (dx * dx + dy * dy + dz * dz).sqrt();
-        let rest_over_length = if length > collapsed { d.rest_length / length } else { 0.0 };
-        let g = Law::Spring.stiffness(f64::from(present[t]) * d.stiffness, rest_over_length);
-        fx[t] = dx * g;
-        fy[t] = dy * g;
-        fz[t] = dz * g;
-        sum[t] = sum[t] + a[t] + b[t] - c[t] - e[t];
+        let g = factor(d, |k, q| Law::Spring.stiffness(k, q), present[t], dx, dy, dz);
+        (fx[t], fy[t], fz[t]) = (dx * g, dy * g, dz * g);
+        sum[t] = taken(sum[t], a[t], b[t], c[t], e[t]);
     }
 }
 
@@ -245,19 +256,14 @@ fn forces_and_eight(
     let (x, y, z) = (&x[..m], &y[..m], &z[..m]);
     let (x2, y2, z2) = (&x2[..m], &y2[..m], &z2[..m]);
     let (fx, fy, fz) = (&mut fx[..m], &mut fy[..m], &mut fz[..m]);
-    let collapsed = COLLAPSED * d.rest_length;
     let sum = &mut sum[..m];
     let (a, b, c, e) = (&a[..m], &b[..m], &c[..m], &e[..m]);
     let (a2, b2, c2, e2) = (&a2[..m], &b2[..m], &c2[..m], &e2[..m]);
     for t in 0..m {
         let (dx, dy, dz) = (x[t] - x2[t], y[t] - y2[t], z[t] - z2[t]);
-        let length = (dx * dx + dy * dy + dz * dz).sqrt();
-        let rest_over_length = if length > collapsed { d.rest_length / length } else { 0.0 };
-        let g = Law::Spring.stiffness(f64::from(present[t]) * d.stiffness, rest_over_length);
-        fx[t] = dx * g;
-        fy[t] = dy * g;
-        fz[t] = dz * g;
-        sum[t] = sum[t] + a[t] + b[t] - c[t] - e[t] + a2[t] + b2[t] - c2[t] - e2[t];
+        let g = factor(d, |k, q| Law::Spring.stiffness(k, q), present[t], dx, dy, dz);
+        (fx[t], fy[t], fz[t]) = (dx * g, dy * g, dz * g);
+        sum[t] = taken(taken(sum[t], a[t], b[t], c[t], e[t]), a2[t], b2[t], c2[t], e2[t]);
     }
 }
 
@@ -266,7 +272,7 @@ fn four(sum: &mut [f64], a: &[f64], b: &[f64], c: &[f64], e: &[f64]) {
     let m = sum.len();
     let (a, b, c, e) = (&a[..m], &b[..m], &c[..m], &e[..m]);
     for t in 0..m {
-        sum[t] = sum[t] + a[t] + b[t] - c[t] - e[t];
+        sum[t] = taken(sum[t], a[t], b[t], c[t], e[t]);
     }
 }
 
@@ -287,6 +293,6 @@ fn eight(
     let (a, b, c, e) = (&a[..m], &b[..m], &c[..m], &e[..m]);
     let (a2, b2, c2, e2) = (&a2[..m], &b2[..m], &c2[..m], &e2[..m]);
     for t in 0..m {
-        sum[t] = sum[t] + a[t] + b[t] - c[t] - e[t] + a2[t] + b2[t] - c2[t] - e2[t];
+        sum[t] = taken(taken(sum[t], a[t], b[t], c[t], e[t]), a2[t], b2[t], c2[t], e2[t]);
     }
 }
