@@ -11,6 +11,8 @@
 //! | `results/timings/tables.json` | [`Timings`]`<`[`tables::TimingRow`]`>` |
 //! | `results/cg-vs-stiffness.json` | [`Record`]`<`[`cg::Facts`]`>` |
 //! | `results/course.json` | [`Record`]`<`[`course::Facts`]`>` |
+//! | `results/effects.json` | [`Record`]`<`[`effects::Facts`]`>` |
+//! | `results/timings/effects.json` | [`Timings`]`<`[`effects::TimingRow`]`>` |
 //! | `results/order.json` | [`Record`]`<`[`order::Facts`]`>` |
 //! | `results/momentum.json` | [`Record`]`<`[`momentum::Facts`]`>` |
 //! | `results/energy.json` | [`Record`]`<`[`energy::Facts`]`>` |
@@ -37,6 +39,7 @@ pub mod claims;
 pub mod collision;
 pub mod control;
 pub mod course;
+pub mod effects;
 pub mod energy;
 pub mod file;
 pub mod hard_cases;

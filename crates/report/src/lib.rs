@@ -19,6 +19,8 @@
 //! | `timings/solver-control.json` | no | a table of the page |
 //! | `hard-cases.json` | one of the records | `figures/hard-cases.svg` |
 //! | `collision.json` | one of the records | `figures/collision-*.svg` |
+//! | `effects.json` | one of the records | `figures/effects-support.svg` |
+//! | `timings/effects.json` | no | a table of the page |
 //! | `post-correction.json` | one of the records | `figures/post-correction-*.svg` |
 //! | `precomputed-inverse.json` | one of the records | `figures/inverse-counts.svg` |
 //! | `timings/precomputed-inverse.json` | no | `figures/inverse-cost.svg` |
@@ -41,6 +43,7 @@ mod claims;
 mod collision;
 mod control;
 mod course;
+mod effects;
 mod energy;
 mod error;
 mod family;
@@ -94,6 +97,7 @@ const CHAPTERS: &[Chapter] = &[
     energy::CHAPTER,
     hard_cases::CHAPTER,
     collision::CHAPTER,
+    effects::CHAPTER,
     post_correction::CHAPTER,
     precomputed_inverse::CHAPTER,
     work_precision::CHAPTER,

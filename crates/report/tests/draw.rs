@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 /// Every experiment that is drawn.
-const EXPERIMENTS: [&str; 16] = [
+const EXPERIMENTS: [&str; 17] = [
     "course",
     "tables",
     "cg-vs-stiffness",
@@ -23,6 +23,7 @@ const EXPERIMENTS: [&str; 16] = [
     "locking",
     "hard-cases",
     "collision",
+    "effects",
     "post-correction",
     "precomputed-inverse",
     "solver-control",
@@ -227,6 +228,7 @@ fn figures_name_axes_units_and_every_curve() {
     }
     expect("collision-depth.svg", &["greatest depth over v h (dimensionless)"]);
     expect("collision-energy.svg", &["gain over the available energy (dimensionless)", "0"]);
+    expect("effects-support.svg", &["I", "E", "R", "effect 19", "refused", "leapfrog"]);
     expect("post-correction-order.svg", &["backward", "disturbed start", "grid, 1 sweep a step"]);
     expect("post-correction-order.svg", &["triangles, 10 sweeps a step", "time (s)"]);
     expect("post-correction-limit.svg", &["limit of the elongation", "grid, t = 0.5 s"]);

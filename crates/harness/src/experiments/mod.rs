@@ -5,6 +5,7 @@ mod claims;
 mod collision;
 mod control;
 mod course;
+mod effects;
 pub(crate) mod energy;
 pub(crate) mod hard_cases;
 mod locking;
@@ -151,6 +152,7 @@ static EXPERIMENTS: &[Experiment] = &[
     energy::EXPERIMENT,
     hard_cases::EXPERIMENT,
     collision::EXPERIMENT,
+    effects::EXPERIMENT,
     post_correction::EXPERIMENT,
     precomputed_inverse::EXPERIMENT,
     work_precision::EXPERIMENT,

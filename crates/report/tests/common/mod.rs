@@ -5,6 +5,7 @@
 mod contacts;
 mod control;
 mod course;
+mod effects;
 mod energy;
 mod stability;
 mod work;
@@ -12,6 +13,7 @@ mod work;
 pub(crate) use contacts::{collision, inverse, inverse_timings, post_correction};
 pub(crate) use control::control;
 pub(crate) use course::course;
+pub(crate) use effects::{effects, effects_timings};
 pub(crate) use energy::energy;
 pub(crate) use stability::{locking, stability};
 pub(crate) use work::{scaling, scaling_timings, work_precision, work_precision_timings};
@@ -41,6 +43,8 @@ pub(crate) fn complete() -> TempDir {
     write_json(&path("stability.json"), &stability(false)).unwrap();
     write_json(&path("locking.json"), &locking(false)).unwrap();
     write_json(&path("collision.json"), &collision(false)).unwrap();
+    write_json(&path("effects.json"), &effects()).unwrap();
+    write_json(&path("timings/effects.json"), &effects_timings()).unwrap();
     write_json(&path("post-correction.json"), &post_correction(false)).unwrap();
     write_json(&path("precomputed-inverse.json"), &inverse(false)).unwrap();
     write_json(&path("timings/precomputed-inverse.json"), &inverse_timings()).unwrap();
