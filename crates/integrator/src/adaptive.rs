@@ -101,7 +101,7 @@ impl<P> Workspace<P> {
     /// A step whose displacement by the present acceleration is a quarter of what is allowed: `√(2·¼·allowed/|a|)`.
     fn first_step(&mut self, system: &System, state: &State, most: f64) -> f64 {
         let force = self.error.vectors();
-        system.forces(&state.x, &state.v, force);
+        system.forces(state.level(), force);
         let (mut sum, mut count) = (0.0, 0.0_f64);
         for (i, m) in system.mass().iter().enumerate().filter(|(i, _)| !system.pinned()[*i]) {
             sum += force[i].norm_squared() / (m * m);

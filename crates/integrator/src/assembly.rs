@@ -1,7 +1,7 @@
 //! The matrix of an implicit step whose forces are linearised, in 3×3 blocks.
 
 use crate::Implicit;
-use drape_model::{BlockPlanes, BlockSink, Effect, Linearised, Mat3, System, Tangent, Vec3};
+use drape_model::{BlockPlanes, BlockSink, Effect, Level, Linearised, Mat3, System, Tangent, Vec3};
 use drape_solvers::{BandPlanes, BandedMatrix, BlockMatrix};
 
 /// Where the implicit forces are linearised, and for a step of which length.
@@ -20,8 +20,9 @@ pub struct Linearisation<'a> {
     pub tau: f64,
     /// Positions at which `K` is taken, m.
     pub x: &'a [Vec3],
-    /// Positions at which projected damping takes its directions, m.
-    pub directions: &'a [Vec3],
+    /// Where damping takes its directions and coefficients. Velocities are asked for only where an effect
+    /// [drags](Effect::is_drag).
+    pub lagged: Level<'a>,
     /// Which `K`.
     pub tangent: Tangent,
 }
@@ -37,7 +38,7 @@ impl Linearisation<'_> {
         let mut sink = Sum(matrix);
         for effect in self.implicit.effects(system) {
             effect.add_stiffness(self.x, self.tau * self.tau, self.tangent, &mut sink);
-            effect.add_damping(self.directions, self.tau, &mut sink);
+            effect.add_damping(self.lagged, self.tau, &mut sink);
         }
     }
 
@@ -66,7 +67,7 @@ impl Linearisation<'_> {
         let mut sink = Bands(matrix);
         for effect in implicit.effects(system) {
             effect.add_stiffness(x, tau * tau, tangent, &mut sink);
-            effect.add_damping(self.directions, tau, &mut sink);
+            effect.add_damping(self.lagged, tau, &mut sink);
         }
         implicit.multiply_stiffness(system, x, tangent, w, out);
     }
@@ -124,14 +125,31 @@ impl BlockSink for Sum<'_> {
     fn add_pair(&mut self, i: usize, j: usize, block: &Mat3) {
         self.0.add_pair(i, j, block);
     }
+
+    fn add_general_pair(&mut self, i: usize, j: usize, block: &Mat3) {
+        self.0.add_general_pair(i, j, block);
+    }
+
+    fn add_diagonal(&mut self, i: usize, block: &Mat3) {
+        self.0.add_diagonal(i, block);
+    }
 }
 
-/// Adds blocks to a banded matrix.
+/// Adds blocks to a banded matrix, which exists for springs alone: their blocks are symmetric.
 struct Bands<'a>(&'a mut BandedMatrix);
 
 impl BlockSink for Bands<'_> {
     fn add_pair(&mut self, i: usize, j: usize, block: &Mat3) {
         self.0.add_pair(i, j, block);
+    }
+
+    fn add_general_pair(&mut self, i: usize, j: usize, block: &Mat3) {
+        debug_assert_eq!(*block, block.transpose(), "no spring has such a block");
+        self.0.add_pair(i, j, block);
+    }
+
+    fn add_diagonal(&mut self, i: usize, block: &Mat3) {
+        self.0.add_diagonal(i, block);
     }
 }
 
@@ -146,6 +164,16 @@ impl BlockSink for Product<'_> {
         let force = block * (self.w[i] - self.w[j]);
         self.out[i] += force;
         self.out[j] -= force;
+    }
+
+    fn add_general_pair(&mut self, i: usize, j: usize, block: &Mat3) {
+        let difference = self.w[i] - self.w[j];
+        self.out[i] += block * difference;
+        self.out[j] -= block.tr_mul(&difference);
+    }
+
+    fn add_diagonal(&mut self, i: usize, block: &Mat3) {
+        self.out[i] += block * self.w[i];
     }
 }
 
@@ -173,12 +201,14 @@ mod tests {
         let (mut matrix, mut product, mut stiffness) =
             (implicit.block_matrix(&system), w, [Vec3::zeros(); 3]);
         for (tangent, tau) in [(Tangent::Exact, 0.5), (Tangent::Projected, 0.25)] {
-            let (x, directions) = (&state.x[..], &state.x[..]);
-            Linearisation { implicit, tau, x, directions, tangent }.assemble(&system, &mut matrix);
+            let (x, lagged) = (&state.x[..], state.level());
+            Linearisation { implicit, tau, x, lagged, tangent }.assemble(&system, &mut matrix);
             matrix.multiply(&w, &mut product);
             implicit.multiply_stiffness(&system, x, tangent, &w, &mut stiffness);
             let mut damping = [Vec3::zeros(); 3];
-            system.effects().for_each(|effect| effect.add_damping_force(x, &w, &mut damping));
+            system.effects().for_each(|effect| {
+                effect.add_damping_force(Level { v: &w, ..lagged }, &mut damping);
+            });
             for (i, m) in system.mass().iter().enumerate() {
                 let expected = w[i] * *m + stiffness[i] * (tau * tau) - damping[i] * tau;
                 assert!((product[i] - expected).norm() < 1e-13, "{tangent:?}, {i}");

@@ -1,6 +1,6 @@
 //! Which effects are integrated implicitly.
 
-use drape_model::{Effect, Part, State, System, Vec3};
+use drape_model::{Effect, Level, Part, State, System, Vec3};
 
 /// Which effects are implicit; whatever is not stays at level `n`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,16 +34,17 @@ impl Implicit {
     }
 
     /// Adds to `out` everything that is not implicit, N: explicit springs with their damping and
-    /// external forces, at `(x, v)`, and the part of projected damping that is not `−L_c v`.
-    pub fn add_explicit_forces(self, system: &System, x: &[Vec3], v: &[Vec3], out: &mut [Vec3]) {
+    /// external forces, at one level, and the part of projected damping that is not `−L_c v`.
+    pub fn add_explicit_forces(self, system: &System, at: Level<'_>, out: &mut [Vec3]) {
         let explicit = system.effects().filter(|effect| !self.selects(*effect));
-        system.add_forces(explicit.map(|effect| (effect, Part::All)), x, v, out);
+        system.add_forces(explicit.map(|effect| (effect, Part::All)), at, out);
     }
 
     /// Adds the conservative force of the implicit effects at `x`, N, to `out`.
     pub fn add_implicit_forces(self, system: &System, x: &[Vec3], out: &mut [Vec3]) {
         let implicit = self.effects(system).map(|effect| (effect, Part::Force));
-        system.add_forces(implicit, x, x, out);
+        let at = Level { t: 0.0, x, v: x }; // of which Part::Force takes the positions alone
+        system.add_forces(implicit, at, out);
     }
 
     /// Adds the force of everything at level `n`, N, but for the implicit effects' damping: first what
@@ -52,7 +53,7 @@ impl Implicit {
         let explicit = system.effects().filter(|effect| !self.selects(*effect));
         let explicit = explicit.map(|effect| (effect, Part::All));
         let implicit = self.effects(system).map(|effect| (effect, Part::Force));
-        system.add_forces(explicit.chain(implicit), &state.x, &state.v, out);
+        system.add_forces(explicit.chain(implicit), state.level(), out);
     }
 
     /// Adds `F2` of the implicit effects at `x`, EEH (13), N, to `out`.

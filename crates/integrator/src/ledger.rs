@@ -26,7 +26,7 @@
 //! takes is no numerical damping.
 
 use crate::{Implicit, TimeStep};
-use drape_model::{Effect, State, System, Tangent, Vec3};
+use drape_model::{Effect, Level, State, System, Tangent, Vec3};
 use drape_solvers::{Constraints, vector::dot};
 
 /// What one step did to the total energy, J; what adds energy is positive.
@@ -157,22 +157,23 @@ impl<'a> Bookkeeping<'a> {
 
     /// Forces and damping of a method that takes both at level `n`.
     pub fn explicit(&mut self) {
-        let State { x, v, .. } = &self.at_start();
+        let start = self.at_start();
         let mass = self.system.mass();
-        self.forces(|effect, out| effect.add_force(mass, x, out));
-        self.damping(|effect, out| effect.add_damping_force(x, v, out));
+        self.forces(|effect, out| effect.add_force(mass, &start.x, out));
+        self.damping(|effect, out| effect.add_damping_force(start.level(), out));
     }
 
     /// Forces and damping of a method that takes those of the implicit effects at its end, the directions of
     /// projected damping excepted: backward Euler.
     pub fn implicit(&mut self, implicit: Implicit) {
-        let State { x, v, .. } = &self.at_start();
+        let start = self.at_start();
+        let x = &start.x;
         let (mass, end, new) = (self.system.mass(), self.end.clone(), self.moving);
         self.forces(|effect, out| {
             effect.add_force(mass, if implicit.selects(effect) { &end } else { x }, out);
         });
         self.damping(|effect, out| {
-            effect.add_damping_force(x, if implicit.selects(effect) { new } else { v }, out);
+            lagged_damping_force(effect, implicit, start.level(), new, out);
         });
     }
 
@@ -180,7 +181,8 @@ impl<'a> Bookkeeping<'a> {
     /// `v` (m/s): `F(x̂) − L_k (x_n + h v − x̂)` and `−L_c v` with the remainder of projected damping at `v̂`. What the right-hand
     /// side holds is taken at `(x̂, v̂)`; other effects are taken at level `n`.
     pub fn split(&mut self, implicit: Implicit, v: &[Vec3], (x_hat, v_hat): (&[Vec3], &[Vec3])) {
-        let State { x, v: v_n, .. } = &self.at_start();
+        let start = self.at_start();
+        let x = &start.x;
         let (mass, h) = (self.system.mass(), self.h);
         let ahead: Vec<_> = (0..x.len()).map(|i| (x[i] - x_hat[i]) + v[i] * h).collect();
         self.forces(|effect, out| {
@@ -196,13 +198,14 @@ impl<'a> Bookkeeping<'a> {
                 subtract_laplacian(effect, |_, c| c, v, out);
                 split.add_damping_remainder(x, v_hat, out);
             }
-            _ => effect.add_damping_force(x, v_n, out),
+            _ => effect.add_damping_force(start.level(), out),
         });
     }
 
     /// Forces and damping of a method that linearises those of the implicit effects about level `n`.
     pub fn linearised(&mut self, implicit: Implicit, tangent: Tangent) {
-        let State { x, v, .. } = &self.at_start();
+        let start = self.at_start();
+        let x = &start.x;
         let (mass, new) = (self.system.mass(), self.moving);
         let way: Vec<_> = self.end.iter().zip(x).map(|(end, x)| end - x).collect();
         self.forces(|effect, out| {
@@ -212,7 +215,7 @@ impl<'a> Bookkeeping<'a> {
             }
         });
         self.damping(|effect, out| {
-            effect.add_damping_force(x, if implicit.selects(effect) { new } else { v }, out);
+            lagged_damping_force(effect, implicit, start.level(), new, out);
         });
     }
 
@@ -262,6 +265,21 @@ impl<'a> Bookkeeping<'a> {
     /// Level `n` with pinned particles at rest, as the step saw it.
     fn at_start(&self) -> State {
         State { t: self.before.t, x: self.before.x.clone(), v: self.velocity.clone() }
+    }
+}
+
+/// Adds the damping force at level `n`, N, for an implicit effect with the velocities `new` at its end.
+fn lagged_damping_force(
+    effect: &dyn Effect,
+    implicit: Implicit,
+    start: Level<'_>,
+    new: &[Vec3],
+    out: &mut [Vec3],
+) {
+    if implicit.selects(effect) {
+        effect.add_lagged_damping_force(start, new, out);
+    } else {
+        effect.add_damping_force(start, out);
     }
 }
 

@@ -282,7 +282,7 @@ impl NewtonMatrix {
             implicit: potential.implicit(),
             tau: potential.tau(),
             x: potential.last_positions(),
-            directions: potential.directions(),
+            lagged: potential.lagged(),
             tangent,
         };
         at.assemble(system, &mut self.matrix);

@@ -1,11 +1,15 @@
 //! The incremental potential: the function that an implicit stage minimises.
 
 use crate::Implicit;
-use drape_model::{System, Vec3};
+use drape_model::{Effect, Level, System, Vec3};
 use drape_solvers::{Constraints, vector::weighted_dot};
 
 /// Round-off of a force over `k |x|`, and of a momentum over `m |v|`.
 const ROUND_OFF: f64 = 4.0 * f64::EPSILON;
+
+fn lagged<'a>(t: f64, x: &'a [Vec3], v: &'a [Vec3]) -> Level<'a> {
+    Level { t, x, v }
+}
 
 /// The implicit stage `M (v − v*) = τ f(x* + τ v, v)` as a minimisation over the velocity:
 ///
@@ -22,7 +26,12 @@ pub struct IncrementalPotential {
     implicit: Implicit,
     tau: f64,
     x_star: Vec<Vec3>,
+    lagged_time: f64,
     directions: Vec<Vec3>,
+    /// `v̂`; like the next one empty unless an implicit effect drags.
+    lagged_velocity: Vec<Vec3>,
+    /// What drags exert at rest, N.
+    force_at_rest: Vec<Vec3>,
     target: Vec<Vec3>,
     inverse_mass: Vec<f64>,
     x: Vec<Vec3>,
@@ -39,11 +48,16 @@ impl IncrementalPotential {
     /// Memory for the potential of `system`.
     pub fn new(system: &System, implicit: Implicit) -> Self {
         let zeros = || vec![Vec3::zeros(); system.len()];
+        let has_drag = implicit.effects(system).any(Effect::is_drag);
+        let of_drag = || if has_drag { zeros() } else { Vec::new() };
         Self {
             implicit,
             tau: 0.0,
             x_star: zeros(),
+            lagged_time: 0.0,
             directions: zeros(),
+            lagged_velocity: of_drag(),
+            force_at_rest: of_drag(),
             target: zeros(),
             inverse_mass: vec![0.0; system.len()],
             x: zeros(),
@@ -57,20 +71,29 @@ impl IncrementalPotential {
         }
     }
 
-    /// Begins a stage. `frozen` is the force of everything that is not implicit, N; `directions` are the
-    /// positions `x̂` at which projected damping takes its directions, m.
+    /// Begins a stage. `frozen` is the force of everything that is not implicit, N; `lagged` is the level with the
+    /// positions `x̂` at which projected damping takes its directions, and where drag takes its coefficients.
     pub fn begin(
         &mut self,
         system: &System,
         tau: f64,
         (x_star, v_star): (&[Vec3], &[Vec3]),
-        directions: &[Vec3],
+        lagged: Level<'_>,
         frozen: &[Vec3],
     ) {
         self.tau = tau;
         self.evaluations = 0;
         self.x_star.copy_from_slice(x_star);
-        self.directions.copy_from_slice(directions);
+        self.directions.copy_from_slice(lagged.x);
+        self.lagged_time = lagged.t;
+        if !self.force_at_rest.is_empty() {
+            self.lagged_velocity.copy_from_slice(lagged.v);
+            self.force_at_rest.fill(Vec3::zeros());
+            self.candidate.fill(Vec3::zeros());
+            for effect in self.implicit.effects(system).filter(|effect| effect.is_drag()) {
+                effect.add_lagged_damping_force(lagged, &self.candidate, &mut self.force_at_rest);
+            }
+        }
         for (inverse, m) in self.inverse_mass.iter_mut().zip(system.mass()) {
             *inverse = 1.0 / m;
         }
@@ -88,9 +111,10 @@ impl IncrementalPotential {
         }
         let external = self.velocity_change(system);
         self.force.copy_from_slice(frozen);
+        let lagged = lagged(self.lagged_time, &self.directions, &self.lagged_velocity);
         for effect in self.implicit.effects(system) {
             effect.add_force(system.mass(), &self.x_star, &mut self.force);
-            effect.add_damping_force(&self.directions, v_star, &mut self.force);
+            effect.add_lagged_damping_force(lagged, v_star, &mut self.force);
         }
         self.evaluations += 1;
         self.scale = self.velocity_change(system).max(external);
@@ -144,9 +168,9 @@ impl IncrementalPotential {
         self.tau
     }
 
-    /// Where projected damping takes its directions, m.
-    pub fn directions(&self) -> &[Vec3] {
-        &self.directions
+    /// Where damping takes its directions and coefficients; without velocities unless an implicit effect drags.
+    pub fn lagged(&self) -> Level<'_> {
+        lagged(self.lagged_time, &self.directions, &self.lagged_velocity)
     }
 
     /// Inertial target `v̂`, m/s.
@@ -186,12 +210,18 @@ impl IncrementalPotential {
             value += 0.5 * m * (v - target).norm_squared();
         }
         self.force.fill(Vec3::zeros());
+        let lagged = lagged(self.lagged_time, &self.directions, &self.lagged_velocity);
         for effect in self.implicit.effects(system) {
             value += effect.energy(system.mass(), &self.x);
-            effect.add_damping_force(&self.directions, v, &mut self.force);
+            effect.add_lagged_damping_force(lagged, v, &mut self.force);
         }
-        let dissipation: f64 = v.iter().zip(&self.force).map(|(v, f)| v.dot(f)).sum();
-        value - 0.5 * self.tau * dissipation
+        let power = |force: &[Vec3]| v.iter().zip(force).map(|(v, f)| v.dot(f)).sum::<f64>();
+        let dissipation = power(&self.force);
+        value -= 0.5 * self.tau * dissipation;
+        if !self.force_at_rest.is_empty() {
+            value -= 0.5 * self.tau * power(&self.force_at_rest); // ½ vᵀDv − vᵀDw = −½ vᵀ(f_D(v) + f_D(0))
+        }
+        value
     }
 
     /// `∇Φ(v)`, kg m/s, unfiltered.
@@ -199,9 +229,10 @@ impl IncrementalPotential {
         self.evaluations += 1;
         self.positions(v);
         self.force.fill(Vec3::zeros());
+        let lagged = lagged(self.lagged_time, &self.directions, &self.lagged_velocity);
         for effect in self.implicit.effects(system) {
             effect.add_force(system.mass(), &self.x, &mut self.force);
-            effect.add_damping_force(&self.directions, v, &mut self.force);
+            effect.add_lagged_damping_force(lagged, v, &mut self.force);
         }
         for i in 0..v.len() {
             self.gradient[i] =

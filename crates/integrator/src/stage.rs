@@ -5,7 +5,7 @@ use crate::{
     ContactSet, Implicit, IncrementalPotential, Kind, Newton, NewtonLinear, NewtonSettings, Phase,
     PhaseClock, PrepareError, Setting, Settings, StepError, StepReport,
 };
-use drape_model::{System, Vec3};
+use drape_model::{Level, System, Vec3};
 use drape_solvers::Constraints;
 
 /// When Newton's method stops.
@@ -69,9 +69,9 @@ pub struct Stage<'a> {
     pub tau: f64,
     /// `(x*, v*)`, m and m/s.
     pub from: (&'a [Vec3], &'a [Vec3]),
-    /// Positions and velocities at which everything is taken that is not implicit: explicit forces, and
-    /// the directions of projected damping. A method of order `p` needs them within `O(h^p)` of the new ones.
-    pub lagged: (&'a [Vec3], &'a [Vec3]),
+    /// Level at which everything is taken that is not implicit: explicit forces, the directions of projected damping, and
+    /// the coefficients of drag. A method of order `p` needs them within `O(h^p)` of the new ones.
+    pub lagged: Level<'a>,
     /// Velocity at the start of the step, m/s: what contacts bounce with, and the first candidate for the
     /// start of Newton's method.
     pub velocity: &'a [Vec3],
@@ -137,12 +137,12 @@ impl ImplicitStage {
         clock: &mut PhaseClock,
         report: &mut StepReport,
     ) -> Result<(), StepError> {
-        let Stage { tau, from, lagged: (x, v), velocity: v_n } = stage;
+        let Stage { tau, from, lagged, velocity: v_n } = stage;
         let Self { potential, newton, frozen, velocity, impulse } = self;
         clock.switch(Phase::Forces);
         frozen.fill(Vec3::zeros());
-        potential.implicit().add_explicit_forces(system, x, v, frozen);
-        potential.begin(system, tau, from, x, frozen);
+        potential.implicit().add_explicit_forces(system, lagged, frozen);
+        potential.begin(system, tau, from, lagged, frozen);
         clock.switch(Phase::Solve);
         let settings = NewtonSettings {
             residual: (settings.residual * potential.scale()).max(potential.round_off()),
@@ -238,7 +238,8 @@ mod tests {
 
         fn stage(&self) -> Stage<'_> {
             let [x, v, lagged, before] = &self.0;
-            Stage { tau: TAU, from: (x, v), lagged: (lagged, before), velocity: before }
+            let lagged = Level { t: 0.0, x: lagged, v: before };
+            Stage { tau: TAU, from: (x, v), lagged, velocity: before }
         }
     }
 
@@ -274,7 +275,7 @@ mod tests {
                 let mut force = [Vec3::zeros(); 3];
                 for effect in system.effects() {
                     effect.add_force(system.mass(), &x, &mut force);
-                    effect.add_damping_force(lagged, &v, &mut force);
+                    effect.add_damping_force(Level { t: 0.0, x: lagged, v: &v }, &mut force);
                 }
                 assert_eq!((x[0], v[0]), (x_star[0], Vec3::zeros()), "the pin");
                 for i in 1..3 {

@@ -33,7 +33,7 @@ impl ViscousImpulse {
         let Self { impulse, external, product } = self;
         let v = &state.v;
         external.fill(Vec3::zeros());
-        Implicit::Springs.add_explicit_forces(system, &state.x, v, external);
+        Implicit::Springs.add_explicit_forces(system, state.level(), external);
         impulse.fill(Vec3::zeros());
         Implicit::Springs.add_implicit_forces(system, &state.x, impulse);
         Implicit::Springs.add_damping_remainders(system, &state.x, v, impulse);

@@ -67,7 +67,7 @@ pub use spec::{
     ContactSpec, DampingLaw, EffectsSpec, GravitySpec, ObstacleSpec, ParticlesSpec, PinSpec,
     SpringEffect, SpringSpec, SystemSpec,
 };
-pub use state::State;
+pub use state::{Level, State};
 pub use system::{Contact, Revisions, System};
 
 /// A point, velocity, force or impulse in space.

@@ -2,6 +2,17 @@
 
 use crate::Vec3;
 
+/// One level of a motion, as forces see it: those of gusts depend on the time too.
+#[derive(Clone, Copy, Debug)]
+pub struct Level<'a> {
+    /// Time, s.
+    pub t: f64,
+    /// Positions, m; one a particle.
+    pub x: &'a [Vec3],
+    /// Velocities, m/s; one a particle.
+    pub v: &'a [Vec3],
+}
+
 /// Time, positions and velocities, and nothing else: history belongs to the integrator.
 #[derive(Clone, Debug, PartialEq)]
 pub struct State {
@@ -17,6 +28,11 @@ impl State {
     /// Number of particles.
     pub fn len(&self) -> usize {
         self.x.len()
+    }
+
+    /// The state as forces see it.
+    pub fn level(&self) -> Level<'_> {
+        Level { t: self.t, x: &self.x, v: &self.v }
     }
 
     /// Whether there is no particle.

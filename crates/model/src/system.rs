@@ -3,7 +3,7 @@
 use crate::effects::batch::{self, Quads};
 use crate::effects::sweep::{self, MAX_PASSES, Window};
 use crate::effects::{BlockPlanes, Effect, Linearised, Part, Pass, tangent};
-use crate::{Detection, Obstacle, Vec3};
+use crate::{Detection, Level, Obstacle, Vec3};
 use std::num::NonZero;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard};
@@ -117,8 +117,7 @@ impl<'a> Passes<'a> {
     fn sweep(
         &mut self,
         memory: &mut Option<MutexGuard<'_, SweepMemory>>,
-        x: &[Vec3],
-        v: &[Vec3],
+        Level { x, v, .. }: Level<'_>,
         out: &mut [Vec3],
     ) {
         let passes = &self.list[..self.count];
@@ -243,18 +242,17 @@ impl System {
     }
 
     /// Total force of all effects, conservative and damping, N, written to `out`.
-    pub fn forces(&self, x: &[Vec3], v: &[Vec3], out: &mut [Vec3]) {
+    pub fn forces(&self, at: Level<'_>, out: &mut [Vec3]) {
         out.fill(Vec3::zeros());
-        self.add_forces(self.effects().map(|effect| (effect, Part::All)), x, v, out);
+        self.add_forces(self.effects().map(|effect| (effect, Part::All)), at, out);
     }
 
-    /// Adds the wanted parts of the effects' forces at `(x, v)`, N, to `out`, effect by effect in the given order.
+    /// Adds the wanted parts of the effects' forces at one level, N, to `out`, effect by effect in the given order.
     /// Neighbours in that order that can share a sweep do so: the result is the same bits.
     pub fn add_forces<'a>(
         &'a self,
         terms: impl Iterator<Item = (&'a dyn Effect, Part)>,
-        x: &[Vec3],
-        v: &[Vec3],
+        at: Level<'_>,
         out: &mut [Vec3],
     ) {
         let mut memory = self.memory.try_lock().ok();
@@ -269,12 +267,12 @@ impl System {
             if is_taken(&mut pending, &memory) {
                 continue;
             }
-            pending.sweep(&mut memory, x, v, out);
+            pending.sweep(&mut memory, at, out);
             if !is_taken(&mut pending, &memory) {
-                self.add_force((effect, part), x, v, out);
+                self.add_force((effect, part), at, out);
             }
         }
-        pending.sweep(&mut memory, x, v, out);
+        pending.sweep(&mut memory, at, out);
     }
 
     /// The offsets `j − i` of all pairs that the effects couple, if their Jacobians can be swept along diagonals
@@ -318,16 +316,10 @@ impl System {
     }
 
     /// Adds one effect's force.
-    fn add_force(
-        &self,
-        (effect, part): (&dyn Effect, Part),
-        x: &[Vec3],
-        v: &[Vec3],
-        out: &mut [Vec3],
-    ) {
-        effect.add_force(&self.mass, x, out);
+    fn add_force(&self, (effect, part): (&dyn Effect, Part), at: Level<'_>, out: &mut [Vec3]) {
+        effect.add_force(&self.mass, at.x, out);
         if part == Part::All && effect.has_damping() {
-            effect.add_damping_force(x, v, out);
+            effect.add_damping_force(at, out);
         }
     }
 

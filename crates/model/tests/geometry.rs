@@ -113,7 +113,7 @@ fn moving(more: &str) -> (drape_model::System, State) {
 
 fn force(system: &drape_model::System, state: &State) -> Vec<Vec3> {
     let mut out = vec![Vec3::zeros(); state.len()];
-    system.forces(&state.x, &state.v, &mut out);
+    system.forces(state.level(), &mut out);
     out
 }
 

@@ -5,7 +5,7 @@
 //! force by velocity. Differences over a sweep of widths tell truncation (falls with the square of the
 //! width) from round-off (rises as the width falls); the best width counts.
 
-use drape_model::{BlockSink, Effect, Mat3, Tangent, Vec3};
+use drape_model::{BlockSink, Effect, Level, Mat3, Tangent, Vec3};
 use nalgebra::{DMatrix, DVector};
 
 /// Widths of the differences, relative to the extent of the positions or velocities.
@@ -60,6 +60,21 @@ impl BlockSink for Dense {
             let mut part = self.0.fixed_view_mut::<3, 3>(3 * row, 3 * column);
             part += block * sign;
         }
+    }
+
+    fn add_general_pair(&mut self, i: usize, j: usize, block: &Mat3) {
+        let transpose = block.transpose();
+        for (row, column, part) in
+            [(i, i, *block), (j, j, transpose), (i, j, -block), (j, i, -transpose)]
+        {
+            let mut view = self.0.fixed_view_mut::<3, 3>(3 * row, 3 * column);
+            view += part;
+        }
+    }
+
+    fn add_diagonal(&mut self, i: usize, block: &Mat3) {
+        let mut view = self.0.fixed_view_mut::<3, 3>(3 * i, 3 * i);
+        view += block;
     }
 }
 
@@ -122,15 +137,16 @@ pub fn check(effect: &dyn Effect, mass: &[f64], x: &[Vec3], v: &[Vec3]) -> Diffe
         effect.add_force(mass, x, &mut out);
         flat(&out)
     };
+    let lagged = Level { t: 0.0, x, v };
     let damping_force = |v: &[Vec3]| {
         let mut out = zeros();
-        effect.add_damping_force(x, v, &mut out);
+        effect.add_lagged_damping_force(lagged, v, &mut out);
         flat(&out)
     };
     let energy = |x: &[Vec3]| DVector::from_element(1, effect.energy(mass, x));
     let (mut stiffness, mut damping) = (Dense::zeros(x.len()), Dense::zeros(x.len()));
     effect.add_stiffness(x, 1.0, Tangent::Exact, &mut stiffness);
-    effect.add_damping(x, 1.0, &mut damping);
+    effect.add_damping(lagged, 1.0, &mut damping);
     let exact_force = DMatrix::from_rows(&[force(x).transpose()]);
     Differences {
         force: sweep(&exact_force, x, -1.0, &energy),
@@ -166,8 +182,8 @@ mod tests {
             self.spring.add_force(mass, x, out);
             out[0].x *= self.force;
         }
-        fn add_damping_force(&self, x: &[Vec3], v: &[Vec3], out: &mut [Vec3]) {
-            self.spring.add_damping_force(x, v, out);
+        fn add_damping_force(&self, at: Level<'_>, out: &mut [Vec3]) {
+            self.spring.add_damping_force(at, out);
         }
         fn add_stiffness(
             &self,
@@ -178,8 +194,8 @@ mod tests {
         ) {
             self.spring.add_stiffness(x, scale * self.stiffness, tangent, sink);
         }
-        fn add_damping(&self, x: &[Vec3], scale: f64, sink: &mut dyn BlockSink) {
-            self.spring.add_damping(x, scale * self.damping, sink);
+        fn add_damping(&self, lagged: Level<'_>, scale: f64, sink: &mut dyn BlockSink) {
+            self.spring.add_damping(lagged, scale * self.damping, sink);
         }
         fn boxed_clone(&self) -> Box<dyn Effect> {
             Box::new(self.clone())

@@ -5,7 +5,7 @@
 //! code with the integrators but the forces. Pins are held. Contacts are refused: their velocity
 //! constraints belong to the step of a method and have no differential equation.
 
-use drape_model::{State, System, Vec3};
+use drape_model::{Level, State, System, Vec3};
 use nalgebra::DVector;
 use ode_solvers::dop_shared::IntegrationError;
 use ode_solvers::{Dop853, OutputType};
@@ -106,7 +106,7 @@ impl<'a> Motion<'a> {
 }
 
 impl ode_solvers::System<f64, DVector<f64>> for &Motion<'_> {
-    fn system(&self, _: f64, y: &DVector<f64>, dy: &mut DVector<f64>) {
+    fn system(&self, t: f64, y: &DVector<f64>, dy: &mut DVector<f64>) {
         let Scratch { x, v, force, evaluations } = &mut *self.scratch.borrow_mut();
         *evaluations += 1;
         let (positions, velocities) = y.as_slice().split_at(3 * x.len());
@@ -115,7 +115,7 @@ impl ode_solvers::System<f64, DVector<f64>> for &Motion<'_> {
                 to.copy_from_slice(from);
             }
         }
-        self.system.forces(x, v, force);
+        self.system.forces(Level { t, x, v }, force);
         let (dx, dv) = dy.as_mut_slice().split_at_mut(3 * x.len());
         let rates = dx.chunks_exact_mut(3).zip(dv.chunks_exact_mut(3));
         let particles = self.system.mass().iter().zip(self.system.pinned());

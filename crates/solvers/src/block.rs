@@ -58,7 +58,7 @@ impl BlockMatrix {
         self.blocks.copy_from_slice(&other.blocks);
     }
 
-    /// Adds the symmetric `block` to diagonal block `i`.
+    /// Adds `block` to diagonal block `i`, which must be symmetric once all is added.
     pub fn add_diagonal(&mut self, i: usize, block: &Mat3) {
         self.blocks[self.pattern.diagonal(i)] += block;
     }
@@ -80,6 +80,22 @@ impl BlockMatrix {
         self.blocks[ji] -= block;
         self.add_diagonal(i, block);
         self.add_diagonal(j, block);
+    }
+
+    /// As [`add_pair`](Self::add_pair) for a block that need not be symmetric: `B` at (i, i), `Bᵀ` at (j, j), `−B` at (i, j),
+    /// `−Bᵀ` at (j, i).
+    pub fn add_general_pair(&mut self, i: usize, j: usize, block: &Mat3) {
+        if i == j {
+            return;
+        }
+        let Some((ij, ji)) = self.pair_slots(i, j) else {
+            return;
+        };
+        let transpose = block.transpose();
+        self.blocks[ij] -= block;
+        self.blocks[ji] -= transpose;
+        self.add_diagonal(i, block);
+        self.add_diagonal(j, &transpose);
     }
 
     /// Adds `block` at (i, j) and its transpose at (j, i), for `i ≠ j`: what a force on more than

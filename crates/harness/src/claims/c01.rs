@@ -87,7 +87,7 @@ fn right_hand_sides(side: u32) -> Result<(ScalarMatrix, [Vec<Vec3>; 2]), Harness
     let state = run(&start, method, STEP, 0.5, None)?.state;
     let system = &start.system;
     let mut load = vec![Vec3::zeros(); system.len()];
-    system.forces(&state.x, &state.v, &mut load);
+    system.forces(state.level(), &mut load);
     for ((b, v), m) in load.iter_mut().zip(&state.v).zip(system.mass()) {
         *b = *b * STEP + v * *m;
     }

@@ -102,7 +102,7 @@ impl Step {
         let system = &start.system;
         let n = system.len();
         let mut force = vec![Vec3::zeros(); n];
-        system.forces(&state.x, &state.v, &mut force);
+        system.forces(state.level(), &mut force);
         let mut coupled_side: Vec<_> = state.v.iter().map(|v| v * STEP).collect();
         coupled_side.extend(force.iter().map(|f| f * STEP));
         let coupled = Coupled::new(system, STEP);

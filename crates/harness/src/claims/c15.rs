@@ -11,7 +11,7 @@ use crate::scenes::bundled;
 use drape_integrator::{
     Implicit, LaplacianSolver, LinearSettings, PreconditionerKind, SolverKind, Weights,
 };
-use drape_model::Vec3;
+use drape_model::{Level, Vec3};
 use drape_records::claims::{TimedCase, TimingRow};
 use drape_solvers::{Constraints, Filter, Norm};
 use std::time::Instant;
@@ -135,7 +135,8 @@ fn seconds() -> Result<TimingRow, HarnessError> {
         constraints.set(i, Filter::Fixed, Vec3::zeros());
     }
     let mut b = vec![Vec3::zeros(); system.len()];
-    system.forces(&state.x, &vec![Vec3::zeros(); system.len()], &mut b);
+    let rest = vec![Vec3::zeros(); system.len()];
+    system.forces(Level { v: &rest, ..state.level() }, &mut b);
     for i in 0..b.len() {
         b[i] = b[i] * STEP + state.v[i] * system.mass()[i];
     }

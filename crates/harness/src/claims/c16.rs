@@ -11,7 +11,7 @@ use drape_integrator::{
     ContactSet, Implicit, LaplacianSolver, LinearSettings, PreconditionerKind, SolverKind,
     StepReport, Weights,
 };
-use drape_model::Vec3;
+use drape_model::{Level, Vec3};
 use drape_solvers::{Constraints, Norm};
 
 pub(super) const CLAIM: Claim = Claim {
@@ -52,7 +52,7 @@ fn most_of_a_solve(start: &Simulation, step: f64) -> Result<f64, HarnessError> {
         steps,
         |system, state| {
             contacts.detect(system, &state.x, &state.v, step, &mut constraints);
-            system.forces(&state.x, &rest, &mut b);
+            system.forces(Level { v: &rest, ..state.level() }, &mut b);
             for (i, &mass) in system.mass().iter().enumerate() {
                 b[i] = b[i] * step + state.v[i] * mass; // EEH (21)
             }

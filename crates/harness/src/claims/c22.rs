@@ -7,7 +7,7 @@ use crate::HarnessError;
 use crate::experiments::{sheet::pair, short};
 use crate::run::Simulation;
 use drape_integrator::{Implicit, StepError};
-use drape_model::{Mat3, State, Vec3};
+use drape_model::{Level, Mat3, State, Vec3};
 use drape_solvers::{
     BlockJacobi, BlockMatrix, Constraints, Filter, Norm, PcgSettings, PcgWorkspace, Reference,
     filtered_pcg,
@@ -69,7 +69,7 @@ fn block_step(
         a.add_pair(i, j, &(block.matrix(u) * (h * h * k) + damping));
     }
     let mut b = vec![Vec3::zeros(); n];
-    system.forces(&state.x, &vec![Vec3::zeros(); n], &mut b);
+    system.forces(Level { v: &vec![Vec3::zeros(); n], ..state.level() }, &mut b);
     for (i, &mass) in system.mass().iter().enumerate() {
         a.add_diagonal(i, &Mat3::from_diagonal_element(mass));
         b[i] = b[i] * h + state.v[i] * mass;

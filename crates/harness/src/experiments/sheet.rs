@@ -209,7 +209,7 @@ mod tests {
         assert!(springs.len() == sides.len() && springs.iter().all(|s| sides.contains_key(s)));
         let (system, state) = spec.build().expect("valid");
         let mut forces = vec![Vec3::zeros(); n];
-        system.forces(&state.x, &state.v, &mut forces);
+        system.forces(state.level(), &mut forces);
         let weight = Vec3::from(GRAVITY) * MASS;
         assert!(forces.iter().all(|force| (force - weight).norm() < 1e-12), "at rest");
     }

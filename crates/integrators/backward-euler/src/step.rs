@@ -53,7 +53,7 @@ impl Integrator for BackwardEuler {
         w.predictor.extrapolate(&state.v, h, bands, &mut w.extrapolated);
         let Workspace { stage, extrapolated, predictor, contacts, constraints } = w;
         let from = (&state.x[..], &state.v[..]);
-        let input = Stage { tau: h, from, lagged: from, velocity: &state.v };
+        let input = Stage { tau: h, from, lagged: state.level(), velocity: &state.v };
         let settings = self.settings.stage;
         // M (v_{n+1} − v_n) = h f(x_n + h v_{n+1}, v_{n+1})
         stage.solve(

@@ -61,7 +61,7 @@ impl LinearSystem {
 
     fn at<'a>(&self, state: &'a State, h: f64) -> Linearisation<'a> {
         let (implicit, tangent) = (self.implicit, self.tangent);
-        Linearisation { implicit, tau: h, x: &state.x, directions: &state.x, tangent }
+        Linearisation { implicit, tau: h, x: &state.x, lagged: state.level(), tangent }
     }
 
     /// `A = M − h ∂f/∂v − h² ∂f/∂x` at the start of the step, and, while the springs are at hand,
@@ -95,7 +95,7 @@ impl LinearSystem {
         report: &mut StepReport,
     ) {
         let Self { b, force, .. } = self;
-        system.forces(&state.x, &state.v, force);
+        system.forces(state.level(), force);
         for i in 0..b.len() {
             b[i] = (force[i] - b[i]) * h; // Baraff-Witkin (18)
         }

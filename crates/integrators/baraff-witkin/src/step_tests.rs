@@ -205,7 +205,7 @@ fn unreduced(spec: &SystemSpec, run: &Run, clamped: bool) -> (DVector<f64>, DVec
     let n = 3 * state.len();
     let (k, d) = dense(spec, state, clamped);
     let mut force = vec![Vec3::zeros(); state.len()];
-    run.system.forces(&state.x, &state.v, &mut force);
+    run.system.forces(state.level(), &mut force);
     let (force, v) = (flat(&force), flat(&state.v));
     let mut matrix = DMatrix::identity(2 * n, 2 * n);
     let mut rhs = DVector::zeros(2 * n);
@@ -255,7 +255,7 @@ fn the_change_and_the_velocity_itself_solve_the_same_system() {
     let mut run = Run::new(DIRECT, build(&spec), H);
     let (k, d) = dense(&spec, &run.state, true);
     let mut force = vec![Vec3::zeros(); run.state.len()];
-    run.system.forces(&run.state.x, &run.state.v, &mut force);
+    run.system.forces(run.state.level(), &mut force);
     let v = flat(&run.state.v);
     let mass = DVector::from_fn(v.len(), |row, _| run.system.mass()[row / 3]);
     let mut matrix = DMatrix::from_diagonal(&mass) + &d * H + &k * (H * H);

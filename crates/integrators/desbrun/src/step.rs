@@ -55,7 +55,7 @@ impl Integrator for Desbrun {
         v.copy_from_slice(&state.v);
         v.iter_mut().zip(&w.change).for_each(|(v, change)| *v += change);
         if self.settings.torque == Torque::Consistent {
-            damping_force(system, &state.x, &state.v, &mut w.damping);
+            damping_force(system, state.level(), &mut w.damping);
         }
         correct(self.settings.torque, system, h, &state.x, &w.change, &w.damping, v);
         kick(system, h, w.viscous.external(), v); // v_n + h M⁻¹ (F_filtered + F_corr + f_external)

@@ -1,16 +1,17 @@
 //! The correction of the torque that the filter adds.
 
 use crate::settings::Torque;
-use drape_model::{Mat3, System, Vec3};
+use drape_integrator::Implicit;
+use drape_model::{Level, Mat3, System, Vec3};
 
 /// Inertia about an axis that is smaller than this fraction of the largest is none: particles on a line.
 const DEGENERATE: f64 = 1e-12;
 
-/// The damping of all effects at `(x, v)`, N.
-pub(crate) fn damping_force(system: &System, x: &[Vec3], v: &[Vec3], out: &mut [Vec3]) {
+/// The damping of the springs at a level, N.
+pub(crate) fn damping_force(system: &System, at: Level<'_>, out: &mut [Vec3]) {
     out.fill(Vec3::zeros());
-    for effect in system.effects().filter(|effect| effect.has_damping()) {
-        effect.add_damping_force(x, v, out);
+    for effect in Implicit::Springs.effects(system).filter(|effect| effect.has_damping()) {
+        effect.add_damping_force(at, out);
     }
 }
 

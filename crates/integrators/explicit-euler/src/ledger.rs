@@ -4,7 +4,7 @@ use crate::workspace::{Damping, EulerWorkspace, LeapfrogWorkspace};
 use drape_integrator::{
     Bookkeeping, EnergyLedger, TimeStep, as_stepped, kick, momentum_between, subtract_laplacian,
 };
-use drape_model::{State, System, Vec3};
+use drape_model::{Level, State, System, Vec3};
 
 impl EulerWorkspace {
     /// The ledger of the last step of explicit Euler: what moves positions is `v_n`, as the contacts leave it.
@@ -45,7 +45,7 @@ impl EulerWorkspace {
                     subtract_laplacian(effect, |_, c| c, v, out);
                     split.add_damping_remainder(x, &v_n, out);
                 }
-                None => effect.add_damping_force(x, &v_n, out),
+                None => effect.add_damping_force(Level { v: &v_n, ..before.level() }, out),
             });
             solver.constraint_impulse(b, v, p);
         } else {
@@ -72,7 +72,7 @@ impl LeapfrogWorkspace {
         let (mut force, mut damping_force) = (zeros(), zeros());
         for effect in system.effects() {
             effect.add_force(system.mass(), &before.x, &mut force);
-            effect.add_damping_force(&before.x, &v_n, &mut damping_force);
+            effect.add_damping_force(Level { v: &v_n, ..before.level() }, &mut damping_force);
         }
         let mut free = v_n.clone();
         kick(system, half, &force, &mut free);

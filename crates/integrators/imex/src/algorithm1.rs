@@ -95,7 +95,7 @@ impl Descent {
 
     /// Begins a step.
     pub(crate) fn begin(&mut self, system: &System, state: &State, h: f64, frozen: &[Vec3]) {
-        self.potential.begin(system, h, (&state.x, &state.v), &state.x, frozen);
+        self.potential.begin(system, h, (&state.x, &state.v), state.level(), frozen);
     }
 
     /// Puts the better of `v` and `other` into `v`.

@@ -74,7 +74,7 @@ impl RightHandSide {
     /// matrix does not dominate stay at level `n`.
     pub(crate) fn freeze(&mut self, system: &System, state: &State, h: f64) {
         self.explicit_force.fill(Vec3::zeros());
-        self.implicit.add_explicit_forces(system, &state.x, &state.v, &mut self.explicit_force);
+        self.implicit.add_explicit_forces(system, state.level(), &mut self.explicit_force);
         // −L_k x_n is the springs' force less F2.
         self.force.fill(Vec3::zeros());
         self.implicit.add_nonlinear_forces(system, &state.x, &mut self.force);

@@ -43,7 +43,7 @@ impl Integrator for Provot {
         let w = self.scratch.ready(system, state)?;
         let h = h.seconds();
         clock.switch(Phase::Forces);
-        system.forces(&state.x, &state.v, &mut w.force);
+        system.forces(state.level(), &mut w.force);
         w.contacts.free_velocity.copy_from_slice(&state.v);
         kick(system, h, &w.force, &mut w.contacts.free_velocity); // v = v_n + h M⁻¹ f(x_n, v_n)
         w.contacts.advance(system, h, state, clock); // x = x_n + h v

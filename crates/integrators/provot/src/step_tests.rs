@@ -32,7 +32,7 @@ fn pair(mass: [f64; 2], length: f64, stiffness: f64) -> SystemSpec {
 /// Symplectic Euler, written out.
 fn symplectic_step(system: &System, state: &mut State, h: f64) {
     let mut force = vec![Vec3::zeros(); state.len()];
-    system.forces(&state.x, &state.v, &mut force);
+    system.forces(state.level(), &mut force);
     for i in (0..state.len()).filter(|&i| !system.pinned()[i]) {
         state.v[i] += force[i] * (h / system.mass()[i]);
         state.x[i] += state.v[i] * h;

@@ -2,7 +2,7 @@
 
 use crate::workspace::Workspace;
 use drape_integrator::{Bookkeeping, EnergyLedger, TimeStep, momentum_between, subtract_laplacian};
-use drape_model::{State, System, Vec3};
+use drape_model::{Level, State, System, Vec3};
 
 impl Workspace {
     /// The ledger of the last step: the force of a spring is that of its old secant stiffness at the positions to which the
@@ -33,11 +33,11 @@ impl Workspace {
             [&v_n, free].map(|v| v.iter().map(|v| v * 0.5).collect::<Vec<_>>());
         book.damping(|effect, out| match effect.split() {
             Some(split) => {
-                effect.add_damping_force(x, &half[0], out);
+                effect.add_damping_force(Level { v: &half[0], ..before.level() }, out);
                 split.add_damping_remainder(x, &half[0], out);
                 subtract_laplacian(effect, |_, c| c, &half[1], out);
             }
-            None => effect.add_damping_force(x, &v_n, out),
+            None => effect.add_damping_force(Level { v: &v_n, ..before.level() }, out),
         });
         book.residual(secant.left_over(free)); // A v − b of the solve
         book.impulse(contacts.constraints(), &momentum_between(system, &v, free));

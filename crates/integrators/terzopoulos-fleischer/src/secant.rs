@@ -45,7 +45,7 @@ impl SecantSystem {
         let (x, v) = (&state.x, &state.v);
         b.fill(Vec3::zeros());
         damping.fill(Vec3::zeros());
-        Implicit::Springs.add_explicit_forces(system, x, v, b);
+        Implicit::Springs.add_explicit_forces(system, state.level(), b);
         matrix.clear();
         for effect in Implicit::Springs.effects(system) {
             let Some(split) = effect.split() else { continue };
@@ -58,7 +58,7 @@ impl SecantSystem {
             });
             if effect.has_damping() {
                 split.visit_weights(&mut |i, j, _, c| matrix.add_edge(i, j, 0.5 * h * c));
-                effect.add_damping_force(x, v, damping);
+                effect.add_damping_force(state.level(), damping);
                 split.add_damping_remainder(x, v, damping);
             }
         }
@@ -178,7 +178,7 @@ mod tests {
         let mut secant = SecantSystem::new(&system, false).expect("small");
         secant.assemble(&system, &state, H);
         let mut force = vec![Vec3::zeros(); state.len()];
-        system.forces(&state.x, &state.v, &mut force);
+        system.forces(state.level(), &mut force);
         // A v_n − b = −h f + h² K v_n, where K v_n is left out by a step that is small enough.
         let small = 1e-7;
         secant.assemble(&system, &state, small);

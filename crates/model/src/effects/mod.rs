@@ -19,7 +19,7 @@ pub use springs::tangent::{BlockPlanes, Linearised};
 pub use springs::{LinearSprings, Spring};
 pub(crate) use springs::{batch, sweep, tangent};
 
-use crate::{Mat3, Vec3};
+use crate::{Level, Mat3, Vec3};
 use std::fmt::Debug;
 
 /// Which second derivative of the energy is wanted.
@@ -45,6 +45,13 @@ pub enum Part {
 pub trait BlockSink {
     /// Adds `block` at `(i, i)` and `(j, j)` and subtracts it at `(i, j)` and `(j, i)`. Symmetric blocks only.
     fn add_pair(&mut self, i: usize, j: usize, block: &Mat3);
+
+    /// The same for any block `B`: adds `B` at `(i, i)` and `Bᵀ` at `(j, j)`, and subtracts `B` at `(i, j)` and `Bᵀ` at
+    /// `(j, i)`. Every symmetric matrix that meets no translation is a sum of such pairs: those of `B = −H_ij`.
+    fn add_general_pair(&mut self, i: usize, j: usize, block: &Mat3);
+
+    /// Adds the symmetric `block` at `(i, i)`: a force that is no difference between particles.
+    fn add_diagonal(&mut self, i: usize, block: &Mat3);
 }
 
 /// One kind of force.
@@ -63,8 +70,20 @@ pub trait Effect: Debug + Send + Sync {
         false
     }
 
+    /// Whether the damping acts against a medium and not between particles: then its coefficients may depend on time and
+    /// velocity, and there may be a force at rest.
+    fn is_drag(&self) -> bool {
+        false
+    }
+
     /// Adds the damping force, N, to `out`.
-    fn add_damping_force(&self, _x: &[Vec3], _v: &[Vec3], _out: &mut [Vec3]) {}
+    fn add_damping_force(&self, _at: Level<'_>, _out: &mut [Vec3]) {}
+
+    /// Adds the damping force with the coefficients that it has at `lagged`, but for the velocities `v` (m/s), N: linear in
+    /// `v`, with the matrix that [`add_damping`](Self::add_damping) gives.
+    fn add_lagged_damping_force(&self, lagged: Level<'_>, v: &[Vec3], out: &mut [Vec3]) {
+        self.add_damping_force(Level { v, ..lagged }, out);
+    }
 
     /// The part of the effect's forces as something that one sweep can add together with those of other effects, if it
     /// has this form.
@@ -90,8 +109,8 @@ pub trait Effect: Debug + Send + Sync {
     ) {
     }
 
-    /// Adds `scale · (−∂f/∂v)`, N s/m, with directions taken at `x`, to `sink`.
-    fn add_damping(&self, _x: &[Vec3], _scale: f64, _sink: &mut dyn BlockSink) {}
+    /// Adds `scale · (−∂f/∂v)`, N s/m, with coefficients and directions taken at `lagged`, to `sink`.
+    fn add_damping(&self, _lagged: Level<'_>, _scale: f64, _sink: &mut dyn BlockSink) {}
 
     /// The split into a linear stiff part and a remainder, if the effect has one.
     fn split(&self) -> Option<&dyn LinearSplit> {

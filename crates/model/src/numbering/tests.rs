@@ -138,7 +138,7 @@ fn everything_follows_its_particle() {
     assert_eq!(system.obstacles(), given.obstacles());
     let forces = |system: &crate::System, state: &State| {
         let mut out = vec![Vec3::zeros(); 2000];
-        system.forces(&state.x, &state.v, &mut out);
+        system.forces(state.level(), &mut out);
         out
     };
     let (wanted, found) = (forces(&given, &state), forces(&system, &start));

@@ -2,7 +2,7 @@
 
 use crate::run::{Moment, Simulation};
 use drape_integrator::EnergyLedger;
-use drape_model::{System, Vec3};
+use drape_model::{Level, System, Vec3};
 use drape_records::energy::Ledger;
 use std::collections::BTreeMap;
 
@@ -31,10 +31,10 @@ pub(super) struct Flow {
 }
 
 /// `vᵀ D v`, W.
-fn power(system: &System, x: &[Vec3], v: &[Vec3]) -> f64 {
-    let mut force = vec![Vec3::zeros(); v.len()];
-    system.effects().for_each(|effect| effect.add_damping_force(x, v, &mut force));
-    -force.iter().zip(v).map(|(f, v)| f.dot(v)).sum::<f64>()
+fn power(system: &System, at: Level<'_>) -> f64 {
+    let mut force = vec![Vec3::zeros(); at.v.len()];
+    system.effects().for_each(|effect| effect.add_damping_force(at, &mut force));
+    -force.iter().zip(at.v).map(|(f, v)| f.dot(v)).sum::<f64>()
 }
 
 impl Flow {
@@ -45,7 +45,7 @@ impl Flow {
             reference,
             start,
             last: start,
-            power: power(system, &state.x, &state.v),
+            power: power(system, state.level()),
             dissipated: 0.0,
             energy: vec![0.0],
             is_beyond: false,
@@ -59,7 +59,7 @@ impl Flow {
     pub(super) fn look(&mut self, moment: &Moment<'_>, is_sample: bool) {
         let Moment { h, system, state, ref ledger, .. } = *moment;
         let energy = system.total_energy(state);
-        let power = power(system, &state.x, &state.v);
+        let power = power(system, state.level());
         self.dissipated += 0.5 * h * (self.power + power);
         self.power = power;
         if let Some(step) = ledger {

@@ -15,7 +15,7 @@ use super::scenes::Setup;
 use crate::methods::Choice;
 use crate::run::Simulation;
 use drape_integrator::{Implicit, LargestEigenvalue};
-use drape_model::{BlockSink, Effect, Mat3, SpringEffect, System, Tangent, Vec3};
+use drape_model::{BlockSink, Effect, Level, Mat3, SpringEffect, System, Tangent, Vec3};
 use drape_solvers::{BlockCholesky, BlockMatrix, Constraints, Filter};
 
 /// Instability is predicted where the stiffness exceeds the limit by this factor: closer to it, growth is slow.
@@ -204,6 +204,14 @@ impl BlockSink for Sink<'_> {
     fn add_pair(&mut self, i: usize, j: usize, block: &Mat3) {
         self.0.add_pair(i, j, block);
     }
+
+    fn add_general_pair(&mut self, i: usize, j: usize, block: &Mat3) {
+        self.0.add_general_pair(i, j, block);
+    }
+
+    fn add_diagonal(&mut self, i: usize, block: &Mat3) {
+        self.0.add_diagonal(i, block);
+    }
 }
 
 /// Whether `mass M` plus the weighted matrices of all springs is positive definite on the particles that are free.
@@ -222,12 +230,13 @@ fn is_definite(
     for (i, m) in system.mass().iter().enumerate() {
         matrix.add_diagonal(i, &Mat3::from_diagonal_element(mass.max(LEAST_MASS) * m));
     }
-    let h2 = h * h;
+    let (h2, rest) = (h * h, vec![Vec3::zeros(); system.len()]);
     for effect in system.effects() {
         let Weights { tangent, laplacian, secant, damping } = weights(effect);
         let mut sink = Sink(&mut matrix);
         effect.add_stiffness(x, h2 * tangent, Tangent::Exact, &mut sink);
-        effect.add_damping(x, h * damping, &mut sink);
+        let at_rest = Level { t: 0.0, x, v: &rest };
+        effect.add_damping(at_rest, h * damping, &mut sink);
         if let Some(split) = effect.split() {
             split.visit_weights(&mut |i, j, k, _| {
                 sink.add_pair(i, j, &Mat3::from_diagonal_element(h2 * laplacian * k));

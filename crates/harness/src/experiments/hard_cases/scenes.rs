@@ -546,7 +546,7 @@ mod tests {
         let scenery = Scenery::new(at_rest, true).unwrap();
         let Simulation { system, state } = &scenery.simulation;
         let mut force = vec![Vec3::zeros(); system.len()];
-        system.forces(&state.x, &state.v, &mut force);
+        system.forces(state.level(), &mut force);
         for (force, pinned) in force.iter().zip(system.pinned()) {
             assert!(*pinned || force.norm() < 1e-12, "{force:?}");
         }

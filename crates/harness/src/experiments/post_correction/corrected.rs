@@ -180,7 +180,7 @@ fn hang(
         portable: choice.is_portable(),
     };
     for step in 1..=steps {
-        system.forces(&state.x, &state.v, &mut force);
+        system.forces(state.level(), &mut force);
         velocity.copy_from_slice(&state.v);
         if !twins.step(&system, &mut state)? {
             row.verdict = "diverged".to_owned();

@@ -97,7 +97,7 @@ impl Problem {
             stepper.step(&system, &mut state)?;
         }
         let mut b = vec![Vec3::zeros(); system.len()];
-        system.forces(&state.x, &state.v, &mut b);
+        system.forces(state.level(), &mut b);
         for (i, b) in b.iter_mut().enumerate() {
             *b = *b * STEP + state.v[i] * system.mass()[i];
         }

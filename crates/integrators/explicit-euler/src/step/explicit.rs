@@ -35,7 +35,7 @@ impl Integrator for ExplicitEuler {
         let w = self.scratch.ready(system, state)?;
         let h = h.seconds();
         clock.switch(Phase::Forces);
-        system.forces(&state.x, &state.v, &mut w.force);
+        system.forces(state.level(), &mut w.force);
         clock.switch(Phase::Contact);
         w.contacts.detect(system, &state.x, &state.v, h, &mut w.constraints);
         w.free_velocity.copy_from_slice(&state.v);

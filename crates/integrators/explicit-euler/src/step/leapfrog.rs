@@ -48,12 +48,14 @@ impl Integrator for Leapfrog {
         w.refresh(system, substep, &mut report)?;
         clock.switch(Phase::Forces);
         w.ensure_force(system, &state.x, &mut report);
-        for _ in 0..report.substeps {
+        let start = state.t;
+        for part in 0..report.substeps {
+            state.t = start + f64::from(part) * substep;
             w.advance(system, state, substep, clock, &mut report);
         }
         w.remember_force(system, &state.x);
         w.last_substeps = report.substeps;
-        state.t += h.seconds();
+        state.t = start + h.seconds();
         clock.stop();
         Ok(report)
     }
@@ -87,7 +89,8 @@ impl LeapfrogWorkspace {
         clock: &mut PhaseClock,
         report: &mut StepReport,
     ) {
-        let State { x, v, .. } = state;
+        let State { t, x, v } = state;
+        let t = *t;
         clock.switch(Phase::Contact);
         // A rebound moves by the mean of the velocities before and after it, as befits order 2.
         let motion = MultistepMotion { from: (x, v), h, x_star: x, tau: h };
@@ -95,7 +98,7 @@ impl LeapfrogWorkspace {
         clock.switch(Phase::Forces);
         self.old_velocity.copy_from_slice(v);
         kick(system, 0.5 * h, &self.force, v);
-        self.kick_by_damping(system, x, 0.5 * h, v); // v½ = v_n + h/2 M⁻¹ (F_n − D_n v_n)
+        self.kick_by_damping(system, (t, x), 0.5 * h, v); // v½ = v_n + h/2 M⁻¹ (F_n − D_n v_n)
         clock.switch(Phase::Contact);
         self.project(system, v);
         clock.switch(Phase::Update);
@@ -104,7 +107,7 @@ impl LeapfrogWorkspace {
         self.evaluate_force(system, x, report);
         if self.damping.is_some() {
             clock.switch(Phase::Solve);
-            self.solve_half_kick(system, x, 0.5 * h, v, report); // (M + h/2 L_c) v_{n+1} = …
+            self.solve_half_kick(system, (t + h, x), 0.5 * h, v, report); // (M + h/2 L_c) v_{n+1} = …
         } else {
             clock.switch(Phase::Update);
             kick(system, 0.5 * h, &self.force, v); // v_{n+1} = v½ + h/2 M⁻¹ F_{n+1}

@@ -25,7 +25,7 @@ impl SymplecticEuler {
 /// `M v_n + h f`, kg m/s, without the linear part of the damping.
 fn undamped_impulse(system: &System, state: &State, h: f64, out: &mut [Vec3]) {
     out.fill(Vec3::zeros());
-    Implicit::Springs.add_explicit_forces(system, &state.x, &state.v, out);
+    Implicit::Springs.add_explicit_forces(system, state.level(), out);
     Implicit::Springs.add_implicit_forces(system, &state.x, out);
     Implicit::Springs.add_damping_remainders(system, &state.x, &state.v, out);
     for (i, &m) in system.mass().iter().enumerate() {
@@ -76,7 +76,7 @@ impl Integrator for SymplecticEuler {
                 Ok::<(), StepError>(())
             })?;
         } else {
-            system.forces(&state.x, &state.v, &mut w.force);
+            system.forces(state.level(), &mut w.force);
             clock.switch(Phase::Update);
             w.free_velocity.copy_from_slice(&state.v);
             kick(system, h, &w.force, &mut w.free_velocity); // v_{n+1} = v_n + h M⁻¹ f_n

@@ -6,7 +6,7 @@ use drape_integrator::{
     ContactSet, Implicit, LaplacianSolver, LinearSettings, PreconditionerKind, PrepareError,
     SolveStatus, StepError, StepReport, Weights, kick,
 };
-use drape_model::{Revisions, System, Vec3};
+use drape_model::{Level, Revisions, System, Vec3};
 use drape_solvers::{Constraints, Filter, Norm};
 
 /// Relative residual at which the conjugate gradients stop.
@@ -155,14 +155,14 @@ impl LeapfrogWorkspace {
     pub(crate) fn kick_by_damping(
         &mut self,
         system: &System,
-        x: &[Vec3],
+        (t, x): (f64, &[Vec3]),
         half: f64,
         v: &mut [Vec3],
     ) {
         let Some(Damping { force, .. }) = &mut self.damping else { return };
         force.fill(Vec3::zeros());
         for effect in system.effects() {
-            effect.add_damping_force(x, &self.old_velocity, force);
+            effect.add_damping_force(Level { t, x, v: &self.old_velocity }, force);
         }
         kick(system, half, force, v);
     }
@@ -182,7 +182,7 @@ impl LeapfrogWorkspace {
     pub(crate) fn solve_half_kick(
         &mut self,
         system: &System,
-        x: &[Vec3],
+        (t, x): (f64, &[Vec3]),
         half: f64,
         v: &mut [Vec3],
         report: &mut StepReport,
@@ -202,7 +202,7 @@ impl LeapfrogWorkspace {
             for effect in system.effects() {
                 match effect.split() {
                     Some(split) => split.add_damping_remainder(x, v, remainder),
-                    None => effect.add_damping_force(x, v, remainder), // nothing of it is in L_c
+                    None => effect.add_damping_force(Level { t, x, v }, remainder), // nothing of it is in L_c
                 }
             }
             is_linear &= remainder.iter().all(|r| *r == Vec3::zeros());

@@ -2,12 +2,14 @@
 
 use super::split_forces::SplitForces;
 use drape_integrator::{History, Implicit};
-use drape_model::{Revisions, State, System, Vec3};
+use drape_model::{Level, Revisions, State, System, Vec3};
 use drape_solvers::Filter;
 
 /// What a two-step method remembers of level `n − 1`.
 #[derive(Clone, Debug)]
 pub struct Past {
+    /// Time of the level, s.
+    time: f64,
     /// Positions and velocities.
     level: History<2>,
     pub(crate) forces: SplitForces,
@@ -20,10 +22,11 @@ pub struct Past {
 impl Past {
     pub(crate) fn new(n: usize) -> Self {
         let (level, forces) = (History::new(n, 1), SplitForces::new(n));
-        Self { level, forces, forces_fit: false, revisions: None }
+        Self { time: 0.0, level, forces, forces_fit: false, revisions: None }
     }
 
     pub(crate) fn copy_from(&mut self, other: &Self) {
+        self.time = other.time;
         self.level.copy_from(&other.level);
         self.forces.copy_from(&other.forces);
         (self.forces_fit, self.revisions) = (other.forces_fit, other.revisions);
@@ -40,9 +43,9 @@ impl Past {
         fits.then(|| h / self.level.step(0))
     }
 
-    /// `(x_{n−1}, v_{n−1})`.
-    pub(crate) fn level(&self) -> (&[Vec3], &[Vec3]) {
-        (self.level.field(0, 0), self.level.field(0, 1))
+    /// `(t_{n−1}, x_{n−1}, v_{n−1})`.
+    pub(crate) fn level(&self) -> Level<'_> {
+        Level { t: self.time, x: self.level.field(0, 0), v: self.level.field(0, 1) }
     }
 
     /// Extrapolates `v_n` to the end of a step of `h` seconds, `v_n + ω (v_n − v_{n−1})`.
@@ -58,7 +61,9 @@ impl Past {
         if std::mem::replace(&mut self.forces_fit, true) {
             return 0;
         }
-        self.forces.evaluate(system, implicit, self.level.field(0, 0), self.level.field(0, 1));
+        let Self { time: t, level, forces, .. } = self;
+        let at = Level { t: *t, x: level.field(0, 0), v: level.field(0, 1) };
+        forces.evaluate(system, implicit, at);
         SplitForces::SWEEPS
     }
 
@@ -71,6 +76,7 @@ impl Past {
         forces: Option<&mut SplitForces>,
     ) {
         self.revisions = Some(system.revisions());
+        self.time = state.t;
         self.level.push(h, [&state.x, &state.v]);
         self.forces_fit = forces.is_some();
         if let Some(forces) = forces {

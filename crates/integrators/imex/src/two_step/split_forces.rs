@@ -1,7 +1,7 @@
 //! The two parts of the force, EEH (6).
 
 use drape_integrator::Implicit;
-use drape_model::{System, Vec3};
+use drape_model::{Level, System, Vec3};
 
 /// `y' = f + g`, EEH (6), as forces of one level: everything that is not linear and stiff, and what is.
 #[doc(alias = "EEH 6")]
@@ -28,27 +28,26 @@ impl SplitForces {
     /// Number of sweeps over the springs that [`evaluate`](Self::evaluate) takes.
     pub(crate) const SWEEPS: u32 = 2;
 
-    /// Adds `F` at `(x, v)` to `out`.
+    /// Adds `F` at a level to `out`.
     pub(crate) fn add_explicit(
         system: &System,
         implicit: Implicit,
-        x: &[Vec3],
-        v: &[Vec3],
+        at: Level<'_>,
         out: &mut [Vec3],
     ) {
-        implicit.add_explicit_forces(system, x, v, out);
-        implicit.add_nonlinear_forces(system, x, out);
-        implicit.add_damping_remainders(system, x, v, out);
+        implicit.add_explicit_forces(system, at, out);
+        implicit.add_nonlinear_forces(system, at.x, out);
+        implicit.add_damping_remainders(system, at.x, at.v, out);
     }
 
-    /// `F` and `G` at `(x, v)`. `G` is the negative of EEH (15) and (18).
+    /// `F` and `G` at a level. `G` is the negative of EEH (15) and (18).
     #[doc(alias = "EEH 15")]
     #[doc(alias = "EEH 18")]
-    pub(crate) fn evaluate(&mut self, system: &System, implicit: Implicit, x: &[Vec3], v: &[Vec3]) {
+    pub(crate) fn evaluate(&mut self, system: &System, implicit: Implicit, at: Level<'_>) {
         self.explicit.fill(Vec3::zeros());
-        Self::add_explicit(system, implicit, x, v, &mut self.explicit);
+        Self::add_explicit(system, implicit, at, &mut self.explicit);
         self.linear.fill(Vec3::zeros());
-        implicit.add_linear_spring_forces(system, x, &mut self.linear);
-        implicit.add_linear_damping_forces(system, v, &mut self.linear);
+        implicit.add_linear_spring_forces(system, at.x, &mut self.linear);
+        implicit.add_linear_damping_forces(system, at.v, &mut self.linear);
     }
 }

@@ -47,7 +47,7 @@ impl Workspace {
     ) -> Result<(), StepError> {
         let Self { starter, contacts, constraints, velocity, position, .. } = self;
         let from = (&state.x[..], &state.v[..]);
-        let stage = Stage { tau: h, from, lagged: from, velocity: &state.v };
+        let stage = Stage { tau: h, from, lagged: state.level(), velocity: &state.v };
         let settings = StageSettings::default();
         starter.solve(system, stage, &state.v, contacts, constraints, settings, clock, report)?;
         velocity.copy_from_slice(starter.velocity());
@@ -206,7 +206,7 @@ impl Rewind for ImexTwoStep {
             let Workspace { splitting, linear, constraints, .. } = w;
             let tau = scheme.at_constant_step().tau(h);
             let force = |out: &mut [Vec3]| {
-                SplitForces::add_explicit(system, implicit, &to.x, &to.v, out);
+                SplitForces::add_explicit(system, implicit, to.level(), out);
             };
             splitting.add(system, force, tau, linear, constraints, error, report);
         }

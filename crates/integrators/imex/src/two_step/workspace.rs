@@ -5,7 +5,7 @@ use super::split_forces::SplitForces;
 use super::{Coefficients, ImexTwoStepSettings};
 use crate::splitting::SplittingError;
 use drape_integrator::{ContactSet, ImplicitStage, LaplacianSolver, PrepareError, Weights};
-use drape_model::{State, System, Vec3};
+use drape_model::{Level, State, System, Vec3};
 use drape_solvers::Constraints;
 
 #[derive(Debug)]
@@ -83,9 +83,9 @@ impl Workspace {
         let Coefficients { a: [a0, _, a2], b: [_, b1, b2], c: [c1, c2] } = *coefficients;
         let (implicit, tau, n) = (settings.implicit, coefficients.tau(h), state.len());
         let sweeps = self.past.update_forces(system, implicit);
-        self.present.evaluate(system, implicit, &state.x, &state.v);
+        self.present.evaluate(system, implicit, state.level());
         let (x, v) = (&state.x, &state.v);
-        let (x_old, v_old) = self.past.level();
+        let Level { x: x_old, v: v_old, .. } = self.past.level();
         // With a_1 = −a_0 − a_2, so that what does not move stays to the last bit.
         for i in 0..n {
             let drift = v[i] * b1 + v_old[i] * b2;

@@ -4,7 +4,7 @@ use super::step_sizes;
 use crate::coefficients::LinearMultistep;
 use crate::settings::Steps;
 use drape_integrator::{ContactSet, History, drift};
-use drape_model::{State, System, Vec3};
+use drape_model::{Level, State, System, Vec3};
 use drape_solvers::Constraints;
 
 const VELOCITY: usize = 0;
@@ -30,9 +30,9 @@ pub(crate) struct AdamsWorkspace {
     constraints: Constraints,
 }
 
-/// `a = M⁻¹ f(x, v)`, 0 where pinned.
-fn accelerations(system: &System, x: &[Vec3], v: &[Vec3], a: &mut [Vec3]) {
-    system.forces(x, v, a);
+/// `a = M⁻¹ f(t, x, v)`, 0 where pinned.
+fn accelerations(system: &System, at: Level<'_>, a: &mut [Vec3]) {
+    system.forces(at, a);
     for (i, a) in a.iter_mut().enumerate() {
         *a = if system.pinned()[i] { Vec3::zeros() } else { *a / system.mass()[i] };
     }
@@ -57,7 +57,7 @@ impl AdamsWorkspace {
 
     /// `a_n`.
     pub(crate) fn accelerate(&mut self, system: &System, state: &State) {
-        accelerations(system, &state.x, &state.v, &mut self.acceleration);
+        accelerations(system, state.level(), &mut self.acceleration);
     }
 
     /// EEH (2): the means of velocities and accelerations over as many levels as are known.
@@ -77,7 +77,7 @@ impl AdamsWorkspace {
         drift(h, &state.v, x); // x̃ = x_n + h v_n
         v.copy_from_slice(&state.v);
         drift(h, a, v); // ṽ = v_n + h a_n
-        accelerations(system, x, v, mean);
+        accelerations(system, Level { t: state.t + h, x, v }, mean);
         for i in 0..state.len() {
             mean[i] = (mean[i] + a[i]) * 0.5;
             self.lead[i] = a[i] * (0.5 * h); // ½ (v_n + ṽ) − v_n

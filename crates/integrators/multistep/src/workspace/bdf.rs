@@ -7,7 +7,7 @@ use drape_integrator::{
     ContactSet, History, ImplicitStage, MultistepMotion, Phase, PhaseClock, PrepareError,
     SolveStatus, Stage, StageSettings, StepError, StepReport,
 };
-use drape_model::{State, System, Vec3};
+use drape_model::{Level, State, System, Vec3};
 use drape_solvers::Constraints;
 
 const POSITION: usize = 0;
@@ -22,6 +22,8 @@ pub(crate) struct BdfWorkspace {
     mean: (Vec<Vec3>, Vec<Vec3>),
     /// Positions and velocities at the new time, by extrapolation.
     extrapolated: (Vec<Vec3>, Vec<Vec3>),
+    /// Time for which that is, s.
+    ahead: f64,
     /// What goes on after an impact, for the history.
     acceleration: Vec<Vec3>,
     pub(crate) contacts: ContactSet,
@@ -40,6 +42,7 @@ impl BdfWorkspace {
             stage: ImplicitStage::new(system)?,
             mean: (zeros(), zeros()),
             extrapolated: (zeros(), zeros()),
+            ahead: 0.0,
             acceleration: zeros(),
             contacts: ContactSet::new(system),
             constraints: Constraints::free(system.len()),
@@ -55,6 +58,7 @@ impl BdfWorkspace {
         self.history.mean(VELOCITY, &state.v, &weights[..k], &mut self.mean.1);
         self.history.mean(POSITION, &state.x, &ahead[..k], &mut self.extrapolated.0);
         self.history.mean(VELOCITY, &state.v, &ahead[..k], &mut self.extrapolated.1);
+        self.ahead = state.t + h;
         formula.tau(h)
     }
 
@@ -86,7 +90,9 @@ impl BdfWorkspace {
             (self.mean.0[i], self.mean.1[i]) = (x, v);
             (self.extrapolated.0[i], self.extrapolated.1[i]) = (x + v * tau, v);
         }
+        self.ahead = state.t + tau;
         self.solve(system, state, (h, tau), Obstacles::Ignored, settings, clock, report)?;
+        self.ahead = state.t + h;
         for (i, v_1) in self.stage.velocity().iter().enumerate() {
             let (x, v) = (self.mean.0[i], self.mean.1[i]);
             let change = (v_1 - v) / GAMMA; // h a₁
@@ -113,7 +119,7 @@ impl BdfWorkspace {
         clock: &mut PhaseClock,
         report: &mut StepReport,
     ) -> Result<(), StepError> {
-        let Self { mean, extrapolated, constraints, .. } = self;
+        let Self { mean, extrapolated, ahead, constraints, .. } = self;
         let from = (&state.x[..], &state.v[..]);
         let mut none = ContactSet::default();
         let contacts = match obstacles {
@@ -126,7 +132,7 @@ impl BdfWorkspace {
         let stage = Stage {
             tau,
             from: (&mean.0, &mean.1),
-            lagged: (&extrapolated.0, &extrapolated.1),
+            lagged: Level { t: *ahead, x: &extrapolated.0, v: &extrapolated.1 },
             velocity: &state.v,
         };
         let before = report.solve;

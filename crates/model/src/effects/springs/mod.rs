@@ -18,7 +18,7 @@ use self::diagonals::Diagonals;
 use self::listed::Listed;
 use self::sweep::{Law, ListedSprings, Pass, Springs, Window};
 use super::{BlockSink, Effect, LinearSplit, Part, Tangent};
-use crate::{DampingLaw, Mat3, Vec3};
+use crate::{DampingLaw, Level, Mat3, Vec3};
 use std::sync::Mutex;
 
 /// A spring shorter than this fraction of its rest length has no direction: `û = 0`, which is a
@@ -229,7 +229,7 @@ impl Effect for LinearSprings {
 
     /// Full: `f_i = −c (v_i − v_j)`, the negative of EEH (14). Projected: `f_i = −c ûûᵀ(v_i − v_j)`.
     #[doc(alias = "EEH 14")]
-    fn add_damping_force(&self, x: &[Vec3], v: &[Vec3], out: &mut [Vec3]) {
+    fn add_damping_force(&self, Level { x, v, .. }: Level<'_>, out: &mut [Vec3]) {
         match self.damping {
             None => {}
             Some(DampingLaw::Full) => self.damp_fully(v, out),
@@ -273,14 +273,14 @@ impl Effect for LinearSprings {
         });
     }
 
-    fn add_damping(&self, x: &[Vec3], scale: f64, sink: &mut dyn BlockSink) {
+    fn add_damping(&self, lagged: Level<'_>, scale: f64, sink: &mut dyn BlockSink) {
         let Some(law) = self.damping else { return };
         self.each(|s| {
             let (i, j) = s.ends();
             let block = match law {
                 DampingLaw::Full => Mat3::from_diagonal_element(scale * s.damping),
                 DampingLaw::Projected => {
-                    let u = s.direction(x);
+                    let u = s.direction(lagged.x);
                     u * u.transpose() * (scale * s.damping)
                 }
             };

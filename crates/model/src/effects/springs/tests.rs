@@ -1,7 +1,7 @@
 //! The fast kernels against the readable loops, bit for bit.
 
 use super::*;
-use crate::{Part, SystemSpec};
+use crate::{Level, Part, SystemSpec};
 use proptest::prelude::*;
 
 /// Numbers that look random, in (−1, 1).
@@ -171,10 +171,10 @@ fn effects_that_share_a_sweep_give_the_same_bits_as_one_after_the_other() {
         let n = state.len();
         let (x, v) = (random.vectors(n), random.vectors(n));
         let [mut shared, mut apart, mut contended] = [(); 3].map(|()| vec![Vec3::zeros(); n]);
-        system.forces(&x, &v, &mut shared);
+        system.forces(Level { t: 0.0, x: &x, v: &v }, &mut shared);
         for effect in system.effects() {
             effect.add_force(system.mass(), &x, &mut apart);
-            effect.add_damping_force(&x, &v, &mut apart);
+            effect.add_damping_force(Level { t: 0.0, x: &x, v: &v }, &mut apart);
         }
         assert_eq!(bits(&shared), bits(&apart), "{side}");
         // In another order, and part of them only.
@@ -183,18 +183,22 @@ fn effects_that_share_a_sweep_give_the_same_bits_as_one_after_the_other() {
         let effects: Vec<_> = system.effects().collect();
         let terms =
             [(1, Part::All), (2, Part::All), (3, Part::All), (0, Part::Force), (0, Part::Force)];
-        system.add_forces(terms.iter().map(|&(e, p)| (effects[e], p)), &x, &v, &mut shared);
+        system.add_forces(
+            terms.iter().map(|&(e, p)| (effects[e], p)),
+            Level { t: 0.0, x: &x, v: &v },
+            &mut shared,
+        );
         for (e, part) in terms {
             effects[e].add_force(system.mass(), &x, &mut apart);
             if part == Part::All {
-                effects[e].add_damping_force(&x, &v, &mut apart);
+                effects[e].add_damping_force(Level { t: 0.0, x: &x, v: &v }, &mut apart);
             }
         }
         assert_eq!(bits(&shared), bits(&apart), "{side}");
         // A system whose window somebody else has.
         let copy = system.clone();
-        copy.forces(&x, &v, &mut contended);
-        system.forces(&x, &v, &mut shared);
+        copy.forces(Level { t: 0.0, x: &x, v: &v }, &mut contended);
+        system.forces(Level { t: 0.0, x: &x, v: &v }, &mut shared);
         assert_eq!(bits(&shared), bits(&contended), "{side}");
     }
 }

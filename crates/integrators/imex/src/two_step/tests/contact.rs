@@ -3,7 +3,7 @@
 use super::split_forces::SplitForces;
 use super::*;
 use drape_integrator::Implicit;
-use drape_model::parse;
+use drape_model::{Level, parse};
 
 /// One particle over the plane `z = 0`.
 fn ball(z: f64, v: Vec3, restitution: f64) -> (System, State) {
@@ -83,11 +83,12 @@ fn forces_of_the_past_follow_when_a_contact_rewrites_it() {
             let (before, system) = (run.state.clone(), run.system.clone());
             run.step();
             let past = &mut run.method.workspace().past;
-            let (x, v) = past.level();
+            let at = past.level();
+            let Level { x, v, .. } = at;
             rewritten += u32::from(v[0] != before.v[0]);
             assert_eq!((x[1], v[1]), (before.x[1], before.v[1]), "{scheme:?}: nothing touched it");
             let mut fresh = SplitForces::new(2);
-            fresh.evaluate(&system, Implicit::Springs, x, v);
+            fresh.evaluate(&system, Implicit::Springs, at);
             past.update_forces(&system, Implicit::Springs);
             assert_eq!(past.forces.explicit, fresh.explicit, "{scheme:?}, step {step}");
             assert_eq!(past.forces.linear, fresh.linear, "{scheme:?}, step {step}");
