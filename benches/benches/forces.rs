@@ -17,7 +17,7 @@ fn forces(criterion: &mut Criterion) {
             let mut out = vec![Vec3::zeros(); system.len()];
             group.throughput(Throughput::Elements(system.len() as u64));
             group.bench_function(format!("{side}/{}", mesh.name()), |bencher| {
-                bencher.iter(|| system.forces(&state.x, &state.v, &mut out));
+                bencher.iter(|| system.forces(state.level(), &mut out));
             });
         }
     }

@@ -54,7 +54,7 @@ fn name((method, mesh): (&str, Mesh)) -> String {
 fn measured(kernel: &str, prepared: &mut Prepared, out: &mut [Vec3]) {
     if kernel == "forces" {
         let Prepared { system, state, .. } = prepared;
-        system.forces(&state.x, &state.v, out);
+        system.forces(state.level(), out);
     } else {
         (0..STEPS).for_each(|_| prepared.step());
     }

@@ -1,7 +1,10 @@
 //! The energy ledger of every method: its terms add up to the change of the total energy, and each is what it says.
 
 use drape_integrator::EnergyLedger;
-use drape_model::{DampingLaw, Effect, ObstacleSpec, State, System, Vec3};
+use drape_model::{
+    AirSpec, AngularLaw, DampingLaw, DragSpec, Effect, GustSpec, Level, ObstacleSpec, State,
+    System, Vec3, WindSpec,
+};
 use drape_tests::{METHODS, Run, Sheet, build, gravity, particles};
 
 const H: f64 = 0.004;
@@ -45,6 +48,21 @@ fn on_a_sphere(law: DampingLaw) -> (System, State) {
     build(&spec)
 }
 
+/// A sheet that resists shear and bending by its angles, in a wind.
+fn in_a_wind(gusty: bool) -> (System, State) {
+    let mut scene = Sheet { shear: 0.0, ..SHEET }.scene();
+    let law = Some(AngularLaw { stiffness_n_m: 0.02 });
+    let gust = GustSpec { amplitude_m_s: [0.0, 1.0, 4.0], period_s: 0.05, seed: 3 };
+    scene.effects.shear_angle = law;
+    scene.effects.bending_angle = law;
+    scene.effects.bending_hinge = law;
+    scene.effects.air = Some(AirSpec {
+        drag: DragSpec::Quadratic { coefficient: 1.0, density_kg_m3: 1.2 },
+        wind: Some(WindSpec { velocity_m_s: [1.0, 0.0, 3.0], gust: gusty.then_some(gust) }),
+    });
+    build(&scene.discretise().expect("valid"))
+}
+
 /// The scenes in which every ledger must close.
 fn scenes() -> Vec<(&'static str, (System, State))> {
     let undamped = Sheet { damping: 0.0, ..SHEET };
@@ -57,6 +75,14 @@ fn scenes() -> Vec<(&'static str, (System, State))> {
         ("free, unequal masses", stir(free.build(), true)),
         ("on a sphere", stir(on_a_sphere(DampingLaw::Full), false)),
         ("on a sphere, projected damping", stir(on_a_sphere(DampingLaw::Projected), true)),
+    ]
+}
+
+/// Those with forces that no method splits.
+fn scenes_of_angles_and_air() -> [(&'static str, (System, State)); 2] {
+    [
+        ("angles and wind", stir(in_a_wind(false), true)),
+        ("angles and gusts", stir(in_a_wind(true), false)),
     ]
 }
 
@@ -77,7 +103,7 @@ fn is_without(id: &str) -> bool {
 fn the_terms_add_up_at_every_step_of_every_method_on_every_scene() {
     let mut worst: f64 = 0.0;
     for id in METHODS.into_iter().filter(|id| !is_without(id)) {
-        for (name, start) in scenes() {
+        for (name, start) in scenes().into_iter().chain(scenes_of_angles_and_air()) {
             let mut run = Run::new(id, start, H);
             for n in 0..40 {
                 let (_, ledger, change) = step(&mut run);
@@ -154,7 +180,9 @@ fn near(a: f64, b: f64) -> bool {
 /// `h v·f_damping(x, v)`.
 fn damping_work(run: &Run, x: &[Vec3], v: &[Vec3]) -> f64 {
     let mut force = vec![Vec3::zeros(); v.len()];
-    run.system.effects().for_each(|effect| effect.add_damping_force(x, v, &mut force));
+    run.system.effects().for_each(|effect| {
+        effect.add_damping_force(Level { t: 0.0, x, v }, &mut force);
+    });
     force.iter().zip(v).map(|(f, v)| run.h.seconds() * f.dot(v)).sum()
 }
 
@@ -211,7 +239,7 @@ fn inertia_of_leapfrog_is_the_change_of_its_shadow() {
     // h²/8 ‖M⁻¹F‖²_M
     let shadow = |run: &Run| -> f64 {
         let mut force = vec![Vec3::zeros(); run.state.len()];
-        run.system.forces(&run.state.x, &run.state.v, &mut force);
+        run.system.forces(run.state.level(), &mut force);
         let square = force.iter().zip(run.system.mass()).map(|(f, m)| f.norm_squared() / m);
         H * H / 8.0 * square.sum::<f64>()
     };

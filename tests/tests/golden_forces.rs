@@ -1,6 +1,6 @@
 //! Every effect: energy → force → Jacobian, its linear split, its symmetries.
 
-use drape_model::{DampingLaw, Effect, SpringEffect, State, System, Tangent, Vec3};
+use drape_model::{DampingLaw, Effect, Level, SpringEffect, State, System, Tangent, Vec3};
 use drape_oracle::{Random, finite_difference};
 use drape_tests::{build, gravity, particles, spring};
 use nalgebra::{DMatrix, Rotation3, SymmetricEigen};
@@ -52,7 +52,7 @@ fn force(effect: &dyn Effect, system: &System, x: &[Vec3]) -> Vec<Vec3> {
 
 fn damping_force(effect: &dyn Effect, x: &[Vec3], v: &[Vec3]) -> Vec<Vec3> {
     let mut out = vec![Vec3::zeros(); x.len()];
-    effect.add_damping_force(x, v, &mut out);
+    effect.add_damping_force(Level { t: 0.0, x, v }, &mut out);
     out
 }
 

@@ -2,14 +2,28 @@
 
 use drape_harness::methods;
 use drape_integrator::{Method, Order, PrepareError, Quantity, StabilityClass, Support, Treatment};
-use drape_model::{DampingLaw, ObstacleSpec, SpringEffect, State, System, Vec3};
+use drape_model::{
+    AirSpec, AngleEffect, AngleSpec, DampingLaw, DragSpec, HingeSpec, ObstacleSpec, SpringEffect,
+    State, System, Vec3,
+};
 use drape_tests::{Sheet, build, bundled, gravity, method, particles, pin, seconds, spring};
 
 /// Everything that a system can have.
-const KNOWN: [&str; 6] = ["tension", "shear", "bending", "gravity", "pins", "contact"];
+const KNOWN: [&str; 10] = [
+    "tension",
+    "shear",
+    "bending",
+    "shear_angle",
+    "bending_angle",
+    "bending_hinge",
+    "gravity",
+    "air",
+    "pins",
+    "contact",
+];
 
 /// A method that supports what is listed.
-const fn supporting(supports: &'static [Support]) -> Method {
+fn supporting(supports: &'static [Support]) -> Method {
     Method {
         id: "choosy",
         name: "a choosy method",
@@ -23,30 +37,34 @@ const fn supporting(supports: &'static [Support]) -> Method {
     }
 }
 
-macro_rules! all_but {
-    ($($effect:literal),*) => {
-        supporting(&[$(Support::new($effect, Treatment::Explicit)),*])
-    };
+/// A method that supports everything but what is named.
+fn all_but(missing: &str) -> Method {
+    let others = KNOWN.into_iter().filter(|known| *known != missing);
+    let list: Vec<_> = others.map(|known| Support::new(known, Treatment::Explicit)).collect();
+    supporting(list.leak())
 }
-
-/// Methods that lack one thing each, in the order of [`KNOWN`].
-static CHOOSY: [Method; 6] = [
-    all_but!("shear", "bending", "gravity", "pins", "contact"),
-    all_but!("tension", "bending", "gravity", "pins", "contact"),
-    all_but!("tension", "shear", "gravity", "pins", "contact"),
-    all_but!("tension", "shear", "bending", "pins", "contact"),
-    all_but!("tension", "shear", "bending", "gravity", "contact"),
-    all_but!("tension", "shear", "bending", "gravity", "pins"),
-];
 
 /// A system that has exactly one of the things that are known.
 fn with(what: &str) -> System {
-    let positions = [Vec3::zeros(), Vec3::x()];
-    let mut spec = particles(&[1.0; 2], &positions, &[]);
+    let positions = [Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::new(1.0, 1.0, 0.0)];
+    let mut spec = particles(&[1.0; 4], &positions, &[]);
     for effect in SpringEffect::ALL.into_iter().filter(|effect| effect.name() == what) {
         spec.springs = vec![spring(effect, (0, 1), 1.0, 10.0, 0.0)];
     }
+    for effect in AngleEffect::ALL.into_iter().filter(|effect| effect.name() == what) {
+        let (rest_rad, stiffness_n_m) = (std::f64::consts::PI, 0.1);
+        spec.angles = vec![AngleSpec { effect, i: 0, j: 1, k: 2, rest_rad, stiffness_n_m }];
+    }
     match what {
+        "bending_hinge" => {
+            let (rest_rad, stiffness_n_m) = (0.0, 0.1);
+            spec.hinges = vec![HingeSpec { i: 1, j: 2, k: 0, l: 3, rest_rad, stiffness_n_m }];
+        }
+        "air" => {
+            spec.triangles = vec![[0, 1, 2]];
+            let drag = DragSpec::Linear { coefficient_n_s_per_m3: 1.0 };
+            spec.effects.air = Some(AirSpec { drag, wind: None });
+        }
         "gravity" => spec.effects.gravity = gravity(),
         "pins" => spec.pins = vec![pin(0)],
         "contact" => {
@@ -60,7 +78,8 @@ fn with(what: &str) -> System {
 
 #[test]
 fn a_system_with_something_that_a_method_does_not_support_is_refused_by_its_name() {
-    for (choosy, missing) in CHOOSY.iter().zip(KNOWN) {
+    for missing in KNOWN {
+        let choosy = all_but(missing);
         for what in KNOWN {
             match choosy.check(&with(what)) {
                 Ok(()) => assert_ne!(what, missing, "{missing} passes"),

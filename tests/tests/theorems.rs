@@ -69,7 +69,7 @@ fn violation(run: &mut Run) -> f64 {
     let change: Vec<Vec3> = run.state.v.iter().zip(&before.v).map(|(a, b)| a - b).collect();
     let mut damping = vec![Vec3::zeros(); run.state.len()];
     for effect in system.effects() {
-        effect.add_damping_force(&run.state.x, &run.state.v, &mut damping);
+        effect.add_damping_force(run.state.level(), &mut damping);
     }
     let power: f64 = run.state.v.iter().zip(&damping).map(|(v, f)| v.dot(f)).sum();
     let bound = energy - system.kinetic_energy(&change) + h * power;

@@ -429,6 +429,8 @@ mod tests {
                 stiffness_n_per_m: 0.1,
                 damping_n_s_per_m: 0.0,
             }],
+            angles: Vec::new(),
+            hinges: Vec::new(),
             damping: DampingLaw::Full,
             triangles: Vec::new(),
             pins: Vec::new(),

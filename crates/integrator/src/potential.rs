@@ -1,7 +1,7 @@
 //! The incremental potential: the function that an implicit stage minimises.
 
 use crate::Implicit;
-use drape_model::{Effect, Level, System, Vec3};
+use drape_model::{BlockSink, Effect, Level, Mat3, System, Tangent, Vec3};
 use drape_solvers::{Constraints, vector::weighted_dot};
 
 /// Round-off of a force over `k |x|`, and of a momentum over `m |v|`.
@@ -42,6 +42,25 @@ pub struct IncrementalPotential {
     round_off: f64,
     row_sums: Vec<f64>,
     evaluations: u32,
+}
+
+/// Adds up the sizes of the blocks of each particle, N/m.
+struct RowSums<'a>(&'a mut [f64]);
+
+impl BlockSink for RowSums<'_> {
+    fn add_pair(&mut self, i: usize, j: usize, block: &Mat3) {
+        let size = block.norm();
+        self.0[i] += size;
+        self.0[j] += size;
+    }
+
+    fn add_general_pair(&mut self, i: usize, j: usize, block: &Mat3) {
+        self.add_pair(i, j, block);
+    }
+
+    fn add_diagonal(&mut self, i: usize, block: &Mat3) {
+        self.0[i] += block.norm();
+    }
 }
 
 impl IncrementalPotential {
@@ -124,6 +143,10 @@ impl IncrementalPotential {
             rows[i] += k;
             rows[j] += k;
         });
+        for effect in self.implicit.effects(system).filter(|effect| effect.split().is_none()) {
+            let mut sums = RowSums(&mut self.row_sums);
+            effect.add_stiffness(&self.x_star, 1.0, Tangent::Projected, &mut sums);
+        }
         let largest = |vectors: &[Vec3]| vectors.iter().fold(0.0, |a: f64, v| a.max(v.amax()));
         let reach = largest(&self.x_star) + self.tau * largest(&self.target);
         let (mut springs, mut inertia) = (0.0, 0.0);

@@ -13,7 +13,7 @@ const CONVERGED: f64 = 0.01;
 const MOST_PRODUCTS: usize = 200;
 
 /// Estimates `λ_max(M⁻¹ K)`, 1/s², by power iteration, without a matrix; `K` is the Hessian of the potential
-/// energy with each spring's block made positive semi-definite, so that compression does not hide the stiff modes.
+/// energy with each spring's or angle's part made positive semi-definite, so that compression does not hide the stiff modes.
 ///
 /// The Rayleigh quotient approaches `λ_max` from below. The iteration starts from the vector of the last call: while
 /// the cloth changes slowly, two products a call are enough.
@@ -103,7 +103,9 @@ impl StiffnessBound {
     /// Memory for a system; `None` where an effect has a stiffness but no [linear split](drape_model::LinearSplit), so
     /// that nothing is known about it at other positions.
     pub fn new(system: &System) -> Option<Self> {
-        let is_known = |effect: &dyn Effect| !effect.has_jacobian() || effect.split().is_some();
+        let is_known = |effect: &dyn Effect| {
+            !effect.has_jacobian() || effect.split().is_some() || effect.is_drag()
+        };
         system.effects().all(is_known).then(|| Self { stiffness_sums: vec![0.0; system.len()] })
     }
 

@@ -4,6 +4,7 @@ use crate::effects::{Gravity, LinearSprings, Spring};
 use crate::error::Violation;
 use crate::numbering::Numbering;
 use crate::spec::{MAX_COEFFICIENT, MAX_COORDINATE, MAX_PARTICLES, SYSTEM_FORMAT};
+use crate::stencils::Stencils;
 use crate::system::Contact;
 use crate::{
     Effect, Obstacle, ObstacleSpec, ParticlesSpec, Shape, SpringEffect, SpringSpec, State, System,
@@ -11,7 +12,7 @@ use crate::{
 };
 use std::fmt::Display;
 
-fn index(path: impl Display, value: u32, count: usize) -> Result<usize, Violation> {
+pub(crate) fn index(path: impl Display, value: u32, count: usize) -> Result<usize, Violation> {
     let expected = || match count {
         0 => "no index at all: there is no particle".to_owned(),
         _ => format!("a particle index from 0 to {}", count - 1),
@@ -148,6 +149,7 @@ struct Parts {
     state: State,
     /// Springs of each of [`SpringEffect::ALL`].
     springs: [Vec<Spring>; 3],
+    stencils: Stencils,
     gravity: Option<Gravity>,
     pinned: Vec<bool>,
     obstacles: Vec<Obstacle>,
@@ -185,6 +187,7 @@ impl SystemSpec {
         if !numbering.is_identity() {
             parts.mass = numbering.apply(&parts.mass);
             parts.pinned = numbering.apply(&parts.pinned);
+            parts.stencils.renumber(&numbering);
             parts.state.x = numbering.apply(&parts.state.x);
             parts.state.v = numbering.apply(&parts.state.v);
         }
@@ -232,6 +235,7 @@ impl SystemSpec {
                 index(format_args!("triangles[{position}][{corner}]"), particle, n)?;
             }
         }
+        let stencils = Stencils::check(self, n)?;
         let obstacles = self.obstacles.iter().enumerate().map(|(i, spec)| spec.check(i));
         let obstacles = obstacles.collect::<Result<Vec<_>, _>>()?;
         let contact = self.effects.contact.unwrap_or_default();
@@ -239,21 +243,24 @@ impl SystemSpec {
         within("effects.contact.recovery_speed_limit_m_s", limit, 0.0, MAX_COORDINATE)?;
         let contact = Contact { detection: contact.detection, recovery_speed_limit: limit };
         let (mass, state) = (self.particles.mass_kg.clone(), State { t: 0.0, x, v });
-        Ok(Parts { mass, state, springs, gravity, pinned, obstacles, contact })
+        Ok(Parts { mass, state, springs, stencils, gravity, pinned, obstacles, contact })
     }
 
-    /// One effect object for each kind of force that is there, springs first.
+    /// One effect object for each kind of force that is there: springs, angles and hinges, gravity, air.
     fn assemble(&self, parts: Parts) -> (System, State) {
-        let Parts { mass, state, springs, gravity, pinned, obstacles, contact } = parts;
+        let Parts { mass, state, springs, stencils, gravity, pinned, obstacles, contact } = parts;
         let mut effects: Vec<Box<dyn Effect>> = Vec::new();
         for (effect, springs) in SpringEffect::ALL.into_iter().zip(springs) {
             if !springs.is_empty() {
                 effects.push(Box::new(LinearSprings::new(effect.name(), springs, self.damping)));
             }
         }
+        let (elastic, air) = stencils.into_effects();
+        effects.extend(elastic);
         if let Some(gravity) = gravity {
             effects.push(Box::new(gravity));
         }
+        effects.extend(air);
         let system = System::new(self.name.clone(), mass, effects, pinned, obstacles, contact);
         (system, state)
     }

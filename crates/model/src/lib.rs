@@ -54,8 +54,10 @@ mod obstacle;
 mod scene;
 mod spec;
 mod state;
+mod stencils;
 mod strict;
 mod system;
+mod topology;
 
 pub use effects::{BlockPlanes, BlockSink, Effect, LinearSplit, Linearised, Part, Tangent};
 pub use error::{SceneError, Violation};
@@ -68,6 +70,9 @@ pub use spec::{
     SpringEffect, SpringSpec, SystemSpec,
 };
 pub use state::{Level, State};
+pub use stencils::{
+    AirSpec, AngleEffect, AngleSpec, AngularLaw, DragSpec, GustSpec, HingeSpec, WindSpec,
+};
 pub use system::{Contact, Revisions, System};
 
 /// A point, velocity, force or impulse in space.

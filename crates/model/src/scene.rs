@@ -1,6 +1,5 @@
 //! Scenes: what a person writes, format "drape-scene/1".
 
-use crate::Vec3;
 use crate::build::{number, positive, vector, within};
 use crate::error::Violation;
 use crate::spec::{
@@ -8,6 +7,8 @@ use crate::spec::{
     MAX_PARTICLES, ObstacleSpec, ParticlesSpec, PinSpec, SYSTEM_FORMAT, SpringEffect, SpringSpec,
     SystemSpec,
 };
+use crate::stencils;
+use crate::{AirSpec, AngularLaw, Vec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -107,9 +108,21 @@ pub struct Effects {
     /// Springs from each particle to the next but one in a row or column.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bending: Option<SpringLaw>,
+    /// Angles between warp and weft, which shear changes; of a grid.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shear_angle: Option<AngularLaw>,
+    /// Angles between the edges of a row or column, which bending changes; of a grid.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bending_angle: Option<AngularLaw>,
+    /// Angles between triangles with a common edge, which bending changes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bending_hinge: Option<AngularLaw>,
     /// Uniform gravity.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gravity: Option<GravitySpec>,
+    /// The air around the cloth, at rest or in motion.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub air: Option<AirSpec>,
     /// Treatment of contacts with the obstacles.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contact: Option<ContactSpec>,
@@ -236,7 +249,7 @@ impl Grid {
         Ok(())
     }
 
-    fn index(&self, row: u32, column: u32) -> u32 {
+    pub(crate) fn index(&self, row: u32, column: u32) -> u32 {
         row * self.columns + column
     }
 
@@ -272,6 +285,13 @@ impl Grid {
         ParticlesSpec { mass_kg: vec![self.particle_mass(); n], position_m, velocity_m_s }
     }
 
+    /// The particle so many columns and rows from another one, if there is one.
+    pub(crate) fn neighbour(&self, row: u32, column: u32, right: i64, down: i64) -> Option<u32> {
+        let inside = |k: i64, count: u32| u32::try_from(k).ok().filter(|&k| k < count);
+        let row = inside(i64::from(row) + down, self.rows)?;
+        Some(self.index(row, inside(i64::from(column) + right, self.columns)?))
+    }
+
     /// Offsets (columns, rows) from a particle to the other ends of its springs of one effect.
     fn stencil(effect: SpringEffect) -> [(i64, i64); 2] {
         match effect {
@@ -283,19 +303,16 @@ impl Grid {
 
     fn springs(&self, effect: SpringEffect, stiffness: f64, damping: f64) -> Vec<SpringSpec> {
         let [dx, dy] = self.spacing_m();
-        let inside = |k: i64, count: u32| u32::try_from(k).ok().filter(|&k| k < count);
         let mut springs = Vec::new();
         for row in 0..self.rows {
             for column in 0..self.columns {
                 for (right, down) in Self::stencil(effect) {
-                    let other = inside(i64::from(row) + down, self.rows)
-                        .zip(inside(i64::from(column) + right, self.columns));
-                    let Some((other_row, other_column)) = other else { continue };
+                    let Some(j) = self.neighbour(row, column, right, down) else { continue };
                     let span = Vec3::new(right as f64 * dx, down as f64 * dy, 0.0);
                     springs.push(SpringSpec {
                         effect,
                         i: self.index(row, column),
-                        j: self.index(other_row, other_column),
+                        j,
                         rest_length_m: span.norm(),
                         stiffness_n_per_m: stiffness,
                         damping_n_s_per_m: damping,
@@ -340,18 +357,26 @@ impl Scene {
                 (cloth.particles.clone(), cloth.springs.clone(), cloth.triangles.clone())
             }
         };
-        let spec = SystemSpec {
+        let Effects { gravity, air, contact, .. } = self.effects;
+        let mut spec = SystemSpec {
             format: SYSTEM_FORMAT.to_owned(),
             name: self.name.clone(),
             particles,
             springs,
+            angles: Vec::new(),
+            hinges: Vec::new(),
             damping: self.damping,
             triangles,
             pins: self.resolve_pins()?,
-            effects: EffectsSpec { gravity: self.effects.gravity, contact: self.effects.contact },
+            effects: EffectsSpec { gravity, air, contact },
             obstacles: self.obstacles.clone(),
         };
-        spec.check().map(|()| spec).map_err(|violation| self.locate(violation))
+        spec.check().map_err(|violation| self.locate(violation))?;
+        stencils::add(self, &mut spec)?;
+        if !(spec.angles.is_empty() && spec.hinges.is_empty()) {
+            spec.check()?; // stiffnesses that the mesh has scaled
+        }
+        Ok(spec)
     }
 
     /// Paths of a violation in the frozen system, as the scene's author sees them.

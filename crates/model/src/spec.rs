@@ -1,6 +1,6 @@
 //! The discretised system as data: format "drape-system/1".
 
-use crate::{Detection, State};
+use crate::{AirSpec, AngleSpec, Detection, HingeSpec, State};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -26,10 +26,16 @@ pub struct SystemSpec {
     /// The springs; the order is kept.
     #[serde(default)]
     pub springs: Vec<SpringSpec>,
+    /// The angles that shear or bending changes.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub angles: Vec<AngleSpec>,
+    /// The edges between two triangles over which the cloth bends.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub hinges: Vec<HingeSpec>,
     /// How the springs' damping acts.
     #[serde(default)]
     pub damping: DampingLaw,
-    /// Triangles for display, as particle indices.
+    /// Triangles for display and for the air, as particle indices.
     #[serde(default)]
     pub triangles: Vec<[u32; 3]>,
     /// Particles that do not move.
@@ -132,6 +138,9 @@ pub struct EffectsSpec {
     /// Uniform gravity.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gravity: Option<GravitySpec>,
+    /// The air around the cloth.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub air: Option<AirSpec>,
     /// How contacts with the obstacles are treated; the defaults if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contact: Option<ContactSpec>,

@@ -3,8 +3,9 @@
 #![allow(clippy::unwrap_used, reason = "tests")]
 
 use drape_model::{
-    ContactSpec, DampingLaw, Detection, EffectsSpec, GravitySpec, Input, ObstacleSpec,
-    ParticlesSpec, PinSpec, Scene, SpringEffect, SpringSpec, SystemSpec, bundled, load, parse,
+    AirSpec, AngleEffect, AngleSpec, ContactSpec, DampingLaw, Detection, DragSpec, EffectsSpec,
+    GravitySpec, GustSpec, HingeSpec, Input, ObstacleSpec, ParticlesSpec, PinSpec, Scene,
+    SpringEffect, SpringSpec, SystemSpec, WindSpec, bundled, load, parse,
 };
 use proptest::prelude::*;
 use serde_json::{Value, json, to_string_pretty};
@@ -25,7 +26,16 @@ fn assert_survives(spec: &SystemSpec) {
             .springs
             .iter()
             .flat_map(|s| [s.rest_length_m, s.stiffness_n_per_m, s.damping_n_s_per_m]);
-        let numbers = particles.mass_kg.iter().chain(vectors).copied().chain(springs);
+        let angles = spec.angles.iter().flat_map(|a| [a.rest_rad, a.stiffness_n_m]);
+        let hinges = spec.hinges.iter().flat_map(|h| [h.rest_rad, h.stiffness_n_m]);
+        let numbers = particles
+            .mass_kg
+            .iter()
+            .chain(vectors)
+            .copied()
+            .chain(springs)
+            .chain(angles)
+            .chain(hinges);
         numbers.map(f64::to_bits).collect()
     };
     assert_eq!(bits(spec), bits(&back));
@@ -89,6 +99,36 @@ fn spring(n: u32) -> impl Strategy<Value = SpringSpec> {
     )
 }
 
+/// Angles and hinges need three and four different particles: neighbours in the list, from `i` on.
+fn stencil(n: u32) -> impl Strategy<Value = (AngleSpec, HingeSpec)> {
+    use std::f64::consts::PI;
+    let effect = prop::sample::select(AngleEffect::ALL.to_vec());
+    (effect, 0..n, 0.0..=PI, -PI..=PI, coefficient(), coefficient()).prop_map(
+        move |(effect, i, at_rest, flat, stiffness_n_m, k)| {
+            let [a, b, c, d] = [0, 1, 2, 3].map(|offset| (i + offset) % n);
+            let angle = AngleSpec { effect, i: a, j: b, k: c, rest_rad: at_rest, stiffness_n_m };
+            (angle, HingeSpec { i: a, j: b, k: c, l: d, rest_rad: flat, stiffness_n_m: k })
+        },
+    )
+}
+
+fn air() -> impl Strategy<Value = AirSpec> {
+    let gust = (vector(), 1e-6..1e9, any::<u32>())
+        .prop_map(|(amplitude_m_s, period_s, seed)| GustSpec { amplitude_m_s, period_s, seed });
+    let wind = (vector(), prop::option::of(gust))
+        .prop_map(|(velocity_m_s, gust)| WindSpec { velocity_m_s, gust });
+    (any::<bool>(), 0.0..1e9, 0.0..1e9, prop::option::of(wind)).prop_map(
+        |(is_linear, coefficient, density_kg_m3, wind)| {
+            let drag = if is_linear {
+                DragSpec::Linear { coefficient_n_s_per_m3: coefficient }
+            } else {
+                DragSpec::Quadratic { coefficient, density_kg_m3 }
+            };
+            AirSpec { drag, wind }
+        },
+    )
+}
+
 fn obstacle() -> impl Strategy<Value = ObstacleSpec> {
     let size = || 1e-300..1e9;
     prop_oneof![
@@ -121,26 +161,36 @@ fn system() -> impl Strategy<Value = SystemSpec> {
             prop::collection::vec(spring(n as u32), 0..30),
             prop::collection::vec(0..n as u32, 0..4),
             prop::collection::vec([0..n as u32, 0..n as u32, 0..n as u32], 0..4),
+            prop::collection::vec(stencil(n as u32), 0..if n < 4 { 1 } else { 6 }),
         )
     });
     let rest = (
         any::<String>(),
         any::<bool>(),
         prop::option::of(vector()),
+        prop::option::of(air()),
         prop::option::of(contact()),
         prop::collection::vec(obstacle(), 0..4),
     );
-    (particles, rest).prop_map(|(particles, (name, full, gravity, contact, obstacles))| {
-        let (mass_kg, position_m, velocity_m_s, springs, pins, triangles) = particles;
+    (particles, rest).prop_map(|(particles, (name, full, gravity, air, contact, obstacles))| {
+        let (mass_kg, position_m, velocity_m_s, springs, pins, triangles, stencils) = particles;
+        let (angles, hinges) = stencils.into_iter().unzip();
+        let air = air.filter(|_| !triangles.is_empty());
         SystemSpec {
             format: "drape-system/1".to_owned(),
             name,
             particles: ParticlesSpec { mass_kg, position_m, velocity_m_s },
             springs,
+            angles,
+            hinges,
             damping: if full { DampingLaw::Full } else { DampingLaw::Projected },
             triangles,
             pins: pins.into_iter().map(|particle| PinSpec { particle }).collect(),
-            effects: EffectsSpec { gravity: gravity.map(|m_s2| GravitySpec { m_s2 }), contact },
+            effects: EffectsSpec {
+                gravity: gravity.map(|m_s2| GravitySpec { m_s2 }),
+                air,
+                contact,
+            },
             obstacles,
         }
     })

@@ -24,12 +24,14 @@ fn oscillator(stiffness: f64, damping: f64, gravity: f64) -> SystemSpec {
             stiffness_n_per_m: stiffness,
             damping_n_s_per_m: damping,
         }],
+        angles: Vec::new(),
+        hinges: Vec::new(),
         damping: DampingLaw::Full,
         triangles: vec![],
         pins: vec![PinSpec { particle: 0 }],
         effects: EffectsSpec {
             gravity: Some(GravitySpec { m_s2: [0.0, 0.0, -gravity] }),
-            contact: None,
+            ..EffectsSpec::default()
         },
         obstacles: vec![],
     }

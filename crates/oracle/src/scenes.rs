@@ -21,6 +21,8 @@ pub fn particles(mass: &[f64], position: &[Vec3], velocity: &[Vec3]) -> SystemSp
             velocity_m_s: list(velocity),
         },
         springs: Vec::new(),
+        angles: Vec::new(),
+        hinges: Vec::new(),
         damping: DampingLaw::Full,
         triangles: Vec::new(),
         pins: Vec::new(),

@@ -103,10 +103,15 @@ fn cloth(
             velocity_m_s: Vec::new(),
         },
         springs: edges.iter().map(spring).collect(),
+        angles: Vec::new(),
+        hinges: Vec::new(),
         damping: DampingLaw::Full,
         triangles: triangles.iter().map(|t| t.map(|i| i as u32)).collect(),
         pins: vec![corner(-0.5), corner(0.5)],
-        effects: EffectsSpec { gravity: Some(GravitySpec { m_s2: GRAVITY }), contact: None },
+        effects: EffectsSpec {
+            gravity: Some(GravitySpec { m_s2: GRAVITY }),
+            ..EffectsSpec::default()
+        },
         obstacles: Vec::new(),
     }
 }

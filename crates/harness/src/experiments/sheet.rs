@@ -161,6 +161,8 @@ pub(crate) fn pair(stiffness_over_mass: f64) -> SystemSpec {
             stiffness_n_per_m: stiffness_over_mass * MASS,
             damping_n_s_per_m: 0.0,
         }],
+        angles: Vec::new(),
+        hinges: Vec::new(),
         damping: DampingLaw::default(),
         triangles: Vec::new(),
         pins: Vec::new(),

@@ -9,7 +9,11 @@ pub(crate) const SUPPORTS: &[Support] = &[
     Support::new("tension", Treatment::Implicit),
     Support::new("shear", Treatment::BySetting),
     Support::new("bending", Treatment::BySetting),
+    Support::new("shear_angle", Treatment::Explicit),
+    Support::new("bending_angle", Treatment::Explicit),
+    Support::new("bending_hinge", Treatment::Explicit),
     Support::new("gravity", Treatment::Explicit),
+    Support::new("air", Treatment::Explicit),
     Support::new("pins", Treatment::Constraint),
     Support::new("contact", Treatment::Constraint),
 ];

@@ -7,12 +7,16 @@ use drape_integrator::{
 };
 use std::ops::RangeInclusive;
 
-const fn supports(springs: Treatment) -> [Support; 6] {
+const fn supports(springs: Treatment) -> [Support; 10] {
     [
         Support::new("tension", springs),
         Support::new("shear", springs),
         Support::new("bending", springs),
+        Support::new("shear_angle", springs),
+        Support::new("bending_angle", springs),
+        Support::new("bending_hinge", springs),
         Support::new("gravity", Treatment::Explicit),
+        Support::new("air", springs),
         Support::new("pins", Treatment::Constraint),
         Support::new("contact", Treatment::Constraint),
     ]

@@ -10,10 +10,17 @@
 //! apart and `F_D = d(v_i − v_j)` would feed the motion. Every formula here is the negative of the
 //! printed one; then (21) has a positive definite matrix, which conjugate gradients need.
 
+mod air;
+mod angle;
 mod gravity;
+mod hinge;
 mod springs;
 
+pub use air::{Air, DragLaw, Gust, Wind};
+pub use angle::{Angle, Angles};
 pub use gravity::Gravity;
+pub(crate) use hinge::dihedral_angle;
+pub use hinge::{Hinge, Hinges};
 pub use springs::sweep::{Field, ListedSprings, Pass, Springs};
 pub use springs::tangent::{BlockPlanes, Linearised};
 pub use springs::{LinearSprings, Spring};
@@ -27,8 +34,8 @@ use std::fmt::Debug;
 pub enum Tangent {
     /// The exact one, indefinite where springs are compressed.
     Exact,
-    /// Projected block by block to positive semi-definite: for a spring
-    /// `k [ûûᵀ + max(0, 1 − ℓ/L)(I − ûûᵀ)]`.
+    /// Made positive semi-definite force by force: for a spring `k [ûûᵀ + max(0, 1 − ℓ/L)(I − ûûᵀ)]`, for an angle `k ∇θ ∇θᵀ`
+    /// and what more is positive for sure.
     Projected,
 }
 

@@ -1,0 +1,238 @@
+//! The drag of the air on each triangle, at rest or in a wind.
+//!
+//! A triangle of area `a` with the unit normal `n` moves against the air with `v_r = ⅓ (v_i + v_j + v_k) − w(t)`. The force
+//!
+//! ```text
+//! f = −κ a (n·v_r) n          κ = c, or ½ ρ C |n·v_r|
+//! ```
+//!
+//! goes to its corners in equal parts: a damping force `−D (v − w)` whose matrix is symmetric and positive semi-definite. A method
+//! that takes it at the new velocity keeps `n`, `a`, `w` and the speed in `κ` at an earlier level: then it is
+//! linear. It dissipates where there is no wind. An explicit step `h` needs `h κ a/(3m) < 2`, `m` the mass of a corner, summed over
+//! its triangles.
+
+use super::{BlockSink, Effect};
+use crate::{Level, Vec3};
+
+/// A triangle whose doubled area is smaller than this fraction of its longest edge squared has no normal.
+const DEGENERATE: f64 = 1e-12;
+/// Sines that make up a gust.
+const SINES: usize = 4;
+/// Ratio of the frequencies of neighbouring sines: the golden ratio, so that the sum never repeats.
+const RATIO: f64 = 1.618_033_988_749_895;
+
+/// How the force grows with the speed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum DragLaw {
+    /// `κ = ½ ρ C |n·v_r|`; the number is `½ ρ C`, kg/m³.
+    Quadratic(f64),
+    /// `κ = c`, N s/m³.
+    Linear(f64),
+}
+
+/// Velocity of the air.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Wind {
+    /// Mean, m/s.
+    pub velocity: Vec3,
+    /// What comes and goes.
+    pub gust: Option<Gust>,
+}
+
+/// A smooth function of time that looks irregular: `A Σ_s (2^−s/W) sin(2π φ^s t/T + ψ_s)` over four sines, `φ` the golden ratio,
+/// `W` the sum of the `2^−s`, and phases from a seed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gust {
+    /// `A`, m/s.
+    amplitude: Vec3,
+    /// Angular frequency of the slowest sine, rad/s.
+    frequency: f64,
+    phases: [f64; SINES],
+}
+
+impl Gust {
+    /// A gust with its greatest velocity (m/s), the period of its slowest part (s), and the seed of its phases.
+    pub fn new(amplitude: Vec3, period: f64, seed: u32) -> Self {
+        let mut state = u64::from(seed);
+        // SplitMix64 (Steele, Lea and Flood 2014).
+        let mut phase = || {
+            state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+            let mut z = state;
+            z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+            z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+            ((z ^ (z >> 31)) >> 11) as f64 * (std::f64::consts::TAU / (1_u64 << 53) as f64)
+        };
+        let phases = [(); SINES].map(|()| phase());
+        Self { amplitude, frequency: std::f64::consts::TAU / period, phases }
+    }
+
+    fn velocity(&self, t: f64) -> Vec3 {
+        let (mut sum, mut total) = (0.0, 0.0);
+        let (mut weight, mut frequency) = (1.0, self.frequency);
+        for phase in self.phases {
+            sum += weight * libm::sin(frequency * t + phase);
+            total += weight;
+            weight *= 0.5;
+            frequency *= RATIO;
+        }
+        self.amplitude * (sum / total)
+    }
+}
+
+impl Wind {
+    /// Velocity at time `t` (s), m/s.
+    pub fn at(&self, t: f64) -> Vec3 {
+        self.gust.map_or(self.velocity, |gust| self.velocity + gust.velocity(t))
+    }
+}
+
+/// Drag on the triangles of a cloth.
+#[derive(Clone, Debug)]
+pub struct Air {
+    law: DragLaw,
+    /// `None`: the air is at rest.
+    wind: Option<Wind>,
+    triangles: Vec<[u32; 3]>,
+}
+
+impl Air {
+    /// Name of the effect.
+    pub const NAME: &'static str = "air";
+
+    /// The air around these triangles.
+    pub fn new(law: DragLaw, wind: Option<Wind>, triangles: Vec<[u32; 3]>) -> Self {
+        Self { law, wind, triangles }
+    }
+
+    /// The corners of all triangles, to renumber them.
+    pub(crate) fn corners_mut(&mut self) -> impl Iterator<Item = &mut u32> {
+        self.triangles.iter_mut().flatten()
+    }
+
+    fn wind(&self, t: f64) -> Vec3 {
+        self.wind.map_or_else(Vec3::zeros, |wind| wind.at(t))
+    }
+
+    /// Visits each triangle that has a normal: its corners, `n`, and `κ a` (N s/m) at a level with the wind `w`.
+    fn each(&self, at: Level<'_>, w: Vec3, mut visit: impl FnMut([usize; 3], Vec3, f64)) {
+        for corners in &self.triangles {
+            let corners = corners.map(|i| i as usize);
+            let [p, q, r] = corners.map(|i| at.x[i]);
+            let (a, b) = (q - p, r - p);
+            let normal = a.cross(&b);
+            let doubled = normal.norm();
+            let longest = a.norm_squared().max(b.norm_squared());
+            // Not `<=`: what is no number has no normal either.
+            if !(doubled > DEGENERATE * longest) {
+                continue;
+            }
+            let n = normal / doubled;
+            let coefficient = match self.law {
+                DragLaw::Linear(c) => c,
+                DragLaw::Quadratic(density) => density * n.dot(&(mean(corners, at.v) - w)).abs(),
+            };
+            visit(corners, n, coefficient * (0.5 * doubled));
+        }
+    }
+}
+
+fn mean(corners: [usize; 3], v: &[Vec3]) -> Vec3 {
+    let [i, j, k] = corners;
+    (v[i] + v[j] + v[k]) / 3.0
+}
+
+impl Effect for Air {
+    fn name(&self) -> &'static str {
+        Self::NAME
+    }
+
+    /// 0: the air has no potential.
+    fn energy(&self, _mass: &[f64], _x: &[Vec3]) -> f64 {
+        0.0
+    }
+
+    fn add_force(&self, _mass: &[f64], _x: &[Vec3], _out: &mut [Vec3]) {}
+
+    fn has_damping(&self) -> bool {
+        true
+    }
+
+    fn is_drag(&self) -> bool {
+        true
+    }
+
+    fn add_damping_force(&self, at: Level<'_>, out: &mut [Vec3]) {
+        self.add_lagged_damping_force(at, at.v, out);
+    }
+
+    fn add_lagged_damping_force(&self, lagged: Level<'_>, v: &[Vec3], out: &mut [Vec3]) {
+        let w = self.wind(lagged.t);
+        self.each(lagged, w, |corners, n, drag| {
+            let speed = n.dot(&(mean(corners, v) - w));
+            let share = n * (drag * speed / 3.0);
+            corners.into_iter().for_each(|i| out[i] -= share);
+        });
+    }
+
+    fn has_jacobian(&self) -> bool {
+        true
+    }
+
+    fn visit_pairs(&self, visit: &mut dyn FnMut(usize, usize)) {
+        for [i, j, k] in self.triangles.iter().map(|t| t.map(|i| i as usize)) {
+            visit(i, j);
+            visit(j, k);
+            visit(k, i);
+        }
+    }
+
+    /// `κ a n nᵀ/9` for each two corners of a triangle, themselves included.
+    fn add_damping(&self, lagged: Level<'_>, scale: f64, sink: &mut dyn BlockSink) {
+        let w = self.wind(lagged.t);
+        self.each(lagged, w, |corners, n, drag| {
+            let ninth = n * n.transpose() * (scale * drag / 9.0);
+            let [i, j, k] = corners;
+            for (a, b) in [(i, j), (j, k), (k, i)] {
+                sink.add_pair(a, b, &-ninth);
+            }
+            corners.into_iter().for_each(|i| sink.add_diagonal(i, &(ninth * 3.0)));
+        });
+    }
+
+    fn scale_damping(&mut self, factor: f64) -> bool {
+        match &mut self.law {
+            DragLaw::Quadratic(coefficient) | DragLaw::Linear(coefficient) => {
+                *coefficient *= factor
+            }
+        }
+        true
+    }
+
+    fn boxed_clone(&self) -> Box<dyn Effect> {
+        Box::new(self.clone())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_gust_is_smooth_bounded_seeded_and_has_no_mean() {
+        let gust = |seed| Gust::new(Vec3::new(3.0, 0.0, -1.0), 2.0, seed);
+        let at = |t: f64| gust(7).velocity(t);
+        let mut sum = Vec3::zeros();
+        let steps = 100_000;
+        for step in 0..steps {
+            let t = f64::from(step) * 0.01;
+            let (v, next) = (at(t), at(t + 1e-4));
+            assert!(v.x.abs() <= 3.0 && (v.z + v.x / 3.0).abs() < 1e-12, "{v:?}");
+            // At most Σ weight · frequency: (1 + φ/2 + φ²/4 + φ³/8)/1.875 · 2π/2 s.
+            assert!((next - v).norm() <= 1e-4 * v.norm().max(3.2) * 5.1, "{t}");
+            sum += v;
+        }
+        assert!((sum / f64::from(steps)).norm() < 0.02, "{sum:?}");
+        assert_eq!(gust(7), gust(7));
+        assert!((0..10).all(|seed| gust(seed).velocity(0.3) != gust(seed + 1).velocity(0.3)));
+    }
+}

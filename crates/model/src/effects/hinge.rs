@@ -1,0 +1,230 @@
+//! Bending over the edges that two triangles share.
+//!
+//! With the edge `E = x_j − x_i`, the opposite corners `p = x_k − x_i`, `q = x_l − x_i` and the normals `N₁ = E × p`,
+//! `N₂ = q × E`, the dihedral angle is (Bridson et al. 2003, Grinspun et al. 2003)
+//!
+//! ```text
+//! θ = atan2((N₁ × N₂)·Ê, N₁·N₂)          U = ½ K (θ − θ₀)²
+//! ∇_p θ = −|E| m₁     ∇_q θ = −|E| m₂     ∇_E θ = (p·Ê) m₁ + (q·Ê) m₂          m = N/|N|²
+//! ```
+//!
+//! `p` and `q` do not meet in the second derivatives of `θ`. With `R = (I − 2 N̂N̂ᵀ)/|N|²`, so that `dm = R dN`, they are
+//!
+//! ```text
+//! pp: −|E| R₁[E]     pE: −m₁Êᵀ + |E| R₁[p]     qq: |E| R₂[E]     qE: −m₂Êᵀ − |E| R₂[q]     [w] u = w × u
+//! EE: (m₁ p⊥ᵀ + m₂ q⊥ᵀ)/|E| − (p·Ê) R₁[p] + (q·Ê) R₂[q]          p⊥ = p − (p·Ê) Ê
+//! ```
+//!
+//! A hinge with a triangle that has no area has no angle: it exerts no force.
+
+use super::{BlockSink, Effect, Tangent};
+use crate::{Mat3, Vec3};
+use std::f64::consts::PI;
+
+/// A triangle whose sine at the edge is smaller than this has no normal.
+const DEGENERATE: f64 = 1e-12;
+/// No edge is shorter than this, m, if it has a direction.
+const SHORTEST: f64 = 1e-70;
+
+/// The angle between the triangles `(i, j, k)` and `(i, j, l)`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hinge {
+    /// The edge.
+    pub edge: [u32; 2],
+    /// The corners on both sides of it.
+    pub opposite: [u32; 2],
+    /// Angle at rest `θ₀`, −π to π, rad; 0 is flat.
+    pub rest: f64,
+    /// Stiffness `K`, N m.
+    pub stiffness: f64,
+}
+
+/// Two triangles with a normal.
+struct Fold {
+    /// `Ê`.
+    along: Vec3,
+    /// `|E|`, m.
+    length: f64,
+    /// `p` and `q`, m.
+    arm: [Vec3; 2],
+    /// `N₁`, `N₂`, m².
+    normal: [Vec3; 2],
+}
+
+impl Fold {
+    fn new([i, j, k, l]: [Vec3; 4]) -> Option<Self> {
+        let (e, p, q) = (j - i, k - i, l - i);
+        let length = e.norm();
+        let normal = [e.cross(&p), q.cross(&e)];
+        let is_triangle =
+            |n: &Vec3, arm: &Vec3| n.norm() > DEGENERATE * length * arm.norm().max(SHORTEST);
+        let is_fold =
+            length > SHORTEST && is_triangle(&normal[0], &p) && is_triangle(&normal[1], &q);
+        is_fold.then(|| Self { along: e / length, length, arm: [p, q], normal })
+    }
+
+    /// `θ`, rad.
+    fn angle(&self) -> f64 {
+        let [n1, n2] = &self.normal;
+        libm::atan2(n1.cross(n2).dot(&self.along), n1.dot(n2))
+    }
+
+    /// `m₁`, `m₂`, 1/m².
+    fn inverses(&self) -> [Vec3; 2] {
+        self.normal.map(|n| n / n.norm_squared())
+    }
+
+    /// `∇_p θ`, `∇_q θ`, `∇_E θ`, 1/m.
+    fn gradient(&self) -> [Vec3; 3] {
+        let ([m1, m2], [p, q]) = (self.inverses(), &self.arm);
+        let of_edge = m1 * p.dot(&self.along) + m2 * q.dot(&self.along);
+        [m1 * -self.length, m2 * -self.length, of_edge]
+    }
+
+    /// Second derivatives of `θ`: `pp`, `qq`, `pE`, `qE`, `EE`, 1/m².
+    fn hessian(&self) -> [Mat3; 5] {
+        let Self { along, length, arm: [p, q], normal } = self;
+        let [m1, m2] = self.inverses();
+        let [r1, r2] = normal.map(|n| {
+            let square = n.norm_squared();
+            (Mat3::identity() - n * n.transpose() * (2.0 / square)) / square
+        });
+        let (ph, qh) = (p.dot(along), q.dot(along));
+        let edge = (along * *length).cross_matrix();
+        let (r1p, r2q) = (r1 * p.cross_matrix(), r2 * q.cross_matrix());
+        let across = |arm: &Vec3, part: f64| (arm - along * part).transpose() / *length;
+        [
+            r1 * edge * -*length,
+            r2 * edge * *length,
+            r1p * *length - m1 * along.transpose(),
+            -(r2q * *length + m2 * along.transpose()),
+            m1 * across(p, ph) + m2 * across(q, qh) - r1p * ph + r2q * qh,
+        ]
+    }
+}
+
+/// `θ` of the four corners, edge first, rad; `None` where a triangle has no area.
+pub(crate) fn dihedral_angle(corners: [Vec3; 4]) -> Option<f64> {
+    Fold::new(corners).map(|fold| fold.angle())
+}
+
+impl Hinge {
+    fn particles(&self) -> [usize; 4] {
+        let ([i, j], [k, l]) = (self.edge, self.opposite);
+        [i, j, k, l].map(|i| i as usize)
+    }
+
+    fn fold(&self, x: &[Vec3]) -> Option<Fold> {
+        Fold::new(self.particles().map(|i| x[i]))
+    }
+
+    /// `θ − θ₀`, the shorter way round.
+    fn excess(&self, fold: &Fold) -> f64 {
+        let excess = fold.angle() - self.rest;
+        if excess > PI {
+            excess - 2.0 * PI
+        } else if excess < -PI {
+            excess + 2.0 * PI
+        } else {
+            excess
+        }
+    }
+}
+
+/// All hinges of a cloth.
+#[derive(Clone, Debug)]
+pub struct Hinges {
+    list: Vec<Hinge>,
+}
+
+impl Hinges {
+    /// Name of the effect.
+    pub const NAME: &'static str = "bending_hinge";
+
+    /// Hinges.
+    pub fn new(list: Vec<Hinge>) -> Self {
+        Self { list }
+    }
+}
+
+impl Effect for Hinges {
+    fn name(&self) -> &'static str {
+        Self::NAME
+    }
+
+    fn energy(&self, _mass: &[f64], x: &[Vec3]) -> f64 {
+        let energy = |hinge: &Hinge| {
+            let excess = hinge.excess(&hinge.fold(x)?);
+            Some(0.5 * hinge.stiffness * excess * excess)
+        };
+        self.list.iter().filter_map(energy).sum()
+    }
+
+    /// `f = −K (θ − θ₀) ∇θ`.
+    fn add_force(&self, _mass: &[f64], x: &[Vec3], out: &mut [Vec3]) {
+        for hinge in &self.list {
+            let Some(fold) = hinge.fold(x) else { continue };
+            let moment = -hinge.stiffness * hinge.excess(&fold);
+            let [fp, fq, fe] = fold.gradient().map(|gradient| gradient * moment);
+            let [i, j, k, l] = hinge.particles();
+            out[k] += fp;
+            out[l] += fq;
+            out[j] += fe;
+            out[i] -= fp + fq + fe;
+        }
+    }
+
+    fn has_jacobian(&self) -> bool {
+        true
+    }
+
+    fn visit_pairs(&self, visit: &mut dyn FnMut(usize, usize)) {
+        for hinge in &self.list {
+            let [i, j, k, l] = hinge.particles();
+            for (a, b) in [(k, l), (k, j), (l, j), (k, i), (l, i), (j, i)] {
+                visit(a, b);
+            }
+        }
+    }
+
+    /// `K ∇θ ∇θᵀ`, to which the exact one adds `K (θ − θ₀) ∇²θ`.
+    fn add_stiffness(&self, x: &[Vec3], scale: f64, tangent: Tangent, sink: &mut dyn BlockSink) {
+        for hinge in &self.list {
+            let Some(fold) = hinge.fold(x) else { continue };
+            let stiffness = scale * hinge.stiffness;
+            let [gp, gq, ge] = fold.gradient();
+            let outer = |a: &Vec3, b: &Vec3| a * b.transpose() * stiffness;
+            let [mut pp, mut qq, mut pe, mut qe, mut ee] = [
+                outer(&gp, &gp),
+                outer(&gq, &gq),
+                outer(&gp, &ge),
+                outer(&gq, &ge),
+                outer(&ge, &ge),
+            ];
+            let pq = outer(&gp, &gq);
+            if tangent == Tangent::Exact {
+                let moment = stiffness * hinge.excess(&fold);
+                let parts = [&mut pp, &mut qq, &mut pe, &mut qe, &mut ee];
+                for (part, second) in parts.into_iter().zip(fold.hessian()) {
+                    *part += second * moment;
+                }
+            }
+            let [i, j, k, l] = hinge.particles();
+            sink.add_general_pair(k, l, &-pq);
+            sink.add_general_pair(k, j, &-pe);
+            sink.add_general_pair(l, j, &-qe);
+            sink.add_general_pair(k, i, &(pp + pq + pe));
+            sink.add_general_pair(l, i, &(qq + pq.transpose() + qe));
+            sink.add_general_pair(j, i, &(ee + pe.transpose() + qe.transpose()));
+        }
+    }
+
+    fn scale_stiffness(&mut self, factor: f64) -> bool {
+        self.list.iter_mut().for_each(|hinge| hinge.stiffness *= factor);
+        true
+    }
+
+    fn boxed_clone(&self) -> Box<dyn Effect> {
+        Box::new(self.clone())
+    }
+}
