@@ -37,6 +37,7 @@
 //! | `m` | [`System::mass`] | kg | `n` |
 //! | `x`, `v` | [`State::x`], [`State::v`] | m, m/s | `n` × 3 |
 //! | `k` | `stiffness` | N/m | per spring |
+//! | `T(L)` | [`effects::TensionLaw`] | N | per spring |
 //! | `ℓ` | `rest_length` | m | per spring |
 //! | `c` (EEH: d) | `damping` | N s/m | per spring |
 //! | `k/m` | `stiffness_over_mass` | 1/s² | per scene |
@@ -54,6 +55,7 @@ mod obstacle;
 mod scene;
 mod spec;
 mod state;
+mod stretch;
 mod strict;
 mod system;
 
@@ -68,6 +70,7 @@ pub use spec::{
     SpringEffect, SpringSpec, SystemSpec,
 };
 pub use state::State;
+pub use stretch::{PieceSpec, StretchLaw};
 pub use system::{Contact, Revisions, System};
 
 /// A point, velocity, force or impulse in space.
