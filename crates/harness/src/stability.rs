@@ -428,6 +428,7 @@ mod tests {
                 rest_length_m: 1.0,
                 stiffness_n_per_m: 0.1,
                 damping_n_s_per_m: 0.0,
+                ..SpringSpec::default()
             }],
             angles: Vec::new(),
             hinges: Vec::new(),

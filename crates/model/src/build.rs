@@ -1,10 +1,11 @@
 //! From a frozen system to one that runs: every value is checked on the way.
 
-use crate::effects::{Gravity, LinearSprings, Spring};
+use crate::effects::{Gravity, LinearSprings, PiecewiseSprings, Spring};
 use crate::error::Violation;
 use crate::numbering::Numbering;
 use crate::spec::{MAX_COEFFICIENT, MAX_COORDINATE, MAX_PARTICLES, SYSTEM_FORMAT};
 use crate::stencils::Stencils;
+use crate::stretch::Laws;
 use crate::system::Contact;
 use crate::{
     Effect, Obstacle, ObstacleSpec, ParticlesSpec, Shape, SpringEffect, SpringSpec, State, System,
@@ -150,6 +151,8 @@ struct Parts {
     /// Springs of each of [`SpringEffect::ALL`].
     springs: [Vec<Spring>; 3],
     stencils: Stencils,
+    /// Their laws, where one of the effect's springs is not linear.
+    laws: [Option<Laws>; 3],
     gravity: Option<Gravity>,
     pinned: Vec<bool>,
     obstacles: Vec<Obstacle>,
@@ -183,7 +186,11 @@ impl SystemSpec {
     /// ```
     pub fn build_ordered(&self) -> Result<(System, State, Numbering), Violation> {
         let mut parts = self.parts()?;
-        let numbering = Numbering::choose(parts.mass.len(), &mut parts.springs);
+        let numbering = {
+            let [a, b, c] = &mut parts.laws;
+            let mut law_of = [a, b, c].map(|laws| laws.as_mut().map(|laws| &mut laws.of));
+            Numbering::choose(parts.mass.len(), &mut parts.springs, &mut law_of)
+        };
         if !numbering.is_identity() {
             parts.mass = numbering.apply(&parts.mass);
             parts.pinned = numbering.apply(&parts.pinned);
@@ -218,8 +225,15 @@ impl SystemSpec {
             list => ParticlesSpec::vectors(list, "velocity_m_s")?,
         };
         let mut springs: [Vec<Spring>; 3] = Default::default();
+        let mut laws: [Option<Laws>; 3] = Default::default();
+        for spec in self.springs.iter().filter(|spec| spec.is_piecewise()) {
+            laws[spec.effect as usize].get_or_insert_default();
+        }
         for (position, spec) in self.springs.iter().enumerate() {
             springs[spec.effect as usize].push(spec.check(position, n)?);
+            if let Some(laws) = &mut laws[spec.effect as usize] {
+                laws.push(spec, position)?;
+            }
         }
         let gravity = self.effects.gravity.map(|gravity| {
             let acceleration = vector("effects.gravity.m_s2", gravity.m_s2)?;
@@ -243,16 +257,22 @@ impl SystemSpec {
         within("effects.contact.recovery_speed_limit_m_s", limit, 0.0, MAX_COORDINATE)?;
         let contact = Contact { detection: contact.detection, recovery_speed_limit: limit };
         let (mass, state) = (self.particles.mass_kg.clone(), State { t: 0.0, x, v });
-        Ok(Parts { mass, state, springs, stencils, gravity, pinned, obstacles, contact })
+        Ok(Parts { mass, state, springs, laws, stencils, gravity, pinned, obstacles, contact })
     }
 
     /// One effect object for each kind of force that is there: springs, angles and hinges, gravity, air.
     fn assemble(&self, parts: Parts) -> (System, State) {
-        let Parts { mass, state, springs, stencils, gravity, pinned, obstacles, contact } = parts;
+        let Parts { mass, state, springs, laws, stencils, gravity, pinned, obstacles, contact } =
+            parts;
         let mut effects: Vec<Box<dyn Effect>> = Vec::new();
-        for (effect, springs) in SpringEffect::ALL.into_iter().zip(springs) {
-            if !springs.is_empty() {
-                effects.push(Box::new(LinearSprings::new(effect.name(), springs, self.damping)));
+        for ((effect, springs), laws) in SpringEffect::ALL.into_iter().zip(springs).zip(laws) {
+            let (name, damping) = (effect.name(), self.damping);
+            match laws {
+                Some(Laws { list, of, .. }) => {
+                    effects.push(Box::new(PiecewiseSprings::new(name, springs, of, list, damping)))
+                }
+                None if springs.is_empty() => {}
+                None => effects.push(Box::new(LinearSprings::new(name, springs, damping))),
             }
         }
         let (elastic, air) = stencils.into_effects();

@@ -37,6 +37,7 @@
 //! | `m` | [`System::mass`] | kg | `n` |
 //! | `x`, `v` | [`State::x`], [`State::v`] | m, m/s | `n` × 3 |
 //! | `k` | `stiffness` | N/m | per spring |
+//! | `T(L)` | [`effects::TensionLaw`] | N | per spring |
 //! | `ℓ` | `rest_length` | m | per spring |
 //! | `c` (EEH: d) | `damping` | N s/m | per spring |
 //! | `k/m` | `stiffness_over_mass` | 1/s² | per scene |
@@ -55,6 +56,7 @@ mod scene;
 mod spec;
 mod state;
 mod stencils;
+mod stretch;
 mod strict;
 mod system;
 mod topology;
@@ -73,6 +75,7 @@ pub use state::{Level, State};
 pub use stencils::{
     AirSpec, AngleEffect, AngleSpec, AngularLaw, DragSpec, GustSpec, HingeSpec, WindSpec,
 };
+pub use stretch::{PieceSpec, StretchLaw};
 pub use system::{Contact, Revisions, System};
 
 /// A point, velocity, force or impulse in space.

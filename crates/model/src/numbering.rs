@@ -113,8 +113,13 @@ impl Numbering {
         }
     }
 
-    /// Chooses the internal order of a system, and brings its springs to it.
-    pub(crate) fn choose(particles: usize, springs: &mut [Vec<Spring>]) -> Self {
+    /// Chooses the internal order of a system, and brings its springs to it; `law_of` are numbers that go with the springs
+    /// of an effect.
+    pub(crate) fn choose(
+        particles: usize,
+        springs: &mut [Vec<Spring>],
+        law_of: &mut [Option<&mut Vec<u32>>],
+    ) -> Self {
         if particles < FEWEST {
             return Self::identity();
         }
@@ -124,7 +129,12 @@ impl Numbering {
             s.j = numbering.internal[s.j as usize];
         }
         if !numbering.is_identity() || are_scattered(springs) {
-            springs.iter_mut().for_each(|springs| sort(springs));
+            for (springs, law_of) in springs.iter_mut().zip(law_of) {
+                match law_of {
+                    Some(law_of) => sort_with(springs, law_of),
+                    None => sort(springs),
+                }
+            }
         }
         numbering
     }
@@ -189,4 +199,14 @@ fn sort(springs: &mut [Spring]) {
         (s.i, s.j) = (s.i.min(s.j), s.i.max(s.j));
     }
     springs.sort_by_key(|s| (s.i, s.j));
+}
+
+/// As [`sort`], and brings the numbers that go with the springs to the same order.
+fn sort_with(springs: &mut [Spring], numbers: &mut [u32]) {
+    let low_high = |s: &Spring| (s.i.min(s.j), s.i.max(s.j));
+    let mut order: Vec<usize> = (0..springs.len()).collect();
+    order.sort_by_key(|&k| low_high(&springs[k]));
+    let sorted: Vec<u32> = order.into_iter().map(|k| numbers[k]).collect();
+    numbers.copy_from_slice(&sorted);
+    sort(springs);
 }

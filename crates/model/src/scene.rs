@@ -8,6 +8,7 @@ use crate::spec::{
     SystemSpec,
 };
 use crate::stencils;
+use crate::stretch::{PieceSpec, StretchLaw, Stretches};
 use crate::{AirSpec, AngularLaw, Vec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -96,7 +97,7 @@ pub struct Particles {
 }
 
 /// The effects that a scene names.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Effects {
     /// Springs between neighbours in a row or column.
@@ -128,8 +129,9 @@ pub struct Effects {
     pub contact: Option<ContactSpec>,
 }
 
-/// Stiffness and damping of one kind of spring, each either absolute or over the mass of a particle.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+/// Stiffness and damping of one kind of spring, each either absolute or over the mass of a particle; or, instead of one
+/// stiffness, piecewise-linear tension, for all springs alike or for warp and weft apart.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SpringLaw {
     /// Stiffness `k`, N/m.
@@ -148,6 +150,23 @@ pub struct SpringLaw {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0, max = MAX_COEFFICIENT))]
     pub damping_over_mass_per_s: Option<f64>,
+    /// Piecewise-linear tension, instead of a stiffness.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub pieces: Vec<PieceSpec>,
+    /// Stiffness in compression, N/m. If absent: the stiffness, or a tenth of that of the first piece.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0, max = MAX_COEFFICIENT))]
+    pub compression_stiffness_n_per_m: Option<f64>,
+    /// Springs along the warp, which is x on a grid, instead of a stiffness; together with `weft`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub warp: Option<StretchLaw>,
+    /// Springs along the weft, which is y on a grid; together with `warp`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub weft: Option<StretchLaw>,
+    /// Flexural rigidity, N m², of the strips of cloth that bending springs stand for: they buckle when compressed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0), range(max = MAX_COEFFICIENT))]
+    pub buckling_rigidity_n_m2: Option<f64>,
 }
 
 /// A particle that does not move: by index, or by row and column of a grid.
@@ -179,39 +198,48 @@ pub struct TimeSpan {
 
 impl SpringLaw {
     /// Absolute stiffness and damping for particles of mass `mass`.
-    fn resolve(&self, path: &str, mass: f64) -> Result<(f64, f64), Violation> {
-        let absolute =
-            |key: &str, value| within(format!("{path}.{key}"), value, 0.0, MAX_COEFFICIENT);
-        // A quotient within bounds times a mass within bounds may still be out of bounds.
-        let times_mass = |key: &str, quotient: f64| {
-            let high = MAX_COEFFICIENT.min(MAX_COEFFICIENT / mass);
-            Ok(within(format!("{path}.{key}"), quotient, 0.0, high)? * mass)
-        };
+    pub(crate) fn resolve(&self, path: &str, mass: f64) -> Result<(f64, f64), Violation> {
+        Ok((self.resolve_stiffness(path, mass)?, self.resolve_damping(path, mass)?))
+    }
+
+    fn resolve_stiffness(&self, path: &str, mass: f64) -> Result<f64, Violation> {
         let (a, b) = ("stiffness_n_per_m", "stiffness_over_mass_per_s2");
-        let stiffness = match (self.stiffness_n_per_m, self.stiffness_over_mass_per_s2) {
-            (Some(k), None) => absolute(a, k)?,
-            (None, Some(q)) => times_mass(b, q)?,
+        match (self.stiffness_n_per_m, self.stiffness_over_mass_per_s2) {
+            (Some(k), None) => absolute(path, a, k),
+            (None, Some(q)) => times_mass(path, b, q, mass),
             (Some(_), Some(_)) => {
                 let found = format!("given twice, as `{a}` and as `{b}`");
-                return Err(Violation::new(path, found, "exactly one of the two"));
+                Err(Violation::new(path, found, "exactly one of the two"))
             }
             (None, None) => {
                 let found = "without a stiffness";
-                return Err(Violation::new(path, found, format!("`{a}` or `{b}`")));
+                Err(Violation::new(path, found, format!("`{a}` or `{b}`")))
             }
-        };
+        }
+    }
+
+    pub(crate) fn resolve_damping(&self, path: &str, mass: f64) -> Result<f64, Violation> {
         let (a, b) = ("damping_n_s_per_m", "damping_over_mass_per_s");
-        let damping = match (self.damping_n_s_per_m, self.damping_over_mass_per_s) {
-            (None, None) => 0.0,
-            (Some(c), None) => absolute(a, c)?,
-            (None, Some(q)) => times_mass(b, q)?,
+        match (self.damping_n_s_per_m, self.damping_over_mass_per_s) {
+            (None, None) => Ok(0.0),
+            (Some(c), None) => absolute(path, a, c),
+            (None, Some(q)) => times_mass(path, b, q, mass),
             (Some(_), Some(_)) => {
                 let found = format!("given twice, as `{a}` and as `{b}`");
-                return Err(Violation::new(path, found, "at most one of the two"));
+                Err(Violation::new(path, found, "at most one of the two"))
             }
-        };
-        Ok((stiffness, damping))
+        }
     }
+}
+
+fn absolute(path: &str, key: &str, value: f64) -> Result<f64, Violation> {
+    within(format!("{path}.{key}"), value, 0.0, MAX_COEFFICIENT)
+}
+
+/// A quotient within bounds times a mass within bounds may still be out of bounds.
+fn times_mass(path: &str, key: &str, quotient: f64, mass: f64) -> Result<f64, Violation> {
+    let high = MAX_COEFFICIENT.min(MAX_COEFFICIENT / mass);
+    Ok(within(format!("{path}.{key}"), quotient, 0.0, high)? * mass)
 }
 
 impl Grid {
@@ -301,22 +329,16 @@ impl Grid {
         }
     }
 
-    fn springs(&self, effect: SpringEffect, stiffness: f64, damping: f64) -> Vec<SpringSpec> {
+    fn springs(&self, effect: SpringEffect, law: &Stretches) -> Vec<SpringSpec> {
         let [dx, dy] = self.spacing_m();
         let mut springs = Vec::new();
         for row in 0..self.rows {
             for column in 0..self.columns {
-                for (right, down) in Self::stencil(effect) {
+                for (direction, (right, down)) in Self::stencil(effect).into_iter().enumerate() {
                     let Some(j) = self.neighbour(row, column, right, down) else { continue };
                     let span = Vec3::new(right as f64 * dx, down as f64 * dy, 0.0);
-                    springs.push(SpringSpec {
-                        effect,
-                        i: self.index(row, column),
-                        j,
-                        rest_length_m: span.norm(),
-                        stiffness_n_per_m: stiffness,
-                        damping_n_s_per_m: damping,
-                    });
+                    let ends = (self.index(row, column), j);
+                    springs.push(law.spring(effect, direction, ends, span.norm()));
                 }
             }
         }
@@ -389,19 +411,18 @@ impl Scene {
         violation
     }
 
-    fn spring_laws(&self) -> [(SpringEffect, Option<SpringLaw>); 3] {
-        let Effects { tension, shear, bending, .. } = self.effects;
+    fn spring_laws(&self) -> [(SpringEffect, Option<&SpringLaw>); 3] {
+        let Effects { tension, shear, bending, .. } = &self.effects;
         let [a, b, c] = SpringEffect::ALL;
-        [(a, tension), (b, shear), (c, bending)]
+        [(a, tension.as_ref()), (b, shear.as_ref()), (c, bending.as_ref())]
     }
 
     fn grid_springs(&self, grid: &Grid) -> Result<Vec<SpringSpec>, Violation> {
         let mut springs = Vec::new();
         for (effect, law) in self.spring_laws() {
             let Some(law) = law else { continue };
-            let path = format!("effects.{}", effect.name());
-            let (stiffness, damping) = law.resolve(&path, grid.particle_mass())?;
-            springs.extend(grid.springs(effect, stiffness, damping));
+            let law = law.stretches(effect, grid.particle_mass())?;
+            springs.extend(grid.springs(effect, &law));
         }
         Ok(springs)
     }

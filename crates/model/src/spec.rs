@@ -1,6 +1,6 @@
 //! The discretised system as data: format "drape-system/1".
 
-use crate::{AirSpec, AngleSpec, Detection, HingeSpec, State};
+use crate::{AirSpec, AngleSpec, Detection, HingeSpec, PieceSpec, State};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -65,10 +65,11 @@ pub struct ParticlesSpec {
 }
 
 /// The effect that a spring belongs to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum SpringEffect {
     /// Along warp and weft: the stiff part.
+    #[default]
     Tension,
     /// Along the diagonals of the cells.
     Shear,
@@ -90,8 +91,8 @@ impl SpringEffect {
     }
 }
 
-/// One spring of a frozen system.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+/// One spring of a frozen system; linear where none of the keys behind the damping is given.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SpringSpec {
     /// Effect that it belongs to.
@@ -103,13 +104,25 @@ pub struct SpringSpec {
     /// Rest length, m; 0 is legal.
     #[schemars(range(min = 0.0, max = MAX_COORDINATE))]
     pub rest_length_m: f64,
-    /// Stiffness, N/m.
+    /// Stiffness, N/m; that of the first piece, if there are pieces.
     #[schemars(range(min = 0.0, max = MAX_COEFFICIENT))]
     pub stiffness_n_per_m: f64,
     /// Damping coefficient, N s/m.
     #[serde(default)]
     #[schemars(range(min = 0.0, max = MAX_COEFFICIENT))]
     pub damping_n_s_per_m: f64,
+    /// Piecewise-linear tension.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub pieces: Vec<PieceSpec>,
+    /// Stiffness in compression, N/m. If absent: the stiffness, or a tenth of it if there are pieces.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0, max = MAX_COEFFICIENT))]
+    pub compression_stiffness_n_per_m: Option<f64>,
+    /// Flexural rigidity, N m², of the strip of cloth that a bending spring stands for: it buckles when compressed (Choi and
+    /// Ko 2002). Up to then it has the stiffness in compression.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0), range(max = MAX_COEFFICIENT))]
+    pub buckling_rigidity_n_m2: Option<f64>,
 }
 
 /// How the damping of the springs acts.

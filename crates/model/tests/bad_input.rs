@@ -617,3 +617,198 @@ fn files_that_cannot_be_read_are_named() {
     std::fs::write(path("good.json"), SCENE).unwrap();
     assert_eq!(load(&path("good.json")).unwrap().spec().particles.mass_kg.len(), 12);
 }
+
+/// Tension by pieces, warp and weft apart, bending springs that buckle.
+const FABRIC: &str = r#"{
+  "format": "drape-scene/1", "name": "fabric",
+  "cloth": { "grid": { "rows": 3, "columns": 3, "size_m": [1, 1], "center_m": [0, 0, 0], "mass_kg": 0.4 } },
+  "effects": {
+    "tension": { "damping_over_mass_per_s": 4,
+      "warp": { "pieces": [{ "up_to_strain": 0.02, "stiffness_n_per_m": 10 }, { "stiffness_n_per_m": 1000 }] },
+      "weft": { "stiffness_n_per_m": 70, "compression_stiffness_n_per_m": 3 } },
+    "shear": { "pieces": [{ "up_to_strain": 0.1, "stiffness_n_per_m": 5 }, { "stiffness_n_per_m": 50 }] },
+    "bending": { "stiffness_n_per_m": 8, "buckling_rigidity_n_m2": 1e-4 }
+  },
+  "time": { "step_s": 0.01, "duration_s": 1 }
+}"#;
+
+#[test]
+fn scenes_with_curves_that_make_no_sense_are_refused() {
+    check(
+        FABRIC,
+        &[
+            (
+                r#""up_to_strain": 0.02, "#,
+                "",
+                "effects.tension.warp.pieces[0].up_to_strain",
+                "missing",
+                "only the last",
+            ),
+            (
+                r#"{ "stiffness_n_per_m": 1000 }"#,
+                r#"{ "stiffness_n_per_m": 1000, "up_to_strain": 1 }"#,
+                "effects.tension.warp.pieces[1].up_to_strain",
+                "1",
+                "no such key",
+            ),
+            (
+                r#""up_to_strain": 0.02"#,
+                r#""up_to_strain": 0"#,
+                "effects.tension.warp.pieces[0].up_to_strain",
+                "0",
+                "a number above 0",
+            ),
+            (
+                r#"{ "stiffness_n_per_m": 1000 }"#,
+                r#"{ "up_to_strain": 0.01, "stiffness_n_per_m": 1 }, { "stiffness_n_per_m": 1 }"#,
+                "effects.tension.warp.pieces[1].up_to_strain",
+                "0.01",
+                "above 0.02",
+            ),
+            (
+                r#""stiffness_n_per_m": 1000"#,
+                r#""stiffness_n_per_m": -1"#,
+                "effects.tension.warp.pieces[1].stiffness_n_per_m",
+                "-1",
+                "from 0",
+            ),
+            (
+                r#""weft": { "stiffness_n_per_m": 70, "#,
+                r#""weft": { "#,
+                "effects.tension.weft",
+                "without a stiffness",
+                "`pieces`",
+            ),
+            (
+                r#""compression_stiffness_n_per_m": 3"#,
+                r#""compression_stiffness_n_per_m": 2e30"#,
+                "effects.tension.weft.compression_stiffness_n_per_m",
+                "2e30",
+                "from 0",
+            ),
+            (
+                r#""weft": { "stiffness_n_per_m": 70, "#,
+                r#""weft": { "pieces": [{ "stiffness_n_per_m": 1 }], "stiffness_n_per_m": 70, "#,
+                "effects.tension.weft",
+                "given twice",
+                "exactly one",
+            ),
+            (
+                r#""warp""#,
+                r#""stiffness_n_per_m": 3, "warp""#,
+                "effects.tension.stiffness_n_per_m",
+                "beside `warp`",
+                "one of",
+            ),
+            (
+                r#""warp""#,
+                r#""compression_stiffness_n_per_m": 3, "warp""#,
+                "effects.tension.compression_stiffness_n_per_m",
+                "beside `warp`",
+                "in `warp`",
+            ),
+            (
+                r#""shear": {"#,
+                r#""shear": { "stiffness_over_mass_per_s2": 2, "#,
+                "effects.shear.stiffness_over_mass_per_s2",
+                "beside `pieces`",
+                "one of",
+            ),
+            (
+                r#""shear": { "pieces": [{ "up_to_strain": 0.1, "stiffness_n_per_m": 5 }, { "stiffness_n_per_m": 50 }] }"#,
+                r#""shear": { "warp": { "stiffness_n_per_m": 50 }, "weft": { "stiffness_n_per_m": 50 } }"#,
+                "effects.shear.warp",
+                "diagonals",
+                "one law",
+            ),
+            (
+                r#""shear": {"#,
+                r#""shear": { "buckling_rigidity_n_m2": 1, "#,
+                "effects.shear.buckling_rigidity_n_m2",
+                "shear",
+                "bending springs only",
+            ),
+            (
+                r#""buckling_rigidity_n_m2": 1e-4"#,
+                r#""buckling_rigidity_n_m2": 0"#,
+                "effects.bending.buckling_rigidity_n_m2",
+                "0",
+                "above 0",
+            ),
+            (
+                r#""buckling_rigidity_n_m2": 1e-4"#,
+                r#""buckling_rigidity_n_m2": 1e29"#,
+                "springs[18].buckling_rigidity_n_m2",
+                "1e29",
+                "at most 1e30",
+            ),
+            (
+                r#""buckling_rigidity_n_m2": 1e-4"#,
+                r#""warp": { "stiffness_n_per_m": 1 }"#,
+                "effects.bending.weft",
+                "missing",
+                "`warp`",
+            ),
+            (
+                r#""up_to_strain": 0.02"#,
+                r#""strain": 0.02"#,
+                "effects.tension.warp.pieces[0].strain",
+                "unknown",
+                "`up_to_strain`",
+            ),
+        ],
+    );
+    let pieces: Vec<_> =
+        (1..66).map(|k| format!(r#"{{ "up_to_strain": {k}, "stiffness_n_per_m": 1 }}"#)).collect();
+    let many = format!("[{}, {{ \"stiffness_n_per_m\": 50 }}]", pieces.join(", "));
+    let from = r#"[{ "up_to_strain": 0.1, "stiffness_n_per_m": 5 }, { "stiffness_n_per_m": 50 }]"#;
+    let (_, message) = refused(&FABRIC.replace(from, &many));
+    assert!(
+        message.contains("effects.shear.pieces") && message.contains("at most 64"),
+        "{message}"
+    );
+}
+
+#[test]
+fn frozen_springs_with_curves_that_make_no_sense_are_refused() {
+    check(
+        SYSTEM,
+        &[
+            (
+                r#""stiffness_n_per_m": 10"#,
+                r#""pieces": [{ "stiffness_n_per_m": 11 }], "stiffness_n_per_m": 10"#,
+                "springs[0].stiffness_n_per_m",
+                "10",
+                "11, that of the first piece",
+            ),
+            (
+                r#""stiffness_n_per_m": 10"#,
+                r#""buckling_rigidity_n_m2": 1, "stiffness_n_per_m": 10"#,
+                "springs[0].buckling_rigidity_n_m2",
+                "tension",
+                "bending springs only",
+            ),
+            (
+                r#""rest_length_m": 2, "#,
+                r#""compression_stiffness_n_per_m": 1, "rest_length_m": 0, "#,
+                "springs[1].rest_length_m",
+                "0",
+                "above 0",
+            ),
+            (
+                r#""rest_length_m": 2, "#,
+                r#""buckling_rigidity_n_m2": 1, "rest_length_m": 1e-300, "#,
+                "springs[1].buckling_rigidity_n_m2",
+                "1",
+                "at most 1e30",
+            ),
+            (
+                r#""rest_length_m": 2, "#,
+                r#""compression_stiffness_n_per_m": -1, "rest_length_m": 2, "#,
+                "springs[1].compression_stiffness_n_per_m",
+                "-1",
+                "from 0",
+            ),
+        ],
+    );
+}

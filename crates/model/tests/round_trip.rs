@@ -4,8 +4,8 @@
 
 use drape_model::{
     AirSpec, AngleEffect, AngleSpec, ContactSpec, DampingLaw, Detection, DragSpec, EffectsSpec,
-    GravitySpec, GustSpec, HingeSpec, Input, ObstacleSpec, ParticlesSpec, PinSpec, Scene,
-    SpringEffect, SpringSpec, SystemSpec, WindSpec, bundled, load, parse,
+    GravitySpec, GustSpec, HingeSpec, Input, ObstacleSpec, ParticlesSpec, PieceSpec, PinSpec,
+    Scene, SpringEffect, SpringSpec, SystemSpec, WindSpec, bundled, load, parse,
 };
 use proptest::prelude::*;
 use serde_json::{Value, json, to_string_pretty};
@@ -28,14 +28,13 @@ fn assert_survives(spec: &SystemSpec) {
             .flat_map(|s| [s.rest_length_m, s.stiffness_n_per_m, s.damping_n_s_per_m]);
         let angles = spec.angles.iter().flat_map(|a| [a.rest_rad, a.stiffness_n_m]);
         let hinges = spec.hinges.iter().flat_map(|h| [h.rest_rad, h.stiffness_n_m]);
-        let numbers = particles
-            .mass_kg
-            .iter()
-            .chain(vectors)
-            .copied()
-            .chain(springs)
-            .chain(angles)
-            .chain(hinges);
+        let curves = spec.springs.iter().flat_map(|s| {
+            let pieces = s.pieces.iter().flat_map(|p| [p.up_to_strain, Some(p.stiffness_n_per_m)]);
+            pieces.chain([s.compression_stiffness_n_per_m, s.buckling_rigidity_n_m2])
+        });
+        let numbers = particles.mass_kg.iter().chain(vectors).copied().chain(springs);
+        let numbers = numbers.chain(angles).chain(hinges);
+        let numbers = numbers.chain(curves.map(Option::unwrap_or_default));
         numbers.map(f64::to_bits).collect()
     };
     assert_eq!(bits(spec), bits(&back));
@@ -83,17 +82,36 @@ fn coefficient() -> impl Strategy<Value = f64> {
     prop_oneof![0.0..1e30, 0.0..1.0, Just(0.0), Just(5e-324), Just(1e30)]
 }
 
+/// Pieces of rising strains, the last without an end.
+fn pieces() -> impl Strategy<Value = Vec<PieceSpec>> {
+    prop::collection::vec((coefficient(), 1e-3..10.0), 0..4).prop_map(|list| {
+        let mut strain = 0.0;
+        let last = list.len().saturating_sub(1);
+        let piece = |(k, (stiffness_n_per_m, width)): (usize, (f64, f64))| {
+            strain += width;
+            PieceSpec { up_to_strain: (k < last).then_some(strain), stiffness_n_per_m }
+        };
+        list.into_iter().enumerate().map(piece).collect()
+    })
+}
+
 fn spring(n: u32) -> impl Strategy<Value = SpringSpec> {
     let effect = prop::sample::select(SpringEffect::ALL.to_vec());
-    (effect, 0..n, 1..n, 0.0..1e9, coefficient(), coefficient()).prop_map(
-        move |(effect, i, offset, rest_length_m, stiffness_n_per_m, damping_n_s_per_m)| {
+    let compression = prop::option::of(coefficient());
+    let rigidity = prop::option::of(1e-9..1.0);
+    let linear = (effect, 0..n, 1..n, 1e-3..1e9, coefficient(), coefficient());
+    (linear, pieces(), compression, rigidity).prop_map(
+        move |((effect, i, offset, rest_length_m, k, c), pieces, compression, rigidity)| {
             SpringSpec {
                 effect,
                 i,
                 j: (i + offset) % n,
                 rest_length_m,
-                stiffness_n_per_m,
-                damping_n_s_per_m,
+                stiffness_n_per_m: pieces.first().map_or(k, |piece| piece.stiffness_n_per_m),
+                damping_n_s_per_m: c,
+                pieces,
+                compression_stiffness_n_per_m: compression,
+                buckling_rigidity_n_m2: rigidity.filter(|_| effect == SpringEffect::Bending),
             }
         },
     )

@@ -23,6 +23,7 @@ fn oscillator(stiffness: f64, damping: f64, gravity: f64) -> SystemSpec {
             rest_length_m: 0.0,
             stiffness_n_per_m: stiffness,
             damping_n_s_per_m: damping,
+            ..SpringSpec::default()
         }],
         angles: Vec::new(),
         hinges: Vec::new(),

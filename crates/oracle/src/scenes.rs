@@ -46,6 +46,7 @@ pub fn spring(
         rest_length_m: rest_length,
         stiffness_n_per_m: stiffness,
         damping_n_s_per_m: damping,
+        ..SpringSpec::default()
     }
 }
 

@@ -74,6 +74,7 @@ fn scene(
                 rest_length_m: 2.0 * tension.rest_length_m,
                 stiffness_n_per_m: ratio * tension.stiffness_n_per_m,
                 damping_n_s_per_m: 0.0,
+                ..SpringSpec::default()
             };
             for row in 0..SIDE {
                 for column in 0..SIDE - 2 {

@@ -88,6 +88,7 @@ fn cloth(
         rest_length_m: distance(points[i], points[j]),
         stiffness_n_per_m: stiffness,
         damping_n_s_per_m: damping,
+        ..SpringSpec::default()
     };
     let corner = |x: f64| {
         let off = |i: &usize| distance(points[*i], [x, -0.5]);

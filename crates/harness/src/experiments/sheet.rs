@@ -131,6 +131,7 @@ impl Sheet {
             rest_length_m: distance(i, j),
             stiffness_n_per_m: self.tension * MASS,
             damping_n_s_per_m: self.damping * MASS,
+            ..SpringSpec::default()
         };
         let springs = edges.into_iter().map(spring).collect();
         Ok(SystemSpec { name: "triangulated sheet".to_owned(), springs, triangles, ..spec })
@@ -160,6 +161,7 @@ pub(crate) fn pair(stiffness_over_mass: f64) -> SystemSpec {
             rest_length_m: 1.0,
             stiffness_n_per_m: stiffness_over_mass * MASS,
             damping_n_s_per_m: 0.0,
+            ..SpringSpec::default()
         }],
         angles: Vec::new(),
         hinges: Vec::new(),

@@ -14,6 +14,7 @@ mod air;
 mod angle;
 mod gravity;
 mod hinge;
+mod piecewise;
 mod springs;
 
 pub use air::{Air, DragLaw, Gust, Wind};
@@ -21,6 +22,8 @@ pub use angle::{Angle, Angles};
 pub use gravity::Gravity;
 pub(crate) use hinge::dihedral_angle;
 pub use hinge::{Hinge, Hinges};
+pub(crate) use piecewise::Buckling;
+pub use piecewise::{PiecewiseSprings, TensionLaw};
 pub use springs::sweep::{Field, ListedSprings, Pass, Springs};
 pub use springs::tangent::{BlockPlanes, Linearised};
 pub use springs::{LinearSprings, Spring};
@@ -145,10 +148,21 @@ pub trait LinearSplit {
     /// the graph Laplacians, EEH (16) and (17).
     fn visit_weights(&self, visit: &mut dyn FnMut(usize, usize, f64, f64));
 
+    /// Whether the slope of every spring is its stiffness, whatever its length.
+    fn has_one_slope(&self) -> bool {
+        true
+    }
+
+    /// As [`visit_weights`](Self::visit_weights), in the same order, with the slope `T'` of each spring at `x` (N/m) in place of the
+    /// constant that stands above it.
+    fn visit_slopes(&self, _x: &[Vec3], visit: &mut dyn FnMut(usize, usize, f64, f64)) {
+        self.visit_weights(visit);
+    }
+
     /// Calls `visit(i, j, ℓ)` with the rest length of each spring, m.
     fn visit_rest_lengths(&self, visit: &mut dyn FnMut(usize, usize, f64));
 
-    /// Calls `visit(i, j, k̃)` with the secant stiffness `k̃ = k (1 − ℓ/L)` of each spring at `x`, N/m,
+    /// Calls `visit(i, j, k̃)` with the secant stiffness `k̃ = T/L`, `k (1 − ℓ/L)` of a linear spring, of each spring at `x`, N/m,
     /// which is negative where the spring is compressed: its force is `−k̃ (x_i − x_j)` exactly.
     fn visit_secants(&self, x: &[Vec3], visit: &mut dyn FnMut(usize, usize, f64));
 

@@ -23,7 +23,7 @@ use std::sync::Mutex;
 
 /// A spring shorter than this fraction of its rest length has no direction: `û = 0`, which is a
 /// subgradient of the length, so that the energy theorem of the implicit-explicit split still holds.
-const COLLAPSED: f64 = 1e-12;
+pub(super) const COLLAPSED: f64 = 1e-12;
 
 /// One linear spring.
 #[derive(Clone, Copy, Debug, PartialEq)]

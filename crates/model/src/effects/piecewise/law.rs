@@ -1,0 +1,131 @@
+//! The tension of one kind of spring over its length.
+
+use super::buckling::Buckling;
+
+/// A piece of the curve in tension: from strain [`from`](Self::from) on, up to the next piece.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Piece {
+    /// Strain at which it begins.
+    from: f64,
+    /// Slope `k_p`, N/m.
+    stiffness: f64,
+    /// Tension where it begins, over the rest length, N/m.
+    tension: f64,
+    /// Energy where it begins, over the square of the rest length, N/m.
+    energy: f64,
+}
+
+/// What a spring does when it is shorter than its rest length.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Compression {
+    /// `T = k (L − ℓ)`.
+    Linear { stiffness: f64 },
+    /// It pushes back until it buckles.
+    Buckling(Buckling),
+}
+
+/// Tension `T` (N), energy `U` (J) and slope `T'` (N/m) of a spring over its length `L`, for any rest length `ℓ`.
+///
+/// In tension the curve is piecewise linear over the strain `L/ℓ − 1`. `T` and `U` are continuous, both 0 at `L = ℓ`:
+///
+/// ```text
+/// T = T_p + k_p (L − L_p)        U = U_p + T_p (L − L_p) + ½ k_p (L − L_p)²        L_p = ℓ (1 + strain_p)
+/// ```
+///
+/// At a kink the slope is that of the longer side.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TensionLaw {
+    compression: Compression,
+    /// At least one, the first from strain 0.
+    pieces: Vec<Piece>,
+}
+
+impl TensionLaw {
+    /// A curve of the stiffness (N/m) of each piece and the strain at which it ends; the last piece never ends.
+    /// Strains rise from above 0.
+    pub(crate) fn new(
+        compression_stiffness: f64,
+        pieces: impl IntoIterator<Item = (f64, f64)>,
+    ) -> Self {
+        let (mut from, mut tension, mut energy) = (0.0, 0.0, 0.0);
+        let mut list = Vec::new();
+        for (stiffness, up_to) in pieces {
+            list.push(Piece { from, stiffness, tension, energy });
+            let stretch = up_to - from;
+            energy += tension * stretch + 0.5 * stiffness * stretch * stretch;
+            tension += stiffness * stretch;
+            from = up_to;
+        }
+        Self { compression: Compression::Linear { stiffness: compression_stiffness }, pieces: list }
+    }
+
+    /// The same curve, but buckling when compressed.
+    pub(crate) fn buckling(self, buckling: Buckling) -> Self {
+        Self { compression: Compression::Buckling(buckling), ..self }
+    }
+
+    /// The piece at a stretch `L − ℓ`; `None` in compression.
+    fn piece(&self, rest: f64, stretch: f64) -> Option<&Piece> {
+        self.pieces.iter().rev().find(|piece| stretch >= rest * piece.from)
+    }
+
+    /// `T(L)`, N; negative in compression.
+    pub fn tension(&self, rest: f64, length: f64) -> f64 {
+        let stretch = length - rest;
+        match (self.piece(rest, stretch), &self.compression) {
+            (Some(p), _) => rest * p.tension + p.stiffness * (stretch - rest * p.from),
+            (None, Compression::Linear { stiffness }) => stiffness * stretch,
+            (None, Compression::Buckling(buckling)) => buckling.tension(rest, length),
+        }
+    }
+
+    /// `T'(L)`, N/m; nowhere negative.
+    pub fn slope(&self, rest: f64, length: f64) -> f64 {
+        match (self.piece(rest, length - rest), &self.compression) {
+            (Some(piece), _) => piece.stiffness,
+            (None, Compression::Linear { stiffness }) => *stiffness,
+            (None, Compression::Buckling(buckling)) => buckling.slope(rest, length),
+        }
+    }
+
+    /// `U(L)`, J.
+    pub fn energy(&self, rest: f64, length: f64) -> f64 {
+        let stretch = length - rest;
+        match (self.piece(rest, stretch), &self.compression) {
+            (Some(p), _) => {
+                let beyond = stretch - rest * p.from;
+                rest * rest * p.energy + (rest * p.tension + 0.5 * p.stiffness * beyond) * beyond
+            }
+            (None, Compression::Linear { stiffness }) => 0.5 * stiffness * stretch * stretch,
+            (None, Compression::Buckling(buckling)) => buckling.energy(rest, length),
+        }
+    }
+
+    /// `T/L`, N/m: the force is this times the difference of the ends; negative in compression.
+    pub fn secant(&self, rest: f64, length: f64) -> f64 {
+        self.tension(rest, length) / length
+    }
+
+    /// The greatest slope, N/m. Since `T(ℓ) = 0`, neither `T'` nor `T/L` exceeds it at any length: `½ K L² − U` is convex in
+    /// the difference of the ends for this `K`, and for no smaller one.
+    pub fn steepest(&self) -> f64 {
+        let compression = match &self.compression {
+            Compression::Linear { stiffness } => *stiffness,
+            Compression::Buckling(buckling) => buckling.steepest(),
+        };
+        self.pieces.iter().fold(compression, |most, piece| most.max(piece.stiffness))
+    }
+
+    /// Multiplies all tensions.
+    pub(crate) fn scale(&mut self, factor: f64) {
+        for piece in &mut self.pieces {
+            piece.stiffness *= factor;
+            piece.tension *= factor;
+            piece.energy *= factor;
+        }
+        match &mut self.compression {
+            Compression::Linear { stiffness } => *stiffness *= factor,
+            Compression::Buckling(buckling) => buckling.scale(factor),
+        }
+    }
+}

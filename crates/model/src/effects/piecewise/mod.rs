@@ -1,0 +1,216 @@
+//! Springs whose tension is piecewise linear in the strain, or that buckle: tension as Kawabata's machine measures it.
+//!
+//! ```text
+//! f_i = −T(L) û        −∂f_i/∂x_i = T' ûûᵀ + (T/L)(I − ûûᵀ)
+//! ```
+//!
+//! The split `f = −L_K x + F2(x)` takes for `K` the steepest slope of the spring's curve, a constant: `½ K L² − U` is convex then, and
+//! the energy theorem of IMEX Euler and the descent of updated CG hold as for linear springs. What it costs is artificial damping `h K` across
+//! and along springs that are softer at the moment. [`visit_slopes`](LinearSplit::visit_slopes) offers the present slope instead.
+
+mod buckling;
+mod law;
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
+mod tests;
+
+pub(crate) use buckling::Buckling;
+pub use law::TensionLaw;
+
+use super::springs::{COLLAPSED, LinearSprings, Spring};
+use super::{BlockSink, Effect, LinearSplit, Tangent};
+use crate::{DampingLaw, Mat3, Vec3};
+
+/// All springs of one effect, of which at least one is not linear.
+#[derive(Clone, Debug)]
+pub struct PiecewiseSprings {
+    /// Springs of the steepest stiffness of each: the linear part of the split, and the damping.
+    majorant: LinearSprings,
+    laws: Vec<TensionLaw>,
+    /// Which of them each spring has, in the order of the specification.
+    law_of: Vec<u32>,
+}
+
+/// A spring at some positions.
+struct Stretched<'a> {
+    i: usize,
+    j: usize,
+    /// `x_i − x_j`, m.
+    d: Vec3,
+    /// `|d|`, m.
+    length: f64,
+    rest: f64,
+    /// Steepest stiffness `K`, N/m.
+    majorant: f64,
+    damping: f64,
+    law: &'a TensionLaw,
+}
+
+impl Stretched<'_> {
+    /// Whether it has no direction: then its force is `−T'(0) d`.
+    fn is_collapsed(&self) -> bool {
+        self.length <= COLLAPSED * self.rest
+    }
+
+    fn slope(&self) -> f64 {
+        self.law.slope(self.rest, self.length)
+    }
+
+    /// `T/L`, N/m.
+    fn secant(&self) -> f64 {
+        if self.is_collapsed() { self.slope() } else { self.law.secant(self.rest, self.length) }
+    }
+}
+
+impl PiecewiseSprings {
+    /// Springs that report under `name`, each with the law `laws[law_of[…]]`; their own stiffness does not count.
+    pub(crate) fn new(
+        name: &'static str,
+        mut springs: Vec<Spring>,
+        law_of: Vec<u32>,
+        laws: Vec<TensionLaw>,
+        damping: DampingLaw,
+    ) -> Self {
+        for (spring, &law) in springs.iter_mut().zip(&law_of) {
+            spring.stiffness = laws[law as usize].steepest();
+        }
+        Self { majorant: LinearSprings::new(name, springs, damping), laws, law_of }
+    }
+
+    /// Visits the springs at `x` in the order of the specification.
+    fn each(&self, x: &[Vec3], mut visit: impl FnMut(&Stretched<'_>)) {
+        let mut law_of = self.law_of.iter();
+        self.majorant.each(|s| {
+            let Some(&law) = law_of.next() else { return };
+            let (i, j) = (s.i as usize, s.j as usize);
+            let d = x[i] - x[j];
+            visit(&Stretched {
+                i,
+                j,
+                d,
+                length: d.norm(),
+                rest: s.rest_length,
+                majorant: s.stiffness,
+                damping: s.damping,
+                law: &self.laws[law as usize],
+            });
+        });
+    }
+
+    /// Adds `−g (x_i − x_j)` of every spring.
+    fn add(&self, x: &[Vec3], out: &mut [Vec3], g: impl Fn(&Stretched<'_>) -> f64) {
+        self.each(x, |s| {
+            let f = s.d * g(s);
+            out[s.i] -= f;
+            out[s.j] += f;
+        });
+    }
+}
+
+impl Effect for PiecewiseSprings {
+    fn name(&self) -> &'static str {
+        self.majorant.name()
+    }
+
+    fn energy(&self, _mass: &[f64], x: &[Vec3]) -> f64 {
+        let mut sum = -0.0;
+        self.each(x, |s| sum += s.law.energy(s.rest, s.length));
+        sum
+    }
+
+    /// `f_i = −T û`.
+    fn add_force(&self, _mass: &[f64], x: &[Vec3], out: &mut [Vec3]) {
+        self.add(x, out, |s| s.secant());
+    }
+
+    fn has_damping(&self) -> bool {
+        self.majorant.has_damping()
+    }
+
+    fn add_damping_force(&self, x: &[Vec3], v: &[Vec3], out: &mut [Vec3]) {
+        self.majorant.add_damping_force(x, v, out);
+    }
+
+    fn has_jacobian(&self) -> bool {
+        true
+    }
+
+    fn visit_pairs(&self, visit: &mut dyn FnMut(usize, usize)) {
+        self.majorant.visit_pairs(visit);
+    }
+
+    /// `−∂f_i/∂x_i = T' ûûᵀ + (T/L)(I − ûûᵀ)`: eigenvalues `T'`, never negative, along the spring and `T/L`, twice, across it.
+    /// [`Tangent::Projected`] drops the latter in compression.
+    fn add_stiffness(&self, x: &[Vec3], scale: f64, tangent: Tangent, sink: &mut dyn BlockSink) {
+        self.each(x, |s| {
+            let transverse = match tangent {
+                Tangent::Exact => s.secant(),
+                Tangent::Projected => s.secant().max(0.0),
+            };
+            let u = if s.is_collapsed() { Vec3::zeros() } else { s.d / s.length };
+            let block = u * u.transpose() * (s.slope() - transverse)
+                + Mat3::from_diagonal_element(transverse);
+            sink.add_pair(s.i, s.j, &(block * scale));
+        });
+    }
+
+    fn add_damping(&self, x: &[Vec3], scale: f64, sink: &mut dyn BlockSink) {
+        self.majorant.add_damping(x, scale, sink);
+    }
+
+    fn split(&self) -> Option<&dyn LinearSplit> {
+        Some(self)
+    }
+
+    fn scale_stiffness(&mut self, factor: f64) -> bool {
+        self.laws.iter_mut().for_each(|law| law.scale(factor));
+        self.majorant.scale_stiffness(factor)
+    }
+
+    fn scale_damping(&mut self, factor: f64) -> bool {
+        self.majorant.scale_damping(factor)
+    }
+
+    fn boxed_clone(&self) -> Box<dyn Effect> {
+        Box::new(self.clone())
+    }
+}
+
+impl LinearSplit for PiecewiseSprings {
+    fn visit_weights(&self, visit: &mut dyn FnMut(usize, usize, f64, f64)) {
+        self.majorant.visit_weights(visit);
+    }
+
+    fn has_one_slope(&self) -> bool {
+        false
+    }
+
+    fn visit_slopes(&self, x: &[Vec3], visit: &mut dyn FnMut(usize, usize, f64, f64)) {
+        self.each(x, |s| visit(s.i, s.j, s.slope(), s.damping));
+    }
+
+    fn visit_rest_lengths(&self, visit: &mut dyn FnMut(usize, usize, f64)) {
+        self.majorant.visit_rest_lengths(visit);
+    }
+
+    fn visit_secants(&self, x: &[Vec3], visit: &mut dyn FnMut(usize, usize, f64)) {
+        self.each(x, |s| visit(s.i, s.j, s.secant()));
+    }
+
+    /// `F2_i = (K − T/L) d`.
+    fn add_nonlinear_force(&self, x: &[Vec3], out: &mut [Vec3]) {
+        self.add(x, out, |s| s.secant() - s.majorant);
+    }
+
+    fn add_linear_force(&self, x: &[Vec3], out: &mut [Vec3]) {
+        self.majorant.add_linear_force(x, out);
+    }
+
+    fn add_linear_damping(&self, v: &[Vec3], out: &mut [Vec3]) {
+        self.majorant.add_linear_damping(v, out);
+    }
+
+    fn add_damping_remainder(&self, x: &[Vec3], v: &[Vec3], out: &mut [Vec3]) {
+        self.majorant.add_damping_remainder(x, v, out);
+    }
+}
