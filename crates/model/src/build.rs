@@ -11,7 +11,7 @@ use crate::{
 };
 use std::fmt::Display;
 
-fn index(path: impl Display, value: u32, count: usize) -> Result<usize, Violation> {
+pub(crate) fn index(path: impl Display, value: u32, count: usize) -> Result<usize, Violation> {
     let expected = || match count {
         0 => "no index at all: there is no particle".to_owned(),
         _ => format!("a particle index from 0 to {}", count - 1),

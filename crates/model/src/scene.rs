@@ -3,6 +3,8 @@
 use crate::Vec3;
 use crate::build::{number, positive, vector, within};
 use crate::error::Violation;
+use crate::mesh::MeshCloth;
+use crate::select::{Pin, Selectable};
 use crate::spec::{
     ContactSpec, DampingLaw, EffectsSpec, GravitySpec, MAX_COEFFICIENT, MAX_COORDINATE,
     MAX_PARTICLES, ObstacleSpec, ParticlesSpec, PinSpec, SYSTEM_FORMAT, SpringEffect, SpringSpec,
@@ -37,7 +39,7 @@ pub struct Scene {
     /// How the springs' damping acts.
     #[serde(default)]
     pub damping: DampingLaw,
-    /// Particles that do not move.
+    /// Selections of particles that do not move.
     #[serde(default)]
     pub pins: Vec<Pin>,
     /// Rigid obstacles.
@@ -53,6 +55,8 @@ pub struct Scene {
 pub enum Cloth {
     /// A regular rectangular sheet.
     Grid(Grid),
+    /// The triangles and quads of an OBJ file.
+    Mesh(MeshCloth),
     /// Explicit particles, springs and triangles.
     Particles(Particles),
 }
@@ -137,21 +141,6 @@ pub struct SpringLaw {
     pub damping_over_mass_per_s: Option<f64>,
 }
 
-/// A particle that does not move: by index, or by row and column of a grid.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Pin {
-    /// Index of the particle.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub particle: Option<u32>,
-    /// Row in the grid.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub row: Option<u32>,
-    /// Column in the grid.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub column: Option<u32>,
-}
-
 /// The usual time step and duration of a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -166,7 +155,7 @@ pub struct TimeSpan {
 
 impl SpringLaw {
     /// Absolute stiffness and damping for particles of mass `mass`.
-    fn resolve(&self, path: &str, mass: f64) -> Result<(f64, f64), Violation> {
+    pub(crate) fn resolve(&self, path: &str, mass: f64) -> Result<(f64, f64), Violation> {
         let absolute =
             |key: &str, value| within(format!("{path}.{key}"), value, 0.0, MAX_COEFFICIENT);
         // A quotient within bounds times a mass within bounds may still be out of bounds.
@@ -236,7 +225,7 @@ impl Grid {
         Ok(())
     }
 
-    fn index(&self, row: u32, column: u32) -> u32 {
+    pub(crate) fn index(&self, row: u32, column: u32) -> u32 {
         row * self.columns + column
     }
 
@@ -335,11 +324,13 @@ impl Scene {
                 grid.check()?;
                 (grid.particles(), self.grid_springs(grid)?, grid.triangles())
             }
+            Cloth::Mesh(mesh) => mesh.discretise(&self.spring_laws())?,
             Cloth::Particles(cloth) => {
                 self.refuse_spring_laws()?;
                 (cloth.particles.clone(), cloth.springs.clone(), cloth.triangles.clone())
             }
         };
+        let pins = self.resolve_pins(&particles, &triangles)?;
         let spec = SystemSpec {
             format: SYSTEM_FORMAT.to_owned(),
             name: self.name.clone(),
@@ -347,7 +338,7 @@ impl Scene {
             springs,
             damping: self.damping,
             triangles,
-            pins: self.resolve_pins()?,
+            pins,
             effects: EffectsSpec { gravity: self.effects.gravity, contact: self.effects.contact },
             obstacles: self.obstacles.clone(),
         };
@@ -393,34 +384,18 @@ impl Scene {
         }
     }
 
-    fn resolve_pins(&self) -> Result<Vec<PinSpec>, Violation> {
-        let resolve = |(position, pin): (usize, &Pin)| {
-            let path = format!("pins[{position}]");
-            let particle = match (*pin, &self.cloth) {
-                (Pin { particle: Some(particle), row: None, column: None }, _) => particle,
-                (
-                    Pin { particle: None, row: Some(row), column: Some(column) },
-                    Cloth::Grid(grid),
-                ) => {
-                    for (key, value, count) in
-                        [("row", row, grid.rows), ("column", column, grid.columns)]
-                    {
-                        if value >= count {
-                            let expected = format!("a number from 0 to {}", count - 1);
-                            return Err(Violation::new(format!("{path}.{key}"), value, expected));
-                        }
-                    }
-                    grid.index(row, column)
-                }
-                (pin, _) => {
-                    let found = serde_json::to_string(&pin).unwrap_or_default();
-                    let expected = "either `particle`, or `row` and `column` of a grid cloth";
-                    return Err(Violation::new(path, found, expected));
-                }
-            };
-            Ok(PinSpec { particle })
-        };
-        self.pins.iter().enumerate().map(resolve).collect()
+    fn resolve_pins(
+        &self,
+        particles: &ParticlesSpec,
+        triangles: &[[u32; 3]],
+    ) -> Result<Vec<PinSpec>, Violation> {
+        let cloth = Selectable { cloth: &self.cloth, particles, triangles };
+        let mut pins = Vec::new();
+        for (position, pin) in self.pins.iter().enumerate() {
+            let selected = cloth.select(&format!("pins[{position}]"), pin)?;
+            pins.extend(selected.into_iter().map(|particle| PinSpec { particle }));
+        }
+        Ok(pins)
     }
 }
 
