@@ -73,6 +73,6 @@ pub(crate) fn build(scene: &Scene) -> Result<(SystemSpec, Simulation), HarnessEr
 pub fn free_edge_midpoint(scene: &Scene) -> Option<usize> {
     match scene.cloth {
         Cloth::Grid(grid) => Some(((grid.rows - 1) * grid.columns + grid.columns / 2) as usize),
-        Cloth::Particles(_) => None,
+        Cloth::Mesh(_) | Cloth::Particles(_) => None,
     }
 }

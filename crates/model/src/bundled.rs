@@ -1,4 +1,4 @@
-//! The scenes that come with drape.
+//! The scenes and meshes that come with drape.
 
 macro_rules! scenes {
     ($($name:literal),+ $(,)?) => {
@@ -17,6 +17,25 @@ static SCENES: &[(&str, &str)] = scenes![
     "square-table-1e6-h005",
     "square-table-2704-1e6",
 ];
+
+macro_rules! meshes {
+    ($($name:literal),+ $(,)?) => {
+        &[$(($name, include_str!(concat!("../scenes/", $name)))),+]
+    };
+}
+
+/// Name and OBJ text of each mesh.
+static MESHES: &[(&str, &str)] = meshes!["round-cloth.obj", "skirt.obj", "sheet.obj"];
+
+/// Names of the bundled meshes, which a scene names as `bundled:NAME`.
+pub fn meshes() -> impl Iterator<Item = &'static str> {
+    MESHES.iter().map(|(name, _)| *name)
+}
+
+/// The OBJ text of a bundled mesh.
+pub fn mesh(name: &str) -> Option<&'static str> {
+    MESHES.iter().find(|(known, _)| *known == name).map(|(_, text)| *text)
+}
 
 /// Names of the bundled scenes.
 pub fn names() -> impl Iterator<Item = &'static str> {

@@ -50,9 +50,11 @@ mod diagnostics;
 pub mod effects;
 mod error;
 mod load;
+mod mesh;
 mod numbering;
 mod obstacle;
 mod scene;
+mod select;
 mod spec;
 mod state;
 mod stencils;
@@ -64,9 +66,11 @@ mod topology;
 pub use effects::{BlockPlanes, BlockSink, Effect, LinearSplit, Linearised, Part, Tangent};
 pub use error::{SceneError, Violation};
 pub use load::{Input, load, parse};
+pub use mesh::{MeshCloth, Rotation};
 pub use numbering::Numbering;
 pub use obstacle::{Detection, Obstacle, Shape};
-pub use scene::{Cloth, Effects, Grid, Particles, Pin, Scene, SpringLaw, TimeSpan};
+pub use scene::{Cloth, Effects, Grid, Particles, Scene, SpringLaw, TimeSpan};
+pub use select::Pin;
 pub use spec::{
     ContactSpec, DampingLaw, EffectsSpec, GravitySpec, ObstacleSpec, ParticlesSpec, PinSpec,
     SpringEffect, SpringSpec, SystemSpec,

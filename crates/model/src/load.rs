@@ -4,12 +4,13 @@ use crate::error::{SceneError, Violation, shorten};
 use crate::scene::SCENE_FORMAT;
 use crate::spec::SYSTEM_FORMAT;
 use crate::strict::Strict;
-use crate::{Scene, SystemSpec, bundled};
+use crate::{Cloth, Scene, SystemSpec, bundled};
 use serde::de::DeserializeOwned;
 use serde_json::value::RawValue;
-use serde_path_to_error::{Path, Segment};
+use serde_path_to_error::{Path as Keys, Segment};
 use std::collections::BTreeMap;
 use std::io::ErrorKind;
+use std::path::Path;
 
 /// What a file held: both kinds are interchangeable wherever a scene is asked for.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,6 +26,14 @@ impl Input {
     pub fn spec(&self) -> &SystemSpec {
         match self {
             Self::Scene(_, spec) | Self::System(spec) => spec,
+        }
+    }
+
+    /// What had to be mended in the mesh of a scene, in words; see [`MeshCloth::repair`](crate::MeshCloth::repair).
+    pub fn repairs(&self) -> &[String] {
+        match self.scene().map(|scene| &scene.cloth) {
+            Some(Cloth::Mesh(mesh)) => mesh.repairs(),
+            _ => &[],
         }
     }
 
@@ -72,7 +81,8 @@ pub fn load(scene: &str) -> Result<Input, SceneError> {
     parse(scene, &text)
 }
 
-/// Reads a scene or a frozen system from text; `file` is what errors call it.
+/// Reads a scene or a frozen system from text; `file` is what errors call it, and the mesh that a scene names is
+/// looked for in its folder.
 ///
 /// # Errors
 /// As [`load`], less those of the file system.
@@ -87,7 +97,10 @@ pub fn parse(file: &str, text: &str) -> Result<Input, SceneError> {
     };
     match serde_json::from_str(format).unwrap_or_default() {
         Format::Scene => {
-            let scene: Scene = read(file, text)?;
+            let mut scene: Scene = read(file, text)?;
+            if let Cloth::Mesh(mesh) = &mut scene.cloth {
+                mesh.load(Path::new(file).parent()).map_err(invalid)?;
+            }
             let spec = scene.discretise().map_err(invalid)?;
             Ok(Input::Scene(Box::new(scene), spec))
         }
@@ -149,7 +162,7 @@ fn reason(error: &serde_json::Error) -> String {
 }
 
 /// The text of the value at a path, as it stands in the file.
-fn raw_value(text: &str, path: &Path) -> Option<String> {
+fn raw_value(text: &str, path: &Keys) -> Option<String> {
     let mut raw: &RawValue = serde_json::from_str(text).ok()?;
     for segment in path {
         raw = match segment {
@@ -166,7 +179,7 @@ fn raw_value(text: &str, path: &Path) -> Option<String> {
 }
 
 /// Says in the words of a scene's author what serde says in those of Rust.
-fn explain(path: &Path, raw: Option<String>, reason: &str) -> Violation {
+fn explain(path: &Keys, raw: Option<String>, reason: &str) -> Violation {
     let parent = path.to_string();
     let inside = |outer: &str, name: &str| match shorten(outer).as_str() {
         "" | "." => shorten(name),

@@ -2,6 +2,8 @@
 
 use crate::build::{number, positive, vector, within};
 use crate::error::Violation;
+use crate::mesh::MeshCloth;
+use crate::select::{Pin, Selectable};
 use crate::spec::{
     ContactSpec, DampingLaw, EffectsSpec, GravitySpec, MAX_COEFFICIENT, MAX_COORDINATE,
     MAX_PARTICLES, ObstacleSpec, ParticlesSpec, PinSpec, SYSTEM_FORMAT, SpringEffect, SpringSpec,
@@ -39,7 +41,7 @@ pub struct Scene {
     /// How the springs' damping acts.
     #[serde(default)]
     pub damping: DampingLaw,
-    /// Particles that do not move.
+    /// Selections of particles that do not move.
     #[serde(default)]
     pub pins: Vec<Pin>,
     /// Rigid obstacles.
@@ -55,6 +57,8 @@ pub struct Scene {
 pub enum Cloth {
     /// A regular rectangular sheet.
     Grid(Grid),
+    /// The triangles and quads of an OBJ file.
+    Mesh(MeshCloth),
     /// Explicit particles, springs and triangles.
     Particles(Particles),
 }
@@ -167,21 +171,6 @@ pub struct SpringLaw {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0), range(max = MAX_COEFFICIENT))]
     pub buckling_rigidity_n_m2: Option<f64>,
-}
-
-/// A particle that does not move: by index, or by row and column of a grid.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Pin {
-    /// Index of the particle.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub particle: Option<u32>,
-    /// Row in the grid.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub row: Option<u32>,
-    /// Column in the grid.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub column: Option<u32>,
 }
 
 /// The usual time step and duration of a scene.
@@ -374,11 +363,13 @@ impl Scene {
                 grid.check()?;
                 (grid.particles(), self.grid_springs(grid)?, grid.triangles())
             }
+            Cloth::Mesh(mesh) => mesh.discretise(&self.spring_laws())?,
             Cloth::Particles(cloth) => {
                 self.refuse_spring_laws()?;
                 (cloth.particles.clone(), cloth.springs.clone(), cloth.triangles.clone())
             }
         };
+        let pins = self.resolve_pins(&particles, &triangles)?;
         let Effects { gravity, air, contact, .. } = self.effects;
         let mut spec = SystemSpec {
             format: SYSTEM_FORMAT.to_owned(),
@@ -389,7 +380,7 @@ impl Scene {
             hinges: Vec::new(),
             damping: self.damping,
             triangles,
-            pins: self.resolve_pins()?,
+            pins,
             effects: EffectsSpec { gravity, air, contact },
             obstacles: self.obstacles.clone(),
         };
@@ -439,34 +430,18 @@ impl Scene {
         }
     }
 
-    fn resolve_pins(&self) -> Result<Vec<PinSpec>, Violation> {
-        let resolve = |(position, pin): (usize, &Pin)| {
-            let path = format!("pins[{position}]");
-            let particle = match (*pin, &self.cloth) {
-                (Pin { particle: Some(particle), row: None, column: None }, _) => particle,
-                (
-                    Pin { particle: None, row: Some(row), column: Some(column) },
-                    Cloth::Grid(grid),
-                ) => {
-                    for (key, value, count) in
-                        [("row", row, grid.rows), ("column", column, grid.columns)]
-                    {
-                        if value >= count {
-                            let expected = format!("a number from 0 to {}", count - 1);
-                            return Err(Violation::new(format!("{path}.{key}"), value, expected));
-                        }
-                    }
-                    grid.index(row, column)
-                }
-                (pin, _) => {
-                    let found = serde_json::to_string(&pin).unwrap_or_default();
-                    let expected = "either `particle`, or `row` and `column` of a grid cloth";
-                    return Err(Violation::new(path, found, expected));
-                }
-            };
-            Ok(PinSpec { particle })
-        };
-        self.pins.iter().enumerate().map(resolve).collect()
+    fn resolve_pins(
+        &self,
+        particles: &ParticlesSpec,
+        triangles: &[[u32; 3]],
+    ) -> Result<Vec<PinSpec>, Violation> {
+        let cloth = Selectable { cloth: &self.cloth, particles, triangles };
+        let mut pins = Vec::new();
+        for (position, pin) in self.pins.iter().enumerate() {
+            let selected = cloth.select(&format!("pins[{position}]"), pin)?;
+            pins.extend(selected.into_iter().map(|particle| PinSpec { particle }));
+        }
+        Ok(pins)
     }
 }
 

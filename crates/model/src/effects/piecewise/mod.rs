@@ -19,7 +19,7 @@ pub use law::TensionLaw;
 
 use super::springs::{COLLAPSED, LinearSprings, Spring};
 use super::{BlockSink, Effect, LinearSplit, Tangent};
-use crate::{DampingLaw, Mat3, Vec3};
+use crate::{DampingLaw, Level, Mat3, Vec3};
 
 /// All springs of one effect, of which at least one is not linear.
 #[derive(Clone, Debug)]
@@ -127,8 +127,8 @@ impl Effect for PiecewiseSprings {
         self.majorant.has_damping()
     }
 
-    fn add_damping_force(&self, x: &[Vec3], v: &[Vec3], out: &mut [Vec3]) {
-        self.majorant.add_damping_force(x, v, out);
+    fn add_damping_force(&self, at: Level<'_>, out: &mut [Vec3]) {
+        self.majorant.add_damping_force(at, out);
     }
 
     fn has_jacobian(&self) -> bool {
@@ -154,8 +154,8 @@ impl Effect for PiecewiseSprings {
         });
     }
 
-    fn add_damping(&self, x: &[Vec3], scale: f64, sink: &mut dyn BlockSink) {
-        self.majorant.add_damping(x, scale, sink);
+    fn add_damping(&self, lagged: Level<'_>, scale: f64, sink: &mut dyn BlockSink) {
+        self.majorant.add_damping(lagged, scale, sink);
     }
 
     fn split(&self) -> Option<&dyn LinearSplit> {

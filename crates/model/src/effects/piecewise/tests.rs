@@ -56,6 +56,15 @@ impl BlockSink for Blocks {
     fn add_pair(&mut self, i: usize, j: usize, block: &Mat3) {
         self.0.push((i, j, *block));
     }
+
+    fn add_general_pair(&mut self, i: usize, j: usize, block: &Mat3) {
+        assert_eq!(*block, block.transpose());
+        self.add_pair(i, j, block);
+    }
+
+    fn add_diagonal(&mut self, i: usize, block: &Mat3) {
+        assert!(*block == Mat3::zeros(), "springs act between particles, not on {i} alone");
+    }
 }
 
 impl Blocks {
@@ -264,7 +273,7 @@ fn damping_is_that_of_linear_springs() {
             assert_eq!(a, b, "{law:?}");
             a
         };
-        let f = both(&|effect, out| effect.add_damping_force(&x, &v, out));
+        let f = both(&|effect, out| effect.add_damping_force(Level { t: 0.0, x: &x, v: &v }, out));
         assert!(dot(&f, &v) < -0.1);
         both(&|effect, out| effect.split().unwrap().add_linear_damping(&v, out));
         both(&|effect, out| effect.split().unwrap().add_damping_remainder(&x, &v, out));
@@ -338,7 +347,7 @@ fn renumbering_carries_the_laws_along() {
     assert!(!numbering.is_identity());
     let forces = |system: &crate::System, state: &crate::State| {
         let mut out = vec![Vec3::zeros(); state.len()];
-        system.forces(&state.x, &state.v, &mut out);
+        system.forces(state.level(), &mut out);
         out
     };
     let (given, internal) = (forces(&system, &state), forces(&ordered, &moved));

@@ -1,0 +1,253 @@
+//! Cloth from an OBJ file: particles at the vertices, springs from the edges, masses from the areas.
+//!
+//! | springs | between |
+//! |---|---|
+//! | tension | the ends of each edge |
+//! | shear | the ends of both diagonals of each quad |
+//! | bending | across each inner edge: the next but one along a strip of quads, the opposite corners of two triangles |
+//!
+//! On a grid of quads these are the springs of [`Grid`](crate::Grid). All rest lengths are the distances in the file, scaled. A
+//! stiffness or damping over mass is multiplied by the mean mass of the cloth's particles: one cloth has one stiffness.
+
+mod edges;
+mod obj;
+mod surface;
+
+use crate::build::{number, positive, vector};
+use crate::error::Violation;
+use crate::scene::SpringLaw;
+use crate::spec::{MAX_COEFFICIENT, MAX_COORDINATE, ParticlesSpec, SpringEffect, SpringSpec};
+use crate::{Mat3, Vec3, bundled};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::fs::File;
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+use std::sync::Arc;
+use surface::Surface;
+
+/// What `file` starts with where it names a mesh that comes with drape.
+const BUNDLED: &str = "bundled:";
+
+/// The triangles and quads of an OBJ file. Particle `i` is the file's vertex `i + 1`, unless a repair dropped vertices.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MeshCloth {
+    /// The OBJ file: a path from the scene file's folder, or `bundled:NAME` for a mesh that comes with drape.
+    pub file: String,
+    /// Mass over area, kg/m²; a face gives each of its corners an equal share.
+    #[schemars(extend("exclusiveMinimum" = 0), range(max = MAX_COEFFICIENT))]
+    pub areal_density_kg_m2: f64,
+    /// Metres in a unit of the file.
+    #[serde(default = "one", skip_serializing_if = "is_one")]
+    #[schemars(extend("exclusiveMinimum" = 0), range(max = MAX_COORDINATE))]
+    pub scale: f64,
+    /// Rotation about the file's origin, after the scaling.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rotation: Option<Rotation>,
+    /// Translation after the rotation, m.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub translation_m: [f64; 3],
+    /// Start velocity of all particles, m/s.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub velocity_m_s: [f64; 3],
+    /// Angular velocity about the centre of mass at the start, rad/s.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub spin_rad_s: [f64; 3],
+    /// Whether degenerate and doubled faces and vertices without a face are dropped and faces turned over where
+    /// neighbours differ, instead of being refused.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub repair: bool,
+    /// What the file holds, once it is read.
+    #[serde(skip)]
+    surface: Option<Arc<Surface>>,
+}
+
+/// A rotation about an axis through the origin.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Rotation {
+    /// Axis; any length but 0.
+    pub axis: [f64; 3],
+    /// Angle, degrees, counterclockwise seen against the axis.
+    #[schemars(range(min = -360.0, max = 360.0))]
+    pub angle_deg: f64,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+fn is_one(value: &f64) -> bool {
+    *value == 1.0
+}
+
+fn is_zero(value: &[f64; 3]) -> bool {
+    *value == [0.0; 3]
+}
+
+impl Rotation {
+    /// Rodrigues' formula.
+    fn matrix(&self) -> Result<Mat3, Violation> {
+        let path = "cloth.mesh.rotation";
+        let axis = vector(format_args!("{path}.axis"), self.axis)?;
+        let Some(axis) = axis.try_normalize(1e-12) else {
+            let found = format!("{:?}", self.axis);
+            return Err(Violation::new(
+                format!("{path}.axis"),
+                found,
+                "a vector longer than 1e-12",
+            ));
+        };
+        let degrees = format!("{path}.angle_deg");
+        let angle = crate::build::within(degrees, self.angle_deg, -360.0, 360.0)?.to_radians();
+        let (sine, cosine) = (libm::sin(angle), libm::cos(angle));
+        let cross = axis.cross_matrix();
+        Ok(Mat3::identity() + cross * sine + cross * cross * (1.0 - cosine))
+    }
+}
+
+impl MeshCloth {
+    /// Reads the file that the scene names; `folder` is that of the scene.
+    pub(crate) fn load(&mut self, folder: Option<&Path>) -> Result<(), Violation> {
+        let file = self.file.clone();
+        if let Some(name) = file.strip_prefix(BUNDLED) {
+            let Some(text) = bundled::mesh(name) else {
+                let known: Vec<_> = bundled::meshes().collect();
+                let expected = format!("one of the bundled meshes {}", known.join(", "));
+                return Err(Violation::new("cloth.mesh.file", format!("{file:?}"), expected));
+            };
+            return self.read(text.as_bytes());
+        }
+        let path = folder.unwrap_or(Path::new("")).join(&file);
+        let refuse = |reason: String| {
+            let found = format!("{file:?}, {reason}");
+            let expected = "an OBJ file, by its path from the scene's folder";
+            Violation::new("cloth.mesh.file", found, expected)
+        };
+        // Opening a pipe would wait for whoever writes to it.
+        let kind = path.metadata().map_err(|error| refuse(format!("unreadable: {error}")))?;
+        if !kind.is_file() {
+            return Err(refuse("which is no file".to_owned()));
+        }
+        let reader = File::open(&path).map_err(|error| refuse(format!("unreadable: {error}")))?;
+        self.read(BufReader::new(reader))
+    }
+
+    /// Reads what the file holds from elsewhere, and checks it.
+    ///
+    /// # Errors
+    /// The first [`Violation`], with the number of its line, and of its face from 1.
+    pub fn read(&mut self, reader: impl BufRead) -> Result<(), Violation> {
+        let obj = obj::read(&self.file, reader)?;
+        self.surface = Some(Arc::new(Surface::new(&self.file, obj, self.repair)?));
+        Ok(())
+    }
+
+    /// What had to be mended, in words.
+    pub fn repairs(&self) -> &[String] {
+        self.surface.as_ref().map_or(&[], |surface| &surface.repairs)
+    }
+
+    fn surface(&self) -> Result<&Surface, Violation> {
+        self.surface.as_deref().ok_or_else(|| {
+            let found = format!("{:?}, which was not read", self.file);
+            Violation::new("cloth.mesh.file", found, "a scene from `load` or `parse`")
+        })
+    }
+
+    /// The particles under a name of a group or object in the file.
+    pub(crate) fn named(&self, path: &str, name: &str) -> Result<Vec<u32>, Violation> {
+        let refuse = |expected| Violation::new(path, format!("{name:?}"), expected);
+        self.surface()?.named(name).map_err(refuse)
+    }
+
+    /// Particles, springs and triangles.
+    pub(crate) fn discretise(
+        &self,
+        laws: &[(SpringEffect, Option<&SpringLaw>)],
+    ) -> Result<(ParticlesSpec, Vec<SpringSpec>, Vec<[u32; 3]>), Violation> {
+        let surface = self.surface()?;
+        let x = self.positions(surface)?;
+        let mass = self.masses(surface, &x)?;
+        let mean = mass.iter().sum::<f64>() / mass.len() as f64;
+        let pairs = edges::springs(&surface.faces, &surface.sides);
+        let mut springs = Vec::new();
+        for ((effect, law), pairs) in laws.iter().zip(pairs) {
+            let Some(law) = law else { continue };
+            if law.warp.is_some() || law.weft.is_some() {
+                let key = if law.warp.is_some() { "warp" } else { "weft" };
+                let path = format!("effects.{}.{key}", effect.name());
+                let expected = "one law for all springs: the file says nothing of warp and weft";
+                return Err(Violation::new(path, "given for a mesh", expected));
+            }
+            let law = law.stretches(*effect, mean)?;
+            springs.extend(pairs.into_iter().map(|[i, j]| {
+                law.spring(*effect, 0, (i, j), (x[i as usize] - x[j as usize]).norm())
+            }));
+        }
+        let velocity_m_s = self.velocities(&mass, &x)?;
+        let position_m = x.into_iter().map(Into::into).collect();
+        let particles = ParticlesSpec { mass_kg: mass, position_m, velocity_m_s };
+        Ok((particles, springs, surface.triangles()))
+    }
+
+    fn positions(&self, surface: &Surface) -> Result<Vec<Vec3>, Violation> {
+        let scale = positive("cloth.mesh.scale", self.scale, MAX_COORDINATE)?;
+        let shift = vector("cloth.mesh.translation_m", self.translation_m)?;
+        let rotation = self.rotation.map(|rotation| rotation.matrix()).transpose()?;
+        let place = |vertex: &Vec3| {
+            let scaled = vertex * scale;
+            rotation.map_or(scaled, |rotation| rotation * scaled) + shift
+        };
+        let x: Vec<_> = surface.vertices.iter().map(place).collect();
+        // A quarter of the range, so that distances and velocities of a spin stay within it too.
+        let far = x.iter().map(|x| x.amax()).fold(0.0, f64::max);
+        if far > 0.25 * MAX_COORDINATE {
+            let found = format!("{}, which puts a particle {} m off", number(scale), number(far));
+            let expected = format!("a cloth within {} m", number(0.25 * MAX_COORDINATE));
+            return Err(Violation::new("cloth.mesh.scale", found, expected));
+        }
+        Ok(x)
+    }
+
+    fn masses(&self, surface: &Surface, x: &[Vec3]) -> Result<Vec<f64>, Violation> {
+        let path = "cloth.mesh.areal_density_kg_m2";
+        let density = positive(path, self.areal_density_kg_m2, MAX_COEFFICIENT)?;
+        let mut mass = vec![0.0; x.len()];
+        for face in &surface.faces {
+            let corners = face.corners();
+            let share = density * surface::area(x, corners) / corners.len() as f64;
+            corners.iter().for_each(|&corner| mass[corner as usize] += share);
+        }
+        match mass.iter().position(|&mass| !(mass > 0.0 && mass <= MAX_COEFFICIENT)) {
+            None => Ok(mass),
+            Some(i) => {
+                let found =
+                    format!("{}: particle {i} gets {} kg", number(density), number(mass[i]));
+                let most = number(MAX_COEFFICIENT);
+                Err(Violation::new(path, found, format!("masses above 0 kg, at most {most} kg")))
+            }
+        }
+    }
+
+    /// Nothing for a cloth at rest.
+    fn velocities(&self, mass: &[f64], x: &[Vec3]) -> Result<Vec<[f64; 3]>, Violation> {
+        let velocity = vector("cloth.mesh.velocity_m_s", self.velocity_m_s)?;
+        let spin = vector("cloth.mesh.spin_rad_s", self.spin_rad_s)?;
+        if velocity == Vec3::zeros() && spin == Vec3::zeros() {
+            return Ok(Vec::new());
+        }
+        let total: f64 = mass.iter().sum();
+        let moments = mass.iter().zip(x).map(|(&m, x)| x * (m / total));
+        let center = moments.fold(Vec3::zeros(), |sum, moment| sum + moment);
+        let v: Vec<_> = x.iter().map(|x| velocity + spin.cross(&(x - center))).collect();
+        let fastest = v.iter().map(|v| v.amax()).fold(0.0, f64::max);
+        if fastest > MAX_COORDINATE {
+            let found = format!("{:?}, which makes {} m/s", self.spin_rad_s, number(fastest));
+            let expected = format!("velocities of at most {} m/s", number(MAX_COORDINATE));
+            return Err(Violation::new("cloth.mesh.spin_rad_s", found, expected));
+        }
+        Ok(v.into_iter().map(Into::into).collect())
+    }
+}

@@ -1,0 +1,165 @@
+//! Selecting particles of a cloth: by index, place, name or boundary.
+
+use crate::build::{index, vector, within};
+use crate::error::Violation;
+use crate::{Cloth, ParticlesSpec, Vec3};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Particles that do not move, selected in exactly one way.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Pin {
+    /// Index of a particle.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub particle: Option<u32>,
+    /// Row of a grid; the whole row unless a column is given too.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub row: Option<u32>,
+    /// Column of a grid; the whole column unless a row is given too.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub column: Option<u32>,
+    /// The particle that starts nearest to this point, m; the one with the least index where several do.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub near_m: Option<[f64; 3]>,
+    /// All particles that start in the box between these two corners, the lower first, m.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub within_m: Option<[[f64; 3]; 2]>,
+    /// All particles of a group or object of a mesh's file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+    /// All particles of this part of the boundary. Parts are numbered from 0 by their least particle; each is connected.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub boundary: Option<u32>,
+}
+
+/// A cloth with what it was discretised to.
+pub(crate) struct Selectable<'a> {
+    pub(crate) cloth: &'a Cloth,
+    pub(crate) particles: &'a ParticlesSpec,
+    pub(crate) triangles: &'a [[u32; 3]],
+}
+
+impl Selectable<'_> {
+    /// The selected particles, at least one; `path` is what messages call the selection.
+    pub(crate) fn select(&self, path: &str, pin: &Pin) -> Result<Vec<u32>, Violation> {
+        let keys = [
+            pin.particle.is_some(),
+            pin.row.is_some() || pin.column.is_some(),
+            pin.near_m.is_some(),
+            pin.within_m.is_some(),
+            pin.name.is_some(),
+            pin.boundary.is_some(),
+        ];
+        let is_single = keys.iter().filter(|&&is_given| is_given).count() == 1;
+        match (pin, self.cloth) {
+            _ if !is_single => {}
+            (&Pin { particle: Some(particle), .. }, _) => {
+                let count = self.particles.mass_kg.len();
+                index(format_args!("{path}.particle"), particle, count)?;
+                return Ok(vec![particle]);
+            }
+            (&Pin { near_m: Some(point), .. }, _) => return self.nearest(path, point),
+            (&Pin { within_m: Some(corners), .. }, _) => return self.inside(path, corners),
+            (&Pin { boundary: Some(part), .. }, _) => return self.boundary(path, part),
+            (Pin { name: Some(name), .. }, Cloth::Mesh(mesh)) => {
+                return mesh.named(&format!("{path}.name"), name);
+            }
+            (&Pin { row, column, name: None, .. }, Cloth::Grid(grid)) => {
+                let range = |key: &str, value: Option<u32>, count: u32| match value {
+                    None => Ok(0..count),
+                    Some(value) if value < count => Ok(value..value + 1),
+                    Some(value) => {
+                        let expected = format!("a number from 0 to {}", count - 1);
+                        Err(Violation::new(format!("{path}.{key}"), value, expected))
+                    }
+                };
+                let rows = range("row", row, grid.rows)?;
+                let columns = range("column", column, grid.columns)?;
+                let of_row = |row| columns.clone().map(move |column| grid.index(row, column));
+                return Ok(rows.flat_map(of_row).collect());
+            }
+            _ => {}
+        }
+        let found = serde_json::to_string(pin).unwrap_or_default();
+        let expected = "exactly one of `particle`, `near_m`, `within_m`, `boundary`, or `row` and `column` of a \
+                        grid cloth, or `name` in a mesh's file";
+        Err(Violation::new(path, found, expected))
+    }
+
+    fn positions(&self) -> impl Iterator<Item = (u32, Vec3)> {
+        (0..).zip(self.particles.position_m.iter().map(|&x| Vec3::from(x)))
+    }
+
+    fn nearest(&self, path: &str, point: [f64; 3]) -> Result<Vec<u32>, Violation> {
+        let point = vector(format_args!("{path}.near_m"), point)?;
+        let off = |x: Vec3| (x - point).norm_squared();
+        let nearest = self.positions().min_by(|a, b| off(a.1).total_cmp(&off(b.1)));
+        Ok(nearest.into_iter().map(|(particle, _)| particle).collect())
+    }
+
+    fn inside(&self, path: &str, [low, high]: [[f64; 3]; 2]) -> Result<Vec<u32>, Violation> {
+        let path = format!("{path}.within_m");
+        let lower = vector(format_args!("{path}[0]"), low)?;
+        let upper = vector(format_args!("{path}[1]"), high)?;
+        for axis in 0..3 {
+            let most = crate::spec::MAX_COORDINATE;
+            within(format_args!("{path}[1][{axis}]"), upper[axis], lower[axis], most)?;
+        }
+        let is_in = |x: &Vec3| (0..3).all(|axis| x[axis] >= lower[axis] && x[axis] <= upper[axis]);
+        let inside = self.positions().filter(|(_, x)| is_in(x)).map(|(particle, _)| particle);
+        let inside: Vec<_> = inside.collect();
+        if inside.is_empty() {
+            let found = format!("[{low:?}, {high:?}], without a particle");
+            return Err(Violation::new(path, found, "a box with at least one particle"));
+        }
+        Ok(inside)
+    }
+
+    fn boundary(&self, path: &str, part: u32) -> Result<Vec<u32>, Violation> {
+        let mut parts = boundary_parts(self.triangles);
+        if (part as usize) < parts.len() {
+            return Ok(parts.swap_remove(part as usize));
+        }
+        let expected = match parts.len() {
+            0 => "another selection: the cloth has no boundary".to_owned(),
+            count => format!("a part of the boundary from 0 to {}", count - 1),
+        };
+        Err(Violation::new(format!("{path}.boundary"), part, expected))
+    }
+}
+
+/// The connected parts of the edges that belong to one triangle only; each sorted, in the order of their first particles.
+fn boundary_parts(triangles: &[[u32; 3]]) -> Vec<Vec<u32>> {
+    let sides = |&[a, b, c]: &[u32; 3]| [(a, b), (b, c), (c, a)];
+    let mut edges: Vec<_> =
+        triangles.iter().flat_map(sides).map(|(a, b)| (a.min(b), a.max(b))).collect();
+    edges.sort_unstable();
+    let single = edges.chunk_by(|a, b| a == b).filter(|same| same.len() == 1);
+    let mut links: Vec<_> = single.flatten().flat_map(|&(a, b)| [(a, b), (b, a)]).collect();
+    links.sort_unstable();
+    let mut is_seen = vec![false; links.len()];
+    let first = |particle: u32| links.partition_point(|link| link.0 < particle);
+    let mut parts = Vec::new();
+    for start in 0..links.len() {
+        // A particle is marked at the first of its links.
+        let start = first(links[start].0);
+        if is_seen[start] {
+            continue;
+        }
+        is_seen[start] = true;
+        let (mut part, mut open) = (Vec::new(), vec![links[start].0]);
+        while let Some(particle) = open.pop() {
+            part.push(particle);
+            let own = links[first(particle)..].iter().take_while(|link| link.0 == particle);
+            for &(_, other) in own {
+                if !std::mem::replace(&mut is_seen[first(other)], true) {
+                    open.push(other);
+                }
+            }
+        }
+        part.sort_unstable();
+        parts.push(part);
+    }
+    parts
+}
