@@ -172,6 +172,8 @@ mod algorithm1;
 #[doc = include_str!("../docs/errata.md")]
 pub mod errata {}
 mod ledger;
+#[cfg(test)]
+mod piecewise_tests;
 mod right_hand_side;
 mod settings;
 mod splitting;
