@@ -5,7 +5,8 @@ pub mod equations;
 use drape_harness::methods::Choice;
 use drape_integrator::{Integrator, PhaseClock, StepReport, TimeStep};
 use drape_model::{
-    Cloth, DampingLaw, Effects, Grid, Pin, Scene, SpringLaw, State, System, SystemSpec, TimeSpan,
+    Cloth, DampingLaw, Effects, Grid, PieceSpec, Pin, Scene, SpringEffect, SpringLaw, State,
+    System, SystemSpec, TimeSpan,
 };
 pub use drape_oracle::scenes::{GRAVITY, gravity, particles, pin, spring};
 
@@ -184,6 +185,17 @@ impl Sheet {
     pub fn build(self) -> (System, State) {
         build(&self.scene().discretise().unwrap_or_else(|violation| panic!("{violation}")))
     }
+}
+
+/// The same system, its tension springs `ratio` times as stiff beyond 1 % of strain.
+pub fn stiffening(mut spec: SystemSpec, ratio: f64) -> SystemSpec {
+    for spring in spec.springs.iter_mut().filter(|s| s.effect == SpringEffect::Tension) {
+        let stiffness_n_per_m = spring.stiffness_n_per_m;
+        let soft = PieceSpec { up_to_strain: Some(0.01), stiffness_n_per_m };
+        let steep = ratio * stiffness_n_per_m;
+        spring.pieces = vec![soft, PieceSpec { up_to_strain: None, stiffness_n_per_m: steep }];
+    }
+    spec
 }
 
 /// A bundled scene at its start.

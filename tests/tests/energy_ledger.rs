@@ -5,7 +5,7 @@ use drape_model::{
     AirSpec, AngularLaw, DampingLaw, DragSpec, Effect, GustSpec, Level, ObstacleSpec, State,
     System, Vec3, WindSpec,
 };
-use drape_tests::{METHODS, Run, Sheet, build, gravity, particles};
+use drape_tests::{METHODS, Run, Sheet, build, gravity, particles, stiffening};
 
 const H: f64 = 0.004;
 /// Error of the sum over the sum of the terms' magnitudes.
@@ -68,7 +68,10 @@ fn scenes() -> Vec<(&'static str, (System, State))> {
     let undamped = Sheet { damping: 0.0, ..SHEET };
     let projected = Sheet { law: DampingLaw::Projected, ..SHEET };
     let free = Sheet { pinned: false, ..SHEET };
+    let two_slopes = SHEET.scene().discretise().expect("valid");
+    let two_slopes = build(&stiffening(two_slopes, 10.0));
     vec![
+        ("two slopes", stir(two_slopes, true)),
         ("damped", stir(SHEET.build(), false)),
         ("undamped, unequal masses", stir(undamped.build(), true)),
         ("projected damping", stir(projected.build(), false)),

@@ -3,7 +3,7 @@
 
 use drape_integrator::{PhaseClock, TimeStep};
 use drape_model::{DampingLaw, State, System};
-use drape_tests::{METHODS, Run, Sheet, bundled, seconds};
+use drape_tests::{METHODS, Run, Sheet, build, bundled, seconds, stiffening};
 
 /// Beside those that every test goes through.
 const MORE: [&str; 10] = [
@@ -56,6 +56,21 @@ fn steps_with_projected_damping_allocate_nothing() {
     };
     for id in METHODS.into_iter().chain(MORE) {
         check(id, "a sheet with projected damping", sheet.build());
+    }
+}
+
+/// With a matrix that changes whenever a spring changes piece, too.
+#[test]
+fn steps_with_springs_of_two_slopes_allocate_nothing() {
+    let input = drape_model::load("hanging-textile-1e4").unwrap_or_else(|error| panic!("{error}"));
+    let start = build(&stiffening(input.spec().clone(), 100.0));
+    let paper = [
+        "imex-euler:split=paper",
+        "imex-euler:split=paper,tolerance=0.1",
+        "imex-updated:split=paper",
+    ];
+    for id in METHODS.into_iter().chain(paper) {
+        check(id, "a sheet of two slopes", start.clone());
     }
 }
 

@@ -12,7 +12,7 @@ use drape_imex::{
     IMEX_CNAB2, IMEX_CNLF, IMEX_EULER, IMEX_MCNAB2, IMEX_SBDF2, IMEX_UPDATED, ImexEuler,
     ImexEulerSettings, ImexTwoStep, ImexTwoStepSettings, ImexUpdated, ImexUpdatedSettings, Scheme,
 };
-use drape_integrator::{Integrator, Method, NewtonLinear, SettingError, Settings};
+use drape_integrator::{Integrator, Method, NewtonLinear, SettingError, Settings, Split};
 use drape_kang::{KANG, Kang, KangSettings};
 use drape_multistep::{
     ADAMS_BASHFORTH2, AdamsBashforth, AdamsBashforthSettings, BDF2, Bdf, BdfSettings,
@@ -212,10 +212,14 @@ impl Choice {
         &self.settings
     }
 
-    /// Id with all settings, as [`parse`](Self::parse) reads it.
+    /// Id with all settings, as [`parse`](Self::parse) reads it; without the split where it is the default, which only
+    /// springs of several slopes notice.
     pub fn full_id(&self) -> String {
-        let settings: Vec<_> =
-            self.settings.iter().map(|(key, value)| format!("{key}={value}")).collect();
+        let is_told = |(key, value): &(&'static str, &str)| {
+            *key != Split::SETTING.key || *value != Split::SETTING.default
+        };
+        let settings = self.settings.iter().filter(is_told);
+        let settings: Vec<_> = settings.map(|(key, value)| format!("{key}={value}")).collect();
         if settings.is_empty() {
             self.method().id.to_owned()
         } else {

@@ -26,7 +26,7 @@ fn spring_laws(scene: &mut Scene) -> impl Iterator<Item = &mut SpringLaw> {
 /// The scene with another stiffness of its tension springs, and of its shear and bending springs in
 /// the same proportion.
 pub(crate) fn with_stiffness(mut scene: Scene, stiffness_over_mass: f64) -> Scene {
-    let tension = scene.effects.tension.and_then(|law| law.stiffness_over_mass_per_s2);
+    let tension = scene.effects.tension.as_ref().and_then(|law| law.stiffness_over_mass_per_s2);
     let factor = stiffness_over_mass / tension.unwrap_or(stiffness_over_mass);
     for law in spring_laws(&mut scene) {
         if let Some(quotient) = &mut law.stiffness_over_mass_per_s2 {

@@ -25,7 +25,7 @@
 //! one, is split by the constraints: along them velocities are prescribed, and what an inelastic impact
 //! takes is no numerical damping.
 
-use crate::{Implicit, TimeStep};
+use crate::{Implicit, Split, TimeStep};
 use drape_model::{Effect, Level, State, System, Tangent, Vec3};
 use drape_solvers::{Constraints, vector::dot};
 
@@ -180,7 +180,18 @@ impl<'a> Bookkeeping<'a> {
     /// Forces and damping of a method with the matrix `M + h² L_k + h L_c` of the implicit effects, which was solved for
     /// `v` (m/s): `F(x̂) − L_k (x_n + h v − x̂)` and `−L_c v` with the remainder of projected damping at `v̂`. What the right-hand
     /// side holds is taken at `(x̂, v̂)`; other effects are taken at level `n`.
-    pub fn split(&mut self, implicit: Implicit, v: &[Vec3], (x_hat, v_hat): (&[Vec3], &[Vec3])) {
+    pub fn split(&mut self, implicit: Implicit, v: &[Vec3], hat: (&[Vec3], &[Vec3])) {
+        self.split_as(Split::Majorant, implicit, v, hat);
+    }
+
+    /// As [`split`](Self::split), with the stiffness in the matrix that `split` asks for.
+    pub fn split_as(
+        &mut self,
+        split: Split,
+        implicit: Implicit,
+        v: &[Vec3],
+        (x_hat, v_hat): (&[Vec3], &[Vec3]),
+    ) {
         let start = self.at_start();
         let x = &start.x;
         let (mass, h) = (self.system.mass(), self.h);
@@ -188,7 +199,14 @@ impl<'a> Bookkeeping<'a> {
         self.forces(|effect, out| {
             if implicit.selects(effect) {
                 effect.add_force(mass, x_hat, out);
-                subtract_laplacian(effect, |k, _| k, &ahead, out);
+                match (split, effect.split()) {
+                    (Split::Paper, Some(springs)) => springs.visit_slopes(x, &mut |i, j, k, _| {
+                        let f = (ahead[i] - ahead[j]) * k;
+                        out[i] -= f;
+                        out[j] += f;
+                    }),
+                    _ => subtract_laplacian(effect, |k, _| k, &ahead, out),
+                }
             } else {
                 effect.add_force(mass, x, out);
             }

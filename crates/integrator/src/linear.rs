@@ -1,6 +1,6 @@
 //! The linear system of the implicit-explicit split: one scalar matrix for three coordinates.
 
-use crate::{Implicit, PrepareError, SetupCause, StepError, choice};
+use crate::{Implicit, PrepareError, SetupCause, Slopes, Split, StepError, choice};
 use drape_model::{Revisions, System, Vec3};
 use drape_solvers::{
     CompleteCholesky, Constraints, DenseInverse, Filter, Identity, IncompleteCholesky, Jacobi,
@@ -145,6 +145,8 @@ impl Prepared {
 pub struct LaplacianSolver {
     implicit: Implicit,
     weights: Weights,
+    /// What stands in the matrix in place of the constant stiffnesses.
+    slopes: Option<Slopes>,
     settings: LinearSettings,
     matrix: ScalarMatrix,
     preconditioner: Prepared,
@@ -174,12 +176,34 @@ impl LaplacianSolver {
         settings: LinearSettings,
         tau: f64,
     ) -> Result<Self, PrepareError> {
+        Self::with_split(system, implicit, weights, settings, Split::Majorant, tau)
+    }
+
+    /// As [`new`](Self::new), with the stiffness in the matrix that `split` asks for.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn with_split(
+        system: &System,
+        implicit: Implicit,
+        weights: Weights,
+        settings: LinearSettings,
+        split: Split,
+        tau: f64,
+    ) -> Result<Self, PrepareError> {
         let n = system.len();
+        let slopes = Slopes::new(system, implicit, split);
         let mut edges = Vec::new();
         implicit.visit_weights(system, &mut |i, j, _, _| edges.push((i, j)));
         let mut matrix = ScalarMatrix::with_pattern(n, edges);
-        assemble(&mut matrix, system, implicit, weights, tau);
-        let settings = choice::choose(settings, system, &matrix);
+        assemble(&mut matrix, system, (implicit, slopes.as_ref()), weights, tau);
+        let rebuild_every_step = settings.rebuild_every_step;
+        let changes = LinearSettings {
+            rebuild_every_step: rebuild_every_step || slopes.is_some(),
+            ..settings
+        };
+        let chosen = choice::choose(changes, system, &matrix);
+        let settings = LinearSettings { rebuild_every_step, ..chosen };
         let free: Vec<bool> = system.pinned().iter().map(|pinned| !pinned).collect();
         let mut preconditioner = Prepared::new(&settings, &matrix)?;
         preconditioner.update(&matrix, &free)?;
@@ -192,6 +216,7 @@ impl LaplacianSolver {
         Ok(Self {
             implicit,
             weights,
+            slopes,
             settings,
             matrix,
             preconditioner,
@@ -213,6 +238,35 @@ impl LaplacianSolver {
     /// [`StepError::NeedsPrepare`] after a change of topology, [`StepError::Solver`] when the
     /// preconditioner cannot be factorised.
     pub fn refresh(&mut self, system: &System, tau: f64) -> Result<Option<SetupCause>, StepError> {
+        self.renew(system, tau, false)
+    }
+
+    /// As [`refresh`](Self::refresh), for a step from the positions `x`: where the [split](Split) follows the slopes of the
+    /// springs, one that has changed is a change of stiffness.
+    ///
+    /// # Errors
+    /// As [`refresh`](Self::refresh).
+    pub fn refresh_at(
+        &mut self,
+        system: &System,
+        tau: f64,
+        x: &[Vec3],
+    ) -> Result<Option<SetupCause>, StepError> {
+        let has_moved = self.slopes.as_mut().is_some_and(|slopes| slopes.update(system, x));
+        self.renew(system, tau, has_moved)
+    }
+
+    /// The slopes in the matrix, where they are not the constant ones.
+    pub fn slopes(&self) -> Option<&Slopes> {
+        self.slopes.as_ref()
+    }
+
+    fn renew(
+        &mut self,
+        system: &System,
+        tau: f64,
+        has_moved: bool,
+    ) -> Result<Option<SetupCause>, StepError> {
         let key = Key { tau_bits: tau.to_bits(), revisions: system.revisions() };
         if key.revisions.topology != self.topology {
             return Err(StepError::NeedsPrepare);
@@ -220,16 +274,21 @@ impl LaplacianSolver {
         if let Some(fast) = &mut self.fast {
             fast.set_threads(system.threads());
         }
-        if std::mem::take(&mut self.first) && self.key == Some(key) {
+        let is_first = std::mem::take(&mut self.first) && self.key == Some(key);
+        if is_first && !has_moved {
             return Ok(Some(SetupCause::First));
         }
         // A rebuild that fails must not leave operators behind that look valid.
         let before = self.key.take();
         let old = before.map_or(key.revisions, |before| before.revisions);
         let new = key.revisions;
-        let cause = if before.is_none_or(|before| before.tau_bits != key.tau_bits) {
+        let cause = if is_first {
+            SetupCause::First
+        } else if before.is_none_or(|before| before.tau_bits != key.tau_bits) {
             SetupCause::StepSize
-        } else if (old.mass, old.stiffness, old.damping) != (new.mass, new.stiffness, new.damping) {
+        } else if (old.mass, old.stiffness, old.damping) != (new.mass, new.stiffness, new.damping)
+            || has_moved
+        {
             SetupCause::Stiffness
         } else if old.pins != new.pins {
             SetupCause::Constraints
@@ -239,7 +298,8 @@ impl LaplacianSolver {
             self.key = before;
             return Ok(None);
         };
-        assemble(&mut self.matrix, system, self.implicit, self.weights, tau);
+        let springs = (self.implicit, self.slopes.as_ref());
+        assemble(&mut self.matrix, system, springs, self.weights, tau);
         for (free, pinned) in self.free.iter_mut().zip(system.pinned()) {
             *free = !pinned;
         }
@@ -436,7 +496,7 @@ impl LaplacianSolver {
 fn assemble(
     matrix: &mut ScalarMatrix,
     system: &System,
-    implicit: Implicit,
+    (implicit, slopes): (Implicit, Option<&Slopes>),
     weights: Weights,
     tau: f64,
 ) {
@@ -444,11 +504,15 @@ fn assemble(
     for (i, &m) in system.mass().iter().enumerate() {
         matrix.add_diagonal(i, m);
     }
-    implicit.visit_weights(system, &mut |i, j, k, c| {
+    let mut add = |i: usize, j: usize, k: f64, c: f64| {
         let weight = match weights {
             Weights::StiffnessAndDamping => tau * tau * k + tau * c,
             Weights::Damping => tau * c,
         };
         matrix.add_edge(i, j, weight);
-    });
+    };
+    match slopes {
+        None => implicit.visit_weights(system, &mut add),
+        Some(slopes) => slopes.visit_weights(system, &mut add),
+    }
 }

@@ -766,7 +766,7 @@ fn scenes_with_curves_that_make_no_sense_are_refused() {
             (
                 r#""buckling_rigidity_n_m2": 1e-4"#,
                 r#""buckling_rigidity_n_m2": 1e29"#,
-                "springs[18].buckling_rigidity_n_m2",
+                "springs[20].buckling_rigidity_n_m2",
                 "1e29",
                 "at most 1e30",
             ),

@@ -66,7 +66,7 @@ fn scene(
         Extra::Shear => build(&Sheet { shear: ratio * stiffness, ..sheet }.spec()?)?,
         Extra::Bending => {
             let mut spec = sheet.spec()?;
-            let tension = spec.springs[0];
+            let tension = spec.springs[0].clone();
             let spring = |i: u32, j: u32| SpringSpec {
                 effect: SpringEffect::Bending,
                 i,

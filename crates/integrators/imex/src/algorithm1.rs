@@ -33,7 +33,7 @@ pub(crate) fn as_printed(
     constraints.impose(v);
     let mut forcing = Forcing::new(ForcingRule::EisenstatWalker);
     for _ in 0..settings.max_outer {
-        rhs.update(system, state, h, v); // b = b(v, x_n + h v)
+        rhs.update(system, state, h, v, linear.slopes()); // b = b(v, x_n + h v)
         report.outer_passes += 1;
         if direct || settings.follows_progress {
             // A direct solve takes no iterations, so that their number says nothing about the update; nor does a loose
@@ -145,6 +145,11 @@ impl Descent {
                 updates && self.update_until(problem, rhs, linear, v, tolerance, report);
             self.by_newton = !converged;
             if !converged {
+                if linear.slopes().is_some() {
+                    // Slopes that are not the steepest ones promise no descent.
+                    v.copy_from_slice(&state.v);
+                    constraints.impose(v);
+                }
                 self.finish(problem, v, tolerance, report)?;
             }
             report.force_evaluations += 1;
@@ -153,7 +158,7 @@ impl Descent {
                 let status = report.solve;
                 self.by_newton = false;
                 v.fill(Vec3::zeros()); // where b(v, x_n + h v) is the b of plain IMEX Euler
-                rhs.update(system, state, h, v); // EEH (21)
+                rhs.update(system, state, h, v, linear.slopes()); // EEH (21)
                 *report += linear.solve_to(constraints, &rhs.b, v, tightest * lightest(system));
                 report.relative_residual *= tightest;
                 report.solve = status;
@@ -181,7 +186,7 @@ impl Descent {
         let direct = linear.is_direct();
         let mut forcing = Forcing::new(ForcingRule::EisenstatWalker);
         while report.outer_passes < settings.max_outer {
-            rhs.update(system, state, h, v);
+            rhs.update(system, state, h, v, linear.slopes());
             report.outer_passes += 1;
             // A direct solve takes no iterations, so that their number says nothing about the update.
             let mut goal = tolerance;

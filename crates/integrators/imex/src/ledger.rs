@@ -1,7 +1,7 @@
 //! What a step of order 1 did to the energy.
 
 use crate::workspace::Workspace;
-use drape_integrator::{Bookkeeping, EnergyLedger, TimeStep, as_stepped};
+use drape_integrator::{Bookkeeping, EnergyLedger, Split, TimeStep, as_stepped};
 use drape_model::{State, System, Vec3};
 
 impl Workspace {
@@ -27,7 +27,8 @@ impl Workspace {
         h: TimeStep,
     ) -> EnergyLedger {
         if self.descent.as_ref().is_some_and(|descent| descent.by_newton()) {
-            self.rhs.update(system, before, h.seconds(), &self.velocity);
+            let slopes = self.linear.slopes();
+            self.rhs.update(system, before, h.seconds(), &self.velocity, slopes);
         }
         let updated_at = self.rhs.positions().to_vec();
         let velocity = |(x, x_n): (&Vec3, &Vec3)| (x - x_n) / h.seconds();
@@ -48,7 +49,8 @@ impl Workspace {
         let mut p = vec![Vec3::zeros(); v.len()];
         linear.constraint_impulse(&rhs.b, v, &mut p);
         let mut book = Bookkeeping::new(system, before, h, v, None);
-        book.split(rhs.implicit(), v, at);
+        let split = linear.slopes().map_or(Split::Majorant, |_| Split::Paper);
+        book.split_as(split, rhs.implicit(), v, at);
         book.impulse(constraints, &p);
         book.finish(constraints, v, after)
     }

@@ -76,6 +76,13 @@
 //!   its ends. So an elastic rebound neither takes nor gives energy.
 //! * *Force sweeps.* Three a step: `F`, `G` and `L_k X*`.
 //!
+//! *Springs with piecewise-linear tension.* With `T(L)` of several slopes, `F2 = (K L − T(L)) û` for any `K`. The setting `split` of the
+//! methods of order 1 says which stands in `A`: the steepest slope of each spring (`majorant`, the default, and what the two-step
+//! methods take), so that `A` is constant and the theorems below hold; or the slope of its present piece at `x_n` (`paper`, the reading of
+//! section 5), so that `A` is set up anew, charged as a change of stiffness, whenever a spring reaches another piece. Within a step `K` is
+//! frozen. Algorithm 1 has the same fixed point with either; with the second its passes need not descend, and the robust form restarts
+//! Newton's method from `v_n` where they do not converge.
+//!
 //! *Step size control* (setting `tolerance`, not for CNLF) wraps the methods by [`drape_integrator::Adaptive`]. Estimated from
 //! positions alone the error of a locked sheet is nil: it hardly accelerates. So `estimator=splitting` adds what `F2` at
 //! the old level (or extrapolated) is off by: one more update of the right-hand side would change the velocity by
@@ -92,6 +99,9 @@
 //! not cover projected damping, which the scalar matrix takes as `−L_c v` and corrects explicitly, explicit shear or
 //! bending springs (a mode with `θ_E` explicit and `θ_I` implicit is stable while `θ_E < 4 + θ_I`), loose tolerances with the extrapolated
 //! start, or contacts that push out.
+//!
+//! With springs of several slopes the theorem needs the steepest one in the matrix: `½ K |d|² − U` must be convex. With the slope of the
+//! present piece a spring that is caught on a much steeper one springs back with more than it came with.
 //!
 //! *Locking*: a spring at rest length loses transverse velocity by `1/(1+θ)` a step; two particles in free rotation keep
 //! `L_{n+1} = L_n/(1 + θ + η)`, here with `θ = 2h²k/m`, `η = 2hc/m` of the pair, whatever the amplitude.
@@ -172,6 +182,8 @@ mod algorithm1;
 #[doc = include_str!("../docs/errata.md")]
 pub mod errata {}
 mod ledger;
+#[cfg(test)]
+mod piecewise_tests;
 mod right_hand_side;
 mod settings;
 mod splitting;

@@ -1,6 +1,6 @@
 //! The right-hand side of EEH (21), as it stands and as Algorithm 1 updates it.
 
-use drape_integrator::Implicit;
+use drape_integrator::{Implicit, Slopes};
 use drape_model::{State, System, Vec3};
 use drape_solvers::bands::{bands, in_bands};
 
@@ -72,12 +72,18 @@ impl RightHandSide {
 
     /// The part of `b` that Algorithm 1 does not update: `M v_n`, `−h L_k x_n` and every force that the
     /// matrix does not dominate stay at level `n`.
-    pub(crate) fn freeze(&mut self, system: &System, state: &State, h: f64) {
+    pub(crate) fn freeze(
+        &mut self,
+        system: &System,
+        state: &State,
+        h: f64,
+        slopes: Option<&Slopes>,
+    ) {
         self.explicit_force.fill(Vec3::zeros());
         self.implicit.add_explicit_forces(system, state.level(), &mut self.explicit_force);
         // −L_k x_n is the springs' force less F2.
         self.force.fill(Vec3::zeros());
-        self.implicit.add_nonlinear_forces(system, &state.x, &mut self.force);
+        add_nonlinear_forces(self.implicit, slopes, system, &state.x, &mut self.force);
         self.frozen.fill(Vec3::zeros());
         self.implicit.add_implicit_forces(system, &state.x, &mut self.frozen);
         for (i, &m) in system.mass().iter().enumerate() {
@@ -88,15 +94,37 @@ impl RightHandSide {
 
     /// `b(v, x_n + h v)`: only `F2` and the remainder of projected damping follow `v`.
     #[doc(alias = "EEH Algorithm 1")]
-    pub(crate) fn update(&mut self, system: &System, state: &State, h: f64, v: &[Vec3]) {
+    pub(crate) fn update(
+        &mut self,
+        system: &System,
+        state: &State,
+        h: f64,
+        v: &[Vec3],
+        slopes: Option<&Slopes>,
+    ) {
         for ((x, x_n), v) in self.x.iter_mut().zip(&state.x).zip(v) {
             *x = x_n + v * h;
         }
         self.force.fill(Vec3::zeros());
-        self.implicit.add_nonlinear_forces(system, &self.x, &mut self.force);
+        add_nonlinear_forces(self.implicit, slopes, system, &self.x, &mut self.force);
         self.implicit.add_damping_remainders(system, &state.x, v, &mut self.force);
         for ((b, frozen), force) in self.b.iter_mut().zip(&self.frozen).zip(&self.force) {
             *b = frozen + force * h;
         }
+    }
+}
+
+/// Adds `F2` of the implicit effects at `x`, N: beside the slopes in the matrix, where there are such, else beside the constant
+/// stiffnesses.
+pub(crate) fn add_nonlinear_forces(
+    implicit: Implicit,
+    slopes: Option<&Slopes>,
+    system: &System,
+    x: &[Vec3],
+    out: &mut [Vec3],
+) {
+    match slopes {
+        None => implicit.add_nonlinear_forces(system, x, out),
+        Some(slopes) => slopes.add_nonlinear_forces(system, x, out),
     }
 }

@@ -2,7 +2,8 @@
 
 use drape_integrator::{
     ForcingRule, Implicit, Kind, LinearSettings, Method, Order, Quantity, Setting, SettingError,
-    Settings, StabilityClass, Start, Support, TOLERANCE, Treatment, linear_settings as linear,
+    Settings, Split, StabilityClass, Start, Support, TOLERANCE, Treatment,
+    linear_settings as linear,
 };
 
 pub(crate) const SUPPORTS: &[Support] = &[
@@ -86,6 +87,7 @@ pub static IMEX_EULER: Method = Method {
         linear::SOLVER,
         implicit("tension"),
         linear::MATRIX,
+        Split::SETTING,
         TOLERANCE,
         ESTIMATOR,
     ],
@@ -123,6 +125,7 @@ pub static IMEX_UPDATED: Method = Method {
         linear::SOLVER,
         IMPLICIT_SPRINGS,
         linear::MATRIX,
+        Split::SETTING,
         Setting {
             key: "max_outer",
             kind: Kind::Integer { min: 1, max: 1_000_000 },
@@ -149,6 +152,8 @@ pub struct ImexEulerSettings {
     pub start: Start,
     /// Which springs are implicit.
     pub implicit: Implicit,
+    /// What stands in the matrix for springs of several slopes.
+    pub split: Split,
     /// Local error that a step may make, in mesh widths; 0: steps are taken as they are given.
     pub tolerance: f64,
     /// Whether the estimate of that error counts the splitting of the force.
@@ -168,6 +173,7 @@ impl ImexEulerSettings {
             linear: LinearSettings::read(&settings, settings.number("forcing_term")),
             start: Start::read(settings.word("start")),
             implicit: Implicit::read(settings.word("implicit")),
+            split: Split::read(settings.word(Split::SETTING.key)),
             tolerance: settings.number(TOLERANCE.key),
             sees_splitting: sees_splitting(&settings),
         })
@@ -192,6 +198,8 @@ pub struct ImexUpdatedSettings {
     pub start: Start,
     /// Which springs are implicit.
     pub implicit: Implicit,
+    /// What stands in the matrix for springs of several slopes.
+    pub split: Split,
     /// Which form of the algorithm.
     pub safeguard: Safeguard,
     /// Most updates of the right-hand side in a step.
@@ -217,6 +225,7 @@ impl ImexUpdatedSettings {
             linear: LinearSettings::read(&settings, settings.number("forcing_term")),
             start: Start::read(settings.word("start")),
             implicit: Implicit::read(settings.word("implicit")),
+            split: Split::read(settings.word(Split::SETTING.key)),
             safeguard: match settings.word("safeguard") {
                 "paper" => Safeguard::Paper,
                 _ => Safeguard::Robust,

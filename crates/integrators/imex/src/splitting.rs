@@ -1,6 +1,7 @@
 //! The error that comes from taking `F2` at an old level: what makes a stiff sheet lock.
 
-use drape_integrator::{Implicit, LaplacianSolver, StepReport};
+use crate::right_hand_side::add_nonlinear_forces;
+use drape_integrator::{Implicit, LaplacianSolver, Slopes, StepReport};
 use drape_model::{System, Vec3};
 use drape_solvers::{Constraints, vector::norm};
 
@@ -43,10 +44,16 @@ impl SplittingError {
     }
 
     /// Notes `F2` at the old positions, which is what IMEX Euler takes for the new one.
-    pub(crate) fn expect(&mut self, system: &System, implicit: Implicit, x: &[Vec3]) {
+    pub(crate) fn expect(
+        &mut self,
+        system: &System,
+        implicit: Implicit,
+        slopes: Option<&Slopes>,
+        x: &[Vec3],
+    ) {
         self.is_split = true;
         self.expected.fill(Vec3::zeros());
-        implicit.add_nonlinear_forces(system, x, &mut self.expected);
+        add_nonlinear_forces(implicit, slopes, system, x, &mut self.expected);
     }
 
     /// Notes the extrapolation `(1 + ω) F_n − ω F_{n−1}` of a two-step method.
@@ -68,7 +75,7 @@ impl SplittingError {
     pub(crate) fn add(
         &mut self,
         system: &System,
-        add_force: impl FnOnce(&mut [Vec3]),
+        add_force: impl FnOnce(&LaplacianSolver, &mut [Vec3]),
         tau: f64,
         linear: &mut LaplacianSolver,
         constraints: &mut Constraints,
@@ -80,7 +87,7 @@ impl SplittingError {
             return;
         }
         residual.fill(Vec3::zeros());
-        add_force(residual);
+        add_force(linear, residual);
         report.force_evaluations += 1;
         for (r, expected) in residual.iter_mut().zip(expected) {
             *r = (*r - *expected) * tau;

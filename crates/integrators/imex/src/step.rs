@@ -1,11 +1,12 @@
 //! The steps of the two methods of order 1.
 
 use crate::algorithm1::{Problem, as_printed};
+use crate::right_hand_side::add_nonlinear_forces;
 use crate::settings::{IMEX_EULER, IMEX_UPDATED, ImexEulerSettings, ImexUpdatedSettings};
 use crate::workspace::Workspace;
 use drape_integrator::{
-    Adaptive, ContactSet, EnergyLedger, Integrator, Method, Phase, PhaseClock, Predictor,
-    PrepareError, Rewind, Scratch, Start, StepError, StepReport, TimeStep,
+    Adaptive, ContactSet, EnergyLedger, Integrator, LaplacianSolver, Method, Phase, PhaseClock,
+    Predictor, PrepareError, Rewind, Scratch, Start, StepError, StepReport, TimeStep,
 };
 use drape_model::{State, System, Vec3};
 use drape_solvers::bands::{bands, in_bands};
@@ -85,12 +86,12 @@ impl Integrator for ImexEuler {
         let w = self.scratch.ready(system, state)?;
         let (h, bands) = (h.seconds(), bands(system.threads(), system.len()));
         clock.switch(Phase::MatrixSetup);
-        let mut report = StepReport::after_setup(w.linear.refresh(system, h)?); // A = M + h² L_k + h L_c
+        let mut report = StepReport::after_setup(w.linear.refresh_at(system, h, &state.x)?); // A = M + h² L_k + h L_c
         clock.switch(Phase::Forces);
         w.rhs.assemble(system, state, h); // right-hand side of EEH (21)
-        report.force_evaluations = 1;
+        report.force_evaluations = 1 + u32::from(w.linear.slopes().is_some());
         if let Some(splitting) = &mut w.splitting {
-            splitting.expect(system, self.settings.implicit, &state.x);
+            splitting.expect(system, self.settings.implicit, w.linear.slopes(), &state.x);
             report.force_evaluations += 1;
         }
         clock.switch(Phase::Contact);
@@ -167,9 +168,9 @@ impl Integrator for ImexUpdated {
         let (h, settings) = (h.seconds(), &self.settings);
         let bands = bands(system.threads(), system.len());
         clock.switch(Phase::MatrixSetup);
-        let mut report = StepReport::after_setup(w.linear.refresh(system, h)?); // A = M + h² L_k + h L_c
+        let mut report = StepReport::after_setup(w.linear.refresh_at(system, h, &state.x)?); // A = M + h² L_k + h L_c
         clock.switch(Phase::Forces);
-        w.rhs.freeze(system, state, h); // M v_n + h [F_frozen − L_k x_n]
+        w.rhs.freeze(system, state, h, w.linear.slopes()); // M v_n + h [F_frozen − L_k x_n]
         clock.switch(Phase::Contact);
         w.contacts.detect(system, &state.x, &state.v, h, &mut w.constraints);
         clock.switch(Phase::Solve);
@@ -196,7 +197,8 @@ impl Integrator for ImexUpdated {
         })?;
         clock.switch(Phase::Update);
         let descent = w.descent.as_ref().map_or(0, |descent| descent.evaluations());
-        report.force_evaluations += 2 + report.outer_passes + descent;
+        let slopes = u32::from(w.linear.slopes().is_some());
+        report.force_evaluations += 2 + report.outer_passes + descent + slopes;
         advance(w, state, h, bands);
         clock.stop();
         Ok(report)
@@ -268,7 +270,9 @@ impl Rewind for ImexEuler {
         let Some(w) = self.scratch.get_mut() else { return };
         let Workspace { splitting: Some(splitting), linear, constraints, .. } = w else { return };
         let implicit = self.settings.implicit;
-        let force = |out: &mut [Vec3]| implicit.add_nonlinear_forces(system, &to.x, out);
+        let force = |linear: &LaplacianSolver, out: &mut [Vec3]| {
+            add_nonlinear_forces(implicit, linear.slopes(), system, &to.x, out);
+        };
         splitting.add(system, force, h, linear, constraints, error, report);
     }
 }

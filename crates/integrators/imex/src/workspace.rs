@@ -5,7 +5,7 @@ use crate::right_hand_side::RightHandSide;
 use crate::settings::{ImexEulerSettings, ImexUpdatedSettings, Safeguard};
 use crate::splitting::SplittingError;
 use drape_integrator::{
-    ContactSet, LaplacianSolver, LinearSettings, Predictor, PrepareError, Weights,
+    ContactSet, LaplacianSolver, LinearSettings, Predictor, PrepareError, Split, Weights,
 };
 use drape_model::{System, Vec3};
 use drape_solvers::Constraints;
@@ -33,11 +33,12 @@ impl Workspace {
         settings: &ImexEulerSettings,
         h: f64,
     ) -> Result<Self, PrepareError> {
-        let ImexEulerSettings { implicit, linear, tolerance, sees_splitting, .. } = *settings;
+        let ImexEulerSettings { implicit, linear, split, tolerance, sees_splitting, .. } =
+            *settings;
         let rhs = RightHandSide::new(system.len(), implicit);
         let is_split = tolerance > 0.0 && sees_splitting;
         let splitting = is_split.then(|| SplittingError::new(system.len()));
-        Ok(Self { splitting, ..Self::new(system, rhs, linear, h)? })
+        Ok(Self { splitting, ..Self::new(system, rhs, linear, split, h)? })
     }
 
     /// For Algorithm 1.
@@ -46,11 +47,11 @@ impl Workspace {
         settings: &ImexUpdatedSettings,
         h: f64,
     ) -> Result<Self, PrepareError> {
-        let ImexUpdatedSettings { implicit, linear, safeguard, .. } = *settings;
+        let ImexUpdatedSettings { implicit, linear, split, safeguard, .. } = *settings;
         let rhs = RightHandSide::updated(system.len(), implicit);
         let robust = safeguard == Safeguard::Robust;
         let descent = robust.then(|| Descent::new(system, implicit)).transpose()?;
-        Ok(Self { descent, ..Self::new(system, rhs, linear, h)? })
+        Ok(Self { descent, ..Self::new(system, rhs, linear, split, h)? })
     }
 
     /// What both methods need.
@@ -58,11 +59,12 @@ impl Workspace {
         system: &System,
         rhs: RightHandSide,
         linear: LinearSettings,
+        split: Split,
         h: f64,
     ) -> Result<Self, PrepareError> {
         let weights = Weights::StiffnessAndDamping;
         Ok(Self {
-            linear: LaplacianSolver::new(system, rhs.implicit(), weights, linear, h)?,
+            linear: LaplacianSolver::with_split(system, rhs.implicit(), weights, linear, split, h)?,
             rhs,
             velocity: vec![Vec3::zeros(); system.len()],
             impulse: ContactSet::impulse(system),

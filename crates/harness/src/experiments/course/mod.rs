@@ -144,7 +144,7 @@ impl Setting {
     fn new(id: &&'static str) -> Result<Self, HarnessError> {
         let scene = bundled(id)?;
         let tracked = free_edge_midpoint(&scene).unwrap_or_default();
-        let tension = scene.effects.tension.and_then(|law| law.stiffness_over_mass_per_s2);
+        let tension = scene.effects.tension.as_ref().and_then(|law| law.stiffness_over_mass_per_s2);
         let (spec, simulation) = build(&scene)?;
         let (stiffness, damping) = gershgorin(&simulation.system);
         // Symplectic Euler is stable for h²λ + 2hδ < 4.

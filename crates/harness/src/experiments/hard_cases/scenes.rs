@@ -5,7 +5,10 @@ use super::tweak::Tweak;
 use crate::HarnessError;
 use crate::run::Simulation;
 use crate::schedule::{Change, Schedule};
-use drape_model::{DampingLaw, ObstacleSpec, PinSpec, SpringEffect, SystemSpec, TimeSpan, Vec3};
+use drape_model::{
+    DampingLaw, ObstacleSpec, PieceSpec, PinSpec, SpringEffect, SpringSpec, SystemSpec, TimeSpan,
+    Vec3,
+};
 use drape_oracle::{Random, laws::hanging_chain};
 
 /// Particles along each edge of most sheets.
@@ -183,6 +186,19 @@ fn two_masses(light: f64) -> Result<SystemSpec, HarnessError> {
     Ok(spec)
 }
 
+/// H08: as the cloth of Kawabata's curves, soft at first.
+fn two_slopes() -> Result<SystemSpec, HarnessError> {
+    let mut spec = hanging(1e4).spec()?;
+    let is_tension = |spring: &&mut SpringSpec| spring.effect == SpringEffect::Tension;
+    for spring in spec.springs.iter_mut().filter(is_tension) {
+        let stiffness_n_per_m = spring.stiffness_n_per_m;
+        let soft = PieceSpec { up_to_strain: Some(0.02), stiffness_n_per_m };
+        let steep = 100.0 * stiffness_n_per_m;
+        spring.pieces = vec![soft, PieceSpec { up_to_strain: None, stiffness_n_per_m: steep }];
+    }
+    Ok(spec)
+}
+
 const CYCLE: [f64; 4] = [1.0, 2.0, 1.0, 0.5];
 
 const STIFFENED: [Change; 2] =
@@ -356,7 +372,12 @@ pub(super) fn all() -> Vec<Case> {
             "A hanging sheet on springs of 10 N/m, particles of 1 g and of 1 µg like the squares of a chessboard.",
             Setup::new(|| two_masses(1e-6), 0.01).tame(|| two_masses(0.1)),
         ),
-        absent("H08", "slopes 1 : 100", "piecewise-linear springs"),
+        quick(case(
+            "H08",
+            "slopes 1 : 100",
+            "A hanging sheet whose tension springs have k/m = 1e4 up to 2 %, 1e6 beyond, 1e3 in compression.",
+            Setup::new(two_slopes, 0.01),
+        )),
         case(
             "H09",
             "step up and down",

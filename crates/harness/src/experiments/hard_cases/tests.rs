@@ -54,7 +54,7 @@ fn of_pair(method: &str, theta: f64, eta: f64, theta_explicit: f64) -> Kind {
     let mut spec = pair(theta / (2.0 * h * h));
     spec.springs[0].damping_n_s_per_m = eta * spec.particles.mass_kg[0] / (2.0 * h);
     if theta_explicit > 0.0 {
-        let mut shear = spec.springs[0];
+        let mut shear = spec.springs[0].clone();
         shear.effect = SpringEffect::Shear;
         shear.stiffness_n_per_m *= theta_explicit / theta;
         spec.springs.push(shear);
@@ -209,5 +209,5 @@ fn on_the_quick_cases_every_verdict_is_what_theory_says_or_explained() {
         }
     }
     assert!(held >= 20, "only {held} cells were held to their theory");
-    assert_eq!(facts.cases.iter().filter(|case| case.absent.is_some()).count(), 4);
+    assert_eq!(facts.cases.iter().filter(|case| case.absent.is_some()).count(), 3);
 }

@@ -19,7 +19,7 @@ pub(super) const METHOD: &str = "imex-euler";
 /// then.
 pub(super) fn measure(sheet: &Sheet, allocated: Allocated) -> Result<Memory, HarnessError> {
     let mut scene = sheet.scene();
-    scene.effects.bending = scene.effects.shear;
+    scene.effects.bending = scene.effects.shear.clone();
     let spec = scene.discretise()?;
     let springs = spec.springs.len();
     let mut choice = Choice::parse(METHOD, &[])?.build().map_err(MethodError::from)?;

@@ -205,7 +205,7 @@ impl Rewind for ImexTwoStep {
         if let Some(w) = self.scratch.get_mut() {
             let Workspace { splitting, linear, constraints, .. } = w;
             let tau = scheme.at_constant_step().tau(h);
-            let force = |out: &mut [Vec3]| {
+            let force = |_: &_, out: &mut [Vec3]| {
                 SplitForces::add_explicit(system, implicit, to.level(), out);
             };
             splitting.add(system, force, tau, linear, constraints, error, report);
