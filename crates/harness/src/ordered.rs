@@ -4,7 +4,8 @@ use crate::methods::Choice;
 use crate::run::{Options, Outcome, Simulation, drive_numbered};
 use crate::schedule::Schedule;
 use crate::{HarnessError, Rule};
-use drape_model::{Numbering, State, SystemSpec, TimeSpan, Violation};
+use drape_integrator::ExplicitNumbers;
+use drape_model::{Effect, Numbering, State, SystemSpec, TimeSpan, Violation};
 use std::borrow::Cow;
 use std::num::NonZero;
 
@@ -82,6 +83,16 @@ impl OrderedSimulation {
     /// The rule by which the energy of a run is judged.
     pub fn rule(&self) -> Rule {
         Rule::of(self.choice.method().class, &self.simulation.system)
+    }
+
+    /// How far steps of `h` seconds are, at the present state, from the limits of those effects without a linear split
+    /// that the method takes at the old time level: angles, hinges and the air.
+    pub fn explicit_numbers(&self, h: f64) -> ExplicitNumbers {
+        let Simulation { system, state } = &self.simulation;
+        let (method, settings) = (self.choice.method(), self.choice.settings());
+        let is_explicit =
+            |effect: &dyn Effect| effect.split().is_none() && method.is_explicit(effect, settings);
+        ExplicitNumbers::new(system, state, &is_explicit, h)
     }
 
     /// As [`simulate`](crate::simulate); `observe` is given the number of each step that ended.

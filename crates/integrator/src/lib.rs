@@ -45,6 +45,7 @@
 //! | [`ElongationLimit`] | Provot's correction of over-stretched springs | Provot, Desbrun |
 //! | [`ViscousImpulse`] | right-hand side for the change of velocity | Desbrun, Kang |
 //! | [`LargestEigenvalue`], [`StiffnessBound`] | what limits an explicit step | leapfrog |
+//! | [`ExplicitNumbers`] | whether a step is short enough for what is explicit | whoever starts a run |
 //! | [`ImpulsiveContacts`] | pins and contacts on a velocity that was computed without them | Provot, Terzopoulos-Fleischer, Desbrun, Kang |
 //! | [`ContactSet`] | active set of the velocity constraints of section 6 | all |
 //! | [`Predictor`] | start values, EEH (22) | CG methods |
@@ -57,6 +58,7 @@ mod clock;
 mod contact;
 mod elongation;
 mod error;
+mod explicit_limit;
 mod forcing;
 mod history;
 mod implicit;
@@ -88,6 +90,7 @@ pub use clock::{Phase, PhaseClock};
 pub use contact::{ContactSet, MultistepMotion};
 pub use elongation::{ElongationLimit, ElongationSettings, SweepOrder};
 pub use error::{PrepareError, StepError};
+pub use explicit_limit::ExplicitNumbers;
 pub use forcing::{Forcing, ForcingRule};
 pub use history::History;
 pub use implicit::Implicit;

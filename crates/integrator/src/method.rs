@@ -1,7 +1,7 @@
 //! What a method is, and what it supports.
 
-use crate::{PrepareError, Setting};
-use drape_model::System;
+use crate::{PrepareError, Setting, Settings};
+use drape_model::{Effect, System};
 
 /// Order of accuracy in the step size.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -106,6 +106,18 @@ pub struct Method {
 }
 
 impl Method {
+    /// Whether the method, set like that, takes an effect at the old time level.
+    pub fn is_explicit(&self, effect: &dyn Effect, settings: &Settings) -> bool {
+        let treatment = self.supports.iter().find(|support| support.effect == effect.name());
+        treatment.is_some_and(|support| match support.treatment {
+            Treatment::Explicit => true,
+            Treatment::BySetting => {
+                settings.iter().any(|setting| setting == ("implicit", "tension"))
+            }
+            Treatment::Implicit | Treatment::Constraint => false,
+        })
+    }
+
     /// Refuses a system that names something which the method cannot honour.
     ///
     /// # Errors

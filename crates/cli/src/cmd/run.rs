@@ -5,6 +5,7 @@ use crate::output::print;
 use crate::progress::bar;
 use drape_harness::methods::{Choice, MethodError};
 use drape_harness::{HarnessError, Options, OrderedSimulation, Outcome, Rule, system_hash};
+use drape_integrator::ExplicitNumbers;
 use drape_model::{Input, State, SystemSpec, TimeSpan, Violation};
 use drape_records::file::write_json;
 use drape_records::run::{FinalState, RUN_FORMAT, Run, Sample, Verdict};
@@ -49,6 +50,10 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     if let Some(threads) = NonZero::new(usize::from(arguments.threads)) {
         simulation.set_threads(threads);
     }
+    let numbers = simulation.explicit_numbers(time.step_s);
+    if let Some(warning) = step_warning(numbers, &choice, time.step_s) {
+        eprintln!("drape: warning: {warning}");
+    }
     let (whole, rest) = time.steps();
     let bar = bar(choice.method().id, whole + u64::from(rest.is_some()));
     let options = Options { series: true, phases: arguments.phases, ..Options::default() };
@@ -73,7 +78,9 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
             outcome.unconverged, outcome.steps
         );
     }
-    if let Some(warning) = energy_warning(&record, simulation.rule()) {
+    let is_driven = spec.effects.air.is_some_and(|air| air.wind.is_some());
+    let warning = energy_warning(&record, simulation.rule()).filter(|_| !is_driven);
+    if let Some(warning) = warning {
         eprintln!("drape: warning: {warning}");
     }
     // How the run ended decides the exit code, whatever becomes of the summary.
@@ -158,6 +165,31 @@ fn record(
 /// Greatest rise of the total energy over the greatest kinetic energy that passes for a dissipative and for a
 /// symplectic method, as in the verdicts of the experiments.
 const RISE: [f64; 2] = [0.02, 0.5];
+
+/// What to say of a step that is too long for forces that the method takes at the old time level.
+fn step_warning(numbers: ExplicitNumbers, choice: &Choice, step: f64) -> Option<String> {
+    let ExplicitNumbers { stiffness, drag } = numbers;
+    let (what, share) = if stiffness >= drag {
+        ("the stiffness of angles", stiffness.sqrt()) // which goes with the square of the step
+    } else {
+        ("the drag of the air", drag)
+    };
+    let divides = |(key, value): (&str, &str)| match key {
+        "step" => value != "fixed",
+        "tolerance" => value.parse::<f64>().is_ok_and(|tolerance| tolerance > 0.0),
+        _ => false,
+    };
+    let is_divided = choice.settings().iter().any(divides);
+    (numbers.worst() > 1.0 && !is_divided).then(|| {
+        format!(
+            "{what}, which {} takes at the old time level, allows about {:.2e} s at the start: the step of {step} s is {:.1} \
+             times as long",
+            choice.method().id,
+            step / share,
+            share
+        )
+    })
+}
 
 /// What to say of a run that gained energy; the series says enough of a run that diverged.
 fn energy_warning(run: &Run, rule: Rule) -> Option<String> {

@@ -1,0 +1,298 @@
+//! Angles, hinges and air from a scene to the running system, and what is refused on the way.
+
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+use drape_model::{
+    AngleEffect, Scene, SpringEffect, SpringSpec, State, System, SystemSpec, Vec3, load, parse,
+};
+use serde_json::{Value, json};
+use std::f64::consts::PI;
+
+/// A grid of so many rows and columns with unit mesh width, and these effects.
+fn grid(rows: u32, columns: u32, effects: Value) -> Result<SystemSpec, String> {
+    let scene = json!({
+        "format": "drape-scene/1", "name": "grid",
+        "cloth": { "grid": { "rows": rows, "columns": columns, "size_m": [columns - 1, rows - 1],
+            "center_m": [0, 0, 0], "mass_kg": 1 } },
+        "effects": effects, "time": { "step_s": 0.1, "duration_s": 1 }
+    });
+    read(&scene)
+}
+
+fn read(value: &Value) -> Result<SystemSpec, String> {
+    let input = parse("file.json", &value.to_string()).map_err(|error| error.to_string())?;
+    Ok(input.spec().clone())
+}
+
+fn all_effects() -> Value {
+    json!({
+        "shear_angle": { "stiffness_n_m": 0.7 }, "bending_angle": { "stiffness_n_m": 0.3 },
+        "bending_hinge": { "stiffness_n_m": 0.2 },
+        "air": { "drag": { "quadratic": { "coefficient": 1.1 } },
+            "wind": { "velocity_m_s": [1, 2, 3], "gust": { "amplitude_m_s": [0, 1, 0], "period_s": 2 } } }
+    })
+}
+
+fn forces(system: &System, state: &State) -> Vec<Vec3> {
+    let mut out = vec![Vec3::zeros(); state.len()];
+    system.forces(state.level(), &mut out);
+    out
+}
+
+fn energy(system: &System, name: &str, x: &[Vec3]) -> f64 {
+    let effect = system.effects().find(|effect| effect.name() == name).unwrap();
+    effect.energy(system.mass(), x)
+}
+
+#[test]
+fn a_grid_has_its_number_of_angles_and_hinges_and_is_at_rest() {
+    for (rows, columns) in [(2, 2), (2, 5), (4, 3), (7, 8)] {
+        let spec = grid(rows, columns, all_effects()).unwrap();
+        let (r, c) = (rows as usize, columns as usize);
+        let count = |effect| spec.angles.iter().filter(|angle| angle.effect == effect).count();
+        assert_eq!(count(AngleEffect::ShearAngle), 4 * (r - 1) * (c - 1), "{r} × {c}");
+        assert_eq!(count(AngleEffect::BendingAngle), r * (c - 2) + (r - 2) * c, "{r} × {c}");
+        let edges = 2 * (r - 1) * (c - 1) + (r - 1) * (c - 2) + (r - 2) * (c - 1);
+        assert_eq!(spec.hinges.len(), edges - (r - 1) * (c - 1), "{r} × {c}");
+        assert!(spec.hinges.iter().all(|hinge| hinge.rest_rad == 0.0));
+        let (system, state) = spec.build().unwrap();
+        let names: Vec<_> = system.effects().map(|effect| effect.name()).collect();
+        let bends = ["shear_angle", "bending_angle", "bending_hinge", "air"];
+        let present = bends.iter().filter(|n| **n != "bending_angle" || c > 2 || r > 2);
+        assert_eq!(names, present.copied().collect::<Vec<_>>());
+        let still = SystemSpec { effects: Default::default(), ..spec };
+        let (still, _) = still.build().unwrap();
+        assert!(forces(&still, &state).iter().all(|f| f.norm() < 1e-14));
+    }
+}
+
+#[test]
+fn a_sheared_sheet_has_the_energy_of_one_angle_for_each_particle_inside() {
+    let (system, state) = grid(5, 6, all_effects()).unwrap().build().unwrap();
+    let shear = 0.3_f64;
+    let x: Vec<_> = state.x.iter().map(|x| x + Vec3::x() * (shear * x.y)).collect();
+    let change = shear.atan(); // of the angle between warp and weft
+    // A corner of a cell has a fourth of the stiffness, and every cell four corners.
+    let expected = 0.5 * 0.7 * change * change * f64::from(4 * 5);
+    assert!((energy(&system, "shear_angle", &x) / expected - 1.0).abs() < 1e-12);
+    assert!(energy(&system, "bending_angle", &x) < 1e-28, "straight rows stay straight");
+    assert!(energy(&system, "bending_hinge", &x) < 1e-28, "in the plane");
+}
+
+#[test]
+fn a_sheet_bent_to_a_cylinder_has_the_energy_of_its_curvature() {
+    let n = 41;
+    let (system, state) = grid(n, n, all_effects()).unwrap().build().unwrap();
+    let radius = 100.0;
+    let bend =
+        |x: &Vec3| Vec3::new(radius * (x.x / radius).sin(), x.y, -radius * (x.x / radius).cos());
+    let x: Vec<_> = state.x.iter().map(bend).collect();
+    // Each particle inside a row turns by h/R.
+    let expected = 0.5 * 0.3 / (radius * radius) * f64::from(n * (n - 2));
+    let found = energy(&system, "bending_angle", &x);
+    assert!((found / expected - 1.0).abs() < 1e-3, "{found} {expected}");
+    // Hinges: of the energy k ∫∫ κ²/2 at least the order of magnitude, on a mesh that prefers one diagonal.
+    let area = f64::from((n - 1) * (n - 1));
+    let ratio = energy(&system, "bending_hinge", &x) / (0.5 * 0.2 / (radius * radius) * area);
+    assert!((1.0..6.0).contains(&ratio), "{ratio}");
+}
+
+/// A tent of two triangles that is bent at rest.
+fn tent() -> Value {
+    json!({
+        "format": "drape-scene/1", "name": "tent",
+        "cloth": { "particles": {
+            "particles": { "mass_kg": [1, 1, 1, 1], "position_m": [[0, 0, 0], [0, 2, 0], [-1, 1, -1], [1, 1, -1]] },
+            "triangles": [[0, 1, 2], [1, 0, 3]] } },
+        "effects": { "bending_hinge": { "stiffness_n_m": 0.5 } },
+        "time": { "step_s": 0.1, "duration_s": 1 }
+    })
+}
+
+#[test]
+fn triangles_of_any_cloth_bend_about_their_rest() {
+    let spec = read(&tent()).unwrap();
+    let [hinge] = spec.hinges[..] else { panic!("{:?}", spec.hinges) };
+    assert_eq!([hinge.i, hinge.j, hinge.k, hinge.l], [0, 1, 2, 3]);
+    assert!((hinge.rest_rad.abs() - 0.5 * PI).abs() < 1e-15, "{hinge:?}");
+    // 3 k |E|²/(A₁ + A₂), two triangles of area √2 over an edge of 2.
+    assert!((hinge.stiffness_n_m - 3.0 * 0.5 * 4.0 / 8.0_f64.sqrt()).abs() < 1e-14, "{hinge:?}");
+    let (system, state) = spec.build().unwrap();
+    assert!(forces(&system, &state).iter().all(|f| f.norm() < 1e-15));
+}
+
+/// The particles in another order.
+fn shuffled(spec: &SystemSpec) -> SystemSpec {
+    let n = spec.particles.mass_kg.len();
+    let new = |i: u32| ((i as usize * 577 + 100) % n) as u32;
+    let mut out = spec.clone();
+    for (i, x) in spec.particles.position_m.iter().enumerate() {
+        out.particles.position_m[new(i as u32) as usize] = *x;
+    }
+    for angle in &mut out.angles {
+        [angle.i, angle.j, angle.k] = [angle.i, angle.j, angle.k].map(new);
+    }
+    for hinge in &mut out.hinges {
+        [hinge.i, hinge.j, hinge.k, hinge.l] = [hinge.i, hinge.j, hinge.k, hinge.l].map(new);
+    }
+    for spring in &mut out.springs {
+        [spring.i, spring.j] = [spring.i, spring.j].map(new);
+    }
+    out.triangles.iter_mut().flatten().for_each(|i| *i = new(*i));
+    out
+}
+
+#[test]
+fn another_order_of_the_particles_carries_angles_hinges_and_triangles_along() {
+    let mut spec = grid(36, 36, all_effects()).unwrap();
+    let pairs = spec.triangles.iter().flat_map(|&[a, b, c]| [(a, b), (b, c)]);
+    spec.springs = pairs
+        .map(|(i, j)| SpringSpec {
+            effect: SpringEffect::Tension,
+            i,
+            j,
+            rest_length_m: 0.9,
+            stiffness_n_per_m: 2.0,
+            damping_n_s_per_m: 0.0,
+        })
+        .collect();
+    for (i, x) in spec.particles.position_m.iter_mut().enumerate() {
+        let s = i as f64;
+        *x = [x[0] + 0.1 * s.sin(), x[1] + 0.1 * (2.0 * s).cos(), 0.2 * (3.0 * s).sin()];
+    }
+    let spec = shuffled(&spec);
+    let (given, start) = spec.build().unwrap();
+    let (ordered, state, numbering) = spec.build_ordered().unwrap();
+    assert!(!numbering.is_identity());
+    let expected = forces(&given, &start);
+    for (k, f) in forces(&ordered, &state).iter().enumerate() {
+        let g = expected[numbering.given(k)];
+        assert!((f - g).norm() < 1e-12 * (1.0 + g.norm()), "{f:?} {g:?}");
+    }
+}
+
+#[test]
+fn a_frozen_system_names_only_what_its_scene_names_and_reads_back() {
+    let text = serde_json::to_string(load("hanging-textile").unwrap().spec()).unwrap();
+    assert!(["angles", "hinges", "air"].iter().all(|key| !text.contains(&format!("\"{key}\""))));
+    let spec = grid(4, 5, all_effects()).unwrap();
+    let text = serde_json::to_string(&spec).unwrap();
+    let back = read(&serde_json::from_str(&text).unwrap()).unwrap();
+    assert_eq!(back, spec);
+    let [(system, state), (again, _)] = [&spec, &back].map(|spec| spec.build().unwrap());
+    assert_eq!(forces(&system, &state), forces(&again, &state));
+}
+
+/// Replaces what `pointer` points at in `base` and expects a message with all of `parts`.
+fn refused(base: &Value, pointer: &str, value: Value, parts: &[&str]) {
+    let mut copy = base.clone();
+    let (parent, key) = pointer.rsplit_once('/').unwrap();
+    match copy.pointer_mut(parent).unwrap() {
+        Value::Array(list) => list[key.parse::<usize>().unwrap()] = value,
+        other => other[key] = value,
+    }
+    let message = read(&copy).unwrap_err();
+    assert!(message.starts_with("file.json: "), "{message}");
+    assert!(parts.iter().all(|part| message.contains(part)), "{message} without one of {parts:?}");
+    assert!(!message.contains('\n'), "{message}");
+}
+
+#[test]
+fn wrong_angles_hinges_and_air_of_a_scene_are_refused_by_their_place() {
+    let base = json!({
+        "format": "drape-scene/1", "name": "grid",
+        "cloth": { "grid": { "rows": 3, "columns": 3, "size_m": [1, 1], "center_m": [0, 0, 0], "mass_kg": 1 } },
+        "effects": all_effects(), "time": { "step_s": 0.1, "duration_s": 1 }
+    });
+    read(&base).unwrap();
+    serde_json::from_value::<Scene>(base.clone()).unwrap();
+    for name in ["shear_angle", "bending_angle", "bending_hinge"] {
+        let at = format!("/effects/{name}/stiffness_n_m");
+        let path = format!("effects.{name}.stiffness_n_m");
+        refused(&base, &at, json!(-1), &[&path, "-1", "from 0 to 1e30"]);
+        refused(&base, &at, json!("stiff"), &[&path, "stiff", "number"]);
+        refused(&base, &format!("/effects/{name}/k"), json!(1), &["unknown", "stiffness_n_m"]);
+    }
+    let air = |pointer: &str, value, parts: &[&str]| {
+        refused(&base, &format!("/effects/air{pointer}"), value, parts);
+    };
+    let quadratic = "/drag/quadratic";
+    air(
+        &format!("{quadratic}/coefficient"),
+        json!(-0.1),
+        &["effects.air.drag.quadratic.coefficient", "-0.1"],
+    );
+    air(
+        &format!("{quadratic}/density_kg_m3"),
+        json!(1e10),
+        &["quadratic.density_kg_m3", "1e10", "1e9"],
+    );
+    air(
+        "/drag",
+        json!({ "linear": { "coefficient_n_s_per_m3": -2 } }),
+        &["linear.coefficient_n_s_per_m3", "-2"],
+    );
+    air("/drag", json!({ "cubic": {} }), &["effects.air.drag", "cubic", "quadratic", "linear"]);
+    air("/wind/velocity_m_s", json!([0, 1e10, 0]), &["effects.air.wind.velocity_m_s[1]", "1e10"]);
+    air("/wind/velocity_m_s", json!([0, 1]), &["velocity_m_s"]);
+    air("/wind/gust/period_s", json!(0), &["effects.air.wind.gust.period_s", "0", "from"]);
+    air("/wind/gust/amplitude_m_s", json!([0, 0, -1e10]), &["gust.amplitude_m_s[2]", "-1e10"]);
+    air("/wind/gust/seed", json!(-1), &["effects.air.wind.gust.seed", "-1"]);
+}
+
+#[test]
+fn cloth_without_what_an_effect_needs_is_refused() {
+    let mut base = tent();
+    refused(
+        &base,
+        "/effects/shear_angle",
+        json!({ "stiffness_n_m": 1 }),
+        &["effects.shear_angle", "grid"],
+    );
+    refused(
+        &base,
+        "/effects/bending_angle",
+        json!({ "stiffness_n_m": 1 }),
+        &["effects.bending_angle", "grid"],
+    );
+    let flat = json!([[0, 0, 0], [0, 2, 0], [0, 1, 0], [1, 1, -1]]);
+    refused(
+        &base,
+        "/cloth/particles/particles/position_m",
+        flat,
+        &["effects.bending_hinge", "area", "0 to 1"],
+    );
+    base["cloth"]["particles"]["triangles"] = json!([]);
+    let air = json!({ "drag": { "linear": { "coefficient_n_s_per_m3": 1 } } });
+    refused(&base, "/effects/air", air, &["effects.air", "triangles"]);
+}
+
+#[test]
+fn wrong_angles_and_hinges_of_a_frozen_system_are_refused_by_their_place() {
+    let base = json!({
+        "format": "drape-system/1",
+        "particles": { "mass_kg": [1, 1, 1, 1], "position_m": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]] },
+        "angles": [{ "effect": "bending_angle", "i": 0, "j": 1, "k": 2, "rest_rad": 3, "stiffness_n_m": 1 }],
+        "hinges": [{ "i": 1, "j": 2, "k": 0, "l": 3, "rest_rad": -3, "stiffness_n_m": 1 }]
+    });
+    read(&base).unwrap();
+    refused(&base, "/angles/0/k", json!(4), &["angles[0].k", "4", "from 0 to 3"]);
+    refused(&base, "/angles/0/k", json!(0), &["angles[0].k", "0", "another particle than `i`"]);
+    refused(
+        &base,
+        "/angles/0/rest_rad",
+        json!(-0.1),
+        &["angles[0].rest_rad", "-0.1", "from 0 to 3.14"],
+    );
+    refused(&base, "/angles/0/stiffness_n_m", json!(2e30), &["angles[0].stiffness_n_m", "2e30"]);
+    refused(
+        &base,
+        "/angles/0/effect",
+        json!("twist"),
+        &["angles[0].effect", "twist", "shear_angle"],
+    );
+    refused(&base, "/hinges/0/l", json!(9), &["hinges[0].l", "9", "from 0 to 3"]);
+    refused(&base, "/hinges/0/l", json!(2), &["hinges[0].l", "2", "another particle than `j`"]);
+    refused(&base, "/hinges/0/rest_rad", json!(3.2), &["hinges[0].rest_rad", "3.2"]);
+    refused(&base, "/hinges/0/stiffness_n_m", json!(-1), &["hinges[0].stiffness_n_m", "-1"]);
+}
