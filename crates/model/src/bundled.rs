@@ -16,6 +16,13 @@ static SCENES: &[(&str, &str)] = scenes![
     "square-table-1e4-h02",
     "square-table-1e6-h005",
     "square-table-2704-1e6",
+    "round-table",
+    "flag",
+    "sheet-on-sphere",
+    "curtain",
+    "skirt",
+    "spinning-sheet",
+    "drape-test",
 ];
 
 macro_rules! meshes {

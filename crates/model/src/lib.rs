@@ -53,6 +53,7 @@ mod load;
 mod mesh;
 mod numbering;
 mod obstacle;
+mod projection;
 mod scene;
 mod select;
 mod spec;
@@ -69,6 +70,7 @@ pub use load::{Input, load, parse};
 pub use mesh::{MeshCloth, Rotation};
 pub use numbering::Numbering;
 pub use obstacle::{Detection, Obstacle, Shape};
+pub use projection::{drape_coefficient, projected_area};
 pub use scene::{Cloth, Effects, Grid, Particles, Scene, SpringLaw, TimeSpan};
 pub use select::Pin;
 pub use spec::{
