@@ -51,6 +51,7 @@ mod error;
 mod load;
 mod numbering;
 mod obstacle;
+mod path;
 mod scene;
 mod spec;
 mod state;
@@ -62,6 +63,7 @@ pub use error::{SceneError, Violation};
 pub use load::{Input, load, parse};
 pub use numbering::Numbering;
 pub use obstacle::{Detection, Obstacle, Shape};
+pub use path::{KeyframeSpec, MovingPin, Path};
 pub use scene::{Cloth, Effects, Grid, Particles, Pin, Scene, SpringLaw, TimeSpan};
 pub use spec::{
     ContactSpec, DampingLaw, EffectsSpec, GravitySpec, ObstacleSpec, ParticlesSpec, PinSpec,

@@ -1,6 +1,5 @@
 //! Scenes: what a person writes, format "drape-scene/1".
 
-use crate::Vec3;
 use crate::build::{number, positive, vector, within};
 use crate::error::Violation;
 use crate::spec::{
@@ -8,6 +7,7 @@ use crate::spec::{
     MAX_PARTICLES, ObstacleSpec, ParticlesSpec, PinSpec, SYSTEM_FORMAT, SpringEffect, SpringSpec,
     SystemSpec,
 };
+use crate::{KeyframeSpec, Vec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -37,7 +37,7 @@ pub struct Scene {
     /// How the springs' damping acts.
     #[serde(default)]
     pub damping: DampingLaw,
-    /// Particles that do not move.
+    /// Particles that do not move, or only on paths.
     #[serde(default)]
     pub pins: Vec<Pin>,
     /// Rigid obstacles.
@@ -137,8 +137,8 @@ pub struct SpringLaw {
     pub damping_over_mass_per_s: Option<f64>,
 }
 
-/// A particle that does not move: by index, or by row and column of a grid.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+/// A particle that does not move, or only on a path: by index, or by row and column of a grid.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Pin {
     /// Index of the particle.
@@ -150,6 +150,9 @@ pub struct Pin {
     /// Column in the grid.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub column: Option<u32>,
+    /// Where it is led, from its place at the start; it does not move if there are no keyframes.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub path: Vec<KeyframeSpec>,
 }
 
 /// The usual time step and duration of a scene.
@@ -396,12 +399,9 @@ impl Scene {
     fn resolve_pins(&self) -> Result<Vec<PinSpec>, Violation> {
         let resolve = |(position, pin): (usize, &Pin)| {
             let path = format!("pins[{position}]");
-            let particle = match (*pin, &self.cloth) {
-                (Pin { particle: Some(particle), row: None, column: None }, _) => particle,
-                (
-                    Pin { particle: None, row: Some(row), column: Some(column) },
-                    Cloth::Grid(grid),
-                ) => {
+            let particle = match (pin.particle, pin.row, pin.column, &self.cloth) {
+                (Some(particle), None, None, _) => particle,
+                (None, Some(row), Some(column), Cloth::Grid(grid)) => {
                     for (key, value, count) in
                         [("row", row, grid.rows), ("column", column, grid.columns)]
                     {
@@ -412,13 +412,14 @@ impl Scene {
                     }
                     grid.index(row, column)
                 }
-                (pin, _) => {
-                    let found = serde_json::to_string(&pin).unwrap_or_default();
+                _ => {
+                    let place = Pin { path: Vec::new(), ..pin.clone() };
+                    let found = serde_json::to_string(&place).unwrap_or_default();
                     let expected = "either `particle`, or `row` and `column` of a grid cloth";
                     return Err(Violation::new(path, found, expected));
                 }
             };
-            Ok(PinSpec { particle })
+            Ok(PinSpec { particle, path: pin.path.clone() })
         };
         self.pins.iter().enumerate().map(resolve).collect()
     }

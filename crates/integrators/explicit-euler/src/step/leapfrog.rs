@@ -40,7 +40,7 @@ impl Integrator for Leapfrog {
         h: TimeStep,
         clock: &mut PhaseClock,
     ) -> Result<StepReport, StepError> {
-        let w = self.scratch.ready(system, state)?;
+        let w = self.scratch.ready(system, state, h)?;
         let mut report = StepReport::default();
         clock.switch(Phase::MatrixSetup);
         report.substeps = w.substeps(system, &state.x, h.seconds(), &mut report);
@@ -48,12 +48,14 @@ impl Integrator for Leapfrog {
         w.refresh(system, substep, &mut report)?;
         clock.switch(Phase::Forces);
         w.ensure_force(system, &state.x, &mut report);
-        for _ in 0..report.substeps {
+        let start = state.t;
+        for k in 0..report.substeps {
+            state.t = start + f64::from(k) * substep;
             w.advance(system, state, substep, clock, &mut report);
         }
         w.remember_force(system, &state.x);
         w.last_substeps = report.substeps;
-        state.t += h.seconds();
+        state.t = start + h.seconds();
         clock.stop();
         Ok(report)
     }
@@ -87,10 +89,11 @@ impl LeapfrogWorkspace {
         clock: &mut PhaseClock,
         report: &mut StepReport,
     ) {
-        let State { x, v, .. } = state;
+        let State { t, x, v } = state;
         clock.switch(Phase::Contact);
+        self.lead_pins(system, *t, h, x, v);
         // A rebound moves by the mean of the velocities before and after it, as befits order 2.
-        let motion = MultistepMotion { from: (x, v), h, x_star: x, tau: h };
+        let motion = MultistepMotion { from: (x, v), h, end: *t + h, x_star: x, tau: h };
         self.contacts.detect_multistep(system, motion, &mut self.constraints);
         clock.switch(Phase::Forces);
         self.old_velocity.copy_from_slice(v);
