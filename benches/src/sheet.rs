@@ -114,7 +114,7 @@ fn shuffled(spec: &SystemSpec, middle: usize) -> HangingSheet {
         (spring.i, spring.j) = (new[spring.i as usize], new[spring.j as usize]);
     }
     shuffle(&mut out.springs, &mut random);
-    let pins = spec.pins.iter().map(|pin| PinSpec { particle: new[pin.particle as usize] });
+    let pins = spec.pins.iter().map(|pin| PinSpec::still(new[pin.particle as usize]));
     out.pins = pins.collect();
     HangingSheet { spec: out, middle: new[middle] as usize }
 }

@@ -41,11 +41,7 @@ fn corner(damping: f64, pinned: bool) -> (System, State) {
     if pinned {
         spec.pins = vec![pin(0)];
     } else {
-        let plane = |normal: Vec3| ObstacleSpec::Plane {
-            point_m: [0.0; 3],
-            normal: normal.into(),
-            restitution: 0.0,
-        };
+        let plane = |normal: Vec3| ObstacleSpec::plane([0.0; 3], normal.into(), 0.0);
         spec.obstacles = [Vec3::x(), Vec3::y(), Vec3::z()].map(plane).to_vec();
     }
     build(&spec)

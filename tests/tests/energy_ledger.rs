@@ -2,8 +2,8 @@
 
 use drape_integrator::EnergyLedger;
 use drape_model::{
-    AirSpec, AngularLaw, DampingLaw, DragSpec, Effect, GustSpec, Level, ObstacleSpec, State,
-    System, Vec3, WindSpec,
+    AirSpec, AngularLaw, DampingLaw, DragSpec, Effect, GustSpec, KeyframeSpec, Level, ObstacleSpec,
+    State, System, Vec3, WindSpec,
 };
 use drape_tests::{METHODS, Run, Sheet, build, gravity, particles, stiffening};
 
@@ -44,7 +44,22 @@ fn on_a_sphere(law: DampingLaw) -> (System, State) {
     let scene = Sheet { law, pinned: false, ..SHEET }.scene();
     let mut spec = scene.discretise().expect("valid");
     let (center_m, radius_m) = ([0.05, 0.02, -0.41], 0.4);
-    spec.obstacles.push(ObstacleSpec::Sphere { center_m, radius_m, restitution: 0.3 });
+    spec.obstacles.push(ObstacleSpec::sphere(center_m, radius_m, 0.3));
+    build(&spec)
+}
+
+/// A sheet with a pin on a path, over a rough sphere on another.
+fn led(law: DampingLaw) -> (System, State) {
+    let mut spec = Sheet { law, ..SHEET }.scene().discretise().expect("valid");
+    let frame = |time_s, offset_m| KeyframeSpec { time_s, offset_m };
+    spec.pins[0].path = vec![frame(0.06, [0.1, -0.1, 0.05]), frame(0.1, [0.1, -0.1, 0.0])];
+    spec.obstacles.push(ObstacleSpec::Sphere {
+        center_m: [0.05, 0.02, -0.41],
+        radius_m: 0.4,
+        restitution: 0.3,
+        friction: 0.4,
+        path: vec![frame(1.0, [0.3, 0.0, 0.8])],
+    });
     build(&spec)
 }
 
@@ -78,6 +93,8 @@ fn scenes() -> Vec<(&'static str, (System, State))> {
         ("free, unequal masses", stir(free.build(), true)),
         ("on a sphere", stir(on_a_sphere(DampingLaw::Full), false)),
         ("on a sphere, projected damping", stir(on_a_sphere(DampingLaw::Projected), true)),
+        ("led, rough", stir(led(DampingLaw::Full), false)),
+        ("led, rough, projected damping", stir(led(DampingLaw::Projected), true)),
     ]
 }
 
@@ -310,7 +327,7 @@ fn an_impact_is_told_from_numerical_damping() {
     for restitution in [0.0, 0.5] {
         let mut spec = particles(&[mass], &[Vec3::zeros()], &[Vec3::new(1.0, 0.0, -speed)]);
         let (point_m, normal) = ([0.0; 3], [0.0, 0.0, 1.0]);
-        spec.obstacles.push(ObstacleSpec::Plane { point_m, normal, restitution });
+        spec.obstacles.push(ObstacleSpec::plane(point_m, normal, restitution));
         for id in METHODS.into_iter().filter(|id| !is_without(id)) {
             let mut run = Run::new(id, build(&spec), 1e-3);
             let (_, Some(ledger), change) = step(&mut run) else { panic!("{id}: no ledger") };
@@ -330,7 +347,7 @@ fn rest_on_a_table_has_an_empty_ledger() {
     let mut spec = particles(&[1.0, 2.0], &[Vec3::zeros(), Vec3::x()], &[Vec3::zeros(); 2]);
     spec.effects.gravity = gravity();
     let (point_m, normal) = ([0.0; 3], [0.0, 0.0, 1.0]);
-    spec.obstacles.push(ObstacleSpec::Plane { point_m, normal, restitution: 0.0 });
+    spec.obstacles.push(ObstacleSpec::plane(point_m, normal, 0.0));
     for id in METHODS.into_iter().filter(|id| !is_without(id)) {
         let mut run = Run::new(id, build(&spec), 0.01);
         for _ in 0..3 {

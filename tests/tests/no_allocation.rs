@@ -2,7 +2,7 @@
 //! pins, not in contact, with neither law of damping.
 
 use drape_integrator::{PhaseClock, TimeStep};
-use drape_model::{DampingLaw, State, System};
+use drape_model::{DampingLaw, KeyframeSpec, ObstacleSpec, State, System};
 use drape_tests::{METHODS, Run, Sheet, build, bundled, seconds, stiffening};
 
 /// Beside those that every test goes through.
@@ -71,6 +71,36 @@ fn steps_with_springs_of_two_slopes_allocate_nothing() {
     ];
     for id in METHODS.into_iter().chain(paper) {
         check(id, "a sheet of two slopes", start.clone());
+    }
+}
+
+/// Pins and a rough obstacle on paths.
+#[test]
+fn steps_under_led_pins_and_friction_allocate_nothing() {
+    let sheet = Sheet {
+        side: 15,
+        tension: 1e4,
+        shear: 1e3,
+        damping: 10.0,
+        law: DampingLaw::Full,
+        pinned: true,
+    };
+    let mut spec = sheet.scene().discretise().expect("valid");
+    let path = || vec![KeyframeSpec { time_s: 1.0, offset_m: [0.5, 0.1, 0.2] }];
+    spec.pins.iter_mut().for_each(|pin| pin.path = path());
+    for obstacles in [false, true] {
+        if obstacles {
+            spec.obstacles.push(ObstacleSpec::Plane {
+                point_m: [0.0, 0.0, 0.001],
+                normal: [0.0, 0.0, 1.0],
+                restitution: 0.2,
+                friction: 0.3,
+                path: path(),
+            });
+        }
+        for id in METHODS.into_iter().chain(MORE) {
+            check(id, "a sheet on led pins", build(&spec));
+        }
     }
 }
 

@@ -69,7 +69,7 @@ fn with(what: &str) -> System {
         "pins" => spec.pins = vec![pin(0)],
         "contact" => {
             let (point_m, normal) = ([0.0; 3], Vec3::z().into());
-            spec.obstacles = vec![ObstacleSpec::Plane { point_m, normal, restitution: 0.0 }];
+            spec.obstacles = vec![ObstacleSpec::plane(point_m, normal, 0.0)];
         }
         _ => {}
     }

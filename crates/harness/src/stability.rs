@@ -398,8 +398,7 @@ mod tests {
             spec.springs[0].damping_n_s_per_m = damping;
             if obstacles {
                 let (center_m, radius_m) = ([9.0, 0.0, 0.0], 1.0);
-                let ball =
-                    drape_model::ObstacleSpec::Sphere { center_m, radius_m, restitution: 0.0 };
+                let ball = drape_model::ObstacleSpec::sphere(center_m, radius_m, 0.0);
                 spec.obstacles.push(ball);
             }
             Rule::of(StabilityClass::Symplectic, &spec.build().unwrap().0)

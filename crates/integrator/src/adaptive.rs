@@ -183,7 +183,7 @@ impl<M: Rewind> Integrator for Adaptive<M> {
         clock: &mut PhaseClock,
     ) -> Result<StepReport, StepError> {
         let Self { method, scratch, .. } = self;
-        let w = scratch.ready(system, state)?;
+        let w = scratch.ready(system, state, h)?;
         let (order, span, end) = (method.order(), h.seconds(), state.t + h.seconds());
         let mut report = StepReport { substeps: 0, ..StepReport::default() };
         if std::mem::replace(&mut w.revisions, system.revisions()) != system.revisions() {

@@ -31,7 +31,7 @@ impl ImpulsiveContacts {
     pub fn advance(&mut self, system: &System, h: f64, state: &mut State, clock: &mut PhaseClock) {
         let Self { contacts, constraints, impulse, free_velocity } = self;
         clock.switch(Phase::Contact);
-        contacts.detect(system, &state.x, &state.v, h, constraints);
+        contacts.detect(system, &state.x, &state.v, (h, state.t + h), constraints);
         contacts.project(system, constraints, free_velocity, &mut state.v, impulse);
         clock.switch(Phase::Update);
         drift(h, &state.v, &mut state.x);

@@ -25,7 +25,7 @@
 //! one, is split by the constraints: along them velocities are prescribed, and what an inelastic impact
 //! takes is no numerical damping.
 
-use crate::{Implicit, Split, TimeStep};
+use crate::{Implicit, Split, TimeStep, lead_pins};
 use drape_model::{Effect, Level, State, System, Tangent, Vec3};
 use drape_solvers::{Constraints, vector::dot};
 
@@ -100,13 +100,13 @@ impl<'a> Bookkeeping<'a> {
         moving: &'a [Vec3],
         alteration: Option<&[Vec3]>,
     ) -> Self {
-        let h = h.seconds();
         let mut start = before.x.clone();
         for (x, y) in start.iter_mut().zip(alteration.into_iter().flatten()) {
             *x += y;
         }
+        let velocity = as_stepped(system, before, h);
+        let h = h.seconds();
         let end: Vec<_> = start.iter().zip(moving).map(|(x, w)| x + w * h).collect();
-        let velocity = as_stepped(system, &before.v);
         let ledger = EnergyLedger {
             damping: 0.0,
             inertia: 0.0,
@@ -140,6 +140,7 @@ impl<'a> Bookkeeping<'a> {
             let energy = effect.energy(mass, &self.end) - effect.energy(mass, &self.start);
             let gap = energy + self.h * dot(&force, self.moving);
             self.ledger.gaps.push((effect.name(), gap));
+            self.lead_against(&force);
         }
     }
 
@@ -153,6 +154,19 @@ impl<'a> Bookkeeping<'a> {
     /// Enters the damping force, N, that the step used for all effects together.
     pub fn damping_force(&mut self, force: &[Vec3]) {
         self.ledger.damping += self.h * dot(force, self.moving);
+        self.lead_against(force);
+    }
+
+    /// Enters the work of pins on paths against a force, N: they move as they are led, so that their impulse is the
+    /// opposite of it.
+    fn lead_against(&mut self, force: &[Vec3]) {
+        for i in self.system.moving_pins().iter().map(|pin| pin.particle) {
+            self.ledger.constraint -= self.h * force[i].dot(&self.moving[i]);
+        }
+    }
+
+    fn is_led(&self, particle: usize) -> bool {
+        self.system.moving_pins().iter().any(|pin| pin.particle == particle)
     }
 
     /// Forces and damping of a method that takes both at level `n`.
@@ -237,9 +251,12 @@ impl<'a> Bookkeeping<'a> {
         });
     }
 
-    /// Enters the unfiltered residual `p = A v₊ − b`, kg m/s.
+    /// Enters the unfiltered residual `p = A v₊ − b`, kg m/s; pins on paths are accounted for by the forces.
     pub fn impulse(&mut self, constraints: &Constraints, p: &[Vec3]) {
         for (i, (p, w)) in p.iter().zip(self.moving).enumerate() {
+            if self.is_led(i) {
+                continue;
+            }
             let filter = constraints.filter(i);
             self.ledger.residual += filter.apply(*p).dot(w);
             self.ledger.constraint += filter.complement(*p).dot(w);
@@ -280,7 +297,7 @@ impl<'a> Bookkeeping<'a> {
         self.ledger
     }
 
-    /// Level `n` with pinned particles at rest, as the step saw it.
+    /// Level `n` with the velocities of pins as the step saw it.
     fn at_start(&self) -> State {
         State { t: self.before.t, x: self.before.x.clone(), v: self.velocity.clone() }
     }
@@ -301,10 +318,12 @@ fn lagged_damping_force(
     }
 }
 
-/// Velocities as a step sees them, m/s: a pinned particle does not move.
-pub fn as_stepped(system: &System, v: &[Vec3]) -> Vec<Vec3> {
-    let rows = v.iter().zip(system.pinned());
-    rows.map(|(v, pinned)| if *pinned { Vec3::zeros() } else { *v }).collect()
+/// Velocities as a step of `h` sees them, m/s: a pinned particle does not move, or as its path leads it.
+pub fn as_stepped(system: &System, before: &State, h: TimeStep) -> Vec<Vec3> {
+    let rows = before.v.iter().zip(system.pinned());
+    let mut v: Vec<_> = rows.map(|(v, pinned)| if *pinned { Vec3::zeros() } else { *v }).collect();
+    lead_pins(system, before.t, h.seconds(), &before.x, &mut v);
+    v
 }
 
 /// Change of the potential energy between two positions, J; exactly 0 where they are the same.

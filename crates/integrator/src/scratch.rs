@@ -1,6 +1,6 @@
 //! Scratch memory of an integrator: there after `prepare`, checked at each step.
 
-use crate::StepError;
+use crate::{StepError, TimeStep, lead_pins};
 use drape_model::{State, System, Vec3};
 
 /// What `prepare` allocated, with the topology that it fits.
@@ -31,13 +31,18 @@ impl<W> Scratch<W> {
         self.prepared.as_mut().map(|(_, workspace)| workspace)
     }
 
-    /// The memory for a step. A pinned particle does not move: whatever velocity the state has for it is set to 0, so
-    /// that it pulls no neighbour.
+    /// The memory for a step of `h`. Whatever velocity the state has for a pinned particle is set to the one with which
+    /// it moves in this step, 0 where it has no path, so that it pulls no neighbour by another.
     ///
     /// # Errors
     /// [`StepError::SizeMismatch`] when the state does not fit the system,
     /// [`StepError::NeedsPrepare`] when nothing was prepared for this topology.
-    pub fn ready(&mut self, system: &System, state: &mut State) -> Result<&mut W, StepError> {
+    pub fn ready(
+        &mut self,
+        system: &System,
+        state: &mut State,
+        h: TimeStep,
+    ) -> Result<&mut W, StepError> {
         let expected = system.len();
         if let Some(found) = [state.x.len(), state.v.len()].into_iter().find(|&n| n != expected) {
             return Err(StepError::SizeMismatch { expected, found });
@@ -48,6 +53,7 @@ impl<W> Scratch<W> {
                 {
                     *v = Vec3::zeros();
                 }
+                lead_pins(system, state.t, h.seconds(), &state.x, &mut state.v);
                 Ok(workspace)
             }
             _ => Err(StepError::NeedsPrepare),

@@ -67,6 +67,8 @@ impl Default for StageSettings {
 pub struct Stage<'a> {
     /// `τ`, s.
     pub tau: f64,
+    /// The time that the stage leads to, s.
+    pub end: f64,
     /// `(x*, v*)`, m and m/s.
     pub from: (&'a [Vec3], &'a [Vec3]),
     /// Level at which everything is taken that is not implicit: explicit forces, the directions of projected damping, and
@@ -117,7 +119,8 @@ impl ImplicitStage {
         report: &mut StepReport,
     ) -> Result<(), StepError> {
         clock.switch(Phase::Contact);
-        contacts.detect(system, stage.from.0, stage.velocity, stage.tau, constraints);
+        let Stage { tau, end, from, velocity, .. } = stage;
+        contacts.detect(system, from.0, velocity, (tau, end), constraints);
         self.solve_constrained(system, stage, start, contacts, constraints, settings, clock, report)
     }
 
@@ -137,7 +140,7 @@ impl ImplicitStage {
         clock: &mut PhaseClock,
         report: &mut StepReport,
     ) -> Result<(), StepError> {
-        let Stage { tau, from, lagged, velocity: v_n } = stage;
+        let Stage { tau, from, lagged, velocity: v_n, .. } = stage;
         let Self { potential, newton, frozen, velocity, impulse } = self;
         clock.switch(Phase::Forces);
         frozen.fill(Vec3::zeros());
@@ -150,12 +153,12 @@ impl ImplicitStage {
             linear: settings.linear,
         };
         velocity.copy_from_slice(v_n);
-        contacts.solve(system, constraints, impulse, |constraints, impulse| {
+        contacts.solve(system, constraints, impulse, |constraints, wanted| {
             potential.choose_start(system, constraints, velocity, &[start], true);
             *report += newton.minimise(system, potential, constraints, velocity, &settings)?;
-            if let Some(impulse) = impulse {
+            wanted.fill(velocity, |impulse| {
                 impulse.copy_from_slice(potential.gradient(system, velocity)); // ∇Φ, unfiltered
-            }
+            });
             Ok::<(), StepError>(())
         })?;
         report.relative_residual = potential.relative(report.relative_residual);
@@ -239,7 +242,7 @@ mod tests {
         fn stage(&self) -> Stage<'_> {
             let [x, v, lagged, before] = &self.0;
             let lagged = Level { t: 0.0, x: lagged, v: before };
-            Stage { tau: TAU, from: (x, v), lagged, velocity: before }
+            Stage { tau: TAU, end: TAU, from: (x, v), lagged, velocity: before }
         }
     }
 

@@ -3,13 +3,13 @@
 use crate::effects::{Gravity, LinearSprings, PiecewiseSprings, Spring};
 use crate::error::Violation;
 use crate::numbering::Numbering;
-use crate::spec::{MAX_COEFFICIENT, MAX_COORDINATE, MAX_PARTICLES, SYSTEM_FORMAT};
+use crate::spec::{MAX_COEFFICIENT, MAX_COORDINATE, MAX_FRICTION, MAX_PARTICLES, SYSTEM_FORMAT};
 use crate::stencils::Stencils;
 use crate::stretch::Laws;
 use crate::system::Contact;
 use crate::{
-    Effect, Obstacle, ObstacleSpec, ParticlesSpec, Shape, SpringEffect, SpringSpec, State, System,
-    SystemSpec, Vec3,
+    Effect, MovingPin, Obstacle, ObstacleSpec, ParticlesSpec, Path, Shape, SpringEffect,
+    SpringSpec, State, System, SystemSpec, Vec3,
 };
 use std::fmt::Display;
 
@@ -115,32 +115,34 @@ impl SpringSpec {
 impl ObstacleSpec {
     fn check(&self, position: usize) -> Result<Obstacle, Violation> {
         let path = |key: &str| format!("obstacles[{position}].{key}");
-        let (shape, restitution, kind) = match *self {
-            Self::Plane { point_m, normal, restitution } => {
-                let direction = vector(path("plane.normal"), normal)?;
+        let (shape, restitution, (friction, frames), kind) = match self {
+            Self::Plane { point_m, normal, restitution, friction, path: frames } => {
+                let direction = vector(path("plane.normal"), *normal)?;
                 let normal = direction.try_normalize(1e-12).ok_or_else(|| {
                     let found = format!("{normal:?}");
                     Violation::new(path("plane.normal"), found, "a vector longer than 1e-12")
                 })?;
-                let point = vector(path("plane.point_m"), point_m)?;
-                (Shape::Plane { point, normal }, restitution, "plane")
+                let point = vector(path("plane.point_m"), *point_m)?;
+                (Shape::Plane { point, normal }, restitution, (friction, frames), "plane")
             }
-            Self::Box { center_m, size_m, restitution } => {
+            Self::Box { center_m, size_m, restitution, friction, path: frames } => {
                 for (axis, &edge) in size_m.iter().enumerate() {
                     positive(path(&format!("box.size_m[{axis}]")), edge, MAX_COORDINATE)?;
                 }
-                let center = vector(path("box.center_m"), center_m)?;
-                let half_extents = Vec3::from(size_m) * 0.5;
-                (Shape::Box { center, half_extents }, restitution, "box")
+                let center = vector(path("box.center_m"), *center_m)?;
+                let half_extents = Vec3::from(*size_m) * 0.5;
+                (Shape::Box { center, half_extents }, restitution, (friction, frames), "box")
             }
-            Self::Sphere { center_m, radius_m, restitution } => {
-                let radius = positive(path("sphere.radius_m"), radius_m, MAX_COORDINATE)?;
-                let center = vector(path("sphere.center_m"), center_m)?;
-                (Shape::Sphere { center, radius }, restitution, "sphere")
+            Self::Sphere { center_m, radius_m, restitution, friction, path: frames } => {
+                let radius = positive(path("sphere.radius_m"), *radius_m, MAX_COORDINATE)?;
+                let center = vector(path("sphere.center_m"), *center_m)?;
+                (Shape::Sphere { center, radius }, restitution, (friction, frames), "sphere")
             }
         };
-        let restitution = within(path(&format!("{kind}.restitution")), restitution, 0.0, 1.0)?;
-        Ok(Obstacle { shape, restitution })
+        let restitution = within(path(&format!("{kind}.restitution")), *restitution, 0.0, 1.0)?;
+        let friction = within(path(&format!("{kind}.friction")), *friction, 0.0, MAX_FRICTION)?;
+        let motion = Path::check(&path(&format!("{kind}.path")), frames)?;
+        Ok(Obstacle { shape, restitution, friction, path: motion })
     }
 }
 
@@ -155,6 +157,7 @@ struct Parts {
     laws: [Option<Laws>; 3],
     gravity: Option<Gravity>,
     pinned: Vec<bool>,
+    moving_pins: Vec<MovingPin>,
     obstacles: Vec<Obstacle>,
     contact: Contact,
 }
@@ -197,6 +200,9 @@ impl SystemSpec {
             parts.stencils.renumber(&numbering);
             parts.state.x = numbering.apply(&parts.state.x);
             parts.state.v = numbering.apply(&parts.state.v);
+            for pin in &mut parts.moving_pins {
+                pin.particle = numbering.internal(pin.particle);
+            }
         }
         let (system, state) = self.assemble(parts);
         Ok((system, state, numbering))
@@ -240,10 +246,7 @@ impl SystemSpec {
             Ok(Gravity { acceleration })
         });
         let gravity = gravity.transpose()?;
-        let mut pinned = vec![false; n];
-        for (position, pin) in self.pins.iter().enumerate() {
-            pinned[index(format_args!("pins[{position}].particle"), pin.particle, n)?] = true;
-        }
+        let (pinned, moving_pins) = self.pinned(&x)?;
         for (position, triangle) in self.triangles.iter().enumerate() {
             for (corner, &particle) in triangle.iter().enumerate() {
                 index(format_args!("triangles[{position}][{corner}]"), particle, n)?;
@@ -257,13 +260,42 @@ impl SystemSpec {
         within("effects.contact.recovery_speed_limit_m_s", limit, 0.0, MAX_COORDINATE)?;
         let contact = Contact { detection: contact.detection, recovery_speed_limit: limit };
         let (mass, state) = (self.particles.mass_kg.clone(), State { t: 0.0, x, v });
-        Ok(Parts { mass, state, springs, laws, stencils, gravity, pinned, obstacles, contact })
+        Ok(Parts {
+            mass,
+            state,
+            springs,
+            laws,
+            stencils,
+            gravity,
+            pinned,
+            moving_pins,
+            obstacles,
+            contact,
+        })
+    }
+
+    /// Which of the particles at `x` are pinned, and those of them that are led on paths.
+    fn pinned(&self, x: &[Vec3]) -> Result<(Vec<bool>, Vec<MovingPin>), Violation> {
+        let (mut pinned, mut moving) = (vec![false; x.len()], Vec::<MovingPin>::new());
+        for (position, pin) in self.pins.iter().enumerate() {
+            let at = format!("pins[{position}]");
+            let particle = index(format_args!("{at}.particle"), pin.particle, x.len())?;
+            let path = Path::check(&format!("{at}.path"), &pin.path)?;
+            let was_pinned = std::mem::replace(&mut pinned[particle], true);
+            let moves = path.is_some() || moving.iter().any(|other| other.particle == particle);
+            if was_pinned && moves {
+                let expected = "each particle once where a pin has a path";
+                return Err(Violation::new(format!("{at}.particle"), pin.particle, expected));
+            }
+            moving.extend(path.map(|path| MovingPin { particle, start: x[particle], path }));
+        }
+        Ok((pinned, moving))
     }
 
     /// One effect object for each kind of force that is there: springs, angles and hinges, gravity, air.
     fn assemble(&self, parts: Parts) -> (System, State) {
-        let Parts { mass, state, springs, laws, stencils, gravity, pinned, obstacles, contact } =
-            parts;
+        let Parts { mass, state, springs, laws, stencils, gravity, pinned, .. } = parts;
+        let (moving_pins, obstacles, contact) = (parts.moving_pins, parts.obstacles, parts.contact);
         let mut effects: Vec<Box<dyn Effect>> = Vec::new();
         for ((effect, springs), laws) in SpringEffect::ALL.into_iter().zip(springs).zip(laws) {
             let (name, damping) = (effect.name(), self.damping);
@@ -281,7 +313,14 @@ impl SystemSpec {
             effects.push(Box::new(gravity));
         }
         effects.extend(air);
-        let system = System::new(self.name.clone(), mass, effects, pinned, obstacles, contact);
+        let system = System::new(
+            self.name.clone(),
+            mass,
+            effects,
+            (pinned, moving_pins),
+            obstacles,
+            contact,
+        );
         (system, state)
     }
 }

@@ -1,6 +1,6 @@
 //! Rigid obstacles: signed distance and outward normal.
 
-use crate::Vec3;
+use crate::{Path, Vec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -30,13 +30,24 @@ pub enum Shape {
     },
 }
 
-/// A rigid obstacle at rest.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// A rigid obstacle.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Obstacle {
-    /// Its surface.
+    /// Its surface at the start.
     pub shape: Shape,
     /// Coefficient of restitution in [0, 1]: normal speed after over normal speed before.
     pub restitution: f64,
+    /// Coefficient of Coulomb friction, at least 0.
+    pub friction: f64,
+    /// How it is moved, if it is.
+    pub path: Option<Path>,
+}
+
+impl From<Shape> for Obstacle {
+    /// At rest, without restitution or friction.
+    fn from(shape: Shape) -> Self {
+        Self { shape, restitution: 0.0, friction: 0.0, path: None }
+    }
 }
 
 /// When a contact becomes active.
@@ -51,14 +62,15 @@ pub enum Detection {
 }
 
 impl Obstacle {
-    /// Signed distance `φ`, m (negative inside), and outward unit normal `∇φ` at `x`.
+    /// Signed distance `φ`, m (negative inside), and outward unit normal `∇φ` at `x`, the obstacle being where it starts:
+    /// after a displacement by `d` take `x − d`.
     ///
     /// Where the normal is not unique (centre of a ball, the ridges inside a box) one of the
     /// candidates is returned, upward (+z) first.
     ///
     /// ```
     /// use drape_model::{Obstacle, Shape, Vec3};
-    /// let ball = Obstacle { shape: Shape::Sphere { center: Vec3::zeros(), radius: 2.0 }, restitution: 0.0 };
+    /// let ball = Obstacle::from(Shape::Sphere { center: Vec3::zeros(), radius: 2.0 });
     /// assert_eq!(ball.distance(&Vec3::new(0.0, 3.0, 0.0)), (1.0, Vec3::y()));
     /// ```
     pub fn distance(&self, x: &Vec3) -> (f64, Vec3) {
@@ -124,17 +136,15 @@ mod tests {
         let points = [(0.2, 0.11, 0.05), (0.9, 0.7, 0.8), (-0.3, 1.0, 0.1), (0.57, 0.03, -0.3)];
         for shape in shapes {
             for (a, b, c) in points {
-                check_gradient(&Obstacle { shape, restitution: 0.0 }, Vec3::new(a, b, c));
+                check_gradient(&Obstacle::from(shape), Vec3::new(a, b, c));
             }
         }
     }
 
     #[test]
     fn the_inside_of_a_box_is_negative_and_points_to_the_nearest_face() {
-        let table = Obstacle {
-            shape: Shape::Box { center: Vec3::zeros(), half_extents: Vec3::new(1.0, 1.0, 0.5) },
-            restitution: 0.0,
-        };
+        let half_extents = Vec3::new(1.0, 1.0, 0.5);
+        let table = Obstacle::from(Shape::Box { center: Vec3::zeros(), half_extents });
         assert_eq!(table.distance(&Vec3::new(0.2, 0.0, 0.4)), (-0.09999999999999998, Vec3::z()));
         assert_eq!(table.distance(&Vec3::zeros()), (-0.5, Vec3::z()));
     }

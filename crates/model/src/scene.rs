@@ -41,7 +41,7 @@ pub struct Scene {
     /// How the springs' damping acts.
     #[serde(default)]
     pub damping: DampingLaw,
-    /// Selections of particles that do not move.
+    /// Selections of particles that do not move, or only on paths.
     #[serde(default)]
     pub pins: Vec<Pin>,
     /// Rigid obstacles.
@@ -439,7 +439,8 @@ impl Scene {
         let mut pins = Vec::new();
         for (position, pin) in self.pins.iter().enumerate() {
             let selected = cloth.select(&format!("pins[{position}]"), pin)?;
-            pins.extend(selected.into_iter().map(|particle| PinSpec { particle }));
+            let led = |particle| PinSpec { particle, path: pin.path.clone() };
+            pins.extend(selected.into_iter().map(led));
         }
         Ok(pins)
     }

@@ -2,11 +2,11 @@
 
 use crate::build::{index, vector, within};
 use crate::error::Violation;
-use crate::{Cloth, ParticlesSpec, Vec3};
+use crate::{Cloth, KeyframeSpec, ParticlesSpec, Vec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Particles that do not move, selected in exactly one way.
+/// Particles that do not move, or only on a path, selected in exactly one way.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Pin {
@@ -31,6 +31,9 @@ pub struct Pin {
     /// All particles of this part of the boundary. Parts are numbered from 0 by their least particle; each is connected.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub boundary: Option<u32>,
+    /// Where they are led, each from its place at the start; they do not move if there are no keyframes.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub path: Vec<KeyframeSpec>,
 }
 
 /// A cloth with what it was discretised to.
@@ -81,7 +84,8 @@ impl Selectable<'_> {
             }
             _ => {}
         }
-        let found = serde_json::to_string(pin).unwrap_or_default();
+        let place = Pin { path: Vec::new(), ..pin.clone() };
+        let found = serde_json::to_string(&place).unwrap_or_default();
         let expected = "exactly one of `particle`, `near_m`, `within_m`, `boundary`, or `row` and `column` of a \
                         grid cloth, or `name` in a mesh's file";
         Err(Violation::new(path, found, expected))

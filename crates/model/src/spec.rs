@@ -1,6 +1,7 @@
 //! The discretised system as data: format "drape-system/1".
 
-use crate::{AirSpec, AngleSpec, Detection, HingeSpec, PieceSpec, State};
+use crate::path::{offset_of, rest_of};
+use crate::{AirSpec, AngleSpec, Detection, HingeSpec, KeyframeSpec, PieceSpec, State, Vec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -38,7 +39,7 @@ pub struct SystemSpec {
     /// Triangles for display and for the air, as particle indices.
     #[serde(default)]
     pub triangles: Vec<[u32; 3]>,
-    /// Particles that do not move.
+    /// Particles that do not move, or only on paths.
     #[serde(default)]
     pub pins: Vec<PinSpec>,
     /// All effects that are not springs.
@@ -137,11 +138,21 @@ pub enum DampingLaw {
 }
 
 /// A pinned particle of a frozen system.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PinSpec {
     /// Its index.
     pub particle: u32,
+    /// Where it is led, from its place at the start; it does not move if there are no keyframes.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub path: Vec<KeyframeSpec>,
+}
+
+impl PinSpec {
+    /// A particle that does not move.
+    pub fn still(particle: u32) -> Self {
+        Self { particle, path: Vec::new() }
+    }
 }
 
 /// Effects that are not springs.
@@ -190,8 +201,8 @@ impl Default for ContactSpec {
     }
 }
 
-/// A rigid obstacle at rest.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+/// A rigid obstacle, at rest or on a path.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum ObstacleSpec {
     /// Half-space below a plane.
@@ -204,6 +215,13 @@ pub enum ObstacleSpec {
         #[serde(default)]
         #[schemars(range(min = 0.0, max = 1.0))]
         restitution: f64,
+        /// Coefficient of Coulomb friction; 0, none, if absent.
+        #[serde(default, skip_serializing_if = "is_zero")]
+        #[schemars(range(min = 0.0, max = MAX_FRICTION))]
+        friction: f64,
+        /// How it is moved from its place at the start; it rests if there are no keyframes.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        path: Vec<KeyframeSpec>,
     },
     /// Box with edges along the axes.
     Box {
@@ -216,6 +234,13 @@ pub enum ObstacleSpec {
         #[serde(default)]
         #[schemars(range(min = 0.0, max = 1.0))]
         restitution: f64,
+        /// Coefficient of Coulomb friction; 0, none, if absent.
+        #[serde(default, skip_serializing_if = "is_zero")]
+        #[schemars(range(min = 0.0, max = MAX_FRICTION))]
+        friction: f64,
+        /// How it is moved from its place at the start; it rests if there are no keyframes.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        path: Vec<KeyframeSpec>,
     },
     /// Ball.
     Sphere {
@@ -228,20 +253,68 @@ pub enum ObstacleSpec {
         #[serde(default)]
         #[schemars(range(min = 0.0, max = 1.0))]
         restitution: f64,
+        /// Coefficient of Coulomb friction; 0, none, if absent.
+        #[serde(default, skip_serializing_if = "is_zero")]
+        #[schemars(range(min = 0.0, max = MAX_FRICTION))]
+        friction: f64,
+        /// How it is moved from its place at the start; it rests if there are no keyframes.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        path: Vec<KeyframeSpec>,
     },
 }
 
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
+}
+
+impl ObstacleSpec {
+    /// A plane at rest, without friction: a point, m, its outward normal, and the coefficient of restitution.
+    pub const fn plane(point_m: [f64; 3], normal: [f64; 3], restitution: f64) -> Self {
+        Self::Plane { point_m, normal, restitution, friction: 0.0, path: Vec::new() }
+    }
+
+    /// A box at rest, without friction: centre and edge lengths, m, and the coefficient of restitution.
+    pub const fn cuboid(center_m: [f64; 3], size_m: [f64; 3], restitution: f64) -> Self {
+        Self::Box { center_m, size_m, restitution, friction: 0.0, path: Vec::new() }
+    }
+
+    /// A ball at rest, without friction: centre and radius, m, and the coefficient of restitution.
+    pub const fn sphere(center_m: [f64; 3], radius_m: f64, restitution: f64) -> Self {
+        Self::Sphere { center_m, radius_m, restitution, friction: 0.0, path: Vec::new() }
+    }
+
+    /// Puts it where it is at `t` seconds, with what is left of its path.
+    fn advance(&mut self, t: f64) {
+        let (Self::Plane { point_m: place, path, .. }
+        | Self::Box { center_m: place, path, .. }
+        | Self::Sphere { center_m: place, path, .. }) = self;
+        if !path.is_empty() {
+            *place = (Vec3::from(*place) + offset_of(path, t)).into();
+            *path = rest_of(path, t);
+        }
+    }
+}
+
+/// Greatest coefficient of friction.
+pub(crate) const MAX_FRICTION: f64 = 100.0;
 /// Greatest magnitude of a coordinate, velocity or acceleration.
 pub(crate) const MAX_COORDINATE: f64 = 1e9;
 /// Greatest stiffness, damping coefficient or mass.
 pub(crate) const MAX_COEFFICIENT: f64 = 1e30;
 
 impl SystemSpec {
-    /// The same system with positions, velocities replaced by those of `state` (frozen mid-run).
+    /// The same system with positions, velocities replaced by those of `state` (frozen mid-run), and what is left of
+    /// the paths.
     #[must_use]
     pub fn with_state(mut self, state: &State) -> Self {
         self.particles.position_m = state.x.iter().map(|&x| x.into()).collect();
         self.particles.velocity_m_s = state.v.iter().map(|&v| v.into()).collect();
+        for pin in &mut self.pins {
+            pin.path = rest_of(&pin.path, state.t);
+        }
+        for obstacle in &mut self.obstacles {
+            obstacle.advance(state.t);
+        }
         self
     }
 }

@@ -3,7 +3,7 @@
 use crate::effects::batch::{self, Quads};
 use crate::effects::sweep::{self, MAX_PASSES, Window};
 use crate::effects::{BlockPlanes, Effect, Linearised, Part, Pass, tangent};
-use crate::{Detection, Level, Obstacle, Vec3};
+use crate::{Detection, Level, MovingPin, Obstacle, Vec3};
 use std::num::NonZero;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard};
@@ -45,6 +45,7 @@ pub struct System {
     mass: Vec<f64>,
     effects: Vec<Box<dyn Effect>>,
     pinned: Vec<bool>,
+    moving_pins: Vec<MovingPin>,
     obstacles: Vec<Obstacle>,
     contact: Contact,
     revisions: Revisions,
@@ -155,6 +156,7 @@ impl Clone for System {
             threads: self.threads,
             effects,
             pinned: self.pinned.clone(),
+            moving_pins: self.moving_pins.clone(),
             obstacles: self.obstacles.clone(),
             contact: self.contact,
             revisions: self.revisions,
@@ -168,7 +170,7 @@ impl System {
         name: String,
         mass: Vec<f64>,
         effects: Vec<Box<dyn Effect>>,
-        pinned: Vec<bool>,
+        (pinned, moving_pins): (Vec<bool>, Vec<MovingPin>),
         obstacles: Vec<Obstacle>,
         contact: Contact,
     ) -> Self {
@@ -181,7 +183,18 @@ impl System {
             topology: stamp,
         };
         let memory = SweepMemory::new(&mass, &effects, 1);
-        Self { name, mass, effects, pinned, obstacles, contact, revisions, threads: 1, memory }
+        Self {
+            name,
+            mass,
+            effects,
+            pinned,
+            moving_pins,
+            obstacles,
+            contact,
+            revisions,
+            threads: 1,
+            memory,
+        }
     }
 
     /// Name of the scene.
@@ -212,6 +225,11 @@ impl System {
     /// Whether each particle is pinned.
     pub fn pinned(&self) -> &[bool] {
         &self.pinned
+    }
+
+    /// Those of the pinned particles that are led on paths.
+    pub fn moving_pins(&self) -> &[MovingPin] {
+        &self.moving_pins
     }
 
     /// The obstacles.
@@ -364,12 +382,13 @@ impl System {
         factor > 0.0 && factor.is_finite() && named.any(|effect| apply(effect.as_mut()))
     }
 
-    /// Pins or frees one particle; `false` when the index is out of range.
+    /// Pins or frees one particle; `false` when the index is out of range. What is freed leaves its path for good.
     #[must_use = "false means that nothing was changed"]
     pub fn set_pinned(&mut self, particle: usize, pinned: bool) -> bool {
         let Some(slot) = self.pinned.get_mut(particle) else { return false };
         if *slot != pinned {
             *slot = pinned;
+            self.moving_pins.retain(|pin| pin.particle != particle);
             self.revisions.pins = new_stamp();
         }
         true

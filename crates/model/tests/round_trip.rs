@@ -151,13 +151,13 @@ fn obstacle() -> impl Strategy<Value = ObstacleSpec> {
     let size = || 1e-300..1e9;
     prop_oneof![
         (vector(), vector(), 0.0..=1.0).prop_map(|(point_m, tilt, restitution)| {
-            ObstacleSpec::Plane { point_m, normal: [tilt[0], tilt[1], 1.0], restitution }
+            ObstacleSpec::plane(point_m, [tilt[0], tilt[1], 1.0], restitution)
         }),
         (vector(), [size(), size(), size()], 0.0..=1.0).prop_map(
-            |(center_m, size_m, restitution)| ObstacleSpec::Box { center_m, size_m, restitution }
+            |(center_m, size_m, restitution)| ObstacleSpec::cuboid(center_m, size_m, restitution)
         ),
         (vector(), size(), 0.0..=1.0).prop_map(|(center_m, radius_m, restitution)| {
-            ObstacleSpec::Sphere { center_m, radius_m, restitution }
+            ObstacleSpec::sphere(center_m, radius_m, restitution)
         }),
     ]
 }
@@ -203,7 +203,7 @@ fn system() -> impl Strategy<Value = SystemSpec> {
             hinges,
             damping: if full { DampingLaw::Full } else { DampingLaw::Projected },
             triangles,
-            pins: pins.into_iter().map(|particle| PinSpec { particle }).collect(),
+            pins: pins.into_iter().map(PinSpec::still).collect(),
             effects: EffectsSpec {
                 gravity: gravity.map(|m_s2| GravitySpec { m_s2 }),
                 air,

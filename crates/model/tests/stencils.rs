@@ -153,7 +153,7 @@ fn another_order_of_the_particles_carries_angles_hinges_and_triangles_along() {
             j,
             rest_length_m: 0.9,
             stiffness_n_per_m: 2.0,
-            damping_n_s_per_m: 0.0,
+            ..SpringSpec::default()
         })
         .collect();
     for (i, x) in spec.particles.position_m.iter_mut().enumerate() {

@@ -29,7 +29,7 @@ fn oscillator(stiffness: f64, damping: f64, gravity: f64) -> SystemSpec {
         hinges: Vec::new(),
         damping: DampingLaw::Full,
         triangles: vec![],
-        pins: vec![PinSpec { particle: 0 }],
+        pins: vec![PinSpec::still(0)],
         effects: EffectsSpec {
             gravity: Some(GravitySpec { m_s2: [0.0, 0.0, -gravity] }),
             ..EffectsSpec::default()
@@ -91,8 +91,7 @@ fn what_has_no_reference_is_refused_by_name() {
     let refuse = |system: &System, start: &State, times: &[f64], settings| {
         reference(system, start, times, settings).expect_err("refused")
     };
-    let floor =
-        ObstacleSpec::Plane { point_m: [0.0; 3], normal: [0.0, 0.0, 1.0], restitution: 0.0 };
+    let floor = ObstacleSpec::plane([0.0; 3], [0.0, 0.0, 1.0], 0.0);
     let (table, _) = SystemSpec { obstacles: vec![floor], ..spec }.build().expect("valid");
     assert!(matches!(refuse(&table, &start, &[1.0], settings), ReferenceError::Contact(1)));
     let lone = State { t: 0.0, x: vec![Vec3::zeros()], v: vec![Vec3::zeros()] };

@@ -52,7 +52,7 @@ pub fn spring(
 
 /// Pins a particle.
 pub fn pin(particle: usize) -> PinSpec {
-    PinSpec { particle: particle as u32 }
+    PinSpec::still(particle as u32)
 }
 
 /// [`GRAVITY`] as an effect.

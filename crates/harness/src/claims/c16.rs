@@ -51,7 +51,7 @@ fn most_of_a_solve(start: &Simulation, step: f64) -> Result<f64, HarnessError> {
         step,
         steps,
         |system, state| {
-            contacts.detect(system, &state.x, &state.v, step, &mut constraints);
+            contacts.detect(system, &state.x, &state.v, (step, state.t + step), &mut constraints);
             system.forces(Level { v: &rest, ..state.level() }, &mut b);
             for (i, &mass) in system.mass().iter().enumerate() {
                 b[i] = b[i] * step + state.v[i] * mass; // EEH (21)

@@ -32,9 +32,9 @@ const OWN: [(&str, &str); 3] = [
 
 /// What the sheet falls on; its top lies 2 cm below it.
 const OBSTACLES: [ObstacleSpec; 3] = [
-    ObstacleSpec::Plane { point_m: [0.0, 0.0, -0.02], normal: [0.1, 0.0, 1.0], restitution: 0.0 },
-    ObstacleSpec::Box { center_m: [0.0, 0.0, -0.27], size_m: [0.5, 0.5, 0.5], restitution: 0.0 },
-    ObstacleSpec::Sphere { center_m: [0.0, 0.0, -0.32], radius_m: 0.3, restitution: 0.0 },
+    ObstacleSpec::plane([0.0, 0.0, -0.02], [0.1, 0.0, 1.0], 0.0),
+    ObstacleSpec::cuboid([0.0, 0.0, -0.27], [0.5, 0.5, 0.5], 0.0),
+    ObstacleSpec::sphere([0.0, 0.0, -0.32], 0.3, 0.0),
 ];
 
 fn scene(obstacle: ObstacleSpec, stiffness: f64, speed: f64) -> Result<Simulation, HarnessError> {
@@ -93,7 +93,7 @@ fn test() -> Result<Finding, HarnessError> {
         let mut scenes = Vec::new();
         for obstacle in OBSTACLES {
             for stiffness in [1e4, 1e6] {
-                scenes.push(scene(obstacle, stiffness, speed)?);
+                scenes.push(scene(obstacle.clone(), stiffness, speed)?);
             }
         }
         for (name, method) in OWN {

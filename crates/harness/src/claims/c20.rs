@@ -35,9 +35,9 @@ const ROUND_OFF: f64 = 1e-12;
 
 fn obstacles(restitution: f64) -> [ObstacleSpec; 3] {
     [
-        ObstacleSpec::Plane { point_m: [0.0, 0.0, -0.3], normal: [0.3, 0.0, 1.0], restitution },
-        ObstacleSpec::Box { center_m: [0.0, 0.0, -0.4], size_m: [0.5; 3], restitution },
-        ObstacleSpec::Sphere { center_m: [0.0, 0.0, -0.4], radius_m: 0.3, restitution },
+        ObstacleSpec::plane([0.0, 0.0, -0.3], [0.3, 0.0, 1.0], restitution),
+        ObstacleSpec::cuboid([0.0, 0.0, -0.4], [0.5; 3], restitution),
+        ObstacleSpec::sphere([0.0, 0.0, -0.4], 0.3, restitution),
     ]
 }
 

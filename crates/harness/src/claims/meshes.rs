@@ -93,7 +93,7 @@ fn cloth(
     let corner = |x: f64| {
         let off = |i: &usize| distance(points[*i], [x, -0.5]);
         let nearest = (0..points.len()).min_by(|a, b| off(a).total_cmp(&off(b)));
-        PinSpec { particle: nearest.unwrap_or_default() as u32 }
+        PinSpec::still(nearest.unwrap_or_default() as u32)
     };
     SystemSpec {
         format: "drape-system/1".to_owned(),

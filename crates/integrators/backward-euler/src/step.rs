@@ -46,14 +46,15 @@ impl Integrator for BackwardEuler {
         h: TimeStep,
         clock: &mut PhaseClock,
     ) -> Result<StepReport, StepError> {
-        let w = self.scratch.ready(system, state)?;
+        let w = self.scratch.ready(system, state, h)?;
         let h = h.seconds();
         let mut report = StepReport::default();
         let bands = bands(system.threads(), system.len());
         w.predictor.extrapolate(&state.v, h, bands, &mut w.extrapolated);
         let Workspace { stage, extrapolated, predictor, contacts, constraints } = w;
         let from = (&state.x[..], &state.v[..]);
-        let input = Stage { tau: h, from, lagged: state.level(), velocity: &state.v };
+        let (end, lagged) = (state.t + h, state.level());
+        let input = Stage { tau: h, end, from, lagged, velocity: &state.v };
         let settings = self.settings.stage;
         // M (v_{n+1} − v_n) = h f(x_n + h v_{n+1}, v_{n+1})
         stage.solve(

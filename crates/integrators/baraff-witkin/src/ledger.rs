@@ -18,7 +18,7 @@ impl Workspace {
     ) -> EnergyLedger {
         let Self { linear, change, y, impulse: p, constraints, .. } = self;
         linear.constraint_impulse(change, p, &mut StepReport::default());
-        let mut v = as_stepped(system, &before.v);
+        let mut v = as_stepped(system, before, h);
         v.iter_mut().zip(&*change).for_each(|(v, change)| *v += change);
         let mut book = Bookkeeping::new(system, before, h, &v, Some(y));
         book.linearised(settings.implicit, settings.tangent);

@@ -4,7 +4,7 @@ use crate::settings::{BARAFF_WITKIN, BaraffWitkinSettings};
 use crate::workspace::{Workspace, prescribe_changes};
 use drape_integrator::{
     EnergyLedger, Integrator, Method, Phase, PhaseClock, PrepareError, Scratch, StepError,
-    StepReport, TimeStep,
+    StepReport, TimeStep, Wanted,
 };
 use drape_model::{State, System, Vec3};
 
@@ -41,7 +41,7 @@ impl Integrator for BaraffWitkin {
         h: TimeStep,
         clock: &mut PhaseClock,
     ) -> Result<StepReport, StepError> {
-        let w = self.scratch.ready(system, state)?;
+        let w = self.scratch.ready(system, state, h)?;
         let h = h.seconds();
         let mut report = StepReport::after_setup(Some(w.setup_cause()));
         clock.switch(Phase::Contact);
@@ -52,11 +52,17 @@ impl Integrator for BaraffWitkin {
         w.linear.set_right_hand_side(system, state, h, &mut report); // b, Baraff-Witkin (18)
         clock.switch(Phase::Solve);
         let Workspace { linear, change, y, impulse, contacts, constraints, changes, .. } = w;
-        contacts.solve(system, constraints, impulse, |constraints, impulse| {
+        contacts.solve(system, constraints, impulse, |constraints, wanted| {
             prescribe_changes(constraints, &state.v, changes);
             linear.solve(changes, change, &mut report)?; // S (b − A Δv) = 0
-            if let Some(impulse) = impulse {
-                linear.constraint_impulse(change, impulse, &mut report);
+            match wanted {
+                Wanted::Nothing => {}
+                Wanted::Impulse(out) => linear.constraint_impulse(change, out, &mut report),
+                Wanted::Velocity(out) => {
+                    for i in 0..out.len() {
+                        out[i] = state.v[i] + change[i];
+                    }
+                }
             }
             Ok::<(), StepError>(())
         })?;

@@ -50,10 +50,11 @@ impl Workspace {
     /// Pins, contacts and `y`; returns the largest distance by which `y` moves a particle, m.
     pub(crate) fn detect(&mut self, system: &System, state: &State, h: f64) -> f64 {
         let Self { contacts, constraints, y, .. } = self;
+        let span = (h, state.t + h);
         match self.recovery {
-            Recovery::Velocity => contacts.detect(system, &state.x, &state.v, h, constraints),
+            Recovery::Velocity => contacts.detect(system, &state.x, &state.v, span, constraints),
             Recovery::Position => {
-                contacts.detect_altering(system, &state.x, &state.v, h, constraints, y);
+                contacts.detect_altering(system, &state.x, &state.v, span, constraints, y);
             }
         }
         y.iter().fold(0.0, |largest, y| largest.max(y.norm()))

@@ -41,7 +41,7 @@ impl Integrator for Desbrun {
         h: TimeStep,
         clock: &mut PhaseClock,
     ) -> Result<StepReport, StepError> {
-        let w = self.scratch.ready(system, state)?;
+        let w = self.scratch.ready(system, state, h)?;
         let h = h.seconds();
         clock.switch(Phase::MatrixSetup);
         let mut report = StepReport::after_setup(w.linear.refresh(system, h)?); // A⁻¹, if it is not there

@@ -68,7 +68,7 @@ impl LeapfrogWorkspace {
         h: TimeStep,
     ) -> EnergyLedger {
         let zeros = || vec![Vec3::zeros(); system.len()];
-        let (half, v_n) = (0.5 * h.seconds(), as_stepped(system, &before.v));
+        let (half, v_n) = (0.5 * h.seconds(), as_stepped(system, before, h));
         let (mut force, mut damping_force) = (zeros(), zeros());
         for effect in system.effects() {
             effect.add_force(system.mass(), &before.x, &mut force);

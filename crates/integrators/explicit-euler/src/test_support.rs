@@ -17,7 +17,7 @@ pub(crate) fn pin(particle: u32) -> PinSpec {
 }
 
 pub(crate) fn floor(restitution: f64) -> ObstacleSpec {
-    ObstacleSpec::Plane { point_m: [0.0; 3], normal: [0.0, 0.0, 1.0], restitution }
+    ObstacleSpec::plane([0.0; 3], [0.0, 0.0, 1.0], restitution)
 }
 
 /// A square net of unequal masses that hangs from two corners if `pinned`, with diagonals, out of its plane and in

@@ -13,7 +13,7 @@ impl Workspace {
         after: &State,
         h: TimeStep,
     ) -> EnergyLedger {
-        let v_n = as_stepped(system, &before.v);
+        let v_n = as_stepped(system, before, h);
         self.ledger(system, before, after, h, (&before.x, &v_n))
     }
 

@@ -83,7 +83,7 @@ impl Integrator for ImexEuler {
         h: TimeStep,
         clock: &mut PhaseClock,
     ) -> Result<StepReport, StepError> {
-        let w = self.scratch.ready(system, state)?;
+        let w = self.scratch.ready(system, state, h)?;
         let (h, bands) = (h.seconds(), bands(system.threads(), system.len()));
         clock.switch(Phase::MatrixSetup);
         let mut report = StepReport::after_setup(w.linear.refresh_at(system, h, &state.x)?); // A = M + h² L_k + h L_c
@@ -95,19 +95,20 @@ impl Integrator for ImexEuler {
             report.force_evaluations += 1;
         }
         clock.switch(Phase::Contact);
-        w.contacts.detect(system, &state.x, &state.v, h, &mut w.constraints);
+        let end = state.t + h;
+        w.contacts.detect(system, &state.x, &state.v, (h, end), &mut w.constraints);
         clock.switch(Phase::Solve);
         match self.settings.start {
             Start::Last => w.velocity.copy_from_slice(&state.v),
             _ => w.predictor.extrapolate(&state.v, h, bands, &mut w.velocity), // EEH (22)
         }
         let Workspace { rhs, velocity: v, impulse, linear, contacts, constraints, .. } = w;
-        contacts.solve(system, constraints, impulse, |constraints, impulse| {
+        contacts.solve(system, constraints, impulse, |constraints, wanted| {
             report += linear.solve(constraints, &rhs.b, v); // EEH (21)
-            if let Some(impulse) = impulse {
+            wanted.fill(v, |impulse| {
                 linear.constraint_impulse(&rhs.b, v, impulse);
                 report.matvecs += 1;
-            }
+            });
             Ok::<(), StepError>(())
         })?;
         clock.switch(Phase::Update);
@@ -164,7 +165,7 @@ impl Integrator for ImexUpdated {
         h: TimeStep,
         clock: &mut PhaseClock,
     ) -> Result<StepReport, StepError> {
-        let w = self.scratch.ready(system, state)?;
+        let w = self.scratch.ready(system, state, h)?;
         let (h, settings) = (h.seconds(), &self.settings);
         let bands = bands(system.threads(), system.len());
         clock.switch(Phase::MatrixSetup);
@@ -172,26 +173,25 @@ impl Integrator for ImexUpdated {
         clock.switch(Phase::Forces);
         w.rhs.freeze(system, state, h, w.linear.slopes()); // M v_n + h [F_frozen − L_k x_n]
         clock.switch(Phase::Contact);
-        w.contacts.detect(system, &state.x, &state.v, h, &mut w.constraints);
+        let end = state.t + h;
+        w.contacts.detect(system, &state.x, &state.v, (h, end), &mut w.constraints);
         clock.switch(Phase::Solve);
         w.start(system, state, h, bands, settings.start);
         let Workspace { rhs, velocity: v, impulse, linear, contacts, constraints, descent, .. } = w;
-        contacts.solve(system, constraints, impulse, |constraints, impulse| {
+        contacts.solve(system, constraints, impulse, |constraints, wanted| {
             let problem = Problem { system, state, h, constraints, settings };
             if let Some(descent) = descent.as_mut() {
                 if settings.start == Start::Best {
                     descent.choose(problem, v, &state.v);
                 }
                 descent.minimise(problem, rhs, linear, v, &mut report)?;
-                if let Some(impulse) = impulse {
-                    impulse.copy_from_slice(descent.gradient(system, v));
-                }
+                wanted.fill(v, |impulse| impulse.copy_from_slice(descent.gradient(system, v)));
             } else {
                 as_printed(problem, rhs, linear, v, &mut report);
-                if let Some(impulse) = impulse {
+                wanted.fill(v, |impulse| {
                     linear.constraint_impulse(&rhs.b, v, impulse);
                     report.matvecs += 1;
-                }
+                });
             }
             Ok::<(), StepError>(())
         })?;

@@ -41,7 +41,7 @@ impl Integrator for Kang {
         h: TimeStep,
         clock: &mut PhaseClock,
     ) -> Result<StepReport, StepError> {
-        let w = self.scratch.ready(system, state)?;
+        let w = self.scratch.ready(system, state, h)?;
         let (h, sweeps) = (h.seconds(), self.settings.sweeps);
         clock.switch(Phase::MatrixSetup);
         let mut report = StepReport::after_setup(w.linear.refresh(system, h)?); // D and A = M + h² L_k + h L_c

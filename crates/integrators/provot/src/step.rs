@@ -40,7 +40,7 @@ impl Integrator for Provot {
         h: TimeStep,
         clock: &mut PhaseClock,
     ) -> Result<StepReport, StepError> {
-        let w = self.scratch.ready(system, state)?;
+        let w = self.scratch.ready(system, state, h)?;
         let h = h.seconds();
         clock.switch(Phase::Forces);
         system.forces(state.level(), &mut w.force);

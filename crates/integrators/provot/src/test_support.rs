@@ -17,7 +17,7 @@ pub(crate) fn pin(particle: u32) -> PinSpec {
 }
 
 pub(crate) fn floor(restitution: f64) -> ObstacleSpec {
-    ObstacleSpec::Plane { point_m: [0.0; 3], normal: [0.0, 0.0, 1.0], restitution }
+    ObstacleSpec::plane([0.0; 3], [0.0, 0.0, 1.0], restitution)
 }
 
 /// A horizontal square sheet of 1 m that hangs from two corners: springs of the given `k/m` along warp and weft, a tenth

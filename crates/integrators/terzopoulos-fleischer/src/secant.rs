@@ -96,9 +96,30 @@ impl SecantSystem {
         self.factor.negative_pivots().is_some_and(|count| count > 0)
     }
 
-    /// Solves; particles that are pinned stay at rest. Returns `‖b − A v‖/‖b‖` over the others.
-    pub(crate) fn solve(&mut self, v: &mut [Vec3]) -> f64 {
-        self.factor.solve(&self.b, v);
+    /// With pins on paths: what they add to the rows of the others goes to the right-hand side.
+    fn solve_led(&mut self, system: &System, known: &[Vec3], v: &mut [Vec3]) {
+        let Self { matrix, factor, free, b, damping: right, residual: product, .. } = self;
+        v.fill(Vec3::zeros());
+        for pin in system.moving_pins() {
+            v[pin.particle] = known[pin.particle];
+        }
+        matrix.multiply(v, product);
+        for i in 0..b.len() {
+            right[i] = if free[i] { b[i] - product[i] } else { Vec3::zeros() };
+        }
+        factor.solve(right, v);
+        for pin in system.moving_pins() {
+            v[pin.particle] = known[pin.particle];
+        }
+    }
+
+    /// Solves; pinned particles have the velocity of `known` (m/s). Returns `‖b − A v‖/‖b‖` over the others.
+    pub(crate) fn solve(&mut self, system: &System, known: &[Vec3], v: &mut [Vec3]) -> f64 {
+        if system.moving_pins().is_empty() {
+            self.factor.solve(&self.b, v);
+        } else {
+            self.solve_led(system, known, v);
+        }
         self.matrix.multiply(v, &mut self.residual);
         for (i, r) in self.residual.iter_mut().enumerate() {
             *r = if self.free[i] { self.b[i] - *r } else { Vec3::zeros() };
@@ -155,7 +176,7 @@ mod tests {
         secant.assemble(&system, &state, H);
         let mut v = state.v.clone();
         secant.factorise().expect("regular");
-        assert!(secant.solve(&mut v) < 1e-12);
+        assert!(secant.solve(&system, &state.v, &mut v) < 1e-12);
         for axis in 0..3 {
             let pick = |vectors: &[Vec3]| {
                 nalgebra::DVector::from_iterator(n, vectors.iter().map(|a| a[axis]))
@@ -203,7 +224,7 @@ mod tests {
             secant.assemble(&system, &state, H);
             let mut v: Vec<Vec3> = (0..3).map(|_| random.vector()).collect();
             secant.factorise().expect("regular");
-            secant.solve(&mut v);
+            secant.solve(&system, &state.v, &mut v);
             assert_eq!((v[2] - v[0]).x.abs() > 1e-3, pushes, "{v:?}");
             assert_eq!(secant.is_indefinite(), !clamp);
         }

@@ -40,7 +40,7 @@ impl Integrator for TerzopoulosFleischer {
         h: TimeStep,
         clock: &mut PhaseClock,
     ) -> Result<StepReport, StepError> {
-        let w = self.scratch.ready(system, state)?;
+        let w = self.scratch.ready(system, state, h)?;
         let h = h.seconds();
         clock.switch(Phase::MatrixSetup);
         let cause = std::mem::replace(&mut w.cause, SetupCause::EveryStep);
@@ -50,7 +50,7 @@ impl Integrator for TerzopoulosFleischer {
         report.force_evaluations = 1;
         report.factorisations = 1;
         clock.switch(Phase::Solve);
-        report.relative_residual = w.secant.solve(&mut w.contacts.free_velocity); // A v_{n+1} = b
+        report.relative_residual = w.secant.solve(system, &state.v, &mut w.contacts.free_velocity); // A v_{n+1} = b
         report.matvecs = 1;
         if w.secant.is_indefinite() {
             report.solve = SolveStatus::Indefinite;

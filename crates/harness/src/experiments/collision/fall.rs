@@ -46,15 +46,9 @@ impl Target {
 
     pub(super) fn obstacle(self, restitution: f64) -> ObstacleSpec {
         match self {
-            Self::Table => {
-                ObstacleSpec::Box { center_m: [0.0, 0.0, -0.25], size_m: [0.5; 3], restitution }
-            }
-            Self::Sphere => {
-                ObstacleSpec::Sphere { center_m: [0.0, 0.0, -0.3], radius_m: 0.3, restitution }
-            }
-            Self::Plane => {
-                ObstacleSpec::Plane { point_m: [0.0; 3], normal: [0.0, 0.0, 1.0], restitution }
-            }
+            Self::Table => ObstacleSpec::cuboid([0.0, 0.0, -0.25], [0.5; 3], restitution),
+            Self::Sphere => ObstacleSpec::sphere([0.0, 0.0, -0.3], 0.3, restitution),
+            Self::Plane => ObstacleSpec::plane([0.0; 3], [0.0, 0.0, 1.0], restitution),
         }
     }
 }

@@ -6,7 +6,8 @@ use super::*;
 use drape_model::{Obstacle, Shape, State, Vec3};
 
 fn ball(restitution: f64) -> Obstacle {
-    Obstacle { shape: Shape::Sphere { center: Vec3::zeros(), radius: 1.0 }, restitution }
+    let shape = Shape::Sphere { center: Vec3::zeros(), radius: 1.0 };
+    Obstacle { restitution, ..Obstacle::from(shape) }
 }
 
 #[test]

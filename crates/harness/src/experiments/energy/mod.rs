@@ -136,7 +136,7 @@ impl Setting {
         if body == Body::Sphere {
             // A little beside the middle: nothing should hang on a symmetry.
             let (center_m, radius_m) = ([0.03, 0.01, -0.4], 0.35);
-            spec.obstacles.push(ObstacleSpec::Sphere { center_m, radius_m, restitution: 0.0 });
+            spec.obstacles.push(ObstacleSpec::sphere(center_m, radius_m, 0.0));
         }
         let (system, mut state) = spec.build()?;
         if body == Body::Spinning {

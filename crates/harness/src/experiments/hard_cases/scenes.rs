@@ -129,7 +129,7 @@ fn free(stiffness: f64) -> Sheet {
 }
 
 fn pins(particles: impl Iterator<Item = u32>) -> Vec<PinSpec> {
-    particles.map(|particle| PinSpec { particle }).collect()
+    particles.map(PinSpec::still).collect()
 }
 
 /// H03: a square metre of 40 × 40 particles with a membrane stiffness of 10³ N/m.
@@ -207,7 +207,7 @@ const STIFFENED: [Change; 2] =
 const FLOOR: f64 = -1.0;
 
 fn floor() -> ObstacleSpec {
-    ObstacleSpec::Plane { point_m: [0.0, 0.0, FLOOR], normal: [0.0, 0.0, 1.0], restitution: 0.0 }
+    ObstacleSpec::plane([0.0, 0.0, FLOOR], [0.0, 0.0, 1.0], 0.0)
 }
 
 /// H12: the middle of the sheet above a corner of the table, at 10 m/s.
@@ -217,11 +217,7 @@ fn thrown_at_a_corner() -> Result<SystemSpec, HarnessError> {
         (*x, *y, *z) = (*x + 0.5, *y + 0.5, 0.05);
     }
     spec.particles.velocity_m_s = vec![[0.0, 0.0, -10.0]; spec.particles.mass_kg.len()];
-    let table = ObstacleSpec::Box {
-        center_m: [0.0, 0.0, 0.5 * FLOOR],
-        size_m: [1.0, 1.0, -FLOOR],
-        restitution: 0.0,
-    };
+    let table = ObstacleSpec::cuboid([0.0, 0.0, 0.5 * FLOOR], [1.0, 1.0, -FLOOR], 0.0);
     spec.obstacles = vec![table, floor()];
     Ok(spec)
 }
@@ -229,8 +225,7 @@ fn thrown_at_a_corner() -> Result<SystemSpec, HarnessError> {
 /// H13: the sheet cuts through a ball, a little above its centre.
 fn inside_a_ball() -> Result<SystemSpec, HarnessError> {
     let mut spec = free(1e5).spec()?;
-    let ball =
-        ObstacleSpec::Sphere { center_m: [0.0, 0.0, -0.05], radius_m: 0.35, restitution: 0.0 };
+    let ball = ObstacleSpec::sphere([0.0, 0.0, -0.05], 0.35, 0.0);
     spec.obstacles = vec![ball, floor()];
     Ok(spec)
 }

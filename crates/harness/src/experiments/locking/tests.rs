@@ -22,7 +22,7 @@ fn the_lever_of_strings_is_a_parabola() {
         is_pinned: false,
     };
     let mut spec = sheet.spec().unwrap();
-    spec.pins = (0..side).map(|particle| PinSpec { particle }).collect();
+    spec.pins = (0..side).map(PinSpec::still).collect();
     let (system, state) = spec.build().unwrap();
     let levers = lever(&system, 1e8);
     for (i, u) in levers.iter().enumerate() {

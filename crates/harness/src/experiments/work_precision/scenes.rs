@@ -190,7 +190,7 @@ impl Setting {
         if case.shape == Shape::Spread {
             let last = case.side * (case.side - 1);
             let corners = [last, last + case.side - 1];
-            spec.pins.extend(corners.map(|particle| PinSpec { particle }));
+            spec.pins.extend(corners.map(PinSpec::still));
         }
         let (system, state) = spec.build()?;
         let tight = at_end(&system, &state, TOLERANCE)?;

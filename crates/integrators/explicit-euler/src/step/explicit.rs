@@ -6,7 +6,7 @@ use drape_integrator::{
     EnergyLedger, Integrator, Method, Phase, PhaseClock, PrepareError, Scratch, StepError,
     StepReport, TimeStep, drift, kick,
 };
-use drape_model::{State, System, Vec3};
+use drape_model::{State, System};
 
 /// Explicit (forward) Euler.
 #[derive(Debug, Default)]
@@ -32,12 +32,13 @@ impl Integrator for ExplicitEuler {
         h: TimeStep,
         clock: &mut PhaseClock,
     ) -> Result<StepReport, StepError> {
-        let w = self.scratch.ready(system, state)?;
+        let w = self.scratch.ready(system, state, h)?;
         let h = h.seconds();
         clock.switch(Phase::Forces);
         system.forces(state.level(), &mut w.force);
         clock.switch(Phase::Contact);
-        w.contacts.detect(system, &state.x, &state.v, h, &mut w.constraints);
+        let end = state.t + h;
+        w.contacts.detect(system, &state.x, &state.v, (h, end), &mut w.constraints);
         w.free_velocity.copy_from_slice(&state.v);
         w.project(system);
         clock.switch(Phase::Update);
@@ -47,7 +48,7 @@ impl Integrator for ExplicitEuler {
         kick(system, h, &w.force, &mut state.v); // v_{n+1} = v_n + h M⁻¹ f_n
         w.contacts.stop(&mut state.v);
         for i in (0..state.len()).filter(|&i| system.pinned()[i]) {
-            state.v[i] = Vec3::zeros();
+            state.v[i] = w.constraints.prescribed(i);
         }
         state.t += h;
         clock.stop();

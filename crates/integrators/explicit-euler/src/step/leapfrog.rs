@@ -40,7 +40,7 @@ impl Integrator for Leapfrog {
         h: TimeStep,
         clock: &mut PhaseClock,
     ) -> Result<StepReport, StepError> {
-        let w = self.scratch.ready(system, state)?;
+        let w = self.scratch.ready(system, state, h)?;
         let mut report = StepReport::default();
         clock.switch(Phase::MatrixSetup);
         report.substeps = w.substeps(system, &state.x, h.seconds(), &mut report);
@@ -92,8 +92,9 @@ impl LeapfrogWorkspace {
         let State { t, x, v } = state;
         let t = *t;
         clock.switch(Phase::Contact);
+        self.lead_pins(system, t, h, x, v);
         // A rebound moves by the mean of the velocities before and after it, as befits order 2.
-        let motion = MultistepMotion { from: (x, v), h, x_star: x, tau: h };
+        let motion = MultistepMotion { from: (x, v), h, end: t + h, x_star: x, tau: h };
         self.contacts.detect_multistep(system, motion, &mut self.constraints);
         clock.switch(Phase::Forces);
         self.old_velocity.copy_from_slice(v);

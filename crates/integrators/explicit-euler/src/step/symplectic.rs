@@ -52,14 +52,15 @@ impl Integrator for SymplecticEuler {
         h: TimeStep,
         clock: &mut PhaseClock,
     ) -> Result<StepReport, StepError> {
-        let w = self.scratch.ready(system, state)?;
+        let w = self.scratch.ready(system, state, h)?;
         let h = h.seconds();
         clock.switch(Phase::MatrixSetup);
         let setup =
             w.damping.as_mut().map(|solver| solver.refresh(system, h)).transpose()?.flatten();
         let mut report = StepReport::after_setup(setup);
         clock.switch(Phase::Contact);
-        w.contacts.detect(system, &state.x, &state.v, h, &mut w.constraints);
+        let end = state.t + h;
+        w.contacts.detect(system, &state.x, &state.v, (h, end), &mut w.constraints);
         clock.switch(Phase::Forces);
         report.force_evaluations = 1;
         if let Some(solver) = &mut w.damping {
@@ -67,12 +68,12 @@ impl Integrator for SymplecticEuler {
             clock.switch(Phase::Solve);
             w.velocity.copy_from_slice(&state.v);
             let EulerWorkspace { force: b, velocity, impulse, contacts, constraints, .. } = w;
-            contacts.solve(system, constraints, impulse, |constraints, impulse| {
+            contacts.solve(system, constraints, impulse, |constraints, wanted| {
                 report += solver.solve(constraints, b, velocity); // (M + h L_c) v_{n+1} = b
-                if let Some(impulse) = impulse {
+                wanted.fill(velocity, |impulse| {
                     solver.constraint_impulse(b, velocity, impulse);
                     report.matvecs += 1;
-                }
+                });
                 Ok::<(), StepError>(())
             })?;
         } else {

@@ -4,7 +4,7 @@ use crate::settings::{LEAPFROG, LeapfrogSettings, StepControl};
 use crate::stability_limit::StabilityLimit;
 use drape_integrator::{
     ContactSet, Implicit, LaplacianSolver, LinearSettings, PreconditionerKind, PrepareError,
-    SolveStatus, StepError, StepReport, Weights, kick,
+    SolveStatus, StepError, StepReport, Weights, kick, lead_pins,
 };
 use drape_model::{Level, Revisions, System, Vec3};
 use drape_solvers::{Constraints, Filter, Norm};
@@ -127,6 +127,21 @@ impl LeapfrogWorkspace {
             self.pins.set(i, Filter::Fixed, Vec3::zeros());
         }
         Ok(())
+    }
+
+    /// Leads pins on paths through a substep of `h` seconds that starts at `t`.
+    pub(crate) fn lead_pins(
+        &mut self,
+        system: &System,
+        t: f64,
+        h: f64,
+        x: &[Vec3],
+        v: &mut [Vec3],
+    ) {
+        lead_pins(system, t, h, x, v);
+        for pin in system.moving_pins() {
+            self.pins.set(pin.particle, Filter::Fixed, v[pin.particle]);
+        }
     }
 
     /// Evaluates the force unless it is the one that the last step ended with.

@@ -47,7 +47,8 @@ impl Workspace {
     ) -> Result<(), StepError> {
         let Self { starter, contacts, constraints, velocity, position, .. } = self;
         let from = (&state.x[..], &state.v[..]);
-        let stage = Stage { tau: h, from, lagged: state.level(), velocity: &state.v };
+        let (end, lagged) = (state.t + h, state.level());
+        let stage = Stage { tau: h, end, from, lagged, velocity: &state.v };
         let settings = StageSettings::default();
         starter.solve(system, stage, &state.v, contacts, constraints, settings, clock, report)?;
         velocity.copy_from_slice(starter.velocity());
@@ -79,7 +80,7 @@ impl Workspace {
         }
         clock.switch(Phase::Contact);
         let from = (&state.x[..], &state.v[..]);
-        let motion = MultistepMotion { from, h, x_star: &self.position, tau };
+        let motion = MultistepMotion { from, h, end: state.t + h, x_star: &self.position, tau };
         self.contacts.detect_multistep(system, motion, &mut self.constraints);
         clock.switch(Phase::Solve);
         let reference = self.reference(system, state, tau, settings.linear.forcing_term);
@@ -88,12 +89,12 @@ impl Workspace {
             self.past.extrapolate(h, &mut self.velocity); // EEH (22)
         }
         let Self { linear, contacts, constraints, b, velocity: v, impulse, .. } = self;
-        contacts.solve(system, constraints, impulse, |constraints, impulse| {
+        contacts.solve(system, constraints, impulse, |constraints, wanted| {
             *report += linear.solve_relative_to(constraints, b, v, reference); // EEH (9)
-            if let Some(impulse) = impulse {
+            wanted.fill(v, |impulse| {
                 linear.constraint_impulse(b, v, impulse);
                 report.matvecs += 1;
-            }
+            });
             Ok::<(), StepError>(())
         })?;
         drift(tau, v, &mut self.position); // x_{n+1} = X* + τ v_{n+1}
@@ -120,7 +121,7 @@ impl Integrator for ImexTwoStep {
         h: TimeStep,
         clock: &mut PhaseClock,
     ) -> Result<StepReport, StepError> {
-        let w = self.scratch.ready(system, state)?;
+        let w = self.scratch.ready(system, state, h)?;
         let (h, settings) = (h.seconds(), &self.settings);
         let omega = w.past.step_ratio(system, h);
         let continued = omega.and_then(|omega| settings.scheme.coefficients(omega));

@@ -40,7 +40,7 @@ impl Integrator for AdamsBashforth {
         h: TimeStep,
         clock: &mut PhaseClock,
     ) -> Result<StepReport, StepError> {
-        let w = self.scratch.ready(system, state)?;
+        let w = self.scratch.ready(system, state, h)?;
         let h = h.seconds();
         clock.switch(Phase::Forces);
         w.history.refresh(system, h, ADAMS_RATIOS);

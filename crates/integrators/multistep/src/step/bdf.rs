@@ -45,7 +45,7 @@ impl Integrator for Bdf {
         h: TimeStep,
         clock: &mut PhaseClock,
     ) -> Result<StepReport, StepError> {
-        let w = self.scratch.ready(system, state)?;
+        let w = self.scratch.ready(system, state, h)?;
         let h = h.seconds();
         let BdfSettings { steps, stage, .. } = self.settings;
         let mut report = StepReport::default();

@@ -11,7 +11,7 @@ const G: f64 = 9.81;
 fn above(normal: [f64; 3], restitution: f64, x: Vec3, v: Vec3) -> SystemSpec {
     let mut spec = particles(&[0.5], &[x], &[v]);
     spec.effects.gravity = gravity();
-    spec.obstacles = vec![ObstacleSpec::Plane { point_m: [0.0; 3], normal, restitution }];
+    spec.obstacles = vec![ObstacleSpec::plane([0.0; 3], normal, restitution)];
     spec
 }
 
@@ -125,7 +125,7 @@ fn what_slides_off_an_edge_falls_on_a_parabola_from_its_first_step() {
     for (family, steps) in all().filter(|(_, steps)| *steps != Steps::One) {
         let mut spec = above(UP, 0.0, Vec3::x() * 0.31, Vec3::x());
         let (center_m, size_m) = ([0.0, 0.0, -0.5], [1.0; 3]);
-        spec.obstacles = vec![ObstacleSpec::Box { center_m, size_m, restitution: 0.0 }];
+        spec.obstacles = vec![ObstacleSpec::cuboid(center_m, size_m, 0.0)];
         let mut run = Run::new(family(steps), build(&spec), H);
         let case = name(&run, steps);
         for n in 0..60 {

@@ -88,13 +88,15 @@ impl AdamsWorkspace {
     /// end of the step are released; what stays in contact has no lead along the normals.
     pub(crate) fn meet_obstacles(&mut self, system: &System, state: &State, h: f64) {
         let Self { contacts, constraints, free_velocity, velocity, impulse, .. } = self;
-        contacts.detect(system, &state.x, &state.v, h, constraints);
+        contacts.detect(system, &state.x, &state.v, (h, state.t + h), constraints);
         free_velocity.copy_from_slice(&state.v);
         drift(h, &self.mean_acceleration, free_velocity);
         contacts.project(system, constraints, free_velocity, velocity, impulse);
-        velocity.copy_from_slice(&state.v);
-        constraints.impose(velocity);
+        contacts.strike(system, constraints, &state.v, velocity, impulse);
         contacts.support(h, &mut self.lead);
+        for pin in system.moving_pins() {
+            self.lead[pin.particle] = Vec3::zeros();
+        }
     }
 
     /// Ends the contacts and remembers `v_n`, `a_n`. A particle whose contact changed starts anew, with a past

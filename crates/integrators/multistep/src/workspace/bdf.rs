@@ -27,6 +27,7 @@ pub(crate) struct BdfWorkspace {
     /// What goes on after an impact, for the history.
     acceleration: Vec<Vec3>,
     pub(crate) contacts: ContactSet,
+    pins_alone: ContactSet,
     constraints: Constraints,
 }
 
@@ -45,6 +46,7 @@ impl BdfWorkspace {
             ahead: 0.0,
             acceleration: zeros(),
             contacts: ContactSet::new(system),
+            pins_alone: ContactSet::for_pins(system),
             constraints: Constraints::free(system.len()),
         })
     }
@@ -121,16 +123,18 @@ impl BdfWorkspace {
     ) -> Result<(), StepError> {
         let Self { mean, extrapolated, ahead, constraints, .. } = self;
         let from = (&state.x[..], &state.v[..]);
-        let mut none = ContactSet::default();
-        let contacts = match obstacles {
-            Obstacles::Met => &mut self.contacts,
-            Obstacles::Ignored => &mut none,
+        // A stage without obstacles ends at `t_n + τ`.
+        let (contacts, span) = match obstacles {
+            Obstacles::Met => (&mut self.contacts, h),
+            Obstacles::Ignored => (&mut self.pins_alone, tau),
         };
+        let end = state.t + span;
         clock.switch(Phase::Contact);
-        let motion = MultistepMotion { from, h, x_star: &mean.0, tau };
+        let motion = MultistepMotion { from, h: span, end, x_star: &mean.0, tau };
         contacts.detect_multistep(system, motion, constraints);
         let stage = Stage {
             tau,
+            end,
             from: (&mean.0, &mean.1),
             lagged: Level { t: *ahead, x: &extrapolated.0, v: &extrapolated.1 },
             velocity: &state.v,

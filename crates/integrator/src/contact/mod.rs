@@ -38,11 +38,37 @@
 //! particle by the mean of the velocities before and after, as befits a method of order 2, and what leaves
 //! an obstacle by itself within a few steps is let go.
 //!
+//! An obstacle on a path is seen from a frame that goes along with it at `v_s`, its mean velocity over the step: in
+//! all of the above the particle's velocity is the one relative to the surface, so that what rests on a moving
+//! obstacle is carried, `n·v_+ = (1/τ) n·(x_s(t_+) − x*)`, and what bounces bounces in its frame.
+//!
+//! Pins on paths are prescribed `z = (path(t_+) − x*)/τ`, which puts them on the path at the end of the step whatever
+//! `x*` is.
+//!
+//! Friction, where an obstacle has any, is Coulomb's law by the same constraints.
+//!
+//! * **Stick.** Contacts are first held altogether, with the velocity of the surface along it. Where the impulse that
+//!   this takes lies in the cone `|p_t| ≤ μ λ`, that is the solution: without creep, whatever the time.
+//! * **Slide.** Where it does not, the step is solved without friction there, which gives `v_t` along the surface, and
+//!   then with `v_s + (1 − μλ/|p_t|) (v_t − v_s)`. For a particle by itself that is Coulomb's law exactly; particles that
+//!   slide side by side see the stick of their neighbours in `p_t`, so that the cone is met approximately.
+//!   What slides does not reverse, and friction takes energy.
+//! * **Several obstacles.** What the independent normals leave free is held with the limit `Σ μ_k λ_k`, relative to
+//!   the first of the obstacles that has friction.
+//!
 //! Speculative detection looks ahead with `v_n`, so that what a particle gains in the step itself
 //! may still carry it inside, by `τ²` times its acceleration.
 
-use drape_model::{Detection, System, Vec3};
+mod basis;
+mod friction;
+#[cfg(test)]
+mod tests;
+
+use basis::Basis;
+use drape_model::{Detection, Obstacle, System, Vec3};
 use drape_solvers::{Constraints, Filter};
+use friction::Slider;
+pub use friction::Wanted;
 use std::convert::Infallible;
 
 /// How far outside the surface a particle still touches it, m.
@@ -70,6 +96,32 @@ struct Contact {
     keep: f64,
     /// Least normal velocity with which the particle ends the step.
     least: f64,
+    /// `μ`.
+    friction: f64,
+    /// `v_s`, where the obstacle moves.
+    surface: Option<Vec3>,
+}
+
+impl Contact {
+    /// A normal velocity relative to the surface, seen from outside.
+    fn carried(&self, relative: f64) -> f64 {
+        self.surface.map_or(relative, |surface| relative + self.normal.dot(&surface))
+    }
+
+    /// Normal velocity relative to the surface.
+    fn relative(&self, v: &Vec3) -> f64 {
+        let along = self.normal.dot(v);
+        self.surface.map_or(along, |surface| along - self.normal.dot(&surface))
+    }
+}
+
+/// An obstacle on a path during a step.
+#[derive(Clone, Copy, Debug, Default)]
+struct Motion {
+    /// Displacement at the start of the step, m.
+    offset: Vec3,
+    /// Mean velocity, m/s.
+    velocity: Vec3,
 }
 
 /// A step of a multistep method: within `h` it leads from `(x_n, v_n)` to `x* + τ v_+`.
@@ -79,6 +131,8 @@ pub struct MultistepMotion<'a> {
     pub from: (&'a [Vec3], &'a [Vec3]),
     /// `h`, s.
     pub h: f64,
+    /// `t_+`, the end of the step, s.
+    pub end: f64,
     /// `x*`, m.
     pub x_star: &'a [Vec3],
     /// `τ`, s.
@@ -98,6 +152,13 @@ enum WayOut {
 #[derive(Clone, Debug, Default)]
 pub struct ContactSet {
     obstacles: usize,
+    /// One an obstacle, `None` for those at rest.
+    motions: Vec<Option<Motion>>,
+    /// Particles led by pins, with their velocities.
+    led: Vec<(usize, Vec3)>,
+    /// Whether any obstacle has friction.
+    rubs: bool,
+    sliders: Vec<Slider>,
     candidates: Vec<Contact>,
     /// Steps since the contact was active, 0 for the last step; saturates.
     steps_since: Vec<u8>,
@@ -111,19 +172,30 @@ impl ContactSet {
     pub fn new(system: &System) -> Self {
         let obstacles = system.obstacles().len();
         let slots = obstacles * system.len();
+        let rubs = system.obstacles().iter().any(|obstacle| obstacle.friction > 0.0);
+        let moves = |obstacle: &Obstacle| obstacle.path.as_ref().map(|_| Motion::default());
         Self {
             obstacles,
+            motions: system.obstacles().iter().map(moves).collect(),
+            rubs,
+            sliders: Vec::with_capacity(if rubs { system.len() } else { 0 }),
             candidates: Vec::with_capacity(slots),
             steps_since: vec![u8::MAX; slots],
             is_active: vec![false; slots],
             changed: vec![false; if obstacles == 0 { 0 } else { system.len() }],
+            ..Self::for_pins(system)
         }
+    }
+
+    /// Memory for pins alone: obstacles are not seen.
+    pub fn for_pins(system: &System) -> Self {
+        Self { led: Vec::with_capacity(system.moving_pins().len()), ..Self::default() }
     }
 
     /// Memory for what [`detect`](Self::detect) writes: without obstacles, for pins alone.
     pub fn constraints(system: &System) -> Constraints {
         match system.obstacles() {
-            [] => Constraints::free_or_held(system.len()),
+            [] if system.moving_pins().is_empty() => Constraints::free_or_held(system.len()),
             _ => Constraints::free(system.len()),
         }
     }
@@ -161,17 +233,19 @@ impl ContactSet {
         particle * self.obstacles + obstacle
     }
 
-    /// Finds the contacts of a step that moves `x → x + τ v_+`, and writes them and the pins to `constraints`.
+    /// Finds the contacts of a step that moves `x → x + τ v_+` and ends at `t_+`, and writes them and the pins to
+    /// `constraints`.
     #[doc(alias = "EEH section 6")]
     pub fn detect(
         &mut self,
         system: &System,
         x: &[Vec3],
         v: &[Vec3],
-        tau: f64,
+        (tau, end): (f64, f64),
         constraints: &mut Constraints,
     ) {
-        self.collect(system, x, v, tau, WayOut::Velocity);
+        self.lead(system, x, (tau, end));
+        self.collect(system, x, v, (tau, end), WayOut::Velocity);
         self.write(system, constraints);
     }
 
@@ -183,22 +257,26 @@ impl ContactSet {
         motion: MultistepMotion<'_>,
         constraints: &mut Constraints,
     ) {
-        let MultistepMotion { from: (x, v), h, x_star, tau } = motion;
-        self.collect(system, x, v, h, WayOut::Velocity);
+        let MultistepMotion { from: (x, v), h, end, x_star, tau } = motion;
+        self.lead(system, x_star, (tau, end));
+        self.collect(system, x, v, (h, end), WayOut::Velocity);
         // Were what leaves by itself led out, each rebound would end with a lift.
         self.candidates.retain(|contact| {
-            let speed = contact.normal.dot(&v[contact.particle as usize]);
+            let speed = contact.relative(&v[contact.particle as usize]);
             speed * h <= TOUCHING || contact.recovery > speed * f64::from(LEAST_FLIGHT)
         });
         for contact in &mut self.candidates {
             let i = contact.particle as usize;
-            let approach = contact.normal.dot(&v[i]);
+            let approach = contact.relative(&v[i]);
             let mut mean = contact.recovery;
-            if approach < 0.0 && contact.keep > 0.0 {
+            let kept =
+                contact.surface.map_or(contact.keep, |v_s| contact.keep - contact.normal.dot(&v_s));
+            if approach < 0.0 && kept > 0.0 {
                 contact.least = contact.keep; // the rebound
-                mean = (0.5 * (approach + contact.keep)).max(mean.min(0.0));
+                mean = (0.5 * (approach + kept)).max(mean.min(0.0));
             }
-            contact.target = (mean * h + contact.normal.dot(&(x[i] - x_star[i]))) / tau;
+            contact.target =
+                (contact.carried(mean) * h + contact.normal.dot(&(x[i] - x_star[i]))) / tau;
         }
         self.write(system, constraints);
     }
@@ -216,11 +294,12 @@ impl ContactSet {
         system: &System,
         x: &[Vec3],
         v: &[Vec3],
-        tau: f64,
+        (tau, end): (f64, f64),
         constraints: &mut Constraints,
         y: &mut [Vec3],
     ) {
-        self.collect(system, x, v, tau, WayOut::Position);
+        self.lead(system, x, (tau, end));
+        self.collect(system, x, v, (tau, end), WayOut::Position);
         self.write(system, constraints);
         y.fill(Vec3::zeros());
         for group in self.candidates.chunk_by(|a, b| a.particle == b.particle) {
@@ -228,18 +307,51 @@ impl ContactSet {
         }
     }
 
-    fn collect(&mut self, system: &System, x: &[Vec3], v: &[Vec3], tau: f64, way_out: WayOut) {
+    /// Finds the velocities of the pins on paths: they go to where they are at `end`.
+    fn lead(&mut self, system: &System, x_star: &[Vec3], (tau, end): (f64, f64)) {
+        self.led.clear();
+        self.led.extend(
+            system
+                .moving_pins()
+                .iter()
+                .map(|pin| (pin.particle, (pin.position(end) - x_star[pin.particle]) / tau)),
+        );
+    }
+
+    fn collect(
+        &mut self,
+        system: &System,
+        x: &[Vec3],
+        v: &[Vec3],
+        (tau, end): (f64, f64),
+        way_out: WayOut,
+    ) {
         self.candidates.clear();
         if self.obstacles == 0 {
             return;
+        }
+        for (motion, obstacle) in self.motions.iter_mut().zip(system.obstacles()) {
+            if let (Some(motion), Some(path)) = (motion, &obstacle.path) {
+                motion.offset = path.offset(end - tau);
+                motion.velocity = (path.offset(end) - motion.offset) / tau;
+            }
         }
         let limit = system.contact().recovery_speed_limit;
         let speculative = system.contact().detection == Detection::Speculative;
         for particle in (0..x.len()).filter(|&i| !system.pinned()[i]) {
             let first = self.candidates.len();
             for (index, obstacle) in system.obstacles().iter().enumerate() {
-                let (distance, normal) = obstacle.distance(&x[particle]);
-                let approach = normal.dot(&v[particle]);
+                let motion = &self.motions[index];
+                let (distance, normal, approach) = match motion {
+                    None => {
+                        let (distance, normal) = obstacle.distance(&x[particle]);
+                        (distance, normal, normal.dot(&v[particle]))
+                    }
+                    Some(Motion { offset, velocity }) => {
+                        let (distance, normal) = obstacle.distance(&(x[particle] - offset));
+                        (distance, normal, normal.dot(&(v[particle] - velocity)))
+                    }
+                };
                 let arrives = speculative && distance + tau * approach < 0.0;
                 if distance < TOUCHING || arrives {
                     let recovery = (-distance / tau).min(limit);
@@ -254,7 +366,7 @@ impl ContactSet {
                         _ if rebound > 0.0 => (0.0, recovery.max(rebound)),
                         _ => (0.0, recovery),
                     };
-                    self.candidates.push(Contact {
+                    let mut contact = Contact {
                         particle: particle as u32,
                         obstacle: index as u32,
                         normal,
@@ -263,7 +375,12 @@ impl ContactSet {
                         target,
                         keep: rebound.max(approach),
                         least: f64::NEG_INFINITY,
-                    });
+                        friction: obstacle.friction,
+                        surface: motion.map(|motion| motion.velocity),
+                    };
+                    contact.target = contact.carried(contact.target);
+                    contact.keep = contact.carried(contact.keep);
+                    self.candidates.push(contact);
                 }
             }
             self.candidates[first..].sort_unstable_by(|a, b| {
@@ -278,17 +395,26 @@ impl ContactSet {
         for particle in (0..system.len()).filter(|&i| system.pinned()[i]) {
             constraints.set(particle, Filter::Fixed, Vec3::zeros());
         }
+        for &(particle, z) in &self.led {
+            constraints.set(particle, Filter::Fixed, z);
+        }
         for group in self.candidates.chunk_by(|a, b| a.particle == b.particle) {
             let basis = Basis::of(group);
-            let prescribed = basis.combine(|contact| contact.target);
-            constraints.set(group[0].particle as usize, basis.filter(), prescribed);
+            let (filter, prescribed) = (basis.filter(), basis.combine(|contact| contact.target));
+            let particle = group[0].particle as usize;
+            match basis.surface().filter(|_| self.rubs) {
+                None => constraints.set(particle, filter, prescribed),
+                Some(v_s) => {
+                    constraints.set(particle, Filter::Fixed, prescribed + filter.apply(v_s));
+                }
+            }
         }
     }
 
-    /// Solves a step under its constraints, and again after contacts were released.
+    /// Solves a step under its constraints, and again after contacts were released or found to slide.
     ///
-    /// `solve` gets the constraints and, where there are contacts, `impulse`, which it must fill with
-    /// the unfiltered residual `p = A v_+ − b`.
+    /// `solve` gets the constraints and, where there are contacts, memory (that of `impulse`) for what is wanted of the
+    /// solution.
     ///
     /// # Errors
     /// The first error of `solve`.
@@ -297,19 +423,23 @@ impl ContactSet {
         system: &System,
         constraints: &mut Constraints,
         impulse: &mut [Vec3],
-        mut solve: impl FnMut(&Constraints, Option<&mut [Vec3]>) -> Result<(), E>,
+        mut solve: impl FnMut(&Constraints, Wanted<'_>) -> Result<(), E>,
     ) -> Result<(), E> {
         for _ in 0..MAX_RELEASE_PASSES {
             if self.is_empty() {
                 break;
             }
-            solve(constraints, Some(impulse))?;
+            solve(constraints, Wanted::Impulse(impulse))?;
             if !self.release(impulse) {
-                return Ok(());
+                return self.slide(constraints, impulse, solve);
             }
             self.write(system, constraints);
         }
-        solve(constraints, None)
+        if self.rubs && !self.is_empty() {
+            solve(constraints, Wanted::Impulse(impulse))?;
+            return self.slide(constraints, impulse, solve);
+        }
+        solve(constraints, Wanted::Nothing)
     }
 
     /// Drops from each particle the contact that pulls most, given the unfiltered residual
@@ -388,14 +518,14 @@ impl ContactSet {
         velocity: &mut [Vec3],
         impulse: &mut [Vec3],
     ) {
-        let outcome = self.solve(system, constraints, impulse, |constraints, impulse| {
+        let outcome = self.solve(system, constraints, impulse, |constraints, wanted| {
             velocity.copy_from_slice(free);
             constraints.impose(velocity);
-            if let Some(impulse) = impulse {
+            wanted.fill(velocity, |impulse| {
                 for (i, m) in system.mass().iter().enumerate() {
                     impulse[i] = (velocity[i] - free[i]) * *m;
                 }
-            }
+            });
             Ok::<(), Infallible>(())
         });
         match outcome {
@@ -405,294 +535,61 @@ impl ContactSet {
     }
 
     /// Takes from particles in contact the velocity that points into the obstacle: for methods
-    /// whose forces act after the constraint, where weight would show as a speed of `g h` at rest.
+    /// whose forces act after the constraint, where weight would show as a speed of `g h` at rest. Friction takes
+    /// its share along the surface.
     pub fn stop(&self, v: &mut [Vec3]) {
         for group in self.candidates.chunk_by(|a, b| a.particle == b.particle) {
             let velocity = &mut v[group[0].particle as usize];
             let basis = Basis::of(group);
             let inward = *velocity;
-            if basis.contacts().any(|contact| contact.normal.dot(&inward) < 0.0) {
-                let kept = basis.combine(|contact| contact.normal.dot(&inward).max(0.0));
-                *velocity = basis.filter().apply(inward) + kept;
+            let borne = |contact: &Contact| contact.carried(0.0);
+            if basis.contacts().any(|contact| contact.normal.dot(&inward) < borne(contact)) {
+                let kept = basis.combine(|contact| contact.normal.dot(&inward).max(borne(contact)));
+                let along = basis.filter().apply(inward);
+                let along = if self.rubs { basis.rub(&inward, along) } else { along };
+                *velocity = along + kept;
             }
+        }
+    }
+
+    /// What an impact leaves of `v`, m/s: for methods whose forces act afterwards. The contacts are those that
+    /// [`project`](Self::project) has just left.
+    pub fn strike(
+        &mut self,
+        system: &System,
+        constraints: &mut Constraints,
+        v: &[Vec3],
+        velocity: &mut [Vec3],
+        impulse: &mut [Vec3],
+    ) {
+        if self.rubs {
+            self.write(system, constraints);
+            self.project(system, constraints, v, velocity, impulse);
+        } else {
+            velocity.copy_from_slice(v);
+            constraints.impose(velocity);
         }
     }
 
     /// Takes from particles that stay in contact the part along the normals: from accelerations, for methods that
     /// extrapolate them, since the obstacle bears that part. Particles that the next `h` seconds lead away,
-    /// say after a rebound, keep theirs.
+    /// say after a rebound, keep theirs. Where there is friction nothing is left: what rubs moves by its velocity alone.
     pub fn support(&self, h: f64, a: &mut [Vec3]) {
-        let stays = |contact: &Contact| contact.keep * h <= TOUCHING;
+        let stays = |contact: &Contact| match contact.surface {
+            None => contact.keep * h <= TOUCHING,
+            Some(v_s) => (contact.keep - contact.normal.dot(&v_s)) * h <= TOUCHING,
+        };
         for group in self.candidates.chunk_by(|a, b| a.particle == b.particle) {
             let acceleration = &mut a[group[0].particle as usize];
             let basis = Basis::of(group);
+            if self.rubs && basis.contacts().any(|contact| contact.friction > 0.0 && stays(contact))
+            {
+                *acceleration = Vec3::zeros();
+                continue;
+            }
             let along = |contact: &Contact| contact.normal.dot(acceleration);
             let kept = basis.combine(|contact| if stays(contact) { 0.0 } else { along(contact) });
             *acceleration = basis.filter().apply(*acceleration) + kept;
-        }
-    }
-}
-
-/// Those contacts of one particle whose normals are independent, one to three.
-struct Basis<'a> {
-    contacts: [Option<&'a Contact>; 3],
-    /// Orthonormal: the span of the first `k` normals for each `k`.
-    axes: [Vec3; 3],
-    len: usize,
-}
-
-impl<'a> Basis<'a> {
-    fn of(group: &'a [Contact]) -> Self {
-        let mut basis = Self { contacts: [None; 3], axes: [Vec3::zeros(); 3], len: 0 };
-        for contact in group {
-            let mut rest = contact.normal;
-            for axis in &basis.axes[..basis.len] {
-                rest -= axis * axis.dot(&rest);
-            }
-            let distance = rest.norm();
-            if basis.len < 3 && distance > DEPENDENT {
-                basis.axes[basis.len] = rest / distance;
-                basis.contacts[basis.len] = Some(contact);
-                basis.len += 1;
-            }
-        }
-        basis
-    }
-
-    fn contacts(&self) -> impl Iterator<Item = &'a Contact> {
-        self.contacts.iter().flatten().copied()
-    }
-
-    fn filter(&self) -> Filter {
-        match self.len {
-            0 => Filter::Free,
-            1 => Filter::Plane { normal: self.axes[0] },
-            2 => Filter::Line { direction: self.axes[0].cross(&self.axes[1]).normalize() },
-            _ => Filter::Fixed,
-        }
-    }
-
-    /// The velocity `z` in the span of the normals with `n_k·z` as given. Normals at a flat angle would ask
-    /// for a long `z`; it gets no longer than orthogonal ones would make it.
-    fn combine(&self, normal_velocity: impl Fn(&Contact) -> f64) -> Vec3 {
-        let (mut z, mut squares) = (Vec3::zeros(), 0.0);
-        for (contact, axis) in self.contacts().zip(&self.axes) {
-            let wanted = normal_velocity(contact);
-            z += axis * ((wanted - contact.normal.dot(&z)) / contact.normal.dot(axis));
-            squares += wanted * wanted;
-        }
-        let longest = squares.sqrt();
-        let length = z.norm();
-        if length > longest { z * (longest / length) } else { z }
-    }
-
-    /// The normal of the contact with the least `λ_k` of `p = Σ λ_k n_k`, if that is negative.
-    fn pulling(&self, impulse: &Vec3) -> Option<Vec3> {
-        let mut rest = *impulse;
-        let mut worst = None;
-        let mut least = 0.0;
-        for k in (0..self.len).rev() {
-            // Of those not yet taken out, only contact k reaches along axis k.
-            let normal = self.contacts[k]?.normal;
-            let multiplier = self.axes[k].dot(&rest) / self.axes[k].dot(&normal);
-            rest -= normal * multiplier;
-            if multiplier < least {
-                least = multiplier;
-                worst = Some(normal);
-            }
-        }
-        worst
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use drape_model::{State, parse};
-
-    fn contact(normal: Vec3, target: f64) -> Contact {
-        let (normal, shift, keep) = (normal.normalize(), 0.0, 0.0);
-        let (recovery, least) = (target, f64::NEG_INFINITY);
-        Contact { particle: 0, obstacle: 0, normal, shift, recovery, target, keep, least }
-    }
-
-    fn spread(count: usize) -> Vec<Contact> {
-        let normals =
-            [Vec3::new(0.1, 0.2, 1.0), Vec3::new(1.0, -0.1, 0.3), Vec3::new(0.2, 1.0, 0.1)];
-        let contacts = normals.iter().zip([0.7, 0.4, 0.2]);
-        contacts.take(count).map(|(&normal, target)| contact(normal, target)).collect()
-    }
-
-    #[test]
-    fn the_combined_velocity_has_the_target_along_every_normal() {
-        for count in 1..=3 {
-            let group = spread(count);
-            let basis = Basis::of(&group);
-            let z = basis.combine(|contact| contact.target);
-            for contact in &group {
-                assert!((contact.normal.dot(&z) - contact.target).abs() < 1e-12, "{count}: {z:?}");
-            }
-            assert!(basis.filter().apply(z).norm() < 1e-12, "z has a free part");
-        }
-    }
-
-    #[test]
-    fn the_contact_with_the_most_negative_multiplier_pulls() {
-        for count in 1..=3 {
-            let group = spread(count);
-            let basis = Basis::of(&group);
-            for worst in 0..count {
-                let impulse = |factor: f64| {
-                    group.iter().enumerate().fold(Vec3::zeros(), |p, (k, contact)| {
-                        p + contact.normal * if k == worst { factor } else { 0.5 - 0.1 * k as f64 }
-                    })
-                };
-                assert_eq!(basis.pulling(&impulse(-0.9)), Some(group[worst].normal));
-                assert_eq!(basis.pulling(&impulse(1e-3)), None);
-            }
-        }
-    }
-
-    #[test]
-    fn dependent_normals_are_left_out_and_flat_angles_do_not_shoot() {
-        let twice = [contact(Vec3::z(), 1.0), contact(Vec3::z(), 0.5)];
-        assert_eq!(Basis::of(&twice).combine(|c| c.target), Vec3::z());
-        let opposite = [contact(Vec3::z(), 1.0), contact(-Vec3::z(), 0.5)];
-        assert_eq!(Basis::of(&opposite).len, 1);
-        let fan = [
-            contact(Vec3::x(), 1.0),
-            contact(Vec3::y(), 1.0),
-            contact(Vec3::new(1.0, 1.0, 0.0), 1.0),
-        ];
-        assert_eq!(Basis::of(&fan).len, 2);
-        let groove =
-            [contact(Vec3::new(1.0, 0.0, 0.01), 1.0), contact(Vec3::new(-1.0, 0.0, 0.01), 1.0)];
-        let z = Basis::of(&groove).combine(|c| c.target);
-        assert!(z.norm() <= 2.0_f64.sqrt() + 1e-12 && z.z > 1.0, "{z:?}");
-    }
-
-    fn ball_on_plane(e: f64, z: f64, v: f64) -> (System, State) {
-        let text = format!(
-            r#"{{ "format": "drape-system/1", "particles": {{ "mass_kg": [1],
-            "position_m": [[0, 0, {z}]], "velocity_m_s": [[0, 0, {v}]] }},
-            "obstacles": [{{ "plane": {{ "point_m": [0, 0, 0], "normal": [0, 0, 1], "restitution": {e} }} }}] }}"#
-        );
-        parse("test", &text).expect("valid").spec().build().expect("valid")
-    }
-
-    /// One step of symplectic Euler under gravity; returns whether the contact ended up active.
-    fn step(set: &mut ContactSet, system: &System, state: &mut State, h: f64, g: f64) -> bool {
-        let mut constraints = Constraints::free(1);
-        set.detect(system, &state.x, &state.v, h, &mut constraints);
-        let free = state.v[0] + Vec3::z() * (h * g);
-        let mut impulse = [Vec3::zeros()];
-        let v = &mut state.v;
-        set.solve(system, &mut constraints, &mut impulse, |constraints, impulse| {
-            v[0] = free;
-            constraints.impose(v);
-            if let Some(impulse) = impulse {
-                impulse[0] = v[0] - free;
-            }
-            Ok::<(), ()>(())
-        })
-        .expect("never fails");
-        state.x[0] += state.v[0] * h;
-        set.settle(&mut state.v, |_, _| ());
-        !set.is_empty()
-    }
-
-    #[test]
-    fn a_resting_contact_is_active_in_every_step() {
-        let (system, mut state) = ball_on_plane(0.6, 0.3, 0.0);
-        let mut set = ContactSet::new(&system);
-        for k in 0..2000 {
-            let active = step(&mut set, &system, &mut state, 0.01, -9.81);
-            assert!(k < 500 || (active && state.v[0].norm() == 0.0), "step {k}: {:?}", state.v[0]);
-            if k % 100 == 99 {
-                set.restart();
-            }
-        }
-    }
-
-    #[test]
-    fn recovery_over_many_steps_keeps_what_the_impact_left_and_no_more() {
-        for (e, left) in [(0.0, 0.0), (0.05, 0.5), (0.5, 5.0)] {
-            let (system, mut state) = ball_on_plane(e, -0.09, -10.0);
-            let mut set = ContactSet::new(&system);
-            while state.x[0].z < 0.0 {
-                let before = state.x[0].z;
-                step(&mut set, &system, &mut state, 0.01, 0.0);
-                let speed = (state.x[0].z - before) / 0.01;
-                assert!(speed <= f64::max(1.0, left) + 1e-9, "e = {e}: led out at {speed}");
-                assert!((state.v[0].z - left).abs() < 1e-12, "e = {e}: {:?}", state.v[0]);
-            }
-        }
-    }
-
-    #[test]
-    fn an_obstacle_bears_what_rests_on_it_and_not_what_leaves_it() {
-        for (e, speed, rests) in [(0.0, -1.0, true), (0.5, -1.0, false), (0.0, 1.0, false)] {
-            let (system, state) = ball_on_plane(e, 0.0, speed);
-            let mut set = ContactSet::new(&system);
-            set.detect(&system, &state.x, &state.v, 0.01, &mut Constraints::free(1));
-            for a in [Vec3::new(1.0, 2.0, -9.81), Vec3::new(1.0, 2.0, 0.5)] {
-                let mut left = [a];
-                set.support(0.01, &mut left);
-                let expected = if rests { Vec3::new(1.0, 2.0, 0.0) } else { a };
-                assert_eq!(left[0], expected, "e = {e}, at {speed} m/s");
-            }
-        }
-    }
-
-    /// One step of a multistep method that moves from `(x, v)` to `x* + τ v_+`: where it ends, and with which
-    /// velocity, if there is a contact.
-    fn multistep(e: f64, (x, v): (f64, f64), ahead: f64, tau: f64) -> Option<(f64, f64)> {
-        let (system, state) = ball_on_plane(e, x, v);
-        let (mut set, mut constraints) = (ContactSet::new(&system), Constraints::free(1));
-        let x_star = [Vec3::new(3.0, -2.0, x + ahead)];
-        let from = (&state.x[..], &state.v[..]);
-        set.detect_multistep(
-            &system,
-            MultistepMotion { from, h: 0.01, x_star: &x_star, tau },
-            &mut constraints,
-        );
-        let mut v = [Vec3::new(1.0, 2.0, -9.0)];
-        constraints.impose(&mut v);
-        let z = x_star[0].z + tau * v[0].z;
-        set.settle(&mut v, |_, _| ());
-        assert_eq!(v[0].xy(), Vec3::new(1.0, 2.0, 0.0).xy(), "the plane is smooth");
-        (!set.is_empty()).then_some((z, v[0].z))
-    }
-
-    #[test]
-    fn a_multistep_contact_ends_the_step_where_a_one_step_contact_would() {
-        for (ahead, tau) in [(0.0, 0.01), (-0.01, 0.005), (-0.003, 0.02 / 3.0)] {
-            let close = |found: Option<(f64, f64)>, (z, v): (f64, f64)| {
-                let (found_z, found_v) = found.expect("a contact");
-                let off = (found_z - z).abs().max((found_v - v).abs());
-                assert!(off < 1e-15, "x* = x + {ahead}, τ = {tau}: {found_z}, {found_v}");
-            };
-            let step = |e, from| multistep(e, from, ahead, tau);
-            close(step(0.0, (-0.004, -1.0)), (0.0, 0.0)); // on the surface, at rest
-            close(step(0.0, (-0.3, 0.0)), (-0.29, 0.0)); // not faster than the limit of 1 m/s
-            close(step(1.0, (-0.004, -2.0)), (-0.004, 2.0)); // reflected where it is
-            assert_eq!(step(1.0, (-0.004, 2.0)), None, "it leaves by itself");
-            assert_eq!(step(0.0, (0.004, -2.0)), None, "it is outside");
-        }
-    }
-
-    #[test]
-    fn settling_reports_contacts_that_begin_and_end() {
-        let (system, mut state) = ball_on_plane(0.0, -1e-3, -1.0);
-        let mut set = ContactSet::new(&system);
-        let mut constraints = Constraints::free(1);
-        for (x, expected) in [(-1e-3, true), (0.0, false), (0.5, true), (0.6, false)] {
-            state.x[0].z = x;
-            set.detect(&system, &state.x, &state.v, 0.01, &mut constraints);
-            let mut calls = 0;
-            state.v[0] = Vec3::zeros();
-            set.settle(&mut state.v, |_, _| calls += 1);
-            assert_eq!(calls > 0, expected, "at {x}");
         }
     }
 }

@@ -1,0 +1,118 @@
+//! Coulomb friction by constraints.
+
+use super::basis::Basis;
+use super::{Contact, ContactSet};
+use drape_model::Vec3;
+use drape_solvers::{Constraints, Filter};
+
+/// What [`ContactSet::solve`] wants of a solution, and where to put it.
+#[derive(Debug)]
+pub enum Wanted<'a> {
+    /// Nothing.
+    Nothing,
+    /// The unfiltered residual `p = A v_+ − b`, kg m/s.
+    Impulse(&'a mut [Vec3]),
+    /// `v_+`, m/s.
+    Velocity(&'a mut [Vec3]),
+}
+
+impl Wanted<'_> {
+    /// Hands out the velocity, or what `impulse` writes.
+    pub fn fill(self, velocity: &[Vec3], impulse: impl FnOnce(&mut [Vec3])) {
+        match self {
+            Self::Nothing => {}
+            Self::Impulse(out) => impulse(out),
+            Self::Velocity(out) => out.copy_from_slice(velocity),
+        }
+    }
+}
+
+/// A particle whose contacts cannot hold it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Slider {
+    /// Its contacts among all.
+    first: u32,
+    end: u32,
+    /// `1 − μλ/|p_t|`.
+    share: f64,
+}
+
+impl Slider {
+    fn contacts<'a>(&self, all: &'a [Contact]) -> &'a [Contact] {
+        &all[self.first as usize..self.end as usize]
+    }
+}
+
+impl ContactSet {
+    /// Ends a solve in which every contact with friction stuck and took `impulse` (kg m/s): solves again where some
+    /// of them slide, first without their friction and then with what friction leaves of the velocity.
+    pub(super) fn slide<E>(
+        &mut self,
+        constraints: &mut Constraints,
+        impulse: &mut [Vec3],
+        mut solve: impl FnMut(&Constraints, super::Wanted<'_>) -> Result<(), E>,
+    ) -> Result<(), E> {
+        if !self.rubs {
+            return Ok(());
+        }
+        self.find_sliders(impulse);
+        if self.sliders.is_empty() {
+            return Ok(());
+        }
+        for slider in &self.sliders {
+            let group = slider.contacts(&self.candidates);
+            let basis = Basis::of(group);
+            let target = basis.combine(|contact| contact.target);
+            constraints.set(group[0].particle as usize, basis.filter(), target);
+        }
+        let velocity = impulse;
+        solve(constraints, Wanted::Velocity(velocity))?;
+        for slider in &self.sliders {
+            let group = slider.contacts(&self.candidates);
+            let (basis, particle) = (Basis::of(group), group[0].particle as usize);
+            let v_s = basis.surface().unwrap_or_default();
+            let target = basis.combine(|contact| contact.target);
+            let slip = (velocity[particle] - v_s) * slider.share;
+            let along = basis.filter().apply(v_s + slip);
+            constraints.set(particle, Filter::Fixed, target + along);
+        }
+        solve(constraints, Wanted::Nothing)
+    }
+
+    fn find_sliders(&mut self, impulse: &[Vec3]) {
+        self.sliders.clear();
+        let mut first = 0;
+        for group in self.candidates.chunk_by(|a, b| a.particle == b.particle) {
+            let end = first + group.len() as u32;
+            let basis = Basis::of(group);
+            if basis.surface().is_some() {
+                let p = &impulse[group[0].particle as usize];
+                let limit: f64 = basis.multipliers(p).map(|(c, l)| c.friction * l.max(0.0)).sum();
+                let needed = basis.filter().apply(*p).norm();
+                if needed > limit {
+                    self.sliders.push(Slider { first, end, share: 1.0 - limit / needed });
+                }
+            }
+            first = end;
+        }
+    }
+}
+
+impl Basis<'_> {
+    /// Velocity of the surface that friction is relative to, if there is friction.
+    pub(super) fn surface(&self) -> Option<Vec3> {
+        let rough = self.contacts().find(|contact| contact.friction > 0.0)?;
+        Some(rough.surface.unwrap_or_default())
+    }
+
+    /// What friction leaves of the velocity `along` the surface where the contacts stop that of `inward`, m/s.
+    pub(super) fn rub(&self, inward: &Vec3, along: Vec3) -> Vec3 {
+        let Some(v_s) = self.surface() else { return along };
+        let borne = |contact: &Contact| contact.friction * (-contact.relative(inward)).max(0.0);
+        let limit: f64 = self.contacts().map(borne).sum();
+        let carried = self.filter().apply(v_s);
+        let slip = along - carried;
+        let length = slip.norm();
+        if length <= limit { carried } else { carried + slip * (1.0 - limit / length) }
+    }
+}

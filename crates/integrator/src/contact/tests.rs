@@ -1,0 +1,197 @@
+//! Contacts of one particle.
+
+use super::basis::Basis;
+use super::*;
+use drape_model::{State, parse};
+
+fn contact(normal: Vec3, target: f64) -> Contact {
+    let (normal, shift, keep) = (normal.normalize(), 0.0, 0.0);
+    let (recovery, least) = (target, f64::NEG_INFINITY);
+    let (friction, surface) = (0.0, None);
+    Contact {
+        particle: 0,
+        obstacle: 0,
+        normal,
+        shift,
+        recovery,
+        target,
+        keep,
+        least,
+        friction,
+        surface,
+    }
+}
+
+fn spread(count: usize) -> Vec<Contact> {
+    let normals = [Vec3::new(0.1, 0.2, 1.0), Vec3::new(1.0, -0.1, 0.3), Vec3::new(0.2, 1.0, 0.1)];
+    let contacts = normals.iter().zip([0.7, 0.4, 0.2]);
+    contacts.take(count).map(|(&normal, target)| contact(normal, target)).collect()
+}
+
+#[test]
+fn the_combined_velocity_has_the_target_along_every_normal() {
+    for count in 1..=3 {
+        let group = spread(count);
+        let basis = Basis::of(&group);
+        let z = basis.combine(|contact| contact.target);
+        for contact in &group {
+            assert!((contact.normal.dot(&z) - contact.target).abs() < 1e-12, "{count}: {z:?}");
+        }
+        assert!(basis.filter().apply(z).norm() < 1e-12, "z has a free part");
+    }
+}
+
+#[test]
+fn the_contact_with_the_most_negative_multiplier_pulls() {
+    for count in 1..=3 {
+        let group = spread(count);
+        let basis = Basis::of(&group);
+        for worst in 0..count {
+            let impulse = |factor: f64| {
+                group.iter().enumerate().fold(Vec3::zeros(), |p, (k, contact)| {
+                    p + contact.normal * if k == worst { factor } else { 0.5 - 0.1 * k as f64 }
+                })
+            };
+            assert_eq!(basis.pulling(&impulse(-0.9)), Some(group[worst].normal));
+            assert_eq!(basis.pulling(&impulse(1e-3)), None);
+        }
+    }
+}
+
+#[test]
+fn dependent_normals_are_left_out_and_flat_angles_do_not_shoot() {
+    let twice = [contact(Vec3::z(), 1.0), contact(Vec3::z(), 0.5)];
+    assert_eq!(Basis::of(&twice).combine(|c| c.target), Vec3::z());
+    let opposite = [contact(Vec3::z(), 1.0), contact(-Vec3::z(), 0.5)];
+    assert_eq!(Basis::of(&opposite).len, 1);
+    let fan =
+        [contact(Vec3::x(), 1.0), contact(Vec3::y(), 1.0), contact(Vec3::new(1.0, 1.0, 0.0), 1.0)];
+    assert_eq!(Basis::of(&fan).len, 2);
+    let groove =
+        [contact(Vec3::new(1.0, 0.0, 0.01), 1.0), contact(Vec3::new(-1.0, 0.0, 0.01), 1.0)];
+    let z = Basis::of(&groove).combine(|c| c.target);
+    assert!(z.norm() <= 2.0_f64.sqrt() + 1e-12 && z.z > 1.0, "{z:?}");
+}
+
+fn ball_on_plane(e: f64, z: f64, v: f64) -> (System, State) {
+    let text = format!(
+        r#"{{ "format": "drape-system/1", "particles": {{ "mass_kg": [1],
+        "position_m": [[0, 0, {z}]], "velocity_m_s": [[0, 0, {v}]] }},
+        "obstacles": [{{ "plane": {{ "point_m": [0, 0, 0], "normal": [0, 0, 1], "restitution": {e} }} }}] }}"#
+    );
+    parse("test", &text).expect("valid").spec().build().expect("valid")
+}
+
+/// One step of symplectic Euler under gravity; returns whether the contact ended up active.
+fn step(set: &mut ContactSet, system: &System, state: &mut State, h: f64, g: f64) -> bool {
+    let mut constraints = Constraints::free(1);
+    set.detect(system, &state.x, &state.v, (h, h), &mut constraints);
+    let free = state.v[0] + Vec3::z() * (h * g);
+    let mut impulse = [Vec3::zeros()];
+    let v = &mut state.v;
+    set.solve(system, &mut constraints, &mut impulse, |constraints, wanted| {
+        v[0] = free;
+        constraints.impose(v);
+        wanted.fill(v, |impulse| impulse[0] = v[0] - free);
+        Ok::<(), ()>(())
+    })
+    .expect("never fails");
+    state.x[0] += state.v[0] * h;
+    set.settle(&mut state.v, |_, _| ());
+    !set.is_empty()
+}
+
+#[test]
+fn a_resting_contact_is_active_in_every_step() {
+    let (system, mut state) = ball_on_plane(0.6, 0.3, 0.0);
+    let mut set = ContactSet::new(&system);
+    for k in 0..2000 {
+        let active = step(&mut set, &system, &mut state, 0.01, -9.81);
+        assert!(k < 500 || (active && state.v[0].norm() == 0.0), "step {k}: {:?}", state.v[0]);
+        if k % 100 == 99 {
+            set.restart();
+        }
+    }
+}
+
+#[test]
+fn recovery_over_many_steps_keeps_what_the_impact_left_and_no_more() {
+    for (e, left) in [(0.0, 0.0), (0.05, 0.5), (0.5, 5.0)] {
+        let (system, mut state) = ball_on_plane(e, -0.09, -10.0);
+        let mut set = ContactSet::new(&system);
+        while state.x[0].z < 0.0 {
+            let before = state.x[0].z;
+            step(&mut set, &system, &mut state, 0.01, 0.0);
+            let speed = (state.x[0].z - before) / 0.01;
+            assert!(speed <= f64::max(1.0, left) + 1e-9, "e = {e}: led out at {speed}");
+            assert!((state.v[0].z - left).abs() < 1e-12, "e = {e}: {:?}", state.v[0]);
+        }
+    }
+}
+
+#[test]
+fn an_obstacle_bears_what_rests_on_it_and_not_what_leaves_it() {
+    for (e, speed, rests) in [(0.0, -1.0, true), (0.5, -1.0, false), (0.0, 1.0, false)] {
+        let (system, state) = ball_on_plane(e, 0.0, speed);
+        let mut set = ContactSet::new(&system);
+        set.detect(&system, &state.x, &state.v, (0.01, 0.01), &mut Constraints::free(1));
+        for a in [Vec3::new(1.0, 2.0, -9.81), Vec3::new(1.0, 2.0, 0.5)] {
+            let mut left = [a];
+            set.support(0.01, &mut left);
+            let expected = if rests { Vec3::new(1.0, 2.0, 0.0) } else { a };
+            assert_eq!(left[0], expected, "e = {e}, at {speed} m/s");
+        }
+    }
+}
+
+/// One step of a multistep method that moves from `(x, v)` to `x* + τ v_+`: where it ends, and with which
+/// velocity, if there is a contact.
+fn multistep(e: f64, (x, v): (f64, f64), ahead: f64, tau: f64) -> Option<(f64, f64)> {
+    let (system, state) = ball_on_plane(e, x, v);
+    let (mut set, mut constraints) = (ContactSet::new(&system), Constraints::free(1));
+    let x_star = [Vec3::new(3.0, -2.0, x + ahead)];
+    let from = (&state.x[..], &state.v[..]);
+    set.detect_multistep(
+        &system,
+        MultistepMotion { from, h: 0.01, end: 0.01, x_star: &x_star, tau },
+        &mut constraints,
+    );
+    let mut v = [Vec3::new(1.0, 2.0, -9.0)];
+    constraints.impose(&mut v);
+    let z = x_star[0].z + tau * v[0].z;
+    set.settle(&mut v, |_, _| ());
+    assert_eq!(v[0].xy(), Vec3::new(1.0, 2.0, 0.0).xy(), "the plane is smooth");
+    (!set.is_empty()).then_some((z, v[0].z))
+}
+
+#[test]
+fn a_multistep_contact_ends_the_step_where_a_one_step_contact_would() {
+    for (ahead, tau) in [(0.0, 0.01), (-0.01, 0.005), (-0.003, 0.02 / 3.0)] {
+        let close = |found: Option<(f64, f64)>, (z, v): (f64, f64)| {
+            let (found_z, found_v) = found.expect("a contact");
+            let off = (found_z - z).abs().max((found_v - v).abs());
+            assert!(off < 1e-15, "x* = x + {ahead}, τ = {tau}: {found_z}, {found_v}");
+        };
+        let step = |e, from| multistep(e, from, ahead, tau);
+        close(step(0.0, (-0.004, -1.0)), (0.0, 0.0)); // on the surface, at rest
+        close(step(0.0, (-0.3, 0.0)), (-0.29, 0.0)); // not faster than the limit of 1 m/s
+        close(step(1.0, (-0.004, -2.0)), (-0.004, 2.0)); // reflected where it is
+        assert_eq!(step(1.0, (-0.004, 2.0)), None, "it leaves by itself");
+        assert_eq!(step(0.0, (0.004, -2.0)), None, "it is outside");
+    }
+}
+
+#[test]
+fn settling_reports_contacts_that_begin_and_end() {
+    let (system, mut state) = ball_on_plane(0.0, -1e-3, -1.0);
+    let mut set = ContactSet::new(&system);
+    let mut constraints = Constraints::free(1);
+    for (x, expected) in [(-1e-3, true), (0.0, false), (0.5, true), (0.6, false)] {
+        state.x[0].z = x;
+        set.detect(&system, &state.x, &state.v, (0.01, 0.01), &mut constraints);
+        let mut calls = 0;
+        state.v[0] = Vec3::zeros();
+        set.settle(&mut state.v, |_, _| calls += 1);
+        assert_eq!(calls > 0, expected, "at {x}");
+    }
+}

@@ -1,0 +1,11 @@
+//! Pins that are led on paths.
+
+use drape_model::{System, Vec3};
+
+/// Gives pins on paths the velocity, m/s, that leads from where they are at `t` to where they are `h` seconds later.
+/// Others keep theirs.
+pub fn lead_pins(system: &System, t: f64, h: f64, x: &[Vec3], v: &mut [Vec3]) {
+    for pin in system.moving_pins() {
+        v[pin.particle] = (pin.position(t + h) - x[pin.particle]) / h;
+    }
+}

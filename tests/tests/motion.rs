@@ -1,0 +1,244 @@
+//! Pins and obstacles on paths, and friction, with every method.
+
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+use drape_model::{DampingLaw, KeyframeSpec, ObstacleSpec, State, System, SystemSpec, Vec3, parse};
+use drape_tests::{METHODS, Run, Sheet, build};
+
+const G: f64 = 9.81;
+const H: f64 = 0.01;
+
+const SHEET: Sheet = Sheet {
+    side: 5,
+    tension: 2e3,
+    shear: 300.0,
+    damping: 3.0,
+    law: DampingLaw::Full,
+    pinned: true,
+};
+
+fn frame(time_s: f64, offset_m: [f64; 3]) -> KeyframeSpec {
+    KeyframeSpec { time_s, offset_m }
+}
+
+/// A sheet on two pins of which the first is led round a corner and stops.
+fn led_sheet(law: DampingLaw) -> SystemSpec {
+    let mut spec = Sheet { law, ..SHEET }.scene().discretise().unwrap();
+    spec.pins[0].path = vec![frame(0.05, [0.1, -0.05, 0.0]), frame(0.1, [0.1, 0.0, 0.2])];
+    spec
+}
+
+#[test]
+fn pins_are_on_their_paths_at_the_end_of_every_step_of_every_method() {
+    for law in [DampingLaw::Full, DampingLaw::Projected] {
+        for id in METHODS {
+            let mut run = Run::new(id, build(&led_sheet(law)), 0.004);
+            let other = run.state.x[4];
+            for n in 0..40 {
+                run.step();
+                assert!(run.state.is_finite(), "{id}, step {n}");
+                let pin = &run.system.moving_pins()[0];
+                let off = (run.state.x[pin.particle] - pin.position(run.state.t)).norm();
+                assert!(off < 1e-14, "{id}, step {n}: {off:e} m off its path");
+                assert_eq!(run.state.x[4], other, "{id}: the other pin does not move");
+            }
+            assert_eq!(run.state.v[0], Vec3::zeros(), "{id}: it rests after the last keyframe");
+        }
+    }
+}
+
+/// Seen from a frame that goes along, nothing happens: the pin must pull its neighbours by the right velocity as
+/// well as by the right position.
+#[test]
+fn what_moves_with_a_pin_moves_on_with_it() {
+    let velocity = Vec3::new(1.0, -0.5, 2.0);
+    for law in [DampingLaw::Full, DampingLaw::Projected] {
+        for id in METHODS {
+            let mut scene = Sheet { law, ..SHEET }.scene();
+            scene.effects.gravity = None;
+            let mut spec = scene.discretise().unwrap();
+            for pin in &mut spec.pins {
+                pin.path = vec![frame(1.0, velocity.into())];
+            }
+            let (system, mut state) = build(&spec);
+            let start = state.x.clone();
+            for i in (0..state.len()).filter(|&i| !system.pinned()[i]) {
+                state.v[i] = velocity;
+            }
+            let mut run = Run::new(id, (system, state), 0.004);
+            for n in 0..25 {
+                run.step();
+                for (x, start) in run.state.x.iter().zip(&start) {
+                    let off = (x - start - velocity * run.state.t).norm();
+                    assert!(off < 1e-11, "{id}, step {n}: {off:e}");
+                }
+            }
+        }
+    }
+}
+
+/// One particle of 0.5 kg, gravity along −z.
+fn particle(x: Vec3, v: Vec3, gravity: f64, obstacle: ObstacleSpec) -> (System, State) {
+    let text = format!(
+        r#"{{ "format": "drape-system/1", "particles": {{ "mass_kg": [0.5],
+        "position_m": [{:?}], "velocity_m_s": [{:?}] }},
+        "effects": {{ "gravity": {{ "m_s2": [0, 0, {}] }} }} }}"#,
+        <[f64; 3]>::from(x),
+        <[f64; 3]>::from(v),
+        -gravity
+    );
+    let mut spec = parse("particle", &text).unwrap().spec().clone();
+    spec.obstacles.push(obstacle);
+    build(&spec)
+}
+
+fn plane(normal: Vec3, restitution: f64, friction: f64, velocity: Vec3) -> ObstacleSpec {
+    let path = vec![frame(20.0, (velocity * 20.0).into())];
+    let path = if velocity == Vec3::zeros() { Vec::new() } else { path };
+    let normal = normal.into();
+    ObstacleSpec::Plane { point_m: [0.0; 3], normal, restitution, friction, path }
+}
+
+/// With what it costs beside its lateness: how far explicit Euler's contact lags.
+fn methods() -> impl Iterator<Item = &'static str> {
+    METHODS.into_iter().filter(|id| !id.contains("tolerance=") && !id.contains("step=auto"))
+}
+
+#[test]
+fn what_rests_on_a_moving_plane_is_carried_and_does_not_sink_in() {
+    for id in methods() {
+        let up = Vec3::new(0.0, 0.0, 0.5);
+        let start = particle(Vec3::zeros(), Vec3::zeros(), G, plane(Vec3::z(), 0.0, 0.0, up));
+        let mut run = Run::new(id, start, H);
+        for n in 0..300 {
+            run.step();
+            let off = run.state.x[0].z - 0.5 * run.state.t;
+            assert!(off >= -0.5 * H - G * H * H, "{id}, step {n}: sinks in by {off:e}");
+            if n >= 50 {
+                assert!(off.abs() < 1e-9, "{id}, step {n}: {off:e} m off the plane");
+                assert!((run.state.v[0].z - 0.5).abs() < 1e-9, "{id}: {:?}", run.state.v[0]);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_plane_that_hits_a_particle_sends_it_off_by_the_restitution() {
+    for id in methods() {
+        for e in [0.0, 0.5, 1.0] {
+            let up = Vec3::new(0.0, 0.0, 1.0);
+            let at = Vec3::new(0.0, 0.0, 0.025);
+            let start = particle(at, Vec3::zeros(), 0.0, plane(Vec3::z(), e, 0.0, up));
+            let mut run = Run::new(id, start, H);
+            for _ in 0..20 {
+                run.step();
+            }
+            let found = run.state.v[0].z;
+            assert!((found - (1.0 + e)).abs() < 1e-12, "{id}, e = {e}: {found}");
+        }
+    }
+}
+
+fn incline(tangent: f64) -> (Vec3, Vec3) {
+    let normal = Vec3::new(tangent, 0.0, 1.0).normalize();
+    (normal, Vec3::new(normal.z, 0.0, -normal.x))
+}
+
+#[test]
+fn a_block_on_an_incline_sticks_without_creep_or_slides_by_coulombs_law() {
+    for id in methods() {
+        for (tangent, friction) in [(0.4, 0.5), (0.7, 0.5), (0.3, 0.0)] {
+            let (normal, down) = incline(tangent);
+            let obstacle = plane(normal, 0.0, friction, Vec3::zeros());
+            let mut run = Run::new(id, particle(Vec3::zeros(), Vec3::zeros(), G, obstacle), H);
+            let steps = if friction > tangent { 1000 } else { 100 };
+            for _ in 0..steps {
+                run.step();
+            }
+            let (x, v) = (run.state.x[0].dot(&down), run.state.v[0].dot(&down));
+            if friction > tangent {
+                assert!(x.abs() < 1e-12 && v.abs() < 1e-12, "{id}: creeps by {x:e}");
+            } else {
+                let a = G * (normal.x - friction * normal.z);
+                assert!((v - a).abs() < 1e-9 * a, "{id}, μ = {friction}: {v} m/s, not {a}");
+                assert!((x - 0.5 * a).abs() < 0.02 * a, "{id}, μ = {friction}: {x}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_moving_table_takes_along_what_lies_on_it() {
+    let (friction, speed) = (0.3, 0.5);
+    for id in methods() {
+        let along = Vec3::new(speed, 0.0, 0.0);
+        let obstacle = plane(Vec3::z(), 0.0, friction, along);
+        let mut run = Run::new(id, particle(Vec3::zeros(), Vec3::zeros(), G, obstacle), H);
+        for n in 0..100 {
+            run.step();
+            let (v, t) = (run.state.v[0].x, run.state.t);
+            let law = (friction * G * t).min(speed);
+            assert!((v - law).abs() < 2.0 * friction * G * H, "{id}, step {n}: {v}, not {law}");
+        }
+        let slip = speed * run.state.t - run.state.x[0].x;
+        let law = 0.5 * speed * speed / (friction * G);
+        assert!((slip - law).abs() < speed * H, "{id}: slips {slip}, not {law}");
+        assert!((run.state.v[0].x - speed).abs() < 1e-12, "{id}: {}", run.state.v[0].x);
+    }
+}
+
+/// A sheet that is thrown along a rough floor.
+fn thrown(friction: f64) -> (System, State) {
+    let mut spec = Sheet { pinned: false, ..SHEET }.scene().discretise().unwrap();
+    let (point_m, normal) = ([0.0; 3], [0.0, 0.0, 1.0]);
+    let path = Vec::new();
+    spec.obstacles =
+        vec![ObstacleSpec::Plane { point_m, normal, restitution: 0.0, friction, path }];
+    let (system, mut state) = build(&spec);
+    for (i, v) in state.v.iter_mut().enumerate() {
+        let a = i as f64;
+        *v = Vec3::new(1.0 + 0.5 * a.sin(), 0.5 * (2.0 * a).cos(), 0.0);
+    }
+    (system, state)
+}
+
+#[test]
+fn friction_takes_energy_and_brings_a_sheet_to_rest() {
+    for id in ["backward-euler", "imex-euler", "imex-updated", "baraff-witkin"] {
+        for friction in [0.1, 0.5] {
+            let mut run = Run::new(id, thrown(friction), 0.004);
+            let (mut energy, start) = (run.energy(), run.energy());
+            for n in 0..1500 {
+                run.step();
+                let now = run.energy();
+                assert!(now <= energy + 1e-9 * start, "{id}, step {n}: {energy} J to {now} J");
+                energy = now;
+            }
+            let moving = run.state.v.iter().map(|v| v.norm()).fold(0.0, f64::max);
+            assert!(moving < 1e-3, "{id}, μ = {friction}: {moving} m/s");
+        }
+    }
+}
+
+/// In a frame that goes along with the floor, a thrown sheet does what it does on a floor at rest.
+#[test]
+fn friction_depends_on_the_velocity_relative_to_the_surface() {
+    let velocity = Vec3::new(-1.5, 0.25, 0.5);
+    for id in ["backward-euler", "imex-sbdf2", "leapfrog", "adams-bashforth2", "kang"] {
+        let (system, state) = thrown(0.3);
+        let mut moving = Sheet { pinned: false, ..SHEET }.scene().discretise().unwrap();
+        moving.obstacles = vec![plane(Vec3::z(), 0.0, 0.3, velocity)];
+        let (moving, mut carried) = build(&moving);
+        carried.v.iter_mut().zip(&state.v).for_each(|(v, still)| *v = still + velocity);
+        let mut still = Run::new(id, (system, state), 0.004);
+        let mut moving = Run::new(id, (moving, carried), 0.004);
+        for n in 0..100 {
+            still.step();
+            moving.step();
+            for (a, b) in still.state.x.iter().zip(&moving.state.x) {
+                let off = (b - a - velocity * moving.state.t).norm();
+                assert!(off < 1e-6, "{id}, step {n}: {off:e}");
+            }
+        }
+    }
+}
