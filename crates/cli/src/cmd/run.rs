@@ -1,6 +1,7 @@
 //! `drape run`.
 
 use crate::exit::Diverged;
+use crate::input::load;
 use crate::output::print;
 use crate::progress::bar;
 use drape_harness::methods::{Choice, MethodError};
@@ -41,7 +42,7 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    let input = drape_model::load(&arguments.scene)?;
+    let input = load(&arguments.scene)?;
     let choice = Choice::parse(&arguments.method, &arguments.settings)
         .map_err(|error: MethodError| HarnessError::from(error))?;
     let time = time_span(arguments, &input)?;

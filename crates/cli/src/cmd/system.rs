@@ -1,5 +1,6 @@
 //! `drape system`.
 
+use crate::input::load;
 use crate::output::print;
 
 #[derive(Debug, clap::Args)]
@@ -9,6 +10,6 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    let input = drape_model::load(&arguments.scene)?;
+    let input = load(&arguments.scene)?;
     print(&format!("{}\n", serde_json::to_string(input.spec())?))
 }
