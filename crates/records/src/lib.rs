@@ -11,6 +11,7 @@
 //! | `results/timings/tables.json` | [`Timings`]`<`[`tables::TimingRow`]`>` |
 //! | `results/cg-vs-stiffness.json` | [`Record`]`<`[`cg::Facts`]`>` |
 //! | `results/course.json` | [`Record`]`<`[`course::Facts`]`>` |
+//! | `results/pictures.json` | [`Record`]`<`[`pictures::Facts`]`>` |
 //! | `results/order.json` | [`Record`]`<`[`order::Facts`]`>` |
 //! | `results/momentum.json` | [`Record`]`<`[`momentum::Facts`]`>` |
 //! | `results/energy.json` | [`Record`]`<`[`energy::Facts`]`>` |
@@ -44,6 +45,7 @@ pub mod locking;
 pub mod momentum;
 pub mod order;
 pub mod peers;
+pub mod pictures;
 pub mod post_correction;
 pub mod precomputed_inverse;
 mod provenance;
