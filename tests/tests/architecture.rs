@@ -59,13 +59,25 @@ fn room(name: &str, folder: &str) -> Room {
             &[],
             "the harness runs methods and writes records; it draws nothing",
         ),
+        "drape-render" => room(
+            &["drape-model"],
+            &[],
+            "the render crate draws positions that it is given: it runs nothing and reads no record",
+        ),
         "drape-report" => room(
-            &["drape-records", "drape-model"],
+            &["drape-records", "drape-model", "drape-render"],
             &[],
             "the report draws recorded results: it runs nothing",
         ),
         "drape" => room(
-            &["drape-model", "drape-integrator", "drape-records", "drape-harness", "drape-report"],
+            &[
+                "drape-model",
+                "drape-integrator",
+                "drape-records",
+                "drape-harness",
+                "drape-render",
+                "drape-report",
+            ],
             &[],
             "the command line knows methods by their ids only, through the harness",
         ),

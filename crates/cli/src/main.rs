@@ -39,6 +39,8 @@ enum Command {
     Reproduce(cmd::reproduce::Arguments),
     /// Run one method on one scene
     Run(cmd::run::Arguments),
+    /// Draw the cloth of a scene, after a method has moved it, as PNG
+    Picture(cmd::picture::Arguments),
     /// Print a discretised scene as JSON (format "drape-system/1")
     System(cmd::system::Arguments),
     /// List scenes, methods, experiments or claims
@@ -57,6 +59,7 @@ fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
         Command::Reproduce(arguments) => cmd::reproduce::run(&arguments),
         Command::Run(arguments) => cmd::run::run(&arguments),
+        Command::Picture(arguments) => cmd::picture::run(&arguments),
         Command::System(arguments) => cmd::system::run(&arguments),
         Command::List(arguments) => cmd::list::run(&arguments),
         Command::Experiment(arguments) => cmd::experiment::run(&arguments),

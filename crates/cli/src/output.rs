@@ -1,6 +1,8 @@
-//! Standard output.
+//! Where results go: standard output and files.
 
+use drape_model::Violation;
 use std::io::Write as _;
+use std::path::Path;
 
 /// Writes a text to standard output; a closed pipe is an error that [`crate::exit`] forgives.
 pub(crate) fn print(text: &str) -> anyhow::Result<()> {
@@ -8,4 +10,23 @@ pub(crate) fn print(text: &str) -> anyhow::Result<()> {
     out.write_all(text.as_bytes())?;
     out.flush()?;
     Ok(())
+}
+
+/// Whether a file of that name can be written, asked before anything is computed. Missing folders are made.
+pub(crate) fn check_writable(key: &str, file: &Path) -> Result<(), Violation> {
+    let refuse = |reason: String| Violation {
+        path: key.to_owned(),
+        value: file.display().to_string(),
+        expected: format!("a file that can be written ({reason})"),
+    };
+    let Some(name) = file.file_name().filter(|_| !file.is_dir()) else {
+        return Err(refuse("it is a folder".to_owned()));
+    };
+    let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let probe = file.with_file_name(format!("{}.{}.tmp", name.display(), std::process::id()));
+    folder
+        .map_or(Ok(()), std::fs::create_dir_all)
+        .and_then(|()| std::fs::File::create(&probe))
+        .and_then(|_| std::fs::remove_file(&probe))
+        .map_err(|error| refuse(error.to_string()))
 }

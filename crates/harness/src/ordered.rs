@@ -5,7 +5,7 @@ use crate::run::{Options, Outcome, Simulation, drive_numbered};
 use crate::schedule::Schedule;
 use crate::{HarnessError, Rule};
 use drape_integrator::ExplicitNumbers;
-use drape_model::{Effect, Numbering, State, SystemSpec, TimeSpan, Violation};
+use drape_model::{Effect, Numbering, Shape, State, System, SystemSpec, TimeSpan, Vec3, Violation};
 use std::borrow::Cow;
 use std::num::NonZero;
 
@@ -39,6 +39,7 @@ pub struct OrderedSimulation {
 /// The state of a run at the end of a step.
 #[derive(Clone, Copy, Debug)]
 pub struct Moving<'a> {
+    system: &'a System,
     state: &'a State,
     numbering: &'a Numbering,
 }
@@ -47,6 +48,22 @@ impl<'a> Moving<'a> {
     /// The state in the order of the specification; a copy only where that is not the order of the run.
     pub fn state(&self) -> Cow<'a, State> {
         self.numbering.restore(self.state)
+    }
+
+    /// Time, s.
+    pub fn time(&self) -> f64 {
+        self.state.t
+    }
+
+    /// Whether every coordinate of the state is a finite number.
+    pub fn is_finite(&self) -> bool {
+        self.state.is_finite()
+    }
+
+    /// The positions to be drawn ([`System::display_positions`]), m, in the order of the specification.
+    pub fn display_positions(&self) -> Vec<Vec3> {
+        let shown = self.system.display_positions(&self.state.x);
+        self.numbering.restore_list(&shown).into_owned()
     }
 }
 
@@ -80,6 +97,17 @@ impl OrderedSimulation {
         self.numbering.restore(&self.simulation.state)
     }
 
+    /// The present state as [`simulate`](Self::simulate) shows it.
+    pub fn moving(&self) -> Moving<'_> {
+        let Simulation { system, state } = &self.simulation;
+        Moving { system, state, numbering: &self.numbering }
+    }
+
+    /// The surfaces of the obstacles.
+    pub fn shapes(&self) -> impl Iterator<Item = &Shape> {
+        self.simulation.system.obstacles().iter().map(|obstacle| &obstacle.shape)
+    }
+
     /// The rule by which the energy of a run is judged.
     pub fn rule(&self) -> Rule {
         Rule::of(self.choice.method().class, &self.simulation.system)
@@ -108,7 +136,7 @@ impl OrderedSimulation {
         let Self { simulation, numbering, choice } = self;
         let schedule = Schedule::steady(time);
         drive_numbered(simulation, numbering, choice, &schedule, options, None, |moment| {
-            observe(moment.step, Moving { state: moment.state, numbering });
+            observe(moment.step, Moving { system: moment.system, state: moment.state, numbering });
         })
     }
 }

@@ -13,6 +13,7 @@
 //! | `results/course.json` | [`Record`]`<`[`course::Facts`]`>` |
 //! | `results/effects.json` | [`Record`]`<`[`effects::Facts`]`>` |
 //! | `results/timings/effects.json` | [`Timings`]`<`[`effects::TimingRow`]`>` |
+//! | `results/pictures.json` | [`Record`]`<`[`pictures::Facts`]`>` |
 //! | `results/order.json` | [`Record`]`<`[`order::Facts`]`>` |
 //! | `results/momentum.json` | [`Record`]`<`[`momentum::Facts`]`>` |
 //! | `results/energy.json` | [`Record`]`<`[`energy::Facts`]`>` |
@@ -47,6 +48,7 @@ pub mod locking;
 pub mod momentum;
 pub mod order;
 pub mod peers;
+pub mod pictures;
 pub mod post_correction;
 pub mod precomputed_inverse;
 mod provenance;

@@ -37,6 +37,14 @@ pub enum ReportError {
         /// The drawing library's reason.
         source: DrawingAreaErrorKind<std::io::Error>,
     },
+    /// A picture could not be drawn.
+    #[error("{file}: cannot draw the picture: {source}")]
+    Picture {
+        /// File name of the picture.
+        file: &'static str,
+        /// The reason.
+        source: drape_render::RenderError,
+    },
     /// A page could not be filled.
     #[error("{file}: cannot fill the page's template: {source}")]
     Page {

@@ -1,6 +1,6 @@
 //! Figures and pages, drawn from records alone.
 //!
-//! [`draw`] reads the records that an experiment left in a results folder and writes one SVG a
+//! [`draw`] reads the records that an experiment left in a results folder and writes one SVG (or, of cloth, one PNG) a
 //! figure, a report and an index page beside them. Nothing is run and no result is computed here: whatever a
 //! figure shows stands as a number in the record, and a figure whose numbers are absent is left
 //! out. The same records give the same bytes.
@@ -10,6 +10,7 @@
 //! | `tables.json` | one of the records | `figures/tables-counts.svg`, `figures/tables-exponents.svg` |
 //! | `timings/tables.json` | no | `figures/tables-cost.svg` |
 //! | `cg-vs-stiffness.json` | one of the records | `figures/cg-*.svg`, `figures/motion-vs-stiffness.svg` |
+//! | `pictures.json` | one of the records | `figures/pictures-*.png` |
 //! | `order.json` | one of the records | `figures/order-*.svg` |
 //! | `momentum.json` | one of the records | `figures/momentum-*.svg` |
 //! | `energy.json` | one of the records | `figures/energy-*.svg` |
@@ -53,6 +54,7 @@ mod momentum;
 mod number;
 mod order;
 mod page;
+mod pictures;
 mod plate;
 mod plot;
 mod post_correction;
@@ -72,8 +74,25 @@ use plot::Drawing;
 use serde::de::DeserializeOwned;
 use std::path::{Path, PathBuf};
 
-/// The files of a page and its figures: names below the folder of the results, and texts.
-type Files = Vec<(String, String)>;
+/// What a file holds.
+enum Content {
+    /// A page, or a figure as SVG.
+    Text(String),
+    /// A picture.
+    Png(Vec<u8>),
+}
+
+impl Content {
+    fn bytes(&self) -> &[u8] {
+        match self {
+            Self::Text(text) => text.as_bytes(),
+            Self::Png(bytes) => bytes,
+        }
+    }
+}
+
+/// The files of a page and its figures: names below the folder of the results, and contents.
+type Files = Vec<(String, Content)>;
 
 /// What this crate draws of one experiment.
 struct Chapter {
@@ -88,6 +107,7 @@ struct Chapter {
 /// In the order of the page.
 const CHAPTERS: &[Chapter] = &[
     course::CHAPTER,
+    pictures::CHAPTER,
     order::CHAPTER,
     momentum::CHAPTER,
     tables::CHAPTER,
@@ -131,14 +151,14 @@ pub fn draw(results: &Path) -> Result<Vec<PathBuf>, ReportError> {
     if sections.is_empty() {
         return Err(ReportError::NoRecords { folder: results.to_owned() });
     }
-    files.push(("report.html".to_owned(), page::report(&sections, &files)?));
-    files.push(("README.md".to_owned(), page::index(&sections)?));
+    files.push(("report.html".to_owned(), Content::Text(page::report(&sections, &files)?)));
+    files.push(("README.md".to_owned(), Content::Text(page::index(&sections)?)));
 
     files
         .into_iter()
-        .map(|(name, text)| {
+        .map(|(name, content)| {
             let path = results.join(name);
-            write_atomically(&path, text.as_bytes())?;
+            write_atomically(&path, content.bytes())?;
             Ok(path)
         })
         .collect()

@@ -1,7 +1,7 @@
 //! A figure's name, title, caption and the function that makes it.
 
-use crate::ReportError;
 use crate::plot::{Drawing, Sheet};
+use crate::{Content, Files, ReportError};
 use drape_records::Figure;
 
 /// A figure: what the record says about it and how it is made of an input `I`.
@@ -30,7 +30,7 @@ impl<I: ?Sized, D> Plate<I, D> {
 pub(crate) fn draw_all<I: ?Sized, D: Drawing>(
     plates: &[Plate<I, D>],
     input: &I,
-    files: &mut Vec<(String, String)>,
+    files: &mut Files,
 ) -> Result<Vec<Figure>, ReportError> {
     let mut drawn = Vec::new();
     for plate in plates {
@@ -38,7 +38,7 @@ pub(crate) fn draw_all<I: ?Sized, D: Drawing>(
         let text = sheet
             .svg(plate.title, plate.caption)
             .map_err(|source| ReportError::Draw { file: plate.file, source })?;
-        files.push((format!("figures/{}", plate.file), text));
+        files.push((format!("figures/{}", plate.file), Content::Text(text)));
         drawn.push(plate.figure());
     }
     Ok(drawn)

@@ -1,5 +1,6 @@
 //! `drape run`.
 
+use super::frames::Frames;
 use crate::exit::Diverged;
 use crate::input::load;
 use crate::output::print;
@@ -39,13 +40,15 @@ pub(crate) struct Arguments {
     /// than some 16 thousand particles are computed by one
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: u16,
+    #[command(flatten)]
+    frames: super::frames::FrameArguments,
 }
 
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let input = load(&arguments.scene)?;
     let choice = Choice::parse(&arguments.method, &arguments.settings)
         .map_err(|error: MethodError| HarnessError::from(error))?;
-    let time = time_span(arguments, &input)?;
+    let time = time_span(arguments.dt, arguments.duration, &input)?;
     let spec = input.spec();
     let mut simulation = OrderedSimulation::new(spec, &choice)?;
     if let Some(threads) = NonZero::new(usize::from(arguments.threads)) {
@@ -55,12 +58,16 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     if let Some(warning) = step_warning(numbers, &choice, time.step_s) {
         eprintln!("drape: warning: {warning}");
     }
+    let mut frames = Frames::begin(&arguments.frames, spec, &simulation, time)?;
     let (whole, rest) = time.steps();
     let bar = bar(choice.method().id, whole + u64::from(rest.is_some()));
     let options = Options { series: true, phases: arguments.phases, ..Options::default() };
     let mut simulate = || {
-        simulation.simulate(time, options, |step, _| {
+        simulation.simulate(time, options, |step, moving| {
             bar.as_ref().inspect(|bar| bar.set_position(step));
+            if let Some(frames) = &mut frames {
+                frames.look(moving);
+            }
         })
     };
     let outcome = match pool(arguments.threads)? {
@@ -72,6 +79,9 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     if let Some(path) = &arguments.out {
         write_json(path, &record)?;
         eprintln!("wrote {}", path.display());
+    }
+    if let Some(frames) = frames {
+        frames.finish()?;
     }
     if outcome.unconverged > 0 {
         eprintln!(
@@ -107,7 +117,12 @@ fn pool(threads: u16) -> anyhow::Result<Option<rayon::ThreadPool>> {
     Ok((threads > 1).then(|| builder.build()).transpose()?)
 }
 
-fn time_span(arguments: &Arguments, input: &Input) -> Result<TimeSpan, Violation> {
+/// Step and duration: as given, or those of the scene.
+pub(crate) fn time_span(
+    dt: Option<f64>,
+    duration: Option<f64>,
+    input: &Input,
+) -> Result<TimeSpan, Violation> {
     let usual = input.scene().map(|scene| scene.time);
     let missing = |key: &str| Violation {
         path: key.to_owned(),
@@ -115,9 +130,8 @@ fn time_span(arguments: &Arguments, input: &Input) -> Result<TimeSpan, Violation
         expected: format!("`{key} SECONDS`, since a frozen system has no time of its own"),
     };
     let time = TimeSpan {
-        step_s: arguments.dt.or(usual.map(|t| t.step_s)).ok_or_else(|| missing("--dt"))?,
-        duration_s: arguments
-            .duration
+        step_s: dt.or(usual.map(|t| t.step_s)).ok_or_else(|| missing("--dt"))?,
+        duration_s: duration
             .or(usual.map(|t| t.duration_s))
             .ok_or_else(|| missing("--duration"))?,
     };

@@ -11,6 +11,7 @@ pub(crate) mod hard_cases;
 mod locking;
 pub(crate) mod momentum;
 pub(crate) mod order;
+mod pictures;
 mod post_correction;
 mod precomputed_inverse;
 mod scaling;
@@ -143,6 +144,7 @@ pub struct Experiment {
 /// In teaching order: an experiment stands behind those that it builds on.
 static EXPERIMENTS: &[Experiment] = &[
     course::EXPERIMENT,
+    pictures::EXPERIMENT,
     order::EXPERIMENT,
     momentum::EXPERIMENT,
     tables::EXPERIMENT,

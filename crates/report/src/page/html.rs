@@ -1,8 +1,8 @@
 //! The report: one HTML file with all figures, tables and sentences, which needs no other file.
 
 use super::Section;
-use super::inline::{inlined, slug, spans_value, verdict};
-use crate::{Files, ReportError};
+use super::inline::{inlined, picture, slug, spans_value, verdict};
+use crate::{Content, Files, ReportError};
 use minijinja::value::{Serde, Value};
 use minijinja::{Environment, UndefinedBehavior, context};
 use serde::Serialize;
@@ -25,7 +25,8 @@ struct Part {
     table_first: bool,
 }
 
-const PARTS: [Part; 4] = [
+const PARTS: [Part; 5] = [
+    Part { title: "What it looks like", experiments: &["pictures"], table_first: false },
     Part { title: "The paper’s tables beside ours", experiments: &["tables"], table_first: true },
     Part { title: "What the paper claims", experiments: &["claims"], table_first: true },
     Part { title: "A way through the methods", experiments: &["course"], table_first: false },
@@ -101,10 +102,20 @@ fn lead(sections: &[Section]) -> Option<&str> {
 
 /// The text of the report; `files` holds the drawings.
 pub(crate) fn report(sections: &[Section], files: &Files) -> Result<String, ReportError> {
+    let drawing = |file: &str, content: &Content| match content {
+        Content::Text(svg) => inlined(svg, &slug(file)),
+        Content::Png(png) => {
+            let figures = sections.iter().flat_map(|section| &section.figures);
+            let figure = figures.filter(|figure| figure.file == file).last();
+            let words =
+                figure.map_or([""; 2], |figure| [figure.title.as_str(), figure.caption.as_str()]);
+            inlined(&picture(png, words), &slug(file))
+        }
+    };
     let drawings: BTreeMap<&str, String> = files
         .iter()
-        .filter_map(|(name, text)| Some((name.strip_prefix("figures/")?, text)))
-        .map(|(file, text)| (file, inlined(text, &slug(file))))
+        .filter_map(|(name, content)| Some((name.strip_prefix("figures/")?, content)))
+        .map(|(file, content)| (file, drawing(file, content)))
         .collect();
     let fill = || {
         let mut environment = Environment::new();

@@ -1,5 +1,6 @@
 //! Small parts of the report: marked words, cells, names of places, drawings.
 
+use base64::prelude::{BASE64_STANDARD, Engine as _};
 use minijinja::value::{Serde, Value};
 use serde::Serialize;
 
@@ -82,6 +83,25 @@ pub(super) fn inlined(svg: &str, slug: &str) -> String {
         text = text.replacen(from, &to, 1);
     }
     text.replace(" opacity=\"1\"", "").replace("15.000000000000002", "15")
+}
+
+/// A picture as a drawing that holds it, with title and description; a page that holds the drawing needs no other file.
+pub(super) fn picture(png: &[u8], [title, description]: [&str; 2]) -> String {
+    // Width and height stand at the beginning of the first chunk.
+    let side = |at: usize| {
+        let bytes = png.get(at..at + 4).and_then(|bytes| bytes.try_into().ok());
+        bytes.map_or(0, u32::from_be_bytes)
+    };
+    let (width, height) = (side(16), side(20));
+    let escaped = |text: &str| text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
+    format!(
+        "<svg role=\"img\" aria-labelledby=\"title desc\" viewBox=\"0 0 {width} {height}\">\n\
+         <title id=\"title\">{}</title>\n<desc id=\"desc\">{}</desc>\n\
+         <image width=\"{width}\" height=\"{height}\" href=\"data:image/png;base64,{}\"/>\n</svg>",
+        escaped(title),
+        escaped(description),
+        BASE64_STANDARD.encode(png)
+    )
 }
 
 #[cfg(test)]

@@ -96,7 +96,7 @@ fn provenance() -> Provenance {
     }
 }
 
-fn record<F>(experiment: &str, quick: bool, facts: F) -> Record<F> {
+pub(crate) fn record<F>(experiment: &str, quick: bool, facts: F) -> Record<F> {
     Record {
         format: RECORD_FORMAT.to_owned(),
         experiment: experiment.to_owned(),

@@ -1,0 +1,172 @@
+//! Frames of a run: a sequence of OBJ files, a glTF animation.
+
+use crate::output::check_writable;
+use drape_harness::{Moving, OrderedSimulation};
+use drape_model::{SystemSpec, TimeSpan, Violation};
+use drape_records::file::write_atomically;
+use drape_render::{Animation, Subject, animation, obj};
+use std::path::{Path, PathBuf};
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct FrameArguments {
+    /// Write the motion into this new or empty folder, an OBJ file a frame, and the obstacles as obstacles.obj
+    #[arg(long, value_name = "DIR")]
+    frames: Option<PathBuf>,
+    /// Write the motion as one glTF 2.0 binary, a morph target a frame; at most 1000 frames
+    #[arg(long, value_name = "FILE.glb")]
+    animation: Option<PathBuf>,
+    /// Frames in a simulated second [default: 25]. A frame is the first step that ends at its time or later; where steps
+    /// are longer than frames, every step is one
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    fps: Option<f64>,
+}
+
+const USUAL_FPS: f64 = 25.0;
+/// Most frames in a simulated second.
+const MOST_FPS: f64 = 1e6;
+/// Part of a frame by which a step may end too early for it: round-off.
+const EARLY: f64 = 1e-6;
+
+/// Takes down the frames of a run.
+pub(crate) struct Frames {
+    subject: Subject,
+    fps: f64,
+    /// The next frame that is due.
+    next: f64,
+    /// Digits of a frame's number.
+    digits: usize,
+    folder: Option<(PathBuf, usize)>,
+    animation: Option<(PathBuf, Animation)>,
+    /// Why a frame could not be written; none is written after it.
+    failure: Option<anyhow::Error>,
+}
+
+/// Greatest number of frames of a run.
+fn most_frames(time: TimeSpan, fps: f64) -> u64 {
+    let (whole, rest) = time.steps();
+    let steps = whole + u64::from(rest.is_some());
+    // A step cannot be more than one frame; a cast of a float saturates.
+    steps.min((time.duration_s * fps + EARLY) as u64) + 1
+}
+
+impl Frames {
+    /// Checks what was asked for, and takes down the start of the run. `None` where no frames are wanted.
+    pub(crate) fn begin(
+        arguments: &FrameArguments,
+        spec: &SystemSpec,
+        simulation: &OrderedSimulation,
+        time: TimeSpan,
+    ) -> anyhow::Result<Option<Self>> {
+        let refuse = |path: &str, value: String, expected: String| Violation {
+            path: path.to_owned(),
+            value,
+            expected,
+        };
+        if let Some(fps) = arguments.fps {
+            if !(fps > 0.0 && fps <= MOST_FPS) {
+                let expected = format!("a number above 0 and at most {MOST_FPS:e}");
+                return Err(refuse("--fps", fps.to_string(), expected).into());
+            }
+            if arguments.frames.is_none() && arguments.animation.is_none() {
+                let expected = "`--frames DIR` or `--animation FILE.glb` beside it".to_owned();
+                return Err(refuse("--fps", fps.to_string(), expected).into());
+            }
+        }
+        let fps = arguments.fps.unwrap_or(USUAL_FPS);
+        let most = most_frames(time, fps);
+        let subject = || Subject::new(spec, simulation.shapes());
+        let animation = arguments.animation.as_ref().map(|file| {
+            check_writable("--animation", file)?;
+            if most > animation::MOST_FRAMES {
+                let expected = format!(
+                    "at most {} frames: a smaller --fps or --duration",
+                    animation::MOST_FRAMES
+                );
+                return Err(refuse("--animation", format!("{most} frames"), expected));
+            }
+            Animation::check_size(spec.particles.mass_kg.len(), most).map_err(|error| {
+                refuse("--animation", format!("{most} frames"), format!("a smaller file: {error}"))
+            })?;
+            Ok((file.clone(), Animation::new(subject())))
+        });
+        let animation = animation.transpose()?;
+        if let Some(folder) = &arguments.frames {
+            prepare(folder)?;
+        }
+        if arguments.frames.is_none() && animation.is_none() {
+            return Ok(None);
+        }
+        let mut frames = Self {
+            subject: subject(),
+            fps,
+            next: 0.0,
+            digits: (most - 1).to_string().len().max(4),
+            folder: arguments.frames.clone().map(|folder| (folder, 0)),
+            animation,
+            failure: None,
+        };
+        if let Some((folder, _)) = &frames.folder
+            && !frames.subject.solids.is_empty()
+        {
+            let text = obj::solids(&frames.subject.solids);
+            write_atomically(&folder.join("obstacles.obj"), text.as_bytes())?;
+        }
+        frames.look(simulation.moving());
+        Ok(Some(frames))
+    }
+
+    /// Takes down the state, if a frame is due.
+    pub(crate) fn look(&mut self, moving: Moving<'_>) {
+        let frame = moving.time() * self.fps + EARLY;
+        if frame < self.next || self.failure.is_some() || !moving.is_finite() {
+            return;
+        }
+        self.next = frame.floor() + 1.0;
+        let x = moving.display_positions();
+        if let Some((folder, count)) = &mut self.folder {
+            let file = folder.join(format!("frame-{:0digits$}.obj", count, digits = self.digits));
+            let text = obj::cloth(&self.subject, &x);
+            match write_atomically(&file, text.as_bytes()) {
+                Ok(()) => *count += 1,
+                Err(error) => self.failure = Some(error.into()),
+            }
+        }
+        if let Some((_, animation)) = &mut self.animation {
+            // A frame beyond the range of float32 belongs to a run that diverges.
+            let _ = animation.push(moving.time(), &x);
+        }
+    }
+
+    /// Writes what is written at the end, and says what there is.
+    pub(crate) fn finish(self) -> anyhow::Result<()> {
+        if let Some(failure) = self.failure {
+            return Err(failure);
+        }
+        if let Some((folder, count)) = &self.folder {
+            eprintln!("wrote {count} frames into {}", folder.display());
+        }
+        if let Some((file, animation)) = &self.animation {
+            write_atomically(file, &animation.glb()?)?;
+            eprintln!("wrote {}", file.display());
+        }
+        Ok(())
+    }
+}
+
+/// Makes a folder for frames; one that holds anything is refused, so that nothing is lost and no old frame stays.
+fn prepare(folder: &Path) -> Result<(), Violation> {
+    let refuse = |reason: String| Violation {
+        path: "--frames".to_owned(),
+        value: folder.display().to_string(),
+        expected: format!("a new or empty folder that can be written ({reason})"),
+    };
+    let made = std::fs::create_dir_all(folder).and_then(|()| std::fs::read_dir(folder));
+    let mut entries = made.map_err(|error| refuse(error.to_string()))?;
+    if entries.next().is_some() {
+        return Err(refuse("it holds files".to_owned()));
+    }
+    let probe = folder.join(format!("frame.{}.tmp", std::process::id()));
+    std::fs::File::create(&probe)
+        .and_then(|_| std::fs::remove_file(&probe))
+        .map_err(|error| refuse(error.to_string()))
+}

@@ -1,0 +1,178 @@
+//! `drape picture`.
+
+use crate::exit::Diverged;
+use crate::output::check_writable;
+use crate::progress::bar;
+use drape_harness::methods::{Choice, MethodError};
+use drape_harness::{Divergence, HarnessError, Moving, Options, OrderedSimulation};
+use drape_model::{TimeSpan, Vec3, Violation};
+use drape_records::file::write_atomically;
+use drape_render::{Camera, Colour, Font, Image, Subject, View, draw};
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Arguments {
+    /// Name of a bundled scene, or a file with a scene or a frozen system
+    scene: String,
+    /// Method id, with settings after a colon
+    #[arg(long, default_value = "backward-euler")]
+    method: String,
+    /// A setting of the method, key=value; may be repeated
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    settings: Vec<String>,
+    /// Time step, s (default: the scene's; required for a frozen system)
+    #[arg(long, allow_negative_numbers = true)]
+    dt: Option<f64>,
+    /// Simulated time, s (default: the scene's; required for a frozen system)
+    #[arg(long, allow_negative_numbers = true)]
+    duration: Option<f64>,
+    /// When to look, s; may be repeated, and gives a file each then (default: at the end). A picture shows the first step
+    /// that ends then or later
+    #[arg(long = "time", value_name = "S", allow_negative_numbers = true)]
+    times: Vec<f64>,
+    /// Where to write; several pictures get numbers, FILE-1.png and so on
+    #[arg(long, value_name = "FILE.png", default_value = "picture.png")]
+    out: PathBuf,
+    /// Size in pixels, each side 64 to 4096
+    #[arg(long, value_name = "WxH", default_value = "960x720")]
+    size: String,
+    /// From where: auto, front, side, top, or AZIMUTH,ELEVATION in degrees
+    #[arg(long, value_name = "VIEW", default_value = "auto", allow_hyphen_values = true)]
+    camera: String,
+}
+
+/// Shortest and longest side of a picture, pixels.
+const SIDES: [u32; 2] = [64, 4096];
+/// Seconds by which a step may end too early: round-off of a sum of steps.
+const EARLY: f64 = 1e-9;
+
+/// A moment that was asked for.
+struct Shot {
+    due: f64,
+    /// Time and positions, once the run has got there.
+    taken: Option<(f64, Vec<Vec3>)>,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let size = size(&arguments.size)?;
+    let view = View::from_str(&arguments.camera)
+        .map_err(|error| refusal("--camera", &arguments.camera, &error.to_string()))?;
+    let input = drape_model::load(&arguments.scene)?;
+    let choice = Choice::parse(&arguments.method, &arguments.settings)
+        .map_err(|error: MethodError| HarnessError::from(error))?;
+    let time = super::run::time_span(arguments.dt, arguments.duration, &input)?;
+    let mut shots = shots(&arguments.times, time)?;
+    let files = files(&arguments.out, shots.len());
+    for file in &files {
+        check_writable("--out", file)?;
+    }
+    let spec = input.spec();
+    let mut simulation = OrderedSimulation::new(spec, &choice)?;
+    let subject = Subject::new(spec, simulation.shapes());
+    let divergence = take(&mut shots, &mut simulation, time, &choice)?;
+    if let Some(divergence) = &divergence {
+        // What is left of a run that diverged shows nothing.
+        let is_lost = |shot: &Shot| shot.taken.as_ref().is_some_and(|(t, _)| *t >= divergence.time);
+        shots.iter_mut().filter(|shot| is_lost(shot)).for_each(|shot| shot.taken = None);
+    }
+    // One camera for all, so that they can be compared.
+    let taken = || shots.iter().filter_map(|shot| shot.taken.as_ref());
+    let points: Vec<Vec3> = taken().flat_map(|(_, x)| subject.points(x)).collect();
+    let camera = Camera::fit(view, &points, f64::from(size[0]) / f64::from(size[1]));
+    for (shot, file) in shots.iter().zip(&files) {
+        let (mut image, time_s) = match (&shot.taken, &divergence) {
+            (None, Some(divergence)) => {
+                let reason = format!("diverged at t = {:.4} s", divergence.time);
+                (Image::failure(size, &reason), shot.due)
+            }
+            (None, None) => (Image::failure(size, "not reached"), shot.due),
+            (Some((time_s, x)), _) => (draw(&subject, x, &camera, size), *time_s),
+        };
+        let method = choice.method().id;
+        let label = format!("{}, {method}, h = {} s, t = {time_s:.4} s", spec.name, time.step_s);
+        let bottom = size[1].saturating_sub(Font::Small.height() + 8);
+        image.write(&label, 10, bottom, Font::Small, Colour::GREY);
+        write_atomically(file, &image.png()?)?;
+        eprintln!("wrote {}", file.display());
+    }
+    let Some(divergence) = divergence else { return Ok(()) };
+    Err(Diverged(format!(
+        "{} diverged at step {} (t = {} s): {}; the pictures from then on say so",
+        choice.full_id(),
+        divergence.step,
+        divergence.time,
+        divergence.criterion
+    ))
+    .into())
+}
+
+/// Runs the simulation up to the last moment, and takes down the positions at all of them.
+fn take(
+    shots: &mut [Shot],
+    simulation: &mut OrderedSimulation,
+    time: TimeSpan,
+    choice: &Choice,
+) -> anyhow::Result<Option<Divergence>> {
+    look(shots, simulation.moving());
+    let Some(last) = shots.iter().filter(|s| s.taken.is_none()).map(|s| s.due).reduce(f64::max)
+    else {
+        return Ok(None);
+    };
+    let span = TimeSpan { duration_s: last, ..time };
+    let (whole, rest) = span.steps();
+    let bar = bar(choice.method().id, whole + u64::from(rest.is_some()));
+    let outcome = simulation.simulate(span, Options::default(), |step, moving| {
+        bar.as_ref().inspect(|bar| bar.set_position(step));
+        look(shots, moving);
+    })?;
+    bar.inspect(|bar| bar.finish_and_clear());
+    Ok(outcome.divergence)
+}
+
+/// Takes down the positions for the moments that have come.
+fn look(shots: &mut [Shot], moving: Moving<'_>) {
+    let is_due = |shot: &&mut Shot| shot.taken.is_none() && moving.time() >= shot.due - EARLY;
+    for shot in shots.iter_mut().filter(is_due) {
+        shot.taken = Some((moving.time(), moving.display_positions()));
+    }
+}
+
+fn refusal(key: &str, value: &str, expected: &str) -> Violation {
+    Violation { path: key.to_owned(), value: value.to_owned(), expected: expected.to_owned() }
+}
+
+/// Reads a size.
+fn size(text: &str) -> Result<[u32; 2], Violation> {
+    let sides = text.split_once('x').and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
+    let in_range = |side: &u32| (SIDES[0]..=SIDES[1]).contains(side);
+    sides.filter(|sides: &[u32; 2]| sides.iter().all(in_range)).ok_or_else(|| {
+        let expected = format!("WIDTHxHEIGHT, each {} to {} pixels", SIDES[0], SIDES[1]);
+        refusal("--size", text, &expected)
+    })
+}
+
+/// The moments that were asked for; the end where there are none.
+fn shots(times: &[f64], time: TimeSpan) -> Result<Vec<Shot>, Violation> {
+    let end = [time.duration_s];
+    let times = if times.is_empty() { &end[..] } else { times };
+    let check = |&due: &f64| {
+        if due >= 0.0 && due <= time.duration_s {
+            return Ok(Shot { due, taken: None });
+        }
+        let expected = format!("a time from 0 to the duration, {} s", time.duration_s);
+        Err(refusal("--time", &due.to_string(), &expected))
+    };
+    times.iter().map(check).collect()
+}
+
+/// The files of so many pictures.
+fn files(out: &Path, count: usize) -> Vec<PathBuf> {
+    if count == 1 {
+        return vec![out.to_owned()];
+    }
+    let [stem, extension] = [out.file_stem(), out.extension()]
+        .map(|part| part.unwrap_or_default().display().to_string());
+    let dot = if extension.is_empty() { "" } else { "." };
+    (1..=count).map(|n| out.with_file_name(format!("{stem}-{n}{dot}{extension}"))).collect()
+}

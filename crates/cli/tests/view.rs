@@ -1,0 +1,181 @@
+//! What can be seen: frames, animations, pictures, as a user meets them.
+
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn drape(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_drape")).current_dir(folder).args(arguments).output().unwrap()
+}
+
+fn code(output: &Output) -> i32 {
+    output.status.code().unwrap()
+}
+
+fn message(output: &Output) -> String {
+    String::from_utf8(output.stderr.clone()).unwrap()
+}
+
+const RUN: [&str; 4] = ["run", "square-table-1e4", "--method", "imex-euler"];
+
+/// Coordinates of an OBJ file, as bits.
+fn vertices(text: &str) -> Vec<[u64; 3]> {
+    let lines = text.lines().filter_map(|line| line.strip_prefix("v "));
+    let read = |line: &str| -> Vec<u64> {
+        line.split(' ').map(|number| number.parse::<f64>().unwrap().to_bits()).collect()
+    };
+    lines.map(|line| read(line).try_into().unwrap()).collect()
+}
+
+#[test]
+fn frames_hold_the_start_the_end_and_every_particle_in_its_order() {
+    let folder = tempfile::tempdir().unwrap();
+    let more = ["--duration", "0.2", "--frames", "a/frames", "--out", "run.json"];
+    let output = drape(folder.path(), &[&RUN[..], &more].concat());
+    assert_eq!(code(&output), 0, "{}", message(&output));
+    let frames = folder.path().join("a/frames");
+    let mut names: Vec<_> = std::fs::read_dir(&frames)
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    let mut expected: Vec<_> = (0..6).map(|n| format!("frame-{n:04}.obj")).collect();
+    expected.push("obstacles.obj".to_owned());
+    assert_eq!(names, expected);
+    let read = |name: &str| std::fs::read_to_string(frames.join(name)).unwrap();
+    let run: drape_records::run::Run =
+        drape_records::file::read_json(&folder.path().join("run.json")).unwrap();
+    let input = drape_model::load("square-table-1e4").unwrap();
+    let (system, state) = input.spec().build().unwrap();
+    let last: Vec<drape_model::Vec3> =
+        run.final_state.position_m.iter().map(|&x| x.into()).collect();
+    for (name, x) in [(&names[0], &state.x), (&names[5], &last)] {
+        let shown = system.display_positions(x);
+        let bits: Vec<_> = shown.iter().map(|x| [x.x, x.y, x.z].map(f64::to_bits)).collect();
+        assert_eq!(vertices(&read(name)), bits, "{name}");
+    }
+    assert_eq!(read(&names[5]).matches("\nf ").count(), 2 * 19 * 19);
+    assert_eq!(vertices(&read("obstacles.obj")).len(), 8);
+    // A second run does not write over the first.
+    let again = drape(folder.path(), &[&RUN[..], &more].concat());
+    assert_eq!(code(&again), 2);
+    assert!(message(&again).contains("--frames") && message(&again).contains("it holds files"));
+}
+
+#[test]
+fn steps_longer_than_frames_are_frames_each() {
+    let folder = tempfile::tempdir().unwrap();
+    let more = ["--duration", "0.05", "--fps", "1000", "--frames", "f", "--animation", "m.glb"];
+    assert_eq!(code(&drape(folder.path(), &[&RUN[..], &more].concat())), 0);
+    assert!(folder.path().join("f/frame-0005.obj").is_file());
+    assert!(!folder.path().join("f/frame-0006.obj").exists());
+    let bytes = std::fs::read(folder.path().join("m.glb")).unwrap();
+    let file = gltf::Gltf::from_slice(&bytes).unwrap();
+    let blob = file.blob.clone().unwrap();
+    let animation = file.animations().next().unwrap();
+    let times: Vec<f32> = animation
+        .channels()
+        .next()
+        .unwrap()
+        .reader(|_| Some(&blob))
+        .read_inputs()
+        .unwrap()
+        .collect();
+    assert_eq!(times, [0.0, 0.01, 0.02, 0.03, 0.04, 0.05]);
+    assert_eq!(file.meshes().count(), 2, "cloth and table");
+}
+
+/// A sheet in disorder, large enough to be renumbered, is written in the order of its file.
+#[test]
+fn a_system_in_disorder_is_shown_in_its_own_order() {
+    let folder = tempfile::tempdir().unwrap();
+    let input = drape_model::load("square-table-2704-1e6").unwrap();
+    let mut spec = input.spec().clone();
+    let n = spec.particles.mass_kg.len();
+    let new: Vec<usize> = (0..n).map(|i| i * 787 % n).collect(); // no common factor
+    let old = spec.particles.position_m.clone();
+    for (i, &k) in new.iter().enumerate() {
+        spec.particles.position_m[k] = old[i];
+    }
+    let place = |i: &mut u32| *i = new[*i as usize] as u32;
+    for spring in &mut spec.springs {
+        place(&mut spring.i);
+        place(&mut spring.j);
+    }
+    spec.triangles.iter_mut().flatten().for_each(place);
+    std::fs::write(folder.path().join("s.json"), serde_json::to_string(&spec).unwrap()).unwrap();
+    let run = ["run", "s.json", "--method", "imex-euler", "--dt", "0.01", "--duration", "0.01"];
+    let output = drape(folder.path(), &[&run[..], &["--frames", "f", "--fps", "100"]].concat());
+    assert_eq!(code(&output), 0, "{}", message(&output));
+    for frame in ["f/frame-0000.obj", "f/frame-0001.obj"] {
+        let text = std::fs::read_to_string(folder.path().join(frame)).unwrap();
+        for (bits, x) in vertices(&text).iter().zip(&spec.particles.position_m) {
+            let moved = (0..3).map(|n| (f64::from_bits(bits[n]) - x[n]).abs()).fold(0.0, f64::max);
+            assert!(moved < 1e-2, "{frame}: particle moved by {moved} m in one step");
+        }
+    }
+}
+
+#[test]
+fn pictures_are_drawn_one_a_time_and_a_diverged_run_is_marked() {
+    let folder = tempfile::tempdir().unwrap();
+    let picture = ["picture", "hanging-textile-1e6", "--dt", "0.01", "--size", "200x150"];
+    let more = ["--method", "imex-euler", "--time", "0.1", "--time", "0", "--out", "p.png"];
+    let output = drape(folder.path(), &[&picture[..], &more].concat());
+    assert_eq!(code(&output), 0, "{}", message(&output));
+    let bytes = |name: &str| std::fs::read(folder.path().join(name)).unwrap();
+    let (late, start) = (bytes("p-1.png"), bytes("p-2.png"));
+    assert_ne!(late, start);
+    let reader = png::Decoder::new(std::io::Cursor::new(late)).read_info().unwrap();
+    assert_eq!((reader.info().width, reader.info().height), (200, 150));
+
+    let more = ["--method", "explicit-euler", "--out", "d.png", "--camera", "30,10"];
+    let output = drape(folder.path(), &[&picture[..], &more].concat());
+    assert_eq!(code(&output), 3, "{}", message(&output));
+    assert!(message(&output).contains("diverged at step"));
+    assert!(!bytes("d.png").is_empty());
+}
+
+#[test]
+fn what_cannot_be_shown_is_refused_before_anything_is_computed() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("file"), "mine").unwrap();
+    let picture = &["picture", "square-table-1e4"][..];
+    let cases: &[(&[&str], &[&str], &str)] = &[
+        (&RUN, &["--frames", "f", "--fps", "0"], "--fps"),
+        (&RUN, &["--frames", "f", "--fps", "-25"], "--fps"),
+        (&RUN, &["--frames", "f", "--fps", "nan"], "--fps"),
+        (&RUN, &["--frames", "f", "--fps", "1e7"], "--fps"),
+        (&RUN, &["--fps", "25"], "--animation"),
+        (&RUN, &["--frames", "file"], "--frames"),
+        (&RUN, &["--frames", "file/below"], "--frames"),
+        (&RUN, &["--frames", "."], "it holds files"),
+        (&RUN, &["--animation", "file/m.glb"], "--animation"),
+        (&RUN, &["--animation", "."], "--animation"),
+        (&RUN, &["--animation", "m.glb", "--fps", "1e6", "--dt", "1e-4"], "1000 frames"),
+        (picture, &["--time", "1.5"], "--time"),
+        (picture, &["--time", "-1"], "--time"),
+        (picture, &["--time", "nan"], "--time"),
+        (picture, &["--size", "0x10"], "--size"),
+        (picture, &["--size", "100"], "--size"),
+        (picture, &["--size", "9999x9999"], "--size"),
+        (picture, &["--camera", "behind"], "--camera"),
+        (picture, &["--camera", "10,100"], "--camera"),
+        (picture, &["--out", "file/p.png"], "--out"),
+        (picture, &["--out", "."], "--out"),
+        (picture, &["--method", "magic"], "imex-euler"),
+        (picture, &["--dt", "0"], "--dt"),
+    ];
+    for (command, more, named) in cases {
+        let output = drape(folder.path(), &[command, *more].concat());
+        let text = message(&output);
+        assert_eq!(code(&output), 2, "{more:?}: {text}");
+        assert!(text.contains(named) && text.contains("expected"), "{more:?}: {text}");
+        assert_eq!(text.trim_end().lines().count(), 1, "{text}");
+    }
+    let left: Vec<_> =
+        std::fs::read_dir(folder.path()).unwrap().map(|f| f.unwrap().file_name()).collect();
+    assert_eq!(left, ["file"], "nothing is left behind");
+    assert_eq!(std::fs::read_to_string(folder.path().join("file")).unwrap(), "mine");
+}

@@ -1,0 +1,72 @@
+//! Records of the experiment `pictures`: positions to be drawn.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// [`Shot::series`] of the pictures that the paper shows.
+pub const PAPER: &str = "paper";
+/// [`Shot::series`] of the pictures of all methods on the same sheet.
+pub const METHODS: &str = "methods";
+
+/// All pictures.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Facts {
+    /// The scenes.
+    pub scenes: Vec<Scene>,
+    /// The pictures: of a run one after the other, run by run.
+    pub shots: Vec<Shot>,
+}
+
+/// A sheet, and the table on which it falls.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Scene {
+    /// Its name, that of a bundled scene.
+    pub id: String,
+    /// Rows of particles.
+    pub rows: u32,
+    /// Particles a row.
+    pub columns: u32,
+    /// Stiffness over mass of the tension springs, 1/s².
+    pub stiffness_over_mass_per_s2: f64,
+    /// The table, where there is one.
+    pub table: Option<Table>,
+    /// Same bits on every machine.
+    pub portable: bool,
+}
+
+/// A box.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Table {
+    /// Centre, m.
+    pub center_m: [f64; 3],
+    /// Edge lengths, m.
+    pub size_m: [f64; 3],
+}
+
+/// A moment of a run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Shot {
+    /// [`PAPER`] or [`METHODS`].
+    pub series: String,
+    /// Key of the scene, as in [`Scene::id`].
+    pub scene: String,
+    /// What to write beside the pictures of this run.
+    pub label: String,
+    /// Method id with all settings.
+    pub method: String,
+    /// Step size, s.
+    pub step_s: f64,
+    /// Time, s.
+    pub time_s: f64,
+    /// When the run diverged, s; there is no picture from then on.
+    pub diverged_at_s: Option<f64>,
+    /// Positions to be drawn, outside of obstacles, rounded to 1e-5 m: three a particle, row by row. Empty where there is no
+    /// picture.
+    pub position_m: Vec<f64>,
+    /// Same bits on every machine.
+    pub portable: bool,
+}

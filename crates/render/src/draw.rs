@@ -1,0 +1,209 @@
+//! A picture of a cloth among obstacles.
+
+use crate::surface::{area_normal, edges, normals};
+use crate::{Camera, Colour, Image, Subject};
+use drape_model::Vec3;
+use retrofire_core::geom::{Edge, Tri, Vertex, vertex};
+use retrofire_core::math::mat::viewport;
+use retrofire_core::math::{Color3f, ProjVec3, pt2, rgb};
+use retrofire_core::render::target::{Colorbuf, Framebuf};
+use retrofire_core::render::{Context, Frag, render, shader};
+use retrofire_core::util::pixfmt::Rgb888;
+use retrofire_core::util::{Buf2, Dims};
+
+/// Samples a pixel along each side.
+const SAMPLES: u32 = 3;
+/// Samples around the picture that are cut off: what is clipped at the rim may be rounded across it.
+const MARGIN: u32 = 4;
+
+/// Colours of light from 0 to 1.
+type Tint = [f64; 3];
+
+/// The side of the cloth from which its triangles run counter-clockwise, and the other one.
+const SIDES: [Tint; 2] = [[0.36, 0.58, 0.86], [0.93, 0.70, 0.40]];
+const SOLID: Tint = [0.80, 0.80, 0.83];
+/// Lines that run over a surface keep so much of its light.
+const ON_SURFACE: f64 = 0.76;
+const ON_SOLID: f64 = 0.90;
+/// The rim of the cloth and its contour.
+const OUTLINE: Tint = [0.13, 0.15, 0.20];
+
+/// Obstacles are drawn this part of the distance of the scene farther away: cloth that touches them lies in front.
+const BEHIND: f64 = 4e-3;
+/// Lines are drawn this part of the distance of the scene nearer.
+const IN_FRONT: f64 = 3e-3;
+
+type Corner = Vertex<ProjVec3, Color3f>;
+
+/// What is collected before it is rasterised.
+struct Sketch<'a> {
+    camera: &'a Camera,
+    /// Directions to the key light and to the fill light.
+    lights: [Vec3; 2],
+    corners: Vec<Corner>,
+    faces: Vec<Tri<usize>>,
+    lines: Vec<Edge<usize>>,
+    /// Size of a sample in the picture's coordinates.
+    sample: [f64; 2],
+}
+
+impl Sketch<'_> {
+    /// Adds a corner whose distance from the eye is changed by `shift` m; `None` where it cannot be drawn.
+    fn corner(&mut self, point: &Vec3, shift: f64, colour: Tint) -> Option<usize> {
+        let [x, y, z, w] = self.camera.project(point);
+        let far = 1e4 * self.camera.distance();
+        if !(x.abs() + y.abs() + w.abs() < far) {
+            return None;
+        }
+        // All four by the same factor: the same place in the picture, another depth.
+        let factor = if w > 0.0 { (w + shift).max(0.01 * w) / w } else { 1.0 };
+        let position = [x, y, z, w].map(|c| (c * factor) as f32);
+        let [r, g, b] = colour.map(|c| c.clamp(0.0, 1.0) as f32);
+        self.corners.push(vertex(position.into(), rgb(r, g, b)));
+        Some(self.corners.len() - 1)
+    }
+
+    /// Colour of a surface at a point.
+    fn shade(&self, tint: Tint, point: &Vec3, normal: &Vec3) -> Tint {
+        let eye = self.camera.towards_eye(point);
+        // The side that is seen is lit.
+        let normal = if normal.dot(&eye) < 0.0 { -normal } else { *normal };
+        let [key, fill] = self.lights.map(|light| normal.dot(&light).max(0.0));
+        let facing = normal.dot(&eye).max(0.0);
+        let sky = 0.5 + 0.5 * normal.z;
+        let light = (0.40 + 0.12 * sky + 0.50 * key + 0.22 * fill) * (0.78 + 0.22 * facing);
+        tint.map(|c| c * light + 0.05 * key * key * key * key)
+    }
+
+    fn line(&mut self, ends: [&Vec3; 2], shift: f64, colours: [Tint; 2], is_bold: bool) {
+        let ends = [0, 1].map(|n| self.corner(ends[n], shift, colours[n]));
+        let [Some(a), Some(b)] = ends else { return };
+        self.lines.push(Edge(a, b));
+        if !is_bold {
+            return;
+        }
+        // A bold line is as many thin ones beside each other.
+        for (right, down) in [(1.0, 0.0), (0.0, 1.0), (1.0, 1.0)] {
+            let [a, b] = [a, b].map(|n| {
+                let Vertex { pos, attrib } = self.corners[n];
+                let [x, y, z, w] = pos.0;
+                let moved = |c: f32, by: f64| c + (by * f64::from(w)) as f32;
+                let position =
+                    [moved(x, right * self.sample[0]), moved(y, down * self.sample[1]), z, w];
+                self.corners.push(vertex(position.into(), attrib));
+                self.corners.len() - 1
+            });
+            self.lines.push(Edge(a, b));
+        }
+    }
+
+    fn cloth(&mut self, subject: &Subject, x: &[Vec3]) {
+        let normals = normals(x, &subject.triangles);
+        let is_seen_from_front = |triangle: [u32; 3]| {
+            let normal = area_normal(x, triangle);
+            normal.dot(&self.camera.towards_eye(&x[triangle[0] as usize])) >= 0.0
+        };
+        let front: Vec<bool> = subject.triangles.iter().map(|&t| is_seen_from_front(t)).collect();
+        for (&triangle, &is_front) in subject.triangles.iter().zip(&front) {
+            let tint = SIDES[usize::from(!is_front)];
+            let corners = triangle.map(|i| {
+                let (point, normal) = (&x[i as usize], &normals[i as usize]);
+                // A normal of the surface that leans away from the eye belongs to the other side's light.
+                let colour = self.shade(tint, point, normal);
+                self.corner(point, 0.0, colour)
+            });
+            if let [Some(a), Some(b), Some(c)] = corners {
+                self.faces.push(Tri([a, b, c]));
+            }
+        }
+        let nearer = -IN_FRONT * self.camera.distance();
+        let edges = edges(&subject.triangles);
+        for line in &subject.lines {
+            let ends = line.map(|i| &x[i as usize]);
+            let sides = edges.get(line).map_or(&[][..], Vec::as_slice);
+            let Some(&side) = sides.first() else {
+                self.line(ends, nearer, [OUTLINE; 2], true);
+                continue;
+            };
+            let tint = SIDES[usize::from(!front[side])];
+            let colours = line.map(|i| {
+                let shade = self.shade(tint, &x[i as usize], &normals[i as usize]);
+                shade.map(|c| c * ON_SURFACE)
+            });
+            self.line(ends, nearer, colours, false);
+        }
+        // The rim, and where the cloth turns from one side to the other.
+        for (edge, sides) in &edges {
+            let is_outline = match sides[..] {
+                [one, other] => front[one] != front[other],
+                _ => true,
+            };
+            if is_outline {
+                self.line(edge.map(|i| &x[i as usize]), nearer, [OUTLINE; 2], true);
+            }
+        }
+    }
+
+    fn solids(&mut self, subject: &Subject) {
+        let behind = BEHIND * self.camera.distance();
+        for solid in &subject.solids {
+            let exact = (&solid.points, &solid.triangles);
+            let (x, triangles) = solid.softened.as_ref().map_or(exact, |(x, t)| (x, t));
+            let normals = normals(x, triangles);
+            for &triangle in triangles {
+                let corners = triangle.map(|i| {
+                    let colour = self.shade(SOLID, &x[i as usize], &normals[i as usize]);
+                    self.corner(&x[i as usize], behind, colour)
+                });
+                if let [Some(a), Some(b), Some(c)] = corners {
+                    self.faces.push(Tri([a, b, c]));
+                }
+            }
+            if solid.softened.is_none() {
+                let shift = behind - IN_FRONT * self.camera.distance();
+                for line in &solid.lines {
+                    let ends = line.map(|i| &solid.points[i as usize]);
+                    self.line(ends, shift, [SOLID.map(|c| c * ON_SOLID); 2], false);
+                }
+            }
+        }
+    }
+}
+
+/// Draws a cloth at positions `x`, m, one a particle in the order of the subject, and its obstacles. Particles that are not
+/// finite or out of all bounds are left out.
+///
+/// # Panics
+/// When there are fewer positions than the subject's triangles and lines name, or a side of the picture is 0.
+pub fn draw(subject: &Subject, x: &[Vec3], camera: &Camera, size: [u32; 2]) -> Image {
+    let inner = size.map(|side| side * SAMPLES);
+    let mut sketch = Sketch {
+        camera,
+        lights: camera.lights(),
+        corners: Vec::new(),
+        faces: Vec::new(),
+        lines: Vec::new(),
+        sample: inner.map(|side| 2.0 / f64::from(side)),
+    };
+    sketch.solids(subject);
+    sketch.cloth(subject, x);
+    let Sketch { corners, faces, lines, .. } = sketch;
+
+    let dims = Dims(inner[0] + 2 * MARGIN, inner[1] + 2 * MARGIN);
+    let background = Colour::BACKGROUND.0;
+    let mut target = Framebuf {
+        color_buf: Colorbuf { buf: Buf2::new_with(dims, |_, _| background), fmt: Rgb888 },
+        // Reciprocals of distances: nothing is infinitely far away.
+        depth_buf: Buf2::new_with(dims, |_, _| 0.0_f32),
+    };
+    let shader = shader::new(
+        |corner: Corner, (): ()| corner,
+        |fragment: Frag<Color3f>, (): ()| fragment.var.to_color4(),
+    );
+    let context = Context { face_cull: None, ..Context::default() };
+    let window = viewport(pt2(MARGIN, MARGIN)..pt2(MARGIN + inner[0], MARGIN + inner[1]));
+    render(&faces, &corners, &shader, (), window, &mut target, &context);
+    render(&lines, &corners, &shader, (), window, &mut target, &context);
+    let samples = target.color_buf.buf.data();
+    Image::averaged(size, SAMPLES, |x, y| samples[((y + MARGIN) * dims.0 + x + MARGIN) as usize])
+}

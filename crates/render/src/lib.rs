@@ -1,0 +1,56 @@
+//! What a cloth looks like: pictures without a display, OBJ files, glTF animations.
+//!
+//! ```text
+//! SystemSpec, obstacles ─► Subject ─┬─► draw (Camera, positions) ─► Image ─► PNG
+//!                                   ├─► obj::cloth, obj::solids   ─► text
+//!                                   └─► Animation (frames)        ─► GLB
+//! ```
+//!
+//! [`Subject`] is what does not change in a scene: which particles form triangles and lines, and the surfaces of the
+//! obstacles. Positions are given picture by picture, in the order of the specification; they are those of display
+//! ([`System::display_positions`](drape_model::System::display_positions)), outside of every obstacle.
+//!
+//! A picture is rasterised into a z-buffer by `retrofire-core`, three by three samples a pixel: the same positions give
+//! the same bytes. Light comes from the upper left of the camera; the two sides of a cloth have different colours.
+//!
+//! | symbol | name in the code | unit | shape |
+//! |---|---|---|---|
+//! | `x` | positions | m | one a particle |
+//! | – | [`Subject::triangles`], [`Subject::lines`] | indices | per triangle, per line |
+//! | `t` | [`Animation::push`] | s | one a frame |
+
+pub mod animation;
+pub mod camera;
+mod draw;
+mod image;
+pub mod obj;
+mod subject;
+mod surface;
+
+pub use animation::Animation;
+pub use camera::{Camera, View};
+pub use draw::draw;
+pub use image::{Colour, Font, Image};
+pub use subject::{Solid, Subject};
+
+/// Why something could not be shown.
+#[derive(Debug, thiserror::Error)]
+pub enum RenderError {
+    /// A picture could not be encoded.
+    #[error("the picture cannot be encoded as PNG: {0}")]
+    Png(#[from] png::EncodingError),
+    /// An animation could not be encoded.
+    #[error("the animation cannot be encoded as glTF: {0}")]
+    Gltf(#[from] gltf::Error),
+    /// The JSON part of an animation could not be written.
+    #[error("the animation cannot be encoded as glTF: {0}")]
+    Json(#[from] gltf::json::Error),
+    /// An animation would not fit into a file.
+    #[error("the animation takes {bytes} bytes; expected at most {most}: give fewer frames")]
+    TooLarge {
+        /// What it would take.
+        bytes: u64,
+        /// What a file may hold.
+        most: u64,
+    },
+}

@@ -1,0 +1,364 @@
+//! What a scene shows besides positions: triangles, lines, obstacles.
+
+use crate::surface::edges;
+use drape_model::{Shape, SpringEffect, SystemSpec, Vec3};
+
+/// Cells of a sphere's surface around its axis; half as many from pole to pole.
+const AROUND: u32 = 64;
+/// Cells of the tile along each side that stands for a plane.
+const TILES: u32 = 10;
+/// Radius of the edges of a box in pictures over the length of a typical line on the cloth: the least that hides the edge
+/// below a line that bends over it is 1.21.
+const SOFTNESS: f64 = 1.3;
+/// Cells of a softened face along each side.
+const FACE: u32 = 40;
+/// Side of that tile over the size of the scene.
+const TILE: f64 = 1.6;
+
+/// Size of an obstacle, over that of the cloth, up to which a picture shows it whole.
+const LARGEST: f64 = 4.0;
+
+/// The surface of an obstacle.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Solid {
+    /// What it is called in files: `plane`, `box`, `sphere`, with its number.
+    pub name: String,
+    /// Corners, m.
+    pub points: Vec<Vec3>,
+    /// Triangles, counter-clockwise from outside.
+    pub triangles: Vec<[u32; 3]>,
+    /// Lines that are drawn: the edges of a box, the squares of a plane.
+    pub lines: Vec<[u32; 2]>,
+    /// The surface of pictures, where it is another one: boxes have round edges there, within the true box, so that a cloth of
+    /// straight pieces that bends over an edge does not cut through it. Points, m, and triangles.
+    pub softened: Option<(Vec<Vec3>, Vec<[u32; 3]>)>,
+    /// Whether it stands for something without an end, which a camera need not show whole.
+    pub is_endless: bool,
+}
+
+/// What does not change in a scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Subject {
+    /// Triangles of the cloth, as indices of particles.
+    pub triangles: Vec<[u32; 3]>,
+    /// Lines on the cloth: its tension springs, or all edges where there are none; without triangles all springs.
+    pub lines: Vec<[u32; 2]>,
+    /// The obstacles.
+    pub solids: Vec<Solid>,
+}
+
+impl Subject {
+    /// What a system with these obstacles shows.
+    pub fn new<'a>(spec: &SystemSpec, obstacles: impl IntoIterator<Item = &'a Shape>) -> Self {
+        let x: Vec<Vec3> = spec.particles.position_m.iter().map(|&x| x.into()).collect();
+        let springs = spec.springs.iter();
+        let lines = if spec.triangles.is_empty() {
+            springs.map(|spring| [spring.i, spring.j]).collect()
+        } else {
+            let edges = edges(&spec.triangles);
+            let tension: Vec<[u32; 2]> = springs
+                .filter(|spring| spring.effect == SpringEffect::Tension)
+                .map(|spring| [spring.i.min(spring.j), spring.i.max(spring.j)])
+                .filter(|line| edges.contains_key(line))
+                .collect();
+            if tension.is_empty() { edges.into_keys().collect() } else { tension }
+        };
+        let solids = solids(obstacles, &x, &lines);
+        Self { triangles: spec.triangles.clone(), lines, solids }
+    }
+
+    /// What a sheet of rows and columns of particles shows, row by row; `x` are positions at any time, m.
+    pub fn grid<'a>(
+        rows: u32,
+        columns: u32,
+        obstacles: impl IntoIterator<Item = &'a Shape>,
+        x: &[Vec3],
+    ) -> Self {
+        let (triangles, lines) = grid(rows, columns);
+        let solids = solids(obstacles, x, &lines);
+        Self { triangles, lines, solids }
+    }
+
+    /// The points that a picture of the cloth at positions `x`, m, must show: the cloth, and the obstacles that are not much
+    /// larger than it. Particles that are nowhere are left out.
+    pub fn points(&self, x: &[Vec3]) -> Vec<Vec3> {
+        let is_finite = |x: &&Vec3| x.iter().all(|c| c.is_finite());
+        let mut points: Vec<Vec3> = x.iter().filter(is_finite).copied().collect();
+        let size = |points: &[Vec3]| {
+            let (low, high) = bounds(points);
+            (high - low).norm()
+        };
+        let most = LARGEST * size(&points);
+        for solid in &self.solids {
+            if !solid.is_endless && size(&solid.points) <= most {
+                points.extend(&solid.points);
+            }
+        }
+        points
+    }
+}
+
+/// Triangles and lines of a grid of points, row by row.
+fn grid(rows: u32, columns: u32) -> (Vec<[u32; 3]>, Vec<[u32; 2]>) {
+    let (mut triangles, mut lines) = (Vec::new(), Vec::new());
+    for row in 0..rows {
+        for column in 0..columns {
+            let a = row * columns + column;
+            let (right, below) = (column + 1 < columns, row + 1 < rows);
+            if right {
+                lines.push([a, a + 1]);
+            }
+            if below {
+                lines.push([a, a + columns]);
+            }
+            if right && below {
+                let [b, c, d] = [a + 1, a + columns, a + columns + 1];
+                triangles.extend([[a, b, d], [a, d, c]]);
+            }
+        }
+    }
+    (triangles, lines)
+}
+
+/// The surfaces of obstacles around a cloth.
+fn solids<'a>(
+    obstacles: impl IntoIterator<Item = &'a Shape>,
+    cloth: &[Vec3],
+    lines: &[[u32; 2]],
+) -> Vec<Solid> {
+    let softness = SOFTNESS * typical_length(cloth, lines);
+    let all = obstacles.into_iter().enumerate();
+    all.map(|(number, shape)| solid(shape, number, cloth, softness)).collect()
+}
+
+/// Length of the line that is in the middle of all, m.
+fn typical_length(x: &[Vec3], lines: &[[u32; 2]]) -> f64 {
+    let length = |[a, b]: &[u32; 2]| (x[*a as usize] - x[*b as usize]).norm();
+    let mut lengths: Vec<f64> = lines.iter().map(length).filter(|l| l.is_finite()).collect();
+    lengths.sort_by(f64::total_cmp);
+    lengths.get(lengths.len() / 2).copied().unwrap_or(0.0)
+}
+
+fn solid(shape: &Shape, number: usize, cloth: &[Vec3], softness: f64) -> Solid {
+    let named = |kind: &str| format!("{kind}-{number}");
+    match shape {
+        &Shape::Plane { point, normal } => {
+            let (low, high) = bounds(cloth);
+            let size = (high - low).norm();
+            let size = if size > 0.0 && size.is_finite() { size } else { 1.0 };
+            let middle = (low + high) * 0.5;
+            let middle = middle - normal * normal.dot(&(middle - point));
+            // A direction within the plane, along x where that is possible.
+            let along = if normal.x.abs() < 0.9 { Vec3::x() } else { Vec3::y() };
+            let along = (along - normal * normal.dot(&along)).normalize();
+            let across = normal.cross(&along);
+            let side = f64::from(TILES);
+            let at = |n: u32| (f64::from(n) / side - 0.5) * TILE * size;
+            let points = (0..=TILES)
+                .flat_map(|row| (0..=TILES).map(move |column| (row, column)))
+                .map(|(row, column)| middle + across * at(row) + along * at(column))
+                .collect();
+            let (triangles, lines) = grid(TILES + 1, TILES + 1);
+            Solid {
+                name: named("plane"),
+                points,
+                triangles,
+                lines,
+                softened: None,
+                is_endless: true,
+            }
+        }
+        &Shape::Box { center, half_extents } => {
+            let corner = |n: u32| {
+                let sign = |bit: u32| if n & bit == 0 { -1.0 } else { 1.0 };
+                center + half_extents.component_mul(&Vec3::new(sign(1), sign(2), sign(4)))
+            };
+            let faces = [
+                [0, 4, 6, 2],
+                [1, 3, 7, 5],
+                [0, 1, 5, 4],
+                [2, 6, 7, 3],
+                [0, 2, 3, 1],
+                [4, 5, 7, 6],
+            ];
+            let triangles = faces.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
+            let lines = (0..8_u32)
+                .flat_map(|a| [1, 2, 4].map(|bit| [a, a | bit]))
+                .filter(|[a, b]| a != b)
+                .collect();
+            let points = (0..8).map(corner).collect();
+            let softened = Some(rounded_box(center, half_extents, softness));
+            Solid { name: named("box"), points, triangles, lines, softened, is_endless: false }
+        }
+        &Shape::Sphere { center, radius } => {
+            let (points, triangles) = sphere(center, radius);
+            Solid {
+                name: named("sphere"),
+                points,
+                triangles,
+                lines: Vec::new(),
+                softened: None,
+                is_endless: false,
+            }
+        }
+    }
+}
+
+/// A box whose edges and corners are round, within the box.
+fn rounded_box(center: Vec3, half_extents: Vec3, radius: f64) -> (Vec<Vec3>, Vec<[u32; 3]>) {
+    let radius = radius.min(0.4 * half_extents.min());
+    let core = half_extents - Vec3::repeat(radius);
+    let (mut points, mut triangles) = (Vec::new(), Vec::new());
+    let (face, _) = grid(FACE + 1, FACE + 1);
+    // More cells where the edge is round.
+    let at = |n: u32| libm::sin((f64::from(n) / f64::from(FACE) - 0.5) * std::f64::consts::PI);
+    for axis in 0..3 {
+        for sign in [-1.0, 1.0] {
+            let first = points.len() as u32;
+            for (row, column) in (0..=FACE).flat_map(|row| (0..=FACE).map(move |c| (row, c))) {
+                let mut r = Vec3::zeros();
+                r[axis] = sign;
+                r[(axis + 1) % 3] = at(column) * sign;
+                r[(axis + 2) % 3] = at(row);
+                let r = r.component_mul(&half_extents);
+                let inner = r.sup(&-core).inf(&core);
+                let out = r - inner;
+                let length = out.norm();
+                let out = if length > 0.0 { out * (radius / length) } else { out };
+                points.push(center + inner + out);
+            }
+            triangles.extend(face.iter().map(|triangle| triangle.map(|i| first + i)));
+        }
+    }
+    (points, triangles)
+}
+
+/// A sphere by circles of latitude, the poles one point each.
+fn sphere(center: Vec3, radius: f64) -> (Vec<Vec3>, Vec<[u32; 3]>) {
+    let rows = AROUND / 2;
+    let turn = std::f64::consts::TAU / f64::from(AROUND);
+    let mut points = vec![center + Vec3::z() * radius];
+    for row in 1..rows {
+        let (sin, cos) = libm::sincos(f64::from(row) * turn);
+        for column in 0..AROUND {
+            let (y, x) = libm::sincos(f64::from(column) * turn);
+            points.push(center + Vec3::new(x * sin, y * sin, cos) * radius);
+        }
+    }
+    points.push(center - Vec3::z() * radius);
+    let last = (rows - 1) * AROUND + 1;
+    let at = |row: u32, column: u32| match row {
+        0 => 0,
+        row if row == rows => last,
+        row => 1 + (row - 1) * AROUND + column % AROUND,
+    };
+    let mut triangles = Vec::new();
+    for row in 0..rows {
+        for column in 0..AROUND {
+            let [a, b] = [at(row, column), at(row, column + 1)];
+            let [c, d] = [at(row + 1, column), at(row + 1, column + 1)];
+            triangles.extend(
+                [[a, c, d], [a, d, b]].iter().filter(|[a, b, c]| a != b && b != c && c != a),
+            );
+        }
+    }
+    (points, triangles)
+}
+
+/// The corners of the box around points.
+pub(crate) fn bounds(x: &[Vec3]) -> (Vec3, Vec3) {
+    let first = x.first().copied().unwrap_or_else(Vec3::zeros);
+    x.iter().fold((first, first), |(low, high), x| (low.inf(x), high.sup(x)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::surface::{area_normal, normals};
+    use drape_model::Obstacle;
+
+    fn shapes() -> [Shape; 3] {
+        [
+            Shape::Plane { point: Vec3::new(0.0, 0.0, -1.0), normal: Vec3::new(0.6, 0.0, 0.8) },
+            Shape::Box { center: Vec3::new(0.1, 0.2, 0.3), half_extents: Vec3::new(0.5, 0.4, 0.3) },
+            Shape::Sphere { center: Vec3::new(-0.1, 0.0, 0.4), radius: 0.7 },
+        ]
+    }
+
+    #[test]
+    fn the_surface_of_every_obstacle_lies_on_it_and_faces_outward() {
+        let shapes = shapes();
+        let cloth = [Vec3::new(-1.0, -1.0, 0.0), Vec3::new(1.0, 1.0, 0.5)];
+        for (shape, solid) in shapes.iter().zip(solids(&shapes, &cloth, &[[0, 1]])) {
+            let obstacle = Obstacle::from(shape.clone());
+            for point in &solid.points {
+                assert!(obstacle.distance(point).0.abs() < 1e-12, "{}", solid.name);
+            }
+            for &triangle in &solid.triangles {
+                let normal = area_normal(&solid.points, triangle);
+                let middle = triangle.iter().map(|&i| solid.points[i as usize]).sum::<Vec3>() / 3.0;
+                let (_, outward) = obstacle.distance(&(middle + normal * 1e-3));
+                assert!(normal.dot(&outward) > 0.0, "{} {triangle:?}", solid.name);
+            }
+        }
+    }
+
+    #[test]
+    fn closed_surfaces_have_two_triangles_at_every_edge() {
+        for solid in &solids(&shapes(), &[Vec3::zeros(), Vec3::x()], &[])[1..] {
+            assert!(
+                edges(&solid.triangles).values().all(|sides| sides.len() == 2),
+                "{}",
+                solid.name
+            );
+        }
+    }
+
+    #[test]
+    fn a_softened_box_lies_within_the_box_and_hides_from_every_line_over_its_edges() {
+        let (half, length) = (Vec3::new(0.5, 0.4, 0.3), 0.05);
+        let radius = SOFTNESS * length;
+        let (points, triangles) = rounded_box(Vec3::zeros(), half, radius);
+        let sharp = Obstacle::from(Shape::Box { center: Vec3::zeros(), half_extents: half });
+        let core = half - Vec3::repeat(radius);
+        let distance = |x: &Vec3| (x - x.sup(&-core).inf(&core)).norm() - radius;
+        for point in &points {
+            assert!(sharp.distance(point).0 < 1e-12 && distance(point).abs() < 1e-12);
+        }
+        for &triangle in &triangles {
+            let normal = area_normal(&points, triangle);
+            assert!(normal.dot(&points[triangle[0] as usize]) > -1e-15, "it faces outward");
+        }
+        for n in 0..=100 {
+            let (sin, cos) = libm::sincos(f64::from(n) * std::f64::consts::FRAC_PI_2 / 100.0);
+            let [a, b] =
+                [Vec3::new(sin, 0.0, 0.0), Vec3::new(0.0, 0.0, cos)].map(|r| half - r * length);
+            for part in 0..=20 {
+                let x = a.lerp(&b, f64::from(part) / 20.0);
+                assert!(distance(&Vec3::new(x.x, 0.0, x.z)) > -1e-12, "{n} {part}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_grid_shows_the_triangles_of_the_scene_and_its_warp_and_weft() {
+        let input = drape_model::load("hanging-textile-sheared-1e4").unwrap();
+        let spec = input.spec();
+        let (_, state) = spec.build().unwrap();
+        let (mut of_spec, of_grid) =
+            (Subject::new(spec, &[]), Subject::grid(20, 20, &[], &state.x));
+        assert_eq!(of_spec.triangles, of_grid.triangles);
+        let mut lines = of_grid.lines.clone();
+        lines.sort_unstable();
+        of_spec.lines.sort_unstable();
+        assert_eq!(of_spec.lines, lines, "no shear spring, no diagonal");
+    }
+
+    #[test]
+    fn normals_are_unit_vectors_also_where_the_cloth_has_no_area() {
+        let x = [Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::x()];
+        for normal in normals(&x, &[[0, 1, 2], [0, 1, 3]]) {
+            assert!((normal.norm() - 1.0).abs() < 1e-12);
+        }
+    }
+}
