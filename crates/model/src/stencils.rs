@@ -195,6 +195,8 @@ fn corners<const N: usize>(
     Ok(())
 }
 
+type Boxed = Box<dyn Effect>;
+
 /// The effects on more than two particles, checked.
 #[derive(Default)]
 pub(crate) struct Stencils {
@@ -257,8 +259,8 @@ impl Stencils {
     }
 
     /// The angles and hinges as effects, and the air.
-    pub(crate) fn into_effects(self) -> (Vec<Box<dyn Effect>>, Option<Box<dyn Effect>>) {
-        let mut elastic: Vec<Box<dyn Effect>> = Vec::new();
+    pub(crate) fn into_effects(self) -> (Vec<Boxed>, Option<Boxed>) {
+        let mut elastic: Vec<Boxed> = Vec::new();
         for (effect, list) in AngleEffect::ALL.into_iter().zip(self.angles) {
             if !list.is_empty() {
                 elastic.push(Box::new(Angles::new(effect.name(), list)));
@@ -267,7 +269,7 @@ impl Stencils {
         if !self.hinges.is_empty() {
             elastic.push(Box::new(Hinges::new(self.hinges)));
         }
-        (elastic, self.air.map(|air| Box::new(air) as Box<dyn Effect>))
+        (elastic, self.air.map(|air| Box::new(air) as Boxed))
     }
 }
 

@@ -122,8 +122,8 @@ impl Air {
             let normal = a.cross(&b);
             let doubled = normal.norm();
             let longest = a.norm_squared().max(b.norm_squared());
-            // Not `<=`: what is no number has no normal either.
-            if !(doubled > DEGENERATE * longest) {
+            // What is no number has no normal either.
+            if doubled <= DEGENERATE * longest || doubled.is_nan() {
                 continue;
             }
             let n = normal / doubled;
