@@ -1,7 +1,7 @@
 //! C18: in general the matrix must be set up each step.
 
 use super::runs::{Exact, error, walk};
-use super::scenes::{build, greatest, hanging};
+use super::scenes::{build, greatest, hanging, least};
 use super::{Claim, Finding, Number, Verdict};
 use crate::HarnessError;
 use crate::experiments::sheet::MASS;
@@ -135,6 +135,7 @@ fn test() -> Result<Finding, HarnessError> {
         let part = changes as f64 / steps(h) as f64;
         numbers.push(Number::new(format!("new matrices a step; {case}"), part, ""));
     }
+    let best = least(first.iter().copied());
     let (steepest, first) = (greatest(steepest), greatest(first));
     let kept = steepest.min(first);
     let verdict = if kept > MUST {
@@ -160,9 +161,11 @@ fn test() -> Result<Finding, HarnessError> {
         reason: format!(
             "Where springs reach a steeper piece, a matrix that is kept makes up to {} times the error with the steepest slopes in it, \
              and up to {} times with those at the start, of one that is set up whenever a spring changes piece. The first makes the \
-             sheet sluggish wherever it is soft, the second lacks the stiffness of what is taut.",
+             sheet sluggish wherever it is soft; the second blows up where what is taut is too stiff for the step, and elsewhere locks \
+             nothing, with as little as {} times the error.",
             short(steepest),
-            short(first)
+            short(first),
+            short(best)
         ),
         repair: None,
         scenes: format!(

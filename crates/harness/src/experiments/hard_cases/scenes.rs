@@ -367,12 +367,12 @@ pub(super) fn all() -> Vec<Case> {
             "A hanging sheet on springs of 10 N/m, particles of 1 g and of 1 µg like the squares of a chessboard.",
             Setup::new(|| two_masses(1e-6), 0.01).tame(|| two_masses(0.1)),
         ),
-        quick(case(
+        case(
             "H08",
             "slopes 1 : 100",
             "A hanging sheet whose tension springs have k/m = 1e4 up to 2 %, 1e6 beyond, 1e3 in compression.",
             Setup::new(two_slopes, 0.01),
-        )),
+        ),
         case(
             "H09",
             "step up and down",
