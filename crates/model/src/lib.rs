@@ -62,7 +62,7 @@ pub use effects::{BlockPlanes, BlockSink, Effect, LinearSplit, Linearised, Part,
 pub use error::{SceneError, Violation};
 pub use load::{Input, load, parse};
 pub use numbering::Numbering;
-pub use obstacle::{Detection, Obstacle, Shape};
+pub use obstacle::{ClosedMesh, Detection, Obstacle, Shape};
 pub use path::{KeyframeSpec, MovingPin, Path};
 pub use scene::{Cloth, Effects, Grid, Particles, Pin, Scene, SpringLaw, TimeSpan};
 pub use spec::{

@@ -126,8 +126,7 @@ fn everything_follows_its_particle() {
         spec.particles.velocity_m_s[i] = [i as f64, 0.0, 1.0];
     }
     spec.pins = vec![PinSpec::still(17), PinSpec::still(1999)];
-    spec.obstacles =
-        vec![ObstacleSpec::Sphere { center_m: [0.0; 3], radius_m: 1.0, restitution: 0.0 }];
+    spec.obstacles = vec![ObstacleSpec::sphere([0.0; 3], 1.0, 0.0)];
     let (given, state) = spec.build().unwrap();
     let (system, start, numbering) = spec.build_ordered().unwrap();
     assert!(!numbering.is_identity());
