@@ -8,10 +8,11 @@ use crate::stencils::Stencils;
 use crate::stretch::Laws;
 use crate::system::Contact;
 use crate::{
-    Effect, MovingPin, Obstacle, ObstacleSpec, ParticlesSpec, Path, Shape, SpringEffect,
-    SpringSpec, State, System, SystemSpec, Vec3,
+    ClosedMesh, Effect, MovingPin, Obstacle, ObstacleSpec, ParticlesSpec, Path, Shape,
+    SpringEffect, SpringSpec, State, System, SystemSpec, Vec3,
 };
 use std::fmt::Display;
+use std::sync::Arc;
 
 pub(crate) fn index(path: impl Display, value: u32, count: usize) -> Result<usize, Violation> {
     let expected = || match count {
@@ -115,7 +116,8 @@ impl SpringSpec {
 impl ObstacleSpec {
     fn check(&self, position: usize) -> Result<Obstacle, Violation> {
         let path = |key: &str| format!("obstacles[{position}].{key}");
-        let (shape, restitution, (friction, frames), kind) = match self {
+        let kind = self.kind();
+        let (shape, restitution, friction, frames) = match self {
             Self::Plane { point_m, normal, restitution, friction, path: frames } => {
                 let direction = vector(path("plane.normal"), *normal)?;
                 let normal = direction.try_normalize(1e-12).ok_or_else(|| {
@@ -123,7 +125,7 @@ impl ObstacleSpec {
                     Violation::new(path("plane.normal"), found, "a vector longer than 1e-12")
                 })?;
                 let point = vector(path("plane.point_m"), *point_m)?;
-                (Shape::Plane { point, normal }, restitution, (friction, frames), "plane")
+                (Shape::Plane { point, normal }, restitution, friction, frames)
             }
             Self::Box { center_m, size_m, restitution, friction, path: frames } => {
                 for (axis, &edge) in size_m.iter().enumerate() {
@@ -131,12 +133,20 @@ impl ObstacleSpec {
                 }
                 let center = vector(path("box.center_m"), *center_m)?;
                 let half_extents = Vec3::from(*size_m) * 0.5;
-                (Shape::Box { center, half_extents }, restitution, (friction, frames), "box")
+                (Shape::Box { center, half_extents }, restitution, friction, frames)
             }
             Self::Sphere { center_m, radius_m, restitution, friction, path: frames } => {
                 let radius = positive(path("sphere.radius_m"), *radius_m, MAX_COORDINATE)?;
                 let center = vector(path("sphere.center_m"), *center_m)?;
-                (Shape::Sphere { center, radius }, restitution, (friction, frames), "sphere")
+                (Shape::Sphere { center, radius }, restitution, friction, frames)
+            }
+            Self::Mesh { vertices_m, triangles, restitution, friction, path: frames } => {
+                let vertices = vertices_m.iter().enumerate();
+                let vertices = vertices
+                    .map(|(k, &at)| vector(path(&format!("mesh.vertices_m[{k}]")), at))
+                    .collect::<Result<Vec<_>, _>>()?;
+                let mesh = ClosedMesh::check(&path("mesh"), vertices, triangles)?;
+                (Shape::Mesh(Arc::new(mesh)), restitution, friction, frames)
             }
         };
         let restitution = within(path(&format!("{kind}.restitution")), *restitution, 0.0, 1.0)?;

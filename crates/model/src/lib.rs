@@ -70,7 +70,7 @@ pub use error::{SceneError, Violation};
 pub use load::{Input, load, parse};
 pub use mesh::{MeshCloth, Rotation};
 pub use numbering::Numbering;
-pub use obstacle::{Detection, Obstacle, Shape};
+pub use obstacle::{ClosedMesh, Detection, Obstacle, Shape};
 pub use path::{KeyframeSpec, MovingPin, Path};
 pub use projection::{drape_coefficient, projected_area};
 pub use scene::{Cloth, Effects, Grid, Particles, Scene, SpringLaw, TimeSpan};

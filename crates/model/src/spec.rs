@@ -261,6 +261,25 @@ pub enum ObstacleSpec {
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
         path: Vec<KeyframeSpec>,
     },
+    /// Solid bounded by a closed triangle mesh.
+    Mesh {
+        /// Vertices, m.
+        vertices_m: Vec<[f64; 3]>,
+        /// Triangles as vertex indices, counter-clockwise seen from outside.
+        #[schemars(length(min = 4))]
+        triangles: Vec<[u32; 3]>,
+        /// Coefficient of restitution, 0 to 1.
+        #[serde(default)]
+        #[schemars(range(min = 0.0, max = 1.0))]
+        restitution: f64,
+        /// Coefficient of Coulomb friction; 0, none, if absent.
+        #[serde(default, skip_serializing_if = "is_zero")]
+        #[schemars(range(min = 0.0, max = MAX_FRICTION))]
+        friction: f64,
+        /// How it is moved from its place at the start; it rests if there are no keyframes.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        path: Vec<KeyframeSpec>,
+    },
 }
 
 fn is_zero(value: &f64) -> bool {
@@ -268,6 +287,16 @@ fn is_zero(value: &f64) -> bool {
 }
 
 impl ObstacleSpec {
+    /// Its name in a file.
+    pub(crate) fn kind(&self) -> &'static str {
+        match self {
+            Self::Plane { .. } => "plane",
+            Self::Box { .. } => "box",
+            Self::Sphere { .. } => "sphere",
+            Self::Mesh { .. } => "mesh",
+        }
+    }
+
     /// A plane at rest, without friction: a point, m, its outward normal, and the coefficient of restitution.
     pub const fn plane(point_m: [f64; 3], normal: [f64; 3], restitution: f64) -> Self {
         Self::Plane { point_m, normal, restitution, friction: 0.0, path: Vec::new() }
@@ -285,11 +314,15 @@ impl ObstacleSpec {
 
     /// Puts it where it is at `t` seconds, with what is left of its path.
     fn advance(&mut self, t: f64) {
-        let (Self::Plane { point_m: place, path, .. }
-        | Self::Box { center_m: place, path, .. }
-        | Self::Sphere { center_m: place, path, .. }) = self;
+        let (places, path) = match self {
+            Self::Plane { point_m: place, path, .. }
+            | Self::Box { center_m: place, path, .. }
+            | Self::Sphere { center_m: place, path, .. } => (std::slice::from_mut(place), path),
+            Self::Mesh { vertices_m, path, .. } => (&mut vertices_m[..], path),
+        };
         if !path.is_empty() {
-            *place = (Vec3::from(*place) + offset_of(path, t)).into();
+            let offset = offset_of(path, t);
+            places.iter_mut().for_each(|place| *place = (Vec3::from(*place) + offset).into());
             *path = rest_of(path, t);
         }
     }

@@ -75,7 +75,7 @@ impl<'a> Basis<'a> {
         let mut worst = None;
         let mut least = 0.0;
         for (contact, multiplier) in self.multipliers(impulse) {
-            if multiplier < least {
+            if multiplier + contact.slack < least {
                 least = multiplier;
                 worst = Some(contact.normal);
             }

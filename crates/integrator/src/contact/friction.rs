@@ -105,11 +105,12 @@ impl Basis<'_> {
         Some(rough.surface.unwrap_or_default())
     }
 
-    /// What friction leaves of the velocity `along` the surface where the contacts stop that of `inward`, m/s.
-    pub(super) fn rub(&self, inward: &Vec3, along: Vec3) -> Vec3 {
+    /// What friction leaves of the velocity `along` the surface, m/s, where the contacts raise the normal velocity of
+    /// `before` to that of `after`.
+    pub(super) fn rub(&self, before: &Vec3, along: Vec3, after: impl Fn(&Contact) -> f64) -> Vec3 {
         let Some(v_s) = self.surface() else { return along };
-        let borne = |contact: &Contact| contact.friction * (-contact.relative(inward)).max(0.0);
-        let limit: f64 = self.contacts().map(borne).sum();
+        let gained = |contact: &Contact| (after(contact) - contact.normal.dot(before)).max(0.0);
+        let limit: f64 = self.contacts().map(|contact| contact.friction * gained(contact)).sum();
         let carried = self.filter().apply(v_s);
         let slip = along - carried;
         let length = slip.norm();

@@ -73,6 +73,8 @@ use std::convert::Infallible;
 
 /// How far outside the surface a particle still touches it, m.
 const TOUCHING: f64 = 1e-9;
+/// Round-off of a velocity relative to a moving surface, over the speed of the surface.
+const ROUND_OFF: f64 = 1e-9;
 /// Most re-solves after releases in one step.
 const MAX_RELEASE_PASSES: usize = 3;
 /// A normal that lies this close to the span of others depends on them.
@@ -96,6 +98,8 @@ struct Contact {
     keep: f64,
     /// Least normal velocity with which the particle ends the step.
     least: f64,
+    /// A pull below this, kg m/s, is round-off: on a moving surface the velocity that rests is not 0.
+    slack: f64,
     /// `μ`.
     friction: f64,
     /// `v_s`, where the obstacle moves.
@@ -342,16 +346,15 @@ impl ContactSet {
             let first = self.candidates.len();
             for (index, obstacle) in system.obstacles().iter().enumerate() {
                 let motion = &self.motions[index];
-                let (distance, normal, approach) = match motion {
-                    None => {
-                        let (distance, normal) = obstacle.distance(&x[particle]);
-                        (distance, normal, normal.dot(&v[particle]))
-                    }
-                    Some(Motion { offset, velocity }) => {
-                        let (distance, normal) = obstacle.distance(&(x[particle] - offset));
-                        (distance, normal, normal.dot(&(v[particle] - velocity)))
-                    }
+                let (x, v) = match motion {
+                    None => (x[particle], v[particle]),
+                    Some(motion) => (x[particle] - motion.offset, v[particle] - motion.velocity),
                 };
+                let reach = if speculative { TOUCHING + tau * v.norm() } else { TOUCHING };
+                let Some((distance, normal)) = obstacle.distance_within(&x, reach) else {
+                    continue;
+                };
+                let approach = normal.dot(&v);
                 let arrives = speculative && distance + tau * approach < 0.0;
                 if distance < TOUCHING || arrives {
                     let recovery = (-distance / tau).min(limit);
@@ -375,6 +378,9 @@ impl ContactSet {
                         target,
                         keep: rebound.max(approach),
                         least: f64::NEG_INFINITY,
+                        slack: motion.map_or(0.0, |motion| {
+                            ROUND_OFF * system.mass()[particle] * motion.velocity.norm()
+                        }),
                         friction: obstacle.friction,
                         surface: motion.map(|motion| motion.velocity),
                     };
@@ -546,7 +552,7 @@ impl ContactSet {
             if basis.contacts().any(|contact| contact.normal.dot(&inward) < borne(contact)) {
                 let kept = basis.combine(|contact| contact.normal.dot(&inward).max(borne(contact)));
                 let along = basis.filter().apply(inward);
-                let along = if self.rubs { basis.rub(&inward, along) } else { along };
+                let along = if self.rubs { basis.rub(&inward, along, borne) } else { along };
                 *velocity = along + kept;
             }
         }
@@ -555,19 +561,24 @@ impl ContactSet {
     /// What an impact leaves of `v`, m/s: for methods whose forces act afterwards. The contacts are those that
     /// [`project`](Self::project) has just left.
     pub fn strike(
-        &mut self,
+        &self,
         system: &System,
         constraints: &mut Constraints,
         v: &[Vec3],
         velocity: &mut [Vec3],
-        impulse: &mut [Vec3],
     ) {
         if self.rubs {
-            self.write(system, constraints);
-            self.project(system, constraints, v, velocity, impulse);
-        } else {
-            velocity.copy_from_slice(v);
-            constraints.impose(velocity);
+            self.write(system, constraints); // the friction of forces is none of the impact's
+        }
+        velocity.copy_from_slice(v);
+        constraints.impose(velocity);
+        for group in self.candidates.chunk_by(|a, b| a.particle == b.particle) {
+            let (basis, particle) = (Basis::of(group), group[0].particle as usize);
+            if basis.surface().is_some() {
+                let along = basis.filter().apply(v[particle]);
+                let along = basis.rub(&v[particle], along, |contact| contact.keep);
+                velocity[particle] = basis.combine(|contact| contact.target) + along;
+            }
         }
     }
 

@@ -7,7 +7,7 @@ use drape_model::{State, parse};
 fn contact(normal: Vec3, target: f64) -> Contact {
     let (normal, shift, keep) = (normal.normalize(), 0.0, 0.0);
     let (recovery, least) = (target, f64::NEG_INFINITY);
-    let (friction, surface) = (0.0, None);
+    let (slack, friction, surface) = (0.0, 0.0, None);
     Contact {
         particle: 0,
         obstacle: 0,
@@ -17,6 +17,7 @@ fn contact(normal: Vec3, target: f64) -> Contact {
         target,
         keep,
         least,
+        slack,
         friction,
         surface,
     }

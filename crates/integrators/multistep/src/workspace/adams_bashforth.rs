@@ -92,7 +92,7 @@ impl AdamsWorkspace {
         free_velocity.copy_from_slice(&state.v);
         drift(h, &self.mean_acceleration, free_velocity);
         contacts.project(system, constraints, free_velocity, velocity, impulse);
-        contacts.strike(system, constraints, &state.v, velocity, impulse);
+        contacts.strike(system, constraints, &state.v, velocity);
         contacts.support(h, &mut self.lead);
         for pin in system.moving_pins() {
             self.lead[pin.particle] = Vec3::zeros();

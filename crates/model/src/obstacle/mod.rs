@@ -1,11 +1,19 @@
 //! Rigid obstacles: signed distance and outward normal.
 
+mod mesh;
+#[cfg(test)]
+mod mesh_tests;
+mod tree;
+
+pub use mesh::ClosedMesh;
+
 use crate::{Path, Vec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 /// The surface of an obstacle. The solid lies where the signed distance is negative.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Shape {
     /// Half-space below the plane through `point` with unit `normal`.
     Plane {
@@ -28,6 +36,8 @@ pub enum Shape {
         /// Radius, m.
         radius: f64,
     },
+    /// Solid bounded by triangles.
+    Mesh(Arc<ClosedMesh>),
 }
 
 /// A rigid obstacle.
@@ -74,15 +84,25 @@ impl Obstacle {
     /// assert_eq!(ball.distance(&Vec3::new(0.0, 3.0, 0.0)), (1.0, Vec3::y()));
     /// ```
     pub fn distance(&self, x: &Vec3) -> (f64, Vec3) {
-        match self.shape {
-            Shape::Plane { point, normal } => (normal.dot(&(x - point)), normal),
+        match &self.shape {
+            Shape::Plane { point, normal } => (normal.dot(&(x - point)), *normal),
             Shape::Sphere { center, radius } => {
                 let r = x - center;
                 let length = r.norm();
                 let normal = if length > 0.0 { r / length } else { Vec3::z() };
                 (length - radius, normal)
             }
-            Shape::Box { center, half_extents } => box_distance(&(x - center), &half_extents),
+            Shape::Box { center, half_extents } => box_distance(&(x - center), half_extents),
+            Shape::Mesh(mesh) => mesh.distance(x),
+        }
+    }
+
+    /// [`distance`](Self::distance) where it may be below `reach`, m: where it is costly, a look at the bounding box comes
+    /// first.
+    pub fn distance_within(&self, x: &Vec3, reach: f64) -> Option<(f64, Vec3)> {
+        match &self.shape {
+            Shape::Mesh(mesh) if !mesh.is_near(x, reach) => None,
+            _ => Some(self.distance(x)),
         }
     }
 }
@@ -136,7 +156,7 @@ mod tests {
         let points = [(0.2, 0.11, 0.05), (0.9, 0.7, 0.8), (-0.3, 1.0, 0.1), (0.57, 0.03, -0.3)];
         for shape in shapes {
             for (a, b, c) in points {
-                check_gradient(&Obstacle::from(shape), Vec3::new(a, b, c));
+                check_gradient(&Obstacle::from(shape.clone()), Vec3::new(a, b, c));
             }
         }
     }

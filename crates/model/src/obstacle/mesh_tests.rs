@@ -1,0 +1,131 @@
+//! Solids bounded by meshes against shapes with a formula.
+
+use super::*;
+use crate::error::Violation;
+
+/// The box with these half extents, each face two triangles.
+fn cuboid(half: Vec3) -> (Vec<Vec3>, Vec<[u32; 3]>) {
+    let sign = |bit: usize| if bit == 0 { -1.0 } else { 1.0 };
+    let vertices = (0..8)
+        .map(|i| Vec3::new(sign(i & 1), sign(i & 2), sign(i & 4)).component_mul(&half))
+        .collect();
+    let quads: [[u32; 4]; 6] =
+        [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+    let halves = |[a, b, c, d]: [u32; 4]| [[a, b, c], [a, c, d]];
+    (vertices, quads.into_iter().flat_map(halves).collect())
+}
+
+/// A ball of radius 1 from an octahedron whose triangles are cut in four `levels` times.
+fn ball(levels: usize) -> (Vec<Vec3>, Vec<[u32; 3]>) {
+    let (x, y, z) = (Vec3::x(), Vec3::y(), Vec3::z());
+    let mut vertices = vec![x, -x, y, -y, z, -z];
+    let mut triangles: Vec<[u32; 3]> = vec![
+        [0, 2, 4],
+        [2, 1, 4],
+        [1, 3, 4],
+        [3, 0, 4],
+        [2, 0, 5],
+        [1, 2, 5],
+        [3, 1, 5],
+        [0, 3, 5],
+    ];
+    for _ in 0..levels {
+        let mut middles = std::collections::BTreeMap::new();
+        let mut cut = Vec::new();
+        for [a, b, c] in triangles {
+            let mut middle = |i: u32, j: u32| {
+                *middles.entry((i.min(j), i.max(j))).or_insert_with(|| {
+                    vertices.push((vertices[i as usize] + vertices[j as usize]).normalize());
+                    vertices.len() as u32 - 1
+                })
+            };
+            let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
+            cut.extend([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]);
+        }
+        triangles = cut;
+    }
+    (vertices, triangles)
+}
+
+fn closed((vertices, triangles): (Vec<Vec3>, Vec<[u32; 3]>)) -> Result<ClosedMesh, Violation> {
+    ClosedMesh::check("mesh", vertices, &triangles)
+}
+
+/// Points all over a cube of the given half edge, in no order.
+fn points(count: u64, half: f64) -> impl Iterator<Item = Vec3> {
+    let fraction = |i: u64, by: f64| (i as f64 * by).fract() * 2.0 - 1.0;
+    (1..=count).map(move |i| {
+        let [a, b, c] =
+            [0.754_877_666_2, 0.569_840_290_9, 0.438_579_021_3].map(|by| fraction(i, by));
+        Vec3::new(a, b, c) * half
+    })
+}
+
+#[test]
+fn a_box_of_triangles_has_the_distances_and_normals_of_the_box() {
+    let half = Vec3::new(0.5, 0.3, 0.2);
+    let mesh = closed(cuboid(half)).unwrap();
+    let shape = Shape::Box { center: Vec3::zeros(), half_extents: half };
+    let analytic = Obstacle::from(shape);
+    for x in points(5000, 1.0) {
+        let (expected, along) = analytic.distance(&x);
+        let (found, normal) = mesh.distance(&x);
+        assert!((found - expected).abs() < 1e-14, "{x:?}: {found}, not {expected}");
+        assert!((normal - along).norm() < 1e-9, "{x:?}: {normal:?}, not {along:?}");
+    }
+    // On faces, edges and corners normals point out and distances are 0.
+    for x in points(500, 1.0) {
+        let on = x.zip_map(&half, |x, half| x.clamp(-half, half));
+        if on.iter().zip(&half).all(|(x, half)| x.abs() < *half) {
+            continue;
+        }
+        let (found, normal) = mesh.distance(&on);
+        assert!(found.abs() < 1e-15 && (normal.norm() - 1.0).abs() < 1e-12);
+        assert!(analytic.distance(&(on + normal * 1e-3)).0 > 5e-4, "{on:?}: {normal:?}");
+    }
+}
+
+/// The tree finds what a search through all triangles finds; inside and outside are told apart at edges and corners.
+#[test]
+fn a_ball_of_many_triangles_is_a_ball_up_to_their_size() {
+    let mesh = closed(ball(4)).unwrap();
+    for x in points(3000, 1.5) {
+        let (found, normal) = mesh.distance(&x);
+        let expected = x.norm() - 1.0;
+        assert!((found - expected).abs() < 5e-3, "{x:?}: {found}, not {expected}");
+        if expected.abs() < 0.5 {
+            assert!(normal.dot(&x.normalize()) > 0.98, "{x:?}: {normal:?}");
+        }
+        assert!(expected > 5e-3 || mesh.is_near(&x, 0.0));
+    }
+    assert!(!mesh.is_near(&Vec3::new(1.2, 0.0, 0.0), 0.1));
+}
+
+#[test]
+fn a_mesh_that_bounds_nothing_is_refused_with_the_triangle_that_shows_it() {
+    let whole = cuboid(Vec3::repeat(1.0));
+    let refused = |change: fn(&mut Vec<Vec3>, &mut Vec<[u32; 3]>)| {
+        let (mut vertices, mut triangles) = whole.clone();
+        change(&mut vertices, &mut triangles);
+        let violation = closed((vertices, triangles)).unwrap_err();
+        (violation.path.clone(), violation.to_string())
+    };
+    let check = |(path, message): (String, String), at: &str, what: &str| {
+        assert!(path == at && message.contains(what), "{path}: {message}");
+    };
+    check(refused(|_, t| t.truncate(11)), "mesh.triangles[0]", "no triangle has the edge");
+    check(refused(|_, t| t[3].swap(0, 1)), "mesh.triangles[3]", "is one of triangle");
+    check(refused(|_, t| t.iter_mut().for_each(|t| t.swap(0, 1))), "mesh.triangles", "volume");
+    check(refused(|_, t| t[2][1] = 8), "mesh.triangles[2][1]", "below 8");
+    check(refused(|_, t| t[5] = [3, 3, 1]), "mesh.triangles[5]", "an area");
+    check(refused(|_, t| t.clear()), "mesh.triangles", "4 to");
+    // Two boxes that touch in one vertex.
+    let twice = refused(|vertices, triangles| {
+        let shifted: Vec<_> = vertices.iter().map(|v| v + Vec3::repeat(2.0)).collect();
+        let index = |i: u32| if i == 0 { 7 } else { i + 7 };
+        vertices.extend(&shifted[1..]);
+        let others: Vec<_> = triangles.iter().map(|t| t.map(index)).collect();
+        triangles.extend(others);
+    });
+    check(twice, "mesh.triangles[2]", "one fan");
+}
