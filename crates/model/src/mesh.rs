@@ -15,7 +15,7 @@ mod surface;
 
 use crate::build::{number, positive, vector};
 use crate::error::Violation;
-use crate::scene::SpringLaw;
+use crate::scene::{Particles, SpringLaw};
 use crate::spec::{MAX_COEFFICIENT, MAX_COORDINATE, ParticlesSpec, SpringEffect, SpringSpec};
 use crate::{Mat3, Vec3, bundled};
 use schemars::JsonSchema;
@@ -166,7 +166,7 @@ impl MeshCloth {
     pub(crate) fn discretise(
         &self,
         laws: &[(SpringEffect, Option<&SpringLaw>)],
-    ) -> Result<(ParticlesSpec, Vec<SpringSpec>, Vec<[u32; 3]>), Violation> {
+    ) -> Result<Particles, Violation> {
         let surface = self.surface()?;
         let x = self.positions(surface)?;
         let mass = self.masses(surface, &x)?;
@@ -189,7 +189,7 @@ impl MeshCloth {
         let velocity_m_s = self.velocities(&mass, &x)?;
         let position_m = x.into_iter().map(Into::into).collect();
         let particles = ParticlesSpec { mass_kg: mass, position_m, velocity_m_s };
-        Ok((particles, springs, surface.triangles()))
+        Ok(Particles { particles, springs, triangles: surface.triangles() })
     }
 
     fn positions(&self, surface: &Surface) -> Result<Vec<Vec3>, Violation> {

@@ -363,7 +363,10 @@ impl Scene {
                 grid.check()?;
                 (grid.particles(), self.grid_springs(grid)?, grid.triangles())
             }
-            Cloth::Mesh(mesh) => mesh.discretise(&self.spring_laws())?,
+            Cloth::Mesh(mesh) => {
+                let cloth = mesh.discretise(&self.spring_laws())?;
+                (cloth.particles, cloth.springs, cloth.triangles)
+            }
             Cloth::Particles(cloth) => {
                 self.refuse_spring_laws()?;
                 (cloth.particles.clone(), cloth.springs.clone(), cloth.triangles.clone())

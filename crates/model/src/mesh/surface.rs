@@ -93,8 +93,8 @@ impl Surface {
     pub(super) fn triangles(&self) -> Vec<[u32; 3]> {
         let mut triangles = Vec::new();
         for face in &self.faces {
-            match face.corners() {
-                &[a, b, c, d] => {
+            match *face.corners() {
+                [a, b, c, d] => {
                     let length = |i: u32, j: u32| {
                         (self.vertices[i as usize] - self.vertices[j as usize]).norm_squared()
                     };
@@ -104,7 +104,7 @@ impl Surface {
                         triangles.extend([[a, b, d], [b, c, d]]);
                     }
                 }
-                &[a, b, c] => triangles.push([a, b, c]),
+                [a, b, c] => triangles.push([a, b, c]),
                 _ => {}
             }
         }
