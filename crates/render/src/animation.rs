@@ -50,7 +50,9 @@ impl Animation {
     /// # Errors
     /// [`RenderError::TooLarge`] if they do not.
     pub fn check_size(particles: usize, frames: u64) -> Result<(), RenderError> {
-        let bytes = frames.saturating_mul(24 * particles as u64 + 4 * frames);
+        let a_frame =
+            24_u64.saturating_mul(particles as u64).saturating_add(frames.saturating_mul(4));
+        let bytes = frames.saturating_mul(a_frame);
         if bytes > MOST_BYTES {
             return Err(RenderError::TooLarge { bytes, most: MOST_BYTES });
         }

@@ -82,16 +82,19 @@ impl Camera {
         let tangents = [HALF_ANGLE_TANGENT * aspect.max(1.0), HALF_ANGLE_TANGENT / aspect.min(1.0)];
         let (low, high) = crate::subject::bounds(points);
         let mut center = (low + high) * 0.5;
-        let mut distance = 0.0;
-        for _ in 0..FITS {
-            // A point x right of the centre and z nearer to the eye is seen if |x| ≤ (d − z) tan.
-            distance = 0.0_f64;
+        // A point x right of the centre and z nearer to the eye is seen if |x| ≤ (d − z) tan.
+        let least_distance = |center: Vec3| {
+            let mut distance = 0.0_f64;
             for point in points {
                 let r = point - center;
                 for (axis, tangent) in [right, up].iter().zip(tangents) {
                     distance = distance.max(r.dot(axis).abs() / (FILL * tangent) + r.dot(&back));
                 }
             }
+            distance
+        };
+        for _ in 0..FITS {
+            let distance = least_distance(center);
             let from = center;
             for axis in [right, up] {
                 let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
@@ -106,6 +109,7 @@ impl Camera {
                 }
             }
         }
+        let distance = least_distance(center);
         let is_usable = distance > 0.0 && distance.is_finite();
         let distance = if is_usable { distance } else { 1.0 };
         Self { right, up, back, eye: center + back * distance, tangents, distance }

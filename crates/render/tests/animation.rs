@@ -52,7 +52,7 @@ fn counts_positions_normals_and_times_read_back() {
     assert_eq!(indices, subject().triangles.as_flattened());
     let base: Vec<_> = reader.read_positions().unwrap().collect();
     for normal in reader.read_normals().unwrap() {
-        assert_eq!(normal, [0.0, 0.0, 1.0], "the sheet starts flat");
+        assert_eq!(normal, [0.0, 0.0, -1.0], "the sheet starts flat, rows along x");
     }
     let targets: Vec<_> = reader.read_morph_targets().collect();
     assert_eq!(targets.len(), times.len() - 1);

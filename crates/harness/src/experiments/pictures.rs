@@ -225,8 +225,7 @@ fn findings(facts: &Facts) -> Vec<String> {
             list(diverged)
         ),
         format!(
-            "After {} s the sheet should have come down by {} m on average. At least nine tenths of it: {}. Less than half, \
-             they stand still in the air: {}.",
+            "After {} s the sheet should have come down by {} m on average. At least nine tenths of it: {}. Less than half: {}.",
             reference.time_s,
             short(whole),
             list(fallen(0.9, f64::INFINITY)),
