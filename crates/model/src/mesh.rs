@@ -16,7 +16,7 @@ mod surface;
 use crate::build::{number, positive, vector};
 use crate::error::Violation;
 use crate::scene::{Particles, SpringLaw};
-use crate::spec::{MAX_COEFFICIENT, MAX_COORDINATE, ParticlesSpec, SpringEffect, SpringSpec};
+use crate::spec::{MAX_COEFFICIENT, MAX_COORDINATE, ParticlesSpec, SpringEffect};
 use crate::{Mat3, Vec3, bundled};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -129,7 +129,7 @@ mod tests {
     #[test]
     fn a_path_goes_through_its_keyframes_and_rests_after_the_last() {
         let frames = [frame(0.3, 0.1), frame(0.7, 0.9), frame(2.0, 0.9)];
-        let path = Path::check("", &frames).unwrap().unwrap();
+        let path = Path::check("", &frames).expect("valid").expect("valid");
         for frame in &frames {
             assert_eq!(path.offset(frame.time_s), Vec3::from(frame.offset_m));
         }
@@ -137,13 +137,13 @@ mod tests {
         assert!((path.offset(0.5).x - 0.5).abs() < 1e-15);
         assert!((path.offset(0.15).x - 0.05).abs() < 1e-15);
         assert_eq!(path.offset(1e9), Vec3::from(frames[2].offset_m));
-        assert_eq!(Path::check("", &[]).unwrap(), None);
+        assert_eq!(Path::check("", &[]).expect("valid"), None);
     }
 
     #[test]
     fn the_rest_of_a_path_leads_where_the_path_leads() {
         let frames = [frame(0.3, 0.1), frame(0.7, 0.9)];
-        let path = Path::check("", &frames).unwrap().unwrap();
+        let path = Path::check("", &frames).expect("valid").expect("valid");
         for t in [0.0, 0.2, 0.3, 0.5, 0.7, 1.0] {
             for later in [0.0, 0.1, 0.25, 0.6] {
                 let rest = offset_of(&rest_of(&frames, t), later);

@@ -156,7 +156,7 @@ mod tests {
             [[0.0, 0.0, 0.0], [2.0, 0.1, 0.3], [0.5, -1.0, 4.0], [-0.3, 0.2, -1.0]].map(Vec3::from);
         for aspect in [0.5, 1.0, 1.6] {
             for view in ["auto", "front", "side", "top", "30,-40", "-120, 89"] {
-                let camera = Camera::fit(view.parse().unwrap(), &points, aspect);
+                let camera = Camera::fit(view.parse().expect("valid"), &points, aspect);
                 let mut reach: f64 = 0.0;
                 for point in &points {
                     let [x, y, z, w] = camera.project(point);

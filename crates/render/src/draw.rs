@@ -52,7 +52,8 @@ impl Sketch<'_> {
     fn corner(&mut self, point: &Vec3, shift: f64, colour: Tint) -> Option<usize> {
         let [x, y, z, w] = self.camera.project(point);
         let far = 1e4 * self.camera.distance();
-        if !(x.abs() + y.abs() + w.abs() < far) {
+        let size = x.abs() + y.abs() + w.abs();
+        if size.is_nan() || size >= far {
             return None;
         }
         // All four by the same factor: the same place in the picture, another depth.

@@ -190,6 +190,14 @@ fn solid(shape: &Shape, number: usize, cloth: &[Vec3], softness: f64) -> Solid {
             let softened = Some(rounded_box(center, half_extents, softness));
             Solid { name: named("box"), points, triangles, lines, softened, is_endless: false }
         }
+        Shape::Mesh(mesh) => Solid {
+            name: named("mesh"),
+            points: mesh.vertices().to_vec(),
+            triangles: mesh.triangles().to_vec(),
+            lines: Vec::new(),
+            softened: None,
+            is_endless: false,
+        },
         &Shape::Sphere { center, radius } => {
             let (points, triangles) = sphere(center, radius);
             Solid {
@@ -342,9 +350,9 @@ mod tests {
 
     #[test]
     fn a_grid_shows_the_triangles_of_the_scene_and_its_warp_and_weft() {
-        let input = drape_model::load("hanging-textile-sheared-1e4").unwrap();
+        let input = drape_model::load("hanging-textile-sheared-1e4").expect("valid");
         let spec = input.spec();
-        let (_, state) = spec.build().unwrap();
+        let (_, state) = spec.build().expect("valid");
         let (mut of_spec, of_grid) =
             (Subject::new(spec, &[]), Subject::grid(20, 20, &[], &state.x));
         assert_eq!(of_spec.triangles, of_grid.triangles);

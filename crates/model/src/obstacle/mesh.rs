@@ -40,6 +40,16 @@ pub(super) enum Feature {
 }
 
 impl ClosedMesh {
+    /// Vertices, m.
+    pub fn vertices(&self) -> &[Vec3] {
+        &self.vertices
+    }
+
+    /// Triangles, counter-clockwise as seen from outside.
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        &self.triangles
+    }
+
     /// Checks the mesh; `at` is where it stands in the file.
     ///
     /// # Errors

@@ -64,7 +64,7 @@ fn points(count: u64, half: f64) -> impl Iterator<Item = Vec3> {
 #[test]
 fn a_box_of_triangles_has_the_distances_and_normals_of_the_box() {
     let half = Vec3::new(0.5, 0.3, 0.2);
-    let mesh = closed(cuboid(half)).unwrap();
+    let mesh = closed(cuboid(half)).expect("valid");
     let shape = Shape::Box { center: Vec3::zeros(), half_extents: half };
     let analytic = Obstacle::from(shape);
     for x in points(5000, 1.0) {
@@ -88,7 +88,7 @@ fn a_box_of_triangles_has_the_distances_and_normals_of_the_box() {
 /// The tree finds what a search through all triangles finds; inside and outside are told apart at edges and corners.
 #[test]
 fn a_ball_of_many_triangles_is_a_ball_up_to_their_size() {
-    let mesh = closed(ball(4)).unwrap();
+    let mesh = closed(ball(4)).expect("valid");
     for x in points(3000, 1.5) {
         let (found, normal) = mesh.distance(&x);
         let expected = x.norm() - 1.0;
@@ -107,7 +107,7 @@ fn a_mesh_that_bounds_nothing_is_refused_with_the_triangle_that_shows_it() {
     let refused = |change: fn(&mut Vec<Vec3>, &mut Vec<[u32; 3]>)| {
         let (mut vertices, mut triangles) = whole.clone();
         change(&mut vertices, &mut triangles);
-        let violation = closed((vertices, triangles)).unwrap_err();
+        let violation = closed((vertices, triangles)).expect_err("refused");
         (violation.path.clone(), violation.to_string())
     };
     let check = |(path, message): (String, String), at: &str, what: &str| {

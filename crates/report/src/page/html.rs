@@ -105,8 +105,8 @@ pub(crate) fn report(sections: &[Section], files: &Files) -> Result<String, Repo
     let drawing = |file: &str, content: &Content| match content {
         Content::Text(svg) => inlined(svg, &slug(file)),
         Content::Png(png) => {
-            let figures = sections.iter().flat_map(|section| &section.figures);
-            let figure = figures.filter(|figure| figure.file == file).last();
+            let mut figures = sections.iter().flat_map(|section| &section.figures);
+            let figure = figures.rfind(|figure| figure.file == file);
             let words =
                 figure.map_or([""; 2], |figure| [figure.title.as_str(), figure.caption.as_str()]);
             inlined(&picture(png, words), &slug(file))
