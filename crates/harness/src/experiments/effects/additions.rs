@@ -21,7 +21,7 @@ pub(super) fn base() -> Value {
 #[derive(Clone, Debug)]
 pub(super) struct Addition {
     pub(super) name: &'static str,
-    /// Keys to be merged into the scene: objects key by key, lists by appending.
+    /// Keys to be merged into the scene: objects key by key, lists by appending; `null` takes a key away.
     pub(super) adds: Value,
     /// Whether it stands among all together; what takes the place of something else does not.
     is_among_all: bool,
@@ -38,31 +38,81 @@ impl Addition {
     }
 }
 
-/// A ball below the sheet.
-fn sphere(height: f64, radius: f64, restitution: f64) -> Value {
-    json!({ "obstacles": [{ "sphere": {
-        "center_m": [0, 0, height], "radius_m": radius, "restitution": restitution } }] })
+/// A ball below the sheet, with what more there is to say of it.
+fn sphere(height: f64, more: Value) -> Value {
+    let mut sphere = json!({ "center_m": [0, 0, height], "radius_m": 0.3 });
+    merge(&mut sphere, more);
+    json!({ "obstacles": [{ "sphere": sphere }] })
+}
+
+/// Height of the centre of a ball that the sheet falls on, m.
+const BELOW: f64 = -0.35;
+
+/// An octahedron below the sheet, as triangles.
+fn octahedron() -> Value {
+    json!({ "obstacles": [{ "mesh": {
+        "vertices_m": [
+            [0.3, 0, BELOW], [0, 0.3, BELOW], [-0.3, 0, BELOW], [0, -0.3, BELOW],
+            [0, 0, BELOW + 0.3], [0, 0, BELOW - 0.3]
+        ],
+        "triangles": [
+            [0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4], [1, 0, 5], [2, 1, 5], [3, 2, 5], [0, 3, 5]
+        ] } }] })
+}
+
+/// Drag of a sheet, in a wind or in still air.
+fn air(wind: Option<Value>) -> Value {
+    let mut air = json!({ "drag": { "quadratic": { "coefficient": 1.2 } } });
+    if let Some(wind) = wind {
+        merge(&mut air, json!({ "wind": wind }));
+    }
+    json!({ "effects": { "air": air } })
 }
 
 /// Each addition by itself.
 fn each() -> Vec<Addition> {
-    let springs = |name, effect: &str, stiffness: f64| {
-        Addition::new(
-            name,
-            json!({ "effects": { effect: { "stiffness_over_mass_per_s2": stiffness } } }),
-        )
-    };
-    let damping = json!({ "effects": { "tension": { "damping_over_mass_per_s": 10 } } });
+    let effect = |key: &str, law: Value| json!({ "effects": { key: law } });
+    let springs = |stiffness: f64| json!({ "stiffness_over_mass_per_s2": stiffness });
+    let angles = |stiffness: f64| json!({ "stiffness_n_m": stiffness });
+    let damping = effect("tension", json!({ "damping_over_mass_per_s": 10 }));
     let mut projected = damping.clone();
     merge(&mut projected, json!({ "damping": "projected" }));
+    let mut buckling = springs(1e2);
+    merge(&mut buckling, json!({ "buckling_rigidity_n_m2": 1e-7 }));
+    let pieces = json!({
+        "stiffness_over_mass_per_s2": null,
+        "pieces": [{ "up_to_strain": 0.02, "stiffness_n_per_m": 10 }, { "stiffness_n_per_m": 100 }]
+    });
+    let steady = json!({ "velocity_m_s": [0, 3, 0] });
+    let gusting = json!({
+        "velocity_m_s": [0, 3, 0],
+        "gust": { "amplitude_m_s": [1, 1, 0.5], "period_s": 0.2, "seed": 1 }
+    });
+    let led = json!({ "pins": [{
+        "row": 19, "column": 10,
+        "path": [{ "time_s": 0.25, "offset_m": [0, 0, 0.2] }, { "time_s": 0.5, "offset_m": [0, 0, 0] }]
+    }] });
+    let rising = json!({ "path": [{ "time_s": 0.5, "offset_m": [0, 0, 0.2] }] });
     vec![
-        springs("shear springs", "shear", 1e3),
-        springs("bending springs", "bending", 1e2),
+        Addition::instead("tension in pieces", effect("tension", pieces)),
+        Addition::new("shear springs", effect("shear", springs(1e3))),
+        Addition::instead("shear by angle", effect("shear_angle", angles(1e-3))),
+        Addition::new("bending springs", effect("bending", springs(1e2))),
+        Addition::instead("bending springs that buckle", effect("bending", buckling)),
+        Addition::instead("bending by angle", effect("bending_angle", angles(1e-5))),
+        Addition::instead("bending over hinges", effect("bending_hinge", angles(1e-6))),
         Addition::new("full damping", damping),
         Addition::instead("projected damping", projected),
-        Addition::instead("obstacle out of reach", sphere(-9.0, 1.0, 0.0)),
-        Addition::new("sphere", sphere(-0.35, 0.3, 0.0)),
-        Addition::instead("bouncing sphere", sphere(-0.35, 0.3, 0.5)),
+        Addition::instead("drag in still air", air(None)),
+        Addition::instead("steady wind", air(Some(steady))),
+        Addition::new("gusting wind", air(Some(gusting))),
+        Addition::new("pin on a path", led),
+        Addition::instead("obstacle out of reach", sphere(-9.0, json!({}))),
+        Addition::instead("sphere", sphere(BELOW, json!({}))),
+        Addition::instead("bouncing sphere", sphere(BELOW, json!({ "restitution": 0.5 }))),
+        Addition::new("rough sphere", sphere(BELOW, json!({ "friction": 0.5 }))),
+        Addition::instead("rising sphere", sphere(BELOW - 0.2, rising)),
+        Addition::instead("obstacle of triangles", octahedron()),
     ]
 }
 
@@ -88,12 +138,15 @@ pub(super) fn scene(name: &str, adds: &Value) -> Result<SystemSpec, HarnessError
     Ok(parse(name, &scene.to_string())?.spec().clone())
 }
 
-/// Merges objects key by key, appends lists, replaces everything else.
+/// Merges objects key by key, appends lists, replaces everything else; `null` takes a key away.
 fn merge(into: &mut Value, more: Value) {
     match (into, more) {
         (Value::Object(into), Value::Object(more)) => {
             for (key, value) in more {
-                merge(into.entry(key).or_insert(Value::Null), value);
+                match value {
+                    Value::Null if into.remove(&key).is_some() => {}
+                    value => merge(into.entry(key).or_insert(Value::Null), value),
+                }
             }
         }
         (Value::Array(into), Value::Array(more)) => into.extend(more),

@@ -47,17 +47,41 @@ fn an_obstacle_out_of_reach_changes_no_bit_and_no_count() {
 }
 
 #[test]
-fn what_names_no_spring_leaves_both_matrices_as_they_are() {
+fn only_springs_enter_the_scalar_matrix_and_only_forces_between_particles_any() {
     let nothing = variant(NOTHING).effect;
-    for name in ["full damping", "projected damping", "obstacle out of reach", "sphere"] {
-        let effect = variant(name).effect;
-        assert_eq!(
-            (effect.objects, effect.springs, effect.coupled_pairs),
-            (nothing.objects, nothing.springs, nothing.coupled_pairs),
-            "{name}"
-        );
+    let bare = (nothing.objects, nothing.springs, nothing.coupled_pairs);
+    for addition in all() {
+        let effect = variant(addition.name).effect;
+        let more = (effect.objects, effect.springs, effect.coupled_pairs);
+        let keys = addition.adds["effects"].as_object();
+        let new = keys.into_iter().flatten().filter(|(key, _)| *key != "tension");
+        let new: Vec<_> = new.map(|(key, _)| key.as_str()).collect();
+        // Air couples the corners of triangles, but those are neighbours or lie across a cell.
+        let objects = bare.0 + new.len();
+        let springs = match addition.name {
+            "shear springs" => bare.1 + 2 * 19 * 19,
+            "bending springs" | "bending springs that buckle" => bare.1 + 2 * 18 * 20,
+            EVERYTHING => bare.1 + 2 * 19 * 19 + 2 * 18 * 20,
+            _ => bare.1,
+        };
+        assert_eq!((more.0, more.1), (objects, springs), "{}", addition.name);
+        assert_eq!(more.2 > bare.2, !new.is_empty(), "{}", addition.name);
     }
-    let shear = variant("shear springs").effect;
-    assert_eq!(shear.objects, nothing.objects + 1);
-    assert_eq!(shear.springs, nothing.springs + 2 * 19 * 19);
+}
+
+#[test]
+fn an_unnamed_effect_is_not_in_the_system_at_all() {
+    let system = |name: &str| {
+        let addition = all().into_iter().find(|addition| addition.name == name);
+        let spec = scene(name, &addition.expect("a known addition").adds).expect("a valid scene");
+        spec.build().expect("a valid system").0
+    };
+    let names = |name: &str| -> Vec<&str> {
+        system(name).effects().map(drape_model::Effect::name).collect()
+    };
+    assert_eq!(names(NOTHING), ["tension", "gravity"]);
+    assert_eq!(names("sphere"), ["tension", "gravity"]);
+    assert_eq!(names("gusting wind"), ["tension", "gravity", "air"]);
+    assert_eq!(names("bending over hinges"), ["tension", "bending_hinge", "gravity"]);
+    assert!(system(NOTHING).obstacles().is_empty() && system(NOTHING).moving_pins().is_empty());
 }
