@@ -51,7 +51,7 @@ fn frames_hold_the_start_the_end_and_every_particle_in_its_order() {
     let last: Vec<drape_model::Vec3> =
         run.final_state.position_m.iter().map(|&x| x.into()).collect();
     for (name, x) in [(&names[0], &state.x), (&names[5], &last)] {
-        let shown = system.display_positions(x);
+        let shown = system.display_positions(x, 0.0);
         let bits: Vec<_> = shown.iter().map(|x| [x.x, x.y, x.z].map(f64::to_bits)).collect();
         assert_eq!(vertices(&read(name)), bits, "{name}");
     }
