@@ -160,7 +160,11 @@ fn a_block_on_an_incline_sticks_without_creep_or_slides_by_coulombs_law() {
                 assert!(x.abs() < 1e-12 && v.abs() < 1e-12, "{id}: creeps by {x:e}");
             } else {
                 let a = G * (normal.x - friction * normal.z);
-                assert!((v - a).abs() < 1e-9 * a, "{id}, μ = {friction}: {v} m/s, not {a}");
+                // A two-step method that meets friction makes up a past of constant velocity.
+                let is_two_step = ["adams", "bdf", "imex-sbdf", "cnab", "cnlf"];
+                let is_late = friction > 0.0 && is_two_step.iter().any(|name| id.contains(name));
+                let allowed = if is_late { H } else { 1e-9 };
+                assert!((v - a).abs() < allowed * a, "{id}, μ = {friction}: {v} m/s, not {a}");
                 assert!((x - 0.5 * a).abs() < 0.02 * a, "{id}, μ = {friction}: {x}");
             }
         }
@@ -220,12 +224,12 @@ fn friction_takes_energy_and_brings_a_sheet_to_rest() {
     }
 }
 
-/// In a frame that goes along with the floor, a thrown sheet does what it does on a floor at rest. Two-step methods are
-/// not among them: what they make up as the past of a particle that met an obstacle depends on the frame.
+/// In a frame that goes along with the floor, a thrown sheet does what it does on a floor at rest.
 #[test]
 fn friction_depends_on_the_velocity_relative_to_the_surface() {
     let velocity = Vec3::new(-1.5, 0.25, 0.5);
-    for id in ["backward-euler", "leapfrog", "adams-bashforth2", "kang"] {
+    let two_step = ["adams-bashforth2", "bdf2", "imex-sbdf2", "imex-mcnab2"];
+    for id in ["backward-euler", "leapfrog", "kang"].into_iter().chain(two_step) {
         let (system, state) = thrown(0.3);
         let mut moving = Sheet { pinned: false, ..SHEET }.scene().discretise().unwrap();
         moving.obstacles = vec![plane(Vec3::z(), 0.0, 0.3, velocity)];

@@ -51,7 +51,7 @@ fn frames_hold_the_start_the_end_and_every_particle_in_its_order() {
     let last: Vec<drape_model::Vec3> =
         run.final_state.position_m.iter().map(|&x| x.into()).collect();
     for (name, x) in [(&names[0], &state.x), (&names[5], &last)] {
-        let shown = system.display_positions(x);
+        let shown = system.display_positions(x, 0.0);
         let bits: Vec<_> = shown.iter().map(|x| [x.x, x.y, x.z].map(f64::to_bits)).collect();
         assert_eq!(vertices(&read(name)), bits, "{name}");
     }
@@ -61,6 +61,39 @@ fn frames_hold_the_start_the_end_and_every_particle_in_its_order() {
     let again = drape(folder.path(), &[&RUN[..], &more].concat());
     assert_eq!(code(&again), 2);
     assert!(message(&again).contains("--frames") && message(&again).contains("it holds files"));
+}
+
+#[test]
+fn an_obstacle_that_moves_has_a_file_a_frame_and_is_seen_where_it_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let system = r#"{ "format": "drape-system/1",
+        "particles": { "mass_kg": [1, 1, 1], "position_m": [[0, 0, 0], [1, 0, 0], [0, 1, 0]] },
+        "triangles": [[0, 1, 2]], "obstacles": [{ "box": { "center_m": [0, 0, -1], "size_m": [2, 2, 2],
+            "path": [{ "time_s": 0.1, "offset_m": [0, 0, 0.5] }] } }] }"#;
+    std::fs::write(folder.path().join("s.json"), system).unwrap();
+    let times = ["s.json", "--method", "imex-euler", "--dt", "0.01", "--duration", "0.2"];
+    let run = ["--frames", "f", "--animation", "m.glb", "--fps", "50"];
+    let output = drape(folder.path(), &[&["run"][..], &times, &run].concat());
+    assert_eq!(code(&output), 0, "{}", message(&output));
+    let read = |name: &str| {
+        vertices(&std::fs::read_to_string(folder.path().join("f").join(name)).unwrap())
+    };
+    let top = |name: &str| read(name).iter().map(|x| f64::from_bits(x[2])).fold(-9.0, f64::max);
+    for (frame, height) in [(0, 0.0), (2, 0.2), (5, 0.5), (10, 0.5)] {
+        let found = top(&format!("obstacles-{frame:04}.obj"));
+        assert!((found - height).abs() < 1e-9, "frame {frame}: {found}");
+        let cloth = top(&format!("frame-{frame:04}.obj"));
+        assert!(cloth >= height - 1e-12, "frame {frame}: the cloth is shown at {cloth}");
+    }
+    assert!(!folder.path().join("f/obstacles.obj").exists());
+    let file = gltf::Gltf::open(folder.path().join("m.glb")).unwrap();
+    assert_eq!(file.animations().next().unwrap().channels().count(), 2);
+    let picture = ["--size", "200x150", "--camera", "front", "--out", "p.png"];
+    let both = ["--time", "0", "--time", "0.2"];
+    let output = drape(folder.path(), &[&["picture"][..], &times, &picture, &both].concat());
+    assert_eq!(code(&output), 0, "{}", message(&output));
+    let bytes = |name: &str| std::fs::read(folder.path().join(name)).unwrap();
+    assert_ne!(bytes("p-1.png"), bytes("p-2.png"));
 }
 
 #[test]

@@ -5,7 +5,9 @@ use crate::run::{Options, Outcome, Simulation, drive_numbered};
 use crate::schedule::Schedule;
 use crate::{HarnessError, Rule};
 use drape_integrator::ExplicitNumbers;
-use drape_model::{Effect, Numbering, Shape, State, System, SystemSpec, TimeSpan, Vec3, Violation};
+use drape_model::{
+    Effect, Numbering, Obstacle, State, System, SystemSpec, TimeSpan, Vec3, Violation,
+};
 use std::borrow::Cow;
 use std::num::NonZero;
 
@@ -62,7 +64,7 @@ impl<'a> Moving<'a> {
 
     /// The positions to be drawn ([`System::display_positions`]), m, in the order of the specification.
     pub fn display_positions(&self) -> Vec<Vec3> {
-        let shown = self.system.display_positions(&self.state.x);
+        let shown = self.system.display_positions(&self.state.x, self.state.t);
         self.numbering.restore_list(&shown).into_owned()
     }
 }
@@ -103,9 +105,9 @@ impl OrderedSimulation {
         Moving { system, state, numbering: &self.numbering }
     }
 
-    /// The surfaces of the obstacles.
-    pub fn shapes(&self) -> impl Iterator<Item = &Shape> {
-        self.simulation.system.obstacles().iter().map(|obstacle| &obstacle.shape)
+    /// The obstacles.
+    pub fn obstacles(&self) -> &[Obstacle] {
+        self.simulation.system.obstacles()
     }
 
     /// The rule by which the energy of a run is judged.

@@ -35,7 +35,7 @@ impl ImpulsiveContacts {
         contacts.project(system, constraints, free_velocity, &mut state.v, impulse);
         clock.switch(Phase::Update);
         drift(h, &state.v, &mut state.x);
-        contacts.settle(&mut state.v, |_, _| ());
+        contacts.settle(&mut state.v, |_| ());
         state.t += h;
     }
 

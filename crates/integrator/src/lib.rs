@@ -88,7 +88,7 @@ mod viscous;
 pub use adaptive::{Adaptive, Rewind};
 pub use assembly::Linearisation;
 pub use clock::{Phase, PhaseClock};
-pub use contact::{ContactSet, MultistepMotion, Wanted};
+pub use contact::{Change, ContactSet, MultistepMotion, Wanted};
 pub use elongation::{ElongationLimit, ElongationSettings, SweepOrder};
 pub use error::{PrepareError, StepError};
 pub use explicit_limit::ExplicitNumbers;

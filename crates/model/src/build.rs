@@ -292,8 +292,8 @@ impl SystemSpec {
             let particle = index(format_args!("{at}.particle"), pin.particle, x.len())?;
             let path = Path::check(&format!("{at}.path"), &pin.path)?;
             let was_pinned = std::mem::replace(&mut pinned[particle], true);
-            let moves = path.is_some() || moving.iter().any(|other| other.particle == particle);
-            if was_pinned && moves {
+            let has_path = |other: &MovingPin| other.particle == particle;
+            if was_pinned && (path.is_some() || moving.iter().any(has_path)) {
                 let expected = "each particle once where a pin has a path";
                 return Err(Violation::new(format!("{at}.particle"), pin.particle, expected));
             }

@@ -40,18 +40,19 @@ impl System {
         sum
     }
 
-    /// Positions to be drawn: each particle that lies inside an obstacle is replaced by an
-    /// auxiliary one on its surface (EEH section 6). Never fed back into the simulation.
+    /// Positions to be drawn at `t` seconds: each particle that lies inside an obstacle, where that is then, is
+    /// replaced by an auxiliary one on its surface (EEH section 6). Never fed back into the simulation.
     ///
     /// Where obstacles overlap, the way out of one may lead into the next; the search then goes on from there,
     /// and gives up after 100 rounds.
-    pub fn display_positions(&self, x: &[Vec3]) -> Vec<Vec3> {
+    pub fn display_positions(&self, x: &[Vec3], t: f64) -> Vec<Vec3> {
+        let offsets: Vec<Vec3> = self.obstacles().iter().map(|o| o.offset(t)).collect();
         let shown = |x: &Vec3| {
             let mut shown = *x;
             for _ in 0..100 {
                 let before = shown;
-                for obstacle in self.obstacles() {
-                    let (distance, normal) = obstacle.distance(&shown);
+                for (obstacle, offset) in self.obstacles().iter().zip(&offsets) {
+                    let (distance, normal) = obstacle.distance(&(shown - offset));
                     shown -= normal * distance.min(0.0);
                 }
                 if (shown - before).norm() <= DISPLAY_TOLERANCE {

@@ -70,6 +70,11 @@ impl Path {
         Ok((!keyframes.is_empty()).then_some(Self { keyframes }))
     }
 
+    /// Time of the last keyframe, s: from then on it rests.
+    pub fn end(&self) -> f64 {
+        self.keyframes.last().map_or(0.0, |(time, _)| *time)
+    }
+
     /// Displacement at `t` seconds, m.
     pub fn offset(&self, t: f64) -> Vec3 {
         let next = self.keyframes.partition_point(|(time, _)| *time <= t);
@@ -116,6 +121,11 @@ impl MovingPin {
     pub fn position(&self, t: f64) -> Vec3 {
         self.start + self.path.offset(t)
     }
+
+    /// When it has come to rest for good, s.
+    pub fn stops(&self) -> f64 {
+        self.path.end()
+    }
 }
 
 #[cfg(test)]
@@ -136,7 +146,7 @@ mod tests {
         assert_eq!(path.offset(0.0), Vec3::zeros());
         assert!((path.offset(0.5).x - 0.5).abs() < 1e-15);
         assert!((path.offset(0.15).x - 0.05).abs() < 1e-15);
-        assert_eq!(path.offset(1e9), Vec3::from(frames[2].offset_m));
+        assert_eq!((path.end(), path.offset(1e9)), (2.0, Vec3::from(frames[2].offset_m)));
         assert_eq!(Path::check("", &[]).expect("valid"), None);
     }
 

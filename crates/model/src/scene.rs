@@ -438,14 +438,7 @@ impl Scene {
         particles: &ParticlesSpec,
         triangles: &[[u32; 3]],
     ) -> Result<Vec<PinSpec>, Violation> {
-        let cloth = Selectable { cloth: &self.cloth, particles, triangles };
-        let mut pins = Vec::new();
-        for (position, pin) in self.pins.iter().enumerate() {
-            let selected = cloth.select(&format!("pins[{position}]"), pin)?;
-            let led = |particle| PinSpec { particle, path: pin.path.clone() };
-            pins.extend(selected.into_iter().map(led));
-        }
-        Ok(pins)
+        Selectable { cloth: &self.cloth, particles, triangles }.pins(&self.pins)
     }
 }
 

@@ -2,9 +2,13 @@
 
 use crate::build::{index, vector, within};
 use crate::error::Violation;
-use crate::{Cloth, KeyframeSpec, ParticlesSpec, Vec3};
+use crate::{Cloth, KeyframeSpec, ParticlesSpec, Path, PinSpec, Vec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// Most keyframes of all pins together: each particle of a selection has its own.
+const MAX_KEYFRAMES: usize = 1_000_000;
 
 /// Particles that do not move, or only on a path, selected in exactly one way.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -44,6 +48,33 @@ pub(crate) struct Selectable<'a> {
 }
 
 impl Selectable<'_> {
+    /// All selected particles, each with the path of its selection.
+    pub(crate) fn pins(&self, pins: &[Pin]) -> Result<Vec<PinSpec>, Violation> {
+        let (mut found, mut keyframes) = (Vec::new(), 0);
+        let mut moves = BTreeMap::new();
+        for (position, pin) in pins.iter().enumerate() {
+            let at = format!("pins[{position}]");
+            let selected = self.select(&at, pin)?;
+            let is_led = Path::check(&format!("{at}.path"), &pin.path)?.is_some();
+            keyframes += selected.len() * pin.path.len();
+            if keyframes > MAX_KEYFRAMES {
+                let value = format!("{} keyframes for {}", pin.path.len(), selected.len());
+                let expected =
+                    format!("at most {MAX_KEYFRAMES} keyframes for all particles together");
+                return Err(Violation::new(format!("{at}.path"), value, expected));
+            }
+            for particle in selected {
+                if moves.insert(particle, is_led).is_some_and(|other| other || is_led) {
+                    let value = format!("particle {particle}");
+                    let expected = "each particle once where a pin has a path";
+                    return Err(Violation::new(at, value, expected));
+                }
+                found.push(PinSpec { particle, path: pin.path.clone() });
+            }
+        }
+        Ok(found)
+    }
+
     /// The selected particles, at least one; `path` is what messages call the selection.
     pub(crate) fn select(&self, path: &str, pin: &Pin) -> Result<Vec<u32>, Violation> {
         let keys = [

@@ -200,7 +200,7 @@ fn display_positions_lie_outside_and_leave_the_others_alone() {
         { "sphere": { "center_m": [1, -2, 0.6], "radius_m": 0.5 } },
         { "plane": { "point_m": [0.2, 0, 0], "normal": [1, 0, 0] } }],"#;
     let (system, state) = moving(more);
-    let shown = system.display_positions(&state.x);
+    let shown = system.display_positions(&state.x, 0.0);
     let mut moved = 0;
     for (x, shown) in state.x.iter().zip(&shown) {
         let depth = |x: &Vec3| {
@@ -211,4 +211,18 @@ fn display_positions_lie_outside_and_leave_the_others_alone() {
         moved += usize::from(x != shown);
     }
     assert!(moved > 3 && moved < 20, "{moved}");
+}
+
+#[test]
+fn display_positions_lie_outside_of_obstacles_where_those_are_at_the_time() {
+    let more = r#""obstacles": [{ "plane": { "point_m": [0, 0, 0.5], "normal": [0, 0, 1],
+        "path": [{ "time_s": 2, "offset_m": [0, 0, 1] }] } }],"#;
+    let (system, state) = moving(more);
+    for t in [0.0, 0.5, 1.5, 3.0] {
+        let surface = 0.5 + 0.5 * f64::min(t, 2.0);
+        for (x, shown) in state.x.iter().zip(&system.display_positions(&state.x, t)) {
+            assert!((shown.z - x.z.max(surface)).abs() < 1e-12, "{shown:?} at {t} s");
+            assert_eq!((shown.x, shown.y), (x.x, x.y));
+        }
+    }
 }

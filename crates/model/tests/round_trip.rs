@@ -4,8 +4,8 @@
 
 use drape_model::{
     AirSpec, AngleEffect, AngleSpec, ContactSpec, DampingLaw, Detection, DragSpec, EffectsSpec,
-    GravitySpec, GustSpec, HingeSpec, Input, ObstacleSpec, ParticlesSpec, PieceSpec, PinSpec,
-    Scene, SpringEffect, SpringSpec, SystemSpec, WindSpec, bundled, load, parse,
+    GravitySpec, GustSpec, HingeSpec, Input, KeyframeSpec, ObstacleSpec, ParticlesSpec, PieceSpec,
+    PinSpec, Scene, SpringEffect, SpringSpec, SystemSpec, WindSpec, bundled, load, parse,
 };
 use proptest::prelude::*;
 use serde_json::{Value, json, to_string_pretty};
@@ -147,9 +147,56 @@ fn air() -> impl Strategy<Value = AirSpec> {
     )
 }
 
+/// Keyframes at rising times.
+fn path() -> impl Strategy<Value = Vec<KeyframeSpec>> {
+    prop::collection::vec((1e-9..1e3, vector()), 0..4).prop_map(|frames| {
+        let mut time_s = 0.0;
+        let frame = |(later, offset_m)| {
+            time_s += later;
+            KeyframeSpec { time_s, offset_m }
+        };
+        frames.into_iter().map(frame).collect()
+    })
+}
+
+/// A tetrahedron.
+fn mesh() -> impl Strategy<Value = ObstacleSpec> {
+    ([-9.0..9.0, -9.0..9.0, -9.0..9.0], 1e-2..9.0, 0.0..=1.0).prop_map(
+        |(corner, edge, restitution)| {
+            let along = |axis: usize| {
+                let mut vertex = corner;
+                vertex[axis] += edge;
+                vertex
+            };
+            ObstacleSpec::Mesh {
+                vertices_m: vec![corner, along(0), along(1), along(2)],
+                triangles: vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]],
+                restitution,
+                friction: 0.0,
+                path: Vec::new(),
+            }
+        },
+    )
+}
+
 fn obstacle() -> impl Strategy<Value = ObstacleSpec> {
+    let friction = prop_oneof![Just(0.0), 0.0..=100.0, Just(5e-324)];
+    (shape(), friction, path()).prop_map(|(mut obstacle, mu, frames)| {
+        match &mut obstacle {
+            ObstacleSpec::Plane { friction, path, .. }
+            | ObstacleSpec::Box { friction, path, .. }
+            | ObstacleSpec::Sphere { friction, path, .. }
+            | ObstacleSpec::Mesh { friction, path, .. } => (*friction, *path) = (mu, frames),
+        }
+        obstacle
+    })
+}
+
+/// An obstacle at rest, without friction.
+fn shape() -> impl Strategy<Value = ObstacleSpec> {
     let size = || 1e-300..1e9;
     prop_oneof![
+        mesh(),
         (vector(), vector(), 0.0..=1.0).prop_map(|(point_m, tilt, restitution)| {
             ObstacleSpec::plane(point_m, [tilt[0], tilt[1], 1.0], restitution)
         }),
@@ -177,7 +224,7 @@ fn system() -> impl Strategy<Value = SystemSpec> {
             prop::collection::vec(vector(), n),
             prop::collection::vec(vector(), velocities),
             prop::collection::vec(spring(n as u32), 0..30),
-            prop::collection::vec(0..n as u32, 0..4),
+            prop::collection::btree_map(0..n as u32, path(), 0..4),
             prop::collection::vec([0..n as u32, 0..n as u32, 0..n as u32], 0..4),
             prop::collection::vec(stencil(n as u32), 0..if n < 4 { 1 } else { 6 }),
         )
@@ -203,7 +250,7 @@ fn system() -> impl Strategy<Value = SystemSpec> {
             hinges,
             damping: if full { DampingLaw::Full } else { DampingLaw::Projected },
             triangles,
-            pins: pins.into_iter().map(PinSpec::still).collect(),
+            pins: pins.into_iter().map(|(particle, path)| PinSpec { particle, path }).collect(),
             effects: EffectsSpec {
                 gravity: gravity.map(|m_s2| GravitySpec { m_s2 }),
                 air,
@@ -298,8 +345,12 @@ fn schemas_and_reader_refuse_the_same_numbers() {
         "obstacles": [
             { "plane": { "point_m": [0, 0, 0], "normal": [0, 0, 1], "restitution": 0 } },
             { "box": { "center_m": [0, 0, 0], "size_m": [1, 1, 1], "restitution": 0 } },
-            { "sphere": { "center_m": [0, 0, 0], "radius_m": 1, "restitution": 0 } }
+            { "sphere": { "center_m": [0, 0, 0], "radius_m": 1, "restitution": 0 } },
+            { "mesh": { "vertices_m": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]],
+                "triangles": [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]], "friction": 0.5,
+                "path": [{ "time_s": 0, "offset_m": [0, 0, 0] }, { "time_s": 1, "offset_m": [1, 0, 0] }] } }
         ],
+        "pins": [{ "particle": 0, "path": [{ "time_s": 1, "offset_m": [0, 0, 1] }] }],
         "time": { "step_s": 0.1, "duration_s": 1 }
     });
     let schema = schemars::schema_for!(Scene);
@@ -324,6 +375,18 @@ fn schemas_and_reader_refuse_the_same_numbers() {
         ("/obstacles/0/plane/restitution", json!(1.5)),
         ("/obstacles/1/box/size_m/2", json!(-1)),
         ("/obstacles/2/sphere/radius_m", json!(0)),
+        ("/obstacles/0/plane/friction", json!(-0.1)),
+        ("/obstacles/3/mesh/friction", json!(101)),
+        ("/obstacles/3/mesh/restitution", json!(-1)),
+        ("/obstacles/3/mesh/triangles/0", json!([0, 1])),
+        ("/obstacles/3/mesh/triangles/0/0", json!(-1)),
+        ("/obstacles/3/mesh/triangles", json!([[0, 2, 1], [0, 1, 3], [0, 3, 2]])),
+        ("/obstacles/3/mesh/vertices_m/0", json!([0, 1])),
+        ("/obstacles/3/mesh/path/1/time_s", json!(-1)),
+        ("/obstacles/3/mesh/path/1/offset_m", json!([1, 0])),
+        ("/obstacles/3/mesh/path/1", json!({ "time_s": 1, "offset_m": [1, 0, 0], "ease": 1 })),
+        ("/pins/0/path/0/time_s", json!(1e10)),
+        ("/pins/0/path", json!(1)),
         ("/time/step_s", json!(0)),
         ("/time/duration_s", json!(-1)),
     ] {

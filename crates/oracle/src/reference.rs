@@ -2,7 +2,8 @@
 //!
 //! `M x'' = f(x, v)` is integrated by an adaptive Runge–Kutta method of order 8 (DOP853 of Hairer,
 //! Nørsett and Wanner), twice: the looser run tells how far the tighter one can be trusted. It shares no
-//! code with the integrators but the forces. Pins are held. Contacts are refused: their velocity
+//! code with the integrators but the forces. Pins are held. Pins on paths are refused: where a path bends, the
+//! motion has no eighth derivative, and the stated error would be none. So are contacts: their velocity
 //! constraints belong to the step of a method and have no differential equation.
 
 use drape_model::{Level, State, System, Vec3};
@@ -44,6 +45,11 @@ pub enum ReferenceError {
     /// The scene has obstacles.
     #[error("the scene has {0} obstacle(s); contacts have no reference trajectory: leave them out")]
     Contact(usize),
+    /// Pins of the scene are led on paths.
+    #[error(
+        "{0} pin(s) of the scene are led on paths; such a motion has no reference trajectory: hold them"
+    )]
+    MovingPins(usize),
     /// The state does not fit the system.
     #[error("the state has {found} particles, the system {expected}")]
     SizeMismatch {
@@ -203,6 +209,9 @@ fn run(
 fn check(system: &System, start: &State, tolerance: f64) -> Result<(), ReferenceError> {
     if !system.obstacles().is_empty() {
         return Err(ReferenceError::Contact(system.obstacles().len()));
+    }
+    if !system.moving_pins().is_empty() {
+        return Err(ReferenceError::MovingPins(system.moving_pins().len()));
     }
     if [start.x.len(), start.v.len()] != [system.len(); 2] {
         let found = start.v.len().min(start.x.len());

@@ -2,8 +2,8 @@
 
 use super::*;
 use drape_model::{
-    DampingLaw, EffectsSpec, GravitySpec, ObstacleSpec, ParticlesSpec, PinSpec, SpringEffect,
-    SpringSpec, SystemSpec,
+    DampingLaw, EffectsSpec, GravitySpec, KeyframeSpec, ObstacleSpec, ParticlesSpec, PinSpec,
+    SpringEffect, SpringSpec, SystemSpec,
 };
 
 /// A particle on a spring of rest length 0 whose other end is pinned at the origin.
@@ -92,6 +92,10 @@ fn what_has_no_reference_is_refused_by_name() {
         reference(system, start, times, settings).expect_err("refused")
     };
     let floor = ObstacleSpec::plane([0.0; 3], [0.0, 0.0, 1.0], 0.0);
+    let path = vec![KeyframeSpec { time_s: 1.0, offset_m: [1.0; 3] }];
+    let led = PinSpec { path, ..PinSpec::still(0) };
+    let (led, _) = SystemSpec { pins: vec![led], ..spec.clone() }.build().expect("valid");
+    assert!(matches!(refuse(&led, &start, &[1.0], settings), ReferenceError::MovingPins(1)));
     let (table, _) = SystemSpec { obstacles: vec![floor], ..spec }.build().expect("valid");
     assert!(matches!(refuse(&table, &start, &[1.0], settings), ReferenceError::Contact(1)));
     let lone = State { t: 0.0, x: vec![Vec3::zeros()], v: vec![Vec3::zeros()] };

@@ -1,7 +1,8 @@
 //! A motion as one binary glTF 2.0 file.
 //!
 //! The cloth is a mesh with one morph target a frame after the first: differences of positions and normals to the first
-//! frame. An animation of the weights fades from one frame to the next, linearly between their times. Every reader of
+//! frame. An animation of the weights fades from one frame to the next, linearly between their times; obstacles that move
+//! are nodes whose translation is animated at the same times. Every reader of
 //! glTF takes that, Blender among them. Positions are float32, in metres; glTF's y-axis is up, so that the scene, whose z-axis is, stands
 //! in a node that turns it.
 
@@ -92,7 +93,13 @@ impl Animation {
         }
         let material = (!self.subject.solids.is_empty()).then(|| file.material("obstacle", SOLID));
         for solid in &self.subject.solids {
-            children.push(file.solid(solid, material));
+            let node = file.solid(solid, material);
+            if let (Some(path), true) = (&solid.path, self.times.len() > 1) {
+                let at = |&t: &f32| single(&path.offset(f64::from(t)));
+                let offsets: Points = self.times.iter().map(at).collect();
+                file.translate(node, &self.times, &offsets);
+            }
+            children.push(node);
         }
         file.finish(children)
     }
@@ -144,6 +151,8 @@ fn single(x: &Vec3) -> [f32; 3] {
 struct File {
     root: Root,
     binary: Vec<u8>,
+    samplers: Vec<Sampler>,
+    channels: Vec<Channel>,
 }
 
 impl File {
@@ -283,44 +292,63 @@ impl File {
     /// At time `k` the weight of target `k` is 1, all others are 0; the first frame is the mesh itself.
     fn animate(&mut self, node: Index<json::Node>, times: &[f32]) {
         let targets = times.len() - 1;
-        let mut input = self.numbers(times);
-        input.min = times.first().map(|&t| vec![t].into());
-        input.max = times.last().map(|&t| vec![t].into());
+        let input = self.moments(times);
         let mut weights = vec![0.0; times.len() * targets];
         for frame in 1..times.len() {
             weights[frame * targets + frame - 1] = 1.0;
         }
         let output = self.numbers(&weights);
-        let sampler = Sampler {
+        self.channel(node, Property::MorphTargetWeights, input, output);
+    }
+
+    /// At time `k` the node is displaced by offset `k`, m.
+    fn translate(&mut self, node: Index<json::Node>, times: &[f32], offsets: &[[f32; 3]]) {
+        let input = self.moments(times);
+        let kind = (ComponentType::F32, Type::Vec3, 3);
+        let output = self.accessor(bytemuck::cast_slice(offsets), kind, None);
+        self.channel(node, Property::Translation, input, output);
+    }
+
+    /// Times, s, and their bounds.
+    fn moments(&mut self, times: &[f32]) -> Accessor {
+        let mut input = self.numbers(times);
+        input.min = times.first().map(|&t| vec![t].into());
+        input.max = times.last().map(|&t| vec![t].into());
+        input
+    }
+
+    fn channel(
+        &mut self,
+        node: Index<json::Node>,
+        property: Property,
+        input: Accessor,
+        output: Accessor,
+    ) {
+        let sampler = Index::new(self.samplers.len() as u32);
+        self.samplers.push(Sampler {
             input: self.root.push(input),
             interpolation: Valid(Interpolation::Linear),
             output: self.root.push(output),
             extensions: None,
             extras: Default::default(),
-        };
-        let target = Target {
-            node,
-            path: Valid(Property::MorphTargetWeights),
-            extensions: None,
-            extras: Default::default(),
-        };
-        let channel = Channel {
-            sampler: Index::new(0),
-            target,
-            extensions: None,
-            extras: Default::default(),
-        };
-        self.root.push(json::Animation {
-            channels: vec![channel],
-            samplers: vec![sampler],
-            name: Some("motion".to_owned()),
-            extensions: None,
-            extras: Default::default(),
         });
+        let target =
+            Target { node, path: Valid(property), extensions: None, extras: Default::default() };
+        let extras = Default::default();
+        self.channels.push(Channel { sampler, target, extensions: None, extras });
     }
 
     fn finish(self, children: Vec<Index<json::Node>>) -> Result<Vec<u8>, RenderError> {
-        let Self { mut root, binary } = self;
+        let Self { mut root, binary, samplers, channels } = self;
+        if !channels.is_empty() {
+            root.push(json::Animation {
+                channels,
+                samplers,
+                name: Some("motion".to_owned()),
+                extensions: None,
+                extras: Default::default(),
+            });
+        }
         root.asset.generator = Some(format!("drape {}", env!("CARGO_PKG_VERSION")));
         if !binary.is_empty() {
             root.push(json::Buffer {

@@ -1,7 +1,8 @@
 //! What a scene shows besides positions: triangles, lines, obstacles.
 
 use crate::surface::edges;
-use drape_model::{Shape, SpringEffect, SystemSpec, Vec3};
+use drape_model::{Obstacle, Path, Shape, SpringEffect, SystemSpec, Vec3};
+use std::borrow::Cow;
 
 /// Cells of a sphere's surface around its axis; half as many from pole to pole.
 const AROUND: u32 = 64;
@@ -23,7 +24,7 @@ const LARGEST: f64 = 4.0;
 pub struct Solid {
     /// What it is called in files: `plane`, `box`, `sphere`, with its number.
     pub name: String,
-    /// Corners, m.
+    /// Corners at the start, m.
     pub points: Vec<Vec3>,
     /// Triangles, counter-clockwise from outside.
     pub triangles: Vec<[u32; 3]>,
@@ -34,22 +35,24 @@ pub struct Solid {
     pub softened: Option<(Vec<Vec3>, Vec<[u32; 3]>)>,
     /// Whether it stands for something without an end, which a camera need not show whole.
     pub is_endless: bool,
+    /// How it moves, if it does.
+    pub path: Option<Path>,
 }
 
-/// What does not change in a scene.
+/// What a scene shows besides positions.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Subject {
     /// Triangles of the cloth, as indices of particles.
     pub triangles: Vec<[u32; 3]>,
     /// Lines on the cloth: its tension springs, or all edges where there are none; without triangles all springs.
     pub lines: Vec<[u32; 2]>,
-    /// The obstacles.
+    /// The obstacles, where they start.
     pub solids: Vec<Solid>,
 }
 
 impl Subject {
     /// What a system with these obstacles shows.
-    pub fn new<'a>(spec: &SystemSpec, obstacles: impl IntoIterator<Item = &'a Shape>) -> Self {
+    pub fn new(spec: &SystemSpec, obstacles: &[Obstacle]) -> Self {
         let x: Vec<Vec3> = spec.particles.position_m.iter().map(|&x| x.into()).collect();
         let springs = spec.springs.iter();
         let lines = if spec.triangles.is_empty() {
@@ -68,15 +71,29 @@ impl Subject {
     }
 
     /// What a sheet of rows and columns of particles shows, row by row; `x` are positions at any time, m.
-    pub fn grid<'a>(
-        rows: u32,
-        columns: u32,
-        obstacles: impl IntoIterator<Item = &'a Shape>,
-        x: &[Vec3],
-    ) -> Self {
+    pub fn grid(rows: u32, columns: u32, obstacles: &[Obstacle], x: &[Vec3]) -> Self {
         let (triangles, lines) = grid(rows, columns);
         let solids = solids(obstacles, x, &lines);
         Self { triangles, lines, solids }
+    }
+
+    /// Whether an obstacle moves.
+    pub fn moves(&self) -> bool {
+        self.solids.iter().any(|solid| solid.path.is_some())
+    }
+
+    /// As it is at `t` seconds: with the obstacles where they are then, at rest.
+    pub fn at(&self, t: f64) -> Cow<'_, Self> {
+        if !self.moves() {
+            return Cow::Borrowed(self);
+        }
+        let mut subject = self.clone();
+        for solid in &mut subject.solids {
+            let Some(path) = solid.path.take() else { continue };
+            let softened = solid.softened.iter_mut().flat_map(|(points, _)| points);
+            solid.points.iter_mut().chain(softened).for_each(|x| *x += path.offset(t));
+        }
+        Cow::Owned(subject)
     }
 
     /// The points that a picture of the cloth at positions `x`, m, must show: the cloth, and the obstacles that are not much
@@ -121,14 +138,14 @@ fn grid(rows: u32, columns: u32) -> (Vec<[u32; 3]>, Vec<[u32; 2]>) {
 }
 
 /// The surfaces of obstacles around a cloth.
-fn solids<'a>(
-    obstacles: impl IntoIterator<Item = &'a Shape>,
-    cloth: &[Vec3],
-    lines: &[[u32; 2]],
-) -> Vec<Solid> {
+fn solids(obstacles: &[Obstacle], cloth: &[Vec3], lines: &[[u32; 2]]) -> Vec<Solid> {
     let softness = SOFTNESS * typical_length(cloth, lines);
-    let all = obstacles.into_iter().enumerate();
-    all.map(|(number, shape)| solid(shape, number, cloth, softness)).collect()
+    let all = obstacles.iter().enumerate();
+    all.map(|(number, Obstacle { shape, path, .. })| Solid {
+        path: path.clone(),
+        ..solid(shape, number, cloth, softness)
+    })
+    .collect()
 }
 
 /// Length of the line that is in the middle of all, m.
@@ -166,6 +183,7 @@ fn solid(shape: &Shape, number: usize, cloth: &[Vec3], softness: f64) -> Solid {
                 lines,
                 softened: None,
                 is_endless: true,
+                path: None,
             }
         }
         &Shape::Box { center, half_extents } => {
@@ -188,7 +206,15 @@ fn solid(shape: &Shape, number: usize, cloth: &[Vec3], softness: f64) -> Solid {
                 .collect();
             let points = (0..8).map(corner).collect();
             let softened = Some(rounded_box(center, half_extents, softness));
-            Solid { name: named("box"), points, triangles, lines, softened, is_endless: false }
+            Solid {
+                name: named("box"),
+                points,
+                triangles,
+                lines,
+                softened,
+                is_endless: false,
+                path: None,
+            }
         }
         Shape::Mesh(mesh) => Solid {
             name: named("mesh"),
@@ -197,6 +223,7 @@ fn solid(shape: &Shape, number: usize, cloth: &[Vec3], softness: f64) -> Solid {
             lines: Vec::new(),
             softened: None,
             is_endless: false,
+            path: None,
         },
         &Shape::Sphere { center, radius } => {
             let (points, triangles) = sphere(center, radius);
@@ -207,6 +234,7 @@ fn solid(shape: &Shape, number: usize, cloth: &[Vec3], softness: f64) -> Solid {
                 lines: Vec::new(),
                 softened: None,
                 is_endless: false,
+                path: None,
             }
         }
     }
@@ -283,22 +311,21 @@ pub(crate) fn bounds(x: &[Vec3]) -> (Vec3, Vec3) {
 mod tests {
     use super::*;
     use crate::surface::{area_normal, normals};
-    use drape_model::Obstacle;
 
-    fn shapes() -> [Shape; 3] {
+    fn obstacles() -> [Obstacle; 3] {
         [
             Shape::Plane { point: Vec3::new(0.0, 0.0, -1.0), normal: Vec3::new(0.6, 0.0, 0.8) },
             Shape::Box { center: Vec3::new(0.1, 0.2, 0.3), half_extents: Vec3::new(0.5, 0.4, 0.3) },
             Shape::Sphere { center: Vec3::new(-0.1, 0.0, 0.4), radius: 0.7 },
         ]
+        .map(Obstacle::from)
     }
 
     #[test]
     fn the_surface_of_every_obstacle_lies_on_it_and_faces_outward() {
-        let shapes = shapes();
+        let obstacles = obstacles();
         let cloth = [Vec3::new(-1.0, -1.0, 0.0), Vec3::new(1.0, 1.0, 0.5)];
-        for (shape, solid) in shapes.iter().zip(solids(&shapes, &cloth, &[[0, 1]])) {
-            let obstacle = Obstacle::from(shape.clone());
+        for (obstacle, solid) in obstacles.iter().zip(solids(&obstacles, &cloth, &[[0, 1]])) {
             for point in &solid.points {
                 assert!(obstacle.distance(point).0.abs() < 1e-12, "{}", solid.name);
             }
@@ -313,7 +340,7 @@ mod tests {
 
     #[test]
     fn closed_surfaces_have_two_triangles_at_every_edge() {
-        for solid in &solids(&shapes(), &[Vec3::zeros(), Vec3::x()], &[])[1..] {
+        for solid in &solids(&obstacles(), &[Vec3::zeros(), Vec3::x()], &[])[1..] {
             assert!(
                 edges(&solid.triangles).values().all(|sides| sides.len() == 2),
                 "{}",
@@ -360,6 +387,32 @@ mod tests {
         lines.sort_unstable();
         of_spec.lines.sort_unstable();
         assert_eq!(of_spec.lines, lines, "no shear spring, no diagonal");
+    }
+
+    #[test]
+    fn a_moving_obstacle_is_where_it_is_at_the_time() {
+        let text = r#"{ "format": "drape-system/1",
+            "particles": { "mass_kg": [1, 1], "position_m": [[0, 0, 0], [1, 0, 0]] },
+            "springs": [{ "effect": "tension", "i": 0, "j": 1, "rest_length_m": 1, "stiffness_n_per_m": 1 }],
+            "obstacles": [{ "box": { "center_m": [0, 0, -1], "size_m": [1, 1, 1],
+                "path": [{ "time_s": 2, "offset_m": [0, 4, 2] }] } },
+                { "sphere": { "center_m": [0, 0, -1], "radius_m": 0.5 } }] }"#;
+        let input = drape_model::parse("text", text).expect("valid");
+        let (system, _) = input.spec().build().expect("valid");
+        let subject = Subject::new(input.spec(), system.obstacles());
+        let later = subject.at(1.0);
+        let offset = Vec3::new(0.0, 2.0, 1.0);
+        let [cube, ball] = [0, 1].map(|n| (&subject.solids[n], &later.solids[n]));
+        for (x, moved) in cube.0.points.iter().zip(&cube.1.points) {
+            assert_eq!(x + offset, *moved);
+        }
+        let softened = |solid: &Solid| solid.softened.as_ref().map(|(x, _)| x[0]).expect("a box");
+        assert_eq!(softened(cube.0) + offset, softened(cube.1));
+        assert_eq!(ball.0, ball.1);
+        let obstacles = [Obstacle { path: None, ..system.obstacles()[0].clone() }];
+        let still = Subject::new(input.spec(), &obstacles);
+        assert!(subject.moves() && !still.moves());
+        assert!(matches!(still.at(1.0), Cow::Borrowed(_)));
     }
 
     #[test]

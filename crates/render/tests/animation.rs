@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
-use drape_model::{Shape, Vec3};
+use drape_model::{Obstacle, Shape, Vec3};
 use drape_render::{Animation, RenderError, Subject};
 use gltf::animation::util::ReadOutputs;
 use gltf::mesh::Mode;
@@ -12,7 +12,7 @@ const SIDE: u32 = 4;
 fn subject() -> Subject {
     let table = Shape::Box { center: -Vec3::z(), half_extents: Vec3::repeat(0.5) };
     let ball = Shape::Sphere { center: Vec3::x(), radius: 0.5 };
-    Subject::grid(SIDE, SIDE, &[table, ball], &sheet(0.0))
+    Subject::grid(SIDE, SIDE, &[table, ball].map(Obstacle::from), &sheet(0.0))
 }
 
 /// A sheet that bends more and more.
@@ -75,6 +75,34 @@ fn counts_positions_normals_and_times_read_back() {
     };
     let weights: Vec<f32> = weights.into_f32().collect();
     assert_eq!(weights, [0.0, 0.0, 1.0, 0.0, 0.0, 1.0]);
+}
+
+#[test]
+fn an_obstacle_that_moves_is_a_node_that_is_displaced() {
+    let text = r#"{ "format": "drape-system/1", "particles": { "mass_kg": [1], "position_m": [[0, 0, 0]] },
+        "obstacles": [{ "sphere": { "center_m": [0, 0, 0], "radius_m": 1 } },
+            { "sphere": { "center_m": [0, 0, 0], "radius_m": 1,
+                "path": [{ "time_s": 0.5, "offset_m": [1, 0, 2] }] } }] }"#;
+    let input = drape_model::parse("text", text).unwrap();
+    let (system, state) = input.spec().build().unwrap();
+    let mut animation = Animation::new(Subject::new(input.spec(), system.obstacles()));
+    for time in [0.0, 0.25, 1.0] {
+        assert!(animation.push(time, &state.x));
+    }
+    let file = gltf::Gltf::from_slice(&animation.glb().unwrap()).unwrap();
+    let blob = file.blob.clone().unwrap();
+    let animation = file.animations().next().unwrap();
+    assert_eq!(file.animations().count(), 1);
+    let nodes: Vec<_> =
+        animation.channels().map(|c| c.target().node().name().unwrap().to_owned()).collect();
+    assert_eq!(nodes, ["cloth", "sphere-1"]);
+    let reader = animation.channels().nth(1).unwrap();
+    let reader = reader.reader(|_| Some(&blob));
+    assert_eq!(reader.read_inputs().unwrap().collect::<Vec<_>>(), [0.0, 0.25, 1.0]);
+    let Some(ReadOutputs::Translations(offsets)) = reader.read_outputs() else {
+        panic!("translations")
+    };
+    assert_eq!(offsets.collect::<Vec<_>>(), [[0.0; 3], [0.5, 0.0, 1.0], [1.0, 0.0, 2.0]]);
 }
 
 #[test]

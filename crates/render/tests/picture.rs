@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
-use drape_model::{Shape, Vec3};
+use drape_model::{Obstacle, Shape, Vec3};
 use drape_render::{Camera, Colour, Font, Image, Subject, View, draw, obj};
 
 const SIZE: [u32; 2] = [160, 120];
@@ -13,7 +13,8 @@ fn sheet(side: u32) -> Vec<Vec3> {
 }
 
 fn seen(view: &str, x: &[Vec3], obstacles: &[Shape]) -> Image {
-    let subject = Subject::grid(5, 5, obstacles, x);
+    let obstacles: Vec<_> = obstacles.iter().cloned().map(Obstacle::from).collect();
+    let subject = Subject::grid(5, 5, &obstacles, x);
     let camera = Camera::fit(view.parse().unwrap(), &subject.points(x), 4.0 / 3.0);
     draw(&subject, x, &camera, SIZE)
 }
@@ -67,7 +68,7 @@ fn what_is_nearer_hides_what_is_farther_and_cloth_on_a_table_hides_its_top() {
 fn particles_that_are_anywhere_or_nowhere_do_no_harm() {
     let plane = Shape::Plane { point: Vec3::zeros(), normal: Vec3::z() };
     let good = sheet(5);
-    let subject = Subject::grid(5, 5, [&plane], &good);
+    let subject = Subject::grid(5, 5, &[plane.into()], &good);
     let camera = Camera::fit(View::default(), &subject.points(&good), 4.0 / 3.0);
     let mut random = 1_u64;
     for scale in [1.0, 10.0, 1e3, 1e5, 1e20, 1e38, 1e300, f64::INFINITY] {
@@ -102,7 +103,7 @@ fn an_obj_file_reads_back_to_the_same_bits() {
     x[4] = Vec3::new(0.1 + 0.2, 1e-17 / 3.0, -1e9 / 7.0);
     let ball = Shape::Sphere { center: Vec3::zeros(), radius: 1.0 };
     let table = Shape::Box { center: Vec3::zeros(), half_extents: Vec3::repeat(1.0) };
-    let subject = Subject::grid(3, 3, &[table, ball], &x);
+    let subject = Subject::grid(3, 3, &[table.into(), ball.into()], &x);
     let text = obj::cloth(&subject, &x);
     let read: Vec<f64> = text
         .lines()

@@ -2,7 +2,7 @@
 
 use crate::page::{Section, Table};
 use crate::{Chapter, Content, Files, ReportError, read_record};
-use drape_model::{Shape, Vec3};
+use drape_model::{Obstacle, Shape, Vec3};
 use drape_records::pictures::{Facts, METHODS, PAPER, Scene, Shot};
 use drape_records::{Figure, Record};
 use drape_render::{Camera, Colour, Font, Image, Subject, View, draw};
@@ -91,11 +91,11 @@ fn scene_of<'a>(facts: &'a Facts, shot: &Shot) -> Option<&'a Scene> {
 }
 
 fn subject(scene: &Scene, x: &[Vec3]) -> Subject {
-    let table = scene.table.as_ref().map(|table| Shape::Box {
-        center: table.center_m.into(),
-        half_extents: Vec3::from(table.size_m) * 0.5,
+    let table = scene.table.as_ref().map(|table| {
+        let half_extents = Vec3::from(table.size_m) * 0.5;
+        Obstacle::from(Shape::Box { center: table.center_m.into(), half_extents })
     });
-    Subject::grid(scene.rows, scene.columns, &table, x)
+    Subject::grid(scene.rows, scene.columns, table.as_slice(), x)
 }
 
 fn aspect(size: [u32; 2]) -> f64 {

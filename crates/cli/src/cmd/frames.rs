@@ -9,7 +9,8 @@ use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct FrameArguments {
-    /// Write the motion into this new or empty folder, an OBJ file a frame, and the obstacles as obstacles.obj
+    /// Write the motion into this new or empty folder, an OBJ file a frame, and the obstacles as obstacles.obj,
+    /// or, where one moves, as a file a frame, too
     #[arg(long, value_name = "DIR")]
     frames: Option<PathBuf>,
     /// Write the motion as one glTF 2.0 binary, a morph target a frame; at most 1000 frames
@@ -74,7 +75,7 @@ impl Frames {
         }
         let fps = arguments.fps.unwrap_or(USUAL_FPS);
         let most = most_frames(time, fps);
-        let subject = || Subject::new(spec, simulation.shapes());
+        let subject = || Subject::new(spec, simulation.obstacles());
         let animation = arguments.animation.as_ref().map(|file| {
             check_writable("--animation", file)?;
             if most > animation::MOST_FRAMES {
@@ -107,6 +108,7 @@ impl Frames {
         };
         if let Some((folder, _)) = &frames.folder
             && !frames.subject.solids.is_empty()
+            && !frames.subject.moves()
         {
             let text = obj::solids(&frames.subject.solids);
             write_atomically(&folder.join("obstacles.obj"), text.as_bytes())?;
@@ -124,9 +126,16 @@ impl Frames {
         self.next = frame.floor() + 1.0;
         let x = moving.display_positions();
         if let Some((folder, count)) = &mut self.folder {
-            let file = folder.join(format!("frame-{:0digits$}.obj", count, digits = self.digits));
-            let text = obj::cloth(&self.subject, &x);
-            match write_atomically(&file, text.as_bytes()) {
+            let write = |kind: &str, text: String| {
+                let name = format!("{kind}-{count:0digits$}.obj", digits = self.digits);
+                write_atomically(&folder.join(name), text.as_bytes())
+            };
+            let mut outcome = write("frame", obj::cloth(&self.subject, &x));
+            if outcome.is_ok() && self.subject.moves() {
+                let solids = &self.subject.at(moving.time()).solids;
+                outcome = write("obstacles", obj::solids(solids));
+            }
+            match outcome {
                 Ok(()) => *count += 1,
                 Err(error) => self.failure = Some(error.into()),
             }

@@ -69,7 +69,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     }
     let spec = input.spec();
     let mut simulation = OrderedSimulation::new(spec, &choice)?;
-    let subject = Subject::new(spec, simulation.shapes());
+    let subject = Subject::new(spec, simulation.obstacles());
     let divergence = take(&mut shots, &mut simulation, time, &choice)?;
     if let Some(divergence) = &divergence {
         // What is left of a run that diverged shows nothing.
@@ -78,7 +78,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     }
     // One camera for all, so that they can be compared.
     let taken = || shots.iter().filter_map(|shot| shot.taken.as_ref());
-    let points: Vec<Vec3> = taken().flat_map(|(_, x)| subject.points(x)).collect();
+    let points: Vec<Vec3> = taken().flat_map(|(t, x)| subject.at(*t).points(x)).collect();
     let camera = Camera::fit(view, &points, f64::from(size[0]) / f64::from(size[1]));
     for (shot, file) in shots.iter().zip(&files) {
         let (mut image, time_s) = match (&shot.taken, &divergence) {
@@ -87,7 +87,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
                 (Image::failure(size, &reason), shot.due)
             }
             (None, None) => (Image::failure(size, "not reached"), shot.due),
-            (Some((time_s, x)), _) => (draw(&subject, x, &camera, size), *time_s),
+            (Some((t, x)), _) => (draw(&subject.at(*t), x, &camera, size), *t),
         };
         let method = choice.method().id;
         let label = format!("{}, {method}, h = {} s, t = {time_s:.4} s", spec.name, time.step_s);

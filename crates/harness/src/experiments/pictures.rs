@@ -6,7 +6,7 @@ use crate::methods::{self, Choice};
 use crate::run::{Options, simulate};
 use crate::scenes::{build, bundled};
 use crate::{HarnessError, system_hash};
-use drape_model::{Cloth, ObstacleSpec, SpringLaw, System, TimeSpan, Vec3};
+use drape_model::{Cloth, ObstacleSpec, SpringLaw, State, System, TimeSpan};
 use drape_records::Record;
 use drape_records::pictures::{Facts, METHODS, PAPER, Scene, Shot, Table};
 use std::collections::BTreeMap;
@@ -120,8 +120,8 @@ fn scene(name: &str) -> Result<(Scene, String), HarnessError> {
 }
 
 /// Positions to be drawn, rounded.
-fn rounded(system: &System, x: &[Vec3]) -> Vec<f64> {
-    let shown = system.display_positions(x);
+fn rounded(system: &System, state: &State) -> Vec<f64> {
+    let shown = system.display_positions(&state.x, state.t);
     let coordinates = shown.iter().flat_map(|x| [x.x, x.y, x.z]);
     // Adding 0 makes a positive zero of a negative one.
     coordinates.map(|c| (c * PARTS).round() / PARTS + 0.0).collect()
@@ -138,7 +138,7 @@ fn shots(case: &Case) -> Result<Vec<Shot>, HarnessError> {
     let outcome = simulate(&mut simulation, &choice, time, options, |_, system, state| {
         for (taken, &due) in taken.iter_mut().zip(case.times) {
             if taken.is_none() && state.t >= due - EARLY && state.is_finite() {
-                *taken = Some(rounded(system, &state.x));
+                *taken = Some(rounded(system, state));
             }
         }
     })?;

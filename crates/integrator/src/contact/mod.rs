@@ -69,11 +69,12 @@ use drape_model::{Detection, Obstacle, System, Vec3};
 use drape_solvers::{Constraints, Filter};
 use friction::Slider;
 pub use friction::Wanted;
+use std::cmp::Ordering;
 use std::convert::Infallible;
 
 /// How far outside the surface a particle still touches it, m.
 const TOUCHING: f64 = 1e-9;
-/// Round-off of a velocity relative to a moving surface, over the speed of the surface.
+/// Round-off of a normal velocity, over the speed of the particle or of a moving surface.
 const ROUND_OFF: f64 = 1e-9;
 /// Most re-solves after releases in one step.
 const MAX_RELEASE_PASSES: usize = 3;
@@ -150,6 +151,26 @@ enum WayOut {
     Velocity,
     /// Baraff & Witkin, section 6.
     Position,
+}
+
+/// A particle whose contact began, ended or cut its velocity: its history no longer fits.
+#[derive(Clone, Copy, Debug)]
+pub struct Change<'a> {
+    /// Its index.
+    pub particle: usize,
+    /// Velocity after the step, m/s.
+    pub velocity: &'a Vec3,
+    /// Takes out the normals of its contacts, whether or not there is friction; free where none is left.
+    pub filter: Filter,
+    /// Velocity of the surfaces along the normals, m/s.
+    pub surface: Vec3,
+}
+
+impl<'a> Change<'a> {
+    fn of(particle: usize, velocity: &'a Vec3, basis: &Basis<'_>) -> Self {
+        let surface = basis.combine(|contact| contact.carried(0.0));
+        Self { particle, velocity, filter: basis.filter(), surface }
+    }
 }
 
 /// The contacts of the running step, and how long ago each was active.
@@ -477,7 +498,7 @@ impl ContactSet {
     /// Ends a step: brings the normal velocities back to what the impacts left, calls `changed` for
     /// each particle whose history no longer fits (a contact began, ended or cut its velocity), and
     /// remembers which contacts were active.
-    pub fn settle(&mut self, v: &mut [Vec3], mut changed: impl FnMut(usize, &Vec3)) {
+    pub fn settle(&mut self, v: &mut [Vec3], mut changed: impl FnMut(Change<'_>)) {
         if self.obstacles == 0 {
             return;
         }
@@ -491,13 +512,19 @@ impl ContactSet {
             let basis = Basis::of(group);
             let velocity = v[particle];
             let along = |contact: &Contact| contact.normal.dot(&velocity);
-            if basis.contacts().any(|c| along(c) > c.keep || along(c) < c.least) {
+            let is_cut = |c: &Contact| {
+                // With friction the past along the surface is at stake, too: round-off must not make it up anew.
+                let slack = if c.friction > 0.0 { ROUND_OFF * velocity.norm() } else { 0.0 };
+                along(c) > c.keep + slack || along(c) < c.least - slack
+            };
+            if basis.contacts().any(is_cut) {
                 let kept = basis.combine(|c| along(c).max(c.least).min(c.keep));
                 v[particle] = basis.filter().apply(velocity) + kept;
                 self.changed[particle] = true;
-                changed(particle, &v[particle]);
+                changed(Change::of(particle, &v[particle], &basis));
             }
         }
+        let mut rest = &self.candidates[..];
         for (slot, (steps, is_active)) in
             self.steps_since.iter_mut().zip(&self.is_active).enumerate()
         {
@@ -506,7 +533,10 @@ impl ContactSet {
             if was_active != *is_active {
                 let particle = slot / self.obstacles;
                 self.changed[particle] = true;
-                changed(particle, &v[particle]);
+                let is_of = |c: &Contact, order| (c.particle as usize).cmp(&particle) == order;
+                rest = &rest[rest.partition_point(|c| is_of(c, Ordering::Less))..];
+                let group = &rest[..rest.partition_point(|c| is_of(c, Ordering::Equal))];
+                changed(Change::of(particle, &v[particle], &Basis::of(group)));
             }
         }
     }

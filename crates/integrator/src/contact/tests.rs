@@ -98,7 +98,7 @@ fn step(set: &mut ContactSet, system: &System, state: &mut State, h: f64, g: f64
     })
     .expect("never fails");
     state.x[0] += state.v[0] * h;
-    set.settle(&mut state.v, |_, _| ());
+    set.settle(&mut state.v, |_| ());
     !set.is_empty()
 }
 
@@ -160,7 +160,7 @@ fn multistep(e: f64, (x, v): (f64, f64), ahead: f64, tau: f64) -> Option<(f64, f
     let mut v = [Vec3::new(1.0, 2.0, -9.0)];
     constraints.impose(&mut v);
     let z = x_star[0].z + tau * v[0].z;
-    set.settle(&mut v, |_, _| ());
+    set.settle(&mut v, |_| ());
     assert_eq!(v[0].xy(), Vec3::new(1.0, 2.0, 0.0).xy(), "the plane is smooth");
     (!set.is_empty()).then_some((z, v[0].z))
 }
@@ -192,7 +192,7 @@ fn settling_reports_contacts_that_begin_and_end() {
         set.detect(&system, &state.x, &state.v, (0.01, 0.01), &mut constraints);
         let mut calls = 0;
         state.v[0] = Vec3::zeros();
-        set.settle(&mut state.v, |_, _| calls += 1);
+        set.settle(&mut state.v, |_| calls += 1);
         assert_eq!(calls > 0, expected, "at {x}");
     }
 }

@@ -71,7 +71,7 @@ impl Integrator for BackwardEuler {
         predictor.remember(&state.v, h);
         state.v.copy_from_slice(stage.velocity());
         state.x.copy_from_slice(stage.positions()); // x_{n+1} = x_n + h v_{n+1}
-        contacts.settle(&mut state.v, |i, v| predictor.forget(i, v));
+        contacts.settle(&mut state.v, |c| predictor.forget(c.particle, c.velocity));
         state.t += h;
         clock.stop();
         Ok(report)

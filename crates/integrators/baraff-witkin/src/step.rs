@@ -72,7 +72,7 @@ impl Integrator for BaraffWitkin {
             state.x[i] += y[i];
             state.x[i] += state.v[i] * h; // x_{n+1} = x_n + h (v_n + Δv) + y
         }
-        contacts.settle(&mut state.v, |_, _| ());
+        contacts.settle(&mut state.v, |_| ());
         state.t += h;
         clock.stop();
         Ok(report)

@@ -71,7 +71,8 @@
 //! * *Tolerance.* `ε` refers to the change of momentum that the forces would make within `τ`. `|b|` grows with the speed of
 //!   the whole sheet and, across springs, like `θ`.
 //! * *Contacts* are found at `x_n` and prescribe `n·v_{n+1} = n·(x_s − X*)/τ`. Where one begins or cuts a velocity, the
-//!   particle's past is rewritten along the normal: it came with its new velocity, after a rebound in free flight. Forces
+//!   particle's past is rewritten along the normal: it came with its new velocity, after a rebound in free flight; where there is friction along
+//!   the surface, too, at constant velocity: what slides from rest comes half a step late. Forces
 //!   of the past are then evaluated anew, since a force across a stiff spring must be extrapolated along the path of
 //!   its ends. So an elastic rebound neither takes nor gives energy.
 //! * *Force sweeps.* Three a step: `F`, `G` and `L_k X*`.

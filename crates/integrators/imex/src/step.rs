@@ -60,7 +60,7 @@ fn advance(w: &mut Workspace, state: &mut State, h: f64, bands: usize) {
             *x += new * h; // EEH (20)
         }
     });
-    w.contacts.settle(&mut state.v, |i, v| w.predictor.forget(i, v));
+    w.contacts.settle(&mut state.v, |c| w.predictor.forget(c.particle, c.velocity));
     state.t += h;
 }
 

@@ -73,7 +73,7 @@ pub enum Detection {
 
 impl Obstacle {
     /// Signed distance `φ`, m (negative inside), and outward unit normal `∇φ` at `x`, the obstacle being where it starts:
-    /// after a displacement by `d` take `x − d`.
+    /// after a displacement by `d`, its [`offset`](Self::offset), take `x − d`.
     ///
     /// Where the normal is not unique (centre of a ball, the ridges inside a box) one of the
     /// candidates is returned, upward (+z) first.
@@ -95,6 +95,11 @@ impl Obstacle {
             Shape::Box { center, half_extents } => box_distance(&(x - center), half_extents),
             Shape::Mesh(mesh) => mesh.distance(x),
         }
+    }
+
+    /// How far it is from where it starts at `t` seconds, m; 0 without a path.
+    pub fn offset(&self, t: f64) -> Vec3 {
+        self.path.as_ref().map_or(Vec3::zeros(), |path| path.offset(t))
     }
 
     /// [`distance`](Self::distance) where it may be below `reach`, m: where it is costly, a look at the bounding box comes

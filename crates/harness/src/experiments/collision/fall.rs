@@ -240,7 +240,7 @@ pub(super) fn row(form: &Form, stage: &Stage) -> Result<Row, HarnessError> {
         let ways = state.x.iter().zip(&before).map(|(x, before)| (x - before).norm());
         fastest = ways.fold(fastest, f64::max);
         row.depth_m = row.depth_m.max(depth(obstacle, &state.x));
-        let shown = body.simulation.system.display_positions(&state.x);
+        let shown = body.simulation.system.display_positions(&state.x, state.t);
         row.displayed_depth_m = row.displayed_depth_m.max(depth(obstacle, &shown));
         if form.way_out == TELEPORT {
             let moved = teleport(obstacle, &mut state);

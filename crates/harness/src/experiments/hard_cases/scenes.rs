@@ -6,8 +6,8 @@ use crate::HarnessError;
 use crate::run::Simulation;
 use crate::schedule::{Change, Schedule};
 use drape_model::{
-    DampingLaw, ObstacleSpec, PieceSpec, PinSpec, SpringEffect, SpringSpec, SystemSpec, TimeSpan,
-    Vec3,
+    DampingLaw, KeyframeSpec, ObstacleSpec, PieceSpec, PinSpec, SpringEffect, SpringSpec,
+    SystemSpec, TimeSpan, Vec3,
 };
 use drape_oracle::{Random, laws::hanging_chain};
 
@@ -95,6 +95,9 @@ impl Case {
             "H10" => {
                 "the work that a change of stiffness does on the springs is recorded at the moment of the change and \
                  taken out of the energy; the available energy includes it"
+            }
+            "H11" => {
+                "from the moment at which the pin has stopped: the work that it does until then is its own affair; what a                  method takes in too much meanwhile is seen only where it comes out later"
             }
             "H12" | "H13" => {
                 "what the contacts add to the energy of the reference trajectory while they push out is granted \
@@ -203,6 +206,22 @@ const CYCLE: [f64; 4] = [1.0, 2.0, 1.0, 0.5];
 
 const STIFFENED: [Change; 2] =
     [Change { time_s: 0.7, factor: 100.0 }, Change { time_s: 1.4, factor: 0.01 }];
+
+/// H11: on a chord about the other pin, at the end of which the row between them is as long as before.
+fn yanked() -> Result<SystemSpec, HarnessError> {
+    const CHORD: f64 = 0.6;
+    const SPEED: f64 = 10.0;
+    let mut spec = hanging(1e5).spec()?;
+    let [here, there] = [0, SIDE as usize - 1].map(|n| Vec3::from(spec.particles.position_m[n]));
+    let towards = 0.5 * CHORD * CHORD;
+    let up = (CHORD * CHORD - towards * towards).sqrt();
+    let offset = (there - here) * towards + Vec3::z() * up;
+    spec.pins[0].path = vec![
+        KeyframeSpec { time_s: 0.5, offset_m: [0.0; 3] },
+        KeyframeSpec { time_s: 0.5 + CHORD / SPEED, offset_m: offset.into() },
+    ];
+    Ok(spec)
+}
 
 const FLOOR: f64 = -1.0;
 
@@ -385,7 +404,12 @@ pub(super) fn all() -> Vec<Case> {
             "A hanging sheet whose k/m goes from 1e4 to 1e6 after 0.7 s and back after 1.4 s.",
             stiffened(Setup::new(|| hanging(1e4).spec(), 0.01)),
         ),
-        absent("H11", "yanked pin", "moving pins"),
+        case(
+            "H11",
+            "yanked pin",
+            "A hanging sheet at k/m = 1e5, one pin of which is yanked by 0.6 m after 0.5 s at 10 m/s and stops dead.",
+            Setup::new(yanked, 0.01),
+        ),
         case(
             "H12",
             "table's corner",

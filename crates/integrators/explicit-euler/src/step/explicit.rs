@@ -44,7 +44,7 @@ impl Integrator for ExplicitEuler {
         clock.switch(Phase::Update);
         drift(h, &w.velocity, &mut state.x); // x_{n+1} = x_n + h v_n
         state.v.copy_from_slice(&w.velocity);
-        w.contacts.settle(&mut state.v, |_, _| ());
+        w.contacts.settle(&mut state.v, |_| ());
         kick(system, h, &w.force, &mut state.v); // v_{n+1} = v_n + h M⁻¹ f_n
         w.contacts.stop(&mut state.v);
         for i in (0..state.len()).filter(|&i| system.pinned()[i]) {

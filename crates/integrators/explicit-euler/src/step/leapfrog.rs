@@ -117,7 +117,7 @@ impl LeapfrogWorkspace {
         if !self.contacts.is_empty() {
             self.unsettled.copy_from_slice(v);
         }
-        self.contacts.settle(v, |_, _| ());
+        self.contacts.settle(v, |_| ());
         self.contacts.stop(v);
     }
 }

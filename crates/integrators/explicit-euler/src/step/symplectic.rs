@@ -86,7 +86,7 @@ impl Integrator for SymplecticEuler {
         clock.switch(Phase::Update);
         state.v.copy_from_slice(&w.velocity);
         drift(h, &state.v, &mut state.x); // x_{n+1} = x_n + h v_{n+1}
-        w.contacts.settle(&mut state.v, |_, _| ());
+        w.contacts.settle(&mut state.v, |_| ());
         state.t += h;
         clock.stop();
         Ok(report)

@@ -5,8 +5,9 @@ use super::split_forces::SplitForces;
 use super::workspace::Workspace;
 use super::{Coefficients, ImexTwoStepSettings, Scheme};
 use drape_integrator::{
-    Adaptive, ContactSet, Integrator, Method, MultistepMotion, Phase, PhaseClock, PrepareError,
-    Rewind, Scratch, Stage, StageSettings, Start, StepError, StepReport, TimeStep, drift,
+    Adaptive, Change, ContactSet, Integrator, Method, MultistepMotion, Phase, PhaseClock,
+    PrepareError, Rewind, Scratch, Stage, StageSettings, Start, StepError, StepReport, TimeStep,
+    drift,
 };
 use drape_model::{State, System, Vec3};
 
@@ -142,12 +143,12 @@ impl Integrator for ImexTwoStep {
         state.v.swap_with_slice(velocity);
         state.x.copy_from_slice(position);
         let (x, v_n, mass) = (&state.x, velocity, system.mass());
-        contacts.settle(&mut state.v, |i, v| {
-            let filter = constraints.filter(i);
+        contacts.settle(&mut state.v, |Change { particle: i, velocity: v, filter, surface }| {
             // After a rebound it flies, else it rests.
-            let flies = filter.complement(*v).dot(&v_n[i]) < 0.0;
+            let flies = filter.complement(v - surface).dot(&(v_n[i] - surface)) < 0.0;
             let a = if flies { external[i] / mass[i] } else { Vec3::zeros() };
-            past.meet(i, filter, (x[i], *v), a);
+            // Friction changes the velocity along the surface, too.
+            past.meet(i, constraints.filter(i), (x[i], *v), a);
         });
         state.t += h;
         clock.stop();

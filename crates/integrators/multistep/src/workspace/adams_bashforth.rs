@@ -3,7 +3,7 @@
 use super::step_sizes;
 use crate::coefficients::LinearMultistep;
 use crate::settings::Steps;
-use drape_integrator::{ContactSet, History, drift};
+use drape_integrator::{Change, ContactSet, History, drift};
 use drape_model::{Level, State, System, Vec3};
 use drape_solvers::Constraints;
 
@@ -104,7 +104,7 @@ impl AdamsWorkspace {
     pub(crate) fn settle(&mut self, state: &mut State, h: f64) {
         let Self { contacts, velocity, acceleration: a, history, .. } = self;
         history.push(h, [velocity, a]);
-        contacts.settle(velocity, |i, v| {
+        contacts.settle(velocity, |Change { particle: i, velocity: v, .. }| {
             history.rewrite(i, |age| [v - a[i] * (age - h), a[i]]);
         });
         state.v.copy_from_slice(velocity);

@@ -4,7 +4,7 @@ use super::step_sizes;
 use crate::coefficients::{LinearMultistep, extrapolation};
 use crate::settings::Steps;
 use drape_integrator::{
-    ContactSet, History, ImplicitStage, MultistepMotion, Phase, PhaseClock, PrepareError,
+    Change, ContactSet, History, ImplicitStage, MultistepMotion, Phase, PhaseClock, PrepareError,
     SolveStatus, Stage, StageSettings, StepError, StepReport,
 };
 use drape_model::{Level, State, System, Vec3};
@@ -173,7 +173,7 @@ impl BdfWorkspace {
         state.v.copy_from_slice(stage.velocity());
         state.x.copy_from_slice(stage.positions()); // x_{n+k} = x* + τ v_{n+k}
         let State { x, v, .. } = state;
-        contacts.settle(v, |i, v| {
+        contacts.settle(v, |Change { particle: i, velocity: v, .. }| {
             history.rewrite(i, |age| [x[i] - (v - a[i] * (0.5 * age)) * age, v - a[i] * age]);
         });
     }
