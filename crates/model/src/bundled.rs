@@ -23,6 +23,7 @@ static SCENES: &[(&str, &str)] = scenes![
     "skirt",
     "spinning-sheet",
     "drape-test",
+    "hanging-wool",
 ];
 
 macro_rules! meshes {

@@ -49,6 +49,7 @@ pub mod bundled;
 mod diagnostics;
 pub mod effects;
 mod error;
+mod fabric;
 mod load;
 mod mesh;
 mod numbering;
@@ -67,6 +68,7 @@ mod topology;
 
 pub use effects::{BlockPlanes, BlockSink, Effect, LinearSplit, Linearised, Part, Tangent};
 pub use error::{SceneError, Violation};
+pub use fabric::Fabric;
 pub use load::{Input, load, parse};
 pub use mesh::{MeshCloth, Rotation};
 pub use numbering::Numbering;

@@ -175,8 +175,12 @@ impl MeshCloth {
         let mut springs = Vec::new();
         for ((effect, law), pairs) in laws.iter().zip(pairs) {
             let Some(law) = law else { continue };
-            if law.warp.is_some() || law.weft.is_some() {
-                let key = if law.warp.is_some() { "warp" } else { "weft" };
+            let keys = [
+                ("warp", law.warp.is_some()),
+                ("weft", law.weft.is_some()),
+                ("fabric", law.fabric.is_some()),
+            ];
+            if let Some((key, _)) = keys.into_iter().find(|(_, is_given)| *is_given) {
                 let path = format!("effects.{}.{key}", effect.name());
                 let expected = "one law for all springs: the file says nothing of warp and weft";
                 return Err(Violation::new(path, "given for a mesh", expected));

@@ -2,6 +2,7 @@
 
 use crate::build::{number, positive, vector, within};
 use crate::error::Violation;
+use crate::fabric::Fabric;
 use crate::mesh::MeshCloth;
 use crate::select::{Pin, Selectable};
 use crate::spec::{
@@ -134,7 +135,7 @@ pub struct Effects {
 }
 
 /// Stiffness and damping of one kind of spring, each either absolute or over the mass of a particle; or, instead of one
-/// stiffness, piecewise-linear tension, for all springs alike or for warp and weft apart.
+/// stiffness, piecewise-linear tension, for all springs alike, for warp and weft apart, or of a fabric.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SpringLaw {
@@ -161,6 +162,10 @@ pub struct SpringLaw {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0, max = MAX_COEFFICIENT))]
     pub compression_stiffness_n_per_m: Option<f64>,
+    /// A fabric whose tension was measured, instead of a stiffness; tension of a grid only. Warp is x. Every spring carries the
+    /// tension per width of a strip as wide as the mesh.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fabric: Option<Fabric>,
     /// Springs along the warp, which is x on a grid, instead of a stiffness; together with `weft`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub warp: Option<StretchLaw>,
@@ -415,6 +420,7 @@ impl Scene {
         let mut springs = Vec::new();
         for (effect, law) in self.spring_laws() {
             let Some(law) = law else { continue };
+            let law = law.of_fabric(effect, grid.spacing_m())?;
             let law = law.stretches(effect, grid.particle_mass())?;
             springs.extend(grid.springs(effect, &law));
         }

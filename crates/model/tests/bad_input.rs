@@ -840,3 +840,61 @@ fn frozen_springs_with_curves_that_make_no_sense_are_refused() {
         ],
     );
 }
+
+#[test]
+fn a_fabric_where_it_says_nothing_is_refused() {
+    const TENSION: &str = r#""stiffness_over_mass_per_s2": 1e4"#;
+    const FABRIC: &str = r#""fabric": "wool""#;
+    let scene = SCENE.replace(TENSION, FABRIC);
+    parse("file", &scene).unwrap();
+    check(
+        &scene,
+        &[
+            (r#""wool""#, r#""silk""#, "effects.tension.fabric", "silk", "`wool`"),
+            (r#""wool""#, "3", "effects.tension.fabric", "3", "`wool`"),
+            (
+                FABRIC,
+                r#""fabric": "wool", "stiffness_n_per_m": 3"#,
+                "effects.tension.fabric",
+                "beside `stiffness_n_per_m`",
+                "one of",
+            ),
+            (
+                FABRIC,
+                r#""fabric": "wool", "pieces": [{ "stiffness_n_per_m": 3 }]"#,
+                "effects.tension.fabric",
+                "beside `pieces`",
+                "one of",
+            ),
+            (
+                FABRIC,
+                r#""fabric": "wool", "warp": { "stiffness_n_per_m": 3 }"#,
+                "effects.tension.fabric",
+                "beside `warp`",
+                "one of",
+            ),
+            (
+                r#""shear": { "stiffness_n_per_m": 5 }"#,
+                r#""shear": { "fabric": "wool" }"#,
+                "effects.shear.fabric",
+                "shear",
+                "tension springs only",
+            ),
+            (
+                r#""rows": 3"#,
+                r#""rows": 1"#,
+                "effects.tension.fabric",
+                "single row",
+                "at least 2 rows",
+            ),
+        ],
+    );
+    let mesh = r#""mesh": { "file": "bundled:sheet.obj", "areal_density_kg_m2": 0.15 }"#;
+    let (from, to) =
+        (scene.find(r#""grid": {"#).unwrap(), scene.find(" },\n  \"effects\"").unwrap());
+    let (_, message) = refused(&format!("{}{mesh}{}", &scene[..from], &scene[to..]));
+    assert!(
+        message.contains("effects.tension.fabric") && message.contains("warp and weft"),
+        "{message}"
+    );
+}
