@@ -66,11 +66,11 @@ fn led(law: DampingLaw) -> (System, State) {
 /// A sheet that resists shear and bending by its angles, in a wind.
 fn in_a_wind(gusty: bool) -> (System, State) {
     let mut scene = Sheet { shear: 0.0, ..SHEET }.scene();
-    let law = Some(AngularLaw { stiffness_n_m: 0.02 });
+    let law = |stiffness_n_m| Some(AngularLaw { stiffness_n_m });
     let gust = GustSpec { amplitude_m_s: [0.0, 1.0, 4.0], period_s: 0.05, seed: 3 };
-    scene.effects.shear_angle = law;
-    scene.effects.bending_angle = law;
-    scene.effects.bending_hinge = law;
+    scene.effects.shear_angle = law(2e-3);
+    scene.effects.bending_angle = law(2e-4);
+    scene.effects.bending_hinge = law(2e-4);
     scene.effects.air = Some(AirSpec {
         drag: DragSpec::Quadratic { coefficient: 1.0, density_kg_m3: 1.2 },
         wind: Some(WindSpec { velocity_m_s: [1.0, 0.0, 3.0], gust: gusty.then_some(gust) }),

@@ -150,8 +150,9 @@ fn solids(obstacles: &[Obstacle], cloth: &[Vec3], lines: &[[u32; 2]]) -> Vec<Sol
 
 /// Length of the line that is in the middle of all, m.
 fn typical_length(x: &[Vec3], lines: &[[u32; 2]]) -> f64 {
-    let length = |[a, b]: &[u32; 2]| (x[*a as usize] - x[*b as usize]).norm();
-    let mut lengths: Vec<f64> = lines.iter().map(length).filter(|l| l.is_finite()).collect();
+    let length = |[a, b]: &[u32; 2]| Some((x.get(*a as usize)? - x.get(*b as usize)?).norm());
+    let lengths = lines.iter().filter_map(length).filter(|length| length.is_finite());
+    let mut lengths: Vec<f64> = lengths.collect();
     lengths.sort_by(f64::total_cmp);
     lengths.get(lengths.len() / 2).copied().unwrap_or(0.0)
 }
