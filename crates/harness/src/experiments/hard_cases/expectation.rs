@@ -101,6 +101,12 @@ pub(super) fn expectation(problem: &Problem<'_>) -> Expectation {
     if !problem.has_moving_springs() && !problem.has_contacts() {
         return stable(NOTHING_MOVES);
     }
+    if let Some(factor) = problem.explicit_drag().filter(|factor| *factor > 2.0) {
+        return unstable(format!(
+            "drag at the old velocity is stable for hδ ≤ 2 at most; here the sheet as a whole has hδ = {}",
+            short(factor)
+        ));
+    }
     let id = problem.choice.method().id;
     let theory = THEORIES.iter().find(|(known, _)| *known == id);
     theory.map_or_else(|| no_theorem("this method has not been analysed"), |(_, of)| of(problem))
