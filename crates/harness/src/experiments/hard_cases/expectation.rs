@@ -1,7 +1,7 @@
 //! What theory says about a method on a case: from the scene and the settings alone, without a look at the run.
 //!
-//! Most rules were written before the methods ran here. Those of the secant method, and of explicit springs beside
-//! Baraff-Witkin and the two-step methods, were derived after the first runs had failed: where they agree, they
+//! Most rules were written before the methods ran here. Those of the secant method, of explicit springs beside
+//! Baraff-Witkin and the two-step methods, and of drag in divided steps of leapfrog, were derived after the first runs had failed: where they agree, they
 //! explain, they do not predict.
 
 use super::super::short;
