@@ -1,5 +1,6 @@
 //! Scenes and runs that several of the tests across crates share.
 
+pub mod drape;
 pub mod equations;
 
 use drape_harness::methods::Choice;

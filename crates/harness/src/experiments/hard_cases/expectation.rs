@@ -1,7 +1,7 @@
 //! What theory says about a method on a case: from the scene and the settings alone, without a look at the run.
 //!
-//! Most rules were written before the methods ran here. Those of the secant method, and of explicit springs beside
-//! Baraff-Witkin and the two-step methods, were derived after the first runs had failed: where they agree, they
+//! Most rules were written before the methods ran here. Those of the secant method, of explicit springs beside
+//! Baraff-Witkin and the two-step methods, and of drag in divided steps of leapfrog, were derived after the first runs had failed: where they agree, they
 //! explain, they do not predict.
 
 use super::super::short;
@@ -100,6 +100,12 @@ pub(super) fn has_theory(id: &str) -> bool {
 pub(super) fn expectation(problem: &Problem<'_>) -> Expectation {
     if !problem.has_moving_springs() && !problem.has_contacts() {
         return stable(NOTHING_MOVES);
+    }
+    if let Some(factor) = problem.explicit_drag().filter(|factor| *factor > 2.0) {
+        return unstable(format!(
+            "drag at the old velocity is stable for hδ ≤ 2 at most; here the sheet as a whole has hδ = {}",
+            short(factor)
+        ));
     }
     let id = problem.choice.method().id;
     let theory = THEORIES.iter().find(|(known, _)| *known == id);

@@ -138,6 +138,32 @@ impl Problem<'_> {
         system
     }
 
+    /// `hδ` of the drag on the motion at the start, from below (the quotient of Rayleigh), if a method takes drag at the old
+    /// velocity. Where it divides its steps, it does so by the stiffness alone.
+    pub(super) fn explicit_drag(&self) -> Option<f64> {
+        let (system, settings) = (self.system(), self.choice.settings());
+        let method = self.choice.method();
+        let is_explicit =
+            |effect: &&dyn Effect| effect.is_drag() && method.is_explicit(*effect, settings);
+        let state = &self.simulation.state;
+        let mut force = vec![Vec3::zeros(); system.len()];
+        for effect in system.effects().filter(is_explicit) {
+            effect.add_damping_force(state.level(), &mut force);
+        }
+        let power: f64 = force.iter().zip(&state.v).map(|(f, v)| -f.dot(v)).sum();
+        let doubled: f64 =
+            system.mass().iter().zip(&state.v).map(|(m, v)| m * v.norm_squared()).sum();
+        let (h, _) = self.steps();
+        let divides = method.id == "leapfrog" && settings.word("step") != "fixed";
+        let most_parts = if divides {
+            let limit = 2.0 * settings.number("safety") / self.bounds().0.sqrt();
+            (h / limit).ceil().max(1.0)
+        } else {
+            1.0
+        };
+        (power > 0.0).then(|| h / most_parts * power / doubled)
+    }
+
     /// Bounds of the eigenvalues of `M⁻¹L_k` (1/s²) and `M⁻¹L_c` (1/s) by Gershgorin.
     pub(super) fn bounds(&self) -> (f64, f64) {
         crate::stability::gershgorin(&self.stiffest())

@@ -110,7 +110,8 @@ fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
              away. Undamped and without contacts, symplectic methods may oscillate by 0.5 E_ref, but must not drift \
              by more than 0.05 E_ref over the run. A step counts as a rise if H grows by more than 1e-9 E_ref and \
              round-off. What theory says follows from the scene and the settings alone. Its rules for \
-             terzopoulos-fleischer, and in H16 for baraff-witkin and the two-step methods, were derived after first runs \
+             terzopoulos-fleischer, in H16 for baraff-witkin and the two-step methods, and in H14 for the divided steps of \
+             leapfrog, were derived after first runs \
              had failed: where they agree they explain, they do not predict. A run ends \
              over budget after {BUDGET:e} visits of a spring, which are counted, not timed: about two seconds.",
             SEEDS.len()

@@ -6,8 +6,8 @@ use crate::HarnessError;
 use crate::run::Simulation;
 use crate::schedule::{Change, Schedule};
 use drape_model::{
-    DampingLaw, KeyframeSpec, ObstacleSpec, PieceSpec, PinSpec, SpringEffect, SpringSpec,
-    SystemSpec, TimeSpan, Vec3,
+    AirSpec, DampingLaw, DragSpec, KeyframeSpec, ObstacleSpec, PieceSpec, PinSpec, SpringEffect,
+    SpringSpec, SystemSpec, TimeSpan, Vec3,
 };
 use drape_oracle::{Random, laws::hanging_chain};
 
@@ -97,8 +97,10 @@ impl Case {
                  taken out of the energy; the available energy includes it"
             }
             "H11" => {
-                "from the moment at which the pin has stopped: the work that it does until then is its own affair; what a                  method takes in too much meanwhile is seen only where it comes out later"
+                "from the moment at which the pin has stopped: the work that it does until then is its own affair; what a \
+                 method takes in too much meanwhile is seen only where it comes out later"
             }
+            "H14" => "closed: air at rest takes energy and gives none",
             "H12" | "H13" => {
                 "what the contacts add to the energy of the reference trajectory while they push out is granted \
                  to every method"
@@ -257,13 +259,43 @@ fn graded() -> Result<SystemSpec, HarnessError> {
         let column = n % side;
         spec.particles.position_m[n][0] = 0.5 - (0..column).fold(1.0, |width: f64, _| 0.5 * width);
     }
+    as_one_fabric(&mut spec);
+    Ok(spec)
+}
+
+/// H14: the drag slows the sheet as a whole by `cA/M` = 1111/s.
+fn in_a_gust() -> Result<SystemSpec, HarnessError> {
+    const COEFFICIENT: f64 = 160.0;
+    let mut spec = Sheet { gravity: [0.0; 3], ..free(1e3) }.spec()?;
+    spec.particles.velocity_m_s = vec![[0.0, 0.0, -10.0]; spec.particles.mass_kg.len()];
+    let drag = DragSpec::Linear { coefficient_n_s_per_m3: COEFFICIENT };
+    spec.effects.air = Some(AirSpec { drag, wind: None });
+    Ok(spec)
+}
+
+/// H15: two of the triangles at each of the particles that are moved become slivers.
+fn slivers() -> Result<SystemSpec, HarnessError> {
+    const DISTANCE: f64 = 1e-3;
+    let mut spec = hanging(1e4).triangulated(0.0, 0)?;
+    let side = SIDE as usize;
+    for (row, column) in
+        (1..side - 2).step_by(3).flat_map(|r| (1..side - 2).step_by(3).map(move |c| (r, c)))
+    {
+        let [from, to] = [0, 1].map(|k| spec.particles.position_m[row * side + column + k][0]);
+        spec.particles.position_m[row * side + column][0] = to - DISTANCE * (to - from);
+    }
+    as_one_fabric(&mut spec);
+    Ok(spec)
+}
+
+/// Brings all springs to rest where their ends lie, with `k ∝ 1/ℓ`.
+fn as_one_fabric(spec: &mut SystemSpec) {
     for spring in &mut spec.springs {
         let end = |n: u32| Vec3::from(spec.particles.position_m[n as usize]);
         let length = (end(spring.i) - end(spring.j)).norm();
         spring.stiffness_n_per_m *= spring.rest_length_m / length;
         spring.rest_length_m = length;
     }
-    Ok(spec)
 }
 
 /// H18: upright, held by its first row, each column a hanging chain in equilibrium.
@@ -422,14 +454,26 @@ pub(super) fn all() -> Vec<Case> {
             "A free sheet at k/m = 1e5 starts across a ball of 0.35 m radius, above a floor.",
             Setup::new(inside_a_ball, 0.01),
         ),
-        absent("H14", "gust of wind", "air drag and wind"),
+        case(
+            "H14",
+            "gust of wind",
+            "A free sheet at k/m = 1e3 without gravity moves broadside through still air at 10 m/s: a gust, in the frame of \
+             the air. Its drag is linear, with hca/(3m) = 2.2 for a triangle of area a.",
+            Setup::new(in_a_gust, 0.01),
+        ),
         case(
             "H15",
             "lengths 1 : 1e3",
             "A hanging sheet with columns at 1/2, 1/4, … 1/2048 m, springs of one fabric (k ∝ 1/ℓ).",
             Setup::new(graded, 0.01),
         ),
-        absent("H15", "sliver triangles", "triangle meshes"),
+        case(
+            "H15",
+            "sliver triangles",
+            "A hanging sheet of triangles at k/m = 1e4, every ninth particle of which lies a thousandth of a mesh width beside \
+             its neighbour; springs of one fabric (k ∝ 1/ℓ).",
+            Setup::new(slivers, 0.01),
+        ),
         quick(case(
             "H16",
             "explicit shear",
@@ -579,6 +623,37 @@ mod tests {
         for n in 1..=20 {
             assert!(cases.iter().any(|case| case.id == format!("H{n:02}")), "H{n:02}");
         }
+    }
+
+    /// Of a triangle inside, and of the sheet as a whole.
+    #[test]
+    fn explicit_drag_in_the_gust_is_beyond_its_limit() {
+        let spec = in_a_gust().unwrap();
+        let (h, cell) = (0.01, 1.0 / f64::from((SIDE - 1) * (SIDE - 1)));
+        let Some(AirSpec { drag: DragSpec::Linear { coefficient_n_s_per_m3: c }, .. }) =
+            spec.effects.air
+        else {
+            panic!("linear drag")
+        };
+        assert!(h * c * 0.5 * cell / (3.0 * MASS) > 2.0);
+        let whole = spec.particles.mass_kg.iter().sum::<f64>();
+        assert!(h * c / whole > 10.0);
+    }
+
+    #[test]
+    fn slivers_have_edges_a_thousand_times_as_long_as_others() {
+        let spec = slivers().unwrap();
+        let lengths = spec.springs.iter().map(|spring| spring.rest_length_m);
+        let (least, most) =
+            lengths.fold((f64::INFINITY, 0.0_f64), |(a, b), l| (a.min(l), b.max(l)));
+        assert!(most > 1e3 * least && most < 3e3 * least, "{least} {most}");
+        let x = |i: u32| Vec3::from(spec.particles.position_m[i as usize]);
+        let area = |&[a, b, c]: &[u32; 3]| 0.5 * (x(b) - x(a)).cross(&(x(c) - x(a))).z;
+        let areas: Vec<_> = spec.triangles.iter().map(area).collect();
+        let greatest = areas.iter().fold(0.0_f64, |most, area| most.max(*area));
+        assert!(areas.iter().all(|area| *area > 0.0), "no triangle is turned over");
+        let thin = areas.iter().filter(|area| **area < 2e-3 * greatest).count();
+        assert_eq!(thin, 2 * 9);
     }
 
     #[test]
