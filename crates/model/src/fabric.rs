@@ -58,7 +58,7 @@ impl Curve {
     fn springs(&self, length: f64, width: f64) -> StretchLaw {
         let last = self.tension.len() - 1;
         let piece = |k: usize| PieceSpec {
-            up_to_strain: (k < last).then(|| k as f64 * self.step),
+            up_to_strain: (k < last).then_some(k as f64 * self.step),
             stiffness_n_per_m: (self.tension[k] - self.tension[k - 1]) / self.step
                 * (width / length),
         };
