@@ -282,7 +282,7 @@ mod tests {
     #[test]
     fn recorded_positions_are_rounded_and_read_back() {
         let (_, simulation) = build(&stage(TABLE).unwrap()).unwrap();
-        let rounded = rounded(&simulation.system, &simulation.state.x);
+        let rounded = rounded(&simulation.system, &simulation.state);
         let exact = simulation.state.x.iter().flat_map(|x| [x.x, x.y, x.z]);
         for (rounded, exact) in rounded.iter().zip(exact) {
             assert!((rounded - exact).abs() <= 0.5001e-5 && rounded.to_string().len() <= 8);
