@@ -146,29 +146,39 @@ fn incline(tangent: f64) -> (Vec3, Vec3) {
 
 #[test]
 fn a_block_on_an_incline_sticks_without_creep_or_slides_by_coulombs_law() {
+    let mut wrong = Vec::new();
     for id in methods() {
         for (tangent, friction) in [(0.4, 0.5), (0.7, 0.5), (0.3, 0.0)] {
             let (normal, down) = incline(tangent);
             let obstacle = plane(normal, 0.0, friction, Vec3::zeros());
             let mut run = Run::new(id, particle(Vec3::zeros(), Vec3::zeros(), G, obstacle), H);
+            run.step();
+            let first = run.state.x[0].dot(&down);
             let steps = if friction > tangent { 1000 } else { 100 };
-            for _ in 0..steps {
+            for _ in 1..steps {
                 run.step();
             }
             let (x, v) = (run.state.x[0].dot(&down), run.state.v[0].dot(&down));
-            if friction > tangent {
-                assert!(x.abs() < 1e-12 && v.abs() < 1e-12, "{id}: creeps by {x:e}");
+            let is_right = if friction > tangent {
+                // The first stage of the first of three steps sees no obstacle.
+                let slip = if id == "bdf2:steps=3" { 0.25 * G * H * H } else { 1e-12 };
+                first.abs() < slip && (x - first).abs() < 1e-12 && v.abs() < 1e-12
             } else {
                 let a = G * (normal.x - friction * normal.z);
                 // A two-step method that meets friction makes up a past of constant velocity.
-                let is_two_step = ["adams", "bdf", "imex-sbdf", "cnab", "cnlf"];
-                let is_late = friction > 0.0 && is_two_step.iter().any(|name| id.contains(name));
+                let two_step = ["adams", "bdf", "imex-sbdf", "cnab", "cnlf"];
+                let is_late = friction > 0.0 && two_step.iter().any(|name| id.contains(name));
                 let allowed = if is_late { H } else { 1e-9 };
-                assert!((v - a).abs() < allowed * a, "{id}, μ = {friction}: {v} m/s, not {a}");
-                assert!((x - 0.5 * a).abs() < 0.02 * a, "{id}, μ = {friction}: {x}");
+                (v - a).abs() < allowed * a && (x - 0.5 * a).abs() < 0.02 * a
+            };
+            if !is_right {
+                wrong.push(format!(
+                    "{id}, tan = {tangent}, μ = {friction}: {first}, {x} m, {v} m/s"
+                ));
             }
         }
     }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
 #[test]

@@ -343,11 +343,11 @@ fn schemas_and_reader_refuse_the_same_numbers() {
             "shear": { "stiffness_over_mass_per_s2": 1, "damping_over_mass_per_s": 1 },
             "contact": { "recovery_speed_limit_m_s": 1 } },
         "obstacles": [
-            { "plane": { "point_m": [0, 0, 0], "normal": [0, 0, 1], "restitution": 0 } },
+            { "plane": { "point_m": [0, 0, 0], "normal": [0, 0, 1], "restitution": 0, "friction": 0 } },
             { "box": { "center_m": [0, 0, 0], "size_m": [1, 1, 1], "restitution": 0 } },
             { "sphere": { "center_m": [0, 0, 0], "radius_m": 1, "restitution": 0 } },
             { "mesh": { "vertices_m": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]],
-                "triangles": [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]], "friction": 0.5,
+                "triangles": [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]], "restitution": 0, "friction": 0.5,
                 "path": [{ "time_s": 0, "offset_m": [0, 0, 0] }, { "time_s": 1, "offset_m": [1, 0, 0] }] } }
         ],
         "pins": [{ "particle": 0, "path": [{ "time_s": 1, "offset_m": [0, 0, 1] }] }],

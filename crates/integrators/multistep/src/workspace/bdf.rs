@@ -73,7 +73,7 @@ impl BdfWorkspace {
     ///
     /// Its second stage ends at `t_{n+1}`, so that contacts constrain it as any other step (those of a
     /// midpoint stage would have to be reflected to the end). The first stage ignores obstacles: what enters
-    /// one there is led out by the second. Returns `τ`.
+    /// one there is led out by the second. What friction holds slips by `(1 − γ) γ h² a` in it. Returns `τ`.
     ///
     /// # Errors
     /// As [`solve`](Self::solve).
