@@ -71,6 +71,15 @@ pub fn method(id: &str) -> Box<dyn Integrator> {
     choice.build().unwrap_or_else(|error| panic!("{error}"))
 }
 
+/// Whether the method of this id takes obstacles that rub.
+///
+/// # Panics
+/// When there is no such method or setting.
+pub fn takes_friction(id: &str) -> bool {
+    let choice = Choice::parse(id, &[]).unwrap_or_else(|error| panic!("{error}"));
+    choice.method().supports.iter().any(|support| support.effect == "friction")
+}
+
 /// A checked step size.
 ///
 /// # Panics

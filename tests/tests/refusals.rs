@@ -6,7 +6,9 @@ use drape_model::{
     AirSpec, AngleEffect, AngleSpec, DampingLaw, DragSpec, HingeSpec, ObstacleSpec, SpringEffect,
     State, System, Vec3,
 };
-use drape_tests::{Sheet, build, bundled, gravity, method, particles, pin, seconds, spring};
+use drape_tests::{
+    Sheet, build, bundled, gravity, method, particles, pin, seconds, spring, takes_friction,
+};
 
 /// Everything that a system can have.
 const KNOWN: [&str; 10] = [
@@ -71,6 +73,12 @@ fn with(what: &str) -> System {
             let (point_m, normal) = ([0.0; 3], Vec3::z().into());
             spec.obstacles = vec![ObstacleSpec::plane(point_m, normal, 0.0)];
         }
+        "friction" => {
+            let (point_m, normal, path) = ([0.0; 3], Vec3::z().into(), Vec::new());
+            let rough =
+                ObstacleSpec::Plane { point_m, normal, restitution: 0.0, friction: 0.5, path };
+            spec.obstacles = vec![rough];
+        }
         _ => {}
     }
     build(&spec).0
@@ -111,7 +119,23 @@ fn the_methods_of_the_registry_support_everything_that_a_system_can_have() {
             let outcome = method.check(&with(what));
             assert!(outcome.is_ok(), "{}: {outcome:?}", method.id);
         }
-        assert_eq!(method.supports.len(), KNOWN.len(), "{}: {:?}", method.id, method.supports);
+        let count = KNOWN.len() + usize::from(takes_friction(method.id));
+        assert_eq!(method.supports.len(), count, "{}: {:?}", method.id, method.supports);
+    }
+}
+
+#[test]
+fn two_step_imex_methods_refuse_friction_by_name_and_all_others_take_it() {
+    for method in methods::all() {
+        let outcome = method.check(&with("friction"));
+        let is_two_step = ["imex-sbdf2", "imex-cnab2", "imex-mcnab2", "imex-cnlf"];
+        if is_two_step.contains(&method.id) {
+            let refused = matches!(&outcome, Err(PrepareError::Unsupported { method: id, what })
+                if *id == method.id && what == "friction");
+            assert!(refused, "{}: {outcome:?}", method.id);
+        } else {
+            assert!(outcome.is_ok(), "{}: {outcome:?}", method.id);
+        }
     }
 }
 

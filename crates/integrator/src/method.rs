@@ -69,7 +69,7 @@ impl Treatment {
 /// One thing that a method supports.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Support {
-    /// Name of the effect, or `pins`, or `contact`.
+    /// Name of the effect, or `pins`, `contact` or `friction`.
     pub effect: &'static str,
     /// How it is treated.
     pub treatment: Treatment,
@@ -126,7 +126,9 @@ impl Method {
         let named = system.effects().map(|effect| effect.name());
         let pins = system.pinned().contains(&true).then_some("pins");
         let contact = (!system.obstacles().is_empty()).then_some("contact");
-        for what in named.chain(pins).chain(contact) {
+        let is_rough = system.obstacles().iter().any(|obstacle| obstacle.friction > 0.0);
+        let friction = is_rough.then_some("friction");
+        for what in named.chain(pins).chain(contact).chain(friction) {
             if !self.supports.iter().any(|support| support.effect == what) {
                 return Err(PrepareError::Unsupported { method: self.id, what: what.to_owned() });
             }

@@ -26,6 +26,7 @@ pub static BACKWARD_EULER: Method = Method {
         Support::new("air", Treatment::Implicit),
         Support::new("pins", Treatment::Constraint),
         Support::new("contact", Treatment::Constraint),
+        Support::new("friction", Treatment::Constraint),
     ],
     settings: &[
         StageSettings::RESIDUAL,

@@ -28,6 +28,7 @@ pub static BARAFF_WITKIN: Method = Method {
         Support::new("air", Treatment::BySetting),
         Support::new("pins", Treatment::Constraint),
         Support::new("contact", Treatment::Constraint),
+        Support::new("friction", Treatment::Constraint),
     ],
     settings: &[
         Setting {

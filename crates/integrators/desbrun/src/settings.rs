@@ -27,6 +27,7 @@ pub static DESBRUN: Method = Method {
         Support::new("air", Treatment::Explicit),
         Support::new("pins", Treatment::Constraint),
         Support::new("contact", Treatment::Constraint),
+        Support::new("friction", Treatment::Constraint),
     ],
     settings: &[
         Setting {

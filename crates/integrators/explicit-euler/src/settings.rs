@@ -16,6 +16,7 @@ const SUPPORTS: &[Support] = &[
     Support::new("air", Treatment::Explicit),
     Support::new("pins", Treatment::Constraint),
     Support::new("contact", Treatment::Constraint),
+    Support::new("friction", Treatment::Constraint),
 ];
 
 /// Explicit Euler.

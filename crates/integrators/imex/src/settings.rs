@@ -17,7 +17,15 @@ pub(crate) const SUPPORTS: &[Support] = &[
     Support::new("air", Treatment::Explicit),
     Support::new("pins", Treatment::Constraint),
     Support::new("contact", Treatment::Constraint),
+    Support::new("friction", Treatment::Constraint),
 ];
+
+/// The same without friction, which two-step methods do not take: what slides down an incline is thrown off it by the past
+/// that is made up for it.
+pub(crate) const SUPPORTS_WITHOUT_FRICTION: &[Support] = match SUPPORTS {
+    [others @ .., _friction] => others,
+    [] => &[],
+};
 
 const fn forcing_term(default: &'static str) -> Setting {
     Setting {

@@ -7,7 +7,7 @@ use drape_integrator::{
 };
 use std::ops::RangeInclusive;
 
-const fn supports(springs: Treatment) -> [Support; 10] {
+const fn supports(springs: Treatment) -> [Support; 11] {
     [
         Support::new("tension", springs),
         Support::new("shear", springs),
@@ -19,6 +19,7 @@ const fn supports(springs: Treatment) -> [Support; 10] {
         Support::new("air", springs),
         Support::new("pins", Treatment::Constraint),
         Support::new("contact", Treatment::Constraint),
+        Support::new("friction", Treatment::Constraint),
     ]
 }
 

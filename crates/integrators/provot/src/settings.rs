@@ -26,6 +26,7 @@ pub static PROVOT: Method = Method {
         Support::new("air", Treatment::Explicit),
         Support::new("pins", Treatment::Constraint),
         Support::new("contact", Treatment::Constraint),
+        Support::new("friction", Treatment::Constraint),
     ],
     settings: &[
         ElongationSettings::LIMIT,

@@ -26,6 +26,7 @@ pub static TERZOPOULOS_FLEISCHER: Method = Method {
         Support::new("air", Treatment::Explicit),
         Support::new("pins", Treatment::Constraint),
         Support::new("contact", Treatment::Constraint),
+        Support::new("friction", Treatment::Constraint),
     ],
     settings: &[Setting {
         key: "clamp",

@@ -335,8 +335,6 @@ pub(super) fn all() -> Vec<Case> {
     let case =
         |id, title, scene, setup| Case { id, title, scene, is_quick: false, setup: Ok(setup) };
     let quick = |case: Case| Case { is_quick: true, ..case };
-    let absent =
-        |id, title, effect| Case { id, title, scene: "", is_quick: true, setup: Err(effect) };
     let pattern = |setup: Setup| {
         let time = TimeSpan { step_s: 0.01, duration_s: 2.25 };
         Setup { schedule: Schedule { pattern: &CYCLE, ..Schedule::steady(time) }, ..setup }

@@ -1,7 +1,9 @@
 //! What the four methods are, and their settings.
 
 use super::Scheme;
-use crate::settings::{ESTIMATOR, IMPLICIT_SPRINGS, START, SUPPORTS, sees_splitting};
+use crate::settings::{
+    ESTIMATOR, IMPLICIT_SPRINGS, START, SUPPORTS_WITHOUT_FRICTION, sees_splitting,
+};
 use drape_integrator::{
     Implicit, Kind, LinearSettings, Method, Order, Quantity, Setting, SettingError, Settings,
     StabilityClass, Start, TOLERANCE, linear_settings as linear,
@@ -51,7 +53,7 @@ const fn two_step(
         class: StabilityClass::Dissipative,
         conserves: &[Quantity::Momentum],
         theory,
-        supports: SUPPORTS,
+        supports: SUPPORTS_WITHOUT_FRICTION,
         settings: SETTINGS,
     }
 }
