@@ -89,7 +89,10 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
             outcome.unconverged, outcome.steps
         );
     }
-    let is_driven = spec.effects.air.is_some_and(|air| air.wind.is_some());
+    // Wind, pins and obstacles that move do work of their own.
+    let is_driven = spec.effects.air.is_some_and(|air| air.wind.is_some())
+        || spec.pins.iter().any(|pin| !pin.path.is_empty())
+        || simulation.obstacles().iter().any(|obstacle| obstacle.path.is_some());
     let warning = energy_warning(&record, simulation.rule()).filter(|_| !is_driven);
     if let Some(warning) = warning {
         eprintln!("drape: warning: {warning}");
