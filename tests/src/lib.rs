@@ -153,6 +153,16 @@ pub struct Sheet {
     pub pinned: bool,
 }
 
+/// A sheet whose steps take no time to speak of.
+pub const SMALL_SHEET: Sheet = Sheet {
+    side: 5,
+    tension: 2e3,
+    shear: 300.0,
+    damping: 3.0,
+    law: DampingLaw::Full,
+    pinned: true,
+};
+
 impl Sheet {
     /// The scene, with gravity; shear springs have a tenth of the damping.
     pub fn scene(self) -> Scene {

@@ -5,7 +5,9 @@ use drape_model::{
     AirSpec, AngularLaw, DampingLaw, DragSpec, Effect, GustSpec, KeyframeSpec, Level, ObstacleSpec,
     State, System, Vec3, WindSpec,
 };
-use drape_tests::{METHODS, Run, Sheet, build, gravity, particles, stiffening};
+use drape_tests::{
+    METHODS, Run, SMALL_SHEET as SHEET, Sheet, build, gravity, particles, stiffening,
+};
 
 const H: f64 = 0.004;
 /// Error of the sum over the sum of the terms' magnitudes.
@@ -16,15 +18,6 @@ const UNATTRIBUTED: [&str; 6] =
     ["adams-bashforth2", "bdf2", "imex-sbdf2", "imex-cnab2", "imex-mcnab2", "imex-cnlf"];
 /// Its steps may be divided, and the ledger of a divided one is not kept.
 const DIVIDED: &str = "leapfrog:step=auto";
-
-const SHEET: Sheet = Sheet {
-    side: 5,
-    tension: 2e3,
-    shear: 300.0,
-    damping: 3.0,
-    law: DampingLaw::Full,
-    pinned: true,
-};
 
 /// Gives the free particles velocities without any pattern, and `uneven` masses.
 fn stir((mut system, mut state): (System, State), uneven: bool) -> (System, State) {

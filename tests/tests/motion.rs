@@ -3,19 +3,10 @@
 #![allow(clippy::unwrap_used, reason = "tests")]
 
 use drape_model::{DampingLaw, KeyframeSpec, ObstacleSpec, State, System, SystemSpec, Vec3, parse};
-use drape_tests::{METHODS, Run, Sheet, build, takes_friction};
+use drape_tests::{METHODS, Run, SMALL_SHEET as SHEET, Sheet, build, takes_friction};
 
 const G: f64 = 9.81;
 const H: f64 = 0.01;
-
-const SHEET: Sheet = Sheet {
-    side: 5,
-    tension: 2e3,
-    shear: 300.0,
-    damping: 3.0,
-    law: DampingLaw::Full,
-    pinned: true,
-};
 
 fn frame(time_s: f64, offset_m: [f64; 3]) -> KeyframeSpec {
     KeyframeSpec { time_s, offset_m }
@@ -99,7 +90,7 @@ fn plane(normal: Vec3, restitution: f64, friction: f64, velocity: Vec3) -> Obsta
     ObstacleSpec::Plane { point_m: [0.0; 3], normal, restitution, friction, path }
 }
 
-/// With what it costs beside its lateness: how far explicit Euler's contact lags.
+/// Methods that take one step of the size that is asked for.
 fn methods() -> impl Iterator<Item = &'static str> {
     METHODS.into_iter().filter(|id| !id.contains("tolerance=") && !id.contains("step=auto"))
 }

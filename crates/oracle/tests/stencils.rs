@@ -65,7 +65,7 @@ fn and_near_the_flat_state_and_in_it() {
             let found = check(effect.as_ref(), &vec![1.0; n], &x, &x);
             assert!(found.stiffness.best() < 1e-6, "{effect:?}, {size}: {found:?}");
             // Where the force is small its differences drown in the round-off of the energy.
-            let bound = if size < 1e-2 && effect.name() != "hinge" { 1e-3 } else { 1e-6 };
+            let bound = if size < 1e-2 && effect.name() != "bending_hinge" { 1e-3 } else { 1e-6 };
             assert!(size == 0.0 || found.force.best() < bound, "{effect:?}, {size}: {found:?}");
         }
     }

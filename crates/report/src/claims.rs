@@ -4,25 +4,18 @@ use crate::number::{significant, trimmed};
 use crate::page::{Section, Table, absent, texts};
 use crate::plate::{self, Plate};
 use crate::plot::{Content, Matrix, Row as Line, Shade, Tile};
-use crate::{Chapter, read_record, read_timings};
+use crate::{Chapter, Timed, read_timed};
 use drape_records::claims::{Facts, Number, Row, TimingRow, Verdict};
-use drape_records::{Record, Timings};
 
 /// What the figure is drawn from.
-pub(crate) struct Input {
-    record: Record<Facts>,
-    timings: Option<Timings<TimingRow>>,
-}
+pub(crate) type Input = Timed<Facts, TimingRow>;
 
 /// What is drawn of the experiment.
 pub(crate) const CHAPTER: Chapter = Chapter {
     experiment: "claims",
     figures: || PLATES.iter().map(Plate::figure).collect(),
     section: |results, files| {
-        let Some(record) = read_record::<Facts>(results, CHAPTER.experiment)? else {
-            return Ok(None);
-        };
-        let input = Input { record, timings: read_timings(results, CHAPTER.experiment)? };
+        let Some(input) = read_timed(results, CHAPTER.experiment)? else { return Ok(None) };
         let figures = plate::draw_all(PLATES, &input, files)?;
         let section = Section::new(&input.record, figures, tables(&input));
         let answer = answer(&input);

@@ -1,34 +1,20 @@
 //! Figure and tables of the experiment `effects`.
 
 use crate::number::{significant, trimmed};
-use crate::page::{Section, Table, absent, texts};
-use crate::plate::{self, Plate};
+use crate::page::{Table, absent, texts};
+use crate::plate::Plate;
 use crate::plot::{Content, Matrix, Row, Shade, Tile};
-use crate::{Chapter, read_record, read_timings};
+use crate::{Chapter, Timed, timed_section};
 use drape_records::effects::{Cell, Facts, NOTHING, TimingRow};
-use drape_records::{Record, Timings};
 
 /// What the figure and the tables are drawn from.
-pub(crate) struct Input {
-    record: Record<Facts>,
-    timings: Option<Timings<TimingRow>>,
-}
+pub(crate) type Input = Timed<Facts, TimingRow>;
 
 /// What is drawn of the experiment.
 pub(crate) const CHAPTER: Chapter = Chapter {
     experiment: "effects",
     figures: || PLATES.iter().map(Plate::figure).collect(),
-    section: |results, files| {
-        let Some(record) = read_record(results, CHAPTER.experiment)? else { return Ok(None) };
-        let timings = read_timings(results, CHAPTER.experiment)?;
-        let input = Input { record, timings };
-        let figures = plate::draw_all(PLATES, &input, files)?;
-        let mut tables = Vec::new();
-        tables.extend(bill(&input));
-        tables.extend([counts(&input), changes(&input), additions(&input)]);
-        let section = Section::new(&input.record, figures, tables);
-        Ok(Some(section.with_timings(input.timings.as_ref())))
-    },
+    section: |results, files| timed_section(results, CHAPTER.experiment, PLATES, tables, files),
 };
 
 /// All figures, in the page's order.
@@ -129,6 +115,13 @@ fn by_method(input: &Input, title: &str, text: impl Fn(&Cell) -> String) -> Tabl
         names: 1,
         rows: effects(input).filter(is_run).map(row).collect(),
     }
+}
+
+/// All tables of the page.
+fn tables(input: &Input) -> Vec<Table> {
+    let mut tables = Vec::from_iter(bill(input));
+    tables.extend([counts(input), changes(input), additions(input)]);
+    tables
 }
 
 /// Ratios of times.

@@ -191,6 +191,35 @@ fn section<F: DeserializeOwned, D: Drawing>(
     Ok(Some(Section::new(&record, figures, tables(&record))))
 }
 
+/// The record of an experiment, with its timings where there are any.
+struct Timed<F, R> {
+    record: Record<F>,
+    timings: Option<Timings<R>>,
+}
+
+/// The record of an experiment and its timings, or `None` without a record.
+fn read_timed<F: DeserializeOwned, R: DeserializeOwned>(
+    results: &Path,
+    experiment: &str,
+) -> Result<Option<Timed<F, R>>, ReportError> {
+    let Some(record) = read_record(results, experiment)? else { return Ok(None) };
+    Ok(Some(Timed { record, timings: read_timings(results, experiment)? }))
+}
+
+/// As [`section`], of an experiment that is timed.
+fn timed_section<F: DeserializeOwned, R: DeserializeOwned, D: Drawing>(
+    results: &Path,
+    experiment: &str,
+    plates: &[Plate<Timed<F, R>, D>],
+    tables: fn(&Timed<F, R>) -> Vec<Table>,
+    files: &mut Files,
+) -> Result<Option<Section>, ReportError> {
+    let Some(input) = read_timed(results, experiment)? else { return Ok(None) };
+    let figures = plate::draw_all(plates, &input, files)?;
+    let section = Section::new(&input.record, figures, tables(&input));
+    Ok(Some(section.with_timings(input.timings.as_ref())))
+}
+
 /// The timings of an experiment, or `None` when there is no such file.
 fn read_timings<R: DeserializeOwned>(
     results: &Path,

@@ -1,31 +1,20 @@
 //! Figures of the experiment `precomputed-inverse`.
 
 use crate::number::{significant, trimmed};
-use crate::page::{Section, Table, absent, texts};
-use crate::plate::{self, Plate};
+use crate::page::{Table, absent, texts};
+use crate::plate::Plate;
 use crate::plot::{At, Axis, Look, Panel, Point, Rule, Series, Sheet, State};
-use crate::{Chapter, read_record, read_timings};
+use crate::{Chapter, Timed, timed_section};
 use drape_records::precomputed_inverse::{CG, CHOLESKY, Change, DENSE, Facts, Solver, TimingRow};
-use drape_records::{Record, Timings};
 
 /// What the figures are drawn from.
-pub(crate) struct Input {
-    record: Record<Facts>,
-    timings: Option<Timings<TimingRow>>,
-}
+pub(crate) type Input = Timed<Facts, TimingRow>;
 
 /// What is drawn of the experiment.
 pub(crate) const CHAPTER: Chapter = Chapter {
     experiment: "precomputed-inverse",
     figures: || PLATES.iter().map(Plate::figure).collect(),
-    section: |results, files| {
-        let Some(record) = read_record(results, CHAPTER.experiment)? else { return Ok(None) };
-        let timings = read_timings(results, CHAPTER.experiment)?;
-        let input = Input { record, timings };
-        let figures = plate::draw_all(PLATES, &input, files)?;
-        let tables = tables(&input);
-        Ok(Some(Section::new(&input.record, figures, tables).with_timings(input.timings.as_ref())))
-    },
+    section: |results, files| timed_section(results, CHAPTER.experiment, PLATES, tables, files),
 };
 
 /// All figures, in the page's order.

@@ -1,35 +1,22 @@
 //! Figures of the experiment `scaling`.
 
 use crate::number::{power, significant};
-use crate::page::{Section, Table, absent, texts};
-use crate::plate::{self, Plate};
+use crate::page::{Table, absent, texts};
+use crate::plate::Plate;
 use crate::plot::{
     At, Axis, Draft, Look, Point, Rule, Series, Sheet, State, names, panels_of, place_of, values,
 };
-use crate::{Chapter, read_record, read_timings};
+use crate::{Chapter, Timed, timed_section};
 use drape_records::scaling::{Cell, Facts, Memory, RunTiming, TimingRow};
-use drape_records::{Record, Timings};
 
 /// What the figures are drawn from.
-pub(crate) struct Input {
-    record: Record<Facts>,
-    timings: Option<Timings<TimingRow>>,
-}
+pub(crate) type Input = Timed<Facts, TimingRow>;
 
 /// What is drawn of the experiment.
 pub(crate) const CHAPTER: Chapter = Chapter {
     experiment: "scaling",
     figures: || PLATES.iter().map(Plate::figure).collect(),
-    section: |results, files| {
-        let Some(record) = read_record(results, CHAPTER.experiment)? else { return Ok(None) };
-        let timings = read_timings(results, CHAPTER.experiment)?;
-        let input = Input { record, timings };
-        let figures = plate::draw_all(PLATES, &input, files)?;
-        let mut tables = vec![counts(&input), times(&input)];
-        tables.extend(memory(&input));
-        let section = Section::new(&input.record, figures, tables);
-        Ok(Some(section.with_timings(input.timings.as_ref())))
-    },
+    section: |results, files| timed_section(results, CHAPTER.experiment, PLATES, tables, files),
 };
 
 /// All figures, in the page's order.
@@ -181,6 +168,13 @@ fn sizes(input: &Input) -> Vec<f64> {
 fn header(sizes: &[f64], first: &[&str]) -> Vec<String> {
     let sizes = sizes.iter().map(|n| format!("n = {}", power(*n)));
     texts(first).into_iter().chain(sizes).collect()
+}
+
+/// All tables of the page.
+fn tables(input: &Input) -> Vec<Table> {
+    let mut tables = vec![counts(input), times(input)];
+    tables.extend(memory(input));
+    tables
 }
 
 fn counts(input: &Input) -> Table {

@@ -3,33 +3,23 @@
 mod tabulated;
 
 use crate::number::{power, setting, significant};
-use crate::page::Section;
-use crate::plate::{self, Plate};
+use crate::plate::Plate;
 use crate::plot::{
     At, Axis, Bar, Draft, Fill, Look, Panel, Point, Rule, Series, Sheet, State, names, panels_of,
     place_of,
 };
-use crate::{Chapter, read_record, read_timings};
+use crate::{Chapter, Timed, timed_section};
 use drape_records::tables::{Facts, Row, TimingRow};
-use drape_records::{Record, Timings};
 
 /// What the figures are drawn from.
-pub(crate) struct Input {
-    pub(crate) record: Record<Facts>,
-    pub(crate) timings: Option<Timings<TimingRow>>,
-}
+pub(crate) type Input = Timed<Facts, TimingRow>;
 
 /// What is drawn of the experiment.
 pub(crate) const CHAPTER: Chapter = Chapter {
     experiment: "tables",
     figures: || PLATES.iter().map(Plate::figure).collect(),
     section: |results, files| {
-        let Some(record) = read_record(results, CHAPTER.experiment)? else { return Ok(None) };
-        let timings = read_timings(results, CHAPTER.experiment)?;
-        let input = Input { record, timings };
-        let figures = plate::draw_all(PLATES, &input, files)?;
-        let tables = tabulated::tables(&input);
-        Ok(Some(Section::new(&input.record, figures, tables).with_timings(input.timings.as_ref())))
+        timed_section(results, CHAPTER.experiment, PLATES, tabulated::tables, files)
     },
 };
 

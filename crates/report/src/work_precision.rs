@@ -8,24 +8,18 @@ use crate::plot::{
     Axis, Content, Draft, Look, Matrix, Point, Row as Line, Series, Shade, Sheet, State, Tile,
     panels_of, values,
 };
-use crate::{Chapter, read_record, read_timings};
+use crate::{Chapter, Timed, read_timed};
 use drape_records::work_precision::{COMPLETED, Facts, Row, Run, Scene, TimingRow, Winner};
-use drape_records::{Record, Timings};
 
 /// What the figures are drawn from.
-pub(crate) struct Input {
-    record: Record<Facts>,
-    timings: Option<Timings<TimingRow>>,
-}
+pub(crate) type Input = Timed<Facts, TimingRow>;
 
 /// What is drawn of the experiment.
 pub(crate) const CHAPTER: Chapter = Chapter {
     experiment: "work-precision",
     figures: || PLATES.iter().map(Plate::figure).chain(MAPS.iter().map(Plate::figure)).collect(),
     section: |results, files| {
-        let Some(record) = read_record(results, CHAPTER.experiment)? else { return Ok(None) };
-        let timings = read_timings(results, CHAPTER.experiment)?;
-        let input = Input { record, timings };
+        let Some(input) = read_timed(results, CHAPTER.experiment)? else { return Ok(None) };
         let mut figures = plate::draw_all(PLATES, &input, files)?;
         figures.extend(plate::draw_all(MAPS, &input, files)?);
         let tables = vec![fastest(&input), cheapest(&input), calibration(&input), scenes(&input)];

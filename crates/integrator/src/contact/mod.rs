@@ -258,19 +258,31 @@ impl ContactSet {
         particle * self.obstacles + obstacle
     }
 
-    /// Finds the contacts of a step that moves `x → x + τ v_+` and ends at `t_+`, and writes them and the pins to
-    /// `constraints`.
+    /// Finds the contacts of a step `(τ, t_+)` that moves `x → x + τ v_+` and ends at `t_+`, and writes them and the pins
+    /// to `constraints`.
     #[doc(alias = "EEH section 6")]
     pub fn detect(
         &mut self,
         system: &System,
         x: &[Vec3],
         v: &[Vec3],
-        (tau, end): (f64, f64),
+        step: (f64, f64),
         constraints: &mut Constraints,
     ) {
-        self.lead(system, x, (tau, end));
-        self.collect(system, x, v, (tau, end), WayOut::Velocity);
+        self.find(system, x, v, step, WayOut::Velocity, constraints);
+    }
+
+    fn find(
+        &mut self,
+        system: &System,
+        x: &[Vec3],
+        v: &[Vec3],
+        step: (f64, f64),
+        way_out: WayOut,
+        constraints: &mut Constraints,
+    ) {
+        self.lead(system, x, step);
+        self.collect(system, x, v, step, way_out);
         self.write(system, constraints);
     }
 
@@ -319,13 +331,11 @@ impl ContactSet {
         system: &System,
         x: &[Vec3],
         v: &[Vec3],
-        (tau, end): (f64, f64),
+        step: (f64, f64),
         constraints: &mut Constraints,
         y: &mut [Vec3],
     ) {
-        self.lead(system, x, (tau, end));
-        self.collect(system, x, v, (tau, end), WayOut::Position);
-        self.write(system, constraints);
+        self.find(system, x, v, step, WayOut::Position, constraints);
         y.fill(Vec3::zeros());
         for group in self.candidates.chunk_by(|a, b| a.particle == b.particle) {
             y[group[0].particle as usize] = Basis::of(group).combine(|contact| contact.shift);

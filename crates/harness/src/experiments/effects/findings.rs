@@ -59,7 +59,7 @@ fn iterations(facts: &Facts, method: &str) -> Option<String> {
     ))
 }
 
-/// What moves the sheet most and least, by the method with the least error among those at a step of their own limit.
+/// What moves the sheet most and least, by symplectic Euler in short steps.
 fn changes(facts: &Facts) -> Option<String> {
     let method = "symplectic-euler";
     let mut changes: Vec<_> = facts

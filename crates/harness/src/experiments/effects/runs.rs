@@ -140,7 +140,6 @@ impl Variant {
 
 /// Root of the mean square of the distances of the particles, m.
 fn distance(a: &State, b: &State) -> f64 {
-    // An effect may bring particles of its own; those that both have are compared.
     let squares = a.x.iter().zip(&b.x).map(|(a, b)| (a - b).norm_squared());
-    (squares.sum::<f64>() / a.len().min(b.len()) as f64).sqrt()
+    (squares.sum::<f64>() / a.len() as f64).sqrt()
 }
