@@ -287,7 +287,7 @@ impl System {
             }
             pending.sweep(&mut memory, at, out);
             if !is_taken(&mut pending, &memory) {
-                self.add_force((effect, part), at, out);
+                effect.add_part(part, &self.mass, at, out);
             }
         }
         pending.sweep(&mut memory, at, out);
@@ -331,14 +331,6 @@ impl System {
         let Some(window) = memory.windows.first_mut() else { return false };
         tangent::add(&passes.list[..passes.count], window, &self.mass, at, matrix, out);
         true
-    }
-
-    /// Adds one effect's force.
-    fn add_force(&self, (effect, part): (&dyn Effect, Part), at: Level<'_>, out: &mut [Vec3]) {
-        effect.add_force(&self.mass, at.x, out);
-        if part == Part::All && effect.has_damping() {
-            effect.add_damping_force(at, out);
-        }
     }
 
     /// Replaces the masses, kg. A list of another length, or with a value that is not positive and

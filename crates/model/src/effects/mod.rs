@@ -89,6 +89,14 @@ pub trait Effect: Debug + Send + Sync {
     /// Adds the damping force, N, to `out`.
     fn add_damping_force(&self, _at: Level<'_>, _out: &mut [Vec3]) {}
 
+    /// Adds a part of the forces, N, to `out`.
+    fn add_part(&self, part: Part, mass: &[f64], at: Level<'_>, out: &mut [Vec3]) {
+        self.add_force(mass, at.x, out);
+        if part == Part::All && self.has_damping() {
+            self.add_damping_force(at, out);
+        }
+    }
+
     /// Adds the damping force with the coefficients that it has at `lagged`, but for the velocities `v` (m/s), N: linear in
     /// `v`, with the matrix that [`add_damping`](Self::add_damping) gives.
     fn add_lagged_damping_force(&self, lagged: Level<'_>, v: &[Vec3], out: &mut [Vec3]) {

@@ -67,32 +67,21 @@ impl pulp::WithSimd for Batches<'_> {
     fn with_simd<S: pulp::Simd>(self, _: S) {
         let Self { passes, quads: Quads { x: x4, v: v4, out: sums }, x, v, out } = self;
         widen(x, x4);
-        if passes.iter().flatten().any(|pass| matches!(pass, Pass::Listed(s) if s.is_damped)) {
+        if passes.iter().flatten().any(|pass| matches!(pass, Pass::Listed(s) if s.law.is_damped()))
+        {
             widen(v, v4);
         }
         widen(out, sums);
         for pass in passes.iter().flatten() {
             match pass {
                 Pass::Listed(springs) => {
+                    let list = springs.list;
                     match springs.law {
-                        Some(Law::Spring) => {
-                            add_forces(springs.list, |k, q| Law::Spring.stiffness(k, q), x4, sums);
-                        }
-                        Some(Law::Nonlinear) => {
-                            add_forces(
-                                springs.list,
-                                |k, q| Law::Nonlinear.stiffness(k, q),
-                                x4,
-                                sums,
-                            );
-                        }
-                        Some(Law::Linear) => {
-                            add_weighted(springs.list, &springs.list.stiffness, x4, sums);
-                        }
-                        None => {}
-                    }
-                    if springs.is_damped {
-                        add_weighted(springs.list, &springs.list.damping, v4, sums);
+                        Law::Spring => add_forces::<false>(list, Law::Spring, x4, v4, sums),
+                        Law::DampedSpring => add_forces::<true>(list, Law::Spring, x4, v4, sums),
+                        Law::Nonlinear => add_forces::<false>(list, Law::Nonlinear, x4, v4, sums),
+                        Law::Linear => add_weighted(list, &list.stiffness, x4, sums),
+                        Law::Damping => add_weighted(list, &list.damping, v4, sums),
                     }
                 }
                 Pass::Field(field) => {
@@ -132,20 +121,30 @@ fn times(a: &Quad, g: f64) -> Quad {
     [a[0] * g, a[1] * g, a[2] * g, a[3] * g]
 }
 
-/// Adds `−g (x_i − x_j)` of each spring.
+/// Adds `−g (x_i − x_j)` of each spring, and with it `−c (v_i − v_j)` if they are damped.
 #[inline(always)]
-fn add_forces(list: &Listed, law: impl Fn(f64, f64) -> f64, x: &[Quad], sums: &mut [Quad]) {
+fn add_forces<const DAMPED: bool>(
+    list: &Listed,
+    law: Law,
+    x: &[Quad],
+    v: &[Quad],
+    sums: &mut [Quad],
+) {
     let mut d = [[0.0; 4]; BATCH];
     let (mut squares, mut g) = ([0.0; BATCH], [0.0; BATCH]);
-    let parameters = list.rest_length.chunks(BATCH).zip(list.stiffness.chunks(BATCH));
-    for (ends, (rest_length, stiffness)) in list.ends.chunks(BATCH).zip(parameters) {
+    let lists = list.rest_length.chunks(BATCH).zip(list.stiffness.chunks(BATCH));
+    let parameters = lists.zip(list.damping.chunks(BATCH));
+    for (ends, ((rest_length, stiffness), damping)) in list.ends.chunks(BATCH).zip(parameters) {
         for ((d, square), &[i, j]) in d.iter_mut().zip(&mut squares).zip(ends) {
             *d = minus(&x[i as usize], &x[j as usize]);
             *square = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
         }
-        factors(&squares, rest_length, stiffness, &law, &mut g);
-        for ((&[i, j], d), g) in ends.iter().zip(&d).zip(&g) {
-            let f = times(d, *g);
+        factors(&squares, rest_length, stiffness, law, &mut g);
+        for (((&[i, j], d), g), c) in ends.iter().zip(&d).zip(&g).zip(damping) {
+            let mut f = times(d, *g);
+            if DAMPED {
+                f = plus(&f, &times(&minus(&v[i as usize], &v[j as usize]), *c));
+            }
             sums[i as usize] = minus(&sums[i as usize], &f);
             sums[j as usize] = plus(&sums[j as usize], &f);
         }
@@ -158,7 +157,7 @@ fn factors(
     squares: &[f64; BATCH],
     rest_length: &[f64],
     stiffness: &[f64],
-    law: impl Fn(f64, f64) -> f64,
+    law: Law,
     g: &mut [f64; BATCH],
 ) {
     let m = rest_length.len().min(stiffness.len()).min(BATCH);
@@ -167,7 +166,7 @@ fn factors(
     for t in 0..m {
         let length = squares[t].sqrt();
         let far = length > COLLAPSED * rest_length[t];
-        g[t] = law(stiffness[t], if far { rest_length[t] / length } else { 0.0 });
+        g[t] = law.stiffness(stiffness[t], if far { rest_length[t] / length } else { 0.0 });
     }
 }
 

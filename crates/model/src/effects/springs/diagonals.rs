@@ -6,6 +6,7 @@
 //! neighbouring springs are neighbours.
 
 use super::Spring;
+use super::sweep::MAX_OFFSET;
 
 /// Most offsets of one kind of spring.
 pub(crate) const MAX_DIAGONALS: usize = 4;
@@ -29,6 +30,8 @@ pub(crate) struct Diagonal {
     pub(crate) damping: f64,
     /// 1 where particle `i` has a spring to `i + offset`, else 0; padded by zeros.
     pub(crate) present: Vec<u8>,
+    /// The particles without one, rising.
+    pub(crate) absent: Vec<u32>,
 }
 
 /// Springs of one kind along at most [`MAX_DIAGONALS`] diagonals, in the order of the first end and, at one
@@ -65,6 +68,7 @@ impl Diagonals {
                         stiffness: s.stiffness,
                         damping: s.damping,
                         present: vec![0; particles + PADDING],
+                        absent: Vec::new(),
                     });
                     list.len() - 1
                 }
@@ -75,7 +79,7 @@ impl Diagonals {
                 == bits(s.rest_length, s.stiffness, s.damping);
             // Rising first ends; at one particle the diagonals in their order, each once.
             let in_order = i > last || (i == last && last_diagonal.is_none_or(|l| l < slot));
-            if offset == 0 || !same || !in_order {
+            if offset == 0 || offset > MAX_OFFSET || !same || !in_order {
                 return None;
             }
             (last, last_diagonal) = (i, Some(slot));
@@ -83,6 +87,9 @@ impl Diagonals {
         }
         if (springs.len() as f64) < LEAST_FILL * (list.len() * particles) as f64 {
             return None;
+        }
+        for d in &mut list {
+            d.absent = (0..particles as u32).filter(|i| d.present[*i as usize] == 0).collect();
         }
         let mut incoming: Vec<usize> = (0..list.len()).collect();
         incoming.sort_by_key(|&d| std::cmp::Reverse(list[d].offset));

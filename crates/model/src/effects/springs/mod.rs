@@ -136,55 +136,48 @@ impl LinearSprings {
     }
 
     /// What a sweep has to know of the springs.
-    fn as_pass(&self, law: Option<Law>, is_damped: bool) -> Pass<'_> {
+    fn as_pass(&self, law: Law) -> Pass<'_> {
         match &self.store {
-            Store::Listed(list) => Pass::Listed(ListedSprings { list, law, is_damped }),
-            Store::Diagonals(diagonals) => Pass::Springs(Springs { diagonals, law, is_damped }),
+            Store::Listed(list) => Pass::Listed(ListedSprings { list, law }),
+            Store::Diagonals(diagonals) => Pass::Springs(Springs { diagonals, law }),
         }
     }
 
-    /// Sweeps over the springs with the kernel that fits; `false` when the memory for it is taken.
-    fn sweep(&self, pass: Pass<'_>, x: &[Vec3], v: &[Vec3], out: &mut [Vec3]) -> bool {
-        let Ok(mut memory) = self.memory.try_lock() else { return false };
-        match &mut *memory {
-            Memory::Window(window) => {
-                sweep::add(&[Some(pass)], std::slice::from_mut(window), x, v, out);
+    /// The law that gives a part of the forces. Projected damping is not linear in the velocities alone and has none.
+    fn law(&self, part: Part) -> Option<Law> {
+        match (part, self.damping) {
+            (Part::All, Some(DampingLaw::Projected)) => None,
+            (Part::All, Some(DampingLaw::Full)) => Some(Law::DampedSpring),
+            (Part::All, None) | (Part::Force, _) => Some(Law::Spring),
+        }
+    }
+
+    /// Adds what the law takes of every spring, with the kernel that fits.
+    fn add(&self, law: Law, x: &[Vec3], v: &[Vec3], out: &mut [Vec3]) {
+        let passes = [Some(self.as_pass(law))];
+        match self.memory.try_lock().as_deref_mut() {
+            Ok(Memory::Window(window)) => {
+                sweep::add(&passes, std::slice::from_mut(window), x, v, out);
             }
-            Memory::Quads(quads) => batch::add(&[Some(pass)], quads, x, v, out),
-        }
-        true
-    }
-
-    /// Adds `−g(L) (x_i − x_j)` of every spring with the law's `g`.
-    fn add(&self, law: Law, x: &[Vec3], out: &mut [Vec3]) {
-        if !self.sweep(self.as_pass(Some(law), false), x, x, out) {
-            self.add_one_by_one(law, x, out);
+            Ok(Memory::Quads(quads)) => batch::add(&passes, quads, x, v, out),
+            Err(_) => self.add_one_by_one(law, x, v, out),
         }
     }
 
-    /// Adds `−c (v_i − v_j)` of every spring, whatever the law of the damping.
-    fn damp_fully(&self, v: &[Vec3], out: &mut [Vec3]) {
-        if !self.sweep(self.as_pass(None, true), v, v, out) {
-            self.damp_fully_one_by_one(v, out);
-        }
-    }
-
-    /// The readable form of [`add`](Self::add): EEH (11), (13) or (12), each with the opposite sign.
-    pub(crate) fn add_one_by_one(&self, law: Law, x: &[Vec3], out: &mut [Vec3]) {
+    /// The readable form of [`add`](Self::add): EEH (11), (13), (12) and (14), each with the opposite sign.
+    pub(crate) fn add_one_by_one(&self, law: Law, x: &[Vec3], v: &[Vec3], out: &mut [Vec3]) {
         self.each(|s| {
             let (i, j) = s.ends();
-            let d = x[i] - x[j];
-            let f = d * law.stiffness(s.stiffness, s.rest_over_length(d.norm()));
-            out[i] -= f;
-            out[j] += f;
-        });
-    }
-
-    /// The readable form of the full damping: `f_i = −c (v_i − v_j)`, the negative of EEH (14).
-    pub(crate) fn damp_fully_one_by_one(&self, v: &[Vec3], out: &mut [Vec3]) {
-        self.each(|s| {
-            let (i, j) = s.ends();
-            let f = (v[i] - v[j]) * s.damping;
+            let stretch = || {
+                let d = x[i] - x[j];
+                d * law.stiffness(s.stiffness, s.rest_over_length(d.norm()))
+            };
+            let damping = || (v[i] - v[j]) * s.damping;
+            let f = match law {
+                Law::Spring | Law::Nonlinear | Law::Linear => stretch(),
+                Law::DampedSpring => stretch() + damping(),
+                Law::Damping => damping(),
+            };
             out[i] -= f;
             out[j] += f;
         });
@@ -210,17 +203,22 @@ impl Effect for LinearSprings {
     /// `f_i = −k (L − ℓ) û`: the negative of EEH (11).
     #[doc(alias = "EEH 11")]
     fn add_force(&self, _mass: &[f64], x: &[Vec3], out: &mut [Vec3]) {
-        self.add(Law::Spring, x, out);
+        self.add(Law::Spring, x, x, out);
     }
 
     fn pass<'a>(&'a self, _mass: &'a [f64], part: Part) -> Option<Pass<'a>> {
-        let is_damped = match (part, self.damping) {
-            // Projected damping is not linear in the velocities alone.
-            (Part::All, Some(DampingLaw::Projected)) => return None,
-            (Part::All, damping) => damping.is_some(),
-            (Part::Force, _) => false,
-        };
-        Some(self.as_pass(Some(Law::Spring), is_damped))
+        Some(self.as_pass(self.law(part)?))
+    }
+
+    /// Force and full damping of each spring are added as one.
+    fn add_part(&self, part: Part, mass: &[f64], at: Level<'_>, out: &mut [Vec3]) {
+        match self.law(part) {
+            Some(law) => self.add(law, at.x, at.v, out),
+            None => {
+                self.add_force(mass, at.x, out);
+                self.add_damping_force(at, out);
+            }
+        }
     }
 
     fn has_damping(&self) -> bool {
@@ -232,7 +230,7 @@ impl Effect for LinearSprings {
     fn add_damping_force(&self, Level { x, v, .. }: Level<'_>, out: &mut [Vec3]) {
         match self.damping {
             None => {}
-            Some(DampingLaw::Full) => self.damp_fully(v, out),
+            Some(DampingLaw::Full) => self.add(Law::Damping, x, v, out),
             Some(DampingLaw::Projected) => self.each(|s| {
                 let (i, j) = s.ends();
                 let u = s.direction(x);
@@ -333,15 +331,15 @@ impl LinearSplit for LinearSprings {
     /// `F2_i = +k ℓ û`: constant in size, the negative of EEH (13).
     #[doc(alias = "EEH 13")]
     fn add_nonlinear_force(&self, x: &[Vec3], out: &mut [Vec3]) {
-        self.add(Law::Nonlinear, x, out);
+        self.add(Law::Nonlinear, x, x, out);
     }
 
     fn add_linear_force(&self, x: &[Vec3], out: &mut [Vec3]) {
-        self.add(Law::Linear, x, out);
+        self.add(Law::Linear, x, x, out);
     }
 
     fn add_linear_damping(&self, v: &[Vec3], out: &mut [Vec3]) {
-        self.damp_fully(v, out);
+        self.add(Law::Damping, v, v, out);
     }
 
     fn add_damping_remainder(&self, x: &[Vec3], v: &[Vec3], out: &mut [Vec3]) {

@@ -3,57 +3,74 @@
 //! # How it goes
 //!
 //! Positions and velocities are read into one array a coordinate, so that eight particles fill a vector register.
-//! For each diagonal the forces of all its springs are computed at once and kept:
-//! `f_i = g (x_i − x_{i+o})` with `g` after the [`Law`], and `c (v_i − v_{i+o})`. Then each particle takes what its
-//! springs left: `+f_{i−o}` for those that come from earlier particles, `−f_i` for its own.
+//! For each vector of particles the forces of all springs to later particles are computed and kept: `f_i = g (x_i − x_{i+o})` with
+//! `g` after the [`Law`], plus `c (v_i − v_{i+o})` if there is full damping. Some vectors later each particle takes what its springs
+//! left: `+f_{i−o}` for those that come from earlier particles, `−f_i` for its own. Where a place along a diagonal has no spring, the
+//! force is overwritten by 0, which changes no sum.
 //!
-//! A sum has the order of the [readable loops](super::LinearSprings::add_one_by_one), in which particle `i` is met first
-//! by its incoming springs, by falling offset, then by its own; all forces of an effect before its damping. Each spring
-//! is computed once and its force taken twice with opposite signs, as there. So the results are the same bits. A
-//! place without a spring has `k = 0` and `c = 0` and adds a zero, which changes no sum.
+//! A sum has the order of the [readable loop](super::LinearSprings::add_one_by_one), in which particle `i` is met first
+//! by its incoming springs, by falling offset, then by its own. Each spring is computed once and its force taken twice with
+//! opposite signs, as there. So the results are the same bits.
 //!
 //! The arrays are a window that slides over the particles: it fits the second-level cache whatever the size of the sheet, and
 //! remembers the forces of the last `o` springs of each diagonal. Each system has one, so that a sweep allocates
-//! nothing. The loops are plain Rust; [`pulp`] compiles them for the vector units that the processor has. Rust
-//! contracts no product and sum into one rounding, so that the width of the registers leaves no trace.
+//! nothing. [`pulp`] compiles the kernel for the vector units that the processor has. No product and sum are contracted into one
+//! rounding, so that the width of the registers leaves no trace.
 //!
 //! # What it costs
 //!
-//! For a spring with full damping: 8 flops for the length, a square root, a division, 6 for the force, 6 for the
-//! damping, 12 for the sums. A square root and a division of eight numbers take 27 cycles of a Zen 4 core, 0.9 ns a spring, and
-//! are half of the time. In main memory: 24 bytes a particle for `x`, 24 for `v`, 48 for the sum, 1 for each diagonal.
+//! For a spring with full damping: 8 flops for the length, a square root, a division, 6 for the force, 9 for the
+//! damping, 6 for the sums. A square root and a division of eight numbers take 4.2 ns of a Zen 4 core, 0.5 ns a spring; the whole
+//! takes about 2 ns, of which 0.4 go into reading and writing coordinates. In main memory: 24 bytes a particle for `x`, 24 for `v`,
+//! 48 for the sum, 1 for each diagonal.
+//!
+//! Tried: one loop a diagonal, in plain Rust and vectorised by the compiler, with force and damping apart: 2.9 ns a spring; with
+//! force and damping as one: 2.3; with all arrays at cache lines: 2.15; all diagonals of a vector in one loop: 2.9 as long as every
+//! read was checked, 2.05 with a distance of arrays that the compiler knows. The same loop in C++ with everything known when it is
+//! compiled, and without the copies to and from coordinates, takes 1.15: the bound that is left. Reading coordinates group by group
+//! instead of chunk by chunk gained nothing. (52 × 52, one core of a machine that had other work.)
 
+mod kernel;
 mod loops;
 
-use self::loops::{
-    Ends, add_scaled, give, spring_forces, spring_forces_and_take, spring_forces_and_take_twice,
-    take, take_from, take_twice, weighted_differences,
-};
+pub(super) use self::kernel::{Plan, Planes};
 pub(super) use self::loops::{join, split};
-use super::diagonals::{Diagonal, Diagonals};
+use super::Vec3;
+use super::diagonals::Diagonals;
 use super::listed::Listed;
-use super::{COLLAPSED, Vec3};
 use rayon::prelude::*;
+use std::fmt;
 use std::ops::Range;
 
+/// Distance of two arrays of a window. Five cache lines more than some pages, lest the same place of all arrays falls into the same
+/// set of the cache. The narrow one fits sheets of 440 columns.
+pub(super) const NARROW: usize = 2048 + 40;
+/// As [`NARROW`], for all offsets up to [`MAX_OFFSET`].
+pub(super) const WIDE: usize = 16_384 + 40;
+/// Largest offset of a diagonal that fits a window.
+pub(super) const MAX_OFFSET: usize = 5_000;
 /// Fewest particles for which waking other threads takes less time than they save.
 const LEAST_FOR_THREADS: usize = 16_384;
 /// Most effects that one sweep takes together.
 pub(crate) const MAX_PASSES: usize = 4;
 /// Most particles that are computed, then gathered, at a time.
-pub(super) const GROUP: usize = 512;
+pub(super) const GROUP: usize = 128;
 /// The window is a multiple of this many particles; vector registers hold so many numbers or fewer.
 pub(super) const LANES: usize = 8;
 
-/// The factor `g` of `−g (x_i − x_j)`.
+/// What is taken of a spring: `−g (x_i − x_j)` with the factor `g`, `−c (v_i − v_j)`, or their sum.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Law {
-    /// `k (1 − ℓ/L)`: the force of the spring, EEH (11).
+    /// `g = k (1 − ℓ/L)`: the force of the spring, EEH (11).
     Spring,
-    /// `−k ℓ/L`: what is left of it without its linear part, EEH (13).
+    /// The same with the full damping, EEH (14).
+    DampedSpring,
+    /// `g = −k ℓ/L`: what is left of the force without its linear part, EEH (13).
     Nonlinear,
-    /// `k`: the linear part, EEH (12).
+    /// `g = k`: the linear part, EEH (12).
     Linear,
+    /// The full damping alone.
+    Damping,
 }
 
 impl Law {
@@ -61,10 +78,17 @@ impl Law {
     #[inline(always)]
     pub(crate) fn stiffness(self, k: f64, rest_over_length: f64) -> f64 {
         match self {
-            Self::Spring => k * (1.0 - rest_over_length),
+            Self::Spring | Self::DampedSpring => k * (1.0 - rest_over_length),
             Self::Nonlinear => -(k * rest_over_length),
             Self::Linear => k,
+            Self::Damping => 0.0,
         }
+    }
+
+    /// Whether velocities matter.
+    #[inline(always)]
+    pub(crate) fn is_damped(self) -> bool {
+        matches!(self, Self::DampedSpring | Self::Damping)
     }
 }
 
@@ -79,20 +103,18 @@ pub enum Pass<'a> {
     Field(Field<'a>),
 }
 
-/// A force of springs, their full damping, or both, in this order.
+/// A force of springs.
 #[derive(Clone, Copy, Debug)]
 pub struct Springs<'a> {
     pub(crate) diagonals: &'a Diagonals,
-    pub(crate) law: Option<Law>,
-    pub(crate) is_damped: bool,
+    pub(crate) law: Law,
 }
 
 /// As [`Springs`], for springs in any order.
 #[derive(Clone, Copy, Debug)]
 pub struct ListedSprings<'a> {
     pub(crate) list: &'a Listed,
-    pub(crate) law: Option<Law>,
-    pub(crate) is_damped: bool,
+    pub(crate) law: Law,
 }
 
 /// `f_i = m_i g`.
@@ -113,46 +135,10 @@ impl<'a> Pass<'a> {
     }
 }
 
-/// Two incoming, then two own springs' forces: an array, and how far back in it.
-type Sides = [(usize, usize); 4];
-
 impl Springs<'_> {
-    /// One for the forces and one for the damping.
-    fn kinds(&self) -> usize {
-        usize::from(self.law.is_some()) + usize::from(self.is_damped)
-    }
-
-    /// Arrays of forces that the pass fills: three a diagonal and kind.
+    /// Arrays of forces that the pass fills: three a diagonal.
     fn planes(&self) -> usize {
-        3 * self.diagonals.list.len() * self.kinds()
-    }
-
-    /// With two diagonals: what one coordinate of the sums takes, arrays of forces and how far back in them, of each kind.
-    /// `first` is the array of the first diagonal's force in this coordinate.
-    #[inline(always)]
-    fn pairs(&self, first: usize) -> Option<(Sides, Option<Sides>)> {
-        let Diagonals { list, incoming, .. } = self.diagonals;
-        let ([a, b], &[c, d]) = (list.as_slice(), incoming.as_slice()) else { return None };
-        let offset = [a.offset, b.offset];
-        let sides = |first: usize| {
-            [(first + 3 * c, offset[c]), (first + 3 * d, offset[d]), (first, 0), (first + 3, 0)]
-        };
-        Some((sides(first), (self.kinds() == 2).then(|| sides(first + 6))))
-    }
-
-    /// Diagonals with damping.
-    fn damped(&self) -> usize {
-        if self.is_damped { self.diagonals.list.len() } else { 0 }
-    }
-}
-
-impl Field<'_> {
-    /// Adds the weight of the particles `from + range` in one coordinate.
-    #[inline(always)]
-    fn add(&self, axis: usize, from: usize, range: Range<usize>, sum: &mut [f64]) {
-        let mass = &self.mass[from..];
-        let range = range.start.min(mass.len())..range.end.min(mass.len());
-        add_scaled(&mut sum[range.clone()], &mass[range], self.acceleration[axis]);
+        3 * self.diagonals.list.len()
     }
 }
 
@@ -166,9 +152,40 @@ pub(crate) struct Window {
     /// Coordinates that are read beyond the chunk.
     pub(super) ahead: usize,
     /// `x`, `y`, `z` of positions, then of velocities; [`Self::stride`] each.
-    coordinates: Vec<f64>,
+    coordinates: Lines,
     /// Forces; [`Self::stride`] each.
-    forces: Vec<f64>,
+    forces: Lines,
+}
+
+/// Numbers of which the first is at the begin of a cache line: a vector register of eight is read from one line.
+#[derive(Default)]
+struct Lines {
+    memory: Vec<f64>,
+    start: usize,
+}
+
+impl fmt::Debug for Lines {
+    /// Where the memory lies is nobody's business.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Lines").field("len", &self.len()).finish()
+    }
+}
+
+impl Lines {
+    fn zeros(len: usize) -> Self {
+        let memory = vec![0.0; len + LANES - 1];
+        let start = memory.as_ptr().align_offset(8 * LANES).min(LANES - 1);
+        Self { memory, start }
+    }
+
+    fn len(&self) -> usize {
+        self.memory.len().saturating_sub(LANES - 1)
+    }
+
+    fn all(&mut self) -> &mut [f64] {
+        let len = self.len();
+        &mut self.memory[self.start..][..len]
+    }
 }
 
 impl Window {
@@ -177,19 +194,22 @@ impl Window {
         let (mut reach, mut planes, mut particles) = (0, 0, 0);
         for diagonals in all {
             reach = reach.max(diagonals.reach());
-            planes += 6 * diagonals.list.len();
+            planes += 3 * diagonals.list.len();
             particles = particles.max(diagonals.particles);
         }
         if planes == 0 {
             return Self::default();
         }
-        let chunk = particles.min((4 * reach).clamp(1024, 1536).max(reach));
-        let chunk = chunk.next_multiple_of(LANES);
         let history = reach.next_multiple_of(LANES);
         let ahead = history + LANES;
+        // What a band of another thread remembers comes from one chunk.
+        let least = history.max(512);
+        let room = NARROW.saturating_sub(history + ahead);
+        let chunk = if room >= least { room } else { least }.min(1536).max(least);
+        let chunk = chunk.min(particles.next_multiple_of(LANES));
         let mut window = Self { chunk, history, ahead, ..Self::default() };
-        window.coordinates = vec![0.0; 6 * window.stride()];
-        window.forces = vec![0.0; planes * window.stride()];
+        window.coordinates = Lines::zeros(6 * window.stride());
+        window.forces = Lines::zeros(planes * window.stride());
         window
     }
 
@@ -209,10 +229,9 @@ impl Window {
         same && reach <= self.history && planes * self.stride() <= self.forces.len()
     }
 
-    /// Distance of two arrays. Five cache lines more than a page, lest the same place of all of them falls
-    /// into the same set of the cache.
+    /// Distance of two arrays.
     fn stride(&self) -> usize {
-        (self.chunk + self.history + self.ahead).next_multiple_of(512) + 40
+        if self.chunk + self.history + self.ahead <= NARROW { NARROW } else { WIDE }
     }
 
     /// The arrays.
@@ -220,9 +239,14 @@ impl Window {
     pub(super) fn block(&mut self) -> Block<'_> {
         let stride = self.stride();
         let Self { history, coordinates, forces, .. } = self;
+        let (coordinates, forces) = (coordinates.all(), forces.all());
         Block { stride, history: *history, coordinates, forces }
     }
 }
+
+/// The sums of a group, one array a coordinate.
+#[repr(align(64))]
+pub(super) struct Sums(pub(super) [[f64; GROUP]; 3]);
 
 /// Adds what `passes` ask for to `out`, N, with one window for each thread that takes part. The passes
 /// [fit](Window::fits) the windows.
@@ -237,7 +261,7 @@ pub(crate) fn add(
     let particles = first.diagonals.particles;
     assert!(x.len() >= particles && v.len() >= particles && out.len() >= particles);
     let x = bytemuck::cast_slice(x);
-    let v = springs(passes).any(|pass| pass.is_damped).then_some(bytemuck::cast_slice(v));
+    let v = springs(passes).any(|pass| pass.law.is_damped()).then_some(bytemuck::cast_slice(v));
     let out: &mut [f64] = bytemuck::cast_slice_mut(&mut out[..particles]);
     let band = particles.div_ceil(windows.len().max(1)).next_multiple_of(LANES);
     let sweep = |(k, (window, out)): (usize, (&mut Window, &mut [f64]))| {
@@ -276,10 +300,23 @@ impl pulp::WithSimd for Sweep<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) {
+    fn with_simd<S: pulp::Simd>(self, simd: S) {
+        if self.window.stride() == NARROW {
+            self.sweep::<S, NARROW>(simd);
+        } else {
+            self.sweep::<S, WIDE>(simd);
+        }
+    }
+}
+
+impl Sweep<'_> {
+    #[inline(always)]
+    fn sweep<S: pulp::Simd, const STRIDE: usize>(self, simd: S) {
         let Self { passes, range, window, x, v, out } = self;
         let (chunk, history, ahead) = (window.chunk, window.history, window.ahead);
+        let mut plan = Plan::new(passes, range.start.saturating_sub(history));
         let mut block = window.block();
+        let mut sums = Sums([[0.0; GROUP]; 3]);
         let read = |block: &mut Block<'_>, begin: usize, slid: bool| {
             block.read(0, x, begin, chunk, ahead, slid);
             if let Some(v) = v {
@@ -289,32 +326,28 @@ impl pulp::WithSimd for Sweep<'_> {
         if range.start > 0 {
             // What springs from before the range leave in it.
             read(&mut block, range.start - history, false);
-            block.compute(passes, range.start - history, 0, history);
+            let Some(mut planes) = Planes::<STRIDE>::of(&mut block) else { return };
+            planes.compute(simd, &mut plan, range.start - history, 0, history);
             block.slide(passes, history);
         } else if range.end > chunk {
             block.forget();
         }
-        let mut sums = [0.0; 3 * GROUP];
         let mut begin = range.start;
         while begin < range.end {
             read(&mut block, begin, begin > range.start);
             let end = range.end.min(begin + chunk) - begin;
-            // A small sheet in some groups, so that most of its sums run along with the next group's forces.
-            let group = end.div_ceil(4).next_multiple_of(4 * LANES).min(GROUP);
-            let length = |at: usize| group.min(end - at);
-            block.compute(passes, begin, 0, length(0).next_multiple_of(LANES));
-            for at in (0..end).step_by(group) {
+            let length = |at: usize| GROUP.min(end.saturating_sub(at));
+            let Some(mut planes) = Planes::<STRIDE>::of(&mut block) else { return };
+            planes.compute(simd, &mut plan, begin, 0, length(0).next_multiple_of(LANES));
+            for at in (0..end).step_by(GROUP) {
                 let m = length(at);
                 let out = &mut out[3 * (begin - range.start + at)..][..3 * m];
-                split(&mut sums, GROUP, m, out);
-                let next = at + group;
-                if next < end {
-                    let following = length(next).next_multiple_of(LANES);
-                    block.gather_and_compute(passes, begin, at, group, following, &mut sums);
-                } else {
-                    block.gather(passes, begin, at, 0..m.next_multiple_of(LANES), &mut sums);
-                }
-                join(&sums, GROUP, m, out);
+                split(sums.0.as_flattened_mut(), GROUP, m, out);
+                let following = length(at + GROUP).next_multiple_of(LANES);
+                let m_padded = m.next_multiple_of(LANES);
+                planes
+                    .gather_and_compute(simd, &mut plan, begin, at, m_padded, following, &mut sums);
+                join(sums.0.as_flattened(), GROUP, m, out);
             }
             begin += chunk;
             if begin < range.end {
@@ -322,14 +355,6 @@ impl pulp::WithSimd for Sweep<'_> {
             }
         }
     }
-}
-
-/// `m` numbers from place `at` on of each of the first three arrays.
-#[inline(always)]
-fn row_of_three(planes: &mut [f64], stride: usize, at: usize, m: usize) -> [&mut [f64]; 3] {
-    let (x, rest) = planes.split_at_mut(stride);
-    let (y, z) = rest.split_at_mut(stride);
-    [&mut x[at..][..m], &mut y[at..][..m], &mut z[at..][..m]]
 }
 
 /// Where coordinates of a group of particles begin in a window.
@@ -376,6 +401,24 @@ impl Block<'_> {
         (Coordinates { planes: coordinates, stride, at }, forces)
     }
 
+    /// Adds to the sums what their springs left, for `m` particles from place `at` of the chunk on.
+    #[inline(always)]
+    pub(super) fn gather<S: pulp::Simd>(
+        &mut self,
+        simd: S,
+        plan: &Plan<'_>,
+        begin: usize,
+        at: usize,
+        m: usize,
+        sums: &mut Sums,
+    ) {
+        if let Some(planes) = Planes::<NARROW>::of(self) {
+            planes.gather(simd, plan, begin, at, 0..m, sums);
+        } else if let Some(planes) = Planes::<WIDE>::of(self) {
+            planes.gather(simd, plan, begin, at, 0..m, sums);
+        }
+    }
+
     /// Reads coordinates of `chunk + ahead` particles from `begin` into three arrays. After a chunk has been done the first
     /// `ahead` are there already, `chunk` places further on. Beyond the last particle there are zeros.
     #[inline(always)]
@@ -403,269 +446,11 @@ impl Block<'_> {
         }
     }
 
-    /// The forces of the springs of `m` particles, of which the first is at place `at` of a chunk that begins with
-    /// particle `begin`.
-    #[inline(always)]
-    fn compute(&mut self, passes: &[Option<Pass<'_>>], begin: usize, at: usize, m: usize) {
-        let mut plane = 0;
-        for pass in springs(passes) {
-            for d in pass.law.iter().flat_map(|_| &pass.diagonals.list) {
-                self.compute_springs(pass, d, plane, begin, at, m);
-                plane += 3;
-            }
-            for d in &pass.diagonals.list[..pass.damped()] {
-                self.compute_damping(d, plane, begin, at, m);
-                plane += 3;
-            }
-        }
-    }
-
-    /// Both ends of `m` springs of a diagonal.
-    #[inline(always)]
-    fn ends<'c>(
-        coordinates: &'c [f64],
-        stride: usize,
-        d: &Diagonal,
-        at: usize,
-        m: usize,
-    ) -> Ends<'c> {
-        let near = |axis: usize| &coordinates[axis * stride + at..][..m];
-        let far = |axis: usize| &coordinates[axis * stride + at + d.offset..][..m];
-        Ends { near: [near(0), near(1), near(2)], far: [far(0), far(1), far(2)] }
-    }
-
-    #[inline(always)]
-    fn compute_springs(
-        &mut self,
-        pass: &Springs<'_>,
-        d: &Diagonal,
-        plane: usize,
-        begin: usize,
-        at: usize,
-        m: usize,
-    ) {
-        let Self { stride, history, ref coordinates, ref mut forces } = *self;
-        let ends = Self::ends(coordinates, stride, d, at, m);
-        let present = &d.present[begin + at..][..m];
-        let [fx, fy, fz] = row_of_three(&mut forces[plane * stride..], stride, history + at, m);
-        match pass.law {
-            Some(Law::Spring) => {
-                spring_forces(d, |k, q| Law::Spring.stiffness(k, q), present, ends, [fx, fy, fz]);
-            }
-            Some(Law::Nonlinear) => {
-                spring_forces(
-                    d,
-                    |k, q| Law::Nonlinear.stiffness(k, q),
-                    present,
-                    ends,
-                    [fx, fy, fz],
-                );
-            }
-            Some(Law::Linear) => {
-                weighted_differences(d.stiffness, present, ends, [fx, fy, fz]);
-            }
-            None => {}
-        }
-    }
-
-    #[inline(always)]
-    fn compute_damping(&mut self, d: &Diagonal, plane: usize, begin: usize, at: usize, m: usize) {
-        let Self { stride, history, ref coordinates, ref mut forces } = *self;
-        let ends = Self::ends(&coordinates[3 * stride..], stride, d, at, m);
-        let present = &d.present[begin + at..][..m];
-        let f = row_of_three(&mut forces[plane * stride..], stride, history + at, m);
-        weighted_differences(d.damping, present, ends, f);
-    }
-
-    /// Adds to the sums what their springs left, for the particles at the places `at + range` of the chunk.
-    #[inline(always)]
-    pub(super) fn gather(
-        &self,
-        passes: &[Option<Pass<'_>>],
-        begin: usize,
-        at: usize,
-        range: Range<usize>,
-        sums: &mut [f64; 3 * GROUP],
-    ) {
-        let mut first = 0;
-        for pass in passes.iter().flatten() {
-            for (axis, sum) in sums.chunks_exact_mut(GROUP).enumerate() {
-                match pass {
-                    Pass::Springs(pass) => {
-                        self.gather_axis(pass, first + axis, at, range.clone(), sum)
-                    }
-                    Pass::Field(field) => field.add(axis, begin + at, range.clone(), sum),
-                    Pass::Listed(_) => {}
-                }
-            }
-            first += pass.springs().map_or(0, Springs::planes);
-        }
-    }
-
-    #[inline(always)]
-    fn gather_axis(
-        &self,
-        pass: &Springs<'_>,
-        first: usize,
-        at: usize,
-        range: Range<usize>,
-        sum: &mut [f64],
-    ) {
-        let at = self.history + at + range.start;
-        let sum = &mut sum[range.clone()];
-        let side = |(plane, back): (usize, usize)| {
-            &self.forces[plane * self.stride + at - back..][..range.len()]
-        };
-        if let Some((a, b)) = pass.pairs(first) {
-            match b {
-                None => take(sum, [side(a[0]), side(a[1]), side(a[2]), side(a[3])]),
-                Some(b) => take_twice(
-                    sum,
-                    [side(a[0]), side(a[1]), side(a[2]), side(a[3])],
-                    [side(b[0]), side(b[1]), side(b[2]), side(b[3])],
-                ),
-            }
-            return;
-        }
-        let Diagonals { list, incoming, .. } = pass.diagonals;
-        for first in (0..pass.kinds()).map(|kind| first + 3 * list.len() * kind) {
-            for &d in incoming {
-                take_from(sum, side((first + 3 * d, list[d].offset)));
-            }
-            for d in 0..list.len() {
-                give(sum, side((first + 3 * d, 0)));
-            }
-        }
-    }
-
-    /// As [`gather`](Self::gather) for `m` particles, together with [`compute`](Self::compute) for the `following` ones:
-    /// sums fill the time in which the next square roots and divisions are on their way.
-    #[inline(always)]
-    fn gather_and_compute(
-        &mut self,
-        passes: &[Option<Pass<'_>>],
-        begin: usize,
-        at: usize,
-        m: usize,
-        following: usize,
-        sums: &mut [f64; 3 * GROUP],
-    ) {
-        let next = at + m;
-        let is_plain = |s: &Springs<'_>| s.law == Some(Law::Spring) && s.diagonals.list.len() == 2;
-        if !springs(passes).all(is_plain) {
-            self.gather(passes, begin, at, 0..m, sums);
-            self.compute(passes, begin, next, following);
-            return;
-        }
-        // As many rows of springs as there are diagonals, each with the next sum in its coordinate.
-        let mut jobs = (0..3 * passes.iter().flatten().count()).map(|job| (job / 3, job % 3));
-        let mut first = [0; MAX_PASSES + 1];
-        for (p, pass) in passes.iter().flatten().enumerate() {
-            first[p + 1] = first[p] + pass.springs().map_or(0, Springs::planes);
-        }
-        for (p, pass) in passes.iter().enumerate() {
-            let Some(Pass::Springs(pass)) = pass else { continue };
-            for (k, d) in pass.diagonals.list.iter().enumerate() {
-                let plane = first[p] + 3 * k;
-                let mut is_computed = false;
-                for (q, axis) in jobs.by_ref() {
-                    let sum = &mut sums[axis * GROUP..][..GROUP];
-                    match &passes[q] {
-                        Some(Pass::Springs(other)) => {
-                            let from = first[q] + axis;
-                            self.compute_and_take(
-                                d, plane, begin, next, following, other, from, at, sum,
-                            );
-                            self.gather_axis(other, from, at, following..m, sum);
-                            is_computed = true;
-                            break;
-                        }
-                        Some(Pass::Field(field)) => field.add(axis, begin + at, 0..m, sum),
-                        Some(Pass::Listed(_)) | None => {}
-                    }
-                }
-                if !is_computed {
-                    self.compute_springs(pass, d, plane, begin, next, following);
-                }
-            }
-        }
-        for (q, axis) in jobs {
-            let sum = &mut sums[axis * GROUP..][..GROUP];
-            match &passes[q] {
-                Some(Pass::Springs(pass)) => self.gather_axis(pass, first[q] + axis, at, 0..m, sum),
-                Some(Pass::Field(field)) => field.add(axis, begin + at, 0..m, sum),
-                Some(Pass::Listed(_)) | None => {}
-            }
-        }
-        for (p, pass) in passes.iter().enumerate() {
-            let Some(Pass::Springs(pass)) = pass else { continue };
-            for (k, d) in pass.diagonals.list[..pass.damped()].iter().enumerate() {
-                self.compute_damping(d, first[p] + 6 + 3 * k, begin, next, following);
-            }
-        }
-    }
-
-    /// The forces of one diagonal from place `next` on, and one coordinate of the sums from place `at` on.
-    #[inline(always)]
-    #[expect(clippy::too_many_arguments, reason = "two jobs at once")]
-    fn compute_and_take(
-        &mut self,
-        d: &Diagonal,
-        plane: usize,
-        begin: usize,
-        next: usize,
-        m: usize,
-        pass: &Springs<'_>,
-        from: usize,
-        at: usize,
-        sum: &mut [f64],
-    ) {
-        let Self { stride, history, ref coordinates, ref mut forces } = *self;
-        let ends = Self::ends(coordinates, stride, d, next, m);
-        let present = &d.present[begin + next..][..m];
-        let (before, rest) = forces.split_at_mut(plane * stride);
-        let (own, after) = rest.split_at_mut(3 * stride);
-        let (fx, own) = own.split_at_mut(stride);
-        let (fy, fz) = own.split_at_mut(stride);
-        let (x, fx) = fx.split_at_mut(history + next);
-        let (y, fy) = fy.split_at_mut(history + next);
-        let (z, fz) = fz.split_at_mut(history + next);
-        let (before, own, after): (&[f64], [&[f64]; 3], &[f64]) = (before, [x, y, z], after);
-        let side = |(p, back): (usize, usize)| {
-            let start = history + at - back;
-            match p.checked_sub(plane) {
-                None => &before[p * stride + start..][..m],
-                Some(axis @ 0..3) => &own[axis][start..][..m],
-                Some(later) => &after[(later - 3) * stride + start..][..m],
-            }
-        };
-        let (f, sum) = ([&mut fx[..m], &mut fy[..m], &mut fz[..m]], &mut sum[..m]);
-        match pass.pairs(from) {
-            Some((a, None)) => spring_forces_and_take(
-                d,
-                present,
-                ends,
-                f,
-                sum,
-                [side(a[0]), side(a[1]), side(a[2]), side(a[3])],
-            ),
-            Some((a, Some(b))) => {
-                let (a, b) = (
-                    [side(a[0]), side(a[1]), side(a[2]), side(a[3])],
-                    [side(b[0]), side(b[1]), side(b[2]), side(b[3])],
-                );
-                spring_forces_and_take_twice(d, present, ends, f, sum, a, b);
-            }
-            None => {}
-        }
-    }
-
     /// Moves the window on: the last forces become the first ones.
     pub(super) fn slide(&mut self, passes: &[Option<Pass<'_>>], chunk: usize) {
         let mut planes = self.forces.chunks_exact_mut(self.stride);
         for pass in springs(passes) {
-            let kinds = pass.planes() / (3 * pass.diagonals.list.len());
-            for d in (0..kinds).flat_map(|_| &pass.diagonals.list) {
+            for d in &pass.diagonals.list {
                 for plane in planes.by_ref().take(3) {
                     let from = self.history - d.offset;
                     plane.copy_within(from + chunk..self.history + chunk, from);

@@ -18,7 +18,7 @@
 //! for full damping. The matrix that one of the readable sinks would fill takes 6 numbers a spring here, instead of 36.
 
 use super::diagonals::Diagonal;
-use super::sweep::{Block, GROUP, LANES, MAX_PASSES, Pass, Springs, Window, join, split, springs};
+use super::sweep::{Block, GROUP, LANES, Pass, Plan, Sums, Window, join, split, springs};
 use super::{COLLAPSED, Vec3};
 use crate::Tangent;
 
@@ -78,13 +78,15 @@ impl pulp::WithSimd for Sweep<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) {
+    fn with_simd<S: pulp::Simd>(self, simd: S) {
         let Self { passes, window, mass, at, matrix, out } = self;
         let particles = springs(passes).map(|p| p.diagonals.particles).max().unwrap_or(0);
         let (x, w): (&[f64], &[f64]) = (bytemuck::cast_slice(at.x), bytemuck::cast_slice(at.w));
         let out: &mut [f64] = bytemuck::cast_slice_mut(out);
         let (chunk, ahead) = (window.chunk, window.ahead);
+        let plan = Plan::new(passes, 0);
         let mut block = window.block();
+        let mut sums = Sums([[0.0; GROUP]; 3]);
         if particles > chunk {
             block.forget();
         }
@@ -96,12 +98,6 @@ impl pulp::WithSimd for Sweep<'_> {
             lead: matrix.lead,
             offsets: matrix.offsets,
         };
-        // The sweep damps blocks itself: what is gathered are forces only.
-        let forces: [Option<Pass<'_>>; MAX_PASSES] = std::array::from_fn(|p| {
-            let springs = *passes.get(p)?.as_ref()?.springs()?;
-            Some(Pass::Springs(Springs { is_damped: false, ..springs }))
-        });
-        let mut sums = [0.0; 3 * GROUP];
         let mut begin = 0;
         while begin < particles {
             block.read(0, x, begin, chunk, ahead, begin > 0);
@@ -114,13 +110,13 @@ impl pulp::WithSimd for Sweep<'_> {
                 blocks.gather(passes, at.damping_scale, &mass[i..i + m], i);
                 blocks.damp(passes, at.damping_scale, i, m);
                 let out = &mut out[3 * i..3 * (i + m)];
-                split(&mut sums, GROUP, m, out);
-                block.gather(&forces, begin, i - begin, 0..padded, &mut sums);
-                join(&sums, GROUP, m, out);
+                split(sums.0.as_flattened_mut(), GROUP, m, out);
+                block.gather(simd, &plan, begin, i - begin, padded, &mut sums);
+                join(sums.0.as_flattened(), GROUP, m, out);
             }
             begin += chunk;
             if begin < particles {
-                block.slide(&forces, chunk);
+                block.slide(passes, chunk);
             }
         }
         blocks.without_springs(&mass[particles..], particles);
@@ -128,7 +124,7 @@ impl pulp::WithSimd for Sweep<'_> {
 }
 
 /// Rows of the matrix that are computed, then gathered, at a time: their blocks stay in the first-level cache.
-const ROWS: usize = 128;
+const ROWS: usize = GROUP;
 
 /// Which of the six numbers of a block are on its diagonal.
 const AXES: [bool; 6] = [true, false, false, true, false, true];
@@ -228,7 +224,7 @@ impl Blocks<'_> {
                 };
                 incoming().for_each(|d| subtract(sums, side(d, d.offset)));
                 list.iter().for_each(|d| subtract(sums, side(d, 0)));
-                if on_axis && pass.is_damped {
+                if on_axis && pass.law.is_damped() {
                     incoming().for_each(|d| {
                         let before = d.offset.saturating_sub(particle).min(m);
                         let from = particle + before - d.offset.min(particle + before);
@@ -247,7 +243,7 @@ impl Blocks<'_> {
     /// Full damping in the blocks of which the other end is among `m` particles: nobody takes `S` from them any more.
     #[inline(always)]
     fn damp(&mut self, passes: &[Option<Pass<'_>>], scale: f64, particle: usize, m: usize) {
-        for pass in springs(passes).filter(|pass| pass.is_damped) {
+        for pass in springs(passes).filter(|pass| pass.law.is_damped()) {
             for d in &pass.diagonals.list {
                 let first = self.band(d) + self.lead;
                 let from = particle.saturating_sub(d.offset);

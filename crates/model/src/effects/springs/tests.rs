@@ -45,7 +45,7 @@ fn bits(vectors: &[Vec3]) -> Vec<[u64; 3]> {
     vectors.iter().map(|v| [v.x.to_bits(), v.y.to_bits(), v.z.to_bits()]).collect()
 }
 
-const LAWS: [Law; 3] = [Law::Spring, Law::Nonlinear, Law::Linear];
+const LAWS: [Law; 5] = [Law::Spring, Law::DampedSpring, Law::Nonlinear, Law::Linear, Law::Damping];
 
 /// Every kernel call of one effect against its readable form.
 fn assert_same_bits(springs: &LinearSprings, n: usize) {
@@ -55,20 +55,16 @@ fn assert_same_bits(springs: &LinearSprings, n: usize) {
     x[1] = x[0];
     for law in LAWS {
         let (mut fast, mut readable) = (start.clone(), start.clone());
-        springs.add(law, &x, &mut fast);
-        springs.add_one_by_one(law, &x, &mut readable);
+        springs.add(law, &x, &v, &mut fast);
+        springs.add_one_by_one(law, &x, &v, &mut readable);
         assert_eq!(bits(&fast), bits(&readable), "{law:?}");
         // Once more with a window that is in use.
         let taken = springs.memory.lock().unwrap();
         let mut contended = start.clone();
-        springs.add(law, &x, &mut contended);
+        springs.add(law, &x, &v, &mut contended);
         drop(taken);
         assert_eq!(bits(&contended), bits(&readable), "{law:?}");
     }
-    let (mut fast, mut readable) = (start.clone(), start);
-    springs.damp_fully(&v, &mut fast);
-    springs.damp_fully_one_by_one(&v, &mut readable);
-    assert_eq!(bits(&fast), bits(&readable));
 }
 
 #[test]
@@ -108,6 +104,9 @@ fn other_springs_are_kept_one_by_one() {
     assert!(!edited(&|s| (s[17].i, s[17].j) = (s[17].j, s[17].i)), "backwards");
     assert!(!edited(&|s| s.insert(17, s[17])), "a double one");
     assert!(!edited(&|s| s.retain(|s| s.i % 2 == 0)), "sparse");
+    let (_, bending) = KINDS[2];
+    assert!(is_regular(grid(4, 2500, bending, 0.2)));
+    assert!(!is_regular(grid(4, 2501, bending, 0.2)), "ends too far apart for a window");
 }
 
 /// Both ends, rest length, stiffness, damping.
@@ -173,8 +172,8 @@ fn effects_that_share_a_sweep_give_the_same_bits_as_one_after_the_other() {
         let [mut shared, mut apart, mut contended] = [(); 3].map(|()| vec![Vec3::zeros(); n]);
         system.forces(Level { t: 0.0, x: &x, v: &v }, &mut shared);
         for effect in system.effects() {
-            effect.add_force(system.mass(), &x, &mut apart);
-            effect.add_damping_force(Level { t: 0.0, x: &x, v: &v }, &mut apart);
+            let at = Level { t: 0.0, x: &x, v: &v };
+            effect.add_part(Part::All, system.mass(), at, &mut apart);
         }
         assert_eq!(bits(&shared), bits(&apart), "{side}");
         // In another order, and part of them only.
@@ -189,10 +188,8 @@ fn effects_that_share_a_sweep_give_the_same_bits_as_one_after_the_other() {
             &mut shared,
         );
         for (e, part) in terms {
-            effects[e].add_force(system.mass(), &x, &mut apart);
-            if part == Part::All {
-                effects[e].add_damping_force(Level { t: 0.0, x: &x, v: &v }, &mut apart);
-            }
+            let at = Level { t: 0.0, x: &x, v: &v };
+            effects[e].add_part(part, system.mass(), at, &mut apart);
         }
         assert_eq!(bits(&shared), bits(&apart), "{side}");
         // A system whose window somebody else has.
@@ -206,15 +203,20 @@ fn effects_that_share_a_sweep_give_the_same_bits_as_one_after_the_other() {
 #[test]
 fn any_number_of_threads_gives_the_same_bits() {
     // Above the size from which threads are used, with bands that end in the middle of a row.
-    let (rows, columns) = (131, 137);
+    for (rows, columns) in [(131, 137), (19, 900), (13, 2500)] {
+        assert_any_number_of_threads(rows, columns);
+    }
+}
+
+fn assert_any_number_of_threads(rows: i64, columns: i64) {
     let n = (rows * columns) as usize;
     let mut random = Random(7);
     let (x, v, start) = (random.vectors(n), random.vectors(n), random.vectors(n));
     let kinds =
         KINDS.map(|(_, stencil)| Diagonals::detect(&grid(rows, columns, stencil, 0.2)).unwrap());
-    let passes = kinds.each_ref().map(|diagonals| {
-        Some(Pass::Springs(Springs { diagonals, law: Some(Law::Spring), is_damped: true }))
-    });
+    let passes = kinds
+        .each_ref()
+        .map(|diagonals| Some(Pass::Springs(Springs { diagonals, law: Law::DampedSpring })));
     let sums = [1, 2, 3, 5].map(|threads| {
         let mut windows: Vec<_> = (0..threads).map(|_| Window::new(kinds.iter())).collect();
         let mut out = start.clone();
