@@ -3,7 +3,10 @@
 use crate::effects::{Gravity, LinearSprings, PiecewiseSprings, Spring};
 use crate::error::Violation;
 use crate::numbering::Numbering;
-use crate::spec::{MAX_COEFFICIENT, MAX_COORDINATE, MAX_FRICTION, MAX_PARTICLES, SYSTEM_FORMAT};
+use crate::spec::{
+    MAX_COEFFICIENT, MAX_CONTACTS, MAX_COORDINATE, MAX_FRICTION, MAX_OBSTACLES, MAX_PARTICLES,
+    SYSTEM_FORMAT,
+};
 use crate::stencils::Stencils;
 use crate::stretch::Laws;
 use crate::system::Contact;
@@ -263,6 +266,7 @@ impl SystemSpec {
             }
         }
         let stencils = Stencils::check(self, n)?;
+        self.check_contacts(n)?;
         let obstacles = self.obstacles.iter().enumerate().map(|(i, spec)| spec.check(i));
         let obstacles = obstacles.collect::<Result<Vec<_>, _>>()?;
         let contact = self.effects.contact.unwrap_or_default();
@@ -282,6 +286,20 @@ impl SystemSpec {
             obstacles,
             contact,
         })
+    }
+
+    /// Contacts of all particles with all obstacles must fit into memory.
+    fn check_contacts(&self, particles: usize) -> Result<(), Violation> {
+        let obstacles = self.obstacles.len();
+        let most = MAX_OBSTACLES.min(MAX_CONTACTS / particles);
+        if obstacles <= most {
+            return Ok(());
+        }
+        let found = format!("of length {obstacles}, for {particles} particles");
+        let expected = format!(
+            "at most {most}: {MAX_OBSTACLES} obstacles, and {MAX_CONTACTS} pairs of a particle and an obstacle"
+        );
+        Err(Violation::new("obstacles", found, expected))
     }
 
     /// Which of the particles at `x` are pinned, and those of them that are led on paths.

@@ -7,11 +7,11 @@ use crate::mesh::MeshCloth;
 use crate::select::{Pin, Selectable};
 use crate::spec::{
     ContactSpec, DampingLaw, EffectsSpec, GravitySpec, MAX_COEFFICIENT, MAX_COORDINATE,
-    MAX_PARTICLES, ObstacleSpec, ParticlesSpec, PinSpec, SYSTEM_FORMAT, SpringEffect, SpringSpec,
-    SystemSpec,
+    MAX_OBSTACLES, MAX_PARTICLES, ObstacleSpec, ParticlesSpec, PinSpec, SYSTEM_FORMAT,
+    SpringEffect, SpringSpec, SystemSpec,
 };
 use crate::stencils;
-use crate::stretch::{PieceSpec, StretchLaw, Stretches};
+use crate::stretch::{MAX_PIECES, PieceSpec, StretchLaw, Stretches};
 use crate::{AirSpec, AngularLaw, Vec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -45,8 +45,9 @@ pub struct Scene {
     /// Selections of particles that do not move, or only on paths.
     #[serde(default)]
     pub pins: Vec<Pin>,
-    /// Rigid obstacles.
+    /// Rigid obstacles; with 16 million pairs of a particle and an obstacle at most.
     #[serde(default)]
+    #[schemars(length(max = MAX_OBSTACLES))]
     pub obstacles: Vec<ObstacleSpec>,
     /// Usual time step and duration.
     pub time: TimeSpan,
@@ -157,6 +158,7 @@ pub struct SpringLaw {
     pub damping_over_mass_per_s: Option<f64>,
     /// Piecewise-linear tension, instead of a stiffness.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[schemars(length(max = MAX_PIECES))]
     pub pieces: Vec<PieceSpec>,
     /// Stiffness in compression, N/m. If absent: the stiffness, or a tenth of that of the first piece.
     #[serde(default, skip_serializing_if = "Option::is_none")]

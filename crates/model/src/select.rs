@@ -2,6 +2,7 @@
 
 use crate::build::{index, vector, within};
 use crate::error::Violation;
+use crate::spec::MAX_PARTICLES;
 use crate::{Cloth, KeyframeSpec, ParticlesSpec, Path, PinSpec, Vec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -9,6 +10,9 @@ use std::collections::BTreeMap;
 
 /// Most keyframes of all pins together: each particle of a selection has its own.
 const MAX_KEYFRAMES: usize = 1_000_000;
+
+/// Most particles of all selections together; one may be in several.
+const MAX_PINS: usize = 2 * MAX_PARTICLES;
 
 /// Particles that do not move, or only on a path, selected in exactly one way.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -55,6 +59,11 @@ impl Selectable<'_> {
         for (position, pin) in pins.iter().enumerate() {
             let at = format!("pins[{position}]");
             let selected = self.select(&at, pin)?;
+            if found.len() + selected.len() > MAX_PINS {
+                let value = format!("{} particles after {}", selected.len(), found.len());
+                let expected = format!("at most {MAX_PINS} particles in all selections together");
+                return Err(Violation::new(at, value, expected));
+            }
             let is_led = Path::check(&format!("{at}.path"), &pin.path)?.is_some();
             keyframes += selected.len() * pin.path.len();
             if keyframes > MAX_KEYFRAMES {

@@ -1,15 +1,21 @@
 //! The discretised system as data: format "drape-system/1".
 
 use crate::path::{offset_of, rest_of};
+use crate::stretch::MAX_PIECES;
 use crate::{AirSpec, AngleSpec, Detection, HingeSpec, KeyframeSpec, PieceSpec, State, Vec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 /// The value of `format`.
 pub(crate) const SYSTEM_FORMAT: &str = "drape-system/1";
 
 /// Most particles that a system may have.
 pub(crate) const MAX_PARTICLES: usize = 4_000_000;
+/// Most obstacles.
+pub(crate) const MAX_OBSTACLES: usize = 1024;
+/// Most pairs of a particle and an obstacle: integrators keep some 120 bytes for each.
+pub(crate) const MAX_CONTACTS: usize = 4 * MAX_PARTICLES;
 
 /// A frozen system: particles, springs and everything else that acts, ready to be simulated here or
 /// in another program. Reading a printed system back gives the same bits.
@@ -45,8 +51,9 @@ pub struct SystemSpec {
     /// All effects that are not springs.
     #[serde(default)]
     pub effects: EffectsSpec,
-    /// Rigid obstacles.
+    /// Rigid obstacles; with 16 million pairs of a particle and an obstacle at most.
     #[serde(default)]
+    #[schemars(length(max = MAX_OBSTACLES))]
     pub obstacles: Vec<ObstacleSpec>,
 }
 
@@ -112,9 +119,10 @@ pub struct SpringSpec {
     #[serde(default)]
     #[schemars(range(min = 0.0, max = MAX_COEFFICIENT))]
     pub damping_n_s_per_m: f64,
-    /// Piecewise-linear tension.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub pieces: Vec<PieceSpec>,
+    /// Piecewise-linear tension; springs of one law share one list.
+    #[serde(default, skip_serializing_if = "<[_]>::is_empty")]
+    #[schemars(length(max = MAX_PIECES))]
+    pub pieces: Arc<[PieceSpec]>,
     /// Stiffness in compression, N/m. If absent: the stiffness, or a tenth of it if there are pieces.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0, max = MAX_COEFFICIENT))]

@@ -109,7 +109,7 @@ fn spring(n: u32) -> impl Strategy<Value = SpringSpec> {
                 rest_length_m,
                 stiffness_n_per_m: pieces.first().map_or(k, |piece| piece.stiffness_n_per_m),
                 damping_n_s_per_m: c,
-                pieces,
+                pieces: pieces.into(),
                 compression_stiffness_n_per_m: compression,
                 buckling_rigidity_n_m2: rigidity.filter(|_| effect == SpringEffect::Bending),
             }
