@@ -3,6 +3,7 @@
 use crate::effects::{Gravity, LinearSprings, PiecewiseSprings, Spring};
 use crate::error::Violation;
 use crate::numbering::Numbering;
+use crate::path::Extent;
 use crate::spec::{
     MAX_COEFFICIENT, MAX_CONTACTS, MAX_COORDINATE, MAX_FRICTION, MAX_OBSTACLES, MAX_PARTICLES,
     SYSTEM_FORMAT,
@@ -154,7 +155,8 @@ impl ObstacleSpec {
         };
         let restitution = within(path(&format!("{kind}.restitution")), *restitution, 0.0, 1.0)?;
         let friction = within(path(&format!("{kind}.friction")), *friction, 0.0, MAX_FRICTION)?;
-        let motion = Path::check(&path(&format!("{kind}.path")), frames)?;
+        let led = Extent::of(self.places().iter().map(|&place| Vec3::from(place)));
+        let motion = Path::check(&path(&format!("{kind}.path")), frames, led)?;
         Ok(Obstacle { shape, restitution, friction, path: motion })
     }
 }
@@ -308,7 +310,8 @@ impl SystemSpec {
         for (position, pin) in self.pins.iter().enumerate() {
             let at = format!("pins[{position}]");
             let particle = index(format_args!("{at}.particle"), pin.particle, x.len())?;
-            let path = Path::check(&format!("{at}.path"), &pin.path)?;
+            let led = Extent::of([x[particle]]);
+            let path = Path::check(&format!("{at}.path"), &pin.path, led)?;
             let was_pinned = std::mem::replace(&mut pinned[particle], true);
             let has_path = |other: &MovingPin| other.particle == particle;
             if was_pinned && (path.is_some() || moving.iter().any(has_path)) {

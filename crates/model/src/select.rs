@@ -2,6 +2,7 @@
 
 use crate::build::{index, vector, within};
 use crate::error::Violation;
+use crate::path::Extent;
 use crate::spec::MAX_PARTICLES;
 use crate::{Cloth, KeyframeSpec, ParticlesSpec, Path, PinSpec, Vec3};
 use schemars::JsonSchema;
@@ -64,7 +65,8 @@ impl Selectable<'_> {
                 let expected = format!("at most {MAX_PINS} particles in all selections together");
                 return Err(Violation::new(at, value, expected));
             }
-            let is_led = Path::check(&format!("{at}.path"), &pin.path)?.is_some();
+            let led = Extent::of(selected.iter().map(|&particle| self.position(particle)));
+            let is_led = Path::check(&format!("{at}.path"), &pin.path, led)?.is_some();
             keyframes += selected.len() * pin.path.len();
             if keyframes > MAX_KEYFRAMES {
                 let value = format!("{} keyframes for {}", pin.path.len(), selected.len());
@@ -129,6 +131,10 @@ impl Selectable<'_> {
         let expected = "exactly one of `particle`, `near_m`, `within_m`, `boundary`, or `row` and `column` of a \
                         grid cloth, or `name` in a mesh's file";
         Err(Violation::new(path, found, expected))
+    }
+
+    fn position(&self, particle: u32) -> Vec3 {
+        Vec3::from(self.particles.position_m[particle as usize])
     }
 
     fn positions(&self) -> impl Iterator<Item = (u32, Vec3)> {

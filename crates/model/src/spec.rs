@@ -290,7 +290,7 @@ pub enum ObstacleSpec {
     },
 }
 
-fn is_zero(value: &f64) -> bool {
+pub(crate) fn is_zero(value: &f64) -> bool {
     *value == 0.0
 }
 
@@ -320,6 +320,16 @@ impl ObstacleSpec {
         Self::Sphere { center_m, radius_m, restitution, friction: 0.0, path: Vec::new() }
     }
 
+    /// The points, m, that a displacement moves.
+    pub(crate) fn places(&self) -> &[[f64; 3]] {
+        match self {
+            Self::Plane { point_m: place, .. }
+            | Self::Box { center_m: place, .. }
+            | Self::Sphere { center_m: place, .. } => std::slice::from_ref(place),
+            Self::Mesh { vertices_m, .. } => vertices_m,
+        }
+    }
+
     /// Puts it where it is at `t` seconds, with what is left of its path.
     fn advance(&mut self, t: f64) {
         let (places, path) = match self {
@@ -330,10 +340,17 @@ impl ObstacleSpec {
         };
         if !path.is_empty() {
             let offset = offset_of(path, t);
-            places.iter_mut().for_each(|place| *place = (Vec3::from(*place) + offset).into());
+            for place in places {
+                *place = in_range(Vec3::from(*place) + offset);
+            }
             *path = rest_of(path, t);
         }
     }
+}
+
+/// A place that a path leads to, which round-off may put a little out of range.
+fn in_range(place: Vec3) -> [f64; 3] {
+    place.map(|coordinate| coordinate.clamp(-MAX_COORDINATE, MAX_COORDINATE)).into()
 }
 
 /// Greatest coefficient of friction.
@@ -344,14 +361,21 @@ pub(crate) const MAX_COORDINATE: f64 = 1e9;
 pub(crate) const MAX_COEFFICIENT: f64 = 1e30;
 
 impl SystemSpec {
-    /// The same system with positions, velocities replaced by those of `state` (frozen mid-run), and what is left of
-    /// the paths.
+    /// The same system frozen mid-run: with the positions and velocities of `state`, what is left of the paths, and the
+    /// gusts as they are then. It is valid where the system is and the state stays within its bounds.
     #[must_use]
     pub fn with_state(mut self, state: &State) -> Self {
         self.particles.position_m = state.x.iter().map(|&x| x.into()).collect();
         self.particles.velocity_m_s = state.v.iter().map(|&v| v.into()).collect();
-        for pin in &mut self.pins {
+        for pin in self.pins.iter_mut().filter(|pin| !pin.path.is_empty()) {
             pin.path = rest_of(&pin.path, state.t);
+            if let Some(place) = self.particles.position_m.get_mut(pin.particle as usize) {
+                *place = in_range(Vec3::from(*place));
+            }
+        }
+        let wind = self.effects.air.as_mut().and_then(|air| air.wind.as_mut());
+        if let Some(gust) = wind.and_then(|wind| wind.gust.as_mut()) {
+            gust.advance(state.t);
         }
         for obstacle in &mut self.obstacles {
             obstacle.advance(state.t);
