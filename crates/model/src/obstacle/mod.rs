@@ -3,6 +3,7 @@
 mod mesh;
 #[cfg(test)]
 mod mesh_tests;
+mod shells;
 mod tree;
 
 pub use mesh::ClosedMesh;
