@@ -209,7 +209,9 @@ impl SpringLaw {
             }
             (None, None) => {
                 let found = "without a stiffness";
-                Err(Violation::new(path, found, format!("`{a}` or `{b}`")))
+                let expected =
+                    format!("`{a}` or `{b}`, or `pieces`, one at least, or `warp` and `weft`");
+                Err(Violation::new(path, found, expected))
             }
         }
     }

@@ -104,7 +104,11 @@ impl StretchLaw {
             }
             (None, None) => {
                 let found = "without a stiffness";
-                return Err(Violation::new(path, found, "`stiffness_n_per_m` or `pieces`"));
+                return Err(Violation::new(
+                    path,
+                    found,
+                    "`stiffness_n_per_m` or `pieces`, one at least",
+                ));
             }
         };
         let compression = self.compression_stiffness_n_per_m;
