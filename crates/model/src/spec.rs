@@ -1,6 +1,8 @@
 //! The discretised system as data: format "drape-system/1".
 
-use crate::path::{offset_of, rest_of};
+use crate::obstacle::MAX_TRIANGLES;
+use crate::path::{MAX_KEYFRAMES, offset_of, rest_of};
+use crate::schema::{LAST_PARTICLE, Length, Mass};
 use crate::stretch::MAX_PIECES;
 use crate::{AirSpec, AngleSpec, Detection, HingeSpec, KeyframeSpec, PieceSpec, State, Vec3};
 use schemars::JsonSchema;
@@ -44,6 +46,7 @@ pub struct SystemSpec {
     pub damping: DampingLaw,
     /// Triangles for display and for the air, as particle indices.
     #[serde(default)]
+    #[schemars(inner(inner(range(max = LAST_PARTICLE))))]
     pub triangles: Vec<[u32; 3]>,
     /// Particles that do not move, or only on paths.
     #[serde(default)]
@@ -62,13 +65,14 @@ pub struct SystemSpec {
 #[serde(deny_unknown_fields)]
 pub struct ParticlesSpec {
     /// Masses, kg; positive.
-    #[schemars(length(min = 1), inner(range(min = 0.0, max = MAX_COEFFICIENT)))]
+    #[schemars(with = "Vec<Mass>", length(min = 1, max = MAX_PARTICLES))]
     pub mass_kg: Vec<f64>,
     /// Positions, m.
-    #[schemars(length(min = 1))]
+    #[schemars(length(min = 1, max = MAX_PARTICLES), inner(inner(range(min = -MAX_COORDINATE, max = MAX_COORDINATE))))]
     pub position_m: Vec<[f64; 3]>,
     /// Velocities, m/s; all 0 if absent.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[schemars(length(max = MAX_PARTICLES), inner(inner(range(min = -MAX_COORDINATE, max = MAX_COORDINATE))))]
     pub velocity_m_s: Vec<[f64; 3]>,
 }
 
@@ -106,8 +110,10 @@ pub struct SpringSpec {
     /// Effect that it belongs to.
     pub effect: SpringEffect,
     /// First end.
+    #[schemars(range(max = LAST_PARTICLE))]
     pub i: u32,
     /// Second end.
+    #[schemars(range(max = LAST_PARTICLE))]
     pub j: u32,
     /// Rest length, m; 0 is legal.
     #[schemars(range(min = 0.0, max = MAX_COORDINATE))]
@@ -150,9 +156,11 @@ pub enum DampingLaw {
 #[serde(deny_unknown_fields)]
 pub struct PinSpec {
     /// Its index.
+    #[schemars(range(max = LAST_PARTICLE))]
     pub particle: u32,
     /// Where it is led, from its place at the start; it does not move if there are no keyframes.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[schemars(length(max = MAX_KEYFRAMES))]
     pub path: Vec<KeyframeSpec>,
 }
 
@@ -183,6 +191,7 @@ pub struct EffectsSpec {
 #[serde(deny_unknown_fields)]
 pub struct GravitySpec {
     /// Acceleration, m/s².
+    #[schemars(inner(range(min = -MAX_COORDINATE, max = MAX_COORDINATE)))]
     pub m_s2: [f64; 3],
 }
 
@@ -216,8 +225,10 @@ pub enum ObstacleSpec {
     /// Half-space below a plane.
     Plane {
         /// A point of the plane, m.
+        #[schemars(inner(range(min = -MAX_COORDINATE, max = MAX_COORDINATE)))]
         point_m: [f64; 3],
         /// Outward normal; any length but 0.
+        #[schemars(inner(range(min = -MAX_COORDINATE, max = MAX_COORDINATE)))]
         normal: [f64; 3],
         /// Coefficient of restitution, 0 to 1.
         #[serde(default)]
@@ -229,14 +240,16 @@ pub enum ObstacleSpec {
         friction: f64,
         /// How it is moved from its place at the start; it rests if there are no keyframes.
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        #[schemars(length(max = MAX_KEYFRAMES))]
         path: Vec<KeyframeSpec>,
     },
     /// Box with edges along the axes.
     Box {
         /// Centre, m.
+        #[schemars(inner(range(min = -MAX_COORDINATE, max = MAX_COORDINATE)))]
         center_m: [f64; 3],
         /// Edge lengths, m.
-        #[schemars(inner(range(min = 0.0, max = MAX_COORDINATE)))]
+        #[schemars(with = "[Length; 3]")]
         size_m: [f64; 3],
         /// Coefficient of restitution, 0 to 1.
         #[serde(default)]
@@ -248,14 +261,16 @@ pub enum ObstacleSpec {
         friction: f64,
         /// How it is moved from its place at the start; it rests if there are no keyframes.
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        #[schemars(length(max = MAX_KEYFRAMES))]
         path: Vec<KeyframeSpec>,
     },
     /// Ball.
     Sphere {
         /// Centre, m.
+        #[schemars(inner(range(min = -MAX_COORDINATE, max = MAX_COORDINATE)))]
         center_m: [f64; 3],
         /// Radius, m.
-        #[schemars(extend("exclusiveMinimum" = 0))]
+        #[schemars(extend("exclusiveMinimum" = 0), range(max = MAX_COORDINATE))]
         radius_m: f64,
         /// Coefficient of restitution, 0 to 1.
         #[serde(default)]
@@ -267,14 +282,16 @@ pub enum ObstacleSpec {
         friction: f64,
         /// How it is moved from its place at the start; it rests if there are no keyframes.
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        #[schemars(length(max = MAX_KEYFRAMES))]
         path: Vec<KeyframeSpec>,
     },
     /// Solid bounded by a closed triangle mesh.
     Mesh {
         /// Vertices, m.
+        #[schemars(inner(inner(range(min = -MAX_COORDINATE, max = MAX_COORDINATE))))]
         vertices_m: Vec<[f64; 3]>,
         /// Triangles as vertex indices, counter-clockwise seen from outside.
-        #[schemars(length(min = 4))]
+        #[schemars(length(min = 4, max = MAX_TRIANGLES), inner(inner(range(max = u32::MAX))))]
         triangles: Vec<[u32; 3]>,
         /// Coefficient of restitution, 0 to 1.
         #[serde(default)]
@@ -286,6 +303,7 @@ pub enum ObstacleSpec {
         friction: f64,
         /// How it is moved from its place at the start; it rests if there are no keyframes.
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        #[schemars(length(max = MAX_KEYFRAMES))]
         path: Vec<KeyframeSpec>,
     },
 }

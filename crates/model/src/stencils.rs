@@ -4,6 +4,7 @@ use crate::build::{index, vector, within};
 use crate::effects::{Air, Angle, Angles, DragLaw, Gust, Hinge, Hinges, Wind, dihedral_angle};
 use crate::error::Violation;
 use crate::numbering::Numbering;
+use crate::schema::LAST_PARTICLE;
 use crate::spec::{MAX_COEFFICIENT, MAX_COORDINATE, is_zero};
 use crate::topology::interior_edges;
 use crate::{Cloth, Effect, Grid, Scene, SystemSpec, Vec3};
@@ -41,10 +42,13 @@ pub struct AngleSpec {
     /// Effect that it belongs to.
     pub effect: AngleEffect,
     /// End of the first edge.
+    #[schemars(range(max = LAST_PARTICLE))]
     pub i: u32,
     /// Where the edges meet.
+    #[schemars(range(max = LAST_PARTICLE))]
     pub j: u32,
     /// End of the second edge.
+    #[schemars(range(max = LAST_PARTICLE))]
     pub k: u32,
     /// Angle at rest, rad.
     #[schemars(range(min = 0.0, max = PI))]
@@ -59,12 +63,16 @@ pub struct AngleSpec {
 #[serde(deny_unknown_fields)]
 pub struct HingeSpec {
     /// First end of the edge.
+    #[schemars(range(max = LAST_PARTICLE))]
     pub i: u32,
     /// Second end of the edge.
+    #[schemars(range(max = LAST_PARTICLE))]
     pub j: u32,
     /// Corner on one side.
+    #[schemars(range(max = LAST_PARTICLE))]
     pub k: u32,
     /// Corner on the other side.
+    #[schemars(range(max = LAST_PARTICLE))]
     pub l: u32,
     /// Angle at rest, rad; 0 is flat.
     #[schemars(range(min = -PI, max = PI))]
@@ -126,6 +134,7 @@ fn density_of_air() -> f64 {
 #[serde(deny_unknown_fields)]
 pub struct WindSpec {
     /// Mean velocity, m/s.
+    #[schemars(inner(range(min = -MAX_COORDINATE, max = MAX_COORDINATE)))]
     pub velocity_m_s: [f64; 3],
     /// What comes and goes; nothing if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -137,12 +146,14 @@ pub struct WindSpec {
 #[serde(deny_unknown_fields)]
 pub struct GustSpec {
     /// Bound of the velocity of the gusts, m/s: they come near it and do not exceed it.
+    #[schemars(inner(range(min = -MAX_COORDINATE, max = MAX_COORDINATE)))]
     pub amplitude_m_s: [f64; 3],
     /// Period of their slowest part, s.
     #[schemars(range(min = SHORTEST_PERIOD, max = MAX_COORDINATE))]
     pub period_s: f64,
     /// Seed of their phases.
     #[serde(default)]
+    #[schemars(range(max = u32::MAX))]
     pub seed: u32,
     /// How long they have blown at the start, s; 0 if absent. A system that is frozen mid-run goes on with its gusts.
     #[serde(default, skip_serializing_if = "is_zero")]

@@ -8,9 +8,8 @@
 //!
 //! goes to its corners in equal parts: a damping force `−D (v − w)` whose matrix is symmetric and positive semi-definite. A method
 //! that takes it at the new velocity keeps `n`, `a`, `w` and the speed in `κ` at an earlier level: then it is
-//! linear. It dissipates where there is no wind. An explicit step `h` at which `h Σ κ a/(3m) < 2` at every particle, `m` its mass and
-//! the sum over its triangles, does not raise the speed against the air; no longer step does where neighbours move alike along
-//! one normal.
+//! linear. It dissipates where there is no wind. An explicit step `h` is stable where `h Σ κ a/(3m) < 2` at every particle, `m` its
+//! mass and the sum over its triangles; where neighbours move alike along one normal, no longer one is.
 
 use super::{BlockSink, Effect};
 use crate::{Level, Vec3};
