@@ -213,7 +213,7 @@ pub fn stiffening(mut spec: SystemSpec, ratio: f64) -> SystemSpec {
         let stiffness_n_per_m = spring.stiffness_n_per_m;
         let soft = PieceSpec { up_to_strain: Some(0.01), stiffness_n_per_m };
         let steep = ratio * stiffness_n_per_m;
-        spring.pieces = vec![soft, PieceSpec { up_to_strain: None, stiffness_n_per_m: steep }];
+        spring.pieces = [soft, PieceSpec { up_to_strain: None, stiffness_n_per_m: steep }].into();
     }
     spec
 }

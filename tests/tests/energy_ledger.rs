@@ -60,7 +60,7 @@ fn led(law: DampingLaw) -> (System, State) {
 fn in_a_wind(gusty: bool) -> (System, State) {
     let mut scene = Sheet { shear: 0.0, ..SHEET }.scene();
     let law = |stiffness_n_m| Some(AngularLaw { stiffness_n_m });
-    let gust = GustSpec { amplitude_m_s: [0.0, 1.0, 4.0], period_s: 0.05, seed: 3 };
+    let gust = GustSpec { amplitude_m_s: [0.0, 1.0, 4.0], period_s: 0.05, seed: 3, start_s: 0.0 };
     scene.effects.shear_angle = law(2e-3);
     scene.effects.bending_angle = law(2e-4);
     scene.effects.bending_hinge = law(2e-4);

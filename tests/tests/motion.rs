@@ -68,6 +68,39 @@ fn what_moves_with_a_pin_moves_on_with_it() {
     }
 }
 
+/// With gusts, a pin and an obstacle on paths: what is frozen in mid-run goes on as if it had not been.
+#[test]
+fn a_system_frozen_in_mid_run_moves_on_as_the_run_did() {
+    let mut spec = drape_model::load("flag").unwrap().spec().clone();
+    spec.pins[0].path = vec![frame(0.05, [0.1, 0.0, 0.1]), frame(0.15, [0.0, 0.2, 0.1])];
+    let ball = ObstacleSpec::Sphere {
+        center_m: [0.2, -0.3, 0.0],
+        radius_m: 0.2,
+        restitution: 0.0,
+        friction: 0.0,
+        path: vec![frame(0.2, [0.0, 0.4, 0.0])],
+    };
+    spec.obstacles = vec![ball];
+    let run = |spec: &SystemSpec, steps: u32| {
+        let mut run = Run::new("symplectic-euler", build(spec), 5e-4);
+        for _ in 0..steps {
+            run.step();
+        }
+        run.state
+    };
+    let far = |a: &State, b: &State| {
+        a.x.iter().zip(&b.x).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
+    };
+    let whole = run(&spec, 400);
+    let frozen = spec.clone().with_state(&run(&spec, 200));
+    let found = far(&run(&frozen, 200), &whole);
+    assert!(found < 1e-9, "{found:e} m apart");
+    let mut again = frozen;
+    again.effects.air.as_mut().unwrap().wind.as_mut().unwrap().gust.as_mut().unwrap().start_s = 0.0;
+    let found = far(&run(&again, 200), &whole);
+    assert!(found > 1e-4, "gusts that begin anew are {found:e} m apart");
+}
+
 /// One particle of 0.5 kg, gravity along −z.
 fn particle(x: Vec3, v: Vec3, gravity: f64, obstacle: ObstacleSpec) -> (System, State) {
     let text = format!(

@@ -93,10 +93,16 @@ fn a_system_with_something_that_a_method_does_not_support_is_refused_by_its_name
                 Ok(()) => assert_ne!(what, missing, "{missing} passes"),
                 Err(error) => {
                     assert_eq!(what, missing, "{error}");
-                    let named = matches!(&error, PrepareError::Unsupported { method: "choosy", what }
+                    let named = matches!(&error, PrepareError::Unsupported { method: "choosy", what, .. }
                         if what == missing);
+                    let key = match missing {
+                        "pins" => "pins".to_owned(),
+                        "contact" => "obstacles".to_owned(),
+                        effect => format!("effects.{effect}"),
+                    };
                     let text = error.to_string();
                     assert!(named && text.contains("choosy") && text.contains(missing), "{text}");
+                    assert!(text.starts_with(&format!("`{key}`: ")), "{text}");
                 }
             }
         }
@@ -130,8 +136,8 @@ fn two_step_imex_methods_refuse_friction_by_name_and_all_others_take_it() {
         let outcome = method.check(&with("friction"));
         let is_two_step = ["imex-sbdf2", "imex-cnab2", "imex-mcnab2", "imex-cnlf"];
         if is_two_step.contains(&method.id) {
-            let refused = matches!(&outcome, Err(PrepareError::Unsupported { method: id, what })
-                if *id == method.id && what == "friction");
+            let refused = matches!(&outcome, Err(PrepareError::Unsupported { method: id, what, key })
+                if *id == method.id && what == "friction" && key == "obstacles[0].plane.friction");
             assert!(refused, "{}: {outcome:?}", method.id);
         } else {
             assert!(outcome.is_ok(), "{}: {outcome:?}", method.id);

@@ -56,6 +56,7 @@ fn classify(error: &anyhow::Error) -> u8 {
             | PrepareError::TooLarge { .. }
             | PrepareError::Solver(_),
         )
+        | HarnessError::Unsupported { .. }
         | HarnessError::Busy { .. }
         | HarnessError::UnknownExperiment { .. }
         | HarnessError::UnknownClaim { .. } => true,

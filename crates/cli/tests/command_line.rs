@@ -113,6 +113,18 @@ fn broken_scenes_and_systems_are_refused_by_path_with_exit_code_2() {
 }
 
 #[test]
+fn what_a_method_does_not_support_is_refused_by_file_and_key() {
+    let folder = tempfile::tempdir().unwrap();
+    let rough = SCENE.replace(r#""radius_m": 0.5"#, r#""radius_m": 0.5, "friction": 0.3"#);
+    std::fs::write(folder.path().join("rough.json"), rough).unwrap();
+    let output = drape(folder.path(), &["run", "rough.json", "--method", "imex-sbdf2"]);
+    let message = text(&output.stderr);
+    assert_eq!(code(&output), 2, "{message}");
+    let expected = "drape: rough.json: `obstacles[0].sphere.friction`: imex-sbdf2 does not support";
+    assert!(message.starts_with(expected) && message.lines().count() == 1, "{message}");
+}
+
+#[test]
 fn files_that_are_no_json_are_refused_with_exit_code_2() {
     let folder = tempfile::tempdir().unwrap();
     let deep = format!("{{\"format\": {}", "[".repeat(100_000));

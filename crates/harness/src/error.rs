@@ -22,6 +22,14 @@ pub enum HarnessError {
     /// The method refused the system.
     #[error(transparent)]
     Prepare(#[from] PrepareError),
+    /// The method refused something that a scene names.
+    #[error("{file}: {refusal}")]
+    Unsupported {
+        /// The scene as it was asked for.
+        file: String,
+        /// Key and reason.
+        refusal: PrepareError,
+    },
     /// The time step was refused.
     #[error(transparent)]
     TimeStep(#[from] InvalidTimeStep),
@@ -56,4 +64,17 @@ pub enum HarnessError {
         /// The known ones.
         known: String,
     },
+}
+
+impl HarnessError {
+    /// The same error, which names the scene's file where the method refused something in it.
+    #[must_use]
+    pub fn in_scene(self, file: &str) -> Self {
+        match self {
+            Self::Prepare(refusal @ PrepareError::Unsupported { .. }) => {
+                Self::Unsupported { file: file.to_owned(), refusal }
+            }
+            other => other,
+        }
+    }
 }

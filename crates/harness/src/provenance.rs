@@ -4,17 +4,27 @@ use drape_model::SystemSpec;
 use drape_records::Provenance;
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
+use std::io::BufWriter;
 use std::process::Command;
 
 /// SHA-256 in hexadecimal.
 pub fn sha256(bytes: &[u8]) -> String {
-    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
+    hexadecimal(Sha256::new_with_prefix(bytes))
+}
+
+fn hexadecimal(hash: Sha256) -> String {
+    hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// SHA-256 of a frozen system's compact JSON text.
 pub fn system_hash(spec: &SystemSpec) -> String {
+    // The text of a large system would take more memory than the system.
+    let mut hash = BufWriter::new(Sha256::new());
     // A specification is lists of numbers and strings, which always serialise.
-    sha256(&serde_json::to_vec(spec).unwrap_or_default())
+    match (serde_json::to_writer(&mut hash, spec), hash.into_inner()) {
+        (Ok(()), Ok(hash)) => hexadecimal(hash),
+        _ => String::new(),
+    }
 }
 
 fn git(arguments: &[&str]) -> Option<String> {

@@ -6,12 +6,14 @@ use drape_solvers::SolverError;
 #[derive(Debug, thiserror::Error)]
 pub enum PrepareError {
     /// The method cannot honour something that the scene names.
-    #[error("{method} does not support {what}; leave it out of the scene or choose another method")]
+    #[error("`{key}`: {method} does not support {what}; leave it out or choose another method")]
     Unsupported {
         /// Method id.
         method: &'static str,
         /// The effect or constraint.
         what: String,
+        /// Path of the key that names it in a scene.
+        key: String,
     },
     /// An operator would need more memory than was allowed; nothing was allocated for it.
     #[error(

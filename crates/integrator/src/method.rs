@@ -1,7 +1,7 @@
 //! What a method is, and what it supports.
 
 use crate::{PrepareError, Setting, Settings};
-use drape_model::{Effect, System};
+use drape_model::{Effect, Obstacle, System};
 
 /// Order of accuracy in the step size.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -126,13 +126,30 @@ impl Method {
         let named = system.effects().map(|effect| effect.name());
         let pins = system.pinned().contains(&true).then_some("pins");
         let contact = (!system.obstacles().is_empty()).then_some("contact");
-        let is_rough = system.obstacles().iter().any(|obstacle| obstacle.friction > 0.0);
-        let friction = is_rough.then_some("friction");
+        let friction = rough_obstacle(system).map(|_| "friction");
         for what in named.chain(pins).chain(contact).chain(friction) {
             if !self.supports.iter().any(|support| support.effect == what) {
-                return Err(PrepareError::Unsupported { method: self.id, what: what.to_owned() });
+                let (what, key) = (what.to_owned(), key_of(system, what));
+                return Err(PrepareError::Unsupported { method: self.id, what, key });
             }
         }
         Ok(())
+    }
+}
+
+/// The first obstacle with friction, and its place in the list.
+fn rough_obstacle(system: &System) -> Option<(usize, &Obstacle)> {
+    system.obstacles().iter().enumerate().find(|(_, obstacle)| obstacle.friction > 0.0)
+}
+
+/// Path of the key by which a scene names something.
+fn key_of(system: &System, what: &str) -> String {
+    match (what, rough_obstacle(system)) {
+        ("pins", _) => "pins".to_owned(),
+        ("contact", _) => "obstacles".to_owned(),
+        ("friction", Some((place, obstacle))) => {
+            format!("obstacles[{place}].{}.friction", obstacle.shape.name())
+        }
+        _ => format!("effects.{what}"),
     }
 }

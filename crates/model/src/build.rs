@@ -3,7 +3,11 @@
 use crate::effects::{Gravity, LinearSprings, PiecewiseSprings, Spring};
 use crate::error::Violation;
 use crate::numbering::Numbering;
-use crate::spec::{MAX_COEFFICIENT, MAX_COORDINATE, MAX_FRICTION, MAX_PARTICLES, SYSTEM_FORMAT};
+use crate::path::Extent;
+use crate::spec::{
+    MAX_COEFFICIENT, MAX_CONTACTS, MAX_COORDINATE, MAX_FRICTION, MAX_OBSTACLES, MAX_PARTICLES,
+    SYSTEM_FORMAT,
+};
 use crate::stencils::Stencils;
 use crate::stretch::Laws;
 use crate::system::Contact;
@@ -151,7 +155,8 @@ impl ObstacleSpec {
         };
         let restitution = within(path(&format!("{kind}.restitution")), *restitution, 0.0, 1.0)?;
         let friction = within(path(&format!("{kind}.friction")), *friction, 0.0, MAX_FRICTION)?;
-        let motion = Path::check(&path(&format!("{kind}.path")), frames)?;
+        let led = Extent::of(self.places().iter().map(|&place| Vec3::from(place)));
+        let motion = Path::check(&path(&format!("{kind}.path")), frames, led)?;
         Ok(Obstacle { shape, restitution, friction, path: motion })
     }
 }
@@ -263,6 +268,7 @@ impl SystemSpec {
             }
         }
         let stencils = Stencils::check(self, n)?;
+        self.check_contacts(n)?;
         let obstacles = self.obstacles.iter().enumerate().map(|(i, spec)| spec.check(i));
         let obstacles = obstacles.collect::<Result<Vec<_>, _>>()?;
         let contact = self.effects.contact.unwrap_or_default();
@@ -284,13 +290,28 @@ impl SystemSpec {
         })
     }
 
+    /// Contacts of all particles with all obstacles must fit into memory.
+    fn check_contacts(&self, particles: usize) -> Result<(), Violation> {
+        let obstacles = self.obstacles.len();
+        let most = MAX_OBSTACLES.min(MAX_CONTACTS / particles);
+        if obstacles <= most {
+            return Ok(());
+        }
+        let found = format!("of length {obstacles}, for {particles} particles");
+        let expected = format!(
+            "at most {most}: {MAX_OBSTACLES} obstacles, and {MAX_CONTACTS} pairs of a particle and an obstacle"
+        );
+        Err(Violation::new("obstacles", found, expected))
+    }
+
     /// Which of the particles at `x` are pinned, and those of them that are led on paths.
     fn pinned(&self, x: &[Vec3]) -> Result<(Vec<bool>, Vec<MovingPin>), Violation> {
         let (mut pinned, mut moving) = (vec![false; x.len()], Vec::<MovingPin>::new());
         for (position, pin) in self.pins.iter().enumerate() {
             let at = format!("pins[{position}]");
             let particle = index(format_args!("{at}.particle"), pin.particle, x.len())?;
-            let path = Path::check(&format!("{at}.path"), &pin.path)?;
+            let led = Extent::of([x[particle]]);
+            let path = Path::check(&format!("{at}.path"), &pin.path, led)?;
             let was_pinned = std::mem::replace(&mut pinned[particle], true);
             let has_path = |other: &MovingPin| other.particle == particle;
             if was_pinned && (path.is_some() || moving.iter().any(has_path)) {

@@ -57,6 +57,7 @@ mod obstacle;
 mod path;
 mod projection;
 mod scene;
+mod schema;
 mod select;
 mod spec;
 mod state;

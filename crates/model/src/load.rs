@@ -205,7 +205,7 @@ fn explain(path: &Keys, raw: Option<String>, reason: &str) -> Violation {
         "invalid type: unit variant" => {
             // A word in place of an object; serde counts the word to the path.
             let (outer, word) = parent.rsplit_once('.').unwrap_or((".", &parent));
-            Violation::new(outer, format!("{word:?}"), format!("an object with the key `{word}`"))
+            Violation::new(outer, format!("{word:?}"), expected)
         }
         "number out of range" => {
             Violation::new(parent, raw, "a number of magnitude at most 1.8e308")

@@ -47,12 +47,15 @@ pub struct MeshCloth {
     pub rotation: Option<Rotation>,
     /// Translation after the rotation, m.
     #[serde(default, skip_serializing_if = "is_zero")]
+    #[schemars(inner(range(min = -MAX_COORDINATE, max = MAX_COORDINATE)))]
     pub translation_m: [f64; 3],
     /// Start velocity of all particles, m/s.
     #[serde(default, skip_serializing_if = "is_zero")]
+    #[schemars(inner(range(min = -MAX_COORDINATE, max = MAX_COORDINATE)))]
     pub velocity_m_s: [f64; 3],
     /// Angular velocity about the centre of mass at the start, rad/s.
     #[serde(default, skip_serializing_if = "is_zero")]
+    #[schemars(inner(range(min = -MAX_COORDINATE, max = MAX_COORDINATE)))]
     pub spin_rad_s: [f64; 3],
     /// Whether degenerate and doubled faces and vertices without a face are dropped and faces turned over where
     /// neighbours differ, instead of being refused.
@@ -68,6 +71,7 @@ pub struct MeshCloth {
 #[serde(deny_unknown_fields)]
 pub struct Rotation {
     /// Axis; any length but 0.
+    #[schemars(inner(range(min = -MAX_COORDINATE, max = MAX_COORDINATE)))]
     pub axis: [f64; 3],
     /// Angle, degrees, counterclockwise seen against the axis.
     #[schemars(range(min = -360.0, max = 360.0))]

@@ -1,15 +1,20 @@
 //! Paths on which pins and obstacles are led.
 
 use crate::Vec3;
-use crate::build::{number, vector, within};
+use crate::build::{number, within};
 use crate::error::Violation;
+use crate::spec::MAX_COORDINATE;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Latest time of a keyframe, s: as long as a run may last.
 const MAX_TIME: f64 = 1e9;
+/// Greatest displacement along an axis, m: from one bound of the coordinates to the other.
+const MAX_OFFSET: f64 = 2.0 * MAX_COORDINATE;
+/// How far a place on a path may be out of range, m: the rest of a path begins elsewhere, which costs round-off.
+const ROUND_OFF: f64 = 1e-12 * MAX_COORDINATE;
 /// Most keyframes of one path.
-const MAX_KEYFRAMES: usize = 100_000;
+pub(crate) const MAX_KEYFRAMES: usize = 100_000;
 
 /// A point that a path goes through.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -18,7 +23,8 @@ pub struct KeyframeSpec {
     /// When, s after the start.
     #[schemars(range(min = 0.0, max = MAX_TIME))]
     pub time_s: f64,
-    /// Where, m from the place at the start.
+    /// Where, m from the place at the start; no place may be farther off than a coordinate may be.
+    #[schemars(inner(range(min = -MAX_OFFSET, max = MAX_OFFSET)))]
     pub offset_m: [f64; 3],
 }
 
@@ -40,12 +46,54 @@ pub struct Path {
     keyframes: Vec<(f64, Vec3)>,
 }
 
+/// The least box around what is led on a path, m, where it starts.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Extent {
+    low: Vec3,
+    high: Vec3,
+}
+
+impl Extent {
+    /// That of these points, as far as it is in range.
+    pub(crate) fn of(points: impl IntoIterator<Item = Vec3>) -> Self {
+        let none = (Vec3::repeat(MAX_COORDINATE), Vec3::repeat(-MAX_COORDINATE));
+        let (low, high) =
+            points.into_iter().fold(none, |(low, high), x| (low.inf(&x), high.sup(&x)));
+        let in_range = |x: Vec3| x.map(|c| c.clamp(-MAX_COORDINATE, MAX_COORDINATE));
+        Self { low: in_range(low), high: in_range(high) }
+    }
+
+    /// Checks that it stays in range when displaced; `path` is where the displacement stands in the file.
+    fn displaced(&self, path: &str, offset: [f64; 3]) -> Result<Vec3, Violation> {
+        for (axis, component) in offset.into_iter().enumerate() {
+            let (least, most) =
+                (-MAX_COORDINATE - self.low[axis], MAX_COORDINATE - self.high[axis]);
+            let is_in = (least - ROUND_OFF..=most + ROUND_OFF).contains(&component);
+            if !(is_in && component.abs() <= MAX_OFFSET) {
+                let expected = format!(
+                    "a number from {} to {}: no place beyond {} m",
+                    number(least),
+                    number(most),
+                    number(MAX_COORDINATE)
+                );
+                let found = number(component);
+                return Err(Violation::new(format!("{path}[{axis}]"), found, expected));
+            }
+        }
+        Ok(Vec3::from(offset))
+    }
+}
+
 impl Path {
-    /// Checks keyframes; none of them make no path. `at` is where they stand in the file.
+    /// Checks keyframes; none of them make no path. `at` is where they stand in the file, `led` what they lead.
     ///
     /// # Errors
     /// The first [`Violation`].
-    pub(crate) fn check(at: &str, frames: &[KeyframeSpec]) -> Result<Option<Self>, Violation> {
+    pub(crate) fn check(
+        at: &str,
+        frames: &[KeyframeSpec],
+        led: Extent,
+    ) -> Result<Option<Self>, Violation> {
         if frames.len() > MAX_KEYFRAMES {
             let expected = format!("at most {MAX_KEYFRAMES} keyframes");
             return Err(Violation::new(at, format!("of length {}", frames.len()), expected));
@@ -54,7 +102,7 @@ impl Path {
         for (k, frame) in frames.iter().enumerate() {
             let path = |key: &str| format!("{at}[{k}].{key}");
             let time = within(path("time_s"), frame.time_s, 0.0, MAX_TIME)?;
-            let offset = vector(path("offset_m"), frame.offset_m)?;
+            let offset = led.displaced(&path("offset_m"), frame.offset_m)?;
             if let Some((before, _)) = keyframes.last().filter(|(before, _)| time <= *before) {
                 let expected =
                     format!("a time after {}, that of the keyframe before", number(*before));
@@ -92,18 +140,24 @@ impl Path {
 /// What is left of a path at `t` seconds, as one that starts there and then.
 pub(crate) fn rest_of(frames: &[KeyframeSpec], t: f64) -> Vec<KeyframeSpec> {
     let passed = offset_of(frames, t);
-    let left = frames.iter().filter(|frame| frame.time_s > t);
-    left.map(|frame| KeyframeSpec {
-        time_s: frame.time_s - t,
-        offset_m: (Vec3::from(frame.offset_m) - passed).into(),
-    })
-    .collect()
+    let mut rest: Vec<KeyframeSpec> = Vec::new();
+    for frame in frames.iter().filter(|frame| frame.time_s > t) {
+        let offset = Vec3::from(frame.offset_m) - passed;
+        let offset_m = offset.map(|component| component.clamp(-MAX_OFFSET, MAX_OFFSET)).into();
+        let time_s = frame.time_s - t;
+        // Round-off may make one time of two.
+        if rest.last().is_some_and(|before| before.time_s == time_s) {
+            rest.pop();
+        }
+        rest.push(KeyframeSpec { time_s, offset_m });
+    }
+    rest
 }
 
-/// Displacement of keyframes that a file holds at `t` seconds, m; none where they make no path.
+/// Displacement of keyframes that a file holds at `t` seconds, m; none where there are none.
 pub(crate) fn offset_of(frames: &[KeyframeSpec], t: f64) -> Vec3 {
-    let path = Path::check("", frames).ok().flatten();
-    path.map_or(Vec3::zeros(), |path| path.offset(t))
+    let keyframes = frames.iter().map(|frame| (frame.time_s, Vec3::from(frame.offset_m)));
+    Path { keyframes: keyframes.collect() }.offset(t)
 }
 
 /// A pinned particle that is led on a path.
@@ -136,10 +190,14 @@ mod tests {
         KeyframeSpec { time_s, offset_m: [x, -x, 0.0] }
     }
 
+    fn check(frames: &[KeyframeSpec]) -> Result<Option<Path>, Violation> {
+        Path::check("path", frames, Extent::of([Vec3::zeros()]))
+    }
+
     #[test]
     fn a_path_goes_through_its_keyframes_and_rests_after_the_last() {
         let frames = [frame(0.3, 0.1), frame(0.7, 0.9), frame(2.0, 0.9)];
-        let path = Path::check("", &frames).expect("valid").expect("valid");
+        let path = check(&frames).expect("valid").expect("valid");
         for frame in &frames {
             assert_eq!(path.offset(frame.time_s), Vec3::from(frame.offset_m));
         }
@@ -147,18 +205,43 @@ mod tests {
         assert!((path.offset(0.5).x - 0.5).abs() < 1e-15);
         assert!((path.offset(0.15).x - 0.05).abs() < 1e-15);
         assert_eq!((path.end(), path.offset(1e9)), (2.0, Vec3::from(frames[2].offset_m)));
-        assert_eq!(Path::check("", &[]).expect("valid"), None);
+        assert_eq!(check(&[]).expect("valid"), None);
     }
 
     #[test]
     fn the_rest_of_a_path_leads_where_the_path_leads() {
         let frames = [frame(0.3, 0.1), frame(0.7, 0.9)];
-        let path = Path::check("", &frames).expect("valid").expect("valid");
+        let path = check(&frames).expect("valid").expect("valid");
         for t in [0.0, 0.2, 0.3, 0.5, 0.7, 1.0] {
             for later in [0.0, 0.1, 0.25, 0.6] {
                 let rest = offset_of(&rest_of(&frames, t), later);
                 assert!((path.offset(t) + rest - path.offset(t + later)).norm() < 1e-15);
             }
         }
+    }
+
+    #[test]
+    fn no_place_on_a_path_is_out_of_range() {
+        let led = Extent::of([Vec3::new(-9e8, 0.0, 0.0), Vec3::new(8e8, 0.0, 0.0)]);
+        let check = |x: f64| {
+            Path::check("path", &[KeyframeSpec { time_s: 1.0, offset_m: [x, 0.0, 0.0] }], led)
+        };
+        for x in [-1e8, 0.0, 2e8] {
+            assert!(check(x).is_ok(), "{x}");
+        }
+        for x in [-1.1e8, 2.1e8, f64::NAN] {
+            let refused = check(x).expect_err("out of range");
+            assert_eq!(refused.path, "path[0].offset_m[0]");
+            assert!(refused.expected.contains("from -1e8 to 2e8"), "{refused}");
+        }
+    }
+
+    #[test]
+    fn times_that_round_off_makes_one_are_one() {
+        let frames = [frame(1.5, 1.0), frame(1.5 + f64::EPSILON, 2.0)];
+        // Both differences lie in the middle between two numbers, and are rounded to 1.5.
+        let rest = rest_of(&frames, 0.5 * f64::EPSILON);
+        assert_eq!(rest, [frame(1.5, 2.0)]);
+        assert!(check(&rest).is_ok());
     }
 }

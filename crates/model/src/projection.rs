@@ -11,51 +11,71 @@ const LINES: u32 = 4000;
 /// of a disc comes out to better than 1e-5 of it. Where the outline runs along x, a strip may be missed by half its width:
 /// by 1/8000 of the extent along y times the length of that piece of the outline.
 ///
+/// Line after line is measured, with memory for the triangles and not for each line that they cross; the time is that of
+/// all crossings.
+///
 /// # Panics
 /// When a triangle names a particle that `x` has not.
 pub fn projected_area(x: &[Vec3], triangles: &[[u32; 3]]) -> f64 {
     let corners = |triangle: &[u32; 3]| triangle.map(|i| x[i as usize]);
-    let ends = |(low, high): (f64, f64), y: f64| (low.min(y), high.max(y));
     let all = triangles.iter().flat_map(corners).map(|x| x.y);
-    let (low, high) = all.fold((f64::INFINITY, f64::NEG_INFINITY), ends);
+    let (low, high) = all.fold((f64::INFINITY, f64::NEG_INFINITY), widen);
     let strip = (high - low) / f64::from(LINES);
     if !(strip > 0.0 && strip.is_finite()) {
         return 0.0;
     }
-    // Where each triangle covers each line: the line, then the two ends.
-    let mut covered: Vec<(u32, f64, f64)> = Vec::new();
-    for triangle in triangles {
-        let corners = corners(triangle);
-        let (first, last) = corners.iter().map(|x| x.y).fold((high, low), ends);
+    // First and last line of each triangle that meets one, by first line.
+    let mut waiting: Vec<(u32, u32, u32)> = Vec::new();
+    for (triangle, place) in triangles.iter().zip(0..) {
+        let (first, last) = corners(triangle).iter().map(|x| x.y).fold((high, low), widen);
         let first = ((first - low) / strip - 0.5).ceil().max(0.0) as u32;
         let last = ((last - low) / strip - 0.5).floor();
-        if last < 0.0 {
-            continue;
-        }
-        for line in first..=(last as u32).min(LINES - 1) {
-            let y = low + (f64::from(line) + 0.5) * strip;
-            let (mut from, mut to) = (f64::INFINITY, f64::NEG_INFINITY);
-            for side in 0..3 {
-                let (a, b) = (corners[side], corners[(side + 1) % 3]);
-                if (a.y <= y) != (b.y <= y) {
-                    (from, to) = ends((from, to), a.x + (y - a.y) / (b.y - a.y) * (b.x - a.x));
-                }
-            }
-            if from < to {
-                covered.push((line, from, to));
-            }
+        if last >= f64::from(first) {
+            waiting.push((first, (last as u32).min(LINES - 1), place));
         }
     }
-    covered.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    waiting.sort_unstable();
+    let mut waiting = waiting.into_iter().peekable();
+    let mut crossed: Vec<(u32, u32, u32)> = Vec::new();
+    let mut covered = Vec::new();
     let mut length = 0.0;
-    for line in covered.chunk_by(|a, b| a.0 == b.0) {
+    for line in 0..LINES {
+        crossed.retain(|&(_, last, _)| last >= line);
+        while let Some(triangle) = waiting.next_if(|&(first, ..)| first <= line) {
+            crossed.push(triangle);
+        }
+        let y = low + (f64::from(line) + 0.5) * strip;
+        covered.clear();
+        for &(_, _, place) in &crossed {
+            let (from, to) = crossing(&corners(&triangles[place as usize]), y);
+            if from < to {
+                covered.push((from, to, place));
+            }
+        }
+        covered.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.2.cmp(&b.2)));
         let mut reached = f64::NEG_INFINITY;
-        for &(_, from, to) in line {
+        for &(from, to, _) in &covered {
             length += (to - from.max(reached)).max(0.0);
             reached = reached.max(to);
         }
     }
     length * strip
+}
+
+fn widen((low, high): (f64, f64), value: f64) -> (f64, f64) {
+    (low.min(value), high.max(value))
+}
+
+/// Where a triangle covers the line at `y`; from infinity to minus infinity where it does not.
+fn crossing(corners: &[Vec3; 3], y: f64) -> (f64, f64) {
+    let mut ends = (f64::INFINITY, f64::NEG_INFINITY);
+    for side in 0..3 {
+        let (a, b) = (corners[side], corners[(side + 1) % 3]);
+        if (a.y <= y) != (b.y <= y) {
+            ends = widen(ends, a.x + (y - a.y) / (b.y - a.y) * (b.x - a.x));
+        }
+    }
+    ends
 }
 
 /// Drape coefficient after Cusick (1965, "The dependence of fabric drape on bending and shear stiffness", Journal of the

@@ -4,14 +4,15 @@ use crate::build::{number, positive, vector, within};
 use crate::error::Violation;
 use crate::fabric::Fabric;
 use crate::mesh::MeshCloth;
+use crate::schema::{LAST_PARTICLE, Length};
 use crate::select::{Pin, Selectable};
 use crate::spec::{
     ContactSpec, DampingLaw, EffectsSpec, GravitySpec, MAX_COEFFICIENT, MAX_COORDINATE,
-    MAX_PARTICLES, ObstacleSpec, ParticlesSpec, PinSpec, SYSTEM_FORMAT, SpringEffect, SpringSpec,
-    SystemSpec,
+    MAX_OBSTACLES, MAX_PARTICLES, ObstacleSpec, ParticlesSpec, PinSpec, SYSTEM_FORMAT,
+    SpringEffect, SpringSpec, SystemSpec,
 };
 use crate::stencils;
-use crate::stretch::{PieceSpec, StretchLaw, Stretches};
+use crate::stretch::{MAX_PIECES, PieceSpec, StretchLaw, Stretches};
 use crate::{AirSpec, AngularLaw, Vec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -45,8 +46,9 @@ pub struct Scene {
     /// Selections of particles that do not move, or only on paths.
     #[serde(default)]
     pub pins: Vec<Pin>,
-    /// Rigid obstacles.
+    /// Rigid obstacles; with 16 million pairs of a particle and an obstacle at most.
     #[serde(default)]
+    #[schemars(length(max = MAX_OBSTACLES))]
     pub obstacles: Vec<ObstacleSpec>,
     /// Usual time step and duration.
     pub time: TimeSpan,
@@ -69,21 +71,23 @@ pub enum Cloth {
 #[serde(deny_unknown_fields)]
 pub struct Grid {
     /// Number of rows.
-    #[schemars(range(min = 1))]
+    #[schemars(range(min = 1, max = MAX_PARTICLES))]
     pub rows: u32,
     /// Number of particles in a row.
-    #[schemars(range(min = 1))]
+    #[schemars(range(min = 1, max = MAX_PARTICLES))]
     pub columns: u32,
     /// Edge lengths along x and y, m.
-    #[schemars(inner(range(min = 0.0, max = MAX_COORDINATE)))]
+    #[schemars(with = "[Length; 2]")]
     pub size_m: [f64; 2],
     /// Centre of the sheet, m.
+    #[schemars(inner(range(min = -MAX_COORDINATE, max = MAX_COORDINATE)))]
     pub center_m: [f64; 3],
     /// Mass of the whole sheet, kg, spread evenly over the particles.
     #[schemars(extend("exclusiveMinimum" = 0), range(max = MAX_COEFFICIENT))]
     pub mass_kg: f64,
     /// Start velocity of all particles, m/s.
     #[serde(default)]
+    #[schemars(inner(range(min = -MAX_COORDINATE, max = MAX_COORDINATE)))]
     pub velocity_m_s: [f64; 3],
 }
 
@@ -98,6 +102,7 @@ pub struct Particles {
     pub springs: Vec<SpringSpec>,
     /// Triangles for display, as particle indices.
     #[serde(default)]
+    #[schemars(inner(inner(range(max = LAST_PARTICLE))))]
     pub triangles: Vec<[u32; 3]>,
 }
 
@@ -157,6 +162,7 @@ pub struct SpringLaw {
     pub damping_over_mass_per_s: Option<f64>,
     /// Piecewise-linear tension, instead of a stiffness.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[schemars(length(max = MAX_PIECES))]
     pub pieces: Vec<PieceSpec>,
     /// Stiffness in compression, N/m. If absent: the stiffness, or a tenth of that of the first piece.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -183,10 +189,10 @@ pub struct SpringLaw {
 #[serde(deny_unknown_fields)]
 pub struct TimeSpan {
     /// Time step, s.
-    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[schemars(extend("exclusiveMinimum" = 0), range(max = Self::MAX_STEP_S))]
     pub step_s: f64,
     /// Simulated time, s.
-    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[schemars(extend("exclusiveMinimum" = 0), range(max = Self::MAX_DURATION_S))]
     pub duration_s: f64,
 }
 
@@ -207,7 +213,9 @@ impl SpringLaw {
             }
             (None, None) => {
                 let found = "without a stiffness";
-                Err(Violation::new(path, found, format!("`{a}` or `{b}`")))
+                let expected =
+                    format!("`{a}` or `{b}`, or `pieces`, one at least, or `warp` and `weft`");
+                Err(Violation::new(path, found, expected))
             }
         }
     }
@@ -449,6 +457,10 @@ impl Scene {
 }
 
 impl TimeSpan {
+    /// Longest step, s.
+    const MAX_STEP_S: f64 = 1e6;
+    /// Longest duration, s.
+    const MAX_DURATION_S: f64 = 1e9;
     /// Most steps that a run may have.
     pub const MAX_STEPS: f64 = 1e9;
 
@@ -469,8 +481,8 @@ impl TimeSpan {
     /// # Errors
     /// A step or duration that is not positive and finite, or more than 1e9 steps.
     pub fn check(&self, step: &str, duration: &str) -> Result<(), Violation> {
-        positive(step, self.step_s, 1e6)?;
-        positive(duration, self.duration_s, 1e9)?;
+        positive(step, self.step_s, Self::MAX_STEP_S)?;
+        positive(duration, self.duration_s, Self::MAX_DURATION_S)?;
         if self.duration_s / self.step_s > Self::MAX_STEPS {
             let expected = format!(
                 "at least {}, so that `{duration}` = {} takes at most {} steps",

@@ -2,6 +2,9 @@
 
 use crate::build::{index, vector, within};
 use crate::error::Violation;
+use crate::path::Extent;
+use crate::schema::LAST_PARTICLE;
+use crate::spec::{MAX_COORDINATE, MAX_PARTICLES};
 use crate::{Cloth, KeyframeSpec, ParticlesSpec, Path, PinSpec, Vec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -10,33 +13,43 @@ use std::collections::BTreeMap;
 /// Most keyframes of all pins together: each particle of a selection has its own.
 const MAX_KEYFRAMES: usize = 1_000_000;
 
+/// Most particles of all selections together; one may be in several.
+const MAX_PINS: usize = 2 * MAX_PARTICLES;
+
 /// Particles that do not move, or only on a path, selected in exactly one way.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Pin {
     /// Index of a particle.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(max = LAST_PARTICLE))]
     pub particle: Option<u32>,
     /// Row of a grid; the whole row unless a column is given too.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(max = LAST_PARTICLE))]
     pub row: Option<u32>,
     /// Column of a grid; the whole column unless a row is given too.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(max = LAST_PARTICLE))]
     pub column: Option<u32>,
     /// The particle that starts nearest to this point, m; the one with the least index where several do.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(inner(range(min = -MAX_COORDINATE, max = MAX_COORDINATE)))]
     pub near_m: Option<[f64; 3]>,
     /// All particles that start in the box between these two corners, the lower first, m.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(inner(inner(range(min = -MAX_COORDINATE, max = MAX_COORDINATE))))]
     pub within_m: Option<[[f64; 3]; 2]>,
     /// All particles of a group or object of a mesh's file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
     /// All particles of this part of the boundary. Parts are numbered from 0 by their least particle; each is connected.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(max = LAST_PARTICLE))]
     pub boundary: Option<u32>,
     /// Where they are led, each from its place at the start; they do not move if there are no keyframes.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[schemars(length(max = crate::path::MAX_KEYFRAMES))]
     pub path: Vec<KeyframeSpec>,
 }
 
@@ -55,7 +68,13 @@ impl Selectable<'_> {
         for (position, pin) in pins.iter().enumerate() {
             let at = format!("pins[{position}]");
             let selected = self.select(&at, pin)?;
-            let is_led = Path::check(&format!("{at}.path"), &pin.path)?.is_some();
+            if found.len() + selected.len() > MAX_PINS {
+                let value = format!("{} particles after {}", selected.len(), found.len());
+                let expected = format!("at most {MAX_PINS} particles in all selections together");
+                return Err(Violation::new(at, value, expected));
+            }
+            let led = Extent::of(selected.iter().map(|&particle| self.position(particle)));
+            let is_led = Path::check(&format!("{at}.path"), &pin.path, led)?.is_some();
             keyframes += selected.len() * pin.path.len();
             if keyframes > MAX_KEYFRAMES {
                 let value = format!("{} keyframes for {}", pin.path.len(), selected.len());
@@ -122,6 +141,10 @@ impl Selectable<'_> {
         Err(Violation::new(path, found, expected))
     }
 
+    fn position(&self, particle: u32) -> Vec3 {
+        Vec3::from(self.particles.position_m[particle as usize])
+    }
+
     fn positions(&self) -> impl Iterator<Item = (u32, Vec3)> {
         (0..).zip(self.particles.position_m.iter().map(|&x| Vec3::from(x)))
     }
@@ -138,7 +161,7 @@ impl Selectable<'_> {
         let lower = vector(format_args!("{path}[0]"), low)?;
         let upper = vector(format_args!("{path}[1]"), high)?;
         for axis in 0..3 {
-            let most = crate::spec::MAX_COORDINATE;
+            let most = MAX_COORDINATE;
             within(format_args!("{path}[1][{axis}]"), upper[axis], lower[axis], most)?;
         }
         let is_in = |x: &Vec3| (0..3).all(|axis| x[axis] >= lower[axis] && x[axis] <= upper[axis]);

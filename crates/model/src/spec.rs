@@ -1,15 +1,23 @@
 //! The discretised system as data: format "drape-system/1".
 
-use crate::path::{offset_of, rest_of};
+use crate::obstacle::MAX_TRIANGLES;
+use crate::path::{MAX_KEYFRAMES, offset_of, rest_of};
+use crate::schema::{LAST_PARTICLE, Length, Mass};
+use crate::stretch::MAX_PIECES;
 use crate::{AirSpec, AngleSpec, Detection, HingeSpec, KeyframeSpec, PieceSpec, State, Vec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 /// The value of `format`.
 pub(crate) const SYSTEM_FORMAT: &str = "drape-system/1";
 
 /// Most particles that a system may have.
 pub(crate) const MAX_PARTICLES: usize = 4_000_000;
+/// Most obstacles.
+pub(crate) const MAX_OBSTACLES: usize = 1024;
+/// Most pairs of a particle and an obstacle: integrators keep some 120 bytes for each.
+pub(crate) const MAX_CONTACTS: usize = 4 * MAX_PARTICLES;
 
 /// A frozen system: particles, springs and everything else that acts, ready to be simulated here or
 /// in another program. Reading a printed system back gives the same bits.
@@ -38,6 +46,7 @@ pub struct SystemSpec {
     pub damping: DampingLaw,
     /// Triangles for display and for the air, as particle indices.
     #[serde(default)]
+    #[schemars(inner(inner(range(max = LAST_PARTICLE))))]
     pub triangles: Vec<[u32; 3]>,
     /// Particles that do not move, or only on paths.
     #[serde(default)]
@@ -45,8 +54,9 @@ pub struct SystemSpec {
     /// All effects that are not springs.
     #[serde(default)]
     pub effects: EffectsSpec,
-    /// Rigid obstacles.
+    /// Rigid obstacles; with 16 million pairs of a particle and an obstacle at most.
     #[serde(default)]
+    #[schemars(length(max = MAX_OBSTACLES))]
     pub obstacles: Vec<ObstacleSpec>,
 }
 
@@ -55,13 +65,14 @@ pub struct SystemSpec {
 #[serde(deny_unknown_fields)]
 pub struct ParticlesSpec {
     /// Masses, kg; positive.
-    #[schemars(length(min = 1), inner(range(min = 0.0, max = MAX_COEFFICIENT)))]
+    #[schemars(with = "Vec<Mass>", length(min = 1, max = MAX_PARTICLES))]
     pub mass_kg: Vec<f64>,
     /// Positions, m.
-    #[schemars(length(min = 1))]
+    #[schemars(length(min = 1, max = MAX_PARTICLES), inner(inner(range(min = -MAX_COORDINATE, max = MAX_COORDINATE))))]
     pub position_m: Vec<[f64; 3]>,
     /// Velocities, m/s; all 0 if absent.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[schemars(length(max = MAX_PARTICLES), inner(inner(range(min = -MAX_COORDINATE, max = MAX_COORDINATE))))]
     pub velocity_m_s: Vec<[f64; 3]>,
 }
 
@@ -99,8 +110,10 @@ pub struct SpringSpec {
     /// Effect that it belongs to.
     pub effect: SpringEffect,
     /// First end.
+    #[schemars(range(max = LAST_PARTICLE))]
     pub i: u32,
     /// Second end.
+    #[schemars(range(max = LAST_PARTICLE))]
     pub j: u32,
     /// Rest length, m; 0 is legal.
     #[schemars(range(min = 0.0, max = MAX_COORDINATE))]
@@ -112,9 +125,10 @@ pub struct SpringSpec {
     #[serde(default)]
     #[schemars(range(min = 0.0, max = MAX_COEFFICIENT))]
     pub damping_n_s_per_m: f64,
-    /// Piecewise-linear tension.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub pieces: Vec<PieceSpec>,
+    /// Piecewise-linear tension; springs of one law share one list.
+    #[serde(default, skip_serializing_if = "<[_]>::is_empty")]
+    #[schemars(length(max = MAX_PIECES))]
+    pub pieces: Arc<[PieceSpec]>,
     /// Stiffness in compression, N/m. If absent: the stiffness, or a tenth of it if there are pieces.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0, max = MAX_COEFFICIENT))]
@@ -142,9 +156,11 @@ pub enum DampingLaw {
 #[serde(deny_unknown_fields)]
 pub struct PinSpec {
     /// Its index.
+    #[schemars(range(max = LAST_PARTICLE))]
     pub particle: u32,
     /// Where it is led, from its place at the start; it does not move if there are no keyframes.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[schemars(length(max = MAX_KEYFRAMES))]
     pub path: Vec<KeyframeSpec>,
 }
 
@@ -175,6 +191,7 @@ pub struct EffectsSpec {
 #[serde(deny_unknown_fields)]
 pub struct GravitySpec {
     /// Acceleration, m/s².
+    #[schemars(inner(range(min = -MAX_COORDINATE, max = MAX_COORDINATE)))]
     pub m_s2: [f64; 3],
 }
 
@@ -208,8 +225,10 @@ pub enum ObstacleSpec {
     /// Half-space below a plane.
     Plane {
         /// A point of the plane, m.
+        #[schemars(inner(range(min = -MAX_COORDINATE, max = MAX_COORDINATE)))]
         point_m: [f64; 3],
         /// Outward normal; any length but 0.
+        #[schemars(inner(range(min = -MAX_COORDINATE, max = MAX_COORDINATE)))]
         normal: [f64; 3],
         /// Coefficient of restitution, 0 to 1.
         #[serde(default)]
@@ -221,14 +240,16 @@ pub enum ObstacleSpec {
         friction: f64,
         /// How it is moved from its place at the start; it rests if there are no keyframes.
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        #[schemars(length(max = MAX_KEYFRAMES))]
         path: Vec<KeyframeSpec>,
     },
     /// Box with edges along the axes.
     Box {
         /// Centre, m.
+        #[schemars(inner(range(min = -MAX_COORDINATE, max = MAX_COORDINATE)))]
         center_m: [f64; 3],
         /// Edge lengths, m.
-        #[schemars(inner(range(min = 0.0, max = MAX_COORDINATE)))]
+        #[schemars(with = "[Length; 3]")]
         size_m: [f64; 3],
         /// Coefficient of restitution, 0 to 1.
         #[serde(default)]
@@ -240,14 +261,16 @@ pub enum ObstacleSpec {
         friction: f64,
         /// How it is moved from its place at the start; it rests if there are no keyframes.
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        #[schemars(length(max = MAX_KEYFRAMES))]
         path: Vec<KeyframeSpec>,
     },
     /// Ball.
     Sphere {
         /// Centre, m.
+        #[schemars(inner(range(min = -MAX_COORDINATE, max = MAX_COORDINATE)))]
         center_m: [f64; 3],
         /// Radius, m.
-        #[schemars(extend("exclusiveMinimum" = 0))]
+        #[schemars(extend("exclusiveMinimum" = 0), range(max = MAX_COORDINATE))]
         radius_m: f64,
         /// Coefficient of restitution, 0 to 1.
         #[serde(default)]
@@ -259,14 +282,16 @@ pub enum ObstacleSpec {
         friction: f64,
         /// How it is moved from its place at the start; it rests if there are no keyframes.
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        #[schemars(length(max = MAX_KEYFRAMES))]
         path: Vec<KeyframeSpec>,
     },
     /// Solid bounded by a closed triangle mesh.
     Mesh {
         /// Vertices, m.
+        #[schemars(inner(inner(range(min = -MAX_COORDINATE, max = MAX_COORDINATE))))]
         vertices_m: Vec<[f64; 3]>,
         /// Triangles as vertex indices, counter-clockwise seen from outside.
-        #[schemars(length(min = 4))]
+        #[schemars(length(min = 4, max = MAX_TRIANGLES), inner(inner(range(max = u32::MAX))))]
         triangles: Vec<[u32; 3]>,
         /// Coefficient of restitution, 0 to 1.
         #[serde(default)]
@@ -278,11 +303,12 @@ pub enum ObstacleSpec {
         friction: f64,
         /// How it is moved from its place at the start; it rests if there are no keyframes.
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        #[schemars(length(max = MAX_KEYFRAMES))]
         path: Vec<KeyframeSpec>,
     },
 }
 
-fn is_zero(value: &f64) -> bool {
+pub(crate) fn is_zero(value: &f64) -> bool {
     *value == 0.0
 }
 
@@ -312,6 +338,16 @@ impl ObstacleSpec {
         Self::Sphere { center_m, radius_m, restitution, friction: 0.0, path: Vec::new() }
     }
 
+    /// The points, m, that a displacement moves.
+    pub(crate) fn places(&self) -> &[[f64; 3]] {
+        match self {
+            Self::Plane { point_m: place, .. }
+            | Self::Box { center_m: place, .. }
+            | Self::Sphere { center_m: place, .. } => std::slice::from_ref(place),
+            Self::Mesh { vertices_m, .. } => vertices_m,
+        }
+    }
+
     /// Puts it where it is at `t` seconds, with what is left of its path.
     fn advance(&mut self, t: f64) {
         let (places, path) = match self {
@@ -322,10 +358,17 @@ impl ObstacleSpec {
         };
         if !path.is_empty() {
             let offset = offset_of(path, t);
-            places.iter_mut().for_each(|place| *place = (Vec3::from(*place) + offset).into());
+            for place in places {
+                *place = in_range(Vec3::from(*place) + offset);
+            }
             *path = rest_of(path, t);
         }
     }
+}
+
+/// A place that a path leads to, which round-off may put a little out of range.
+fn in_range(place: Vec3) -> [f64; 3] {
+    place.map(|coordinate| coordinate.clamp(-MAX_COORDINATE, MAX_COORDINATE)).into()
 }
 
 /// Greatest coefficient of friction.
@@ -336,14 +379,21 @@ pub(crate) const MAX_COORDINATE: f64 = 1e9;
 pub(crate) const MAX_COEFFICIENT: f64 = 1e30;
 
 impl SystemSpec {
-    /// The same system with positions, velocities replaced by those of `state` (frozen mid-run), and what is left of
-    /// the paths.
+    /// The same system frozen mid-run: with the positions and velocities of `state`, what is left of the paths, and the
+    /// gusts as they are then. It is valid where the system is and the state stays within its bounds.
     #[must_use]
     pub fn with_state(mut self, state: &State) -> Self {
         self.particles.position_m = state.x.iter().map(|&x| x.into()).collect();
         self.particles.velocity_m_s = state.v.iter().map(|&v| v.into()).collect();
-        for pin in &mut self.pins {
+        for pin in self.pins.iter_mut().filter(|pin| !pin.path.is_empty()) {
             pin.path = rest_of(&pin.path, state.t);
+            if let Some(place) = self.particles.position_m.get_mut(pin.particle as usize) {
+                *place = in_range(Vec3::from(*place));
+            }
+        }
+        let wind = self.effects.air.as_mut().and_then(|air| air.wind.as_mut());
+        if let Some(gust) = wind.and_then(|wind| wind.gust.as_mut()) {
+            gust.advance(state.t);
         }
         for obstacle in &mut self.obstacles {
             obstacle.advance(state.t);

@@ -4,7 +4,8 @@ use crate::build::{index, vector, within};
 use crate::effects::{Air, Angle, Angles, DragLaw, Gust, Hinge, Hinges, Wind, dihedral_angle};
 use crate::error::Violation;
 use crate::numbering::Numbering;
-use crate::spec::{MAX_COEFFICIENT, MAX_COORDINATE};
+use crate::schema::LAST_PARTICLE;
+use crate::spec::{MAX_COEFFICIENT, MAX_COORDINATE, is_zero};
 use crate::topology::interior_edges;
 use crate::{Cloth, Effect, Grid, Scene, SystemSpec, Vec3};
 use schemars::JsonSchema;
@@ -41,10 +42,13 @@ pub struct AngleSpec {
     /// Effect that it belongs to.
     pub effect: AngleEffect,
     /// End of the first edge.
+    #[schemars(range(max = LAST_PARTICLE))]
     pub i: u32,
     /// Where the edges meet.
+    #[schemars(range(max = LAST_PARTICLE))]
     pub j: u32,
     /// End of the second edge.
+    #[schemars(range(max = LAST_PARTICLE))]
     pub k: u32,
     /// Angle at rest, rad.
     #[schemars(range(min = 0.0, max = PI))]
@@ -59,12 +63,16 @@ pub struct AngleSpec {
 #[serde(deny_unknown_fields)]
 pub struct HingeSpec {
     /// First end of the edge.
+    #[schemars(range(max = LAST_PARTICLE))]
     pub i: u32,
     /// Second end of the edge.
+    #[schemars(range(max = LAST_PARTICLE))]
     pub j: u32,
     /// Corner on one side.
+    #[schemars(range(max = LAST_PARTICLE))]
     pub k: u32,
     /// Corner on the other side.
+    #[schemars(range(max = LAST_PARTICLE))]
     pub l: u32,
     /// Angle at rest, rad; 0 is flat.
     #[schemars(range(min = -PI, max = PI))]
@@ -126,6 +134,7 @@ fn density_of_air() -> f64 {
 #[serde(deny_unknown_fields)]
 pub struct WindSpec {
     /// Mean velocity, m/s.
+    #[schemars(inner(range(min = -MAX_COORDINATE, max = MAX_COORDINATE)))]
     pub velocity_m_s: [f64; 3],
     /// What comes and goes; nothing if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -136,18 +145,33 @@ pub struct WindSpec {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GustSpec {
-    /// Greatest velocity of the gusts, m/s.
+    /// Bound of the velocity of the gusts, m/s: they come near it and do not exceed it.
+    #[schemars(inner(range(min = -MAX_COORDINATE, max = MAX_COORDINATE)))]
     pub amplitude_m_s: [f64; 3],
     /// Period of their slowest part, s.
-    #[schemars(range(min = 1e-6, max = MAX_COORDINATE))]
+    #[schemars(range(min = SHORTEST_PERIOD, max = MAX_COORDINATE))]
     pub period_s: f64,
     /// Seed of their phases.
     #[serde(default)]
+    #[schemars(range(max = u32::MAX))]
     pub seed: u32,
+    /// How long they have blown at the start, s; 0 if absent. A system that is frozen mid-run goes on with its gusts.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    #[schemars(range(min = 0.0, max = MAX_GUST_START))]
+    pub start_s: f64,
 }
 
 /// Shortest period of gusts, s.
 const SHORTEST_PERIOD: f64 = 1e-6;
+/// Latest start of gusts, s: a thousand of the longest runs one after the other.
+const MAX_GUST_START: f64 = 1e12;
+
+impl GustSpec {
+    /// The gusts `t` seconds later.
+    pub(crate) fn advance(&mut self, t: f64) {
+        self.start_s = (self.start_s + t).min(MAX_GUST_START);
+    }
+}
 
 impl AirSpec {
     fn check(&self) -> Result<(DragLaw, Option<Wind>), Violation> {
@@ -169,7 +193,8 @@ impl AirSpec {
             let amplitude = vector("effects.air.wind.gust.amplitude_m_s", gust.amplitude_m_s)?;
             let path = "effects.air.wind.gust.period_s";
             let period = within(path, gust.period_s, SHORTEST_PERIOD, MAX_COORDINATE)?;
-            Ok(Gust::new(amplitude, period, gust.seed))
+            let start = within("effects.air.wind.gust.start_s", gust.start_s, 0.0, MAX_GUST_START)?;
+            Ok(Gust::new(amplitude, period, gust.seed).started(start))
         };
         let wind = |wind: WindSpec| {
             let velocity = vector("effects.air.wind.velocity_m_s", wind.velocity_m_s)?;

@@ -1,18 +1,19 @@
 //! How springs that are not linear are written down: pieces, compression, buckling; for warp and weft apart.
 
 use crate::build::{number, positive, within};
-use crate::effects::{Buckling, TensionLaw};
+use crate::effects::{Buckling, Curve, TensionLaw};
 use crate::error::Violation;
 use crate::scene::SpringLaw;
 use crate::spec::{MAX_COEFFICIENT, SpringEffect, SpringSpec};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
+use std::sync::Arc;
 
 /// Greatest strain at which a piece may end.
 const MAX_STRAIN: f64 = 1e6;
 /// Most pieces of a spring.
-const MAX_PIECES: usize = 64;
+pub(crate) const MAX_PIECES: usize = 64;
 /// Stiffness in compression over that of the first piece, where the former is not given: cloth gives way.
 const COMPRESSION: f64 = 0.1;
 
@@ -58,7 +59,7 @@ pub(crate) struct Stretches {
 #[derive(Clone, Debug)]
 struct Stretch {
     stiffness: f64,
-    pieces: Vec<PieceSpec>,
+    pieces: Arc<[PieceSpec]>,
     compression: Option<f64>,
 }
 
@@ -80,7 +81,7 @@ impl Stretches {
             rest_length_m,
             stiffness_n_per_m: stretch.stiffness,
             damping_n_s_per_m: self.damping,
-            pieces: stretch.pieces.clone(),
+            pieces: Arc::clone(&stretch.pieces),
             compression_stiffness_n_per_m: stretch.compression,
             buckling_rigidity_n_m2: self.buckling,
         }
@@ -103,7 +104,11 @@ impl StretchLaw {
             }
             (None, None) => {
                 let found = "without a stiffness";
-                return Err(Violation::new(path, found, "`stiffness_n_per_m` or `pieces`"));
+                return Err(Violation::new(
+                    path,
+                    found,
+                    "`stiffness_n_per_m` or `pieces`, one at least",
+                ));
             }
         };
         let compression = self.compression_stiffness_n_per_m;
@@ -111,7 +116,7 @@ impl StretchLaw {
             let path = format_args!("{path}.compression_stiffness_n_per_m");
             within(path, k, 0.0, MAX_COEFFICIENT)?;
         }
-        Ok(Stretch { stiffness, pieces: self.pieces.clone(), compression })
+        Ok(Stretch { stiffness, pieces: self.pieces.as_slice().into(), compression })
     }
 }
 
@@ -137,7 +142,7 @@ impl SpringLaw {
                     let path = format_args!("{path}.compression_stiffness_n_per_m");
                     within(path, k, 0.0, MAX_COEFFICIENT)?;
                 }
-                both(Stretch { stiffness, pieces: Vec::new(), compression })
+                both(Stretch { stiffness, pieces: Arc::default(), compression })
             }
             (None, None) => {
                 self.refuse_stiffness(path, "beside `pieces`")?;
@@ -243,17 +248,9 @@ impl SpringSpec {
             || self.buckling_rigidity_n_m2.is_some()
     }
 
-    /// Checks what makes it differ from a linear spring.
+    /// Checks what makes it differ from a linear spring, less its pieces.
     fn check_law(&self, position: usize) -> Result<(), Violation> {
         let path = format!("springs[{position}]");
-        check_pieces(&path, &self.pieces)?;
-        if let Some(first) = self.pieces.first()
-            && first.stiffness_n_per_m != self.stiffness_n_per_m
-        {
-            let expected = format!("{}, that of the first piece", number(first.stiffness_n_per_m));
-            let found = number(self.stiffness_n_per_m);
-            return Err(Violation::new(format!("{path}.stiffness_n_per_m"), found, expected));
-        }
         if let Some(k) = self.compression_stiffness_n_per_m {
             within(format_args!("{path}.compression_stiffness_n_per_m"), k, 0.0, MAX_COEFFICIENT)?;
         }
@@ -277,43 +274,74 @@ impl SpringSpec {
         Ok(())
     }
 
+    /// Checks its pieces, for the spring at `position` of the specification.
+    fn check_curve(&self, position: usize) -> Result<(), Violation> {
+        let path = format!("springs[{position}]");
+        check_pieces(&path, &self.pieces)?;
+        match self.pieces.first().map(|first| first.stiffness_n_per_m) {
+            Some(first) if first != self.stiffness_n_per_m => {
+                let expected = format!("{}, that of the first piece", number(first));
+                let found = number(self.stiffness_n_per_m);
+                Err(Violation::new(format!("{path}.stiffness_n_per_m"), found, expected))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Its tension when stretched; valid values only.
+    fn curve(&self) -> Curve {
+        let ends = |p: &PieceSpec| (p.stiffness_n_per_m, p.up_to_strain.unwrap_or(f64::INFINITY));
+        match &*self.pieces {
+            [] => Curve::new([(self.stiffness_n_per_m, f64::INFINITY)]),
+            pieces => Curve::new(pieces.iter().map(ends)),
+        }
+    }
+
     /// Its tension over its length; valid values only.
-    fn law(&self) -> TensionLaw {
+    fn law(&self, curve: Curve) -> TensionLaw {
         let stiffness = self.stiffness_n_per_m;
         let default = if self.pieces.is_empty() { stiffness } else { COMPRESSION * stiffness };
         let compression = self.compression_stiffness_n_per_m.unwrap_or(default);
-        let ends = |p: &PieceSpec| (p.stiffness_n_per_m, p.up_to_strain.unwrap_or(f64::INFINITY));
-        let law = match self.pieces.as_slice() {
-            [] => TensionLaw::new(compression, [(stiffness, f64::INFINITY)]),
-            pieces => TensionLaw::new(compression, pieces.iter().map(ends)),
-        };
+        let law = TensionLaw::new(compression, curve);
         match self.buckling_rigidity_n_m2 {
             Some(b) => law.buckling(Buckling::new(compression, b, self.rest_length_m)),
             None => law,
         }
     }
 
-    /// Everything that [`law`](Self::law) depends on.
-    fn law_key(&self) -> Vec<u64> {
-        let optional = |value: Option<f64>| value.map_or(u64::MAX, f64::to_bits);
-        let buckling = self.buckling_rigidity_n_m2;
-        let mut key = vec![
-            self.stiffness_n_per_m.to_bits(),
-            optional(self.compression_stiffness_n_per_m),
-            optional(buckling),
-            optional(buckling.map(|_| self.rest_length_m)),
-        ];
-        for piece in &self.pieces {
-            key.extend([piece.stiffness_n_per_m.to_bits(), optional(piece.up_to_strain)]);
+    /// Everything that [`curve`](Self::curve) depends on.
+    fn curve_key(&self) -> Vec<u64> {
+        let of_piece =
+            |piece: &PieceSpec| [piece.stiffness_n_per_m.to_bits(), bits(piece.up_to_strain)];
+        match &*self.pieces {
+            [] => vec![self.stiffness_n_per_m.to_bits()],
+            pieces => pieces.iter().flat_map(of_piece).collect(),
         }
-        key
+    }
+
+    /// What [`law`](Self::law) depends on besides the curve.
+    fn compression_key(&self) -> [u64; 3] {
+        let buckling = self.buckling_rigidity_n_m2;
+        let rest_length = buckling.map(|_| self.rest_length_m);
+        [self.compression_stiffness_n_per_m, buckling, rest_length].map(bits)
     }
 }
 
-/// The different laws of the springs of one effect, and which of them each spring has.
+/// A number that is no other one's, also where there is none.
+fn bits(value: Option<f64>) -> u64 {
+    value.map_or(u64::MAX, f64::to_bits)
+}
+
+/// The different laws of the springs of one effect, and which of them each spring has. Laws share their curves: a strip
+/// that buckles has a law of its own for each rest length.
 #[derive(Debug, Default)]
 pub(crate) struct Laws {
-    known: HashMap<Vec<u64>, u32>,
+    known_curves: HashMap<Vec<u64>, u32>,
+    /// By first use.
+    curves: Vec<Curve>,
+    /// Pieces and bits of the stiffness of the last spring, and its curve.
+    last: Option<(Arc<[PieceSpec]>, u64, u32)>,
+    known: HashMap<(u32, [u64; 3]), u32>,
     /// By first use.
     pub(crate) list: Vec<TensionLaw>,
     /// A law a spring.
@@ -323,13 +351,68 @@ pub(crate) struct Laws {
 impl Laws {
     /// Takes up the next spring, at `position` of the specification.
     pub(crate) fn push(&mut self, spec: &SpringSpec, position: usize) -> Result<(), Violation> {
+        let curve = self.curve(spec, position)?;
         spec.check_law(position)?;
         let next = self.list.len() as u32;
-        let law = *self.known.entry(spec.law_key()).or_insert_with(|| {
-            self.list.push(spec.law());
+        let law = *self.known.entry((curve, spec.compression_key())).or_insert_with(|| {
+            self.list.push(spec.law(self.curves[curve as usize].clone()));
             next
         });
         self.of.push(law);
         Ok(())
+    }
+
+    /// The place of a spring's curve in the list. A spring that shares its pieces with the one before is not looked at
+    /// again.
+    fn curve(&mut self, spec: &SpringSpec, position: usize) -> Result<u32, Violation> {
+        let stiffness = spec.stiffness_n_per_m.to_bits();
+        match &self.last {
+            Some((pieces, bits, curve))
+                if Arc::ptr_eq(pieces, &spec.pieces) && *bits == stiffness =>
+            {
+                return Ok(*curve);
+            }
+            _ => {}
+        }
+        spec.check_curve(position)?;
+        let next = self.curves.len() as u32;
+        let curve = *self.known_curves.entry(spec.curve_key()).or_insert_with(|| {
+            self.curves.push(spec.curve());
+            next
+        });
+        self.last = Some((Arc::clone(&spec.pieces), stiffness, curve));
+        Ok(curve)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn strips(count: u32) -> Laws {
+        let piece = |up_to_strain| PieceSpec { up_to_strain, stiffness_n_per_m: 2.0 };
+        let pieces: Arc<[PieceSpec]> = [piece(Some(0.1)), piece(None)].into();
+        let mut laws = Laws::default();
+        for k in 0..count {
+            // Every third one with a list of its own, as in a file.
+            let own: Arc<[PieceSpec]> = pieces.to_vec().into();
+            let spec = SpringSpec {
+                effect: SpringEffect::Bending,
+                rest_length_m: 1.0 + f64::from(k % 50),
+                stiffness_n_per_m: 2.0,
+                pieces: if k % 3 == 0 { own } else { Arc::clone(&pieces) },
+                buckling_rigidity_n_m2: Some(1.0),
+                ..SpringSpec::default()
+            };
+            laws.push(&spec, k as usize).expect("valid");
+        }
+        laws
+    }
+
+    #[test]
+    fn strips_of_many_lengths_share_one_curve() {
+        let laws = strips(100);
+        assert_eq!((laws.curves.len(), laws.list.len(), laws.of.len()), (1, 50, 100));
+        assert_eq!(laws.of[..50], laws.of[50..]);
     }
 }

@@ -180,7 +180,16 @@ impl<'de, V: Visitor<'de>> Visitor<'de> for EnumVisitor<V> {
     }
 
     fn visit_str<E: Error>(self, word: &str) -> Result<V::Value, E> {
-        self.visitor.visit_enum(StrDeserializer::new(word))
+        let variants = self.variants;
+        let outcome = self.visitor.visit_enum(StrDeserializer::new(word));
+        outcome.map_err(|error: E| match variants.contains(&word) {
+            // What a known word lacks is its value.
+            true => E::custom(format_args!(
+                "invalid type: unit variant, expected an object with one of the keys `{}`",
+                variants.join("`, `")
+            )),
+            false => error,
+        })
     }
 
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<V::Value, A::Error> {

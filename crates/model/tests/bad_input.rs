@@ -290,6 +290,20 @@ fn scenes_with_values_out_of_range_are_refused() {
             ),
             (
                 tension,
+                r#""pieces": []"#,
+                "effects.tension",
+                "without a stiffness",
+                "`pieces`, one at least, or `warp` and `weft`",
+            ),
+            (
+                r#""gravity": {"#,
+                r#""air": { "drag": "quadratic" }, "gravity": {"#,
+                "effects.air.drag",
+                "\"quadratic\"",
+                "an object with one of the keys `quadratic`, `linear`",
+            ),
+            (
+                tension,
                 r#""stiffness_over_mass_per_s2": 1, "stiffness_n_per_m": 1"#,
                 "effects.tension",
                 "given twice",

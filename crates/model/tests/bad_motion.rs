@@ -100,7 +100,7 @@ fn friction_and_meshes_that_make_no_sense_are_refused() {
             (
                 "[1, 0, 0], [0, 1, 0]",
                 "[0, 1, 0], [1, 0, 0]",
-                ["obstacles[1].mesh.triangles", "volume", "counter-clockwise"],
+                ["obstacles[1].mesh.triangles[0]", "volume", "counter-clockwise"],
             ),
             (
                 "[1, 0, 0], [0, 1, 0]",

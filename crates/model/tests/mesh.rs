@@ -225,6 +225,7 @@ fn broken_files_are_refused_by_line() {
         ("v 0 0 0\nf 1.5 1 1\n", 2, "1.5"),
         ("v 0 0 0\ncurv 0 1 1 2\n", 2, "curv"),
         ("{ \"format\": 1 }", 1, "format"),
+        ("f 1 2 3\n", 1, "which has none"),
     ] {
         let message = refused(obj.as_bytes(), json!({}));
         assert!(message.contains(&format!("cloth.obj line {line}")), "{message}");
@@ -344,6 +345,17 @@ fn faults_of_the_surface_are_refused_by_face_and_mended_on_request() {
         let message = refused(obj.as_bytes(), json!({ "repair": true }));
         assert!(message.contains(found), "{message}");
     }
+}
+
+#[test]
+fn a_group_that_a_repair_emptied_pins_nothing_and_is_refused() {
+    let obj = format!("{STRIP}g lost\nf 2 2 3\ng left lost\nf 1 2 3 4\n");
+    let pinned =
+        |name: &str| read(obj.as_bytes(), json!({ "repair": true }), json!([{ "name": name }]));
+    assert_eq!(pinned("left").unwrap().spec().pins.len(), 4);
+    let message = pinned("lost").unwrap_err().to_string();
+    assert!(message.contains("pins[0].name") && message.contains("\"lost\""), "{message}");
+    assert!(message.contains("`repair` dropped all"), "{message}");
 }
 
 #[test]

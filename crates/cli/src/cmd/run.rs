@@ -73,7 +73,8 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let outcome = match pool(arguments.threads)? {
         None => simulate(),
         Some(pool) => pool.install(simulate),
-    }?;
+    }
+    .map_err(|error| error.in_scene(&arguments.scene))?;
     bar.inspect(|bar| bar.finish_and_clear());
     let record = record(spec, &choice, time, &outcome, &simulation.state());
     if let Some(path) = &arguments.out {

@@ -1,7 +1,7 @@
 //! `drape system`.
 
 use crate::input::load;
-use crate::output::print;
+use std::io::{BufWriter, Write as _};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
@@ -9,7 +9,12 @@ pub(crate) struct Arguments {
     scene: String,
 }
 
+/// Prints piece by piece: the text of a large system takes more memory than the system.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let input = load(&arguments.scene)?;
-    print(&format!("{}\n", serde_json::to_string(input.spec())?))
+    let mut out = BufWriter::new(std::io::stdout().lock());
+    serde_json::to_writer(&mut out, input.spec()).map_err(std::io::Error::from)?;
+    out.write_all(b"\n")?;
+    out.flush()?;
+    Ok(())
 }

@@ -47,7 +47,7 @@ fn sheet(stiffness: f64, ratio: f64) -> Result<Simulation, HarnessError> {
     let piece =
         |up_to_strain, slope: f64| PieceSpec { up_to_strain, stiffness_n_per_m: slope * MASS };
     for spring in &mut spec.springs {
-        spring.pieces = vec![piece(Some(STRAIN), stiffness), piece(None, ratio * stiffness)];
+        spring.pieces = [piece(Some(STRAIN), stiffness), piece(None, ratio * stiffness)].into();
         spring.stiffness_n_per_m = spring.pieces[0].stiffness_n_per_m;
     }
     build(&spec)

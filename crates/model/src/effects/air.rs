@@ -8,13 +8,14 @@
 //!
 //! goes to its corners in equal parts: a damping force `−D (v − w)` whose matrix is symmetric and positive semi-definite. A method
 //! that takes it at the new velocity keeps `n`, `a`, `w` and the speed in `κ` at an earlier level: then it is
-//! linear. It dissipates where there is no wind. An explicit step `h` needs `h κ a/(3m) < 2`, `m` the mass of a corner, summed over
-//! its triangles.
+//! linear. It dissipates where there is no wind. An explicit step `h` is stable where `h Σ κ a/(3m) < 2` at every particle, `m` its
+//! mass and the sum over its triangles; where neighbours move alike along one normal, no longer one is.
 
 use super::{BlockSink, Effect};
 use crate::{Level, Vec3};
 
-/// A triangle whose doubled area is smaller than this fraction of its longest edge squared has no normal.
+/// A triangle whose doubled area is at most this fraction of the square of the longer one of the edges from its first corner has
+/// no normal, and no drag.
 const DEGENERATE: f64 = 1e-12;
 /// Sines that make up a gust.
 const SINES: usize = 4;
@@ -48,6 +49,8 @@ pub struct Gust {
     /// Angular frequency of the slowest sine, rad/s.
     frequency: f64,
     phases: [f64; SINES],
+    /// Its time where that of the state is 0, s.
+    start: f64,
 }
 
 impl Gust {
@@ -63,10 +66,17 @@ impl Gust {
             ((z ^ (z >> 31)) >> 11) as f64 * (std::f64::consts::TAU / (1_u64 << 53) as f64)
         };
         let phases = [(); SINES].map(|()| phase());
-        Self { amplitude, frequency: std::f64::consts::TAU / period, phases }
+        Self { amplitude, frequency: std::f64::consts::TAU / period, phases, start: 0.0 }
+    }
+
+    /// The same gust, already so many seconds old where the time of the state is 0.
+    #[must_use]
+    pub fn started(self, start: f64) -> Self {
+        Self { start, ..self }
     }
 
     fn velocity(&self, t: f64) -> Vec3 {
+        let t = self.start + t;
         let (mut sum, mut total) = (0.0, 0.0);
         let (mut weight, mut frequency) = (1.0, self.frequency);
         for phase in self.phases {

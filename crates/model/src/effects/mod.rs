@@ -22,7 +22,7 @@ pub use angle::{Angle, Angles};
 pub use gravity::Gravity;
 pub(crate) use hinge::dihedral_angle;
 pub use hinge::{Hinge, Hinges};
-pub(crate) use piecewise::Buckling;
+pub(crate) use piecewise::{Buckling, Curve};
 pub use piecewise::{PiecewiseSprings, TensionLaw};
 pub use springs::sweep::{Field, ListedSprings, Pass, Springs};
 pub use springs::tangent::{BlockPlanes, Linearised};

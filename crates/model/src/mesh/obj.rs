@@ -263,7 +263,10 @@ impl Scan<'_> {
         for face in &self.obj.faces {
             if let Some(corner) = face.corners().iter().find(|&&c| c as usize >= count) {
                 let found = format!("vertex {}", corner + 1);
-                let expected = format!("1 to {count}, the number of vertices");
+                let expected = match count {
+                    0 => "a vertex of the file, which has none".to_owned(),
+                    _ => format!("1 to {count}, the number of vertices"),
+                };
                 return Err(Violation::new(place(self.file, face.line), found, expected));
             }
         }

@@ -86,6 +86,9 @@ impl Surface {
         let mut named: Vec<_> = named.collect();
         named.sort_unstable();
         named.dedup();
+        if named.is_empty() {
+            return Err("a name with faces: `repair` dropped all that this one had".to_owned());
+        }
         Ok(named)
     }
 

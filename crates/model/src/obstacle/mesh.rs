@@ -4,18 +4,20 @@
 //! angle-weighted normal of the face, edge or vertex on which that point lies (Bærentzen & Aanæs 2005): the normal of
 //! one face alone is wrong where the nearest point lies on an edge.
 
+use super::shells;
 use super::tree::Tree;
 use crate::Vec3;
 use crate::error::Violation;
 use std::collections::BTreeMap;
 
 /// Most triangles.
-const MAX_TRIANGLES: usize = 1_000_000;
+pub(crate) const MAX_TRIANGLES: usize = 1_000_000;
 /// Nearer to an edge or vertex than this, over the size of the mesh, its own normal replaces the direction to it.
 const ON_THE_SURFACE: f64 = 1e-9;
 
-/// A closed, consistently oriented triangle mesh: seen from outside, corners run counter-clockwise. That it does not cut
-/// itself is taken for granted.
+/// A closed, consistently oriented triangle mesh: seen from outside, corners run counter-clockwise. It may have several
+/// connected parts: solids side by side, and walls of cavities in them, whose corners run clockwise as seen from the solid's
+/// outside. That no part cuts itself or another is taken for granted.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ClosedMesh {
     vertices: Vec<Vec3>,
@@ -92,16 +94,8 @@ impl ClosedMesh {
             let expected = format!("the triangles at vertex {vertex} to be one fan");
             return Err(Violation::new(path(t), found(t), expected));
         }
-        let mut volume = 0.0;
-        for triangle in triangles {
-            let [a, b, c] = triangle.map(|i| vertices[i as usize] - vertices[0]);
-            volume += a.dot(&b.cross(&c)) / 6.0;
-        }
-        if volume <= 0.0 {
-            let expected = "corners that run counter-clockwise seen from outside";
-            let found = format!("a volume of {volume:e} m³");
-            return Err(Violation::new(format!("{at}.triangles"), found, expected));
-        }
+        shells::check(&vertices, triangles, &across)
+            .map_err(|(t, found, expected)| Violation::new(path(t), found, expected))?;
         Ok(Self::new(vertices, triangles.to_vec(), faces, &across))
     }
 

@@ -115,7 +115,7 @@ fn a_mesh_that_bounds_nothing_is_refused_with_the_triangle_that_shows_it() {
     };
     check(refused(|_, t| t.truncate(11)), "mesh.triangles[0]", "no triangle has the edge");
     check(refused(|_, t| t[3].swap(0, 1)), "mesh.triangles[3]", "is one of triangle");
-    check(refused(|_, t| t.iter_mut().for_each(|t| t.swap(0, 1))), "mesh.triangles", "volume");
+    check(refused(|_, t| t.iter_mut().for_each(|t| t.swap(0, 1))), "mesh.triangles[0]", "volume");
     check(refused(|_, t| t[2][1] = 8), "mesh.triangles[2][1]", "below 8");
     check(refused(|_, t| t[5] = [3, 3, 1]), "mesh.triangles[5]", "an area");
     check(refused(|_, t| t.clear()), "mesh.triangles", "4 to");
@@ -128,4 +128,61 @@ fn a_mesh_that_bounds_nothing_is_refused_with_the_triangle_that_shows_it() {
         triangles.extend(others);
     });
     check(twice, "mesh.triangles[2]", "one fan");
+}
+
+/// Both meshes as one, the second moved, and turned inside out if so asked.
+fn together(
+    (mut vertices, mut triangles): (Vec<Vec3>, Vec<[u32; 3]>),
+    (others, more): (Vec<Vec3>, Vec<[u32; 3]>),
+    shift: Vec3,
+    is_turned: bool,
+) -> (Vec<Vec3>, Vec<[u32; 3]>) {
+    let offset = vertices.len() as u32;
+    vertices.extend(others.iter().map(|x| x + shift));
+    triangles.extend(more.into_iter().map(|t| {
+        let [a, b, c] = t.map(|i| i + offset);
+        if is_turned { [a, c, b] } else { [a, b, c] }
+    }));
+    (vertices, triangles)
+}
+
+#[test]
+fn a_ball_with_a_cavity_is_hollow() {
+    let small = || {
+        let (x, t) = ball(3);
+        (x.into_iter().map(|x| x * 0.5).collect(), t)
+    };
+    let mesh = closed(together(ball(3), small(), Vec3::zeros(), true)).expect("valid");
+    for x in points(1000, 1.2) {
+        let expected = (x.norm() - 1.0).max(0.5 - x.norm());
+        let (found, _) = mesh.distance(&x);
+        assert!((found - expected).abs() < 0.02, "{x:?}: {found}, not {expected}");
+    }
+    // A ball in the cavity is solid again.
+    let core = || (ball(2).0.into_iter().map(|x| x * 0.2).collect(), ball(2).1);
+    let hollow = || together(ball(3), small(), Vec3::zeros(), true);
+    let mesh = closed(together(hollow(), core(), Vec3::zeros(), false)).expect("valid");
+    assert!(mesh.distance(&Vec3::new(0.05, 0.0, 0.0)).0 < 0.0);
+    let refused = closed(together(hollow(), core(), Vec3::zeros(), true)).expect_err("turned");
+    assert!(refused.expected.contains("counter-clockwise"), "{refused}");
+}
+
+#[test]
+fn parts_that_are_turned_the_wrong_way_are_refused() {
+    let unit = || cuboid(Vec3::repeat(1.0));
+    let small = || cuboid(Vec3::repeat(0.5));
+    let aside = Vec3::new(5.0, 0.0, 0.0);
+    assert!(closed(together(unit(), small(), aside, false)).is_ok());
+    // Side by side with a common wall, and on top of a corner of another.
+    assert!(closed(together(unit(), unit(), Vec3::new(2.0, 0.0, 0.0), false)).is_ok());
+    assert!(closed(together(unit(), small(), Vec3::new(1.0, 1.0, 1.5), false)).is_ok());
+    // The whole has a volume above 0 in both cases.
+    let message = |mesh| closed(mesh).expect_err("refused").to_string();
+    let beside = message(together(unit(), small(), aside, true));
+    assert!(beside.contains("mesh.triangles[12]") && beside.contains("counter-clock"), "{beside}");
+    let inside = message(together(unit(), small(), Vec3::zeros(), false));
+    assert!(inside.contains("mesh.triangles[12]") && inside.contains("cavity"), "{inside}");
+    let many = (0..120).map(|k| Vec3::new(3.0 * f64::from(k), 0.0, 0.0));
+    let many = many.fold(unit(), |all, shift| together(all, unit(), shift + aside, false));
+    assert!(message(many).contains("at most 100 parts"));
 }

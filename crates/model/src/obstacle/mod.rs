@@ -3,9 +3,11 @@
 mod mesh;
 #[cfg(test)]
 mod mesh_tests;
+mod shells;
 mod tree;
 
 pub use mesh::ClosedMesh;
+pub(crate) use mesh::MAX_TRIANGLES;
 
 use crate::{Path, Vec3};
 use schemars::JsonSchema;
@@ -38,6 +40,18 @@ pub enum Shape {
     },
     /// Solid bounded by triangles.
     Mesh(Arc<ClosedMesh>),
+}
+
+impl Shape {
+    /// Its name in a file.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Plane { .. } => "plane",
+            Self::Box { .. } => "box",
+            Self::Sphere { .. } => "sphere",
+            Self::Mesh(_) => "mesh",
+        }
+    }
 }
 
 /// A rigid obstacle.

@@ -199,7 +199,7 @@ fn two_slopes() -> Result<SystemSpec, HarnessError> {
         let stiffness_n_per_m = spring.stiffness_n_per_m;
         let soft = PieceSpec { up_to_strain: Some(0.02), stiffness_n_per_m };
         let steep = 100.0 * stiffness_n_per_m;
-        spring.pieces = vec![soft, PieceSpec { up_to_strain: None, stiffness_n_per_m: steep }];
+        spring.pieces = [soft, PieceSpec { up_to_strain: None, stiffness_n_per_m: steep }].into();
     }
     Ok(spec)
 }

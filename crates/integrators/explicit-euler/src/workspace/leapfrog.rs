@@ -71,7 +71,8 @@ impl LeapfrogWorkspace {
             StepControl::Bound => {
                 let limit = StabilityLimit::bound(system, settings.safety);
                 let what = "step=bound with a stiffness that is no spring's".to_owned();
-                Some(limit.ok_or(PrepareError::Unsupported { method: LEAPFROG.id, what })?)
+                let key = "effects".to_owned();
+                Some(limit.ok_or(PrepareError::Unsupported { method: LEAPFROG.id, what, key })?)
             }
         };
         Ok(Self {

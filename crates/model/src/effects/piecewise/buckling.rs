@@ -9,8 +9,10 @@
 //! ```
 //!
 //! The formula is that of the paper. The polynomial, which stands for it within 0.16 of its 3 to 10, is known from the cloth solver
-//! of Blender, which calls it `fb`, and leaves the factor in front to the user. Until it buckles, that is as long as this pushes less, the
-//! strip is a spring: `T = k (L − ℓ)`.
+//! of Blender, which calls it `fb`, and leaves the factor in front to the user. The code takes the polynomial.
+//!
+//! Until it buckles the strip is a spring, `T = k (L − ℓ)`. It buckles at the greatest length at which the spring would push as
+//! hard as the arc, and stays an arc below; a spring so soft that it never does is one at all lengths.
 //!
 //! `P` rises and is concave for `0 ≤ x ≤ 1`. So both parts of the curve rise, and the energy is convex in `L`.
 
@@ -50,12 +52,14 @@ fn integral(x: f64) -> f64 {
 }
 
 impl Buckling {
-    /// A strip of `stiffness` (N/m), `rigidity` (N m²) and rest length (m), all above 0.
+    /// A strip of `stiffness` (N/m), at least 0, `rigidity` (N m²) and rest length (m), both above 0. One so short that its load
+    /// is no finite number has no finite [`steepest_buckled`](Self::steepest_buckled) either.
     pub(crate) fn new(stiffness: f64, rigidity: f64, rest: f64) -> Self {
         let load = 4.0 * rigidity / (rest * rest);
         let steepest_buckled = load / rest * derivative(0.0);
-        // The greatest root of load P(x) = k ℓ (x − 1) below 1. The difference is concave, and negative at 1: Newton's method
-        // goes down to the root without passing it.
+        // The greatest root of g(x) = load P(x) − k ℓ (x − 1) below 1. g is concave and negative at 1. Where it falls there, a
+        // tangent, which lies above g, meets 0 between the root and the place before: Newton's method goes down to the root
+        // without passing it. Where g rises, or the tangent meets 0 below 0, there is no root.
         let force = stiffness * rest;
         let mut at = 1.0;
         for _ in 0..MOST {

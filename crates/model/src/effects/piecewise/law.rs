@@ -1,6 +1,7 @@
 //! The tension of one kind of spring over its length.
 
 use super::buckling::Buckling;
+use std::sync::Arc;
 
 /// A piece of the curve in tension: from strain [`from`](Self::from) on, up to the next piece.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,6 +14,27 @@ struct Piece {
     tension: f64,
     /// Energy where it begins, over the square of the rest length, N/m.
     energy: f64,
+}
+
+/// The curve in tension: at least one piece, the first from strain 0. Laws share it.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Curve(Arc<[Piece]>);
+
+impl Curve {
+    /// A curve of the stiffness (N/m) of each piece and the strain at which it ends; the last piece never ends.
+    /// Strains rise from above 0.
+    pub(crate) fn new(pieces: impl IntoIterator<Item = (f64, f64)>) -> Self {
+        let (mut from, mut tension, mut energy) = (0.0, 0.0, 0.0);
+        let mut list = Vec::new();
+        for (stiffness, up_to) in pieces {
+            list.push(Piece { from, stiffness, tension, energy });
+            let stretch = up_to - from;
+            energy += tension * stretch + 0.5 * stiffness * stretch * stretch;
+            tension += stiffness * stretch;
+            from = up_to;
+        }
+        Self(list.into())
+    }
 }
 
 /// What a spring does when it is shorter than its rest length.
@@ -36,27 +58,13 @@ enum Compression {
 #[derive(Clone, Debug, PartialEq)]
 pub struct TensionLaw {
     compression: Compression,
-    /// At least one, the first from strain 0.
-    pieces: Vec<Piece>,
+    curve: Curve,
 }
 
 impl TensionLaw {
-    /// A curve of the stiffness (N/m) of each piece and the strain at which it ends; the last piece never ends.
-    /// Strains rise from above 0.
-    pub(crate) fn new(
-        compression_stiffness: f64,
-        pieces: impl IntoIterator<Item = (f64, f64)>,
-    ) -> Self {
-        let (mut from, mut tension, mut energy) = (0.0, 0.0, 0.0);
-        let mut list = Vec::new();
-        for (stiffness, up_to) in pieces {
-            list.push(Piece { from, stiffness, tension, energy });
-            let stretch = up_to - from;
-            energy += tension * stretch + 0.5 * stiffness * stretch * stretch;
-            tension += stiffness * stretch;
-            from = up_to;
-        }
-        Self { compression: Compression::Linear { stiffness: compression_stiffness }, pieces: list }
+    /// A curve in tension, and a stiffness (N/m) in compression.
+    pub(crate) fn new(compression_stiffness: f64, curve: Curve) -> Self {
+        Self { compression: Compression::Linear { stiffness: compression_stiffness }, curve }
     }
 
     /// The same curve, but buckling when compressed.
@@ -66,7 +74,7 @@ impl TensionLaw {
 
     /// The piece at a stretch `L − ℓ`; `None` in compression.
     fn piece(&self, rest: f64, stretch: f64) -> Option<&Piece> {
-        self.pieces.iter().rev().find(|piece| stretch >= rest * piece.from)
+        self.curve.0.iter().rev().find(|piece| stretch >= rest * piece.from)
     }
 
     /// `T(L)`, N; negative in compression.
@@ -113,12 +121,12 @@ impl TensionLaw {
             Compression::Linear { stiffness } => *stiffness,
             Compression::Buckling(buckling) => buckling.steepest(),
         };
-        self.pieces.iter().fold(compression, |most, piece| most.max(piece.stiffness))
+        self.curve.0.iter().fold(compression, |most, piece| most.max(piece.stiffness))
     }
 
     /// Multiplies all tensions.
     pub(crate) fn scale(&mut self, factor: f64) {
-        for piece in &mut self.pieces {
+        for piece in Arc::make_mut(&mut self.curve.0) {
             piece.stiffness *= factor;
             piece.tension *= factor;
             piece.energy *= factor;

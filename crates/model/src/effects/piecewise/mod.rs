@@ -15,6 +15,7 @@ mod law;
 mod tests;
 
 pub(crate) use buckling::Buckling;
+pub(crate) use law::Curve;
 pub use law::TensionLaw;
 
 use super::springs::{COLLAPSED, LinearSprings, Spring};

@@ -9,22 +9,24 @@ const REST: f64 = 0.3;
 
 /// Compression slope 2, then 20 to 2 %, 200 to 5 %, 2000.
 fn kawabata() -> TensionLaw {
-    TensionLaw::new(2.0, [(20.0, 0.02), (200.0, 0.05), (2000.0, f64::INFINITY)])
+    TensionLaw::new(2.0, Curve::new([(20.0, 0.02), (200.0, 0.05), (2000.0, f64::INFINITY)]))
 }
 
 /// Softer when stretched more.
 fn softening() -> TensionLaw {
-    TensionLaw::new(5.0, [(100.0, 0.1), (1.0, f64::INFINITY)])
+    TensionLaw::new(5.0, Curve::new([(100.0, 0.1), (1.0, f64::INFINITY)]))
 }
 
 /// Buckles at about 0.9 of its length.
 fn buckled() -> TensionLaw {
-    TensionLaw::new(50.0, [(50.0, f64::INFINITY)]).buckling(Buckling::new(50.0, 0.01, REST))
+    TensionLaw::new(50.0, Curve::new([(50.0, f64::INFINITY)]))
+        .buckling(Buckling::new(50.0, 0.01, REST))
 }
 
 /// Pushes so hard once it buckles that it never does.
 fn never_buckles() -> TensionLaw {
-    TensionLaw::new(50.0, [(50.0, f64::INFINITY)]).buckling(Buckling::new(50.0, 1.0, REST))
+    TensionLaw::new(50.0, Curve::new([(50.0, f64::INFINITY)]))
+        .buckling(Buckling::new(50.0, 1.0, REST))
 }
 
 fn laws() -> Vec<TensionLaw> {
@@ -364,7 +366,7 @@ proptest! {
     ) {
         let mut strain = 0.0;
         let curve: Vec<_> = pieces.iter().map(|(k, width)| { strain += width; (*k, strain) }).collect();
-        let law = TensionLaw::new(compression, curve);
+        let law = TensionLaw::new(compression, Curve::new(curve));
         let (t, k) = (law.tension(1.0, length), law.steepest());
         prop_assert!(law.energy(1.0, length) >= 0.0);
         prop_assert!(t * (length - 1.0) >= 0.0);

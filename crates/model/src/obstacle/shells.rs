@@ -1,0 +1,117 @@
+//! The connected parts of a closed mesh: surfaces of solids, and walls of cavities in them.
+//!
+//! The side on which a point lies is told by the nearest triangle. That is right only if on the way in from infinity surfaces of
+//! solids and walls of cavities take turns: a part turned outward must lie outside all solid, one turned inward inside.
+
+use crate::Vec3;
+use std::f64::consts::TAU;
+
+/// Most parts: all are compared with all.
+const MAX_SHELLS: usize = 100;
+/// Corners of a part that are looked at. They are on one side of the others, unless some touch another part.
+const SAMPLES: usize = 4;
+
+struct Shell {
+    triangles: Vec<u32>,
+    /// m³; negative where corners run clockwise seen from outside.
+    volume: f64,
+    low: Vec3,
+    high: Vec3,
+}
+
+/// Checks how the parts are turned; `across` has the neighbours of each triangle.
+///
+/// # Errors
+/// A triangle of the part at which there is a problem, what was found and what was expected.
+pub(super) fn check(
+    vertices: &[Vec3],
+    triangles: &[[u32; 3]],
+    across: &[[u32; 3]],
+) -> Result<(), (usize, String, String)> {
+    let corners = |t: u32| triangles[t as usize].map(|i| vertices[i as usize]);
+    let shells: Vec<_> = parts(across).into_iter().map(|part| Shell::new(part, corners)).collect();
+    if shells.len() > MAX_SHELLS {
+        let first = shells[MAX_SHELLS].triangles[0] as usize;
+        let found = format!("in part {} of {}", MAX_SHELLS + 1, shells.len());
+        let expected = format!("at most {MAX_SHELLS} parts that are not connected");
+        return Err((first, found, expected));
+    }
+    for (place, shell) in shells.iter().enumerate() {
+        let others = || shells.iter().enumerate().filter(|(other, _)| *other != place);
+        // How many solids a corner is in.
+        let depths = shell.samples().map(|t| {
+            let [x, ..] = corners(t);
+            others().map(|(_, other)| other.turns_around(&x, corners)).sum::<f64>()
+        });
+        let mut depths = depths.map(|depth: f64| depth > 0.5);
+        let expected = match shell.volume {
+            volume if volume > 0.0 && depths.any(|is_inside| !is_inside) => continue,
+            volume if volume > 0.0 => {
+                "corners that run clockwise, as those of the wall of a cavity: it lies inside another part"
+            }
+            volume if volume < 0.0 && depths.any(|is_inside| is_inside) => continue,
+            _ => "corners that run counter-clockwise seen from outside",
+        };
+        let found = format!("in a part with a volume of {:e} m³", shell.volume);
+        return Err((shell.triangles[0] as usize, found, expected.to_owned()));
+    }
+    Ok(())
+}
+
+/// The triangles of each connected part.
+fn parts(across: &[[u32; 3]]) -> Vec<Vec<u32>> {
+    let mut is_seen = vec![false; across.len()];
+    let mut parts = Vec::new();
+    for start in 0..across.len() {
+        if std::mem::replace(&mut is_seen[start], true) {
+            continue;
+        }
+        let mut part = vec![start as u32];
+        let mut next = 0;
+        while let Some(&t) = part.get(next) {
+            next += 1;
+            for other in across[t as usize] {
+                if !std::mem::replace(&mut is_seen[other as usize], true) {
+                    part.push(other);
+                }
+            }
+        }
+        parts.push(part);
+    }
+    parts
+}
+
+impl Shell {
+    fn new(triangles: Vec<u32>, corners: impl Fn(u32) -> [Vec3; 3]) -> Self {
+        let [origin, ..] = corners(triangles[0]);
+        let (mut low, mut high, mut volume) = (origin, origin, 0.0);
+        for &t in &triangles {
+            for corner in corners(t) {
+                (low, high) = (low.inf(&corner), high.sup(&corner));
+            }
+            let [a, b, c] = corners(t).map(|corner| corner - origin);
+            volume += a.dot(&b.cross(&c)) / 6.0;
+        }
+        Self { triangles, volume, low, high }
+    }
+
+    /// A few triangles from all over the list.
+    fn samples(&self) -> impl Iterator<Item = u32> {
+        (0..SAMPLES).map(|k| self.triangles[k * self.triangles.len() / SAMPLES])
+    }
+
+    /// How often it goes around `x`: 1 or −1 inside, by the sense in which it is turned, 0 outside. The sum of the solid angles
+    /// of its triangles (van Oosterom and Strackee 1983).
+    fn turns_around(&self, x: &Vec3, corners: impl Fn(u32) -> [Vec3; 3]) -> f64 {
+        if (0..3).any(|axis| x[axis] < self.low[axis] || x[axis] > self.high[axis]) {
+            return 0.0;
+        }
+        let half_angle = |&t: &u32| {
+            let [a, b, c] = corners(t).map(|corner| corner - x);
+            let (p, q, r) = (a.norm(), b.norm(), c.norm());
+            let below = p * q * r + a.dot(&b) * r + b.dot(&c) * p + c.dot(&a) * q;
+            libm::atan2(a.dot(&b.cross(&c)), below)
+        };
+        self.triangles.iter().map(half_angle).sum::<f64>() / TAU
+    }
+}
