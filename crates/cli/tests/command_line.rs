@@ -432,3 +432,59 @@ fn a_frozen_system_in_disorder_is_recorded_in_its_own_order() {
         assert!((a.energy_j["total"] - b.energy_j["total"]).abs() < 1e-9);
     }
 }
+
+/// A sheet on a plane, `height` m above it, and what a run warns of.
+fn warnings_of_a_sheet_on_a_plane(height: f64) -> String {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = format!(
+        r#"{{ "format": "drape-scene/1", "name": "rest", "cloth": {{ "grid": {{ "rows": 9, "columns": 7, "size_m": [1, 0.7],
+        "center_m": [0.1, 0.3, {height}], "mass_kg": 0.064 }} }}, "effects": {{
+        "tension": {{ "stiffness_over_mass_per_s2": 1e6 }}, "gravity": {{ "m_s2": [0, 0, -9.81] }} }},
+        "obstacles": [{{ "plane": {{ "point_m": [0, 0, 0.7], "normal": [0.28, 0, 0.96] }} }}],
+        "time": {{ "step_s": 0.01, "duration_s": 0.2 }} }}"#
+    );
+    std::fs::write(folder.path().join("rest.json"), scene).unwrap();
+    let output = drape(folder.path(), &["run", "rest.json", "--method", "imex-euler"]);
+    assert_eq!(code(&output), 0, "{}", text(&output.stderr));
+    text(&output.stderr).to_owned()
+}
+
+#[test]
+fn a_cloth_that_starts_inside_an_obstacle_is_named_as_a_cause_of_energy() {
+    let warnings = warnings_of_a_sheet_on_a_plane(0.5);
+    assert!(warnings.contains("63 particles start inside an obstacle"), "{warnings}");
+    assert!(!warnings_of_a_sheet_on_a_plane(1.5).contains("warning"));
+}
+
+#[test]
+fn an_animation_under_another_name_than_glb_is_refused_before_the_run() {
+    let folder = tempfile::tempdir().unwrap();
+    for file in ["x.gltf", "x"] {
+        let run = ["run", "hanging-textile-1e4", "--method", "imex-euler", "--animation", file];
+        let output = drape(folder.path(), &run);
+        assert_eq!(code(&output), 2);
+        let said = text(&output.stderr);
+        assert!(
+            said.contains(file) && said.contains(".glb") && said.contains("--animation"),
+            "{said}"
+        );
+    }
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0, "it writes no file");
+}
+
+#[test]
+fn a_step_too_long_for_a_speed_that_comes_later_is_told_then() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = r#"{ "format": "drape-scene/1", "name": "fall", "cloth": { "grid": { "rows": 5, "columns": 5,
+        "size_m": [1, 1], "center_m": [0, 0, 0], "mass_kg": 0.025 } }, "effects": {
+        "tension": { "stiffness_over_mass_per_s2": 1e4 }, "gravity": { "m_s2": [0, 0, -9.81] },
+        "air": { "drag": { "quadratic": { "coefficient": 1.2 } } } }, "time": { "step_s": 0.01, "duration_s": 1 } }"#;
+    std::fs::write(folder.path().join("fall.json"), scene).unwrap();
+    let warnings = |step: &str| {
+        let run = ["run", "fall.json", "--method", "imex-euler", "--dt", step];
+        text(&drape(folder.path(), &run).stderr).to_owned()
+    };
+    let long = warnings("0.08");
+    assert!(long.contains("the drag of the air") && long.contains("fastest"), "{long}");
+    assert!(!warnings("0.01").contains("warning"));
+}

@@ -19,7 +19,7 @@ mod stability;
 pub use error::HarnessError;
 pub use facts::{Difference, compare_folders};
 pub use journal::{Journal, Unfinished};
-pub use ordered::{Moving, OrderedSimulation};
+pub use ordered::{Moving, OrderedSimulation, Peak};
 pub use provenance::{provenance, sha256, system_hash};
 pub use run::{Counts, Divergence, Options, Outcome, Simulation, count, simulate};
 pub use scenes::{bundled, free_edge_midpoint};

@@ -69,6 +69,27 @@ impl<'a> Moving<'a> {
     }
 }
 
+/// The state of the greatest kinetic energy among those that were looked at.
+#[derive(Clone, Debug, Default)]
+pub struct Peak {
+    energy: f64,
+    state: Option<State>,
+}
+
+impl Peak {
+    /// Keeps a state that is finite and faster than all before.
+    pub fn look(&mut self, moving: Moving<'_>) {
+        let energy = moving.system.kinetic_energy(&moving.state.v);
+        if energy > self.energy && energy.is_finite() {
+            self.energy = energy;
+            match &mut self.state {
+                Some(state) => state.copy_from(moving.state),
+                None => self.state = Some(moving.state.clone()),
+            }
+        }
+    }
+}
+
 impl OrderedSimulation {
     /// The start of a system, to be run by this method.
     ///
@@ -115,14 +136,47 @@ impl OrderedSimulation {
         Rule::of(self.choice.method().class, &self.simulation.system)
     }
 
-    /// How far steps of `h` seconds are, at the present state, from the limits of those effects without a linear split
-    /// that the method takes at the old time level: angles, hinges and the air.
-    pub fn explicit_numbers(&self, h: f64) -> ExplicitNumbers {
+    /// Rise of the total energy that may be round-off, J: by the size of the energies of the springs and by the forces at the
+    /// present state times the distances from the origin.
+    pub fn energy_round_off(&self) -> f64 {
         let Simulation { system, state } = &self.simulation;
+        let mut work = 0.0;
+        for effect in system.effects() {
+            let mut force = vec![Vec3::zeros(); system.len()];
+            effect.add_force(system.mass(), &state.x, &mut force);
+            work += force.iter().zip(&state.x).map(|(f, x)| f.norm() * x.norm()).sum::<f64>();
+        }
+        crate::stability::round_off(system, work)
+    }
+
+    /// Number of particles, pins aside, that lie inside an obstacle at the start.
+    pub fn particles_inside_obstacles(&self) -> usize {
+        let Simulation { system, state } = &self.simulation;
+        let is_inside = |x: &Vec3| {
+            let deep = |obstacle: &Obstacle| {
+                obstacle.distance_within(&(x - obstacle.offset(state.t)), 0.0)
+            };
+            let distances = system.obstacles().iter().filter_map(deep);
+            distances.fold(f64::INFINITY, |least, (distance, _)| least.min(distance)) < 0.0
+        };
+        let free = state.x.iter().zip(system.pinned()).filter(|(_, pinned)| !**pinned);
+        free.filter(|(x, _)| is_inside(x)).count()
+    }
+
+    /// What limits the step of the effects that the method takes at the old time level, at the present state.
+    pub fn explicit_numbers(&self) -> ExplicitNumbers {
+        self.explicit_numbers_at(&self.simulation.state)
+    }
+
+    /// The same at the greatest speed of a run.
+    pub fn explicit_numbers_at_peak(&self, peak: &Peak) -> Option<(f64, ExplicitNumbers)> {
+        peak.state.as_ref().map(|state| (state.t, self.explicit_numbers_at(state)))
+    }
+
+    fn explicit_numbers_at(&self, state: &State) -> ExplicitNumbers {
         let (method, settings) = (self.choice.method(), self.choice.settings());
-        let is_explicit =
-            |effect: &dyn Effect| effect.split().is_none() && method.is_explicit(effect, settings);
-        ExplicitNumbers::new(system, state, &is_explicit, h)
+        let is_explicit = |effect: &dyn Effect| method.is_explicit(effect, settings);
+        ExplicitNumbers::new(&self.simulation.system, state, &is_explicit)
     }
 
     /// As [`simulate`](crate::simulate); `observe` is given the number of each step that ended.

@@ -139,3 +139,85 @@ fn a_particle_that_is_lost_is_called_by_its_given_index() {
     let criterion = outcome.divergence.unwrap().criterion;
     assert!(criterion.starts_with(&format!("particle {first} is farther")), "{criterion}");
 }
+
+/// A flat sheet with these effects and no gravity, its particles displaced by up to a micrometre.
+fn shaken(effects: &str) -> SystemSpec {
+    let text = format!(
+        r#"{{ "format": "drape-scene/1", "name": "shaken", "cloth": {{ "grid": {{ "rows": 9, "columns": 8,
+        "size_m": [1, 1], "center_m": [0, 0, 0], "mass_kg": 0.1 }} }}, "effects": {{ {effects} }},
+        "time": {{ "step_s": 0.01, "duration_s": 1 }} }}"#
+    );
+    let Input::Scene(_, mut spec) = parse("shaken", &text).unwrap() else { unreachable!() };
+    let mut random = 1_u64;
+    for x in spec.particles.position_m.iter_mut().flatten() {
+        random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+        *x += 1e-6 * ((random >> 33) as f64 / (1_u64 << 30) as f64 - 1.0);
+    }
+    spec
+}
+
+/// The greatest speed at the end of a run of 400 steps of a length over the limit, m/s; infinite if it diverged.
+fn speed_after(spec: &SystemSpec, method: &str, share: f64) -> f64 {
+    let choice = Choice::parse(method, &[]).unwrap();
+    let mut simulation = OrderedSimulation::new(spec, &choice).unwrap();
+    let step_s = share * simulation.explicit_numbers().limit();
+    let time = TimeSpan { step_s, duration_s: 400.0 * step_s };
+    let outcome = simulation.simulate(time, Options::default(), |_, _| ()).unwrap();
+    let speed = simulation.state().v.iter().fold(0.0, |most: f64, v| most.max(v.norm()));
+    if outcome.divergence.is_some() { f64::INFINITY } else { speed }
+}
+
+#[test]
+fn a_step_below_the_limit_is_stable_and_one_above_blows_up() {
+    const ANGLES: &str = r#""tension": { "stiffness_over_mass_per_s2": 1e2 }, "bending_angle": { "stiffness_n_m": 0.01 }"#;
+    const SPRINGS: &str = r#""tension": { "stiffness_over_mass_per_s2": 1e4 },
+        "bending": { "stiffness_over_mass_per_s2": 1e3 }"#;
+    for (effects, method) in [
+        (ANGLES, "imex-euler"),
+        (ANGLES, "symplectic-euler"),
+        (SPRINGS, "symplectic-euler"),
+        (SPRINGS, "leapfrog"),
+    ] {
+        let spec = shaken(effects);
+        let [below, above] = [0.95, 1.05].map(|share| speed_after(&spec, method, share));
+        assert!(below < 0.01 && above > 1.0, "{method}, {effects}: {below:e}, {above:e}");
+    }
+}
+
+/// A triangle that falls in still air, as fast as it can.
+#[test]
+fn a_fall_at_terminal_speed_is_steady_below_the_limit_and_not_above() {
+    let (speed, disturbed) = (5.0, 1e-4);
+    let drag = 3.0 * 0.1 * 9.81 / (0.5 * speed * speed); // ½ ρ C of ½ m² and 0.3 kg
+    let text = format!(
+        r#"{{ "format": "drape-system/1", "triangles": [[0, 1, 2]], "effects": {{ "gravity": {{ "m_s2": [0, 0, -9.81] }},
+        "air": {{ "drag": {{ "quadratic": {{ "coefficient": {drag}, "density_kg_m3": 2 }} }} }} }},
+        "particles": {{ "mass_kg": [0.1, 0.1, 0.1], "position_m": [[0, 0, 0], [1, 0, 0], [0, 1, 0]],
+            "velocity_m_s": [[0, 0, -{v}], [0, 0, -{v}], [0, 0, -{v}]] }} }}"#,
+        v = speed + disturbed
+    );
+    let Input::System(spec) = parse("fall", &text).unwrap() else { unreachable!() };
+    let strays = |share| (speed_after(&spec, "symplectic-euler", share) - speed).abs();
+    assert!(strays(0.95) < 1e-3 * disturbed, "{}", strays(0.95));
+    assert!(strays(1.05) > 100.0 * disturbed, "{}", strays(1.05));
+}
+
+#[test]
+fn the_peak_is_the_fastest_of_the_states_that_were_looked_at() {
+    let choice = Choice::parse("symplectic-euler", &[]).unwrap();
+    let mut simulation = OrderedSimulation::new(&sheet(), &choice).unwrap();
+    let (mut peak, mut fastest) = (Peak::default(), (0.0, 0.0));
+    assert_eq!(simulation.explicit_numbers_at_peak(&peak), None);
+    let time = TimeSpan { step_s: 1e-3, duration_s: 1.0 };
+    simulation
+        .simulate(time, Options::default(), |_, moving| {
+            peak.look(moving);
+            let energy = moving.system.kinetic_energy(&moving.state.v);
+            if energy > fastest.0 {
+                fastest = (energy, moving.time());
+            }
+        })
+        .unwrap();
+    let (time, _) = simulation.explicit_numbers_at_peak(&peak).unwrap();
+    assert!(time == fastest.1 && time < 1.0, "{time}, {fastest:?}");
+}

@@ -13,9 +13,10 @@
 //! The symplectic rule is for methods of that [class](StabilityClass) where nothing dissipates, neither damping nor
 //! contacts: their energy oscillates with the step size, but must not drift. The secular slope is that of the
 //! straight line through the energies of the last half of the run. Pins on paths do work, which no method
-//! tells; while they move the scene is not closed. Where there are such pins the energy is watched from the end of the
-//! step in which the last of them has come to its end, their own kinetic energy left out, and `H_0` is the energy there:
-//! what a method takes in too much before that is not seen, unless it gets out of it later. A run that [diverges](crate::Divergence) is
+//! tells; while they move the scene is not closed, nor while obstacles move on paths or a wind blows on the cloth. There
+//! the energy is watched from the end of the step in which the last of them has come to rest, the pins' own kinetic
+//! energy left out, and `H_0` is the energy there: what a method takes in too much before that is not seen, unless it gets
+//! out of it later. A scene that is open to its end is `open`, and not judged. A run that [diverges](crate::Divergence) is
 //! `diverged`, whatever the rule.
 
 use crate::HarnessError;
@@ -23,7 +24,7 @@ use crate::methods::Choice;
 use crate::run::{Counts, Moment, Simulation, count_by};
 use crate::schedule::Schedule;
 use drape_integrator::{Implicit, StabilityClass};
-use drape_model::{Effect, MovingPin, Revisions, System, TimeSpan};
+use drape_model::{Effect, Level, MovingPin, Path, Revisions, State, System, TimeSpan, Vec3};
 
 const STABLE: f64 = 0.02;
 const MARGINAL: f64 = 0.5;
@@ -61,6 +62,8 @@ impl Rule {
 /// How a run ended, by its energy; the worse the greater.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Verdict {
+    /// Energy could flow in from outside until the end: nothing can be said.
+    Open,
     /// No energy was gained.
     Stable,
     /// Some was.
@@ -75,6 +78,7 @@ impl Verdict {
     /// One word for records.
     pub fn name(self) -> &'static str {
         match self {
+            Self::Open => "open",
             Self::Stable => "stable",
             Self::Marginal => "marginal",
             Self::Unstable => "unstable",
@@ -100,6 +104,8 @@ pub struct Energy {
     pub round_off: f64,
     /// Energy that was set free: the greatest of `H_0 − U_n` and of the kinetic energy, J.
     pub released: f64,
+    /// Whether energy could flow in from outside until the end, so that nothing was watched.
+    pub is_open: bool,
 }
 
 /// Watches the energy of a run in constant memory.
@@ -107,8 +113,12 @@ pub struct Energy {
 pub(crate) struct Watch {
     track: Track,
     springs: Springs,
-    /// Until when pins move, s.
+    /// Until when pins and obstacles move, s.
     open_until: f64,
+    /// Forces of the air on a cloth at rest, N; empty where there is none.
+    push: Vec<Vec3>,
+    /// Whether there was a wind at the end of the last step.
+    is_blown: bool,
 }
 
 /// The energies of a run, one after the other.
@@ -174,6 +184,16 @@ impl Springs {
             revisions: system.revisions(),
         }
     }
+
+    fn round_off(&self, h: f64, kinetic: f64) -> f64 {
+        let theta = h * h * self.stiffness_over_mass;
+        ROUND_OFF * (1.0 + theta) * (self.rest_energy + kinetic)
+    }
+}
+
+/// What round-off may add to an energy, J, where `energy` is there besides that of the springs.
+pub(crate) fn round_off(system: &System, energy: f64) -> f64 {
+    ROUND_OFF * (Springs::of(system).rest_energy + energy)
 }
 
 impl Watch {
@@ -183,8 +203,28 @@ impl Watch {
         let kinetic = system.kinetic_energy(&state.v);
         let potential = system.potential_energy(&state.x);
         let track = Track::new([kinetic, potential, 0.0], duration, reference);
-        let open_until = system.moving_pins().iter().map(MovingPin::stops).fold(0.0, f64::max);
-        Self { track, springs: Springs::of(system), open_until }
+        let pins = system.moving_pins().iter().map(MovingPin::stops);
+        let paths = system.obstacles().iter().filter_map(|obstacle| obstacle.path.as_ref());
+        let open_until = pins.chain(paths.map(Path::end)).fold(0.0, f64::max);
+        let has_drag = system.effects().any(Effect::is_drag);
+        let push = vec![Vec3::zeros(); if has_drag { system.len() } else { 0 }];
+        let mut watch =
+            Self { track, springs: Springs::of(system), open_until, push, is_blown: false };
+        watch.is_blown = watch.blows(system, state);
+        watch
+    }
+
+    /// Whether there is a wind on the cloth: its drag pushes even what is at rest. A drag that does not takes energy alone.
+    fn blows(&mut self, system: &System, state: &State) -> bool {
+        if self.push.is_empty() {
+            return false;
+        }
+        self.push.fill(Vec3::zeros());
+        let rest = vec![Vec3::zeros(); system.len()];
+        for drag in system.effects().filter(|effect| effect.is_drag()) {
+            drag.add_damping_force(Level { v: &rest, ..state.level() }, &mut self.push);
+        }
+        self.push.iter().any(|force| *force != Vec3::zeros())
     }
 
     /// Looks at the end of a step, `elapsed` seconds after the start.
@@ -195,16 +235,18 @@ impl Watch {
         }
         let kinetic = system.kinetic_energy(&state.v);
         let potential = system.potential_energy(&state.x);
-        if state.t - h < self.open_until - EARLY * h {
+        let blew = std::mem::replace(&mut self.is_blown, false);
+        self.is_blown = self.blows(system, state);
+        if blew || self.is_blown || state.t - h < self.open_until - EARLY * h {
             let led = system.moving_pins().iter().map(|pin| pin.particle);
             let led: f64 = led.map(|i| 0.5 * system.mass()[i] * state.v[i].norm_squared()).sum();
             let Track { duration, reference, .. } = self.track;
             let reference = reference.is_finite().then_some(reference);
             self.track = Track::new([kinetic - led, potential, work], duration, reference);
+            self.track.energy.is_open = true;
             return;
         }
-        let theta = h * h * self.springs.stiffness_over_mass;
-        let round_off = ROUND_OFF * (1.0 + theta) * (self.springs.rest_energy + kinetic);
+        let round_off = self.springs.round_off(h, kinetic);
         let released = (self.track.start + work - potential).max(kinetic);
         self.track.energy.released = self.track.energy.released.max(released);
         self.track.add(elapsed, kinetic + potential - work, round_off);
@@ -239,6 +281,7 @@ impl Track {
         // The difference of two infinities is a gain too.
         let total = if total.is_nan() { f64::INFINITY } else { total };
         let gain = total - self.start;
+        self.energy.is_open = false;
         self.energy.gain = self.energy.gain.max(gain);
         self.energy.swing = self.energy.swing.max(gain.abs());
         self.least = self.least.min(total);
@@ -321,6 +364,7 @@ pub fn reference_energy(simulation: &Simulation, duration: f64) -> Result<f64, H
 pub fn judge(energy: &Energy, rule: Rule, reference_energy: f64) -> Verdict {
     let within = |value: f64, share: f64| value <= share * reference_energy;
     match rule {
+        _ if energy.is_open => Verdict::Open,
         Rule::Dissipative if within(energy.gain, STABLE) => Verdict::Stable,
         Rule::Dissipative if within(energy.gain, MARGINAL) => Verdict::Marginal,
         Rule::Symplectic if within(energy.swing, MARGINAL) => {
@@ -330,7 +374,7 @@ pub fn judge(energy: &Energy, rule: Rule, reference_energy: f64) -> Verdict {
     }
 }
 
-/// The verdict on a run: `stable`, `marginal`, `unstable` or `diverged`.
+/// The verdict on a run: `open`, `stable`, `marginal`, `unstable` or `diverged`.
 pub fn verdict(run: &Counts, reference_energy: f64) -> &'static str {
     let verdict = match run.outcome.divergence {
         Some(_) => Verdict::Diverged,
@@ -479,6 +523,45 @@ mod tests {
         let led = run(&led(0.5));
         assert!(led.released > 10.0 * held && led.released < 0.25, "{led:?}");
         assert_eq!((led.rises, led.gain), (0, 0.0));
+    }
+
+    fn verdict_of(spec: &SystemSpec, end: f64) -> &'static str {
+        let (system, state) = spec.build().unwrap();
+        let time = TimeSpan { step_s: 0.01, duration_s: end };
+        let choice = Choice::parse("backward-euler", &[]).unwrap();
+        verdict(&crate::run::count(&Simulation { system, state }, &choice, time).unwrap(), 1e-4)
+    }
+
+    /// A table that lifts the pair by 2 m until t = 1 s, and so brings in 40 mJ.
+    #[test]
+    fn what_an_obstacle_on_a_path_brings_in_is_no_gain() {
+        let mut spec = stretched_pair();
+        spec.effects.gravity = Some(drape_model::GravitySpec { m_s2: [0.0, 0.0, -9.81] });
+        spec.obstacles.push(drape_model::ObstacleSpec::Plane {
+            point_m: [0.0, 0.0, -1e-9],
+            normal: [0.0, 0.0, 1.0],
+            restitution: 0.0,
+            friction: 0.0,
+            path: vec![KeyframeSpec { time_s: 1.0, offset_m: [0.0, 0.0, 2.0] }],
+        });
+        assert_eq!(verdict_of(&spec, 0.9), "open");
+        assert_ne!(verdict_of(&spec, 2.0), "open");
+    }
+
+    #[test]
+    fn a_run_in_a_wind_is_not_judged_and_one_in_still_air_is() {
+        let mut spec = stretched_pair();
+        spec.particles.position_m.push([0.0, 1.0, 0.0]);
+        spec.particles.mass_kg.push(1e-3);
+        spec.triangles = vec![[0, 1, 2]];
+        let drag = drape_model::DragSpec::Linear { coefficient_n_s_per_m3: 1e-3 };
+        let mut air = drape_model::AirSpec { drag, wind: None };
+        spec.effects.air = Some(air);
+        assert_eq!(verdict_of(&spec, 2.0), "stable");
+        let velocity_m_s = [0.0, 0.0, 5.0];
+        air.wind = Some(drape_model::WindSpec { velocity_m_s, gust: None });
+        spec.effects.air = Some(air);
+        assert_eq!(verdict_of(&spec, 2.0), "open");
     }
 
     fn pair() -> Simulation {

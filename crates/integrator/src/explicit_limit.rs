@@ -2,123 +2,213 @@
 
 use crate::assembly::subtract_stiffness_product;
 use crate::random::Random;
-use drape_model::{BlockSink, Effect, Mat3, State, System, Tangent, Vec3};
+use drape_model::{Effect, State, System, Tangent, Vec3};
 use drape_solvers::vector::{dot, weighted_dot};
 
-/// Products of the power iteration: it ends within a few per cent of the largest eigenvalue.
+/// Products of one power iteration.
 const PRODUCTS: usize = 100;
+/// Half the distance of the velocities between which a drag is differentiated, over the greatest velocity or 1 m/s.
+const DIFFERENCE: f64 = 1e-6;
 
-/// How far a step is from the limits of its explicit forces; above 1 the motion is expected to blow up.
+/// What limits the step of explicit forces, at one state: stiffnesses of angles, areas and speeds change with the motion.
 ///
-/// With the stiffness groups `θ = h² λ`, a mode with `θ_E` from explicit effects and `θ_I` from springs in the matrix of an
-/// implicit-explicit method obeys `(1 + θ_I) z² − (2 − θ_E) z + 1 = 0`, which is stable for `θ_E < 4 + θ_I`. An explicit drag that
-/// takes the momentum `κ a/3` per velocity from each corner of its triangles is stable for `h Σ κ a/(3 m) < 2`.
+/// With `θ = h² λ`, a mode with `θ_E` from explicit effects and `θ_I` from springs in the matrix of an implicit-explicit
+/// method obeys `(1 + θ_I) z² − (2 − θ_E) z + 1 = 0`, which is stable for `θ_E < 4 + θ_I`. The mode that sets the limit is that of
+/// the largest eigenvalue of `M⁻¹(K_E − K_I)`. An explicit drag with the Jacobian `−D` is stable for `h λ_max(M⁻¹ D) < 2`. Where
+/// the force goes with the square of the speed `u`, its slope `2 c u` counts and not its coefficient `c u`: a flow that is
+/// kept up stays where it is stable for `h c u/m < 1`, although one that dies down may begin at twice that.
 ///
-/// Both are estimates at one state: stiffnesses of angles, areas and speeds change with the motion.
+/// All three are Rayleigh quotients at the end of a power iteration, which approaches the largest eigenvalue from below:
+/// the true limits may be somewhat shorter. A method other than symplectic and IMEX Euler, or damping beside the stiffness, may have
+/// a shorter limit still.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ExplicitNumbers {
-    /// `θ_E/(4 + θ_I)` of the stiffest mode of the explicit effects; 0 if none is stiff.
-    pub stiffness: f64,
-    /// The greatest `h Σ κ a/(3 m)/2` of a particle; 0 without explicit drag.
+    /// `λ_E`: the stiffness of the explicit effects over the mass, in the mode that sets the limit, 1/s².
+    pub explicit_stiffness: f64,
+    /// `λ_I`: that of the springs in the matrix, in the same mode, 1/s².
+    pub implicit_stiffness: f64,
+    /// The largest eigenvalue of `M⁻¹ D`, 1/s; 0 without explicit drag.
     pub drag: f64,
 }
 
 impl ExplicitNumbers {
-    /// The numbers of a step of `h` seconds. It allocates: one call a run is meant.
-    pub fn new(
-        system: &System,
-        state: &State,
-        is_explicit: &dyn Fn(&dyn Effect) -> bool,
-        h: f64,
-    ) -> Self {
-        let (stiff, mode) = stiffest_mode(system, state, is_explicit);
-        let mut implicit = 0.0;
-        if stiff > 0.0 {
-            let splits = system.effects().filter(|effect| !is_explicit(*effect));
-            for split in splits.filter_map(Effect::split) {
-                split.visit_weights(&mut |i, j, k, _| {
-                    implicit += k * (mode[i] - mode[j]).norm_squared();
-                });
-            }
-            implicit /= weighted_dot(system.mass(), &mode, &mode);
-        }
-        Self {
-            stiffness: h * h * stiff / (4.0 + h * h * implicit),
-            drag: 0.5 * h * largest_drag(system, state, is_explicit),
-        }
+    /// The numbers of a state. It allocates: a few calls a run are meant.
+    pub fn new(system: &System, state: &State, is_explicit: &dyn Fn(&dyn Effect) -> bool) -> Self {
+        let (explicit_stiffness, implicit_stiffness) = stiffnesses(system, state, is_explicit);
+        let drag = drag(system, state, is_explicit);
+        Self { explicit_stiffness, implicit_stiffness, drag }
     }
 
-    /// The greater one.
-    pub fn worst(&self) -> f64 {
-        self.stiffness.max(self.drag)
+    /// Longest step that the stiffness allows, `2/√(λ_E − λ_I)`, s; infinite where the implicit one outweighs it.
+    pub fn stiffness_limit(&self) -> f64 {
+        let excess = self.explicit_stiffness - self.implicit_stiffness;
+        if excess > 0.0 { 2.0 / excess.sqrt() } else { f64::INFINITY }
+    }
+
+    /// Longest step that the drag allows, s; infinite without one.
+    pub fn drag_limit(&self) -> f64 {
+        if self.drag > 0.0 { 2.0 / self.drag } else { f64::INFINITY }
+    }
+
+    /// The shorter one, s.
+    pub fn limit(&self) -> f64 {
+        self.stiffness_limit().min(self.drag_limit())
     }
 }
 
-/// The largest eigenvalue of `M⁻¹ K` of the explicit effects, 1/s², and its mode; pinned particles at rest.
-fn stiffest_mode(
+/// Products with a matrix, and what is added to the inverse masses times it.
+struct Operator<'a> {
+    system: &'a System,
+    /// Adds the product with a vector.
+    add: &'a mut dyn FnMut(&[Vec3], &mut [Vec3]),
+    /// Added to all eigenvalues, so that the largest is also the largest in magnitude.
+    shift: f64,
+}
+
+impl Operator<'_> {
+    /// A vector without a pattern; pinned particles at rest.
+    fn start(&self) -> Vec<Vec3> {
+        let mut random = Random::new();
+        let mut part = |i: usize| Vec3::from_fn(|_, _| random.signed()) * self.is_free(i);
+        (0..self.system.len()).map(&mut part).collect()
+    }
+
+    fn is_free(&self, i: usize) -> f64 {
+        if self.system.pinned()[i] { 0.0 } else { 1.0 }
+    }
+
+    /// Power iteration of `M⁻¹ A` from `mode`, which ends as its eigenvector; the last Rayleigh quotient.
+    fn largest(&mut self, mode: &mut [Vec3]) -> f64 {
+        let mass = self.system.mass();
+        let mut product = vec![Vec3::zeros(); mode.len()];
+        let mut quotient = 0.0;
+        for _ in 0..PRODUCTS {
+            product.fill(Vec3::zeros());
+            (self.add)(mode, &mut product);
+            let inertia = weighted_dot(mass, mode, mode);
+            let work = dot(mode, &product);
+            for (i, (p, m)) in product.iter_mut().zip(mass).enumerate() {
+                *p = (*p / *m + mode[i] * self.shift) * self.is_free(i);
+            }
+            let size = dot(&product, &product).sqrt();
+            if !(inertia > 0.0 && size > 0.0 && size.is_finite()) {
+                break;
+            }
+            quotient = work / inertia;
+            for (w, p) in mode.iter_mut().zip(&product) {
+                *w = p / size;
+            }
+        }
+        quotient
+    }
+}
+
+/// `λ_E` and `λ_I` of the mode with the greatest difference, 1/s².
+fn stiffnesses(
     system: &System,
     state: &State,
     is_explicit: &dyn Fn(&dyn Effect) -> bool,
-) -> (f64, Vec<Vec3>) {
+) -> (f64, f64) {
     let explicit = || system.effects().filter(|effect| is_explicit(*effect));
     if !explicit().any(|effect| effect.has_jacobian() && !effect.is_drag()) {
-        return (0.0, Vec::new());
+        return (0.0, 0.0);
     }
-    let mut random = Random::new();
-    let free = |i: usize| if system.pinned()[i] { 0.0 } else { 1.0 };
-    let start = |i: usize| Vec3::from_fn(|_, _| random.signed()) * free(i);
-    let mut mode: Vec<_> = (0..system.len()).map(start).collect();
-    let mut product = vec![Vec3::zeros(); system.len()];
-    let mut value = 0.0;
-    for _ in 0..PRODUCTS {
-        product.fill(Vec3::zeros());
+    let subtract_explicit = |w: &[Vec3], out: &mut [Vec3]| {
         for effect in explicit() {
-            let (x, tangent) = (&state.x, Tangent::Projected);
-            subtract_stiffness_product(effect, x, tangent, &mode, &mut product);
+            subtract_stiffness_product(effect, &state.x, Tangent::Projected, w, out);
         }
-        for (i, (p, m)) in product.iter_mut().zip(system.mass()).enumerate() {
-            *p *= -free(i) / m; // M⁻¹ K w
-        }
-        let inertia = weighted_dot(system.mass(), &mode, &mode);
-        let weighted: f64 =
-            system.mass().iter().zip(&mode).zip(&product).map(|((m, w), p)| m * w.dot(p)).sum();
-        let size = dot(&product, &product).sqrt();
-        if !(inertia > 0.0 && size > 0.0 && size.is_finite()) {
-            break;
-        }
-        value = weighted / inertia;
-        for (w, p) in mode.iter_mut().zip(&product) {
-            *w = p / size;
-        }
+    };
+    let mut add_explicit = |w: &[Vec3], out: &mut [Vec3]| {
+        subtract_explicit(w, out);
+        out.iter_mut().for_each(|p| *p = -*p);
+    };
+    let mut operator = Operator { system, add: &mut add_explicit, shift: 0.0 };
+    let mut mode = operator.start();
+    let stiffest = operator.largest(&mut mode);
+    let springs = Laplacian::new(system, is_explicit);
+    if springs.0.is_empty() {
+        return (stiffest, 0.0);
     }
-    (value, mode)
+    // From there to the mode with the greatest difference, which springs in the matrix resist less.
+    let mut add_difference = |w: &[Vec3], out: &mut [Vec3]| {
+        subtract_explicit(w, out);
+        springs.add(w, out);
+        out.iter_mut().for_each(|p| *p = -*p);
+    };
+    let shift = springs.bound(system);
+    let mut operator = Operator { system, add: &mut add_difference, shift };
+    let excess = operator.largest(&mut mode);
+    let implicit = springs.quotient(system, &mode);
+    (excess + implicit, implicit)
 }
 
-/// Row sums of the drag, N s/m.
-struct DragSums(Vec<f64>);
+/// The springs in the matrix: ends and stiffness, N/m.
+struct Laplacian(Vec<(usize, usize, f64)>);
 
-impl BlockSink for DragSums {
-    fn add_pair(&mut self, _i: usize, _j: usize, _block: &Mat3) {} // cancels in the sum of a row
+impl Laplacian {
+    fn new(system: &System, is_explicit: &dyn Fn(&dyn Effect) -> bool) -> Self {
+        let mut springs = Vec::new();
+        let implicit = system.effects().filter(|effect| !is_explicit(*effect));
+        for split in implicit.filter_map(Effect::split) {
+            split.visit_weights(&mut |i, j, k, _| springs.push((i, j, k)));
+        }
+        Self(springs)
+    }
 
-    fn add_general_pair(&mut self, _i: usize, _j: usize, _block: &Mat3) {}
+    fn add(&self, w: &[Vec3], out: &mut [Vec3]) {
+        for &(i, j, k) in &self.0 {
+            let force = (w[i] - w[j]) * k;
+            out[i] += force;
+            out[j] -= force;
+        }
+    }
 
-    fn add_diagonal(&mut self, i: usize, block: &Mat3) {
-        self.0[i] += block.norm();
+    fn quotient(&self, system: &System, w: &[Vec3]) -> f64 {
+        let energy: f64 = self.0.iter().map(|&(i, j, k)| k * (w[i] - w[j]).norm_squared()).sum();
+        let inertia = weighted_dot(system.mass(), w, w);
+        if inertia > 0.0 { energy / inertia } else { 0.0 }
+    }
+
+    /// Bound of the eigenvalues over the mass, 1/s²: by Gershgorin, twice the largest row sum of free particles.
+    fn bound(&self, system: &System) -> f64 {
+        let mut rows = vec![0.0; system.len()];
+        for &(i, j, k) in &self.0 {
+            rows[i] += 2.0 * k;
+            rows[j] += 2.0 * k;
+        }
+        let rows = rows.iter().zip(system.mass()).zip(system.pinned());
+        rows.filter(|(_, pinned)| !**pinned).map(|((k, m), _)| k / m).fold(0.0, f64::max)
     }
 }
 
-/// The greatest `Σ κ a/(3 m)` of a free particle, 1/s.
-fn largest_drag(system: &System, state: &State, is_explicit: &dyn Fn(&dyn Effect) -> bool) -> f64 {
+/// The largest eigenvalue of `M⁻¹ D` of the explicit drags at the velocities of the state, 1/s.
+fn drag(system: &System, state: &State, is_explicit: &dyn Fn(&dyn Effect) -> bool) -> f64 {
     let drags = || system.effects().filter(|effect| effect.is_drag() && is_explicit(*effect));
     if drags().next().is_none() {
         return 0.0;
     }
-    let mut sums = DragSums(vec![0.0; system.len()]);
-    for effect in drags() {
-        effect.add_damping(state.level(), 1.0, &mut sums);
-    }
-    let rates = sums.0.iter().zip(system.mass()).zip(system.pinned());
-    rates.filter(|(_, pinned)| !**pinned).fold(0.0, |most: f64, ((sum, m), _)| most.max(sum / m))
+    let largest = |vectors: &[Vec3]| vectors.iter().fold(0.0, |most: f64, v| most.max(v.amax()));
+    let step = DIFFERENCE * largest(&state.v).max(1.0);
+    let mut v = state.v.clone();
+    let mut add_slope = |w: &[Vec3], out: &mut [Vec3]| {
+        let reach = step / largest(w).max(f64::MIN_POSITIVE);
+        // −∂f/∂v w by a central difference, which is exact for powers of the speed up to the second.
+        for sign in [-1.0, 1.0] {
+            for ((v, start), w) in v.iter_mut().zip(&state.v).zip(w) {
+                *v = start + w * (sign * reach);
+            }
+            for effect in drags() {
+                effect.add_damping_force(drape_model::Level { v: &v, ..state.level() }, out);
+            }
+            if sign < 0.0 {
+                out.iter_mut().for_each(|p| *p = -*p);
+            }
+        }
+        out.iter_mut().for_each(|p| *p *= -0.5 / reach);
+    };
+    let mut operator = Operator { system, add: &mut add_slope, shift: 0.0 };
+    let mut mode = operator.start();
+    operator.largest(&mut mode).max(0.0)
 }
 
 #[cfg(test)]
@@ -126,7 +216,7 @@ mod tests {
     use super::*;
     use drape_model::parse;
 
-    fn system(more: &str) -> (System, State) {
+    fn system_of(more: &str) -> (System, State) {
         let text = format!(
             r#"{{ "format": "drape-system/1", {more} "triangles": [[0, 1, 2]],
             "particles": {{ "mass_kg": [0.1, 0.1, 0.1], "position_m": [[0, 0, 0], [0.5, 0, 0], [1, 0, 0]] }} }}"#
@@ -139,12 +229,13 @@ mod tests {
 
     #[test]
     fn an_explicit_angle_alone_is_compared_with_four() {
-        let (system, state) = system(ANGLE);
-        let numbers = ExplicitNumbers::new(&system, &state, &|_| true, 0.1);
-        let expected = 0.01 * 6.0 * 2.0 / (0.25 * 0.1) / 4.0;
-        assert!((numbers.stiffness / expected - 1.0).abs() < 1e-9, "{numbers:?}");
-        assert_eq!(numbers.drag, 0.0);
-        assert_eq!(ExplicitNumbers::new(&system, &state, &|_| false, 0.1).worst(), 0.0);
+        let (system, state) = system_of(ANGLE);
+        let numbers = ExplicitNumbers::new(&system, &state, &|_| true);
+        let expected = 6.0 * 2.0 / (0.25 * 0.1);
+        assert!((numbers.explicit_stiffness / expected - 1.0).abs() < 1e-9, "{numbers:?}");
+        assert!((numbers.limit() * (expected / 4.0).sqrt() - 1.0).abs() < 1e-9, "{numbers:?}");
+        assert_eq!((numbers.implicit_stiffness, numbers.drag), (0.0, 0.0));
+        assert_eq!(ExplicitNumbers::new(&system, &state, &|_| false).limit(), f64::INFINITY);
     }
 
     #[test]
@@ -152,27 +243,67 @@ mod tests {
         let springs = r#""springs": [
             { "effect": "tension", "i": 0, "j": 1, "rest_length_m": 0.5, "stiffness_n_per_m": 7 },
             { "effect": "tension", "i": 1, "j": 2, "rest_length_m": 0.5, "stiffness_n_per_m": 7 }],"#;
-        let (system, state) = system(&format!("{springs} {ANGLE}"));
+        let (system, state) = system_of(&format!("{springs} {ANGLE}"));
         let is_explicit = |effect: &dyn Effect| effect.name() != "tension";
-        let numbers = ExplicitNumbers::new(&system, &state, &is_explicit, 0.1);
+        let numbers = ExplicitNumbers::new(&system, &state, &is_explicit);
         // The mode (1, −2, 1) has wᵀ L w = 7 (9 + 9) and wᵀ w = 6.
-        let expected = 0.01 * 480.0 / (4.0 + 0.01 * 7.0 * 18.0 / 0.6);
-        assert!((numbers.stiffness / expected - 1.0).abs() < 1e-9, "{numbers:?}");
+        assert!((numbers.explicit_stiffness / 480.0 - 1.0).abs() < 1e-9, "{numbers:?}");
+        assert!((numbers.implicit_stiffness / 210.0 - 1.0).abs() < 1e-9, "{numbers:?}");
+        assert!((numbers.limit() - 2.0 / 270.0_f64.sqrt()).abs() < 1e-9, "{numbers:?}");
+        let stiffer = springs.replace(": 7", ": 17");
+        let (system, state) = system_of(&format!("{stiffer} {ANGLE}"));
+        let numbers = ExplicitNumbers::new(&system, &state, &is_explicit);
+        assert_eq!(numbers.limit(), f64::INFINITY, "{numbers:?}");
+    }
+
+    /// The mode that springs in the matrix resist least is not the one of the stiffest angle.
+    #[test]
+    fn the_limit_is_set_by_the_mode_with_the_greatest_difference() {
+        let text = r#"{ "format": "drape-system/1",
+            "springs": [
+                { "effect": "tension", "i": 0, "j": 1, "rest_length_m": 0.5, "stiffness_n_per_m": 50 },
+                { "effect": "tension", "i": 1, "j": 2, "rest_length_m": 0.5, "stiffness_n_per_m": 50 }],
+            "angles": [
+                { "effect": "bending_angle", "i": 0, "j": 1, "k": 2, "rest_rad": 3.141592653589793, "stiffness_n_m": 2 },
+                { "effect": "bending_angle", "i": 3, "j": 4, "k": 5, "rest_rad": 3.141592653589793, "stiffness_n_m": 1 }],
+            "particles": { "mass_kg": [0.1, 0.1, 0.1, 0.1, 0.1, 0.1], "position_m":
+                [[0, 0, 0], [0.5, 0, 0], [1, 0, 0], [0, 1, 0], [0.5, 1, 0], [1, 1, 0]] } }"#;
+        let (system, state) = parse("rows", text).expect("valid").spec().build().expect("valid");
+        let is_explicit = |effect: &dyn Effect| effect.name() != "tension";
+        let numbers = ExplicitNumbers::new(&system, &state, &is_explicit);
+        assert!((numbers.explicit_stiffness - 240.0).abs() < 1e-6, "{numbers:?}");
+        assert!(numbers.implicit_stiffness.abs() < 1e-6, "{numbers:?}");
+    }
+
+    fn squares(law: &str, velocity: f64) -> (System, State) {
+        let text = format!(
+            r#"{{ "format": "drape-system/1", "effects": {{ "air": {{ "drag": {law} }} }},
+            "triangles": [[0, 1, 2], [1, 3, 2]], "particles": {{ "mass_kg": [0.1, 0.1, 0.1, 0.1],
+                "position_m": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]],
+                "velocity_m_s": [[0, 0, {velocity}], [0, 0, {velocity}], [0, 0, {velocity}], [0, 0, {velocity}]] }} }}"#
+        );
+        parse("air", &text).expect("valid").spec().build().expect("valid")
     }
 
     #[test]
     fn drag_is_compared_with_two_over_the_step() {
-        let air =
-            r#""effects": { "air": { "drag": { "linear": { "coefficient_n_s_per_m3": 3 } } } },"#;
-        let text = format!(
-            r#"{{ "format": "drape-system/1", {air} "triangles": [[0, 1, 2], [1, 3, 2]],
-            "particles": {{ "mass_kg": [0.1, 0.1, 0.1, 0.1],
-                "position_m": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]] }} }}"#
-        );
-        let (system, state) = parse("air", &text).expect("valid").spec().build().expect("valid");
-        let numbers = ExplicitNumbers::new(&system, &state, &|_| true, 0.02);
-        // Two triangles of ½ m² meet in particle 1: κ a/3 = ½ each.
-        assert!((numbers.drag - 0.5 * 0.02 * 1.0 / 0.1).abs() < 1e-15, "{numbers:?}");
-        assert_eq!(numbers.stiffness, 0.0);
+        let (system, state) = squares(r#"{ "linear": { "coefficient_n_s_per_m3": 3 } }"#, 0.0);
+        let numbers = ExplicitNumbers::new(&system, &state, &|_| true);
+        // Two triangles with κ a/9 = 1/6 meet in two particles: the mode (1, 2, 2, 1) has the eigenvalue 5/6 over the mass.
+        assert!((numbers.drag * 6.0 * 0.1 / 5.0 - 1.0).abs() < 1e-6, "{numbers:?}");
+        assert_eq!(numbers.limit(), 2.0 / numbers.drag);
+        assert_eq!(numbers.stiffness_limit(), f64::INFINITY);
+    }
+
+    #[test]
+    fn a_drag_with_the_square_of_the_speed_counts_by_its_slope() {
+        let law = r#"{ "quadratic": { "coefficient": 2, "density_kg_m3": 1.5 } }"#;
+        let (system, state) = squares(law, -2.0);
+        let numbers = ExplicitNumbers::new(&system, &state, &|_| true);
+        // ½ ρ C u² has the slope 6: twice the coefficient 3 above.
+        assert!((numbers.drag * 6.0 * 0.1 / 10.0 - 1.0).abs() < 1e-6, "{numbers:?}");
+        let (system, state) = squares(law, 0.0);
+        let numbers = ExplicitNumbers::new(&system, &state, &|_| true);
+        assert!(numbers.limit() > 1e4, "still air has no slope: {numbers:?}");
     }
 }

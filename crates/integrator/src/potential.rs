@@ -2,10 +2,13 @@
 
 use crate::Implicit;
 use drape_model::{BlockSink, Effect, Level, Mat3, System, Tangent, Vec3};
-use drape_solvers::{Constraints, vector::weighted_dot};
+use drape_solvers::{Constraints, SolveStatus, vector::weighted_dot};
 
 /// Round-off of a force over `k |x|`, and of a momentum over `m |v|`.
 const ROUND_OFF: f64 = 4.0 * f64::EPSILON;
+/// A residual above this part of the change of velocity by external forces says that the step has ignored them: no
+/// tolerance that can be asked for allows more.
+const IGNORED: f64 = 0.5;
 
 fn lagged<'a>(t: f64, x: &'a [Vec3], v: &'a [Vec3]) -> Level<'a> {
     Level { t, x, v }
@@ -39,6 +42,8 @@ pub struct IncrementalPotential {
     gradient: Vec<Vec3>,
     candidate: Vec<Vec3>,
     scale: f64,
+    /// `‖τM⁻¹f_external‖_M`, √J.
+    external: f64,
     round_off: f64,
     row_sums: Vec<f64>,
     evaluations: u32,
@@ -84,6 +89,7 @@ impl IncrementalPotential {
             gradient: zeros(),
             candidate: zeros(),
             scale: 0.0,
+            external: 0.0,
             round_off: 0.0,
             row_sums: vec![0.0; system.len()],
             evaluations: 0,
@@ -137,6 +143,7 @@ impl IncrementalPotential {
         }
         self.evaluations += 1;
         self.scale = self.velocity_change(system).max(external);
+        self.external = external;
         self.row_sums.fill(0.0);
         let rows = &mut self.row_sums;
         self.implicit.visit_weights(system, &mut |i, j, k, _| {
@@ -179,6 +186,17 @@ impl IncrementalPotential {
     /// the strain.
     pub fn round_off(&self) -> f64 {
         self.round_off
+    }
+
+    /// What a solve is that ended with `residual`, √J, where `wanted` was asked for without regard to round-off: `Stagnated`
+    /// instead of converged where the residual passed as round-off alone and is of the size of what the external forces do.
+    /// With `h = 0.01 s` and coordinates of a metre that is so from some `k/m = 1e15/s²`, and a sheet would stand in the air.
+    pub fn status(&self, status: SolveStatus, residual: f64, wanted: f64) -> SolveStatus {
+        let is_ignored = residual > wanted && residual > IGNORED * self.external;
+        match status {
+            SolveStatus::Converged if is_ignored && self.external > 0.0 => SolveStatus::Stagnated,
+            status => status,
+        }
     }
 
     /// A residual over the scale; infinite where there is no scale.

@@ -147,8 +147,9 @@ impl ImplicitStage {
         potential.implicit().add_explicit_forces(system, lagged, frozen);
         potential.begin(system, tau, from, lagged, frozen);
         clock.switch(Phase::Solve);
+        let wanted = settings.residual * potential.scale();
         let settings = NewtonSettings {
-            residual: (settings.residual * potential.scale()).max(potential.round_off()),
+            residual: wanted.max(potential.round_off()),
             max_iterations: settings.max_iterations,
             linear: settings.linear,
         };
@@ -161,6 +162,7 @@ impl ImplicitStage {
             });
             Ok::<(), StepError>(())
         })?;
+        report.solve = potential.status(report.solve, report.relative_residual, wanted);
         report.relative_residual = potential.relative(report.relative_residual);
         report.force_evaluations += potential.evaluations();
         Ok(())
@@ -326,6 +328,46 @@ mod tests {
             .expect("finite");
         assert!((stage.velocity()[1] - velocity).norm() > 0.1, "{:?}", stage.velocity()[1]);
         assert_ne!(stage.velocity()[0], Vec3::zeros(), "no constraint, no pin");
+    }
+
+    #[test]
+    fn a_motion_that_drowns_in_round_off_is_not_called_converged() {
+        for (stiffness, status) in [(1e9, SolveStatus::Converged), (1e16, SolveStatus::Stagnated)] {
+            let text = format!(
+                r#"{{ "format": "drape-system/1", "pins": [{{ "particle": 0 }}],
+                "springs": [{{ "effect": "tension", "i": 0, "j": 1, "rest_length_m": 1,
+                    "stiffness_n_per_m": {stiffness} }}],
+                "particles": {{ "mass_kg": [1, 1], "position_m": [[0, 0, 0], [0.6, 0, 0.8]] }},
+                "effects": {{ "gravity": {{ "m_s2": [0, 0, -9.81] }} }} }}"#
+            );
+            let (system, state) =
+                parse("rod", &text).expect("valid").spec().build().expect("valid");
+            let (mut contacts, mut constraints) = (ContactSet::new(&system), Constraints::free(2));
+            let (mut clock, mut report) = (PhaseClock::off(), StepReport::default());
+            let input = Stage {
+                tau: TAU,
+                end: TAU,
+                from: (&state.x, &state.v),
+                lagged: state.level(),
+                velocity: &state.v,
+            };
+            let (contacts, constraints) = (&mut contacts, &mut constraints);
+            let mut stage = ImplicitStage::new(&system).expect("a pattern");
+            let settings = StageSettings::default();
+            stage
+                .solve(
+                    &system,
+                    input,
+                    &state.v,
+                    contacts,
+                    constraints,
+                    settings,
+                    &mut clock,
+                    &mut report,
+                )
+                .expect("finite");
+            assert_eq!(report.solve, status, "{stiffness:e}: {report:?}");
+        }
     }
 
     #[test]

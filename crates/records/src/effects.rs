@@ -6,10 +6,11 @@ use serde::{Deserialize, Serialize};
 /// [`Effect::name`] of the scene to which the effects are added.
 pub const NOTHING: &str = "nothing more";
 
-/// [`Effect::name`] of the scene that has all of them.
+/// [`Effect::name`] of the scene that has all of them, one for each place: what takes the place of another is left out, as
+/// the findings say.
 pub const EVERYTHING: &str = "all together";
 
-/// Each effect by itself and all together, with every method.
+/// Each effect by itself and one for each place together, with every method.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Facts {

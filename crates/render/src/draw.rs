@@ -64,11 +64,9 @@ impl Sketch<'_> {
         Some(self.corners.len() - 1)
     }
 
-    /// Colour of a surface at a point.
+    /// Colour of a surface at a point, whose normal points to the side that is seen.
     fn shade(&self, tint: Tint, point: &Vec3, normal: &Vec3) -> Tint {
         let eye = self.camera.towards_eye(point);
-        // The side that is seen is lit.
-        let normal = if normal.dot(&eye) < 0.0 { -normal } else { *normal };
         let [key, fill] = self.lights.map(|light| normal.dot(&light).max(0.0));
         let facing = normal.dot(&eye).max(0.0);
         let sky = 0.5 + 0.5 * normal.z;
@@ -108,9 +106,10 @@ impl Sketch<'_> {
         for (&triangle, &is_front) in subject.triangles.iter().zip(&front) {
             let tint = SIDES[usize::from(!is_front)];
             let corners = triangle.map(|i| {
-                let (point, normal) = (&x[i as usize], &normals[i as usize]);
-                // A normal of the surface that leans away from the eye belongs to the other side's light.
-                let colour = self.shade(tint, point, normal);
+                // The triangle decides which side is seen: beside the contour the normal of a corner may lean away from the
+                // eye, and turned round it would be lit from behind.
+                let (point, normal) = (&x[i as usize], normals[i as usize]);
+                let colour = self.shade(tint, point, &if is_front { normal } else { -normal });
                 self.corner(point, 0.0, colour)
             });
             if let [Some(a), Some(b), Some(c)] = corners {
@@ -128,7 +127,9 @@ impl Sketch<'_> {
             };
             let tint = SIDES[usize::from(!front[side])];
             let colours = line.map(|i| {
-                let shade = self.shade(tint, &x[i as usize], &normals[i as usize]);
+                let normal = normals[i as usize];
+                let normal = if front[side] { normal } else { -normal };
+                let shade = self.shade(tint, &x[i as usize], &normal);
                 shade.map(|c| c * ON_SURFACE)
             });
             self.line(ends, nearer, colours, false);
@@ -152,8 +153,12 @@ impl Sketch<'_> {
             let (x, triangles) = solid.softened.as_ref().map_or(exact, |(x, t)| (x, t));
             let normals = normals(x, triangles);
             for &triangle in triangles {
+                let seen = area_normal(x, triangle);
+                let is_front = seen.dot(&self.camera.towards_eye(&x[triangle[0] as usize])) >= 0.0;
                 let corners = triangle.map(|i| {
-                    let colour = self.shade(SOLID, &x[i as usize], &normals[i as usize]);
+                    let normal = normals[i as usize];
+                    let normal = if is_front { normal } else { -normal };
+                    let colour = self.shade(SOLID, &x[i as usize], &normal);
                     self.corner(&x[i as usize], behind, colour)
                 });
                 if let [Some(a), Some(b), Some(c)] = corners {
@@ -207,4 +212,38 @@ pub fn draw(subject: &Subject, x: &[Vec3], camera: &Camera, size: [u32; 2]) -> I
     render(&lines, &corners, &shader, (), window, &mut target, &context);
     let samples = target.color_buf.buf.data();
     Image::averaged(size, SAMPLES, |x, y| samples[((y + MARGIN) * dims.0 + x + MARGIN) as usize])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::View;
+
+    /// A dome whose contour lies between its points: some normals beside it lean away from the eye.
+    #[test]
+    fn beside_the_contour_no_corner_of_a_triangle_is_lit_from_the_other_side() {
+        const SIDE: u32 = 14;
+        let at = |n: u32| 2.0 * f64::from(n) / f64::from(SIDE - 1) - 1.0;
+        let places = (0..SIDE * SIDE).map(|n| (at(n % SIDE), at(n / SIDE)));
+        let x: Vec<Vec3> = places.map(|(x, y)| Vec3::new(x, y, -0.4 * (x * x + y * y))).collect();
+        let subject = Subject::grid(SIDE, SIDE, &[], &x);
+        for view in ["auto", "front", "20,-10"] {
+            let camera = Camera::fit(view.parse::<View>().expect("a view"), &x, 1.0);
+            let mut sketch = Sketch {
+                camera: &camera,
+                lights: camera.lights(),
+                corners: Vec::new(),
+                faces: Vec::new(),
+                lines: Vec::new(),
+                sample: [0.01; 2],
+            };
+            sketch.cloth(&subject, &x);
+            assert_eq!(sketch.faces.len(), subject.triangles.len());
+            for Tri(corners) in &sketch.faces {
+                let blue = corners.map(|i| sketch.corners[i].attrib.b());
+                let [low, high] = [f32::min, f32::max].map(|f| blue.into_iter().fold(blue[0], f));
+                assert!(low > 0.6 * high, "{view}: {low} beside {high}");
+            }
+        }
+    }
 }

@@ -77,6 +77,12 @@ impl Frames {
         let most = most_frames(time, fps);
         let subject = || Subject::new(spec, simulation.obstacles());
         let animation = arguments.animation.as_ref().map(|file| {
+            let extension = file.extension().unwrap_or_default();
+            if !extension.eq_ignore_ascii_case("glb") {
+                let expected = "a name that ends in .glb: the file is a glTF 2.0 binary";
+                let value = file.display().to_string();
+                return Err(refuse("--animation", value, expected.to_owned()));
+            }
             check_writable("--animation", file)?;
             if most > animation::MOST_FRAMES {
                 let expected = format!(

@@ -6,7 +6,7 @@ use crate::input::load;
 use crate::output::print;
 use crate::progress::bar;
 use drape_harness::methods::{Choice, MethodError};
-use drape_harness::{HarnessError, Options, OrderedSimulation, Outcome, Rule, system_hash};
+use drape_harness::{HarnessError, Options, OrderedSimulation, Outcome, Peak, Rule, system_hash};
 use drape_integrator::ExplicitNumbers;
 use drape_model::{Input, State, SystemSpec, TimeSpan, Violation};
 use drape_records::file::write_json;
@@ -54,17 +54,25 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     if let Some(threads) = NonZero::new(usize::from(arguments.threads)) {
         simulation.set_threads(threads);
     }
-    let numbers = simulation.explicit_numbers(time.step_s);
-    if let Some(warning) = step_warning(numbers, &choice, time.step_s) {
+    let step = time.step_s;
+    let warning = step_warning(simulation.explicit_numbers(), &choice, step, "at the start");
+    let was_warned = warning.is_some();
+    if let Some(warning) = warning {
         eprintln!("drape: warning: {warning}");
     }
+    let start = Start::of(&simulation);
     let mut frames = Frames::begin(&arguments.frames, spec, &simulation, time)?;
     let (whole, rest) = time.steps();
     let bar = bar(choice.method().id, whole + u64::from(rest.is_some()));
     let options = Options { series: true, phases: arguments.phases, ..Options::default() };
+    let mut peak = Peak::default();
+    let every = whole.div_ceil(PEAKS).max(1);
     let mut simulate = || {
         simulation.simulate(time, options, |step, moving| {
             bar.as_ref().inspect(|bar| bar.set_position(step));
+            if step % every == 0 && !was_warned {
+                peak.look(moving);
+            }
             if let Some(frames) = &mut frames {
                 frames.look(moving);
             }
@@ -90,11 +98,25 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
             outcome.unconverged, outcome.steps
         );
     }
+    // The speeds of a run that diverged say nothing of the limit before.
+    let at_peak =
+        simulation.explicit_numbers_at_peak(&peak).filter(|_| outcome.divergence.is_none());
+    let warning = at_peak.and_then(|(t, numbers)| {
+        step_warning(
+            numbers,
+            &choice,
+            step,
+            &format!("at t = {t:.4} s, where the cloth is fastest"),
+        )
+    });
+    if let Some(warning) = warning {
+        eprintln!("drape: warning: {warning}");
+    }
     // Wind, pins and obstacles that move do work of their own.
     let is_driven = spec.effects.air.is_some_and(|air| air.wind.is_some())
         || spec.pins.iter().any(|pin| !pin.path.is_empty())
         || simulation.obstacles().iter().any(|obstacle| obstacle.path.is_some());
-    let warning = energy_warning(&record, simulation.rule()).filter(|_| !is_driven);
+    let warning = energy_warning(&record, simulation.rule(), start).filter(|_| !is_driven);
     if let Some(warning) = warning {
         eprintln!("drape: warning: {warning}");
     }
@@ -185,13 +207,21 @@ fn record(
 /// symplectic method, as in the verdicts of the experiments.
 const RISE: [f64; 2] = [0.02, 0.5];
 
+/// Moments of a run at which its speed is looked at.
+const PEAKS: u64 = 100;
+
 /// What to say of a step that is too long for forces that the method takes at the old time level.
-fn step_warning(numbers: ExplicitNumbers, choice: &Choice, step: f64) -> Option<String> {
-    let ExplicitNumbers { stiffness, drag } = numbers;
-    let (what, share) = if stiffness >= drag {
-        ("the stiffness of angles", stiffness.sqrt()) // which goes with the square of the step
+fn step_warning(
+    numbers: ExplicitNumbers,
+    choice: &Choice,
+    step: f64,
+    when: &str,
+) -> Option<String> {
+    let limit = numbers.limit();
+    let what = if numbers.stiffness_limit() <= numbers.drag_limit() {
+        "the stiffness of springs and angles"
     } else {
-        ("the drag of the air", drag)
+        "the drag of the air"
     };
     let divides = |(key, value): (&str, &str)| match key {
         "step" => value != "fixed",
@@ -199,19 +229,36 @@ fn step_warning(numbers: ExplicitNumbers, choice: &Choice, step: f64) -> Option<
         _ => false,
     };
     let is_divided = choice.settings().iter().any(divides);
-    (numbers.worst() > 1.0 && !is_divided).then(|| {
+    (step > limit && !is_divided).then(|| {
         format!(
-            "{what}, which {} takes at the old time level, allows about {:.2e} s at the start: the step of {step} s is {:.1} \
-             times as long",
+            "{what}, as far as {} takes it at the old time level, allows steps of about {limit:.2e} s {when}: that of {step} s \
+             is {:.1} times as long",
             choice.method().id,
-            step / share,
-            share
+            step / limit
         )
     })
 }
 
+/// What is known of the energy before a run.
+#[derive(Clone, Copy, Debug)]
+struct Start {
+    /// Rise of the energy that is round-off, J.
+    round_off: f64,
+    /// Particles inside an obstacle.
+    inside: usize,
+}
+
+impl Start {
+    fn of(simulation: &OrderedSimulation) -> Self {
+        Self {
+            round_off: simulation.energy_round_off(),
+            inside: simulation.particles_inside_obstacles(),
+        }
+    }
+}
+
 /// What to say of a run that gained energy; the series says enough of a run that diverged.
-fn energy_warning(run: &Run, rule: Rule) -> Option<String> {
+fn energy_warning(run: &Run, rule: Rule, known: Start) -> Option<String> {
     let of = |sample: &Sample, name: &str| sample.energy_j.get(name).copied().unwrap_or(0.0);
     let greatest = |name: &str| run.series.iter().map(|s| of(s, name)).fold(0.0, f64::max);
     let start = of(run.series.first()?, "total");
@@ -221,13 +268,19 @@ fn energy_warning(run: &Run, rule: Rule) -> Option<String> {
         Rule::Symplectic => RISE[1],
     };
     let completed = matches!(run.verdict, Verdict::Completed { .. });
-    (completed && top - start > allowed * greatest("kinetic")).then(|| {
-        format!(
-            "the total energy rose by {:.3e} J above its start, where the greatest kinetic energy is {:.3e} J: \
-             the step is probably too long for {}",
-            top - start,
-            greatest("kinetic"),
+    let cause = match known.inside {
+        0 => format!("the step is probably too long for {}", run.method),
+        inside => format!(
+            "{inside} particles start inside an obstacle, which pushes them out, or the step is too long for {}",
             run.method
+        ),
+    };
+    let rose = top - start > allowed * greatest("kinetic") + known.round_off;
+    (completed && rose).then(|| {
+        format!(
+            "the total energy rose by {:.3e} J above its start, where the greatest kinetic energy is {:.3e} J: {cause}",
+            top - start,
+            greatest("kinetic")
         )
     })
 }

@@ -166,6 +166,8 @@ impl Descent {
                 tolerance = (tolerance * TIGHTEN).max(tightest);
                 continue;
             }
+            let wanted = settings.linear.forcing_term * scale;
+            report.solve = self.potential.status(report.solve, report.relative_residual, wanted);
             report.relative_residual = self.potential.relative(report.relative_residual);
             return Ok(());
         }

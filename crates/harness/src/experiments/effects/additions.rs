@@ -23,18 +23,18 @@ pub(super) struct Addition {
     pub(super) name: &'static str,
     /// Keys to be merged into the scene: objects key by key, lists by appending; `null` takes a key away.
     pub(super) adds: Value,
-    /// Whether it stands among all together; what takes the place of something else does not.
-    is_among_all: bool,
+    /// What holds its place among all together, by name; `None` where it is there itself.
+    pub(super) holder: Option<&'static str>,
 }
 
 impl Addition {
     fn new(name: &'static str, adds: Value) -> Self {
-        Self { name, adds, is_among_all: true }
+        Self { name, adds, holder: None }
     }
 
-    /// One that takes the place of another.
-    fn instead(name: &'static str, adds: Value) -> Self {
-        Self { is_among_all: false, ..Self::new(name, adds) }
+    /// One that is left out of all together, since `holder` has the place there that it would take.
+    fn instead(holder: &'static str, name: &'static str, adds: Value) -> Self {
+        Self { holder: Some(holder), ..Self::new(name, adds) }
     }
 }
 
@@ -69,7 +69,14 @@ fn air(wind: Option<Value>) -> Value {
     json!({ "effects": { "air": air } })
 }
 
+/// Springs of tension as the bare scene has them.
+const BARE: &str = "tension springs";
+
 /// Each addition by itself.
+///
+/// All together has one for each place of a scene: one law of tension, one of shear, one of bending, one of damping, one air,
+/// one obstacle. A key holds one law alone, and two resistances to the same shape or two balls in one place would
+/// be another scene than anybody writes; so the others are left out there.
 fn each() -> Vec<Addition> {
     let effect = |key: &str, law: Value| json!({ "effects": { key: law } });
     let springs = |stiffness: f64| json!({ "stiffness_over_mass_per_s2": stiffness });
@@ -94,25 +101,41 @@ fn each() -> Vec<Addition> {
     }] });
     let rising = json!({ "path": [{ "time_s": 0.5, "offset_m": [0, 0, 0.2] }] });
     vec![
-        Addition::instead("tension in pieces", effect("tension", pieces)),
+        Addition::instead(BARE, "tension in pieces", effect("tension", pieces)),
         Addition::new("shear springs", effect("shear", springs(1e3))),
-        Addition::instead("shear by angle", effect("shear_angle", angles(1e-3))),
+        Addition::instead("shear springs", "shear by angle", effect("shear_angle", angles(1e-3))),
         Addition::new("bending springs", effect("bending", springs(1e2))),
-        Addition::instead("bending springs that buckle", effect("bending", buckling)),
-        Addition::instead("bending by angle", effect("bending_angle", angles(1e-5))),
-        Addition::instead("bending over hinges", effect("bending_hinge", angles(1e-6))),
+        Addition::instead(
+            "bending springs",
+            "bending springs that buckle",
+            effect("bending", buckling),
+        ),
+        Addition::instead(
+            "bending springs",
+            "bending by angle",
+            effect("bending_angle", angles(1e-5)),
+        ),
+        Addition::instead(
+            "bending springs",
+            "bending over hinges",
+            effect("bending_hinge", angles(1e-6)),
+        ),
         Addition::new("full damping", damping),
-        Addition::instead("projected damping", projected),
-        Addition::instead("drag in still air", air(None)),
-        Addition::instead("steady wind", air(Some(steady))),
+        Addition::instead("full damping", "projected damping", projected),
+        Addition::instead("gusting wind", "drag in still air", air(None)),
+        Addition::instead("gusting wind", "steady wind", air(Some(steady))),
         Addition::new("gusting wind", air(Some(gusting))),
         Addition::new("pin on a path", led),
-        Addition::instead("obstacle out of reach", sphere(-9.0, json!({}))),
-        Addition::instead("sphere", sphere(BELOW, json!({}))),
-        Addition::instead("bouncing sphere", sphere(BELOW, json!({ "restitution": 0.5 }))),
+        Addition::instead("rough sphere", "obstacle out of reach", sphere(-9.0, json!({}))),
+        Addition::instead("rough sphere", "sphere", sphere(BELOW, json!({}))),
+        Addition::instead(
+            "rough sphere",
+            "bouncing sphere",
+            sphere(BELOW, json!({ "restitution": 0.5 })),
+        ),
         Addition::new("rough sphere", sphere(BELOW, json!({ "friction": 0.5 }))),
-        Addition::instead("rising sphere", sphere(BELOW - 0.2, rising)),
-        Addition::instead("obstacle of triangles", octahedron()),
+        Addition::instead("rough sphere", "rising sphere", sphere(BELOW - 0.2, rising)),
+        Addition::instead("rough sphere", "obstacle of triangles", octahedron()),
     ]
 }
 
@@ -121,11 +144,16 @@ pub(super) fn all() -> Vec<Addition> {
     let mut additions = vec![Addition::new(NOTHING, json!({}))];
     additions.extend(each());
     let mut together = json!({});
-    for addition in additions.iter().filter(|addition| addition.is_among_all) {
+    for addition in additions.iter().filter(|addition| addition.holder.is_none()) {
         merge(&mut together, addition.adds.clone());
     }
     additions.push(Addition::new(EVERYTHING, together));
     additions
+}
+
+/// What all together leaves out, and what stands there instead.
+pub(super) fn left_out() -> Vec<(&'static str, &'static str)> {
+    each().iter().filter_map(|addition| Some((addition.name, addition.holder?))).collect()
 }
 
 /// The scene with more keys, discretised.

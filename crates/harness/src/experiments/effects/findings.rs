@@ -1,5 +1,6 @@
 //! What the numbers of the experiment `effects` say.
 
+use super::additions;
 use crate::experiments::short;
 use drape_records::effects::{Cell, EVERYTHING, Facts, NOTHING};
 
@@ -7,7 +8,7 @@ use drape_records::effects::{Cell, EVERYTHING, Facts, NOTHING};
 const ITERATING: [&str; 3] = ["imex-euler", "imex-updated", "baraff-witkin"];
 
 pub(super) fn findings(facts: &Facts) -> Vec<String> {
-    let mut findings = vec![matrices(facts)];
+    let mut findings = vec![matrices(facts), left_out()];
     findings.extend(ITERATING.iter().filter_map(|method| iterations(facts, method)));
     findings.extend(changes(facts));
     findings.extend(outcomes(facts));
@@ -35,6 +36,17 @@ fn matrices(facts: &Facts) -> String {
         list(&scalar),
         list(&block),
         list(&neither)
+    )
+}
+
+/// What is not among all together, and why.
+fn left_out() -> String {
+    let left_out = additions::left_out();
+    let said: Vec<_> = left_out.iter().map(|(name, holder)| format!("{name} ({holder})")).collect();
+    format!(
+        "{EVERYTHING} leaves out {} of the additions, since a scene has one place for each kind and another stands there: {}.",
+        left_out.len(),
+        said.join(", ")
     )
 }
 

@@ -1,4 +1,7 @@
 //! Experiment `effects`: the bill of each effect.
+//!
+//! Each addition is measured by itself. All together has one addition for each place of a scene (tension, shear, bending,
+//! damping, air, obstacle): those that would take the place of another are left out there, and a finding names them.
 
 mod additions;
 mod findings;
@@ -93,7 +96,7 @@ fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
     let account = Account {
         method: format!(
             "An undamped sheet of 20 × 20 particles, 1 m × 1 m, 0.4 kg, tension springs of k/m = 1e4/s², held at two corners, \
-             falls for {DURATION} s from the horizontal. To this scene each effect is added by itself, then all together; \
+             falls for {DURATION} s from the horizontal. To this scene each effect is added by itself, then all together but for those that take the place of another; \
              the keys that are added stand with it. h = {STEP} s, {EXPLICIT_STEP} s for methods that take tension at the old \
              level; every method at its default settings. The change is the distance of the particles at the end from those \
              of the sheet without the effect, with the same method."

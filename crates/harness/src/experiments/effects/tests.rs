@@ -19,6 +19,33 @@ fn every_addition_is_a_valid_scene_that_differs_from_the_bare_one() {
 }
 
 #[test]
+fn all_together_is_every_addition_but_those_whose_place_another_holds() {
+    let all = all();
+    let everything = &all.last().expect("some").adds;
+    for addition in &all[1..all.len() - 1] {
+        let found = holds(everything, &addition.adds);
+        // A gusting wind has both.
+        let is_part = addition.holder.is_none()
+            || ["drag in still air", "steady wind"].contains(&addition.name);
+        assert_eq!(found, is_part, "{}", addition.name);
+        let holder = addition.holder.filter(|holder| *holder != "tension springs");
+        assert!(holder.is_none_or(|holder| all.iter().any(|a| a.name == holder)), "{holder:?}");
+    }
+}
+
+/// Whether a value has all that another one has.
+fn holds(all: &serde_json::Value, part: &serde_json::Value) -> bool {
+    use serde_json::Value::{Array, Object};
+    match (all, part) {
+        (Object(all), Object(part)) => {
+            part.iter().all(|(key, part)| all.get(key).is_some_and(|all| holds(all, part)))
+        }
+        (Array(all), Array(part)) => part.iter().all(|part| all.iter().any(|a| a == part)),
+        (all, part) => all == part,
+    }
+}
+
+#[test]
 fn an_addition_that_no_scene_knows_is_an_error_that_names_the_key() {
     let error = scene("x", &json!({ "effects": { "magic": 1 } })).expect_err("unknown").to_string();
     assert!(error.contains("effects.magic"), "{error}");
