@@ -6,7 +6,8 @@ use drape_solvers::{
     CompleteCholesky, Constraints, DenseInverse, Filter, Identity, IncompleteCholesky, Jacobi,
     LinearOperator, Norm, PcgReport, PcgSettings, PcgWorkspace, Preconditioner, Reference,
     ScalarMatrix, ScalarPcg, ScalarPreconditioner, SolveStatus, SolverError, constraint_impulse,
-    filtered_pcg, vector::dot, vector::norm,
+    filtered_pcg,
+    vector::{axpy, dot, norm, subtract_from},
 };
 
 /// Which preconditioner CG uses.
@@ -425,7 +426,7 @@ impl LaplacianSolver {
     pub fn relative_residual(&mut self, constraints: &Constraints, b: &[Vec3], v: &[Vec3]) -> f64 {
         constraints.prescribed_only(&mut self.correction);
         self.matrix.multiply(&self.correction, &mut self.residual);
-        self.residual.iter_mut().zip(b).for_each(|(r, b)| *r = b - *r);
+        subtract_from(b, &mut self.residual);
         constraints.project(&mut self.residual);
         let reference = norm(&self.residual);
         let residual = self.residual(constraints, b, v);
@@ -460,7 +461,7 @@ impl LaplacianSolver {
         for _ in 0..2 {
             self.preconditioner.as_dyn().apply(&self.residual, &mut self.correction);
             constraints.project(&mut self.correction);
-            v.iter_mut().zip(&self.correction).for_each(|(v, c)| *v += c);
+            axpy(1.0, &self.correction, v);
             self.filtered_residual(constraints, b, v);
             multiplications += 1;
             let residual = norm(&self.residual);
@@ -480,7 +481,7 @@ impl LaplacianSolver {
     /// `S (b − A v)`, in `self.residual`.
     fn filtered_residual(&mut self, constraints: &Constraints, b: &[Vec3], v: &[Vec3]) {
         self.matrix.multiply(v, &mut self.residual);
-        self.residual.iter_mut().zip(b).for_each(|(r, b)| *r = b - *r);
+        subtract_from(b, &mut self.residual);
         constraints.project(&mut self.residual);
     }
 

@@ -2,6 +2,7 @@
 
 use drape_model::Vec3;
 use drape_solvers::bands::in_bands;
+use drape_solvers::vector::extrapolate;
 
 /// Where an iterative solve starts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -57,9 +58,7 @@ impl Predictor {
         in_bands(bands, v.len(), out, &|band, out: &mut [Vec3]| {
             let (v, previous) = (&v[band.clone()], &self.previous[band]);
             if known {
-                for ((out, v), previous) in out.iter_mut().zip(v).zip(previous) {
-                    *out = v * 2.0 - previous; // EEH (22)
-                }
+                extrapolate(v, previous, out); // EEH (22)
             } else {
                 out.copy_from_slice(v);
             }

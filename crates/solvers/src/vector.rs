@@ -17,6 +17,7 @@
 //! shuffle, and blocks can be summed by different threads: both give the same bits as this code.
 
 use crate::Vec3;
+use crate::scalar::simd::vectorised;
 
 /// Particles of a block: the unit that a thread would sum alone.
 pub const BLOCK: usize = 256;
@@ -102,12 +103,7 @@ pub fn norm(a: &[Vec3]) -> f64 {
 /// # Panics
 /// When the lengths differ.
 pub fn axpy(alpha: f64, x: &[Vec3], y: &mut [Vec3]) {
-    assert_eq!(x.len(), y.len(), "block vectors of different length");
-    for (y, x) in y.iter_mut().zip(x) {
-        for k in 0..3 {
-            y[k] += alpha * x[k];
-        }
-    }
+    update(x, y, |x, y| y + alpha * x);
 }
 
 /// `y ← x + beta y`, the update of a search direction.
@@ -115,12 +111,7 @@ pub fn axpy(alpha: f64, x: &[Vec3], y: &mut [Vec3]) {
 /// # Panics
 /// When the lengths differ.
 pub fn scale_add(beta: f64, x: &[Vec3], y: &mut [Vec3]) {
-    assert_eq!(x.len(), y.len(), "block vectors of different length");
-    for (y, x) in y.iter_mut().zip(x) {
-        for k in 0..3 {
-            y[k] = x[k] + beta * y[k];
-        }
-    }
+    update(x, y, |x, y| x + beta * y);
 }
 
 /// `y ← b − y`, which turns a product `A x` into a residual.
@@ -128,10 +119,71 @@ pub fn scale_add(beta: f64, x: &[Vec3], y: &mut [Vec3]) {
 /// # Panics
 /// When the lengths differ.
 pub fn subtract_from(b: &[Vec3], y: &mut [Vec3]) {
-    assert_eq!(b.len(), y.len(), "block vectors of different length");
-    for (y, b) in y.iter_mut().zip(b) {
-        for k in 0..3 {
-            y[k] = b[k] - y[k];
+    update(b, y, |b, y| b - y);
+}
+
+/// `out ← 2 x − y`, the next term of an arithmetic progression.
+///
+/// # Panics
+/// When the lengths differ.
+pub fn extrapolate(x: &[Vec3], y: &[Vec3], out: &mut [Vec3]) {
+    assert_eq!([x.len(), y.len()], [out.len(); 2], "block vectors of different length");
+    vectorised!(pulp::Arch::new(), [_four,
+        x: &'k [f64] = bytemuck::cast_slice(x),
+        y: &'k [f64] = bytemuck::cast_slice(y),
+        out: &'k mut [f64] = bytemuck::cast_slice_mut(out),
+    ] -> () {
+        for ((out, x), y) in out.iter_mut().zip(x).zip(y) {
+            *out = 2.0 * x - y;
+        }
+    });
+}
+
+/// `y ← w x + alpha y` with one weight a particle.
+///
+/// # Panics
+/// When the lengths differ.
+pub fn weighted_scale_add(w: &[f64], x: &[Vec3], alpha: f64, y: &mut [Vec3]) {
+    assert_eq!([w.len(), x.len()], [y.len(); 2], "block vectors of different length");
+    vectorised!(pulp::Arch::new(), [_four,
+        w: &'k [f64] = w,
+        x: &'k [f64] = bytemuck::cast_slice(x),
+        alpha: f64 = alpha,
+        y: &'k mut [f64] = bytemuck::cast_slice_mut(y),
+    ] -> () {
+        let particles = x.as_chunks::<3>().0.iter().zip(y.as_chunks_mut::<3>().0);
+        for (w, (x, y)) in w.iter().zip(particles) {
+            for k in 0..3 {
+                y[k] = w * x[k] + alpha * y[k];
+            }
+        }
+    });
+}
+
+/// `y ← f(x, y)`, number by number, compiled for the processor at hand.
+#[inline]
+fn update(x: &[Vec3], y: &mut [Vec3], f: impl Fn(f64, f64) -> f64) {
+    assert_eq!(x.len(), y.len(), "block vectors of different length");
+    pulp::Arch::new().dispatch(Update {
+        x: bytemuck::cast_slice(x),
+        y: bytemuck::cast_slice_mut(y),
+        f,
+    });
+}
+
+struct Update<'a, F> {
+    x: &'a [f64],
+    y: &'a mut [f64],
+    f: F,
+}
+
+impl<F: Fn(f64, f64) -> f64> pulp::WithSimd for Update<'_, F> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        for (y, x) in self.y.iter_mut().zip(self.x) {
+            *y = (self.f)(*x, *y);
         }
     }
 }
@@ -193,5 +245,27 @@ mod tests {
         subtract_from(&x, &mut y);
         assert_eq!(y[0], Vec3::new(-6.0, -12.0, -18.0));
         assert_eq!(norm(&[Vec3::new(2.0, 3.0, 6.0)]), 7.0);
+    }
+
+    #[test]
+    fn updates_of_any_length_give_the_bits_of_their_formulas() {
+        let mut random = Random::new(3);
+        for n in (0..40).chain([255, 1000]) {
+            let (x, y) = (random.vectors(n), random.vectors(n));
+            let w: Vec<f64> = (0..n).map(|_| random.unit()).collect();
+            let assert = |fast: &[Vec3], f: &dyn Fn(usize, usize) -> f64| {
+                for i in 0..n {
+                    (0..3).for_each(|k| assert_eq!(fast[i][k].to_bits(), f(i, k).to_bits()));
+                }
+            };
+            let mut out = y.clone();
+            axpy(0.3, &x, &mut out);
+            assert(&out, &|i, k| y[i][k] + 0.3 * x[i][k]);
+            extrapolate(&x, &y, &mut out);
+            assert(&out, &|i, k| 2.0 * x[i][k] - y[i][k]);
+            out.copy_from_slice(&y);
+            weighted_scale_add(&w, &x, 0.3, &mut out);
+            assert(&out, &|i, k| w[i] * x[i][k] + 0.3 * y[i][k]);
+        }
     }
 }

@@ -3,6 +3,7 @@
 use drape_integrator::{Implicit, Slopes};
 use drape_model::{State, System, Vec3};
 use drape_solvers::bands::{bands, in_bands};
+use drape_solvers::vector::weighted_scale_add;
 
 /// `b`, and the part of it that Algorithm 1 leaves alone.
 #[derive(Debug)]
@@ -64,9 +65,7 @@ impl RightHandSide {
         implicit.add_forces_but_implicit_damping(system, state, b);
         implicit.add_damping_remainders(system, &state.x, &state.v, b);
         in_bands(bands, n, &mut b[..], &|band, b: &mut [Vec3]| {
-            for ((b, v), m) in b.iter_mut().zip(&state.v[band.clone()]).zip(&mass[band]) {
-                *b = v * *m + *b * h;
-            }
+            weighted_scale_add(&mass[band.clone()], &state.v[band], h, b);
         });
     }
 

@@ -10,6 +10,7 @@ use drape_integrator::{
 };
 use drape_model::{State, System, Vec3};
 use drape_solvers::bands::{bands, in_bands};
+use drape_solvers::vector::axpy;
 
 /// IMEX Euler, EEH (21).
 #[derive(Debug)]
@@ -55,10 +56,8 @@ fn advance(w: &mut Workspace, state: &mut State, h: f64, bands: usize) {
     w.predictor.take(&mut state.v, h);
     let new = &w.velocity;
     in_bands(bands, new.len(), (&mut state.x[..], &mut state.v[..]), &|band, (x, v)| {
-        for ((x, v), new) in x.iter_mut().zip(v).zip(&new[band]) {
-            *v = *new;
-            *x += new * h; // EEH (20)
-        }
+        v.copy_from_slice(&new[band.clone()]);
+        axpy(h, &new[band], x); // EEH (20)
     });
     w.contacts.settle(&mut state.v, |c| w.predictor.forget(c.particle, c.velocity));
     state.t += h;

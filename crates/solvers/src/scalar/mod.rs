@@ -47,7 +47,7 @@ mod buckets;
 mod diagonals;
 mod fused;
 mod lanes;
-mod simd;
+pub(crate) mod simd;
 mod soa;
 
 use crate::bands::bands;

@@ -26,7 +26,7 @@ pub(crate) trait Four: Copy {
 
 /// One by one, as the compiler sees fit.
 #[derive(Clone, Copy)]
-pub(super) struct Plain;
+pub(crate) struct Plain;
 
 impl Four for Plain {
     type Numbers = [f64; SLOTS];
@@ -59,7 +59,7 @@ impl Four for Plain {
 
 /// In one register of an instruction set whose registers hold four numbers.
 #[derive(Clone, Copy)]
-pub(super) struct Wide<S>(pub(super) S);
+pub(crate) struct Wide<S>(pub(crate) S);
 
 impl<S: Simd> Four for Wide<S> {
     type Numbers = S::f64s;
@@ -128,4 +128,4 @@ macro_rules! vectorised {
     }};
 }
 
-pub(super) use vectorised;
+pub(crate) use vectorised;
