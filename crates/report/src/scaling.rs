@@ -45,10 +45,11 @@ const PLATES: &[Plate<Input>] = &[
 ];
 
 /// Methods in the order of legends.
-const METHODS: [&str; 7] = [
+const METHODS: [&str; 8] = [
     "symplectic-euler",
     "leapfrog",
     "imex-euler",
+    "imex-euler, Jacobi",
     "imex-updated",
     "baraff-witkin",
     "desbrun",
@@ -116,7 +117,7 @@ fn cost(input: &Input) -> Option<Sheet> {
     });
     let mut drafts: Vec<Draft> =
         vec![(vec!["all methods, whole step".to_owned()], all.collect(), rules())];
-    for label in ["imex-euler", "leapfrog", "baraff-witkin"] {
+    for label in ["imex-euler", "imex-euler, Jacobi", "leapfrog", "baraff-witkin"] {
         let runs = of(label);
         let curves = PHASES.iter().enumerate().filter_map(|(n, phase)| {
             let points = runs.iter().filter_map(|run| {

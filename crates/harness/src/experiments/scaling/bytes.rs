@@ -15,6 +15,15 @@
 //! | CG: `v += α p`, `r −= α q` with `‖r‖` | v, r, p, q | v, r | 144 |
 //! | CG: `p = z + β p` | z, p | p | 72 |
 //! | end: history, velocity, positions | v_n, v, x | history, v, x | 144 |
+//!
+//! With Jacobi's preconditioner two sweeps an iteration do everything:
+//!
+//! | sweep | reads | writes | bytes |
+//! |---|---|---|---|
+//! | first residual, with `rᵀD⁻¹r` | diagonal twice, v, b | r | 88 |
+//! | `v += α p` of before, `p = D⁻¹ r + β p`, `q = A p`, `p·q` | diagonal twice, v, r, p | v, p, q | 160 |
+//! | `r −= α q`, `‖r‖`, `rᵀD⁻¹r` | diagonal, r, q | r | 80 |
+//! | `v += α p` of the last iteration | v, p | v | 72 |
 
 const EXPLICIT: f64 = 104.0;
 const FORCES: f64 = 80.0;
@@ -23,6 +32,12 @@ const RESIDUAL: f64 = 80.0;
 const PRECONDITIONER: f64 = 144.0;
 const ITERATION: f64 = 56.0 + 144.0 + 72.0;
 const END: f64 = 144.0;
+const JACOBI_RESIDUAL: f64 = 88.0;
+const JACOBI_ITERATION: f64 = 160.0 + 80.0;
+const JACOBI_LAST: f64 = 72.0;
+
+/// Label of IMEX Euler with Jacobi's preconditioner.
+pub(super) const JACOBI: &str = "imex-euler, Jacobi";
 
 /// Bytes a particle and step of a method; `None` where nobody has counted them.
 pub(super) fn least(label: &str, iterations_per_step: f64) -> Option<f64> {
@@ -31,6 +46,10 @@ pub(super) fn least(label: &str, iterations_per_step: f64) -> Option<f64> {
         "imex-euler" => {
             let solve =
                 RESIDUAL + PRECONDITIONER + iterations_per_step * (PRECONDITIONER + ITERATION);
+            Some(FORCES + START + solve + END)
+        }
+        JACOBI => {
+            let solve = JACOBI_RESIDUAL + iterations_per_step * JACOBI_ITERATION + JACOBI_LAST;
             Some(FORCES + START + solve + END)
         }
         _ => None,
@@ -45,6 +64,7 @@ mod tests {
     fn an_iteration_more_moves_what_its_kernels_move() {
         assert_eq!(least("imex-euler", 0.0), Some(520.0));
         assert_eq!(least("imex-euler", 2.0), Some(520.0 + 2.0 * 416.0));
+        assert_eq!(least(JACOBI, 2.0), Some(456.0 + 2.0 * 240.0));
         assert_eq!(least("symplectic-euler", 0.0), Some(104.0));
         assert_eq!(least("kang", 0.0), None);
     }

@@ -58,10 +58,11 @@ struct Contender {
     largest: u32,
 }
 
-const CONTENDERS: [Contender; 7] = [
+const CONTENDERS: [Contender; 8] = [
     Contender { label: "symplectic-euler", method: "symplectic-euler", largest: 1000 },
     Contender { label: "leapfrog", method: "leapfrog:solver=cg", largest: 1000 },
     Contender { label: "imex-euler", method: "imex-euler", largest: 1000 },
+    Contender { label: bytes::JACOBI, method: "imex-euler:preconditioner=jacobi", largest: 1000 },
     Contender { label: "imex-updated", method: "imex-updated", largest: 316 },
     Contender { label: "baraff-witkin", method: "baraff-witkin", largest: 316 },
     Contender { label: "desbrun", method: "desbrun", largest: 316 },
