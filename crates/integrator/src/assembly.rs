@@ -1,8 +1,10 @@
 //! The matrix of an implicit step whose forces are linearised, in 3×3 blocks.
 
 use crate::Implicit;
-use drape_model::{BlockPlanes, BlockSink, Effect, Level, Linearised, Mat3, System, Tangent, Vec3};
-use drape_solvers::{BandPlanes, BandedMatrix, BlockMatrix};
+use drape_model::{
+    BlockPlanes, BlockSink, Effect, Level, Linearised, Mat3, PairBlocks, System, Tangent, Vec3,
+};
+use drape_solvers::{BandPlanes, BandedMatrix, BlockMatrix, PairLines, PairMatrix};
 
 /// Where the implicit forces are linearised, and for a step of which length.
 ///
@@ -53,7 +55,7 @@ impl Linearisation<'_> {
         out: &mut [Vec3],
     ) {
         let Self { implicit, tau, x, tangent, .. } = *self;
-        let at = Linearised { x, tangent, stiffness_scale: tau * tau, damping_scale: tau, w };
+        let at = self.scaled(w);
         out.fill(Vec3::zeros());
         let BandPlanes { planes, stride, lead, offsets } = matrix.planes_mut();
         let planes = BlockPlanes { planes, stride, lead, offsets };
@@ -71,6 +73,39 @@ impl Linearisation<'_> {
         }
         implicit.multiply_stiffness(system, x, tangent, w, out);
     }
+
+    /// As [`assemble_bands`](Self::assemble_bands) for springs in any order. The matrix must be that of
+    /// [`Implicit::pair_matrix`].
+    pub fn assemble_pairs(
+        &self,
+        system: &System,
+        matrix: &mut PairMatrix,
+        w: &[Vec3],
+        out: &mut [Vec3],
+    ) {
+        let Self { implicit, tau, x, tangent, .. } = *self;
+        out.fill(Vec3::zeros());
+        let PairLines { diagonal, pairs, ends, slots } = matrix.lines_mut();
+        let lines = PairBlocks { diagonal, pairs, ends, slots };
+        if system.linearise_listed(implicit.effects(system), &self.scaled(w), lines, out) {
+            return;
+        }
+        matrix.clear();
+        for (i, &m) in system.mass().iter().enumerate() {
+            matrix.add_diagonal(i, &Mat3::from_diagonal_element(m));
+        }
+        let mut sink = Pairs(matrix);
+        for effect in implicit.effects(system) {
+            effect.add_stiffness(x, tau * tau, tangent, &mut sink);
+            effect.add_damping(self.lagged, tau, &mut sink);
+        }
+        implicit.multiply_stiffness(system, x, tangent, w, out);
+    }
+
+    fn scaled<'a>(&'a self, w: &'a [Vec3]) -> Linearised<'a> {
+        let Self { tau, x, tangent, .. } = *self;
+        Linearised { x, tangent, stiffness_scale: tau * tau, damping_scale: tau, w }
+    }
 }
 
 impl Implicit {
@@ -87,6 +122,15 @@ impl Implicit {
     pub fn banded_matrix(self, system: &System) -> Option<BandedMatrix> {
         let bands = system.bands(self.effects(system))?;
         Some(BandedMatrix::new(system.len(), bands))
+    }
+
+    /// The same for a system whose implicit effects are springs in any order, with full damping or none.
+    pub fn pair_matrix(self, system: &System) -> Option<PairMatrix> {
+        let mut edges = Vec::new();
+        for effect in self.effects(system) {
+            effect.visit_pairs(&mut |i, j| edges.push((i, j)));
+        }
+        system.are_listed(self.effects(system)).then(|| PairMatrix::new(system.len(), edges))
     }
 
     /// `out ← K w` at `x` in one sweep over the springs, without a matrix; N for `w` in m. Differences of `w`
@@ -139,6 +183,24 @@ impl BlockSink for Sum<'_> {
 struct Bands<'a>(&'a mut BandedMatrix);
 
 impl BlockSink for Bands<'_> {
+    fn add_pair(&mut self, i: usize, j: usize, block: &Mat3) {
+        self.0.add_pair(i, j, block);
+    }
+
+    fn add_general_pair(&mut self, i: usize, j: usize, block: &Mat3) {
+        debug_assert_eq!(*block, block.transpose(), "no spring has such a block");
+        self.0.add_pair(i, j, block);
+    }
+
+    fn add_diagonal(&mut self, i: usize, block: &Mat3) {
+        self.0.add_diagonal(i, block);
+    }
+}
+
+/// Adds blocks to a matrix of pairs, which exists for springs alone.
+struct Pairs<'a>(&'a mut PairMatrix);
+
+impl BlockSink for Pairs<'_> {
     fn add_pair(&mut self, i: usize, j: usize, block: &Mat3) {
         self.0.add_pair(i, j, block);
     }

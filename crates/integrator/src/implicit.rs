@@ -29,7 +29,7 @@ impl Implicit {
     }
 
     /// The implicit effects of a system.
-    pub fn effects(self, system: &System) -> impl Iterator<Item = &dyn Effect> {
+    pub fn effects(self, system: &System) -> impl Iterator<Item = &dyn Effect> + Clone {
         system.effects().filter(move |effect| self.selects(*effect))
     }
 

@@ -67,7 +67,9 @@ mod strict;
 mod system;
 mod topology;
 
-pub use effects::{BlockPlanes, BlockSink, Effect, LinearSplit, Linearised, Part, Tangent};
+pub use effects::{
+    BlockPlanes, BlockSink, Effect, LinearSplit, Linearised, PairBlocks, Part, Tangent,
+};
 pub use error::{SceneError, Violation};
 pub use fabric::Fabric;
 pub use load::{Input, load, parse};

@@ -2,7 +2,7 @@
 
 use crate::effects::batch::{self, Quads};
 use crate::effects::sweep::{self, MAX_PASSES, Window};
-use crate::effects::{BlockPlanes, Effect, Linearised, Part, Pass, tangent};
+use crate::effects::{BlockPlanes, Effect, Linearised, PairBlocks, Part, Pass, pairs, tangent};
 use crate::{Detection, Level, MovingPin, Obstacle, Vec3};
 use std::num::NonZero;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -218,7 +218,7 @@ impl System {
     }
 
     /// The effects that the scene names, in a fixed order.
-    pub fn effects(&self) -> impl Iterator<Item = &dyn Effect> {
+    pub fn effects(&self) -> impl Iterator<Item = &dyn Effect> + Clone {
         self.effects.iter().map(AsRef::as_ref)
     }
 
@@ -331,6 +331,32 @@ impl System {
         let Some(window) = memory.windows.first_mut() else { return false };
         tangent::add(&passes.list[..passes.count], window, &self.mass, at, matrix, out);
         true
+    }
+
+    /// Whether the Jacobians of all these effects can be added from a list of springs
+    /// ([`linearise_listed`](Self::linearise_listed)): springs in any order with full damping or none.
+    pub fn are_listed<'a>(&'a self, mut effects: impl Iterator<Item = &'a dyn Effect>) -> bool {
+        effects.all(|effect| pairs::listed(effect, &self.mass).is_some())
+    }
+
+    /// As [`linearise`](Self::linearise) for springs in any order: overwrites `matrix` with `M + σ K + τ D` of the effects, and
+    /// adds `K w`, N, to `out`.
+    ///
+    /// Returns `false`, and does nothing, where the effects [are not listed](Self::are_listed) or the table of the matrix is
+    /// not that of their springs.
+    ///
+    /// # Panics
+    /// When a vector has not one entry a particle.
+    #[must_use = "false means that nothing was computed"]
+    pub fn linearise_listed<'a>(
+        &'a self,
+        effects: impl Iterator<Item = &'a dyn Effect> + Clone,
+        at: &Linearised<'_>,
+        matrix: PairBlocks<'_>,
+        out: &mut [Vec3],
+    ) -> bool {
+        let springs = effects.clone().filter_map(|effect| pairs::listed(effect, &self.mass));
+        self.are_listed(effects) && pairs::add(springs, &self.mass, at, matrix, out)
     }
 
     /// Replaces the masses, kg. A list of another length, or with a value that is not positive and

@@ -97,6 +97,7 @@ pub mod error;
 pub mod laplacian;
 pub mod operator;
 mod ordering;
+mod pairs;
 mod panels;
 mod pattern;
 pub mod pcg;
@@ -118,6 +119,7 @@ pub use direct::{BlockCholesky, BlockLdlt, CompleteLdlt};
 pub use error::SolverError;
 pub use laplacian::ScalarMatrix;
 pub use operator::LinearOperator;
+pub use pairs::{PairLines, PairMatrix};
 pub use pcg::{
     Norm, PcgReport, PcgSettings, PcgWorkspace, Reference, SolveStatus, constraint_impulse,
     filtered_pcg,

@@ -5,8 +5,8 @@ use drape_integrator::{Implicit, Linearisation, PrepareError, SolveStatus, StepE
 use drape_model::{State, System, Tangent, Vec3};
 use drape_solvers::{
     BandedMatrix, BlockCholesky, BlockJacobi, BlockLdlt, BlockMatrix, Constraints, Identity,
-    LinearOperator, PcgReport, PcgSettings, PcgWorkspace, Preconditioner, Reference, SolverError,
-    constraint_impulse, filtered_pcg,
+    LinearOperator, PairMatrix, PcgReport, PcgSettings, PcgWorkspace, Preconditioner, Reference,
+    SolverError, constraint_impulse, filtered_pcg,
     vector::{norm, subtract_from},
 };
 
@@ -141,13 +141,15 @@ impl LinearSystem {
     }
 }
 
-/// `A = M − h ∂f/∂v − h² ∂f/∂x`, kg: one matrix in two forms, with the same products bit for bit.
+/// `A = M − h ∂f/∂v − h² ∂f/∂x`, kg: one matrix in three forms, with the same products bit for bit.
 #[derive(Debug)]
 enum Matrix {
     /// Of any system; what a direct solver takes.
     Rows(BlockMatrix),
     /// Of a regular grid.
     Bands(BandedMatrix),
+    /// Of springs in any order.
+    Pairs(PairMatrix),
 }
 
 impl LinearOperator for Matrix {
@@ -155,6 +157,7 @@ impl LinearOperator for Matrix {
         match self {
             Self::Rows(matrix) => matrix.size(),
             Self::Bands(matrix) => matrix.size(),
+            Self::Pairs(matrix) => matrix.size(),
         }
     }
 
@@ -162,14 +165,18 @@ impl LinearOperator for Matrix {
         match self {
             Self::Rows(matrix) => matrix.multiply(x, y),
             Self::Bands(matrix) => matrix.multiply(x, y),
+            Self::Pairs(matrix) => matrix.multiply(x, y),
         }
     }
 }
 
 impl Matrix {
     fn new(system: &System, implicit: Implicit) -> Self {
-        match implicit.banded_matrix(system) {
-            Some(matrix) => Self::Bands(matrix),
+        if let Some(matrix) = implicit.banded_matrix(system) {
+            return Self::Bands(matrix);
+        }
+        match implicit.pair_matrix(system) {
+            Some(matrix) => Self::Pairs(matrix),
             None => Self::Rows(implicit.block_matrix(system)),
         }
     }
@@ -179,6 +186,7 @@ impl Matrix {
         match self {
             Self::Rows(matrix) => linearise_rows(at, system, matrix, w, out),
             Self::Bands(matrix) => at.assemble_bands(system, matrix, w, out),
+            Self::Pairs(matrix) => at.assemble_pairs(system, matrix, w, out),
         }
     }
 }
@@ -227,6 +235,7 @@ impl ConjugateGradients {
             let _ = match &self.matrix {
                 Matrix::Rows(matrix) => block_jacobi.update(matrix),
                 Matrix::Bands(matrix) => block_jacobi.update_banded(matrix),
+                Matrix::Pairs(matrix) => block_jacobi.update_pairs(matrix),
             };
         }
     }
@@ -324,5 +333,58 @@ impl Direct {
         subtract_from(b, &mut self.residual);
         constraints.project(&mut self.residual);
         norm(&self.residual)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_support::{build, rough_sheet};
+    use drape_model::DampingLaw;
+
+    /// What a matrix makes of the system: its product with the velocities, and `K w` of the right-hand side.
+    fn bits(matrix: &mut Matrix, system: &System, state: &State, tangent: Tangent) -> Vec<u64> {
+        let (implicit, lagged) = (Implicit::Springs, state.level());
+        let at = Linearisation { implicit, tau: 0.02, x: &state.x, lagged, tangent };
+        let [mut stiffness, mut product] = [(); 2].map(|()| vec![Vec3::x(); state.len()]);
+        for _ in 0..2 {
+            matrix.linearise(&at, system, &state.v, &mut stiffness);
+        }
+        matrix.multiply(&state.v, &mut product);
+        let vectors = product.iter().chain(&stiffness);
+        vectors.flat_map(|v| [v.x.to_bits(), v.y.to_bits(), v.z.to_bits()]).collect()
+    }
+
+    #[test]
+    fn listed_springs_take_the_matrix_of_pairs_with_the_bits_of_compressed_rows() {
+        for side in [3, 7, 20] {
+            let mut spec = rough_sheet(side, 1e4, 0.3, DampingLaw::Full);
+            spec.springs.sort_by_key(|s| (s.i * 7919 + s.j * 104_729) % 1009);
+            let (system, state) = build(&spec);
+            let mut matrix = Matrix::new(&system, Implicit::Springs);
+            assert!(matches!(matrix, Matrix::Pairs(_)), "{matrix:?}");
+            let mut rows = Matrix::Rows(Implicit::Springs.block_matrix(&system));
+            for tangent in [Tangent::Exact, Tangent::Projected] {
+                let [fast, readable] =
+                    [&mut matrix, &mut rows].map(|m| bits(m, &system, &state, tangent));
+                assert_eq!(fast, readable, "{side}, {tangent:?}");
+            }
+        }
+        let (system, _) = build(&rough_sheet(7, 1e4, 0.3, DampingLaw::Projected));
+        assert!(matches!(Matrix::new(&system, Implicit::Springs), Matrix::Rows(_)));
+    }
+
+    /// A matrix whose table is that of other springs searches the place of each block.
+    #[test]
+    fn a_matrix_made_for_another_order_of_the_springs_gives_the_same_bits() {
+        let mut spec = rough_sheet(6, 1e4, 0.3, DampingLaw::Full);
+        spec.springs.sort_by_key(|s| (s.i * 7919 + s.j * 104_729) % 1009);
+        let (system, state) = build(&spec);
+        let mut own = Matrix::new(&system, Implicit::Springs);
+        spec.springs.reverse();
+        let mut other = Matrix::new(&build(&spec).0, Implicit::Springs);
+        let [own, other] =
+            [&mut own, &mut other].map(|m| bits(m, &system, &state, Tangent::Projected));
+        assert_eq!(own, other);
     }
 }

@@ -24,10 +24,11 @@ pub(crate) use hinge::dihedral_angle;
 pub use hinge::{Hinge, Hinges};
 pub(crate) use piecewise::{Buckling, Curve};
 pub use piecewise::{PiecewiseSprings, TensionLaw};
+pub use springs::pairs::PairBlocks;
 pub use springs::sweep::{Field, ListedSprings, Pass, Springs};
 pub use springs::tangent::{BlockPlanes, Linearised};
 pub use springs::{LinearSprings, Spring};
-pub(crate) use springs::{batch, sweep, tangent};
+pub(crate) use springs::{batch, pairs, sweep, tangent};
 
 use crate::{Level, Mat3, Vec3};
 use std::fmt::Debug;

@@ -8,7 +8,7 @@
 
 use super::{Preconditioner, jacobi::is_pivot};
 use crate::banded::{join, split};
-use crate::{BandedMatrix, BlockMatrix, Mat3, SolverError, Vec3};
+use crate::{BandedMatrix, BlockMatrix, Mat3, PairMatrix, SolverError, Vec3};
 
 /// Blocks that are computed at a time.
 const GROUP: usize = 64;
@@ -70,14 +70,34 @@ impl BlockJacobi {
     /// As [`update`](Self::update).
     pub fn update_banded(&mut self, a: &BandedMatrix) -> Result<(), SolverError> {
         self.check(a.n(), a.n() * (1 + 2 * a.offsets().len()))?;
-        let stride = self.stride();
         let blocks = a.diagonal();
-        let update = Inversion { n: self.n, blocks, planes: &mut self.planes, stride };
+        self.invert_many(
+            #[inline(always)]
+            |i| blocks.map(|plane| plane[i]),
+        )
+    }
+
+    /// Takes over the diagonal blocks of `a`: the same numbers as [`update`](Self::update), several at a time.
+    ///
+    /// # Errors
+    /// As [`update`](Self::update).
+    pub fn update_pairs(&mut self, a: &PairMatrix) -> Result<(), SolverError> {
+        self.check(a.n(), a.nonzeros())?;
+        self.invert_many(
+            #[inline(always)]
+            |i| a.diagonal(i),
+        )
+    }
+
+    /// Takes over blocks `xx, xy, xz, yy, yz, zz`.
+    fn invert_many(&mut self, block: impl Fn(usize) -> [f64; 6]) -> Result<(), SolverError> {
+        let (n, stride) = (self.n, self.stride());
+        let update = Inversion { n, block: &block, planes: &mut self.planes, stride };
         if pulp::Arch::new().dispatch(update) {
             return Ok(());
         }
-        let pivots = |i: usize| inverse(blocks.map(|plane| plane[i])).1;
-        let bad = (0..self.n).find(|&i| !pivots(i).into_iter().all(is_pivot));
+        let pivots = |i: usize| inverse(block(i)).1;
+        let bad = (0..n).find(|&i| !pivots(i).into_iter().all(is_pivot));
         bad.map_or(Ok(()), |i| Err(self.refuse(i, pivots(i))))
     }
 
@@ -106,27 +126,30 @@ impl Preconditioner for BlockJacobi {
     }
 }
 
-struct Inversion<'a> {
+struct Inversion<'a, B> {
     n: usize,
-    blocks: [&'a [f64]; 6],
+    block: &'a B,
     planes: &'a mut [f64],
     stride: usize,
 }
 
-impl pulp::WithSimd for Inversion<'_> {
+impl<B: Fn(usize) -> [f64; 6]> pulp::WithSimd for Inversion<'_, B> {
     /// Whether all pivots are positive.
     type Output = bool;
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) -> bool {
-        let Self { n, blocks, planes, stride } = self;
+        let Self { n, block, planes, stride } = self;
         let mut bad = [0_u64; GROUP];
-        let mut inverses = [[0.0; GROUP]; 6];
+        let (mut blocks, mut inverses) = ([[0.0; GROUP]; 6], [[0.0; GROUP]; 6]);
         for i in (0..n).step_by(GROUP) {
             let m = GROUP.min(n - i);
-            let a = blocks.map(|plane| &plane[i..i + m]);
             for t in 0..m {
-                let (inverse, pivots) = inverse(a.map(|plane| plane[t]));
+                let block = block(i + t);
+                (0..6).for_each(|c| blocks[c][t] = block[c]);
+            }
+            for t in 0..m {
+                let (inverse, pivots) = inverse(blocks.each_ref().map(|plane| plane[t]));
                 let good = is_pivot(pivots[0]) & is_pivot(pivots[1]) & is_pivot(pivots[2]);
                 bad[t] |= u64::from(!good);
                 (0..6).for_each(|c| inverses[c][t] = inverse[c]);
@@ -218,24 +241,29 @@ mod tests {
 
         /// Many at a time as one by one, and applied as the formula says, bit for bit.
         #[test]
-        fn banded_blocks_give_the_same_bits(n in 1_usize..300, seed in any::<u64>()) {
+        fn banded_blocks_and_pairs_give_the_same_bits(n in 1_usize..300, seed in any::<u64>()) {
             let mut random = Random::new(seed);
             let mut rows = BlockMatrix::with_pattern(n, []);
             let mut banded = BandedMatrix::new(n, [1]);
+            let mut pairs = PairMatrix::new(n, []);
             for i in 0..n {
                 let (u, v) = (random.vector(), random.vector());
                 let block = Mat3::identity() + u * u.transpose() + v * v.transpose();
                 rows.add_diagonal(i, &block);
                 banded.add_diagonal(i, &block);
+                pairs.add_diagonal(i, &block);
             }
-            let [mut fast, mut readable] = [(); 2].map(|()| BlockJacobi::identity(n));
+            let [mut fast, mut other, mut readable] =
+                [(); 3].map(|()| BlockJacobi::identity(n));
             fast.update_banded(&banded).unwrap();
+            other.update_pairs(&pairs).unwrap();
             readable.update(&rows).unwrap();
             let bits = |p: &BlockJacobi| -> Vec<u64> {
                 let planes = p.planes.chunks(p.stride());
                 planes.flat_map(|plane| plane[..n].iter().map(|x| x.to_bits())).collect()
             };
             prop_assert_eq!(bits(&fast), bits(&readable));
+            prop_assert_eq!(bits(&other), bits(&readable));
             let (r, mut z) = (random.vectors(n), random.vectors(n));
             fast.apply(&r, &mut z);
             for i in 0..n {

@@ -7,6 +7,7 @@
 pub(crate) mod batch;
 pub(crate) mod diagonals;
 pub(crate) mod listed;
+pub(crate) mod pairs;
 pub(crate) mod sweep;
 pub(crate) mod tangent;
 #[cfg(test)]

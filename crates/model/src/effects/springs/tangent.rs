@@ -290,24 +290,10 @@ fn blocks_and_forces(
     let (xx, xy, xz) = (&mut xx[..m], &mut xy[..m], &mut xz[..m]);
     let (yy, yz, zz) = (&mut yy[..m], &mut yz[..m], &mut zz[..m]);
     let (fx, fy, fz) = (&mut fx[..m], &mut fy[..m], &mut fz[..m]);
-    let collapsed = COLLAPSED * d.rest_length;
     for t in 0..m {
         let difference = |axis: usize| own[axis][t] - other[axis][t];
-        let (dx, dy, dz) = (difference(0), difference(1), difference(2));
-        let length = (dx * dx + dy * dy + dz * dz).sqrt();
-        let far = length > collapsed;
-        let over_length = |a: f64| if far { a / length } else { 0.0 };
-        let across = law(1.0 - over_length(d.rest_length));
-        let (ux, uy, uz) = (over_length(dx), over_length(dy), over_length(dz));
-        let along = 1.0 - across;
-        let direction = [
-            ux * ux * along + across,
-            ux * uy * along + 0.0,
-            ux * uz * along + 0.0,
-            uy * uy * along + across,
-            uy * uz * along + 0.0,
-            uz * uz * along + across,
-        ];
+        let direction =
+            unit_block([difference(0), difference(1), difference(2)], d.rest_length, &law);
         let k = f64::from(present[t]) * d.stiffness;
         let s = direction.map(|b| 0.0 - b * (scale * k));
         (xx[t], xy[t], xz[t]) = (s[0], s[1], s[2]);
@@ -318,6 +304,29 @@ fn blocks_and_forces(
         fy[t] = -(b[1] * wx + b[3] * wy + b[4] * wz);
         fz[t] = -(b[2] * wx + b[4] * wy + b[5] * wz);
     }
+}
+
+/// `xx, xy, xz, yy, yz, zz` of `ûûᵀ + (1 − ℓ/L)(I − ûûᵀ)` for ends that are `d` apart, with what `law` makes of `1 − ℓ/L`.
+#[inline(always)]
+pub(super) fn unit_block(
+    [dx, dy, dz]: [f64; 3],
+    rest_length: f64,
+    law: &impl Fn(f64) -> f64,
+) -> [f64; 6] {
+    let length = (dx * dx + dy * dy + dz * dz).sqrt();
+    let far = length > COLLAPSED * rest_length;
+    let over_length = |a: f64| if far { a / length } else { 0.0 };
+    let across = law(1.0 - over_length(rest_length));
+    let (ux, uy, uz) = (over_length(dx), over_length(dy), over_length(dz));
+    let along = 1.0 - across;
+    [
+        ux * ux * along + across,
+        ux * uy * along + 0.0,
+        ux * uz * along + 0.0,
+        uy * uy * along + across,
+        uy * uz * along + 0.0,
+        uz * uz * along + across,
+    ]
 }
 
 #[inline(always)]
