@@ -117,10 +117,10 @@ fn what_a_method_does_not_support_is_refused_by_file_and_key() {
     let folder = tempfile::tempdir().unwrap();
     let rough = SCENE.replace(r#""radius_m": 0.5"#, r#""radius_m": 0.5, "friction": 0.3"#);
     std::fs::write(folder.path().join("rough.json"), rough).unwrap();
-    let output = drape(folder.path(), &["run", "rough.json", "--method", "imex-sbdf2"]);
+    let output = drape(folder.path(), &["run", "rough.json", "--method", "imex-cnlf"]);
     let message = text(&output.stderr);
     assert_eq!(code(&output), 2, "{message}");
-    let expected = "drape: rough.json: `obstacles[0].sphere.friction`: imex-sbdf2 does not support";
+    let expected = "drape: rough.json: `obstacles[0].sphere.friction`: imex-cnlf does not support";
     assert!(message.starts_with(expected) && message.lines().count() == 1, "{message}");
 }
 
