@@ -487,4 +487,12 @@ fn a_step_too_long_for_a_speed_that_comes_later_is_told_then() {
     let long = warnings("0.08");
     assert!(long.contains("the drag of the air") && long.contains("fastest"), "{long}");
     assert!(!warnings("0.01").contains("warning"));
+    let diverged = warnings("0.1");
+    assert!(diverged.contains("diverged at step"), "{diverged}");
+    let told =
+        diverged.lines().find(|line| line.contains("the drag of the air")).unwrap_or_default();
+    assert!(told.contains("fastest before it diverges"), "{diverged}");
+    let times: f64 =
+        told.rsplit(" is ").next().unwrap().split(' ').next().unwrap().parse().unwrap();
+    assert!((1.0..10.0).contains(&times), "the speeds of the blow-up are left out: {told}");
 }
