@@ -131,11 +131,10 @@ fn the_methods_of_the_registry_support_everything_that_a_system_can_have() {
 }
 
 #[test]
-fn two_step_imex_methods_refuse_friction_by_name_and_all_others_take_it() {
+fn cnlf_refuses_friction_by_name_and_all_others_take_it() {
     for method in methods::all() {
         let outcome = method.check(&with("friction"));
-        let is_two_step = ["imex-sbdf2", "imex-cnab2", "imex-mcnab2", "imex-cnlf"];
-        if is_two_step.contains(&method.id) {
+        if method.id == "imex-cnlf" {
             let refused = matches!(&outcome, Err(PrepareError::Unsupported { method: id, what, key })
                 if *id == method.id && what == "friction" && key == "obstacles[0].plane.friction");
             assert!(refused, "{}: {outcome:?}", method.id);

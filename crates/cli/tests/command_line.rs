@@ -117,10 +117,10 @@ fn what_a_method_does_not_support_is_refused_by_file_and_key() {
     let folder = tempfile::tempdir().unwrap();
     let rough = SCENE.replace(r#""radius_m": 0.5"#, r#""radius_m": 0.5, "friction": 0.3"#);
     std::fs::write(folder.path().join("rough.json"), rough).unwrap();
-    let output = drape(folder.path(), &["run", "rough.json", "--method", "imex-sbdf2"]);
+    let output = drape(folder.path(), &["run", "rough.json", "--method", "imex-cnlf"]);
     let message = text(&output.stderr);
     assert_eq!(code(&output), 2, "{message}");
-    let expected = "drape: rough.json: `obstacles[0].sphere.friction`: imex-sbdf2 does not support";
+    let expected = "drape: rough.json: `obstacles[0].sphere.friction`: imex-cnlf does not support";
     assert!(message.starts_with(expected) && message.lines().count() == 1, "{message}");
 }
 
@@ -487,4 +487,12 @@ fn a_step_too_long_for_a_speed_that_comes_later_is_told_then() {
     let long = warnings("0.08");
     assert!(long.contains("the drag of the air") && long.contains("fastest"), "{long}");
     assert!(!warnings("0.01").contains("warning"));
+    let diverged = warnings("0.1");
+    assert!(diverged.contains("diverged at step"), "{diverged}");
+    let told =
+        diverged.lines().find(|line| line.contains("the drag of the air")).unwrap_or_default();
+    assert!(told.contains("fastest before it diverges"), "{diverged}");
+    let times: f64 =
+        told.rsplit(" is ").next().unwrap().split(' ').next().unwrap().parse().unwrap();
+    assert!((1.0..10.0).contains(&times), "the speeds of the blow-up are left out: {told}");
 }

@@ -57,6 +57,11 @@ impl<'a> Moving<'a> {
         self.state.t
     }
 
+    /// Total energy, J.
+    pub fn energy(&self) -> f64 {
+        self.system.kinetic_energy(&self.state.v) + self.system.potential_energy(&self.state.x)
+    }
+
     /// Whether every coordinate of the state is a finite number.
     pub fn is_finite(&self) -> bool {
         self.state.is_finite()
@@ -74,13 +79,26 @@ impl<'a> Moving<'a> {
 pub struct Peak {
     energy: f64,
     state: Option<State>,
+    /// Total energy at the start, J, where states that gained energy are left out.
+    start: Option<f64>,
 }
 
+/// Rise of the total energy over the kinetic energy above which a state is one of a run that blows up: it moves by energy that
+/// came from nowhere.
+const BLOWN: f64 = 0.5;
+
 impl Peak {
+    /// Of a run that may blow up, what it did before: states whose total energy lies above that of the start, `energy` J, by more
+    /// than half of their kinetic energy are left out. Says nothing where pins, obstacles or a wind do work.
+    pub fn before_a_rise_above(energy: f64) -> Self {
+        Self { start: Some(energy), ..Self::default() }
+    }
+
     /// Keeps a state that is finite and faster than all before.
     pub fn look(&mut self, moving: Moving<'_>) {
         let energy = moving.system.kinetic_energy(&moving.state.v);
-        if energy > self.energy && energy.is_finite() {
+        let is_sound = || self.start.is_none_or(|start| moving.energy() - start <= BLOWN * energy);
+        if energy > self.energy && energy.is_finite() && is_sound() {
             self.energy = energy;
             match &mut self.state {
                 Some(state) => state.copy_from(moving.state),

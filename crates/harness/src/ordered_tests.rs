@@ -202,6 +202,27 @@ fn a_fall_at_terminal_speed_is_steady_below_the_limit_and_not_above() {
     assert!(strays(1.05) > 100.0 * disturbed, "{}", strays(1.05));
 }
 
+/// A sheet that flies on, until what is left of a shake blows up.
+#[test]
+fn the_peak_before_a_rise_leaves_out_what_the_blow_up_made_fast() {
+    let mut spec = shaken(r#""tension": { "stiffness_over_mass_per_s2": 1e4 }"#);
+    spec.particles.velocity_m_s = vec![[0.3, 0.0, 0.1]; spec.particles.mass_kg.len()];
+    let mut simulation = OrderedSimulation::new(&spec, &choice("symplectic-euler")).unwrap();
+    let start = simulation.moving().energy();
+    let (mut all, mut before) = (Peak::default(), Peak::before_a_rise_above(start));
+    let step_s = 1.5 * simulation.explicit_numbers().limit();
+    let time = TimeSpan { step_s, duration_s: 1000.0 * step_s };
+    let look = |_, moving: Moving<'_>| {
+        all.look(moving);
+        before.look(moving);
+    };
+    let outcome = simulation.simulate(time, Options::default(), look).unwrap();
+    assert!(outcome.divergence.is_some());
+    assert!(all.energy > 1e3 * start, "{} J of {start} J", all.energy);
+    let kept = before.energy / start;
+    assert!((0.99..=2.0).contains(&kept), "{kept}");
+}
+
 #[test]
 fn the_peak_is_the_fastest_of_the_states_that_were_looked_at() {
     let choice = Choice::parse("symplectic-euler", &[]).unwrap();

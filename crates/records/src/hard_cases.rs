@@ -11,7 +11,7 @@ pub struct Facts {
     pub cases: Vec<Case>,
     /// The columns: methods, each at its defaults or in a named form.
     pub methods: Vec<String>,
-    /// One cell a case that can be run, method, and damping.
+    /// One cell a case, method, and damping.
     pub cells: Vec<Cell>,
     /// Cells whose verdict differs from the expected one without an explanation.
     pub unexplained: Vec<String>,
@@ -27,8 +27,6 @@ pub struct Case {
     pub scene: String,
     /// How its energy is judged.
     pub judged: String,
-    /// The effect that it needs and that does not exist; such a case has no cells.
-    pub absent: Option<String>,
     /// Number of particles.
     pub particles: usize,
     /// Number of springs.

@@ -3,7 +3,7 @@
 use crate::number::{significant, trimmed};
 use crate::page::{Section, Table, absent, texts};
 use crate::plate::{self, Plate};
-use crate::plot::{Content, Matrix, Row as Line, Shade, Tile};
+use crate::plot::{Matrix, Row as Line, Shade, Tile};
 use crate::{Chapter, Timed, read_timed};
 use drape_records::claims::{Facts, Number, Row, TimingRow, Verdict};
 
@@ -82,7 +82,7 @@ fn verdicts(input: &Input) -> Option<Matrix> {
         Line {
             label: format!("{} (§{}) {}", row.id, row.section, row.says),
             is_first: true,
-            content: Content::Tiles(KNOWN.iter().map(tile).collect()),
+            tiles: KNOWN.iter().map(tile).collect(),
         }
     };
     let legend = KNOWN.iter().map(|(verdict, letter, shade)| {

@@ -3,7 +3,7 @@
 use crate::number::{significant, trimmed};
 use crate::page::{Table, absent, texts};
 use crate::plate::Plate;
-use crate::plot::{Content, Matrix, Row, Shade, Tile};
+use crate::plot::{Matrix, Row, Shade, Tile};
 use crate::{Chapter, Timed, timed_section};
 use drape_records::effects::{Cell, Facts, NOTHING, TimingRow};
 
@@ -68,7 +68,7 @@ fn support(input: &Input) -> Option<Matrix> {
         Row {
             label: (*effect).to_owned(),
             is_first: false,
-            content: Content::Tiles(columns.iter().map(of).collect()),
+            tiles: columns.iter().map(of).collect(),
         }
     };
     let rows: Vec<_> = effects.iter().map(row).collect();

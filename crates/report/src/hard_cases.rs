@@ -3,7 +3,7 @@
 use crate::number::{significant, trimmed};
 use crate::page::Table;
 use crate::plate::Plate;
-use crate::plot::{Content, Matrix, Row, Shade, Tile};
+use crate::plot::{Matrix, Row, Shade, Tile};
 use crate::{Chapter, section};
 use drape_records::Record;
 use drape_records::hard_cases::{Case, Cell, Facts};
@@ -76,16 +76,10 @@ fn verdicts(input: &Input) -> Option<Matrix> {
     let facts = &input.facts;
     let mut rows = Vec::new();
     for (n, case) in facts.cases.iter().enumerate() {
-        let content = match &case.absent {
-            Some(effect) => Content::Text(format!("undecided: effect absent ({effect})")),
-            None => {
-                let tiles =
-                    |method: &String| pair(facts, case, method).into_iter().map(tile).collect();
-                Content::Tiles(facts.methods.iter().map(tiles).collect())
-            }
-        };
+        let tiles = |method: &String| pair(facts, case, method).into_iter().map(tile).collect();
+        let tiles = facts.methods.iter().map(tiles).collect();
         let is_first = n == 0 || id(&facts.cases[n - 1]) != id(case);
-        rows.push(Row { label: case.name.clone(), is_first, content });
+        rows.push(Row { label: case.name.clone(), is_first, tiles });
     }
     let legend = KNOWN
         .iter()
@@ -157,19 +151,16 @@ fn numbers(facts: &Facts) -> Table {
     names.extend(facts.methods.iter().cloned());
     let line = |case: &Case| {
         let mut line = vec![case.name.clone()];
-        line.extend(facts.methods.iter().map(|method| match &case.absent {
-            Some(_) => "?".to_owned(),
-            None => {
-                let verdicts = pair(facts, case, method).into_iter().map(verdict);
-                verdicts.collect::<Vec<_>>().join(" / ")
-            }
+        line.extend(facts.methods.iter().map(|method| {
+            let verdicts = pair(facts, case, method).into_iter().map(verdict);
+            verdicts.collect::<Vec<_>>().join(" / ")
         }));
         line
     };
     Table {
         title: "**Verdicts**, undamped / damped: S stable, M marginal, U unstable (with the greatest gain of energy over \
-                E_ref), D diverged, B over budget (with the time reached), R refused, – nothing to vary, ? undecided: \
-                effect absent. Capital letter: theory says what should come out."
+                E_ref), D diverged, B over budget (with the time reached), R refused, – nothing to vary. Capital \
+                letter: theory says what should come out."
             .to_owned(),
         header: names,
         names: 1,
@@ -179,26 +170,19 @@ fn numbers(facts: &Facts) -> Table {
 
 fn cases(facts: &Facts) -> Table {
     let line = |case: &Case| {
-        let mut line = vec![case.name.clone()];
-        match &case.absent {
-            Some(effect) => {
-                line.push(format!("undecided: effect absent ({effect})"));
-                line.extend(std::iter::repeat_n("–".to_owned(), 5));
-            }
-            None => line.extend([
-                case.scene.clone(),
-                case.judged.clone(),
-                case.particles.to_string(),
-                trimmed(case.step_s, 3),
-                case.steps.to_string(),
-                format!(
-                    "{} / {}",
-                    significant(case.released_undamped_j, 3),
-                    significant(case.released_damped_j, 3)
-                ),
-            ]),
-        }
-        line
+        vec![
+            case.name.clone(),
+            case.scene.clone(),
+            case.judged.clone(),
+            case.particles.to_string(),
+            trimmed(case.step_s, 3),
+            case.steps.to_string(),
+            format!(
+                "{} / {}",
+                significant(case.released_undamped_j, 3),
+                significant(case.released_damped_j, 3)
+            ),
+        ]
     };
     Table {
         title: "**The cases.** h: the step (the base of the pattern in H09); E_ref: energy that the scene sets free, undamped / damped."

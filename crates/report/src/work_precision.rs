@@ -5,8 +5,8 @@ use crate::number::{power, significant};
 use crate::page::{Section, Table, absent, texts};
 use crate::plate::{self, Plate};
 use crate::plot::{
-    Axis, Content, Draft, Look, Matrix, Point, Row as Line, Series, Shade, Sheet, State, Tile,
-    panels_of, values,
+    Axis, Draft, Look, Matrix, Point, Row as Line, Series, Shade, Sheet, State, Tile, panels_of,
+    values,
 };
 use crate::{Chapter, Timed, read_timed};
 use drape_records::work_precision::{COMPLETED, Facts, Row, Run, Scene, TimingRow, Winner};
@@ -345,7 +345,7 @@ fn map(input: &Input) -> Option<Matrix> {
             rows.push(Line {
                 label: format!("{name}, {damping} damping, {}", percent(level)),
                 is_first: n == 0,
-                content: Content::Tiles(stiffnesses.iter().map(winner).collect()),
+                tiles: stiffnesses.iter().map(winner).collect(),
             });
         }
     }

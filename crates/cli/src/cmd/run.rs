@@ -61,17 +61,26 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         eprintln!("drape: warning: {warning}");
     }
     let start = Start::of(&simulation);
+    // Wind, pins and obstacles that move do work of their own.
+    let is_driven = spec.effects.air.is_some_and(|air| air.wind.is_some())
+        || spec.pins.iter().any(|pin| !pin.path.is_empty())
+        || simulation.obstacles().iter().any(|obstacle| obstacle.path.is_some());
     let mut frames = Frames::begin(&arguments.frames, spec, &simulation, time)?;
     let (whole, rest) = time.steps();
     let bar = bar(choice.method().id, whole + u64::from(rest.is_some()));
     let options = Options { series: true, phases: arguments.phases, ..Options::default() };
     let mut peak = Peak::default();
+    let mut sound = Peak::before_a_rise_above(simulation.moving().energy());
     let every = whole.div_ceil(PEAKS).max(1);
     let mut simulate = || {
         simulation.simulate(time, options, |step, moving| {
             bar.as_ref().inspect(|bar| bar.set_position(step));
             if step % every == 0 && !was_warned {
                 peak.look(moving);
+            }
+            // It is not known when a run diverges, if it does: looks are as dense at its beginning.
+            if step % (step / PEAKS).max(1) == 0 && !was_warned && !is_driven {
+                sound.look(moving);
             }
             if let Some(frames) = &mut frames {
                 frames.look(moving);
@@ -99,23 +108,20 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         );
     }
     // The speeds of a run that diverged say nothing of the limit before.
-    let at_peak =
-        simulation.explicit_numbers_at_peak(&peak).filter(|_| outcome.divergence.is_none());
+    let (peak, before) =
+        if outcome.divergence.is_none() { (&peak, "") } else { (&sound, " before it diverges") };
+    let at_peak = simulation.explicit_numbers_at_peak(peak);
     let warning = at_peak.and_then(|(t, numbers)| {
         step_warning(
             numbers,
             &choice,
             step,
-            &format!("at t = {t:.4} s, where the cloth is fastest"),
+            &format!("at t = {t:.4} s, where the cloth is fastest{before}"),
         )
     });
     if let Some(warning) = warning {
         eprintln!("drape: warning: {warning}");
     }
-    // Wind, pins and obstacles that move do work of their own.
-    let is_driven = spec.effects.air.is_some_and(|air| air.wind.is_some())
-        || spec.pins.iter().any(|pin| !pin.path.is_empty())
-        || simulation.obstacles().iter().any(|obstacle| obstacle.path.is_some());
     let warning = energy_warning(&record, simulation.rule(), start).filter(|_| !is_driven);
     if let Some(warning) = warning {
         eprintln!("drape: warning: {warning}");
@@ -207,7 +213,7 @@ fn record(
 /// symplectic method, as in the verdicts of the experiments.
 const RISE: [f64; 2] = [0.02, 0.5];
 
-/// Moments of a run at which its speed is looked at.
+/// Moments of a run at which its speed is looked at, about.
 const PEAKS: u64 = 100;
 
 /// What to say of a step that is too long for forces that the method takes at the old time level.

@@ -427,6 +427,25 @@ impl ContactSet {
         }
     }
 
+    /// Writes the contacts of the running step without their friction, and the pins, to `constraints`, calls `look` with
+    /// them, and holds again what friction holds.
+    pub fn without_friction<T>(
+        &mut self,
+        system: &System,
+        constraints: &mut Constraints,
+        look: impl FnOnce(&Constraints) -> T,
+    ) -> T {
+        if !self.rubs {
+            return look(constraints);
+        }
+        self.rubs = false;
+        self.write(system, constraints);
+        let seen = look(constraints);
+        self.rubs = true;
+        self.write(system, constraints);
+        seen
+    }
+
     fn write(&self, system: &System, constraints: &mut Constraints) {
         constraints.clear();
         for particle in (0..system.len()).filter(|&i| system.pinned()[i]) {

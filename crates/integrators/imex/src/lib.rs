@@ -71,10 +71,15 @@
 //! * *Tolerance.* `ε` refers to the change of momentum that the forces would make within `τ`. `|b|` grows with the speed of
 //!   the whole sheet and, across springs, like `θ`.
 //! * *Contacts* are found at `x_n` and prescribe `n·v_{n+1} = n·(x_s − X*)/τ`. Where one begins or cuts a velocity, the
-//!   particle's past is rewritten along the normal: it came with its new velocity, after a rebound in free flight; where there is friction along
-//!   the surface, too, at constant velocity: what slides from rest comes half a step late. Forces
+//!   particle's past is rewritten along the normal: it came with its new velocity, after a rebound in free flight; where an impact meets
+//!   friction, along the surface, too, at constant velocity, half a step of sliding late. Forces
 //!   of the past are then evaluated anew, since a force across a stiff spring must be extrapolated along the path of
 //!   its ends. So an elastic rebound neither takes nor gives energy.
+//! * *Friction.* What sticks is prescribed a velocity, which says where it stays only if the difference formula joins neighbouring
+//!   levels: with CNLF `x_{n+1} = x_{n−1} + h (v_{n+1} + v_{n−1})`, so that a particle which stopped takes turns between two
+//!   positions. CNLF refuses friction. The impulse that limits the friction of an impact includes what leads the particle to
+//!   the surface, which the difference formula of two levels makes up to twice as large: an impact on a rough surface takes
+//!   more along it than Coulomb's law; sliding that lasts takes exactly as much.
 //! * *Force sweeps.* Three a step: `F`, `G` and `L_k X*`.
 //!
 //! *Springs with piecewise-linear tension.* With `T(L)` of several slopes, `F2 = (K L − T(L)) û` for any `K`. The setting `split` of the

@@ -20,8 +20,9 @@ pub(crate) const SUPPORTS: &[Support] = &[
     Support::new("friction", Treatment::Constraint),
 ];
 
-/// The same without friction, which two-step methods do not take: what slides down an incline is thrown off it by the past
-/// that is made up for it.
+/// The same without friction, which CNLF does not take: what friction stops would go to and fro for ever. Its difference
+/// formula joins every other level, `x_{n+1} = x_{n−1} + h (v_{n+1} + v_{n−1})`; once the velocities are 0, `x_{n+1} = x_{n−1}`,
+/// and the two positions between which the particle came to rest take turns.
 pub(crate) const SUPPORTS_WITHOUT_FRICTION: &[Support] = match SUPPORTS {
     [others @ .., _friction] => others,
     [] => &[],

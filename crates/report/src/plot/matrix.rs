@@ -24,15 +24,8 @@ pub(crate) struct Row {
     pub(crate) label: String,
     /// Whether a line separates it from the row above.
     pub(crate) is_first: bool,
-    pub(crate) content: Content,
-}
-
-/// What a row holds.
-pub(crate) enum Content {
     /// Tiles beside each other, for each column; none where a column has nothing.
-    Tiles(Vec<Vec<Tile>>),
-    /// A sentence across all columns.
-    Text(String),
+    pub(crate) tiles: Vec<Vec<Tile>>,
 }
 
 /// A coloured rectangle with a letter.
@@ -127,7 +120,7 @@ pub(super) fn svg(matrix: &Matrix, title: &str, description: &str) -> Result<Str
             }
             let middle = y + ROW / 2;
             root.draw_text(&row.label, &plain(HPos::Left, VPos::Center), (MARGIN, middle))?;
-            draw_content(&root, &row.content, (left, y), width)?;
+            draw_row(&root, &row.tiles, (left, y), width)?;
         }
         let corners = [(MARGIN, foot), (WIDTH - MARGIN, foot + legend_height)];
         root.draw(&Rectangle::new(corners, GRID.stroke_width(1)))?;
@@ -149,28 +142,20 @@ pub(super) fn svg(matrix: &Matrix, title: &str, description: &str) -> Result<Str
 }
 
 /// The tiles of a row whose upper left corner is `corner`.
-fn draw_content(
+fn draw_row(
     root: &Area<'_>,
-    content: &Content,
+    columns: &[Vec<Tile>],
     (left, top): (i32, i32),
     width: i32,
 ) -> Result<(), Failure> {
-    match content {
-        Content::Text(text) => {
-            let style = plain(HPos::Left, VPos::Center);
-            root.draw_text(text, &style, (left + 4, top + ROW / 2))
-        }
-        Content::Tiles(columns) => {
-            for (n, tiles) in columns.iter().enumerate() {
-                let each = (width - 3) / (tiles.len() as i32).max(1);
-                for (m, tile) in tiles.iter().enumerate() {
-                    let x = left + width * n as i32 + each * m as i32;
-                    draw_tile(root, tile, (x, top + 1), (each - 1, ROW - 3))?;
-                }
-            }
-            Ok(())
+    for (n, tiles) in columns.iter().enumerate() {
+        let each = (width - 3) / (tiles.len() as i32).max(1);
+        for (m, tile) in tiles.iter().enumerate() {
+            let x = left + width * n as i32 + each * m as i32;
+            draw_tile(root, tile, (x, top + 1), (each - 1, ROW - 3))?;
         }
     }
+    Ok(())
 }
 
 pub(super) fn draw_tile(

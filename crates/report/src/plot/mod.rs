@@ -13,7 +13,7 @@ mod style;
 
 pub(crate) use atlas::{Atlas, Map};
 pub(crate) use axis::Axis;
-pub(crate) use matrix::{Content, Matrix, Row, Shade, Tile};
+pub(crate) use matrix::{Matrix, Row, Shade, Tile};
 pub(crate) use style::{Fill, Look, State};
 
 use plotters::drawing::DrawingAreaErrorKind;

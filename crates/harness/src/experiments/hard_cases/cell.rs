@@ -5,7 +5,7 @@ use super::super::variant::Variant;
 use super::expectation::expectation;
 use super::explanations::explanation;
 use super::linear::Problem;
-use super::scenes::{Case, Scenery, Setup};
+use super::scenes::{Case, Scenery};
 use super::tweak::choose;
 use crate::methods::Choice;
 use crate::run::{Counts, Options, Simulation, count_by, drive};
@@ -24,7 +24,6 @@ const REST: f64 = 1e-6;
 /// A case, damped or not, ready to be run.
 pub(super) struct Stage<'a> {
     pub(super) case: &'a Case,
-    pub(super) setup: &'a Setup,
     pub(super) is_damped: bool,
     pub(super) scenery: Scenery,
     pub(super) reference: Reference,
@@ -34,11 +33,8 @@ pub(super) struct Stage<'a> {
 }
 
 impl<'a> Stage<'a> {
-    pub(super) fn new(
-        case: &'a Case,
-        setup: &'a Setup,
-        is_damped: bool,
-    ) -> Result<Self, HarnessError> {
+    pub(super) fn new(case: &'a Case, is_damped: bool) -> Result<Self, HarnessError> {
+        let setup = &case.setup;
         let scenery = Scenery::new(setup.system, is_damped)?;
         let tame = setup.tame.map(|tame| Scenery::new(tame, is_damped)).transpose()?;
         let reference = if setup.is_at_rest {
@@ -50,7 +46,7 @@ impl<'a> Stage<'a> {
         let perturbed = |&seed| scenery.perturbed(seed, setup.twins, reference.energy);
         let starts = SEEDS.iter().map(perturbed).collect();
         let hash = system_hash(&scenery.spec);
-        Ok(Self { case, setup, is_damped, scenery, reference, hash, starts })
+        Ok(Self { case, is_damped, scenery, reference, hash, starts })
     }
 }
 
@@ -117,7 +113,7 @@ impl Tally {
 fn stray(stage: &Stage<'_>, choice: &Choice) -> Result<(f64, f64), HarnessError> {
     let start = &stage.scenery.simulation;
     let (mut distance, mut speed) = (0.0_f64, 0.0_f64);
-    let schedule = &stage.setup.schedule;
+    let schedule = &stage.case.setup.schedule;
     let options = Options::default();
     drive(&mut start.clone(), choice, schedule, options, Some(BUDGET), |moment| {
         for ((x, v), x_0) in moment.state.x.iter().zip(&moment.state.v).zip(&start.state.x) {
@@ -132,7 +128,8 @@ fn stray(stage: &Stage<'_>, choice: &Choice) -> Result<(f64, f64), HarnessError>
 
 /// Runs a form of a method from every perturbed start of a stage; the worst verdict counts.
 pub(super) fn cell(form: &Variant, stage: &Stage<'_>) -> Result<Cell, HarnessError> {
-    let Stage { case, setup, is_damped, scenery, reference, .. } = stage;
+    let Stage { case, is_damped, scenery, reference, .. } = stage;
+    let setup = &case.setup;
     let mut cell = Cell {
         case: case.name(),
         method: form.label.to_owned(),

@@ -33,14 +33,10 @@ pub(super) const EXPERIMENT: Experiment = Experiment {
 
 /// The cases and their cells.
 fn facts(context: &Context<'_>, cases: &[scenes::Case]) -> Result<(Facts, Hashes), HarnessError> {
-    let settings: Vec<_> = cases
-        .iter()
-        .filter_map(|case| Some((case, case.setup.as_ref().ok()?)))
-        .flat_map(|(case, setup)| [false, true].map(|is_damped| (case, setup, is_damped)))
-        .collect();
-    let stages = prepared(context, "scenes", &settings, |&(case, setup, is_damped)| {
-        Stage::new(case, setup, is_damped)
-    })?;
+    let settings: Vec<_> =
+        cases.iter().flat_map(|case| [false, true].map(|is_damped| (case, is_damped))).collect();
+    let stages =
+        prepared(context, "scenes", &settings, |&(case, is_damped)| Stage::new(case, is_damped))?;
     let forms = tweak::forms();
     let pairs: Vec<_> =
         stages.iter().flat_map(|stage| forms.iter().map(move |form| (form, stage))).collect();
@@ -67,7 +63,6 @@ fn of_case(case: &scenes::Case, stages: &[Stage<'_>]) -> Case {
         name: case.name(),
         scene: case.scene.to_owned(),
         judged: case.judged().to_owned(),
-        absent: case.setup.as_ref().err().map(|effect| (*effect).to_owned()),
         particles: 0,
         springs: 0,
         step_s: 0.0,
@@ -77,7 +72,7 @@ fn of_case(case: &scenes::Case, stages: &[Stage<'_>]) -> Case {
         released_damped_j: 0.0,
     };
     for stage in stages.iter().filter(|stage| stage.case.name() == record.name) {
-        let schedule = &stage.setup.schedule;
+        let schedule = &stage.case.setup.schedule;
         record.particles = stage.scenery.spec.particles.mass_kg.len();
         record.springs = stage.scenery.spec.springs.len();
         record.step_s = schedule.time.step_s;

@@ -34,14 +34,13 @@ pub(crate) fn survey(
     let settings: Vec<_> = cases
         .iter()
         .filter(|case| ids.contains(&case.id))
-        .filter_map(|case| Some((case, case.setup.as_ref().ok()?)))
-        .flat_map(|(case, setup)| [false, true].map(|is_damped| (case, setup, is_damped)))
+        .flat_map(|case| [false, true].map(|is_damped| (case, is_damped)))
         .collect();
-    let of_case = |&(case, setup, is_damped): &(&scenes::Case, &scenes::Setup, bool)| {
-        let stage = Stage::new(case, setup, is_damped)?;
+    let of_case = |&(case, is_damped): &(&scenes::Case, bool)| {
+        let stage = Stage::new(case, is_damped)?;
         let of_choice = |choice: &Choice| {
             let (start, available) = (&stage.starts[0], Some(stage.reference.energy));
-            let run = count_by(start, choice, &setup.schedule, available, Some(budget))?;
+            let run = count_by(start, choice, &case.setup.schedule, available, Some(budget))?;
             let mut tally = Tally::default();
             tally.add(&run, stage.reference);
             let damping = if is_damped { "damped" } else { "undamped" };

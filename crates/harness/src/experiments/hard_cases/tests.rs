@@ -213,7 +213,6 @@ fn on_the_quick_cases_every_verdict_is_what_theory_says_or_explained() {
         }
     }
     assert!(held >= 20, "only {held} cells were held to their theory");
-    assert_eq!(facts.cases.iter().filter(|case| case.absent.is_some()).count(), 0);
 }
 
 /// Drag beyond the limit of explicit methods, and slivers: every method in every form.

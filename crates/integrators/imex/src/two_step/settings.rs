@@ -2,7 +2,7 @@
 
 use super::Scheme;
 use crate::settings::{
-    ESTIMATOR, IMPLICIT_SPRINGS, START, SUPPORTS_WITHOUT_FRICTION, sees_splitting,
+    ESTIMATOR, IMPLICIT_SPRINGS, START, SUPPORTS, SUPPORTS_WITHOUT_FRICTION, sees_splitting,
 };
 use drape_integrator::{
     Implicit, Kind, LinearSettings, Method, Order, Quantity, Setting, SettingError, Settings,
@@ -53,7 +53,7 @@ const fn two_step(
         class: StabilityClass::Dissipative,
         conserves: &[Quantity::Momentum],
         theory,
-        supports: SUPPORTS_WITHOUT_FRICTION,
+        supports: SUPPORTS,
         settings: SETTINGS,
     }
 }
@@ -87,6 +87,7 @@ pub static IMEX_MCNAB2: Method = two_step(
 
 /// CNLF.
 pub static IMEX_CNLF: Method = Method {
+    supports: SUPPORTS_WITHOUT_FRICTION,
     settings: EQUAL_STEP_SETTINGS,
     ..two_step(
         "imex-cnlf",

@@ -11,6 +11,9 @@ use drape_integrator::{
 };
 use drape_model::{State, System, Vec3};
 
+/// What arrives by less than this within a step, m, is no impact.
+const TOUCHING: f64 = 1e-9;
+
 /// A two-step implicit-explicit method of order 2: SBDF2, CNAB2, MCNAB2 or CNLF.
 #[derive(Debug)]
 pub struct ImexTwoStep {
@@ -147,8 +150,11 @@ impl Integrator for ImexTwoStep {
             // After a rebound it flies, else it rests.
             let flies = filter.complement(v - surface).dot(&(v_n[i] - surface)) < 0.0;
             let a = if flies { external[i] / mass[i] } else { Vec3::zeros() };
-            // Friction changes the velocity along the surface, too.
-            past.meet(i, constraints.filter(i), (x[i], *v), a);
+            // The friction of an impact changes the velocity along the surface, too; that of a contact which begins at rest
+            // is a force as any other.
+            let arrives = filter.complement(v_n[i] - surface).norm() * h > TOUCHING;
+            let rewritten = if arrives { constraints.filter(i) } else { filter };
+            past.meet(i, rewritten, (x[i], *v), a);
         });
         state.t += h;
         clock.stop();

@@ -120,6 +120,9 @@ impl Workspace {
     /// `|b|` would not do. It grows with the speed of the sheet as a whole, so that a sheet would be solved
     /// the more loosely the faster it flies, and across the springs like `θ`: `b = A v` there, and `A` has
     /// the whole stiffness in directions in which the springs have none.
+    ///
+    /// What friction holds counts as free along the surface: where it turns out to slide, the same reference serves, and
+    /// a reference without the forces along the surface would be nil for what wholly lies on it.
     pub(crate) fn reference(
         &mut self,
         system: &System,
@@ -127,19 +130,23 @@ impl Workspace {
         tau: f64,
         forcing_term: f64,
     ) -> f64 {
-        let Self { linear, constraints, scratch, present, external, .. } = self;
+        let Self { linear, contacts, constraints, scratch, present, external, .. } = self;
         for ((s, f), g) in scratch.iter_mut().zip(&present.explicit).zip(&present.linear) {
             *s = (f + g) * tau;
         }
-        let total = linear.filtered_norm(constraints, scratch);
-        let external = tau * linear.filtered_norm(constraints, external);
+        let (total, external) = contacts.without_friction(system, constraints, |constraints| {
+            let total = linear.filtered_norm(constraints, scratch);
+            (total, tau * linear.filtered_norm(constraints, external))
+        });
         let reach = state.x.iter().fold(0.0, |a: f64, x| a.max(x.amax()));
         for (i, s) in scratch.iter_mut().enumerate() {
             let m = system.mass()[i];
             let springs = (linear.matrix().diagonal(i) - m) * (reach / tau);
             s.fill(ROUND_OFF * (springs + m * state.v[i].amax()));
         }
-        let round_off = linear.filtered_norm(constraints, scratch);
+        let round_off = contacts.without_friction(system, constraints, |constraints| {
+            linear.filtered_norm(constraints, scratch)
+        });
         total.max(external).max(round_off / forcing_term)
     }
 }

@@ -3,7 +3,7 @@
 use super::split_forces::SplitForces;
 use super::*;
 use drape_integrator::Implicit;
-use drape_model::{Level, parse};
+use drape_model::{Level, ObstacleSpec, parse};
 
 /// One particle over the plane `z = 0`.
 fn ball(z: f64, v: Vec3, restitution: f64) -> (System, State) {
@@ -94,5 +94,69 @@ fn forces_of_the_past_follow_when_a_contact_rewrites_it() {
             assert_eq!(past.forces.linear, fresh.linear, "{scheme:?}, step {step}");
         }
         assert!(rewritten > 0, "{scheme:?}: the rod lands");
+    }
+}
+
+/// Those that take friction.
+const ROUGH: [Scheme; 3] = VARIABLE;
+
+/// A particle on a plane through the origin, μ = 0.5, whose slope has this tangent; and the direction down it.
+fn on_a_rough_plane(tangent: f64, x: Vec3, v: Vec3) -> ((System, State), Vec3) {
+    let normal = Vec3::new(tangent, 0.0, 1.0).normalize();
+    let mut spec = particles(&[MASS], &[x], &[v]);
+    spec.effects.gravity = gravity();
+    spec.obstacles = vec![ObstacleSpec::Plane {
+        point_m: [0.0; 3],
+        normal: normal.into(),
+        restitution: 0.0,
+        friction: 0.5,
+        path: Vec::new(),
+    }];
+    (spec.build().unwrap(), Vec3::new(normal.z, 0.0, -normal.x))
+}
+
+#[test]
+fn what_slides_down_an_incline_from_rest_follows_coulombs_law_exactly() {
+    for scheme in ROUGH {
+        let (start, down) = on_a_rough_plane(0.7, Vec3::zeros(), Vec3::zeros());
+        let a = -GRAVITY.z * (0.7 - 0.5) / 1.49_f64.sqrt();
+        let mut run = Run::new(scheme, "", start, H);
+        for n in 1..=400 {
+            run.step();
+            let (t, v) = (H * f64::from(n), run.state.v[0]);
+            assert!((v - down * (a * t)).norm() < 1e-11 * a * t, "{scheme:?}, step {n}: {v}");
+            // Backward Euler's first step is half of h²a off the parabola.
+            let off = (run.state.x[0] - down * (0.5 * a * t * t)).norm();
+            assert!(off < a * H * H, "{scheme:?}, step {n}: {off:e} m");
+        }
+    }
+}
+
+#[test]
+fn what_friction_holds_on_an_incline_does_not_creep() {
+    for scheme in ROUGH {
+        let (start, _) = on_a_rough_plane(0.4, Vec3::zeros(), Vec3::zeros());
+        let mut run = Run::new(scheme, "", start, H);
+        run.steps(1000);
+        assert_eq!(run.state.x[0].norm() + run.state.v[0].norm(), 0.0, "{scheme:?}");
+    }
+}
+
+#[test]
+fn what_lands_on_a_rough_floor_slows_down_and_stays_where_it_stops() {
+    for scheme in ROUGH {
+        let (x, v) = (Vec3::new(0.0, 0.0, 0.06), Vec3::new(3.0, 0.0, -2.0));
+        let mut run = Run::new(scheme, "", on_a_rough_plane(0.0, x, v).0, H);
+        for n in 0..100 {
+            let before = run.state.v[0].x;
+            run.step();
+            let (v, slowest) = (run.state.v[0].x, before + 0.5 * GRAVITY.z * H);
+            assert!(v >= 0.0 && v <= before, "{scheme:?}, step {n}: {v}");
+            assert!(n < 5 || v >= slowest - 1e-12, "{scheme:?}, step {n}: {before}, {v}");
+        }
+        let stopped = run.state.x[0];
+        assert!(run.state.v[0].norm() < 1e-12 && stopped.x > 0.1, "{scheme:?}: {stopped}");
+        run.steps(101);
+        assert!((run.state.x[0] - stopped).norm() < 1e-12, "{scheme:?}: {}", run.state.x[0]);
     }
 }
