@@ -181,6 +181,14 @@ impl OrderedSimulation {
         free.filter(|(x, _)| is_inside(x)).count()
     }
 
+    /// Whether a step of so many seconds is within the limits of the effects that the method takes at the old time level, whatever
+    /// the state: where a cheap bound tells so.
+    pub fn surely_allows(&self, step_s: f64) -> bool {
+        let (method, settings) = (self.choice.method(), self.choice.settings());
+        let is_explicit = |effect: &dyn Effect| method.is_explicit(effect, settings);
+        ExplicitNumbers::surely_allow(&self.simulation.system, &is_explicit, step_s)
+    }
+
     /// What limits the step of the effects that the method takes at the old time level, at the present state.
     pub fn explicit_numbers(&self) -> ExplicitNumbers {
         self.explicit_numbers_at(&self.simulation.state)

@@ -55,7 +55,10 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         simulation.set_threads(threads);
     }
     let step = time.step_s;
-    let warning = step_warning(simulation.explicit_numbers(), &choice, step, "at the start");
+    let is_short = simulation.surely_allows(step);
+    let warning = (!is_short)
+        .then(|| step_warning(simulation.explicit_numbers(), &choice, step, "at the start"))
+        .flatten();
     let was_warned = warning.is_some();
     if let Some(warning) = warning {
         eprintln!("drape: warning: {warning}");
@@ -110,7 +113,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     // The speeds of a run that diverged say nothing of the limit before.
     let (peak, before) =
         if outcome.divergence.is_none() { (&peak, "") } else { (&sound, " before it diverges") };
-    let at_peak = simulation.explicit_numbers_at_peak(peak);
+    let at_peak = if is_short { None } else { simulation.explicit_numbers_at_peak(peak) };
     let warning = at_peak.and_then(|(t, numbers)| {
         step_warning(
             numbers,
@@ -225,7 +228,7 @@ fn step_warning(
 ) -> Option<String> {
     let limit = numbers.limit();
     let what = if numbers.stiffness_limit() <= numbers.drag_limit() {
-        "the stiffness of springs and angles"
+        "the stiffness"
     } else {
         "the drag of the air"
     };
@@ -235,15 +238,21 @@ fn step_warning(
         _ => false,
     };
     let is_divided = choice.settings().iter().any(divides);
+    let id = choice.method().id;
+    // The others have a limit of their own below this one.
+    let most = if LIMITED.contains(&id) { "" } else { "at most " };
     (step > limit && !is_divided).then(|| {
         format!(
-            "{what}, as far as {} takes it at the old time level, allows steps of about {limit:.2e} s {when}: that of {step} s \
+            "{what}, as far as {} takes it at the old time level, allows steps of {most}about {limit:.2e} s {when}: that of {step} s \
              is {:.1} times as long",
-            choice.method().id,
+            id,
             step / limit
         )
     })
 }
+
+/// Methods of which the limit of [`ExplicitNumbers`] is the limit.
+const LIMITED: [&str; 4] = ["symplectic-euler", "leapfrog", "provot", "imex-euler"];
 
 /// What is known of the energy before a run.
 #[derive(Clone, Copy, Debug)]

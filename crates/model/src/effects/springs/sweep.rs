@@ -12,17 +12,17 @@
 //! by its incoming springs, by falling offset, then by its own. Each spring is computed once and its force taken twice with
 //! opposite signs, as there. So the results are the same bits.
 //!
-//! The arrays are a window that slides over the particles: it fits the second-level cache whatever the size of the sheet, and
-//! remembers the forces of the last `o` springs of each diagonal. Each system has one, so that a sweep allocates
+//! The arrays are a window that slides over the particles: it fits the second-level cache up to some hundred columns, whatever the number
+//! of rows, and remembers the forces of the last `o` springs of each diagonal. Each system has one, so that a sweep allocates
 //! nothing. [`pulp`] compiles the kernel for the vector units that the processor has. No product and sum are contracted into one
 //! rounding, so that the width of the registers leaves no trace.
 //!
 //! # What it costs
 //!
-//! For a spring with full damping: 8 flops for the length, a square root, a division, 6 for the force, 9 for the
+//! For a spring with full damping: 8 flops for the length, a square root, a division, 5 for the force, 9 for the
 //! damping, 6 for the sums. A square root and a division of eight numbers take 4.2 ns of a Zen 4 core, 0.5 ns a spring; the whole
 //! takes about 2 ns, of which 0.4 go into reading and writing coordinates. In main memory: 24 bytes a particle for `x`, 24 for `v`,
-//! 48 for the sum, 1 for each diagonal.
+//! 48 for the sum, 4 for each place along a diagonal without a spring.
 //!
 //! Tried: one loop a diagonal, in plain Rust and vectorised by the compiler, with force and damping apart: 2.9 ns a spring; with
 //! force and damping as one: 2.3; with all arrays at cache lines: 2.15; all diagonals of a vector in one loop: 2.9 as long as every
@@ -43,7 +43,7 @@ use std::fmt;
 use std::ops::Range;
 
 /// Distance of two arrays of a window. Five cache lines more than some pages, lest the same place of all arrays falls into the same
-/// set of the cache. The narrow one fits sheets of 440 columns.
+/// set of the cache. The narrow one fits sheets of 344 columns with bending springs.
 pub(super) const NARROW: usize = 2048 + 40;
 /// As [`NARROW`], for all offsets up to [`MAX_OFFSET`].
 pub(super) const WIDE: usize = 16_384 + 40;
@@ -316,6 +316,7 @@ impl Sweep<'_> {
         let (chunk, history, ahead) = (window.chunk, window.history, window.ahead);
         let mut plan = Plan::new(passes, range.start.saturating_sub(history));
         let mut block = window.block();
+        assert_eq!(block.stride, STRIDE, "a window of this width");
         let mut sums = Sums([[0.0; GROUP]; 3]);
         let read = |block: &mut Block<'_>, begin: usize, slid: bool| {
             block.read(0, x, begin, chunk, ahead, slid);
@@ -329,7 +330,7 @@ impl Sweep<'_> {
             let Some(mut planes) = Planes::<STRIDE>::of(&mut block) else { return };
             planes.compute(simd, &mut plan, range.start - history, 0, history);
             block.slide(passes, history);
-        } else if range.end > chunk {
+        } else {
             block.forget();
         }
         let mut begin = range.start;

@@ -150,3 +150,41 @@ fn what_cannot_be_swept_has_no_bands() {
     let (system, _) = sheet(10, 9, 0.4, "full");
     assert_eq!(system.bands(system.effects()), None, "gravity has none");
 }
+
+/// What the sweep for a matrix remembers in a window is forgotten by the next one, also where bands are short.
+#[test]
+fn forces_on_any_number_of_threads_do_not_remember_a_matrix() {
+    let text = r#"{ "format": "drape-scene/1", "name": "s", "cloth": { "grid": { "rows": 150, "columns": 150,
+        "size_m": [1, 1], "center_m": [0, 0, 0], "mass_kg": 1 } }, "effects": {
+        "tension": { "stiffness_over_mass_per_s2": 1e4, "damping_over_mass_per_s": 1 },
+        "shear": { "stiffness_over_mass_per_s2": 1e3 }, "bending": { "stiffness_over_mass_per_s2": 1e2 } },
+        "time": { "step_s": 0.01, "duration_s": 1 } }"#;
+    let (mut system, mut state) = parse("s", text).unwrap().spec().build().unwrap();
+    for (i, x) in state.x.iter_mut().enumerate() {
+        *x += Vec3::new((i as f64).sin(), (i as f64 * 1.7).cos(), (i as f64 * 0.3).sin()) * 0.01;
+    }
+    let (n, x) = (state.len(), &state.x);
+    let forces = |system: &System| {
+        let mut out = vec![Vec3::zeros(); n];
+        system.forces(crate::Level { t: 0.0, x, v: x }, &mut out);
+        out
+    };
+    let expected = forces(&system);
+    for threads in [1, 3, 8, 16, 32] {
+        system.set_threads(std::num::NonZero::new(threads).unwrap());
+        let offsets = system.bands(system.effects()).unwrap();
+        let reach = *offsets.last().unwrap();
+        let (stride, lead) = (n + 2 * reach + 16, reach + 3);
+        let mut planes = vec![0.0; 6 * (offsets.len() + 1) * stride];
+        let matrix = BlockPlanes { planes: &mut planes, stride, lead, offsets: &offsets };
+        let at = Linearised {
+            x,
+            tangent: Tangent::Exact,
+            stiffness_scale: 0.3,
+            damping_scale: 0.7,
+            w: x,
+        };
+        assert!(system.linearise(system.effects(), &at, matrix, &mut vec![Vec3::zeros(); n]));
+        assert!(forces(&system) == expected, "{threads} threads");
+    }
+}
