@@ -12,6 +12,21 @@ pub(crate) fn print(text: &str) -> anyhow::Result<()> {
     Ok(())
 }
 
+/// Whether the name of a file says what is in it.
+pub(crate) fn check_extension(
+    key: &str,
+    file: &Path,
+    extension: &str,
+    content: &str,
+) -> Result<(), Violation> {
+    let found = file.extension().unwrap_or_default();
+    if found.eq_ignore_ascii_case(extension) {
+        return Ok(());
+    }
+    let expected = format!("a name that ends in .{extension}: the file is a {content}");
+    Err(Violation { path: key.to_owned(), value: file.display().to_string(), expected })
+}
+
 /// Whether a file of that name can be written, asked before anything is computed. Missing folders are made.
 pub(crate) fn check_writable(key: &str, file: &Path) -> Result<(), Violation> {
     let refuse = |reason: String| Violation {

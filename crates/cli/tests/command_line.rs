@@ -288,6 +288,20 @@ fn a_diverging_run_exits_with_3_and_keeps_what_was_recorded() {
 }
 
 #[test]
+fn a_run_names_the_settings_of_its_method_where_it_has_any() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = ["run", "hanging-textile-1e4", "--dt", "1e-4", "--duration", "1e-3", "--method"];
+    for (method, named) in [
+        ("explicit-euler", "with explicit-euler: 10 steps"),
+        ("adams-bashforth2:steps=3", "with adams-bashforth2 (steps=3): 10 steps"),
+    ] {
+        let output = drape(folder.path(), &[&run[..], &[method]].concat());
+        let printed = text(&output.stderr) + &text(&output.stdout);
+        assert!(printed.contains(named), "{printed}");
+    }
+}
+
+#[test]
 fn a_duration_that_is_no_multiple_of_the_step_ends_with_a_shorter_step() {
     let folder = tempfile::tempdir().unwrap();
     let arguments = [

@@ -197,6 +197,8 @@ fn what_cannot_be_shown_is_refused_before_anything_is_computed() {
         (picture, &["--camera", "10,100"], "--camera"),
         (picture, &["--out", "file/p.png"], "--out"),
         (picture, &["--out", "."], "--out"),
+        (picture, &["--out", "t.jpg"], "ends in .png"),
+        (picture, &["--out", "t", "--time", "0", "--time", "1"], "ends in .png"),
         (picture, &["--method", "magic"], "imex-euler"),
         (picture, &["--dt", "0"], "--dt"),
     ];

@@ -1,6 +1,6 @@
 //! Frames of a run: a sequence of OBJ files, a glTF animation.
 
-use crate::output::check_writable;
+use crate::output::{check_extension, check_writable};
 use drape_harness::{Moving, OrderedSimulation};
 use drape_model::{SystemSpec, TimeSpan, Violation};
 use drape_records::file::write_atomically;
@@ -77,12 +77,7 @@ impl Frames {
         let most = most_frames(time, fps);
         let subject = || Subject::new(spec, simulation.obstacles());
         let animation = arguments.animation.as_ref().map(|file| {
-            let extension = file.extension().unwrap_or_default();
-            if !extension.eq_ignore_ascii_case("glb") {
-                let expected = "a name that ends in .glb: the file is a glTF 2.0 binary";
-                let value = file.display().to_string();
-                return Err(refuse("--animation", value, expected.to_owned()));
-            }
+            check_extension("--animation", file, "glb", "glTF 2.0 binary")?;
             check_writable("--animation", file)?;
             if most > animation::MOST_FRAMES {
                 let expected = format!(

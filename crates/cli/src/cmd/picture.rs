@@ -1,7 +1,7 @@
 //! `drape picture`.
 
 use crate::exit::Diverged;
-use crate::output::check_writable;
+use crate::output::{check_extension, check_writable};
 use crate::progress::bar;
 use drape_harness::methods::{Choice, MethodError};
 use drape_harness::{Divergence, HarnessError, Moving, Options, OrderedSimulation};
@@ -56,6 +56,7 @@ struct Shot {
 
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let size = size(&arguments.size)?;
+    check_extension("--out", &arguments.out, "png", "PNG image")?;
     let view = View::from_str(&arguments.camera)
         .map_err(|error| refusal("--camera", &arguments.camera, &error.to_string()))?;
     let input = drape_model::load(&arguments.scene)?;

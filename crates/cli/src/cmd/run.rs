@@ -317,13 +317,16 @@ fn summary(run: &Run) -> String {
     };
     let settings: Vec<_> =
         run.settings.iter().map(|(key, value)| format!("{key}={value}")).collect();
+    let settings = match settings.join(", ") {
+        none if none.is_empty() => none,
+        list => format!(" ({list})"),
+    };
     format!(
-        "{} with {} ({}): {steps} in {:.3e} s\n\
+        "{} with {}{settings}: {steps} in {:.3e} s\n\
          CG iterations {}, outer passes {}, Newton iterations {}, matrix products {}, force evaluations {}\n\
          total energy {:.6} J at the start, {greatest:.6} J at most, {:.6} J at the end\n",
         run.scene,
         run.method,
-        settings.join(", "),
         totals.seconds,
         totals.cg_iterations,
         totals.outer_passes,

@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 /// Most triangles.
 pub(crate) const MAX_TRIANGLES: usize = 1_000_000;
 /// Nearer to an edge or vertex than this, over the size of the mesh, its own normal replaces the direction to it.
-const ON_THE_SURFACE: f64 = 1e-9;
+pub(super) const ON_THE_SURFACE: f64 = 1e-9;
 
 /// A closed, consistently oriented triangle mesh: seen from outside, corners run counter-clockwise. It may have several
 /// connected parts: solids side by side, and walls of cavities in them, whose corners run clockwise as seen from the solid's
@@ -198,7 +198,7 @@ fn pinched(vertices: usize, triangles: &[[u32; 3]], across: &[[u32; 3]]) -> Opti
 }
 
 /// The point of a triangle that is nearest to `x`, and where on it that is (Ericson 2005, section 5.1.5).
-fn nearest_on_triangle(x: &Vec3, [a, b, c]: [Vec3; 3]) -> (Vec3, Feature) {
+pub(super) fn nearest_on_triangle(x: &Vec3, [a, b, c]: [Vec3; 3]) -> (Vec3, Feature) {
     let (ab, ac, ax) = (b - a, c - a, x - a);
     let (d1, d2) = (ab.dot(&ax), ac.dot(&ax));
     if d1 <= 0.0 && d2 <= 0.0 {

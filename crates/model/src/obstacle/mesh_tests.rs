@@ -186,3 +186,52 @@ fn parts_that_are_turned_the_wrong_way_are_refused() {
     let many = many.fold(unit(), |all, shift| together(all, unit(), shift + aside, false));
     assert!(message(many).contains("at most 100 parts"));
 }
+
+/// Corners of the upper block lie on faces of the lower one, where a solid angle jumps: only its other points tell the side.
+#[test]
+fn a_block_may_stand_on_a_bigger_one_or_fill_a_cavity() {
+    // Bottom and top first, then the sides, as editors of meshes list them; `base` is in the middle of the bottom.
+    let block = |side: f64, height: f64, base: Vec3| {
+        let corner = |i: usize| [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]][i % 4];
+        let vertex = |i: usize| {
+            let [x, y] = corner(i).map(|x| x * side);
+            base + Vec3::new(x, y, if i < 4 { 0.0 } else { height })
+        };
+        let triangles: Vec<[u32; 3]> = vec![
+            [0, 2, 1],
+            [0, 3, 2],
+            [4, 5, 6],
+            [4, 6, 7],
+            [0, 1, 5],
+            [0, 5, 4],
+            [1, 2, 6],
+            [1, 6, 5],
+            [2, 3, 7],
+            [2, 7, 6],
+            [3, 0, 4],
+            [3, 4, 7],
+        ];
+        ((0..8).map(vertex).collect::<Vec<_>>(), triangles)
+    };
+    let up = |z: f64| Vec3::new(0.0, 0.0, z);
+    // Also where heights are rounded, and off the middle.
+    for (height, place) in [(0.5, up(0.5)), (0.1 + 0.2, up(0.3)), (0.3, Vec3::new(0.2, -0.1, 0.3))]
+    {
+        let big = || block(1.0, height, Vec3::zeros());
+        let small = || block(0.4, 0.4, place);
+        assert!(closed(together(big(), small(), Vec3::zeros(), false)).is_ok(), "{place:?}");
+        assert!(closed(together(small(), big(), Vec3::zeros(), false)).is_ok(), "{place:?}");
+        for (first, second) in [(big(), small()), (small(), big())] {
+            let turned = closed(together(first, second, Vec3::zeros(), true)).expect_err("turned");
+            assert_eq!(turned.path, "mesh.triangles[12]", "{place:?}: {turned}");
+        }
+    }
+    // A cavity down to the floor, and a block that fills one: nothing of it is off its wall.
+    let big = || block(1.0, 1.0, Vec3::zeros());
+    let small = || block(0.5, 0.5, Vec3::zeros());
+    assert!(closed(together(big(), small(), Vec3::zeros(), true)).is_ok());
+    let inside = closed(together(big(), small(), Vec3::zeros(), false)).expect_err("in a solid");
+    assert!(inside.expected.contains("cavity"), "{inside}");
+    let hollow = together(big(), small(), up(0.25), true);
+    assert!(closed(together(hollow, small(), up(0.25), false)).is_ok());
+}

@@ -3,13 +3,16 @@
 //! The side on which a point lies is told by the nearest triangle. That is right only if on the way in from infinity surfaces of
 //! solids and walls of cavities take turns: a part turned outward must lie outside all solid, one turned inward inside.
 
+use super::mesh::{ON_THE_SURFACE, nearest_on_triangle};
 use crate::Vec3;
 use std::f64::consts::TAU;
 
 /// Most parts: all are compared with all.
 const MAX_SHELLS: usize = 100;
-/// Corners of a part that are looked at. They are on one side of the others, unless some touch another part.
+/// Points of a part that are looked at. They are on one side of the others, unless parts cut each other a little.
 const SAMPLES: usize = 4;
+/// Most points of a part that are tried, to find some that lie on no other part.
+const MAX_TRIED: usize = 16;
 
 struct Shell {
     triangles: Vec<u32>,
@@ -38,18 +41,20 @@ pub(super) fn check(
     }
     for (place, shell) in shells.iter().enumerate() {
         let others = || shells.iter().enumerate().filter(|(other, _)| *other != place);
-        // How many solids a corner is in.
-        let depths = shell.samples().map(|t| {
-            let [x, ..] = corners(t);
-            others().map(|(_, other)| other.turns_around(&x, corners)).sum::<f64>()
-        });
-        let mut depths = depths.map(|depth: f64| depth > 0.5);
+        // How many solids a point is in. One on another part, where two touch, is on neither side of it.
+        let depth = |x: Vec3| {
+            others().map(|(_, other)| other.turns_around(&x, corners)).sum::<Option<f64>>()
+        };
+        let depths = shell.samples(corners).filter_map(depth).take(SAMPLES);
+        let mut sides = depths.map(|depth| depth > 0.5).peekable();
+        let touches_all_over = sides.peek().is_none();
+        let mut is_any = |side: bool| touches_all_over || sides.any(|is_inside| is_inside == side);
         let expected = match shell.volume {
-            volume if volume > 0.0 && depths.any(|is_inside| !is_inside) => continue,
+            volume if volume > 0.0 && is_any(false) => continue,
             volume if volume > 0.0 => {
                 "corners that run clockwise, as those of the wall of a cavity: it lies inside another part"
             }
-            volume if volume < 0.0 && depths.any(|is_inside| is_inside) => continue,
+            volume if volume < 0.0 && is_any(true) => continue,
             _ => "corners that run counter-clockwise seen from outside",
         };
         let found = format!("in a part with a volume of {:e} m³", shell.volume);
@@ -95,23 +100,30 @@ impl Shell {
         Self { triangles, volume, low, high }
     }
 
-    /// A few triangles from all over the list.
-    fn samples(&self) -> impl Iterator<Item = u32> {
-        (0..SAMPLES).map(|k| self.triangles[k * self.triangles.len() / SAMPLES])
+    /// Centroids of a few triangles from all over the list.
+    fn samples(&self, corners: impl Fn(u32) -> [Vec3; 3]) -> impl Iterator<Item = Vec3> {
+        let count = MAX_TRIED.min(self.triangles.len());
+        let spread = (0..count).map(move |k| self.triangles[k * self.triangles.len() / count]);
+        spread.map(move |t| corners(t).iter().sum::<Vec3>() / 3.0)
     }
 
     /// How often it goes around `x`: 1 or −1 inside, by the sense in which it is turned, 0 outside. The sum of the solid angles
-    /// of its triangles (van Oosterom and Strackee 1983).
-    fn turns_around(&self, x: &Vec3, corners: impl Fn(u32) -> [Vec3; 3]) -> f64 {
+    /// of its triangles (van Oosterom and Strackee 1983). `None` where `x` lies on it.
+    fn turns_around(&self, x: &Vec3, corners: impl Fn(u32) -> [Vec3; 3]) -> Option<f64> {
+        let near = ON_THE_SURFACE * (self.high - self.low).norm();
         if (0..3).any(|axis| x[axis] < self.low[axis] || x[axis] > self.high[axis]) {
-            return 0.0;
+            return Some(0.0);
         }
         let half_angle = |&t: &u32| {
+            if (nearest_on_triangle(x, corners(t)).0 - x).norm() <= near {
+                return None;
+            }
             let [a, b, c] = corners(t).map(|corner| corner - x);
             let (p, q, r) = (a.norm(), b.norm(), c.norm());
             let below = p * q * r + a.dot(&b) * r + b.dot(&c) * p + c.dot(&a) * q;
-            libm::atan2(a.dot(&b.cross(&c)), below)
+            Some(libm::atan2(a.dot(&b.cross(&c)), below))
         };
-        self.triangles.iter().map(half_angle).sum::<f64>() / TAU
+        let angle = self.triangles.iter().map(half_angle).sum::<Option<f64>>()?;
+        Some(angle / TAU)
     }
 }
