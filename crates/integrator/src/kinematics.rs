@@ -1,19 +1,16 @@
 //! The two updates of every explicit method.
 
 use drape_model::{System, Vec3};
+use drape_solvers::vector::{axpy, divided_axpy};
 
 /// `v ← v + h M⁻¹ f`, with `h` in s, `f` in N and `v` in m/s.
 pub fn kick(system: &System, h: f64, force: &[Vec3], v: &mut [Vec3]) {
-    for ((v, f), m) in v.iter_mut().zip(force).zip(system.mass()) {
-        *v += f * (h / m);
-    }
+    divided_axpy(h, system.mass(), force, v);
 }
 
 /// `x ← x + h v`, with `h` in s, `v` in m/s and `x` in m.
 pub fn drift(h: f64, v: &[Vec3], x: &mut [Vec3]) {
-    for (x, v) in x.iter_mut().zip(v) {
-        *x += v * h;
-    }
+    axpy(h, v, x);
 }
 
 #[cfg(test)]

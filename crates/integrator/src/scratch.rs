@@ -49,9 +49,8 @@ impl<W> Scratch<W> {
         }
         match &mut self.prepared {
             Some((topology, workspace)) if *topology == system.revisions().topology => {
-                for (v, _) in state.v.iter_mut().zip(system.pinned()).filter(|(_, pinned)| **pinned)
-                {
-                    *v = Vec3::zeros();
+                for &pin in system.pins() {
+                    state.v[pin as usize] = Vec3::zeros();
                 }
                 lead_pins(system, state.t, h.seconds(), &state.x, &mut state.v);
                 Ok(workspace)

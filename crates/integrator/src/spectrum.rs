@@ -58,15 +58,13 @@ impl LargestEigenvalue {
 
     /// `out ← K p` at `x`, N, for particles that are not pinned; 0 for those that are.
     fn multiply(&mut self, system: &System, x: &[Vec3]) {
-        for (p, _) in self.direction.iter_mut().zip(system.pinned()).filter(|(_, pinned)| **pinned)
-        {
-            *p = Vec3::zeros();
-        }
+        let hold = |v: &mut [Vec3]| {
+            system.pins().iter().for_each(|&pin| v[pin as usize] = Vec3::zeros());
+        };
+        hold(&mut self.direction);
         let (p, f) = (&self.direction, &mut self.product);
         Implicit::Everything.multiply_stiffness(system, x, Tangent::Projected, p, f);
-        for (f, _) in self.product.iter_mut().zip(system.pinned()).filter(|(_, pinned)| **pinned) {
-            *f = Vec3::zeros();
-        }
+        hold(&mut self.product);
     }
 
     /// The Rayleigh quotient after `products` products at `x`, 1/s²; 0 without springs.

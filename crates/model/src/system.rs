@@ -45,6 +45,8 @@ pub struct System {
     mass: Vec<f64>,
     effects: Vec<Box<dyn Effect>>,
     pinned: Vec<bool>,
+    /// The particles that are, in increasing order.
+    pins: Vec<u32>,
     moving_pins: Vec<MovingPin>,
     obstacles: Vec<Obstacle>,
     contact: Contact,
@@ -156,6 +158,7 @@ impl Clone for System {
             threads: self.threads,
             effects,
             pinned: self.pinned.clone(),
+            pins: self.pins.clone(),
             moving_pins: self.moving_pins.clone(),
             obstacles: self.obstacles.clone(),
             contact: self.contact,
@@ -183,11 +186,13 @@ impl System {
             topology: stamp,
         };
         let memory = SweepMemory::new(&mass, &effects, 1);
+        let pins = (0..).zip(&pinned).filter_map(|(i, pinned)| pinned.then_some(i)).collect();
         Self {
             name,
             mass,
             effects,
             pinned,
+            pins,
             moving_pins,
             obstacles,
             contact,
@@ -225,6 +230,11 @@ impl System {
     /// Whether each particle is pinned.
     pub fn pinned(&self) -> &[bool] {
         &self.pinned
+    }
+
+    /// The indices of the pinned particles, in increasing order.
+    pub fn pins(&self) -> &[u32] {
+        &self.pins
     }
 
     /// Those of the pinned particles that are led on paths.
@@ -406,6 +416,10 @@ impl System {
         let Some(slot) = self.pinned.get_mut(particle) else { return false };
         if *slot != pinned {
             *slot = pinned;
+            match self.pins.binary_search(&(particle as u32)) {
+                Ok(place) => drop(self.pins.remove(place)),
+                Err(place) => self.pins.insert(place, particle as u32),
+            }
             self.moving_pins.retain(|pin| pin.particle != particle);
             self.revisions.pins = new_stamp();
         }

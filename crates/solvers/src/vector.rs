@@ -98,6 +98,11 @@ pub fn norm(a: &[Vec3]) -> f64 {
     dot(a, a).sqrt()
 }
 
+/// `y ← 0`, number by number: the compiler makes one `memset` of that, and none of a loop over [`Vec3`].
+pub fn clear(y: &mut [Vec3]) {
+    bytemuck::cast_slice_mut::<Vec3, f64>(y).fill(0.0);
+}
+
 /// `y ← y + alpha x`.
 ///
 /// # Panics
@@ -156,6 +161,47 @@ pub fn weighted_scale_add(w: &[f64], x: &[Vec3], alpha: f64, y: &mut [Vec3]) {
             for k in 0..3 {
                 y[k] = w * x[k] + alpha * y[k];
             }
+        }
+    });
+}
+
+/// `y ← y + (alpha / w) x` with one weight a particle.
+///
+/// # Panics
+/// When the lengths differ.
+pub fn divided_axpy(alpha: f64, w: &[f64], x: &[Vec3], y: &mut [Vec3]) {
+    assert_eq!([w.len(), x.len()], [y.len(); 2], "block vectors of different length");
+    vectorised!(pulp::Arch::new(), [_four,
+        w: &'k [f64] = w,
+        x: &'k [f64] = bytemuck::cast_slice(x),
+        alpha: f64 = alpha,
+        y: &'k mut [f64] = bytemuck::cast_slice_mut(y),
+    ] -> () {
+        let particles = x.as_chunks::<3>().0.iter().zip(y.as_chunks_mut::<3>().0);
+        for (w, (x, y)) in w.iter().zip(particles) {
+            let factor = alpha / w;
+            for k in 0..3 {
+                y[k] += x[k] * factor;
+            }
+        }
+    });
+}
+
+/// `y ← y + alpha x` and `copy ← x` in one sweep.
+///
+/// # Panics
+/// When the lengths differ.
+pub fn axpy_and_copy(alpha: f64, x: &[Vec3], y: &mut [Vec3], copy: &mut [Vec3]) {
+    assert_eq!([x.len(), copy.len()], [y.len(); 2], "block vectors of different length");
+    vectorised!(pulp::Arch::new(), [_four,
+        x: &'k [f64] = bytemuck::cast_slice(x),
+        alpha: f64 = alpha,
+        y: &'k mut [f64] = bytemuck::cast_slice_mut(y),
+        copy: &'k mut [f64] = bytemuck::cast_slice_mut(copy),
+    ] -> () {
+        for ((x, y), copy) in x.iter().zip(y).zip(copy) {
+            *y += alpha * x;
+            *copy = *x;
         }
     });
 }

@@ -448,8 +448,8 @@ impl ContactSet {
 
     fn write(&self, system: &System, constraints: &mut Constraints) {
         constraints.clear();
-        for particle in (0..system.len()).filter(|&i| system.pinned()[i]) {
-            constraints.set(particle, Filter::Fixed, Vec3::zeros());
+        for &pin in system.pins() {
+            constraints.set(pin as usize, Filter::Fixed, Vec3::zeros());
         }
         for &(particle, z) in &self.led {
             constraints.set(particle, Filter::Fixed, z);

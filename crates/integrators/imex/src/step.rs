@@ -10,7 +10,7 @@ use drape_integrator::{
 };
 use drape_model::{State, System, Vec3};
 use drape_solvers::bands::{bands, in_bands};
-use drape_solvers::vector::axpy;
+use drape_solvers::vector::axpy_and_copy;
 
 /// IMEX Euler, EEH (21).
 #[derive(Debug)]
@@ -56,8 +56,7 @@ fn advance(w: &mut Workspace, state: &mut State, h: f64, bands: usize) {
     w.predictor.take(&mut state.v, h);
     let new = &w.velocity;
     in_bands(bands, new.len(), (&mut state.x[..], &mut state.v[..]), &|band, (x, v)| {
-        v.copy_from_slice(&new[band.clone()]);
-        axpy(h, &new[band], x); // EEH (20)
+        axpy_and_copy(h, &new[band], x, v); // EEH (20)
     });
     w.contacts.settle(&mut state.v, |c| w.predictor.forget(c.particle, c.velocity));
     state.t += h;

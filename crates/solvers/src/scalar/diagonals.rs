@@ -5,7 +5,7 @@
 //! consecutive rows read consecutive numbers: the loop over rows is a SIMD loop.
 
 use super::simd::Four;
-use super::soa::{Block, Padded, ROWS, Rows};
+use super::soa::{Padded, ROWS, Rows};
 use crate::ScalarMatrix;
 use crate::vector::SLOTS;
 use std::array::from_fn;
@@ -22,6 +22,12 @@ pub(super) struct Diagonals {
     diagonal: Padded,
     /// Entry (i, i + offset) at place `i` of its diagonal.
     upper: Vec<Padded>,
+}
+
+/// What is done with a product.
+pub(super) trait Put<F: Four> {
+    /// Takes over the product in group `g` of the rows, coordinate by coordinate, and the vector that was multiplied.
+    fn put(&mut self, four: F, g: usize, x: [F::Numbers; 3], product: [F::Numbers; 3]);
 }
 
 impl Diagonals {
@@ -85,61 +91,60 @@ impl Diagonals {
         self.offsets.last().copied().unwrap_or(0)
     }
 
-    /// `out ← A x` in the `len` rows from `first`; each row is summed from its first column to its last.
+    /// `A x` in the `len` rows from `first`; each row is summed from its first column to its last. `put` gets all
+    /// groups of rows.
     #[inline(always)]
-    pub(super) fn multiply(
+    pub(super) fn multiply<F: Four>(
         &self,
-        four: impl Four,
+        four: F,
         x: Rows<'_>,
-        first: usize,
-        len: usize,
-        out: &mut Block,
+        (first, len): (usize, usize),
+        put: &mut impl Put<F>,
     ) {
         match self.offsets.len() {
-            0 => self.multiply_by::<0>(four, x, first, len, out),
-            1 => self.multiply_by::<1>(four, x, first, len, out),
-            2 => self.multiply_by::<2>(four, x, first, len, out),
-            3 => self.multiply_by::<3>(four, x, first, len, out),
-            4 => self.multiply_by::<4>(four, x, first, len, out),
-            5 => self.multiply_by::<5>(four, x, first, len, out),
-            6 => self.multiply_by::<6>(four, x, first, len, out),
-            7 => self.multiply_by::<7>(four, x, first, len, out),
-            _ => self.multiply_by::<8>(four, x, first, len, out),
+            0 => self.multiply_by::<0, F>(four, x, (first, len), put),
+            1 => self.multiply_by::<1, F>(four, x, (first, len), put),
+            2 => self.multiply_by::<2, F>(four, x, (first, len), put),
+            3 => self.multiply_by::<3, F>(four, x, (first, len), put),
+            4 => self.multiply_by::<4, F>(four, x, (first, len), put),
+            5 => self.multiply_by::<5, F>(four, x, (first, len), put),
+            6 => self.multiply_by::<6, F>(four, x, (first, len), put),
+            7 => self.multiply_by::<7, F>(four, x, (first, len), put),
+            _ => self.multiply_by::<8, F>(four, x, (first, len), put),
         }
     }
 
     /// [`multiply`](Self::multiply) with `D` offsets, by pieces of a length that the compiler knows.
     #[inline(always)]
-    fn multiply_by<const D: usize>(
+    fn multiply_by<const D: usize, F: Four>(
         &self,
-        four: impl Four,
+        four: F,
         x: Rows<'_>,
-        first: usize,
-        len: usize,
-        out: &mut Block,
+        (first, len): (usize, usize),
+        put: &mut impl Put<F>,
     ) {
         const LONG: usize = 4 * ROWS;
         let mut done = 0;
         while done + LONG <= len {
-            self.multiply_piece::<D, LONG>(four, x, first + done, out.piece(done));
+            self.multiply_piece::<D, LONG, F>(four, x, (first, done), put);
             done += LONG;
         }
         while done + ROWS <= len {
-            self.multiply_piece::<D, ROWS>(four, x, first + done, out.piece(done));
+            self.multiply_piece::<D, ROWS, F>(four, x, (first, done), put);
             done += ROWS;
         }
     }
 
-    /// `C` rows from `first`.
+    /// `C` rows, so many after `first`.
     #[inline(always)]
-    fn multiply_piece<const D: usize, const C: usize>(
+    fn multiply_piece<const D: usize, const C: usize, F: Four>(
         &self,
-        four: impl Four,
+        four: F,
         x: Rows<'_>,
-        first: usize,
-        out: [&mut [f64; C]; 3],
+        (first, done): (usize, usize),
+        put: &mut impl Put<F>,
     ) {
-        let first = first as isize;
+        let first = (first + done) as isize;
         let offset = |d: usize| self.offsets[d] as isize;
         let below: [&[f64; C]; D] = from_fn(|d| self.upper[d].piece(first - offset(d)));
         let above: [&[f64; C]; D] = from_fn(|d| self.upper[d].piece(first));
@@ -156,9 +161,9 @@ impl Diagonals {
                     sums[k] = four.add(sums[k], four.mul(value, at(x_below[k][d])));
                 }
             }
-            let value = at(diagonal);
+            let (value, x) = (at(diagonal), x.map(at));
             for k in 0..3 {
-                sums[k] = four.add(sums[k], four.mul(value, at(x[k])));
+                sums[k] = four.add(sums[k], four.mul(value, x[k]));
             }
             for d in 0..D {
                 let value = at(above[d]);
@@ -166,10 +171,7 @@ impl Diagonals {
                     sums[k] = four.add(sums[k], four.mul(value, at(x_above[k][d])));
                 }
             }
-            for k in 0..3 {
-                let sum = four.store(sums[k]);
-                (0..SLOTS).for_each(|s| out[k][SLOTS * g + s] = sum[s]);
-            }
+            put.put(four, done / SLOTS + g, x, sums);
         }
     }
 }

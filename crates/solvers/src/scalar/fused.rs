@@ -127,12 +127,12 @@ impl Operations for FusedSolve<'_> {
         let moving = reference.filter(|_| constraints.has_prescribed_motion());
         if let Some(norm) = moving {
             of.take_prescribed(constraints);
-            of.residuals(constraints, b, false);
+            of.residuals(constraints, b, None);
             let reference = Measure::sum(&of.sums.residual).length(norm);
             start = Start { reference, multiplications: 1 };
         }
         of.load(constraints, solution);
-        of.residuals(constraints, b, moving.is_none());
+        of.residuals(constraints, b, reference.filter(|_| moving.is_none()));
         self.measure = Measure::sum(&of.sums.residual);
         if let (Some(norm), None) = (reference, moving) {
             start.reference = Measure::sum(&of.sums.load).length(norm);
@@ -222,20 +222,21 @@ impl Fused {
         });
     }
 
-    fn residuals(&mut self, constraints: &Constraints, b: &[Vec3], with_load: bool) {
-        let Self { operator, r, c, sums, arch, bands, .. } = self;
-        let from = (b, c.rows(), with_load);
-        let part = (PerBlock(r), PerBlock(&mut sums.residual), PerBlock(&mut sums.load));
-        over_blocks(*bands, operator, part, &|band, (r, measures, loads)| {
+    fn residuals(&mut self, constraints: &Constraints, b: &[Vec3], norm: Option<Norm>) {
+        let Self { operator, r, q, c, sums, arch, bands, .. } = self;
+        let from = (b, c.rows(), norm);
+        let blocks = (PerBlock(r), PerBlock(q));
+        let part = (blocks, PerBlock(&mut sums.residual), PerBlock(&mut sums.load));
+        over_blocks(*bands, operator, part, &|band, ((r, q), measures, loads)| {
             vectorised!(arch, [four,
                 operator: &'k Operator = operator,
                 constraints: &'k Constraints = constraints,
                 band: Range<usize> = band,
-                from: (&'k [Vec3], Rows<'k>, bool) = from,
-                r: &'k mut [Block] = r.0,
+                from: (&'k [Vec3], Rows<'k>, Option<Norm>) = from,
+                blocks: (&'k mut [Block], &'k mut [Block]) = (r.0, q.0),
                 sums: (&'k mut [Measure], &'k mut [Measure]) = (measures.0, loads.0),
             ] -> () {
-                operator.residuals(four, constraints, band, from, r, sums)
+                operator.residuals(four, constraints, band, from, blocks, sums)
             });
         });
     }
@@ -343,17 +344,17 @@ impl Fused {
     }
 
     fn store(&mut self, postponed: Option<f64>, solution: &mut [Vec3]) {
-        let Self { operator, x, c, arch, bands, .. } = self;
+        let Self { operator, x, q, c, arch, bands, .. } = self;
         let from = (&x[..], c.rows());
-        over_blocks(*bands, operator, solution, &|band, solution| {
+        over_blocks(*bands, operator, (PerBlock(q), solution), &|band, (q, solution)| {
             vectorised!(arch, [_four,
                 operator: &'k Operator = operator,
                 band: Range<usize> = band,
                 postponed: Option<f64> = postponed,
                 from: (&'k [Block], Rows<'k>) = from,
-                solution: &'k mut [Vec3] = solution,
+                to: (&'k mut [Block], &'k mut [Vec3]) = (q.0, solution),
             ] -> () {
-                operator.store(band, postponed, from, solution)
+                operator.store(band, postponed, from, to)
             });
         });
     }

@@ -2,7 +2,7 @@
 //! so that one 256-bit operation serves its three coordinates.
 
 use super::buckets::Buckets;
-use super::simd::{Four, four_wide, vectorised};
+use super::simd::{Four, Plain, four_wide, vectorised};
 use crate::pcg::{Norm, Operations, Start};
 use crate::preconditioner::{IncompleteCholesky, Jacobi};
 use crate::vector::{BLOCK, SLOTS, combine};
@@ -100,45 +100,42 @@ pub(super) struct PaddedSolve<'a> {
 
 impl Operations for PaddedSolve<'_> {
     fn start(&mut self, reference: Option<Norm>) -> Start {
-        let Self { problem, solution, of, .. } = self;
-        let Problem { constraints, b, .. } = *problem;
+        let constraints = self.problem.constraints;
         let mut start = Start { reference: f64::NAN, multiplications: 0 };
-        if let Some(norm) = reference {
-            if constraints.has_prescribed_motion() {
-                of.x.fill([0.0; 4]);
+        let mut with_load = false;
+        match reference {
+            None => {}
+            Some(norm) if constraints.has_prescribed_motion() => {
+                self.of.x.fill([0.0; 4]);
                 for &i in constraints.constrained() {
-                    of.x[i as usize] = lanes(&constraints.prescribed(i as usize));
+                    self.of.x[i as usize] = lanes(&constraints.prescribed(i as usize));
                 }
-                start.multiplications = 1;
+                let square = self.residual();
+                start = Start { reference: self.length(square, norm), multiplications: 1 };
             }
-            let with_product = start.multiplications == 1;
-            let square = vectorised!(of.arch, [four,
-                of: &'k mut Padded = of,
-                problem: Problem<'k> = *problem,
-                with_product: bool = with_product,
-            ] -> f64 {
-                of.residual(four, problem, with_product)
-            });
-            start.reference = match norm {
-                Norm::Euclid => square.sqrt(),
-                Norm::Preconditioned => of.precondition(*problem).sqrt(),
-            };
+            Some(Norm::Euclid) => with_load = true,
+            Some(Norm::Preconditioned) => {
+                let Self { problem, of, .. } = &mut *self;
+                for (k, r) in of.r.chunks_mut(BLOCK).enumerate() {
+                    right_hand_side(Plain, *problem, of.buckets.block(k), k * BLOCK, r);
+                }
+                start.reference = of.precondition(*problem).sqrt();
+            }
         }
-        for (x, v) in of.x.iter_mut().zip(&**solution) {
-            *x = lanes(v);
-        }
-        for &i in constraints.constrained() {
-            let i = i as usize;
-            let free = constraints.filter(i).apply(solution[i]);
-            of.x[i] = lanes(&(free + constraints.prescribed(i)));
-        }
-        debug_assert_eq!(b.len(), of.x.len());
-        self.square = vectorised!(of.arch, [four,
+        let Self { problem, solution, of, .. } = self;
+        let squares = vectorised!(of.arch, [four,
             of: &'k mut Padded = of,
             problem: Problem<'k> = *problem,
-        ] -> f64 {
-            of.residual(four, problem, true)
+            solution: &'k [Vec3] = solution,
+            with_load: bool = with_load,
+        ] -> (f64, f64) {
+            of.load(four, problem.constraints, solution);
+            of.residual(four, problem, with_load)
         });
+        self.square = squares.0;
+        if with_load {
+            start.reference = squares.1.sqrt();
+        }
         start
     }
 
@@ -163,7 +160,7 @@ impl Operations for PaddedSolve<'_> {
             postponed: Option<f64> = self.postponed.take(),
         ] -> f64 {
             of.complete(four, postponed);
-            of.residual(four, problem, true)
+            of.residual(four, problem, false).0
         });
         let gap = vectorised!(of.arch, [four, of: &'k mut Padded = of] -> f64 {
             for (q, r) in of.q.iter_mut().zip(&of.r) {
@@ -195,26 +192,47 @@ impl Operations for PaddedSolve<'_> {
         let of = &mut *self.of;
         self.square = vectorised!(of.arch, [four, of: &'k mut Padded = of, alpha: f64 = alpha] -> f64 {
             let minus_alpha = four.splat(-alpha);
-            let mut sum = 0.0;
+            let mut square = 0.0;
             for (r, q) in of.r.chunks_mut(BLOCK).zip(of.q.chunks(BLOCK)) {
-                sum += sum_of_block(four, q.len(), |i| {
-                    let new = four.add(four.load(r[i]), four.mul(minus_alpha, four.load(q[i])));
-                    r[i] = four.store(new);
-                    four.mul(new, new)
-                });
+                square += sum(four, Advance { minus_alpha, r, q });
             }
-            sum
+            square
         });
     }
 
     fn finish(&mut self) {
-        let of = &mut *self.of;
+        let Self { of, solution, .. } = self;
         let postponed = self.postponed.take();
-        vectorised!(of.arch, [four, of: &'k mut Padded = of, postponed: Option<f64> = postponed] -> () {
-            of.complete(four, postponed)
+        vectorised!(of.arch, [four,
+            of: &'k mut Padded = of,
+            postponed: Option<f64> = postponed,
+            solution: &'k mut [Vec3] = solution,
+        ] -> () {
+            of.complete(four, postponed);
+            for (v, x) in solution.iter_mut().zip(&of.x) {
+                *v = Vec3::new(x[0], x[1], x[2]);
+            }
         });
-        for (v, x) in self.solution.iter_mut().zip(&of.x) {
-            *v = Vec3::new(x[0], x[1], x[2]);
+    }
+}
+
+impl PaddedSolve<'_> {
+    /// `r ← S (b − A x)`, and its square.
+    fn residual(&mut self) -> f64 {
+        let Self { problem, of, .. } = self;
+        vectorised!(of.arch, [four,
+            of: &'k mut Padded = of,
+            problem: Problem<'k> = *problem,
+        ] -> f64 {
+            of.residual(four, problem, false).0
+        })
+    }
+
+    /// The length of `r`, whose square is given.
+    fn length(&mut self, square: f64, norm: Norm) -> f64 {
+        match norm {
+            Norm::Euclid => square.sqrt(),
+            Norm::Preconditioned => self.of.precondition(self.problem).sqrt(),
         }
     }
 }
@@ -227,14 +245,8 @@ impl Padded {
                 ScalarPreconditioner::Identity => dot(four, &of.r, &of.r),
                 ScalarPreconditioner::Jacobi(jacobi) => {
                     let inverse = &jacobi.inverse_diagonal()[..of.r.len()];
-                    let mut sum = 0.0;
-                    for (r, inverse) in of.r.chunks(BLOCK).zip(inverse.chunks(BLOCK)) {
-                        sum += sum_of_block(four, r.len().min(inverse.len()), |i| {
-                            let r = four.load(r[i]);
-                            four.mul(r, four.mul(r, four.splat(inverse[i])))
-                        });
-                    }
-                    sum
+                    let blocks = of.r.chunks(BLOCK).zip(inverse.chunks(BLOCK));
+                    blocks.fold(0.0, |delta, (r, inverse)| delta + sum(four, Divided { r, inverse }))
                 }
                 ScalarPreconditioner::Ic0(factor) => {
                     factor.apply_to_lanes(four, &of.r, &mut of.s);
@@ -244,23 +256,40 @@ impl Padded {
         })
     }
 
-    /// `r ← S (b − A x)` or `S b`, and its square.
+    /// `x ← S x₀ + (I − S) z`.
     #[inline(always)]
-    fn residual(&mut self, four: impl Four, problem: Problem<'_>, with_product: bool) -> f64 {
-        let mut sum = 0.0;
-        for (k, (r, b)) in self.r.chunks_mut(BLOCK).zip(problem.b.chunks(BLOCK)).enumerate() {
-            let first = k * BLOCK;
-            for (i, (r, b)) in r.iter_mut().zip(b).enumerate() {
-                *r = lanes(b);
-                if with_product {
-                    let product = row_product(four, problem.a, &self.x, first + i);
-                    *r = four.store(four.sub(four.load(*r), product));
-                }
-            }
-            project(problem.constraints, self.buckets.block(k), first, r);
-            sum += sum_of_block(four, r.len(), |i| four.mul(four.load(r[i]), four.load(r[i])));
+    fn load(&mut self, four: impl Four, constraints: &Constraints, start: &[Vec3]) {
+        for (x, v) in self.x.iter_mut().zip(start) {
+            *x = four.store(four.load(lanes(v)));
         }
-        sum
+        for &i in constraints.constrained() {
+            let i = i as usize;
+            let free = constraints.filter(i).apply(start[i]);
+            self.x[i] = lanes(&(free + constraints.prescribed(i)));
+        }
+    }
+
+    /// `r ← S (b − A x)`; its square and, if `with_load`, that of `S b`, for which `q` makes room.
+    #[inline(always)]
+    fn residual(&mut self, four: impl Four, problem: Problem<'_>, with_load: bool) -> (f64, f64) {
+        let (mut square, mut load) = (0.0, 0.0);
+        for (k, (r, b)) in self.r.chunks_mut(BLOCK).zip(problem.b.chunks(BLOCK)).enumerate() {
+            let (first, particles) = (k * BLOCK, self.buckets.block(k));
+            // Right-hand sides stay in registers: to load what was stored in pieces would stall.
+            let of_block = sum(four, Residual { a: problem.a, x: &self.x, first, b, r });
+            square += if particles.is_empty() {
+                of_block
+            } else {
+                project(problem.constraints, particles, first, r);
+                sum(four, Product(r, r))
+            };
+            if with_load {
+                let right = &mut self.q[..r.len()];
+                right_hand_side(four, problem, particles, first, right);
+                load += sum(four, Product(right, right));
+            }
+        }
+        (square, load)
     }
 
     /// `x ← x + α c`.
@@ -308,14 +337,15 @@ impl Padded {
                 if end + self.reach > known && known < n {
                     break;
                 }
-                let q = &mut self.q[first..end];
-                for (i, q) in q.iter_mut().enumerate() {
-                    *q = four.store(row_product(four, problem.a, &self.c, first + i));
-                }
-                project(problem.constraints, self.buckets.block(multiplied), first, q);
-                let c = &self.c[first..end];
-                curvature +=
-                    sum_of_block(four, q.len(), |i| four.mul(four.load(c[i]), four.load(q[i])));
+                let (c, q) = (&self.c[first..end], &mut self.q[first..end]);
+                let of_block = sum(four, Curvature { a: problem.a, all: &self.c, first, c, q });
+                let particles = self.buckets.block(multiplied);
+                curvature += if particles.is_empty() {
+                    of_block
+                } else {
+                    project(problem.constraints, particles, first, q);
+                    sum(four, Product(c, q))
+                };
                 multiplied += 1;
             }
         }
@@ -354,6 +384,21 @@ fn lanes(v: &Vec3) -> Lanes {
     [v.x, v.y, v.z, 0.0]
 }
 
+/// `out ← S b` in a block that begins with row `first` and has these constrained particles.
+#[inline(always)]
+fn right_hand_side(
+    four: impl Four,
+    problem: Problem<'_>,
+    particles: &[u32],
+    first: usize,
+    out: &mut [Lanes],
+) {
+    for (out, b) in out.iter_mut().zip(&problem.b[first..]) {
+        *out = four.store(four.load(lanes(b)));
+    }
+    project(problem.constraints, particles, first, out);
+}
+
 /// Row `i` of `A x`, summed from its first column to its last.
 #[inline(always)]
 fn row_product<F: Four>(four: F, a: &ScalarMatrix, x: &[Lanes], i: usize) -> F::Numbers {
@@ -377,32 +422,144 @@ fn project(constraints: &Constraints, particles: &[u32], first: usize, x: &mut [
 /// The dot product of two vectors.
 #[inline(always)]
 fn dot(four: impl Four, a: &[Lanes], b: &[Lanes]) -> f64 {
-    let mut sum = 0.0;
+    let mut total = 0.0;
     for (a, b) in a.chunks(BLOCK).zip(b.chunks(BLOCK)) {
-        sum += sum_of_block(four, b.len().min(a.len()), |i| {
-            four.mul(four.load(a[i]), four.load(b[i]))
-        });
+        total += sum(four, Product(a, b));
     }
-    sum
+    total
 }
 
-/// The sum of `len` terms of three numbers each.
+/// The terms of a sum over the particles of a block, and what is done on the way. A closure would not be sure to be inlined
+/// into the function that has the instruction set.
+trait Terms<F: Four> {
+    /// Number of terms.
+    fn len(&self) -> usize;
+
+    /// The term of particle `i`.
+    fn term(&mut self, four: F, i: usize) -> F::Numbers;
+}
+
+/// Sums in the documented order.
 #[inline(always)]
-fn sum_of_block<F: Four>(four: F, len: usize, mut term: impl FnMut(usize) -> F::Numbers) -> f64 {
+fn sum<F: Four>(four: F, mut terms: impl Terms<F>) -> f64 {
+    let len = terms.len();
     let mut sums = [four.splat(0.0); SLOTS];
     let mut i = 0;
     while i + SLOTS <= len {
         for (s, sum) in sums.iter_mut().enumerate() {
-            *sum = four.add(*sum, term(i + s));
+            *sum = four.add(*sum, terms.term(four, i + s));
         }
         i += SLOTS;
     }
     for sum in sums.iter_mut().take(len - i) {
-        *sum = four.add(*sum, term(i));
+        *sum = four.add(*sum, terms.term(four, i));
         i += 1;
     }
     combine(&sums.map(|sum| {
         let [x, y, z, _] = four.store(sum);
         [x, y, z]
     }))
+}
+
+/// Of a dot product.
+struct Product<'a>(&'a [Lanes], &'a [Lanes]);
+
+impl<F: Four> Terms<F> for Product<'_> {
+    #[inline(always)]
+    fn len(&self) -> usize {
+        self.0.len().min(self.1.len())
+    }
+
+    #[inline(always)]
+    fn term(&mut self, four: F, i: usize) -> F::Numbers {
+        four.mul(four.load(self.0[i]), four.load(self.1[i]))
+    }
+}
+
+/// Of `rᵀ D⁻¹ r`.
+struct Divided<'a> {
+    r: &'a [Lanes],
+    inverse: &'a [f64],
+}
+
+impl<F: Four> Terms<F> for Divided<'_> {
+    #[inline(always)]
+    fn len(&self) -> usize {
+        self.r.len().min(self.inverse.len())
+    }
+
+    #[inline(always)]
+    fn term(&mut self, four: F, i: usize) -> F::Numbers {
+        let r = four.load(self.r[i]);
+        four.mul(r, four.mul(r, four.splat(self.inverse[i])))
+    }
+}
+
+/// Of `rᵀr` after `r ← r − α q`.
+struct Advance<'a, N> {
+    minus_alpha: N,
+    r: &'a mut [Lanes],
+    q: &'a [Lanes],
+}
+
+impl<F: Four> Terms<F> for Advance<'_, F::Numbers> {
+    #[inline(always)]
+    fn len(&self) -> usize {
+        self.r.len().min(self.q.len())
+    }
+
+    #[inline(always)]
+    fn term(&mut self, four: F, i: usize) -> F::Numbers {
+        let step = four.mul(self.minus_alpha, four.load(self.q[i]));
+        let new = four.add(four.load(self.r[i]), step);
+        self.r[i] = four.store(new);
+        four.mul(new, new)
+    }
+}
+
+/// Of `rᵀr` after `r ← b − A x` in a block that begins with row `first`.
+struct Residual<'a> {
+    a: &'a ScalarMatrix,
+    x: &'a [Lanes],
+    first: usize,
+    b: &'a [Vec3],
+    r: &'a mut [Lanes],
+}
+
+impl<F: Four> Terms<F> for Residual<'_> {
+    #[inline(always)]
+    fn len(&self) -> usize {
+        self.r.len().min(self.b.len())
+    }
+
+    #[inline(always)]
+    fn term(&mut self, four: F, i: usize) -> F::Numbers {
+        let product = row_product(four, self.a, self.x, self.first + i);
+        let new = four.sub(four.load(lanes(&self.b[i])), product);
+        self.r[i] = four.store(new);
+        four.mul(new, new)
+    }
+}
+
+/// Of `cᵀq` after `q ← A c` in a block that begins with row `first`.
+struct Curvature<'a> {
+    a: &'a ScalarMatrix,
+    all: &'a [Lanes],
+    first: usize,
+    c: &'a [Lanes],
+    q: &'a mut [Lanes],
+}
+
+impl<F: Four> Terms<F> for Curvature<'_> {
+    #[inline(always)]
+    fn len(&self) -> usize {
+        self.c.len().min(self.q.len())
+    }
+
+    #[inline(always)]
+    fn term(&mut self, four: F, i: usize) -> F::Numbers {
+        let product = row_product(four, self.a, self.all, self.first + i);
+        self.q[i] = four.store(product);
+        four.mul(four.load(self.c[i]), product)
+    }
 }

@@ -7,6 +7,9 @@ use std::array::from_fn;
 /// Rows are rounded up to a multiple of this many.
 pub(super) const ROWS: usize = 16;
 
+/// Groups of a block.
+const GROUPS: usize = BLOCK / SLOTS;
+
 /// Numbers that fill a cache line.
 const LINE: usize = 8;
 
@@ -19,13 +22,16 @@ pub(super) struct Block(pub(super) [[f64; BLOCK + LINE]; 3]);
 impl Block {
     pub(super) const ZERO: Self = Self([[0.0; BLOCK + LINE]; 3]);
 
-    /// `C` particles from `first` on.
+    /// Coordinate `k` of group `g`, counted round the block: then the compiler needs no check.
     #[inline(always)]
-    pub(super) fn piece<const C: usize>(&mut self, first: usize) -> [&mut [f64; C]; 3] {
-        self.0.each_mut().map(|x| {
-            let (piece, _) = x[first..].as_chunks_mut::<C>();
-            &mut piece[0]
-        })
+    pub(super) fn group(&self, k: usize, g: usize) -> &[f64; SLOTS] {
+        &self.0[k].as_chunks().0[g % GROUPS]
+    }
+
+    /// As [`group`](Self::group), to be written.
+    #[inline(always)]
+    pub(super) fn group_mut(&mut self, k: usize, g: usize) -> &mut [f64; SLOTS] {
+        &mut self.0[k].as_chunks_mut().0[g % GROUPS]
     }
 
     /// The first `len` particles.

@@ -47,7 +47,7 @@ impl Integrator for ExplicitEuler {
         w.contacts.settle(&mut state.v, |_| ());
         kick(system, h, &w.force, &mut state.v); // v_{n+1} = v_n + h M⁻¹ f_n
         w.contacts.stop(&mut state.v);
-        for i in (0..state.len()).filter(|&i| system.pinned()[i]) {
+        for i in system.pins().iter().map(|&i| i as usize) {
             state.v[i] = w.constraints.prescribed(i);
         }
         state.t += h;

@@ -124,8 +124,8 @@ impl LeapfrogWorkspace {
             cause.into_iter().for_each(|cause| report.setups.count(cause));
         }
         self.pins.clear();
-        for i in (0..system.len()).filter(|&i| system.pinned()[i]) {
-            self.pins.set(i, Filter::Fixed, Vec3::zeros());
+        for &i in system.pins() {
+            self.pins.set(i as usize, Filter::Fixed, Vec3::zeros());
         }
         Ok(())
     }

@@ -3,7 +3,7 @@
 use super::super::simd::Four;
 use super::super::soa::{Block, total};
 use crate::pcg::Norm;
-use crate::vector::{BLOCK, SLOTS};
+use crate::vector::SLOTS;
 
 /// `rᵀr` and `δ = rᵀ P r`, or that of another vector.
 #[derive(Clone, Copy, Debug)]
@@ -32,33 +32,59 @@ impl Measure {
     }
 }
 
+/// Sums over a block under way, one a slot and coordinate.
+#[derive(Clone, Copy)]
+pub(super) struct Meter<N> {
+    squares: [N; 3],
+    deltas: [N; 3],
+}
+
+impl<N: Copy> Meter<N> {
+    #[inline(always)]
+    pub(super) fn new(four: impl Four<Numbers = N>) -> Self {
+        Self { squares: [four.splat(0.0); 3], deltas: [four.splat(0.0); 3] }
+    }
+
+    /// Adds coordinate `k` of a group.
+    #[inline(always)]
+    pub(super) fn add(&mut self, four: impl Four<Numbers = N>, k: usize, r: N, inverse: N) {
+        self.squares[k] = four.add(self.squares[k], four.mul(r, r));
+        self.deltas[k] = four.add(self.deltas[k], four.mul(r, four.mul(r, inverse)));
+    }
+
+    #[inline(always)]
+    pub(super) fn read(&self, four: impl Four<Numbers = N>) -> Measure {
+        Measure {
+            square: total(&self.squares.map(|sum| four.store(sum))),
+            delta: total(&self.deltas.map(|sum| four.store(sum))),
+        }
+    }
+}
+
 /// `rᵀr` and `rᵀ P r` over the rows of a block that `inverse` has.
 #[inline(always)]
 pub(super) fn measure(four: impl Four, r: &Block, inverse: &[f64]) -> Measure {
-    measure_of(four, inverse, |k, g| four.load(r.0[k].as_chunks::<SLOTS>().0[g]))
-}
-
-/// [`measure`] of the vector whose group `g` of coordinate `k` is `r(k, g)`.
-#[inline(always)]
-pub(super) fn measure_of<F: Four>(
-    four: F,
-    inverse: &[f64],
-    mut r: impl FnMut(usize, usize) -> F::Numbers,
-) -> Measure {
-    let (mut squares, mut deltas) = ([four.splat(0.0); 3], [four.splat(0.0); 3]);
-    let groups = (inverse.len() / SLOTS).min(BLOCK / SLOTS);
-    for (g, &inverse) in inverse.as_chunks::<SLOTS>().0[..groups].iter().enumerate() {
+    let mut meter = Meter::new(four);
+    for (g, &inverse) in inverse.as_chunks().0.iter().enumerate() {
         let inverse = four.load(inverse);
         for k in 0..3 {
-            let r = r(k, g);
-            squares[k] = four.add(squares[k], four.mul(r, r));
-            deltas[k] = four.add(deltas[k], four.mul(r, four.mul(r, inverse)));
+            meter.add(four, k, four.load(*r.group(k, g)), inverse);
         }
     }
-    Measure {
-        square: total(&squares.map(|sum| four.store(sum))),
-        delta: total(&deltas.map(|sum| four.store(sum))),
+    meter.read(four)
+}
+
+/// `rᵀr` alone, over so many rows of a block.
+#[inline(always)]
+pub(super) fn square(four: impl Four, r: &Block, rows: usize) -> Measure {
+    let mut sums = [four.splat(0.0); 3];
+    for g in 0..rows / SLOTS {
+        for k in 0..3 {
+            let r = four.load(*r.group(k, g));
+            sums[k] = four.add(sums[k], four.mul(r, r));
+        }
     }
+    Measure { square: total(&sums.map(|sum| four.store(sum))), delta: f64::NAN }
 }
 
 /// The dot product over the rows of a block that `b` has.

@@ -1,10 +1,11 @@
 //! What the sweeps do with a band of blocks.
 
 use super::super::buckets::Buckets;
-use super::super::diagonals::Diagonals;
+use super::super::diagonals::{Diagonals, Put};
 use super::super::simd::Four;
-use super::super::soa::{Block, Padded, Rows, RowsMut, block_rows, padded_rows};
-use super::sums::{Measure, dot, measure, measure_of};
+use super::super::soa::{Block, Padded, Rows, RowsMut, block_rows, padded_rows, total};
+use super::sums::{Measure, Meter, dot, measure, square};
+use crate::pcg::Norm;
 use crate::vector::{BLOCK, SLOTS};
 use crate::{Constraints, Vec3};
 use std::ops::Range;
@@ -115,7 +116,7 @@ impl Operator {
         }
     }
 
-    /// `r ← S (b − A c)` in a block.
+    /// `r ← S (b − A c)` in a block, and what it measures.
     #[inline(always)]
     fn residual(
         &self,
@@ -125,36 +126,43 @@ impl Operator {
         c: Rows<'_>,
         b: &Block,
         r: &mut Block,
-    ) {
+    ) -> Measure {
         let (first, len) = self.block_rows(k);
-        self.matrix.multiply(four, c, first, len, r);
-        for (r, b) in r.rows_mut(len).into_iter().zip(&b.0) {
-            r.iter_mut().zip(b).for_each(|(r, b)| *r = b - *r);
+        let inverse = self.inverse_diagonal(k);
+        let meter = Meter::new(four);
+        let mut residual = Residual { b, r, inverse: inverse.as_chunks().0, meter };
+        self.matrix.multiply(four, c, (first, len), &mut residual);
+        if self.buckets.block(k).is_empty() {
+            return residual.meter.read(four);
         }
         self.project(constraints, k, r.rows_mut(len));
+        measure(four, r, inverse)
     }
 
-    /// `r ← S (b − A c)` and what it measures; likewise `S b` if `with_load`.
+    /// `r ← S (b − A c)` and what it measures; likewise `S b` in a norm, if one is given. The first block of `q` makes
+    /// room for `b`.
     #[inline(always)]
     pub(super) fn residuals(
         &self,
         four: impl Four,
         constraints: &Constraints,
         band: Range<usize>,
-        (b, c, with_load): (&[Vec3], Rows<'_>, bool),
-        r: &mut [Block],
+        (b, c, norm): (&[Vec3], Rows<'_>, Option<Norm>),
+        (r, q): (&mut [Block], &mut [Block]),
         (measures, loads): (&mut [Measure], &mut [Measure]),
     ) {
-        let mut right = Block::ZERO;
+        let Some(right) = q.first_mut() else { return };
         for (k, (r, (measured, load))) in band.zip(r.iter_mut().zip(measures.iter_mut().zip(loads)))
         {
-            gather(particles(b, k), &mut right);
-            self.residual(four, constraints, k, c, &right, r);
-            *measured = measure(four, r, self.inverse_diagonal(k));
-            if with_load {
-                self.project(constraints, k, right.rows_mut(self.block_rows(k).1));
-                *load = measure(four, &right, self.inverse_diagonal(k));
-            }
+            gather(particles(b, k), right);
+            *measured = self.residual(four, constraints, k, c, right, r);
+            let Some(norm) = norm else { continue };
+            let inverse = self.inverse_diagonal(k);
+            self.project(constraints, k, right.rows_mut(inverse.len()));
+            *load = match norm {
+                Norm::Euclid => square(four, right, inverse.len()),
+                Norm::Preconditioned => measure(four, right, inverse),
+            };
         }
     }
 
@@ -207,7 +215,7 @@ impl Operator {
         for (k, (r, (measured, gap))) in band.zip(r.iter_mut().zip(measures.iter_mut().zip(gaps))) {
             let (_, len) = self.block_rows(k);
             gather(particles(b, k), &mut right);
-            self.residual(four, constraints, k, c, &right, &mut fresh);
+            *measured = self.residual(four, constraints, k, c, &right, &mut fresh);
             for (r, fresh) in r.rows_mut(len).into_iter().zip(&fresh.0) {
                 r.iter_mut().zip(fresh).for_each(|(r, fresh)| *r = fresh - *r);
             }
@@ -215,7 +223,6 @@ impl Operator {
             for (r, fresh) in r.rows_mut(len).into_iter().zip(&fresh.0) {
                 r.copy_from_slice(&fresh[..len]);
             }
-            *measured = measure(four, r, self.inverse_diagonal(k));
         }
     }
 
@@ -279,7 +286,11 @@ impl Operator {
         q: &mut Block,
     ) -> f64 {
         let (first, len) = self.block_rows(k);
-        self.matrix.multiply(four, c, first, len, q);
+        let mut curvature = Curvature { q, sums: [four.splat(0.0); 3] };
+        self.matrix.multiply(four, c, (first, len), &mut curvature);
+        if self.buckets.block(k).is_empty() {
+            return total(&curvature.sums.map(|sum| four.store(sum)));
+        }
         self.project(constraints, k, q.rows_mut(len));
         dot(four, q, c.window(first, len))
     }
@@ -298,26 +309,30 @@ impl Operator {
         let minus_alpha = four.splat(-alpha);
         for (k, (r, measured)) in band.zip(r.iter_mut().zip(measures)) {
             let q = &q[k];
-            *measured = measure_of(four, self.inverse_diagonal(k), |k, g| {
-                let r = &mut r.0[k].as_chunks_mut::<SLOTS>().0[g];
-                let q = q.0[k].as_chunks::<SLOTS>().0[g];
-                let new = four.add(four.load(*r), four.mul(minus_alpha, four.load(q)));
-                *r = four.store(new);
-                new
-            });
+            let mut meter = Meter::new(four);
+            for (g, &inverse) in self.inverse_diagonal(k).as_chunks().0.iter().enumerate() {
+                let inverse = four.load(inverse);
+                for k in 0..3 {
+                    let (q, r) = (four.load(*q.group(k, g)), r.group_mut(k, g));
+                    let new = four.add(four.load(*r), four.mul(minus_alpha, q));
+                    *r = four.store(new);
+                    meter.add(four, k, new, inverse);
+                }
+            }
+            *measured = meter.read(four);
         }
     }
 
-    /// `x + α c` as postponed, to particles.
+    /// `x + α c` as postponed, to particles. The first block of `q` makes room.
     #[inline(always)]
     pub(super) fn store(
         &self,
         band: Range<usize>,
         postponed: Option<f64>,
         (x, c): (&[Block], Rows<'_>),
-        solution: &mut [Vec3],
+        (q, solution): (&mut [Block], &mut [Vec3]),
     ) {
-        let mut last = Block::ZERO;
+        let Some(last) = q.first_mut() else { return };
         for (k, solution) in band.zip(solution.chunks_mut(BLOCK)) {
             let (first, len) = self.block_rows(k);
             let x = match postponed {
@@ -329,13 +344,49 @@ impl Operator {
                             *last = x + alpha * c;
                         }
                     }
-                    &last
+                    &*last
                 }
             };
             let [x, y, z] = x.0.each_ref().map(|x| &x[..solution.len()]);
             for (i, to) in solution.iter_mut().enumerate() {
                 *to = Vec3::new(x[i], y[i], z[i]);
             }
+        }
+    }
+}
+
+/// Makes a product a residual, and measures it.
+struct Residual<'a, N> {
+    b: &'a Block,
+    r: &'a mut Block,
+    inverse: &'a [[f64; SLOTS]],
+    meter: Meter<N>,
+}
+
+impl<F: Four> Put<F> for Residual<'_, F::Numbers> {
+    #[inline(always)]
+    fn put(&mut self, four: F, g: usize, _x: [F::Numbers; 3], product: [F::Numbers; 3]) {
+        let inverse = four.load(self.inverse[g]);
+        for k in 0..3 {
+            let new = four.sub(four.load(*self.b.group(k, g)), product[k]);
+            *self.r.group_mut(k, g) = four.store(new);
+            self.meter.add(four, k, new, inverse);
+        }
+    }
+}
+
+/// Keeps a product `q = A c`, and sums `cᵀq`.
+struct Curvature<'a, N> {
+    q: &'a mut Block,
+    sums: [N; 3],
+}
+
+impl<F: Four> Put<F> for Curvature<'_, F::Numbers> {
+    #[inline(always)]
+    fn put(&mut self, four: F, g: usize, c: [F::Numbers; 3], product: [F::Numbers; 3]) {
+        for k in 0..3 {
+            *self.q.group_mut(k, g) = four.store(product[k]);
+            self.sums[k] = four.add(self.sums[k], four.mul(product[k], c[k]));
         }
     }
 }
@@ -379,12 +430,13 @@ fn turn(
     }
 }
 
-/// Particles to coordinates; zeros after the last.
+/// Particles to coordinates; zeros after the last as far as rows are padded.
 #[inline(always)]
 fn gather(from: &[Vec3], to: &mut Block) {
     let [x, y, z] = to.rows_mut(from.len());
     for (i, from) in from.iter().enumerate() {
         (x[i], y[i], z[i]) = (from.x, from.y, from.z);
     }
-    to.0.iter_mut().for_each(|x| x[from.len()..].fill(0.0));
+    let padded = padded_rows(from.len());
+    to.0.iter_mut().for_each(|x| x[from.len()..padded].fill(0.0));
 }
