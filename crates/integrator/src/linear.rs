@@ -152,8 +152,8 @@ pub struct LaplacianSolver {
     matrix: ScalarMatrix,
     preconditioner: Prepared,
     free: Vec<bool>,
-    /// Conjugate gradients by fast kernels, unless the matrix is factorised completely.
-    fast: Option<ScalarPcg>,
+    /// Conjugate gradients by fast kernels; where the matrix is factorised completely, residuals by them.
+    fast: ScalarPcg,
     /// For the readable ones; empty where the fast ones serve.
     workspace: PcgWorkspace,
     residual: Vec<Vec3>,
@@ -208,12 +208,11 @@ impl LaplacianSolver {
         let free: Vec<bool> = system.pinned().iter().map(|pinned| !pinned).collect();
         let mut preconditioner = Prepared::new(&settings, &matrix)?;
         preconditioner.update(&matrix, &free)?;
-        let fast = preconditioner.fast().map(|p| {
-            let mut fast = ScalarPcg::new(&matrix, !matches!(p, ScalarPreconditioner::Ic0(_)));
-            fast.update(&matrix, p);
-            fast.set_threads(system.threads());
-            fast
-        });
+        let is_factor = preconditioner.fast().is_none();
+        let p = preconditioner.fast().unwrap_or(ScalarPreconditioner::Identity);
+        let mut fast = ScalarPcg::new(&matrix, !matches!(p, ScalarPreconditioner::Ic0(_)));
+        fast.update(&matrix, p);
+        fast.set_threads(system.threads());
         Ok(Self {
             implicit,
             weights,
@@ -222,7 +221,7 @@ impl LaplacianSolver {
             matrix,
             preconditioner,
             free,
-            workspace: PcgWorkspace::new(if fast.is_some() { 0 } else { n }),
+            workspace: PcgWorkspace::new(if is_factor { n } else { 0 }),
             fast,
             residual: vec![Vec3::zeros(); n],
             correction: vec![Vec3::zeros(); n],
@@ -272,9 +271,7 @@ impl LaplacianSolver {
         if key.revisions.topology != self.topology {
             return Err(StepError::NeedsPrepare);
         }
-        if let Some(fast) = &mut self.fast {
-            fast.set_threads(system.threads());
-        }
+        self.fast.set_threads(system.threads());
         let is_first = std::mem::take(&mut self.first) && self.key == Some(key);
         if is_first && !has_moved {
             return Ok(Some(SetupCause::First));
@@ -305,9 +302,8 @@ impl LaplacianSolver {
             *free = !pinned;
         }
         self.preconditioner.update(&self.matrix, &self.free)?;
-        if let (Some(fast), Some(p)) = (&mut self.fast, self.preconditioner.fast()) {
-            fast.update(&self.matrix, p);
-        }
+        let p = self.preconditioner.fast().unwrap_or(ScalarPreconditioner::Identity);
+        self.fast.update(&self.matrix, p);
         self.key = Some(key);
         Ok(Some(cause))
     }
@@ -398,8 +394,8 @@ impl LaplacianSolver {
             settings.forcing_term = DIRECT_TOLERANCE;
             settings.max_iterations = self.max_iterations;
         }
-        if let (Some(fast), Some(p)) = (&mut self.fast, self.preconditioner.fast()) {
-            return fast.solve(&self.matrix, p, constraints, b, v, reference, &settings);
+        if let Some(p) = self.preconditioner.fast() {
+            return self.fast.solve(&self.matrix, p, constraints, b, v, reference, &settings);
         }
         let preconditioner = self.preconditioner.as_dyn();
         let workspace = &mut self.workspace;
@@ -447,28 +443,28 @@ impl LaplacianSolver {
         b: &[Vec3],
         v: &mut [Vec3],
     ) -> PcgReport {
-        constraints.prescribed_only(v);
-        let mut multiplications = 0;
-        if v.iter().all(|v| *v == Vec3::zeros()) {
-            self.residual.copy_from_slice(b); // A v = 0
-            constraints.project(&mut self.residual);
+        let (mut multiplications, moving) = (1, constraints.has_prescribed_motion());
+        let mut reference = f64::NAN;
+        if moving {
+            constraints.prescribed_only(v);
+            self.filtered_residual(constraints, b, v);
+            multiplications += 1;
+            reference = norm(&self.residual);
+            self.add_correction(constraints, v);
         } else {
-            self.filtered_residual(constraints, b, v);
-            multiplications += 1;
+            self.preconditioner.as_dyn().apply(b, v);
+            constraints.project(v);
         }
-        let reference = norm(&self.residual);
-        let mut relative_residual = 0.0;
-        for _ in 0..2 {
-            self.preconditioner.as_dyn().apply(&self.residual, &mut self.correction);
-            constraints.project(&mut self.correction);
-            axpy(1.0, &self.correction, v);
-            self.filtered_residual(constraints, b, v);
+        let norms = self.fast.residual_norms(&self.matrix, constraints, b, v, !moving);
+        reference = norms.reference.unwrap_or(reference);
+        let relative = |residual: f64| if reference > 0.0 { residual / reference } else { 0.0 };
+        let mut relative_residual = relative(norms.residual);
+        if relative_residual.is_nan() || relative_residual > REFINED {
+            self.fast.residual(&mut self.residual);
+            self.add_correction(constraints, v);
+            let norms = self.fast.residual_norms(&self.matrix, constraints, b, v, false);
             multiplications += 1;
-            let residual = norm(&self.residual);
-            relative_residual = if reference > 0.0 { residual / reference } else { 0.0 };
-            if relative_residual <= REFINED {
-                break;
-            }
+            relative_residual = relative(norms.residual);
         }
         let status = if relative_residual <= DIRECT_FAILURE {
             SolveStatus::Converged
@@ -476,6 +472,13 @@ impl LaplacianSolver {
             SolveStatus::Stagnated
         };
         PcgReport { iterations: 0, multiplications, relative_residual, status }
+    }
+
+    /// `v ← v + S A⁻¹ r` for the `r` in `self.residual`.
+    fn add_correction(&mut self, constraints: &Constraints, v: &mut [Vec3]) {
+        self.preconditioner.as_dyn().apply(&self.residual, &mut self.correction);
+        constraints.project(&mut self.correction);
+        axpy(1.0, &self.correction, v);
     }
 
     /// `S (b − A v)`, in `self.residual`.

@@ -128,7 +128,7 @@ pub use preconditioner::{
     BlockJacobi, CompleteCholesky, DenseInverse, Identity, IncompleteCholesky, Jacobi,
     Preconditioner,
 };
-pub use scalar::{ScalarLayout, ScalarPcg, ScalarPreconditioner};
+pub use scalar::{ResidualNorms, ScalarLayout, ScalarPcg, ScalarPreconditioner};
 
 /// Position, velocity, force or the like of one particle.
 pub type Vec3 = nalgebra::Vector3<f64>;

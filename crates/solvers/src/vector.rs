@@ -17,7 +17,7 @@
 //! shuffle, and blocks can be summed by different threads: both give the same bits as this code.
 
 use crate::Vec3;
-use crate::scalar::simd::vectorised;
+use crate::scalar::simd::{Four, four_wide, vectorised};
 
 /// Particles of a block: the unit that a thread would sum alone.
 pub const BLOCK: usize = 256;
@@ -38,21 +38,36 @@ pub const SLOTS: usize = 4;
 /// When the lengths differ.
 pub fn dot(a: &[Vec3], b: &[Vec3]) -> f64 {
     assert_eq!(a.len(), b.len(), "block vectors of different length");
-    let mut total = 0.0;
-    for (a, b) in a.chunks(BLOCK).zip(b.chunks(BLOCK)) {
-        let mut sums = [[0.0; 3]; SLOTS];
-        let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<SLOTS>(), b.as_chunks::<SLOTS>());
-        for (a, b) in a.iter().zip(b) {
-            for s in 0..SLOTS {
-                add_products(&mut sums[s], &a[s], &b[s]);
-            }
+    vectorised!(four_wide(), [four,
+        a: &'k [f64] = bytemuck::cast_slice(a),
+        b: &'k [f64] = bytemuck::cast_slice(b),
+    ] -> f64 {
+        let mut total = 0.0;
+        for (a, b) in a.chunks(3 * BLOCK).zip(b.chunks(3 * BLOCK)) {
+            total += dot_of_block(four, a, b);
         }
-        for ((sum, a), b) in sums.iter_mut().zip(a_rest).zip(b_rest) {
-            add_products(sum, a, b);
+        total
+    })
+}
+
+/// The accumulators of a block lie in three registers in the order of memory: four particles are three loads.
+#[inline(always)]
+fn dot_of_block(four: impl Four, a: &[f64], b: &[f64]) -> f64 {
+    let mut sums = [four.splat(0.0); 3];
+    let (a, a_rest) = a.as_chunks::<12>();
+    let (b, b_rest) = b.as_chunks::<12>();
+    for (a, b) in a.iter().zip(b) {
+        let (a, b) = (a.as_chunks().0, b.as_chunks().0);
+        for (sum, (a, b)) in sums.iter_mut().zip(a.iter().zip(b)) {
+            *sum = four.add(*sum, four.mul(four.load(*a), four.load(*b)));
         }
-        total += combine(&sums);
     }
-    total
+    let mut sums = [four.store(sums[0]), four.store(sums[1]), four.store(sums[2])];
+    for (sum, (a, b)) in sums.as_flattened_mut().iter_mut().zip(a_rest.iter().zip(b_rest)) {
+        *sum += a * b;
+    }
+    let sums = sums.as_flattened().as_chunks::<3>().0;
+    combine(&[sums[0], sums[1], sums[2], sums[3]])
 }
 
 /// The weighted dot product Σ wᵢ aᵢ·bᵢ with one weight a particle; every term is `(wᵢ aᵢₖ) bᵢₖ`,
@@ -76,14 +91,6 @@ pub fn weighted_dot(w: &[f64], a: &[Vec3], b: &[Vec3]) -> f64 {
         total += combine(&sums);
     }
     total
-}
-
-/// Step 2 of the summation: one particle's products go to one slot.
-#[inline(always)]
-fn add_products(sum: &mut [f64; 3], a: &Vec3, b: &Vec3) {
-    for k in 0..3 {
-        sum[k] += a[k] * b[k];
-    }
 }
 
 /// Step 3 of the summation: twelve accumulators become one number.

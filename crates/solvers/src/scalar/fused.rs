@@ -95,6 +95,16 @@ impl Fused {
         self.bands = bands;
     }
 
+    /// The residual, to particles.
+    pub(super) fn residual(&self, out: &mut [Vec3]) {
+        for (out, r) in out.chunks_mut(BLOCK).zip(&self.r) {
+            let [x, y, z] = &r.0;
+            for (i, out) in out.iter_mut().enumerate() {
+                *out = Vec3::new(x[i], y[i], z[i]);
+            }
+        }
+    }
+
     /// The operations of one solve.
     pub(super) fn operations<'a>(
         &'a mut self,

@@ -56,6 +56,13 @@ impl Padded {
         }
     }
 
+    /// The residual, to particles.
+    pub(super) fn residual(&self, out: &mut [Vec3]) {
+        for (out, r) in out.iter_mut().zip(&self.r) {
+            *out = Vec3::new(r[0], r[1], r[2]);
+        }
+    }
+
     /// The operations of one solve.
     pub(super) fn operations<'a>(
         &'a mut self,
@@ -130,7 +137,7 @@ impl Operations for PaddedSolve<'_> {
             with_load: bool = with_load,
         ] -> (f64, f64) {
             of.load(four, problem.constraints, solution);
-            of.residual(four, problem, with_load)
+            of.residuals(four, problem, with_load)
         });
         self.square = squares.0;
         if with_load {
@@ -160,7 +167,7 @@ impl Operations for PaddedSolve<'_> {
             postponed: Option<f64> = self.postponed.take(),
         ] -> f64 {
             of.complete(four, postponed);
-            of.residual(four, problem, false).0
+            of.residuals(four, problem, false).0
         });
         let gap = vectorised!(of.arch, [four, of: &'k mut Padded = of] -> f64 {
             for (q, r) in of.q.iter_mut().zip(&of.r) {
@@ -224,7 +231,7 @@ impl PaddedSolve<'_> {
             of: &'k mut Padded = of,
             problem: Problem<'k> = *problem,
         ] -> f64 {
-            of.residual(four, problem, false).0
+            of.residuals(four, problem, false).0
         })
     }
 
@@ -271,7 +278,7 @@ impl Padded {
 
     /// `r ← S (b − A x)`; its square and, if `with_load`, that of `S b`, for which `q` makes room.
     #[inline(always)]
-    fn residual(&mut self, four: impl Four, problem: Problem<'_>, with_load: bool) -> (f64, f64) {
+    fn residuals(&mut self, four: impl Four, problem: Problem<'_>, with_load: bool) -> (f64, f64) {
         let (mut square, mut load) = (0.0, 0.0);
         for (k, (r, b)) in self.r.chunks_mut(BLOCK).zip(problem.b.chunks(BLOCK)).enumerate() {
             let (first, particles) = (k * BLOCK, self.buckets.block(k));

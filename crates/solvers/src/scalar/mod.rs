@@ -51,7 +51,7 @@ pub(crate) mod simd;
 mod soa;
 
 use crate::bands::bands;
-use crate::pcg::conjugate_gradients;
+use crate::pcg::{Norm, Operations, conjugate_gradients};
 use crate::{Constraints, PcgReport, PcgSettings, Reference, ScalarMatrix, Vec3};
 use fused::Fused;
 pub(crate) use lanes::Lanes;
@@ -152,6 +152,48 @@ impl ScalarPcg {
                 let mut operations = padded.operations(a, p, constraints, b, x);
                 conjugate_gradients(&mut operations, reference, settings)
             }
+        }
+    }
+}
+
+/// Euclidean norms of what a solve has left, and of what it began with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ResidualNorms {
+    /// Of `S (b − A x)`.
+    pub residual: f64,
+    /// Of `S (b − A (I − S) z)`, if it is asked for.
+    pub reference: Option<f64>,
+}
+
+impl ScalarPcg {
+    /// The norms of a vector `x` that obeys the constraints, with the matrix of the last [`update`](Self::update).
+    pub fn residual_norms(
+        &mut self,
+        a: &ScalarMatrix,
+        constraints: &Constraints,
+        b: &[Vec3],
+        x: &mut [Vec3],
+        with_reference: bool,
+    ) -> ResidualNorms {
+        fn norms(mut operations: impl Operations, with_reference: bool) -> ResidualNorms {
+            let start = operations.start(with_reference.then_some(Norm::Euclid));
+            let reference = with_reference.then_some(start.reference);
+            ResidualNorms { residual: operations.residual_norm(), reference }
+        }
+        match &mut self.0 {
+            Layout::Diagonals(fused) => norms(fused.operations(constraints, b, x), with_reference),
+            Layout::Rows(padded) => {
+                let p = ScalarPreconditioner::Identity;
+                norms(padded.operations(a, p, constraints, b, x), with_reference)
+            }
+        }
+    }
+
+    /// `out ← S (b − A x)` of the last call of [`residual_norms`](Self::residual_norms).
+    pub fn residual(&self, out: &mut [Vec3]) {
+        match &self.0 {
+            Layout::Diagonals(fused) => fused.residual(out),
+            Layout::Rows(padded) => padded.residual(out),
         }
     }
 }
