@@ -47,13 +47,13 @@ impl Implicit {
         system.add_forces(implicit, at, out);
     }
 
-    /// Adds the force of everything at level `n`, N, but for the implicit effects' damping: first what
+    /// Writes the force of everything at level `n`, N, but for the implicit effects' damping: first what
     /// [`add_explicit_forces`](Self::add_explicit_forces) adds, then [`add_implicit_forces`](Self::add_implicit_forces).
-    pub fn add_forces_but_implicit_damping(self, system: &System, state: &State, out: &mut [Vec3]) {
+    pub fn forces_but_implicit_damping(self, system: &System, state: &State, out: &mut [Vec3]) {
         let explicit = system.effects().filter(|effect| !self.selects(*effect));
         let explicit = explicit.map(|effect| (effect, Part::All));
         let implicit = self.effects(system).map(|effect| (effect, Part::Force));
-        system.add_forces(explicit.chain(implicit), state.level(), out);
+        system.write_forces(explicit.chain(implicit), state.level(), out);
     }
 
     /// Adds `F2` of the implicit effects at `x`, EEH (13), N, to `out`.

@@ -379,17 +379,10 @@ impl LaplacianSolver {
         mut settings: PcgSettings,
     ) -> PcgReport {
         let mut reference = reference;
+        if self.solves_directly(constraints) {
+            return self.solve_directly(constraints, b, v);
+        }
         if self.settings.solver != SolverKind::Cg {
-            // The factor knows of pins alone: contacts on one or two sides couple the coordinates, those on three
-            // sides hold a particle that is free in it.
-            let coupled = |&i: &u32| match constraints.filter(i as usize) {
-                Filter::Free => false,
-                Filter::Plane { .. } | Filter::Line { .. } => true,
-                Filter::Fixed => self.free[i as usize],
-            };
-            if !constraints.constrained().iter().any(coupled) {
-                return self.solve_directly(constraints, b, v);
-            }
             reference = Reference::FilteredRightHandSide;
             settings.forcing_term = DIRECT_TOLERANCE;
             settings.max_iterations = self.max_iterations;
@@ -409,6 +402,18 @@ impl LaplacianSolver {
             &settings,
             workspace,
         )
+    }
+
+    /// Whether a solve under these constraints is one application of the factor or the inverse, wherever it starts.
+    pub fn solves_directly(&self, constraints: &Constraints) -> bool {
+        // The factor knows of pins alone: contacts on one or two sides couple the coordinates, those on three
+        // sides hold a particle that is free in it.
+        let is_known = |&i: &u32| match constraints.filter(i as usize) {
+            Filter::Free => true,
+            Filter::Plane { .. } | Filter::Line { .. } => false,
+            Filter::Fixed => !self.free[i as usize],
+        };
+        self.settings.solver != SolverKind::Cg && constraints.constrained().iter().all(is_known)
     }
 
     /// `out ← P b`, one application of the preconditioner: the solution itself, up to round-off, where that is a

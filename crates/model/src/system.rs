@@ -1,7 +1,7 @@
 //! The system that runs: masses, effects, pins, obstacles, with revisions.
 
 use crate::effects::batch::{self, Quads};
-use crate::effects::sweep::{self, MAX_PASSES, Window};
+use crate::effects::sweep::{self, Begin, MAX_PASSES, Window};
 use crate::effects::{BlockPlanes, Effect, Linearised, PairBlocks, Part, Pass, pairs, tangent};
 use crate::{Detection, Level, MovingPin, Obstacle, Vec3};
 use std::num::NonZero;
@@ -122,13 +122,17 @@ impl<'a> Passes<'a> {
         memory: &mut Option<MutexGuard<'_, SweepMemory>>,
         Level { x, v, .. }: Level<'_>,
         out: &mut [Vec3],
+        begin: &mut Begin,
     ) {
         let passes = &self.list[..self.count];
         match (memory, passes.iter().flatten().any(|pass| matches!(pass, Pass::Listed(_)))) {
-            (Some(memory), true) => batch::add(passes, &mut memory.quads, x, v, out),
-            (Some(memory), false) => sweep::add(passes, &mut memory.windows, x, v, out),
-            (None, _) => {}
+            (Some(memory), true) => batch::add(passes, &mut memory.quads, x, v, out, *begin),
+            (Some(memory), false) if self.count > 0 => {
+                sweep::add(passes, &mut memory.windows, x, v, out, *begin);
+            }
+            _ => return,
         }
+        *begin = Begin::Present;
         *self = Self::default();
     }
 }
@@ -271,8 +275,17 @@ impl System {
 
     /// Total force of all effects, conservative and damping, N, written to `out`.
     pub fn forces(&self, at: Level<'_>, out: &mut [Vec3]) {
-        out.fill(Vec3::zeros());
-        self.add_forces(self.effects().map(|effect| (effect, Part::All)), at, out);
+        self.write_forces(self.effects().map(|effect| (effect, Part::All)), at, out);
+    }
+
+    /// As [`add_forces`](Self::add_forces), whatever `out` holds.
+    pub fn write_forces<'a>(
+        &'a self,
+        terms: impl Iterator<Item = (&'a dyn Effect, Part)>,
+        at: Level<'_>,
+        out: &mut [Vec3],
+    ) {
+        self.sum_forces(terms, at, out, Begin::Zero);
     }
 
     /// Adds the wanted parts of the effects' forces at one level, N, to `out`, effect by effect in the given order.
@@ -282,6 +295,16 @@ impl System {
         terms: impl Iterator<Item = (&'a dyn Effect, Part)>,
         at: Level<'_>,
         out: &mut [Vec3],
+    ) {
+        self.sum_forces(terms, at, out, Begin::Present);
+    }
+
+    fn sum_forces<'a>(
+        &'a self,
+        terms: impl Iterator<Item = (&'a dyn Effect, Part)>,
+        at: Level<'_>,
+        out: &mut [Vec3],
+        mut begin: Begin,
     ) {
         let mut memory = self.memory.try_lock().ok();
         let mut pending = Passes::default();
@@ -295,12 +318,14 @@ impl System {
             if is_taken(&mut pending, &memory) {
                 continue;
             }
-            pending.sweep(&mut memory, at, out);
+            pending.sweep(&mut memory, at, out, &mut begin);
             if !is_taken(&mut pending, &memory) {
+                begin.clear(out);
                 effect.add_part(part, &self.mass, at, out);
             }
         }
-        pending.sweep(&mut memory, at, out);
+        pending.sweep(&mut memory, at, out, &mut begin);
+        begin.clear(out);
     }
 
     /// The offsets `j − i` of all pairs that the effects couple, if their Jacobians can be swept along diagonals

@@ -74,8 +74,7 @@ fn kept_from_the_start(start: &Simulation, h: f64) -> Result<State, HarnessError
     let mut state = state.clone();
     let mut b = vec![Vec3::zeros(); system.len()];
     for _ in 0..steps(h) {
-        b.fill(Vec3::zeros());
-        implicit.add_forces_but_implicit_damping(system, &state, &mut b);
+        implicit.forces_but_implicit_damping(system, &state, &mut b);
         for ((b, v), m) in b.iter_mut().zip(&state.v).zip(system.mass()) {
             *b = v * *m + *b * h;
         }

@@ -3,7 +3,7 @@
 use drape_integrator::{Implicit, Slopes};
 use drape_model::{State, System, Vec3};
 use drape_solvers::bands::{bands, in_bands};
-use drape_solvers::vector::{clear, weighted_scale_add};
+use drape_solvers::vector::weighted_scale_add;
 
 /// `b`, and the part of it that Algorithm 1 leaves alone.
 #[derive(Debug)]
@@ -61,8 +61,7 @@ impl RightHandSide {
         let Self { implicit, b, .. } = self;
         let (n, mass) = (b.len(), system.mass());
         let bands = bands(system.threads(), n);
-        in_bands(bands, n, &mut b[..], &|_, b: &mut [Vec3]| clear(b));
-        implicit.add_forces_but_implicit_damping(system, state, b);
+        implicit.forces_but_implicit_damping(system, state, b);
         implicit.add_damping_remainders(system, &state.x, &state.v, b);
         in_bands(bands, n, &mut b[..], &|band, b: &mut [Vec3]| {
             weighted_scale_add(&mass[band.clone()], &state.v[band], h, b);

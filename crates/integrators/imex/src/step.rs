@@ -97,6 +97,7 @@ impl Integrator for ImexEuler {
         w.contacts.detect(system, &state.x, &state.v, (h, end), &mut w.constraints);
         clock.switch(Phase::Solve);
         match self.settings.start {
+            _ if w.linear.solves_directly(&w.constraints) => {} // wherever it starts
             Start::Last => w.velocity.copy_from_slice(&state.v),
             _ => w.predictor.extrapolate(&state.v, h, bands, &mut w.velocity), // EEH (22)
         }

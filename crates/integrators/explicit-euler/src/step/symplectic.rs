@@ -7,6 +7,7 @@ use drape_integrator::{
     StepError, StepReport, TimeStep, drift, kick,
 };
 use drape_model::{State, System, Vec3};
+use drape_solvers::vector::weighted_scale_add;
 
 /// Symplectic Euler.
 #[derive(Debug, Default)]
@@ -24,13 +25,9 @@ impl SymplecticEuler {
 
 /// `M v_n + h f`, kg m/s, without the linear part of the damping.
 fn undamped_impulse(system: &System, state: &State, h: f64, out: &mut [Vec3]) {
-    out.fill(Vec3::zeros());
-    Implicit::Springs.add_explicit_forces(system, state.level(), out);
-    Implicit::Springs.add_implicit_forces(system, &state.x, out);
+    Implicit::Springs.forces_but_implicit_damping(system, state, out);
     Implicit::Springs.add_damping_remainders(system, &state.x, &state.v, out);
-    for (i, &m) in system.mass().iter().enumerate() {
-        out[i] = state.v[i] * m + out[i] * h;
-    }
+    weighted_scale_add(system.mass(), &state.v, h, out);
 }
 
 impl Integrator for SymplecticEuler {

@@ -31,7 +31,7 @@ mod registers;
 
 use super::COLLAPSED;
 use super::listed::Listed;
-use super::sweep::{Law, Pass};
+use super::sweep::{Begin, Law, Pass};
 use crate::Vec3;
 
 /// Springs of a batch: the arrays stay in the first-level cache.
@@ -68,12 +68,13 @@ pub(crate) fn add(
     x: &[Vec3],
     v: &[Vec3],
     out: &mut [Vec3],
+    begin: Begin,
 ) {
     #[cfg(target_arch = "x86_64")]
     if let Some(kernel) = pulp::x86::V3::try_new() {
-        return pulp::Simd::vectorize(kernel, Batches { kernel, passes, quads, x, v, out });
+        return pulp::Simd::vectorize(kernel, Batches { kernel, passes, quads, x, v, out, begin });
     }
-    pulp::Arch::new().dispatch(Batches { kernel: InArrays, passes, quads, x, v, out });
+    pulp::Arch::new().dispatch(Batches { kernel: InArrays, passes, quads, x, v, out, begin });
 }
 
 /// How the forces of springs are computed.
@@ -100,6 +101,7 @@ struct Batches<'a, K> {
     x: &'a [Vec3],
     v: &'a [Vec3],
     out: &'a mut [Vec3],
+    begin: Begin,
 }
 
 impl<K: Kernel> pulp::WithSimd for Batches<'_, K> {
@@ -107,13 +109,17 @@ impl<K: Kernel> pulp::WithSimd for Batches<'_, K> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) {
-        let Self { kernel, passes, quads: Quads { x: x4, v: v4, out: sums }, x, v, out } = self;
+        let Self { kernel, passes, quads: Quads { x: x4, v: v4, out: sums }, x, v, out, begin } =
+            self;
         widen(x, x4);
         if passes.iter().flatten().any(|pass| matches!(pass, Pass::Listed(s) if s.law.is_damped()))
         {
             widen(v, v4);
         }
-        widen(out, sums);
+        match begin {
+            Begin::Present => widen(out, sums),
+            Begin::Zero => sums.fill([0.0; 4]),
+        }
         for pass in passes.iter().flatten() {
             match pass {
                 Pass::Listed(springs) => {
@@ -139,6 +145,8 @@ impl<K: Kernel> pulp::WithSimd for Batches<'_, K> {
                 Pass::Springs(_) => {}
             }
         }
+        let (out, rest) = out.split_at_mut(sums.len().min(out.len()));
+        { begin }.clear(rest);
         for (out, sum) in out.iter_mut().zip(&*sums) {
             *out = Vec3::new(sum[0], sum[1], sum[2]);
         }
@@ -278,11 +286,12 @@ mod tests {
         let mut quads = Quads::new(n);
         let (passes, x, v) = (&passes[..], &x[..], &v[..]);
         let out = &mut in_arrays[..];
-        let kernel = InArrays;
-        pulp::Arch::new().dispatch(Batches { kernel, passes, quads: &mut quads, x, v, out });
+        let (kernel, begin) = (InArrays, Begin::Present);
+        pulp::Arch::new().dispatch(Batches { kernel, passes, quads: &mut quads, x, v, out, begin });
         let kernel = pulp::x86::V3::try_new()?;
         let out = &mut in_registers[..];
-        pulp::Simd::vectorize(kernel, Batches { kernel, passes, quads: &mut quads, x, v, out });
+        let quads = &mut quads;
+        pulp::Simd::vectorize(kernel, Batches { kernel, passes, quads, x, v, out, begin });
         let bits = |v: Vec<Vec3>| v.iter().map(|v| [v.x, v.y, v.z].map(f64::to_bits)).collect();
         Some([bits(in_arrays), bits(in_registers)])
     }

@@ -17,7 +17,7 @@ mod tests;
 use self::batch::Quads;
 use self::diagonals::Diagonals;
 use self::listed::Listed;
-use self::sweep::{Law, ListedSprings, Pass, Springs, Window};
+use self::sweep::{Begin, Law, ListedSprings, Pass, Springs, Window};
 use super::{BlockSink, Effect, LinearSplit, Part, Tangent};
 use crate::{DampingLaw, Level, Mat3, Vec3};
 use std::sync::Mutex;
@@ -158,9 +158,9 @@ impl LinearSprings {
         let passes = [Some(self.as_pass(law))];
         match self.memory.try_lock().as_deref_mut() {
             Ok(Memory::Window(window)) => {
-                sweep::add(&passes, std::slice::from_mut(window), x, v, out);
+                sweep::add(&passes, std::slice::from_mut(window), x, v, out, Begin::Present);
             }
-            Ok(Memory::Quads(quads)) => batch::add(&passes, quads, x, v, out),
+            Ok(Memory::Quads(quads)) => batch::add(&passes, quads, x, v, out, Begin::Present),
             Err(_) => self.add_one_by_one(law, x, v, out),
         }
     }

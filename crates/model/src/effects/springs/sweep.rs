@@ -248,6 +248,25 @@ impl Window {
 #[repr(align(64))]
 pub(super) struct Sums(pub(super) [[f64; GROUP]; 3]);
 
+/// What sums begin with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Begin {
+    /// What is there.
+    Present,
+    /// Zero, whatever is there.
+    Zero,
+}
+
+impl Begin {
+    /// Makes what is there the zero that sums begin with, if they do.
+    pub(crate) fn clear(&mut self, out: &mut [Vec3]) {
+        if *self == Self::Zero {
+            bytemuck::cast_slice_mut::<Vec3, f64>(out).fill(0.0);
+            *self = Self::Present;
+        }
+    }
+}
+
 /// Adds what `passes` ask for to `out`, N, with one window for each thread that takes part. The passes
 /// [fit](Window::fits) the windows.
 pub(crate) fn add(
@@ -256,23 +275,28 @@ pub(crate) fn add(
     x: &[Vec3],
     v: &[Vec3],
     out: &mut [Vec3],
+    begin: Begin,
 ) {
     let Some(first) = passes.iter().flatten().find_map(Pass::springs) else { return };
     let particles = first.diagonals.particles;
     assert!(x.len() >= particles && v.len() >= particles && out.len() >= particles);
     let x = bytemuck::cast_slice(x);
     let v = springs(passes).any(|pass| pass.law.is_damped()).then_some(bytemuck::cast_slice(v));
-    let out: &mut [f64] = bytemuck::cast_slice_mut(&mut out[..particles]);
+    let (out, rest) = out.split_at_mut(particles);
+    { begin }.clear(rest);
+    let with_sums = begin == Begin::Present;
+    let out: &mut [f64] = bytemuck::cast_slice_mut(out);
     let band = particles.div_ceil(windows.len().max(1)).next_multiple_of(LANES);
     let sweep = |(k, (window, out)): (usize, (&mut Window, &mut [f64]))| {
         let range = k * band..particles.min((k + 1) * band);
-        pulp::Arch::new().dispatch(Sweep { passes, range, window, x, v, out });
+        pulp::Arch::new().dispatch(Sweep { passes, range, window, x, v, with_sums, out });
     };
     match windows {
         [window] => sweep((0, (window, out))),
         windows if particles < LEAST_FOR_THREADS || band < windows[0].history => {
             let range = 0..particles;
-            pulp::Arch::new().dispatch(Sweep { passes, range, window: &mut windows[0], x, v, out });
+            let window = &mut windows[0];
+            pulp::Arch::new().dispatch(Sweep { passes, range, window, x, v, with_sums, out });
         }
         windows => {
             windows.par_iter_mut().zip(out.par_chunks_mut(3 * band)).enumerate().for_each(sweep)
@@ -292,6 +316,8 @@ struct Sweep<'a> {
     window: &'a mut Window,
     x: &'a [f64],
     v: Option<&'a [f64]>,
+    /// Whether sums begin with what is in `out`, not with zero.
+    with_sums: bool,
     /// Their sums.
     out: &'a mut [f64],
 }
@@ -312,7 +338,7 @@ impl pulp::WithSimd for Sweep<'_> {
 impl Sweep<'_> {
     #[inline(always)]
     fn sweep<S: pulp::Simd, const STRIDE: usize>(self, simd: S) {
-        let Self { passes, range, window, x, v, out } = self;
+        let Self { passes, range, window, x, v, with_sums, out } = self;
         let (chunk, history, ahead) = (window.chunk, window.history, window.ahead);
         let mut plan = Plan::new(passes, range.start.saturating_sub(history));
         let mut block = window.block();
@@ -343,7 +369,11 @@ impl Sweep<'_> {
             for at in (0..end).step_by(GROUP) {
                 let m = length(at);
                 let out = &mut out[3 * (begin - range.start + at)..][..3 * m];
-                split(sums.0.as_flattened_mut(), GROUP, m, out);
+                if with_sums {
+                    split(sums.0.as_flattened_mut(), GROUP, m, out);
+                } else {
+                    sums.0 = [[0.0; GROUP]; 3];
+                }
                 let following = length(at + GROUP).next_multiple_of(LANES);
                 let m_padded = m.next_multiple_of(LANES);
                 planes
