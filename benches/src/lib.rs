@@ -35,15 +35,15 @@ impl Prepared {
         Self::from((system, state), step, method, warm_up)
     }
 
-    /// As [`new`](Self::new) on the hanging sheet, with its own step.
+    /// As [`new`](Self::new) on the hanging sheet, with its own step; a general mesh is numbered anew, as runs do.
     ///
     /// # Panics
     /// As [`new`](Self::new).
     pub fn on_sheet(side: u32, mesh: Mesh, method: &str, warm_up: usize) -> Self {
         let sheet = HangingSheet::new(side, 1e4, mesh).expect("a valid sheet");
-        let start = sheet.spec.build().expect("a valid sheet");
+        let (system, state, _) = sheet.spec.build_ordered().expect("a valid sheet");
         let step = TimeStep::new(STEP_S).expect("a positive step");
-        Self::from(start, step, method, warm_up)
+        Self::from((system, state), step, method, warm_up)
     }
 
     fn from(

@@ -141,7 +141,8 @@ impl Prepared {
 /// symmetric when masses differ.
 ///
 /// Conjugate gradients with a diagonal preconditioner on a regular mesh use the [threads](System::threads) of the system; IC(0),
-/// the factor, the inverse and set-ups run on one.
+/// the factor, the inverse and set-ups run on one;
+/// what checks their residuals does as those do.
 #[derive(Debug)]
 pub struct LaplacianSolver {
     implicit: Implicit,
@@ -208,7 +209,7 @@ impl LaplacianSolver {
         let free: Vec<bool> = system.pinned().iter().map(|pinned| !pinned).collect();
         let mut preconditioner = Prepared::new(&settings, &matrix)?;
         preconditioner.update(&matrix, &free)?;
-        let is_factor = preconditioner.fast().is_none();
+        let is_complete = preconditioner.fast().is_none();
         let p = preconditioner.fast().unwrap_or(ScalarPreconditioner::Identity);
         let mut fast = ScalarPcg::new(&matrix, !matches!(p, ScalarPreconditioner::Ic0(_)));
         fast.update(&matrix, p);
@@ -221,7 +222,7 @@ impl LaplacianSolver {
             matrix,
             preconditioner,
             free,
-            workspace: PcgWorkspace::new(if is_factor { n } else { 0 }),
+            workspace: PcgWorkspace::new(if is_complete { n } else { 0 }),
             fast,
             residual: vec![Vec3::zeros(); n],
             correction: vec![Vec3::zeros(); n],
@@ -462,7 +463,7 @@ impl LaplacianSolver {
         }
         let norms = self.fast.residual_norms(&self.matrix, constraints, b, v, !moving);
         reference = norms.reference.unwrap_or(reference);
-        let relative = |residual: f64| if reference > 0.0 { residual / reference } else { 0.0 };
+        let relative = |residual: f64| if reference == 0.0 { 0.0 } else { residual / reference };
         let mut relative_residual = relative(norms.residual);
         if relative_residual.is_nan() || relative_residual > REFINED {
             self.fast.residual(&mut self.residual);

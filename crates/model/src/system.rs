@@ -45,7 +45,7 @@ pub struct System {
     mass: Vec<f64>,
     effects: Vec<Box<dyn Effect>>,
     pinned: Vec<bool>,
-    /// The particles that are, in increasing order.
+    /// The particles that are, in increasing order, with room for all.
     pins: Vec<u32>,
     moving_pins: Vec<MovingPin>,
     obstacles: Vec<Obstacle>,
@@ -152,6 +152,13 @@ fn tangent_passes<'a>(
     Some(passes)
 }
 
+/// The pinned particles. There is room for all, so that none that is pinned later needs an allocation.
+fn pins(pinned: &[bool]) -> Vec<u32> {
+    let mut pins = Vec::with_capacity(pinned.len());
+    pins.extend((0..).zip(pinned).filter_map(|(i, pinned)| pinned.then_some(i)));
+    pins
+}
+
 impl Clone for System {
     fn clone(&self) -> Self {
         let effects: Vec<_> = self.effects.iter().map(|effect| effect.boxed_clone()).collect();
@@ -162,7 +169,7 @@ impl Clone for System {
             threads: self.threads,
             effects,
             pinned: self.pinned.clone(),
-            pins: self.pins.clone(),
+            pins: pins(&self.pinned),
             moving_pins: self.moving_pins.clone(),
             obstacles: self.obstacles.clone(),
             contact: self.contact,
@@ -190,13 +197,12 @@ impl System {
             topology: stamp,
         };
         let memory = SweepMemory::new(&mass, &effects, 1);
-        let pins = (0..).zip(&pinned).filter_map(|(i, pinned)| pinned.then_some(i)).collect();
         Self {
             name,
             mass,
             effects,
+            pins: pins(&pinned),
             pinned,
-            pins,
             moving_pins,
             obstacles,
             contact,

@@ -106,7 +106,7 @@ pub fn norm(a: &[Vec3]) -> f64 {
 }
 
 /// `y ← 0`, number by number: the compiler makes one `memset` of that, and none of a loop over [`Vec3`].
-pub fn clear(y: &mut [Vec3]) {
+pub(crate) fn clear(y: &mut [Vec3]) {
     bytemuck::cast_slice_mut::<Vec3, f64>(y).fill(0.0);
 }
 
@@ -319,6 +319,16 @@ mod tests {
             out.copy_from_slice(&y);
             weighted_scale_add(&w, &x, 0.3, &mut out);
             assert(&out, &|i, k| w[i] * x[i][k] + 0.3 * y[i][k]);
+            out.copy_from_slice(&y);
+            divided_axpy(0.3, &w, &x, &mut out);
+            assert(&out, &|i, k| y[i][k] + x[i][k] * (0.3 / w[i]));
+            let mut copy = y.clone();
+            out.copy_from_slice(&y);
+            axpy_and_copy(0.3, &x, &mut out, &mut copy);
+            assert(&out, &|i, k| y[i][k] + 0.3 * x[i][k]);
+            assert(&copy, &|i, k| x[i][k]);
+            clear(&mut out);
+            assert(&out, &|_, _| 0.0);
         }
     }
 }

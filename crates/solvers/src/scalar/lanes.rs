@@ -56,6 +56,11 @@ impl Padded {
         }
     }
 
+    /// Number of particles.
+    pub(super) fn n(&self) -> usize {
+        self.r.len()
+    }
+
     /// The residual, to particles.
     pub(super) fn residual(&self, out: &mut [Vec3]) {
         for (out, r) in out.iter_mut().zip(&self.r) {

@@ -4,7 +4,8 @@
 //! two sweeps, in blocks of [`BLOCK`](crate::vector::BLOCK) particles, the blocks of the documented order of sums:
 //!
 //! 1. `x ← x + α c` of the iteration before, and `c ← S (P r + β c)`; behind it, as soon as the farthest neighbour is
-//!    known, `q ← S A c` of a block and its part of `cᵀq`, while the block is in cache.
+//!    known, `q ← S A c` of a block and its part of `cᵀq`, while the block is in cache. The part is summed as the
+//!    product arises, in registers; where the block has constrained particles, in a pass of its own.
 //! 2. `r ← r − α q`, `rᵀr` and, for a diagonal `P`, `rᵀ P r` without ever storing `P r`.
 //!
 //! Only loops and layouts differ from the readable kernels; each number comes from the same operations in the same
@@ -38,7 +39,11 @@
 //! | product by slices of variable length | | 3.3 or 7.2, as the compiler finds bounds or not |
 //! | product by pieces of fixed length | 3.3 | 3.3, always |
 //! | three coordinates in one pass over the coefficients | 2.8 (20 loads instead of 30) | N = 20: 3.1; 52: 3.0; 100: 3.0 |
+//! | `cᵀq` and `rᵀr` summed in the registers of the product | 2.5 (six loads in 50 fewer) | N = 52: 2.7; 100: 2.9 |
+//! | … updated and multiplied in turns of 64 rows, while in the first-level cache | 2.4 | 2.8 |
 //! | rows of four numbers, Jacobi | 5 | N = 52: 6.2 |
+//! | … right-hand sides loaded from their particles, not from a register's worth just stored in pieces | less | the first residual: a third of its time |
+//! | … lengths of rows known to the compiler | less | not told from the noise |
 //! | rows of four numbers, IC(0), row after row | 16 | 16.4 (readable 17–21) |
 //! | eight lines of the mesh in turns | 9 | 14.6: not the chain but the instructions a row were the limit |
 //! | … with rows of equal offsets by constant offsets | 9 | 12.9 |
@@ -166,7 +171,11 @@ pub struct ResidualNorms {
 }
 
 impl ScalarPcg {
-    /// The norms of a vector `x` that obeys the constraints, with the matrix of the last [`update`](Self::update).
+    /// The norms of a vector `x` that obeys the constraints and is not changed, with the matrix of the last
+    /// [`update`](Self::update). One product; with a reference and motion that is prescribed, two.
+    ///
+    /// # Panics
+    /// When the sizes of the arguments differ.
     pub fn residual_norms(
         &mut self,
         a: &ScalarMatrix,
@@ -175,6 +184,10 @@ impl ScalarPcg {
         x: &mut [Vec3],
         with_reference: bool,
     ) -> ResidualNorms {
+        assert!(
+            [constraints.len(), b.len(), x.len()] == [a.n(); 3],
+            "matrix, constraints and vectors are for different numbers of particles"
+        );
         fn norms(mut operations: impl Operations, with_reference: bool) -> ResidualNorms {
             let start = operations.start(with_reference.then_some(Norm::Euclid));
             let reference = with_reference.then_some(start.reference);
@@ -190,7 +203,15 @@ impl ScalarPcg {
     }
 
     /// `out ← S (b − A x)` of the last call of [`residual_norms`](Self::residual_norms).
+    ///
+    /// # Panics
+    /// When `out` has not a vector for each particle.
     pub fn residual(&self, out: &mut [Vec3]) {
+        let n = match &self.0 {
+            Layout::Diagonals(fused) => fused.n(),
+            Layout::Rows(padded) => padded.n(),
+        };
+        assert_eq!(out.len(), n, "one vector a particle");
         match &self.0 {
             Layout::Diagonals(fused) => fused.residual(out),
             Layout::Rows(padded) => padded.residual(out),

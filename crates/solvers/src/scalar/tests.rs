@@ -1,7 +1,9 @@
 //! The fast kernels against the readable ones, bit for bit.
 
 use super::*;
+use crate::LinearOperator;
 use crate::test_support::{Random, graph, laplacian, random_filter};
+use crate::vector::{norm, subtract_from};
 use crate::{
     Filter, Identity, IncompleteCholesky, Jacobi, Norm, PcgWorkspace, Preconditioner, SolveStatus,
     Vec3, filtered_pcg,
@@ -134,9 +136,51 @@ fn compare(a: &ScalarMatrix, case: &Case) -> PcgReport {
             assert_eq!(report, expected, "{:?}", solver.layout());
             assert_eq!(bits(&x), bits(&y), "{:?}", solver.layout());
         }
+        compare_residuals(a, &constraints, &b, &x, &mut solvers);
         last = Some(expected);
     }
     last.unwrap()
+}
+
+/// The residual of `x` and its norms against their definitions, where particles are free or held: to filter a vector twice by
+/// a plane rounds twice.
+fn compare_residuals(
+    a: &ScalarMatrix,
+    constraints: &Constraints,
+    b: &[Vec3],
+    x: &[Vec3],
+    solvers: &mut [ScalarPcg],
+) {
+    let mut held = Constraints::free(x.len());
+    for &i in constraints.constrained() {
+        held.set(i as usize, Filter::Fixed, constraints.prescribed(i as usize));
+    }
+    let constraints = &held;
+    let mut x = x.to_vec();
+    constraints.impose(&mut x);
+    let residual_of = |x: &[Vec3]| {
+        let mut r = vec![Vec3::zeros(); x.len()];
+        a.multiply(x, &mut r);
+        subtract_from(b, &mut r);
+        constraints.project(&mut r);
+        r
+    };
+    let residual = residual_of(&x);
+    let mut prescribed = x.clone();
+    constraints.prescribed_only(&mut prescribed);
+    let reference = norm(&residual_of(&prescribed));
+    for solver in solvers {
+        for with_reference in [false, true] {
+            let mut y = x.clone();
+            let norms = solver.residual_norms(a, constraints, b, &mut y, with_reference);
+            assert_eq!(norms.residual.to_bits(), norm(&residual).to_bits());
+            let expected = with_reference.then(|| reference.to_bits());
+            assert_eq!(norms.reference.map(f64::to_bits), expected);
+            let mut out = vec![Vec3::repeat(f64::NAN); x.len()];
+            solver.residual(&mut out);
+            assert_eq!((bits(&out), bits(&y)), (bits(&residual), bits(&x)));
+        }
+    }
 }
 
 proptest! {

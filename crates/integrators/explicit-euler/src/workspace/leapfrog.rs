@@ -6,7 +6,7 @@ use drape_integrator::{
     ContactSet, Implicit, LaplacianSolver, LinearSettings, PreconditionerKind, PrepareError,
     SolveStatus, StepError, StepReport, Weights, kick, lead_pins,
 };
-use drape_model::{Level, Revisions, System, Vec3};
+use drape_model::{Level, Part, Revisions, System, Vec3};
 use drape_solvers::{Constraints, Filter, Norm};
 
 /// Relative residual at which the conjugate gradients stop.
@@ -160,10 +160,9 @@ impl LeapfrogWorkspace {
 
     /// `F(x)`.
     pub(crate) fn evaluate_force(&mut self, system: &System, x: &[Vec3], report: &mut StepReport) {
-        self.force.fill(Vec3::zeros());
-        for effect in system.effects() {
-            effect.add_force(system.mass(), x, &mut self.force);
-        }
+        let at = Level { t: 0.0, x, v: x }; // of which Part::Force takes the positions alone
+        let effects = system.effects().map(|effect| (effect, Part::Force));
+        system.write_forces(effects, at, &mut self.force);
         report.force_evaluations += 1;
     }
 

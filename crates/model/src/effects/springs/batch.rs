@@ -61,7 +61,7 @@ impl Quads {
     }
 }
 
-/// Adds what `passes` ask for to `out`, N; diagonals are not among them.
+/// Adds what `passes` ask for to `out` or to zero, N; diagonals are not among them.
 pub(crate) fn add(
     passes: &[Option<Pass<'_>>],
     quads: &mut Quads,
@@ -109,7 +109,7 @@ impl<K: Kernel> pulp::WithSimd for Batches<'_, K> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) {
-        let Self { kernel, passes, quads: Quads { x: x4, v: v4, out: sums }, x, v, out, begin } =
+        let Self { kernel, passes, quads: Quads { x: x4, v: v4, out: sums }, x, v, out, mut begin } =
             self;
         widen(x, x4);
         if passes.iter().flatten().any(|pass| matches!(pass, Pass::Listed(s) if s.law.is_damped()))
@@ -146,7 +146,7 @@ impl<K: Kernel> pulp::WithSimd for Batches<'_, K> {
             }
         }
         let (out, rest) = out.split_at_mut(sums.len().min(out.len()));
-        { begin }.clear(rest);
+        begin.clear(rest);
         for (out, sum) in out.iter_mut().zip(&*sums) {
             *out = Vec3::new(sum[0], sum[1], sum[2]);
         }

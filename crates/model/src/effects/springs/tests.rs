@@ -234,7 +234,8 @@ fn assert_any_number_of_threads(rows: i64, columns: i64) {
 fn forces_that_are_written_do_not_depend_on_what_was_there() {
     for text in [
         // Grids, springs in any order, effects that take no part in a sweep, and none at all.
-        r#""effects": { "tension": { "stiffness_n_per_m": 9 }, "gravity": { "m_s2": [0, 0, -9.81] } },"#,
+        r#""effects": { "tension": { "stiffness_n_per_m": 9, "damping_n_s_per_m": 0.2 },
+            "gravity": { "m_s2": [0, 0, -9.81] } },"#,
         r#""effects": { "bending_hinge": { "stiffness_n_m": 1e-3 } },"#,
         r#""effects": {},"#,
     ] {
@@ -246,6 +247,9 @@ fn forces_that_are_written_do_not_depend_on_what_was_there() {
         let spec = crate::parse("test", &text).unwrap().spec().clone();
         for shuffle in [false, true] {
             let mut spec: SystemSpec = spec.clone();
+            // A particle without springs after the last that has any.
+            spec.particles.mass_kg.push(0.1);
+            spec.particles.position_m.push([5.0; 3]);
             if shuffle {
                 spec.springs.reverse();
                 let third = spec.springs.len() / 3;
@@ -254,7 +258,8 @@ fn forces_that_are_written_do_not_depend_on_what_was_there() {
             let (system, state) = spec.build().unwrap();
             let mut random = Random(3);
             let x = random.vectors(state.len());
-            let at = Level { t: 0.0, x: &x, v: &state.v };
+            let v = random.vectors(state.len());
+            let at = Level { t: 0.0, x: &x, v: &v };
             let mut onto_zero = vec![Vec3::zeros(); state.len()];
             system.add_forces(system.effects().map(|e| (e, Part::All)), at, &mut onto_zero);
             let mut written = random.vectors(state.len());
@@ -263,4 +268,33 @@ fn forces_that_are_written_do_not_depend_on_what_was_there() {
             assert_eq!(bits(&written), bits(&onto_zero), "{text}");
         }
     }
+}
+
+#[test]
+fn the_list_of_pins_follows_what_is_pinned() {
+    let (mut system, _) = drape_system();
+    let listed = |system: &crate::System| {
+        let pinned = system.pinned().iter().enumerate().filter(|(_, pinned)| **pinned);
+        let expected: Vec<u32> = pinned.map(|(i, _)| i as u32).collect();
+        assert_eq!(system.pins(), expected);
+        assert_eq!(system.clone().pins(), expected);
+        expected.len()
+    };
+    assert_eq!(listed(&system), 2);
+    for (particle, pinned, count) in
+        [(40, true, 3), (3, true, 4), (3, true, 4), (40, false, 3), (0, false, 2), (0, false, 2)]
+    {
+        assert!(system.set_pinned(particle, pinned));
+        assert_eq!(listed(&system), count);
+    }
+    assert!(!system.set_pinned(10_000, true));
+    assert_eq!(listed(&system), 2);
+}
+
+fn drape_system() -> (crate::System, crate::State) {
+    let text = r#"{"format": "drape-scene/1", "name": "s", "cloth": {"grid": {"rows": 7, "columns": 9,
+        "size_m": [1, 1], "center_m": [0, 0, 0], "mass_kg": 0.4}},
+        "effects": {}, "pins": [{ "row": 0, "column": 0 }, { "row": 6, "column": 8 }],
+        "time": {"step_s": 0.01, "duration_s": 1}}"#;
+    crate::parse("test", text).unwrap().spec().build().unwrap()
 }

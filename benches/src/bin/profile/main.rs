@@ -1,0 +1,194 @@
+//! Where each method's step spends its time, and how far that is from what the machine allows.
+//!
+//! ```text
+//! cargo run --release -p drape-benches --bin profile
+//! ```
+//!
+//! Every method takes steps of the hanging sheet of [`HangingSheet`], 52 × 52 and 100 × 100 particles row by row, k/m =
+//! 1e4/s², with its default settings, on one thread. The table has the median time of a step, what share of it each
+//! [`Phase`] took in another run, what a step counts, and its *bound*: the least time of the
+//! [kernels](bound) that it counts, from the speed of this processor's arithmetic and of its caches, which the
+//! program measures first. Methods that are more than twice above their bound have a reason beside them.
+
+mod bound;
+mod machine;
+mod table;
+
+use clap::Parser;
+use drape_benches::{HangingSheet, Mesh, STEP_S};
+use drape_harness::methods::{self, Choice};
+use drape_harness::provenance;
+use drape_integrator::{Integrator, Phase, PhaseClock, StepReport, TimeStep};
+use drape_model::{State, System};
+use drape_records::file::write_atomically;
+use machine::Machine;
+use std::collections::BTreeMap;
+use std::error::Error;
+use std::io::Write as _;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Instant;
+
+/// Profiles the step of every method and compares it with the least time of its kernels.
+#[derive(Debug, Parser)]
+struct Cli {
+    /// Where the table goes
+    #[arg(long, default_value = "results/profile.md")]
+    out: PathBuf,
+    /// Particles along an edge
+    #[arg(long, value_delimiter = ',', default_value = "52,100")]
+    sides: Vec<u32>,
+    /// Least time that a method is stepped, s
+    #[arg(long, default_value_t = 0.3)]
+    seconds: f64,
+}
+
+/// k/m of the tension springs, 1/s².
+const STIFFNESS: f64 = 1e4;
+/// Step of methods that are explicit in all springs, s.
+const EXPLICIT_STEP_S: f64 = 1e-3;
+/// Steps before any is timed.
+const WARM_UP: u32 = 5;
+
+/// What steps of one method took and counted, a step.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Profile {
+    method: &'static str,
+    side: u32,
+    springs: usize,
+    /// Median, s.
+    step: f64,
+    /// Shares of the phases, in the order of [`PHASES`].
+    shares: [f64; 5],
+    counts: Counts,
+}
+
+/// Means over the steps.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Counts {
+    force_evaluations: f64,
+    products: f64,
+    iterations: f64,
+    newton: f64,
+    factorisations: f64,
+    setups: f64,
+}
+
+/// The phases, in the order of the table.
+const PHASES: [Phase; 5] =
+    [Phase::Forces, Phase::MatrixSetup, Phase::Solve, Phase::Contact, Phase::Update];
+
+fn main() -> ExitCode {
+    match run(&Cli::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("profile: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(cli: &Cli) -> Result<(), Box<dyn Error>> {
+    let mut profiles = Vec::new();
+    for &side in &cli.sides {
+        for method in methods::all() {
+            profiles.push(profile(method.id, side, cli.seconds)?);
+        }
+    }
+    let text = table::text(&Machine::measure(), &profiles, &provenance(BTreeMap::new()).cpu);
+    write_atomically(&cli.out, text.as_bytes())?;
+    let mut out = std::io::stdout().lock();
+    out.write_all(text.as_bytes())?;
+    Ok(out.flush()?)
+}
+
+fn profile(id: &'static str, side: u32, seconds: f64) -> Result<Profile, Box<dyn Error>> {
+    let spec = HangingSheet::new(side, STIFFNESS, Mesh::Grid)?.spec;
+    let springs = spec.springs.len();
+    let (system, start) = spec.build()?;
+    let choice = Choice::parse(id, &[])?;
+    let h = TimeStep::new(if bound::is_explicit(id) { EXPLICIT_STEP_S } else { STEP_S })?;
+    let run = |clock: &mut PhaseClock| -> Result<(Vec<f64>, Counts), Box<dyn Error>> {
+        let mut integrator = choice.build()?;
+        integrator.prepare(&system, h)?;
+        steps(integrator.as_mut(), &system, start.clone(), h, clock, seconds)
+    };
+    let (mut times, counts) = run(&mut PhaseClock::off())?;
+    times.sort_unstable_by(f64::total_cmp);
+    let mut clock = PhaseClock::on();
+    run(&mut clock)?;
+    let phases = PHASES.map(|phase| clock.seconds(phase));
+    let total: f64 = phases.iter().sum();
+    Ok(Profile {
+        method: id,
+        side,
+        springs,
+        step: times[times.len() / 2],
+        shares: phases.map(|phase| phase / total),
+        counts,
+    })
+}
+
+/// Times of steps until they are enough, at least ten, and what they counted.
+fn steps(
+    integrator: &mut dyn Integrator,
+    system: &System,
+    mut state: State,
+    h: TimeStep,
+    clock: &mut PhaseClock,
+    seconds: f64,
+) -> Result<(Vec<f64>, Counts), Box<dyn Error>> {
+    let mut off = PhaseClock::off();
+    for _ in 0..WARM_UP {
+        integrator.step(system, &mut state, h, &mut off)?;
+    }
+    let (mut times, mut total) = (Vec::new(), Counts::default());
+    // A hundred steps are long before any method's sheet has fallen to where it is in another regime.
+    while times.len() < 10 || (times.len() < 100 && times.iter().sum::<f64>() < seconds) {
+        let begin = Instant::now();
+        let report = integrator.step(system, &mut state, h, clock)?;
+        times.push(begin.elapsed().as_secs_f64());
+        total.add(&report);
+    }
+    Ok((times.clone(), total.over(times.len() as f64)))
+}
+
+impl Counts {
+    fn add(&mut self, report: &StepReport) {
+        self.force_evaluations += f64::from(report.force_evaluations);
+        self.products += f64::from(report.matvecs);
+        self.iterations += f64::from(report.cg_iterations);
+        self.newton += f64::from(report.newton_iterations);
+        self.factorisations += f64::from(report.factorisations);
+        self.setups += f64::from(report.setups.total());
+    }
+
+    fn over(self, steps: f64) -> Self {
+        Self {
+            force_evaluations: self.force_evaluations / steps,
+            products: self.products / steps,
+            iterations: self.iterations / steps,
+            newton: self.newton / steps,
+            factorisations: self.factorisations / steps,
+            setups: self.setups / steps,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_method_has_a_profile_and_a_bound_below_it() {
+        // As fast as no processor is: bounds are below any measurement, debug builds' too.
+        let machine = Machine { root_and_quotient_s: 1e-11, flops_per_s: 1e13, bytes_per_s: 1e13 };
+        for method in methods::all() {
+            let profile = profile(method.id, 8, 0.0).expect("a run");
+            let bound = bound::seconds(&machine, &profile);
+            assert!(0.0 < bound && bound < profile.step, "{profile:?} {bound}");
+            let sum: f64 = profile.shares.iter().sum();
+            assert!((sum - 1.0).abs() < 1e-9 && profile.step > 0.0, "{profile:?}");
+        }
+    }
+}

@@ -1,0 +1,77 @@
+//! The table of the profiles.
+
+use crate::machine::Machine;
+use crate::{Profile, bound};
+use std::fmt::Write as _;
+
+/// Methods so far above their bound have a reason.
+const NEAR: f64 = 2.0;
+
+pub(crate) fn text(machine: &Machine, profiles: &[Profile], cpu: &str) -> String {
+    let mut text = String::from(HEAD);
+    let Machine { root_and_quotient_s, flops_per_s, bytes_per_s } = machine;
+    let _ = writeln!(
+        text,
+        "{cpu}, one thread: a square root and a quotient {:.2} ns, {:.1} Gflop/s, {:.0} GB/s in the second-level cache.\n",
+        1e9 * root_and_quotient_s,
+        1e-9 * flops_per_s,
+        1e-9 * bytes_per_s
+    );
+    text += COLUMNS;
+    for profile in profiles {
+        let Profile { method, side, step, shares, counts, .. } = profile;
+        let shares: Vec<_> = shares.iter().map(|share| format!("{:.0}", 100.0 * share)).collect();
+        let counted = [
+            counts.force_evaluations,
+            counts.products,
+            counts.iterations,
+            counts.newton,
+            counts.factorisations.max(counts.setups),
+        ];
+        let counted: Vec<_> = counted.iter().map(|count| format!("{count:.1}")).collect();
+        let bound = bound::seconds(machine, profile);
+        let _ = writeln!(
+            text,
+            "| {method} | {side} | {} | {} | {} | {} | {:.1} |",
+            microseconds(*step),
+            shares.join(" | "),
+            counted.join(" | "),
+            microseconds(bound),
+            step / bound
+        );
+    }
+    let _ = writeln!(
+        text,
+        "\n## Why a step is more than twice above its bound\n\n{}\n",
+        bound::SPRINGS
+    );
+    let far = |p: &&Profile| p.step > NEAR * bound::seconds(machine, p);
+    let mut named = Vec::new();
+    for profile in profiles.iter().filter(far) {
+        if !named.contains(&profile.method) {
+            named.push(profile.method);
+            let _ = writeln!(text, "* `{}`: {}", profile.method, bound::reason(profile.method));
+        }
+    }
+    text
+}
+
+fn microseconds(seconds: f64) -> String {
+    let us = 1e6 * seconds;
+    if us < 99.95 { format!("{us:.1}") } else { format!("{us:.0}") }
+}
+
+const HEAD: &str = "\
+# Where a step spends its time
+
+Every method on the hanging sheet, N × N particles row by row, with tension, shear and bending springs, k/m = 1e4/s², its default settings, \
+h = 0.01 s (explicit methods 0.001 s), one thread. Median of up to a hundred steps; shares of another run with the phase clock on. The bound is \
+the least time of the kernels that the step counts, from the speeds below; factorisations, solves with factors and preconditioners \
+are not in it. `cargo run --release -p drape-benches --bin profile` makes this page; the docs of its module `bound` count the kernels.
+
+";
+
+const COLUMNS: &str = "\
+| method | N | step, µs | forces, % | set-up | solve | contact | update | force sweeps | products | CG iterations | Newton | matrices made | bound, µs | over it |
+|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|
+";
