@@ -102,7 +102,7 @@ pub use linear::{LaplacianSolver, LinearSettings, PreconditionerKind, SolverKind
 pub use method::{Method, Order, Quantity, StabilityClass, Support, Treatment};
 pub use newton::{Newton, NewtonReport, NewtonSettings};
 pub use newton_linear::{Jacobian, NewtonLinear, NewtonSolver};
-pub use pins::lead_pins;
+pub use pins::{hold_pins, lead_pins};
 pub use potential::IncrementalPotential;
 pub use predictor::{Predictor, Start};
 pub use report::{SetupCause, Setups, StepReport};

@@ -1,6 +1,14 @@
-//! Pins that are led on paths.
+//! Pins, and those of them that are led on paths.
 
 use drape_model::{System, Vec3};
+use drape_solvers::{Constraints, Filter};
+
+/// Holds the pinned particles of a system at rest.
+pub fn hold_pins(system: &System, constraints: &mut Constraints) {
+    for &pin in system.pins() {
+        constraints.set(pin as usize, Filter::Fixed, Vec3::zeros());
+    }
+}
 
 /// Gives pins on paths the velocity, m/s, that leads from where they are at `t` to where they are `h` seconds later.
 /// Others keep theirs.

@@ -1,7 +1,7 @@
 //! Scratch memory of an integrator: there after `prepare`, checked at each step.
 
 use crate::{StepError, TimeStep, lead_pins};
-use drape_model::{State, System, Vec3};
+use drape_model::{State, System};
 
 /// What `prepare` allocated, with the topology that it fits.
 #[derive(Debug)]
@@ -49,9 +49,7 @@ impl<W> Scratch<W> {
         }
         match &mut self.prepared {
             Some((topology, workspace)) if *topology == system.revisions().topology => {
-                for &pin in system.pins() {
-                    state.v[pin as usize] = Vec3::zeros();
-                }
+                system.clear_pinned(&mut state.v);
                 lead_pins(system, state.t, h.seconds(), &state.x, &mut state.v);
                 Ok(workspace)
             }

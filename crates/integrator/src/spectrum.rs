@@ -58,13 +58,10 @@ impl LargestEigenvalue {
 
     /// `out ← K p` at `x`, N, for particles that are not pinned; 0 for those that are.
     fn multiply(&mut self, system: &System, x: &[Vec3]) {
-        let hold = |v: &mut [Vec3]| {
-            system.pins().iter().for_each(|&pin| v[pin as usize] = Vec3::zeros());
-        };
-        hold(&mut self.direction);
+        system.clear_pinned(&mut self.direction);
         let (p, f) = (&self.direction, &mut self.product);
         Implicit::Everything.multiply_stiffness(system, x, Tangent::Projected, p, f);
-        hold(&mut self.product);
+        system.clear_pinned(&mut self.product);
     }
 
     /// The Rayleigh quotient after `products` products at `x`, 1/s²; 0 without springs.

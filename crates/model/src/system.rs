@@ -247,6 +247,11 @@ impl System {
         &self.pins
     }
 
+    /// Sets the vectors of the pinned particles to zero; one vector a particle.
+    pub fn clear_pinned(&self, vectors: &mut [Vec3]) {
+        self.pins.iter().for_each(|&pin| vectors[pin as usize] = Vec3::zeros());
+    }
+
     /// Those of the pinned particles that are led on paths.
     pub fn moving_pins(&self) -> &[MovingPin] {
         &self.moving_pins

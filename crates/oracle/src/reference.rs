@@ -225,9 +225,7 @@ fn check(system: &System, start: &State, tolerance: f64) -> Result<(), Reference
 
 fn with_pins_at_rest(system: &System, start: &State) -> State {
     let mut start = start.clone();
-    for i in (0..start.len()).filter(|&i| system.pinned()[i]) {
-        start.v[i] = Vec3::zeros();
-    }
+    system.clear_pinned(&mut start.v);
     start
 }
 

@@ -5,7 +5,6 @@
 //! directions, and give a value `z` for the directions that `S` removes. A vector obeys the
 //! constraints when it has the form `S x + (I − S) z`.
 
-use crate::vector::clear;
 use crate::{Mat3, Vec3};
 
 /// The free directions of one particle: an orthogonal projector `S` of rank 3, 2, 1 or 0.
@@ -246,7 +245,7 @@ impl Constraints {
     /// When `out` is not as long as there are particles.
     pub fn prescribed_only(&self, out: &mut [Vec3]) {
         assert_eq!(out.len(), self.len(), "one vector a particle");
-        clear(out);
+        out.fill(Vec3::zeros());
         for (i, _, prescribed) in self.each() {
             out[i] = prescribed;
         }

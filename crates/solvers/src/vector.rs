@@ -105,11 +105,6 @@ pub fn norm(a: &[Vec3]) -> f64 {
     dot(a, a).sqrt()
 }
 
-/// `y ← 0`, number by number: the compiler makes one `memset` of that, and none of a loop over [`Vec3`].
-pub(crate) fn clear(y: &mut [Vec3]) {
-    bytemuck::cast_slice_mut::<Vec3, f64>(y).fill(0.0);
-}
-
 /// `y ← y + alpha x`.
 ///
 /// # Panics
@@ -156,20 +151,7 @@ pub fn extrapolate(x: &[Vec3], y: &[Vec3], out: &mut [Vec3]) {
 /// # Panics
 /// When the lengths differ.
 pub fn weighted_scale_add(w: &[f64], x: &[Vec3], alpha: f64, y: &mut [Vec3]) {
-    assert_eq!([w.len(), x.len()], [y.len(); 2], "block vectors of different length");
-    vectorised!(pulp::Arch::new(), [_four,
-        w: &'k [f64] = w,
-        x: &'k [f64] = bytemuck::cast_slice(x),
-        alpha: f64 = alpha,
-        y: &'k mut [f64] = bytemuck::cast_slice_mut(y),
-    ] -> () {
-        let particles = x.as_chunks::<3>().0.iter().zip(y.as_chunks_mut::<3>().0);
-        for (w, (x, y)) in w.iter().zip(particles) {
-            for k in 0..3 {
-                y[k] = w * x[k] + alpha * y[k];
-            }
-        }
-    });
+    weighted_update(w, x, y, |w, x, y| w * x + alpha * y);
 }
 
 /// `y ← y + (alpha / w) x` with one weight a particle.
@@ -177,21 +159,7 @@ pub fn weighted_scale_add(w: &[f64], x: &[Vec3], alpha: f64, y: &mut [Vec3]) {
 /// # Panics
 /// When the lengths differ.
 pub fn divided_axpy(alpha: f64, w: &[f64], x: &[Vec3], y: &mut [Vec3]) {
-    assert_eq!([w.len(), x.len()], [y.len(); 2], "block vectors of different length");
-    vectorised!(pulp::Arch::new(), [_four,
-        w: &'k [f64] = w,
-        x: &'k [f64] = bytemuck::cast_slice(x),
-        alpha: f64 = alpha,
-        y: &'k mut [f64] = bytemuck::cast_slice_mut(y),
-    ] -> () {
-        let particles = x.as_chunks::<3>().0.iter().zip(y.as_chunks_mut::<3>().0);
-        for (w, (x, y)) in w.iter().zip(particles) {
-            let factor = alpha / w;
-            for k in 0..3 {
-                y[k] += x[k] * factor;
-            }
-        }
-    });
+    weighted_update(w, x, y, |w, x, y| y + x * (alpha / w));
 }
 
 /// `y ← y + alpha x` and `copy ← x` in one sweep.
@@ -237,6 +205,38 @@ impl<F: Fn(f64, f64) -> f64> pulp::WithSimd for Update<'_, F> {
     fn with_simd<S: pulp::Simd>(self, _: S) {
         for (y, x) in self.y.iter_mut().zip(self.x) {
             *y = (self.f)(*x, *y);
+        }
+    }
+}
+
+/// As [`update`] with one weight a particle, `y ← f(w, x, y)`.
+#[inline]
+fn weighted_update(w: &[f64], x: &[Vec3], y: &mut [Vec3], f: impl Fn(f64, f64, f64) -> f64) {
+    assert_eq!([w.len(), x.len()], [y.len(); 2], "block vectors of different length");
+    pulp::Arch::new().dispatch(WeightedUpdate {
+        w,
+        x: bytemuck::cast_slice(x),
+        y: bytemuck::cast_slice_mut(y),
+        f,
+    });
+}
+
+struct WeightedUpdate<'a, F> {
+    w: &'a [f64],
+    x: &'a [f64],
+    y: &'a mut [f64],
+    f: F,
+}
+
+impl<F: Fn(f64, f64, f64) -> f64> pulp::WithSimd for WeightedUpdate<'_, F> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        let Self { w, x, y, f } = self;
+        let particles = x.as_chunks::<3>().0.iter().zip(y.as_chunks_mut::<3>().0);
+        for (w, (x, y)) in w.iter().zip(particles) {
+            *y = [f(*w, x[0], y[0]), f(*w, x[1], y[1]), f(*w, x[2], y[2])];
         }
     }
 }
@@ -327,8 +327,6 @@ mod tests {
             axpy_and_copy(0.3, &x, &mut out, &mut copy);
             assert(&out, &|i, k| y[i][k] + 0.3 * x[i][k]);
             assert(&copy, &|i, k| x[i][k]);
-            clear(&mut out);
-            assert(&out, &|_, _| 0.0);
         }
     }
 }

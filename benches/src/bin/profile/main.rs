@@ -51,7 +51,7 @@ const EXPLICIT_STEP_S: f64 = 1e-3;
 const WARM_UP: u32 = 5;
 
 /// What steps of one method took and counted, a step.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(crate) struct Profile {
     method: &'static str,
     side: u32,
@@ -150,7 +150,8 @@ fn steps(
         times.push(begin.elapsed().as_secs_f64());
         total.add(&report);
     }
-    Ok((times.clone(), total.over(times.len() as f64)))
+    let count = times.len() as f64;
+    Ok((times, total.over(count)))
 }
 
 impl Counts {

@@ -9,11 +9,11 @@ use crate::experiments::tables::PRINTED;
 use crate::run::Simulation;
 use crate::scenes::bundled;
 use drape_integrator::{
-    Implicit, LaplacianSolver, LinearSettings, PreconditionerKind, SolverKind, Weights,
+    Implicit, LaplacianSolver, LinearSettings, PreconditionerKind, SolverKind, Weights, hold_pins,
 };
 use drape_model::{Level, Vec3};
 use drape_records::claims::{TimedCase, TimingRow};
-use drape_solvers::{Constraints, Filter, Norm};
+use drape_solvers::{Constraints, Norm};
 use std::time::Instant;
 
 pub(super) const CLAIM: Claim = Claim {
@@ -131,9 +131,7 @@ fn seconds() -> Result<TimingRow, HarnessError> {
     start.state = track(&start, "imex-euler", STEP, 0.2, 0)?.state;
     let Simulation { system, state } = &start;
     let mut constraints = Constraints::free(system.len());
-    for (i, _) in system.pinned().iter().enumerate().filter(|(_, pinned)| **pinned) {
-        constraints.set(i, Filter::Fixed, Vec3::zeros());
-    }
+    hold_pins(system, &mut constraints);
     let mut b = vec![Vec3::zeros(); system.len()];
     let rest = vec![Vec3::zeros(); system.len()];
     system.forces(Level { v: &rest, ..state.level() }, &mut b);

@@ -9,9 +9,11 @@ use crate::experiments::short;
 use crate::run::Simulation;
 use drape_integrator::{
     Implicit, LaplacianSolver, LinearSettings, PreconditionerKind, SolverKind, Split, Weights,
+    hold_pins,
 };
 use drape_model::{PieceSpec, State, Vec3};
-use drape_solvers::{Constraints, Filter, Norm};
+use drape_solvers::vector::weighted_scale_add;
+use drape_solvers::{Constraints, Norm};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C18",
@@ -68,16 +70,12 @@ fn kept_from_the_start(start: &Simulation, h: f64) -> Result<State, HarnessError
         LaplacianSolver::with_split(system, implicit, weights, settings, Split::Paper, h)?;
     linear.refresh_at(system, h, &state.x)?;
     let mut constraints = Constraints::free(system.len());
-    for i in (0..system.len()).filter(|&i| system.pinned()[i]) {
-        constraints.set(i, Filter::Fixed, Vec3::zeros());
-    }
+    hold_pins(system, &mut constraints);
     let mut state = state.clone();
     let mut b = vec![Vec3::zeros(); system.len()];
     for _ in 0..steps(h) {
         implicit.forces_but_implicit_damping(system, &state, &mut b);
-        for ((b, v), m) in b.iter_mut().zip(&state.v).zip(system.mass()) {
-            *b = v * *m + *b * h;
-        }
+        weighted_scale_add(system.mass(), &state.v, h, &mut b);
         linear.solve(&constraints, &b, &mut state.v);
         state.x.iter_mut().zip(&state.v).for_each(|(x, v)| *x += v * h);
         if !state.is_finite() {

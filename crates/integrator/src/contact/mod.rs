@@ -64,6 +64,7 @@ mod friction;
 #[cfg(test)]
 mod tests;
 
+use crate::hold_pins;
 use basis::Basis;
 use drape_model::{Detection, Obstacle, System, Vec3};
 use drape_solvers::{Constraints, Filter};
@@ -448,9 +449,7 @@ impl ContactSet {
 
     fn write(&self, system: &System, constraints: &mut Constraints) {
         constraints.clear();
-        for &pin in system.pins() {
-            constraints.set(pin as usize, Filter::Fixed, Vec3::zeros());
-        }
+        hold_pins(system, constraints);
         for &(particle, z) in &self.led {
             constraints.set(particle, Filter::Fixed, z);
         }

@@ -14,7 +14,7 @@ mod sums;
 mod sweeps;
 
 use self::sums::Measure;
-use self::sweeps::Operator;
+use self::sweeps::{Operator, scatter};
 use super::buckets::Buckets;
 use super::diagonals::Diagonals;
 use super::lanes::ScalarPreconditioner;
@@ -98,10 +98,7 @@ impl Fused {
     /// The residual, to particles.
     pub(super) fn residual(&self, out: &mut [Vec3]) {
         for (out, r) in out.chunks_mut(BLOCK).zip(&self.r) {
-            let [x, y, z] = &r.0;
-            for (i, out) in out.iter_mut().enumerate() {
-                *out = Vec3::new(x[i], y[i], z[i]);
-            }
+            scatter(r, out);
         }
     }
 

@@ -36,6 +36,12 @@ impl Block {
 
     /// The first `len` particles.
     #[inline(always)]
+    pub(super) fn rows(&self, len: usize) -> [&[f64]; 3] {
+        self.0.each_ref().map(|x| &x[..len])
+    }
+
+    /// The first `len` particles, to be written.
+    #[inline(always)]
     pub(super) fn rows_mut(&mut self, len: usize) -> [&mut [f64]; 3] {
         self.0.each_mut().map(|x| &mut x[..len])
     }

@@ -14,9 +14,9 @@
 use super::scenes::Setup;
 use crate::methods::Choice;
 use crate::run::Simulation;
-use drape_integrator::{Implicit, LargestEigenvalue};
+use drape_integrator::{Implicit, LargestEigenvalue, hold_pins};
 use drape_model::{BlockSink, Effect, Level, Mat3, SpringEffect, System, Tangent, Vec3};
-use drape_solvers::{BlockCholesky, BlockMatrix, Constraints, Filter};
+use drape_solvers::{BlockCholesky, BlockMatrix, Constraints};
 
 /// Instability is predicted where the stiffness exceeds the limit by this factor: closer to it, growth is slow.
 const MARGIN: f64 = 1.01;
@@ -273,9 +273,7 @@ fn is_definite(
         }
     }
     let mut constraints = Constraints::free(system.len());
-    for i in (0..system.len()).filter(|&i| system.pinned()[i]) {
-        constraints.set(i, Filter::Fixed, Vec3::zeros());
-    }
+    hold_pins(system, &mut constraints);
     matrix.project(&constraints);
     BlockCholesky::new(&matrix).is_ok_and(|mut factor| factor.factorise(&matrix).is_ok())
 }

@@ -573,9 +573,7 @@ impl Scenery {
         let Simulation { system, state } = &self.simulation;
         let reach = PERTURBATION * self.mesh_width;
         let mut offset: Vec<Vec3> = state.x.iter().map(|_| random.vector() * reach).collect();
-        for (offset, _) in offset.iter_mut().zip(system.pinned()).filter(|(_, pinned)| **pinned) {
-            *offset = Vec3::zeros();
-        }
+        system.clear_pinned(&mut offset);
         if let Some((a, b)) = twins {
             offset[b] = offset[a];
         }

@@ -6,11 +6,11 @@ use crate::HarnessError;
 use crate::methods::Choice;
 use crate::run::Simulation;
 use drape_integrator::{
-    Implicit, LaplacianSolver, LinearSettings, PreconditionerKind, SolverKind, Weights,
+    Implicit, LaplacianSolver, LinearSettings, PreconditionerKind, SolverKind, Weights, hold_pins,
 };
 use drape_model::{DampingLaw, SystemSpec, Vec3};
 use drape_records::precomputed_inverse::{CG, CHOLESKY, DENSE, Solver};
-use drape_solvers::{CompleteCholesky, Constraints, DenseInverse, Filter, Norm, ScalarMatrix};
+use drape_solvers::{CompleteCholesky, Constraints, DenseInverse, Norm, ScalarMatrix};
 
 /// Step size, s.
 pub(super) const STEP: f64 = 0.01;
@@ -102,9 +102,7 @@ impl Problem {
             *b = *b * STEP + state.v[i] * system.mass()[i];
         }
         let mut constraints = Constraints::free(system.len());
-        for i in (0..system.len()).filter(|&i| system.pinned()[i]) {
-            constraints.set(i, Filter::Fixed, Vec3::zeros());
-        }
+        hold_pins(&system, &mut constraints);
         Ok(Self { simulation: Simulation { system, state }, constraints, b })
     }
 

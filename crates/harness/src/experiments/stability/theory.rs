@@ -132,9 +132,7 @@ fn largest(system: &System, links: &[Link]) -> f64 {
     let mut p: Vec<Vec3> = (0..system.len()).map(|_| random.vector()).collect();
     let mut value = 0.0;
     for _ in 0..PRODUCTS {
-        for (p, _) in p.iter_mut().zip(system.pinned()).filter(|(_, pinned)| **pinned) {
-            *p = Vec3::zeros();
-        }
+        system.clear_pinned(&mut p);
         let mut product: Vec<Vec3> =
             p.iter().zip(system.mass()).map(|(p, m)| p * (shift * m)).collect();
         for Link { ends: [i, j], stiffness, direction } in links {

@@ -4,7 +4,7 @@ use crate::settings::{LEAPFROG, LeapfrogSettings, StepControl};
 use crate::stability_limit::StabilityLimit;
 use drape_integrator::{
     ContactSet, Implicit, LaplacianSolver, LinearSettings, PreconditionerKind, PrepareError,
-    SolveStatus, StepError, StepReport, Weights, kick, lead_pins,
+    SolveStatus, StepError, StepReport, Weights, hold_pins, kick, lead_pins,
 };
 use drape_model::{Level, Part, Revisions, System, Vec3};
 use drape_solvers::{Constraints, Filter, Norm};
@@ -124,9 +124,7 @@ impl LeapfrogWorkspace {
             cause.into_iter().for_each(|cause| report.setups.count(cause));
         }
         self.pins.clear();
-        for &i in system.pins() {
-            self.pins.set(i as usize, Filter::Fixed, Vec3::zeros());
-        }
+        hold_pins(system, &mut self.pins);
         Ok(())
     }
 

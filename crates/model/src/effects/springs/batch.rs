@@ -175,6 +175,13 @@ fn times(a: &Quad, g: f64) -> Quad {
     [a[0] * g, a[1] * g, a[2] * g, a[3] * g]
 }
 
+/// Adds `−f` to the first end, and `f` to the other.
+#[inline(always)]
+fn add_to_ends(sums: &mut [Quad], [i, j]: [u32; 2], f: &Quad) {
+    sums[i as usize] = minus(&sums[i as usize], f);
+    sums[j as usize] = plus(&sums[j as usize], f);
+}
+
 impl Kernel for InArrays {
     #[inline(always)]
     fn add_forces<const DAMPED: bool>(
@@ -200,8 +207,7 @@ impl Kernel for InArrays {
                 if DAMPED {
                     f = plus(&f, &times(&minus(&v[i as usize], &v[j as usize]), *c));
                 }
-                sums[i as usize] = minus(&sums[i as usize], &f);
-                sums[j as usize] = plus(&sums[j as usize], &f);
+                add_to_ends(sums, [i, j], &f);
             }
         }
     }
@@ -217,15 +223,14 @@ fn add_one<const DAMPED: bool>(
     v: &[Quad],
     sums: &mut [Quad],
 ) {
-    let [i, j] = list.ends[t].map(|end| end as usize);
-    let d = minus(&x[i], &x[j]);
+    let [i, j] = list.ends[t];
+    let d = minus(&x[i as usize], &x[j as usize]);
     let length = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt();
     let mut f = times(&d, factor(length, list.rest_length[t], list.stiffness[t], law));
     if DAMPED {
-        f = plus(&f, &times(&minus(&v[i], &v[j]), list.damping[t]));
+        f = plus(&f, &times(&minus(&v[i as usize], &v[j as usize]), list.damping[t]));
     }
-    sums[i] = minus(&sums[i], &f);
-    sums[j] = plus(&sums[j], &f);
+    add_to_ends(sums, [i, j], &f);
 }
 
 /// The factor of a spring.
@@ -257,8 +262,7 @@ fn factors(
 fn add_weighted(list: &Listed, weights: &[f64], x: &[Quad], sums: &mut [Quad]) {
     for (&[i, j], &w) in list.ends.iter().zip(weights) {
         let f = times(&minus(&x[i as usize], &x[j as usize]), w);
-        sums[i as usize] = minus(&sums[i as usize], &f);
-        sums[j as usize] = plus(&sums[j as usize], &f);
+        add_to_ends(sums, [i, j], &f);
     }
 }
 

@@ -272,7 +272,7 @@ fn forces_that_are_written_do_not_depend_on_what_was_there() {
 
 #[test]
 fn the_list_of_pins_follows_what_is_pinned() {
-    let (mut system, _) = drape_system();
+    let (mut system, _) = pinned_sheet();
     let listed = |system: &crate::System| {
         let pinned = system.pinned().iter().enumerate().filter(|(_, pinned)| **pinned);
         let expected: Vec<u32> = pinned.map(|(i, _)| i as u32).collect();
@@ -291,7 +291,7 @@ fn the_list_of_pins_follows_what_is_pinned() {
     assert_eq!(listed(&system), 2);
 }
 
-fn drape_system() -> (crate::System, crate::State) {
+fn pinned_sheet() -> (crate::System, crate::State) {
     let text = r#"{"format": "drape-scene/1", "name": "s", "cloth": {"grid": {"rows": 7, "columns": 9,
         "size_m": [1, 1], "center_m": [0, 0, 0], "mass_kg": 0.4}},
         "effects": {}, "pins": [{ "row": 0, "column": 0 }, { "row": 6, "column": 8 }],

@@ -77,14 +77,7 @@ pub(super) fn measure(four: impl Four, r: &Block, inverse: &[f64]) -> Measure {
 /// `rᵀr` alone, over so many rows of a block.
 #[inline(always)]
 pub(super) fn square(four: impl Four, r: &Block, rows: usize) -> Measure {
-    let mut sums = [four.splat(0.0); 3];
-    for g in 0..rows / SLOTS {
-        for k in 0..3 {
-            let r = four.load(*r.group(k, g));
-            sums[k] = four.add(sums[k], four.mul(r, r));
-        }
-    }
-    Measure { square: total(&sums.map(|sum| four.store(sum))), delta: f64::NAN }
+    Measure { square: dot(four, r, r.rows(rows)), delta: f64::NAN }
 }
 
 /// The dot product over the rows of a block that `b` has.

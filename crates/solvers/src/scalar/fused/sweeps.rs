@@ -219,7 +219,7 @@ impl Operator {
             for (r, fresh) in r.rows_mut(len).into_iter().zip(&fresh.0) {
                 r.iter_mut().zip(fresh).for_each(|(r, fresh)| *r = fresh - *r);
             }
-            *gap = dot(four, r, r.0.each_ref().map(|r| &r[..len]));
+            *gap = dot(four, r, r.rows(len));
             for (r, fresh) in r.rows_mut(len).into_iter().zip(&fresh.0) {
                 r.copy_from_slice(&fresh[..len]);
             }
@@ -347,10 +347,7 @@ impl Operator {
                     &*last
                 }
             };
-            let [x, y, z] = x.0.each_ref().map(|x| &x[..solution.len()]);
-            for (i, to) in solution.iter_mut().enumerate() {
-                *to = Vec3::new(x[i], y[i], z[i]);
-            }
+            scatter(x, solution);
         }
     }
 }
@@ -439,4 +436,13 @@ fn gather(from: &[Vec3], to: &mut Block) {
     }
     let padded = padded_rows(from.len());
     to.0.iter_mut().for_each(|x| x[from.len()..padded].fill(0.0));
+}
+
+/// Coordinates to particles, as many as there are.
+#[inline(always)]
+pub(super) fn scatter(from: &Block, to: &mut [Vec3]) {
+    let [x, y, z] = from.rows(to.len());
+    for (i, to) in to.iter_mut().enumerate() {
+        *to = Vec3::new(x[i], y[i], z[i]);
+    }
 }
