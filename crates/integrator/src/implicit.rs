@@ -33,6 +33,11 @@ impl Implicit {
         system.effects().filter(move |effect| self.selects(*effect))
     }
 
+    /// Those of the implicit effects that have a linear split.
+    fn splits(self, system: &System) -> impl Iterator<Item = &dyn Effect> + Clone {
+        self.effects(system).filter(|effect| effect.split().is_some())
+    }
+
     /// Adds to `out` everything that is not implicit, N: explicit springs with their damping and
     /// external forces, at one level, and the part of projected damping that is not `−L_c v`.
     pub fn add_explicit_forces(self, system: &System, at: Level<'_>, out: &mut [Vec3]) {
@@ -58,9 +63,28 @@ impl Implicit {
 
     /// Adds `F2` of the implicit effects at `x`, EEH (13), N, to `out`.
     pub fn add_nonlinear_forces(self, system: &System, x: &[Vec3], out: &mut [Vec3]) {
-        for split in self.effects(system).filter_map(Effect::split) {
-            split.add_nonlinear_force(x, out);
-        }
+        let nonlinear = self.splits(system).map(|effect| (effect, Part::Nonlinear));
+        system.add_forces(nonlinear, Level { t: 0.0, x, v: x }, out);
+    }
+
+    /// Writes everything that is not linear and stiff, the `f` of EEH (6) as forces of one level, N: first what
+    /// [`add_explicit_forces`](Self::add_explicit_forces) adds, then [`add_nonlinear_forces`](Self::add_nonlinear_forces), then
+    /// [`add_damping_remainders`](Self::add_damping_remainders).
+    #[doc(alias = "EEH 6")]
+    pub fn forces_but_linear(self, system: &System, at: Level<'_>, out: &mut [Vec3]) {
+        let explicit = system.effects().filter(|effect| !self.selects(*effect));
+        let explicit = explicit.map(|effect| (effect, Part::All));
+        let nonlinear = self.splits(system).map(|effect| (effect, Part::Nonlinear));
+        system.write_forces(explicit.chain(nonlinear), at, out);
+        self.add_damping_remainders(system, at.x, at.v, out);
+    }
+
+    /// Writes what is linear and stiff, the `g` of EEH (6) as forces of one level, N: `−L_k x`, then `−L_c v` of the implicit effects.
+    #[doc(alias = "EEH 6")]
+    pub fn linear_forces(self, system: &System, at: Level<'_>, out: &mut [Vec3]) {
+        let stiffness = self.splits(system).map(|effect| (effect, Part::Linear));
+        let damping = self.splits(system).map(|effect| (effect, Part::LinearDamping));
+        system.write_forces(stiffness.chain(damping), at, out);
     }
 
     /// Adds what is left of the implicit effects' damping at `(x, v)` when `−L_c v` is taken out.
@@ -73,16 +97,8 @@ impl Implicit {
     /// Adds `−L_k x`, the linear part of the implicit springs' force: the negative of EEH (12), N, to `out`.
     #[doc(alias = "EEH 12")]
     pub fn add_linear_spring_forces(self, system: &System, x: &[Vec3], out: &mut [Vec3]) {
-        for split in self.effects(system).filter_map(Effect::split) {
-            split.add_linear_force(x, out);
-        }
-    }
-
-    /// Adds `−L_c v`, the linear part of the implicit springs' damping: the negative of EEH (14), N, to `out`.
-    pub fn add_linear_damping_forces(self, system: &System, v: &[Vec3], out: &mut [Vec3]) {
-        for split in self.effects(system).filter_map(Effect::split) {
-            split.add_linear_damping(v, out);
-        }
+        let linear = self.splits(system).map(|effect| (effect, Part::Linear));
+        system.add_forces(linear, Level { t: 0.0, x, v: x }, out);
     }
 
     /// Calls `visit(i, j, k, c)` for each implicit spring.

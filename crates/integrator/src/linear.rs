@@ -319,6 +319,11 @@ impl LaplacianSolver {
         &self.matrix
     }
 
+    /// The matrix, and what [multiplies](ScalarPcg::multiply) by it fast.
+    pub fn product(&mut self) -> (&ScalarMatrix, &mut ScalarPcg) {
+        (&self.matrix, &mut self.fast)
+    }
+
     /// Solves `A v = b` under constraints; `v` holds the start value on entry, the solution on
     /// return. Stops at the forcing term relative to the filtered right-hand side.
     pub fn solve(&mut self, constraints: &Constraints, b: &[Vec3], v: &mut [Vec3]) -> PcgReport {

@@ -2,7 +2,6 @@
 
 use crate::{Implicit, LaplacianSolver};
 use drape_model::{State, System, Vec3};
-use drape_solvers::LinearOperator;
 
 /// The impulse of the springs with the artificial viscosity of Desbrun et al. (1999), and what stays outside.
 ///
@@ -29,7 +28,13 @@ impl ViscousImpulse {
     }
 
     /// Evaluates both at the state; one product with the matrix.
-    pub fn assemble(&mut self, linear: &LaplacianSolver, system: &System, state: &State, h: f64) {
+    pub fn assemble(
+        &mut self,
+        linear: &mut LaplacianSolver,
+        system: &System,
+        state: &State,
+        h: f64,
+    ) {
         let Self { impulse, external, product } = self;
         let v = &state.v;
         external.fill(Vec3::zeros());
@@ -37,7 +42,8 @@ impl ViscousImpulse {
         impulse.fill(Vec3::zeros());
         Implicit::Springs.add_implicit_forces(system, &state.x, impulse);
         Implicit::Springs.add_damping_remainders(system, &state.x, v, impulse);
-        linear.matrix().multiply(v, product);
+        let (matrix, fast) = linear.product();
+        fast.multiply(matrix, v, product);
         for (i, (&m, pinned)) in system.mass().iter().zip(system.pinned()).enumerate() {
             let viscosity = v[i] * m - product[i];
             impulse[i] = if *pinned { Vec3::zeros() } else { impulse[i] * h + viscosity };

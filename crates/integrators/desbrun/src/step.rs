@@ -46,7 +46,7 @@ impl Integrator for Desbrun {
         clock.switch(Phase::MatrixSetup);
         let mut report = StepReport::after_setup(w.linear.refresh(system, h)?); // A⁻¹, if it is not there
         clock.switch(Phase::Forces);
-        w.viscous.assemble(&w.linear, system, state, h); // h F̃
+        w.viscous.assemble(&mut w.linear, system, state, h); // h F̃
         report.force_evaluations = 1;
         clock.switch(Phase::Solve);
         w.linear.apply_preconditioner(w.viscous.impulse(), &mut w.change); // Δv = h M⁻¹ F_filtered

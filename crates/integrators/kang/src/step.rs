@@ -46,11 +46,11 @@ impl Integrator for Kang {
         clock.switch(Phase::MatrixSetup);
         let mut report = StepReport::after_setup(w.linear.refresh(system, h)?); // D and A = M + h² L_k + h L_c
         clock.switch(Phase::Forces);
-        w.viscous.assemble(&w.linear, system, state, h); // h F̃
+        w.viscous.assemble(&mut w.linear, system, state, h); // h F̃
         clock.switch(Phase::Solve);
-        let (a, b) = (w.linear.matrix(), w.viscous.impulse());
+        let b = w.viscous.impulse();
         report.relative_residual =
-            sweep(a, b, system.pinned(), sweeps, &mut w.product, &mut w.change);
+            sweep(w.linear.product(), b, system.pinned(), sweeps, &mut w.product, &mut w.change);
         report.force_evaluations = 1;
         report.matvecs = 1 + sweeps;
         for (i, free) in w.contacts.free_velocity.iter_mut().enumerate() {

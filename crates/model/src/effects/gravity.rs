@@ -25,8 +25,9 @@ impl Effect for Gravity {
         }
     }
 
-    fn pass<'a>(&'a self, mass: &'a [f64], _part: Part) -> Option<Pass<'a>> {
-        Some(Pass::Field(Field { acceleration: self.acceleration, mass }))
+    fn pass<'a>(&'a self, mass: &'a [f64], part: Part) -> Option<Pass<'a>> {
+        let is_force = matches!(part, Part::All | Part::Force | Part::Nonlinear);
+        is_force.then_some(Pass::Field(Field { acceleration: self.acceleration, mass }))
     }
 
     fn boxed_clone(&self) -> Box<dyn Effect> {

@@ -50,6 +50,15 @@ pub enum Part {
     All,
     /// The conservative force alone.
     Force,
+    /// The damping alone.
+    Damping,
+    /// `F2`, EEH (13): what is left of the conservative force when `−L_k x` is taken out; all of it where there is no
+    /// [split](Effect::split).
+    Nonlinear,
+    /// `−L_k x`, the negative of EEH (12), which takes the positions alone; nothing where there is no split.
+    Linear,
+    /// `−L_c v`, the negative of EEH (14), which takes the velocities alone; nothing where there is no split.
+    LinearDamping,
 }
 
 /// Receives 3×3 blocks of symmetric matrices, and the pairs that they couple.
@@ -92,9 +101,20 @@ pub trait Effect: Debug + Send + Sync {
 
     /// Adds a part of the forces, N, to `out`.
     fn add_part(&self, part: Part, mass: &[f64], at: Level<'_>, out: &mut [Vec3]) {
-        self.add_force(mass, at.x, out);
-        if part == Part::All && self.has_damping() {
-            self.add_damping_force(at, out);
+        let split = self.split();
+        match (part, split) {
+            (Part::All, _) => {
+                self.add_force(mass, at.x, out);
+                if self.has_damping() {
+                    self.add_damping_force(at, out);
+                }
+            }
+            (Part::Force, _) | (Part::Nonlinear, None) => self.add_force(mass, at.x, out),
+            (Part::Damping, _) => self.add_damping_force(at, out),
+            (Part::Nonlinear, Some(split)) => split.add_nonlinear_force(at.x, out),
+            (Part::Linear, Some(split)) => split.add_linear_force(at.x, out),
+            (Part::LinearDamping, Some(split)) => split.add_linear_damping(at.v, out),
+            (Part::Linear | Part::LinearDamping, None) => {}
         }
     }
 

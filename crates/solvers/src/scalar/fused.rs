@@ -213,6 +213,32 @@ impl Fused {
         });
     }
 
+    /// `out ← A v`.
+    pub(super) fn multiply(&mut self, v: &[Vec3], out: &mut [Vec3]) {
+        let Self { operator, q, c, arch, bands, .. } = self;
+        over_blocks(*bands, operator, c.rows_mut(), &|band, c| {
+            vectorised!(arch, [_four,
+                operator: &'k Operator = operator,
+                band: Range<usize> = band,
+                v: &'k [Vec3] = v,
+                c: RowsMut<'k> = c,
+            ] -> () {
+                operator.take(band, v, c)
+            });
+        });
+        let c = c.rows();
+        over_blocks(*bands, operator, (PerBlock(q), out), &|band, (q, out)| {
+            vectorised!(arch, [four,
+                operator: &'k Operator = operator,
+                band: Range<usize> = band,
+                c: Rows<'k> = c,
+                to: (&'k mut [Block], &'k mut [Vec3]) = (q.0, out),
+            ] -> () {
+                operator.product(four, band, c, to)
+            });
+        });
+    }
+
     fn load(&mut self, constraints: &Constraints, start: &[Vec3]) {
         let Self { operator, x, c, arch, bands, .. } = self;
         over_blocks(*bands, operator, (PerBlock(x), c.rows_mut()), &|band, (x, c)| {

@@ -57,7 +57,7 @@ mod soa;
 
 use crate::bands::bands;
 use crate::pcg::{Norm, Operations, conjugate_gradients};
-use crate::{Constraints, PcgReport, PcgSettings, Reference, ScalarMatrix, Vec3};
+use crate::{Constraints, LinearOperator, PcgReport, PcgSettings, Reference, ScalarMatrix, Vec3};
 use fused::Fused;
 pub(crate) use lanes::Lanes;
 use lanes::Padded;
@@ -124,6 +124,19 @@ impl ScalarPcg {
     pub fn set_threads(&mut self, threads: usize) {
         if let Layout::Diagonals(fused) = &mut self.0 {
             fused.set_bands(bands(threads, fused.n()));
+        }
+    }
+
+    /// `out ← A x` with the matrix of the last [`update`](Self::update): the bits of its own
+    /// [`multiply`](crate::LinearOperator::multiply).
+    ///
+    /// # Panics
+    /// When the sizes of the arguments differ.
+    pub fn multiply(&mut self, a: &ScalarMatrix, x: &[Vec3], out: &mut [Vec3]) {
+        assert!([x.len(), out.len()] == [a.n(); 2], "one vector a row of the matrix");
+        match &mut self.0 {
+            Layout::Diagonals(fused) => fused.multiply(x, out),
+            Layout::Rows(_) => a.multiply(x, out),
         }
     }
 

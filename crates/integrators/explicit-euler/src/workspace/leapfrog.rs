@@ -173,10 +173,9 @@ impl LeapfrogWorkspace {
         v: &mut [Vec3],
     ) {
         let Some(Damping { force, .. }) = &mut self.damping else { return };
-        force.fill(Vec3::zeros());
-        for effect in system.effects() {
-            effect.add_damping_force(Level { t, x, v: &self.old_velocity }, force);
-        }
+        let damped = system.effects().filter(|effect| effect.has_damping());
+        let at = Level { t, x, v: &self.old_velocity };
+        system.write_forces(damped.map(|effect| (effect, Part::Damping)), at, force);
         kick(system, half, force, v);
     }
 

@@ -28,26 +28,11 @@ impl SplitForces {
     /// Number of sweeps over the springs that [`evaluate`](Self::evaluate) takes.
     pub(crate) const SWEEPS: u32 = 2;
 
-    /// Adds `F` at a level to `out`.
-    pub(crate) fn add_explicit(
-        system: &System,
-        implicit: Implicit,
-        at: Level<'_>,
-        out: &mut [Vec3],
-    ) {
-        implicit.add_explicit_forces(system, at, out);
-        implicit.add_nonlinear_forces(system, at.x, out);
-        implicit.add_damping_remainders(system, at.x, at.v, out);
-    }
-
     /// `F` and `G` at a level. `G` is the negative of EEH (15) and (18).
     #[doc(alias = "EEH 15")]
     #[doc(alias = "EEH 18")]
     pub(crate) fn evaluate(&mut self, system: &System, implicit: Implicit, at: Level<'_>) {
-        self.explicit.fill(Vec3::zeros());
-        Self::add_explicit(system, implicit, at, &mut self.explicit);
-        self.linear.fill(Vec3::zeros());
-        implicit.add_linear_spring_forces(system, at.x, &mut self.linear);
-        implicit.add_linear_damping_forces(system, at.v, &mut self.linear);
+        implicit.forces_but_linear(system, at, &mut self.explicit);
+        implicit.linear_forces(system, at, &mut self.linear);
     }
 }

@@ -1,7 +1,6 @@
 //! The step.
 
 use super::past::Past;
-use super::split_forces::SplitForces;
 use super::workspace::Workspace;
 use super::{Coefficients, ImexTwoStepSettings, Scheme};
 use drape_integrator::{
@@ -213,9 +212,8 @@ impl Rewind for ImexTwoStep {
         if let Some(w) = self.scratch.get_mut() {
             let Workspace { splitting, linear, constraints, .. } = w;
             let tau = scheme.at_constant_step().tau(h);
-            let force = |_: &_, out: &mut [Vec3]| {
-                SplitForces::add_explicit(system, implicit, to.level(), out);
-            };
+            let force =
+                |_: &_, out: &mut [Vec3]| implicit.forces_but_linear(system, to.level(), out);
             splitting.add(system, force, tau, linear, constraints, error, report);
         }
     }

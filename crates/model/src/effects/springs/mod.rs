@@ -144,12 +144,17 @@ impl LinearSprings {
         }
     }
 
-    /// The law that gives a part of the forces. Projected damping is not linear in the velocities alone and has none.
+    /// The law that gives a part of the forces. No damping, and projected damping, which turns with the springs, have none.
     fn law(&self, part: Part) -> Option<Law> {
         match (part, self.damping) {
-            (Part::All, Some(DampingLaw::Projected)) => None,
             (Part::All, Some(DampingLaw::Full)) => Some(Law::DampedSpring),
             (Part::All, None) | (Part::Force, _) => Some(Law::Spring),
+            (Part::Nonlinear, _) => Some(Law::Nonlinear),
+            (Part::Linear, _) => Some(Law::Linear),
+            (Part::Damping, Some(DampingLaw::Full)) | (Part::LinearDamping, _) => {
+                Some(Law::Damping)
+            }
+            (Part::All, Some(DampingLaw::Projected)) | (Part::Damping, _) => None,
         }
     }
 
@@ -213,13 +218,13 @@ impl Effect for LinearSprings {
 
     /// Force and full damping of each spring are added as one.
     fn add_part(&self, part: Part, mass: &[f64], at: Level<'_>, out: &mut [Vec3]) {
-        match self.law(part) {
-            Some(law) => self.add(law, at.x, at.v, out),
-            None => {
-                self.add_force(mass, at.x, out);
-                self.add_damping_force(at, out);
-            }
+        if let Some(law) = self.law(part) {
+            return self.add(law, at.x, at.v, out);
         }
+        if part == Part::All {
+            self.add_force(mass, at.x, out);
+        }
+        self.add_damping_force(at, out);
     }
 
     fn has_damping(&self) -> bool {

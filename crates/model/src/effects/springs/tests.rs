@@ -271,6 +271,51 @@ fn forces_that_are_written_do_not_depend_on_what_was_there() {
 }
 
 #[test]
+fn parts_that_share_a_sweep_give_the_same_bits_as_one_after_the_other() {
+    for law in ["full", "projected"] {
+        let text = format!(
+            r#"{{"format": "drape-scene/1", "name": "s", "cloth": {{"grid": {{"rows": 7, "columns": 9,
+            "size_m": [1, 1], "center_m": [0, 0, 0], "mass_kg": 0.4}}}},
+            "effects": {{ "tension": {{ "stiffness_n_per_m": 9, "damping_n_s_per_m": 0.2 }},
+            "shear": {{ "stiffness_n_per_m": 2, "damping_n_s_per_m": 0.1 }},
+            "bending": {{ "stiffness_n_per_m": 1 }},
+            "gravity": {{ "m_s2": [0, 0, -9.81] }} }}, "damping": "{law}",
+            "time": {{"step_s": 0.01, "duration_s": 1}}}}"#
+        );
+        let spec = crate::parse("test", &text).unwrap().spec().clone();
+        for shuffle in [false, true] {
+            let mut spec: SystemSpec = spec.clone();
+            if shuffle {
+                spec.springs.reverse();
+            }
+            let (system, state) = spec.build().unwrap();
+            let mut random = Random(5);
+            let (x, v) = (random.vectors(state.len()), random.vectors(state.len()));
+            let at = Level { t: 0.0, x: &x, v: &v };
+            let add = |effect: &dyn Effect, part, out: &mut [Vec3]| match (part, effect.split()) {
+                (Part::All, _) => effect.add_part(part, system.mass(), at, out),
+                (Part::Damping, _) => effect.add_damping_force(at, out),
+                (Part::Nonlinear, Some(split)) => split.add_nonlinear_force(&x, out),
+                (Part::Linear, Some(split)) => split.add_linear_force(&x, out),
+                (Part::LinearDamping, Some(split)) => split.add_linear_damping(&v, out),
+                (Part::Linear | Part::LinearDamping, None) => {}
+                (Part::Force, _) | (Part::Nonlinear, None) => {
+                    effect.add_force(system.mass(), &x, out);
+                }
+            };
+            let parts = [Part::Nonlinear, Part::Linear, Part::LinearDamping, Part::Damping];
+            for part in parts.into_iter().chain([Part::Force, Part::All]) {
+                let mut expected = vec![Vec3::zeros(); state.len()];
+                system.effects().for_each(|effect| add(effect, part, &mut expected));
+                let mut written = random.vectors(state.len());
+                system.write_forces(system.effects().map(|e| (e, part)), at, &mut written);
+                assert_eq!(bits(&written), bits(&expected), "{law} {part:?} {shuffle}");
+            }
+        }
+    }
+}
+
+#[test]
 fn the_list_of_pins_follows_what_is_pinned() {
     let (mut system, _) = pinned_sheet();
     let listed = |system: &crate::System| {

@@ -103,7 +103,7 @@ impl Operator {
         for (k, x) in band.zip(x) {
             let (first, len) = self.block_rows(k);
             let start = particles(start, k);
-            gather(start, x);
+            gather(start, x.rows_mut(len));
             for &i in self.buckets.block(k) {
                 let i = i as usize;
                 let value =
@@ -113,6 +113,31 @@ impl Operator {
             for (c, x) in c.window(first, len).into_iter().zip(&x.0) {
                 c.copy_from_slice(&x[..len]);
             }
+        }
+    }
+
+    /// `c ← v`.
+    #[inline(always)]
+    pub(super) fn take(&self, band: Range<usize>, v: &[Vec3], mut c: RowsMut<'_>) {
+        for k in band {
+            let (first, len) = self.block_rows(k);
+            gather(particles(v, k), c.window(first, len));
+        }
+    }
+
+    /// `A c`, to particles. The first block of `q` makes room.
+    #[inline(always)]
+    pub(super) fn product(
+        &self,
+        four: impl Four,
+        band: Range<usize>,
+        c: Rows<'_>,
+        (q, out): (&mut [Block], &mut [Vec3]),
+    ) {
+        let Some(product) = q.first_mut() else { return };
+        for (k, out) in band.zip(out.chunks_mut(BLOCK)) {
+            self.matrix.multiply(four, c, self.block_rows(k), &mut Product(product));
+            scatter(product, out);
         }
     }
 
@@ -154,7 +179,7 @@ impl Operator {
         let Some(right) = q.first_mut() else { return };
         for (k, (r, (measured, load))) in band.zip(r.iter_mut().zip(measures.iter_mut().zip(loads)))
         {
-            gather(particles(b, k), right);
+            gather(particles(b, k), right.rows_mut(self.block_rows(k).1));
             *measured = self.residual(four, constraints, k, c, right, r);
             let Some(norm) = norm else { continue };
             let inverse = self.inverse_diagonal(k);
@@ -214,7 +239,7 @@ impl Operator {
         let (mut right, mut fresh) = (Block::ZERO, Block::ZERO);
         for (k, (r, (measured, gap))) in band.zip(r.iter_mut().zip(measures.iter_mut().zip(gaps))) {
             let (_, len) = self.block_rows(k);
-            gather(particles(b, k), &mut right);
+            gather(particles(b, k), right.rows_mut(len));
             *measured = self.residual(four, constraints, k, c, &right, &mut fresh);
             for (r, fresh) in r.rows_mut(len).into_iter().zip(&fresh.0) {
                 r.iter_mut().zip(fresh).for_each(|(r, fresh)| *r = fresh - *r);
@@ -388,6 +413,18 @@ impl<F: Four> Put<F> for Curvature<'_, F::Numbers> {
     }
 }
 
+/// Keeps a product.
+struct Product<'a>(&'a mut Block);
+
+impl<F: Four> Put<F> for Product<'_> {
+    #[inline(always)]
+    fn put(&mut self, four: F, g: usize, _x: [F::Numbers; 3], product: [F::Numbers; 3]) {
+        for k in 0..3 {
+            *self.0.group_mut(k, g) = four.store(product[k]);
+        }
+    }
+}
+
 /// The particles of block `k`.
 #[inline(always)]
 fn particles(all: &[Vec3], k: usize) -> &[Vec3] {
@@ -427,15 +464,14 @@ fn turn(
     }
 }
 
-/// Particles to coordinates; zeros after the last as far as rows are padded.
+/// Particles to the rows of their block, and zeros to those after the last.
 #[inline(always)]
-fn gather(from: &[Vec3], to: &mut Block) {
-    let [x, y, z] = to.rows_mut(from.len());
+fn gather(from: &[Vec3], to: [&mut [f64]; 3]) {
+    let [(x, after_x), (y, after_y), (z, after_z)] = to.map(|to| to.split_at_mut(from.len()));
     for (i, from) in from.iter().enumerate() {
         (x[i], y[i], z[i]) = (from.x, from.y, from.z);
     }
-    let padded = padded_rows(from.len());
-    to.0.iter_mut().for_each(|x| x[from.len()..padded].fill(0.0));
+    [after_x, after_y, after_z].into_iter().for_each(|after| after.fill(0.0));
 }
 
 /// Coordinates to particles, as many as there are.
