@@ -4,9 +4,8 @@ use crate::{Implicit, PrepareError, SetupCause, Slopes, Split, StepError, choice
 use drape_model::{Revisions, System, Vec3};
 use drape_solvers::{
     CompleteCholesky, Constraints, DenseInverse, Filter, Identity, IncompleteCholesky, Jacobi,
-    LinearOperator, Norm, PcgReport, PcgSettings, PcgWorkspace, Preconditioner, Reference,
-    ScalarMatrix, ScalarPcg, ScalarPreconditioner, SolveStatus, SolverError, constraint_impulse,
-    filtered_pcg,
+    Norm, PcgReport, PcgSettings, PcgWorkspace, Preconditioner, Reference, ScalarMatrix, ScalarPcg,
+    ScalarPreconditioner, SolveStatus, SolverError, constraint_impulse, filtered_pcg,
     vector::{axpy, dot, norm, subtract_from},
 };
 
@@ -432,7 +431,7 @@ impl LaplacianSolver {
     /// `‖S (b − A v)‖` over the norm of the filtered right-hand side, Euclidean.
     pub fn relative_residual(&mut self, constraints: &Constraints, b: &[Vec3], v: &[Vec3]) -> f64 {
         constraints.prescribed_only(&mut self.correction);
-        self.matrix.multiply(&self.correction, &mut self.residual);
+        self.fast.multiply(&self.matrix, &self.correction, &mut self.residual);
         subtract_from(b, &mut self.residual);
         constraints.project(&mut self.residual);
         let reference = norm(&self.residual);
@@ -494,7 +493,7 @@ impl LaplacianSolver {
 
     /// `S (b − A v)`, in `self.residual`.
     fn filtered_residual(&mut self, constraints: &Constraints, b: &[Vec3], v: &[Vec3]) {
-        self.matrix.multiply(v, &mut self.residual);
+        self.fast.multiply(&self.matrix, v, &mut self.residual);
         subtract_from(b, &mut self.residual);
         constraints.project(&mut self.residual);
     }

@@ -1,10 +1,7 @@
 //! Newton's method for an implicit stage.
 
 use crate::newton_linear::NewtonMatrix;
-use crate::{
-    Forcing, ForcingRule, IncrementalPotential, Jacobian, NewtonLinear, NewtonSolver, PrepareError,
-    StepError,
-};
+use crate::{Forcing, IncrementalPotential, Jacobian, NewtonLinear, PrepareError, StepError};
 use drape_model::{System, Vec3};
 use drape_solvers::{Constraints, SolveStatus, vector::dot};
 
@@ -83,13 +80,17 @@ impl Default for NewtonReport {
 }
 
 impl Newton {
-    /// Memory, sparsity pattern and symbolic factorisation for the implicit effects of `system`.
+    /// Memory, sparsity pattern, symbolic factorisation and levels, as the settings need them, for the implicit effects of `system`.
     ///
     /// # Errors
     /// [`PrepareError::Solver`] when the symbolic factorisation fails.
-    pub fn new(system: &System, potential: &IncrementalPotential) -> Result<Self, PrepareError> {
+    pub fn new(
+        system: &System,
+        potential: &IncrementalPotential,
+        settings: NewtonLinear,
+    ) -> Result<Self, PrepareError> {
         let n = system.len();
-        let matrix = NewtonMatrix::new(system, potential)?;
+        let matrix = NewtonMatrix::new(system, potential, settings)?;
         let zeros = || vec![Vec3::zeros(); n];
         Ok(Self {
             matrix,
@@ -129,11 +130,8 @@ impl Newton {
             NewtonReport { status: SolveStatus::IterationLimit, ..NewtonReport::default() };
         let mut blind = false;
         let mut last_residual = f64::INFINITY;
-        let NewtonLinear { jacobian, solver } = settings.linear;
-        let mut forcing = Forcing::new(match solver {
-            NewtonSolver::Cg(rule) => rule,
-            NewtonSolver::Cholesky => ForcingRule::Constant(0.0),
-        });
+        let NewtonLinear { jacobian, solver, .. } = settings.linear;
+        let mut forcing = Forcing::new(solver.forcing());
         self.matrix.begin();
         loop {
             self.gradient.copy_from_slice(potential.gradient(system, v)); // −r of EEH (5)

@@ -6,8 +6,8 @@ use crate::{
 };
 use drape_model::{Revisions, System, Tangent, Vec3};
 use drape_solvers::{
-    BlockCholesky, BlockJacobi, BlockMatrix, Constraints, Filter, Norm, PcgSettings, PcgWorkspace,
-    Preconditioner, Reference, SolveStatus, filtered_pcg,
+    BlockCholesky, BlockJacobi, BlockMatrix, Constraints, Filter, Multigrid, Norm, PcgSettings,
+    PcgWorkspace, Precision, Preconditioner, Reference, ScalarMatrix, SolveStatus, filtered_pcg,
 };
 use std::cell::RefCell;
 
@@ -30,6 +30,18 @@ pub enum NewtonSolver {
     /// By conjugate gradients on the Hessian of each iterate, as tightly as the rule says; preconditioned by the inverse
     /// diagonal blocks, or by the saved factor.
     Cg(ForcingRule),
+    /// Likewise, preconditioned by a cycle of [`Multigrid`] on the Hessian itself. No factor is made of it, saved or not.
+    Multigrid(ForcingRule),
+}
+
+impl NewtonSolver {
+    /// How tightly conjugate gradients solve, where they do.
+    pub(crate) fn forcing(self) -> ForcingRule {
+        match self {
+            Self::Cholesky => ForcingRule::Constant(0.0),
+            Self::Cg(rule) | Self::Multigrid(rule) => rule,
+        }
+    }
 }
 
 /// Settings of the linear systems of Newton's method.
@@ -39,35 +51,44 @@ pub struct NewtonLinear {
     pub jacobian: Jacobian,
     /// What solves.
     pub solver: NewtonSolver,
+    /// What numbers the factor is kept in. In single precision it costs half, and is no inverse of the matrix even
+    /// where it is new: something to precondition with.
+    pub precision: Precision,
 }
 
 impl NewtonLinear {
     /// Setting `jacobian`.
     pub const JACOBIAN: Setting = Setting {
         key: "jacobian",
-        kind: Kind::Choice(&["fresh", "saved"]),
+        kind: Kind::Choice(&["fresh", "saved", "saved-single"]),
         default: "fresh",
         help: "factorise the Hessian in each Newton iteration, or keep the factor over iterations and steps \
-               while it serves",
+               while it serves; saved-single keeps it in single precision, which takes half the time",
     };
     /// Setting `solver`.
     pub const SOLVER: Setting = Setting {
         key: "solver",
-        kind: Kind::Choice(&["cholesky", "cg"]),
+        kind: Kind::Choice(&["cholesky", "cg", "multigrid"]),
         default: "cholesky",
         help: "solve Newton's linear systems by sparse Cholesky, or by CG on the Hessian, preconditioned by its \
-               diagonal blocks (jacobian=fresh) or by the kept factor (jacobian=saved)",
+               diagonal blocks (jacobian=fresh) or by the kept factor (jacobian=saved), or by CG preconditioned by \
+               multigrid on the Hessian",
     };
 
     /// Reads the two settings and those of [`ForcingRule`], all of which the method must declare.
     pub fn read(settings: &Settings) -> Self {
         Self {
             jacobian: match settings.word("jacobian") {
-                "saved" => Jacobian::Saved,
+                "saved" | "saved-single" => Jacobian::Saved,
                 _ => Jacobian::Fresh,
+            },
+            precision: match settings.word("jacobian") {
+                "saved-single" => Precision::Single,
+                _ => Precision::Double,
             },
             solver: match settings.word("solver") {
                 "cg" => NewtonSolver::Cg(ForcingRule::read(settings)),
+                "multigrid" => NewtonSolver::Multigrid(ForcingRule::read(settings)),
                 _ => NewtonSolver::Cholesky,
             },
         }
@@ -104,6 +125,8 @@ pub(crate) struct NewtonMatrix {
     factor: BlockCholesky,
     saved: Saved,
     diagonal: BlockJacobi,
+    /// Where it is asked for.
+    multigrid: Option<Multigrid>,
     workspace: PcgWorkspace,
     /// No constraints: the matrix is projected to them already.
     none: Constraints,
@@ -117,14 +140,19 @@ impl NewtonMatrix {
     pub(crate) fn new(
         system: &System,
         potential: &IncrementalPotential,
+        settings: NewtonLinear,
     ) -> Result<Self, PrepareError> {
         let n = system.len();
         let matrix = potential.implicit().block_matrix(system);
         let saved = Saved { tau: 0.0, revisions: None, filters: vec![Filter::Free; n], stages: 0 };
         Ok(Self {
-            factor: BlockCholesky::new(&matrix)?,
+            factor: BlockCholesky::with_precision(&matrix, settings.precision)?,
             saved,
             diagonal: BlockJacobi::new(&matrix),
+            multigrid: match settings.solver {
+                NewtonSolver::Multigrid(_) => Some(multigrid(system, potential, &matrix)?),
+                _ => None,
+            },
             workspace: PcgWorkspace::new(n),
             none: Constraints::free(n),
             last_length: None,
@@ -161,10 +189,11 @@ impl NewtonMatrix {
         (gradient, direction): (&[Vec3], &mut [Vec3]),
         report: &mut NewtonReport,
     ) -> Result<(), StepError> {
-        let saves = settings.jacobian == Jacobian::Saved;
+        let is_direct = settings.solver == NewtonSolver::Cholesky;
+        let saves = settings.jacobian == Jacobian::Saved && self.multigrid.is_none();
         let fits = saves && self.fits(system, potential.tau(), constraints);
         self.is_new = !fits;
-        if let NewtonSolver::Cg(_) = settings.solver {
+        if !is_direct {
             if saves && !fits {
                 report.factorisations += self.factorise(system, potential, constraints)?;
             } else {
@@ -208,12 +237,19 @@ impl NewtonMatrix {
         direction: &mut [Vec3],
         report: &mut NewtonReport,
     ) -> Result<bool, StepError> {
-        let Self { matrix, factor, diagonal, workspace, none, .. } = self;
+        let Self { matrix, factor, diagonal, multigrid, workspace, none, .. } = self;
         direction.fill(Vec3::zeros());
         let max_iterations = PcgSettings::default_max(gradient.len());
         let settings = PcgSettings { forcing_term: forcing, norm: Norm::Euclid, max_iterations };
         let factor = Kept(RefCell::new(factor));
-        let preconditioner: &dyn Preconditioner = if with_factor {
+        let cycle;
+        let preconditioner: &dyn Preconditioner = if let Some(multigrid) = multigrid {
+            if multigrid.update(matrix).is_err() {
+                return Ok(false);
+            }
+            cycle = multigrid.on(matrix);
+            &cycle
+        } else if with_factor {
             &factor
         } else {
             if diagonal.update(matrix).is_err() {
@@ -259,7 +295,13 @@ impl NewtonMatrix {
             1
         } else {
             self.assemble(system, potential, constraints, Tangent::Projected);
-            self.factor.factorise(&self.matrix)?;
+            if self.factor.factorise(&self.matrix).is_err() {
+                // Rounding may have cost the definiteness; from now on with all digits.
+                if self.factor.precision() == Precision::Single {
+                    self.factor = BlockCholesky::new(&self.matrix)?;
+                }
+                self.factor.factorise(&self.matrix)?;
+            }
             2
         };
         for (i, filter) in self.saved.filters.iter_mut().enumerate() {
@@ -288,6 +330,20 @@ impl NewtonMatrix {
         at.assemble(system, &mut self.matrix);
         self.matrix.project(constraints);
     }
+}
+
+/// Multigrid for the Hessian, with levels after the stiffnesses of the springs.
+fn multigrid(
+    system: &System,
+    potential: &IncrementalPotential,
+    matrix: &BlockMatrix,
+) -> Result<Multigrid, PrepareError> {
+    let implicit = potential.implicit();
+    let mut edges = Vec::new();
+    implicit.visit_weights(system, &mut |i, j, _, _| edges.push((i, j)));
+    let mut springs = ScalarMatrix::with_pattern(system.len(), edges);
+    implicit.visit_weights(system, &mut |i, j, k, _| springs.add_edge(i, j, k));
+    Ok(Multigrid::new(matrix, &springs)?)
 }
 
 /// The factor as a preconditioner: its solve needs scratch memory of its own.

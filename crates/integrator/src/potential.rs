@@ -1,7 +1,7 @@
 //! The incremental potential: the function that an implicit stage minimises.
 
 use crate::Implicit;
-use drape_model::{BlockSink, Effect, Level, Mat3, System, Tangent, Vec3};
+use drape_model::{BlockSink, Effect, Level, Mat3, Part, Revisions, System, Tangent, Vec3};
 use drape_solvers::{Constraints, SolveStatus, vector::weighted_dot};
 
 /// Round-off of a force over `k |x|`, and of a momentum over `m |v|`.
@@ -46,7 +46,34 @@ pub struct IncrementalPotential {
     external: f64,
     round_off: f64,
     row_sums: Vec<f64>,
+    /// `Σ k²/m` over the rows, 1/s⁴ kg, and the system that it is of; only where it depends on no position.
+    squared_stiffness: Option<(Revisions, f64)>,
     evaluations: u32,
+}
+
+/// Adds force and damping of the implicit effects, N, effect by effect; in shared sweeps where the damping knows no
+/// directions.
+fn add_forces(
+    implicit: Implicit,
+    system: &System,
+    lagged: Level<'_>,
+    (x, v): (&[Vec3], &[Vec3]),
+    out: &mut [Vec3],
+) {
+    let effects = implicit.effects(system);
+    let is_linear = |effect: &dyn Effect| {
+        !effect.has_damping() || effect.pass(system.mass(), Part::Damping).is_some()
+    };
+    if effects.clone().all(is_linear) {
+        let damping = |effect: &dyn Effect| effect.has_damping().then_some(Part::Damping);
+        let parts = |effect| [Some(Part::Force), damping(effect)].into_iter().flatten();
+        let terms = effects.flat_map(|effect| parts(effect).map(move |part| (effect, part)));
+        return system.add_forces(terms, Level { t: lagged.t, x, v }, out);
+    }
+    for effect in effects {
+        effect.add_force(system.mass(), x, out);
+        effect.add_lagged_damping_force(lagged, v, out);
+    }
 }
 
 /// Adds up the sizes of the blocks of each particle, N/m.
@@ -92,6 +119,7 @@ impl IncrementalPotential {
             external: 0.0,
             round_off: 0.0,
             row_sums: vec![0.0; system.len()],
+            squared_stiffness: None,
             evaluations: 0,
         }
     }
@@ -137,32 +165,47 @@ impl IncrementalPotential {
         let external = self.velocity_change(system);
         self.force.copy_from_slice(frozen);
         let lagged = lagged(self.lagged_time, &self.directions, &self.lagged_velocity);
-        for effect in self.implicit.effects(system) {
-            effect.add_force(system.mass(), &self.x_star, &mut self.force);
-            effect.add_lagged_damping_force(lagged, v_star, &mut self.force);
-        }
+        add_forces(self.implicit, system, lagged, (&self.x_star, v_star), &mut self.force);
         self.evaluations += 1;
         self.scale = self.velocity_change(system).max(external);
         self.external = external;
+        let springs = self.squared_stiffness(system);
+        let largest = |vectors: &[Vec3]| vectors.iter().fold(0.0, |a: f64, v| a.max(v.amax()));
+        let reach = largest(&self.x_star) + self.tau * largest(&self.target);
+        let mut inertia = 0.0;
+        for (m, v) in system.mass().iter().zip(&self.target) {
+            inertia += m * v.norm_squared();
+        }
+        let magnitude = self.tau * reach * springs.sqrt() + inertia.sqrt();
+        self.round_off = ROUND_OFF * magnitude;
+    }
+
+    /// `Σ k²/m` over the particles, `k` being the sum of the stiffnesses of all that acts on one.
+    fn squared_stiffness(&mut self, system: &System) -> f64 {
+        let now = system.revisions();
+        if let Some((then, sum)) = self.squared_stiffness
+            && then == now
+        {
+            return sum;
+        }
         self.row_sums.fill(0.0);
         let rows = &mut self.row_sums;
         self.implicit.visit_weights(system, &mut |i, j, k, _| {
             rows[i] += k;
             rows[j] += k;
         });
+        let mut is_constant = true;
         for effect in self.implicit.effects(system).filter(|effect| effect.split().is_none()) {
             let mut sums = RowSums(&mut self.row_sums);
             effect.add_stiffness(&self.x_star, 1.0, Tangent::Projected, &mut sums);
+            is_constant = false;
         }
-        let largest = |vectors: &[Vec3]| vectors.iter().fold(0.0, |a: f64, v| a.max(v.amax()));
-        let reach = largest(&self.x_star) + self.tau * largest(&self.target);
-        let (mut springs, mut inertia) = (0.0, 0.0);
-        for ((m, k), v) in system.mass().iter().zip(&self.row_sums).zip(&self.target) {
-            springs += k * k / m;
-            inertia += m * v.norm_squared();
+        let mut sum = 0.0;
+        for (m, k) in system.mass().iter().zip(&self.row_sums) {
+            sum += k * k / m;
         }
-        let magnitude = self.tau * reach * springs.sqrt() + inertia.sqrt();
-        self.round_off = ROUND_OFF * magnitude;
+        self.squared_stiffness = is_constant.then_some((now, sum));
+        sum
     }
 
     /// `‖τ M⁻¹ f‖_M` over the particles that are not pinned, √J.
@@ -271,10 +314,7 @@ impl IncrementalPotential {
         self.positions(v);
         self.force.fill(Vec3::zeros());
         let lagged = lagged(self.lagged_time, &self.directions, &self.lagged_velocity);
-        for effect in self.implicit.effects(system) {
-            effect.add_force(system.mass(), &self.x, &mut self.force);
-            effect.add_lagged_damping_force(lagged, v, &mut self.force);
-        }
+        add_forces(self.implicit, system, lagged, (&self.x, v), &mut self.force);
         for i in 0..v.len() {
             self.gradient[i] =
                 (v[i] - self.target[i]) * system.mass()[i] - self.force[i] * self.tau;

@@ -95,9 +95,17 @@ impl ImplicitStage {
     /// # Errors
     /// [`PrepareError::Solver`] when the symbolic factorisation fails.
     pub fn new(system: &System) -> Result<Self, PrepareError> {
+        Self::with_linear(system, NewtonLinear::default())
+    }
+
+    /// As [`new`](Self::new), for what these settings need.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn with_linear(system: &System, linear: NewtonLinear) -> Result<Self, PrepareError> {
         let zeros = || vec![Vec3::zeros(); system.len()];
         let potential = IncrementalPotential::new(system, Implicit::Everything);
-        let newton = Newton::new(system, &potential)?;
+        let newton = Newton::new(system, &potential, linear)?;
         Ok(Self { potential, newton, frozen: zeros(), velocity: zeros(), impulse: zeros() })
     }
 

@@ -21,6 +21,18 @@ use crate::{Constraints, LinearOperator, Mat3, Vec3};
 pub struct BlockMatrix {
     pattern: Pattern,
     blocks: Vec<Mat3>,
+    /// Where the pairs went that were added since it was cleared before, in their order: whoever fills a matrix again does
+    /// so in the same order, and need not search.
+    places: Vec<Place>,
+    /// How many have been added since it was cleared.
+    added: usize,
+}
+
+/// The slots of (i, j) and (j, i).
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    ends: [u32; 2],
+    slots: [u32; 2],
 }
 
 impl BlockMatrix {
@@ -32,7 +44,9 @@ impl BlockMatrix {
     pub fn with_pattern(n: usize, edges: impl IntoIterator<Item = (usize, usize)>) -> Self {
         let pattern = Pattern::new(n, edges);
         let blocks = vec![Mat3::zeros(); pattern.nonzeros()];
-        Self { pattern, blocks }
+        // Stiffness and damping each add a pair once.
+        let places = Vec::with_capacity(pattern.nonzeros());
+        Self { pattern, blocks, places, added: 0 }
     }
 
     /// Number of block rows.
@@ -48,6 +62,7 @@ impl BlockMatrix {
     /// Sets all blocks to zero; the pattern stays.
     pub fn clear(&mut self) {
         self.blocks.fill(Mat3::zeros());
+        self.added = 0;
     }
 
     /// Takes over all blocks of a matrix with the same pattern.
@@ -145,11 +160,43 @@ impl BlockMatrix {
         }
     }
 
+    /// The block of a slot of the pattern.
+    pub(crate) fn block_mut(&mut self, slot: usize) -> &mut Mat3 {
+        &mut self.blocks[slot]
+    }
+
+    /// Makes the upper triangle the transpose of the lower one, in diagonal blocks too.
+    pub(crate) fn mirror_lower(&mut self) {
+        for i in 0..self.n() {
+            let block = &mut self.blocks[self.pattern.diagonal(i)];
+            block.fill_upper_triangle_with_lower_triangle();
+            for ij in self.pattern.lower(i) {
+                if let Some(ji) = self.pattern.slot(self.pattern.column(ij), i) {
+                    self.blocks[ji] = self.blocks[ij].transpose();
+                }
+            }
+        }
+    }
+
     /// Slots of (i, j) and (j, i).
-    fn pair_slots(&self, i: usize, j: usize) -> Option<(usize, usize)> {
+    fn pair_slots(&mut self, i: usize, j: usize) -> Option<(usize, usize)> {
+        let (at, ends) = (self.added, [i as u32, j as u32]);
+        if let Some(place) = self.places.get(at)
+            && place.ends == ends
+        {
+            self.added += 1;
+            return Some((place.slots[0] as usize, place.slots[1] as usize));
+        }
         let slots = self.pattern.slot(i, j).zip(self.pattern.slot(j, i));
         debug_assert!(slots.is_some(), "the pattern has no pair ({i}, {j})");
-        slots
+        let (ij, ji) = slots?;
+        if let (Ok(first), Ok(second)) = (u32::try_from(ij), u32::try_from(ji)) {
+            // Another order than before, or more: what follows will be searched for, too.
+            self.places.truncate(at);
+            self.places.push(Place { ends, slots: [first, second] });
+            self.added += 1;
+        }
+        Some((ij, ji))
     }
 
     /// The pattern of the blocks.
@@ -243,6 +290,27 @@ mod tests {
         a.add_off_diagonal(1, 0, &b);
         assert_eq!((a.get(1, 0), a.get(0, 1)), (b, b.transpose()));
         assert_eq!(a.get(0, 0), Mat3::zeros());
+    }
+
+    #[test]
+    fn pairs_are_found_in_whatever_order_they_come() {
+        let mut random = Random::new(9);
+        let edges = [(0, 1), (1, 2), (2, 0), (3, 1), (1, 0)];
+        let block = |k: usize| Mat3::from_diagonal_element((1 << k) as f64);
+        let mut a = BlockMatrix::with_pattern(4, edges);
+        for round in 0..40 {
+            let mut fresh = BlockMatrix::with_pattern(4, edges);
+            a.clear();
+            let (count, twist) = (1 + round % 7, (5.0 * (random.unit() + 1.0)) as usize);
+            for k in 0..count {
+                let (i, j) = edges[if round % 3 == 0 { k } else { k * twist + round } % 5];
+                for matrix in [&mut a, &mut fresh] {
+                    matrix.add_pair(i, j, &block(k));
+                    matrix.add_off_diagonal(j, i, &block(k + 9));
+                }
+            }
+            assert_eq!(a.blocks, fresh.blocks, "{round}");
+        }
     }
 
     #[test]

@@ -115,7 +115,7 @@ pub mod vector;
 pub use banded::{BandPlanes, BandedMatrix};
 pub use block::BlockMatrix;
 pub use constraint::{Constraints, Filter};
-pub use direct::{BlockCholesky, BlockLdlt, CompleteLdlt};
+pub use direct::{BlockCholesky, BlockLdlt, CompleteLdlt, Precision};
 pub use error::SolverError;
 pub use laplacian::ScalarMatrix;
 pub use operator::LinearOperator;
@@ -125,8 +125,8 @@ pub use pcg::{
     filtered_pcg,
 };
 pub use preconditioner::{
-    BlockJacobi, CompleteCholesky, DenseInverse, Identity, IncompleteCholesky, Jacobi,
-    Preconditioner,
+    BlockJacobi, CompleteCholesky, Cycle, DenseInverse, Identity, IncompleteCholesky, Jacobi,
+    Multigrid, Preconditioner,
 };
 pub use scalar::{ResidualNorms, ScalarLayout, ScalarPcg, ScalarPreconditioner};
 

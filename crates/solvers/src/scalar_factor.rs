@@ -14,7 +14,7 @@ use crate::{ScalarMatrix, SolverError, Vec3};
 pub(crate) struct ScalarFactor {
     /// The pattern that the factor was made for.
     pattern: Pattern,
-    factor: SparseFactor,
+    factor: SparseFactor<f64>,
     panels: Panels,
     /// The row of `A` at each place of the order.
     order: Vec<u32>,
@@ -59,7 +59,9 @@ impl ScalarFactor {
                 .take_while(move |&(&i, _)| i as usize <= j)
                 .map(move |(&i, &value)| if rows.kept(i as usize, j) { value } else { 0.0 })
         });
-        self.factor.factorise(upper)?;
+        self.factor.factorise(|values| {
+            values.iter_mut().zip(upper).for_each(|(slot, value)| *slot = value);
+        })?;
         self.panels.fill(self.factor.symbolic(), self.factor.kind(), self.factor.factor());
         Ok(())
     }

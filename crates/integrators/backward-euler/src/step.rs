@@ -35,7 +35,7 @@ impl Integrator for BackwardEuler {
 
     fn prepare(&mut self, system: &System, _h: TimeStep) -> Result<(), PrepareError> {
         BACKWARD_EULER.check(system)?;
-        self.scratch.set(system, Workspace::new(system)?);
+        self.scratch.set(system, Workspace::new(system, self.settings.stage.linear)?);
         Ok(())
     }
 

@@ -1,6 +1,6 @@
 //! Scratch memory and history.
 
-use drape_integrator::{ContactSet, ImplicitStage, Predictor, PrepareError};
+use drape_integrator::{ContactSet, ImplicitStage, NewtonLinear, Predictor, PrepareError};
 use drape_model::{System, Vec3};
 use drape_solvers::Constraints;
 
@@ -14,9 +14,9 @@ pub(crate) struct Workspace {
 }
 
 impl Workspace {
-    pub(crate) fn new(system: &System) -> Result<Self, PrepareError> {
+    pub(crate) fn new(system: &System, linear: NewtonLinear) -> Result<Self, PrepareError> {
         Ok(Self {
-            stage: ImplicitStage::new(system)?,
+            stage: ImplicitStage::with_linear(system, linear)?,
             extrapolated: vec![Vec3::zeros(); system.len()],
             predictor: Predictor::new(system.len()),
             contacts: ContactSet::new(system),

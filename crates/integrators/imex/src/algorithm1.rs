@@ -6,7 +6,7 @@ use drape_integrator::{
     Forcing, ForcingRule, Implicit, IncrementalPotential, LaplacianSolver, Newton, NewtonLinear,
     NewtonSettings, PrepareError, SolveStatus, StepError, StepReport,
 };
-use drape_model::{State, System, Vec3};
+use drape_model::{Revisions, State, System, Vec3};
 use drape_solvers::Constraints;
 
 /// Everything that a solve looks at but does not change.
@@ -71,6 +71,8 @@ pub(crate) struct Descent {
     potential: IncrementalPotential,
     newton: Newton,
     by_newton: bool,
+    /// `max k (1/m_i + 1/m_j)/2` of the implicit springs, 1/s², and the system that it is of.
+    stiffness: Option<(Revisions, f64)>,
 }
 
 /// `√m` of the lightest particle that moves: `‖r‖` in the norm of `M⁻¹` is at most `‖r‖` over this.
@@ -89,8 +91,8 @@ const MAX_NEWTON_ITERATIONS: u32 = 100;
 impl Descent {
     pub(crate) fn new(system: &System, implicit: Implicit) -> Result<Self, PrepareError> {
         let potential = IncrementalPotential::new(system, implicit);
-        let newton = Newton::new(system, &potential)?;
-        Ok(Self { potential, newton, by_newton: false })
+        let newton = Newton::new(system, &potential, NewtonLinear::default())?;
+        Ok(Self { potential, newton, by_newton: false, stiffness: None })
     }
 
     /// Begins a step.
@@ -129,7 +131,7 @@ impl Descent {
         report: &mut StepReport,
     ) -> Result<(), StepError> {
         let Problem { system, state, h, constraints, settings } = problem;
-        let theta = h * h * settings.implicit.max_stiffness_over_mass(system);
+        let theta = h * h * self.stiffness(settings.implicit, system);
         let updates = theta <= settings.newton_above * (1.0 + 1e-12);
         let (scale, floor) = (self.potential.scale(), self.potential.round_off());
         let kinetic = system.kinetic_energy(&state.v);
@@ -170,6 +172,19 @@ impl Descent {
             report.solve = self.potential.status(report.solve, report.relative_residual, wanted);
             report.relative_residual = self.potential.relative(report.relative_residual);
             return Ok(());
+        }
+    }
+
+    /// The greatest stiffness over mass, found once for each state of the system.
+    fn stiffness(&mut self, implicit: Implicit, system: &System) -> f64 {
+        let now = system.revisions();
+        match self.stiffness {
+            Some((then, stiffness)) if then == now => stiffness,
+            _ => {
+                let stiffness = implicit.max_stiffness_over_mass(system);
+                self.stiffness = Some((now, stiffness));
+                stiffness
+            }
         }
     }
 

@@ -17,6 +17,7 @@ mod complete;
 mod dense;
 mod incomplete;
 mod jacobi;
+mod multigrid;
 mod wavefront;
 
 pub use block_jacobi::BlockJacobi;
@@ -24,6 +25,7 @@ pub use complete::CompleteCholesky;
 pub use dense::DenseInverse;
 pub use incomplete::IncompleteCholesky;
 pub use jacobi::Jacobi;
+pub use multigrid::{Cycle, Multigrid};
 
 use crate::Vec3;
 

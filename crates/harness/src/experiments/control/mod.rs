@@ -125,10 +125,10 @@ fn work(choice: &Choice, totals: &Totals) -> u64 {
     let settings = choice.settings();
     let is = |key: &str, value: &str| settings.iter().any(|pair| pair == (key, value));
     // Newton's solves are direct or CG's; a saved factor preconditions.
-    let solves = match (is("solver", "cg"), is("jacobian", "saved")) {
+    let solves = match (is("solver", "cg"), is("jacobian", "fresh")) {
         (false, _) => totals.newton_iterations,
-        (true, true) => totals.cg_iterations,
-        (true, false) => 0,
+        (true, false) => totals.cg_iterations,
+        (true, true) => 0,
     };
     let has_blocks = settings.iter().any(|(key, _)| key == "jacobian");
     let product = if has_blocks { BLOCK_PRODUCT } else { PRODUCT };

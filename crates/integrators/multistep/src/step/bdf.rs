@@ -34,7 +34,10 @@ impl Integrator for Bdf {
 
     fn prepare(&mut self, system: &System, _h: TimeStep) -> Result<(), PrepareError> {
         BDF2.check(system)?;
-        self.scratch.set(system, BdfWorkspace::new(system, self.settings.steps)?);
+        self.scratch.set(
+            system,
+            BdfWorkspace::new(system, self.settings.steps, self.settings.stage.linear)?,
+        );
         Ok(())
     }
 

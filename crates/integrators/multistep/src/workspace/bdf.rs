@@ -4,8 +4,8 @@ use super::step_sizes;
 use crate::coefficients::{LinearMultistep, extrapolation};
 use crate::settings::Steps;
 use drape_integrator::{
-    Change, ContactSet, History, ImplicitStage, MultistepMotion, Phase, PhaseClock, PrepareError,
-    SolveStatus, Stage, StageSettings, StepError, StepReport,
+    Change, ContactSet, History, ImplicitStage, MultistepMotion, NewtonLinear, Phase, PhaseClock,
+    PrepareError, SolveStatus, Stage, StageSettings, StepError, StepReport,
 };
 use drape_model::{Level, State, System, Vec3};
 use drape_solvers::Constraints;
@@ -36,11 +36,15 @@ pub(crate) struct BdfWorkspace {
 const GAMMA: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
 
 impl BdfWorkspace {
-    pub(crate) fn new(system: &System, steps: Steps) -> Result<Self, PrepareError> {
+    pub(crate) fn new(
+        system: &System,
+        steps: Steps,
+        linear: NewtonLinear,
+    ) -> Result<Self, PrepareError> {
         let zeros = || vec![Vec3::zeros(); system.len()];
         Ok(Self {
             history: History::new(system.len(), steps.count() - 1),
-            stage: ImplicitStage::new(system)?,
+            stage: ImplicitStage::with_linear(system, linear)?,
             mean: (zeros(), zeros()),
             extrapolated: (zeros(), zeros()),
             ahead: 0.0,

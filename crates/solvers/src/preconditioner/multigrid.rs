@@ -1,0 +1,324 @@
+//! Algebraic multigrid for block matrices.
+
+mod aggregation;
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
+mod tests;
+
+use std::cell::RefCell;
+
+use self::aggregation::{Prolongation, smoothed};
+use super::Preconditioner;
+use crate::pattern::Pattern;
+use crate::{BlockCholesky, BlockMatrix, Mat3, ScalarMatrix, SolverError, Vec3};
+
+/// A level of so few particles is solved directly.
+const COARSEST: usize = 64;
+/// A level that is not smaller than this part of the finer one is not worth it.
+const LEAST_SHRINKAGE: f64 = 0.8;
+
+/// One V-cycle of multigrid by smoothed aggregation, with a sweep of block Gauss-Seidel before and after.
+///
+/// What makes conjugate gradients slow on a stiff sheet are motions that bend little over many particles. A coarse particle stands for
+/// an aggregate of fine ones and moves them smoothly; on a few levels of ever coarser ones each motion is an oscillation on
+/// one of them, which a sweep of Gauss-Seidel damps.
+///
+/// The weights `P` of a level come from a scalar matrix, such as the stiffnesses of the springs as a Laplacian, once and for all:
+/// [`new`](Self::new). They are the same for the three coordinates. The coarse matrices are Galerkin's, `Pᵀ A P`, made anew for each
+/// matrix: [`update`](Self::update). Every coarse motion is one of the fine particles, so that `P` needs to know nothing of directions:
+/// across the springs, where a cloth hardly resists, its diagonal blocks are as soft as the cloth.
+///
+/// After P. Vaněk, J. Mandel, M. Brezina, *Algebraic multigrid by smoothed aggregation for second and fourth order elliptic
+/// problems* (1996); for cloth R. Tamstorf, T. Jones, S. McCormick, *Smoothed aggregation multigrid for cloth simulation* (2015), who
+/// choose the coarse motions by the matrix.
+///
+/// A cycle on a sheet with 12.6 blocks a row costs about as much as three products, an update about ten.
+///
+/// ```
+/// use drape_solvers::{BlockMatrix, Mat3, Multigrid, Preconditioner, ScalarMatrix, Vec3};
+/// # fn main() -> Result<(), drape_solvers::SolverError> {
+/// let mut a = BlockMatrix::with_pattern(2, [(0, 1)]);
+/// (0..2).for_each(|i| a.add_diagonal(i, &Mat3::identity()));
+/// a.add_pair(0, 1, &Mat3::identity());
+/// let mut springs = ScalarMatrix::with_pattern(2, [(0, 1)]);
+/// springs.add_edge(0, 1, 1.0);
+/// let mut multigrid = Multigrid::new(&a, &springs)?;
+/// multigrid.update(&a)?;
+/// // So few particles are solved directly.
+/// let mut z = [Vec3::zeros(); 2];
+/// multigrid.on(&a).apply(&[Vec3::x(), Vec3::zeros()], &mut z);
+/// assert!((z[0] - Vec3::x() * (2.0 / 3.0)).norm() < 1e-15);
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Debug)]
+pub struct Multigrid {
+    /// The pattern that the levels were made for.
+    pattern: Pattern,
+    levels: Vec<Level>,
+    coarsest: RefCell<BlockCholesky>,
+    ready: bool,
+}
+
+/// What leads from one level to the next.
+#[derive(Debug)]
+struct Level {
+    prolongation: Prolongation,
+    restriction: Prolongation,
+    /// `A P` by rows: where their slots begin, their columns, and their blocks.
+    starts: Vec<u32>,
+    columns: Vec<u32>,
+    product: Vec<Mat3>,
+    /// Inverse diagonal blocks of `A`.
+    inverse_diagonal: Vec<Mat3>,
+    /// `Pᵀ A P`.
+    coarse: BlockMatrix,
+    /// Slot of each column in the row at hand.
+    slots: Vec<u32>,
+    work: RefCell<Work>,
+}
+
+/// Vectors of a cycle.
+#[derive(Debug)]
+struct Work {
+    residual: Vec<Vec3>,
+    coarse_residual: Vec<Vec3>,
+    coarse_solution: Vec<Vec3>,
+}
+
+impl Multigrid {
+    /// Chooses the levels for the pattern of `a` by the couplings of a scalar matrix over the same particles, a Laplacian
+    /// up to what is added to its diagonal.
+    ///
+    /// # Errors
+    /// [`SolverError::Factorisation`] when the factor of the coarsest level does not fit into memory.
+    ///
+    /// # Panics
+    /// When the sizes differ.
+    pub fn new(a: &BlockMatrix, couplings: &ScalarMatrix) -> Result<Self, SolverError> {
+        assert_eq!(a.n(), couplings.n(), "one row of the couplings a block row");
+        let mut levels: Vec<Level> = Vec::new();
+        let mut couplings = couplings.clone();
+        loop {
+            let finest = levels.last().map_or(a, |level| &level.coarse);
+            let prolongation = smoothed(&couplings);
+            let is_worth_it = prolongation.columns() as f64 <= LEAST_SHRINKAGE * finest.n() as f64;
+            if finest.n() <= COARSEST || !is_worth_it {
+                let coarsest = RefCell::new(BlockCholesky::new(finest)?);
+                return Ok(Self { pattern: a.pattern().clone(), levels, coarsest, ready: false });
+            }
+            couplings = prolongation.galerkin(&couplings);
+            levels.push(Level::new(finest.pattern(), prolongation));
+        }
+    }
+
+    /// Makes the coarse matrices of `a`.
+    ///
+    /// # Errors
+    /// [`SolverError::NotPositiveDefinite`] when a diagonal block or the coarsest matrix is not;
+    /// [`SolverError::PatternChanged`] when `a` has another pattern than the matrix given to [`new`](Self::new).
+    pub fn update(&mut self, a: &BlockMatrix) -> Result<(), SolverError> {
+        self.ready = false;
+        self.pattern.check(a.pattern())?;
+        let mut fine = a;
+        for level in &mut self.levels {
+            level.update(fine)?;
+            fine = &level.coarse;
+        }
+        self.coarsest.get_mut().factorise(fine)?;
+        self.ready = true;
+        Ok(())
+    }
+
+    /// The cycle for the matrix of the last [`update`](Self::update); the identity where that failed or there was none.
+    pub fn on<'a>(&'a self, a: &'a BlockMatrix) -> Cycle<'a> {
+        Cycle { multigrid: self, a }
+    }
+
+    /// Number of particles of each level, from the finest to the coarsest.
+    pub fn sizes(&self) -> impl Iterator<Item = usize> {
+        let fine = self.levels.iter().map(|level| level.prolongation.rows());
+        fine.chain(self.levels.last().map(|level| level.prolongation.columns()))
+    }
+
+    fn cycle(&self, depth: usize, a: &BlockMatrix, r: &[Vec3], z: &mut [Vec3]) {
+        let Some(level) = self.levels.get(depth) else {
+            return self.coarsest.borrow_mut().solve(r, z);
+        };
+        let work = &mut *level.work.borrow_mut();
+        level.smooth_from_zero(a, r, z, &mut work.residual);
+        for (coarse, row) in work.coarse_residual.iter_mut().zip(0..) {
+            *coarse = level.restriction.sum(row, &work.residual);
+        }
+        self.cycle(depth + 1, &level.coarse, &work.coarse_residual, &mut work.coarse_solution);
+        for (z, row) in z.iter_mut().zip(0..) {
+            *z += level.prolongation.sum(row, &work.coarse_solution);
+        }
+        level.smooth_backward(a, r, z);
+    }
+}
+
+/// A V-cycle on a matrix.
+#[derive(Clone, Copy, Debug)]
+pub struct Cycle<'a> {
+    multigrid: &'a Multigrid,
+    a: &'a BlockMatrix,
+}
+
+impl Preconditioner for Cycle<'_> {
+    fn apply(&self, r: &[Vec3], z: &mut [Vec3]) {
+        assert_eq!([r.len(), z.len()], [self.a.n(); 2], "one vector a block row");
+        if self.multigrid.ready {
+            self.multigrid.cycle(0, self.a, r, z);
+        } else {
+            z.copy_from_slice(r);
+        }
+    }
+}
+
+impl Prolongation {
+    /// A row times a vector.
+    #[inline(always)]
+    fn sum(&self, row: usize, x: &[Vec3]) -> Vec3 {
+        let mut sum = Vec3::zeros();
+        for &(column, weight) in self.row(row) {
+            sum += x[column as usize] * weight;
+        }
+        sum
+    }
+}
+
+impl Level {
+    fn new(fine: &Pattern, prolongation: Prolongation) -> Self {
+        let restriction = prolongation.transposed();
+        let (n, coarse) = (prolongation.rows(), prolongation.columns());
+        let (mut starts, mut columns): (_, Vec<u32>) = (vec![0], Vec::new());
+        for i in 0..n {
+            let start = columns.len();
+            for &j in &fine.columns()[fine.row(i)] {
+                columns.extend(prolongation.row(j as usize).iter().map(|entry| entry.0));
+            }
+            columns[start..].sort_unstable();
+            let mut kept = start;
+            for at in start..columns.len() {
+                if at == start || columns[at] != columns[kept - 1] {
+                    columns[kept] = columns[at];
+                    kept += 1;
+                }
+            }
+            columns.truncate(kept);
+            starts.push(columns.len() as u32);
+        }
+        let mut edges = Vec::new();
+        for row in 0..coarse {
+            for &(i, _) in restriction.row(row) {
+                let slots = starts[i as usize] as usize..starts[i as usize + 1] as usize;
+                let left = columns[slots].iter().map(|&column| column as usize);
+                edges.extend(left.take_while(|&column| column < row).map(|column| (column, row)));
+            }
+        }
+        edges.sort_unstable();
+        edges.dedup();
+        let zeros = |n| vec![Vec3::zeros(); n];
+        Self {
+            product: vec![Mat3::zeros(); columns.len()],
+            inverse_diagonal: vec![Mat3::zeros(); n],
+            coarse: BlockMatrix::with_pattern(coarse, edges),
+            slots: vec![0; coarse],
+            work: RefCell::new(Work {
+                residual: zeros(n),
+                coarse_residual: zeros(coarse),
+                coarse_solution: zeros(coarse),
+            }),
+            prolongation,
+            restriction,
+            starts,
+            columns,
+        }
+    }
+
+    /// Inverse diagonal blocks, `A P`, and the lower triangle of `Pᵀ (A P)` with its mirror.
+    fn update(&mut self, a: &BlockMatrix) -> Result<(), SolverError> {
+        let (pattern, blocks) = (a.pattern(), a.blocks());
+        for (i, inverse) in self.inverse_diagonal.iter_mut().enumerate() {
+            let block = &blocks[pattern.diagonal(i)];
+            let factor = block.cholesky();
+            let bad = SolverError::NotPositiveDefinite { row: 3 * i, pivot: None };
+            *inverse = factor.ok_or(bad)?.inverse();
+        }
+        self.product.fill(Mat3::zeros());
+        for i in 0..a.n() {
+            let own = self.starts[i] as usize..self.starts[i + 1] as usize;
+            for slot in own {
+                self.slots[self.columns[slot] as usize] = slot as u32;
+            }
+            for slot in pattern.row(i) {
+                for &(column, weight) in self.prolongation.row(pattern.column(slot)) {
+                    let to = self.slots[column as usize] as usize;
+                    add_scaled(&mut self.product[to], weight, &blocks[slot]);
+                }
+            }
+        }
+        self.coarse.clear();
+        for row in 0..self.restriction.rows() {
+            let slots = self.coarse.pattern().row(row);
+            for slot in slots {
+                self.slots[self.coarse.pattern().column(slot)] = slot as u32;
+            }
+            for &(i, weight) in self.restriction.row(row) {
+                let own = self.starts[i as usize] as usize..self.starts[i as usize + 1] as usize;
+                for (&column, block) in self.columns[own.clone()].iter().zip(&self.product[own]) {
+                    if column as usize > row {
+                        break;
+                    }
+                    let to = self.slots[column as usize] as usize;
+                    add_scaled(self.coarse.block_mut(to), weight, block);
+                }
+            }
+        }
+        self.coarse.mirror_lower();
+        Ok(())
+    }
+
+    /// `(D + L) z = r`, and the residual that this leaves, `r − A z = −U z`.
+    fn smooth_from_zero(&self, a: &BlockMatrix, r: &[Vec3], z: &mut [Vec3], left: &mut [Vec3]) {
+        let (pattern, blocks) = (a.pattern(), a.blocks());
+        for i in 0..a.n() {
+            let mut sum = r[i];
+            for slot in pattern.lower(i) {
+                sum -= blocks[slot] * z[pattern.column(slot)];
+            }
+            z[i] = self.inverse_diagonal[i] * sum;
+        }
+        for (i, left) in left.iter_mut().enumerate() {
+            let mut sum = Vec3::zeros();
+            for slot in pattern.diagonal(i) + 1..pattern.row(i).end {
+                sum -= blocks[slot] * z[pattern.column(slot)];
+            }
+            *left = sum;
+        }
+    }
+
+    /// `z_i ← D_i⁻¹ (r_i − Σ_{j≠i} A_ij z_j)` from the last row to the first.
+    fn smooth_backward(&self, a: &BlockMatrix, r: &[Vec3], z: &mut [Vec3]) {
+        let (pattern, blocks) = (a.pattern(), a.blocks());
+        for i in (0..a.n()).rev() {
+            let mut sum = r[i];
+            for slot in pattern.lower(i) {
+                sum -= blocks[slot] * z[pattern.column(slot)];
+            }
+            for slot in pattern.diagonal(i) + 1..pattern.row(i).end {
+                sum -= blocks[slot] * z[pattern.column(slot)];
+            }
+            z[i] = self.inverse_diagonal[i] * sum;
+        }
+    }
+}
+
+/// `to ← to + w block`.
+#[inline(always)]
+fn add_scaled(to: &mut Mat3, w: f64, block: &Mat3) {
+    for (to, from) in to.as_mut_slice().iter_mut().zip(block.as_slice()) {
+        *to += w * from;
+    }
+}

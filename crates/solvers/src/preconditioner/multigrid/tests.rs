@@ -1,0 +1,203 @@
+use super::*;
+use crate::test_support::{Random, dense_blocks, flat, graph, random_blocks, random_filter};
+use crate::{
+    BlockJacobi, Constraints, Filter, LinearOperator, Norm, PcgSettings, PcgWorkspace, Reference,
+    SolveStatus, filtered_pcg, vector::dot,
+};
+use nalgebra::DMatrix;
+use proptest::prelude::*;
+
+/// The springs of a graph, all alike.
+fn springs(n: usize, edges: &[(usize, usize)]) -> ScalarMatrix {
+    let mut a = ScalarMatrix::with_pattern(n, edges.iter().copied());
+    edges.iter().for_each(|&(i, j)| a.add_edge(i, j, 1.0));
+    a
+}
+
+/// Structural and shear springs of a sheet, `M + h² K` with `h² k/m = theta`, a little wrinkled and stretched.
+fn sheet(side: usize, theta: f64) -> (BlockMatrix, ScalarMatrix) {
+    let mut random = Random::new(3);
+    let at = |i: usize| Vec3::new((i % side) as f64, (i / side) as f64, 0.0);
+    let x: Vec<Vec3> = (0..side * side).map(|i| at(i) * 1.01 + random.vector() * 0.05).collect();
+    let mut edges = Vec::new();
+    for i in 0..side * side {
+        let (row, column) = (i / side, i % side);
+        let steps = [(0, 1, 1.0), (1, 0, 1.0), (1, 1, 0.1), (1, -1, 0.1)];
+        for (down, right, stiffness) in steps {
+            let to = column as isize + right;
+            if row + down < side && (0..side as isize).contains(&to) {
+                edges.push((i, (row + down) * side + to as usize, stiffness));
+            }
+        }
+    }
+    let pairs = || edges.iter().map(|&(i, j, _)| (i, j));
+    let mut a = BlockMatrix::with_pattern(side * side, pairs());
+    let mut springs = ScalarMatrix::with_pattern(side * side, pairs());
+    (0..side * side).for_each(|i| a.add_diagonal(i, &Mat3::identity()));
+    for &(i, j, stiffness) in &edges {
+        let (d, rest) = (x[i] - x[j], (at(i) - at(j)).norm());
+        let u = d.normalize();
+        let across = (1.0 - rest / d.norm()).max(0.0);
+        let block = u * u.transpose() * (1.0 - across) + Mat3::identity() * across;
+        a.add_pair(i, j, &(block * (theta * stiffness)));
+        springs.add_edge(i, j, stiffness);
+    }
+    (a, springs)
+}
+
+fn dense(p: &Prolongation) -> DMatrix<f64> {
+    let mut dense = DMatrix::zeros(p.rows(), p.columns());
+    for i in 0..p.rows() {
+        p.row(i).iter().for_each(|&(j, weight)| dense[(i, j as usize)] = weight);
+    }
+    dense
+}
+
+/// Iterations of CG to `1e-8`.
+fn iterations(a: &BlockMatrix, p: &dyn Preconditioner, b: &[Vec3]) -> usize {
+    let mut x = vec![Vec3::zeros(); a.n()];
+    let settings = PcgSettings { forcing_term: 1e-8, norm: Norm::Euclid, max_iterations: 10_000 };
+    let (none, mut workspace) = (Constraints::free(a.n()), PcgWorkspace::new(a.n()));
+    let reference = Reference::FilteredRightHandSide;
+    let solve = filtered_pcg(a, p, &none, b, &mut x, reference, &settings, &mut workspace);
+    assert_eq!(solve.status, SolveStatus::Converged);
+    let mut left = x.clone();
+    a.multiply(&x, &mut left);
+    left.iter_mut().zip(b).for_each(|(left, b)| *left -= b);
+    assert!(dot(&left, &left) <= 1.1e-16 * dot(b, b));
+    solve.iterations
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    #[test]
+    fn a_cycle_is_a_symmetric_positive_definite_approximation_of_the_inverse(
+        (n, edges) in graph(400),
+    ) {
+        let mut random = Random::new(11);
+        let a = random_blocks(n, &edges, &mut random);
+        let mut multigrid = Multigrid::new(&a, &springs(n, &edges)).unwrap();
+        multigrid.update(&a).unwrap();
+        let cycle = multigrid.on(&a);
+        let (b, c) = (random.vectors(n), random.vectors(n));
+        let (mut pb, mut pc) = (b.clone(), c.clone());
+        cycle.apply(&b, &mut pb);
+        cycle.apply(&c, &mut pc);
+        prop_assert!((dot(&pb, &c) - dot(&b, &pc)).abs() < 1e-10 * dot(&b, &b));
+        prop_assert!(dot(&pb, &b) > 0.0);
+        iterations(&a, &cycle, &b);
+    }
+
+    #[test]
+    fn coarse_matrices_are_galerkins_and_constants_are_kept((n, edges) in graph(300)) {
+        let mut random = Random::new(12);
+        let a = random_blocks(n, &edges, &mut random);
+        let couplings = springs(n, &edges);
+        let prolongation = smoothed(&couplings);
+        for i in 0..n {
+            let sum: f64 = prolongation.row(i).iter().map(|entry| entry.1).sum();
+            prop_assert!((sum - 1.0).abs() < 1e-14);
+        }
+        let p = dense(&prolongation);
+        let scalar = prolongation.galerkin(&couplings);
+        let expected = p.transpose() * crate::test_support::dense(&couplings) * &p;
+        prop_assert!((crate::test_support::dense(&scalar) - expected).norm() < 1e-11);
+        let mut level = Level::new(a.pattern(), prolongation);
+        level.update(&a).unwrap();
+        level.update(&a).unwrap(); // what was there before does not matter
+        let p = p.kronecker(&DMatrix::<f64>::identity(3, 3));
+        let expected = p.transpose() * dense_blocks(&a) * p;
+        let coarse = dense_blocks(&level.coarse);
+        prop_assert!((&coarse - expected).norm() < 1e-11 * (1.0 + coarse.norm()));
+        prop_assert_eq!(&coarse, &coarse.transpose());
+    }
+}
+
+#[test]
+fn iterations_hardly_grow_with_the_sheet_and_are_far_fewer_than_with_diagonal_blocks() {
+    let mut counts = Vec::new();
+    for side in [20, 40] {
+        let (a, springs) = sheet(side, 1e4);
+        let mut multigrid = Multigrid::new(&a, &springs).unwrap();
+        assert!(multigrid.sizes().count() > 1);
+        multigrid.update(&a).unwrap();
+        let b = Random::new(4).vectors(a.n());
+        let mut jacobi = BlockJacobi::new(&a);
+        jacobi.update(&a).unwrap();
+        let (with, without) = (iterations(&a, &multigrid.on(&a), &b), iterations(&a, &jacobi, &b));
+        assert!(5 * with < without, "{with}, {without}");
+        counts.push(with);
+    }
+    assert!(2 * counts[1] < 3 * counts[0], "{counts:?}");
+}
+
+#[test]
+fn levels_shrink_down_to_the_coarsest() {
+    let (a, springs) = sheet(40, 1.0);
+    let multigrid = Multigrid::new(&a, &springs).unwrap();
+    let sizes: Vec<usize> = multigrid.sizes().collect();
+    assert_eq!(sizes[0], 1600);
+    assert!(sizes.windows(2).all(|pair| 3 * pair[1] < pair[0]), "{sizes:?}");
+    assert!(*sizes.last().unwrap() <= COARSEST);
+}
+
+#[test]
+fn constrained_directions_stay_out() {
+    let (mut a, springs) = sheet(12, 1e3);
+    let mut random = Random::new(6);
+    let mut constraints = Constraints::free(a.n());
+    constraints.set(0, Filter::Fixed, Vec3::zeros());
+    for i in [5, 60, 143] {
+        constraints.set(i, random_filter(&mut random), Vec3::zeros());
+    }
+    a.project(&constraints);
+    let mut multigrid = Multigrid::new(&a, &springs).unwrap();
+    multigrid.update(&a).unwrap();
+    let mut b = random.vectors(a.n());
+    constraints.project(&mut b);
+    let mut z = b.clone();
+    multigrid.on(&a).apply(&b, &mut z);
+    let mut projected = z.clone();
+    constraints.project(&mut projected);
+    assert!((flat(&z) - flat(&projected)).norm() < 1e-14 * flat(&z).norm());
+    iterations(&a, &multigrid.on(&a), &b);
+}
+
+#[test]
+fn without_a_matrix_it_is_the_identity_and_an_indefinite_one_is_refused() {
+    let (a, springs) = sheet(12, 1e3);
+    let mut multigrid = Multigrid::new(&a, &springs).unwrap();
+    let b = Random::new(5).vectors(a.n());
+    let mut z = vec![Vec3::zeros(); a.n()];
+    multigrid.on(&a).apply(&b, &mut z);
+    assert_eq!(z, b);
+    multigrid.update(&a).unwrap();
+    let mut bad = a.clone();
+    bad.add_diagonal(77, &Mat3::from_diagonal_element(-1e6));
+    let error = multigrid.update(&bad).unwrap_err();
+    assert_eq!(error, SolverError::NotPositiveDefinite { row: 3 * 77, pivot: None });
+    multigrid.on(&a).apply(&b, &mut z);
+    assert_eq!(z, b);
+    let other = sheet(13, 1.0).0;
+    assert!(matches!(multigrid.update(&other), Err(SolverError::PatternChanged { .. })));
+    multigrid.update(&a).unwrap();
+    multigrid.on(&a).apply(&b, &mut z);
+    assert_ne!(z, b);
+}
+
+#[test]
+fn particles_without_springs_and_empty_systems_are_no_trouble() {
+    let mut a = BlockMatrix::with_pattern(200, []);
+    (0..200).for_each(|i| a.add_diagonal(i, &Mat3::from_diagonal_element(2.0)));
+    let mut multigrid = Multigrid::new(&a, &springs(200, &[])).unwrap();
+    multigrid.update(&a).unwrap();
+    let b = Random::new(5).vectors(200);
+    let mut z = b.clone();
+    multigrid.on(&a).apply(&b, &mut z);
+    assert!((flat(&z) * 2.0 - flat(&b)).norm() < 1e-14);
+    let empty = BlockMatrix::with_pattern(0, []);
+    let mut multigrid = Multigrid::new(&empty, &springs(0, &[])).unwrap();
+    multigrid.update(&empty).unwrap();
+    multigrid.on(&empty).apply(&[], &mut []);
+}
