@@ -1,12 +1,13 @@
-//! One linear solve of a fixed number of iterations on the mesh of a square sheet, by each kind of kernels.
+//! One linear solve of a fixed number of iterations on the mesh of a square sheet, by each kind of kernels; and what 3×3 blocks are
+//! solved with: one product, one update and one application of each.
 
 #![allow(missing_docs, reason = "the macro that collects the benches makes undocumented items")]
 
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 use drape_solvers::{
-    Constraints, Filter, IncompleteCholesky, Jacobi, Norm, PcgSettings, PcgWorkspace,
-    Preconditioner, Reference, ScalarLayout, ScalarMatrix, ScalarPcg, ScalarPreconditioner, Vec3,
-    filtered_pcg,
+    BlockCholesky, BlockJacobi, BlockMatrix, Constraints, Filter, IncompleteCholesky, Jacobi,
+    LinearOperator, Mat3, Multigrid, Norm, PcgSettings, PcgWorkspace, Preconditioner, Reference,
+    ScalarLayout, ScalarMatrix, ScalarPcg, ScalarPreconditioner, Vec3, filtered_pcg,
 };
 
 /// About as many as a step takes.
@@ -77,5 +78,45 @@ fn solves(criterion: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, solves);
+/// The matrix of a Newton iteration at `h² k = 10⁴ m`, on a sheet that is stretched by a twentieth.
+fn stiff(side: usize) -> (BlockMatrix, ScalarMatrix) {
+    let right = (0..side * side).filter(|i| i % side + 1 < side).map(|i| (i, i + 1, Vec3::x()));
+    let down = (0..side * (side - 1)).map(|i| (i, i + side, Vec3::y()));
+    let edges: Vec<_> = right.chain(down).collect();
+    let pairs = || edges.iter().map(|&(i, j, _)| (i, j));
+    let mut a = BlockMatrix::with_pattern(side * side, pairs());
+    let mut springs = ScalarMatrix::with_pattern(side * side, pairs());
+    (0..side * side).for_each(|i| a.add_diagonal(i, &Mat3::identity()));
+    for &(i, j, u) in &edges {
+        a.add_pair(i, j, &(1e4 * (0.05 * Mat3::identity() + 0.95 * u * u.transpose())));
+        springs.add_edge(i, j, 1.0);
+    }
+    (a, springs)
+}
+
+fn blocks(criterion: &mut Criterion) {
+    for side in [20, 52, 100] {
+        let (a, springs) = stiff(side);
+        let b: Vec<Vec3> =
+            (0..a.n()).map(|i| Vec3::new(i as f64, 1.0, 0.5).map(f64::sin)).collect();
+        let mut x = b.clone();
+        let mut factor = BlockCholesky::new(&a).expect("a factor that fits into memory");
+        let mut multigrid = Multigrid::new(&a, &springs).expect("a factor that fits into memory");
+        let mut jacobi = BlockJacobi::new(&a);
+        let mut group = criterion.benchmark_group(format!("blocks/{side}"));
+        group.throughput(Throughput::Elements(a.n() as u64));
+        group.bench_function("product", |bencher| bencher.iter(|| a.multiply(&b, &mut x)));
+        group.bench_function("cholesky/update", |bencher| bencher.iter(|| factor.factorise(&a)));
+        group.bench_function("cholesky/apply", |bencher| bencher.iter(|| factor.solve(&b, &mut x)));
+        group.bench_function("multigrid/update", |bencher| bencher.iter(|| multigrid.update(&a)));
+        group.bench_function("multigrid/apply", |bencher| {
+            bencher.iter(|| multigrid.on(&a).apply(&b, &mut x));
+        });
+        group.bench_function("jacobi/update", |bencher| bencher.iter(|| jacobi.update(&a)));
+        group.bench_function("jacobi/apply", |bencher| bencher.iter(|| jacobi.apply(&b, &mut x)));
+        group.finish();
+    }
+}
+
+criterion_group!(benches, solves, blocks);
 criterion_main!(benches);

@@ -12,7 +12,7 @@ use drape_model::{
 pub use drape_oracle::scenes::{GRAVITY, gravity, particles, pin, spring};
 
 /// Every method, with settings that lead through different code.
-pub const METHODS: [&str; 47] = [
+pub const METHODS: [&str; 48] = [
     "explicit-euler",
     "symplectic-euler",
     "symplectic-euler:damping=implicit",
@@ -26,6 +26,7 @@ pub const METHODS: [&str; 47] = [
     "backward-euler",
     "backward-euler:jacobian=saved",
     "backward-euler:solver=cg,forcing=eisenstat-walker",
+    "backward-euler:solver=multigrid,forcing=eisenstat-walker",
     "backward-euler:tolerance=0.01",
     "bdf2",
     "bdf2:steps=1",

@@ -133,7 +133,8 @@ fn factorises_stiffness(id: &str) -> bool {
         "imex-euler",
         "imex-updated",
     ];
-    let iterates = id.contains("solver=cg") && !id.contains("jacobian=saved");
+    let iterates = id.contains("solver=multigrid")
+        || id.contains("solver=cg") && !id.contains("jacobian=saved");
     always.iter().any(|method| id.split(':').next() == Some(method)) && !iterates
         || id.starts_with("baraff-witkin:solver=cholesky")
         || id.starts_with("imex-sbdf2")

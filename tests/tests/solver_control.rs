@@ -78,6 +78,8 @@ fn saved_jacobians_and_conjugate_gradients_solve_the_same_equation() {
         "solver=cg",
         "solver=cg,forcing=eisenstat-walker",
         "jacobian=saved,solver=cg,forcing=eisenstat-walker",
+        "solver=multigrid",
+        "solver=multigrid,forcing=eisenstat-walker",
     ];
     for method in ["backward-euler", "bdf2"] {
         for scene in ["hanging-textile-sheared-1e6", "square-table-1e4"] {
@@ -107,6 +109,7 @@ fn conjugate_gradients_with_a_fresh_jacobian_are_portable() {
     let portable = |id: &str| Choice::parse(id, &[]).expect("known").is_portable();
     assert!(portable("backward-euler:solver=cg") && portable("bdf2:solver=cg"));
     assert!(!portable("backward-euler") && !portable("bdf2:solver=cg,jacobian=saved"));
+    assert!(!portable("bdf2:solver=multigrid"));
 }
 
 /// Updates solved by their progress end at the same fixed point.

@@ -39,8 +39,22 @@ fn git(arguments: &[&str]) -> Option<String> {
 
 fn cpu() -> String {
     let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let model = info.lines().find_map(|line| line.strip_prefix("model name")?.split_once(": "));
-    model.map_or_else(|| std::env::consts::ARCH.to_owned(), |(_, name)| name.to_owned())
+    cpu_name(&info).unwrap_or_else(|| std::env::consts::ARCH.to_owned())
+}
+
+/// The name of the first processor in `/proc/cpuinfo`, with the numbers that tell generations of the same name apart.
+fn cpu_name(info: &str) -> Option<String> {
+    let value = |key: &str| {
+        info.lines().find_map(|line| {
+            let (name, value) = line.split_once(':')?;
+            (name.trim() == key).then(|| value.trim().to_owned())
+        })
+    };
+    let name = value("model name")?;
+    Some(match (value("cpu family"), value("model")) {
+        (Some(family), Some(model)) => format!("{name} (family {family}, model {model})"),
+        _ => name,
+    })
 }
 
 /// Provenance of a record that is written now.
@@ -59,5 +73,18 @@ pub fn provenance(scene_sha256: BTreeMap<String, String>) -> Provenance {
         scene_sha256,
         seed: None,
         date: humantime::format_rfc3339_seconds(std::time::SystemTime::now()).to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::cpu_name;
+
+    #[test]
+    fn processors_of_the_same_name_are_told_apart() {
+        let info = "processor\t: 0\ncpu family\t: 26\nmodel\t\t: 2\nmodel name\t: Some CPU\n\nmodel\t: 7\n";
+        assert_eq!(cpu_name(info).as_deref(), Some("Some CPU (family 26, model 2)"));
+        assert_eq!(cpu_name("model name : Another\n").as_deref(), Some("Another"));
+        assert_eq!(cpu_name("Features : fp asimd\n"), None);
     }
 }

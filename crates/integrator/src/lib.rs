@@ -38,7 +38,7 @@
 //! | [`IncrementalPotential`] | `Φ(v)`, whose minimum is an implicit stage | updated CG, Newton |
 //! | [`Newton`] | minimises `Φ`: the nonlinear system (4) by (5), reduced to `3n` unknowns as in section 2.3 | backward Euler, the safeguard of updated CG |
 //! | [`Linearisation`] | the matrix `M + τ²K + τD` in 3×3 blocks | Newton, Baraff-Witkin |
-//! | [`NewtonLinear`], [`Forcing`] | fresh or saved Jacobian, Cholesky or CG as tight as the progress deserves | Newton, updated CG |
+//! | [`NewtonLinear`], [`Forcing`] | fresh or saved Jacobian, Cholesky, or CG, by multigrid if need be, as tight as the progress deserves | Newton, updated CG |
 //! | [`Adaptive`] | step size control around a method that can take a step back ([`Rewind`]) | backward Euler, BDF, IMEX |
 //! | [`ImplicitStage`] | one stage of an implicit method, under pins and contacts | backward Euler, BDF, the start-up of two-step methods |
 //! | [`History`] | the last levels | multistep methods |

@@ -130,7 +130,7 @@ impl Newton {
             NewtonReport { status: SolveStatus::IterationLimit, ..NewtonReport::default() };
         let mut blind = false;
         let mut last_residual = f64::INFINITY;
-        let NewtonLinear { jacobian, solver, .. } = settings.linear;
+        let NewtonLinear { jacobian, solver } = settings.linear;
         let mut forcing = Forcing::new(solver.forcing());
         self.matrix.begin();
         loop {

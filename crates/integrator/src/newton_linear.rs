@@ -7,7 +7,7 @@ use crate::{
 use drape_model::{Revisions, System, Tangent, Vec3};
 use drape_solvers::{
     BlockCholesky, BlockJacobi, BlockMatrix, Constraints, Filter, Multigrid, Norm, PcgSettings,
-    PcgWorkspace, Precision, Preconditioner, Reference, ScalarMatrix, SolveStatus, filtered_pcg,
+    PcgWorkspace, Preconditioner, Reference, ScalarMatrix, SolveStatus, filtered_pcg,
 };
 use std::cell::RefCell;
 
@@ -51,19 +51,16 @@ pub struct NewtonLinear {
     pub jacobian: Jacobian,
     /// What solves.
     pub solver: NewtonSolver,
-    /// What numbers the factor is kept in. In single precision it costs half, and is no inverse of the matrix even
-    /// where it is new: something to precondition with.
-    pub precision: Precision,
 }
 
 impl NewtonLinear {
     /// Setting `jacobian`.
     pub const JACOBIAN: Setting = Setting {
         key: "jacobian",
-        kind: Kind::Choice(&["fresh", "saved", "saved-single"]),
+        kind: Kind::Choice(&["fresh", "saved"]),
         default: "fresh",
         help: "factorise the Hessian in each Newton iteration, or keep the factor over iterations and steps \
-               while it serves; saved-single keeps it in single precision, which takes half the time",
+               while it serves",
     };
     /// Setting `solver`.
     pub const SOLVER: Setting = Setting {
@@ -79,18 +76,23 @@ impl NewtonLinear {
     pub fn read(settings: &Settings) -> Self {
         Self {
             jacobian: match settings.word("jacobian") {
-                "saved" | "saved-single" => Jacobian::Saved,
+                "saved" => Jacobian::Saved,
                 _ => Jacobian::Fresh,
-            },
-            precision: match settings.word("jacobian") {
-                "saved-single" => Precision::Single,
-                _ => Precision::Double,
             },
             solver: match settings.word("solver") {
                 "cg" => NewtonSolver::Cg(ForcingRule::read(settings)),
                 "multigrid" => NewtonSolver::Multigrid(ForcingRule::read(settings)),
                 _ => NewtonSolver::Cholesky,
             },
+        }
+    }
+
+    /// Whether the Hessian is factorised.
+    fn factorises(self) -> bool {
+        match self.solver {
+            NewtonSolver::Cholesky => true,
+            NewtonSolver::Cg(_) => self.jacobian == Jacobian::Saved,
+            NewtonSolver::Multigrid(_) => false,
         }
     }
 
@@ -122,7 +124,8 @@ struct Saved {
 #[derive(Debug)]
 pub(crate) struct NewtonMatrix {
     matrix: BlockMatrix,
-    factor: BlockCholesky,
+    /// Where the settings lead to one.
+    factor: Option<BlockCholesky>,
     saved: Saved,
     diagonal: BlockJacobi,
     /// Where it is asked for.
@@ -146,7 +149,7 @@ impl NewtonMatrix {
         let matrix = potential.implicit().block_matrix(system);
         let saved = Saved { tau: 0.0, revisions: None, filters: vec![Filter::Free; n], stages: 0 };
         Ok(Self {
-            factor: BlockCholesky::with_precision(&matrix, settings.precision)?,
+            factor: settings.factorises().then(|| BlockCholesky::new(&matrix)).transpose()?,
             saved,
             diagonal: BlockJacobi::new(&matrix),
             multigrid: match settings.solver {
@@ -214,12 +217,12 @@ impl NewtonMatrix {
             if !fits {
                 report.factorisations += self.factorise(system, potential, constraints)?;
             }
-            self.factor.solve(gradient, direction); // (I − hβJ) Δy = r
+            self.solve_with_factor(gradient, direction)?; // (I − hβJ) Δy = r
             let length = saves.then(|| drape_solvers::vector::norm(direction));
             let is_slow = |last: f64| length.is_some_and(|length| length > SLOW * last);
             if fits && self.last_length.is_some_and(is_slow) {
                 report.factorisations += self.factorise(system, potential, constraints)?;
-                self.factor.solve(gradient, direction);
+                self.solve_with_factor(gradient, direction)?;
                 self.is_new = true;
             }
             self.last_length = length;
@@ -241,16 +244,16 @@ impl NewtonMatrix {
         direction.fill(Vec3::zeros());
         let max_iterations = PcgSettings::default_max(gradient.len());
         let settings = PcgSettings { forcing_term: forcing, norm: Norm::Euclid, max_iterations };
-        let factor = Kept(RefCell::new(factor));
-        let cycle;
+        let (cycle, kept);
         let preconditioner: &dyn Preconditioner = if let Some(multigrid) = multigrid {
             if multigrid.update(matrix).is_err() {
                 return Ok(false);
             }
             cycle = multigrid.on(matrix);
             &cycle
-        } else if with_factor {
-            &factor
+        } else if let Some(factor) = factor.as_mut().filter(|_| with_factor) {
+            kept = Kept(RefCell::new(factor));
+            &kept
         } else {
             if diagonal.update(matrix).is_err() {
                 return Ok(false);
@@ -273,6 +276,16 @@ impl NewtonMatrix {
         Ok(solve.status != SolveStatus::Indefinite)
     }
 
+    fn solve_with_factor(
+        &mut self,
+        gradient: &[Vec3],
+        direction: &mut [Vec3],
+    ) -> Result<(), StepError> {
+        let factor = self.factor.as_mut().ok_or(StepError::NeedsPrepare)?;
+        factor.solve(gradient, direction);
+        Ok(())
+    }
+
     /// Whether the saved factor may serve here.
     fn fits(&self, system: &System, tau: f64, constraints: &Constraints) -> bool {
         let Saved { tau: saved, revisions, filters, stages } = &self.saved;
@@ -291,17 +304,18 @@ impl NewtonMatrix {
     ) -> Result<u32, StepError> {
         self.saved.revisions = None; // what fails leaves no factor
         self.assemble(system, potential, constraints, Tangent::Exact);
-        let count = if self.factor.factorise(&self.matrix).is_ok() {
+        let factor = match &mut self.factor {
+            Some(factor) => factor,
+            none => none.insert(BlockCholesky::new(&self.matrix)?),
+        };
+        let count = if factor.factorise(&self.matrix).is_ok() {
             1
         } else {
             self.assemble(system, potential, constraints, Tangent::Projected);
-            if self.factor.factorise(&self.matrix).is_err() {
-                // Rounding may have cost the definiteness; from now on with all digits.
-                if self.factor.precision() == Precision::Single {
-                    self.factor = BlockCholesky::new(&self.matrix)?;
-                }
-                self.factor.factorise(&self.matrix)?;
-            }
+            let Self { factor: Some(factor), matrix, .. } = self else {
+                return Err(StepError::NeedsPrepare);
+            };
+            factor.factorise(matrix)?;
             2
         };
         for (i, filter) in self.saved.filters.iter_mut().enumerate() {

@@ -115,7 +115,7 @@ pub mod vector;
 pub use banded::{BandPlanes, BandedMatrix};
 pub use block::BlockMatrix;
 pub use constraint::{Constraints, Filter};
-pub use direct::{BlockCholesky, BlockLdlt, CompleteLdlt, Precision};
+pub use direct::{BlockCholesky, BlockLdlt, CompleteLdlt};
 pub use error::SolverError;
 pub use laplacian::ScalarMatrix;
 pub use operator::LinearOperator;

@@ -41,16 +41,15 @@ impl<'a> PivotCheck<'a> {
     pub(crate) fn column(
         &mut self,
         k: usize,
-        column: &[impl Copy + Into<f64>],
+        column: &[f64],
         rows: impl Iterator<Item = usize>,
     ) -> Result<(), BadPivot> {
-        let pivot: f64 = column[0].into();
+        let pivot = column[0];
         let bad = BadPivot { row: k, pivot };
         if pivot.abs() <= LOST * self.sums[k] {
             return Err(bad);
         }
         for (&l, i) in column[1..].iter().zip(rows) {
-            let l: f64 = l.into();
             let term = l * l * pivot.abs();
             if term > self.largest_term || term.is_nan() {
                 return Err(bad);

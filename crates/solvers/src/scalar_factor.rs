@@ -14,7 +14,7 @@ use crate::{ScalarMatrix, SolverError, Vec3};
 pub(crate) struct ScalarFactor {
     /// The pattern that the factor was made for.
     pattern: Pattern,
-    factor: SparseFactor<f64>,
+    factor: SparseFactor,
     panels: Panels,
     /// The row of `A` at each place of the order.
     order: Vec<u32>,

@@ -11,7 +11,6 @@ use faer::sparse::linalg::cholesky::{
 };
 use faer::sparse::linalg::{SupernodalThreshold, SymbolicSupernodalParams};
 use faer::sparse::{FaerError, SparseColMatRef, SymbolicSparseColMatRef};
-use faer::traits::RealField;
 use faer::{Par, Side};
 
 use std::ops::Range;
@@ -32,42 +31,15 @@ pub(crate) enum Kind {
 /// zeros. (The library's own limits allow 0.8 where this has 0.3, which costs a tenth more in the solve.)
 const AMALGAMATION: [(usize, f64); 4] = [(4, 1.0), (16, 0.3), (48, 0.1), (usize::MAX, 0.05)];
 
-/// The numbers of a factor.
-pub(crate) trait Entry: RealField + Copy + Into<f64> {
-    /// Zero.
-    const ZERO: Self;
-
-    /// Rounded.
-    fn of(x: f64) -> Self;
-}
-
-impl Entry for f64 {
-    const ZERO: Self = 0.0;
-
-    #[inline(always)]
-    fn of(x: f64) -> Self {
-        x
-    }
-}
-
-impl Entry for f32 {
-    const ZERO: Self = 0.0;
-
-    #[inline(always)]
-    fn of(x: f64) -> Self {
-        x as f32
-    }
-}
-
 /// A factor of a sparse symmetric matrix given by the columns of its upper triangle, by supernodes: neighbouring
 /// columns with the same rows below them, a dense panel.
-pub(crate) struct SparseFactor<T> {
+pub(crate) struct SparseFactor {
     kind: Kind,
     starts: Vec<u32>,
     rows: Vec<u32>,
-    values: Vec<T>,
+    values: Vec<f64>,
     symbolic: SymbolicCholesky<u32>,
-    factor: Vec<T>,
+    factor: Vec<f64>,
     factored: bool,
     /// One number a row for the check of the pivots of an `L D Lᵀ`; empty for `L Lᵀ`.
     sums: Vec<f64>,
@@ -75,7 +47,7 @@ pub(crate) struct SparseFactor<T> {
     scratch: MemBuffer,
 }
 
-impl<T: Entry> SparseFactor<T> {
+impl SparseFactor {
     /// Analyses a pattern: column `j` of the upper triangle has the rows
     /// `rows[starts[j]..starts[j + 1]]`, increasing, the last one being `j`. The rows are eliminated in
     /// the given order.
@@ -108,18 +80,18 @@ impl<T: Entry> SparseFactor<T> {
             })?;
         let (scratch, sums) = match kind {
             Kind::Llt => (
-                symbolic.factorize_numeric_llt_scratch::<T>(Par::Seq, Default::default()),
+                symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Default::default()),
                 Vec::new(),
             ),
             Kind::Ldlt => (
-                symbolic.factorize_numeric_ldlt_scratch::<T>(Par::Seq, Default::default()),
+                symbolic.factorize_numeric_ldlt_scratch::<f64>(Par::Seq, Default::default()),
                 vec![0.0; n],
             ),
         };
         let mut factor = Self {
             kind,
-            values: vec![T::ZERO; rows.len()],
-            factor: vec![T::ZERO; symbolic.len_val()],
+            values: vec![0.0; rows.len()],
+            factor: vec![0.0; symbolic.len_val()],
             factored: false,
             sums,
             negative_pivots: 0,
@@ -136,7 +108,7 @@ impl<T: Entry> SparseFactor<T> {
     /// thread, and that had better be here than in the first step.
     fn warm_up(&mut self) -> Result<(), SolverError> {
         for &end in &self.starts[1..] {
-            self.values[end as usize - 1] = T::of(1.0);
+            self.values[end as usize - 1] = 1.0;
         }
         self.factorise(|_| {})?;
         self.factored = false;
@@ -144,7 +116,7 @@ impl<T: Entry> SparseFactor<T> {
     }
 
     /// Factors the matrix with the values that `fill` writes, all of them, in the order of the pattern.
-    pub(crate) fn factorise(&mut self, fill: impl FnOnce(&mut [T])) -> Result<(), SolverError> {
+    pub(crate) fn factorise(&mut self, fill: impl FnOnce(&mut [f64])) -> Result<(), SolverError> {
         self.factored = false;
         fill(&mut self.values);
         self.check_finite()?;
@@ -187,8 +159,8 @@ impl<T: Entry> SparseFactor<T> {
                     // A regularised pivot of zero stands for no regularisation at all.
                     LdltRegularization {
                         dynamic_regularization_signs: None,
-                        dynamic_regularization_delta: T::ZERO,
-                        dynamic_regularization_epsilon: T::ZERO,
+                        dynamic_regularization_delta: 0.0,
+                        dynamic_regularization_epsilon: 0.0,
                     },
                     Par::Seq,
                     stack,
@@ -201,8 +173,7 @@ impl<T: Entry> SparseFactor<T> {
 
     /// Reads an `L D Lᵀ` and returns the number of its negative pivots.
     fn check_pivots(&mut self) -> Result<usize, BadPivot> {
-        let largest =
-            self.values.iter().fold(0.0, |most: f64, &value| most.max(value.into().abs()));
+        let largest = self.values.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
         let mut check = PivotCheck::new(&mut self.sums, largest);
         for supernode in supernodes(&self.symbolic) {
             // A dense panel by columns: a square on the diagonal, and the rows below it.
@@ -233,7 +204,7 @@ impl<T: Entry> SparseFactor<T> {
     }
 
     /// The values of the factor; without a successful factorisation they mean nothing.
-    pub(crate) fn factor(&self) -> &[T] {
+    pub(crate) fn factor(&self) -> &[f64] {
         &self.factor
     }
 
@@ -250,14 +221,13 @@ impl<T: Entry> SparseFactor<T> {
     /// An error for the first column with a value that is infinite or not a number, which the
     /// library would carry into the factor.
     fn check_finite(&self) -> Result<(), SolverError> {
-        let is_finite = |value: &T| Into::<f64>::into(*value).is_finite();
         // Without an early exit, so that it costs little.
-        if self.values.iter().fold(true, |all, value| all & is_finite(value)) {
+        if self.values.iter().fold(true, |all, value| all & value.is_finite()) {
             return Ok(());
         }
-        let slot = self.values.iter().position(|value| !is_finite(value)).unwrap_or(0);
+        let slot = self.values.iter().position(|value| !value.is_finite()).unwrap_or(0);
         let row = self.starts.partition_point(|&start| start as usize <= slot) - 1;
-        Err(self.bad_pivot(row, Some(self.values[slot].into())))
+        Err(self.bad_pivot(row, Some(self.values[slot])))
     }
 
     /// What a bad pivot means for this factorisation.
@@ -291,7 +261,7 @@ pub(crate) fn supernodes(symbolic: &SymbolicCholesky<u32>) -> impl Iterator<Item
     })
 }
 
-impl<T> std::fmt::Debug for SparseFactor<T> {
+impl std::fmt::Debug for SparseFactor {
     fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         out.debug_struct("SparseFactor")
             .field("kind", &self.kind)

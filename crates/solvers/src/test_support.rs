@@ -155,7 +155,7 @@ pub(crate) fn negative_eigenvalues(a: DMatrix<f64>, certain: f64) -> Option<usiz
 
 /// A factorisation by supernodes of the pattern of a graph.
 #[allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
-pub(crate) fn supernodal_factor(n: usize, edges: &[(usize, usize)]) -> SparseFactor<f64> {
+pub(crate) fn supernodal_factor(n: usize, edges: &[(usize, usize)]) -> SparseFactor {
     let pattern = Pattern::new(n, edges.iter().copied());
     let (mut starts, mut rows) = (vec![0], Vec::new());
     for j in 0..n {

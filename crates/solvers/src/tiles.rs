@@ -15,7 +15,7 @@
 
 use faer::sparse::linalg::cholesky::SymbolicCholesky;
 
-use crate::sparse_factor::{Entry, Kind, supernodes};
+use crate::sparse_factor::{Kind, supernodes};
 
 /// Columns of a panel, at most: as many registers of four lanes.
 const WIDEST: usize = 8;
@@ -24,7 +24,7 @@ const WIDEST: usize = 8;
 const ROWS: usize = 4;
 
 /// A tile: four entries of each of `W` columns.
-type Tile<T, const W: usize> = [[T; ROWS]; W];
+type Tile<const W: usize> = [[f64; ROWS]; W];
 
 /// Some columns of the factor.
 #[derive(Clone, Copy, Debug)]
@@ -39,15 +39,15 @@ struct Panel {
 
 /// The factor by panels and tiles.
 #[derive(Debug)]
-pub(crate) struct Tiles<T> {
+pub(crate) struct Tiles {
     panels: Vec<Panel>,
     rows: Vec<[u32; ROWS]>,
-    values: Vec<T>,
+    values: Vec<f64>,
     inverse_pivots: Vec<f64>,
     arch: pulp::Arch,
 }
 
-impl<T: Entry> Tiles<T> {
+impl Tiles {
     /// Memory for the factors of a symbolic factorisation by supernodes.
     pub(crate) fn new(symbolic: &SymbolicCholesky<u32>) -> Self {
         let idle = symbolic.nrows() as u32;
@@ -75,14 +75,14 @@ impl<T: Entry> Tiles<T> {
         Self {
             panels,
             rows: tiles,
-            values: vec![T::ZERO; values],
+            values: vec![0.0; values],
             inverse_pivots: vec![0.0; symbolic.nrows()],
             arch: crate::scalar::four_wide(),
         }
     }
 
     /// Takes over the numbers of a factor of the library.
-    pub(crate) fn fill(&mut self, symbolic: &SymbolicCholesky<u32>, kind: Kind, factor: &[T]) {
+    pub(crate) fn fill(&mut self, symbolic: &SymbolicCholesky<u32>, kind: Kind, factor: &[f64]) {
         let mut panels = self.panels.iter();
         for supernode in supernodes(symbolic) {
             let (start, end) = (supernode.columns.start, supernode.columns.end);
@@ -98,17 +98,17 @@ impl<T: Entry> Tiles<T> {
                 let tiles = panel.tiles.1 - panel.tiles.0;
                 let below = &mut below[..width * ROWS * tiles];
                 let mut scales = [1.0; WIDEST];
-                let mut columns: [&[T]; WIDEST] = [&[]; WIDEST];
+                let mut columns: [&[f64]; WIDEST] = [&[]; WIDEST];
                 for j in 0..width {
                     columns[j] = &entries[(first + j - start) * height..][first - start..]
                         [..height + start - first];
-                    let pivot: f64 = columns[j][j].into();
+                    let pivot = columns[j][j];
                     (scales[j], self.inverse_pivots[first + j]) = match kind {
                         Kind::Llt => (1.0 / pivot, 1.0 / (pivot * pivot)),
                         Kind::Ldlt => (1.0, 1.0 / pivot),
                     };
                     for i in j + 1..width {
-                        triangle[i * (i - 1) / 2 + j] = T::of(columns[j][i].into() * scales[j]);
+                        triangle[i * (i - 1) / 2 + j] = columns[j][i] * scales[j];
                     }
                     columns[j] = &columns[j][width..];
                 }
@@ -119,9 +119,7 @@ impl<T: Entry> Tiles<T> {
                         slots.chunks_exact_mut(ROWS).zip(columns).zip(scales)
                     {
                         let rows = &column[ROWS * tile..];
-                        slot.iter_mut()
-                            .zip(rows)
-                            .for_each(|(to, &from)| *to = T::of(from.into() * scale));
+                        slot.iter_mut().zip(rows).for_each(|(to, from)| *to = from * scale);
                     }
                 }
             }
@@ -138,7 +136,7 @@ impl<T: Entry> Tiles<T> {
 
     /// The triangle, the tiles below it and their rows.
     #[inline(always)]
-    fn parts<const W: usize>(&self, panel: &Panel) -> (&[T], &[Tile<T, W>], &[[u32; ROWS]]) {
+    fn parts<const W: usize>(&self, panel: &Panel) -> (&[f64], &[Tile<W>], &[[u32; ROWS]]) {
         let rows = &self.rows[panel.tiles.0..panel.tiles.1];
         let (triangle, below) = self.values[panel.values..].split_at(W * (W - 1) / 2);
         let (columns, _) = below[..W * ROWS * rows.len()].as_chunks::<ROWS>();
@@ -156,7 +154,7 @@ impl<T: Entry> Tiles<T> {
         for i in 1..W {
             for j in 0..i {
                 if let Some(&value) = entries.next() {
-                    y[i] -= value.into() * y[j];
+                    y[i] -= value * y[j];
                 }
             }
         }
@@ -165,7 +163,7 @@ impl<T: Entry> Tiles<T> {
             let mut sums = rows.map(|row| z[row as usize]);
             for j in 0..W {
                 for k in 0..ROWS {
-                    sums[k] -= tile[j][k].into() * y[j];
+                    sums[k] -= tile[j][k] * y[j];
                 }
             }
             for k in 0..ROWS {
@@ -184,7 +182,7 @@ impl<T: Entry> Tiles<T> {
             let known = rows.map(|row| z[row as usize]);
             for j in 0..W {
                 for k in 0..ROWS {
-                    sums[j][k] += tile[j][k].into() * known[k];
+                    sums[j][k] += tile[j][k] * known[k];
                 }
             }
         }
@@ -197,7 +195,7 @@ impl<T: Entry> Tiles<T> {
         for i in (1..W).rev() {
             for j in (0..i).rev() {
                 if let Some(&value) = entries.next() {
-                    x[j] -= value.into() * x[i];
+                    x[j] -= value * x[i];
                 }
             }
         }
@@ -206,12 +204,12 @@ impl<T: Entry> Tiles<T> {
 }
 
 /// Both sweeps, compiled for what the CPU can do.
-struct Sweeps<'a, T> {
-    factor: &'a Tiles<T>,
+struct Sweeps<'a> {
+    factor: &'a Tiles,
     z: &'a mut [f64],
 }
 
-impl<T: Entry> pulp::WithSimd for Sweeps<'_, T> {
+impl pulp::WithSimd for Sweeps<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -252,7 +250,7 @@ mod tests {
     use proptest::prelude::*;
 
     /// Column `j` of `L`: the end of its panel, and entries with their rows.
-    fn columns(tiles: &Tiles<f64>) -> Vec<(usize, Vec<(usize, f64)>)> {
+    fn columns(tiles: &Tiles) -> Vec<(usize, Vec<(usize, f64)>)> {
         let mut columns = Vec::new();
         for panel in &tiles.panels {
             let (first, width) = (panel.first as usize, panel.width as usize);
@@ -271,7 +269,7 @@ mod tests {
     }
 
     /// The sweeps as they are taught, column by column, with the rows below a panel summed in four parts.
-    fn solve_by_columns(tiles: &Tiles<f64>, z: &mut [f64]) {
+    fn solve_by_columns(tiles: &Tiles, z: &mut [f64]) {
         let columns = columns(tiles);
         for (j, (_, column)) in columns.iter().enumerate() {
             for &(i, value) in column {

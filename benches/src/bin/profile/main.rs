@@ -47,6 +47,16 @@ struct Cli {
 const STIFFNESS: f64 = 1e4;
 /// Step of methods that are explicit in all springs, s.
 const EXPLICIT_STEP_S: f64 = 1e-3;
+/// Ways to solve the linear systems of a converged step.
+const CONVERGED: [&str; 5] = [
+    "backward-euler",
+    "backward-euler:jacobian=saved",
+    "backward-euler:solver=cg,forcing=eisenstat-walker",
+    "backward-euler:jacobian=saved,solver=cg,forcing=eisenstat-walker",
+    "backward-euler:solver=multigrid,forcing=eisenstat-walker",
+];
+/// Stiffness over mass of those, 1/s².
+const CONVERGED_STIFFNESS: f64 = 1e8;
 /// Steps before any is timed.
 const WARM_UP: u32 = 5;
 
@@ -92,18 +102,31 @@ fn run(cli: &Cli) -> Result<(), Box<dyn Error>> {
     let mut profiles = Vec::new();
     for &side in &cli.sides {
         for method in methods::all() {
-            profiles.push(profile(method.id, side, cli.seconds)?);
+            profiles.push(profile(method.id, side, STIFFNESS, cli.seconds)?);
         }
     }
-    let text = table::text(&Machine::measure(), &profiles, &provenance(BTreeMap::new()).cpu);
+    let mut converged = Vec::new();
+    for &side in &cli.sides {
+        for id in CONVERGED {
+            converged.push(profile(id, side, CONVERGED_STIFFNESS, cli.seconds)?);
+        }
+    }
+    let cpu = provenance(BTreeMap::new()).cpu;
+    let mut text = table::text(&Machine::measure(), &profiles, &cpu);
+    text += &table::converged(&converged);
     write_atomically(&cli.out, text.as_bytes())?;
     let mut out = std::io::stdout().lock();
     out.write_all(text.as_bytes())?;
     Ok(out.flush()?)
 }
 
-fn profile(id: &'static str, side: u32, seconds: f64) -> Result<Profile, Box<dyn Error>> {
-    let spec = HangingSheet::new(side, STIFFNESS, Mesh::Grid)?.spec;
+fn profile(
+    id: &'static str,
+    side: u32,
+    stiffness_over_mass: f64,
+    seconds: f64,
+) -> Result<Profile, Box<dyn Error>> {
+    let spec = HangingSheet::new(side, stiffness_over_mass, Mesh::Grid)?.spec;
     let springs = spec.springs.len();
     let (system, start) = spec.build()?;
     let choice = Choice::parse(id, &[])?;
@@ -185,7 +208,7 @@ mod tests {
         // As fast as no processor is: bounds are below any measurement, debug builds' too.
         let machine = Machine { root_and_quotient_s: 1e-11, flops_per_s: 1e13, bytes_per_s: 1e13 };
         for method in methods::all() {
-            let profile = profile(method.id, 8, 0.0).expect("a run");
+            let profile = profile(method.id, 8, STIFFNESS, 0.0).expect("a run");
             let bound = bound::seconds(&machine, &profile);
             assert!(0.0 < bound && bound < profile.step, "{profile:?} {bound}");
             let sum: f64 = profile.shares.iter().sum();

@@ -56,6 +56,31 @@ pub(crate) fn text(machine: &Machine, profiles: &[Profile], cpu: &str) -> String
     text
 }
 
+/// What a step of backward Euler costs however its linear systems are solved.
+pub(crate) fn converged(profiles: &[Profile]) -> String {
+    let mut text = String::from(CONVERGED);
+    for Profile { method, side, step, counts, .. } in profiles {
+        let direct = profiles.iter().find(|first| first.side == *side);
+        let ratio = direct.map_or(f64::NAN, |direct| direct.step / step);
+        let _ = writeln!(
+            text,
+            "| {method} | {side} | {} | {ratio:.2} | {:.1} | {:.1} | {:.1} | {:.1} |",
+            microseconds(*step),
+            counts.newton,
+            counts.factorisations,
+            counts.iterations,
+            counts.force_evaluations,
+        );
+    }
+    text
+}
+
+const CONVERGED: &str = "\n## A converged step at k/m = 1e8/s²\n\n\
+Backward Euler, h = 0.01 s, on the same sheet: what solves the linear systems of Newton's method. The residual at which a \
+step ends is the same for all.\n\n\
+| settings | N | step, µs | times as fast as the first | Newton | factorisations | CG iterations | force evaluations |\n\
+|---|---|---|---|---|---|---|---|\n";
+
 fn microseconds(seconds: f64) -> String {
     let us = 1e6 * seconds;
     if us < 99.95 { format!("{us:.1}") } else { format!("{us:.0}") }

@@ -40,7 +40,8 @@
 //! What the paper leaves as further work are settings. `jacobian=saved` keeps the factor over iterations and steps while
 //! the corrections shrink by 0.3 or better, `h` changes by less than 20 %, contacts and pins stay, and for 20 steps at
 //! most. `solver=cg` solves Newton's systems by conjugate gradients, as tightly as `cg_tolerance` or Eisenstat and Walker
-//! (`forcing`) say, preconditioned by the diagonal blocks or by the saved factor. The stop test does not change, so the
+//! (`forcing`) say, preconditioned by the diagonal blocks or by the saved factor; `solver=multigrid` preconditions them by a cycle of
+//! [multigrid](drape_solvers::Multigrid) on the Hessian. The stop test does not change, so the
 //! solution is the same. `tolerance` puts the method under [step size control](drape_integrator::Adaptive).
 //!
 //! # What it cost and where it failed here

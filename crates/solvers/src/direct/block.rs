@@ -2,7 +2,7 @@
 
 use crate::ordering;
 use crate::pattern::Pattern;
-use crate::sparse_factor::{Entry, Kind, SparseFactor};
+use crate::sparse_factor::{Kind, SparseFactor};
 use crate::tiles::Tiles;
 use crate::{BlockMatrix, SolverError, Vec3};
 
@@ -29,24 +29,7 @@ use crate::{BlockMatrix, SolverError, Vec3};
 /// ```
 #[derive(Debug)]
 pub struct BlockCholesky {
-    factor: Precise,
-}
-
-/// The numbers that a factor is kept in.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Precision {
-    /// 64 bits.
-    #[default]
-    Double,
-    /// 32 bits: half the memory, and about half the time for the factorisation and the sweeps, which compute in 64 bits with them.
-    /// The matrix is rounded first; one whose condition is above some 10⁷ may not be positive definite any more.
-    Single,
-}
-
-#[derive(Debug)]
-enum Precise {
-    Double(BlockFactor<f64>),
-    Single(BlockFactor<f32>),
+    factor: BlockFactor,
 }
 
 impl BlockCholesky {
@@ -55,27 +38,7 @@ impl BlockCholesky {
     /// # Errors
     /// [`SolverError::Factorisation`] when the factor does not fit into memory.
     pub fn new(a: &BlockMatrix) -> Result<Self, SolverError> {
-        Self::with_precision(a, Precision::Double)
-    }
-
-    /// As [`new`](Self::new), with a factor of this precision: in single precision one to precondition with.
-    ///
-    /// # Errors
-    /// As [`new`](Self::new).
-    pub fn with_precision(a: &BlockMatrix, precision: Precision) -> Result<Self, SolverError> {
-        let factor = match precision {
-            Precision::Double => Precise::Double(BlockFactor::new(a, Kind::Llt)?),
-            Precision::Single => Precise::Single(BlockFactor::new(a, Kind::Llt)?),
-        };
-        Ok(Self { factor })
-    }
-
-    /// The precision of the factor.
-    pub fn precision(&self) -> Precision {
-        match self.factor {
-            Precise::Double(_) => Precision::Double,
-            Precise::Single(_) => Precision::Single,
-        }
+        Ok(Self { factor: BlockFactor::new(a, Kind::Llt)? })
     }
 
     /// Factors `a`, of which the lower triangle is read.
@@ -85,10 +48,7 @@ impl BlockCholesky {
     /// pattern than the matrix given to [`new`](Self::new). After the former there is no factor;
     /// both leave this solver ready for the next matrix.
     pub fn factorise(&mut self, a: &BlockMatrix) -> Result<(), SolverError> {
-        match &mut self.factor {
-            Precise::Double(factor) => factor.factorise(a),
-            Precise::Single(factor) => factor.factorise(a),
-        }
+        self.factor.factorise(a)
     }
 
     /// `x ← A⁻¹ rhs`, with the matrix of the last [`factorise`](Self::factorise).
@@ -96,10 +56,7 @@ impl BlockCholesky {
     /// # Panics
     /// When there was no successful factorisation, or a length is not the number of particles.
     pub fn solve(&mut self, rhs: &[Vec3], x: &mut [Vec3]) {
-        match &mut self.factor {
-            Precise::Double(factor) => factor.solve(rhs, x),
-            Precise::Single(factor) => factor.solve(rhs, x),
-        }
+        self.factor.solve(rhs, x);
     }
 }
 
@@ -126,7 +83,7 @@ impl BlockCholesky {
 /// ```
 #[derive(Debug)]
 pub struct BlockLdlt {
-    factor: BlockFactor<f64>,
+    factor: BlockFactor,
 }
 
 impl BlockLdlt {
@@ -165,18 +122,18 @@ impl BlockLdlt {
 
 /// What the two factorisations share.
 #[derive(Debug)]
-struct BlockFactor<T> {
+struct BlockFactor {
     /// The pattern that the factor was made for.
     pattern: Pattern,
-    factor: SparseFactor<T>,
-    tiles: Tiles<T>,
+    factor: SparseFactor,
+    tiles: Tiles,
     /// The particles in the order of elimination.
     nodes: Vec<u32>,
     /// The right-hand side, and then the solution, as scalars in that order, and the idle one of the tiles.
     scalars: Vec<f64>,
 }
 
-impl<T: Entry> BlockFactor<T> {
+impl BlockFactor {
     /// Analyses the pattern of `a`.
     fn new(a: &BlockMatrix, kind: Kind) -> Result<Self, SolverError> {
         let pattern = a.pattern().clone();
@@ -217,10 +174,10 @@ impl<T: Entry> BlockFactor<T> {
                     let (rows, end) = column.as_chunks_mut::<3>();
                     let (above, corners) = rows.split_at_mut(left.len());
                     for (row, block) in above.iter_mut().zip(left) {
-                        *row = [0, 1, 2].map(|k| T::of(block[(c, k)]));
+                        *row = [0, 1, 2].map(|k| block[(c, k)]);
                     }
                     let corners = corners.as_flattened_mut().iter_mut().chain(end);
-                    corners.enumerate().for_each(|(k, slot)| *slot = T::of(corner[(c, k)]));
+                    corners.enumerate().for_each(|(k, slot)| *slot = corner[(c, k)]);
                     values = rest;
                 }
             }
@@ -262,37 +219,12 @@ mod tests {
             let b = random.vectors(n);
             let expected = dense_blocks(&a).cholesky().unwrap().solve(&flat(&b));
             for kind in [Kind::Llt, Kind::Ldlt] {
-                let mut factor = BlockFactor::<f64>::new(&a, kind).unwrap();
+                let mut factor = BlockFactor::new(&a, kind).unwrap();
                 factor.factorise(&a).unwrap();
                 let mut x = random.vectors(n);
                 factor.solve(&b, &mut x);
                 prop_assert!((flat(&x) - &expected).norm() < 1e-11);
             }
-        }
-
-        #[test]
-        fn a_factor_in_single_precision_solves_to_its_digits((n, edges) in graph(10)) {
-            let mut random = Random::new(17);
-            let a = random_blocks(n, &edges, &mut random);
-            let b = random.vectors(n);
-            let expected = dense_blocks(&a).cholesky().unwrap().solve(&flat(&b));
-            let mut cholesky = BlockCholesky::with_precision(&a, Precision::Single).unwrap();
-            prop_assert_eq!(cholesky.precision(), Precision::Single);
-            cholesky.factorise(&a).unwrap();
-            let mut x = random.vectors(n);
-            cholesky.solve(&b, &mut x);
-            let error = (flat(&x) - &expected).norm() / expected.norm();
-            prop_assert!(error < 1e-4, "{}", error);
-            // Refined it has all digits: what it left is small against what it was given.
-            let mut left = b.clone();
-            for _ in 0..3 {
-                a.multiply(&x, &mut left);
-                left.iter_mut().zip(&b).for_each(|(left, b)| *left = b - *left);
-                let mut correction = left.clone();
-                cholesky.solve(&left, &mut correction);
-                x.iter_mut().zip(&correction).for_each(|(x, c)| *x += c);
-            }
-            prop_assert!((flat(&x) - &expected).norm() < 1e-11 * (1.0 + expected.norm()));
         }
 
         #[test]
@@ -304,7 +236,7 @@ mod tests {
             let a = indefinite_blocks(n, &edges, &mut random);
             let dense = dense_blocks(&a);
             let b = random.vectors(n);
-            let mut factor = BlockFactor::<f64>::new(&a, Kind::Ldlt).unwrap();
+            let mut factor = BlockFactor::new(&a, Kind::Ldlt).unwrap();
             if let Err(error) = factor.factorise(&a) {
                 // A small pivot can turn up by chance.
                 let singular = matches!(error, SolverError::Singular { .. });
@@ -346,7 +278,7 @@ mod tests {
         let mut random = Random::new(21);
         let edges = grid_edges(12);
         let pattern = BlockMatrix::with_pattern(n, edges.iter().copied());
-        let mut factor = BlockFactor::<f64>::new(&pattern, Kind::Ldlt).unwrap();
+        let mut factor = BlockFactor::new(&pattern, Kind::Ldlt).unwrap();
         for _ in 0..3 {
             let a = indefinite_blocks(n, &edges, &mut random);
             let dense = dense_blocks(&a);
@@ -366,7 +298,7 @@ mod tests {
     fn an_indefinite_matrix_is_refused_by_cholesky_and_the_next_one_is_solved() {
         let mut random = Random::new(19);
         let good = random_blocks(16, &grid_edges(4), &mut random);
-        let mut cholesky = BlockFactor::<f64>::new(&good, Kind::Llt).unwrap();
+        let mut cholesky = BlockFactor::new(&good, Kind::Llt).unwrap();
         for value in [-100.0, f64::NAN, f64::INFINITY] {
             let mut bad = good.clone();
             bad.add_diagonal(5, &(value * Mat3::identity()));
@@ -391,7 +323,7 @@ mod tests {
             let d = random.vector();
             bad.add_pair(i, j, &(random.unit() * Mat3::identity() + d * d.transpose()));
         }
-        let mut ldlt = BlockFactor::<f64>::new(&good, Kind::Ldlt).unwrap();
+        let mut ldlt = BlockFactor::new(&good, Kind::Ldlt).unwrap();
         let error = ldlt.factorise(&bad).unwrap_err();
         assert!(matches!(error, SolverError::Singular { pivot: Some(_), .. }), "{error:?}");
         assert_eq!(ldlt.factor.negative_pivots(), None);
@@ -415,7 +347,7 @@ mod tests {
                     }
                     a.add_diagonal(i, &block);
                 }
-                let mut factor = BlockFactor::<f64>::new(&a, kind).unwrap();
+                let mut factor = BlockFactor::new(&a, kind).unwrap();
                 let expected = match kind {
                     Kind::Llt => SolverError::NotPositiveDefinite { row, pivot: None },
                     Kind::Ldlt => SolverError::Singular { row, pivot: None },
@@ -434,7 +366,7 @@ mod tests {
         for i in 0..3 {
             a.add_diagonal(i, &if i == 1 { singular } else { Mat3::identity() });
         }
-        let mut factor = BlockFactor::<f64>::new(&a, Kind::Ldlt).unwrap();
+        let mut factor = BlockFactor::new(&a, Kind::Ldlt).unwrap();
         let error = factor.factorise(&a).unwrap_err();
         assert!(matches!(error, SolverError::Singular { row: 4 | 5, .. }), "{error:?}");
     }
@@ -454,7 +386,7 @@ mod tests {
         for (kind, a) in [(Kind::Llt, &mut definite), (Kind::Ldlt, &mut indefinite)] {
             let unprojected = a.clone();
             a.project(&constraints);
-            let mut factor = BlockFactor::<f64>::new(a, kind).unwrap();
+            let mut factor = BlockFactor::new(a, kind).unwrap();
             factor.factorise(a).unwrap();
             let mut x = random.vectors(n);
             factor.solve(&b, &mut x);

@@ -8,5 +8,5 @@
 mod block;
 mod scalar;
 
-pub use block::{BlockCholesky, BlockLdlt, Precision};
+pub use block::{BlockCholesky, BlockLdlt};
 pub use scalar::CompleteLdlt;
