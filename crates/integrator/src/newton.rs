@@ -53,7 +53,7 @@ const MAX_HALVINGS: u32 = 30;
 /// The matrix is the exact Hessian `M + τ² ∇²U + τ D` while its Cholesky factorisation succeeds, else
 /// the one with each spring's block projected to positive semi-definite. With a saved Jacobian ([`Jacobian::Saved`])
 /// the factor is kept over iterations and stages; residual and line search stay those of the present potential, so that
-/// the solution is the same. With [`NewtonSolver::Cg`] the Hessian is always that of the present iterate, and its system is
+/// the solution is the same. With [conjugate gradients](crate::NewtonSolver::Cg) the Hessian is always that of the present iterate, and its system is
 /// solved as tightly as the forcing rule says.
 #[derive(Debug)]
 pub struct Newton {

@@ -32,6 +32,8 @@
 //! * [`ScalarPcg`] is the same for a [`ScalarMatrix`], with the same bits, by fused SIMD kernels.
 //! * A [`Preconditioner`] is [`Identity`], [`Jacobi`], [`BlockJacobi`], [`IncompleteCholesky`],
 //!   [`CompleteCholesky`] or [`DenseInverse`], of which the last two are the inverse up to round-off.
+//! * [`Multigrid`] holds coarser and coarser versions of a [`BlockMatrix`]; a cycle over them is a [`Preconditioner`] whose quality does not
+//!   fall as the mesh grows.
 //! * [`BlockCholesky`] solves directly. With [`BlockMatrix::project`] it obeys constraints too.
 //! * [`CompleteLdlt`] and [`BlockLdlt`] solve directly when the matrix may be indefinite, and count
 //!   its negative eigenvalues. No pivot is changed: a matrix that they cannot factor is an error.

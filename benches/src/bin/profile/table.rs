@@ -42,7 +42,8 @@ pub(crate) fn text(machine: &Machine, profiles: &[Profile], cpu: &str) -> String
     }
     let _ = writeln!(
         text,
-        "\n## Why a step is more than twice above its bound\n\n{}\n",
+        "\n## Why a step is more than twice above its bound\n\nA sweep over the springs takes {}: {}\n",
+        sweeps(machine, profiles),
         bound::SPRINGS
     );
     let far = |p: &&Profile| p.step > NEAR * bound::seconds(machine, p);
@@ -54,6 +55,20 @@ pub(crate) fn text(machine: &Machine, profiles: &[Profile], cpu: &str) -> String
         }
     }
     text
+}
+
+/// What a spring takes in a sweep, on each sheet.
+fn sweeps(machine: &Machine, profiles: &[Profile]) -> String {
+    let of_forces = profiles.iter().filter(|profile| profile.method == bound::SWEEP);
+    let each = of_forces.map(|profile| {
+        let spring = profile.step * profile.shares[0] / profile.springs as f64;
+        let (ns, times) = (1e9 * spring, spring / machine.root_and_quotient_s);
+        format!(
+            "{ns:.2} ns a spring on {0} × {0}, {times:.1} times its root and quotient",
+            profile.side
+        )
+    });
+    each.collect::<Vec<_>>().join("; ")
 }
 
 /// What a step of backward Euler costs however its linear systems are solved.

@@ -76,12 +76,19 @@
 //! | saved, CG, Eisenstat-Walker | 1.05 | 6.5 | 46 | 23 |
 //! | the same, factor kept up to 40 CG iterations in a solve instead of 10 | 0.9 | 6.8 | 116 | 24 |
 //! | the same, up to 80 | 0.5 | 6.8 | 181 | 24 |
+//! | multigrid, CG, Eisenstat-Walker | | 5.9 | 32 | 22 |
 //!
 //! All end within 2e-12 m of each other. With `jacobian=saved,solver=cg` a step takes 0.6 of the time of the default; the
-//! factor is renewed about once a step and the other settings differ little. A factor is worth 30 CG iterations, so to keep
+//! factor is renewed about once a step and the other settings differ little. With `solver=multigrid` it takes 0.3 of that time on
+//! 52×52 particles and 0.24 on 100×100, since the number of its cycles does not grow with the sheet (`results/profile.md` has the times of
+//! all these, and `profile` in `benches` measures them again): a cycle costs 2.3 products, the coarse matrices of a Hessian ten. A factor is worth 30 CG iterations, so to keep
 //! it longer does not pay. Preconditioned by the factor of the scalar Laplacian `M + h² L_k + h L_c`, which never changes, CG needs
 //! half the iterations of the diagonal blocks (303 against 567 to 1e-3 on a matrix of this kind) and as long for them: across the
-//! springs, where the cloth hardly resists, the Laplacian is as stiff as along them.
+//! springs, where the cloth hardly resists, the Laplacian is as stiff as along them. Multigrid has no such fault, though its weights come from
+//! the same Laplacian: its coarse matrices are made from the Hessian. A factor in single precision instead of double saved 3 % of a step
+//! with `jacobian=saved,solver=cg` (the sweeps are bound by their arithmetic, and the factorisation is done once a step). On a prototype,
+//! incomplete Cholesky without fill-in of the 3×3 blocks needed 119 iterations a step where diagonal blocks needed 743 and multigrid 27,
+//! and took 1.4 times as long as multigrid; coarse motions after the springs' directions, or with rotations, did not help.
 //!
 //! At 1e8 a saved factor serves no more than one step as a solver, but still as a preconditioner. *Adaptive steps*
 //! follow the fall at nearly constant size, so that they gain nothing over the right constant step; they find it.
