@@ -43,6 +43,21 @@ fn steps_allocate_nothing_with_any_method_on_any_kind_of_scene() {
     }
 }
 
+/// Hinges couple four particles, each pair of them more than once.
+#[test]
+fn steps_with_hinges_allocate_nothing() {
+    for id in [
+        "symplectic-euler",
+        "backward-euler",
+        "backward-euler:solver=multigrid",
+        "backward-euler:jacobian=saved,solver=cg",
+        "baraff-witkin",
+        "imex-euler",
+    ] {
+        check(id, "drape-test", bundled("drape-test"));
+    }
+}
+
 /// Its remainder beside the linear part, and its directions, need memory of their own.
 #[test]
 fn steps_with_projected_damping_allocate_nothing() {

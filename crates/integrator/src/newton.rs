@@ -12,8 +12,6 @@ pub struct NewtonSettings {
     pub residual: f64,
     /// Most iterations.
     pub max_iterations: u32,
-    /// How the linear systems are solved.
-    pub linear: NewtonLinear,
 }
 
 /// How Newton's method ended.
@@ -53,10 +51,11 @@ const MAX_HALVINGS: u32 = 30;
 /// The matrix is the exact Hessian `M + τ² ∇²U + τ D` while its Cholesky factorisation succeeds, else
 /// the one with each spring's block projected to positive semi-definite. With a saved Jacobian ([`Jacobian::Saved`])
 /// the factor is kept over iterations and stages; residual and line search stay those of the present potential, so that
-/// the solution is the same. With [conjugate gradients](crate::NewtonSolver::Cg) the Hessian is always that of the present iterate, and its system is
+/// the solution is the same. With conjugate gradients ([`Cg`](crate::NewtonSolver::Cg), [`Multigrid`](crate::NewtonSolver::Multigrid)) the Hessian is always that of the present iterate, and its system is
 /// solved as tightly as the forcing rule says.
 #[derive(Debug)]
 pub struct Newton {
+    linear: NewtonLinear,
     matrix: NewtonMatrix,
     gradient: Vec<Vec3>,
     direction: Vec<Vec3>,
@@ -87,12 +86,13 @@ impl Newton {
     pub fn new(
         system: &System,
         potential: &IncrementalPotential,
-        settings: NewtonLinear,
+        linear: NewtonLinear,
     ) -> Result<Self, PrepareError> {
         let n = system.len();
-        let matrix = NewtonMatrix::new(system, potential, settings)?;
+        let matrix = NewtonMatrix::new(system, potential, linear)?;
         let zeros = || vec![Vec3::zeros(); n];
         Ok(Self {
+            linear,
             matrix,
             gradient: zeros(),
             direction: zeros(),
@@ -130,7 +130,7 @@ impl Newton {
             NewtonReport { status: SolveStatus::IterationLimit, ..NewtonReport::default() };
         let mut blind = false;
         let mut last_residual = f64::INFINITY;
-        let NewtonLinear { jacobian, solver } = settings.linear;
+        let NewtonLinear { jacobian, solver } = self.linear;
         let mut forcing = Forcing::new(solver.forcing());
         self.matrix.begin();
         loop {
@@ -162,7 +162,7 @@ impl Newton {
                 system,
                 potential,
                 constraints,
-                (settings.linear, term),
+                (self.linear, term),
                 (&self.gradient, &mut self.direction),
                 &mut report,
             )?;

@@ -7,7 +7,7 @@ use crate::{
 use drape_model::{Revisions, System, Tangent, Vec3};
 use drape_solvers::{
     BlockCholesky, BlockJacobi, BlockMatrix, Constraints, Filter, Multigrid, Norm, PcgSettings,
-    PcgWorkspace, Preconditioner, Reference, ScalarMatrix, SolveStatus, filtered_pcg,
+    PcgWorkspace, Preconditioner, Reference, ScalarMatrix, SolveStatus, SolverError, filtered_pcg,
 };
 use std::cell::RefCell;
 
@@ -30,7 +30,8 @@ pub enum NewtonSolver {
     /// By conjugate gradients on the Hessian of each iterate, as tightly as the rule says; preconditioned by the inverse
     /// diagonal blocks, or by the saved factor.
     Cg(ForcingRule),
-    /// Likewise, preconditioned by a cycle of [`Multigrid`] on the Hessian itself. No factor is made of it, saved or not.
+    /// Likewise, preconditioned by a cycle of [`Multigrid`] on the Hessian itself, after the stiffnesses of the springs; where there
+    /// are none, after what the other effects couple. Nothing is saved.
     Multigrid(ForcingRule),
 }
 
@@ -60,7 +61,7 @@ impl NewtonLinear {
         kind: Kind::Choice(&["fresh", "saved"]),
         default: "fresh",
         help: "factorise the Hessian in each Newton iteration, or keep the factor over iterations and steps \
-               while it serves",
+               while it serves (not with solver=multigrid, which keeps nothing)",
     };
     /// Setting `solver`.
     pub const SOLVER: Setting = Setting {
@@ -206,7 +207,8 @@ impl NewtonMatrix {
             let solve = |matrix: &mut Self, report: &mut NewtonReport, direction: &mut [Vec3]| {
                 matrix.iterate(saves, forcing, gradient, direction, report)
             };
-            if !solve(self, report, direction)? {
+            // Where the exact Hessian is not positive definite, the projected one is.
+            if !solve(self, report, direction).unwrap_or(false) {
                 self.assemble(system, potential, constraints, Tangent::Projected);
                 solve(self, report, direction)?;
             }
@@ -231,7 +233,7 @@ impl NewtonMatrix {
         Ok(())
     }
 
-    /// Conjugate gradients on the matrix; `Ok(false)` where it is not positive definite.
+    /// Conjugate gradients on the matrix; `Ok(false)` where they find that it is not positive definite, an error where the preconditioner does.
     fn iterate(
         &mut self,
         with_factor: bool,
@@ -246,18 +248,14 @@ impl NewtonMatrix {
         let settings = PcgSettings { forcing_term: forcing, norm: Norm::Euclid, max_iterations };
         let (cycle, kept);
         let preconditioner: &dyn Preconditioner = if let Some(multigrid) = multigrid {
-            if multigrid.update(matrix).is_err() {
-                return Ok(false);
-            }
+            multigrid.update(matrix)?;
             cycle = multigrid.on(matrix);
             &cycle
         } else if let Some(factor) = factor.as_mut().filter(|_| with_factor) {
             kept = Kept(RefCell::new(factor));
             &kept
         } else {
-            if diagonal.update(matrix).is_err() {
-                return Ok(false);
-            }
+            diagonal.update(matrix)?;
             diagonal
         };
         let reference = Reference::FilteredRightHandSide;
@@ -295,6 +293,12 @@ impl NewtonMatrix {
             && filters.iter().enumerate().all(|(i, filter)| constraints.filter(i) == *filter)
     }
 
+    /// Factorises the matrix, for settings that do.
+    fn factor(&mut self) -> Result<Result<(), SolverError>, StepError> {
+        let Self { matrix, factor, .. } = self;
+        Ok(factor.as_mut().ok_or(StepError::NeedsPrepare)?.factorise(matrix))
+    }
+
     /// Assembles and factorises; returns the number of factorisations.
     fn factorise(
         &mut self,
@@ -304,20 +308,12 @@ impl NewtonMatrix {
     ) -> Result<u32, StepError> {
         self.saved.revisions = None; // what fails leaves no factor
         self.assemble(system, potential, constraints, Tangent::Exact);
-        let factor = match &mut self.factor {
-            Some(factor) => factor,
-            none => none.insert(BlockCholesky::new(&self.matrix)?),
-        };
-        let count = if factor.factorise(&self.matrix).is_ok() {
-            1
-        } else {
+        let mut count = 1;
+        if self.factor()?.is_err() {
             self.assemble(system, potential, constraints, Tangent::Projected);
-            let Self { factor: Some(factor), matrix, .. } = self else {
-                return Err(StepError::NeedsPrepare);
-            };
-            factor.factorise(matrix)?;
-            2
-        };
+            self.factor()??;
+            count = 2;
+        }
         for (i, filter) in self.saved.filters.iter_mut().enumerate() {
             *filter = constraints.filter(i);
         }
@@ -346,7 +342,7 @@ impl NewtonMatrix {
     }
 }
 
-/// Multigrid for the Hessian, with levels after the stiffnesses of the springs.
+/// Multigrid for the Hessian, with levels after the stiffnesses of the springs, or after what is coupled where there are none.
 fn multigrid(
     system: &System,
     potential: &IncrementalPotential,
@@ -354,10 +350,15 @@ fn multigrid(
 ) -> Result<Multigrid, PrepareError> {
     let implicit = potential.implicit();
     let mut edges = Vec::new();
-    implicit.visit_weights(system, &mut |i, j, _, _| edges.push((i, j)));
-    let mut springs = ScalarMatrix::with_pattern(system.len(), edges);
-    implicit.visit_weights(system, &mut |i, j, k, _| springs.add_edge(i, j, k));
-    Ok(Multigrid::new(matrix, &springs)?)
+    implicit.visit_weights(system, &mut |i, j, k, _| edges.push((i, j, k)));
+    if edges.is_empty() {
+        let effects = implicit.effects(system);
+        effects.for_each(|effect| effect.visit_pairs(&mut |i, j| edges.push((i, j, 1.0))));
+    }
+    let pairs = edges.iter().map(|&(i, j, _)| (i, j));
+    let mut couplings = ScalarMatrix::with_pattern(system.len(), pairs);
+    edges.iter().for_each(|&(i, j, k)| couplings.add_edge(i, j, k));
+    Ok(Multigrid::new(matrix, &couplings)?)
 }
 
 /// The factor as a preconditioner: its solve needs scratch memory of its own.

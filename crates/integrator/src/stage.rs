@@ -159,7 +159,6 @@ impl ImplicitStage {
         let settings = NewtonSettings {
             residual: wanted.max(potential.round_off()),
             max_iterations: settings.max_iterations,
-            linear: settings.linear,
         };
         velocity.copy_from_slice(v_n);
         contacts.solve(system, constraints, impulse, |constraints, wanted| {

@@ -182,6 +182,9 @@ mod tests {
             self.spring.add_force(mass, x, out);
             out[0].x *= self.force;
         }
+        fn has_damping(&self) -> bool {
+            self.spring.has_damping()
+        }
         fn add_damping_force(&self, at: Level<'_>, out: &mut [Vec3]) {
             self.spring.add_damping_force(at, out);
         }

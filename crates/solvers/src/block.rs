@@ -44,7 +44,7 @@ impl BlockMatrix {
     pub fn with_pattern(n: usize, edges: impl IntoIterator<Item = (usize, usize)>) -> Self {
         let pattern = Pattern::new(n, edges);
         let blocks = vec![Mat3::zeros(); pattern.nonzeros()];
-        // Stiffness and damping each add a pair once.
+        // Springs add a pair once for their stiffness and once for their damping. What adds more often searches.
         let places = Vec::with_capacity(pattern.nonzeros());
         Self { pattern, blocks, places, added: 0 }
     }
@@ -190,7 +190,8 @@ impl BlockMatrix {
         let slots = self.pattern.slot(i, j).zip(self.pattern.slot(j, i));
         debug_assert!(slots.is_some(), "the pattern has no pair ({i}, {j})");
         let (ij, ji) = slots?;
-        if let (Ok(first), Ok(second)) = (u32::try_from(ij), u32::try_from(ji)) {
+        let slots = u32::try_from(ij).ok().zip(u32::try_from(ji).ok());
+        if let Some((first, second)) = slots.filter(|_| at < self.places.capacity()) {
             // Another order than before, or more: what follows will be searched for, too.
             self.places.truncate(at);
             self.places.push(Place { ends, slots: [first, second] });

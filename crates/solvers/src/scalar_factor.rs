@@ -60,7 +60,9 @@ impl ScalarFactor {
                 .map(move |(&i, &value)| if rows.kept(i as usize, j) { value } else { 0.0 })
         });
         self.factor.factorise(|values| {
-            values.iter_mut().zip(upper).for_each(|(slot, value)| *slot = value);
+            let mut slots = values.iter_mut();
+            slots.by_ref().zip(upper).for_each(|(slot, value)| *slot = value);
+            debug_assert!(slots.next().is_none(), "fewer values than the pattern has");
         })?;
         self.panels.fill(self.factor.symbolic(), self.factor.kind(), self.factor.factor());
         Ok(())

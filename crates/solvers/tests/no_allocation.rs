@@ -129,6 +129,7 @@ fn fast_solves_and_updates_allocate_nothing() {
                 pcg.update(&a, p);
                 x.fill(Vec3::zeros());
                 pcg.solve(&a, p, &constraints, &b, &mut x, reference, &settings);
+                pcg.multiply(&a, &b, &mut x);
                 constraints.clear();
             }
         });
@@ -146,6 +147,9 @@ fn direct_solves_and_refactorisations_allocate_nothing() {
         let mut cholesky = BlockCholesky::new(&a).unwrap();
         let mut ldlt = BlockLdlt::new(&a).unwrap();
         let mut block_jacobi = BlockJacobi::new(&a);
+        let mut couplings = ScalarMatrix::with_pattern(n, edges.iter().copied());
+        fill_scalars(&mut couplings, &edges);
+        let mut multigrid = Multigrid::new(&a, &couplings).unwrap();
         let mut constraints = Constraints::free(n);
         let direction = Vec3::x();
         constraints.set(3, Filter::Line { direction }, Vec3::zeros());
@@ -155,6 +159,8 @@ fn direct_solves_and_refactorisations_allocate_nothing() {
             fill_blocks(&mut a, &edges);
             a.project(&constraints);
             block_jacobi.update(&a).unwrap();
+            multigrid.update(&a).unwrap();
+            multigrid.on(&a).apply(&b, &mut x);
             cholesky.factorise(&a).unwrap();
             cholesky.solve(&b, &mut x);
             ldlt.factorise(&a).unwrap();

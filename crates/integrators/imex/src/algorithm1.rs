@@ -240,11 +240,8 @@ impl Descent {
         tolerance: f64,
         report: &mut StepReport,
     ) -> Result<(), StepError> {
-        let settings = NewtonSettings {
-            residual: tolerance,
-            max_iterations: MAX_NEWTON_ITERATIONS,
-            linear: NewtonLinear::default(),
-        };
+        let settings =
+            NewtonSettings { residual: tolerance, max_iterations: MAX_NEWTON_ITERATIONS };
         let Problem { system, constraints, .. } = problem;
         *report += self.newton.minimise(system, &mut self.potential, constraints, v, &settings)?;
         Ok(())

@@ -85,7 +85,7 @@ pub trait Effect: Debug + Send + Sync {
     /// Adds the conservative force, N, to `out`.
     fn add_force(&self, mass: &[f64], x: &[Vec3], out: &mut [Vec3]);
 
-    /// Whether the effect also dissipates.
+    /// Whether the effect also dissipates. Without, nobody asks for its damping force.
     fn has_damping(&self) -> bool {
         false
     }

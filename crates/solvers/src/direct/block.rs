@@ -181,6 +181,7 @@ impl BlockFactor {
                     values = rest;
                 }
             }
+            debug_assert!(values.is_empty(), "fewer values than the pattern has");
         })?;
         self.tiles.fill(self.factor.symbolic(), self.factor.kind(), self.factor.factor());
         Ok(())

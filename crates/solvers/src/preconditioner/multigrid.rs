@@ -32,7 +32,8 @@ const LEAST_SHRINKAGE: f64 = 0.8;
 /// problems* (1996); for cloth R. Tamstorf, T. Jones, S. McCormick, *Smoothed aggregation multigrid for cloth simulation* (2015), who
 /// choose the coarse motions by the matrix.
 ///
-/// A cycle on a sheet with 12.6 blocks a row costs about as much as three products, an update about ten.
+/// A cycle on a sheet with 12.6 blocks a row costs about as much as 2.3 products, an update about ten. Where the couplings lead to no
+/// smaller level, as without any, the matrix itself is factorised.
 ///
 /// ```
 /// use drape_solvers::{BlockMatrix, Mat3, Multigrid, Preconditioner, ScalarMatrix, Vec3};
@@ -101,12 +102,13 @@ impl Multigrid {
         let mut couplings = couplings.clone();
         loop {
             let finest = levels.last().map_or(a, |level| &level.coarse);
-            let prolongation = smoothed(&couplings);
-            let is_worth_it = prolongation.columns() as f64 <= LEAST_SHRINKAGE * finest.n() as f64;
-            if finest.n() <= COARSEST || !is_worth_it {
+            let n = finest.n();
+            let is_worth_it = |p: &Prolongation| p.columns() as f64 <= LEAST_SHRINKAGE * n as f64;
+            let prolongation = (n > COARSEST).then(|| smoothed(&couplings)).filter(is_worth_it);
+            let Some(prolongation) = prolongation else {
                 let coarsest = RefCell::new(BlockCholesky::new(finest)?);
                 return Ok(Self { pattern: a.pattern().clone(), levels, coarsest, ready: false });
-            }
+            };
             couplings = prolongation.galerkin(&couplings);
             levels.push(Level::new(finest.pattern(), prolongation));
         }
@@ -115,7 +117,7 @@ impl Multigrid {
     /// Makes the coarse matrices of `a`.
     ///
     /// # Errors
-    /// [`SolverError::NotPositiveDefinite`] when a diagonal block or the coarsest matrix is not;
+    /// [`SolverError::NotPositiveDefinite`] when a diagonal block or the coarsest matrix is not, with a row of its level;
     /// [`SolverError::PatternChanged`] when `a` has another pattern than the matrix given to [`new`](Self::new).
     pub fn update(&mut self, a: &BlockMatrix) -> Result<(), SolverError> {
         self.ready = false;
@@ -137,8 +139,8 @@ impl Multigrid {
 
     /// Number of particles of each level, from the finest to the coarsest.
     pub fn sizes(&self) -> impl Iterator<Item = usize> {
-        let fine = self.levels.iter().map(|level| level.prolongation.rows());
-        fine.chain(self.levels.last().map(|level| level.prolongation.columns()))
+        let coarse = self.levels.iter().map(|level| level.prolongation.columns());
+        std::iter::once(self.pattern.n()).chain(coarse)
     }
 
     fn cycle(&self, depth: usize, a: &BlockMatrix, r: &[Vec3], z: &mut [Vec3]) {

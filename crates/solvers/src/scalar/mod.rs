@@ -128,7 +128,7 @@ impl ScalarPcg {
     }
 
     /// `out ← A x` with the matrix of the last [`update`](Self::update): the bits of its own
-    /// [`multiply`](crate::LinearOperator::multiply).
+    /// [`multiply`](crate::LinearOperator::multiply) where all numbers are finite.
     ///
     /// # Panics
     /// When the sizes of the arguments differ.

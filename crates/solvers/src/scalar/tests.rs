@@ -141,8 +141,6 @@ fn compare(a: &ScalarMatrix, case: &Case) -> PcgReport {
     last.unwrap()
 }
 
-/// The residual of `x` and its norms against their definitions, where particles are free or held: to filter a vector twice by
-/// a plane rounds twice.
 /// The fast product against the readable one.
 fn compare_products(a: &ScalarMatrix, seed: u64) {
     let mut random = Random::new(seed);
@@ -160,6 +158,8 @@ fn compare_products(a: &ScalarMatrix, seed: u64) {
     }
 }
 
+/// The residual of `x` and its norms against their definitions, where particles are free or held: to filter a vector twice by
+/// a plane rounds twice.
 fn compare_residuals(
     a: &ScalarMatrix,
     constraints: &Constraints,

@@ -49,6 +49,9 @@ const BLOCK_PRODUCT: u64 = 6;
 const SET_UP: u64 = 30;
 const FACTORISATION: u64 = 1000;
 const FACTOR_SOLVE: u64 = 18;
+/// Of multigrid on those blocks: an application, and what a new matrix takes.
+const CYCLE: u64 = 14;
+const COARSE_MATRICES: u64 = 60;
 /// Timed repetitions.
 const REPETITIONS: usize = 3;
 
@@ -125,10 +128,16 @@ fn work(choice: &Choice, totals: &Totals) -> u64 {
     let settings = choice.settings();
     let is = |key: &str, value: &str| settings.iter().any(|pair| pair == (key, value));
     // Newton's solves are direct or CG's; a saved factor preconditions.
-    let solves = match (is("solver", "cg"), is("jacobian", "fresh")) {
+    let solves = match (is("solver", "cg"), is("jacobian", "saved")) {
+        _ if is("solver", "multigrid") => 0,
         (false, _) => totals.newton_iterations,
-        (true, false) => totals.cg_iterations,
-        (true, true) => 0,
+        (true, true) => totals.cg_iterations,
+        (true, false) => 0,
+    };
+    let multigrid = if is("solver", "multigrid") {
+        CYCLE * totals.cg_iterations + COARSE_MATRICES * totals.newton_iterations
+    } else {
+        0
     };
     let has_blocks = settings.iter().any(|(key, _)| key == "jacobian");
     let product = if has_blocks { BLOCK_PRODUCT } else { PRODUCT };
@@ -137,6 +146,7 @@ fn work(choice: &Choice, totals: &Totals) -> u64 {
         + SET_UP * totals.setups
         + FACTORISATION * totals.factorisations
         + FACTOR_SOLVE * solves
+        + multigrid
 }
 
 /// What a run gives: a row, and the size of its substeps over time.

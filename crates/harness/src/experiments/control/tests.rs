@@ -98,3 +98,23 @@ fn the_splitting_estimate_sees_the_locking_that_positions_do_not_show() {
     let ((few, blind), (many, seen)) = (run("plain"), run("splitting"));
     assert!(many > few + few / 5 && seen < 0.95 * blind, "{few}, {blind}; {many}, {seen}");
 }
+
+#[test]
+fn work_is_that_of_the_solver() {
+    let totals = Totals {
+        force_evaluations: 25,
+        matvecs: 28,
+        cg_iterations: 7,
+        newton_iterations: 3,
+        setups: 1,
+        ..Totals::default()
+    };
+    let of = |id: &str| work(&Choice::parse(id, &[]).expect("known"), &totals);
+    // Conjugate gradients on the scalar matrix are their products alone.
+    assert_eq!(of("imex-euler"), 25 + 2 * 28 + 30);
+    let newton = 25 + 6 * 28 + 30;
+    assert_eq!(of("backward-euler"), newton + 3 * 18);
+    assert_eq!(of("backward-euler:solver=cg"), newton);
+    assert_eq!(of("backward-euler:solver=cg,jacobian=saved"), newton + 7 * 18);
+    assert_eq!(of("backward-euler:solver=multigrid"), newton + 7 * 14 + 3 * 60);
+}

@@ -2,8 +2,8 @@
 
 use crate::ScalarMatrix;
 
-/// A coupling below this part of the mean of its diagonal entries is weak.
-const STRONG: f64 = 0.08;
+/// A coupling below this part of the geometric mean of the largest couplings of its two ends is weak.
+const STRONG: f64 = 0.25;
 /// Weight of the Jacobi step that smooths the prolongation: 4/3 over the bound 2 of `D⁻¹A` of a Laplacian.
 const DAMPING: f64 = 2.0 / 3.0;
 /// Not in an aggregate yet.
@@ -93,33 +93,52 @@ impl Prolongation {
     }
 }
 
-/// Strong neighbours of a row.
-fn strong(a: &ScalarMatrix, i: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
-    let (columns, values) = a.row(i);
-    let own = a.diagonal(i);
-    columns.iter().zip(values).filter_map(move |(&j, &value)| {
-        let j = j as usize;
-        let is_strong = j != i && value.abs() > STRONG * (own * a.diagonal(j)).sqrt();
-        is_strong.then_some((j, value))
-    })
+/// A scalar matrix and what counts as strong in it.
+struct Couplings<'a> {
+    a: &'a ScalarMatrix,
+    /// The largest coupling of each row.
+    largest: Vec<f64>,
 }
 
-/// Aggregates after Vaněk, Mandel, Brezina (1996): whole neighbourhoods, then what is left joins one beside it, then what is
-/// still left is among itself. Returns the aggregate of each row and their number.
-fn aggregates(a: &ScalarMatrix) -> (Vec<u32>, usize) {
-    let mut of = vec![NONE; a.n()];
+impl<'a> Couplings<'a> {
+    fn new(a: &'a ScalarMatrix) -> Self {
+        let largest = |i: usize| {
+            let (columns, values) = a.row(i);
+            let others = columns.iter().zip(values).filter(|(j, _)| **j as usize != i);
+            others.fold(0.0, |largest: f64, (_, value)| largest.max(value.abs()))
+        };
+        Self { a, largest: (0..a.n()).map(largest).collect() }
+    }
+
+    /// Strong neighbours of a row.
+    fn strong(&self, i: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
+        let (columns, values) = self.a.row(i);
+        columns.iter().zip(values).filter_map(move |(&j, &value)| {
+            let j = j as usize;
+            let mean = (self.largest[i] * self.largest[j]).sqrt();
+            (j != i && value != 0.0 && value.abs() >= STRONG * mean).then_some((j, value))
+        })
+    }
+}
+
+/// Aggregates after Vaněk, Mandel, Brezina (1996): whole neighbourhoods, then what is left joins the one that it is most
+/// strongly coupled to; it has a neighbour in one, or it would have become one. Returns the aggregate of each row and their number.
+fn aggregates(couplings: &Couplings<'_>) -> (Vec<u32>, usize) {
+    let n = couplings.a.n();
+    let mut of = vec![NONE; n];
     let mut count = 0;
-    for i in 0..a.n() {
-        if of[i] == NONE && strong(a, i).all(|(j, _)| of[j] == NONE) {
+    for i in 0..n {
+        if of[i] == NONE && couplings.strong(i).all(|(j, _)| of[j] == NONE) {
             of[i] = count;
-            strong(a, i).for_each(|(j, _)| of[j] = count);
+            couplings.strong(i).for_each(|(j, _)| of[j] = count);
             count += 1;
         }
     }
     let whole = of.clone();
-    for i in 0..a.n() {
+    for i in 0..n {
         if of[i] == NONE {
-            let strongest = strong(a, i)
+            let strongest = couplings
+                .strong(i)
                 .filter(|&(j, _)| whole[j] != NONE)
                 .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
             if let Some((j, _)) = strongest {
@@ -127,29 +146,20 @@ fn aggregates(a: &ScalarMatrix) -> (Vec<u32>, usize) {
             }
         }
     }
-    for i in 0..a.n() {
-        if of[i] == NONE {
-            of[i] = count;
-            for (j, _) in strong(a, i) {
-                if of[j] == NONE {
-                    of[j] = count;
-                }
-            }
-            count += 1;
-        }
-    }
+    debug_assert!(of.iter().all(|of| *of != NONE), "strong couplings go both ways");
     (of, count as usize)
 }
 
 /// `P = (I − ω D⁻¹ Ā) P₀`: `P₀` is 1 where a particle belongs to an aggregate, and `Ā` the matrix with its weak couplings added to the
 /// diagonal. Constants are kept.
 pub(super) fn smoothed(a: &ScalarMatrix) -> Prolongation {
-    let (of, count) = aggregates(a);
+    let couplings = Couplings::new(a);
+    let (of, count) = aggregates(&couplings);
     let rows = (0..a.n()).map(|i| {
-        let weight: f64 = strong(a, i).map(|(_, value)| -value).sum();
+        let weight: f64 = couplings.strong(i).map(|(_, value)| -value).sum();
         let factor = if weight > 0.0 { DAMPING / weight } else { 0.0 };
         let mut row = vec![(of[i], 1.0 - factor * weight)];
-        for (j, value) in strong(a, i) {
+        for (j, value) in couplings.strong(i) {
             match row.iter_mut().find(|(column, _)| *column == of[j]) {
                 Some((_, sum)) => *sum -= factor * value,
                 None => row.push((of[j], -factor * value)),

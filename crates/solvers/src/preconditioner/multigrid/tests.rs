@@ -134,12 +134,26 @@ fn iterations_hardly_grow_with_the_sheet_and_are_far_fewer_than_with_diagonal_bl
 
 #[test]
 fn levels_shrink_down_to_the_coarsest() {
-    let (a, springs) = sheet(40, 1.0);
-    let multigrid = Multigrid::new(&a, &springs).unwrap();
+    let (a, couplings) = sheet(40, 1.0);
+    let multigrid = Multigrid::new(&a, &couplings).unwrap();
     let sizes: Vec<usize> = multigrid.sizes().collect();
     assert_eq!(sizes[0], 1600);
     assert!(sizes.windows(2).all(|pair| 3 * pair[1] < pair[0]), "{sizes:?}");
     assert!(*sizes.last().unwrap() <= COARSEST);
+    // Many equal neighbours, and one particle that all others hang on.
+    let near =
+        |i: usize, j: usize| (i % 40).abs_diff(j % 40) <= 2 && (i / 40).abs_diff(j / 40) <= 2;
+    let wide: Vec<(usize, usize)> = (0..1600)
+        .flat_map(|i| (i + 1..1600.min(i + 90)).map(move |j| (i, j)))
+        .filter(|&(i, j)| near(i, j))
+        .collect();
+    let star: Vec<(usize, usize)> = (1..1600).map(|i| (0, i)).collect();
+    for edges in [wide, star] {
+        let a = BlockMatrix::with_pattern(1600, edges.iter().copied());
+        let multigrid = Multigrid::new(&a, &springs(1600, &edges)).unwrap();
+        let sizes: Vec<usize> = multigrid.sizes().collect();
+        assert!(*sizes.last().unwrap() <= COARSEST, "{sizes:?}");
+    }
 }
 
 #[test]
@@ -198,6 +212,7 @@ fn particles_without_springs_and_empty_systems_are_no_trouble() {
     assert!((flat(&z) * 2.0 - flat(&b)).norm() < 1e-14);
     let empty = BlockMatrix::with_pattern(0, []);
     let mut multigrid = Multigrid::new(&empty, &springs(0, &[])).unwrap();
+    assert!(multigrid.sizes().eq([0]));
     multigrid.update(&empty).unwrap();
     multigrid.on(&empty).apply(&[], &mut []);
 }
