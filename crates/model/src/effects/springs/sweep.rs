@@ -29,7 +29,7 @@
 //! read was checked, 2.05 with a distance of arrays that the compiler knows. The same loop in C++ with everything known when it is
 //! compiled, and without the copies to and from coordinates, takes 1.15: the bound that is left. Reading coordinates group by group
 //! instead of chunk by chunk gained nothing. (52 × 52, one core of a machine that had other work.) On a core of a Zen 5 the
-//! sheet of 52 × 52 takes 1.2 ns a spring in some processes and 1.9 in others, by where its memory happens to lie.
+//! sheet of 52 × 52 takes 1.2 ns a spring, at times 1.9, also where addresses are fixed: work of others on the machine.
 
 mod kernel;
 mod loops;
