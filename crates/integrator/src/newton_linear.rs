@@ -193,11 +193,23 @@ impl NewtonMatrix {
         (gradient, direction): (&[Vec3], &mut [Vec3]),
         report: &mut NewtonReport,
     ) -> Result<(), StepError> {
-        let is_direct = settings.solver == NewtonSolver::Cholesky;
         let saves = settings.jacobian == Jacobian::Saved && self.multigrid.is_none();
         let fits = saves && self.fits(system, potential.tau(), constraints);
         self.is_new = !fits;
-        if !is_direct {
+        if settings.solver == NewtonSolver::Cholesky {
+            if !fits {
+                report.factorisations += self.factorise(system, potential, constraints)?;
+            }
+            self.solve_with_factor(gradient, direction)?; // (I − hβJ) Δy = r
+            let length = saves.then(|| drape_solvers::vector::norm(direction));
+            let is_slow = |last: f64| length.is_some_and(|length| length > SLOW * last);
+            if fits && self.last_length.is_some_and(is_slow) {
+                report.factorisations += self.factorise(system, potential, constraints)?;
+                self.solve_with_factor(gradient, direction)?;
+                self.is_new = true;
+            }
+            self.last_length = length;
+        } else {
             if saves && !fits {
                 report.factorisations += self.factorise(system, potential, constraints)?;
             } else {
@@ -215,19 +227,6 @@ impl NewtonMatrix {
             if report.cg_iterations - before > MANY_ITERATIONS {
                 self.restart();
             }
-        } else {
-            if !fits {
-                report.factorisations += self.factorise(system, potential, constraints)?;
-            }
-            self.solve_with_factor(gradient, direction)?; // (I − hβJ) Δy = r
-            let length = saves.then(|| drape_solvers::vector::norm(direction));
-            let is_slow = |last: f64| length.is_some_and(|length| length > SLOW * last);
-            if fits && self.last_length.is_some_and(is_slow) {
-                report.factorisations += self.factorise(system, potential, constraints)?;
-                self.solve_with_factor(gradient, direction)?;
-                self.is_new = true;
-            }
-            self.last_length = length;
         }
         constraints.project(direction);
         Ok(())

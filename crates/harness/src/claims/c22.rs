@@ -6,11 +6,10 @@ use super::{Claim, Finding, Number, Verdict};
 use crate::HarnessError;
 use crate::experiments::{sheet::pair, short};
 use crate::run::Simulation;
-use drape_integrator::{Implicit, StepError};
+use drape_integrator::{Implicit, StepError, hold_pins};
 use drape_model::{Level, Mat3, State, Vec3};
 use drape_solvers::{
-    BlockJacobi, BlockMatrix, Constraints, Filter, Norm, PcgSettings, PcgWorkspace, Reference,
-    filtered_pcg,
+    BlockJacobi, BlockMatrix, Constraints, Norm, PcgSettings, PcgWorkspace, Reference, filtered_pcg,
 };
 
 pub(super) const CLAIM: Claim = Claim {
@@ -73,10 +72,8 @@ fn block_step(
     for (i, &mass) in system.mass().iter().enumerate() {
         a.add_diagonal(i, &Mat3::from_diagonal_element(mass));
         b[i] = b[i] * h + state.v[i] * mass;
-        if system.pinned()[i] {
-            constraints.set(i, Filter::Fixed, Vec3::zeros());
-        }
     }
+    hold_pins(system, &mut constraints);
     let mut preconditioner = BlockJacobi::new(&a);
     preconditioner.update(&a).map_err(StepError::from)?;
     let settings = PcgSettings { forcing_term: 1e-8, norm: Norm::Euclid, max_iterations: 10_000 };

@@ -6,6 +6,7 @@ mod aggregation;
 mod tests;
 
 use std::cell::RefCell;
+use std::ops::Range;
 
 use self::aggregation::{Prolongation, smoothed};
 use super::Preconditioner;
@@ -196,19 +197,13 @@ impl Level {
         let (n, coarse) = (prolongation.rows(), prolongation.columns());
         let (mut starts, mut columns): (_, Vec<u32>) = (vec![0], Vec::new());
         for i in 0..n {
-            let start = columns.len();
-            for &j in &fine.columns()[fine.row(i)] {
-                columns.extend(prolongation.row(j as usize).iter().map(|entry| entry.0));
-            }
-            columns[start..].sort_unstable();
-            let mut kept = start;
-            for at in start..columns.len() {
-                if at == start || columns[at] != columns[kept - 1] {
-                    columns[kept] = columns[at];
-                    kept += 1;
-                }
-            }
-            columns.truncate(kept);
+            let neighbours = fine.columns()[fine.row(i)].iter();
+            let mut row: Vec<u32> = neighbours
+                .flat_map(|&j| prolongation.row(j as usize).iter().map(|entry| entry.0))
+                .collect();
+            row.sort_unstable();
+            row.dedup();
+            columns.extend(row);
             starts.push(columns.len() as u32);
         }
         let mut edges = Vec::new();
@@ -239,6 +234,12 @@ impl Level {
         }
     }
 
+    /// Slots of a row of `A P`.
+    #[inline(always)]
+    fn row(&self, i: usize) -> Range<usize> {
+        self.starts[i] as usize..self.starts[i + 1] as usize
+    }
+
     /// Inverse diagonal blocks, `A P`, and the lower triangle of `Pᵀ (A P)` with its mirror.
     fn update(&mut self, a: &BlockMatrix) -> Result<(), SolverError> {
         let (pattern, blocks) = (a.pattern(), a.blocks());
@@ -250,8 +251,7 @@ impl Level {
         }
         self.product.fill(Mat3::zeros());
         for i in 0..a.n() {
-            let own = self.starts[i] as usize..self.starts[i + 1] as usize;
-            for slot in own {
+            for slot in self.row(i) {
                 self.slots[self.columns[slot] as usize] = slot as u32;
             }
             for slot in pattern.row(i) {
@@ -268,7 +268,7 @@ impl Level {
                 self.slots[self.coarse.pattern().column(slot)] = slot as u32;
             }
             for &(i, weight) in self.restriction.row(row) {
-                let own = self.starts[i as usize] as usize..self.starts[i as usize + 1] as usize;
+                let own = self.row(i as usize);
                 for (&column, block) in self.columns[own.clone()].iter().zip(&self.product[own]) {
                     if column as usize > row {
                         break;

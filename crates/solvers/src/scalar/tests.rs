@@ -132,7 +132,10 @@ fn compare(a: &ScalarMatrix, case: &Case) -> PcgReport {
             let report = solver.solve(a, fast_p, &constraints, &b, &mut y, reference, &settings);
             let [ours, theirs] = [report, expected].map(|r| r.relative_residual.to_bits());
             assert_eq!(ours, theirs, "{:?}: {report:?}, {expected:?}", solver.layout());
-            assert_eq!(report, expected, "{:?}", solver.layout());
+            // The rest, apart from that number: it may be NaN, which equals nothing.
+            let [ours, theirs] =
+                [report, expected].map(|report| PcgReport { relative_residual: 0.0, ..report });
+            assert_eq!(ours, theirs, "{:?}", solver.layout());
             assert_eq!(bits(&x), bits(&y), "{:?}", solver.layout());
         }
         compare_residuals(a, &constraints, &b, &x, &mut solvers);

@@ -127,17 +127,15 @@ impl Setting {
 fn work(choice: &Choice, totals: &Totals) -> u64 {
     let settings = choice.settings();
     let is = |key: &str, value: &str| settings.iter().any(|pair| pair == (key, value));
-    // Newton's solves are direct or CG's; a saved factor preconditions.
+    let Totals { cg_iterations, newton_iterations, .. } = *totals;
+    // Newton's solves are direct or CG's; a saved factor or multigrid preconditions.
     let solves = match (is("solver", "cg"), is("jacobian", "saved")) {
-        _ if is("solver", "multigrid") => 0,
-        (false, _) => totals.newton_iterations,
-        (true, true) => totals.cg_iterations,
+        _ if is("solver", "multigrid") => {
+            CYCLE * cg_iterations + COARSE_MATRICES * newton_iterations
+        }
+        (false, _) => FACTOR_SOLVE * newton_iterations,
+        (true, true) => FACTOR_SOLVE * cg_iterations,
         (true, false) => 0,
-    };
-    let multigrid = if is("solver", "multigrid") {
-        CYCLE * totals.cg_iterations + COARSE_MATRICES * totals.newton_iterations
-    } else {
-        0
     };
     let has_blocks = settings.iter().any(|(key, _)| key == "jacobian");
     let product = if has_blocks { BLOCK_PRODUCT } else { PRODUCT };
@@ -145,8 +143,7 @@ fn work(choice: &Choice, totals: &Totals) -> u64 {
         + product * totals.matvecs
         + SET_UP * totals.setups
         + FACTORISATION * totals.factorisations
-        + FACTOR_SOLVE * solves
-        + multigrid
+        + solves
 }
 
 /// What a run gives: a row, and the size of its substeps over time.

@@ -167,6 +167,5 @@ pub(super) fn smoothed(a: &ScalarMatrix) -> Prolongation {
         }
         row
     });
-    let rows: Vec<_> = rows.collect();
-    Prolongation::from_rows(rows.into_iter(), count)
+    Prolongation::from_rows(rows, count)
 }
