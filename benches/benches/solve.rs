@@ -7,7 +7,7 @@ use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_mai
 use drape_solvers::{
     BlockCholesky, BlockJacobi, BlockMatrix, Constraints, Filter, IncompleteCholesky, Jacobi,
     LinearOperator, Mat3, Multigrid, Norm, PcgSettings, PcgWorkspace, Preconditioner, Reference,
-    ScalarLayout, ScalarMatrix, ScalarPcg, ScalarPreconditioner, Vec3, filtered_pcg,
+    ScalarLayout, ScalarMatrix, ScalarPcg, ScalarPreconditioner, StartValue, Vec3, filtered_pcg,
 };
 
 /// About as many as a step takes.
@@ -69,7 +69,18 @@ fn solves(criterion: &mut Criterion) {
             group.bench_function(format!("{name}/{layout:?}").to_lowercase(), |bencher| {
                 bencher.iter_batched_ref(
                     || start.clone(),
-                    |x| pcg.solve(&a, p, &constraints, &b, x, reference, &settings),
+                    |x| {
+                        pcg.solve(
+                            &a,
+                            p,
+                            &constraints,
+                            &b,
+                            StartValue::Given,
+                            x,
+                            reference,
+                            &settings,
+                        )
+                    },
                     BatchSize::LargeInput,
                 );
             });

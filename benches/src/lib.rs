@@ -1,12 +1,15 @@
 //! What the benches share: bundled scenes, ready to be stepped, and the hanging sheet of the comparisons of cost.
 
+mod machine;
 mod sheet;
 
+pub use machine::{Machine, triad};
 pub use sheet::{HangingSheet, Mesh, STEP_S};
 
 use drape_harness::methods::Choice;
 use drape_integrator::{Integrator, PhaseClock, TimeStep};
 use drape_model::{State, System};
+use std::num::NonZero;
 
 /// A method prepared on a scene, past its first steps.
 #[derive(Debug)]
@@ -40,8 +43,23 @@ impl Prepared {
     /// # Panics
     /// As [`new`](Self::new).
     pub fn on_sheet(side: u32, mesh: Mesh, method: &str, warm_up: usize) -> Self {
+        Self::with_threads(side, mesh, method, warm_up, NonZero::<usize>::MIN)
+    }
+
+    /// As [`on_sheet`](Self::on_sheet), for so many threads of the pool that the steps will be called on.
+    ///
+    /// # Panics
+    /// As [`new`](Self::new).
+    pub fn with_threads(
+        side: u32,
+        mesh: Mesh,
+        method: &str,
+        warm_up: usize,
+        threads: NonZero<usize>,
+    ) -> Self {
         let sheet = HangingSheet::new(side, 1e4, mesh).expect("a valid sheet");
-        let (system, state, _) = sheet.spec.build_ordered().expect("a valid sheet");
+        let (mut system, state, _) = sheet.spec.build_ordered().expect("a valid sheet");
+        system.set_threads(threads);
         let step = TimeStep::new(STEP_S).expect("a positive step");
         Self::from((system, state), step, method, warm_up)
     }
@@ -65,8 +83,16 @@ impl Prepared {
     /// # Panics
     /// When the integrator breaks its contract.
     pub fn step(&mut self) {
+        self.step_by(&mut PhaseClock::off());
+    }
+
+    /// One step, timed by a clock.
+    ///
+    /// # Panics
+    /// As [`step`](Self::step).
+    pub fn step_by(&mut self, clock: &mut PhaseClock) {
         self.integrator
-            .step(&self.system, &mut self.state, self.step, &mut PhaseClock::off())
+            .step(&self.system, &mut self.state, self.step, clock)
             .expect("a prepared method");
     }
 }

@@ -15,6 +15,7 @@ mod run;
 mod scenes;
 mod schedule;
 mod stability;
+mod team;
 
 pub use error::HarnessError;
 pub use facts::{Difference, compare_folders};
@@ -24,3 +25,4 @@ pub use provenance::{provenance, sha256, system_hash};
 pub use run::{Counts, Divergence, Options, Outcome, Simulation, count, simulate};
 pub use scenes::{bundled, free_edge_midpoint};
 pub use stability::{Energy, Rule, Verdict, judge, reference_energy, verdict};
+pub use team::Team;

@@ -1,6 +1,9 @@
 //! Which effects are integrated implicitly.
 
-use drape_model::{Effect, Level, Part, State, System, Vec3};
+use drape_model::{Effect, Level, LinearSplit, Part, State, System, Vec3};
+use drape_solvers::bands::{bands, in_bands};
+use drape_solvers::vector::weighted_scale_add;
+use std::ops::Range;
 
 /// Which effects are implicit; whatever is not stays at level `n`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,10 +58,35 @@ impl Implicit {
     /// Writes the force of everything at level `n`, N, but for the implicit effects' damping: first what
     /// [`add_explicit_forces`](Self::add_explicit_forces) adds, then [`add_implicit_forces`](Self::add_implicit_forces).
     pub fn forces_but_implicit_damping(self, system: &System, state: &State, out: &mut [Vec3]) {
-        let explicit = system.effects().filter(|effect| !self.selects(*effect));
+        system.write_forces(self.all_but_implicit_damping(system), state.level(), out);
+    }
+
+    fn all_but_implicit_damping(
+        self,
+        system: &System,
+    ) -> impl Iterator<Item = (&dyn Effect, Part)> {
+        let explicit = system.effects().filter(move |effect| !self.selects(*effect));
         let explicit = explicit.map(|effect| (effect, Part::All));
-        let implicit = self.effects(system).map(|effect| (effect, Part::Force));
-        system.write_forces(explicit.chain(implicit), state.level(), out);
+        explicit.chain(self.effects(system).map(|effect| (effect, Part::Force)))
+    }
+
+    /// Writes `M v_n + h F`, kg m/s, with the force `F` of everything at level `n` but for the linear damping `−L_c v` of the implicit
+    /// effects: the right-hand side of EEH (21), since `F2 − L_k x` is the force of the springs.
+    #[doc(alias = "EEH 21")]
+    pub fn write_impulse(self, system: &System, state: &State, h: f64, out: &mut [Vec3]) {
+        let momentum = |band: Range<usize>, f: &mut [Vec3]| {
+            weighted_scale_add(&system.mass()[band.clone()], &state.v[band], h, f);
+        };
+        let has_remainder =
+            |effect: &dyn Effect| effect.split().is_some_and(LinearSplit::has_damping_remainder);
+        if self.effects(system).any(has_remainder) {
+            self.forces_but_implicit_damping(system, state, out);
+            self.add_damping_remainders(system, &state.x, &state.v, out);
+            let bands = bands(system.threads(), system.len());
+            return in_bands(bands, out.len(), out, &momentum);
+        }
+        let (at, terms) = (state.level(), self.all_but_implicit_damping(system));
+        system.write_forces_and(terms, at, out, &momentum);
     }
 
     /// Adds `F2` of the implicit effects at `x`, EEH (13), N, to `out`.
@@ -117,5 +145,47 @@ impl Implicit {
             max = max.max(0.5 * k * (1.0 / mass[i] + 1.0 / mass[j]));
         });
         max
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
+mod tests {
+    use super::*;
+    use drape_model::parse;
+
+    #[test]
+    fn the_impulse_is_that_of_its_definition() {
+        for (rows, damping) in [(9, "full"), (9, "projected"), (150, "full"), (150, "projected")] {
+            let text = format!(
+                r#"{{"format": "drape-scene/1", "name": "s", "cloth": {{"grid": {{"rows": {rows}, "columns": 121,
+                "size_m": [1, 1], "center_m": [0, 0, 0], "mass_kg": 0.4}}}},
+                "effects": {{"tension": {{"stiffness_n_per_m": 9, "damping_n_s_per_m": 0.2}},
+                "shear": {{"stiffness_n_per_m": 2, "damping_n_s_per_m": 0.1}},
+                "gravity": {{"m_s2": [0, 0, -9.81]}}}}, "damping": "{damping}",
+                "time": {{"step_s": 0.01, "duration_s": 1}}}}"#
+            );
+            let (mut system, mut state) = parse("test", &text).unwrap().spec().build().unwrap();
+            for (i, (x, v)) in state.x.iter_mut().zip(&mut state.v).enumerate() {
+                x.z += 1e-3 * (0.7 * i as f64).sin();
+                *v = Vec3::new((0.3 * i as f64).cos(), (1.1 * i as f64).sin(), 0.5);
+            }
+            for implicit in [Implicit::Tension, Implicit::Springs] {
+                let mut expected = vec![Vec3::repeat(f64::NAN); system.len()];
+                implicit.forces_but_implicit_damping(&system, &state, &mut expected);
+                implicit.add_damping_remainders(&system, &state.x, &state.v, &mut expected);
+                weighted_scale_add(system.mass(), &state.v, 0.01, &mut expected);
+                for threads in [3, 1] {
+                    system.set_threads(std::num::NonZero::new(threads).unwrap());
+                    let mut out = vec![Vec3::repeat(f64::NAN); system.len()];
+                    implicit.write_impulse(&system, &state, 0.01, &mut out);
+                    let bits = |all: &[Vec3]| -> Vec<_> {
+                        all.iter().map(|f| f.map(f64::to_bits)).collect()
+                    };
+                    let same = bits(&out) == bits(&expected);
+                    assert!(same, "{rows} rows, {damping}, {threads} threads");
+                }
+            }
+        }
     }
 }

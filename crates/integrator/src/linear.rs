@@ -5,7 +5,7 @@ use drape_model::{Revisions, System, Vec3};
 use drape_solvers::{
     CompleteCholesky, Constraints, DenseInverse, Filter, Identity, IncompleteCholesky, Jacobi,
     Norm, PcgReport, PcgSettings, PcgWorkspace, Preconditioner, Reference, ScalarMatrix, ScalarPcg,
-    ScalarPreconditioner, SolveStatus, SolverError, constraint_impulse, filtered_pcg,
+    ScalarPreconditioner, SolveStatus, SolverError, StartValue, constraint_impulse, filtered_pcg,
     vector::{axpy, dot, norm, subtract_from},
 };
 
@@ -326,7 +326,22 @@ impl LaplacianSolver {
     /// Solves `A v = b` under constraints; `v` holds the start value on entry, the solution on
     /// return. Stops at the forcing term relative to the filtered right-hand side.
     pub fn solve(&mut self, constraints: &Constraints, b: &[Vec3], v: &mut [Vec3]) -> PcgReport {
-        self.solve_with(constraints, b, v, Reference::FilteredRightHandSide, self.stop_test())
+        self.solve_from(StartValue::Given, constraints, b, v)
+    }
+
+    /// As [`solve`](Self::solve) from where `start` says. A direct solve needs no start.
+    ///
+    /// # Panics
+    /// When the sizes of the arguments differ.
+    pub fn solve_from(
+        &mut self,
+        start: StartValue<'_>,
+        constraints: &Constraints,
+        b: &[Vec3],
+        v: &mut [Vec3],
+    ) -> PcgReport {
+        let (reference, settings) = (Reference::FilteredRightHandSide, self.stop_test());
+        self.solve_with(start, constraints, b, v, reference, settings)
     }
 
     /// As [`solve`](Self::solve), until `‖r‖ ≤ residual` (kg m/s, Euclidean).
@@ -339,7 +354,8 @@ impl LaplacianSolver {
     ) -> PcgReport {
         let max_iterations = self.max_iterations;
         let settings = PcgSettings { forcing_term: 1.0, norm: Norm::Euclid, max_iterations };
-        self.solve_with(constraints, b, v, Reference::Absolute(residual), settings)
+        let (start, reference) = (StartValue::Given, Reference::Absolute(residual));
+        self.solve_with(start, constraints, b, v, reference, settings)
     }
 
     /// As [`solve`](Self::solve), with the forcing term relative to `reference` (kg m/s, in the norm of
@@ -351,7 +367,8 @@ impl LaplacianSolver {
         v: &mut [Vec3],
         reference: f64,
     ) -> PcgReport {
-        self.solve_with(constraints, b, v, Reference::Absolute(reference), self.stop_test())
+        let (start, reference) = (StartValue::Given, Reference::Absolute(reference));
+        self.solve_with(start, constraints, b, v, reference, self.stop_test())
     }
 
     /// Norm of the filtered vector `S r` (kg m/s), as the stop test of the solve measures residuals.
@@ -377,6 +394,7 @@ impl LaplacianSolver {
 
     fn solve_with(
         &mut self,
+        start: StartValue<'_>,
         constraints: &Constraints,
         b: &[Vec3],
         v: &mut [Vec3],
@@ -393,8 +411,10 @@ impl LaplacianSolver {
             settings.max_iterations = self.max_iterations;
         }
         if let Some(p) = self.preconditioner.fast() {
-            return self.fast.solve(&self.matrix, p, constraints, b, v, reference, &settings);
+            let (a, fast) = (&self.matrix, &mut self.fast);
+            return fast.solve(a, p, constraints, b, start, v, reference, &settings);
         }
+        start.write(v);
         let preconditioner = self.preconditioner.as_dyn();
         let workspace = &mut self.workspace;
         filtered_pcg(

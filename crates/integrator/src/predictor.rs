@@ -1,6 +1,7 @@
 //! Start values for the solve.
 
 use drape_model::Vec3;
+use drape_solvers::StartValue;
 use drape_solvers::bands::in_bands;
 use drape_solvers::vector::extrapolate;
 
@@ -63,6 +64,15 @@ impl Predictor {
                 out.copy_from_slice(v);
             }
         });
+    }
+
+    /// Where a solve for the velocity starts: at `v_n` or at [what is extrapolated](Self::extrapolate), m/s.
+    pub fn start<'a>(&'a self, start: Start, v: &'a [Vec3], h: f64) -> StartValue<'a> {
+        if start == Start::Last || self.step_bits != Some(h.to_bits()) {
+            StartValue::At(v)
+        } else {
+            StartValue::Extrapolated { last: v, before: &self.previous } // EEH (22)
+        }
     }
 
     /// Remembers `v_n`, m/s, before a step of `h` seconds replaces it.

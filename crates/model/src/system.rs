@@ -1,10 +1,12 @@
 //! The system that runs: masses, effects, pins, obstacles, with revisions.
 
 use crate::effects::batch::{self, Quads};
-use crate::effects::sweep::{self, Begin, MAX_PASSES, Window};
+use crate::effects::sweep::{self, Begin, Finish, MAX_PASSES, Windows};
 use crate::effects::{BlockPlanes, Effect, Linearised, PairBlocks, Part, Pass, pairs, tangent};
 use crate::{Detection, Level, MovingPin, Obstacle, Vec3};
+use rayon::prelude::*;
 use std::num::NonZero;
+use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard};
 
@@ -23,6 +25,9 @@ pub struct Revisions {
     /// Which particles are coupled: a change asks for a new sparsity pattern.
     pub topology: u64,
 }
+
+/// Particles that a thread finishes at a time.
+const PIECE: usize = 4096;
 
 fn new_stamp() -> u64 {
     static NEXT: AtomicU64 = AtomicU64::new(1);
@@ -60,8 +65,7 @@ pub struct System {
 /// Memory for sweeps over several effects at once, of both kernels; either is empty where no spring needs it.
 #[derive(Debug)]
 struct SweepMemory {
-    /// One for each thread.
-    windows: Vec<Window>,
+    windows: Windows,
     quads: Quads,
 }
 
@@ -69,10 +73,9 @@ impl SweepMemory {
     fn new(mass: &[f64], effects: &[Box<dyn Effect>], threads: usize) -> Mutex<Self> {
         let passes = || effects.iter().filter_map(|effect| effect.pass(mass, Part::Force));
         let is_listed = passes().any(|pass| matches!(pass, Pass::Listed(_)));
+        let springs = passes().filter_map(|pass| pass.springs().map(|springs| springs.diagonals));
         Mutex::new(Self {
-            windows: (0..threads)
-                .map(|_| Window::new(passes().filter_map(|p| p.springs().map(|s| s.diagonals))))
-                .collect(),
+            windows: Windows::new(threads, springs),
             quads: Quads::new(if is_listed { mass.len() } else { 0 }),
         })
     }
@@ -82,7 +85,7 @@ impl SweepMemory {
         let is_listed = passes.clone().any(|pass| matches!(pass, Pass::Listed(_)));
         let is_diagonal = passes.clone().any(|pass| matches!(pass, Pass::Springs(_)));
         match (is_listed, is_diagonal) {
-            (false, _) => self.windows.first().is_some_and(|window| window.fits(passes)),
+            (false, _) => self.windows.fits(passes),
             (true, true) => false,
             (true, false) => passes.into_iter().all(|pass| match pass {
                 Pass::Listed(springs) => springs.list.particles <= self.quads.particles(),
@@ -116,24 +119,28 @@ impl<'a> Passes<'a> {
         fits
     }
 
-    /// Sweeps, and waits for others.
+    /// Sweeps, and waits for others. Returns whether the forces were finished on the way.
     fn sweep(
         &mut self,
         memory: &mut Option<MutexGuard<'_, SweepMemory>>,
         Level { x, v, .. }: Level<'_>,
         out: &mut [Vec3],
         begin: &mut Begin,
-    ) {
+        finish: Option<&Finish<'_>>,
+    ) -> bool {
         let passes = &self.list[..self.count];
+        let mut is_finished = false;
         match (memory, passes.iter().flatten().any(|pass| matches!(pass, Pass::Listed(_)))) {
             (Some(memory), true) => batch::add(passes, &mut memory.quads, x, v, out, *begin),
             (Some(memory), false) if self.count > 0 => {
-                sweep::add(passes, &mut memory.windows, x, v, out, *begin);
+                sweep::add(passes, &mut memory.windows, x, v, out, *begin, finish);
+                is_finished = finish.is_some();
             }
-            _ => return,
+            _ => return false,
         }
         *begin = Begin::Present;
         *self = Self::default();
+        is_finished
     }
 }
 
@@ -296,7 +303,20 @@ impl System {
         at: Level<'_>,
         out: &mut [Vec3],
     ) {
-        self.sum_forces(terms, at, out, Begin::Zero);
+        self.sum_forces(terms, at, out, Begin::Zero, None);
+    }
+
+    /// As [`write_forces`](Self::write_forces), and then calls `finish` with every particle's force once, some particles at a
+    /// time and where possible as long as their forces are in a cache; with several [threads](Self::threads), by any of them. It must
+    /// not hand work to other threads itself.
+    pub fn write_forces_and<'a>(
+        &'a self,
+        terms: impl Iterator<Item = (&'a dyn Effect, Part)>,
+        at: Level<'_>,
+        out: &mut [Vec3],
+        finish: &(dyn Fn(Range<usize>, &mut [Vec3]) + Sync),
+    ) {
+        self.sum_forces(terms, at, out, Begin::Zero, Some(finish));
     }
 
     /// Adds the wanted parts of the effects' forces at one level, N, to `out`, effect by effect in the given order.
@@ -307,7 +327,7 @@ impl System {
         at: Level<'_>,
         out: &mut [Vec3],
     ) {
-        self.sum_forces(terms, at, out, Begin::Present);
+        self.sum_forces(terms, at, out, Begin::Present, None);
     }
 
     fn sum_forces<'a>(
@@ -316,6 +336,7 @@ impl System {
         at: Level<'_>,
         out: &mut [Vec3],
         mut begin: Begin,
+        finish: Option<&Finish<'_>>,
     ) {
         let mut memory = self.memory.try_lock().ok();
         let mut pending = Passes::default();
@@ -329,14 +350,27 @@ impl System {
             if is_taken(&mut pending, &memory) {
                 continue;
             }
-            pending.sweep(&mut memory, at, out, &mut begin);
+            pending.sweep(&mut memory, at, out, &mut begin, None);
             if !is_taken(&mut pending, &memory) {
                 begin.clear(out);
                 effect.add_part(part, &self.mass, at, out);
             }
         }
-        pending.sweep(&mut memory, at, out, &mut begin);
+        let is_finished = pending.sweep(&mut memory, at, out, &mut begin, finish);
         begin.clear(out);
+        if let (Some(finish), false) = (finish, is_finished) {
+            self.finish_all(finish, out);
+        }
+    }
+
+    /// Finishes all forces, which no cache holds any more.
+    fn finish_all(&self, finish: &Finish<'_>, out: &mut [Vec3]) {
+        if self.threads == 1 || out.len() < PIECE {
+            return finish(0..out.len(), out);
+        }
+        out.par_chunks_mut(PIECE).enumerate().for_each(|(k, out)| {
+            finish(k * PIECE..k * PIECE + out.len(), out);
+        });
     }
 
     /// The offsets `j − i` of all pairs that the effects couple, if their Jacobians can be swept along diagonals
@@ -374,8 +408,14 @@ impl System {
     ) -> bool {
         let Ok(mut memory) = self.memory.try_lock() else { return false };
         let Some(passes) = tangent_passes(effects, &self.mass, &memory) else { return false };
-        let Some(window) = memory.windows.first_mut() else { return false };
-        tangent::add(&passes.list[..passes.count], window, &self.mass, at, matrix, out);
+        tangent::add(
+            &passes.list[..passes.count],
+            memory.windows.first(),
+            &self.mass,
+            at,
+            matrix,
+            out,
+        );
         true
     }
 

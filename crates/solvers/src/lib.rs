@@ -109,6 +109,7 @@ mod rows;
 mod scalar;
 mod scalar_factor;
 mod sparse_factor;
+mod start;
 #[cfg(test)]
 mod test_support;
 mod tiles;
@@ -131,6 +132,7 @@ pub use preconditioner::{
     Multigrid, Preconditioner,
 };
 pub use scalar::{ResidualNorms, ScalarLayout, ScalarPcg, ScalarPreconditioner};
+pub use start::StartValue;
 
 /// Position, velocity, force or the like of one particle.
 pub type Vec3 = nalgebra::Vector3<f64>;

@@ -19,7 +19,7 @@
 use crate::Vec3;
 use crate::scalar::simd::{Four, four_wide, vectorised};
 
-/// Particles of a block: the unit that a thread would sum alone.
+/// Particles of a block: the unit that is summed by one thread.
 pub const BLOCK: usize = 256;
 
 /// Particles of a group, each with accumulators of its own.
@@ -160,25 +160,6 @@ pub fn weighted_scale_add(w: &[f64], x: &[Vec3], alpha: f64, y: &mut [Vec3]) {
 /// When the lengths differ.
 pub fn divided_axpy(alpha: f64, w: &[f64], x: &[Vec3], y: &mut [Vec3]) {
     weighted_update(w, x, y, |w, x, y| y + x * (alpha / w));
-}
-
-/// `y ← y + alpha x` and `copy ← x` in one sweep.
-///
-/// # Panics
-/// When the lengths differ.
-pub fn axpy_and_copy(alpha: f64, x: &[Vec3], y: &mut [Vec3], copy: &mut [Vec3]) {
-    assert_eq!([x.len(), copy.len()], [y.len(); 2], "block vectors of different length");
-    vectorised!(pulp::Arch::new(), [_four,
-        x: &'k [f64] = bytemuck::cast_slice(x),
-        alpha: f64 = alpha,
-        y: &'k mut [f64] = bytemuck::cast_slice_mut(y),
-        copy: &'k mut [f64] = bytemuck::cast_slice_mut(copy),
-    ] -> () {
-        for ((x, y), copy) in x.iter().zip(y).zip(copy) {
-            *y += alpha * x;
-            *copy = *x;
-        }
-    });
 }
 
 /// `y ← f(x, y)`, number by number, compiled for the processor at hand.
@@ -322,11 +303,6 @@ mod tests {
             out.copy_from_slice(&y);
             divided_axpy(0.3, &w, &x, &mut out);
             assert(&out, &|i, k| y[i][k] + x[i][k] * (0.3 / w[i]));
-            let mut copy = y.clone();
-            out.copy_from_slice(&y);
-            axpy_and_copy(0.3, &x, &mut out, &mut copy);
-            assert(&out, &|i, k| y[i][k] + 0.3 * x[i][k]);
-            assert(&copy, &|i, k| x[i][k]);
         }
     }
 }

@@ -128,7 +128,7 @@ fn fast_solves_and_updates_allocate_nothing() {
                 (0..held).for_each(|i| constraints.set(i, Filter::Fixed, Vec3::x()));
                 pcg.update(&a, p);
                 x.fill(Vec3::zeros());
-                pcg.solve(&a, p, &constraints, &b, &mut x, reference, &settings);
+                pcg.solve(&a, p, &constraints, &b, StartValue::Given, &mut x, reference, &settings);
                 pcg.multiply(&a, &b, &mut x);
                 constraints.clear();
             }

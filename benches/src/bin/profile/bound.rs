@@ -18,8 +18,8 @@
 //! they depend on the order of elimination, and a method may choose among them. A step that makes them is above its bound
 //! by what they take.
 
-use crate::machine::Machine;
 use crate::{Counts, Profile};
+use drape_benches::Machine;
 
 /// What a kernel does on a sheet of so many springs and particles.
 #[derive(Clone, Copy, Debug)]

@@ -11,17 +11,15 @@
 //! program measures first. Methods that are more than twice above their bound have a reason beside them.
 
 mod bound;
-mod machine;
 mod table;
 
 use clap::Parser;
-use drape_benches::{HangingSheet, Mesh, STEP_S};
+use drape_benches::{HangingSheet, Machine, Mesh, STEP_S};
 use drape_harness::methods::{self, Choice};
 use drape_harness::provenance;
 use drape_integrator::{Integrator, Phase, PhaseClock, StepReport, TimeStep};
 use drape_model::{State, System};
 use drape_records::file::write_atomically;
-use machine::Machine;
 use std::collections::BTreeMap;
 use std::error::Error;
 use std::io::Write as _;

@@ -1,7 +1,7 @@
 //! The table of the profiles.
 
-use crate::machine::Machine;
 use crate::{Profile, bound};
+use drape_benches::Machine;
 use std::fmt::Write as _;
 
 /// Methods so far above their bound have a reason.

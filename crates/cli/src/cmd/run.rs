@@ -5,8 +5,11 @@ use crate::exit::Diverged;
 use crate::input::load;
 use crate::output::print;
 use crate::progress::bar;
+use clap::builder::TypedValueParser as _;
 use drape_harness::methods::{Choice, MethodError};
-use drape_harness::{HarnessError, Options, OrderedSimulation, Outcome, Peak, Rule, system_hash};
+use drape_harness::{
+    HarnessError, Options, OrderedSimulation, Outcome, Peak, Rule, Team, system_hash,
+};
 use drape_integrator::ExplicitNumbers;
 use drape_model::{Input, State, SystemSpec, TimeSpan, Violation};
 use drape_records::file::write_json;
@@ -38,8 +41,8 @@ pub(crate) struct Arguments {
     phases: bool,
     /// Threads for forces, conjugate gradients on regular sheets, and sums: the same results for any number. Sheets of fewer
     /// than some 16 thousand particles are computed by one
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
-    threads: u16,
+    #[arg(long, value_name = "N", default_value = "1", value_parser = clap::value_parser!(u16).range(1..=1024).try_map(NonZero::try_from))]
+    threads: NonZero<u16>,
     #[command(flatten)]
     frames: super::frames::FrameArguments,
 }
@@ -51,9 +54,8 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let time = time_span(arguments.dt, arguments.duration, &input)?;
     let spec = input.spec();
     let mut simulation = OrderedSimulation::new(spec, &choice)?;
-    if let Some(threads) = NonZero::new(usize::from(arguments.threads)) {
-        simulation.set_threads(threads);
-    }
+    let threads = NonZero::<usize>::from(arguments.threads);
+    simulation.set_threads(threads);
     let step = time.step_s;
     let is_short = simulation.surely_allows(step);
     let warning = (!is_short)
@@ -75,7 +77,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let mut peak = Peak::default();
     let mut sound = Peak::before_a_rise_above(simulation.moving().energy());
     let every = whole.div_ceil(PEAKS).max(1);
-    let mut simulate = || {
+    let simulate = || {
         simulation.simulate(time, options, |step, moving| {
             bar.as_ref().inspect(|bar| bar.set_position(step));
             if step % every == 0 && !was_warned {
@@ -90,11 +92,8 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
             }
         })
     };
-    let outcome = match pool(arguments.threads)? {
-        None => simulate(),
-        Some(pool) => pool.install(simulate),
-    }
-    .map_err(|error| error.in_scene(&arguments.scene))?;
+    let mut team = Team::new(threads, spec.particles.mass_kg.len())?;
+    let outcome = team.run(simulate).map_err(|error| error.in_scene(&arguments.scene))?;
     bar.inspect(|bar| bar.finish_and_clear());
     let record = record(spec, &choice, time, &outcome, &simulation.state());
     if let Some(path) = &arguments.out {
@@ -144,12 +143,6 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         divergence.criterion
     ))
     .into())
-}
-
-/// Threads to compute with, where one is not enough.
-fn pool(threads: u16) -> anyhow::Result<Option<rayon::ThreadPool>> {
-    let builder = rayon::ThreadPoolBuilder::new().num_threads(usize::from(threads));
-    Ok((threads > 1).then(|| builder.build()).transpose()?)
 }
 
 /// Step and duration: as given, or those of the scene.

@@ -12,7 +12,6 @@ use drape_integrator::{
     hold_pins,
 };
 use drape_model::{PieceSpec, State, Vec3};
-use drape_solvers::vector::weighted_scale_add;
 use drape_solvers::{Constraints, Norm};
 
 pub(super) const CLAIM: Claim = Claim {
@@ -74,8 +73,7 @@ fn kept_from_the_start(start: &Simulation, h: f64) -> Result<State, HarnessError
     let mut state = state.clone();
     let mut b = vec![Vec3::zeros(); system.len()];
     for _ in 0..steps(h) {
-        implicit.forces_but_implicit_damping(system, &state, &mut b);
-        weighted_scale_add(system.mass(), &state.v, h, &mut b);
+        implicit.write_impulse(system, &state, h, &mut b);
         linear.solve(&constraints, &b, &mut state.v);
         state.x.iter_mut().zip(&state.v).for_each(|(x, v)| *x += v * h);
         if !state.is_finite() {

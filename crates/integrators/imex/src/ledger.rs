@@ -13,6 +13,9 @@ impl Workspace {
         after: &State,
         h: TimeStep,
     ) -> EnergyLedger {
+        if self.contacts.is_empty() {
+            self.velocity.copy_from_slice(&after.v); // the step left another vector in its place
+        }
         let v_n = as_stepped(system, before, h);
         self.ledger(system, before, after, h, (&before.x, &v_n))
     }

@@ -2,8 +2,6 @@
 
 use drape_integrator::{Implicit, Slopes};
 use drape_model::{State, System, Vec3};
-use drape_solvers::bands::{bands, in_bands};
-use drape_solvers::vector::weighted_scale_add;
 
 /// `b`, and the part of it that Algorithm 1 leaves alone.
 #[derive(Debug)]
@@ -58,14 +56,7 @@ impl RightHandSide {
     /// level `n` less the damping `−L_c v` that stands in the matrix, since `F2 − L_k x` is the force of the springs.
     #[doc(alias = "EEH 21")]
     pub(crate) fn assemble(&mut self, system: &System, state: &State, h: f64) {
-        let Self { implicit, b, .. } = self;
-        let (n, mass) = (b.len(), system.mass());
-        let bands = bands(system.threads(), n);
-        implicit.forces_but_implicit_damping(system, state, b);
-        implicit.add_damping_remainders(system, &state.x, &state.v, b);
-        in_bands(bands, n, &mut b[..], &|band, b: &mut [Vec3]| {
-            weighted_scale_add(&mass[band.clone()], &state.v[band], h, b);
-        });
+        self.implicit.write_impulse(system, state, h, &mut self.b);
     }
 
     /// The part of `b` that Algorithm 1 does not update: `M v_n`, `−h L_k x_n` and every force that the

@@ -9,8 +9,9 @@ use drape_integrator::{
     Predictor, PrepareError, Rewind, Scratch, Start, StepError, StepReport, TimeStep,
 };
 use drape_model::{State, System, Vec3};
+use drape_solvers::StartValue;
 use drape_solvers::bands::{bands, in_bands};
-use drape_solvers::vector::axpy_and_copy;
+use drape_solvers::vector::axpy;
 
 /// IMEX Euler, EEH (21).
 #[derive(Debug)]
@@ -50,14 +51,23 @@ impl ImexUpdated {
     }
 }
 
+impl Workspace {
+    /// The new velocity takes the place of the last one, which the predictor remembers, without a copy: only what contacts may
+    /// still change is kept for the [ledger](Self::plain_ledger) as the step solved for it.
+    fn change_places(&mut self, v: &mut Vec<Vec3>, h: f64) {
+        self.predictor.take(v, h);
+        std::mem::swap(v, &mut self.velocity);
+        if !self.contacts.is_empty() {
+            self.velocity.copy_from_slice(v);
+        }
+    }
+}
+
 /// `x_{n+1} = x_n + h v_{n+1}`, EEH (20), and the end of the contacts.
 #[doc(alias = "EEH 20")]
 fn advance(w: &mut Workspace, state: &mut State, h: f64, bands: usize) {
-    w.predictor.take(&mut state.v, h);
-    let new = &w.velocity;
-    in_bands(bands, new.len(), (&mut state.x[..], &mut state.v[..]), &|band, (x, v)| {
-        axpy_and_copy(h, &new[band], x, v); // EEH (20)
-    });
+    let State { x, v, .. } = state;
+    in_bands(bands, v.len(), &mut x[..], &|band, x: &mut [Vec3]| axpy(h, &v[band], x)); // EEH (20)
     w.contacts.settle(&mut state.v, |c| w.predictor.forget(c.particle, c.velocity));
     state.t += h;
 }
@@ -96,14 +106,11 @@ impl Integrator for ImexEuler {
         let end = state.t + h;
         w.contacts.detect(system, &state.x, &state.v, (h, end), &mut w.constraints);
         clock.switch(Phase::Solve);
-        match self.settings.start {
-            _ if w.linear.solves_directly(&w.constraints) => {} // wherever it starts
-            Start::Last => w.velocity.copy_from_slice(&state.v),
-            _ => w.predictor.extrapolate(&state.v, h, bands, &mut w.velocity), // EEH (22)
-        }
         let Workspace { rhs, velocity: v, impulse, linear, contacts, constraints, .. } = w;
+        let mut start = w.predictor.start(self.settings.start, &state.v, h); // EEH (22)
         contacts.solve(system, constraints, impulse, |constraints, wanted| {
-            report += linear.solve(constraints, &rhs.b, v); // EEH (21)
+            report += linear.solve_from(start, constraints, &rhs.b, v); // EEH (21)
+            start = StartValue::Given; // other contacts: from the last solution
             wanted.fill(v, |impulse| {
                 linear.constraint_impulse(&rhs.b, v, impulse);
                 report.matvecs += 1;
@@ -111,6 +118,7 @@ impl Integrator for ImexEuler {
             Ok::<(), StepError>(())
         })?;
         clock.switch(Phase::Update);
+        w.change_places(&mut state.v, h);
         advance(w, state, h, bands);
         clock.stop();
         Ok(report)
@@ -198,6 +206,8 @@ impl Integrator for ImexUpdated {
         let descent = w.descent.as_ref().map_or(0, |descent| descent.evaluations());
         let slopes = u32::from(w.linear.slopes().is_some());
         report.force_evaluations += 2 + report.outer_passes + descent + slopes;
+        w.predictor.take(&mut state.v, h);
+        state.v.copy_from_slice(&w.velocity); // the ledger asks for it
         advance(w, state, h, bands);
         clock.stop();
         Ok(report)

@@ -204,7 +204,9 @@ pub trait LinearSplit {
     /// Adds `−L_c v`, the linear part of the damping: the negative of EEH (14), N.
     fn add_linear_damping(&self, v: &[Vec3], out: &mut [Vec3]);
 
-    /// Adds what is left of the damping force when `−L_c v` is taken out, N. Nothing where damping is
-    /// full, which is linear already.
+    /// Whether damping has a part that is not linear. Full damping has none.
+    fn has_damping_remainder(&self) -> bool;
+
+    /// Adds what is left of the damping force when `−L_c v` is taken out, N, if [there is such](Self::has_damping_remainder).
     fn add_damping_remainder(&self, x: &[Vec3], v: &[Vec3], out: &mut [Vec3]);
 }

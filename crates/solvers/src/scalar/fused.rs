@@ -3,7 +3,7 @@
 //!
 //! # Threads
 //!
-//! A sweep runs in bands of consecutive blocks, one band a thread. Each block's sums have a place of their own and are
+//! A sweep runs in bands of consecutive blocks, [some a thread](crate::bands). Each block's sums have a place of their own and are
 //! added from the first block to the last when all bands are done: the order of the readable kernels, whatever
 //! the number of bands. The product in a block needs directions from up to [`Diagonals::reach`] rows
 //! away. A band multiplies behind its own updates as far as these are its own rows; the blocks of its rim wait
@@ -23,7 +23,7 @@ use super::soa::{Block, Coordinates, Padded, Rows, RowsMut};
 use crate::bands::{Part, PerBlock, in_bands};
 use crate::pcg::{Norm, Operations, Start};
 use crate::vector::BLOCK;
-use crate::{Constraints, ScalarMatrix, Vec3};
+use crate::{Constraints, ScalarMatrix, StartValue, Vec3};
 use pulp::Arch;
 use std::ops::Range;
 
@@ -107,10 +107,12 @@ impl Fused {
         &'a mut self,
         constraints: &'a Constraints,
         b: &'a [Vec3],
+        start: StartValue<'a>,
         solution: &'a mut [Vec3],
     ) -> FusedSolve<'a> {
         self.operator.buckets.fill(constraints);
-        FusedSolve { constraints, b, solution, postponed: None, measure: Measure::NAN, of: self }
+        let (postponed, measure) = (None, Measure::NAN);
+        FusedSolve { constraints, b, start, solution, postponed, measure, of: self }
     }
 }
 
@@ -119,6 +121,8 @@ impl Fused {
 pub(super) struct FusedSolve<'a> {
     constraints: &'a Constraints,
     b: &'a [Vec3],
+    /// Where it starts.
+    start: StartValue<'a>,
     solution: &'a mut [Vec3],
     /// `α` of an update of `x` that the next sweep over `c` will do.
     postponed: Option<f64>,
@@ -129,7 +133,7 @@ pub(super) struct FusedSolve<'a> {
 
 impl Operations for FusedSolve<'_> {
     fn start(&mut self, reference: Option<Norm>) -> Start {
-        let Self { constraints, b, solution, of, .. } = self;
+        let Self { constraints, b, start: from, solution, of, .. } = self;
         let mut start = Start { reference: f64::NAN, multiplications: 0 };
         let moving = reference.filter(|_| constraints.has_prescribed_motion());
         if let Some(norm) = moving {
@@ -138,7 +142,11 @@ impl Operations for FusedSolve<'_> {
             let reference = Measure::sum(&of.sums.residual).length(norm);
             start = Start { reference, multiplications: 1 };
         }
-        of.load(constraints, solution);
+        let from = match *from {
+            StartValue::Given => StartValue::At(solution),
+            elsewhere => elsewhere,
+        };
+        of.load(constraints, from);
         of.residuals(constraints, b, reference.filter(|_| moving.is_none()));
         self.measure = Measure::sum(&of.sums.residual);
         if let (Some(norm), None) = (reference, moving) {
@@ -239,14 +247,14 @@ impl Fused {
         });
     }
 
-    fn load(&mut self, constraints: &Constraints, start: &[Vec3]) {
+    fn load(&mut self, constraints: &Constraints, start: StartValue<'_>) {
         let Self { operator, x, c, arch, bands, .. } = self;
         over_blocks(*bands, operator, (PerBlock(x), c.rows_mut()), &|band, (x, c)| {
             vectorised!(arch, [_four,
                 operator: &'k Operator = operator,
                 constraints: &'k Constraints = constraints,
                 band: Range<usize> = band,
-                start: &'k [Vec3] = start,
+                start: StartValue<'k> = start,
                 x: &'k mut [Block] = x.0,
                 c: RowsMut<'k> = c,
             ] -> () {

@@ -57,7 +57,9 @@ mod soa;
 
 use crate::bands::bands;
 use crate::pcg::{Norm, Operations, conjugate_gradients};
-use crate::{Constraints, LinearOperator, PcgReport, PcgSettings, Reference, ScalarMatrix, Vec3};
+use crate::{
+    Constraints, LinearOperator, PcgReport, PcgSettings, Reference, ScalarMatrix, StartValue, Vec3,
+};
 use fused::Fused;
 pub(crate) use lanes::Lanes;
 use lanes::Padded;
@@ -140,7 +142,7 @@ impl ScalarPcg {
         }
     }
 
-    /// As [`filtered_pcg`](crate::filtered_pcg), with the matrix and the preconditioner of the last
+    /// As [`filtered_pcg`](crate::filtered_pcg) from where `start` says, with the matrix and the preconditioner of the last
     /// [`update`](Self::update).
     #[expect(
         clippy::too_many_arguments,
@@ -152,21 +154,23 @@ impl ScalarPcg {
         p: ScalarPreconditioner<'_>,
         constraints: &Constraints,
         b: &[Vec3],
+        start: StartValue<'_>,
         x: &mut [Vec3],
         reference: Reference,
         settings: &PcgSettings,
     ) -> PcgReport {
         let n = a.n();
         assert!(
-            [constraints.len(), b.len(), x.len()] == [n; 3],
+            [constraints.len(), b.len(), x.len()] == [n; 3] && start.fits(n),
             "matrix, constraints and vectors are for different numbers of particles"
         );
         match &mut self.0 {
             Layout::Diagonals(fused) => {
-                let mut operations = fused.operations(constraints, b, x);
+                let mut operations = fused.operations(constraints, b, start, x);
                 conjugate_gradients(&mut operations, reference, settings)
             }
             Layout::Rows(padded) => {
+                start.write(x);
                 let mut operations = padded.operations(a, p, constraints, b, x);
                 conjugate_gradients(&mut operations, reference, settings)
             }
@@ -207,7 +211,10 @@ impl ScalarPcg {
             ResidualNorms { residual: operations.residual_norm(), reference }
         }
         match &mut self.0 {
-            Layout::Diagonals(fused) => norms(fused.operations(constraints, b, x), with_reference),
+            Layout::Diagonals(fused) => {
+                let start = StartValue::Given;
+                norms(fused.operations(constraints, b, start, x), with_reference)
+            }
             Layout::Rows(padded) => {
                 let p = ScalarPreconditioner::Identity;
                 norms(padded.operations(a, p, constraints, b, x), with_reference)

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::test_support::{Random, graph, laplacian, random_filter};
-use crate::vector::{norm, subtract_from};
+use crate::vector::{extrapolate, norm, subtract_from};
 use crate::{
     Filter, Identity, IncompleteCholesky, Jacobi, Norm, PcgWorkspace, Preconditioner, SolveStatus,
     Vec3, filtered_pcg,
@@ -123,20 +123,30 @@ fn compare(a: &ScalarMatrix, case: &Case) -> PcgReport {
     let mut workspace = PcgWorkspace::new(n);
     let mut last = None;
     for _ in 0..2 {
-        let (b, start) = (random.vectors(n), random.vectors(n));
-        let mut x = start.clone();
+        let (b, last_term, before) = (random.vectors(n), random.vectors(n), random.vectors(n));
+        let mut given = random.vectors(n);
+        extrapolate(&last_term, &before, &mut given);
+        let mut x = given.clone();
         let expected =
             filtered_pcg(a, p, &constraints, &b, &mut x, reference, &settings, &mut workspace);
-        for solver in &mut solvers {
-            let mut y = start.clone();
-            let report = solver.solve(a, fast_p, &constraints, &b, &mut y, reference, &settings);
-            let [ours, theirs] = [report, expected].map(|r| r.relative_residual.to_bits());
-            assert_eq!(ours, theirs, "{:?}: {report:?}, {expected:?}", solver.layout());
-            // The rest, apart from that number: it may be NaN, which equals nothing.
-            let [ours, theirs] =
-                [report, expected].map(|report| PcgReport { relative_residual: 0.0, ..report });
-            assert_eq!(ours, theirs, "{:?}", solver.layout());
-            assert_eq!(bits(&x), bits(&y), "{:?}", solver.layout());
+        let starts = [
+            (StartValue::Given, &given),
+            (StartValue::At(&given), &b),
+            (StartValue::Extrapolated { last: &last_term, before: &before }, &b),
+        ];
+        for (start, held) in starts {
+            for solver in &mut solvers {
+                let mut y = held.clone();
+                let report =
+                    solver.solve(a, fast_p, &constraints, &b, start, &mut y, reference, &settings);
+                let [ours, theirs] = [report, expected].map(|r| r.relative_residual.to_bits());
+                assert_eq!(ours, theirs, "{:?}: {report:?}, {expected:?}", solver.layout());
+                // The rest, apart from that number: it may be NaN, which equals nothing.
+                let [ours, theirs] =
+                    [report, expected].map(|report| PcgReport { relative_residual: 0.0, ..report });
+                assert_eq!(ours, theirs, "{:?}", solver.layout());
+                assert_eq!(bits(&x), bits(&y), "{:?}", solver.layout());
+            }
         }
         compare_residuals(a, &constraints, &b, &x, &mut solvers);
         last = Some(expected);
@@ -291,7 +301,8 @@ fn any_number_of_threads_gives_the_same_bits() {
         solver.set_threads(threads);
         let mut x = start.clone();
         let reference = Reference::FilteredRightHandSide;
-        let report = solver.solve(&a, p, &constraints, &b, &mut x, reference, &settings);
+        let report =
+            solver.solve(&a, p, &constraints, &b, StartValue::Given, &mut x, reference, &settings);
         (report, bits(&x))
     };
     let alone = solve(1);
@@ -314,7 +325,8 @@ fn a_solution_that_is_prescribed_is_taken() {
         fast.update(&a, p);
         let mut x = Random::new(3).vectors(9);
         let b = [Vec3::y(); 9];
-        let report = fast.solve(&a, p, &constraints, &b, &mut x, reference, &settings);
+        let report =
+            fast.solve(&a, p, &constraints, &b, StartValue::Given, &mut x, reference, &settings);
         assert_eq!((report.iterations, report.status), (0, SolveStatus::Converged));
         assert_eq!(x[8], Vec3::x() * 8.0);
     }

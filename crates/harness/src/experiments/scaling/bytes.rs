@@ -14,13 +14,13 @@
 //! | CG: `q = A p` with `p·q` | diagonal, p | q | 56 |
 //! | CG: `v += α p`, `r −= α q` with `‖r‖` | v, r, p, q | v, r | 144 |
 //! | CG: `p = z + β p` | z, p | p | 72 |
-//! | end: history, velocity, positions | v_n, v, x | history, v, x | 144 |
+//! | end: positions; vectors of velocities change places | v, x | x | 72 |
 //!
 //! With Jacobi's preconditioner two sweeps an iteration do everything:
 //!
 //! | sweep | reads | writes | bytes |
 //! |---|---|---|---|
-//! | first residual, with `rᵀD⁻¹r` | diagonal twice, v, b | r | 88 |
+//! | start `2v_n − v_{n−1}` and first residual, with `rᵀD⁻¹r` | diagonal twice, v_n, v_{n−1}, b | v, r | 136 |
 //! | `v += α p` of before, `p = D⁻¹ r + β p`, `q = A p`, `p·q` | diagonal twice, v, r, p | v, p, q | 160 |
 //! | `r −= α q`, `‖r‖`, `rᵀD⁻¹r` | diagonal, r, q | r | 80 |
 //! | `v += α p` of the last iteration | v, p | v | 72 |
@@ -31,8 +31,8 @@ const START: f64 = 72.0;
 const RESIDUAL: f64 = 80.0;
 const PRECONDITIONER: f64 = 144.0;
 const ITERATION: f64 = 56.0 + 144.0 + 72.0;
-const END: f64 = 144.0;
-const JACOBI_RESIDUAL: f64 = 88.0;
+const END: f64 = 72.0;
+const JACOBI_START: f64 = 136.0;
 const JACOBI_ITERATION: f64 = 160.0 + 80.0;
 const JACOBI_LAST: f64 = 72.0;
 
@@ -49,8 +49,8 @@ pub(super) fn least(label: &str, iterations_per_step: f64) -> Option<f64> {
             Some(FORCES + START + solve + END)
         }
         JACOBI => {
-            let solve = JACOBI_RESIDUAL + iterations_per_step * JACOBI_ITERATION + JACOBI_LAST;
-            Some(FORCES + START + solve + END)
+            let solve = JACOBI_START + iterations_per_step * JACOBI_ITERATION + JACOBI_LAST;
+            Some(FORCES + solve + END)
         }
         _ => None,
     }
@@ -62,9 +62,9 @@ mod tests {
 
     #[test]
     fn an_iteration_more_moves_what_its_kernels_move() {
-        assert_eq!(least("imex-euler", 0.0), Some(520.0));
-        assert_eq!(least("imex-euler", 2.0), Some(520.0 + 2.0 * 416.0));
-        assert_eq!(least(JACOBI, 2.0), Some(456.0 + 2.0 * 240.0));
+        assert_eq!(least("imex-euler", 0.0), Some(448.0));
+        assert_eq!(least("imex-euler", 2.0), Some(448.0 + 2.0 * 416.0));
+        assert_eq!(least(JACOBI, 2.0), Some(360.0 + 2.0 * 240.0));
         assert_eq!(least("symplectic-euler", 0.0), Some(104.0));
         assert_eq!(least("kang", 0.0), None);
     }

@@ -6,8 +6,7 @@ use drape_integrator::{
     EnergyLedger, Implicit, Integrator, Method, Phase, PhaseClock, PrepareError, Scratch,
     StepError, StepReport, TimeStep, drift, kick,
 };
-use drape_model::{State, System, Vec3};
-use drape_solvers::vector::weighted_scale_add;
+use drape_model::{State, System};
 
 /// Symplectic Euler.
 #[derive(Debug, Default)]
@@ -21,13 +20,6 @@ impl SymplecticEuler {
     pub fn new(settings: SymplecticSettings) -> Self {
         Self { settings, scratch: Scratch::default() }
     }
-}
-
-/// `M v_n + h f`, kg m/s, without the linear part of the damping.
-fn undamped_impulse(system: &System, state: &State, h: f64, out: &mut [Vec3]) {
-    Implicit::Springs.forces_but_implicit_damping(system, state, out);
-    Implicit::Springs.add_damping_remainders(system, &state.x, &state.v, out);
-    weighted_scale_add(system.mass(), &state.v, h, out);
 }
 
 impl Integrator for SymplecticEuler {
@@ -61,7 +53,7 @@ impl Integrator for SymplecticEuler {
         clock.switch(Phase::Forces);
         report.force_evaluations = 1;
         if let Some(solver) = &mut w.damping {
-            undamped_impulse(system, state, h, &mut w.force); // M v_n + h f
+            Implicit::Springs.write_impulse(system, state, h, &mut w.force); // M v_n + h f
             clock.switch(Phase::Solve);
             w.velocity.copy_from_slice(&state.v);
             let EulerWorkspace { force: b, velocity, impulse, contacts, constraints, .. } = w;

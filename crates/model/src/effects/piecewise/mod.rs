@@ -211,6 +211,10 @@ impl LinearSplit for PiecewiseSprings {
         self.majorant.add_linear_damping(v, out);
     }
 
+    fn has_damping_remainder(&self) -> bool {
+        self.majorant.has_damping_remainder()
+    }
+
     fn add_damping_remainder(&self, x: &[Vec3], v: &[Vec3], out: &mut [Vec3]) {
         self.majorant.add_damping_remainder(x, v, out);
     }

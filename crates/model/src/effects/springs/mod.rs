@@ -17,7 +17,7 @@ mod tests;
 use self::batch::Quads;
 use self::diagonals::Diagonals;
 use self::listed::Listed;
-use self::sweep::{Begin, Law, ListedSprings, Pass, Springs, Window};
+use self::sweep::{Begin, Law, ListedSprings, Pass, Springs, Windows};
 use super::{BlockSink, Effect, LinearSplit, Part, Tangent};
 use crate::{DampingLaw, Level, Mat3, Vec3};
 use std::sync::Mutex;
@@ -101,7 +101,7 @@ pub struct LinearSprings {
 /// Memory of the kernel that fits the springs.
 #[derive(Debug)]
 enum Memory {
-    Window(Window),
+    Windows(Windows),
     Quads(Quads),
 }
 
@@ -126,7 +126,9 @@ impl LinearSprings {
     fn with_store(name: &'static str, store: Store, damping: Option<DampingLaw>) -> Self {
         let memory = match &store {
             Store::Listed(springs) => Memory::Quads(Quads::new(springs.particles)),
-            Store::Diagonals(diagonals) => Memory::Window(Window::new(std::iter::once(diagonals))),
+            Store::Diagonals(diagonals) => {
+                Memory::Windows(Windows::new(1, std::iter::once(diagonals)))
+            }
         };
         Self { name, store, damping, memory: Mutex::new(memory) }
     }
@@ -162,8 +164,8 @@ impl LinearSprings {
     fn add(&self, law: Law, x: &[Vec3], v: &[Vec3], out: &mut [Vec3]) {
         let passes = [Some(self.as_pass(law))];
         match self.memory.try_lock().as_deref_mut() {
-            Ok(Memory::Window(window)) => {
-                sweep::add(&passes, std::slice::from_mut(window), x, v, out, Begin::Present);
+            Ok(Memory::Windows(windows)) => {
+                sweep::add(&passes, windows, x, v, out, Begin::Present, None);
             }
             Ok(Memory::Quads(quads)) => batch::add(&passes, quads, x, v, out, Begin::Present),
             Err(_) => self.add_one_by_one(law, x, v, out),
@@ -348,8 +350,12 @@ impl LinearSplit for LinearSprings {
         self.add(Law::Damping, v, v, out);
     }
 
+    fn has_damping_remainder(&self) -> bool {
+        self.damping == Some(DampingLaw::Projected)
+    }
+
     fn add_damping_remainder(&self, x: &[Vec3], v: &[Vec3], out: &mut [Vec3]) {
-        if self.damping != Some(DampingLaw::Projected) {
+        if !self.has_damping_remainder() {
             return;
         }
         self.each(|s| {

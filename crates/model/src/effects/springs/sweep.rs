@@ -13,7 +13,7 @@
 //! opposite signs, as there. So the results are the same bits.
 //!
 //! The arrays are a window that slides over the particles: it fits the second-level cache up to some hundred columns, whatever the number
-//! of rows, and remembers the forces of the last `o` springs of each diagonal. Each system has one, so that a sweep allocates
+//! of rows, and remembers the forces of the last `o` springs of each diagonal. Each system has one for each thread, so that a sweep allocates
 //! nothing. [`pulp`] compiles the kernel for the vector units that the processor has. No product and sum are contracted into one
 //! rounding, so that the width of the registers leaves no trace.
 //!
@@ -29,13 +29,16 @@
 //! read was checked, 2.05 with a distance of arrays that the compiler knows. The same loop in C++ with everything known when it is
 //! compiled, and without the copies to and from coordinates, takes 1.15: the bound that is left. Reading coordinates group by group
 //! instead of chunk by chunk gained nothing. (52 × 52, one core of a machine that had other work.) On a core of a Zen 5 the
-//! sheet of 52 × 52 takes 1.2 ns a spring, at times 1.9, also where addresses are fixed: work of others on the machine.
+//! sheet of 52 × 52 takes 1.2 ns a spring, at times 1.9, also where addresses are fixed: work of others on the machine. Sums that
+//! begin with zero in a register, not with a group of zeros in memory, take a twentieth less (316 × 316).
 
 mod kernel;
 mod loops;
+mod windows;
 
 pub(super) use self::kernel::{Plan, Planes};
 pub(super) use self::loops::{join, split};
+pub(crate) use self::windows::Windows;
 use super::Vec3;
 use super::diagonals::Diagonals;
 use super::listed::Listed;
@@ -50,8 +53,6 @@ pub(super) const NARROW: usize = 2048 + 40;
 pub(super) const WIDE: usize = 16_384 + 40;
 /// Largest offset of a diagonal that fits a window.
 pub(super) const MAX_OFFSET: usize = 5_000;
-/// Fewest particles for which waking other threads takes less time than they save.
-const LEAST_FOR_THREADS: usize = 16_384;
 /// Most effects that one sweep takes together.
 pub(crate) const MAX_PASSES: usize = 4;
 /// Most particles that are computed, then gathered, at a time.
@@ -163,35 +164,32 @@ pub(crate) struct Window {
 struct Lines {
     memory: Vec<f64>,
     start: usize,
+    len: usize,
 }
 
 impl fmt::Debug for Lines {
     /// Where the memory lies is nobody's business.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Lines").field("len", &self.len()).finish()
+        f.debug_struct("Lines").field("len", &self.len).finish()
     }
 }
 
 impl Lines {
-    fn zeros(len: usize) -> Self {
-        let memory = vec![0.0; len + LANES - 1];
-        let start = memory.as_ptr().align_offset(8 * LANES).min(LANES - 1);
-        Self { memory, start }
-    }
-
-    fn len(&self) -> usize {
-        self.memory.len().saturating_sub(LANES - 1)
+    /// So many zeros, behind memory for as many numbers as `lead` says, which nobody touches.
+    fn zeros(lead: usize, len: usize) -> Self {
+        let memory = vec![0.0; lead + len + LANES - 1];
+        let aligned = memory[lead..].as_ptr().align_offset(8 * LANES).min(LANES - 1);
+        Self { memory, start: lead + aligned, len }
     }
 
     fn all(&mut self) -> &mut [f64] {
-        let len = self.len();
-        &mut self.memory[self.start..][..len]
+        &mut self.memory[self.start..][..self.len]
     }
 }
 
 impl Window {
-    /// A window for sweeps over any of these springs.
-    pub(crate) fn new<'a>(all: impl Iterator<Item = &'a Diagonals>) -> Self {
+    /// A window for sweeps over any of these springs, whose arrays lie at least so many numbers behind those of others.
+    fn new<'a>(lead: usize, all: impl Iterator<Item = &'a Diagonals>) -> Self {
         let (mut reach, mut planes, mut particles) = (0, 0, 0);
         for diagonals in all {
             reach = reach.max(diagonals.reach());
@@ -209,8 +207,8 @@ impl Window {
         let chunk = if room >= least { room } else { least }.min(1536).max(least);
         let chunk = chunk.min(particles.next_multiple_of(LANES));
         let mut window = Self { chunk, history, ahead, ..Self::default() };
-        window.coordinates = Lines::zeros(6 * window.stride());
-        window.forces = Lines::zeros(planes * window.stride());
+        window.coordinates = Lines::zeros(lead, 6 * window.stride());
+        window.forces = Lines::zeros(lead, planes * window.stride());
         window
     }
 
@@ -227,7 +225,7 @@ impl Window {
         });
         let planes: usize = springs.clone().map(Springs::planes).sum();
         let reach = springs.map(|springs| springs.diagonals.reach()).max().unwrap_or(0);
-        same && reach <= self.history && planes * self.stride() <= self.forces.len()
+        same && reach <= self.history && planes * self.stride() <= self.forces.len
     }
 
     /// Distance of two arrays.
@@ -268,15 +266,35 @@ impl Begin {
     }
 }
 
-/// Adds what `passes` ask for to `out` or to zero, N, with one window for each thread that takes part. The passes
-/// [fit](Window::fits) the windows.
+/// What is done to sums that are complete, while they are in a cache: to those of some particles, perhaps by several threads at a time.
+pub(crate) type Finish<'a> = dyn Fn(Range<usize>, &mut [Vec3]) + Sync + 'a;
+
+/// Adds what `passes` ask for to `out` or to zero, N, and finishes all of `out`, on as many threads as there are windows, which the passes
+/// [fit](Windows::fits).
 pub(crate) fn add(
     passes: &[Option<Pass<'_>>],
-    windows: &mut [Window],
+    windows: &mut Windows,
     x: &[Vec3],
     v: &[Vec3],
     out: &mut [Vec3],
     begin: Begin,
+    finish: Option<&Finish<'_>>,
+) {
+    let particles = springs(passes).next().map_or(0, |springs| springs.diagonals.particles);
+    add_in_bands(windows.bands(particles), passes, windows, x, v, out, begin, finish);
+}
+
+/// As [`add`] in a given number of bands, none of which is shorter than the longest offset of a spring.
+#[expect(clippy::too_many_arguments, reason = "how, of what, with what, where and whereto")]
+pub(super) fn add_in_bands(
+    bands: usize,
+    passes: &[Option<Pass<'_>>],
+    windows: &mut Windows,
+    x: &[Vec3],
+    v: &[Vec3],
+    out: &mut [Vec3],
+    mut begin: Begin,
+    finish: Option<&Finish<'_>>,
 ) {
     let Some(first) = passes.iter().flatten().find_map(Pass::springs) else { return };
     let particles = first.diagonals.particles;
@@ -284,25 +302,23 @@ pub(crate) fn add(
     let x = bytemuck::cast_slice(x);
     let v = springs(passes).any(|pass| pass.law.is_damped()).then_some(bytemuck::cast_slice(v));
     let (out, rest) = out.split_at_mut(particles);
-    let (with_sums, mut begin) = (begin == Begin::Present, begin);
+    let from = begin;
     begin.clear(rest);
-    let out: &mut [f64] = bytemuck::cast_slice_mut(out);
-    let band = particles.div_ceil(windows.len().max(1)).next_multiple_of(LANES);
-    let sweep = |(k, (window, out)): (usize, (&mut Window, &mut [f64]))| {
-        let range = k * band..particles.min((k + 1) * band);
-        pulp::Arch::new().dispatch(Sweep { passes, range, window, x, v, with_sums, out });
-    };
-    match windows {
-        [window] => sweep((0, (window, out))),
-        windows if particles < LEAST_FOR_THREADS || band < windows[0].history => {
-            let range = 0..particles;
-            let window = &mut windows[0];
-            pulp::Arch::new().dispatch(Sweep { passes, range, window, x, v, with_sums, out });
-        }
-        windows => {
-            windows.par_iter_mut().zip(out.par_chunks_mut(3 * band)).enumerate().for_each(sweep)
-        }
+    if let Some(finish) = finish.filter(|_| !rest.is_empty()) {
+        finish(particles..particles + rest.len(), rest);
     }
+    let out: &mut [f64] = bytemuck::cast_slice_mut(out);
+    let sweep = |range, window: &mut Window, out: &mut [f64]| {
+        pulp::Arch::new().dispatch(Sweep { passes, range, window, x, v, from, out, finish });
+    };
+    if bands == 1 {
+        return sweep(0..particles, windows.first(), out);
+    }
+    let band = particles.div_ceil(bands).next_multiple_of(LANES);
+    out.par_chunks_mut(3 * band).with_max_len(1).enumerate().for_each(|(k, out)| {
+        let range = k * band..particles.min((k + 1) * band);
+        sweep(range, &mut windows.free(), out);
+    });
 }
 
 #[inline(always)]
@@ -317,10 +333,11 @@ struct Sweep<'a> {
     window: &'a mut Window,
     x: &'a [f64],
     v: Option<&'a [f64]>,
-    /// Whether sums begin with what is in `out`, not with zero.
-    with_sums: bool,
+    /// What sums begin with.
+    from: Begin,
     /// Their sums.
     out: &'a mut [f64],
+    finish: Option<&'a Finish<'a>>,
 }
 
 impl pulp::WithSimd for Sweep<'_> {
@@ -339,7 +356,7 @@ impl pulp::WithSimd for Sweep<'_> {
 impl Sweep<'_> {
     #[inline(always)]
     fn sweep<S: pulp::Simd, const STRIDE: usize>(self, simd: S) {
-        let Self { passes, range, window, x, v, with_sums, out } = self;
+        let Self { passes, range, window, x, v, from, out, finish } = self;
         let (chunk, history, ahead) = (window.chunk, window.history, window.ahead);
         let mut plan = Plan::new(passes, range.start.saturating_sub(history));
         let mut block = window.block();
@@ -370,16 +387,19 @@ impl Sweep<'_> {
             for at in (0..end).step_by(GROUP) {
                 let m = length(at);
                 let out = &mut out[3 * (begin - range.start + at)..][..3 * m];
-                if with_sums {
+                if from == Begin::Present {
                     split(sums.0.as_flattened_mut(), GROUP, m, out);
-                } else {
-                    sums.0 = [[0.0; GROUP]; 3];
                 }
                 let following = length(at + GROUP).next_multiple_of(LANES);
                 let m_padded = m.next_multiple_of(LANES);
-                planes
-                    .gather_and_compute(simd, &mut plan, begin, at, m_padded, following, &mut sums);
+                planes.gather_and_compute(
+                    simd, &mut plan, begin, at, m_padded, following, from, &mut sums,
+                );
                 join(sums.0.as_flattened(), GROUP, m, out);
+            }
+            if let Some(finish) = finish {
+                let out = &mut out[3 * (begin - range.start)..][..3 * end];
+                finish(begin..begin + end, bytemuck::cast_slice_mut(out));
             }
             begin += chunk;
             if begin < range.end {
@@ -445,9 +465,9 @@ impl Block<'_> {
         sums: &mut Sums,
     ) {
         if let Some(planes) = Planes::<NARROW>::of(self) {
-            planes.gather(simd, plan, begin, at, 0..m, sums);
+            planes.gather(simd, plan, begin, at, 0..m, Begin::Present, sums);
         } else if let Some(planes) = Planes::<WIDE>::of(self) {
-            planes.gather(simd, plan, begin, at, 0..m, sums);
+            planes.gather(simd, plan, begin, at, 0..m, Begin::Present, sums);
         }
     }
 

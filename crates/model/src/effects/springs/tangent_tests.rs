@@ -151,7 +151,7 @@ fn what_cannot_be_swept_has_no_bands() {
     assert_eq!(system.bands(system.effects()), None, "gravity has none");
 }
 
-/// What the sweep for a matrix remembers in a window is forgotten by the next one, also where bands are short.
+/// What the sweep for a matrix remembers in a window is forgotten by the next one.
 #[test]
 fn forces_on_any_number_of_threads_do_not_remember_a_matrix() {
     let text = r#"{ "format": "drape-scene/1", "name": "s", "cloth": { "grid": { "rows": 150, "columns": 150,

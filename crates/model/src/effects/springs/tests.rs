@@ -1,8 +1,9 @@
 //! The fast kernels against the readable loops, bit for bit.
 
 use super::*;
-use crate::{Level, Part, SystemSpec};
+use crate::{Level, Part, System, SystemSpec};
 use proptest::prelude::*;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 /// Numbers that look random, in (−1, 1).
 struct Random(u64);
@@ -217,12 +218,18 @@ fn assert_any_number_of_threads(rows: i64, columns: i64) {
     let passes = kinds
         .each_ref()
         .map(|diagonals| Some(Pass::Springs(Springs { diagonals, law: Law::DampedSpring })));
-    let sums = [1, 2, 3, 5].map(|threads| {
-        let mut windows: Vec<_> = (0..threads).map(|_| Window::new(kinds.iter())).collect();
+    // In these numbers of bands, short ones too, and in as many as are made where nobody asks.
+    let sums = [(1, Some(1)), (2, Some(2)), (3, Some(3)), (2, Some(9)), (3, Some(25)), (5, None)];
+    let sums = sums.map(|(threads, bands)| {
+        let mut windows = Windows::new(threads, kinds.iter());
         let mut out = start.clone();
         // Twice: what a window remembers from before must not matter.
-        sweep::add(&passes, &mut windows, &v, &x, &mut out, Begin::Present);
-        sweep::add(&passes, &mut windows, &x, &v, &mut out, Begin::Present);
+        for (x, v) in [(&v, &x), (&x, &v)] {
+            let most = n / (2 * columns as usize).next_multiple_of(8);
+            let bands = bands.map_or_else(|| windows.bands(n), |bands| bands.min(most));
+            let (windows, begin) = (&mut windows, Begin::Present);
+            sweep::add_in_bands(bands, &passes, windows, x, v, &mut out, begin, None);
+        }
         bits(&out)
     });
     for other in &sums[1..] {
@@ -266,6 +273,73 @@ fn forces_that_are_written_do_not_depend_on_what_was_there() {
             written[3] = Vec3::repeat(f64::NAN);
             system.forces(at, &mut written);
             assert_eq!(bits(&written), bits(&onto_zero), "{text}");
+            finish_once(&system, at, &onto_zero);
+        }
+    }
+}
+
+/// Every force is finished once, when it is complete. Returns in how many pieces.
+fn finish_once(system: &System, at: Level<'_>, forces: &[Vec3]) -> u32 {
+    let pieces = AtomicU32::new(0);
+    let finished: Vec<_> = forces.iter().map(|_| AtomicU32::new(0)).collect();
+    let mut out = vec![Vec3::repeat(f64::NAN); forces.len()];
+    let terms = system.effects().map(|effect| (effect, Part::All));
+    system.write_forces_and(terms, at, &mut out, &|particles, f| {
+        pieces.fetch_add(1, Ordering::Relaxed);
+        for (i, f) in particles.zip(f) {
+            finished[i].fetch_add(1, Ordering::Relaxed);
+            assert_eq!(f.map(f64::to_bits), forces[i].map(f64::to_bits), "particle {i}");
+            f.x += 1.0;
+        }
+    });
+    assert!(finished.iter().all(|times| times.load(Ordering::Relaxed) == 1));
+    assert!(out.iter().zip(forces).all(|(out, f)| out.x == f.x + 1.0));
+    pieces.into_inner()
+}
+
+#[test]
+fn forces_are_finished_once_on_any_number_of_threads() {
+    // Without a field a particle without springs, too, behind all that have some; with one it would be a sweep of its own.
+    let gravity = r#", "gravity": { "m_s2": [0, 0, -9.81] }"#;
+    for (field, loose, listed) in
+        [(gravity, false, false), ("", true, false), (gravity, true, false), ("", true, true)]
+    {
+        let text = format!(
+            r#"{{"format": "drape-scene/1", "name": "s", "cloth": {{"grid": {{"rows": 131, "columns": 137,
+            "size_m": [1, 1], "center_m": [0, 0, 0], "mass_kg": 0.4}}}},
+            "effects": {{ "tension": {{ "stiffness_n_per_m": 9, "damping_n_s_per_m": 0.2 }},
+            "bending": {{ "stiffness_n_per_m": 1 }}{field} }},
+            "time": {{"step_s": 0.01, "duration_s": 1}}}}"#
+        );
+        let mut spec = crate::parse("test", &text).unwrap().spec().clone();
+        if loose {
+            spec.particles.mass_kg.push(0.1);
+            spec.particles.position_m.push([5.0; 3]);
+        }
+        if listed {
+            spec.springs.reverse();
+        }
+        let (mut system, state) = spec.build().unwrap();
+        let mut random = Random(9);
+        let (x, v) = (random.vectors(state.len()), random.vectors(state.len()));
+        let at = Level { t: 0.0, x: &x, v: &v };
+        let mut forces = vec![Vec3::zeros(); state.len()];
+        system.forces(at, &mut forces);
+        for threads in [1, 2, 3, 7] {
+            system.set_threads(std::num::NonZero::new(threads).unwrap());
+            let pieces = finish_once(&system, at, &forces);
+            let is_shared = !(listed || loose && field == gravity);
+            assert!(pieces > if is_shared { 10 } else { 0 }, "{pieces} pieces");
+            // A system that somebody else sweeps with, here the one who finishes.
+            let again = AtomicU32::new(0);
+            let terms = || system.effects().map(|effect| (effect, Part::All));
+            let mut out = forces.clone();
+            system.write_forces_and(terms(), at, &mut out, &|_, _| {
+                if again.fetch_add(1, Ordering::Relaxed) == 0 {
+                    finish_once(&system, at, &forces);
+                }
+            });
+            assert_eq!(bits(&out), bits(&forces));
         }
     }
 }

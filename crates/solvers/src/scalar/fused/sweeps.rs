@@ -6,8 +6,8 @@ use super::super::simd::Four;
 use super::super::soa::{Block, Padded, Rows, RowsMut, block_rows, padded_rows, total};
 use super::sums::{Measure, Meter, dot, measure, square};
 use crate::pcg::Norm;
-use crate::vector::{BLOCK, SLOTS};
-use crate::{Constraints, Vec3};
+use crate::vector::{BLOCK, SLOTS, extrapolate};
+use crate::{Constraints, StartValue, Vec3};
 use std::ops::Range;
 
 /// What all bands read: the matrix, the preconditioner and where the constrained particles are. The vectors that a sweep is given
@@ -90,25 +90,34 @@ impl Operator {
         }
     }
 
-    /// `x ← S x₀ + (I − S) z`, also in `c`.
+    /// `x ← S x₀ + (I − S) z`, also in `c`. The start `x₀` is known from elsewhere than `x`.
     #[inline(always)]
     pub(super) fn load(
         &self,
         constraints: &Constraints,
         band: Range<usize>,
-        start: &[Vec3],
+        start: StartValue<'_>,
         x: &mut [Block],
         mut c: RowsMut<'_>,
     ) {
         for (k, x) in band.zip(x) {
             let (first, len) = self.block_rows(k);
-            let start = particles(start, k);
-            gather(start, x.rows_mut(len));
+            match start {
+                StartValue::Given => {} // in `x` already
+                StartValue::At(start) => gather(particles(start, k), x.rows_mut(len)),
+                StartValue::Extrapolated { last, before } => {
+                    let mut next = [Vec3::zeros(); BLOCK];
+                    let last = particles(last, k);
+                    let next = &mut next[..last.len()];
+                    extrapolate(last, particles(before, k), next);
+                    gather(next, x.rows_mut(len));
+                }
+            }
             for &i in self.buckets.block(k) {
-                let i = i as usize;
-                let value =
-                    constraints.filter(i).apply(start[i - first]) + constraints.prescribed(i);
-                (0..3).for_each(|k| x.0[k][i - first] = value[k]);
+                let (i, at) = (i as usize, i as usize - first);
+                let start = Vec3::new(x.0[0][at], x.0[1][at], x.0[2][at]);
+                let value = constraints.filter(i).apply(start) + constraints.prescribed(i);
+                (0..3).for_each(|k| x.0[k][at] = value[k]);
             }
             for (c, x) in c.window(first, len).into_iter().zip(&x.0) {
                 c.copy_from_slice(&x[..len]);

@@ -5,7 +5,7 @@
 
 use super::super::diagonals::Diagonal;
 use super::super::{COLLAPSED, diagonals::MAX_DIAGONALS};
-use super::{Block, Field, GROUP, Law, MAX_PASSES, Pass, Sums};
+use super::{Begin, Block, Field, GROUP, Law, MAX_PASSES, Pass, Sums};
 use pulp::Simd;
 use std::array::from_fn;
 use std::ops::Range;
@@ -115,8 +115,9 @@ impl<'a, const STRIDE: usize> Planes<'a, STRIDE> {
         self.clear(plan, begin, at + m);
     }
 
-    /// Adds to the sums what their springs left, for `m` particles from place `at` of the chunk on.
+    /// Adds what their springs left to the sums or to zero, for the particles at these places behind place `at` of the chunk.
     #[inline(always)]
+    #[expect(clippy::too_many_arguments, reason = "where particles are, and where their sums")]
     pub(in super::super) fn gather<S: Simd>(
         &self,
         simd: S,
@@ -124,10 +125,11 @@ impl<'a, const STRIDE: usize> Planes<'a, STRIDE> {
         begin: usize,
         at: usize,
         places: Range<usize>,
+        from: Begin,
         sums: &mut Sums,
     ) {
         for t in places.step_by(S::F64_LANES) {
-            self.sum(simd, plan, begin, at + t, t, sums);
+            self.sum(simd, plan, begin, at + t, t, from, sums);
         }
     }
 
@@ -143,13 +145,14 @@ impl<'a, const STRIDE: usize> Planes<'a, STRIDE> {
         at: usize,
         m: usize,
         following: usize,
+        from: Begin,
         sums: &mut Sums,
     ) {
         for t in (0..following).step_by(S::F64_LANES) {
             self.springs(simd, plan, at + m + t);
-            self.sum(simd, plan, begin, at + t, t, sums);
+            self.sum(simd, plan, begin, at + t, t, from, sums);
         }
-        self.gather(simd, plan, begin, at, following..m, sums);
+        self.gather(simd, plan, begin, at, following..m, from, sums);
         self.clear(plan, begin, at + m + following);
     }
 
@@ -198,6 +201,7 @@ impl<'a, const STRIDE: usize> Planes<'a, STRIDE> {
 
     /// The sums of a vector of particles, which are at `place` among the sums.
     #[inline(always)]
+    #[expect(clippy::too_many_arguments, reason = "where particles are, and where their sums")]
     fn sum<S: Simd>(
         &self,
         simd: S,
@@ -205,9 +209,13 @@ impl<'a, const STRIDE: usize> Planes<'a, STRIDE> {
         begin: usize,
         at: usize,
         place: usize,
+        from: Begin,
         sums: &mut Sums,
     ) {
-        let mut sum: [S::f64s; 3] = from_fn(|axis| load::<S, GROUP>(&sums.0[axis], place));
+        let mut sum: [S::f64s; 3] = from_fn(|axis| match from {
+            Begin::Present => load::<S, GROUP>(&sums.0[axis], place),
+            Begin::Zero => simd.splat_f64s(0.0),
+        });
         let here = self.history + at;
         for term in plan.terms.iter().map_while(Option::as_ref) {
             match *term {

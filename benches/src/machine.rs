@@ -1,4 +1,4 @@
-//! What the processor can do, measured.
+//! What the processor and its caches can do, measured.
 
 use pulp::{Arch, Simd, WithSimd};
 use std::hint::black_box;
@@ -6,13 +6,13 @@ use std::time::Instant;
 
 /// Speeds of one core on numbers that its second-level cache holds, with its widest registers.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Machine {
+pub struct Machine {
     /// A square root and a quotient of its result, s.
-    pub(crate) root_and_quotient_s: f64,
+    pub root_and_quotient_s: f64,
     /// Sums and products, not fused.
-    pub(crate) flops_per_s: f64,
+    pub flops_per_s: f64,
     /// Bytes read and written by `b ← b + s a`.
-    pub(crate) bytes_per_s: f64,
+    pub bytes_per_s: f64,
 }
 
 /// Numbers of an array: two arrays take a third of a second-level cache of 1 MiB.
@@ -27,17 +27,18 @@ const PASSES: usize = 200;
 const SAMPLES: usize = 30;
 
 impl Machine {
-    pub(crate) fn measure() -> Self {
+    /// Measures for some tenths of a second.
+    pub fn measure() -> Self {
         let a: Vec<f64> = (0..LENGTH).map(|i| 1.0 + i as f64).collect();
         let mut b = vec![1.0; LENGTH];
         let roots = shortest(|| Arch::new().dispatch(Roots { a: &a[..SHORT], b: &mut b }));
-        let triad = shortest(|| Arch::new().dispatch(Triad { a: &a, b: &mut b }));
+        let sum = shortest(|| triad(&a, &mut b));
         let mut flops = 0;
         let chains = shortest(|| flops = Arch::new().dispatch(Flops));
         Self {
             root_and_quotient_s: roots / SHORT as f64,
             flops_per_s: flops as f64 / chains,
-            bytes_per_s: (24 * LENGTH) as f64 / triad,
+            bytes_per_s: (24 * LENGTH) as f64 / sum,
         }
     }
 }
@@ -72,7 +73,11 @@ impl WithSimd for Roots<'_> {
     }
 }
 
-/// `b ← b + s a`.
+/// `b ← b + s a` with a small `s`: reads both and writes `b`.
+pub fn triad(a: &[f64], b: &mut [f64]) {
+    Arch::new().dispatch(Triad { a, b });
+}
+
 struct Triad<'a> {
     a: &'a [f64],
     b: &'a mut [f64],

@@ -1,0 +1,43 @@
+//! Where iterative solves start.
+
+use crate::Vec3;
+use crate::vector::extrapolate;
+
+/// Where a solve starts.
+#[derive(Clone, Copy, Debug)]
+pub enum StartValue<'a> {
+    /// At what the vector of the solution holds.
+    Given,
+    /// At a copy of this.
+    At(&'a [Vec3]),
+    /// At the next term of an arithmetic progression, `2 last − before`.
+    Extrapolated {
+        /// The last term.
+        last: &'a [Vec3],
+        /// The one before.
+        before: &'a [Vec3],
+    },
+}
+
+impl StartValue<'_> {
+    /// Writes it to the vector of the solution.
+    ///
+    /// # Panics
+    /// When the lengths differ.
+    pub fn write(self, x: &mut [Vec3]) {
+        match self {
+            Self::Given => {}
+            Self::At(start) => x.copy_from_slice(start),
+            Self::Extrapolated { last, before } => extrapolate(last, before, x),
+        }
+    }
+
+    /// Whether it is for so many particles.
+    pub(crate) fn fits(self, n: usize) -> bool {
+        match self {
+            Self::Given => true,
+            Self::At(start) => start.len() == n,
+            Self::Extrapolated { last, before } => [last.len(), before.len()] == [n; 2],
+        }
+    }
+}
