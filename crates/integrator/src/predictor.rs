@@ -3,7 +3,6 @@
 use drape_model::Vec3;
 use drape_solvers::StartValue;
 use drape_solvers::bands::in_bands;
-use drape_solvers::vector::extrapolate;
 
 /// Where an iterative solve starts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,15 +54,8 @@ impl Predictor {
     /// [`bands`](drape_solvers::bands).
     #[doc(alias = "EEH 22")]
     pub fn extrapolate(&self, v: &[Vec3], h: f64, bands: usize, out: &mut [Vec3]) {
-        let known = self.step_bits == Some(h.to_bits());
-        in_bands(bands, v.len(), out, &|band, out: &mut [Vec3]| {
-            let (v, previous) = (&v[band.clone()], &self.previous[band]);
-            if known {
-                extrapolate(v, previous, out); // EEH (22)
-            } else {
-                out.copy_from_slice(v);
-            }
-        });
+        let start = self.start(Start::Extrapolated, v, h);
+        in_bands(bands, v.len(), out, &|band, out: &mut [Vec3]| start.part(band).write(out));
     }
 
     /// Where a solve for the velocity starts: at `v_n` or at [what is extrapolated](Self::extrapolate), m/s.

@@ -2,6 +2,7 @@
 
 use crate::Vec3;
 use crate::vector::extrapolate;
+use std::ops::Range;
 
 /// Where a solve starts.
 #[derive(Clone, Copy, Debug)]
@@ -20,6 +21,20 @@ pub enum StartValue<'a> {
 }
 
 impl StartValue<'_> {
+    /// That of some particles.
+    ///
+    /// # Panics
+    /// When there are not so many.
+    pub fn part(self, particles: Range<usize>) -> Self {
+        match self {
+            Self::Given => Self::Given,
+            Self::At(start) => Self::At(&start[particles]),
+            Self::Extrapolated { last, before } => {
+                Self::Extrapolated { last: &last[particles.clone()], before: &before[particles] }
+            }
+        }
+    }
+
     /// Writes it to the vector of the solution.
     ///
     /// # Panics
