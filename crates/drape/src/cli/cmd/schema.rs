@@ -1,6 +1,6 @@
 //! `drape schema`.
 
-use crate::output::print;
+use crate::cli::output::print;
 use drape_model::{Scene, SystemSpec};
 use drape_records::run::Run;
 use schemars::schema_for;

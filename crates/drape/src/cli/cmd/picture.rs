@@ -1,8 +1,8 @@
 //! `drape picture`.
 
-use crate::exit::Diverged;
-use crate::output::{check_extension, check_writable};
-use crate::progress::bar;
+use crate::cli::exit::Diverged;
+use crate::cli::output::{check_extension, check_writable};
+use crate::cli::progress::bar;
 use drape_harness::methods::{Choice, MethodError};
 use drape_harness::{Divergence, HarnessError, Moving, Options, OrderedSimulation};
 use drape_model::{TimeSpan, Vec3, Violation};

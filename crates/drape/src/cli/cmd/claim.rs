@@ -1,6 +1,6 @@
 //! `drape claim`.
 
-use crate::output::print;
+use crate::cli::output::print;
 use drape_harness::claims;
 use std::fmt::Write as _;
 

@@ -1,4 +1,4 @@
-//! The `drape` command.
+//! The `drape` command: one module a subcommand in [`cmd`].
 //!
 //! What was asked for goes to standard output, messages to standard error, results to files. Exit
 //! codes: 0 done, 1 unexpected, 2 bad usage or bad input, 3 the simulation diverged.
@@ -55,7 +55,7 @@ enum Command {
     Schema(cmd::schema::Arguments),
 }
 
-fn main() -> ExitCode {
+pub(crate) fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
         Command::Reproduce(arguments) => cmd::reproduce::run(&arguments),
         Command::Run(arguments) => cmd::run::run(&arguments),

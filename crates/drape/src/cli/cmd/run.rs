@@ -1,10 +1,10 @@
 //! `drape run`.
 
 use super::frames::Frames;
-use crate::exit::Diverged;
-use crate::input::load;
-use crate::output::print;
-use crate::progress::bar;
+use crate::cli::exit::Diverged;
+use crate::cli::input::load;
+use crate::cli::output::print;
+use crate::cli::progress::bar;
 use clap::builder::TypedValueParser as _;
 use drape_harness::methods::{Choice, MethodError};
 use drape_harness::{

@@ -4,7 +4,7 @@ use drape_model::Violation;
 use std::io::Write as _;
 use std::path::Path;
 
-/// Writes a text to standard output; a closed pipe is an error that [`crate::exit`] forgives.
+/// Writes a text to standard output; a closed pipe is an error that [`crate::cli::exit`] forgives.
 pub(crate) fn print(text: &str) -> anyhow::Result<()> {
     let mut out = std::io::stdout().lock();
     out.write_all(text.as_bytes())?;

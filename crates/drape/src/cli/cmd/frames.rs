@@ -1,6 +1,6 @@
 //! Frames of a run: a sequence of OBJ files, a glTF animation.
 
-use crate::output::{check_extension, check_writable};
+use crate::cli::output::{check_extension, check_writable};
 use drape_harness::{Moving, OrderedSimulation};
 use drape_model::{SystemSpec, TimeSpan, Violation};
 use drape_records::file::write_atomically;

@@ -1,6 +1,6 @@
 //! `drape experiment`.
 
-use crate::progress::Bars;
+use crate::cli::progress::Bars;
 use drape_harness::Unfinished;
 use drape_harness::experiments::{Context, Experiment, find};
 use std::path::{Path, PathBuf};
@@ -59,7 +59,7 @@ pub(crate) fn record(
         figures: &figures,
         progress: &progress,
         journal: &journal,
-        allocated: Some(crate::allocated),
+        allocated: Some(crate::cli::allocated),
     };
     for file in experiment.run(&context)? {
         eprintln!("wrote {}", file.display());

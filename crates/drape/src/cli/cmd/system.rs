@@ -1,6 +1,6 @@
 //! `drape system`.
 
-use crate::input::load;
+use crate::cli::input::load;
 use std::io::{BufWriter, Write as _};
 
 #[derive(Debug, clap::Args)]

@@ -1,6 +1,6 @@
 //! `drape list`.
 
-use crate::output::print;
+use crate::cli::output::print;
 use drape_harness::{bundled, claims, experiments, methods};
 use drape_integrator::{Method, Order, StabilityClass};
 use std::fmt::Write as _;
