@@ -329,13 +329,13 @@ impl SystemSpec {
         let (moving_pins, obstacles, contact) = (parts.moving_pins, parts.obstacles, parts.contact);
         let mut effects: Vec<Box<dyn Effect>> = Vec::new();
         for ((effect, springs), laws) in SpringEffect::ALL.into_iter().zip(springs).zip(laws) {
-            let (name, damping) = (effect.name(), self.damping);
+            let (kind, damping) = (effect.into(), self.damping);
             match laws {
                 Some(Laws { list, of, .. }) => {
-                    effects.push(Box::new(PiecewiseSprings::new(name, springs, of, list, damping)))
+                    effects.push(Box::new(PiecewiseSprings::new(kind, springs, of, list, damping)))
                 }
                 None if springs.is_empty() => {}
-                None => effects.push(Box::new(LinearSprings::new(name, springs, damping))),
+                None => effects.push(Box::new(LinearSprings::new(kind, springs, damping))),
             }
         }
         let (elastic, air) = stencils.into_effects();

@@ -68,7 +68,8 @@ mod system;
 mod topology;
 
 pub use effects::{
-    BlockPlanes, BlockSink, Effect, LinearSplit, Linearised, PairBlocks, Part, Tangent,
+    BlockPlanes, BlockSink, Effect, EffectKind, Effects, EffectsSpec, GravitySpec, LinearSplit,
+    Linearised, PairBlocks, Part, Tangent,
 };
 pub use error::{SceneError, Violation};
 pub use fabric::Fabric;
@@ -78,11 +79,11 @@ pub use numbering::Numbering;
 pub use obstacle::{ClosedMesh, Detection, Obstacle, Shape};
 pub use path::{KeyframeSpec, MovingPin, Path};
 pub use projection::{drape_coefficient, projected_area};
-pub use scene::{Cloth, Effects, Grid, Particles, Scene, SpringLaw, TimeSpan};
+pub use scene::{Cloth, Grid, Particles, Scene, SpringLaw, TimeSpan};
 pub use select::Pin;
 pub use spec::{
-    ContactSpec, DampingLaw, EffectsSpec, GravitySpec, ObstacleSpec, ParticlesSpec, PinSpec,
-    SpringEffect, SpringSpec, SystemSpec,
+    ContactSpec, DampingLaw, ObstacleSpec, ParticlesSpec, PinSpec, SpringEffect, SpringSpec,
+    SystemSpec,
 };
 pub use state::{Level, State};
 pub use stencils::{

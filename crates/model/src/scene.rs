@@ -7,13 +7,12 @@ use crate::mesh::MeshCloth;
 use crate::schema::{LAST_PARTICLE, Length};
 use crate::select::{Pin, Selectable};
 use crate::spec::{
-    ContactSpec, DampingLaw, EffectsSpec, GravitySpec, MAX_COEFFICIENT, MAX_COORDINATE,
-    MAX_OBSTACLES, MAX_PARTICLES, ObstacleSpec, ParticlesSpec, PinSpec, SYSTEM_FORMAT,
-    SpringEffect, SpringSpec, SystemSpec,
+    DampingLaw, MAX_COEFFICIENT, MAX_COORDINATE, MAX_OBSTACLES, MAX_PARTICLES, ObstacleSpec,
+    ParticlesSpec, PinSpec, SYSTEM_FORMAT, SpringEffect, SpringSpec, SystemSpec,
 };
 use crate::stencils;
 use crate::stretch::{MAX_PIECES, PieceSpec, StretchLaw, Stretches};
-use crate::{AirSpec, AngularLaw, Vec3};
+use crate::{Effects, EffectsSpec, Vec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -104,39 +103,6 @@ pub struct Particles {
     #[serde(default)]
     #[schemars(inner(inner(range(max = LAST_PARTICLE))))]
     pub triangles: Vec<[u32; 3]>,
-}
-
-/// The effects that a scene names.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Effects {
-    /// Springs between neighbours in a row or column.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub tension: Option<SpringLaw>,
-    /// Springs along both diagonals of each cell.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub shear: Option<SpringLaw>,
-    /// Springs from each particle to the next but one in a row or column.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub bending: Option<SpringLaw>,
-    /// Angles between warp and weft, which shear changes; of a grid.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub shear_angle: Option<AngularLaw>,
-    /// Angles between the edges of a row or column, which bending changes; of a grid.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub bending_angle: Option<AngularLaw>,
-    /// Angles between triangles with a common edge, which bending changes.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub bending_hinge: Option<AngularLaw>,
-    /// Uniform gravity.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub gravity: Option<GravitySpec>,
-    /// The air around the cloth, at rest or in motion.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub air: Option<AirSpec>,
-    /// Treatment of contacts with the obstacles.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub contact: Option<ContactSpec>,
 }
 
 /// Stiffness and damping of one kind of spring, each either absolute or over the mass of a particle; or, instead of one

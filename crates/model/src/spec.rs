@@ -1,10 +1,11 @@
 //! The discretised system as data: format "drape-system/1".
 
+use crate::effects::EffectKind;
 use crate::obstacle::MAX_TRIANGLES;
 use crate::path::{MAX_KEYFRAMES, offset_of, rest_of};
 use crate::schema::{LAST_PARTICLE, Length, Mass};
 use crate::stretch::MAX_PIECES;
-use crate::{AirSpec, AngleSpec, Detection, HingeSpec, KeyframeSpec, PieceSpec, State, Vec3};
+use crate::{AngleSpec, Detection, EffectsSpec, HingeSpec, KeyframeSpec, PieceSpec, State, Vec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -95,10 +96,16 @@ impl SpringEffect {
 
     /// The name under which its energy is reported.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Tension => "tension",
-            Self::Shear => "shear",
-            Self::Bending => "bending",
+        EffectKind::from(self).name()
+    }
+}
+
+impl From<SpringEffect> for EffectKind {
+    fn from(effect: SpringEffect) -> Self {
+        match effect {
+            SpringEffect::Tension => Self::Tension,
+            SpringEffect::Shear => Self::Shear,
+            SpringEffect::Bending => Self::Bending,
         }
     }
 }
@@ -169,30 +176,6 @@ impl PinSpec {
     pub fn still(particle: u32) -> Self {
         Self { particle, path: Vec::new() }
     }
-}
-
-/// Effects that are not springs.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct EffectsSpec {
-    /// Uniform gravity.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub gravity: Option<GravitySpec>,
-    /// The air around the cloth.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub air: Option<AirSpec>,
-    /// How contacts with the obstacles are treated; the defaults if absent.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub contact: Option<ContactSpec>,
-}
-
-/// Uniform gravity.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct GravitySpec {
-    /// Acceleration, m/s².
-    #[schemars(inner(range(min = -MAX_COORDINATE, max = MAX_COORDINATE)))]
-    pub m_s2: [f64; 3],
 }
 
 /// Treatment of contacts.

@@ -1,7 +1,9 @@
 //! Angles, hinges and air as data, and from there to effects.
 
 use crate::build::{index, vector, within};
-use crate::effects::{Air, Angle, Angles, DragLaw, Gust, Hinge, Hinges, Wind, dihedral_angle};
+use crate::effects::{
+    Air, Angle, Angles, DragLaw, EffectKind, Gust, Hinge, Hinges, Wind, dihedral_angle,
+};
 use crate::error::Violation;
 use crate::numbering::Numbering;
 use crate::schema::LAST_PARTICLE;
@@ -28,9 +30,15 @@ impl AngleEffect {
 
     /// The name under which its energy is reported.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::ShearAngle => "shear_angle",
-            Self::BendingAngle => "bending_angle",
+        EffectKind::from(self).name()
+    }
+}
+
+impl From<AngleEffect> for EffectKind {
+    fn from(effect: AngleEffect) -> Self {
+        match effect {
+            AngleEffect::ShearAngle => Self::ShearAngle,
+            AngleEffect::BendingAngle => Self::BendingAngle,
         }
     }
 }
@@ -288,7 +296,7 @@ impl Stencils {
         let mut elastic: Vec<Boxed> = Vec::new();
         for (effect, list) in AngleEffect::ALL.into_iter().zip(self.angles) {
             if !list.is_empty() {
-                elastic.push(Box::new(Angles::new(effect.name(), list)));
+                elastic.push(Box::new(Angles::new(effect.into(), list)));
             }
         }
         if !self.hinges.is_empty() {

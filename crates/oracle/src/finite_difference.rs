@@ -159,8 +159,8 @@ pub fn check(effect: &dyn Effect, mass: &[f64], x: &[Vec3], v: &[Vec3]) -> Diffe
 mod tests {
     use super::*;
     use crate::Random;
-    use drape_model::DampingLaw;
     use drape_model::effects::{LinearSprings, Spring};
+    use drape_model::{DampingLaw, EffectKind};
 
     /// A spring with one part of it spoilt.
     #[derive(Debug, Clone)]
@@ -172,8 +172,8 @@ mod tests {
     }
 
     impl Effect for Spoilt {
-        fn name(&self) -> &'static str {
-            "spoilt"
+        fn kind(&self) -> EffectKind {
+            self.spring.kind()
         }
         fn energy(&self, mass: &[f64], x: &[Vec3]) -> f64 {
             self.spring.energy(mass, x)
@@ -207,7 +207,7 @@ mod tests {
 
     fn spoilt(force: f64, stiffness: f64, damping: f64) -> Differences {
         let spring = Spring { i: 0, j: 1, rest_length: 0.7, stiffness: 3.0, damping: 0.2 };
-        let spring = LinearSprings::new("tension", vec![spring], DampingLaw::Projected);
+        let spring = LinearSprings::new(EffectKind::Tension, vec![spring], DampingLaw::Projected);
         let mut random = Random::new(1);
         let [x, v] = [(); 2].map(|()| [random.vector(), random.vector()]);
         check(&Spoilt { spring, force, stiffness, damping }, &[1.0, 2.0], &x, &v)

@@ -1,13 +1,16 @@
 //! Angles and hinges: energy, force and stiffness agree, and nothing pushes itself.
 
 use drape_model::effects::{Angle, Angles, Hinge, Hinges};
-use drape_model::{Effect, Tangent, Vec3};
+use drape_model::{Effect, EffectKind, Tangent, Vec3};
 use drape_oracle::Random;
 use drape_oracle::finite_difference::{Dense, check};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 fn angle(rest: f64) -> Box<dyn Effect> {
-    Box::new(Angles::new("angle", vec![Angle { i: 0, j: 1, k: 2, rest, stiffness: 1.7 }]))
+    Box::new(Angles::new(
+        EffectKind::BendingAngle,
+        vec![Angle { i: 0, j: 1, k: 2, rest, stiffness: 1.7 }],
+    ))
 }
 
 fn hinge(rest: f64) -> Box<dyn Effect> {

@@ -11,7 +11,7 @@
 //! linear. It dissipates where there is no wind. An explicit step `h` is stable where `h Σ κ a/(3m) < 2` at every particle, `m` its
 //! mass and the sum over its triangles; where neighbours move alike along one normal, no longer one is.
 
-use super::{BlockSink, Effect};
+use super::{BlockSink, Effect, EffectKind};
 use crate::{Level, Vec3};
 
 /// A triangle whose doubled area is at most this fraction of the square of the longer one of the edges from its first corner has
@@ -106,9 +106,6 @@ pub struct Air {
 }
 
 impl Air {
-    /// Name of the effect.
-    pub const NAME: &'static str = "air";
-
     /// The air around these triangles.
     pub fn new(law: DragLaw, wind: Option<Wind>, triangles: Vec<[u32; 3]>) -> Self {
         Self { law, wind, triangles }
@@ -152,8 +149,8 @@ fn mean(corners: [usize; 3], v: &[Vec3]) -> Vec3 {
 }
 
 impl Effect for Air {
-    fn name(&self) -> &'static str {
-        Self::NAME
+    fn kind(&self) -> EffectKind {
+        EffectKind::Air
     }
 
     /// 0: the air has no potential.

@@ -11,7 +11,7 @@
 //! the angle at rest: `(π − φ)/sin φ → 1` (Eberhardt, Weber and Straßer 1996 bend cloth so). At angles of 0 and
 //! π that are not the one at rest no direction of the force is distinguished: there it is 0.
 
-use super::{BlockSink, Effect, Tangent};
+use super::{BlockSink, Effect, EffectKind, Tangent};
 use crate::{Mat3, Vec3};
 use std::f64::consts::PI;
 
@@ -177,20 +177,20 @@ impl Corner {
 /// All angles of one effect.
 #[derive(Clone, Debug)]
 pub struct Angles {
-    name: &'static str,
+    kind: EffectKind,
     list: Vec<Angle>,
 }
 
 impl Angles {
-    /// Angles that report under `name`.
-    pub fn new(name: &'static str, list: Vec<Angle>) -> Self {
-        Self { name, list }
+    /// Angles of one kind.
+    pub fn new(kind: EffectKind, list: Vec<Angle>) -> Self {
+        Self { kind, list }
     }
 }
 
 impl Effect for Angles {
-    fn name(&self) -> &'static str {
-        self.name
+    fn kind(&self) -> EffectKind {
+        self.kind
     }
 
     fn energy(&self, _mass: &[f64], x: &[Vec3]) -> f64 {

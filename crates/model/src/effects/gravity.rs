@@ -1,7 +1,19 @@
 //! Uniform gravity.
 
-use super::{Effect, Field, Part, Pass};
+use super::{Effect, EffectKind, Field, Part, Pass};
 use crate::Vec3;
+use crate::spec::MAX_COORDINATE;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Uniform gravity.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct GravitySpec {
+    /// Acceleration, m/s².
+    #[schemars(inner(range(min = -MAX_COORDINATE, max = MAX_COORDINATE)))]
+    pub m_s2: [f64; 3],
+}
 
 /// `U = −Σ m_i g·x_i`, `f_i = m_i g`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -11,8 +23,8 @@ pub struct Gravity {
 }
 
 impl Effect for Gravity {
-    fn name(&self) -> &'static str {
-        "gravity"
+    fn kind(&self) -> EffectKind {
+        EffectKind::Gravity
     }
 
     fn energy(&self, mass: &[f64], x: &[Vec3]) -> f64 {

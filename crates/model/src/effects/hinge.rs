@@ -17,7 +17,7 @@
 //!
 //! A hinge with a triangle that has no area has no angle: it exerts no force.
 
-use super::{BlockSink, Effect, Tangent};
+use super::{BlockSink, Effect, EffectKind, Tangent};
 use crate::{Mat3, Vec3};
 use std::f64::consts::PI;
 
@@ -138,9 +138,6 @@ pub struct Hinges {
 }
 
 impl Hinges {
-    /// Name of the effect.
-    pub const NAME: &'static str = "bending_hinge";
-
     /// Hinges.
     pub fn new(list: Vec<Hinge>) -> Self {
         Self { list }
@@ -148,8 +145,8 @@ impl Hinges {
 }
 
 impl Effect for Hinges {
-    fn name(&self) -> &'static str {
-        Self::NAME
+    fn kind(&self) -> EffectKind {
+        EffectKind::BendingHinge
     }
 
     fn energy(&self, _mass: &[f64], x: &[Vec3]) -> f64 {

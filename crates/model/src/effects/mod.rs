@@ -15,15 +15,17 @@ mod angle;
 mod gravity;
 mod hinge;
 mod piecewise;
+mod registry;
 mod springs;
 
 pub use air::{Air, DragLaw, Gust, Wind};
 pub use angle::{Angle, Angles};
-pub use gravity::Gravity;
+pub use gravity::{Gravity, GravitySpec};
 pub(crate) use hinge::dihedral_angle;
 pub use hinge::{Hinge, Hinges};
 pub(crate) use piecewise::{Buckling, Curve};
 pub use piecewise::{PiecewiseSprings, TensionLaw};
+pub use registry::{EffectKind, Effects, EffectsSpec};
 pub use springs::pairs::PairBlocks;
 pub use springs::sweep::{Field, ListedSprings, Pass, Springs};
 pub use springs::tangent::{BlockPlanes, Linearised};
@@ -76,8 +78,13 @@ pub trait BlockSink {
 
 /// One kind of force.
 pub trait Effect: Debug + Send + Sync {
-    /// Name under which energies are reported and scenes list the effect.
-    fn name(&self) -> &'static str;
+    /// What kind of force it is.
+    fn kind(&self) -> EffectKind;
+
+    /// Name under which energies are reported and scenes list the effect: the name of its kind.
+    fn name(&self) -> &'static str {
+        self.kind().name()
+    }
 
     /// Potential energy, J.
     fn energy(&self, mass: &[f64], x: &[Vec3]) -> f64;

@@ -19,7 +19,7 @@ pub(crate) use law::Curve;
 pub use law::TensionLaw;
 
 use super::springs::{COLLAPSED, LinearSprings, Spring};
-use super::{BlockSink, Effect, LinearSplit, Tangent};
+use super::{BlockSink, Effect, EffectKind, LinearSplit, Tangent};
 use crate::{DampingLaw, Level, Mat3, Vec3};
 
 /// All springs of one effect, of which at least one is not linear.
@@ -64,9 +64,9 @@ impl Stretched<'_> {
 }
 
 impl PiecewiseSprings {
-    /// Springs that report under `name`, each with the law `laws[law_of[…]]`; their own stiffness does not count.
+    /// Springs of one kind, each with the law `laws[law_of[…]]`; their own stiffness does not count.
     pub(crate) fn new(
-        name: &'static str,
+        kind: EffectKind,
         mut springs: Vec<Spring>,
         law_of: Vec<u32>,
         laws: Vec<TensionLaw>,
@@ -75,7 +75,7 @@ impl PiecewiseSprings {
         for (spring, &law) in springs.iter_mut().zip(&law_of) {
             spring.stiffness = laws[law as usize].steepest();
         }
-        Self { majorant: LinearSprings::new(name, springs, damping), laws, law_of }
+        Self { majorant: LinearSprings::new(kind, springs, damping), laws, law_of }
     }
 
     /// Visits the springs at `x` in the order of the specification.
@@ -109,8 +109,8 @@ impl PiecewiseSprings {
 }
 
 impl Effect for PiecewiseSprings {
-    fn name(&self) -> &'static str {
-        self.majorant.name()
+    fn kind(&self) -> EffectKind {
+        self.majorant.kind()
     }
 
     fn energy(&self, _mass: &[f64], x: &[Vec3]) -> f64 {

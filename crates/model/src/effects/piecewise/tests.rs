@@ -48,7 +48,7 @@ fn net(seed: u64, law: DampingLaw) -> (PiecewiseSprings, Vec<Vec3>, Vec<Vec3>) {
         .map(|(i, j)| Spring { i, j, rest_length: REST, stiffness: 0.0, damping: 0.3 })
         .collect();
     let law_of = (0..springs.len() as u32).map(|k| k % 4).collect();
-    (PiecewiseSprings::new("tension", springs, law_of, laws(), law), x, v)
+    (PiecewiseSprings::new(EffectKind::Tension, springs, law_of, laws(), law), x, v)
 }
 
 #[derive(Default)]
@@ -298,8 +298,13 @@ fn scaling_multiplies_energies_forces_and_slopes() {
 fn a_collapsed_spring_has_no_direction_and_no_force() {
     let law = kawabata();
     let spring = Spring { i: 0, j: 1, rest_length: REST, stiffness: 0.0, damping: 0.0 };
-    let springs =
-        PiecewiseSprings::new("tension", vec![spring], vec![0], vec![law], DampingLaw::Full);
+    let springs = PiecewiseSprings::new(
+        EffectKind::Tension,
+        vec![spring],
+        vec![0],
+        vec![law],
+        DampingLaw::Full,
+    );
     let x = [Vec3::zeros(); 2];
     assert_eq!(force(&springs, &x), [Vec3::zeros(); 2]);
     let mut out = [Vec3::zeros(); 2];

@@ -18,7 +18,7 @@ use self::batch::Quads;
 use self::diagonals::Diagonals;
 use self::listed::Listed;
 use self::sweep::{Begin, Law, ListedSprings, Pass, Springs, Windows};
-use super::{BlockSink, Effect, LinearSplit, Part, Tangent};
+use super::{BlockSink, Effect, EffectKind, LinearSplit, Part, Tangent};
 use crate::{DampingLaw, Level, Mat3, Vec3};
 use std::sync::Mutex;
 
@@ -91,7 +91,7 @@ impl Store {
 /// All linear springs of one effect.
 #[derive(Debug)]
 pub struct LinearSprings {
-    name: &'static str,
+    kind: EffectKind,
     store: Store,
     damping: Option<DampingLaw>,
     /// Memory of a sweep. Whoever finds it taken goes through the springs one by one.
@@ -107,30 +107,30 @@ enum Memory {
 
 impl Clone for LinearSprings {
     fn clone(&self) -> Self {
-        Self::with_store(self.name, self.store.clone(), self.damping)
+        Self::with_store(self.kind, self.store.clone(), self.damping)
     }
 }
 
 impl LinearSprings {
-    /// Springs that report under `name`. Without a damping coefficient above 0 no damping pass
+    /// Springs of one kind. Without a damping coefficient above 0 no damping pass
     /// exists.
-    pub fn new(name: &'static str, springs: Vec<Spring>, law: DampingLaw) -> Self {
+    pub fn new(kind: EffectKind, springs: Vec<Spring>, law: DampingLaw) -> Self {
         let damping = springs.iter().any(|s| s.damping > 0.0).then_some(law);
         let store = match Diagonals::detect(&springs) {
             Some(diagonals) => Store::Diagonals(diagonals),
             None => Store::Listed(Listed::new(&springs)),
         };
-        Self::with_store(name, store, damping)
+        Self::with_store(kind, store, damping)
     }
 
-    fn with_store(name: &'static str, store: Store, damping: Option<DampingLaw>) -> Self {
+    fn with_store(kind: EffectKind, store: Store, damping: Option<DampingLaw>) -> Self {
         let memory = match &store {
             Store::Listed(springs) => Memory::Quads(Quads::new(springs.particles)),
             Store::Diagonals(diagonals) => {
                 Memory::Windows(Windows::new(1, std::iter::once(diagonals)))
             }
         };
-        Self { name, store, damping, memory: Mutex::new(memory) }
+        Self { kind, store, damping, memory: Mutex::new(memory) }
     }
 
     /// Visits the springs in the order of the specification.
@@ -193,8 +193,8 @@ impl LinearSprings {
 }
 
 impl Effect for LinearSprings {
-    fn name(&self) -> &'static str {
-        self.name
+    fn kind(&self) -> EffectKind {
+        self.kind
     }
 
     /// `U = Σ ½ k (L − ℓ)²`.

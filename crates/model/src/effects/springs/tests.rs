@@ -19,8 +19,11 @@ impl Random {
     }
 }
 
-const KINDS: [(&str, [(i64, i64); 2]); 3] =
-    [("tension", [(1, 0), (0, 1)]), ("shear", [(1, 1), (-1, 1)]), ("bending", [(2, 0), (0, 2)])];
+const KINDS: [(EffectKind, [(i64, i64); 2]); 3] = [
+    (EffectKind::Tension, [(1, 0), (0, 1)]),
+    (EffectKind::Shear, [(1, 1), (-1, 1)]),
+    (EffectKind::Bending, [(2, 0), (0, 2)]),
+];
 
 /// Springs of one kind on a grid, as scenes have them.
 fn grid(rows: i64, columns: i64, stencil: [(i64, i64); 2], damping: f64) -> Vec<Spring> {
@@ -72,13 +75,13 @@ fn assert_same_bits(springs: &LinearSprings, n: usize) {
 fn springs_of_grids_lie_along_diagonals_and_give_the_same_bits() {
     // Narrow, wide, longer than a window, and with a last group of every length.
     for (rows, columns) in [(8, 9), (20, 20), (3, 700), (700, 3), (52, 52), (33, 129), (31, 1100)] {
-        for (name, stencil) in KINDS {
+        for (kind, stencil) in KINDS {
             let list = grid(rows, columns, stencil, 0.2);
-            let springs = LinearSprings::new(name, list.clone(), DampingLaw::Full);
-            assert!(matches!(springs.store, Store::Diagonals(_)), "{name} {rows}×{columns}");
+            let springs = LinearSprings::new(kind, list.clone(), DampingLaw::Full);
+            assert!(matches!(springs.store, Store::Diagonals(_)), "{kind} {rows}×{columns}");
             let mut visited = Vec::new();
             springs.each(|s| visited.push(*s));
-            assert_eq!(visited, list, "{name} {rows}×{columns}");
+            assert_eq!(visited, list, "{kind} {rows}×{columns}");
             assert_same_bits(&springs, (rows * columns) as usize);
         }
     }
@@ -128,7 +131,7 @@ proptest! {
             .filter(|s| s.0 != s.1)
             .map(|(i, j, rest_length, stiffness, damping)| Spring { i, j, rest_length, stiffness, damping })
             .collect();
-        assert_same_bits(&LinearSprings::new("tension", springs, DampingLaw::Full), n);
+        assert_same_bits(&LinearSprings::new(EffectKind::Tension, springs, DampingLaw::Full), n);
     }
 
     /// Any set of places along any diagonals, not of a grid only.
@@ -148,7 +151,7 @@ proptest! {
                 }
             }
         }
-        assert_same_bits(&LinearSprings::new("tension", springs, DampingLaw::Full), n);
+        assert_same_bits(&LinearSprings::new(EffectKind::Tension, springs, DampingLaw::Full), n);
     }
 }
 
