@@ -6,7 +6,7 @@
 //! glTF takes that, Blender among them. Positions are float32, in metres; glTF's y-axis is up, so that the scene, whose z-axis is, stands
 //! in a node that turns it.
 
-use crate::subject::Solid;
+use crate::Solid;
 use crate::surface::normals;
 use crate::{RenderError, Subject};
 use drape_model::Vec3;

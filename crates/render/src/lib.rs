@@ -24,6 +24,7 @@ pub mod camera;
 mod draw;
 mod image;
 pub mod obj;
+mod solid;
 mod subject;
 mod surface;
 
@@ -31,7 +32,8 @@ pub use animation::Animation;
 pub use camera::{Camera, View};
 pub use draw::draw;
 pub use image::{Colour, Font, Image};
-pub use subject::{Solid, Subject};
+pub use solid::Solid;
+pub use subject::Subject;
 
 /// Why something could not be shown.
 #[derive(Debug, thiserror::Error)]
