@@ -44,12 +44,13 @@
 //! | `φ`, `n̂` | [`Obstacle::distance`] | m, – | per point |
 //! | `F1`, `F2` | [`effects::LinearSplit`] | N | `n` × 3 |
 
+mod bounds;
 mod build;
 pub mod bundled;
+mod cloth;
 mod diagnostics;
 pub mod effects;
 mod error;
-mod fabric;
 mod load;
 mod mesh;
 mod numbering;
@@ -57,39 +58,31 @@ mod obstacle;
 mod path;
 mod projection;
 mod scene;
-mod schema;
 mod select;
 mod spec;
 mod state;
-mod stencils;
-mod stretch;
 mod strict;
 mod system;
 mod topology;
 
+pub use cloth::{Cloth, Grid, Particles};
 pub use effects::{
-    BlockPlanes, BlockSink, Effect, EffectKind, Effects, EffectsSpec, GravitySpec, LinearSplit,
-    Linearised, PairBlocks, Part, Tangent,
+    AirSpec, AngleEffect, AngleSpec, AngularLaw, BlockPlanes, BlockSink, DampingLaw, DragSpec,
+    Effect, EffectKind, Effects, EffectsSpec, Fabric, GravitySpec, GustSpec, HingeSpec,
+    LinearSplit, Linearised, PairBlocks, Part, PieceSpec, SpringEffect, SpringLaw, SpringSpec,
+    StretchLaw, Tangent, WindSpec,
 };
 pub use error::{SceneError, Violation};
-pub use fabric::Fabric;
 pub use load::{Input, load, parse};
 pub use mesh::{MeshCloth, Rotation};
 pub use numbering::Numbering;
-pub use obstacle::{ClosedMesh, Detection, Obstacle, Shape};
+pub use obstacle::{ClosedMesh, Detection, Obstacle, ObstacleSpec, Shape};
 pub use path::{KeyframeSpec, MovingPin, Path};
 pub use projection::{drape_coefficient, projected_area};
-pub use scene::{Cloth, Grid, Particles, Scene, SpringLaw, TimeSpan};
+pub use scene::{Scene, TimeSpan};
 pub use select::Pin;
-pub use spec::{
-    ContactSpec, DampingLaw, ObstacleSpec, ParticlesSpec, PinSpec, SpringEffect, SpringSpec,
-    SystemSpec,
-};
+pub use spec::{ContactSpec, ParticlesSpec, PinSpec, SystemSpec};
 pub use state::{Level, State};
-pub use stencils::{
-    AirSpec, AngleEffect, AngleSpec, AngularLaw, DragSpec, GustSpec, HingeSpec, WindSpec,
-};
-pub use stretch::{PieceSpec, StretchLaw};
 pub use system::{Contact, Revisions, System};
 
 /// A point, velocity, force or impulse in space.

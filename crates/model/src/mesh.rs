@@ -13,11 +13,10 @@ mod edges;
 mod obj;
 mod surface;
 
-use crate::build::{number, positive, vector};
+use crate::bounds::{MAX_COEFFICIENT, MAX_COORDINATE, direction, number, positive, vector, within};
+use crate::effects::Strand;
 use crate::error::Violation;
-use crate::scene::{Particles, SpringLaw};
-use crate::spec::{MAX_COEFFICIENT, MAX_COORDINATE, ParticlesSpec, SpringEffect};
-use crate::{Mat3, Vec3, bundled};
+use crate::{Mat3, ParticlesSpec, SpringEffect, Vec3, bundled};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::fs::File;
@@ -93,18 +92,9 @@ fn is_zero(value: &[f64; 3]) -> bool {
 impl Rotation {
     /// Rodrigues' formula.
     fn matrix(&self) -> Result<Mat3, Violation> {
-        let path = "cloth.mesh.rotation";
-        let axis = vector(format_args!("{path}.axis"), self.axis)?;
-        let Some(axis) = axis.try_normalize(1e-12) else {
-            let found = format!("{:?}", self.axis);
-            return Err(Violation::new(
-                format!("{path}.axis"),
-                found,
-                "a vector longer than 1e-12",
-            ));
-        };
-        let degrees = format!("{path}.angle_deg");
-        let angle = crate::build::within(degrees, self.angle_deg, -360.0, 360.0)?.to_radians();
+        let axis = direction("cloth.mesh.rotation.axis", self.axis)?;
+        let degrees = "cloth.mesh.rotation.angle_deg";
+        let angle = within(degrees, self.angle_deg, -360.0, 360.0)?.to_radians();
         let (sine, cosine) = (libm::sin(angle), libm::cos(angle));
         let cross = axis.cross_matrix();
         Ok(Mat3::identity() + cross * sine + cross * cross * (1.0 - cosine))
@@ -166,38 +156,28 @@ impl MeshCloth {
         self.surface()?.named(name).map_err(refuse)
     }
 
-    /// Particles, springs and triangles.
-    pub(crate) fn discretise(
-        &self,
-        laws: &[(SpringEffect, Option<&SpringLaw>)],
-    ) -> Result<Particles, Violation> {
+    /// Particles and triangles.
+    pub(crate) fn discretise(&self) -> Result<(ParticlesSpec, Vec<[u32; 3]>), Violation> {
         let surface = self.surface()?;
         let x = self.positions(surface)?;
-        let mass = self.masses(surface, &x)?;
-        let mean = mass.iter().sum::<f64>() / mass.len() as f64;
-        let pairs = edges::springs(&surface.faces, &surface.sides);
-        let mut springs = Vec::new();
-        for ((effect, law), pairs) in laws.iter().zip(pairs) {
-            let Some(law) = law else { continue };
-            let keys = [
-                ("warp", law.warp.is_some()),
-                ("weft", law.weft.is_some()),
-                ("fabric", law.fabric.is_some()),
-            ];
-            if let Some((key, _)) = keys.into_iter().find(|(_, is_given)| *is_given) {
-                let path = format!("effects.{}.{key}", effect.name());
-                let expected = "one law for all springs: the file says nothing of warp and weft";
-                return Err(Violation::new(path, "given for a mesh", expected));
-            }
-            let law = law.stretches(*effect, mean)?;
-            springs.extend(pairs.into_iter().map(|[i, j]| {
-                law.spring(*effect, 0, (i, j), (x[i as usize] - x[j as usize]).norm())
-            }));
-        }
-        let velocity_m_s = self.velocities(&mass, &x)?;
+        let mass_kg = self.masses(surface, &x)?;
+        let velocity_m_s = self.velocities(&mass_kg, &x)?;
         let position_m = x.into_iter().map(Into::into).collect();
-        let particles = ParticlesSpec { mass_kg: mass, position_m, velocity_m_s };
-        Ok(Particles { particles, springs, triangles: surface.triangles() })
+        Ok((ParticlesSpec { mass_kg, position_m, velocity_m_s }, surface.triangles()))
+    }
+
+    /// The springs of one effect between particles at these positions, m.
+    pub(crate) fn strands(
+        &self,
+        effect: SpringEffect,
+        position_m: &[[f64; 3]],
+    ) -> Result<Vec<Strand>, Violation> {
+        let surface = self.surface()?;
+        let x = |i: u32| Vec3::from(position_m[i as usize]);
+        let pairs = edges::springs(effect, &surface.faces, &surface.sides).into_iter();
+        let strand =
+            |ends @ [i, j]: [u32; 2]| Strand { direction: 0, ends, length: (x(i) - x(j)).norm() };
+        Ok(pairs.map(strand).collect())
     }
 
     fn positions(&self, surface: &Surface) -> Result<Vec<Vec3>, Violation> {

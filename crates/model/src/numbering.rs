@@ -113,35 +113,27 @@ impl Numbering {
         }
     }
 
-    /// Chooses the internal order of a system, and brings its springs to it; `law_of` are numbers that go with the springs
-    /// of an effect.
-    pub(crate) fn choose(
-        particles: usize,
-        springs: &mut [Vec<Spring>],
-        law_of: &mut [Option<&mut Vec<u32>>],
-    ) -> Self {
+    /// Chooses the internal order of a system, and brings its springs to it.
+    pub(crate) fn choose(particles: usize, effects: &mut [Strands<'_>]) -> Self {
         if particles < FEWEST {
             return Self::identity();
         }
-        let numbering = Self::shorter(particles, springs).unwrap_or_default();
-        for s in springs.iter_mut().flatten().filter(|_| !numbering.is_identity()) {
-            s.i = numbering.internal[s.i as usize];
-            s.j = numbering.internal[s.j as usize];
-        }
-        if !numbering.is_identity() || are_scattered(springs) {
-            for (springs, law_of) in springs.iter_mut().zip(law_of) {
-                match law_of {
-                    Some(law_of) => sort_with(springs, law_of),
-                    None => sort(springs),
-                }
+        let numbering = Self::shorter(particles, effects).unwrap_or_default();
+        if !numbering.is_identity() {
+            for s in effects.iter_mut().flat_map(|effect| effect.springs.iter_mut()) {
+                s.i = numbering.internal[s.i as usize];
+                s.j = numbering.internal[s.j as usize];
             }
+        }
+        if !numbering.is_identity() || are_scattered(effects) {
+            effects.iter_mut().for_each(Strands::sort);
         }
         numbering
     }
 
     /// Reverse Cuthill-McKee, if the rule wants it.
-    fn shorter(particles: usize, springs: &[Vec<Spring>]) -> Option<Self> {
-        let edges = || springs.iter().flatten().map(|s| [s.i, s.j]);
+    fn shorter(particles: usize, effects: &[Strands<'_>]) -> Option<Self> {
+        let edges = || springs(effects).map(|s| [s.i, s.j]);
         if is_regular(edges()) {
             return None;
         }
@@ -153,6 +145,36 @@ impl Numbering {
         let after = mean_span(edges().map(|ends| ends.map(|i| internal[i as usize])));
         (GAIN * after <= mean_span(edges())).then_some(Self { given, internal })
     }
+}
+
+/// The springs of one effect.
+pub(crate) struct Strands<'a> {
+    pub(crate) springs: &'a mut [Spring],
+    /// The law of each spring, if there are several.
+    pub(crate) law_of: Option<&'a mut [u32]>,
+}
+
+impl Strands<'_> {
+    /// Sorts springs by their lower, then by their higher end. Equal ones keep their order, and
+    /// laws go with their springs. Linear springs start at their lower end afterwards.
+    fn sort(&mut self) {
+        let low_high = |s: &Spring| (s.i.min(s.j), s.i.max(s.j));
+        if let Some(law_of) = &mut self.law_of {
+            let mut order: Vec<usize> = (0..self.springs.len()).collect();
+            order.sort_by_key(|&k| low_high(&self.springs[k]));
+            let sorted: Vec<u32> = order.into_iter().map(|k| law_of[k]).collect();
+            law_of.copy_from_slice(&sorted);
+        }
+        for s in self.springs.iter_mut() {
+            (s.i, s.j) = low_high(s);
+        }
+        self.springs.sort_by_key(|s| (s.i, s.j));
+    }
+}
+
+/// The springs of all effects, effect by effect.
+fn springs<'a>(effects: &'a [Strands<'_>]) -> impl Iterator<Item = &'a Spring> {
+    effects.iter().flat_map(|effect| effect.springs.iter())
 }
 
 /// The entries at these places, if there are any places.
@@ -186,27 +208,9 @@ fn mean_span(edges: impl Iterator<Item = [u32; 2]>) -> f64 {
 }
 
 /// Whether from one spring to the next the lower end jumps much farther than a spring reaches.
-fn are_scattered(springs: &[Vec<Spring>]) -> bool {
+fn are_scattered(effects: &[Strands<'_>]) -> bool {
     let low = |s: &Spring| s.i.min(s.j);
-    let steps =
-        springs.iter().flat_map(|springs| springs.windows(2).map(|s| [low(&s[0]), low(&s[1])]));
-    mean_span(steps) > GAIN * mean_span(springs.iter().flatten().map(|s| [s.i, s.j]))
-}
-
-/// Sorts springs by their lower, then by their higher end; equal ones keep their order.
-fn sort(springs: &mut [Spring]) {
-    for s in springs.iter_mut() {
-        (s.i, s.j) = (s.i.min(s.j), s.i.max(s.j));
-    }
-    springs.sort_by_key(|s| (s.i, s.j));
-}
-
-/// As [`sort`], and brings the numbers that go with the springs to the same order.
-fn sort_with(springs: &mut [Spring], numbers: &mut [u32]) {
-    let low_high = |s: &Spring| (s.i.min(s.j), s.i.max(s.j));
-    let mut order: Vec<usize> = (0..springs.len()).collect();
-    order.sort_by_key(|&k| low_high(&springs[k]));
-    let sorted: Vec<u32> = order.into_iter().map(|k| numbers[k]).collect();
-    numbers.copy_from_slice(&sorted);
-    sort(springs);
+    let pairs = effects.iter().flat_map(|effect| effect.springs.windows(2));
+    let steps = pairs.map(|s| [low(&s[0]), low(&s[1])]);
+    mean_span(steps) > GAIN * mean_span(springs(effects).map(|s| [s.i, s.j]))
 }

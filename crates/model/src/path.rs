@@ -1,9 +1,8 @@
 //! Paths on which pins and obstacles are led.
 
 use crate::Vec3;
-use crate::build::{number, within};
+use crate::bounds::{MAX_COORDINATE, at_most, number, within};
 use crate::error::Violation;
-use crate::spec::MAX_COORDINATE;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -46,6 +45,11 @@ pub struct Path {
     keyframes: Vec<(f64, Vec3)>,
 }
 
+/// A place that round-off may have put a little out of range, back in range, m.
+pub(crate) fn in_range(place: Vec3) -> Vec3 {
+    place.map(|coordinate| coordinate.clamp(-MAX_COORDINATE, MAX_COORDINATE))
+}
+
 /// The least box around what is led on a path, m, where it starts.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Extent {
@@ -59,7 +63,6 @@ impl Extent {
         let none = (Vec3::repeat(MAX_COORDINATE), Vec3::repeat(-MAX_COORDINATE));
         let (low, high) =
             points.into_iter().fold(none, |(low, high), x| (low.inf(&x), high.sup(&x)));
-        let in_range = |x: Vec3| x.map(|c| c.clamp(-MAX_COORDINATE, MAX_COORDINATE));
         Self { low: in_range(low), high: in_range(high) }
     }
 
@@ -94,10 +97,7 @@ impl Path {
         frames: &[KeyframeSpec],
         led: Extent,
     ) -> Result<Option<Self>, Violation> {
-        if frames.len() > MAX_KEYFRAMES {
-            let expected = format!("at most {MAX_KEYFRAMES} keyframes");
-            return Err(Violation::new(at, format!("of length {}", frames.len()), expected));
-        }
+        at_most(at, frames.len(), MAX_KEYFRAMES, "keyframes")?;
         let mut keyframes: Vec<(f64, Vec3)> = Vec::with_capacity(frames.len());
         for (k, frame) in frames.iter().enumerate() {
             let path = |key: &str| format!("{at}[{k}].{key}");

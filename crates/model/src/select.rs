@@ -1,10 +1,10 @@
 //! Selecting particles of a cloth: by index, place, name or boundary.
 
-use crate::build::{index, vector, within};
+use crate::bounds::LAST_PARTICLE;
+use crate::bounds::{MAX_COORDINATE, MAX_PARTICLES};
+use crate::bounds::{index, vector, within};
 use crate::error::Violation;
 use crate::path::Extent;
-use crate::schema::LAST_PARTICLE;
-use crate::spec::{MAX_COORDINATE, MAX_PARTICLES};
 use crate::{Cloth, KeyframeSpec, ParticlesSpec, Path, PinSpec, Vec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

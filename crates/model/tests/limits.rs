@@ -54,6 +54,18 @@ fn a_particle_in_very_many_selections_is_refused() {
 }
 
 #[test]
+fn a_path_for_many_particles_does_not_fill_the_memory() {
+    let mut scene = sheet(1000);
+    let frames: Vec<_> =
+        (1..=2000).map(|k| json!({ "time_s": k, "offset_m": [0, 0, k] })).collect();
+    scene["pins"] = json!([{ "column": 0, "path": frames }]);
+    let Violation { path, value, expected } = refused(&scene);
+    assert_eq!(path, "pins[0].path");
+    assert!(value.contains("2000 keyframes for 1000"), "{value}");
+    assert!(expected.contains("at most 1000000 keyframes"), "{expected}");
+}
+
+#[test]
 fn springs_of_one_law_share_their_pieces() {
     let mut scene = sheet(20);
     let pieces = |stiffness: f64| -> Value {

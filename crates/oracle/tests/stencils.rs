@@ -1,21 +1,20 @@
 //! Angles and hinges: energy, force and stiffness agree, and nothing pushes itself.
 
-use drape_model::effects::{Angle, Angles, Hinge, Hinges};
-use drape_model::{Effect, EffectKind, Tangent, Vec3};
+use drape_model::effects::{Angles, Hinges};
+use drape_model::{AngleEffect, AngleSpec, Effect, EffectKind, HingeSpec, Tangent, Vec3};
 use drape_oracle::Random;
 use drape_oracle::finite_difference::{Dense, check};
 use std::f64::consts::{FRAC_PI_2, PI};
 
-fn angle(rest: f64) -> Box<dyn Effect> {
-    Box::new(Angles::new(
-        EffectKind::BendingAngle,
-        vec![Angle { i: 0, j: 1, k: 2, rest, stiffness: 1.7 }],
-    ))
+fn angle(rest_rad: f64) -> Box<dyn Effect> {
+    let effect = AngleEffect::BendingAngle;
+    let angle = AngleSpec { effect, i: 0, j: 1, k: 2, rest_rad, stiffness_n_m: 1.7 };
+    Box::new(Angles::new(effect.into(), vec![angle]))
 }
 
-fn hinge(rest: f64) -> Box<dyn Effect> {
-    let hinge = Hinge { edge: [0, 1], opposite: [2, 3], rest, stiffness: 0.6 };
-    Box::new(Hinges::new(vec![hinge]))
+fn hinge(rest_rad: f64) -> Box<dyn Effect> {
+    let hinge = HingeSpec { i: 0, j: 1, k: 2, l: 3, rest_rad, stiffness_n_m: 0.6 };
+    Box::new(Hinges::new(EffectKind::BendingHinge, vec![hinge]))
 }
 
 /// Effects with the number of their particles.

@@ -11,8 +11,13 @@
 //! linear. It dissipates where there is no wind. An explicit step `h` is stable where `h Σ κ a/(3m) < 2` at every particle, `m` its
 //! mass and the sum over its triangles; where neighbours move alike along one normal, no longer one is.
 
+use super::registry::{self, Checked, Weave};
 use super::{BlockSink, Effect, EffectKind};
-use crate::{Level, Vec3};
+use crate::bounds::{MAX_COEFFICIENT, MAX_COORDINATE, coefficient, is_zero, vector, within};
+use crate::error::Violation;
+use crate::{Level, SystemSpec, Vec3};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 /// A triangle whose doubled area is at most this fraction of the square of the longer one of the edges from its first corner has
 /// no normal, and no drag.
@@ -21,6 +26,112 @@ const DEGENERATE: f64 = 1e-12;
 const SINES: usize = 4;
 /// Ratio of the frequencies of neighbouring sines: the golden ratio, so that the sum never repeats.
 const RATIO: f64 = 1.618_033_988_749_895;
+
+/// The air around a cloth: a drag on each of its triangles.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct AirSpec {
+    /// How the drag grows with the speed.
+    pub drag: DragSpec,
+    /// Motion of the air; at rest if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub wind: Option<WindSpec>,
+}
+
+/// How the drag of a triangle grows with the speed at which the air meets it, along its normal.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum DragSpec {
+    /// `½ ρ C a |n·v|²`.
+    Quadratic {
+        /// `C`.
+        #[schemars(range(min = 0.0, max = MAX_COORDINATE))]
+        coefficient: f64,
+        /// `ρ`, kg/m³.
+        #[serde(default = "density_of_air")]
+        #[schemars(range(min = 0.0, max = MAX_COORDINATE))]
+        density_kg_m3: f64,
+    },
+    /// `c a |n·v|`.
+    Linear {
+        /// `c`, N s/m³.
+        #[schemars(range(min = 0.0, max = MAX_COEFFICIENT))]
+        coefficient_n_s_per_m3: f64,
+    },
+}
+
+/// Of dry air at 20 °C and 1013 hPa, rounded.
+fn density_of_air() -> f64 {
+    1.2
+}
+
+/// Motion of the air, the same everywhere.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct WindSpec {
+    /// Mean velocity, m/s.
+    #[schemars(inner(range(min = -MAX_COORDINATE, max = MAX_COORDINATE)))]
+    pub velocity_m_s: [f64; 3],
+    /// What comes and goes; nothing if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gust: Option<GustSpec>,
+}
+
+/// Gusts: a sum of sines that looks irregular and is the same in every run.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct GustSpec {
+    /// Bound of the velocity of the gusts, m/s: they come near it and do not exceed it.
+    #[schemars(inner(range(min = -MAX_COORDINATE, max = MAX_COORDINATE)))]
+    pub amplitude_m_s: [f64; 3],
+    /// Period of their slowest part, s.
+    #[schemars(range(min = SHORTEST_PERIOD, max = MAX_COORDINATE))]
+    pub period_s: f64,
+    /// Seed of their phases.
+    #[serde(default)]
+    #[schemars(range(max = u32::MAX))]
+    pub seed: u32,
+    /// How long they have blown at the start, s; 0 if absent. A system that is frozen mid-run goes on with its gusts.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    #[schemars(range(min = 0.0, max = MAX_GUST_START))]
+    pub start_s: f64,
+}
+
+/// Shortest period of gusts, s.
+const SHORTEST_PERIOD: f64 = 1e-6;
+/// Latest start of gusts, s: a thousand of the longest runs one after the other.
+const MAX_GUST_START: f64 = 1e12;
+
+impl AirSpec {
+    fn check(&self) -> Result<(DragLaw, Option<Wind>), Violation> {
+        let law = match self.drag {
+            DragSpec::Quadratic { coefficient, density_kg_m3 } => {
+                let path = "effects.air.drag.quadratic";
+                let within = |key: &str, value| {
+                    within(format_args!("{path}.{key}"), value, 0.0, MAX_COORDINATE)
+                };
+                let density = within("density_kg_m3", density_kg_m3)?;
+                DragLaw::Quadratic(0.5 * density * within("coefficient", coefficient)?)
+            }
+            DragSpec::Linear { coefficient_n_s_per_m3: c } => {
+                let path = "effects.air.drag.linear.coefficient_n_s_per_m3";
+                DragLaw::Linear(coefficient(path, c)?)
+            }
+        };
+        let gust = |gust: GustSpec| {
+            let amplitude = vector("effects.air.wind.gust.amplitude_m_s", gust.amplitude_m_s)?;
+            let path = "effects.air.wind.gust.period_s";
+            let period = within(path, gust.period_s, SHORTEST_PERIOD, MAX_COORDINATE)?;
+            let start = within("effects.air.wind.gust.start_s", gust.start_s, 0.0, MAX_GUST_START)?;
+            Ok(Gust::new(amplitude, period, gust.seed).started(start))
+        };
+        let wind = |wind: WindSpec| {
+            let velocity = vector("effects.air.wind.velocity_m_s", wind.velocity_m_s)?;
+            Ok(Wind { velocity, gust: wind.gust.map(gust).transpose()? })
+        };
+        Ok((law, self.wind.map(wind).transpose()?))
+    }
+}
 
 /// How the force grows with the speed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -109,11 +220,6 @@ impl Air {
     /// The air around these triangles.
     pub fn new(law: DragLaw, wind: Option<Wind>, triangles: Vec<[u32; 3]>) -> Self {
         Self { law, wind, triangles }
-    }
-
-    /// The corners of all triangles, to renumber them.
-    pub(crate) fn corners_mut(&mut self) -> impl Iterator<Item = &mut u32> {
-        self.triangles.iter_mut().flatten()
     }
 
     fn wind(&self, t: f64) -> Vec3 {
@@ -217,6 +323,51 @@ impl Effect for Air {
 
     fn boxed_clone(&self) -> Box<dyn Effect> {
         Box::new(self.clone())
+    }
+}
+
+/// The effect of the air.
+pub(crate) struct Entry;
+
+impl registry::Entry for Entry {
+    type Law = AirSpec;
+
+    fn freeze(
+        law: &AirSpec,
+        _kind: EffectKind,
+        _cloth: Weave<'_>,
+        spec: &mut SystemSpec,
+    ) -> Result<(), Violation> {
+        spec.effects.air = Some(*law);
+        Ok(())
+    }
+
+    fn check(_kind: EffectKind, spec: &SystemSpec) -> Result<Option<Box<dyn Checked>>, Violation> {
+        let Some(air) = spec.effects.air else { return Ok(None) };
+        let (law, wind) = air.check()?;
+        if spec.triangles.is_empty() {
+            let expected = "a cloth with triangles, on which the air acts";
+            return Err(Violation::new("effects.air", "given without triangles", expected));
+        }
+        Ok(Some(Box::new(Air::new(law, wind, spec.triangles.clone()))))
+    }
+
+    /// Gusts go on.
+    fn advance(spec: &mut SystemSpec, t: f64) {
+        let wind = spec.effects.air.as_mut().and_then(|air| air.wind.as_mut());
+        if let Some(gust) = wind.and_then(|wind| wind.gust.as_mut()) {
+            gust.start_s = (gust.start_s + t).min(MAX_GUST_START);
+        }
+    }
+}
+
+impl Checked for Air {
+    fn visit_particles(&mut self, visit: &mut dyn FnMut(&mut u32)) {
+        self.triangles.iter_mut().flatten().for_each(visit);
+    }
+
+    fn assemble(self: Box<Self>) -> Box<dyn Effect> {
+        self
     }
 }
 

@@ -11,9 +11,15 @@
 //! the angle at rest: `(π − φ)/sin φ → 1` (Eberhardt, Weber and Straßer 1996 bend cloth so). At angles of 0 and
 //! π that are not the one at rest no direction of the force is distinguished: there it is 0.
 
-use super::{BlockSink, Effect, EffectKind, Tangent};
-use crate::{Mat3, Vec3};
-use std::f64::consts::PI;
+use super::elements::{self, Element, Elements};
+use super::registry::{self, Checked, Weave};
+use super::{BlockSink, EffectKind, Tangent};
+use crate::bounds::{LAST_PARTICLE, MAX_COEFFICIENT, coefficient};
+use crate::error::Violation;
+use crate::{Cloth, Grid, Mat3, SystemSpec, Vec3};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::f64::consts::{FRAC_PI_2, PI};
 
 /// An edge shorter than this fraction of the other one has no direction.
 const COLLAPSED: f64 = 1e-12;
@@ -26,20 +32,76 @@ const STRAIGHT: f64 = 1e-8;
 /// `sin φ` below which the curvature at the straight angle is taken from its series.
 const SERIES: f64 = 3e-3;
 
-/// The angle at particle `j` between the edges to `i` and `k`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Angle {
+/// The effect that an angle belongs to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum AngleEffect {
+    /// Between warp and weft.
+    ShearAngle,
+    /// Between the edges of a row or column.
+    BendingAngle,
+}
+
+impl AngleEffect {
+    /// All of them, in the order in which a system holds them.
+    pub const ALL: [Self; 2] = [Self::ShearAngle, Self::BendingAngle];
+
+    /// The name under which its energy is reported.
+    pub fn name(self) -> &'static str {
+        EffectKind::from(self).name()
+    }
+}
+
+impl From<AngleEffect> for EffectKind {
+    fn from(effect: AngleEffect) -> Self {
+        match effect {
+            AngleEffect::ShearAngle => Self::ShearAngle,
+            AngleEffect::BendingAngle => Self::BendingAngle,
+        }
+    }
+}
+
+/// The angle at particle `j` between the edges to `i` and `k`, in a frozen system.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct AngleSpec {
+    /// Effect that it belongs to.
+    pub effect: AngleEffect,
     /// End of the first edge.
+    #[schemars(range(max = LAST_PARTICLE))]
     pub i: u32,
     /// Where the edges meet.
+    #[schemars(range(max = LAST_PARTICLE))]
     pub j: u32,
     /// End of the second edge.
+    #[schemars(range(max = LAST_PARTICLE))]
     pub k: u32,
-    /// Angle at rest `φ₀`, 0 to π, rad.
-    pub rest: f64,
-    /// Stiffness `k`, N m.
-    pub stiffness: f64,
+    /// Angle at rest, rad.
+    #[schemars(range(min = 0.0, max = PI))]
+    pub rest_rad: f64,
+    /// Stiffness, N m.
+    #[schemars(range(min = 0.0, max = MAX_COEFFICIENT))]
+    pub stiffness_n_m: f64,
 }
+
+/// Stiffness of angles.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct AngularLaw {
+    /// Stiffness, N m.
+    #[schemars(range(min = 0.0, max = MAX_COEFFICIENT))]
+    pub stiffness_n_m: f64,
+}
+
+impl AngularLaw {
+    /// The stiffness, N m, if it is in range.
+    pub(super) fn check(&self, kind: EffectKind) -> Result<f64, Violation> {
+        coefficient(format_args!("effects.{kind}.stiffness_n_m"), self.stiffness_n_m)
+    }
+}
+
+/// All angles of one kind.
+pub type Angles = Elements<AngleSpec>;
 
 /// Two edges with a direction.
 struct Corner {
@@ -58,9 +120,13 @@ struct Blocks {
     bb: Mat3,
 }
 
-impl Angle {
+impl AngleSpec {
+    fn places(&self) -> [usize; 3] {
+        [self.i, self.j, self.k].map(|i| i as usize)
+    }
+
     fn corner(&self, x: &[Vec3]) -> Option<Corner> {
-        let [i, j, k] = [self.i, self.j, self.k].map(|i| x[i as usize]);
+        let [i, j, k] = self.places().map(|i| x[i]);
         let (a, b) = (i - j, k - j);
         let length = [a.norm(), b.norm()];
         let (short, long) = (length[0].min(length[1]), length[0].max(length[1]));
@@ -72,7 +138,7 @@ impl Angle {
 
     /// `δ₀ = π − φ₀`.
     fn rest_turn(&self) -> f64 {
-        PI - self.rest
+        PI - self.rest_rad
     }
 
     /// Whether the straight angle is the one at rest, and the corner is nearer to it than to the fold.
@@ -91,25 +157,10 @@ impl Angle {
         }
     }
 
-    /// `½ k (φ − φ₀)²`, J; 0 where an edge has no direction.
-    fn energy(&self, x: &[Vec3]) -> f64 {
-        self.corner(x).map_or(0.0, |corner| {
-            let excess = corner.turn() - self.rest_turn();
-            0.5 * self.stiffness * excess * excess
-        })
-    }
-
-    fn blocks(&self, corner: &Corner, tangent: Tangent) -> Blocks {
-        match tangent {
-            Tangent::Exact => self.exact(corner),
-            Tangent::Projected => self.projected(corner),
-        }
-    }
-
     /// `g ∇²c + g' ∇c ∇cᵀ` with `g = dU/dc`, `g' = (k + g c)/sin²φ`.
     fn exact(&self, corner: &Corner) -> Blocks {
         let Corner { u: [a, b], length: [la, lb], cos, sin } = *corner;
-        let (k, slope) = (self.stiffness, self.slope(corner));
+        let (k, slope) = (self.stiffness_n_m, self.slope(corner));
         let curvature = if self.is_near_straight_rest(corner) && sin < SERIES {
             1.0 / 3.0 + sin * sin * (2.0 / 15.0)
         } else if sin > SINGULAR {
@@ -137,7 +188,7 @@ impl Angle {
     /// have no stiffness.
     fn projected(&self, corner: &Corner) -> Blocks {
         let Corner { u: [a, b], length: [la, lb], cos, sin } = *corner;
-        let k = self.stiffness;
+        let k = self.stiffness_n_m;
         if self.is_near_straight_rest(corner) && sin < STRAIGHT {
             let across = (Mat3::identity() - a * a.transpose()) * k;
             return Blocks {
@@ -174,71 +225,118 @@ impl Corner {
     }
 }
 
-/// All angles of one effect.
-#[derive(Clone, Debug)]
-pub struct Angles {
-    kind: EffectKind,
-    list: Vec<Angle>,
-}
+impl Element for AngleSpec {
+    const LIST: &'static str = "angles";
+    const REST: (f64, f64) = (0.0, PI);
 
-impl Angles {
-    /// Angles of one kind.
-    pub fn new(kind: EffectKind, list: Vec<Angle>) -> Self {
-        Self { kind, list }
+    fn list(spec: &SystemSpec) -> &[Self] {
+        &spec.angles
     }
-}
 
-impl Effect for Angles {
     fn kind(&self) -> EffectKind {
-        self.kind
+        self.effect.into()
     }
 
-    fn energy(&self, _mass: &[f64], x: &[Vec3]) -> f64 {
-        self.list.iter().map(|angle| angle.energy(x)).sum()
+    fn particles(&mut self) -> impl Iterator<Item = (&'static str, &mut u32)> {
+        [("i", &mut self.i), ("j", &mut self.j), ("k", &mut self.k)].into_iter()
+    }
+
+    fn rest(&self) -> f64 {
+        self.rest_rad
+    }
+
+    fn stiffness(&mut self) -> &mut f64 {
+        &mut self.stiffness_n_m
+    }
+
+    fn energy(&self, x: &[Vec3]) -> Option<f64> {
+        let excess = self.corner(x)?.turn() - self.rest_turn();
+        Some(0.5 * self.stiffness_n_m * excess * excess)
     }
 
     /// `f_i = −g ∇_a c`, `f_k = −g ∇_b c`, and the opposite of both on the particle between.
-    fn add_force(&self, _mass: &[f64], x: &[Vec3], out: &mut [Vec3]) {
-        for angle in &self.list {
-            let Some(corner) = angle.corner(x) else { continue };
-            let g = angle.stiffness * angle.slope(&corner);
-            let [fa, fb] = corner.gradient().map(|gradient| gradient * -g);
-            out[angle.i as usize] += fa;
-            out[angle.k as usize] += fb;
-            out[angle.j as usize] -= fa + fb;
-        }
-    }
-
-    fn has_jacobian(&self) -> bool {
-        true
+    fn add_force(&self, x: &[Vec3], out: &mut [Vec3]) {
+        let Some(corner) = self.corner(x) else { return };
+        let g = self.stiffness_n_m * self.slope(&corner);
+        let [fa, fb] = corner.gradient().map(|gradient| gradient * -g);
+        let [i, j, k] = self.places();
+        out[i] += fa;
+        out[k] += fb;
+        out[j] -= fa + fb;
     }
 
     fn visit_pairs(&self, visit: &mut dyn FnMut(usize, usize)) {
-        for angle in &self.list {
-            let [i, j, k] = [angle.i, angle.j, angle.k].map(|i| i as usize);
-            visit(i, j);
-            visit(k, j);
-            visit(i, k);
-        }
+        let [i, j, k] = self.places();
+        visit(i, j);
+        visit(k, j);
+        visit(i, k);
     }
 
     fn add_stiffness(&self, x: &[Vec3], scale: f64, tangent: Tangent, sink: &mut dyn BlockSink) {
-        for angle in &self.list {
-            let Some(corner) = angle.corner(x) else { continue };
-            let Blocks { aa, ab, bb } = angle.blocks(&corner, tangent);
-            let [i, j, k] = [angle.i, angle.j, angle.k].map(|i| i as usize);
-            sink.add_general_pair(i, j, &((aa + ab) * scale));
-            sink.add_general_pair(k, j, &((bb + ab.transpose()) * scale));
-            sink.add_general_pair(i, k, &(ab * -scale));
+        let Some(corner) = self.corner(x) else { return };
+        let Blocks { aa, ab, bb } = match tangent {
+            Tangent::Exact => self.exact(&corner),
+            Tangent::Projected => self.projected(&corner),
+        };
+        let [i, j, k] = self.places();
+        sink.add_general_pair(i, j, &((aa + ab) * scale));
+        sink.add_general_pair(k, j, &((bb + ab.transpose()) * scale));
+        sink.add_general_pair(i, k, &(ab * -scale));
+    }
+}
+
+/// Effects of angles.
+pub(crate) struct Entry;
+
+impl registry::Entry for Entry {
+    type Law = AngularLaw;
+
+    fn freeze(
+        law: &AngularLaw,
+        kind: EffectKind,
+        weave: Weave<'_>,
+        spec: &mut SystemSpec,
+    ) -> Result<(), Violation> {
+        let stiffness = law.check(kind)?;
+        let Cloth::Grid(grid) = weave.cloth else {
+            let found = "given for a cloth without rows and columns";
+            let expected = "a grid: of another cloth warp and weft are not known";
+            return Err(Violation::new(format!("effects.{kind}"), found, expected));
+        };
+        let effect =
+            AngleEffect::ALL.into_iter().filter(|&effect| EffectKind::from(effect) == kind);
+        effect.for_each(|effect| spec.angles.extend(grid_angles(grid, effect, stiffness)));
+        Ok(())
+    }
+
+    fn check(kind: EffectKind, spec: &SystemSpec) -> Result<Option<Box<dyn Checked>>, Violation> {
+        elements::check::<AngleSpec>(kind, spec)
+    }
+}
+
+/// The angles of a grid. Shear: the four angles around each particle, a fourth of the stiffness each, so that a sheared sheet has
+/// `½ k (φ − π/2)²` at each particle inside. Bending: between each particle's neighbours in its row, and in its column.
+fn grid_angles(grid: &Grid, effect: AngleEffect, stiffness: f64) -> Vec<AngleSpec> {
+    let arms: &[[(i64, i64); 2]] = match effect {
+        AngleEffect::ShearAngle => {
+            &[[(1, 0), (0, 1)], [(-1, 0), (0, 1)], [(-1, 0), (0, -1)], [(1, 0), (0, -1)]]
+        }
+        AngleEffect::BendingAngle => &[[(-1, 0), (1, 0)], [(0, -1), (0, 1)]],
+    };
+    let (rest_rad, stiffness_n_m) = match effect {
+        AngleEffect::ShearAngle => (FRAC_PI_2, 0.25 * stiffness),
+        AngleEffect::BendingAngle => (PI, stiffness),
+    };
+    let mut angles = Vec::new();
+    for row in 0..grid.rows {
+        for column in 0..grid.columns {
+            for [one, other] in arms {
+                let end = |(right, down): &(i64, i64)| grid.neighbour(row, column, *right, *down);
+                let Some((i, k)) = end(one).zip(end(other)) else { continue };
+                let j = grid.index(row, column);
+                angles.push(AngleSpec { effect, i, j, k, rest_rad, stiffness_n_m });
+            }
         }
     }
-
-    fn scale_stiffness(&mut self, factor: f64) -> bool {
-        self.list.iter_mut().for_each(|angle| angle.stiffness *= factor);
-        true
-    }
-
-    fn boxed_clone(&self) -> Box<dyn Effect> {
-        Box::new(self.clone())
-    }
+    angles
 }

@@ -1,8 +1,10 @@
 //! Uniform gravity.
 
+use super::registry::{self, Checked, Weave};
 use super::{Effect, EffectKind, Field, Part, Pass};
-use crate::Vec3;
-use crate::spec::MAX_COORDINATE;
+use crate::bounds::{MAX_COORDINATE, vector};
+use crate::error::Violation;
+use crate::{SystemSpec, Vec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -44,5 +46,36 @@ impl Effect for Gravity {
 
     fn boxed_clone(&self) -> Box<dyn Effect> {
         Box::new(*self)
+    }
+}
+
+/// The effect of gravity.
+pub(crate) struct Entry;
+
+impl registry::Entry for Entry {
+    type Law = GravitySpec;
+
+    fn freeze(
+        law: &GravitySpec,
+        _kind: EffectKind,
+        _cloth: Weave<'_>,
+        spec: &mut SystemSpec,
+    ) -> Result<(), Violation> {
+        spec.effects.gravity = Some(*law);
+        Ok(())
+    }
+
+    fn check(_kind: EffectKind, spec: &SystemSpec) -> Result<Option<Box<dyn Checked>>, Violation> {
+        let Some(gravity) = spec.effects.gravity else { return Ok(None) };
+        let acceleration = vector("effects.gravity.m_s2", gravity.m_s2)?;
+        Ok(Some(Box::new(Gravity { acceleration })))
+    }
+}
+
+impl Checked for Gravity {
+    fn visit_particles(&mut self, _visit: &mut dyn FnMut(&mut u32)) {}
+
+    fn assemble(self: Box<Self>) -> Box<dyn Effect> {
+        self
     }
 }

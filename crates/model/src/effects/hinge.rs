@@ -17,8 +17,16 @@
 //!
 //! A hinge with a triangle that has no area has no angle: it exerts no force.
 
-use super::{BlockSink, Effect, EffectKind, Tangent};
-use crate::{Mat3, Vec3};
+use super::angle::AngularLaw;
+use super::elements::{self, Element, Elements};
+use super::registry::{self, Checked, Weave};
+use super::{BlockSink, EffectKind, Tangent};
+use crate::bounds::{LAST_PARTICLE, MAX_COEFFICIENT};
+use crate::error::Violation;
+use crate::topology::{InteriorEdge, interior_edges};
+use crate::{Mat3, SystemSpec, Vec3};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
 /// A triangle whose sine at the edge is smaller than this has no normal.
@@ -26,18 +34,32 @@ const DEGENERATE: f64 = 1e-12;
 /// No edge is shorter than this, m, if it has a direction.
 const SHORTEST: f64 = 1e-70;
 
-/// The angle between the triangles `(i, j, k)` and `(i, j, l)`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Hinge {
-    /// The edge.
-    pub edge: [u32; 2],
-    /// The corners on both sides of it.
-    pub opposite: [u32; 2],
-    /// Angle at rest `θ₀`, −π to π, rad; 0 is flat.
-    pub rest: f64,
-    /// Stiffness `K`, N m.
-    pub stiffness: f64,
+/// The dihedral angle between the triangles `(i, j, k)` and `(i, j, l)`, in a frozen system.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct HingeSpec {
+    /// First end of the edge.
+    #[schemars(range(max = LAST_PARTICLE))]
+    pub i: u32,
+    /// Second end of the edge.
+    #[schemars(range(max = LAST_PARTICLE))]
+    pub j: u32,
+    /// Corner on one side.
+    #[schemars(range(max = LAST_PARTICLE))]
+    pub k: u32,
+    /// Corner on the other side.
+    #[schemars(range(max = LAST_PARTICLE))]
+    pub l: u32,
+    /// Angle at rest, rad; 0 is flat.
+    #[schemars(range(min = -PI, max = PI))]
+    pub rest_rad: f64,
+    /// Stiffness `K` of this hinge, N m.
+    #[schemars(range(min = 0.0, max = MAX_COEFFICIENT))]
+    pub stiffness_n_m: f64,
 }
+
+/// All hinges of a cloth.
+pub type Hinges = Elements<HingeSpec>;
 
 /// Two triangles with a normal.
 struct Fold {
@@ -103,24 +125,18 @@ impl Fold {
     }
 }
 
-/// `θ` of the four corners, edge first, rad; `None` where a triangle has no area.
-pub(crate) fn dihedral_angle(corners: [Vec3; 4]) -> Option<f64> {
-    Fold::new(corners).map(|fold| fold.angle())
-}
-
-impl Hinge {
-    fn particles(&self) -> [usize; 4] {
-        let ([i, j], [k, l]) = (self.edge, self.opposite);
-        [i, j, k, l].map(|i| i as usize)
+impl HingeSpec {
+    fn places(&self) -> [usize; 4] {
+        [self.i, self.j, self.k, self.l].map(|i| i as usize)
     }
 
     fn fold(&self, x: &[Vec3]) -> Option<Fold> {
-        Fold::new(self.particles().map(|i| x[i]))
+        Fold::new(self.places().map(|i| x[i]))
     }
 
     /// `θ − θ₀`, the shorter way round.
     fn excess(&self, fold: &Fold) -> f64 {
-        let excess = fold.angle() - self.rest;
+        let excess = fold.angle() - self.rest_rad;
         if excess > PI {
             excess - 2.0 * PI
         } else if excess < -PI {
@@ -131,97 +147,113 @@ impl Hinge {
     }
 }
 
-/// All hinges of a cloth.
-#[derive(Clone, Debug)]
-pub struct Hinges {
-    list: Vec<Hinge>,
-}
+impl Element for HingeSpec {
+    const LIST: &'static str = "hinges";
+    const REST: (f64, f64) = (-PI, PI);
 
-impl Hinges {
-    /// Hinges.
-    pub fn new(list: Vec<Hinge>) -> Self {
-        Self { list }
+    fn list(spec: &SystemSpec) -> &[Self] {
+        &spec.hinges
     }
-}
 
-impl Effect for Hinges {
     fn kind(&self) -> EffectKind {
         EffectKind::BendingHinge
     }
 
-    fn energy(&self, _mass: &[f64], x: &[Vec3]) -> f64 {
-        let energy = |hinge: &Hinge| {
-            let excess = hinge.excess(&hinge.fold(x)?);
-            Some(0.5 * hinge.stiffness * excess * excess)
-        };
-        self.list.iter().filter_map(energy).sum()
+    fn particles(&mut self) -> impl Iterator<Item = (&'static str, &mut u32)> {
+        let Self { i, j, k, l, .. } = self;
+        [("i", i), ("j", j), ("k", k), ("l", l)].into_iter()
+    }
+
+    fn rest(&self) -> f64 {
+        self.rest_rad
+    }
+
+    fn stiffness(&mut self) -> &mut f64 {
+        &mut self.stiffness_n_m
+    }
+
+    fn energy(&self, x: &[Vec3]) -> Option<f64> {
+        let excess = self.excess(&self.fold(x)?);
+        Some(0.5 * self.stiffness_n_m * excess * excess)
     }
 
     /// `f = −K (θ − θ₀) ∇θ`.
-    fn add_force(&self, _mass: &[f64], x: &[Vec3], out: &mut [Vec3]) {
-        for hinge in &self.list {
-            let Some(fold) = hinge.fold(x) else { continue };
-            let moment = -hinge.stiffness * hinge.excess(&fold);
-            let [fp, fq, fe] = fold.gradient().map(|gradient| gradient * moment);
-            let [i, j, k, l] = hinge.particles();
-            out[k] += fp;
-            out[l] += fq;
-            out[j] += fe;
-            out[i] -= fp + fq + fe;
-        }
-    }
-
-    fn has_jacobian(&self) -> bool {
-        true
+    fn add_force(&self, x: &[Vec3], out: &mut [Vec3]) {
+        let Some(fold) = self.fold(x) else { return };
+        let moment = -self.stiffness_n_m * self.excess(&fold);
+        let [fp, fq, fe] = fold.gradient().map(|gradient| gradient * moment);
+        let [i, j, k, l] = self.places();
+        out[k] += fp;
+        out[l] += fq;
+        out[j] += fe;
+        out[i] -= fp + fq + fe;
     }
 
     fn visit_pairs(&self, visit: &mut dyn FnMut(usize, usize)) {
-        for hinge in &self.list {
-            let [i, j, k, l] = hinge.particles();
-            for (a, b) in [(k, l), (k, j), (l, j), (k, i), (l, i), (j, i)] {
-                visit(a, b);
-            }
+        let [i, j, k, l] = self.places();
+        for (a, b) in [(k, l), (k, j), (l, j), (k, i), (l, i), (j, i)] {
+            visit(a, b);
         }
     }
 
     /// `K ∇θ ∇θᵀ`, to which the exact one adds `K (θ − θ₀) ∇²θ`.
     fn add_stiffness(&self, x: &[Vec3], scale: f64, tangent: Tangent, sink: &mut dyn BlockSink) {
-        for hinge in &self.list {
-            let Some(fold) = hinge.fold(x) else { continue };
-            let stiffness = scale * hinge.stiffness;
-            let [gp, gq, ge] = fold.gradient();
-            let outer = |a: &Vec3, b: &Vec3| a * b.transpose() * stiffness;
-            let [mut pp, mut qq, mut pe, mut qe, mut ee] = [
-                outer(&gp, &gp),
-                outer(&gq, &gq),
-                outer(&gp, &ge),
-                outer(&gq, &ge),
-                outer(&ge, &ge),
-            ];
-            let pq = outer(&gp, &gq);
-            if tangent == Tangent::Exact {
-                let moment = stiffness * hinge.excess(&fold);
-                let parts = [&mut pp, &mut qq, &mut pe, &mut qe, &mut ee];
-                for (part, second) in parts.into_iter().zip(fold.hessian()) {
-                    *part += second * moment;
-                }
+        let Some(fold) = self.fold(x) else { return };
+        let stiffness = scale * self.stiffness_n_m;
+        let [gp, gq, ge] = fold.gradient();
+        let outer = |a: &Vec3, b: &Vec3| a * b.transpose() * stiffness;
+        let [mut pp, mut qq, mut pe, mut qe, mut ee] =
+            [outer(&gp, &gp), outer(&gq, &gq), outer(&gp, &ge), outer(&gq, &ge), outer(&ge, &ge)];
+        let pq = outer(&gp, &gq);
+        if tangent == Tangent::Exact {
+            let moment = stiffness * self.excess(&fold);
+            let parts = [&mut pp, &mut qq, &mut pe, &mut qe, &mut ee];
+            for (part, second) in parts.into_iter().zip(fold.hessian()) {
+                *part += second * moment;
             }
-            let [i, j, k, l] = hinge.particles();
-            sink.add_general_pair(k, l, &-pq);
-            sink.add_general_pair(k, j, &-pe);
-            sink.add_general_pair(l, j, &-qe);
-            sink.add_general_pair(k, i, &(pp + pq + pe));
-            sink.add_general_pair(l, i, &(qq + pq.transpose() + qe));
-            sink.add_general_pair(j, i, &(ee + pe.transpose() + qe.transpose()));
         }
+        let [i, j, k, l] = self.places();
+        sink.add_general_pair(k, l, &-pq);
+        sink.add_general_pair(k, j, &-pe);
+        sink.add_general_pair(l, j, &-qe);
+        sink.add_general_pair(k, i, &(pp + pq + pe));
+        sink.add_general_pair(l, i, &(qq + pq.transpose() + qe));
+        sink.add_general_pair(j, i, &(ee + pe.transpose() + qe.transpose()));
+    }
+}
+
+/// The effect of all hinges.
+pub(crate) struct Entry;
+
+impl registry::Entry for Entry {
+    type Law = AngularLaw;
+
+    /// Hinges over the interior edges of the triangles, at rest as the particles lie:
+    /// `K = 3 k |E|²/(A₁ + A₂)` (Grinspun et al. 2003).
+    fn freeze(
+        law: &AngularLaw,
+        kind: EffectKind,
+        _cloth: Weave<'_>,
+        spec: &mut SystemSpec,
+    ) -> Result<(), Violation> {
+        let stiffness = law.check(kind)?;
+        for InteriorEdge { ends: [i, j], opposite: [k, l] } in interior_edges(&spec.triangles) {
+            let corners = [i, j, k, l].map(|i| Vec3::from(spec.particles.position_m[i as usize]));
+            let Some(fold) = Fold::new(corners) else {
+                let found = format!("given for triangles without area at the edge from {i} to {j}");
+                let expected = "triangles with an area";
+                return Err(Violation::new(format!("effects.{kind}"), found, expected));
+            };
+            let [a, b, c, d] = corners;
+            let e = b - a;
+            let doubled_area = e.cross(&(c - a)).norm() + e.cross(&(d - a)).norm();
+            let stiffness_n_m = stiffness * (6.0 * e.norm_squared() / doubled_area);
+            spec.hinges.push(HingeSpec { i, j, k, l, rest_rad: fold.angle(), stiffness_n_m });
+        }
+        Ok(())
     }
 
-    fn scale_stiffness(&mut self, factor: f64) -> bool {
-        self.list.iter_mut().for_each(|hinge| hinge.stiffness *= factor);
-        true
-    }
-
-    fn boxed_clone(&self) -> Box<dyn Effect> {
-        Box::new(self.clone())
+    fn check(kind: EffectKind, spec: &SystemSpec) -> Result<Option<Box<dyn Checked>>, Violation> {
+        elements::check::<HingeSpec>(kind, spec)
     }
 }

@@ -10,30 +10,59 @@
 //! apart and `F_D = d(v_i − v_j)` would feed the motion. Every formula here is the negative of the
 //! printed one; then (21) has a positive definite matrix, which conjugate gradients need.
 
+#[macro_use]
+mod registry;
+
 mod air;
 mod angle;
+mod elements;
 mod gravity;
 mod hinge;
+mod network;
 mod piecewise;
-mod registry;
 mod springs;
 
-pub use air::{Air, DragLaw, Gust, Wind};
-pub use angle::{Angle, Angles};
+pub use air::{Air, AirSpec, DragLaw, DragSpec, Gust, GustSpec, Wind, WindSpec};
+pub use angle::{AngleEffect, AngleSpec, Angles, AngularLaw};
 pub use gravity::{Gravity, GravitySpec};
-pub(crate) use hinge::dihedral_angle;
-pub use hinge::{Hinge, Hinges};
-pub(crate) use piecewise::{Buckling, Curve};
+pub use hinge::{HingeSpec, Hinges};
+pub(crate) use network::Strand;
+pub use network::{DampingLaw, Fabric, PieceSpec, SpringEffect, SpringLaw, SpringSpec, StretchLaw};
+use piecewise::{Buckling, Curve};
 pub use piecewise::{PiecewiseSprings, TensionLaw};
-pub use registry::{EffectKind, Effects, EffectsSpec};
+pub(crate) use registry::{Checked, Weave};
 pub use springs::pairs::PairBlocks;
 pub use springs::sweep::{Field, ListedSprings, Pass, Springs};
 pub use springs::tangent::{BlockPlanes, Linearised};
 pub use springs::{LinearSprings, Spring};
 pub(crate) use springs::{batch, pairs, sweep, tangent};
 
-use crate::{Level, Mat3, Vec3};
+use crate::error::Violation;
+use crate::{ContactSpec, Level, Mat3, SystemSpec, Vec3};
+use registry::Entry;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use std::fmt::Debug;
+
+// One line for each effect, in the order in which a system sums the forces.
+effects! {
+    /// Springs between neighbours in a row or column: the stiff part.
+    Tension tension: SpringLaw => network::Entry;
+    /// Springs along both diagonals of each cell.
+    Shear shear: SpringLaw => network::Entry;
+    /// Springs from each particle to the next but one in a row or column.
+    Bending bending: SpringLaw => network::Entry;
+    /// Angles between warp and weft, which shear changes; on a grid.
+    ShearAngle shear_angle: AngularLaw => angle::Entry;
+    /// Angles between the edges of a row or column, which bending changes; on a grid.
+    BendingAngle bending_angle: AngularLaw => angle::Entry;
+    /// Angles between triangles with a common edge, which bending changes.
+    BendingHinge bending_hinge: AngularLaw => hinge::Entry;
+    /// Uniform gravity.
+    Gravity gravity: GravitySpec, frozen GravitySpec => gravity::Entry;
+    /// The air around the cloth, at rest or in motion.
+    Air air: AirSpec, frozen AirSpec => air::Entry;
+}
 
 /// Which second derivative of the energy is wanted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,21 +1,69 @@
-//! The list of all effects: one line each.
+//! What the list of effects in [`effects`](super) needs and makes.
 //!
-//! A line gives the kind, the key under which a scene names the effect, the type of the value there, and, where a frozen
-//! system holds the effect under the same key, the type of that value. From it follow [`EffectKind`], [`Effects`] and
-//! [`EffectsSpec`]. The order of the lines is the order in which a system sums its forces.
+//! A line of the list gives the kind, the key under which a scene names the effect, the type of the
+//! value there and the [`Entry`]. A system frozen from the scene keeps the effect under the same
+//! key if the line says `frozen`, and in a list of its own otherwise.
 
-use super::gravity::GravitySpec;
-use crate::scene::SpringLaw;
-use crate::spec::ContactSpec;
-use crate::stencils::{AirSpec, AngularLaw};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use super::{Effect, EffectKind};
+use crate::error::Violation;
+use crate::numbering::Strands;
+use crate::{Cloth, SystemSpec};
 use std::fmt;
 
+/// How an effect gets from a scene to a frozen system, and from there to a running one.
+pub(crate) trait Entry {
+    /// What a scene gives under the key of the effect.
+    type Law;
+
+    /// Adds to a frozen system what the law makes of its cloth. Particles and triangles of `spec`
+    /// are checked, and those of the cloth.
+    fn freeze(
+        law: &Self::Law,
+        kind: EffectKind,
+        cloth: Weave<'_>,
+        spec: &mut SystemSpec,
+    ) -> Result<(), Violation>;
+
+    /// Checks what a frozen system holds of this kind; `None` if it holds nothing.
+    fn check(kind: EffectKind, spec: &SystemSpec) -> Result<Option<Box<dyn Checked>>, Violation>;
+
+    /// Shifts what depends on the time, for a system that is frozen after `t` seconds.
+    fn advance(_spec: &mut SystemSpec, _t: f64) {}
+}
+
+/// The cloth of a scene, as laws need it.
+#[derive(Clone, Copy)]
+pub(crate) struct Weave<'a> {
+    pub(crate) cloth: &'a Cloth,
+    /// Mean mass of its particles, kg.
+    pub(crate) mass: f64,
+}
+
+/// An effect with checked values, before it lays out its memory.
+pub(crate) trait Checked {
+    /// Its springs, which decide about the order of the particles.
+    fn springs(&mut self) -> Option<Strands<'_>> {
+        None
+    }
+
+    /// Visits the index of every particle on which it acts, except those of its springs.
+    fn visit_particles(&mut self, visit: &mut dyn FnMut(&mut u32));
+
+    /// The effect that runs.
+    fn assemble(self: Box<Self>) -> Box<dyn Effect>;
+}
+
+impl fmt::Display for EffectKind {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.write_str(self.name())
+    }
+}
+
 macro_rules! effects {
-    ($(#[doc = $doc:literal] $Kind:ident $key:ident: $Law:ty $(, frozen $Frozen:ty)?;)+) => {
-        /// A kind of force. Its name is the word under which scenes, records and messages know it.
-        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema)]
+    ($(#[doc = $doc:literal] $Kind:ident $key:ident: $Law:ty $(, frozen $Frozen:ty)? => $Entry:ty;)+) => {
+        /// A kind of force. Scenes, records and messages know it by its name.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        #[derive(Serialize, Deserialize, JsonSchema)]
         #[serde(rename_all = "snake_case")]
         pub enum EffectKind {
             $(#[doc = $doc] $Kind,)+
@@ -47,7 +95,23 @@ macro_rules! effects {
             pub contact: Option<ContactSpec>,
         }
 
-        /// The effects that a frozen system does not hold in lists of its own.
+        impl Effects {
+            /// Adds all named effects to a frozen system.
+            pub(crate) fn freeze(
+                &self,
+                cloth: Weave<'_>,
+                spec: &mut SystemSpec,
+            ) -> Result<(), Violation> {
+                $(
+                    if let Some(law) = &self.$key {
+                        <$Entry as Entry>::freeze(law, EffectKind::$Kind, cloth, spec)?;
+                    }
+                )+
+                Ok(())
+            }
+        }
+
+        /// The effects that a frozen system does not keep in lists of their own.
         #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
         #[serde(deny_unknown_fields)]
         pub struct EffectsSpec {
@@ -60,30 +124,16 @@ macro_rules! effects {
             #[serde(default, skip_serializing_if = "Option::is_none")]
             pub contact: Option<ContactSpec>,
         }
+
+        /// Checks all effects of a frozen system, in the order of the list.
+        pub(crate) fn check(spec: &SystemSpec) -> Result<Vec<Box<dyn Checked>>, Violation> {
+            let checked = [$(<$Entry as Entry>::check(EffectKind::$Kind, spec)?),+];
+            Ok(checked.into_iter().flatten().collect())
+        }
+
+        /// Shifts all effects of a system that is frozen after `t` seconds.
+        pub(crate) fn advance(spec: &mut SystemSpec, t: f64) {
+            $(<$Entry as Entry>::advance(spec, t);)+
+        }
     };
-}
-
-effects! {
-    /// Springs between neighbours in a row or column: the stiff part.
-    Tension tension: SpringLaw;
-    /// Springs along both diagonals of each cell.
-    Shear shear: SpringLaw;
-    /// Springs from each particle to the next but one in a row or column.
-    Bending bending: SpringLaw;
-    /// Angles between warp and weft, which shear changes; on a grid.
-    ShearAngle shear_angle: AngularLaw;
-    /// Angles between the edges of a row or column, which bending changes; on a grid.
-    BendingAngle bending_angle: AngularLaw;
-    /// Angles between triangles with a common edge, which bending changes.
-    BendingHinge bending_hinge: AngularLaw;
-    /// Uniform gravity.
-    Gravity gravity: GravitySpec, frozen GravitySpec;
-    /// The air around the cloth, at rest or in motion.
-    Air air: AirSpec, frozen AirSpec;
-}
-
-impl fmt::Display for EffectKind {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        out.write_str(self.name())
-    }
 }

@@ -1,6 +1,7 @@
 //! Edges of a surface, and the springs that they give.
 
 use super::obj::Face;
+use crate::SpringEffect;
 
 /// One side of a face. Sorted, the sides of one edge stand together, in the order of the faces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -54,30 +55,33 @@ fn sorted(mut pairs: Pairs) -> Pairs {
     pairs
 }
 
-/// The ends of the springs of tension, shear and bending.
-pub(super) fn springs(faces: &[Face], sides: &[Side]) -> [Pairs; 3] {
-    let tension = sorted(sides.iter().map(|side| side.ends).collect());
-    let mut shear = Vec::new();
-    for face in faces {
-        if let &[a, b, c, d] = face.corners() {
-            shear.extend([[a, c], [b, d]]);
+/// The ends of the springs of one effect.
+pub(super) fn springs(effect: SpringEffect, faces: &[Face], sides: &[Side]) -> Pairs {
+    match effect {
+        SpringEffect::Tension => sorted(sides.iter().map(|side| side.ends).collect()),
+        SpringEffect::Shear => {
+            let diagonals = |face: &Face| match *face.corners() {
+                [a, b, c, d] => vec![[a, c], [b, d]],
+                _ => Vec::new(),
+            };
+            sorted(faces.iter().flat_map(diagonals).collect())
+        }
+        SpringEffect::Bending => {
+            let mut bending = Vec::new();
+            for edge in sides.chunk_by(|a, b| a.ends == b.ends) {
+                if let &[first, second] = edge {
+                    let (a, b) = (first.beyond(faces), second.beyond(faces));
+                    bending.extend([[a[0], b[0]], [a[1], b[1]]]);
+                }
+            }
+            // Round a vertex of three edges the opposite corners are neighbours already.
+            let joined = [SpringEffect::Tension, SpringEffect::Shear];
+            let joined = joined.map(|effect| springs(effect, faces, sides));
+            let mut bending = sorted(bending);
+            bending.retain(|pair| {
+                pair[0] != pair[1] && joined.iter().all(|pairs| pairs.binary_search(pair).is_err())
+            });
+            bending
         }
     }
-    let shear = sorted(shear);
-    let mut bending = Vec::new();
-    for edge in sides.chunk_by(|a, b| a.ends == b.ends) {
-        if let &[first, second] = edge {
-            let (a, b) = (first.beyond(faces), second.beyond(faces));
-            bending.extend([[a[0], b[0]], [a[1], b[1]]]);
-        }
-    }
-    let mut bending = sorted(bending);
-    // Round a vertex of three edges the opposite corners are neighbours already.
-    let is_joined = |pair: &[u32; 2]| {
-        pair[0] == pair[1]
-            || tension.binary_search(pair).is_ok()
-            || shear.binary_search(pair).is_ok()
-    };
-    bending.retain(|pair| !is_joined(pair));
-    [tension, shear, bending]
 }

@@ -4,9 +4,9 @@
 //! `mtllib`, `s`, `l`, `p`) say nothing about a cloth and are skipped; everything else is refused. The vertices keep
 //! the file's order, also across groups: a seam that two groups share stays one seam.
 
-use crate::build::number;
+use crate::bounds::number;
+use crate::bounds::{MAX_COORDINATE, MAX_PARTICLES};
 use crate::error::{Violation, shorten};
-use crate::spec::{MAX_COORDINATE, MAX_PARTICLES};
 use std::collections::BTreeMap;
 use std::io::{BufRead, Read};
 use std::ops::Range;

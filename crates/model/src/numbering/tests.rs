@@ -62,8 +62,8 @@ fn span(system: &crate::System) -> f64 {
 
 /// Numbers these springs and checks that the result is a permutation both ways.
 fn choose(n: usize, edges: impl Iterator<Item = (u32, u32)>) -> (Numbering, Vec<Spring>) {
-    let mut springs = [edges.map(|(i, j)| spring(i, j)).collect()];
-    let numbering = Numbering::choose(n, &mut springs, &mut [None]);
+    let mut springs: Vec<_> = edges.map(|(i, j)| spring(i, j)).collect();
+    let numbering = Numbering::choose(n, &mut [Strands { springs: &mut springs, law_of: None }]);
     let identity: Vec<usize> = (0..n).collect();
     let there: Vec<usize> = numbering.apply(&identity);
     assert_eq!(*numbering.restore_list(&there), identity);
@@ -71,7 +71,6 @@ fn choose(n: usize, edges: impl Iterator<Item = (u32, u32)>) -> (Numbering, Vec<
     let mut sorted = there;
     sorted.sort_unstable();
     assert_eq!(sorted, identity);
-    let [springs] = springs;
     (numbering, springs)
 }
 

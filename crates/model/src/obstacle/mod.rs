@@ -4,10 +4,12 @@ mod mesh;
 #[cfg(test)]
 mod mesh_tests;
 mod shells;
+mod spec;
 mod tree;
 
 pub use mesh::ClosedMesh;
-pub(crate) use mesh::MAX_TRIANGLES;
+use mesh::MAX_TRIANGLES;
+pub use spec::ObstacleSpec;
 
 use crate::{Path, Vec3};
 use schemars::JsonSchema;

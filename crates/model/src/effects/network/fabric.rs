@@ -1,9 +1,7 @@
 //! Fabrics whose tension was measured, and what their springs are like.
 
+use super::{PieceSpec, SpringEffect, SpringLaw, StretchLaw};
 use crate::error::Violation;
-use crate::scene::SpringLaw;
-use crate::spec::SpringEffect;
-use crate::stretch::{PieceSpec, StretchLaw};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -70,7 +68,7 @@ impl SpringLaw {
     /// With the curves of its fabric, if it names one, in place of the name. Every spring of a grid stands for a strip as wide
     /// as the mesh, those at the border too: a sheet of `n` rows is stiffer than `n − 1` strips by one part in `n − 1`.
     /// `spacing` is the distance of the particles along x, the warp, and y, m; 0 where there is a single one.
-    pub(crate) fn of_fabric(
+    pub(super) fn of_fabric(
         &self,
         effect: SpringEffect,
         spacing: [f64; 2],
