@@ -38,14 +38,14 @@ fn room(name: &str, folder: &str) -> Room {
             &[],
             "the oracle is independent of what it checks: it imports no method",
         ),
-        "drape-records" => room(&[], &[], "records are plain data and import no other crate"),
         "drape-harness" => room(
             &[
                 "drape-model",
                 "drape-solvers",
                 "drape-integrator",
                 "drape-oracle",
-                "drape-records",
+                "drape-render",
+                "drape-report",
                 "drape-explicit-euler",
                 "drape-backward-euler",
                 "drape-imex",
@@ -57,27 +57,18 @@ fn room(name: &str, folder: &str) -> Room {
                 "drape-multistep",
             ],
             &[],
-            "the harness runs methods and writes records; it draws nothing",
+            "the harness runs methods, writes records and hands them to the report",
         ),
         "drape-render" => room(
             &["drape-model"],
             &[],
             "the render crate draws positions that it is given: it runs nothing and reads no record",
         ),
-        "drape-report" => room(
-            &["drape-records", "drape-model", "drape-render"],
-            &[],
-            "the report draws recorded results: it runs nothing",
-        ),
+        "drape-report" => {
+            room(&[], &[], "the report draws what it is given: it runs nothing and knows no study")
+        }
         "drape" => room(
-            &[
-                "drape-model",
-                "drape-integrator",
-                "drape-records",
-                "drape-harness",
-                "drape-render",
-                "drape-report",
-            ],
+            &["drape-model", "drape-integrator", "drape-harness", "drape-render", "drape-report"],
             &[],
             "the command line knows methods by their ids only, through the harness",
         ),
@@ -171,4 +162,90 @@ fn every_crate_inherits_the_lints_of_the_workspace() {
             assert!(text.contains(&line), "{}: add `{line}`", package.manifest_path);
         }
     }
+}
+
+/// What plates and words of a study must not reach: whatever runs, steps or solves.
+const RUNS: &[&str] = &[
+    "run",
+    "drape_solvers",
+    "drape_integrator",
+    "drape_oracle",
+    "drape_harness",
+    "drape_explicit_euler",
+    "drape_backward_euler",
+    "drape_imex",
+    "drape_multistep",
+    "drape_terzopoulos_fleischer",
+    "drape_kang",
+    "drape_desbrun",
+    "drape_baraff_witkin",
+    "drape_provot",
+    "methods",
+    "ordered",
+    "schedule",
+    "scenes",
+    "sheet",
+    "stability",
+    "stepper",
+    "variant",
+];
+
+/// Paths in a study's drawing code that lead to code that runs something.
+fn forbidden_paths(source: &str) -> Vec<String> {
+    let code: String = source
+        .split("#[cfg(test)]")
+        .next()
+        .unwrap_or_default()
+        .lines()
+        .filter(|line| !line.trim_start().starts_with("//"))
+        .collect::<Vec<_>>()
+        .join("\n");
+    let words = code.split(|c: char| !(c.is_alphanumeric() || "_:{".contains(c)));
+    let reaches = |path: &&str| {
+        let mut parts = path.split("::").map(|part| part.trim_matches(['{', ':']));
+        let first = parts.next().unwrap_or_default();
+        match first {
+            "super" | "crate" => parts.any(|part| RUNS.contains(&part)),
+            name => name.starts_with("drape_") && RUNS.contains(&name),
+        }
+    };
+    words.filter(reaches).map(str::to_owned).collect()
+}
+
+/// Pages are drawn from records alone: the drawing code of a study cannot run anything.
+#[test]
+fn plates_reach_nothing_that_runs() {
+    let studies = concat!(env!("CARGO_MANIFEST_DIR"), "/../crates/harness/src/studies");
+    let mut seen = 0;
+    for entry in std::fs::read_dir(studies).expect("the folder of the studies") {
+        let folder = entry.expect("an entry").path();
+        for file in ["plates.rs", "plates/tabulated.rs"].map(|file| folder.join(file)) {
+            let Ok(source) = std::fs::read_to_string(&file) else { continue };
+            let found = forbidden_paths(&source);
+            assert!(found.is_empty(), "{}: {found:?} run something", file.display());
+            seen += 1;
+        }
+    }
+    assert!(seen >= 18, "every study has plates, found {seen}");
+}
+
+/// The scan sees each way to reach a run.
+#[test]
+fn a_plate_that_runs_something_is_named() {
+    let wrong = [
+        "use super::run;",
+        "use super::run::BASE_STEP;",
+        "use crate::run::Simulation;",
+        "use crate::methods::Choice;",
+        "use crate::studies::sheet;",
+        "use drape_solvers::Cg;",
+        "let v = drape_imex::METHOD.id;",
+        "fn f() { super::super::order::run::rows() }",
+    ];
+    for source in wrong {
+        assert!(!forbidden_paths(source).is_empty(), "{source}");
+    }
+    let right =
+        "use super::facts::Facts;\nuse drape_report::plot::Sheet;\n// super::run is not code";
+    assert!(forbidden_paths(right).is_empty());
 }

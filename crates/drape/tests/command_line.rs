@@ -2,8 +2,8 @@
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
+use drape_harness::record::{Run, Verdict};
 use drape_model::{Scene, State, SystemSpec};
-use drape_records::run::{Run, Verdict};
 use std::path::Path;
 use std::process::{Command, Output};
 
@@ -187,7 +187,7 @@ fn a_frozen_scene_reads_back_bit_for_bit_and_runs_alike() {
         assert_eq!(code(&output), 0, "{}", text(&output.stderr));
     }
     let read =
-        |name: &str| -> Run { drape_records::file::read_json(&folder.path().join(name)).unwrap() };
+        |name: &str| -> Run { drape_report::file::read_json(&folder.path().join(name)).unwrap() };
     let (a, b) = (read("a.json"), read("b.json"));
     assert_eq!(a.scene_hash, b.scene_hash);
     assert_eq!(a.series, b.series);
@@ -200,7 +200,7 @@ fn a_run_record_continues_where_it_ended() {
     let arguments =
         ["run", "hanging-textile-1e4", "--method", "imex-euler", "--phases", "--out", "run.json"];
     assert_eq!(code(&drape(folder.path(), &arguments)), 0);
-    let run: Run = drape_records::file::read_json(&folder.path().join("run.json")).unwrap();
+    let run: Run = drape_report::file::read_json(&folder.path().join("run.json")).unwrap();
     assert_eq!(run.steps, 100);
     assert_eq!(run.verdict, Verdict::Completed { unconverged_steps: 0 });
     assert_eq!(run.series.len(), 101);
@@ -237,7 +237,7 @@ fn any_number_of_threads_gives_the_same_run() {
         let arguments = ["run", "sheet.json", "--method", method, "--duration", "0.05"];
         let arguments = [&arguments[..], &["--threads", threads, "--out", "run.json"]].concat();
         assert_eq!(code(&drape(folder.path(), &arguments)), 0);
-        drape_records::file::read_json::<Run>(&folder.path().join("run.json")).unwrap()
+        drape_report::file::read_json::<Run>(&folder.path().join("run.json")).unwrap()
     });
     assert!(runs[0].totals.cg_iterations > 5);
     for run in &runs[1..] {
@@ -281,7 +281,7 @@ fn a_diverging_run_exits_with_3_and_keeps_what_was_recorded() {
     let message = text(&output.stderr);
     assert_eq!(code(&output), 3, "{message}");
     assert!(message.contains("diverged at step") && message.contains("farther than"), "{message}");
-    let run: Run = drape_records::file::read_json(&folder.path().join("x.json")).unwrap();
+    let run: Run = drape_report::file::read_json(&folder.path().join("x.json")).unwrap();
     let Verdict::Diverged { step, .. } = run.verdict else { panic!("{:?}", run.verdict) };
     assert_eq!(step, run.steps);
     assert!(run.series.len() as u64 >= step, "every finite sample is kept");
@@ -317,7 +317,7 @@ fn a_duration_that_is_no_multiple_of_the_step_ends_with_a_shorter_step() {
         "run.json",
     ];
     assert_eq!(code(&drape(folder.path(), &arguments)), 0);
-    let run: Run = drape_records::file::read_json(&folder.path().join("run.json")).unwrap();
+    let run: Run = drape_report::file::read_json(&folder.path().join("run.json")).unwrap();
     assert_eq!(run.steps, 3);
     assert_eq!(run.final_state.time_s, 0.025);
 }
@@ -430,7 +430,7 @@ fn a_frozen_system_in_disorder_is_recorded_in_its_own_order() {
         ];
         let output = drape(folder.path(), &arguments);
         assert_eq!(code(&output), 0, "{}", text(&output.stderr));
-        drape_records::file::read_json(&folder.path().join("run.json")).unwrap()
+        drape_report::file::read_json(&folder.path().join("run.json")).unwrap()
     };
     let (natural, shuffled) = (run("natural.json"), run("shuffled.json"));
     let apart = |a: [f64; 3], b: [f64; 3]| {
@@ -481,7 +481,7 @@ fn a_sheet_at_rest_is_not_warned_about_for_its_round_off() {
     let run = ["run", "rest.json", "--method", "imex-euler", "--out", "run.json"];
     let output = drape(folder.path(), &run);
     assert!(!text(&output.stderr).contains("warning"), "{}", text(&output.stderr));
-    let run: Run = drape_records::file::read_json(&folder.path().join("run.json")).unwrap();
+    let run: Run = drape_report::file::read_json(&folder.path().join("run.json")).unwrap();
     let greatest = |name: &str| run.series.iter().map(|s| s.energy_j[name]).fold(0.0, f64::max);
     let rise = greatest("total") - run.series[0].energy_j["total"];
     assert!(rise > 0.02 * greatest("kinetic"), "{rise:e} J: nothing to overlook");

@@ -44,8 +44,8 @@ fn frames_hold_the_start_the_end_and_every_particle_in_its_order() {
     expected.push("obstacles.obj".to_owned());
     assert_eq!(names, expected);
     let read = |name: &str| std::fs::read_to_string(frames.join(name)).unwrap();
-    let run: drape_records::run::Run =
-        drape_records::file::read_json(&folder.path().join("run.json")).unwrap();
+    let run: drape_harness::record::Run =
+        drape_report::file::read_json(&folder.path().join("run.json")).unwrap();
     let input = drape_model::load("square-table-1e4").unwrap();
     let (system, state) = input.spec().build().unwrap();
     let last: Vec<drape_model::Vec3> =

@@ -4,7 +4,7 @@ use crate::methods::MethodError;
 use drape_integrator::{InvalidTimeStep, PrepareError, StepError};
 use drape_model::{SceneError, Violation};
 use drape_oracle::reference::ReferenceError;
-use drape_records::RecordError;
+use drape_report::RecordError;
 use std::path::PathBuf;
 
 /// Why a run or an experiment ended without a result.

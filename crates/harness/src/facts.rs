@@ -1,8 +1,8 @@
 //! Do facts still hold? Compares freshly computed records with committed ones.
 
-use crate::{HarnessError, experiments};
-use drape_records::Record;
-use drape_records::file::read_json;
+use crate::{HarnessError, studies};
+use drape_report::Record;
+use drape_report::file::read_json;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
@@ -129,7 +129,7 @@ pub fn compare_folders(
     fresh: &Path,
     committed: &Path,
 ) -> Result<(usize, Vec<Difference>), HarnessError> {
-    let compared = experiments::all()
+    let compared = studies::all()
         .iter()
         .map(|experiment| experiment.compare(fresh, committed))
         .collect::<Result<Vec<_>, _>>()?;

@@ -2,9 +2,10 @@
 
 use super::*;
 use crate::provenance;
-use drape_records::file::write_json;
-use drape_records::order::{self, Run};
-use drape_records::{RECORD_FORMAT, momentum};
+use crate::studies::momentum::facts as momentum;
+use crate::studies::order::facts::{self as order, Run};
+use drape_report::RECORD_FORMAT;
+use drape_report::file::write_json;
 use std::collections::BTreeMap;
 
 fn record<F>(facts: F) -> Record<F> {
@@ -63,7 +64,7 @@ fn a_series_is_compared_within_the_tolerance_of_its_row() -> Result<(), Box<dyn 
 {
     let differs = |portable, verdict, change| {
         let (a, b) = (momentum(portable, verdict, 0.5), momentum(portable, verdict, 0.5 + change));
-        different(a, b, experiments::momentum::comparable)
+        different(a, b, studies::momentum::run::comparable)
     };
     let (completed, unstable) = (momentum::COMPLETED, momentum::UNSTABLE);
     assert_eq!(differs(true, completed, 1e-15)?, ["spin method: spin"]);
@@ -96,7 +97,7 @@ fn order(order: f64, error: f64) -> order::Facts {
 fn slopes_may_differ_by_more_than_the_errors_behind_them() -> Result<(), Box<dyn std::error::Error>>
 {
     let differs =
-        |a, b| different(order(1.0, 0.5), order(1.0 + a, 0.5 + b), experiments::order::comparable);
+        |a, b| different(order(1.0, 0.5), order(1.0 + a, 0.5 + b), studies::order::run::comparable);
     assert!(differs(1e-7, 1e-10)?.is_empty());
     assert_eq!(differs(1e-5, 0.0)?, ["smooth method: order"]);
     assert_eq!(differs(0.0, 1e-8)?, ["smooth method h=0.01: error"]);

@@ -6,7 +6,7 @@
 //! only by the same program: its first line carries the SHA-256 of the executable.
 
 use crate::{HarnessError, sha256};
-use drape_records::RecordError;
+use drape_report::RecordError;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;

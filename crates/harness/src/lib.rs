@@ -1,20 +1,21 @@
 //! Runs: one method on one scene, verdicts on the result, and the experiments that compare methods.
 //!
-//! Only this crate knows the crate of every method ([`methods`]). It writes records
-//! ([`drape_records`]) and draws nothing.
+//! Only this crate knows the crate of every method ([`methods`]). A study writes its record and
+//! draws it from the facts alone ([`studies`]).
 
 pub mod claims;
 mod error;
-pub mod experiments;
 mod facts;
 mod journal;
 pub mod methods;
 mod ordered;
 mod provenance;
+pub mod record;
 mod run;
 mod scenes;
 mod schedule;
 mod stability;
+pub mod studies;
 mod team;
 
 pub use error::HarnessError;

@@ -1,7 +1,7 @@
 //! Where results come from.
 
 use drape_model::SystemSpec;
-use drape_records::Provenance;
+use drape_report::Provenance;
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 use std::io::BufWriter;

@@ -2,14 +2,13 @@
 
 use crate::HarnessError;
 use crate::methods::Choice;
+use crate::record::{Phases, Sample, Totals};
 use crate::schedule::Schedule;
 use crate::stability::{Energy, Rule, Watch};
 use drape_integrator::{
     EnergyLedger, Implicit, Phase, PhaseClock, SolveStatus, StepError, StepReport, TimeStep,
 };
 use drape_model::{Numbering, State, System, TimeSpan, Vec3};
-use drape_records::run::{Sample, Totals};
-use drape_records::tables::Phases;
 use std::time::{Duration, Instant};
 
 /// A position farther from the centre of the start than this many scene sizes counts as diverged.

@@ -1,6 +1,6 @@
 //! What can go wrong.
 
-use drape_records::RecordError;
+use crate::RecordError;
 use plotters::drawing::DrawingAreaErrorKind;
 use std::path::PathBuf;
 
@@ -43,7 +43,7 @@ pub enum ReportError {
         /// File name of the picture.
         file: &'static str,
         /// The reason.
-        source: drape_render::RenderError,
+        source: Box<dyn std::error::Error + Send + Sync>,
     },
     /// A page could not be filled.
     #[error("{file}: cannot fill the page's template: {source}")]

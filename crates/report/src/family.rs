@@ -16,17 +16,17 @@ const OTHERS: &str = "Other methods";
 const ADAPTIVE: (usize, &str) = (5, ", adaptive");
 
 /// The members of a family that a record has.
-pub(crate) struct Family<'a> {
+pub struct Family<'a> {
     /// Title of its panel.
-    pub(crate) title: &'static str,
+    pub title: &'static str,
     /// Labels of its curves, in the record's order, each with a look that no other family's curve has, as long as
     /// there are at most seven.
-    pub(crate) members: Vec<(&'a str, Look)>,
+    pub members: Vec<(&'a str, Look)>,
 }
 
 /// Sorts labels into families; `rows` are the method ids (with or without settings) and labels of a record's rows.
 /// Families without members are left out.
-pub(crate) fn families<'a>(rows: impl Iterator<Item = (&'a str, &'a str)>) -> Vec<Family<'a>> {
+pub fn families<'a>(rows: impl Iterator<Item = (&'a str, &'a str)>) -> Vec<Family<'a>> {
     let mut labels: Vec<Vec<&str>> = vec![Vec::new(); FAMILIES.len() + 1];
     for (method, label) in rows {
         let id = method.split(':').next().unwrap_or(method);
@@ -50,7 +50,7 @@ pub(crate) fn families<'a>(rows: impl Iterator<Item = (&'a str, &'a str)>) -> Ve
 }
 
 /// All labels, family by family.
-pub(crate) fn labels<'a>(rows: impl Iterator<Item = (&'a str, &'a str)>) -> Vec<String> {
+pub fn labels<'a>(rows: impl Iterator<Item = (&'a str, &'a str)>) -> Vec<String> {
     let families = families(rows);
     let members = families.iter().flat_map(|family| &family.members);
     members.map(|(label, _)| (*label).to_owned()).collect()

@@ -1,81 +1,36 @@
-//! Figures and pages, drawn from records alone.
+//! What all studies share: the frame of a record, figures, tables and pages.
 //!
-//! [`draw`] reads the records that an experiment left in a results folder and writes one SVG (or, of cloth, one PNG) a
-//! figure, a report and an index page beside them. Nothing is run and no result is computed here: whatever a
-//! figure shows stands as a number in the record, and a figure whose numbers are absent is left
-//! out. The same records give the same bytes.
-//!
-//! | file read | needed | files written |
-//! |---|---|---|
-//! | `tables.json` | one of the records | `figures/tables-counts.svg`, `figures/tables-exponents.svg` |
-//! | `timings/tables.json` | no | `figures/tables-cost.svg` |
-//! | `cg-vs-stiffness.json` | one of the records | `figures/cg-*.svg`, `figures/motion-vs-stiffness.svg` |
-//! | `pictures.json` | one of the records | `figures/pictures-*.png` |
-//! | `order.json` | one of the records | `figures/order-*.svg` |
-//! | `momentum.json` | one of the records | `figures/momentum-*.svg` |
-//! | `energy.json` | one of the records | `figures/energy-*.svg` |
-//! | `stability.json` | one of the records | `figures/stability-*.svg` |
-//! | `locking.json` | one of the records | `figures/locking-*.svg` |
-//! | `solver-control.json` | one of the records | `figures/control-*.svg` |
-//! | `timings/solver-control.json` | no | a table of the page |
-//! | `hard-cases.json` | one of the records | `figures/hard-cases.svg` |
-//! | `collision.json` | one of the records | `figures/collision-*.svg` |
-//! | `effects.json` | one of the records | `figures/effects-support.svg` |
-//! | `timings/effects.json` | no | a table of the page |
-//! | `post-correction.json` | one of the records | `figures/post-correction-*.svg` |
-//! | `precomputed-inverse.json` | one of the records | `figures/inverse-counts.svg` |
-//! | `timings/precomputed-inverse.json` | no | `figures/inverse-cost.svg` |
-//! | `work-precision.json` | one of the records | `figures/work-precision-*.svg` |
-//! | `timings/work-precision.json` | no | seconds in `figures/work-precision.svg` |
-//! | `scaling.json` | one of the records | `figures/scaling-cg.svg` |
-//! | `timings/scaling.json` | no | `figures/scaling-cost.svg` |
-//! | `claims.json` | one of the records | `figures/claims.svg` |
-//! | `timings/claims.json` | no | |
-//! | `course.json` | one of the records | `figures/course-*.svg` |
-//! | all of them | | `report.html`, `README.md` |
-//!
-//! A figure is a `Sheet` of `Panel`s with `Series`, `Rule`s and `Bar`s (module `plot`), made by one
-//! function in the module of its experiment (`tables`, `cg`); everything that figures have in
-//! common, from the palette to the legend, is in `plot`. The report, one file that needs no other, and the index
-//! page are templates (`templates/`) filled from the same records (module `page`).
+//! A study hands its facts, figures and tables to this crate; the crate knows no study and runs
+//! nothing. A figure is a [`plot::Sheet`], [`plot::Matrix`] or [`plot::Atlas`], drawn by a
+//! [`plate::Plate`] from the facts alone, so the same records give the same bytes. A
+//! [`page::Section`] holds what the page says about one study; [`write()`] fills the templates with
+//! all sections and writes the report, the index page and the figures.
 
-mod cg;
-mod claims;
-mod collision;
-mod control;
-mod course;
-mod effects;
-mod energy;
 mod error;
-mod family;
-mod hard_cases;
-mod locking;
-mod momentum;
-mod number;
-mod order;
-mod page;
-mod pictures;
-mod plate;
-mod plot;
-mod post_correction;
-mod precomputed_inverse;
-mod scaling;
-mod stability;
-mod tables;
-mod work_precision;
+pub mod family;
+pub mod file;
+pub mod number;
+pub mod page;
+pub mod plate;
+pub mod plot;
+mod provenance;
+mod record;
 
 pub use error::ReportError;
+pub use file::RecordError;
+pub use provenance::Provenance;
+pub use record::{Figure, RECORD_FORMAT, Record, TIMINGS_FORMAT, Timings};
 
-use drape_records::file::{read_json, write_atomically};
-use drape_records::{Figure, RECORD_FORMAT, Record, TIMINGS_FORMAT, Timings};
-use page::{Section, Table};
+use file::{read_json, write_atomically};
+use page::{Outline, Section, Table};
 use plate::Plate;
 use plot::Drawing;
 use serde::de::DeserializeOwned;
 use std::path::{Path, PathBuf};
 
 /// What a file holds.
-enum Content {
+#[derive(Debug)]
+pub enum Content {
     /// A page, or a figure as SVG.
     Text(String),
     /// A picture.
@@ -92,68 +47,28 @@ impl Content {
 }
 
 /// The files of a page and its figures: names below the folder of the results, and contents.
-type Files = Vec<(String, Content)>;
+pub type Files = Vec<(String, Content)>;
 
-/// What this crate draws of one experiment.
-struct Chapter {
-    /// Name of the experiment.
-    experiment: &'static str,
-    /// Every figure that can be drawn.
-    figures: fn() -> Vec<Figure>,
-    /// Reads the records, adds the files of the figures and returns what the page says; `None` without records.
-    section: fn(&Path, &mut Files) -> Result<Option<Section>, ReportError>,
-}
-
-/// In the order of the page.
-const CHAPTERS: &[Chapter] = &[
-    course::CHAPTER,
-    pictures::CHAPTER,
-    order::CHAPTER,
-    momentum::CHAPTER,
-    tables::CHAPTER,
-    cg::CHAPTER,
-    stability::CHAPTER,
-    locking::CHAPTER,
-    energy::CHAPTER,
-    hard_cases::CHAPTER,
-    collision::CHAPTER,
-    effects::CHAPTER,
-    post_correction::CHAPTER,
-    precomputed_inverse::CHAPTER,
-    work_precision::CHAPTER,
-    control::CHAPTER,
-    scaling::CHAPTER,
-    claims::CHAPTER,
-];
-
-/// File, title and caption of the figures drawn from the record of an experiment (and its timings);
-/// none for an experiment that this crate does not know.
-#[must_use]
-pub fn figures_of(experiment: &str) -> Vec<Figure> {
-    let chapter = CHAPTERS.iter().find(|chapter| chapter.experiment == experiment);
-    chapter.map_or_else(Vec::new, |chapter| (chapter.figures)())
-}
-
-/// Draws every figure that the records in the folder `results` hold data for, the report and the index page.
+/// Writes the figures in `files`, the report and the index page below the folder `results`.
 ///
-/// Returns the files written, the pages last. All records are read and all files are drawn before
-/// the first one is written, so that a broken record leaves the folder as it was.
+/// Returns the files written, the pages last. Every page is filled before the first file is
+/// written, so that a failure leaves the folder as it was.
 ///
 /// # Errors
-/// [`ReportError::NoRecords`] when the folder holds no record; otherwise the file that could
-/// not be read, understood, drawn or written.
-pub fn draw(results: &Path) -> Result<Vec<PathBuf>, ReportError> {
-    let mut files = Files::new();
-    let mut sections = Vec::new();
-    for chapter in CHAPTERS {
-        sections.extend((chapter.section)(results, &mut files)?);
-    }
+/// [`ReportError::NoRecords`] without sections; otherwise the file that could not be filled or
+/// written.
+pub fn write(
+    results: &Path,
+    sections: &[Section],
+    outline: &Outline,
+    mut files: Files,
+) -> Result<Vec<PathBuf>, ReportError> {
     if sections.is_empty() {
         return Err(ReportError::NoRecords { folder: results.to_owned() });
     }
-    files.push(("report.html".to_owned(), Content::Text(page::report(&sections, &files)?)));
-    files.push(("README.md".to_owned(), Content::Text(page::index(&sections)?)));
-
+    let report = page::report(sections, outline, &files)?;
+    files.push(("report.html".to_owned(), Content::Text(report)));
+    files.push(("README.md".to_owned(), Content::Text(page::index(sections, outline)?)));
     files
         .into_iter()
         .map(|(name, content)| {
@@ -164,73 +79,75 @@ pub fn draw(results: &Path) -> Result<Vec<PathBuf>, ReportError> {
         .collect()
 }
 
-/// The record of an experiment, or `None` when there is no such file.
-fn read_record<F: DeserializeOwned>(
+/// The record of a study, or `None` when there is no such file.
+pub fn read_record<F: DeserializeOwned>(
     results: &Path,
-    experiment: &str,
+    study: &str,
 ) -> Result<Option<Record<F>>, ReportError> {
-    let path = results.join(format!("{experiment}.json"));
+    let path = results.join(format!("{study}.json"));
     if !path.exists() {
         return Ok(None);
     }
     let record: Record<F> = read_json(&path)?;
-    check_kind(&path, (RECORD_FORMAT, experiment), (&record.format, &record.experiment))?;
+    check_kind(&path, (RECORD_FORMAT, study), (&record.format, &record.experiment))?;
     Ok(Some(record))
 }
 
-/// The section of an experiment whose figures and tables need its record only; `None` without a record.
-fn section<F: DeserializeOwned, D: Drawing>(
+/// The section of a study whose figures and tables need its record only; `None` without a record.
+pub fn record_section<F: DeserializeOwned, D: Drawing>(
     results: &Path,
-    experiment: &str,
+    study: &str,
     plates: &[Plate<Record<F>, D>],
     tables: fn(&Record<F>) -> Vec<Table>,
     files: &mut Files,
 ) -> Result<Option<Section>, ReportError> {
-    let Some(record) = read_record::<F>(results, experiment)? else { return Ok(None) };
+    let Some(record) = read_record::<F>(results, study)? else { return Ok(None) };
     let figures = plate::draw_all(plates, &record, files)?;
     Ok(Some(Section::new(&record, figures, tables(&record))))
 }
 
-/// The record of an experiment, with its timings where there are any.
-struct Timed<F, R> {
-    record: Record<F>,
-    timings: Option<Timings<R>>,
+/// The record of a study, with its timings where there are any.
+pub struct Timed<F, R> {
+    /// The facts with their frame.
+    pub record: Record<F>,
+    /// The timings, where they were taken.
+    pub timings: Option<Timings<R>>,
 }
 
-/// The record of an experiment and its timings, or `None` without a record.
-fn read_timed<F: DeserializeOwned, R: DeserializeOwned>(
+/// The record of a study and its timings, or `None` without a record.
+pub fn read_timed<F: DeserializeOwned, R: DeserializeOwned>(
     results: &Path,
-    experiment: &str,
+    study: &str,
 ) -> Result<Option<Timed<F, R>>, ReportError> {
-    let Some(record) = read_record(results, experiment)? else { return Ok(None) };
-    Ok(Some(Timed { record, timings: read_timings(results, experiment)? }))
+    let Some(record) = read_record(results, study)? else { return Ok(None) };
+    Ok(Some(Timed { record, timings: read_timings(results, study)? }))
 }
 
-/// As [`section`], of an experiment that is timed.
-fn timed_section<F: DeserializeOwned, R: DeserializeOwned, D: Drawing>(
+/// As [`record_section`], of a study that is timed.
+pub fn timed_section<F: DeserializeOwned, R: DeserializeOwned, D: Drawing>(
     results: &Path,
-    experiment: &str,
+    study: &str,
     plates: &[Plate<Timed<F, R>, D>],
     tables: fn(&Timed<F, R>) -> Vec<Table>,
     files: &mut Files,
 ) -> Result<Option<Section>, ReportError> {
-    let Some(input) = read_timed(results, experiment)? else { return Ok(None) };
+    let Some(input) = read_timed(results, study)? else { return Ok(None) };
     let figures = plate::draw_all(plates, &input, files)?;
     let section = Section::new(&input.record, figures, tables(&input));
     Ok(Some(section.with_timings(input.timings.as_ref())))
 }
 
-/// The timings of an experiment, or `None` when there is no such file.
-fn read_timings<R: DeserializeOwned>(
+/// The timings of a study, or `None` when there is no such file.
+pub fn read_timings<R: DeserializeOwned>(
     results: &Path,
-    experiment: &str,
+    study: &str,
 ) -> Result<Option<Timings<R>>, ReportError> {
-    let path = results.join("timings").join(format!("{experiment}.json"));
+    let path = results.join("timings").join(format!("{study}.json"));
     if !path.exists() {
         return Ok(None);
     }
     let timings: Timings<R> = read_json(&path)?;
-    check_kind(&path, (TIMINGS_FORMAT, experiment), (&timings.format, &timings.experiment))?;
+    check_kind(&path, (TIMINGS_FORMAT, study), (&timings.format, &timings.experiment))?;
     Ok(Some(timings))
 }
 

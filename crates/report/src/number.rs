@@ -16,7 +16,7 @@ fn superscript(n: i32) -> String {
 }
 
 /// The exponent n when `value` is 10ⁿ to rounding.
-pub(crate) fn exponent_of_ten(value: f64) -> Option<i32> {
+pub fn exponent_of_ten(value: f64) -> Option<i32> {
     if value <= 0.0 {
         return None;
     }
@@ -26,7 +26,7 @@ pub(crate) fn exponent_of_ten(value: f64) -> Option<i32> {
 }
 
 /// 10ⁿ: `1`, `10`, `10⁴`, `10⁻³`.
-pub(crate) fn power_of_ten(exponent: i32) -> String {
+pub fn power_of_ten(exponent: i32) -> String {
     match exponent {
         0 => "1".to_owned(),
         1 => "10".to_owned(),
@@ -35,17 +35,17 @@ pub(crate) fn power_of_ten(exponent: i32) -> String {
 }
 
 /// A stiffness over mass or another quantity that is usually a power of ten.
-pub(crate) fn power(value: f64) -> String {
+pub fn power(value: f64) -> String {
     exponent_of_ten(value).map_or_else(|| significant(value, 3), power_of_ten)
 }
 
 /// A setting such as a step or a forcing term: the shortest decimal, a power beyond four zeros.
-pub(crate) fn setting(value: f64) -> String {
+pub fn setting(value: f64) -> String {
     if value != 0.0 && libm::fabs(value) < 1e-4 { power(value) } else { format!("{value}") }
 }
 
 /// `value` with `digits` significant digits; powers of ten only where zeros would pile up.
-pub(crate) fn significant(value: f64, digits: i32) -> String {
+pub fn significant(value: f64, digits: i32) -> String {
     if value == 0.0 {
         return "0".to_owned();
     }
@@ -66,7 +66,7 @@ pub(crate) fn significant(value: f64, digits: i32) -> String {
 }
 
 /// As [`significant`], without the zeros at the end of a decimal: for quotients of small integers.
-pub(crate) fn trimmed(value: f64, digits: i32) -> String {
+pub fn trimmed(value: f64, digits: i32) -> String {
     let text = significant(value, digits);
     if text.contains('.') && !text.contains('·') {
         text.trim_end_matches('0').trim_end_matches('.').to_owned()
@@ -80,7 +80,7 @@ fn ten_to(exponent: i32) -> f64 {
 }
 
 /// Word-wraps to lines of at most `width` characters (longer words stay whole).
-pub(crate) fn wrap(text: &str, width: usize) -> Vec<String> {
+pub fn wrap(text: &str, width: usize) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split_whitespace() {
         match lines.last_mut() {

@@ -1,23 +1,23 @@
 //! A figure's name, title, caption and the function that makes it.
 
 use crate::plot::{Drawing, Sheet};
-use crate::{Content, Files, ReportError};
-use drape_records::Figure;
+use crate::{Content, Figure, Files, ReportError};
 
 /// A figure: what the record says about it and how it is made of an input `I`.
-pub(crate) struct Plate<I: ?Sized, D = Sheet> {
+pub struct Plate<I: ?Sized, D = Sheet> {
     /// File name below `figures/`.
-    pub(crate) file: &'static str,
+    pub file: &'static str,
     /// Title, one line.
-    pub(crate) title: &'static str,
+    pub title: &'static str,
     /// What is drawn, under which conditions, what to see.
-    pub(crate) caption: &'static str,
+    pub caption: &'static str,
     /// The drawing, or `None` when the input has no data for it.
-    pub(crate) sheet: fn(&I) -> Option<D>,
+    pub sheet: fn(&I) -> Option<D>,
 }
 
 impl<I: ?Sized, D> Plate<I, D> {
-    pub(crate) fn figure(&self) -> Figure {
+    /// What the record says about it.
+    pub fn figure(&self) -> Figure {
         Figure {
             file: self.file.to_owned(),
             title: self.title.to_owned(),
@@ -27,7 +27,7 @@ impl<I: ?Sized, D> Plate<I, D> {
 }
 
 /// Draws the plates that have data, adds their files to `files` and returns them for the page.
-pub(crate) fn draw_all<I: ?Sized, D: Drawing>(
+pub fn draw_all<I: ?Sized, D: Drawing>(
     plates: &[Plate<I, D>],
     input: &I,
     files: &mut Files,

@@ -27,7 +27,7 @@ pub(crate) enum PeersError {
     Harness(#[from] drape_harness::HarnessError),
     /// The record could not be written.
     #[error(transparent)]
-    Record(#[from] drape_records::RecordError),
+    Record(#[from] drape_report::RecordError),
     /// Standard output is closed.
     #[error("standard output: {0}")]
     Print(#[from] std::io::Error),

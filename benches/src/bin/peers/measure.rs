@@ -3,8 +3,8 @@
 use crate::error::PeersError;
 use crate::plan::{Plan, is_direct};
 use crate::program::{Program, Sample, TOLERANCE};
+use crate::record::{Case, Pair, Ratio, Row, Runs};
 use crate::steps::median;
-use drape_records::peers::{Case, Pair, Ratio, Row, Runs};
 
 /// Runs all programs of a plan in turns, every other round backwards, so that whatever drifts meets both sides.
 pub(crate) fn measure(plan: &Plan, core: Option<u32>) -> Result<Vec<Row>, PeersError> {

@@ -1,8 +1,8 @@
 //! What is run: cases, solvers, repetitions, and the ratios that drape aims at.
 
 use crate::program::{Peer, Program};
+use crate::record::Case;
 use drape_benches::Mesh;
-use drape_records::peers::Case;
 use std::path::PathBuf;
 
 /// A case with the programs that run it.

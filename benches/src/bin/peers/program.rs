@@ -1,8 +1,8 @@
 //! A program that takes the steps of a case, drape itself or a peer, and what it says of them.
 
 use crate::error::PeersError;
+use crate::record::Case;
 use drape_benches::Mesh;
-use drape_records::peers::Case;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 

@@ -1,10 +1,10 @@
 //! The record as a page.
 
 use crate::plan::{Goal, Plan, YARDSTICK};
+use crate::record::{Case, Pair, Row, Runs, Setup};
 use crate::steps::median;
 use drape_benches::Mesh;
-use drape_records::Timings;
-use drape_records::peers::{Case, Pair, Row, Runs, Setup};
+use drape_report::Timings;
 use std::fmt::Write as _;
 
 /// The page that stands beside the record.
@@ -169,7 +169,7 @@ fn digits(value: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use drape_records::peers::Ratio;
+    use crate::record::Ratio;
 
     #[test]
     fn the_fastest_solver_of_a_mesh_stands_beside_each_of_the_peers() {

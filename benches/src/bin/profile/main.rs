@@ -19,7 +19,7 @@ use drape_harness::methods::{self, Choice};
 use drape_harness::provenance;
 use drape_integrator::{Integrator, Phase, PhaseClock, StepReport, TimeStep};
 use drape_model::{State, System};
-use drape_records::file::write_atomically;
+use drape_report::file::write_atomically;
 use std::collections::BTreeMap;
 use std::error::Error;
 use std::io::Write as _;

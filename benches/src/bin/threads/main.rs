@@ -19,7 +19,7 @@ use drape_benches::{Mesh, Prepared};
 use drape_harness::{Team, provenance};
 use drape_integrator::{Phase, PhaseClock};
 use drape_model::State;
-use drape_records::file::write_atomically;
+use drape_report::file::write_atomically;
 use std::collections::BTreeMap;
 use std::error::Error;
 use std::io::Write as _;

@@ -2,7 +2,7 @@
 
 use crate::memory::{SIZES, Speed};
 use crate::{Comparison, Times};
-use drape_records::Provenance;
+use drape_report::Provenance;
 use std::fmt::Write as _;
 use std::num::NonZero;
 

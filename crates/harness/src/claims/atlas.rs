@@ -2,11 +2,11 @@
 
 use super::scenes::{build, hanging, shake, spinning};
 use crate::HarnessError;
-use crate::experiments::sheet::Sheet;
 use crate::methods::Choice;
 use crate::run::{Simulation, count_by};
 use crate::schedule::Schedule;
 use crate::stability::{Verdict, judge, reference};
+use crate::studies::sheet::Sheet;
 use drape_model::TimeSpan;
 use rayon::prelude::*;
 

@@ -3,7 +3,7 @@
 use super::scenes::{build, hanging, least, matrix, run};
 use super::{Claim, Finding, Number, Verdict};
 use crate::HarnessError;
-use crate::experiments::short;
+use crate::studies::short;
 use drape_model::Vec3;
 use drape_oracle::Random;
 use drape_solvers::vector::{norm, subtract_from};

@@ -3,9 +3,8 @@
 use super::atlas::{SCENES, Survey, survey, told};
 use super::scenes::greatest;
 use super::{Claim, Finding, Number, Verdict};
-use crate::HarnessError;
-use crate::experiments::short;
-use crate::stability;
+use crate::studies::short;
+use crate::{HarnessError, stability};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C02",

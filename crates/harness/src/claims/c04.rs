@@ -5,8 +5,8 @@ use super::runs::{free_edge, true_motion};
 use super::scenes::{build, error, hanging, run};
 use super::{Claim, Finding, Number, Verdict};
 use crate::HarnessError;
-use crate::experiments::sheet::Sheet;
-use crate::experiments::short;
+use crate::studies::sheet::Sheet;
+use crate::studies::short;
 use rayon::prelude::*;
 
 pub(super) const CLAIM: Claim = Claim {

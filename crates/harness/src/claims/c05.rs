@@ -5,8 +5,8 @@ use super::runs::{free_edge, true_motion};
 use super::scenes::{build, error, hanging, run, spinning};
 use super::{Claim, Finding, Number, Verdict};
 use crate::HarnessError;
-use crate::experiments::short;
 use crate::run::Simulation;
+use crate::studies::short;
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C05",

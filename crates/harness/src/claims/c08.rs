@@ -4,8 +4,8 @@ use super::meshes::Mesh;
 use super::scenes::{build, greatest, hanging, matrix};
 use super::{Claim, Finding, Number, Verdict};
 use crate::HarnessError;
-use crate::experiments::sheet::Sheet;
-use crate::experiments::short;
+use crate::studies::sheet::Sheet;
+use crate::studies::short;
 use drape_model::SystemSpec;
 use drape_solvers::ScalarMatrix;
 

@@ -5,7 +5,7 @@ use super::runs::{free_edge, true_motion};
 use super::scenes::{build, error, greatest, run, shake};
 use super::{Claim, Finding, Number, Verdict};
 use crate::HarnessError;
-use crate::experiments::short;
+use crate::studies::short;
 use drape_oracle::order::position_error;
 
 pub(super) const CLAIM: Claim = Claim {

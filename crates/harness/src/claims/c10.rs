@@ -3,12 +3,12 @@
 use super::scenes::{build, hanging, shake};
 use super::{Claim, Finding, Number, Verdict};
 use crate::HarnessError;
-use crate::experiments::sheet::Sheet;
-use crate::experiments::short;
 use crate::methods::Choice;
 use crate::run::{Simulation, count_by};
 use crate::schedule::Schedule;
 use crate::stability::{self, judge, reference};
+use crate::studies::sheet::Sheet;
+use crate::studies::short;
 use drape_model::{SpringEffect, SpringSpec, TimeSpan};
 use rayon::prelude::*;
 

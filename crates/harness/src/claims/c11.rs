@@ -4,9 +4,9 @@ use super::meshes::Mesh;
 use super::scenes::{build, hanging, least, run};
 use super::{Claim, Finding, Number, Verdict};
 use crate::HarnessError;
-use crate::experiments::sheet::Sheet;
-use crate::experiments::short;
 use crate::run::Simulation;
+use crate::studies::sheet::Sheet;
+use crate::studies::short;
 use drape_integrator::Implicit;
 use drape_model::{System, Tangent, Vec3};
 use drape_oracle::Random;
@@ -150,7 +150,7 @@ fn judge(ratios: &[f64], without: f64, with: f64, numbers: Vec<Number>) -> Findi
 #[allow(clippy::unwrap_used, reason = "tests")]
 mod tests {
     use super::*;
-    use crate::experiments::sheet::pair;
+    use crate::studies::sheet::pair;
 
     #[test]
     fn every_ratio_counts() {

@@ -3,10 +3,9 @@
 use super::atlas::{SCENES, Survey, survey, told};
 use super::scenes::greatest;
 use super::{Claim, Finding, Number, Verdict};
-use crate::HarnessError;
-use crate::experiments::hard_cases::{self, HardCase};
-use crate::experiments::short;
-use crate::stability;
+use crate::studies::hard_cases::run::{self as hard_cases, HardCase};
+use crate::studies::short;
+use crate::{HarnessError, stability};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C12",

@@ -4,8 +4,8 @@ use super::meshes::Mesh;
 use super::scenes::{build, hanging};
 use super::{Claim, Finding, Number, Verdict};
 use crate::HarnessError;
-use crate::experiments::sheet::{MASS, Sheet};
-use crate::experiments::short;
+use crate::studies::sheet::{MASS, Sheet};
+use crate::studies::short;
 use drape_integrator::LargestEigenvalue;
 use drape_model::SystemSpec;
 

@@ -4,15 +4,15 @@ use super::runs::track;
 use super::scenes::{build, hanging};
 use super::{Claim, Finding, Number, Verdict};
 use crate::HarnessError;
-use crate::experiments::short;
-use crate::experiments::tables::PRINTED;
 use crate::run::Simulation;
 use crate::scenes::bundled;
+use crate::studies::claims::facts::{TimedCase, TimingRow};
+use crate::studies::short;
+use crate::studies::tables::run::PRINTED;
 use drape_integrator::{
     Implicit, LaplacianSolver, LinearSettings, PreconditionerKind, SolverKind, Weights, hold_pins,
 };
 use drape_model::{Level, Vec3};
-use drape_records::claims::{TimedCase, TimingRow};
 use drape_solvers::{Constraints, Norm};
 use std::time::Instant;
 

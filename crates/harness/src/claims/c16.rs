@@ -3,10 +3,10 @@
 use super::runs::{track, walk};
 use super::{Claim, Finding, Number, Verdict};
 use crate::HarnessError;
-use crate::experiments::short;
-use crate::experiments::tables::PRINTED;
 use crate::run::Simulation;
 use crate::scenes::{build, bundled};
+use crate::studies::short;
+use crate::studies::tables::run::PRINTED;
 use drape_integrator::{
     ContactSet, Implicit, LaplacianSolver, LinearSettings, PreconditionerKind, SolverKind,
     StepReport, Weights,

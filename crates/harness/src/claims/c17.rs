@@ -3,10 +3,9 @@
 use super::runs::{Track, free_edge, track};
 use super::scenes::{build, hanging};
 use super::{Claim, Finding, Number, Verdict};
-use crate::HarnessError;
 use crate::run::Simulation;
 use crate::scenes::bundled;
-use crate::{experiments::short, reference_energy};
+use crate::{HarnessError, reference_energy, studies::short};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C17",

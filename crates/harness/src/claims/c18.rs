@@ -4,9 +4,9 @@ use super::runs::{Exact, error, walk};
 use super::scenes::{build, greatest, hanging, least};
 use super::{Claim, Finding, Number, Verdict};
 use crate::HarnessError;
-use crate::experiments::sheet::MASS;
-use crate::experiments::short;
 use crate::run::Simulation;
+use crate::studies::sheet::MASS;
+use crate::studies::short;
 use drape_integrator::{
     Implicit, LaplacianSolver, LinearSettings, PreconditionerKind, SolverKind, Split, Weights,
     hold_pins,

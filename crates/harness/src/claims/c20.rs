@@ -4,7 +4,7 @@ use super::runs::walk;
 use super::scenes::{build, hanging};
 use super::{Claim, Finding, Number, Verdict};
 use crate::HarnessError;
-use crate::experiments::short;
+use crate::studies::short;
 use drape_model::{KeyframeSpec, ObstacleSpec, State, System, Vec3};
 
 pub(super) const CLAIM: Claim = Claim {

@@ -4,7 +4,7 @@ use super::runs::{free_edge, track, true_motion};
 use super::scenes::{build, hanging};
 use super::{Claim, Finding, Number, Verdict};
 use crate::HarnessError;
-use crate::experiments::short;
+use crate::studies::short;
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C21",

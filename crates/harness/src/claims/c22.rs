@@ -4,8 +4,8 @@ use super::runs::{free_edge, track, true_motion, walk};
 use super::scenes::{build, hanging};
 use super::{Claim, Finding, Number, Verdict};
 use crate::HarnessError;
-use crate::experiments::{sheet::pair, short};
 use crate::run::Simulation;
+use crate::studies::{sheet::pair, short};
 use drape_integrator::{Implicit, StepError, hold_pins};
 use drape_model::{Level, Mat3, State, Vec3};
 use drape_solvers::{

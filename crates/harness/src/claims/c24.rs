@@ -4,8 +4,8 @@ use super::runs::{Exact, error, track};
 use super::scenes::{build, hanging};
 use super::{Claim, Finding, Number, Verdict};
 use crate::HarnessError;
-use crate::experiments::short;
 use crate::run::Simulation;
+use crate::studies::short;
 use drape_model::State;
 
 pub(super) const CLAIM: Claim = Claim {

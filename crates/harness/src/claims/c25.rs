@@ -4,9 +4,9 @@ use super::runs::{Exact, error, free_edge, track};
 use super::scenes::{build, hanging};
 use super::{Claim, Finding, Number, Verdict};
 use crate::HarnessError;
-use crate::experiments::short;
 use crate::run::Simulation;
 use crate::scenes::bundled;
+use crate::studies::short;
 use drape_model::State;
 
 pub(super) const CLAIM: Claim = Claim {

@@ -3,9 +3,9 @@
 use super::runs::track;
 use super::scenes::{build, hanging};
 use super::{Claim, Finding, Number, Verdict};
-use crate::experiments::short;
 use crate::run::Simulation;
 use crate::scenes::{bundled, with_stiffness};
+use crate::studies::short;
 use crate::{HarnessError, reference_energy};
 
 pub(super) const CLAIM: Claim = Claim {

@@ -4,7 +4,7 @@ use super::runs::{Exact, error, track};
 use super::scenes::{build, hanging};
 use super::{Claim, Finding, Number, Verdict};
 use crate::HarnessError;
-use crate::experiments::short;
+use crate::studies::short;
 use drape_oracle::order::{Sample, observed_order};
 
 pub(super) const CLAIM: Claim = Claim {

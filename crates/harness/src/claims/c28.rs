@@ -4,9 +4,8 @@ use super::meshes::Mesh;
 use super::runs::{free_edge, track, true_motion};
 use super::scenes::build;
 use super::{Claim, Finding, Number, Verdict};
-use crate::HarnessError;
-use crate::experiments::short;
-use crate::reference_energy;
+use crate::studies::short;
+use crate::{HarnessError, reference_energy};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C28",

@@ -3,10 +3,10 @@
 use super::scenes::{build, hanging, run};
 use super::{Claim, Finding, Number, Verdict};
 use crate::HarnessError;
-use crate::experiments::short;
-use crate::experiments::tables::PRINTED;
 use crate::scenes::bundled;
-use drape_records::claims::{TimedCase, TimingRow};
+use crate::studies::claims::facts::{TimedCase, TimingRow};
+use crate::studies::short;
+use crate::studies::tables::run::PRINTED;
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C29",

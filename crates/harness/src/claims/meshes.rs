@@ -1,7 +1,7 @@
 //! Cloth that is no grid: triangle meshes and random meshes, as particles and springs.
 
 use crate::HarnessError;
-use crate::experiments::sheet::{GRAVITY, MASS, Sheet};
+use crate::studies::sheet::{GRAVITY, MASS, Sheet};
 use drape_model::{
     DampingLaw, EffectsSpec, GravitySpec, ParticlesSpec, PinSpec, SpringEffect, SpringSpec,
     SystemSpec,

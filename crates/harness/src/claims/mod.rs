@@ -40,8 +40,8 @@ mod runs;
 mod scenes;
 
 use crate::HarnessError;
-pub use drape_records::claims::{Number, Verdict};
-use drape_records::claims::{Row, TimingRow};
+pub use crate::studies::claims::facts::{Number, Verdict};
+use crate::studies::claims::facts::{Row, TimingRow};
 
 /// A claim of the paper and its test.
 #[derive(Clone, Copy, Debug)]

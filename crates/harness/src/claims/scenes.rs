@@ -1,10 +1,10 @@
 //! Scenes, matrices and runs that several claims share.
 
 use crate::HarnessError;
-use crate::experiments::sheet::{GRAVITY, Sheet};
 use crate::methods::Choice;
 use crate::run::{Counts, Simulation, count_by};
 use crate::schedule::Schedule;
+use crate::studies::sheet::{GRAVITY, Sheet};
 use drape_integrator::Implicit;
 use drape_model::{DampingLaw, State, System, SystemSpec, TimeSpan, Vec3};
 use drape_oracle::Random;

@@ -1,7 +1,7 @@
 //! The report: one HTML file with all figures, tables and sentences, which needs no other file.
 
-use super::Section;
 use super::inline::{inlined, picture, slug, spans_value, verdict};
+use super::{Outline, Part, Section};
 use crate::{Content, Files, ReportError};
 use minijinja::value::{Serde, Value};
 use minijinja::{Environment, UndefinedBehavior, context};
@@ -17,36 +17,6 @@ const TEMPLATES: [(&str, &str); 4] = [
     ("report.js", include_str!("../../templates/report.js")),
 ];
 
-/// A part of the report. The experiments that it names come in this order; one that names none takes all others.
-struct Part {
-    title: &'static str,
-    experiments: &'static [&'static str],
-    /// Whether the first table of a section stands before its findings.
-    table_first: bool,
-}
-
-const PARTS: [Part; 5] = [
-    Part { title: "What it looks like", experiments: &["pictures"], table_first: false },
-    Part { title: "The paper’s tables beside ours", experiments: &["tables"], table_first: true },
-    Part { title: "What the paper claims", experiments: &["claims"], table_first: true },
-    Part { title: "A way through the methods", experiments: &["course"], table_first: false },
-    Part { title: "The experiments", experiments: &[], table_first: false },
-];
-
-/// Experiments whose sentences are the answer, if they are there, and how many of them.
-const ANSWERS: [(&str, usize); 6] = [
-    ("work-precision", 2),
-    ("locking", 1),
-    ("claims", 1),
-    ("course", 2),
-    ("order", 1),
-    ("hard-cases", 1),
-];
-/// Sentences of the answer at most.
-const LONGEST_ANSWER: usize = 4;
-/// The figure that stands beside it: the first of these that was drawn, or else the first of all.
-const LEADS: [&str; 3] = ["work-precision.svg", "course-motion.svg", "motion-vs-stiffness.svg"];
-
 /// A part with its sections.
 #[derive(Serialize)]
 struct Chapter<'a> {
@@ -56,12 +26,12 @@ struct Chapter<'a> {
     table_first: bool,
 }
 
-fn chapters(sections: &[Section]) -> Vec<Chapter<'_>> {
+fn chapters<'a>(sections: &'a [Section], outline: &Outline) -> Vec<Chapter<'a>> {
     let is_named = |section: &Section| {
-        PARTS.iter().any(|part| part.experiments.contains(&section.name.as_str()))
+        outline.parts.iter().any(|part| part.studies.contains(&section.name.as_str()))
     };
     let of_part = |part: &Part| {
-        let belongs = |section: &&Section| match part.experiments {
+        let belongs = |section: &&Section| match part.studies {
             [] => !is_named(section),
             named => named.contains(&section.name.as_str()),
         };
@@ -74,12 +44,12 @@ fn chapters(sections: &[Section]) -> Vec<Chapter<'_>> {
             table_first: part.table_first,
         })
     };
-    PARTS.iter().filter_map(of_part).collect()
+    outline.parts.iter().filter_map(of_part).collect()
 }
 
 /// Sentences of the answer with the sections that they come from.
-pub(super) fn answer(sections: &[Section]) -> Vec<(&str, &str)> {
-    let named = ANSWERS.iter().filter_map(|(name, most)| {
+pub(super) fn answer<'a>(sections: &'a [Section], outline: &Outline) -> Vec<(&'a str, &'a str)> {
+    let named = outline.answers.iter().filter_map(|(name, most)| {
         Some((sections.iter().find(|section| section.name == *name)?, *most))
     });
     let mut chosen: Vec<_> = named.collect();
@@ -90,18 +60,22 @@ pub(super) fn answer(sections: &[Section]) -> Vec<(&str, &str)> {
         let own = if section.answer.is_empty() { &section.findings } else { &section.answer };
         own.iter().take(most).map(|sentence| (section.name.as_str(), sentence.as_str()))
     });
-    sentences.take(LONGEST_ANSWER).collect()
+    sentences.take(outline.longest_answer).collect()
 }
 
 /// The figure that stands beside the answer.
-fn lead(sections: &[Section]) -> Option<&str> {
+fn lead<'a>(sections: &'a [Section], outline: &Outline) -> Option<&'a str> {
     let drawn = || sections.iter().flat_map(|section| &section.figures).map(|f| f.file.as_str());
-    let favourite = LEADS.into_iter().find_map(|file| drawn().find(|drawn| *drawn == file));
+    let favourite = outline.leads.iter().find_map(|file| drawn().find(|drawn| drawn == file));
     favourite.or_else(|| drawn().next())
 }
 
 /// The text of the report; `files` holds the drawings.
-pub(crate) fn report(sections: &[Section], files: &Files) -> Result<String, ReportError> {
+pub(crate) fn report(
+    sections: &[Section],
+    outline: &Outline,
+    files: &Files,
+) -> Result<String, ReportError> {
     let drawing = |file: &str, content: &Content| match content {
         Content::Text(svg) => inlined(svg, &slug(file)),
         Content::Png(png) => {
@@ -128,9 +102,9 @@ pub(crate) fn report(sections: &[Section], files: &Files) -> Result<String, Repo
         }
         environment.get_template(FILE)?.render(context! {
             sections => Value::from(Serde(sections)),
-            chapters => Value::from(Serde(chapters(sections))),
-            answer => Value::from(Serde(answer(sections))),
-            lead => lead(sections),
+            chapters => Value::from(Serde(chapters(sections, outline))),
+            answer => Value::from(Serde(answer(sections, outline))),
+            lead => lead(sections, outline),
             drawings => Value::from(Serde(&drawings)),
         })
     };

@@ -1,7 +1,7 @@
 //! The index page, in Markdown: what came out, where the figures are, how to repeat it.
 
-use super::Section;
 use super::html::answer;
+use super::{Outline, Section};
 use crate::ReportError;
 use minijinja::value::{Serde, Value};
 use minijinja::{Environment, UndefinedBehavior, context};
@@ -10,14 +10,16 @@ const FILE: &str = "README.md";
 const TEMPLATE: &str = include_str!("../../templates/README.md.jinja");
 
 /// The text of the index page.
-pub(crate) fn index(sections: &[Section]) -> Result<String, ReportError> {
+pub(crate) fn index(sections: &[Section], outline: &Outline) -> Result<String, ReportError> {
     let fill = || {
         let mut environment = Environment::new();
         environment.set_undefined_behavior(UndefinedBehavior::Strict);
         environment.add_filter("line", line);
         environment.add_template(FILE, TEMPLATE)?;
-        let answer: Vec<String> =
-            answer(sections).into_iter().map(|(_, sentence)| sentence.to_owned()).collect();
+        let answer: Vec<String> = answer(sections, outline)
+            .into_iter()
+            .map(|(_, sentence)| sentence.to_owned())
+            .collect();
         let sections = Value::from(Serde(sections));
         environment.get_template(FILE)?.render(context! { answer, sections })
     };

@@ -7,12 +7,37 @@ mod inline;
 pub(crate) use html::report;
 pub(crate) use index::index;
 
-use drape_records::{Figure, Provenance, Record, Timings};
+use crate::{Figure, Provenance, Record, Timings};
 use serde::Serialize;
 
-/// All that the page says about one experiment.
+/// The order of the page, and the studies whose sentences lead it.
+#[derive(Clone, Copy, Debug)]
+pub struct Outline {
+    /// Parts of the report in order.
+    pub parts: &'static [Part],
+    /// Studies that answer the reader's question, if they are there, and how many sentences of each.
+    pub answers: &'static [(&'static str, usize)],
+    /// Most sentences of the answer.
+    pub longest_answer: usize,
+    /// The figure beside the answer: the first of these that was drawn, or else the first of all.
+    pub leads: &'static [&'static str],
+}
+
+/// A part of the report. The studies that it names come in this order; a part without names takes
+/// all others.
+#[derive(Clone, Copy, Debug)]
+pub struct Part {
+    /// Heading.
+    pub title: &'static str,
+    /// Names of its studies.
+    pub studies: &'static [&'static str],
+    /// Whether the first table of a section stands before its findings.
+    pub table_first: bool,
+}
+
+/// All that the page says about one study.
 #[derive(Serialize)]
-pub(crate) struct Section {
+pub struct Section {
     name: String,
     question: String,
     method: String,
@@ -32,29 +57,36 @@ pub(crate) struct Section {
 
 /// One step of a course: an idea, what came out, a figure.
 #[derive(Serialize)]
-pub(crate) struct Lesson {
-    pub(crate) id: String,
-    pub(crate) title: String,
+pub struct Lesson {
+    /// Id of the method that the lesson teaches.
+    pub id: String,
+    /// Heading.
+    pub title: String,
     /// What was missing before.
-    pub(crate) before: Option<String>,
-    pub(crate) idea: String,
-    pub(crate) finding: String,
+    pub before: Option<String>,
+    /// The idea of the method.
+    pub idea: String,
+    /// What came out.
+    pub finding: String,
     /// File of the figure, one of the section's.
-    pub(crate) figure: String,
+    pub figure: String,
     /// The crate to read.
-    pub(crate) docs: String,
+    pub docs: String,
     /// What repeats the runs.
-    pub(crate) commands: Vec<String>,
+    pub commands: Vec<String>,
 }
 
 /// A table of texts.
 #[derive(Serialize)]
-pub(crate) struct Table {
-    pub(crate) title: String,
-    pub(crate) header: Vec<String>,
+pub struct Table {
+    /// Heading.
+    pub title: String,
+    /// Names of the columns.
+    pub header: Vec<String>,
     /// Number of leading columns that hold names, not numbers.
-    pub(crate) names: usize,
-    pub(crate) rows: Vec<Vec<String>>,
+    pub names: usize,
+    /// One text for each column.
+    pub rows: Vec<Vec<String>>,
 }
 
 /// Provenance of one file.
@@ -66,7 +98,7 @@ struct Origin {
 
 impl Section {
     /// The section of a record with its figures and tables; tables without rows are left out.
-    pub(crate) fn new<F>(record: &Record<F>, figures: Vec<Figure>, tables: Vec<Table>) -> Self {
+    pub fn new<F>(record: &Record<F>, figures: Vec<Figure>, tables: Vec<Table>) -> Self {
         let mut section = of_record(record, figures);
         section.tables = tables;
         section.tables.retain(|table| !table.rows.is_empty());
@@ -74,7 +106,7 @@ impl Section {
     }
 
     /// The same with what is known of the timings that stand beside the record.
-    pub(crate) fn with_timings<R>(mut self, timings: Option<&Timings<R>>) -> Self {
+    pub fn with_timings<R>(mut self, timings: Option<&Timings<R>>) -> Self {
         let file = format!("timings/{}", self.record);
         match timings {
             Some(timings) => {
@@ -89,13 +121,13 @@ impl Section {
     }
 
     /// The same with sentences for the head of the report.
-    pub(crate) fn with_answer(mut self, sentences: impl IntoIterator<Item = String>) -> Self {
+    pub fn with_answer(mut self, sentences: impl IntoIterator<Item = String>) -> Self {
         self.answer = sentences.into_iter().collect();
         self
     }
 
     /// The same with lessons; their figures stand in them.
-    pub(crate) fn with_lessons(mut self, lessons: Vec<Lesson>) -> Self {
+    pub fn with_lessons(mut self, lessons: Vec<Lesson>) -> Self {
         self.lessons = lessons;
         self
     }
@@ -153,7 +185,7 @@ fn origin(file: &str, provenance: &Provenance) -> Origin {
 }
 
 /// A sign behind the number of a run that was not stable.
-pub(crate) fn sign(verdict: &str) -> &'static str {
+pub fn sign(verdict: &str) -> &'static str {
     match verdict {
         "stable" => "",
         "marginal" => " °",
@@ -161,12 +193,15 @@ pub(crate) fn sign(verdict: &str) -> &'static str {
     }
 }
 
-pub(crate) const SIGNS: &str = "° marginal, ✗ unstable or diverged.";
+/// What the marks of [`sign`] mean.
+pub const SIGNS: &str = "° marginal, ✗ unstable or diverged.";
 
-pub(crate) fn texts(parts: &[&str]) -> Vec<String> {
+/// Owned texts, for a header.
+pub fn texts(parts: &[&str]) -> Vec<String> {
     parts.iter().map(|part| (*part).to_owned()).collect()
 }
 
-pub(crate) fn absent() -> String {
+/// The cell of a value that was not recorded.
+pub fn absent() -> String {
     "–".to_owned()
 }

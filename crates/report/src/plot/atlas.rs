@@ -10,23 +10,25 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
 /// Maps in rows, with a legend below them.
-pub(crate) struct Atlas {
+pub struct Atlas {
     /// Below the columns of tiles; empty where there is no room for a number.
-    pub(crate) x_ticks: Vec<String>,
+    pub x_ticks: Vec<String>,
     /// Beside the rows of tiles, from the top.
-    pub(crate) y_ticks: Vec<String>,
-    pub(crate) maps: Vec<Map>,
+    pub y_ticks: Vec<String>,
+    /// The maps, in reading order.
+    pub maps: Vec<Map>,
     /// What the tiles mean.
-    pub(crate) legend: Vec<(Tile, String)>,
+    pub legend: Vec<(Tile, String)>,
     /// Sentences below the legend; they name the axes.
-    pub(crate) notes: Vec<String>,
+    pub notes: Vec<String>,
 }
 
 /// One map.
-pub(crate) struct Map {
-    pub(crate) title: String,
+pub struct Map {
+    /// Line above the map.
+    pub title: String,
     /// Rows from the top, each from the left; `None` where nothing was run.
-    pub(crate) tiles: Vec<Vec<Option<Tile>>>,
+    pub tiles: Vec<Vec<Option<Tile>>>,
 }
 
 /// Maps beside each other.

@@ -7,7 +7,7 @@ use std::ops::Range;
 /// One axis of a panel. `low`, `high` and the ticks are positions: values of a linear axis, decimal
 /// logarithms of a logarithmic one.
 #[derive(Clone)]
-pub(crate) struct Axis {
+pub struct Axis {
     pub(super) label: String,
     pub(super) low: f64,
     pub(super) high: f64,
@@ -32,7 +32,7 @@ struct Zero {
 
 impl Axis {
     /// A logarithmic axis over the positive ones of `values`.
-    pub(crate) fn log(label: &str, values: &[f64]) -> Self {
+    pub fn log(label: &str, values: &[f64]) -> Self {
         let logs = || values.iter().filter(|v| **v > 0.0).map(|v| libm::log10(*v));
         let (least, greatest) =
             logs().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
@@ -49,7 +49,7 @@ impl Axis {
     }
 
     /// As [`Axis::log`], with a place for zeros below a break when there are any.
-    pub(crate) fn log_with_zero(label: &str, values: &[f64]) -> Self {
+    pub fn log_with_zero(label: &str, values: &[f64]) -> Self {
         let mut axis = Self::log(label, values);
         if values.iter().any(|v| *v <= 0.0) {
             let span = axis.high - axis.low;
@@ -63,7 +63,7 @@ impl Axis {
     }
 
     /// A linear axis over `values`; what lies beyond is drawn at its edge.
-    pub(crate) fn linear(label: &str, values: &[f64]) -> Self {
+    pub fn linear(label: &str, values: &[f64]) -> Self {
         let (least, greatest) = values
             .iter()
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(*v), b.max(*v)));
@@ -84,7 +84,7 @@ impl Axis {
     }
 
     /// Names from the top down, at 0, −1, −2 …; the n-th lies at `-(n as f64)`.
-    pub(crate) fn names(label: &str, names: &[String]) -> Self {
+    pub fn names(label: &str, names: &[String]) -> Self {
         let ticks = names.iter().enumerate().map(|(n, name)| (-(n as f64), name.clone())).collect();
         Self {
             label: label.to_owned(),
@@ -96,7 +96,7 @@ impl Axis {
     }
 
     /// Shares in per cent with room for text behind the bars.
-    pub(crate) fn per_cent(label: &str) -> Self {
+    pub fn per_cent(label: &str) -> Self {
         let ticks = (0..=5).map(|n| (f64::from(20 * n), format!("{}", 20 * n))).collect();
         Self { label: label.to_owned(), low: 0.0, high: 152.0, ticks, scale: Scale::Linear }
     }

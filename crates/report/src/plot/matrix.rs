@@ -9,40 +9,48 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
 /// Rows and columns of tiles, with a legend below them.
-pub(crate) struct Matrix {
+pub struct Matrix {
     /// Names above the columns, written upwards.
-    pub(crate) columns: Vec<String>,
-    pub(crate) rows: Vec<Row>,
+    pub columns: Vec<String>,
+    /// The rows, from the top.
+    pub rows: Vec<Row>,
     /// What the tiles mean.
-    pub(crate) legend: Vec<(Tile, String)>,
+    pub legend: Vec<(Tile, String)>,
     /// Sentences below the legend.
-    pub(crate) notes: Vec<String>,
+    pub notes: Vec<String>,
 }
 
 /// One row.
-pub(crate) struct Row {
-    pub(crate) label: String,
+pub struct Row {
+    /// Name before the row.
+    pub label: String,
     /// Whether a line separates it from the row above.
-    pub(crate) is_first: bool,
+    pub is_first: bool,
     /// Tiles beside each other, for each column; none where a column has nothing.
-    pub(crate) tiles: Vec<Vec<Tile>>,
+    pub tiles: Vec<Vec<Tile>>,
 }
 
 /// A coloured rectangle with a letter.
 #[derive(Clone, PartialEq)]
-pub(crate) struct Tile {
-    pub(crate) shade: Shade,
-    pub(crate) text: String,
+pub struct Tile {
+    /// Its colour.
+    pub shade: Shade,
+    /// The letter in it.
+    pub text: String,
     /// Whether it has a thick frame.
-    pub(crate) is_marked: bool,
+    pub is_marked: bool,
 }
 
 /// Colour of a tile, from good to bad.
 #[derive(Clone, Copy, PartialEq)]
-pub(crate) enum Shade {
+pub enum Shade {
+    /// As it should be.
     Good,
+    /// Nearly as it should be.
     Fair,
+    /// Wrong.
     Bad,
+    /// As wrong as can be.
     Worst,
     /// Neither good nor bad: it was not found out.
     Open,

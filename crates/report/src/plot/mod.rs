@@ -11,15 +11,15 @@ mod draw;
 mod matrix;
 mod style;
 
-pub(crate) use atlas::{Atlas, Map};
-pub(crate) use axis::Axis;
-pub(crate) use matrix::{Matrix, Row, Shade, Tile};
-pub(crate) use style::{Fill, Look, State};
+pub use atlas::{Atlas, Map};
+pub use axis::Axis;
+pub use matrix::{Matrix, Row, Shade, Tile};
+pub use style::{Fill, Look, State};
 
 use plotters::drawing::DrawingAreaErrorKind;
 
 /// What a figure can be made of.
-pub(crate) trait Drawing {
+pub trait Drawing {
     /// The text of an SVG file. `title` and `description` also go into its `<title>` and `<desc>`.
     fn svg(
         &self,
@@ -59,38 +59,44 @@ impl Drawing for Atlas {
 }
 
 /// A figure: panels in rows, one legend below them.
-pub(crate) struct Sheet {
+pub struct Sheet {
     /// In reading order.
-    pub(crate) panels: Vec<Panel>,
+    pub panels: Vec<Panel>,
     /// Sentences below the legend.
-    pub(crate) notes: Vec<String>,
+    pub notes: Vec<String>,
 }
 
 /// One pair of axes and what is drawn between them.
-pub(crate) struct Panel {
+pub struct Panel {
     /// Lines above the panel.
-    pub(crate) title: Vec<String>,
-    pub(crate) x: Axis,
-    pub(crate) y: Axis,
-    pub(crate) series: Vec<Series>,
-    pub(crate) rules: Vec<Rule>,
-    pub(crate) bars: Vec<Bar>,
+    pub title: Vec<String>,
+    /// Horizontal axis.
+    pub x: Axis,
+    /// Vertical axis.
+    pub y: Axis,
+    /// Curves, drawn in this order.
+    pub series: Vec<Series>,
+    /// Straight lines behind the curves.
+    pub rules: Vec<Rule>,
+    /// Horizontal bars.
+    pub bars: Vec<Bar>,
 }
 
 impl Panel {
     /// An empty panel.
-    pub(crate) fn new(title: Vec<String>, x: Axis, y: Axis) -> Self {
+    pub fn new(title: Vec<String>, x: Axis, y: Axis) -> Self {
         Self { title, x, y, series: Vec::new(), rules: Vec::new(), bars: Vec::new() }
     }
 }
 
 /// Points joined by a line.
-pub(crate) struct Series {
+pub struct Series {
     /// Entry of the legend; series of one label share one.
-    pub(crate) label: String,
-    pub(crate) look: Look,
+    pub label: String,
+    /// Colour, dashes and marker.
+    pub look: Look,
     /// In the order in which the line passes.
-    pub(crate) points: Vec<Point>,
+    pub points: Vec<Point>,
     /// Whether a line joins the points.
     is_joined: bool,
     /// From one marker to the next, in points; a run that failed is marked wherever it is.
@@ -99,46 +105,50 @@ pub(crate) struct Series {
 
 impl Series {
     /// A series with its points sorted by x; `None` when there are none.
-    pub(crate) fn new(label: String, look: Look, mut points: Vec<Point>) -> Option<Self> {
+    pub fn new(label: String, look: Look, mut points: Vec<Point>) -> Option<Self> {
         points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
         points.dedup();
         (!points.is_empty()).then_some(Self { label, look, points, is_joined: true, stride: 1 })
     }
 
     /// The same line with some ten markers on it, however many points it passes.
-    pub(crate) fn sparse(self) -> Self {
+    pub fn sparse(self) -> Self {
         Self { stride: self.points.len().div_ceil(10).max(1), ..self }
     }
 
     /// A series whose line passes its points in the order given; `None` when there are none.
-    pub(crate) fn path(label: String, look: Look, points: Vec<Point>) -> Option<Self> {
+    pub fn path(label: String, look: Look, points: Vec<Point>) -> Option<Self> {
         (!points.is_empty()).then_some(Self { label, look, points, is_joined: true, stride: 1 })
     }
 
     /// The same points without a line between them.
-    pub(crate) fn apart(self) -> Self {
+    pub fn apart(self) -> Self {
         Self { is_joined: false, ..self }
     }
 }
 
 /// A value with the verdict of the run that gave it.
 #[derive(Clone, Copy, PartialEq)]
-pub(crate) struct Point {
-    pub(crate) x: f64,
-    pub(crate) y: f64,
-    pub(crate) state: State,
+pub struct Point {
+    /// Position on the horizontal axis.
+    pub x: f64,
+    /// Position on the vertical axis.
+    pub y: f64,
+    /// How the run ended.
+    pub state: State,
 }
 
 /// A straight line across the panel.
-pub(crate) struct Rule {
+pub struct Rule {
     /// Entry of the legend.
-    pub(crate) label: String,
-    pub(crate) at: At,
+    pub label: String,
+    /// Where it lies.
+    pub at: At,
 }
 
 /// Where a rule lies.
 #[derive(Clone, Copy, PartialEq)]
-pub(crate) enum At {
+pub enum At {
     /// Across at this value of y.
     Y(f64),
     /// Upright at this value of x.
@@ -147,26 +157,28 @@ pub(crate) enum At {
     Slope {
         /// Power of x to which y is proportional.
         order: f64,
+        /// Where it passes, on the horizontal axis.
         x: f64,
+        /// Where it passes, on the vertical axis.
         y: f64,
     },
 }
 
 /// A horizontal bar from x = 0, cut into parts: to the right those of positive length, to the left the others.
-pub(crate) struct Bar {
+pub struct Bar {
     /// Middle of the bar on the y axis; its thickness is 0.64.
-    pub(crate) y: f64,
+    pub y: f64,
     /// Label in the legend, fill and length of each part.
-    pub(crate) parts: Vec<(&'static str, Fill, f64)>,
+    pub parts: Vec<(&'static str, Fill, f64)>,
     /// A bar that is longer than this on either side is drawn shorter, all its parts alike; the numbers in it are true.
-    pub(crate) reach: f64,
+    pub reach: f64,
     /// Text behind its right end.
-    pub(crate) end: String,
+    pub end: String,
 }
 
 impl Bar {
     /// Length of the longer side.
-    pub(crate) fn longest_side(&self) -> f64 {
+    pub fn longest_side(&self) -> f64 {
         let side = |sign: f64| -> f64 {
             self.parts.iter().map(|(.., length)| (sign * length).max(0.0)).sum()
         };
@@ -175,13 +187,13 @@ impl Bar {
 }
 
 /// Title, series and rules of a panel that has no axes yet.
-pub(crate) type Draft = (Vec<String>, Vec<Series>, Vec<Rule>);
+pub type Draft = (Vec<String>, Vec<Series>, Vec<Rule>);
 
 /// Panels with one pair of axes for all, so that they can be compared; `None` when no panel has any
 /// points.
 ///
 /// `x` and `y` make the axes of all points' values; panels without points are left out.
-pub(crate) fn panels_of(
+pub fn panels_of(
     drafts: Vec<Draft>,
     x: impl Fn(&[f64]) -> Axis,
     y: impl Fn(&[f64]) -> Axis,
@@ -198,7 +210,7 @@ pub(crate) fn panels_of(
 }
 
 /// The different names found, those of `known` first and in its order, then any others.
-pub(crate) fn names<'a>(known: &[&'a str], found: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
+pub fn names<'a>(known: &[&'a str], found: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
     let found: std::collections::BTreeSet<&str> = found.collect();
     let expected = known.iter().copied().filter(|name| found.contains(name));
     let others = found.iter().copied().filter(|name| !known.contains(name));
@@ -206,12 +218,12 @@ pub(crate) fn names<'a>(known: &[&'a str], found: impl Iterator<Item = &'a str>)
 }
 
 /// Place of a name in `known`, or behind it: the number of its look.
-pub(crate) fn place_of(name: &str, known: &[&str]) -> usize {
+pub fn place_of(name: &str, known: &[&str]) -> usize {
     known.iter().position(|entry| *entry == name).unwrap_or(known.len())
 }
 
 /// The different values found, in rising order.
-pub(crate) fn values(found: impl Iterator<Item = f64>) -> Vec<f64> {
+pub fn values(found: impl Iterator<Item = f64>) -> Vec<f64> {
     let mut values: Vec<f64> = found.collect();
     values.sort_by(f64::total_cmp);
     values.dedup();

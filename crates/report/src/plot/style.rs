@@ -64,7 +64,7 @@ const DASHES: [(i32, i32); 7] = [(1, 0), (9, 4), (3, 3), (14, 5), (6, 6), (18, 3
 
 /// How a series is drawn.
 #[derive(Clone, Copy, PartialEq)]
-pub(crate) struct Look {
+pub struct Look {
     colour: usize,
     shape: usize,
     line: usize,
@@ -72,12 +72,12 @@ pub(crate) struct Look {
 
 impl Look {
     /// The n-th look: colour, marker and dashes all its own for n < 7.
-    pub(crate) const fn number(n: usize) -> Self {
+    pub const fn number(n: usize) -> Self {
         Self::pair(n, n)
     }
 
     /// Colour and dashes of one property, marker of another.
-    pub(crate) const fn pair(line: usize, shape: usize) -> Self {
+    pub const fn pair(line: usize, shape: usize) -> Self {
         Self { colour: line % 7, shape: shape % 7, line: line % 7 }
     }
 
@@ -103,7 +103,7 @@ impl Look {
 
 /// How the run behind a point ended, as a marker shows it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum State {
+pub enum State {
     /// Filled marker.
     Stable,
     /// Hollow marker.
@@ -114,7 +114,7 @@ pub(crate) enum State {
 
 impl State {
     /// The state of a verdict of a record.
-    pub(crate) fn of_verdict(verdict: &str) -> Self {
+    pub fn of_verdict(verdict: &str) -> Self {
         match verdict {
             "stable" => Self::Stable,
             "marginal" => Self::Marginal,
@@ -125,7 +125,7 @@ impl State {
 
 /// How a part of a bar is filled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Fill {
+pub enum Fill {
     /// Dark and plain.
     Dark,
     /// Light, with slanted strokes.

@@ -2,7 +2,7 @@
 
 use crate::cli::progress::Bars;
 use drape_harness::Unfinished;
-use drape_harness::experiments::{Context, Experiment, find};
+use drape_harness::studies::{Context, Study, find};
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
@@ -37,12 +37,12 @@ pub(crate) fn folder(out: Option<&Path>, quick: bool) -> PathBuf {
 /// Runs an experiment and writes its records, unless an interrupted run has written them; cells that it had finished
 /// are not computed again.
 pub(crate) fn record(
-    experiment: &Experiment,
+    study: &Study,
     out: &Path,
     quick: bool,
     unfinished: &Unfinished,
 ) -> anyhow::Result<()> {
-    let name = experiment.name;
+    let name = study.name;
     let journal = unfinished.journal(name, quick)?;
     if journal.is_finished() {
         eprintln!("{name}: finished before the interruption");
@@ -51,17 +51,15 @@ pub(crate) fn record(
     if journal.cells() > 0 {
         eprintln!("{name}: {} cells were finished before the interruption", journal.cells());
     }
-    let figures = drape_report::figures_of(name);
     let progress = Bars::new(name);
     let context = Context {
         out,
         quick,
-        figures: &figures,
         progress: &progress,
         journal: &journal,
         allocated: Some(crate::cli::allocated),
     };
-    for file in experiment.run(&context)? {
+    for file in study.run(&context)? {
         eprintln!("wrote {}", file.display());
     }
     Ok(journal.finish()?)

@@ -3,8 +3,8 @@
 use crate::cli::output::{check_extension, check_writable};
 use drape_harness::{Moving, OrderedSimulation};
 use drape_model::{SystemSpec, TimeSpan, Violation};
-use drape_records::file::write_atomically;
 use drape_render::{Animation, Subject, animation, obj};
+use drape_report::file::write_atomically;
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]

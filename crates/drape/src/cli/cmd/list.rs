@@ -1,7 +1,7 @@
 //! `drape list`.
 
 use crate::cli::output::print;
-use drape_harness::{bundled, claims, experiments, methods};
+use drape_harness::{bundled, claims, methods, studies};
 use drape_integrator::{Method, Order, StabilityClass};
 use std::fmt::Write as _;
 
@@ -43,12 +43,12 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         }
         What::Methods => methods::all().try_for_each(|method| describe(&mut text, method))?,
         What::Experiments => {
-            for experiment in experiments::all() {
+            for experiment in studies::all() {
                 writeln!(text, "{}\n    {}", experiment.name, experiment.question)?;
                 if !experiment.builds_on.is_empty() {
                     writeln!(text, "    builds on: {}", experiment.builds_on.join(", "))?;
                 }
-                let lessons = experiments::lessons(experiment.name);
+                let lessons = studies::lessons(experiment.name);
                 if !lessons.is_empty() {
                     writeln!(text, "    lessons: {}", lessons.join(" → "))?;
                 }

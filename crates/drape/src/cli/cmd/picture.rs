@@ -6,8 +6,8 @@ use crate::cli::progress::bar;
 use drape_harness::methods::{Choice, MethodError};
 use drape_harness::{Divergence, HarnessError, Moving, Options, OrderedSimulation};
 use drape_model::{TimeSpan, Vec3, Violation};
-use drape_records::file::write_atomically;
 use drape_render::{Camera, Colour, Font, Image, Subject, View, draw};
+use drape_report::file::write_atomically;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 

@@ -15,7 +15,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
 
 /// Draws figures and page from the records in a folder.
 pub(crate) fn draw(folder: &Path) -> anyhow::Result<()> {
-    for file in drape_report::draw(folder)? {
+    for file in drape_harness::studies::draw(folder)? {
         eprintln!("wrote {}", file.display());
     }
     Ok(())

@@ -1,7 +1,7 @@
 //! `drape reproduce`: the main job.
 
 use drape_harness::Unfinished;
-use drape_harness::experiments::{all, find};
+use drape_harness::studies::{all, find};
 use std::path::PathBuf;
 use std::time::Instant;
 

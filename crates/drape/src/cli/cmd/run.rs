@@ -7,13 +7,13 @@ use crate::cli::output::print;
 use crate::cli::progress::bar;
 use clap::builder::TypedValueParser as _;
 use drape_harness::methods::{Choice, MethodError};
+use drape_harness::record::{FinalState, RUN_FORMAT, Run, Sample, Verdict};
 use drape_harness::{
     HarnessError, Options, OrderedSimulation, Outcome, Peak, Rule, Team, system_hash,
 };
 use drape_integrator::ExplicitNumbers;
 use drape_model::{Input, State, SystemSpec, TimeSpan, Violation};
-use drape_records::file::write_json;
-use drape_records::run::{FinalState, RUN_FORMAT, Run, Sample, Verdict};
+use drape_report::file::write_json;
 use std::num::NonZero;
 use std::path::PathBuf;
 

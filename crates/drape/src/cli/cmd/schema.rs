@@ -1,8 +1,8 @@
 //! `drape schema`.
 
 use crate::cli::output::print;
+use drape_harness::record::Run;
 use drape_model::{Scene, SystemSpec};
-use drape_records::run::Run;
 use schemars::schema_for;
 
 #[derive(Debug, clap::Args)]

@@ -1,0 +1,125 @@
+//! What `drape run --out` writes: "drape-run/1".
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// The value of `format`.
+pub const RUN_FORMAT: &str = "drape-run/1";
+
+/// One run of one scene with one method.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Run {
+    /// Always [`RUN_FORMAT`].
+    pub format: String,
+    /// Name of the scene.
+    pub scene: String,
+    /// SHA-256 of the discretised system ("drape-system/1", as `drape system` prints it).
+    pub scene_hash: String,
+    /// Method id.
+    pub method: String,
+    /// Every setting of the method with the value that was used.
+    pub settings: BTreeMap<String, String>,
+    /// Time step, s.
+    pub dt_s: f64,
+    /// Number of steps that were completed.
+    pub steps: u64,
+    /// How the run ended.
+    pub verdict: Verdict,
+    /// Sums over the run.
+    pub totals: Totals,
+    /// Seconds by phase; `null` unless asked for.
+    pub phases_seconds: Option<Phases>,
+    /// Diagnostics over time, the start first.
+    pub series: Vec<Sample>,
+    /// The last state.
+    #[serde(rename = "final")]
+    pub final_state: FinalState,
+}
+
+/// How a run ended.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
+pub enum Verdict {
+    /// All steps were taken and the state stayed finite and near.
+    Completed {
+        /// Steps whose solver stopped before its tolerance.
+        unconverged_steps: u64,
+    },
+    /// The state became non-finite or left the scene.
+    Diverged {
+        /// Step at which it was seen, from 1.
+        step: u64,
+        /// Simulated time after that step, s.
+        time_s: f64,
+        /// Which criterion was met.
+        criterion: String,
+    },
+}
+
+/// Sums over a run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Totals {
+    /// CG iterations.
+    pub cg_iterations: u64,
+    /// Outer passes (re-evaluations of the right-hand side, EEH Algorithm 1).
+    pub outer_passes: u64,
+    /// Newton iterations.
+    pub newton_iterations: u64,
+    /// Factorisations of Newton's matrix.
+    pub factorisations: u64,
+    /// Set-ups of cached operators, the first one in `prepare` included.
+    pub setups: u64,
+    /// Products of the matrix with a block vector.
+    pub matvecs: u64,
+    /// Sweeps over the springs that evaluated forces or energies inside the steps.
+    pub force_evaluations: u64,
+    /// Wall time of all `step` calls together, s; diagnostics excluded.
+    pub seconds: f64,
+    /// Wall time of `prepare`, s.
+    pub prepare_seconds: f64,
+}
+
+/// Diagnostics at one time.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Sample {
+    /// Time, s.
+    pub time_s: f64,
+    /// Energies by effect, with `kinetic` and `total`, J.
+    pub energy_j: BTreeMap<String, f64>,
+    /// Linear momentum, kg m/s.
+    pub momentum: [f64; 3],
+    /// Angular momentum about the origin, kg m²/s.
+    pub angular_momentum: [f64; 3],
+}
+
+/// The state at the end of a run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FinalState {
+    /// Time, s.
+    pub time_s: f64,
+    /// Positions, m.
+    pub position_m: Vec<[f64; 3]>,
+    /// Velocities, m/s.
+    pub velocity_m_s: Vec<[f64; 3]>,
+}
+
+/// Seconds by phase, summed over a run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Phases {
+    /// Evaluation of forces.
+    pub forces: f64,
+    /// Assembly of the matrix and factorisation of the preconditioner.
+    pub matrix_setup: f64,
+    /// The linear or nonlinear solve, with every evaluation of forces inside it.
+    pub solve: f64,
+    /// Detection and release of contacts.
+    pub contact: f64,
+    /// Update of positions and velocities.
+    pub update: f64,
+}

@@ -1,0 +1,441 @@
+//! Experiment `cg-vs-stiffness`: conjugate-gradient iterations against stiffness.
+
+use crate::facts::{Fact, fact};
+use crate::run::Simulation;
+use crate::scenes::{build, bundled, free_edge_midpoint, with_damping_scaled, with_particles_a_side, with_stiffness};
+use crate::studies::cg_vs_stiffness::facts::{Cell, Facts, Motion};
+use crate::studies::{Account, Context, cells, counts, finite, gain, prepared, short};
+use crate::{HarnessError, reference_energy, system_hash, verdict};
+use drape_report::Record;
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use super::STUDY;
+
+const SCENE: &str = "hanging-textile-1e4";
+const MOTION_SCENE: &str = "hanging-textile-sheared-1e6";
+/// Simulated time of each count, s.
+const DURATION: f64 = 1.0;
+/// Simulated time of the fall, s: the reference sheet is still on its way down.
+const FALL_TIME: f64 = 0.3;
+/// Base point of the star: step size (s) and forcing term.
+const STEP: f64 = 0.01;
+const FORCING_TERM: f64 = 0.05;
+const SIDES: [u32; 2] = [20, 52];
+const STIFFNESSES: [f64; 7] = [1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8];
+/// Greatest stiffness over mass at which the released energy is computed, 1/s².
+const REFERENCE_STIFFNESS: f64 = 1e7;
+const FIXED_MATERIAL: &str = "fixed-material";
+const STEPS: [f64; 6] = [0.001, 0.002, 0.005, 0.01, 0.02, 0.05];
+const FORCING_TERMS: [f64; 7] = [0.2, 0.1, 0.05, 0.01, 1e-3, 1e-4, 1e-6];
+/// Newton, to which the robust form turns for θ > 100, factorises 8112 unknowns on the larger sheet: beyond
+/// this stiffness that is another experiment.
+const ROBUST_LIMIT_LARGE: f64 = 1e6;
+
+#[derive(Clone, Copy, Debug)]
+struct Point {
+    series: &'static str,
+    material: &'static str,
+    side: u32,
+    stiffness: f64,
+    step: f64,
+    variant: &'static str,
+    preconditioner: &'static str,
+    start: &'static str,
+    forcing_term: f64,
+}
+
+/// The base point with another stiffness.
+fn base(series: &'static str, side: u32, stiffness: f64, variant: &'static str) -> Point {
+    Point {
+        series,
+        material: "fixed-k-over-m",
+        side,
+        stiffness,
+        step: STEP,
+        variant,
+        preconditioner: "ic0",
+        start: if variant == "updated-robust" { "best" } else { "extrapolated" },
+        forcing_term: FORCING_TERM,
+    }
+}
+
+impl Point {
+    fn method(&self) -> String {
+        let Self { preconditioner, start, forcing_term, .. } = self;
+        let common =
+            format!("forcing_term={forcing_term},preconditioner={preconditioner},start={start}");
+        match self.variant {
+            "plain" => format!("imex-euler:{common}"),
+            "updated-paper" => format!("imex-updated:{common},safeguard=paper"),
+            _ => format!("imex-updated:{common},safeguard=robust"),
+        }
+    }
+}
+
+/// A star around the base point: one factor varied at a time.
+fn star(quick: bool) -> Vec<Point> {
+    let mut points = Vec::new();
+    let sides: &[u32] = if quick { &SIDES[..1] } else { &SIDES };
+    for &side in sides {
+        for stiffness in STIFFNESSES {
+            for variant in ["plain", "updated-paper"] {
+                for preconditioner in ["none", "jacobi", "ic0"] {
+                    for start in ["last", "extrapolated"] {
+                        let point = base("stiffness", side, stiffness, variant);
+                        points.push(Point { preconditioner, start, ..point });
+                    }
+                }
+            }
+            if !quick && (side == SIDES[0] || stiffness <= ROBUST_LIMIT_LARGE) {
+                points.push(base("stiffness", side, stiffness, "updated-robust"));
+            }
+            if side != SIDES[0] {
+                // The same fabric on the finer mesh: k stays, m falls with the number of particles.
+                let plain = base("stiffness", side, stiffness * refinement(side), "plain");
+                points.push(Point { material: FIXED_MATERIAL, ..plain });
+            }
+        }
+    }
+    if quick {
+        return points;
+    }
+    for stiffness in [1e4, 1e6] {
+        for variant in ["plain", "updated-paper"] {
+            for step in STEPS {
+                points.push(Point { step, ..base("step", SIDES[0], stiffness, variant) });
+            }
+            for forcing_term in FORCING_TERMS {
+                let point = base("forcing-term", SIDES[0], stiffness, variant);
+                points.push(Point { forcing_term, ..point });
+            }
+        }
+    }
+    points
+}
+
+/// A sheet of given size and stiffness, with the energy that it sets free.
+struct Sheet {
+    material: &'static str,
+    side: u32,
+    stiffness: f64,
+    simulation: Simulation,
+    hash: String,
+    reference_energy: f64,
+}
+
+impl Sheet {
+    fn new(material: &'static str, side: u32, stiffness: f64) -> Result<Self, HarnessError> {
+        let mut scene = with_particles_a_side(bundled(SCENE)?, side);
+        if material == FIXED_MATERIAL {
+            // Its damping coefficient stays too, on lighter particles.
+            scene = with_damping_scaled(scene, refinement(side));
+        }
+        let scene = with_stiffness(scene, stiffness);
+        let (spec, simulation) = build(&scene)?;
+        // The reference is explicit: beyond this its steps would be too many, and the sheet hardly
+        // stretches any more.
+        let reference = with_stiffness(scene, stiffness.min(REFERENCE_STIFFNESS));
+        let reference_energy = reference_energy(&build(&reference)?.1, DURATION)?;
+        let hash = system_hash(&spec);
+        Ok(Self { material, side, stiffness, simulation, hash, reference_energy })
+    }
+}
+
+/// Particles over those of the smaller sheet.
+fn refinement(side: u32) -> f64 {
+    f64::from(side * side) / f64::from(SIDES[0] * SIDES[0])
+}
+
+fn cell(point: &Point, sheet: &Sheet) -> Result<Cell, HarnessError> {
+    let (choice, run) = counts(&sheet.simulation, &point.method(), point.step, DURATION)?;
+    let totals = run.outcome.totals;
+    let steps = run.outcome.steps;
+    Ok(Cell {
+        series: point.series.to_owned(),
+        material: point.material.to_owned(),
+        particles: sheet.simulation.system.len(),
+        stiffness_over_mass_per_s2: point.stiffness,
+        step_s: point.step,
+        theta: point.step * point.step * point.stiffness,
+        variant: point.variant.to_owned(),
+        preconditioner: point.preconditioner.to_owned(),
+        start: point.start.to_owned(),
+        forcing_term: point.forcing_term,
+        method: choice.full_id(),
+        steps,
+        cg_iterations: totals.cg_iterations,
+        cg_per_step: totals.cg_iterations as f64 / steps as f64,
+        outer_passes: totals.outer_passes,
+        newton_iterations: totals.newton_iterations,
+        idle_steps: run.outcome.idle,
+        unconverged_steps: run.outcome.unconverged,
+        energy_gain_j: finite(run.energy.gain),
+        energy_climb: finite(run.energy.climb / sheet.reference_energy),
+        verdict: verdict(&run, sheet.reference_energy).to_owned(),
+        portable: choice.is_portable(),
+    })
+}
+
+/// Labels and methods of the fall.
+const FALLING: [(&str, &str); 4] = [
+    ("imex-euler", "imex-euler"),
+    ("imex-updated", "imex-updated"),
+    ("imex-updated, tension only", "imex-updated:implicit=tension"),
+    ("backward-euler", "backward-euler"),
+];
+
+fn motion(stiffness: f64, label: &str, method: &str) -> Result<Motion, HarnessError> {
+    let scene = with_stiffness(bundled(MOTION_SCENE)?, stiffness);
+    let tracked = free_edge_midpoint(&scene).unwrap_or_default();
+    let (_, simulation) = build(&scene)?;
+    let reference = build(&with_stiffness(scene, stiffness.min(REFERENCE_STIFFNESS)))?.1;
+    let reference_energy = reference_energy(&reference, FALL_TIME)?;
+    let (choice, run) = counts(&simulation, method, STEP, FALL_TIME)?;
+    Ok(Motion {
+        stiffness_over_mass_per_s2: stiffness,
+        step_s: STEP,
+        label: label.to_owned(),
+        method: choice.full_id(),
+        fall_m: finite(run.state.x[tracked].z - simulation.state.x[tracked].z),
+        unconverged_steps: run.outcome.unconverged,
+        energy_gain_j: finite(run.energy.gain),
+        verdict: verdict(&run, reference_energy).to_owned(),
+        portable: choice.is_portable(),
+    })
+}
+
+pub(super) fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
+    let points = star(context.quick);
+    let key = |point: &Point| (point.material, point.side, point.stiffness);
+    let mut sizes: Vec<_> = points.iter().map(key).collect();
+    sizes.sort_by(|a, b| (a.0, a.1).cmp(&(b.0, b.1)).then(a.2.total_cmp(&b.2)));
+    sizes.dedup();
+    let sheets = prepared(context, "scenes", &sizes, |&(material, side, stiffness)| {
+        Sheet::new(material, side, stiffness)
+    })?;
+    let pairs: Vec<_> = points
+        .iter()
+        .filter_map(|point| {
+            let fits = |sheet: &&Sheet| (sheet.material, sheet.side, sheet.stiffness) == key(point);
+            sheets.iter().find(fits).map(|sheet| (point, sheet))
+        })
+        .collect();
+    let counted = cells(context, "counts", &pairs, |(point, sheet)| cell(point, sheet))?;
+    let falls: Vec<_> = STIFFNESSES
+        .into_iter()
+        .filter(|&stiffness| !context.quick || stiffness == 1e4 || stiffness == 1e6)
+        .flat_map(|stiffness| FALLING.map(|(label, method)| (stiffness, label, method)))
+        .filter(|(_, label, _)| !context.quick || *label != "imex-updated, tension only")
+        .collect();
+    let fallen = cells(context, "motion", &falls, |&(k, label, method)| motion(k, label, method))?;
+    let facts = Facts { cells: counted, motion: fallen };
+    let hashes: BTreeMap<_, _> = sheets
+        .iter()
+        .map(|sheet| {
+            let Sheet { material, side, stiffness, hash, .. } = sheet;
+            (format!("{material} n={} k/m={stiffness:e}", side * side), hash.clone())
+        })
+        .collect();
+    let findings = findings(&facts);
+    let account = Account {
+        method: "The hanging textile (structural springs, d/m = 40/s) is run for one simulated second and \
+                 the CG iterations are summed. A star around the base point h = 0.01 s, ε = 0.05, IC(0), \
+                 extrapolated start: one factor varies at a time. For the motion, shear springs of a \
+                 tenth of the stiffness are added and the fall of the free edge's midpoint after 0.3 s is \
+                 recorded at the methods' default settings. Verdicts as in the experiment `tables`; beyond \
+                 k/m = 1e7 the released energy is that of 1e7. The robust form uses Newton for h²k/m above \
+                 100, so that its CG count ends there."
+            .to_owned(),
+        findings,
+        facts,
+        scenes: hashes,
+        seed: None,
+    };
+    Ok(vec![context.write(&STUDY, account)?])
+}
+
+/// Its facts, as they are compared.
+pub(crate) fn comparable(record: &Record<Facts>) -> Vec<Fact> {
+    let cells = record.facts.cells.iter().map(|c| {
+        let key = format!(
+            "{} {} n={} k/m={:e} h={} {} {} {} ε={}",
+            c.series,
+            c.material,
+            c.particles,
+            c.stiffness_over_mass_per_s2,
+            c.step_s,
+            c.variant,
+            c.preconditioner,
+            c.start,
+            c.forcing_term
+        );
+        fact(key, c.portable, c)
+    });
+    let motion = record.facts.motion.iter().map(|m| {
+        let key = format!("motion k/m={:e} {}", m.stiffness_over_mass_per_s2, m.label);
+        fact(key, m.portable, m)
+    });
+    cells.chain(motion).collect()
+}
+
+/// What the numbers say.
+fn findings(facts: &Facts) -> Vec<String> {
+    let mut findings = Vec::new();
+    let line = |particles: usize, variant: &str, preconditioner: &str, start: &str| {
+        let mut cells: Vec<_> = facts
+            .cells
+            .iter()
+            .filter(|c| {
+                c.series == "stiffness"
+                    && c.material == "fixed-k-over-m"
+                    && c.particles == particles
+                    && c.variant == variant
+                    && c.preconditioner == preconditioner
+                    && c.start == start
+            })
+            .collect();
+        cells.sort_by(|a, b| a.stiffness_over_mass_per_s2.total_cmp(&b.stiffness_over_mass_per_s2));
+        cells
+    };
+    for particles in [400, 2704] {
+        let describe = |preconditioner, start| {
+            let cells = line(particles, "plain", preconditioner, start);
+            let (first, last) = (cells.first()?, cells.last()?);
+            let monotone = cells.windows(2).all(|pair| pair[0].cg_per_step <= pair[1].cg_per_step);
+            let peak = cells.iter().max_by(|a, b| a.cg_per_step.total_cmp(&b.cg_per_step))?;
+            Some(format!(
+                "{} to {} a step {}",
+                short(first.cg_per_step),
+                short(last.cg_per_step),
+                if monotone {
+                    "(growing throughout)".to_owned()
+                } else {
+                    format!(
+                        "(with a peak of {} at k/m = {:e})",
+                        short(peak.cg_per_step),
+                        peak.stiffness_over_mass_per_s2
+                    )
+                }
+            ))
+        };
+        let Some(ic) = describe("ic0", "extrapolated") else { continue };
+        let ic_last = describe("ic0", "last").unwrap_or_default();
+        let none = describe("none", "extrapolated").unwrap_or_default();
+        findings.push(format!(
+            "{particles} particles, plain CG, iterations a step for k/m from 1e2 to 1e8: IC(0) with the extrapolated start takes \
+             {ic}; started at v_n {ic_last}; without preconditioner {none}."
+        ));
+    }
+    findings.extend(loose_start_finding(facts));
+    for (variant, name) in [("updated-paper", "as printed"), ("updated-robust", "robust")] {
+        for particles in [400, 2704] {
+            let cells = line(
+                particles,
+                variant,
+                "ic0",
+                if variant == "updated-robust" { "best" } else { "extrapolated" },
+            );
+            if cells.is_empty() {
+                continue;
+            }
+            let failed: Vec<_> = cells
+                .iter()
+                .filter(|cell| cell.verdict != "stable")
+                .map(|cell| {
+                    format!(
+                        "{:e} ({}, {})",
+                        cell.stiffness_over_mass_per_s2,
+                        cell.verdict,
+                        gain(cell.energy_gain_j)
+                    )
+                })
+                .collect();
+            findings.push(if failed.is_empty() {
+                let last = cells.last().map_or(0.0, |cell| cell.stiffness_over_mass_per_s2);
+                let newton: u64 = cells.iter().map(|cell| cell.newton_iterations).sum();
+                let by = if newton > 0 { format!(", with {newton} Newton iterations in all") } else { String::new() };
+                format!(
+                    "Updated CG, {name}, {particles} particles: stable over the second at every stiffness \
+                     that was run, up to k/m = {last:e}{by}."
+                )
+            } else {
+                format!(
+                    "Updated CG, {name}, {particles} particles: gains energy at k/m = {}.",
+                    failed.join(", ")
+                )
+            });
+        }
+    }
+    findings.extend(fall_finding(facts));
+    findings.extend(step_finding(facts));
+    findings
+}
+
+/// Plain CG that gains energy, and how many of its steps passed the test without an iteration.
+fn loose_start_finding(facts: &Facts) -> Option<String> {
+    let plain = || facts.cells.iter().filter(|c| c.series == "stiffness" && c.variant == "plain");
+    let mut gaining: Vec<_> = plain().filter(|c| c.verdict != "stable").collect();
+    gaining.sort_by(|a, b| b.energy_gain_j.total_cmp(&a.energy_gain_j));
+    let extrapolated = gaining.iter().filter(|c| c.start == "extrapolated").count();
+    let most = gaining.first()?;
+    Some(format!(
+        "{} of {} runs of plain CG at ε = {FORCING_TERM} rise above their start, {extrapolated} of them with \
+         the extrapolated start; the greatest rise, at n = {}, k/m = {:e}, {}, is {}, where {} of {} steps \
+         pass the test without an iteration and are pure extrapolation.",
+        gaining.len(),
+        plain().count(),
+        most.particles,
+        most.stiffness_over_mass_per_s2,
+        most.preconditioner,
+        gain(most.energy_gain_j),
+        most.idle_steps,
+        most.steps
+    ))
+}
+
+fn fall_finding(facts: &Facts) -> Option<String> {
+    let at = |label: &str| {
+        facts.motion.iter().find(|m| m.label == label && m.stiffness_over_mass_per_s2 == 1e6)
+    };
+    let (plain, updated) = (at("imex-euler")?, at("imex-updated")?);
+    let reference = at("backward-euler")?;
+    let tension = at("imex-updated, tension only").map_or_else(String::new, |m| {
+        format!(
+            " With shear left out of the matrix the energy of updated CG rises by {} ({}).",
+            gain(m.energy_gain_j),
+            m.verdict
+        )
+    });
+    let share = plain.fall_m / reference.fall_m;
+    let still = if share < 0.5 { "all but stands still" } else { "moves" };
+    Some(format!(
+        "Few iterations are not always a good sign: at k/m = 1e6 and h = 0.01 s the sheet of plain IMEX Euler \
+         {still} (it falls {} m in 0.3 s, that of backward Euler {} m, that of updated CG {} m).{tension}",
+        short(-plain.fall_m),
+        short(-reference.fall_m),
+        short(-updated.fall_m)
+    ))
+}
+
+fn step_finding(facts: &Facts) -> Option<String> {
+    let totals = |stiffness: f64| {
+        let mut cells: Vec<_> = facts
+            .cells
+            .iter()
+            .filter(|c| {
+                c.series == "step"
+                    && c.variant == "plain"
+                    && c.stiffness_over_mass_per_s2 == stiffness
+            })
+            .collect();
+        cells.sort_by(|a, b| a.step_s.total_cmp(&b.step_s));
+        let list: Vec<_> =
+            cells.iter().map(|c| format!("{} at h = {} s", c.cg_iterations, c.step_s)).collect();
+        (!list.is_empty()).then(|| list.join(", "))
+    };
+    Some(format!(
+        "CG iterations in one second against the step size, plain: k/m = 1e4: {}; k/m = 1e6: {}.",
+        totals(1e4)?,
+        totals(1e6)?
+    ))
+}

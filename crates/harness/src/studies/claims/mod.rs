@@ -1,0 +1,19 @@
+//! Experiment `claims`: the ledger of the paper's claims.
+
+pub mod facts;
+pub(crate) mod plates;
+pub(crate) mod run;
+
+
+use crate::facts::compare;
+use super::Study;
+
+pub(super) const STUDY: Study = Study {
+    name: "claims",
+    question: "Which of the paper's claims hold?",
+    builds_on: &["hard-cases", "work-precision", "solver-control"],
+    run: run::run,
+    compare: |fresh, committed| compare("claims.json", fresh, committed, run::comparable),
+    figures: plates::figures,
+    section: plates::section,
+};

@@ -1,0 +1,314 @@
+//! Figures of the experiment `collision`.
+
+use drape_report::number::{power, setting, significant};
+use drape_report::page::{Section, Table, absent, texts};
+use drape_report::plate::Plate;
+use drape_report::plot::{At, Axis, Look, Panel, Point, Rule, Series, Sheet, State, values};
+use drape_report::{Figure, Files, Record, ReportError, record_section};
+use std::path::Path;
+use super::facts::{Facts, Row, Scene, VELOCITY};
+
+/// What the figures are drawn from.
+pub(super) type Input = Record<Facts>;
+
+/// Title and caption of every figure.
+pub(super) fn figures() -> Vec<Figure> {
+    PLATES.iter().map(Plate::figure).collect()
+}
+
+/// Draws the figures and returns the section of the page.
+pub(super) fn section(
+    results: &Path,
+    study: &str,
+    files: &mut Files,
+) -> Result<Option<Section>, ReportError> {
+    record_section(results, study, PLATES, tables, files)
+}
+
+/// All figures, in the page's order.
+const PLATES: &[Plate<Input>] = &[
+    Plate {
+        file: "collision-iterations.svg",
+        title: "Iterations in contact: altering and moving positions against the velocity constraint",
+        caption: "A line for each scene: obstacle, speed at the start in m/s, k/m in s⁻², and what differs from the usual h = 0.01 s and shear \
+            springs. Drawn is the number of linear iterations a step from the first contact on, over that of the same method with \
+            the velocity constraint of the paper's section 6: right of the dashed line at 2 lies the severe increase that the paper \
+            reports, left of 1 fewer iterations than with the constraint. Position: Baraff and Witkin's alteration within the step; teleport: particles \
+            are moved by hand after the step. Hollow and crossed out: one of the two runs gains energy, so that they no longer compute \
+            the same motion and the factor says little.",
+        sheet: iterations,
+    },
+    Plate {
+        file: "collision-course.svg",
+        title: "Iterations step by step: a sheet falls on a table at 3 m/s",
+        caption: "Linear iterations of each step of 0.01 s against the time, from the start on; the sheet of 20 × 20 particles meets the table \
+            shortly before 0.1 s and drapes over it. Left k/m = 10⁴ s⁻², right 10⁶ s⁻²; above IMEX Euler, below Baraff and Witkin's \
+            step, each with the velocity constraint and with the other ways out. What to see: whether the counts rise because positions \
+            are changed, or because cloth in contact is harder to solve for anyway.",
+        sheet: course,
+    },
+    Plate {
+        file: "collision-depth.svg",
+        title: "How deep particles get into an obstacle",
+        caption: "Greatest depth of a particle inside the obstacle at the end of a step, before anything is moved by hand, over the way \
+            that the fastest particle of the run covers in one step, v h; one point for each scene, a line for each method and way \
+            out. Left of the dashed line at 1 no particle is deeper than one step can carry it, which is what detecting a contact after it happened allows. \
+            What is displayed is never inside: particles inside are drawn on the surface.",
+        sheet: depth,
+    },
+    Plate {
+        file: "collision-energy.svg",
+        title: "Energy gained by contacts",
+        caption: "Greatest rise of the total energy above its start, over the energy that the scene makes available (kinetic at the start, and what the \
+            drop and a further sag of 0.25 m set free); one point for each scene, a line for each method and way out. Zero lies below the break: no gain. \
+            Right of the dashed line at 0.02 a run is no longer stable: cloth flies up that nothing has thrown. The sheets are damped, \
+            and the obstacles give nothing back, so that every gain is an artefact of the way out or of the method.",
+        sheet: energy,
+    },
+];
+
+/// Method and way out.
+fn name(row: &Row) -> String {
+    format!("{}, {}", row.label, row.way_out)
+}
+
+/// The names of the rows, in the record's order.
+fn names_of<'a>(rows: impl Iterator<Item = &'a Row>) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for row in rows {
+        let name = name(row);
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    names
+}
+
+/// Iterations a step from the first contact on.
+fn rate(row: &Row) -> f64 {
+    row.iterations_after as f64 / row.steps_after.max(1) as f64
+}
+
+/// The run with the velocity constraint beside a run with another way out.
+fn constrained<'a>(input: &'a Input, row: &Row) -> Option<&'a Row> {
+    let rows = input.facts.rows.iter();
+    let same = |other: &&Row| other.scene == row.scene && other.label == row.label;
+    rows.filter(same).find(|other| other.way_out == VELOCITY)
+}
+
+/// Factor of the iterations, and whether neither run gains energy; `None` for the constraint itself and for methods without iterations.
+fn factor(input: &Input, row: &Row) -> Option<(f64, bool)> {
+    let velocity = constrained(input, row)?;
+    let is_other = row.way_out != VELOCITY && velocity.iterations_after > 0;
+    let is_fair = row.verdict == "stable" && velocity.verdict == "stable";
+    is_other.then(|| (rate(row) / rate(velocity), is_fair))
+}
+
+fn iterations(input: &Input) -> Option<Sheet> {
+    let rows = &input.facts.rows;
+    let scenes: Vec<String> = input.facts.scenes.iter().map(|scene| scene.id.clone()).collect();
+    let altered = || rows.iter().filter(|row| factor(input, row).is_some());
+    let factors: Vec<f64> = altered().filter_map(|row| factor(input, row)).map(|f| f.0).collect();
+    let label = "iterations over those with the velocity constraint (ratio)";
+    let span: Vec<f64> = factors.iter().copied().chain([0.5, 2.0]).collect();
+    let mut panel = Panel::new(Vec::new(), Axis::log(label, &span), Axis::names("", &scenes));
+    for (n, name_of) in names_of(altered()).iter().enumerate() {
+        let points = altered().filter(|row| name(row) == *name_of).filter_map(|row| {
+            let y = -(scenes.iter().position(|scene| *scene == row.scene)? as f64);
+            let (x, is_fair) = factor(input, row)?;
+            let state = if is_fair { State::Stable } else { State::Failed };
+            Some(Point { x, y, state })
+        });
+        let series = Series::new(name_of.clone(), Look::number(n), points.collect());
+        panel.series.extend(series.map(Series::apart));
+    }
+    panel.rules = vec![
+        Rule { label: "severe: twice as many".to_owned(), at: At::X(2.0) },
+        Rule { label: "as many".to_owned(), at: At::X(1.0) },
+    ];
+    (!factors.is_empty()).then_some(Sheet { panels: vec![panel], notes: Vec::new() })
+}
+
+fn course(input: &Input) -> Option<Sheet> {
+    let drawn = || input.facts.rows.iter().filter(|row| !row.iterations_by_step.is_empty());
+    let scenes: Vec<&Scene> = input
+        .facts
+        .scenes
+        .iter()
+        .filter(|scene| drawn().any(|row| row.scene == scene.id))
+        .collect();
+    let highest = drawn().flat_map(|row| &row.iterations_by_step).max().copied();
+    let times: Vec<f64> = scenes.iter().flat_map(|s| [0.0, s.steps as f64 * s.step_s]).collect();
+    let mut panels = Vec::new();
+    for method in ["imex-euler", "baraff-witkin"] {
+        for scene in &scenes {
+            let rows = || drawn().filter(|row| row.scene == scene.id && row.label == method);
+            let counts: Vec<f64> = drawn()
+                .filter(|row| row.label == method)
+                .flat_map(|row| &row.iterations_by_step)
+                .map(|count| f64::from(*count))
+                .chain([0.0])
+                .collect();
+            let stiffness = power(scene.stiffness_over_mass_per_s2);
+            let mut panel = Panel::new(
+                vec![format!("{method}, k/m = {stiffness} s⁻²")],
+                Axis::linear("time (s)", &times),
+                Axis::linear("iterations a step", &counts),
+            );
+            for row in rows() {
+                let place = ["velocity", "position", "teleport"];
+                let look = place.iter().position(|way_out| *way_out == row.way_out);
+                let points = row.iterations_by_step.iter().enumerate().map(|(n, count)| Point {
+                    x: (n + 1) as f64 * scene.step_s,
+                    y: f64::from(*count),
+                    state: State::Stable,
+                });
+                let look = Look::number(look.unwrap_or(place.len()));
+                panel.series.extend(Series::new(row.way_out.clone(), look, points.collect()));
+            }
+            panels.extend((!panel.series.is_empty()).then_some(panel));
+        }
+    }
+    (highest.is_some() && !panels.is_empty()).then_some(Sheet { panels, notes: Vec::new() })
+}
+
+/// A line of points for each method and way out, a series for each obstacle and stiffness.
+fn dots(input: &Input, value: fn(&Row) -> f64, axis: Axis, rule: Rule) -> Option<Sheet> {
+    let Facts { scenes, rows, .. } = &input.facts;
+    let names = names_of(rows.iter());
+    let mut panel = Panel::new(Vec::new(), axis, Axis::names("", &names));
+    let mut kinds: Vec<(&str, f64)> = Vec::new();
+    let kind = |scene: &'_ Scene| (scene.obstacle.clone(), scene.stiffness_over_mass_per_s2);
+    for scene in scenes {
+        let pair = (scene.obstacle.as_str(), scene.stiffness_over_mass_per_s2);
+        if !kinds.contains(&pair) {
+            kinds.push(pair);
+        }
+    }
+    for (n, (obstacle, stiffness)) in kinds.iter().enumerate() {
+        let points = rows.iter().filter_map(|row| {
+            let scene = scenes.iter().find(|scene| scene.id == row.scene)?;
+            if kind(scene) != ((*obstacle).to_owned(), *stiffness) {
+                return None;
+            }
+            let y = -(names.iter().position(|entry| *entry == name(row))? as f64);
+            Some(Point { x: value(row), y, state: State::of_verdict(&row.verdict) })
+        });
+        let label = format!("{obstacle}, k/m = {} s⁻²", power(*stiffness));
+        let series = Series::new(label, Look::number(n), points.collect());
+        panel.series.extend(series.map(Series::apart));
+    }
+    panel.rules = vec![rule];
+    (!panel.series.is_empty()).then_some(Sheet { panels: vec![panel], notes: Vec::new() })
+}
+
+fn depth(input: &Input) -> Option<Sheet> {
+    let depths = input.facts.rows.iter().map(|row| row.depth_over_reach);
+    let span: Vec<f64> = depths.chain([0.0, 1.0]).collect();
+    let axis = Axis::linear("greatest depth over v h (dimensionless)", &span);
+    let rule = Rule { label: "as deep as one step carries".to_owned(), at: At::X(1.0) };
+    dots(input, |row| row.depth_over_reach, axis, rule)
+}
+
+fn energy(input: &Input) -> Option<Sheet> {
+    /// What is smaller cannot be told from nothing.
+    const LEAST: f64 = 1e-4;
+    let value = |row: &Row| if row.gain < LEAST { 0.0 } else { row.gain };
+    let gains: Vec<f64> = input.facts.rows.iter().map(value).chain([0.02]).collect();
+    let axis = Axis::log_with_zero("gain over the available energy (dimensionless)", &gains);
+    let rule = Rule { label: "limit of a stable run".to_owned(), at: At::X(0.02) };
+    dots(input, value, axis, rule)
+}
+
+/// The tables of the page.
+fn tables(input: &Input) -> Vec<Table> {
+    vec![counts(input), rebounds(input)]
+}
+
+fn counts(input: &Input) -> Table {
+    let names = names_of(input.facts.rows.iter());
+    let mut header = texts(&["scene"]);
+    header.extend(names.iter().cloned());
+    let line = |scene: &Scene| {
+        let cell = |name_of: &String| {
+            let mut rows = input.facts.rows.iter().filter(|row| row.scene == scene.id);
+            rows.find(|row| name(row) == *name_of).map_or_else(absent, |row| {
+                let sign = match row.verdict.as_str() {
+                    "stable" => "",
+                    "marginal" => " °",
+                    _ => " ✗",
+                };
+                format!("{}{sign}", significant(rate(row), 3))
+            })
+        };
+        std::iter::once(scene.id.clone()).chain(names.iter().map(cell)).collect()
+    };
+    Table {
+        title: "**Iterations a step from the first contact on.** Linear iterations; backward Euler's are Newton's, each with a factorisation; \
+                `desbrun` has none. ° marginal, ✗ unstable or diverged by the energy gained."
+            .to_owned(),
+        header,
+        names: 1,
+        rows: input.facts.scenes.iter().map(line).collect(),
+    }
+}
+
+/// Rebounds: the range over all methods, by body, obstacle, restitution, speed and way out.
+fn rebounds(input: &Input) -> Table {
+    let bounces = &input.facts.bounces;
+    let mut rows = Vec::new();
+    let mut bodies: Vec<(&str, &str)> = Vec::new();
+    for bounce in bounces {
+        let pair = (bounce.body.as_str(), bounce.obstacle.as_str());
+        if !bodies.contains(&pair) {
+            bodies.push(pair);
+        }
+    }
+    for (body, obstacle) in bodies {
+        let of = || bounces.iter().filter(move |b| b.body == body && b.obstacle == obstacle);
+        for restitution in values(of().map(|bounce| bounce.restitution)) {
+            for speed in values(of().map(|bounce| bounce.speed_m_s)) {
+                let chosen =
+                    || of().filter(|b| b.restitution == restitution && b.speed_m_s == speed);
+                let range = |found: Vec<f64>| {
+                    let low = found.iter().copied().reduce(f64::min);
+                    let high = found.iter().copied().reduce(f64::max);
+                    match (low, high) {
+                        (Some(low), Some(high)) => {
+                            format!("{} to {}", significant(low, 3), significant(high, 3))
+                        }
+                        _ => absent(),
+                    }
+                };
+                let theory = chosen().find_map(|bounce| bounce.height_theory_m);
+                let mut line = texts(&[body, obstacle]);
+                line.extend([setting(restitution), setting(speed)]);
+                line.push(range(chosen().filter_map(|bounce| bounce.measured).collect()));
+                line.push(theory.map_or_else(absent, |height| significant(height, 3)));
+                line.extend(["velocity", "position", "teleport"].map(|way_out| {
+                    let ways = chosen().filter(|bounce| bounce.way_out == way_out);
+                    range(ways.filter_map(|bounce| bounce.height_m).collect())
+                }));
+                rows.push(line);
+            }
+        }
+    }
+    Table {
+        title: "**Rebounds.** Normal speed after the first contact over that before it, range over all methods; height that is reached \
+                again, m, as theory has it and by way out. Heights miss theory by where within a step the surface is met."
+            .to_owned(),
+        header: texts(&[
+            "body",
+            "obstacle",
+            "e",
+            "speed (m/s)",
+            "speed ratio",
+            "height, theory",
+            "velocity",
+            "position",
+            "teleport",
+        ]),
+        names: 2,
+        rows,
+    }
+}

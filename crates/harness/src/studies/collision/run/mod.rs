@@ -1,0 +1,175 @@
+//! Experiment `collision`: ways out of an obstacle, EEH section 6.
+
+mod bounce;
+mod fall;
+#[cfg(test)]
+mod tests;
+
+use crate::HarnessError;
+use crate::facts::{Fact, fact};
+use crate::studies::collision::facts::{Facts, POSITION, Row, TELEPORT, VELOCITY};
+use crate::studies::{Account, Context, cells, prepared};
+use drape_report::Record;
+use fall::{Case, DURATION, SIDE, STEP, Stage, Target};
+use std::path::PathBuf;
+use super::STUDY;
+
+/// A method with a way out of the obstacle.
+#[derive(Clone, Copy, Debug)]
+struct Form {
+    label: &'static str,
+    way_out: &'static str,
+    method: &'static str,
+    /// Whether it is run in the middle of the sweep only.
+    is_costly: bool,
+}
+
+const fn form(label: &'static str, way_out: &'static str, method: &'static str) -> Form {
+    Form { label, way_out, method, is_costly: false }
+}
+
+const fn costly(form: Form) -> Form {
+    Form { is_costly: true, ..form }
+}
+
+const IMEX: &str = "imex-euler:implicit=springs";
+const IMEX_LAST: &str = "imex-euler:implicit=springs,start=last";
+const UPDATED: &str = "imex-updated:implicit=springs";
+const BACKWARD: &str = "backward-euler";
+const DESBRUN: &str = "desbrun";
+
+const FORMS: [Form; 13] = [
+    form("imex-euler", VELOCITY, IMEX),
+    form("imex-euler", TELEPORT, IMEX),
+    // A move by hand ends the extrapolation of the start value: what does it cost apart from that?
+    form("imex-euler from v_n", VELOCITY, IMEX_LAST),
+    form("imex-euler from v_n", TELEPORT, IMEX_LAST),
+    form("imex-updated", VELOCITY, UPDATED),
+    form("imex-updated", TELEPORT, UPDATED),
+    form("baraff-witkin", VELOCITY, "baraff-witkin:contact=velocity"),
+    form("baraff-witkin", POSITION, "baraff-witkin:contact=position"),
+    form("baraff-witkin", TELEPORT, "baraff-witkin"),
+    costly(form("backward-euler", VELOCITY, BACKWARD)),
+    costly(form("backward-euler", TELEPORT, BACKWARD)),
+    form("desbrun", VELOCITY, DESBRUN),
+    form("desbrun", TELEPORT, DESBRUN),
+];
+
+/// The scenes: each obstacle, speed and stiffness, the middle speed with half the step, and a sheet that lies on the table, with
+/// and without shear springs.
+fn cases() -> Vec<Case> {
+    let mut cases = Vec::new();
+    for target in [Target::Table, Target::Sphere, Target::Plane] {
+        for stiffness in [1e4, 1e6] {
+            for (speed, step) in [(1.0, STEP), (3.0, STEP), (10.0, STEP), (3.0, 0.5 * STEP)] {
+                cases.push(Case { target, speed, stiffness, step, has_shear: true });
+            }
+        }
+    }
+    for has_shear in [true, false] {
+        let lying = |stiffness| Case {
+            target: Target::Table,
+            speed: 0.0,
+            stiffness,
+            step: STEP,
+            has_shear,
+        };
+        cases.extend([1e4, 1e6].map(lying));
+    }
+    cases
+}
+
+fn bounces() -> Vec<bounce::Case> {
+    let mut cases = Vec::new();
+    for restitution in [0.0, 0.5, 1.0] {
+        for speed in [1.0, 3.0, 10.0] {
+            for target in [Target::Plane, Target::Table, Target::Sphere] {
+                cases.push(bounce::Case { is_sheet: false, target, speed, restitution });
+            }
+        }
+        let target = Target::Plane;
+        cases.push(bounce::Case { is_sheet: true, target, speed: 3.0, restitution });
+    }
+    cases
+}
+
+pub(super) fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
+    let mut chosen = cases();
+    chosen.retain(|case| !context.quick || (case.is_middle() && case.target == Target::Table));
+    let stages = prepared(context, "scenes", &chosen, Stage::new)?;
+    let pairs: Vec<_> = stages
+        .iter()
+        .flat_map(|stage| FORMS.iter().map(move |form| (form, stage)))
+        .filter(|(form, stage)| !form.is_costly || (stage.case.is_middle() && !context.quick))
+        .collect();
+    let rows = cells(context, "falls", &pairs, |(form, stage)| fall::row(form, stage))?;
+    let mut bouncing = bounces();
+    bouncing.retain(|case| !context.quick || !case.is_sheet);
+    let pairs: Vec<_> =
+        bouncing.iter().flat_map(|case| FORMS.iter().map(move |form| (form, case))).collect();
+    let bounces = cells(context, "rebounds", &pairs, |(form, case)| bounce::bounce(form, case))?;
+    let scenes = stages.iter().map(|stage| stage.scene.clone()).collect();
+    let facts = Facts { scenes, rows, bounces };
+    let account = Account {
+        method: format!(
+            "A sheet of {SIDE} × {SIDE} particles (structural springs, shear springs of a tenth of the stiffness, full \
+             damping of 40/s over the mass), rippled by vertical speeds of 0.3 m/s, falls without friction and \
+             restitution on a table half its width, on a sphere of 0.3 m radius or on a plane, from a height of less than \
+             0.1 s, with h = {STEP} s (and half of it) for {DURATION} s; a flat sheet that lies on the table (speed 0) runs for 1 s, with and \
+             without shear springs. Three ways out of the obstacle: `velocity`, the \
+             constraint of EEH section 6; `position`, Baraff and Witkin's alteration of positions within the step; \
+             `teleport`, where the method does not know of the obstacle: after each step, particles inside are moved to \
+             the surface by hand, lose their normal velocity, and the method forgets its history, as its contract asks. \
+             Iterations are those of conjugate gradients, and Newton's of backward Euler, each of which factorises. They are \
+             counted before the first contact and from it on. Depth is taken at the end of a step, before anything is moved by hand. \
+             Energy of release: the rises of the total energy in steps in which particles leave the obstacle. Gains refer to the kinetic \
+             energy of the start and what the drop and a further sag of 0.25 m set free. \
+             Rebounds: a particle, and a flat sheet as a whole, with restitution; the normal speed of the centre of mass after the first \
+             contact over that before, and the height that it reaches again."
+        ),
+        findings: super::words::findings(&facts),
+        facts,
+        scenes: stages.iter().map(|stage| (stage.scene.id.clone(), stage.hash.clone())).collect(),
+        seed: None,
+    };
+    Ok(vec![context.write(&STUDY, account)?])
+}
+
+/// Its facts, as they are compared.
+pub(crate) fn comparable(record: &Record<Facts>) -> Vec<Fact> {
+    let Facts { scenes, rows, bounces } = &record.facts;
+    let scenes = scenes.iter();
+    let scenes = scenes.map(|scene| fact(format!("scene {}", scene.id), scene.portable, scene));
+    let rows = rows.iter().map(|row| {
+        let key = format!("{} {} {}", row.scene, row.label, row.way_out);
+        if row.portable {
+            return fact(key, true, row);
+        }
+        // Contacts open and close: what round-off does to that cannot be bounded.
+        fact(key, false, &Verdict { is_stable: row.verdict == "stable" })
+    });
+    let bounces = bounces.iter().map(|bounce| {
+        let key = format!(
+            "{} on {} at {} m/s, e = {}: {} {}",
+            bounce.body,
+            bounce.obstacle,
+            bounce.speed_m_s,
+            bounce.restitution,
+            bounce.label,
+            bounce.way_out
+        );
+        fact(key, bounce.portable, bounce)
+    });
+    scenes.chain(rows).chain(bounces).collect()
+}
+
+/// What is compared of a run that is not the same everywhere.
+#[derive(serde::Serialize)]
+struct Verdict {
+    is_stable: bool,
+}
+
+/// Iterations a step from the first contact on.
+pub(crate) fn rate(row: &Row) -> f64 {
+    row.iterations_after as f64 / row.steps_after.max(1) as f64
+}

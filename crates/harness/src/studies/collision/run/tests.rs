@@ -1,0 +1,108 @@
+//! What a move by hand does, that runs see what they should, and what is concluded.
+
+use drape_model::{Obstacle, Shape, State, Vec3};
+use super::*;
+use super::fall::{Stage, row, teleport};
+use super::super::words::{factors, findings};
+
+fn ball(restitution: f64) -> Obstacle {
+    let shape = Shape::Sphere { center: Vec3::zeros(), radius: 1.0 };
+    Obstacle { restitution, ..Obstacle::from(shape) }
+}
+
+#[test]
+fn a_teleported_particle_lies_on_the_surface_and_leaves_it_by_the_restitution() {
+    for (e, along) in [(0.0, -2.0), (0.5, -2.0), (1.0, -2.0), (0.5, 3.0)] {
+        let mut state = State {
+            t: 0.0,
+            x: vec![Vec3::new(0.0, 0.6, 0.0), Vec3::new(0.0, 1.1, 0.0)],
+            v: vec![Vec3::new(0.3, along, 0.1); 2],
+        };
+        assert_eq!(teleport(&ball(e), &mut state), 1, "the other one is outside");
+        assert!((state.x[0] - Vec3::y()).norm() < 1e-15);
+        let left = if along < 0.0 { -e * along } else { along };
+        assert!((state.v[0] - Vec3::new(0.3, left, 0.1)).norm() < 1e-15, "e = {e}: {:?}", state.v);
+        assert_eq!(state.v[1], Vec3::new(0.3, along, 0.1));
+    }
+}
+
+fn middle() -> Stage {
+    let case =
+        Case { target: Target::Table, speed: 3.0, stiffness: 1e4, step: STEP, has_shear: true };
+    Stage::new(&case).expect("a valid scene")
+}
+
+#[test]
+fn every_way_out_meets_the_table_and_none_goes_deeper_than_a_step_leads() {
+    let stage = middle();
+    for form in FORMS.iter().filter(|form| form.label == "baraff-witkin") {
+        let row = row(form, &stage).expect("runs");
+        assert!(row.steps_before >= 5 && row.steps_after > 40, "{row:?}");
+        assert!(row.depth_m > 1e-3 && row.depth_over_reach <= 1.0, "{row:?}");
+        assert!(row.displayed_depth_m < 1e-12, "{row:?}");
+        assert_eq!(row.teleports > 0, form.way_out == TELEPORT);
+        assert_eq!(row.iterations_by_step.len() as u64, row.steps_before + row.steps_after);
+        let iterations: u32 = row.iterations_by_step.iter().sum();
+        assert_eq!(u64::from(iterations), row.iterations_before + row.iterations_after);
+        assert_eq!(row.verdict, "stable");
+    }
+}
+
+#[test]
+fn a_particle_leaves_with_its_restitution_however_it_gets_out() {
+    for form in FORMS.iter().filter(|form| form.label.starts_with("ba")) {
+        for target in [Target::Plane, Target::Sphere] {
+            let case = bounce::Case { is_sheet: false, target, speed: 3.0, restitution: 0.5 };
+            let bounce = bounce::bounce(form, &case).expect("runs");
+            let measured = bounce.measured.expect("a contact");
+            assert!((measured - 0.5).abs() < 1e-12, "{bounce:?}");
+            assert_eq!(bounce.height_m.is_some(), target == Target::Plane);
+        }
+    }
+}
+
+fn synthetic(scene: &str, way_out: &str, iterations: u64) -> Row {
+    Row {
+        scene: scene.to_owned(),
+        label: "some".to_owned(),
+        way_out: way_out.to_owned(),
+        method: "some".to_owned(),
+        steps_before: 10,
+        steps_after: 10,
+        iterations_before: 10,
+        iterations_after: iterations,
+        iterations_by_step: Vec::new(),
+        teleports: 0,
+        depth_m: 0.01,
+        depth_over_reach: 0.5,
+        displayed_depth_m: 0.0,
+        release_j: 0.0,
+        climb_j: 0.0,
+        gain: 0.0,
+        unconverged_steps: 0,
+        verdict: "stable".to_owned(),
+        portable: true,
+    }
+}
+
+#[test]
+fn factors_compare_a_way_out_with_the_constraint_on_the_same_scene() {
+    let rows = vec![
+        synthetic("a", VELOCITY, 20),
+        synthetic("a", POSITION, 50),
+        synthetic("b", VELOCITY, 40),
+        synthetic("b", POSITION, 30),
+        synthetic("c", POSITION, 1000),
+    ];
+    let unstable = Row { verdict: "unstable".to_owned(), ..synthetic("d", POSITION, 1000) };
+    let rows = rows.into_iter().chain([synthetic("d", VELOCITY, 20), unstable]).collect();
+    let facts = Facts { scenes: Vec::new(), rows, bounces: Vec::new() };
+    let factors = factors(&facts);
+    assert_eq!(factors.len(), 1);
+    assert_eq!((factors[0].label, factors[0].way_out, factors[0].unstable), ("some", POSITION, 1));
+    assert_eq!(factors[0].by_scene, [(0.75, "b"), (2.5, "a")]);
+    let text = findings(&facts).join(" ");
+    assert!(text.contains("twice as many or more on a (2.50) (1 of 2 scenes"), "{text}");
+    assert!(text.contains("some 1.00 → 2.67"), "{text}");
+    assert!(text.contains("some position 1 of 4"), "{text}");
+}

@@ -1,0 +1,344 @@
+//! Lessons, figures and tables of the experiment `course`.
+
+use drape_report::number::{power, significant};
+use drape_report::page::{Lesson as PageLesson, Section, Table, absent, texts};
+use drape_report::plate::{Plate, self};
+use drape_report::plot::{Axis, Look, Panel, Point, Series, Sheet, State};
+use drape_report::{Figure, Files, Record, ReportError, read_record};
+use std::path::Path;
+use super::facts::{Facts, Lesson, Run, Scene};
+
+/// What the figures are drawn from.
+pub(super) type Input = Record<Facts>;
+
+/// Title and caption of every figure.
+pub(super) fn figures() -> Vec<Figure> {
+    PLATES.iter().map(Plate::figure).collect()
+}
+
+/// Draws the figures and returns the section of the page.
+pub(super) fn section(
+    results: &Path,
+    study: &str,
+    files: &mut Files,
+) -> Result<Option<Section>, ReportError> {
+    let Some(record) = read_record::<Facts>(results, study)? else {
+        return Ok(None);
+    };
+    let figures = plate::draw_all(PLATES, &record, files)?;
+    let section = Section::new(&record, figures, tables(&record));
+    Ok(Some(section.with_lessons(lessons(&record.facts))))
+}
+
+/// The figure of the n-th lesson: its title names the method and, from the second on, the one before.
+macro_rules! plate_of_lesson {
+    ($n:literal, $file:literal, $title:literal, $see:literal) => {
+        Plate {
+            file: concat!("course-", $file, ".svg"),
+            title: $title,
+            caption: concat!(
+                "Height of the middle of the free edge against time, from the horizontal start; a sheet of 20 × 20 particles \
+                 that hangs by two corners, steps of 0.01 s, at k/m = 10⁴ s⁻² (left) and 10⁶ s⁻² (right). ",
+                $see,
+                " Crossed out: the run was not stable; its height is drawn as far as it stays in the frame."
+            ),
+            sheet: height_of_lesson::<$n>,
+        }
+    };
+}
+
+/// All figures, in the page's order.
+const PLATES: &[Plate<Input>] = &[
+    Plate {
+        file: "course-motion.svg",
+        title: "How much of its motion the cloth keeps with each method",
+        caption: "Retained motion: how far the middle of the free edge travels in the first second, over how far it truly \
+            travels; 1 is the truth, near 0 the sheet stands still. One sheet of 20 × 20 particles that hangs by two \
+            corners and swings down, steps of 0.01 s, at two stiffnesses; the methods from top to bottom in the order in which \
+            they build on each other. Crossed out on the right edge: the run was not stable.",
+        sheet: motion,
+    },
+    plate_of_lesson!(
+        0,
+        "explicit-euler",
+        "Explicit Euler",
+        "The black curve is the true motion: the edge falls and swings through. Where explicit Euler ends early, its numbers have left the frame."
+    ),
+    plate_of_lesson!(
+        1,
+        "leapfrog",
+        "Leapfrog beside explicit Euler",
+        "Leapfrog takes shorter steps, below its limit: see how close it comes to the true motion."
+    ),
+    plate_of_lesson!(
+        2,
+        "provot",
+        "Provot beside leapfrog",
+        "Provot takes the full step, beyond the limit, and shortens springs after it: see how long that lasts."
+    ),
+    plate_of_lesson!(
+        3,
+        "backward-euler",
+        "Backward Euler beside Provot",
+        "The forces are those at the end of the step: see whether the full step holds, and how much shorter than the true \
+         swing its own is."
+    ),
+    plate_of_lesson!(
+        4,
+        "baraff-witkin",
+        "Baraff and Witkin beside backward Euler",
+        "One linear solve a step against a converged Newton iteration: compare how far the two curves are apart, left \
+         and right."
+    ),
+    plate_of_lesson!(
+        5,
+        "desbrun",
+        "Desbrun beside Baraff and Witkin",
+        "With the constant matrix compare the stiff sheet on the right with the soft one: a sheet that stands still is stable, \
+         but locked."
+    ),
+    plate_of_lesson!(
+        6,
+        "kang",
+        "Kang beside Desbrun",
+        "One correction by the neighbours instead of a solve: see whether the springs still hold the sheet when it has \
+         fallen."
+    ),
+    plate_of_lesson!(
+        7,
+        "imex-euler",
+        "IMEX Euler beside Kang",
+        "The same matrix, solved to a tolerance: see whether the motion is stable again, and how much of it is left on the \
+         right."
+    ),
+    plate_of_lesson!(
+        8,
+        "imex-updated",
+        "IMEX Euler with updated CG beside plain IMEX Euler",
+        "The right-hand side is updated during the solve: see how much of the motion comes back on the right, and compare \
+         with backward Euler above."
+    ),
+    plate_of_lesson!(
+        9,
+        "imex-sbdf2",
+        "Two-step IMEX beside updated CG",
+        "Differences of second order: compare the distances to the true motion, left and right."
+    ),
+];
+
+/// Looks of the true motion, of the method before, of this one.
+const TRUE: Look = Look::number(4);
+const BEFORE: Look = Look::number(1);
+const THIS: Look = Look::number(0);
+/// So much of the true motion's range is left free above and below it.
+const MARGIN: f64 = 0.3;
+
+fn run_of<'a>(lesson: &'a Lesson, scene: &Scene) -> Option<&'a Run> {
+    lesson.runs.iter().find(|run| run.scene == scene.id)
+}
+
+/// Points of a height against time that lie in the range; the last one is crossed out if the run was not stable.
+fn points(scene: &Scene, heights: &[f64], (low, high): (f64, f64), verdict: &str) -> Vec<Point> {
+    let seen = scene.time_s.iter().zip(heights).take_while(|(_, z)| (low..=high).contains(*z));
+    let mut points: Vec<_> = seen.map(|(&x, &y)| Point { x, y, state: State::Stable }).collect();
+    if let (Some(last), false) = (points.last_mut(), verdict == "stable") {
+        last.state = State::of_verdict(verdict);
+    }
+    points
+}
+
+fn height_of_lesson<const N: usize>(input: &Input) -> Option<Sheet> {
+    let lesson = input.facts.lessons.get(N)?;
+    let before = N.checked_sub(1).and_then(|n| input.facts.lessons.get(n));
+    let heights = || input.facts.scenes.iter().flat_map(|scene| &scene.height_m).copied();
+    let (low, high) =
+        heights().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), z| (a.min(z), b.max(z)));
+    let range = (low - MARGIN * (high - low), high + MARGIN * (high - low));
+    let mut panels = Vec::new();
+    for scene in &input.facts.scenes {
+        let mut panel = Panel::new(
+            vec![format!("k/m = {} s⁻²", power(scene.stiffness_over_mass_per_s2))],
+            Axis::linear("time (s)", &scene.time_s),
+            Axis::linear("height (m)", &[range.0, range.1]),
+        );
+        let truth = points(scene, &scene.height_m, range, "stable");
+        let truth = Series::new("true motion".to_owned(), TRUE, truth);
+        panel.series.extend(truth.map(Series::sparse));
+        for (lesson, look) in
+            before.map(|before| (before, BEFORE)).into_iter().chain([(lesson, THIS)])
+        {
+            let Some(run) = run_of(lesson, scene) else { continue };
+            let points = points(scene, &run.height_m, range, &run.verdict);
+            let series = Series::new(lesson.id.clone(), look, points);
+            panel.series.extend(series.map(Series::sparse));
+        }
+        panels.push(panel);
+    }
+    (!panels.is_empty()).then_some(Sheet { panels, notes: Vec::new() })
+}
+
+fn motion(input: &Input) -> Option<Sheet> {
+    let Facts { scenes, lessons, .. } = &input.facts;
+    let labels: Vec<_> = lessons.iter().map(|lesson| lesson.id.clone()).collect();
+    let axis = Axis::linear("retained motion R (dimensionless)", &[0.0, 1.1]);
+    let mut panel = Panel::new(Vec::new(), axis, Axis::names("", &labels));
+    for (n, scene) in scenes.iter().enumerate() {
+        let points = lessons.iter().enumerate().filter_map(|(m, lesson)| {
+            let run = run_of(lesson, scene)?;
+            let y = -(m as f64);
+            Some(match run.retained_motion {
+                Some(x) => Point { x, y, state: State::Stable },
+                None => Point { x: f64::INFINITY, y, state: State::Failed },
+            })
+        });
+        let label = format!("k/m = {} s⁻²", power(scene.stiffness_over_mass_per_s2));
+        let series = Series::new(label, Look::number(n), points.collect());
+        panel.series.extend(series.map(Series::apart));
+    }
+    (!labels.is_empty()).then(|| Sheet { panels: vec![panel], notes: Vec::new() })
+}
+
+/// The lessons of the page.
+fn lessons(facts: &Facts) -> Vec<PageLesson> {
+    let lesson = |lesson: &Lesson| PageLesson {
+        id: lesson.id.clone(),
+        title: lesson.title.clone(),
+        before: lesson.before.clone(),
+        idea: lesson.idea.clone(),
+        finding: lesson.finding.clone(),
+        figure: format!("course-{}.svg", lesson.id),
+        docs: lesson.docs.clone(),
+        commands: facts.scenes.iter().map(|scene| command(lesson, scene)).collect(),
+    };
+    facts.lessons.iter().map(lesson).collect()
+}
+
+fn command(lesson: &Lesson, scene: &Scene) -> String {
+    let Scene { id, step_s, duration_s, .. } = scene;
+    format!("drape run {id} --method {} --dt {step_s} --duration {duration_s}", lesson.method)
+}
+
+/// The tables of the page.
+fn tables(input: &Input) -> Vec<Table> {
+    let facts = &input.facts;
+    let lessons = || facts.lessons.iter();
+    let headline = lessons().filter(|lesson| facts.headline.contains(&lesson.id));
+    vec![headlines(facts, headline), numbers(facts, lessons()), support(facts)]
+}
+
+/// A share in per cent.
+fn per_cent(share: Option<f64>) -> String {
+    share.map_or_else(absent, |share| significant(100.0 * share, 3))
+}
+
+/// A row for each method and stiffness.
+fn rows<'a>(
+    facts: &Facts,
+    lessons: impl Iterator<Item = &'a Lesson>,
+    columns: impl Fn(&Run) -> Vec<String>,
+) -> Vec<Vec<String>> {
+    let mut rows = Vec::new();
+    for lesson in lessons {
+        for scene in &facts.scenes {
+            let Some(run) = run_of(lesson, scene) else { continue };
+            let stiffness = power(scene.stiffness_over_mass_per_s2);
+            let mut row = vec![lesson.id.clone(), stiffness, run.verdict.clone()];
+            row.extend(columns(run));
+            rows.push(row);
+        }
+    }
+    rows
+}
+
+fn headlines<'a>(facts: &Facts, lessons: impl Iterator<Item = &'a Lesson>) -> Table {
+    let truth = facts.scenes.iter().map(|scene| per_cent(Some(scene.energy_change)));
+    let truth = truth.collect::<Vec<_>>().join(" and ");
+    Table {
+        title: format!(
+            "**Stability, energy and cost of the five methods compared first**: gain, the greatest rise of the total energy \
+             above its start; drift, its change over two seconds, both over E_ref (damping makes the true one \
+             {truth} %); work in millions of visits of a spring, counted."
+        ),
+        header: texts(&[
+            "method",
+            "k/m (s⁻²)",
+            "verdict",
+            "gain (%)",
+            "drift (%)",
+            "motion kept (%)",
+            "work (10⁶)",
+        ]),
+        names: 3,
+        rows: rows(facts, lessons, |run| {
+            let shares = [run.energy_gain, run.energy_change, run.retained_motion];
+            let mut row: Vec<_> = shares.map(per_cent).into();
+            row.push(significant(1e-6 * run.effort, 3));
+            row
+        }),
+    }
+}
+
+fn numbers<'a>(facts: &Facts, lessons: impl Iterator<Item = &'a Lesson>) -> Table {
+    let columns = [
+        "method",
+        "k/m (s⁻²)",
+        "verdict",
+        "until (s)",
+        "motion kept (%)",
+        "height off by (m)",
+        "gain (%)",
+        "stretch (%)",
+        "force evaluations",
+        "products with a matrix",
+        "CG iterations",
+        "Newton iterations",
+        "factorisations",
+        "work (10⁶)",
+    ];
+    Table {
+        title: "**Every run of the course**: what the lessons say, in numbers. Gain over E_ref; stretch: the greatest \
+                elongation of a spring; work in millions of visits of a spring, counted. –: not measured, because the run \
+                was not stable."
+            .to_owned(),
+        header: texts(&columns),
+        names: 3,
+        rows: rows(facts, lessons, |run| {
+            let counts = [
+                run.force_evaluations,
+                run.matvecs,
+                run.cg_iterations,
+                run.newton_iterations,
+                run.factorisations,
+            ];
+            let mut row = vec![
+                format!("{:.2}", run.reached_s),
+                per_cent(run.retained_motion),
+                run.height_error_m.map_or_else(absent, |error| significant(error, 3)),
+                per_cent(run.energy_gain),
+                per_cent(run.greatest_stretch),
+            ];
+            row.extend(counts.map(|count| count.to_string()));
+            row.push(significant(1e-6 * run.effort, 3));
+            row
+        }),
+    }
+}
+
+fn support(facts: &Facts) -> Table {
+    let mut header = texts(&["method"]);
+    header
+        .extend(facts.support.iter().take(1).flat_map(|row| &row.effects).map(|(e, _)| e.clone()));
+    let row = |row: &super::facts::Support| {
+        let treatments = row.effects.iter().map(|(_, treatment)| treatment.clone());
+        std::iter::once(row.method.clone()).chain(treatments).collect()
+    };
+    Table {
+        names: header.len(),
+        title: "**What each method does with each effect**: implicit, at the new positions and velocities; explicit, at the \
+                old ones; by setting, either; constraint, as a condition on the new velocity; refused, by name, before \
+                anything runs."
+            .to_owned(),
+        header,
+        rows: facts.support.iter().map(row).collect(),
+    }
+}

@@ -1,0 +1,286 @@
+//! Experiment `course`: from explicit Euler to two-step IMEX, each method on one and the same cloth.
+
+pub(crate) mod lessons;
+
+use crate::facts::{Fact, fact};
+use crate::methods::{Choice, self};
+use crate::run::{Options, Simulation, drive};
+use crate::scenes::{build, bundled, free_edge_midpoint};
+use crate::schedule::Schedule;
+use crate::stability::{Rule, Watch, gershgorin, judge};
+use crate::studies::course::facts::{Facts, Lesson, Run, Scene, Support};
+use crate::studies::{Account, Context, cells, prepared};
+use crate::{HarnessError, Verdict, system_hash};
+use drape_model::{Effect, State, System, TimeSpan};
+use drape_report::Record;
+use lessons::{HEADLINE, LESSONS, Plan};
+use serde_json::json;
+use std::path::PathBuf;
+use super::STUDY;
+
+const SCENES: [&str; 2] = ["hanging-textile-sheared-1e4", "hanging-textile-sheared-1e6"];
+/// The scene of the quick subset.
+const QUICK: &str = SCENES[0];
+const STEP: f64 = 0.01;
+/// Simulated time, s: verdicts need at least 200 steps.
+const DURATION: f64 = 2.0;
+/// Span over which the motion is compared, s: until then two references of different step agree.
+const COMPARED: f64 = 1.0;
+/// Steps from one recorded height to the next.
+const STRIDE: u64 = 5;
+/// The reference takes steps of this share of the stability limit.
+const SAFETY: f64 = 0.25;
+/// Effort after which a run is over budget, in visits of a spring: some seconds.
+const BUDGET: f64 = 3e9;
+
+/// The cloth at one stiffness, with its true motion.
+struct Setting {
+    id: &'static str,
+    simulation: Simulation,
+    tracked: usize,
+    hash: String,
+    scene: Scene,
+}
+
+/// What is seen of the free edge's midpoint, and how far springs are stretched.
+struct Sight {
+    tracked: usize,
+    /// Steps of the run in one of [`STEP`].
+    division: u64,
+    last: drape_model::Vec3,
+    path: f64,
+    heights: Vec<f64>,
+    stretch: f64,
+}
+
+/// Greatest elongation of a spring over its rest length.
+fn stretch(system: &System, state: &State) -> f64 {
+    let mut greatest = 0.0_f64;
+    for split in system.effects().filter_map(Effect::split) {
+        split.visit_rest_lengths(&mut |i, j, rest| {
+            greatest = greatest.max((state.x[i] - state.x[j]).norm() / rest - 1.0);
+        });
+    }
+    greatest
+}
+
+impl Sight {
+    fn new(simulation: &Simulation, tracked: usize, division: u64) -> Self {
+        let last = simulation.state.x[tracked];
+        Self { tracked, division, last, path: 0.0, heights: vec![last.z], stretch: 0.0 }
+    }
+
+    /// Looks at the end of a step.
+    fn look(&mut self, step: u64, system: &System, state: &State) {
+        if !step.is_multiple_of(self.division) || !state.is_finite() {
+            return;
+        }
+        let step = step / self.division;
+        let x = state.x[self.tracked];
+        if step as f64 * STEP <= COMPARED * (1.0 + 1e-9) {
+            self.path += (x - self.last).norm();
+        }
+        self.last = x;
+        self.stretch = self.stretch.max(stretch(system, state));
+        if step.is_multiple_of(STRIDE) {
+            self.heights.push(x.z);
+        }
+    }
+}
+
+/// Greatest difference of two series of heights within the compared span.
+fn height_error(heights: &[f64], others: &[f64]) -> f64 {
+    let compared = (COMPARED / (STEP * STRIDE as f64)).round() as usize + 1;
+    let pairs = heights.iter().zip(others).take(compared);
+    pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+}
+
+/// What a run shows.
+struct Seen {
+    sight: Sight,
+    outcome: crate::run::Outcome,
+    energy: crate::stability::Energy,
+    energy_change: f64,
+    rule: Rule,
+}
+
+/// Runs a method over the duration, each step of [`STEP`] divided into `division` parts.
+fn watch(
+    simulation: &Simulation,
+    tracked: usize,
+    choice: &Choice,
+    division: u64,
+) -> Result<Seen, HarnessError> {
+    let time = TimeSpan { step_s: STEP / division as f64, duration_s: DURATION };
+    let schedule = Schedule::steady(time);
+    let mut watch = Watch::new(simulation, DURATION, None);
+    let mut sight = Sight::new(simulation, tracked, division);
+    let mut moving = simulation.clone();
+    let options = Options::default();
+    let outcome = drive(&mut moving, choice, &schedule, options, Some(BUDGET), |moment| {
+        watch.look(schedule.elapsed(moment.step), moment);
+        sight.look(moment.step, moment.system, moment.state);
+    })?;
+    let Simulation { system, state } = simulation;
+    Ok(Seen {
+        sight,
+        energy: watch.energy(outcome.divergence.is_some()),
+        energy_change: moving.system.total_energy(&moving.state) - system.total_energy(state),
+        rule: Rule::of(choice.method().class, system),
+        outcome,
+    })
+}
+
+impl Setting {
+    fn new(id: &&'static str) -> Result<Self, HarnessError> {
+        let scene = bundled(id)?;
+        let tracked = free_edge_midpoint(&scene).unwrap_or_default();
+        let tension = scene.effects.tension.as_ref().and_then(|law| law.stiffness_over_mass_per_s2);
+        let (spec, simulation) = build(&scene)?;
+        let (stiffness, damping) = gershgorin(&simulation.system);
+        // Symplectic Euler is stable for h²λ + 2hδ < 4.
+        let limit = 4.0 / (damping + (damping * damping + 4.0 * stiffness).sqrt());
+        let division = ((STEP / (SAFETY * limit)).ceil() as u64).next_power_of_two();
+        let choice = Choice::parse("symplectic-euler", &[])?;
+        let coarse = watch(&simulation, tracked, &choice, division)?;
+        let fine = watch(&simulation, tracked, &choice, 2 * division)?;
+        let released = fine.energy.released;
+        let samples = 0..fine.sight.heights.len() as u64;
+        let scene = Scene {
+            id: (*id).to_owned(),
+            stiffness_over_mass_per_s2: tension.unwrap_or_default(),
+            particles: simulation.system.len(),
+            step_s: STEP,
+            duration_s: DURATION,
+            compared_s: COMPARED,
+            released_energy_j: released,
+            time_s: samples.map(|n| (n * STRIDE) as f64 * STEP).collect(),
+            path_m: fine.sight.path,
+            energy_change: fine.energy_change / released,
+            greatest_stretch: fine.sight.stretch,
+            reference_step_s: STEP / (2 * division) as f64,
+            reference_error_m: height_error(&fine.sight.heights, &coarse.sight.heights),
+            height_m: fine.sight.heights,
+            portable: true,
+        };
+        Ok(Self { id, simulation, tracked, hash: system_hash(&spec), scene })
+    }
+
+    fn run(&self, plan: &Plan) -> Result<Run, HarnessError> {
+        let Scene { released_energy_j: released, path_m, .. } = self.scene;
+        let choice = Choice::parse(plan.method, &[])?;
+        let Seen { sight, outcome, energy, energy_change, rule } =
+            watch(&self.simulation, self.tracked, &choice, 1)?;
+        let verdict = match &outcome.divergence {
+            Some(_) => Verdict::Diverged.name(),
+            None if outcome.is_over_budget => "over budget",
+            None => judge(&energy, rule, released).name(),
+        };
+        let is_stable = verdict == Verdict::Stable.name();
+        let has_ended_well = outcome.divergence.is_none();
+        let error = height_error(&sight.heights, &self.scene.height_m);
+        let totals = outcome.totals;
+        Ok(Run {
+            scene: self.id.to_owned(),
+            settings: choice.full_id(),
+            verdict: verdict.to_owned(),
+            reached_s: outcome.divergence.map_or(outcome.steps as f64 * STEP, |end| end.time),
+            steps: outcome.steps,
+            retained_motion: is_stable.then_some(sight.path / path_m),
+            height_error_m: is_stable.then_some(error),
+            energy_gain: has_ended_well.then_some(energy.gain / released),
+            energy_change: has_ended_well.then_some(energy_change / released),
+            greatest_stretch: is_stable.then_some(sight.stretch),
+            force_evaluations: totals.force_evaluations,
+            matvecs: totals.matvecs,
+            cg_iterations: totals.cg_iterations,
+            newton_iterations: totals.newton_iterations,
+            factorisations: totals.factorisations,
+            effort: outcome.effort,
+            height_m: sight.heights,
+            portable: choice.is_portable(),
+        })
+    }
+}
+
+pub(super) fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
+    let chosen: Vec<_> =
+        SCENES.into_iter().filter(|scene| !context.quick || *scene == QUICK).collect();
+    let settings = prepared(context, "true motion", &chosen, Setting::new)?;
+    let pairs: Vec<_> = LESSONS
+        .iter()
+        .flat_map(|plan| settings.iter().map(move |setting| (plan, setting)))
+        .collect();
+    let mut runs =
+        cells(context, "lessons", &pairs, |(plan, setting)| setting.run(plan))?.into_iter();
+    let mut lessons: Vec<Lesson> = Vec::new();
+    let scenes: Vec<_> = settings.iter().map(|setting| setting.scene.clone()).collect();
+    for plan in &LESSONS {
+        let runs = runs.by_ref().take(settings.len()).collect();
+        let lesson = super::words::lesson(plan, runs, &scenes, lessons.last())?;
+        lessons.push(lesson);
+    }
+    let headline = HEADLINE.map(str::to_owned).into();
+    let facts = Facts { scenes, lessons, headline, support: support() };
+    let account = Account {
+        method: "A sheet of 20 × 20 particles, 1 m × 1 m, hangs by two corners and swings down from the horizontal: tension \
+                 springs of k/m = 1e4/s² and 1e6/s², shear springs a tenth as stiff, damping d/m = 40/s along the \
+                 tension springs. Every method takes 200 steps of 0.01 s, at its defaults unless the lesson says \
+                 otherwise; leapfrog divides the step. The verdict is by energy: stable means that the total energy \
+                 never rose by more than 2 % of what the fall sets free (E_ref). The true motion is that of symplectic \
+                 Euler at less than a quarter of its limit. Retained motion R: how far the middle of the free edge \
+                 travels in the first second, over how far it truly travels. Work is counted, not timed: one unit \
+                 is the visit of a spring."
+            .to_owned(),
+        findings: super::words::findings(&facts),
+        facts,
+        scenes: settings.iter().map(|s| (s.id.to_owned(), s.hash.clone())).collect(),
+        seed: None,
+    };
+    Ok(vec![context.write(&STUDY, account)?])
+}
+
+/// Method ids in the order of the lessons.
+pub(crate) fn lessons() -> Vec<&'static str> {
+    LESSONS.iter().map(Plan::id).collect()
+}
+
+/// What each method does with everything that any of them knows.
+fn support() -> Vec<Support> {
+    let mut known: Vec<&str> = Vec::new();
+    for support in methods::all().flat_map(|method| method.supports) {
+        if !known.contains(&support.effect) {
+            known.push(support.effect);
+        }
+    }
+    let row = |method: &drape_integrator::Method| {
+        let treatment = |effect: &str| {
+            let support = method.supports.iter().find(|support| support.effect == effect);
+            support.map_or("refused", |support| support.treatment.name())
+        };
+        let effects = known.iter().map(|&e| (e.to_owned(), treatment(e).to_owned())).collect();
+        Support { method: method.id.to_owned(), effects }
+    };
+    methods::all().map(row).collect()
+}
+
+/// Its facts, as they are compared. Where a library's factorisation takes part, round-off differs with the machine and
+/// two seconds of motion magnify it: there the verdict alone is the same everywhere.
+pub(crate) fn comparable(record: &Record<Facts>) -> Vec<Fact> {
+    let Facts { scenes, lessons, support, .. } = &record.facts;
+    let scenes = scenes.iter().map(|scene| fact(format!("scene {}", scene.id), true, scene));
+    let support = support.iter().map(|row| fact(format!("support {}", row.method), true, row));
+    let runs = lessons.iter().flat_map(|lesson| {
+        lesson.runs.iter().map(|run| {
+            let key = format!("{} {}", run.scene, lesson.method);
+            if run.portable {
+                return fact(key, true, run);
+            }
+            fact(key, false, &json!({ "settings": run.settings, "verdict": run.verdict }))
+        })
+    });
+    scenes.chain(support).chain(runs).collect()
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,212 @@
+//! Figure and tables of the experiment `effects`.
+
+use drape_report::number::{significant, trimmed};
+use drape_report::page::{Section, Table, absent, texts};
+use drape_report::plate::Plate;
+use drape_report::plot::{Matrix, Row, Shade, Tile};
+use drape_report::{Figure, Files, ReportError, Timed, timed_section};
+use std::path::Path;
+use super::facts::{Cell, Facts, NOTHING, TimingRow};
+
+/// What the figure and the tables are drawn from.
+pub(super) type Input = Timed<Facts, TimingRow>;
+
+/// Title and caption of every figure.
+pub(super) fn figures() -> Vec<Figure> {
+    PLATES.iter().map(Plate::figure).collect()
+}
+
+/// Draws the figures and returns the section of the page.
+pub(super) fn section(
+    results: &Path,
+    study: &str,
+    files: &mut Files,
+) -> Result<Option<Section>, ReportError> {
+    timed_section(results, study, PLATES, tables, files)
+}
+
+/// All figures, in the page's order.
+const PLATES: &[Plate<Input, Matrix>] = &[Plate {
+    file: "effects-support.svg",
+    title: "Which method takes which effect, and how",
+    caption: "One row for each effect that a scene can name, one column for each method. I: implicit, at the new time \
+        level; E: explicit, at the old one; S: implicit or explicit by a setting; C: by a constraint on the new velocity; \
+        R: refused by name. An effect that a scene does not name has no row in any matrix, no pass over the particles and \
+        no memory, whatever the method.",
+    sheet: support,
+}];
+
+const KNOWN: [(&str, &str, Shade); 5] = [
+    ("implicit", "I", Shade::Good),
+    ("by setting", "S", Shade::Fair),
+    ("constraint", "C", Shade::Still),
+    ("explicit", "E", Shade::Open),
+    ("refused", "R", Shade::Bad),
+];
+
+fn tile(treatment: &str) -> Tile {
+    let known = KNOWN.iter().find(|(name, ..)| *name == treatment);
+    Tile {
+        shade: known.map_or(Shade::Idle, |(.., shade)| *shade),
+        text: known.map_or("?", |(_, letter, _)| letter).to_owned(),
+        is_marked: false,
+    }
+}
+
+/// Each once, in the order of their first occurrence.
+fn different<'a>(names: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
+    let mut different = Vec::new();
+    for name in names {
+        if !different.contains(&name) {
+            different.push(name);
+        }
+    }
+    different
+}
+
+fn support(input: &Input) -> Option<Matrix> {
+    let supports = &input.record.facts.supports;
+    let columns = different(supports.iter().map(|support| support.method.as_str()));
+    let effects = different(supports.iter().map(|support| support.effect.as_str()));
+    let row = |effect: &&str| {
+        let of = |method: &&str| {
+            let found = supports.iter().find(|s| s.effect == *effect && s.method == *method);
+            found.map(|support| tile(&support.treatment)).into_iter().collect()
+        };
+        Row {
+            label: (*effect).to_owned(),
+            is_first: false,
+            tiles: columns.iter().map(of).collect(),
+        }
+    };
+    let rows: Vec<_> = effects.iter().map(row).collect();
+    let is_there = |name: &str| supports.iter().any(|support| support.treatment == name);
+    let legend = KNOWN.iter().filter(|(name, ..)| is_there(name));
+    let legend = legend.map(|(name, ..)| (tile(name), (*name).to_owned())).collect();
+    (!rows.is_empty()).then(|| Matrix {
+        columns: texts(&columns),
+        rows,
+        legend,
+        notes: vec![
+            "What a method cannot honour it refuses by name before the first step.".to_owned(),
+        ],
+    })
+}
+
+fn effects(input: &Input) -> impl Iterator<Item = &str> {
+    input.record.facts.effects.iter().map(|effect| effect.name.as_str())
+}
+
+fn header(first: &str, methods: &[&str]) -> Vec<String> {
+    texts(&[&[first], methods].concat())
+}
+
+/// One row an effect, one column a method.
+fn by_method(input: &Input, title: &str, text: impl Fn(&Cell) -> String) -> Table {
+    let facts = &input.record.facts;
+    let methods: Vec<&str> = facts.methods.iter().map(String::as_str).collect();
+    let row = |effect: &str| {
+        let of = |method: &&str| {
+            let cell = facts.cells.iter().find(|c| c.effect == effect && c.method == *method);
+            cell.map_or_else(absent, |cell| match cell.verdict.as_str() {
+                "completed" => text(cell),
+                "diverged" => "✗".to_owned(),
+                other => other.to_owned(),
+            })
+        };
+        [effect.to_owned()].into_iter().chain(methods.iter().map(of)).collect()
+    };
+    let is_run = |effect: &&str| facts.cells.iter().any(|cell| cell.effect == *effect);
+    Table {
+        title: title.to_owned(),
+        header: header("effect", &methods),
+        names: 1,
+        rows: effects(input).filter(is_run).map(row).collect(),
+    }
+}
+
+/// All tables of the page.
+fn tables(input: &Input) -> Vec<Table> {
+    let mut tables = Vec::from_iter(bill(input));
+    tables.extend([counts(input), changes(input), additions(input)]);
+    tables
+}
+
+/// Ratios of times.
+fn bill(input: &Input) -> Option<Table> {
+    let rows = &input.timings.as_ref()?.rows;
+    let methods = different(rows.iter().map(|row| row.method.as_str()));
+    let line = |effect: &str| {
+        let of = |method: &&str| {
+            let found = rows.iter().find(|row| row.effect == effect && row.method == *method);
+            found.map_or_else(absent, |row| {
+                let bytes = |bytes: Option<i64>| bytes.map_or_else(absent, kilobytes);
+                format!(
+                    "{}; {}; {}",
+                    significant(row.ratio, 3),
+                    bytes(row.system_bytes),
+                    bytes(row.method_bytes)
+                )
+            })
+        };
+        [effect.to_owned()].into_iter().chain(methods.iter().map(of)).collect()
+    };
+    Some(Table {
+        title: "**The bill**: time of the run with the effect over that without it, timed in turns; kilobytes that the system \
+            holds more; kilobytes that the prepared method holds more."
+            .to_owned(),
+        header: header("effect", &methods),
+        names: 1,
+        rows: effects(input).filter(|effect| *effect != NOTHING).map(line).collect(),
+    })
+}
+
+fn kilobytes(bytes: i64) -> String {
+    trimmed(bytes as f64 / 1e3, 1)
+}
+
+fn counts(input: &Input) -> Table {
+    by_method(
+        input,
+        "**Counts of the run**: CG iterations; products with the matrix; sweeps that evaluated forces or energies; builds of \
+         a matrix, preconditioner or factor. ✗ diverged.",
+        |cell| {
+            format!(
+                "{}; {}; {}; {}",
+                cell.cg_iterations, cell.matvecs, cell.force_evaluations, cell.setups
+            )
+        },
+    )
+}
+
+fn changes(input: &Input) -> Table {
+    by_method(
+        input,
+        "**What each effect changes**: distance of the particles at the end from those of the sheet without it, root of the \
+         mean square, mm. ✗ diverged, – nothing to compare with.",
+        |cell| cell.change_m.map_or_else(absent, |change| significant(1e3 * change, 3)),
+    )
+}
+
+fn additions(input: &Input) -> Table {
+    let line = |effect: &super::facts::Effect| {
+        vec![
+            effect.name.clone(),
+            format!("`{}`", effect.adds),
+            effect.objects.to_string(),
+            effect.springs.to_string(),
+            effect.coupled_pairs.to_string(),
+        ]
+    };
+    let facts = &input.record.facts;
+    Table {
+        title: format!(
+            "**What is added** to the scene `{}`: keys; kinds of forces in the running system; springs in the scalar matrix; \
+             pairs of particles in the matrix of 3×3 blocks.",
+            facts.scene
+        ),
+        header: texts(&["effect", "keys", "forces", "springs", "pairs"]),
+        names: 2,
+        rows: facts.effects.iter().map(line).collect(),
+    }
+}

@@ -1,0 +1,137 @@
+//! Experiment `effects`: the bill of each effect.
+//!
+//! Each addition is measured by itself. All together has one addition for each place of a scene (tension, shear, bending,
+//! damping, air, obstacle): those that would take the place of another are left out there, and a finding names them.
+
+pub(crate) mod additions;
+mod runs;
+#[cfg(test)]
+mod tests;
+
+use additions::Addition;
+use crate::facts::{Fact, fact};
+use crate::methods::{Choice, self};
+use crate::studies::effects::facts::{EVERYTHING, Facts, NOTHING, Support};
+use crate::studies::{Account, Context, cells, prepared, timed, variant};
+use crate::{HarnessError, system_hash};
+use drape_integrator::Method;
+use drape_report::Record;
+use runs::Variant;
+use std::path::PathBuf;
+use super::STUDY;
+
+/// Simulated time, s.
+const DURATION: f64 = 0.5;
+/// Step of the methods that take tension at the new level, s.
+const STEP: f64 = 0.01;
+/// Step of those that take it at the old level, s.
+const EXPLICIT_STEP: f64 = 0.001;
+/// Methods that are timed.
+const TIMED: [&str; 5] =
+    ["symplectic-euler", "backward-euler", "baraff-witkin", "imex-euler", "imex-updated"];
+/// Pairs of runs that are timed.
+const PAIRS: usize = 5;
+/// Methods of the quick subset.
+const QUICK: [&str; 2] = ["symplectic-euler", "imex-euler"];
+
+fn step(method: &Method) -> f64 {
+    if variant::is_explicit(method) { EXPLICIT_STEP } else { STEP }
+}
+
+/// How a method treats each effect that any method supports.
+fn supports() -> Vec<Support> {
+    let mut effects: Vec<&str> = Vec::new();
+    for support in methods::all().flat_map(|method| method.supports) {
+        if !effects.contains(&support.effect) {
+            effects.push(support.effect);
+        }
+    }
+    let of = |effect: &str, method: &'static Method| {
+        let support = method.supports.iter().find(|support| support.effect == effect);
+        Support {
+            effect: effect.to_owned(),
+            method: method.id.to_owned(),
+            treatment: support.map_or("refused", |support| support.treatment.name()).to_owned(),
+        }
+    };
+    effects.iter().flat_map(|effect| methods::all().map(move |method| of(effect, method))).collect()
+}
+
+pub(super) fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
+    let additions: Vec<Addition> = additions::all();
+    let variants = prepared(context, "scenes", &additions, Variant::new)?;
+    let Some(nothing) = variants.first() else { return Ok(Vec::new()) };
+    let chosen: Vec<&'static Method> =
+        methods::all().filter(|m| !context.quick || QUICK.contains(&m.id)).collect();
+    let pairs: Vec<_> = variants
+        .iter()
+        .filter(|variant| {
+            let name = variant.effect.name.as_str();
+            !context.quick || [NOTHING, EVERYTHING].contains(&name)
+        })
+        .flat_map(|variant| chosen.iter().map(move |method| (variant, *method)))
+        .collect();
+    let cells = cells(context, "runs", &pairs, |(variant, method)| variant.cell(nothing, method))?;
+    let facts = Facts {
+        scene: additions::base().to_string(),
+        duration_s: DURATION,
+        effects: variants.iter().map(|variant| variant.effect.clone()).collect(),
+        methods: chosen.iter().map(|method| method.id.to_owned()).collect(),
+        supports: supports(),
+        cells,
+    };
+    let scenes: std::collections::BTreeMap<_, _> = variants
+        .iter()
+        .map(|variant| (variant.effect.name.clone(), system_hash(&variant.spec)))
+        .collect();
+    let account = Account {
+        method: format!(
+            "An undamped sheet of 20 × 20 particles, 1 m × 1 m, 0.4 kg, tension springs of k/m = 1e4/s², held at two corners, \
+             falls for {DURATION} s from the horizontal. To this scene each effect is added by itself, then all together but for those that take the place of another; \
+             the keys that are added stand with it. h = {STEP} s, {EXPLICIT_STEP} s for methods that take tension at the old \
+             level; every method at its default settings. The change is the distance of the particles at the end from those \
+             of the sheet without the effect, with the same method."
+        ),
+        findings: super::words::findings(&facts),
+        facts,
+        scenes: scenes.clone(),
+        seed: None,
+    };
+    let mut files = vec![context.write(&STUDY, account)?];
+    if !context.quick {
+        let variants = variants[1..].iter();
+        let pairs: Vec<_> = variants
+            .flat_map(|variant| TIMED.iter().map(move |method| (variant, *method)))
+            .collect();
+        let rows = timed(context, "timings", &pairs, |(variant, method)| {
+            let choice = Choice::parse(method, &[])?;
+            variant.time(nothing, &choice, context.allocated)
+        })?;
+        let method = format!(
+            "The same run without and with the effect in turns, {PAIRS} times each, one at a time on one thread, phase clock \
+             off, set-up not among the steps; the ratio is that of the shortest runs. Bytes: what the allocator holds for the \
+             system and for the prepared method, less what it holds without the effect."
+        );
+        files.push(context.write_timings(
+            &STUDY,
+            method,
+            rows.into_iter().flatten().collect(),
+            scenes,
+        )?);
+    }
+    Ok(files)
+}
+
+/// Its facts, as they are compared.
+pub(crate) fn comparable(record: &Record<Facts>) -> Vec<Fact> {
+    let Facts { effects, supports, cells, .. } = &record.facts;
+    let effects =
+        effects.iter().map(|effect| fact(format!("effect {}", effect.name), true, effect));
+    let supports = supports.iter().map(|support| {
+        fact(format!("support of {} by {}", support.effect, support.method), true, support)
+    });
+    let cells = cells
+        .iter()
+        .map(|cell| fact(format!("{} with {}", cell.effect, cell.method), cell.portable, cell));
+    effects.chain(supports).chain(cells).collect()
+}

@@ -1,0 +1,277 @@
+//! Experiment `energy`: where the energy of a cloth goes, method by method and cause by cause.
+
+mod watch;
+
+use crate::facts::{Fact, fact};
+use crate::methods::Choice;
+use crate::run::{Counts, Options, Simulation, drive};
+use crate::schedule::Schedule;
+use crate::stability::{Rule, Watch, reference, verdict};
+use crate::studies::energy::facts::{Facts, Row, Scene};
+use crate::studies::sheet::{GRAVITY, Sheet};
+use crate::studies::variant::{Variant, is_explicit, of_registry};
+use crate::studies::{Account, Context, cells, prepared};
+use crate::{HarnessError, system_hash};
+use drape_integrator::Method;
+use drape_model::{DampingLaw, ObstacleSpec, TimeSpan, Vec3};
+use drape_report::Record;
+use std::path::PathBuf;
+use super::STUDY;
+use super::words::findings;
+use watch::Flow;
+
+/// Step size of all but the explicit methods, s.
+const STEP: f64 = 0.01;
+/// Explicit methods run with `h ω_max` at most this: well below 2, the limit of symplectic Euler and leapfrog.
+const EXPLICIT: f64 = 0.5;
+/// Samples of the energy in a run.
+const SAMPLES: u64 = 100;
+/// Damping of the damped scenes over the mass of a particle, 1/s.
+const DAMPING: f64 = 40.0;
+/// Angular velocity of the spinning sheet, 1/s.
+const SPIN: f64 = 2.0;
+
+/// More than one variant of a method, and settings whose results are the same on every machine.
+const VARIANTS: [Variant; 7] = [
+    Variant::new("leapfrog", "leapfrog:solver=cg"),
+    Variant::new("desbrun, no correction", "desbrun:torque=none"),
+    Variant::new("desbrun", "desbrun"),
+    Variant::new("imex-euler", "imex-euler"),
+    Variant::new("imex-euler, all springs", "imex-euler:implicit=springs"),
+    Variant::new("imex-updated", "imex-updated"),
+    Variant::new("imex-updated, as printed", "imex-updated:safeguard=paper"),
+];
+
+/// What moves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Body {
+    /// A sheet that hangs from two corners, horizontal at first.
+    Hanging,
+    /// A sheet that turns over and over, without gravity.
+    Spinning,
+    /// A sheet that falls on a ball.
+    Sphere,
+}
+
+/// A scene before it is built.
+#[derive(Clone, Copy, Debug)]
+struct Case {
+    name: &'static str,
+    body: Body,
+    /// Particles along each edge.
+    side: u32,
+    stiffness: f64,
+    duration: f64,
+    /// Whether the quick subset has it.
+    is_quick: bool,
+}
+
+const CASES: [Case; 4] = [
+    Case {
+        name: "hanging-1e4",
+        body: Body::Hanging,
+        side: 20,
+        stiffness: 1e4,
+        duration: 2.0,
+        is_quick: false,
+    },
+    Case {
+        name: "hanging-1e6",
+        body: Body::Hanging,
+        side: 20,
+        stiffness: 1e6,
+        duration: 2.0,
+        is_quick: false,
+    },
+    Case {
+        name: "spinning-1e4",
+        body: Body::Spinning,
+        side: 10,
+        stiffness: 1e4,
+        duration: 1.0,
+        is_quick: true,
+    },
+    Case {
+        name: "sphere-1e4",
+        body: Body::Sphere,
+        side: 12,
+        stiffness: 1e4,
+        duration: 1.0,
+        is_quick: true,
+    },
+];
+
+/// A scene, undamped or damped, ready to be run.
+struct Setting {
+    simulation: Simulation,
+    hash: String,
+    scene: Scene,
+    /// Bound on the largest angular frequency, 1/s.
+    greatest_frequency: f64,
+}
+
+impl Setting {
+    fn new((case, is_damped): &(Case, bool)) -> Result<Self, HarnessError> {
+        let Case { name, body, side, stiffness, duration, .. } = *case;
+        let damping = if *is_damped { DAMPING } else { 0.0 };
+        let sheet = Sheet {
+            side,
+            tension: stiffness,
+            shear: 0.1 * stiffness,
+            damping,
+            law: DampingLaw::Full,
+            gravity: if body == Body::Spinning { [0.0; 3] } else { GRAVITY },
+            is_pinned: body == Body::Hanging,
+        };
+        let mut spec = sheet.spec()?;
+        if body == Body::Sphere {
+            // A little beside the middle: nothing should hang on a symmetry.
+            let (center_m, radius_m) = ([0.03, 0.01, -0.4], 0.35);
+            spec.obstacles.push(ObstacleSpec::sphere(center_m, radius_m, 0.0));
+        }
+        let (system, mut state) = spec.build()?;
+        if body == Body::Spinning {
+            for (v, x) in state.v.iter_mut().zip(&state.x) {
+                *v = (Vec3::x() * SPIN).cross(x); // the centre of mass is the origin
+            }
+        }
+        let hash = system_hash(&spec.with_state(&state));
+        let simulation = Simulation { system, state };
+        let time = TimeSpan { step_s: STEP, duration_s: duration };
+        let reference = reference(&simulation, &Schedule::steady(time))?;
+        let variant = if *is_damped { "damped" } else { "undamped" };
+        let scene = Scene {
+            id: format!("{name} {variant}"),
+            scene: name.to_owned(),
+            is_damped: *is_damped,
+            particles: simulation.system.len(),
+            stiffness_over_mass_per_s2: stiffness,
+            damping_over_mass_per_s: damping,
+            duration_s: duration,
+            step_s: STEP,
+            reference_energy_j: reference.energy,
+            start_energy_j: simulation.system.total_energy(&simulation.state),
+            time_s: (0..=SAMPLES).map(|n| n as f64 * duration / SAMPLES as f64).collect(),
+            portable: true,
+        };
+        Ok(Self { simulation, hash, scene, greatest_frequency: sheet.greatest_frequency(1.0) })
+    }
+
+    /// Number of steps to each of [`STEP`] seconds. Damped explicit Euler is stable for `h ≤ c/k`, undamped never.
+    fn division(&self, method: &Method) -> u64 {
+        if !is_explicit(method) {
+            return 1;
+        }
+        let Scene { stiffness_over_mass_per_s2: k, damping_over_mass_per_s: c, .. } = self.scene;
+        let mut least = STEP * self.greatest_frequency / EXPLICIT;
+        if method.id == "explicit-euler" && c > 0.0 {
+            least = least.max(STEP * k / c);
+        }
+        (least.ceil() as u64).next_power_of_two()
+    }
+
+    fn row(&self, variant: &Variant) -> Result<Row, HarnessError> {
+        let Self { scene, simulation, .. } = self;
+        let choice = Choice::parse(variant.method, &[])?;
+        let division = self.division(choice.method());
+        let time = TimeSpan { step_s: STEP / division as f64, duration_s: scene.duration_s };
+        let schedule = Schedule::steady(time);
+        let stride = (schedule.steps() / SAMPLES).max(1);
+        let mut watch = Watch::new(simulation, scene.duration_s, None);
+        let mut flow = Flow::new(simulation, scene.reference_energy_j);
+        let mut moved = simulation.clone();
+        let options = Options { ledger: true, ..Options::default() };
+        let outcome = drive(&mut moved, &choice, &schedule, options, None, |moment| {
+            watch.look(schedule.elapsed(moment.step), moment);
+            flow.look(moment, moment.step % stride == 0);
+        })?;
+        let rule = Rule::of(choice.method().class, &simulation.system);
+        let energy = watch.energy(outcome.divergence.is_some());
+        let counts = Counts { outcome, energy, rule, state: moved.state };
+        let verdict = verdict(&counts, scene.reference_energy_j);
+        let lasted = matches!(verdict, "stable" | "marginal");
+        Ok(Row {
+            scene: scene.id.clone(),
+            label: variant.label.to_owned(),
+            method: choice.full_id(),
+            step_s: time.step_s,
+            steps: counts.outcome.steps,
+            verdict: verdict.to_owned(),
+            drift: lasted.then(|| flow.drift()),
+            gain: lasted.then(|| energy.gain / scene.reference_energy_j),
+            excess_dissipation: lasted.then(|| flow.excess_dissipation()),
+            ledger: flow.ledger().filter(|_| lasted),
+            closure_defect: flow.closure_defect().filter(|_| lasted),
+            energy: flow.energy,
+            unconverged_steps: counts.outcome.unconverged,
+            portable: choice.is_portable(),
+        })
+    }
+}
+
+pub(super) fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
+    let chosen: Vec<_> = CASES
+        .into_iter()
+        .filter(|case| !context.quick || case.is_quick)
+        .flat_map(|case| [(case, false), (case, true)])
+        .collect();
+    let settings = prepared(context, "scenes", &chosen, Setting::new)?;
+    let variants = of_registry(&VARIANTS);
+    let pairs: Vec<_> = settings
+        .iter()
+        .flat_map(|setting| variants.iter().map(move |variant| (setting, variant)))
+        .collect();
+    let rows = cells(context, "methods", &pairs, |(setting, variant)| setting.row(variant))?;
+    let unattributed = unattributed(&rows);
+    let scenes = settings.iter().map(|setting| setting.scene.clone()).collect();
+    let facts = Facts { scenes, rows, unattributed };
+    let account = Account {
+        method: "Sheets of 1 m × 1 m with structural springs, shear springs of a tenth of the stiffness and full damping, none or d/m = \
+                 40/s. Hanging: 20 × 20 particles, released horizontally from two corners, k/m = 1e4/s² and 1e6/s², 2 s. \
+                 Spinning: 10 × 10 particles without gravity, turning over and over at 2 rad/s, k/m = 1e4/s², 1 s. Sphere: \
+                 12 × 12 particles that fall on an inelastic ball, k/m = 1e4/s², 1 s. h = 0.01 s; explicit methods divide it \
+                 by a power of 2 so that h ω_max is at most 0.5, damped explicit Euler so that h ≤ d/k too. Energies refer to \
+                 E_ref, what the scene sets free: the greatest of H₀ − U and of the kinetic energy over the true motion. \
+                 After each step the method says which forces it used and what its solve left over; from these each \
+                 cause of the change of energy is computed by itself, none as the remainder, and their sum is compared with the \
+                 change. Excess dissipation: (H₀ − H_N − ∫vᵀDv dt)/E_ref, the integral by the trapezoidal rule."
+            .to_owned(),
+        findings: findings(&facts),
+        facts,
+        scenes: settings.iter().map(|s| (s.scene.id.clone(), s.hash.clone())).collect(),
+        seed: None,
+    };
+    Ok(vec![context.write(&STUDY, account)?])
+}
+
+/// Labels without a ledger in any of the runs that lasted, of those that have such runs.
+fn unattributed(rows: &[Row]) -> Vec<String> {
+    let mut labels: Vec<String> = Vec::new();
+    for row in rows.iter().filter(|row| row.drift.is_some() && row.ledger.is_none()) {
+        if !labels.contains(&row.label) {
+            labels.push(row.label.clone());
+        }
+    }
+    labels
+}
+
+/// Its facts, as they are compared. Long runs through a library's factorisation magnify its round-off: only their
+/// verdict is the same everywhere.
+pub(crate) fn comparable(record: &Record<Facts>) -> Vec<Fact> {
+    let scenes = record.facts.scenes.iter();
+    let scenes = scenes.map(|scene| fact(format!("scene {}", scene.id), scene.portable, scene));
+    let rows = record.facts.rows.iter().map(|row| {
+        let key = format!("{} {}", row.scene, row.label);
+        if row.portable {
+            return fact(key, true, row);
+        }
+        // Whether an unstable run also leaves the scene may hang on round-off.
+        let verdict = if row.drift.is_some() { &row.verdict } else { "unstable" };
+        let verdict = [("method", row.method.as_str()), ("verdict", verdict)];
+        fact(key, false, &verdict.into_iter().collect::<std::collections::BTreeMap<_, _>>())
+    });
+    scenes.chain(rows).collect()
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,201 @@
+//! Figure and tables of the experiment `hard-cases`.
+
+use drape_report::number::{significant, trimmed};
+use drape_report::page::{Section, Table};
+use drape_report::plate::Plate;
+use drape_report::plot::{Matrix, Row, Shade, Tile};
+use drape_report::{Figure, Files, Record, ReportError, record_section};
+use std::path::Path;
+use super::facts::{Case, Cell, Facts};
+
+/// What the figure is drawn from.
+pub(super) type Input = Record<Facts>;
+
+/// Title and caption of every figure.
+pub(super) fn figures() -> Vec<Figure> {
+    PLATES.iter().map(Plate::figure).collect()
+}
+
+/// Draws the figures and returns the section of the page.
+pub(super) fn section(
+    results: &Path,
+    study: &str,
+    files: &mut Files,
+) -> Result<Option<Section>, ReportError> {
+    record_section(results, study, PLATES, tables, files)
+}
+
+/// All figures, in the page's order.
+const PLATES: &[Plate<Input, Matrix>] = &[Plate {
+    file: "hard-cases.svg",
+    title: "Verdicts on the hard cases, by method",
+    caption: "One row for each hard case, one column for each method at its default settings or in the form in \
+        brackets. Each place has two tiles: on the left without damping, on the right with it. The letter tells the \
+        verdict, the worst of three perturbed starts: stable, marginal, unstable (by the energy gained over the energy \
+        that the scene sets free) or diverged. A capital letter: theory says whether the run should \
+        be stable; a small one: no theorem covers it. A thick frame: the verdict is not what theory says; the \
+        table of differences says why. Scenes, numbers and the reasoning of theory stand in the tables and in the record.",
+    sheet: verdicts,
+}];
+
+const KNOWN: [(&str, &str, Shade); 7] = [
+    ("stable", "S", Shade::Good),
+    ("marginal", "M", Shade::Fair),
+    ("unstable", "U", Shade::Bad),
+    ("diverged", "D", Shade::Worst),
+    ("over budget", "B", Shade::Open),
+    ("refused", "R", Shade::Idle),
+    ("not applicable", "–", Shade::Idle),
+];
+
+const NO_THEOREM: &str = "no theorem";
+
+/// The letter of a verdict: capital where theory says something.
+fn letter(cell: &Cell) -> String {
+    let known = KNOWN.iter().find(|(verdict, ..)| *verdict == cell.verdict);
+    let letter = known.map_or("?", |(_, letter, _)| letter);
+    if cell.expected == NO_THEOREM { letter.to_lowercase() } else { letter.to_owned() }
+}
+
+fn tile(cell: &Cell) -> Tile {
+    let known = KNOWN.iter().find(|(verdict, ..)| *verdict == cell.verdict);
+    Tile {
+        shade: known.map_or(Shade::Idle, |(.., shade)| *shade),
+        text: letter(cell),
+        is_marked: cell.differs,
+    }
+}
+
+/// The cells of a case and a method, undamped first.
+fn pair<'a>(facts: &'a Facts, case: &Case, method: &str) -> Vec<&'a Cell> {
+    let mut cells: Vec<_> =
+        facts.cells.iter().filter(|cell| cell.case == case.name && cell.method == method).collect();
+    cells.sort_by_key(|cell| cell.is_damped);
+    cells
+}
+
+/// Id of a case: the first word of its name.
+fn id(case: &Case) -> &str {
+    case.name.split(' ').next().unwrap_or_default()
+}
+
+fn verdicts(input: &Input) -> Option<Matrix> {
+    let facts = &input.facts;
+    let mut rows = Vec::new();
+    for (n, case) in facts.cases.iter().enumerate() {
+        let tiles = |method: &String| pair(facts, case, method).into_iter().map(tile).collect();
+        let tiles = facts.methods.iter().map(tiles).collect();
+        let is_first = n == 0 || id(&facts.cases[n - 1]) != id(case);
+        rows.push(Row { label: case.name.clone(), is_first, tiles });
+    }
+    let legend = KNOWN
+        .iter()
+        .filter(|(verdict, ..)| facts.cells.iter().any(|cell| cell.verdict == *verdict));
+    let mut legend: Vec<_> = legend
+        .map(|&(verdict, letter, shade)| {
+            let tile = Tile { shade, text: letter.to_owned(), is_marked: false };
+            let meaning = if verdict == "not applicable" { "nothing to vary" } else { verdict };
+            (tile, meaning.to_owned())
+        })
+        .collect();
+    let marked = Tile { shade: Shade::Idle, text: String::new(), is_marked: true };
+    if facts.cells.iter().any(|cell| cell.differs) {
+        legend.push((marked, "not what theory says".to_owned()));
+    }
+    let notes = vec![
+        "Left tile: without damping, right tile: with it. Capital letter: theory says whether \
+         the run should be stable; small letter: no theorem."
+            .to_owned(),
+    ];
+    let columns = facts.methods.clone();
+    (!facts.cells.is_empty()).then_some(Matrix { columns, rows, legend, notes })
+}
+
+fn damping(cell: &Cell) -> &'static str {
+    if cell.is_damped { "damped" } else { "undamped" }
+}
+
+/// Verdict with the number behind it.
+fn verdict(cell: &Cell) -> String {
+    let letter = letter(cell);
+    match cell.verdict.as_str() {
+        "marginal" | "unstable" => format!("{letter} {}", significant(cell.gain, 2)),
+        "over budget" => format!("{letter} {} s", trimmed(cell.reached_s, 3)),
+        _ => letter,
+    }
+}
+
+fn header(names: &[&str]) -> Vec<String> {
+    names.iter().map(|name| (*name).to_owned()).collect()
+}
+
+/// All tables of the page.
+fn tables(input: &Input) -> Vec<Table> {
+    let facts = &input.facts;
+    vec![differences(facts), numbers(facts), cases(facts)]
+}
+
+fn differences(facts: &Facts) -> Table {
+    let line = |cell: &Cell| {
+        vec![
+            cell.case.clone(),
+            format!("{}, {}", cell.method, damping(cell)),
+            verdict(cell),
+            format!("{}: {}", cell.expected, cell.reason),
+            cell.explanation.clone().unwrap_or_else(|| "**unexplained**".to_owned()),
+        ]
+    };
+    Table {
+        title: "**Where the verdict is not what theory says**, and why.".to_owned(),
+        header: header(&["case", "method", "verdict", "theory", "explanation"]),
+        names: 5,
+        rows: facts.cells.iter().filter(|cell| cell.differs).map(line).collect(),
+    }
+}
+
+fn numbers(facts: &Facts) -> Table {
+    let mut names = header(&["case"]);
+    names.extend(facts.methods.iter().cloned());
+    let line = |case: &Case| {
+        let mut line = vec![case.name.clone()];
+        line.extend(facts.methods.iter().map(|method| {
+            let verdicts = pair(facts, case, method).into_iter().map(verdict);
+            verdicts.collect::<Vec<_>>().join(" / ")
+        }));
+        line
+    };
+    Table {
+        title: "**Verdicts**, undamped / damped: S stable, M marginal, U unstable (with the greatest gain of energy over \
+                E_ref), D diverged, B over budget (with the time reached), R refused, – nothing to vary. Capital \
+                letter: theory says what should come out."
+            .to_owned(),
+        header: names,
+        names: 1,
+        rows: if facts.cells.is_empty() { Vec::new() } else { facts.cases.iter().map(line).collect() },
+    }
+}
+
+fn cases(facts: &Facts) -> Table {
+    let line = |case: &Case| {
+        vec![
+            case.name.clone(),
+            case.scene.clone(),
+            case.judged.clone(),
+            case.particles.to_string(),
+            trimmed(case.step_s, 3),
+            case.steps.to_string(),
+            format!(
+                "{} / {}",
+                significant(case.released_undamped_j, 3),
+                significant(case.released_damped_j, 3)
+            ),
+        ]
+    };
+    Table {
+        title: "**The cases.** h: the step (the base of the pattern in H09); E_ref: energy that the scene sets free, undamped / damped."
+            .to_owned(),
+        header: header(&["case", "scene", "judged", "particles", "h (s)", "steps", "E_ref (J)"]),
+        names: 3,
+        rows: facts.cases.iter().map(line).collect(),
+    }
+}

@@ -1,0 +1,279 @@
+//! Linear stability of a method on a case.
+//!
+//! With the springs' tangents frozen, `M x'' = −K x − C x'`, a method with constant coefficients has solutions `ζⁿ u` with
+//! `P(ζ) u = 0`, `P` a polynomial of matrices. For real `ζ → −∞` it is positive definite; where it is not at `ζ = −1`,
+//! there is a root beyond, `ζ < −1`, and the step is unstable. Since the tangent of a spring never exceeds its
+//! stiffness, `K ≤ L_k`, a `P(−1)` that is positive definite with `L_k` in place of `K` is so at every state.
+//!
+//! A one-step method that takes `L_I` and `C_I` at the new level and the rest at the old one obeys
+//! `(M + h² L_I + h C_I)(x_{n+1} − x_n) = (M − h C_E)(x_n − x_{n−1}) − h² K x_n`, hence
+//! `P(−1) = 4M + 2h² L_I + 2h C_I − 2h C_E − h² K`, and this is its only way out of the unit circle. A two-step
+//! one, with the coefficients `a`, `b` (implicit) and `c` (explicit) and their polynomials at −1, `A`, `B`, `C`, has
+//! `P(−1) = A² M + h² B² L_I + h² B C (K − L_I) + h A B C_I + h A C C_E`.
+
+use crate::methods::Choice;
+use crate::run::Simulation;
+use drape_integrator::{Implicit, LargestEigenvalue, hold_pins};
+use drape_model::{BlockSink, Effect, Level, Mat3, SpringEffect, System, Tangent, Vec3};
+use drape_solvers::{BlockCholesky, BlockMatrix, Constraints};
+use super::scenes::Setup;
+
+/// Instability is predicted where the stiffness exceeds the limit by this factor: closer to it, growth is slow.
+const MARGIN: f64 = 1.01;
+/// Growth of the fastest mode over the run from which on nobody can miss it.
+const VISIBLE: f64 = 1e6;
+/// Least factor of the masses: without them `P(−1)` is only semi-definite on motions that stretch no spring.
+const LEAST_MASS: f64 = 1e-6;
+/// Matrix products for the largest eigenvalue.
+const PRODUCTS: usize = 100;
+
+/// A method on a case.
+pub(super) struct Problem<'a> {
+    pub(super) setup: &'a Setup,
+    pub(super) choice: &'a Choice,
+    /// The unperturbed start.
+    pub(super) simulation: &'a Simulation,
+}
+
+/// Factors of an effect's matrices in `P(−1)`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Weights {
+    /// Of `h²` times the tangent stiffness `K`.
+    pub(super) tangent: f64,
+    /// Of `h²` times the Laplacian `L_k` of the stiffness.
+    pub(super) laplacian: f64,
+    /// Of `h²` times the Laplacian of the secant stiffness `k (1 − ℓ/L)`.
+    pub(super) secant: f64,
+    /// Of `h` times the damping.
+    pub(super) damping: f64,
+}
+
+impl Weights {
+    pub(super) const NONE: Self = Self { tangent: 0.0, laplacian: 0.0, secant: 0.0, damping: 0.0 };
+}
+
+/// `P(−1)` of a method.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Factors {
+    /// Of the masses.
+    pub(super) mass: f64,
+    /// Of the springs that are implicit.
+    pub(super) implicit: Weights,
+    /// Of the others.
+    pub(super) explicit: Weights,
+}
+
+impl Factors {
+    /// Of the one-step method: implicit springs with their whole Laplacian at the new level.
+    pub(super) const ONE_STEP: Self = Self {
+        mass: 4.0,
+        implicit: Weights { tangent: -1.0, laplacian: 2.0, damping: 2.0, ..Weights::NONE },
+        explicit: Weights { tangent: -1.0, damping: -2.0, ..Weights::NONE },
+    };
+
+    /// Of the two-step method with these polynomials at −1.
+    pub(super) const fn two_step(a: f64, b: f64, c: f64) -> Self {
+        let tangent = b * c;
+        let implicit =
+            Weights { tangent, laplacian: b * b - b * c, damping: a * b, ..Weights::NONE };
+        let explicit = Weights { tangent, damping: a * c, ..Weights::NONE };
+        Self { mass: a * a, implicit, explicit }
+    }
+}
+
+/// What the linear analysis says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Linear {
+    /// No root leaves through −1, whatever the state.
+    Everywhere,
+    /// A root has left at the start.
+    Nowhere,
+    /// None at the start, but perhaps at other states.
+    Somewhere,
+}
+
+impl Problem<'_> {
+    pub(super) fn system(&self) -> &System {
+        &self.simulation.system
+    }
+
+    pub(super) fn is_damped(&self) -> bool {
+        self.system().effects().any(Effect::has_damping)
+    }
+
+    pub(super) fn has_contacts(&self) -> bool {
+        !self.system().obstacles().is_empty()
+    }
+
+    pub(super) fn has_moving_springs(&self) -> bool {
+        let pinned = self.system().pinned();
+        let mut moving = false;
+        Implicit::Springs.visit_weights(self.system(), &mut |i, j, _, _| {
+            moving |= !(pinned[i] && pinned[j]);
+        });
+        moving
+    }
+
+    /// Whether all springs are among the implicit ones.
+    pub(super) fn are_all(&self, implicit: Implicit) -> bool {
+        self.system().effects().all(|e| e.split().is_none() || implicit.selects(e))
+    }
+
+    /// Least and greatest step, s.
+    pub(super) fn steps(&self) -> (f64, f64) {
+        let schedule = &self.setup.schedule;
+        let of = |pick: fn(f64, f64) -> f64| schedule.pattern.iter().copied().reduce(pick);
+        let h = schedule.time.step_s;
+        (h * of(f64::min).unwrap_or(1.0), h * of(f64::max).unwrap_or(1.0))
+    }
+
+    /// The system at its greatest stiffness.
+    fn stiffest(&self) -> System {
+        let mut system = self.system().clone();
+        let factor = self.setup.schedule.greatest_stiffness();
+        for effect in SpringEffect::ALL {
+            // An effect that the scene does not name has nothing to be changed.
+            let _named = system.scale_stiffness(effect.name(), factor);
+        }
+        system
+    }
+
+    /// `hδ` of the drag on the motion at the start, from below (the quotient of Rayleigh), if a method takes drag at the old
+    /// velocity. Where it divides its steps, it does so by the stiffness alone.
+    pub(super) fn explicit_drag(&self) -> Option<f64> {
+        let (system, settings) = (self.system(), self.choice.settings());
+        let method = self.choice.method();
+        let is_explicit =
+            |effect: &&dyn Effect| effect.is_drag() && method.is_explicit(*effect, settings);
+        let state = &self.simulation.state;
+        let mut force = vec![Vec3::zeros(); system.len()];
+        for effect in system.effects().filter(is_explicit) {
+            effect.add_damping_force(state.level(), &mut force);
+        }
+        let power: f64 = force.iter().zip(&state.v).map(|(f, v)| -f.dot(v)).sum();
+        let doubled: f64 =
+            system.mass().iter().zip(&state.v).map(|(m, v)| m * v.norm_squared()).sum();
+        let (h, _) = self.steps();
+        let divides = method.id == "leapfrog" && settings.word("step") != "fixed";
+        let most_parts = if divides {
+            let limit = 2.0 * settings.number("safety") / self.bounds().0.sqrt();
+            (h / limit).ceil().max(1.0)
+        } else {
+            1.0
+        };
+        (power > 0.0).then(|| h / most_parts * power / doubled)
+    }
+
+    /// Bounds of the eigenvalues of `M⁻¹L_k` (1/s²) and `M⁻¹L_c` (1/s) by Gershgorin.
+    pub(super) fn bounds(&self) -> (f64, f64) {
+        crate::stability::gershgorin(&self.stiffest())
+    }
+
+    /// Analyses a method that takes the springs of `implicit` (none: all explicit).
+    pub(super) fn analyse(&self, implicit: Option<Implicit>, factors: &Factors) -> Linear {
+        let (least, greatest) = self.steps();
+        let of = |effect: &dyn Effect| match implicit {
+            Some(implicit) if implicit.selects(effect) => factors.implicit,
+            _ => factors.explicit,
+        };
+        let system = self.stiffest();
+        let is_definite = |h: f64, weights: &dyn Fn(&dyn Effect) -> Weights| {
+            is_definite(&system, &self.simulation.state.x, h, factors.mass, weights)
+        };
+        // Nothing bounds a secant stiffness, or a tangent that helps, from below.
+        let is_bounded = |w: Weights| w.tangent <= 0.0 && w.secant == 0.0;
+        let at_every_state = |effect: &dyn Effect| {
+            let w = of(effect);
+            Weights { tangent: 0.0, laplacian: w.laplacian + w.tangent, ..w }
+        };
+        let at_the_start = |effect: &dyn Effect| {
+            let w = of(effect);
+            let tangent = if w.tangent < 0.0 { w.tangent / MARGIN } else { w.tangent };
+            Weights { tangent, ..w }
+        };
+        let all_bounded = is_bounded(factors.implicit) && is_bounded(factors.explicit);
+        if all_bounded && is_definite(greatest, &at_every_state) {
+            Linear::Everywhere
+        } else if is_definite(least, &at_the_start) {
+            Linear::Somewhere
+        } else {
+            Linear::Nowhere
+        }
+    }
+
+    /// `θ = h²λ` of the stiffest mode at the start, from below, if it grows visibly over the run by a method's own
+    /// recurrence on the oscillator `x'' = −κx − δx'`, whatever its share of the damping. `step(θ, η, state)` takes a
+    /// step of size `h`; the state begins with `x` and `w = hv`.
+    pub(super) fn growing(&self, step: impl Fn(f64, f64, &mut [f64; 4])) -> Option<f64> {
+        let system = self.stiffest();
+        let (h, _) = self.steps();
+        let x = &self.simulation.state.x;
+        let theta = h * h * LargestEigenvalue::new(&system).estimate(&system, x, PRODUCTS);
+        let eta = h * self.bounds().1;
+        let growth = |eta: f64| {
+            let mut state = [1.0, 0.5, 0.5, 0.0];
+            for _ in 0..self.setup.schedule.steps() {
+                step(theta, eta, &mut state);
+                if state.iter().any(|value| value.abs() > VISIBLE) {
+                    return true;
+                }
+            }
+            false
+        };
+        (0..=4).all(|part| growth(0.25 * f64::from(part) * eta)).then_some(theta)
+    }
+}
+
+struct Sink<'a>(&'a mut BlockMatrix);
+
+impl BlockSink for Sink<'_> {
+    fn add_pair(&mut self, i: usize, j: usize, block: &Mat3) {
+        self.0.add_pair(i, j, block);
+    }
+
+    fn add_general_pair(&mut self, i: usize, j: usize, block: &Mat3) {
+        self.0.add_general_pair(i, j, block);
+    }
+
+    fn add_diagonal(&mut self, i: usize, block: &Mat3) {
+        self.0.add_diagonal(i, block);
+    }
+}
+
+/// Whether `mass M` plus the weighted matrices of all springs is positive definite on the particles that are free.
+fn is_definite(
+    system: &System,
+    x: &[Vec3],
+    h: f64,
+    mass: f64,
+    weights: &dyn Fn(&dyn Effect) -> Weights,
+) -> bool {
+    let mut pairs = Vec::new();
+    for effect in system.effects() {
+        effect.visit_pairs(&mut |i, j| pairs.push((i, j)));
+    }
+    let mut matrix = BlockMatrix::with_pattern(system.len(), pairs);
+    for (i, m) in system.mass().iter().enumerate() {
+        matrix.add_diagonal(i, &Mat3::from_diagonal_element(mass.max(LEAST_MASS) * m));
+    }
+    let (h2, rest) = (h * h, vec![Vec3::zeros(); system.len()]);
+    for effect in system.effects() {
+        let Weights { tangent, laplacian, secant, damping } = weights(effect);
+        let mut sink = Sink(&mut matrix);
+        effect.add_stiffness(x, h2 * tangent, Tangent::Exact, &mut sink);
+        let at_rest = Level { t: 0.0, x, v: &rest };
+        effect.add_damping(at_rest, h * damping, &mut sink);
+        if let Some(split) = effect.split() {
+            split.visit_weights(&mut |i, j, k, _| {
+                sink.add_pair(i, j, &Mat3::from_diagonal_element(h2 * laplacian * k));
+            });
+            split.visit_secants(x, &mut |i, j, k| {
+                sink.add_pair(i, j, &Mat3::from_diagonal_element(h2 * secant * k));
+            });
+        }
+    }
+    let mut constraints = Constraints::free(system.len());
+    hold_pins(system, &mut constraints);
+    matrix.project(&constraints);
+    BlockCholesky::new(&matrix).is_ok_and(|mut factor| factor.factorise(&matrix).is_ok())
+}

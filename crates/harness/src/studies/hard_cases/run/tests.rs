@@ -1,0 +1,235 @@
+//! Theory against known limits, and a part of the experiment itself.
+
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+use crate::methods::{Choice, self};
+use crate::run::Simulation;
+use crate::schedule::Schedule;
+use crate::studies::Progress;
+use crate::studies::sheet::pair;
+use drape_model::{SpringEffect, TimeSpan};
+use std::path::Path;
+use super::*;
+use super::expectation::{expectation, has_theory};
+use super::explanations::explained;
+use super::linear::Problem;
+use super::scenes::{Setup, self};
+use super::tweak::Tweak;
+
+/// Every method whose verdicts are to be expected here, whether or not it is in the registry yet.
+const METHODS: [&str; 17] = [
+    "explicit-euler",
+    "symplectic-euler",
+    "leapfrog",
+    "provot",
+    "backward-euler",
+    "baraff-witkin",
+    "desbrun",
+    "kang",
+    "terzopoulos-fleischer",
+    "adams-bashforth2",
+    "bdf2",
+    "imex-euler",
+    "imex-updated",
+    "imex-sbdf2",
+    "imex-cnab2",
+    "imex-mcnab2",
+    "imex-cnlf",
+];
+
+#[test]
+fn every_method_has_a_theory() {
+    for id in METHODS {
+        assert!(has_theory(id), "{id}");
+    }
+    for method in methods::all() {
+        assert!(has_theory(method.id), "{}: add it to THEORIES", method.id);
+    }
+}
+
+/// What theory says about two free particles of equal mass on a spring, `θ = 2h²k/m` and `η = 2hc/m`, beside
+/// which lies a shear spring of `θ_E`.
+fn of_pair(method: &str, theta: f64, eta: f64, theta_explicit: f64) -> Kind {
+    let h = 0.01;
+    let mut spec = pair(theta / (2.0 * h * h));
+    spec.springs[0].damping_n_s_per_m = eta * spec.particles.mass_kg[0] / (2.0 * h);
+    if theta_explicit > 0.0 {
+        let mut shear = spec.springs[0].clone();
+        shear.effect = SpringEffect::Shear;
+        shear.stiffness_n_per_m *= theta_explicit / theta;
+        spec.springs.push(shear);
+    }
+    let (system, state) = spec.build().unwrap();
+    let simulation = Simulation { system, state };
+    let setup = Setup {
+        system: || unreachable!("the system is given"),
+        tame: None,
+        schedule: Schedule::steady(TimeSpan { step_s: h, duration_s: 200.0 * h }),
+        tweak: Tweak::None,
+        is_at_rest: false,
+        twins: None,
+    };
+    let choice = Choice::parse(method, &[]).unwrap();
+    expectation(&Problem { setup: &setup, choice: &choice, simulation: &simulation }).kind
+}
+
+/// `θ + 2η < 4`.
+#[test]
+fn theory_knows_the_limit_of_symplectic_euler() {
+    for eta in [0.0, 0.5, 1.5] {
+        let limit = 4.0 - 2.0 * eta;
+        assert_eq!(of_pair("symplectic-euler", 0.98 * limit, eta, 0.0), Kind::Stable, "η = {eta}");
+        let beyond = limit + 0.05;
+        assert_eq!(of_pair("symplectic-euler", beyond, eta, 0.0), Kind::Unstable, "η = {eta}");
+    }
+}
+
+/// `θ ≤ η` and `η ≤ 2`: without damping never.
+#[test]
+fn theory_knows_the_limit_of_explicit_euler() {
+    assert_eq!(of_pair("explicit-euler", 0.2, 0.0, 0.0), Kind::Unstable);
+    assert_eq!(of_pair("explicit-euler", 0.9, 1.0, 0.0), Kind::Stable);
+    assert_eq!(of_pair("explicit-euler", 1.5, 1.0, 0.0), Kind::Unstable);
+    // It grows by 1 + θ/2 a step: too slowly for 200 of them.
+    assert_eq!(of_pair("explicit-euler", 1e-3, 0.0, 0.0), Kind::NoTheorem);
+}
+
+/// `θ_E < 4 + θ_I` with the tension springs in the matrix; the energy theorem with all of them.
+#[test]
+fn theory_knows_the_limit_of_explicit_springs_beside_implicit_ones() {
+    const EXACT: &str = "imex-euler:solver=cholesky,implicit=";
+    for implicit in [1.0, 100.0] {
+        let of = |setting: &str, explicit: f64| {
+            of_pair(&format!("{EXACT}{setting}"), implicit, 0.0, explicit)
+        };
+        assert_eq!(of("tension", 0.98 * (4.0 + implicit)), Kind::Stable);
+        assert_eq!(of("tension", 1.05 * (4.0 + implicit)), Kind::Unstable);
+        assert_eq!(of("springs", 1.05 * (4.0 + implicit)), Kind::Monotone);
+    }
+    assert_eq!(of_pair("imex-euler", 1.0, 0.0, 0.0), Kind::NoTheorem, "an inexact solve");
+}
+
+/// `θ < 4`, whatever the damping; the secant method at rest length is leapfrog.
+#[test]
+fn theory_knows_the_limit_of_leapfrog_and_of_the_secant_method() {
+    for eta in [0.0, 1.5] {
+        assert_eq!(of_pair("leapfrog", 3.9, eta, 0.0), Kind::Stable, "η = {eta}");
+        assert_eq!(of_pair("terzopoulos-fleischer", 3.9, eta, 0.0), Kind::NoTheorem, "η = {eta}");
+        for method in ["leapfrog", "terzopoulos-fleischer"] {
+            assert_eq!(of_pair(method, 4.1, eta, 0.0), Kind::Unstable, "{method}, η = {eta}");
+        }
+    }
+}
+
+/// Explicit springs beside implicit ones: `θ_E` beyond `4 + θ_I` with their tangents or backward Euler,
+/// `(16 + θ_I)/3`, `8 + θ_I/8` and `θ_I` in the two-step methods.
+#[test]
+fn theory_knows_how_much_explicit_stiffness_a_method_bears() {
+    for theta in [10.0, 1e3] {
+        for (method, limit) in [
+            ("imex-updated", 4.0 + theta),
+            ("baraff-witkin", 4.0 + theta),
+            ("imex-sbdf2", (16.0 + theta) / 3.0),
+            ("imex-mcnab2", 8.0 + theta / 8.0),
+            ("imex-cnlf", theta),
+        ] {
+            let of = |share: f64| {
+                of_pair(&format!("{method}:implicit=tension"), theta, 0.0, share * limit)
+            };
+            assert_eq!(of(0.98), Kind::NoTheorem, "{method} below θ_E = {limit}");
+            // The margin is one of the whole stiffness.
+            assert_eq!(of(1.2), Kind::Unstable, "{method} beyond θ_E = {limit}");
+        }
+    }
+}
+
+#[test]
+fn an_expectation_admits_what_it_should() {
+    for verdict in ["over budget", "refused", "not applicable"] {
+        for kind in [Kind::Monotone, Kind::Stable, Kind::Unstable, Kind::NoTheorem] {
+            assert!(kind.admits(verdict, 0), "{kind:?} {verdict}");
+        }
+    }
+    for (verdict, admitted) in [
+        ("stable", [true, true, false, true]),
+        ("marginal", [false, false, false, true]),
+        ("unstable", [false, false, true, true]),
+        ("diverged", [false, false, true, true]),
+    ] {
+        let kinds = [Kind::Monotone, Kind::Stable, Kind::Unstable, Kind::NoTheorem];
+        assert_eq!(kinds.map(|kind| kind.admits(verdict, 0)), admitted, "{verdict}");
+    }
+    assert!(!Kind::Monotone.admits("stable", 1) && Kind::Stable.admits("stable", 1));
+}
+
+#[test]
+fn explanations_name_cases_and_forms_that_exist() {
+    let (cases, forms) = (scenes::all(), tweak::forms());
+    for (case, method) in explained() {
+        assert!(cases.iter().any(|c| c.id == case || c.name() == case), "{case}");
+        assert!(forms.iter().any(|form| form.label == method), "{method}");
+    }
+}
+
+struct Silent;
+
+impl Progress for Silent {
+    fn begin(&self, _: &str, _: usize) {}
+    fn done(&self) {}
+    fn end(&self) {}
+}
+
+/// Without files and figures.
+fn quickly(journal: &crate::Journal) -> Context<'_> {
+    Context {
+        out: Path::new(""),
+        quick: true,
+        progress: &Silent,
+        journal,
+        allocated: None,
+    }
+}
+
+/// Squeezed, with explicit shear, a single particle, everything pinned: every method in every form.
+#[test]
+fn on_the_quick_cases_every_verdict_is_what_theory_says_or_explained() {
+    let mut cases = scenes::all();
+    cases.retain(|case| case.is_quick);
+    let (facts, _) = facts(&quickly(&crate::Journal::none()), &cases).unwrap();
+    assert!(facts.unexplained.is_empty(), "{}", facts.unexplained.join("\n"));
+    for method in methods::all() {
+        assert!(facts.cells.iter().any(|cell| cell.method == method.id), "{} ran", method.id);
+    }
+    let mut held = 0;
+    for cell in &facts.cells {
+        let must_hold = ["imex-euler (exact)", "imex-updated", "backward-euler"]
+            .contains(&cell.method.as_str())
+            && cell.expected.starts_with("stable");
+        if must_hold {
+            let name = format!("{}, {}", cell.case, cell.method);
+            assert_eq!(cell.verdict, "stable", "{name}: gains {} E_ref", cell.gain);
+            held += 1;
+        }
+    }
+    assert!(held >= 20, "only {held} cells were held to their theory");
+}
+
+/// Drag beyond the limit of explicit methods, and slivers: every method in every form.
+#[test]
+fn in_wind_and_on_slivers_every_verdict_is_what_theory_says_or_explained() {
+    let mut cases = scenes::all();
+    cases.retain(|case| {
+        ["H14 gust of wind", "H15 sliver triangles"].contains(&case.name().as_str())
+    });
+    let (facts, _) = facts(&quickly(&crate::Journal::none()), &cases).unwrap();
+    assert!(facts.unexplained.is_empty(), "{}", facts.unexplained.join("\n"));
+    for cell in facts.cells.iter().filter(|cell| cell.case.starts_with("H14")) {
+        let is_implicit =
+            ["backward-euler", "bdf2", "baraff-witkin"].contains(&cell.method.as_str());
+        if is_implicit {
+            assert_eq!(cell.verdict, "stable", "{}", cell.method);
+        } else {
+            assert_eq!(cell.expected, Kind::Unstable.name(), "{}: {}", cell.method, cell.verdict);
+        }
+    }
+}

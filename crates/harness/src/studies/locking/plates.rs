@@ -1,0 +1,376 @@
+//! Figures and tables of the experiment `locking`.
+
+use drape_report::family::{families, labels};
+use drape_report::number::{power, setting, significant, trimmed};
+use drape_report::page::{Section, Table, absent, texts};
+use drape_report::plate::{Plate, self};
+use drape_report::plot::{At, Axis, Look, Panel, Point, Rule, Series, Sheet, State, values};
+use drape_report::{Figure, Files, Record, ReportError, read_record};
+use std::path::Path;
+use super::facts::{Facts, LOCKED, OVER_BUDGET, Run, Spring};
+
+/// What the figures are drawn from.
+pub(super) type Input = Record<Facts>;
+
+/// Title and caption of every figure.
+pub(super) fn figures() -> Vec<Figure> {
+    PLATES.iter().map(Plate::figure).collect()
+}
+
+/// Draws the figures and returns the section of the page.
+pub(super) fn section(
+    results: &Path,
+    study: &str,
+    files: &mut Files,
+) -> Result<Option<Section>, ReportError> {
+    let Some(record) = read_record::<Facts>(results, study)? else {
+        return Ok(None);
+    };
+    let figures = plate::draw_all(PLATES, &record, files)?;
+    let section = Section::new(&record, figures, tables(&record));
+    Ok(Some(section.with_answer(answer(&record.facts))))
+}
+
+/// What IMEX Euler keeps of the motion of a stiff sheet, and what updates give back.
+fn answer(facts: &Facts) -> Option<String> {
+    let kept = |label: &str| {
+        let is_asked = |run: &&Run| {
+            run.label == label && run.stiffness_over_mass_per_s2 == 1e6 && run.step_s == 0.01
+        };
+        facts.runs.iter().find(is_asked)?.retained
+    };
+    let (plain, updated) = (kept("imex-euler")?, kept("imex-updated")?);
+    Some(format!(
+        "At k/m = 10⁶ s⁻² and h = 0.01 s IMEX Euler is stable and keeps {} % of the motion of the cloth; the safeguarded \
+         updated CG keeps {} %.",
+        significant(100.0 * plain, 2),
+        significant(100.0 * updated, 2)
+    ))
+}
+
+/// All figures, in the page's order.
+const PLATES: &[Plate<Input>] = &[
+    Plate {
+        file: "locking-stiffness.svg",
+        title: "Motion that is kept, against stiffness",
+        caption: "The midpoint of the free edge of a hanging sheet of 20 × 20 particles: its path in one second at h = 0.01 s over \
+            that of the true motion, against k/m; d/m = 40 s⁻¹, solves are tight. 1 is all of the motion; below the \
+            dashed line less than half is left, and a stable sheet counts as locked. A panel for each family of methods, with the \
+            same axes. Runs that are unstable or diverged are crossed out, those beyond 1.4 there: their long paths are no success. Updated CG \
+            with a number of passes starts each step from the last velocity.",
+        sheet: by_stiffness,
+    },
+    Plate {
+        file: "locking-step.svg",
+        title: "Motion that is kept, against the time step",
+        caption: "As against the stiffness, at k/m = 10⁶ s⁻²: the path of the midpoint of the free edge in one second over that of the \
+            true motion, against the time step h. Below the dashed line less than half of the motion is left. A \
+            method that converges comes to 1 on the left. Upright: the limit of leapfrog, h²λ = 4 with the bound λ ≤ 8.8 k/m; to the \
+            left of it an explicit method is stable too, at far less cost a step. Runs over budget are left out.",
+        sheet: by_step,
+    },
+    Plate {
+        file: "locking-terminal.svg",
+        title: "Speed of fall of a locked sheet beside the terminal speed of the law",
+        caption: "Mean speed of fall of the midpoint of the free edge from 0.5 s to 1 s, against the terminal speed v = a u/(h k/m) at \
+            which the artificial damping d = hk of every spring balances gravity, with u from h L_k v = M g solved for this \
+            sheet with all springs in the matrix; each point is one locked run at one k/m and h. Axes are logarithmic. On the \
+            dashed line the law holds. It is that of a flat sheet: one that has sagged hangs in its pins too, and falls more slowly.",
+        sheet: terminal,
+    },
+    Plate {
+        file: "locking-spring.svg",
+        title: "A single spring, loaded across itself: speed after one second over that of free fall",
+        caption: "One particle on an anchored spring at rest length, loaded across it, h = 0.01 s: the truth is free fall, 1, as long as the \
+            spring has hardly turned. On the left it lies along x, where its exact Hessian couples no coordinates, on the right \
+            obliquely, where it couples them all: the panels are alike. What locks is the stiffness across the spring, \
+            which the matrix has and the Hessian has not. Axes are logarithmic; the closed forms stand in the table.",
+        sheet: springs,
+    },
+];
+
+/// Where a run is compared over stiffnesses, s, and over steps, 1/s².
+const STEP: f64 = 0.01;
+const STIFFNESS: f64 = 1e6;
+/// What is kept least.
+const HALF: f64 = 0.5;
+
+fn identity(run: &Run) -> (&str, &str) {
+    (&run.method, &run.label)
+}
+
+fn state(verdict: &str) -> State {
+    if verdict == LOCKED { State::Stable } else { State::of_verdict(verdict) }
+}
+
+fn by_stiffness(input: &Input) -> Option<Sheet> {
+    let runs: Vec<_> = input.facts.runs.iter().filter(|run| run.step_s == STEP).collect();
+    let label = "stiffness over mass k/m (s⁻²)";
+    retained(&runs, label, |run| run.stiffness_over_mass_per_s2, None)
+}
+
+fn by_step(input: &Input) -> Option<Sheet> {
+    let runs = input.facts.runs.iter();
+    let runs: Vec<_> = runs.filter(|run| run.stiffness_over_mass_per_s2 == STIFFNESS).collect();
+    // Tension and shear springs of a tenth: λ ≤ 8 (k + k_s)/m.
+    let explicit = 2.0 / libm::sqrt(8.8 * STIFFNESS);
+    retained(&runs, "time step h (s)", |run| run.step_s, Some(explicit))
+}
+
+/// Greater motion, which is none of a success, is drawn here.
+const MOST: f64 = 1.4;
+
+/// A panel for each family; only a sweep over at least two values is drawn. `explicit`: the limit of leapfrog.
+fn retained(
+    runs: &[&Run],
+    x_label: &str,
+    x: impl Fn(&Run) -> f64,
+    explicit: Option<f64>,
+) -> Option<Sheet> {
+    let xs: Vec<f64> = runs.iter().map(|run| x(run)).collect();
+    let mut panels = Vec::new();
+    for family in families(runs.iter().map(|run| identity(run))) {
+        let mut panel = Panel::new(
+            vec![family.title.to_owned()],
+            Axis::log(x_label, &xs),
+            Axis::linear("retained motion R", &[0.0, MOST]),
+        );
+        panel.series = family
+            .members
+            .iter()
+            .filter_map(|(label, look)| {
+                let of =
+                    runs.iter().filter(|run| run.label == *label && run.verdict != OVER_BUDGET);
+                let points = of.map(|run| Point {
+                    x: x(run),
+                    y: run.retained.unwrap_or(MOST).min(MOST),
+                    state: state(&run.verdict),
+                });
+                Series::new((*label).to_owned(), *look, points.collect())
+            })
+            .collect();
+        panel.rules.push(Rule { label: "half of the motion".to_owned(), at: At::Y(HALF) });
+        panel.rules.extend(
+            explicit.map(|limit| Rule { label: "limit of leapfrog".to_owned(), at: At::X(limit) }),
+        );
+        panels.push(panel);
+    }
+    (values(xs.into_iter()).len() > 1).then_some(Sheet { panels, notes: Vec::new() })
+}
+
+/// Methods that have the whole stiffness of all springs in the matrix.
+const CREEPING: [&str; 3] = ["imex-euler", "desbrun", "imex-euler, tension only"];
+/// Slower falls are drawn on the lower edge.
+const SLOWEST: f64 = 1e-3;
+
+fn terminal(input: &Input) -> Option<Sheet> {
+    let of = |label: &str| {
+        let runs = input.facts.runs.iter().filter(|run| run.label == label);
+        let locked = runs.filter(|run| run.verdict == LOCKED);
+        let points = locked.filter_map(|run| {
+            let y = run.late_speed_m_s.filter(|speed| *speed > SLOWEST)?;
+            Some(Point { x: run.law_m_s, y, state: State::Stable })
+        });
+        points.collect::<Vec<_>>()
+    };
+    let points: Vec<_> = CREEPING.map(of).into();
+    let all = || points.iter().flatten();
+    let xs: Vec<f64> = all().map(|point| point.x).collect();
+    let ys: Vec<f64> = all().map(|point| point.y).collect();
+    let mut panel = Panel::new(
+        Vec::new(),
+        Axis::log("terminal speed of the law (m/s)", &xs),
+        Axis::log("speed of fall, 0.5 s to 1 s (m/s)", &ys),
+    );
+    for (n, (label, points)) in CREEPING.into_iter().zip(points.clone()).enumerate() {
+        let series = Series::new(label.to_owned(), Look::number(n), points);
+        panel.series.extend(series.map(Series::apart));
+    }
+    let least = xs.iter().copied().reduce(f64::min)?;
+    let at = At::Slope { order: 1.0, x: least, y: least };
+    panel.rules.push(Rule { label: "the law".to_owned(), at });
+    let notes = vec![
+        "With tension springs only in the matrix less than the law's damping acts.".to_owned(),
+    ];
+    Some(Sheet { panels: vec![panel], notes })
+}
+
+fn springs(input: &Input) -> Option<Sheet> {
+    let springs = &input.facts.springs;
+    let names = labels(springs.iter().map(|s| (s.method.as_str(), s.label.as_str())));
+    let xs: Vec<f64> = springs.iter().map(|s| s.theta).collect();
+    let ys: Vec<f64> = springs.iter().map(|s| s.speed_m_s / s.free_m_s).collect();
+    let directions = ["along x", "oblique"];
+    let mut panels = Vec::new();
+    for direction in directions {
+        let mut panel = Panel::new(
+            vec![format!("spring {direction}")],
+            Axis::log("θ = h²k/m (dimensionless)", &xs),
+            Axis::log("speed over that of free fall", &ys),
+        );
+        for (n, label) in names.iter().take(MOST_CURVES).enumerate() {
+            let of = |s: &&Spring| s.label == *label && s.direction == direction;
+            let points = springs.iter().filter(of).map(|s| Point {
+                x: s.theta,
+                y: s.speed_m_s / s.free_m_s,
+                state: State::Stable,
+            });
+            panel.series.extend(Series::new(label.clone(), Look::number(n), points.collect()));
+        }
+        panels.push(panel);
+    }
+    let notes = vec!["Backward Euler and Baraff-Witkin lie on one another.".to_owned()];
+    (!springs.is_empty()).then_some(Sheet { panels, notes })
+}
+
+/// Curves that can be told apart in one panel.
+const MOST_CURVES: usize = 7;
+
+/// All tables of the page.
+fn tables(input: &Input) -> Vec<Table> {
+    let at_step = |run: &&Run| run.step_s == STEP;
+    let at_stiffness = |run: &&Run| run.stiffness_over_mass_per_s2 == STIFFNESS;
+    let runs = || input.facts.runs.iter();
+    let by_stiffness: Vec<_> = runs().filter(at_step).collect();
+    let by_step: Vec<_> = runs().filter(at_stiffness).collect();
+    vec![
+        motion(
+            &by_stiffness,
+            &format!("**R; R beside backward Euler; R_fall by stiffness**, h = {STEP} s."),
+            |run| run.stiffness_over_mass_per_s2,
+            |k| format!("k/m = {} s⁻²", power(k)),
+        ),
+        motion(
+            &by_step,
+            &format!(
+                "**R; R beside backward Euler; R_fall by step**, k/m = {} s⁻².",
+                power(STIFFNESS)
+            ),
+            |run| run.step_s,
+            |h| format!("h = {} s", setting(h)),
+        ),
+        prototype(input),
+        law(input),
+        of_springs(input),
+    ]
+}
+
+fn number(value: Option<f64>, digits: i32) -> String {
+    value.map_or_else(absent, |value| significant(value, digits))
+}
+
+fn motion(
+    runs: &[&Run],
+    title: &str,
+    column: impl Fn(&Run) -> f64,
+    name: impl Fn(f64) -> String,
+) -> Table {
+    let columns = values(runs.iter().map(|run| column(run)));
+    let mut header = texts(&["method"]);
+    header.extend(columns.iter().map(|value| name(*value)));
+    let text = |run: &&&Run| match run.verdict.as_str() {
+        "stable" | LOCKED => {
+            let values = [run.retained, run.retained_beside_backward_euler, run.retained_fall];
+            values.map(|value| number(value, 2)).join("; ")
+        }
+        OVER_BUDGET => "B".to_owned(),
+        verdict => format!("✗ {verdict}"),
+    };
+    let line = |label: String| {
+        let of = |value: &f64| runs.iter().find(|r| r.label == label && column(r) == *value);
+        let cells = columns.iter().map(|value| of(value).as_ref().map_or_else(absent, text));
+        std::iter::once(label.clone()).chain(cells).collect()
+    };
+    Table {
+        title: format!("{title} B: over budget; ✗: not stable."),
+        header,
+        names: 1,
+        rows: labels(runs.iter().map(|run| identity(run))).into_iter().map(line).collect(),
+    }
+}
+
+fn prototype(input: &Input) -> Table {
+    let runs = || input.facts.runs.iter().filter(|run| run.prototype_path_m.is_some());
+    let labels = labels(runs().map(identity));
+    let mut header = texts(&["k/m (s⁻²)"]);
+    header.extend(
+        labels.iter().map(|label| format!("{label}: path; prototype; height at 0.3 s (m)")),
+    );
+    let line = |stiffness: f64| {
+        let mut line = vec![power(stiffness)];
+        line.extend(labels.iter().map(|label| {
+            let of =
+                |run: &&Run| run.label == *label && run.stiffness_over_mass_per_s2 == stiffness;
+            runs().find(of).map_or_else(absent, |run| {
+                let expected = run.prototype_path_m.map_or_else(absent, |path| path.to_string());
+                format!("{}; {expected}; {}", number(run.path_m, 4), number(run.height_m, 3))
+            })
+        }));
+        line
+    };
+    Table {
+        title: "**Paths of the midpoint in one second beside an independent prototype**, h = 0.01 s. Its updated CG has no \
+                safeguards and was unstable at 10⁸."
+            .to_owned(),
+        header,
+        names: 0,
+        rows: values(runs().map(|run| run.stiffness_over_mass_per_s2)).into_iter().map(line).collect(),
+    }
+}
+
+fn law(input: &Input) -> Table {
+    let line = |run: &&Run| {
+        vec![
+            run.label.clone(),
+            power(run.stiffness_over_mass_per_s2),
+            setting(run.step_s),
+            number(run.retained, 3),
+            number(run.late_speed_m_s, 3),
+            significant(run.law_m_s, 3),
+            number(run.late_speed_m_s.map(|speed| speed / run.law_m_s), 3),
+        ]
+    };
+    let is_creeping = |run: &&Run| CREEPING.contains(&run.label.as_str()) && run.verdict == LOCKED;
+    let lever = input.facts.sheets.first().map_or(0.0, |sheet| sheet.lever);
+    let swing = input.facts.sheets.first().map_or(0.0, |sheet| sheet.swing_lever);
+    Table {
+        title: format!(
+            "**Locked sheets beside the law** v = a u/(h k/m), with u = {} for this sheet (1/λ of the lowest swing of a sheet held \
+             along a whole edge: {}). Speeds from 0.5 s to 1 s.",
+            significant(lever, 4),
+            significant(swing, 4)
+        ),
+        header: texts(&[
+            "method",
+            "k/m (s⁻²)",
+            "h (s)",
+            "R",
+            "speed (m/s)",
+            "law (m/s)",
+            "speed over law",
+        ]),
+        names: 1,
+        rows: input.facts.runs.iter().filter(is_creeping).map(|run| line(&run)).collect(),
+    }
+}
+
+fn of_springs(input: &Input) -> Table {
+    let line = |spring: &Spring| {
+        vec![
+            spring.label.clone(),
+            spring.direction.clone(),
+            trimmed(spring.theta, 3),
+            significant(spring.speed_m_s / spring.free_m_s, 4),
+            significant(spring.law_m_s / spring.free_m_s, 4),
+            number(spring.recurrence_error, 2),
+        ]
+    };
+    Table {
+        title: "**A single spring loaded across itself.** Speed after one second over that of free fall: measured, and by the closed \
+                form; greatest relative deviation from the exact recurrence of the angular momentum, where there is one."
+            .to_owned(),
+        header: texts(&["method", "spring", "θ", "measured", "law", "deviation from the recurrence"]),
+        names: 2,
+        rows: input.facts.springs.iter().map(line).collect(),
+    }
+}

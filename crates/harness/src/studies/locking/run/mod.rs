@@ -1,0 +1,170 @@
+//! Experiment `locking`: how much of the motion a stiff cloth keeps at a step that does not resolve its springs.
+
+/// Algorithm 1 as printed, ended after so many updates of the right-hand side, from the velocity of the last step.
+macro_rules! passes {
+    ($number:literal) => {
+        concat!("imex-updated:safeguard=paper,start=last,forcing_term=1e-8,max_outer=", $number)
+    };
+}
+
+mod law;
+mod motion;
+mod spring;
+#[cfg(test)]
+mod tests;
+
+use crate::HarnessError;
+use crate::facts::{Fact, fact};
+use crate::studies::locking::facts::{Facts, Run};
+use crate::studies::variant::Variant;
+use crate::studies::{Account, Context, cells, prepared};
+use drape_report::Record;
+use motion::{BUDGET, Setting};
+use std::path::PathBuf;
+use super::STUDY;
+
+/// Stiffness over mass, 1/s².
+const STIFFNESSES: [f64; 7] = [1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8];
+/// Where the step varies, 1/s².
+pub(crate) const BASE_STIFFNESS: f64 = 1e6;
+/// Where the stiffness varies, s.
+pub(crate) const BASE_STEP: f64 = 0.01;
+/// Steps, s: each divides 0.01 s, the distance of the positions through which paths are taken.
+const STEPS: [f64; 7] = [0.01, 0.005, 0.002, 0.001, 0.0005, 0.0002, 0.0001];
+/// Of them, those for methods that factorise several times in a step.
+const LONG_STEPS: [f64; 4] = [0.01, 0.005, 0.002, 0.001];
+/// Of the quick subset, 1/s².
+const QUICK: [f64; 1] = [1e6];
+
+/// Solved tightly, so that the step itself shows, not the tolerance.
+const VARIANTS: [Variant; 19] = [
+    Variant::new(BACKWARD_EULER, "backward-euler"),
+    Variant::new("bdf2", "bdf2"),
+    Variant::new("baraff-witkin", "baraff-witkin:forcing_term=1e-8"),
+    Variant::new("terzopoulos-fleischer", "terzopoulos-fleischer"),
+    Variant::new("desbrun", "desbrun"),
+    Variant::new("kang", "kang"),
+    Variant::new("kang, 8 sweeps", "kang:sweeps=8"),
+    Variant::new(IMEX_EULER, "imex-euler:forcing_term=1e-8,implicit=springs"),
+    Variant::new("imex-euler, tension only", "imex-euler:forcing_term=1e-8"),
+    Variant::new("imex-updated", "imex-updated:forcing_term=1e-4"),
+    Variant::new("imex-updated, as printed", "imex-updated:safeguard=paper,forcing_term=1e-4"),
+    Variant::new("imex-updated, 1 pass", passes!("1")),
+    Variant::new("imex-updated, 2 passes", passes!("2")),
+    Variant::new("imex-updated, 4 passes", passes!("4")),
+    Variant::new("imex-updated, 8 passes", passes!("8")),
+    Variant::new("imex-sbdf2", "imex-sbdf2:forcing_term=1e-8"),
+    Variant::new("imex-cnab2", "imex-cnab2:forcing_term=1e-8"),
+    Variant::new("imex-mcnab2", "imex-mcnab2:forcing_term=1e-8"),
+    Variant::new("imex-cnlf", "imex-cnlf:forcing_term=1e-8"),
+];
+
+pub(crate) const BACKWARD_EULER: &str = "backward-euler";
+pub(crate) const IMEX_EULER: &str = "imex-euler";
+
+/// Steps at the base stiffness.
+fn steps(label: &str) -> &'static [f64] {
+    match label {
+        BACKWARD_EULER | "bdf2" => &LONG_STEPS,
+        "baraff-witkin"
+        | "desbrun"
+        | "kang"
+        | IMEX_EULER
+        | "imex-updated"
+        | "imex-sbdf2"
+        | "imex-cnab2"
+        | "imex-mcnab2"
+        | "imex-cnlf"
+        | "imex-updated, 1 pass"
+        | "imex-updated, 8 passes" => &STEPS,
+        _ => &STEPS[..1],
+    }
+}
+
+pub(super) fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
+    let stiffnesses: &[f64] = if context.quick { &QUICK } else { &STIFFNESSES };
+    let settings = prepared(context, "true motion", stiffnesses, |&k| Setting::new(k))?;
+    let mut pairs = Vec::new();
+    for setting in &settings {
+        for variant in &VARIANTS {
+            let is_base = setting.stiffness() == BASE_STIFFNESS && !context.quick;
+            let steps: &[f64] = if is_base { steps(variant.label) } else { &[BASE_STEP] };
+            pairs.extend(steps.iter().map(|&step| (setting, variant, step)));
+        }
+    }
+    let mut runs =
+        cells(context, "methods", &pairs, |&(setting, variant, step)| setting.run(variant, step))?;
+    beside_backward_euler(&mut runs);
+    let springs = cells(context, "springs", &spring::cases(), spring::run)?;
+    let sheets = settings.iter().map(|setting| setting.sheet.clone()).collect();
+    let facts = Facts { sheets, runs, springs };
+    let hashes = settings.iter().map(|s| (format!("sheet-{:e}", s.stiffness()), s.hash.clone()));
+    let account = Account {
+        method: format!(
+            "A sheet of 20 × 20 particles (1 m × 1 m, 1 g each, structural springs, shear springs of a tenth of the \
+             stiffness, d/m = 40/s, two corners pinned) is let go from the horizontal. Followed is the midpoint of the \
+             free edge, for one second. Retained motion R: its path, through its positions every 0.01 s, over that of \
+             the true motion; R_fall: how far it has fallen when half of the true fall is over, over how far it should \
+             have. The true motion is that of symplectic Euler at a quarter of its stability limit, at most 1e-4 s; \
+             the same at twice the step tells its error. A run is locked if it is stable (by its energy, over that \
+             one second) and R < 0.5: {BUDGET:e} visits of a spring end it over budget. Solves are tight: ε = 1e-8; \
+             updated CG: 1e-4, or so many passes, each solved to 1e-8, from the velocity of the last step. The law: \
+             IMEX Euler with all springs in the matrix is symplectic Euler with an artificial damping d = hk of every \
+             spring; where that balances gravity, h L_k v = M g, which is solved for the sheet. A single spring at rest, \
+             anchored at one end, is loaded across itself by 1e-3 m/s² at the other, along x and obliquely; there the \
+             angular momentum of IMEX Euler obeys J' = (J + h d × a)/(1 + θ) at any amplitude."
+        ),
+        findings: super::words::findings(&facts),
+        facts,
+        scenes: hashes.collect(),
+        seed: None,
+    };
+    Ok(vec![context.write(&STUDY, account)?])
+}
+
+/// Adds the motion beside that of backward Euler at the same step.
+fn beside_backward_euler(runs: &mut [Run]) {
+    let key = |run: &Run| (run.stiffness_over_mass_per_s2, run.step_s);
+    let standards: Vec<_> = runs
+        .iter()
+        .filter(|run| run.label == BACKWARD_EULER)
+        .filter_map(|run| Some((key(run), run.path_m?)))
+        .collect();
+    for run in runs {
+        let standard = standards.iter().find(|(other, _)| *other == key(run));
+        run.retained_beside_backward_euler =
+            run.path_m.zip(standard).map(|(path, (_, standard))| path / standard);
+    }
+}
+
+/// Near this retained motion a library's round-off may decide whether a run counts as locked.
+const EDGE: std::ops::Range<f64> = 0.45..0.55;
+
+/// Its facts, as they are compared.
+pub(crate) fn comparable(record: &Record<Facts>) -> Vec<Fact> {
+    let sheets = record.facts.sheets.iter();
+    let sheets = sheets.map(|sheet| {
+        fact(format!("sheet {:e}", sheet.stiffness_over_mass_per_s2), sheet.portable, sheet)
+    });
+    let runs = record.facts.runs.iter().map(|run| {
+        let key =
+            format!("{}, k/m={:e}, h={}", run.label, run.stiffness_over_mass_per_s2, run.step_s);
+        let mut fact = fact(key, run.portable, run);
+        if let serde_json::Value::Object(values) = &mut fact.values {
+            values.remove("retained_beside_backward_euler");
+            if !run.portable {
+                // The sheet folds: what passed through a library is repeatable in its verdict only.
+                values.retain(|_, value| value.is_string());
+                if run.retained.is_some_and(|retained| EDGE.contains(&retained)) {
+                    values.remove("verdict");
+                }
+            }
+        }
+        fact
+    });
+    let springs = record.facts.springs.iter().map(|spring| {
+        let key = format!("spring {}, {}, θ={}", spring.label, spring.direction, spring.theta);
+        fact(key, spring.portable, spring)
+    });
+    sheets.chain(runs).chain(springs).collect()
+}

@@ -1,0 +1,180 @@
+//! A single spring loaded across itself, where the law of locking has a closed form.
+//!
+//! The spring pulls along `d`, so that it falls out of the angular momentum `J = d × v` over the mass, and so does
+//! what is added to `d` along `v'`. IMEX Euler gives `J' = (J + h d × a)/(1 + θ)`, `θ = h²k/m`, at any amplitude;
+//! Desbrun and Kang, whose filter passes the load, `J' = J/(1 + θ) + h d × a`. From rest, and while the deflection is
+//! small, the speed after `n` steps is thus `h a q (1 − qⁿ)/(1 − q)`, `q = 1/(1 + θ)`, or that without the first `q`: it
+//! tends to `a/(hκ)`, or to `a/(hκ) + ha`. Updated CG that starts at `v_n` and ends after `N` passes adds the share
+//! `1 − (θ/(1 + θ))ᴺ` of `ha` in each step: its fall is slowed down, but does not end. Backward Euler adds all of it.
+
+use crate::HarnessError;
+use crate::methods::Choice;
+use crate::run::{Options, Simulation, simulate};
+use crate::studies::locking::facts::Spring;
+use crate::studies::sheet::MASS;
+use crate::studies::variant::Variant;
+use drape_model::{TimeSpan, Vec3};
+use drape_oracle::scenes::{particles, pin, spring};
+
+const STEP: f64 = 0.01;
+const STEPS: u64 = 100;
+/// Load over mass, m/s²: the deflection stays below 1e-3 of the length.
+const LOAD: f64 = 1e-3;
+const THETAS: [f64; 4] = [0.1, 1.0, 10.0, 1000.0];
+
+/// How a method answers to the load.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Law {
+    /// The load passes the filter with the rest.
+    Filtered,
+    /// The load is added behind the filter.
+    Unfiltered,
+    /// So many passes from the velocity of the last step.
+    Passes(i32),
+    /// As if there were no spring.
+    Free,
+}
+
+impl Law {
+    /// Speed after `steps` steps from rest over that of a single step in free fall.
+    fn speed(self, theta: f64, steps: u64) -> f64 {
+        let q = 1.0 / (1.0 + theta);
+        let n = steps as f64;
+        let sum = (1.0 - libm::pow(q, n)) / (1.0 - q);
+        match self {
+            Self::Filtered => q * sum,
+            Self::Unfiltered => sum,
+            Self::Passes(passes) => n * (1.0 - libm::pow(theta * q, f64::from(passes))),
+            Self::Free => n,
+        }
+    }
+
+    /// The angular momentum after a step, from that before and what the load adds to it.
+    fn follow(self, theta: f64, before: f64, load: f64) -> Option<f64> {
+        match self {
+            Self::Filtered => Some((before + load) / (1.0 + theta)),
+            Self::Unfiltered => Some(before / (1.0 + theta) + load),
+            Self::Passes(_) | Self::Free => None,
+        }
+    }
+}
+
+const METHODS: [(Variant, Law); 9] = [
+    (Variant::new("imex-euler", "imex-euler:forcing_term=1e-14"), Law::Filtered),
+    (Variant::new("desbrun", "desbrun"), Law::Unfiltered),
+    (Variant::new("kang", "kang"), Law::Unfiltered),
+    (Variant::new("imex-updated, 1 pass", passes!("1")), Law::Passes(1)),
+    (Variant::new("imex-updated, 2 passes", passes!("2")), Law::Passes(2)),
+    (Variant::new("imex-updated, 4 passes", passes!("4")), Law::Passes(4)),
+    (Variant::new("imex-updated, 8 passes", passes!("8")), Law::Passes(8)),
+    (Variant::new("baraff-witkin", "baraff-witkin:forcing_term=1e-14"), Law::Free),
+    (Variant::new("backward-euler", "backward-euler:residual=1e-12"), Law::Free),
+];
+
+/// How the spring lies: name, direction, direction of the load.
+const DIRECTIONS: [(&str, [f64; 3], [f64; 3]); 2] = [
+    ("along x", [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]),
+    ("oblique", [1.0, 1.0, 1.0], [1.0, -1.0, 0.0]),
+];
+
+/// One method on one spring.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Case {
+    method: Variant,
+    law: Law,
+    theta: f64,
+    /// Number in [`DIRECTIONS`].
+    direction: usize,
+}
+
+pub(super) fn cases() -> Vec<Case> {
+    let mut cases = Vec::new();
+    for (method, law) in METHODS {
+        for theta in THETAS {
+            cases.extend([0, 1].map(|direction| Case { method, law, theta, direction }));
+        }
+    }
+    cases
+}
+
+pub(super) fn run(case: &Case) -> Result<Spring, HarnessError> {
+    let Case { method, law, theta, direction } = *case;
+    let (name, along, across) = DIRECTIONS[direction];
+    let d = Vec3::from(along).normalize();
+    let a = Vec3::from(across).normalize() * LOAD;
+    let mut spec = particles(&[MASS; 2], &[Vec3::zeros(), d], &[Vec3::zeros(); 2]);
+    let stiffness = theta * MASS / (STEP * STEP);
+    spec.springs = vec![spring(drape_model::SpringEffect::Tension, (0, 1), 1.0, stiffness, 0.0)];
+    spec.pins = vec![pin(0)];
+    spec.effects.gravity = Some(drape_model::GravitySpec { m_s2: a.into() });
+    let (system, state) = spec.build()?;
+    let choice = Choice::parse(method.method, &[])?;
+    let time = TimeSpan { step_s: STEP, duration_s: STEPS as f64 * STEP };
+    let axis = d.cross(&a) / LOAD;
+    let (mut before, mut spin, mut error) = (d, 0.0, law.follow(theta, 0.0, 0.0));
+    let mut simulation = Simulation { system, state };
+    simulate(&mut simulation, &choice, time, Options::default(), |_, _, state| {
+        let load = STEP * before.cross(&a).dot(&axis);
+        let after = state.x[1].cross(&state.v[1]).dot(&axis);
+        if let (Some(law), Some(error)) = (law.follow(theta, spin, load), &mut error) {
+            let off = (after / law - 1.0).abs();
+            *error = if off.is_nan() { f64::INFINITY } else { error.max(off) };
+        }
+        (before, spin) = (state.x[1], after);
+    })?;
+    Ok(Spring {
+        label: method.label.to_owned(),
+        method: choice.full_id(),
+        direction: name.to_owned(),
+        theta,
+        step_s: STEP,
+        steps: STEPS,
+        load_m_s2: LOAD,
+        speed_m_s: spin,
+        law_m_s: STEP * LOAD * law.speed(theta, STEPS),
+        recurrence_error: error,
+        free_m_s: STEP * LOAD * STEPS as f64,
+        portable: choice.is_portable(),
+    })
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "tests")]
+mod tests {
+    use super::*;
+
+    /// The closed form is that of the recurrence with a constant lever, and tends to `a/(hκ)`.
+    #[test]
+    fn the_closed_form_solves_the_recurrence_and_tends_to_the_terminal_speed() {
+        for law in [Law::Filtered, Law::Unfiltered] {
+            for theta in THETAS {
+                let (mut spin, load) = (0.0, 1.0);
+                for n in 1..=200 {
+                    spin = law.follow(theta, spin, load).unwrap();
+                    assert!(
+                        (spin / law.speed(theta, n) - 1.0).abs() < 1e-12,
+                        "{law:?} {theta} {n}"
+                    );
+                }
+                let more = if law == Law::Unfiltered { 1.0 } else { 0.0 };
+                assert!((spin - more - 1.0 / theta).abs() < 1e-8 / theta, "{law:?} {theta}");
+            }
+        }
+    }
+
+    #[test]
+    fn every_method_falls_as_its_law_says_and_no_direction_matters() {
+        let mut slowest: f64 = 1.0;
+        for case in cases() {
+            let result = run(&case).unwrap();
+            let name = format!("{} {} θ = {}", result.label, result.direction, result.theta);
+            let ratio = result.speed_m_s / result.law_m_s;
+            assert!((ratio - 1.0).abs() < 1e-5, "{name}: {ratio}");
+            if let Some(error) = result.recurrence_error {
+                assert!(error < 1e-11, "{name}: {error}");
+            }
+            slowest = slowest.min(result.speed_m_s / result.free_m_s);
+        }
+        assert!(slowest < 2e-5, "nothing locks: {slowest}");
+    }
+}

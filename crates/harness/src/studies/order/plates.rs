@@ -1,0 +1,227 @@
+//! Figures of the experiment `order`.
+
+use drape_report::family::{families, labels};
+use drape_report::number::{power, setting, significant};
+use drape_report::page::{Section, Table, absent, texts};
+use drape_report::plate::Plate;
+use drape_report::plot::{At, Axis, Look, Panel, Point, Rule, Series, Sheet, State};
+use drape_report::{Figure, Files, Record, ReportError, record_section};
+use std::path::Path;
+use super::facts::{Facts, Row, Run, Scene};
+
+/// What the figures are drawn from.
+pub(super) type Input = Record<Facts>;
+
+/// Title and caption of every figure.
+pub(super) fn figures() -> Vec<Figure> {
+    PLATES.iter().map(Plate::figure).collect()
+}
+
+/// Draws the figures and returns the section of the page.
+pub(super) fn section(
+    results: &Path,
+    study: &str,
+    files: &mut Files,
+) -> Result<Option<Section>, ReportError> {
+    record_section(results, study, PLATES, tables, files)
+}
+
+/// All figures, in the page's order.
+const PLATES: &[Plate<Input>] = &[
+    Plate {
+        file: "order-observed.svg",
+        title: "Observed order of accuracy of every method",
+        caption: "A small sheet falls for 0.25 s. For each method and scene the slope of log e over log h, where e is \
+            the error of the positions against an adaptive reference solution and h the time step; four steps, each \
+            half the one before. The black upright bar is the order that theory gives (none where none is claimed). \
+            Smooth scenes: every step resolves every oscillation. Stiff scenes, with k/m of 10⁴ and 10⁶ s⁻²: it does \
+            not, and what is left of the order is drawn. A crossed-out marker at the left end: fewer than three \
+            of the runs did not diverge, so that there is no slope.",
+        sheet: observed,
+    },
+    Plate {
+        file: "order-smooth.svg",
+        title: "Error against the time step where every oscillation is resolved",
+        caption: "The smooth scene (k/m = 400 s⁻², full damping), a panel for each family of methods, with the same \
+            axes. Error of the positions after 0.25 s, over how far the sheet has moved, against the time step h; \
+            axes are logarithmic. The black lines have the slopes 1 and 2: a method of that order runs parallel. \
+            Where methods of one order lie on one another, so do their errors.",
+        sheet: smooth,
+    },
+    Plate {
+        file: "order-stiff.svg",
+        title: "Error against the time step where the springs are stiff",
+        caption: "The same sheet with stiffer springs: k/m = 10⁴ s⁻² on the left, 10⁶ s⁻² on the right, a row of \
+            panels for each family of methods, all with the same axes. Error of the positions after 0.25 s, over how \
+            far the sheet has moved, against the time step h; axes are logarithmic. The black lines have the slopes \
+            1 and 2. An error near 1 that does not fall with h: the sheet all but stands still. Runs that diverged, \
+            or ended farther off than the sheet has moved, are crossed out on the upper edge.",
+        sheet: stiff,
+    },
+];
+
+/// The look of the order that theory gives.
+const THEORY: Look = Look::pair(4, 5);
+/// Range of the axis of orders; what has none lies at its left end.
+const ORDERS: [f64; 2] = [-0.8, 3.1];
+
+fn rows_of<'a>(input: &'a Input, scene: &Scene) -> impl Iterator<Item = &'a Row> + Clone {
+    let id = scene.id.clone();
+    input.facts.rows.iter().filter(move |row| row.scene == id)
+}
+
+/// A scene in a few words.
+fn name(scene: &Scene) -> String {
+    let stiffness = power(scene.stiffness_over_mass_per_s2);
+    let kind = if scene.resolved { "smooth" } else { "stiff" };
+    format!("{kind}, k/m = {stiffness} s⁻², {} damping", scene.damping)
+}
+
+/// Method and label of a row.
+fn identity(row: &Row) -> (&str, &str) {
+    (&row.method, &row.label)
+}
+
+fn observed(input: &Input) -> Option<Sheet> {
+    let rows = || input.facts.rows.iter();
+    let labels = labels(rows().map(identity));
+    let height = |row: &Row| -> f64 {
+        labels.iter().position(|label| *label == row.label).map_or(0.0, |n| -(n as f64))
+    };
+    let axis = Axis::linear("observed order", &ORDERS);
+    let mut panel = Panel::new(Vec::new(), axis, Axis::names("", &labels));
+    let theory = rows().filter_map(|row| {
+        let x = f64::from(row.theory?);
+        Some(Point { x, y: height(row), state: State::Stable })
+    });
+    let theory = Series::new("theory".to_owned(), THEORY, theory.collect());
+    panel.series.extend(theory.map(Series::apart));
+    for (n, scene) in input.facts.scenes.iter().enumerate() {
+        let points = rows_of(input, scene).map(|row| match row.order {
+            Some(x) => Point { x, y: height(row), state: State::Stable },
+            None => Point { x: ORDERS[0], y: height(row), state: State::Failed },
+        });
+        let series = Series::new(name(scene), Look::number(n), points.collect());
+        panel.series.extend(series.map(Series::apart));
+    }
+    (!labels.is_empty()).then(|| Sheet { panels: vec![panel], notes: Vec::new() })
+}
+
+fn smooth(input: &Input) -> Option<Sheet> {
+    let scene = input.facts.scenes.iter().find(|scene| scene.resolved)?;
+    errors(input, &[scene])
+}
+
+fn stiff(input: &Input) -> Option<Sheet> {
+    let scenes: Vec<_> = input.facts.scenes.iter().filter(|scene| !scene.resolved).collect();
+    errors(input, &scenes)
+}
+
+/// A row of panels for each family, a panel for each scene, all with the same axes.
+fn errors(input: &Input, scenes: &[&Scene]) -> Option<Sheet> {
+    let rows = || scenes.iter().flat_map(|scene| rows_of(input, scene));
+    let runs = || rows().flat_map(|row| &row.runs);
+    let steps: Vec<f64> = runs().map(|run| run.step_s).collect();
+    let errors: Vec<f64> = runs().filter_map(|run| run.error).collect();
+    let coarsest = steps.iter().copied().fold(0.0, f64::max);
+    let greatest = errors.iter().copied().fold(0.0, f64::max);
+    let axes = || {
+        let y = Axis::log("error over motion (dimensionless)", &errors);
+        (Axis::log("time step h (s)", &steps), y)
+    };
+    let mut panels = Vec::new();
+    for family in families(rows().map(identity)) {
+        for scene in scenes {
+            let stiffness = power(scene.stiffness_over_mass_per_s2);
+            let (x, y) = axes();
+            let mut panel =
+                Panel::new(vec![format!("{}, k/m = {stiffness} s⁻²", family.title)], x, y);
+            panel.series = family
+                .members
+                .iter()
+                .filter_map(|(label, look)| {
+                    let row = rows_of(input, scene).find(|row| row.label == *label)?;
+                    let points = row.runs.iter().map(|run| match run.error {
+                        Some(y) => Point { x: run.step_s, y, state: State::Stable },
+                        None => Point { x: run.step_s, y: f64::INFINITY, state: State::Failed },
+                    });
+                    Series::new(row.label.clone(), *look, points.collect())
+                })
+                .collect();
+            panel.rules = [1, 2]
+                .map(|order| Rule {
+                    label: format!("slope {order}"),
+                    at: At::Slope { order: f64::from(order), x: coarsest, y: greatest },
+                })
+                .into();
+            panels.push(panel);
+        }
+    }
+    (!errors.is_empty()).then_some(Sheet { panels, notes: Vec::new() })
+}
+
+/// The tables of the page.
+fn tables(input: &Input) -> Vec<Table> {
+    let errors = input.facts.scenes.iter().map(|scene| errors_of(input, scene));
+    std::iter::once(orders(input)).chain(errors).collect()
+}
+
+/// Observed order, and constant where it is that of theory.
+fn order(row: &Row) -> String {
+    let sign = if row.accepted == Some(false) { " ✗" } else { "" };
+    let constant =
+        row.error_constant.map_or_else(String::new, |c| format!("; {}", significant(c, 3)));
+    let text = |order: f64| format!("{order:.2}").replace('-', "−");
+    row.order.map_or_else(absent, |order| format!("{}{sign}{constant}", text(order)))
+}
+
+fn orders(input: &Input) -> Table {
+    let scenes = &input.facts.scenes;
+    let mut header = texts(&["method", "theory"]);
+    header.extend(scenes.iter().map(name));
+    let line = |label: String| {
+        let row = |scene| rows_of(input, scene).find(|row| row.label == label);
+        let rows: Vec<_> = scenes.iter().map(row).collect();
+        let theory = rows.iter().flatten().next().and_then(|row| row.theory);
+        let mut line = vec![label.clone(), theory.map_or_else(absent, |p| p.to_string())];
+        line.extend(rows.iter().map(|row| row.map_or_else(absent, order)));
+        line
+    };
+    Table {
+        title: "**Observed order; error constant.** The order p beside that of theory, and C = e/hᵖ (1/sᵖ) at the finest \
+                step where the two agree within 0.15. ✗: they do not although every oscillation is resolved. –: no \
+                order is claimed, or fewer than three runs did not diverge."
+            .to_owned(),
+        header,
+        names: 1,
+        rows: labels(input.facts.rows.iter().map(identity)).into_iter().map(line).collect(),
+    }
+}
+
+fn errors_of(input: &Input, scene: &Scene) -> Table {
+    let rows = || rows_of(input, scene);
+    let steps = rows().next().map_or(&[][..], |row| row.runs.as_slice());
+    let mut header = texts(&["method"]);
+    header.extend(steps.iter().map(|run| format!("h = {} s", setting(run.step_s))));
+    let error = |run: &Run| {
+        let sign = if run.unconverged_steps > 0 { " °" } else { "" };
+        run.error.map_or_else(|| "✗".to_owned(), |e| format!("{}{sign}", significant(e, 3)))
+    };
+    let line = |label: String| {
+        let row = rows().find(|row| row.label == label)?;
+        Some(std::iter::once(label.clone()).chain(row.runs.iter().map(error)).collect())
+    };
+    Table {
+        title: format!(
+            "**Errors, {}.** Error of the positions after {} s over how far the sheet has moved. ✗ diverged, or ended \
+             farther off than the sheet has moved; ° some solves ended before their tolerance. The reference is off \
+             by at most {} m.",
+            name(scene),
+            setting(scene.span_s),
+            significant(scene.reference_error_m, 2)
+        ),
+        header,
+        names: 1,
+        rows: labels(rows().map(identity)).into_iter().filter_map(line).collect(),
+    }
+}

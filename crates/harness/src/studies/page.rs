@@ -1,0 +1,23 @@
+//! The order of the page, and the studies that answer the reader's question.
+
+use drape_report::page::{Outline, Part};
+
+pub(super) const OUTLINE: Outline = Outline {
+    parts: &[
+        Part { title: "What it looks like", studies: &["pictures"], table_first: false },
+        Part { title: "The paper’s tables beside ours", studies: &["tables"], table_first: true },
+        Part { title: "What the paper claims", studies: &["claims"], table_first: true },
+        Part { title: "A way through the methods", studies: &["course"], table_first: false },
+        Part { title: "The experiments", studies: &[], table_first: false },
+    ],
+    answers: &[
+        ("work-precision", 2),
+        ("locking", 1),
+        ("claims", 1),
+        ("course", 2),
+        ("order", 1),
+        ("hard-cases", 1),
+    ],
+    longest_answer: 4,
+    leads: &["work-precision.svg", "course-motion.svg", "motion-vs-stiffness.svg"],
+};

@@ -1,0 +1,216 @@
+//! Pictures of the experiment `pictures`, drawn from its positions.
+
+use drape_model::{Obstacle, Shape, Vec3};
+use drape_render::{Camera, Colour, Font, Image, Subject, View, draw};
+use drape_report::page::{Section, Table};
+use drape_report::{Content, Figure, Files, Record, ReportError, read_record};
+use std::path::Path;
+use super::facts::{Facts, METHODS, PAPER, Scene, Shot};
+
+/// Title and caption of every figure.
+pub(super) fn figures() -> Vec<Figure> {
+    PLATES.iter().map(Plate::figure).collect()
+}
+
+/// A picture, what the record says about it and how it is made.
+struct Plate {
+    file: &'static str,
+    title: &'static str,
+    caption: &'static str,
+    image: fn(&Facts) -> Option<Image>,
+}
+
+impl Plate {
+    fn figure(&self) -> Figure {
+        Figure {
+            file: self.file.to_owned(),
+            title: self.title.to_owned(),
+            caption: self.caption.to_owned(),
+        }
+    }
+}
+
+const PLATES: [Plate; 2] = [
+    Plate {
+        file: "pictures-paper.png",
+        title: "A table cloth and a hanging textile",
+        caption: "The scenes of the paper’s figure 4. (a)–(c) A table cloth of 2704 particles, 1 m × 1 m, k/m = 10⁶ s⁻² along warp and weft, with \
+            soft shear and bending springs, is released on a square table of half its width and drapes over it. (d) A textile of 400 particles, \
+            k/m = 10⁴ s⁻² and a tenth of it in shear, fixed at two corners, one second after it was released. Lines are warp and weft, the two sides of the cloth have \
+            two colours, and the edges of the table are drawn round.",
+        image: paper,
+    },
+    Plate {
+        file: "pictures-methods.png",
+        title: "All methods on the same sheet",
+        caption: "A sheet of 400 particles, k/m = 10⁶ s⁻², fixed at two corners and released flat, as each method moves it with h = 0.01 s and its \
+            default settings; a row for each method, a column for each time. The first row is the reference, leapfrog with a fiftieth of that step. \
+            Striped: the run has diverged. What to see: explicit methods do not live through the first tenth of a second; of those that do, \
+            some hang almost still in the air, where the reference has long fallen, and some bring the cloth down on time.",
+        image: methods,
+    },
+];
+
+/// Size of a picture of the paper's, and the space between two, pixels.
+const LARGE: [u32; 2] = [620, 500];
+const GAP: u32 = 8;
+/// Size of a picture of a method, pixels.
+const SMALL: [u32; 2] = [150, 132];
+/// Rows of methods stand beside each other in so many blocks.
+const BLOCKS: usize = 2;
+const PAPER_VIEW: View = View { azimuth_deg: -62.0, elevation_deg: 24.0 };
+/// Pictures of methods look along the fall of the sheet, so that it passes nothing.
+const METHODS_VIEW: View = View { azimuth_deg: 28.0, elevation_deg: 14.0 };
+
+/// Draws the pictures and returns the section of the page.
+pub(super) fn section(
+    results: &Path,
+    study: &str,
+    files: &mut Files,
+) -> Result<Option<Section>, ReportError> {
+    let Some(record) = read_record::<Facts>(results, study)? else { return Ok(None) };
+    let mut figures = Vec::new();
+    for plate in &PLATES {
+        let Some(image) = (plate.image)(&record.facts) else { continue };
+        let png =
+            image.png().map_err(|source| ReportError::Picture {
+                file: plate.file,
+                source: Box::new(source),
+            })?;
+        files.push((format!("figures/{}", plate.file), Content::Png(png)));
+        figures.push(plate.figure());
+    }
+    Ok(Some(Section::new(&record, figures, tables(&record))))
+}
+
+/// Positions of a shot, m; `None` where there is no picture or it does not fit its scene.
+fn positions(shot: &Shot, scene: &Scene) -> Option<Vec<Vec3>> {
+    let count = scene.rows as usize * scene.columns as usize;
+    let x: Vec<Vec3> =
+        shot.position_m.chunks_exact(3).map(|x| Vec3::new(x[0], x[1], x[2])).collect();
+    (count > 0 && x.len() == count).then_some(x)
+}
+
+fn scene_of<'a>(facts: &'a Facts, shot: &Shot) -> Option<&'a Scene> {
+    facts.scenes.iter().find(|scene| scene.id == shot.scene)
+}
+
+fn subject(scene: &Scene, x: &[Vec3]) -> Subject {
+    let table = scene.table.as_ref().map(|table| {
+        let half_extents = Vec3::from(table.size_m) * 0.5;
+        Obstacle::from(Shape::Box { center: table.center_m.into(), half_extents })
+    });
+    Subject::grid(scene.rows, scene.columns, table.as_slice(), x)
+}
+
+fn aspect(size: [u32; 2]) -> f64 {
+    f64::from(size[0]) / f64::from(size[1])
+}
+
+/// The paper's pictures, two by two.
+fn paper(facts: &Facts) -> Option<Image> {
+    let shots: Vec<&Shot> = facts.shots.iter().filter(|shot| shot.series == PAPER).collect();
+    let mut images = Vec::new();
+    for (letter, shot) in ('a'..).zip(&shots) {
+        let scene = scene_of(facts, shot)?;
+        let x = positions(shot, scene)?;
+        let subject = subject(scene, &x);
+        // One camera for all pictures of a scene.
+        let same = shots.iter().filter(|other| other.scene == shot.scene);
+        let seen: Vec<Vec3> = same
+            .filter_map(|other| Some(subject.points(&positions(other, scene)?)))
+            .flatten()
+            .collect();
+        let camera = Camera::fit(PAPER_VIEW, &seen, aspect(LARGE));
+        let mut image = draw(&subject, &x, &camera, LARGE);
+        // A quick record has one picture only.
+        let letter = if shots.len() > 1 { format!("({letter}) ") } else { String::new() };
+        let label = format!("{letter}{}, t = {} s", shot.label, shot.time_s);
+        image.write(&label, 14, LARGE[1] - Font::Medium.height() - 10, Font::Medium, Colour::INK);
+        images.push(image);
+    }
+    let columns = images.len().min(2) as u32;
+    let rows = (images.len() as u32).div_ceil(2);
+    let extent = |count: u32, side: u32| count * (side + GAP) + GAP;
+    (rows > 0).then(|| {
+        let mut sheet = Image::new(extent(columns, LARGE[0]), extent(rows, LARGE[1]));
+        for (n, image) in (0..).zip(&images) {
+            let place = |n: u32, side: u32| GAP + n * (side + GAP);
+            sheet.paste(image, place(n % 2, LARGE[0]), place(n / 2, LARGE[1]));
+        }
+        sheet
+    })
+}
+
+/// A row of pictures for each method, in two blocks.
+fn methods(facts: &Facts) -> Option<Image> {
+    let shots: Vec<&Shot> = facts.shots.iter().filter(|shot| shot.series == METHODS).collect();
+    let scene = scene_of(facts, shots.first()?)?;
+    let mut labels: Vec<&str> = shots.iter().map(|shot| shot.label.as_str()).collect();
+    labels.dedup();
+    let mut times: Vec<f64> = shots.iter().map(|shot| shot.time_s).collect();
+    times.sort_by(f64::total_cmp);
+    times.dedup();
+    // What the first row shows, the reference, sets the camera, and the sheet as it was released.
+    let first: Vec<Vec3> = shots
+        .iter()
+        .filter(|shot| shot.label == labels[0])
+        .filter_map(|shot| positions(shot, scene))
+        .flatten()
+        .collect();
+    let subject = subject(scene, &first);
+    let camera = Camera::fit(METHODS_VIEW, &first, aspect(SMALL));
+
+    let rows = labels.len().div_ceil(BLOCKS) as u32;
+    let title = Font::Small.height() + 4;
+    let head = Font::Medium.height() + 14;
+    let row_height = title + SMALL[1] + GAP;
+    let block_width = times.len() as u32 * (SMALL[0] + 2) + 3 * GAP;
+    let mut sheet = Image::new(BLOCKS as u32 * block_width, head + rows * row_height + GAP);
+    for (n, label) in (0..).zip(&labels) {
+        let (left, top) = (GAP + n / rows * block_width, head + n % rows * row_height);
+        sheet.write(label, left, top, Font::Small, Colour::INK);
+        for (column, time) in (0..).zip(&times) {
+            let left = left + column * (SMALL[0] + 2);
+            if n % rows == 0 {
+                sheet.write(&format!("t = {time} s"), left, 8, Font::Small, Colour::GREY);
+            }
+            let Some(shot) = shots.iter().find(|s| s.label == *label && s.time_s == *time) else {
+                continue;
+            };
+            let image = match (positions(shot, scene), shot.diverged_at_s) {
+                (Some(x), _) => draw(&subject, &x, &camera, SMALL),
+                (None, Some(_)) => Image::failure(SMALL, "diverged"),
+                (None, None) => Image::failure(SMALL, "no picture"),
+            };
+            sheet.paste(&image, left, top + title);
+        }
+    }
+    Some(sheet)
+}
+
+/// When each run was looked at, and whether it lived to see it.
+fn tables(record: &Record<Facts>) -> Vec<Table> {
+    let rows = record.facts.shots.iter();
+    let rows = rows.map(|shot| {
+        let state = match shot.diverged_at_s {
+            Some(time) if shot.position_m.is_empty() => format!("diverged at {time:.3} s"),
+            _ => "completed".to_owned(),
+        };
+        let step = shot.step_s.to_string();
+        vec![
+            shot.scene.clone(),
+            shot.label.clone(),
+            shot.method.clone(),
+            step,
+            shot.time_s.to_string(),
+            state,
+        ]
+    });
+    vec![Table {
+        title: "The pictures".to_owned(),
+        header: ["scene", "label", "method", "h (s)", "t (s)", "run"].map(str::to_owned).to_vec(),
+        names: 3,
+        rows: rows.collect(),
+    }]
+}

@@ -1,0 +1,283 @@
+//! Figures of the experiment `precomputed-inverse`.
+
+use drape_report::number::{significant, trimmed};
+use drape_report::page::{Section, Table, absent, texts};
+use drape_report::plate::Plate;
+use drape_report::plot::{At, Axis, Look, Panel, Point, Rule, Series, Sheet, State};
+use drape_report::{Figure, Files, ReportError, Timed, timed_section};
+use std::path::Path;
+use super::facts::{CG, CHOLESKY, Change, DENSE, Facts, Solver, TimingRow};
+
+/// What the figures are drawn from.
+pub(super) type Input = Timed<Facts, TimingRow>;
+
+/// Title and caption of every figure.
+pub(super) fn figures() -> Vec<Figure> {
+    PLATES.iter().map(Plate::figure).collect()
+}
+
+/// Draws the figures and returns the section of the page.
+pub(super) fn section(
+    results: &Path,
+    study: &str,
+    files: &mut Files,
+) -> Result<Option<Section>, ReportError> {
+    timed_section(results, study, PLATES, tables, files)
+}
+
+/// All figures, in the page's order.
+const PLATES: &[Plate<Input>] = &[
+    Plate {
+        file: "inverse-counts.svg",
+        title: "What an inverse, a sparse factor and conjugate gradients cost, counted",
+        caption: "The linear system of a step of the hanging sheet, one scalar matrix for three coordinates, against the number of \
+            particles: floating-point operations to make what is kept, operations to solve with it once, memory, and how many solves the \
+            making is worth. CG's solve takes one more than the mean number of iterations a step at ε = 0.001; its stiffness series are k/m = 10⁴ and \
+            10⁶ s⁻² at all sizes, and one fabric, whose k/m grows with the number of particles. Everything is counted from non-zeros and is the same on every machine. \
+            Above the dashed line a change of h or k costs more than twenty solves.",
+        sheet: counts,
+    },
+    Plate {
+        file: "inverse-cost.svg",
+        title: "What an inverse, a sparse factor and conjugate gradients cost, timed",
+        caption: "Medians of five repetitions on one core, against the number of particles: the first set-up with allocation and analysis; \
+            a rebuild in place after a change of the step size; a whole step of the hanging sheet (`desbrun` with the inverse or the factor, `imex-euler` \
+            with CG, ε = 0.001); and the rebuild in steps' worth, rebuild time over step time. Above the dashed line at 20 steps a change of h or k is \
+            dear. The lowest curve of the third panel is the method that a user would pick for that size.",
+        sheet: cost,
+    },
+];
+
+/// Solver and series of a curve.
+fn name(solver: &str, series: &str) -> String {
+    if solver == CG { format!("{solver}, {series}") } else { solver.to_owned() }
+}
+
+fn look(solver: &str, order: usize) -> Look {
+    match solver {
+        DENSE => Look::number(0),
+        CHOLESKY => Look::number(1),
+        _ => Look::number(2 + order),
+    }
+}
+
+/// A rebuild of more steps' worth is dear.
+const DEAR: f64 = 20.0;
+
+/// Values of a quantity, with the solver and series they are of.
+type Curve<'a> = (&'a str, &'a str, Vec<(usize, f64)>);
+
+fn panel(title: &str, label: &str, sizes: &[f64], curves: &[Curve<'_>], is_worth: bool) -> Panel {
+    let all = curves.iter().flat_map(|(_, _, points)| points).map(|(_, value)| *value);
+    let span: Vec<f64> = all.chain(is_worth.then_some(DEAR)).collect();
+    let x = Axis::log("particles", sizes);
+    let mut panel = Panel::new(vec![title.to_owned()], x, Axis::log(label, &span));
+    let mut cg = 0;
+    for (solver, series, points) in curves {
+        let points =
+            points.iter().map(|(n, value)| Point { x: *n as f64, y: *value, state: State::Stable });
+        let look = look(solver, cg);
+        cg += usize::from(*solver == CG);
+        panel.series.extend(Series::new(name(solver, series), look, points.collect()));
+    }
+    if is_worth {
+        panel.rules = vec![Rule { label: "20 steps' worth".to_owned(), at: At::Y(DEAR) }];
+    }
+    panel
+}
+
+/// The curves of a quantity over some rows.
+fn curves<'a, R>(
+    rows: &'a [R],
+    key: fn(&R) -> (&str, &str, usize),
+    value: impl Fn(&R) -> f64,
+) -> Vec<Curve<'a>> {
+    let mut curves: Vec<Curve<'a>> = Vec::new();
+    for row in rows {
+        let (solver, series, particles) = key(row);
+        let point = (particles, value(row));
+        match curves.iter_mut().find(|curve| (curve.0, curve.1) == (solver, series)) {
+            Some(curve) => curve.2.push(point),
+            None => curves.push((solver, series, vec![point])),
+        }
+    }
+    curves
+}
+
+fn counts(input: &Input) -> Option<Sheet> {
+    let rows = &input.record.facts.solvers;
+    let sizes: Vec<f64> = rows.iter().map(|row| row.particles as f64).collect();
+    let of = |value: fn(&Solver) -> f64| {
+        curves(rows, |row| (row.solver.as_str(), row.series.as_str(), row.particles), value)
+    };
+    let panels = vec![
+        panel("To make", "operations", &sizes, &of(|row| row.setup_operations), false),
+        panel("To solve once", "operations", &sizes, &of(|row| row.solve_operations), false),
+        panel("Memory", "bytes", &sizes, &of(|row| row.kept_bytes as f64), false),
+        panel(
+            "Making in solves' worth",
+            "solves",
+            &sizes,
+            &of(|row| row.setup_operations / row.solve_operations),
+            true,
+        ),
+    ];
+    (!rows.is_empty()).then_some(Sheet { panels, notes: Vec::new() })
+}
+
+fn median(samples: &[u64]) -> f64 {
+    let mut sorted = samples.to_vec();
+    sorted.sort_unstable();
+    sorted.get(sorted.len() / 2).map_or(0.0, |ns| *ns as f64)
+}
+
+/// Median milliseconds.
+fn milliseconds(samples: &[u64]) -> f64 {
+    1e-6 * median(samples)
+}
+
+fn worth(row: &TimingRow) -> f64 {
+    median(&row.rebuild_ns) / median(&row.step_ns)
+}
+
+fn cost(input: &Input) -> Option<Sheet> {
+    let rows = &input.timings.as_ref()?.rows;
+    let sizes: Vec<f64> = rows.iter().map(|row| row.particles as f64).collect();
+    let of = |value: fn(&TimingRow) -> f64| {
+        curves(rows, |row| (row.solver.as_str(), row.series.as_str(), row.particles), value)
+    };
+    let panels = vec![
+        panel("First set-up", "time (ms)", &sizes, &of(|row| milliseconds(&row.setup_ns)), false),
+        panel("Rebuild", "time (ms)", &sizes, &of(|row| milliseconds(&row.rebuild_ns)), false),
+        panel("A step", "time (ms)", &sizes, &of(|row| milliseconds(&row.step_ns)), false),
+        panel("Rebuild in steps' worth", "steps", &sizes, &of(worth), true),
+    ];
+    (!rows.is_empty()).then_some(Sheet { panels, notes: Vec::new() })
+}
+
+/// The tables of the page.
+fn tables(input: &Input) -> Vec<Table> {
+    let mut tables = vec![solvers(input), changes(input)];
+    if let Some(timings) = &input.timings {
+        tables.extend([times(&timings.rows), crossovers(&timings.rows)]);
+    }
+    tables
+}
+
+fn solvers(input: &Input) -> Table {
+    let line = |row: &Solver| {
+        vec![
+            row.particles.to_string(),
+            name(&row.solver, &row.series),
+            row.kept_nonzeros.to_string(),
+            significant(row.kept_bytes as f64 / 1024.0, 3),
+            significant(row.setup_operations, 3),
+            significant(row.solve_operations, 3),
+            if row.solver == CG { trimmed(row.cg_per_step, 3) } else { absent() },
+            significant(row.disagreement, 2),
+        ]
+    };
+    Table {
+        title: "**Counted**: entries and memory of what is kept, operations to make it and to solve once, CG iterations a step, relative \
+                difference of the solution to that of the sparse factor."
+            .to_owned(),
+        header: texts(&[
+            "particles",
+            "solver",
+            "entries",
+            "memory (KiB)",
+            "to make",
+            "to solve",
+            "CG a step",
+            "difference",
+        ]),
+        names: 2,
+        rows: input.record.facts.solvers.iter().map(line).collect(),
+    }
+}
+
+fn changes(input: &Input) -> Table {
+    let line = |run: &Change| {
+        let greatest = run.distance_to_fresh_m.iter().copied().fold(0.0, f64::max);
+        vec![
+            run.solver.clone(),
+            run.steps.to_string(),
+            run.first.to_string(),
+            run.step_size.to_string(),
+            run.stiffness.to_string(),
+            run.constraints.to_string(),
+            significant(greatest, 2),
+        ]
+    };
+    let changed = input.record.facts.changes.first().map(|run| run.changed.join(", "));
+    Table {
+        title: format!(
+            "**Set-ups by cause** in a run in which the system changes ({}), and the greatest distance to runs that start anew after each \
+             change.",
+            changed.unwrap_or_default()
+        ),
+        header: texts(&[
+            "solver",
+            "steps",
+            "first",
+            "step size",
+            "stiffness, masses",
+            "pins",
+            "distance (m)",
+        ]),
+        names: 1,
+        rows: input.record.facts.changes.iter().map(line).collect(),
+    }
+}
+
+fn times(rows: &[TimingRow]) -> Table {
+    let line = |row: &TimingRow| {
+        let ms = |samples: &[u64]| significant(milliseconds(samples), 3);
+        vec![
+            row.particles.to_string(),
+            name(&row.solver, &row.series),
+            ms(&row.setup_ns),
+            ms(&row.rebuild_ns),
+            ms(&row.step_ns),
+            ms(&row.solve_ns),
+            significant(worth(row), 3),
+        ]
+    };
+    Table {
+        title: "**Timed**, medians, ms; the rebuild also in steps' worth.".to_owned(),
+        header: texts(&["particles", "solver", "set-up", "rebuild", "step", "solve", "worth"]),
+        names: 2,
+        rows: rows.iter().map(line).collect(),
+    }
+}
+
+/// From which number of particles on a step with CG is faster.
+fn crossovers(rows: &[TimingRow]) -> Table {
+    let mut series: Vec<&str> = Vec::new();
+    for row in rows.iter().filter(|row| row.solver == CG) {
+        if !series.contains(&row.series.as_str()) {
+            series.push(&row.series);
+        }
+    }
+    let faster = |series: &str, other: &str| {
+        let mut first = None;
+        for row in rows.iter().filter(|row| row.solver == CG && row.series == series) {
+            let same = |o: &&TimingRow| o.solver == other && o.particles == row.particles;
+            let Some(other) = rows.iter().find(same) else { continue };
+            if median(&row.step_ns) >= median(&other.step_ns) {
+                first = None;
+            } else if first.is_none() {
+                first = Some(row.particles);
+            }
+        }
+        first.map_or_else(|| "never here".to_owned(), |n| n.to_string())
+    };
+    let line =
+        |series: &&str| vec![name(CG, series), faster(series, DENSE), faster(series, CHOLESKY)];
+    Table {
+        title: "**Crossover**: the number of particles from which on a step with CG is faster than with the other.".to_owned(),
+        header: texts(&["steps with", "dense inverse", "sparse Cholesky"]),
+        names: 1,
+        rows: series.iter().map(line).collect(),
+    }
+}

@@ -1,0 +1,124 @@
+//! Experiment `precomputed-inverse`: what Desbrun's inverse costs, and what a change of the system costs it.
+
+mod changes;
+mod system;
+#[cfg(test)]
+mod tests;
+
+use crate::facts::{Fact, fact};
+use crate::methods::Choice;
+use crate::run::Simulation;
+use crate::studies::precomputed_inverse::facts::{Facts, TimingRow};
+use crate::studies::stepper::Stepper;
+use crate::studies::{Account, Context, cells, timed};
+use crate::{HarnessError, system_hash};
+use drape_model::Vec3;
+use drape_report::Record;
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::time::Instant;
+use super::STUDY;
+use system::{Case, LOOSE, Problem, STEP};
+
+/// Particles along each edge: 100 to 2704, the paper's largest.
+const SIDES: [u32; 5] = [10, 20, 30, 40, 52];
+const QUICK_SIDES: [u32; 2] = [10, 20];
+/// Repetitions of what is timed.
+const REPETITIONS: usize = 5;
+/// Steps of a repetition.
+const TIMED_STEPS: u64 = 50;
+
+pub(super) fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
+    let cases = system::cases(if context.quick { &QUICK_SIDES } else { &SIDES });
+    let solvers = cells(context, "solvers", &cases, system::solver)?;
+    let changes = cells(context, "changes", &changes::METHODS, |(solver, method)| {
+        changes::change(solver, method)
+    })?;
+    let facts = Facts { solvers, changes };
+    let mut hashes = BTreeMap::new();
+    for case in &cases {
+        let name = format!("{} particles, k/m = {:e}", case.side * case.side, case.stiffness);
+        hashes.insert(name, system_hash(&case.spec()?));
+    }
+    let account = Account {
+        method: format!(
+            "A sheet that hangs from two corners, structural springs and shear springs of a tenth of the stiffness, all implicit, \
+             damping 40/s over the mass, h = {STEP} s. The linear system A v = b, A = M + h² L_k + h L_c, one scalar matrix for \
+             three coordinates, by three solvers: the full inverse, a sparse Cholesky factor (order of the rows: AMD), and conjugate gradients with \
+             IC(0). Operations are counted to leading order from the non-zeros: inverse n³ to make and 6 n² to use; factor Σ c² over \
+             the entries c of its columns, and 12 times its entries to use; CG per iteration one product with A, two triangles and five vector \
+             operations, times one more than the mean number of iterations a step in one second at ε = {LOOSE}. The solutions of one and the same \
+             system are compared, CG solved to 1e-14. Then the run is changed on the way, and after each change the running method \
+             is compared with one that starts anew from there. `k/m` of the series `one fabric` is 1e6/s² at 400 particles and grows with their number."
+        ),
+        findings: super::words::findings(&facts),
+        facts,
+        scenes: hashes.clone(),
+        seed: None,
+    };
+    let mut files = vec![context.write(&STUDY, account)?];
+    if !context.quick {
+        let rows = timed(context, "timings", &cases, time)?;
+        let method = format!(
+            "One case at a time on one thread; {REPETITIONS} repetitions of each. Set-up: allocation, analysis of the pattern and numbers. \
+             Rebuild: the numbers anew in the same memory, for another step size. Step: mean over {TIMED_STEPS} steps from the \
+             start, of `desbrun` (inverse, factor; without its correction of torques) and of `imex-euler` (CG, ε = {LOOSE}). Solve: \
+             the linear system alone, from 0; the direct solvers refine their solution once there, which `desbrun` does not."
+        );
+        files.push(context.write_timings(&STUDY, method, rows, hashes)?);
+    }
+    Ok(files)
+}
+
+fn nanoseconds(begin: Instant) -> u64 {
+    begin.elapsed().as_nanos() as u64
+}
+
+fn time(case: &Case) -> Result<TimingRow, HarnessError> {
+    let problem = Problem::new(&case.spec()?, 0)?;
+    let Simulation { system, state } = &problem.simulation;
+    let choice = Choice::parse(&case.method(), &[])?;
+    let mut row = TimingRow {
+        particles: system.len(),
+        solver: case.solver.to_owned(),
+        series: case.series.to_owned(),
+        method: choice.full_id(),
+        setup_ns: Vec::new(),
+        rebuild_ns: Vec::new(),
+        step_ns: Vec::new(),
+        solve_ns: Vec::new(),
+    };
+    for _ in 0..REPETITIONS {
+        let begin = Instant::now();
+        let mut solver = problem.solver(case.settings(LOOSE))?;
+        row.setup_ns.push(nanoseconds(begin));
+        let mut v = vec![Vec3::zeros(); system.len()];
+        let begin = Instant::now();
+        solver.solve(&problem.constraints, &problem.b, &mut v);
+        row.solve_ns.push(nanoseconds(begin));
+        let begin = Instant::now();
+        solver.refresh(system, 0.5 * STEP)?;
+        row.rebuild_ns.push(nanoseconds(begin));
+        let mut state = state.clone();
+        let mut stepper = Stepper::new(&choice, system, STEP)?;
+        let begin = Instant::now();
+        for _ in 0..TIMED_STEPS {
+            stepper.step(system, &mut state)?;
+        }
+        row.step_ns.push(nanoseconds(begin) / TIMED_STEPS);
+    }
+    Ok(row)
+}
+
+/// Its facts, as they are compared.
+pub(crate) fn comparable(record: &Record<Facts>) -> Vec<Fact> {
+    let Facts { solvers, changes } = &record.facts;
+    let solvers = solvers.iter().map(|solver| {
+        let key = format!("{} {}, {}", solver.particles, solver.solver, solver.series);
+        fact(key, solver.portable, solver)
+    });
+    let changes = changes
+        .iter()
+        .map(|change| fact(format!("changes {}", change.solver), change.portable, change));
+    solvers.chain(changes).collect()
+}

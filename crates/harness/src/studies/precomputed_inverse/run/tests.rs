@@ -1,0 +1,90 @@
+//! Counts on a system that can be counted by hand, rebuilds by cause, and what is concluded.
+
+use crate::studies::precomputed_inverse::facts::{CG, CHOLESKY, DENSE, Solver};
+use super::*;
+use super::super::words::{crossover, findings};
+use super::system::solver;
+
+fn case(solver: &'static str) -> Case {
+    Case { side: 5, solver, series: "any", stiffness: 1e4 }
+}
+
+#[test]
+fn the_solvers_agree_and_keep_what_they_say() {
+    let rows = [DENSE, CHOLESKY, CG].map(|name| solver(&case(name)).expect("runs"));
+    // 25 particles; 40 structural and 32 diagonal springs.
+    for row in &rows {
+        assert_eq!((row.particles, row.matrix_nonzeros), (25, 25 + 2 * 72));
+        assert!(row.disagreement < 1e-11, "{row:?}");
+    }
+    let [dense, sparse, cg] = rows;
+    assert_eq!(dense.kept_nonzeros, 625);
+    assert!(dense.kept_bytes >= 2 * 8 * 625);
+    assert_eq!(cg.kept_nonzeros, 25 + 72, "no fill");
+    assert!(sparse.kept_nonzeros > cg.kept_nonzeros && sparse.kept_nonzeros < 325);
+    assert!(cg.cg_per_step > 0.0 && dense.cg_per_step == 0.0);
+}
+
+#[test]
+fn changes_cause_one_rebuild_each_and_answers_are_those_of_a_fresh_start() {
+    for (name, method) in changes::METHODS {
+        let run = changes::change(name, method).expect("runs");
+        // Two lasting changes of the step, ten in a row that alternate, and the first of these is one.
+        assert_eq!((run.first, run.stiffness, run.constraints), (1, 3, 2), "{run:?}");
+        assert_eq!(run.step_size, 2 + 10, "{run:?}");
+        assert!(run.distance_to_fresh_m.iter().all(|d| *d < 1e-9), "{run:?}");
+        assert_eq!(run.distance_to_fresh_m.len(), run.changed.len());
+    }
+}
+
+fn row(particles: usize, solver: &str, solve_operations: f64) -> Solver {
+    Solver {
+        particles,
+        solver: solver.to_owned(),
+        series: "any".to_owned(),
+        stiffness_over_mass_per_s2: 1e4,
+        matrix_nonzeros: 5,
+        kept_nonzeros: 5,
+        kept_bytes: 60,
+        setup_operations: 100.0 * solve_operations,
+        solve_operations,
+        cg_per_step: 2.0,
+        disagreement: 1e-12,
+        portable: false,
+    }
+}
+
+#[test]
+fn the_crossover_is_where_the_advantage_begins_to_last() {
+    let dense = [(100, 10.0), (400, 50.0), (900, 200.0)].map(|(n, ops)| row(n, DENSE, ops));
+    let others: Vec<_> = dense.iter().collect();
+    let at = |operations: [f64; 3]| {
+        let cg: Vec<_> = [100, 400, 900]
+            .into_iter()
+            .zip(operations)
+            .map(|(n, operations)| row(n, CG, operations))
+            .collect();
+        crossover(cg.iter(), &others)
+    };
+    assert_eq!(at([20.0, 40.0, 60.0]), Some(400));
+    assert_eq!(at([5.0, 60.0, 60.0]), Some(900));
+    assert_eq!(at([5.0, 40.0, 60.0]), Some(100));
+    assert_eq!(at([5.0, 40.0, 300.0]), None);
+}
+
+#[test]
+fn a_rebuild_is_dear_or_not_by_its_worth_in_solves() {
+    let facts = |worth: f64| Facts {
+        solvers: vec![
+            Solver { setup_operations: worth * 10.0, ..row(100, DENSE, 10.0) },
+            row(100, CG, 5.0),
+        ],
+        changes: Vec::new(),
+    };
+    let text = findings(&facts(60.0)).join(" ");
+    assert!(text.contains("100: 60.0. It makes changes of h and k dear"), "{text}");
+    assert!(text.contains("agree within 1e-9"), "{text}");
+    assert!(text.contains("than the dense inverse from 100 particles on"), "{text}");
+    let text = findings(&facts(6.0)).join(" ");
+    assert!(text.contains("It forbids no change"), "{text}");
+}

@@ -1,0 +1,121 @@
+//! Records of the experiment `scaling`: cost as the work grows.
+
+use crate::record::Phases;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Counts over all sizes and methods.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Facts {
+    /// One a series, size and method.
+    pub cells: Vec<Cell>,
+}
+
+/// Counts of one run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Cell {
+    /// `k/m fixed`, or `material fixed`: `k` and `d` are those of the sheet of 400 particles, masses shrink with the
+    /// mesh.
+    pub series: String,
+    /// Particles along each edge.
+    pub side: u32,
+    /// Number of particles.
+    pub particles: usize,
+    /// Number of springs.
+    pub springs: usize,
+    /// Stiffness over mass of the tension springs, 1/s².
+    pub stiffness_over_mass_per_s2: f64,
+    /// Damping over mass of the tension springs, 1/s.
+    pub damping_over_mass_per_s: f64,
+    /// Time step, s.
+    pub step_s: f64,
+    /// Number of steps.
+    pub steps: u64,
+    /// Short name for legends.
+    pub label: String,
+    /// Method id with all settings.
+    pub method: String,
+    /// Iterations of conjugate gradients a step.
+    pub cg_per_step: f64,
+    /// Products of the matrix with a block vector.
+    pub matvecs: u64,
+    /// Sweeps over all springs that evaluated forces or energies.
+    pub force_evaluations: u64,
+    /// Newton iterations.
+    pub newton_iterations: u64,
+    /// Steps whose solver stopped before its tolerance.
+    pub unconverged_steps: u64,
+    /// `completed` or `diverged`.
+    pub verdict: String,
+    /// Same bits on every machine.
+    pub portable: bool,
+}
+
+/// Something timed: a run, or the memory.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
+pub enum TimingRow {
+    /// A run of a cell of the facts.
+    Run(RunTiming),
+    /// What the allocator holds for a prepared method.
+    Memory(Memory),
+    /// The triad `a = b + s·c` over arrays much larger than the caches.
+    Triad {
+        /// Bytes moved by one pass over the three arrays.
+        bytes: u64,
+        /// Nanoseconds of each pass.
+        samples_ns: Vec<u64>,
+        /// Bytes over the shortest pass, byte/s.
+        bytes_per_s: f64,
+    },
+}
+
+/// Times of one run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RunTiming {
+    /// As in [`Cell::series`].
+    pub series: String,
+    /// Number of particles.
+    pub particles: usize,
+    /// As in [`Cell::label`].
+    pub label: String,
+    /// Number of steps.
+    pub steps: u64,
+    /// Nanoseconds in all `step` calls together, one entry a repetition, phase clock off.
+    pub samples_ns: Vec<u64>,
+    /// Median of them over particles and steps, ns.
+    pub ns_per_particle_step: f64,
+    /// Bytes that a step must move for each particle once the arrays have left the caches; absent where nobody has counted
+    /// them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub least_bytes: Option<f64>,
+    /// Seconds before the first step: allocation, pattern, first build of matrix and preconditioner.
+    pub prepare_s: f64,
+    /// Phases of a separate pass with the phase clock on, s.
+    pub phases_s: Phases,
+}
+
+/// What the allocator holds, and the time that it took to build it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Memory {
+    /// Number of particles.
+    pub particles: usize,
+    /// Number of springs: tension, shear and bending.
+    pub springs: usize,
+    /// As in [`Cell::label`].
+    pub label: String,
+    /// Bytes of the system.
+    pub system_bytes: u64,
+    /// Bytes of the state.
+    pub state_bytes: u64,
+    /// Bytes of the method after `prepare`.
+    pub integrator_bytes: u64,
+    /// Seconds to check the specification and to build the system from it.
+    pub build_s: f64,
+    /// Seconds of `prepare`.
+    pub prepare_s: f64,
+}

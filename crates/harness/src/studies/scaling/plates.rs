@@ -1,0 +1,303 @@
+//! Figures of the experiment `scaling`.
+
+use drape_report::number::{power, significant};
+use drape_report::page::{Section, Table, absent, texts};
+use drape_report::plate::Plate;
+use drape_report::plot::{At, Axis, Draft, Look, Point, Rule, Series, Sheet, State, names, panels_of, place_of, values};
+use drape_report::{Figure, Files, ReportError, Timed, timed_section};
+use std::path::Path;
+use super::facts::{Cell, Facts, Memory, RunTiming, TimingRow};
+
+/// What the figures are drawn from.
+pub(super) type Input = Timed<Facts, TimingRow>;
+
+/// Title and caption of every figure.
+pub(super) fn figures() -> Vec<Figure> {
+    PLATES.iter().map(Plate::figure).collect()
+}
+
+/// Draws the figures and returns the section of the page.
+pub(super) fn section(
+    results: &Path,
+    study: &str,
+    files: &mut Files,
+) -> Result<Option<Section>, ReportError> {
+    timed_section(results, study, PLATES, tables, files)
+}
+
+/// All figures, in the page's order.
+const PLATES: &[Plate<Input>] = &[
+    Plate {
+        file: "scaling-cost.svg",
+        title: "Time of a step for each particle, from a hundred particles to a million",
+        caption: "Sheets with k/m = 10⁴ s⁻², h = 0.01 s (explicit methods: a shorter step within their limit, at which one of their \
+            steps costs the same). First panel: nanoseconds of a step over the number of particles, by method; a curve that \
+            stays level means cost in proportion to the size. Further panels: the same time by phase, for one method each. The \
+            dashed line is the time in which the memory of the machine, as measured in the same run, moves the positions, \
+            velocities and forces of a particle once, in and out (144 bytes). Byte bound: the time in which it moves \
+            the least bytes of a step, counted kernel by kernel, with as many iterations as the step needed; no step \
+            can be faster once the arrays have left the caches.",
+        sheet: cost,
+    },
+    Plate {
+        file: "scaling-cg.svg",
+        title: "CG iterations of a step against the number of particles",
+        caption: "The first steps of a sheet that starts with a wave in it, h = 0.01 s, for the methods that solve by conjugate \
+            gradients. Left: k/m = 10⁴ s⁻² on every mesh, as the paper has it, which makes the finer sheet a softer cloth. Right: \
+            the same cloth on every mesh, so that k/m grows with the number of particles. Iterations of a step that grow \
+            with the mesh make its cost grow faster than its size. Axes are logarithmic and the same in both panels.",
+        sheet: iterations,
+    },
+];
+
+/// Methods in the order of legends.
+const METHODS: [&str; 8] = [
+    "symplectic-euler",
+    "leapfrog",
+    "imex-euler",
+    "imex-euler, Jacobi",
+    "imex-updated",
+    "baraff-witkin",
+    "desbrun",
+    "backward-euler",
+];
+const SERIES: [&str; 2] = ["k/m fixed", "material fixed"];
+const PHASES: [&str; 5] = ["forces", "matrix set-up", "solve", "contacts", "update"];
+/// Position, velocity and force of a particle, read and written once.
+const BYTES: f64 = 144.0;
+const LEAPFROG: &str = "The leapfrog method solves for its damping only, to 1e-14 and with Jacobi's preconditioner, in steps \
+    within its stability limit; the others solve for the stiffness too, in steps of 0.01 s.";
+const PARTICLES: &str = "particles n";
+const NANOSECONDS: &str = "ns a particle and step";
+
+fn look(label: &str) -> Look {
+    Look::number(place_of(label, &METHODS))
+}
+
+fn series(label: &str, look: Look, points: impl Iterator<Item = (f64, f64)>) -> Option<Series> {
+    let points = points.map(|(x, y)| Point { x, y, state: State::Stable });
+    Series::new(label.to_owned(), look, points.collect())
+}
+
+fn timed(input: &Input) -> impl Iterator<Item = &RunTiming> + Clone {
+    let rows = input.timings.iter().flat_map(|timings| &timings.rows);
+    rows.filter_map(|row| match row {
+        TimingRow::Run(run) => Some(run),
+        TimingRow::Memory(_) | TimingRow::Triad { .. } => None,
+    })
+}
+
+fn bandwidth(input: &Input) -> Option<f64> {
+    let rows = input.timings.iter().flat_map(|timings| &timings.rows);
+    rows.into_iter().find_map(|row| match row {
+        TimingRow::Triad { bytes_per_s, .. } => Some(*bytes_per_s),
+        TimingRow::Run(_) | TimingRow::Memory(_) => None,
+    })
+}
+
+/// Nanoseconds a particle and step in which the memory moves the least bytes of the step.
+fn byte_bound(input: &Input, run: &RunTiming) -> Option<f64> {
+    Some(1e9 * run.least_bytes? / bandwidth(input)?)
+}
+
+/// Seconds of the phases, as [`PHASES`] names them.
+fn phases(run: &RunTiming) -> [f64; 5] {
+    let phases = &run.phases_s;
+    [phases.forces, phases.matrix_setup, phases.solve, phases.contact, phases.update]
+}
+
+fn cost(input: &Input) -> Option<Sheet> {
+    let runs = || timed(input);
+    let labels = names(&METHODS, runs().map(|run| run.label.as_str()));
+    let of = |label: &str| runs().filter(move |run| run.label == label).collect::<Vec<_>>();
+    let floor = bandwidth(input).map(|bandwidth| Rule {
+        label: format!("{BYTES:.0} bytes a particle at {} GB/s", significant(1e-9 * bandwidth, 3)),
+        at: At::Y(1e9 * BYTES / bandwidth),
+    });
+    let rules =
+        || floor.iter().map(|rule| Rule { label: rule.label.clone(), at: rule.at }).collect();
+    let all = labels.iter().filter_map(|label| {
+        let points =
+            of(label).into_iter().map(|run| (run.particles as f64, run.ns_per_particle_step));
+        series(label, look(label), points)
+    });
+    let mut drafts: Vec<Draft> =
+        vec![(vec!["all methods, whole step".to_owned()], all.collect(), rules())];
+    for label in ["imex-euler", "imex-euler, Jacobi", "leapfrog", "baraff-witkin"] {
+        let runs = of(label);
+        let curves = PHASES.iter().enumerate().filter_map(|(n, phase)| {
+            let points = runs.iter().filter_map(|run| {
+                let steps = run.particles as f64 * run.steps as f64;
+                Some((run.particles as f64, 1e9 * phases(run)[n] / steps))
+                    .filter(|(_, ns)| *ns > 0.1)
+            });
+            series(&format!("phase: {phase}"), Look::pair(n, 6 - n), points)
+        });
+        let bound =
+            runs.iter().filter_map(|run| Some((run.particles as f64, byte_bound(input, run)?)));
+        let curves = curves.chain(series("byte bound", Look::pair(5, 1), bound));
+        drafts.push((vec![format!("{label}, by phase")], curves.collect(), rules()));
+    }
+    panels_of(
+        drafts,
+        |xs| Axis::log(PARTICLES, xs),
+        |ys| {
+            let floor = bandwidth(input).map(|bandwidth| 1e9 * BYTES / bandwidth);
+            let all: Vec<f64> = ys.iter().copied().chain(floor).collect();
+            Axis::log(NANOSECONDS, &all)
+        },
+    )
+    .filter(|_| input.timings.is_some())
+}
+
+fn iterations(input: &Input) -> Option<Sheet> {
+    let cells = || input.record.facts.cells.iter().filter(|cell| cell.cg_per_step > 0.0);
+    let labels = names(&METHODS, cells().map(|cell| cell.label.as_str()));
+    let draft = |name: &&str| -> Draft {
+        let curves = labels.iter().filter_map(|label| {
+            let mine = cells().filter(|cell| cell.series == *name && cell.label == *label);
+            series(label, look(label), mine.map(|cell| (cell.particles as f64, cell.cg_per_step)))
+        });
+        (vec![(*name).to_owned()], curves.collect(), Vec::new())
+    };
+    panels_of(
+        SERIES.iter().map(draft).collect(),
+        |xs| Axis::log(PARTICLES, xs),
+        |ys| Axis::log("CG iterations per step", ys),
+    )
+    .map(|sheet| Sheet { notes: vec![LEAPFROG.to_owned()], ..sheet })
+}
+
+fn sizes(input: &Input) -> Vec<f64> {
+    values(input.record.facts.cells.iter().map(|cell| cell.particles as f64))
+}
+
+fn header(sizes: &[f64], first: &[&str]) -> Vec<String> {
+    let sizes = sizes.iter().map(|n| format!("n = {}", power(*n)));
+    texts(first).into_iter().chain(sizes).collect()
+}
+
+/// All tables of the page.
+fn tables(input: &Input) -> Vec<Table> {
+    let mut tables = vec![counts(input), times(input)];
+    tables.extend(memory(input));
+    tables
+}
+
+fn counts(input: &Input) -> Table {
+    let cells = || input.record.facts.cells.iter();
+    let labels = names(&METHODS, cells().map(|cell| cell.label.as_str()));
+    let mut rows = Vec::new();
+    for name in SERIES {
+        for label in &labels {
+            let at = |n: f64| {
+                let is_it = |cell: &&Cell| {
+                    cell.series == name && cell.label == *label && cell.particles as f64 == n
+                };
+                cells().find(is_it).map_or_else(absent, |cell| {
+                    let steps = cell.steps as f64;
+                    let sign = if cell.verdict == "completed" { "" } else { " ✗" };
+                    format!(
+                        "{}; {}; {}{sign}",
+                        significant(cell.cg_per_step, 3),
+                        significant(cell.matvecs as f64 / steps, 3),
+                        significant(cell.force_evaluations as f64 / steps, 3)
+                    )
+                })
+            };
+            let start = [name.to_owned(), (*label).to_owned()];
+            rows.push(start.into_iter().chain(sizes(input).into_iter().map(at)).collect());
+        }
+    }
+    Table {
+        title: "**Counts of a step**: CG iterations; products with the matrix; sweeps over the springs. ✗ diverged, – not run."
+            .to_owned(),
+        header: header(&sizes(input), &["series", "method"]),
+        names: 2,
+        rows,
+    }
+}
+
+fn times(input: &Input) -> Table {
+    let labels = names(&METHODS, timed(input).map(|run| run.label.as_str()));
+    let sizes = values(timed(input).map(|run| run.particles as f64));
+    let line = |label: &&str| {
+        let at = |n: &f64| {
+            let run = timed(input).find(|run| run.label == **label && run.particles as f64 == *n);
+            run.map_or_else(absent, |run| {
+                let bound = byte_bound(input, run)
+                    .map(|bound| format!("; {}", significant(run.ns_per_particle_step / bound, 3)));
+                format!(
+                    "{}; {}{}",
+                    significant(run.ns_per_particle_step, 3),
+                    significant(1e3 * run.prepare_s, 3),
+                    bound.unwrap_or_default()
+                )
+            })
+        };
+        std::iter::once((*label).to_owned()).chain(sizes.iter().map(at)).collect()
+    };
+    Table {
+        title: format!(
+            "**Times, k/m fixed**: nanoseconds of a step for each particle, phase clock off; milliseconds of the set-up \
+                before the first step; where the bytes of a step are counted, its time over their byte bound.{} – not timed.",
+            real_time(input).unwrap_or_default()
+        ),
+        header: header(&sizes, &["method"]),
+        names: 1,
+        rows: labels.iter().map(line).collect(),
+    }
+}
+
+/// Step of the timed runs of [`REAL_TIME`]'s method, s.
+const STEP: f64 = 0.01;
+/// The method that is held against the clock.
+const REAL_TIME: &str = "imex-euler";
+
+/// Whether a hundred thousand particles move as fast as the clock.
+fn real_time(input: &Input) -> Option<String> {
+    let near = |run: &&RunTiming| run.label == REAL_TIME && run.particles.abs_diff(100_000) < 1000;
+    let run = timed(input).find(near)?;
+    let seconds = 1e-9 * run.ns_per_particle_step * run.particles as f64;
+    let verdict = if seconds <= STEP { "in real time" } else { "slower than the clock" };
+    Some(format!(
+        " {REAL_TIME} moves {} particles by steps of {STEP} s {verdict} on one core: {} s of computing for each simulated second.",
+        run.particles,
+        significant(seconds / STEP, 3)
+    ))
+}
+
+/// What the allocator holds, by part.
+fn memory(input: &Input) -> Option<Table> {
+    let rows = || input.timings.iter().flat_map(|timings| &timings.rows);
+    let sheets: Vec<&Memory> = rows()
+        .filter_map(|row| match row {
+            TimingRow::Memory(memory) => Some(memory),
+            TimingRow::Run(_) | TimingRow::Triad { .. } => None,
+        })
+        .collect();
+    let method = &sheets.first()?.label;
+    let sizes: Vec<_> = sheets.iter().map(|memory| memory.particles as f64).collect();
+    let line = |name: &str, value: fn(&Memory) -> f64| {
+        let cells = sheets.iter().map(|memory| significant(value(memory), 3));
+        std::iter::once(name.to_owned()).chain(cells).collect()
+    };
+    Some(Table {
+        title: format!(
+            "**Memory**: bytes a particle that the allocator holds for a sheet with tension, shear and bending springs and \
+                {method} after `prepare`; milliseconds to build the system from its specification and to prepare."
+        ),
+        header: header(&sizes, &["part"]),
+        names: 1,
+        rows: vec![
+            line("system, bytes", |m| m.system_bytes as f64 / m.particles as f64),
+            line("state, bytes", |m| m.state_bytes as f64 / m.particles as f64),
+            line("method, bytes", |m| m.integrator_bytes as f64 / m.particles as f64),
+            line("all, bytes", |m| {
+                (m.system_bytes + m.state_bytes + m.integrator_bytes) as f64 / m.particles as f64
+            }),
+            line("build, ms", |m| 1e3 * m.build_s),
+            line("prepare, ms", |m| 1e3 * m.prepare_s),
+        ],
+    })
+}

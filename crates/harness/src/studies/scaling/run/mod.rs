@@ -1,0 +1,377 @@
+//! Experiment `scaling`: cost as the work grows.
+
+mod bytes;
+mod memory;
+
+use crate::facts::{Fact, fact};
+use crate::methods::Choice;
+use crate::run::{Options, Outcome, Simulation, simulate};
+use crate::studies::scaling::facts::{Cell, Facts, RunTiming, TimingRow};
+use crate::studies::sheet::{GRAVITY, Sheet};
+use crate::studies::{Account, Context, cells, prepared, short, timed};
+use crate::{HarnessError, system_hash};
+use drape_model::{DampingLaw, TimeSpan};
+use drape_report::Record;
+use std::collections::BTreeMap;
+use std::hint::black_box;
+use std::path::PathBuf;
+use std::time::Instant;
+use super::STUDY;
+
+/// Particles along each edge, and steps that are run.
+const SIZES: [(u32, u64); 6] = [(10, 40), (20, 40), (52, 40), (100, 10), (316, 6), (1000, 3)];
+/// Timed but not counted: about a thousand particles.
+const TIMED_ONLY: (u32, u64) = (32, 40);
+/// Particles along each edge of the sheet whose material is kept.
+const BASE: u32 = 20;
+/// k/m of that sheet, 1/s².
+const STIFFNESS: f64 = 1e4;
+/// d/m of that sheet, 1/s.
+const DAMPING: f64 = 10.0;
+/// Amplitude of the wave that the sheet starts with, m: without it a sheet begins in free fall, where nothing is left to
+/// be solved.
+const AMPLITUDE: f64 = 0.01;
+/// Time step, s.
+const STEP: f64 = 0.01;
+/// From so many particles along each edge on, a run is timed once, and the text that a hash is taken of would be too
+/// long.
+const LARGE: u32 = 100;
+/// Most particles along each edge in the quick subset.
+const QUICK: u32 = 52;
+
+const FIXED_QUOTIENT: &str = "k/m fixed";
+const FIXED_MATERIAL: &str = "material fixed";
+
+/// A method, and the largest mesh on which a step of it takes no more than seconds.
+struct Contender {
+    label: &'static str,
+    method: &'static str,
+    /// Particles along each edge.
+    largest: u32,
+}
+
+const CONTENDERS: [Contender; 8] = [
+    Contender { label: "symplectic-euler", method: "symplectic-euler", largest: 1000 },
+    Contender { label: "leapfrog", method: "leapfrog:solver=cg", largest: 1000 },
+    Contender { label: "imex-euler", method: "imex-euler", largest: 1000 },
+    Contender { label: bytes::JACOBI, method: "imex-euler:preconditioner=jacobi", largest: 1000 },
+    Contender { label: "imex-updated", method: "imex-updated", largest: 316 },
+    Contender { label: "baraff-witkin", method: "baraff-witkin", largest: 316 },
+    Contender { label: "desbrun", method: "desbrun", largest: 316 },
+    Contender { label: "backward-euler", method: "backward-euler:residual=1e-3", largest: 100 },
+];
+
+/// A sheet of one size in one series.
+struct Mesh {
+    series: &'static str,
+    side: u32,
+    steps: u64,
+    sheet: Sheet,
+    springs: usize,
+    simulation: Simulation,
+    hash: Option<String>,
+}
+
+impl Mesh {
+    fn new(series: &'static str, side: u32, steps: u64) -> Result<Self, HarnessError> {
+        let is_material = series == FIXED_MATERIAL;
+        let refinement = f64::from(side * side) / f64::from(BASE * BASE);
+        let factor = if is_material { refinement } else { 1.0 };
+        let sheet = Sheet {
+            side,
+            tension: STIFFNESS * factor,
+            shear: 0.25 * STIFFNESS * factor,
+            damping: DAMPING * factor,
+            law: DampingLaw::Full,
+            gravity: GRAVITY,
+            is_pinned: true,
+        };
+        let mut spec = sheet.spec()?;
+        for position in &mut spec.particles.position_m {
+            let [x, y, _] = position.map(|a| 2.0 * std::f64::consts::PI * a);
+            position[0] += AMPLITUDE * libm::sin(x) * libm::cos(y);
+            position[1] += AMPLITUDE * libm::cos(x) * libm::sin(y);
+            position[2] += AMPLITUDE * libm::sin(x + y);
+        }
+        let hash = (side < LARGE).then(|| system_hash(&spec));
+        let springs = spec.springs.len();
+        let (system, state) = spec.build()?;
+        let simulation = Simulation { system, state };
+        Ok(Self { series, side, steps, sheet, springs, simulation, hash })
+    }
+
+    /// The step, and for explicit methods a power of two below it that their limit allows.
+    fn step(&self, choice: &Choice) -> f64 {
+        if !crate::studies::variant::is_explicit(choice.method()) {
+            return STEP;
+        }
+        let (frequency, damping) = (self.sheet.greatest_frequency(1.0), 10.0 * self.sheet.damping);
+        std::iter::successors(Some(STEP), |h| Some(0.5 * h))
+            .find(|h| h * h * frequency * frequency + 2.0 * h * damping < 2.0)
+            .unwrap_or(STEP)
+    }
+
+    fn run(&self, choice: &Choice, phases: bool) -> Result<Outcome, HarnessError> {
+        let step_s = self.step(choice);
+        let time = TimeSpan { step_s, duration_s: step_s * self.steps as f64 };
+        let options = Options { series: false, phases, ledger: false };
+        simulate(&mut self.simulation.clone(), choice, time, options, |_, _, _| ())
+    }
+
+    fn cell(&self, contender: &Contender) -> Result<Cell, HarnessError> {
+        let choice = Choice::parse(contender.method, &[])?;
+        let Outcome { totals, steps, unconverged, divergence, .. } = self.run(&choice, false)?;
+        Ok(Cell {
+            series: self.series.to_owned(),
+            side: self.side,
+            particles: self.simulation.system.len(),
+            springs: self.springs,
+            stiffness_over_mass_per_s2: self.sheet.tension,
+            damping_over_mass_per_s: self.sheet.damping,
+            step_s: self.step(&choice),
+            steps,
+            label: contender.label.to_owned(),
+            method: choice.full_id(),
+            cg_per_step: totals.cg_iterations as f64 / steps as f64,
+            matvecs: totals.matvecs,
+            force_evaluations: totals.force_evaluations,
+            newton_iterations: totals.newton_iterations,
+            unconverged_steps: unconverged,
+            verdict: if divergence.is_some() { "diverged" } else { "completed" }.to_owned(),
+            portable: choice.is_portable(),
+        })
+    }
+
+    fn time(&self, contender: &Contender) -> Result<TimingRow, HarnessError> {
+        let choice = Choice::parse(contender.method, &[])?;
+        let repetitions = if self.side < LARGE { 3 } else { 1 };
+        let mut samples_ns = Vec::new();
+        for _ in 0..repetitions {
+            samples_ns.push(self.run(&choice, false)?.wall.as_nanos() as u64);
+        }
+        let mut sorted = samples_ns.clone();
+        sorted.sort_unstable();
+        let phased = self.run(&choice, true)?;
+        let particles = self.simulation.system.len();
+        let iterations = phased.totals.cg_iterations as f64 / phased.steps as f64;
+        Ok(TimingRow::Run(RunTiming {
+            series: self.series.to_owned(),
+            particles,
+            label: contender.label.to_owned(),
+            steps: phased.steps,
+            ns_per_particle_step: sorted[sorted.len() / 2] as f64
+                / (particles as f64 * phased.steps as f64),
+            samples_ns,
+            least_bytes: bytes::least(contender.label, iterations),
+            prepare_s: phased.totals.prepare_seconds,
+            phases_s: phased.phases.unwrap_or_default(),
+        }))
+    }
+}
+
+/// Sizes of both series that a run has; the base size is in both.
+fn sizes(quick: bool) -> Vec<(&'static str, u32, u64)> {
+    let sizes = SIZES.into_iter().filter(|(side, _)| !quick || *side <= QUICK);
+    sizes
+        .flat_map(|(side, steps)| [FIXED_QUOTIENT, FIXED_MATERIAL].map(|s| (s, side, steps)))
+        .collect()
+}
+
+/// The meshes with the methods that are run on them.
+fn pairs(meshes: &[Mesh]) -> Vec<(&Mesh, &'static Contender)> {
+    let fits = |mesh: &Mesh, contender: &Contender| mesh.side <= contender.largest;
+    let of_mesh = |mesh| CONTENDERS.iter().filter(move |c| fits(mesh, c)).map(move |c| (mesh, c));
+    meshes.iter().flat_map(of_mesh).collect()
+}
+
+pub(super) fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
+    let sizes = sizes(context.quick);
+    let meshes = prepared(context, "meshes", &sizes, |&(series, side, steps)| {
+        Mesh::new(series, side, steps)
+    })?;
+    let pairs = pairs(&meshes);
+    let cells = cells(context, "counts", &pairs, |(mesh, contender)| mesh.cell(contender))?;
+    let facts = Facts { cells };
+    let hashes: BTreeMap<_, _> = meshes
+        .iter()
+        .filter_map(|mesh| {
+            let name = format!("{} n={}", mesh.series, mesh.side * mesh.side);
+            Some((name, mesh.hash.clone()?))
+        })
+        .collect();
+    let account = Account {
+        method: format!(
+            "A sheet of 1 m × 1 m (tension springs, shear springs of a quarter of their stiffness, two corners pinned) starts \
+             with a wave of 0.01 m in and out of its plane, so that springs pull everywhere, and falls. Two series: k/m = {STIFFNESS:e}/s² and d/m = {DAMPING}/s on every mesh, which makes a finer sheet a softer \
+             cloth, and the same material on every mesh (k/m and d/m grow with the number of particles, as from 20 × 20). h = {STEP} s; \
+             explicit methods take the first half, quarter, … of it within their limit. Few steps from the start: {} for sides of {}. \
+             A method is left out of meshes on which a step takes seconds.",
+            SIZES.map(|(_, steps)| steps.to_string()).join(", "),
+            SIZES.map(|(side, _)| side.to_string()).join(", "),
+        ),
+        findings: findings(&facts),
+        facts,
+        scenes: hashes.clone(),
+        seed: None,
+    };
+    let mut files = vec![context.write(&STUDY, account)?];
+    if !context.quick {
+        // Times need one series only: a step of the other differs by its iterations.
+        let (side, steps) = TIMED_ONLY;
+        let between = [Mesh::new(FIXED_QUOTIENT, side, steps)?];
+        let chosen: Vec<_> = self::pairs(&between)
+            .into_iter()
+            .chain(pairs.iter().copied().filter(|(mesh, _)| mesh.series == FIXED_QUOTIENT))
+            .collect();
+        let mut rows =
+            timed(context, "timings", &chosen, |(mesh, contender)| mesh.time(contender))?;
+        rows.extend(timed(context, "bandwidth", &[()], |()| Ok(triad()))?);
+        if let Some(allocated) = context.allocated {
+            let sheet = |side| Sheet { side, ..between[0].sheet };
+            rows.extend(timed(context, "memory", &memory::SIZES, |&side| {
+                memory::measure(&sheet(side), allocated).map(TimingRow::Memory)
+            })?);
+        }
+        let method = "One run at a time on one thread, k/m fixed: three repetitions below 10⁴ particles, one from there on, with the \
+            phase clock off; one more with it on for the phases. Set-up is not among the steps. The bandwidth is that \
+            of the triad a = b + s·c over three arrays of 64 MiB on one thread, the shortest of ten passes, 24 bytes an element. \
+            The least bytes of a step are counted kernel by kernel for a grid whose couplings need no storage. Memory: what the \
+            allocator holds for the system, for the state and for the method after `prepare`, on the same sheet with bending springs \
+            like its shear springs."
+            .to_owned();
+        files.push(context.write_timings(&STUDY, method, rows, hashes)?);
+    }
+    Ok(files)
+}
+
+/// Passes of the triad over arrays much larger than the caches.
+fn triad() -> TimingRow {
+    const LENGTH: usize = 8 << 20;
+    const PASSES: usize = 10;
+    let (mut a, b, c) = (vec![0.0; LENGTH], vec![1.0; LENGTH], vec![2.0; LENGTH]);
+    let mut samples_ns = Vec::new();
+    for pass in 0..PASSES {
+        let factor = black_box(pass as f64);
+        let begin = Instant::now();
+        for ((a, b), c) in a.iter_mut().zip(&b).zip(&c) {
+            *a = b + factor * c;
+        }
+        black_box(&mut a);
+        samples_ns.push(begin.elapsed().as_nanos() as u64);
+    }
+    let bytes = (3 * LENGTH * size_of::<f64>()) as u64;
+    let shortest = samples_ns.iter().min().map_or(1, |ns| (*ns).max(1));
+    TimingRow::Triad { bytes, samples_ns, bytes_per_s: 1e9 * bytes as f64 / shortest as f64 }
+}
+
+/// Its facts, as they are compared.
+pub(crate) fn comparable(record: &Record<Facts>) -> Vec<Fact> {
+    let cells = record.facts.cells.iter();
+    cells
+        .map(|cell| {
+            let mut values = serde_json::to_value(cell).unwrap_or_default();
+            // Sweeps of a line search depend on the machine like Newton's iterations.
+            if let Some(values) = values.as_object_mut().filter(|_| !cell.portable) {
+                values.remove("force_evaluations");
+            }
+            let key = format!("{} n={} {}", cell.series, cell.particles, cell.label);
+            fact(key, cell.portable, &values)
+        })
+        .collect()
+}
+
+/// What the numbers say.
+fn findings(facts: &Facts) -> Vec<String> {
+    let mut findings = Vec::new();
+    for series in [FIXED_QUOTIENT, FIXED_MATERIAL] {
+        for label in ["imex-euler", "imex-updated", "baraff-witkin"] {
+            let cells: Vec<_> = facts
+                .cells
+                .iter()
+                .filter(|cell| cell.series == series && cell.label == label)
+                .collect();
+            let Some((first, last)) = cells.first().zip(cells.last()).filter(|_| cells.len() > 1)
+            else {
+                continue;
+            };
+            let growth = if first.cg_per_step > 0.0 && last.cg_per_step > 0.0 {
+                let sizes = libm::log(last.particles as f64 / first.particles as f64);
+                let power = libm::log(last.cg_per_step / first.cg_per_step) / sizes;
+                format!(", on average as n to the power {power:.2}")
+            } else {
+                String::new()
+            };
+            let said: Vec<_> = cells
+                .iter()
+                .map(|cell| format!("{} (n = {})", short(cell.cg_per_step), cell.particles))
+                .collect();
+            findings.push(format!(
+                "{label}, {series}: CG iterations a step {}{growth}.",
+                said.join(", ")
+            ));
+        }
+    }
+    let failed: Vec<_> = facts
+        .cells
+        .iter()
+        .filter(|cell| cell.verdict != "completed" || cell.unconverged_steps > 0)
+        .map(|cell| {
+            let Cell { label, series, particles, verdict, unconverged_steps, .. } = cell;
+            format!("{label}, {series}, n = {particles} ({verdict}, {unconverged_steps} steps not converged)")
+        })
+        .collect();
+    findings.push(if failed.is_empty() {
+        "Every run is stable and every solve meets its tolerance over the few steps that are run."
+            .to_owned()
+    } else {
+        format!("Not every solve meets its tolerance: {}.", failed.join("; "))
+    });
+    findings
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_two_series_meet_at_the_base_size_and_part_elsewhere() {
+        let mesh = |series, side| Mesh::new(series, side, 1).expect("a valid sheet");
+        let quotient = |series, side| mesh(series, side).sheet.tension;
+        assert_eq!(quotient(FIXED_QUOTIENT, 20), quotient(FIXED_MATERIAL, 20));
+        assert_eq!(quotient(FIXED_MATERIAL, 10), 0.25 * STIFFNESS);
+        assert_eq!(quotient(FIXED_QUOTIENT, 10), STIFFNESS);
+    }
+
+    #[test]
+    fn explicit_methods_take_a_step_within_their_limit_and_stay_finite() {
+        let mesh = Mesh::new(FIXED_MATERIAL, 52, 40).expect("a valid sheet");
+        for contender in &CONTENDERS[..2] {
+            let choice = Choice::parse(contender.method, &[]).expect("a method");
+            assert!(mesh.step(&choice) * mesh.sheet.greatest_frequency(1.0) < 2.0);
+            let cell = mesh.cell(contender).expect("a run");
+            assert_eq!((cell.steps, cell.verdict.as_str()), (40, "completed"));
+        }
+    }
+
+    #[test]
+    fn the_quick_subset_has_small_meshes_of_both_series_only() {
+        let all = sizes(false);
+        let quick = sizes(true);
+        assert_eq!((all.len(), quick.len()), (12, 6));
+        assert!(quick.iter().all(|size| size.1 <= QUICK && all.contains(size)));
+    }
+
+    #[test]
+    fn findings_follow_from_the_facts() {
+        let mesh = Mesh::new(FIXED_QUOTIENT, 10, 2).expect("a valid sheet");
+        let mut cells = vec![mesh.cell(&CONTENDERS[2]).expect("a run")];
+        cells.push(cells[0].clone());
+        (cells[0].cg_per_step, cells[1].cg_per_step) = (2.0, 20.0);
+        (cells[0].particles, cells[1].particles) = (100, 10_000);
+        let said = findings(&Facts { cells: cells.clone() });
+        assert!(said[0].contains("n to the power 0.50"), "{said:?}");
+        assert!(said[1].starts_with("Every run is stable"), "{said:?}");
+        cells[1].unconverged_steps = 1;
+        assert!(findings(&Facts { cells })[1].contains("n = 10000 (completed, 1 steps"));
+    }
+}

@@ -1,0 +1,285 @@
+//! Experiment `solver-control`: what the paper names as further work, measured.
+
+pub(crate) mod runs;
+#[cfg(test)]
+mod tests;
+
+use crate::facts::{Fact, fact};
+use crate::methods::Choice;
+use crate::record::Totals;
+use crate::run::{Options, Simulation, drive};
+use crate::schedule::Schedule;
+use crate::studies::sheet::{GRAVITY, Sheet};
+use crate::studies::solver_control::facts::{Facts, History, Run, Scene, TimingRow};
+use crate::studies::{Account, Context, cells, finite, prepared, timed};
+use crate::{HarnessError, system_hash};
+use drape_model::{DampingLaw, State, TimeSpan};
+use drape_oracle::order::position_error;
+use drape_oracle::reference::{Reference, ReferenceSettings, reference};
+use drape_report::Record;
+use runs::{Cell, all};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use super::STUDY;
+
+/// Particles along each edge of the sheet.
+const SIDE: u32 = 20;
+/// Simulated time after which the error is taken, s.
+const SPAN: f64 = 0.25;
+/// Tolerance of the reference: its error is far below those of the methods.
+const REFERENCE_TOLERANCE: f64 = 1e-10;
+/// How far the vibrating sheet is stretched at the start.
+const STRETCH: f64 = 1.02;
+/// Greatest effort of a run, in visits of a spring; some 10 s.
+const BUDGET: f64 = 2e9;
+/// What operations cost, in sweeps over the springs of this sheet: rounded from times on one machine.
+const PRODUCT: u64 = 2;
+/// With the 3×3 blocks of Newton's matrix.
+const BLOCK_PRODUCT: u64 = 6;
+const SET_UP: u64 = 30;
+const FACTORISATION: u64 = 1000;
+const FACTOR_SOLVE: u64 = 18;
+/// Of multigrid on those blocks: an application, and what a new matrix takes.
+const CYCLE: u64 = 14;
+const COARSE_MATRICES: u64 = 60;
+/// Timed repetitions.
+const REPETITIONS: usize = 3;
+
+/// A scene before it is built.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Case {
+    id: &'static str,
+    stiffness: f64,
+    damping: f64,
+    is_stretched: bool,
+}
+
+const CASES: [Case; 4] = [
+    Case { id: "hanging-1e4", stiffness: 1e4, damping: 40.0, is_stretched: false },
+    Case { id: "hanging-1e6", stiffness: 1e6, damping: 40.0, is_stretched: false },
+    Case { id: "hanging-1e8", stiffness: 1e8, damping: 40.0, is_stretched: false },
+    Case { id: "vibrating-1e4", stiffness: 1e4, damping: 2.0, is_stretched: true },
+];
+
+/// A scene with its exact solution.
+struct Setting {
+    case: Case,
+    simulation: Simulation,
+    exact: Reference,
+    hash: String,
+}
+
+impl Setting {
+    fn new(case: &Case) -> Result<Self, HarnessError> {
+        let sheet = Sheet {
+            side: SIDE,
+            tension: case.stiffness,
+            shear: 0.1 * case.stiffness,
+            damping: case.damping,
+            law: DampingLaw::Full,
+            gravity: GRAVITY,
+            is_pinned: true,
+        };
+        let mut spec = sheet.spec()?;
+        if case.is_stretched {
+            for position in spec.particles.position_m.iter_mut().flatten() {
+                *position *= STRETCH;
+            }
+        }
+        let (system, state) = spec.build()?;
+        let settings =
+            ReferenceSettings { tolerance: REFERENCE_TOLERANCE, ..ReferenceSettings::default() };
+        let exact = reference(&system, &state, &[SPAN], settings)?;
+        let hash = system_hash(&spec);
+        Ok(Self { case: *case, simulation: Simulation { system, state }, exact, hash })
+    }
+
+    fn scene(&self) -> Scene {
+        Scene {
+            id: self.case.id.to_owned(),
+            stiffness_over_mass_per_s2: self.case.stiffness,
+            damping_over_mass_per_s: self.case.damping,
+            span_s: SPAN,
+            reference_error_m: self.exact.position_error,
+            portable: false,
+        }
+    }
+
+    fn error(&self, state: &State) -> Option<f64> {
+        let Simulation { system, state: start } = &self.simulation;
+        let end = self.exact.states.last()?;
+        let error = position_error(system, &start.x, &end.x, &state.x);
+        Some(error).filter(|error| error.is_finite())
+    }
+}
+
+/// The work of a run in sweeps over the springs.
+fn work(choice: &Choice, totals: &Totals) -> u64 {
+    let settings = choice.settings();
+    let is = |key: &str, value: &str| settings.iter().any(|pair| pair == (key, value));
+    let Totals { cg_iterations, newton_iterations, .. } = *totals;
+    // Newton's solves are direct or CG's; a saved factor or multigrid preconditions.
+    let solves = match (is("solver", "cg"), is("jacobian", "saved")) {
+        _ if is("solver", "multigrid") => {
+            CYCLE * cg_iterations + COARSE_MATRICES * newton_iterations
+        }
+        (false, _) => FACTOR_SOLVE * newton_iterations,
+        (true, true) => FACTOR_SOLVE * cg_iterations,
+        (true, false) => 0,
+    };
+    let has_blocks = settings.iter().any(|(key, _)| key == "jacobian");
+    let product = if has_blocks { BLOCK_PRODUCT } else { PRODUCT };
+    totals.force_evaluations
+        + product * totals.matvecs
+        + SET_UP * totals.setups
+        + FACTORISATION * totals.factorisations
+        + solves
+}
+
+/// What a run gives: a row, and the size of its substeps over time.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct Measured {
+    run: Run,
+    time_s: Vec<f64>,
+    step_s: Vec<f64>,
+}
+
+fn measure(setting: &Setting, cell: &Cell) -> Result<Measured, HarnessError> {
+    let choice = Choice::parse(&cell.method, &[])?;
+    let mut simulation = setting.simulation.clone();
+    let start = simulation.system.total_energy(&simulation.state);
+    let (mut gain, mut time_s, mut step_s) = (0.0_f64, Vec::new(), Vec::new());
+    let schedule = Schedule::steady(TimeSpan { step_s: cell.step_s, duration_s: SPAN });
+    let options = Options::default();
+    let outcome = drive(&mut simulation, &choice, &schedule, options, Some(BUDGET), |moment| {
+        let energy = moment.system.total_energy(moment.state);
+        gain = gain.max(if energy.is_nan() { f64::INFINITY } else { energy - start });
+        time_s.push(schedule.elapsed(moment.step));
+        step_s.push(moment.h / f64::from(moment.report.substeps.max(1)));
+    })?;
+    let verdict = match (&outcome.divergence, outcome.is_over_budget) {
+        (Some(_), _) => "diverged",
+        (None, true) => "over budget",
+        (None, false) => "completed",
+    };
+    let is_done = verdict == "completed";
+    let totals = outcome.totals;
+    let run = Run {
+        series: cell.series.to_owned(),
+        scene: setting.case.id.to_owned(),
+        label: cell.label.to_owned(),
+        is_adaptive: cell.is_adaptive,
+        value: cell.value,
+        method: choice.full_id(),
+        step_s: cell.step_s,
+        error: setting.error(&simulation.state).filter(|_| is_done),
+        energy_gain_j: finite(gain),
+        substeps: outcome.substeps,
+        rejected: outcome.rejected,
+        setups: totals.setups,
+        factorisations: totals.factorisations,
+        newton_iterations: totals.newton_iterations,
+        outer_passes: totals.outer_passes,
+        cg_iterations: totals.cg_iterations,
+        matvecs: totals.matvecs,
+        force_evaluations: totals.force_evaluations,
+        work_sweeps: work(&choice, &totals),
+        unconverged_steps: outcome.unconverged,
+        verdict: verdict.to_owned(),
+        // The reference passes through a library.
+        portable: false,
+    };
+    Ok(Measured { run, time_s, step_s })
+}
+
+fn time(setting: &Setting, cell: &Cell) -> Result<TimingRow, HarnessError> {
+    let choice = Choice::parse(&cell.method, &[])?;
+    let schedule = Schedule::steady(TimeSpan { step_s: cell.step_s, duration_s: SPAN });
+    let mut samples_ns = Vec::new();
+    for _ in 0..REPETITIONS {
+        let mut simulation = setting.simulation.clone();
+        let options = Options::default();
+        let outcome = drive(&mut simulation, &choice, &schedule, options, Some(BUDGET), |_| ())?;
+        samples_ns.push(outcome.wall.as_nanos() as u64);
+    }
+    let mut sorted = samples_ns.clone();
+    sorted.sort_unstable();
+    Ok(TimingRow {
+        series: cell.series.to_owned(),
+        scene: setting.case.id.to_owned(),
+        label: cell.label.to_owned(),
+        is_adaptive: cell.is_adaptive,
+        value: cell.value,
+        median_s: sorted[REPETITIONS / 2] as f64 * 1e-9,
+        samples_ns,
+    })
+}
+
+pub(super) fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
+    let chosen: Vec<_> =
+        CASES.into_iter().filter(|case| !context.quick || case.id == runs::QUICK_SCENE).collect();
+    let settings = prepared(context, "references", &chosen, Setting::new)?;
+    let listed: Vec<_> = settings
+        .iter()
+        .flat_map(|setting| all(&setting.case).into_iter().map(move |cell| (setting, cell)))
+        .filter(|(_, cell)| !context.quick || cell.is_quick)
+        .collect();
+    let measured = cells(context, "runs", &listed, |(setting, cell)| measure(setting, cell))?;
+    let histories = measured.iter().filter(|m| runs::has_history(&m.run)).map(|m| History {
+        scene: m.run.scene.clone(),
+        label: m.run.label.clone(),
+        tolerance: m.run.value.unwrap_or_default(),
+        time_s: m.time_s.clone(),
+        step_s: m.step_s.clone(),
+    });
+    let facts = Facts {
+        scenes: settings.iter().map(Setting::scene).collect(),
+        histories: histories.collect(),
+        runs: measured.iter().map(|m| m.run.clone()).collect(),
+    };
+    let hashes: BTreeMap<_, _> =
+        settings.iter().map(|s| (s.case.id.to_owned(), s.hash.clone())).collect();
+    let account = Account {
+        method: "A sheet of 20 × 20 particles (1 m × 1 m, 1 g each, shear springs of a tenth of the stiffness, two \
+                 corners pinned) falls from the horizontal for 0.25 s (d/m = 40/s), or starts stretched by 2 % with \
+                 d/m = 2/s, so that it vibrates. The error is the mass-weighted distance of the positions at the end \
+                 from those of DOP853 at tolerance 1e-10, over how far the sheet has moved; the reference is run again \
+                 at 1e-9, which tells its own error. Forcing and Jacobians: h = 0.01 s, Newton to a residual of 1e-9 \
+                 of the change of velocity; imex-updated in its robust form, without the turn to Newton, to its default \
+                 tolerance. Adaptive runs divide frames of 0.01 s by their tolerance, a local error of positions in \
+                 mesh widths; constant runs take the step as given. Work is counted, and weighed in sweeps over \
+                 the springs: a product with the scalar matrix counts 2, with Newton's 3 × 3 blocks 6, a set-up of the scalar matrix 30, a factorisation of \
+                 Newton's 1000, a solve with its factor 18. Seconds stand in the file of the timings."
+            .to_owned(),
+        findings: super::words::findings(&facts),
+        facts,
+        scenes: hashes.clone(),
+        seed: None,
+    };
+    let mut files = vec![context.write(&STUDY, account)?];
+    if !context.quick {
+        let listed: Vec<_> = listed.iter().filter(|(_, cell)| cell.is_timed).collect();
+        let rows = timed(context, "timings", &listed, |(setting, cell)| time(setting, cell))?;
+        let method = format!(
+            "One run at a time on one thread of an otherwise idle process, {REPETITIONS} repetitions; all steps of \
+             {SPAN} s together, without the first set-up."
+        );
+        files.push(context.write_timings(&STUDY, method, rows, hashes)?);
+    }
+    Ok(files)
+}
+
+/// Its facts, as they are compared. Step sizes over time are not: they follow from the decisions of the control, which
+/// turn on the last digits.
+pub(crate) fn comparable(record: &Record<Facts>) -> Vec<Fact> {
+    let scenes = record.facts.scenes.iter();
+    let scenes = scenes.map(|scene| fact(format!("scene {}", scene.id), scene.portable, scene));
+    let runs = record.facts.runs.iter().map(|run| {
+        let value = run.value.map_or_else(String::new, |value| format!(" {value}"));
+        let adaptive = if run.is_adaptive { " adaptive" } else { "" };
+        let key = format!("{} {} {}{adaptive}{value}", run.series, run.scene, run.label);
+        fact(key, run.portable, run)
+    });
+    scenes.chain(runs).collect()
+}

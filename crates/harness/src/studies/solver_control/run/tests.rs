@@ -1,0 +1,120 @@
+use crate::studies::solver_control::run::runs::PLAIN;
+use super::*;
+
+#[test]
+fn every_cell_is_a_method_with_settings_it_takes_and_has_a_key_of_its_own() {
+    for case in CASES {
+        let cells = all(&case);
+        for (n, cell) in cells.iter().enumerate() {
+            let choice = Choice::parse(&cell.method, &[]).unwrap_or_else(|error| panic!("{error}"));
+            assert!(choice.build().is_ok(), "{}", cell.method);
+            let key = |c: &Cell| (c.series, c.label, c.is_adaptive, c.value.map(f64::to_bits));
+            assert!(cells[..n].iter().all(|other| key(other) != key(cell)), "{cell:?}");
+        }
+        assert_eq!(cells.iter().any(|cell| cell.is_quick), case.id == runs::QUICK_SCENE);
+    }
+}
+
+fn measured(label: &str, is_adaptive: bool, value: f64, error: f64, substeps: u64) -> Run {
+    Run {
+        series: "steps".to_owned(),
+        scene: "hanging-1e4".to_owned(),
+        label: label.to_owned(),
+        is_adaptive,
+        value: Some(value),
+        method: label.to_owned(),
+        step_s: 0.01,
+        error: Some(error),
+        energy_gain_j: 0.0,
+        substeps,
+        rejected: 0,
+        setups: 1,
+        factorisations: 0,
+        newton_iterations: 0,
+        outer_passes: 0,
+        cg_iterations: 0,
+        matvecs: 0,
+        force_evaluations: 2 * substeps,
+        work_sweeps: 30 + 2 * substeps,
+        unconverged_steps: 0,
+        verdict: "completed".to_owned(),
+        portable: false,
+    }
+}
+
+#[test]
+fn findings_follow_from_the_facts() {
+    let scene = Scene {
+        id: "hanging-1e4".to_owned(),
+        stiffness_over_mass_per_s2: 1e4,
+        damping_over_mass_per_s: 40.0,
+        span_s: SPAN,
+        reference_error_m: 1e-9,
+        portable: false,
+    };
+    let runs = vec![
+        measured("imex-euler", false, 0.01, 0.2, 25),
+        measured("imex-euler", false, 0.005, 0.1, 50),
+        measured("imex-euler", true, 1e-2, 0.15, 40),
+        measured(PLAIN, true, 1e-2, 0.5, 25),
+    ];
+    let facts = Facts { scenes: vec![scene], runs, histories: Vec::new() };
+    let text = super::super::words::findings(&facts).join("\n");
+    // 30 + 80 sweeps against the 30 + 100 of the constant step that is at least as good.
+    assert!(
+        text.contains("1 do less work") && text.contains("does 0.846 times the work"),
+        "{text}"
+    );
+    assert!(text.contains("takes 25 substeps and is off by 0.500 of the motion"), "{text}");
+    assert!(text.contains("takes 40 and is off by 0.150"), "{text}");
+}
+
+/// The estimator that sees the splitting takes smaller steps where the sheet is stiff, and is nearer to the truth.
+#[test]
+fn the_splitting_estimate_sees_the_locking_that_positions_do_not_show() {
+    let sheet = Sheet {
+        side: 8,
+        tension: 1e6,
+        shear: 1e5,
+        damping: 40.0,
+        law: DampingLaw::Full,
+        gravity: GRAVITY,
+        is_pinned: true,
+    };
+    let (system, state) = sheet.spec().and_then(|spec| Ok(spec.build()?)).expect("valid");
+    let settings = ReferenceSettings { tolerance: 1e-9, ..ReferenceSettings::default() };
+    let exact = reference(&system, &state, &[0.1], settings).expect("no contact");
+    let run = |estimator: &str| {
+        let method = format!("imex-euler:implicit=springs,tolerance=1e-3,estimator={estimator}");
+        let choice = Choice::parse(&method, &[]).expect("known");
+        let mut simulation = Simulation { system: system.clone(), state: state.clone() };
+        let schedule = Schedule::steady(TimeSpan { step_s: 0.01, duration_s: 0.1 });
+        let options = Options::default();
+        let outcome =
+            drive(&mut simulation, &choice, &schedule, options, None, |_| ()).expect("runs");
+        let error = position_error(&system, &state.x, &exact.states[0].x, &simulation.state.x);
+        (outcome.substeps, error)
+    };
+    let ((few, blind), (many, seen)) = (run("plain"), run("splitting"));
+    assert!(many > few + few / 5 && seen < 0.95 * blind, "{few}, {blind}; {many}, {seen}");
+}
+
+#[test]
+fn work_is_that_of_the_solver() {
+    let totals = Totals {
+        force_evaluations: 25,
+        matvecs: 28,
+        cg_iterations: 7,
+        newton_iterations: 3,
+        setups: 1,
+        ..Totals::default()
+    };
+    let of = |id: &str| work(&Choice::parse(id, &[]).expect("known"), &totals);
+    // Conjugate gradients on the scalar matrix are their products alone.
+    assert_eq!(of("imex-euler"), 25 + 2 * 28 + 30);
+    let newton = 25 + 6 * 28 + 30;
+    assert_eq!(of("backward-euler"), newton + 3 * 18);
+    assert_eq!(of("backward-euler:solver=cg"), newton);
+    assert_eq!(of("backward-euler:solver=cg,jacobian=saved"), newton + 7 * 18);
+    assert_eq!(of("backward-euler:solver=multigrid"), newton + 7 * 14 + 3 * 60);
+}

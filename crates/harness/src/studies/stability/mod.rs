@@ -1,0 +1,20 @@
+//! Experiment `stability`: which step, stiffness and damping a method survives.
+
+pub mod facts;
+pub(crate) mod plates;
+pub(crate) mod run;
+mod words;
+
+use crate::facts::compare;
+use super::Study;
+
+pub(super) const STUDY: Study = Study {
+    name: "stability",
+    question: "Which step size, stiffness and damping does a method survive, where is its longest stable step, and is it \
+     where theory puts it?",
+    builds_on: &["order"],
+    run: run::run,
+    compare: |fresh, committed| compare("stability.json", fresh, committed, run::comparable),
+    figures: plates::figures,
+    section: plates::section,
+};

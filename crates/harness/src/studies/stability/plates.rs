@@ -1,0 +1,357 @@
+//! Figures and tables of the experiment `stability`.
+
+use drape_report::family::labels;
+use drape_report::number::{power, setting, significant, trimmed};
+use drape_report::page::{Section, Table, absent, texts};
+use drape_report::plate::{Plate, self};
+use drape_report::plot::{At, Atlas, Axis, Look, Map, Panel, Point, Rule, Series, Shade, Sheet, State, Tile, values};
+use drape_report::{Figure, Files, Record, ReportError, read_record};
+use std::path::Path;
+use super::facts::{Cell, Facts, LOCKED, Limit, OVER_BUDGET, Shear};
+
+/// What the figures are drawn from.
+pub(super) type Input = Record<Facts>;
+
+/// Title and caption of every figure.
+pub(super) fn figures() -> Vec<Figure> {
+    MAPS.iter().map(Plate::figure).chain(CURVES.iter().map(Plate::figure)).collect()
+}
+
+/// Draws the figures and returns the section of the page.
+pub(super) fn section(
+    results: &Path,
+    study: &str,
+    files: &mut Files,
+) -> Result<Option<Section>, ReportError> {
+    let Some(record) = read_record::<Facts>(results, study)? else {
+        return Ok(None);
+    };
+    let mut figures = plate::draw_all(MAPS, &record, files)?;
+    figures.extend(plate::draw_all(CURVES, &record, files)?);
+    Ok(Some(Section::new(&record, figures, tables(&record))))
+}
+
+const MAPS: &[Plate<Input, Atlas>] = &[
+    Plate {
+        file: "stability-atlas.svg",
+        title: "Which step and stiffness each method survives, with damping d/m = 40 s⁻¹",
+        caption: "One small map for each method: the time step h grows to the right, the stiffness k/m upwards, both in \
+            decades. A hanging sheet of 8 × 8 particles runs for at least 2 s and 200 steps. Letter and colour tell \
+            the verdict: S stable, L locked (stable by its energy, but less than half as far from the start as the true \
+            motion), M marginal, U unstable, D diverged, B over budget. Explicit methods end at a straight line of \
+            constant h²k/m; where implicit-explicit ones are stable beyond it, look how much of that is L. Provot at small \
+            k/m: its limit of elongation holds up a sheet that should sag.",
+        sheet: |input| by_stiffness(input, 40.0),
+    },
+    Plate {
+        file: "stability-atlas-undamped.svg",
+        title: "Which step and stiffness each method survives, without damping",
+        caption: "As the map with damping, but nothing is damped: one small map for each method, the time step h to the \
+            right, the stiffness k/m upwards. S stable, L locked (stable by its energy, but less than half as far from \
+            the start as the true motion), M marginal, U unstable, D diverged, B over budget. Explicit Euler and the \
+            two-step Adams-Bashforth method have no stable step here in theory; where they show S, growth is too slow to be \
+            seen within the run.",
+        sheet: |input| by_stiffness(input, 0.0),
+    },
+    Plate {
+        file: "stability-atlas-damping.svg",
+        title: "Which step and damping each method survives at k/m = 10⁶ s⁻²",
+        caption: "One small map for each method: the time step h grows to the right, the damping d/m of the tension springs \
+            upwards, at a stiffness k/m of 10⁶ s⁻². S stable, L locked (stable by its energy, but less than half as \
+            far from the start as the true motion at that damping), M marginal, U unstable, D diverged, B over budget. \
+            Damping that is taken at the old velocity limits the step too, so that the stable steps of such methods \
+            become shorter towards the top.",
+        sheet: by_damping,
+    },
+];
+
+const CURVES: &[Plate<Input>] = &[
+    Plate {
+        file: "stability-limits.svg",
+        title: "Longest stable step: measured over theory",
+        caption: "For each method that has a finite limit: the longest step found stable by bisection, over the longest that \
+            the closed form admits; 1 is exact agreement, and the search ends at 5 %. Two particles on a spring of rest \
+            length 0 are a linear system, where theory is exact. On the hanging sheet of 8 × 8 particles the largest \
+            eigenvalue of the Laplacian bounds that of the true stiffness, so that the step may be longer; k/m = 10⁴ s⁻² in both. \
+            Crossed out on the left edge: a step is stable in theory and none was found. Methods without a limit stand in the table.",
+        sheet: ratios,
+    },
+    Plate {
+        file: "stability-shear.svg",
+        title: "Explicit shear beside implicit tension: energy gained against the ratio of the stiffnesses",
+        caption: "The hanging sheet of 8 × 8 particles with k/m = 10⁶ s⁻², undamped; tension springs stand in the matrix, \
+            shear springs beside them, k_s times as stiff. Greatest rise of the energy over what the scene sets free, \
+            against k_s/k, one curve for each time step; axes are logarithmic, gains below 10⁻⁶ and above 10⁶ lie on the edges. The \
+            upright line is the least ratio, of the steps shown, that theory does not exclude at any positions: θ_E = 4 + θ_I for \
+            IMEX Euler, θ_E = 4 for updated CG, whose converged springs resist nothing across themselves. Runs over \
+            budget are left out; unstable and diverged ones are crossed out.",
+        sheet: shear,
+    },
+];
+
+const KNOWN: [(&str, &str, Shade); 6] = [
+    ("stable", "S", Shade::Good),
+    (LOCKED, "L", Shade::Still),
+    ("marginal", "M", Shade::Fair),
+    ("unstable", "U", Shade::Bad),
+    ("diverged", "D", Shade::Worst),
+    (OVER_BUDGET, "B", Shade::Open),
+];
+
+fn tile(verdict: &str) -> Tile {
+    let known = KNOWN.iter().find(|(name, ..)| *name == verdict);
+    Tile {
+        shade: known.map_or(Shade::Idle, |(.., shade)| *shade),
+        text: known.map_or("?", |(_, letter, _)| letter).to_owned(),
+        is_marked: false,
+    }
+}
+
+fn identity(cell: &Cell) -> (&str, &str) {
+    (&cell.method, &cell.label)
+}
+
+fn by_stiffness(input: &Input, damping: f64) -> Option<Atlas> {
+    let cells: Vec<_> =
+        input.facts.cells.iter().filter(|cell| cell.damping_over_mass_per_s == damping).collect();
+    let note = "To the right: time step h (s). Upwards: stiffness over mass k/m (s⁻²).";
+    atlas(&cells, |cell| cell.stiffness_over_mass_per_s2, note)
+}
+
+fn by_damping(input: &Input) -> Option<Atlas> {
+    let stiffness = |cell: &&Cell| cell.stiffness_over_mass_per_s2 == 1e6;
+    let cells: Vec<_> = input.facts.cells.iter().filter(stiffness).collect();
+    let note = "To the right: time step h (s). Upwards: damping over mass d/m (s⁻¹).";
+    atlas(&cells, |cell| cell.damping_over_mass_per_s, note)
+}
+
+/// A map for each label: steps to the right, another quantity upwards.
+fn atlas(cells: &[&Cell], of: impl Fn(&Cell) -> f64, note: &str) -> Option<Atlas> {
+    let steps = values(cells.iter().map(|cell| cell.step_s));
+    let mut rows = values(cells.iter().map(|cell| of(cell)));
+    rows.reverse();
+    let labels = labels(cells.iter().map(|cell| identity(cell)));
+    let map = |label: String| {
+        let at = |row: f64, step: f64| {
+            let found =
+                |cell: &&&Cell| cell.label == label && of(cell) == row && cell.step_s == step;
+            cells.iter().find(found).map(|cell| tile(&cell.verdict))
+        };
+        let tiles = rows.iter().map(|&row| steps.iter().map(|&step| at(row, step)).collect());
+        Map { tiles: tiles.collect(), title: label }
+    };
+    let maps: Vec<_> = labels.into_iter().map(map).collect();
+    // Decades only: there is no room for more.
+    let tick = |step: &f64| {
+        let text = power(*step);
+        if text.contains('.') { String::new() } else { text }
+    };
+    let legend = KNOWN.iter().filter(|(name, ..)| cells.iter().any(|cell| cell.verdict == *name));
+    let legend: Vec<_> = legend.map(|(name, ..)| (tile(name), (*name).to_owned())).collect();
+    (!maps.is_empty() && rows.len() > 1).then(|| Atlas {
+        x_ticks: steps.iter().map(tick).collect(),
+        y_ticks: rows
+            .iter()
+            .map(|row| if *row == 0.0 { "0".to_owned() } else { power(*row) })
+            .collect(),
+        maps,
+        legend,
+        notes: vec![note.to_owned()],
+    })
+}
+
+/// Measured over theory; `None` where theory has no finite limit.
+fn ratio(limit: &Limit) -> Option<f64> {
+    let theory = limit.theory_s.filter(|theory| *theory > 0.0)?;
+    Some(limit.measured_s.unwrap_or(0.0) / theory)
+}
+
+fn name(limit: &Limit) -> String {
+    let damping = limit.damping_over_mass_per_s;
+    format!("{}, d/m = {} s⁻¹", limit.scene, trimmed(damping, 3))
+}
+
+fn ratios(input: &Input) -> Option<Sheet> {
+    let limits: Vec<_> = input.facts.limits.iter().filter(|limit| ratio(limit).is_some()).collect();
+    let labels = labels(limits.iter().map(|limit| (limit.method.as_str(), limit.label.as_str())));
+    let found: Vec<f64> =
+        limits.iter().filter_map(|limit| ratio(limit)).chain([0.0, 1.4]).collect();
+    let axis = Axis::linear("longest stable step, measured over theory (ratio)", &found);
+    let mut panel = Panel::new(Vec::new(), axis, Axis::names("", &labels));
+    let mut names: Vec<String> = Vec::new();
+    for limit in &limits {
+        if !names.contains(&name(limit)) {
+            names.push(name(limit));
+        }
+    }
+    for (n, scene) in names.iter().enumerate() {
+        let points = limits.iter().filter(|limit| name(limit) == *scene).filter_map(|limit| {
+            let y = -(labels.iter().position(|label| *label == limit.label)? as f64);
+            let x = ratio(limit)?;
+            let state = if x > 0.0 { State::Stable } else { State::Failed };
+            Some(Point { x, y, state })
+        });
+        let series = Series::new(scene.clone(), Look::number(n), points.collect());
+        panel.series.extend(series.map(Series::apart));
+    }
+    panel.rules.push(Rule { label: "measured as in theory".to_owned(), at: At::X(1.0) });
+    (!labels.is_empty()).then(|| Sheet { panels: vec![panel], notes: Vec::new() })
+}
+
+/// Gains below this are none.
+const LEAST_GAIN: f64 = 1e-6;
+/// Gains above this are drawn on the upper edge.
+const MOST_GAIN: f64 = 1e6;
+
+fn shear(input: &Input) -> Option<Sheet> {
+    let scans = &input.facts.shear;
+    let ratios: Vec<f64> = scans.iter().flat_map(|s| &s.ratios).map(|r| r.ratio).collect();
+    let mut panels: Vec<Panel> = Vec::new();
+    let mut names: Vec<&str> = scans.iter().map(|scan| scan.label.as_str()).collect();
+    names.dedup();
+    names.sort_unstable();
+    names.dedup();
+    let steps = values(scans.iter().map(|scan| scan.step_s));
+    for label in names {
+        let mut panel = Panel::new(
+            vec![label.to_owned()],
+            Axis::log("stiffness ratio k_s/k (dimensionless)", &ratios),
+            Axis::log("gain of energy over E_ref", &[LEAST_GAIN, MOST_GAIN]),
+        );
+        let of: Vec<_> = scans.iter().filter(|scan| scan.label == label).collect();
+        for scan in &of {
+            let ended = scan.ratios.iter().filter(|ratio| ratio.verdict != OVER_BUDGET);
+            let points = ended.map(|ratio| Point {
+                x: ratio.ratio,
+                y: ratio.gain.clamp(LEAST_GAIN, MOST_GAIN),
+                state: State::of_verdict(&ratio.verdict),
+            });
+            let n = steps.iter().position(|step| *step == scan.step_s).unwrap_or(0);
+            let name = format!("h = {} s", setting(scan.step_s));
+            panel.series.extend(Series::new(name, Look::number(n), points.collect()));
+        }
+        let bound = of.iter().map(|scan| scan.bound).reduce(f64::min);
+        panel.rules.extend(
+            bound.map(|bound| Rule { label: "least bound of theory".to_owned(), at: At::X(bound) }),
+        );
+        panels.push(panel);
+    }
+    (!panels.is_empty()).then_some(Sheet { panels, notes: Vec::new() })
+}
+
+/// All tables of the page.
+fn tables(input: &Input) -> Vec<Table> {
+    vec![limits(input), scans(input), counts(input)]
+}
+
+fn limits(input: &Input) -> Table {
+    let line = |limit: &Limit| {
+        let step = |h: Option<f64>| h.map_or_else(absent, |h| significant(h, 3));
+        let theory = match limit.theory_s {
+            Some(0.0) => "none".to_owned(),
+            Some(h) => significant(h, 3),
+            None if limit.rule == "none" => "–".to_owned(),
+            None => "no limit".to_owned(),
+        };
+        let measured = if limit.is_unlimited {
+            format!("≥ {}", setting(limit.range_s[1]))
+        } else {
+            step(limit.measured_s)
+        };
+        vec![
+            limit.label.clone(),
+            name(limit),
+            limit.rule.clone(),
+            significant(limit.largest_eigenvalue_per_s2, 4),
+            theory,
+            step(limit.visible_s),
+            measured,
+            ratio(limit).filter(|_| !limit.is_unlimited).map_or_else(absent, |r| significant(r, 3)),
+        ]
+    };
+    Table {
+        title: "**Longest stable steps.** λ: largest eigenvalue of M⁻¹L_k, for which θ = h²λ, η = hλd/k at most; theory: longest step at \
+                which no mode grows (none: every step lets one grow); visible: longest at which growth does not show within the run; \
+                ≥: no unstable step up to that one."
+            .to_owned(),
+        header: texts(&[
+            "method",
+            "scene",
+            "stable for",
+            "λ (s⁻²)",
+            "theory (s)",
+            "visible (s)",
+            "measured (s)",
+            "measured over theory",
+        ]),
+        names: 3,
+        rows: input.facts.limits.iter().map(line).collect(),
+    }
+}
+
+fn scans(input: &Input) -> Table {
+    let line = |scan: &Shear| {
+        let failing = scan.first_failure.and_then(|first| {
+            let found = scan.ratios.iter().find(|ratio| ratio.ratio == first)?;
+            Some(format!(
+                "{} ({}, {})",
+                trimmed(first, 3),
+                found.verdict,
+                significant(found.gain, 2)
+            ))
+        });
+        let held = scan.ratios.iter().take_while(|ratio| Some(ratio.ratio) != scan.first_failure);
+        let held = held.filter(|ratio| ratio.verdict == "stable").last();
+        vec![
+            scan.label.clone(),
+            setting(scan.step_s),
+            significant(scan.bound, 3),
+            scan.start_bound.map_or_else(absent, |bound| significant(bound, 3)),
+            held.map_or_else(absent, |ratio| trimmed(ratio.ratio, 3)),
+            failing.unwrap_or_else(absent),
+        ]
+    };
+    Table {
+        title: "**Explicit shear beside implicit tension**, undamped, k/m = 10⁶ s⁻²: ratios k_s/k. Bound: beyond it some mode has, \
+                at some positions or at the start, θ_E > 4 + θ_I (IMEX Euler), or θ_E > 4 + what the tension springs resist along \
+                themselves (updated CG)."
+            .to_owned(),
+        header: texts(&[
+            "method",
+            "h (s)",
+            "bound, anywhere",
+            "bound, start",
+            "greatest stable ratio",
+            "first that is not (verdict, gain over E_ref)",
+        ]),
+        names: 1,
+        rows: input.facts.shear.iter().map(line).collect(),
+    }
+}
+
+fn counts(input: &Input) -> Table {
+    let mut header = texts(&["method"]);
+    header.extend(KNOWN.iter().map(|(name, ..)| (*name).to_owned()));
+    header.push("greatest gain over E_ref of stable and locked cells".to_owned());
+    let cells = || input.facts.cells.iter();
+    let line = |label: String| {
+        let of = |verdict: &str| {
+            cells().filter(|cell| cell.label == label && cell.verdict == verdict).count()
+        };
+        let good = |cell: &&Cell| {
+            cell.label == label && ["stable", LOCKED].contains(&cell.verdict.as_str())
+        };
+        let gain = cells().filter(good).map(|cell| cell.gain).reduce(f64::max);
+        let mut line = vec![label.clone()];
+        line.extend(KNOWN.iter().map(|(name, ..)| of(name).to_string()));
+        line.push(gain.map_or_else(absent, |gain| significant(gain, 2)));
+        line
+    };
+    Table {
+        title: "**Cells of the atlas by verdict**, over all steps, stiffnesses and dampings."
+            .to_owned(),
+        header,
+        names: 1,
+        rows: labels(cells().map(identity)).into_iter().map(line).collect(),
+    }
+}

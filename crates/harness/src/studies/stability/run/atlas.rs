@@ -1,0 +1,94 @@
+//! The atlas: one method at one stiffness and damping, over all steps.
+
+use crate::HarnessError;
+use crate::methods::Choice;
+use crate::stability::verdict;
+use crate::studies::finite;
+use crate::studies::stability::facts::{Cell, LOCKED, OVER_BUDGET};
+use crate::studies::variant::Variant;
+use super::sheet::{SEEDS, Setting, run, schedule};
+
+/// Effort after which a run is over budget, in visits of a spring: about a tenth of a second.
+pub(super) const BUDGET: f64 = 3e7;
+/// A stable run that comes less far than this share of the true motion is locked.
+const HALF: f64 = 0.5;
+/// From good to bad.
+const ORDER: [&str; 6] = ["stable", LOCKED, "marginal", OVER_BUDGET, "unstable", "diverged"];
+
+fn rank(verdict: &str) -> usize {
+    ORDER.iter().position(|known| *known == verdict).unwrap_or(ORDER.len())
+}
+
+/// The verdict on a run with all that is known of it.
+pub(super) fn full_verdict(
+    judged: &'static str,
+    reach: Option<f64>,
+    is_over: bool,
+) -> &'static str {
+    match judged {
+        "stable" | "marginal" if is_over => OVER_BUDGET,
+        "stable" if reach.is_some_and(|reach| reach < HALF) => LOCKED,
+        other => other,
+    }
+}
+
+/// Runs a method at steps from the longest to the shortest.
+pub(super) fn column(
+    variant: &Variant,
+    setting: &Setting,
+    steps: &[f64],
+) -> Result<Vec<Cell>, HarnessError> {
+    let choice = Choice::parse(variant.method, &[])?;
+    let mut cells: Vec<Cell> = Vec::new();
+    for &step_s in steps {
+        let mut cell = Cell {
+            label: variant.label.to_owned(),
+            method: choice.full_id(),
+            stiffness_over_mass_per_s2: setting.stiffness,
+            damping_over_mass_per_s: setting.damping,
+            step_s,
+            verdict: ORDER[0].to_owned(),
+            starts: 0,
+            gain: 0.0,
+            drift: 0.0,
+            reach: None,
+            reached_s: f64::INFINITY,
+            portable: choice.is_portable(),
+        };
+        add(&mut cell, setting, &choice, SEEDS[0])?;
+        let is_last_good = cells.last().is_some_and(|longer| longer.verdict != cell.verdict);
+        if is_last_good && rank(&cell.verdict) < rank(OVER_BUDGET) {
+            for seed in &SEEDS[1..] {
+                add(&mut cell, setting, &choice, *seed)?;
+            }
+        }
+        cells.push(cell);
+    }
+    Ok(cells)
+}
+
+/// Adds a run from a perturbed start; the worst counts.
+fn add(cell: &mut Cell, setting: &Setting, choice: &Choice, seed: u64) -> Result<(), HarnessError> {
+    let schedule = schedule(cell.step_s);
+    let (counts, reach) = run(&setting.start(seed), choice, &schedule, Some(BUDGET))?;
+    let reach = reach.map(|reach| reach / setting.reach);
+    let judged = verdict(&counts, setting.released);
+    let verdict = full_verdict(judged, reach, counts.outcome.is_over_budget);
+    if rank(verdict) > rank(&cell.verdict) {
+        cell.verdict = verdict.to_owned();
+    }
+    let share = |energy: f64| finite(energy / setting.released);
+    let drift = share(counts.energy.drift);
+    if drift.abs() >= cell.drift.abs() {
+        cell.drift = drift;
+    }
+    cell.gain = cell.gain.max(share(counts.energy.gain));
+    cell.reach = if cell.starts == 0 {
+        reach
+    } else {
+        cell.reach.zip(reach).map(|(one, other)| one.min(other))
+    };
+    cell.reached_s = cell.reached_s.min(counts.state.t);
+    cell.starts += 1;
+    Ok(())
+}

@@ -1,0 +1,159 @@
+//! Experiment `stability`: which step, stiffness and damping a method survives.
+
+mod atlas;
+mod limit;
+mod shear;
+mod sheet;
+#[cfg(test)]
+mod tests;
+mod theory;
+
+use crate::HarnessError;
+use crate::facts::{Fact, fact};
+use crate::studies::stability::facts::{Cell, Facts};
+use crate::studies::variant::{Variant, of_registry};
+use crate::studies::{Account, Context, cells, prepared};
+use drape_report::Record;
+use sheet::{SEEDS, Setting};
+use std::path::PathBuf;
+use super::STUDY;
+
+/// Forms of the methods: as published where they differ from the defaults, and solved exactly.
+const VARIANTS: [Variant; 10] = [
+    Variant::new("symplectic-euler", "symplectic-euler"),
+    Variant::new("symplectic-euler, implicit damping", "symplectic-euler:damping=implicit"),
+    Variant::new("adams-bashforth2", "adams-bashforth2"),
+    Variant::new("adams-bashforth, 3 steps", "adams-bashforth2:steps=3"),
+    Variant::new("imex-euler, as printed", "imex-euler:forcing_term=0.05"),
+    Variant::new(EXACT, "imex-euler:forcing_term=1e-10,implicit=springs"),
+    Variant::new("imex-updated", "imex-updated"),
+    Variant::new(
+        "imex-updated, as printed",
+        "imex-updated:safeguard=paper,start=extrapolated,forcing_term=0.05",
+    ),
+    Variant::new("kang", "kang"),
+    Variant::new("desbrun", "desbrun"),
+];
+/// The form for which the energy theorem holds.
+pub(crate) const EXACT: &str = "imex-euler, all springs";
+
+/// Steps of the atlas, longest first, s.
+const STEPS: [f64; 9] = [1.0, 0.316, 0.1, 0.0316, 0.01, 0.003_16, 0.001, 0.000_316, 0.000_1];
+/// Stiffness over mass, 1/s².
+const STIFFNESSES: [f64; 7] = [1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8];
+/// Damping over mass of the tension springs, 1/s: none, and the paper's.
+const DAMPINGS: [f64; 2] = [0.0, DAMPING];
+const DAMPING: f64 = 40.0;
+/// Further dampings at [`BASE_STIFFNESS`], 1/s.
+const MORE_DAMPINGS: [f64; 3] = [1.0, 1e3, 1e4];
+/// Where the damping varies, 1/s².
+const BASE_STIFFNESS: f64 = 1e6;
+
+/// Stiffness and damping of the columns of the atlas, and the steps there.
+fn columns(quick: bool) -> Vec<(f64, f64, &'static [f64])> {
+    if quick {
+        // The longer steps: each cell depends on those of longer steps only.
+        return vec![(1e4, DAMPING, &STEPS[..4])];
+    }
+    let pairs = STIFFNESSES.iter().flat_map(|&k| DAMPINGS.map(|d| (k, d)));
+    let more = MORE_DAMPINGS.iter().map(|&d| (BASE_STIFFNESS, d));
+    pairs.chain(more).map(|(k, d)| (k, d, &STEPS[..])).collect()
+}
+
+pub(super) fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
+    let variants = of_registry(&VARIANTS);
+    let columns = columns(context.quick);
+    let settings = prepared(context, "true motion", &columns, |&(k, d, _)| Setting::new(k, d))?;
+    let pairs: Vec<_> = variants
+        .iter()
+        .flat_map(|variant| {
+            settings.iter().zip(&columns).map(move |(setting, column)| (variant, setting, column.2))
+        })
+        .collect();
+    let atlas = cells(context, "atlas", &pairs, |&(variant, setting, steps)| {
+        atlas::column(variant, setting, steps)
+    })?;
+    let limits = limit::cases(&variants, context.quick)?;
+    let limits = cells(context, "limits", &limits, limit::run)?;
+    let shear = cells(context, "explicit shear", &shear::cases(context.quick), shear::run)?;
+    let facts = Facts { cells: atlas.into_iter().flatten().collect(), limits, shear };
+    let hashes = settings.iter().map(|setting| (setting.name(), setting.hash.clone()));
+    let account = Account {
+        method: format!(
+            "Atlas: a sheet of 8 × 8 particles (1 m × 1 m, 1 g each, structural springs, shear springs of a tenth of the \
+             stiffness and damping, two corners pinned) is let go from the horizontal, for 2 s and at least 200 steps. \
+             The verdict is by the total energy H against E_ref, what the true motion sets free within 2 s \
+             (symplectic Euler at a quarter of its stability limit): stable if H never exceeds its start by more than \
+             0.02 E_ref, marginal up to 0.5, unstable above, diverged if a position is not finite or a thousand \
+             scene sizes away; undamped symplectic methods may oscillate by 0.5 E_ref, but not drift by more than \
+             0.05 E_ref. A stable run is locked if the midpoint of the free edge comes less than half as far from \
+             its start within 2 s as it truly does: a distance, not the length of a path, which numerical damping \
+             would shorten too. Each cell starts from one start that is perturbed by up to 1e-4 mesh widths; one that is \
+             not unstable while the next longer step has another verdict, from {} of them, and the worst counts. A \
+             run ends over budget after {:e} visits of a spring, which are counted, not timed. Limits: from the \
+             shortest step of the range the step is doubled until a run fails, then halved in between to 5 %. Pair: two free particles on a \
+             spring of rest length 0, k/m = 1e4/s², a linear system, on which a step is stable if the energy of the last quarter of \
+             the run is at most 1.02 times that of the first; theory is the closed form of the recurrence. Sheet: as in \
+             the atlas, by its energy; theory takes the largest eigenvalue λ of M⁻¹L_k, by power iteration, which bounds the \
+             Hessian at all positions, and all lesser stiffnesses with the full damping of each mode. Explicit shear: undamped, k/m = 1e6/s², tension springs in the matrix, shear \
+             springs beside it, solved to 1e-12.",
+            SEEDS.len(),
+            atlas::BUDGET,
+        ),
+        findings: super::words::findings(&facts),
+        facts,
+        scenes: hashes.collect(),
+        seed: Some(SEEDS[0]),
+    };
+    Ok(vec![context.write(&STUDY, account)?])
+}
+
+/// Whether the verdict of a cell hangs on so little that another machine's round-off may change it.
+fn is_on_edge(cell: &Cell) -> bool {
+    let near = |value: f64, edge: f64| value > edge / 2.0 && value < edge * 2.0;
+    near(cell.gain, 0.02)
+        || near(cell.gain, 0.5)
+        || near(cell.drift.abs(), 0.05)
+        || cell.reach.is_some_and(|reach| (0.4..0.6).contains(&reach))
+        // A run that explodes late may or may not do so within the run.
+        || (cell.gain > 0.5 && cell.gain < 1e3)
+}
+
+/// Its facts, as they are compared.
+pub(crate) fn comparable(record: &Record<Facts>) -> Vec<Fact> {
+    let cells = record.facts.cells.iter().map(|cell| {
+        let Cell {
+            label, stiffness_over_mass_per_s2: k, damping_over_mass_per_s: d, step_s, ..
+        } = cell;
+        let mut fact =
+            fact(format!("{label}, k/m={k:e}, d/m={d}, h={step_s}"), cell.portable, cell);
+        if let serde_json::Value::Object(values) = &mut fact.values
+            && !cell.portable
+        {
+            // Long runs are chaotic: of what passed through a library only the verdict is repeatable, if that.
+            values
+                .retain(|key, value| value.is_string() && !(key == "verdict" && is_on_edge(cell)));
+        }
+        fact
+    });
+    let limits = record.facts.limits.iter().map(|limit| {
+        let key = format!(
+            "limit {}, {}, d/m={}",
+            limit.scene, limit.label, limit.damping_over_mass_per_s
+        );
+        fact(key, limit.portable, limit)
+    });
+    let shear = record.facts.shear.iter().map(|shear| {
+        let mut fact =
+            fact(format!("shear {}, h={}", shear.label, shear.step_s), shear.portable, shear);
+        if let serde_json::Value::Object(values) = &mut fact.values
+            && !shear.portable
+        {
+            for key in ["ratios", "first_failure"] {
+                values.remove(key);
+            }
+        }
+        fact
+    });
+    cells.chain(limits).chain(shear).collect()
+}

@@ -1,0 +1,47 @@
+//! The maps against theory where it is certain.
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+use super::*;
+use super::atlas::column;
+use super::sheet::{SEEDS, Setting};
+use super::theory::theory_of;
+
+fn verdicts(label: &str, method: &'static str, setting: &Setting, steps: &[f64]) -> Vec<String> {
+    let variant = VARIANTS.into_iter().find(|variant| variant.label == label);
+    let variant = variant.unwrap_or(Variant::new("by its id", method));
+    let cells = column(&variant, setting, steps).unwrap();
+    cells.into_iter().map(|cell| cell.verdict).collect()
+}
+
+/// The largest eigenvalue is below 8 (k + k_s)/m: leapfrog is stable at 0.0067 s for k/m = 1e4, and not at 0.02 s.
+#[test]
+fn a_column_shows_the_limit_of_leapfrog_and_the_standstill_of_imex_euler() {
+    let setting = Setting::new(1e4, 0.0).unwrap();
+    let steps = [0.1, 0.02, 0.005];
+    assert_eq!(verdicts("", "leapfrog", &setting, &steps), ["diverged", "diverged", "stable"]);
+    let stiff = Setting::new(1e6, 0.0).unwrap();
+    assert_eq!(verdicts(EXACT, "", &stiff, &[0.1]), ["locked"]);
+    assert_eq!(verdicts(EXACT, "", &setting, &[0.005]), ["stable"]);
+    assert_eq!(verdicts("", "backward-euler", &stiff, &[0.01]), ["stable"]);
+}
+
+#[test]
+fn a_cell_beside_another_verdict_has_three_starts() {
+    let setting = Setting::new(1e4, 0.0).unwrap();
+    let variant = Variant::new("leapfrog", "leapfrog");
+    let cells = column(&variant, &setting, &[0.02, 0.005, 0.004]).unwrap();
+    let starts: Vec<_> = cells.iter().map(|cell| cell.starts).collect();
+    assert_eq!(starts, [1, SEEDS.len() as u32, 1]);
+}
+
+#[test]
+fn every_variant_has_a_theory_and_the_quick_columns_are_among_the_others() {
+    for variant in of_registry(&VARIANTS) {
+        assert!(theory_of(variant.label).is_some(), "{}", variant.label);
+    }
+    let all = columns(false);
+    for (k, d, steps) in columns(true) {
+        let full = all.iter().find(|column| (column.0, column.1) == (k, d)).unwrap();
+        assert!(full.2.starts_with(steps));
+    }
+}

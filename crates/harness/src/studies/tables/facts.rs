@@ -1,0 +1,134 @@
+//! Records of the experiment `tables`: the paper's tables 2 and 3.
+
+use crate::record::Phases;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// The variants of the method, in the order of every legend and table.
+pub const VARIANTS: [&str; 3] = ["plain", "updated-paper", "updated-robust"];
+
+/// All rows, those with the assumed exponents first.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Facts {
+    /// One a row of the paper's tables and assumed exponent.
+    pub rows: Vec<Row>,
+}
+
+/// One row of a table of the paper, recomputed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Row {
+    /// Key of the row, e.g. `table2-row1-1e4`.
+    pub id: String,
+    /// 2 (square table) or 3 (hanging textile), as the text of the paper numbers them.
+    pub table: u32,
+    /// Row within the table, from 1.
+    pub row: u32,
+    /// Bundled scene that the row runs.
+    pub scene: String,
+    /// Number of particles.
+    pub particles: usize,
+    /// Stiffness over mass of the structural springs, 1/s².
+    pub stiffness_over_mass_per_s2: f64,
+    /// Whether this is the reading of the illegible exponent that drape takes (4 and 6); otherwise
+    /// a neighbouring reading, shown beside it.
+    pub assumed_reading: bool,
+    /// Damping over mass of the structural springs, 1/s.
+    pub damping_over_mass_per_s: f64,
+    /// Time step, s.
+    pub step_s: f64,
+    /// What the paper printed.
+    pub paper: PaperRow,
+    /// Counts over one simulated second.
+    pub cells: Vec<Cell>,
+    /// The forcing term whose count lies nearest to the paper's (by ratio), per method.
+    pub best_fit: Vec<BestFit>,
+}
+
+/// The printed columns.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PaperRow {
+    /// CG iterations in one second.
+    pub cg_iterations: u64,
+    /// Seconds in CG (MIPS R10000 at 250 MHz, as are the next two).
+    pub cg_s: f64,
+    /// Seconds in the set-up of the matrix.
+    pub matrix_setup_s: f64,
+    /// Seconds of the whole solver.
+    pub solver_s: f64,
+}
+
+/// Counts of one run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Cell {
+    /// `plain` (EEH 21), `updated-paper` or `updated-robust` (EEH Algorithm 1).
+    pub variant: String,
+    /// Method id with all settings, as `drape run --method` takes it.
+    pub method: String,
+    /// Relative tolerance ε of the solver.
+    pub forcing_term: f64,
+    /// CG iterations in one second.
+    pub cg_iterations: u64,
+    /// Outer passes of Algorithm 1 in one second (0 for plain).
+    pub outer_passes: u64,
+    /// Newton iterations in one second (robust form only).
+    pub newton_iterations: u64,
+    /// Matrix-vector products.
+    pub matvecs: u64,
+    /// Steps whose solver stopped before its tolerance.
+    pub unconverged_steps: u64,
+    /// Greatest rise of the total energy above its start, J.
+    pub energy_gain_j: f64,
+    /// Greatest rise of the total energy above the least it had before, over the energy that the
+    /// scene sets free.
+    pub energy_climb: f64,
+    /// `stable`, `marginal`, `unstable` or `diverged`.
+    pub verdict: String,
+    /// Whether every number of the cell has the same bits on every machine (no library
+    /// factorisation took part).
+    pub portable: bool,
+}
+
+/// Best-fitting forcing term of one variant.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BestFit {
+    /// As in [`Cell::variant`].
+    pub variant: String,
+    /// The ε of the sweep that fits best.
+    pub forcing_term: f64,
+    /// Its count.
+    pub cg_iterations: u64,
+    /// Its count over the paper's.
+    pub ratio: f64,
+}
+
+/// Times of one row, one variant, one policy for the matrix.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TimingRow {
+    /// Key of the row, as in [`Row::id`].
+    pub id: String,
+    /// As in [`Cell::variant`].
+    pub variant: String,
+    /// Method id with all settings.
+    pub method: String,
+    /// `kept` (built once) or `rebuilt` (each step, as the paper's varying moduli need).
+    pub matrix: String,
+    /// CG iterations in one second (to tie the time to the count).
+    pub cg_iterations: u64,
+    /// Number of steps in one simulated second.
+    pub steps: u64,
+    /// Nanoseconds in all `step` calls together, one entry a repetition, phase clock off.
+    pub samples_ns: Vec<u64>,
+    /// Median of them, s.
+    pub solver_s: f64,
+    /// Seconds before the first step: allocation, pattern, first build of matrix and preconditioner.
+    pub prepare_s: f64,
+    /// Phases of a separate pass with the phase clock on, s.
+    pub phases_s: Phases,
+}
+

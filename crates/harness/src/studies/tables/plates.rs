@@ -1,0 +1,266 @@
+//! Figures of the experiment `tables`: the paper's two tables, beside ours.
+
+mod tabulated;
+
+use drape_report::number::{power, setting, significant};
+use drape_report::page::Section;
+use drape_report::plate::Plate;
+use drape_report::plot::{At, Axis, Bar, Draft, Fill, Look, Panel, Point, Rule, Series, Sheet, State, names, panels_of, place_of};
+use drape_report::{Figure, Files, ReportError, Timed, timed_section};
+use std::path::Path;
+use super::facts::{VARIANTS, Facts, Row, TimingRow};
+
+/// What the figures are drawn from.
+pub(super) type Input = Timed<Facts, TimingRow>;
+
+/// Title and caption of every figure.
+pub(super) fn figures() -> Vec<Figure> {
+    PLATES.iter().map(Plate::figure).collect()
+}
+
+/// Draws the figures and returns the section of the page.
+pub(super) fn section(
+    results: &Path,
+    study: &str,
+    files: &mut Files,
+) -> Result<Option<Section>, ReportError> {
+    timed_section(results, study, PLATES, tabulated::tables, files)
+}
+
+/// All figures, in the page's order.
+const PLATES: &[Plate<Input>] = &[
+    Plate {
+        file: "tables-counts.svg",
+        title: "CG iterations in one simulated second against the forcing term, beside the paper's",
+        caption: "One panel for each row of the paper's tables 2 (square table) and 3 (hanging \
+            textile); particles, stiffness over mass k/m and time step h stand above it. The \
+            exponents of k/m, illegible in the print, are read as 4 and 6. Each curve counts the \
+            conjugate gradient (CG) iterations of one simulated second against the forcing term ε, \
+            the relative tolerance at which the solver stops: plain is the IMEX Euler step, \
+            updated-paper and updated-robust add the paper's Algorithm 1 as printed and in its \
+            safeguarded form. The dashed black line is the paper's count: where a curve meets it, \
+            that ε repeats the paper. Axes are logarithmic and the same in all panels; markers \
+            tell runs that were not stable.",
+        sheet: counts,
+    },
+    Plate {
+        file: "tables-exponents.svg",
+        title: "Which reading of the illegible exponent fits the paper's counts",
+        caption: "One panel for each row of the paper's tables 2 and 3. For each reading of k/m, \
+            the count of CG iterations in one simulated second at the best-fitting forcing term ε \
+            of the sweep (the one whose count lies nearest to the paper's by ratio), over the \
+            paper's count. At ratio 1, the dashed line, our count is the paper's; the dotted \
+            upright line is the reading that drape takes. A reading whose points stay away from \
+            the dashed line cannot be made to fit by any ε of the sweep. Axes are logarithmic and \
+            the same in all panels.",
+        sheet: exponents,
+    },
+    Plate {
+        file: "tables-cost.svg",
+        title: "Where the time of one simulated second goes, on the paper's machine and on ours",
+        caption: "One panel for each timed row of the paper's tables 2 and 3. Bars are shares of \
+            the solver's wall time: CG (with the updates of the right-hand side inside it), set-up of \
+            the matrix (with the factorisation of the preconditioner), and the rest (forces before the \
+            solve, contacts, update). The paper's bar is made of \
+            its printed columns, taken on a MIPS R10000 at 250 MHz. Ours are taken with the matrix \
+            kept from step to step or rebuilt in each; the shares come from a pass with a clock \
+            around each phase, the time behind the bar is the median of passes without it. Compare \
+            shares between machines and times only between our own bars.",
+        sheet: cost,
+    },
+];
+
+/// Variants of the rows' cells, in order.
+pub(super) fn variants(facts: &Facts) -> Vec<&str> {
+    names(&VARIANTS, facts.rows.iter().flat_map(|row| &row.cells).map(|cell| cell.variant.as_str()))
+}
+
+/// How the run of a variant at a forcing term ended.
+pub(super) fn verdict<'a>(row: &'a Row, variant: &str, forcing_term: f64) -> Option<&'a str> {
+    let cells = || row.cells.iter().filter(|cell| cell.variant == variant);
+    cells().find(|cell| cell.forcing_term == forcing_term).map(|cell| cell.verdict.as_str())
+}
+
+/// The printed table's subject.
+pub(super) fn subject(row: &Row) -> &str {
+    match row.table {
+        2 => "square table",
+        3 => "hanging textile",
+        _ => &row.scene,
+    }
+}
+
+fn heading(row: &Row) -> String {
+    format!("Table {}, row {}: {}", row.table, row.row, subject(row))
+}
+
+fn look(variant: &str) -> Look {
+    Look::number(place_of(variant, &VARIANTS))
+}
+
+fn counts(input: &Input) -> Option<Sheet> {
+    let facts = &input.record.facts;
+    let rows: Vec<&Row> = facts.rows.iter().filter(|row| row.assumed_reading).collect();
+    let drafts: Vec<Draft> = rows
+        .iter()
+        .map(|row| {
+            let series = variants(facts).into_iter().filter_map(|variant| {
+                let cells = row.cells.iter().filter(|cell| cell.variant == variant);
+                let points = cells.map(|cell| Point {
+                    x: cell.forcing_term,
+                    y: cell.cg_iterations as f64,
+                    state: State::of_verdict(&cell.verdict),
+                });
+                Series::new(variant.to_owned(), look(variant), points.collect())
+            });
+            let conditions = format!(
+                "{} particles, k/m = {} s⁻², h = {} s",
+                row.particles,
+                power(row.stiffness_over_mass_per_s2),
+                setting(row.step_s)
+            );
+            let paper = Rule {
+                label: "the paper's count".to_owned(),
+                at: At::Y(row.paper.cg_iterations as f64),
+            };
+            (vec![heading(row), conditions], series.collect(), vec![paper])
+        })
+        .collect();
+    panels_of(
+        drafts,
+        |xs| Axis::log("forcing term ε (dimensionless)", xs),
+        |ys| {
+            let paper = rows.iter().map(|row| row.paper.cg_iterations as f64);
+            let all: Vec<f64> = ys.iter().copied().chain(paper).collect();
+            Axis::log_with_zero("CG iterations in 1 s", &all)
+        },
+    )
+}
+
+fn exponents(input: &Input) -> Option<Sheet> {
+    let facts = &input.record.facts;
+    let variants = names(
+        &VARIANTS,
+        facts.rows.iter().flat_map(|row| &row.best_fit).map(|fit| fit.variant.as_str()),
+    );
+    let drafts = facts
+        .rows
+        .iter()
+        .filter(|row| row.assumed_reading)
+        .map(|taken| {
+            let readings: Vec<&Row> = facts
+                .rows
+                .iter()
+                .filter(|row| (row.table, row.row) == (taken.table, taken.row))
+                .collect();
+            let series = variants.iter().filter_map(|variant| {
+                let points = readings.iter().flat_map(|row| {
+                    let fits = row.best_fit.iter().filter(|fit| fit.variant == *variant);
+                    fits.map(|fit| Point {
+                        x: row.stiffness_over_mass_per_s2,
+                        y: fit.ratio,
+                        state: verdict(row, variant, fit.forcing_term)
+                            .map_or(State::Stable, State::of_verdict),
+                    })
+                });
+                Series::new((*variant).to_owned(), look(variant), points.collect())
+            });
+            let conditions = format!(
+                "{} particles, h = {} s, paper: {}",
+                taken.particles,
+                setting(taken.step_s),
+                taken.paper.cg_iterations
+            );
+            let rules = vec![
+                Rule { label: "ratio 1: the paper's count".to_owned(), at: At::Y(1.0) },
+                Rule {
+                    label: "reading that drape takes".to_owned(),
+                    at: At::X(taken.stiffness_over_mass_per_s2),
+                },
+            ];
+            (vec![heading(taken), conditions], series.collect(), rules)
+        })
+        .collect();
+    panels_of(
+        drafts,
+        |xs| Axis::log("stiffness over mass k/m (s⁻²)", xs),
+        |ys| {
+            let all: Vec<f64> = ys.iter().copied().chain([1.0]).collect();
+            Axis::log_with_zero("count / paper's count (ratio)", &all)
+        },
+    )
+}
+
+/// Seconds in CG, in the set-up of the matrix and in all else.
+pub(super) fn parts(row: &TimingRow) -> [f64; 3] {
+    let phases = &row.phases_s;
+    [phases.solve, phases.matrix_setup, phases.forces + phases.contact + phases.update]
+}
+
+/// Seconds in CG, in the set-up of the matrix and in all else, as the paper printed them.
+pub(super) fn paper_parts(row: &Row) -> [f64; 3] {
+    let paper = &row.paper;
+    let rest = (paper.solver_s - paper.cg_s - paper.matrix_setup_s).max(0.0);
+    [paper.cg_s, paper.matrix_setup_s, rest]
+}
+
+/// `plain, matrix kept`.
+pub(super) fn timed_case(row: &TimingRow) -> String {
+    format!("{}, matrix {}", row.variant, row.matrix)
+}
+
+/// Milliseconds with three digits.
+pub(super) fn milliseconds(seconds: f64) -> String {
+    significant(1e3 * seconds, 3)
+}
+
+fn cost(input: &Input) -> Option<Sheet> {
+    let timings = input.timings.as_ref()?;
+    let panels: Vec<Panel> = input
+        .record
+        .facts
+        .rows
+        .iter()
+        .filter_map(|row| {
+            let timed: Vec<&TimingRow> = timings.rows.iter().filter(|t| t.id == row.id).collect();
+            (!timed.is_empty()).then(|| cost_panel(row, &timed))
+        })
+        .collect();
+    (!panels.is_empty()).then_some(Sheet { panels, notes: Vec::new() })
+}
+
+fn cost_panel(row: &Row, timed: &[&TimingRow]) -> Panel {
+    let paper = ("the paper".to_owned(), paper_parts(row), row.paper.solver_s);
+    let ours = timed.iter().map(|t| (timed_case(t), parts(t), t.solver_s));
+    let cases: Vec<_> = std::iter::once(paper).chain(ours).collect();
+    let names: Vec<String> = cases.iter().map(|(name, ..)| name.clone()).collect();
+    let title = format!(
+        "{}, {} particles, k/m = {} s⁻², h = {} s",
+        heading(row),
+        row.particles,
+        power(row.stiffness_over_mass_per_s2),
+        setting(row.step_s)
+    );
+    let bars = cases.iter().enumerate().map(|(n, (_, parts, solver_s))| {
+        let whole: f64 = parts.iter().sum();
+        let share = |part: f64| if whole > 0.0 { 100.0 * part / whole } else { 0.0 };
+        Bar {
+            y: -(n as f64),
+            parts: vec![
+                ("CG", Fill::Dark, share(parts[0])),
+                ("set-up of the matrix", Fill::Hatched, share(parts[1])),
+                ("rest", Fill::Light, share(parts[2])),
+            ],
+            reach: f64::INFINITY,
+            end: format!("{} ms per simulated s", milliseconds(*solver_s)),
+        }
+    });
+    Panel {
+        bars: bars.collect(),
+        ..Panel::new(
+            vec![title],
+            Axis::per_cent("share of the solver's time (%)"),
+            Axis::names("", &names),
+        )
+    }
+}

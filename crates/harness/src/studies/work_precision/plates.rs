@@ -1,0 +1,494 @@
+//! Figures of the experiment `work-precision`.
+
+use drape_report::family::families;
+use drape_report::number::{power, significant};
+use drape_report::page::{Section, Table, absent, texts};
+use drape_report::plate::{Plate, self};
+use drape_report::plot::{Axis, Draft, Look, Matrix, Point, Row as Line, Series, Shade, Sheet, State, Tile, panels_of, values};
+use drape_report::{Figure, Files, ReportError, Timed, read_timed};
+use std::path::Path;
+use super::facts::{COMPLETED, Facts, Row, Run, Scene, TimingRow, Winner};
+
+/// What the figures are drawn from.
+pub(super) type Input = Timed<Facts, TimingRow>;
+
+/// Title and caption of every figure.
+pub(super) fn figures() -> Vec<Figure> {
+    PLATES.iter().map(Plate::figure).collect()
+}
+
+/// Draws the figures and returns the section of the page.
+pub(super) fn section(
+    results: &Path,
+    study: &str,
+    files: &mut Files,
+) -> Result<Option<Section>, ReportError> {
+    let Some(input) = read_timed(results, study)? else { return Ok(None) };
+    let mut figures = plate::draw_all(PLATES, &input, files)?;
+    figures.extend(plate::draw_all(MAPS, &input, files)?);
+    let tables = vec![fastest(&input), cheapest(&input), calibration(&input), scenes(&input)];
+    let section = Section::new(&input.record, figures, tables);
+    let answer = answer(&input.record.facts);
+    Ok(Some(section.with_timings(input.timings.as_ref()).with_answer(answer)))
+}
+
+/// Error at which the answer compares.
+const LEVEL: f64 = 1e-2;
+
+/// Which kind of method is the cheapest on the hanging sheet, a sentence a damping.
+fn answer(facts: &Facts) -> Vec<String> {
+    [("light", "With light damping"), ("heavy", "With heavy damping, d/m = √(k/m),")]
+        .into_iter()
+        .filter_map(|(damping, begin)| {
+            let mut scenes: Vec<_> = facts.scenes.iter().filter(|s| is_main(s, damping)).collect();
+            scenes.sort_by(|a, b| {
+                a.stiffness_over_mass_per_s2.total_cmp(&b.stiffness_over_mass_per_s2)
+            });
+            let winners: Vec<_> = scenes.iter().filter_map(|scene| kind(facts, scene)).collect();
+            let (first, last) = (winners.first()?, winners.last()?);
+            let explicit = winners.iter().take_while(|(_, is_explicit)| *is_explicit).count();
+            let implicit = winners.iter().skip(explicit).filter(|(_, e)| !e).count();
+            let who = match (explicit, implicit) {
+                (_, 0) => "explicit methods at every stiffness".to_owned(),
+                (0, all) if all == winners.len() => "implicit methods at every stiffness".to_owned(),
+                (turn, rest) if turn + rest == winners.len() => format!(
+                    "explicit methods up to {} s⁻² and of implicit ones from {} s⁻² on",
+                    power(winners[turn - 1].0),
+                    power(winners[turn].0)
+                ),
+                _ => "now explicit, now implicit methods".to_owned(),
+            };
+            Some(format!(
+                "{begin} and k/m from {} to {} s⁻², the cheapest way to an error of 1 % on a hanging sheet, by counted effort, \
+                 is that of {who}.",
+                power(first.0),
+                power(last.0)
+            ))
+        })
+        .collect()
+}
+
+/// The hanging sheet in the series over the stiffness.
+fn is_main(scene: &Scene, damping: &str) -> bool {
+    let in_series = scene.series.iter().any(|series| series == "stiffness");
+    scene.scene == "hanging" && scene.damping == damping && in_series
+}
+
+/// Stiffness over mass of a scene, 1/s², and whether its winner is explicit.
+fn kind(facts: &Facts, scene: &Scene) -> Option<(f64, bool)> {
+    let is_asked = |winner: &&Winner| winner.scene == scene.id && winner.level == LEVEL;
+    let winner = facts.winners.iter().find(is_asked)?;
+    Some((scene.stiffness_over_mass_per_s2, winner.is_explicit?))
+}
+
+/// All figures but the map, in the page's order.
+const PLATES: &[Plate<Input>] = &[
+    Plate {
+        file: "work-precision.svg",
+        title: "What accuracy costs: error against time, from a soft sheet to a stiff one",
+        caption: "A sheet of 20 × 20 particles (10 × 10 at k/m = 10¹⁰) that hangs by two corners swings down for 0.25 s; light \
+            damping, d/m = 10 s⁻¹. Error of the positions at the end, over how far the sheet has moved, against the seconds that \
+            the run took; below and to the left is better. Each curve is one method from coarse to fine: steps T/2ʲ, for \
+            leapfrog parts of its stability limit, for dop853 (an adaptive Runge-Kutta method of order 8 from a library, what a \
+            user would take instead) tolerances. Black: the Pareto front, runs that no timed run of any method beats in both. \
+            An error of 1 means a sheet that stands still. Without timings the axis is the counted effort.",
+        sheet: headline,
+    },
+    Plate {
+        file: "work-precision-effort.svg",
+        title: "Error against counted effort of every method, k/m = 10⁴ and 10⁶",
+        caption: "The hanging sheet with light damping, k/m = 10⁴ s⁻² on the left, 10⁶ s⁻² on the right; a row of panels for each \
+            family of methods, all with the same axes. Error of the positions after 0.25 s over how far the sheet has moved, \
+            against the effort counted in visits of a spring (some 5 ns each), which is the same on every machine. The black \
+            line is the Pareto front of all methods together: how far a curve lies to the right of it is what the method \
+            costs more than the best. Runs that diverged or went over their budget are in the record.",
+        sheet: soft,
+    },
+    Plate {
+        file: "work-precision-stiff.svg",
+        title: "Error against counted effort of every method, k/m = 10⁸ and 10¹⁰",
+        caption: "As the figure before, for stiffer springs: k/m = 10⁸ s⁻² on the left, 10¹⁰ s⁻² (10 × 10 particles) on the \
+            right. Error of the positions after 0.25 s over how far the sheet has moved, against the effort counted in visits \
+            of a spring; the black line is the Pareto front of all methods together. A curve that stays near an error of 1 \
+            belongs to a method whose sheet all but stands still at every step size that its budget allows.",
+        sheet: stiff,
+    },
+    Plate {
+        file: "work-precision-heavy.svg",
+        title: "Heavy damping: error against counted effort",
+        caption: "The hanging sheet with d/m = √(k/m), a panel for each stiffness, the methods of the first figure. Error of the \
+            positions after 0.25 s over how far the sheet has moved, against the effort counted in visits of a spring. The black \
+            line is the Pareto front of all methods together. Heavy damping limits the step of explicit methods beyond what \
+            stiffness does; the leapfrog method takes damping at the new velocity and pays for it with a linear solve a step.",
+        sheet: heavy,
+    },
+    Plate {
+        file: "work-precision-size.svg",
+        title: "Finer meshes: error against counted effort, with k/m fixed and with the material fixed",
+        caption: "The hanging sheet with light damping and 100, 400 and 1600 particles, from top to bottom. Left: k/m = 10⁶ s⁻² \
+            on every mesh, which makes the finer sheet a softer cloth. Right: the same cloth, k/m and d/m growing with the \
+            number of particles. Error of the positions after 0.25 s over how far the sheet has moved, against the effort \
+            counted in visits of a spring. The black line is the Pareto front of all methods together.",
+        sheet: size,
+    },
+];
+
+/// The map.
+const MAPS: &[Plate<Input, Matrix>] = &[Plate {
+    file: "work-precision-map.svg",
+    title: "Which method is the cheapest",
+    caption: "A row for each scene, damping and greatest error over the motion, a column for each stiffness over mass. In each \
+        place stands the method that needs the least counted effort for that error. Blue: methods whose step the stiffness limits, \
+        among them the adaptive dop853 of a library; yellow: implicit and implicit-explicit ones. Empty: not run, or no run \
+        within the budget gets there. Where the colour changes along a row the order of merit turns over.",
+    sheet: map,
+}];
+
+/// The look of the front.
+const FRONT: Look = Look::pair(4, 3);
+/// Places of looks that are not black.
+const COLOURS: [usize; 6] = [0, 1, 2, 3, 5, 6];
+const STIFFNESS: &str = "stiffness";
+const MAP_LEVELS: [f64; 3] = [1e-1, 1e-2, 1e-3];
+const EFFORT: &str = "effort (visits of a spring)";
+const ERROR: &str = "error over motion (dimensionless)";
+
+/// Scenes of one series over the stiffness, rising.
+fn by_stiffness<'a>(input: &'a Input, name: &str, damping: &str) -> Vec<&'a Scene> {
+    let scenes = input.record.facts.scenes.iter();
+    let mut scenes: Vec<_> = scenes
+        .filter(|s| s.scene == name && s.damping == damping && has_series(s, STIFFNESS))
+        .collect();
+    let quotient = |scene: &&Scene| scene.stiffness_over_mass_per_s2;
+    scenes.sort_by(|a, b| quotient(a).total_cmp(&quotient(b)));
+    scenes
+}
+
+fn has_series(scene: &Scene, name: &str) -> bool {
+    scene.series.iter().any(|series| series == name)
+}
+
+fn rows_of<'a>(input: &'a Input, scene: &'a Scene) -> impl Iterator<Item = &'a Row> + Clone {
+    input.record.facts.rows.iter().filter(move |row| row.scene == scene.id)
+}
+
+/// What a run cost.
+#[derive(Clone, Copy, PartialEq)]
+enum Cost {
+    Effort,
+    Seconds,
+}
+
+/// Cost and error of a run that completed; seconds only where the answer was verified.
+fn point(input: &Input, row: &Row, run: &Run, cost: Cost) -> Option<(f64, f64)> {
+    let error = run.error.filter(|_| run.verdict == COMPLETED)?;
+    let spent = match cost {
+        Cost::Effort => run.effort,
+        Cost::Seconds => {
+            let rows = &input.timings.as_ref()?.rows;
+            let is_same = |t: &&TimingRow| {
+                t.scene == row.scene && t.label == row.label && t.value == run.value
+            };
+            rows.iter().find(is_same).filter(|timing| timing.is_verified)?.seconds
+        }
+    };
+    Some((spent, error))
+}
+
+fn points(input: &Input, row: &Row, cost: Cost) -> Vec<(f64, f64)> {
+    row.runs.iter().filter_map(|run| point(input, row, run, cost)).collect()
+}
+
+/// A curve from the coarsest run to the finest, whose cost need not rise.
+fn curve(label: &str, look: Look, points: Vec<(f64, f64)>) -> Option<Series> {
+    let point = |(x, y)| Point { x, y, state: State::Stable };
+    Series::path(label.to_owned(), look, points.into_iter().map(point).collect())
+}
+
+/// The runs that no other beats in both cost and error.
+fn front(input: &Input, scene: &Scene, cost: Cost) -> Option<Series> {
+    let mut all: Vec<_> = rows_of(input, scene).flat_map(|row| points(input, row, cost)).collect();
+    all.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    let mut best = f64::INFINITY;
+    all.retain(|(_, error)| {
+        let is_better = *error < best;
+        best = best.min(*error);
+        is_better
+    });
+    curve("Pareto front of all methods", FRONT, all)
+}
+
+/// Rows of the headline's methods with a look each.
+fn headline_rows<'a>(input: &'a Input, scene: &'a Scene) -> impl Iterator<Item = (&'a Row, Look)> {
+    let rows = rows_of(input, scene).filter(|row| row.is_headline);
+    rows.enumerate().map(|(n, row)| (row, Look::pair(COLOURS[n % COLOURS.len()], n)))
+}
+
+/// A panel for each scene with the front below the curves.
+fn panel(input: &Input, scene: &Scene, title: String, cost: Cost) -> Draft {
+    let curves = headline_rows(input, scene)
+        .filter_map(|(row, look)| curve(&row.label, look, points(input, row, cost)));
+    let series: Vec<_> = front(input, scene, cost).into_iter().chain(curves).collect();
+    (vec![title], series, Vec::new())
+}
+
+fn quotient(scene: &Scene) -> String {
+    format!("k/m = {} s⁻²", power(scene.stiffness_over_mass_per_s2))
+}
+
+fn sheet(drafts: Vec<Draft>, cost: Cost) -> Option<Sheet> {
+    let label = if cost == Cost::Seconds { "time of the run (s)" } else { EFFORT };
+    panels_of(drafts, |xs| Axis::log(label, xs), |ys| Axis::log(ERROR, ys))
+}
+
+/// The stiffest four of a series.
+fn four(input: &Input, damping: &str, cost: Cost) -> Option<Sheet> {
+    let scenes = by_stiffness(input, "hanging", damping);
+    let last = &scenes[scenes.len().saturating_sub(4)..];
+    let title = |scene: &Scene| format!("{}, {} particles", quotient(scene), scene.particles);
+    sheet(last.iter().map(|scene| panel(input, scene, title(scene), cost)).collect(), cost)
+}
+
+fn headline(input: &Input) -> Option<Sheet> {
+    let cost = if input.timings.is_some() { Cost::Seconds } else { Cost::Effort };
+    four(input, "light", cost)
+}
+
+fn heavy(input: &Input) -> Option<Sheet> {
+    four(input, "heavy", Cost::Effort)
+}
+
+fn soft(input: &Input) -> Option<Sheet> {
+    families_of(input, [1e4, 1e6])
+}
+
+fn stiff(input: &Input) -> Option<Sheet> {
+    families_of(input, [1e8, 1e10])
+}
+
+/// A row of panels for each family, a column for each stiffness.
+fn families_of(input: &Input, stiffnesses: [f64; 2]) -> Option<Sheet> {
+    let mut scenes = by_stiffness(input, "hanging", "light");
+    scenes.retain(|scene| stiffnesses.contains(&scene.stiffness_over_mass_per_s2));
+    let identity = |row: &'_ Row| (row.method.clone(), row.label.clone());
+    let known: Vec<_> =
+        scenes.iter().flat_map(|scene| rows_of(input, scene)).map(identity).collect();
+    let mut drafts = Vec::new();
+    for family in families(known.iter().map(|(method, label)| (&**method, &**label))) {
+        let curves_at = |scene: &&Scene| -> Vec<Series> {
+            let curve_of = |(label, look): &(&str, Look)| {
+                let row = rows_of(input, scene).find(|row| row.label == *label)?;
+                curve(label, *look, points(input, row, Cost::Effort))
+            };
+            family.members.iter().filter_map(curve_of).collect()
+        };
+        let curves: Vec<_> = scenes.iter().map(curves_at).collect();
+        if curves.iter().all(Vec::is_empty) {
+            continue;
+        }
+        for (scene, curves) in scenes.iter().zip(curves) {
+            let series = front(input, scene, Cost::Effort).into_iter().chain(curves).collect();
+            let title = format!("{}, {}", family.title, quotient(scene));
+            drafts.push((vec![title], series, Vec::new()));
+        }
+    }
+    sheet(drafts, Cost::Effort)
+}
+
+fn size(input: &Input) -> Option<Sheet> {
+    let facts = &input.record.facts;
+    let mut drafts = Vec::new();
+    let sizes = facts.scenes.iter().filter(|scene| scene.series.iter().any(|s| s != STIFFNESS));
+    for particles in values(sizes.map(|scene| scene.particles as f64)) {
+        for series in ["k/m fixed", "material fixed"] {
+            let is_it = |s: &&Scene| {
+                s.particles as f64 == particles && has_series(s, &format!("size, {series}"))
+            };
+            let Some(scene) = facts.scenes.iter().find(is_it) else { continue };
+            let title = format!("{} particles, {series}, {}", scene.particles, quotient(scene));
+            drafts.push(panel(input, scene, title, Cost::Effort));
+        }
+    }
+    sheet(drafts, Cost::Effort)
+}
+
+fn percent(level: f64) -> String {
+    format!("{} %", significant(100.0 * level, 1))
+}
+
+fn tile(winner: Option<&Winner>) -> Tile {
+    let shade = match winner.and_then(|winner| winner.is_explicit) {
+        Some(true) => Shade::Open,
+        Some(false) => Shade::Fair,
+        None => Shade::Idle,
+    };
+    let label = winner.and_then(|winner| winner.label.as_deref()).unwrap_or_default();
+    let text = label.split(',').next().unwrap_or_default().to_owned();
+    Tile { shade, text, is_marked: false }
+}
+
+fn map(input: &Input) -> Option<Matrix> {
+    let facts = &input.record.facts;
+    let of_series = facts.scenes.iter().filter(|scene| has_series(scene, STIFFNESS));
+    let stiffnesses = values(of_series.map(|scene| scene.stiffness_over_mass_per_s2));
+    let mut rows = Vec::new();
+    for (name, damping) in
+        [("hanging", "light"), ("hanging", "heavy"), ("thrown", "light"), ("spread", "light")]
+    {
+        let scenes = by_stiffness(input, name, damping);
+        for (n, level) in MAP_LEVELS.into_iter().enumerate().filter(|_| !scenes.is_empty()) {
+            let winner = |stiffness: &f64| {
+                let scene =
+                    scenes.iter().find(|scene| scene.stiffness_over_mass_per_s2 == *stiffness);
+                let winner = scene.and_then(|scene| {
+                    facts.winners.iter().find(|w| w.scene == scene.id && w.level == level)
+                });
+                vec![tile(winner)]
+            };
+            rows.push(Line {
+                label: format!("{name}, {damping} damping, {}", percent(level)),
+                is_first: n == 0,
+                tiles: stiffnesses.iter().map(winner).collect(),
+            });
+        }
+    }
+    let blank = |shade| Tile { shade, text: String::new(), is_marked: false };
+    let legend = vec![
+        (blank(Shade::Open), "stiffness limits the step (explicit)".to_owned()),
+        (blank(Shade::Fair), "it does not (implicit)".to_owned()),
+        (blank(Shade::Idle), "not run, or not reached".to_owned()),
+    ];
+    let columns =
+        stiffnesses.iter().map(|k| format!("k/m = {} s⁻²", power(*k))).collect::<Vec<_>>();
+    let notes = vec![
+        "Names are those of the methods; the tables give the settings, the next best method and what it costs more.".to_owned(),
+    ];
+    (!rows.is_empty()).then_some(Matrix { columns, rows, legend, notes })
+}
+
+/// The quickest verified run for each error, by the clock.
+fn fastest(input: &Input) -> Table {
+    let line = |scene: &Scene| {
+        let runs = || {
+            rows_of(input, scene).flat_map(|row| {
+                points(input, row, Cost::Seconds).into_iter().map(move |(s, e)| (row, s, e))
+            })
+        };
+        let place = |level: f64| {
+            let good = runs().filter(|(.., error)| *error <= level);
+            good.min_by(|a, b| a.1.total_cmp(&b.1)).map_or_else(absent, |(row, seconds, _)| {
+                format!("{}, {} ms", row.label, significant(1e3 * seconds, 3))
+            })
+        };
+        runs().next()?;
+        Some(std::iter::once(name(scene)).chain(MAP_LEVELS.map(place)).collect())
+    };
+    let mut header = texts(&["scene"]);
+    header.extend(MAP_LEVELS.map(|level| format!("error ≤ {}", percent(level))));
+    Table {
+        title: "**Fastest by the clock.** The method that needs the least time for an error, and its time, among the timed \
+                runs whose answer is that of the record to the last bit."
+            .to_owned(),
+        header,
+        names: 1,
+        rows: input.record.facts.scenes.iter().filter_map(line).collect(),
+    }
+}
+
+/// What a unit of counted effort takes by the clock.
+fn calibration(input: &Input) -> Table {
+    let rows = || input.record.facts.rows.iter();
+    let mut labels: Vec<&str> = Vec::new();
+    for row in rows() {
+        if !labels.contains(&row.label.as_str()) {
+            labels.push(&row.label);
+        }
+    }
+    let line = |label: &str| {
+        let quotients = rows().filter(|row| row.label == label).flat_map(|row| {
+            let quotient = move |run: &Run| {
+                let (seconds, _) = point(input, row, run, Cost::Seconds)?;
+                Some(1e9 * seconds / run.effort)
+            };
+            row.runs.iter().filter_map(quotient).collect::<Vec<_>>()
+        });
+        let quotients = values(quotients);
+        let (least, greatest) = (quotients.first()?, quotients.last()?);
+        let number = |value: f64| significant(value, 2);
+        Some(vec![
+            label.to_owned(),
+            number(*least),
+            number(quotients[quotients.len() / 2]),
+            number(*greatest),
+            quotients.len().to_string(),
+        ])
+    };
+    Table {
+        title: "**What a visit of a spring takes by the clock**, in nanoseconds, over the timed runs of each method. Where this is \
+                far from 5 the counted effort is unfair to the method: the seconds decide."
+            .to_owned(),
+        header: texts(&["method", "least", "median", "greatest", "runs"]),
+        names: 1,
+        rows: labels.into_iter().filter_map(line).collect(),
+    }
+}
+
+fn name(scene: &Scene) -> String {
+    format!(
+        "{}, {} damping, {}, {} particles",
+        scene.scene,
+        scene.damping,
+        quotient(scene),
+        scene.particles
+    )
+}
+
+/// The cheapest run for each error, by counted effort.
+fn cheapest(input: &Input) -> Table {
+    let facts = &input.record.facts;
+    let line = |scene: &Scene| {
+        let place = |level: f64| {
+            let winner = facts.winners.iter().find(|w| w.scene == scene.id && w.level == level);
+            let Some((label, effort)) = winner.and_then(|w| w.label.as_ref().zip(w.effort)) else {
+                return absent();
+            };
+            let second = winner.and_then(|w| w.runner_up.as_ref().zip(w.ratio));
+            let second = second.map_or_else(String::new, |(label, ratio)| {
+                format!("; {label} × {}", significant(ratio, 2))
+            });
+            format!("{label}, {}{second}", significant(effort, 2))
+        };
+        std::iter::once(name(scene)).chain(MAP_LEVELS.map(place)).collect()
+    };
+    let mut header = texts(&["scene"]);
+    header.extend(MAP_LEVELS.map(|level| format!("error ≤ {}", percent(level))));
+    Table {
+        title: "**Cheapest by counted effort.** The method that needs the least effort for an error, with the effort in visits of \
+                a spring; the next other method and its effort over that. –: no run within the budget gets there."
+            .to_owned(),
+        header,
+        names: 1,
+        rows: facts.scenes.iter().map(line).collect(),
+    }
+}
+
+fn scenes(input: &Input) -> Table {
+    let line = |scene: &Scene| {
+        vec![
+            name(scene),
+            scene.springs.to_string(),
+            significant(scene.damping_over_mass_per_s, 3),
+            significant(scene.motion_m, 3),
+            significant(scene.reference_error, 2),
+            significant(scene.budget, 2),
+        ]
+    };
+    Table {
+        title: "**Scenes and references.** Motion: root mean square of how far the particles move in 0.25 s. The error of the \
+                reference is in the norm of all other errors."
+            .to_owned(),
+        header: texts(&["scene", "springs", "d/m (s⁻¹)", "motion (m)", "error of the reference", "budget of a run (visits)"]),
+        names: 1,
+        rows: input.record.facts.scenes.iter().map(line).collect(),
+    }
+}

@@ -1,0 +1,115 @@
+//! Experiment `work-precision`: what accuracy costs.
+
+pub(crate) mod front;
+mod runs;
+pub(crate) mod scenes;
+#[cfg(test)]
+mod tests;
+mod timing;
+mod variants;
+
+use crate::HarnessError;
+use crate::facts::{Fact, fact};
+use crate::studies::work_precision::facts::{Facts, Row, Run};
+use crate::studies::{Account, Context, cells, prepared};
+use drape_report::Record;
+use front::LEVELS;
+use scenes::{Setting, cases};
+use serde_json::json;
+use std::path::PathBuf;
+use super::STUDY;
+use variants::VARIANTS;
+
+/// Most effort of a run of the quick subset, in visits of a spring.
+const QUICK: f64 = 8e6;
+/// Errors beyond this are those of runs that do not follow the motion: recorded, not compared.
+const FOLLOWING: f64 = 0.5;
+
+pub(super) fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
+    let mut chosen = cases();
+    chosen.retain(|case| !context.quick || case.is_quick());
+    let settings = prepared(context, "references", &chosen, Setting::new)?;
+    let pairs: Vec<_> = settings
+        .iter()
+        .flat_map(|setting| {
+            let is_base = setting.case.is_base();
+            let variants = VARIANTS.iter().filter(move |v| is_base || v.is_run_everywhere());
+            variants.map(move |variant| (setting, variant))
+        })
+        .collect();
+    let limit = context.quick.then_some(QUICK);
+    let mut rows =
+        cells(context, "methods", &pairs, |(setting, variant)| setting.row(variant, limit))?;
+    for rows in rows.chunk_by_mut(|a, b| a.scene == b.scene) {
+        front::mark(rows);
+    }
+    let scenes: Vec<_> = settings.iter().map(|setting| setting.scene.clone()).collect();
+    let winners = scenes
+        .iter()
+        .flat_map(|scene| LEVELS.map(|level| front::winner(scene, &rows, level)))
+        .collect();
+    let facts = Facts { scenes, rows, winners };
+    let hashes: std::collections::BTreeMap<_, _> =
+        settings.iter().map(|s| (s.scene.id.clone(), s.hash.clone())).collect();
+    let timings =
+        if context.quick { None } else { Some(timing::rows(context, &settings, &facts)?) };
+    let account = Account {
+        method: METHOD.to_owned(),
+        findings: super::words::of(&facts),
+        facts,
+        scenes: hashes.clone(),
+        seed: None,
+    };
+    let mut files = vec![context.write(&STUDY, account)?];
+    if let Some(rows) = timings {
+        files.push(context.write_timings(&STUDY, timing::METHOD.to_owned(), rows, hashes)?);
+    }
+    Ok(files)
+}
+
+const METHOD: &str = "A sheet of 1 m × 1 m (tension springs, shear springs of a quarter of their stiffness and a tenth of \
+    their damping, full damping) starts as a part of a cylinder of radius 1.5 m, bent but not stretched, and moves for \
+    0.25 s under gravity: `hanging` by two corners of one edge, `thrown` free, turning at 5.4 rad/s and folding, `spread` between four \
+    pinned corners. Light damping: d/m = 10/s; heavy: d/m = √(k/m). 20 × 20 particles, 10 × 10 at k/m = 1e10. A star: the hanging \
+    sheet at k/m from 1e2 to 1e10 with light and heavy damping; the other scenes at 1e4, 1e6, 1e8; the hanging sheet of 10, 20 \
+    and 40 particles a side at k/m = 1e6 and with its material fixed (k/m and d/m grow with the number of particles). The error \
+    is ‖x − x_ref‖/‖x_ref − x_0‖, mass-weighted, at the end; the reference is DOP853 (adaptive, order 8) at tolerance 1e-10, its \
+    own error the distance from a run at 1e-9. Every method takes steps of T/2^j, implicit ones from T/8 on, explicit ones \
+    from beyond their limit on, until the error is below 1e-5 or the run leaves the budget of its scene; `leapfrog` divides frames of \
+    T/16 into steps of a part (`safety`) of its stability limit, and `dop853` is what a user would take instead, the adaptive method \
+    of the library `ode_solvers` at tolerances from 1e-2 to 1e-10. Effort is counted, in visits of a spring (some 5 ns): sweeps of \
+    forces and matrix products by their length, 80 n^1.5 a factorisation of Newton's matrix, 150 n for what the library does \
+    between the force evaluations of a step. Steps are powers of two, so that less than a factor of 2 between methods decides nothing.";
+
+/// Its facts, as they are compared.
+pub(crate) fn comparable(record: &Record<Facts>) -> Vec<Fact> {
+    let scenes = record.facts.scenes.iter();
+    let scenes = scenes.map(|scene| fact(format!("scene {}", scene.id), false, scene));
+    let rows = record.facts.rows.iter().flat_map(|row| {
+        row.runs.iter().flat_map(move |run| {
+            let key = format!("{} {} {}={}", row.scene, row.label, row.knob, run.value);
+            let error = run.error.filter(|error| *error < FOLLOWING);
+            let outcome = json!({ "verdict": run.verdict, "step_s": run.step_s, "error": error });
+            [fact(format!("{key} outcome"), false, &outcome), counts(format!("{key} counts"), run)]
+        })
+    });
+    scenes.chain(rows).collect()
+}
+
+/// What was counted: exact where it is portable, only recorded elsewhere.
+fn counts(key: String, run: &Run) -> Fact {
+    let counts = json!({
+        "effort": run.effort,
+        "force_evaluations": run.force_evaluations,
+        "matvecs": run.matvecs,
+        "factorisations": run.factorisations,
+        "cg_iterations": run.cg_iterations,
+        "unconverged_steps": run.unconverged_steps,
+    });
+    fact(key, run.portable, if run.portable { &counts } else { &serde_json::Value::Null })
+}
+
+/// The rows of a scene.
+pub(crate) fn rows_of<'a>(facts: &'a Facts, scene: &'a str) -> impl Iterator<Item = &'a Row> + Clone {
+    facts.rows.iter().filter(move |row| row.scene == scene)
+}

@@ -1,0 +1,207 @@
+//! Runs of one method on one scene, from coarse to fine, within a budget of counted effort.
+
+use crate::HarnessError;
+use crate::methods::Choice;
+use crate::run::{Options, Outcome, drive};
+use crate::schedule::Schedule;
+use crate::studies::work_precision::facts::{COMPLETED, DIVERGED, OVER_BUDGET, Row, Run};
+use drape_model::{TimeSpan, Vec3};
+use drape_oracle::reference::{ReferenceError, ReferenceSettings, adaptive};
+use std::time::Instant;
+use super::scenes::{SPAN, Setting};
+use super::variants::{Knob, Variant, is_limited_by_stiffness};
+
+/// Steps of the coarsest run of a method that stiffness does not limit.
+const FEWEST: u32 = 8;
+/// Most steps of any run.
+const MOST: u32 = 1 << 20;
+/// Steps that a method with another knob is asked for: about a frame of a film each.
+const FRAMES: u32 = 16;
+/// A run twice as far from the truth as that has moved does not follow it. A sheet that stands still has an error of
+/// 1: it is wrong, but has not diverged.
+const LOST: f64 = 2.0;
+/// Finer runs than one with this error are not asked for.
+const ENOUGH: f64 = 1e-5;
+/// A finer run costs at least so many times as much as the one before, and nearly as many times as that one cost more.
+const LEAST_GROWTH: f64 = 1.4;
+const SAME_GROWTH: f64 = 0.9;
+/// Evaluations of the forces in a step of DOP853.
+const STAGES: f64 = 12.0;
+/// Combining the stages of a step of DOP853, in visits of a spring for each particle, as the library does it.
+const COMBINING: f64 = 150.0;
+
+/// Least effort of the run after some others.
+fn expected(runs: &[Run]) -> f64 {
+    let Some(last) = runs.last() else { return 0.0 };
+    let before = runs.len().checked_sub(2).map(|n| &runs[n]).filter(|run| run.verdict == COMPLETED);
+    let growth = before.map_or(1.0, |before| last.effort / before.effort);
+    last.effort * LEAST_GROWTH.max(SAME_GROWTH * growth.min(2.0))
+}
+
+/// A run with the time it took.
+pub(super) struct Measured {
+    pub(super) run: Run,
+    pub(super) nanoseconds: u64,
+}
+
+impl Setting {
+    /// All runs of a variant. `quick` has the same runs up to a small effort.
+    pub(super) fn row(&self, variant: &Variant, limit: Option<f64>) -> Result<Row, HarnessError> {
+        let mut runs: Vec<Run> = Vec::new();
+        for value in self.values(variant) {
+            // What cannot be expected to fit is not begun.
+            let expected = expected(&runs);
+            if limit.is_some_and(|limit| expected > limit) {
+                break;
+            }
+            let run = if expected > self.case.budget {
+                self.not_begun(variant, value)?
+            } else {
+                self.run(variant, value)?.run
+            };
+            let is_last =
+                run.verdict == OVER_BUDGET || run.error.is_some_and(|error| error < ENOUGH);
+            runs.push(run);
+            if is_last {
+                break;
+            }
+        }
+        Ok(Row {
+            scene: self.scene.id.clone(),
+            label: variant.label.to_owned(),
+            method: variant.method.to_owned(),
+            knob: variant.knob_name().to_owned(),
+            is_headline: variant.is_headline(),
+            runs,
+        })
+    }
+
+    /// Values of the knob, coarsest first.
+    fn values(&self, variant: &Variant) -> Vec<f64> {
+        match variant.knob {
+            Knob::Setting(_, values) | Knob::Library(values) => values.to_vec(),
+            Knob::Steps => {
+                let first = if is_limited_by_stiffness(variant.method) {
+                    // The last power of two at which the fastest oscillation, undamped, is unstable.
+                    let limit = 0.5 * SPAN * self.scene.greatest_frequency_per_s;
+                    ((limit as u32 + 1).next_power_of_two() / 2).max(FEWEST)
+                } else {
+                    FEWEST
+                };
+                let doubled = std::iter::successors(Some(first), |steps| Some(2 * steps));
+                doubled.take_while(|steps| *steps <= MOST).map(f64::from).collect()
+            }
+        }
+    }
+
+    /// One run, and how long it took.
+    pub(super) fn run(&self, variant: &Variant, value: f64) -> Result<Measured, HarnessError> {
+        match variant.choice(value)? {
+            Some(choice) => self.integrate(variant, &choice, value),
+            None => self.adapt(value),
+        }
+    }
+
+    fn steps(variant: &Variant, value: f64) -> f64 {
+        if variant.knob == Knob::Steps { value } else { f64::from(FRAMES) }
+    }
+
+    fn not_begun(&self, variant: &Variant, value: f64) -> Result<Run, HarnessError> {
+        let choice = variant.choice(value)?;
+        let step_s = choice.as_ref().map(|_| SPAN / Self::steps(variant, value));
+        Ok(Run {
+            value,
+            step_s,
+            verdict: OVER_BUDGET.to_owned(),
+            error: None,
+            effort: 0.0,
+            force_evaluations: 0,
+            matvecs: 0,
+            factorisations: 0,
+            cg_iterations: 0,
+            unconverged_steps: 0,
+            is_on_front: false,
+            portable: choice.is_some_and(|choice| choice.is_portable()),
+        })
+    }
+
+    fn integrate(
+        &self,
+        variant: &Variant,
+        choice: &Choice,
+        value: f64,
+    ) -> Result<Measured, HarnessError> {
+        let time = TimeSpan { step_s: SPAN / Self::steps(variant, value), duration_s: SPAN };
+        let mut simulation = self.simulation.clone();
+        let budget = Some(self.case.budget);
+        let schedule = Schedule::steady(time);
+        let outcome =
+            drive(&mut simulation, choice, &schedule, Options::default(), budget, |_| ())?;
+        let Outcome { totals, unconverged, effort, divergence, is_over_budget, .. } = outcome;
+        let (verdict, error) = if is_over_budget {
+            (OVER_BUDGET, None)
+        } else if divergence.is_some() {
+            (DIVERGED, None)
+        } else {
+            self.judge(&simulation.state.x)
+        };
+        let seconds = totals.seconds + totals.prepare_seconds;
+        let run = Run {
+            value,
+            step_s: Some(time.step_s),
+            verdict: verdict.to_owned(),
+            error,
+            effort,
+            force_evaluations: totals.force_evaluations,
+            matvecs: totals.matvecs,
+            factorisations: totals.factorisations,
+            cg_iterations: totals.cg_iterations,
+            unconverged_steps: unconverged,
+            is_on_front: false,
+            portable: choice.is_portable(),
+        };
+        Ok(Measured { run, nanoseconds: (1e9 * seconds) as u64 })
+    }
+
+    /// The adaptive method of the library.
+    fn adapt(&self, tolerance: f64) -> Result<Measured, HarnessError> {
+        let particles = self.scene.particles as f64;
+        let sweep = self.scene.springs as f64 + particles;
+        let max_steps = (self.case.budget / (STAGES * sweep + COMBINING * particles)) as u32;
+        let settings = ReferenceSettings { tolerance, max_steps };
+        let begin = Instant::now();
+        let result = adaptive(&self.simulation.system, &self.simulation.state, SPAN, settings);
+        let nanoseconds = begin.elapsed().as_nanos() as u64;
+        let (verdict, error, steps, evaluations) = match result {
+            Ok(run) => {
+                let (verdict, error) = self.judge(&run.state.x);
+                (verdict, error, run.steps, run.evaluations)
+            }
+            Err(ReferenceError::StepLimit { steps, .. }) => {
+                (OVER_BUDGET, None, steps, STAGES as u64 * u64::from(steps))
+            }
+            Err(ReferenceError::NotFinite { .. }) => (DIVERGED, None, 0, 0),
+            Err(error) => return Err(error.into()),
+        };
+        let run = Run {
+            value: tolerance,
+            step_s: None,
+            verdict: verdict.to_owned(),
+            error,
+            effort: evaluations as f64 * sweep + f64::from(steps) * COMBINING * particles,
+            force_evaluations: evaluations,
+            matvecs: 0,
+            factorisations: 0,
+            cg_iterations: 0,
+            unconverged_steps: 0,
+            is_on_front: false,
+            portable: false,
+        };
+        Ok(Measured { run, nanoseconds })
+    }
+
+    fn judge(&self, x: &[Vec3]) -> (&'static str, Option<f64>) {
+        let error = Some(self.error(x)).filter(|error| *error < LOST);
+        (if error.is_some() { COMPLETED } else { DIVERGED }, error)
+    }
+}

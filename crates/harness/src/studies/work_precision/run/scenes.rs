@@ -1,0 +1,232 @@
+//! The scenes: where the sheet is held and how it starts, its stiffness, damping and size.
+
+use crate::run::Simulation;
+use crate::studies::sheet::{GRAVITY, Sheet};
+use crate::studies::work_precision::facts::Scene;
+use crate::{HarnessError, system_hash};
+use drape_model::{DampingLaw, PinSpec, State, System, Vec3};
+use drape_oracle::order::position_error;
+use drape_oracle::reference::{ReferenceSettings, adaptive};
+
+/// How a sheet is held and starts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Shape {
+    /// Held by two corners of one edge, it swings down.
+    Hanging,
+    /// Free, it turns, folds and falls.
+    Thrown,
+    /// Held by four corners, it sags.
+    Spread,
+}
+
+/// A scene before it is built.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Case {
+    pub(crate) shape: Shape,
+    /// Whether `d/m = √(k/m)`.
+    pub(crate) is_heavy: bool,
+    /// k/m, 1/s².
+    pub(crate) stiffness: f64,
+    /// Particles along each edge.
+    pub(crate) side: u32,
+    /// Damping over mass with light damping, 1/s.
+    pub(crate) light: f64,
+    pub(crate) series: Vec<&'static str>,
+    /// Most effort of a run, in visits of a spring.
+    pub(crate) budget: f64,
+}
+
+/// Simulated time, s.
+pub(crate) const SPAN: f64 = 0.25;
+/// Light damping over mass of the sheet of [`SIDE`]² particles, 1/s.
+const LIGHT: f64 = 10.0;
+/// Particles along each edge of the usual sheet.
+const SIDE: u32 = 20;
+/// Particles along each edge where the reference would take too long.
+const SMALL_SIDE: u32 = 10;
+/// Radius of the cylinder of which the sheet is a part at its start, m: bent, but not stretched, so that a stiff sheet
+/// does not ring.
+const RADIUS: f64 = 1.5;
+/// Spin of the thrown sheet, rad/s.
+const SPIN: [f64; 3] = [4.0, 3.0, 2.0];
+/// Speed at which the thrown sheet folds, m/s, over the square of the distance from its middle line.
+const FOLD: f64 = 4.0;
+/// Most effort of a run where the headline is made, from this stiffness on.
+const BUDGET: f64 = 1.2e8;
+const STIFF: f64 = 1e6;
+/// Most effort elsewhere, for up to [`SIDE`]² particles; more for more.
+const SMALL_BUDGET: f64 = 3e7;
+/// Tolerance of the reference.
+const TOLERANCE: f64 = 1e-10;
+
+/// Series of scenes in which one property varies.
+pub(crate) const STIFFNESS: &str = "stiffness";
+pub(crate) const FIXED_QUOTIENT: &str = "size, k/m fixed";
+pub(crate) const FIXED_MATERIAL: &str = "size, material fixed";
+
+/// A star around the hanging sheet: its stiffness with light and with heavy damping, two other scenes, two series of
+/// sizes.
+pub(crate) fn cases() -> Vec<Case> {
+    let base = Case {
+        shape: Shape::Hanging,
+        is_heavy: false,
+        stiffness: 1e6,
+        side: SIDE,
+        light: LIGHT,
+        series: Vec::new(),
+        budget: SMALL_BUDGET,
+    };
+    let mut cases = Vec::new();
+    for is_heavy in [false, true] {
+        for stiffness in [1e2, 1e4, 1e6, 1e8, 1e10] {
+            let side = if stiffness > 1e9 { SMALL_SIDE } else { SIDE };
+            let is_dear = !is_heavy && stiffness >= STIFF;
+            let budget = if is_dear { BUDGET } else { SMALL_BUDGET };
+            let is_middle = !is_heavy && stiffness == base.stiffness;
+            let mut series = vec![STIFFNESS];
+            series.extend(
+                is_middle.then_some([FIXED_QUOTIENT, FIXED_MATERIAL]).into_iter().flatten(),
+            );
+            cases.push(Case { is_heavy, stiffness, side, budget, series, ..base.clone() });
+        }
+    }
+    for shape in [Shape::Thrown, Shape::Spread] {
+        cases.extend([1e4, 1e6, 1e8].map(|stiffness| Case {
+            shape,
+            stiffness,
+            series: vec![STIFFNESS],
+            ..base.clone()
+        }));
+    }
+    for side in [10, 40] {
+        let refinement = f64::from(side * side) / f64::from(SIDE * SIDE);
+        let budget = SMALL_BUDGET * refinement.max(1.0);
+        cases.push(Case { side, budget, series: vec![FIXED_QUOTIENT], ..base.clone() });
+        cases.push(Case {
+            side,
+            budget,
+            stiffness: base.stiffness * refinement,
+            light: LIGHT * refinement,
+            series: vec![FIXED_MATERIAL],
+            ..base.clone()
+        });
+    }
+    cases
+}
+
+impl Case {
+    /// Whether it stands in the series over the stiffness with light damping.
+    pub(crate) fn is_base(&self) -> bool {
+        self.shape == Shape::Hanging && !self.is_heavy && self.series.contains(&STIFFNESS)
+    }
+
+    /// Whether the quick subset has it.
+    pub(crate) fn is_quick(&self) -> bool {
+        self.is_base() && self.stiffness == 1e4
+    }
+
+    fn damping(&self) -> f64 {
+        if self.is_heavy { self.stiffness.sqrt() } else { self.light }
+    }
+
+    fn name(&self) -> &'static str {
+        match self.shape {
+            Shape::Hanging => "hanging",
+            Shape::Thrown => "thrown",
+            Shape::Spread => "spread",
+        }
+    }
+
+    fn damping_name(&self) -> &'static str {
+        if self.is_heavy { "heavy" } else { "light" }
+    }
+
+    fn id(&self) -> String {
+        let (scene, damping) = (self.name(), self.damping_name());
+        format!("{scene} {damping} {:e} n={}", self.stiffness, self.side * self.side)
+    }
+
+    fn sheet(&self) -> Sheet {
+        Sheet {
+            side: self.side,
+            tension: self.stiffness,
+            shear: 0.25 * self.stiffness,
+            damping: self.damping(),
+            law: DampingLaw::Full,
+            gravity: GRAVITY,
+            is_pinned: self.shape != Shape::Thrown,
+        }
+    }
+}
+
+/// A scene with its exact solution.
+pub(crate) struct Setting {
+    pub(crate) case: Case,
+    pub(crate) simulation: Simulation,
+    /// The true positions at the end.
+    pub(crate) exact: Vec<Vec3>,
+    pub(crate) hash: String,
+    pub(crate) scene: Scene,
+}
+
+impl Setting {
+    pub(crate) fn new(case: &Case) -> Result<Self, HarnessError> {
+        let sheet = case.sheet();
+        let mut spec = sheet.spec()?;
+        for position in &mut spec.particles.position_m {
+            let angle = position[0] / RADIUS;
+            position[0] = RADIUS * libm::sin(angle);
+            position[2] = RADIUS * (1.0 - libm::cos(angle));
+        }
+        if case.shape == Shape::Thrown {
+            let center = spec.particles.position_m.iter().map(|x| Vec3::from(*x)).sum::<Vec3>()
+                / spec.particles.position_m.len() as f64;
+            let velocity = |x: &[f64; 3]| {
+                let fold = Vec3::new(0.0, 0.0, FOLD * x[0] * x[0]);
+                (Vec3::from(SPIN).cross(&(Vec3::from(*x) - center)) + fold).into()
+            };
+            spec.particles.velocity_m_s = spec.particles.position_m.iter().map(velocity).collect();
+        }
+        if case.shape == Shape::Spread {
+            let last = case.side * (case.side - 1);
+            let corners = [last, last + case.side - 1];
+            spec.pins.extend(corners.map(PinSpec::still));
+        }
+        let (system, state) = spec.build()?;
+        let tight = at_end(&system, &state, TOLERANCE)?;
+        let loose = at_end(&system, &state, 10.0 * TOLERANCE)?;
+        let mass: f64 = system.mass().iter().sum();
+        let moved = system.mass().iter().zip(tight.x.iter().zip(&state.x));
+        let moved: f64 = moved.map(|(m, (a, b))| m * (a - b).norm_squared()).sum();
+        let scene = Scene {
+            id: case.id(),
+            scene: case.name().to_owned(),
+            damping: case.damping_name().to_owned(),
+            series: case.series.iter().map(|series| (*series).to_owned()).collect(),
+            particles: system.len(),
+            springs: spec.springs.len(),
+            stiffness_over_mass_per_s2: case.stiffness,
+            damping_over_mass_per_s: case.damping(),
+            greatest_frequency_per_s: sheet.greatest_frequency(1.0),
+            span_s: SPAN,
+            motion_m: (moved / mass).sqrt(),
+            reference_error: position_error(&system, &state.x, &tight.x, &loose.x),
+            reference_tolerance: TOLERANCE,
+            budget: case.budget,
+        };
+        let hash = system_hash(&spec);
+        let simulation = Simulation { system, state };
+        Ok(Self { case: case.clone(), simulation, exact: tight.x, hash, scene })
+    }
+
+    /// Error of positions at the end.
+    pub(crate) fn error(&self, x: &[Vec3]) -> f64 {
+        let Simulation { system, state } = &self.simulation;
+        position_error(system, &state.x, &self.exact, x)
+    }
+}
+
+fn at_end(system: &System, state: &State, tolerance: f64) -> Result<State, HarnessError> {
+    let settings = ReferenceSettings { tolerance, max_steps: 4_000_000 };
+    Ok(adaptive(system, state, SPAN, settings)?.state)
+}

@@ -1,0 +1,173 @@
+//! What the experiment rests on: starts, budgets, fronts, and that every method is there.
+
+use crate::methods;
+use crate::studies::work_precision::facts::{COMPLETED, OVER_BUDGET, Scene};
+use drape_model::Vec3;
+use super::*;
+use super::scenes::{Case, Setting, Shape};
+use variants::{DOP853, Knob, Variant};
+
+/// A small and soft member of the star.
+fn small(shape: Shape, budget: f64) -> Setting {
+    let mut case: Case = cases().swap_remove(0);
+    (case.shape, case.side, case.stiffness, case.budget) = (shape, 6, 1e3, budget);
+    Setting::new(&case).expect("a valid scene")
+}
+
+fn variant(label: &str) -> &'static Variant {
+    VARIANTS.iter().find(|variant| variant.label == label).expect("a known label")
+}
+
+#[test]
+fn every_method_of_the_registry_runs_everywhere_and_every_variant_can_be_built() {
+    for method in methods::all() {
+        let is_it = |v: &&Variant| v.method.split(':').next() == Some(method.id);
+        assert!(VARIANTS.iter().filter(is_it).any(Variant::is_run_everywhere), "{}", method.id);
+    }
+    for (n, variant) in VARIANTS.iter().enumerate() {
+        assert!(VARIANTS[..n].iter().all(|other| other.label != variant.label));
+        let values = match variant.knob {
+            Knob::Steps => &[8.0][..],
+            Knob::Setting(_, values) | Knob::Library(values) => values,
+        };
+        for &value in values {
+            let choice = variant.choice(value).expect("a valid setting");
+            assert_eq!(choice.is_none(), variant.method == DOP853, "{}", variant.label);
+        }
+    }
+}
+
+#[test]
+fn the_star_has_no_scene_twice_and_the_quick_subset_is_part_of_it() {
+    let cases = cases();
+    assert_eq!(cases.len(), 20);
+    for (n, case) in cases.iter().enumerate() {
+        let same = |c: &Case| {
+            (c.shape, c.is_heavy, c.side) == (case.shape, case.is_heavy, case.side)
+                && c.stiffness == case.stiffness
+        };
+        assert!(!cases[..n].iter().any(same), "{case:?}");
+    }
+    assert_eq!(cases.iter().filter(|case| case.is_quick()).count(), 1);
+    assert_eq!(cases.iter().filter(|case| case.is_base()).count(), 5);
+}
+
+#[test]
+fn sheets_start_bent_but_not_stretched_and_only_the_thrown_one_turns() {
+    for shape in [Shape::Hanging, Shape::Thrown, Shape::Spread] {
+        let setting = small(shape, 1e6);
+        let state = &setting.simulation.state;
+        let width = (state.x[1] - state.x[0]).norm();
+        assert!((width / 0.2 - 1.0).abs() < 1e-3, "{shape:?}: {width}");
+        let pinned = setting.simulation.system.pinned().iter().filter(|pinned| **pinned).count();
+        assert_eq!(
+            pinned,
+            match shape {
+                Shape::Hanging => 2,
+                Shape::Thrown => 0,
+                Shape::Spread => 4,
+            }
+        );
+        let spin: Vec3 = state.x.iter().zip(&state.v).map(|(x, v)| x.cross(v)).sum();
+        assert_eq!(spin.norm() > 1.0, shape == Shape::Thrown, "{shape:?}: {spin}");
+    }
+}
+
+#[test]
+fn finer_runs_come_closer_and_the_same_run_gives_the_same_bits() {
+    let setting = small(Shape::Hanging, 1e9);
+    for label in [DOP853, "leapfrog", "backward-euler", "imex-sbdf2"] {
+        let row = setting.row(variant(label), Some(2e6)).expect("runs");
+        let errors: Vec<f64> = row.runs.iter().filter_map(|run| run.error).collect();
+        assert!(errors.len() > 1, "{label}: {:?}", row.runs);
+        assert!(errors[errors.len() - 1] < 0.2 * errors[0], "{label}: {errors:?}");
+        let last = row.runs.last().expect("a run");
+        let again = setting.run(variant(label), last.value).expect("a run").run;
+        assert_eq!(&again, last, "{label}");
+    }
+}
+
+#[test]
+fn what_would_go_over_the_budget_ends_the_row_with_that_verdict() {
+    for (label, budget) in [("imex-euler", 3e5), (DOP853, 3e4), ("backward-euler", 1e6)] {
+        let setting = small(Shape::Hanging, budget);
+        let row = setting.row(variant(label), None).expect("runs");
+        let (last, others) = row.runs.split_last().expect("runs");
+        assert_eq!((last.verdict.as_str(), last.error), (OVER_BUDGET, None), "{label}");
+        assert!(
+            others.iter().all(|run| run.verdict == COMPLETED && run.effort <= budget),
+            "{label}"
+        );
+        assert!(!others.is_empty(), "{label}");
+    }
+}
+
+fn row(label: &str, method: &str, points: &[(f64, f64)]) -> Row {
+    let run = |&(error, effort): &(f64, f64)| Run {
+        value: effort,
+        step_s: None,
+        verdict: COMPLETED.to_owned(),
+        error: Some(error),
+        effort,
+        force_evaluations: 0,
+        matvecs: 0,
+        factorisations: 0,
+        cg_iterations: 0,
+        unconverged_steps: 0,
+        is_on_front: false,
+        portable: true,
+    };
+    Row {
+        scene: "scene".to_owned(),
+        label: label.to_owned(),
+        method: method.to_owned(),
+        knob: "steps".to_owned(),
+        is_headline: false,
+        runs: points.iter().map(run).collect(),
+    }
+}
+
+fn scene(stiffness: f64) -> Scene {
+    let case = Case { stiffness, side: 4, ..cases().swap_remove(0) };
+    Setting::new(&case).expect("a valid scene").scene
+}
+
+#[test]
+fn the_front_is_what_no_run_beats_and_the_runner_up_is_another_method() {
+    let mut rows = vec![
+        row("leapfrog", "leapfrog", &[(0.2, 10.0), (0.05, 20.0), (0.05, 30.0)]),
+        row("leapfrog, Cholesky", "leapfrog:solver=cholesky", &[(0.009, 50.0)]),
+        row("imex-euler", "imex-euler", &[(0.5, 5.0), (0.008, 75.0), (0.3, 15.0)]),
+        row("provot", "provot", &[(0.009, 60.0)]),
+    ];
+    front::mark(&mut rows);
+    let marks: Vec<_> = rows.iter().flat_map(|row| &row.runs).map(|run| run.is_on_front).collect();
+    assert_eq!(marks, [true, true, false, true, true, true, false, false]);
+    let mut scene = scene(100.0);
+    scene.id = "scene".to_owned();
+    let winner = front::winner(&scene, &rows, 0.01);
+    assert_eq!(winner.label.as_deref(), Some("leapfrog, Cholesky"));
+    assert_eq!((winner.runner_up.as_deref(), winner.ratio), (Some("imex-euler"), Some(1.5)));
+    assert_eq!(front::winner(&scene, &rows, 1e-3).label, None);
+}
+
+#[test]
+fn findings_name_the_winner_and_where_the_order_of_merit_turns_over() {
+    let mut facts = Facts { scenes: Vec::new(), rows: Vec::new(), winners: Vec::new() };
+    for (stiffness, efforts) in [(1e2, [10.0, 20.0]), (1e4, [30.0, 15.0])] {
+        let scene = scene(stiffness);
+        for (method, effort) in ["leapfrog", "bdf2"].into_iter().zip(efforts) {
+            let mut row = Row { scene: scene.id.clone(), ..row(method, method, &[(0.05, effort)]) };
+            let dear = Run { verdict: OVER_BUDGET.to_owned(), error: None, ..row.runs[0].clone() };
+            row.runs.push(dear);
+            facts.rows.push(row);
+        }
+        facts.winners.push(front::winner(&scene, &facts.rows, 0.1));
+        facts.scenes.push(scene);
+    }
+    let said = super::super::words::of(&facts).join("\n");
+    assert!(said.contains("k/m = 1e2: leapfrog / none / none"), "{said}");
+    assert!(said.contains("k/m = 1e4: bdf2 / none / none"), "{said}");
+    assert!(said.contains("at 10 % first explicit, implicit from k/m = 1e4 on"), "{said}");
+    assert!(said.contains("k/m = 1e2: 2 of 2; k/m = 1e4: 2 of 2"), "{said}");
+}

@@ -1,0 +1,76 @@
+//! Seconds: one run at a time, and only of runs whose answer is that of the facts.
+
+use crate::HarnessError;
+use crate::studies::work_precision::facts::{Facts, Run, TimingRow};
+use crate::studies::{Context, timed};
+use super::runs::Measured;
+use super::scenes::Setting;
+use super::variants::{VARIANTS, Variant};
+use super::{front, rows_of};
+
+pub(super) const METHOD: &str = "One run at a time on one thread: set-up and all steps, without what the harness does between \
+    the steps; for `dop853` the whole call of the library. Three repetitions, one for runs beyond 0.3 s; seconds are their median. \
+    Timed are the series over the stiffness with light damping, and the middle one with heavy damping: the methods of the \
+    headline, and every run of another method whose counted effort is at most eight times the least for its error. Each row carries the \
+    error of the run that was timed; it is ranked only if that is the fact's to the last bit.";
+
+/// Runs that take longer are timed once.
+const LONG_NS: u64 = 300_000_000;
+const REPETITIONS: usize = 3;
+/// Runs of other methods are timed up to so many times the least effort for their error.
+const NEAR: f64 = 8.0;
+/// Runs of the headline's methods likewise; what costs more is far from any front.
+const FAR: f64 = 300.0;
+/// Runs with a larger error are of no use.
+const USEFUL: f64 = 0.5;
+
+/// Times the runs that matter.
+pub(super) fn rows(
+    context: &Context<'_>,
+    settings: &[Setting],
+    facts: &Facts,
+) -> Result<Vec<TimingRow>, HarnessError> {
+    let mut chosen = Vec::new();
+    for setting in settings.iter().filter(|setting| is_timed(setting)) {
+        let rows = || rows_of(facts, &setting.scene.id);
+        for row in rows() {
+            let Some(variant) = VARIANTS.iter().find(|v| v.label == row.label) else { continue };
+            let near = if row.is_headline { FAR } else { NEAR };
+            let useful = |run: &&Run| {
+                run.error.filter(|error| *error < USEFUL).is_some_and(|error| {
+                    let least = front::cheapest(rows(), error).map_or(0.0, |(_, run)| run.effort);
+                    run.effort <= near * least
+                })
+            };
+            chosen.extend(row.runs.iter().filter(useful).map(|run| (setting, variant, run)));
+        }
+    }
+    timed(context, "timings", &chosen, |&(setting, variant, run)| time(setting, variant, run))
+}
+
+fn is_timed(setting: &Setting) -> bool {
+    let case = &setting.case;
+    case.is_base() || (case.is_heavy && case.stiffness == 1e6)
+}
+
+fn time(setting: &Setting, variant: &Variant, fact: &Run) -> Result<TimingRow, HarnessError> {
+    let mut samples_ns = Vec::new();
+    let mut last = None;
+    while samples_ns.len() < REPETITIONS && samples_ns.first().is_none_or(|first| *first < LONG_NS)
+    {
+        let Measured { run, nanoseconds } = setting.run(variant, fact.value)?;
+        samples_ns.push(nanoseconds);
+        last = run.error;
+    }
+    let mut sorted = samples_ns.clone();
+    sorted.sort_unstable();
+    Ok(TimingRow {
+        scene: setting.scene.id.clone(),
+        label: variant.label.to_owned(),
+        value: fact.value,
+        seconds: sorted[sorted.len() / 2] as f64 * 1e-9,
+        samples_ns,
+        error: last.unwrap_or(f64::MAX),
+        is_verified: last.map(f64::to_bits) == fact.error.map(f64::to_bits),
+    })
+}

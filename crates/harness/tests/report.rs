@@ -1,0 +1,168 @@
+//! The report as a document: what a parser for HTML5 makes of it.
+
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use drape_harness::studies::draw;
+use scraper::{ElementRef, Html, Selector};
+use std::collections::BTreeSet;
+use std::path::Path;
+
+fn report(results: &Path) -> String {
+    draw(results).unwrap();
+    std::fs::read_to_string(results.join("report.html")).unwrap()
+}
+
+fn all<'a>(document: &'a Html, css: &str) -> Vec<ElementRef<'a>> {
+    document.select(&Selector::parse(css).unwrap()).collect()
+}
+
+fn text(element: ElementRef<'_>) -> String {
+    element.text().collect::<String>().split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// What holds for every report, whatever stands in the records.
+fn check(results: &Path) {
+    let page = report(results);
+    let document = Html::parse_document(&page);
+    assert!(document.errors.is_empty(), "{:?}", document.errors);
+
+    let mut ids = BTreeSet::new();
+    for element in all(&document, "[id]") {
+        let id = element.attr("id").unwrap();
+        assert!(ids.insert(id), "id `{id}` is there twice");
+        assert!(!id.is_empty() && !id.contains(char::is_whitespace), "`{id}`");
+    }
+    for link in all(&document, "[href]") {
+        let target = link.attr("href").unwrap();
+        let is_inside = target.strip_prefix('#').is_some_and(|id| ids.contains(id));
+        let is_picture = target.starts_with("data:image/png;base64,");
+        assert!(is_inside || is_picture || target == "data:,", "`{target}` leads nowhere");
+    }
+    for named in all(&document, "[aria-labelledby]") {
+        let names = named.attr("aria-labelledby").unwrap();
+        assert!(names.split(' ').all(|id| ids.contains(id)), "nothing is called `{names}`");
+    }
+    assert!(
+        all(&document, "[src], [srcset], base, iframe, object, embed, link[rel=stylesheet]")
+            .is_empty()
+    );
+    for address in ["http:", "https:", "url(", "@import", "//cdn"] {
+        assert!(!page.contains(address), "the page names {address}");
+    }
+
+    let drawn = std::fs::read_dir(results.join("figures")).map_or(0, Iterator::count);
+    let figures = all(&document, "main figure");
+    assert_eq!(figures.len(), drawn, "every figure stands in the page once");
+    for figure in figures {
+        assert_eq!(figure.select(&Selector::parse("svg[role=img] > title").unwrap()).count(), 1);
+        assert_eq!(figure.select(&Selector::parse("figcaption").unwrap()).count(), 1);
+    }
+    for table in all(&document, "table") {
+        let columns = table.select(&Selector::parse("thead th").unwrap()).count();
+        for row in table.select(&Selector::parse("tbody tr").unwrap()) {
+            assert_eq!(
+                row.select(&Selector::parse("td").unwrap()).count(),
+                columns,
+                "{}",
+                text(row)
+            );
+        }
+    }
+    for cell in all(&document, "td, dd, li, p") {
+        let text = text(cell);
+        assert!(!text.contains("NaN") && !text.contains("**"), "{text}");
+    }
+}
+
+#[test]
+fn the_report_of_complete_records_holds_together() {
+    check(common::complete().path());
+}
+
+#[test]
+fn the_report_of_the_committed_records_holds_together() {
+    check(common::copy_of_committed().path());
+}
+
+#[test]
+fn the_report_of_one_record_holds_together() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("momentum.json");
+    drape_report::file::write_json(&path, &common::momentum(true)).unwrap();
+    check(folder.path());
+}
+
+#[test]
+fn what_records_say_is_text_and_never_markup() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut record = common::momentum(true);
+    let nasty = "<script>alert(1)</script> & \"<b>\" 'x'";
+    record.question = nasty.to_owned();
+    record.method = format!("`{nasty}`");
+    record.findings = vec![format!("**{nasty}**")];
+    record.command = nasty.to_owned();
+    record.provenance.cpu = nasty.to_owned();
+    for row in &mut record.facts.rows {
+        row.label = format!("{nasty} {}", row.label);
+    }
+    drape_report::file::write_json(&folder.path().join("momentum.json"), &record).unwrap();
+    check(folder.path());
+    let page = report(folder.path());
+    let document = Html::parse_document(&page);
+    assert_eq!(all(&document, "script").len(), 1);
+    assert!(all(&document, "b").is_empty());
+    assert_eq!(text(all(&document, ".findings li")[0]), nasty);
+    assert!(text(all(&document, "article h3")[0]).ends_with(nasty));
+}
+
+/// The figure that a claim's verdict points at is one that is drawn.
+#[test]
+fn every_claim_points_at_a_figure_of_the_results() {
+    let path = common::committed().join("claims.json");
+    let record: drape_report::Record<drape_harness::studies::claims::facts::Facts> =
+        drape_report::file::read_json(&path).unwrap();
+    assert!(record.facts.claims.len() == 29 && !record.quick);
+    for claim in &record.facts.claims {
+        let figure = common::committed().join("figures").join(&claim.see);
+        assert!(figure.exists(), "{}: {}", claim.id, claim.see);
+    }
+}
+
+#[test]
+fn the_answer_stands_first_and_the_provenance_last() {
+    let page = report(common::complete().path());
+    let document = Html::parse_document(&page);
+    let headings: Vec<_> = all(&document, "main h2").into_iter().map(text).collect();
+    assert_eq!(
+        headings,
+        [
+            "The answer first",
+            "The paper’s tables beside ours",
+            "What the paper claims",
+            "A way through the methods",
+            "The experiments",
+            "Where the numbers come from",
+        ]
+    );
+    let answer = text(all(&document, ".answer")[0]);
+    assert!(answer.starts_with("With light damping and k/m from 10² to 10¹⁰ s⁻²"), "{answer}");
+    assert!(answer.contains("Of 29 claims of the paper"), "{answer}");
+    let lead = all(&document, "#answer figure")[0].attr("id");
+    assert_eq!(lead, Some("figure-work-precision"));
+    let lessons: Vec<_> = all(&document, ".lesson h4").into_iter().map(text).collect();
+    assert_eq!(lessons[1], "2 leapfrog <by name> & more");
+    assert_eq!(all(&document, ".lesson figure").len(), 3);
+    assert!(
+        text(all(&document, ".lesson")[2]).contains("drape run soft --method provot --dt 0.01")
+    );
+    let known = all(&document, "td.v.bad").into_iter().map(text).collect::<BTreeSet<_>>();
+    assert!(known.contains("diverged") && known.contains("unstable"), "{known:?}");
+    let provenance = text(all(&document, "#provenance")[0]);
+    for words in
+        ["0123456789abcdef, with uncommitted changes", "A | processor", "timings/tables.json"]
+    {
+        assert!(provenance.contains(words), "{words}: {provenance}");
+    }
+}

@@ -1,0 +1,69 @@
+//! The frame of every record under `results/`: what was asked, how, what came out, where from.
+//!
+//! A *record* is one JSON file: the facts of a study ([`Record`]) or its timings ([`Timings`]).
+//! Facts are counts, errors and verdicts: they are the same on every machine and are compared bit
+//! for bit. Timings belong to the machine that took them and live in files of their own, so that a
+//! new machine does not touch the facts. Each file carries its [`Provenance`].
+
+use crate::Provenance;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// The value of `format` in every record of facts.
+pub const RECORD_FORMAT: &str = "drape-record/1";
+/// The value of `format` in every record of timings.
+pub const TIMINGS_FORMAT: &str = "drape-timings/1";
+
+/// The facts of one experiment, with what a reader needs to judge and to repeat them.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Record<F> {
+    /// Always [`RECORD_FORMAT`].
+    pub format: String,
+    /// Name of the experiment, as `drape experiment` takes it.
+    pub experiment: String,
+    /// The question that the experiment answers.
+    pub question: String,
+    /// How it was measured, in a few sentences.
+    pub method: String,
+    /// The one command that writes this record again.
+    pub command: String,
+    /// Whether only the quick subset of the cells was computed.
+    pub quick: bool,
+    /// What the numbers say, a sentence or two each, computed from the facts.
+    pub findings: Vec<String>,
+    /// Title and caption of each figure that is drawn from this record.
+    pub figures: Vec<Figure>,
+    /// The facts themselves.
+    pub facts: F,
+    /// Where they come from.
+    pub provenance: Provenance,
+}
+
+/// A figure drawn from a record.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Figure {
+    /// File name below `figures/`, e.g. `cg-vs-stiffness.svg`.
+    pub file: String,
+    /// Title, one line.
+    pub title: String,
+    /// What is drawn, under which conditions, and what to see in it.
+    pub caption: String,
+}
+
+/// Wall-clock timings of one experiment on one machine.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Timings<R> {
+    /// Always [`TIMINGS_FORMAT`].
+    pub format: String,
+    /// Name of the experiment.
+    pub experiment: String,
+    /// How the times were taken.
+    pub method: String,
+    /// One row a timed case.
+    pub rows: Vec<R>,
+    /// The machine and the build that took them.
+    pub provenance: Provenance,
+}
