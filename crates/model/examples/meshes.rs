@@ -1,4 +1,5 @@
-//! Makes the OBJ files of the bundled scenes: `cargo run -p drape-model --example meshes` in the folder of the workspace.
+//! Makes the OBJ files of the bundled scenes: `cargo run -p drape-model --example meshes` in the
+//! folder of the workspace.
 
 use std::fmt::Write;
 
@@ -56,8 +57,8 @@ fn sheet() -> String {
     obj.text
 }
 
-/// A plane disc of 30 cm in diameter, triangles between rings of 1 cm; the faces within 9 cm are the group `support`, the
-/// rest `overhang`.
+/// A plane disc of 30 cm in diameter, triangles between rings of 1 cm; the faces within 9 cm are
+/// the group `support`, the rest `overhang`.
 fn round_cloth() -> String {
     let rings = 15;
     let mut obj =
@@ -95,8 +96,9 @@ fn round_cloth() -> String {
     obj.text
 }
 
-/// A skirt, cut as a cone from a waist of 12 cm radius at z = 0 to a hem of 28 cm radius at z = −0.5 m, triangles with
-/// alternating diagonals; the uppermost row of faces is the group `waistband`, the rest `panel`.
+/// A skirt, cut as a cone from a waist of 12 cm radius at z = 0 to a hem of 28 cm radius at z =
+/// −0.5 m, triangles with alternating diagonals; the uppermost row of faces is the group
+/// `waistband`, the rest `panel`.
 fn skirt() -> String {
     let (around, rows) = (48, 20);
     let mut obj = Obj::new(

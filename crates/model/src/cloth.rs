@@ -21,7 +21,8 @@ pub enum Cloth {
     Particles(Particles),
 }
 
-/// A horizontal rectangular sheet: rows along y, columns along x; particle `row · columns + column`.
+/// A horizontal rectangular sheet: rows along y, columns along x; particle
+/// `row · columns + column`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Grid {
@@ -132,7 +133,7 @@ impl Grid {
         ParticlesSpec { mass_kg: vec![self.particle_mass(); n], position_m, velocity_m_s }
     }
 
-    /// The particle so many columns and rows from another one, if there is one.
+    /// The particle this many columns and rows from another one, if it exists.
     pub(crate) fn neighbour(&self, row: u32, column: u32, right: i64, down: i64) -> Option<u32> {
         let inside = |k: i64, count: u32| u32::try_from(k).ok().filter(|&k| k < count);
         let row = inside(i64::from(row) + down, self.rows)?;

@@ -2,7 +2,7 @@
 
 use crate::{State, System, Vec3};
 
-/// How deep inside an obstacle a particle may be drawn, m.
+/// Depth inside an obstacle at which a particle may still be drawn, m.
 const DISPLAY_TOLERANCE: f64 = 1e-12;
 
 impl System {
@@ -40,11 +40,11 @@ impl System {
         sum
     }
 
-    /// Positions to be drawn at `t` seconds: each particle that lies inside an obstacle, where that is then, is
-    /// replaced by an auxiliary one on its surface (EEH section 6). Never fed back into the simulation.
+    /// Positions for display at `t` seconds. A particle inside an obstacle is shown on its surface
+    /// (EEH section 6). The simulation never uses these positions.
     ///
-    /// Where obstacles overlap, the way out of one may lead into the next; the search then goes on from there,
-    /// and gives up after 100 rounds.
+    /// If obstacles overlap, the way out of one may lead into the next. The search then goes on
+    /// from there, for at most 100 rounds.
     pub fn display_positions(&self, x: &[Vec3], t: f64) -> Vec<Vec3> {
         let offsets: Vec<Vec3> = self.obstacles().iter().map(|o| o.offset(t)).collect();
         let shown = |x: &Vec3| {

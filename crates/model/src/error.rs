@@ -1,4 +1,4 @@
-//! What can be wrong with a scene.
+//! Errors of scenes and frozen systems.
 
 use std::path::PathBuf;
 
@@ -10,7 +10,7 @@ pub struct Violation {
     pub path: String,
     /// The value found there.
     pub value: String,
-    /// What is allowed.
+    /// The allowed values.
     pub expected: String,
 }
 
@@ -24,7 +24,7 @@ impl Violation {
     }
 }
 
-/// What a message quotes: one line of at most 80 characters, the middle left out.
+/// Shortens a quotation to one line of at most 80 characters, without its middle.
 pub(crate) fn shorten(text: &str) -> String {
     const MOST: usize = 80;
     let mut line = String::new();
@@ -54,7 +54,7 @@ pub enum SceneError {
         known.join(", ")
     )]
     Unknown {
-        /// What was asked for.
+        /// The requested name.
         name: String,
         /// Names of the bundled scenes.
         known: Vec<&'static str>,
@@ -67,7 +67,7 @@ pub enum SceneError {
         /// The system's reason.
         source: std::io::Error,
     },
-    /// The text is no JSON.
+    /// The text is not JSON.
     #[error(
         "{file}: no valid JSON at line {line}, column {column} (in `{path}`): {reason}; \
          found {found}; expected a scene (\"drape-scene/1\") or a frozen system (\"drape-system/1\")"
@@ -91,7 +91,7 @@ pub enum SceneError {
     Shape {
         /// The file.
         file: String,
-        /// Line where it was noticed, from 1.
+        /// Line at which the reader noticed it, from 1.
         line: usize,
         /// Column, from 1.
         column: usize,

@@ -1,10 +1,10 @@
-//! What is simulated: particles, springs, gravity, pins and obstacles. This crate knows no time step.
+//! The model: particles, springs and other effects, pins, obstacles. This crate knows no time step.
 //!
 //! # The model
 //!
 //! A cloth is a system of `n` particles with masses `m_i` (kg), positions `x_i` (m) and velocities
-//! `v_i` (m/s) that obeys `M x'' = f(x, v)`. The forces are a sum over *effects*; a scene names the
-//! effects that it wants, and one that is not named does not exist in the running [`System`]: no
+//! `v_i` (m/s) that obeys `M x'' = f(x, v)`. The forces are a sum over *effects*. A scene names the
+//! effects that it wants. An effect that is not named does not exist in the running [`System`]: no
 //! field, no pass over the particles, no entry in a matrix.
 //!
 //! All forces follow one sign convention: they are *restoring*. Between the ends `i` and `j` of a
@@ -25,9 +25,12 @@
 //! scene file ─► Scene ─► SystemSpec ("drape-system/1") ─► System + State
 //! ```
 //!
-//! [`Scene`] is what a person writes, [`SystemSpec`] is the discretised system that any program can
-//! read, [`System`] is what runs. A scene always passes through its specification, so that a frozen
-//! scene gives the same bits as the scene itself. [`load`] reads either from a file.
+//! A person writes a [`Scene`]. A [`SystemSpec`] is the discretised system, which any program can
+//! read. A [`System`] runs. A scene always passes through its specification, so a frozen scene
+//! gives the same bits as the scene itself. [`load`] reads either from a file.
+//!
+//! Each effect is one file in [`effects`], from its keys in a scene to its Jacobian; one line there
+//! registers it.
 //!
 //! # Symbols
 //!

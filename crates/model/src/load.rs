@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 use std::io::ErrorKind;
 use std::path::Path;
 
-/// What a file held: both kinds are interchangeable wherever a scene is asked for.
+/// Content of a file. Both kinds serve wherever a scene is asked for.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Input {
     /// A scene, with its discretisation.
@@ -29,7 +29,8 @@ impl Input {
         }
     }
 
-    /// What had to be mended in the mesh of a scene, in words; see [`MeshCloth::repair`](crate::MeshCloth::repair).
+    /// The repairs to the mesh of a scene, in words; see
+    /// [`MeshCloth::repair`](crate::MeshCloth::repair).
     pub fn repairs(&self) -> &[String] {
         match self.scene().map(|scene| &scene.cloth) {
             Some(Cloth::Mesh(mesh)) => mesh.repairs(),
@@ -81,14 +82,14 @@ pub fn load(scene: &str) -> Result<Input, SceneError> {
     parse(scene, &text)
 }
 
-/// Reads a scene or a frozen system from text; `file` is what errors call it, and the mesh that a scene names is
-/// looked for in its folder.
+/// Reads a scene or a frozen system from text. Errors call it `file`. A mesh that the scene names
+/// is looked for in the folder of `file`.
 ///
 /// # Errors
-/// As [`load`], less those of the file system.
+/// As [`load`], except errors of the file system.
 pub fn parse(file: &str, text: &str) -> Result<Input, SceneError> {
     let invalid = |violation| SceneError::Invalid { file: file.to_owned(), violation };
-    // Checks the syntax of the whole text, and takes out the one key that tells what the rest is.
+    // Checks the syntax of the whole text and finds the key that names the format.
     let keys: BTreeMap<String, &RawValue> =
         serde_json::from_str(text).map_err(|error| refuse(file, text, &error))?;
     let expected = format!("{SCENE_FORMAT:?} or {SYSTEM_FORMAT:?}");
@@ -135,7 +136,7 @@ fn read<T: DeserializeOwned>(file: &str, text: &str) -> Result<T, SceneError> {
     })
 }
 
-/// Why a text is no JSON object.
+/// The error for a text that is not a JSON object.
 fn refuse(file: &str, text: &str, error: &serde_json::Error) -> SceneError {
     let (file, line, column) = (file.to_owned(), error.line(), error.column());
     if error.is_data() {
@@ -154,7 +155,7 @@ fn refuse(file: &str, text: &str, error: &serde_json::Error) -> SceneError {
     SceneError::Syntax { file, line, column, path, reason: reason(error), found }
 }
 
-/// serde_json's message without the place, which errors keep apart.
+/// serde_json's message without the place; errors have fields for the place.
 fn reason(error: &serde_json::Error) -> String {
     let message = error.to_string();
     let place = format!(" at line {} column {}", error.line(), error.column());
@@ -178,14 +179,14 @@ fn raw_value(text: &str, path: &Keys) -> Option<String> {
     Some(raw.get().to_owned())
 }
 
-/// Says in the words of a scene's author what serde says in those of Rust.
+/// Translates a message of serde to the words of a scene file.
 fn explain(path: &Keys, raw: Option<String>, reason: &str) -> Violation {
     let parent = path.to_string();
     let inside = |outer: &str, name: &str| match shorten(outer).as_str() {
         "" | "." => shorten(name),
         outer => format!("{outer}.{}", shorten(name)),
     };
-    // serde counts an unknown key to the path, but no missing or doubled one.
+    // serde appends an unknown key to the path, but not a missing or doubled one.
     let outer = |name: &str| parent.strip_suffix(name).unwrap_or(&parent).trim_end_matches('.');
     let raw = raw.unwrap_or_default();
     let (what, expected) = reason.split_once(", expected ").unwrap_or((reason, ""));
@@ -203,7 +204,7 @@ fn explain(path: &Keys, raw: Option<String>, reason: &str) -> Violation {
         }
         "duplicate field" => Violation::new(inside(&parent, name), "given twice", "this key once"),
         "invalid type: unit variant" => {
-            // A word in place of an object; serde counts the word to the path.
+            // A word in place of an object; serde appends the word to the path.
             let (outer, word) = parent.rsplit_once('.').unwrap_or((".", &parent));
             Violation::new(outer, format!("{word:?}"), expected)
         }

@@ -1,4 +1,5 @@
-//! Cloth from an OBJ file: particles at the vertices, springs from the edges, masses from the areas.
+//! Cloth from an OBJ file: particles at the vertices, springs from the edges, masses from the
+//! areas.
 //!
 //! | springs | between |
 //! |---|---|
@@ -6,8 +7,9 @@
 //! | shear | the ends of both diagonals of each quad |
 //! | bending | across each inner edge: the next but one along a strip of quads, the opposite corners of two triangles |
 //!
-//! On a grid of quads these are the springs of [`Grid`](crate::Grid). All rest lengths are the distances in the file, scaled. A
-//! stiffness or damping over mass is multiplied by the mean mass of the cloth's particles: one cloth has one stiffness.
+//! On a grid of quads these are the springs of [`Grid`](crate::Grid). Rest lengths are the scaled
+//! distances in the file. A stiffness or damping over mass is multiplied by the mean mass of the
+//! particles, so that one cloth has one stiffness.
 
 mod edges;
 mod obj;
@@ -25,14 +27,16 @@ use std::path::Path;
 use std::sync::Arc;
 use surface::Surface;
 
-/// What `file` starts with where it names a mesh that comes with drape.
+/// Start of `file` for a mesh that comes with drape.
 const BUNDLED: &str = "bundled:";
 
-/// The triangles and quads of an OBJ file. Particle `i` is the file's vertex `i + 1`, unless a repair dropped vertices.
+/// The triangles and quads of an OBJ file. Particle `i` is the file's vertex `i + 1`, unless a
+/// repair dropped vertices.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MeshCloth {
-    /// The OBJ file: a path from the scene file's folder, or `bundled:NAME` for a mesh that comes with drape.
+    /// The OBJ file: a path from the scene file's folder, or `bundled:NAME` for a mesh that comes
+    /// with drape.
     pub file: String,
     /// Mass over area, kg/m²; a face gives each of its corners an equal share.
     #[schemars(extend("exclusiveMinimum" = 0), range(max = MAX_COEFFICIENT))]
@@ -56,11 +60,11 @@ pub struct MeshCloth {
     #[serde(default, skip_serializing_if = "is_zero")]
     #[schemars(inner(range(min = -MAX_COORDINATE, max = MAX_COORDINATE)))]
     pub spin_rad_s: [f64; 3],
-    /// Whether degenerate and doubled faces and vertices without a face are dropped and faces turned over where
-    /// neighbours differ, instead of being refused.
+    /// Whether to mend the surface instead of refusing it: drop degenerate and doubled faces and
+    /// vertices without a face, and turn faces over where neighbours differ.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub repair: bool,
-    /// What the file holds, once it is read.
+    /// Content of the file, once it is read.
     #[serde(skip)]
     surface: Option<Arc<Surface>>,
 }
@@ -102,7 +106,7 @@ impl Rotation {
 }
 
 impl MeshCloth {
-    /// Reads the file that the scene names; `folder` is that of the scene.
+    /// Reads the file that the scene names; `folder` is the folder of the scene.
     pub(crate) fn load(&mut self, folder: Option<&Path>) -> Result<(), Violation> {
         let file = self.file.clone();
         if let Some(name) = file.strip_prefix(BUNDLED) {
@@ -119,7 +123,7 @@ impl MeshCloth {
             let expected = "an OBJ file, by its path from the scene's folder";
             Violation::new("cloth.mesh.file", found, expected)
         };
-        // Opening a pipe would wait for whoever writes to it.
+        // Opening a pipe would wait for a writer.
         let kind = path.metadata().map_err(|error| refuse(format!("unreadable: {error}")))?;
         if !kind.is_file() {
             return Err(refuse("which is no file".to_owned()));
@@ -128,7 +132,7 @@ impl MeshCloth {
         self.read(BufReader::new(reader))
     }
 
-    /// Reads what the file holds from elsewhere, and checks it.
+    /// Reads and checks the content of the file from another source.
     ///
     /// # Errors
     /// The first [`Violation`], with the number of its line, and of its face from 1.
@@ -138,7 +142,7 @@ impl MeshCloth {
         Ok(())
     }
 
-    /// What had to be mended, in words.
+    /// The repairs, in words.
     pub fn repairs(&self) -> &[String] {
         self.surface.as_ref().map_or(&[], |surface| &surface.repairs)
     }
@@ -219,7 +223,7 @@ impl MeshCloth {
         }
     }
 
-    /// Nothing for a cloth at rest.
+    /// Velocities, m/s; empty for a cloth at rest.
     fn velocities(&self, mass: &[f64], x: &[Vec3]) -> Result<Vec<[f64; 3]>, Violation> {
         let velocity = vector("cloth.mesh.velocity_m_s", self.velocity_m_s)?;
         let spin = vector("cloth.mesh.spin_rad_s", self.spin_rad_s)?;

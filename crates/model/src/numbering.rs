@@ -2,18 +2,19 @@
 //!
 //! # Why
 //!
-//! A frozen system may list its particles in any order, since the program that wrote it had no reason to care. Every
-//! pass over the springs then reads and writes two places far apart: beyond the size of the cache each costs a trip to
-//! memory for 24 bytes. Where all springs are short in the *numbering*, that is where `|i − j|` is small, the places
-//! that the next springs need are those that the last ones have just used.
+//! A frozen system may list its particles in any order. Every pass over the springs then reads and
+//! writes two places far apart. Once the cloth exceeds the cache, each costs a trip to memory for
+//! 24 bytes. If all springs are short in the *numbering* (`|i − j|` is small), the next springs
+//! need places that the last ones have just used.
 //!
-//! # What
+//! # Method
 //!
-//! Reverse Cuthill-McKee (Cuthill and McKee 1969, George 1971): breadth first from an end of the cloth, each
-//! particle's neighbours by rising number of springs, the whole order reversed; the end is found by searching from the
-//! particle that the last search reached last, while that goes deeper (George and Liu 1979). Every component is
-//! numbered on its own, in the order of its first particle. The springs of each effect are then sorted by their lower
-//! end, at one particle by their higher end, so that the parameters are read in the same sweep.
+//! Reverse Cuthill-McKee (Cuthill and McKee 1969, George 1971) numbers breadth first from an end of
+//! the cloth and reverses the order. Each particle's neighbours come by rising number of springs.
+//! The end is found by repeated searches: each starts from the last particle of the one before, as
+//! long as it goes deeper (George and Liu 1979). Every component is numbered on its own, in the
+//! order of its first particle. The springs of each effect are then sorted by their lower end, then
+//! by their higher end, so that one sweep reads their parameters in order.
 //!
 //! # The rule
 //!
@@ -23,17 +24,18 @@
 //! | the springs have at most 16 different `abs(i − j)` | a regular grid: its passes run along diagonals, streams that the hardware foresees however far apart they are |
 //! | the mean `abs(i − j)` over the springs would not fall to a fourth | a sheet in a sensible order is within a factor of two or three of the best; another order of summation is worth something that can be felt |
 //!
-//! Then the springs are still sorted where their order alone is bad: where from one spring to the next the lower end
-//! jumps, in the mean, four times as far as a spring reaches.
+//! The springs are still sorted if their order alone is bad: if the lower end jumps, on average,
+//! four times as far from one spring to the next as a spring reaches.
 //!
-//! So a grid that is numbered row by row or column by column is never touched, whatever its size: what was computed
-//! on it stays the same bit for bit.
+//! So a grid that is numbered row by row or column by column is never changed, and results on it
+//! stay the same bit for bit.
 //!
-//! # What it costs
+//! # Cost
 //!
-//! A search touches every spring a few times: `O(springs)` work, and for each spring two indices of memory. Square
-//! sheets with particles and springs in disorder, one thread of a busy machine (Zen 4), in one run; the ratios are
-//! worth more than the times. "Row by row" is the same kernel on the sheet in natural order.
+//! A search visits every spring a few times: `O(springs)` work and two indices of memory for each.
+//! The table shows square sheets with particles and springs in disorder, on one thread of a busy
+//! machine (Zen 4); trust the ratios more than the times. "Row by row" is the same kernel on the
+//! sheet in natural order.
 //!
 //! | particles | springs | mean span given | row by row | found | forces given, ns a spring | row by row | found | gain | build with it | without |
 //! |---|---|---|---|---|---|---|---|---|---|---|
@@ -43,8 +45,8 @@
 //! | 10⁶ | 5 990 002 | 333 405 | 834 | 889 | 71.6 | 9.7 | 12.9 | 5.5 | 7.3 s | 1.0 s |
 //! | 10⁶ | 1 998 000 | 333 508 | 501 | 667 | 92.4 | 17.3 | 11.3 | 8.2 | 2.7 s | 0.5 s |
 //!
-//! With a million particles the search pays after some 20 evaluations of the forces. Below 10⁴ particles there is
-//! nothing to gain for the forces: all of it lies in the second cache.
+//! With a million particles the search pays off after some 20 evaluations of the forces. Below 10⁴
+//! particles the forces gain nothing: everything fits the second cache.
 
 mod cuthill_mckee;
 #[cfg(test)]
@@ -55,17 +57,18 @@ use crate::State;
 use crate::effects::Spring;
 use std::borrow::Cow;
 
-/// Fewest particles that are worth another order.
+/// Fewest particles for which another order may pay.
 const FEWEST: usize = 1000;
 /// Most different `|i − j|` of a system that counts as a regular grid.
 const REGULAR: usize = 16;
-/// How many times shorter the springs must become in the numbering.
+/// Factor by which springs must become shorter in the numbering.
 const GAIN: f64 = 4.0;
 
-/// Which particle of the running system is which of the specification.
+/// Maps particles of the running system to particles of the specification.
 ///
-/// Two orders: the *given* one, of the specification, and the *internal* one, of the system that
-/// [`build_ordered`](crate::SystemSpec::build_ordered) returns. Where they are the same, nothing is stored or copied.
+/// The *given* order is the order of the specification. The *internal* order is the order of the
+/// system that [`build_ordered`](crate::SystemSpec::build_ordered) returns. If both are the same,
+/// nothing is stored or copied.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Numbering {
     /// Given index of each particle of the internal order; empty where both orders are the same.
@@ -75,7 +78,7 @@ pub struct Numbering {
 }
 
 impl Numbering {
-    /// Both orders are the same.
+    /// The numbering that changes nothing.
     pub fn identity() -> Self {
         Self::default()
     }
@@ -95,17 +98,17 @@ impl Numbering {
         self.given.get(internal).map_or(internal, |&k| k as usize)
     }
 
-    /// A list in the given order, one entry a particle, brought to the internal one.
+    /// Brings a list with one entry a particle from the given to the internal order.
     pub fn apply<T: Copy>(&self, list: &[T]) -> Vec<T> {
         gather(&self.given, list).unwrap_or_else(|| list.to_vec())
     }
 
-    /// A list in the internal order, one entry a particle, brought back to the given one.
+    /// Brings a list with one entry a particle back from the internal to the given order.
     pub fn restore_list<'a, T: Copy>(&self, list: &'a [T]) -> Cow<'a, [T]> {
         gather(&self.internal, list).map_or(Cow::Borrowed(list), Cow::Owned)
     }
 
-    /// A state in the internal order, brought back to the given one.
+    /// Brings a state back from the internal to the given order.
     pub fn restore<'a>(&self, state: &'a State) -> Cow<'a, State> {
         match (gather(&self.internal, &state.x), gather(&self.internal, &state.v)) {
             (Some(x), Some(v)) => Cow::Owned(State { t: state.t, x, v }),

@@ -1,4 +1,4 @@
-//! Paths on which pins and obstacles are led.
+//! Paths of pins and obstacles.
 
 use crate::Vec3;
 use crate::bounds::{MAX_COORDINATE, at_most, number, within};
@@ -10,7 +10,8 @@ use serde::{Deserialize, Serialize};
 const MAX_TIME: f64 = 1e9;
 /// Greatest displacement along an axis, m: from one bound of the coordinates to the other.
 const MAX_OFFSET: f64 = 2.0 * MAX_COORDINATE;
-/// How far a place on a path may be out of range, m: the rest of a path begins elsewhere, which costs round-off.
+/// Distance by which a place on a path may be out of range, m. It allows for round-off where the
+/// rest of a path begins.
 const ROUND_OFF: f64 = 1e-12 * MAX_COORDINATE;
 /// Most keyframes of one path.
 pub(crate) const MAX_KEYFRAMES: usize = 100_000;
@@ -19,15 +20,17 @@ pub(crate) const MAX_KEYFRAMES: usize = 100_000;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct KeyframeSpec {
-    /// When, s after the start.
+    /// Time after the start, s.
     #[schemars(range(min = 0.0, max = MAX_TIME))]
     pub time_s: f64,
-    /// Where, m from the place at the start; no place may be farther off than a coordinate may be.
+    /// Displacement from the place at the start, m. Places must stay within the bounds of
+    /// coordinates.
     #[schemars(inner(range(min = -MAX_OFFSET, max = MAX_OFFSET)))]
     pub offset_m: [f64; 3],
 }
 
-/// A displacement over time: from 0 at the start through the keyframes, linear in between, at rest after the last.
+/// A displacement over time. It starts at 0, passes through the keyframes linearly and rests after
+/// the last one.
 ///
 /// ```
 /// use drape_model::{Input, Vec3, parse};
@@ -45,12 +48,12 @@ pub struct Path {
     keyframes: Vec<(f64, Vec3)>,
 }
 
-/// A place that round-off may have put a little out of range, back in range, m.
+/// Moves a place back into range, m; round-off may have put it a little beyond.
 pub(crate) fn in_range(place: Vec3) -> Vec3 {
     place.map(|coordinate| coordinate.clamp(-MAX_COORDINATE, MAX_COORDINATE))
 }
 
-/// The least box around what is led on a path, m, where it starts.
+/// The smallest box around the moving points at the start, m.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Extent {
     low: Vec3,
@@ -58,7 +61,7 @@ pub(crate) struct Extent {
 }
 
 impl Extent {
-    /// That of these points, as far as it is in range.
+    /// The box of these points, cut to the range of coordinates.
     pub(crate) fn of(points: impl IntoIterator<Item = Vec3>) -> Self {
         let none = (Vec3::repeat(MAX_COORDINATE), Vec3::repeat(-MAX_COORDINATE));
         let (low, high) =
@@ -66,7 +69,7 @@ impl Extent {
         Self { low: in_range(low), high: in_range(high) }
     }
 
-    /// Checks that it stays in range when displaced; `path` is where the displacement stands in the file.
+    /// Checks that the box stays in range when displaced. `path` is the key of the displacement.
     fn displaced(&self, path: &str, offset: [f64; 3]) -> Result<Vec3, Violation> {
         for (axis, component) in offset.into_iter().enumerate() {
             let (least, most) =
@@ -88,7 +91,8 @@ impl Extent {
 }
 
 impl Path {
-    /// Checks keyframes; none of them make no path. `at` is where they stand in the file, `led` what they lead.
+    /// Checks keyframes; an empty list gives `None`. `at` is their key, `led` the box of the moving
+    /// points.
     ///
     /// # Errors
     /// The first [`Violation`].
@@ -118,7 +122,7 @@ impl Path {
         Ok((!keyframes.is_empty()).then_some(Self { keyframes }))
     }
 
-    /// Time of the last keyframe, s: from then on it rests.
+    /// Time of the last keyframe, s; the path rests from then on.
     pub fn end(&self) -> f64 {
         self.keyframes.last().map_or(0.0, |(time, _)| *time)
     }
@@ -137,7 +141,7 @@ impl Path {
     }
 }
 
-/// What is left of a path at `t` seconds, as one that starts there and then.
+/// The rest of a path after `t` seconds, as a path of its own.
 pub(crate) fn rest_of(frames: &[KeyframeSpec], t: f64) -> Vec<KeyframeSpec> {
     let passed = offset_of(frames, t);
     let mut rest: Vec<KeyframeSpec> = Vec::new();
@@ -145,7 +149,7 @@ pub(crate) fn rest_of(frames: &[KeyframeSpec], t: f64) -> Vec<KeyframeSpec> {
         let offset = Vec3::from(frame.offset_m) - passed;
         let offset_m = offset.map(|component| component.clamp(-MAX_OFFSET, MAX_OFFSET)).into();
         let time_s = frame.time_s - t;
-        // Round-off may make one time of two.
+        // Round-off may make two times equal.
         if rest.last().is_some_and(|before| before.time_s == time_s) {
             rest.pop();
         }
@@ -154,29 +158,29 @@ pub(crate) fn rest_of(frames: &[KeyframeSpec], t: f64) -> Vec<KeyframeSpec> {
     rest
 }
 
-/// Displacement of keyframes that a file holds at `t` seconds, m; none where there are none.
+/// Displacement of keyframes at `t` seconds, m; 0 without keyframes.
 pub(crate) fn offset_of(frames: &[KeyframeSpec], t: f64) -> Vec3 {
     let keyframes = frames.iter().map(|frame| (frame.time_s, Vec3::from(frame.offset_m)));
     Path { keyframes: keyframes.collect() }.offset(t)
 }
 
-/// A pinned particle that is led on a path.
+/// A pinned particle that follows a path.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MovingPin {
     /// Its index.
     pub particle: usize,
-    /// Where it starts, m.
+    /// Place at the start, m.
     pub(crate) start: Vec3,
     pub(crate) path: Path,
 }
 
 impl MovingPin {
-    /// Where it is at `t` seconds, m.
+    /// Place at `t` seconds, m.
     pub fn position(&self, t: f64) -> Vec3 {
         self.start + self.path.offset(t)
     }
 
-    /// When it has come to rest for good, s.
+    /// Time from which on it rests, s.
     pub fn stops(&self) -> f64 {
         self.path.end()
     }

@@ -1,4 +1,4 @@
-//! The shadow of a cloth under a light from above, and the drape coefficient that it gives.
+//! The shadow of a cloth under a light from above, and its drape coefficient.
 
 use crate::Vec3;
 
@@ -7,15 +7,14 @@ const LINES: u32 = 4000;
 
 /// Area of the union of all triangles as seen along z, m².
 ///
-/// The shadow is measured without error on 4000 lines along x, each in the middle of a strip that it stands for. The area
-/// of a disc comes out to better than 1e-5 of it. Where the outline runs along x, a strip may be missed by half its width:
-/// by 1/8000 of the extent along y times the length of that piece of the outline.
+/// The function measures the shadow exactly on 4000 lines along x, each in the middle of a strip.
+/// The area of a disc is right to a part in 1e5. Where the outline runs along x, the error is up to
+/// half the width of a strip: 1/8000 of the extent along y, times the length of that piece.
 ///
-/// Line after line is measured, with memory for the triangles and not for each line that they cross; the time is that of
-/// all crossings.
+/// Memory grows with the triangles, time with all crossings of triangles and lines.
 ///
 /// # Panics
-/// When a triangle names a particle that `x` has not.
+/// If a triangle names a particle that is not in `x`.
 pub fn projected_area(x: &[Vec3], triangles: &[[u32; 3]]) -> f64 {
     let corners = |triangle: &[u32; 3]| triangle.map(|i| x[i as usize]);
     let all = triangles.iter().flat_map(corners).map(|x| x.y);
@@ -66,7 +65,7 @@ fn widen((low, high): (f64, f64), value: f64) -> (f64, f64) {
     (low.min(value), high.max(value))
 }
 
-/// Where a triangle covers the line at `y`; from infinity to minus infinity where it does not.
+/// The part of the line at `y` that a triangle covers; from infinity to minus infinity if none.
 fn crossing(corners: &[Vec3; 3], y: f64) -> (f64, f64) {
     let mut ends = (f64::INFINITY, f64::NEG_INFINITY);
     for side in 0..3 {
@@ -78,9 +77,10 @@ fn crossing(corners: &[Vec3; 3], y: f64) -> (f64, f64) {
     ends
 }
 
-/// Drape coefficient after Cusick (1965, "The dependence of fabric drape on bending and shear stiffness", Journal of the
-/// Textile Institute 56, T596): the share of the overhang that the shadow covers, 1 for a cloth that does not bend and 0 for
-/// one that hangs straight down. Areas in m²: of the shadow, of the disc that holds the specimen, and of the specimen.
+/// Drape coefficient after Cusick (1965, "The dependence of fabric drape on bending and shear
+/// stiffness", Journal of the Textile Institute 56, T596): the share of the overhang that the
+/// shadow covers. It is 1 for a cloth that does not bend and 0 for one that hangs straight down.
+/// Areas, m²: the shadow, the disc that holds the specimen, the specimen.
 pub fn drape_coefficient(shadow: f64, support: f64, specimen: f64) -> f64 {
     (shadow - support) / (specimen - support)
 }

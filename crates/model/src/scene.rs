@@ -1,4 +1,4 @@
-//! Scenes: what a person writes, format "drape-scene/1".
+//! Scenes as a person writes them, format "drape-scene/1".
 
 use crate::bounds::{number, positive};
 use crate::effects::Weave;
@@ -21,15 +21,15 @@ pub struct Scene {
     pub format: String,
     /// Short name.
     pub name: String,
-    /// What the scene shows and where it comes from.
+    /// Subject and source of the scene.
     #[serde(default)]
     pub description: String,
-    /// Paths of keys whose values the source does not state and drape assumed.
+    /// Keys whose values drape assumed because the source does not state them.
     #[serde(default)]
     pub assumed: Vec<String>,
     /// The cloth.
     pub cloth: Cloth,
-    /// The effects; one that is not named does not exist.
+    /// The effects. An effect that is not named does not exist.
     #[serde(default)]
     pub effects: Effects,
     /// How the springs' damping acts.
@@ -38,7 +38,7 @@ pub struct Scene {
     /// Selections of particles that do not move, or only on paths.
     #[serde(default)]
     pub pins: Vec<Pin>,
-    /// Rigid obstacles; with 16 million pairs of a particle and an obstacle at most.
+    /// Rigid obstacles; at most 16 million pairs of a particle and an obstacle.
     #[serde(default)]
     #[schemars(length(max = MAX_OBSTACLES))]
     pub obstacles: Vec<ObstacleSpec>,
@@ -103,7 +103,7 @@ impl Scene {
         Ok(spec)
     }
 
-    /// Paths of a violation in the frozen system, as the scene's author sees them.
+    /// Translates the path of a violation in the frozen system to the path in the scene.
     fn locate(&self, mut violation: Violation) -> Violation {
         let inside_cloth =
             ["particles", "springs", "triangles"].iter().any(|key| violation.path.starts_with(key));
@@ -122,8 +122,8 @@ impl TimeSpan {
     /// Most steps that a run may have.
     pub const MAX_STEPS: f64 = 1e9;
 
-    /// Number of whole steps, and the length of a last shortened step if the duration is no
-    /// multiple of the step within 1e-9.
+    /// Number of whole steps, and the length of a last shorter step. There is none if the duration
+    /// is a multiple of the step within 1e-9.
     pub fn steps(&self) -> (u64, Option<f64>) {
         let quotient = self.duration_s / self.step_s;
         let whole = quotient.round();

@@ -10,13 +10,13 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// Most keyframes of all pins together: each particle of a selection has its own.
+/// Most keyframes of all pins together. Each particle of a selection has its own.
 const MAX_KEYFRAMES: usize = 1_000_000;
 
-/// Most particles of all selections together; one may be in several.
+/// Most particles of all selections together. A particle may be in several.
 const MAX_PINS: usize = 2 * MAX_PARTICLES;
 
-/// Particles that do not move, or only on a path, selected in exactly one way.
+/// A selection of particles, by exactly one criterion. They do not move, or follow a path.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Pin {
@@ -32,7 +32,7 @@ pub struct Pin {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(max = LAST_PARTICLE))]
     pub column: Option<u32>,
-    /// The particle that starts nearest to this point, m; the one with the least index where several do.
+    /// The particle that starts nearest to this point, m. Of several, the one with the least index.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(inner(range(min = -MAX_COORDINATE, max = MAX_COORDINATE)))]
     pub near_m: Option<[f64; 3]>,
@@ -43,17 +43,18 @@ pub struct Pin {
     /// All particles of a group or object of a mesh's file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
-    /// All particles of this part of the boundary. Parts are numbered from 0 by their least particle; each is connected.
+    /// All particles of this connected part of the boundary. Parts are numbered from 0 by their
+    /// least particle.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(max = LAST_PARTICLE))]
     pub boundary: Option<u32>,
-    /// Where they are led, each from its place at the start; they do not move if there are no keyframes.
+    /// The path of each particle from its place at the start. Without keyframes they do not move.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[schemars(length(max = crate::path::MAX_KEYFRAMES))]
     pub path: Vec<KeyframeSpec>,
 }
 
-/// A cloth with what it was discretised to.
+/// A cloth with its particles and triangles.
 pub(crate) struct Selectable<'a> {
     pub(crate) cloth: &'a Cloth,
     pub(crate) particles: &'a ParticlesSpec,
@@ -94,7 +95,7 @@ impl Selectable<'_> {
         Ok(found)
     }
 
-    /// The selected particles, at least one; `path` is what messages call the selection.
+    /// The selected particles, at least one. Messages call the selection `path`.
     pub(crate) fn select(&self, path: &str, pin: &Pin) -> Result<Vec<u32>, Violation> {
         let keys = [
             pin.particle.is_some(),
@@ -187,7 +188,8 @@ impl Selectable<'_> {
     }
 }
 
-/// The connected parts of the edges that belong to one triangle only; each sorted, in the order of their first particles.
+/// The connected parts of the boundary: edges with one triangle only. Each part is sorted, and
+/// parts are in the order of their first particles.
 fn boundary_parts(triangles: &[[u32; 3]]) -> Vec<Vec<u32>> {
     let sides = |&[a, b, c]: &[u32; 3]| [(a, b), (b, c), (c, a)];
     let mut edges: Vec<_> =

@@ -14,11 +14,11 @@ pub(crate) const SYSTEM_FORMAT: &str = "drape-system/1";
 
 /// Most obstacles.
 pub(crate) const MAX_OBSTACLES: usize = 1024;
-/// Most pairs of a particle and an obstacle: integrators keep some 120 bytes for each.
+/// Most pairs of a particle and an obstacle. Integrators keep some 120 bytes for each.
 pub(crate) const MAX_CONTACTS: usize = 4 * MAX_PARTICLES;
 
-/// A frozen system: particles, springs and everything else that acts, ready to be simulated here or
-/// in another program. Reading a printed system back gives the same bits.
+/// A frozen system: particles, springs and everything else that acts. This program or another one
+/// can simulate it. Reading a printed system back gives the same bits.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SystemSpec {
@@ -33,7 +33,7 @@ pub struct SystemSpec {
     /// The springs; the order is kept.
     #[serde(default)]
     pub springs: Vec<SpringSpec>,
-    /// The angles that shear or bending changes.
+    /// Angles that resist shear or bending.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub angles: Vec<AngleSpec>,
     /// The edges between two triangles over which the cloth bends.
@@ -52,14 +52,14 @@ pub struct SystemSpec {
     /// All effects that are not springs.
     #[serde(default)]
     pub effects: EffectsSpec,
-    /// Rigid obstacles; with 16 million pairs of a particle and an obstacle at most.
+    /// Rigid obstacles; at most 16 million pairs of a particle and an obstacle.
     #[serde(default)]
     #[schemars(length(max = MAX_OBSTACLES))]
     pub obstacles: Vec<ObstacleSpec>,
 }
 
 impl Default for SystemSpec {
-    /// No particle and nothing that acts; not valid before it gets a particle.
+    /// A system without particles, which is not valid yet.
     fn default() -> Self {
         Self {
             format: SYSTEM_FORMAT.to_owned(),
@@ -100,7 +100,7 @@ pub struct PinSpec {
     /// Its index.
     #[schemars(range(max = LAST_PARTICLE))]
     pub particle: u32,
-    /// Where it is led, from its place at the start; it does not move if there are no keyframes.
+    /// Its path from its place at the start. Without keyframes it does not move.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[schemars(length(max = MAX_KEYFRAMES))]
     pub path: Vec<KeyframeSpec>,
@@ -120,7 +120,7 @@ pub struct ContactSpec {
     /// When a contact becomes active.
     #[serde(default)]
     pub detection: Detection,
-    /// Greatest speed at which a penetrating particle is led back to the surface, m/s.
+    /// Greatest speed at which a particle that penetrates returns to the surface, m/s.
     #[serde(default = "default_recovery_speed")]
     #[schemars(range(min = 0.0, max = MAX_COORDINATE))]
     pub recovery_speed_limit_m_s: f64,
@@ -137,8 +137,9 @@ impl Default for ContactSpec {
 }
 
 impl SystemSpec {
-    /// The same system frozen mid-run: with the positions and velocities of `state`, what is left of the paths, and the
-    /// gusts as they are then. It is valid where the system is and the state stays within its bounds.
+    /// Freezes the system during a run: with the positions and velocities of `state`, the rest of
+    /// the paths, and the present gusts. The result is valid if the system is and the state stays
+    /// within its bounds.
     #[must_use]
     pub fn with_state(mut self, state: &State) -> Self {
         self.particles.position_m = state.x.iter().map(|&x| x.into()).collect();

@@ -2,7 +2,7 @@
 
 use crate::Vec3;
 
-/// One level of a motion, as forces see it: those of gusts depend on the time too.
+/// What a force may depend on; only gusts use `t`.
 #[derive(Clone, Copy, Debug)]
 pub struct Level<'a> {
     /// Time, s.
@@ -13,7 +13,7 @@ pub struct Level<'a> {
     pub v: &'a [Vec3],
 }
 
-/// Time, positions and velocities, and nothing else: history belongs to the integrator.
+/// Time, positions and velocities. History belongs to the integrator.
 #[derive(Clone, Debug, PartialEq)]
 pub struct State {
     /// Time, s.
@@ -30,7 +30,7 @@ impl State {
         self.x.len()
     }
 
-    /// The state as forces see it.
+    /// The state as an argument of forces.
     pub fn level(&self) -> Level<'_> {
         Level { t: self.t, x: &self.x, v: &self.v }
     }

@@ -1,9 +1,9 @@
-//! A deserializer that takes objects where objects belong.
+//! A deserializer that accepts only objects for structs.
 //!
 //! serde's derived types also accept a list in place of an object (`[[0, 0, -9.81]]` for
-//! `{ "m_s2": [0, 0, -9.81] }`), and serde_json tells nothing about an enum of the wrong type.
-//! [`Strict`] wraps every layer of a deserializer, reads structs as maps only, says how long a list must
-//! be and which words or keys an enum knows.
+//! `{ "m_s2": [0, 0, -9.81] }`), and serde_json says little about an enum of the wrong type.
+//! [`Strict`] wraps every layer of a deserializer. It reads structs from maps only. Its errors say
+//! how long a list must be and which words or keys an enum knows.
 
 use serde::de::value::{MapAccessDeserializer, StrDeserializer};
 use serde::de::{
@@ -143,7 +143,7 @@ impl<'de, A: MapAccess<'de>> MapAccess<'de> for Strict<A> {
     }
 }
 
-/// Reads a list of fixed length, and says so when it is longer.
+/// Reads a list of fixed length and refuses a longer one.
 struct TupleVisitor<V> {
     len: usize,
     visitor: V,
@@ -183,7 +183,7 @@ impl<'de, V: Visitor<'de>> Visitor<'de> for EnumVisitor<V> {
         let variants = self.variants;
         let outcome = self.visitor.visit_enum(StrDeserializer::new(word));
         outcome.map_err(|error: E| match variants.contains(&word) {
-            // What a known word lacks is its value.
+            // The word is known, so its value is missing.
             true => E::custom(format_args!(
                 "invalid type: unit variant, expected an object with one of the keys `{}`",
                 variants.join("`, `")

@@ -1,4 +1,4 @@
-//! The system that runs: masses, effects, pins, obstacles, with revisions.
+//! The running system: masses, effects, pins, obstacles, with revisions.
 
 use crate::effects::batch::{self, Quads};
 use crate::effects::sweep::{self, Begin, Finish, MAX_PASSES, Windows};
@@ -26,7 +26,7 @@ pub struct Revisions {
     pub topology: u64,
 }
 
-/// Particles that a thread finishes at a time.
+/// Number of particles that a thread finishes at a time.
 const PIECE: usize = 4096;
 
 fn new_stamp() -> u64 {
@@ -39,7 +39,7 @@ fn new_stamp() -> u64 {
 pub struct Contact {
     /// When a contact becomes active.
     pub detection: Detection,
-    /// Greatest speed at which a penetrating particle is led back to the surface, m/s.
+    /// Greatest speed at which a particle that penetrates returns to the surface, m/s.
     pub recovery_speed_limit: f64,
 }
 
@@ -50,7 +50,7 @@ pub struct System {
     mass: Vec<f64>,
     effects: Vec<Box<dyn Effect>>,
     pinned: Vec<bool>,
-    /// The particles that are, in increasing order, with room for all.
+    /// The pinned particles, in increasing order, with room for all.
     pins: Vec<u32>,
     moving_pins: Vec<MovingPin>,
     obstacles: Vec<Obstacle>,
@@ -58,11 +58,12 @@ pub struct System {
     revisions: Revisions,
     /// Threads that kernels may use.
     threads: usize,
-    /// Memory for sweeps over several effects at once.
+    /// Scratch for sweeps over several effects at once.
     memory: Mutex<SweepMemory>,
 }
 
-/// Memory for sweeps over several effects at once, of both kernels; either is empty where no spring needs it.
+/// Scratch for sweeps over several effects at once, for both kernels. A part that no spring needs
+/// is empty.
 #[derive(Debug)]
 struct SweepMemory {
     windows: Windows,
@@ -96,7 +97,7 @@ impl SweepMemory {
     }
 }
 
-/// Passes that wait for a sweep.
+/// Passes collected for the next sweep.
 #[derive(Default)]
 struct Passes<'a> {
     list: [Option<Pass<'a>>; MAX_PASSES],
@@ -104,7 +105,7 @@ struct Passes<'a> {
 }
 
 impl<'a> Passes<'a> {
-    /// Takes a pass along, if it can share a sweep with those that wait.
+    /// Adds a pass if it can share the sweep.
     fn push(&mut self, pass: Pass<'a>, memory: &SweepMemory) -> bool {
         if self.count == MAX_PASSES {
             return false;
@@ -119,7 +120,8 @@ impl<'a> Passes<'a> {
         fits
     }
 
-    /// Sweeps, and waits for others. Returns whether the forces were finished on the way.
+    /// Sweeps over the collected passes and forgets them. Returns whether the forces were finished
+    /// on the way.
     fn sweep(
         &mut self,
         memory: &mut Option<MutexGuard<'_, SweepMemory>>,
@@ -159,7 +161,8 @@ fn tangent_passes<'a>(
     Some(passes)
 }
 
-/// The pinned particles. There is room for all, so that none that is pinned later needs an allocation.
+/// The pinned particles. The list has room for all particles, so pinning another one never
+/// allocates.
 fn pins(pinned: &[bool]) -> Vec<u32> {
     let mut pins = Vec::with_capacity(pinned.len());
     pins.extend((0..).zip(pinned).filter_map(|(i, pinned)| pinned.then_some(i)));
@@ -259,7 +262,7 @@ impl System {
         self.pins.iter().for_each(|&pin| vectors[pin as usize] = Vec3::zeros());
     }
 
-    /// Those of the pinned particles that are led on paths.
+    /// The pinned particles that follow paths.
     pub fn moving_pins(&self) -> &[MovingPin] {
         &self.moving_pins
     }
@@ -274,7 +277,7 @@ impl System {
         &self.contact
     }
 
-    /// The stamps that cached operators are keyed on.
+    /// The stamps that are keys of cached operators.
     pub fn revisions(&self) -> Revisions {
         self.revisions
     }
@@ -284,8 +287,9 @@ impl System {
         self.threads
     }
 
-    /// Lets the kernels of this system use so many threads of the current [`rayon`] pool, where there are enough particles to
-    /// make it worth while. Results do not depend on it, to the last bit. An integrator learns of it in its next step.
+    /// Sets how many threads of the current [`rayon`] pool the kernels may use. They use them if
+    /// there are enough particles. Results do not depend on it, to the last bit. It takes effect in
+    /// an integrator's next step.
     pub fn set_threads(&mut self, threads: NonZero<usize>) {
         self.threads = threads.get();
         self.memory = SweepMemory::new(&self.mass, &self.effects, self.threads);
@@ -296,7 +300,7 @@ impl System {
         self.write_forces(self.effects().map(|effect| (effect, Part::All)), at, out);
     }
 
-    /// As [`add_forces`](Self::add_forces), whatever `out` holds.
+    /// As [`add_forces`](Self::add_forces), but overwrites `out`.
     pub fn write_forces<'a>(
         &'a self,
         terms: impl Iterator<Item = (&'a dyn Effect, Part)>,
@@ -306,9 +310,10 @@ impl System {
         self.sum_forces(terms, at, out, Begin::Zero, None);
     }
 
-    /// As [`write_forces`](Self::write_forces), and then calls `finish` with every particle's force once, some particles at a
-    /// time and where possible as long as their forces are in a cache; with several [threads](Self::threads), by any of them. It must
-    /// not hand work to other threads itself.
+    /// As [`write_forces`](Self::write_forces), and then calls `finish` with every particle's force
+    /// once. Each call gets some particles, if possible while their forces are in a cache. With
+    /// several [threads](Self::threads), any of them may call it. `finish` must not hand work to
+    /// other threads.
     pub fn write_forces_and<'a>(
         &'a self,
         terms: impl Iterator<Item = (&'a dyn Effect, Part)>,
@@ -319,8 +324,8 @@ impl System {
         self.sum_forces(terms, at, out, Begin::Zero, Some(finish));
     }
 
-    /// Adds the wanted parts of the effects' forces at one level, N, to `out`, effect by effect in the given order.
-    /// Neighbours in that order that can share a sweep do so: the result is the same bits.
+    /// Adds the wanted parts of the effects' forces at one level, N, to `out`, effect by effect in
+    /// the given order. Neighbours in that order share a sweep if they can; the bits are the same.
     pub fn add_forces<'a>(
         &'a self,
         terms: impl Iterator<Item = (&'a dyn Effect, Part)>,
@@ -363,7 +368,7 @@ impl System {
         }
     }
 
-    /// Finishes all forces, which no cache holds any more.
+    /// Finishes all forces after the sweeps.
     fn finish_all(&self, finish: &Finish<'_>, out: &mut [Vec3]) {
         if self.threads == 1 || out.len() < PIECE {
             return finish(0..out.len(), out);
@@ -373,8 +378,9 @@ impl System {
         });
     }
 
-    /// The offsets `j − i` of all pairs that the effects couple, if their Jacobians can be swept along diagonals
-    /// ([`linearise`](Self::linearise)): springs of regular grids with full damping or none, and no offset twice.
+    /// The offsets `j − i` of all pairs that the effects couple, if their Jacobians can be swept
+    /// along diagonals ([`linearise`](Self::linearise)): springs of regular grids with full damping
+    /// or none, and no offset twice.
     pub fn bands<'a>(
         &'a self,
         effects: impl Iterator<Item = &'a dyn Effect>,
@@ -390,14 +396,15 @@ impl System {
         (offsets.len() == count).then_some(offsets)
     }
 
-    /// Overwrites `matrix` with `M + σ K + τ D` of the effects, and adds `K w`, N, to `out`, effect by effect in the given
-    /// order: the same bits as [`Effect::add_stiffness`] and [`Effect::add_damping`] give. The matrix has the
-    /// [`bands`](Self::bands) of these effects.
+    /// Overwrites `matrix` with `M + σ K + τ D` of the effects, and adds `K w`, N, to `out`, effect
+    /// by effect in the given order: the same bits as [`Effect::add_stiffness`] and
+    /// [`Effect::add_damping`] give. The matrix has the [`bands`](Self::bands) of these effects.
     ///
-    /// Returns `false`, and does nothing, where that is not possible, for example as long as another thread sweeps.
+    /// Returns `false` and does nothing if that is not possible, for example while another thread
+    /// sweeps.
     ///
     /// # Panics
-    /// When a vector has not one entry a particle.
+    /// If a vector does not have one entry a particle.
     #[must_use = "false means that nothing was computed"]
     pub fn linearise<'a>(
         &'a self,
@@ -420,19 +427,20 @@ impl System {
     }
 
     /// Whether the Jacobians of all these effects can be added from a list of springs
-    /// ([`linearise_listed`](Self::linearise_listed)): springs in any order with full damping or none.
+    /// ([`linearise_listed`](Self::linearise_listed)): springs in any order with full damping or
+    /// none.
     pub fn are_listed<'a>(&'a self, mut effects: impl Iterator<Item = &'a dyn Effect>) -> bool {
         effects.all(|effect| pairs::listed(effect, &self.mass).is_some())
     }
 
-    /// As [`linearise`](Self::linearise) for springs in any order: overwrites `matrix` with `M + σ K + τ D` of the effects, and
-    /// adds `K w`, N, to `out`.
+    /// As [`linearise`](Self::linearise) for springs in any order: overwrites `matrix` with
+    /// `M + σ K + τ D` of the effects, and adds `K w`, N, to `out`.
     ///
-    /// Returns `false`, and does nothing, where the effects [are not listed](Self::are_listed) or the table of the matrix is
-    /// not that of their springs.
+    /// Returns `false` and does nothing if the effects [are not listed](Self::are_listed) or the
+    /// matrix has the table of other springs.
     ///
     /// # Panics
-    /// When a vector has not one entry a particle.
+    /// If a vector does not have one entry a particle.
     #[must_use = "false means that nothing was computed"]
     pub fn linearise_listed<'a>(
         &'a self,
@@ -479,14 +487,15 @@ impl System {
         changed
     }
 
-    /// Lets `apply` scale the effect called `name`; `false` when there is none such or the factor is
-    /// not positive and finite.
+    /// Lets `apply` scale the effect called `name`; `false` when there is none such or the factor
+    /// is not positive and finite.
     fn scale(&mut self, name: &str, factor: f64, apply: impl Fn(&mut dyn Effect) -> bool) -> bool {
         let mut named = self.effects.iter_mut().filter(|effect| effect.name() == name);
         factor > 0.0 && factor.is_finite() && named.any(|effect| apply(effect.as_mut()))
     }
 
-    /// Pins or frees one particle; `false` when the index is out of range. What is freed leaves its path for good.
+    /// Pins or frees one particle; `false` if the index is out of range. A freed particle leaves
+    /// its path for good.
     #[must_use = "false means that nothing was changed"]
     pub fn set_pinned(&mut self, particle: usize, pinned: bool) -> bool {
         let Some(slot) = self.pinned.get_mut(particle) else { return false };

@@ -1,4 +1,4 @@
-//! Which triangles of a cloth meet.
+//! Edges that triangles of a cloth share.
 
 /// An edge that exactly two triangles share.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -9,8 +9,8 @@ pub(crate) struct InteriorEdge {
     pub(crate) opposite: [u32; 2],
 }
 
-/// The interior edges of a list of triangles, by rising ends. Edges of one triangle or of more than two have no two sides, and
-/// a triangle that stands in the list twice has no angle with itself: they are left out.
+/// The interior edges of a list of triangles, by rising ends. Edges with one triangle or more than
+/// two are left out. So is the edge of a triangle with its own copy: they have no angle.
 pub(crate) fn interior_edges(triangles: &[[u32; 3]]) -> Vec<InteriorEdge> {
     let sides = |&[a, b, c]: &[u32; 3]| [(b, c, a), (c, a, b), (a, b, c)];
     let mut sides: Vec<_> = triangles

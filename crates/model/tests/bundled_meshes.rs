@@ -1,4 +1,5 @@
-//! The bundled meshes are what their generator makes, and drape reads from them what an independent reader does.
+//! The bundled meshes are what their generator makes, and drape reads from them what an independent
+//! reader does.
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
@@ -29,7 +30,7 @@ fn vertices_and_triangles_are_those_that_tobj_reads() {
         let options = tobj::LoadOptions::default();
         let (models, _) =
             tobj::load_obj_buf(&mut text, &options, |_| Ok(Default::default())).unwrap();
-        // tobj numbers the vertices of each group anew: compared are the places of each face's corners.
+        // tobj numbers the vertices of each group anew, so the test compares the places of corners.
         let flat: Vec<f64> = spec.particles.position_m.iter().flatten().copied().collect();
         let mut own = spec.triangles.as_slice();
         for model in &models {

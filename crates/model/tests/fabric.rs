@@ -27,8 +27,9 @@ fn sheet() -> SystemSpec {
     parse("text", &text).unwrap().spec().clone()
 }
 
-/// Force per width, N/m, with which the sheet pulls its first column (axis 0) or row (axis 1) when it is stretched by this strain
-/// along the axis; every spring stands for a strip as wide as the mesh.
+/// Force per width, N/m, with which the sheet pulls its first column (axis 0) or row (axis 1) when
+/// it is stretched by this strain along the axis; every spring stands for a strip as wide as the
+/// mesh.
 fn pull(axis: usize, strain: f64) -> f64 {
     let (system, mut state) = sheet().build().unwrap();
     state.x.iter_mut().for_each(|x| x[axis] *= 1.0 + strain);

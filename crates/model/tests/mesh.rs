@@ -1,5 +1,5 @@
-//! Cloth from OBJ files: the springs and masses of a grid where the mesh is one, every broken file refused by the number
-//! of its line, repairs that say what they did, and selections.
+//! Cloth from OBJ files: the springs and masses of a grid where the mesh is one, every broken file
+//! refused by the number of its line, repairs that say what they did, and selections.
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
@@ -334,7 +334,7 @@ fn faults_of_the_surface_are_refused_by_face_and_mended_on_request() {
     assert_eq!(clean.spec(), plain.spec());
     assert!(plain.repairs().is_empty());
 
-    // What no repair can mend: three faces at an edge, one side only, nothing left.
+    // No repair can mend three faces at an edge, one side only, or an empty surface.
     let fin = format!("{square}v 0 0 1\nf 1 3 5\n");
     let band = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 1\nv 0 0 1\nf 1 2 3\nf 2 3 4\nf 3 4 5\nf 4 5 1\nf 5 1 2\n";
     for (obj, found) in [

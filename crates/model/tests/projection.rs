@@ -54,7 +54,8 @@ fn what_lies_twice_in_the_light_throws_one_shadow() {
     let [a, b, c] = [0, 1, 2].map(halves);
     let turned = c.map(|[a, b, c]| [a, c, b]);
     assert_near(projected_area(&x, &[a, b].concat()), 1.75, 1e-3);
-    // The third square reaches beyond the two by two squares of a quarter of a metre, at the inner corners.
+    // The third square reaches beyond the two by two squares of a quarter of a metre, at the inner
+    // corners.
     assert_near(projected_area(&x, &[a, b, turned].concat()), 1.75 + 2.0 / 16.0, 1e-3);
 }
 

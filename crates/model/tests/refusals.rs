@@ -9,11 +9,12 @@
 //! | `key gone → expected` | the key is left out, which the message calls missing |
 //! | `key renamed other → expected` | the key gets another name, which the message does not know |
 //!
-//! `| found text` and `| at key` follow where the message names another value or key.
+//! `| found text` and `| at key` follow where the message names another value or key. The published
+//! schemas must refuse keys and types too, and other values where `| schema` follows.
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
-use drape_model::{SceneError, load, parse};
+use drape_model::{Scene, SceneError, SystemSpec, load, parse};
 use serde_json::Value;
 
 const SCENE: &str = r#"{
@@ -159,16 +160,25 @@ fn edited(base: &str, edit: &str) -> (String, String, String) {
 fn check(base: &str, rows: &str) {
     let base = &text(base);
     parse("base", base).unwrap();
+    let schema = if base.contains("drape-scene/1") {
+        schemars::schema_for!(Scene)
+    } else {
+        schemars::schema_for!(SystemSpec)
+    };
+    let schema = jsonschema::validator_for(schema.as_value()).unwrap();
+    assert!(schema.is_valid(&serde_json::from_str(base).unwrap()));
     for row in rows.lines().map(str::trim).filter(|row| !row.is_empty()) {
         let (edit, rest) = row.split_once('→').unwrap_or_else(|| panic!("no arrow: {row}"));
         let mut parts = rest.split(" | ");
         let expected = parts.next().unwrap().trim();
         let (text, mut at, mut found) = edited(base, edit.trim());
+        let mut in_schema = false;
         for part in parts.map(str::trim) {
-            match part.split_once(' ') {
-                Some(("at", key)) => at = key.to_owned(),
-                Some(("found", value)) => found = value.to_owned(),
-                _ => panic!("neither `at` nor `found`: {row}"),
+            match part.split_once(' ').unwrap_or((part, "")) {
+                ("at", key) => at = key.to_owned(),
+                ("found", value) => found = value.to_owned(),
+                ("schema", "") => in_schema = true,
+                _ => panic!("none of `at`, `found` and `schema`: {row}"),
             }
         }
         let (error, message) = refused(&text);
@@ -176,10 +186,16 @@ fn check(base: &str, rows: &str) {
             SceneError::Invalid { violation, .. } => violation,
             SceneError::Shape { violation, line, .. } => {
                 assert!(message.ends_with(')') && line > 0, "{message}");
+                // A doubled key is no matter of schemas.
+                in_schema = found != "twice";
                 violation
             }
             other => panic!("{row}: {other}"),
         };
+        // Numbers that no float64 holds are no values.
+        if let (true, Ok(value)) = (in_schema, serde_json::from_str(&text)) {
+            assert!(!schema.is_valid(&value), "the schema takes {row}");
+        }
         assert_eq!(violation.path, at, "{row}: {message}");
         assert!(violation.value.contains(&found), "{row}: {message}");
         for phrase in expected.split(" & ") {
@@ -227,7 +243,7 @@ fn scenes_with_values_of_the_wrong_type_are_refused() {
     check(
         SCENE,
         r#"
-        format = "drape-scene/2"                       → drape-scene/1
+        format = "drape-scene/2"                       → drape-scene/1 | schema
         format = 17                                    → drape-scene/1
         format = { "a": null }                         → drape-scene/1
         name = 3                                       → a string
@@ -239,6 +255,7 @@ fn scenes_with_values_of_the_wrong_type_are_refused() {
         cloth = { "grid": {"rows": 1, "columns": 1, "size_m": [1, 1], "center_m": [0, 0, 0], "mass_kg": 1}, "particles": {} } → one of the keys | found {
         cloth.grid.rows = "three"                      → a whole number
         cloth.grid.rows = -3                           → a whole number from 0
+        cloth.grid.columns = -1                        → a whole number from 0
         cloth.grid.rows = 3.5                          → a whole number
         cloth.grid.rows = 4294967296                   → 4294967295
         cloth.grid.rows = null                         → a whole number
@@ -251,6 +268,7 @@ fn scenes_with_values_of_the_wrong_type_are_refused() {
         cloth.grid.size_m = 1                          → length 2
         effects.gravity = [[0, 0, -9.81]]              → an object
         effects.shear = 5                              → an object
+        effects.tension.damping_over_mass_per_s = "1"  → a number
         effects.shear_angle.stiffness_n_m = "stiff"    → number
         effects.bending_angle.stiffness_n_m = "stiff"  → number
         effects.bending_hinge.stiffness_n_m = "stiff"  → number
@@ -355,7 +373,12 @@ fn paths_friction_and_meshes_that_make_no_sense_are_refused() {
             obstacles[3].mesh.triangles[3][2] = 4      → below 4
             obstacles[3].mesh.triangles[3] = [1, 2, 2] → an area
             obstacles[3].mesh.triangles[3] = [1, 3, 2] → closed
-            obstacles[3].mesh.triangles = [[0, 2, 1], [0, 1, 3], [0, 3, 2]] → 4 to | found length 3
+            obstacles[3].mesh.triangles = [[0, 2, 1], [0, 1, 3], [0, 3, 2]] → 4 to | found length 3 | schema
+            obstacles[3].mesh.triangles[0] = [0, 1]    → length 3
+            obstacles[3].mesh.triangles[0][0] = -1     → a whole number
+            obstacles[3].mesh.vertices_m[0] = [0, 1]   → length 3
+            obstacles[3].mesh.path[0].ease = 1         → `time_s` | found unknown
+            pins[1].path = 1                           → a list
             obstacles[3].mesh.vertices_m = [[0, 0, 0], [0, 1, 0], [1, 0, 0], [0, 0, 1]] → counter-clockwise | at obstacles[3].mesh.triangles[0] | found volume
             obstacles[3].mesh.vertices_m[2][1] = 1e99  → 1e9
             "#,
@@ -368,7 +391,7 @@ fn frozen_systems_that_contradict_themselves_are_refused() {
     check(
         SYSTEM,
         r#"
-        format = "drape-system/0"                      → drape-system/1
+        format = "drape-system/0"                      → drape-system/1 | schema
         particles renamed partikel                     → `particles`
         particles.mass_kg renamed mass                 → `mass_kg`
         particles.mass_kg[3] = -0.5                    → above 0

@@ -1,4 +1,4 @@
-//! What is printed reads back to the same bits, and the published schemas say the same as the reader.
+//! Printed systems read back to the same bits, and the published schemas agree with the reader.
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
@@ -155,7 +155,7 @@ fn air() -> impl Strategy<Value = AirSpec> {
     )
 }
 
-/// Keeps what is led from these places in range.
+/// Keeps paths from these places in range.
 fn confine(path: &mut [KeyframeSpec], places: &[[f64; 3]]) {
     for (axis, offset) in path.iter_mut().flat_map(|frame| frame.offset_m.iter_mut().enumerate()) {
         for place in places {
@@ -376,67 +376,5 @@ fn schemas_accept_what_the_reader_accepts_and_know_no_other_keys() {
                 );
             });
         }
-    }
-}
-
-#[test]
-fn schemas_and_reader_refuse_the_same_numbers() {
-    let base = json!({
-        "format": "drape-scene/1", "name": "x",
-        "cloth": { "grid": { "rows": 2, "columns": 2, "size_m": [1, 1], "center_m": [0, 0, 0], "mass_kg": 1 } },
-        "effects": { "tension": { "stiffness_n_per_m": 1, "damping_n_s_per_m": 1 },
-            "shear": { "stiffness_over_mass_per_s2": 1, "damping_over_mass_per_s": 1 },
-            "contact": { "recovery_speed_limit_m_s": 1 } },
-        "obstacles": [
-            { "plane": { "point_m": [0, 0, 0], "normal": [0, 0, 1], "restitution": 0, "friction": 0 } },
-            { "box": { "center_m": [0, 0, 0], "size_m": [1, 1, 1], "restitution": 0 } },
-            { "sphere": { "center_m": [0, 0, 0], "radius_m": 1, "restitution": 0 } },
-            { "mesh": { "vertices_m": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]],
-                "triangles": [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]], "restitution": 0, "friction": 0.5,
-                "path": [{ "time_s": 0, "offset_m": [0, 0, 0] }, { "time_s": 1, "offset_m": [1, 0, 0] }] } }
-        ],
-        "pins": [{ "particle": 0, "path": [{ "time_s": 1, "offset_m": [0, 0, 1] }] }],
-        "time": { "step_s": 0.1, "duration_s": 1 }
-    });
-    let schema = schemars::schema_for!(Scene);
-    let validator = jsonschema::validator_for(schema.as_value()).unwrap();
-    let agree = |value: &Value, valid: bool, what: &str| {
-        assert_eq!(validator.is_valid(value), valid, "schema: {what}");
-        assert_eq!(parse("x", &value.to_string()).is_ok(), valid, "reader: {what}");
-    };
-    agree(&base, true, "as it is");
-    for (pointer, bad) in [
-        ("/format", json!("drape-scene/2")),
-        ("/cloth/grid/rows", json!(0)),
-        ("/cloth/grid/columns", json!(-1)),
-        ("/cloth/grid/size_m", json!([1])),
-        ("/cloth/grid/size_m/0", json!(-1)),
-        ("/cloth/grid/mass_kg", json!(0)),
-        ("/effects/tension/stiffness_n_per_m", json!(-1)),
-        ("/effects/tension/damping_n_s_per_m", json!(-1)),
-        ("/effects/shear/stiffness_over_mass_per_s2", json!(1e31)),
-        ("/effects/shear/damping_over_mass_per_s", json!("1")),
-        ("/effects/contact/recovery_speed_limit_m_s", json!(-1)),
-        ("/obstacles/0/plane/restitution", json!(1.5)),
-        ("/obstacles/1/box/size_m/2", json!(-1)),
-        ("/obstacles/2/sphere/radius_m", json!(0)),
-        ("/obstacles/0/plane/friction", json!(-0.1)),
-        ("/obstacles/3/mesh/friction", json!(101)),
-        ("/obstacles/3/mesh/restitution", json!(-1)),
-        ("/obstacles/3/mesh/triangles/0", json!([0, 1])),
-        ("/obstacles/3/mesh/triangles/0/0", json!(-1)),
-        ("/obstacles/3/mesh/triangles", json!([[0, 2, 1], [0, 1, 3], [0, 3, 2]])),
-        ("/obstacles/3/mesh/vertices_m/0", json!([0, 1])),
-        ("/obstacles/3/mesh/path/1/time_s", json!(-1)),
-        ("/obstacles/3/mesh/path/1/offset_m", json!([1, 0])),
-        ("/obstacles/3/mesh/path/1", json!({ "time_s": 1, "offset_m": [1, 0, 0], "ease": 1 })),
-        ("/pins/0/path/0/time_s", json!(1e10)),
-        ("/pins/0/path", json!(1)),
-        ("/time/step_s", json!(0)),
-        ("/time/duration_s", json!(-1)),
-    ] {
-        let mut broken = base.clone();
-        *broken.pointer_mut(pointer).unwrap() = bad.clone();
-        agree(&broken, false, &format!("{pointer} = {bad}"));
     }
 }

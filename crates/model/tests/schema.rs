@@ -6,7 +6,7 @@ use drape_model::{Scene, SystemSpec, bundled, parse};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeSet;
 
-/// A schema with what was met in it.
+/// A walk through a schema, with its findings.
 struct Walk<'a> {
     root: &'a Value,
     /// Pointer to each number of the example, and its schema.
@@ -24,7 +24,7 @@ impl<'a> Walk<'a> {
         Self { root, numbers, lists, seen: BTreeSet::new(), known: BTreeSet::new() }
     }
 
-    /// What a schema refers to, and its name.
+    /// The schema behind a reference, and its name.
     fn resolve(&self, schema: &'a Value, name: &str) -> (&'a Value, String) {
         match schema["$ref"].as_str() {
             None => (schema, name.to_owned()),
@@ -217,7 +217,7 @@ fn check(schema: &Value, examples: &[Value]) {
 
 #[test]
 fn the_schema_of_scenes_bounds_every_number_as_the_reader_does() {
-    // What bundled scenes alone show: a mesh's named group.
+    // Only a bundled scene has a mesh's named group.
     let mut examples = scenes();
     examples.push(serde_json::from_str(bundled::text("drape-test").unwrap()).unwrap());
     check(schemars::schema_for!(Scene).as_value(), &examples);

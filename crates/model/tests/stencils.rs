@@ -91,7 +91,8 @@ fn a_sheet_bent_to_a_cylinder_has_the_energy_of_its_curvature() {
     let expected = 0.5 * 0.3 / (radius * radius) * f64::from(n * (n - 2));
     let found = energy(&system, "bending_angle", &x);
     assert!((found / expected - 1.0).abs() < 1e-3, "{found} {expected}");
-    // Hinges: of the energy k ∫∫ κ²/2 at least the order of magnitude, on a mesh that prefers one diagonal.
+    // Hinges: of the energy k ∫∫ κ²/2 at least the order of magnitude, on a mesh that prefers one
+    // diagonal.
     let area = f64::from((n - 1) * (n - 1));
     let ratio = energy(&system, "bending_hinge", &x) / (0.5 * 0.2 / (radius * radius) * area);
     assert!((1.0..6.0).contains(&ratio), "{ratio}");

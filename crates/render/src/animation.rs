@@ -1,10 +1,10 @@
 //! A motion as one binary glTF 2.0 file.
 //!
-//! The cloth is a mesh with one morph target a frame after the first: differences of positions and normals to the first
-//! frame. An animation of the weights fades from one frame to the next, linearly between their times; obstacles that move
-//! are nodes whose translation is animated at the same times. Every reader of
-//! glTF takes that, Blender among them. Positions are float32, in metres; glTF's y-axis is up, so that the scene, whose z-axis is, stands
-//! in a node that turns it.
+//! The cloth is a mesh. Each frame after the first is a morph target: the differences of positions
+//! and normals to the first frame. The animated weights fade linearly from one frame to the next.
+//! Moving obstacles are nodes with an animated translation. Every reader of glTF understands this,
+//! Blender among them. Positions are float32, in metres. In glTF the y-axis is up, in scenes the
+//! z-axis; so the scene stands in a node that turns it.
 
 use crate::Solid;
 use crate::surface::normals;
@@ -20,7 +20,7 @@ use gltf::json::{Accessor, Index, Root, buffer};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-/// Most frames of an animation: weights grow with their square.
+/// Most frames of an animation. The size of the weights grows with their square.
 pub const MOST_FRAMES: u64 = 1000;
 /// Most bytes of an animation.
 const MOST_BYTES: u64 = 1 << 30;
@@ -31,7 +31,7 @@ const SOLID: [f32; 4] = [0.60, 0.60, 0.65, 1.0];
 
 type Points = Vec<[f32; 3]>;
 
-/// A motion that is collected frame by frame.
+/// A motion, collected frame by frame.
 #[derive(Clone, Debug)]
 pub struct Animation {
     subject: Subject,
@@ -60,7 +60,8 @@ impl Animation {
         Ok(())
     }
 
-    /// Adds the positions at a time, s, later than the last one. A frame that float32 cannot hold is left out with `false`.
+    /// Adds the positions at a time, s, later than the last one. Returns `false` and adds nothing
+    /// if float32 cannot hold the frame.
     pub fn push(&mut self, time: f64, x: &[Vec3]) -> bool {
         let time = time as f32;
         let points: Points = x.iter().map(single).collect();
@@ -146,7 +147,7 @@ fn single(x: &Vec3) -> [f32; 3] {
     [x.x as f32, x.y as f32, x.z as f32]
 }
 
-/// A file that is put together.
+/// A file in the making.
 #[derive(Default)]
 struct File {
     root: Root,
@@ -190,7 +191,7 @@ impl File {
         }
     }
 
-    /// Vectors, one a vertex; those of positions tell their bounds.
+    /// Adds vectors, one a vertex, with their bounds if asked for. Positions need bounds.
     fn vectors(&mut self, vectors: &[[f32; 3]], has_bounds: bool) -> Index<Accessor> {
         let kind = (ComponentType::F32, Type::Vec3, 3);
         let bytes = bytemuck::cast_slice(vectors);
@@ -289,7 +290,8 @@ impl File {
         self.node(&solid.name, primitive, Vec::new())
     }
 
-    /// At time `k` the weight of target `k` is 1, all others are 0; the first frame is the mesh itself.
+    /// At time `k` the weight of target `k` is 1, all others are 0; the first frame is the mesh
+    /// itself.
     fn animate(&mut self, node: Index<json::Node>, times: &[f32]) {
         let targets = times.len() - 1;
         let input = self.moments(times);

@@ -1,4 +1,4 @@
-//! From where a scene is seen.
+//! Views and cameras.
 
 use drape_model::Vec3;
 use std::str::FromStr;
@@ -7,7 +7,7 @@ use std::str::FromStr;
 const HALF_ANGLE_TANGENT: f64 = 0.22;
 /// Part of the picture that the scene fills.
 const FILL: f64 = 0.9;
-/// Turns of fitting, each of which moves the centre to the middle of what is seen.
+/// Iterations of fitting. Each moves the centre to the middle of the visible points.
 const FITS: usize = 8;
 
 /// A direction to look from.
@@ -71,7 +71,8 @@ pub struct Camera {
 }
 
 impl Camera {
-    /// Looks at points so that all of them are in the picture; `aspect` is its width over its height.
+    /// Looks at points so that all of them are in the picture; `aspect` is its width over its
+    /// height.
     pub fn fit(view: View, points: &[Vec3], aspect: f64) -> Self {
         let radians = std::f64::consts::PI / 180.0;
         let (sin_a, cos_a) = libm::sincos(view.azimuth_deg * radians);
@@ -115,9 +116,9 @@ impl Camera {
         Self { right, up, back, eye: center + back * distance, tangents, distance }
     }
 
-    /// Where a point is in the picture: `[x, y, z, w]` with `x/w` from −1 at the left to 1 at the right, `y/w` from −1 at the
-    /// top to 1 at the bottom, and the distance `w` from the eye along its direction, m; `|z| ≤ w` between a tenth and ten
-    /// times the distance of the scene.
+    /// Projects a point to `[x, y, z, w]`. `x/w` runs from −1 at the left of the picture to 1 at
+    /// the right, `y/w` from −1 at the top to 1 at the bottom. `w` is the distance from the eye
+    /// along its direction, m. `|z| ≤ w` between a tenth and ten times the distance of the scene.
     pub(crate) fn project(&self, point: &Vec3) -> [f64; 4] {
         let r = point - self.eye;
         let depth = -r.dot(&self.back);
@@ -133,7 +134,8 @@ impl Camera {
         if length > 0.0 { r / length } else { self.back }
     }
 
-    /// Unit vectors to the two lights: the key light at the upper left, the fill light at the right, both before the scene.
+    /// Unit vectors to the two lights: the key light at the upper left, the fill light at the
+    /// right, both before the scene.
     pub(crate) fn lights(&self) -> [Vec3; 2] {
         let key = self.up * 0.75 - self.right * 0.55 + self.back * 0.45;
         let fill = self.up * 0.2 + self.right * 0.9 + self.back * 0.4;

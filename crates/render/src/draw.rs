@@ -13,7 +13,7 @@ use retrofire_core::util::{Buf2, Dims};
 
 /// Samples a pixel along each side.
 const SAMPLES: u32 = 3;
-/// Samples around the picture that are cut off: what is clipped at the rim may be rounded across it.
+/// Samples around the picture that are cut off. Clipping at the rim may round a shape across it.
 const MARGIN: u32 = 4;
 
 /// Colours of light from 0 to 1.
@@ -28,14 +28,15 @@ const ON_SOLID: f64 = 0.90;
 /// The rim of the cloth and its contour.
 const OUTLINE: Tint = [0.13, 0.15, 0.20];
 
-/// Obstacles are drawn this part of the distance of the scene farther away: cloth that touches them lies in front.
+/// Obstacles are drawn farther away by this part of the distance of the scene, so that cloth that
+/// touches them lies in front.
 const BEHIND: f64 = 4e-3;
 /// Lines are drawn this part of the distance of the scene nearer.
 const IN_FRONT: f64 = 3e-3;
 
 type Corner = Vertex<ProjVec3, Color3f>;
 
-/// What is collected before it is rasterised.
+/// Triangles and lines before rasterisation.
 struct Sketch<'a> {
     camera: &'a Camera,
     /// Directions to the key light and to the fill light.
@@ -48,7 +49,8 @@ struct Sketch<'a> {
 }
 
 impl Sketch<'_> {
-    /// Adds a corner whose distance from the eye is changed by `shift` m; `None` where it cannot be drawn.
+    /// Adds a corner whose distance from the eye is changed by `shift` m; `None` where it cannot be
+    /// drawn.
     fn corner(&mut self, point: &Vec3, shift: f64, colour: Tint) -> Option<usize> {
         let [x, y, z, w] = self.camera.project(point);
         let far = 1e4 * self.camera.distance();
@@ -106,8 +108,8 @@ impl Sketch<'_> {
         for (&triangle, &is_front) in subject.triangles.iter().zip(&front) {
             let tint = SIDES[usize::from(!is_front)];
             let corners = triangle.map(|i| {
-                // The triangle decides which side is seen: beside the contour the normal of a corner may lean away from the
-                // eye, and turned round it would be lit from behind.
+                // The triangle decides which side is seen: beside the contour the normal of a
+                // corner may lean away from the eye, and turned round it would be lit from behind.
                 let (point, normal) = (&x[i as usize], normals[i as usize]);
                 let colour = self.shade(tint, point, &if is_front { normal } else { -normal });
                 self.corner(point, 0.0, colour)
@@ -176,11 +178,12 @@ impl Sketch<'_> {
     }
 }
 
-/// Draws a cloth at positions `x`, m, one a particle in the order of the subject, and its obstacles. Particles that are not
-/// finite or out of all bounds are left out.
+/// Draws a cloth at positions `x`, m, one a particle in the order of the subject, and its
+/// obstacles. Particles that are not finite or out of all bounds are left out.
 ///
 /// # Panics
-/// When there are fewer positions than the subject's triangles and lines name, or a side of the picture is 0.
+/// When there are fewer positions than the subject's triangles and lines name, or a side of the
+/// picture is 0.
 pub fn draw(subject: &Subject, x: &[Vec3], camera: &Camera, size: [u32; 2]) -> Image {
     let inner = size.map(|side| side * SAMPLES);
     let mut sketch = Sketch {

@@ -8,13 +8,13 @@ use noto_sans_mono_bitmap::{FontWeight, RasterHeight, get_raster, get_raster_wid
 pub struct Colour(pub [u8; 3]);
 
 impl Colour {
-    /// Behind everything.
+    /// The background.
     pub const BACKGROUND: Self = Self([0xf6, 0xf7, 0xf9]);
     /// Text.
     pub const INK: Self = Self([0x22, 0x26, 0x2e]);
     /// Text of less weight.
     pub const GREY: Self = Self([0x6b, 0x72, 0x80]);
-    /// What went wrong.
+    /// Failures.
     pub const ALARM: Self = Self([0xb4, 0x23, 0x18]);
     /// Stripes behind what went wrong.
     pub const STRIPE: Self = Self([0xf1, 0xd9, 0xd6]);
@@ -68,7 +68,7 @@ impl Image {
         Self { width, height, rgb }
     }
 
-    /// What stands in place of a picture that there is not: stripes and the reason.
+    /// A picture that stands for a missing one: stripes and the reason.
     pub fn failure([width, height]: [u32; 2], reason: &str) -> Self {
         let mut image = Self::new(width, height);
         image.stripe([0, 0], [width, height]);

@@ -1,4 +1,4 @@
-//! What a cloth looks like: pictures without a display, OBJ files, glTF animations.
+//! Views of a cloth: pictures without a display, OBJ files, glTF animations.
 //!
 //! ```text
 //! SystemSpec, obstacles ─► Subject ─┬─► draw (Camera, positions) ─► Image ─► PNG
@@ -6,12 +6,15 @@
 //!                                   └─► Animation (frames)        ─► GLB
 //! ```
 //!
-//! [`Subject`] is what does not change in a scene: which particles form triangles and lines, and the surfaces of the
-//! obstacles. Positions are given picture by picture, in the order of the specification; they are those of display
-//! ([`System::display_positions`](drape_model::System::display_positions)), outside of every obstacle.
+//! A [`Subject`] holds the constant parts of a scene: triangles and lines between particles, and
+//! the surfaces of the obstacles. Each picture gets positions in the order of the specification.
+//! Pass positions for display
+//! ([`System::display_positions`](drape_model::System::display_positions)), which lie outside of
+//! every obstacle.
 //!
-//! A picture is rasterised into a z-buffer by `retrofire-core`, three by three samples a pixel: the same positions give
-//! the same bytes. Light comes from the upper left of the camera; the two sides of a cloth have different colours.
+//! `retrofire-core` rasterises a picture into a z-buffer, with three by three samples a pixel. The
+//! same positions give the same bytes. Light comes from the upper left of the camera; the two sides
+//! of a cloth have different colours.
 //!
 //! | symbol | name in the code | unit | shape |
 //! |---|---|---|---|
@@ -50,9 +53,9 @@ pub enum RenderError {
     /// An animation would not fit into a file.
     #[error("the animation takes {bytes} bytes; expected at most {most}: give fewer frames")]
     TooLarge {
-        /// What it would take.
+        /// Size of the animation, bytes.
         bytes: u64,
-        /// What a file may hold.
+        /// Greatest size, bytes.
         most: u64,
     },
 }

@@ -1,14 +1,14 @@
 //! Wavefront OBJ files.
 //!
-//! Numbers are written with as many digits as they need: a reader of float64 gets back the same bits. Positions are in
-//! metres, z is up, as in the scenes.
+//! Numbers have as many digits as they need, so that a reader of float64 gets the same bits.
+//! Positions are in metres, z is up, as in the scenes.
 
 use crate::{Solid, Subject};
 use drape_model::Vec3;
 use std::fmt::Write as _;
 
-/// The cloth at positions `x`, m: one vertex a particle, in the order of the specification, and its triangles; without
-/// triangles its lines.
+/// The cloth at positions `x`, m: one vertex a particle, in the order of the specification, and its
+/// triangles; without triangles its lines.
 pub fn cloth(subject: &Subject, x: &[Vec3]) -> String {
     let mut text = String::from("o cloth\n");
     vertices(&mut text, x);

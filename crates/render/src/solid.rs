@@ -8,13 +8,14 @@ use drape_model::{ClosedMesh, Obstacle, Path, Shape, Vec3};
 const AROUND: u32 = 64;
 /// Cells of the tile along each side that stands for a plane.
 const TILES: u32 = 10;
-/// Radius of the edges of a box in pictures over the length of a typical line on the cloth: the least that hides the edge
-/// below a line that bends over it is 1.21.
+/// Radius of the edges of a box in pictures over the length of a typical line on the cloth. A
+/// radius of 1.21 just hides the edge below a line that bends over it.
 const SOFTNESS: f64 = 1.3;
-/// Depth by which meshes are smaller in pictures over the length of a typical line on the cloth: a line over a sharp edge
-/// cuts in by 0.354 of its length, and some lines are longer than most.
+/// Depth by which meshes shrink in pictures over the length of a typical line on the cloth. A line
+/// over a sharp edge cuts in by 0.354 of its length, and some lines are longer than most.
 const DEPTH: f64 = 0.36;
-/// Least cosine between the normal of a corner and that of a face by which a corner is moved farther than the face.
+/// Least cosine between the normals of a corner and a face. It bounds how much farther a corner
+/// moves than the face.
 const STEEPEST: f64 = 0.5;
 /// Tries of half the depth each where a mesh is thin.
 const HALVINGS: usize = 6;
@@ -26,7 +27,7 @@ const TILE: f64 = 1.6;
 /// The surface of an obstacle.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Solid {
-    /// What it is called in files: `plane`, `box`, `sphere`, with its number.
+    /// Name in files: `plane`, `box`, `sphere` or `mesh`, with its number.
     pub name: String,
     /// Corners at the start, m.
     pub points: Vec<Vec3>,
@@ -34,11 +35,11 @@ pub struct Solid {
     pub triangles: Vec<[u32; 3]>,
     /// Lines that are drawn: the edges of a box, the squares of a plane.
     pub lines: Vec<[u32; 2]>,
-    /// The surface of pictures, where it is another one, so that a cloth of straight pieces that bends over an edge does not
-    /// cut through it: boxes have round edges there, within the true box, meshes are smaller by some depth. Points, m, and
-    /// triangles.
+    /// The surface in pictures, if it differs: points, m, and triangles. A cloth of straight pieces
+    /// that bends over an edge would cut through the true surface. So boxes get round edges within
+    /// the box, and meshes shrink by some depth.
     pub softened: Option<(Vec<Vec3>, Vec<[u32; 3]>)>,
-    /// Whether it stands for something without an end, which a camera need not show whole.
+    /// Whether the obstacle has no end, so that a camera need not show all of it.
     pub is_endless: bool,
     /// How it moves, if it does.
     pub path: Option<Path>,
@@ -51,7 +52,7 @@ pub(crate) fn solids(obstacles: &[Obstacle], cloth: &[Vec3], lines: &[[u32; 2]])
     all.map(|(number, obstacle)| solid(obstacle, number, cloth, softness)).collect()
 }
 
-/// Length of the line that is in the middle of all, m.
+/// Median length of the lines, m.
 fn typical_length(x: &[Vec3], lines: &[[u32; 2]]) -> f64 {
     let length = |[a, b]: &[u32; 2]| Some((x.get(*a as usize)? - x.get(*b as usize)?).norm());
     let lengths = lines.iter().filter_map(length).filter(|length| length.is_finite());
@@ -124,8 +125,8 @@ fn tiles(point: &Vec3, normal: &Vec3, cloth: &[Vec3]) -> Vec<Vec3> {
     places.map(|(row, column)| middle + across * at(row) + along * at(column)).collect()
 }
 
-/// Unit normals of the points of a mesh, weighted by the angles around them: those of a corner of a box are the same to all
-/// three faces, however they are divided.
+/// Unit normals of the points of a mesh, weighted by the angles around them. At a corner of a box
+/// the normal makes the same angle with all three faces, however they are divided.
 fn normals_by_angle(x: &[Vec3], triangles: &[[u32; 3]]) -> Vec<Vec3> {
     let mut normals = vec![Vec3::zeros(); x.len()];
     for &triangle in triangles {
@@ -139,7 +140,8 @@ fn normals_by_angle(x: &[Vec3], triangles: &[[u32; 3]]) -> Vec<Vec3> {
     normals.iter().map(|n| n.try_normalize(0.0).unwrap_or_else(Vec3::z)).collect()
 }
 
-/// The corners of a mesh, moved so that its faces lie `depth` m within it; less where it is thinner than twice that.
+/// The corners of a mesh, moved so that its faces lie `depth` m within it, or less if the mesh is
+/// thinner than twice that.
 fn shrunk(obstacle: &Obstacle, mesh: &ClosedMesh, depth: f64) -> Vec<Vec3> {
     let (x, triangles) = (mesh.vertices(), mesh.triangles());
     let outward = normals_by_angle(x, triangles);
@@ -154,7 +156,7 @@ fn shrunk(obstacle: &Obstacle, mesh: &ClosedMesh, depth: f64) -> Vec<Vec3> {
     let corner = |((x, outward), cosine): ((&Vec3, &Vec3), &f64)| {
         let mut way = depth / cosine.max(STEEPEST);
         for _ in 0..HALVINGS {
-            // There must be as much behind.
+            // The mesh must be thick enough behind.
             if obstacle.distance(&(x - outward * (3.0 * way))).0 <= -way * cosine.max(STEEPEST) {
                 return x - outward * way;
             }

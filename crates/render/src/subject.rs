@@ -1,26 +1,27 @@
-//! What a scene shows besides positions: triangles, lines, obstacles.
+//! The constant parts of a picture: triangles, lines, obstacles.
 
 use crate::solid::{Solid, solids};
 use crate::surface::edges;
 use drape_model::{Obstacle, SpringEffect, SystemSpec, Vec3};
 use std::borrow::Cow;
 
-/// Size of an obstacle, over that of the cloth, up to which a picture shows it whole.
+/// Greatest size of an obstacle over the size of the cloth at which a picture shows all of it.
 const LARGEST: f64 = 4.0;
 
-/// What a scene shows besides positions.
+/// The constant parts of a picture; positions come with each one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Subject {
     /// Triangles of the cloth, as indices of particles.
     pub triangles: Vec<[u32; 3]>,
-    /// Lines on the cloth: its tension springs, or all edges where there are none; without triangles all springs.
+    /// Lines on the cloth: its tension springs, or all edges if it has none. Without triangles: all
+    /// springs.
     pub lines: Vec<[u32; 2]>,
     /// The obstacles, where they start.
     pub solids: Vec<Solid>,
 }
 
 impl Subject {
-    /// What a system with these obstacles shows.
+    /// The subject of a system with these obstacles.
     pub fn new(spec: &SystemSpec, obstacles: &[Obstacle]) -> Self {
         let x: Vec<Vec3> = spec.particles.position_m.iter().map(|&x| x.into()).collect();
         let springs = spec.springs.iter();
@@ -39,7 +40,7 @@ impl Subject {
         Self { triangles: spec.triangles.clone(), lines, solids }
     }
 
-    /// What a sheet of rows and columns of particles shows, row by row; `x` are positions at any time, m.
+    /// The subject of a sheet of particles, numbered row by row; `x` are positions at any time, m.
     pub fn grid(rows: u32, columns: u32, obstacles: &[Obstacle], x: &[Vec3]) -> Self {
         let (triangles, lines) = grid(rows, columns);
         let solids = solids(obstacles, x, &lines);
@@ -51,7 +52,7 @@ impl Subject {
         self.solids.iter().any(|solid| solid.path.is_some())
     }
 
-    /// As it is at `t` seconds: with the obstacles where they are then, at rest.
+    /// The subject at `t` seconds, with its obstacles at rest at their places.
     pub fn at(&self, t: f64) -> Cow<'_, Self> {
         if !self.moves() {
             return Cow::Borrowed(self);
@@ -65,8 +66,8 @@ impl Subject {
         Cow::Owned(subject)
     }
 
-    /// The points that a picture of the cloth at positions `x`, m, must show: the cloth, and the obstacles that are not much
-    /// larger than it. Particles that are nowhere are left out.
+    /// The points that a picture of the cloth at positions `x`, m, must show: the cloth, and
+    /// obstacles that are not much larger. Positions that are not finite are left out.
     pub fn points(&self, x: &[Vec3]) -> Vec<Vec3> {
         let is_finite = |x: &&Vec3| x.iter().all(|c| c.is_finite());
         let mut points: Vec<Vec3> = x.iter().filter(is_finite).copied().collect();

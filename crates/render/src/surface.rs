@@ -9,7 +9,8 @@ pub(crate) fn area_normal(x: &[Vec3], [a, b, c]: [u32; 3]) -> Vec3 {
     (b - a).cross(&(c - a))
 }
 
-/// Unit normals of the points of a mesh, weighted by the areas around them; upward where no triangle has an area.
+/// Unit normals of the points of a mesh, weighted by the areas around them; upward where no
+/// triangle has an area.
 pub(crate) fn normals(x: &[Vec3], triangles: &[[u32; 3]]) -> Vec<Vec3> {
     let mut normals = vec![Vec3::zeros(); x.len()];
     for &triangle in triangles {

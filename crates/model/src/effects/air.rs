@@ -1,15 +1,17 @@
 //! The drag of the air on each triangle, at rest or in a wind.
 //!
-//! A triangle of area `a` with the unit normal `n` moves against the air with `v_r = ⅓ (v_i + v_j + v_k) − w(t)`. The force
+//! A triangle of area `a` with the unit normal `n` moves against the air with
+//! `v_r = ⅓ (v_i + v_j + v_k) − w(t)`. The force
 //!
 //! ```text
 //! f = −κ a (n·v_r) n          κ = c, or ½ ρ C |n·v_r|
 //! ```
 //!
-//! goes to its corners in equal parts: a damping force `−D (v − w)` whose matrix is symmetric and positive semi-definite. A method
-//! that takes it at the new velocity keeps `n`, `a`, `w` and the speed in `κ` at an earlier level: then it is
-//! linear. It dissipates where there is no wind. An explicit step `h` is stable where `h Σ κ a/(3m) < 2` at every particle, `m` its
-//! mass and the sum over its triangles; where neighbours move alike along one normal, no longer one is.
+//! goes to its corners in equal parts. It is a damping force `−D (v − w)` with a symmetric and
+//! positive semi-definite matrix. A method that takes it at the new velocity keeps `n`, `a`, `w`
+//! and the speed in `κ` at an earlier level; then it is linear. Without wind it dissipates. An
+//! explicit step `h` is stable if `h Σ κ a/(3m) < 2` at every particle, with its mass `m` and the
+//! sum over its triangles. If neighbours move alike along one normal, no longer step is stable.
 
 use super::registry::{self, Checked, Weave};
 use super::{BlockSink, Effect, EffectKind};
@@ -19,8 +21,8 @@ use crate::{Level, SystemSpec, Vec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// A triangle whose doubled area is at most this fraction of the square of the longer one of the edges from its first corner has
-/// no normal, and no drag.
+/// A triangle has no normal and no drag if its doubled area is at most this fraction of `l²`. Here
+/// `l` is the longer edge from its first corner.
 const DEGENERATE: f64 = 1e-12;
 /// Sines that make up a gust.
 const SINES: usize = 4;
@@ -60,7 +62,7 @@ pub enum DragSpec {
     },
 }
 
-/// Of dry air at 20 °C and 1013 hPa, rounded.
+/// Density of dry air at 20 °C and 1013 hPa, rounded.
 fn density_of_air() -> f64 {
     1.2
 }
@@ -72,7 +74,7 @@ pub struct WindSpec {
     /// Mean velocity, m/s.
     #[schemars(inner(range(min = -MAX_COORDINATE, max = MAX_COORDINATE)))]
     pub velocity_m_s: [f64; 3],
-    /// What comes and goes; nothing if absent.
+    /// Gusts; none if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gust: Option<GustSpec>,
 }
@@ -81,7 +83,7 @@ pub struct WindSpec {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GustSpec {
-    /// Bound of the velocity of the gusts, m/s: they come near it and do not exceed it.
+    /// Bound of the velocity of the gusts, m/s. They approach it and never exceed it.
     #[schemars(inner(range(min = -MAX_COORDINATE, max = MAX_COORDINATE)))]
     pub amplitude_m_s: [f64; 3],
     /// Period of their slowest part, s.
@@ -91,7 +93,8 @@ pub struct GustSpec {
     #[serde(default)]
     #[schemars(range(max = u32::MAX))]
     pub seed: u32,
-    /// How long they have blown at the start, s; 0 if absent. A system that is frozen mid-run goes on with its gusts.
+    /// Age of the gusts at the start, s; 0 if absent. A system that is frozen during a run goes on
+    /// with its gusts.
     #[serde(default, skip_serializing_if = "is_zero")]
     #[schemars(range(min = 0.0, max = MAX_GUST_START))]
     pub start_s: f64,
@@ -99,7 +102,7 @@ pub struct GustSpec {
 
 /// Shortest period of gusts, s.
 const SHORTEST_PERIOD: f64 = 1e-6;
-/// Latest start of gusts, s: a thousand of the longest runs one after the other.
+/// Greatest age of gusts at the start, s: a thousand of the longest runs in a row.
 const MAX_GUST_START: f64 = 1e12;
 
 impl AirSpec {
@@ -147,12 +150,12 @@ pub enum DragLaw {
 pub struct Wind {
     /// Mean, m/s.
     pub velocity: Vec3,
-    /// What comes and goes.
+    /// Gusts, if any.
     pub gust: Option<Gust>,
 }
 
-/// A smooth function of time that looks irregular: `A Σ_s (2^−s/W) sin(2π φ^s t/T + ψ_s)` over four sines, `φ` the golden ratio,
-/// `W` the sum of the `2^−s`, and phases from a seed.
+/// A smooth function of time that looks irregular: `A Σ_s (2^−s/W) sin(2π φ^s t/T + ψ_s)` over four
+/// sines, `φ` the golden ratio, `W` the sum of the `2^−s`, and phases from a seed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gust {
     /// `A`, m/s.
@@ -160,12 +163,13 @@ pub struct Gust {
     /// Angular frequency of the slowest sine, rad/s.
     frequency: f64,
     phases: [f64; SINES],
-    /// Its time where that of the state is 0, s.
+    /// Age where the time of the state is 0, s.
     start: f64,
 }
 
 impl Gust {
-    /// A gust with its greatest velocity (m/s), the period of its slowest part (s), and the seed of its phases.
+    /// A gust of this greatest velocity (m/s) and period of its slowest part (s). The seed
+    /// determines its phases.
     pub fn new(amplitude: Vec3, period: f64, seed: u32) -> Self {
         let mut state = u64::from(seed);
         // SplitMix64 (Steele, Lea and Flood 2014).
@@ -180,7 +184,7 @@ impl Gust {
         Self { amplitude, frequency: std::f64::consts::TAU / period, phases, start: 0.0 }
     }
 
-    /// The same gust, already so many seconds old where the time of the state is 0.
+    /// The same gust, this many seconds old where the time of the state is 0.
     #[must_use]
     pub fn started(self, start: f64) -> Self {
         Self { start, ..self }
@@ -226,7 +230,8 @@ impl Air {
         self.wind.map_or_else(Vec3::zeros, |wind| wind.at(t))
     }
 
-    /// Visits each triangle that has a normal: its corners, `n`, and `κ a` (N s/m) at a level with the wind `w`.
+    /// Visits each triangle that has a normal: its corners, `n`, and `κ a` (N s/m) at a level with
+    /// the wind `w`.
     fn each(&self, at: Level<'_>, w: Vec3, mut visit: impl FnMut([usize; 3], Vec3, f64)) {
         for corners in &self.triangles {
             let corners = corners.map(|i| i as usize);
@@ -235,7 +240,7 @@ impl Air {
             let normal = a.cross(&b);
             let doubled = normal.norm();
             let longest = a.norm_squared().max(b.norm_squared());
-            // What is no number has no normal either.
+            // A NaN has no normal either.
             if doubled <= DEGENERATE * longest || doubled.is_nan() {
                 continue;
             }

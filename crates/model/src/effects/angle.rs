@@ -1,4 +1,5 @@
-//! Angles between two edges that meet in a particle: shear between warp and weft, bending along rows and columns.
+//! Angles between two edges that meet in a particle: shear between warp and weft, bending along
+//! rows and columns.
 //!
 //! With `a = x_i − x_j`, `b = x_k − x_j` and the angle `φ` between them,
 //!
@@ -6,10 +7,11 @@
 //! U = ½ k (φ − φ₀)²
 //! ```
 //!
-//! Everything is written in terms of `c = cos φ`, whose gradient `∇_a c = (b̂ − c â)/|a|` is smooth wherever both edges
-//! have a length. `g = dU/dc = k (δ − δ₀)/sin δ` with `δ = π − φ` is smooth at the straight angle where that is
-//! the angle at rest: `(π − φ)/sin φ → 1` (Eberhardt, Weber and Straßer 1996 bend cloth so). At angles of 0 and
-//! π that are not the one at rest no direction of the force is distinguished: there it is 0.
+//! Formulas use `c = cos φ`. Its gradient `∇_a c = (b̂ − c â)/|a|` is smooth if both edges have a
+//! length. `g = dU/dc = k (δ − δ₀)/sin δ` with `δ = π − φ` is smooth at the straight angle if the
+//! angle at rest is straight: `(π − φ)/sin φ → 1` (Eberhardt, Weber and Straßer 1996 bend cloth
+//! so). At other angles at rest, angles of 0 and π distinguish no direction of the force, and it is
+//! 0.
 
 use super::elements::{self, Element, Elements};
 use super::registry::{self, Checked, Weave};
@@ -141,7 +143,8 @@ impl AngleSpec {
         PI - self.rest_rad
     }
 
-    /// Whether the straight angle is the one at rest, and the corner is nearer to it than to the fold.
+    /// Whether the straight angle is the one at rest, and the corner is nearer to it than to the
+    /// fold.
     fn is_near_straight_rest(&self, corner: &Corner) -> bool {
         self.rest_turn() == 0.0 && corner.cos < 0.0
     }
@@ -183,8 +186,9 @@ impl AngleSpec {
         }
     }
 
-    /// `k ∇φ ∇φᵀ`, and the part of the exact stiffness that turns the edges out of their plane against each other, where it is
-    /// positive: `k (δ − δ₀) ½ cot(δ/2) r rᵀ` with `r = (n/|a|, n/|b|)`, `n` the normal of the plane. Without that a straight row would
+    /// `k ∇φ ∇φᵀ`, and a part of the exact stiffness if it is positive:
+    /// `k (δ − δ₀) ½ cot(δ/2) r rᵀ` with `r = (n/|a|, n/|b|)` and the normal `n` of the plane. This
+    /// part turns the edges out of their plane against each other. Without it a straight row would
     /// have no stiffness.
     fn projected(&self, corner: &Corner) -> Blocks {
         let Corner { u: [a, b], length: [la, lb], cos, sin } = *corner;
@@ -314,8 +318,9 @@ impl registry::Entry for Entry {
     }
 }
 
-/// The angles of a grid. Shear: the four angles around each particle, a fourth of the stiffness each, so that a sheared sheet has
-/// `½ k (φ − π/2)²` at each particle inside. Bending: between each particle's neighbours in its row, and in its column.
+/// The angles of a grid. Shear: the four angles around each particle, with a fourth of the
+/// stiffness each, so that a sheared sheet has `½ k (φ − π/2)²` at each inner particle. Bending:
+/// between each particle's neighbours in its row and in its column.
 fn grid_angles(grid: &Grid, effect: AngleEffect, stiffness: f64) -> Vec<AngleSpec> {
     let arms: &[[(i64, i64); 2]] = match effect {
         AngleEffect::ShearAngle => {

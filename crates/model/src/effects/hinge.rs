@@ -1,21 +1,23 @@
 //! Bending over the edges that two triangles share.
 //!
-//! With the edge `E = x_j − x_i`, the opposite corners `p = x_k − x_i`, `q = x_l − x_i` and the normals `N₁ = E × p`,
-//! `N₂ = q × E`, the dihedral angle is (Bridson et al. 2003, Grinspun et al. 2003)
+//! With the edge `E = x_j − x_i`, the opposite corners `p = x_k − x_i`, `q = x_l − x_i` and the
+//! normals `N₁ = E × p`, `N₂ = q × E`, the dihedral angle is (Bridson et al. 2003, Grinspun et al.
+//! 2003)
 //!
 //! ```text
 //! θ = atan2((N₁ × N₂)·Ê, N₁·N₂)          U = ½ K (θ − θ₀)²
 //! ∇_p θ = −|E| m₁     ∇_q θ = −|E| m₂     ∇_E θ = (p·Ê) m₁ + (q·Ê) m₂          m = N/|N|²
 //! ```
 //!
-//! `p` and `q` do not meet in the second derivatives of `θ`. With `R = (I − 2 N̂N̂ᵀ)/|N|²`, so that `dm = R dN`, they are
+//! The second derivatives of `θ` have no block `pq`. With `R = (I − 2 N̂N̂ᵀ)/|N|²`, so that
+//! `dm = R dN`, they are
 //!
 //! ```text
 //! pp: −|E| R₁[E]     pE: −m₁Êᵀ + |E| R₁[p]     qq: |E| R₂[E]     qE: −m₂Êᵀ − |E| R₂[q]     [w] u = w × u
 //! EE: (m₁ p⊥ᵀ + m₂ q⊥ᵀ)/|E| − (p·Ê) R₁[p] + (q·Ê) R₂[q]          p⊥ = p − (p·Ê) Ê
 //! ```
 //!
-//! A hinge with a triangle that has no area has no angle: it exerts no force.
+//! A hinge at a triangle without area has no angle and exerts no force.
 
 use super::angle::AngularLaw;
 use super::elements::{self, Element, Elements};

@@ -1,14 +1,20 @@
 //! Effects: the forces that a scene can name.
 //!
-//! Each call sweeps a whole array, so that dynamic dispatch happens once an effect and not once a
-//! spring. An effect knows neither its neighbours nor any solver: it offers its energy, its forces,
-//! its Jacobian blocks through a [`BlockSink`] and, where it has one, its split into a linear stiff
-//! part and a remainder ([`LinearSplit`]).
+//! Each call sweeps a whole array, so dynamic dispatch happens once an effect, not once a spring.
+//! An effect knows no other effect and no solver. It offers its energy, its forces, its Jacobian
+//! blocks through a [`BlockSink`] and, if it has one, its split into a linear stiff part and a
+//! remainder ([`LinearSplit`]).
 //!
-//! The signs are those of a restoring force. EEH print `F_1 = k(x_i − x_j)` and
-//! `F_2 = −kℓ(x_i − x_j)/|x_i − x_j|` (their (11)–(15)): taken literally, a stretched spring would push its ends
-//! apart and `F_D = d(v_i − v_j)` would feed the motion. Every formula here is the negative of the
-//! printed one; then (21) has a positive definite matrix, which conjugate gradients need.
+//! Forces are restoring. EEH print `F_1 = k(x_i − x_j)` and `F_2 = −kℓ(x_i − x_j)/|x_i − x_j|`
+//! (their (11)–(15)): taken literally, a stretched spring would push its ends apart and
+//! `F_D = d(v_i − v_j)` would feed the motion. Every formula here is the negative of the printed
+//! one. Then (21) has a positive definite matrix, which conjugate gradients need.
+//!
+//! # How to add an effect
+//!
+//! Write a file here with the keys and bounds of its data, its [`Effect`] and its `Entry`, which
+//! leads from a scene to the running effect. Then add a line to the list below. The line makes the
+//! key in scenes, the [`EffectKind`] and its name; everything else follows.
 
 #[macro_use]
 mod registry;
@@ -64,17 +70,17 @@ effects! {
     Air air: AirSpec, frozen AirSpec => air::Entry;
 }
 
-/// Which second derivative of the energy is wanted.
+/// Second derivative of the energy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tangent {
     /// The exact one, indefinite where springs are compressed.
     Exact,
-    /// Made positive semi-definite force by force: for a spring `k [ûûᵀ + max(0, 1 − ℓ/L)(I − ûûᵀ)]`, for an angle `k ∇θ ∇θᵀ`
-    /// and what more is positive for sure.
+    /// Made positive semi-definite force by force: `k [ûûᵀ + max(0, 1 − ℓ/L)(I − ûûᵀ)]` for a
+    /// spring; `k ∇θ ∇θᵀ` and other terms that are surely positive for an angle.
     Projected,
 }
 
-/// What is wanted of an effect's forces.
+/// A part of an effect's forces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
     /// The conservative force and the damping.
@@ -83,31 +89,33 @@ pub enum Part {
     Force,
     /// The damping alone.
     Damping,
-    /// `F2`, EEH (13): what is left of the conservative force when `−L_k x` is taken out; all of it where there is no
+    /// `F2`, EEH (13): the conservative force without `−L_k x`; all of it without a
     /// [split](Effect::split).
     Nonlinear,
-    /// `−L_k x`, the negative of EEH (12), which takes the positions alone; nothing where there is no split.
+    /// `−L_k x`, the negative of EEH (12), from the positions alone; nothing without a split.
     Linear,
-    /// `−L_c v`, the negative of EEH (14), which takes the velocities alone; nothing where there is no split.
+    /// `−L_c v`, the negative of EEH (14), from the velocities alone; nothing without a split.
     LinearDamping,
 }
 
-/// Receives 3×3 blocks of symmetric matrices, and the pairs that they couple.
+/// Receives 3×3 blocks of symmetric matrices with the pairs that they couple.
 pub trait BlockSink {
-    /// Adds `block` at `(i, i)` and `(j, j)` and subtracts it at `(i, j)` and `(j, i)`. Symmetric blocks only.
+    /// Adds `block` at `(i, i)` and `(j, j)` and subtracts it at `(i, j)` and `(j, i)`. Symmetric
+    /// blocks only.
     fn add_pair(&mut self, i: usize, j: usize, block: &Mat3);
 
-    /// The same for any block `B`: adds `B` at `(i, i)` and `Bᵀ` at `(j, j)`, and subtracts `B` at `(i, j)` and `Bᵀ` at
-    /// `(j, i)`. Every symmetric matrix that meets no translation is a sum of such pairs: those of `B = −H_ij`.
+    /// The same for any block `B`: adds `B` at `(i, i)` and `Bᵀ` at `(j, j)`, and subtracts `B` at
+    /// `(i, j)` and `Bᵀ` at `(j, i)`. Every symmetric matrix `H` whose rows of blocks sum to 0 is a
+    /// sum of such pairs with `B = −H_ij`.
     fn add_general_pair(&mut self, i: usize, j: usize, block: &Mat3);
 
-    /// Adds the symmetric `block` at `(i, i)`: a force that is no difference between particles.
+    /// Adds the symmetric `block` at `(i, i)`, for a force on one particle alone.
     fn add_diagonal(&mut self, i: usize, block: &Mat3);
 }
 
 /// One kind of force.
 pub trait Effect: Debug + Send + Sync {
-    /// What kind of force it is.
+    /// The kind of force.
     fn kind(&self) -> EffectKind;
 
     /// Name under which energies are reported and scenes list the effect: the name of its kind.
@@ -121,13 +129,13 @@ pub trait Effect: Debug + Send + Sync {
     /// Adds the conservative force, N, to `out`.
     fn add_force(&self, mass: &[f64], x: &[Vec3], out: &mut [Vec3]);
 
-    /// Whether the effect also dissipates. Without, nobody asks for its damping force.
+    /// Whether the effect also dissipates. If not, its damping force is never asked for.
     fn has_damping(&self) -> bool {
         false
     }
 
-    /// Whether the damping acts against a medium and not between particles: then its coefficients may depend on time and
-    /// velocity, and there may be a force at rest.
+    /// Whether the damping acts against a medium and not between particles. Then its coefficients
+    /// may depend on time and velocity, and a cloth at rest may feel a force.
     fn is_drag(&self) -> bool {
         false
     }
@@ -154,14 +162,14 @@ pub trait Effect: Debug + Send + Sync {
         }
     }
 
-    /// Adds the damping force with the coefficients that it has at `lagged`, but for the velocities `v` (m/s), N: linear in
-    /// `v`, with the matrix that [`add_damping`](Self::add_damping) gives.
+    /// Adds the damping force for the velocities `v` (m/s) with coefficients taken at `lagged`, N.
+    /// It is linear in `v`, with the matrix of [`add_damping`](Self::add_damping).
     fn add_lagged_damping_force(&self, lagged: Level<'_>, v: &[Vec3], out: &mut [Vec3]) {
         self.add_damping_force(Level { v, ..lagged }, out);
     }
 
-    /// The part of the effect's forces as something that one sweep can add together with those of other effects, if it
-    /// has this form.
+    /// A part of the forces in a form that one sweep can add together with other effects, if it has
+    /// such a form.
     fn pass<'a>(&'a self, _mass: &'a [f64], _part: Part) -> Option<Pass<'a>> {
         None
     }
@@ -184,7 +192,8 @@ pub trait Effect: Debug + Send + Sync {
     ) {
     }
 
-    /// Adds `scale · (−∂f/∂v)`, N s/m, with coefficients and directions taken at `lagged`, to `sink`.
+    /// Adds `scale · (−∂f/∂v)`, N s/m, with coefficients and directions taken at `lagged`, to
+    /// `sink`.
     fn add_damping(&self, _lagged: Level<'_>, _scale: f64, _sink: &mut dyn BlockSink) {}
 
     /// The split into a linear stiff part and a remainder, if the effect has one.
@@ -209,8 +218,8 @@ pub trait Effect: Debug + Send + Sync {
 /// The split of EEH section 4: `f = −L_k x + F2(x)` with the weighted graph Laplacian
 /// `(L_k x)_i = Σ_j k_ij (x_i − x_j)`, and likewise `−L_c v` plus a remainder for the damping.
 pub trait LinearSplit {
-    /// Calls `visit(i, j, k, c)` with the stiffness (N/m) and damping (N s/m) of each spring: the weights of
-    /// the graph Laplacians, EEH (16) and (17).
+    /// Calls `visit(i, j, k, c)` with the stiffness (N/m) and damping (N s/m) of each spring: the
+    /// weights of the graph Laplacians, EEH (16) and (17).
     fn visit_weights(&self, visit: &mut dyn FnMut(usize, usize, f64, f64));
 
     /// Whether the slope of every spring is its stiffness, whatever its length.
@@ -218,8 +227,8 @@ pub trait LinearSplit {
         true
     }
 
-    /// As [`visit_weights`](Self::visit_weights), in the same order, with the slope `T'` of each spring at `x` (N/m) in place of the
-    /// constant that stands above it.
+    /// As [`visit_weights`](Self::visit_weights), in the same order, with the slope `T'` of each
+    /// spring at `x` (N/m) in place of its constant upper bound.
     fn visit_slopes(&self, _x: &[Vec3], visit: &mut dyn FnMut(usize, usize, f64, f64)) {
         self.visit_weights(visit);
     }
@@ -227,11 +236,12 @@ pub trait LinearSplit {
     /// Calls `visit(i, j, ℓ)` with the rest length of each spring, m.
     fn visit_rest_lengths(&self, visit: &mut dyn FnMut(usize, usize, f64));
 
-    /// Calls `visit(i, j, k̃)` with the secant stiffness `k̃ = T/L`, `k (1 − ℓ/L)` of a linear spring, of each spring at `x`, N/m,
-    /// which is negative where the spring is compressed: its force is `−k̃ (x_i − x_j)` exactly.
+    /// Calls `visit(i, j, k̃)` with the secant stiffness `k̃ = T/L`, `k (1 − ℓ/L)` of a linear
+    /// spring, of each spring at `x`, N/m, which is negative in compression. The force is exactly
+    /// `−k̃ (x_i − x_j)`.
     fn visit_secants(&self, x: &[Vec3], visit: &mut dyn FnMut(usize, usize, f64));
 
-    /// Adds `F2`, EEH (13), N: what is left of the conservative force when `−L_k x` is taken out.
+    /// Adds `F2`, EEH (13), N: the conservative force without `−L_k x`.
     fn add_nonlinear_force(&self, x: &[Vec3], out: &mut [Vec3]);
 
     /// Adds `−L_k x`, the linear part of the force: the negative of EEH (12), N.
@@ -240,9 +250,10 @@ pub trait LinearSplit {
     /// Adds `−L_c v`, the linear part of the damping: the negative of EEH (14), N.
     fn add_linear_damping(&self, v: &[Vec3], out: &mut [Vec3]);
 
-    /// Whether damping has a part that is not linear. Full damping has none.
+    /// Whether damping has a nonlinear part. Full damping has none.
     fn has_damping_remainder(&self) -> bool;
 
-    /// Adds what is left of the damping force when `−L_c v` is taken out, N, if [there is such](Self::has_damping_remainder).
+    /// Adds the damping force without `−L_c v`, N, if it
+    /// [has such a part](Self::has_damping_remainder).
     fn add_damping_remainder(&self, x: &[Vec3], v: &[Vec3], out: &mut [Vec3]);
 }

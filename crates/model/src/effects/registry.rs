@@ -1,4 +1,4 @@
-//! What the list of effects in [`effects`](super) needs and makes.
+//! The machinery behind the list of effects in [`effects`](super).
 //!
 //! A line of the list gives the kind, the key under which a scene names the effect, the type of the
 //! value there and the [`Entry`]. A system frozen from the scene keeps the effect under the same
@@ -12,11 +12,11 @@ use std::fmt;
 
 /// How an effect gets from a scene to a frozen system, and from there to a running one.
 pub(crate) trait Entry {
-    /// What a scene gives under the key of the effect.
+    /// The value under the key of the effect in a scene.
     type Law;
 
-    /// Adds to a frozen system what the law makes of its cloth. Particles and triangles of `spec`
-    /// are checked, and those of the cloth.
+    /// Applies the law to the cloth and adds the outcome to a frozen system. Particles and
+    /// triangles are checked already.
     fn freeze(
         law: &Self::Law,
         kind: EffectKind,
@@ -27,7 +27,7 @@ pub(crate) trait Entry {
     /// Checks what a frozen system holds of this kind; `None` if it holds nothing.
     fn check(kind: EffectKind, spec: &SystemSpec) -> Result<Option<Box<dyn Checked>>, Violation>;
 
-    /// Shifts what depends on the time, for a system that is frozen after `t` seconds.
+    /// Shifts times, for a system that is frozen after `t` seconds.
     fn advance(_spec: &mut SystemSpec, _t: f64) {}
 }
 
@@ -41,7 +41,7 @@ pub(crate) struct Weave<'a> {
 
 /// An effect with checked values, before it lays out its memory.
 pub(crate) trait Checked {
-    /// Its springs, which decide about the order of the particles.
+    /// Its springs, which determine the order of the particles.
     fn springs(&mut self) -> Option<Strands<'_>> {
         None
     }

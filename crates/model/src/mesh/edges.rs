@@ -20,8 +20,8 @@ impl Side {
         faces[self.face as usize].corners()[usize::from(self.corner)] == self.ends[0]
     }
 
-    /// The corners that follow the side's ends in its face, away from the side: that of the lower end first. Both are
-    /// the apex in a triangle.
+    /// The corners next to the side's ends in its face, away from the side; the neighbour of the
+    /// lower end first. In a triangle both are the apex.
     fn beyond(self, faces: &[Face]) -> [u32; 2] {
         let corners = faces[self.face as usize].corners();
         let (n, start) = (corners.len(), usize::from(self.corner));

@@ -1,8 +1,9 @@
 //! Reading the polygons of a Wavefront OBJ file, line by line and within fixed bounds of memory.
 //!
-//! Read are `v`, `f`, `g` and `o`; texture, normals, materials, smoothing, lines and points (`vt`, `vn`, `usemtl`,
-//! `mtllib`, `s`, `l`, `p`) say nothing about a cloth and are skipped; everything else is refused. The vertices keep
-//! the file's order, also across groups: a seam that two groups share stays one seam.
+//! Read are `v`, `f`, `g` and `o`; texture, normals, materials, smoothing, lines and points (`vt`,
+//! `vn`, `usemtl`, `mtllib`, `s`, `l`, `p`) say nothing about a cloth and are skipped; everything
+//! else is refused. The vertices keep the file's order, also across groups: a seam that two groups
+//! share stays one seam.
 
 use crate::bounds::number;
 use crate::bounds::{MAX_COORDINATE, MAX_PARTICLES};
@@ -22,7 +23,7 @@ const MAX_NAME: usize = 256;
 /// Most changes of the name of the faces that follow.
 const MAX_STRETCHES: usize = 1_000_000;
 
-/// What fills the place of a triangle's fourth corner.
+/// Fourth corner of a triangle.
 const NONE: u32 = u32::MAX;
 
 /// A triangle or quad.
@@ -91,7 +92,8 @@ pub(super) fn read(file: &str, mut reader: impl BufRead) -> Result<Obj, Violatio
     loop {
         line.clear();
         scan.line = scan.line.saturating_add(1);
-        // One byte more than a line may have, so that a longer one is noticed without being read.
+        // One byte more than a line may have: enough to notice a longer line without reading all of
+        // it.
         let bounded = reader.by_ref().take(MAX_LINE as u64 + 1).read_until(b'\n', &mut line);
         match bounded {
             Err(error) => {
@@ -192,7 +194,7 @@ impl Scan<'_> {
         Ok(())
     }
 
-    /// Index of a corner, from 0; whether there is a vertex of a positive number shows at the end of the file.
+    /// Index of a corner, from 0. The end of the file shows whether the vertex exists.
     fn corner(&self, word: &str) -> Result<u32, Violation> {
         let mut parts = word.split('/');
         let index = parts.next().and_then(|part| part.parse::<i64>().ok());

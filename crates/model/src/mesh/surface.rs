@@ -1,4 +1,4 @@
-//! Checking the faces of a file, and mending what can be mended.
+//! Checks and repairs of the faces of a file.
 
 use super::edges::{Side, sides};
 use super::obj::{Face, Obj, place};
@@ -17,11 +17,12 @@ pub(super) struct Surface {
     pub(super) faces: Vec<Face>,
     pub(super) sides: Vec<Side>,
     names: BTreeMap<String, Vec<Range<u32>>>,
-    /// What was mended, in words.
+    /// The repairs, in words.
     pub(super) repairs: Vec<String>,
 }
 
-/// Area of a face, m²: that of its projection along its mean normal where a quad is not plane.
+/// Area of a face, m². For a quad that is not plane, the area of its projection along its mean
+/// normal.
 pub(super) fn area(vertices: &[Vec3], corners: &[u32]) -> f64 {
     let at = |k: usize| vertices[corners[k] as usize];
     let last = corners.len() - 1;
@@ -47,7 +48,7 @@ struct Check<'a> {
 }
 
 impl Surface {
-    /// Checks a file's faces; with `repair`, mends what can be mended.
+    /// Checks a file's faces; with `repair`, mends them if possible.
     pub(super) fn new(file: &str, obj: Obj, repair: bool) -> Result<Self, Violation> {
         let Obj { vertices, lines, faces, names } = obj;
         let mut check = Check { file, repair, repairs: Vec::new() };
@@ -69,7 +70,8 @@ impl Surface {
         Ok(Self { vertices, faces, sides, names, repairs: check.repairs })
     }
 
-    /// The vertices of the faces under a name of a group or object, sorted; an error lists the names.
+    /// The vertices of the faces under a name of a group or object, sorted; an error lists the
+    /// names.
     pub(super) fn named(&self, name: &str) -> Result<Vec<u32>, String> {
         let Some(stretches) = self.names.get(name) else {
             let known: Vec<_> = self.names.keys().take(8).map(String::as_str).collect();
@@ -196,7 +198,8 @@ impl Check<'_> {
         Ok(())
     }
 
-    /// Whether faces had to be turned over, so that neighbours go through their edge in opposite directions.
+    /// Whether faces had to be turned over, so that neighbours go through their edge in opposite
+    /// directions.
     fn orient(&mut self, faces: &mut [Face], sides: &[Side]) -> Result<bool, Violation> {
         // Neighbours of each face over its edges, and whether the two are oriented alike.
         let mut links: Vec<(u32, u32, bool)> = Vec::new();
@@ -253,7 +256,8 @@ impl Check<'_> {
         Ok(true)
     }
 
-    /// Whether vertices without a face had to be dropped, and the rest renumbered in the same order.
+    /// Whether vertices without a face had to be dropped, and the rest renumbered in the same
+    /// order.
     fn unused(
         &mut self,
         vertices: &mut Vec<Vec3>,

@@ -52,7 +52,8 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// Depth of the component as seen from `start`, and a particle of fewest springs among those farthest away.
+    /// Depth of the component as seen from `start`, and a particle of fewest springs among those
+    /// farthest away.
     fn farthest(&mut self, start: u32) -> (u32, u32) {
         self.round += 1;
         self.queue.clear();

@@ -1,8 +1,8 @@
 //! A solid bounded by a closed triangle mesh.
 //!
-//! The nearest point of the surface is found in a tree of bounding boxes. Whether `x` lies inside is told by the
-//! angle-weighted normal of the face, edge or vertex on which that point lies (Bærentzen & Aanæs 2005): the normal of
-//! one face alone is wrong where the nearest point lies on an edge.
+//! A tree of bounding boxes finds the nearest point of the surface. The angle-weighted normal of
+//! the face, edge or vertex at that point tells whether `x` lies inside (Bærentzen & Aanæs 2005).
+//! The normal of one face alone is wrong if the nearest point lies on an edge.
 
 use super::shells;
 use super::tree::Tree;
@@ -12,12 +12,14 @@ use std::collections::BTreeMap;
 
 /// Most triangles.
 pub(crate) const MAX_TRIANGLES: usize = 1_000_000;
-/// Nearer to an edge or vertex than this, over the size of the mesh, its own normal replaces the direction to it.
+/// Nearer to an edge or vertex than this, over the size of the mesh, its own normal replaces the
+/// direction to it.
 pub(super) const ON_THE_SURFACE: f64 = 1e-9;
 
-/// A closed, consistently oriented triangle mesh: seen from outside, corners run counter-clockwise. It may have several
-/// connected parts: solids side by side, and walls of cavities in them, whose corners run clockwise as seen from the solid's
-/// outside. That no part cuts itself or another is taken for granted.
+/// A closed, consistently oriented triangle mesh: seen from outside, corners run counter-clockwise.
+/// It may have several connected parts: solids side by side, and walls of cavities in them, whose
+/// corners run clockwise as seen from the solid's outside. Parts must not cut themselves or each
+/// other; that is not checked.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ClosedMesh {
     vertices: Vec<Vec3>,
@@ -55,8 +57,8 @@ impl ClosedMesh {
     /// Checks the mesh; `at` is where it stands in the file.
     ///
     /// # Errors
-    /// The first [`Violation`]: a value out of range, or the triangle at which the surface is not closed, not a
-    /// surface or not oriented as its neighbours.
+    /// The first [`Violation`]: a value out of range, or the triangle at which the surface is not
+    /// closed, not a surface or not oriented as its neighbours.
     pub(crate) fn check(
         at: &str,
         vertices: Vec<Vec3>,
@@ -147,7 +149,8 @@ impl ClosedMesh {
     }
 }
 
-/// For each triangle the one across each of its edges, or the first triangle at which there is a problem.
+/// For each triangle the one across each of its edges, or the first triangle at which there is a
+/// problem.
 fn neighbours(triangles: &[[u32; 3]]) -> Result<Vec<[u32; 3]>, (usize, String)> {
     let edge = |t: usize, k: usize| (triangles[t][k], triangles[t][(k + 1) % 3]);
     let mut owner = BTreeMap::new();
@@ -197,7 +200,8 @@ fn pinched(vertices: usize, triangles: &[[u32; 3]], across: &[[u32; 3]]) -> Opti
     })
 }
 
-/// The point of a triangle that is nearest to `x`, and where on it that is (Ericson 2005, section 5.1.5).
+/// The point of a triangle that is nearest to `x`, and where on it that is (Ericson 2005, section
+/// 5.1.5).
 pub(super) fn nearest_on_triangle(x: &Vec3, [a, b, c]: [Vec3; 3]) -> (Vec3, Feature) {
     let (ab, ac, ax) = (b - a, c - a, x - a);
     let (d1, d2) = (ab.dot(&ax), ac.dot(&ax));

@@ -85,7 +85,8 @@ fn a_box_of_triangles_has_the_distances_and_normals_of_the_box() {
     }
 }
 
-/// The tree finds what a search through all triangles finds; inside and outside are told apart at edges and corners.
+/// The tree finds what a search through all triangles finds; inside and outside are told apart at
+/// edges and corners.
 #[test]
 fn a_ball_of_many_triangles_is_a_ball_up_to_their_size() {
     let mesh = closed(ball(4)).expect("valid");
@@ -187,11 +188,12 @@ fn parts_that_are_turned_the_wrong_way_are_refused() {
     assert!(message(many).contains("at most 100 parts"));
 }
 
-/// Corners of the upper block lie on faces of the lower one, where a solid angle jumps: only its other points tell the side.
+/// Corners of the upper block lie on faces of the lower one, where a solid angle jumps: only its
+/// other points tell the side.
 #[test]
 fn a_block_may_stand_on_a_bigger_one_or_fill_a_cavity() {
-    // The bottom, the sides, the top, as editors of meshes list them: most triangles begin at the bottom, the middle of which is
-    // `base`.
+    // The bottom, the sides, the top, as editors of meshes list them: most triangles begin at the
+    // bottom, the middle of which is `base`.
     let block = |side: f64, height: f64, base: Vec3| {
         let corner = |i: usize| [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]][i % 4];
         let vertex = |i: usize| {

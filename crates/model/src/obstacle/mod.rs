@@ -80,16 +80,17 @@ impl From<Shape> for Obstacle {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Detection {
-    /// When the particle lies inside the obstacle, `φ(x_n) < 0` (EEH section 6).
+    /// If the particle lies inside the obstacle, `φ(x_n) < 0` (EEH section 6).
     #[default]
     Penetration,
-    /// When it would lie inside after a step at its present velocity, `φ(x_n) + h n·v_n < 0`.
+    /// If it would lie inside after a step at its present velocity, `φ(x_n) + h n·v_n < 0`.
     Speculative,
 }
 
 impl Obstacle {
-    /// Signed distance `φ`, m (negative inside), and outward unit normal `∇φ` at `x`, the obstacle being where it starts:
-    /// after a displacement by `d`, its [`offset`](Self::offset), take `x − d`.
+    /// Signed distance `φ`, m (negative inside), and outward unit normal `∇φ` at `x`, for the
+    /// obstacle at its place at the start. After a displacement `d`, its [`offset`](Self::offset),
+    /// pass `x − d`.
     ///
     /// Where the normal is not unique (centre of a ball, the ridges inside a box) one of the
     /// candidates is returned, upward (+z) first.
@@ -113,13 +114,13 @@ impl Obstacle {
         }
     }
 
-    /// How far it is from where it starts at `t` seconds, m; 0 without a path.
+    /// Displacement from its place at the start at `t` seconds, m; 0 without a path.
     pub fn offset(&self, t: f64) -> Vec3 {
         self.path.as_ref().map_or(Vec3::zeros(), |path| path.offset(t))
     }
 
-    /// [`distance`](Self::distance) where it may be below `reach`, m: where it is costly, a look at the bounding box comes
-    /// first.
+    /// [`distance`](Self::distance) if it may be below `reach`, m. A mesh first looks at its
+    /// bounding box, because its distance is costly.
     pub fn distance_within(&self, x: &Vec3, reach: f64) -> Option<(f64, Vec3)> {
         match &self.shape {
             Shape::Mesh(mesh) if !mesh.is_near(x, reach) => None,

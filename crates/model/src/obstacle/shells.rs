@@ -1,7 +1,8 @@
 //! The connected parts of a closed mesh: surfaces of solids, and walls of cavities in them.
 //!
-//! The side on which a point lies is told by the nearest triangle. That is right only if on the way in from infinity surfaces of
-//! solids and walls of cavities take turns: a part turned outward must lie outside all solid, one turned inward inside.
+//! The nearest triangle tells on which side a point lies. That is right only if surfaces of solids
+//! and walls of cavities alternate on the way in from infinity. A part turned outward must lie
+//! outside all solids, a part turned inward inside one.
 
 use super::mesh::{ON_THE_SURFACE, nearest_on_triangle};
 use crate::Vec3;
@@ -9,7 +10,8 @@ use std::f64::consts::TAU;
 
 /// Most parts: all are compared with all.
 const MAX_SHELLS: usize = 100;
-/// Points of a part that are looked at. They are on one side of the others, unless parts cut each other a little.
+/// Number of points of a part that are tested. They lie on one side of the other parts, unless
+/// parts cut each other a little.
 const SAMPLES: usize = 4;
 /// Most points of a part that are tried, to find some that lie on no other part.
 const MAX_TRIED: usize = 16;
@@ -41,7 +43,8 @@ pub(super) fn check(
     }
     for (place, shell) in shells.iter().enumerate() {
         let others = || shells.iter().enumerate().filter(|(other, _)| *other != place);
-        // How many solids a point is in. One on another part, where two touch, is on neither side of it.
+        // Number of solids around a point. A point on another part, where two touch, is on neither
+        // side.
         let depth = |x: Vec3| {
             others().map(|(_, other)| other.turns_around(&x, corners)).sum::<Option<f64>>()
         };
@@ -107,8 +110,9 @@ impl Shell {
         spread.map(move |t| corners(t).iter().sum::<Vec3>() / 3.0)
     }
 
-    /// How often it goes around `x`: 1 or −1 inside, by the sense in which it is turned, 0 outside. The sum of the solid angles
-    /// of its triangles (van Oosterom and Strackee 1983). `None` where `x` lies on it.
+    /// How often it goes around `x`: 1 or −1 inside, by the sense in which it is turned, 0 outside.
+    /// The sum of the solid angles of its triangles (van Oosterom and Strackee 1983). `None` where
+    /// `x` lies on it.
     fn turns_around(&self, x: &Vec3, corners: impl Fn(u32) -> [Vec3; 3]) -> Option<f64> {
         let near = ON_THE_SURFACE * (self.high - self.low).norm();
         if (0..3).any(|axis| x[axis] < self.low[axis] || x[axis] > self.high[axis]) {

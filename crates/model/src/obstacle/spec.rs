@@ -33,7 +33,7 @@ macro_rules! obstacles {
                     #[serde(default, skip_serializing_if = "is_zero")]
                     #[schemars(range(min = 0.0, max = MAX_FRICTION))]
                     friction: f64,
-                    /// How it is moved from its place at the start; it rests if there are no keyframes.
+                    /// Its path from its place at the start. Without keyframes it rests.
                     #[serde(default, skip_serializing_if = "Vec::is_empty")]
                     #[schemars(length(max = MAX_KEYFRAMES))]
                     path: Vec<KeyframeSpec>,
@@ -94,12 +94,14 @@ obstacles! {
 }
 
 impl ObstacleSpec {
-    /// A plane at rest, without friction: a point, m, its outward normal, and the coefficient of restitution.
+    /// A plane at rest, without friction: a point, m, its outward normal, and the coefficient of
+    /// restitution.
     pub const fn plane(point_m: [f64; 3], normal: [f64; 3], restitution: f64) -> Self {
         Self::Plane { point_m, normal, restitution, friction: 0.0, path: Vec::new() }
     }
 
-    /// A box at rest, without friction: centre and edge lengths, m, and the coefficient of restitution.
+    /// A box at rest, without friction: centre and edge lengths, m, and the coefficient of
+    /// restitution.
     pub const fn cuboid(center_m: [f64; 3], size_m: [f64; 3], restitution: f64) -> Self {
         Self::Box { center_m, size_m, restitution, friction: 0.0, path: Vec::new() }
     }

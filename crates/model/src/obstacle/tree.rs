@@ -32,7 +32,8 @@ impl Bounds {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Node {
     bounds: Bounds,
-    /// The first triangle of a leaf in `order`, or the second child; the first child follows its parent.
+    /// The first triangle of a leaf in `order`, or the second child; the first child follows its
+    /// parent.
     next: u32,
     /// Triangles of a leaf; 0 for others.
     count: u32,
@@ -85,7 +86,8 @@ impl Tree {
         self.nodes[0].bounds.distance_squared(x) <= reach * reach
     }
 
-    /// The triangle with the point nearest to `x`, that point and where it lies, given the same of each triangle.
+    /// The triangle with the point nearest to `x`, that point and where it lies, given the same of
+    /// each triangle.
     pub(super) fn nearest(
         &self,
         x: &Vec3,

@@ -1,16 +1,16 @@
-//! Fabrics whose tension was measured, and what their springs are like.
+//! Fabrics with measured tension, and their springs.
 
 use super::{PieceSpec, SpringEffect, SpringLaw, StretchLaw};
 use crate::error::Violation;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// A fabric whose tension is known, for warp and weft apart.
+/// A fabric with known tension of warp and weft.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Fabric {
-    /// A woven wool cloth of 0.15 kg/m²: force-strain tests as tabulated in `Materials.h` of R. Strohkorb's cloth simulation,
-    /// every fourth sample.
+    /// A woven wool cloth of 0.15 kg/m²: force-strain tests as tabulated in `Materials.h` of R.
+    /// Strohkorb's cloth simulation, every fourth sample.
     Wool,
 }
 
@@ -51,8 +51,8 @@ const WOOL_WEFT: Curve = Curve {
 };
 
 impl Curve {
-    /// For springs of this length that each stand for a strip of cloth of this width, m; linear between the samples, and
-    /// beyond the last one as before it.
+    /// The law of springs of this length, each for a strip of cloth of this width, m. It is linear
+    /// between the samples and keeps its last slope beyond.
     fn springs(&self, length: f64, width: f64) -> StretchLaw {
         let last = self.tension.len() - 1;
         let piece = |k: usize| PieceSpec {
@@ -65,9 +65,10 @@ impl Curve {
 }
 
 impl SpringLaw {
-    /// With the curves of its fabric, if it names one, in place of the name. Every spring of a grid stands for a strip as wide
-    /// as the mesh, those at the border too: a sheet of `n` rows is stiffer than `n − 1` strips by one part in `n − 1`.
-    /// `spacing` is the distance of the particles along x, the warp, and y, m; 0 where there is a single one.
+    /// Replaces the name of a fabric by its curves. Every spring of a grid stands for a strip as
+    /// wide as the mesh, also at the border: a sheet of `n` rows is stiffer than `n − 1` strips by
+    /// one part in `n − 1`. `spacing` is the distance of the particles along x, the warp, and y, m;
+    /// 0 along a single one.
     pub(super) fn of_fabric(
         &self,
         effect: SpringEffect,

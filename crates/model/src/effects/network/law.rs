@@ -1,4 +1,4 @@
-//! What a scene says of the springs of an effect: stiffness, pieces, compression, buckling; for warp and weft apart.
+//! Laws of springs in a scene: stiffness, pieces, compression, buckling; for warp and weft apart.
 
 use super::{Fabric, SpringEffect, SpringSpec, Strand};
 use crate::bounds::{MAX_COEFFICIENT, at_most, coefficient, number, positive, refuse, within};
@@ -40,15 +40,15 @@ pub struct StretchLaw {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[schemars(length(max = MAX_PIECES))]
     pub pieces: Vec<PieceSpec>,
-    /// Stiffness in compression, N/m. If absent: the stiffness, or a tenth of that of the first piece.
+    /// Stiffness in compression, N/m. If absent: the stiffness, or a tenth of the first piece's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0, max = MAX_COEFFICIENT))]
     pub compression_stiffness_n_per_m: Option<f64>,
 }
 
-/// Stiffness and damping of one kind of spring, each either absolute or over the mass of a particle.
-/// Instead of one stiffness it may give piecewise-linear tension: for all springs alike, for warp
-/// and weft apart, or of a fabric.
+/// Stiffness and damping of one kind of spring, each either absolute or over the mass of a
+/// particle. Instead of one stiffness it may give piecewise-linear tension: for all springs alike,
+/// for warp and weft apart, or of a fabric.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SpringLaw {
@@ -72,7 +72,7 @@ pub struct SpringLaw {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[schemars(length(max = MAX_PIECES))]
     pub pieces: Vec<PieceSpec>,
-    /// Stiffness in compression, N/m. If absent: the stiffness, or a tenth of that of the first piece.
+    /// Stiffness in compression, N/m. If absent: the stiffness, or a tenth of the first piece's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0, max = MAX_COEFFICIENT))]
     pub compression_stiffness_n_per_m: Option<f64>,

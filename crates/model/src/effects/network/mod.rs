@@ -1,4 +1,5 @@
-//! Springs as data: tension, shear and bending of a cloth, from a scene to linear or piecewise-linear springs.
+//! Springs as data: tension, shear and bending of a cloth, from a scene to linear or
+//! piecewise-linear springs.
 
 mod fabric;
 mod law;
@@ -92,7 +93,8 @@ pub struct SpringSpec {
     #[serde(default, skip_serializing_if = "<[_]>::is_empty")]
     #[schemars(length(max = MAX_PIECES))]
     pub pieces: Arc<[PieceSpec]>,
-    /// Stiffness in compression, N/m. If absent: the stiffness, or a tenth of it if there are pieces.
+    /// Stiffness in compression, N/m. If absent: the stiffness, or a tenth of it if there are
+    /// pieces.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0, max = MAX_COEFFICIENT))]
     pub compression_stiffness_n_per_m: Option<f64>,

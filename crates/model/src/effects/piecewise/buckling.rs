@@ -1,20 +1,24 @@
 //! The buckling of a strip of cloth that is compressed, after Choi and Ko (2002).
 //!
-//! A strip of rest length `ℓ` with the flexural rigidity `B` (N m²) bends into an arc of a circle and keeps its length when its ends
-//! come closer than its buckling load allows. With `y = sinc⁻¹(L/ℓ)`, half of the angle of the arc, its ends push with
+//! A strip of rest length `ℓ` with the flexural rigidity `B` (N m²) bends into an arc of a circle
+//! and keeps its length when its ends come closer than its buckling load allows. With
+//! `y = sinc⁻¹(L/ℓ)`, half of the angle of the arc, its ends push with
 //!
 //! ```text
 //! T = (4 B/ℓ²) y²/(cos y − sinc y)      ≈  (4 B/ℓ²) P(L/ℓ)
 //! P(x) = −11.541 x⁴ + 34.193 x³ − 39.083 x² + 23.116 x − 9.713
 //! ```
 //!
-//! The formula is that of the paper. The polynomial, which stands for it within 0.16 of its 3 to 10, is known from the cloth solver
-//! of Blender, which calls it `fb`, and leaves the factor in front to the user. The code takes the polynomial.
+//! The paper gives the formula. The polynomial comes from the cloth solver of Blender, which calls
+//! it `fb` and leaves the factor in front to the user. It deviates from the formula, whose values
+//! are 3 to 10, by at most 0.16. The code takes the polynomial.
 //!
-//! Until it buckles the strip is a spring, `T = k (L − ℓ)`. It buckles at the greatest length at which the spring would push as
-//! hard as the arc, and stays an arc below; a spring so soft that it never does is one at all lengths.
+//! Until it buckles the strip is a spring, `T = k (L − ℓ)`. It buckles at the greatest length at
+//! which the spring would push as hard as the arc, and is an arc at all shorter lengths. A very
+//! soft spring never buckles.
 //!
-//! `P` rises and is concave for `0 ≤ x ≤ 1`. So both parts of the curve rise, and the energy is convex in `L`.
+//! `P` rises and is concave for `0 ≤ x ≤ 1`. So both parts of the curve rise, and the energy is
+//! convex in `L`.
 
 /// Coefficients of `P`, of rising powers.
 const P: [f64; 5] = [-9.713, 23.116, -39.083, 34.193, -11.541];
@@ -52,14 +56,16 @@ fn integral(x: f64) -> f64 {
 }
 
 impl Buckling {
-    /// A strip of `stiffness` (N/m), at least 0, `rigidity` (N m²) and rest length (m), both above 0. One so short that its load
-    /// is no finite number has no finite [`steepest_buckled`](Self::steepest_buckled) either.
+    /// A strip of `stiffness` (N/m), at least 0, `rigidity` (N m²) and rest length (m), both above
+    /// 0. If it is so short that its load is not finite,
+    /// [`steepest_buckled`](Self::steepest_buckled) is not finite either.
     pub(crate) fn new(stiffness: f64, rigidity: f64, rest: f64) -> Self {
         let load = 4.0 * rigidity / (rest * rest);
         let steepest_buckled = load / rest * derivative(0.0);
-        // The greatest root of g(x) = load P(x) − k ℓ (x − 1) below 1. g is concave and negative at 1. Where it falls there, a
-        // tangent, which lies above g, meets 0 between the root and the place before: Newton's method goes down to the root
-        // without passing it. Where g rises, or the tangent meets 0 below 0, there is no root.
+        // The greatest root of g(x) = load P(x) − k ℓ (x − 1) below 1. g is concave and negative at
+        // 1. Where it falls there, a tangent, which lies above g, meets 0 between the root and the
+        // place before: Newton's method goes down to the root without passing it. Where g rises, or
+        // the tangent meets 0 below 0, there is no root.
         let force = stiffness * rest;
         let mut at = 1.0;
         for _ in 0..MOST {

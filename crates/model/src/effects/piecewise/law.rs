@@ -21,8 +21,8 @@ struct Piece {
 pub(crate) struct Curve(Arc<[Piece]>);
 
 impl Curve {
-    /// A curve of the stiffness (N/m) of each piece and the strain at which it ends; the last piece never ends.
-    /// Strains rise from above 0.
+    /// A curve of the stiffness (N/m) of each piece and the strain at which it ends; the last piece
+    /// never ends. Strains rise from above 0.
     pub(crate) fn new(pieces: impl IntoIterator<Item = (f64, f64)>) -> Self {
         let (mut from, mut tension, mut energy) = (0.0, 0.0, 0.0);
         let mut list = Vec::new();
@@ -37,7 +37,7 @@ impl Curve {
     }
 }
 
-/// What a spring does when it is shorter than its rest length.
+/// Behaviour of a spring that is shorter than its rest length.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Compression {
     /// `T = k (L − ℓ)`.
@@ -46,15 +46,17 @@ enum Compression {
     Buckling(Buckling),
 }
 
-/// Tension `T` (N), energy `U` (J) and slope `T'` (N/m) of a spring over its length `L`, for any rest length `ℓ`.
+/// Tension `T` (N), energy `U` (J) and slope `T'` (N/m) of a spring over its length `L`, for any
+/// rest length `ℓ`.
 ///
-/// In tension the curve is piecewise linear over the strain `L/ℓ − 1`. `T` and `U` are continuous, both 0 at `L = ℓ`:
+/// In tension the curve is piecewise linear over the strain `L/ℓ − 1`. `T` and `U` are continuous,
+/// both 0 at `L = ℓ`:
 ///
 /// ```text
 /// T = T_p + k_p (L − L_p)        U = U_p + T_p (L − L_p) + ½ k_p (L − L_p)²        L_p = ℓ (1 + strain_p)
 /// ```
 ///
-/// At a kink the slope is that of the longer side.
+/// At a kink the slope is taken from the longer side.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TensionLaw {
     compression: Compression,
@@ -114,8 +116,9 @@ impl TensionLaw {
         self.tension(rest, length) / length
     }
 
-    /// The greatest slope, N/m. Since `T(ℓ) = 0`, neither `T'` nor `T/L` exceeds it at any length: `½ K L² − U` is convex in
-    /// the difference of the ends for this `K`, and for no smaller one.
+    /// The greatest slope `K`, N/m. Since `T(ℓ) = 0`, neither `T'` nor `T/L` exceeds it at any
+    /// length. It is the smallest `K` for which `½ K L² − U` is convex in the difference of the
+    /// ends.
     pub fn steepest(&self) -> f64 {
         let compression = match &self.compression {
             Compression::Linear { stiffness } => *stiffness,

@@ -1,12 +1,15 @@
-//! Springs whose tension is piecewise linear in the strain, or that buckle: tension as Kawabata's machine measures it.
+//! Springs whose tension is piecewise linear in the strain, or that buckle: tension as Kawabata's
+//! machine measures it.
 //!
 //! ```text
 //! f_i = −T(L) û        −∂f_i/∂x_i = T' ûûᵀ + (T/L)(I − ûûᵀ)
 //! ```
 //!
-//! The split `f = −L_K x + F2(x)` takes for `K` the steepest slope of the spring's curve, a constant: `½ K L² − U` is convex then, and
-//! the energy theorem of IMEX Euler and the descent of updated CG hold as for linear springs. What it costs is artificial damping `h K` across
-//! and along springs that are softer at the moment. [`visit_slopes`](LinearSplit::visit_slopes) offers the present slope instead.
+//! In the split `f = −L_K x + F2(x)`, `K` is the steepest slope of the spring's curve, a constant.
+//! Then `½ K L² − U` is convex, and the energy theorem of IMEX Euler and the descent of updated CG
+//! hold as for linear springs. The price is artificial damping `h K` across and along springs that
+//! are softer at the moment. [`visit_slopes`](LinearSplit::visit_slopes) offers the present slope
+//! instead.
 
 mod buckling;
 mod law;
@@ -48,7 +51,7 @@ struct Stretched<'a> {
 }
 
 impl Stretched<'_> {
-    /// Whether it has no direction: then its force is `−T'(0) d`.
+    /// Whether it has no direction. Then its force is `−T'(0) d`.
     fn is_collapsed(&self) -> bool {
         self.length <= COLLAPSED * self.rest
     }
@@ -64,7 +67,7 @@ impl Stretched<'_> {
 }
 
 impl PiecewiseSprings {
-    /// Springs of one kind, each with the law `laws[law_of[…]]`; their own stiffness does not count.
+    /// Springs of one kind, each with the law `laws[law_of[…]]`. Their own stiffness is ignored.
     pub(crate) fn new(
         kind: EffectKind,
         mut springs: Vec<Spring>,
@@ -140,8 +143,8 @@ impl Effect for PiecewiseSprings {
         self.majorant.visit_pairs(visit);
     }
 
-    /// `−∂f_i/∂x_i = T' ûûᵀ + (T/L)(I − ûûᵀ)`: eigenvalues `T'`, never negative, along the spring and `T/L`, twice, across it.
-    /// [`Tangent::Projected`] drops the latter in compression.
+    /// `−∂f_i/∂x_i = T' ûûᵀ + (T/L)(I − ûûᵀ)`: eigenvalues `T'`, never negative, along the spring
+    /// and `T/L`, twice, across it. [`Tangent::Projected`] drops the latter in compression.
     fn add_stiffness(&self, x: &[Vec3], scale: f64, tangent: Tangent, sink: &mut dyn BlockSink) {
         self.each(x, |s| {
             let transverse = match tangent {

@@ -148,7 +148,8 @@ fn tension_is_the_slope_of_the_energy_and_the_steepest_slope_bounds_both_tangent
     }
 }
 
-/// The polynomial against the arc of a circle that it stands for, and a strip that is squeezed: linear, then buckled.
+/// The polynomial against the arc of a circle that it stands for, and a strip that is squeezed:
+/// linear, then buckled.
 #[test]
 fn a_strip_buckles_as_an_arc_of_a_circle() {
     for k in 1..200 {
@@ -226,7 +227,8 @@ fn forces_turn_and_move_with_the_cloth_and_conserve_both_momenta() {
     }
 }
 
-/// `F1 + F2 = F` for the constant split, `−(T/L) d = F`, and the convex function that stands behind the energy theorem.
+/// `F1 + F2 = F` for the constant split, `−(T/L) d = F`, and the convex function that stands behind
+/// the energy theorem.
 #[test]
 fn the_split_adds_up_and_its_majorant_is_convex() {
     for seed in 0..40 {
@@ -315,7 +317,8 @@ fn a_collapsed_spring_has_no_direction_and_no_force() {
     assert_eq!(blocks.0[0].2, Mat3::from_diagonal_element(2.0));
 }
 
-/// Particles in a row, every spring piecewise, of two kinds, in an order that makes the system renumber them.
+/// Particles in a row, every spring piecewise, of two kinds, in an order that makes the system
+/// renumber them.
 fn scattered(n: u32) -> SystemSpec {
     let key = |k: u32| ((k * k * 31 + k * 7919) % 10_007, k);
     let mut row: Vec<u32> = (0..n).collect();
