@@ -5,21 +5,16 @@
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 mod common;
+mod devtools;
 
+use base64::prelude::{BASE64_STANDARD, Engine as _};
+use devtools::Browser;
 use drape_harness::studies::draw;
-use headless_chrome::protocol::cdp::types::Event;
-use headless_chrome::protocol::cdp::{Emulation, Log, Network, Page};
-use headless_chrome::{Browser, LaunchOptions, Tab};
 use serde_json::{Value, json};
-use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex};
-use std::time::Duration;
 
 const PHONE: u32 = 390;
 const DESK: u32 = 1280;
-/// Every action may take this long on a busy machine.
-const PATIENCE: Duration = Duration::from_secs(60);
 
 /// Chromium, or `None` after saying that there is none.
 fn chromium() -> Option<PathBuf> {
@@ -39,108 +34,71 @@ fn chromium() -> Option<PathBuf> {
     found
 }
 
-/// A page that was opened, and all that went wrong on it.
+/// A page that was opened from disk.
 struct Opened {
-    tab: Arc<Tab>,
-    complaints: Arc<Mutex<Vec<String>>>,
-    _browser: Browser,
+    browser: Browser,
+    address: String,
 }
 
-/// Opens the report of a folder in a window so wide; notes requests, messages of the console and exceptions.
-fn open(chromium: PathBuf, results: &Path, width: u32, scheme: &str) -> Opened {
-    let options = LaunchOptions::default_builder()
-        .path(Some(chromium))
-        // Who runs tests as root, as in a container, has no sandbox.
-        .sandbox(false)
-        .window_size(Some((width, 900)))
-        .idle_browser_timeout(PATIENCE)
-        .args(vec![OsStr::new("--disable-dev-shm-usage")])
-        .build()
-        .unwrap();
-    let browser = Browser::new(options).unwrap();
-    let tab = browser.new_tab().unwrap();
-    tab.set_default_timeout(PATIENCE);
-    tab.call_method(Emulation::SetDeviceMetricsOverride {
-        width,
-        height: 900,
-        device_scale_factor: 1.0,
-        mobile: width < 600,
-        scale: None,
-        screen_width: None,
-        screen_height: None,
-        position_x: None,
-        position_y: None,
-        dont_set_visible_size: None,
-        screen_orientation: None,
-        viewport: None,
-        display_feature: None,
-        device_posture: None,
-    })
-    .unwrap();
-    emulate(&tab, scheme);
-
+/// Opens the report of a folder in a window so wide.
+fn open(chromium: &Path, results: &Path, width: u32, scheme: &str) -> Opened {
+    let mut browser = Browser::start(chromium);
+    for domain in ["Page", "Runtime", "Log", "Network"] {
+        browser.call(&format!("{domain}.enable"), &json!({}));
+    }
+    let window =
+        json!({ "width": width, "height": 900, "deviceScaleFactor": 1, "mobile": width < 600 });
+    browser.call("Emulation.setDeviceMetricsOverride", &window);
     let address = format!("file://{}", results.join("report.html").display());
-    let complaints = Arc::new(Mutex::new(Vec::new()));
-    let (notes, own) = (Arc::clone(&complaints), address.clone());
-    tab.add_event_listener(Arc::new(move |event: &Event| {
-        let complaint = match event {
-            Event::NetworkRequestWillBeSent(event) => {
-                let url = &event.params.request.url;
-                (*url != own && !url.starts_with("data:")).then(|| format!("request for {url}"))
-            }
-            Event::RuntimeConsoleAPICalled(event) => {
-                Some(format!("console {:?}: {:?}", event.params.Type, event.params.args))
-            }
-            Event::RuntimeExceptionThrown(event) => {
-                Some(format!("exception: {:?}", event.params.exception_details))
-            }
-            Event::LogEntryAdded(event)
-                if event.params.entry.level != Log::LogEntryLevel::Verbose =>
-            {
-                Some(format!("log: {:?}", event.params.entry))
-            }
-            _ => None,
-        };
-        notes.lock().unwrap().extend(complaint);
-    }))
-    .unwrap();
-    tab.enable_runtime().unwrap();
-    tab.enable_log().unwrap();
-    tab.call_method(Network::Enable {
-        max_total_buffer_size: None,
-        max_resource_buffer_size: None,
-        max_post_data_size: None,
-        report_direct_socket_traffic: None,
-        enable_durable_messages: None,
-    })
-    .unwrap();
-    tab.navigate_to(&address).unwrap().wait_until_navigated().unwrap();
-    Opened { tab, complaints, _browser: browser }
-}
-
-/// Light or dark.
-fn emulate(tab: &Tab, scheme: &str) {
-    let feature = Emulation::MediaFeature {
-        name: "prefers-color-scheme".to_owned(),
-        value: scheme.to_owned(),
-    };
-    tab.call_method(Emulation::SetEmulatedMedia { media: None, features: Some(vec![feature]) })
-        .unwrap();
+    let mut page = Opened { browser, address };
+    page.emulate(scheme);
+    page.browser.call("Page.navigate", &json!({ "url": page.address }));
+    page.browser.wait_for("Page.loadEventFired");
+    page
 }
 
 impl Opened {
-    /// The value of an expression, by way of JSON.
-    fn value(&self, expression: &str) -> Value {
-        let object = self.tab.evaluate(&format!("JSON.stringify({expression})"), true).unwrap();
-        serde_json::from_str(object.value.unwrap().as_str().unwrap()).unwrap()
+    fn value(&mut self, expression: &str) -> Value {
+        self.browser.value(expression)
     }
 
-    /// Keeps a picture below the folder in DRAPE_REPORT_LOOK, for a look at it.
-    fn keep(&self, name: &str) {
-        let Some(folder) = std::env::var_os("DRAPE_REPORT_LOOK") else { return };
-        let format = Page::CaptureScreenshotFormatOption::Png;
-        let picture = self.tab.capture_screenshot(format, None, None, true).unwrap();
-        std::fs::write(Path::new(&folder).join(name), picture).unwrap();
+    /// Light or dark.
+    fn emulate(&mut self, scheme: &str) {
+        let feature = json!({ "name": "prefers-color-scheme", "value": scheme });
+        self.browser.call("Emulation.setEmulatedMedia", &json!({ "features": [feature] }));
+    }
+
+    /// Requests for anything but the page, messages of the console, exceptions and log entries.
+    fn complaints(&self) -> Vec<String> {
+        let complaint = |event: &Value| {
+            let params = &event["params"];
+            match event["method"].as_str().unwrap() {
+                "Network.requestWillBeSent" => {
+                    let url = params["request"]["url"].as_str().unwrap();
+                    (url != self.address && !url.starts_with("data:"))
+                        .then(|| format!("request for {url}"))
+                }
+                "Log.entryAdded" if params["entry"]["level"] == "verbose" => None,
+                "Log.entryAdded" | "Runtime.consoleAPICalled" | "Runtime.exceptionThrown" => {
+                    Some(event.to_string())
+                }
+                _ => None,
+            }
+        };
+        self.browser.events.iter().filter_map(complaint).collect()
+    }
+
+    /// Keeps a file below the folder in DRAPE_REPORT_LOOK, if it is set: a human can then look at it.
+    fn keep(name: &str, bytes: impl FnOnce() -> Vec<u8>) {
+        if let Some(folder) = std::env::var_os("DRAPE_REPORT_LOOK") {
+            std::fs::write(Path::new(&folder).join(name), bytes()).unwrap();
+        }
+    }
+
+    /// The bytes that a command of the page returns.
+    fn bytes(&mut self, method: &str, params: &Value) -> Vec<u8> {
+        let answer = self.browser.call(method, params);
+        BASE64_STANDARD.decode(answer["data"].as_str().unwrap()).unwrap()
     }
 }
 
@@ -148,7 +106,7 @@ impl Opened {
 fn check(results: &Path, width: u32) {
     let Some(chromium) = chromium() else { return };
     draw(results).unwrap();
-    let page = open(chromium, results, width, "light");
+    let mut page = open(&chromium, results, width, "light");
 
     assert_eq!(page.value("innerWidth"), json!(width));
     assert_eq!(
@@ -172,30 +130,28 @@ fn check(results: &Path, width: u32) {
         );
     }
 
-    sorts(&page);
-    enlarges(&page);
+    sorts(&mut page);
+    enlarges(&mut page);
     let is_open = page.value("document.getElementById('contents').open");
     assert_eq!(is_open, json!(width > 600), "the contents are closed on a phone");
 
     let colours = "getComputedStyle(document.body).backgroundColor";
     let light = page.value(colours);
-    emulate(&page.tab, "dark");
+    page.emulate("dark");
     assert_ne!(page.value(colours), light);
-    page.keep(&format!("dark-{width}.png"));
-    emulate(&page.tab, "light");
+    Opened::keep(&format!("dark-{width}.png"), || page.bytes("Page.captureScreenshot", &json!({})));
+    page.emulate("light");
     assert_eq!(page.value(colours), light);
 
-    let pdf = page.tab.print_to_pdf(None).unwrap();
+    let pdf = page.bytes("Page.printToPDF", &json!({}));
     assert!(pdf.starts_with(b"%PDF") && pdf.len() > 20_000, "{} bytes", pdf.len());
-    if let Some(folder) = std::env::var_os("DRAPE_REPORT_LOOK") {
-        std::fs::write(Path::new(&folder).join(format!("print-{width}.pdf")), pdf).unwrap();
-    }
-    let complaints = page.complaints.lock().unwrap();
+    Opened::keep(&format!("print-{width}.pdf"), || pdf);
+    let complaints = page.complaints();
     assert!(complaints.is_empty(), "{complaints:#?}");
 }
 
 /// A click on the head of a column sorts by it, another one turns the order round; so does the keyboard.
-fn sorts(page: &Opened) {
+fn sorts(page: &mut Opened) {
     page.value(
         "(() => { const heads = [...document.querySelectorAll('main table')].map((t) => t.tHead.rows[0].cells[0]); \
          window.head = heads.find((h) => { const c = [...h.closest('table').tBodies[0].rows].map((r) => r.cells[0].textContent); return new Set(c).size > 2; }); \
@@ -204,11 +160,11 @@ fn sorts(page: &Opened) {
     );
     let click = "head.querySelector('button').click()";
     let before = page.value("column()");
-    page.tab.evaluate(click, false).unwrap();
+    page.value(click);
     let (rising, order) = (page.value("column()"), page.value("head.getAttribute('aria-sort')"));
     assert_eq!(order, json!("ascending"));
-    page.tab.evaluate("head.querySelector('button').focus()", false).unwrap();
-    page.tab.press_key("Enter").unwrap();
+    page.value("head.querySelector('button').focus()");
+    page.browser.press_enter();
     let (falling, order) = (page.value("column()"), page.value("head.getAttribute('aria-sort')"));
     assert_eq!(order, json!("descending"));
     assert_ne!(rising, falling);
@@ -227,14 +183,14 @@ fn sorts(page: &Opened) {
 }
 
 /// A figure opens large and closes again; no id is there twice meanwhile.
-fn enlarges(page: &Opened) {
-    page.tab.evaluate("document.querySelector('.enlarge').click()", false).unwrap();
+fn enlarges(page: &mut Opened) {
+    page.value("document.querySelector('.enlarge').click()");
     assert_eq!(page.value("document.getElementById('large').open"), json!(true));
     let width = page.value("document.querySelector('dialog svg').getBoundingClientRect().width");
     assert!(width.as_f64().unwrap() > 900.0, "{width}");
     let twice = "[...document.querySelectorAll('[id]')].length - new Set([...document.querySelectorAll('[id]')].map((e) => e.id)).size";
     assert_eq!(page.value(twice), json!(0));
-    page.tab.evaluate("document.querySelector('dialog button').click()", false).unwrap();
+    page.value("document.querySelector('dialog button').click()");
     assert_eq!(page.value("document.getElementById('large').open"), json!(false));
 }
 

@@ -518,7 +518,7 @@ fn the_index_names_question_findings_figures_and_command() {
         "**What does tables ask?**",
         "- A second finding, a | b.",
         "(figures/cg-vs-theta.svg)",
-        "(report.html#cg-vs-stiffness)",
+        "`report.html`",
         "(tables.json)",
         "`drape experiment tables`",
     ] {
