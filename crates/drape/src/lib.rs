@@ -1,5 +1,104 @@
 //! Time integrators for mass-spring cloth, compared on one and the same cloth.
+//!
+//! A *cloth* is a [`model::System`] (masses, springs and other forces, pins, obstacles) and a
+//! [`model::State`] (time, positions, velocities). A *method* advances the state by one step
+//! ([`integrator::Integrator`]). A *run* takes many steps and counts what they cost ([`simulate`],
+//! [`count`]). A *verdict* says whether the run gained energy ([`Verdict`]).
+//!
+//! ```
+//! use drape::{Simulation, count, methods::Choice, model::TimeSpan, reference_energy};
+//!
+//! let sheet = Simulation::load("hanging-textile-1e4")?;
+//! let method = Choice::parse("imex-euler:forcing_term=0.05", &[])?;
+//! let run = count(&sheet, &method, TimeSpan { step_s: 0.01, duration_s: 0.2 })?;
+//! println!("{} CG iterations", run.outcome.totals.cg_iterations);
+//! assert_eq!(run.verdict(reference_energy(&sheet, 0.2)?).name(), "stable");
+//! # Ok::<(), drape::Error>(())
+//! ```
+//!
+//! # Where to go from here
+//!
+//! | I want to | go to |
+//! |---|---|
+//! | see a whole program | [`examples::hang_a_sheet`] |
+//! | write a method of my own | [`examples::write_a_method`] |
+//! | write a force of my own | [`examples::write_an_effect`] |
+//! | compare two methods | [`examples::compare_two`] |
+//! | find an equation, a force or a verdict in the code | [`guide::places`] |
+//! | choose a method | [`guide::methods`] |
+//! | write a scene | [`guide::scenes`] |
+//! | use the command | [`guide::command`] |
+//! | know why the numbers can be trusted | [`guide::trust`] |
+//! | know how fast it is | [`guide::speed`] |
+//!
+//! # The rooms
+//!
+//! | crate | what it holds |
+//! |---|---|
+//! | [`model`] | particles, effects, obstacles, energies, scenes; no time step |
+//! | [`integrator`] | the trait [`integrator::Integrator`] and what methods share |
+//! | `drape_imex`, `drape_backward_euler`, … | one crate for each family of methods |
+//! | [`methods`] | the registry: from an id such as `imex-euler` to an integrator |
+//! | `drape_harness` | runs, verdicts, studies and claims |
+//!
+//! The program `drape` is built from the same crates; [`guide::command`] describes it.
 
-pub use drape_harness as harness;
+pub use drape_harness::methods;
+pub use drape_harness::{
+    Counts, Divergence, Energy, HarnessError as Error, Options, Outcome, Rule, Simulation, Verdict,
+    count, count_with, judge, reference_energy, simulate, simulate_with,
+};
 pub use drape_integrator as integrator;
 pub use drape_model as model;
+
+/// Pages for readers: where things are, how to choose, how to write a scene.
+pub mod guide {
+    #[doc = include_str!("../docs/places.md")]
+    pub mod places {}
+
+    #[doc = include_str!("../docs/methods.md")]
+    pub mod methods {}
+
+    #[doc = include_str!("../docs/scenes.md")]
+    pub mod scenes {}
+
+    #[doc = include_str!("../docs/command.md")]
+    pub mod command {}
+
+    #[doc = include_str!("../docs/trust.md")]
+    pub mod trust {}
+
+    #[doc = include_str!("../docs/speed.md")]
+    pub mod speed {}
+}
+
+/// Four programs that use this library; `cargo run --example NAME` runs one.
+pub mod examples {
+    /// A sheet hangs by two corners.
+    ///
+    /// ```rust,ignore
+    #[doc = include_str!("../examples/hang_a_sheet.rs")]
+    /// ```
+    pub mod hang_a_sheet {}
+
+    /// A time integrator of your own.
+    ///
+    /// ```rust,ignore
+    #[doc = include_str!("../examples/write_a_method.rs")]
+    /// ```
+    pub mod write_a_method {}
+
+    /// A force of your own.
+    ///
+    /// ```rust,ignore
+    #[doc = include_str!("../examples/write_an_effect.rs")]
+    /// ```
+    pub mod write_an_effect {}
+
+    /// Two methods on one scene.
+    ///
+    /// ```rust,ignore
+    #[doc = include_str!("../examples/compare_two.rs")]
+    /// ```
+    pub mod compare_two {}
+}

@@ -23,7 +23,9 @@ pub use facts::{Difference, compare_folders};
 pub use journal::{Journal, Unfinished};
 pub use ordered::{Moving, OrderedSimulation, Peak};
 pub use provenance::{provenance, sha256, system_hash};
-pub use run::{Counts, Divergence, Options, Outcome, Simulation, count, simulate};
+pub use run::{
+    Counts, Divergence, Options, Outcome, Simulation, count, count_with, simulate, simulate_with,
+};
 pub use scenes::{bundled, free_edge_midpoint};
 pub use stability::{Energy, Rule, Verdict, judge, reference_energy, verdict};
 pub use team::Team;

@@ -4,11 +4,12 @@ use crate::HarnessError;
 use crate::methods::Choice;
 use crate::record::{Phases, Sample, Totals};
 use crate::schedule::Schedule;
-use crate::stability::{Energy, Rule, Watch};
+use crate::stability::{Energy, Rule, Verdict, Watch, judge};
 use drape_integrator::{
-    EnergyLedger, Implicit, Phase, PhaseClock, SolveStatus, StepError, StepReport, TimeStep,
+    EnergyLedger, Implicit, Integrator, Phase, PhaseClock, SolveStatus, StepError, StepReport,
+    TimeStep,
 };
-use drape_model::{Numbering, State, System, TimeSpan, Vec3};
+use drape_model::{Input, Numbering, State, System, TimeSpan, Vec3};
 use std::time::{Duration, Instant};
 
 /// A position farther from the centre of the start than this many scene sizes counts as diverged.
@@ -93,6 +94,29 @@ pub struct Simulation {
     pub system: System,
     /// Its present state.
     pub state: State,
+}
+
+impl Simulation {
+    /// A bundled scene by its name, or a scene or frozen system from a file.
+    ///
+    /// # Errors
+    /// [`HarnessError::Scene`] naming the file, the key and what is allowed there.
+    pub fn load(scene: &str) -> Result<Self, HarnessError> {
+        Self::of(&drape_model::load(scene)?)
+    }
+
+    /// A scene or frozen system from text; errors call it `file`.
+    ///
+    /// # Errors
+    /// As [`load`](Self::load).
+    pub fn parse(file: &str, text: &str) -> Result<Self, HarnessError> {
+        Self::of(&drape_model::parse(file, text)?)
+    }
+
+    fn of(input: &Input) -> Result<Self, HarnessError> {
+        let (system, state) = input.spec().build()?;
+        Ok(Self { system, state })
+    }
 }
 
 /// Extent of a scene, for the test of divergence.
@@ -207,6 +231,23 @@ pub fn simulate(
     })
 }
 
+/// As [`simulate`] with any integrator, for example one that no registry knows.
+///
+/// # Errors
+/// As [`simulate`].
+pub fn simulate_with(
+    simulation: &mut Simulation,
+    integrator: &mut dyn Integrator,
+    time: TimeSpan,
+    options: Options,
+    mut observe: impl FnMut(u64, &System, &State),
+) -> Result<Outcome, HarnessError> {
+    let (numbering, schedule) = (Numbering::identity(), Schedule::steady(time));
+    drive_integrator(simulation, &numbering, integrator, &schedule, options, None, |moment| {
+        observe(moment.step, moment.system, moment.state);
+    })
+}
+
 /// As [`simulate`], by a schedule that may change step size and stiffness on the way, and at most until the
 /// [effort](Outcome::effort) reaches a limit.
 ///
@@ -233,13 +274,28 @@ pub(crate) fn drive_numbered(
     schedule: &Schedule,
     options: Options,
     effort_limit: Option<f64>,
+    observe: impl FnMut(&Moment<'_>),
+) -> Result<Outcome, HarnessError> {
+    schedule.time.check("time.step_s", "time.duration_s")?;
+    let mut integrator = choice.build().map_err(crate::methods::MethodError::from)?;
+    let integrator = integrator.as_mut();
+    drive_integrator(simulation, numbering, integrator, schedule, options, effort_limit, observe)
+}
+
+/// As [`drive_numbered`] with any integrator.
+fn drive_integrator(
+    simulation: &mut Simulation,
+    numbering: &Numbering,
+    integrator: &mut dyn Integrator,
+    schedule: &Schedule,
+    options: Options,
+    effort_limit: Option<f64>,
     mut observe: impl FnMut(&Moment<'_>),
 ) -> Result<Outcome, HarnessError> {
     let time = schedule.time;
     time.check("time.step_s", "time.duration_s")?;
     let Simulation { system, state } = simulation;
     let steps = schedule.steps();
-    let mut integrator = choice.build().map_err(crate::methods::MethodError::from)?;
     let begin = Instant::now();
     integrator.prepare(system, TimeStep::new(time.step_s)?)?;
     let prepare_seconds = begin.elapsed().as_secs_f64();
@@ -345,6 +401,17 @@ pub struct Counts {
     pub state: State,
 }
 
+impl Counts {
+    /// How the run ended, by its energy beside the energy that the scene sets free, J
+    /// ([`reference_energy`](crate::reference_energy)).
+    pub fn verdict(&self, reference_energy: f64) -> Verdict {
+        match &self.outcome.divergence {
+            Some(_) => Verdict::Diverged,
+            None => judge(&self.energy, self.rule, reference_energy),
+        }
+    }
+}
+
 /// Runs a method from the start of a simulation, watching the energy at every step.
 ///
 /// # Errors
@@ -355,6 +422,18 @@ pub fn count(
     time: TimeSpan,
 ) -> Result<Counts, HarnessError> {
     count_by(simulation, choice, &Schedule::steady(time), None, None)
+}
+
+/// As [`count`] with any integrator, for example one that no registry knows.
+///
+/// # Errors
+/// As [`simulate`].
+pub fn count_with(
+    simulation: &Simulation,
+    integrator: &mut dyn Integrator,
+    time: TimeSpan,
+) -> Result<Counts, HarnessError> {
+    watch_integrator(simulation, integrator, &Schedule::steady(time), None, None, |_| {})
 }
 
 /// As [`count`], by a schedule. `reference` is the scene's `E_ref`, J, where rises of the energy are to be counted;
@@ -382,16 +461,39 @@ pub(crate) fn watch_by(
     schedule: &Schedule,
     reference: Option<f64>,
     effort_limit: Option<f64>,
+    observe: impl FnMut(&Moment<'_>),
+) -> Result<Counts, HarnessError> {
+    let mut integrator = choice.build().map_err(crate::methods::MethodError::from)?;
+    let integrator = integrator.as_mut();
+    watch_integrator(simulation, integrator, schedule, reference, effort_limit, observe)
+}
+
+/// As [`watch_by`] with any integrator.
+fn watch_integrator(
+    simulation: &Simulation,
+    integrator: &mut dyn Integrator,
+    schedule: &Schedule,
+    reference: Option<f64>,
+    effort_limit: Option<f64>,
     mut observe: impl FnMut(&Moment<'_>),
 ) -> Result<Counts, HarnessError> {
-    let rule = Rule::of(choice.method().class, &simulation.system);
+    let rule = Rule::of(integrator.method().class, &simulation.system);
     let mut watch = Watch::new(simulation, schedule.time.duration_s, reference);
     let mut simulation = simulation.clone();
-    let options = Options::default();
-    let outcome = drive(&mut simulation, choice, schedule, options, effort_limit, |moment| {
+    let (options, numbering) = (Options::default(), Numbering::identity());
+    let look = |moment: &Moment<'_>| {
         watch.look(schedule.elapsed(moment.step), moment);
         observe(moment);
-    })?;
+    };
+    let outcome = drive_integrator(
+        &mut simulation,
+        &numbering,
+        integrator,
+        schedule,
+        options,
+        effort_limit,
+        look,
+    )?;
     let energy = watch.energy(outcome.divergence.is_some());
     Ok(Counts { outcome, energy, rule, state: simulation.state })
 }

@@ -376,11 +376,7 @@ pub fn judge(energy: &Energy, rule: Rule, reference_energy: f64) -> Verdict {
 
 /// The verdict on a run: `open`, `stable`, `marginal`, `unstable` or `diverged`.
 pub fn verdict(run: &Counts, reference_energy: f64) -> &'static str {
-    let verdict = match run.outcome.divergence {
-        Some(_) => Verdict::Diverged,
-        None => judge(&run.energy, run.rule, reference_energy),
-    };
-    verdict.name()
+    run.verdict(reference_energy).name()
 }
 
 #[cfg(test)]

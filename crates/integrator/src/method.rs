@@ -1,7 +1,7 @@
 //! What a method is, and what it supports.
 
 use crate::{PrepareError, Setting, Settings};
-use drape_model::{Effect, Obstacle, System};
+use drape_model::{Effect, EffectKind, Obstacle, System};
 
 /// Order of accuracy in the step size.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -123,7 +123,9 @@ impl Method {
     /// # Errors
     /// [`PrepareError::Unsupported`] with the first such effect or constraint.
     pub fn check(&self, system: &System) -> Result<(), PrepareError> {
-        let named = system.effects().map(|effect| effect.name());
+        // Every method takes an effect from outside the library by what it offers.
+        let is_known = |effect: &&dyn Effect| !matches!(effect.kind(), EffectKind::Own(_));
+        let named = system.effects().filter(is_known).map(|effect| effect.name());
         let pins = system.pinned().contains(&true).then_some("pins");
         let contact = (!system.obstacles().is_empty()).then_some("contact");
         let friction = rough_obstacle(system).map(|_| "friction");

@@ -247,6 +247,15 @@ impl System {
         self.effects.iter().map(AsRef::as_ref)
     }
 
+    /// Adds an effect after all others; a user's own, for example. Cached operators are built anew.
+    pub fn add_effect(&mut self, effect: Box<dyn Effect>) {
+        self.effects.push(effect);
+        self.memory = SweepMemory::new(&self.mass, &self.effects, self.threads);
+        let stamp = new_stamp();
+        let Revisions { stiffness, damping, topology, .. } = &mut self.revisions;
+        [*stiffness, *damping, *topology] = [stamp; 3];
+    }
+
     /// Whether each particle is pinned.
     pub fn pinned(&self) -> &[bool] {
         &self.pinned

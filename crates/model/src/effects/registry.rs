@@ -67,16 +67,20 @@ macro_rules! effects {
         #[serde(rename_all = "snake_case")]
         pub enum EffectKind {
             $(#[doc = $doc] $Kind,)+
+            /// An effect that a user of this library wrote, with its name. No scene can name it.
+            #[serde(skip)]
+            Own(&'static str),
         }
 
         impl EffectKind {
-            /// All kinds, in the order in which a system sums them.
+            /// All kinds that a scene can name, in the order in which a system sums them.
             pub const ALL: &'static [Self] = &[$(Self::$Kind),+];
 
             /// The word for it, such as `bending_hinge`.
             pub fn name(self) -> &'static str {
                 match self {
                     $(Self::$Kind => stringify!($key),)+
+                    Self::Own(name) => name,
                 }
             }
         }
