@@ -2,6 +2,7 @@
 
 pub mod drape;
 pub mod equations;
+pub mod splice;
 
 use drape_harness::methods::Choice;
 use drape_integrator::{Integrator, PhaseClock, StepReport, TimeStep};

@@ -10,7 +10,7 @@ const UNEXPECTED: u8 = 1;
 const BAD_INPUT: u8 = 2;
 const DIVERGED: u8 = 3;
 
-/// The simulation diverged; what was recorded is kept.
+/// The simulation diverged; its record is kept.
 #[derive(Debug)]
 pub(crate) struct Diverged(pub(crate) String);
 
@@ -22,14 +22,14 @@ impl std::fmt::Display for Diverged {
 
 impl std::error::Error for Diverged {}
 
-/// Tells the user what went wrong, in one line, and picks the exit code.
+/// Prints the error in one line and picks the exit code.
 pub(crate) fn code(outcome: anyhow::Result<()>) -> ExitCode {
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
-        // A reader that has seen enough (`drape system … | head`) is no failure.
+        // `drape system … | head` closes the pipe early, which is no failure.
         Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
-            // Each message tells its cause itself.
+            // Each message includes its cause.
             eprintln!("drape: {error}");
             ExitCode::from(classify(&error))
         }

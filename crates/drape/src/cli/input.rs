@@ -1,8 +1,8 @@
-//! Scenes and frozen systems as commands take them.
+//! Scenes and discretised systems for commands.
 
 use drape_model::{Input, SceneError};
 
-/// Loads a scene or a frozen system, and says on stderr what had to be mended.
+/// Loads a scene or a discretised system, and reports repairs of its mesh on standard error.
 pub(crate) fn load(scene: &str) -> Result<Input, SceneError> {
     let input = drape_model::load(scene)?;
     for repair in input.repairs() {

@@ -1,7 +1,7 @@
 //! The `drape` command: one module a subcommand in [`cmd`].
 //!
-//! What was asked for goes to standard output, messages to standard error, results to files. Exit
-//! codes: 0 done, 1 unexpected, 2 bad usage or bad input, 3 the simulation diverged.
+//! Answers go to standard output, messages to standard error, results to files. Exit codes: 0 done,
+//! 1 unexpected failure, 2 bad usage or bad input, 3 the simulation diverged.
 
 mod cmd;
 mod exit;
@@ -14,11 +14,11 @@ use clap::{Parser, Subcommand};
 use std::alloc::System;
 use std::process::ExitCode;
 
-/// Counts the bytes that are held; it limits nothing.
+/// Counts the bytes that the process holds, and sets no limit.
 #[global_allocator]
 static ALLOCATOR: Cap<System> = Cap::new(System, usize::MAX);
 
-/// Bytes that the process has allocated and not given back.
+/// Bytes that the process has allocated and not freed.
 fn allocated() -> usize {
     ALLOCATOR.allocated()
 }
@@ -35,21 +35,21 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Run all experiments and draw the results: the main job
+    /// Run all experiments and draw the results
     Reproduce(cmd::reproduce::Arguments),
     /// Run one method on one scene
     Run(cmd::run::Arguments),
-    /// Draw the cloth of a scene, after a method has moved it, as PNG
+    /// Move the cloth of a scene and draw it as PNG
     Picture(cmd::picture::Arguments),
-    /// Print a discretised scene as JSON (format "drape-system/1")
+    /// Print the discretised system of a scene as JSON (format "drape-system/1")
     System(cmd::system::Arguments),
     /// List scenes, methods, experiments or claims
     List(cmd::list::Arguments),
     /// Run one experiment and draw its results
     Experiment(cmd::experiment::Arguments),
-    /// Test one claim of the paper
+    /// Test one claim of the paper and print its numbers
     Claim(cmd::claim::Arguments),
-    /// Redraw figures, report and index page from recorded results alone
+    /// Draw figures, report and index page from the records in a folder
     Report(cmd::report::Arguments),
     /// Print the JSON Schema of a file format
     Schema(cmd::schema::Arguments),

@@ -1,10 +1,10 @@
-//! Where results go: standard output and files.
+//! Standard output, and checks of file names.
 
 use drape_model::Violation;
 use std::io::Write as _;
 use std::path::Path;
 
-/// Writes a text to standard output; a closed pipe is an error that [`crate::cli::exit`] forgives.
+/// Writes a text to standard output. [`crate::cli::exit`] forgives a closed pipe.
 pub(crate) fn print(text: &str) -> anyhow::Result<()> {
     let mut out = std::io::stdout().lock();
     out.write_all(text.as_bytes())?;
@@ -12,7 +12,7 @@ pub(crate) fn print(text: &str) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Whether the name of a file says what is in it.
+/// Checks that the extension of a file fits its content.
 pub(crate) fn check_extension(
     key: &str,
     file: &Path,
@@ -27,7 +27,7 @@ pub(crate) fn check_extension(
     Err(Violation { path: key.to_owned(), value: file.display().to_string(), expected })
 }
 
-/// Whether a file of that name can be written, asked before anything is computed. Missing folders are made.
+/// Checks, before the run, that a file can be written. Makes missing folders.
 pub(crate) fn check_writable(key: &str, file: &Path) -> Result<(), Violation> {
     let refuse = |reason: String| Violation {
         path: key.to_owned(),

@@ -1,11 +1,11 @@
-//! Progress: a bar on a terminal, plain lines elsewhere.
+//! Progress: a bar on a terminal, plain lines otherwise.
 
 use drape_harness::studies::Progress;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::IsTerminal as _;
 use std::sync::Mutex;
 
-/// Tells how far an experiment is.
+/// Shows the progress of an experiment.
 pub(crate) struct Bars {
     experiment: &'static str,
     bar: Mutex<Option<ProgressBar>>,
@@ -17,7 +17,7 @@ impl Bars {
     }
 }
 
-/// A bar of `length` parts on standard error, or `None` where that is no terminal.
+/// A bar of `length` parts on standard error, or `None` if that is no terminal.
 pub(crate) fn bar(label: &str, length: u64) -> Option<ProgressBar> {
     if !std::io::stderr().is_terminal() {
         return None;

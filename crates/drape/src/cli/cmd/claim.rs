@@ -31,7 +31,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     print(&text)
 }
 
-/// A number as a reader writes it: counts whole, what is neither large nor small with decimals.
+/// A number for a reader: counts whole, other numbers with decimals, extreme ones with an exponent.
 fn readable(value: f64) -> String {
     match value.abs() {
         f64::MAX => "without bound".to_owned(),

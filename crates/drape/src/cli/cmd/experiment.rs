@@ -9,13 +9,13 @@ use std::path::{Path, PathBuf};
 pub(crate) struct Arguments {
     /// Name of the experiment (see `drape list experiments`)
     name: String,
-    /// Folder for the results [default: results, or results-quick with --quick]
+    /// Folder for the results [default: results; with --quick: results-quick]
     #[arg(long)]
     out: Option<PathBuf>,
-    /// Only the quick subset of the cells
+    /// Compute only a subset of the cells
     #[arg(long)]
     quick: bool,
-    /// Forget what an interrupted run has finished
+    /// Start anew, although an interrupted run has finished some cells
     #[arg(long)]
     fresh: bool,
 }
@@ -29,13 +29,13 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     Ok(unfinished.leave([experiment.name])?)
 }
 
-/// Where results go: a quick subset never replaces full results unasked.
+/// The folder for results. By default a quick subset does not replace full results.
 pub(crate) fn folder(out: Option<&Path>, quick: bool) -> PathBuf {
     out.unwrap_or(Path::new(if quick { "results-quick" } else { "results" })).to_owned()
 }
 
-/// Runs an experiment and writes its records, unless an interrupted run has written them; cells that it had finished
-/// are not computed again.
+/// Runs an experiment and writes its records. It skips the cells, or the whole experiment, that an
+/// interrupted run has finished.
 pub(crate) fn record(
     study: &Study,
     out: &Path,

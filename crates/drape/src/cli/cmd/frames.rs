@@ -9,15 +9,15 @@ use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct FrameArguments {
-    /// Write the motion into this new or empty folder, an OBJ file a frame, and the obstacles as obstacles.obj,
-    /// or, where one moves, as a file a frame, too
+    /// Write each frame as an OBJ file into this new or empty folder. Obstacles go to obstacles.obj, or
+    /// to a file for each frame if one moves
     #[arg(long, value_name = "DIR")]
     frames: Option<PathBuf>,
-    /// Write the motion as one glTF 2.0 binary, a morph target a frame; at most 1000 frames
+    /// Write the motion as one glTF 2.0 binary with a morph target for each frame; at most 1000 frames
     #[arg(long, value_name = "FILE.glb")]
     animation: Option<PathBuf>,
-    /// Frames in a simulated second [default: 25]. A frame is the first step that ends at its time or later; where steps
-    /// are longer than frames, every step is one
+    /// Frames in a simulated second [default: 25]. A frame shows the first step that ends at its time
+    /// or later
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     fps: Option<f64>,
 }
@@ -25,10 +25,10 @@ pub(crate) struct FrameArguments {
 const USUAL_FPS: f64 = 25.0;
 /// Most frames in a simulated second.
 const MOST_FPS: f64 = 1e6;
-/// Part of a frame by which a step may end too early for it: round-off.
+/// A step may end early for its frame by this part of a frame, because of round-off.
 const EARLY: f64 = 1e-6;
 
-/// Takes down the frames of a run.
+/// Writes the frames of a run.
 pub(crate) struct Frames {
     subject: Subject,
     fps: f64,
@@ -38,7 +38,7 @@ pub(crate) struct Frames {
     digits: usize,
     folder: Option<(PathBuf, usize)>,
     animation: Option<(PathBuf, Animation)>,
-    /// Why a frame could not be written; none is written after it.
+    /// Why a frame could not be written. No frame is written after it.
     failure: Option<anyhow::Error>,
 }
 
@@ -46,12 +46,12 @@ pub(crate) struct Frames {
 fn most_frames(time: TimeSpan, fps: f64) -> u64 {
     let (whole, rest) = time.steps();
     let steps = whole + u64::from(rest.is_some());
-    // A step cannot be more than one frame; a cast of a float saturates.
+    // A step gives at most one frame. A cast of a float saturates.
     steps.min((time.duration_s * fps + EARLY) as u64) + 1
 }
 
 impl Frames {
-    /// Checks what was asked for, and takes down the start of the run. `None` where no frames are wanted.
+    /// Checks the options and writes the first frame. `None` if the user wants no frames.
     pub(crate) fn begin(
         arguments: &FrameArguments,
         spec: &SystemSpec,
@@ -118,7 +118,7 @@ impl Frames {
         Ok(Some(frames))
     }
 
-    /// Takes down the state, if a frame is due.
+    /// Writes a frame if one is due.
     pub(crate) fn look(&mut self, moving: Moving<'_>) {
         let frame = moving.time() * self.fps + EARLY;
         if frame < self.next || self.failure.is_some() || !moving.is_finite() {
@@ -142,12 +142,12 @@ impl Frames {
             }
         }
         if let Some((_, animation)) = &mut self.animation {
-            // A frame beyond the range of float32 belongs to a run that diverges.
+            // A frame beyond the range of float32 belongs to a run that diverges: leave it out.
             let _ = animation.push(moving.time(), &x);
         }
     }
 
-    /// Writes what is written at the end, and says what there is.
+    /// Writes the animation and reports the files.
     pub(crate) fn finish(self) -> anyhow::Result<()> {
         if let Some(failure) = self.failure {
             return Err(failure);
@@ -163,7 +163,7 @@ impl Frames {
     }
 }
 
-/// Makes a folder for frames; one that holds anything is refused, so that nothing is lost and no old frame stays.
+/// Makes a folder for frames. A folder with files is refused, so that frames of two runs never mix.
 fn prepare(folder: &Path) -> Result<(), Violation> {
     let refuse = |reason: String| Violation {
         path: "--frames".to_owned(),

@@ -16,9 +16,9 @@ pub(crate) struct Arguments {
 enum What {
     /// Bundled scenes
     Scenes,
-    /// Time integrators with their settings
+    /// Time integrators with their settings, ranges and defaults
     Methods,
-    /// Experiments in teaching order, with what each builds on and the lessons of the course
+    /// Experiments in teaching order; each names the experiments that it builds on
     Experiments,
     /// Claims of the paper with their criteria
     Claims,

@@ -1,4 +1,4 @@
-//! One command a file.
+//! The subcommands, each in a file of its own.
 
 pub(crate) mod claim;
 pub(crate) mod experiment;

@@ -13,31 +13,31 @@ use std::str::FromStr;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// Name of a bundled scene, or a file with a scene or a frozen system
+    /// Name of a bundled scene, or a file with a scene or a discretised system
     scene: String,
-    /// Method id, with settings after a colon
+    /// Id of a method; settings follow a colon
     #[arg(long, default_value = "backward-euler")]
     method: String,
-    /// A setting of the method, key=value; may be repeated
+    /// A setting of the method; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     settings: Vec<String>,
-    /// Time step, s (default: the scene's; required for a frozen system)
+    /// Time step, s (default: of the scene; a discretised system has none)
     #[arg(long, allow_negative_numbers = true)]
     dt: Option<f64>,
-    /// Simulated time, s (default: the scene's; required for a frozen system)
+    /// Simulated time, s (default: of the scene; a discretised system has none)
     #[arg(long, allow_negative_numbers = true)]
     duration: Option<f64>,
-    /// When to look, s; may be repeated, and gives a file each then (default: at the end). A picture shows the first step
+    /// Moment of the picture, s; may be repeated (default: the end). The picture shows the first step
     /// that ends then or later
     #[arg(long = "time", value_name = "S", allow_negative_numbers = true)]
     times: Vec<f64>,
-    /// Where to write; several pictures get numbers, FILE-1.png and so on
+    /// File for the picture; several pictures get numbers: FILE-1.png and so on
     #[arg(long, value_name = "FILE.png", default_value = "picture.png")]
     out: PathBuf,
-    /// Size in pixels, each side 64 to 4096
+    /// Size in pixels; each side from 64 to 4096
     #[arg(long, value_name = "WxH", default_value = "960x720")]
     size: String,
-    /// From where: auto, front, side, top, or AZIMUTH,ELEVATION in degrees
+    /// Camera: auto, front, side, top, or AZIMUTH,ELEVATION in degrees
     #[arg(long, value_name = "VIEW", default_value = "auto", allow_hyphen_values = true)]
     camera: String,
 }
@@ -47,10 +47,10 @@ const SIDES: [u32; 2] = [64, 4096];
 /// Seconds by which a step may end too early: round-off of a sum of steps.
 const EARLY: f64 = 1e-9;
 
-/// A moment that was asked for.
+/// A picture that the user wants.
 struct Shot {
     due: f64,
-    /// Time and positions, once the run has got there.
+    /// Time and positions, once the run has reached the moment.
     taken: Option<(f64, Vec<Vec3>)>,
 }
 
@@ -73,11 +73,11 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let subject = Subject::new(spec, simulation.obstacles());
     let divergence = take(&mut shots, &mut simulation, time, &choice)?;
     if let Some(divergence) = &divergence {
-        // What is left of a run that diverged shows nothing.
+        // Positions after a divergence show nothing.
         let is_lost = |shot: &Shot| shot.taken.as_ref().is_some_and(|(t, _)| *t >= divergence.time);
         shots.iter_mut().filter(|shot| is_lost(shot)).for_each(|shot| shot.taken = None);
     }
-    // One camera for all, so that they can be compared.
+    // All pictures share one camera, so that they can be compared.
     let taken = || shots.iter().filter_map(|shot| shot.taken.as_ref());
     let points: Vec<Vec3> = taken().flat_map(|(t, x)| subject.at(*t).points(x)).collect();
     let camera = Camera::fit(view, &points, f64::from(size[0]) / f64::from(size[1]));
@@ -99,7 +99,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     }
     let Some(divergence) = divergence else { return Ok(()) };
     Err(Diverged(format!(
-        "{} diverged at step {} (t = {} s): {}; the pictures from then on say so",
+        "{} diverged at step {} (t = {} s): {}; pictures from then on show no cloth",
         choice.full_id(),
         divergence.step,
         divergence.time,
@@ -108,7 +108,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     .into())
 }
 
-/// Runs the simulation up to the last moment, and takes down the positions at all of them.
+/// Runs the simulation up to the last moment and keeps the positions at each moment.
 fn take(
     shots: &mut [Shot],
     simulation: &mut OrderedSimulation,
@@ -131,7 +131,7 @@ fn take(
     Ok(outcome.divergence)
 }
 
-/// Takes down the positions for the moments that have come.
+/// Keeps the positions for each moment that the run has reached.
 fn look(shots: &mut [Shot], moving: Moving<'_>) {
     let is_due = |shot: &&mut Shot| shot.taken.is_none() && moving.time() >= shot.due - EARLY;
     for shot in shots.iter_mut().filter(is_due) {
@@ -153,7 +153,7 @@ fn size(text: &str) -> Result<[u32; 2], Violation> {
     })
 }
 
-/// The moments that were asked for; the end where there are none.
+/// The moments that the user wants, or the end.
 fn shots(times: &[f64], time: TimeSpan) -> Result<Vec<Shot>, Violation> {
     let end = [time.duration_s];
     let times = if times.is_empty() { &end[..] } else { times };
@@ -167,7 +167,7 @@ fn shots(times: &[f64], time: TimeSpan) -> Result<Vec<Shot>, Violation> {
     times.iter().map(check).collect()
 }
 
-/// The files of so many pictures.
+/// One file name for each picture.
 fn files(out: &Path, count: usize) -> Vec<PathBuf> {
     if count == 1 {
         return vec![out.to_owned()];

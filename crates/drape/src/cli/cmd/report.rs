@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// Folder with recorded results
+    /// Folder with the records
     #[arg(default_value = "results")]
     folder: PathBuf,
 }
@@ -13,7 +13,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     draw(&arguments.folder)
 }
 
-/// Draws figures and page from the records in a folder.
+/// Draws figures and pages from the records in a folder.
 pub(crate) fn draw(folder: &Path) -> anyhow::Result<()> {
     for file in drape_harness::studies::draw(folder)? {
         eprintln!("wrote {}", file.display());

@@ -1,4 +1,4 @@
-//! `drape reproduce`: the main job.
+//! `drape reproduce`: all experiments.
 
 use drape_harness::Unfinished;
 use drape_harness::studies::{all, find};
@@ -7,16 +7,16 @@ use std::time::Instant;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// Folder for the results [default: results, or results-quick with --quick]
+    /// Folder for the results [default: results; with --quick: results-quick]
     #[arg(long)]
     out: Option<PathBuf>,
-    /// Only the quick subset of the cells, no timings
+    /// Compute only a subset of the cells, and no timings
     #[arg(long)]
     quick: bool,
-    /// Only these experiments, separated by commas
+    /// Run only these experiments, separated by commas
     #[arg(long, value_delimiter = ',')]
     only: Vec<String>,
-    /// Forget what an interrupted run has finished
+    /// Start anew, although an interrupted run has finished some cells
     #[arg(long)]
     fresh: bool,
 }

@@ -19,28 +19,28 @@ use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// Name of a bundled scene, or a file with a scene or a frozen system
+    /// Name of a bundled scene, or a file with a scene or a discretised system
     scene: String,
-    /// Method id, with settings after a colon: imex-euler:forcing_term=0.05,start=last
+    /// Id of a method; settings follow a colon: imex-euler:forcing_term=0.05,start=last
     #[arg(long)]
     method: String,
-    /// Time step, s (default: the scene's; required for a frozen system)
+    /// Time step, s (default: of the scene; a discretised system has none)
     #[arg(long, allow_negative_numbers = true)]
     dt: Option<f64>,
-    /// Simulated time, s (default: the scene's; required for a frozen system)
+    /// Simulated time, s (default: of the scene; a discretised system has none)
     #[arg(long, allow_negative_numbers = true)]
     duration: Option<f64>,
-    /// A setting of the method, key=value; may be repeated
+    /// A setting of the method; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     settings: Vec<String>,
-    /// Write the run here (format "drape-run/1")
+    /// Write the run into this file (format "drape-run/1")
     #[arg(long)]
     out: Option<PathBuf>,
-    /// Record the seconds of each phase
+    /// Also record the seconds of each phase of a step
     #[arg(long)]
     phases: bool,
-    /// Threads for forces, conjugate gradients on regular sheets, and sums: the same results for any number. Sheets of fewer
-    /// than some 16 thousand particles are computed by one
+    /// Number of threads. It does not change the results. Sheets below about 16 000 particles use
+    /// one thread
     #[arg(long, value_name = "N", default_value = "1", value_parser = clap::value_parser!(u16).range(1..=1024).try_map(NonZero::try_from))]
     threads: NonZero<u16>,
     #[command(flatten)]
@@ -66,7 +66,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         eprintln!("drape: warning: {warning}");
     }
     let start = Start::of(&simulation);
-    // Wind, pins and obstacles that move do work of their own.
+    // Wind, moving pins and moving obstacles do work on the cloth.
     let is_driven = spec.effects.air.is_some_and(|air| air.wind.is_some())
         || spec.pins.iter().any(|pin| !pin.path.is_empty())
         || simulation.obstacles().iter().any(|obstacle| obstacle.path.is_some());
@@ -83,7 +83,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
             if step % every == 0 && !was_warned {
                 peak.look(moving);
             }
-            // It is not known when a run diverges, if it does: looks are as dense at its beginning.
+            // A run may diverge early: look more often at its beginning.
             if step % (step / PEAKS).max(1) == 0 && !was_warned && !is_driven {
                 sound.look(moving);
             }
@@ -109,7 +109,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
             outcome.unconverged, outcome.steps
         );
     }
-    // The speeds of a run that diverged say nothing of the limit before.
+    // Speeds after a divergence say nothing about the limit before it.
     let (peak, before) =
         if outcome.divergence.is_none() { (&peak, "") } else { (&sound, " before it diverges") };
     let at_peak = if is_short { None } else { simulation.explicit_numbers_at_peak(peak) };
@@ -128,12 +128,12 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     if let Some(warning) = warning {
         eprintln!("drape: warning: {warning}");
     }
-    // How the run ended decides the exit code, whatever becomes of the summary.
+    // The end of the run decides the exit code, even if the summary cannot be printed.
     let printed = print(&summary(&record));
     let Some(divergence) = outcome.divergence else { return printed };
     let kept = match &arguments.out {
-        Some(path) => format!("what was recorded until then is in {}", path.display()),
-        None => "with --out what was recorded until then is kept".to_owned(),
+        Some(path) => format!("the record until then is in {}", path.display()),
+        None => "use --out FILE to keep the record until then".to_owned(),
     };
     Err(Diverged(format!(
         "{} diverged at step {} (t = {} s): {}; {kept}",
@@ -145,7 +145,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     .into())
 }
 
-/// Step and duration: as given, or those of the scene.
+/// Step and duration: from the options, or else from the scene.
 pub(crate) fn time_span(
     dt: Option<f64>,
     duration: Option<f64>,
@@ -155,7 +155,7 @@ pub(crate) fn time_span(
     let missing = |key: &str| Violation {
         path: key.to_owned(),
         value: "missing".to_owned(),
-        expected: format!("`{key} SECONDS`, since a frozen system has no time of its own"),
+        expected: format!("`{key} SECONDS`, because a discretised system states no time"),
     };
     let time = TimeSpan {
         step_s: dt.or(usual.map(|t| t.step_s)).ok_or_else(|| missing("--dt"))?,
@@ -205,14 +205,14 @@ fn record(
     }
 }
 
-/// Greatest rise of the total energy over the greatest kinetic energy that passes for a dissipative and for a
-/// symplectic method, as in the verdicts of the experiments.
+/// Greatest rise of the total energy, over the greatest kinetic energy, without a warning: for a
+/// dissipative and for a symplectic method, as in verdicts.
 const RISE: [f64; 2] = [0.02, 0.5];
 
-/// Moments of a run at which its speed is looked at, about.
+/// About how often the speed of a run is sampled.
 const PEAKS: u64 = 100;
 
-/// What to say of a step that is too long for forces that the method takes at the old time level.
+/// The warning for a step that is too long for forces at the old time level.
 fn step_warning(
     numbers: ExplicitNumbers,
     choice: &Choice,
@@ -232,25 +232,25 @@ fn step_warning(
     };
     let is_divided = choice.settings().iter().any(divides);
     let id = choice.method().id;
-    // The others have a limit of their own below this one.
+    // Other methods have a lower limit of their own.
     let most = if LIMITED.contains(&id) { "" } else { "at most " };
     (step > limit && !is_divided).then(|| {
         format!(
-            "{what}, as far as {} takes it at the old time level, allows steps of {most}about {limit:.2e} s {when}: that of {step} s \
-             is {:.1} times as long",
+            "{} takes {what} at the old time level, which allows steps of {most}about {limit:.2e} s {when}; \
+             the step of {step} s is {:.1} times as long",
             id,
             step / limit
         )
     })
 }
 
-/// Methods of which the limit of [`ExplicitNumbers`] is the limit.
+/// Methods whose stability limit is that of [`ExplicitNumbers`].
 const LIMITED: [&str; 4] = ["symplectic-euler", "leapfrog", "provot", "imex-euler"];
 
-/// What is known of the energy before a run.
+/// What the energy warning needs to know about the start of a run.
 #[derive(Clone, Copy, Debug)]
 struct Start {
-    /// Rise of the energy that is round-off, J.
+    /// A rise of the energy up to this is round-off, J.
     round_off: f64,
     /// Particles inside an obstacle.
     inside: usize,
@@ -265,7 +265,7 @@ impl Start {
     }
 }
 
-/// What to say of a run that gained energy; the series says enough of a run that diverged.
+/// The warning for a run that gained energy. A run that diverged needs none.
 fn energy_warning(run: &Run, rule: Rule, known: Start) -> Option<String> {
     let of = |sample: &Sample, name: &str| sample.energy_j.get(name).copied().unwrap_or(0.0);
     let greatest = |name: &str| run.series.iter().map(|s| of(s, name)).fold(0.0, f64::max);
@@ -279,14 +279,14 @@ fn energy_warning(run: &Run, rule: Rule, known: Start) -> Option<String> {
     let cause = match known.inside {
         0 => format!("the step is probably too long for {}", run.method),
         inside => format!(
-            "{inside} particles start inside an obstacle, which pushes them out, or the step is too long for {}",
+            "{inside} particles start inside an obstacle and are pushed out, or the step is too long for {}",
             run.method
         ),
     };
     let rose = top - start > allowed * greatest("kinetic") + known.round_off;
     (completed && rose).then(|| {
         format!(
-            "the total energy rose by {:.3e} J above its start, where the greatest kinetic energy is {:.3e} J: {cause}",
+            "the total energy rose by {:.3e} J above its start; the greatest kinetic energy is {:.3e} J: {cause}",
             top - start,
             greatest("kinetic")
         )

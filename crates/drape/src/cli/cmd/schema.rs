@@ -7,18 +7,18 @@ use schemars::schema_for;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// Which format
+    /// Format
     #[arg(value_enum)]
     format: Format,
 }
 
 #[derive(Clone, Copy, Debug, clap::ValueEnum)]
 enum Format {
-    /// What a person writes: "drape-scene/1"
+    /// A scene, as a person writes it: "drape-scene/1"
     Scene,
     /// A discretised system: "drape-system/1"
     System,
-    /// What `drape run --out` writes: "drape-run/1"
+    /// A run, as `drape run --out` writes it: "drape-run/1"
     Run,
 }
 

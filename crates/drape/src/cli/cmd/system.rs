@@ -5,11 +5,11 @@ use std::io::{BufWriter, Write as _};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// Name of a bundled scene, or a file with a scene or a frozen system
+    /// Name of a bundled scene, or a file with a scene or a discretised system
     scene: String,
 }
 
-/// Prints piece by piece: the text of a large system takes more memory than the system.
+/// Prints piece by piece, because the text of a large system takes more memory than the system.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let input = load(&arguments.scene)?;
     let mut out = BufWriter::new(std::io::stdout().lock());

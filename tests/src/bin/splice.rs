@@ -1,0 +1,17 @@
+//! Writes the numbers of the records into the pages that mark them.
+
+use drape_tests::equations::root;
+use drape_tests::splice::{facts, pages, splice};
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let facts = facts(&root().join("results"))?;
+    for page in pages(&root())? {
+        let text = std::fs::read_to_string(&page)?;
+        let spliced = splice(&text, &facts).map_err(|e| format!("{}: {e}", page.display()))?;
+        if spliced != text {
+            std::fs::write(&page, spliced)?;
+            eprintln!("wrote {}", page.display());
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,234 @@
+//! Numbers of the prose, spliced from the records.
+//!
+//! A page marks a number so: `<!-- fact: NAME -->8 %<!-- end -->`. [`splice`] replaces the text
+//! between the marks by the fact of that name ([`facts`]). Markdown shows neither mark.
+
+use drape_harness::methods;
+use drape_integrator::Order;
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+const BEGIN: &str = "<!-- fact: ";
+const CLOSE: &str = " -->";
+const END: &str = "<!-- end -->";
+
+/// The pages with facts, from the root of the workspace.
+///
+/// # Errors
+/// When the folder of the guide cannot be read.
+pub fn pages(root: &Path) -> std::io::Result<Vec<PathBuf>> {
+    let mut pages = vec![root.join("README.md"), root.join("CONTRIBUTING.md")];
+    for entry in std::fs::read_dir(root.join("crates/drape/docs"))? {
+        pages.push(entry?.path());
+    }
+    pages.sort();
+    Ok(pages)
+}
+
+/// The text with every marked fact as the records have it.
+///
+/// # Errors
+/// A fact that is unknown, a mark without its end, or a mark at the start of a line of prose, which
+/// Markdown would take for a block of HTML.
+pub fn splice(text: &str, facts: &BTreeMap<&str, String>) -> Result<String, String> {
+    let (mut spliced, mut rest) = (String::new(), text);
+    while let Some((before, after)) = rest.split_once(BEGIN) {
+        let (name, after) = after.split_once(CLOSE).ok_or("a mark is not closed")?;
+        let (_, after) = after.split_once(END).ok_or(format!("fact `{name}` has no end"))?;
+        let fact = facts.get(name).ok_or(format!("no fact is called `{name}`"))?;
+        let is_at_start = before.is_empty() || before.ends_with('\n');
+        if is_at_start != fact.contains('\n') {
+            return Err(format!("`{name}`: a table starts a line, a number does not"));
+        }
+        spliced += &format!("{before}{BEGIN}{name}{CLOSE}{fact}{END}");
+        rest = after;
+    }
+    Ok(spliced + rest)
+}
+
+/// All facts that pages may name.
+///
+/// # Errors
+/// When a record cannot be read or lacks what is looked up.
+pub fn facts(results: &Path) -> Result<BTreeMap<&'static str, String>, String> {
+    let claims = rows(results, "claims", "/facts/claims")?;
+    let with = |verdict: &str| claims.iter().filter(|c| c["verdict"] == verdict).count();
+    let scenes = rows(results, "work-precision", "/facts/scenes")?;
+    let winners = rows(results, "work-precision", "/facts/winners")?;
+    let wins = |damping| wins(&scenes, &winners, damping);
+    let (light, heavy) = (wins("light"), wins("heavy"));
+    let explicit = light.iter().filter(|(_, is_explicit)| *is_explicit).count();
+    let last_explicit = heavy.iter().rposition(|(_, is_explicit)| *is_explicit);
+    let implicit_from = heavy.get(last_explicit.map_or(0, |k| k + 1)).ok_or("none is implicit")?;
+    let runs = rows(results, "locking", "/facts/runs")?;
+    let kept = |label: &str| {
+        let at = |run: &&Value| {
+            run["label"] == label
+                && run["stiffness_over_mass_per_s2"] == 1e6
+                && run["step_s"] == 0.01
+        };
+        let run = runs.iter().find(at).ok_or(format!("locking: no run of {label}"))?;
+        let share = run["retained"].as_f64().ok_or("locking: no share of the motion")?;
+        Ok::<_, String>(format!("{:.0} %", 100.0 * share))
+    };
+    let timings = rows(results, "timings/work-precision", "/rows")?;
+    Ok(BTreeMap::from([
+        ("claims", claims.len().to_string()),
+        ("claims-confirmed", with("confirmed").to_string()),
+        ("claims-refuted", with("refuted").to_string()),
+        ("claims-undecided", with("undecided").to_string()),
+        ("method-count", methods::all().count().to_string()),
+        ("explicit-wins", format!("{explicit} of {}", light.len())),
+        ("implicit-from", power(implicit_from.0)),
+        ("imex-euler-kept", kept("imex-euler")?),
+        ("imex-updated-kept", kept("imex-updated")?),
+        ("time-to-1-percent", times(&timings)),
+        ("methods", method_table()),
+    ]))
+}
+
+/// A list of a record.
+fn rows(results: &Path, record: &str, pointer: &str) -> Result<Vec<Value>, String> {
+    let path = results.join(record).with_extension("json");
+    let text = std::fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
+    let record: Value = serde_json::from_str(&text).map_err(|e| e.to_string())?;
+    let rows = record.pointer(pointer).and_then(Value::as_array);
+    rows.cloned().ok_or_else(|| format!("{}: no list {pointer}", path.display()))
+}
+
+/// Stiffness of each hanging sheet of the series over stiffness, in rising order, and whether an
+/// explicit method is the first to an error of 1 % there, by counted work.
+fn wins(scenes: &[Value], winners: &[Value], damping: &str) -> Vec<(f64, bool)> {
+    let is_meant = |scene: &&Value| {
+        scene["scene"] == "hanging"
+            && scene["damping"] == damping
+            && scene["series"].as_array().is_some_and(|s| s.contains(&"stiffness".into()))
+    };
+    let mut wins: Vec<(f64, bool)> = Vec::new();
+    for scene in scenes.iter().filter(is_meant) {
+        let winner = winners.iter().find(|w| w["scene"] == scene["id"] && w["level"] == 0.01);
+        let stiffness = scene["stiffness_over_mass_per_s2"].as_f64().unwrap_or(f64::NAN);
+        wins.extend(winner.map(|w| (stiffness, w["is_explicit"] == true)));
+    }
+    wins.sort_by(|a, b| a.0.total_cmp(&b.0));
+    wins
+}
+
+/// A power of ten as prose writes it.
+fn power(value: f64) -> String {
+    let digits = (value.log10().round() as i32).to_string();
+    let raised = |c: char| "⁰¹²³⁴⁵⁶⁷⁸⁹".chars().nth(c as usize - '0' as usize).unwrap_or('⁻');
+    format!("10{}", digits.chars().map(raised).collect::<String>())
+}
+
+/// Least time of each method to an error of 1 % at k/m = 10⁶ s⁻², the fastest first.
+fn times(timings: &[Value]) -> String {
+    let mut text = "\n\n| damping | method | time (ms) |\n|---|---|---|\n".to_owned();
+    for damping in ["light", "heavy"] {
+        let scene = format!("hanging {damping} 1e6 n=400");
+        let mut best: BTreeMap<&str, f64> = BTreeMap::new();
+        for row in timings.iter().filter(|row| row["scene"] == scene.as_str()) {
+            let (Some(label), Some(seconds), Some(error)) =
+                (row["label"].as_str(), row["seconds"].as_f64(), row["error"].as_f64())
+            else {
+                continue;
+            };
+            if error <= 0.01 {
+                let least = best.entry(label).or_insert(f64::INFINITY);
+                *least = least.min(seconds);
+            }
+        }
+        let mut best: Vec<_> = best.into_iter().collect();
+        best.sort_by(|a, b| a.1.total_cmp(&b.1));
+        for (label, seconds) in best.into_iter().take(8) {
+            // Writing to a string cannot fail.
+            let _ = writeln!(text, "| {damping} | {label} | {:.1} |", 1e3 * seconds);
+        }
+    }
+    text + "\n"
+}
+
+/// The methods as the registry describes them.
+fn method_table() -> String {
+    let mut text = "\n\n| id | method | source | order | theory |\n|---|---|---|---|---|\n".to_owned();
+    for method in methods::all() {
+        let order = match method.order {
+            Order::One => 1,
+            Order::Two => 2,
+        };
+        let (id, name, source, theory) = (method.id, method.name, method.source, method.theory);
+        let _ = writeln!(text, "| `{id}` | {name} | {source} | {order} | {theory} |");
+    }
+    text + "\n"
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "tests")]
+mod tests {
+    use super::*;
+    use crate::equations::root;
+
+    #[test]
+    fn no_number_of_the_prose_is_stale() {
+        let facts = facts(&root().join("results")).unwrap();
+        for page in pages(&root()).unwrap() {
+            let text = std::fs::read_to_string(&page).unwrap();
+            let hint = "run `cargo run -p drape-tests --bin splice`";
+            assert_eq!(splice(&text, &facts).unwrap(), text, "{}: {hint}", page.display());
+        }
+    }
+
+    #[test]
+    fn a_stale_number_is_replaced_and_a_wrong_mark_is_named() {
+        let facts = BTreeMap::from([("n", "2".to_owned()), ("table", "\n| a |\n".to_owned())]);
+        let text = "It has <!-- fact: n -->1<!-- end --> ends.\n<!-- fact: table --><!-- end -->\n";
+        let spliced = splice(text, &facts).unwrap();
+        assert!(spliced.contains("-->2<!-- end --> ends") && spliced.contains("-->\n| a |\n<!--"));
+        assert_eq!(splice(&spliced, &facts).unwrap(), spliced);
+        for wrong in ["a <!-- fact: m -->1<!-- end -->", "a <!-- fact: n -->1", "<!-- fact: n -->1<!-- end -->"] {
+            assert!(splice(wrong, &facts).is_err(), "{wrong}");
+        }
+        assert_eq!(power(1e8), "10⁸");
+    }
+
+    /// Every path that a page names is there, and the file holds the word that the page says.
+    #[test]
+    fn every_path_and_word_of_the_pages_is_there() {
+        for page in pages(&root()).unwrap() {
+            let text = std::fs::read_to_string(&page).unwrap();
+            for line in text.lines() {
+                let spans: Vec<&str> = line.split('`').skip(1).step_by(2).collect();
+                let is_path = |span: &&str| {
+                    ["crates/", "results/", "tests/", "benches/", ".ci/"]
+                        .iter()
+                        .any(|start| span.starts_with(start))
+                        && !span.contains(['*', '<', ' ', '…'])
+                        && !span.contains("NAME")
+                        && !span.ends_with("report.html")
+                };
+                for path in spans.iter().filter(|span| is_path(span)) {
+                    let file = root().join(path);
+                    assert!(file.exists(), "{}: `{path}` is not there", page.display());
+                    let is_finding_aid = page.ends_with("places.md") && line.starts_with('|');
+                    if let (true, Some(word)) = (is_finding_aid, spans.get(1)) {
+                        let text = std::fs::read_to_string(&file).unwrap();
+                        assert!(text.contains(word), "{path} does not hold `{word}`");
+                    }
+                }
+            }
+            let links = text.split("](").skip(1).filter_map(|rest| rest.split(')').next());
+            for link in links.filter(|link| !link.starts_with(['#', '<']) && !link.contains("://")) {
+                let file = page.with_file_name(link.split('#').next().unwrap_or_default());
+                assert!(file.exists(), "{}: link to {link}", page.display());
+            }
+        }
+    }
+
+    #[test]
+    fn the_first_page_is_short() {
+        let readme = std::fs::read_to_string(root().join("README.md")).unwrap();
+        assert!(readme.lines().count() <= 150);
+    }
+}
