@@ -152,7 +152,8 @@ fn times(timings: &[Value]) -> String {
 
 /// The methods as the registry describes them.
 fn method_table() -> String {
-    let mut text = "\n\n| id | method | source | order | theory |\n|---|---|---|---|---|\n".to_owned();
+    let mut text =
+        "\n\n| id | method | source | order | theory |\n|---|---|---|---|---|\n".to_owned();
     for method in methods::all() {
         let order = match method.order {
             Order::One => 1,
@@ -187,7 +188,11 @@ mod tests {
         let spliced = splice(text, &facts).unwrap();
         assert!(spliced.contains("-->2<!-- end --> ends") && spliced.contains("-->\n| a |\n<!--"));
         assert_eq!(splice(&spliced, &facts).unwrap(), spliced);
-        for wrong in ["a <!-- fact: m -->1<!-- end -->", "a <!-- fact: n -->1", "<!-- fact: n -->1<!-- end -->"] {
+        for wrong in [
+            "a <!-- fact: m -->1<!-- end -->",
+            "a <!-- fact: n -->1",
+            "<!-- fact: n -->1<!-- end -->",
+        ] {
             assert!(splice(wrong, &facts).is_err(), "{wrong}");
         }
         assert_eq!(power(1e8), "10⁸");
@@ -219,7 +224,8 @@ mod tests {
                 }
             }
             let links = text.split("](").skip(1).filter_map(|rest| rest.split(')').next());
-            for link in links.filter(|link| !link.starts_with(['#', '<']) && !link.contains("://")) {
+            for link in links.filter(|link| !link.starts_with(['#', '<']) && !link.contains("://"))
+            {
                 let file = page.with_file_name(link.split('#').next().unwrap_or_default());
                 assert!(file.exists(), "{}: link to {link}", page.display());
             }
