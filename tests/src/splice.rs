@@ -38,7 +38,8 @@ pub fn splice(text: &str, facts: &BTreeMap<&str, String>) -> Result<String, Stri
         let (name, after) = after.split_once(CLOSE).ok_or("a mark is not closed")?;
         let (_, after) = after.split_once(END).ok_or(format!("fact `{name}` has no end"))?;
         let fact = facts.get(name).ok_or(format!("no fact is called `{name}`"))?;
-        let is_at_start = before.is_empty() || before.ends_with('\n');
+        let line = before.rsplit('\n').next().unwrap_or_default();
+        let is_at_start = line.trim().is_empty();
         if is_at_start != fact.contains('\n') {
             return Err(format!("`{name}`: a table starts a line, a number does not"));
         }
