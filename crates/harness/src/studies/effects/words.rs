@@ -1,14 +1,20 @@
-//! What the numbers of the experiment `effects` say.
+//! The words of the study `effects`: its question, and what its numbers say.
 
 use crate::studies::effects::facts::{Cell, EVERYTHING, Facts, NOTHING};
 use crate::studies::short;
-use super::run::additions;
+
+/// The question that the study answers.
+pub(super) const QUESTION: &str = "What does each effect that a scene names cost with every method, what does it change, and what does a scene \
+     pay for those that it does not name?";
+/// Studies that a reader should know before this one.
+pub(super) const BUILDS_ON: &[&str] = &["course"];
 
 /// Methods whose conjugate gradients tell what a matrix costs.
 const ITERATING: [&str; 3] = ["imex-euler", "imex-updated", "baraff-witkin"];
 
-pub(super) fn findings(facts: &Facts) -> Vec<String> {
-    let mut findings = vec![matrices(facts), left_out()];
+/// `left_out` names the additions that no scene can hold beside the others, and what stands there.
+pub(super) fn findings(facts: &Facts, left_out: &[(&str, &str)]) -> Vec<String> {
+    let mut findings = vec![matrices(facts), omitted(left_out)];
     findings.extend(ITERATING.iter().filter_map(|method| iterations(facts, method)));
     findings.extend(changes(facts));
     findings.extend(outcomes(facts));
@@ -40,8 +46,7 @@ fn matrices(facts: &Facts) -> String {
 }
 
 /// What is not among all together, and why.
-fn left_out() -> String {
-    let left_out = additions::left_out();
+fn omitted(left_out: &[(&str, &str)]) -> String {
     let said: Vec<_> = left_out.iter().map(|(name, holder)| format!("{name} ({holder})")).collect();
     format!(
         "{EVERYTHING} leaves out {} of the additions, since a scene has one place for each kind and another stands there: {}.",
