@@ -1,7 +1,7 @@
 //! The words of the study `collision`: its question, and what its numbers say.
 
-use crate::studies::collision::facts::{Bounce, Facts, POSITION, Row, TELEPORT, VELOCITY};
 use crate::studies::short;
+use super::facts::{Bounce, Facts, POSITION, Row, TELEPORT, VELOCITY};
 
 /// The question that the study answers.
 pub(super) const QUESTION: &str = "What do contacts by velocity constraints cost and leave, against altering or moving positions: \

@@ -1,7 +1,7 @@
 //! The words of the study `course`: its question, and what its numbers say.
 
-use crate::studies::course::facts::{Facts, Lesson, Run, Scene};
 use crate::studies::short;
+use super::facts::{Facts, Lesson, Run, Scene};
 use super::lessons::Plan;
 
 /// The question that the study answers.

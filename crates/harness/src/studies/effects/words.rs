@@ -1,7 +1,7 @@
 //! The words of the study `effects`: its question, and what its numbers say.
 
-use crate::studies::effects::facts::{Cell, EVERYTHING, Facts, NOTHING};
 use crate::studies::short;
+use super::facts::{Cell, EVERYTHING, Facts, NOTHING};
 
 /// The question that the study answers.
 pub(super) const QUESTION: &str = "What does each effect that a scene names cost with every method, what does it change, and what does a scene \
@@ -28,7 +28,7 @@ fn cell<'a>(facts: &'a Facts, effect: &str, method: &str) -> Option<&'a Cell> {
 /// Which effects enter which matrix.
 fn matrices(facts: &Facts) -> String {
     let nothing = &facts.effects[0];
-    let name = |effect: &&crate::studies::effects::facts::Effect| effect.name.clone();
+    let name = |effect: &&super::facts::Effect| effect.name.clone();
     let own = || facts.effects.iter().filter(|e| ![NOTHING, EVERYTHING].contains(&e.name.as_str()));
     let scalar: Vec<_> = own().filter(|e| e.springs > nothing.springs).map(|e| name(&e)).collect();
     let block: Vec<_> =
@@ -62,7 +62,7 @@ fn list(names: &[String]) -> String {
 /// Iterations of a method with each effect.
 fn iterations(facts: &Facts, method: &str) -> Option<String> {
     let nothing = cell(facts, NOTHING, method).filter(|cell| cell.cg_iterations > 0)?;
-    let of = |effect: &crate::studies::effects::facts::Effect| {
+    let of = |effect: &super::facts::Effect| {
         let cell = cell(facts, &effect.name, method)?;
         (cell.verdict == "completed" && effect.name != NOTHING)
             .then(|| format!("{} with {}", cell.cg_iterations, effect.name))

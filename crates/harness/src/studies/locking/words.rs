@@ -1,8 +1,7 @@
 //! The words of the study `locking`: its question, and what its numbers say.
 
-use crate::studies::locking::facts::{Facts, LOCKED, OVER_BUDGET, Run, Spring};
 use crate::studies::short;
-use super::facts::{BACKWARD_EULER, BASE_STEP, BASE_STIFFNESS, IMEX_EULER};
+use super::facts::{BACKWARD_EULER, BASE_STEP, BASE_STIFFNESS, Facts, IMEX_EULER, LOCKED, OVER_BUDGET, Run, Spring};
 
 /// The question that the study answers.
 pub(super) const QUESTION: &str = "How much of its motion does a stiff cloth keep when the step is much longer than the periods of its \

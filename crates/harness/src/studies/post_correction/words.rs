@@ -1,7 +1,7 @@
 //! The words of the study `post-correction`: its question, and what its numbers say.
 
-use crate::studies::post_correction::facts::{FORWARD, Facts, Mesh, PERTURBED, Row};
 use crate::studies::short;
+use super::facts::{FORWARD, Facts, Mesh, PERTURBED, Row};
 
 /// The question that the study answers.
 pub(super) const QUESTION: &str = "Is a soft sheet whose springs are shortened after each step a stiff sheet: what becomes of energy, momentum \

@@ -1,7 +1,7 @@
 //! The words of the study `solver-control`: its question, and what its numbers say.
 
-use crate::studies::solver_control::facts::{Facts, PLAIN, Run};
 use crate::studies::{gain, short};
+use super::facts::{Facts, PLAIN, Run};
 
 /// The question that the study answers.
 pub(super) const QUESTION: &str = "What do variable forcing terms, saved Jacobians, adaptive steps and preconditioners save, \

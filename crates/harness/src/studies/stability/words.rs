@@ -1,7 +1,7 @@
 //! The words of the study `stability`: its question, and what its numbers say.
 
 use crate::studies::short;
-use crate::studies::stability::facts::{Cell, EXACT, Facts, LOCKED, Limit, OVER_BUDGET, Shear};
+use super::facts::{Cell, EXACT, Facts, LOCKED, Limit, OVER_BUDGET, Shear};
 
 /// The question that the study answers.
 pub(super) const QUESTION: &str = "Which step size, stiffness and damping does a method survive, where is its longest stable step, and is it \

@@ -1,7 +1,7 @@
 //! The words of the study `work-precision`: its question, and what its numbers say.
 
 use crate::studies::short;
-use crate::studies::work_precision::facts::{FIXED_MATERIAL, FIXED_QUOTIENT, Facts, OVER_BUDGET, Row, STIFFNESS, Scene, Winner, cheapest, rows_of};
+use super::facts::{FIXED_MATERIAL, FIXED_QUOTIENT, Facts, OVER_BUDGET, Row, STIFFNESS, Scene, Winner, cheapest, rows_of};
 
 /// The question that the study answers.
 pub(super) const QUESTION: &str = "What does accuracy cost: which method is the cheapest for a given error, and how does that change with \
