@@ -79,7 +79,7 @@ pub fn method(id: &str) -> Box<dyn Integrator> {
 /// When there is no such method or setting.
 pub fn takes_friction(id: &str) -> bool {
     let choice = Choice::parse(id, &[]).unwrap_or_else(|error| panic!("{error}"));
-    choice.method().supports.iter().any(|support| support.effect == "friction")
+    choice.method().supports().any(|support| support.effect == "friction")
 }
 
 /// A checked step size.

@@ -15,11 +15,8 @@ static POSITIONS_FIRST: Method = Method {
     class: StabilityClass::Symplectic,
     conserves: &[Quantity::Momentum, Quantity::AngularMomentum],
     theory: "stable if h²λ + 2hδ < 4",
-    supports: &[
-        Support::new("tension", Treatment::Explicit),
-        Support::new("gravity", Treatment::Explicit),
-        Support::new("pins", Treatment::Constraint),
-    ],
+    supports: Supports::Explicit,
+    refuses: &["contact", "friction"],
     settings: &[],
 };
 

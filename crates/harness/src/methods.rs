@@ -1,26 +1,7 @@
 //! From the id and settings on the command line to an integrator: the only place that knows every
 //! method's crate.
 
-use drape_backward_euler::{BACKWARD_EULER, BackwardEuler, BackwardEulerSettings};
-use drape_baraff_witkin::{BARAFF_WITKIN, BaraffWitkin, BaraffWitkinSettings};
-use drape_desbrun::{DESBRUN, Desbrun, DesbrunSettings};
-use drape_explicit_euler::{
-    EXPLICIT_EULER, ExplicitEuler, LEAPFROG, Leapfrog, LeapfrogSettings, SYMPLECTIC_EULER,
-    SymplecticEuler, SymplecticSettings,
-};
-use drape_imex::{
-    IMEX_CNAB2, IMEX_CNLF, IMEX_EULER, IMEX_MCNAB2, IMEX_SBDF2, IMEX_UPDATED, ImexEuler,
-    ImexEulerSettings, ImexTwoStep, ImexTwoStepSettings, ImexUpdated, ImexUpdatedSettings, Scheme,
-};
-use drape_integrator::{Integrator, Method, NewtonLinear, SettingError, Settings, Split};
-use drape_kang::{KANG, Kang, KangSettings};
-use drape_multistep::{
-    ADAMS_BASHFORTH2, AdamsBashforth, AdamsBashforthSettings, BDF2, Bdf, BdfSettings,
-};
-use drape_provot::{PROVOT, Provot, ProvotSettings};
-use drape_terzopoulos_fleischer::{
-    TERZOPOULOS_FLEISCHER, TerzopoulosFleischer, TerzopoulosFleischerSettings,
-};
+use drape_integrator::{Integrator, Method, Registration, SettingError, Settings, Split};
 
 /// Why a choice of method was refused.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -46,127 +27,36 @@ pub enum MethodError {
     Setting(#[from] SettingError),
 }
 
-type Pairs<'a> = Vec<(&'a str, &'a str)>;
-
-/// A method, how it is built, and where a library's factorisation takes part in its results.
-struct Entry {
-    method: &'static Method,
-    build: fn(Pairs<'_>) -> Result<Box<dyn Integrator>, SettingError>,
-    uses_library: fn(&Settings) -> bool,
-}
-
-/// A two-step IMEX method; its first step is one of backward Euler, which factorises.
-const fn two_step(
-    method: &'static Method,
-    build: fn(Pairs<'_>) -> Result<Box<dyn Integrator>, SettingError>,
-) -> Entry {
-    Entry { method, build, uses_library: |_| true }
-}
-
-/// Whether a linear solve goes, or may go, through a factorisation.
-fn factorises(settings: &Settings) -> bool {
-    settings.word("solver") != "cg"
-}
-
-/// Builds a two-step IMEX method.
-fn imex(scheme: Scheme, pairs: Pairs<'_>) -> Result<Box<dyn Integrator>, SettingError> {
-    Ok(ImexTwoStep::controlled(ImexTwoStepSettings::from_pairs(scheme, pairs)?))
-}
-
-/// All methods, in the order in which they build on each other.
-static ENTRIES: [Entry; 17] = [
-    Entry {
-        method: &EXPLICIT_EULER,
-        build: |_| Ok(Box::new(ExplicitEuler::default())),
-        uses_library: |_| false,
-    },
-    Entry {
-        method: &SYMPLECTIC_EULER,
-        build: |pairs| Ok(Box::new(SymplecticEuler::new(SymplecticSettings::from_pairs(pairs)?))),
-        uses_library: |settings| settings.word("damping") == "implicit",
-    },
-    Entry {
-        method: &LEAPFROG,
-        build: |pairs| Ok(Box::new(Leapfrog::new(LeapfrogSettings::from_pairs(pairs)?))),
-        uses_library: |settings| settings.word("solver") == "cholesky",
-    },
-    Entry {
-        method: &PROVOT,
-        build: |pairs| Ok(Box::new(Provot::new(ProvotSettings::from_pairs(pairs)?))),
-        uses_library: |_| false,
-    },
-    Entry {
-        method: &ADAMS_BASHFORTH2,
-        build: |pairs| {
-            Ok(Box::new(AdamsBashforth::new(AdamsBashforthSettings::from_pairs(pairs)?)))
-        },
-        uses_library: |_| false,
-    },
-    Entry {
-        method: &BACKWARD_EULER,
-        build: |pairs| Ok(BackwardEuler::controlled(BackwardEulerSettings::from_pairs(pairs)?)),
-        uses_library: |settings| !NewtonLinear::is_portable(settings),
-    },
-    Entry {
-        method: &BDF2,
-        build: |pairs| Ok(Bdf::controlled(BdfSettings::from_pairs(pairs)?)),
-        uses_library: |settings| !NewtonLinear::is_portable(settings),
-    },
-    Entry {
-        method: &TERZOPOULOS_FLEISCHER,
-        build: |pairs| {
-            let settings = TerzopoulosFleischerSettings::from_pairs(pairs)?;
-            Ok(Box::new(TerzopoulosFleischer::new(settings)))
-        },
-        uses_library: |_| true,
-    },
-    Entry {
-        method: &BARAFF_WITKIN,
-        build: |pairs| Ok(Box::new(BaraffWitkin::new(BaraffWitkinSettings::from_pairs(pairs)?))),
-        uses_library: |settings| settings.word("solver") == "cholesky",
-    },
-    Entry {
-        method: &DESBRUN,
-        build: |pairs| Ok(Box::new(Desbrun::new(DesbrunSettings::from_pairs(pairs)?))),
-        uses_library: |_| true,
-    },
-    Entry {
-        method: &KANG,
-        build: |pairs| Ok(Box::new(Kang::new(KangSettings::from_pairs(pairs)?))),
-        uses_library: |_| false,
-    },
-    Entry {
-        method: &IMEX_EULER,
-        build: |pairs| Ok(ImexEuler::controlled(ImexEulerSettings::from_pairs(pairs)?)),
-        uses_library: factorises,
-    },
-    Entry {
-        method: &IMEX_UPDATED,
-        build: |pairs| Ok(ImexUpdated::controlled(ImexUpdatedSettings::from_pairs(pairs)?)),
-        // The robust form may turn to Newton, which factorises.
-        uses_library: |settings| factorises(settings) || settings.word("safeguard") == "robust",
-    },
-    two_step(&IMEX_SBDF2, |pairs| imex(Scheme::Sbdf2, pairs)),
-    two_step(&IMEX_CNAB2, |pairs| imex(Scheme::Cnab2, pairs)),
-    two_step(&IMEX_MCNAB2, |pairs| imex(Scheme::Mcnab2, pairs)),
-    two_step(&IMEX_CNLF, |pairs| imex(Scheme::Cnlf, pairs)),
+/// All methods, in the order in which they build on each other: one line a method.
+static REGISTRY: [&Registration; 17] = [
+    &drape_explicit_euler::EXPLICIT,
+    &drape_explicit_euler::SYMPLECTIC,
+    &drape_explicit_euler::VERLET,
+    &drape_provot::REGISTRATION,
+    &drape_multistep::EXPLICIT_ADAMS,
+    &drape_backward_euler::REGISTRATION,
+    &drape_multistep::BACKWARD_DIFFERENTIATION,
+    &drape_terzopoulos_fleischer::REGISTRATION,
+    &drape_baraff_witkin::REGISTRATION,
+    &drape_desbrun::REGISTRATION,
+    &drape_kang::REGISTRATION,
+    &drape_imex::EULER,
+    &drape_imex::UPDATED,
+    &drape_imex::SBDF2,
+    &drape_imex::CNAB2,
+    &drape_imex::MCNAB2,
+    &drape_imex::CNLF,
 ];
 
 /// All methods, in the order in which they build on each other.
 pub fn all() -> impl Iterator<Item = &'static Method> {
-    ENTRIES.iter().map(|entry| entry.method)
-}
-
-impl std::fmt::Debug for Entry {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(self.method.id)
-    }
+    REGISTRY.iter().map(|entry| entry.method)
 }
 
 /// A method with checked settings.
 #[derive(Clone, Debug)]
 pub struct Choice {
-    entry: &'static Entry,
+    entry: &'static Registration,
     settings: Settings,
 }
 
@@ -185,7 +75,7 @@ impl Choice {
     /// ```
     pub fn parse(text: &str, more: &[String]) -> Result<Self, MethodError> {
         let (id, settings) = text.split_once(':').unwrap_or((text, ""));
-        let entry = ENTRIES.iter().find(|entry| entry.method.id == id).ok_or_else(|| {
+        let entry = REGISTRY.iter().find(|entry| entry.method.id == id).ok_or_else(|| {
             let known: Vec<_> = all().map(|method| method.id).collect();
             MethodError::Unknown { id: id.to_owned(), known: known.join(", ") }
         })?;
@@ -216,7 +106,7 @@ impl Choice {
     /// springs of several slopes notice.
     pub fn full_id(&self) -> String {
         let is_told = |(key, value): &(&'static str, &str)| {
-            *key != Split::SETTING.key || *value != Split::SETTING.default
+            *key != Split::SETTING.setting.key || *value != Split::SETTING.setting.default
         };
         let settings = self.settings.iter().filter(is_told);
         let settings: Vec<_> = settings.map(|(key, value)| format!("{key}={value}")).collect();
@@ -230,14 +120,12 @@ impl Choice {
     /// Whether results of this choice have the same bits on every machine: no library
     /// factorisation takes part.
     pub fn is_portable(&self) -> bool {
-        !(self.entry.uses_library)(&self.settings)
+        (self.entry.is_portable)(&self.settings)
     }
 
-    /// Whether the result depends on the order of the springs by more than round-off: they are shortened one after
-    /// the other, each from where the last one left its ends.
+    /// Whether the result depends on the order of the springs by more than round-off.
     pub fn follows_springs(&self) -> bool {
-        let id = self.method().id;
-        id == PROVOT.id || (id == DESBRUN.id && self.settings.word("inverse_dynamics") == "true")
+        (self.entry.follows_springs)(&self.settings)
     }
 
     /// A new integrator.
@@ -245,6 +133,6 @@ impl Choice {
     /// # Errors
     /// [`SettingError`], if the method's own reader refuses what its declaration allowed.
     pub fn build(&self) -> Result<Box<dyn Integrator>, SettingError> {
-        (self.entry.build)(self.settings.iter().collect())
+        (self.entry.build)(&self.settings)
     }
 }

@@ -1,53 +1,10 @@
 //! A method that chooses its step sizes itself.
 
 use crate::{
-    ContactSet, Integrator, LocalError, Method, Order, PhaseClock, PrepareError, Scratch,
-    SolveStatus, StepController, StepError, StepReport, TimeStep, mesh_width,
+    ContactSet, Integrator, LocalError, Method, Past, PhaseClock, PrepareError, Rewind, Scratch,
+    SolveStatus, StepController, StepError, StepReport, Stepper, TimeStep, mesh_width,
 };
 use drape_model::{Revisions, State, System, Vec3};
-
-/// What [`Adaptive`] needs of a method, beside its steps: to take one back.
-pub trait Rewind: Integrator {
-    /// Everything that a step changes in the integrator and that the next one builds on: history and contacts.
-    /// Cached operators are none of it.
-    type Past: std::fmt::Debug + Send;
-
-    /// Memory for a past; `None` before `prepare`.
-    fn new_past(&self) -> Option<Self::Past>;
-
-    /// Copies the present past, without allocating.
-    fn keep(&self, past: &mut Self::Past);
-
-    /// Brings it back, without allocating.
-    fn recall(&mut self, past: &Self::Past);
-
-    /// The contacts of the last step.
-    fn contacts(&self) -> Option<&ContactSet>;
-
-    /// Order at the present settings.
-    fn order(&self) -> Order {
-        self.method().order
-    }
-
-    /// `C(ω)` of the local error `C h³ x'''` of a method of order 2, with `ω` the last step over the one before: that
-    /// of two-step BDF unless the method says otherwise.
-    fn error_constant(&self, omega: f64) -> f64 {
-        let sum = 1.0 + omega;
-        sum * sum / (6.0 * omega * (1.0 + 2.0 * omega))
-    }
-
-    /// Adds to `error`, m, what positions cannot show of the error of the step `from → to` of `h` seconds: with a
-    /// method that splits the force, what the part at the old level is off by. Costs go to the report.
-    fn add_splitting_error(
-        &mut self,
-        _system: &System,
-        _to: &State,
-        _h: f64,
-        _error: &mut [Vec3],
-        _report: &mut StepReport,
-    ) {
-    }
-}
 
 /// Steps below this fraction of the time asked for are not tried.
 const LEAST_SHARE: f64 = 1e-9;
@@ -70,15 +27,15 @@ const FIRST_SHARE: f64 = 0.25;
 /// * **The end of patience.** When a substep below 1e-9 of the call, or the ten-thousandth attempt, is no good, the
 ///   rest is taken in one step and the report says that the call did not converge.
 #[derive(Debug)]
-pub struct Adaptive<M: Rewind> {
-    method: M,
+pub struct Adaptive<S: Rewind> {
+    method: Stepper<S>,
     tolerance: f64,
-    scratch: Scratch<Workspace<M::Past>>,
+    scratch: Scratch<Workspace<S::Past>>,
 }
 
 #[derive(Debug)]
 struct Workspace<P> {
-    past: P,
+    past: (P, ContactSet),
     /// At the start of the call, and of the substep.
     begin: State,
     kept: State,
@@ -136,29 +93,46 @@ impl Plan {
     }
 }
 
-impl<M: Rewind> Adaptive<M> {
-    /// A method with the local error of positions that it may make in a substep, in mesh widths.
-    pub fn new(method: M, tolerance: f64) -> Self {
-        Self { method, tolerance, scratch: Scratch::default() }
+impl<S: Rewind> Stepper<S> {
+    /// Copies the present past, without allocating.
+    fn keep(&mut self, (past, contacts): &mut (S::Past, ContactSet)) {
+        if let Some((present, touching)) = self.prepared().map(S::past) {
+            past.copy_from(present);
+            contacts.copy_from(touching);
+        }
     }
 
-    /// The method itself where the tolerance is 0, else under control.
-    pub fn boxed(method: M, tolerance: f64) -> Box<dyn Integrator>
-    where
-        M: 'static,
-    {
-        if tolerance > 0.0 { Box::new(Self::new(method, tolerance)) } else { Box::new(method) }
+    /// Brings a past back, without allocating.
+    fn recall(&mut self, (past, contacts): &(S::Past, ContactSet)) {
+        if let Some((present, touching)) = self.prepared().map(S::past) {
+            present.copy_from(past);
+            touching.copy_from(contacts);
+        }
+    }
+
+    /// The contacts of the last step.
+    fn contacts(&mut self) -> Option<&ContactSet> {
+        self.prepared().map(|scheme| &*scheme.past().1)
     }
 }
 
-impl<M: Rewind> Integrator for Adaptive<M> {
+impl<S: Rewind> Adaptive<S> {
+    /// A method with the local error of positions that it may make in a substep, in mesh widths.
+    pub fn new(method: Stepper<S>, tolerance: f64) -> Self {
+        Self { method, tolerance, scratch: Scratch::default() }
+    }
+}
+
+impl<S: Rewind> Integrator for Adaptive<S> {
     fn method(&self) -> &'static Method {
         self.method.method()
     }
 
     fn prepare(&mut self, system: &System, h: TimeStep) -> Result<(), PrepareError> {
         self.method.prepare(system, h)?;
-        let Some(past) = self.method.new_past() else { return Ok(()) };
+        let Some(scheme) = self.method.prepared() else { return Ok(()) };
+        let (past, contacts) = scheme.past();
+        let past = (past.clone(), contacts.clone());
         let zeros = || vec![Vec3::zeros(); system.len()];
         let state = || State { t: 0.0, x: zeros(), v: zeros() };
         let workspace = Workspace {
@@ -184,7 +158,7 @@ impl<M: Rewind> Integrator for Adaptive<M> {
     ) -> Result<StepReport, StepError> {
         let Self { method, scratch, .. } = self;
         let w = scratch.ready(system, state, h)?;
-        let (order, span, end) = (method.order(), h.seconds(), state.t + h.seconds());
+        let (order, span, end) = (S::order(method.settings()), h.seconds(), state.t + h.seconds());
         let mut report = StepReport { substeps: 0, ..StepReport::default() };
         if std::mem::replace(&mut w.revisions, system.revisions()) != system.revisions() {
             w.error.restart();
@@ -224,9 +198,13 @@ impl<M: Rewind> Integrator for Adaptive<M> {
                     return Err(error);
                 }
             };
-            let constant = |omega| method.error_constant(omega);
+            let constant = |omega| S::error_constant(method.settings(), omega);
             w.error.measure(order, constant, &w.kept, &state.x, plan.h);
-            method.add_splitting_error(system, state, plan.h, w.error.vectors(), &mut attempt);
+            let settings = method.settings().clone();
+            if let Some(scheme) = method.prepared() {
+                let vectors = w.error.vectors();
+                scheme.add_splitting_error(&settings, system, state, plan.h, vectors, &mut attempt);
+            }
             let error = w.error.norm(system, method.contacts()) / w.allowed;
             if is_last_resort {
                 attempt.solve = SolveStatus::IterationLimit;

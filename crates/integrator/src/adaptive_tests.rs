@@ -1,5 +1,5 @@
 use super::*;
-use crate::{Predictor, StabilityClass};
+use crate::{Order, Predictor, Scheme, StabilityClass};
 use drape_model::parse;
 
 static FALL: Method = Method {
@@ -10,77 +10,69 @@ static FALL: Method = Method {
     class: StabilityClass::Dissipative,
     conserves: &[],
     theory: "none",
-    supports: &[crate::Support::new("gravity", crate::Treatment::Explicit)],
+    supports: crate::Supports::Explicit,
+    refuses: &[],
     settings: &[],
 };
 
 /// Backward Euler of a fall, whose solver is told to fail for steps above a limit.
 #[derive(Debug)]
 struct Fall {
-    limit: f64,
-    memory: Option<(Predictor, ContactSet)>,
+    predictor: Predictor,
+    contacts: ContactSet,
     sizes: Vec<f64>,
 }
 
-impl Integrator for Fall {
-    fn method(&self) -> &'static Method {
+impl Scheme for Fall {
+    /// The limit, s.
+    type Settings = f64;
+
+    fn method(_limit: &f64) -> &'static Method {
         &FALL
     }
 
-    fn prepare(&mut self, system: &System, _h: TimeStep) -> Result<(), PrepareError> {
-        self.memory = Some((Predictor::new(system.len()), ContactSet::new(system)));
-        Ok(())
+    fn new(system: &System, _limit: &f64, _h: f64) -> Result<Self, PrepareError> {
+        let (predictor, contacts) = (Predictor::new(system.len()), ContactSet::new(system));
+        Ok(Self { predictor, contacts, sizes: Vec::new() })
     }
 
     fn step(
         &mut self,
+        limit: &f64,
         _system: &System,
         state: &mut State,
-        h: TimeStep,
+        h: f64,
         _clock: &mut PhaseClock,
     ) -> Result<StepReport, StepError> {
-        let Some((predictor, _)) = &mut self.memory else { return Err(StepError::NeedsPrepare) };
-        let h = h.seconds();
         self.sizes.push(h);
-        predictor.remember(&state.v, h);
+        self.predictor.remember(&state.v, h);
         for (x, v) in state.x.iter_mut().zip(&mut state.v) {
             v.z -= 9.81 * h;
             *x += *v * h;
         }
         state.t += h;
-        let solve =
-            if h > self.limit { SolveStatus::IterationLimit } else { SolveStatus::Converged };
+        let solve = if h > *limit { SolveStatus::IterationLimit } else { SolveStatus::Converged };
         Ok(StepReport { solve, force_evaluations: 1, ..StepReport::default() })
     }
 
-    fn restart(&mut self, _state: &State) {
-        self.memory.iter_mut().for_each(|(predictor, _)| predictor.restart());
+    fn restart(&mut self) {
+        self.predictor.restart();
+    }
+
+    fn is_portable(_limit: &f64) -> bool {
+        true
     }
 }
 
 impl Rewind for Fall {
-    type Past = (Predictor, ContactSet);
+    type Past = Predictor;
 
-    fn new_past(&self) -> Option<Self::Past> {
-        self.memory.clone()
+    fn past(&mut self) -> (&mut Predictor, &mut ContactSet) {
+        (&mut self.predictor, &mut self.contacts)
     }
 
-    fn keep(&self, past: &mut Self::Past) {
-        if let Some((predictor, contacts)) = &self.memory {
-            past.0.copy_from(predictor);
-            past.1.copy_from(contacts);
-        }
-    }
-
-    fn recall(&mut self, past: &Self::Past) {
-        if let Some((predictor, contacts)) = &mut self.memory {
-            predictor.copy_from(&past.0);
-            contacts.copy_from(&past.1);
-        }
-    }
-
-    fn contacts(&self) -> Option<&ContactSet> {
-        self.memory.as_ref().map(|(_, contacts)| contacts)
+    fn tolerance(_limit: &f64) -> f64 {
+        0.0
     }
 }
 
@@ -90,10 +82,13 @@ fn falling(limit: f64, tolerance: f64) -> (Adaptive<Fall>, System, State) {
         "position_m": [[0, 0, 0], [1, 0, 0]] }, "effects": { "gravity": { "m_s2": [0, 0, -9.81] } },
         "springs": [{ "effect": "tension", "i": 0, "j": 1, "rest_length_m": 1, "stiffness_n_per_m": 1 }] }"#;
     let (system, state) = parse("test", text).expect("valid").spec().build().expect("valid");
-    let fall = Fall { limit, memory: None, sizes: Vec::new() };
-    let mut adaptive = Adaptive::new(fall, tolerance);
+    let mut adaptive = Adaptive::new(Stepper::new(limit), tolerance);
     adaptive.prepare(&system, TimeStep::new(0.1).expect("positive")).expect("supported");
     (adaptive, system, state)
+}
+
+fn fall(adaptive: &mut Adaptive<Fall>) -> &mut Fall {
+    adaptive.method.prepared().expect("prepared")
 }
 
 fn step(adaptive: &mut Adaptive<Fall>, system: &System, state: &mut State) -> StepReport {
@@ -113,7 +108,7 @@ fn the_step_size_settles_where_the_error_is_a_little_below_the_tolerance() {
     assert!((0.1 / last.substeps as f64) < largest, "{last:?}");
     assert_eq!((last.rejected, last.solve), (0, SolveStatus::Converged));
     // Kept bit for bit from call to call: no set-up in steady state.
-    let sizes = &adaptive.method.sizes;
+    let sizes = &fall(&mut adaptive).sizes;
     let steady = &sizes[sizes.len() - 2 * last.substeps as usize..];
     assert!(steady.iter().all(|h| h.to_bits() == steady[0].to_bits()), "{steady:?}");
     assert!((last.next_step - steady[0]).abs() < 1e-15);
@@ -128,7 +123,7 @@ fn every_call_ends_where_it_was_asked_to() {
         end += 0.1;
         assert_eq!(state.t.to_bits(), f64::to_bits(end));
     }
-    let sum: f64 = adaptive.method.sizes.iter().sum();
+    let sum: f64 = fall(&mut adaptive).sizes.iter().sum();
     let rejected: f64 = sum - 0.7;
     assert!(rejected.abs() < 1e-12, "no attempt was rejected, and the sum is right: {rejected}");
 }
@@ -140,20 +135,20 @@ fn a_rejected_substep_leaves_no_trace() {
     let report = step(&mut adaptive, &system, &mut state);
     assert!(report.rejected > 0 && report.solve == SolveStatus::Converged, "{report:?}");
     let accepted: Vec<f64> =
-        adaptive.method.sizes.iter().copied().filter(|h| *h <= 0.011).collect();
+        fall(&mut adaptive).sizes.iter().copied().filter(|h| *h <= 0.011).collect();
     assert_eq!(accepted.len(), report.substeps as usize);
-    assert_eq!(report.force_evaluations as usize, adaptive.method.sizes.len() + 1);
+    assert_eq!(report.force_evaluations as usize, fall(&mut adaptive).sizes.len() + 1);
     let (mut plain, _, mut replayed) = falling(1.0, 1.0);
     for h in accepted {
         let h = TimeStep::new(h).expect("positive");
         plain.method.step(&system, &mut replayed, h, &mut PhaseClock::off()).expect("steps");
     }
     assert_eq!((&state.x, &state.v), (&replayed.x, &replayed.v));
-    let (predictor, _) = adaptive.method.memory.as_ref().expect("prepared");
-    let (other, _) = plain.method.memory.as_ref().expect("prepared");
+    let last = *fall(&mut adaptive).sizes.last().expect("some");
+    let (predictor, other) = (&fall(&mut adaptive).predictor, &fall(&mut plain).predictor);
     let mut extrapolated = [[Vec3::zeros(); 2]; 2];
     for (out, predictor) in extrapolated.iter_mut().zip([predictor, other]) {
-        predictor.extrapolate(&state.v, *adaptive.method.sizes.last().expect("some"), 1, out);
+        predictor.extrapolate(&state.v, last, 1, out);
     }
     assert_eq!(extrapolated[0], extrapolated[1]);
 }
@@ -164,7 +159,7 @@ fn a_solver_that_always_fails_ends_in_an_honest_report() {
     let report = step(&mut adaptive, &system, &mut state);
     assert_eq!(report.solve, SolveStatus::IterationLimit);
     assert!(report.rejected < 100 && state.t == 0.1 && state.is_finite(), "{report:?}");
-    adaptive.method.limit = 1.0;
+    adaptive.method.settings = 1.0;
     let report = step(&mut adaptive, &system, &mut state);
     assert_eq!((report.solve, state.t), (SolveStatus::Converged, 0.2));
 }

@@ -1,14 +1,13 @@
 //! Provot's limit on elongation: over-stretched springs are shortened by moving their ends.
 
 use crate::random::Random;
-use crate::{Kind, Setting, Settings};
+use crate::{Word, settings};
 use drape_model::{Effect, System, Vec3};
 
 /// In which order the springs are visited.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SweepOrder {
     /// As the system lists them.
-    #[default]
     Forward,
     /// From last to first.
     Backward,
@@ -19,68 +18,24 @@ pub enum SweepOrder {
     Shuffled,
 }
 
-impl SweepOrder {
-    /// The words of the setting.
-    pub const WORDS: &[&str] = &["forward", "backward", "alternating", "shuffled"];
-
-    /// Reads one of [`WORDS`](Self::WORDS).
-    pub fn read(word: &str) -> Self {
-        match word {
-            "backward" => Self::Backward,
-            "alternating" => Self::Alternating,
-            "shuffled" => Self::Shuffled,
-            _ => Self::Forward,
-        }
-    }
+impl Word for SweepOrder {
+    const WORDS: &'static [(&'static str, Self)] = &[
+        ("forward", Self::Forward),
+        ("backward", Self::Backward),
+        ("alternating", Self::Alternating),
+        ("shuffled", Self::Shuffled),
+    ];
 }
 
-/// How far, how often and in which order springs are shortened.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ElongationSettings {
-    /// Greatest elongation over the rest length.
-    pub limit: f64,
-    /// Most sweeps a call.
-    pub sweeps: usize,
-    /// Order of a sweep.
-    pub order: SweepOrder,
-}
-
-impl ElongationSettings {
-    /// Setting `limit`.
-    pub const LIMIT: Setting = Setting {
-        key: "limit",
-        kind: Kind::Number { min: 1e-4, max: 10.0 },
-        default: "0.1",
-        help: "greatest elongation of a tension or shear spring over its rest length",
-    };
-    /// Setting `sweeps`.
-    pub const SWEEPS: Setting = Setting {
-        key: "sweeps",
-        kind: Kind::Integer { min: 1, max: 1000 },
-        default: "1",
-        help: "most sweeps over the springs in a step; it ends early when no spring is too long",
-    };
-    /// Setting `order`.
-    pub const ORDER: Setting = Setting {
-        key: "order",
-        kind: Kind::Choice(SweepOrder::WORDS),
-        default: "forward",
-        help: "in which order a sweep visits the springs; alternating: every second sweep of a step backward",
-    };
-
-    /// Reads the three settings, all of which the method must declare.
-    pub fn read(settings: &Settings) -> Self {
-        Self {
-            limit: settings.number("limit"),
-            sweeps: settings.integer("sweeps"),
-            order: SweepOrder::read(settings.word("order")),
-        }
-    }
-}
-
-impl Default for ElongationSettings {
-    fn default() -> Self {
-        Self { limit: 0.1, sweeps: 1, order: SweepOrder::Forward }
+settings! {
+    /// How far, how often and in which order springs are shortened.
+    pub struct ElongationSettings {
+        /// greatest elongation of a tension or shear spring over its rest length
+        limit: f64 in 1e-4..=10.0 = 0.1,
+        /// most sweeps over the springs in a step; it ends early when no spring is too long
+        sweeps: usize in 1..=1000 = 1,
+        /// in which order a sweep visits the springs; alternating: every second sweep of a step backward
+        order: SweepOrder [Forward, Backward, Alternating, Shuffled] = Forward,
     }
 }
 
@@ -345,8 +300,8 @@ mod tests {
 
     #[test]
     fn every_word_names_an_order_of_its_own() {
-        let orders: Vec<_> = SweepOrder::WORDS.iter().map(|word| SweepOrder::read(word)).collect();
-        assert_eq!(orders[0], SweepOrder::default());
+        let orders: Vec<_> = SweepOrder::WORDS.iter().map(|(_, order)| *order).collect();
+        assert_eq!(orders[0], ElongationSettings::default().order);
         for (i, order) in orders.iter().enumerate() {
             assert!(!orders[..i].contains(order), "{order:?}");
         }

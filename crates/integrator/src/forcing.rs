@@ -1,6 +1,6 @@
 //! How tightly an inner linear solve is made while an outer iteration is still far from its goal.
 
-use crate::{Kind, Setting, Settings};
+use crate::{Declared, Word, declare};
 
 /// Rule for the forcing terms `η_k` of an inexact Newton method: solve until `‖G + J δ‖ ≤ η_k ‖G‖`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -12,28 +12,38 @@ pub enum ForcingRule {
     EisenstatWalker,
 }
 
+/// The rule without its number, as the setting `forcing` names it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ForcingKind {
+    /// [`ForcingRule::Constant`].
+    Constant,
+    /// [`ForcingRule::EisenstatWalker`].
+    EisenstatWalker,
+}
+
+impl Word for ForcingKind {
+    const WORDS: &'static [(&'static str, Self)] =
+        &[("constant", Self::Constant), ("eisenstat-walker", Self::EisenstatWalker)];
+}
+
 impl ForcingRule {
     /// Setting `forcing`.
-    pub const FORCING: Setting = Setting {
-        key: "forcing",
-        kind: Kind::Choice(&["constant", "eisenstat-walker"]),
-        default: "constant",
-        help: "how tightly the inner CG is solved: always alike, or by the progress of the outer iteration \
-               (Eisenstat and Walker, choice 2)",
-    };
+    pub const FORCING: Declared<ForcingKind> = declare!(
+        forcing: ForcingKind [Constant, EisenstatWalker] = Constant,
+        "how tightly the inner CG is solved: always alike, or by the progress of the outer iteration \
+         (Eisenstat and Walker, choice 2)"
+    );
     /// Setting `cg_tolerance`.
-    pub const CG_TOLERANCE: Setting = Setting {
-        key: "cg_tolerance",
-        kind: Kind::Number { min: 1e-12, max: 0.5 },
-        default: "0.1",
-        help: "relative tolerance of Newton's inner CG with forcing=constant",
-    };
+    pub const CG_TOLERANCE: Declared<f64> = declare!(
+        cg_tolerance: f64 in 1e-12..=0.5 = 0.1,
+        "relative tolerance of Newton's inner CG with forcing=constant"
+    );
 
-    /// Reads the two settings, both of which the method must declare.
-    pub fn read(settings: &Settings) -> Self {
-        match settings.word("forcing") {
-            "eisenstat-walker" => Self::EisenstatWalker,
-            _ => Self::Constant(settings.number("cg_tolerance")),
+    /// The rule of this kind, whose constant is `term` if it has one.
+    pub fn new(kind: ForcingKind, term: f64) -> Self {
+        match kind {
+            ForcingKind::Constant => Self::Constant(term),
+            ForcingKind::EisenstatWalker => Self::EisenstatWalker,
         }
     }
 }

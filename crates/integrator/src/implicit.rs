@@ -1,5 +1,6 @@
 //! Which effects are integrated implicitly.
 
+use crate::Word;
 use drape_model::{Effect, Level, LinearSplit, Part, State, System, Vec3};
 use drape_solvers::bands::{bands, in_bands};
 use drape_solvers::vector::weighted_scale_add;
@@ -16,12 +17,12 @@ pub enum Implicit {
     Everything,
 }
 
-impl Implicit {
-    /// Reads the setting `implicit`.
-    pub fn read(word: &str) -> Self {
-        if word == "tension" { Self::Tension } else { Self::Springs }
-    }
+impl Word for Implicit {
+    const WORDS: &'static [(&'static str, Self)] =
+        &[("tension", Self::Tension), ("springs", Self::Springs), ("everything", Self::Everything)];
+}
 
+impl Implicit {
     /// Whether the effect is implicit.
     pub fn selects(self, effect: &dyn Effect) -> bool {
         match self {

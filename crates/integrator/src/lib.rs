@@ -18,6 +18,13 @@
 //! * Blow-up is a result, not an error. `Err` is for broken contracts and leaves the state as it
 //!   was (but for velocities of pinned particles, which a step sets to 0 before anything else). A solver that stops early says so in [`StepReport::solve`].
 //!
+//! # A method
+//!
+//! A method's crate implements [`Scheme`]: the memory of a step, how it is allocated, and the step with all its
+//! equations. [`Stepper`] makes an [`Integrator`] of it, and [`Registration`] is the one line that the registry takes.
+//! [`Method`] holds what a method is. It says by one of three standard answers ([`Supports`]) what the method does with
+//! each effect, and names only what it refuses. [`settings!`] declares each setting once.
+//!
 //! # Step size control
 //!
 //! *Why.* The paper names it as further work: a step that suits the fall of a sheet is too long for the moment in which it
@@ -66,6 +73,7 @@ mod impulsive;
 mod kinematics;
 mod ledger;
 mod linear;
+pub mod linear_settings;
 mod method;
 mod newton;
 mod newton_linear;
@@ -74,6 +82,7 @@ mod potential;
 mod predictor;
 mod random;
 mod report;
+mod scheme;
 mod scratch;
 mod settings;
 mod spectrum;
@@ -85,29 +94,34 @@ mod step_size;
 mod test_support;
 mod viscous;
 
-pub use adaptive::{Adaptive, Rewind};
+pub use adaptive::Adaptive;
 pub use assembly::Linearisation;
 pub use clock::{Phase, PhaseClock};
 pub use contact::{Change, ContactSet, MultistepMotion, Wanted};
 pub use elongation::{ElongationLimit, ElongationSettings, SweepOrder};
 pub use error::{PrepareError, StepError};
 pub use explicit_limit::ExplicitNumbers;
-pub use forcing::{Forcing, ForcingRule};
+pub use forcing::{Forcing, ForcingKind, ForcingRule};
 pub use history::History;
 pub use implicit::Implicit;
 pub use impulsive::ImpulsiveContacts;
 pub use kinematics::{drift, kick};
 pub use ledger::{Bookkeeping, EnergyLedger, as_stepped, momentum_between, subtract_laplacian};
 pub use linear::{LaplacianSolver, LinearSettings, PreconditionerKind, SolverKind, Weights};
-pub use method::{Method, Order, Quantity, StabilityClass, Support, Treatment};
+pub use method::{Method, Order, Quantity, StabilityClass, Support, Supports, Treatment};
 pub use newton::{Newton, NewtonReport, NewtonSettings};
 pub use newton_linear::{Jacobian, NewtonLinear, NewtonSolver};
 pub use pins::{hold_pins, lead_pins};
 pub use potential::IncrementalPotential;
 pub use predictor::{Predictor, Start};
 pub use report::{SetupCause, Setups, StepReport};
+pub use scheme::{Past, Registration, Rewind, Scheme, Stepper, Taken};
 pub use scratch::Scratch;
-pub use settings::{Kind, Setting, SettingError, Settings, linear_settings};
+pub use settings::{
+    Declared, Declares, Kind, MethodSettings, Setting, SettingError, Settings, Value, Word,
+};
+#[doc(hidden)]
+pub use settings::{count, join};
 pub use spectrum::{LargestEigenvalue, StiffnessBound};
 pub use split::{Slopes, Split};
 pub use stage::{ImplicitStage, Stage, StageSettings};

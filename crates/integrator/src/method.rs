@@ -1,7 +1,7 @@
 //! What a method is, and what it supports.
 
 use crate::{PrepareError, Setting, Settings};
-use drape_model::{Effect, EffectKind, Obstacle, System};
+use drape_model::{Effect, EffectClass, EffectKind, Obstacle, System};
 
 /// Order of accuracy in the step size.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -66,6 +66,20 @@ impl Treatment {
     }
 }
 
+/// The constraints that a scene can name.
+const CONSTRAINTS: [&str; 3] = ["pins", "contact", "friction"];
+
+/// What a method does with everything that a scene can name: one of three standard answers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Supports {
+    /// Every effect stays at the old level.
+    Explicit,
+    /// Springs stand in a scalar matrix; everything else stays at the old level.
+    ScalarMatrix,
+    /// Every effect with a Jacobian stands in a matrix of 3×3 blocks.
+    Blocks,
+}
+
 /// One thing that a method supports.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Support {
@@ -73,13 +87,6 @@ pub struct Support {
     pub effect: &'static str,
     /// How it is treated.
     pub treatment: Treatment,
-}
-
-impl Support {
-    /// An effect and how it is treated.
-    pub const fn new(effect: &'static str, treatment: Treatment) -> Self {
-        Self { effect, treatment }
-    }
 }
 
 /// Description of a time integrator.
@@ -99,23 +106,51 @@ pub struct Method {
     pub conserves: &'static [Quantity],
     /// What its theory says about stability, in a sentence or two.
     pub theory: &'static str,
-    /// What it supports; everything else is refused by name.
-    pub supports: &'static [Support],
+    /// What it does with the effects and constraints that a scene names.
+    pub supports: Supports,
+    /// Effects and constraints that it refuses nevertheless.
+    pub refuses: &'static [&'static str],
     /// Its settings with ranges and defaults.
     pub settings: &'static [Setting],
 }
 
 impl Method {
+    /// How the method takes an effect of this kind and class.
+    ///
+    /// Where a method has the setting `implicit`, it decides about all implicit effects but the tension springs.
+    pub fn treatment(&self, effect: EffectKind, class: EffectClass) -> Treatment {
+        let is_implicit = match (self.supports, class) {
+            (Supports::Explicit, _) | (_, EffectClass::Uniform) => false,
+            (Supports::ScalarMatrix, class) => class == EffectClass::Springs,
+            (Supports::Blocks, _) => true,
+        };
+        let is_left_open = self.settings.iter().any(|setting| setting.key == "implicit");
+        match (is_implicit, is_left_open && effect != EffectKind::Tension) {
+            (false, _) => Treatment::Explicit,
+            (true, true) => Treatment::BySetting,
+            (true, false) => Treatment::Implicit,
+        }
+    }
+
+    /// What the method supports, effects first; it refuses everything else by name.
+    pub fn supports(&self) -> impl Iterator<Item = Support> {
+        let effect = |&kind: &EffectKind| {
+            let treatment = self.treatment(kind, kind.class()?);
+            Some(Support { effect: kind.name(), treatment })
+        };
+        let constraint = |effect| Support { effect, treatment: Treatment::Constraint };
+        let effects = EffectKind::ALL.iter().filter_map(effect);
+        let all = effects.chain(CONSTRAINTS.into_iter().map(constraint));
+        all.filter(|support| !self.refuses.contains(&support.effect))
+    }
+
     /// Whether the method, set like that, takes an effect at the old time level.
     pub fn is_explicit(&self, effect: &dyn Effect, settings: &Settings) -> bool {
-        let treatment = self.supports.iter().find(|support| support.effect == effect.name());
-        treatment.is_some_and(|support| match support.treatment {
+        match self.treatment(effect.kind(), EffectClass::of(effect)) {
             Treatment::Explicit => true,
-            Treatment::BySetting => {
-                settings.iter().any(|setting| setting == ("implicit", "tension"))
-            }
+            Treatment::BySetting => settings.get("implicit") == Some("tension"),
             Treatment::Implicit | Treatment::Constraint => false,
-        })
+        }
     }
 
     /// Refuses a system that names something which the method cannot honour.
@@ -123,14 +158,12 @@ impl Method {
     /// # Errors
     /// [`PrepareError::Unsupported`] with the first such effect or constraint.
     pub fn check(&self, system: &System) -> Result<(), PrepareError> {
-        // Every method takes an effect from outside the library by what it offers.
-        let is_known = |effect: &&dyn Effect| !matches!(effect.kind(), EffectKind::Own(_));
-        let named = system.effects().filter(is_known).map(|effect| effect.name());
+        let named = system.effects().map(|effect| effect.name());
         let pins = system.pinned().contains(&true).then_some("pins");
         let contact = (!system.obstacles().is_empty()).then_some("contact");
         let friction = rough_obstacle(system).map(|_| "friction");
         for what in named.chain(pins).chain(contact).chain(friction) {
-            if !self.supports.iter().any(|support| support.effect == what) {
+            if self.refuses.contains(&what) {
                 let (what, key) = (what.to_owned(), key_of(system, what));
                 return Err(PrepareError::Unsupported { method: self.id, what, key });
             }

@@ -1,8 +1,8 @@
 //! The linear systems of Newton's method: fresh or saved Jacobian, direct or by conjugate gradients.
 
 use crate::{
-    ForcingRule, IncrementalPotential, Kind, Linearisation, NewtonReport, PrepareError, Setting,
-    Settings, StepError,
+    Declared, Declares, ForcingRule, IncrementalPotential, Linearisation, NewtonReport,
+    PrepareError, Setting, Settings, StepError, Word, declare,
 };
 use drape_model::{Revisions, System, Tangent, Vec3};
 use drape_solvers::{
@@ -12,20 +12,18 @@ use drape_solvers::{
 use std::cell::RefCell;
 
 /// When the matrix of Newton's method is factorised.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Jacobian {
     /// In every iteration.
-    #[default]
     Fresh,
     /// When the factor at hand no longer does: the Newton-like iteration with a saved Jacobian.
     Saved,
 }
 
 /// How the linear systems of Newton's method are solved.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum NewtonSolver {
     /// By the sparse Cholesky factor.
-    #[default]
     Cholesky,
     /// By conjugate gradients on the Hessian of each iterate, as tightly as the rule says; preconditioned by the inverse
     /// diagonal blocks, or by the saved factor.
@@ -46,7 +44,7 @@ impl NewtonSolver {
 }
 
 /// Settings of the linear systems of Newton's method.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NewtonLinear {
     /// When the matrix is factorised.
     pub jacobian: Jacobian,
@@ -54,40 +52,64 @@ pub struct NewtonLinear {
     pub solver: NewtonSolver,
 }
 
-impl NewtonLinear {
-    /// Setting `jacobian`.
-    pub const JACOBIAN: Setting = Setting {
-        key: "jacobian",
-        kind: Kind::Choice(&["fresh", "saved"]),
-        default: "fresh",
-        help: "factorise the Hessian in each Newton iteration, or keep the factor over iterations and steps \
-               while it serves (not with solver=multigrid, which keeps nothing)",
-    };
-    /// Setting `solver`.
-    pub const SOLVER: Setting = Setting {
-        key: "solver",
-        kind: Kind::Choice(&["cholesky", "cg", "multigrid"]),
-        default: "cholesky",
-        help: "solve Newton's linear systems by sparse Cholesky, or by CG on the Hessian, preconditioned by its \
-               diagonal blocks (jacobian=fresh) or by the kept factor (jacobian=saved), or by CG preconditioned by \
-               multigrid on the Hessian",
-    };
+impl Word for Jacobian {
+    const WORDS: &'static [(&'static str, Self)] =
+        &[("fresh", Self::Fresh), ("saved", Self::Saved)];
+}
 
-    /// Reads the two settings and those of [`ForcingRule`], all of which the method must declare.
-    pub fn read(settings: &Settings) -> Self {
-        Self {
-            jacobian: match settings.word("jacobian") {
-                "saved" => Jacobian::Saved,
-                _ => Jacobian::Fresh,
-            },
-            solver: match settings.word("solver") {
-                "cg" => NewtonSolver::Cg(ForcingRule::read(settings)),
-                "multigrid" => NewtonSolver::Multigrid(ForcingRule::read(settings)),
-                _ => NewtonSolver::Cholesky,
-            },
-        }
+/// The solver without its numbers, as the setting `solver` names it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum SolverWord {
+    Cholesky,
+    Cg,
+    Multigrid,
+}
+
+impl Word for SolverWord {
+    const WORDS: &'static [(&'static str, Self)] =
+        &[("cholesky", Self::Cholesky), ("cg", Self::Cg), ("multigrid", Self::Multigrid)];
+}
+
+const JACOBIAN: Declared<Jacobian> = declare!(
+    jacobian: Jacobian [Fresh, Saved] = Fresh,
+    "factorise the Hessian in each Newton iteration, or keep the factor over iterations and steps \
+     while it serves (not with solver=multigrid, which keeps nothing)"
+);
+
+const SOLVER: Declared<SolverWord> = declare!(
+    solver: SolverWord [Cholesky, Cg, Multigrid] = Cholesky,
+    "solve Newton's linear systems by sparse Cholesky, or by CG on the Hessian, preconditioned by its \
+     diagonal blocks (jacobian=fresh) or by the kept factor (jacobian=saved), or by CG preconditioned by \
+     multigrid on the Hessian"
+);
+
+impl Declares for NewtonLinear {
+    const SETTINGS: &'static [Setting] = &[
+        JACOBIAN.setting,
+        SOLVER.setting,
+        ForcingRule::FORCING.setting,
+        ForcingRule::CG_TOLERANCE.setting,
+    ];
+
+    fn read(settings: &Settings) -> Self {
+        let term = ForcingRule::CG_TOLERANCE.read(settings);
+        let rule = ForcingRule::new(ForcingRule::FORCING.read(settings), term);
+        let solver = match SOLVER.read(settings) {
+            SolverWord::Cholesky => NewtonSolver::Cholesky,
+            SolverWord::Cg => NewtonSolver::Cg(rule),
+            SolverWord::Multigrid => NewtonSolver::Multigrid(rule),
+        };
+        Self { jacobian: JACOBIAN.read(settings), solver }
     }
+}
 
+impl Default for NewtonLinear {
+    fn default() -> Self {
+        Self { jacobian: JACOBIAN.default, solver: NewtonSolver::Cholesky }
+    }
+}
+
+impl NewtonLinear {
     /// Whether the Hessian is factorised.
     fn factorises(self) -> bool {
         match self.solver {
@@ -98,8 +120,8 @@ impl NewtonLinear {
     }
 
     /// Whether these settings lead through no library's factorisation.
-    pub fn is_portable(settings: &Settings) -> bool {
-        settings.word("solver") == "cg" && settings.word("jacobian") == "fresh"
+    pub fn is_portable(self) -> bool {
+        matches!(self.solver, NewtonSolver::Cg(_)) && self.jacobian == Jacobian::Fresh
     }
 }
 

@@ -1,5 +1,6 @@
 //! Start values for the solve.
 
+use crate::Word;
 use drape_model::Vec3;
 use drape_solvers::StartValue;
 use drape_solvers::bands::in_bands;
@@ -15,15 +16,9 @@ pub enum Start {
     Best,
 }
 
-impl Start {
-    /// Reads the setting `start`.
-    pub fn read(word: &str) -> Self {
-        match word {
-            "last" => Self::Last,
-            "best" => Self::Best,
-            _ => Self::Extrapolated,
-        }
-    }
+impl Word for Start {
+    const WORDS: &'static [(&'static str, Self)] =
+        &[("last", Self::Last), ("extrapolated", Self::Extrapolated), ("best", Self::Best)];
 }
 
 /// Remembers the previous velocity and extrapolates.

@@ -1,7 +1,6 @@
-//! Settings of methods: declared once, read from `key=value`, refused with the known ones named.
+//! Settings of methods. [`settings!`](crate::settings) declares each of them once; [`Settings`] reads them from `key=value`
+//! and names the known ones where it refuses a key or a value.
 
-use crate::{LinearSettings, PreconditionerKind, SolverKind};
-use drape_solvers::Norm;
 use std::fmt;
 
 /// What values a setting takes.
@@ -157,82 +156,310 @@ impl Settings {
         self.values.iter().map(|(key, value)| (*key, value.as_str()))
     }
 
-    /// The value of a declared key. Keys are literals of the method's own crate, so that a missing
-    /// one is a slip of its author, which every test of the method meets: it reads as empty text.
+    /// The text of a key; `None` where the method does not have it.
+    pub fn get(&self, key: &str) -> Option<&str> {
+        self.iter().find(|(known, _)| *known == key).map(|(_, value)| value)
+    }
+
+    /// The text of a declared key. A missing key is a bug: debug builds assert, release builds return an empty string.
     pub fn word(&self, key: &str) -> &str {
-        let value = self.iter().find(|(known, _)| *known == key).map(|(_, value)| value);
+        let value = self.get(key);
         debug_assert!(value.is_some(), "setting `{key}` is not declared");
         value.unwrap_or_default()
     }
 
-    /// A declared number.
+    /// The value of a declared number.
     pub fn number(&self, key: &str) -> f64 {
         self.word(key).parse().unwrap_or(f64::NAN)
     }
+}
 
-    /// A declared whole number.
-    pub fn integer(&self, key: &str) -> usize {
-        self.word(key).parse().unwrap_or_default()
+/// A type that a setting can have.
+pub trait Value: Copy {
+    /// Reads a text that fits the setting's [`Kind`]; `None` for any other.
+    fn read(text: &str) -> Option<Self>;
+}
+
+/// A type with few values, each of which has its word.
+pub trait Word: Copy + 'static {
+    /// All words, in the order in which messages list them.
+    const WORDS: &'static [(&'static str, Self)];
+}
+
+impl<T: Word> Value for T {
+    fn read(text: &str) -> Option<Self> {
+        Self::WORDS.iter().find(|(word, _)| *word == text).map(|(_, value)| *value)
     }
 }
 
-/// Declarations of the settings that every method with a linear solve shares.
-pub mod linear_settings {
-    use super::{Kind, Setting};
-
-    /// Preconditioner of CG.
-    pub const PRECONDITIONER: Setting = Setting {
-        key: "preconditioner",
-        kind: Kind::Choice(&["none", "jacobi", "ic0", "auto"]),
-        default: "ic0",
-        help: "preconditioner of the conjugate gradients; auto: the faster of jacobi and ic0, by estimates from the matrix",
-    };
-    /// Norm of the stop test.
-    pub const NORM: Setting = Setting {
-        key: "norm",
-        kind: Kind::Choice(&["euclid", "preconditioned"]),
-        default: "euclid",
-        help: "norm in which the residual is tested (updated CG, robust: always that of the inverse mass)",
-    };
-    /// Solver.
-    pub const SOLVER: Setting = Setting {
-        key: "solver",
-        kind: Kind::Choice(&["cg", "cholesky", "auto"]),
-        default: "cg",
-        help: "conjugate gradients, or a direct solve by sparse Cholesky (with contacts: CG to 1e-13, \
-               preconditioned by it); preconditioner, norm and the linear tolerance then do not count; auto: the \
-               faster of the two, by estimates from the matrix",
-    };
-    /// Whether the matrix is kept.
-    pub const MATRIX: Setting = Setting {
-        key: "matrix",
-        kind: Kind::Choice(&["kept", "rebuilt"]),
-        default: "kept",
-        help: "set the matrix up only when it changes, or in each step as varying moduli would need",
-    };
+impl Word for bool {
+    const WORDS: &'static [(&'static str, Self)] = &[("false", false), ("true", true)];
 }
 
-impl LinearSettings {
-    /// Reads the four shared settings, all of which the method must declare.
-    pub fn read(settings: &Settings, forcing_term: f64) -> Self {
-        Self {
-            forcing_term,
-            preconditioner: match settings.word("preconditioner") {
-                "none" => PreconditionerKind::None,
-                "jacobi" => PreconditionerKind::Jacobi,
-                "auto" => PreconditionerKind::Auto,
-                _ => PreconditionerKind::Ic0,
-            },
-            norm: match settings.word("norm") {
-                "preconditioned" => Norm::Preconditioned,
-                _ => Norm::Euclid,
-            },
-            solver: match settings.word("solver") {
-                "cholesky" => SolverKind::Cholesky,
-                "auto" => SolverKind::Auto,
-                _ => SolverKind::Cg,
-            },
-            rebuild_every_step: settings.word("matrix") == "rebuilt",
+impl Value for f64 {
+    fn read(text: &str) -> Option<Self> {
+        text.parse().ok()
+    }
+}
+
+impl Value for u32 {
+    fn read(text: &str) -> Option<Self> {
+        text.parse().ok()
+    }
+}
+
+impl Value for usize {
+    fn read(text: &str) -> Option<Self> {
+        text.parse().ok()
+    }
+}
+
+/// A setting with its typed default.
+#[derive(Clone, Copy, Debug)]
+pub struct Declared<T> {
+    /// The setting as text.
+    pub setting: Setting,
+    /// Its default.
+    pub default: T,
+}
+
+impl<T: Value> Declared<T> {
+    /// The value among `settings`; the default where the method does not have this setting.
+    pub fn read(&self, settings: &Settings) -> T {
+        settings.get(self.setting.key).and_then(T::read).unwrap_or(self.default)
+    }
+}
+
+/// Settings that were declared by [`settings!`](crate::settings).
+pub trait Declares: Sized {
+    /// Their declarations.
+    const SETTINGS: &'static [Setting];
+
+    /// Reads checked settings.
+    fn read(settings: &Settings) -> Self;
+}
+
+/// The settings of one method, which may exclude each other.
+pub trait MethodSettings: Sized {
+    /// Reads checked settings.
+    ///
+    /// # Errors
+    /// [`SettingError::Conflict`] for values that do not go together.
+    fn of(settings: &Settings) -> Result<Self, SettingError>;
+}
+
+/// Joins lists of declarations, which have `N` entries in all.
+///
+/// # Panics
+/// When they have more.
+#[doc(hidden)]
+pub const fn join<const N: usize>(lists: &[&[Setting]]) -> [Setting; N] {
+    const NOTHING: Setting = Setting { key: "", kind: Kind::Choice(&[]), default: "", help: "" };
+    let (mut all, mut count, mut list) = ([NOTHING; N], 0, 0);
+    while list < lists.len() {
+        let mut place = 0;
+        while place < lists[list].len() {
+            all[count] = lists[list][place];
+            (count, place) = (count + 1, place + 1);
         }
+        list += 1;
     }
+    all
+}
+
+/// Number of declarations in several lists.
+#[doc(hidden)]
+pub const fn count(lists: &[&[Setting]]) -> usize {
+    let (mut count, mut list) = (0, 0);
+    while list < lists.len() {
+        count += lists[list].len();
+        list += 1;
+    }
+    count
+}
+
+/// One [`Declared`] setting: `declare!(key: Type … = default, "help")`, with the forms of [`settings!`](crate::settings).
+#[macro_export]
+macro_rules! declare {
+    ($key:ident: bool = $default:tt, $($help:literal)+) => {
+        $crate::declare!(@ $key, $crate::Kind::Choice(&["false", "true"]), stringify!($default), $default, $($help)+)
+    };
+    ($key:ident: f64 in $min:literal ..= $max:literal = $default:literal, $($help:literal)+) => {
+        $crate::declare!(
+            @ $key, $crate::Kind::Number { min: $min, max: $max }, stringify!($default), $default as f64, $($help)+
+        )
+    };
+    ($key:ident: f64 off or in $min:literal ..= $max:literal = $default:literal, $($help:literal)+) => {
+        $crate::declare!(
+            @ $key, $crate::Kind::OptionalNumber { min: $min, max: $max }, stringify!($default), $default as f64,
+            $($help)+
+        )
+    };
+    ($key:ident: u32 in $min:literal ..= $max:literal = $default:literal, $($help:literal)+) => {
+        $crate::declare!(
+            @ $key, $crate::Kind::Integer { min: $min, max: $max }, stringify!($default), $default, $($help)+
+        )
+    };
+    ($key:ident: usize in $min:literal ..= $max:literal = $default:literal, $($help:literal)+) => {
+        $crate::declare!(
+            @ $key, $crate::Kind::Integer { min: $min, max: $max }, stringify!($default), $default, $($help)+
+        )
+    };
+    ($key:ident: $type:ident [$($word:ident),+] = $default:ident, $($help:literal)+) => {
+        $crate::declare!(
+            @ $key, $crate::Kind::Choice(&[$($crate::declare!(word $type $word)),+]),
+            $crate::declare!(word $type $default), $type::$default, $($help)+
+        )
+    };
+    (word $type:ident $variant:ident) => {
+        const {
+            let words = <$type as $crate::Word>::WORDS;
+            let mut place = 0;
+            while !matches!(words[place].1, $type::$variant) {
+                place += 1;
+            }
+            words[place].0
+        }
+    };
+    (@ $key:ident, $kind:expr, $text:expr, $default:expr, $($help:literal)+) => {
+        $crate::Declared {
+            setting: $crate::Setting {
+                key: stringify!($key),
+                kind: $kind,
+                default: $text,
+                help: concat!($($help),+).trim_ascii_start(),
+            },
+            default: $default,
+        }
+    };
+}
+
+/// Declares the settings of a method, or a group of settings that several methods share.
+///
+/// One line a setting gives the field, its range, its default, its help (the doc comment), what reads it from text and what
+/// lists it. The forms are
+///
+/// ```text
+/// sweeps: u32 in 1..=64 = 1,              a whole number
+/// limit: f64 in 1e-4..=10.0 = 0.1,        a number
+/// clamp: bool = false,                    a switch
+/// torque: Torque [None, Literal] = None,  some words of an enum that has the trait `Word`
+/// norm: Norm as NORM,                     a `Declared` constant, which several methods share
+/// stage: StageSettings,                   a group that was declared by itself
+/// ```
+///
+/// `for METHOD` adds `from_pairs`, and `checked by function` a function that refuses values which exclude each other.
+///
+/// ```
+/// use drape_integrator::{Declares, Word, settings};
+/// #[derive(Clone, Copy, Debug, PartialEq)]
+/// pub enum Order { Forward, Backward }
+/// impl Word for Order {
+///     const WORDS: &'static [(&'static str, Self)] = &[("forward", Self::Forward), ("backward", Self::Backward)];
+/// }
+/// settings! {
+///     /// How springs are shortened.
+///     pub struct Shortening {
+///         /// most sweeps over the springs
+///         sweeps: u32 in 1..=1000 = 3,
+///         /// in which order a sweep visits them
+///         order: Order [Forward, Backward] = Backward,
+///     }
+/// }
+/// assert_eq!(Shortening::default().order, Order::Backward);
+/// assert_eq!(Shortening::SETTINGS[1].default, "backward");
+/// ```
+#[macro_export]
+macro_rules! settings {
+    (
+        $(#[$meta:meta])*
+        $visibility:vis struct $Name:ident $(for $METHOD:ident $(, checked by $check:ident)?)? {
+            $(
+                $(#[doc = $help:literal])*
+                $field:ident: $type:ident $([$($word:ident),+ $(,)?])? $(in $min:literal ..= $max:literal)?
+                    $(= $default:tt)? $(as $shared:path)?
+            ),* $(,)?
+        }
+    ) => {
+        $(#[$meta])*
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        $visibility struct $Name {
+            $(
+                $(#[doc = $help])*
+                pub $field: $type,
+            )*
+        }
+
+        impl $crate::Declares for $Name {
+            const SETTINGS: &'static [$crate::Setting] = {
+                const LISTS: &[&[$crate::Setting]] = &[$(
+                    $crate::settings!(@list $field $type [$($help)*]
+                        { $([$($word),+])? $(in $min ..= $max)? $(= $default)? $(as $shared)? })
+                ),*];
+                &$crate::join::<{ $crate::count(LISTS) }>(LISTS)
+            };
+
+            fn read(settings: &$crate::Settings) -> Self {
+                let _ = settings;
+                Self { $(
+                    $field: $crate::settings!(@read settings $field $type [$($help)*]
+                        { $([$($word),+])? $(in $min ..= $max)? $(= $default)? $(as $shared)? })
+                ),* }
+            }
+        }
+
+        impl Default for $Name {
+            fn default() -> Self {
+                Self { $(
+                    $field: $crate::settings!(@default $field $type [$($help)*]
+                        { $([$($word),+])? $(in $min ..= $max)? $(= $default)? $(as $shared)? })
+                ),* }
+            }
+        }
+
+        $($crate::settings!(@method $Name $METHOD $($check)?);)?
+    };
+    (@method $Name:ident $METHOD:ident $($check:ident)?) => {
+        impl $crate::MethodSettings for $Name {
+            fn of(settings: &$crate::Settings) -> Result<Self, $crate::SettingError> {
+                let read = <Self as $crate::Declares>::read(settings);
+                $($check(&read)?;)?
+                Ok(read)
+            }
+        }
+
+        impl $Name {
+            /// Reads `key=value` pairs.
+            ///
+            /// # Errors
+            /// [`SettingError`]($crate::SettingError) for an unknown key or a value that does not fit.
+            pub fn from_pairs<'a>(
+                pairs: impl IntoIterator<Item = (&'a str, &'a str)>,
+            ) -> Result<Self, $crate::SettingError> {
+                let settings = $crate::Settings::new($METHOD.id, $METHOD.settings, pairs)?;
+                $crate::MethodSettings::of(&settings)
+            }
+        }
+    };
+    (@list $field:ident $type:ident [$($help:literal)*] {}) => {
+        <$type as $crate::Declares>::SETTINGS
+    };
+    (@list $field:ident $type:ident [$($help:literal)*] { as $shared:path }) => { &[$shared.setting] };
+    (@list $field:ident $type:ident [$($help:literal)*] { $($form:tt)+ }) => {
+        &[$crate::declare!($field: $type $($form)+, $($help)*).setting]
+    };
+    (@read $settings:ident $field:ident $type:ident [$($help:literal)*] {}) => {
+        <$type as $crate::Declares>::read($settings)
+    };
+    (@read $settings:ident $field:ident $type:ident [$($help:literal)*] { as $shared:path }) => {
+        $shared.read($settings)
+    };
+    (@read $settings:ident $field:ident $type:ident [$($help:literal)*] { $($form:tt)+ }) => {
+        const { $crate::declare!($field: $type $($form)+, $($help)*) }.read($settings)
+    };
+    (@default $field:ident $type:ident [$($help:literal)*] {}) => { <$type>::default() };
+    (@default $field:ident $type:ident [$($help:literal)*] { as $shared:path }) => { $shared.default };
+    (@default $field:ident $type:ident [$($help:literal)*] { $($form:tt)+ }) => {
+        const { $crate::declare!($field: $type $($form)+, $($help)*) }.default
+    };
 }

@@ -1,6 +1,6 @@
 //! Which stiffness stands in the scalar matrix for springs that have more than one slope.
 
-use crate::{Implicit, Kind, Setting};
+use crate::{Declared, Implicit, Word, declare};
 use drape_model::{Effect, System, Vec3};
 
 /// The split `f = −L_K x + F2(x)` of springs with piecewise-linear tension: any `K` is consistent, since `F2` is what is left. For
@@ -14,20 +14,18 @@ pub enum Split {
     Paper,
 }
 
+impl Word for Split {
+    const WORDS: &'static [(&'static str, Self)] =
+        &[("majorant", Self::Majorant), ("paper", Self::Paper)];
+}
+
 impl Split {
     /// The setting of the methods that leave the choice.
-    pub const SETTING: Setting = Setting {
-        key: "split",
-        kind: Kind::Choice(&["majorant", "paper"]),
-        default: "majorant",
-        help: "stiffness in the matrix of springs whose tension is piecewise linear: the steepest slope, or that of the \
-               present piece, with a new matrix whenever a spring changes piece",
-    };
-
-    /// Reads the setting.
-    pub fn read(word: &str) -> Self {
-        if word == "paper" { Self::Paper } else { Self::Majorant }
-    }
+    pub const SETTING: Declared<Self> = declare!(
+        split: Split [Majorant, Paper] = Majorant,
+        "stiffness in the matrix of springs whose tension is piecewise linear: the steepest slope, or that of the \
+         present piece, with a new matrix whenever a spring changes piece"
+    );
 }
 
 /// The slopes of the implicit springs at the start of a step, in the order of [`Implicit::visit_weights`].

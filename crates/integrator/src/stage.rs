@@ -2,53 +2,22 @@
 //! two-step methods share.
 
 use crate::{
-    ContactSet, Implicit, IncrementalPotential, Kind, Newton, NewtonLinear, NewtonSettings, Phase,
-    PhaseClock, PrepareError, Setting, Settings, StepError, StepReport,
+    ContactSet, Implicit, IncrementalPotential, Newton, NewtonLinear, NewtonSettings, Phase,
+    PhaseClock, PrepareError, StepError, StepReport, settings,
 };
 use drape_model::{Level, System, Vec3};
 use drape_solvers::Constraints;
 
-/// When Newton's method stops.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct StageSettings {
-    /// Residual over the change of velocity that the forces would make; never below round-off.
-    pub residual: f64,
-    /// Most iterations.
-    pub max_iterations: u32,
-    /// How Newton's linear systems are solved.
-    pub linear: NewtonLinear,
-}
-
-impl StageSettings {
-    /// Setting `residual`.
-    pub const RESIDUAL: Setting = Setting {
-        key: "residual",
-        kind: Kind::Number { min: 1e-16, max: 0.5 },
-        default: "1e-9",
-        help: "residual at which Newton stops, relative to the change of velocity that the forces would make; \
-               never below round-off",
-    };
-    /// Setting `max_iterations`.
-    pub const MAX_ITERATIONS: Setting = Setting {
-        key: "max_iterations",
-        kind: Kind::Integer { min: 1, max: 10_000 },
-        default: "100",
-        help: "most Newton iterations in a step",
-    };
-
-    /// Reads these and those of [`NewtonLinear`], all of which the method must declare.
-    pub fn read(settings: &Settings) -> Self {
-        Self {
-            residual: settings.number("residual"),
-            max_iterations: settings.integer("max_iterations") as u32,
-            linear: NewtonLinear::read(settings),
-        }
-    }
-}
-
-impl Default for StageSettings {
-    fn default() -> Self {
-        Self { residual: 1e-9, max_iterations: 100, linear: NewtonLinear::default() }
+settings! {
+    /// When Newton's method stops, and how it solves.
+    pub struct StageSettings {
+        /// residual at which Newton stops, relative to the change of velocity that the forces would make;
+        /// never below round-off
+        residual: f64 in 1e-16..=0.5 = 1e-9,
+        /// most Newton iterations in a step
+        max_iterations: u32 in 1..=10_000 = 100,
+        /// how Newton's linear systems are solved
+        linear: NewtonLinear,
     }
 }
 

@@ -1,16 +1,14 @@
 //! Control of the step size: an estimate of the local error of positions, and the controller that follows it.
 
-use crate::{ContactSet, History, Kind, Order, Setting};
+use crate::{ContactSet, Declared, History, Order, declare};
 use drape_model::{State, System, Vec3};
 
 /// Setting `tolerance`.
-pub const TOLERANCE: Setting = Setting {
-    key: "tolerance",
-    kind: Kind::OptionalNumber { min: 1e-8, max: 1.0 },
-    default: "0",
-    help: "local error of positions that a step may make, in mesh widths; the method then divides each step by \
-           itself. 0: steps are taken as they are given",
-};
+pub const TOLERANCE: Declared<f64> = declare!(
+    tolerance: f64 off or in 1e-8..=1.0 = 0,
+    "local error of positions that a step may make, in mesh widths; the method then divides each step by \
+     itself. 0: steps are taken as they are given"
+);
 
 /// The step size is kept while the controller asks for a factor in this range: a new one costs a set-up.
 const DEAD_BAND: std::ops::RangeInclusive<f64> = 0.9..=1.3;

@@ -71,9 +71,9 @@ mod topology;
 pub use cloth::{Cloth, Grid, Particles};
 pub use effects::{
     AirSpec, AngleEffect, AngleSpec, AngularLaw, BlockPlanes, BlockSink, DampingLaw, DragSpec,
-    Effect, EffectKind, Effects, EffectsSpec, Fabric, GravitySpec, GustSpec, HingeSpec,
-    LinearSplit, Linearised, PairBlocks, Part, PieceSpec, SpringEffect, SpringLaw, SpringSpec,
-    StretchLaw, Tangent, WindSpec,
+    Effect, EffectClass, EffectKind, Effects, EffectsSpec, Fabric, GravitySpec, GustSpec,
+    HingeSpec, LinearSplit, Linearised, PairBlocks, Part, PieceSpec, SpringEffect, SpringLaw,
+    SpringSpec, StretchLaw, Tangent, WindSpec,
 };
 pub use error::{SceneError, Violation};
 pub use load::{Input, load, parse};

@@ -2,6 +2,7 @@
 
 use crate::methods;
 use drape_integrator::{Method, Treatment};
+use drape_model::{EffectClass, EffectKind};
 
 /// A method in certain settings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,9 +44,7 @@ fn of_methods(methods: impl Iterator<Item = &'static Method>, named: &[Variant])
 
 /// Whether a method takes the tension springs at the old level, so that stiffness limits its step.
 pub(super) fn is_explicit(method: &Method) -> bool {
-    let tension = |support: &&drape_integrator::Support| support.effect == "tension";
-    let support = method.supports.iter().find(tension);
-    support.is_some_and(|support| support.treatment == Treatment::Explicit)
+    method.treatment(EffectKind::Tension, EffectClass::Springs) == Treatment::Explicit
 }
 
 #[cfg(test)]

@@ -1,18 +1,12 @@
 //! What a step did to the energy.
 
-use crate::workspace::Workspace;
-use drape_integrator::{Bookkeeping, EnergyLedger, TimeStep};
-use drape_model::{State, System};
+use crate::step::Workspace;
+use drape_integrator::{Bookkeeping, EnergyLedger, Taken};
 
 impl Workspace {
     /// The ledger of the last step: forces at its end, `p = ∇Φ(v_{n+1})`.
-    pub(crate) fn ledger(
-        &mut self,
-        system: &System,
-        before: &State,
-        after: &State,
-        h: TimeStep,
-    ) -> EnergyLedger {
+    pub(crate) fn energy_ledger(&mut self, taken: &Taken<'_>) -> EnergyLedger {
+        let Taken { system, before, after, h } = *taken;
         let p = self.stage.gradient(system).to_vec();
         let v = self.stage.velocity();
         let mut book = Bookkeeping::new(system, before, h, v, None);

@@ -109,7 +109,6 @@
 mod ledger;
 mod settings;
 mod step;
-mod workspace;
 
 pub use settings::{BACKWARD_EULER, BackwardEulerSettings};
-pub use step::BackwardEuler;
+pub use step::{BackwardEuler, REGISTRATION};

@@ -1,8 +1,7 @@
 //! What the method is, and its settings.
 
 use drape_integrator::{
-    ForcingRule, Method, NewtonLinear, Order, Quantity, SettingError, Settings, StabilityClass,
-    StageSettings, Support, TOLERANCE, Treatment,
+    Declares, Method, Order, Quantity, StabilityClass, StageSettings, Supports, TOLERANCE, settings,
 };
 
 /// Backward Euler.
@@ -15,51 +14,17 @@ pub static BACKWARD_EULER: Method = Method {
     conserves: &[Quantity::Momentum],
     theory: "L-stable on linear problems; not energy monotone where \
              springs are compressed",
-    supports: &[
-        Support::new("tension", Treatment::Implicit),
-        Support::new("shear", Treatment::Implicit),
-        Support::new("bending", Treatment::Implicit),
-        Support::new("shear_angle", Treatment::Implicit),
-        Support::new("bending_angle", Treatment::Implicit),
-        Support::new("bending_hinge", Treatment::Implicit),
-        Support::new("gravity", Treatment::Explicit),
-        Support::new("air", Treatment::Implicit),
-        Support::new("pins", Treatment::Constraint),
-        Support::new("contact", Treatment::Constraint),
-        Support::new("friction", Treatment::Constraint),
-    ],
-    settings: &[
-        StageSettings::RESIDUAL,
-        StageSettings::MAX_ITERATIONS,
-        NewtonLinear::JACOBIAN,
-        NewtonLinear::SOLVER,
-        ForcingRule::FORCING,
-        ForcingRule::CG_TOLERANCE,
-        TOLERANCE,
-    ],
+    supports: Supports::Blocks,
+    refuses: &[],
+    settings: BackwardEulerSettings::SETTINGS,
 };
 
-/// Settings of backward Euler.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct BackwardEulerSettings {
-    /// How Newton's method solves and when it stops.
-    pub stage: StageSettings,
-    /// Local error that a step may make, in mesh widths; 0: steps are taken as they are given.
-    pub tolerance: f64,
-}
-
-impl BackwardEulerSettings {
-    /// Reads `key=value` pairs.
-    ///
-    /// # Errors
-    /// [`SettingError`] for an unknown key or a value that does not fit.
-    pub fn from_pairs<'a>(
-        pairs: impl IntoIterator<Item = (&'a str, &'a str)>,
-    ) -> Result<Self, SettingError> {
-        let settings = Settings::new(BACKWARD_EULER.id, BACKWARD_EULER.settings, pairs)?;
-        Ok(Self {
-            stage: StageSettings::read(&settings),
-            tolerance: settings.number(TOLERANCE.key),
-        })
+settings! {
+    /// Settings of backward Euler.
+    pub struct BackwardEulerSettings for BACKWARD_EULER {
+        /// how Newton's method solves and when it stops
+        stage: StageSettings,
+        /// local error that a step may make, in mesh widths; 0: steps are taken as they are given
+        tolerance: f64 as TOLERANCE,
     }
 }

@@ -1,27 +1,24 @@
 //! What a step did to the energy.
 
 use crate::settings::BaraffWitkinSettings;
-use crate::workspace::Workspace;
-use drape_integrator::{Bookkeeping, EnergyLedger, StepReport, TimeStep, as_stepped};
-use drape_model::{State, System};
+use crate::step::Workspace;
+use drape_integrator::{Bookkeeping, EnergyLedger, StepReport, Taken, as_stepped};
 
 impl Workspace {
     /// The ledger of the last step: linearised forces, `p = A Δv − b`. That `y` moves particles is a correction, what it
     /// does to the forces is not.
-    pub(crate) fn ledger(
+    pub(crate) fn energy_ledger(
         &mut self,
-        system: &System,
-        before: &State,
-        after: &State,
-        h: TimeStep,
         settings: &BaraffWitkinSettings,
+        taken: &Taken<'_>,
     ) -> EnergyLedger {
+        let Taken { system, before, after, h } = *taken;
         let Self { linear, change, y, impulse: p, constraints, .. } = self;
         linear.constraint_impulse(change, p, &mut StepReport::default());
         let mut v = as_stepped(system, before, h);
         v.iter_mut().zip(&*change).for_each(|(v, change)| *v += change);
         let mut book = Bookkeeping::new(system, before, h, &v, Some(y));
-        book.linearised(settings.implicit, settings.tangent);
+        book.linearised(settings.implicit, settings.tangent());
         book.impulse(constraints, p);
         book.finish(constraints, &v, after)
     }

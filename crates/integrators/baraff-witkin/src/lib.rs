@@ -159,7 +159,9 @@ mod settings;
 mod step;
 #[cfg(test)]
 mod test_support;
-mod workspace;
 
-pub use settings::{BARAFF_WITKIN, BaraffWitkinSettings, BlockSolver, Preconditioning, Recovery};
-pub use step::BaraffWitkin;
+pub use settings::{
+    BARAFF_WITKIN, BaraffWitkinSettings, BlockSolver, FirstChange, Hessian, Preconditioning,
+    Recovery,
+};
+pub use step::{BaraffWitkin, REGISTRATION};

@@ -1,6 +1,6 @@
 //! The linear system of a step, and what solves it.
 
-use crate::settings::{BaraffWitkinSettings, BlockSolver, Preconditioning};
+use crate::settings::{BaraffWitkinSettings, BlockSolver, FirstChange, Preconditioning};
 use drape_integrator::{Implicit, Linearisation, PrepareError, SolveStatus, StepError, StepReport};
 use drape_model::{State, System, Tangent, Vec3};
 use drape_solvers::{
@@ -46,7 +46,7 @@ impl LinearSystem {
         system: &System,
         settings: &BaraffWitkinSettings,
     ) -> Result<Self, PrepareError> {
-        let &BaraffWitkinSettings { implicit, tangent, .. } = settings;
+        let (implicit, tangent) = (settings.implicit, settings.tangent());
         let solver = match settings.solver {
             BlockSolver::Cg => Solver::Cg(Box::new(ConjugateGradients::new(system, settings))),
             BlockSolver::Direct => {
@@ -55,7 +55,7 @@ impl LinearSystem {
         };
         let zeros = || vec![Vec3::zeros(); system.len()];
         let (b, displacement, force) = (zeros(), zeros(), zeros());
-        let starts_at_last = settings.starts_at_last;
+        let starts_at_last = settings.start == FirstChange::Last;
         Ok(Self { implicit, tangent, b, displacement, force, starts_at_last, solver })
     }
 
@@ -216,7 +216,7 @@ impl ConjugateGradients {
     fn new(system: &System, settings: &BaraffWitkinSettings) -> Self {
         let n = system.len();
         let matrix = Matrix::new(system, settings.implicit);
-        let block_jacobi = match settings.preconditioning {
+        let block_jacobi = match settings.preconditioner {
             Preconditioning::None => None,
             Preconditioning::BlockJacobi => Some(BlockJacobi::identity(n)),
         };

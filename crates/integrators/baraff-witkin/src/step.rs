@@ -1,57 +1,89 @@
 //! The step.
 
-use crate::settings::{BARAFF_WITKIN, BaraffWitkinSettings};
-use crate::workspace::{Workspace, prescribe_changes};
+use crate::linear_system::LinearSystem;
+use crate::settings::{BARAFF_WITKIN, BaraffWitkinSettings, BlockSolver, Recovery};
 use drape_integrator::{
-    EnergyLedger, Integrator, Method, Phase, PhaseClock, PrepareError, Scratch, StepError,
-    StepReport, TimeStep, Wanted,
+    ContactSet, EnergyLedger, Method, Phase, PhaseClock, PrepareError, Registration, Scheme,
+    SetupCause, StepError, StepReport, Stepper, Taken, Wanted,
 };
 use drape_model::{State, System, Vec3};
+use drape_solvers::Constraints;
 
 /// Baraff and Witkin's implicit step.
+pub type BaraffWitkin = Stepper<Workspace>;
+
+/// For the registry.
+pub static REGISTRATION: Registration = Registration::new::<Workspace>(&BARAFF_WITKIN);
+
+/// Memory of a step.
 #[derive(Debug)]
-pub struct BaraffWitkin {
-    settings: BaraffWitkinSettings,
-    scratch: Scratch<Workspace>,
+pub struct Workspace {
+    pub(crate) linear: LinearSystem,
+    /// `Δv`, m/s.
+    pub(crate) change: Vec<Vec3>,
+    /// `y`, m; 0 throughout where velocities lead particles out of obstacles.
+    pub(crate) y: Vec<Vec3>,
+    pub(crate) impulse: Vec<Vec3>,
+    contacts: ContactSet,
+    /// On `v`.
+    pub(crate) constraints: Constraints,
+    /// On `Δv`.
+    changes: Constraints,
+    /// Why the next step sets the matrix up.
+    cause: SetupCause,
 }
 
-impl BaraffWitkin {
-    /// The method with its settings.
-    pub fn new(settings: BaraffWitkinSettings) -> Self {
-        Self { settings, scratch: Scratch::default() }
-    }
-}
+impl Scheme for Workspace {
+    type Settings = BaraffWitkinSettings;
 
-impl Integrator for BaraffWitkin {
-    fn method(&self) -> &'static Method {
+    fn method(_settings: &BaraffWitkinSettings) -> &'static Method {
         &BARAFF_WITKIN
     }
 
-    fn prepare(&mut self, system: &System, _h: TimeStep) -> Result<(), PrepareError> {
-        BARAFF_WITKIN.check(system)?;
-        self.scratch.set(system, Workspace::new(system, &self.settings)?);
-        Ok(())
+    fn new(
+        system: &System,
+        settings: &BaraffWitkinSettings,
+        _h: f64,
+    ) -> Result<Self, PrepareError> {
+        let zeros = || vec![Vec3::zeros(); system.len()];
+        Ok(Self {
+            linear: LinearSystem::new(system, settings)?,
+            change: zeros(),
+            y: zeros(),
+            impulse: zeros(),
+            contacts: ContactSet::new(system),
+            constraints: Constraints::free(system.len()),
+            changes: Constraints::free(system.len()),
+            cause: SetupCause::First,
+        })
     }
 
     #[doc(alias = "Baraff-Witkin 6")]
     fn step(
         &mut self,
+        settings: &BaraffWitkinSettings,
         system: &System,
         state: &mut State,
-        h: TimeStep,
+        h: f64,
         clock: &mut PhaseClock,
     ) -> Result<StepReport, StepError> {
-        let w = self.scratch.ready(system, state, h)?;
-        let h = h.seconds();
-        let mut report = StepReport::after_setup(Some(w.setup_cause()));
+        let Self { linear, change, y, impulse, contacts, constraints, changes, cause } = self;
+        // The matrix is of one step only.
+        let cause = std::mem::replace(cause, SetupCause::EveryStep);
+        let mut report = StepReport::after_setup(Some(cause));
         clock.switch(Phase::Contact);
-        report.correction = w.detect(system, state, h); // S, z and y
+        let (x, v, span) = (&state.x, &state.v, (h, state.t + h));
+        match settings.contact {
+            Recovery::Velocity => contacts.detect(system, x, v, span, constraints), // S and z
+            Recovery::Position => contacts.detect_altering(system, x, v, span, constraints, y), // and y
+        }
+        report.correction = y.iter().fold(0.0, |largest, y| largest.max(y.norm()));
         clock.switch(Phase::MatrixSetup);
-        w.linear.linearise(system, state, &w.y, h); // A = M − h ∂f/∂v − h² ∂f/∂x, Baraff-Witkin (16)
+        linear.linearise(system, state, y, h); // A = M − h ∂f/∂v − h² ∂f/∂x, Baraff-Witkin (16)
         clock.switch(Phase::Forces);
-        w.linear.set_right_hand_side(system, state, h, &mut report); // b, Baraff-Witkin (18)
+        // b = h (f_n + h ∂f/∂x v_n + ∂f/∂x y), Baraff-Witkin (18)
+        linear.set_right_hand_side(system, state, h, &mut report);
         clock.switch(Phase::Solve);
-        let Workspace { linear, change, y, impulse, contacts, constraints, changes, .. } = w;
         contacts.solve(system, constraints, impulse, |constraints, wanted| {
             prescribe_changes(constraints, &state.v, changes);
             linear.solve(changes, change, &mut report)?; // S (b − A Δv) = 0
@@ -68,31 +100,41 @@ impl Integrator for BaraffWitkin {
         })?;
         clock.switch(Phase::Update);
         for i in 0..state.len() {
-            state.v[i] += change[i];
+            state.v[i] += change[i]; // v_{n+1} = v_n + Δv
             state.x[i] += y[i];
             state.x[i] += state.v[i] * h; // x_{n+1} = x_n + h (v_n + Δv) + y
         }
         contacts.settle(&mut state.v, |_| ());
         state.t += h;
-        clock.stop();
         Ok(report)
     }
 
-    fn restart(&mut self, _state: &State) {
-        if let Some(w) = self.scratch.get_mut() {
-            w.contacts.restart();
-            w.change.fill(Vec3::zeros());
-        }
+    fn restart(&mut self) {
+        self.contacts.restart();
+        self.change.fill(Vec3::zeros());
     }
 
     fn ledger(
         &mut self,
-        system: &System,
-        before: &State,
-        after: &State,
-        h: TimeStep,
+        settings: &BaraffWitkinSettings,
+        taken: &Taken<'_>,
     ) -> Option<EnergyLedger> {
-        Some(self.scratch.get_mut()?.ledger(system, before, after, h, &self.settings))
+        Some(self.energy_ledger(settings, taken))
+    }
+
+    fn is_portable(settings: &BaraffWitkinSettings) -> bool {
+        match settings.solver {
+            BlockSolver::Cg => true,
+            BlockSolver::Direct => false,
+        }
+    }
+}
+
+/// Turns constraints on the new velocity into constraints on its change: Baraff and Witkin's `z`.
+fn prescribe_changes(constraints: &Constraints, v: &[Vec3], changes: &mut Constraints) {
+    changes.clear();
+    for i in constraints.constrained().iter().map(|&i| i as usize) {
+        changes.set(i, constraints.filter(i), constraints.prescribed(i) - v[i]);
     }
 }
 

@@ -1,22 +1,20 @@
 //! What a step did to the energy.
 
 use crate::settings::DesbrunSettings;
+use crate::step::Workspace;
 use crate::torque::correct;
-use crate::workspace::Workspace;
-use drape_integrator::{Bookkeeping, EnergyLedger, Implicit, TimeStep, momentum_between};
-use drape_model::{State, System, Vec3};
+use drape_integrator::{Bookkeeping, EnergyLedger, Implicit, Taken, momentum_between};
+use drape_model::Vec3;
 
 impl Workspace {
     /// The ledger of the last step: the filtered force is that of IMEX Euler, the impulse that makes up for its torque is a
     /// correction, and so is whatever moves particles after the step.
-    pub(crate) fn ledger(
+    pub(crate) fn energy_ledger(
         &mut self,
-        system: &System,
-        before: &State,
-        after: &State,
-        h: TimeStep,
         settings: &DesbrunSettings,
+        taken: &Taken<'_>,
     ) -> EnergyLedger {
+        let Taken { system, before, after, h } = *taken;
         let Self { linear, viscous, change, damping, contacts, .. } = self;
         let v = contacts.constrained_velocity();
         let mut book = Bookkeeping::new(system, before, h, &v, None);

@@ -74,7 +74,6 @@ mod ledger;
 mod settings;
 mod step;
 mod torque;
-mod workspace;
 
 pub use settings::{DESBRUN, DesbrunSettings, Inverse, Torque};
-pub use step::Desbrun;
+pub use step::{Desbrun, REGISTRATION};

@@ -2,86 +2,112 @@
 
 use crate::settings::{DESBRUN, DesbrunSettings, Inverse, Torque};
 use crate::torque::{correct, damping_force};
-use crate::workspace::Workspace;
 use drape_integrator::{
-    EnergyLedger, Integrator, Method, Phase, PhaseClock, PrepareError, Scratch, StepError,
-    StepReport, TimeStep, kick,
+    ElongationLimit, EnergyLedger, Implicit, ImpulsiveContacts, LaplacianSolver, LinearSettings,
+    Method, Phase, PhaseClock, PreconditionerKind, PrepareError, Registration, Scheme, StepError,
+    StepReport, Stepper, Taken, ViscousImpulse, Weights, kick,
 };
-use drape_model::{State, System};
+use drape_model::{State, System, Vec3};
+use drape_solvers::Norm;
 
 /// Desbrun, Schröder and Barr's precomputed inverse.
+pub type Desbrun = Stepper<Workspace>;
+
+/// For the registry.
+pub static REGISTRATION: Registration = Registration::new::<Workspace>(&DESBRUN);
+
+/// Memory of a step, and the precomputed inverse.
 #[derive(Debug)]
-pub struct Desbrun {
-    settings: DesbrunSettings,
-    scratch: Scratch<Workspace>,
+pub struct Workspace {
+    pub(crate) linear: LaplacianSolver,
+    pub(crate) viscous: ViscousImpulse,
+    /// `Δv = A⁻¹ h F̃ = h M⁻¹ F_filtered`, m/s.
+    pub(crate) change: Vec<Vec3>,
+    /// Damping force at level `n`, N: 0 throughout where nothing is damped.
+    pub(crate) damping: Vec<Vec3>,
+    elongation: Option<ElongationLimit>,
+    pub(crate) contacts: ImpulsiveContacts,
 }
 
-impl Desbrun {
-    /// The method with its settings.
-    pub fn new(settings: DesbrunSettings) -> Self {
-        Self { settings, scratch: Scratch::default() }
-    }
-}
+impl Scheme for Workspace {
+    type Settings = DesbrunSettings;
 
-impl Integrator for Desbrun {
-    fn method(&self) -> &'static Method {
+    fn method(_settings: &DesbrunSettings) -> &'static Method {
         &DESBRUN
     }
 
-    fn prepare(&mut self, system: &System, h: TimeStep) -> Result<(), PrepareError> {
-        DESBRUN.check(system)?;
-        self.scratch.set(system, Workspace::new(system, &self.settings, h.seconds())?);
-        Ok(())
+    fn new(system: &System, settings: &DesbrunSettings, h: f64) -> Result<Self, PrepareError> {
+        let linear = LinearSettings {
+            forcing_term: 1e-14,
+            preconditioner: PreconditionerKind::None,
+            norm: Norm::Euclid,
+            solver: settings.solver(),
+            rebuild_every_step: false,
+        };
+        let weights = Weights::StiffnessAndDamping;
+        let zeros = || vec![Vec3::zeros(); system.len()];
+        let elongation = || ElongationLimit::new(system, settings.elongation);
+        Ok(Self {
+            linear: LaplacianSolver::new(system, Implicit::Springs, weights, linear, h)?,
+            viscous: ViscousImpulse::new(system.len()),
+            change: zeros(),
+            damping: zeros(),
+            elongation: settings.inverse_dynamics.then(elongation),
+            contacts: ImpulsiveContacts::new(system),
+        })
     }
 
     fn step(
         &mut self,
+        settings: &DesbrunSettings,
         system: &System,
         state: &mut State,
-        h: TimeStep,
+        h: f64,
         clock: &mut PhaseClock,
     ) -> Result<StepReport, StepError> {
-        let w = self.scratch.ready(system, state, h)?;
-        let h = h.seconds();
+        let Self { linear, viscous, change, damping, elongation, contacts } = self;
         clock.switch(Phase::MatrixSetup);
-        let mut report = StepReport::after_setup(w.linear.refresh(system, h)?); // A⁻¹, if it is not there
+        let mut report = StepReport::after_setup(linear.refresh(system, h)?); // A⁻¹, if it is not there
         clock.switch(Phase::Forces);
-        w.viscous.assemble(&mut w.linear, system, state, h); // h F̃
+        viscous.assemble(linear, system, state, h); // h F̃
         report.force_evaluations = 1;
         clock.switch(Phase::Solve);
-        w.linear.apply_preconditioner(w.viscous.impulse(), &mut w.change); // Δv = h M⁻¹ F_filtered
-        report.matvecs = if self.settings.inverse == Inverse::Cholesky { 1 } else { 2 };
-        let v = &mut w.contacts.free_velocity;
+        linear.apply_preconditioner(viscous.impulse(), change); // Δv = A⁻¹ h F̃ = h M⁻¹ F_filtered
+        report.matvecs = match settings.inverse {
+            Inverse::Cholesky => 1,
+            Inverse::Dense => 2,
+        };
+        let v = &mut contacts.free_velocity;
         v.copy_from_slice(&state.v);
-        v.iter_mut().zip(&w.change).for_each(|(v, change)| *v += change);
-        if self.settings.torque == Torque::Consistent {
-            damping_force(system, state.level(), &mut w.damping);
+        v.iter_mut().zip(&*change).for_each(|(v, change)| *v += change);
+        if settings.torque == Torque::Consistent {
+            damping_force(system, state.level(), damping);
         }
-        correct(self.settings.torque, system, h, &state.x, &w.change, &w.damping, v);
-        kick(system, h, w.viscous.external(), v); // v_n + h M⁻¹ (F_filtered + F_corr + f_external)
-        w.contacts.advance(system, h, state, clock); // x_{n+1} = x_n + h v_{n+1}
-        if let Some(elongation) = &mut w.elongation {
+        correct(settings.torque, system, h, &state.x, change, damping, v); // F_corr, from δT
+        kick(system, h, viscous.external(), v); // v_n + h M⁻¹ (F_filtered + F_corr + f_external)
+        contacts.advance(system, h, state, clock); // x_{n+1} = x_n + h v_{n+1}
+        if let Some(elongation) = elongation {
             let State { x, v, .. } = state;
             report.correction = elongation.correct(system, h, x, Some(v)); // v = (x_{n+1} − x_n)/h
-            w.contacts.stop(v);
+            contacts.stop(v);
         }
-        clock.stop();
         Ok(report)
     }
 
-    fn restart(&mut self, _state: &State) {
-        if let Some(w) = self.scratch.get_mut() {
-            w.contacts.restart();
-        }
+    fn restart(&mut self) {
+        self.contacts.restart();
     }
 
-    fn ledger(
-        &mut self,
-        system: &System,
-        before: &State,
-        after: &State,
-        h: TimeStep,
-    ) -> Option<EnergyLedger> {
-        Some(self.scratch.get_mut()?.ledger(system, before, after, h, &self.settings))
+    fn ledger(&mut self, settings: &DesbrunSettings, taken: &Taken<'_>) -> Option<EnergyLedger> {
+        Some(self.energy_ledger(settings, taken))
+    }
+
+    fn is_portable(_settings: &DesbrunSettings) -> bool {
+        false
+    }
+
+    /// The springs are shortened one after the other, each from where the last one left its ends.
+    fn follows_springs(settings: &DesbrunSettings) -> bool {
+        settings.inverse_dynamics
     }
 }

@@ -1,21 +1,17 @@
 //! What a step did to the energy.
 
-use crate::workspace::{Damping, EulerWorkspace, LeapfrogWorkspace};
+use crate::step::{ExplicitWorkspace, SymplecticWorkspace};
+use crate::workspace::{Damping, EulerMemory, LeapfrogWorkspace};
 use drape_integrator::{
-    Bookkeeping, EnergyLedger, TimeStep, as_stepped, kick, momentum_between, subtract_laplacian,
+    Bookkeeping, EnergyLedger, Taken, as_stepped, kick, momentum_between, subtract_laplacian,
 };
-use drape_model::{Level, State, System, Vec3};
+use drape_model::{Level, Vec3};
 
-impl EulerWorkspace {
+impl ExplicitWorkspace {
     /// The ledger of the last step of explicit Euler: what moves positions is `v_n`, as the contacts leave it.
-    pub(crate) fn explicit_ledger(
-        &mut self,
-        system: &System,
-        before: &State,
-        after: &State,
-        h: TimeStep,
-    ) -> EnergyLedger {
-        let Self { force, free_velocity, velocity, constraints, .. } = self;
+    pub(crate) fn energy_ledger(&mut self, taken: &Taken<'_>) -> EnergyLedger {
+        let Taken { system, before, after, h } = *taken;
+        let EulerMemory { force, free_velocity, velocity, constraints, .. } = &self.0;
         let mut book = Bookkeeping::new(system, before, h, velocity, None);
         book.explicit();
         let mut p = momentum_between(system, velocity, free_velocity); // before the motion
@@ -26,16 +22,14 @@ impl EulerWorkspace {
         book.impulse(constraints, &p);
         book.finish(constraints, &after.v, after)
     }
+}
 
+impl SymplecticWorkspace {
     /// The ledger of the last step of symplectic Euler, with explicit or implicit damping.
-    pub(crate) fn symplectic_ledger(
-        &mut self,
-        system: &System,
-        before: &State,
-        after: &State,
-        h: TimeStep,
-    ) -> EnergyLedger {
-        let Self { force: b, free_velocity, velocity: v, impulse: p, constraints, .. } = self;
+    pub(crate) fn energy_ledger(&mut self, taken: &Taken<'_>) -> EnergyLedger {
+        let Taken { system, before, after, h } = *taken;
+        let EulerMemory { force: b, free_velocity, velocity: v, impulse: p, constraints, .. } =
+            &mut self.euler;
         let mut book = Bookkeeping::new(system, before, h, v, None);
         if let Some(solver) = &self.damping {
             let (x, v_n) = (&before.x, book.velocity().to_vec());
@@ -60,13 +54,8 @@ impl EulerWorkspace {
 impl LeapfrogWorkspace {
     /// The ledger of the last step, which must not have been divided: with forces by the trapezoidal rule and `w = v½`, inertia is
     /// `½‖v_{n+1} − v½‖²_M − ½‖v½ − v_n‖²_M`, by which the energy that leapfrog keeps differs from the true one at either end.
-    pub(crate) fn ledger(
-        &mut self,
-        system: &System,
-        before: &State,
-        after: &State,
-        h: TimeStep,
-    ) -> EnergyLedger {
+    pub(crate) fn energy_ledger(&mut self, taken: &Taken<'_>) -> EnergyLedger {
+        let Taken { system, before, after, h } = *taken;
         let zeros = || vec![Vec3::zeros(); system.len()];
         let (half, v_n) = (0.5 * h.seconds(), as_stepped(system, before, h));
         let (mut force, mut damping_force) = (zeros(), zeros());

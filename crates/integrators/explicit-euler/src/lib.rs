@@ -110,7 +110,7 @@ mod test_support;
 mod workspace;
 
 pub use settings::{
-    DampingTreatment, EXPLICIT_EULER, LEAPFROG, LeapfrogSettings, SYMPLECTIC_EULER, StepControl,
-    SymplecticSettings,
+    DampingTreatment, EXPLICIT_EULER, ExplicitSettings, LEAPFROG, LeapfrogSettings,
+    SYMPLECTIC_EULER, StepControl, SymplecticSettings,
 };
-pub use step::{ExplicitEuler, Leapfrog, SymplecticEuler};
+pub use step::{EXPLICIT, ExplicitEuler, Leapfrog, SYMPLECTIC, SymplecticEuler, VERLET};

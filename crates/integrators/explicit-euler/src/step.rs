@@ -4,6 +4,8 @@ mod explicit;
 mod leapfrog;
 mod symplectic;
 
-pub use explicit::ExplicitEuler;
-pub use leapfrog::Leapfrog;
-pub use symplectic::SymplecticEuler;
+pub(crate) use explicit::ExplicitWorkspace;
+pub use explicit::{EXPLICIT, ExplicitEuler};
+pub use leapfrog::{Leapfrog, VERLET};
+pub(crate) use symplectic::SymplecticWorkspace;
+pub use symplectic::{SYMPLECTIC, SymplecticEuler};

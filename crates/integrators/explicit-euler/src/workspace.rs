@@ -1,7 +1,190 @@
-//! Scratch memory.
+//! Memory of the steps; nothing here computes a step.
 
-mod euler;
-mod leapfrog;
+use crate::settings::{LEAPFROG, LeapfrogSettings, StepControl};
+use crate::stability_limit::StabilityLimit;
+use drape_integrator::{
+    ContactSet, Implicit, LaplacianSolver, LinearSettings, PreconditionerKind, PrepareError,
+    StepError, StepReport, Weights, hold_pins, lead_pins,
+};
+use drape_model::{Revisions, System, Vec3};
+use drape_solvers::{Constraints, Filter, Norm};
 
-pub(crate) use euler::EulerWorkspace;
-pub(crate) use leapfrog::{Damping, LeapfrogWorkspace};
+/// What explicit and symplectic Euler both need.
+#[derive(Debug)]
+pub(crate) struct EulerMemory {
+    pub(crate) force: Vec<Vec3>,
+    pub(crate) free_velocity: Vec<Vec3>,
+    pub(crate) velocity: Vec<Vec3>,
+    pub(crate) impulse: Vec<Vec3>,
+    pub(crate) contacts: ContactSet,
+    pub(crate) constraints: Constraints,
+}
+
+impl EulerMemory {
+    pub(crate) fn new(system: &System) -> Self {
+        let zeros = || vec![Vec3::zeros(); system.len()];
+        Self {
+            force: zeros(),
+            free_velocity: zeros(),
+            velocity: zeros(),
+            impulse: zeros(),
+            contacts: ContactSet::new(system),
+            constraints: Constraints::free(system.len()),
+        }
+    }
+}
+
+/// Relative residual at which the conjugate gradients of leapfrog stop.
+const TOLERANCE: f64 = 1e-14;
+
+/// Memory of a step: the force that the next step reuses, and what its damping needs.
+#[derive(Debug)]
+pub struct LeapfrogWorkspace {
+    /// `F`, the conservative force at the positions that `remembered` names, N.
+    pub(crate) force: Vec<Vec3>,
+    /// What `force` was evaluated for: the system, and the positions in `positions`.
+    remembered: Option<Revisions>,
+    positions: Vec<Vec3>,
+    pub(crate) old_velocity: Vec<Vec3>,
+    pub(crate) free_velocity: Vec<Vec3>,
+    /// `v_{n+1}` before the contacts settle, m/s; filled only where there are any.
+    pub(crate) unsettled: Vec<Vec3>,
+    /// Number of substeps of the last step.
+    pub(crate) last_substeps: u32,
+    pub(crate) impulse: Vec<Vec3>,
+    pub(crate) contacts: ContactSet,
+    pub(crate) constraints: Constraints,
+    /// The pins alone: what the second half kick obeys.
+    pub(crate) pins: Constraints,
+    /// Only where something is damped.
+    pub(crate) damping: Option<Damping>,
+    /// Only where steps are divided.
+    limit: Option<StabilityLimit>,
+}
+
+#[derive(Debug)]
+pub(crate) struct Damping {
+    /// `M + h/2 L_c`.
+    pub(crate) solver: LaplacianSolver,
+    /// After a step: the remainder `R` of its last solve, N.
+    pub(crate) force: Vec<Vec3>,
+    pub(crate) right_hand_side: Vec<Vec3>,
+}
+
+impl LeapfrogWorkspace {
+    pub(crate) fn allocate(
+        system: &System,
+        settings: &LeapfrogSettings,
+        h: f64,
+    ) -> Result<Self, PrepareError> {
+        let zeros = || vec![Vec3::zeros(); system.len()];
+        let linear = LinearSettings {
+            forcing_term: TOLERANCE,
+            preconditioner: PreconditionerKind::Jacobi,
+            norm: Norm::Euclid,
+            solver: settings.solver,
+            rebuild_every_step: false,
+        };
+        let damping = || -> Result<Damping, PrepareError> {
+            let springs = Implicit::Springs;
+            let solver = LaplacianSolver::new(system, springs, Weights::Damping, linear, 0.5 * h)?;
+            Ok(Damping { solver, force: zeros(), right_hand_side: zeros() })
+        };
+        let is_damped = system.effects().any(|effect| effect.has_damping());
+        let limit = match settings.step {
+            StepControl::Fixed => None,
+            StepControl::Auto => Some(StabilityLimit::followed(system, settings.safety)),
+            StepControl::Bound => {
+                let limit = StabilityLimit::bound(system, settings.safety);
+                let what = "step=bound with a stiffness that is no spring's".to_owned();
+                let key = "effects".to_owned();
+                Some(limit.ok_or(PrepareError::Unsupported { method: LEAPFROG.id, what, key })?)
+            }
+        };
+        Ok(Self {
+            force: zeros(),
+            remembered: None,
+            positions: zeros(),
+            old_velocity: zeros(),
+            free_velocity: zeros(),
+            unsettled: zeros(),
+            last_substeps: 0,
+            impulse: zeros(),
+            contacts: ContactSet::new(system),
+            constraints: Constraints::free(system.len()),
+            pins: Constraints::free(system.len()),
+            damping: is_damped.then(damping).transpose()?,
+            limit,
+        })
+    }
+
+    /// Forgets the force, the contacts and the estimate of the stability limit.
+    pub(crate) fn forget(&mut self) {
+        self.remembered = None;
+        self.contacts.restart();
+        if let Some(limit) = &mut self.limit {
+            limit.restart();
+        }
+    }
+
+    /// How many equal substeps the next `h` seconds take.
+    pub(crate) fn substeps(
+        &mut self,
+        system: &System,
+        x: &[Vec3],
+        h: f64,
+        report: &mut StepReport,
+    ) -> u32 {
+        self.limit.as_mut().map_or(1, |limit| limit.substeps(system, x, h, report))
+    }
+
+    /// Brings the matrix, for substeps of `h` seconds, and the pins up to date.
+    pub(crate) fn refresh(
+        &mut self,
+        system: &System,
+        h: f64,
+        report: &mut StepReport,
+    ) -> Result<(), StepError> {
+        if let Some(damping) = &mut self.damping {
+            let cause = damping.solver.refresh(system, 0.5 * h)?;
+            cause.into_iter().for_each(|cause| report.setups.count(cause));
+        }
+        self.pins.clear();
+        hold_pins(system, &mut self.pins);
+        Ok(())
+    }
+
+    /// Leads pins on paths through a substep of `h` seconds that starts at `t`.
+    pub(crate) fn lead_pins(
+        &mut self,
+        system: &System,
+        t: f64,
+        h: f64,
+        x: &[Vec3],
+        v: &mut [Vec3],
+    ) {
+        lead_pins(system, t, h, x, v);
+        for pin in system.moving_pins() {
+            self.pins.set(pin.particle, Filter::Fixed, v[pin.particle]);
+        }
+    }
+
+    /// Whether the force at hand is that of this system at `x`.
+    pub(crate) fn remembers(&self, system: &System, x: &[Vec3]) -> bool {
+        self.remembered == Some(system.revisions()) && same_bits(&self.positions, x)
+    }
+
+    /// Keeps the force for a next step that starts at `x`.
+    pub(crate) fn remember(&mut self, system: &System, x: &[Vec3]) {
+        self.remembered = Some(system.revisions());
+        self.positions.copy_from_slice(x);
+    }
+}
+
+/// Whether two block vectors are the same to the last bit; without an early exit, so that it costs little beside a
+/// sweep over the springs.
+fn same_bits(a: &[Vec3], b: &[Vec3]) -> bool {
+    let differing =
+        |a: &Vec3, b: &Vec3| (0..3).fold(0, |bits, k| bits | (a[k].to_bits() ^ b[k].to_bits()));
+    a.iter().zip(b).fold(0, |bits, (a, b)| bits | differing(a, b)) == 0
+}

@@ -71,7 +71,7 @@ fn no_pass_raises_the_incremental_potential() {
                 let implicit = settings.implicit;
                 let weights = Weights::StiffnessAndDamping;
                 let mut linear =
-                    LaplacianSolver::new(&system, implicit, weights, settings.linear, H)
+                    LaplacianSolver::new(&system, implicit, weights, settings.linear(), H)
                         .unwrap_or_else(|error| panic!("{error}"));
                 let mut rhs = RightHandSide::updated(state.len(), implicit);
                 let mut descent =
@@ -81,7 +81,7 @@ fn no_pass_raises_the_incremental_potential() {
                 // Even from a start that has nothing to do with the motion.
                 let mut v: Vec<Vec3> = state.v.iter().map(|_| random.vector() * 10.0).collect();
                 constraints.impose(&mut v);
-                let tolerance = settings.linear.forcing_term * descent.potential.scale();
+                let tolerance = settings.forcing_term * descent.potential.scale();
                 let mut value = descent.potential.value(&system, &v);
                 for pass in 0..40 {
                     let mut report = StepReport::default();

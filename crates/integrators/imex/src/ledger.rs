@@ -1,53 +1,43 @@
 //! What a step of order 1 did to the energy.
 
-use crate::workspace::Workspace;
-use drape_integrator::{Bookkeeping, EnergyLedger, Split, TimeStep, as_stepped};
-use drape_model::{State, System, Vec3};
+use crate::step::{EulerWorkspace, UpdatedWorkspace};
+use crate::workspace::Memory;
+use drape_integrator::{Bookkeeping, EnergyLedger, Split, Taken, as_stepped};
+use drape_model::Vec3;
 
-impl Workspace {
+impl EulerWorkspace {
     /// The ledger of the last step of IMEX Euler: `−L_k` at its end, `F2` at its start.
-    pub(crate) fn plain_ledger(
-        &mut self,
-        system: &System,
-        before: &State,
-        after: &State,
-        h: TimeStep,
-    ) -> EnergyLedger {
-        if self.contacts.is_empty() {
-            self.velocity.copy_from_slice(&after.v); // the step left another vector in its place
+    pub(crate) fn energy_ledger(&mut self, taken: &Taken<'_>) -> EnergyLedger {
+        let Taken { system, before, after, h } = *taken;
+        if self.memory.contacts.is_empty() {
+            self.memory.velocity.copy_from_slice(&after.v); // the step left another vector in its place
         }
         let v_n = as_stepped(system, before, h);
-        self.ledger(system, before, after, h, (&before.x, &v_n))
+        self.memory.energy_ledger(taken, (&before.x, &v_n))
     }
+}
 
+impl UpdatedWorkspace {
     /// The ledger of the last step of updated CG: `F2` where `b` took it last. Where Newton's method ended the step, `b` was not
-    /// what it solved with: the equation is that of an update at its end, backward Euler's.
-    pub(crate) fn updated_ledger(
-        &mut self,
-        system: &System,
-        before: &State,
-        after: &State,
-        h: TimeStep,
-    ) -> EnergyLedger {
-        if self.descent.as_ref().is_some_and(|descent| descent.by_newton()) {
-            let slopes = self.linear.slopes();
-            self.rhs.update(system, before, h.seconds(), &self.velocity, slopes);
+    /// the right-hand side of the solve: the equation is that of an update at its end, backward Euler's.
+    pub(crate) fn energy_ledger(&mut self, taken: &Taken<'_>) -> EnergyLedger {
+        let Taken { system, before, h, .. } = *taken;
+        let Self { memory, descent } = self;
+        if descent.as_ref().is_some_and(|descent| descent.by_newton()) {
+            let slopes = memory.linear.slopes();
+            memory.rhs.update(system, before, h.seconds(), &memory.velocity, slopes);
         }
-        let updated_at = self.rhs.positions().to_vec();
+        let updated_at = memory.rhs.positions().to_vec();
         let velocity = |(x, x_n): (&Vec3, &Vec3)| (x - x_n) / h.seconds();
         let v: Vec<_> = updated_at.iter().zip(&before.x).map(velocity).collect();
-        self.ledger(system, before, after, h, (&updated_at, &v))
+        memory.energy_ledger(taken, (&updated_at, &v))
     }
+}
 
+impl Memory {
     /// With the nonlinear forces at `(x̂, v̂)`.
-    fn ledger(
-        &mut self,
-        system: &System,
-        before: &State,
-        after: &State,
-        h: TimeStep,
-        at: (&[Vec3], &[Vec3]),
-    ) -> EnergyLedger {
+    fn energy_ledger(&mut self, taken: &Taken<'_>, at: (&[Vec3], &[Vec3])) -> EnergyLedger {
+        let Taken { system, before, after, h } = *taken;
         let Self { rhs, velocity: v, linear, constraints, .. } = self;
         let mut p = vec![Vec3::zeros(); v.len()];
         linear.constraint_impulse(&rhs.b, v, &mut p);

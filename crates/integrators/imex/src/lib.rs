@@ -184,7 +184,6 @@
 //! | `P` | `preconditioner` (approximates `A⁻¹`) | 1/kg | |
 //! | `S` | [`drape_solvers::Constraints`] | – | 3 × 3 a particle |
 
-mod algorithm1;
 #[doc = include_str!("../docs/errata.md")]
 pub mod errata {}
 mod ledger;
@@ -197,9 +196,11 @@ mod step;
 mod two_step;
 mod workspace;
 
-pub use settings::{IMEX_EULER, IMEX_UPDATED, ImexEulerSettings, ImexUpdatedSettings, Safeguard};
-pub use step::{ImexEuler, ImexUpdated};
+pub use settings::{
+    Estimator, IMEX_EULER, IMEX_UPDATED, ImexEulerSettings, ImexUpdatedSettings, Safeguard,
+};
+pub use step::{EULER, ImexEuler, ImexUpdated, UPDATED};
 pub use two_step::{
-    Coefficients, IMEX_CNAB2, IMEX_CNLF, IMEX_MCNAB2, IMEX_SBDF2, ImexTwoStep, ImexTwoStepSettings,
-    Scheme,
+    CNAB2, CNLF, Coefficients, IMEX_CNAB2, IMEX_CNLF, IMEX_MCNAB2, IMEX_SBDF2, ImexTwoStep,
+    ImexTwoStepSettings, MCNAB2, SBDF2, Scheme, TwoStepValues,
 };

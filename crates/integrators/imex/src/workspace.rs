@@ -1,17 +1,16 @@
-//! Scratch memory, cached operators and history.
+//! Memory, cached operators and history of both methods of order 1.
 
-use crate::algorithm1::Descent;
 use crate::right_hand_side::RightHandSide;
-use crate::settings::{ImexEulerSettings, ImexUpdatedSettings, Safeguard};
-use crate::splitting::SplittingError;
 use drape_integrator::{
     ContactSet, LaplacianSolver, LinearSettings, Predictor, PrepareError, Split, Weights,
 };
-use drape_model::{System, Vec3};
+use drape_model::{State, System, Vec3};
 use drape_solvers::Constraints;
+use drape_solvers::bands::in_bands;
+use drape_solvers::vector::axpy;
 
 #[derive(Debug)]
-pub(crate) struct Workspace {
+pub(crate) struct Memory {
     pub(crate) rhs: RightHandSide,
     pub(crate) velocity: Vec<Vec3>,
     /// Empty without obstacles.
@@ -20,42 +19,10 @@ pub(crate) struct Workspace {
     pub(crate) predictor: Predictor,
     pub(crate) contacts: ContactSet,
     pub(crate) constraints: Constraints,
-    /// What only step size control of plain IMEX Euler needs.
-    pub(crate) splitting: Option<SplittingError>,
-    /// What only the robust form of Algorithm 1 needs.
-    pub(crate) descent: Option<Descent>,
 }
 
-impl Workspace {
-    /// For plain IMEX Euler.
-    pub(crate) fn plain(
-        system: &System,
-        settings: &ImexEulerSettings,
-        h: f64,
-    ) -> Result<Self, PrepareError> {
-        let ImexEulerSettings { implicit, linear, split, tolerance, sees_splitting, .. } =
-            *settings;
-        let rhs = RightHandSide::new(system.len(), implicit);
-        let is_split = tolerance > 0.0 && sees_splitting;
-        let splitting = is_split.then(|| SplittingError::new(system.len()));
-        Ok(Self { splitting, ..Self::new(system, rhs, linear, split, h)? })
-    }
-
-    /// For Algorithm 1.
-    pub(crate) fn updated(
-        system: &System,
-        settings: &ImexUpdatedSettings,
-        h: f64,
-    ) -> Result<Self, PrepareError> {
-        let ImexUpdatedSettings { implicit, linear, split, safeguard, .. } = *settings;
-        let rhs = RightHandSide::updated(system.len(), implicit);
-        let robust = safeguard == Safeguard::Robust;
-        let descent = robust.then(|| Descent::new(system, implicit)).transpose()?;
-        Ok(Self { descent, ..Self::new(system, rhs, linear, split, h)? })
-    }
-
-    /// What both methods need.
-    fn new(
+impl Memory {
+    pub(crate) fn new(
         system: &System,
         rhs: RightHandSide,
         linear: LinearSettings,
@@ -71,13 +38,31 @@ impl Workspace {
             predictor: Predictor::new(system.len()),
             contacts: ContactSet::new(system),
             constraints: ContactSet::constraints(system),
-            splitting: None,
-            descent: None,
         })
     }
 
     pub(crate) fn restart(&mut self) {
         self.predictor.restart();
         self.contacts.restart();
+    }
+
+    /// The new velocity takes the place of the last one, which the predictor remembers, without a copy: only contacts may
+    /// still change it, so that only then the ledger needs a copy of the solution.
+    pub(crate) fn change_places(&mut self, v: &mut Vec<Vec3>, h: f64) {
+        self.predictor.take(v, h);
+        std::mem::swap(v, &mut self.velocity);
+        if !self.contacts.is_empty() {
+            self.velocity.copy_from_slice(v);
+        }
+    }
+
+    /// `x_{n+1} = x_n + h v_{n+1}`, EEH (20), and the end of the contacts.
+    #[doc(alias = "EEH 20")]
+    pub(crate) fn advance(&mut self, state: &mut State, h: f64, bands: usize) {
+        let Self { contacts, predictor, .. } = self;
+        let State { x, v, .. } = state;
+        in_bands(bands, v.len(), &mut x[..], &|band, x: &mut [Vec3]| axpy(h, &v[band], x));
+        contacts.settle(v, |c| predictor.forget(c.particle, c.velocity));
+        state.t += h;
     }
 }

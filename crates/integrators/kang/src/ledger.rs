@@ -1,18 +1,12 @@
 //! What a step did to the energy.
 
-use crate::workspace::Workspace;
-use drape_integrator::{Bookkeeping, EnergyLedger, Implicit, TimeStep, momentum_between};
-use drape_model::{State, System};
+use crate::step::Workspace;
+use drape_integrator::{Bookkeeping, EnergyLedger, Implicit, Taken, momentum_between};
 
 impl Workspace {
     /// The ledger of the last step: that of IMEX Euler with the residual that the sweeps leave.
-    pub(crate) fn ledger(
-        &mut self,
-        system: &System,
-        before: &State,
-        after: &State,
-        h: TimeStep,
-    ) -> EnergyLedger {
+    pub(crate) fn energy_ledger(&mut self, taken: &Taken<'_>) -> EnergyLedger {
+        let Taken { system, before, after, h } = *taken;
         let Self { linear, viscous, change, product: p, contacts } = self;
         let v = contacts.constrained_velocity();
         let mut book = Bookkeeping::new(system, before, h, &v, None);

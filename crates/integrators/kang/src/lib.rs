@@ -70,7 +70,6 @@ mod ledger;
 mod settings;
 mod step;
 mod sweep;
-mod workspace;
 
 pub use settings::{KANG, KangSettings};
-pub use step::Kang;
+pub use step::{Kang, REGISTRATION};

@@ -2,79 +2,96 @@
 
 use crate::settings::{KANG, KangSettings};
 use crate::sweep::sweep;
-use crate::workspace::Workspace;
 use drape_integrator::{
-    EnergyLedger, Integrator, Method, Phase, PhaseClock, PrepareError, Scratch, StepError,
-    StepReport, TimeStep, kick,
+    EnergyLedger, Implicit, ImpulsiveContacts, LaplacianSolver, LinearSettings, Method, Phase,
+    PhaseClock, PreconditionerKind, PrepareError, Registration, Scheme, SolverKind, StepError,
+    StepReport, Stepper, Taken, ViscousImpulse, Weights, kick,
 };
-use drape_model::{State, System};
+use drape_model::{State, System, Vec3};
+use drape_solvers::Norm;
 
 /// Kang's neighbour-corrected sweep.
+pub type Kang = Stepper<Workspace>;
+
+/// For the registry.
+pub static REGISTRATION: Registration = Registration::new::<Workspace>(&KANG);
+
+/// Memory of a step, and the cached matrix.
 #[derive(Debug)]
-pub struct Kang {
-    settings: KangSettings,
-    scratch: Scratch<Workspace>,
+pub struct Workspace {
+    pub(crate) linear: LaplacianSolver,
+    /// Right-hand side `h F̃`, and the external force.
+    pub(crate) viscous: ViscousImpulse,
+    /// `Δv`, m/s.
+    pub(crate) change: Vec<Vec3>,
+    pub(crate) product: Vec<Vec3>,
+    pub(crate) contacts: ImpulsiveContacts,
 }
 
-impl Kang {
-    /// The method with its settings.
-    pub fn new(settings: KangSettings) -> Self {
-        Self { settings, scratch: Scratch::default() }
-    }
-}
+impl Scheme for Workspace {
+    type Settings = KangSettings;
 
-impl Integrator for Kang {
-    fn method(&self) -> &'static Method {
+    fn method(_settings: &KangSettings) -> &'static Method {
         &KANG
     }
 
-    fn prepare(&mut self, system: &System, h: TimeStep) -> Result<(), PrepareError> {
-        KANG.check(system)?;
-        self.scratch.set(system, Workspace::new(system, h.seconds())?);
-        Ok(())
+    fn new(system: &System, _settings: &KangSettings, h: f64) -> Result<Self, PrepareError> {
+        // Only the matrix of the solver is used: nothing is inverted but its diagonal.
+        let unused = LinearSettings {
+            forcing_term: 0.5,
+            preconditioner: PreconditionerKind::None,
+            norm: Norm::Euclid,
+            solver: SolverKind::Cg,
+            rebuild_every_step: false,
+        };
+        let weights = Weights::StiffnessAndDamping;
+        let zeros = || vec![Vec3::zeros(); system.len()];
+        Ok(Self {
+            linear: LaplacianSolver::new(system, Implicit::Springs, weights, unused, h)?,
+            viscous: ViscousImpulse::new(system.len()),
+            change: zeros(),
+            product: zeros(),
+            contacts: ImpulsiveContacts::new(system),
+        })
     }
 
     fn step(
         &mut self,
+        settings: &KangSettings,
         system: &System,
         state: &mut State,
-        h: TimeStep,
+        h: f64,
         clock: &mut PhaseClock,
     ) -> Result<StepReport, StepError> {
-        let w = self.scratch.ready(system, state, h)?;
-        let (h, sweeps) = (h.seconds(), self.settings.sweeps);
+        let Self { linear, viscous, change, product, contacts } = self;
+        let sweeps = settings.sweeps;
         clock.switch(Phase::MatrixSetup);
-        let mut report = StepReport::after_setup(w.linear.refresh(system, h)?); // D and A = M + h² L_k + h L_c
+        let mut report = StepReport::after_setup(linear.refresh(system, h)?); // D and A = M + h² L_k + h L_c
         clock.switch(Phase::Forces);
-        w.viscous.assemble(&mut w.linear, system, state, h); // h F̃
+        viscous.assemble(linear, system, state, h); // h F̃
         clock.switch(Phase::Solve);
-        let b = w.viscous.impulse();
-        report.relative_residual =
-            sweep(w.linear.product(), b, system.pinned(), sweeps, &mut w.product, &mut w.change);
+        let (a, b) = (linear.product(), viscous.impulse());
+        // Δv_i = (h F̃_i + Σ_j (h² k_ij + h c_ij) Δv*_j) / D_i, from Δv*_i = h F̃_i / D_i
+        report.relative_residual = sweep(a, b, system.pinned(), sweeps, product, change);
         report.force_evaluations = 1;
         report.matvecs = 1 + sweeps;
-        for (i, free) in w.contacts.free_velocity.iter_mut().enumerate() {
-            *free = state.v[i] + w.change[i];
+        for (i, free) in contacts.free_velocity.iter_mut().enumerate() {
+            *free = state.v[i] + change[i];
         }
-        kick(system, h, w.viscous.external(), &mut w.contacts.free_velocity); // v_n + Δv + h M⁻¹ f_external
-        w.contacts.advance(system, h, state, clock); // x_{n+1} = x_n + h v_{n+1}
-        clock.stop();
+        kick(system, h, viscous.external(), &mut contacts.free_velocity); // v_n + Δv + h M⁻¹ f_external
+        contacts.advance(system, h, state, clock); // x_{n+1} = x_n + h v_{n+1}
         Ok(report)
     }
 
-    fn restart(&mut self, _state: &State) {
-        if let Some(w) = self.scratch.get_mut() {
-            w.contacts.restart();
-        }
+    fn restart(&mut self) {
+        self.contacts.restart();
     }
 
-    fn ledger(
-        &mut self,
-        system: &System,
-        before: &State,
-        after: &State,
-        h: TimeStep,
-    ) -> Option<EnergyLedger> {
-        Some(self.scratch.get_mut()?.ledger(system, before, after, h))
+    fn ledger(&mut self, _settings: &KangSettings, taken: &Taken<'_>) -> Option<EnergyLedger> {
+        Some(self.energy_ledger(taken))
+    }
+
+    fn is_portable(_settings: &KangSettings) -> bool {
+        true
     }
 }

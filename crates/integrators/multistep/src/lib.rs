@@ -119,4 +119,4 @@ mod workspace;
 
 pub use coefficients::{LinearMultistep, MAX_STEPS, extrapolation};
 pub use settings::{ADAMS_BASHFORTH2, AdamsBashforthSettings, BDF2, BdfSettings, Steps};
-pub use step::{AdamsBashforth, Bdf};
+pub use step::{AdamsBashforth, BACKWARD_DIFFERENTIATION, Bdf, EXPLICIT_ADAMS};

@@ -2,35 +2,20 @@
 
 use crate::coefficients::MAX_STEPS;
 use drape_integrator::{
-    ForcingRule, Kind, Method, NewtonLinear, Order, Quantity, Setting, SettingError, Settings,
-    StabilityClass, StageSettings, Support, TOLERANCE, Treatment,
+    Declared, Declares, Kind, Method, Order, Quantity, Setting, SettingError, StabilityClass,
+    StageSettings, Supports, TOLERANCE, Value, settings,
 };
 use std::ops::RangeInclusive;
 
-const fn supports(springs: Treatment) -> [Support; 11] {
-    [
-        Support::new("tension", springs),
-        Support::new("shear", springs),
-        Support::new("bending", springs),
-        Support::new("shear_angle", springs),
-        Support::new("bending_angle", springs),
-        Support::new("bending_hinge", springs),
-        Support::new("gravity", Treatment::Explicit),
-        Support::new("air", springs),
-        Support::new("pins", Treatment::Constraint),
-        Support::new("contact", Treatment::Constraint),
-        Support::new("friction", Treatment::Constraint),
-    ]
+const fn steps(help: &'static str) -> Declared<Steps> {
+    let kind = Kind::Integer { min: 1, max: MAX_STEPS as u64 };
+    Declared { setting: Setting { key: "steps", kind, default: "2", help }, default: Steps::Two }
 }
 
-const fn steps(help: &'static str) -> Setting {
-    Setting {
-        key: "steps",
-        kind: Kind::Integer { min: 1, max: MAX_STEPS as u64 },
-        default: "2",
-        help,
-    }
-}
+const ADAMS_STEPS: Declared<Steps> =
+    steps("number k of steps, which is the order; 1 is explicit Euler");
+const BDF_STEPS: Declared<Steps> =
+    steps("number k of steps, which is the order; 1 is backward Euler");
 
 /// Adams–Bashforth, of two steps unless the settings say otherwise.
 pub static ADAMS_BASHFORTH2: Method = Method {
@@ -42,8 +27,9 @@ pub static ADAMS_BASHFORTH2: Method = Method {
     conserves: &[Quantity::Momentum],
     theory: "two steps: unstable without damping at every step size, by (hω)⁴/4 a step; three steps: \
              stable for hω < 0.72 without damping; both only for small h²k/m and hd/m",
-    supports: &supports(Treatment::Explicit),
-    settings: &[steps("number k of steps, which is the order; 1 is explicit Euler")],
+    supports: Supports::Explicit,
+    refuses: &[],
+    settings: AdamsBashforthSettings::SETTINGS,
 };
 
 /// Backward differentiation, of two steps unless the settings say otherwise.
@@ -56,17 +42,9 @@ pub static BDF2: Method = Method {
     conserves: &[Quantity::Momentum],
     theory: "two steps: L-stable on linear problems, no energy theorem; three steps: gains up to 4.6 % \
              a step where an undamped spring has hω < 1.94",
-    supports: &supports(Treatment::Implicit),
-    settings: &[
-        steps("number k of steps, which is the order; 1 is backward Euler"),
-        StageSettings::RESIDUAL,
-        StageSettings::MAX_ITERATIONS,
-        NewtonLinear::JACOBIAN,
-        NewtonLinear::SOLVER,
-        ForcingRule::FORCING,
-        ForcingRule::CG_TOLERANCE,
-        TOLERANCE,
-    ],
+    supports: Supports::Blocks,
+    refuses: &[],
+    settings: BdfSettings::SETTINGS,
 };
 
 /// Ratios of neighbouring steps that Adams–Bashforth bridges. Its sums of old slopes are stable at any ratio
@@ -74,26 +52,24 @@ pub static BDF2: Method = Method {
 pub(crate) const ADAMS_RATIOS: RangeInclusive<f64> = 0.5..=2.0;
 
 /// Number `k` of steps of a method.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Steps {
     /// The Euler methods.
     One,
-    /// What the ids say.
-    #[default]
+    /// As the ids say.
     Two,
     /// The highest order here.
     Three,
 }
 
-impl Steps {
-    fn read(settings: &Settings) -> Self {
-        match settings.integer("steps") {
-            1 => Self::One,
-            3 => Self::Three,
-            _ => Self::Two,
-        }
+impl Value for Steps {
+    fn read(text: &str) -> Option<Self> {
+        let k: usize = text.parse().ok()?;
+        [Self::One, Self::Two, Self::Three].into_iter().find(|steps| steps.count() == k)
     }
+}
 
+impl Steps {
     /// `k`.
     pub fn count(self) -> usize {
         match self {
@@ -104,59 +80,40 @@ impl Steps {
     }
 }
 
-/// Settings of Adams–Bashforth.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct AdamsBashforthSettings {
-    /// Number of steps.
-    pub steps: Steps,
-}
-
-impl AdamsBashforthSettings {
-    /// Reads `key=value` pairs.
-    ///
-    /// # Errors
-    /// [`SettingError`] for an unknown key or a value that does not fit.
-    pub fn from_pairs<'a>(
-        pairs: impl IntoIterator<Item = (&'a str, &'a str)>,
-    ) -> Result<Self, SettingError> {
-        let settings = Settings::new(ADAMS_BASHFORTH2.id, ADAMS_BASHFORTH2.settings, pairs)?;
-        Ok(Self { steps: Steps::read(&settings) })
+settings! {
+    /// Settings of Adams–Bashforth.
+    pub struct AdamsBashforthSettings for ADAMS_BASHFORTH2 {
+        /// number of steps
+        steps: Steps as ADAMS_STEPS,
     }
 }
 
-/// Settings of BDF.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct BdfSettings {
-    /// Number of steps.
-    pub steps: Steps,
-    /// How Newton's method solves and when it stops.
-    pub stage: StageSettings,
-    /// Local error that a step may make, in mesh widths; 0: steps are taken as they are given.
-    pub tolerance: f64,
+settings! {
+    /// Settings of BDF.
+    pub struct BdfSettings for BDF2, checked by without_control_of_three {
+        /// number of steps
+        steps: Steps as BDF_STEPS,
+        /// how Newton's method solves and when it stops
+        stage: StageSettings,
+        /// local error that a step may make, in mesh widths; 0: steps are taken as they are given
+        tolerance: f64 as TOLERANCE,
+    }
+}
+
+/// Three steps do not allow the step sizes to vary as much as the control asks for.
+fn without_control_of_three(settings: &BdfSettings) -> Result<(), SettingError> {
+    if settings.steps == Steps::Three && settings.tolerance > 0.0 {
+        return Err(SettingError::Conflict {
+            method: BDF2.id,
+            key: TOLERANCE.setting.key,
+            other: "steps=3",
+            advice: "take steps=1 or 2, or tolerance=0",
+        });
+    }
+    Ok(())
 }
 
 impl BdfSettings {
-    /// Reads `key=value` pairs.
-    ///
-    /// # Errors
-    /// [`SettingError`] for an unknown key or a value that does not fit, and for a tolerance with three steps, whose
-    /// step sizes may not vary as much as the control asks for.
-    pub fn from_pairs<'a>(
-        pairs: impl IntoIterator<Item = (&'a str, &'a str)>,
-    ) -> Result<Self, SettingError> {
-        let settings = Settings::new(BDF2.id, BDF2.settings, pairs)?;
-        let (steps, tolerance) = (Steps::read(&settings), settings.number(TOLERANCE.key));
-        if steps == Steps::Three && tolerance > 0.0 {
-            return Err(SettingError::Conflict {
-                method: BDF2.id,
-                key: TOLERANCE.key,
-                other: "steps=3",
-                advice: "take steps=1 or 2, or tolerance=0",
-            });
-        }
-        Ok(Self { steps, stage: StageSettings::read(&settings), tolerance })
-    }
-
     /// Ratios of neighbouring steps that the method bridges. Errors of the past die out while every ratio is below
     /// `1 + √2` for two steps (Grigorieff 1983); for three steps a steady growth is unstable from the golden
     /// ratio 1.618 on (a test finds nothing worse), and smaller bounds are proven (Calvo, Grande and Grigorieff

@@ -3,5 +3,5 @@
 mod adams_bashforth;
 mod bdf;
 
-pub use adams_bashforth::AdamsBashforth;
-pub use bdf::Bdf;
+pub use adams_bashforth::{AdamsBashforth, EXPLICIT_ADAMS};
+pub use bdf::{BACKWARD_DIFFERENTIATION, Bdf};

@@ -64,7 +64,6 @@ mod settings;
 mod step;
 #[cfg(test)]
 mod test_support;
-mod workspace;
 
 pub use settings::{PROVOT, ProvotSettings, VelocityUpdate};
-pub use step::Provot;
+pub use step::{Provot, REGISTRATION};

@@ -1,78 +1,85 @@
 //! The step.
 
 use crate::settings::{PROVOT, ProvotSettings, VelocityUpdate};
-use crate::workspace::Workspace;
 use drape_integrator::{
-    EnergyLedger, Integrator, Method, Phase, PhaseClock, PrepareError, Scratch, StepError,
-    StepReport, TimeStep, kick,
+    ElongationLimit, EnergyLedger, ImpulsiveContacts, Method, Phase, PhaseClock, PrepareError,
+    Registration, Scheme, StepError, StepReport, Stepper, Taken, kick,
 };
-use drape_model::{State, System};
+use drape_model::{State, System, Vec3};
 
 /// Symplectic Euler, then a limit on the elongation of springs.
-#[derive(Debug, Default)]
-pub struct Provot {
-    settings: ProvotSettings,
-    scratch: Scratch<Workspace>,
+pub type Provot = Stepper<Workspace>;
+
+/// For the registry.
+pub static REGISTRATION: Registration = Registration::new::<Workspace>(&PROVOT);
+
+/// Memory of a step.
+#[derive(Debug)]
+pub struct Workspace {
+    force: Vec<Vec3>,
+    pub(crate) contacts: ImpulsiveContacts,
+    limit: ElongationLimit,
 }
 
-impl Provot {
-    /// The method with its settings.
-    pub fn new(settings: ProvotSettings) -> Self {
-        Self { settings, scratch: Scratch::default() }
-    }
-}
+impl Scheme for Workspace {
+    type Settings = ProvotSettings;
 
-impl Integrator for Provot {
-    fn method(&self) -> &'static Method {
+    fn method(_settings: &ProvotSettings) -> &'static Method {
         &PROVOT
     }
 
-    fn prepare(&mut self, system: &System, _h: TimeStep) -> Result<(), PrepareError> {
-        PROVOT.check(system)?;
-        self.scratch.set(system, Workspace::new(system, self.settings));
-        Ok(())
+    fn new(system: &System, settings: &ProvotSettings, _h: f64) -> Result<Self, PrepareError> {
+        Ok(Self {
+            force: vec![Vec3::zeros(); system.len()],
+            contacts: ImpulsiveContacts::new(system),
+            limit: ElongationLimit::new(system, settings.elongation),
+        })
     }
 
     fn step(
         &mut self,
+        settings: &ProvotSettings,
         system: &System,
         state: &mut State,
-        h: TimeStep,
+        h: f64,
         clock: &mut PhaseClock,
     ) -> Result<StepReport, StepError> {
-        let w = self.scratch.ready(system, state, h)?;
-        let h = h.seconds();
+        let Self { force, contacts, limit } = self;
         clock.switch(Phase::Forces);
-        system.forces(state.level(), &mut w.force);
-        w.contacts.free_velocity.copy_from_slice(&state.v);
-        kick(system, h, &w.force, &mut w.contacts.free_velocity); // v = v_n + h M⁻¹ f(x_n, v_n)
-        w.contacts.advance(system, h, state, clock); // x = x_n + h v
+        system.forces(state.level(), force);
+        contacts.free_velocity.copy_from_slice(&state.v);
+        kick(system, h, force, &mut contacts.free_velocity); // v = v_n + h M⁻¹ f(x_n, v_n)
+        contacts.advance(system, h, state, clock); // x = x_n + h v
         clock.switch(Phase::Solve);
         let mut report = StepReport { force_evaluations: 1, ..StepReport::default() };
         let State { x, v, .. } = state;
-        let along = (self.settings.velocity == VelocityUpdate::Corrected).then_some(&mut v[..]);
-        report.correction = w.limit.correct(system, h, x, along); // v_{n+1} = (x_{n+1} − x_n)/h
+        let along = match settings.velocity {
+            VelocityUpdate::Corrected => Some(&mut v[..]),
+            VelocityUpdate::PositionsOnly => None,
+        };
+        // While L > (1 + τ_c) ℓ: the ends move; v_{n+1} = (x_{n+1} − x_n)/h
+        report.correction = limit.correct(system, h, x, along);
         if report.correction > 0.0 {
-            w.contacts.stop(v);
+            contacts.stop(v);
         }
-        clock.stop();
         Ok(report)
     }
 
-    fn restart(&mut self, _state: &State) {
-        if let Some(w) = self.scratch.get_mut() {
-            w.contacts.restart();
-        }
+    fn restart(&mut self) {
+        self.contacts.restart();
     }
 
-    fn ledger(
-        &mut self,
-        system: &System,
-        before: &State,
-        after: &State,
-        h: TimeStep,
-    ) -> Option<EnergyLedger> {
-        Some(self.scratch.get_mut()?.ledger(system, before, after, h))
+    fn ledger(&mut self, _settings: &ProvotSettings, taken: &Taken<'_>) -> Option<EnergyLedger> {
+        Some(self.energy_ledger(taken))
+    }
+
+    fn is_portable(_settings: &ProvotSettings) -> bool {
+        true
+    }
+
+    /// The springs are shortened one after the other, each from where the last one left its ends.
+    fn follows_springs(_settings: &ProvotSettings) -> bool {
+        true
     }
 }
 

@@ -1,6 +1,6 @@
 use super::*;
 use crate::test_support::{GRAVITY, Run, floor, gravity, particles, pin, sheet, spring};
-use drape_integrator::{ElongationSettings, Setups, SweepOrder};
+use drape_integrator::{ElongationSettings, Integrator, Setups, SweepOrder};
 use drape_model::{DampingLaw, SystemSpec, Vec3};
 use drape_oracle::laws::{Drift, free_fall};
 use drape_oracle::recurrence::symplectic_euler;

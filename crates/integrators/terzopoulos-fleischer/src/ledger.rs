@@ -1,19 +1,14 @@
 //! What a step did to the energy.
 
-use crate::workspace::Workspace;
-use drape_integrator::{Bookkeeping, EnergyLedger, TimeStep, momentum_between, subtract_laplacian};
-use drape_model::{Level, State, System, Vec3};
+use crate::step::Workspace;
+use drape_integrator::{Bookkeeping, EnergyLedger, Taken, momentum_between, subtract_laplacian};
+use drape_model::{Level, Vec3};
 
 impl Workspace {
     /// The ledger of the last step: the force of a spring is that of its old secant stiffness at the positions to which the
     /// solve leads, before contacts; the damping the mean of old and new.
-    pub(crate) fn ledger(
-        &mut self,
-        system: &System,
-        before: &State,
-        after: &State,
-        h: TimeStep,
-    ) -> EnergyLedger {
+    pub(crate) fn energy_ledger(&mut self, taken: &Taken<'_>) -> EnergyLedger {
+        let Taken { system, before, after, h } = *taken;
         let Self { secant, contacts, .. } = self;
         let free = &contacts.free_velocity;
         let v = contacts.constrained_velocity();

@@ -66,7 +66,6 @@ mod ledger;
 mod secant;
 mod settings;
 mod step;
-mod workspace;
 
 pub use settings::{TERZOPOULOS_FLEISCHER, TerzopoulosFleischerSettings};
-pub use step::TerzopoulosFleischer;
+pub use step::{REGISTRATION, TerzopoulosFleischer};

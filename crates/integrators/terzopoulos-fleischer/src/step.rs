@@ -1,78 +1,87 @@
 //! The step.
 
+use crate::secant::SecantSystem;
 use crate::settings::{TERZOPOULOS_FLEISCHER, TerzopoulosFleischerSettings};
-use crate::workspace::Workspace;
 use drape_integrator::{
-    EnergyLedger, Integrator, Method, Phase, PhaseClock, PrepareError, Scratch, SetupCause,
-    SolveStatus, StepError, StepReport, TimeStep,
+    EnergyLedger, ImpulsiveContacts, Method, Phase, PhaseClock, PrepareError, Registration, Scheme,
+    SetupCause, SolveStatus, StepError, StepReport, Stepper, Taken,
 };
 use drape_model::{State, System};
 
 /// Terzopoulos and Fleischer's semi-implicit step.
+pub type TerzopoulosFleischer = Stepper<Workspace>;
+
+/// For the registry.
+pub static REGISTRATION: Registration = Registration::new::<Workspace>(&TERZOPOULOS_FLEISCHER);
+
+/// Memory of a step.
 #[derive(Debug)]
-pub struct TerzopoulosFleischer {
-    settings: TerzopoulosFleischerSettings,
-    scratch: Scratch<Workspace>,
+pub struct Workspace {
+    pub(crate) secant: SecantSystem,
+    /// Why the next step sets the matrix up.
+    cause: SetupCause,
+    pub(crate) contacts: ImpulsiveContacts,
 }
 
-impl TerzopoulosFleischer {
-    /// The method with its settings.
-    pub fn new(settings: TerzopoulosFleischerSettings) -> Self {
-        Self { settings, scratch: Scratch::default() }
-    }
-}
+impl Scheme for Workspace {
+    type Settings = TerzopoulosFleischerSettings;
 
-impl Integrator for TerzopoulosFleischer {
-    fn method(&self) -> &'static Method {
+    fn method(_settings: &TerzopoulosFleischerSettings) -> &'static Method {
         &TERZOPOULOS_FLEISCHER
     }
 
-    fn prepare(&mut self, system: &System, _h: TimeStep) -> Result<(), PrepareError> {
-        TERZOPOULOS_FLEISCHER.check(system)?;
-        self.scratch.set(system, Workspace::new(system, self.settings.clamp)?);
-        Ok(())
+    fn new(
+        system: &System,
+        settings: &TerzopoulosFleischerSettings,
+        _h: f64,
+    ) -> Result<Self, PrepareError> {
+        Ok(Self {
+            secant: SecantSystem::new(system, settings.clamp)?,
+            cause: SetupCause::First,
+            contacts: ImpulsiveContacts::new(system),
+        })
     }
 
     fn step(
         &mut self,
+        _settings: &TerzopoulosFleischerSettings,
         system: &System,
         state: &mut State,
-        h: TimeStep,
+        h: f64,
         clock: &mut PhaseClock,
     ) -> Result<StepReport, StepError> {
-        let w = self.scratch.ready(system, state, h)?;
-        let h = h.seconds();
+        let Self { secant, cause, contacts } = self;
         clock.switch(Phase::MatrixSetup);
-        let cause = std::mem::replace(&mut w.cause, SetupCause::EveryStep);
+        let cause = std::mem::replace(cause, SetupCause::EveryStep);
         let mut report = StepReport::after_setup(Some(cause));
-        w.secant.assemble(system, state, h); // A = M + h² K(x_n) + ½ h C, and b
-        w.secant.factorise()?;
+        // A = M + h² K(x_n) + ½ h C, and b = (M − ½ h C) v_n + h (f_ext − K(x_n) x_n)
+        secant.assemble(system, state, h);
+        secant.factorise()?;
         report.force_evaluations = 1;
         report.factorisations = 1;
         clock.switch(Phase::Solve);
-        report.relative_residual = w.secant.solve(system, &state.v, &mut w.contacts.free_velocity); // A v_{n+1} = b
+        report.relative_residual = secant.solve(system, &state.v, &mut contacts.free_velocity); // A v_{n+1} = b
         report.matvecs = 1;
-        if w.secant.is_indefinite() {
+        if secant.is_indefinite() {
             report.solve = SolveStatus::Indefinite;
         }
-        w.contacts.advance(system, h, state, clock); // x_{n+1} = x_n + h v_{n+1}
-        clock.stop();
+        contacts.advance(system, h, state, clock); // x_{n+1} = x_n + h v_{n+1}
         Ok(report)
     }
 
-    fn restart(&mut self, _state: &State) {
-        if let Some(w) = self.scratch.get_mut() {
-            w.contacts.restart();
-        }
+    fn restart(&mut self) {
+        self.contacts.restart();
     }
 
     fn ledger(
         &mut self,
-        system: &System,
-        before: &State,
-        after: &State,
-        h: TimeStep,
+        _settings: &TerzopoulosFleischerSettings,
+        taken: &Taken<'_>,
     ) -> Option<EnergyLedger> {
-        Some(self.scratch.get_mut()?.ledger(system, before, after, h))
+        Some(self.energy_ledger(taken))
+    }
+
+    fn is_portable(_settings: &TerzopoulosFleischerSettings) -> bool {
+        false
     }
 }

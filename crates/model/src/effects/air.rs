@@ -14,7 +14,7 @@
 //! sum over its triangles. If neighbours move alike along one normal, no longer step is stable.
 
 use super::registry::{self, Checked, Weave};
-use super::{BlockSink, Effect, EffectKind};
+use super::{BlockSink, Effect, EffectClass, EffectKind};
 use crate::bounds::{MAX_COEFFICIENT, MAX_COORDINATE, coefficient, is_zero, vector, within};
 use crate::error::Violation;
 use crate::{Level, SystemSpec, Vec3};
@@ -336,6 +336,7 @@ pub(crate) struct Entry;
 
 impl registry::Entry for Entry {
     type Law = AirSpec;
+    const CLASS: EffectClass = EffectClass::Drag;
 
     fn freeze(
         law: &AirSpec,

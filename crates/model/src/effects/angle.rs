@@ -15,7 +15,7 @@
 
 use super::elements::{self, Element, Elements};
 use super::registry::{self, Checked, Weave};
-use super::{BlockSink, EffectKind, Tangent};
+use super::{BlockSink, EffectClass, EffectKind, Tangent};
 use crate::bounds::{LAST_PARTICLE, MAX_COEFFICIENT, coefficient};
 use crate::error::Violation;
 use crate::{Cloth, Grid, Mat3, SystemSpec, Vec3};
@@ -294,6 +294,7 @@ pub(crate) struct Entry;
 
 impl registry::Entry for Entry {
     type Law = AngularLaw;
+    const CLASS: EffectClass = EffectClass::Stencils;
 
     fn freeze(
         law: &AngularLaw,

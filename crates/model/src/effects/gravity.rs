@@ -1,7 +1,7 @@
 //! Uniform gravity.
 
 use super::registry::{self, Checked, Weave};
-use super::{Effect, EffectKind, Field, Part, Pass};
+use super::{Effect, EffectClass, EffectKind, Field, Part, Pass};
 use crate::bounds::{MAX_COORDINATE, vector};
 use crate::error::Violation;
 use crate::{SystemSpec, Vec3};
@@ -54,6 +54,7 @@ pub(crate) struct Entry;
 
 impl registry::Entry for Entry {
     type Law = GravitySpec;
+    const CLASS: EffectClass = EffectClass::Uniform;
 
     fn freeze(
         law: &GravitySpec,

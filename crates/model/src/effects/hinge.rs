@@ -22,7 +22,7 @@
 use super::angle::AngularLaw;
 use super::elements::{self, Element, Elements};
 use super::registry::{self, Checked, Weave};
-use super::{BlockSink, EffectKind, Tangent};
+use super::{BlockSink, EffectClass, EffectKind, Tangent};
 use crate::bounds::{LAST_PARTICLE, MAX_COEFFICIENT};
 use crate::error::Violation;
 use crate::topology::{InteriorEdge, interior_edges};
@@ -229,6 +229,7 @@ pub(crate) struct Entry;
 
 impl registry::Entry for Entry {
     type Law = AngularLaw;
+    const CLASS: EffectClass = EffectClass::Stencils;
 
     /// Hinges over the interior edges of the triangles, at rest as the particles lie:
     /// `K = 3 k |E|²/(A₁ + A₂)` (Grinspun et al. 2003).

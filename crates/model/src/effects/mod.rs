@@ -36,6 +36,7 @@ pub(crate) use network::Strand;
 pub use network::{DampingLaw, Fabric, PieceSpec, SpringEffect, SpringLaw, SpringSpec, StretchLaw};
 use piecewise::{Buckling, Curve};
 pub use piecewise::{PiecewiseSprings, TensionLaw};
+pub use registry::EffectClass;
 pub(crate) use registry::{Checked, Weave};
 pub use springs::pairs::PairBlocks;
 pub use springs::sweep::{Field, ListedSprings, Pass, Springs};

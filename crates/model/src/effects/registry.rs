@@ -10,10 +10,39 @@ use crate::numbering::Strands;
 use crate::{Cloth, SystemSpec};
 use std::fmt;
 
+/// What the forces of an effect are to a method.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EffectClass {
+    /// Springs: they have Jacobians and a linear split.
+    Springs,
+    /// A stencil of three or four particles, such as an angle or a hinge: it has Jacobians and no
+    /// split.
+    Stencils,
+    /// A force without a Jacobian, such as gravity.
+    Uniform,
+    /// Drag against a medium, with a Jacobian.
+    Drag,
+}
+
+impl EffectClass {
+    /// The class of an effect, by what it offers.
+    pub fn of(effect: &dyn Effect) -> Self {
+        match (effect.split(), effect.has_jacobian()) {
+            (Some(_), _) => Self::Springs,
+            (None, true) if effect.is_drag() => Self::Drag,
+            (None, true) => Self::Stencils,
+            (None, false) => Self::Uniform,
+        }
+    }
+}
+
 /// How an effect gets from a scene to a frozen system, and from there to a running one.
 pub(crate) trait Entry {
     /// The value under the key of the effect in a scene.
     type Law;
+
+    /// What the forces are to a method.
+    const CLASS: EffectClass;
 
     /// Applies the law to the cloth and adds the outcome to a frozen system. Particles and
     /// triangles are checked already.
@@ -75,6 +104,15 @@ macro_rules! effects {
         impl EffectKind {
             /// All kinds that a scene can name, in the order in which a system sums them.
             pub const ALL: &'static [Self] = &[$(Self::$Kind),+];
+
+            /// What its forces are to a method; `None` for an effect that a user wrote, which says so
+            /// by what it offers.
+            pub fn class(self) -> Option<EffectClass> {
+                match self {
+                    $(Self::$Kind => Some(<$Entry as $crate::effects::registry::Entry>::CLASS),)+
+                    Self::Own(_) => None,
+                }
+            }
 
             /// The word for it, such as `bending_hinge`.
             pub fn name(self) -> &'static str {

@@ -85,8 +85,7 @@ fn describe(text: &mut String, method: &Method) -> std::fmt::Result {
     let conserved = if conserved.is_empty() { "nothing".to_owned() } else { conserved.join(", ") };
     writeln!(text, "    conserves {conserved}, to the tolerance of its solve; {}", method.theory)?;
     let supports: Vec<_> = method
-        .supports
-        .iter()
+        .supports()
         .map(|support| format!("{} {}", support.effect, support.treatment.name()))
         .collect();
     writeln!(text, "    supports: {}", supports.join(", "))?;

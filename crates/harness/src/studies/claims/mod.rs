@@ -3,7 +3,6 @@
 pub mod facts;
 pub(crate) mod plates;
 pub(crate) mod run;
-mod words;
 
 
 use crate::facts::compare;
@@ -11,8 +10,8 @@ use super::Study;
 
 pub(super) const STUDY: Study = Study {
     name: "claims",
-    question: words::QUESTION,
-    builds_on: words::BUILDS_ON,
+    question: "Which of the paper's claims hold?",
+    builds_on: &["hard-cases", "work-precision", "solver-control"],
     run: run::run,
     compare: |fresh, committed| compare("claims.json", fresh, committed, run::comparable),
     figures: plates::figures,

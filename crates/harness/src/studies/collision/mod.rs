@@ -10,8 +10,9 @@ use super::Study;
 
 pub(super) const STUDY: Study = Study {
     name: "collision",
-    question: words::QUESTION,
-    builds_on: words::BUILDS_ON,
+    question: "What do contacts by velocity constraints cost and leave, against altering or moving positions: \
+     iterations, depth, energy, rebound?",
+    builds_on: &["tables"],
     run: run::run,
     compare: |fresh, committed| compare("collision.json", fresh, committed, run::comparable),
     figures: plates::figures,

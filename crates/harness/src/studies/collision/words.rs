@@ -1,13 +1,8 @@
-//! The words of the study `collision`: its question, and what its numbers say.
+//! What the numbers of `collision` say.
 
+use crate::studies::collision::facts::{Bounce, Facts, POSITION, Row, TELEPORT, VELOCITY};
 use crate::studies::short;
-use super::facts::{Bounce, Facts, POSITION, Row, TELEPORT, VELOCITY};
-
-/// The question that the study answers.
-pub(super) const QUESTION: &str = "What do contacts by velocity constraints cost and leave, against altering or moving positions: \
-     iterations, depth, energy, rebound?";
-/// Studies that a reader should know before this one.
-pub(super) const BUILDS_ON: &[&str] = &["tables"];
+use super::run::rate;
 
 /// EEH's severe increase: so many times the iterations.
 const SEVERE: f64 = 2.0;
@@ -55,7 +50,7 @@ pub(super) fn factors(facts: &Facts) -> Vec<Increase<'_>> {
             found.len() - 1
         });
         if row.verdict == "stable" && velocity.verdict == "stable" {
-            found[place].by_scene.push((row.rate() / velocity.rate(), &row.scene));
+            found[place].by_scene.push((rate(row) / rate(velocity), &row.scene));
         } else {
             found[place].unstable += 1;
         }

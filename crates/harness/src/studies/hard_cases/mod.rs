@@ -3,7 +3,6 @@
 pub mod facts;
 pub(crate) mod plates;
 pub(crate) mod run;
-mod words;
 
 
 use crate::facts::compare;
@@ -11,8 +10,9 @@ use super::Study;
 
 pub(super) const STUDY: Study = Study {
     name: "hard-cases",
-    question: words::QUESTION,
-    builds_on: words::BUILDS_ON,
+    question: "Which method stays stable where methods fail, and does it do so where its theory \
+     says that it should?",
+    builds_on: &["momentum", "stability"],
     run: run::run,
     compare: |fresh, committed| compare("hard-cases.json", fresh, committed, run::comparable),
     figures: plates::figures,

@@ -10,8 +10,9 @@ use super::Study;
 
 pub(super) const STUDY: Study = Study {
     name: "locking",
-    question: words::QUESTION,
-    builds_on: words::BUILDS_ON,
+    question: "How much of its motion does a stiff cloth keep when the step is much longer than the periods of its \
+     springs, and is what is lost what the law of locking says?",
+    builds_on: &["cg-vs-stiffness", "stability"],
     run: run::run,
     compare: |fresh, committed| compare("locking.json", fresh, committed, run::comparable),
     figures: plates::figures,

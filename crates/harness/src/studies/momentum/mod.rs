@@ -3,7 +3,6 @@
 pub mod facts;
 pub(crate) mod plates;
 pub(crate) mod run;
-mod words;
 
 
 use crate::facts::compare;
@@ -11,8 +10,9 @@ use super::Study;
 
 pub(super) const STUDY: Study = Study {
     name: "momentum",
-    question: words::QUESTION,
-    builds_on: words::BUILDS_ON,
+    question: "Which methods keep the linear and the angular momentum of a cloth that nothing holds, \
+     and how much of its spin is left by the others and by Desbrun's correction?",
+    builds_on: &["order"],
     run: run::run,
     compare: |fresh, committed| compare("momentum.json", fresh, committed, run::comparable),
     figures: plates::figures,

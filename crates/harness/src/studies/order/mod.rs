@@ -3,7 +3,6 @@
 pub mod facts;
 pub(crate) mod plates;
 pub(crate) mod run;
-mod words;
 
 
 use crate::facts::compare;
@@ -11,8 +10,9 @@ use super::Study;
 
 pub(super) const STUDY: Study = Study {
     name: "order",
-    question: words::QUESTION,
-    builds_on: words::BUILDS_ON,
+    question: "Does the error of every method fall with the order that theory gives, how large \
+     is its constant, and what is left of the order where the springs are too stiff for the step?",
+    builds_on: &["course"],
     run: run::run,
     compare: |fresh, committed| compare("order.json", fresh, committed, run::comparable),
     figures: plates::figures,

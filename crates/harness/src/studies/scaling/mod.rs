@@ -3,7 +3,6 @@
 pub mod facts;
 pub(crate) mod plates;
 pub(crate) mod run;
-mod words;
 
 
 use crate::facts::compare;
@@ -11,8 +10,9 @@ use super::Study;
 
 pub(super) const STUDY: Study = Study {
     name: "scaling",
-    question: words::QUESTION,
-    builds_on: words::BUILDS_ON,
+    question: "How do the iterations and the time of a step grow with the number of particles, from a hundred to a \
+     million?",
+    builds_on: &["work-precision"],
     run: run::run,
     compare: |fresh, committed| compare("scaling.json", fresh, committed, run::comparable),
     figures: plates::figures,

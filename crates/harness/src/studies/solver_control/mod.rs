@@ -10,8 +10,9 @@ use super::Study;
 
 pub(super) const STUDY: Study = Study {
     name: "solver-control",
-    question: words::QUESTION,
-    builds_on: words::BUILDS_ON,
+    question: "What do variable forcing terms, saved Jacobians, adaptive steps and preconditioners save, \
+     and at what error?",
+    builds_on: &["work-precision"],
     run: run::run,
     compare: |fresh, committed| compare("solver-control.json", fresh, committed, run::comparable),
     figures: plates::figures,

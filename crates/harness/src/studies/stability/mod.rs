@@ -10,8 +10,9 @@ use super::Study;
 
 pub(super) const STUDY: Study = Study {
     name: "stability",
-    question: words::QUESTION,
-    builds_on: words::BUILDS_ON,
+    question: "Which step size, stiffness and damping does a method survive, where is its longest stable step, and is it \
+     where theory puts it?",
+    builds_on: &["order"],
     run: run::run,
     compare: |fresh, committed| compare("stability.json", fresh, committed, run::comparable),
     figures: plates::figures,

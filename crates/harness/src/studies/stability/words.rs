@@ -1,13 +1,8 @@
-//! The words of the study `stability`: its question, and what its numbers say.
+//! What the numbers say.
 
 use crate::studies::short;
-use super::facts::{Cell, EXACT, Facts, LOCKED, Limit, OVER_BUDGET, Shear};
-
-/// The question that the study answers.
-pub(super) const QUESTION: &str = "Which step size, stiffness and damping does a method survive, where is its longest stable step, and is it \
-     where theory puts it?";
-/// Studies that a reader should know before this one.
-pub(super) const BUILDS_ON: &[&str] = &["order"];
+use crate::studies::stability::facts::{Cell, Facts, LOCKED, Limit, OVER_BUDGET, Shear};
+use super::run::EXACT;
 
 const FAILING: [&str; 3] = ["marginal", "unstable", "diverged"];
 

@@ -1,73 +1,73 @@
 //! Explicit (forward) Euler.
 
-use crate::settings::EXPLICIT_EULER;
-use crate::workspace::EulerWorkspace;
+use crate::settings::{EXPLICIT_EULER, ExplicitSettings};
+use crate::workspace::EulerMemory;
 use drape_integrator::{
-    EnergyLedger, Integrator, Method, Phase, PhaseClock, PrepareError, Scratch, StepError,
-    StepReport, TimeStep, drift, kick,
+    EnergyLedger, Method, Phase, PhaseClock, PrepareError, Registration, Scheme, StepError,
+    StepReport, Stepper, Taken, drift, kick,
 };
 use drape_model::{State, System};
 
 /// Explicit (forward) Euler.
-#[derive(Debug, Default)]
-pub struct ExplicitEuler {
-    scratch: Scratch<EulerWorkspace>,
-}
+pub type ExplicitEuler = Stepper<ExplicitWorkspace>;
 
-impl Integrator for ExplicitEuler {
-    fn method(&self) -> &'static Method {
+/// For the registry.
+pub static EXPLICIT: Registration = Registration::new::<ExplicitWorkspace>(&EXPLICIT_EULER);
+
+/// Memory of a step.
+#[derive(Debug)]
+pub struct ExplicitWorkspace(pub(crate) EulerMemory);
+
+impl Scheme for ExplicitWorkspace {
+    type Settings = ExplicitSettings;
+
+    fn method(_settings: &ExplicitSettings) -> &'static Method {
         &EXPLICIT_EULER
     }
 
-    fn prepare(&mut self, system: &System, h: TimeStep) -> Result<(), PrepareError> {
-        EXPLICIT_EULER.check(system)?;
-        self.scratch.set(system, EulerWorkspace::new(system, false, h.seconds())?);
-        Ok(())
+    fn new(system: &System, _settings: &ExplicitSettings, _h: f64) -> Result<Self, PrepareError> {
+        Ok(Self(EulerMemory::new(system)))
     }
 
     fn step(
         &mut self,
+        _settings: &ExplicitSettings,
         system: &System,
         state: &mut State,
-        h: TimeStep,
+        h: f64,
         clock: &mut PhaseClock,
     ) -> Result<StepReport, StepError> {
-        let w = self.scratch.ready(system, state, h)?;
-        let h = h.seconds();
+        let EulerMemory { force, free_velocity, velocity, impulse, contacts, constraints } =
+            &mut self.0;
         clock.switch(Phase::Forces);
-        system.forces(state.level(), &mut w.force);
+        system.forces(state.level(), force); // f_n = f(x_n, v_n)
         clock.switch(Phase::Contact);
         let end = state.t + h;
-        w.contacts.detect(system, &state.x, &state.v, (h, end), &mut w.constraints);
-        w.free_velocity.copy_from_slice(&state.v);
-        w.project(system);
+        contacts.detect(system, &state.x, &state.v, (h, end), constraints);
+        free_velocity.copy_from_slice(&state.v);
+        contacts.project(system, constraints, free_velocity, velocity, impulse);
         clock.switch(Phase::Update);
-        drift(h, &w.velocity, &mut state.x); // x_{n+1} = x_n + h v_n
-        state.v.copy_from_slice(&w.velocity);
-        w.contacts.settle(&mut state.v, |_| ());
-        kick(system, h, &w.force, &mut state.v); // v_{n+1} = v_n + h M⁻¹ f_n
-        w.contacts.stop(&mut state.v);
+        drift(h, velocity, &mut state.x); // x_{n+1} = x_n + h v_n, EEH (2)
+        state.v.copy_from_slice(velocity);
+        contacts.settle(&mut state.v, |_| ());
+        kick(system, h, force, &mut state.v); // v_{n+1} = v_n + h M⁻¹ f_n, EEH (2)
+        contacts.stop(&mut state.v);
         for i in system.pins().iter().map(|&i| i as usize) {
-            state.v[i] = w.constraints.prescribed(i);
+            state.v[i] = constraints.prescribed(i);
         }
         state.t += h;
-        clock.stop();
         Ok(StepReport { force_evaluations: 1, ..StepReport::default() })
     }
 
-    fn restart(&mut self, _state: &State) {
-        if let Some(w) = self.scratch.get_mut() {
-            w.contacts.restart();
-        }
+    fn restart(&mut self) {
+        self.0.contacts.restart();
     }
 
-    fn ledger(
-        &mut self,
-        system: &System,
-        before: &State,
-        after: &State,
-        h: TimeStep,
-    ) -> Option<EnergyLedger> {
-        Some(self.scratch.get_mut()?.explicit_ledger(system, before, after, h))
+    fn ledger(&mut self, _settings: &ExplicitSettings, taken: &Taken<'_>) -> Option<EnergyLedger> {
+        Some(self.energy_ledger(taken))
+    }
+
+    fn is_portable(_settings: &ExplicitSettings) -> bool {
+        true
     }
 }

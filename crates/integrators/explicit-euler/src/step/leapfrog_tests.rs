@@ -1,7 +1,9 @@
 use super::*;
 use crate::settings::StepControl;
 use crate::test_support::{GRAVITY, Run, floor, gravity, net, particles, pin, spring};
-use drape_integrator::{LargestEigenvalue, Setups, SolveStatus, SolverKind, StiffnessBound};
+use drape_integrator::{
+    Integrator, LargestEigenvalue, Setups, SolveStatus, SolverKind, StiffnessBound,
+};
 use drape_model::{DampingLaw, SystemSpec, Vec3};
 use drape_oracle::order::of_method;
 use drape_oracle::recurrence::{leapfrog, spectral_radius};
@@ -220,7 +222,7 @@ fn the_order_is_two_with_either_law_of_damping() {
 fn without_damping_there_is_no_matrix_and_one_force_a_step() {
     let spec = net(4, 0.0, DampingLaw::Full, true);
     let (system, _) = spec.build().expect("valid");
-    let workspace = LeapfrogWorkspace::new(&system, LeapfrogSettings::default(), 0.01);
+    let workspace = LeapfrogWorkspace::new(&system, &LeapfrogSettings::default(), 0.01);
     assert!(workspace.expect("supported").damping.is_none());
     let mut run = Run::new(Leapfrog::default(), &spec, 0.01);
     let one = StepReport { force_evaluations: 1, ..StepReport::default() };

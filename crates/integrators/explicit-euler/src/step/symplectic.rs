@@ -1,62 +1,77 @@
 //! Symplectic Euler.
 
 use crate::settings::{DampingTreatment, SYMPLECTIC_EULER, SymplecticSettings};
-use crate::workspace::EulerWorkspace;
+use crate::workspace::EulerMemory;
 use drape_integrator::{
-    EnergyLedger, Implicit, Integrator, Method, Phase, PhaseClock, PrepareError, Scratch,
-    StepError, StepReport, TimeStep, drift, kick,
+    EnergyLedger, Implicit, LaplacianSolver, LinearSettings, Method, Phase, PhaseClock,
+    PreconditionerKind, PrepareError, Registration, Scheme, SolverKind, StepError, StepReport,
+    Stepper, Taken, Weights, drift, kick,
 };
 use drape_model::{State, System};
+use drape_solvers::Norm;
 
 /// Symplectic Euler.
-#[derive(Debug, Default)]
-pub struct SymplecticEuler {
-    settings: SymplecticSettings,
-    scratch: Scratch<EulerWorkspace>,
+pub type SymplecticEuler = Stepper<SymplecticWorkspace>;
+
+/// For the registry.
+pub static SYMPLECTIC: Registration = Registration::new::<SymplecticWorkspace>(&SYMPLECTIC_EULER);
+
+/// Memory of a step.
+#[derive(Debug)]
+pub struct SymplecticWorkspace {
+    pub(crate) euler: EulerMemory,
+    /// `M + h L_c`, where the damping is implicit.
+    pub(crate) damping: Option<LaplacianSolver>,
 }
 
-impl SymplecticEuler {
-    /// The method with its settings.
-    pub fn new(settings: SymplecticSettings) -> Self {
-        Self { settings, scratch: Scratch::default() }
-    }
-}
+impl Scheme for SymplecticWorkspace {
+    type Settings = SymplecticSettings;
 
-impl Integrator for SymplecticEuler {
-    fn method(&self) -> &'static Method {
+    fn method(_settings: &SymplecticSettings) -> &'static Method {
         &SYMPLECTIC_EULER
     }
 
-    fn prepare(&mut self, system: &System, h: TimeStep) -> Result<(), PrepareError> {
-        SYMPLECTIC_EULER.check(system)?;
-        let implicit_damping = self.settings.damping == DampingTreatment::Implicit;
-        self.scratch.set(system, EulerWorkspace::new(system, implicit_damping, h.seconds())?);
-        Ok(())
+    fn new(system: &System, settings: &SymplecticSettings, h: f64) -> Result<Self, PrepareError> {
+        let direct = LinearSettings {
+            forcing_term: 1e-14,
+            preconditioner: PreconditionerKind::Ic0,
+            norm: Norm::Euclid,
+            solver: SolverKind::Cholesky,
+            rebuild_every_step: false,
+        };
+        let solver =
+            || LaplacianSolver::new(system, Implicit::Springs, Weights::Damping, direct, h);
+        let damping = match settings.damping {
+            DampingTreatment::Explicit => None,
+            DampingTreatment::Implicit => Some(solver()?),
+        };
+        Ok(Self { euler: EulerMemory::new(system), damping })
     }
 
     fn step(
         &mut self,
+        _settings: &SymplecticSettings,
         system: &System,
         state: &mut State,
-        h: TimeStep,
+        h: f64,
         clock: &mut PhaseClock,
     ) -> Result<StepReport, StepError> {
-        let w = self.scratch.ready(system, state, h)?;
-        let h = h.seconds();
+        let EulerMemory { force, free_velocity, velocity, impulse, contacts, constraints } =
+            &mut self.euler;
         clock.switch(Phase::MatrixSetup);
         let setup =
-            w.damping.as_mut().map(|solver| solver.refresh(system, h)).transpose()?.flatten();
+            self.damping.as_mut().map(|solver| solver.refresh(system, h)).transpose()?.flatten();
         let mut report = StepReport::after_setup(setup);
         clock.switch(Phase::Contact);
         let end = state.t + h;
-        w.contacts.detect(system, &state.x, &state.v, (h, end), &mut w.constraints);
+        contacts.detect(system, &state.x, &state.v, (h, end), constraints);
         clock.switch(Phase::Forces);
         report.force_evaluations = 1;
-        if let Some(solver) = &mut w.damping {
-            Implicit::Springs.write_impulse(system, state, h, &mut w.force); // M v_n + h f
+        if let Some(solver) = &mut self.damping {
+            let b = force;
+            Implicit::Springs.write_impulse(system, state, h, b); // b = M v_n + h (f_n + L_c v_n)
             clock.switch(Phase::Solve);
-            w.velocity.copy_from_slice(&state.v);
-            let EulerWorkspace { force: b, velocity, impulse, contacts, constraints, .. } = w;
+            velocity.copy_from_slice(&state.v);
             contacts.solve(system, constraints, impulse, |constraints, wanted| {
                 report += solver.solve(constraints, b, velocity); // (M + h L_c) v_{n+1} = b
                 wanted.fill(velocity, |impulse| {
@@ -66,34 +81,32 @@ impl Integrator for SymplecticEuler {
                 Ok::<(), StepError>(())
             })?;
         } else {
-            system.forces(state.level(), &mut w.force);
+            system.forces(state.level(), force);
             clock.switch(Phase::Update);
-            w.free_velocity.copy_from_slice(&state.v);
-            kick(system, h, &w.force, &mut w.free_velocity); // v_{n+1} = v_n + h M⁻¹ f_n
-            w.project(system);
+            free_velocity.copy_from_slice(&state.v);
+            kick(system, h, force, free_velocity); // v_{n+1} = v_n + h M⁻¹ f_n
+            contacts.project(system, constraints, free_velocity, velocity, impulse);
         }
         clock.switch(Phase::Update);
-        state.v.copy_from_slice(&w.velocity);
+        state.v.copy_from_slice(velocity);
         drift(h, &state.v, &mut state.x); // x_{n+1} = x_n + h v_{n+1}
-        w.contacts.settle(&mut state.v, |_| ());
+        contacts.settle(&mut state.v, |_| ());
         state.t += h;
-        clock.stop();
         Ok(report)
     }
 
-    fn restart(&mut self, _state: &State) {
-        if let Some(w) = self.scratch.get_mut() {
-            w.contacts.restart();
-        }
+    fn restart(&mut self) {
+        self.euler.contacts.restart();
     }
 
-    fn ledger(
-        &mut self,
-        system: &System,
-        before: &State,
-        after: &State,
-        h: TimeStep,
-    ) -> Option<EnergyLedger> {
-        Some(self.scratch.get_mut()?.symplectic_ledger(system, before, after, h))
+    fn ledger(&mut self, _: &SymplecticSettings, taken: &Taken<'_>) -> Option<EnergyLedger> {
+        Some(self.energy_ledger(taken))
+    }
+
+    fn is_portable(settings: &SymplecticSettings) -> bool {
+        match settings.damping {
+            DampingTreatment::Explicit => true,
+            DampingTreatment::Implicit => false,
+        }
     }
 }

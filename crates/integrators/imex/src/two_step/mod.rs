@@ -8,8 +8,10 @@ mod step;
 mod workspace;
 
 pub use coefficients::{Coefficients, Scheme};
-pub use settings::{IMEX_CNAB2, IMEX_CNLF, IMEX_MCNAB2, IMEX_SBDF2, ImexTwoStepSettings};
-pub use step::ImexTwoStep;
+pub use settings::{
+    IMEX_CNAB2, IMEX_CNLF, IMEX_MCNAB2, IMEX_SBDF2, ImexTwoStepSettings, TwoStepValues,
+};
+pub use step::{CNAB2, CNLF, ImexTwoStep, MCNAB2, SBDF2};
 
 #[cfg(test)]
 mod tests;

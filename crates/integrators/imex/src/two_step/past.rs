@@ -19,17 +19,19 @@ pub struct Past {
     revisions: Option<Revisions>,
 }
 
-impl Past {
-    pub(crate) fn new(n: usize) -> Self {
-        let (level, forces) = (History::new(n, 1), SplitForces::new(n));
-        Self { time: 0.0, level, forces, forces_fit: false, revisions: None }
-    }
-
-    pub(crate) fn copy_from(&mut self, other: &Self) {
+impl drape_integrator::Past for Past {
+    fn copy_from(&mut self, other: &Self) {
         self.time = other.time;
         self.level.copy_from(&other.level);
         self.forces.copy_from(&other.forces);
         (self.forces_fit, self.revisions) = (other.forces_fit, other.revisions);
+    }
+}
+
+impl Past {
+    pub(crate) fn new(n: usize) -> Self {
+        let (level, forces) = (History::new(n, 1), SplitForces::new(n));
+        Self { time: 0.0, level, forces, forces_fit: false, revisions: None }
     }
 
     pub(crate) fn restart(&mut self) {

@@ -1,43 +1,38 @@
 //! What the four methods are, and their settings.
 
 use super::Scheme;
-use crate::settings::{
-    ESTIMATOR, IMPLICIT_SPRINGS, START, SUPPORTS, SUPPORTS_WITHOUT_FRICTION, sees_splitting,
-};
+use crate::settings::{ESTIMATOR, Estimator, IMPLICIT_SPRINGS, START};
+use drape_integrator::linear_settings::{MATRIX, MatrixUse, NORM, PRECONDITIONER, SOLVER};
 use drape_integrator::{
-    Implicit, Kind, LinearSettings, Method, Order, Quantity, Setting, SettingError, Settings,
-    StabilityClass, Start, TOLERANCE, linear_settings as linear,
+    Declares, Implicit, LinearSettings, Method, Order, PreconditionerKind, Quantity, Setting,
+    SettingError, Settings, SolverKind, StabilityClass, Start, Supports, TOLERANCE, settings,
 };
+use drape_solvers::Norm;
+use std::ops::Deref;
 
-const FORCING_TERM: Setting = Setting {
-    key: "forcing_term",
-    kind: Kind::Number { min: 1e-16, max: 0.5 },
-    default: "1e-3",
-    help: "tolerance ε of the solve, relative to the change of momentum that the forces would make in it",
-};
-
-const SETTINGS: &[Setting] = &[
-    FORCING_TERM,
-    linear::PRECONDITIONER,
-    START,
-    linear::NORM,
-    linear::SOLVER,
-    IMPLICIT_SPRINGS,
-    linear::MATRIX,
-    TOLERANCE,
-    ESTIMATOR,
-];
-
-/// Those of CNLF, which starts anew at any change of the step size and so cannot choose its own.
-const EQUAL_STEP_SETTINGS: &[Setting] = &[
-    FORCING_TERM,
-    linear::PRECONDITIONER,
-    START,
-    linear::NORM,
-    linear::SOLVER,
-    IMPLICIT_SPRINGS,
-    linear::MATRIX,
-];
+settings! {
+    /// What the four methods let their users set.
+    pub struct TwoStepValues {
+        /// tolerance ε of the solve, relative to the change of momentum that the forces would make in it
+        forcing_term: f64 in 1e-16..=0.5 = 1e-3,
+        /// preconditioner of the conjugate gradients
+        preconditioner: PreconditionerKind as PRECONDITIONER,
+        /// start value of the solve
+        start: Start as START,
+        /// norm in which the residual is tested
+        norm: Norm as NORM,
+        /// solver
+        solver: SolverKind as SOLVER,
+        /// which springs are implicit
+        implicit: Implicit as IMPLICIT_SPRINGS,
+        /// how long the matrix lives
+        matrix: MatrixUse as MATRIX,
+        /// local error that a step may make, in mesh widths; 0: steps are taken as they are given, as CNLF always does
+        tolerance: f64 as TOLERANCE,
+        /// how that error is estimated
+        estimator: Estimator as ESTIMATOR,
+    }
+}
 
 const fn two_step(
     id: &'static str,
@@ -53,8 +48,9 @@ const fn two_step(
         class: StabilityClass::Dissipative,
         conserves: &[Quantity::Momentum],
         theory,
-        supports: SUPPORTS,
-        settings: SETTINGS,
+        supports: Supports::ScalarMatrix,
+        refuses: &[],
+        settings: TwoStepValues::SETTINGS,
     }
 }
 
@@ -85,9 +81,20 @@ pub static IMEX_MCNAB2: Method = two_step(
      ones are stable below an eighth of their stiffness",
 );
 
+/// The settings of CNLF: without the last two, since it starts anew at any change of the step size and so cannot choose
+/// its own.
+const EQUAL_STEP_SETTINGS: &[Setting] = match TwoStepValues::SETTINGS {
+    [others @ .., _tolerance, _estimator] => others,
+    _ => &[],
+};
+
 /// CNLF.
+///
+/// It takes no friction: a particle that friction stops would go to and fro for ever. Its difference formula joins every
+/// other level, `x_{n+1} = x_{n−1} + h (v_{n+1} + v_{n−1})`; once the velocities are 0, `x_{n+1} = x_{n−1}`, and the two
+/// positions between which the particle came to rest take turns.
 pub static IMEX_CNLF: Method = Method {
-    supports: SUPPORTS_WITHOUT_FRICTION,
+    refuses: &["friction"],
     settings: EQUAL_STEP_SETTINGS,
     ..two_step(
         "imex-cnlf",
@@ -115,16 +122,16 @@ impl Scheme {
 pub struct ImexTwoStepSettings {
     /// Which method.
     pub scheme: Scheme,
-    /// The linear solve.
-    pub linear: LinearSettings,
-    /// Start value.
-    pub start: Start,
-    /// Which springs are implicit.
-    pub implicit: Implicit,
-    /// Local error that a step may make, in mesh widths; 0: steps are taken as they are given, as CNLF always does.
-    pub tolerance: f64,
-    /// Whether the estimate of that error counts the splitting of the force.
-    pub sees_splitting: bool,
+    /// How it is set.
+    pub values: TwoStepValues,
+}
+
+impl Deref for ImexTwoStepSettings {
+    type Target = TwoStepValues;
+
+    fn deref(&self) -> &TwoStepValues {
+        &self.values
+    }
 }
 
 impl ImexTwoStepSettings {
@@ -137,15 +144,22 @@ impl ImexTwoStepSettings {
         pairs: impl IntoIterator<Item = (&'a str, &'a str)>,
     ) -> Result<Self, SettingError> {
         let method = scheme.method();
-        let settings = Settings::new(method.id, method.settings, pairs)?;
-        let has_control = scheme != Scheme::Cnlf;
-        Ok(Self {
-            scheme,
-            linear: LinearSettings::read(&settings, settings.number("forcing_term")),
-            start: Start::read(settings.word("start")),
-            implicit: Implicit::read(settings.word("implicit")),
-            tolerance: if has_control { settings.number(TOLERANCE.key) } else { 0.0 },
-            sees_splitting: has_control && sees_splitting(&settings),
-        })
+        Ok(Self::of(scheme, &Settings::new(method.id, method.settings, pairs)?))
+    }
+
+    /// Reads checked settings; those that the method does not have keep their defaults.
+    pub(crate) fn of(scheme: Scheme, settings: &Settings) -> Self {
+        Self { scheme, values: TwoStepValues::read(settings) }
+    }
+
+    /// The linear solve.
+    pub fn linear(&self) -> LinearSettings {
+        let TwoStepValues { forcing_term, preconditioner, norm, solver, matrix, .. } = self.values;
+        LinearSettings::of(forcing_term, preconditioner, norm, solver, matrix)
+    }
+
+    /// Whether step size control asks for the splitting error.
+    pub(crate) fn sees_splitting(&self) -> bool {
+        self.tolerance > 0.0 && self.estimator == Estimator::Splitting
     }
 }

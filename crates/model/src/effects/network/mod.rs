@@ -9,7 +9,8 @@ pub use law::{PieceSpec, SpringLaw, StretchLaw};
 
 use super::registry::{self, Checked, Weave};
 use super::{
-    Buckling, Curve, Effect, EffectKind, LinearSprings, PiecewiseSprings, Spring, TensionLaw,
+    Buckling, Curve, Effect, EffectClass, EffectKind, LinearSprings, PiecewiseSprings, Spring,
+    TensionLaw,
 };
 use crate::bounds::{
     LAST_PARTICLE, MAX_COEFFICIENT, MAX_COORDINATE, coefficient, index, number, within,
@@ -119,6 +120,7 @@ pub(crate) struct Entry;
 
 impl registry::Entry for Entry {
     type Law = SpringLaw;
+    const CLASS: EffectClass = EffectClass::Springs;
 
     fn freeze(
         law: &SpringLaw,

@@ -1,5 +1,6 @@
 //! Experiment `course`: from explicit Euler to two-step IMEX, each method on one and the same cloth.
 
+pub(crate) mod lessons;
 
 use crate::facts::{Fact, fact};
 use crate::methods::{Choice, self};
@@ -10,9 +11,10 @@ use crate::stability::{Rule, Watch, gershgorin, judge};
 use crate::studies::course::facts::{Facts, Lesson, Run, Scene, Support};
 use crate::studies::{Account, Context, cells, prepared};
 use crate::{HarnessError, Verdict, system_hash};
+use drape_integrator::Method;
 use drape_model::{Effect, State, System, TimeSpan};
 use drape_report::Record;
-use super::lessons::{HEADLINE, LESSONS, Plan};
+use lessons::{HEADLINE, LESSONS, Plan};
 use serde_json::json;
 use std::path::PathBuf;
 use super::STUDY;
@@ -216,8 +218,7 @@ pub(super) fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
     let scenes: Vec<_> = settings.iter().map(|setting| setting.scene.clone()).collect();
     for plan in &LESSONS {
         let runs = runs.by_ref().take(settings.len()).collect();
-        let name = Choice::parse(plan.method, &[])?.method().name;
-        let lesson = super::words::lesson(plan, name, runs, &scenes, lessons.last());
+        let lesson = super::words::lesson(plan, runs, &scenes, lessons.last())?;
         lessons.push(lesson);
     }
     let headline = HEADLINE.map(str::to_owned).into();
@@ -248,14 +249,14 @@ pub(crate) fn lessons() -> Vec<&'static str> {
 /// What each method does with everything that any of them knows.
 fn support() -> Vec<Support> {
     let mut known: Vec<&str> = Vec::new();
-    for support in methods::all().flat_map(|method| method.supports) {
+    for support in methods::all().flat_map(Method::supports) {
         if !known.contains(&support.effect) {
             known.push(support.effect);
         }
     }
-    let row = |method: &drape_integrator::Method| {
+    let row = |method: &Method| {
         let treatment = |effect: &str| {
-            let support = method.supports.iter().find(|support| support.effect == effect);
+            let support = method.supports().find(|support| support.effect == effect);
             support.map_or("refused", |support| support.treatment.name())
         };
         let effects = known.iter().map(|&e| (e.to_owned(), treatment(e).to_owned())).collect();

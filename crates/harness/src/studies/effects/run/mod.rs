@@ -3,7 +3,7 @@
 //! Each addition is measured by itself. All together has one addition for each place of a scene (tension, shear, bending,
 //! damping, air, obstacle): those that would take the place of another are left out there, and a finding names them.
 
-mod additions;
+pub(crate) mod additions;
 mod runs;
 #[cfg(test)]
 mod tests;
@@ -41,13 +41,13 @@ fn step(method: &Method) -> f64 {
 /// How a method treats each effect that any method supports.
 fn supports() -> Vec<Support> {
     let mut effects: Vec<&str> = Vec::new();
-    for support in methods::all().flat_map(|method| method.supports) {
+    for support in methods::all().flat_map(Method::supports) {
         if !effects.contains(&support.effect) {
             effects.push(support.effect);
         }
     }
     let of = |effect: &str, method: &'static Method| {
-        let support = method.supports.iter().find(|support| support.effect == effect);
+        let support = method.supports().find(|support| support.effect == effect);
         Support {
             effect: effect.to_owned(),
             method: method.id.to_owned(),
@@ -92,7 +92,7 @@ pub(super) fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
              level; every method at its default settings. The change is the distance of the particles at the end from those \
              of the sheet without the effect, with the same method."
         ),
-        findings: super::words::findings(&facts, &additions::left_out()),
+        findings: super::words::findings(&facts),
         facts,
         scenes: scenes.clone(),
         seed: None,

@@ -232,6 +232,14 @@ fn beside_explicit(problem: &Problem<'_>, implicit: Implicit) -> Expectation {
     }
 }
 
+/// Which springs are implicit by the setting `implicit`.
+fn implicit(problem: &Problem<'_>) -> Implicit {
+    match problem.choice.settings().word("implicit") {
+        "tension" => Implicit::Tension,
+        _ => Implicit::Springs,
+    }
+}
+
 /// Near an equilibrium linear theory is the whole truth.
 fn at_rest_or(problem: &Problem<'_>, reason: &str) -> Expectation {
     if problem.setup.is_at_rest {
@@ -244,7 +252,7 @@ fn at_rest_or(problem: &Problem<'_>, reason: &str) -> Expectation {
 }
 
 fn baraff_witkin(problem: &Problem<'_>) -> Expectation {
-    let implicit = Implicit::read(problem.choice.settings().word("implicit"));
+    let implicit = implicit(problem);
     if problem.has_contacts() {
         no_theorem(PUSHING)
     } else if problem.are_all(implicit) {
@@ -303,7 +311,7 @@ fn desbrun(problem: &Problem<'_>) -> Expectation {
 
 fn imex_euler(problem: &Problem<'_>) -> Expectation {
     let settings = problem.choice.settings();
-    let implicit = Implicit::read(settings.word("implicit"));
+    let implicit = implicit(problem);
     let is_exact = settings.word("solver") == "cholesky";
     if problem.has_contacts() {
         return no_theorem(PUSHING);
@@ -329,7 +337,7 @@ fn imex_euler(problem: &Problem<'_>) -> Expectation {
 
 fn imex_updated(problem: &Problem<'_>) -> Expectation {
     let settings = problem.choice.settings();
-    let implicit = Implicit::read(settings.word("implicit"));
+    let implicit = implicit(problem);
     if problem.has_contacts() {
         no_theorem(PUSHING)
     } else if settings.word("safeguard") == "paper" {
@@ -367,7 +375,7 @@ fn imex_cnlf(problem: &Problem<'_>) -> Expectation {
 }
 
 fn two_step(problem: &Problem<'_>, factors: &Factors) -> Expectation {
-    let implicit = Implicit::read(problem.choice.settings().word("implicit"));
+    let implicit = implicit(problem);
     let is_explicit_beside = !problem.are_all(implicit);
     let is_steady = problem.setup.schedule.pattern.is_empty();
     if problem.has_contacts() {

@@ -6,7 +6,7 @@ use crate::methods::Choice;
 use crate::run::Simulation;
 use crate::studies::post_correction::facts::{FORWARD, PERTURBED, Row, Spin, Sweeps};
 use crate::studies::stepper::Stepper;
-use drape_integrator::{ElongationLimit, ElongationSettings, SweepOrder};
+use drape_integrator::{ElongationLimit, ElongationSettings, SweepOrder, Value};
 use drape_model::{State, System, Vec3};
 use drape_oracle::Random;
 use super::sheets::{Course, Kind, Setting, elongation, marks, permuted, spinning};
@@ -271,7 +271,7 @@ pub(super) fn sweeps(
         stepper.step(system, &mut state)?;
     }
     let after = |sweeps: &u32| {
-        let order = SweepOrder::read(word);
+        let order = SweepOrder::read(word).unwrap_or(ElongationSettings::default().order);
         let settings = ElongationSettings { limit, sweeps: *sweeps as usize, order };
         let mut x = state.x.clone();
         ElongationLimit::new(system, settings).correct(system, step_s, &mut x, None);

@@ -1,6 +1,6 @@
 //! Experiment `solver-control`: what the paper names as further work, measured.
 
-mod runs;
+pub(crate) mod runs;
 #[cfg(test)]
 mod tests;
 

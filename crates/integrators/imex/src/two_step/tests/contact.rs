@@ -82,7 +82,7 @@ fn forces_of_the_past_follow_when_a_contact_rewrites_it() {
         for step in 0..30 {
             let (before, system) = (run.state.clone(), run.system.clone());
             run.step();
-            let past = &mut run.method.workspace().past;
+            let past = &mut run.method.prepared().expect("prepared").past;
             let at = past.level();
             let Level { x, v, .. } = at;
             rewritten += u32::from(v[0] != before.v[0]);

@@ -1,13 +1,127 @@
-//! EEH Algorithm 1, updated and filtered CG: the loop as printed, and the robust form.
+//! IMEX Euler with updated CG, EEH Algorithm 1: the step, the loop as printed, and the robust form.
 
 use crate::right_hand_side::RightHandSide;
-use crate::settings::ImexUpdatedSettings;
+use crate::settings::{IMEX_UPDATED, ImexUpdatedSettings, Safeguard};
+use crate::workspace::Memory;
 use drape_integrator::{
-    Forcing, ForcingRule, Implicit, IncrementalPotential, LaplacianSolver, Newton, NewtonLinear,
-    NewtonSettings, PrepareError, SolveStatus, StepError, StepReport,
+    ContactSet, EnergyLedger, Forcing, ForcingKind, ForcingRule, Implicit, IncrementalPotential,
+    LaplacianSolver, Method, Newton, NewtonLinear, NewtonSettings, Phase, PhaseClock, Predictor,
+    PrepareError, Registration, Rewind, Scheme, SolveStatus, SolverKind, Start, StepError,
+    StepReport, Stepper, Taken,
 };
 use drape_model::{Revisions, State, System, Vec3};
 use drape_solvers::Constraints;
+use drape_solvers::bands::bands;
+
+/// IMEX Euler with updated CG, EEH Algorithm 1.
+pub type ImexUpdated = Stepper<UpdatedWorkspace>;
+
+/// For the registry.
+pub static UPDATED: Registration = Registration::controlled::<UpdatedWorkspace>(&IMEX_UPDATED);
+
+/// Memory of a step.
+#[derive(Debug)]
+pub struct UpdatedWorkspace {
+    pub(crate) memory: Memory,
+    /// For the robust form.
+    pub(crate) descent: Option<Descent>,
+}
+
+impl Scheme for UpdatedWorkspace {
+    type Settings = ImexUpdatedSettings;
+
+    fn method(_settings: &ImexUpdatedSettings) -> &'static Method {
+        &IMEX_UPDATED
+    }
+
+    fn new(system: &System, settings: &ImexUpdatedSettings, h: f64) -> Result<Self, PrepareError> {
+        let ImexUpdatedSettings { implicit, split, .. } = *settings;
+        let rhs = RightHandSide::updated(system.len(), implicit);
+        let descent = match settings.safeguard {
+            Safeguard::Paper => None,
+            Safeguard::Robust => Some(Descent::new(system, implicit)?),
+        };
+        Ok(Self { memory: Memory::new(system, rhs, settings.linear(), split, h)?, descent })
+    }
+
+    fn step(
+        &mut self,
+        settings: &ImexUpdatedSettings,
+        system: &System,
+        state: &mut State,
+        h: f64,
+        clock: &mut PhaseClock,
+    ) -> Result<StepReport, StepError> {
+        let Self { memory, descent } = self;
+        let Memory { rhs, velocity: v, impulse, linear, predictor, contacts, constraints } = memory;
+        let bands = bands(system.threads(), system.len());
+        clock.switch(Phase::MatrixSetup);
+        let mut report = StepReport::after_setup(linear.refresh_at(system, h, &state.x)?); // A = M + h² L_k + h L_c
+        clock.switch(Phase::Forces);
+        rhs.freeze(system, state, h, linear.slopes()); // M v_n + h [F_frozen − L_k x_n]
+        clock.switch(Phase::Contact);
+        let end = state.t + h;
+        contacts.detect(system, &state.x, &state.v, (h, end), constraints);
+        clock.switch(Phase::Solve);
+        match settings.start {
+            Start::Last => v.copy_from_slice(&state.v),
+            Start::Extrapolated | Start::Best => predictor.extrapolate(&state.v, h, bands, v), // EEH (22)
+        }
+        if let Some(descent) = descent {
+            descent.begin(system, state, h, &rhs.explicit_force);
+        }
+        contacts.solve(system, constraints, impulse, |constraints, wanted| {
+            let problem = Problem { system, state, h, constraints, settings };
+            if let Some(descent) = descent {
+                if settings.start == Start::Best {
+                    descent.choose(problem, v, &state.v);
+                }
+                descent.minimise(problem, rhs, linear, v, &mut report)?; // Algorithm 1, safeguarded
+                wanted.fill(v, |impulse| impulse.copy_from_slice(descent.gradient(system, v)));
+            } else {
+                as_printed(problem, rhs, linear, v, &mut report); // Algorithm 1
+                wanted.fill(v, |impulse| {
+                    linear.constraint_impulse(&rhs.b, v, impulse);
+                    report.matvecs += 1;
+                });
+            }
+            Ok::<(), StepError>(())
+        })?;
+        clock.switch(Phase::Update);
+        let descent = descent.as_ref().map_or(0, |descent| descent.evaluations());
+        let slopes = u32::from(linear.slopes().is_some());
+        report.force_evaluations += 2 + report.outer_passes + descent + slopes;
+        predictor.take(&mut state.v, h);
+        state.v.copy_from_slice(v); // the ledger asks for it
+        memory.advance(state, h, bands); // x_{n+1} = x_n + h v_{n+1}, EEH (20)
+        Ok(report)
+    }
+
+    fn restart(&mut self) {
+        self.memory.restart();
+    }
+
+    fn ledger(&mut self, _: &ImexUpdatedSettings, taken: &Taken<'_>) -> Option<EnergyLedger> {
+        Some(self.energy_ledger(taken))
+    }
+
+    /// The robust form may turn to Newton, which factorises.
+    fn is_portable(settings: &ImexUpdatedSettings) -> bool {
+        settings.solver == SolverKind::Cg && settings.safeguard == Safeguard::Paper
+    }
+}
+
+impl Rewind for UpdatedWorkspace {
+    type Past = Predictor;
+
+    fn past(&mut self) -> (&mut Predictor, &mut ContactSet) {
+        (&mut self.memory.predictor, &mut self.memory.contacts)
+    }
+
+    fn tolerance(settings: &ImexUpdatedSettings) -> f64 {
+        settings.tolerance
+    }
+}
 
 /// Everything that a solve looks at but does not change.
 #[derive(Clone, Copy)]
@@ -30,26 +144,27 @@ pub(crate) fn as_printed(
 ) {
     let Problem { system, state, h, constraints, settings } = problem;
     let direct = linear.is_direct();
+    let follows_progress = settings.forcing == ForcingKind::EisenstatWalker;
     constraints.impose(v);
     let mut forcing = Forcing::new(ForcingRule::EisenstatWalker);
     for _ in 0..settings.max_outer {
-        rhs.update(system, state, h, v, linear.slopes()); // b = b(v, x_n + h v)
+        rhs.update(system, state, h, v, linear.slopes()); // b = M v_n + h [F_frozen − L_k x_n + F2(x_n + h v)]
         report.outer_passes += 1;
-        if direct || settings.follows_progress {
+        if direct || follows_progress {
             // A direct solve takes no iterations, so that their number says nothing about the update; nor does a loose
             // one.
             let residual = linear.relative_residual(constraints, &rhs.b, v);
             report.matvecs += 2;
             report.relative_residual = residual;
-            if residual <= settings.linear.forcing_term {
+            if residual <= settings.forcing_term {
                 report.solve = SolveStatus::Converged;
                 return;
             }
         }
-        if settings.follows_progress {
+        if follows_progress {
             let residual = linear.residual(constraints, &rhs.b, v);
             report.matvecs += 1;
-            let goal = residual * (settings.linear.forcing_term / report.relative_residual);
+            let goal = residual * (settings.forcing_term / report.relative_residual);
             let term = forcing.next(residual, goal);
             *report += linear.solve_to(constraints, &rhs.b, v, residual * term);
             continue;
@@ -139,7 +254,7 @@ impl Descent {
         let allowed =
             kinetic + potential + 1e-9 * scale * scale + 1e-12 * (kinetic + potential.abs());
         let tightest = (CONVERGED * scale).max(floor);
-        let mut tolerance = (settings.linear.forcing_term * scale).max(floor);
+        let mut tolerance = (settings.forcing_term * scale).max(floor);
         report.force_evaluations += 1;
         constraints.impose(v);
         loop {
@@ -168,7 +283,7 @@ impl Descent {
                 tolerance = (tolerance * TIGHTEN).max(tightest);
                 continue;
             }
-            let wanted = settings.linear.forcing_term * scale;
+            let wanted = settings.forcing_term * scale;
             report.solve = self.potential.status(report.solve, report.relative_residual, wanted);
             report.relative_residual = self.potential.relative(report.relative_residual);
             return Ok(());
@@ -201,13 +316,14 @@ impl Descent {
         let Problem { system, state, h, constraints, settings } = problem;
         let lightest = lightest(system);
         let direct = linear.is_direct();
+        let follows_progress = settings.forcing == ForcingKind::EisenstatWalker;
         let mut forcing = Forcing::new(ForcingRule::EisenstatWalker);
         while report.outer_passes < settings.max_outer {
-            rhs.update(system, state, h, v, linear.slopes());
+            rhs.update(system, state, h, v, linear.slopes()); // b = M v_n + h [F_frozen − L_k x_n + F2(x_n + h v)]
             report.outer_passes += 1;
             // A direct solve takes no iterations, so that their number says nothing about the update.
             let mut goal = tolerance;
-            if direct || settings.follows_progress {
+            if direct || follows_progress {
                 let residual = linear.residual(constraints, &rhs.b, v) / lightest;
                 report.matvecs += 1;
                 report.solve = SolveStatus::Converged;
@@ -215,11 +331,11 @@ impl Descent {
                     report.relative_residual = residual;
                     return true;
                 }
-                if settings.follows_progress {
+                if follows_progress {
                     goal = residual * forcing.next(residual, tolerance);
                 }
             }
-            let solve = linear.solve_to(constraints, &rhs.b, v, goal * lightest);
+            let solve = linear.solve_to(constraints, &rhs.b, v, goal * lightest); // while |r| > goal
             *report += solve;
             report.relative_residual *= goal;
             if !direct && solve.iterations == 0 && solve.status == SolveStatus::Converged {
@@ -255,5 +371,5 @@ impl Descent {
 }
 
 #[cfg(test)]
-#[path = "algorithm1_tests.rs"]
+#[path = "../algorithm1_tests.rs"]
 mod tests;

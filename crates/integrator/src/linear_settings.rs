@@ -1,0 +1,71 @@
+//! The settings that every method with one linear solve a step shares.
+
+use crate::{Declared, LinearSettings, PreconditionerKind, SolverKind, Word, declare};
+use drape_solvers::Norm;
+
+impl Word for PreconditionerKind {
+    const WORDS: &'static [(&'static str, Self)] =
+        &[("none", Self::None), ("jacobi", Self::Jacobi), ("ic0", Self::Ic0), ("auto", Self::Auto)];
+}
+
+impl Word for Norm {
+    const WORDS: &'static [(&'static str, Self)] =
+        &[("euclid", Self::Euclid), ("preconditioned", Self::Preconditioned)];
+}
+
+/// The dense inverse has no word: it needs a limit beside it.
+impl Word for SolverKind {
+    const WORDS: &'static [(&'static str, Self)] =
+        &[("cg", Self::Cg), ("cholesky", Self::Cholesky), ("auto", Self::Auto)];
+}
+
+/// How long a matrix lives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MatrixUse {
+    /// Until the system or the step size changes.
+    Kept,
+    /// One step, as varying moduli would need.
+    Rebuilt,
+}
+
+impl Word for MatrixUse {
+    const WORDS: &'static [(&'static str, Self)] =
+        &[("kept", Self::Kept), ("rebuilt", Self::Rebuilt)];
+}
+
+/// Preconditioner of CG.
+pub const PRECONDITIONER: Declared<PreconditionerKind> = declare!(
+    preconditioner: PreconditionerKind [None, Jacobi, Ic0, Auto] = Ic0,
+    "preconditioner of the conjugate gradients; auto: the faster of jacobi and ic0, by estimates from the matrix"
+);
+/// Norm of the stop test.
+pub const NORM: Declared<Norm> = declare!(
+    norm: Norm [Euclid, Preconditioned] = Euclid,
+    "norm in which the residual is tested (updated CG, robust: always that of the inverse mass)"
+);
+/// Solver.
+pub const SOLVER: Declared<SolverKind> = declare!(
+    solver: SolverKind [Cg, Cholesky, Auto] = Cg,
+    "conjugate gradients, or a direct solve by sparse Cholesky (with contacts: CG to 1e-13, \
+     preconditioned by it); preconditioner, norm and the linear tolerance then do not count; auto: the \
+     faster of the two, by estimates from the matrix"
+);
+/// Whether the matrix is kept.
+pub const MATRIX: Declared<MatrixUse> = declare!(
+    matrix: MatrixUse [Kept, Rebuilt] = Kept,
+    "set the matrix up only when it changes, or in each step as varying moduli would need"
+);
+
+impl LinearSettings {
+    /// The settings of a solve, as the keys above give them.
+    pub fn of(
+        forcing_term: f64,
+        preconditioner: PreconditionerKind,
+        norm: Norm,
+        solver: SolverKind,
+        matrix: MatrixUse,
+    ) -> Self {
+        let rebuild_every_step = matrix == MatrixUse::Rebuilt;
+        Self { forcing_term, preconditioner, norm, solver, rebuild_every_step }
+    }
+}
