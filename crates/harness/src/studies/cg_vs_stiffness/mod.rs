@@ -3,6 +3,7 @@
 pub mod facts;
 pub(crate) mod plates;
 pub(crate) mod run;
+mod words;
 
 
 use crate::facts::compare;
@@ -10,9 +11,8 @@ use super::Study;
 
 pub(super) const STUDY: Study = Study {
     name: "cg-vs-stiffness",
-    question: "How do the CG iterations of plain and of updated IMEX Euler grow with the \
-     stiffness, the step size and the tolerance, and does the cloth still move?",
-    builds_on: &["tables"],
+    question: words::QUESTION,
+    builds_on: words::BUILDS_ON,
     run: run::run,
     compare: |fresh, committed| compare("cg-vs-stiffness.json", fresh, committed, run::comparable),
     figures: plates::figures,

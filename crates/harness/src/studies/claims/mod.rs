@@ -3,6 +3,7 @@
 pub mod facts;
 pub(crate) mod plates;
 pub(crate) mod run;
+mod words;
 
 
 use crate::facts::compare;
@@ -10,8 +11,8 @@ use super::Study;
 
 pub(super) const STUDY: Study = Study {
     name: "claims",
-    question: "Which of the paper's claims hold?",
-    builds_on: &["hard-cases", "work-precision", "solver-control"],
+    question: words::QUESTION,
+    builds_on: words::BUILDS_ON,
     run: run::run,
     compare: |fresh, committed| compare("claims.json", fresh, committed, run::comparable),
     figures: plates::figures,

@@ -120,3 +120,11 @@ pub struct Bounce {
     /// Same bits on every machine.
     pub portable: bool,
 }
+
+impl Row {
+    /// Iterations a step from the first contact on.
+    #[must_use]
+    pub fn rate(&self) -> f64 {
+        self.iterations_after as f64 / self.steps_after.max(1) as f64
+    }
+}

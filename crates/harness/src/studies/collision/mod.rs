@@ -10,9 +10,8 @@ use super::Study;
 
 pub(super) const STUDY: Study = Study {
     name: "collision",
-    question: "What do contacts by velocity constraints cost and leave, against altering or moving positions: \
-     iterations, depth, energy, rebound?",
-    builds_on: &["tables"],
+    question: words::QUESTION,
+    builds_on: words::BUILDS_ON,
     run: run::run,
     compare: |fresh, committed| compare("collision.json", fresh, committed, run::comparable),
     figures: plates::figures,

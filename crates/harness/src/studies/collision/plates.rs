@@ -84,11 +84,6 @@ fn names_of<'a>(rows: impl Iterator<Item = &'a Row>) -> Vec<String> {
     names
 }
 
-/// Iterations a step from the first contact on.
-fn rate(row: &Row) -> f64 {
-    row.iterations_after as f64 / row.steps_after.max(1) as f64
-}
-
 /// The run with the velocity constraint beside a run with another way out.
 fn constrained<'a>(input: &'a Input, row: &Row) -> Option<&'a Row> {
     let rows = input.facts.rows.iter();
@@ -101,7 +96,7 @@ fn factor(input: &Input, row: &Row) -> Option<(f64, bool)> {
     let velocity = constrained(input, row)?;
     let is_other = row.way_out != VELOCITY && velocity.iterations_after > 0;
     let is_fair = row.verdict == "stable" && velocity.verdict == "stable";
-    is_other.then(|| (rate(row) / rate(velocity), is_fair))
+    is_other.then(|| (row.rate() / velocity.rate(), is_fair))
 }
 
 fn iterations(input: &Input) -> Option<Sheet> {
@@ -238,7 +233,7 @@ fn counts(input: &Input) -> Table {
                     "marginal" => " °",
                     _ => " ✗",
                 };
-                format!("{}{sign}", significant(rate(row), 3))
+                format!("{}{sign}", significant(row.rate(), 3))
             })
         };
         std::iter::once(scene.id.clone()).chain(names.iter().map(cell)).collect()

@@ -1,8 +1,13 @@
-//! What the numbers of `collision` say.
+//! The words of the study `collision`: its question, and what its numbers say.
 
-use crate::studies::collision::facts::{Bounce, Facts, POSITION, Row, TELEPORT, VELOCITY};
 use crate::studies::short;
-use super::run::rate;
+use super::facts::{Bounce, Facts, POSITION, Row, TELEPORT, VELOCITY};
+
+/// The question that the study answers.
+pub(super) const QUESTION: &str = "What do contacts by velocity constraints cost and leave, against altering or moving positions: \
+     iterations, depth, energy, rebound?";
+/// Studies that a reader should know before this one.
+pub(super) const BUILDS_ON: &[&str] = &["tables"];
 
 /// EEH's severe increase: so many times the iterations.
 const SEVERE: f64 = 2.0;
@@ -50,7 +55,7 @@ pub(super) fn factors(facts: &Facts) -> Vec<Increase<'_>> {
             found.len() - 1
         });
         if row.verdict == "stable" && velocity.verdict == "stable" {
-            found[place].by_scene.push((rate(row) / rate(velocity), &row.scene));
+            found[place].by_scene.push((row.rate() / velocity.rate(), &row.scene));
         } else {
             found[place].unstable += 1;
         }

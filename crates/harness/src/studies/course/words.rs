@@ -1,10 +1,14 @@
-//! What the numbers say, in words.
+//! The words of the study `course`: its question, and what its numbers say.
 
-use crate::HarnessError;
-use crate::methods::Choice;
-use crate::studies::course::facts::{Facts, Lesson, Run, Scene};
 use crate::studies::short;
-use super::run::lessons::Plan;
+use super::facts::{Facts, Lesson, Run, Scene};
+use super::lessons::Plan;
+
+/// The question that the study answers.
+pub(super) const QUESTION: &str = "What could each method not do that the next one can, from explicit Euler to two-step IMEX, on one and \
+     the same cloth?";
+/// Studies that a reader should know before this one.
+pub(super) const BUILDS_ON: &[&str] = &[];
 
 /// Less of the motion than this is lost motion; [`LOCKED`] of it is standstill.
 const MOVES: f64 = 0.9;
@@ -15,25 +19,25 @@ const OFF: f64 = 0.05;
 const SLACK: f64 = 0.05;
 const STABLE: &str = "stable";
 
-/// A method with what its runs say, after the lesson before it.
+/// The lesson of the method called `name`: what its runs say, after the lesson before it.
 pub(super) fn lesson(
     plan: &Plan,
+    name: &str,
     runs: Vec<Run>,
     scenes: &[Scene],
     before: Option<&Lesson>,
-) -> Result<Lesson, HarnessError> {
-    let method = Choice::parse(plan.method, &[])?.method();
+) -> Lesson {
     let parts = runs.iter().zip(scenes).map(|(run, scene)| told(run, scene));
-    Ok(Lesson {
-        id: method.id.to_owned(),
-        title: method.name.to_owned(),
+    Lesson {
+        id: plan.id().to_owned(),
+        title: name.to_owned(),
         method: plan.method.to_owned(),
         docs: plan.docs.to_owned(),
         idea: plan.idea.to_owned(),
         before: before.map(|before| lacking(before, scenes)),
         finding: format!("{}.", parts.collect::<Vec<_>>().join(". ")),
         runs,
-    })
+    }
 }
 
 fn at(scene: &Scene) -> String {

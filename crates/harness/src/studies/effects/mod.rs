@@ -10,9 +10,8 @@ use super::Study;
 
 pub(super) const STUDY: Study = Study {
     name: "effects",
-    question: "What does each effect that a scene names cost with every method, what does it change, and what does a scene \
-     pay for those that it does not name?",
-    builds_on: &["course"],
+    question: words::QUESTION,
+    builds_on: words::BUILDS_ON,
     run: run::run,
     compare: |fresh, committed| compare("effects.json", fresh, committed, run::comparable),
     figures: plates::figures,

@@ -1,14 +1,20 @@
-//! What the numbers of the experiment `effects` say.
+//! The words of the study `effects`: its question, and what its numbers say.
 
-use crate::studies::effects::facts::{Cell, EVERYTHING, Facts, NOTHING};
 use crate::studies::short;
-use super::run::additions;
+use super::facts::{Cell, EVERYTHING, Facts, NOTHING};
+
+/// The question that the study answers.
+pub(super) const QUESTION: &str = "What does each effect that a scene names cost with every method, what does it change, and what does a scene \
+     pay for those that it does not name?";
+/// Studies that a reader should know before this one.
+pub(super) const BUILDS_ON: &[&str] = &["course"];
 
 /// Methods whose conjugate gradients tell what a matrix costs.
 const ITERATING: [&str; 3] = ["imex-euler", "imex-updated", "baraff-witkin"];
 
-pub(super) fn findings(facts: &Facts) -> Vec<String> {
-    let mut findings = vec![matrices(facts), left_out()];
+/// `left_out` names the additions that no scene can hold beside the others, and what stands there.
+pub(super) fn findings(facts: &Facts, left_out: &[(&str, &str)]) -> Vec<String> {
+    let mut findings = vec![matrices(facts), omitted(left_out)];
     findings.extend(ITERATING.iter().filter_map(|method| iterations(facts, method)));
     findings.extend(changes(facts));
     findings.extend(outcomes(facts));
@@ -22,7 +28,7 @@ fn cell<'a>(facts: &'a Facts, effect: &str, method: &str) -> Option<&'a Cell> {
 /// Which effects enter which matrix.
 fn matrices(facts: &Facts) -> String {
     let nothing = &facts.effects[0];
-    let name = |effect: &&crate::studies::effects::facts::Effect| effect.name.clone();
+    let name = |effect: &&super::facts::Effect| effect.name.clone();
     let own = || facts.effects.iter().filter(|e| ![NOTHING, EVERYTHING].contains(&e.name.as_str()));
     let scalar: Vec<_> = own().filter(|e| e.springs > nothing.springs).map(|e| name(&e)).collect();
     let block: Vec<_> =
@@ -40,8 +46,7 @@ fn matrices(facts: &Facts) -> String {
 }
 
 /// What is not among all together, and why.
-fn left_out() -> String {
-    let left_out = additions::left_out();
+fn omitted(left_out: &[(&str, &str)]) -> String {
     let said: Vec<_> = left_out.iter().map(|(name, holder)| format!("{name} ({holder})")).collect();
     format!(
         "{EVERYTHING} leaves out {} of the additions, since a scene has one place for each kind and another stands there: {}.",
@@ -57,7 +62,7 @@ fn list(names: &[String]) -> String {
 /// Iterations of a method with each effect.
 fn iterations(facts: &Facts, method: &str) -> Option<String> {
     let nothing = cell(facts, NOTHING, method).filter(|cell| cell.cg_iterations > 0)?;
-    let of = |effect: &crate::studies::effects::facts::Effect| {
+    let of = |effect: &super::facts::Effect| {
         let cell = cell(facts, &effect.name, method)?;
         (cell.verdict == "completed" && effect.name != NOTHING)
             .then(|| format!("{} with {}", cell.cg_iterations, effect.name))

@@ -1,7 +1,13 @@
-//! What the ledgers say.
+//! The words of the study `energy`: its question, and what its numbers say.
 
-use crate::studies::energy::facts::{Facts, Ledger, Row, Scene};
 use crate::studies::short;
+use super::facts::{Facts, Ledger, Row, Scene};
+
+/// The question that the study answers.
+pub(super) const QUESTION: &str = "Where does the energy of a cloth go: how much of it does the damping take that the scene asks for, and how much \
+     the method itself, by its steps, its solver, its constraints and its corrections?";
+/// Studies that a reader should know before this one.
+pub(super) const BUILDS_ON: &[&str] = &["momentum", "stability"];
 
 /// A share of `E_ref` worth a word.
 const NOTABLE: f64 = 0.01;

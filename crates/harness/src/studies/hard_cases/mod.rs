@@ -3,6 +3,7 @@
 pub mod facts;
 pub(crate) mod plates;
 pub(crate) mod run;
+mod words;
 
 
 use crate::facts::compare;
@@ -10,9 +11,8 @@ use super::Study;
 
 pub(super) const STUDY: Study = Study {
     name: "hard-cases",
-    question: "Which method stays stable where methods fail, and does it do so where its theory \
-     says that it should?",
-    builds_on: &["momentum", "stability"],
+    question: words::QUESTION,
+    builds_on: words::BUILDS_ON,
     run: run::run,
     compare: |fresh, committed| compare("hard-cases.json", fresh, committed, run::comparable),
     figures: plates::figures,

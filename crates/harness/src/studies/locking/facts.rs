@@ -3,6 +3,15 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+/// The stiffness over mass at which the step varies, 1/s².
+pub const BASE_STIFFNESS: f64 = 1e6;
+/// The step at which the stiffness varies, s.
+pub const BASE_STEP: f64 = 0.01;
+/// Label of backward Euler, whose damping is that of an implicit step.
+pub const BACKWARD_EULER: &str = "backward-euler";
+/// Label of plain IMEX Euler, the method that locks.
+pub const IMEX_EULER: &str = "imex-euler";
+
 /// [`Run::verdict`] of a stable run that keeps less than half of the motion.
 pub const LOCKED: &str = "locked";
 /// [`Run::verdict`] of a run that ended because its counted effort reached the limit.

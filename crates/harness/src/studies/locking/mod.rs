@@ -10,9 +10,8 @@ use super::Study;
 
 pub(super) const STUDY: Study = Study {
     name: "locking",
-    question: "How much of its motion does a stiff cloth keep when the step is much longer than the periods of its \
-     springs, and is what is lost what the law of locking says?",
-    builds_on: &["cg-vs-stiffness", "stability"],
+    question: words::QUESTION,
+    builds_on: words::BUILDS_ON,
     run: run::run,
     compare: |fresh, committed| compare("locking.json", fresh, committed, run::comparable),
     figures: plates::figures,

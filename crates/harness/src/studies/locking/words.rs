@@ -1,8 +1,13 @@
-//! What the numbers say.
+//! The words of the study `locking`: its question, and what its numbers say.
 
-use crate::studies::locking::facts::{Facts, LOCKED, OVER_BUDGET, Run, Spring};
 use crate::studies::short;
-use super::run::{BACKWARD_EULER, BASE_STEP, BASE_STIFFNESS, IMEX_EULER};
+use super::facts::{BACKWARD_EULER, BASE_STEP, BASE_STIFFNESS, Facts, IMEX_EULER, LOCKED, OVER_BUDGET, Run, Spring};
+
+/// The question that the study answers.
+pub(super) const QUESTION: &str = "How much of its motion does a stiff cloth keep when the step is much longer than the periods of its \
+     springs, and is what is lost what the law of locking says?";
+/// Studies that a reader should know before this one.
+pub(super) const BUILDS_ON: &[&str] = &["cg-vs-stiffness", "stability"];
 
 /// Greatest relative difference to the prototype, and half of its last digit, m, that confirm it.
 const CONFIRMED: (f64, f64) = (0.01, 0.0006);

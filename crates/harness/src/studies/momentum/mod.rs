@@ -3,6 +3,7 @@
 pub mod facts;
 pub(crate) mod plates;
 pub(crate) mod run;
+mod words;
 
 
 use crate::facts::compare;
@@ -10,9 +11,8 @@ use super::Study;
 
 pub(super) const STUDY: Study = Study {
     name: "momentum",
-    question: "Which methods keep the linear and the angular momentum of a cloth that nothing holds, \
-     and how much of its spin is left by the others and by Desbrun's correction?",
-    builds_on: &["order"],
+    question: words::QUESTION,
+    builds_on: words::BUILDS_ON,
     run: run::run,
     compare: |fresh, committed| compare("momentum.json", fresh, committed, run::comparable),
     figures: plates::figures,

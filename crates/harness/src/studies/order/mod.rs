@@ -3,6 +3,7 @@
 pub mod facts;
 pub(crate) mod plates;
 pub(crate) mod run;
+mod words;
 
 
 use crate::facts::compare;
@@ -10,9 +11,8 @@ use super::Study;
 
 pub(super) const STUDY: Study = Study {
     name: "order",
-    question: "Does the error of every method fall with the order that theory gives, how large \
-     is its constant, and what is left of the order where the springs are too stiff for the step?",
-    builds_on: &["course"],
+    question: words::QUESTION,
+    builds_on: words::BUILDS_ON,
     run: run::run,
     compare: |fresh, committed| compare("order.json", fresh, committed, run::comparable),
     figures: plates::figures,

@@ -3,6 +3,7 @@
 pub mod facts;
 pub(crate) mod plates;
 pub(crate) mod run;
+mod words;
 
 
 use crate::facts::compare;
@@ -10,8 +11,8 @@ use super::Study;
 
 pub(super) const STUDY: Study = Study {
     name: "pictures",
-    question: "What does the cloth look like: on a table and hanging from two corners, and with each method?",
-    builds_on: &["course"],
+    question: words::QUESTION,
+    builds_on: words::BUILDS_ON,
     run: run::run,
     compare: |fresh, committed| compare("pictures.json", fresh, committed, run::comparable),
     figures: plates::figures,

@@ -10,9 +10,8 @@ use super::Study;
 
 pub(super) const STUDY: Study = Study {
     name: "post-correction",
-    question: "Is a soft sheet whose springs are shortened after each step a stiff sheet: what becomes of energy, momentum \
-     and the differential equation, does the order matter, and do sweeps converge?",
-    builds_on: &["course"],
+    question: words::QUESTION,
+    builds_on: words::BUILDS_ON,
     run: run::run,
     compare: |fresh, committed| compare("post-correction.json", fresh, committed, run::comparable),
     figures: plates::figures,

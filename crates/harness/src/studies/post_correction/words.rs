@@ -1,7 +1,13 @@
-//! What the numbers of `post-correction` say.
+//! The words of the study `post-correction`: its question, and what its numbers say.
 
-use crate::studies::post_correction::facts::{FORWARD, Facts, Mesh, PERTURBED, Row};
 use crate::studies::short;
+use super::facts::{FORWARD, Facts, Mesh, PERTURBED, Row};
+
+/// The question that the study answers.
+pub(super) const QUESTION: &str = "Is a soft sheet whose springs are shortened after each step a stiff sheet: what becomes of energy, momentum \
+     and the differential equation, does the order matter, and do sweeps converge?";
+/// Studies that a reader should know before this one.
+pub(super) const BUILDS_ON: &[&str] = &["course"];
 
 /// Positions that differ by more than this share of the motion depend on the order.
 const DEPENDS: f64 = 0.01;

@@ -10,9 +10,8 @@ use super::Study;
 
 pub(super) const STUDY: Study = Study {
     name: "precomputed-inverse",
-    question: "What do a precomputed inverse, a sparse factor and conjugate gradients cost to make, to keep and to use, \
-     and what does a change of step size or stiffness cost each?",
-    builds_on: &["cg-vs-stiffness"],
+    question: words::QUESTION,
+    builds_on: words::BUILDS_ON,
     run: run::run,
     compare: |fresh, committed| compare("precomputed-inverse.json", fresh, committed, run::comparable),
     figures: plates::figures,

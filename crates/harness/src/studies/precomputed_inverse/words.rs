@@ -1,7 +1,13 @@
-//! What the numbers of `precomputed-inverse` say.
+//! The words of the study `precomputed-inverse`: its question, and what its numbers say.
 
-use crate::studies::precomputed_inverse::facts::{CG, CHOLESKY, DENSE, Facts, Solver};
 use crate::studies::short;
+use super::facts::{CG, CHOLESKY, DENSE, Facts, Solver};
+
+/// The question that the study answers.
+pub(super) const QUESTION: &str = "What do a precomputed inverse, a sparse factor and conjugate gradients cost to make, to keep and to use, \
+     and what does a change of step size or stiffness cost each?";
+/// Studies that a reader should know before this one.
+pub(super) const BUILDS_ON: &[&str] = &["cg-vs-stiffness"];
 
 /// Solutions agree within this.
 const AGREE: f64 = 1e-9;

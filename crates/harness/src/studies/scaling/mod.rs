@@ -3,6 +3,7 @@
 pub mod facts;
 pub(crate) mod plates;
 pub(crate) mod run;
+mod words;
 
 
 use crate::facts::compare;
@@ -10,9 +11,8 @@ use super::Study;
 
 pub(super) const STUDY: Study = Study {
     name: "scaling",
-    question: "How do the iterations and the time of a step grow with the number of particles, from a hundred to a \
-     million?",
-    builds_on: &["work-precision"],
+    question: words::QUESTION,
+    builds_on: words::BUILDS_ON,
     run: run::run,
     compare: |fresh, committed| compare("scaling.json", fresh, committed, run::comparable),
     figures: plates::figures,

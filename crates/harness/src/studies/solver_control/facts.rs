@@ -3,6 +3,9 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+/// IMEX Euler with the estimator that looks at positions alone.
+pub const PLAIN: &str = "imex-euler, plain estimate";
+
 /// All runs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

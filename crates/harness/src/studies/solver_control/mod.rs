@@ -10,9 +10,8 @@ use super::Study;
 
 pub(super) const STUDY: Study = Study {
     name: "solver-control",
-    question: "What do variable forcing terms, saved Jacobians, adaptive steps and preconditioners save, \
-     and at what error?",
-    builds_on: &["work-precision"],
+    question: words::QUESTION,
+    builds_on: words::BUILDS_ON,
     run: run::run,
     compare: |fresh, committed| compare("solver-control.json", fresh, committed, run::comparable),
     figures: plates::figures,

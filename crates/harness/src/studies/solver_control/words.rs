@@ -1,8 +1,13 @@
-//! What the numbers say.
+//! The words of the study `solver-control`: its question, and what its numbers say.
 
-use crate::studies::solver_control::facts::{Facts, Run};
 use crate::studies::{gain, short};
-use super::run::runs::PLAIN;
+use super::facts::{Facts, PLAIN, Run};
+
+/// The question that the study answers.
+pub(super) const QUESTION: &str = "What do variable forcing terms, saved Jacobians, adaptive steps and preconditioners save, \
+     and at what error?";
+/// Studies that a reader should know before this one.
+pub(super) const BUILDS_ON: &[&str] = &["work-precision"];
 
 /// Runs of a series on a scene.
 fn of<'a>(facts: &'a Facts, series: &str, scene: &str) -> Vec<&'a Run> {

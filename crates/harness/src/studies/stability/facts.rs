@@ -3,6 +3,9 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+/// The form for which the energy theorem holds.
+pub const EXACT: &str = "imex-euler, all springs";
+
 /// [`Cell::verdict`] of a run that is stable by its energy, but stands still.
 pub const LOCKED: &str = "locked";
 /// [`Cell::verdict`] of a run that ended because its counted effort reached the limit.

@@ -10,9 +10,8 @@ use super::Study;
 
 pub(super) const STUDY: Study = Study {
     name: "stability",
-    question: "Which step size, stiffness and damping does a method survive, where is its longest stable step, and is it \
-     where theory puts it?",
-    builds_on: &["order"],
+    question: words::QUESTION,
+    builds_on: words::BUILDS_ON,
     run: run::run,
     compare: |fresh, committed| compare("stability.json", fresh, committed, run::comparable),
     figures: plates::figures,

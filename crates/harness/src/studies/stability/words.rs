@@ -1,8 +1,13 @@
-//! What the numbers say.
+//! The words of the study `stability`: its question, and what its numbers say.
 
 use crate::studies::short;
-use crate::studies::stability::facts::{Cell, Facts, LOCKED, Limit, OVER_BUDGET, Shear};
-use super::run::EXACT;
+use super::facts::{Cell, EXACT, Facts, LOCKED, Limit, OVER_BUDGET, Shear};
+
+/// The question that the study answers.
+pub(super) const QUESTION: &str = "Which step size, stiffness and damping does a method survive, where is its longest stable step, and is it \
+     where theory puts it?";
+/// Studies that a reader should know before this one.
+pub(super) const BUILDS_ON: &[&str] = &["order"];
 
 const FAILING: [&str; 3] = ["marginal", "unstable", "diverged"];
 

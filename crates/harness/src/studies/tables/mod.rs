@@ -3,6 +3,7 @@
 pub mod facts;
 pub(crate) mod plates;
 pub(crate) mod run;
+mod words;
 
 
 use crate::facts::compare;
@@ -10,9 +11,8 @@ use super::Study;
 
 pub(super) const STUDY: Study = Study {
     name: "tables",
-    question: "Do the paper's iteration counts (tables 2 and 3) come out, for which \
-     reading of their illegible exponents and at which solver tolerance?",
-    builds_on: &["course"],
+    question: words::QUESTION,
+    builds_on: words::BUILDS_ON,
     run: run::run,
     compare: |fresh, committed| compare("tables.json", fresh, committed, run::comparable),
     figures: plates::figures,

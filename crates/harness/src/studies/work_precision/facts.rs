@@ -3,6 +3,13 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+/// Series of scenes in which the stiffness varies.
+pub const STIFFNESS: &str = "stiffness";
+/// Series of scenes of more and more particles, stiffness over mass fixed.
+pub const FIXED_QUOTIENT: &str = "size, k/m fixed";
+/// Series of scenes of more and more particles, material fixed.
+pub const FIXED_MATERIAL: &str = "size, material fixed";
+
 /// Verdict of a run that reached the end of its time near the true motion.
 pub const COMPLETED: &str = "completed";
 /// Verdict of a run that is not finite, has left the scene, or is twice as far from the truth as that has moved.
@@ -147,4 +154,29 @@ pub struct TimingRow {
     pub error: f64,
     /// Whether it equals the fact's to the last bit; otherwise the run is not ranked.
     pub is_verified: bool,
+}
+
+/// The rows of a scene.
+pub(super) fn rows_of<'a>(facts: &'a Facts, scene: &'a str) -> impl Iterator<Item = &'a Row> + Clone {
+    facts.rows.iter().filter(move |row| row.scene == scene)
+}
+
+/// The run with the least effort among those with an error of at most `level`; of equally dear ones the more exact.
+pub(super) fn cheapest<'a>(
+    rows: impl Iterator<Item = &'a Row>,
+    level: f64,
+) -> Option<(&'a Row, &'a Run)> {
+    cheapest_of(rows.flat_map(|row| row.runs.iter().map(move |run| (row, run))), level)
+}
+
+/// As [`cheapest`], of chosen runs.
+pub(super) fn cheapest_of<'a>(
+    runs: impl Iterator<Item = (&'a Row, &'a Run)>,
+    level: f64,
+) -> Option<(&'a Row, &'a Run)> {
+    let good = runs.filter(|(_, run)| run.error.is_some_and(|error| error <= level));
+    good.min_by(|(_, a), (_, b)| {
+        let by_error = || a.error.unwrap_or(f64::NAN).total_cmp(&b.error.unwrap_or(f64::NAN));
+        a.effort.total_cmp(&b.effort).then_with(by_error)
+    })
 }

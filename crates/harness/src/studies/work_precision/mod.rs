@@ -10,9 +10,8 @@ use super::Study;
 
 pub(super) const STUDY: Study = Study {
     name: "work-precision",
-    question: "What does accuracy cost: which method is the cheapest for a given error, and how does that change with \
-     stiffness, damping and size?",
-    builds_on: &["order", "stability", "locking"],
+    question: words::QUESTION,
+    builds_on: words::BUILDS_ON,
     run: run::run,
     compare: |fresh, committed| compare("work-precision.json", fresh, committed, run::comparable),
     figures: plates::figures,

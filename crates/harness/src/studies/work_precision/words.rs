@@ -1,10 +1,13 @@
-//! What the numbers say.
+//! The words of the study `work-precision`: its question, and what its numbers say.
 
 use crate::studies::short;
-use crate::studies::work_precision::facts::{Facts, OVER_BUDGET, Row, Scene, Winner};
-use super::run::front::cheapest;
-use super::run::rows_of;
-use super::run::scenes::{FIXED_MATERIAL, FIXED_QUOTIENT, STIFFNESS};
+use super::facts::{FIXED_MATERIAL, FIXED_QUOTIENT, Facts, OVER_BUDGET, Row, STIFFNESS, Scene, Winner, cheapest, rows_of};
+
+/// The question that the study answers.
+pub(super) const QUESTION: &str = "What does accuracy cost: which method is the cheapest for a given error, and how does that change with \
+     stiffness, damping and size?";
+/// Studies that a reader should know before this one.
+pub(super) const BUILDS_ON: &[&str] = &["order", "stability", "locking"];
 
 /// Levels of error of which the findings speak.
 const NAMED: [f64; 3] = [1e-1, 1e-2, 1e-3];

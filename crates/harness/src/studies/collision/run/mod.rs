@@ -7,7 +7,7 @@ mod tests;
 
 use crate::HarnessError;
 use crate::facts::{Fact, fact};
-use crate::studies::collision::facts::{Facts, POSITION, Row, TELEPORT, VELOCITY};
+use crate::studies::collision::facts::{Facts, POSITION, TELEPORT, VELOCITY};
 use crate::studies::{Account, Context, cells, prepared};
 use drape_report::Record;
 use fall::{Case, DURATION, SIDE, STEP, Stage, Target};
@@ -169,7 +169,3 @@ struct Verdict {
     is_stable: bool,
 }
 
-/// Iterations a step from the first contact on.
-pub(crate) fn rate(row: &Row) -> f64 {
-    row.iterations_after as f64 / row.steps_after.max(1) as f64
-}

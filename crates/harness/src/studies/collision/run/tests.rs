@@ -1,6 +1,7 @@
 //! What a move by hand does, that runs see what they should, and what is concluded.
 
 use drape_model::{Obstacle, Shape, State, Vec3};
+use crate::studies::collision::facts::Row;
 use super::*;
 use super::fall::{Stage, row, teleport};
 use super::super::words::{factors, findings};

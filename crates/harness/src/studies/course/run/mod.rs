@@ -1,6 +1,5 @@
 //! Experiment `course`: from explicit Euler to two-step IMEX, each method on one and the same cloth.
 
-pub(crate) mod lessons;
 
 use crate::facts::{Fact, fact};
 use crate::methods::{Choice, self};
@@ -14,7 +13,7 @@ use crate::{HarnessError, Verdict, system_hash};
 use drape_integrator::Method;
 use drape_model::{Effect, State, System, TimeSpan};
 use drape_report::Record;
-use lessons::{HEADLINE, LESSONS, Plan};
+use super::lessons::{HEADLINE, LESSONS, Plan};
 use serde_json::json;
 use std::path::PathBuf;
 use super::STUDY;
@@ -218,7 +217,8 @@ pub(super) fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
     let scenes: Vec<_> = settings.iter().map(|setting| setting.scene.clone()).collect();
     for plan in &LESSONS {
         let runs = runs.by_ref().take(settings.len()).collect();
-        let lesson = super::words::lesson(plan, runs, &scenes, lessons.last())?;
+        let name = Choice::parse(plan.method, &[])?.method().name;
+        let lesson = super::words::lesson(plan, name, runs, &scenes, lessons.last());
         lessons.push(lesson);
     }
     let headline = HEADLINE.map(str::to_owned).into();

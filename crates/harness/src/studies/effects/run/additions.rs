@@ -6,7 +6,7 @@ use drape_model::{SystemSpec, parse};
 use serde_json::{Value, json};
 
 /// The scene to which effects are added.
-pub(crate) fn base() -> Value {
+pub(super) fn base() -> Value {
     json!({
         "format": "drape-scene/1", "name": "effects",
         "cloth": { "grid": {
@@ -19,12 +19,12 @@ pub(crate) fn base() -> Value {
 
 /// Something that is added to the scene.
 #[derive(Clone, Debug)]
-pub(crate) struct Addition {
-    pub(crate) name: &'static str,
+pub(super) struct Addition {
+    pub(super) name: &'static str,
     /// Keys to be merged into the scene: objects key by key, lists by appending; `null` takes a key away.
-    pub(crate) adds: Value,
+    pub(super) adds: Value,
     /// What holds its place among all together, by name; `None` where it is there itself.
-    pub(crate) holder: Option<&'static str>,
+    pub(super) holder: Option<&'static str>,
 }
 
 impl Addition {
@@ -140,7 +140,7 @@ fn each() -> Vec<Addition> {
 }
 
 /// Nothing, each addition by itself, all together.
-pub(crate) fn all() -> Vec<Addition> {
+pub(super) fn all() -> Vec<Addition> {
     let mut additions = vec![Addition::new(NOTHING, json!({}))];
     additions.extend(each());
     let mut together = json!({});
@@ -152,7 +152,7 @@ pub(crate) fn all() -> Vec<Addition> {
 }
 
 /// What all together leaves out, and what stands there instead.
-pub(crate) fn left_out() -> Vec<(&'static str, &'static str)> {
+pub(super) fn left_out() -> Vec<(&'static str, &'static str)> {
     each().iter().filter_map(|addition| Some((addition.name, addition.holder?))).collect()
 }
 
@@ -160,7 +160,7 @@ pub(crate) fn left_out() -> Vec<(&'static str, &'static str)> {
 ///
 /// # Errors
 /// What is wrong with them.
-pub(crate) fn scene(name: &str, adds: &Value) -> Result<SystemSpec, HarnessError> {
+pub(super) fn scene(name: &str, adds: &Value) -> Result<SystemSpec, HarnessError> {
     let mut scene = base();
     merge(&mut scene, adds.clone());
     Ok(parse(name, &scene.to_string())?.spec().clone())

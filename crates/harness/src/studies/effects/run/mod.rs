@@ -3,7 +3,7 @@
 //! Each addition is measured by itself. All together has one addition for each place of a scene (tension, shear, bending,
 //! damping, air, obstacle): those that would take the place of another are left out there, and a finding names them.
 
-pub(crate) mod additions;
+mod additions;
 mod runs;
 #[cfg(test)]
 mod tests;
@@ -92,7 +92,7 @@ pub(super) fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
              level; every method at its default settings. The change is the distance of the particles at the end from those \
              of the sheet without the effect, with the same method."
         ),
-        findings: super::words::findings(&facts),
+        findings: super::words::findings(&facts, &additions::left_out()),
         facts,
         scenes: scenes.clone(),
         seed: None,

@@ -13,6 +13,7 @@ mod spring;
 #[cfg(test)]
 mod tests;
 
+use super::facts::{BACKWARD_EULER, BASE_STEP, BASE_STIFFNESS, IMEX_EULER};
 use crate::HarnessError;
 use crate::facts::{Fact, fact};
 use crate::studies::locking::facts::{Facts, Run};
@@ -25,10 +26,6 @@ use super::STUDY;
 
 /// Stiffness over mass, 1/s².
 const STIFFNESSES: [f64; 7] = [1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8];
-/// Where the step varies, 1/s².
-pub(crate) const BASE_STIFFNESS: f64 = 1e6;
-/// Where the stiffness varies, s.
-pub(crate) const BASE_STEP: f64 = 0.01;
 /// Steps, s: each divides 0.01 s, the distance of the positions through which paths are taken.
 const STEPS: [f64; 7] = [0.01, 0.005, 0.002, 0.001, 0.0005, 0.0002, 0.0001];
 /// Of them, those for methods that factorise several times in a step.
@@ -59,8 +56,6 @@ const VARIANTS: [Variant; 19] = [
     Variant::new("imex-cnlf", "imex-cnlf:forcing_term=1e-8"),
 ];
 
-pub(crate) const BACKWARD_EULER: &str = "backward-euler";
-pub(crate) const IMEX_EULER: &str = "imex-euler";
 
 /// Steps at the base stiffness.
 fn steps(label: &str) -> &'static [f64] {

@@ -1,6 +1,6 @@
 //! Experiment `solver-control`: what the paper names as further work, measured.
 
-pub(crate) mod runs;
+mod runs;
 #[cfg(test)]
 mod tests;
 

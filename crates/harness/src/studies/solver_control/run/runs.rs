@@ -1,6 +1,6 @@
 //! What is run on each scene.
 
-use crate::studies::solver_control::facts::Run;
+use crate::studies::solver_control::facts::{PLAIN, Run};
 use super::Case;
 
 /// The scene of the quick subset.
@@ -67,8 +67,6 @@ const STEPPED: [(&str, &str, &str, u32, &str); 5] = [
     (PLAIN, "imex-euler", "forcing_term=1e-8,implicit=springs", 0, ",estimator=plain"),
     ("imex-sbdf2", "imex-sbdf2", "forcing_term=1e-4", 5, ""),
 ];
-/// IMEX Euler with the estimator that looks at positions alone.
-pub(crate) const PLAIN: &str = "imex-euler, plain estimate";
 
 /// Whether the step sizes of a run are recorded.
 pub(super) fn has_history(run: &Run) -> bool {

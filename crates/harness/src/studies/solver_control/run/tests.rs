@@ -1,4 +1,4 @@
-use crate::studies::solver_control::run::runs::PLAIN;
+use crate::studies::solver_control::facts::PLAIN;
 use super::*;
 
 #[test]

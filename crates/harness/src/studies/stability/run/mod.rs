@@ -10,7 +10,7 @@ mod theory;
 
 use crate::HarnessError;
 use crate::facts::{Fact, fact};
-use crate::studies::stability::facts::{Cell, Facts};
+use crate::studies::stability::facts::{Cell, EXACT, Facts};
 use crate::studies::variant::{Variant, of_registry};
 use crate::studies::{Account, Context, cells, prepared};
 use drape_report::Record;
@@ -34,8 +34,6 @@ const VARIANTS: [Variant; 10] = [
     Variant::new("kang", "kang"),
     Variant::new("desbrun", "desbrun"),
 ];
-/// The form for which the energy theorem holds.
-pub(crate) const EXACT: &str = "imex-euler, all springs";
 
 /// Steps of the atlas, longest first, s.
 const STEPS: [f64; 9] = [1.0, 0.316, 0.1, 0.0316, 0.01, 0.003_16, 0.001, 0.000_316, 0.000_1];

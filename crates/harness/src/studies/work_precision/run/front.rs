@@ -1,10 +1,10 @@
 //! Who is cheapest: fronts and winners.
 
-use crate::studies::work_precision::facts::{Row, Run, Scene, Winner};
+use crate::studies::work_precision::facts::{Row, Run, Scene, Winner, cheapest, cheapest_of};
 use super::variants::is_limited_by_stiffness;
 
 /// Levels of error at which winners are named.
-pub(crate) const LEVELS: [f64; 4] = [1e-1, 1e-2, 1e-3, 1e-4];
+pub(super) const LEVELS: [f64; 4] = [1e-1, 1e-2, 1e-3, 1e-4];
 
 /// Error and effort of a run that completed.
 fn point(run: &Run) -> Option<(f64, f64)> {
@@ -12,7 +12,7 @@ fn point(run: &Run) -> Option<(f64, f64)> {
 }
 
 /// Marks the runs of a scene that no run beats in both error and effort.
-pub(crate) fn mark(rows: &mut [Row]) {
+pub(super) fn mark(rows: &mut [Row]) {
     let points: Vec<_> = rows.iter().flat_map(|row| &row.runs).filter_map(point).collect();
     let is_beaten = |(error, effort): (f64, f64)| {
         let beats = |&(e, w): &(f64, f64)| e <= error && w <= effort && (e < error || w < effort);
@@ -23,31 +23,12 @@ pub(crate) fn mark(rows: &mut [Row]) {
     }
 }
 
-/// The run with the least effort among those with an error of at most `level`; of equally dear ones the more exact.
-pub(crate) fn cheapest<'a>(
-    rows: impl Iterator<Item = &'a Row>,
-    level: f64,
-) -> Option<(&'a Row, &'a Run)> {
-    cheapest_of(rows.flat_map(|row| row.runs.iter().map(move |run| (row, run))), level)
-}
-
-fn cheapest_of<'a>(
-    runs: impl Iterator<Item = (&'a Row, &'a Run)>,
-    level: f64,
-) -> Option<(&'a Row, &'a Run)> {
-    let good = runs.filter(|(_, run)| run.error.is_some_and(|error| error <= level));
-    good.min_by(|(_, a), (_, b)| {
-        let by_error = || a.error.unwrap_or(f64::NAN).total_cmp(&b.error.unwrap_or(f64::NAN));
-        a.effort.total_cmp(&b.effort).then_with(by_error)
-    })
-}
-
 fn id(row: &Row) -> &str {
     row.method.split(':').next().unwrap_or(&row.method)
 }
 
 /// The winner of a scene at a level of error, and the next method.
-pub(crate) fn winner(scene: &Scene, rows: &[Row], level: f64) -> Winner {
+pub(super) fn winner(scene: &Scene, rows: &[Row], level: f64) -> Winner {
     let rows = || rows.iter().filter(|row| row.scene == scene.id);
     let best = cheapest(rows(), level);
     // Methods that take the same steps give the same answer, as symplectic Euler and Provot's below his limit: a tie

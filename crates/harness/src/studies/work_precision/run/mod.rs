@@ -1,8 +1,8 @@
 //! Experiment `work-precision`: what accuracy costs.
 
-pub(crate) mod front;
+mod front;
 mod runs;
-pub(crate) mod scenes;
+mod scenes;
 #[cfg(test)]
 mod tests;
 mod timing;
@@ -10,7 +10,7 @@ mod variants;
 
 use crate::HarnessError;
 use crate::facts::{Fact, fact};
-use crate::studies::work_precision::facts::{Facts, Row, Run};
+use crate::studies::work_precision::facts::{Facts, Run};
 use crate::studies::{Account, Context, cells, prepared};
 use drape_report::Record;
 use front::LEVELS;
@@ -109,7 +109,3 @@ fn counts(key: String, run: &Run) -> Fact {
     fact(key, run.portable, if run.portable { &counts } else { &serde_json::Value::Null })
 }
 
-/// The rows of a scene.
-pub(crate) fn rows_of<'a>(facts: &'a Facts, scene: &'a str) -> impl Iterator<Item = &'a Row> + Clone {
-    facts.rows.iter().filter(move |row| row.scene == scene)
-}

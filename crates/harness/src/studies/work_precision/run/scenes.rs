@@ -2,7 +2,7 @@
 
 use crate::run::Simulation;
 use crate::studies::sheet::{GRAVITY, Sheet};
-use crate::studies::work_precision::facts::Scene;
+use crate::studies::work_precision::facts::{FIXED_MATERIAL, FIXED_QUOTIENT, STIFFNESS, Scene};
 use crate::{HarnessError, system_hash};
 use drape_model::{DampingLaw, PinSpec, State, System, Vec3};
 use drape_oracle::order::position_error;
@@ -10,7 +10,7 @@ use drape_oracle::reference::{ReferenceSettings, adaptive};
 
 /// How a sheet is held and starts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Shape {
+pub(super) enum Shape {
     /// Held by two corners of one edge, it swings down.
     Hanging,
     /// Free, it turns, folds and falls.
@@ -21,23 +21,23 @@ pub(crate) enum Shape {
 
 /// A scene before it is built.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Case {
-    pub(crate) shape: Shape,
+pub(super) struct Case {
+    pub(super) shape: Shape,
     /// Whether `d/m = √(k/m)`.
-    pub(crate) is_heavy: bool,
+    pub(super) is_heavy: bool,
     /// k/m, 1/s².
-    pub(crate) stiffness: f64,
+    pub(super) stiffness: f64,
     /// Particles along each edge.
-    pub(crate) side: u32,
+    pub(super) side: u32,
     /// Damping over mass with light damping, 1/s.
-    pub(crate) light: f64,
-    pub(crate) series: Vec<&'static str>,
+    pub(super) light: f64,
+    pub(super) series: Vec<&'static str>,
     /// Most effort of a run, in visits of a spring.
-    pub(crate) budget: f64,
+    pub(super) budget: f64,
 }
 
 /// Simulated time, s.
-pub(crate) const SPAN: f64 = 0.25;
+pub(super) const SPAN: f64 = 0.25;
 /// Light damping over mass of the sheet of [`SIDE`]² particles, 1/s.
 const LIGHT: f64 = 10.0;
 /// Particles along each edge of the usual sheet.
@@ -59,14 +59,10 @@ const SMALL_BUDGET: f64 = 3e7;
 /// Tolerance of the reference.
 const TOLERANCE: f64 = 1e-10;
 
-/// Series of scenes in which one property varies.
-pub(crate) const STIFFNESS: &str = "stiffness";
-pub(crate) const FIXED_QUOTIENT: &str = "size, k/m fixed";
-pub(crate) const FIXED_MATERIAL: &str = "size, material fixed";
 
 /// A star around the hanging sheet: its stiffness with light and with heavy damping, two other scenes, two series of
 /// sizes.
-pub(crate) fn cases() -> Vec<Case> {
+pub(super) fn cases() -> Vec<Case> {
     let base = Case {
         shape: Shape::Hanging,
         is_heavy: false,
@@ -116,12 +112,12 @@ pub(crate) fn cases() -> Vec<Case> {
 
 impl Case {
     /// Whether it stands in the series over the stiffness with light damping.
-    pub(crate) fn is_base(&self) -> bool {
+    pub(super) fn is_base(&self) -> bool {
         self.shape == Shape::Hanging && !self.is_heavy && self.series.contains(&STIFFNESS)
     }
 
     /// Whether the quick subset has it.
-    pub(crate) fn is_quick(&self) -> bool {
+    pub(super) fn is_quick(&self) -> bool {
         self.is_base() && self.stiffness == 1e4
     }
 
@@ -160,17 +156,17 @@ impl Case {
 }
 
 /// A scene with its exact solution.
-pub(crate) struct Setting {
-    pub(crate) case: Case,
-    pub(crate) simulation: Simulation,
+pub(super) struct Setting {
+    pub(super) case: Case,
+    pub(super) simulation: Simulation,
     /// The true positions at the end.
-    pub(crate) exact: Vec<Vec3>,
-    pub(crate) hash: String,
-    pub(crate) scene: Scene,
+    pub(super) exact: Vec<Vec3>,
+    pub(super) hash: String,
+    pub(super) scene: Scene,
 }
 
 impl Setting {
-    pub(crate) fn new(case: &Case) -> Result<Self, HarnessError> {
+    pub(super) fn new(case: &Case) -> Result<Self, HarnessError> {
         let sheet = case.sheet();
         let mut spec = sheet.spec()?;
         for position in &mut spec.particles.position_m {
@@ -220,7 +216,7 @@ impl Setting {
     }
 
     /// Error of positions at the end.
-    pub(crate) fn error(&self, x: &[Vec3]) -> f64 {
+    pub(super) fn error(&self, x: &[Vec3]) -> f64 {
         let Simulation { system, state } = &self.simulation;
         position_error(system, &state.x, &self.exact, x)
     }

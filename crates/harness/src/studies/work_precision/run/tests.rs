@@ -1,7 +1,7 @@
 //! What the experiment rests on: starts, budgets, fronts, and that every method is there.
 
 use crate::methods;
-use crate::studies::work_precision::facts::{COMPLETED, OVER_BUDGET, Scene};
+use crate::studies::work_precision::facts::{COMPLETED, OVER_BUDGET, Row, Scene};
 use drape_model::Vec3;
 use super::*;
 use super::scenes::{Case, Setting, Shape};

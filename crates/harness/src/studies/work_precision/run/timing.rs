@@ -1,12 +1,11 @@
 //! Seconds: one run at a time, and only of runs whose answer is that of the facts.
 
 use crate::HarnessError;
-use crate::studies::work_precision::facts::{Facts, Run, TimingRow};
+use crate::studies::work_precision::facts::{Facts, Run, TimingRow, cheapest, rows_of};
 use crate::studies::{Context, timed};
 use super::runs::Measured;
 use super::scenes::Setting;
 use super::variants::{VARIANTS, Variant};
-use super::{front, rows_of};
 
 pub(super) const METHOD: &str = "One run at a time on one thread: set-up and all steps, without what the harness does between \
     the steps; for `dop853` the whole call of the library. Three repetitions, one for runs beyond 0.3 s; seconds are their median. \
@@ -38,7 +37,7 @@ pub(super) fn rows(
             let near = if row.is_headline { FAR } else { NEAR };
             let useful = |run: &&Run| {
                 run.error.filter(|error| *error < USEFUL).is_some_and(|error| {
-                    let least = front::cheapest(rows(), error).map_or(0.0, |(_, run)| run.effort);
+                    let least = cheapest(rows(), error).map_or(0.0, |(_, run)| run.effort);
                     run.effort <= near * least
                 })
             };

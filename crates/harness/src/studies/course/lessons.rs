@@ -2,23 +2,23 @@
 
 /// One method, before it is measured.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Plan {
+pub(super) struct Plan {
     /// Method id with the settings that are not at their defaults.
-    pub(crate) method: &'static str,
+    pub(super) method: &'static str,
     /// The crate whose documentation explains it.
-    pub(crate) docs: &'static str,
+    pub(super) docs: &'static str,
     /// What it does, and what is new in it.
-    pub(crate) idea: &'static str,
+    pub(super) idea: &'static str,
 }
 
 impl Plan {
     /// Method id.
-    pub(crate) fn id(&self) -> &'static str {
+    pub(super) fn id(&self) -> &'static str {
         self.method.split(':').next().unwrap_or(self.method)
     }
 }
 
-pub(crate) const LESSONS: [Plan; 10] = [
+pub(super) const LESSONS: [Plan; 10] = [
     Plan {
         method: "explicit-euler",
         docs: "drape-explicit-euler",
@@ -83,5 +83,5 @@ pub(crate) const LESSONS: [Plan; 10] = [
 ];
 
 /// The five methods that are compared first.
-pub(crate) const HEADLINE: [&str; 5] =
+pub(super) const HEADLINE: [&str; 5] =
     ["explicit-euler", "baraff-witkin", "desbrun", "kang", "imex-updated"];
