@@ -1,4 +1,5 @@
-//! All forces of the hanging sheet, once, at several sizes and in both orders of particles and springs.
+//! All forces of the hanging sheet, once, at several sizes and in both orders of particles and
+//! springs.
 
 #![allow(missing_docs, reason = "the macro that collects the benches makes undocumented items")]
 

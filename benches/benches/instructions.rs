@@ -1,11 +1,12 @@
 //! Instructions of the hot kernels, counted by Callgrind: what a noisy machine cannot blur.
 //!
-//! Each kernel runs once under `valgrind --tool=callgrind`, which counts inside [`measured`] alone. The counts are compared
-//! with those in `instructions.json` beside this crate's manifest: more than [`TOLERANCE`] above is a regression and
-//! ends with a failure. After a change that is meant, `cargo bench -p drape-benches --bench instructions -- --save`
-//! writes them anew. Counts of another compiler are shown and not judged. Valgrind offers the program AVX2 at most, so
-//! that kernels for wider vectors are counted in their AVX2 form. Without valgrind there is nothing to count, which is said
-//! and no failure.
+//! Each kernel runs once under `valgrind --tool=callgrind`, which counts inside [`measured`] alone.
+//! The counts are compared with those in `instructions.json` beside this crate's manifest: more
+//! than [`TOLERANCE`] above is a regression and ends with a failure. After a change that is meant,
+//! `cargo bench -p drape-benches --bench instructions -- --save` writes them anew. Counts of
+//! another compiler are shown and not judged. Valgrind offers the program AVX2 at most, so that
+//! kernels for wider vectors are counted in their AVX2 form. Without valgrind there is nothing to
+//! count, which is said and no failure.
 
 use drape_benches::{Mesh, Prepared};
 use drape_model::Vec3;

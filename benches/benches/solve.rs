@@ -1,13 +1,15 @@
-//! One linear solve of a fixed number of iterations on the mesh of a square sheet, by each kind of kernels; and what 3×3 blocks are
-//! solved with: one product, one update and one application of each.
+//! One linear solve of a fixed number of iterations on the mesh of a square sheet, by each kind of
+//! kernels; and what 3×3 blocks are solved with: one product, one update and one application of
+//! each.
 
 #![allow(missing_docs, reason = "the macro that collects the benches makes undocumented items")]
 
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 use drape_solvers::{
-    BlockCholesky, BlockJacobi, BlockMatrix, Constraints, Filter, IncompleteCholesky, Jacobi,
-    LinearOperator, Mat3, Multigrid, Norm, PcgSettings, PcgWorkspace, Preconditioner, Reference,
-    ScalarLayout, ScalarMatrix, ScalarPcg, ScalarPreconditioner, StartValue, Vec3, filtered_pcg,
+    BlockFactor, BlockJacobi, BlockMatrix, Constraints, FactorKind, Filter, IncompleteCholesky,
+    Jacobi, LinearOperator, Mat3, Multigrid, Norm, PcgSettings, PcgWorkspace, Preconditioner,
+    Reference, ScalarLayout, ScalarMatrix, ScalarPcg, ScalarPreconditioner, StartValue, Vec3,
+    filtered_pcg,
 };
 
 /// About as many as a step takes.
@@ -111,7 +113,8 @@ fn blocks(criterion: &mut Criterion) {
         let b: Vec<Vec3> =
             (0..a.n()).map(|i| Vec3::new(i as f64, 1.0, 0.5).map(f64::sin)).collect();
         let mut x = b.clone();
-        let mut factor = BlockCholesky::new(&a).expect("a factor that fits into memory");
+        let mut factor =
+            BlockFactor::new(&a, FactorKind::Cholesky).expect("a factor that fits into memory");
         let mut multigrid = Multigrid::new(&a, &springs).expect("a factor that fits into memory");
         let mut jacobi = BlockJacobi::new(&a);
         let mut group = criterion.benchmark_group(format!("blocks/{side}"));

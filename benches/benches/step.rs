@@ -1,4 +1,5 @@
-//! One step of each method on the bundled scenes, and of IMEX Euler on sheets of several sizes: what a user waits for.
+//! One step of each method on the bundled scenes, and of IMEX Euler on sheets of several sizes:
+//! what a user waits for.
 
 #![allow(missing_docs, reason = "the macro that collects the benches makes undocumented items")]
 
@@ -18,8 +19,8 @@ const MORE: [(&str, &str); 3] = [
 const SIDES: [u32; 4] = [20, 52, 100, 316];
 const SOLVERS: [&str; 2] = ["imex-euler", "imex-euler:preconditioner=jacobi"];
 
-/// A run is begun anew after this many steps, so that what is timed is a falling sheet and not one at
-/// rest.
+/// A run is begun anew after this many steps, so that what is timed is a falling sheet and not one
+/// at rest.
 const STEPS_A_RUN: u64 = 50;
 
 /// Time of so many steps, each run begun by `start`.

@@ -1,4 +1,5 @@
-//! What the benches share: bundled scenes, ready to be stepped, and the hanging sheet of the comparisons of cost.
+//! What the benches share: bundled scenes, ready to be stepped, and the hanging sheet of the
+//! comparisons of cost.
 
 mod machine;
 mod sheet;
@@ -25,8 +26,8 @@ pub struct Prepared {
 }
 
 impl Prepared {
-    /// Loads a bundled scene, prepares a method and takes `warm_up` steps, so that what is measured is a
-    /// step in the middle of the motion and not the first one from rest.
+    /// Loads a bundled scene, prepares a method and takes `warm_up` steps, so that what is measured
+    /// is a step in the middle of the motion and not the first one from rest.
     ///
     /// # Panics
     /// When the scene or the method does not exist, which only an edit of the benches can cause.
@@ -38,7 +39,8 @@ impl Prepared {
         Self::from((system, state), step, method, warm_up)
     }
 
-    /// As [`new`](Self::new) on the hanging sheet, with its own step; a general mesh is numbered anew, as runs do.
+    /// As [`new`](Self::new) on the hanging sheet, with its own step; a general mesh is numbered
+    /// anew, as runs do.
     ///
     /// # Panics
     /// As [`new`](Self::new).
@@ -46,7 +48,8 @@ impl Prepared {
         Self::with_threads(side, mesh, method, warm_up, NonZero::<usize>::MIN)
     }
 
-    /// As [`on_sheet`](Self::on_sheet), for so many threads of the pool that the steps will be called on.
+    /// As [`on_sheet`](Self::on_sheet), for so many threads of the pool that the steps will be
+    /// called on.
     ///
     /// # Panics
     /// As [`new`](Self::new).

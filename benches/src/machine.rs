@@ -19,7 +19,8 @@ pub struct Machine {
 const LENGTH: usize = 20_480;
 /// Numbers that the first-level cache holds.
 const SHORT: usize = 1024;
-/// Numbers that are multiplied and added to side by side: more registers than the latency of both needs.
+/// Numbers that are multiplied and added to side by side: more registers than the latency of both
+/// needs.
 const CHAINS: usize = 12;
 /// Repetitions within a sample.
 const PASSES: usize = 200;

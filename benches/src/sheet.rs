@@ -45,12 +45,13 @@ const SEED: u64 = 20;
 const DAMPING: f64 = 40.0;
 
 impl HangingSheet {
-    /// `side × side` particles, 1 m × 1 m, 0.4 kg in all, flat and horizontal at the start, two corners of one
-    /// edge pinned. Tension springs with `k/m = stiffness` (1/s²) and `d/m = 40/s`; shear and bending springs with a
-    /// tenth of both.
+    /// `side × side` particles, 1 m × 1 m, 0.4 kg in all, flat and horizontal at the start, two
+    /// corners of one edge pinned. Tension springs with `k/m = stiffness` (1/s²) and `d/m = 40/s`;
+    /// shear and bending springs with a tenth of both.
     ///
     /// # Errors
-    /// A [`Violation`] for fewer than two or too many particles along an edge, or a stiffness out of range.
+    /// A [`Violation`] for fewer than two or too many particles along an edge, or a stiffness out
+    /// of range.
     pub fn new(side: u32, stiffness: f64, mesh: Mesh) -> Result<Self, Violation> {
         let law = |factor: f64| {
             Some(SpringLaw {

@@ -19,18 +19,27 @@ fn room(name: &str, folder: &str) -> Room {
     if folder.contains("/crates/integrators/") {
         let wall = "a method imports model, solvers and integrator, never another method and \
                     nothing that runs methods";
-        return room(METHOD, &["drape-oracle"], wall);
+        return room(METHOD, &["drape-oracle", "drape-kernels"], wall);
     }
     match name {
-        "drape-model" => {
-            room(&[], &[], "the model is on the ground floor: it knows no time step and no solver")
-        }
-        "drape-solvers" => {
-            room(&[], &[], "the solvers are on the ground floor: they know no physics")
-        }
+        "drape-kernels" => room(
+            &[],
+            &[],
+            "the kernels are below the ground floor: they know no physics and no algebra",
+        ),
+        "drape-model" => room(
+            &["drape-kernels"],
+            &[],
+            "the model is on the ground floor: it knows no time step and no solver",
+        ),
+        "drape-solvers" => room(
+            &["drape-kernels"],
+            &[],
+            "the solvers are on the ground floor: they know no physics",
+        ),
         "drape-integrator" => room(
             &["drape-model", "drape-solvers"],
-            &["drape-oracle"],
+            &["drape-oracle", "drape-kernels"],
             "the integrator crate joins physics and linear algebra, and knows no method",
         ),
         "drape-oracle" => room(

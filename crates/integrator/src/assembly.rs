@@ -2,14 +2,14 @@
 
 use crate::Implicit;
 use drape_model::{
-    BlockPlanes, BlockSink, Effect, Level, Linearised, Mat3, PairBlocks, System, Tangent, Vec3,
+    BlockSink, Effect, Level, Linearised, Mat3, StiffnessProduct, System, Tangent, Vec3,
 };
-use drape_solvers::{BandPlanes, BandedMatrix, BlockMatrix, PairLines, PairMatrix};
+use drape_solvers::{BlockMatrix, Coupling};
 
-/// Where the implicit forces are linearised, and for a step of which length.
+/// The point at which the implicit forces are linearised, and the length of the step.
 ///
-/// `K = −∂f/∂x` and `D = −∂f/∂v` of the implicit effects give the matrix of EEH section 2.3, multiplied by the
-/// masses so that it is symmetric:
+/// `K = −∂f/∂x` and `D = −∂f/∂v` of the implicit effects give the matrix of EEH section 2.3,
+/// multiplied by the masses so that it is symmetric:
 ///
 /// ```text
 /// M + τ² K + τ D
@@ -22,119 +22,77 @@ pub struct Linearisation<'a> {
     pub tau: f64,
     /// Positions at which `K` is taken, m.
     pub x: &'a [Vec3],
-    /// Where damping takes its directions and coefficients. Velocities are asked for only where an effect
-    /// [drags](Effect::is_drag).
+    /// Where damping takes its directions and coefficients. Velocities are asked for only where an
+    /// effect [drags](Effect::is_drag).
     pub lagged: Level<'a>,
     /// Which `K`.
     pub tangent: Tangent,
 }
 
 impl Linearisation<'_> {
-    /// `matrix ← M + τ² K + τ D`, kg. The matrix must have the pattern of [`Implicit::block_matrix`].
+    /// `matrix ← M + τ² K + τ D`, kg, and `out ← K w` of a product that is wanted, N for `w` in m.
+    /// The matrix must be an [`Implicit::block_matrix`] or [`Implicit::block_rows`] of this system.
+    ///
+    /// Bands and pairs are filled in one sweep over the springs, with the bits of the way through a
+    /// sink.
     #[doc(alias = "EEH section 2.3")]
-    pub fn assemble(&self, system: &System, matrix: &mut BlockMatrix) {
-        matrix.clear();
-        for (i, &m) in system.mass().iter().enumerate() {
-            matrix.add_diagonal(i, &Mat3::from_diagonal_element(m));
-        }
-        let mut sink = Sum(matrix);
-        for effect in self.implicit.effects(system) {
-            effect.add_stiffness(self.x, self.tau * self.tau, self.tangent, &mut sink);
-            effect.add_damping(self.lagged, self.tau, &mut sink);
-        }
-    }
-
-    /// `matrix ← M + τ² K + τ D`, kg, and `out ← K w`, N for `w` in m: the same bits as
-    /// [`assemble`](Self::assemble) and [`Implicit::multiply_stiffness`] give, in one sweep where the springs allow it. The
-    /// matrix must be that of [`Implicit::banded_matrix`].
-    pub fn assemble_bands(
+    pub fn assemble(
         &self,
         system: &System,
-        matrix: &mut BandedMatrix,
-        w: &[Vec3],
-        out: &mut [Vec3],
+        matrix: &mut BlockMatrix,
+        mut product: Option<StiffnessProduct<'_>>,
     ) {
-        let Self { implicit, tau, x, tangent, .. } = *self;
-        let at = self.scaled(w);
-        out.fill(Vec3::zeros());
-        let BandPlanes { planes, stride, lead, offsets } = matrix.planes_mut();
-        let planes = BlockPlanes { planes, stride, lead, offsets };
-        if system.linearise(implicit.effects(system), &at, planes, out) {
-            return;
+        let Self { implicit, tau, x, lagged, tangent } = *self;
+        if let Some(StiffnessProduct { out, .. }) = &mut product {
+            out.fill(Vec3::zeros());
+        }
+        let effects = || implicit.effects(system);
+        let at = Linearised { x, tangent, stiffness_scale: tau * tau, damping_scale: tau };
+        if let Some(layout) = matrix.fast_layout() {
+            let product = product.as_mut();
+            let product = product.map(|p| StiffnessProduct { w: p.w, out: &mut *p.out });
+            if system.linearise(effects(), &at, layout, product) {
+                return;
+            }
         }
         matrix.clear();
         for (i, &m) in system.mass().iter().enumerate() {
             matrix.add_diagonal(i, &Mat3::from_diagonal_element(m));
         }
-        let mut sink = Bands(matrix);
-        for effect in implicit.effects(system) {
-            effect.add_stiffness(x, tau * tau, tangent, &mut sink);
-            effect.add_damping(self.lagged, tau, &mut sink);
+        for effect in effects() {
+            effect.add_stiffness(x, tau * tau, tangent, matrix);
+            effect.add_damping(lagged, tau, matrix);
         }
-        implicit.multiply_stiffness(system, x, tangent, w, out);
-    }
-
-    /// As [`assemble_bands`](Self::assemble_bands) for springs in any order. The matrix must be that of
-    /// [`Implicit::pair_matrix`].
-    pub fn assemble_pairs(
-        &self,
-        system: &System,
-        matrix: &mut PairMatrix,
-        w: &[Vec3],
-        out: &mut [Vec3],
-    ) {
-        let Self { implicit, tau, x, tangent, .. } = *self;
-        out.fill(Vec3::zeros());
-        let PairLines { diagonal, pairs, ends, slots } = matrix.lines_mut();
-        let lines = PairBlocks { diagonal, pairs, ends, slots };
-        if system.linearise_listed(implicit.effects(system), &self.scaled(w), lines, out) {
-            return;
+        if let Some(StiffnessProduct { w, out }) = product {
+            implicit.multiply_stiffness(system, x, tangent, w, out);
         }
-        matrix.clear();
-        for (i, &m) in system.mass().iter().enumerate() {
-            matrix.add_diagonal(i, &Mat3::from_diagonal_element(m));
-        }
-        let mut sink = Pairs(matrix);
-        for effect in implicit.effects(system) {
-            effect.add_stiffness(x, tau * tau, tangent, &mut sink);
-            effect.add_damping(self.lagged, tau, &mut sink);
-        }
-        implicit.multiply_stiffness(system, x, tangent, w, out);
-    }
-
-    fn scaled<'a>(&'a self, w: &'a [Vec3]) -> Linearised<'a> {
-        let Self { tau, x, tangent, .. } = *self;
-        Linearised { x, tangent, stiffness_scale: tau * tau, damping_scale: tau, w }
     }
 }
 
 impl Implicit {
-    /// A zero matrix with room for the blocks that the implicit effects couple.
+    /// A zero matrix for the blocks that the implicit effects couple, in the layout that suits the
+    /// mesh.
     pub fn block_matrix(self, system: &System) -> BlockMatrix {
+        self.block_matrix_in(&system.coupling(self.effects(system)), system)
+    }
+
+    /// As [`block_matrix`](Self::block_matrix) in compressed rows: what factorisations, multigrid
+    /// and contacts need.
+    pub fn block_rows(self, system: &System) -> BlockMatrix {
+        self.block_matrix_in(&Coupling::Rows, system)
+    }
+
+    fn block_matrix_in(self, coupling: &Coupling, system: &System) -> BlockMatrix {
         let mut pairs = Vec::new();
         for effect in self.effects(system) {
             effect.visit_pairs(&mut |i, j| pairs.push((i, j)));
         }
-        BlockMatrix::with_pattern(system.len(), pairs)
+        BlockMatrix::new(system.len(), coupling, pairs)
     }
 
-    /// The same for a system whose implicit effects are springs of regular grids, with full damping or none.
-    pub fn banded_matrix(self, system: &System) -> Option<BandedMatrix> {
-        let bands = system.bands(self.effects(system))?;
-        Some(BandedMatrix::new(system.len(), bands))
-    }
-
-    /// The same for a system whose implicit effects are springs in any order, with full damping or none.
-    pub fn pair_matrix(self, system: &System) -> Option<PairMatrix> {
-        let mut edges = Vec::new();
-        for effect in self.effects(system) {
-            effect.visit_pairs(&mut |i, j| edges.push((i, j)));
-        }
-        system.are_listed(self.effects(system)).then(|| PairMatrix::new(system.len(), edges))
-    }
-
-    /// `out ← K w` at `x` in one sweep over the springs, without a matrix; N for `w` in m. Differences of `w`
-    /// are formed before they are multiplied, so that a translation gives exactly 0.
+    /// `out ← K w` at `x` in one sweep over the springs, without a matrix; N for `w` in m.
+    /// Differences of `w` are formed before they are multiplied, so that a translation gives
+    /// exactly 0.
     pub fn multiply_stiffness(
         self,
         system: &System,
@@ -160,59 +118,6 @@ pub(crate) fn subtract_stiffness_product(
     out: &mut [Vec3],
 ) {
     effect.add_stiffness(x, -1.0, tangent, &mut Product { w, out });
-}
-
-/// Adds blocks to a matrix.
-struct Sum<'a>(&'a mut BlockMatrix);
-
-impl BlockSink for Sum<'_> {
-    fn add_pair(&mut self, i: usize, j: usize, block: &Mat3) {
-        self.0.add_pair(i, j, block);
-    }
-
-    fn add_general_pair(&mut self, i: usize, j: usize, block: &Mat3) {
-        self.0.add_general_pair(i, j, block);
-    }
-
-    fn add_diagonal(&mut self, i: usize, block: &Mat3) {
-        self.0.add_diagonal(i, block);
-    }
-}
-
-/// Adds blocks to a banded matrix, which exists for springs alone: their blocks are symmetric.
-struct Bands<'a>(&'a mut BandedMatrix);
-
-impl BlockSink for Bands<'_> {
-    fn add_pair(&mut self, i: usize, j: usize, block: &Mat3) {
-        self.0.add_pair(i, j, block);
-    }
-
-    fn add_general_pair(&mut self, i: usize, j: usize, block: &Mat3) {
-        debug_assert_eq!(*block, block.transpose(), "no spring has such a block");
-        self.0.add_pair(i, j, block);
-    }
-
-    fn add_diagonal(&mut self, i: usize, block: &Mat3) {
-        self.0.add_diagonal(i, block);
-    }
-}
-
-/// Adds blocks to a matrix of pairs, which exists for springs alone.
-struct Pairs<'a>(&'a mut PairMatrix);
-
-impl BlockSink for Pairs<'_> {
-    fn add_pair(&mut self, i: usize, j: usize, block: &Mat3) {
-        self.0.add_pair(i, j, block);
-    }
-
-    fn add_general_pair(&mut self, i: usize, j: usize, block: &Mat3) {
-        debug_assert_eq!(*block, block.transpose(), "no spring has such a block");
-        self.0.add_pair(i, j, block);
-    }
-
-    fn add_diagonal(&mut self, i: usize, block: &Mat3) {
-        self.0.add_diagonal(i, block);
-    }
 }
 
 /// Adds the product of blocks with a vector to another.
@@ -261,10 +166,11 @@ mod tests {
         let w = [Vec3::new(1.0, 2.0, -1.0), Vec3::new(0.5, 0.0, 3.0), Vec3::new(0.0, -2.0, 1.0)];
         let implicit = Implicit::Everything;
         let (mut matrix, mut product, mut stiffness) =
-            (implicit.block_matrix(&system), w, [Vec3::zeros(); 3]);
+            (implicit.block_rows(&system), w, [Vec3::zeros(); 3]);
         for (tangent, tau) in [(Tangent::Exact, 0.5), (Tangent::Projected, 0.25)] {
             let (x, lagged) = (&state.x[..], state.level());
-            Linearisation { implicit, tau, x, lagged, tangent }.assemble(&system, &mut matrix);
+            let at = Linearisation { implicit, tau, x, lagged, tangent };
+            at.assemble(&system, &mut matrix, None);
             matrix.multiply(&w, &mut product);
             implicit.multiply_stiffness(&system, x, tangent, &w, &mut stiffness);
             let mut damping = [Vec3::zeros(); 3];

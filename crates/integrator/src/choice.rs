@@ -1,8 +1,8 @@
 //! Which solver for which matrix: what `solver=auto` and `preconditioner=auto` stand for.
 //!
-//! The choice follows from the matrix alone and not from a clock, so that a run can be repeated. It compares estimates of
-//! the time of a solve for three right-hand sides, in nanoseconds a row, with costs measured on one core of a Zen 4
-//! processor on meshes of 400 to 10 000 particles:
+//! The choice follows from the matrix alone and not from a clock, so that a run can be repeated. It
+//! compares estimates of the time of a solve for three right-hand sides, in nanoseconds a row, with
+//! costs measured on one core of a Zen 4 processor on meshes of 400 to 10 000 particles:
 //!
 //! | | start and end | an iteration | iterations |
 //! |---|---|---|---|
@@ -11,15 +11,23 @@
 //! | CG, IC(0) | 9 | 12.5 | `0.35 √κ` |
 //! | kept Cholesky factor | 1 | 0.9 an entry of the factor | 1 |
 //!
-//! `κ = 2 max aᵢᵢ/mᵢ` bounds the condition of the matrix scaled by its diagonal, with `mᵢ` the sum of row `i`: the mass. On hanging sheets with a
-//! start value extrapolated from the last steps and `ε` = 1e-3, Jacobi took 3.4 iterations (`√κ` = 3.6), 30 to 40 at 28,
-//! and IC(0) 1.4 and 8.4 to 11. Other tolerances scale the iterations by `ln ε / ln 1e-3`. A factor has about
-//! `3 log₂ n − 19` entries a row, at least 9, on a mesh with 5 entries a row (measured: 9.2 at `n` = 400, 14.7 at 2704, 20.6 at
-//! 10 000, 28 at 100 000), more where the rows have more.
+//! `κ = 2 max aᵢᵢ/mᵢ` bounds the condition of the matrix scaled by its diagonal, where `mᵢ`, the sum
+//! of row `i`, is the mass. Measured on hanging sheets with a start value extrapolated from the last
+//! steps and `ε` = 1e-3:
 //!
-//! A factor is not chosen above 60 000 rows, where its order of elimination alone takes half a second; where the matrix is
-//! rebuilt in each step, since making it costs 20 solves; and where there are obstacles, since it knows of
-//! pins alone. With `solver=cholesky` it may be asked for in all these cases.
+//! | `√κ` | iterations with Jacobi | with IC(0) |
+//! |---|---|---|
+//! | 3.6 | 3.4 | 1.4 |
+//! | 28 | 30 to 40 | 8.4 to 11 |
+//!
+//! Other tolerances scale the iterations by `ln ε / ln 1e-3`. On a mesh with 5 entries a row a factor
+//! has about `3 log₂ n − 19` entries a row, at least 9, and more where the rows have more. Measured:
+//! 9.2 at `n` = 400, 14.7 at 2704, 20.6 at 10 000, 28 at 100 000.
+//!
+//! A factor is not chosen above 60 000 rows, where its order of elimination alone takes half a
+//! second; where the matrix is rebuilt in each step, since making it costs 20 solves; and where
+//! there are obstacles, since it knows of pins alone. With `solver=cholesky` it may be asked for in
+//! all these cases.
 
 use crate::{LinearSettings, PreconditionerKind, SolverKind};
 use drape_model::System;
@@ -98,21 +106,17 @@ fn factor_solve(a: &ScalarMatrix) -> f64 {
 #[allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
 mod tests {
     use super::*;
+    use drape_kernels::testing::mesh_edges;
     use drape_solvers::Norm;
 
-    /// A sheet of `side` × `side` particles of mass 1 kg whose springs weigh `weight` in the matrix.
+    /// A sheet of `side` × `side` particles of mass 1 kg whose springs weigh `weight` in the
+    /// matrix.
     fn sheet(side: usize, weight: f64, stride: usize) -> ScalarMatrix {
         let n = side * side;
         // A stride coprime to n shuffles the particles.
-        let at = |row: usize, column: usize| (row * side + column) * stride % n;
-        let mut edges = Vec::new();
-        for (r, c) in (0..side).flat_map(|r| (0..side).map(move |c| (r, c))) {
-            if c + 1 < side {
-                edges.push((at(r, c), at(r, c + 1)));
-            }
-            if r + 1 < side {
-                edges.push((at(r, c), at(r + 1, c)));
-            }
+        let mut edges = mesh_edges(side, side, &[(0, 1), (1, 0)]);
+        for (i, j) in &mut edges {
+            (*i, *j) = (*i * stride % n, *j * stride % n);
         }
         let mut a = ScalarMatrix::with_pattern(n, edges.iter().copied());
         (0..n).for_each(|i| a.add_diagonal(i, 1.0));

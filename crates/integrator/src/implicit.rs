@@ -56,8 +56,9 @@ impl Implicit {
         system.add_forces(implicit, at, out);
     }
 
-    /// Writes the force of everything at level `n`, N, but for the implicit effects' damping: first what
-    /// [`add_explicit_forces`](Self::add_explicit_forces) adds, then [`add_implicit_forces`](Self::add_implicit_forces).
+    /// Writes the force of everything at level `n`, N, but for the implicit effects' damping: first
+    /// what [`add_explicit_forces`](Self::add_explicit_forces) adds, then
+    /// [`add_implicit_forces`](Self::add_implicit_forces).
     pub fn forces_but_implicit_damping(self, system: &System, state: &State, out: &mut [Vec3]) {
         system.write_forces(self.all_but_implicit_damping(system), state.level(), out);
     }
@@ -71,8 +72,9 @@ impl Implicit {
         explicit.chain(self.effects(system).map(|effect| (effect, Part::Force)))
     }
 
-    /// Writes `M v_n + h F`, kg m/s, with the force `F` of everything at level `n` but for the linear damping `−L_c v` of the implicit
-    /// effects: the right-hand side of EEH (21), since `F2 − L_k x` is the force of the springs.
+    /// Writes `M v_n + h F`, kg m/s, with the force `F` of everything at level `n` but for the
+    /// linear damping `−L_c v` of the implicit effects: the right-hand side of EEH (21), since
+    /// `F2 − L_k x` is the force of the springs.
     #[doc(alias = "EEH 21")]
     pub fn write_impulse(self, system: &System, state: &State, h: f64, out: &mut [Vec3]) {
         let momentum = |band: Range<usize>, f: &mut [Vec3]| {
@@ -96,8 +98,9 @@ impl Implicit {
         system.add_forces(nonlinear, Level { t: 0.0, x, v: x }, out);
     }
 
-    /// Writes everything that is not linear and stiff, the `f` of EEH (6) as forces of one level, N: first what
-    /// [`add_explicit_forces`](Self::add_explicit_forces) adds, then [`add_nonlinear_forces`](Self::add_nonlinear_forces), then
+    /// Writes everything that is not linear and stiff, the `f` of EEH (6) as forces of one level,
+    /// N: first what [`add_explicit_forces`](Self::add_explicit_forces) adds, then
+    /// [`add_nonlinear_forces`](Self::add_nonlinear_forces), then
     /// [`add_damping_remainders`](Self::add_damping_remainders).
     #[doc(alias = "EEH 6")]
     pub fn forces_but_linear(self, system: &System, at: Level<'_>, out: &mut [Vec3]) {
@@ -108,7 +111,8 @@ impl Implicit {
         self.add_damping_remainders(system, at.x, at.v, out);
     }
 
-    /// Writes what is linear and stiff, the `g` of EEH (6) as forces of one level, N: `−L_k x`, then `−L_c v` of the implicit effects.
+    /// Writes what is linear and stiff, the `g` of EEH (6) as forces of one level, N: `−L_k x`,
+    /// then `−L_c v` of the implicit effects.
     #[doc(alias = "EEH 6")]
     pub fn linear_forces(self, system: &System, at: Level<'_>, out: &mut [Vec3]) {
         let stiffness = self.splits(system).map(|effect| (effect, Part::Linear));
@@ -123,7 +127,8 @@ impl Implicit {
         }
     }
 
-    /// Adds `−L_k x`, the linear part of the implicit springs' force: the negative of EEH (12), N, to `out`.
+    /// Adds `−L_k x`, the linear part of the implicit springs' force: the negative of EEH (12), N,
+    /// to `out`.
     #[doc(alias = "EEH 12")]
     pub fn add_linear_spring_forces(self, system: &System, x: &[Vec3], out: &mut [Vec3]) {
         let linear = self.splits(system).map(|effect| (effect, Part::Linear));
@@ -153,6 +158,7 @@ impl Implicit {
 #[allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
 mod tests {
     use super::*;
+    use drape_kernels::testing::assert_same_bits;
     use drape_model::parse;
 
     #[test]
@@ -180,11 +186,7 @@ mod tests {
                     system.set_threads(std::num::NonZero::new(threads).unwrap());
                     let mut out = vec![Vec3::repeat(f64::NAN); system.len()];
                     implicit.write_impulse(&system, &state, 0.01, &mut out);
-                    let bits = |all: &[Vec3]| -> Vec<_> {
-                        all.iter().map(|f| f.map(f64::to_bits)).collect()
-                    };
-                    let same = bits(&out) == bits(&expected);
-                    assert!(same, "{rows} rows, {damping}, {threads} threads");
+                    assert_same_bits((rows, damping, threads), &expected, &out);
                 }
             }
         }

@@ -31,7 +31,8 @@ pub enum SolverKind {
     Cholesky,
     /// Whichever of the two is expected to be faster; see [`crate::choice`].
     Auto,
-    /// A direct solve with the inverse itself, a full matrix of at most this many bytes with its scratch memory.
+    /// A direct solve with the inverse itself, a full matrix of at most this many bytes with its
+    /// scratch memory.
     DenseInverse {
         /// Most bytes that it may take.
         limit_bytes: usize,
@@ -136,11 +137,11 @@ impl Prepared {
 /// `A = M + τ² L_k + τ L_c` over the implicit springs, its preconditioner and the solver.
 ///
 /// `A` is a symmetric `n × n` M-matrix, diagonally dominant by exactly `m_i` in row `i`; it acts on
-/// each coordinate alike. It is mass-weighted (multiplied by `m` against EEH (21)), so that it stays
-/// symmetric when masses differ.
+/// each coordinate alike. It is mass-weighted (multiplied by `m` against EEH (21)), so that it
+/// stays symmetric when masses differ.
 ///
-/// Conjugate gradients with a diagonal preconditioner on a regular mesh use the [threads](System::threads) of the system; IC(0),
-/// the factor, the inverse and set-ups run on one;
+/// Conjugate gradients with a diagonal preconditioner on a regular mesh use the
+/// [threads](System::threads) of the system; IC(0), the factor, the inverse and set-ups run on one;
 /// what checks their residuals does as those do.
 #[derive(Debug)]
 pub struct LaplacianSolver {
@@ -152,7 +153,8 @@ pub struct LaplacianSolver {
     matrix: ScalarMatrix,
     preconditioner: Prepared,
     free: Vec<bool>,
-    /// Conjugate gradients by fast kernels; where the matrix is factorised completely, residuals by them.
+    /// Conjugate gradients by fast kernels; where the matrix is factorised completely, residuals by
+    /// them.
     fast: ScalarPcg,
     /// For the readable ones; empty where the fast ones serve.
     workspace: PcgWorkspace,
@@ -241,8 +243,8 @@ impl LaplacianSolver {
         self.renew(system, tau, false)
     }
 
-    /// As [`refresh`](Self::refresh), for a step from the positions `x`: where the [split](Split) follows the slopes of the
-    /// springs, one that has changed is a change of stiffness.
+    /// As [`refresh`](Self::refresh), for a step from the positions `x`: where the [split](Split)
+    /// follows the slopes of the springs, one that has changed is a change of stiffness.
     ///
     /// # Errors
     /// As [`refresh`](Self::refresh).
@@ -308,7 +310,8 @@ impl LaplacianSolver {
         Ok(Some(cause))
     }
 
-    /// Whether solves go through a complete factor or inverse, without iterations where nothing couples the coordinates.
+    /// Whether solves go through a complete factor or inverse, without iterations where nothing
+    /// couples the coordinates.
     pub fn is_direct(&self) -> bool {
         self.settings.solver != SolverKind::Cg
     }
@@ -358,8 +361,8 @@ impl LaplacianSolver {
         self.solve_with(start, constraints, b, v, reference, settings)
     }
 
-    /// As [`solve`](Self::solve), with the forcing term relative to `reference` (kg m/s, in the norm of
-    /// [`filtered_norm`](Self::filtered_norm)) instead of the right-hand side.
+    /// As [`solve`](Self::solve), with the forcing term relative to `reference` (kg m/s, in the
+    /// norm of [`filtered_norm`](Self::filtered_norm)) instead of the right-hand side.
     pub fn solve_relative_to(
         &mut self,
         constraints: &Constraints,
@@ -371,7 +374,8 @@ impl LaplacianSolver {
         self.solve_with(start, constraints, b, v, reference, self.stop_test())
     }
 
-    /// Norm of the filtered vector `S r` (kg m/s), as the stop test of the solve measures residuals.
+    /// Norm of the filtered vector `S r` (kg m/s), as the stop test of the solve measures
+    /// residuals.
     pub fn filtered_norm(&mut self, constraints: &Constraints, r: &[Vec3]) -> f64 {
         self.residual.copy_from_slice(r);
         constraints.project(&mut self.residual);
@@ -429,10 +433,11 @@ impl LaplacianSolver {
         )
     }
 
-    /// Whether a solve under these constraints is one application of the factor or the inverse, wherever it starts.
+    /// Whether a solve under these constraints is one application of the factor or the inverse,
+    /// wherever it starts.
     pub fn solves_directly(&self, constraints: &Constraints) -> bool {
-        // The factor knows of pins alone: contacts on one or two sides couple the coordinates, those on three
-        // sides hold a particle that is free in it.
+        // The factor knows of pins alone: contacts on one or two sides couple the coordinates,
+        // those on three sides hold a particle that is free in it.
         let is_known = |&i: &u32| match constraints.filter(i as usize) {
             Filter::Free => true,
             Filter::Plane { .. } | Filter::Line { .. } => false,
@@ -441,9 +446,9 @@ impl LaplacianSolver {
         self.settings.solver != SolverKind::Cg && constraints.constrained().iter().all(is_known)
     }
 
-    /// `out ← P b`, one application of the preconditioner: the solution itself, up to round-off, where that is a
-    /// Cholesky factor or the inverse and no contact couples the coordinates. Pinned rows count by their
-    /// diagonal alone.
+    /// `out ← P b`, one application of the preconditioner: the solution itself, up to round-off,
+    /// where that is a Cholesky factor or the inverse and no contact couples the coordinates.
+    /// Pinned rows count by their diagonal alone.
     pub fn apply_preconditioner(&self, b: &[Vec3], out: &mut [Vec3]) {
         self.preconditioner.as_dyn().apply(b, out);
     }
@@ -465,8 +470,8 @@ impl LaplacianSolver {
         norm(&self.residual)
     }
 
-    /// One application of the factor, checked by its residual, and one step of iterative refinement where that is
-    /// above [`REFINED`].
+    /// One application of the factor, checked by its residual, and one step of iterative refinement
+    /// where that is above [`REFINED`].
     fn solve_directly(
         &mut self,
         constraints: &Constraints,

@@ -19,7 +19,8 @@ pub struct NewtonSettings {
 pub struct NewtonReport {
     /// Iterations.
     pub iterations: u32,
-    /// Factorisations: with a fresh Jacobian one an iteration, two where the exact Hessian was indefinite.
+    /// Factorisations: with a fresh Jacobian one an iteration, two where the exact Hessian was
+    /// indefinite.
     pub factorisations: u32,
     /// CG iterations, where CG solves the linear systems.
     pub cg_iterations: u32,
@@ -48,11 +49,13 @@ const MAX_HALVINGS: u32 = 30;
 /// Minimises an [`IncrementalPotential`] by Newton's method with line search: the nonlinear
 /// system EEH (4) by the iteration (5), reduced to `3n` unknowns as in section 2.3.
 ///
-/// The matrix is the exact Hessian `M + τ² ∇²U + τ D` while its Cholesky factorisation succeeds, else
-/// the one with each spring's block projected to positive semi-definite. With a saved Jacobian ([`Jacobian::Saved`])
-/// the factor is kept over iterations and stages; residual and line search stay those of the present potential, so that
-/// the solution is the same. With conjugate gradients ([`Cg`](crate::NewtonSolver::Cg), [`Multigrid`](crate::NewtonSolver::Multigrid)) the Hessian is always that of the present iterate, and its system is
-/// solved as tightly as the forcing rule says.
+/// The matrix is the exact Hessian `M + τ² ∇²U + τ D` while its Cholesky factorisation succeeds,
+/// else the one with each spring's block projected to positive semi-definite. With a saved Jacobian
+/// ([`Jacobian::Saved`]) the factor is kept over iterations and stages; residual and line search
+/// stay those of the present potential, so that the solution is the same. With conjugate gradients
+/// ([`Cg`](crate::NewtonSolver::Cg), [`Multigrid`](crate::NewtonSolver::Multigrid)) the Hessian is
+/// always that of the present iterate, and its system is solved as tightly as the forcing rule
+/// says.
 #[derive(Debug)]
 pub struct Newton {
     linear: NewtonLinear,
@@ -79,7 +82,8 @@ impl Default for NewtonReport {
 }
 
 impl Newton {
-    /// Memory, sparsity pattern, symbolic factorisation and levels, as the settings need them, for the implicit effects of `system`.
+    /// Memory, sparsity pattern, symbolic factorisation and levels, as the settings need them, for
+    /// the implicit effects of `system`.
     ///
     /// # Errors
     /// [`PrepareError::Solver`] when the symbolic factorisation fails.

@@ -1,4 +1,5 @@
-//! The linear systems of Newton's method: fresh or saved Jacobian, direct or by conjugate gradients.
+//! The linear systems of Newton's method: fresh or saved Jacobian, direct or by conjugate
+//! gradients.
 
 use crate::{
     Declared, Declares, ForcingRule, IncrementalPotential, Linearisation, NewtonReport,
@@ -6,8 +7,9 @@ use crate::{
 };
 use drape_model::{Revisions, System, Tangent, Vec3};
 use drape_solvers::{
-    BlockCholesky, BlockJacobi, BlockMatrix, Constraints, Filter, Multigrid, Norm, PcgSettings,
-    PcgWorkspace, Preconditioner, Reference, ScalarMatrix, SolveStatus, SolverError, filtered_pcg,
+    BlockFactor, BlockJacobi, BlockMatrix, Constraints, FactorKind, Filter, Multigrid, Norm,
+    PcgSettings, PcgWorkspace, Preconditioner, Reference, ScalarMatrix, SolveStatus, SolverError,
+    filtered_pcg,
 };
 use std::cell::RefCell;
 
@@ -25,11 +27,12 @@ pub enum Jacobian {
 pub enum NewtonSolver {
     /// By the sparse Cholesky factor.
     Cholesky,
-    /// By conjugate gradients on the Hessian of each iterate, as tightly as the rule says; preconditioned by the inverse
-    /// diagonal blocks, or by the saved factor.
+    /// By conjugate gradients on the Hessian of each iterate, as tightly as the rule says;
+    /// preconditioned by the inverse diagonal blocks, or by the saved factor.
     Cg(ForcingRule),
-    /// Likewise, preconditioned by a cycle of [`Multigrid`] on the Hessian itself, after the stiffnesses of the springs; where there
-    /// are none, after what the other effects couple. Nothing is saved.
+    /// Likewise, preconditioned by a cycle of [`Multigrid`] on the Hessian itself, after the
+    /// stiffnesses of the springs; where there are none, after what the other effects couple.
+    /// Nothing is saved.
     Multigrid(ForcingRule),
 }
 
@@ -148,7 +151,7 @@ struct Saved {
 pub(crate) struct NewtonMatrix {
     matrix: BlockMatrix,
     /// Where the settings lead to one.
-    factor: Option<BlockCholesky>,
+    factor: Option<BlockFactor>,
     saved: Saved,
     diagonal: BlockJacobi,
     /// Where it is asked for.
@@ -169,10 +172,20 @@ impl NewtonMatrix {
         settings: NewtonLinear,
     ) -> Result<Self, PrepareError> {
         let n = system.len();
-        let matrix = potential.implicit().block_matrix(system);
+        // Factors and multigrid read compressed rows, and contacts lead to blocks that are not
+        // symmetric.
+        let is_cg_alone = matches!(settings.solver, NewtonSolver::Cg(_)) && !settings.factorises();
+        let matrix = if is_cg_alone && system.obstacles().is_empty() {
+            potential.implicit().block_matrix(system)
+        } else {
+            potential.implicit().block_rows(system)
+        };
         let saved = Saved { tau: 0.0, revisions: None, filters: vec![Filter::Free; n], stages: 0 };
         Ok(Self {
-            factor: settings.factorises().then(|| BlockCholesky::new(&matrix)).transpose()?,
+            factor: settings
+                .factorises()
+                .then(|| BlockFactor::new(&matrix, FactorKind::Cholesky))
+                .transpose()?,
             saved,
             diagonal: BlockJacobi::new(&matrix),
             multigrid: match settings.solver {
@@ -204,8 +217,8 @@ impl NewtonMatrix {
         !self.is_new
     }
 
-    /// `direction ← H⁻¹ gradient` with the projected `gradient`, as exactly as the settings say; `forcing` is the
-    /// tolerance of CG.
+    /// `direction ← H⁻¹ gradient` with the projected `gradient`, as exactly as the settings say;
+    /// `forcing` is the tolerance of CG.
     pub(crate) fn solve(
         &mut self,
         system: &System,
@@ -254,7 +267,8 @@ impl NewtonMatrix {
         Ok(())
     }
 
-    /// Conjugate gradients on the matrix; `Ok(false)` where they find that it is not positive definite, an error where the preconditioner does.
+    /// Conjugate gradients on the matrix; `Ok(false)` where they find that it is not positive
+    /// definite, an error where the preconditioner does.
     fn iterate(
         &mut self,
         with_factor: bool,
@@ -358,12 +372,13 @@ impl NewtonMatrix {
             lagged: potential.lagged(),
             tangent,
         };
-        at.assemble(system, &mut self.matrix);
+        at.assemble(system, &mut self.matrix, None);
         self.matrix.project(constraints);
     }
 }
 
-/// Multigrid for the Hessian, with levels after the stiffnesses of the springs, or after what is coupled where there are none.
+/// Multigrid for the Hessian, with levels after the stiffnesses of the springs, or after what is
+/// coupled where there are none.
 fn multigrid(
     system: &System,
     potential: &IncrementalPotential,
@@ -383,7 +398,7 @@ fn multigrid(
 }
 
 /// The factor as a preconditioner: its solve needs scratch memory of its own.
-struct Kept<'a>(RefCell<&'a mut BlockCholesky>);
+struct Kept<'a>(RefCell<&'a mut BlockFactor>);
 
 impl Preconditioner for Kept<'_> {
     fn apply(&self, r: &[Vec3], z: &mut [Vec3]) {

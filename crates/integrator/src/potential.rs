@@ -6,8 +6,8 @@ use drape_solvers::{Constraints, SolveStatus, vector::weighted_dot};
 
 /// Round-off of a force over `k |x|`, and of a momentum over `m |v|`.
 const ROUND_OFF: f64 = 4.0 * f64::EPSILON;
-/// A residual above this part of the change of velocity by external forces says that the step has ignored them: no
-/// tolerance that can be asked for allows more.
+/// A residual above this part of the change of velocity by external forces says that the step has
+/// ignored them: no tolerance that can be asked for allows more.
 const IGNORED: f64 = 0.5;
 
 fn lagged<'a>(t: f64, x: &'a [Vec3], v: &'a [Vec3]) -> Level<'a> {
@@ -22,8 +22,9 @@ fn lagged<'a>(t: f64, x: &'a [Vec3], v: &'a [Vec3]) -> Level<'a> {
 /// ```
 ///
 /// `U` and `D` are those of the implicit effects, everything else is frozen in `v̂`; projected
-/// damping takes its directions at `x̂`, which a method of order `p` must choose within `O(h^p)` of the
-/// new positions. Backward Euler is `(τ, x*, v*, x̂) = (h, x_n, v_n, x_n)`. `Φ` is an energy, J.
+/// damping takes its directions at `x̂`, which a method of order `p` must choose within `O(h^p)` of
+/// the new positions. Backward Euler is `(τ, x*, v*, x̂) = (h, x_n, v_n, x_n)`. `Φ` is an energy,
+/// J.
 #[derive(Debug)]
 pub struct IncrementalPotential {
     implicit: Implicit,
@@ -46,13 +47,14 @@ pub struct IncrementalPotential {
     external: f64,
     round_off: f64,
     row_sums: Vec<f64>,
-    /// `Σ k²/m` over the rows, 1/s⁴ kg, and the system that it is of; only where it depends on no position.
+    /// `Σ k²/m` over the rows, 1/s⁴ kg, and the system that it is of; only where it depends on no
+    /// position.
     squared_stiffness: Option<(Revisions, f64)>,
     evaluations: u32,
 }
 
-/// Adds force and damping of the implicit effects, N, effect by effect; in shared sweeps where the damping knows no
-/// directions.
+/// Adds force and damping of the implicit effects, N, effect by effect; in shared sweeps where the
+/// damping knows no directions.
 fn add_forces(
     implicit: Implicit,
     system: &System,
@@ -124,8 +126,9 @@ impl IncrementalPotential {
         }
     }
 
-    /// Begins a stage. `frozen` is the force of everything that is not implicit, N; `lagged` is the level with the
-    /// positions `x̂` at which projected damping takes its directions, and where drag takes its coefficients.
+    /// Begins a stage. `frozen` is the force of everything that is not implicit, N; `lagged` is the
+    /// level with the positions `x̂` at which projected damping takes its directions, and where
+    /// drag takes its coefficients.
     pub fn begin(
         &mut self,
         system: &System,
@@ -218,22 +221,23 @@ impl IncrementalPotential {
     }
 
     /// What residuals are compared with, √J: the change of velocity that the forces at the start
-    /// would make in the stage, `max(‖τM⁻¹f(x*, v*)‖_M, ‖τM⁻¹f_external‖_M)`. The second keeps a scale
-    /// for a sheet that hangs at rest. It does not depend on the frame: were the velocity itself part of it, a sheet
-    /// that moves fast as a whole would be solved loosely.
+    /// would make in the stage, `max(‖τM⁻¹f(x*, v*)‖_M, ‖τM⁻¹f_external‖_M)`. The second keeps a
+    /// scale for a sheet that hangs at rest. It does not depend on the frame: were the velocity
+    /// itself part of it, a sheet that moves fast as a whole would be solved loosely.
     pub fn scale(&self) -> f64 {
         self.scale
     }
 
-    /// Residual below which round-off rules, √J: forces carry an error of some `ε_mach k |x|`, whatever
-    /// the strain.
+    /// Residual below which round-off rules, √J: forces carry an error of some `ε_mach k |x|`,
+    /// whatever the strain.
     pub fn round_off(&self) -> f64 {
         self.round_off
     }
 
-    /// What a solve is that ended with `residual`, √J, where `wanted` was asked for without regard to round-off: `Stagnated`
-    /// instead of converged where the residual passed as round-off alone and is of the size of what the external forces do.
-    /// With `h = 0.01 s` and coordinates of a metre that is so from some `k/m = 1e15/s²`, and a sheet would stand in the air.
+    /// What a solve is that ended with `residual`, √J, where `wanted` was asked for without regard
+    /// to round-off: `Stagnated` instead of converged where the residual passed as round-off alone
+    /// and is of the size of what the external forces do. With `h = 0.01 s` and coordinates of a
+    /// metre that is so from some `k/m = 1e15/s²`, and a sheet would stand in the air.
     pub fn status(&self, status: SolveStatus, residual: f64, wanted: f64) -> SolveStatus {
         let is_ignored = residual > wanted && residual > IGNORED * self.external;
         match status {
@@ -252,7 +256,8 @@ impl IncrementalPotential {
         self.tau
     }
 
-    /// Where damping takes its directions and coefficients; without velocities unless an implicit effect drags.
+    /// Where damping takes its directions and coefficients; without velocities unless an implicit
+    /// effect drags.
     pub fn lagged(&self) -> Level<'_> {
         lagged(self.lagged_time, &self.directions, &self.lagged_velocity)
     }

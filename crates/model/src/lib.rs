@@ -69,11 +69,12 @@ mod system;
 mod topology;
 
 pub use cloth::{Cloth, Grid, Particles};
+pub use drape_kernels::{Mat3, Vec3};
 pub use effects::{
-    AirSpec, AngleEffect, AngleSpec, AngularLaw, BlockPlanes, BlockSink, DampingLaw, DragSpec,
-    Effect, EffectClass, EffectKind, Effects, EffectsSpec, Fabric, GravitySpec, GustSpec,
-    HingeSpec, LinearSplit, Linearised, PairBlocks, Part, PieceSpec, SpringEffect, SpringLaw,
-    SpringSpec, StretchLaw, Tangent, WindSpec,
+    AirSpec, AngleEffect, AngleSpec, AngularLaw, BlockSink, DampingLaw, DragSpec, Effect,
+    EffectClass, EffectKind, Effects, EffectsSpec, Fabric, GravitySpec, GustSpec, HingeSpec,
+    LinearSplit, Linearised, Part, PieceSpec, SpringEffect, SpringLaw, SpringSpec,
+    StiffnessProduct, StretchLaw, Tangent, WindSpec,
 };
 pub use error::{SceneError, Violation};
 pub use load::{Input, load, parse};
@@ -87,8 +88,3 @@ pub use select::Pin;
 pub use spec::{ContactSpec, ParticlesSpec, PinSpec, SystemSpec};
 pub use state::{Level, State};
 pub use system::{Contact, Revisions, System};
-
-/// A point, velocity, force or impulse in space.
-pub type Vec3 = nalgebra::Vector3<f64>;
-/// A 3×3 block of a Jacobian.
-pub type Mat3 = nalgebra::Matrix3<f64>;

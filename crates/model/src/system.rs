@@ -2,8 +2,9 @@
 
 use crate::effects::batch::{self, Quads};
 use crate::effects::sweep::{self, Begin, Finish, MAX_PASSES, Windows};
-use crate::effects::{BlockPlanes, Effect, Linearised, PairBlocks, Part, Pass, pairs, tangent};
+use crate::effects::{Effect, Linearised, Part, Pass, StiffnessProduct, pairs, tangent};
 use crate::{Detection, Level, MovingPin, Obstacle, Vec3};
+use drape_kernels::blocks::{BlockLayout, Coupling};
 use rayon::prelude::*;
 use std::num::NonZero;
 use std::ops::Range;
@@ -387,13 +388,21 @@ impl System {
         });
     }
 
-    /// The offsets `j − i` of all pairs that the effects couple, if their Jacobians can be swept
-    /// along diagonals ([`linearise`](Self::linearise)): springs of regular grids with full damping
-    /// or none, and no offset twice.
-    pub fn bands<'a>(
+    /// The layout that suits the Jacobians of these effects, so that [`linearise`](Self::linearise)
+    /// can fill it: along bands for springs of regular grids, with no offset twice, and pairs for
+    /// springs in any order; both with full damping or none.
+    pub fn coupling<'a>(
         &'a self,
-        effects: impl Iterator<Item = &'a dyn Effect>,
-    ) -> Option<Vec<usize>> {
+        effects: impl Iterator<Item = &'a dyn Effect> + Clone,
+    ) -> Coupling {
+        if let Some(offsets) = self.bands(effects.clone()) {
+            return Coupling::Bands(offsets);
+        }
+        if self.are_listed(effects) { Coupling::Pairs } else { Coupling::Rows }
+    }
+
+    /// The offsets `j − i` of all pairs, if a sweep can take all effects.
+    fn bands<'a>(&'a self, effects: impl Iterator<Item = &'a dyn Effect>) -> Option<Vec<usize>> {
         let memory = self.memory.try_lock().ok()?;
         let passes = tangent_passes(effects, &self.mass, &memory)?;
         let springs = passes.list.iter().flatten().filter_map(Pass::springs);
@@ -405,61 +414,40 @@ impl System {
         (offsets.len() == count).then_some(offsets)
     }
 
-    /// Overwrites `matrix` with `M + σ K + τ D` of the effects, and adds `K w`, N, to `out`, effect
-    /// by effect in the given order: the same bits as [`Effect::add_stiffness`] and
-    /// [`Effect::add_damping`] give. The matrix has the [`bands`](Self::bands) of these effects.
+    fn are_listed<'a>(&'a self, mut effects: impl Iterator<Item = &'a dyn Effect>) -> bool {
+        effects.all(|effect| pairs::listed(effect, &self.mass).is_some())
+    }
+
+    /// Overwrites `matrix` with `M + σ K + τ D` of the effects, and adds `K w` where it is wanted,
+    /// effect by effect in the given order: the bits of [`Effect::add_stiffness`] and
+    /// [`Effect::add_damping`]. The matrix has the layout that [`coupling`](Self::coupling) says.
     ///
-    /// Returns `false` and does nothing if that is not possible, for example while another thread
-    /// sweeps.
+    /// Returns `false` and does nothing where a sweep cannot take these effects, where another thread
+    /// sweeps, or where the matrix was made for other springs.
     ///
     /// # Panics
     /// If a vector does not have one entry a particle.
     #[must_use = "false means that nothing was computed"]
     pub fn linearise<'a>(
         &'a self,
-        effects: impl Iterator<Item = &'a dyn Effect>,
-        at: &Linearised<'_>,
-        matrix: BlockPlanes<'_>,
-        out: &mut [Vec3],
-    ) -> bool {
-        let Ok(mut memory) = self.memory.try_lock() else { return false };
-        let Some(passes) = tangent_passes(effects, &self.mass, &memory) else { return false };
-        tangent::add(
-            &passes.list[..passes.count],
-            memory.windows.first(),
-            &self.mass,
-            at,
-            matrix,
-            out,
-        );
-        true
-    }
-
-    /// Whether the Jacobians of all these effects can be added from a list of springs
-    /// ([`linearise_listed`](Self::linearise_listed)): springs in any order with full damping or
-    /// none.
-    pub fn are_listed<'a>(&'a self, mut effects: impl Iterator<Item = &'a dyn Effect>) -> bool {
-        effects.all(|effect| pairs::listed(effect, &self.mass).is_some())
-    }
-
-    /// As [`linearise`](Self::linearise) for springs in any order: overwrites `matrix` with
-    /// `M + σ K + τ D` of the effects, and adds `K w`, N, to `out`.
-    ///
-    /// Returns `false` and does nothing if the effects [are not listed](Self::are_listed) or the
-    /// matrix has the table of other springs.
-    ///
-    /// # Panics
-    /// If a vector does not have one entry a particle.
-    #[must_use = "false means that nothing was computed"]
-    pub fn linearise_listed<'a>(
-        &'a self,
         effects: impl Iterator<Item = &'a dyn Effect> + Clone,
         at: &Linearised<'_>,
-        matrix: PairBlocks<'_>,
-        out: &mut [Vec3],
+        matrix: BlockLayout<'_>,
+        product: Option<StiffnessProduct<'_>>,
     ) -> bool {
-        let springs = effects.clone().filter_map(|effect| pairs::listed(effect, &self.mass));
-        self.are_listed(effects) && pairs::add(springs, &self.mass, at, matrix, out)
+        let matrix = match matrix {
+            BlockLayout::Bands(matrix) => matrix,
+            BlockLayout::Pairs(matrix) => {
+                let springs = effects.clone().filter_map(|e| pairs::listed(e, &self.mass));
+                return self.are_listed(effects)
+                    && pairs::add(springs, &self.mass, at, matrix, product);
+            }
+        };
+        let Ok(mut memory) = self.memory.try_lock() else { return false };
+        let Some(passes) = tangent_passes(effects, &self.mass, &memory) else { return false };
+        let (passes, windows) = (&passes.list[..passes.count], memory.windows.first());
+        tangent::add(passes, windows, &self.mass, at, matrix, product);
+        true
     }
 
     /// Replaces the masses, kg. A list of another length, or with a value that is not positive and

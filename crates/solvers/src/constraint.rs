@@ -76,7 +76,8 @@ fn along(d: Vec3, v: Vec3) -> Vec3 {
 /// The filters and the prescribed values of `n` particles: `S` and `(I − S) z`.
 ///
 /// Only the constrained particles are visited by [`project`](Self::project) and its relatives, so
-/// free particles cost no time, and no memory but an index: what is not simply held fast stands in a list of its own.
+/// free particles cost no time, and no memory but an index: what is not simply held fast stands in
+/// a list of its own.
 ///
 /// ```
 /// use drape_solvers::{Constraints, Filter, Vec3};
@@ -99,7 +100,8 @@ pub struct Constraints {
 
 /// The slot of a particle that moves freely.
 const FREE: u32 = u32::MAX;
-/// The slot of a particle with the filter [`Filter::Fixed`] and the prescribed value 0, such as a pin.
+/// The slot of a particle with the filter [`Filter::Fixed`] and the prescribed value 0, such as a
+/// pin.
 const HELD: u32 = u32::MAX - 1;
 
 #[derive(Clone, Copy, Debug)]
@@ -117,8 +119,8 @@ impl Constraints {
         Self { others: Vec::with_capacity(n), ..Self::free_or_held(n) }
     }
 
-    /// `n` free particles. Room for holding all of them is set aside, by [`Filter::Fixed`] with the prescribed value 0, as
-    /// pins do; any other constraint allocates.
+    /// `n` free particles. Room for holding all of them is set aside, by [`Filter::Fixed`] with the
+    /// prescribed value 0, as pins do; any other constraint allocates.
     pub fn free_or_held(n: usize) -> Self {
         Self { slots: vec![FREE; n], others: Vec::new(), constrained: Vec::with_capacity(n) }
     }

@@ -30,8 +30,8 @@ pub enum SolverError {
         /// [`ScalarMatrix`](crate::ScalarMatrix); 3 × particle + coordinate for a
         /// [`BlockMatrix`](crate::BlockMatrix).
         row: usize,
-        /// The pivot, where the factorisation tells it; for one that is zero or overflowed the sparse
-        /// Cholesky library does not.
+        /// The pivot, where the factorisation tells it; for one that is zero or overflowed the
+        /// sparse Cholesky library does not.
         pivot: Option<f64>,
     },
     /// A dense matrix would take more memory than allowed. Nothing was allocated.

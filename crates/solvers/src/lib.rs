@@ -23,20 +23,23 @@
 //!   that results do not depend on the machine.
 //! * [`ScalarMatrix`] is a graph Laplacian plus a diagonal, n×n, applied to the three coordinates
 //!   alike (the matrix of the implicit-explicit schemes of Eberhardt, Etzmuß & Hauth 2000).
-//!   [`BlockMatrix`] has 3×3 blocks, for Jacobians that couple the coordinates; [`BandedMatrix`] is the same for
-//!   regular grids. All have a fixed pattern that is refilled in place, and are a [`LinearOperator`].
+//!   [`BlockMatrix`] has 3×3 blocks, for Jacobians that couple the coordinates, in a layout that
+//!   suits the mesh. Both have a fixed pattern that is refilled in place, and are a
+//!   [`LinearOperator`].
 //! * [`Constraints`] holds `S` and `(I − S) z`, and visits constrained particles only.
 //! * [`filtered_pcg`] is Baraff & Witkin's modified conjugate gradient method with the corrections
 //!   of Ascher & Boxerman (2003), and a report of what it took. [`constraint_impulse`] gives
 //!   `A x − b` afterwards.
 //! * [`ScalarPcg`] is the same for a [`ScalarMatrix`], with the same bits, by fused SIMD kernels.
 //! * A [`Preconditioner`] is [`Identity`], [`Jacobi`], [`BlockJacobi`], [`IncompleteCholesky`],
-//!   [`CompleteCholesky`] or [`DenseInverse`], of which the last two are the inverse up to round-off.
-//! * [`Multigrid`] holds coarser and coarser versions of a [`BlockMatrix`]; a cycle over them is a [`Preconditioner`] whose quality does not
-//!   fall as the mesh grows.
-//! * [`BlockCholesky`] solves directly. With [`BlockMatrix::project`] it obeys constraints too.
-//! * [`CompleteLdlt`] and [`BlockLdlt`] solve directly when the matrix may be indefinite, and count
-//!   its negative eigenvalues. No pivot is changed: a matrix that they cannot factor is an error.
+//!   [`CompleteCholesky`] or [`DenseInverse`], of which the last two are the inverse up to
+//!   round-off.
+//! * [`Multigrid`] holds coarser and coarser versions of a [`BlockMatrix`]; a cycle over them is a
+//!   [`Preconditioner`] whose quality does not fall as the mesh grows.
+//! * [`BlockFactor`] solves directly. With [`BlockMatrix::project`] it obeys constraints too.
+//! * [`CompleteLdlt`], and [`BlockFactor`] of the same kind, solve directly when the matrix may be
+//!   indefinite, and count its negative eigenvalues. No pivot is changed: a matrix that they cannot
+//!   factor is an error.
 //!
 //! Solves and refactorisations allocate nothing. Sums, products and the incomplete factorisation
 //! are the same bits on every machine; the complete factorisations and the dense inverse come from
@@ -57,7 +60,8 @@
 //! [`CompleteLdlt`] is swept in the same way.
 //!
 //! The dense inverse is nowhere the cheaper one in this table: it grows with n³ and n², the sparse
-//! factors about with n^1.5 and n log n. It is there to measure methods that were published with one.
+//! factors about with n^1.5 and n log n. It is there to measure methods that were published with
+//! one.
 //!
 //! # Symbols
 //!
@@ -72,9 +76,9 @@
 //! | `r = S (b − A x)` | [`PcgWorkspace::residual`] | as `b` | n vectors |
 //! | `A x − b` | [`constraint_impulse`] | as `b` | n vectors |
 //! | `ε` | [`PcgSettings::forcing_term`] | – | scalar |
-//! | `L` in `L Lᵀ` | [`IncompleteCholesky`], [`CompleteCholesky`], [`BlockCholesky`] | √ of `A`'s | lower triangle |
-//! | `L` in `L D Lᵀ` | [`CompleteLdlt`], [`BlockLdlt`] | – | lower triangle with ones on the diagonal |
-//! | `D` | [`CompleteLdlt::negative_pivots`], [`BlockLdlt::negative_pivots`] | as `A` | diagonal |
+//! | `L` in `L Lᵀ` | [`IncompleteCholesky`], [`CompleteCholesky`], [`BlockFactor`] | √ of `A`'s | lower triangle |
+//! | `L` in `L D Lᵀ` | [`CompleteLdlt`], [`BlockFactor`] | – | lower triangle with ones on the diagonal |
+//! | `D` | [`CompleteLdlt::negative_pivots`], [`BlockFactor::negative_pivots`] | as `A` | diagonal |
 //! | `A⁻¹` | [`DenseInverse`] | 1 / unit of `A` | n×n scalars |
 //!
 //! `P` is always the approximate *inverse*.
@@ -90,22 +94,18 @@
 //! * J. Meijerink, H. van der Vorst, *An iterative solution method for linear systems of which the
 //!   coefficient matrix is a symmetric M-matrix*, Mathematics of Computation 31, 1977.
 
-pub mod banded;
-pub mod bands;
 pub mod block;
 pub mod constraint;
 pub mod direct;
 pub mod error;
+mod free;
 pub mod laplacian;
 pub mod operator;
 mod ordering;
-mod pairs;
-mod panels;
 mod pattern;
 pub mod pcg;
 mod pivots;
 pub mod preconditioner;
-mod rows;
 mod scalar;
 mod scalar_factor;
 mod sparse_factor;
@@ -113,16 +113,15 @@ mod start;
 #[cfg(test)]
 mod test_support;
 mod tiles;
-pub mod vector;
 
-pub use banded::{BandPlanes, BandedMatrix};
 pub use block::BlockMatrix;
 pub use constraint::{Constraints, Filter};
-pub use direct::{BlockCholesky, BlockLdlt, CompleteLdlt};
+pub use direct::{BlockFactor, CompleteLdlt, FactorKind};
+pub use drape_kernels::blocks::Coupling;
+pub use drape_kernels::{Mat3, Vec3, bands, vector};
 pub use error::SolverError;
 pub use laplacian::ScalarMatrix;
 pub use operator::LinearOperator;
-pub use pairs::{PairLines, PairMatrix};
 pub use pcg::{
     Norm, PcgReport, PcgSettings, PcgWorkspace, Reference, SolveStatus, constraint_impulse,
     filtered_pcg,
@@ -133,9 +132,3 @@ pub use preconditioner::{
 };
 pub use scalar::{ResidualNorms, ScalarLayout, ScalarPcg, ScalarPreconditioner};
 pub use start::StartValue;
-
-/// Position, velocity, force or the like of one particle.
-pub type Vec3 = nalgebra::Vector3<f64>;
-
-/// A 3×3 block.
-pub type Mat3 = nalgebra::Matrix3<f64>;

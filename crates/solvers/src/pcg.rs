@@ -125,8 +125,8 @@ impl PcgWorkspace {
     }
 }
 
-/// Solves `S (b − A x) = 0` for `x` with `(I − S) x = (I − S) z`. The start is the free part of what
-/// `x` holds; on return it holds the solution, or the last iterate.
+/// Solves `S (b − A x) = 0` for `x` with `(I − S) x = (I − S) z`. The start is the free part of
+/// what `x` holds; on return it holds the solution, or the last iterate.
 ///
 /// All 3n unknowns are solved for at once: dot products run over all coordinates. Three separate
 /// solves, one a coordinate, would take other numbers of iterations.

@@ -1,12 +1,12 @@
 //! Which pivots of a factorisation without pivoting can be trusted.
 //!
-//! `A = L D Lᵀ` with pivots in a fixed order exists for most indefinite matrices, but nothing bounds
-//! its entries. What the rounding errors of the factorisation amount to is bounded by the size of
-//! `|L| |D| |Lᵀ|` (Higham, *Accuracy and Stability of Numerical Algorithms*, 2nd edition, theorem
-//! 11.3), whose largest entry is on its diagonal, where row `i` has `Σₖ lᵢₖ² |dₖ|`.
+//! `A = L D Lᵀ` with pivots in a fixed order exists for most indefinite matrices, but nothing
+//! bounds its entries. What the rounding errors of the factorisation amount to is bounded by the
+//! size of `|L| |D| |Lᵀ|` (Higham, *Accuracy and Stability of Numerical Algorithms*, 2nd edition,
+//! theorem 11.3), whose largest entry is on its diagonal, where row `i` has `Σₖ lᵢₖ² |dₖ|`.
 
-/// A term of `|L| |D| |Lᵀ|` may be this much larger than the largest entry of `A`: 1/√ε. The factors
-/// are then those of a matrix that agrees with `A` in half of the digits; beyond, in fewer.
+/// A term of `|L| |D| |Lᵀ|` may be this much larger than the largest entry of `A`: 1/√ε. The
+/// factors are then those of a matrix that agrees with `A` in half of the digits; beyond, in fewer.
 const GROWTH_LIMIT: f64 = 67_108_864.0;
 
 /// A pivot that is smaller than this part of the terms that it is the difference of has no correct

@@ -2,12 +2,13 @@
 
 use std::cell::RefCell;
 
+use crate::free::FreeRows;
 use crate::ordering;
-use crate::panels::{Lanes, Panels};
 use crate::pattern::Pattern;
-use crate::rows::Rows;
-use crate::sparse_factor::{Kind, SparseFactor};
+use crate::sparse_factor::{FactorKind, SparseFactor};
+use crate::tiles::Tiles;
 use crate::{ScalarMatrix, SolverError, Vec3};
+use drape_kernels::lanes::Lanes;
 
 /// `A = L Lᵀ` or `A = L D Lᵀ`, in a fill-reducing order of the rows.
 #[derive(Debug)]
@@ -15,18 +16,18 @@ pub(crate) struct ScalarFactor {
     /// The pattern that the factor was made for.
     pattern: Pattern,
     factor: SparseFactor,
-    panels: Panels,
+    tiles: Tiles<1>,
     /// The row of `A` at each place of the order.
     order: Vec<u32>,
-    /// Entries of each column of `L`, in that order; panels store a few zeros besides.
+    /// Entries of each column of `L`, in that order; the tiles store a few zeros besides.
     column_counts: Vec<u32>,
-    /// The vector of a solve in that order.
+    /// The vector of a solve in that order, and the idle entry of the tiles.
     work: RefCell<Vec<Lanes>>,
 }
 
 impl ScalarFactor {
     /// Analyses the pattern of `a`; its values do not matter.
-    pub(crate) fn new(a: &ScalarMatrix, kind: Kind) -> Result<Self, SolverError> {
+    pub(crate) fn new(a: &ScalarMatrix, kind: FactorKind) -> Result<Self, SolverError> {
         let pattern = a.pattern().clone();
         let mut starts = vec![0];
         let mut columns = Vec::new();
@@ -37,10 +38,10 @@ impl ScalarFactor {
         }
         let order = ordering::fill_reducing(&pattern)?;
         let factor = SparseFactor::new(kind, starts, columns, &order)?;
-        let panels = Panels::new(factor.symbolic());
-        let work = RefCell::new(vec![[0.0; 4]; a.n()]);
+        let tiles = Tiles::new(factor.symbolic());
+        let work = RefCell::new(vec![[0.0; 4]; a.n() + 1]);
         let column_counts = ordering::column_counts(&pattern, &order);
-        Ok(Self { pattern, factor, panels, order, column_counts, work })
+        Ok(Self { pattern, factor, tiles, order, column_counts, work })
     }
 
     /// Number of rows.
@@ -49,7 +50,11 @@ impl ScalarFactor {
     }
 
     /// Factors `a`. Rows that are not free keep their diagonal entry alone.
-    pub(crate) fn update(&mut self, a: &ScalarMatrix, rows: Rows<'_>) -> Result<(), SolverError> {
+    pub(crate) fn update(
+        &mut self,
+        a: &ScalarMatrix,
+        rows: FreeRows<'_>,
+    ) -> Result<(), SolverError> {
         self.pattern.check(a.pattern())?;
         let upper = (0..a.n()).flat_map(|j| {
             let (columns, values) = a.row(j);
@@ -64,7 +69,7 @@ impl ScalarFactor {
             slots.by_ref().zip(upper).for_each(|(slot, value)| *slot = value);
             debug_assert!(slots.next().is_none(), "fewer values than the pattern has");
         })?;
-        self.panels.fill(self.factor.symbolic(), self.factor.kind(), self.factor.factor());
+        self.tiles.fill(self.factor.symbolic(), self.factor.kind(), self.factor.factor());
         Ok(())
     }
 
@@ -94,7 +99,7 @@ impl ScalarFactor {
             let b = &b[row as usize];
             *z = [b.x, b.y, b.z, 0.0];
         }
-        self.panels.solve(&mut work);
+        self.tiles.solve(&mut work[..]);
         for (z, &row) in work.iter().zip(&self.order) {
             x[row as usize] = Vec3::new(z[0], z[1], z[2]);
         }

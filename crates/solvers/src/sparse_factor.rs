@@ -20,21 +20,22 @@ use crate::pivots::{BadPivot, PivotCheck};
 
 /// Which factorisation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Kind {
+pub enum FactorKind {
     /// `A = L Lᵀ`, for positive definite matrices.
-    Llt,
+    Cholesky,
     /// `A = L D Lᵀ` with ones on the diagonal of `L`; the factor holds `D` in their place.
     Ldlt,
 }
 
-/// Neighbouring supernodes are merged into one of at most so many columns while at most this part of its entries are
-/// zeros. (The library's own limits allow 0.8 where this has 0.3, which costs a tenth more in the solve.)
+/// Neighbouring supernodes are merged into one of at most so many columns while at most this part
+/// of its entries are zeros. (The library's own limits allow 0.8 where this has 0.3, which costs a
+/// tenth more in the solve.)
 const AMALGAMATION: [(usize, f64); 4] = [(4, 1.0), (16, 0.3), (48, 0.1), (usize::MAX, 0.05)];
 
-/// A factor of a sparse symmetric matrix given by the columns of its upper triangle, by supernodes: neighbouring
-/// columns with the same rows below them, a dense panel.
+/// A factor of a sparse symmetric matrix given by the columns of its upper triangle, by supernodes:
+/// neighbouring columns with the same rows below them, a dense panel.
 pub(crate) struct SparseFactor {
-    kind: Kind,
+    kind: FactorKind,
     starts: Vec<u32>,
     rows: Vec<u32>,
     values: Vec<f64>,
@@ -49,10 +50,10 @@ pub(crate) struct SparseFactor {
 
 impl SparseFactor {
     /// Analyses a pattern: column `j` of the upper triangle has the rows
-    /// `rows[starts[j]..starts[j + 1]]`, increasing, the last one being `j`. The rows are eliminated in
-    /// the given order.
+    /// `rows[starts[j]..starts[j + 1]]`, increasing, the last one being `j`. The rows are
+    /// eliminated in the given order.
     pub(crate) fn new(
-        kind: Kind,
+        kind: FactorKind,
         starts: Vec<u32>,
         rows: Vec<u32>,
         order: &[u32],
@@ -79,11 +80,11 @@ impl SparseFactor {
                 },
             })?;
         let (scratch, sums) = match kind {
-            Kind::Llt => (
+            FactorKind::Cholesky => (
                 symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Default::default()),
                 Vec::new(),
             ),
-            Kind::Ldlt => (
+            FactorKind::Ldlt => (
                 symbolic.factorize_numeric_ldlt_scratch::<f64>(Par::Seq, Default::default()),
                 vec![0.0; n],
             ),
@@ -115,13 +116,14 @@ impl SparseFactor {
         Ok(())
     }
 
-    /// Factors the matrix with the values that `fill` writes, all of them, in the order of the pattern.
+    /// Factors the matrix with the values that `fill` writes, all of them, in the order of the
+    /// pattern.
     pub(crate) fn factorise(&mut self, fill: impl FnOnce(&mut [f64])) -> Result<(), SolverError> {
         self.factored = false;
         fill(&mut self.values);
         self.check_finite()?;
         self.eliminate().map_err(|permuted| self.bad_pivot(self.original_row(permuted), None))?;
-        if self.kind == Kind::Ldlt {
+        if self.kind == FactorKind::Ldlt {
             self.negative_pivots = self
                 .check_pivots()
                 .map_err(|bad| self.bad_pivot(self.original_row(bad.row), Some(bad.pivot)))?;
@@ -137,7 +139,7 @@ impl SparseFactor {
         let matrix = SparseColMatRef::new(pattern, &self.values);
         let stack = MemStack::new(&mut self.scratch);
         match self.kind {
-            Kind::Llt => self
+            FactorKind::Cholesky => self
                 .symbolic
                 .factorize_numeric_llt(
                     &mut self.factor,
@@ -150,7 +152,7 @@ impl SparseFactor {
                 )
                 .map(drop)
                 .map_err(|LltError::NonPositivePivot { index }| index),
-            Kind::Ldlt => self
+            FactorKind::Ldlt => self
                 .symbolic
                 .factorize_numeric_ldlt(
                     &mut self.factor,
@@ -189,7 +191,7 @@ impl SparseFactor {
     }
 
     /// Which factorisation this is.
-    pub(crate) fn kind(&self) -> Kind {
+    pub(crate) fn kind(&self) -> FactorKind {
         self.kind
     }
 
@@ -233,8 +235,8 @@ impl SparseFactor {
     /// What a bad pivot means for this factorisation.
     fn bad_pivot(&self, row: usize, pivot: Option<f64>) -> SolverError {
         match self.kind {
-            Kind::Llt => SolverError::NotPositiveDefinite { row, pivot },
-            Kind::Ldlt => SolverError::Singular { row, pivot },
+            FactorKind::Cholesky => SolverError::NotPositiveDefinite { row, pivot },
+            FactorKind::Ldlt => SolverError::Singular { row, pivot },
         }
     }
 }
@@ -246,7 +248,8 @@ pub(crate) struct Supernode<'a> {
     pub(crate) values: Range<usize>,
 }
 
-/// The supernodes of a symbolic factorisation; none where it goes column by column, which is not asked for here.
+/// The supernodes of a symbolic factorisation; none where it goes column by column, which is not
+/// asked for here.
 pub(crate) fn supernodes(symbolic: &SymbolicCholesky<u32>) -> impl Iterator<Item = Supernode<'_>> {
     let supernodal = match symbolic.raw() {
         SymbolicCholeskyRaw::Supernodal(l) => Some(l),

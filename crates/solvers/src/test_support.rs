@@ -1,37 +1,14 @@
 //! Dense counterparts and random problems for the unit tests.
 
+pub(crate) use drape_kernels::testing::Random;
+use drape_kernels::testing::mesh_edges;
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
 
 use crate::ordering::fill_reducing;
 use crate::pattern::Pattern;
-use crate::sparse_factor::{Kind, SparseFactor};
+use crate::sparse_factor::{FactorKind, SparseFactor};
 use crate::{BlockMatrix, Constraints, Filter, Mat3, ScalarMatrix, Vec3};
-
-/// A small generator of reproducible numbers (Marsaglia's xorshift).
-pub(crate) struct Random(u64);
-
-impl Random {
-    pub(crate) fn new(seed: u64) -> Self {
-        Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1)
-    }
-
-    /// Uniform in [-1, 1).
-    pub(crate) fn unit(&mut self) -> f64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-    }
-
-    pub(crate) fn vector(&mut self) -> Vec3 {
-        Vec3::new(self.unit(), self.unit(), self.unit())
-    }
-
-    pub(crate) fn vectors(&mut self, n: usize) -> Vec<Vec3> {
-        (0..n).map(|_| self.vector()).collect()
-    }
-}
 
 /// Any of the four filters.
 pub(crate) fn random_filter(random: &mut Random) -> Filter {
@@ -51,19 +28,7 @@ pub(crate) fn graph(largest: usize) -> impl Strategy<Value = (usize, Vec<(usize,
 
 /// Edges of a `side`×`side` grid.
 pub(crate) fn grid_edges(side: usize) -> Vec<(usize, usize)> {
-    let mut edges = Vec::new();
-    for row in 0..side {
-        for column in 0..side {
-            let i = row * side + column;
-            if column + 1 < side {
-                edges.push((i, i + 1));
-            }
-            if row + 1 < side {
-                edges.push((i, i + side));
-            }
-        }
-    }
-    edges
+    mesh_edges(side, side, &[(0, 1), (1, 0)])
 }
 
 /// `mass` on the diagonal plus a Laplacian with the given weight on each edge.
@@ -164,5 +129,5 @@ pub(crate) fn supernodal_factor(n: usize, edges: &[(usize, usize)]) -> SparseFac
         starts.push(rows.len() as u32);
     }
     let order = fill_reducing(&pattern).unwrap();
-    SparseFactor::new(Kind::Llt, starts, rows, &order).unwrap()
+    SparseFactor::new(FactorKind::Cholesky, starts, rows, &order).unwrap()
 }

@@ -1,34 +1,147 @@
-//! A triangular factor laid out for sweeps with a single right-hand side: tiles of four rows.
+//! A triangular factor laid out for its sweeps: narrow panels of columns, below them tiles of rows.
 //!
-//! As in [`panels`](crate::panels) the factor is `L D Lᵀ`, cut into panels of at most [`WIDEST`]
-//! columns. The rows below a panel are taken four at a time; of such a tile the four entries of a
-//! column are consecutive, one register. The forward sweep subtracts column after column from the four rows. The backward
-//! sweep keeps one register a column, whose four lanes are added at the end as `(0 + 1) + (2 + 3)`.
-//! A last tile with fewer rows is filled up with zeros, which meet a zero at the end of the vector.
+//! The factor is `L D Lᵀ` with ones on the diagonal of `L`. Neighbouring columns with the same rows
+//! below them (a supernode) are cut into panels of at most [`WIDEST`] columns. A panel has the
+//! strictly lower triangle of its square on the diagonal. The rows below it are taken `ROWS` at a
+//! time; of such a tile the entries of a column are consecutive. A last tile with fewer rows is
+//! filled up with zeros, which meet an idle entry at the end of the vector.
+//!
+//! The [`Vector`] of the right-hand side decides how a register is filled:
+//!
+//! | right-hand side | `ROWS` | a register holds |
+//! |---|---|---|
+//! | three coordinates and an idle lane: [`Lanes`] | 1 | the vector of a row; an entry of `L` is broadcast |
+//! | one number: `f64` | 4 | four entries of a column |
+//!
+//! With four rows the backward sweep keeps one register a column, whose four lanes are added at the
+//! end as `(0 + 1) + (2 + 3)`.
 //!
 //! # What a sweep costs
 //!
-//! A pair of sweeps reads each of `e` entries twice, `16 e` bytes in order, and does `4 e` floating-point
-//! operations in `e` vector operations: it is bound by the memory that the factor lies in. The block matrix of a sheet of
-//! 52×52 particles with structural, shear and bending springs has 1.05 million entries: 0.2 ms at the 85 GB/s of the
-//! third-level cache. Measured 0.43 ms; the library's solve by supernodes took 0.65 ms.
+//! A pair of sweeps reads each of `e` entries of `L` twice, `16 e` bytes in order. With one number
+//! a row it does `4 e` floating-point operations in `e` vector operations, so the memory that the
+//! factor lies in bounds it. The block matrix of a sheet of 52×52 particles with structural, shear
+//! and bending springs has 1.05 million entries: 0.2 ms at the 85 GB/s of the third-level cache.
+//! Measured: 0.43 ms, against 0.65 ms by the library's supernodes.
+//!
+//! With four lanes it does `12 e` operations (16 with the idle lane), and a broadcast for each
+//! entry. A processor that broadcasts two numbers a cycle takes at least `e` cycles.
+//!
+//! | one solve, four lanes, grid with structural edges, µs, one Zen 4 core | 52×52 | 100×100 | 316×316 |
+//! |---|---|---|---|
+//! | expected: `e` cycles at 3.65 GHz, or the memory's rate | 12 | 57 | 900 |
+//! | these panels, baseline instructions (SSE2) | 65 | 304 | 9070 |
+//! | AVX2 | 38 | 186 | 6070 |
+//! | the same, fewer zeros accepted when supernodes are merged | 36 | 169 | |
+//! | CHOLMOD, METIS order, three right-hand sides at once | 85 | 970 | 18 000 |
+//!
+//! The rest is the price of short loops: 1400 panels of 3 columns and 8 rows on the mean at 52×52,
+//! each with a branch or two that cannot be predicted. Wider panels (up to 16 columns with 80 %
+//! zeros, the library's choice) and no merging at all are both slower by a tenth.
 
 use faer::sparse::linalg::cholesky::SymbolicCholesky;
+use std::ops::Range;
 
-use crate::sparse_factor::{Kind, supernodes};
+use crate::sparse_factor::{FactorKind, supernodes};
+use drape_kernels::lanes::{Lanes, four_wide};
 
 /// Columns of a panel, at most: as many registers of four lanes.
 const WIDEST: usize = 8;
 
-/// Rows of a tile.
-const ROWS: usize = 4;
+/// `ROWS` entries of each of `W` columns.
+type Tile<const W: usize, const ROWS: usize> = [[f64; ROWS]; W];
 
-/// A tile: four entries of each of `W` columns.
-type Tile<const W: usize> = [[f64; ROWS]; W];
+/// An entry of the right-hand side, with `ROWS` rows a tile.
+pub(crate) trait Vector<const ROWS: usize>: Copy {
+    const ZERO: Self;
+
+    /// `self − value other`, rounded twice.
+    fn minus(self, value: f64, other: Self) -> Self;
+
+    /// `self · value`.
+    fn times(self, value: f64) -> Self;
+
+    /// Subtracts from each `x` the products of its column below the panel with the rows there.
+    fn subtract_below<const W: usize>(
+        x: &mut [Self; W],
+        tiles: &[Tile<W, ROWS>],
+        rows: &[[u32; ROWS]],
+        z: &[Self],
+    );
+}
+
+impl Vector<1> for Lanes {
+    const ZERO: Self = [0.0; 4];
+
+    #[inline(always)]
+    fn minus(self, value: f64, other: Self) -> Self {
+        let mut result = self;
+        for k in 0..4 {
+            result[k] -= value * other[k];
+        }
+        result
+    }
+
+    #[inline(always)]
+    fn times(self, value: f64) -> Self {
+        self.map(|lane| lane * value)
+    }
+
+    #[inline(always)]
+    fn subtract_below<const W: usize>(
+        x: &mut [Self; W],
+        tiles: &[Tile<W, 1>],
+        rows: &[[u32; 1]],
+        z: &[Self],
+    ) {
+        for (&[row], tile) in rows.iter().zip(tiles) {
+            let known = z[row as usize];
+            for j in 0..W {
+                x[j] = x[j].minus(tile[j][0], known);
+            }
+        }
+    }
+}
+
+impl Vector<4> for f64 {
+    const ZERO: Self = 0.0;
+
+    #[inline(always)]
+    fn minus(self, value: f64, other: Self) -> Self {
+        self - value * other
+    }
+
+    #[inline(always)]
+    fn times(self, value: f64) -> Self {
+        self * value
+    }
+
+    #[inline(always)]
+    fn subtract_below<const W: usize>(
+        x: &mut [Self; W],
+        tiles: &[Tile<W, 4>],
+        rows: &[[u32; 4]],
+        z: &[Self],
+    ) {
+        let mut sums = [[0.0; 4]; W];
+        for (rows, tile) in rows.iter().zip(tiles) {
+            let known = rows.map(|row| z[row as usize]);
+            for j in 0..W {
+                for k in 0..4 {
+                    sums[j][k] += tile[j][k] * known[k];
+                }
+            }
+        }
+        for j in 0..W {
+            x[j] -= (sums[j][0] + sums[j][1]) + (sums[j][2] + sums[j][3]);
+        }
+    }
+}
 
 /// Some columns of the factor.
 #[derive(Clone, Copy, Debug)]
 struct Panel {
+    /// Its first column.
     first: u32,
     width: u32,
     /// Where its tiles begin and end, among the rows of all tiles.
@@ -37,23 +150,25 @@ struct Panel {
     values: usize,
 }
 
-/// The factor by panels and tiles.
+/// The factor by panels and tiles of so many rows.
 #[derive(Debug)]
-pub(crate) struct Tiles {
+pub(crate) struct Tiles<const ROWS: usize> {
     panels: Vec<Panel>,
     rows: Vec<[u32; ROWS]>,
     values: Vec<f64>,
     inverse_pivots: Vec<f64>,
+    /// What the CPU can do, asked once.
     arch: pulp::Arch,
 }
 
-impl Tiles {
+impl<const ROWS: usize> Tiles<ROWS> {
     /// Memory for the factors of a symbolic factorisation by supernodes.
     pub(crate) fn new(symbolic: &SymbolicCholesky<u32>) -> Self {
         let idle = symbolic.nrows() as u32;
         let (mut panels, mut tiles, mut values) = (Vec::new(), Vec::new(), 0);
         for supernode in supernodes(symbolic) {
-            let (start, end) = (supernode.columns.start, supernode.columns.end);
+            let Range { start, end } = supernode.columns;
+            // As wide as each other, but for one column.
             let count = (end - start).div_ceil(WIDEST);
             let cut = |k: usize| start + (end - start) * k / count;
             for k in 0..count {
@@ -67,9 +182,9 @@ impl Tiles {
                     tile[..rows.len()].copy_from_slice(rows);
                     tile
                 }));
-                let (first, width_) = (first as u32, width as u32);
-                panels.push(Panel { first, width: width_, tiles: (begin, tiles.len()), values });
-                values += width * (width - 1) / 2 + width * ROWS * (tiles.len() - begin);
+                let tiles = (begin, tiles.len());
+                panels.push(Panel { first: first as u32, width: width as u32, tiles, values });
+                values += width * (width - 1) / 2 + width * ROWS * (tiles.1 - tiles.0);
             }
         }
         Self {
@@ -77,15 +192,20 @@ impl Tiles {
             rows: tiles,
             values: vec![0.0; values],
             inverse_pivots: vec![0.0; symbolic.nrows()],
-            arch: crate::scalar::four_wide(),
+            arch: four_wide(),
         }
     }
 
     /// Takes over the numbers of a factor of the library.
-    pub(crate) fn fill(&mut self, symbolic: &SymbolicCholesky<u32>, kind: Kind, factor: &[f64]) {
+    pub(crate) fn fill(
+        &mut self,
+        symbolic: &SymbolicCholesky<u32>,
+        kind: FactorKind,
+        factor: &[f64],
+    ) {
         let mut panels = self.panels.iter();
         for supernode in supernodes(symbolic) {
-            let (start, end) = (supernode.columns.start, supernode.columns.end);
+            let Range { start, end } = supernode.columns;
             let height = end - start + supernode.below.len();
             let entries = &factor[supernode.values];
             let mut next = start;
@@ -95,8 +215,7 @@ impl Tiles {
                 next += width;
                 let (triangle, below) =
                     self.values[panel.values..].split_at_mut(width * (width - 1) / 2);
-                let tiles = panel.tiles.1 - panel.tiles.0;
-                let below = &mut below[..width * ROWS * tiles];
+                let below = &mut below[..width * ROWS * (panel.tiles.1 - panel.tiles.0)];
                 let mut scales = [1.0; WIDEST];
                 let mut columns: [&[f64]; WIDEST] = [&[]; WIDEST];
                 for j in 0..width {
@@ -104,15 +223,15 @@ impl Tiles {
                         [..height + start - first];
                     let pivot = columns[j][j];
                     (scales[j], self.inverse_pivots[first + j]) = match kind {
-                        Kind::Llt => (1.0 / pivot, 1.0 / (pivot * pivot)),
-                        Kind::Ldlt => (1.0, 1.0 / pivot),
+                        FactorKind::Cholesky => (1.0 / pivot, 1.0 / (pivot * pivot)),
+                        FactorKind::Ldlt => (1.0, 1.0 / pivot),
                     };
                     for i in j + 1..width {
                         triangle[i * (i - 1) / 2 + j] = columns[j][i] * scales[j];
                     }
                     columns[j] = &columns[j][width..];
                 }
-                // What fills up the last tile stays zero.
+                // The zeros that fill up the last tile stay.
                 let columns = &columns[..width];
                 for (tile, slots) in below.chunks_exact_mut(ROWS * width).enumerate() {
                     for ((slot, column), scale) in
@@ -126,35 +245,37 @@ impl Tiles {
         }
     }
 
-    /// `z ← (L D Lᵀ)⁻¹ z`, in the order of elimination; `z` has one more entry, which does not count.
-    pub(crate) fn solve(&self, z: &mut [f64]) {
-        assert_eq!(z.len(), self.inverse_pivots.len() + 1, "one number a row and the idle one");
+    /// `z ← (L D Lᵀ)⁻¹ z`, in the order of elimination; `z` has one more entry, which does not
+    /// count.
+    pub(crate) fn solve<V: Vector<ROWS>>(&self, z: &mut [V]) {
+        let n = self.inverse_pivots.len();
+        assert_eq!(z.len(), n + 1, "one entry a row and the idle one");
         // Zeros times numbers that overflowed may have left anything there.
-        z[self.inverse_pivots.len()] = 0.0;
+        z[n] = V::ZERO;
         self.arch.dispatch(Sweeps { factor: self, z });
     }
 
     /// The triangle, the tiles below it and their rows.
     #[inline(always)]
-    fn parts<const W: usize>(&self, panel: &Panel) -> (&[f64], &[Tile<W>], &[[u32; ROWS]]) {
+    fn parts<const W: usize>(&self, panel: &Panel) -> (&[f64], &[Tile<W, ROWS>], &[[u32; ROWS]]) {
         let rows = &self.rows[panel.tiles.0..panel.tiles.1];
         let (triangle, below) = self.values[panel.values..].split_at(W * (W - 1) / 2);
         let (columns, _) = below[..W * ROWS * rows.len()].as_chunks::<ROWS>();
         (triangle, columns.as_chunks::<W>().0, rows)
     }
 
-    /// `L y = z` for the columns of a panel; its rows below lose their part.
+    /// `L y = z` for the columns of a panel, and what this leaves of the rows below it.
     #[inline(always)]
-    fn forward<const W: usize>(&self, panel: &Panel, z: &mut [f64]) {
+    fn forward<V: Vector<ROWS>, const W: usize>(&self, panel: &Panel, z: &mut [V]) {
         let (triangle, tiles, rows) = self.parts::<W>(panel);
         let first = panel.first as usize;
-        let mut y = [0.0; W];
+        let mut y = [V::ZERO; W];
         y.copy_from_slice(&z[first..first + W]);
         let mut entries = triangle.iter();
         for i in 1..W {
             for j in 0..i {
                 if let Some(&value) = entries.next() {
-                    y[i] -= value * y[j];
+                    y[i] = y[i].minus(value, y[j]);
                 }
             }
         }
@@ -163,7 +284,7 @@ impl Tiles {
             let mut sums = rows.map(|row| z[row as usize]);
             for j in 0..W {
                 for k in 0..ROWS {
-                    sums[k] -= tile[j][k] * y[j];
+                    sums[k] = sums[k].minus(tile[j][k], y[j]);
                 }
             }
             for k in 0..ROWS {
@@ -174,28 +295,19 @@ impl Tiles {
 
     /// `Lᵀ x = D⁻¹ y` for the columns of a panel.
     #[inline(always)]
-    fn backward<const W: usize>(&self, panel: &Panel, z: &mut [f64]) {
+    fn backward<V: Vector<ROWS>, const W: usize>(&self, panel: &Panel, z: &mut [V]) {
         let (triangle, tiles, rows) = self.parts::<W>(panel);
         let first = panel.first as usize;
-        let mut sums = [[0.0; ROWS]; W];
-        for (rows, tile) in rows.iter().zip(tiles) {
-            let known = rows.map(|row| z[row as usize]);
-            for j in 0..W {
-                for k in 0..ROWS {
-                    sums[j][k] += tile[j][k] * known[k];
-                }
-            }
-        }
-        let mut x = [0.0; W];
+        let mut x = [V::ZERO; W];
         for j in 0..W {
-            let below = (sums[j][0] + sums[j][1]) + (sums[j][2] + sums[j][3]);
-            x[j] = z[first + j] * self.inverse_pivots[first + j] - below;
+            x[j] = z[first + j].times(self.inverse_pivots[first + j]);
         }
+        V::subtract_below(&mut x, tiles, rows, z);
         let mut entries = triangle.iter().rev();
         for i in (1..W).rev() {
             for j in (0..i).rev() {
                 if let Some(&value) = entries.next() {
-                    x[j] -= value * x[i];
+                    x[j] = x[j].minus(value, x[i]);
                 }
             }
         }
@@ -203,41 +315,40 @@ impl Tiles {
     }
 }
 
-/// Both sweeps, compiled for what the CPU can do.
-struct Sweeps<'a> {
-    factor: &'a Tiles,
-    z: &'a mut [f64],
+/// Both sweeps, compiled for what the CPU can do. (A closure would do if it were sure to be
+/// inlined.)
+struct Sweeps<'a, V, const ROWS: usize> {
+    factor: &'a Tiles<ROWS>,
+    z: &'a mut [V],
 }
 
-impl pulp::WithSimd for Sweeps<'_> {
+/// Calls the sweep for the width of a panel.
+macro_rules! by_width {
+    ($factor:ident.$sweep:ident($panel:ident, $z:ident)) => {
+        match $panel.width {
+            1 => $factor.$sweep::<V, 1>($panel, $z),
+            2 => $factor.$sweep::<V, 2>($panel, $z),
+            3 => $factor.$sweep::<V, 3>($panel, $z),
+            4 => $factor.$sweep::<V, 4>($panel, $z),
+            5 => $factor.$sweep::<V, 5>($panel, $z),
+            6 => $factor.$sweep::<V, 6>($panel, $z),
+            7 => $factor.$sweep::<V, 7>($panel, $z),
+            _ => $factor.$sweep::<V, WIDEST>($panel, $z),
+        }
+    };
+}
+
+impl<V: Vector<ROWS>, const ROWS: usize> pulp::WithSimd for Sweeps<'_, V, ROWS> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _simd: S) {
         let Self { factor, z } = self;
         for panel in &factor.panels {
-            match panel.width {
-                1 => factor.forward::<1>(panel, z),
-                2 => factor.forward::<2>(panel, z),
-                3 => factor.forward::<3>(panel, z),
-                4 => factor.forward::<4>(panel, z),
-                5 => factor.forward::<5>(panel, z),
-                6 => factor.forward::<6>(panel, z),
-                7 => factor.forward::<7>(panel, z),
-                _ => factor.forward::<WIDEST>(panel, z),
-            }
+            by_width!(factor.forward(panel, z));
         }
         for panel in factor.panels.iter().rev() {
-            match panel.width {
-                1 => factor.backward::<1>(panel, z),
-                2 => factor.backward::<2>(panel, z),
-                3 => factor.backward::<3>(panel, z),
-                4 => factor.backward::<4>(panel, z),
-                5 => factor.backward::<5>(panel, z),
-                6 => factor.backward::<6>(panel, z),
-                7 => factor.backward::<7>(panel, z),
-                _ => factor.backward::<WIDEST>(panel, z),
-            }
+            by_width!(factor.backward(panel, z));
         }
     }
 }
@@ -247,10 +358,11 @@ impl pulp::WithSimd for Sweeps<'_> {
 mod tests {
     use super::*;
     use crate::test_support::{Random, graph, supernodal_factor};
+    use drape_kernels::testing::{Bits, assert_same_bits};
     use proptest::prelude::*;
 
     /// Column `j` of `L`: the end of its panel, and entries with their rows.
-    fn columns(tiles: &Tiles) -> Vec<(usize, Vec<(usize, f64)>)> {
+    fn columns<const ROWS: usize>(tiles: &Tiles<ROWS>) -> Vec<(usize, Vec<(usize, f64)>)> {
         let mut columns = Vec::new();
         for panel in &tiles.panels {
             let (first, width) = (panel.first as usize, panel.width as usize);
@@ -259,8 +371,8 @@ mod tests {
                 let inside = (j + 1..width).map(|i| (first + i, triangle[i * (i - 1) / 2 + j]));
                 let rows = tiles.rows[panel.tiles.0..panel.tiles.1].iter().enumerate();
                 let outside = rows.flat_map(|(tile, rows)| {
-                    let at = move |k: usize| (rows[k] as usize, below[(tile * width + j) * 4 + k]);
-                    (0..4).map(at)
+                    let value = move |k: usize| below[(tile * width + j) * ROWS + k];
+                    (0..ROWS).map(move |k| (rows[k] as usize, value(k)))
                 });
                 columns.push((first + width, inside.chain(outside).collect()));
             }
@@ -268,8 +380,9 @@ mod tests {
         columns
     }
 
-    /// The sweeps as they are taught, column by column, with the rows below a panel summed in four parts.
-    fn solve_by_columns(tiles: &Tiles, z: &mut [f64]) {
+    /// The sweeps as they are taught, column by column, on one number a row. With four rows a tile
+    /// the products below a panel are summed in four parts.
+    fn solve_reference<const ROWS: usize>(tiles: &Tiles<ROWS>, z: &mut [f64]) {
         let columns = columns(tiles);
         for (j, (_, column)) in columns.iter().enumerate() {
             for &(i, value) in column {
@@ -278,12 +391,16 @@ mod tests {
         }
         for (j, (end, column)) in columns.iter().enumerate().rev() {
             let (inside, below): (Vec<_>, Vec<_>) = column.iter().partition(|&&(i, _)| i < *end);
-            let mut parts = [0.0; 4];
-            for (k, (i, value)) in below.into_iter().enumerate() {
-                parts[k % 4] += value * z[i];
-            }
             let mut sum = z[j] * tiles.inverse_pivots[j];
-            sum -= (parts[0] + parts[1]) + (parts[2] + parts[3]);
+            if ROWS == 1 {
+                below.into_iter().for_each(|(i, value)| sum -= value * z[i]);
+            } else {
+                let mut parts = [0.0; 4];
+                for (k, (i, value)) in below.into_iter().enumerate() {
+                    parts[k % 4] += value * z[i];
+                }
+                sum -= (parts[0] + parts[1]) + (parts[2] + parts[3]);
+            }
             for (i, value) in inside.into_iter().rev() {
                 sum -= value * z[i];
             }
@@ -291,26 +408,39 @@ mod tests {
         }
     }
 
+    /// Solves fast and without vector registers, and each of `numbers` of an entry by the
+    /// reference.
+    fn assert_same<V: Vector<ROWS> + Bits, const ROWS: usize, const NUMBERS: usize>(
+        (n, edges): (usize, &[(usize, usize)]),
+        random: &mut Random,
+        entry: impl Fn([f64; NUMBERS]) -> V,
+    ) {
+        let factor = supernodal_factor(n, edges);
+        let mut tiles = Tiles::<ROWS>::new(factor.symbolic());
+        let values: Vec<f64> = factor.factor().iter().map(|_| random.unit() + 1.5).collect();
+        tiles.fill(factor.symbolic(), FactorKind::Cholesky, &values);
+        let b: [Vec<f64>; NUMBERS] = std::array::from_fn(|_| random.units(n));
+        let entries = |z: &[Vec<f64>; NUMBERS]| -> Vec<V> {
+            (0..n).map(|i| entry(z.each_ref().map(|z| z[i]))).chain([V::ZERO]).collect()
+        };
+        let [mut fast, mut scalar] = [(); 2].map(|()| entries(&b));
+        tiles.solve(&mut fast);
+        pulp::WithSimd::with_simd(Sweeps { factor: &tiles, z: &mut scalar }, pulp::Scalar);
+        let reference = entries(&b.map(|mut z| {
+            z.push(0.0);
+            solve_reference(&tiles, &mut z);
+            z
+        }));
+        assert_same_bits("fast", &reference[..n], &fast[..n]);
+        assert_same_bits("without registers", &reference[..n], &scalar[..n]);
+    }
+
     proptest! {
         #[test]
-        fn tiles_give_the_bits_of_the_sweeps_by_columns(
-            (n, edges) in graph(60),
-            seed in 0..1_000_000_u64,
-        ) {
-            let mut random = Random::new(seed);
-            let factor = supernodal_factor(n, &edges);
-            let mut tiles = Tiles::new(factor.symbolic());
-            let values: Vec<f64> = factor.factor().iter().map(|_| random.unit() + 1.5).collect();
-            tiles.fill(factor.symbolic(), Kind::Llt, &values);
-            let mut expected: Vec<f64> = (0..n).map(|_| random.unit()).chain([0.0]).collect();
-            let (mut z, mut scalar) = (expected.clone(), expected.clone());
-            tiles.solve(&mut z);
-            pulp::WithSimd::with_simd(Sweeps { factor: &tiles, z: &mut scalar }, pulp::Scalar);
-            solve_by_columns(&tiles, &mut expected);
-            for i in 0..n {
-                prop_assert_eq!(z[i].to_bits(), expected[i].to_bits());
-                prop_assert_eq!(scalar[i].to_bits(), expected[i].to_bits());
-            }
+        fn tiles_give_the_bits_of_the_reference(graph in graph(60), seed in any::<u64>()) {
+            let (random, graph) = (&mut Random::new(seed), (graph.0, &graph.1[..]));
+            assert_same::<Lanes, 1, 3>(graph, random, |[x, y, z]| [x, y, z, 0.0]);
+            assert_same::<f64, 4, 1>(graph, random, |[x]| x);
         }
     }
 }

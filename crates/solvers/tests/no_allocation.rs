@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
 
+use drape_kernels::testing::mesh_edges;
 use drape_solvers::*;
 
 const SIDE: usize = 20;
@@ -9,21 +10,7 @@ const N: usize = SIDE * SIDE;
 
 /// Structural and diagonal springs of a square sheet.
 fn sheet(side: usize) -> Vec<(usize, usize)> {
-    let mut edges = Vec::new();
-    for i in 0..side * side {
-        let (row, column) = (i / side, i % side);
-        if column + 1 < side {
-            edges.push((i, i + 1));
-        }
-        if row + 1 < side {
-            edges.push((i, i + side));
-            if column + 1 < side {
-                edges.push((i, i + side + 1));
-                edges.push((i + 1, i + side));
-            }
-        }
-    }
-    edges
+    mesh_edges(side, side, &[(0, 1), (1, 0), (1, 1), (1, -1)])
 }
 
 fn allocations(work: impl FnOnce()) -> u64 {
@@ -144,8 +131,8 @@ fn direct_solves_and_refactorisations_allocate_nothing() {
         let n = side * side;
         let edges = sheet(side);
         let mut a = BlockMatrix::with_pattern(n, edges.iter().copied());
-        let mut cholesky = BlockCholesky::new(&a).unwrap();
-        let mut ldlt = BlockLdlt::new(&a).unwrap();
+        let mut cholesky = BlockFactor::new(&a, FactorKind::Cholesky).unwrap();
+        let mut ldlt = BlockFactor::new(&a, FactorKind::Ldlt).unwrap();
         let mut block_jacobi = BlockJacobi::new(&a);
         let mut couplings = ScalarMatrix::with_pattern(n, edges.iter().copied());
         fill_scalars(&mut couplings, &edges);
@@ -180,7 +167,7 @@ fn the_first_indefinite_factorisation_by_supernodes_allocates_nothing() {
     let mut a = BlockMatrix::with_pattern(n, edges.iter().copied());
     fill_blocks(&mut a, &edges);
     a.add_diagonal(7, &(-40.0 * Mat3::identity()));
-    let mut ldlt = BlockLdlt::new(&a).unwrap();
+    let mut ldlt = BlockFactor::new(&a, FactorKind::Ldlt).unwrap();
     let b = vec![Vec3::y(); n];
     let mut x = vec![Vec3::zeros(); n];
     let count = allocations(|| {

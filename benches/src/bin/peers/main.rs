@@ -4,25 +4,29 @@
 //! DRAPE_PEERS=<folder> cargo run --release -p drape-benches --bin peers
 //! ```
 //!
-//! A *peer* is a program that solves the hanging sheet of [`HangingSheet`](drape_benches::HangingSheet) with another
-//! library. It is called as
+//! A *peer* is a program that solves the hanging sheet of
+//! [`HangingSheet`](drape_benches::HangingSheet) with another library. It is called as
 //!
 //! ```text
 //! eigen_imex N SOLVER TOLERANCE STEPS K/M     # IMEX Euler, tension springs implicit
 //! eigen_bw   N SOLVER TOLERANCE STEPS K/M     # Baraff and Witkin, all springs implicit
 //! ```
 //!
-//! takes STEPS steps of 0.01 s on N × N particles, times each of them by itself, and prints one line of words and numbers:
-//! the median time of a step in µs after `total` (`eigen_bw`: after `med`), the mean before `(mean)` if it tells it, the
-//! iterations a step after `iters/step/rhs` (`it`), the heights of the middle and of the lowest particle at the end,
-//! in m, after `xmid` and `ymin`. Solvers of `eigen_imex`: `cgicn` and `cgjac` (conjugate gradients with incomplete Cholesky
-//! in natural order, or with the diagonal), `cholamd` (CHOLMOD, factor kept); of `eigen_bw`: `jac`, `ic`, `llt`.
+//! takes STEPS steps of 0.01 s on N × N particles, times each of them by itself, and prints one
+//! line of words and numbers: the median time of a step in µs after `total` (`eigen_bw`: after
+//! `med`), the mean before `(mean)` if it tells it, the iterations a step after `iters/step/rhs`
+//! (`it`), the heights of the middle and of the lowest particle at the end, in m, after `xmid` and
+//! `ymin`. Solvers of `eigen_imex`: `cgicn` and `cgjac` (conjugate gradients with incomplete
+//! Cholesky in natural order, or with the diagonal), `cholamd` (CHOLMOD, factor kept); of
+//! `eigen_bw`: `jac`, `ic`, `llt`.
 //!
-//! Every program runs as a process of its own on one core and one thread, in turns, so that both sides of a ratio meet the
-//! same machine. The order is turned round in every other round. A ratio is that of the medians of two runs in
-//! the same round. It is recorded only where both answers agree; between two direct solves to six digits.
+//! Every program runs as a process of its own on one core and one thread, in turns, so that both
+//! sides of a ratio meet the same machine. The order is turned round in every other round. A ratio
+//! is that of the medians of two runs in the same round. It is recorded only where both answers
+//! agree; between two direct solves to six digits.
 //!
-//! An optional file `about.txt` in the folder, with versions and compiler flags, is copied to the record.
+//! An optional file `about.txt` in the folder, with versions and compiler flags, is copied to the
+//! record.
 
 mod error;
 mod measure;

@@ -6,7 +6,8 @@ use crate::program::{Program, Sample, TOLERANCE};
 use crate::record::{Case, Pair, Ratio, Row, Runs};
 use crate::steps::median;
 
-/// Runs all programs of a plan in turns, every other round backwards, so that whatever drifts meets both sides.
+/// Runs all programs of a plan in turns, every other round backwards, so that whatever drifts meets
+/// both sides.
 pub(crate) fn measure(plan: &Plan, core: Option<u32>) -> Result<Vec<Row>, PeersError> {
     let Plan { case, rounds, programs, .. } = plan;
     let mut samples: Vec<Vec<Sample>> = vec![Vec::new(); programs.len()];
@@ -46,8 +47,8 @@ fn summary(case: &Case, program: &Program, samples: &[Sample]) -> Runs {
 
 /// Error of a printed height, and of two direct solves, relative to the fall.
 const ROUND_OFF: f64 = 1e-6;
-/// The greatest error of a height that solves to [`TOLERANCE`] explain, relative to the fall: each step adds an error of
-/// its velocity, which later steps carry on.
+/// The greatest error of a height that solves to [`TOLERANCE`] explain, relative to the fall: each
+/// step adds an error of its velocity, which later steps carry on.
 const TOLERATED: f64 = 10.0 * TOLERANCE;
 
 /// A solver of drape beside one of a peer; without a ratio where their answers differ.

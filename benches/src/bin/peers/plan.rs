@@ -16,7 +16,8 @@ pub(crate) struct Plan {
     pub(crate) goal: Option<Goal>,
 }
 
-/// Ratios over [`YARDSTICK`]: what is asked for on the two meshes, and what is aimed at on the grid.
+/// Ratios over [`YARDSTICK`]: what is asked for on the two meshes, and what is aimed at on the
+/// grid.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Goal {
     pub(crate) grid: f64,
@@ -24,7 +25,8 @@ pub(crate) struct Goal {
     pub(crate) general: f64,
 }
 
-/// The peer's solver that goals are set against: CG with incomplete Cholesky, as drape's default is.
+/// The peer's solver that goals are set against: CG with incomplete Cholesky, as drape's default
+/// is.
 pub(crate) const YARDSTICK: &str = "cgicn";
 
 const IMEX: [&str; 4] = [
@@ -42,8 +44,9 @@ const BARAFF_WITKIN: [&str; 3] = [
 ];
 const BARAFF_WITKIN_PEER: [&str; 3] = ["jac", "ic", "llt"];
 
-/// Largest side at which Baraff and Witkin's matrix is factorised: beyond it one step takes a minute. The matrix of IMEX Euler is
-/// factorised up to 316; ordering a million rows takes longer than all steps.
+/// Largest side at which Baraff and Witkin's matrix is factorised: beyond it one step takes a
+/// minute. The matrix of IMEX Euler is factorised up to 316; ordering a million rows takes longer
+/// than all steps.
 const LARGEST_FACTOR: u32 = 100;
 
 /// Method, k/m, side, steps, rounds, goal.
@@ -68,8 +71,8 @@ const LINES: [Line; 11] = [
     ("baraff-witkin", 1e4, 316, 6, 3, None),
 ];
 
-/// The cases up to a side, with drape on both meshes and every peer that computes the method. Drape and the peers
-/// take turns.
+/// The cases up to a side, with drape on both meshes and every peer that computes the method. Drape
+/// and the peers take turns.
 pub(crate) fn plans(peers: &[(&'static Peer, PathBuf)], largest: u32, rounds: usize) -> Vec<Plan> {
     let lines = LINES.iter().filter(|line| line.2 <= largest);
     lines

@@ -126,7 +126,8 @@ impl std::fmt::Display for Program {
     }
 }
 
-/// The numbers of a line of output: the word before the median, and that before the iterations, differ.
+/// The numbers of a line of output: the word before the median, and that before the iterations,
+/// differ.
 fn read(program: &str, line: &str, words: [&'static str; 2]) -> Result<Sample, PeersError> {
     let tokens: Vec<_> = line.split_whitespace().collect();
     let found = |word: &str| {

@@ -1,8 +1,9 @@
 //! The least time of a step: what its kernels must compute and move.
 //!
-//! A kernel takes at least the longest of three times: its square roots and quotients at their throughput, its flops at that of
-//! sums and products, its bytes at the speed of the second-level cache. Counted for a regular sheet, as the step's report counts
-//! its kernels; a vector of three coordinates is 24 bytes, and what a kernel reads twice comes from nearer the second time.
+//! A kernel takes at least the longest of three times: its square roots and quotients at their
+//! throughput, its flops at that of sums and products, its bytes at the speed of the second-level
+//! cache. Counted for a regular sheet, as the step's report counts its kernels; a vector of three
+//! coordinates is 24 bytes, and what a kernel reads twice comes from nearer the second time.
 //!
 //! | kernel, as a step's report counts it | a spring | a particle |
 //! |---|---|---|
@@ -14,9 +15,9 @@
 //! | blocks of all springs, once for each Newton iteration or linearised step | a root and a quotient, 60 flops, 48 bytes written | 48 bytes written |
 //! | update of velocities and positions, once a step | | 12 flops, 120 bytes |
 //!
-//! Factorisations and solves with factors are left out, and so are preconditioners other than a division by a diagonal:
-//! they depend on the order of elimination, and a method may choose among them. A step that makes them is above its bound
-//! by what they take.
+//! Factorisations and solves with factors are left out, and so are preconditioners other than a
+//! division by a diagonal: they depend on the order of elimination, and a method may choose among
+//! them. A step that makes them is above its bound by what they take.
 
 use crate::{Counts, Profile};
 use drape_benches::Machine;

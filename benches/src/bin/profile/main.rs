@@ -4,11 +4,12 @@
 //! cargo run --release -p drape-benches --bin profile
 //! ```
 //!
-//! Every method takes steps of the hanging sheet of [`HangingSheet`], 52 × 52 and 100 × 100 particles row by row, k/m =
-//! 1e4/s², with its default settings, on one thread. The table has the median time of a step, what share of it each
-//! [`Phase`] took in another run, what a step counts, and its *bound*: the least time of the
-//! [kernels](bound) that it counts, from the speed of this processor's arithmetic and of its caches, which the
-//! program measures first. Methods that are more than twice above their bound have a reason beside them.
+//! Every method takes steps of the hanging sheet of [`HangingSheet`], 52 × 52 and 100 × 100
+//! particles row by row, k/m = 1e4/s², with its default settings, on one thread. The table has the
+//! median time of a step, what share of it each [`Phase`] took in another run, what a step counts,
+//! and its *bound*: the least time of the [kernels](bound) that it counts, from the speed of this
+//! processor's arithmetic and of its caches, which the program measures first. Methods that are
+//! more than twice above their bound have a reason beside them.
 
 mod bound;
 mod table;
@@ -164,7 +165,8 @@ fn steps(
         integrator.step(system, &mut state, h, &mut off)?;
     }
     let (mut times, mut total) = (Vec::new(), Counts::default());
-    // A hundred steps are long before any method's sheet has fallen to where it is in another regime.
+    // A hundred steps are long before any method's sheet has fallen to where it is in another
+    // regime.
     while times.len() < 10 || (times.len() < 100 && times.iter().sum::<f64>() < seconds) {
         let begin = Instant::now();
         let report = integrator.step(system, &mut state, h, clock)?;

@@ -12,7 +12,8 @@ pub(crate) fn sheets(side: u32, threads: NonZero<usize>) -> Vec<Prepared> {
     (0..threads.get()).map(|_| Prepared::on_sheet(part, Mesh::Grid, METHOD, WARM_UP)).collect()
 }
 
-/// Particles that all sheets together step in a millisecond while each is at work on a thread of its own.
+/// Particles that all sheets together step in a millisecond while each is at work on a thread of
+/// its own.
 pub(crate) fn particles_per_ms(sheets: &mut [Prepared], steps: u32) -> f64 {
     let start = Barrier::new(sheets.len());
     let rates = std::thread::scope(|scope| {

@@ -4,11 +4,13 @@
 //! cargo run --release -p drape-benches --bin threads
 //! ```
 //!
-//! A step of IMEX Euler with Jacobi's preconditioner on the hanging sheet of [`HangingSheet`](drape_benches::HangingSheet), row by
-//! row, is timed on one thread and on several, in turns, from the same state; after each turn the states must be the same bits. In
-//! each round as many [smaller sheets](apart) as there are threads take their steps too, one on each thread, at the same time: they share nothing and
-//! never wait for each other, so that what they lose is what the machine's cores take from each other. That they do, in
-//! caches that cores share and in memory, is [measured](memory) by itself.
+//! A step of IMEX Euler with Jacobi's preconditioner on the hanging sheet of
+//! [`HangingSheet`](drape_benches::HangingSheet), row by row, is timed on one thread and on
+//! several, in turns, from the same state; after each turn the states must be the same bits. In
+//! each round as many [smaller sheets](apart) as there are threads take their steps too, one on
+//! each thread, at the same time: they share nothing and never wait for each other, so that what
+//! they lose is what the machine's cores take from each other. That they do, in caches that cores
+//! share and in memory, is [measured](memory) by itself.
 
 mod apart;
 mod memory;

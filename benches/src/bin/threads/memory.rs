@@ -6,8 +6,8 @@ use std::panic::resume_unwind;
 use std::sync::Barrier;
 use std::time::Instant;
 
-/// Sizes of what each thread reads, of which it writes half again: in a second-level cache, in caches that cores share, and in
-/// memory.
+/// Sizes of what each thread reads, of which it writes half again: in a second-level cache, in
+/// caches that cores share, and in memory.
 pub(crate) const SIZES: [(&str, usize); 3] =
     [("0.5 MB", 1 << 19), ("8 MB", 1 << 23), ("256 MB", 1 << 28)];
 /// Bytes that a measurement moves.

@@ -2,11 +2,11 @@
 
 use crate::settings::{BaraffWitkinSettings, BlockSolver, FirstChange, Preconditioning};
 use drape_integrator::{Implicit, Linearisation, PrepareError, SolveStatus, StepError, StepReport};
-use drape_model::{State, System, Tangent, Vec3};
+use drape_model::{State, StiffnessProduct, System, Tangent, Vec3};
 use drape_solvers::{
-    BandedMatrix, BlockCholesky, BlockJacobi, BlockLdlt, BlockMatrix, Constraints, Identity,
-    LinearOperator, PairMatrix, PcgReport, PcgSettings, PcgWorkspace, Preconditioner, Reference,
-    SolverError, constraint_impulse, filtered_pcg,
+    BlockFactor, BlockJacobi, BlockMatrix, Constraints, FactorKind, Identity, LinearOperator,
+    PcgReport, PcgSettings, PcgWorkspace, Preconditioner, Reference, SolverError,
+    constraint_impulse, filtered_pcg,
     vector::{norm, subtract_from},
 };
 
@@ -32,10 +32,17 @@ enum Solver {
 }
 
 impl Solver {
-    fn matrix(&self) -> &dyn LinearOperator {
+    fn matrix(&self) -> &BlockMatrix {
         match self {
             Self::Cg(cg) => &cg.matrix,
             Self::Direct(direct) => &direct.matrix,
+        }
+    }
+
+    fn matrix_mut(&mut self) -> &mut BlockMatrix {
+        match self {
+            Self::Cg(cg) => &mut cg.matrix,
+            Self::Direct(direct) => &mut direct.matrix,
         }
     }
 }
@@ -50,7 +57,7 @@ impl LinearSystem {
         let solver = match settings.solver {
             BlockSolver::Cg => Solver::Cg(Box::new(ConjugateGradients::new(system, settings))),
             BlockSolver::Direct => {
-                Solver::Direct(Box::new(Direct::new(implicit.block_matrix(system), tangent)?))
+                Solver::Direct(Box::new(Direct::new(implicit.block_rows(system), tangent)?))
             }
         };
         let zeros = || vec![Vec3::zeros(); system.len()];
@@ -74,18 +81,15 @@ impl LinearSystem {
         for i in 0..b.len() {
             displacement[i] = state.v[i] * h + y[i];
         }
-        match solver {
-            Solver::Cg(cg) => {
-                cg.matrix.linearise(&at, system, displacement, b);
-                cg.update();
-            }
-            Solver::Direct(direct) => {
-                linearise_rows(&at, system, &mut direct.matrix, displacement, b);
-            }
+        let product = StiffnessProduct { w: displacement, out: b };
+        at.assemble(system, solver.matrix_mut(), Some(product));
+        if let Solver::Cg(cg) = solver {
+            cg.update();
         }
     }
 
-    /// `b = h (f_0 + h ∂f/∂x v_0 + ∂f/∂x y)`, of which [`linearise`](Self::linearise) has computed all but the forces.
+    /// `b = h (f_0 + h ∂f/∂x v_0 + ∂f/∂x y)`, of which [`linearise`](Self::linearise) has computed
+    /// all but the forces.
     #[doc(alias = "Baraff-Witkin 18")]
     pub(crate) fn set_right_hand_side(
         &mut self,
@@ -103,8 +107,8 @@ impl LinearSystem {
         report.matvecs += 1;
     }
 
-    /// Solves for `Δv` under constraints on it. Conjugate gradients start from the prescribed part alone, or from what
-    /// `change` holds.
+    /// Solves for `Δv` under constraints on it. Conjugate gradients start from the prescribed part
+    /// alone, or from what `change` holds.
     ///
     /// # Errors
     /// [`SolverError`] when the direct solver cannot factorise the matrix.
@@ -141,72 +145,10 @@ impl LinearSystem {
     }
 }
 
-/// `A = M − h ∂f/∂v − h² ∂f/∂x`, kg: one matrix in three forms, with the same products bit for bit.
-#[derive(Debug)]
-enum Matrix {
-    /// Of any system; what a direct solver takes.
-    Rows(BlockMatrix),
-    /// Of a regular grid.
-    Bands(BandedMatrix),
-    /// Of springs in any order.
-    Pairs(PairMatrix),
-}
-
-impl LinearOperator for Matrix {
-    fn size(&self) -> usize {
-        match self {
-            Self::Rows(matrix) => matrix.size(),
-            Self::Bands(matrix) => matrix.size(),
-            Self::Pairs(matrix) => matrix.size(),
-        }
-    }
-
-    fn multiply(&self, x: &[Vec3], y: &mut [Vec3]) {
-        match self {
-            Self::Rows(matrix) => matrix.multiply(x, y),
-            Self::Bands(matrix) => matrix.multiply(x, y),
-            Self::Pairs(matrix) => matrix.multiply(x, y),
-        }
-    }
-}
-
-impl Matrix {
-    fn new(system: &System, implicit: Implicit) -> Self {
-        if let Some(matrix) = implicit.banded_matrix(system) {
-            return Self::Bands(matrix);
-        }
-        match implicit.pair_matrix(system) {
-            Some(matrix) => Self::Pairs(matrix),
-            None => Self::Rows(implicit.block_matrix(system)),
-        }
-    }
-
-    /// The matrix, and `K w` in `out`.
-    fn linearise(&mut self, at: &Linearisation<'_>, system: &System, w: &[Vec3], out: &mut [Vec3]) {
-        match self {
-            Self::Rows(matrix) => linearise_rows(at, system, matrix, w, out),
-            Self::Bands(matrix) => at.assemble_bands(system, matrix, w, out),
-            Self::Pairs(matrix) => at.assemble_pairs(system, matrix, w, out),
-        }
-    }
-}
-
-/// The matrix in compressed rows, and `K w` in `out`.
-fn linearise_rows(
-    at: &Linearisation<'_>,
-    system: &System,
-    matrix: &mut BlockMatrix,
-    w: &[Vec3],
-    out: &mut [Vec3],
-) {
-    at.assemble(system, matrix);
-    at.implicit.multiply_stiffness(system, at.x, at.tangent, w, out);
-}
-
 /// The modified conjugate gradients of Baraff and Witkin's section 5.
 #[derive(Debug)]
 struct ConjugateGradients {
-    matrix: Matrix,
+    matrix: BlockMatrix,
     block_jacobi: Option<BlockJacobi>,
     settings: PcgSettings,
     workspace: PcgWorkspace,
@@ -215,7 +157,7 @@ struct ConjugateGradients {
 impl ConjugateGradients {
     fn new(system: &System, settings: &BaraffWitkinSettings) -> Self {
         let n = system.len();
-        let matrix = Matrix::new(system, settings.implicit);
+        let matrix = settings.implicit.block_matrix(system);
         let block_jacobi = match settings.preconditioner {
             Preconditioning::None => None,
             Preconditioning::BlockJacobi => Some(BlockJacobi::identity(n)),
@@ -232,11 +174,7 @@ impl ConjugateGradients {
     /// iteration finds the direction of negative curvature itself.
     fn update(&mut self) {
         if let Some(block_jacobi) = &mut self.block_jacobi {
-            let _ = match &self.matrix {
-                Matrix::Rows(matrix) => block_jacobi.update(matrix),
-                Matrix::Bands(matrix) => block_jacobi.update_banded(matrix),
-                Matrix::Pairs(matrix) => block_jacobi.update_pairs(matrix),
-            };
+            let _ = block_jacobi.update(&self.matrix);
         }
     }
 
@@ -266,43 +204,19 @@ struct Direct {
     matrix: BlockMatrix,
     /// `S A S` with something on the rest of the diagonal.
     projected: BlockMatrix,
-    factor: Factor,
+    factor: BlockFactor,
     residual: Vec<Vec3>,
     correction: Vec<Vec3>,
-}
-
-#[derive(Debug)]
-enum Factor {
-    Cholesky(BlockCholesky),
-    Ldlt(BlockLdlt),
-}
-
-impl Factor {
-    /// Factorises; returns whether the matrix turned out positive definite.
-    fn factorise(&mut self, matrix: &BlockMatrix) -> Result<bool, SolverError> {
-        match self {
-            Self::Cholesky(factor) => factor.factorise(matrix).map(|()| true),
-            Self::Ldlt(factor) => {
-                factor.factorise(matrix).map(|()| factor.negative_pivots() == Some(0))
-            }
-        }
-    }
-
-    fn solve(&mut self, rhs: &[Vec3], x: &mut [Vec3]) {
-        match self {
-            Self::Cholesky(factor) => factor.solve(rhs, x),
-            Self::Ldlt(factor) => factor.solve(rhs, x),
-        }
-    }
 }
 
 impl Direct {
     fn new(matrix: BlockMatrix, tangent: Tangent) -> Result<Self, SolverError> {
         let zeros = || vec![Vec3::zeros(); matrix.n()];
-        let factor = match tangent {
-            Tangent::Projected => Factor::Cholesky(BlockCholesky::new(&matrix)?),
-            Tangent::Exact => Factor::Ldlt(BlockLdlt::new(&matrix)?),
+        let kind = match tangent {
+            Tangent::Projected => FactorKind::Cholesky,
+            Tangent::Exact => FactorKind::Ldlt,
         };
+        let factor = BlockFactor::new(&matrix, kind)?;
         let (projected, residual, correction) = (matrix.clone(), zeros(), zeros());
         Ok(Self { matrix, projected, factor, residual, correction })
     }
@@ -315,7 +229,8 @@ impl Direct {
     ) -> Result<PcgReport, SolverError> {
         self.projected.copy_from(&self.matrix);
         self.projected.project(constraints);
-        let is_definite = self.factor.factorise(&self.projected)?;
+        self.factor.factorise(&self.projected)?;
+        let is_definite = self.factor.negative_pivots() == Some(0);
         constraints.prescribed_only(change);
         let before = self.measure(constraints, b, change);
         self.factor.solve(&self.residual, &mut self.correction);
@@ -340,51 +255,62 @@ impl Direct {
 mod tests {
     use super::*;
     use crate::test_support::{build, rough_sheet};
-    use drape_model::DampingLaw;
+    use drape_kernels::testing::assert_same_bits;
+    use drape_model::{DampingLaw, SystemSpec};
+    use drape_solvers::Coupling;
 
-    /// What a matrix makes of the system: its product with the velocities, and `K w` of the right-hand side.
-    fn bits(matrix: &mut Matrix, system: &System, state: &State, tangent: Tangent) -> Vec<u64> {
+    /// The product with the velocities, and `K w` of the right-hand side.
+    fn numbers(
+        matrix: &mut BlockMatrix,
+        (system, state): &(System, State),
+        tangent: Tangent,
+    ) -> [Vec<Vec3>; 2] {
         let (implicit, lagged) = (Implicit::Springs, state.level());
         let at = Linearisation { implicit, tau: 0.02, x: &state.x, lagged, tangent };
         let [mut stiffness, mut product] = [(); 2].map(|()| vec![Vec3::x(); state.len()]);
         for _ in 0..2 {
-            matrix.linearise(&at, system, &state.v, &mut stiffness);
+            let wanted = StiffnessProduct { w: &state.v, out: &mut stiffness };
+            at.assemble(system, matrix, Some(wanted));
         }
         matrix.multiply(&state.v, &mut product);
-        let vectors = product.iter().chain(&stiffness);
-        vectors.flat_map(|v| [v.x.to_bits(), v.y.to_bits(), v.z.to_bits()]).collect()
+        [product, stiffness]
+    }
+
+    fn in_disorder(side: usize) -> SystemSpec {
+        let mut spec = rough_sheet(side, 1e4, 0.3, DampingLaw::Full);
+        spec.springs.sort_by_key(|s| (s.i * 7919 + s.j * 104_729) % 1009);
+        spec
     }
 
     #[test]
-    fn listed_springs_take_the_matrix_of_pairs_with_the_bits_of_compressed_rows() {
-        for side in [3, 7, 20] {
-            let mut spec = rough_sheet(side, 1e4, 0.3, DampingLaw::Full);
-            spec.springs.sort_by_key(|s| (s.i * 7919 + s.j * 104_729) % 1009);
-            let (system, state) = build(&spec);
-            let mut matrix = Matrix::new(&system, Implicit::Springs);
-            assert!(matches!(matrix, Matrix::Pairs(_)), "{matrix:?}");
-            let mut rows = Matrix::Rows(Implicit::Springs.block_matrix(&system));
+    fn every_layout_has_the_bits_of_compressed_rows() {
+        let grid = |side| rough_sheet(side, 1e4, 0.3, DampingLaw::Full);
+        let specs = [in_disorder(3), in_disorder(7), in_disorder(20), grid(20), grid(7)];
+        for (k, spec) in specs.into_iter().enumerate() {
+            let scene = build(&spec);
+            let mut matrix = Implicit::Springs.block_matrix(&scene.0);
+            let is_bands = matches!(matrix.coupling(), Coupling::Bands(_));
+            assert!(if k == 3 { is_bands } else { matrix.coupling() != Coupling::Rows });
+            let mut rows = Implicit::Springs.block_rows(&scene.0);
             for tangent in [Tangent::Exact, Tangent::Projected] {
-                let [fast, readable] =
-                    [&mut matrix, &mut rows].map(|m| bits(m, &system, &state, tangent));
-                assert_eq!(fast, readable, "{side}, {tangent:?}");
+                let [fast, reference] =
+                    [&mut matrix, &mut rows].map(|m| numbers(m, &scene, tangent));
+                assert_same_bits((k, tangent), &reference, &fast);
             }
         }
         let (system, _) = build(&rough_sheet(7, 1e4, 0.3, DampingLaw::Projected));
-        assert!(matches!(Matrix::new(&system, Implicit::Springs), Matrix::Rows(_)));
+        assert_eq!(Implicit::Springs.block_matrix(&system).coupling(), Coupling::Rows);
     }
 
-    /// A matrix whose table is that of other springs searches the place of each block.
+    /// A matrix whose table belongs to other springs searches the place of each block.
     #[test]
     fn a_matrix_made_for_another_order_of_the_springs_gives_the_same_bits() {
-        let mut spec = rough_sheet(6, 1e4, 0.3, DampingLaw::Full);
-        spec.springs.sort_by_key(|s| (s.i * 7919 + s.j * 104_729) % 1009);
-        let (system, state) = build(&spec);
-        let mut own = Matrix::new(&system, Implicit::Springs);
+        let mut spec = in_disorder(6);
+        let scene = build(&spec);
+        let mut own = Implicit::Springs.block_matrix(&scene.0);
         spec.springs.reverse();
-        let mut other = Matrix::new(&build(&spec).0, Implicit::Springs);
-        let [own, other] =
-            [&mut own, &mut other].map(|m| bits(m, &system, &state, Tangent::Projected));
-        assert_eq!(own, other);
+        let mut other = Implicit::Springs.block_matrix(&build(&spec).0);
+        let [own, other] = [&mut own, &mut other].map(|m| numbers(m, &scene, Tangent::Projected));
+        assert_same_bits("another order", &own, &other);
     }
 }

@@ -38,8 +38,8 @@ impl SecantSystem {
     }
 
     #[doc(alias = "Terzopoulos-Fleischer 1988")]
-    /// `A = M + h² K(x_n) + ½ h L_c` and `b = (M − ½ h D) v_n + h (f_ext − K(x_n) x_n)`, to which projected damping
-    /// `D` adds `½ h (L_c − D) v_n`.
+    /// `A = M + h² K(x_n) + ½ h L_c` and `b = (M − ½ h D) v_n + h (f_ext − K(x_n) x_n)`, to which
+    /// projected damping `D` adds `½ h (L_c − D) v_n`.
     pub(crate) fn assemble(&mut self, system: &System, state: &State, h: f64) {
         let Self { clamp, matrix, free, b, damping, .. } = self;
         let (x, v) = (&state.x, &state.v);
@@ -113,7 +113,8 @@ impl SecantSystem {
         }
     }
 
-    /// Solves; pinned particles have the velocity of `known` (m/s). Returns `‖b − A v‖/‖b‖` over the others.
+    /// Solves; pinned particles have the velocity of `known` (m/s). Returns `‖b − A v‖/‖b‖` over
+    /// the others.
     pub(crate) fn solve(&mut self, system: &System, known: &[Vec3], v: &mut [Vec3]) -> f64 {
         if system.moving_pins().is_empty() {
             self.factor.solve(&self.b, v);
@@ -191,8 +192,8 @@ mod tests {
         }
     }
 
-    /// Half of the projected damping at the new level as far as it is linear, the rest at the old one: with a
-    /// velocity that does not change, the damping force is the whole of it.
+    /// Half of the projected damping at the new level as far as it is linear, the rest at the old
+    /// one: with a velocity that does not change, the damping force is the whole of it.
     #[test]
     fn projected_damping_is_complete_where_the_velocity_does_not_change() {
         let (system, state) = scene("projected");
@@ -211,8 +212,8 @@ mod tests {
         }
     }
 
-    /// A compressed spring pushes in the default form and does not in the clamped one; where the matrix is
-    /// indefinite only the default form notices.
+    /// A compressed spring pushes in the default form and does not in the clamped one; where the
+    /// matrix is indefinite only the default form notices.
     #[test]
     fn clamping_silences_compressed_springs() {
         let (system, mut state) = scene("full");

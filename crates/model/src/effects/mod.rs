@@ -38,14 +38,14 @@ use piecewise::{Buckling, Curve};
 pub use piecewise::{PiecewiseSprings, TensionLaw};
 pub use registry::EffectClass;
 pub(crate) use registry::{Checked, Weave};
-pub use springs::pairs::PairBlocks;
 pub use springs::sweep::{Field, ListedSprings, Pass, Springs};
-pub use springs::tangent::{BlockPlanes, Linearised};
+pub use springs::tangent::{Linearised, StiffnessProduct};
 pub use springs::{LinearSprings, Spring};
 pub(crate) use springs::{batch, pairs, sweep, tangent};
 
 use crate::error::Violation;
-use crate::{ContactSpec, Level, Mat3, SystemSpec, Vec3};
+use crate::{ContactSpec, Level, SystemSpec, Vec3};
+pub use drape_kernels::blocks::BlockSink;
 use registry::Entry;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -97,21 +97,6 @@ pub enum Part {
     Linear,
     /// `−L_c v`, the negative of EEH (14), from the velocities alone; nothing without a split.
     LinearDamping,
-}
-
-/// Receives 3×3 blocks of symmetric matrices with the pairs that they couple.
-pub trait BlockSink {
-    /// Adds `block` at `(i, i)` and `(j, j)` and subtracts it at `(i, j)` and `(j, i)`. Symmetric
-    /// blocks only.
-    fn add_pair(&mut self, i: usize, j: usize, block: &Mat3);
-
-    /// The same for any block `B`: adds `B` at `(i, i)` and `Bᵀ` at `(j, j)`, and subtracts `B` at
-    /// `(i, j)` and `Bᵀ` at `(j, i)`. Every symmetric matrix `H` whose rows of blocks sum to 0 is a
-    /// sum of such pairs with `B = −H_ij`.
-    fn add_general_pair(&mut self, i: usize, j: usize, block: &Mat3);
-
-    /// Adds the symmetric `block` at `(i, i)`, for a force on one particle alone.
-    fn add_diagonal(&mut self, i: usize, block: &Mat3);
 }
 
 /// One kind of force.

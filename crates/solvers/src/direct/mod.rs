@@ -3,10 +3,11 @@
 //! | matrix | positive definite | may be indefinite |
 //! |---|---|---|
 //! | [`ScalarMatrix`](crate::ScalarMatrix) | [`CompleteCholesky`](crate::CompleteCholesky), [`DenseInverse`](crate::DenseInverse) | [`CompleteLdlt`] |
-//! | [`BlockMatrix`](crate::BlockMatrix) | [`BlockCholesky`] | [`BlockLdlt`] |
+//! | [`BlockMatrix`](crate::BlockMatrix) | [`BlockFactor`] of both kinds | [`BlockFactor`], [`FactorKind::Ldlt`] |
 
 mod block;
 mod scalar;
 
-pub use block::{BlockCholesky, BlockLdlt};
+pub use crate::sparse_factor::FactorKind;
+pub use block::BlockFactor;
 pub use scalar::CompleteLdlt;

@@ -1,8 +1,8 @@
 //! The direct solver for scalar matrices that may be indefinite.
 
-use crate::rows::Rows;
+use crate::free::FreeRows;
 use crate::scalar_factor::ScalarFactor;
-use crate::sparse_factor::Kind;
+use crate::sparse_factor::FactorKind;
 use crate::{ScalarMatrix, SolverError, Vec3};
 
 /// Sparse factorisation `A = L D Lᵀ` of a [`ScalarMatrix`] that may be indefinite, with ones on the
@@ -13,13 +13,13 @@ use crate::{ScalarMatrix, SolverError, Vec3};
 /// `[[0, 1], [1, 0]]`. What can go wrong is looked for and told as [`SolverError::Singular`]:
 ///
 /// * a pivot is zero, or not finite;
-/// * a pivot is the difference of numbers that agree in all but their last digits (64 ε), as happens
-///   in a matrix that is singular up to round-off. Not all of these are found: rounding errors add
-///   up, so that the last pivot of a Laplacian without masses came out up to n ε / 2 in size, and
-///   was let through on most grids of 10⁴ nodes and more;
-/// * a pivot is so small that a term `lᵢₖ² |dₖ|` outgrows the largest entry of `A` by more than 1/√ε.
-///   Below that limit the rounding errors are those of a matrix that differs from `A` by some 10⁻⁸
-///   of its largest entry at worst (Higham 2002, theorem 11.3), commonly by 10⁻¹⁵.
+/// * a pivot is the difference of numbers that agree in all but their last digits (64 ε), as
+///   happens in a matrix that is singular up to round-off. Not all of these are found: rounding
+///   errors add up, so that the last pivot of a Laplacian without masses came out up to n ε / 2 in
+///   size, and was let through on most grids of 10⁴ nodes and more;
+/// * a pivot is so small that a term `lᵢₖ² |dₖ|` outgrows the largest entry of `A` by more than
+///   1/√ε. Below that limit the rounding errors are those of a matrix that differs from `A` by some
+///   10⁻⁸ of its largest entry at worst (Higham 2002, theorem 11.3), commonly by 10⁻¹⁵.
 ///
 /// By Sylvester's law of inertia as many pivots as eigenvalues are negative, see
 /// [`negative_pivots`](Self::negative_pivots).
@@ -57,20 +57,20 @@ impl CompleteLdlt {
     /// # Errors
     /// [`SolverError::Factorisation`] when the factor does not fit into memory.
     pub fn new(a: &ScalarMatrix) -> Result<Self, SolverError> {
-        Ok(Self { factor: ScalarFactor::new(a, Kind::Ldlt)?, negative_pinned: 0 })
+        Ok(Self { factor: ScalarFactor::new(a, FactorKind::Ldlt)?, negative_pinned: 0 })
     }
 
     /// Factors `a`. Rows that `free` says are not free keep their diagonal entry alone.
     ///
     /// # Errors
     /// [`SolverError::Singular`]; [`SolverError::PatternChanged`] when `a` has another pattern than
-    /// the matrix given to [`new`](Self::new). After the former there is no factor, after the latter
-    /// the factor stays as it was; both leave this solver ready for the next matrix.
+    /// the matrix given to [`new`](Self::new). After the former there is no factor, after the
+    /// latter the factor stays as it was; both leave this solver ready for the next matrix.
     ///
     /// # Panics
     /// When `free` has not one flag a row.
     pub fn update(&mut self, a: &ScalarMatrix, free: Option<&[bool]>) -> Result<(), SolverError> {
-        let rows = Rows::new(free, a.n());
+        let rows = FreeRows::new(free, a.n());
         self.factor.update(a, rows)?;
         self.negative_pinned = (0..a.n()).filter(|&i| !rows.free(i) && a.diagonal(i) < 0.0).count();
         Ok(())
@@ -87,8 +87,8 @@ impl CompleteLdlt {
         self.factor.solve(rhs, x);
     }
 
-    /// How many pivots of free rows are negative, which is how many eigenvalues of the matrix of the
-    /// free rows are; none without a factor. Each counts for the three coordinates alike.
+    /// How many pivots of free rows are negative, which is how many eigenvalues of the matrix of
+    /// the free rows are; none without a factor. Each counts for the three coordinates alike.
     pub fn negative_pivots(&self) -> Option<usize> {
         self.factor.negative_pivots().map(|all| all - self.negative_pinned)
     }

@@ -4,8 +4,8 @@ use crate::pattern::Pattern;
 
 const NONE: u32 = u32::MAX;
 
-/// The elimination tree of a pattern in an order: `parent[k]` is the row of the first entry below the diagonal in
-/// column `k` of the factor (Liu 1986).
+/// The elimination tree of a pattern in an order: `parent[k]` is the row of the first entry below
+/// the diagonal in column `k` of the factor (Liu 1986).
 pub(super) struct EliminationTree<'a> {
     pattern: &'a Pattern,
     order: &'a [u32],
@@ -39,7 +39,8 @@ impl<'a> EliminationTree<'a> {
         tree
     }
 
-    /// The same elimination with every subtree in consecutive positions, which changes no entry of the factor.
+    /// The same elimination with every subtree in consecutive positions, which changes no entry of
+    /// the factor.
     pub(super) fn postordered(&self) -> Vec<u32> {
         let n = self.parent.len();
         let (mut child, mut sibling) = (vec![NONE; n + 1], vec![NONE; n]);
@@ -66,8 +67,8 @@ impl<'a> EliminationTree<'a> {
         postorder
     }
 
-    /// Entries of each column of the factor, the diagonal one among them: row `k` has entries on the paths from its
-    /// earlier neighbours up to it.
+    /// Entries of each column of the factor, the diagonal one among them: row `k` has entries on
+    /// the paths from its earlier neighbours up to it.
     pub(super) fn column_counts(&self) -> Vec<u32> {
         let n = self.parent.len();
         let mut reached = vec![NONE; n];

@@ -22,8 +22,8 @@ impl Graph {
         graph
     }
 
-    /// The part of this graph between the given nodes, which are numbered as they come. `number` is scratch memory
-    /// with one entry a node, all `u32::MAX` before and after.
+    /// The part of this graph between the given nodes, which are numbered as they come. `number` is
+    /// scratch memory with one entry a node, all `u32::MAX` before and after.
     pub(super) fn part(&self, nodes: &[u32], number: &mut [u32]) -> Self {
         for (new, &old) in nodes.iter().enumerate() {
             number[old as usize] = new as u32;
@@ -109,8 +109,8 @@ impl Graph {
         components
     }
 
-    /// The graph whose nodes are pairs joined by heavy edges (Karypis and Kumar 1998, section 3.1), nodes being taken
-    /// in the given order, and the coarse node of each node.
+    /// The graph whose nodes are pairs joined by heavy edges (Karypis and Kumar 1998, section 3.1),
+    /// nodes being taken in the given order, and the coarse node of each node.
     pub(super) fn coarsen(&self, order: &[u32]) -> (Self, Vec<u32>) {
         const NONE: u32 = u32::MAX;
         let mut coarse_of = vec![NONE; self.len()];

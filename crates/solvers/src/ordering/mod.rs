@@ -1,11 +1,12 @@
-//! The order in which a factorisation eliminates the rows, which decides how many entries it fills in.
+//! The order in which a factorisation eliminates the rows, which decides how many entries it fills
+//! in.
 //!
 //! Two orders are made, and that with fewer entries in the factor is taken:
 //!
 //! * approximate minimum degree (AMD), a greedy order;
 //! * nested dissection (George 1973): a small separator is eliminated last, and the halves that it
-//!   leaves are ordered likewise, down to parts of [`LEAF`] nodes, which are ordered by minimum degree
-//!   with their surroundings in view.
+//!   leaves are ordered likewise, down to parts of [`LEAF`] nodes, which are ordered by minimum
+//!   degree with their surroundings in view.
 
 mod elimination;
 mod graph;
@@ -20,15 +21,16 @@ use faer::sparse::linalg::amd;
 use graph::Graph;
 use separator::{Random, Side, separate};
 
-/// Below this many nodes minimum degree alone is tried: on grids dissection saves 3 % of the entries at 10⁴ nodes,
-/// 16 % at 10⁵, and takes 30 times as long.
+/// Below this many nodes minimum degree alone is tried: on grids dissection saves 3 % of the
+/// entries at 10⁴ nodes, 16 % at 10⁵, and takes 30 times as long.
 const DISSECTED: usize = 20_000;
 /// A part of at most this many nodes is not dissected further.
 const LEAF: usize = 256;
 /// Words of a bit mask of a part and as many nodes around it.
 const WORDS: usize = 2 * LEAF / 64;
 
-/// The nodes in the order of elimination: every subtree of the elimination tree has consecutive positions.
+/// The nodes in the order of elimination: every subtree of the elimination tree has consecutive
+/// positions.
 pub(crate) fn fill_reducing(pattern: &Pattern) -> Result<Vec<u32>, SolverError> {
     let greedy = minimum_degree(pattern)?;
     let greedy = EliminationTree::new(pattern, &greedy);
@@ -41,7 +43,8 @@ pub(crate) fn fill_reducing(pattern: &Pattern) -> Result<Vec<u32>, SolverError> 
     Ok(best.postordered())
 }
 
-/// Entries of each column of the factor, the diagonal one among them, where the rows are eliminated in this order.
+/// Entries of each column of the factor, the diagonal one among them, where the rows are eliminated
+/// in this order.
 pub(crate) fn column_counts(pattern: &Pattern, order: &[u32]) -> Vec<u32> {
     EliminationTree::new(pattern, order).column_counts()
 }
@@ -104,8 +107,8 @@ fn nested_dissection(pattern: &Pattern) -> Vec<u32> {
     backward
 }
 
-/// Exact minimum degree on a part of at most [`LEAF`] nodes, on an elimination graph of bit masks. Up to as many nodes
-/// around the part, which are eliminated later, count for the degrees.
+/// Exact minimum degree on a part of at most [`LEAF`] nodes, on an elimination graph of bit masks.
+/// Up to as many nodes around the part, which are eliminated later, count for the degrees.
 fn eliminate_leaf(whole: &Graph, part: &[u32], number: &mut [u32], backward: &mut Vec<u32>) {
     let mut nodes = part.to_vec();
     let limit = 2 * LEAF;

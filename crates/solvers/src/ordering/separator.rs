@@ -1,7 +1,7 @@
 //! Small sets of nodes that cut a graph in two halves.
 //!
-//! Multilevel (Hendrickson and Leland 1995, Karypis and Kumar 1998): the graph is coarsened until it
-//! is small, cut there, and the cut is refined on each finer graph by the method of Fiduccia and
+//! Multilevel (Hendrickson and Leland 1995, Karypis and Kumar 1998): the graph is coarsened until
+//! it is small, cut there, and the cut is refined on each finer graph by the method of Fiduccia and
 //! Mattheyses (1982) for separators of nodes (Ashcraft and Liu 1997).
 
 use super::graph::Graph;
@@ -61,7 +61,8 @@ pub(super) fn separate(graph: &Graph, random: &mut Random) -> Vec<Side> {
     best.map_or_else(Vec::new, |cut| cut.sides)
 }
 
-/// The nodes nearest to the start weigh half of all; those of them with a neighbour among the others separate.
+/// The nodes nearest to the start weigh half of all; those of them with a neighbour among the
+/// others separate.
 fn grow(graph: &Graph, start: usize) -> Vec<Side> {
     let half = graph.total_weight() / 2;
     let mut sides = vec![Side::Right; graph.len()];
@@ -95,7 +96,8 @@ struct Cut<'a> {
     heaviest: i64,
 }
 
-/// One move: a node went from the separator to a side, and drew nodes of the other side into the separator.
+/// One move: a node went from the separator to a side, and drew nodes of the other side into the
+/// separator.
 struct Move {
     node: usize,
     to: Side,
@@ -147,8 +149,8 @@ impl<'a> Cut<'a> {
         }
     }
 
-    /// Moves each node at most once, the best one first, and takes back what followed the best separator. Whether
-    /// it is better than before.
+    /// Moves each node at most once, the best one first, and takes back what followed the best
+    /// separator. Whether it is better than before.
     fn pass(&mut self, moved: &mut [bool]) -> bool {
         moved.fill(false);
         let (mut moves, mut drawn): (Vec<Move>, Vec<usize>) = (Vec::new(), Vec::new());
@@ -192,7 +194,8 @@ impl<'a> Cut<'a> {
         improved
     }
 
-    /// The move of greatest gain whose side does not become too heavy, or which goes to the lighter one.
+    /// The move of greatest gain whose side does not become too heavy, or which goes to the lighter
+    /// one.
     fn choose(
         &self,
         heaps: &mut [BinaryHeap<(i64, usize)>; 2],

@@ -13,10 +13,10 @@ pub(crate) struct Start {
     pub(crate) multiplications: usize,
 }
 
-/// The operations of [`conjugate_gradients`](super::conjugate_gradients) on its vectors: the solution
-/// `x`, the residual `r`, the direction `c` and `q = S A c`. An implementation may postpone and fuse
-/// as it likes; every number that it returns, and `x` after [`finish`](Self::finish), has the bits
-/// of [`Readable`].
+/// The operations of [`conjugate_gradients`](super::conjugate_gradients) on its vectors: the
+/// solution `x`, the residual `r`, the direction `c` and `q = S A c`. An implementation may
+/// postpone and fuse as it likes; every number that it returns, and `x` after
+/// [`finish`](Self::finish), has the bits of [`Readable`].
 pub(crate) trait Operations {
     /// `x ← S x + (I − S) z`, `r ← S (b − A x)`, and the reference if a norm for it is given.
     fn start(&mut self, reference: Option<Norm>) -> Start;

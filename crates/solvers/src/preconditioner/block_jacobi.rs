@@ -1,14 +1,15 @@
 //! The 3×3 diagonal blocks as preconditioner.
 //!
-//! The inverses are kept as one array for each of their six numbers, so that eight of them are computed and applied at
-//! a time. Each is what [`inverse`] gives for its block, bit for bit: the loops are plain Rust, which [`pulp`] compiles for
-//! the vector units of the processor.
+//! The inverses are kept as one array for each of their six numbers, so that eight of them are
+//! computed and applied at a time. The loops are plain Rust, which [`pulp`] compiles for the vector
+//! units of the processor: the bits are those of one block after the other.
 //!
 //! To invert takes 8 divisions and 24 other flops a block, to apply 15 flops and 96 bytes.
 
 use super::{Preconditioner, jacobi::is_pivot};
-use crate::banded::{join, split};
-use crate::{BandedMatrix, BlockMatrix, Mat3, PairMatrix, SolverError, Vec3};
+use crate::block::VisitDiagonal;
+use crate::{BlockMatrix, SolverError, Vec3};
+use drape_kernels::planes::{join, split};
 
 /// Blocks that are computed at a time.
 const GROUP: usize = 64;
@@ -45,60 +46,14 @@ impl BlockJacobi {
         }
     }
 
-    /// Takes over the diagonal blocks of `a`.
+    /// Takes over the diagonal blocks of `a`, of which the lower triangles are read.
     ///
     /// # Errors
     /// [`SolverError::NotPositiveDefinite`] for a diagonal block that is not positive definite;
     /// [`SolverError::PatternChanged`] for another number of rows (other couplings do not matter).
     pub fn update(&mut self, a: &BlockMatrix) -> Result<(), SolverError> {
         self.check(a.n(), a.nonzeros())?;
-        for i in 0..a.n() {
-            let block = six(&a.get(i, i));
-            let (inverse, pivots) = inverse(block);
-            if !pivots.into_iter().all(is_pivot) {
-                return Err(self.refuse(i, pivots));
-            }
-            let stride = self.stride();
-            (0..6).for_each(|c| self.planes[c * stride + i] = inverse[c]);
-        }
-        Ok(())
-    }
-
-    /// Takes over the diagonal blocks of `a`: the same numbers as [`update`](Self::update), several at a time.
-    ///
-    /// # Errors
-    /// As [`update`](Self::update).
-    pub fn update_banded(&mut self, a: &BandedMatrix) -> Result<(), SolverError> {
-        self.check(a.n(), a.n() * (1 + 2 * a.offsets().len()))?;
-        let blocks = a.diagonal();
-        self.invert_many(
-            #[inline(always)]
-            |i| blocks.map(|plane| plane[i]),
-        )
-    }
-
-    /// Takes over the diagonal blocks of `a`: the same numbers as [`update`](Self::update), several at a time.
-    ///
-    /// # Errors
-    /// As [`update`](Self::update).
-    pub fn update_pairs(&mut self, a: &PairMatrix) -> Result<(), SolverError> {
-        self.check(a.n(), a.nonzeros())?;
-        self.invert_many(
-            #[inline(always)]
-            |i| a.diagonal(i),
-        )
-    }
-
-    /// Takes over blocks `xx, xy, xz, yy, yz, zz`.
-    fn invert_many(&mut self, block: impl Fn(usize) -> [f64; 6]) -> Result<(), SolverError> {
-        let (n, stride) = (self.n, self.stride());
-        let update = Inversion { n, block: &block, planes: &mut self.planes, stride };
-        if pulp::Arch::new().dispatch(update) {
-            return Ok(());
-        }
-        let pivots = |i: usize| inverse(block(i)).1;
-        let bad = (0..n).find(|&i| !pivots(i).into_iter().all(is_pivot));
-        bad.map_or(Ok(()), |i| Err(self.refuse(i, pivots(i))))
+        a.with_diagonal(self)
     }
 
     fn check(&self, n: usize, nonzeros: usize) -> Result<(), SolverError> {
@@ -114,6 +69,21 @@ impl BlockJacobi {
         self.reset();
         let k = pivots.into_iter().position(|pivot| !is_pivot(pivot)).unwrap_or(0);
         SolverError::NotPositiveDefinite { row: 3 * i + k, pivot: Some(pivots[k]) }
+    }
+}
+
+impl VisitDiagonal for &mut BlockJacobi {
+    type Output = Result<(), SolverError>;
+
+    fn visit(self, block: impl Fn(usize) -> [f64; 6]) -> Self::Output {
+        let (n, stride) = (self.n, self.stride());
+        let update = Inversion { n, block: &block, planes: &mut self.planes, stride };
+        if pulp::Arch::new().dispatch(update) {
+            return Ok(());
+        }
+        let pivots = |i: usize| inverse(block(i)).1;
+        let bad = (0..n).find(|&i| !pivots(i).into_iter().all(is_pivot));
+        bad.map_or(Ok(()), |i| Err(self.refuse(i, pivots(i))))
     }
 }
 
@@ -178,8 +148,7 @@ impl pulp::WithSimd for Application<'_> {
         let (mut from, mut to) = ([[0.0; GROUP]; 3], [[0.0; GROUP]; 3]);
         for (g, (r, z)) in r.chunks(3 * GROUP).zip(z.chunks_mut(3 * GROUP)).enumerate() {
             let m = r.len() / 3;
-            let [x, y, w] = &mut from;
-            split(r, &mut x[..m], &mut y[..m], &mut w[..m]);
+            split(from.as_flattened_mut(), GROUP, &r[..3 * m]);
             let p: [&[f64]; 6] =
                 std::array::from_fn(|c| &jacobi.planes[c * stride + g * GROUP..][..GROUP]);
             for t in 0..GROUP {
@@ -187,14 +156,9 @@ impl pulp::WithSimd for Application<'_> {
                 to[1][t] = p[1][t] * from[0][t] + p[3][t] * from[1][t] + p[4][t] * from[2][t];
                 to[2][t] = p[2][t] * from[0][t] + p[4][t] * from[1][t] + p[5][t] * from[2][t];
             }
-            join(&to, z);
+            join(to.as_flattened(), GROUP, z);
         }
     }
-}
-
-/// `xx, xy, xz, yy, yz, zz`, from the lower triangle.
-fn six(a: &Mat3) -> [f64; 6] {
-    [a[(0, 0)], a[(1, 0)], a[(2, 0)], a[(1, 1)], a[(2, 1)], a[(2, 2)]]
 }
 
 /// The inverse of a symmetric positive definite 3×3 block, `A⁻¹ = Mᵀ D⁻¹ M` with `M = L⁻¹` from
@@ -222,7 +186,13 @@ fn inverse([a00, a10, a20, a11, a21, a22]: [f64; 6]) -> ([f64; 6], [f64; 3]) {
 mod tests {
     use super::*;
     use crate::test_support::{Random, graph, random_blocks};
+    use crate::{Coupling, Mat3};
+    use drape_kernels::blocks::SIX;
+    use drape_kernels::testing::assert_same_bits;
     use proptest::prelude::*;
+
+    const LAYOUTS: fn() -> [Coupling; 3] =
+        || [Coupling::Rows, Coupling::Pairs, Coupling::Bands(vec![1])];
 
     proptest! {
         #[test]
@@ -241,56 +211,54 @@ mod tests {
 
         /// Many at a time as one by one, and applied as the formula says, bit for bit.
         #[test]
-        fn banded_blocks_and_pairs_give_the_same_bits(n in 1_usize..300, seed in any::<u64>()) {
+        fn every_layout_gives_the_bits_of_the_formula(n in 1_usize..300, seed in any::<u64>()) {
             let mut random = Random::new(seed);
-            let mut rows = BlockMatrix::with_pattern(n, []);
-            let mut banded = BandedMatrix::new(n, [1]);
-            let mut pairs = PairMatrix::new(n, []);
-            for i in 0..n {
-                let (u, v) = (random.vector(), random.vector());
-                let block = Mat3::identity() + u * u.transpose() + v * v.transpose();
-                rows.add_diagonal(i, &block);
-                banded.add_diagonal(i, &block);
-                pairs.add_diagonal(i, &block);
-            }
-            let [mut fast, mut other, mut readable] =
-                [(); 3].map(|()| BlockJacobi::identity(n));
-            fast.update_banded(&banded).unwrap();
-            other.update_pairs(&pairs).unwrap();
-            readable.update(&rows).unwrap();
-            let bits = |p: &BlockJacobi| -> Vec<u64> {
-                let planes = p.planes.chunks(p.stride());
-                planes.flat_map(|plane| plane[..n].iter().map(|x| x.to_bits())).collect()
-            };
-            prop_assert_eq!(bits(&fast), bits(&readable));
-            prop_assert_eq!(bits(&other), bits(&readable));
-            let (r, mut z) = (random.vectors(n), random.vectors(n));
-            fast.apply(&r, &mut z);
-            for i in 0..n {
-                let [a, b, c, d, e, f] = inverse(six(&rows.get(i, i))).0;
-                let expected = [[a, b, c], [b, d, e], [c, e, f]]
-                    .map(|p| (p[0] * r[i][0] + p[1] * r[i][1] + p[2] * r[i][2]).to_bits());
-                prop_assert_eq!([0, 1, 2].map(|k| z[i][k].to_bits()), expected);
+            let blocks: Vec<Mat3> = (0..n)
+                .map(|_| [(); 2].map(|()| random.vector()))
+                .map(|[u, v]| Mat3::identity() + u * u.transpose() + v * v.transpose())
+                .collect();
+            let r = random.vectors(n);
+            let inverses: Vec<_> = blocks
+                .iter()
+                .map(|a| inverse(SIX.map(|(row, column)| a[(column, row)])).0)
+                .collect();
+            let reference: Vec<Vec3> = inverses
+                .iter()
+                .zip(&r)
+                .map(|([a, b, c, d, e, f], r)| {
+                    let row = |p: [&f64; 3]| p[0] * r[0] + p[1] * r[1] + p[2] * r[2];
+                    Vec3::new(row([a, b, c]), row([b, d, e]), row([c, e, f]))
+                })
+                .collect();
+            for coupling in LAYOUTS() {
+                let mut a = BlockMatrix::new(n, &coupling, []);
+                (0..n).for_each(|i| a.add_diagonal(i, &blocks[i]));
+                let mut p = BlockJacobi::identity(n);
+                p.update(&a).unwrap();
+                let mut z = random.vectors(n);
+                p.apply(&r, &mut z);
+                assert_same_bits(&coupling, &reference, &z);
+                let kept = |i: usize| [0, 1, 2, 3, 4, 5].map(|c| p.planes[c * p.stride() + i]);
+                assert_same_bits(coupling, &inverses, &(0..n).map(kept).collect());
             }
         }
     }
 
     #[test]
     fn block_jacobi_names_the_scalar_row_and_is_the_identity_again() {
-        let (mut rows, mut banded) = (BlockMatrix::with_pattern(2, []), BandedMatrix::new(2, [1]));
         let bad = Mat3::new(1.0, 2.0, 0.0, 2.0, 1.0, 0.0, 0.0, 0.0, 1.0);
-        for (i, block) in [2.0 * Mat3::identity(), bad].iter().enumerate() {
-            rows.add_diagonal(i, block);
-            banded.add_diagonal(i, block);
+        for coupling in LAYOUTS() {
+            let mut a = BlockMatrix::new(2, &coupling, []);
+            a.add_diagonal(0, &(2.0 * Mat3::identity()));
+            a.add_diagonal(1, &bad);
+            let mut p = BlockJacobi::new(&a);
+            let expected = SolverError::NotPositiveDefinite { row: 4, pivot: Some(-3.0) };
+            assert_eq!(p.update(&a).unwrap_err(), expected);
+            let (r, mut z) = ([Vec3::x(), Vec3::new(1.0, 2.0, 3.0)], [Vec3::zeros(); 2]);
+            p.apply(&r, &mut z);
+            assert_eq!(z, r);
+            let error = p.update(&BlockMatrix::new(3, &coupling, [])).unwrap_err();
+            assert!(matches!(error, SolverError::PatternChanged { size: 3, .. }));
         }
-        let mut p = BlockJacobi::new(&rows);
-        let errors = [p.update(&rows).unwrap_err(), p.update_banded(&banded).unwrap_err()];
-        let expected = SolverError::NotPositiveDefinite { row: 4, pivot: Some(-3.0) };
-        assert_eq!(errors, [expected, expected]);
-        let (r, mut z) = ([Vec3::x(), Vec3::new(1.0, 2.0, 3.0)], [Vec3::zeros(); 2]);
-        p.apply(&r, &mut z);
-        assert_eq!(z, r);
-        let error = p.update_banded(&BandedMatrix::new(3, [1])).unwrap_err();
-        assert!(matches!(error, SolverError::PatternChanged { size: 3, .. }));
     }
 }

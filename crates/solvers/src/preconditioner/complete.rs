@@ -1,9 +1,9 @@
 //! Complete sparse Cholesky factorisation of a scalar matrix.
 
 use super::Preconditioner;
-use crate::rows::Rows;
+use crate::free::FreeRows;
 use crate::scalar_factor::ScalarFactor;
-use crate::sparse_factor::Kind;
+use crate::sparse_factor::FactorKind;
 use crate::{ScalarMatrix, SolverError, Vec3};
 
 /// `P = A⁻¹` up to round-off, from `A = L Lᵀ` with fill and a fill-reducing order of the rows.
@@ -21,23 +21,24 @@ impl CompleteCholesky {
     /// # Errors
     /// [`SolverError::Factorisation`] when the factor does not fit into memory.
     pub fn new(a: &ScalarMatrix) -> Result<Self, SolverError> {
-        Ok(Self { factor: ScalarFactor::new(a, Kind::Llt)? })
+        Ok(Self { factor: ScalarFactor::new(a, FactorKind::Cholesky)? })
     }
 
     /// Factors `a`. Rows that `free` says are not free keep their diagonal entry alone.
     ///
     /// # Errors
     /// [`SolverError::NotPositiveDefinite`]; [`SolverError::PatternChanged`] when `a` has another
-    /// pattern than the matrix given to [`new`](Self::new), in which case the factor stays as it was.
+    /// pattern than the matrix given to [`new`](Self::new), in which case the factor stays as it
+    /// was.
     ///
     /// # Panics
     /// When `free` has not one flag a row.
     pub fn update(&mut self, a: &ScalarMatrix, free: Option<&[bool]>) -> Result<(), SolverError> {
-        self.factor.update(a, Rows::new(free, a.n()))
+        self.factor.update(a, FreeRows::new(free, a.n()))
     }
 
-    /// Entries of each column of `L`, the diagonal one among them, in the fill-reducing order: their sum is the
-    /// memory of the factor, the sum of their squares the operations that make it.
+    /// Entries of each column of `L`, the diagonal one among them, in the fill-reducing order:
+    /// their sum is the memory of the factor, the sum of their squares the operations that make it.
     pub fn column_counts(&self) -> impl Iterator<Item = usize> {
         self.factor.column_counts()
     }

@@ -10,7 +10,7 @@ use faer::prelude::{Reborrow, ReborrowMut};
 use faer::{Accum, MatMut, Par};
 
 use super::Preconditioner;
-use crate::rows::Rows;
+use crate::free::FreeRows;
 use crate::{ScalarMatrix, SolverError, Vec3};
 
 /// `P = A⁻¹` up to round-off as a full n×n matrix, from dense `A = L Lᵀ` and `A⁻¹ = L⁻ᵀ L⁻¹`.
@@ -96,7 +96,7 @@ impl DenseInverse {
             });
         }
         self.updated = false;
-        self.copy_lower_triangle(a, Rows::new(free, a.n()))?;
+        self.copy_lower_triangle(a, FreeRows::new(free, a.n()))?;
         self.invert(self.n)?;
         for i in 0..self.n {
             for j in 0..i {
@@ -108,7 +108,11 @@ impl DenseInverse {
     }
 
     /// Writes the entries of `a` on and below the diagonal to `inverse`, by columns.
-    fn copy_lower_triangle(&mut self, a: &ScalarMatrix, rows: Rows<'_>) -> Result<(), SolverError> {
+    fn copy_lower_triangle(
+        &mut self,
+        a: &ScalarMatrix,
+        rows: FreeRows<'_>,
+    ) -> Result<(), SolverError> {
         self.inverse.fill(0.0);
         for i in 0..self.n {
             let (columns, values) = a.row(i);
@@ -191,8 +195,8 @@ impl Preconditioner for DenseInverse {
 }
 
 /// Products of rows with a vector, each summed from the first column to the last. Rows are taken
-/// several at a time because an addition has to wait for the one before it in its sum: it halves the
-/// time and changes no bit.
+/// several at a time because an addition has to wait for the one before it in its sum: it halves
+/// the time and changes no bit.
 fn products<const ROWS: usize>(rows: [&[f64]; ROWS], r: &[Vec3]) -> [Vec3; ROWS] {
     let mut sums = [[0.0; 3]; ROWS];
     for (j, r) in r.iter().enumerate() {

@@ -3,10 +3,10 @@
 use super::Preconditioner;
 use super::jacobi::is_pivot;
 use super::wavefront::Wavefront;
+use crate::free::FreeRows;
 use crate::pattern::Pattern;
-use crate::rows::Rows;
-use crate::scalar::{Four, Lanes};
 use crate::{ScalarMatrix, SolverError, Vec3};
+use drape_kernels::lanes::{Four, Lanes};
 
 /// `P = (L Lᵀ)⁻¹`, where the lower triangle `L` has non-zeros only where `A` has and `L Lᵀ = A`
 /// holds there. The rows keep their natural order; one factor serves the three coordinates.
@@ -17,7 +17,8 @@ use crate::{ScalarMatrix, SolverError, Vec3};
 pub struct IncompleteCholesky {
     /// The pattern that the factor was made for.
     pattern: Pattern,
-    /// First slot of each row of `L`'s strict lower triangle; row `i` is `starts[i]..starts[i + 1]`.
+    /// First slot of each row of `L`'s strict lower triangle; row `i` is
+    /// `starts[i]..starts[i + 1]`.
     starts: Vec<usize>,
     columns: Vec<u32>,
     lower: Vec<f64>,
@@ -67,7 +68,7 @@ impl IncompleteCholesky {
     /// When `free` has not one flag a row.
     pub fn update(&mut self, a: &ScalarMatrix, free: Option<&[bool]>) -> Result<(), SolverError> {
         self.pattern.check(a.pattern())?;
-        let rows = Rows::new(free, a.n());
+        let rows = FreeRows::new(free, a.n());
         for i in 0..a.n() {
             let pivot = self.factor_row(a, rows, i);
             if !is_pivot(pivot) {
@@ -82,7 +83,7 @@ impl IncompleteCholesky {
 
     /// Computes row `i` of `L` left of the diagonal from the rows above it,
     /// `Lᵢⱼ = (Aᵢⱼ − Σₖ Lᵢₖ Lⱼₖ) / Lⱼⱼ`, and returns the pivot `Lᵢᵢ² = Aᵢᵢ − Σₖ Lᵢₖ²`.
-    fn factor_row(&mut self, a: &ScalarMatrix, rows: Rows<'_>, i: usize) -> f64 {
+    fn factor_row(&mut self, a: &ScalarMatrix, rows: FreeRows<'_>, i: usize) -> f64 {
         let start = self.starts[i];
         let a_row = &a.values()[self.pattern.lower(i)];
         let mut pivot = a.diagonal(i);
@@ -127,7 +128,8 @@ impl IncompleteCholesky {
             .map(|(&j, &value)| (j as usize, value))
     }
 
-    /// [`apply`](Preconditioner::apply) to particles of four numbers, in an order that need not wait.
+    /// [`apply`](Preconditioner::apply) to particles of four numbers, in an order that need not
+    /// wait.
     #[inline(always)]
     pub(crate) fn apply_to_lanes(&self, four: impl Four, r: &[Lanes], z: &mut [Lanes]) {
         match *self.offsets {
@@ -182,8 +184,8 @@ impl IncompleteCholesky {
     }
 }
 
-/// The offsets `i − j` that most rows have, the farthest first; none when no set of two, four or six is shared
-/// by half of the rows.
+/// The offsets `i − j` that most rows have, the farthest first; none when no set of two, four or
+/// six is shared by half of the rows.
 fn common_offsets<'a>(n: usize, row: impl Fn(usize) -> &'a [u32]) -> Vec<usize> {
     // On a mesh the row in the middle of the middle line is as good as any.
     let offsets = |i: usize| row(i).iter().map(move |&j| i - j as usize);

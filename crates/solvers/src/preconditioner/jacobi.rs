@@ -3,7 +3,8 @@
 use super::Preconditioner;
 use crate::{ScalarMatrix, SolverError, Vec3};
 
-/// `P = diag(A)⁻¹` of a scalar matrix. Couplings play no part in it, so pinned rows need no mention.
+/// `P = diag(A)⁻¹` of a scalar matrix. Couplings play no part in it, so pinned rows need no
+/// mention.
 #[derive(Clone, Debug)]
 pub struct Jacobi {
     inverse_diagonal: Vec<f64>,

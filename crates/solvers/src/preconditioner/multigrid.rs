@@ -10,31 +10,39 @@ use std::ops::Range;
 
 use self::aggregation::{Prolongation, smoothed};
 use super::Preconditioner;
+use crate::block::Rows;
 use crate::pattern::Pattern;
-use crate::{BlockCholesky, BlockMatrix, Mat3, ScalarMatrix, SolverError, Vec3};
+use crate::{BlockFactor, BlockMatrix, FactorKind, Mat3, ScalarMatrix, SolverError, Vec3};
+use std::borrow::Cow;
 
 /// A level of so few particles is solved directly.
 const COARSEST: usize = 64;
 /// A level that is not smaller than this part of the finer one is not worth it.
 const LEAST_SHRINKAGE: f64 = 0.8;
 
-/// One V-cycle of multigrid by smoothed aggregation, with a sweep of block Gauss-Seidel before and after.
+/// One V-cycle of multigrid by smoothed aggregation, with a sweep of block Gauss-Seidel before and
+/// after.
 ///
-/// What makes conjugate gradients slow on a stiff sheet are motions that bend little over many particles. A coarse particle stands for
-/// an aggregate of fine ones and moves them smoothly; on a few levels of ever coarser ones each motion is an oscillation on
-/// one of them, which a sweep of Gauss-Seidel damps.
+/// What makes conjugate gradients slow on a stiff sheet are motions that bend little over many
+/// particles. A coarse particle stands for an aggregate of fine ones and moves them smoothly; on a
+/// few levels of ever coarser ones each motion is an oscillation on one of them, which a sweep of
+/// Gauss-Seidel damps.
 ///
-/// The weights `P` of a level come from a scalar matrix, such as the stiffnesses of the springs as a Laplacian, once and for all:
-/// [`new`](Self::new). They are the same for the three coordinates. The coarse matrices are Galerkin's, `Pᵀ A P`, made anew for each
-/// matrix: [`update`](Self::update). Every coarse motion is one of the fine particles, so that `P` needs to know nothing of directions:
-/// across the springs, where a cloth hardly resists, its diagonal blocks are as soft as the cloth.
+/// The weights `P` of a level come from a scalar matrix, such as the stiffnesses of the springs as
+/// a Laplacian, once and for all: [`new`](Self::new). They are the same for the three coordinates.
+/// The coarse matrices are Galerkin's, `Pᵀ A P`, made anew for each matrix:
+/// [`update`](Self::update). Every coarse motion is one of the fine particles, so that `P` needs to
+/// know nothing of directions: across the springs, where a cloth hardly resists, its diagonal
+/// blocks are as soft as the cloth.
 ///
-/// After P. Vaněk, J. Mandel, M. Brezina, *Algebraic multigrid by smoothed aggregation for second and fourth order elliptic
-/// problems* (1996); for cloth R. Tamstorf, T. Jones, S. McCormick, *Smoothed aggregation multigrid for cloth simulation* (2015), who
-/// choose the coarse motions by the matrix.
+/// After P. Vaněk, J. Mandel, M. Brezina, *Algebraic multigrid by smoothed aggregation for second
+/// and fourth order elliptic problems* (1996); for cloth R. Tamstorf, T. Jones, S. McCormick,
+/// *Smoothed aggregation multigrid for cloth simulation* (2015), who choose the coarse motions by
+/// the matrix.
 ///
-/// A cycle on a sheet with 12.6 blocks a row costs about as much as 2.3 products, an update about ten. Where the couplings lead to no
-/// smaller level, as without any, the matrix itself is factorised.
+/// A cycle on a sheet with 12.6 blocks a row costs about as much as 2.3 products, an update about
+/// ten. Where the couplings lead to no smaller level, as without any, the matrix itself is
+/// factorised.
 ///
 /// ```
 /// use drape_solvers::{BlockMatrix, Mat3, Multigrid, Preconditioner, ScalarMatrix, Vec3};
@@ -58,7 +66,7 @@ pub struct Multigrid {
     /// The pattern that the levels were made for.
     pattern: Pattern,
     levels: Vec<Level>,
-    coarsest: RefCell<BlockCholesky>,
+    coarsest: RefCell<BlockFactor>,
     ready: bool,
 }
 
@@ -74,7 +82,7 @@ struct Level {
     /// Inverse diagonal blocks of `A`.
     inverse_diagonal: Vec<Mat3>,
     /// `Pᵀ A P`.
-    coarse: BlockMatrix,
+    coarse: Rows,
     /// Slot of each column in the row at hand.
     slots: Vec<u32>,
     work: RefCell<Work>,
@@ -89,16 +97,18 @@ struct Work {
 }
 
 impl Multigrid {
-    /// Chooses the levels for the pattern of `a` by the couplings of a scalar matrix over the same particles, a Laplacian
-    /// up to what is added to its diagonal.
+    /// Chooses the levels for the pattern of `a` by the couplings of a scalar matrix over the same
+    /// particles, a Laplacian up to what is added to its diagonal.
     ///
     /// # Errors
-    /// [`SolverError::Factorisation`] when the factor of the coarsest level does not fit into memory.
+    /// [`SolverError::Factorisation`] when the factor of the coarsest level does not fit into
+    /// memory.
     ///
     /// # Panics
     /// When the sizes differ.
     pub fn new(a: &BlockMatrix, couplings: &ScalarMatrix) -> Result<Self, SolverError> {
         assert_eq!(a.n(), couplings.n(), "one row of the couplings a block row");
+        let a = &*a.rows();
         let mut levels: Vec<Level> = Vec::new();
         let mut couplings = couplings.clone();
         loop {
@@ -107,7 +117,7 @@ impl Multigrid {
             let is_worth_it = |p: &Prolongation| p.columns() as f64 <= LEAST_SHRINKAGE * n as f64;
             let prolongation = (n > COARSEST).then(|| smoothed(&couplings)).filter(is_worth_it);
             let Some(prolongation) = prolongation else {
-                let coarsest = RefCell::new(BlockCholesky::new(finest)?);
+                let coarsest = RefCell::new(BlockFactor::of_rows(finest, FactorKind::Cholesky)?);
                 return Ok(Self { pattern: a.pattern().clone(), levels, coarsest, ready: false });
             };
             couplings = prolongation.galerkin(&couplings);
@@ -118,24 +128,27 @@ impl Multigrid {
     /// Makes the coarse matrices of `a`.
     ///
     /// # Errors
-    /// [`SolverError::NotPositiveDefinite`] when a diagonal block or the coarsest matrix is not, with a row of its level;
-    /// [`SolverError::PatternChanged`] when `a` has another pattern than the matrix given to [`new`](Self::new).
+    /// [`SolverError::NotPositiveDefinite`] when a diagonal block or the coarsest matrix is not,
+    /// with a row of its level; [`SolverError::PatternChanged`] when `a` has another pattern than
+    /// the matrix given to [`new`](Self::new).
     pub fn update(&mut self, a: &BlockMatrix) -> Result<(), SolverError> {
         self.ready = false;
+        let a = a.rows();
         self.pattern.check(a.pattern())?;
-        let mut fine = a;
+        let mut fine = &*a;
         for level in &mut self.levels {
             level.update(fine)?;
             fine = &level.coarse;
         }
-        self.coarsest.get_mut().factorise(fine)?;
+        self.coarsest.get_mut().factorise_rows(fine)?;
         self.ready = true;
         Ok(())
     }
 
-    /// The cycle for the matrix of the last [`update`](Self::update); the identity where that failed or there was none.
+    /// The cycle for the matrix of the last [`update`](Self::update); the identity where that
+    /// failed or there was none.
     pub fn on<'a>(&'a self, a: &'a BlockMatrix) -> Cycle<'a> {
-        Cycle { multigrid: self, a }
+        Cycle { multigrid: self, a: a.rows() }
     }
 
     /// Number of particles of each level, from the finest to the coarsest.
@@ -144,7 +157,7 @@ impl Multigrid {
         std::iter::once(self.pattern.n()).chain(coarse)
     }
 
-    fn cycle(&self, depth: usize, a: &BlockMatrix, r: &[Vec3], z: &mut [Vec3]) {
+    fn cycle(&self, depth: usize, a: &Rows, r: &[Vec3], z: &mut [Vec3]) {
         let Some(level) = self.levels.get(depth) else {
             return self.coarsest.borrow_mut().solve(r, z);
         };
@@ -162,17 +175,17 @@ impl Multigrid {
 }
 
 /// A V-cycle on a matrix.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Cycle<'a> {
     multigrid: &'a Multigrid,
-    a: &'a BlockMatrix,
+    a: Cow<'a, Rows>,
 }
 
 impl Preconditioner for Cycle<'_> {
     fn apply(&self, r: &[Vec3], z: &mut [Vec3]) {
         assert_eq!([r.len(), z.len()], [self.a.n(); 2], "one vector a block row");
         if self.multigrid.ready {
-            self.multigrid.cycle(0, self.a, r, z);
+            self.multigrid.cycle(0, &self.a, r, z);
         } else {
             z.copy_from_slice(r);
         }
@@ -220,7 +233,7 @@ impl Level {
         Self {
             product: vec![Mat3::zeros(); columns.len()],
             inverse_diagonal: vec![Mat3::zeros(); n],
-            coarse: BlockMatrix::with_pattern(coarse, edges),
+            coarse: Rows::new(coarse, edges),
             slots: vec![0; coarse],
             work: RefCell::new(Work {
                 residual: zeros(n),
@@ -241,7 +254,7 @@ impl Level {
     }
 
     /// Inverse diagonal blocks, `A P`, and the lower triangle of `Pᵀ (A P)` with its mirror.
-    fn update(&mut self, a: &BlockMatrix) -> Result<(), SolverError> {
+    fn update(&mut self, a: &Rows) -> Result<(), SolverError> {
         let (pattern, blocks) = (a.pattern(), a.blocks());
         for (i, inverse) in self.inverse_diagonal.iter_mut().enumerate() {
             let block = &blocks[pattern.diagonal(i)];
@@ -283,7 +296,7 @@ impl Level {
     }
 
     /// `(D + L) z = r`, and the residual that this leaves, `r − A z = −U z`.
-    fn smooth_from_zero(&self, a: &BlockMatrix, r: &[Vec3], z: &mut [Vec3], left: &mut [Vec3]) {
+    fn smooth_from_zero(&self, a: &Rows, r: &[Vec3], z: &mut [Vec3], left: &mut [Vec3]) {
         let (pattern, blocks) = (a.pattern(), a.blocks());
         for i in 0..a.n() {
             let mut sum = r[i];
@@ -302,7 +315,7 @@ impl Level {
     }
 
     /// `z_i ← D_i⁻¹ (r_i − Σ_{j≠i} A_ij z_j)` from the last row to the first.
-    fn smooth_backward(&self, a: &BlockMatrix, r: &[Vec3], z: &mut [Vec3]) {
+    fn smooth_backward(&self, a: &Rows, r: &[Vec3], z: &mut [Vec3]) {
         let (pattern, blocks) = (a.pattern(), a.blocks());
         for i in (0..a.n()).rev() {
             let mut sum = r[i];

@@ -1,21 +1,23 @@
 //! An order of rows in which a triangular solve need not wait.
 //!
-//! Row after row, each row of a substitution waits for the result of the one before: some ten cycles on a chain of
-//! a multiplication, a subtraction and another multiplication. On a mesh that is numbered line by line, the rows of
-//! several lines can take turns instead, each line some columns behind the line before. Every row still
-//! computes what it would, from the same numbers in the same order, so that no bit changes.
+//! Row after row, each row of a substitution waits for the result of the one before: some ten
+//! cycles on a chain of a multiplication, a subtraction and another multiplication. On a mesh that
+//! is numbered line by line, the rows of several lines can take turns instead, each line some
+//! columns behind the line before. Every row still computes what it would, from the same numbers in
+//! the same order, so that no bit changes.
 
 /// Lines that take turns.
 const LINES: usize = 8;
 
-/// Columns that a line stays behind the one before: the least for a mesh with diagonals, and for springs over
-/// two columns.
+/// Columns that a line stays behind the one before: the least for a mesh with diagonals, and for
+/// springs over two columns.
 const LAGS: std::ops::RangeInclusive<usize> = 2..=4;
 
 /// A line shorter than this is not worth the turns.
 const SHORTEST: usize = 2 * LINES;
 
-/// The order: groups of [`LINES`] lines, in a group by time `column + lag · line`, at a time by line.
+/// The order: groups of [`LINES`] lines, in a group by time `column + lag · line`, at a time by
+/// line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Wavefront {
     n: usize,
@@ -25,8 +27,8 @@ pub(super) struct Wavefront {
 }
 
 impl Wavefront {
-    /// The order for a lower triangle, whose row `i` has the columns `row(i)` left of the diagonal. Rows are in
-    /// sequence unless the pattern allows for more.
+    /// The order for a lower triangle, whose row `i` has the columns `row(i)` left of the diagonal.
+    /// Rows are in sequence unless the pattern allows for more.
     pub(super) fn new<'a>(n: usize, row: impl Fn(usize) -> &'a [u32]) -> Self {
         let sequence = Self { n, line: n.max(1), lag: 0 };
         // The most frequent offset that is not short may be the length of a line.
@@ -38,8 +40,8 @@ impl Wavefront {
         LAGS.map(|lag| Self { n, line, lag }).find(|order| order.suits(&row)).unwrap_or(sequence)
     }
 
-    /// Whether every row comes after the rows of its columns, and rows with a column in common stay in sequence,
-    /// so that what they subtract from that column's entry keeps its order.
+    /// Whether every row comes after the rows of its columns, and rows with a column in common stay
+    /// in sequence, so that what they subtract from that column's entry keeps its order.
     fn suits<'a>(self, row: &impl Fn(usize) -> &'a [u32]) -> bool {
         let mut last = vec![None; self.n];
         (0..self.n).all(|i| {

@@ -1,13 +1,14 @@
-//! A symmetric scalar matrix by diagonals: for patterns whose entries (i, j) have few offsets j − i.
+//! A symmetric scalar matrix by diagonals: for patterns whose entries (i, j) have few offsets j −
+//! i.
 //!
 //! The mesh of a regular sheet, numbered row by row, has the offsets 1 and one row, with diagonal
 //! springs also one row ± 1. Then a product needs no column indices, each entry serves twice, and
 //! consecutive rows read consecutive numbers: the loop over rows is a SIMD loop.
 
-use super::simd::Four;
 use super::soa::{Padded, ROWS, Rows};
 use crate::ScalarMatrix;
 use crate::vector::SLOTS;
+use drape_kernels::lanes::Four;
 use std::array::from_fn;
 
 /// Most offsets above the diagonal.
@@ -26,13 +27,14 @@ pub(super) struct Diagonals {
 
 /// What is done with a product.
 pub(super) trait Put<F: Four> {
-    /// Takes over the product in group `g` of the rows, coordinate by coordinate, and the vector that was multiplied.
+    /// Takes over the product in group `g` of the rows, coordinate by coordinate, and the vector
+    /// that was multiplied.
     fn put(&mut self, four: F, g: usize, x: [F::Numbers; 3], product: [F::Numbers; 3]);
 }
 
 impl Diagonals {
-    /// Room for the entries of `a`, or `None` when its pattern has more than [`MOST_OFFSETS`] offsets or
-    /// fills less than two thirds of its diagonals.
+    /// Room for the entries of `a`, or `None` when its pattern has more than [`MOST_OFFSETS`]
+    /// offsets or fills less than two thirds of its diagonals.
     pub(super) fn new(a: &ScalarMatrix) -> Option<Self> {
         let n = a.n();
         let mut offsets: Vec<usize> = Vec::with_capacity(MOST_OFFSETS + 1);
@@ -91,8 +93,8 @@ impl Diagonals {
         self.offsets.last().copied().unwrap_or(0)
     }
 
-    /// `A x` in the `len` rows from `first`; each row is summed from its first column to its last. `put` gets all
-    /// groups of rows.
+    /// `A x` in the `len` rows from `first`; each row is summed from its first column to its last.
+    /// `put` gets all groups of rows.
     #[inline(always)]
     pub(super) fn multiply<F: Four>(
         &self,
@@ -114,7 +116,8 @@ impl Diagonals {
         }
     }
 
-    /// [`multiply`](Self::multiply) with `D` offsets, by pieces of a length that the compiler knows.
+    /// [`multiply`](Self::multiply) with `D` offsets, by pieces of a length that the compiler
+    /// knows.
     #[inline(always)]
     fn multiply_by<const D: usize, F: Four>(
         &self,

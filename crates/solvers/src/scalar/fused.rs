@@ -3,12 +3,13 @@
 //!
 //! # Threads
 //!
-//! A sweep runs in bands of consecutive blocks, [some a thread](crate::bands). Each block's sums have a place of their own and are
-//! added from the first block to the last when all bands are done: the order of the readable kernels, whatever
-//! the number of bands. The product in a block needs directions from up to [`Diagonals::reach`] rows
-//! away. A band multiplies behind its own updates as far as these are its own rows; the blocks of its rim wait
-//! until all bands have their directions, and are a third, short sweep. The alternative, all products after all
-//! updates, reads the directions once more from memory: 24 of 280 bytes a particle.
+//! A sweep runs in bands of consecutive blocks, [some a thread](crate::bands). Each block's sums
+//! have a place of their own and are added from the first block to the last when all bands are
+//! done: the order of the readable kernels, whatever the number of bands. The product in a block
+//! needs directions from up to [`Diagonals::reach`] rows away. A band multiplies behind its own
+//! updates as far as these are its own rows; the blocks of its rim wait until all bands have their
+//! directions, and are a third, short sweep. The alternative, all products after all updates, reads
+//! the directions once more from memory: 24 of 280 bytes a particle.
 
 mod sums;
 mod sweeps;
@@ -17,13 +18,13 @@ use self::sums::Measure;
 use self::sweeps::{Operator, scatter};
 use super::buckets::Buckets;
 use super::diagonals::Diagonals;
-use super::lanes::ScalarPreconditioner;
-use super::simd::{four_wide, vectorised};
+use super::padded::ScalarPreconditioner;
 use super::soa::{Block, Coordinates, Padded, Rows, RowsMut};
 use crate::bands::{Part, PerBlock, in_bands};
 use crate::pcg::{Norm, Operations, Start};
 use crate::vector::BLOCK;
 use crate::{Constraints, ScalarMatrix, StartValue, Vec3};
+use drape_kernels::lanes::{four_wide, vectorised};
 use pulp::Arch;
 use std::ops::Range;
 
@@ -205,199 +206,134 @@ fn sum(blocks: &[f64]) -> f64 {
     blocks.iter().fold(0.0, |sum, block| sum + block)
 }
 
-/// The sweeps over all bands. Each is compiled for the processor at hand.
+/// Runs a call over the blocks of all bands, compiled for the processor at hand. `part` is the
+/// memory that a band writes; the other values are read by all of them.
+macro_rules! sweep {
+    (
+        $fused:ident.[$($field:ident),*],
+        |$four:ident, $operator:ident, $band:ident|
+        $part:ident: $part_type:ty = $written:expr;
+        [$($name:ident: $type:ty = $value:expr),* $(,)?] $call:expr
+    ) => {{
+        let Self { operator: $operator, arch, bands, $($field,)* .. } = $fused;
+        over_blocks(*bands, $operator, $written, &|$band, $part| {
+            vectorised!(arch, [$four,
+                $operator: &'k Operator = $operator,
+                $band: Range<usize> = $band,
+                $part: $part_type = $part,
+                $($name: $type = $value,)*
+            ] -> () { $call })
+        });
+    }};
+}
+
+/// One array a block, of bands.
+type Blocks<'k> = PerBlock<'k, Block>;
+type Measures<'k> = PerBlock<'k, Measure>;
+type Numbers<'k> = PerBlock<'k, f64>;
+
+/// The sweeps over all bands.
 impl Fused {
     fn take_prescribed(&mut self, constraints: &Constraints) {
-        let Self { operator, c, arch, bands, .. } = self;
-        over_blocks(*bands, operator, c.rows_mut(), &|band, c| {
-            vectorised!(arch, [_four,
-                operator: &'k Operator = operator,
-                constraints: &'k Constraints = constraints,
-                band: Range<usize> = band,
-                c: RowsMut<'k> = c,
-            ] -> () {
-                operator.take_prescribed(constraints, band, c)
-            });
-        });
+        sweep!(self.[c], |_four, operator, band|
+            c: RowsMut<'k> = c.rows_mut();
+            [constraints: &'k Constraints = constraints]
+            operator.take_prescribed(constraints, band, c));
     }
 
     /// `out ← A v`.
     pub(super) fn multiply(&mut self, v: &[Vec3], out: &mut [Vec3]) {
-        let Self { operator, q, c, arch, bands, .. } = self;
-        over_blocks(*bands, operator, c.rows_mut(), &|band, c| {
-            vectorised!(arch, [_four,
-                operator: &'k Operator = operator,
-                band: Range<usize> = band,
-                v: &'k [Vec3] = v,
-                c: RowsMut<'k> = c,
-            ] -> () {
-                operator.take(band, v, c)
-            });
-        });
-        let c = c.rows();
-        over_blocks(*bands, operator, (PerBlock(q), out), &|band, (q, out)| {
-            vectorised!(arch, [four,
-                operator: &'k Operator = operator,
-                band: Range<usize> = band,
-                c: Rows<'k> = c,
-                to: (&'k mut [Block], &'k mut [Vec3]) = (q.0, out),
-            ] -> () {
-                operator.product(four, band, c, to)
-            });
-        });
+        sweep!(self.[c], |_four, operator, band|
+            c: RowsMut<'k> = c.rows_mut();
+            [v: &'k [Vec3] = v]
+            operator.take(band, v, c));
+        sweep!(self.[c, q], |four, operator, band|
+            to: (Blocks<'k>, &'k mut [Vec3]) = (PerBlock(q), &mut *out);
+            [c: Rows<'k> = c.rows()]
+            operator.product(four, band, c, (to.0.0, to.1)));
     }
 
     fn load(&mut self, constraints: &Constraints, start: StartValue<'_>) {
-        let Self { operator, x, c, arch, bands, .. } = self;
-        over_blocks(*bands, operator, (PerBlock(x), c.rows_mut()), &|band, (x, c)| {
-            vectorised!(arch, [_four,
-                operator: &'k Operator = operator,
-                constraints: &'k Constraints = constraints,
-                band: Range<usize> = band,
-                start: StartValue<'k> = start,
-                x: &'k mut [Block] = x.0,
-                c: RowsMut<'k> = c,
-            ] -> () {
-                operator.load(constraints, band, start, x, c)
-            });
-        });
+        sweep!(self.[x, c], |_four, operator, band|
+            to: (Blocks<'k>, RowsMut<'k>) = (PerBlock(x), c.rows_mut());
+            [constraints: &'k Constraints = constraints, start: StartValue<'k> = start]
+            operator.load(constraints, band, start, to.0.0, to.1));
     }
 
     fn residuals(&mut self, constraints: &Constraints, b: &[Vec3], norm: Option<Norm>) {
-        let Self { operator, r, q, c, sums, arch, bands, .. } = self;
-        let from = (b, c.rows(), norm);
-        let blocks = (PerBlock(r), PerBlock(q));
-        let part = (blocks, PerBlock(&mut sums.residual), PerBlock(&mut sums.load));
-        over_blocks(*bands, operator, part, &|band, ((r, q), measures, loads)| {
-            vectorised!(arch, [four,
-                operator: &'k Operator = operator,
-                constraints: &'k Constraints = constraints,
-                band: Range<usize> = band,
-                from: (&'k [Vec3], Rows<'k>, Option<Norm>) = from,
-                blocks: (&'k mut [Block], &'k mut [Block]) = (r.0, q.0),
-                sums: (&'k mut [Measure], &'k mut [Measure]) = (measures.0, loads.0),
-            ] -> () {
-                operator.residuals(four, constraints, band, from, blocks, sums)
-            });
-        });
+        sweep!(self.[r, q, c, sums], |four, operator, band|
+            to: ((Blocks<'k>, Blocks<'k>), Measures<'k>, Measures<'k>) = (
+            (PerBlock(r), PerBlock(q)),
+            PerBlock(&mut sums.residual),
+            PerBlock(&mut sums.load),
+        );
+        [
+            constraints: &'k Constraints = constraints,
+            from: (&'k [Vec3], Rows<'k>, Option<Norm>) = (b, c.rows(), norm),
+        ]
+        operator.residuals(
+            four, constraints, band, from, (to.0.0.0, to.0.1.0), (to.1.0, to.2.0),
+        ));
     }
 
     fn swap_direction_for_solution(&mut self, postponed: Option<f64>) {
-        let Self { operator, x, q, c, arch, bands, .. } = self;
-        let part = (PerBlock(x), PerBlock(q), c.rows_mut());
-        over_blocks(*bands, operator, part, &|band, (x, q, c)| {
-            vectorised!(arch, [_four,
-                operator: &'k Operator = operator,
-                band: Range<usize> = band,
-                postponed: Option<f64> = postponed,
-                x: &'k mut [Block] = x.0,
-                q: &'k mut [Block] = q.0,
-                c: RowsMut<'k> = c,
-            ] -> () {
-                operator.swap_direction_for_solution(band, postponed, x, q, c)
-            });
-        });
+        sweep!(self.[x, q, c], |_four, operator, band|
+            to: (Blocks<'k>, Blocks<'k>, RowsMut<'k>) = (PerBlock(x), PerBlock(q), c.rows_mut());
+            [postponed: Option<f64> = postponed]
+            operator.swap_direction_for_solution(band, postponed, to.0.0, to.1.0, to.2));
     }
 
     fn restore_direction(&mut self) {
-        let Self { operator, q, c, arch, bands, .. } = self;
-        over_blocks(*bands, operator, c.rows_mut(), &|band, c| {
-            vectorised!(arch, [_four,
-                operator: &'k Operator = operator,
-                band: Range<usize> = band,
-                q: &'k [Block] = q,
-                c: RowsMut<'k> = c,
-            ] -> () {
-                operator.restore_direction(band, q, c)
-            });
-        });
+        sweep!(self.[q, c], |_four, operator, band|
+            c: RowsMut<'k> = c.rows_mut();
+            [q: &'k [Block] = q]
+            operator.restore_direction(band, q, c));
     }
 
     fn new_residuals(&mut self, constraints: &Constraints, b: &[Vec3]) {
-        let Self { operator, r, c, sums, arch, bands, .. } = self;
-        let from = (b, c.rows());
-        let part = (PerBlock(r), PerBlock(&mut sums.residual), PerBlock(&mut sums.product));
-        over_blocks(*bands, operator, part, &|band, (r, measures, gaps)| {
-            vectorised!(arch, [four,
-                operator: &'k Operator = operator,
+        sweep!(self.[r, c, sums], |four, operator, band|
+            to: (Blocks<'k>, Measures<'k>, Numbers<'k>) =
+                (PerBlock(r), PerBlock(&mut sums.residual), PerBlock(&mut sums.product));
+            [
                 constraints: &'k Constraints = constraints,
-                band: Range<usize> = band,
-                from: (&'k [Vec3], Rows<'k>) = from,
-                r: &'k mut [Block] = r.0,
-                sums: (&'k mut [Measure], &'k mut [f64]) = (measures.0, gaps.0),
-            ] -> () {
-                operator.new_residuals(four, constraints, band, from, r, sums)
-            });
-        });
+                from: (&'k [Vec3], Rows<'k>) = (b, c.rows()),
+            ]
+            operator.new_residuals(four, constraints, band, from, to.0.0, (to.1.0, to.2.0)));
     }
 
     fn direction(&mut self, constraints: &Constraints, beta: Option<f64>, postponed: Option<f64>) {
-        let Self { operator, x, r, q, c, sums, arch, bands } = self;
-        let part = (PerBlock(x), c.rows_mut(), PerBlock(q), PerBlock(&mut sums.product));
-        over_blocks(*bands, operator, part, &|band, (x, c, q, products)| {
-            vectorised!(arch, [four,
-                operator: &'k Operator = operator,
-                constraints: &'k Constraints = constraints,
-                band: Range<usize> = band,
-                factors: (Option<f64>, Option<f64>) = (beta, postponed),
-                r: &'k [Block] = r,
-                updated: (&'k mut [Block], RowsMut<'k>) = (x.0, c),
-                multiplied: (&'k mut [Block], &'k mut [f64]) = (q.0, products.0),
-            ] -> () {
-                operator.direction(four, constraints, band, factors, r, updated, multiplied)
-            });
-        });
+        sweep!(self.[x, r, q, c, sums], |four, operator, band|
+            to: (Blocks<'k>, RowsMut<'k>, Blocks<'k>, Numbers<'k>) =
+            (PerBlock(x), c.rows_mut(), PerBlock(q), PerBlock(&mut sums.product));
+        [
+            constraints: &'k Constraints = constraints,
+            factors: (Option<f64>, Option<f64>) = (beta, postponed),
+            r: &'k [Block] = r,
+        ]
+        operator.direction(
+            four, constraints, band, factors, r, (to.0.0, to.1), (to.2.0, to.3.0),
+        ));
     }
 
     fn rims(&mut self, constraints: &Constraints) {
-        let Self { operator, q, c, sums, arch, bands, .. } = self;
-        let c = c.rows();
-        let part = (PerBlock(q), PerBlock(&mut sums.product));
-        over_blocks(*bands, operator, part, &|band, (q, products)| {
-            vectorised!(arch, [four,
-                operator: &'k Operator = operator,
-                constraints: &'k Constraints = constraints,
-                band: Range<usize> = band,
-                c: Rows<'k> = c,
-                q: &'k mut [Block] = q.0,
-                products: &'k mut [f64] = products.0,
-            ] -> () {
-                operator.rim(four, constraints, band, c, q, products)
-            });
-        });
+        sweep!(self.[q, c, sums], |four, operator, band|
+            to: (Blocks<'k>, Numbers<'k>) = (PerBlock(q), PerBlock(&mut sums.product));
+            [constraints: &'k Constraints = constraints, c: Rows<'k> = c.rows()]
+            operator.rim(four, constraints, band, c, to.0.0, to.1.0));
     }
 
     fn advance(&mut self, alpha: f64) {
-        let Self { operator, r, q, sums, arch, bands, .. } = self;
-        let part = (PerBlock(r), PerBlock(&mut sums.residual));
-        over_blocks(*bands, operator, part, &|band, (r, measures)| {
-            vectorised!(arch, [four,
-                operator: &'k Operator = operator,
-                band: Range<usize> = band,
-                alpha: f64 = alpha,
-                q: &'k [Block] = q,
-                r: &'k mut [Block] = r.0,
-                measures: &'k mut [Measure] = measures.0,
-            ] -> () {
-                operator.advance(four, band, alpha, q, r, measures)
-            });
-        });
+        sweep!(self.[r, q, sums], |four, operator, band|
+            to: (Blocks<'k>, Measures<'k>) = (PerBlock(r), PerBlock(&mut sums.residual));
+            [alpha: f64 = alpha, q: &'k [Block] = q]
+            operator.advance(four, band, alpha, q, to.0.0, to.1.0));
     }
 
     fn store(&mut self, postponed: Option<f64>, solution: &mut [Vec3]) {
-        let Self { operator, x, q, c, arch, bands, .. } = self;
-        let from = (&x[..], c.rows());
-        over_blocks(*bands, operator, (PerBlock(q), solution), &|band, (q, solution)| {
-            vectorised!(arch, [_four,
-                operator: &'k Operator = operator,
-                band: Range<usize> = band,
-                postponed: Option<f64> = postponed,
-                from: (&'k [Block], Rows<'k>) = from,
-                to: (&'k mut [Block], &'k mut [Vec3]) = (q.0, solution),
-            ] -> () {
-                operator.store(band, postponed, from, to)
-            });
-        });
+        sweep!(self.[x, q, c], |_four, operator, band|
+            to: (Blocks<'k>, &'k mut [Vec3]) = (PerBlock(q), solution);
+            [postponed: Option<f64> = postponed, from: (&'k [Block], Rows<'k>) = (&x[..], c.rows())]
+            operator.store(band, postponed, from, (to.0.0, to.1)));
     }
 }
 

@@ -1,21 +1,24 @@
 //! Filtered conjugate gradients on a [`ScalarMatrix`] by fused SIMD kernels.
 //!
-//! [`filtered_pcg`](crate::filtered_pcg) sweeps about eight times an iteration over vectors of [`Vec3`]. Here it is
-//! two sweeps, in blocks of [`BLOCK`](crate::vector::BLOCK) particles, the blocks of the documented order of sums:
+//! [`filtered_pcg`](crate::filtered_pcg) sweeps about eight times an iteration over vectors of
+//! [`Vec3`]. Here it is two sweeps, in blocks of [`BLOCK`](crate::vector::BLOCK) particles, the
+//! blocks of the documented order of sums:
 //!
-//! 1. `x ← x + α c` of the iteration before, and `c ← S (P r + β c)`; behind it, as soon as the farthest neighbour is
-//!    known, `q ← S A c` of a block and its part of `cᵀq`, while the block is in cache. The part is summed as the
-//!    product arises, in registers; where the block has constrained particles, in a pass of its own.
+//! 1. `x ← x + α c` of the iteration before, and `c ← S (P r + β c)`; behind it, as soon as the
+//!    farthest neighbour is known, `q ← S A c` of a block and its part of `cᵀq`, while the block is
+//!    in cache. The part is summed as the product arises, in registers; where the block has
+//!    constrained particles, in a pass of its own.
 //! 2. `r ← r − α q`, `rᵀr` and, for a diagonal `P`, `rᵀ P r` without ever storing `P r`.
 //!
-//! Only loops and layouts differ from the readable kernels; each number comes from the same operations in the same
-//! order, so all bits are theirs (negative zeros too: an absent entry of a diagonal adds a zero to a sum that began
-//! with a positive one). Infinite and undefined numbers end a solve alike, but may be found in other
-//! places of `x`.
+//! Only loops and layouts differ from the readable kernels; each number comes from the same
+//! operations in the same order, so all bits are theirs (negative zeros too: an absent entry of a
+//! diagonal adds a zero to a sum that began with a positive one). Infinite and undefined numbers
+//! end a solve alike, but may be found in other places of `x`.
 //!
 //! # Counts
 //!
-//! Of an iteration with three coordinates, for a mesh with two offsets (five entries a row), a particle:
+//! Of an iteration with three coordinates, for a mesh with two offsets (five entries a row), a
+//! particle:
 //!
 //! | layout | preconditioner | flops | bytes from memory | held by a solver, bytes |
 //! |---|---|---|---|---|
@@ -25,9 +28,9 @@
 //!
 //! # What was tried
 //!
-//! Nanoseconds a particle and iteration, least of many repetitions on one core of an AMD EPYC (Zen 4) that others
-//! used too, square mesh of `N²` particles; AVX2 (512-bit registers would change the bits of the factorisations
-//! that share the SIMD library).
+//! Nanoseconds a particle and iteration, least of many repetitions on one core of an AMD EPYC (Zen
+//! 4) that others used too, square mesh of `N²` particles; AVX2 (512-bit registers would change the
+//! bits of the factorisations that share the SIMD library).
 //!
 //! | what | predicted | measured |
 //! |---|---|---|
@@ -51,8 +54,7 @@
 mod buckets;
 mod diagonals;
 mod fused;
-mod lanes;
-pub(crate) mod simd;
+mod padded;
 mod soa;
 
 use crate::bands::bands;
@@ -61,13 +63,11 @@ use crate::{
     Constraints, LinearOperator, PcgReport, PcgSettings, Reference, ScalarMatrix, StartValue, Vec3,
 };
 use fused::Fused;
-pub(crate) use lanes::Lanes;
-use lanes::Padded;
-pub use lanes::ScalarPreconditioner;
-pub(crate) use simd::{Four, four_wide};
+use padded::Padded;
+pub use padded::ScalarPreconditioner;
 
-/// [`filtered_pcg`](crate::filtered_pcg) for a scalar matrix: the same bits and the same report, from kernels that
-/// keep the vectors, and where it helps the matrix, in a layout of their own.
+/// [`filtered_pcg`](crate::filtered_pcg) for a scalar matrix: the same bits and the same report,
+/// from kernels that keep the vectors, and where it helps the matrix, in a layout of their own.
 #[derive(Debug)]
 pub struct ScalarPcg(Layout);
 
@@ -80,16 +80,17 @@ enum Layout {
 /// The layouts of [`ScalarPcg`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ScalarLayout {
-    /// The matrix by diagonals and each coordinate an array: for diagonal preconditioners, and patterns with few
-    /// offsets between row and column, such as the mesh of a regular sheet.
+    /// The matrix by diagonals and each coordinate an array: for diagonal preconditioners, and
+    /// patterns with few offsets between row and column, such as the mesh of a regular sheet.
     Diagonals,
     /// Compressed rows, and particles padded to four numbers: for all.
     Rows,
 }
 
 impl ScalarPcg {
-    /// Room for solves with the pattern of `a`, in the best layout. `diagonal` says that the preconditioner is
-    /// [`Identity`](ScalarPreconditioner::Identity) or [`Jacobi`](ScalarPreconditioner::Jacobi).
+    /// Room for solves with the pattern of `a`, in the best layout. `diagonal` says that the
+    /// preconditioner is [`Identity`](ScalarPreconditioner::Identity) or
+    /// [`Jacobi`](ScalarPreconditioner::Jacobi).
     pub fn new(a: &ScalarMatrix, diagonal: bool) -> Self {
         Self::with_layout(a, diagonal, ScalarLayout::Diagonals)
             .unwrap_or_else(|| Self(Layout::Rows(Padded::new(a, diagonal))))
@@ -112,17 +113,18 @@ impl ScalarPcg {
         }
     }
 
-    /// Takes over the values of `a`, which must have the pattern given to [`new`](Self::new), and of the
-    /// preconditioner: to be called after each change of either.
+    /// Takes over the values of `a`, which must have the pattern given to [`new`](Self::new), and
+    /// of the preconditioner: to be called after each change of either.
     pub fn update(&mut self, a: &ScalarMatrix, p: ScalarPreconditioner<'_>) {
         if let Layout::Diagonals(fused) = &mut self.0 {
             fused.update(a, p);
         }
     }
 
-    /// Lets solves use so many threads of the current [`rayon`] pool, where there are enough particles to make it worth
-    /// while: the same bits for any number. That is for the layout [`Diagonals`](ScalarLayout::Diagonals); the sweeps of IC(0) go
-    /// through the mesh in one order, and [`Rows`](ScalarLayout::Rows) stay on the caller's thread.
+    /// Lets solves use so many threads of the current [`rayon`] pool, where there are enough
+    /// particles to make it worth while: the same bits for any number. That is for the layout
+    /// [`Diagonals`](ScalarLayout::Diagonals); the sweeps of IC(0) go through the mesh in one
+    /// order, and [`Rows`](ScalarLayout::Rows) stay on the caller's thread.
     pub fn set_threads(&mut self, threads: usize) {
         if let Layout::Diagonals(fused) = &mut self.0 {
             fused.set_bands(bands(threads, fused.n()));
@@ -142,8 +144,8 @@ impl ScalarPcg {
         }
     }
 
-    /// As [`filtered_pcg`](crate::filtered_pcg) from where `start` says, with the matrix and the preconditioner of the last
-    /// [`update`](Self::update).
+    /// As [`filtered_pcg`](crate::filtered_pcg) from where `start` says, with the matrix and the
+    /// preconditioner of the last [`update`](Self::update).
     #[expect(
         clippy::too_many_arguments,
         reason = "a linear solve has this many independent parts; each call names them in order"
@@ -188,8 +190,9 @@ pub struct ResidualNorms {
 }
 
 impl ScalarPcg {
-    /// The norms of a vector `x` that obeys the constraints and is not changed, with the matrix of the last
-    /// [`update`](Self::update). One product; with a reference and motion that is prescribed, two.
+    /// The norms of a vector `x` that obeys the constraints and is not changed, with the matrix of
+    /// the last [`update`](Self::update). One product; with a reference and motion that is
+    /// prescribed, two.
     ///
     /// # Panics
     /// When the sizes of the arguments differ.

@@ -13,8 +13,9 @@ const GROUPS: usize = BLOCK / SLOTS;
 /// Numbers that fill a cache line.
 const LINE: usize = 8;
 
-/// The three coordinates of up to [`BLOCK`] particles. A cache line of zeros after each keeps the coordinates
-/// of a particle from the same place of different pages, where a load seems to depend on a store.
+/// The three coordinates of up to [`BLOCK`] particles. A cache line of zeros after each keeps the
+/// coordinates of a particle from the same place of different pages, where a load seems to depend
+/// on a store.
 #[derive(Clone, Debug)]
 #[repr(align(64))]
 pub(super) struct Block(pub(super) [[f64; BLOCK + LINE]; 3]);

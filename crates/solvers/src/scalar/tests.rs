@@ -7,23 +7,8 @@ use crate::{
     Filter, Identity, IncompleteCholesky, Jacobi, Norm, PcgWorkspace, Preconditioner, SolveStatus,
     Vec3, filtered_pcg,
 };
+use drape_kernels::testing::{Bits, assert_same_bits, mesh_edges};
 use proptest::prelude::*;
-
-/// Springs between particles of a grid that are these many rows and columns apart.
-fn mesh(rows: usize, columns: usize, steps: &[(usize, isize)]) -> Vec<(usize, usize)> {
-    let mut edges = Vec::new();
-    for row in 0..rows {
-        for column in 0..columns {
-            for &(down, right) in steps {
-                let to = column as isize + right;
-                if row + down < rows && (0..columns as isize).contains(&to) {
-                    edges.push((row * columns + column, (row + down) * columns + to as usize));
-                }
-            }
-        }
-    }
-    edges
-}
 
 const STRUCTURE: [(usize, isize); 2] = [(0, 1), (1, 0)];
 const SHEAR: [(usize, isize); 4] = [(0, 1), (1, 0), (1, 1), (1, -1)];
@@ -72,10 +57,6 @@ fn cases() -> impl Strategy<Value = Case> {
     )
 }
 
-fn bits(x: &[Vec3]) -> Vec<[u64; 3]> {
-    x.iter().map(|x| [x.x.to_bits(), x.y.to_bits(), x.z.to_bits()]).collect()
-}
-
 /// By diagonals, in so many bands.
 fn banded(a: &ScalarMatrix, bands: usize) -> Option<ScalarPcg> {
     let mut solver = ScalarPcg::with_layout(a, true, ScalarLayout::Diagonals)?;
@@ -85,8 +66,8 @@ fn banded(a: &ScalarMatrix, bands: usize) -> Option<ScalarPcg> {
     Some(solver)
 }
 
-/// Solves twice in each layout that suits, in several numbers of bands, so that what a solve leaves behind is seen to
-/// matter nothing.
+/// Solves twice in each layout that suits, in several numbers of bands, so that what a solve leaves
+/// behind is seen to matter nothing.
 fn compare(a: &ScalarMatrix, case: &Case) -> PcgReport {
     let mut random = Random::new(case.seed);
     let n = a.n();
@@ -139,13 +120,14 @@ fn compare(a: &ScalarMatrix, case: &Case) -> PcgReport {
                 let mut y = held.clone();
                 let report =
                     solver.solve(a, fast_p, &constraints, &b, start, &mut y, reference, &settings);
-                let [ours, theirs] = [report, expected].map(|r| r.relative_residual.to_bits());
-                assert_eq!(ours, theirs, "{:?}: {report:?}, {expected:?}", solver.layout());
+                let layout = solver.layout();
+                let residuals = [expected, report].map(|r| r.relative_residual);
+                assert_same_bits((layout, report), &residuals[0], &residuals[1]);
                 // The rest, apart from that number: it may be NaN, which equals nothing.
                 let [ours, theirs] =
                     [report, expected].map(|report| PcgReport { relative_residual: 0.0, ..report });
-                assert_eq!(ours, theirs, "{:?}", solver.layout());
-                assert_eq!(bits(&x), bits(&y), "{:?}", solver.layout());
+                assert_eq!(ours, theirs, "{layout:?}");
+                assert_same_bits(layout, &x, &y);
             }
         }
         compare_residuals(a, &constraints, &b, &x, &mut solvers);
@@ -166,13 +148,13 @@ fn compare_products(a: &ScalarMatrix, seed: u64) {
             let mut out = random.vectors(a.n());
             fast.update(a, ScalarPreconditioner::Identity);
             fast.multiply(a, &x, &mut out);
-            assert_eq!(bits(&out), bits(&expected), "{bands} bands");
+            assert_same_bits(bands, &expected, &out);
         }
     }
 }
 
-/// The residual of `x` and its norms against their definitions, where particles are free or held: to filter a vector twice by
-/// a plane rounds twice.
+/// The residual of `x` and its norms against their definitions, where particles are free or held:
+/// to filter a vector twice by a plane rounds twice.
 fn compare_residuals(
     a: &ScalarMatrix,
     constraints: &Constraints,
@@ -202,12 +184,11 @@ fn compare_residuals(
         for with_reference in [false, true] {
             let mut y = x.clone();
             let norms = solver.residual_norms(a, constraints, b, &mut y, with_reference);
-            assert_eq!(norms.residual.to_bits(), norm(&residual).to_bits());
-            let expected = with_reference.then(|| reference.to_bits());
-            assert_eq!(norms.reference.map(f64::to_bits), expected);
+            assert_same_bits("residual", &norm(&residual), &norms.residual);
+            assert_same_bits("reference", &with_reference.then_some(reference), &norms.reference);
             let mut out = vec![Vec3::repeat(f64::NAN); x.len()];
             solver.residual(&mut out);
-            assert_eq!((bits(&out), bits(&y)), (bits(&residual), bits(&x)));
+            assert_same_bits("r, x", &(&residual, &x), &(&out, &y));
         }
     }
 }
@@ -216,7 +197,7 @@ proptest! {
     #[test]
     fn solves_on_meshes_have_the_bits_of_the_readable_kernels(case in cases()) {
         let steps: &[_] = [&STRUCTURE[..], &SHEAR, &BENDING][case.springs];
-        let edges = mesh(case.rows, case.columns, steps);
+        let edges = mesh_edges(case.rows, case.columns, steps);
         let mut random = Random::new(case.seed ^ 1);
         let a = laplacian(case.rows * case.columns, &edges, 0.5, || 10_f64.powf(random.unit()));
         compare(&a, &case);
@@ -241,18 +222,18 @@ fn meshes_are_kept_by_diagonals_and_other_graphs_by_rows() {
         ScalarPcg::new(&laplacian(n, edges, 1.0, || 1.0), true).layout()
     };
     for steps in [&STRUCTURE[..], &SHEAR, &BENDING] {
-        assert_eq!(layout(400, &mesh(20, 20, steps)), ScalarLayout::Diagonals);
+        assert_eq!(layout(400, &mesh_edges(20, 20, steps)), ScalarLayout::Diagonals);
     }
     let star: Vec<_> = (1..50).map(|i| (0, i)).collect();
     assert_eq!(layout(50, &star), ScalarLayout::Rows);
     assert_eq!(layout(50, &[(0, 49), (3, 9)]), ScalarLayout::Rows);
-    let mesh = laplacian(400, &mesh(20, 20, &STRUCTURE), 1.0, || 1.0);
+    let mesh = laplacian(400, &mesh_edges(20, 20, &STRUCTURE), 1.0, || 1.0);
     assert_eq!(ScalarPcg::new(&mesh, false).layout(), ScalarLayout::Rows);
 }
 
 #[test]
 fn residuals_that_part_are_refreshed_alike() {
-    let edges = mesh(20, 20, &STRUCTURE);
+    let edges = mesh_edges(20, 20, &STRUCTURE);
     for weight in [1.0, 1e6] {
         let a = laplacian(400, &edges, 1.0, || weight);
         for (norm, preconditioner) in
@@ -284,7 +265,7 @@ fn any_number_of_threads_gives_the_same_bits() {
     let (rows, columns) = (131, 137);
     let n = rows * columns;
     let mut random = Random::new(11);
-    let a = laplacian(n, &mesh(rows, columns, &BENDING), 0.5, || 10_f64.powf(random.unit()));
+    let a = laplacian(n, &mesh_edges(rows, columns, &BENDING), 0.5, || 10_f64.powf(random.unit()));
     let mut jacobi = Jacobi::new(&a);
     jacobi.update(&a).unwrap();
     let p = ScalarPreconditioner::Jacobi(&jacobi);
@@ -303,7 +284,7 @@ fn any_number_of_threads_gives_the_same_bits() {
         let reference = Reference::FilteredRightHandSide;
         let report =
             solver.solve(&a, p, &constraints, &b, StartValue::Given, &mut x, reference, &settings);
-        (report, bits(&x))
+        (report, x.bits())
     };
     let alone = solve(1);
     assert!(alone.0.multiplications > alone.0.iterations + 2);
@@ -314,7 +295,7 @@ fn any_number_of_threads_gives_the_same_bits() {
 
 #[test]
 fn a_solution_that_is_prescribed_is_taken() {
-    let a = laplacian(9, &mesh(3, 3, &STRUCTURE), 1.0, || 1.0);
+    let a = laplacian(9, &mesh_edges(3, 3, &STRUCTURE), 1.0, || 1.0);
     let p = ScalarPreconditioner::Identity;
     let mut constraints = Constraints::free(9);
     (0..9).for_each(|i| constraints.set(i, Filter::Fixed, Vec3::x() * i as f64));

@@ -1,20 +1,24 @@
 //! The fast kernels for springs in any order.
 //!
-//! Positions, velocities and forces are copied to vectors of four numbers, the last of which is 0, so that a particle is
-//! one register. The springs are taken in batches: the differences of the ends are read one spring after the other, lengths and
-//! factors computed for the whole batch, and the forces added one after the other, in the order of the list. A sum
-//! has the order of the [readable loops](super::LinearSprings::add_one_by_one): the results are the same bits.
+//! Positions, velocities and forces are copied to vectors of four numbers, the last of which is 0,
+//! so that a particle is one register. The springs are taken in batches: the differences of the
+//! ends are read one spring after the other, lengths and factors computed for the whole batch, and
+//! the forces added one after the other, in the order of the list. A sum has the order of the
+//! [readable loops](super::LinearSprings::add_reference): the results are the same bits.
 //!
-//! Where the processor has AVX2, a batch is four springs and stays in `registers`; elsewhere it is kept in arrays.
+//! Where the processor has AVX2, a batch is four springs and stays in `registers`; elsewhere it is
+//! kept in arrays.
 //!
-//! A spring costs the flops that it costs in [`super::sweep`], of which a quarter is done for the empty number, and reads 24 bytes of its own
-//! beside the vectors at its ends, 32 with damping. What it takes depends on whether those are in the cache: on the numbering of the
-//! particles and on the order of the list.
+//! A spring costs the flops that it costs in [`super::sweep`], of which a quarter is done for the
+//! empty number, and reads 24 bytes of its own beside the vectors at its ends, 32 with damping.
+//! What it takes depends on whether those are in the cache: on the numbering of the particles and
+//! on the order of the list.
 //!
 //! # What was tried
 //!
-//! Nanoseconds a spring on one core of an AMD EPYC (Zen 4), least of forty repetitions, three effects with damping and gravity, particles
-//! and springs of a square sheet shuffled and numbered anew; a fifth of it is copying to registers and back.
+//! Nanoseconds a spring on one core of an AMD EPYC (Zen 4), least of forty repetitions, three
+//! effects with damping and gravity, particles and springs of a square sheet shuffled and numbered
+//! anew; a fifth of it is copying to registers and back.
 //!
 //! | what | N = 52 | 100 |
 //! |---|---|---|
@@ -33,12 +37,10 @@ use super::COLLAPSED;
 use super::listed::Listed;
 use super::sweep::{Begin, Law, Pass};
 use crate::Vec3;
+use drape_kernels::lanes::Lanes as Quad;
 
 /// Springs of a batch: the arrays stay in the first-level cache.
 const BATCH: usize = 64;
-
-/// A vector, and a 0.
-type Quad = [f64; 4];
 
 /// Memory of a sweep: one register a particle and vector.
 #[derive(Debug, Default)]
@@ -272,32 +274,24 @@ mod tests {
     use super::*;
     use crate::effects::springs::Spring;
     use crate::effects::springs::sweep::ListedSprings;
+    use drape_kernels::testing::{Random, assert_same_bits};
 
     /// The sums of both kernels.
-    fn both(list: &Listed, law: Law, n: usize) -> Option<[Vec<[u64; 3]>; 2]> {
-        let mut state = 1_u64;
-        let mut vectors = || -> Vec<Vec3> {
-            let mut unit = || {
-                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-                (state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-            };
-            (0..n).map(|_| Vec3::new(unit(), unit(), unit())).collect()
-        };
-        let (mut x, v, start) = (vectors(), vectors(), vectors());
+    fn both(list: &Listed, law: Law, n: usize) -> Option<[Vec<Vec3>; 2]> {
+        let mut random = Random::new(1);
+        let (mut x, v, start) = (random.vectors(n), random.vectors(n), random.vectors(n));
         x[1] = x[0]; // a collapsed spring has no direction
         let passes = [Some(Pass::Listed(ListedSprings { list, law }))];
-        let (mut in_arrays, mut in_registers) = (start.clone(), start);
-        let mut quads = Quads::new(n);
-        let (passes, x, v) = (&passes[..], &x[..], &v[..]);
+        let [mut in_arrays, mut in_registers] = [(); 2].map(|()| start.clone());
+        let quads = &mut Quads::new(n);
+        let (passes, x, v, begin) = (&passes[..], &x[..], &v[..], Begin::Present);
         let out = &mut in_arrays[..];
-        let (kernel, begin) = (InArrays, Begin::Present);
-        pulp::Arch::new().dispatch(Batches { kernel, passes, quads: &mut quads, x, v, out, begin });
+        let kernel = InArrays;
+        pulp::Arch::new().dispatch(Batches { kernel, passes, quads, x, v, out, begin });
         let kernel = pulp::x86::V3::try_new()?;
         let out = &mut in_registers[..];
-        let quads = &mut quads;
         pulp::Simd::vectorize(kernel, Batches { kernel, passes, quads, x, v, out, begin });
-        let bits = |v: Vec<Vec3>| v.iter().map(|v| [v.x, v.y, v.z].map(f64::to_bits)).collect();
-        Some([bits(in_arrays), bits(in_registers)])
+        Some([in_arrays, in_registers])
     }
 
     #[test]
@@ -316,7 +310,7 @@ mod tests {
             let list = Listed::new(&springs);
             for law in [Law::Spring, Law::DampedSpring, Law::Nonlinear, Law::Linear, Law::Damping] {
                 let Some([in_arrays, in_registers]) = both(&list, law, n as usize) else { return };
-                assert_eq!(in_arrays, in_registers, "{count} springs, {law:?}");
+                assert_same_bits((count, law), &in_arrays, &in_registers);
             }
         }
     }

@@ -1,9 +1,9 @@
 //! Springs that lie along few diagonals of the matrix of couplings.
 //!
-//! On a sheet whose particles are numbered row by row, every spring of one kind joins particle `i` to `i + o` with
-//! one of two offsets `o`, and has the same rest length, stiffness and damping. Such springs are told by one bit a
-//! particle and offset instead of 32 bytes a spring, and a sweep over them needs no index: the other ends of
-//! neighbouring springs are neighbours.
+//! On a sheet whose particles are numbered row by row, every spring of one kind joins particle `i`
+//! to `i + o` with one of two offsets `o`, and has the same rest length, stiffness and damping.
+//! Such springs are told by one bit a particle and offset instead of 32 bytes a spring, and a sweep
+//! over them needs no index: the other ends of neighbouring springs are neighbours.
 
 use super::Spring;
 use super::sweep::MAX_OFFSET;
@@ -34,8 +34,8 @@ pub(crate) struct Diagonal {
     pub(crate) absent: Vec<u32>,
 }
 
-/// Springs of one kind along at most [`MAX_DIAGONALS`] diagonals, in the order of the first end and, at one
-/// particle, of the diagonals.
+/// Springs of one kind along at most [`MAX_DIAGONALS`] diagonals, in the order of the first end
+/// and, at one particle, of the diagonals.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Diagonals {
     /// The diagonals, in the order in which a particle's own springs come.
@@ -47,7 +47,8 @@ pub(crate) struct Diagonals {
 }
 
 impl Diagonals {
-    /// The diagonals of a list of springs, unless it has another structure, another order, or too few springs to matter.
+    /// The diagonals of a list of springs, unless it has another structure, another order, or too
+    /// few springs to matter.
     pub(crate) fn detect(springs: &[Spring]) -> Option<Self> {
         if springs.len() < FEWEST {
             return None;

@@ -1,11 +1,14 @@
 //! Linear springs with full or projected damping: tension, shear and bending `(i, i+2)`.
 //!
-//! The formulas stand here as loops over the springs, one after the other. What runs in a step is one of
-//! two kernels with the same results bit for bit, which the tests hold against these loops:
-//! [`sweep`] where the springs lie along few diagonals, that is on regular grids, and [`batch`] elsewhere.
+//! The formulas stand here as loops over the springs, one after the other: the reference form. A
+//! step runs one of two fast kernels, which give the same bits: [`sweep`] where the springs lie
+//! along few diagonals, that is on regular grids, and [`batch`] elsewhere.
 
 pub(crate) mod batch;
 pub(crate) mod diagonals;
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
+mod linearise_tests;
 pub(crate) mod listed;
 pub(crate) mod pairs;
 pub(crate) mod sweep;
@@ -23,7 +26,8 @@ use crate::{DampingLaw, Level, Mat3, Vec3};
 use std::sync::Mutex;
 
 /// A spring shorter than this fraction of its rest length has no direction: `û = 0`, which is a
-/// subgradient of the length, so that the energy theorem of the implicit-explicit split still holds.
+/// subgradient of the length, so that the energy theorem of the implicit-explicit split still
+/// holds.
 pub(super) const COLLAPSED: f64 = 1e-12;
 
 /// One linear spring.
@@ -94,7 +98,7 @@ pub struct LinearSprings {
     kind: EffectKind,
     store: Store,
     damping: Option<DampingLaw>,
-    /// Memory of a sweep. Whoever finds it taken goes through the springs one by one.
+    /// Scratch for one sweep. If another thread holds it, fall back to the reference form.
     memory: Mutex<Memory>,
 }
 
@@ -146,7 +150,8 @@ impl LinearSprings {
         }
     }
 
-    /// The law that gives a part of the forces. No damping, and projected damping, which turns with the springs, have none.
+    /// The law that gives a part of the forces. No damping, and projected damping, which turns with
+    /// the springs, have none.
     fn law(&self, part: Part) -> Option<Law> {
         match (part, self.damping) {
             (Part::All, Some(DampingLaw::Full)) => Some(Law::DampedSpring),
@@ -168,12 +173,13 @@ impl LinearSprings {
                 sweep::add(&passes, windows, x, v, out, Begin::Present, None);
             }
             Ok(Memory::Quads(quads)) => batch::add(&passes, quads, x, v, out, Begin::Present),
-            Err(_) => self.add_one_by_one(law, x, v, out),
+            Err(_) => self.add_reference(law, x, v, out),
         }
     }
 
-    /// The readable form of [`add`](Self::add): EEH (11), (13), (12) and (14), each with the opposite sign.
-    pub(crate) fn add_one_by_one(&self, law: Law, x: &[Vec3], v: &[Vec3], out: &mut [Vec3]) {
+    /// The reference form of [`add`](Self::add): EEH (11), (13), (12) and (14), each with the
+    /// opposite sign.
+    pub(crate) fn add_reference(&self, law: Law, x: &[Vec3], v: &[Vec3], out: &mut [Vec3]) {
         self.each(|s| {
             let (i, j) = s.ends();
             let stretch = || {
@@ -233,7 +239,8 @@ impl Effect for LinearSprings {
         self.damping.is_some()
     }
 
-    /// Full: `f_i = −c (v_i − v_j)`, the negative of EEH (14). Projected: `f_i = −c ûûᵀ(v_i − v_j)`.
+    /// Full: `f_i = −c (v_i − v_j)`, the negative of EEH (14). Projected:
+    /// `f_i = −c ûûᵀ(v_i − v_j)`.
     #[doc(alias = "EEH 14")]
     fn add_damping_force(&self, Level { x, v, .. }: Level<'_>, out: &mut [Vec3]) {
         match self.damping {

@@ -2,63 +2,56 @@
 //!
 //! # How it goes
 //!
-//! The springs are taken in batches, as in [`super::batch`]: the differences of positions and of a vector `w` are read one
-//! spring after the other, blocks `S = σ k [ûûᵀ + (1 − ℓ/L)(I − ûûᵀ)]` and forces are computed for the whole batch, then added one
-//! after the other. Where the block of a spring belongs is known beforehand, from a [table](PairBlocks::slots) in the
-//! order of the springs. Each block is a line of eight numbers, so that it is added in one go.
+//! The springs are taken in batches, as in [`super::batch`]: the differences of positions and of a
+//! vector `w` are read one spring after the other, blocks `S = σ k [ûûᵀ + (1 − ℓ/L)(I − ûûᵀ)]` and
+//! forces are computed for the whole batch, then added one after the other. A
+//! [table](PairLines::slots) in the order of the springs tells the place of each block. A block is
+//! a line of eight numbers, so that it is added in one go.
 //!
-//! All sums have the order of the readable way through [`BlockSink`](crate::BlockSink): all stiffnesses of an effect before its
-//! damping, spring after spring. So the results are the same bits.
+//! All sums have the order of the reference form, which goes through
+//! [`BlockSink`](crate::BlockSink): all stiffnesses of an effect before its damping, spring after
+//! spring. So both forms give the same bits.
 //!
 //! # What it costs
 //!
-//! For a spring the flops of [`super::tangent`], and three lines that are read and written, once more for full damping: two of particles
-//! and one of the pair. Where the springs are sorted by their ends, the next ones find these lines in the cache. The table is compared
-//! with the springs in each call, 12 bytes a spring, so that a matrix of other springs is never written to.
+//! For a spring the flops of [`super::tangent`], and three lines that are read and written, once
+//! more for full damping: two of particles and one of the pair. Where the springs are sorted by
+//! their ends, the next ones find these lines in the cache. The table is compared with the springs
+//! in each call, 12 bytes a spring, so that a matrix of other springs is never written to.
 //!
-//! On a sheet of 52 × 52 particles in disorder, one core of a busy Zen 4: a step of Baraff and Witkin's method took 2.0 ms with compressed
-//! rows. Of that 29 % was spent on adding blocks, a fourth of it in searches, and 18 % on computing them spring by spring, the
-//! stiffness twice: for the matrix and for the product. With the sweep here a step takes 0.95 ms, 21 % of it all of this.
+//! On a sheet of 52 × 52 particles in disorder, one core of a busy Zen 4, a step of Baraff and
+//! Witkin's method:
+//!
+//! | matrix | a step | of it adding blocks | computing them |
+//! |---|---|---|---|
+//! | compressed rows | 2.0 ms | 29 % | 18 % |
+//! | this sweep | 0.95 ms | 21 % with computing | |
 
 use super::listed::Listed;
 use super::sweep::{ListedSprings, Pass};
-use super::tangent::{Linearised, unit_block};
+use super::tangent::{Linearised, StiffnessProduct, unit_block};
 use crate::{Effect, Part, Tangent, Vec3};
+use drape_kernels::blocks::{LINE, Line, PairLines, line};
 
 /// Springs of a batch: the arrays stay in the first-level cache.
 const BATCH: usize = 64;
 
-/// The lines of a symmetric matrix of symmetric 3×3 blocks, one for each particle and for each coupled pair: where the
-/// springs write to.
-///
-/// A line holds `xx, xy, xz, yz, zz, xy, yy, yz`: the columns of the block begin at places 0, 5 and 2.
-#[derive(Debug)]
-pub struct PairBlocks<'a> {
-    /// Diagonal blocks, one a particle.
-    pub diagonal: &'a mut [[f64; 8]],
-    /// Blocks (i, j) of the coupled pairs.
-    pub pairs: &'a mut [[f64; 8]],
-    /// Both particles of each coupled pair, the lower first.
-    pub ends: &'a [[u32; 2]],
-    /// Which coupled pair each spring belongs to, in the order in which the effects visit their springs. Of no meaning for
-    /// a spring that ties a particle to itself.
-    pub slots: &'a [u32],
-}
-
-impl PairBlocks<'_> {
-    /// Whether the table is that of these springs, and the matrix has one row a particle.
-    fn suits<'a>(&self, lists: impl Iterator<Item = &'a Listed>, particles: usize) -> bool {
-        let mut slots = self.slots.iter();
-        let is_known = |slots: &mut std::slice::Iter<'_, u32>, [i, j]: [u32; 2]| {
-            let pair = slots.next().map(|slot| self.ends.get(*slot as usize));
-            pair.is_some_and(|pair| i == j || pair == Some(&[i.min(j), i.max(j)]))
-        };
-        let mut ends = lists.flat_map(|list| &list.ends);
-        ends.all(|ends| is_known(&mut slots, *ends))
-            && slots.next().is_none()
-            && self.ends.len() == self.pairs.len()
-            && self.diagonal.len() == particles
-    }
+/// Whether the table of the matrix belongs to these springs, and the matrix has one row a particle.
+fn suits<'a>(
+    matrix: &PairLines<'_>,
+    lists: impl Iterator<Item = &'a Listed>,
+    particles: usize,
+) -> bool {
+    let mut slots = matrix.slots.iter();
+    let is_known = |slots: &mut std::slice::Iter<'_, u32>, [i, j]: [u32; 2]| {
+        let pair = slots.next().map(|slot| matrix.ends.get(*slot as usize));
+        pair.is_some_and(|pair| i == j || pair == Some(&[i.min(j), i.max(j)]))
+    };
+    let mut ends = lists.flat_map(|list| &list.ends);
+    ends.all(|ends| is_known(&mut slots, *ends))
+        && slots.next().is_none()
+        && matrix.ends.len() == matrix.pairs.len()
+        && matrix.diagonal.len() == particles
 }
 
 /// The springs of an effect with its full damping, if they are listed.
@@ -69,38 +62,44 @@ pub(crate) fn listed<'a>(effect: &'a dyn Effect, mass: &'a [f64]) -> Option<List
     }
 }
 
-/// Overwrites `matrix` with `M + σ K + τ D` and adds `K w` to `out`, unless the table is that of other springs: then it
-/// returns `false` and does nothing.
+/// Overwrites `matrix` with `M + σ K + τ D` and adds `K w` where it is wanted. Returns `false` and
+/// does nothing where the table of the matrix belongs to other springs.
 pub(crate) fn add<'a>(
     springs: impl Iterator<Item = ListedSprings<'a>> + Clone,
     mass: &[f64],
     at: &Linearised<'_>,
-    mut matrix: PairBlocks<'_>,
-    out: &mut [Vec3],
+    mut matrix: PairLines<'_>,
+    mut product: Option<StiffnessProduct<'_>>,
 ) -> bool {
-    assert!([at.x.len(), at.w.len(), out.len()] == [mass.len(); 3], "one vector a particle");
-    if !matrix.suits(springs.clone().map(|s| s.list), mass.len()) {
+    let n = mass.len();
+    let lengths = product.as_ref().map_or([n; 2], |p| [p.w.len(), p.out.len()]);
+    assert!(at.x.len() == n && lengths == [n; 2], "one vector a particle");
+    if !suits(&matrix, springs.clone().map(|s| s.list), n) {
         return false;
     }
     for (line, &m) in matrix.diagonal.iter_mut().zip(mass) {
         *line = diagonal_line(m);
     }
-    matrix.pairs.fill([0.0; 8]);
+    matrix.pairs.fill([0.0; LINE]);
     let mut slots = matrix.slots;
     for ListedSprings { list, law } in springs {
         let (own, rest) = slots.split_at(list.ends.len());
         slots = rest;
-        let is_damped = law.is_damped();
-        let matrix = &mut matrix;
-        pulp::Arch::new().dispatch(Batches { list, is_damped, slots: own, at, matrix, out });
+        let (is_damped, matrix) = (law.is_damped(), &mut matrix);
+        // Without a product the forces belong to any vector, and no one reads them.
+        let (w, out) = match &mut product {
+            Some(StiffnessProduct { w, out }) => (*w, Some(&mut **out)),
+            None => (at.x, None),
+        };
+        pulp::Arch::new().dispatch(Batches { list, is_damped, slots: own, at, matrix, w, out });
     }
     true
 }
 
 /// The line of a multiple of the identity.
 #[inline(always)]
-fn diagonal_line(a: f64) -> [f64; 8] {
-    [a, 0.0, 0.0, 0.0, a, 0.0, a, 0.0]
+fn diagonal_line(a: f64) -> Line {
+    line([a, 0.0, 0.0, a, 0.0, a])
 }
 
 /// The springs of one effect.
@@ -109,8 +108,9 @@ struct Batches<'a, 'b> {
     is_damped: bool,
     slots: &'a [u32],
     at: &'a Linearised<'a>,
-    matrix: &'a mut PairBlocks<'b>,
-    out: &'a mut [Vec3],
+    matrix: &'a mut PairLines<'b>,
+    w: &'a [Vec3],
+    out: Option<&'a mut [Vec3]>,
 }
 
 impl pulp::WithSimd for Batches<'_, '_> {
@@ -118,14 +118,15 @@ impl pulp::WithSimd for Batches<'_, '_> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) {
-        let Self { list, is_damped, slots, at, matrix, out } = self;
-        match at.tangent {
+        let Self { list, is_damped, slots, at, matrix, w, out } = self;
+        let at = (at, w);
+        match at.0.tangent {
             Tangent::Exact => add_stiffness(list, slots, at, |t| t, matrix, out),
             Tangent::Projected => add_stiffness(list, slots, at, |t| t.max(0.0), matrix, out),
         }
         if is_damped {
             for ((ends, slot), c) in list.ends.iter().zip(slots).zip(&list.damping) {
-                add_line(matrix, *ends, *slot, &diagonal_line(at.damping_scale * c));
+                add_line(matrix, *ends, *slot, &diagonal_line(at.0.damping_scale * c));
             }
         }
     }
@@ -136,23 +137,25 @@ impl pulp::WithSimd for Batches<'_, '_> {
 fn add_stiffness(
     list: &Listed,
     slots: &[u32],
-    at: &Linearised<'_>,
+    (at, w): (&Linearised<'_>, &[Vec3]),
     law: impl Fn(f64) -> f64,
-    matrix: &mut PairBlocks<'_>,
-    out: &mut [Vec3],
+    matrix: &mut PairLines<'_>,
+    mut out: Option<&mut [Vec3]>,
 ) {
     let mut batch = Batch::default();
     let parameters = list.rest_length.chunks(BATCH).zip(list.stiffness.chunks(BATCH));
     let places = list.ends.chunks(BATCH).zip(slots.chunks(BATCH));
     for ((ends, slots), (rest_length, stiffness)) in places.zip(parameters) {
-        batch.read(ends, at);
+        batch.read(ends, at.x, w);
         batch.compute(rest_length, stiffness, at.stiffness_scale, &law);
         for (t, (&[i, j], &slot)) in ends.iter().zip(slots).enumerate() {
-            let [xx, xy, xz, yy, yz, zz] = batch.block.each_ref().map(|plane| plane[t]);
-            add_line(matrix, [i, j], slot, &[xx, xy, xz, yz, zz, xy, yy, yz]);
-            let force = Vec3::from(batch.force.each_ref().map(|plane| plane[t]));
-            out[i as usize] += force;
-            out[j as usize] -= force;
+            let block = batch.block.each_ref().map(|plane| plane[t]);
+            add_line(matrix, [i, j], slot, &line(block));
+            if let Some(out) = &mut out {
+                let force = Vec3::from(batch.force.each_ref().map(|plane| plane[t]));
+                out[i as usize] += force;
+                out[j as usize] -= force;
+            }
         }
     }
 }
@@ -178,10 +181,10 @@ impl Default for Batch {
 
 impl Batch {
     #[inline(always)]
-    fn read(&mut self, ends: &[[u32; 2]], at: &Linearised<'_>) {
+    fn read(&mut self, ends: &[[u32; 2]], x: &[Vec3], w: &[Vec3]) {
         for (t, &[i, j]) in ends.iter().enumerate().take(BATCH) {
             let (i, j) = (i as usize, j as usize);
-            let (d, w) = (at.x[i] - at.x[j], at.w[i] - at.w[j]);
+            let (d, w) = (x[i] - x[j], w[i] - w[j]);
             for axis in 0..3 {
                 self.d[axis][t] = d[axis];
                 self.w[axis][t] = w[axis];
@@ -217,23 +220,18 @@ impl Batch {
 
 /// Adds a line at both ends of a spring and subtracts it between them.
 #[inline(always)]
-fn add_line(matrix: &mut PairBlocks<'_>, [i, j]: [u32; 2], slot: u32, line: &[f64; 8]) {
+fn add_line(matrix: &mut PairLines<'_>, [i, j]: [u32; 2], slot: u32, line: &Line) {
     if i == j {
         return;
     }
     let pair = &mut matrix.pairs[slot as usize];
-    for k in 0..8 {
+    for k in 0..LINE {
         pair[k] -= line[k];
     }
     for end in [i, j] {
         let sum = &mut matrix.diagonal[end as usize];
-        for k in 0..8 {
+        for k in 0..LINE {
             sum[k] += line[k];
         }
     }
 }
-
-#[cfg(test)]
-#[allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
-#[path = "pairs_tests.rs"]
-mod tests;

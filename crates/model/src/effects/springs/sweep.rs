@@ -2,63 +2,66 @@
 //!
 //! # How it goes
 //!
-//! Positions and velocities are read into one array a coordinate, so that eight particles fill a vector register.
-//! For each vector of particles the forces of all springs to later particles are computed and kept: `f_i = g (x_i − x_{i+o})` with
-//! `g` after the [`Law`], plus `c (v_i − v_{i+o})` if there is full damping. Some vectors later each particle takes what its springs
-//! left: `+f_{i−o}` for those that come from earlier particles, `−f_i` for its own. Where a place along a diagonal has no spring, the
-//! force is overwritten by 0, which changes no sum.
+//! Positions and velocities are read into one array a coordinate, so that eight particles fill a
+//! vector register. For each vector of particles the forces of all springs to later particles are
+//! computed and kept: `f_i = g (x_i − x_{i+o})` with `g` after the [`Law`], plus
+//! `c (v_i − v_{i+o})` if there is full damping. Some vectors later each particle takes what its
+//! springs left: `+f_{i−o}` for those that come from earlier particles, `−f_i` for its own. Where a
+//! place along a diagonal has no spring, the force is overwritten by 0, which changes no sum.
 //!
-//! A sum has the order of the [readable loop](super::LinearSprings::add_one_by_one), in which particle `i` is met first
-//! by its incoming springs, by falling offset, then by its own. Each spring is computed once and its force taken twice with
-//! opposite signs, as there. So the results are the same bits.
+//! A sum has the order of the [readable loop](super::LinearSprings::add_reference), in which
+//! particle `i` is met first by its incoming springs, by falling offset, then by its own. Each
+//! spring is computed once and its force taken twice with opposite signs, as there. So the results
+//! are the same bits.
 //!
-//! The arrays are a window that slides over the particles: it fits the second-level cache up to some hundred columns, whatever the number
-//! of rows, and remembers the forces of the last `o` springs of each diagonal. Each system has one for each thread, so that a sweep allocates
-//! nothing. [`pulp`] compiles the kernel for the vector units that the processor has. No product and sum are contracted into one
-//! rounding, so that the width of the registers leaves no trace.
+//! The arrays are a window that slides over the particles: it fits the second-level cache up to
+//! some hundred columns, whatever the number of rows, and remembers the forces of the last `o`
+//! springs of each diagonal. Each system has one for each thread, so that a sweep allocates
+//! nothing. [`pulp`] compiles the kernel for the vector units that the processor has. No product
+//! and sum are contracted into one rounding, so that the width of the registers leaves no trace.
 //!
 //! # What it costs
 //!
-//! For a spring with full damping: 8 flops for the length, a square root, a division, 5 for the force, 9 for the
-//! damping, 6 for the sums. A square root and a division of eight numbers take 4.2 ns of a Zen 4 core, 0.5 ns a spring; the whole
-//! takes about 2 ns, of which 0.4 go into reading and writing coordinates. In main memory: 24 bytes a particle for `x`, 24 for `v`,
-//! 48 for the sum (24 where it begins with zero), 4 for each place along a diagonal without a spring.
+//! For a spring with full damping: 8 flops for the length, a square root, a division, 5 for the
+//! force, 9 for the damping, 6 for the sums. A square root and a division of eight numbers take 4.2
+//! ns of a Zen 4 core, 0.5 ns a spring; the whole takes about 2 ns, of which 0.4 go into reading
+//! and writing coordinates. In main memory: 24 bytes a particle for `x`, 24 for `v`, 48 for the sum
+//! (24 where it begins with zero), 4 for each place along a diagonal without a spring.
 //!
-//! Tried: one loop a diagonal, in plain Rust and vectorised by the compiler, with force and damping apart: 2.9 ns a spring; with
-//! force and damping as one: 2.3; with all arrays at cache lines: 2.15; all diagonals of a vector in one loop: 2.9 as long as every
-//! read was checked, 2.05 with a distance of arrays that the compiler knows. The same loop in C++ with everything known when it is
-//! compiled, and without the copies to and from coordinates, takes 1.15: the bound that is left. Reading coordinates group by group
-//! instead of chunk by chunk gained nothing. (52 × 52, one core of a machine that had other work.) On a core of a Zen 5 the
-//! sheet of 52 × 52 takes 1.2 ns a spring, at times 1.9, also where addresses are fixed: work of others on the machine. Sums that
-//! begin with zero in a register, not with a group of zeros in memory, take a twentieth less (316 × 316).
+//! Tried: one loop a diagonal, in plain Rust and vectorised by the compiler, with force and damping
+//! apart: 2.9 ns a spring; with force and damping as one: 2.3; with all arrays at cache lines:
+//! 2.15; all diagonals of a vector in one loop: 2.9 as long as every read was checked, 2.05 with a
+//! distance of arrays that the compiler knows. The same loop in C++ with everything known when it
+//! is compiled, and without the copies to and from coordinates, takes 1.15: the bound that is left.
+//! Reading coordinates group by group instead of chunk by chunk gained nothing. (52 × 52, one core
+//! of a machine that had other work.) On a core of a Zen 5 the sheet of 52 × 52 takes 1.2 ns a
+//! spring, at times 1.9, also where addresses are fixed: work of others on the machine. Sums that
+//! begin with zero in a register, not with a group of zeros in memory, take a twentieth less (316 ×
+//! 316).
 
 mod kernel;
-mod loops;
 mod windows;
 
 pub(super) use self::kernel::{Plan, Planes};
-pub(super) use self::loops::{join, split};
 pub(crate) use self::windows::Windows;
 use super::Vec3;
 use super::diagonals::Diagonals;
 use super::listed::Listed;
+use drape_kernels::lanes::WIDEST;
+use drape_kernels::planes::{Aligned, Frame, join, split, stride};
 use rayon::prelude::*;
-use std::fmt;
 use std::ops::Range;
 
-/// Distance of two arrays of a window. Five cache lines more than some pages, lest the same place of all arrays falls into the same
-/// set of the cache. The narrow one fits sheets of 344 columns with bending springs.
-pub(super) const NARROW: usize = 2048 + 40;
+/// Distance of two arrays of a window, which fits sheets of 344 columns with bending springs.
+pub(super) const NARROW: usize = stride(2048);
 /// As [`NARROW`], for all offsets up to [`MAX_OFFSET`].
-pub(super) const WIDE: usize = 16_384 + 40;
+pub(super) const WIDE: usize = stride(16_384);
 /// Largest offset of a diagonal that fits a window.
 pub(super) const MAX_OFFSET: usize = 5_000;
 /// Most effects that one sweep takes together.
 pub(crate) const MAX_PASSES: usize = 4;
 /// Most particles that are computed, then gathered, at a time.
 pub(super) const GROUP: usize = 128;
-/// The window is a multiple of this many particles; vector registers hold so many numbers or fewer.
-pub(super) const LANES: usize = 8;
 
 /// What is taken of a spring: `−g (x_i − x_j)` with the factor `g`, `−c (v_i − v_j)`, or their sum.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -154,41 +157,14 @@ pub(crate) struct Window {
     /// Coordinates that are read beyond the chunk.
     pub(super) ahead: usize,
     /// `x`, `y`, `z` of positions, then of velocities; [`Self::stride`] each.
-    coordinates: Lines,
+    coordinates: Aligned,
     /// Forces; [`Self::stride`] each.
-    forces: Lines,
-}
-
-/// Numbers of which the first is at the begin of a cache line: a vector register of eight is read from one line.
-#[derive(Default)]
-struct Lines {
-    memory: Vec<f64>,
-    start: usize,
-    len: usize,
-}
-
-impl fmt::Debug for Lines {
-    /// Where the memory lies is nobody's business.
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Lines").field("len", &self.len).finish()
-    }
-}
-
-impl Lines {
-    /// So many zeros, behind memory for as many numbers as `lead` says, which nobody touches.
-    fn zeros(lead: usize, len: usize) -> Self {
-        let memory = vec![0.0; lead + len + LANES - 1];
-        let aligned = memory[lead..].as_ptr().align_offset(8 * LANES).min(LANES - 1);
-        Self { memory, start: lead + aligned, len }
-    }
-
-    fn all(&mut self) -> &mut [f64] {
-        &mut self.memory[self.start..][..self.len]
-    }
+    forces: Aligned,
 }
 
 impl Window {
-    /// A window for sweeps over any of these springs, whose arrays lie at least so many numbers behind those of others.
+    /// A window for sweeps over any of these springs, whose arrays lie at least so many numbers
+    /// behind those of others.
     fn new<'a>(lead: usize, all: impl Iterator<Item = &'a Diagonals>) -> Self {
         let (mut reach, mut planes, mut particles) = (0, 0, 0);
         for diagonals in all {
@@ -199,16 +175,16 @@ impl Window {
         if planes == 0 {
             return Self::default();
         }
-        let history = reach.next_multiple_of(LANES);
-        let ahead = history + LANES;
+        let history = reach.next_multiple_of(WIDEST);
+        let ahead = history + WIDEST;
         // What a band of another thread remembers comes from one chunk.
         let least = history.max(512);
         let room = NARROW.saturating_sub(history + ahead);
         let chunk = if room >= least { room } else { least }.min(1536).max(least);
-        let chunk = chunk.min(particles.next_multiple_of(LANES));
+        let chunk = chunk.min(particles.next_multiple_of(WIDEST));
         let mut window = Self { chunk, history, ahead, ..Self::default() };
-        window.coordinates = Lines::zeros(lead, 6 * window.stride());
-        window.forces = Lines::zeros(lead, planes * window.stride());
+        window.coordinates = Aligned::zeros(lead, 6 * window.stride());
+        window.forces = Aligned::zeros(lead, planes * window.stride());
         window
     }
 
@@ -225,7 +201,7 @@ impl Window {
         });
         let planes: usize = springs.clone().map(Springs::planes).sum();
         let reach = springs.map(|springs| springs.diagonals.reach()).max().unwrap_or(0);
-        same && reach <= self.history && planes * self.stride() <= self.forces.len
+        same && reach <= self.history && planes * self.stride() <= self.forces.len()
     }
 
     /// Distance of two arrays.
@@ -238,7 +214,7 @@ impl Window {
     pub(super) fn block(&mut self) -> Block<'_> {
         let stride = self.stride();
         let Self { history, coordinates, forces, .. } = self;
-        let (coordinates, forces) = (coordinates.all(), forces.all());
+        let (coordinates, forces) = (coordinates.all_mut(), forces.all_mut());
         Block { stride, history: *history, coordinates, forces }
     }
 }
@@ -266,11 +242,12 @@ impl Begin {
     }
 }
 
-/// What is done to sums that are complete, while they are in a cache: to those of some particles, perhaps by several threads at a time.
+/// What is done to sums that are complete, while they are in a cache: to those of some particles,
+/// perhaps by several threads at a time.
 pub(crate) type Finish<'a> = dyn Fn(Range<usize>, &mut [Vec3]) + Sync + 'a;
 
-/// Adds what `passes` ask for to `out` or to zero, N, and finishes all of `out`, on as many threads as there are windows, which the passes
-/// [fit](Windows::fits).
+/// Adds what `passes` ask for to `out` or to zero, N, and finishes all of `out`, on as many threads
+/// as there are windows, which the passes [fit](Windows::fits).
 pub(crate) fn add(
     passes: &[Option<Pass<'_>>],
     windows: &mut Windows,
@@ -284,7 +261,8 @@ pub(crate) fn add(
     add_in_bands(windows.bands(particles), passes, windows, x, v, out, begin, finish);
 }
 
-/// As [`add`] in a given number of bands, none of which is shorter than the longest offset of a spring.
+/// As [`add`] in a given number of bands, none of which is shorter than the longest offset of a
+/// spring.
 #[expect(clippy::too_many_arguments, reason = "how, of what, with what, where and whereto")]
 pub(super) fn add_in_bands(
     bands: usize,
@@ -314,7 +292,7 @@ pub(super) fn add_in_bands(
     if bands == 1 {
         return sweep(0..particles, windows.first(), out);
     }
-    let band = particles.div_ceil(bands).next_multiple_of(LANES);
+    let band = particles.div_ceil(bands).next_multiple_of(WIDEST);
     out.par_chunks_mut(3 * band).with_max_len(1).enumerate().for_each(|(k, out)| {
         let range = k * band..particles.min((k + 1) * band);
         sweep(range, &mut windows.free(), out);
@@ -383,19 +361,19 @@ impl Sweep<'_> {
             let end = range.end.min(begin + chunk) - begin;
             let length = |at: usize| GROUP.min(end.saturating_sub(at));
             let Some(mut planes) = Planes::<STRIDE>::of(&mut block) else { return };
-            planes.compute(simd, &mut plan, begin, 0, length(0).next_multiple_of(LANES));
+            planes.compute(simd, &mut plan, begin, 0, length(0).next_multiple_of(WIDEST));
             for at in (0..end).step_by(GROUP) {
                 let m = length(at);
                 let out = &mut out[3 * (begin - range.start + at)..][..3 * m];
                 if from == Begin::Present {
-                    split(sums.0.as_flattened_mut(), GROUP, m, out);
+                    split(sums.0.as_flattened_mut(), GROUP, out);
                 }
-                let following = length(at + GROUP).next_multiple_of(LANES);
-                let m_padded = m.next_multiple_of(LANES);
+                let following = length(at + GROUP).next_multiple_of(WIDEST);
+                let m_padded = m.next_multiple_of(WIDEST);
                 planes.gather_and_compute(
                     simd, &mut plan, begin, at, m_padded, following, from, &mut sums,
                 );
-                join(sums.0.as_flattened(), GROUP, m, out);
+                join(sums.0.as_flattened(), GROUP, out);
             }
             if let Some(finish) = finish {
                 let out = &mut out[3 * (begin - range.start)..][..3 * end];
@@ -417,7 +395,8 @@ pub(super) struct Coordinates<'a> {
 }
 
 impl<'a> Coordinates<'a> {
-    /// `x`, `y`, `z` of positions and of velocities of the `m` particles `offset` places further on.
+    /// `x`, `y`, `z` of positions and of velocities of the `m` particles `offset` places further
+    /// on.
     #[inline(always)]
     pub(super) fn of(&self, offset: usize, m: usize) -> [&'a [f64]; 6] {
         std::array::from_fn(|axis| &self.planes[axis * self.stride + self.at + offset..][..m])
@@ -440,7 +419,8 @@ impl Block<'_> {
         }
     }
 
-    /// The coordinates of particles from place `at` on, and the arrays for the forces of `m` of them.
+    /// The coordinates of particles from place `at` on, and the arrays for the forces of `m` of
+    /// them.
     #[inline(always)]
     pub(super) fn group(
         &mut self,
@@ -471,8 +451,9 @@ impl Block<'_> {
         }
     }
 
-    /// Reads coordinates of `chunk + ahead` particles from `begin` into three arrays. After a chunk has been done the first
-    /// `ahead` are there already, `chunk` places further on. Beyond the last particle there are zeros.
+    /// Reads coordinates of `chunk + ahead` particles from `begin` into three arrays. After a chunk
+    /// has been done the first `ahead` are there already, `chunk` places further on. Beyond the
+    /// last particle there are zeros.
     #[inline(always)]
     pub(super) fn read(
         &mut self,
@@ -484,18 +465,9 @@ impl Block<'_> {
         slid: bool,
     ) {
         let planes = &mut self.coordinates[first_plane * self.stride..][..3 * self.stride];
-        if slid {
-            for plane in planes.chunks_exact_mut(self.stride) {
-                plane.copy_within(chunk..chunk + ahead, 0);
-            }
-        }
-        let n = from.len() / 3;
-        let there = (begin + if slid { ahead } else { 0 }).min(n);
-        let end = (begin + chunk + ahead).min(n);
-        split(&mut planes[there - begin..], self.stride, end - there, &from[3 * there..3 * end]);
-        for plane in planes.chunks_exact_mut(self.stride) {
-            plane[end - begin..chunk + ahead].fill(0.0);
-        }
+        let kept = if slid { ahead } else { 0 };
+        let first = begin as isize;
+        Frame { first, len: chunk + ahead, kept, moved: chunk }.read(planes, self.stride, from);
     }
 
     /// Moves the window on: the last forces become the first ones.

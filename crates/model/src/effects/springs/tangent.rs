@@ -2,27 +2,33 @@
 //!
 //! # How it goes
 //!
-//! The window of [`super::sweep`] brings positions `x` and a vector `w`. For each diagonal the blocks
-//! `S = σ k [ûûᵀ + (1 − ℓ/L)(I − ûûᵀ)]` of all its springs are computed at once and kept with the opposite sign where they belong,
-//! beside the main diagonal of the matrix; with them the forces `k [ûûᵀ + …] (w_i − w_j)`. Then each particle takes what its springs
-//! left for its own block and its force. Full damping adds the same multiple of the identity for all springs of a
-//! diagonal. It reaches a block beside the main diagonal as soon as the particles at both ends have taken `S` from it.
+//! The window of [`super::sweep`] brings positions `x` and a vector `w`. For each diagonal the
+//! sweep computes the blocks `S = σ k [ûûᵀ + (1 − ℓ/L)(I − ûûᵀ)]` of all its springs at once, and
+//! keeps them with the opposite sign in their places beside the main diagonal of the matrix. With
+//! them it computes the forces `k [ûûᵀ + …] (w_i − w_j)`. Then each particle sums up the blocks and
+//! forces of its springs. Full damping adds the same multiple of the identity for all springs of a
+//! diagonal. It is added beside the main diagonal as soon as the particles at both ends have read
+//! `S` there.
 //!
-//! A sum has the order of the readable way through [`BlockSink`](crate::BlockSink): particle `i` is met first by its
-//! incoming springs, by falling offset, then by its own; all stiffnesses of an effect before its damping. So the results are
-//! the same bits.
+//! A sum has the order of the reference form, which goes through [`BlockSink`](crate::BlockSink): a
+//! particle meets its incoming springs first, by falling offset, and then its own; all stiffnesses
+//! of an effect come before its damping. So both forms give the same bits.
 //!
 //! # What it costs
 //!
-//! For a spring: a square root, 4 divisions, 50 flops for block and force, 6 for the sum of forces, 12 for the blocks at its ends, 9
-//! for full damping. The matrix that one of the readable sinks would fill takes 6 numbers a spring here, instead of 36.
+//! For a spring: a square root, 4 divisions, 50 flops for block and force, 6 for the sum of forces,
+//! 12 for the blocks at its ends, 9 for full damping. The matrix takes 6 numbers a spring here, and
+//! 36 in compressed rows.
 
 use super::diagonals::Diagonal;
-use super::sweep::{Block, GROUP, LANES, Pass, Plan, Sums, Window, join, split, springs};
+use super::sweep::{Block, GROUP, Pass, Plan, Sums, Window, springs};
 use super::{COLLAPSED, Vec3};
 use crate::Tangent;
+use drape_kernels::blocks::BandPlanes;
+use drape_kernels::lanes::WIDEST;
+use drape_kernels::planes::{join, split};
 
-/// `M + σ K + τ D` and `K w` at positions `x`, with `K = −∂f/∂x` and `D = −∂f/∂v`.
+/// `M + σ K + τ D` at positions `x`, with `K = −∂f/∂x` and `D = −∂f/∂v`.
 #[derive(Clone, Copy, Debug)]
 pub struct Linearised<'a> {
     /// Positions at which `K` is taken, m.
@@ -33,36 +39,31 @@ pub struct Linearised<'a> {
     pub stiffness_scale: f64,
     /// `τ`.
     pub damping_scale: f64,
+}
+
+/// A product `K w` that is wanted beside the matrix.
+#[derive(Debug)]
+pub struct StiffnessProduct<'a> {
     /// `w`, m.
     pub w: &'a [Vec3],
+    /// What `K w` is added to, N.
+    pub out: &'a mut [Vec3],
 }
 
-/// A symmetric matrix of symmetric 3×3 blocks along bands: where a sweep writes to.
-#[derive(Debug)]
-pub struct BlockPlanes<'a> {
-    /// Six planes for the diagonal, then six for each band: `xx, xy, xz, yy, yz, zz`.
-    pub planes: &'a mut [f64],
-    /// Distance of two planes.
-    pub stride: usize,
-    /// Where row 0 is in a plane, at least the largest offset. Behind the last row there is room for eight more.
-    pub lead: usize,
-    /// The offsets of the bands, rising: block (i, i + o) is at row i.
-    pub offsets: &'a [usize],
-}
-
-/// Overwrites `matrix` with `M + σ K + τ D` and adds `K w` to `out`. The passes [fit](Window::fits) the window, their
-/// offsets are bands of the matrix, and no two are equal.
+/// Overwrites `matrix` with `M + σ K + τ D` and adds `K w` where it is wanted. The passes
+/// [fit](Window::fits) the window, their offsets are bands of the matrix, and no two are equal.
 pub(crate) fn add(
     passes: &[Option<Pass<'_>>],
     window: &mut Window,
     mass: &[f64],
     at: &Linearised<'_>,
-    matrix: BlockPlanes<'_>,
-    out: &mut [Vec3],
+    matrix: BandPlanes<'_>,
+    product: Option<StiffnessProduct<'_>>,
 ) {
     let n = mass.len();
-    assert!([at.x.len(), at.w.len(), out.len()] == [n; 3], "one vector a particle");
-    pulp::Arch::new().dispatch(Sweep { passes, window, mass, at, matrix, out });
+    let lengths = product.as_ref().map_or([n; 2], |p| [p.w.len(), p.out.len()]);
+    assert!(at.x.len() == n && lengths == [n; 2], "one vector a particle");
+    pulp::Arch::new().dispatch(Sweep { passes, window, mass, at, matrix, product });
 }
 
 struct Sweep<'a> {
@@ -70,8 +71,8 @@ struct Sweep<'a> {
     window: &'a mut Window,
     mass: &'a [f64],
     at: &'a Linearised<'a>,
-    matrix: BlockPlanes<'a>,
-    out: &'a mut [Vec3],
+    matrix: BandPlanes<'a>,
+    product: Option<StiffnessProduct<'a>>,
 }
 
 impl pulp::WithSimd for Sweep<'_> {
@@ -79,10 +80,16 @@ impl pulp::WithSimd for Sweep<'_> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, simd: S) {
-        let Self { passes, window, mass, at, matrix, out } = self;
+        let Self { passes, window, mass, at, matrix, product } = self;
         let particles = springs(passes).map(|p| p.diagonals.particles).max().unwrap_or(0);
-        let (x, w): (&[f64], &[f64]) = (bytemuck::cast_slice(at.x), bytemuck::cast_slice(at.w));
-        let out: &mut [f64] = bytemuck::cast_slice_mut(out);
+        let x: &[f64] = bytemuck::cast_slice(at.x);
+        // Without a product the forces belong to any vector, and no one reads them.
+        let (w, mut out): (&[f64], Option<&mut [f64]>) = match product {
+            Some(StiffnessProduct { w, out }) => {
+                (bytemuck::cast_slice(w), Some(bytemuck::cast_slice_mut(out)))
+            }
+            None => (x, None),
+        };
         let (chunk, ahead) = (window.chunk, window.ahead);
         let plan = Plan::new(passes, 0);
         let mut block = window.block();
@@ -105,14 +112,16 @@ impl pulp::WithSimd for Sweep<'_> {
             let end = particles.min(begin + chunk);
             for i in (begin..end).step_by(ROWS) {
                 let m = ROWS.min(end - i);
-                let padded = m.next_multiple_of(LANES);
+                let padded = m.next_multiple_of(WIDEST);
                 blocks.compute(passes, &mut block, at, i, i - begin, padded);
                 blocks.gather(passes, at.damping_scale, &mass[i..i + m], i);
                 blocks.damp(passes, at.damping_scale, i, m);
-                let out = &mut out[3 * i..3 * (i + m)];
-                split(sums.0.as_flattened_mut(), GROUP, m, out);
-                block.gather(simd, &plan, begin, i - begin, padded, &mut sums);
-                join(sums.0.as_flattened(), GROUP, m, out);
+                if let Some(out) = &mut out {
+                    let out = &mut out[3 * i..3 * (i + m)];
+                    split(sums.0.as_flattened_mut(), GROUP, out);
+                    block.gather(simd, &plan, begin, i - begin, padded, &mut sums);
+                    join(sums.0.as_flattened(), GROUP, out);
+                }
             }
             begin += chunk;
             if begin < particles {
@@ -123,7 +132,8 @@ impl pulp::WithSimd for Sweep<'_> {
     }
 }
 
-/// Rows of the matrix that are computed, then gathered, at a time: their blocks stay in the first-level cache.
+/// Rows of the matrix that are computed, then gathered, at a time: their blocks stay in the
+/// first-level cache.
 const ROWS: usize = GROUP;
 
 /// Which of the six numbers of a block are on its diagonal.
@@ -240,7 +250,8 @@ impl Blocks<'_> {
         }
     }
 
-    /// Full damping in the blocks of which the other end is among `m` particles: nobody takes `S` from them any more.
+    /// Full damping in the blocks of which the other end is among `m` particles: nobody takes `S`
+    /// from them any more.
     #[inline(always)]
     fn damp(&mut self, passes: &[Option<Pass<'_>>], scale: f64, particle: usize, m: usize) {
         for pass in springs(passes).filter(|pass| pass.law.is_damped()) {
@@ -265,7 +276,8 @@ impl Blocks<'_> {
     }
 }
 
-/// `−S` and `−K w` of a vector of springs between `own` and `other` ends, each `x`, `y`, `z` of positions and of `w`.
+/// `−S` and `−K w` of a vector of springs between `own` and `other` ends, each `x`, `y`, `z` of
+/// positions and of `w`.
 #[inline(always)]
 #[expect(clippy::too_many_arguments, reason = "one slice a coordinate: no two may overlap")]
 fn blocks_and_forces(
@@ -306,7 +318,8 @@ fn blocks_and_forces(
     }
 }
 
-/// `xx, xy, xz, yy, yz, zz` of `ûûᵀ + (1 − ℓ/L)(I − ûûᵀ)` for ends that are `d` apart, with what `law` makes of `1 − ℓ/L`.
+/// `xx, xy, xz, yy, yz, zz` of `ûûᵀ + (1 − ℓ/L)(I − ûûᵀ)` for ends that are `d` apart, with what
+/// `law` makes of `1 − ℓ/L`.
 #[inline(always)]
 pub(super) fn unit_block(
     [dx, dy, dz]: [f64; 3],
@@ -339,8 +352,3 @@ fn subtract(sums: &mut [f64], a: &[f64]) {
 fn add_where(sums: &mut [f64], present: &[u8], a: f64) {
     sums.iter_mut().zip(present).for_each(|(sum, here)| *sum += f64::from(*here) * a);
 }
-
-#[cfg(test)]
-#[allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
-#[path = "tangent_tests.rs"]
-mod tests;

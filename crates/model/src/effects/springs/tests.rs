@@ -1,23 +1,10 @@
-//! The fast kernels against the readable loops, bit for bit.
+//! The fast kernels against the reference loops, bit for bit.
 
 use super::*;
 use crate::{Level, Part, System, SystemSpec};
+use drape_kernels::testing::{Bits, Random, assert_same_bits};
 use proptest::prelude::*;
 use std::sync::atomic::{AtomicU32, Ordering};
-
-/// Numbers that look random, in (−1, 1).
-struct Random(u64);
-
-impl Random {
-    fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-        (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-    }
-
-    fn vectors(&mut self, n: usize) -> Vec<Vec3> {
-        (0..n).map(|_| Vec3::new(self.unit(), self.unit(), self.unit())).collect()
-    }
-}
 
 const KINDS: [(EffectKind, [(i64, i64); 2]); 3] = [
     (EffectKind::Tension, [(1, 0), (0, 1)]),
@@ -45,29 +32,44 @@ fn grid(rows: i64, columns: i64, stencil: [(i64, i64); 2], damping: f64) -> Vec<
     springs
 }
 
-fn bits(vectors: &[Vec3]) -> Vec<[u64; 3]> {
-    vectors.iter().map(|v| [v.x.to_bits(), v.y.to_bits(), v.z.to_bits()]).collect()
+/// The effects that scenes have, with this damping, and gravity.
+pub(super) fn effects(damping: f64) -> String {
+    format!(
+        r#""tension": {{ "stiffness_n_per_m": 9, "damping_n_s_per_m": {damping} }},
+        "shear": {{ "stiffness_n_per_m": 3, "damping_n_s_per_m": {damping} }},
+        "bending": {{ "stiffness_n_per_m": 1 }}, "gravity": {{ "m_s2": [0, 0, -9.81] }}"#
+    )
+}
+
+/// A sheet of a square metre with these effects, and other keys of a scene.
+pub(super) fn sheet(rows: usize, columns: usize, effects: &str, keys: &str) -> SystemSpec {
+    let text = format!(
+        r#"{{ "format": "drape-scene/1", "name": "s", "cloth": {{ "grid": {{ "rows": {rows},
+        "columns": {columns}, "size_m": [1, 1], "center_m": [0, 0, 0], "mass_kg": 0.4 }} }},
+        "effects": {{ {effects} }}, {keys} "time": {{ "step_s": 0.01, "duration_s": 1 }} }}"#
+    );
+    crate::parse("s.json", &text).unwrap().spec().clone()
 }
 
 const LAWS: [Law; 5] = [Law::Spring, Law::DampedSpring, Law::Nonlinear, Law::Linear, Law::Damping];
 
-/// Every kernel call of one effect against its readable form.
-fn assert_same_bits(springs: &LinearSprings, n: usize) {
-    let mut random = Random(n as u64);
+/// Every kernel call of one effect against its reference form.
+fn assert_same_forces(springs: &LinearSprings, n: usize) {
+    let mut random = Random::new(n as u64);
     let (mut x, v, start) = (random.vectors(n), random.vectors(n), random.vectors(n));
     // A collapsed spring has no direction.
     x[1] = x[0];
     for law in LAWS {
-        let (mut fast, mut readable) = (start.clone(), start.clone());
+        let (mut fast, mut reference) = (start.clone(), start.clone());
         springs.add(law, &x, &v, &mut fast);
-        springs.add_one_by_one(law, &x, &v, &mut readable);
-        assert_eq!(bits(&fast), bits(&readable), "{law:?}");
+        springs.add_reference(law, &x, &v, &mut reference);
+        assert_same_bits(law, &reference, &fast);
         // Once more with a window that is in use.
         let taken = springs.memory.lock().unwrap();
         let mut contended = start.clone();
         springs.add(law, &x, &v, &mut contended);
         drop(taken);
-        assert_eq!(bits(&contended), bits(&readable), "{law:?}");
+        assert_same_bits((law, "contended"), &reference, &contended);
     }
 }
 
@@ -82,7 +84,7 @@ fn springs_of_grids_lie_along_diagonals_and_give_the_same_bits() {
             let mut visited = Vec::new();
             springs.each(|s| visited.push(*s));
             assert_eq!(visited, list, "{kind} {rows}×{columns}");
-            assert_same_bits(&springs, (rows * columns) as usize);
+            assert_same_forces(&springs, (rows * columns) as usize);
         }
     }
 }
@@ -131,7 +133,7 @@ proptest! {
             .filter(|s| s.0 != s.1)
             .map(|(i, j, rest_length, stiffness, damping)| Spring { i, j, rest_length, stiffness, damping })
             .collect();
-        assert_same_bits(&LinearSprings::new(EffectKind::Tension, springs, DampingLaw::Full), n);
+        assert_same_forces(&LinearSprings::new(EffectKind::Tension, springs, DampingLaw::Full), n);
     }
 
     /// Any set of places along any diagonals, not of a grid only.
@@ -141,7 +143,7 @@ proptest! {
         n in 301_usize..900,
         seed in any::<u64>(),
     ) {
-        let mut random = Random(seed);
+        let mut random = Random::new(seed);
         let mut springs = Vec::new();
         for i in 0..n {
             for &offset in offsets.iter().filter(|o| i + **o < n) {
@@ -151,26 +153,15 @@ proptest! {
                 }
             }
         }
-        assert_same_bits(&LinearSprings::new(EffectKind::Tension, springs, DampingLaw::Full), n);
+        assert_same_forces(&LinearSprings::new(EffectKind::Tension, springs, DampingLaw::Full), n);
     }
 }
 
 #[test]
 fn effects_that_share_a_sweep_give_the_same_bits_as_one_after_the_other() {
     for (side, damping) in [(8, 0.3), (20, 0.3), (20, 0.0), (47, 0.3)] {
-        let text = format!(
-            r#"{{"format": "drape-scene/1", "name": "s",
-            "cloth": {{"grid": {{"rows": {side}, "columns": {side}, "size_m": [1, 1], "center_m": [0, 0, 0], "mass_kg": 0.4}}}},
-            "effects": {{
-                "tension": {{"stiffness_n_per_m": 9, "damping_n_s_per_m": {damping}}},
-                "shear": {{"stiffness_n_per_m": 3, "damping_n_s_per_m": {damping}}},
-                "bending": {{"stiffness_n_per_m": 1}},
-                "gravity": {{"m_s2": [0, 0, -9.81]}}}},
-            "time": {{"step_s": 0.01, "duration_s": 1}}}}"#
-        );
-        let spec: SystemSpec = crate::parse("s.json", &text).unwrap().spec().clone();
-        let (system, state) = spec.build().unwrap();
-        let mut random = Random(side);
+        let (system, state) = sheet(side, side, &effects(damping), "").build().unwrap();
+        let mut random = Random::new(side as u64);
         let n = state.len();
         let (x, v) = (random.vectors(n), random.vectors(n));
         let [mut shared, mut apart, mut contended] = [(); 3].map(|()| vec![Vec3::zeros(); n]);
@@ -179,7 +170,7 @@ fn effects_that_share_a_sweep_give_the_same_bits_as_one_after_the_other() {
             let at = Level { t: 0.0, x: &x, v: &v };
             effect.add_part(Part::All, system.mass(), at, &mut apart);
         }
-        assert_eq!(bits(&shared), bits(&apart), "{side}");
+        assert_same_bits(side, &apart, &shared);
         // In another order, and part of them only.
         let start = random.vectors(n);
         (shared, apart, contended) = (start.clone(), start.clone(), contended);
@@ -195,12 +186,12 @@ fn effects_that_share_a_sweep_give_the_same_bits_as_one_after_the_other() {
             let at = Level { t: 0.0, x: &x, v: &v };
             effects[e].add_part(part, system.mass(), at, &mut apart);
         }
-        assert_eq!(bits(&shared), bits(&apart), "{side}");
+        assert_same_bits(side, &apart, &shared);
         // A system whose window somebody else has.
         let copy = system.clone();
         copy.forces(Level { t: 0.0, x: &x, v: &v }, &mut contended);
         system.forces(Level { t: 0.0, x: &x, v: &v }, &mut shared);
-        assert_eq!(bits(&shared), bits(&contended), "{side}");
+        assert_same_bits(side, &contended, &shared);
     }
 }
 
@@ -214,7 +205,7 @@ fn any_number_of_threads_gives_the_same_bits() {
 
 fn assert_any_number_of_threads(rows: i64, columns: i64) {
     let n = (rows * columns) as usize;
-    let mut random = Random(7);
+    let mut random = Random::new(7);
     let (x, v, start) = (random.vectors(n), random.vectors(n), random.vectors(n));
     let kinds =
         KINDS.map(|(_, stencil)| Diagonals::detect(&grid(rows, columns, stencil, 0.2)).unwrap());
@@ -233,7 +224,7 @@ fn assert_any_number_of_threads(rows: i64, columns: i64) {
             let (windows, begin) = (&mut windows, Begin::Present);
             sweep::add_in_bands(bands, &passes, windows, x, v, &mut out, begin, None);
         }
-        bits(&out)
+        out.bits()
     });
     for other in &sums[1..] {
         assert!(*other == sums[0]);
@@ -242,21 +233,15 @@ fn assert_any_number_of_threads(rows: i64, columns: i64) {
 
 #[test]
 fn forces_that_are_written_do_not_depend_on_what_was_there() {
-    for text in [
+    for effects in [
         // Grids, springs in any order, effects that take no part in a sweep, and none at all.
-        r#""effects": { "tension": { "stiffness_n_per_m": 9, "damping_n_s_per_m": 0.2 },
-            "gravity": { "m_s2": [0, 0, -9.81] } },"#,
-        r#""effects": { "bending_hinge": { "stiffness_n_m": 1e-3 } },"#,
-        r#""effects": {},"#,
+        &effects(0.2)[..],
+        r#""bending_hinge": { "stiffness_n_m": 1e-3 }"#,
+        "",
     ] {
-        let text = format!(
-            r#"{{"format": "drape-scene/1", "name": "s", "cloth": {{"grid": {{"rows": 7, "columns": 9,
-            "size_m": [1, 1], "center_m": [0, 0, 0], "mass_kg": 0.4}}}}, {text}
-            "time": {{"step_s": 0.01, "duration_s": 1}}}}"#
-        );
-        let spec = crate::parse("test", &text).unwrap().spec().clone();
+        let spec = sheet(7, 9, effects, "");
         for shuffle in [false, true] {
-            let mut spec: SystemSpec = spec.clone();
+            let mut spec = spec.clone();
             // A particle without springs after the last that has any.
             spec.particles.mass_kg.push(0.1);
             spec.particles.position_m.push([5.0; 3]);
@@ -266,7 +251,7 @@ fn forces_that_are_written_do_not_depend_on_what_was_there() {
                 spec.springs.rotate_left(third);
             }
             let (system, state) = spec.build().unwrap();
-            let mut random = Random(3);
+            let mut random = Random::new(3);
             let x = random.vectors(state.len());
             let v = random.vectors(state.len());
             let at = Level { t: 0.0, x: &x, v: &v };
@@ -275,7 +260,7 @@ fn forces_that_are_written_do_not_depend_on_what_was_there() {
             let mut written = random.vectors(state.len());
             written[3] = Vec3::repeat(f64::NAN);
             system.forces(at, &mut written);
-            assert_eq!(bits(&written), bits(&onto_zero), "{text}");
+            assert_same_bits(effects, &onto_zero, &written);
             finish_once(&system, at, &onto_zero);
         }
     }
@@ -291,7 +276,7 @@ fn finish_once(system: &System, at: Level<'_>, forces: &[Vec3]) -> u32 {
         pieces.fetch_add(1, Ordering::Relaxed);
         for (i, f) in particles.zip(f) {
             finished[i].fetch_add(1, Ordering::Relaxed);
-            assert_eq!(f.map(f64::to_bits), forces[i].map(f64::to_bits), "particle {i}");
+            assert_same_bits(i, &forces[i], f);
             f.x += 1.0;
         }
     });
@@ -302,19 +287,15 @@ fn finish_once(system: &System, at: Level<'_>, forces: &[Vec3]) -> u32 {
 
 #[test]
 fn forces_are_finished_once_on_any_number_of_threads() {
-    // Without a field a particle without springs, too, behind all that have some; with one it would be a sweep of its own.
+    // Without a field there may be a particle without springs behind all others; with a field it
+    // would be a sweep of its own.
+    let springs = r#""tension": { "stiffness_n_per_m": 9, "damping_n_s_per_m": 0.2 },
+        "bending": { "stiffness_n_per_m": 1 }"#;
     let gravity = r#", "gravity": { "m_s2": [0, 0, -9.81] }"#;
     for (field, loose, listed) in
         [(gravity, false, false), ("", true, false), (gravity, true, false), ("", true, true)]
     {
-        let text = format!(
-            r#"{{"format": "drape-scene/1", "name": "s", "cloth": {{"grid": {{"rows": 131, "columns": 137,
-            "size_m": [1, 1], "center_m": [0, 0, 0], "mass_kg": 0.4}}}},
-            "effects": {{ "tension": {{ "stiffness_n_per_m": 9, "damping_n_s_per_m": 0.2 }},
-            "bending": {{ "stiffness_n_per_m": 1 }}{field} }},
-            "time": {{"step_s": 0.01, "duration_s": 1}}}}"#
-        );
-        let mut spec = crate::parse("test", &text).unwrap().spec().clone();
+        let mut spec = sheet(131, 137, &format!("{springs}{field}"), "");
         if loose {
             spec.particles.mass_kg.push(0.1);
             spec.particles.position_m.push([5.0; 3]);
@@ -323,7 +304,7 @@ fn forces_are_finished_once_on_any_number_of_threads() {
             spec.springs.reverse();
         }
         let (mut system, state) = spec.build().unwrap();
-        let mut random = Random(9);
+        let mut random = Random::new(9);
         let (x, v) = (random.vectors(state.len()), random.vectors(state.len()));
         let at = Level { t: 0.0, x: &x, v: &v };
         let mut forces = vec![Vec3::zeros(); state.len()];
@@ -333,7 +314,7 @@ fn forces_are_finished_once_on_any_number_of_threads() {
             let pieces = finish_once(&system, at, &forces);
             let is_shared = !(listed || loose && field == gravity);
             assert!(pieces > if is_shared { 10 } else { 0 }, "{pieces} pieces");
-            // A system that somebody else sweeps with, here the one who finishes.
+            // The memory of the sweep is taken, here by the caller that finishes.
             let again = AtomicU32::new(0);
             let terms = || system.effects().map(|effect| (effect, Part::All));
             let mut out = forces.clone();
@@ -342,7 +323,7 @@ fn forces_are_finished_once_on_any_number_of_threads() {
                     finish_once(&system, at, &forces);
                 }
             });
-            assert_eq!(bits(&out), bits(&forces));
+            assert_same_bits("out", &forces, &out);
         }
     }
 }
@@ -350,23 +331,14 @@ fn forces_are_finished_once_on_any_number_of_threads() {
 #[test]
 fn parts_that_share_a_sweep_give_the_same_bits_as_one_after_the_other() {
     for law in ["full", "projected"] {
-        let text = format!(
-            r#"{{"format": "drape-scene/1", "name": "s", "cloth": {{"grid": {{"rows": 7, "columns": 9,
-            "size_m": [1, 1], "center_m": [0, 0, 0], "mass_kg": 0.4}}}},
-            "effects": {{ "tension": {{ "stiffness_n_per_m": 9, "damping_n_s_per_m": 0.2 }},
-            "shear": {{ "stiffness_n_per_m": 2, "damping_n_s_per_m": 0.1 }},
-            "bending": {{ "stiffness_n_per_m": 1 }},
-            "gravity": {{ "m_s2": [0, 0, -9.81] }} }}, "damping": "{law}",
-            "time": {{"step_s": 0.01, "duration_s": 1}}}}"#
-        );
-        let spec = crate::parse("test", &text).unwrap().spec().clone();
+        let spec = sheet(7, 9, &effects(0.2), &format!(r#""damping": "{law}","#));
         for shuffle in [false, true] {
-            let mut spec: SystemSpec = spec.clone();
+            let mut spec = spec.clone();
             if shuffle {
                 spec.springs.reverse();
             }
             let (system, state) = spec.build().unwrap();
-            let mut random = Random(5);
+            let mut random = Random::new(5);
             let (x, v) = (random.vectors(state.len()), random.vectors(state.len()));
             let at = Level { t: 0.0, x: &x, v: &v };
             let add = |effect: &dyn Effect, part, out: &mut [Vec3]| match (part, effect.split()) {
@@ -386,7 +358,7 @@ fn parts_that_share_a_sweep_give_the_same_bits_as_one_after_the_other() {
                 system.effects().for_each(|effect| add(effect, part, &mut expected));
                 let mut written = random.vectors(state.len());
                 system.write_forces(system.effects().map(|e| (e, part)), at, &mut written);
-                assert_eq!(bits(&written), bits(&expected), "{law} {part:?} {shuffle}");
+                assert_same_bits((law, part, shuffle), &expected, &written);
             }
         }
     }
@@ -414,9 +386,6 @@ fn the_list_of_pins_follows_what_is_pinned() {
 }
 
 fn pinned_sheet() -> (crate::System, crate::State) {
-    let text = r#"{"format": "drape-scene/1", "name": "s", "cloth": {"grid": {"rows": 7, "columns": 9,
-        "size_m": [1, 1], "center_m": [0, 0, 0], "mass_kg": 0.4}},
-        "effects": {}, "pins": [{ "row": 0, "column": 0 }, { "row": 6, "column": 8 }],
-        "time": {"step_s": 0.01, "duration_s": 1}}"#;
-    crate::parse("test", text).unwrap().spec().build().unwrap()
+    let pins = r#""pins": [{ "row": 0, "column": 0 }, { "row": 6, "column": 8 }],"#;
+    sheet(7, 9, "", pins).build().unwrap()
 }

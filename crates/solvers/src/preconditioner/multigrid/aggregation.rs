@@ -2,9 +2,11 @@
 
 use crate::ScalarMatrix;
 
-/// A coupling below this part of the geometric mean of the largest couplings of its two ends is weak.
+/// A coupling below this part of the geometric mean of the largest couplings of its two ends is
+/// weak.
 const STRONG: f64 = 0.25;
-/// Weight of the Jacobi step that smooths the prolongation: 4/3 over the bound 2 of `D⁻¹A` of a Laplacian.
+/// Weight of the Jacobi step that smooths the prolongation: 4/3 over the bound 2 of `D⁻¹A` of a
+/// Laplacian.
 const DAMPING: f64 = 2.0 / 3.0;
 /// Not in an aggregate yet.
 const NONE: u32 = u32::MAX;
@@ -121,8 +123,9 @@ impl<'a> Couplings<'a> {
     }
 }
 
-/// Aggregates after Vaněk, Mandel, Brezina (1996): whole neighbourhoods, then what is left joins the one that it is most
-/// strongly coupled to; it has a neighbour in one, or it would have become one. Returns the aggregate of each row and their number.
+/// Aggregates after Vaněk, Mandel, Brezina (1996): whole neighbourhoods, then what is left joins
+/// the one that it is most strongly coupled to; it has a neighbour in one, or it would have become
+/// one. Returns the aggregate of each row and their number.
 fn aggregates(couplings: &Couplings<'_>) -> (Vec<u32>, usize) {
     let n = couplings.a.n();
     let mut of = vec![NONE; n];
@@ -150,8 +153,8 @@ fn aggregates(couplings: &Couplings<'_>) -> (Vec<u32>, usize) {
     (of, count as usize)
 }
 
-/// `P = (I − ω D⁻¹ Ā) P₀`: `P₀` is 1 where a particle belongs to an aggregate, and `Ā` the matrix with its weak couplings added to the
-/// diagonal. Constants are kept.
+/// `P = (I − ω D⁻¹ Ā) P₀`: `P₀` is 1 where a particle belongs to an aggregate, and `Ā` the matrix
+/// with its weak couplings added to the diagonal. Constants are kept.
 pub(super) fn smoothed(a: &ScalarMatrix) -> Prolongation {
     let couplings = Couplings::new(a);
     let (of, count) = aggregates(&couplings);

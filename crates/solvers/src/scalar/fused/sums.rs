@@ -1,9 +1,9 @@
 //! Sums over a block, in the documented order.
 
-use super::super::simd::Four;
 use super::super::soa::{Block, total};
 use crate::pcg::Norm;
 use crate::vector::SLOTS;
+use drape_kernels::lanes::Four;
 
 /// `rᵀr` and `δ = rᵀ P r`, or that of another vector.
 #[derive(Clone, Copy, Debug)]

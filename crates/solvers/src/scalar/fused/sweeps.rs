@@ -2,16 +2,17 @@
 
 use super::super::buckets::Buckets;
 use super::super::diagonals::{Diagonals, Put};
-use super::super::simd::Four;
 use super::super::soa::{Block, Padded, Rows, RowsMut, block_rows, padded_rows, total};
 use super::sums::{Measure, Meter, dot, measure, square};
 use crate::pcg::Norm;
 use crate::vector::{BLOCK, SLOTS, extrapolate};
 use crate::{Constraints, StartValue, Vec3};
+use drape_kernels::lanes::Four;
 use std::ops::Range;
 
-/// What all bands read: the matrix, the preconditioner and where the constrained particles are. The vectors that a sweep is given
-/// begin with the first block of its band, those of [`Rows`] with row 0.
+/// What all bands read: the matrix, the preconditioner and where the constrained particles are. The
+/// vectors that a sweep is given begin with the first block of its band, those of [`Rows`] with row
+/// 0.
 #[derive(Debug)]
 pub(super) struct Operator {
     pub(super) matrix: Diagonals,
@@ -173,8 +174,8 @@ impl Operator {
         measure(four, r, inverse)
     }
 
-    /// `r ← S (b − A c)` and what it measures; likewise `S b` in a norm, if one is given. The first block of `q` makes
-    /// room for `b`.
+    /// `r ← S (b − A c)` and what it measures; likewise `S b` in a norm, if one is given. The first
+    /// block of `q` makes room for `b`.
     #[inline(always)]
     pub(super) fn residuals(
         &self,
@@ -260,8 +261,8 @@ impl Operator {
         }
     }
 
-    /// One sweep: `x ← x + α c` as postponed, `c ← S (P r + β c)`, and in the interior of the band, as soon as the rows
-    /// that it needs are known, `q ← S A c` and `cᵀq`.
+    /// One sweep: `x ← x + α c` as postponed, `c ← S (P r + β c)`, and in the interior of the band,
+    /// as soon as the rows that it needs are known, `q ← S A c` and `cᵀq`.
     #[inline(always)]
     #[expect(clippy::too_many_arguments, reason = "the parts of a band in several arrays")]
     pub(super) fn direction(

@@ -15,8 +15,8 @@ use crate::methods::Choice;
 use crate::run::Simulation;
 use drape_integrator::{Implicit, LargestEigenvalue, hold_pins};
 use drape_model::{BlockSink, Effect, Level, Mat3, SpringEffect, System, Tangent, Vec3};
-use drape_solvers::{BlockCholesky, BlockMatrix, Constraints};
 use super::scenes::Setup;
+use drape_solvers::{BlockFactor, BlockMatrix, Constraints, FactorKind};
 
 /// Instability is predicted where the stiffness exceeds the limit by this factor: closer to it, growth is slow.
 const MARGIN: f64 = 1.01;
@@ -275,5 +275,6 @@ fn is_definite(
     let mut constraints = Constraints::free(system.len());
     hold_pins(system, &mut constraints);
     matrix.project(&constraints);
-    BlockCholesky::new(&matrix).is_ok_and(|mut factor| factor.factorise(&matrix).is_ok())
+    BlockFactor::new(&matrix, FactorKind::Cholesky)
+        .is_ok_and(|mut factor| factor.factorise(&matrix).is_ok())
 }

@@ -1,7 +1,9 @@
-//! The kernel of a sweep: the forces of the springs of one vector of particles, and the sums of another.
+//! The kernel of a sweep: the forces of the springs of one vector of particles, and the sums of
+//! another.
 //!
-//! All springs of a vector of particles are computed in one go, so that the square roots and divisions of one diagonal are on their
-//! way while the differences and products of the next are done. Sums of particles further behind go along.
+//! All springs of a vector of particles are computed in one go, so that the square roots and
+//! divisions of one diagonal are on their way while the differences and products of the next are
+//! done. Sums of particles further behind go along.
 
 use super::super::diagonals::Diagonal;
 use super::super::{COLLAPSED, diagonals::MAX_DIAGONALS};
@@ -81,8 +83,8 @@ impl<'a> Plan<'a> {
     }
 }
 
-/// The arrays of a window, at a distance that is known when the kernel is compiled: then so is that no vector of them lies
-/// outside.
+/// The arrays of a window, at a distance that is known when the kernel is compiled: then so is that
+/// no vector of them lies outside.
 pub(in super::super) struct Planes<'a, const STRIDE: usize> {
     history: usize,
     coordinates: &'a [[f64; STRIDE]; 6],
@@ -98,8 +100,8 @@ impl<'a, const STRIDE: usize> Planes<'a, STRIDE> {
         (block.stride == STRIDE).then_some(Self { history: block.history, coordinates, forces })
     }
 
-    /// The forces of the springs of `m` particles, of which the first is at place `at` of a chunk that begins with
-    /// particle `begin`.
+    /// The forces of the springs of `m` particles, of which the first is at place `at` of a chunk
+    /// that begins with particle `begin`.
     #[inline(always)]
     pub(super) fn compute<S: Simd>(
         &mut self,
@@ -115,7 +117,8 @@ impl<'a, const STRIDE: usize> Planes<'a, STRIDE> {
         self.clear(plan, begin, at + m);
     }
 
-    /// Adds what their springs left to the sums or to zero, for the particles at these places behind place `at` of the chunk.
+    /// Adds what their springs left to the sums or to zero, for the particles at these places
+    /// behind place `at` of the chunk.
     #[inline(always)]
     #[expect(clippy::too_many_arguments, reason = "where particles are, and where their sums")]
     pub(in super::super) fn gather<S: Simd>(
@@ -133,8 +136,8 @@ impl<'a, const STRIDE: usize> Planes<'a, STRIDE> {
         }
     }
 
-    /// As [`gather`](Self::gather) for `m` particles, together with [`compute`](Self::compute) for the `following ≤ m` behind
-    /// them.
+    /// As [`gather`](Self::gather) for `m` particles, together with [`compute`](Self::compute) for
+    /// the `following ≤ m` behind them.
     #[inline(always)]
     #[expect(clippy::too_many_arguments, reason = "two jobs at once")]
     pub(super) fn gather_and_compute<S: Simd>(
@@ -271,7 +274,8 @@ fn times<S: Simd>(simd: S, d: [S::f64s; 3], w: f64) -> [S::f64s; 3] {
     d.map(|d| simd.mul_f64s(d, simd.splat_f64s(w)))
 }
 
-/// The vector that begins at place `at`, which is not beyond the last one: so the compiler need not check.
+/// The vector that begins at place `at`, which is not beyond the last one: so the compiler need not
+/// check.
 #[inline(always)]
 fn load<S: Simd, const N: usize>(from: &[f64; N], at: usize) -> S::f64s {
     debug_assert!(at + S::F64_LANES <= N);

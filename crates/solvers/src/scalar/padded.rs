@@ -1,16 +1,13 @@
-//! Conjugate gradients on compressed rows, for any pattern: a particle is four numbers, of which the last is zero,
-//! so that one 256-bit operation serves its three coordinates.
+//! Conjugate gradients on compressed rows, for any pattern: a particle is four numbers, of which
+//! the last is zero, so that one 256-bit operation serves its three coordinates.
 
 use super::buckets::Buckets;
-use super::simd::{Four, Plain, four_wide, vectorised};
 use crate::pcg::{Norm, Operations, Start};
 use crate::preconditioner::{IncompleteCholesky, Jacobi};
 use crate::vector::{BLOCK, SLOTS, combine};
 use crate::{Constraints, ScalarMatrix, Vec3};
+use drape_kernels::lanes::{Four, Lanes, Plain, four_wide, vectorised};
 use pulp::Arch;
-
-/// The coordinates of a particle, and zero.
-pub(crate) type Lanes = [f64; 4];
 
 /// Which preconditioner a solve uses.
 #[derive(Clone, Copy, Debug)]
@@ -314,8 +311,8 @@ impl Padded {
         }
     }
 
-    /// One sweep: `x ← x + α c` as postponed, `c ← S (P r + β c)`, and as soon as the rows that it needs
-    /// are known, `q ← S A c` and `cᵀq`.
+    /// One sweep: `x ← x + α c` as postponed, `c ← S (P r + β c)`, and as soon as the rows that it
+    /// needs are known, `q ← S A c` and `cᵀq`.
     #[inline(always)]
     fn direction(
         &mut self,
@@ -441,8 +438,8 @@ fn dot(four: impl Four, a: &[Lanes], b: &[Lanes]) -> f64 {
     total
 }
 
-/// The terms of a sum over the particles of a block, and what is done on the way. A closure would not be sure to be inlined
-/// into the function that has the instruction set.
+/// The terms of a sum over the particles of a block, and what is done on the way. A closure would
+/// not be sure to be inlined into the function that has the instruction set.
 trait Terms<F: Four> {
     /// Number of terms.
     fn len(&self) -> usize;

@@ -17,7 +17,7 @@
 //! shuffle, and blocks can be summed by different threads: both give the same bits as this code.
 
 use crate::Vec3;
-use crate::scalar::simd::{Four, four_wide, vectorised};
+use crate::lanes::{Four, four_wide, vectorised};
 
 /// Particles of a block: the unit that is summed by one thread.
 pub const BLOCK: usize = 256;
@@ -29,7 +29,7 @@ pub const SLOTS: usize = 4;
 /// [module's text](self).
 ///
 /// ```
-/// use drape_solvers::{Vec3, vector::dot};
+/// use drape_kernels::{Vec3, vector::dot};
 /// let a = [Vec3::new(1.0, 2.0, 3.0), Vec3::new(0.0, 1.0, 0.0)];
 /// assert_eq!(dot(&a, &a), 15.0);
 /// ```
@@ -50,7 +50,8 @@ pub fn dot(a: &[Vec3], b: &[Vec3]) -> f64 {
     })
 }
 
-/// The accumulators of a block lie in three registers in the order of memory: four particles are three loads.
+/// The accumulators of a block lie in three registers in the order of memory: four particles are
+/// three loads.
 #[inline(always)]
 fn dot_of_block(four: impl Four, a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [four.splat(0.0); 3];
@@ -95,7 +96,7 @@ pub fn weighted_dot(w: &[f64], a: &[Vec3], b: &[Vec3]) -> f64 {
 
 /// Step 3 of the summation: twelve accumulators become one number.
 #[inline(always)]
-pub(crate) fn combine(sums: &[[f64; 3]; SLOTS]) -> f64 {
+pub fn combine(sums: &[[f64; 3]; SLOTS]) -> f64 {
     let slot = |s: usize| (sums[s][0] + sums[s][1]) + sums[s][2];
     (slot(0) + slot(1)) + (slot(2) + slot(3))
 }
@@ -222,39 +223,51 @@ impl<F: Fn(f64, f64, f64) -> f64> pulp::WithSimd for WeightedUpdate<'_, F> {
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::test_support::Random;
+/// The readable forms, which give the bits of the fast ones.
+pub mod reference {
+    use super::{BLOCK, SLOTS};
+    use crate::Vec3;
 
-    /// The order of the module's text, written over flat arrays of scalars.
-    fn spelled_out(w: Option<&[f64]>, a: &[Vec3], b: &[Vec3]) -> f64 {
+    /// Σ (wᵢ aᵢ)·bᵢ in the order of the [module's text](super), number by number; without weights
+    /// Σ aᵢ·bᵢ.
+    pub fn dot(w: Option<&[f64]>, a: &[Vec3], b: &[Vec3]) -> f64 {
         let mut total = 0.0;
-        let mut begin = 0;
-        while begin < a.len() {
-            let end = a.len().min(begin + 256);
-            let mut lane = [0.0_f64; 12];
+        for begin in (0..a.len()).step_by(BLOCK) {
+            let end = a.len().min(begin + BLOCK);
+            let mut sums = [0.0_f64; 3 * SLOTS];
             for flat in 0..3 * (end - begin) {
                 let (i, k) = (begin + flat / 3, flat % 3);
                 let left = w.map_or(a[i][k], |w| w[i] * a[i][k]);
-                lane[flat % 12] += left * b[i][k];
+                sums[flat % (3 * SLOTS)] += left * b[i][k];
             }
-            let p: Vec<f64> =
-                (0..4).map(|s| lane[3 * s] + lane[3 * s + 1] + lane[3 * s + 2]).collect();
-            total += (p[0] + p[1]) + (p[2] + p[3]);
-            begin = end;
+            let p = |s: usize| sums[3 * s] + sums[3 * s + 1] + sums[3 * s + 2];
+            total += (p(0) + p(1)) + (p(2) + p(3));
         }
         total
     }
+
+    /// `y ← f(w, x, y)` for each coordinate of each particle.
+    pub fn update(w: &[f64], x: &[Vec3], y: &mut [Vec3], f: impl Fn(f64, f64, f64) -> f64) {
+        for i in 0..y.len() {
+            for k in 0..3 {
+                y[i][k] = f(w[i], x[i][k], y[i][k]);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{Random, assert_same_bits};
 
     #[test]
     fn sums_have_the_documented_order_bit_for_bit() {
         let mut random = Random::new(1);
         for n in (0..40).chain([255, 256, 257, 511, 512, 513, 1000, 1023, 2000]) {
-            let (a, b) = (random.vectors(n), random.vectors(n));
-            let w: Vec<f64> = (0..n).map(|_| random.unit()).collect();
-            assert_eq!(dot(&a, &b).to_bits(), spelled_out(None, &a, &b).to_bits());
-            assert_eq!(weighted_dot(&w, &a, &b).to_bits(), spelled_out(Some(&w), &a, &b).to_bits());
+            let (a, b, w) = (random.vectors(n), random.vectors(n), random.units(n));
+            assert_same_bits(n, &reference::dot(None, &a, &b), &dot(&a, &b));
+            assert_same_bits(n, &reference::dot(Some(&w), &a, &b), &weighted_dot(&w, &a, &b));
         }
     }
 
@@ -268,41 +281,30 @@ mod tests {
         assert!((dot(&a, &b) - left_to_right).abs() < 1e-11);
     }
 
-    #[test]
-    fn updates_do_what_their_formulas_say() {
-        let x = [Vec3::new(1.0, 2.0, 3.0)];
-        let mut y = [Vec3::new(10.0, 20.0, 30.0)];
-        axpy(2.0, &x, &mut y);
-        assert_eq!(y[0], Vec3::new(12.0, 24.0, 36.0));
-        scale_add(0.5, &x, &mut y);
-        assert_eq!(y[0], Vec3::new(7.0, 14.0, 21.0));
-        subtract_from(&x, &mut y);
-        assert_eq!(y[0], Vec3::new(-6.0, -12.0, -18.0));
-        assert_eq!(norm(&[Vec3::new(2.0, 3.0, 6.0)]), 7.0);
-    }
+    /// `y ← f(w, x, y)`, by its name: the formula, and what computes it fast.
+    type Row = (&'static str, fn(f64, f64, f64) -> f64, fn(&[f64], &[Vec3], &mut [Vec3]));
+
+    const UPDATES: [Row; 6] = [
+        ("axpy", |_, x, y| y + 0.3 * x, |_, x, y| axpy(0.3, x, y)),
+        ("scale_add", |_, x, y| x + 0.3 * y, |_, x, y| scale_add(0.3, x, y)),
+        ("subtract_from", |_, x, y| x - y, |_, x, y| subtract_from(x, y)),
+        ("extrapolate", |_, x, y| 2.0 * x - y, |_, x, y| extrapolate(x, &Vec::from(&*y), y)),
+        ("weighted", |w, x, y| w * x + 0.3 * y, |w, x, y| weighted_scale_add(w, x, 0.3, y)),
+        ("divided", |w, x, y| y + x * (0.3 / w), |w, x, y| divided_axpy(0.3, w, x, y)),
+    ];
 
     #[test]
     fn updates_of_any_length_give_the_bits_of_their_formulas() {
         let mut random = Random::new(3);
         for n in (0..40).chain([255, 1000]) {
-            let (x, y) = (random.vectors(n), random.vectors(n));
-            let w: Vec<f64> = (0..n).map(|_| random.unit()).collect();
-            let assert = |fast: &[Vec3], f: &dyn Fn(usize, usize) -> f64| {
-                for i in 0..n {
-                    (0..3).for_each(|k| assert_eq!(fast[i][k].to_bits(), f(i, k).to_bits()));
-                }
-            };
-            let mut out = y.clone();
-            axpy(0.3, &x, &mut out);
-            assert(&out, &|i, k| y[i][k] + 0.3 * x[i][k]);
-            extrapolate(&x, &y, &mut out);
-            assert(&out, &|i, k| 2.0 * x[i][k] - y[i][k]);
-            out.copy_from_slice(&y);
-            weighted_scale_add(&w, &x, 0.3, &mut out);
-            assert(&out, &|i, k| w[i] * x[i][k] + 0.3 * y[i][k]);
-            out.copy_from_slice(&y);
-            divided_axpy(0.3, &w, &x, &mut out);
-            assert(&out, &|i, k| y[i][k] + x[i][k] * (0.3 / w[i]));
+            let (x, y, w) = (random.vectors(n), random.vectors(n), random.units(n));
+            for (name, formula, update) in UPDATES {
+                let [mut expected, mut fast] = [(); 2].map(|()| y.clone());
+                reference::update(&w, &x, &mut expected, formula);
+                update(&w, &x, &mut fast);
+                assert_same_bits((name, n), &expected, &fast);
+            }
         }
+        assert_eq!(norm(&[Vec3::new(2.0, 3.0, 6.0)]), 7.0);
     }
 }

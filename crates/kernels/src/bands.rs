@@ -1,55 +1,64 @@
 //! Sweeps over vectors in contiguous bands of blocks, some bands a thread.
 //!
-//! The unit is the [`BLOCK`] of the documented order of sums: a band is summed by whole blocks, and the
-//! blocks' sums are added from the first to the last afterwards. So the number of bands leaves no trace in the
-//! results.
+//! The unit is the [`BLOCK`] of the documented order of sums. A band is summed by whole blocks, and
+//! the sums of the blocks are added from the first to the last afterwards. So results do not depend
+//! on the number of bands.
 //!
 //! # What threads cost
 //!
-//! A sweep takes some tens of microseconds to some milliseconds, and all threads meet after each. Some things then decide what
-//! another thread is worth:
+//! A sweep takes some tens of microseconds to some milliseconds, and all threads meet after each.
+//! Four things then decide what another thread is worth:
 //!
-//! * Cores are not equally fast at every moment: their caches hold other things, and other programs use them. With one band a
-//!   thread the slowest band is waited for. With [`BANDS_PER_THREAD`] a thread that is done takes a band of another.
-//! * A thread of the pool that finds nothing to do for some tens of microseconds goes to sleep, and to wake it takes as long again.
-//!   Whoever makes the pool can keep its threads looking for bands as long as a run lasts, as the harness's `Team` does.
-//! * The scheduler may let two threads take turns on one processor beside an idle one, for a tenth of a second after a pause or for
-//!   a whole run. A `Team` keeps its threads to processors of their own where it takes all.
-//! * Cores share the way to memory. Where vectors do not stay in caches, what counts is how often they are read and
-//!   written, by however many threads.
+//! * Cores are not equally fast at every moment, because other programs use them too. With one band
+//!   a thread, all wait for the slowest band. With [`BANDS_PER_THREAD`] a thread that is done takes
+//!   a band of another.
+//! * A thread of the pool that finds nothing to do goes to sleep after some tens of microseconds,
+//!   and to wake it takes as long again. The maker of the pool can keep its threads looking for
+//!   bands as long as a run lasts, as the harness's `Team` does.
+//! * The scheduler may let two threads take turns on one processor beside an idle one, for a tenth
+//!   of a second or for a whole run. A `Team` that takes all processors keeps each thread to its
+//!   own.
+//! * Cores share the way to memory. Where vectors do not stay in caches, the number of reads and
+//!   writes counts, whatever the number of threads.
 //!
-//! IMEX Euler on 316 × 316 particles, two threads against one, medians of eight pairs, of two series on two cores of a Zen 5
-//! (which others used, too), before threads had processors of their own:
+//! IMEX Euler on 316 × 316 particles, gain of two threads over one, medians of eight pairs, of two
+//! series on two shared cores of a Zen 5, before threads had processors of their own:
 //!
 //! | bands a thread | threads sleep | threads stay awake |
 //! |---|---|---|
 //! | 1 | 1.35, 1.66 | 1.26, 1.77 |
 //! | 4 | 1.39, 1.87 | 1.96, 2.02 |
 //!
-//! `threads` in the benches measures what threads are worth, beside what the machine has to give.
+//! The bench `threads` measures the gain, beside what the machine has to give.
 
 use crate::vector::BLOCK;
 use std::ops::Range;
 
-/// Fewest particles that are shared among threads. A sweep takes about a nanosecond a particle, and to wake another thread
-/// some microseconds, which half of such a sweep is worth.
+/// Fewest particles that are shared among threads. A sweep takes about a nanosecond a particle, and
+/// waking another thread some microseconds: half of such a sweep is worth it.
 pub const LEAST_FOR_THREADS: usize = 16_384;
 /// Bands for each thread, where there are particles enough.
 pub const BANDS_PER_THREAD: usize = 4;
 /// Fewest particles of a band, if there is more than one.
 const LEAST_OF_A_BAND: usize = 4096;
 
-/// Into how many bands as many `particles` are cut for so many threads: one where there are too few.
+/// Number of bands for so many `threads` and `particles`: one where there are too few.
 pub fn bands(threads: usize, particles: usize) -> usize {
+    bands_of(threads, particles, 0)
+}
+
+/// As [`bands`], where no band should have fewer than `least` particles.
+pub fn bands_of(threads: usize, particles: usize, least: usize) -> usize {
     if threads < 2 || particles < LEAST_FOR_THREADS {
         return 1;
     }
-    (BANDS_PER_THREAD * threads).min(particles / LEAST_OF_A_BAND)
+    let most = particles / LEAST_OF_A_BAND.max(least);
+    (BANDS_PER_THREAD * threads).min(most).max(1)
 }
 
-/// What a sweep writes.
+/// Memory that a sweep writes, and that can be cut between blocks.
 pub trait Part: Send + Sized {
-    /// What belongs to the first `blocks` blocks of particles, and the rest.
+    /// The part of the first `blocks` blocks of particles, and the rest.
     fn split(self, blocks: usize) -> (Self, Self);
 }
 
@@ -97,11 +106,12 @@ impl<A: Part, B: Part, C: Part, D: Part> Part for (A, B, C, D) {
     }
 }
 
-/// Cuts `particles` and `part` into so many [`bands`] and hands each to `sweep`, on the current [`rayon`] pool; one band is
-/// swept by the caller, without a word to the pool. Nothing is allocated here.
+/// Cuts `particles` and `part` into so many [`bands`] and hands each to `sweep`, on the current
+/// [`rayon`] pool. The caller sweeps a single band itself, without the pool. Nothing is allocated
+/// here.
 ///
 /// ```
-/// use drape_solvers::bands::in_bands;
+/// use drape_kernels::bands::in_bands;
 /// let mut squares = vec![0; 1000];
 /// in_bands(3, 1000, &mut squares[..], &|particles, squares: &mut [usize]| {
 ///     for (i, square) in particles.zip(squares) {
@@ -150,5 +160,7 @@ mod tests {
         assert_eq!(bands(2, LEAST_FOR_THREADS), 4);
         assert_eq!(bands(2, 100_000), 8);
         assert_eq!(bands(64, 100_000), 24);
+        assert_eq!(bands_of(8, 100_000, 30_000), 3);
+        assert_eq!(bands_of(8, 100_000, 1_000_000), 1);
     }
 }

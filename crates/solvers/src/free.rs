@@ -1,11 +1,11 @@
 //! Which rows of a matrix take part in a factorisation.
 
-/// All rows, unless a mask says which are free. The others are pinned: they keep their diagonal
-/// entry alone.
+/// All rows, unless a mask says which are free. The others are pinned and keep their diagonal entry
+/// alone.
 #[derive(Clone, Copy)]
-pub(crate) struct Rows<'a>(Option<&'a [bool]>);
+pub(crate) struct FreeRows<'a>(Option<&'a [bool]>);
 
-impl<'a> Rows<'a> {
+impl<'a> FreeRows<'a> {
     pub(crate) fn new(free: Option<&'a [bool]>, n: usize) -> Self {
         if let Some(mask) = free {
             assert_eq!(mask.len(), n, "one flag a row");

@@ -1,23 +1,39 @@
 //! Kernels for the processor that they run on.
 //!
-//! Most loops are plain ones that the compiler vectorises. Sums are not: their four slots a coordinate
-//! (see [`vector`](crate::vector)) are spelled out as operations on [`Four`] numbers. Sums and products are never
-//! fused, so the instruction set changes no bit.
+//! Most loops are plain ones that the compiler vectorises. Sums are not: their four slots a
+//! coordinate (see [`vector`](crate::vector)) are spelled out as operations on [`Four`] numbers.
+//! Sums and products are never fused, so the instruction set changes no bit.
 
 use crate::vector::SLOTS;
 use pulp::{Simd, bytemuck};
 
+/// Numbers of the widest vector registers.
+pub const WIDEST: usize = 8;
+
+/// The coordinates of a particle, and a fourth number that fills the register: 0 as a rule.
+pub type Lanes = [f64; SLOTS];
+
 /// Operations on four numbers at once.
-pub(crate) trait Four: Copy {
+pub trait Four: Copy {
     /// The four numbers.
     type Numbers: Copy;
 
+    /// From memory.
     fn load(self, numbers: [f64; SLOTS]) -> Self::Numbers;
+
+    /// To memory.
     fn store(self, numbers: Self::Numbers) -> [f64; SLOTS];
+
+    /// `a + b`.
     fn add(self, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers;
+
+    /// `a − b`.
     fn sub(self, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers;
+
+    /// `a b`, number by number.
     fn mul(self, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers;
 
+    /// The same number four times.
     #[inline(always)]
     fn splat(self, number: f64) -> Self::Numbers {
         self.load([number; SLOTS])
@@ -25,8 +41,8 @@ pub(crate) trait Four: Copy {
 }
 
 /// One by one, as the compiler sees fit.
-#[derive(Clone, Copy)]
-pub(crate) struct Plain;
+#[derive(Clone, Copy, Debug)]
+pub struct Plain;
 
 impl Four for Plain {
     type Numbers = [f64; SLOTS];
@@ -58,8 +74,8 @@ impl Four for Plain {
 }
 
 /// In one register of an instruction set whose registers hold four numbers.
-#[derive(Clone, Copy)]
-pub(crate) struct Wide<S>(pub(crate) S);
+#[derive(Clone, Copy, Debug)]
+pub struct Wide<S>(pub S);
 
 impl<S: Simd> Four for Wide<S> {
     type Numbers = S::f64s;
@@ -90,9 +106,11 @@ impl<S: Simd> Four for Wide<S> {
     }
 }
 
-/// The instruction set for kernels whose registers hold four numbers: wider ones would leave the sums to the compiler,
-/// which does not see that their slots fit half a register.
-pub(crate) fn four_wide() -> pulp::Arch {
+/// The instruction set for kernels whose registers hold four numbers.
+///
+/// Wider ones would leave the sums to the compiler, which does not see that their slots fit half a
+/// register.
+pub fn four_wide() -> pulp::Arch {
     #[cfg(target_arch = "x86_64")]
     if let Some(v3) = pulp::x86::V3::try_new() {
         return pulp::Arch::V3(v3);
@@ -100,32 +118,35 @@ pub(crate) fn four_wide() -> pulp::Arch {
     pulp::Arch::new()
 }
 
-/// Runs a block compiled for the best instruction set of the processor. What it uses is named with its type
-/// (with the lifetime `'k`), as a closure's captures would be; a closure itself is not sure to be inlined into
-/// the function that has the instruction set. All that the block calls must be `#[inline(always)]`.
+/// Runs a block compiled for an instruction set, such as [`four_wide`](crate::lanes::four_wide).
+///
+/// The block names what it uses with its type (with the lifetime `'k`), as a closure's captures
+/// would be. A closure itself is not sure to be inlined into the function that has the instruction
+/// set. All that the block calls must be `#[inline(always)]`.
+#[macro_export]
 macro_rules! vectorised {
     ($arch:expr, [$four:ident $(, $name:ident: $type:ty = $value:expr)* $(,)?] -> $output:ty $body:block) => {{
         struct Kernel<'k> {
             $($name: $type,)*
-            lifetime: std::marker::PhantomData<&'k ()>,
+            lifetime: ::std::marker::PhantomData<&'k ()>,
         }
-        impl<'k> pulp::WithSimd for Kernel<'k> {
+        impl<'k> $crate::pulp::WithSimd for Kernel<'k> {
             type Output = $output;
 
             #[inline(always)]
-            fn with_simd<S: pulp::Simd>(self, simd: S) -> $output {
+            fn with_simd<S: $crate::pulp::Simd>(self, simd: S) -> $output {
                 let Self { $($name,)* lifetime: _ } = self;
-                if S::F64_LANES == crate::vector::SLOTS {
-                    let $four = crate::scalar::simd::Wide(simd);
+                if S::F64_LANES == $crate::vector::SLOTS {
+                    let $four = $crate::lanes::Wide(simd);
                     $body
                 } else {
-                    let $four = crate::scalar::simd::Plain;
+                    let $four = $crate::lanes::Plain;
                     $body
                 }
             }
         }
-        $arch.dispatch(Kernel { $($name: $value,)* lifetime: std::marker::PhantomData })
+        $arch.dispatch(Kernel { $($name: $value,)* lifetime: ::std::marker::PhantomData })
     }};
 }
 
-pub(crate) use vectorised;
+pub use crate::vectorised;

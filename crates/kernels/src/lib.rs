@@ -1,0 +1,37 @@
+//! What the model and the solvers both stand on: memory layouts, and loops compiled for the
+//! processor.
+//!
+//! This crate knows neither physics nor matrices as operators. It holds what must agree between the
+//! crates above it, so that it stands once:
+//!
+//! | module | what it holds |
+//! |---|---|
+//! | [`vector`] | one [`Vec3`] a particle: sums in one documented order, and updates |
+//! | [`bands`] | how sweeps are cut into bands, and bands shared among threads |
+//! | [`lanes`] | operations on four numbers, and [`vectorised!`] for the processor at hand |
+//! | [`planes`] | one array a coordinate: strides, aligned memory, windows that slide |
+//! | [`blocks`] | where symmetric 3×3 blocks lie: along bands, or in one line a pair |
+//! | [`testing`] | random numbers, and the comparison of two forms of a kernel bit by bit |
+//!
+//! # Two forms of a kernel
+//!
+//! A kernel exists twice: as the readable loop, called `reference`, and as the `fast` form that
+//! runs in a step. Both add the same numbers in the same order, and products and sums are never
+//! fused into one rounding. So both give the same bits on every machine, and
+//! [`assert_same_bits`](testing::assert_same_bits) holds them to it.
+
+pub mod bands;
+pub mod blocks;
+pub mod lanes;
+pub mod planes;
+pub mod testing;
+pub mod vector;
+
+#[doc(hidden)]
+pub use pulp;
+
+/// Position, velocity, force or the like of one particle.
+pub type Vec3 = nalgebra::Vector3<f64>;
+
+/// A 3×3 block.
+pub type Mat3 = nalgebra::Matrix3<f64>;

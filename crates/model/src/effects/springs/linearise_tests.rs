@@ -1,0 +1,289 @@
+//! The sweeps that fill a matrix, in both layouts, against the reference form through a sink.
+
+use super::tests;
+use crate::{
+    BlockSink, Level, Linearised, Mat3, State, StiffnessProduct, System, Tangent, Vec3, parse,
+};
+use drape_kernels::blocks::{BandPlanes, BlockLayout, Coupling, PLACES, PairLines, SIX};
+use drape_kernels::testing::{Random, assert_same_bits};
+use proptest::prelude::*;
+use std::collections::HashMap;
+use std::fmt::Write;
+
+/// The reference form: blocks by their places, the lower particle first, or products with `w`.
+struct Reference<'a> {
+    blocks: HashMap<(usize, usize), Mat3>,
+    product: Option<StiffnessProduct<'a>>,
+}
+
+impl BlockSink for Reference<'_> {
+    fn add_pair(&mut self, i: usize, j: usize, block: &Mat3) {
+        if let Some(StiffnessProduct { w, out }) = &mut self.product {
+            let force = block * (w[i] - w[j]);
+            out[i] += force;
+            out[j] -= force;
+            return;
+        }
+        *self.blocks.entry((i.min(j), i.max(j))).or_default() -= block;
+        *self.blocks.entry((i, i)).or_default() += block;
+        *self.blocks.entry((j, j)).or_default() += block;
+    }
+
+    fn add_general_pair(&mut self, _i: usize, _j: usize, _block: &Mat3) {
+        unreachable!("the blocks of springs are symmetric");
+    }
+
+    fn add_diagonal(&mut self, _i: usize, _block: &Mat3) {
+        unreachable!("the blocks of springs are those of pairs");
+    }
+}
+
+/// Memory of both layouts, filled with numbers that a sweep overwrites.
+struct Memory {
+    n: usize,
+    offsets: Vec<usize>,
+    stride: usize,
+    lead: usize,
+    planes: Vec<f64>,
+    diagonal: Vec<[f64; 8]>,
+    pairs: Vec<[f64; 8]>,
+    ends: Vec<[u32; 2]>,
+    slots: Vec<u32>,
+}
+
+impl Memory {
+    fn new(system: &System) -> Self {
+        let n = system.len();
+        let mut list = Vec::new();
+        for effect in system.effects() {
+            effect.visit_pairs(&mut |i, j| list.push([i.min(j) as u32, i.max(j) as u32]));
+        }
+        let mut ends = list.clone();
+        ends.sort_unstable();
+        ends.dedup();
+        let slots = list.iter().map(|pair| ends.binary_search(pair).unwrap() as u32).collect();
+        let offsets = match system.coupling(with_jacobian(system)) {
+            Coupling::Bands(offsets) => offsets,
+            Coupling::Pairs | Coupling::Rows => vec![1],
+        };
+        let reach = *offsets.last().unwrap();
+        let (stride, lead) = (n + 2 * reach + 16, reach + 3);
+        let mut planes = vec![0.0; 6 * (offsets.len() + 1) * stride];
+        planes.chunks_mut(stride).for_each(|plane| plane[lead..lead + n].fill(7.0));
+        let (diagonal, pairs) = (vec![[7.0; 8]; n], vec![[7.0; 8]; ends.len()]);
+        Self { n, offsets, stride, lead, planes, diagonal, pairs, ends, slots }
+    }
+
+    /// The layout for an effect's springs.
+    fn layout(&mut self, coupling: &Coupling) -> BlockLayout<'_> {
+        let Self { offsets, stride, lead, planes, diagonal, pairs, ends, slots, .. } = self;
+        match coupling {
+            Coupling::Bands(_) => {
+                BlockLayout::Bands(BandPlanes { planes, stride: *stride, lead: *lead, offsets })
+            }
+            _ => BlockLayout::Pairs(PairLines { diagonal, pairs, ends, slots }),
+        }
+    }
+
+    /// The block of particles `i ≤ j`, from the numbers of a layout.
+    fn block(&self, coupling: &Coupling, i: usize, j: usize) -> Vec<f64> {
+        match coupling {
+            Coupling::Bands(offsets) => {
+                let band = if i == j { 0 } else { 1 + offsets.binary_search(&(j - i)).unwrap() };
+                (0..6).map(|c| self.planes[(6 * band + c) * self.stride + self.lead + i]).collect()
+            }
+            _ if i == j => self.diagonal[i].to_vec(),
+            _ => self.pairs[self.ends.binary_search(&[i as u32, j as u32]).unwrap()].to_vec(),
+        }
+    }
+}
+
+fn with_jacobian(system: &System) -> impl Iterator<Item = &dyn crate::Effect> + Clone {
+    system.effects().filter(|effect| effect.has_jacobian())
+}
+
+fn at<'a>(x: &'a [Vec3], tangent: Tangent) -> Linearised<'a> {
+    Linearised { x, tangent, stiffness_scale: 0.3, damping_scale: 0.7 }
+}
+
+fn assert_same_matrix(system: &System, state: &State, tangent: Tangent) {
+    let (n, coupling) = (state.len(), system.coupling(with_jacobian(system)));
+    let mut reference = Reference { blocks: HashMap::new(), product: None };
+    for (i, m) in system.mass().iter().enumerate() {
+        reference.blocks.insert((i, i), Mat3::from_diagonal_element(*m));
+    }
+    for effect in with_jacobian(system) {
+        effect.add_stiffness(&state.x, 0.3, tangent, &mut reference);
+        effect.add_damping(state.level(), 0.7, &mut reference);
+    }
+    // Listed springs are added to what is there, those along bands to zero first.
+    let start = if coupling == Coupling::Pairs { state.x.clone() } else { vec![Vec3::zeros(); n] };
+    let (mut expected, mut fast) = (start.clone(), start);
+    let product = Some(StiffnessProduct { w: &state.v, out: &mut expected });
+    let mut sink = Reference { blocks: HashMap::new(), product };
+    with_jacobian(system).for_each(|e| e.add_stiffness(&state.x, 1.0, tangent, &mut sink));
+
+    for with_product in [true, false] {
+        let mut memory = Memory::new(system);
+        let product = StiffnessProduct { w: &state.v, out: &mut fast };
+        let product = with_product.then_some(product);
+        let layout = memory.layout(&coupling);
+        assert!(system.linearise(with_jacobian(system), &at(&state.x, tangent), layout, product));
+        assert_same_bits("product", &expected, &fast);
+        for (&(i, j), block) in &reference.blocks {
+            let places = if coupling == Coupling::Pairs { &PLACES[..] } else { &SIX[..] };
+            let expected: Vec<f64> = places.iter().map(|place| block[*place]).collect();
+            assert_same_bits((i, j), &expected, &memory.block(&coupling, i, j));
+        }
+        if let Coupling::Bands(offsets) = &coupling {
+            for (i, o) in (0..memory.n).flat_map(|i| offsets.iter().map(move |o| (i, o))) {
+                if !reference.blocks.contains_key(&(i, i + o)) {
+                    assert_same_bits((i, o), &vec![0.0; 6], &memory.block(&coupling, i, i + o));
+                }
+            }
+        }
+    }
+}
+
+fn sheet(rows: usize, columns: usize, damping: f64, law: &str) -> (System, State) {
+    let law = format!(r#""damping": "{law}","#);
+    tests::sheet(rows, columns, &tests::effects(damping), &law).build().unwrap()
+}
+
+/// Random moves and velocities: half of the springs compressed, one collapsed.
+fn stir(state: &mut State, seed: u64) {
+    let mut random = Random::new(seed);
+    for (x, v) in state.x.iter_mut().zip(&mut state.v) {
+        *x += 0.05 * random.vector();
+        *v = random.vector();
+    }
+    state.x[1] = state.x[0];
+}
+
+/// Random springs of three effects between `n` particles, some pairs in several of them, the last
+/// particle without one.
+fn mesh(n: usize, count: usize, damping: f64, law: &str, random: &mut Random) -> (System, State) {
+    let mut springs = String::new();
+    for k in 0..count {
+        let i = random.below(n - 1);
+        let j = (i + 1 + random.below(n - 2)) % (n - 1);
+        let effect = ["tension", "shear", "bending"][3 * k / count];
+        let (length, stiffness) = (1.2 + random.unit(), 3.0 + random.unit());
+        let comma = if k > 0 { "," } else { "" };
+        let damping = if effect == "shear" { 0.0 } else { damping * (1.5 + random.unit()) };
+        write!(
+            springs,
+            r#"{comma}{{"effect": "{effect}", "i": {i}, "j": {j}, "rest_length_m": {length},
+            "stiffness_n_per_m": {stiffness}, "damping_n_s_per_m": {damping}}}"#
+        )
+        .unwrap();
+    }
+    let mass: Vec<f64> = (0..n).map(|_| 2.0 + random.unit()).collect();
+    let position: Vec<[f64; 3]> = (0..n).map(|_| random.vector().into()).collect();
+    let text = format!(
+        r#"{{"format": "drape-system/1", "damping": "{law}", "springs": [{springs}],
+        "particles": {{"mass_kg": {mass:?}, "position_m": {position:?}}}}}"#
+    );
+    let (system, mut state) = parse("m.json", &text).unwrap().spec().build().unwrap();
+    state.v.iter_mut().for_each(|v| *v = random.vector());
+    state.x[1] = state.x[0];
+    (system, state)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(50))]
+    #[test]
+    fn matrices_of_grids_are_the_reference(
+        rows in 8_usize..40, columns in 8_usize..40, damped in any::<bool>(), seed in any::<u64>(),
+    ) {
+        let damping = if damped { 0.4 } else { 0.0 };
+        let (system, mut state) = sheet(rows, columns, damping, "full");
+        stir(&mut state, seed);
+        for tangent in [Tangent::Exact, Tangent::Projected] {
+            assert_same_matrix(&system, &state, tangent);
+        }
+    }
+
+    #[test]
+    fn matrices_of_meshes_are_the_reference(
+        n in 4_usize..60, count in 6_usize..400, damped in any::<bool>(), seed in any::<u64>(),
+    ) {
+        let damping = if damped { 0.4 } else { 0.0 };
+        let (system, state) = mesh(n, count, damping, "full", &mut Random::new(seed));
+        prop_assume!(system.coupling(system.effects()) == Coupling::Pairs);
+        for tangent in [Tangent::Exact, Tangent::Projected] {
+            assert_same_matrix(&system, &state, tangent);
+        }
+    }
+}
+
+#[test]
+fn sheets_longer_than_a_window_and_wider_than_a_group_give_the_same_bits() {
+    for (rows, columns) in [(70, 60), (9, 400), (400, 9), (31, 140)] {
+        let (mut system, mut state) = sheet(rows, columns, 0.4, "full");
+        stir(&mut state, 3);
+        let mass: Vec<f64> = (0..state.len()).map(|i| 0.1 + (i % 7) as f64).collect();
+        assert!(system.set_mass(&mass));
+        assert_same_matrix(&system, &state, Tangent::Projected);
+    }
+}
+
+#[test]
+fn a_table_of_other_springs_is_refused_and_nothing_is_written() {
+    let (system, state) = mesh(9, 40, 0.4, "full", &mut Random::new(5));
+    let Memory { slots, .. } = Memory::new(&system);
+    let mut swapped = slots.clone();
+    let other = swapped.iter().position(|slot| *slot != swapped[0]).unwrap();
+    swapped.swap(0, other);
+    let longer: Vec<u32> = slots.iter().copied().chain([0]).collect();
+    for wrong in [swapped, longer, slots[1..].to_vec(), vec![u32::MAX; slots.len()]] {
+        let mut memory = Memory { slots: wrong, ..Memory::new(&system) };
+        let mut out = state.x.clone();
+        let layout = memory.layout(&Coupling::Pairs);
+        let product = Some(StiffnessProduct { w: &state.v, out: &mut out });
+        let at = at(&state.x, Tangent::Exact);
+        assert!(!system.linearise(system.effects(), &at, layout, product));
+        assert_eq!((out, memory.diagonal), (state.x.clone(), vec![[7.0; 8]; 9]));
+        assert!(memory.pairs.iter().flatten().all(|number| *number == 7.0));
+    }
+}
+
+#[test]
+fn the_layout_follows_the_springs() {
+    let of_sheet = |rows, columns, law| {
+        let (system, _) = sheet(rows, columns, 0.4, law);
+        system.coupling(with_jacobian(&system))
+    };
+    assert_eq!(of_sheet(10, 9, "full"), Coupling::Bands(vec![1, 2, 8, 9, 10, 18]));
+    assert_eq!(of_sheet(10, 9, "projected"), Coupling::Rows, "directions at each spring");
+    assert_eq!(of_sheet(4, 4, "full"), Coupling::Pairs, "too few springs");
+    assert_eq!(of_sheet(90, 3, "full"), Coupling::Rows, "2 is an offset of shear and of bending");
+    let (system, _) = sheet(10, 9, 0.4, "full");
+    assert_eq!(system.coupling(system.effects()), Coupling::Rows, "gravity has no blocks");
+    for (law, coupling) in [("full", Coupling::Pairs), ("projected", Coupling::Rows)] {
+        let (system, _) = mesh(9, 40, 0.4, law, &mut Random::new(5));
+        assert_eq!(system.coupling(system.effects()), coupling);
+    }
+}
+
+/// The next sweep forgets what a sweep for a matrix left in a window.
+#[test]
+fn forces_on_any_number_of_threads_do_not_remember_a_matrix() {
+    let (mut system, mut state) = sheet(150, 150, 1.0, "full");
+    stir(&mut state, 1);
+    let (n, x) = (state.len(), &state.x);
+    let forces = |system: &System| {
+        let mut out = vec![Vec3::zeros(); n];
+        system.forces(Level { t: 0.0, x, v: x }, &mut out);
+        out
+    };
+    let expected = forces(&system);
+    for threads in [1, 3, 8, 16, 32] {
+        system.set_threads(std::num::NonZero::new(threads).unwrap());
+        let coupling = system.coupling(with_jacobian(&system));
+        let mut memory = Memory::new(&system);
+        let (at, layout) = (at(x, Tangent::Exact), memory.layout(&coupling));
+        assert!(system.linearise(with_jacobian(&system), &at, layout, None));
+        assert_same_bits(threads, &expected, &forces(&system));
+    }
+}

@@ -1,0 +1,269 @@
+//! Symmetric matrices of 3×3 blocks, for Jacobians that couple the coordinates.
+//!
+//! One matrix, three layouts, chosen by what is coupled; all of them give the same bits.
+//!
+//! | layout | for | a row of a sheet with tension, shear and bending springs |
+//! |---|---|---|
+//! | [`Coupling::Bands`] | springs of regular grids, numbered row by row | 384 bytes, no index |
+//! | [`Coupling::Pairs`] | springs in any order | 600 bytes |
+//! | [`Coupling::Rows`] | any blocks; factorisations and multigrid | 1036 bytes |
+//!
+//! A row is summed from its first scalar column to its last in each of them. Places along a band
+//! without a coupling hold zeros, which change no sum of finite numbers.
+
+mod bands;
+mod pairs;
+mod rows;
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
+mod tests;
+
+use self::bands::Bands;
+use self::pairs::Pairs;
+pub(crate) use self::rows::Rows;
+use crate::{Constraints, Filter, LinearOperator, Mat3, Vec3};
+use drape_kernels::blocks::{BlockLayout, BlockSink, Coupling};
+use std::borrow::Cow;
+
+/// A symmetric matrix of 3×3 blocks.
+///
+/// ```
+/// use drape_solvers::{BlockMatrix, LinearOperator, Mat3, Vec3};
+/// let mut a = BlockMatrix::with_pattern(2, [(0, 1)]);
+/// a.add_diagonal(0, &Mat3::identity());
+/// a.add_diagonal(1, &Mat3::identity());
+/// // A spring along x resists in that direction only.
+/// a.add_pair(0, 1, &(10.0 * Vec3::x() * Vec3::x().transpose()));
+/// let mut y = [Vec3::zeros(); 2];
+/// a.multiply(&[Vec3::new(1.0, 1.0, 0.0), Vec3::zeros()], &mut y);
+/// assert_eq!(y, [Vec3::new(11.0, 1.0, 0.0), Vec3::new(-10.0, 0.0, 0.0)]);
+/// ```
+#[derive(Clone, Debug)]
+pub struct BlockMatrix(Layout);
+
+#[derive(Clone, Debug)]
+enum Layout {
+    Rows(Rows),
+    Bands(Bands),
+    Pairs(Pairs),
+}
+
+/// The same expression for the matrix of any layout.
+macro_rules! each {
+    ($layout:expr, $matrix:ident => $value:expr) => {
+        match $layout {
+            Layout::Rows($matrix) => $value,
+            Layout::Bands($matrix) => $value,
+            Layout::Pairs($matrix) => $value,
+        }
+    };
+}
+
+impl BlockMatrix {
+    /// The zero matrix in the layout that suits the coupling, with room for `n` diagonal blocks and
+    /// for each edge. Edges may be repeated, and tie a row to itself. Bands need no edges.
+    ///
+    /// # Panics
+    /// When an edge names a row that is not below `n`, when a `u32` cannot number rows and edges,
+    /// or when a band has the offset 0.
+    pub fn new(
+        n: usize,
+        coupling: &Coupling,
+        edges: impl IntoIterator<Item = (usize, usize)>,
+    ) -> Self {
+        Self(match coupling {
+            Coupling::Bands(offsets) => Layout::Bands(Bands::new(n, offsets)),
+            Coupling::Pairs => Layout::Pairs(Pairs::new(n, edges)),
+            Coupling::Rows => Layout::Rows(Rows::new(n, edges)),
+        })
+    }
+
+    /// As [`new`](Self::new) in compressed rows, which hold any blocks.
+    pub fn with_pattern(n: usize, edges: impl IntoIterator<Item = (usize, usize)>) -> Self {
+        Self::new(n, &Coupling::Rows, edges)
+    }
+
+    /// The layout.
+    pub fn coupling(&self) -> Coupling {
+        match &self.0 {
+            Layout::Rows(_) => Coupling::Rows,
+            Layout::Bands(bands) => Coupling::Bands(bands.offsets().to_vec()),
+            Layout::Pairs(_) => Coupling::Pairs,
+        }
+    }
+
+    /// Number of block rows.
+    pub fn n(&self) -> usize {
+        each!(&self.0, a => a.n())
+    }
+
+    /// Number of blocks that can differ from zero, in both triangles and on the diagonal.
+    pub fn nonzeros(&self) -> usize {
+        each!(&self.0, a => a.nonzeros())
+    }
+
+    /// Sets all blocks to zero; the pattern stays.
+    pub fn clear(&mut self) {
+        each!(&mut self.0, a => a.clear());
+    }
+
+    /// Takes over all blocks of a matrix with the same layout and pattern.
+    ///
+    /// # Panics
+    /// When the other matrix has another number of blocks.
+    pub fn copy_from(&mut self, other: &Self) {
+        match (&mut self.0, &other.0) {
+            (Layout::Rows(own), Layout::Rows(other)) => own.copy_from(other),
+            (own, other) => *own = other.clone(),
+        }
+    }
+
+    /// Adds `block` to diagonal block `i`, which must be symmetric once all is added.
+    pub fn add_diagonal(&mut self, i: usize, block: &Mat3) {
+        each!(&mut self.0, a => a.add_diagonal(i, block));
+    }
+
+    /// Adds the symmetric `block` at (i, i) and (j, j), and its negative at (i, j) and (j, i): the
+    /// contribution of a force that depends on the difference of `i` and `j`. For `i = j` nothing
+    /// is added.
+    ///
+    /// A pair outside the pattern is a bug of the caller: debug builds stop, release builds leave
+    /// the pair out.
+    pub fn add_pair(&mut self, i: usize, j: usize, block: &Mat3) {
+        each!(&mut self.0, a => a.add_pair(i, j, block));
+    }
+
+    /// As [`add_pair`](Self::add_pair) for a block that need not be symmetric: `B` at (i, i), `Bᵀ`
+    /// at (j, j), `−B` at (i, j), `−Bᵀ` at (j, i). Such a block turns bands and pairs into
+    /// compressed rows.
+    pub fn add_general_pair(&mut self, i: usize, j: usize, block: &Mat3) {
+        if *block == block.transpose() && !matches!(self.0, Layout::Rows(_)) {
+            return self.add_pair(i, j, block);
+        }
+        self.make_rows().add_general_pair(i, j, block);
+    }
+
+    /// Block (i, j); zero outside the pattern.
+    pub fn get(&self, i: usize, j: usize) -> Mat3 {
+        each!(&self.0, a => a.get(i, j))
+    }
+
+    /// The memory that one sweep over springs fills; none in compressed rows.
+    pub fn fast_layout(&mut self) -> Option<BlockLayout<'_>> {
+        match &mut self.0 {
+            Layout::Rows(_) => None,
+            Layout::Bands(bands) => Some(BlockLayout::Bands(bands.planes_mut())),
+            Layout::Pairs(pairs) => Some(BlockLayout::Pairs(pairs.lines_mut())),
+        }
+    }
+
+    /// `A ← S A S + (I − S) D` with a positive number `dᵢ` for each constrained particle: a third
+    /// of the trace of its diagonal block, or one if that is not positive.
+    ///
+    /// The matrix stays symmetric, and positive definite if it was. For a right-hand side with
+    /// nothing in the constrained directions (`b = S b`) the solution has nothing there either, and
+    /// solves the filtered problem. So a direct solver can stand in for filtered conjugate
+    /// gradients.
+    ///
+    /// Planes and lines lead to blocks that are not symmetric, which turn bands and pairs into
+    /// compressed rows.
+    ///
+    /// # Panics
+    /// When `constraints` is for another number of particles.
+    pub fn project(&mut self, constraints: &Constraints) {
+        assert_eq!(constraints.len(), self.n(), "one filter a block row");
+        let constrained = || constraints.constrained().iter().map(|&i| i as usize);
+        if constrained().any(|i| constraints.filter(i) != Filter::Fixed) {
+            return self.make_rows().project(constraints);
+        }
+        let scale = |third: f64| if third > 0.0 { third } else { 1.0 };
+        match &mut self.0 {
+            Layout::Rows(rows) => rows.project(constraints),
+            Layout::Bands(bands) => constrained().for_each(|i| bands.fix(i, scale)),
+            Layout::Pairs(pairs) => constrained().for_each(|i| pairs.fix(i, scale)),
+        }
+    }
+
+    /// The matrix in compressed rows: itself, or a copy.
+    pub(crate) fn rows(&self) -> Cow<'_, Rows> {
+        let edges = match &self.0 {
+            Layout::Rows(rows) => return Cow::Borrowed(rows),
+            Layout::Bands(bands) => bands.edges(),
+            Layout::Pairs(pairs) => pairs.edges(),
+        };
+        let mut rows = Rows::new(self.n(), edges);
+        rows.fill(|i, j| self.get(i, j));
+        Cow::Owned(rows)
+    }
+
+    fn make_rows(&mut self) -> &mut Rows {
+        if !matches!(self.0, Layout::Rows(_)) {
+            *self = self.rows().into_owned().into();
+        }
+        let Layout::Rows(rows) = &mut self.0 else { unreachable!("made above") };
+        rows
+    }
+
+    /// Calls `visit` with the numbers `xx, xy, xz, yy, yz, zz` of the lower triangle of each
+    /// diagonal block, which the visitor reads by row.
+    pub(crate) fn with_diagonal<V: VisitDiagonal>(&self, visitor: V) -> V::Output {
+        match &self.0 {
+            Layout::Rows(rows) => visitor.visit(
+                #[inline(always)]
+                |i| rows.diagonal(i),
+            ),
+            Layout::Bands(bands) => {
+                let planes = bands.diagonal();
+                visitor.visit(
+                    #[inline(always)]
+                    |i| planes.map(|plane| plane[i]),
+                )
+            }
+            Layout::Pairs(pairs) => visitor.visit(
+                #[inline(always)]
+                |i| pairs.diagonal(i),
+            ),
+        }
+    }
+}
+
+impl From<Rows> for BlockMatrix {
+    fn from(rows: Rows) -> Self {
+        Self(Layout::Rows(rows))
+    }
+}
+
+/// A computation over diagonal blocks, compiled for each layout.
+pub(crate) trait VisitDiagonal {
+    type Output;
+
+    /// `block(i)` is diagonal block `i`.
+    fn visit(self, block: impl Fn(usize) -> [f64; 6]) -> Self::Output;
+}
+
+impl BlockSink for BlockMatrix {
+    fn add_pair(&mut self, i: usize, j: usize, block: &Mat3) {
+        self.add_pair(i, j, block);
+    }
+
+    fn add_general_pair(&mut self, i: usize, j: usize, block: &Mat3) {
+        self.add_general_pair(i, j, block);
+    }
+
+    fn add_diagonal(&mut self, i: usize, block: &Mat3) {
+        self.add_diagonal(i, block);
+    }
+}
+
+impl LinearOperator for BlockMatrix {
+    fn size(&self) -> usize {
+        self.n()
+    }
+
+    /// Each row is summed from its first scalar column to its last.
+    fn multiply(&self, x: &[Vec3], y: &mut [Vec3]) {
+        assert_eq!(x.len(), self.n(), "one vector a block row");
+        assert_eq!(y.len(), self.n(), "one vector a block row");
+        each!(&self.0, a => a.multiply(x, y));
+    }
+}

@@ -1,0 +1,233 @@
+//! The layouts against each other bit by bit, and compressed rows against dense matrices.
+
+use super::*;
+use crate::test_support::{dense_blocks, dense_filter, flat, graph, random_blocks, random_filter};
+use drape_kernels::blocks::PairLines;
+use drape_kernels::testing::{Random, assert_same_bits};
+use proptest::prelude::*;
+
+type Edges = [(usize, usize)];
+
+/// The same random blocks in compressed rows and in another layout.
+fn both(n: usize, edges: &Edges, other: &Coupling, random: &mut Random) -> [BlockMatrix; 2] {
+    let mut both = [&Coupling::Rows, other].map(|c| BlockMatrix::new(n, c, edges.iter().copied()));
+    // Twice: what a matrix held before it was cleared must not matter.
+    for _ in 0..2 {
+        both.iter_mut().for_each(BlockMatrix::clear);
+        for i in 0..n {
+            let d = random.vector();
+            let block = Mat3::identity() + d * d.transpose();
+            both.iter_mut().for_each(|a| a.add_diagonal(i, &block));
+        }
+        for &(i, j) in edges {
+            let d = random.vector();
+            let (i, j) = if random.unit() < 0.0 { (i, j) } else { (j, i) };
+            both.iter_mut().for_each(|a| a.add_pair(i, j, &(d * d.transpose())));
+        }
+    }
+    both
+}
+
+fn product(a: &BlockMatrix, x: &[Vec3]) -> Vec<Vec3> {
+    let mut y = vec![Vec3::repeat(f64::NAN); x.len()];
+    a.multiply(x, &mut y);
+    y
+}
+
+/// Everything that a matrix is asked for, in compressed rows and in another layout.
+fn assert_same_matrix(n: usize, edges: &Edges, coupling: &Coupling, seed: u64) {
+    let mut random = Random::new(seed);
+    let [rows, fast] = both(n, edges, coupling, &mut random);
+    assert_eq!((fast.n(), fast.coupling()), (n, coupling.clone()));
+    let x = random.vectors(n);
+    let reference = product(&rows, &x);
+    assert_same_bits("product", &reference, &product(&fast, &x));
+    assert_same_bits("a copy's", &reference, &product(&fast.clone(), &x));
+    if let Layout::Bands(bands) = &fast.0 {
+        let mut y = random.vectors(n);
+        bands.multiply_reference(&x, &mut y);
+        assert_same_bits("row by row", &reference, &y);
+        let taken = bands.window.lock();
+        assert_same_bits("while another thread multiplies", &reference, &product(&fast, &x));
+        drop(taken);
+    }
+    for (i, j) in (0..n).flat_map(|i| [(i, i), (i, (i * 7 + 1) % n), (i, (i + 1) % n)]) {
+        assert_eq!(rows.get(i, j), fast.get(i, j), "({i}, {j})");
+    }
+    assert_same_bits("as rows", &reference, &product(&fast.rows().into_owned().into(), &x));
+
+    // Particles that are held stay in the layout; those on planes and lines lead out of it.
+    let (mut held, mut any) = (Constraints::free(n), Constraints::free(n));
+    for i in (0..n).filter(|i| i % 5 == 2) {
+        held.set(i, Filter::Fixed, Vec3::zeros());
+        any.set(i, random_filter(&mut random), Vec3::zeros());
+    }
+    for constraints in [held, any] {
+        let [mut rows, mut fast] = [&rows, &fast].map(BlockMatrix::clone);
+        rows.project(&constraints);
+        fast.project(&constraints);
+        assert_same_bits("projected", &product(&rows, &x), &product(&fast, &x));
+        let constrained = constraints.constrained().iter().map(|&i| constraints.filter(i as usize));
+        let are_held = constrained.into_iter().all(|filter| filter == Filter::Fixed);
+        assert_eq!(fast.coupling() == *coupling, are_held);
+    }
+}
+
+/// Some of the pairs along bands.
+fn along(n: usize, offsets: &[usize], seed: u64) -> Vec<(usize, usize)> {
+    let mut random = Random::new(seed);
+    let pairs = (0..n).flat_map(|i| offsets.iter().map(move |o| (i, i + o)));
+    pairs.filter(|&(_, j)| j < n && random.unit() < 0.2).collect()
+}
+
+fn bands(offsets: &[usize]) -> Coupling {
+    let mut offsets = offsets.to_vec();
+    offsets.sort_unstable();
+    offsets.dedup();
+    Coupling::Bands(offsets)
+}
+
+#[test]
+fn bands_of_grids_are_compressed_rows() {
+    for side in [1, 2, 4, 8, 20, 33, 52] {
+        let offsets = [1, side, side - 1, side + 1, 2, 2 * side].map(|o| o.max(1));
+        let (n, seed) = (side * side, side as u64);
+        assert_same_matrix(n, &along(n, &offsets, seed), &bands(&offsets), seed);
+    }
+    // Longer than a window.
+    for (n, offsets) in [(5000, &[1, 3, 70][..]), (3000, &[1, 2, 299, 300, 301, 600])] {
+        assert_same_matrix(n, &along(n, offsets, 3), &bands(offsets), 3);
+    }
+}
+
+proptest! {
+    #[test]
+    fn any_bands_are_compressed_rows(
+        n in 1_usize..1500,
+        offsets in prop::collection::vec(1_usize..400, 0..7),
+        seed in any::<u64>(),
+    ) {
+        assert_same_matrix(n, &along(n, &offsets, seed), &bands(&offsets), seed);
+    }
+
+    #[test]
+    fn any_pairs_are_compressed_rows((n, edges) in graph(60), seed in any::<u64>()) {
+        assert_same_matrix(n, &edges, &Coupling::Pairs, seed);
+        let all = |coupling| BlockMatrix::new(n, &coupling, edges.iter().copied()).nonzeros();
+        prop_assert_eq!(all(Coupling::Pairs), all(Coupling::Rows));
+    }
+
+    /// A block that is written to the line which an edge remembers is the block of that edge.
+    #[test]
+    fn every_edge_remembers_its_pair((n, edges) in graph(30)) {
+        let mut pairs = Pairs::new(n, edges.iter().copied());
+        let PairLines { diagonal, pairs: lines, ends, slots } = pairs.lines_mut();
+        prop_assert_eq!((diagonal.len(), lines.len(), slots.len()), (n, ends.len(), edges.len()));
+        for (&(i, j), &slot) in edges.iter().zip(slots).filter(|((i, j), _)| i != j) {
+            prop_assert_eq!(ends[slot as usize], [i.min(j) as u32, i.max(j) as u32]);
+            let tag = (i.min(j) * n + i.max(j)) as f64;
+            lines[slot as usize] = [0.0, 1.0, 2.0, 3.0, 4.0, 1.0, 5.0, 3.0].map(|a| a + tag);
+        }
+        for &(i, j) in edges.iter().filter(|(i, j)| i != j) {
+            let tag = (i.min(j) * n + i.max(j)) as f64;
+            let expected = Mat3::new(0.0, 1.0, 2.0, 1.0, 5.0, 3.0, 2.0, 3.0, 4.0).add_scalar(tag);
+            prop_assert_eq!(pairs.get(i, j), expected);
+            prop_assert_eq!(pairs.get(j, i), expected);
+        }
+    }
+
+    #[test]
+    fn products_match_the_dense_matrix((n, edges) in graph(8)) {
+        let mut random = Random::new(6);
+        let a = random_blocks(n, &edges, &mut random);
+        let dense = dense_blocks(&a);
+        prop_assert!((&dense - dense.transpose()).norm() < 1e-13);
+        let x = random.vectors(n);
+        prop_assert!((flat(&product(&a, &x)) - dense * flat(&x)).norm() < 1e-12);
+    }
+
+    #[test]
+    fn projection_keeps_the_matrix_definite_and_cuts_all_couplings((n, edges) in graph(8)) {
+        let mut random = Random::new(7);
+        let mut a = random_blocks(n, &edges, &mut random);
+        let before = dense_blocks(&a);
+        let mut constraints = Constraints::free(n);
+        for i in 0..n {
+            constraints.set(i, random_filter(&mut random), Vec3::zeros());
+        }
+        a.project(&constraints);
+        let after = dense_blocks(&a);
+        let s = dense_filter(&constraints);
+        let rest = nalgebra::DMatrix::identity(3 * n, 3 * n) - &s;
+        prop_assert!((&s * &after * &s - &s * before * &s).norm() < 1e-11);
+        prop_assert!((&s * &after * &rest).norm() < 1e-12);
+        prop_assert!((&after - after.transpose()).norm() < 1e-12);
+        prop_assert!(after.symmetric_eigenvalues().min() > 0.1);
+    }
+}
+
+const LAYOUTS: fn() -> [Coupling; 3] = || [Coupling::Rows, Coupling::Pairs, bands(&[1])];
+
+#[test]
+fn pairs_annihilate_translations_and_general_ones_stay_symmetric() {
+    let v = Random::new(8).vector();
+    let b = Mat3::new(1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0);
+    for coupling in LAYOUTS() {
+        let mut a = BlockMatrix::new(2, &coupling, [(0, 1)]);
+        a.add_pair(0, 1, &(v * v.transpose()));
+        a.add_pair(1, 1, &Mat3::identity());
+        let y = product(&a, &[Vec3::new(1.0, 2.0, 3.0); 2]);
+        assert!(y[0].norm() < 1e-14 && y[1].norm() < 1e-14);
+        a.clear();
+        a.add_general_pair(1, 1, &b);
+        a.add_general_pair(1, 0, &b);
+        assert_eq!((a.get(1, 0), a.get(0, 1)), (-b, -b.transpose()));
+        assert_eq!((a.get(1, 1), a.get(0, 0)), (b, b.transpose()));
+        assert_eq!(a.coupling(), Coupling::Rows);
+    }
+}
+
+#[test]
+fn a_matrix_without_pairs_is_its_diagonal() {
+    for coupling in LAYOUTS() {
+        let mut a = BlockMatrix::new(2, &coupling, [(1, 1)]);
+        a.add_pair(1, 1, &Mat3::identity());
+        a.add_diagonal(1, &Mat3::from_diagonal_element(2.0));
+        let y = product(&a, &[Vec3::x(), Vec3::new(1.0, 2.0, 3.0)]);
+        assert_eq!(y, [Vec3::zeros(), Vec3::new(2.0, 4.0, 6.0)]);
+        assert_eq!(a.get(0, 1), Mat3::zeros());
+        a.clear();
+        assert_eq!(product(&a, &[Vec3::x(); 2]), [Vec3::zeros(); 2]);
+    }
+}
+
+#[test]
+fn pairs_are_found_in_any_order() {
+    let mut random = Random::new(9);
+    let edges = [(0, 1), (1, 2), (2, 0), (3, 1), (1, 0)];
+    let block = |k: usize| Mat3::from_diagonal_element((1 << k) as f64);
+    let mut a = Rows::new(4, edges);
+    for round in 0..40 {
+        let mut fresh = Rows::new(4, edges);
+        a.clear();
+        let (count, twist) = (1 + round % 7, (5.0 * (random.unit() + 1.0)) as usize);
+        for k in 0..count {
+            let (i, j) = edges[if round % 3 == 0 { k } else { k * twist + round } % 5];
+            for matrix in [&mut a, &mut fresh] {
+                matrix.add_pair(i, j, &block(k));
+                matrix.add_general_pair(j, i, &block(k + 9));
+            }
+        }
+        assert_eq!(a.blocks(), fresh.blocks(), "{round}");
+    }
+}
+
+#[test]
+fn a_pair_outside_the_pattern_stops_debug_builds_and_is_left_out_of_others() {
+    for coupling in LAYOUTS() {
+        let mut a = BlockMatrix::new(3, &coupling, [(0, 1)]);
+        let add = std::panic::AssertUnwindSafe(|| a.add_pair(2, 0, &Mat3::identity()));
+        assert_eq!(std::panic::catch_unwind(add).is_err(), cfg!(debug_assertions), "{coupling:?}");
+        assert_eq!(dense_blocks(&a).norm(), 0.0);
+    }
+}
