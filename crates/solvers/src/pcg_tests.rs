@@ -17,20 +17,25 @@ fn settings(forcing_term: f64, norm: Norm, max_iterations: usize) -> PcgSettings
     PcgSettings { forcing_term, norm, max_iterations }
 }
 
+/// Solves from `x`, with the residual measured against the filtered right-hand side.
+fn solve(
+    a: &dyn LinearOperator,
+    p: &dyn Preconditioner,
+    constraints: &Constraints,
+    b: &[Vec3],
+    x: &mut [Vec3],
+    settings: &PcgSettings,
+) -> PcgReport {
+    let reference = Reference::FilteredRightHandSide;
+    let workspace = &mut PcgWorkspace::new(b.len());
+    filtered_pcg(a, p, constraints, b, x, reference, settings, workspace)
+}
+
 /// Solves without constraints and preconditioner, from zero.
 fn plain(a: &ScalarMatrix, b: &[Vec3], settings: &PcgSettings) -> (Vec<Vec3>, PcgReport) {
     let n = b.len();
     let mut x = vec![Vec3::zeros(); n];
-    let report = filtered_pcg(
-        a,
-        &Identity,
-        &Constraints::free(n),
-        b,
-        &mut x,
-        Reference::FilteredRightHandSide,
-        settings,
-        &mut PcgWorkspace::new(n),
-    );
+    let report = solve(a, &Identity, &Constraints::free(n), b, &mut x, settings);
     (x, report)
 }
 
@@ -98,16 +103,8 @@ fn a_complete_factor_needs_one_iteration_and_better_preconditioners_need_fewer()
     let mut counts = Vec::new();
     for p in preconditioners {
         let mut x = vec![Vec3::zeros(); n];
-        let report = filtered_pcg(
-            &a,
-            p,
-            &Constraints::free(n),
-            &b,
-            &mut x,
-            Reference::FilteredRightHandSide,
-            &settings(1e-8, Norm::Euclid, 1000),
-            &mut PcgWorkspace::new(n),
-        );
+        let report =
+            solve(&a, p, &Constraints::free(n), &b, &mut x, &settings(1e-8, Norm::Euclid, 1000));
         assert_eq!(report.status, SolveStatus::Converged);
         let mut impulse = x.clone();
         constraint_impulse(&a, &b, &x, &mut impulse);
@@ -196,16 +193,7 @@ fn factors_of_the_free_rows_precondition_a_pinned_problem() {
     p.update(&a, Some(&free)).unwrap();
     let b = Random::new(33).vectors(n);
     let mut x = vec![Vec3::zeros(); n];
-    let report = filtered_pcg(
-        &a,
-        &p,
-        &constraints,
-        &b,
-        &mut x,
-        Reference::FilteredRightHandSide,
-        &settings(1e-9, Norm::Preconditioned, 10),
-        &mut PcgWorkspace::new(n),
-    );
+    let report = solve(&a, &p, &constraints, &b, &mut x, &settings(1e-9, Norm::Preconditioned, 10));
     assert_eq!((report.iterations, report.status), (1, SolveStatus::Converged));
     let expected = dense_filtered(&dense(&a).kronecker(&DMatrix::identity(3, 3)), &constraints, &b);
     assert!((flat(&x) - expected).norm() < 1e-10);
@@ -268,16 +256,7 @@ fn the_reference_leaves_out_the_reactions_of_the_supports() {
     constraints.set(0, Filter::Fixed, Vec3::zeros());
     let b = [Vec3::z() * 1e12, Vec3::z(), Vec3::zeros()];
     let mut x = [Vec3::zeros(); 3];
-    let report = filtered_pcg(
-        &a,
-        &Identity,
-        &constraints,
-        &b,
-        &mut x,
-        Reference::FilteredRightHandSide,
-        &settings(1e-6, Norm::Euclid, 100),
-        &mut PcgWorkspace::new(3),
-    );
+    let report = solve(&a, &Identity, &constraints, &b, &mut x, &settings(1e-6, Norm::Euclid, 100));
     assert_eq!(report.status, SolveStatus::Converged);
     assert!((x[1].z - 0.4).abs() < 1e-6 && (x[2].z - 0.2).abs() < 1e-6);
 }
@@ -354,15 +333,13 @@ fn an_unreachable_tolerance_ends_stagnated_with_the_best_solution() {
         for p in preconditioners {
             for norm_used in NORMS {
                 let mut x = vec![Vec3::zeros(); n];
-                let report = filtered_pcg(
+                let report = solve(
                     &a,
                     p,
                     &Constraints::free(n),
                     &b,
                     &mut x,
-                    Reference::FilteredRightHandSide,
                     &settings(1e-18, norm_used, 1_000_000),
-                    &mut PcgWorkspace::new(n),
                 );
                 assert_eq!(report.status, SolveStatus::Stagnated);
                 assert!(report.iterations < 3000, "{report:?}");

@@ -18,6 +18,9 @@ mod dense;
 mod incomplete;
 mod jacobi;
 mod multigrid;
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
+mod tests;
 mod wavefront;
 
 pub use block_jacobi::BlockJacobi;
