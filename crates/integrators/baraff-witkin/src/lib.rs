@@ -40,9 +40,9 @@
 //!
 //! `b` is formed without a matrix, from the product of each spring's block with the difference of
 //! `h v_0 + y` at its ends, so that a motion of the sheet as a whole adds exactly nothing. The matrix is that of
-//! [`drape_integrator::Linearisation`], and holds for one step: each step is charged a set-up. On regular grids with full
-//! damping conjugate gradients use [`drape_solvers::BandedMatrix`], filled in one sweep together with `b`; elsewhere compressed
-//! rows. Both give the same bits. The direct solver
+//! [`drape_integrator::Linearisation`], and holds for one step: each step is charged a set-up.
+//! Conjugate gradients use the layout of [`drape_solvers::BlockMatrix`] that suits the mesh, filled in
+//! one sweep together with `b`; all layouts give the same bits. The direct solver
 //! (`solver=cholesky`) factorises `S A S` again after every release of contacts; for the raw matrix it is `L D Lᵀ`,
 //! which solves indefinite systems too and reports them as `Indefinite`. What it cannot factorise (numbers that
 //! overflow, pivots lost in round-off) is an error that leaves the state as it was. Conjugate gradients
