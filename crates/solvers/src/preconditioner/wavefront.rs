@@ -59,13 +59,16 @@ impl Wavefront {
         (line / LINES, column + self.lag * (line % LINES), line)
     }
 
-    /// Visits the rows in this order.
+    /// Visits the rows in this order. A plain loop is sure to be inlined into the function that has
+    /// the instruction set; the folds of iterators are not.
     #[inline(always)]
     pub(super) fn forward(self, mut visit: impl FnMut(usize)) {
         for first in self.groups() {
             for time in 0..self.times() {
                 let (from, to) = self.turns(first, time);
-                (from..to).for_each(|line| visit(self.row(first, time, line)));
+                for line in from..to {
+                    visit(self.row(first, time, line));
+                }
             }
         }
     }
@@ -76,7 +79,9 @@ impl Wavefront {
         for first in self.groups().rev() {
             for time in (0..self.times()).rev() {
                 let (from, to) = self.turns(first, time);
-                (from..to).rev().for_each(|line| visit(self.row(first, time, line)));
+                for line in (from..to).rev() {
+                    visit(self.row(first, time, line));
+                }
             }
         }
     }
