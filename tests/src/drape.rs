@@ -1,6 +1,6 @@
 //! The drape test: a disc of cloth, hung over a smaller one until it rests.
 
-use crate::{Run, build};
+use crate::{build, largest, prepared};
 use drape_model::{AngularLaw, Input, drape_coefficient, load, projected_area};
 use std::f64::consts::PI;
 
@@ -29,13 +29,13 @@ pub fn drape(rigidity: f64, method: &str, h: f64, seconds: f64) -> Drape {
     let spec = scene.discretise().unwrap_or_else(|violation| panic!("{violation}"));
     let (system, start) = build(&spec);
     let specimen = projected_area(&start.x, &spec.triangles);
-    let mut run = Run::new(method, (system, start), h);
+    let mut run = prepared(method, (system, start), h);
     for _ in 0..(seconds / h).round() as u32 {
         run.step();
     }
     let shadow = projected_area(&run.state.x, &spec.triangles);
     Drape {
         coefficient: drape_coefficient(shadow, PI * SUPPORT * SUPPORT, specimen),
-        speed: run.state.v.iter().map(|v| v.norm()).fold(0.0, f64::max),
+        speed: largest(&run.state.v),
     }
 }

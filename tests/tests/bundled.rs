@@ -3,19 +3,15 @@
 use drape_harness::methods::{self, Choice};
 use drape_harness::{HarnessError, Options, Simulation, simulate};
 use drape_integrator::PrepareError;
-use drape_model::{Input, System, SystemSpec, TimeSpan, Vec3, bundled, load};
+use drape_model::{Input, System, SystemSpec, TimeSpan, bundled, load};
 use drape_tests::drape::drape;
-use drape_tests::{Run, build};
+use drape_tests::{build, largest, prepared};
 
 /// Acceleration of gravity, m/s².
 const G: f64 = 9.81;
 
 fn scene(name: &str) -> Input {
     load(name).unwrap_or_else(|error| panic!("{error}"))
-}
-
-fn reach(x: &[Vec3]) -> f64 {
-    x.iter().map(|x| x.norm()).fold(0.0, f64::max)
 }
 
 /// Whether energy comes in from outside, by wind or by what is led on paths.
@@ -34,7 +30,7 @@ fn every_bundled_scene_runs_for_a_second_and_gains_no_energy_that_nobody_brings(
         let is_driven = is_driven(input.spec(), &system);
         let weight = G * system.mass().iter().sum::<f64>();
         let before = system.total_energy(&start);
-        let mut run = Run::new("imex-euler", (system, start.clone()), h);
+        let mut run = prepared("imex-euler", (system, start.clone()), h);
         for step in 0..(1.0 / h).ceil() as u32 {
             run.step();
             // Half a per cent of what a fall by the cloth's own size sets free.
@@ -46,8 +42,8 @@ fn every_bundled_scene_runs_for_a_second_and_gains_no_energy_that_nobody_brings(
                 run.energy()
             );
         }
-        let far = reach(&start.x) + reach(&start.v) + 0.5 * G;
-        assert!(reach(&run.state.x) <= far, "{name} is {} m off", reach(&run.state.x));
+        let far = largest(&start.x) + largest(&start.v) + 0.5 * G;
+        assert!(largest(&run.state.x) <= far, "{name} is {} m off", largest(&run.state.x));
     }
 }
 
@@ -109,10 +105,8 @@ fn a_free_sheet_spins_on_where_the_method_lets_it() {
     let (system, start) = build(input.spec());
     let spin = system.angular_momentum(&start).norm();
     let left = |method: &str, h: f64| {
-        let mut run = Run::new(method, (system.clone(), start.clone()), h);
-        for _ in 0..(1.0 / h) as u32 {
-            run.step();
-        }
+        let mut run = prepared(method, (system.clone(), start.clone()), h);
+        run.steps((1.0 / h) as usize);
         system.angular_momentum(&run.state).norm() / spin
     };
     assert!((left("symplectic-euler", 2e-4) - 1.0).abs() < 1e-12, "momenta are conserved");

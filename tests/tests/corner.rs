@@ -1,8 +1,8 @@
 //! A particle in a corner of three planes is held as by a pin, whichever solver is used: contacts on three sides
 //! leave it nothing to move in, and a factor that knows of pins alone must not move it.
 
-use drape_model::{ObstacleSpec, SpringEffect, State, System, Vec3};
-use drape_tests::{Run, build, particles, pin, spring};
+use drape_model::{ObstacleSpec, State, System, Vec3};
+use drape_tests::{Run, build, particles, pin, prepared, tension};
 
 /// N/m; the particle in the corner has 1 kg, so that its `θ` is 1.
 const STIFFNESS: f64 = 1e4;
@@ -37,7 +37,7 @@ fn corner(damping: f64, pinned: bool) -> (System, State) {
     let (x, v) = (Vec3::new(0.5, 0.4, 0.3), Vec3::new(-3.0, -2.0, -2.5));
     let mut spec = particles(&[1.0, 8.0], &[Vec3::zeros(), x], &[Vec3::zeros(), v]);
     let rest = 1.1 * x.norm();
-    spec.springs = vec![spring(SpringEffect::Tension, (0, 1), rest, STIFFNESS, damping)];
+    spec.springs = vec![tension((0, 1), rest, STIFFNESS, damping)];
     if pinned {
         spec.pins = vec![pin(0)];
     } else {
@@ -49,7 +49,7 @@ fn corner(damping: f64, pinned: bool) -> (System, State) {
 
 /// Velocities of both particles after each step.
 fn velocities(id: &str, damping: f64, pinned: bool) -> Vec<[Vec3; 2]> {
-    let mut run = Run::new(id, corner(damping, pinned), H);
+    let mut run = prepared(id, corner(damping, pinned), H);
     let velocity = |run: &mut Run| {
         run.step();
         [run.state.v[0], run.state.v[1]]

@@ -2,8 +2,14 @@
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
-use drape_model::{DampingLaw, KeyframeSpec, ObstacleSpec, State, System, SystemSpec, Vec3, parse};
-use drape_tests::{METHODS, Run, SMALL_SHEET as SHEET, Sheet, build, takes_friction};
+use drape_model::{
+    DampingLaw, GravitySpec, KeyframeSpec, ObstacleSpec, State, System, SystemSpec, Vec3,
+};
+use drape_oracle::scenes;
+use drape_tests::{
+    METHODS, Sheet, apart, assert_covers, build, has, is_adaptive, largest, particles, prepared,
+    takes_friction,
+};
 
 const G: f64 = 9.81;
 const H: f64 = 0.01;
@@ -14,16 +20,22 @@ fn frame(time_s: f64, offset_m: [f64; 3]) -> KeyframeSpec {
 
 /// A sheet on two pins of which the first is led round a corner and stops.
 fn led_sheet(law: DampingLaw) -> SystemSpec {
-    let mut spec = Sheet { law, ..SHEET }.scene().discretise().unwrap();
+    let mut spec = Sheet { law, ..Sheet::default() }.spec();
     spec.pins[0].path = vec![frame(0.05, [0.1, -0.05, 0.0]), frame(0.1, [0.1, 0.0, 0.2])];
     spec
+}
+
+#[test]
+fn every_method_takes_part_in_what_moves() {
+    assert_covers("motion", METHODS, &[]);
+    assert_covers("motion in steps of one size", methods(), &[]);
 }
 
 #[test]
 fn pins_are_on_their_paths_at_the_end_of_every_step_of_every_method() {
     for law in [DampingLaw::Full, DampingLaw::Projected] {
         for id in METHODS {
-            let mut run = Run::new(id, build(&led_sheet(law)), 0.004);
+            let mut run = prepared(id, build(&led_sheet(law)), 0.004);
             let other = run.state.x[4];
             for n in 0..40 {
                 run.step();
@@ -45,9 +57,7 @@ fn what_moves_with_a_pin_moves_on_with_it() {
     let velocity = Vec3::new(1.0, -0.5, 2.0);
     for law in [DampingLaw::Full, DampingLaw::Projected] {
         for id in METHODS {
-            let mut scene = Sheet { law, ..SHEET }.scene();
-            scene.effects.gravity = None;
-            let mut spec = scene.discretise().unwrap();
+            let mut spec = Sheet { law, gravity: Vec3::zeros(), ..Sheet::default() }.spec();
             for pin in &mut spec.pins {
                 pin.path = vec![frame(1.0, velocity.into())];
             }
@@ -56,7 +66,7 @@ fn what_moves_with_a_pin_moves_on_with_it() {
             for i in (0..state.len()).filter(|&i| !system.pinned()[i]) {
                 state.v[i] = velocity;
             }
-            let mut run = Run::new(id, (system, state), 0.004);
+            let mut run = prepared(id, (system, state), 0.004);
             for n in 0..25 {
                 run.step();
                 for (x, start) in run.state.x.iter().zip(&start) {
@@ -71,7 +81,7 @@ fn what_moves_with_a_pin_moves_on_with_it() {
 /// With gusts, a pin and an obstacle on paths: what is frozen in mid-run goes on as if it had not been.
 #[test]
 fn a_system_frozen_in_mid_run_moves_on_as_the_run_did() {
-    let mut spec = drape_model::load("flag").unwrap().spec().clone();
+    let mut spec = scenes::bundled("flag");
     spec.pins[0].path = vec![frame(0.05, [0.1, 0.0, 0.1]), frame(0.15, [0.0, 0.2, 0.1])];
     let ball = ObstacleSpec::Sphere {
         center_m: [0.2, -0.3, 0.0],
@@ -81,16 +91,12 @@ fn a_system_frozen_in_mid_run_moves_on_as_the_run_did() {
         path: vec![frame(0.2, [0.0, 0.4, 0.0])],
     };
     spec.obstacles = vec![ball];
-    let run = |spec: &SystemSpec, steps: u32| {
-        let mut run = Run::new("symplectic-euler", build(spec), 5e-4);
-        for _ in 0..steps {
-            run.step();
-        }
+    let run = |spec: &SystemSpec, steps: usize| {
+        let mut run = prepared("symplectic-euler", build(spec), 5e-4);
+        run.steps(steps);
         run.state
     };
-    let far = |a: &State, b: &State| {
-        a.x.iter().zip(&b.x).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
-    };
+    let far = |a: &State, b: &State| apart(&a.x, &b.x);
     let whole = run(&spec, 400);
     let frozen = spec.clone().with_state(&run(&spec, 200));
     let found = far(&run(&frozen, 200), &whole);
@@ -103,15 +109,8 @@ fn a_system_frozen_in_mid_run_moves_on_as_the_run_did() {
 
 /// One particle of 0.5 kg, gravity along −z.
 fn particle(x: Vec3, v: Vec3, gravity: f64, obstacle: ObstacleSpec) -> (System, State) {
-    let text = format!(
-        r#"{{ "format": "drape-system/1", "particles": {{ "mass_kg": [0.5],
-        "position_m": [{:?}], "velocity_m_s": [{:?}] }},
-        "effects": {{ "gravity": {{ "m_s2": [0, 0, {}] }} }} }}"#,
-        <[f64; 3]>::from(x),
-        <[f64; 3]>::from(v),
-        -gravity
-    );
-    let mut spec = parse("particle", &text).unwrap().spec().clone();
+    let mut spec = particles(&[0.5], &[x], &[v]);
+    spec.effects.gravity = Some(GravitySpec { m_s2: [0.0, 0.0, -gravity] });
     spec.obstacles.push(obstacle);
     build(&spec)
 }
@@ -125,7 +124,7 @@ fn plane(normal: Vec3, restitution: f64, friction: f64, velocity: Vec3) -> Obsta
 
 /// Methods that take one step of the size that is asked for.
 fn methods() -> impl Iterator<Item = &'static str> {
-    METHODS.into_iter().filter(|id| !id.contains("tolerance=") && !id.contains("step=auto"))
+    METHODS.into_iter().filter(|id| !is_adaptive(id) && !has(id, "step=auto"))
 }
 
 #[test]
@@ -133,7 +132,7 @@ fn what_rests_on_a_moving_plane_is_carried_and_does_not_sink_in() {
     for id in methods() {
         let up = Vec3::new(0.0, 0.0, 0.5);
         let start = particle(Vec3::zeros(), Vec3::zeros(), G, plane(Vec3::z(), 0.0, 0.0, up));
-        let mut run = Run::new(id, start, H);
+        let mut run = prepared(id, start, H);
         for n in 0..300 {
             run.step();
             let off = run.state.x[0].z - 0.5 * run.state.t;
@@ -153,10 +152,8 @@ fn a_plane_that_hits_a_particle_sends_it_off_by_the_restitution() {
             let up = Vec3::new(0.0, 0.0, 1.0);
             let at = Vec3::new(0.0, 0.0, 0.025);
             let start = particle(at, Vec3::zeros(), 0.0, plane(Vec3::z(), e, 0.0, up));
-            let mut run = Run::new(id, start, H);
-            for _ in 0..20 {
-                run.step();
-            }
+            let mut run = prepared(id, start, H);
+            run.steps(20);
             let found = run.state.v[0].z;
             assert!((found - (1.0 + e)).abs() < 1e-12, "{id}, e = {e}: {found}");
         }
@@ -178,7 +175,7 @@ fn a_block_on_an_incline_sticks_without_creep_or_slides_by_coulombs_law() {
                 continue;
             }
             let obstacle = plane(normal, 0.0, friction, Vec3::zeros());
-            let mut run = Run::new(id, particle(Vec3::zeros(), Vec3::zeros(), G, obstacle), H);
+            let mut run = prepared(id, particle(Vec3::zeros(), Vec3::zeros(), G, obstacle), H);
             run.step();
             let first = run.state.x[0].dot(&down);
             let steps = if friction > tangent { 1000 } else { 100 };
@@ -218,7 +215,7 @@ fn a_moving_table_takes_along_what_lies_on_it() {
     for id in methods().filter(|id| takes_friction(id)) {
         let along = Vec3::new(speed, 0.0, 0.0);
         let obstacle = plane(Vec3::z(), 0.0, friction, along);
-        let mut run = Run::new(id, particle(Vec3::zeros(), Vec3::zeros(), G, obstacle), H);
+        let mut run = prepared(id, particle(Vec3::zeros(), Vec3::zeros(), G, obstacle), H);
         for n in 0..100 {
             run.step();
             let (v, t) = (run.state.v[0].x, run.state.t);
@@ -234,7 +231,7 @@ fn a_moving_table_takes_along_what_lies_on_it() {
 
 /// A sheet that is thrown along a rough floor.
 fn thrown(friction: f64) -> (System, State) {
-    let mut spec = Sheet { pinned: false, ..SHEET }.scene().discretise().unwrap();
+    let mut spec = Sheet { pinned: false, ..Sheet::default() }.spec();
     let (point_m, normal) = ([0.0; 3], [0.0, 0.0, 1.0]);
     let path = Vec::new();
     spec.obstacles =
@@ -251,7 +248,7 @@ fn thrown(friction: f64) -> (System, State) {
 fn friction_takes_energy_and_brings_a_sheet_to_rest() {
     for id in ["backward-euler", "imex-euler", "imex-updated", "baraff-witkin"] {
         for friction in [0.1, 0.5] {
-            let mut run = Run::new(id, thrown(friction), 0.004);
+            let mut run = prepared(id, thrown(friction), 0.004);
             let (mut energy, start) = (run.energy(), run.energy());
             for n in 0..1500 {
                 run.step();
@@ -259,7 +256,7 @@ fn friction_takes_energy_and_brings_a_sheet_to_rest() {
                 assert!(now <= energy + 1e-9 * start, "{id}, step {n}: {energy} J to {now} J");
                 energy = now;
             }
-            let moving = run.state.v.iter().map(|v| v.norm()).fold(0.0, f64::max);
+            let moving = largest(&run.state.v);
             assert!(moving < 1e-3, "{id}, μ = {friction}: {moving} m/s");
         }
     }
@@ -271,12 +268,12 @@ fn friction_depends_on_the_velocity_relative_to_the_surface() {
     let velocity = Vec3::new(-1.5, 0.25, 0.5);
     for id in ["backward-euler", "leapfrog", "kang", "adams-bashforth2", "bdf2"] {
         let (system, state) = thrown(0.3);
-        let mut moving = Sheet { pinned: false, ..SHEET }.scene().discretise().unwrap();
+        let mut moving = Sheet { pinned: false, ..Sheet::default() }.spec();
         moving.obstacles = vec![plane(Vec3::z(), 0.0, 0.3, velocity)];
         let (moving, mut carried) = build(&moving);
         carried.v.iter_mut().zip(&state.v).for_each(|(v, still)| *v = still + velocity);
-        let mut still = Run::new(id, (system, state), 0.004);
-        let mut moving = Run::new(id, (moving, carried), 0.004);
+        let mut still = prepared(id, (system, state), 0.004);
+        let mut moving = prepared(id, (moving, carried), 0.004);
         for n in 0..100 {
             still.step();
             moving.step();

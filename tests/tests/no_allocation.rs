@@ -1,9 +1,13 @@
 //! A step allocates nothing: not the first, not after a change of step size, stiffness, damping, masses or
 //! pins, not in contact, with neither law of damping.
 
-use drape_integrator::{PhaseClock, TimeStep};
+use drape_integrator::PhaseClock;
 use drape_model::{DampingLaw, KeyframeSpec, ObstacleSpec, State, System};
-use drape_tests::{METHODS, Run, Sheet, build, bundled, seconds, stiffening, takes_friction};
+use drape_oracle::scenes;
+use drape_tests::{
+    METHODS, Run, Sheet, assert_covers, build, bundled, prepared, seconds, stiffening,
+    takes_friction,
+};
 
 /// Beside those that every test goes through.
 const MORE: [&str; 10] = [
@@ -19,6 +23,16 @@ const MORE: [&str; 10] = [
     "baraff-witkin:contact=position,hessian=raw,solver=cholesky",
 ];
 
+const SHEET: Sheet = Sheet {
+    side: 15,
+    tension: 1e4,
+    shear: 1e3,
+    damping: 10.0,
+    law: DampingLaw::Full,
+    gravity: scenes::GRAVITY,
+    pinned: true,
+};
+
 fn allocations(work: impl FnOnce()) -> u64 {
     allocation_counter::measure(work).count_total
 }
@@ -27,12 +41,13 @@ fn allocations(work: impl FnOnce()) -> u64 {
 fn the_counter_counts() {
     assert_eq!(allocations(|| drop(std::hint::black_box(vec![0; 10]))), 1);
     // Preparing does allocate.
-    let count = allocations(|| drop(Run::new("imex-euler", bundled("hanging-textile-1e4"), 0.01)));
+    let count = allocations(|| drop(prepared("imex-euler", bundled("hanging-textile-1e4"), 0.01)));
     assert!(count > 10, "{count}");
 }
 
 #[test]
 fn steps_allocate_nothing_with_any_method_on_any_kind_of_scene() {
+    assert_covers("allocations", METHODS, &[]);
     for scene in ["hanging-textile-1e4", "hanging-textile-sheared-1e6", "square-table-1e4"] {
         let (system, mut state) = bundled(scene);
         // Start in contact where there is a table.
@@ -61,24 +76,16 @@ fn steps_with_hinges_allocate_nothing() {
 /// Its remainder beside the linear part, and its directions, need memory of their own.
 #[test]
 fn steps_with_projected_damping_allocate_nothing() {
-    let sheet = Sheet {
-        side: 15,
-        tension: 1e4,
-        shear: 1e3,
-        damping: 10.0,
-        law: DampingLaw::Projected,
-        pinned: true,
-    };
+    let law = DampingLaw::Projected;
     for id in METHODS.into_iter().chain(MORE) {
-        check(id, "a sheet with projected damping", sheet.build());
+        check(id, "a sheet with projected damping", Sheet { law, ..SHEET }.build());
     }
 }
 
 /// With a matrix that changes whenever a spring changes piece, too.
 #[test]
 fn steps_with_springs_of_two_slopes_allocate_nothing() {
-    let input = drape_model::load("hanging-textile-1e4").unwrap_or_else(|error| panic!("{error}"));
-    let start = build(&stiffening(input.spec().clone(), 100.0));
+    let start = build(&stiffening(scenes::bundled("hanging-textile-1e4"), 100.0));
     let paper = [
         "imex-euler:split=paper",
         "imex-euler:split=paper,tolerance=0.1",
@@ -92,15 +99,7 @@ fn steps_with_springs_of_two_slopes_allocate_nothing() {
 /// Pins and a rough obstacle on paths.
 #[test]
 fn steps_under_led_pins_and_friction_allocate_nothing() {
-    let sheet = Sheet {
-        side: 15,
-        tension: 1e4,
-        shear: 1e3,
-        damping: 10.0,
-        law: DampingLaw::Full,
-        pinned: true,
-    };
-    let mut spec = sheet.scene().discretise().expect("valid");
+    let mut spec = SHEET.spec();
     let path = || vec![KeyframeSpec { time_s: 1.0, offset_m: [0.5, 0.1, 0.2] }];
     spec.pins.iter_mut().for_each(|pin| pin.path = path());
     for obstacles in [false, true] {
@@ -121,29 +120,28 @@ fn steps_under_led_pins_and_friction_allocate_nothing() {
 }
 
 fn check(id: &str, scene: &str, system: (System, State)) {
-    let mut run = Run::new(id, system, 0.01);
+    let mut run = prepared(id, system, 0.01);
     let heavier: Vec<f64> = run.system.mass().iter().map(|m| 1.25 * m).collect();
     let mut clock = PhaseClock::on();
-    let other: TimeStep = seconds(0.005);
     // The first change of a curve that several springs share copies it; no step does.
     assert!(run.system.scale_stiffness("tension", 1.0));
     let count = allocations(|| {
-        let mut step = |run: &mut Run, h: TimeStep| {
+        let mut step = |run: &mut Run, h: f64| {
             let Run { integrator, system, state, .. } = run;
-            let outcome = integrator.step(system, state, h, &mut clock);
+            let outcome = integrator.step(system, state, seconds(h), &mut clock);
             assert!(outcome.is_ok(), "{id} on {scene}");
         };
         let h = run.h;
         (0..4).for_each(|_| step(&mut run, h));
-        step(&mut run, other);
+        step(&mut run, 0.005);
         assert!(run.system.scale_stiffness("tension", 0.5));
-        step(&mut run, other);
+        step(&mut run, 0.005);
         assert!(run.system.scale_damping("tension", 2.0));
-        step(&mut run, other);
+        step(&mut run, 0.005);
         assert!(run.system.set_mass(&heavier));
-        step(&mut run, other);
+        step(&mut run, 0.005);
         assert!(run.system.set_pinned(210, true) && run.system.set_pinned(0, false));
-        step(&mut run, other);
+        step(&mut run, 0.005);
         run.integrator.restart(&run.state);
         (0..4).for_each(|_| step(&mut run, h));
     });

@@ -3,11 +3,10 @@
 use drape_harness::methods;
 use drape_integrator::{Method, Order, PrepareError, Quantity, StabilityClass, Supports};
 use drape_model::{
-    AirSpec, AngleEffect, AngleSpec, DampingLaw, DragSpec, HingeSpec, ObstacleSpec, SpringEffect,
-    State, System, Vec3,
+    AirSpec, AngleEffect, AngleSpec, DragSpec, HingeSpec, ObstacleSpec, SpringEffect, System, Vec3,
 };
 use drape_tests::{
-    Sheet, build, bundled, gravity, method, particles, pin, seconds, spring, takes_friction,
+    Sheet, build, bundled, floor, gravity, method, particles, pin, seconds, spring, takes_friction,
 };
 
 /// Everything that a system can have.
@@ -63,10 +62,7 @@ fn with(what: &str) -> System {
         }
         "gravity" => spec.effects.gravity = gravity(),
         "pins" => spec.pins = vec![pin(0)],
-        "contact" => {
-            let (point_m, normal) = ([0.0; 3], Vec3::z().into());
-            spec.obstacles = vec![ObstacleSpec::plane(point_m, normal, 0.0)];
-        }
+        "contact" => spec.obstacles = vec![floor(0.0)],
         "friction" => {
             let (point_m, normal, path) = ([0.0; 3], Vec3::z().into(), Vec::new());
             let rough =
@@ -140,15 +136,7 @@ fn cnlf_refuses_friction_by_name_and_all_others_take_it() {
 
 #[test]
 fn a_dense_inverse_beyond_its_limit_is_refused_with_its_size() {
-    let sheet = Sheet {
-        side: 52,
-        tension: 1e4,
-        shear: 0.0,
-        damping: 1.0,
-        law: DampingLaw::Full,
-        pinned: true,
-    };
-    let (system, _): (System, State) = sheet.build();
+    let (system, _) = Sheet { side: 52, tension: 1e4, shear: 0.0, ..Sheet::default() }.build();
     let entries = 8 * (52_u64 * 52).pow(2);
     let mut integrator = method("desbrun:inverse=dense,memory_limit_mib=1");
     let error = integrator.prepare(&system, seconds(0.01)).expect_err("too large");

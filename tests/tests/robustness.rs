@@ -3,10 +3,11 @@
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
-use drape_integrator::{PhaseClock, SolveStatus, TimeStep};
-use drape_model::{DampingLaw, SpringEffect, State, System, Vec3};
-use drape_oracle::Random;
-use drape_tests::{METHODS, Run, Sheet, build, method, particles, seconds, spring};
+use drape_integrator::SolveStatus;
+use drape_model::{DampingLaw, System, Vec3};
+use drape_tests::{
+    METHODS, Random, Sheet, assert_covers, build, fresh, has, name, particles, prepared, tension,
+};
 
 const IMPLICIT: [&str; 3] = ["imex-updated", "imex-updated:start=last", "backward-euler"];
 
@@ -18,11 +19,9 @@ fn implicit_methods_contract_a_spring_alike_in_every_frame() {
         let length = |boost: f64| {
             let velocity = Vec3::new(0.0, boost, 0.0);
             let mut spec = particles(&[1e-3; 2], &[Vec3::zeros(), Vec3::x() * 1.5], &[velocity; 2]);
-            spec.springs = vec![spring(SpringEffect::Tension, (0, 1), 1.0, 10.0, 0.0)];
-            let mut run = Run::new(id, build(&spec), H);
-            (0..5).for_each(|_| {
-                run.step();
-            });
+            spec.springs = vec![tension((0, 1), 1.0, 10.0, 0.0)];
+            let mut run = prepared(id, build(&spec), H);
+            run.steps(5);
             (run.state.x[0] - run.state.x[1]).norm()
         };
         let (rest, fast) = (length(0.0), length(1000.0));
@@ -36,19 +35,11 @@ fn implicit_methods_contract_a_spring_alike_in_every_frame() {
 #[test]
 fn a_free_sheet_falls_at_default_settings() {
     const H: f64 = 0.01;
-    let sheet = Sheet {
-        side: 5,
-        tension: 1e4,
-        shear: 0.0,
-        damping: 40.0,
-        law: DampingLaw::Full,
-        pinned: false,
-    };
+    let sheet =
+        Sheet { tension: 1e4, shear: 0.0, damping: 40.0, pinned: false, ..Sheet::default() };
     for (id, accuracy) in IMPLICIT.into_iter().zip([1e-2, 1e-2, 1e-9]) {
-        let mut run = Run::new(id, sheet.build(), H);
-        for _ in 0..500 {
-            run.step();
-        }
+        let mut run = prepared(id, sheet.build(), H);
+        run.steps(500);
         let expected = -9.81 * 5.0;
         for v in &run.state.v {
             assert!((v.z / expected - 1.0).abs() <= accuracy, "{id}: {} of {expected}", v.z);
@@ -59,23 +50,15 @@ fn a_free_sheet_falls_at_default_settings() {
 /// Without gravity and from rest there is no velocity to compare residuals with; the forces are.
 #[test]
 fn a_squeezed_sheet_without_gravity_takes_few_iterations() {
-    let sheet = Sheet {
-        side: 12,
-        tension: 1e6,
-        shear: 1e5,
-        damping: 40.0,
-        law: DampingLaw::Full,
-        pinned: false,
-    };
-    let mut scene = sheet.scene();
-    scene.effects.gravity = None;
-    let spec = scene.discretise().unwrap();
+    let (side, tension, shear, damping) = (12, 1e6, 1e5, 40.0);
+    let sheet = Sheet { side, tension, shear, damping, pinned: false, ..Sheet::default() };
+    let sheet = Sheet { gravity: Vec3::zeros(), ..sheet };
     for id in ["imex-updated", "backward-euler"] {
-        let (system, mut state) = build(&spec);
+        let (system, mut state) = sheet.build();
         for x in &mut state.x {
             x.x *= 0.5;
         }
-        let mut run = Run::new(id, (system, state), 0.01);
+        let mut run = prepared(id, (system, state), 0.01);
         for step in 0..5 {
             let report = run.step();
             assert!(report.newton_iterations <= 60, "{id}, step {step}: {report:?}");
@@ -88,36 +71,25 @@ fn a_squeezed_sheet_without_gravity_takes_few_iterations() {
 /// A failed rebuild leaves no operator behind that looks valid.
 #[test]
 fn after_a_step_size_that_overflows_the_next_step_is_as_good_as_new() {
-    let sheet = Sheet {
-        side: 5,
-        tension: 1e4,
-        shear: 1e3,
-        damping: 4.0,
-        law: DampingLaw::Full,
-        pinned: true,
-    };
+    let sheet = Sheet { tension: 1e4, shear: 1e3, damping: 4.0, ..Sheet::default() };
     for id in ["imex-euler", "imex-euler:solver=cholesky", "imex-updated"] {
         let (system, start) = sheet.build();
-        let (h, overflowing) = (seconds(0.004), TimeStep::new(1e200).unwrap());
-        let step = |state: &mut State, spoil: bool| {
-            let mut integrator = method(id);
-            integrator.prepare(&system, h).unwrap();
-            let mut clock = PhaseClock::off();
-            integrator.step(&system, state, h, &mut clock).unwrap();
+        let step = |spoil: bool| {
+            let mut run = prepared(id, (system.clone(), start.clone()), 0.004);
+            run.step();
             if spoil {
-                let before = state.clone();
-                let outcome = integrator.step(&system, state, overflowing, &mut clock);
+                let before = run.state.clone();
+                run.h = 1e200;
+                let outcome = run.try_step();
                 assert!(outcome.is_err(), "{id}: {outcome:?}");
-                assert_eq!(before, *state, "{id}: an error leaves the state as it was");
+                assert_eq!(before, run.state, "{id}: an error leaves the state as it was");
             }
-            integrator.restart(state);
-            let report = integrator.step(&system, state, h, &mut clock).unwrap();
+            run.restart();
+            let report = run.step_by(0.004);
             assert_eq!(report.solve, SolveStatus::Converged, "{id}");
-            report.setups
+            (run.state, report.setups)
         };
-        let (mut clean, mut spoilt) = (start.clone(), start.clone());
-        step(&mut clean, false);
-        let setups = step(&mut spoilt, true);
+        let ((clean, _), (spoilt, setups)) = (step(false), step(true));
         assert_eq!(setups.step_size, 1, "{id}: the rebuild is charged");
         assert_eq!(clean, spoilt, "{id}");
     }
@@ -133,11 +105,11 @@ fn factorises_stiffness(id: &str) -> bool {
         "imex-euler",
         "imex-updated",
     ];
-    let iterates = id.contains("solver=multigrid")
-        || id.contains("solver=cg") && !id.contains("jacobian=saved");
-    always.iter().any(|method| id.split(':').next() == Some(method)) && !iterates
-        || id.starts_with("baraff-witkin:solver=cholesky")
-        || id.starts_with("imex-sbdf2")
+    let iterates =
+        has(id, "solver=multigrid") || has(id, "solver=cg") && !has(id, "jacobian=saved");
+    always.contains(&name(id)) && !iterates
+        || name(id) == "baraff-witkin" && has(id, "solver=cholesky")
+        || name(id) == "imex-sbdf2"
 }
 
 /// Likewise with a stiffness or damping that overflows in the matrix: the state is kept, and when it is scaled back
@@ -147,14 +119,7 @@ fn factorises_stiffness(id: &str) -> bool {
 fn after_a_failed_rebuild_the_next_step_is_that_of_a_fresh_integrator() {
     // So long a step that the products with it overflow where the coefficients do not.
     const H: f64 = 4.0;
-    let sheet = Sheet {
-        side: 5,
-        tension: 0.05,
-        shear: 0.01,
-        damping: 0.1,
-        law: DampingLaw::Full,
-        pinned: true,
-    };
+    let sheet = Sheet { tension: 0.05, shear: 0.01, damping: 0.1, ..Sheet::default() };
     // Powers of two, which leave no rounding behind when they are taken back.
     let overflow = |system: &mut System, what: &str, back: bool| {
         let factors = [2.0_f64.powi(1020), 2.0_f64.powi(16)];
@@ -166,24 +131,22 @@ fn after_a_failed_rebuild_the_next_step_is_that_of_a_fresh_integrator() {
             assert!(changed, "{what}");
         }
     };
+    assert_covers("failed rebuilds", METHODS, &[]);
     let mut refused = [Vec::new(), Vec::new()];
     for (what, refused) in ["stiffness", "damping"].into_iter().zip(&mut refused) {
         for id in METHODS {
-            let mut run = Run::new(id, sheet.build(), H);
-            (0..2).for_each(|_| {
-                run.step();
-            });
+            let mut run = prepared(id, sheet.build(), H);
+            run.steps(2);
             let before = run.state.clone();
             overflow(&mut run.system, what, false);
-            let Run { integrator, system, state, h } = &mut run;
-            if integrator.step(system, state, *h, &mut PhaseClock::off()).is_err() {
-                assert_eq!(before, *state, "{id}, {what}: an error leaves the state as it was");
+            if run.try_step().is_err() {
+                assert_eq!(before, run.state, "{id}, {what}: an error leaves the state as it was");
                 refused.push(id);
             }
-            state.clone_from(&before);
-            overflow(system, what, true);
-            integrator.restart(state);
-            let mut fresh = Run::new(id, (system.clone(), state.clone()), H);
+            run.state.clone_from(&before);
+            overflow(&mut run.system, what, true);
+            run.restart();
+            let mut fresh = fresh(id, &run);
             for step in 0..2 {
                 run.step();
                 fresh.step();
@@ -207,15 +170,8 @@ fn after_a_failed_rebuild_the_next_step_is_that_of_a_fresh_integrator() {
 fn the_robust_form_gains_no_energy_where_it_cannot_converge() {
     let mut unconverged = 0;
     for damping in [0.0, 40.0] {
-        let sheet = Sheet {
-            side: 8,
-            tension: 1e12,
-            shear: 1e11,
-            damping,
-            law: DampingLaw::Full,
-            pinned: true,
-        };
-        let mut run = Run::new("imex-updated", sheet.build(), 0.1);
+        let sheet = Sheet { side: 8, tension: 1e12, shear: 1e11, damping, ..Sheet::default() };
+        let mut run = prepared("imex-updated", sheet.build(), 0.1);
         let mut last = run.energy();
         for step in 0..20 {
             let report = run.step();
@@ -243,16 +199,13 @@ fn projected_damping_is_outside_the_energy_theorem_of_imex_euler() {
             spec.damping = law;
             for (i, j) in [(0, 1), (1, 2), (2, 3), (0, 2), (1, 3)] {
                 let rest = (positions[i] - positions[j]).norm();
-                let mut spring = spring(SpringEffect::Tension, (i, j), rest, 1.0, 1e4);
-                spring.rest_length_m = rest;
-                spec.springs.push(spring);
+                spec.springs.push(tension((i, j), rest, 1.0, 1e4));
             }
             let mut run =
-                Run::new("imex-euler:solver=cholesky,implicit=springs", build(&spec), 0.01);
-            let energy = |system: &System, state: &State| system.total_energy(state);
-            let before = energy(&run.system, &run.state);
+                prepared("imex-euler:solver=cholesky,implicit=springs", build(&spec), 0.01);
+            let before = run.energy();
             run.step();
-            let after = energy(&run.system, &run.state);
+            let after = run.energy();
             *rises += u32::from(after > before * (1.0 + 1e-9));
         }
     }

@@ -2,28 +2,17 @@
 
 use drape_harness::methods::Choice;
 use drape_integrator::{SolveStatus, StepReport};
-use drape_model::{DampingLaw, State, System, Vec3};
+use drape_model::{State, System};
 use drape_oracle::order::position_error;
 use drape_oracle::reference::{ReferenceSettings, reference};
-use drape_tests::{Run, Sheet, bundled};
+use drape_tests::{Sheet, apart, bundled, prepared, stir};
 
 const FRAME: f64 = 0.01;
 
 /// A sheet that swings and vibrates.
 fn sheet() -> (System, State) {
-    let sheet = Sheet {
-        side: 6,
-        tension: 2e3,
-        shear: 500.0,
-        damping: 2.0,
-        law: DampingLaw::Full,
-        pinned: true,
-    };
-    let (system, mut state) = sheet.build();
-    for i in 0..state.len() {
-        state.x[i].z += 0.02 * (i as f64).sin();
-    }
-    (system, state)
+    let sheet = Sheet { side: 6, shear: 500.0, damping: 2.0, ..Sheet::default() };
+    stir(sheet.build(), 0.02, 0.0)
 }
 
 /// The position error after some frames, and the sum of the reports.
@@ -31,7 +20,7 @@ fn after(id: &str, frames: u32) -> (f64, u32, u32) {
     let (system, start) = sheet();
     let end = f64::from(frames) * FRAME;
     let exact = reference(&system, &start, &[end], ReferenceSettings::default()).expect("smooth");
-    let mut run = Run::new(id, (system.clone(), start.clone()), FRAME);
+    let mut run = prepared(id, (system.clone(), start.clone()), FRAME);
     let (mut substeps, mut rejected) = (0, 0);
     for frame in 1..=frames {
         let before = run.state.t;
@@ -85,8 +74,8 @@ fn saved_jacobians_and_conjugate_gradients_solve_the_same_equation() {
         for scene in ["hanging-textile-sheared-1e6", "square-table-1e4"] {
             let run = |form: &str| {
                 let id = format!("{method}:residual=1e-12{form}");
-                let mut run = Run::new(&id, bundled(scene), FRAME);
-                let reports: Vec<StepReport> = (0..15).map(|_| run.step()).collect();
+                let mut run = prepared(&id, bundled(scene), FRAME);
+                let reports = run.steps(15);
                 (run.state, reports)
             };
             let (direct, direct_reports) = run("");
@@ -94,8 +83,7 @@ fn saved_jacobians_and_conjugate_gradients_solve_the_same_equation() {
                 |reports: &[StepReport]| -> u32 { reports.iter().map(|r| r.factorisations).sum() };
             for form in forms {
                 let (other, reports) = run(&format!(",{form}"));
-                let apart = direct.x.iter().zip(&other.x).map(|(a, b)| (a - b).norm());
-                let apart = apart.fold(0.0, f64::max);
+                let apart = apart(&direct.x, &other.x);
                 assert!(apart < 1e-8, "{method}, {form} on {scene}: {apart:.2e} m");
                 let (few, many) = (sum(&reports), sum(&direct_reports));
                 assert!(few < many, "{method}, {form} on {scene}: {few} of {many} factorisations");
@@ -120,15 +108,12 @@ fn updated_cg_ends_where_it_did_whatever_the_forcing() {
             let id = format!(
                 "imex-updated:safeguard={safeguard},forcing_term=1e-9,max_outer=5000,forcing={forcing}"
             );
-            let mut run = Run::new(&id, sheet(), FRAME);
-            (0..5).for_each(|_| {
-                run.step();
-            });
+            let mut run = prepared(&id, sheet(), FRAME);
+            run.steps(5);
             run.state.x
         };
         let (a, b) = (run("constant"), run("eisenstat-walker"));
-        let apart = a.iter().zip(&b).map(|(a, b): (&Vec3, &Vec3)| (a - b).norm());
-        let apart = apart.fold(0.0, f64::max);
+        let apart = apart(&a, &b);
         assert!(apart < 1e-8, "{safeguard}: {apart:.2e} m");
     }
 }
@@ -137,7 +122,7 @@ fn updated_cg_ends_where_it_did_whatever_the_forcing() {
 #[test]
 fn an_adaptive_fall_on_a_table_ends_in_time() {
     for id in ["backward-euler:tolerance=0.1", "imex-sbdf2:tolerance=0.1", "bdf2:tolerance=0.1"] {
-        let mut run = Run::new(id, bundled("square-table-1e4"), FRAME);
+        let mut run = prepared(id, bundled("square-table-1e4"), FRAME);
         let substeps: u32 = (0..30).map(|_| run.step().substeps).sum();
         assert!(substeps < 1500, "{id}: {substeps}");
         let middle = run.state.x[10 * 20 + 10].z;

@@ -1,8 +1,9 @@
 //! What theory promises about the energy of the implicit-explicit methods.
 
 use drape_model::{DampingLaw, SpringEffect, State, System, Vec3};
-use drape_oracle::Random;
-use drape_tests::{Run, Sheet, build, gravity, particles, pin, spring};
+use drape_tests::{
+    Random, Run, Sheet, apart, build, gravity, largest, particles, pin, prepared, spring,
+};
 
 /// A random system of 2 to 10 particles: springs stretched, compressed, collapsed, of rest length
 /// 0; masses over six decades; pins; `h` and `θ` over many.
@@ -65,7 +66,7 @@ fn violation(run: &mut Run) -> f64 {
     let before = run.state.clone();
     let energy = run.energy();
     run.step();
-    let (system, h) = (&run.system, run.h.seconds());
+    let (system, h) = (&run.system, run.h);
     let change: Vec<Vec3> = run.state.v.iter().zip(&before.v).map(|(a, b)| a - b).collect();
     let mut damping = vec![Vec3::zeros(); run.state.len()];
     for effect in system.effects() {
@@ -89,7 +90,7 @@ fn imex_euler_never_gains_energy() {
     let mut random = Random::new(2000);
     for number in 0..SYSTEMS {
         let (system, state, h) = random_system(&mut random);
-        let mut run = Run::new("imex-euler:solver=cholesky,implicit=springs", (system, state), h);
+        let mut run = prepared("imex-euler:solver=cholesky,implicit=springs", (system, state), h);
         for step in 0..STEPS {
             let found = violation(&mut run);
             assert!(found <= 1.0, "system {number}, step {step}: {found:e} times round-off");
@@ -105,7 +106,7 @@ fn the_energy_check_fails_for_methods_without_the_theorem() {
         let mut random = Random::new(2000);
         let gains = (0..200).any(|_| {
             let (system, state, h) = random_system(&mut random);
-            let mut run = Run::new(id, (system, state), h);
+            let mut run = prepared(id, (system, state), h);
             (0..5).any(|_| violation(&mut run) > 1e3)
         });
         assert!(gains, "{id}");
@@ -116,7 +117,7 @@ fn the_energy_check_fails_for_methods_without_the_theorem() {
 fn crumpled(random: &mut Random, theta: f64, law: DampingLaw, h: f64) -> (System, State) {
     let tension = theta / (h * h);
     let shear = 0.3 * tension;
-    let sheet = Sheet { side: 5, tension, shear, damping: 5.0, law, pinned: true };
+    let sheet = Sheet { tension, shear, damping: 5.0, law, ..Sheet::default() };
     let (system, mut state) = sheet.build();
     for i in (0..state.len()).filter(|&i| !system.pinned()[i]) {
         state.x[i] += random.vector() * 0.05;
@@ -140,15 +141,14 @@ fn updated_cg_converges_to_backward_euler() {
     for law in [DampingLaw::Full, DampingLaw::Projected] {
         for theta in [0.1, 1.0, 10.0, 100.0] {
             let start = crumpled(&mut random, theta, law, H);
-            let mut implicit = Run::new("backward-euler:residual=1e-16", start.clone(), H);
+            let mut implicit = prepared("backward-euler:residual=1e-16", start.clone(), H);
             implicit.step();
-            let scale = implicit.state.v.iter().map(|v| v.norm()).fold(0.0, f64::max);
+            let scale = largest(&implicit.state.v);
             for variant in variants {
-                let mut run = Run::new(&format!("imex-updated:{variant}"), start.clone(), H);
+                let mut run = prepared(&format!("imex-updated:{variant}"), start.clone(), H);
                 let report = run.step();
                 assert_eq!(report.newton_iterations, 0, "{variant}");
-                let pairs = run.state.v.iter().zip(&implicit.state.v);
-                let error = pairs.map(|(a, b)| (a - b).norm()).fold(0.0, f64::max) / scale;
+                let error = apart(&run.state.v, &implicit.state.v) / scale;
                 let case = format!("{variant}, {law:?}, θ={theta}, {} passes", report.outer_passes);
                 assert!(error < 1e-8, "{case}: {error:e}");
             }

@@ -248,5 +248,4 @@ impl<S: Rewind> Integrator for Adaptive<S> {
 }
 
 #[cfg(test)]
-#[path = "adaptive_tests.rs"]
 mod tests;

@@ -206,5 +206,4 @@ pub fn mesh_width(system: &System) -> f64 {
 }
 
 #[cfg(test)]
-#[path = "step_control_tests.rs"]
 mod tests;

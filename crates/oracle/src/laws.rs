@@ -235,5 +235,4 @@ pub fn hanging_chain(masses: &[f64], stiffness: &[f64], rest_length: &[f64], g: 
 }
 
 #[cfg(test)]
-#[path = "laws_tests.rs"]
 mod tests;

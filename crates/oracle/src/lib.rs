@@ -37,6 +37,8 @@ pub mod order;
 mod random;
 pub mod recurrence;
 pub mod reference;
+mod run;
 pub mod scenes;
 
 pub use random::Random;
+pub use run::{Run, apart, bits, largest, order_of, seconds};

@@ -296,5 +296,4 @@ pub fn reference(
 }
 
 #[cfg(test)]
-#[path = "reference_tests.rs"]
 mod tests;

@@ -1,15 +1,22 @@
-//! Building blocks of small scenes, for tests.
+//! Small scenes that tests, benches and studies share.
 
 use drape_model::{
-    DampingLaw, EffectsSpec, GravitySpec, ParticlesSpec, PinSpec, SpringEffect, SpringSpec,
-    SystemSpec, Vec3,
+    Cloth, DampingLaw, Effects, EffectsSpec, GravitySpec, Grid, ObstacleSpec, ParticlesSpec,
+    PieceSpec, Pin, PinSpec, Scene, SpringEffect, SpringLaw, SpringSpec, State, System, SystemSpec,
+    TimeSpan, Vec3,
 };
 
 /// The acceleration of gravity, m/s².
 pub const GRAVITY: Vec3 = Vec3::new(0.0, 0.0, -9.81);
 
-/// A frozen system of free particles on which nothing acts: masses in kg, positions in m, velocities in
-/// m/s, where no velocity at all means rest.
+/// [`GRAVITY`] as an effect.
+pub fn gravity() -> Option<GravitySpec> {
+    Some(GravitySpec { m_s2: GRAVITY.into() })
+}
+
+/// A frozen system of free particles without any effect.
+///
+/// Masses are in kg, positions in m, velocities in m/s. An empty list of velocities means rest.
 pub fn particles(mass: &[f64], position: &[Vec3], velocity: &[Vec3]) -> SystemSpec {
     let list = |vectors: &[Vec3]| vectors.iter().map(|&a| a.into()).collect();
     SystemSpec {
@@ -31,7 +38,7 @@ pub fn particles(mass: &[f64], position: &[Vec3], velocity: &[Vec3]) -> SystemSp
     }
 }
 
-/// A spring between two particles: rest length in m, stiffness in N/m, damping coefficient in N s/m.
+/// A spring between two particles: rest length in m, stiffness in N/m, damping in N s/m.
 pub fn spring(
     effect: SpringEffect,
     (i, j): (usize, usize),
@@ -50,12 +57,174 @@ pub fn spring(
     }
 }
 
-/// Pins a particle.
+/// A [`spring`] of the effect `tension`.
+pub fn tension(ends: (usize, usize), rest_length: f64, stiffness: f64, damping: f64) -> SpringSpec {
+    spring(SpringEffect::Tension, ends, rest_length, stiffness, damping)
+}
+
+/// Pins a particle where it starts.
 pub fn pin(particle: usize) -> PinSpec {
     PinSpec::still(particle as u32)
 }
 
-/// [`GRAVITY`] as an effect.
-pub fn gravity() -> Option<GravitySpec> {
-    Some(GravitySpec { m_s2: GRAVITY.into() })
+/// The smooth plane `z = 0`, solid below.
+pub fn floor(restitution: f64) -> ObstacleSpec {
+    ObstacleSpec::plane([0.0; 3], [0.0, 0.0, 1.0], restitution)
+}
+
+/// A particle on springs (effect, rest length, stiffness, damping) to a pinned one at the origin.
+///
+/// Both have the mass `mass`; the free particle has index 1.
+pub fn anchored(
+    mass: f64,
+    springs: &[(SpringEffect, f64, f64, f64)],
+    x: Vec3,
+    v: Vec3,
+) -> SystemSpec {
+    let mut spec = particles(&[mass; 2], &[Vec3::zeros(), x], &[Vec3::zeros(), v]);
+    spec.pins = vec![pin(0)];
+    spec.springs = springs.iter().map(|&(e, rest, k, c)| spring(e, (0, 1), rest, k, c)).collect();
+    spec
+}
+
+/// Builds a frozen system.
+///
+/// # Panics
+/// When the system is not valid.
+pub fn build(spec: &SystemSpec) -> (System, State) {
+    spec.build().unwrap_or_else(|violation| panic!("{violation}"))
+}
+
+/// Builds the system that a JSON text describes.
+///
+/// # Panics
+/// When the text is not valid.
+pub fn parse(text: &str) -> (System, State) {
+    build(drape_model::parse("test", text).unwrap_or_else(|error| panic!("{error}")).spec())
+}
+
+/// A bundled scene as a frozen system.
+///
+/// # Panics
+/// When no bundled scene has this name.
+pub fn bundled(name: &str) -> SystemSpec {
+    drape_model::load(name).unwrap_or_else(|error| panic!("{error}")).spec().clone()
+}
+
+/// A horizontal sheet, 1 m × 1 m, around the origin, 1 g a particle.
+#[derive(Clone, Copy, Debug)]
+pub struct Sheet {
+    /// Particles along each edge.
+    pub side: u32,
+    /// Stiffness over mass of the tension springs, 1/s².
+    pub tension: f64,
+    /// Stiffness over mass of the shear springs, 1/s²; 0 for none.
+    pub shear: f64,
+    /// Damping over mass of the tension springs, 1/s; the shear springs have a tenth.
+    pub damping: f64,
+    /// How the damping acts.
+    pub law: DampingLaw,
+    /// Acceleration of gravity, m/s²; 0 for none.
+    pub gravity: Vec3,
+    /// Whether two corners of the first row are pinned.
+    pub pinned: bool,
+}
+
+impl Default for Sheet {
+    /// 25 particles, whose steps take next to no time.
+    fn default() -> Self {
+        Self {
+            side: 5,
+            tension: 2e3,
+            shear: 300.0,
+            damping: 3.0,
+            law: DampingLaw::Full,
+            gravity: GRAVITY,
+            pinned: true,
+        }
+    }
+}
+
+impl Sheet {
+    /// The sheet as a scene.
+    pub fn scene(self) -> Scene {
+        let law = |stiffness, damping| {
+            (stiffness > 0.0).then(|| SpringLaw {
+                stiffness_over_mass_per_s2: Some(stiffness),
+                damping_over_mass_per_s: Some(damping),
+                ..SpringLaw::default()
+            })
+        };
+        let corner = |column| Pin { row: Some(0), column: Some(column), ..Pin::default() };
+        Scene {
+            format: "drape-scene/1".to_owned(),
+            name: "sheet".to_owned(),
+            description: String::new(),
+            assumed: Vec::new(),
+            cloth: Cloth::Grid(Grid {
+                rows: self.side,
+                columns: self.side,
+                size_m: [1.0, 1.0],
+                center_m: [0.0; 3],
+                mass_kg: 1e-3 * f64::from(self.side * self.side),
+                velocity_m_s: [0.0; 3],
+            }),
+            effects: Effects {
+                tension: law(self.tension, self.damping),
+                shear: law(self.shear, 0.1 * self.damping),
+                gravity: (self.gravity != Vec3::zeros())
+                    .then(|| GravitySpec { m_s2: self.gravity.into() }),
+                ..Effects::default()
+            },
+            damping: self.law,
+            pins: if self.pinned { vec![corner(0), corner(self.side - 1)] } else { Vec::new() },
+            obstacles: Vec::new(),
+            time: TimeSpan { step_s: 0.01, duration_s: 1.0 },
+        }
+    }
+
+    /// The frozen system.
+    ///
+    /// # Panics
+    /// When the numbers make no valid scene.
+    pub fn spec(self) -> SystemSpec {
+        self.scene().discretise().unwrap_or_else(|violation| panic!("{violation}"))
+    }
+
+    /// The system at its start.
+    ///
+    /// # Panics
+    /// When the numbers make no valid scene.
+    pub fn build(self) -> (System, State) {
+        build(&self.spec())
+    }
+}
+
+/// Gives the free particles velocities without a pattern, up to `speed` m/s along each axis, and
+/// moves them up to `height` m out of the plane.
+pub fn stir((system, mut state): (System, State), height: f64, speed: f64) -> (System, State) {
+    for i in (0..state.len()).filter(|&i| !system.pinned()[i]) {
+        let a = i as f64;
+        state.x[i].z += height * a.sin();
+        state.v[i] = Vec3::new(a.sin(), (2.0 * a).cos(), (3.0 * a).sin()) * speed;
+    }
+    (system, state)
+}
+
+/// Gives the particles masses of 1, 2, 3, 4 g in turn.
+pub fn uneven((mut system, state): (System, State)) -> (System, State) {
+    let mass: Vec<_> = (0..system.len()).map(|i| 1e-3 * (1 + i % 4) as f64).collect();
+    assert!(system.set_mass(&mass), "one mass a particle");
+    (system, state)
+}
+
+/// The same system, its tension springs `ratio` times as stiff beyond 1 % of strain.
+pub fn stiffening(mut spec: SystemSpec, ratio: f64) -> SystemSpec {
+    for spring in spec.springs.iter_mut().filter(|s| s.effect == SpringEffect::Tension) {
+        let stiffness_n_per_m = spring.stiffness_n_per_m;
+        let soft = PieceSpec { up_to_strain: Some(0.01), stiffness_n_per_m };
+        let steep = ratio * stiffness_n_per_m;
+        spring.pieces = [soft, PieceSpec { up_to_strain: None, stiffness_n_per_m: steep }].into();
+    }
+    spec
 }

@@ -151,8 +151,6 @@
 //! | `ε` | [`BaraffWitkinSettings::forcing_term`] | – | |
 //! | `θ`, `η` | `h²k/m`, `hc/m`; of a free pair `2h²k/m`, `2hc/m` | – | |
 
-#[cfg(test)]
-mod contact_tests;
 mod ledger;
 mod linear_system;
 mod settings;

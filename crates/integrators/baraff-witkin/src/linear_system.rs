@@ -254,9 +254,10 @@ impl Direct {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::test_support::{build, rough_sheet};
+    use crate::test_support::rough_sheet;
     use drape_kernels::testing::assert_same_bits;
     use drape_model::{DampingLaw, SystemSpec};
+    use drape_oracle::scenes::build;
     use drape_solvers::Coupling;
 
     /// The product with the velocities, and `K w` of the right-hand side.

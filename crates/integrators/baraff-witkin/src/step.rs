@@ -139,5 +139,4 @@ fn prescribe_changes(constraints: &Constraints, v: &[Vec3], changes: &mut Constr
 }
 
 #[cfg(test)]
-#[path = "step_tests.rs"]
 mod tests;

@@ -1,64 +1,8 @@
-//! Systems and runs for the unit tests.
+//! The sheet that the tests of the step and of its linear system share.
 
-use crate::{BaraffWitkin, BaraffWitkinSettings};
-use drape_integrator::{Integrator, PhaseClock, StepError, StepReport, TimeStep};
-use drape_model::{DampingLaw, GravitySpec, SpringEffect, State, System, SystemSpec, Vec3, parse};
-pub(crate) use drape_oracle::scenes::{particles, pin, spring};
-
-pub(crate) const H: f64 = 0.01;
-
-/// Settings from `key=value,…`.
-pub(crate) fn settings(text: &str) -> BaraffWitkinSettings {
-    let pairs = text.split(',').filter_map(|pair| pair.split_once('='));
-    BaraffWitkinSettings::from_pairs(pairs).unwrap_or_else(|error| panic!("{error}"))
-}
-
-/// A prepared integrator with its system and state.
-pub(crate) struct Run {
-    pub(crate) integrator: BaraffWitkin,
-    pub(crate) system: System,
-    pub(crate) state: State,
-    pub(crate) h: f64,
-}
-
-impl Run {
-    pub(crate) fn new(text: &str, (system, state): (System, State), h: f64) -> Self {
-        let mut integrator = BaraffWitkin::new(settings(text));
-        integrator.prepare(&system, step_size(h)).unwrap_or_else(|error| panic!("{error}"));
-        Self { integrator, system, state, h }
-    }
-
-    pub(crate) fn try_step(&mut self) -> Result<StepReport, StepError> {
-        let Self { integrator, system, state, h } = self;
-        integrator.step(system, state, step_size(*h), &mut PhaseClock::off())
-    }
-
-    pub(crate) fn step(&mut self) -> StepReport {
-        self.try_step().unwrap_or_else(|error| panic!("{error}"))
-    }
-}
-
-fn step_size(h: f64) -> TimeStep {
-    TimeStep::new(h).unwrap_or_else(|error| panic!("{error}"))
-}
-
-pub(crate) fn gravity(z: f64) -> Option<GravitySpec> {
-    Some(GravitySpec { m_s2: [0.0, 0.0, z] })
-}
-
-pub(crate) fn build(spec: &SystemSpec) -> (System, State) {
-    spec.build().unwrap_or_else(|violation| panic!("{violation}"))
-}
-
-/// Builds a spec above (or in) the floor `z = 0`.
-pub(crate) fn build_on_floor(spec: &SystemSpec, restitution: f64) -> (System, State) {
-    let text = format!(
-        r#"{{ "format": "drape-system/1", "particles": {{ "mass_kg": [1], "position_m": [[0, 0, 0]] }},
-        "obstacles": [{{ "plane": {{ "point_m": [0, 0, 0], "normal": [0, 0, 1], "restitution": {restitution} }} }}] }}"#
-    );
-    let floor = parse("floor", &text).unwrap_or_else(|error| panic!("{error}"));
-    build(&SystemSpec { obstacles: floor.spec().obstacles.clone(), ..spec.clone() })
-}
+use drape_model::{DampingLaw, SpringEffect, SystemSpec, Vec3};
+use drape_oracle::Random;
+use drape_oracle::scenes::{gravity, particles, pin, spring};
 
 /// A sheet of `side × side` particles of unequal masses, displaced at random by `disorder` mesh widths and in
 /// random motion, with tension, shear and bending springs; two corners are pinned.
@@ -68,7 +12,7 @@ pub(crate) fn rough_sheet(
     disorder: f64,
     law: DampingLaw,
 ) -> SystemSpec {
-    let mut random = drape_oracle::Random::new(5);
+    let mut random = Random::new(5);
     let width = 1.0 / (side - 1) as f64;
     let (mut mass, mut x, mut v) = (Vec::new(), Vec::new(), Vec::new());
     for i in 0..side * side {
@@ -97,6 +41,6 @@ pub(crate) fn rough_sheet(
         }
     }
     spec.pins = vec![pin(0), pin(side - 1)];
-    spec.effects.gravity = gravity(-9.81);
+    spec.effects.gravity = gravity();
     spec
 }

@@ -105,8 +105,6 @@ mod ledger;
 mod settings;
 mod stability_limit;
 mod step;
-#[cfg(test)]
-mod test_support;
 mod workspace;
 
 pub use settings::{

@@ -187,12 +187,12 @@
 #[doc = include_str!("../docs/errata.md")]
 pub mod errata {}
 mod ledger;
-#[cfg(test)]
-mod piecewise_tests;
 mod right_hand_side;
 mod settings;
 mod splitting;
 mod step;
+#[cfg(test)]
+mod tests;
 mod two_step;
 mod workspace;
 

@@ -140,5 +140,4 @@ pub fn extrapolation(steps: &[f64]) -> [f64; MAX_STEPS] {
 }
 
 #[cfg(test)]
-#[path = "coefficients_tests.rs"]
 mod tests;

@@ -62,8 +62,6 @@
 mod ledger;
 mod settings;
 mod step;
-#[cfg(test)]
-mod test_support;
 
 pub use settings::{PROVOT, ProvotSettings, VelocityUpdate};
 pub use step::{Provot, REGISTRATION};

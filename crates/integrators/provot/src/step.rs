@@ -84,5 +84,4 @@ impl Scheme for Workspace {
 }
 
 #[cfg(test)]
-#[path = "step_tests.rs"]
 mod tests;

@@ -22,4 +22,4 @@ pub use one_step::{
 pub(crate) use one_step::{jacobi_of_pair, power};
 
 #[cfg(test)]
-mod golden_tests;
+mod tests;

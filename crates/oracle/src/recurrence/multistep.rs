@@ -251,5 +251,4 @@ pub fn bdf(k: usize, theta: f64, eta: f64) -> Recurrence {
 }
 
 #[cfg(test)]
-#[path = "multistep_tests.rs"]
 mod tests;

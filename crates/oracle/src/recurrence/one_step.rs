@@ -136,5 +136,4 @@ pub fn spectral_radius(a: &Amplification) -> f64 {
 }
 
 #[cfg(test)]
-#[path = "one_step_tests.rs"]
 mod tests;

@@ -173,5 +173,4 @@ impl LeapfrogWorkspace {
 }
 
 #[cfg(test)]
-#[path = "leapfrog_tests.rs"]
 mod tests;

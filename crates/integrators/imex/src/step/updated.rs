@@ -371,5 +371,4 @@ impl Descent {
 }
 
 #[cfg(test)]
-#[path = "../algorithm1_tests.rs"]
 mod tests;

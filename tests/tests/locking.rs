@@ -1,7 +1,7 @@
 //! What very stiff springs do at a large step: plain IMEX Euler locks, its updated form falls as
 //! backward Euler does, and which variants stay within their energy.
 
-use drape_tests::{Run, bundled};
+use drape_tests::{bundled, prepared};
 
 const LOCKED: &str = "hanging-textile-sheared-1e6";
 const H: f64 = 0.01;
@@ -10,10 +10,8 @@ const EDGE: usize = 390;
 
 /// Height of the free edge after 0.3 s, m.
 fn height(id: &str) -> f64 {
-    let mut run = Run::new(id, bundled(LOCKED), H);
-    for _ in 0..30 {
-        run.step();
-    }
+    let mut run = prepared(id, bundled(LOCKED), H);
+    run.steps(30);
     run.state.x[EDGE].z
 }
 
@@ -31,7 +29,7 @@ fn imex_euler_locks_where_backward_euler_and_updated_cg_fall() {
 /// Greatest gain of energy over the start within 1 s, J, and the energy that the scene can set
 /// free: what it fell through, or what it moves with.
 fn gain(id: &str) -> (f64, f64) {
-    let mut run = Run::new(id, bundled(LOCKED), H);
+    let mut run = prepared(id, bundled(LOCKED), H);
     let start = run.energy();
     let (mut gain, mut reference) = (f64::NEG_INFINITY, 0.0_f64);
     for _ in 0..100 {
@@ -70,7 +68,7 @@ fn cg_iterations_of_the_hanging_textile_are_those_of_the_paper() {
         ("hanging-textile-1e4", 0.01, 100, 50..=66),
         ("hanging-textile-1e6", 0.001, 1000, 560..=680),
     ] {
-        let mut run = Run::new(id, bundled(scene), h);
+        let mut run = prepared(id, bundled(scene), h);
         let iterations: u32 = (0..steps).map(|_| run.step().cg_iterations).sum();
         assert!(range.contains(&iterations), "{scene}: {iterations} CG iterations");
     }

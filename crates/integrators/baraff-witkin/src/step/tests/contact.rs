@@ -1,15 +1,15 @@
 //! Contacts: velocities against positions as the way out, what neighbours feel, release.
 
-use crate::test_support::{H, Run, build_on_floor, gravity, particles, pin, spring};
-use drape_integrator::{Integrator, SolveStatus, StepReport};
-use drape_model::{SpringEffect, SystemSpec, Vec3};
+use super::{H, MASS, prepared};
+use drape_integrator::{SolveStatus, StepReport};
+use drape_model::{GravitySpec, State, System, SystemSpec, Vec3};
+use drape_oracle::scenes::{build, floor, particles, pin, tension};
 
-const MASS: f64 = 0.7;
 const SOLVERS: [&str; 2] = ["forcing_term=1e-14", "solver=cholesky"];
 
 fn one_particle(z: f64, v: Vec3, acceleration: f64) -> SystemSpec {
     let mut spec = particles(&[MASS], &[Vec3::new(0.3, 0.0, z)], &[v]);
-    spec.effects.gravity = gravity(acceleration);
+    spec.effects.gravity = Some(GravitySpec { m_s2: [0.0, 0.0, acceleration] });
     spec
 }
 
@@ -18,8 +18,8 @@ fn text(solver: &str, contact: &str) -> String {
     format!("{solver},contact={contact}")
 }
 
-fn energy(run: &Run) -> f64 {
-    run.system.total_energy(&run.state)
+fn build_on_floor(spec: &SystemSpec, restitution: f64) -> (System, State) {
+    build(&SystemSpec { obstacles: vec![floor(restitution)], ..spec.clone() })
 }
 
 #[test]
@@ -29,7 +29,7 @@ fn a_position_is_altered_to_the_surface_in_one_step_and_a_velocity_leads_there_s
     for solver in SOLVERS {
         for (fall, g) in [(0.0, 0.0), (0.0, -9.81), (-5.0, -9.81), (2.0, -9.81)] {
             let spec = one_particle(-DEPTH, Vec3::new(0.5, 0.0, fall), g);
-            let mut altered = Run::new(&text(solver, "position"), build_on_floor(&spec, 0.0), H);
+            let mut altered = prepared(&text(solver, "position"), build_on_floor(&spec, 0.0), H);
             let report = altered.step();
             assert_eq!(report.correction, DEPTH, "{solver}");
             // A particle on its way out keeps its way.
@@ -41,7 +41,7 @@ fn a_position_is_altered_to_the_surface_in_one_step_and_a_velocity_leads_there_s
             );
             assert!((v - Vec3::new(0.5, 0.0, left)).norm() < 1e-15, "{solver}: {v:?}");
 
-            let mut led = Run::new(&text(solver, "velocity"), build_on_floor(&spec, 0.0), H);
+            let mut led = prepared(&text(solver, "velocity"), build_on_floor(&spec, 0.0), H);
             let mut steps = 0;
             while led.state.x[0].z < -1e-12 {
                 let before = led.state.x[0].z;
@@ -57,7 +57,7 @@ fn a_position_is_altered_to_the_surface_in_one_step_and_a_velocity_leads_there_s
             if fall <= 0.0 {
                 // The energy that is left is that of the motion along the floor.
                 for run in [&altered, &led] {
-                    assert!((energy(run) - 0.5 * MASS * 0.25).abs() < 1e-13, "{solver}");
+                    assert!((run.energy() - 0.5 * MASS * 0.25).abs() < 1e-13, "{solver}");
                 }
             }
         }
@@ -69,7 +69,7 @@ fn a_rebound_is_altered_by_what_it_leaves_of_the_way_out() {
     for solver in SOLVERS {
         for (depth, altered) in [(0.02, 0.005), (0.01, 0.0)] {
             let spec = one_particle(-depth, Vec3::new(0.5, 0.0, -3.0), 0.0);
-            let mut run = Run::new(&text(solver, "position"), build_on_floor(&spec, 0.5), H);
+            let mut run = prepared(&text(solver, "position"), build_on_floor(&spec, 0.5), H);
             let report = run.step();
             assert!((report.correction - altered).abs() < 1e-16, "{solver}: {report:?}");
             assert!((run.state.v[0] - Vec3::new(0.5, 0.0, 1.5)).norm() < 1e-15, "{solver}");
@@ -79,34 +79,20 @@ fn a_rebound_is_altered_by_what_it_leaves_of_the_way_out() {
     }
 }
 
-/// A contact of the last step turns an impact into rest; a restart forgets it.
-#[test]
-fn after_a_restart_what_touched_the_floor_may_bounce() {
-    let mut run = Run::new("", build_on_floor(&one_particle(0.0, Vec3::zeros(), -9.81), 0.5), H);
-    run.step();
-    run.state.v[0].z = -3.0;
-    run.step();
-    assert_eq!(run.state.v[0].z, 0.0);
-    run.state.v[0].z = -3.0;
-    run.integrator.restart(&run.state);
-    run.step();
-    assert!((run.state.v[0].z - 1.5).abs() < 1e-15, "{:?}", run.state.v);
-}
-
 #[test]
 fn what_rests_on_the_floor_stays_and_what_is_pulled_off_it_leaves_at_once() {
     for contact in ["velocity", "position"] {
         for solver in SOLVERS {
             for depth in [0.0, 1e-6] {
                 let spec = one_particle(-depth, Vec3::zeros(), -9.81);
-                let mut run = Run::new(&text(solver, contact), build_on_floor(&spec, 0.5), H);
+                let mut run = prepared(&text(solver, contact), build_on_floor(&spec, 0.5), H);
                 for _ in 0..50 {
                     let report = run.step();
                     assert_eq!(report.solve, SolveStatus::Converged);
                     assert!(run.state.x[0].z.abs() < 1e-12 && run.state.v[0].norm() < 1e-14);
                 }
                 let spec = one_particle(-depth, Vec3::zeros(), 9.81);
-                let mut run = Run::new(&text(solver, contact), build_on_floor(&spec, 0.5), H);
+                let mut run = prepared(&text(solver, contact), build_on_floor(&spec, 0.5), H);
                 run.step();
                 let out = if contact == "position" { 0.0 } else { -depth };
                 let (x, v) = (run.state.x[0].z, run.state.v[0].z);
@@ -123,9 +109,9 @@ fn a_spring_that_pulls_releases_a_contact_and_one_that_pushes_keeps_it() {
     for contact in ["velocity", "position"] {
         for (solver, rest) in SOLVERS.into_iter().flat_map(|s| [(s, 0.5), (s, 1.5)]) {
             let mut spec = particles(&[MASS; 2], &[Vec3::zeros(), Vec3::z()], &[Vec3::zeros(); 2]);
-            spec.springs = vec![spring(SpringEffect::Tension, (0, 1), rest, 100.0, 0.0)];
+            spec.springs = vec![tension((0, 1), rest, 100.0, 0.0)];
             spec.pins = vec![pin(1)];
-            let mut run = Run::new(&text(solver, contact), build_on_floor(&spec, 0.0), H);
+            let mut run = prepared(&text(solver, contact), build_on_floor(&spec, 0.0), H);
             run.step();
             // (m + h²k) Δv = h k (1 − ℓ)
             let free = H * 100.0 * (1.0 - rest) / (MASS + H * H * 100.0);
@@ -145,9 +131,9 @@ fn neighbours_feel_the_alteration_in_the_step_in_which_it_happens() {
     let (depth, k, c) = (0.02, 300.0, 4.0);
     let x = [Vec3::new(0.0, 0.0, -depth), Vec3::new(0.0, 0.0, 0.5 - depth)];
     let mut spec = particles(&[MASS; 2], &x, &[Vec3::zeros(); 2]);
-    spec.springs = vec![spring(SpringEffect::Tension, (0, 1), 0.5, k, c)];
+    spec.springs = vec![tension((0, 1), 0.5, k, c)];
     for solver in SOLVERS {
-        let mut run = Run::new(&text(solver, "position"), build_on_floor(&spec, 0.0), H);
+        let mut run = prepared(&text(solver, "position"), build_on_floor(&spec, 0.0), H);
         run.step();
         let expected = H * k * depth / (MASS + H * H * k + H * c);
         let v = run.state.v[1];
@@ -162,7 +148,7 @@ fn neighbours_feel_the_alteration_in_the_step_in_which_it_happens() {
 fn solves_after_a_release_are_counted() {
     let count = |acceleration: f64, solver: &str| -> StepReport {
         let spec = one_particle(0.0, Vec3::zeros(), acceleration);
-        Run::new(&text(solver, "velocity"), build_on_floor(&spec, 0.0), H).step()
+        prepared(&text(solver, "velocity"), build_on_floor(&spec, 0.0), H).step()
     };
     let direct = "solver=cholesky";
     assert_eq!(count(-9.81, direct).factorisations, 1);

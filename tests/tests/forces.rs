@@ -1,8 +1,8 @@
 //! Every effect: energy → force → Jacobian, its linear split, its symmetries.
 
 use drape_model::{DampingLaw, Effect, Level, SpringEffect, State, System, Tangent, Vec3};
-use drape_oracle::{Random, finite_difference};
-use drape_tests::{build, gravity, particles, spring};
+use drape_oracle::finite_difference;
+use drape_tests::{Random, build, gravity, particles, spring};
 use nalgebra::{DMatrix, Rotation3, SymmetricEigen};
 
 const PARTICLES: usize = 6;

@@ -7,8 +7,8 @@ use drape_oracle::Random;
 
 const H: f64 = 0.01;
 
-/// A free sheet of 5 × 5 particles of 1 g and 0.25 m on tension springs of the stiffness `k` (N/m) up to 5 % and `ratio k` beyond,
-/// a tenth of `k` in compression.
+/// A free sheet of 5 × 5 particles of 1 g, 0.25 m apart, on tension springs of the stiffness `k` (N/m) up to 5 % and
+/// `ratio k` beyond.
 fn sheet(k: f64, ratio: f64, damping: f64) -> (System, State) {
     let text = format!(
         r#"{{ "format": "drape-scene/1", "name": "sheet",

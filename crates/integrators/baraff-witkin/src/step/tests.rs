@@ -1,85 +1,35 @@
-//! The step beside closed forms, beside the system that it reduces, and beside its settings.
+//! The step beside the system that it reduces and beside its settings.
 
-use crate::BARAFF_WITKIN;
-use crate::test_support::{H, Run, build, gravity, particles, pin, rough_sheet, settings, spring};
-use drape_integrator::{Integrator, Setups, SolveStatus, StepError, StepReport};
-use drape_model::{DampingLaw, SpringEffect, State, SystemSpec, Vec3};
-use drape_oracle::recurrence::{self, Amplification};
-use nalgebra::{DMatrix, DVector, Vector2};
+mod contact;
 
+use super::*;
+use crate::settings::BaraffWitkinSettings;
+use crate::test_support::rough_sheet;
+use drape_integrator::SolveStatus;
+use drape_model::{DampingLaw, SpringEffect, SystemSpec};
+use drape_oracle::scenes::{build, particles, spring};
+use drape_oracle::{Run, apart};
+use nalgebra::{DMatrix, DVector};
+
+const H: f64 = 0.01;
 const MASS: f64 = 0.7;
-/// What decides `θ = h²k/m` and `η = hc/m` here.
-fn coefficients(theta: f64, eta: f64) -> (f64, f64) {
-    (theta * MASS / (H * H), eta * MASS / H)
-}
-
 const DIRECT: &str = "solver=cholesky";
-const TIGHT: &str = "forcing_term=1e-14";
+/// `θ = h²k/m` and `η = hc/m`.
 const GROUPS: [(f64, f64); 4] = [(0.36, 0.06), (100.0, 0.4), (100.0, 0.0), (1.0, 0.0)];
 
-/// Follows coordinate `axis` of particle 1, measured from `origin`, over 100 steps of a recurrence.
-fn follow(mut run: Run, axis: usize, origin: f64, matrix: &Amplification, tolerance: f64) {
-    let now = |state: &State| Vector2::new(state.x[1][axis] - origin, H * state.v[1][axis]);
-    let mut expected = now(&run.state);
-    for step in 0..100 {
-        let scale = expected.norm();
-        run.step();
-        expected = matrix * expected;
-        let error = (now(&run.state) - expected).norm();
-        // The position carries the round-off of the origin that was taken off.
-        let round_off = 1e-15 * origin.abs();
-        assert!(error <= tolerance * scale + round_off, "step {step}: {error:e} of {scale:e}");
-    }
+/// Settings from `key=value,…`.
+fn settings(text: &str) -> BaraffWitkinSettings {
+    let pairs = text.split(',').filter_map(|pair| pair.split_once('='));
+    BaraffWitkinSettings::from_pairs(pairs).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// One particle, anchored to a pinned one at the origin.
-fn anchored(theta: f64, eta: f64, rest: f64, x: Vec3, v: Vec3) -> SystemSpec {
-    let (k, c) = coefficients(theta, eta);
-    let mut spec = particles(&[MASS; 2], &[Vec3::zeros(), x], &[Vec3::zeros(), v]);
-    spec.springs = vec![spring(SpringEffect::Tension, (1, 0), rest, k, c)];
-    spec.pins = vec![pin(0)];
-    spec
+fn prepared(text: &str, start: (System, State), h: f64) -> Run {
+    Run::new(Box::new(BaraffWitkin::new(settings(text))), start, h)
 }
 
-#[test]
-fn springs_without_rest_length_follow_the_recurrence_of_backward_euler() {
-    for (theta, eta) in GROUPS {
-        let (x, v) = (Vec3::new(0.3, -0.2, 0.5), Vec3::new(-9.0, 4.0, 20.0));
-        let spec = anchored(theta, eta, 0.0, x, v);
-        let matrix = recurrence::backward_euler(theta, eta);
-        for axis in 0..3 {
-            for (text, tolerance) in [(DIRECT, 1e-12), (TIGHT, 1e-9), ("hessian=raw", 1e-9)] {
-                follow(Run::new(text, build(&spec), H), axis, 0.0, &matrix, tolerance);
-            }
-        }
-    }
-}
-
-#[test]
-fn motion_along_a_spring_follows_the_recurrence_in_tension_and_in_compression() {
-    for (theta, eta) in GROUPS {
-        let matrix = recurrence::backward_euler(theta, eta);
-        for length in [0.9, 0.4] {
-            let (x, v) = (Vec3::x() * length, Vec3::x() * 3.0);
-            let spec = anchored(theta, eta, 0.6, x, v);
-            for (text, tolerance) in [(DIRECT, 1e-12), (TIGHT, 1e-9)] {
-                follow(Run::new(text, build(&spec), H), 0, 0.6, &matrix, tolerance);
-            }
-        }
-    }
-}
-
-#[test]
-fn explicit_shear_beside_implicit_tension_follows_the_recurrence_of_the_split() {
-    for (theta, eta) in GROUPS {
-        let mut spec = anchored(theta, eta, 0.0, Vec3::new(0.3, -0.2, 0.5), Vec3::z());
-        let (k, _) = coefficients(0.5, 0.0);
-        spec.springs.push(spring(SpringEffect::Shear, (0, 1), 0.0, k, 0.0));
-        let split = recurrence::imex_euler(theta, 0.5, eta);
-        follow(Run::new("implicit=tension", build(&spec), H), 2, 0.0, &split, 1e-9);
-        let all = recurrence::backward_euler(theta + 0.5, eta);
-        follow(Run::new("implicit=everything", build(&spec), H), 2, 0.0, &all, 1e-9);
-    }
+/// What gives `θ = h²k/m` and `η = hc/m`.
+fn coefficients(theta: f64, eta: f64) -> (f64, f64) {
+    (theta * MASS / (H * H), eta * MASS / H)
 }
 
 /// Across the spring the matrix has `1 + η + θ max(0, 1 − ℓ/L_n)`, and what the spring pulls is along
@@ -98,7 +48,7 @@ fn spin_is_divided_by_a_number_that_the_length_before_the_step_decides() {
             spec.springs = vec![spring(SpringEffect::Bending, (0, 1), 1.0, k, c)];
             spec.damping = law;
             for (text, least) in [(DIRECT, 0.0), ("solver=cholesky,hessian=raw", -1.0)] {
-                let mut run = Run::new(text, build(&spec), H);
+                let mut run = prepared(text, build(&spec), H);
                 for step in 0..20 {
                     let spin =
                         |state: &State| (state.x[1] - state.x[0]).cross(&(state.v[1] - state.v[0]));
@@ -120,51 +70,6 @@ fn spin_is_divided_by_a_number_that_the_length_before_the_step_decides() {
         }
     }
     assert!(stretched > 50 && squeezed > 50, "{stretched} and {squeezed}");
-}
-
-#[test]
-fn a_sheet_in_free_fall_follows_the_discrete_parabola() {
-    let mut spec = rough_sheet(4, 1e6, 0.0, DampingLaw::Full);
-    spec.pins.clear();
-    spec.particles.velocity_m_s = vec![[1.0, -2.0, 3.0]; 16];
-    for (text, tolerance) in [(DIRECT, 1e-12), (TIGHT, 1e-11)] {
-        let mut run = Run::new(text, build(&spec), H);
-        let start = run.state.clone();
-        for n in 1..=50 {
-            run.step();
-            let g = Vec3::new(0.0, 0.0, -9.81);
-            let steps = f64::from(n);
-            let v = start.v[0] + g * (steps * H);
-            let fall = start.v[0] * (steps * H) + g * (0.5 * steps * (steps + 1.0) * H * H);
-            for i in 0..16 {
-                assert!((run.state.v[i] - v).norm() < tolerance * steps * v.norm(), "{text}, {n}");
-                let x = start.x[i] + fall;
-                assert!((run.state.x[i] - x).norm() < tolerance * steps, "{text}, {n}");
-            }
-        }
-    }
-}
-
-#[test]
-fn linear_momentum_is_conserved() {
-    for law in [DampingLaw::Full, DampingLaw::Projected] {
-        let mut spec = rough_sheet(5, 1e5, 0.2, law);
-        spec.pins.clear();
-        spec.effects.gravity = None;
-        for (text, tolerance) in
-            [(DIRECT, 1e-12), (TIGHT, 1e-11), ("solver=cholesky,implicit=tension", 1e-12)]
-        {
-            let mut run = Run::new(text, build(&spec), 1e-3);
-            let before = run.system.momentum(&run.state);
-            let scale: f64 =
-                run.system.mass().iter().zip(&run.state.v).map(|(m, v)| m * v.norm()).sum();
-            (0..20).for_each(|_| {
-                run.step();
-            });
-            let drift = (run.system.momentum(&run.state) - before).norm();
-            assert!(drift < tolerance * scale, "{text}: {drift:e} of {scale:e}");
-        }
-    }
 }
 
 /// Dense `K = −∂f/∂x` and `D = −∂f/∂v`, written down from the list of springs.
@@ -234,7 +139,7 @@ fn the_reduced_system_has_the_solution_of_the_unreduced_one() {
             let spec = rough_sheet(4, stiffness, disorder, law);
             for hessian in ["clamped", "raw"] {
                 let text = format!("solver=cholesky,hessian={hessian}");
-                let mut run = Run::new(&text, build(&spec), H);
+                let mut run = prepared(&text, build(&spec), H);
                 for _ in 0..5 {
                     let (x, v) = unreduced(&spec, &run, hessian == "clamped");
                     run.step();
@@ -252,7 +157,7 @@ fn the_reduced_system_has_the_solution_of_the_unreduced_one() {
 #[test]
 fn the_change_and_the_velocity_itself_solve_the_same_system() {
     let spec = rough_sheet(5, 1e5, 0.3, DampingLaw::Full);
-    let mut run = Run::new(DIRECT, build(&spec), H);
+    let mut run = prepared(DIRECT, build(&spec), H);
     let (k, d) = dense(&spec, &run.state, true);
     let mut force = vec![Vec3::zeros(); run.state.len()];
     run.system.forces(run.state.level(), &mut force);
@@ -277,17 +182,17 @@ fn a_squeezed_sheet_has_an_indefinite_raw_matrix_and_a_definite_clamped_one() {
     spec.particles.position_m.iter_mut().for_each(|x| (x[0], x[1]) = (0.8 * x[0], 0.8 * x[1]));
     for preconditioner in ["none", "block-jacobi"] {
         let text = format!("hessian=raw,preconditioner={preconditioner}");
-        let mut run = Run::new(&text, build(&spec), H);
+        let mut run = prepared(&text, build(&spec), H);
         let report = run.step();
         assert_eq!(report.solve, SolveStatus::Indefinite, "{text}: {report:?}");
         assert!(run.state.is_finite(), "{text}");
     }
-    let mut run = Run::new("hessian=raw,solver=cholesky", build(&spec), H);
+    let mut run = prepared("hessian=raw,solver=cholesky", build(&spec), H);
     let report = run.step();
     assert_eq!(report.solve, SolveStatus::Indefinite, "{report:?}");
     assert!(report.relative_residual < 1e-9, "LDLᵀ solves it all the same: {report:?}");
     for text in ["", "preconditioner=none", DIRECT] {
-        let mut run = Run::new(text, build(&spec), H);
+        let mut run = prepared(text, build(&spec), H);
         for step in 0..50 {
             let report = run.step();
             assert_ne!(report.solve, SolveStatus::Indefinite, "{text}, step {step}: {report:?}");
@@ -300,7 +205,7 @@ fn without_compression_the_raw_matrix_is_the_clamped_one() {
     let mut spec = rough_sheet(5, 1e4, 0.05, DampingLaw::Full);
     spec.particles.position_m.iter_mut().for_each(|x| (x[0], x[1]) = (1.5 * x[0], 1.5 * x[1]));
     let mut states = ["clamped", "raw"].map(|hessian| {
-        let mut run = Run::new(&format!("hessian={hessian}"), build(&spec), H);
+        let mut run = prepared(&format!("hessian={hessian}"), build(&spec), H);
         let report = run.step();
         assert_eq!(report.solve, SolveStatus::Converged);
         run.state
@@ -308,7 +213,7 @@ fn without_compression_the_raw_matrix_is_the_clamped_one() {
     assert_eq!(states[0], states[1]);
     spec.particles.position_m.iter_mut().for_each(|x| (x[0], x[1]) = (0.5 * x[0], 0.5 * x[1]));
     states = ["clamped", "raw"].map(|hessian| {
-        let mut run = Run::new(&format!("hessian={hessian}"), build(&spec), 1e-3);
+        let mut run = prepared(&format!("hessian={hessian}"), build(&spec), 1e-3);
         run.step();
         run.state
     });
@@ -318,14 +223,14 @@ fn without_compression_the_raw_matrix_is_the_clamped_one() {
 #[test]
 fn a_smaller_forcing_term_takes_more_iterations_and_comes_closer_to_the_direct_solution() {
     let spec = rough_sheet(8, 1e5, 0.2, DampingLaw::Full);
-    let mut exact = Run::new(DIRECT, build(&spec), H);
+    let mut exact = prepared(DIRECT, build(&spec), H);
     let report = exact.step();
     assert_eq!((report.cg_iterations, report.factorisations), (0, 1));
     for norm in ["euclid", "preconditioned"] {
         let (mut iterations, mut error) = (0, f64::INFINITY);
         for forcing_term in ["0.5", "1e-2", "1e-4", "1e-8", "1e-12"] {
             let text = format!("norm={norm},forcing_term={forcing_term}");
-            let mut run = Run::new(&text, build(&spec), H);
+            let mut run = prepared(&text, build(&spec), H);
             let report = run.step();
             assert_eq!(report.solve, SolveStatus::Converged, "{text}");
             assert!(report.relative_residual <= settings(&text).forcing_term, "{text}: {report:?}");
@@ -346,7 +251,7 @@ fn each_norm_stops_by_its_own_residual() {
     let mut spec = rough_sheet(8, 1e4, 0.2, DampingLaw::Full);
     spec.particles.mass_kg[30] *= 1e4;
     let [euclid, preconditioned] = ["euclid", "preconditioned"].map(|norm| {
-        let mut run = Run::new(&format!("norm={norm}"), build(&spec), H);
+        let mut run = prepared(&format!("norm={norm}"), build(&spec), H);
         let report = run.step();
         (report.cg_iterations, report.relative_residual)
     });
@@ -362,54 +267,16 @@ fn preconditioning_saves_iterations_where_masses_differ() {
     masses.iter_mut().enumerate().for_each(|(i, m)| *m *= if i % 3 == 0 { 100.0 } else { 1.0 });
     let [none, block_jacobi] = ["none", "block-jacobi"].map(|preconditioner| {
         let text = format!("forcing_term=1e-8,preconditioner={preconditioner}");
-        Run::new(&text, build(&spec), H).step().cg_iterations
+        prepared(&text, build(&spec), H).step().cg_iterations
     });
     assert!(2 * block_jacobi < none, "{block_jacobi} against {none}");
-}
-
-#[test]
-fn the_matrix_is_set_up_in_every_step() {
-    let spec = rough_sheet(3, 1e4, 0.1, DampingLaw::Full);
-    let mut run = Run::new("", build(&spec), H);
-    let first = Setups { first: 1, ..Setups::default() };
-    let every_step = Setups { every_step: 1, ..Setups::default() };
-    assert_eq!([(); 3].map(|()| run.step().setups), [first, every_step, every_step]);
-    run.h = 0.5 * H;
-    assert!(run.system.scale_stiffness("tension", 2.0));
-    assert_eq!(run.step().setups, every_step);
-}
-
-/// Nothing of the matrix survives a step, so that every change counts at once.
-#[test]
-fn after_changes_of_everything_a_step_is_that_of_a_fresh_integrator() {
-    for text in ["", DIRECT, "hessian=raw", "hessian=raw,solver=cholesky", "implicit=tension"] {
-        let spec = rough_sheet(5, 1e4, 0.1, DampingLaw::Projected);
-        let mut run = Run::new(text, build(&spec), H);
-        (0..3).for_each(|_| {
-            run.step();
-        });
-        run.h = 0.3 * H;
-        assert!(run.system.scale_stiffness("tension", 3.0));
-        assert!(run.system.scale_damping("shear", 0.5));
-        let mass: Vec<f64> = run.system.mass().iter().map(|m| 1.5 * m).collect();
-        assert!(run.system.set_mass(&mass));
-        assert!(run.system.set_pinned(17, true) && run.system.set_pinned(0, false));
-        run.integrator.restart(&run.state);
-        let mut fresh = Run::new(text, (run.system.clone(), run.state.clone()), run.h);
-        let (again, new) = (run.step(), fresh.step());
-        let work = |report| StepReport { setups: Setups::default(), ..report };
-        assert_eq!(work(again), work(new), "{text}");
-        assert_eq!(run.state, fresh.state, "{text}");
-        assert_eq!(run.state.v[17], Vec3::zeros(), "{text}: the new pin holds");
-        assert_ne!(run.state.v[0], Vec3::zeros(), "{text}: the old pin is gone");
-    }
 }
 
 #[test]
 fn starting_from_the_last_change_saves_iterations_and_changes_no_solution() {
     let sheet = || build(&rough_sheet(9, 1e4, 0.05, DampingLaw::Full));
     let mut tight = ["start=zero", "start=last"]
-        .map(|start| Run::new(&format!("forcing_term=1e-12,{start}"), sheet(), 1e-3));
+        .map(|start| prepared(&format!("forcing_term=1e-12,{start}"), sheet(), 1e-3));
     let mut iterations = [0, 0];
     for _ in 0..20 {
         for (run, sum) in tight.iter_mut().zip(&mut iterations) {
@@ -417,51 +284,17 @@ fn starting_from_the_last_change_saves_iterations_and_changes_no_solution() {
         }
     }
     let [zero, last] = &tight;
-    for (a, b) in zero.state.x.iter().zip(&last.state.x) {
-        assert!((a - b).norm() < 1e-9, "{a:?} {b:?}");
-    }
+    assert!(apart(&zero.state.x, &last.state.x) < 1e-9);
     assert!(iterations[1] < iterations[0], "{iterations:?}");
     // A restart forgets the last change.
-    let mut again = Run::new("start=last", sheet(), 1e-3);
+    let mut again = prepared("start=last", sheet(), 1e-3);
     again.step();
     let (system, state) = sheet();
     again.state = state;
-    again.integrator.restart(&again.state);
-    let mut first = Run::new("start=last", (system, again.state.clone()), 1e-3);
+    again.restart();
+    let mut first = prepared("start=last", (system, again.state.clone()), 1e-3);
     assert_eq!(again.step().cg_iterations, first.step().cg_iterations);
     assert_eq!(again.state, first.state);
-}
-
-#[test]
-fn a_pinned_particle_loses_its_velocity_at_once() {
-    let mut spec = anchored(10.0, 0.1, 0.6, Vec3::x(), Vec3::y());
-    spec.particles.velocity_m_s[0] = [0.1, 0.7, -0.3];
-    for text in ["", DIRECT] {
-        let mut run = Run::new(text, build(&spec), H);
-        run.step();
-        assert_eq!((run.state.x[0], run.state.v[0]), (Vec3::zeros(), Vec3::zeros()), "{text}");
-    }
-}
-
-#[test]
-fn numbers_that_overflow_are_a_result_or_a_refusal_that_leaves_the_state() {
-    for text in ["", "preconditioner=none", "hessian=raw", DIRECT, "hessian=raw,solver=cholesky"] {
-        for bad in [f64::NAN, f64::INFINITY, 1e200] {
-            let spec = rough_sheet(3, 1e6, 0.1, DampingLaw::Projected);
-            let mut run = Run::new(text, build(&spec), H);
-            run.state.x[4].y = bad;
-            run.state.v[5].x = bad;
-            for i in (0..run.state.len()).filter(|&i| run.system.pinned()[i]) {
-                run.state.v[i] = Vec3::zeros(); // as a step does first of all
-            }
-            let before = format!("{:?}", run.state);
-            match run.try_step() {
-                Ok(report) => assert!(bad == 1e200 || report.solve != SolveStatus::Converged),
-                Err(StepError::Solver(_)) => assert_eq!(format!("{:?}", run.state), before),
-                Err(error) => panic!("{text}: {error}"),
-            }
-        }
-    }
 }
 
 #[test]
@@ -478,7 +311,7 @@ fn settings_out_of_range_and_unknown_ones_are_refused() {
         ("solver", "ldlt"),
         ("start", "middle"),
     ] {
-        let outcome = crate::BaraffWitkinSettings::from_pairs([(key, value)]);
+        let outcome = BaraffWitkinSettings::from_pairs([(key, value)]);
         let error = outcome.err().unwrap_or_else(|| panic!("{key}={value} was accepted"));
         let text = error.to_string();
         assert!(text.contains("baraff-witkin") && text.contains(key), "{text}");
@@ -486,20 +319,5 @@ fn settings_out_of_range_and_unknown_ones_are_refused() {
     for setting in BARAFF_WITKIN.settings {
         let given = settings(&format!("{}={}", setting.key, setting.default));
         assert_eq!(given, settings(""), "{}", setting.key);
-    }
-}
-
-#[test]
-fn gravity_alone_is_followed_without_any_spring() {
-    let mut spec = particles(&[MASS], &[Vec3::zeros()], &[Vec3::x()]);
-    spec.effects.gravity = gravity(-10.0);
-    for text in ["", DIRECT, "implicit=tension,preconditioner=none"] {
-        let mut run = Run::new(text, build(&spec), 0.25);
-        let report = run.step();
-        assert_eq!(report.solve, SolveStatus::Converged);
-        let expected = (Vec3::new(0.25, 0.0, -0.625), Vec3::new(1.0, 0.0, -2.5));
-        assert!((run.state.x[0] - expected.0).norm() < 1e-15, "{text}: {:?}", run.state.x);
-        assert!((run.state.v[0] - expected.1).norm() < 1e-15, "{text}: {:?}", run.state.v);
-        assert_eq!(run.state.t, 0.25);
     }
 }

@@ -1,9 +1,8 @@
-//! Values at equal steps, order conditions, roots.
+//! Values at equal steps, agreement with the oracle at uneven ones, and how the past is forgotten.
 
 use super::*;
 use drape_oracle::Random;
 use drape_oracle::recurrence::Multistep;
-use nalgebra::Complex;
 
 const FAMILIES: [fn(&[f64]) -> LinearMultistep; 2] =
     [LinearMultistep::adams_bashforth, LinearMultistep::bdf];
@@ -48,35 +47,6 @@ fn random_steps(random: &mut Random, k: usize) -> Vec<f64> {
     (0..k).map(|_| random.power_of_ten(-0.5, 0.5)).collect()
 }
 
-/// `Σ α_j p(t_j) − h Σ β_j p'(t_j)` for `p = (t − t_0)^degree`.
-fn defect(method: &LinearMultistep, steps: &[f64], degree: i32) -> f64 {
-    let times = level_times(steps);
-    let mut defect = 0.0;
-    for (j, t) in times.iter().enumerate() {
-        let t = t - times[0];
-        let slope = if degree == 0 { 0.0 } else { f64::from(degree) * t.powi(degree - 1) };
-        defect += method.alpha()[j] * t.powi(degree) - steps[0] * method.beta()[j] * slope;
-    }
-    defect / (times[times.len() - 1] - times[0]).powi(degree)
-}
-
-#[test]
-fn on_any_steps_polynomials_up_to_the_order_are_met_exactly_and_no_further() {
-    let mut random = Random::new(1);
-    for (family, k) in FAMILIES.iter().flat_map(|family| [1, 2, 3].map(|k| (family, k))) {
-        for _ in 0..200 {
-            let steps = random_steps(&mut random, k);
-            let method = family(&steps);
-            for degree in 0..=k as i32 {
-                let defect = defect(&method, &steps, degree);
-                assert!(defect.abs() < 1e-12, "k = {k}, degree {degree}, {steps:?}: {defect:e}");
-            }
-            let beyond = defect(&method, &steps, k as i32 + 1);
-            assert!(beyond.abs() > 1e-4, "k = {k}, {steps:?}: {beyond:e}");
-        }
-    }
-}
-
 #[test]
 fn means_and_extrapolations_have_weights_of_sum_one_and_the_right_order() {
     let mut random = Random::new(2);
@@ -118,83 +88,6 @@ fn the_oracle_has_the_same_coefficients() {
             }
         }
     }
-}
-
-/// Roots of a polynomial with the leading coefficient first (Durand and Kerner).
-fn roots(coefficients: &[Complex<f64>]) -> Vec<Complex<f64>> {
-    let degree = coefficients.len() - 1;
-    let mut roots: Vec<_> = (0..degree as i32).map(|k| Complex::new(0.4, 0.9).powi(k)).collect();
-    for _ in 0..500 {
-        for i in 0..degree {
-            let value = coefficients.iter().fold(Complex::new(0.0, 0.0), |p, c| p * roots[i] + c);
-            let others = (0..degree).filter(|&j| j != i);
-            let scale = others.fold(coefficients[0], |q, j| q * (roots[i] - roots[j]));
-            roots[i] -= value / scale;
-        }
-    }
-    roots
-}
-
-/// Largest modulus of the roots of `ρ² + ηρσ + θσ² = 0`, which are those of `ρ = λσ` with `λ² + ηλ + θ = 0`.
-fn spectral_radius(method: &LinearMultistep, theta: f64, eta: f64) -> f64 {
-    let discriminant = Complex::new(0.25 * eta * eta - theta, 0.0).sqrt();
-    let mut radius: f64 = 0.0;
-    for lambda in [discriminant - 0.5 * eta, -discriminant - 0.5 * eta] {
-        let terms = method.alpha().iter().zip(method.beta()).rev();
-        let polynomial: Vec<_> = terms.map(|(&a, &b)| Complex::from(a) - lambda * b).collect();
-        radius = roots(&polynomial).iter().map(|root| root.norm()).fold(radius, f64::max);
-    }
-    radius
-}
-
-#[test]
-fn spectral_radii_on_the_oscillator_are_the_golden_ones() {
-    let golden = [
-        ((0.36, 0.06), 1.022636719997, 0.960430687463),
-        ((100.0, 0.4), 14.986654277395, 0.299261781144),
-        ((100.0, 0.0), 15.000014689889, 0.300749568269),
-        ((1.0, 0.0), 1.522339130833, 0.933321058436),
-    ];
-    for ((theta, eta), adams, bdf) in golden {
-        for (family, expected) in FAMILIES.iter().zip([adams, bdf]) {
-            let found = spectral_radius(&family(&[1.0, 1.0]), theta, eta);
-            assert!((found - expected).abs() < 1e-10, "({theta}, {eta}): {found:.12}");
-        }
-    }
-}
-
-/// Greatest and least `hω` from 0.05 to 3 at which the undamped oscillator grows.
-fn growing(method: &LinearMultistep) -> Option<(f64, f64)> {
-    let grows = |y: &f64| spectral_radius(method, y * y, 0.0) > 1.0 + 1e-9;
-    let mut growing = (10..=600).map(|y| 0.005 * f64::from(y)).filter(grows);
-    let first = growing.next()?;
-    Some((first, growing.next_back().unwrap_or(first)))
-}
-
-#[test]
-fn without_damping_three_steps_of_bdf_grow_for_moderate_steps_and_two_do_not() {
-    assert_eq!(growing(&LinearMultistep::bdf(&[1.0; 2])), None);
-    let bdf3 = LinearMultistep::bdf(&[1.0; 3]);
-    // Up to √15/2.
-    assert_eq!(growing(&bdf3), Some((0.05, 1.935)));
-    let radius = |y: f64| spectral_radius(&bdf3, y * y, 0.0);
-    let end = 15.0_f64.sqrt() / 2.0;
-    assert!(radius(end - 1e-6) > 1.0 && radius(end + 1e-6) < 1.0);
-    let largest = (1..200).map(|y| radius(0.01 * f64::from(y))).fold(0.0, f64::max);
-    assert!((largest - 1.0456).abs() < 5e-5, "{largest}");
-    // Stable within 86° of the negative axis: from about 7 % of critical damping on, η = 0.138 √θ.
-    assert!(spectral_radius(&bdf3, 1.0, 0.15) < 1.0 && spectral_radius(&bdf3, 1.0, 0.1) > 1.0);
-}
-
-#[test]
-fn without_damping_two_steps_of_adams_grow_and_three_only_beyond_a_limit() {
-    let [two, three] = [2, 3].map(|k| LinearMultistep::adams_bashforth(&[1.0; 3][..k]));
-    for y in [0.1_f64, 0.2] {
-        let growth = spectral_radius(&two, y * y, 0.0) - 1.0;
-        assert!((growth / (0.25 * y.powi(4)) - 1.0).abs() < 0.1, "{growth:e}");
-    }
-    let radius = |y: f64| spectral_radius(&three, y * y, 0.0);
-    assert!(radius(0.7236) < 1.0 && radius(0.7237) > 1.0);
 }
 
 /// With `d_j = y_j − y_{j−1}` the old levels enter as `α_3 d_3 + (α_3 + α_2) d_2 + (α_3 + α_2 + α_1) d_1 = 0`.

@@ -1,0 +1,21 @@
+//! Tests that cross crates: every method of the registry against every property.
+
+mod architecture;
+mod bundled;
+mod conservation;
+mod contact;
+mod contract;
+mod corner;
+mod energy_ledger;
+mod equations;
+mod forces;
+mod laws;
+mod locking;
+mod motion;
+mod order;
+mod recurrence;
+mod refusals;
+mod robustness;
+mod solver_control;
+mod theorems;
+mod threads;
