@@ -138,7 +138,7 @@ fn a_rejected_substep_leaves_no_trace() {
         fall(&mut adaptive).sizes.iter().copied().filter(|h| *h <= 0.011).collect();
     assert_eq!(accepted.len(), report.substeps as usize);
     assert_eq!(report.force_evaluations as usize, fall(&mut adaptive).sizes.len() + 1);
-    let (mut plain, _, mut replayed) = falling(1.0, 1.0);
+    let (mut plain, system, mut replayed) = falling(1.0, 1.0);
     for h in accepted {
         let h = TimeStep::new(h).expect("positive");
         plain.method.step(&system, &mut replayed, h, &mut PhaseClock::off()).expect("steps");
