@@ -445,7 +445,9 @@ const BAD: [f64; 3] = [f64::NAN, f64::INFINITY, 1e200];
 /// Far beyond its limit a method blows up without a panic; a step size that overflows is an error or a result.
 #[test]
 fn steps_that_are_far_too_long_do_not_panic() {
-    for id in METHODS.into_iter().filter(|id| !reports_its_solves(id)) {
+    // A divided step would take as many substeps as it asks for.
+    let takes_one = |id: &&str| !reports_its_solves(id) && !has(id, "step=auto");
+    for id in METHODS.into_iter().filter(takes_one) {
         for h in [10.0, 1e200] {
             let mut run = prepared(id, sheet(), H);
             run.step();

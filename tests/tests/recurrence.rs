@@ -53,7 +53,7 @@ enum Across {
     Split,
     /// Implicitly as far as it is positive.
     Clamped,
-    /// Not tested: the method moves neighbours by rules of its own.
+    /// Not tested: the method moves neighbours by rules of its own, or its instability enlarges round-off.
     Unknown,
 }
 
@@ -214,7 +214,7 @@ fn rows() -> Vec<Row> {
         row("adams-bashforth2", EXACT, Reduced, |e, s| adams(2, e, s)).keeping(0.5, 2.0),
         row("adams-bashforth2:steps=3", EXACT, Reduced, |e, s| adams(3, e, s)).keeping(0.5, 2.0),
         row("bdf2:residual=1e-16", ITERATIVE, Reduced, |e, s| bdf(2, e, s)).keeping(0.5, 2.0),
-        row("bdf2:steps=3,residual=1e-16", ITERATIVE, Reduced, bdf3).keeping(0.5, 1.5),
+        row("bdf2:steps=3,residual=1e-16", ITERATIVE, Unknown, bdf3).keeping(0.5, 1.5),
     ];
     rows.extend(scheme!("imex-sbdf2", Multistep::sbdf2, 0.5, 2.0));
     rows.extend(scheme!("imex-cnab2", Multistep::cnab2, 0.5, 2.0));

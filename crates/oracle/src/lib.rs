@@ -1,11 +1,10 @@
-//! What the integrators are tested against: exact recurrences, exact laws, finite differences,
+//! References for the tests of integrators: exact recurrences, exact laws, finite differences,
 //! observed orders, reference trajectories.
 //!
 //! # What it is for
 //!
-//! A simulated cloth that looks right proves little. Each thing here is an independent statement
-//! about what a correct integrator or a correct force must give, to be held against what it does
-//! give:
+//! A simulated cloth that looks right proves little. Each module states what a correct integrator or
+//! a correct force must give, independently of any implementation:
 //!
 //! | module | statement | holds to |
 //! |---|---|---|
@@ -15,8 +14,11 @@
 //! | [`mod@reference`] | the solution of the differential equation itself | a stated error |
 //! | [`order`] | how fast the error falls with the step size | about 0.1 in the exponent |
 //!
-//! This crate knows the model and the integrator trait, but no method: nothing here can be right
-//! only because it shares code with what it checks.
+//! This crate knows the model and the integrator trait, but no method, so that no check shares code
+//! with the method that it checks.
+//!
+//! [`scenes`] builds the small systems of the tests, [`Run`] steps an integrator on one of them, and
+//! [`Random`] gives the same numbers on every machine.
 //!
 //! # Symbols
 //!
