@@ -43,7 +43,7 @@ pub fn line([xx, xy, xz, yy, yz, zz]: [f64; 6]) -> Line {
     [xx, xy, xz, yz, zz, xy, yy, yz]
 }
 
-/// The inverse of [`line`].
+/// The inverse of [`line()`].
 #[inline(always)]
 pub fn six([xx, xy, xz, yz, zz, _, yy, _]: Line) -> [f64; 6] {
     [xx, xy, xz, yy, yz, zz]

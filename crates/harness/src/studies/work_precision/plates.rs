@@ -14,7 +14,7 @@ pub(super) type Input = Timed<Facts, TimingRow>;
 
 /// Title and caption of every figure.
 pub(super) fn figures() -> Vec<Figure> {
-    PLATES.iter().map(Plate::figure).collect()
+    PLATES.iter().map(Plate::figure).chain(MAPS.iter().map(Plate::figure)).collect()
 }
 
 /// Draws the figures and returns the section of the page.
