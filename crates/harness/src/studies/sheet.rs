@@ -2,10 +2,9 @@
 
 use crate::HarnessError;
 use drape_model::{
-    Cloth, DampingLaw, Effects, EffectsSpec, GravitySpec, Grid, ParticlesSpec, Pin, Scene,
-    SpringEffect, SpringLaw, SpringSpec, SystemSpec, TimeSpan, Vec3,
+    DampingLaw, EffectsSpec, ParticlesSpec, Scene, SpringEffect, SpringSpec, SystemSpec, Vec3,
 };
-use drape_oracle::Random;
+use drape_oracle::{Random, scenes};
 
 /// The acceleration of gravity, m/s².
 pub(crate) const GRAVITY: [f64; 3] = [0.0, 0.0, -9.81];
@@ -40,38 +39,8 @@ impl Sheet {
     /// The sheet as a scene.
     pub(crate) fn scene(&self) -> Scene {
         let Self { side, tension, shear, damping, law, gravity, is_pinned } = *self;
-        let springs = |stiffness, damping| {
-            (stiffness > 0.0).then(|| SpringLaw {
-                stiffness_over_mass_per_s2: Some(stiffness),
-                damping_over_mass_per_s: Some(damping),
-                ..SpringLaw::default()
-            })
-        };
-        let corner = |column| Pin { row: Some(0), column: Some(column), ..Pin::default() };
-        Scene {
-            format: "drape-scene/1".to_owned(),
-            name: "sheet".to_owned(),
-            description: String::new(),
-            assumed: Vec::new(),
-            cloth: Cloth::Grid(Grid {
-                rows: side,
-                columns: side,
-                size_m: [1.0, 1.0],
-                center_m: [0.0; 3],
-                mass_kg: MASS * f64::from(side * side),
-                velocity_m_s: [0.0; 3],
-            }),
-            effects: Effects {
-                tension: springs(tension, damping),
-                shear: springs(shear, 0.1 * damping),
-                gravity: (gravity != [0.0; 3]).then_some(GravitySpec { m_s2: gravity }),
-                ..Effects::default()
-            },
-            damping: law,
-            pins: if is_pinned { vec![corner(0), corner(side - 1)] } else { Vec::new() },
-            obstacles: Vec::new(),
-            time: TimeSpan { step_s: 0.01, duration_s: 1.0 },
-        }
+        let (gravity, pinned) = (gravity.into(), is_pinned);
+        scenes::Sheet { side, tension, shear, damping, law, gravity, pinned }.scene()
     }
 
     /// The same sheet as a triangle mesh, at rest: as many particles of the same mass and the same border, but each
