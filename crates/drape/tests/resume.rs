@@ -17,13 +17,13 @@ fn reproduce(out: &Path) -> Command {
     command
 }
 
-/// Facts and findings of every experiment.
+/// Facts and words of every experiment.
 fn results(out: &Path) -> Vec<(Value, Value)> {
     let read = |name: &str| -> Value {
         let bytes = std::fs::read(out.join(name).with_extension("json")).unwrap();
         serde_json::from_slice(&bytes).unwrap()
     };
-    EXPERIMENTS.map(|name| (read(name)["facts"].clone(), read(name)["findings"].clone())).into()
+    EXPERIMENTS.map(|name| (read(name)["facts"].clone(), read(name)["words"].clone())).into()
 }
 
 /// The whole lines of each journal.

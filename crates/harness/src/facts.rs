@@ -91,10 +91,10 @@ pub(crate) fn compare<F: DeserializeOwned>(
     name: &str,
     fresh: &Path,
     committed: &Path,
-    facts: fn(&Record<F>) -> Vec<Fact>,
+    facts: fn(&F) -> Vec<Fact>,
 ) -> Result<(usize, Vec<Difference>), HarnessError> {
-    let fresh = facts(&read_json::<Record<F>>(&fresh.join(name))?);
-    let committed = facts(&read_json::<Record<F>>(&committed.join(name))?);
+    let fresh = facts(&read_json::<Record<F>>(&fresh.join(name))?.facts);
+    let committed = facts(&read_json::<Record<F>>(&committed.join(name))?.facts);
     let mut differences = Vec::new();
     for fact in &fresh {
         let difference = |key: &str, fresh: &Value, committed: &Value| Difference {

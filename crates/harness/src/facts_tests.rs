@@ -5,6 +5,7 @@ use crate::provenance;
 use crate::studies::momentum::facts as momentum;
 use crate::studies::order::facts::{self as order, Run};
 use drape_report::RECORD_FORMAT;
+use drape_report::Verdict;
 use drape_report::file::write_json;
 use std::collections::BTreeMap;
 
@@ -17,7 +18,7 @@ fn record<F>(facts: F) -> Record<F> {
         method: text(),
         command: text(),
         quick: false,
-        findings: Vec::new(),
+        words: drape_report::Words::default(),
         figures: Vec::new(),
         facts,
         provenance: provenance(BTreeMap::new()),
@@ -28,7 +29,7 @@ fn record<F>(facts: F) -> Record<F> {
 fn different<F: Serialize + DeserializeOwned>(
     fresh: F,
     committed: F,
-    facts: fn(&Record<F>) -> Vec<Fact>,
+    facts: fn(&F) -> Vec<Fact>,
 ) -> Result<Vec<String>, Box<dyn std::error::Error>> {
     let folders = [tempfile::tempdir()?, tempfile::tempdir()?];
     for (folder, facts) in folders.iter().zip([fresh, committed]) {
@@ -38,7 +39,7 @@ fn different<F: Serialize + DeserializeOwned>(
     Ok(differences.into_iter().map(|d| format!("{}: {}", d.cell, d.key)).collect())
 }
 
-fn momentum(portable: bool, verdict: &str, spin: f64) -> momentum::Facts {
+fn momentum(portable: bool, verdict: Verdict, spin: f64) -> momentum::Facts {
     let row = momentum::Row {
         scene: "spin".to_owned(),
         label: "method".to_owned(),
@@ -52,7 +53,7 @@ fn momentum(portable: bool, verdict: &str, spin: f64) -> momentum::Facts {
         energy_gain: None,
         states_momentum: true,
         states_angular_momentum: true,
-        verdict: verdict.to_owned(),
+        verdict,
         unconverged_steps: 0,
         portable,
     };
@@ -66,7 +67,7 @@ fn a_series_is_compared_within_the_tolerance_of_its_row() -> Result<(), Box<dyn 
         let (a, b) = (momentum(portable, verdict, 0.5), momentum(portable, verdict, 0.5 + change));
         different(a, b, studies::momentum::run::comparable)
     };
-    let (completed, unstable) = (momentum::COMPLETED, momentum::UNSTABLE);
+    let (completed, unstable) = (Verdict::Completed, Verdict::Unstable);
     assert_eq!(differs(true, completed, 1e-15)?, ["spin method: spin"]);
     assert!(differs(false, completed, 1e-10)?.is_empty());
     assert_eq!(differs(false, completed, 1e-8)?, ["spin method: spin"]);
@@ -77,7 +78,7 @@ fn a_series_is_compared_within_the_tolerance_of_its_row() -> Result<(), Box<dyn 
 }
 
 fn order(order: f64, error: f64) -> order::Facts {
-    let verdict = "completed".to_owned();
+    let verdict = Verdict::Completed;
     let row = order::Row {
         scene: "smooth".to_owned(),
         label: "method".to_owned(),

@@ -18,6 +18,7 @@ mod stability;
 pub mod studies;
 mod team;
 
+pub use drape_report::Verdict;
 pub use error::HarnessError;
 pub use facts::{Difference, compare_folders};
 pub use journal::{Journal, Unfinished};
@@ -27,5 +28,5 @@ pub use run::{
     Counts, Divergence, Options, Outcome, Simulation, count, count_with, simulate, simulate_with,
 };
 pub use scenes::{bundled, free_edge_midpoint};
-pub use stability::{Energy, Rule, Verdict, judge, reference_energy, verdict};
+pub use stability::{Energy, Rule, judge, reference_energy};
 pub use team::Team;

@@ -4,12 +4,13 @@ use crate::HarnessError;
 use crate::methods::Choice;
 use crate::record::{Phases, Sample, Totals};
 use crate::schedule::Schedule;
-use crate::stability::{Energy, Rule, Verdict, Watch, judge};
+use crate::stability::{Energy, Rule, Watch, judge};
 use drape_integrator::{
     EnergyLedger, Implicit, Integrator, Phase, PhaseClock, SolveStatus, StepError, StepReport,
     TimeStep,
 };
 use drape_model::{Input, Numbering, State, System, TimeSpan, Vec3};
+use drape_report::Verdict;
 use std::time::{Duration, Instant};
 
 /// A position farther from the centre of the start than this many scene sizes counts as diverged.

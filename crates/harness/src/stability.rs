@@ -21,10 +21,11 @@
 
 use crate::HarnessError;
 use crate::methods::Choice;
-use crate::run::{Counts, Moment, Simulation, count_by};
+use crate::run::{Moment, Simulation, count_by};
 use crate::schedule::Schedule;
 use drape_integrator::{Implicit, StabilityClass};
 use drape_model::{Effect, Level, MovingPin, Path, Revisions, State, System, TimeSpan, Vec3};
+use drape_report::Verdict;
 
 const STABLE: f64 = 0.02;
 const MARGINAL: f64 = 0.5;
@@ -55,34 +56,6 @@ impl Rule {
                 Self::Symplectic
             }
             _ => Self::Dissipative,
-        }
-    }
-}
-
-/// How a run ended, by its energy; the worse the greater.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Verdict {
-    /// Energy could flow in from outside until the end: nothing can be said.
-    Open,
-    /// No energy was gained.
-    Stable,
-    /// Some was.
-    Marginal,
-    /// Much was.
-    Unstable,
-    /// The state became non-finite or left the scene.
-    Diverged,
-}
-
-impl Verdict {
-    /// One word for records.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Open => "open",
-            Self::Stable => "stable",
-            Self::Marginal => "marginal",
-            Self::Unstable => "unstable",
-            Self::Diverged => "diverged",
         }
     }
 }
@@ -374,11 +347,6 @@ pub fn judge(energy: &Energy, rule: Rule, reference_energy: f64) -> Verdict {
     }
 }
 
-/// The verdict on a run: `open`, `stable`, `marginal`, `unstable` or `diverged`.
-pub fn verdict(run: &Counts, reference_energy: f64) -> &'static str {
-    run.verdict(reference_energy).name()
-}
-
 #[cfg(test)]
 #[allow(clippy::unwrap_used, reason = "tests")]
 mod tests {
@@ -521,11 +489,12 @@ mod tests {
         assert_eq!((led.rises, led.gain), (0, 0.0));
     }
 
-    fn verdict_of(spec: &SystemSpec, end: f64) -> &'static str {
+    fn verdict_of(spec: &SystemSpec, end: f64) -> Verdict {
         let (system, state) = spec.build().unwrap();
         let time = TimeSpan { step_s: 0.01, duration_s: end };
         let choice = Choice::parse("backward-euler", &[]).unwrap();
-        verdict(&crate::run::count(&Simulation { system, state }, &choice, time).unwrap(), 1e-4)
+        let run = crate::run::count(&Simulation { system, state }, &choice, time).unwrap();
+        run.verdict(1e-4)
     }
 
     /// A table that lifts the pair by 2 m until t = 1 s, and so brings in 40 mJ.
@@ -540,8 +509,8 @@ mod tests {
             friction: 0.0,
             path: vec![KeyframeSpec { time_s: 1.0, offset_m: [0.0, 0.0, 2.0] }],
         });
-        assert_eq!(verdict_of(&spec, 0.9), "open");
-        assert_ne!(verdict_of(&spec, 2.0), "open");
+        assert_eq!(verdict_of(&spec, 0.9), Verdict::Open);
+        assert_ne!(verdict_of(&spec, 2.0), Verdict::Open);
     }
 
     #[test]
@@ -553,11 +522,11 @@ mod tests {
         let drag = drape_model::DragSpec::Linear { coefficient_n_s_per_m3: 1e-3 };
         let mut air = drape_model::AirSpec { drag, wind: None };
         spec.effects.air = Some(air);
-        assert_eq!(verdict_of(&spec, 2.0), "stable");
+        assert_eq!(verdict_of(&spec, 2.0), Verdict::Stable);
         let velocity_m_s = [0.0, 0.0, 5.0];
         air.wind = Some(drape_model::WindSpec { velocity_m_s, gust: None });
         spec.effects.air = Some(air);
-        assert_eq!(verdict_of(&spec, 2.0), "open");
+        assert_eq!(verdict_of(&spec, 2.0), Verdict::Open);
     }
 
     fn pair() -> Simulation {
@@ -577,7 +546,7 @@ mod tests {
         let (steady, changed) = (run(&Schedule::steady(time)), run(&schedule));
         assert_eq!(steady.energy.rises + changed.energy.rises, 0);
         assert_eq!((steady.energy.gain, changed.energy.gain), (0.0, 0.0));
-        let stiffness = |run: &Counts| run.energy.released;
+        let stiffness = |run: &crate::run::Counts| run.energy.released;
         assert!(stiffness(&changed) > 2.0 * stiffness(&steady), "{changed:?}");
         let reference = reference(&pair(), &schedule).unwrap();
         assert!(reference.energy > 2.0 * 0.5e-3, "{reference:?}");

@@ -6,7 +6,8 @@ mod common;
 
 use common::complete;
 use drape_harness::studies::cg_vs_stiffness::facts as cg;
-use drape_harness::studies::{Study, all, draw};
+use drape_harness::studies::{all, draw};
+use drape_report::Verdict;
 use drape_report::file::write_json;
 use drape_report::{RecordError, ReportError};
 use std::collections::BTreeMap;
@@ -55,8 +56,8 @@ fn every_figure_and_the_page_are_written() {
         }
     }
     // Pictures have tests of their own.
-    let drawn_here = all().iter().filter(|study| study.name != "pictures");
-    let figures: Vec<_> = drawn_here.flat_map(Study::figures).collect();
+    let drawn_here = all().iter().copied().filter(|study| study.name() != "pictures");
+    let figures: Vec<_> = drawn_here.flat_map(|study| study.figures()).collect();
     let lessons = figures.iter().filter(|figure| figure.file.starts_with("course-")).count();
     // The synthetic course has three lessons only.
     assert_eq!(lessons, 11);
@@ -444,12 +445,12 @@ fn a_record_without_any_data_still_makes_a_page() {
     let folder = tempfile::tempdir().unwrap();
     let mut record = common::cg(false);
     record.facts = cg::Facts { cells: Vec::new(), motion: Vec::new() };
-    record.findings.clear();
+    record.words = drape_report::Words::default();
     write_json(&folder.path().join("cg-vs-stiffness.json"), &record).unwrap();
     let files = drawn(folder.path());
     assert_eq!(files.len(), 2);
     assert!(files["report.html"].contains("no data for any figure"));
-    assert!(files["README.md"].contains("The record states no findings"));
+    assert!(files["README.md"].contains("The record states no conclusion"));
     assert!(!files["README.md"].contains("## tables"));
 }
 
@@ -461,7 +462,7 @@ fn zeros_and_single_points_are_drawn_inside_the_panel() {
         cell.cg_iterations = 0;
         cell.cg_per_step = 0.0;
     }
-    record.facts.motion.retain(|motion| motion.verdict == "diverged");
+    record.facts.motion.retain(|motion| motion.verdict == Verdict::Diverged);
     write_json(&folder.path().join("cg-vs-stiffness.json"), &record).unwrap();
     let files = drawn(folder.path());
     assert_eq!(files.len(), 8);
@@ -516,9 +517,11 @@ fn the_index_names_question_findings_figures_and_command() {
     let folder = complete();
     let page = drawn(folder.path()).remove("README.md").unwrap();
     for text in [
-        "With light damping and k/m from 10² to 10¹⁰ s⁻²",
+        "A conclusion.",
         "**What does tables ask?**",
-        "- A second finding, a | b.",
+        "A conclusion.",
+        "- An observation, a | b.",
+        "*Caveat.* A caveat.",
         "(figures/cg-vs-theta.svg)",
         "`report.html`",
         "(tables.json)",

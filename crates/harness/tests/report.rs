@@ -101,7 +101,7 @@ fn what_records_say_is_text_and_never_markup() {
     let nasty = "<script>alert(1)</script> & \"<b>\" 'x'";
     record.question = nasty.to_owned();
     record.method = format!("`{nasty}`");
-    record.findings = vec![format!("**{nasty}**")];
+    record.words.observations = vec![format!("**{nasty}**")];
     record.command = nasty.to_owned();
     record.provenance.cpu = nasty.to_owned();
     for row in &mut record.facts.rows {
@@ -113,7 +113,7 @@ fn what_records_say_is_text_and_never_markup() {
     let document = Html::parse_document(&page);
     assert_eq!(all(&document, "script").len(), 1);
     assert!(all(&document, "b").is_empty());
-    assert_eq!(text(all(&document, ".findings li")[0]), nasty);
+    assert_eq!(text(all(&document, ".observations li")[0]), nasty);
     assert!(text(all(&document, "article h3")[0]).ends_with(nasty));
 }
 

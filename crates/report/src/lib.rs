@@ -15,16 +15,16 @@ pub mod plate;
 pub mod plot;
 mod provenance;
 mod record;
+pub mod verdict;
 
 pub use error::ReportError;
 pub use file::RecordError;
 pub use provenance::Provenance;
-pub use record::{Figure, RECORD_FORMAT, Record, TIMINGS_FORMAT, Timings};
+pub use record::{Figure, RECORD_FORMAT, Record, TIMINGS_FORMAT, Timings, Words};
+pub use verdict::Verdict;
 
 use file::{read_json, write_atomically};
-use page::{Outline, Section, Table};
-use plate::Plate;
-use plot::Drawing;
+use page::{Outline, Section};
 use serde::de::DeserializeOwned;
 use std::path::{Path, PathBuf};
 
@@ -91,50 +91,6 @@ pub fn read_record<F: DeserializeOwned>(
     let record: Record<F> = read_json(&path)?;
     check_kind(&path, (RECORD_FORMAT, study), (&record.format, &record.experiment))?;
     Ok(Some(record))
-}
-
-/// The section of a study whose figures and tables need its record only; `None` without a record.
-pub fn record_section<F: DeserializeOwned, D: Drawing>(
-    results: &Path,
-    study: &str,
-    plates: &[Plate<Record<F>, D>],
-    tables: fn(&Record<F>) -> Vec<Table>,
-    files: &mut Files,
-) -> Result<Option<Section>, ReportError> {
-    let Some(record) = read_record::<F>(results, study)? else { return Ok(None) };
-    let figures = plate::draw_all(plates, &record, files)?;
-    Ok(Some(Section::new(&record, figures, tables(&record))))
-}
-
-/// The record of a study, with its timings where there are any.
-pub struct Timed<F, R> {
-    /// The facts with their frame.
-    pub record: Record<F>,
-    /// The timings, where they were taken.
-    pub timings: Option<Timings<R>>,
-}
-
-/// The record of a study and its timings, or `None` without a record.
-pub fn read_timed<F: DeserializeOwned, R: DeserializeOwned>(
-    results: &Path,
-    study: &str,
-) -> Result<Option<Timed<F, R>>, ReportError> {
-    let Some(record) = read_record(results, study)? else { return Ok(None) };
-    Ok(Some(Timed { record, timings: read_timings(results, study)? }))
-}
-
-/// As [`record_section`], of a study that is timed.
-pub fn timed_section<F: DeserializeOwned, R: DeserializeOwned, D: Drawing>(
-    results: &Path,
-    study: &str,
-    plates: &[Plate<Timed<F, R>, D>],
-    tables: fn(&Timed<F, R>) -> Vec<Table>,
-    files: &mut Files,
-) -> Result<Option<Section>, ReportError> {
-    let Some(input) = read_timed(results, study)? else { return Ok(None) };
-    let figures = plate::draw_all(plates, &input, files)?;
-    let section = Section::new(&input.record, figures, tables(&input));
-    Ok(Some(section.with_timings(input.timings.as_ref())))
 }
 
 /// The timings of a study, or `None` when there is no such file.

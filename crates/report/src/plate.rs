@@ -1,21 +1,37 @@
 //! A figure's name, title, caption and the function that makes it.
 
-use crate::plot::{Drawing, Sheet};
+use crate::plot::{Atlas, Drawing, Matrix, Sheet};
 use crate::{Content, Figure, Files, ReportError};
+use std::error::Error;
 
 /// A figure: what the record says about it and how it is made of an input `I`.
-pub struct Plate<I: ?Sized, D = Sheet> {
+pub struct Plate<I> {
     /// File name below `figures/`.
     pub file: &'static str,
     /// Title, one line.
     pub title: &'static str,
-    /// What is drawn, under which conditions, what to see.
+    /// What to see, then what is drawn under which conditions.
     pub caption: &'static str,
-    /// The drawing, or `None` when the input has no data for it.
-    pub sheet: fn(&I) -> Option<D>,
+    /// What makes the drawing.
+    pub draw: Draw<I>,
 }
 
-impl<I: ?Sized, D> Plate<I, D> {
+/// What makes a drawing of an input; `None` when the input has no data for it.
+pub enum Draw<I> {
+    /// Panels of curves.
+    Sheet(fn(&I) -> Option<Sheet>),
+    /// A table of tiles.
+    Matrix(fn(&I) -> Option<Matrix>),
+    /// Maps of tiles.
+    Atlas(fn(&I) -> Option<Atlas>),
+    /// A picture as PNG.
+    Picture(fn(&I) -> Option<Picture>),
+}
+
+/// The bytes of a picture, or why there are none.
+pub type Picture = Result<Vec<u8>, Box<dyn Error + Send + Sync>>;
+
+impl<I> Plate<I> {
     /// What the record says about it.
     pub fn figure(&self) -> Figure {
         Figure {
@@ -24,21 +40,38 @@ impl<I: ?Sized, D> Plate<I, D> {
             caption: self.caption.to_owned(),
         }
     }
+
+    fn content(&self, input: &I) -> Option<Result<Content, ReportError>> {
+        match self.draw {
+            Draw::Sheet(make) => self.svg(make(input)?),
+            Draw::Matrix(make) => self.svg(make(input)?),
+            Draw::Atlas(make) => self.svg(make(input)?),
+            Draw::Picture(make) => {
+                let error = |source| ReportError::Picture { file: self.file, source };
+                Some(make(input)?.map(Content::Png).map_err(error))
+            }
+        }
+    }
+
+    fn svg(&self, drawing: impl Drawing) -> Option<Result<Content, ReportError>> {
+        let error = |source| ReportError::Draw { file: self.file, source };
+        Some(drawing.svg(self.title, self.caption).map(Content::Text).map_err(error))
+    }
 }
 
 /// Draws the plates that have data, adds their files to `files` and returns them for the page.
-pub fn draw_all<I: ?Sized, D: Drawing>(
-    plates: &[Plate<I, D>],
+///
+/// # Errors
+/// The figure that could not be drawn.
+pub fn draw_all<I>(
+    plates: &[Plate<I>],
     input: &I,
     files: &mut Files,
 ) -> Result<Vec<Figure>, ReportError> {
     let mut drawn = Vec::new();
     for plate in plates {
-        let Some(sheet) = (plate.sheet)(input) else { continue };
-        let text = sheet
-            .svg(plate.title, plate.caption)
-            .map_err(|source| ReportError::Draw { file: plate.file, source })?;
-        files.push((format!("figures/{}", plate.file), Content::Text(text)));
+        let Some(content) = plate.content(input) else { continue };
+        files.push((format!("figures/{}", plate.file), content?));
         drawn.push(plate.figure());
     }
     Ok(drawn)

@@ -10,7 +10,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// The value of `format` in every record of facts.
-pub const RECORD_FORMAT: &str = "drape-record/1";
+pub const RECORD_FORMAT: &str = "drape-record/2";
 /// The value of `format` in every record of timings.
 pub const TIMINGS_FORMAT: &str = "drape-timings/1";
 
@@ -26,18 +26,49 @@ pub struct Record<F> {
     pub question: String,
     /// How it was measured, in a few sentences.
     pub method: String,
+    /// What the facts say.
+    pub words: Words,
     /// The one command that writes this record again.
     pub command: String,
     /// Whether only the quick subset of the cells was computed.
     pub quick: bool,
-    /// What the numbers say, a sentence or two each, computed from the facts.
-    pub findings: Vec<String>,
     /// Title and caption of each figure that is drawn from this record.
     pub figures: Vec<Figure>,
     /// The facts themselves.
     pub facts: F,
     /// Where they come from.
     pub provenance: Provenance,
+}
+
+impl<F> Record<F> {
+    /// The record without its facts, and the facts.
+    pub fn split(self) -> (Record<()>, F) {
+        let frame = Record {
+            facts: (),
+            format: self.format,
+            experiment: self.experiment,
+            question: self.question,
+            method: self.method,
+            words: self.words,
+            command: self.command,
+            quick: self.quick,
+            figures: self.figures,
+            provenance: self.provenance,
+        };
+        (frame, self.facts)
+    }
+}
+
+/// What the facts of a record say. Code computes every word from the facts.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Words {
+    /// The answer to the question, at most three sentences.
+    pub conclusion: String,
+    /// At most five, of one sentence each.
+    pub observations: Vec<String>,
+    /// What limits the conclusion, a sentence each.
+    pub caveats: Vec<String>,
 }
 
 /// A figure drawn from a record.

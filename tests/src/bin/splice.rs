@@ -1,9 +1,14 @@
-//! Writes the numbers of the records into the pages that mark them.
+//! Writes what follows from the facts: the words of each record, and the numbers of the pages.
 
 use drape_tests::equations::root;
 use drape_tests::splice::{facts, pages, splice};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
+    for study in drape_harness::studies::all() {
+        if study.reword(&root().join("results"))? {
+            eprintln!("wrote the words of {}", study.name());
+        }
+    }
     let facts = facts(&root().join("results"))?;
     for page in pages(&root())? {
         let text = std::fs::read_to_string(&page)?;

@@ -5,9 +5,10 @@ use crate::HarnessError;
 use crate::methods::Choice;
 use crate::run::{Simulation, count_by};
 use crate::schedule::Schedule;
-use crate::stability::{Verdict, judge, reference};
+use crate::stability::{judge, reference};
 use crate::studies::sheet::Sheet;
 use drape_model::TimeSpan;
+use drape_report::Verdict;
 use rayon::prelude::*;
 
 /// Particles along an edge.

@@ -3,8 +3,8 @@
 use super::atlas::{SCENES, Survey, survey, told};
 use super::scenes::greatest;
 use super::{Claim, Finding, Number, Verdict};
+use crate::HarnessError;
 use crate::studies::short;
-use crate::{HarnessError, stability};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C02",
@@ -27,7 +27,7 @@ fn judge(runs: &[Survey]) -> Finding {
     let worst = greatest(runs.iter().map(|run| run.gain));
     let steps: u64 = runs.iter().map(|run| run.steps).sum();
     let rises: u64 = runs.iter().map(|run| run.rises).sum();
-    let stable = runs.iter().filter(|run| run.verdict == stability::Verdict::Stable).count();
+    let stable = runs.iter().filter(|run| run.verdict == drape_report::Verdict::Stable).count();
     let unfinished = runs.iter().filter(|run| run.is_over_budget).count();
     let seen = match growing.first() {
         None => format!("The energy rises in none of {steps} steps."),
@@ -70,7 +70,7 @@ mod tests {
 
     fn run(rises: u64, is_over_budget: bool) -> Survey {
         let place = places()[0];
-        let verdict = stability::Verdict::Stable;
+        let verdict = drape_report::Verdict::Stable;
         Survey { place, verdict, gain: 0.0, rises, steps: 200, is_over_budget }
     }
 

@@ -6,7 +6,7 @@ use crate::HarnessError;
 use crate::methods::Choice;
 use crate::run::{Simulation, count_by};
 use crate::schedule::Schedule;
-use crate::stability::{self, judge, reference};
+use crate::stability::{judge, reference};
 use crate::studies::sheet::Sheet;
 use crate::studies::short;
 use drape_model::{SpringEffect, SpringSpec, TimeSpan};
@@ -116,7 +116,7 @@ fn is_stable(
     let budget = if step < 5e-3 { SMALL_BUDGET } else { BUDGET };
     let run = count_by(start, &choice, &schedule, None, Some(budget))?;
     let verdict = judge(&run.energy, run.rule, released);
-    Ok(run.outcome.divergence.is_none() && verdict == stability::Verdict::Stable)
+    Ok(run.outcome.divergence.is_none() && verdict == drape_report::Verdict::Stable)
 }
 
 fn pairs(

@@ -3,9 +3,9 @@
 use super::atlas::{SCENES, Survey, survey, told};
 use super::scenes::greatest;
 use super::{Claim, Finding, Number, Verdict};
+use crate::HarnessError;
 use crate::studies::hard_cases::run::{self as hard_cases, HardCase};
 use crate::studies::short;
-use crate::{HarnessError, stability};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C12",
@@ -45,7 +45,7 @@ struct Tally {
 }
 
 fn tally(atlas: &[Survey], hard: &[HardCase]) -> Tally {
-    let is_bad = |run: &&Survey| run.verdict != stability::Verdict::Stable;
+    let is_bad = |run: &&Survey| run.verdict != drape_report::Verdict::Stable;
     let names = atlas.iter().filter(is_bad).map(|run| told(&run.place));
     let cases = hard.iter().filter(|case| !case.is_stable).map(|case| case.name.clone());
     let names: Vec<_> = names.chain(cases).collect();

@@ -2,24 +2,44 @@
 //!
 //! A study is one folder: `facts` (the types of its record), `run` (what is computed), `words`
 //! (what the record says in prose) and `plates` (figures and tables, drawn from the facts alone).
-//! One line of `studies!` makes it known to the list of experiments, to `experiment`,
+//! One line of [`STUDIES`] makes it known to the list of experiments, to `experiment`,
 //! `reproduce`, `report` and to the comparison of facts.
 
+pub mod cg_vs_stiffness;
+pub mod claims;
+pub mod collision;
+pub mod course;
+pub mod effects;
+pub mod energy;
+pub mod hard_cases;
+pub mod locking;
+pub mod momentum;
+pub mod order;
 mod page;
+pub mod pictures;
+pub mod post_correction;
+pub mod precomputed_inverse;
+pub mod scaling;
 pub(crate) mod sheet;
+pub mod solver_control;
+pub mod stability;
 mod stepper;
+pub mod tables;
 mod variant;
+pub mod work_precision;
 
-use crate::facts::Difference;
+use crate::facts::{Difference, Fact, compare};
 use crate::journal::Journal;
 use crate::methods::Choice;
 use crate::run::{Counts, Simulation, count};
 use crate::{HarnessError, provenance};
 use drape_model::TimeSpan;
 use drape_report::file::write_json;
-use drape_report::page::Section;
+use drape_report::page::{Lesson, Section, Table};
+use drape_report::plate::{self, Plate};
 use drape_report::{
-    Figure, Files, Provenance, RECORD_FORMAT, Record, ReportError, TIMINGS_FORMAT, Timings,
+    Figure, Files, Provenance, RECORD_FORMAT, Record, ReportError, TIMINGS_FORMAT, Timings, Words,
+    read_record, read_timings,
 };
 use rayon::prelude::*;
 use serde::{Serialize, de::DeserializeOwned};
@@ -54,129 +74,247 @@ pub struct Context<'a> {
     pub allocated: Option<Allocated>,
 }
 
-/// What an experiment has to say about its facts.
-struct Account<F> {
-    /// How they were measured, in a few sentences.
-    method: String,
-    /// What they say.
-    findings: Vec<String>,
+/// What a study computed.
+struct Measured<F, T = ()> {
     facts: F,
+    /// The rows of the timings, where they were taken.
+    timings: Option<Vec<T>>,
     /// SHA-256 of each scene, by name.
     scenes: BTreeMap<String, String>,
     /// Of the random numbers, where any were drawn.
     seed: Option<u64>,
 }
 
-impl Context<'_> {
-    /// Writes the record of an experiment.
-    fn write<F: Serialize>(
-        &self,
-        study: &Study,
-        account: Account<F>,
-    ) -> Result<PathBuf, HarnessError> {
-        let Account { method, findings, facts, scenes, seed } = account;
-        let name = study.name;
-        let quick = if self.quick { " --quick" } else { "" };
-        let record = Record {
-            format: RECORD_FORMAT.to_owned(),
-            experiment: name.to_owned(),
-            question: study.question.to_owned(),
-            method,
-            command: format!("drape experiment {name}{quick}"),
-            quick: self.quick,
-            findings,
-            figures: study.figures(),
-            facts,
-            provenance: Provenance { seed, ..provenance(scenes) },
-        };
-        let path = self.out.join(study.file());
-        write_json(&path, &record)?;
-        Ok(path)
-    }
-
-    /// Writes the timings of an experiment; `method` says how they were taken.
-    fn write_timings<R: Serialize>(
-        &self,
-        study: &Study,
-        method: String,
-        rows: Vec<R>,
-        scenes: BTreeMap<String, String>,
-    ) -> Result<PathBuf, HarnessError> {
-        let timings = Timings {
-            format: TIMINGS_FORMAT.to_owned(),
-            experiment: study.name.to_owned(),
-            method,
-            rows,
-            provenance: provenance(scenes),
-        };
-        let path = self.out.join("timings").join(study.file());
-        write_json(&path, &timings)?;
-        Ok(path)
-    }
+/// What the figures and tables of a study are drawn from: facts, and timings where they were taken.
+pub(crate) struct Input<F, T = ()> {
+    pub(crate) facts: F,
+    pub(crate) timings: Option<Timings<T>>,
 }
 
-type Comparison = Result<(usize, Vec<Difference>), HarnessError>;
+/// What the folder of a study gives. `F` are its facts, `T` a row of its timings.
+struct Parts<F: 'static, T: 'static = ()> {
+    name: &'static str,
+    question: &'static str,
+    builds_on: &'static [&'static str],
+    /// How the facts are measured.
+    method: fn() -> String,
+    /// How the timings are taken; `None` where nothing is timed.
+    timing: Option<fn() -> String>,
+    run: fn(&Context<'_>) -> Result<Measured<F, T>, HarnessError>,
+    /// The facts as they are compared.
+    comparable: fn(&F) -> Vec<Fact>,
+    words: fn(&F) -> Words,
+    plates: &'static [Plate<Input<F, T>>],
+    tables: fn(&Input<F, T>) -> Vec<Table>,
+    lessons: Option<fn(&F) -> Vec<Lesson>>,
+}
 
 /// An experiment.
-pub struct Study {
+pub trait Study: Sync {
     /// Its name on the command line.
-    pub name: &'static str,
+    fn name(&self) -> &'static str;
+
     /// The question that it answers.
-    pub question: &'static str,
+    fn question(&self) -> &'static str;
+
     /// Names of the experiments that a reader should know before this one.
-    pub builds_on: &'static [&'static str],
-    run: fn(&Context<'_>) -> Result<Vec<PathBuf>, HarnessError>,
-    /// Compares the facts below two folders.
-    compare: fn(&Path, &Path) -> Comparison,
-    /// File, title and caption of every figure that can be drawn of its record.
-    figures: fn() -> Vec<Figure>,
-    /// Reads the records named after the study, adds the files of its figures and returns what the
-    /// page says; `None` without records.
-    section: fn(&Path, &str, &mut Files) -> Result<Option<Section>, ReportError>,
+    fn builds_on(&self) -> &'static [&'static str];
+
+    /// File, title and caption of every figure that can be drawn of its record and timings.
+    fn figures(&self) -> Vec<Figure>;
+
+    /// Runs it and writes its records; returns the files written.
+    ///
+    /// # Errors
+    /// [`HarnessError`] when a run is refused or a record cannot be written.
+    fn run(&self, context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError>;
+
+    /// Compares its facts below `fresh`, which may be the quick subset, with those below
+    /// `committed`; returns how many were compared and those that differ.
+    ///
+    /// # Errors
+    /// [`HarnessError::Record`] when a record is missing or unreadable.
+    fn compare(
+        &self,
+        fresh: &Path,
+        committed: &Path,
+    ) -> Result<(usize, Vec<Difference>), HarnessError>;
+
+    /// Writes question, method, words and captions of its record below `results` anew, as the code
+    /// computes them from the facts; returns whether the record changed.
+    ///
+    /// # Errors
+    /// [`ReportError`] when the record cannot be read or written.
+    fn reword(&self, results: &Path) -> Result<bool, ReportError>;
+
+    /// Reads its records, adds the files of its figures and returns what the page says; `None`
+    /// without records.
+    ///
+    /// # Errors
+    /// [`ReportError`] when a record cannot be read or a figure cannot be drawn.
+    fn section(&self, results: &Path, files: &mut Files) -> Result<Option<Section>, ReportError>;
 }
 
-/// Declares the folders of the studies and lists them.
-macro_rules! studies {
-    ($($name:ident),* $(,)?) => {
-        $(pub mod $name;)*
-        static STUDIES: &[Study] = &[$($name::STUDY),*];
-    };
+impl<F, T> Parts<F, T>
+where
+    F: Serialize + DeserializeOwned + 'static,
+    T: Serialize + DeserializeOwned + 'static,
+{
+    /// Name of its record's file.
+    fn file(&self) -> String {
+        format!("{}.json", self.name)
+    }
+
+    /// The same facts with all that the code says about them.
+    fn worded(&self, record: Record<F>) -> Record<F> {
+        Record {
+            question: self.question.to_owned(),
+            method: (self.method)(),
+            words: (self.words)(&record.facts),
+            figures: self.figures(),
+            ..record
+        }
+    }
+
+    fn record(&self, quick: bool, facts: F, provenance: Provenance) -> Record<F> {
+        let flag = if quick { " --quick" } else { "" };
+        self.worded(Record {
+            format: RECORD_FORMAT.to_owned(),
+            experiment: self.name.to_owned(),
+            question: String::new(),
+            method: String::new(),
+            words: Words::default(),
+            command: format!("drape experiment {}{flag}", self.name),
+            quick,
+            figures: Vec::new(),
+            facts,
+            provenance,
+        })
+    }
 }
 
-// In teaching order: a study stands behind those that it builds on. The page keeps this order.
-studies! {
-    course,
-    pictures,
-    order,
-    momentum,
-    tables,
-    cg_vs_stiffness,
-    stability,
-    locking,
-    energy,
-    hard_cases,
-    collision,
-    effects,
-    post_correction,
-    precomputed_inverse,
-    work_precision,
-    solver_control,
-    scaling,
-    claims,
+impl<F, T> Study for Parts<F, T>
+where
+    F: Serialize + DeserializeOwned + 'static,
+    T: Serialize + DeserializeOwned + 'static,
+{
+    fn name(&self) -> &'static str {
+        self.name
+    }
+
+    fn question(&self) -> &'static str {
+        self.question
+    }
+
+    fn builds_on(&self) -> &'static [&'static str] {
+        self.builds_on
+    }
+
+    fn figures(&self) -> Vec<Figure> {
+        self.plates.iter().map(Plate::figure).collect()
+    }
+
+    fn run(&self, context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
+        let Measured { facts, timings, scenes, seed } = (self.run)(context)?;
+        let provenance = provenance(scenes);
+        let path = context.out.join(self.file());
+        let own = Provenance { seed, ..provenance.clone() };
+        write_json(&path, &self.record(context.quick, facts, own))?;
+        let mut files = vec![path];
+        if let Some((rows, method)) = timings.zip(self.timing) {
+            let timings = Timings {
+                format: TIMINGS_FORMAT.to_owned(),
+                experiment: self.name.to_owned(),
+                method: method(),
+                rows,
+                provenance,
+            };
+            let path = context.out.join("timings").join(self.file());
+            write_json(&path, &timings)?;
+            files.push(path);
+        }
+        Ok(files)
+    }
+
+    fn compare(
+        &self,
+        fresh: &Path,
+        committed: &Path,
+    ) -> Result<(usize, Vec<Difference>), HarnessError> {
+        compare(&self.file(), fresh, committed, self.comparable)
+    }
+
+    fn reword(&self, results: &Path) -> Result<bool, ReportError> {
+        let Some(record) = read_record::<F>(results, self.name)? else { return Ok(false) };
+        let before = serde_json::to_value((&record.question, &record.method, &record.words));
+        let figures = record.figures.clone();
+        let record = self.worded(record);
+        let after = serde_json::to_value((&record.question, &record.method, &record.words));
+        let has_changed = before.ok() != after.ok() || figures != record.figures;
+        if has_changed {
+            write_json(&results.join(self.file()), &record)?;
+        }
+        Ok(has_changed)
+    }
+
+    fn section(&self, results: &Path, files: &mut Files) -> Result<Option<Section>, ReportError> {
+        let Some(record) = read_record::<F>(results, self.name)? else { return Ok(None) };
+        let timings = match self.timing {
+            Some(_) => read_timings(results, self.name)?,
+            None => None,
+        };
+        let (frame, facts) = record.split();
+        let input = Input { facts, timings };
+        let figures = plate::draw_all(self.plates, &input, files)?;
+        let mut section = Section::new(&frame, figures, (self.tables)(&input));
+        if self.timing.is_some() {
+            section = section.with_timings(input.timings.as_ref());
+        }
+        let lessons = self.lessons.map_or_else(Vec::new, |lessons| lessons(&input.facts));
+        Ok(Some(section.with_lessons(lessons)))
+    }
 }
+
+impl std::fmt::Debug for dyn Study {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Study").field("name", &self.name()).finish_non_exhaustive()
+    }
+}
+
+/// In teaching order: a study stands behind those that it builds on. The page keeps this order.
+static STUDIES: [&dyn Study; 18] = [
+    &course::STUDY,
+    &pictures::STUDY,
+    &order::STUDY,
+    &momentum::STUDY,
+    &tables::STUDY,
+    &cg_vs_stiffness::STUDY,
+    &stability::STUDY,
+    &locking::STUDY,
+    &energy::STUDY,
+    &hard_cases::STUDY,
+    &collision::STUDY,
+    &effects::STUDY,
+    &post_correction::STUDY,
+    &precomputed_inverse::STUDY,
+    &work_precision::STUDY,
+    &solver_control::STUDY,
+    &scaling::STUDY,
+    &claims::STUDY,
+];
 
 /// All experiments, in teaching order, which is also that in which `drape reproduce` runs them.
-pub fn all() -> &'static [Study] {
-    STUDIES
+pub fn all() -> &'static [&'static dyn Study] {
+    &STUDIES
 }
 
 /// Finds an experiment by name.
 ///
 /// # Errors
 /// [`HarnessError::UnknownExperiment`] naming the known ones.
-pub fn find(name: &str) -> Result<&'static Study, HarnessError> {
-    all().iter().find(|study| study.name == name).ok_or_else(|| {
-        let known: Vec<_> = all().iter().map(|study| study.name).collect();
+pub fn find(name: &str) -> Result<&'static dyn Study, HarnessError> {
+    all().iter().copied().find(|study| study.name() == name).ok_or_else(|| {
+        let known: Vec<_> = all().iter().map(|study| study.name()).collect();
         HarnessError::UnknownExperiment { name: name.to_owned(), known: known.join(", ") }
     })
 }
@@ -199,49 +337,9 @@ pub fn draw(results: &Path) -> Result<Vec<PathBuf>, ReportError> {
     let mut files = Files::new();
     let mut sections = Vec::new();
     for study in all() {
-        sections.extend((study.section)(results, study.name, &mut files)?);
+        sections.extend(study.section(results, &mut files)?);
     }
     drape_report::write(results, &sections, &page::OUTLINE, files)
-}
-
-impl Study {
-    /// File, title and caption of the figures drawn from its record and timings.
-    #[must_use]
-    pub fn figures(&self) -> Vec<Figure> {
-        (self.figures)()
-    }
-
-    /// Runs it and writes its records; returns the files written.
-    ///
-    /// # Errors
-    /// [`HarnessError`] when a run is refused or a record cannot be written.
-    pub fn run(&self, context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
-        (self.run)(context)
-    }
-
-    /// Compares its facts below `fresh`, which may be the quick subset, with those below `committed`; returns how
-    /// many were compared and those that differ.
-    ///
-    /// # Errors
-    /// [`HarnessError::Record`] when a record is missing or unreadable.
-    pub fn compare(
-        &self,
-        fresh: &Path,
-        committed: &Path,
-    ) -> Result<(usize, Vec<Difference>), HarnessError> {
-        (self.compare)(fresh, committed)
-    }
-
-    /// Name of its record's file.
-    fn file(&self) -> String {
-        format!("{}.json", self.name)
-    }
-}
-
-impl std::fmt::Debug for Study {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Study").field("name", &self.name).finish_non_exhaustive()
-    }
 }
 
 /// Computes what cells start from, scenes and references, in parallel and in the order given.
@@ -306,6 +404,16 @@ fn counts(
     Ok((choice, counts))
 }
 
+/// Words of which the first finding is the conclusion.
+fn first_leads(findings: Vec<String>) -> Words {
+    let mut findings = findings.into_iter();
+    Words {
+        conclusion: findings.next().unwrap_or_default(),
+        observations: findings.collect(),
+        caveats: Vec::new(),
+    }
+}
+
 /// Energy gain for a record, where JSON knows no infinity.
 pub(crate) fn finite(energy: f64) -> f64 {
     if energy.is_nan() { f64::MAX } else { energy.clamp(f64::MIN, f64::MAX) }
@@ -333,10 +441,10 @@ mod tests {
 
     #[test]
     fn every_experiment_stands_behind_those_that_it_builds_on() {
-        let names: Vec<_> = all().iter().map(|study| study.name).collect();
+        let names: Vec<_> = all().iter().map(|study| study.name()).collect();
         for (n, study) in all().iter().enumerate() {
-            for before in study.builds_on {
-                assert!(names[..n].contains(before), "{}: {before}", study.name);
+            for before in study.builds_on() {
+                assert!(names[..n].contains(before), "{}: {before}", study.name());
             }
         }
     }

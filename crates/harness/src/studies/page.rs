@@ -10,14 +10,7 @@ pub(super) const OUTLINE: Outline = Outline {
         Part { title: "A way through the methods", studies: &["course"], table_first: false },
         Part { title: "The experiments", studies: &[], table_first: false },
     ],
-    answers: &[
-        ("work-precision", 2),
-        ("locking", 1),
-        ("claims", 1),
-        ("course", 2),
-        ("order", 1),
-        ("hard-cases", 1),
-    ],
-    longest_answer: 4,
+    answers: &["work-precision", "locking", "claims", "course", "order", "hard-cases"],
+    longest_answer: 3,
     leads: &["work-precision.svg", "course-motion.svg", "motion-vs-stiffness.svg"],
 };

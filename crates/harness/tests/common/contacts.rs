@@ -5,6 +5,7 @@ use drape_harness::studies::collision::facts as collision;
 use drape_harness::studies::post_correction::facts as post_correction;
 use drape_harness::studies::precomputed_inverse::facts as precomputed_inverse;
 use drape_harness::studies::precomputed_inverse::facts::{CG, CHOLESKY, DENSE};
+use drape_report::Verdict;
 use drape_report::{Record, TIMINGS_FORMAT, Timings};
 
 /// Falls whose other ways out take twice the iterations, one of them unstable; `quick`: the table alone.
@@ -56,7 +57,7 @@ pub(crate) fn collision(quick: bool) -> Record<collision::Facts> {
                 climb_j: 0.1,
                 gain: if is_unstable { 3.0 } else { 0.0 },
                 unconverged_steps: 0,
-                verdict: if is_unstable { "unstable" } else { "stable" }.to_owned(),
+                verdict: if is_unstable { Verdict::Unstable } else { Verdict::Stable },
                 portable: true,
             });
         }
@@ -120,7 +121,7 @@ pub(crate) fn post_correction(quick: bool) -> Record<post_correction::Facts> {
                         residual: 1.1,
                         uncorrected_residual: 0.0,
                         elongation: 3.0 * limit,
-                        verdict: "completed".to_owned(),
+                        verdict: Verdict::Completed,
                         portable: true,
                     });
                 }

@@ -3,6 +3,7 @@
 use super::record;
 use drape_harness::studies::solver_control::facts as control;
 use drape_report::Record;
+use drape_report::Verdict;
 
 /// Two scenes; errors fall with the work, one adaptive run diverges.
 pub(crate) fn control() -> Record<control::Facts> {
@@ -39,7 +40,7 @@ pub(crate) fn control() -> Record<control::Facts> {
             force_evaluations: 50 * n,
             work_sweeps: 10_000 * n,
             unconverged_steps: n / 4,
-            verdict: if diverged { "diverged" } else { "completed" }.to_owned(),
+            verdict: if diverged { Verdict::Diverged } else { Verdict::Completed },
             portable: false,
         });
     };

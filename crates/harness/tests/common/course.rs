@@ -3,9 +3,13 @@
 use super::record;
 use drape_harness::studies::course::facts::{Facts, Lesson, Run, Scene, Support};
 use drape_report::Record;
+use drape_report::Verdict;
 
-const LESSONS: [(&str, &str); 3] =
-    [("explicit-euler", "diverged"), ("leapfrog", "stable"), ("provot", "unstable")];
+const LESSONS: [(&str, Verdict); 3] = [
+    ("explicit-euler", Verdict::Diverged),
+    ("leapfrog", Verdict::Stable),
+    ("provot", Verdict::Unstable),
+];
 
 fn scene(id: &str, k_over_m: f64) -> Scene {
     let time_s: Vec<f64> = (0..=40).map(|n| 0.05 * f64::from(n)).collect();
@@ -28,14 +32,14 @@ fn scene(id: &str, k_over_m: f64) -> Scene {
     }
 }
 
-fn run(scene: &Scene, verdict: &str) -> Run {
-    let stable = |value: f64| (verdict == "stable").then_some(value);
-    let whole = |value: f64| (verdict != "diverged").then_some(value);
-    let heights = if verdict == "diverged" { 4 } else { 41 };
+fn run(scene: &Scene, verdict: Verdict) -> Run {
+    let stable = |value: f64| (verdict == Verdict::Stable).then_some(value);
+    let whole = |value: f64| (verdict != Verdict::Diverged).then_some(value);
+    let heights = if verdict == Verdict::Diverged { 4 } else { 41 };
     Run {
         scene: scene.id.clone(),
         settings: "method".to_owned(),
-        verdict: verdict.to_owned(),
+        verdict: verdict,
         reached_s: 2.0,
         steps: 200,
         retained_motion: stable(0.95),

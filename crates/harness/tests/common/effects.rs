@@ -4,6 +4,7 @@ use super::{provenance, record};
 use drape_harness::studies::effects::facts::{
     Cell, EVERYTHING, Effect, Facts, NOTHING, Support, TimingRow,
 };
+use drape_report::Verdict;
 use drape_report::{Record, TIMINGS_FORMAT, Timings};
 
 const METHODS: [&str; 2] = ["leapfrog", "imex-euler"];
@@ -27,7 +28,7 @@ pub(crate) fn effects() -> Record<Facts> {
         effect: effect.to_owned(),
         method: method.to_owned(),
         step_s: 0.01,
-        verdict: if effect == EVERYTHING { "diverged" } else { "completed" }.to_owned(),
+        verdict: if effect == EVERYTHING { Verdict::Diverged } else { Verdict::Completed },
         steps: 50,
         cg_iterations: 321,
         newton_iterations: 0,

@@ -3,6 +3,7 @@
 use super::{CURVES, record};
 use drape_harness::studies::energy::facts as energy;
 use drape_report::Record;
+use drape_report::Verdict;
 use std::collections::BTreeMap;
 
 /// Four scenes, undamped and damped, with ledgers that take and add; `quick`: the spinning sheet only.
@@ -47,7 +48,7 @@ pub(crate) fn energy(quick: bool) -> Record<energy::Facts> {
                 method: method.to_owned(),
                 step_s: if n < 4 { 0.00125 } else { 0.01 },
                 steps: 100,
-                verdict: if is_unstable { "diverged" } else { "stable" }.to_owned(),
+                verdict: if is_unstable { Verdict::Diverged } else { Verdict::Stable },
                 energy: energies(if is_unstable { 9.0 } else { drift }),
                 drift: (!is_unstable).then_some(drift),
                 gain: (!is_unstable).then_some(0.0),

@@ -28,6 +28,7 @@ use drape_harness::studies::tables::facts as tables;
 use drape_harness::studies::tables::facts::{BestFit, PaperRow, Row, TimingRow};
 use drape_report::file::write_json;
 use drape_report::{Provenance, RECORD_FORMAT, Record, TIMINGS_FORMAT, Timings};
+use drape_report::{Verdict, Words};
 use std::collections::BTreeMap;
 use std::path::Path;
 use tempfile::TempDir;
@@ -108,7 +109,11 @@ pub(crate) fn record<F>(experiment: &str, quick: bool, facts: F) -> Record<F> {
         method: "Counted with ‖r‖ ≤ ε‖b‖ in every step.".to_owned(),
         command: format!("drape experiment {experiment}"),
         quick,
-        findings: vec!["A first finding.".to_owned(), "A second finding, a | b.".to_owned()],
+        words: Words {
+            conclusion: "A conclusion.".to_owned(),
+            observations: vec!["An observation, a | b.".to_owned()],
+            caveats: vec!["A caveat.".to_owned()],
+        },
         figures: Vec::new(),
         facts,
         provenance: provenance(),
@@ -159,11 +164,11 @@ fn row(n: usize, shift: i32) -> Row {
                 energy_gain_j: if failed { 3.2e140 } else { 1.5e-12 },
                 energy_climb: 0.0,
                 verdict: if failed {
-                    "diverged"
+                    Verdict::Diverged
                 } else if v == 2 && forcing_term > 0.15 {
-                    "marginal"
+                    Verdict::Marginal
                 } else {
-                    "stable"
+                    Verdict::Stable
                 }
                 .to_owned(),
                 portable: true,
@@ -273,10 +278,10 @@ fn cell(at: &At) -> cg::Cell {
     let steps = (1.0 / at.step_s).round() as u64;
     let cg_iterations = if raw < 0.04 { 0 } else { (raw * steps as f64) as u64 };
     let verdict = match (at.variant, at.k_over_m) {
-        (1, k) if k >= 1e7 => "diverged",
-        (1, k) if k >= 1e6 => "unstable",
-        (2, k) if k >= 1e8 => "marginal",
-        _ => "stable",
+        (1, k) if k >= 1e7 => Verdict::Diverged,
+        (1, k) if k >= 1e6 => Verdict::Unstable,
+        (2, k) if k >= 1e8 => Verdict::Marginal,
+        _ => Verdict::Stable,
     };
     cg::Cell {
         series: at.series.to_owned(),
@@ -297,9 +302,9 @@ fn cell(at: &At) -> cg::Cell {
         newton_iterations: 0,
         idle_steps: 0,
         unconverged_steps: 0,
-        energy_gain_j: if verdict == "diverged" { 1e200 } else { 0.0 },
+        energy_gain_j: if verdict == Verdict::Diverged { 1e200 } else { 0.0 },
         energy_climb: 0.0,
-        verdict: verdict.to_owned(),
+        verdict: verdict,
         portable: true,
     }
 }
@@ -354,7 +359,7 @@ pub(crate) fn cg(quick: bool) -> Record<cg::Facts> {
                 },
                 unconverged_steps: 0,
                 energy_gain_j: 0.0,
-                verdict: if diverged { "diverged" } else { "stable" }.to_owned(),
+                verdict: if diverged { Verdict::Diverged } else { Verdict::Stable },
                 portable: true,
             });
         }
@@ -407,17 +412,28 @@ fn hard_case(n: usize) -> hard_cases::Case {
 }
 
 fn hard_cell(case: &hard_cases::Case, method: usize, is_damped: bool) -> hard_cases::Cell {
-    let verdicts =
-        ["stable", "marginal", "unstable", "diverged", "over budget", "refused", "not applicable"];
+    let verdicts = [
+        Verdict::Stable,
+        Verdict::Marginal,
+        Verdict::Unstable,
+        Verdict::Diverged,
+        Verdict::OverBudget,
+        Verdict::Refused,
+        Verdict::NotApplicable,
+    ];
     let differs = method == 1 && is_damped;
     hard_cases::Cell {
         case: case.name.clone(),
         method: METHODS[method].to_owned(),
         is_damped,
         settings: METHODS[method].to_owned(),
-        verdict: verdicts[method % 7].to_owned(),
+        verdict: verdicts[method % 7],
         note: String::new(),
-        expected: if method.is_multiple_of(2) { "no theorem" } else { "stable" }.to_owned(),
+        expected: if method.is_multiple_of(2) {
+            hard_cases::Expected::NoTheorem
+        } else {
+            hard_cases::Expected::Stable
+        },
         reason: "so it is".to_owned(),
         differs,
         explanation: (differs && case.name.starts_with("H01")).then(|| "a reason | why".to_owned()),
@@ -493,7 +509,7 @@ pub(crate) fn order(quick: bool) -> Record<order::Facts> {
                 let step_s = 0.01 / f64::from(1 << step);
                 let is_lost = !scene.resolved && n < 3 && step < 2 * n;
                 let error = (!is_lost).then(|| 4.0 * step_s.powi(p as i32));
-                let verdict = if is_lost { "diverged" } else { "completed" }.to_owned();
+                let verdict = if is_lost { Verdict::Diverged } else { Verdict::Completed };
                 order::Run { step_s, error, verdict, unconverged_steps: n as u64 / 8 }
             };
             let has_order = scene.resolved || n != 2;
@@ -557,7 +573,7 @@ pub(crate) fn momentum(quick: bool) -> Record<momentum::Facts> {
                 spin: if is_unstable { spin[..4].to_vec() } else { spin },
                 states_momentum: true,
                 states_angular_momentum: false,
-                verdict: if is_unstable { momentum::UNSTABLE } else { momentum::COMPLETED }
+                verdict: if is_unstable { Verdict::Unstable } else { Verdict::Completed }
                     .to_owned(),
                 unconverged_steps: 0,
                 portable: true,

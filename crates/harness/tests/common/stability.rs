@@ -4,10 +4,18 @@ use super::{CURVES, record};
 use drape_harness::studies::locking::facts as locking;
 use drape_harness::studies::stability::facts as stability;
 use drape_report::Record;
+use drape_report::Verdict;
 
 /// Every verdict over steps and stiffnesses, limits with and without theory, a scan; `quick`: one column.
 pub(crate) fn stability(quick: bool) -> Record<stability::Facts> {
-    let verdicts = ["stable", "locked", "marginal", "unstable", "diverged", "over budget"];
+    let verdicts = [
+        Verdict::Stable,
+        Verdict::Locked,
+        Verdict::Marginal,
+        Verdict::Unstable,
+        Verdict::Diverged,
+        Verdict::OverBudget,
+    ];
     let mut columns = vec![(1e4, 40.0), (1e6, 40.0), (1e4, 0.0), (1e6, 0.0)];
     columns.truncate(if quick { 1 } else { 4 });
     let (mut cells, mut limits, mut shear) = (Vec::new(), Vec::new(), Vec::new());
@@ -20,7 +28,7 @@ pub(crate) fn stability(quick: bool) -> Record<stability::Facts> {
                     stiffness_over_mass_per_s2: k_over_m,
                     damping_over_mass_per_s: damping,
                     step_s,
-                    verdict: verdicts[(n + m) % 6].to_owned(),
+                    verdict: verdicts[(n + m) % 6],
                     starts: 1,
                     gain: if (n + m) % 6 == 4 { f64::MAX } else { 1e-3 },
                     drift: 0.0,
@@ -52,7 +60,7 @@ pub(crate) fn stability(quick: bool) -> Record<stability::Facts> {
     for label in if quick { &[][..] } else { &["imex-euler", "imex-updated"] } {
         let ratio = |ratio: f64| stability::Ratio {
             ratio,
-            verdict: if ratio > 0.5 { "diverged" } else { "stable" }.to_owned(),
+            verdict: if ratio > 0.5 { Verdict::Diverged } else { Verdict::Stable },
             gain: if ratio > 0.5 { f64::MAX } else { 0.0 },
         };
         shear.push(stability::Shear {
@@ -110,10 +118,10 @@ pub(crate) fn locking(quick: bool) -> Record<locking::Facts> {
                 late_speed_m_s: value(0.9 * law),
                 law_m_s: law,
                 verdict: match n {
-                    _ if is_over => "over budget",
-                    0 => "diverged",
-                    _ if kept < 0.5 => "locked",
-                    _ => "stable",
+                    _ if is_over => Verdict::OverBudget,
+                    0 => Verdict::Diverged,
+                    _ if kept < 0.5 => Verdict::Locked,
+                    _ => Verdict::Stable,
                 }
                 .to_owned(),
                 gain: 0.0,

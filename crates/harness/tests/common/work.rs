@@ -4,6 +4,7 @@ use super::{CURVES, provenance, record};
 use drape_harness::record::Phases;
 use drape_harness::studies::scaling::facts as scaling;
 use drape_harness::studies::work_precision::facts as work_precision;
+use drape_report::Verdict;
 use drape_report::{Record, TIMINGS_FORMAT, Timings};
 
 fn timings_of<R>(experiment: &str, rows: Vec<R>) -> Timings<R> {
@@ -57,7 +58,7 @@ pub(crate) fn work_precision(quick: bool) -> Record<work_precision::Facts> {
                 work_precision::Run {
                     value: 8.0 * 2f64.powi(step),
                     step_s: Some(0.25 / (8.0 * 2f64.powi(step))),
-                    verdict: if is_lost { "diverged" } else { "completed" }.to_owned(),
+                    verdict: if is_lost { Verdict::Diverged } else { Verdict::Completed },
                     error: (!is_lost).then(|| 0.2 * 2f64.powi(-p * step)),
                     effort: 1e5 * 2f64.powi(step) * (1.0 + n as f64),
                     force_evaluations: 8,
@@ -143,7 +144,7 @@ pub(crate) fn scaling(quick: bool) -> Record<scaling::Facts> {
                     force_evaluations: 3,
                     newton_iterations: 0,
                     unconverged_steps: 0,
-                    verdict: "completed".to_owned(),
+                    verdict: Verdict::Completed,
                     portable: true,
                 });
             }

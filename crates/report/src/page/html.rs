@@ -47,20 +47,16 @@ fn chapters<'a>(sections: &'a [Section], outline: &Outline) -> Vec<Chapter<'a>> 
     outline.parts.iter().filter_map(of_part).collect()
 }
 
-/// Sentences of the answer with the sections that they come from.
+/// Conclusions that answer the reader's question, with the sections that they come from.
 pub(super) fn answer<'a>(sections: &'a [Section], outline: &Outline) -> Vec<(&'a str, &'a str)> {
-    let named = outline.answers.iter().filter_map(|(name, most)| {
-        Some((sections.iter().find(|section| section.name == *name)?, *most))
-    });
-    let mut chosen: Vec<_> = named.collect();
+    let find = |name: &&str| sections.iter().find(|section| section.name == *name);
+    let mut chosen: Vec<_> = outline.answers.iter().filter_map(find).collect();
     if chosen.is_empty() {
-        chosen.extend(sections.iter().map(|section| (section, 1)));
+        chosen.extend(sections);
     }
-    let sentences = chosen.into_iter().flat_map(|(section, most)| {
-        let own = if section.answer.is_empty() { &section.findings } else { &section.answer };
-        own.iter().take(most).map(|sentence| (section.name.as_str(), sentence.as_str()))
-    });
-    sentences.take(outline.longest_answer).collect()
+    let pair = |section: &'a Section| (section.name.as_str(), section.words.conclusion.as_str());
+    let said = chosen.into_iter().map(pair).filter(|(_, conclusion)| !conclusion.is_empty());
+    said.take(outline.longest_answer).collect()
 }
 
 /// The figure that stands beside the answer.

@@ -7,7 +7,7 @@ mod inline;
 pub(crate) use html::report;
 pub(crate) use index::index;
 
-use crate::{Figure, Provenance, Record, Timings};
+use crate::{Figure, Provenance, Record, Timings, Words};
 use serde::Serialize;
 
 /// The order of the page, and the studies whose sentences lead it.
@@ -15,9 +15,9 @@ use serde::Serialize;
 pub struct Outline {
     /// Parts of the report in order.
     pub parts: &'static [Part],
-    /// Studies that answer the reader's question, if they are there, and how many sentences of each.
-    pub answers: &'static [(&'static str, usize)],
-    /// Most sentences of the answer.
+    /// Studies whose conclusions answer the reader's question, if they are there.
+    pub answers: &'static [&'static str],
+    /// How many of them the answer quotes at most.
     pub longest_answer: usize,
     /// The figure beside the answer: the first of these that was drawn, or else the first of all.
     pub leads: &'static [&'static str],
@@ -31,7 +31,7 @@ pub struct Part {
     pub title: &'static str,
     /// Names of its studies.
     pub studies: &'static [&'static str],
-    /// Whether the first table of a section stands before its findings.
+    /// Whether the first table of a section stands before its conclusion.
     pub table_first: bool,
 }
 
@@ -43,9 +43,7 @@ pub struct Section {
     method: String,
     command: String,
     quick: bool,
-    findings: Vec<String>,
-    /// Sentences for the head of the report; where there are none the first findings stand there.
-    answer: Vec<String>,
+    words: Words,
     /// File of the record, beside the page.
     record: String,
     notes: Vec<String>,
@@ -120,12 +118,6 @@ impl Section {
         self
     }
 
-    /// The same with sentences for the head of the report.
-    pub fn with_answer(mut self, sentences: impl IntoIterator<Item = String>) -> Self {
-        self.answer = sentences.into_iter().collect();
-        self
-    }
-
     /// The same with lessons; their figures stand in them.
     pub fn with_lessons(mut self, lessons: Vec<Lesson>) -> Self {
         self.lessons = lessons;
@@ -141,8 +133,7 @@ fn of_record<F>(record: &Record<F>, figures: Vec<Figure>) -> Section {
         method: record.method.clone(),
         command: record.command.clone(),
         quick: record.quick,
-        findings: record.findings.clone(),
-        answer: Vec::new(),
+        words: record.words.clone(),
         notes: Vec::new(),
         figures,
         tables: Vec::new(),
@@ -183,18 +174,6 @@ fn origin(file: &str, provenance: &Provenance) -> Origin {
     );
     Origin { file: file.to_owned(), lines }
 }
-
-/// A sign behind the number of a run that was not stable.
-pub fn sign(verdict: &str) -> &'static str {
-    match verdict {
-        "stable" => "",
-        "marginal" => " °",
-        _ => " ✗",
-    }
-}
-
-/// What the marks of [`sign`] mean.
-pub const SIGNS: &str = "° marginal, ✗ unstable or diverged.";
 
 /// Owned texts, for a header.
 pub fn texts(parts: &[&str]) -> Vec<String> {

@@ -4,6 +4,7 @@
 //! left out: it vanishes on white). No series depends on its colour: marker and dashes differ too,
 //! so that a figure can be read in grey.
 
+use crate::Verdict;
 use plotters::style::RGBColor;
 
 /// Font size of titles and labels in user units of the SVG (pixels at 100 %).
@@ -108,16 +109,16 @@ pub enum State {
     Stable,
     /// Hollow marker.
     Marginal,
-    /// Hollow marker, crossed out: unstable, diverged, or a verdict that is not known here.
+    /// Hollow marker, crossed out: any other verdict.
     Failed,
 }
 
 impl State {
-    /// The state of a verdict of a record.
-    pub fn of_verdict(verdict: &str) -> Self {
+    /// The state of a verdict.
+    pub fn of_verdict(verdict: Verdict) -> Self {
         match verdict {
-            "stable" => Self::Stable,
-            "marginal" => Self::Marginal,
+            Verdict::Stable => Self::Stable,
+            Verdict::Marginal => Self::Marginal,
             _ => Self::Failed,
         }
     }

@@ -26,7 +26,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let unfinished = Unfinished::enter(&out, arguments.fresh)?;
     record(experiment, &out, arguments.quick, &unfinished)?;
     super::report::draw(&out)?;
-    Ok(unfinished.leave([experiment.name])?)
+    Ok(unfinished.leave([experiment.name()])?)
 }
 
 /// The folder for results. By default a quick subset does not replace full results.
@@ -37,12 +37,12 @@ pub(crate) fn folder(out: Option<&Path>, quick: bool) -> PathBuf {
 /// Runs an experiment and writes its records. It skips the cells, or the whole experiment, that an
 /// interrupted run has finished.
 pub(crate) fn record(
-    study: &Study,
+    study: &dyn Study,
     out: &Path,
     quick: bool,
     unfinished: &Unfinished,
 ) -> anyhow::Result<()> {
-    let name = study.name;
+    let name = study.name();
     let journal = unfinished.journal(name, quick)?;
     if journal.is_finished() {
         eprintln!("{name}: finished before the interruption");

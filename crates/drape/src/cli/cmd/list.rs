@@ -44,11 +44,11 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         What::Methods => methods::all().try_for_each(|method| describe(&mut text, method))?,
         What::Experiments => {
             for experiment in studies::all() {
-                writeln!(text, "{}\n    {}", experiment.name, experiment.question)?;
-                if !experiment.builds_on.is_empty() {
-                    writeln!(text, "    builds on: {}", experiment.builds_on.join(", "))?;
+                writeln!(text, "{}\n    {}", experiment.name(), experiment.question())?;
+                if !experiment.builds_on().is_empty() {
+                    writeln!(text, "    builds on: {}", experiment.builds_on().join(", "))?;
                 }
-                let lessons = studies::lessons(experiment.name);
+                let lessons = studies::lessons(experiment.name());
                 if !lessons.is_empty() {
                     writeln!(text, "    lessons: {}", lessons.join(" → "))?;
                 }

@@ -25,7 +25,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let begin = Instant::now();
     let out = super::experiment::folder(arguments.out.as_deref(), arguments.quick);
     let chosen = match arguments.only.as_slice() {
-        [] => all().iter().collect(),
+        [] => all().to_vec(),
         names => names.iter().map(|name| find(name)).collect::<Result<Vec<_>, _>>()?,
     };
     let unfinished = Unfinished::enter(&out, arguments.fresh)?;
@@ -33,7 +33,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         super::experiment::record(experiment, &out, arguments.quick, &unfinished)?;
     }
     super::report::draw(&out)?;
-    unfinished.leave(chosen.iter().map(|experiment| experiment.name))?;
+    unfinished.leave(chosen.iter().map(|experiment| experiment.name()))?;
     eprintln!(
         "done in {:.1} s; read {}",
         begin.elapsed().as_secs_f64(),

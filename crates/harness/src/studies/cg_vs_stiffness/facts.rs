@@ -1,7 +1,10 @@
 //! Records of the experiment `cg-vs-stiffness`.
 
+use drape_report::Verdict;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+
+pub(super) const FORCING_TERM: f64 = 0.05;
 
 /// Cells of all series.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -61,7 +64,7 @@ pub struct Cell {
     /// scene sets free.
     pub energy_climb: f64,
     /// `stable`, `marginal`, `unstable` or `diverged`.
-    pub verdict: String,
+    pub verdict: Verdict,
     /// Same bits on every machine.
     pub portable: bool,
 }
@@ -86,7 +89,7 @@ pub struct Motion {
     /// Greatest rise of the total energy above its start within the run, J.
     pub energy_gain_j: f64,
     /// `stable`, `marginal`, `unstable` or `diverged`.
-    pub verdict: String,
+    pub verdict: Verdict,
     /// Same bits on every machine.
     pub portable: bool,
 }

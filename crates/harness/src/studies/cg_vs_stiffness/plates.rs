@@ -1,39 +1,20 @@
 //! Figures of the experiment `cg-vs-stiffness`.
 
-mod tabulated;
+pub(super) mod tabulated;
 
+use super::facts::{Cell, Facts};
 use crate::studies::tables::facts::VARIANTS;
 use drape_report::number::{power, setting};
-use drape_report::page::Section;
-use drape_report::plate::{Plate, self};
-use drape_report::plot::{Axis, Draft, Look, Point, Series, Sheet, State, names, panels_of, place_of, values};
-use drape_report::{Figure, Files, Record, ReportError, read_record};
-use std::path::Path;
-use super::facts::{Cell, Facts};
+use drape_report::plate::{Draw, Plate};
+use drape_report::plot::{
+    Axis, Draft, Look, Point, Series, Sheet, State, names, panels_of, place_of, values,
+};
 
 /// What the figures are drawn from.
-pub(super) type Input = Record<Facts>;
-
-/// Title and caption of every figure.
-pub(super) fn figures() -> Vec<Figure> {
-    PLATES.iter().map(Plate::figure).collect()
-}
-
-/// Draws the figures and returns the section of the page.
-pub(super) fn section(
-    results: &Path,
-    study: &str,
-    files: &mut Files,
-) -> Result<Option<Section>, ReportError> {
-    let Some(record) = read_record::<Facts>(results, study)? else {
-        return Ok(None);
-    };
-    let figures = plate::draw_all(PLATES, &record, files)?;
-    Ok(Some(Section::new(&record, figures, tabulated::tables(&record))))
-}
+pub(super) type Input = crate::studies::Input<Facts>;
 
 /// All figures, in the page's order.
-const PLATES: &[Plate<Input>] = &[
+pub(super) const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "cg-vs-stiffness.svg",
         title: "CG iterations per step against stiffness, by preconditioner and start vector",
@@ -44,7 +25,7 @@ const PLATES: &[Plate<Input>] = &[
             fill-in (ic0). The marker tells the vector from which CG starts: the last velocity, its \
             extrapolation. Axes are logarithmic and the same in all panels. Markers tell runs that \
             were not stable.",
-        sheet: against_stiffness,
+        draw: Draw::Sheet(against_stiffness),
     },
     Plate {
         file: "cg-vs-theta.svg",
@@ -54,7 +35,7 @@ const PLATES: &[Plate<Input>] = &[
             sweeps over stiffness and over the step, at fixed k/m and at fixed material, drawn \
             against the dimensionless θ = h²k/m; marker and colour tell h. If θ alone decided, the \
             curves of all steps would lie on one another.",
-        sheet: against_theta,
+        draw: Draw::Sheet(against_theta),
     },
     Plate {
         file: "cg-plain-vs-updated.svg",
@@ -66,7 +47,7 @@ const PLATES: &[Plate<Input>] = &[
             the last velocity and goes over to Newton's method for h²k/m above 100, where its CG count \
             is 0 (with 2704 particles it was run up to k/m = 10⁶ only). Iterations of all outer passes count. Markers \
             tell runs that were not stable: their count is that of another motion.",
-        sheet: plain_and_updated,
+        draw: Draw::Sheet(plain_and_updated),
     },
     Plate {
         file: "cg-vs-step.svg",
@@ -76,7 +57,7 @@ const PLATES: &[Plate<Input>] = &[
             times the steps of a second) against the time step h, one curve for each stiffness \
             over mass k/m. A smaller step makes each \
             solve easier and their number greater: the curves tell which of the two wins.",
-        sheet: against_step,
+        draw: Draw::Sheet(against_step),
     },
     Plate {
         file: "cg-vs-forcing-term.svg",
@@ -85,7 +66,7 @@ const PLATES: &[Plate<Input>] = &[
             extrapolated start, h = 0.01 s. CG iterations per step against the forcing term ε, the \
             relative tolerance at which the solver stops (tight on the left, loose on the right), \
             one curve for each stiffness over mass k/m.",
-        sheet: against_forcing_term,
+        draw: Draw::Sheet(against_forcing_term),
     },
     Plate {
         file: "motion-vs-stiffness.svg",
@@ -98,7 +79,7 @@ const PLATES: &[Plate<Input>] = &[
             shows locking, not accuracy. Tension only: the shear springs are left out of the matrix. Backward Euler is the method to compare with, as it \
             solves the full nonlinear equation of the step. Runs that diverged stay in the figure, \
             crossed out, on the edge of the panel when their value lies beyond it.",
-        sheet: motion,
+        draw: Draw::Sheet(motion),
     },
 ];
 
@@ -152,7 +133,7 @@ fn select<'a>(input: &'a Input, series: &str, kind: impl Fn(&Cell) -> bool) -> V
 }
 
 fn point(cell: &Cell, x: f64, y: f64) -> Point {
-    Point { x, y, state: State::of_verdict(&cell.verdict) }
+    Point { x, y, state: State::of_verdict(cell.verdict) }
 }
 
 fn particles(n: usize) -> String {
@@ -327,7 +308,7 @@ fn motion(input: &Input) -> Option<Sheet> {
                 let points = chosen.map(|m| Point {
                     x: m.stiffness_over_mass_per_s2,
                     y: m.fall_m,
-                    state: State::of_verdict(&m.verdict),
+                    state: State::of_verdict(m.verdict),
                 });
                 let look = Look::number(place_of(label, &MOTIONS));
                 Series::new((*label).to_owned(), look, points.collect())
@@ -336,7 +317,7 @@ fn motion(input: &Input) -> Option<Sheet> {
         })
         .collect();
     // Only runs that held decide on the axis, so that one that flew off does not flatten them.
-    let held = motion.iter().filter(|m| State::of_verdict(&m.verdict) != State::Failed);
+    let held = motion.iter().filter(|m| State::of_verdict(m.verdict) != State::Failed);
     let span: Vec<f64> = held.map(|m| m.fall_m).chain([0.0]).collect();
     panels_of(
         drafts,

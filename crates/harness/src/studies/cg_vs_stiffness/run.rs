@@ -2,14 +2,13 @@
 
 use crate::facts::{Fact, fact};
 use crate::run::Simulation;
-use crate::scenes::{build, bundled, free_edge_midpoint, with_damping_scaled, with_particles_a_side, with_stiffness};
-use crate::studies::cg_vs_stiffness::facts::{Cell, Facts, Motion};
-use crate::studies::{Account, Context, cells, counts, finite, gain, prepared, short};
-use crate::{HarnessError, reference_energy, system_hash, verdict};
-use drape_report::Record;
+use crate::scenes::{
+    build, bundled, free_edge_midpoint, with_damping_scaled, with_particles_a_side, with_stiffness,
+};
+use crate::studies::cg_vs_stiffness::facts::{Cell, FORCING_TERM, Facts, Motion};
+use crate::studies::{Context, Measured, cells, counts, finite, prepared};
+use crate::{HarnessError, reference_energy, system_hash};
 use std::collections::BTreeMap;
-use std::path::PathBuf;
-use super::STUDY;
 
 const SCENE: &str = "hanging-textile-1e4";
 const MOTION_SCENE: &str = "hanging-textile-sheared-1e6";
@@ -19,7 +18,6 @@ const DURATION: f64 = 1.0;
 const FALL_TIME: f64 = 0.3;
 /// Base point of the star: step size (s) and forcing term.
 const STEP: f64 = 0.01;
-const FORCING_TERM: f64 = 0.05;
 const SIDES: [u32; 2] = [20, 52];
 const STIFFNESSES: [f64; 7] = [1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8];
 /// Greatest stiffness over mass at which the released energy is computed, 1/s².
@@ -171,7 +169,7 @@ fn cell(point: &Point, sheet: &Sheet) -> Result<Cell, HarnessError> {
         unconverged_steps: run.outcome.unconverged,
         energy_gain_j: finite(run.energy.gain),
         energy_climb: finite(run.energy.climb / sheet.reference_energy),
-        verdict: verdict(&run, sheet.reference_energy).to_owned(),
+        verdict: run.verdict(sheet.reference_energy),
         portable: choice.is_portable(),
     })
 }
@@ -199,12 +197,24 @@ fn motion(stiffness: f64, label: &str, method: &str) -> Result<Motion, HarnessEr
         fall_m: finite(run.state.x[tracked].z - simulation.state.x[tracked].z),
         unconverged_steps: run.outcome.unconverged,
         energy_gain_j: finite(run.energy.gain),
-        verdict: verdict(&run, reference_energy).to_owned(),
+        verdict: run.verdict(reference_energy),
         portable: choice.is_portable(),
     })
 }
 
-pub(super) fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
+/// How the facts are measured.
+pub(super) fn method() -> String {
+    "The hanging textile (structural springs, d/m = 40/s) is run for one simulated second and \
+                 the CG iterations are summed. A star around the base point h = 0.01 s, ε = 0.05, IC(0), \
+                 extrapolated start: one factor varies at a time. For the motion, shear springs of a \
+                 tenth of the stiffness are added and the fall of the free edge's midpoint after 0.3 s is \
+                 recorded at the methods' default settings. Verdicts as in the experiment `tables`; beyond \
+                 k/m = 1e7 the released energy is that of 1e7. The robust form uses Newton for h²k/m above \
+                 100, so that its CG count ends there."
+            .to_owned()
+}
+
+pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError> {
     let points = star(context.quick);
     let key = |point: &Point| (point.material, point.side, point.stiffness);
     let mut sizes: Vec<_> = points.iter().map(key).collect();
@@ -236,27 +246,13 @@ pub(super) fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
             (format!("{material} n={} k/m={stiffness:e}", side * side), hash.clone())
         })
         .collect();
-    let findings = findings(&facts);
-    let account = Account {
-        method: "The hanging textile (structural springs, d/m = 40/s) is run for one simulated second and \
-                 the CG iterations are summed. A star around the base point h = 0.01 s, ε = 0.05, IC(0), \
-                 extrapolated start: one factor varies at a time. For the motion, shear springs of a \
-                 tenth of the stiffness are added and the fall of the free edge's midpoint after 0.3 s is \
-                 recorded at the methods' default settings. Verdicts as in the experiment `tables`; beyond \
-                 k/m = 1e7 the released energy is that of 1e7. The robust form uses Newton for h²k/m above \
-                 100, so that its CG count ends there."
-            .to_owned(),
-        findings,
-        facts,
-        scenes: hashes,
-        seed: None,
-    };
-    Ok(vec![context.write(&STUDY, account)?])
+    let (facts, scenes, seed) = (facts, hashes, None);
+    Ok(Measured { facts, timings: None, scenes, seed })
 }
 
 /// Its facts, as they are compared.
-pub(crate) fn comparable(record: &Record<Facts>) -> Vec<Fact> {
-    let cells = record.facts.cells.iter().map(|c| {
+pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {
+    let cells = facts.cells.iter().map(|c| {
         let key = format!(
             "{} {} n={} k/m={:e} h={} {} {} {} ε={}",
             c.series,
@@ -271,171 +267,9 @@ pub(crate) fn comparable(record: &Record<Facts>) -> Vec<Fact> {
         );
         fact(key, c.portable, c)
     });
-    let motion = record.facts.motion.iter().map(|m| {
+    let motion = facts.motion.iter().map(|m| {
         let key = format!("motion k/m={:e} {}", m.stiffness_over_mass_per_s2, m.label);
         fact(key, m.portable, m)
     });
     cells.chain(motion).collect()
-}
-
-/// What the numbers say.
-fn findings(facts: &Facts) -> Vec<String> {
-    let mut findings = Vec::new();
-    let line = |particles: usize, variant: &str, preconditioner: &str, start: &str| {
-        let mut cells: Vec<_> = facts
-            .cells
-            .iter()
-            .filter(|c| {
-                c.series == "stiffness"
-                    && c.material == "fixed-k-over-m"
-                    && c.particles == particles
-                    && c.variant == variant
-                    && c.preconditioner == preconditioner
-                    && c.start == start
-            })
-            .collect();
-        cells.sort_by(|a, b| a.stiffness_over_mass_per_s2.total_cmp(&b.stiffness_over_mass_per_s2));
-        cells
-    };
-    for particles in [400, 2704] {
-        let describe = |preconditioner, start| {
-            let cells = line(particles, "plain", preconditioner, start);
-            let (first, last) = (cells.first()?, cells.last()?);
-            let monotone = cells.windows(2).all(|pair| pair[0].cg_per_step <= pair[1].cg_per_step);
-            let peak = cells.iter().max_by(|a, b| a.cg_per_step.total_cmp(&b.cg_per_step))?;
-            Some(format!(
-                "{} to {} a step {}",
-                short(first.cg_per_step),
-                short(last.cg_per_step),
-                if monotone {
-                    "(growing throughout)".to_owned()
-                } else {
-                    format!(
-                        "(with a peak of {} at k/m = {:e})",
-                        short(peak.cg_per_step),
-                        peak.stiffness_over_mass_per_s2
-                    )
-                }
-            ))
-        };
-        let Some(ic) = describe("ic0", "extrapolated") else { continue };
-        let ic_last = describe("ic0", "last").unwrap_or_default();
-        let none = describe("none", "extrapolated").unwrap_or_default();
-        findings.push(format!(
-            "{particles} particles, plain CG, iterations a step for k/m from 1e2 to 1e8: IC(0) with the extrapolated start takes \
-             {ic}; started at v_n {ic_last}; without preconditioner {none}."
-        ));
-    }
-    findings.extend(loose_start_finding(facts));
-    for (variant, name) in [("updated-paper", "as printed"), ("updated-robust", "robust")] {
-        for particles in [400, 2704] {
-            let cells = line(
-                particles,
-                variant,
-                "ic0",
-                if variant == "updated-robust" { "best" } else { "extrapolated" },
-            );
-            if cells.is_empty() {
-                continue;
-            }
-            let failed: Vec<_> = cells
-                .iter()
-                .filter(|cell| cell.verdict != "stable")
-                .map(|cell| {
-                    format!(
-                        "{:e} ({}, {})",
-                        cell.stiffness_over_mass_per_s2,
-                        cell.verdict,
-                        gain(cell.energy_gain_j)
-                    )
-                })
-                .collect();
-            findings.push(if failed.is_empty() {
-                let last = cells.last().map_or(0.0, |cell| cell.stiffness_over_mass_per_s2);
-                let newton: u64 = cells.iter().map(|cell| cell.newton_iterations).sum();
-                let by = if newton > 0 { format!(", with {newton} Newton iterations in all") } else { String::new() };
-                format!(
-                    "Updated CG, {name}, {particles} particles: stable over the second at every stiffness \
-                     that was run, up to k/m = {last:e}{by}."
-                )
-            } else {
-                format!(
-                    "Updated CG, {name}, {particles} particles: gains energy at k/m = {}.",
-                    failed.join(", ")
-                )
-            });
-        }
-    }
-    findings.extend(fall_finding(facts));
-    findings.extend(step_finding(facts));
-    findings
-}
-
-/// Plain CG that gains energy, and how many of its steps passed the test without an iteration.
-fn loose_start_finding(facts: &Facts) -> Option<String> {
-    let plain = || facts.cells.iter().filter(|c| c.series == "stiffness" && c.variant == "plain");
-    let mut gaining: Vec<_> = plain().filter(|c| c.verdict != "stable").collect();
-    gaining.sort_by(|a, b| b.energy_gain_j.total_cmp(&a.energy_gain_j));
-    let extrapolated = gaining.iter().filter(|c| c.start == "extrapolated").count();
-    let most = gaining.first()?;
-    Some(format!(
-        "{} of {} runs of plain CG at ε = {FORCING_TERM} rise above their start, {extrapolated} of them with \
-         the extrapolated start; the greatest rise, at n = {}, k/m = {:e}, {}, is {}, where {} of {} steps \
-         pass the test without an iteration and are pure extrapolation.",
-        gaining.len(),
-        plain().count(),
-        most.particles,
-        most.stiffness_over_mass_per_s2,
-        most.preconditioner,
-        gain(most.energy_gain_j),
-        most.idle_steps,
-        most.steps
-    ))
-}
-
-fn fall_finding(facts: &Facts) -> Option<String> {
-    let at = |label: &str| {
-        facts.motion.iter().find(|m| m.label == label && m.stiffness_over_mass_per_s2 == 1e6)
-    };
-    let (plain, updated) = (at("imex-euler")?, at("imex-updated")?);
-    let reference = at("backward-euler")?;
-    let tension = at("imex-updated, tension only").map_or_else(String::new, |m| {
-        format!(
-            " With shear left out of the matrix the energy of updated CG rises by {} ({}).",
-            gain(m.energy_gain_j),
-            m.verdict
-        )
-    });
-    let share = plain.fall_m / reference.fall_m;
-    let still = if share < 0.5 { "all but stands still" } else { "moves" };
-    Some(format!(
-        "Few iterations are not always a good sign: at k/m = 1e6 and h = 0.01 s the sheet of plain IMEX Euler \
-         {still} (it falls {} m in 0.3 s, that of backward Euler {} m, that of updated CG {} m).{tension}",
-        short(-plain.fall_m),
-        short(-reference.fall_m),
-        short(-updated.fall_m)
-    ))
-}
-
-fn step_finding(facts: &Facts) -> Option<String> {
-    let totals = |stiffness: f64| {
-        let mut cells: Vec<_> = facts
-            .cells
-            .iter()
-            .filter(|c| {
-                c.series == "step"
-                    && c.variant == "plain"
-                    && c.stiffness_over_mass_per_s2 == stiffness
-            })
-            .collect();
-        cells.sort_by(|a, b| a.step_s.total_cmp(&b.step_s));
-        let list: Vec<_> =
-            cells.iter().map(|c| format!("{} at h = {} s", c.cg_iterations, c.step_s)).collect();
-        (!list.is_empty()).then(|| list.join(", "))
-    };
-    Some(format!(
-        "CG iterations in one second against the step size, plain: k/m = 1e4: {}; k/m = 1e6: {}.",
-        totals(1e4)?,
-        totals(1e6)?
-    ))
 }

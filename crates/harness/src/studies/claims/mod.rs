@@ -5,16 +5,18 @@ pub(crate) mod plates;
 pub(crate) mod run;
 mod words;
 
+use super::Parts;
 
-use crate::facts::compare;
-use super::Study;
-
-pub(super) const STUDY: Study = Study {
+pub(super) const STUDY: Parts<facts::Facts, facts::TimingRow> = Parts {
     name: "claims",
     question: words::QUESTION,
     builds_on: words::BUILDS_ON,
+    method: run::method,
+    timing: Some(run::timing),
     run: run::run,
-    compare: |fresh, committed| compare("claims.json", fresh, committed, run::comparable),
-    figures: plates::figures,
-    section: plates::section,
+    comparable: run::comparable,
+    words: words::words,
+    plates: plates::PLATES,
+    tables: plates::tables,
+    lessons: None,
 };

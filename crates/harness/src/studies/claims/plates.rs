@@ -1,38 +1,19 @@
 //! Figure and tables of the experiment `claims`.
 
-use drape_report::number::{significant, trimmed};
-use drape_report::page::{Section, Table, absent, texts};
-use drape_report::plate::{Plate, self};
-use drape_report::plot::{Matrix, Row as Line, Shade, Tile};
-use drape_report::{Figure, Files, ReportError, Timed, read_timed};
-use std::path::Path;
 use super::facts::{Facts, Number, Row, TimingRow, Verdict};
+use drape_report::number::{significant, trimmed};
+use drape_report::page::{Table, absent, texts};
+use drape_report::plate::{Draw, Plate};
+use drape_report::plot::{Matrix, Row as Line, Shade, Tile};
 
 /// What the figure is drawn from.
-pub(super) type Input = Timed<Facts, TimingRow>;
-
-/// Title and caption of every figure.
-pub(super) fn figures() -> Vec<Figure> {
-    PLATES.iter().map(Plate::figure).collect()
-}
-
-/// Draws the figures and returns the section of the page.
-pub(super) fn section(
-    results: &Path,
-    study: &str,
-    files: &mut Files,
-) -> Result<Option<Section>, ReportError> {
-    let Some(input) = read_timed(results, study)? else { return Ok(None) };
-    let figures = plate::draw_all(PLATES, &input, files)?;
-    let section = Section::new(&input.record, figures, tables(&input));
-    let answer = answer(&input);
-    Ok(Some(section.with_timings(input.timings.as_ref()).with_answer(answer)))
-}
+pub(super) type Input = crate::studies::Input<Facts, TimingRow>;
 
 /// How many claims hold.
 fn answer(input: &Input) -> Option<String> {
-    let rows = &input.record.facts.claims;
-    let count = |verdict: Verdict| rows.iter().filter(|row| verdict_of(input, row) == verdict).count();
+    let rows = &input.facts.claims;
+    let count =
+        |verdict: Verdict| rows.iter().filter(|row| verdict_of(input, row) == verdict).count();
     (!rows.is_empty()).then(|| {
         format!(
             "Of {} claims of the paper that were tested by criteria fixed beforehand, {} are confirmed, {} refuted and {} undecided.",
@@ -44,14 +25,14 @@ fn answer(input: &Input) -> Option<String> {
     })
 }
 
-const PLATES: &[Plate<Input, Matrix>] = &[Plate {
+pub(super) const PLATES: &[Plate<Input>] = &[Plate {
     file: "claims.svg",
     title: "Which of the paper's claims hold",
     caption: "One row for each claim of the paper, in our words, with the place of the claim in brackets. The tile \
         tells what its test found: confirmed if the criterion that was fixed beforehand is met, refuted if it is \
         not, undecided if the test cannot tell, because an effect is absent or because counted work and measured seconds \
         disagree (thick frame). Criteria, numbers, reasons and what repairs a refuted claim stand in the tables below.",
-    sheet: verdicts,
+    draw: Draw::Matrix(verdicts),
 }];
 
 const KNOWN: [(Verdict, &str, Shade); 3] = [
@@ -75,7 +56,7 @@ fn verdict_of(input: &Input, row: &Row) -> Verdict {
 }
 
 fn verdicts(input: &Input) -> Option<Matrix> {
-    let rows = &input.record.facts.claims;
+    let rows = &input.facts.claims;
     let line = |row: &Row| {
         let tile = |(verdict, letter, shade): &(Verdict, &str, Shade)| {
             let is_here = verdict_of(input, row) == *verdict;
@@ -115,7 +96,7 @@ fn number(number: &Number) -> String {
     format!("{}: {value}{unit}{limit}", number.what)
 }
 
-fn tables(input: &Input) -> Vec<Table> {
+pub(super) fn tables(input: &Input) -> Vec<Table> {
     vec![ledger(input), evidence(input), seconds(input)]
 }
 
@@ -150,7 +131,7 @@ fn ledger(input: &Input) -> Table {
             "id", "§", "claim", "criterion", "verdict", "reason", "repair", "figure",
         ]),
         names: 8,
-        rows: input.record.facts.claims.iter().map(line).collect(),
+        rows: input.facts.claims.iter().map(line).collect(),
     }
 }
 
@@ -163,7 +144,7 @@ fn evidence(input: &Input) -> Table {
         title: "**The evidence.** What was run, and the numbers behind each verdict.".to_owned(),
         header: texts(&["id", "scenes", "numbers"]),
         names: 3,
-        rows: input.record.facts.claims.iter().map(line).collect(),
+        rows: input.facts.claims.iter().map(line).collect(),
     }
 }
 

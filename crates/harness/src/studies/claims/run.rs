@@ -1,50 +1,46 @@
 //! Experiment `claims`: the ledger of the paper's claims.
 
 use crate::HarnessError;
-use crate::claims::{Claim, Verdict, all};
+use crate::claims::{Claim, all};
 use crate::facts::{Fact, fact};
 use crate::studies::claims::facts::{Facts, Row, TimingRow};
-use crate::studies::{Account, Context, cells, timed};
-use drape_report::Record;
+use crate::studies::{Context, Measured, cells, timed};
 use std::collections::BTreeMap;
-use std::path::PathBuf;
-use super::STUDY;
 
-pub(super) fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
-    let chosen: Vec<_> = all().iter().filter(|claim| claim.is_quick || !context.quick).collect();
-    let claims = cells(context, "tests", &chosen, |claim| claim.test())?;
-    let facts = Facts { claims };
-    let account = Account {
-        method: "Each claim is a test of its own; its criterion was fixed before anything was measured and is not tuned. \
+/// How the timings are taken.
+pub(super) fn timing() -> String {
+    "Wall time of the same work whose operations the facts count, one piece after the other on one \
+                  thread; the median of the repetitions decides."
+        .to_owned()
+}
+
+/// How the facts are measured.
+pub(super) fn method() -> String {
+    "Each claim is a test of its own; its criterion was fixed before anything was measured and is not tuned. \
                  Confirmed: the criterion is met; refuted: it is not; undecided: the test cannot tell, and the reason says \
                  why. Claims about time are decided from counted work, which is the same on every machine; the \
                  measured seconds stand in the timings and must bear the verdict out. A random number, where one is \
                  drawn, comes from a seed that stands in the test."
-            .to_owned(),
-        findings: findings(&facts),
-        facts,
-        scenes: BTreeMap::new(),
-        seed: None,
-    };
-    let mut files = vec![context.write(&STUDY, account)?];
-    if !context.quick {
-        files.push(seconds(context)?);
-    }
-    Ok(files)
+            .to_owned()
+}
+
+pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, HarnessError> {
+    let chosen: Vec<_> = all().iter().filter(|claim| claim.is_quick || !context.quick).collect();
+    let claims = cells(context, "tests", &chosen, |claim| claim.test())?;
+    let facts = Facts { claims };
+    let timings = if context.quick { None } else { Some(seconds(context)?) };
+    Ok(Measured { facts, timings, scenes: BTreeMap::new(), seed: None })
 }
 
 /// Times the claims about time.
-fn seconds(context: &Context<'_>) -> Result<PathBuf, HarnessError> {
+fn seconds(context: &Context<'_>) -> Result<Vec<TimingRow>, HarnessError> {
     let chosen: Vec<_> = all().iter().filter(|claim| claim.has_seconds()).collect();
     let rows = timed(context, "seconds", &chosen, |claim: &&Claim| claim.seconds())?;
-    let rows: Vec<TimingRow> = rows.into_iter().flatten().collect();
-    let method = "Wall time of the same work whose operations the facts count, one piece after the other on one \
-                  thread; the median of the repetitions decides.";
-    context.write_timings(&STUDY, method.to_owned(), rows, BTreeMap::new())
+    Ok(rows.into_iter().flatten().collect())
 }
 
 /// Its facts, as they are compared: each claim, and each of its numbers.
-pub(crate) fn comparable(record: &Record<Facts>) -> Vec<Fact> {
+pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {
     let of = |row: &Row| {
         let mut bare = fact(row.id.clone(), row.portable, row);
         if let serde_json::Value::Object(values) = &mut bare.values {
@@ -61,35 +57,15 @@ pub(crate) fn comparable(record: &Record<Facts>) -> Vec<Fact> {
         facts.extend(numbers.map(|number| fact(key(&number.what), row.portable, number)));
         facts
     };
-    record.facts.claims.iter().flat_map(of).collect()
-}
-
-/// What the verdicts say.
-fn findings(facts: &Facts) -> Vec<String> {
-    let ids = |verdict: Verdict| {
-        let rows = facts.claims.iter().filter(|row| row.verdict == verdict);
-        rows.map(|row| row.id.as_str()).collect::<Vec<_>>()
-    };
-    let count = |verdict: Verdict| {
-        let ids = ids(verdict);
-        let list = if ids.is_empty() { String::new() } else { format!(" ({})", ids.join(", ")) };
-        format!("{} {}{list}", ids.len(), verdict.name())
-    };
-    let verdicts = [Verdict::Confirmed, Verdict::Refuted, Verdict::Undecided].map(count);
-    let mut findings = vec![format!("Of {} claims: {}.", facts.claims.len(), verdicts.join("; "))];
-    for row in facts.claims.iter().filter(|row| row.verdict != Verdict::Confirmed) {
-        let repair =
-            row.repair.as_ref().map_or(String::new(), |repair| format!(" Repair: {repair}"));
-        let Row { id, says, reason, .. } = row;
-        findings.push(format!("{id}, “{says}”, is {}. {reason}{repair}", row.verdict.name()));
-    }
-    findings
+    facts.claims.iter().flat_map(of).collect()
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::words::findings;
     use super::*;
     use crate::claims::Number;
+    use crate::claims::Verdict;
 
     fn row(id: &str, verdict: Verdict, portable: bool) -> Row {
         Row {
@@ -128,19 +104,7 @@ mod tests {
     fn numbers_of_the_machine_are_not_compared_nor_sentences_that_hold_rounded_digits() {
         let facts = |portable| {
             let facts = Facts { claims: vec![row("C01", Verdict::Confirmed, portable)] };
-            let record = Record {
-                format: String::new(),
-                experiment: String::new(),
-                question: String::new(),
-                method: String::new(),
-                command: String::new(),
-                quick: false,
-                findings: Vec::new(),
-                figures: Vec::new(),
-                facts,
-                provenance: crate::provenance(BTreeMap::new()),
-            };
-            comparable(&record)
+            comparable(&facts)
         };
         for portable in [true, false] {
             let facts = facts(portable);

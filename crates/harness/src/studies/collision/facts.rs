@@ -1,5 +1,6 @@
 //! Records of the experiment `collision`: cloth that falls on a table, a sphere and a plane.
 
+use drape_report::Verdict;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -88,7 +89,7 @@ pub struct Row {
     /// Steps whose solver stopped before its tolerance.
     pub unconverged_steps: u64,
     /// `stable`, `marginal` or `unstable` by the gain, or `diverged`.
-    pub verdict: String,
+    pub verdict: Verdict,
     /// Same bits on every machine.
     pub portable: bool,
 }

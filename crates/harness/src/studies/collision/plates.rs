@@ -1,32 +1,17 @@
 //! Figures of the experiment `collision`.
 
-use drape_report::number::{power, setting, significant};
-use drape_report::page::{Section, Table, absent, texts};
-use drape_report::plate::Plate;
-use drape_report::plot::{At, Axis, Look, Panel, Point, Rule, Series, Sheet, State, values};
-use drape_report::{Figure, Files, Record, ReportError, record_section};
-use std::path::Path;
 use super::facts::{Facts, Row, Scene, VELOCITY};
+use drape_report::Verdict;
+use drape_report::number::{power, setting, significant};
+use drape_report::page::{Table, absent, texts};
+use drape_report::plate::{Draw, Plate};
+use drape_report::plot::{At, Axis, Look, Panel, Point, Rule, Series, Sheet, State, values};
 
 /// What the figures are drawn from.
-pub(super) type Input = Record<Facts>;
-
-/// Title and caption of every figure.
-pub(super) fn figures() -> Vec<Figure> {
-    PLATES.iter().map(Plate::figure).collect()
-}
-
-/// Draws the figures and returns the section of the page.
-pub(super) fn section(
-    results: &Path,
-    study: &str,
-    files: &mut Files,
-) -> Result<Option<Section>, ReportError> {
-    record_section(results, study, PLATES, tables, files)
-}
+pub(super) type Input = crate::studies::Input<Facts>;
 
 /// All figures, in the page's order.
-const PLATES: &[Plate<Input>] = &[
+pub(super) const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "collision-iterations.svg",
         title: "Iterations in contact: altering and moving positions against the velocity constraint",
@@ -36,7 +21,7 @@ const PLATES: &[Plate<Input>] = &[
             reports, left of 1 fewer iterations than with the constraint. Position: Baraff and Witkin's alteration within the step; teleport: particles \
             are moved by hand after the step. Hollow and crossed out: one of the two runs gains energy, so that they no longer compute \
             the same motion and the factor says little.",
-        sheet: iterations,
+        draw: Draw::Sheet(iterations),
     },
     Plate {
         file: "collision-course.svg",
@@ -45,7 +30,7 @@ const PLATES: &[Plate<Input>] = &[
             shortly before 0.1 s and drapes over it. Left k/m = 10⁴ s⁻², right 10⁶ s⁻²; above IMEX Euler, below Baraff and Witkin's \
             step, each with the velocity constraint and with the other ways out. What to see: whether the counts rise because positions \
             are changed, or because cloth in contact is harder to solve for anyway.",
-        sheet: course,
+        draw: Draw::Sheet(course),
     },
     Plate {
         file: "collision-depth.svg",
@@ -54,7 +39,7 @@ const PLATES: &[Plate<Input>] = &[
             that the fastest particle of the run covers in one step, v h; one point for each scene, a line for each method and way \
             out. Left of the dashed line at 1 no particle is deeper than one step can carry it, which is what detecting a contact after it happened allows. \
             What is displayed is never inside: particles inside are drawn on the surface.",
-        sheet: depth,
+        draw: Draw::Sheet(depth),
     },
     Plate {
         file: "collision-energy.svg",
@@ -63,7 +48,7 @@ const PLATES: &[Plate<Input>] = &[
             drop and a further sag of 0.25 m set free); one point for each scene, a line for each method and way out. Zero lies below the break: no gain. \
             Right of the dashed line at 0.02 a run is no longer stable: cloth flies up that nothing has thrown. The sheets are damped, \
             and the obstacles give nothing back, so that every gain is an artefact of the way out or of the method.",
-        sheet: energy,
+        draw: Draw::Sheet(energy),
     },
 ];
 
@@ -95,7 +80,7 @@ fn constrained<'a>(input: &'a Input, row: &Row) -> Option<&'a Row> {
 fn factor(input: &Input, row: &Row) -> Option<(f64, bool)> {
     let velocity = constrained(input, row)?;
     let is_other = row.way_out != VELOCITY && velocity.iterations_after > 0;
-    let is_fair = row.verdict == "stable" && velocity.verdict == "stable";
+    let is_fair = row.verdict == Verdict::Stable && velocity.verdict == Verdict::Stable;
     is_other.then(|| (row.rate() / velocity.rate(), is_fair))
 }
 
@@ -187,7 +172,7 @@ fn dots(input: &Input, value: fn(&Row) -> f64, axis: Axis, rule: Rule) -> Option
                 return None;
             }
             let y = -(names.iter().position(|entry| *entry == name(row))? as f64);
-            Some(Point { x: value(row), y, state: State::of_verdict(&row.verdict) })
+            Some(Point { x: value(row), y, state: State::of_verdict(row.verdict) })
         });
         let label = format!("{obstacle}, k/m = {} s⁻²", power(*stiffness));
         let series = Series::new(label, Look::number(n), points.collect());
@@ -216,7 +201,7 @@ fn energy(input: &Input) -> Option<Sheet> {
 }
 
 /// The tables of the page.
-fn tables(input: &Input) -> Vec<Table> {
+pub(super) fn tables(input: &Input) -> Vec<Table> {
     vec![counts(input), rebounds(input)]
 }
 
@@ -228,9 +213,9 @@ fn counts(input: &Input) -> Table {
         let cell = |name_of: &String| {
             let mut rows = input.facts.rows.iter().filter(|row| row.scene == scene.id);
             rows.find(|row| name(row) == *name_of).map_or_else(absent, |row| {
-                let sign = match row.verdict.as_str() {
-                    "stable" => "",
-                    "marginal" => " °",
+                let sign = match row.verdict {
+                    Verdict::Stable => "",
+                    Verdict::Marginal => " °",
                     _ => " ✗",
                 };
                 format!("{}{sign}", significant(row.rate(), 3))

@@ -1,7 +1,9 @@
 //! The words of the study `collision`: its question, and what its numbers say.
 
-use crate::studies::short;
 use super::facts::{Bounce, Facts, POSITION, Row, TELEPORT, VELOCITY};
+use crate::studies::short;
+use drape_report::Verdict;
+use drape_report::Words;
 
 /// The question that the study answers.
 pub(super) const QUESTION: &str = "What do contacts by velocity constraints cost and leave, against altering or moving positions: \
@@ -15,6 +17,11 @@ const SEVERE: f64 = 2.0;
 const MET: f64 = 0.05;
 /// Depth of a display that is none, m.
 const SHOWN: f64 = 1e-12;
+
+/// What the facts say.
+pub(super) fn words(facts: &Facts) -> Words {
+    crate::studies::first_leads(findings(facts))
+}
 
 pub(super) fn findings(facts: &Facts) -> Vec<String> {
     let mut findings = Vec::new();
@@ -54,7 +61,7 @@ pub(super) fn factors(facts: &Facts) -> Vec<Increase<'_>> {
             found.push(Increase { label, way_out, by_scene: Vec::new(), unstable: 0 });
             found.len() - 1
         });
-        if row.verdict == "stable" && velocity.verdict == "stable" {
+        if row.verdict == Verdict::Stable && velocity.verdict == Verdict::Stable {
             found[place].by_scene.push((row.rate() / velocity.rate(), &row.scene));
         } else {
             found[place].unstable += 1;
@@ -209,7 +216,7 @@ fn unstable(facts: &Facts) -> Option<String> {
     let mut counts: Vec<(String, usize, usize)> = Vec::new();
     for row in &facts.rows {
         let name = format!("{} {}", row.label, row.way_out);
-        let gains = usize::from(row.verdict != "stable");
+        let gains = usize::from(row.verdict != Verdict::Stable);
         match counts.iter_mut().find(|(known, _, _)| *known == name) {
             Some((_, gaining, all)) => {
                 *gaining += gains;

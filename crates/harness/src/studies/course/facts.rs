@@ -1,5 +1,6 @@
 //! Records of the experiment `course`: the methods in the order in which they build on each other, on one cloth.
 
+use drape_report::Verdict;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -84,7 +85,7 @@ pub struct Run {
     /// Method id with all settings.
     pub settings: String,
     /// `stable`, `marginal`, `unstable`, `diverged` or `over budget`.
-    pub verdict: String,
+    pub verdict: Verdict,
     /// Simulated time that was reached, s.
     pub reached_s: f64,
     /// Completed steps.

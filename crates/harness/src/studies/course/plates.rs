@@ -1,34 +1,14 @@
 //! Lessons, figures and tables of the experiment `course`.
 
-use drape_report::number::{power, significant};
-use drape_report::page::{Lesson as PageLesson, Section, Table, absent, texts};
-use drape_report::plate::{Plate, self};
-use drape_report::plot::{Axis, Look, Panel, Point, Series, Sheet, State};
-use drape_report::{Figure, Files, Record, ReportError, read_record};
-use std::path::Path;
 use super::facts::{Facts, Lesson, Run, Scene};
+use drape_report::Verdict;
+use drape_report::number::{power, significant};
+use drape_report::page::{Lesson as PageLesson, Table, absent, texts};
+use drape_report::plate::{Draw, Plate};
+use drape_report::plot::{Axis, Look, Panel, Point, Series, Sheet, State};
 
 /// What the figures are drawn from.
-pub(super) type Input = Record<Facts>;
-
-/// Title and caption of every figure.
-pub(super) fn figures() -> Vec<Figure> {
-    PLATES.iter().map(Plate::figure).collect()
-}
-
-/// Draws the figures and returns the section of the page.
-pub(super) fn section(
-    results: &Path,
-    study: &str,
-    files: &mut Files,
-) -> Result<Option<Section>, ReportError> {
-    let Some(record) = read_record::<Facts>(results, study)? else {
-        return Ok(None);
-    };
-    let figures = plate::draw_all(PLATES, &record, files)?;
-    let section = Section::new(&record, figures, tables(&record));
-    Ok(Some(section.with_lessons(lessons(&record.facts))))
-}
+pub(super) type Input = crate::studies::Input<Facts>;
 
 /// The figure of the n-th lesson: its title names the method and, from the second on, the one before.
 macro_rules! plate_of_lesson {
@@ -42,13 +22,13 @@ macro_rules! plate_of_lesson {
                 $see,
                 " Crossed out: the run was not stable; its height is drawn as far as it stays in the frame."
             ),
-            sheet: height_of_lesson::<$n>,
+            draw: Draw::Sheet(height_of_lesson::<$n>),
         }
     };
 }
 
 /// All figures, in the page's order.
-const PLATES: &[Plate<Input>] = &[
+pub(super) const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "course-motion.svg",
         title: "How much of its motion the cloth keeps with each method",
@@ -56,7 +36,7 @@ const PLATES: &[Plate<Input>] = &[
             travels; 1 is the truth, near 0 the sheet stands still. One sheet of 20 × 20 particles that hangs by two \
             corners and swings down, steps of 0.01 s, at two stiffnesses; the methods from top to bottom in the order in which \
             they build on each other. Crossed out on the right edge: the run was not stable.",
-        sheet: motion,
+        draw: Draw::Sheet(motion),
     },
     plate_of_lesson!(
         0,
@@ -138,10 +118,10 @@ fn run_of<'a>(lesson: &'a Lesson, scene: &Scene) -> Option<&'a Run> {
 }
 
 /// Points of a height against time that lie in the range; the last one is crossed out if the run was not stable.
-fn points(scene: &Scene, heights: &[f64], (low, high): (f64, f64), verdict: &str) -> Vec<Point> {
+fn points(scene: &Scene, heights: &[f64], (low, high): (f64, f64), verdict: Verdict) -> Vec<Point> {
     let seen = scene.time_s.iter().zip(heights).take_while(|(_, z)| (low..=high).contains(*z));
     let mut points: Vec<_> = seen.map(|(&x, &y)| Point { x, y, state: State::Stable }).collect();
-    if let (Some(last), false) = (points.last_mut(), verdict == "stable") {
+    if let (Some(last), false) = (points.last_mut(), verdict == Verdict::Stable) {
         last.state = State::of_verdict(verdict);
     }
     points
@@ -161,14 +141,14 @@ fn height_of_lesson<const N: usize>(input: &Input) -> Option<Sheet> {
             Axis::linear("time (s)", &scene.time_s),
             Axis::linear("height (m)", &[range.0, range.1]),
         );
-        let truth = points(scene, &scene.height_m, range, "stable");
+        let truth = points(scene, &scene.height_m, range, Verdict::Stable);
         let truth = Series::new("true motion".to_owned(), TRUE, truth);
         panel.series.extend(truth.map(Series::sparse));
         for (lesson, look) in
             before.map(|before| (before, BEFORE)).into_iter().chain([(lesson, THIS)])
         {
             let Some(run) = run_of(lesson, scene) else { continue };
-            let points = points(scene, &run.height_m, range, &run.verdict);
+            let points = points(scene, &run.height_m, range, run.verdict);
             let series = Series::new(lesson.id.clone(), look, points);
             panel.series.extend(series.map(Series::sparse));
         }
@@ -199,7 +179,7 @@ fn motion(input: &Input) -> Option<Sheet> {
 }
 
 /// The lessons of the page.
-fn lessons(facts: &Facts) -> Vec<PageLesson> {
+pub(super) fn lessons(facts: &Facts) -> Vec<PageLesson> {
     let lesson = |lesson: &Lesson| PageLesson {
         id: lesson.id.clone(),
         title: lesson.title.clone(),
@@ -219,7 +199,7 @@ fn command(lesson: &Lesson, scene: &Scene) -> String {
 }
 
 /// The tables of the page.
-fn tables(input: &Input) -> Vec<Table> {
+pub(super) fn tables(input: &Input) -> Vec<Table> {
     let facts = &input.facts;
     let lessons = || facts.lessons.iter();
     let headline = lessons().filter(|lesson| facts.headline.contains(&lesson.id));
@@ -242,7 +222,7 @@ fn rows<'a>(
         for scene in &facts.scenes {
             let Some(run) = run_of(lesson, scene) else { continue };
             let stiffness = power(scene.stiffness_over_mass_per_s2);
-            let mut row = vec![lesson.id.clone(), stiffness, run.verdict.clone()];
+            let mut row = vec![lesson.id.clone(), stiffness, run.verdict.to_string()];
             row.extend(columns(run));
             rows.push(row);
         }

@@ -1,8 +1,10 @@
 //! The words of the study `course`: its question, and what its numbers say.
 
-use crate::studies::short;
 use super::facts::{Facts, Lesson, Run, Scene};
 use super::lessons::Plan;
+use crate::studies::short;
+use drape_report::Verdict;
+use drape_report::Words;
 
 /// The question that the study answers.
 pub(super) const QUESTION: &str = "What could each method not do that the next one can, from explicit Euler to two-step IMEX, on one and \
@@ -17,7 +19,7 @@ const LOCKED: f64 = 0.5;
 const OFF: f64 = 0.05;
 /// So much more stretch than in the true motion is worth a sentence.
 const SLACK: f64 = 0.05;
-const STABLE: &str = "stable";
+const STABLE: Verdict = Verdict::Stable;
 
 /// The lesson of the method called `name`: what its runs say, after the lesson before it.
 pub(super) fn lesson(
@@ -50,9 +52,9 @@ fn per_cent(share: f64) -> String {
 
 /// How a run that is not stable ended.
 fn failure(run: &Run) -> String {
-    match (run.verdict.as_str(), run.energy_gain) {
-        ("diverged", _) => format!("it diverged after {} s", short(run.reached_s)),
-        ("over budget", _) => format!("its budget ended after {} s", short(run.reached_s)),
+    match (run.verdict, run.energy_gain) {
+        (Verdict::Diverged, _) => format!("it diverged after {} s", short(run.reached_s)),
+        (Verdict::OverBudget, _) => format!("its budget ended after {} s", short(run.reached_s)),
         (verdict, Some(gain)) => format!("it is {verdict} (gains {} of E_ref)", per_cent(gain)),
         (verdict, None) => format!("it is {verdict}"),
     }
@@ -135,6 +137,11 @@ fn shortcoming(run: &Run, scene: &Scene) -> Option<String> {
 }
 
 /// The whole course in a few sentences.
+/// What the facts say.
+pub(super) fn words(facts: &Facts) -> Words {
+    crate::studies::first_leads(findings(facts))
+}
+
 pub(super) fn findings(facts: &Facts) -> Vec<String> {
     let mut findings = Vec::new();
     let Facts { scenes, lessons, .. } = facts;

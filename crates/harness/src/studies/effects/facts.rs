@@ -1,5 +1,6 @@
 //! Records of the experiment `effects`: what each effect that a scene names costs, and what it changes.
 
+use drape_report::Verdict;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -67,7 +68,7 @@ pub struct Cell {
     /// Time step, s.
     pub step_s: f64,
     /// `completed`, `diverged`, or `refused`.
-    pub verdict: String,
+    pub verdict: Verdict,
     /// Steps that were taken.
     pub steps: u64,
     /// Iterations of conjugate gradients.

@@ -1,39 +1,24 @@
 //! Figure and tables of the experiment `effects`.
 
-use drape_report::number::{significant, trimmed};
-use drape_report::page::{Section, Table, absent, texts};
-use drape_report::plate::Plate;
-use drape_report::plot::{Matrix, Row, Shade, Tile};
-use drape_report::{Figure, Files, ReportError, Timed, timed_section};
-use std::path::Path;
 use super::facts::{Cell, Facts, NOTHING, TimingRow};
+use drape_report::Verdict;
+use drape_report::number::{significant, trimmed};
+use drape_report::page::{Table, absent, texts};
+use drape_report::plate::{Draw, Plate};
+use drape_report::plot::{Matrix, Row, Shade, Tile};
 
 /// What the figure and the tables are drawn from.
-pub(super) type Input = Timed<Facts, TimingRow>;
-
-/// Title and caption of every figure.
-pub(super) fn figures() -> Vec<Figure> {
-    PLATES.iter().map(Plate::figure).collect()
-}
-
-/// Draws the figures and returns the section of the page.
-pub(super) fn section(
-    results: &Path,
-    study: &str,
-    files: &mut Files,
-) -> Result<Option<Section>, ReportError> {
-    timed_section(results, study, PLATES, tables, files)
-}
+pub(super) type Input = crate::studies::Input<Facts, TimingRow>;
 
 /// All figures, in the page's order.
-const PLATES: &[Plate<Input, Matrix>] = &[Plate {
+pub(super) const PLATES: &[Plate<Input>] = &[Plate {
     file: "effects-support.svg",
     title: "Which method takes which effect, and how",
     caption: "One row for each effect that a scene can name, one column for each method. I: implicit, at the new time \
         level; E: explicit, at the old one; S: implicit or explicit by a setting; C: by a constraint on the new velocity; \
         R: refused by name. An effect that a scene does not name has no row in any matrix, no pass over the particles and \
         no memory, whatever the method.",
-    sheet: support,
+    draw: Draw::Matrix(support),
 }];
 
 const KNOWN: [(&str, &str, Shade); 5] = [
@@ -65,7 +50,7 @@ fn different<'a>(names: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
 }
 
 fn support(input: &Input) -> Option<Matrix> {
-    let supports = &input.record.facts.supports;
+    let supports = &input.facts.supports;
     let columns = different(supports.iter().map(|support| support.method.as_str()));
     let effects = different(supports.iter().map(|support| support.effect.as_str()));
     let row = |effect: &&str| {
@@ -94,7 +79,7 @@ fn support(input: &Input) -> Option<Matrix> {
 }
 
 fn effects(input: &Input) -> impl Iterator<Item = &str> {
-    input.record.facts.effects.iter().map(|effect| effect.name.as_str())
+    input.facts.effects.iter().map(|effect| effect.name.as_str())
 }
 
 fn header(first: &str, methods: &[&str]) -> Vec<String> {
@@ -103,15 +88,15 @@ fn header(first: &str, methods: &[&str]) -> Vec<String> {
 
 /// One row an effect, one column a method.
 fn by_method(input: &Input, title: &str, text: impl Fn(&Cell) -> String) -> Table {
-    let facts = &input.record.facts;
+    let facts = &input.facts;
     let methods: Vec<&str> = facts.methods.iter().map(String::as_str).collect();
     let row = |effect: &str| {
         let of = |method: &&str| {
             let cell = facts.cells.iter().find(|c| c.effect == effect && c.method == *method);
-            cell.map_or_else(absent, |cell| match cell.verdict.as_str() {
-                "completed" => text(cell),
-                "diverged" => "✗".to_owned(),
-                other => other.to_owned(),
+            cell.map_or_else(absent, |cell| match cell.verdict {
+                Verdict::Completed => text(cell),
+                Verdict::Diverged => "✗".to_owned(),
+                other => other.to_string(),
             })
         };
         [effect.to_owned()].into_iter().chain(methods.iter().map(of)).collect()
@@ -126,7 +111,7 @@ fn by_method(input: &Input, title: &str, text: impl Fn(&Cell) -> String) -> Tabl
 }
 
 /// All tables of the page.
-fn tables(input: &Input) -> Vec<Table> {
+pub(super) fn tables(input: &Input) -> Vec<Table> {
     let mut tables = Vec::from_iter(bill(input));
     tables.extend([counts(input), changes(input), additions(input)]);
     tables
@@ -198,7 +183,7 @@ fn additions(input: &Input) -> Table {
             effect.coupled_pairs.to_string(),
         ]
     };
-    let facts = &input.record.facts;
+    let facts = &input.facts;
     Table {
         title: format!(
             "**What is added** to the scene `{}`: keys; kinds of forces in the running system; springs in the scalar matrix; \

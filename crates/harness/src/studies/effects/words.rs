@@ -1,7 +1,9 @@
 //! The words of the study `effects`: its question, and what its numbers say.
 
-use crate::studies::short;
 use super::facts::{Cell, EVERYTHING, Facts, NOTHING};
+use crate::studies::short;
+use drape_report::Verdict;
+use drape_report::Words;
 
 /// The question that the study answers.
 pub(super) const QUESTION: &str = "What does each effect that a scene names cost with every method, what does it change, and what does a scene \
@@ -12,7 +14,11 @@ pub(super) const BUILDS_ON: &[&str] = &["course"];
 /// Methods whose conjugate gradients tell what a matrix costs.
 const ITERATING: [&str; 3] = ["imex-euler", "imex-updated", "baraff-witkin"];
 
-/// `left_out` names the additions that no scene can hold beside the others, and what stands there.
+/// What the facts say.
+pub(super) fn words(facts: &Facts) -> Words {
+    crate::studies::first_leads(findings(facts, &[]))
+}
+
 pub(super) fn findings(facts: &Facts, left_out: &[(&str, &str)]) -> Vec<String> {
     let mut findings = vec![matrices(facts), omitted(left_out)];
     findings.extend(ITERATING.iter().filter_map(|method| iterations(facts, method)));
@@ -64,7 +70,7 @@ fn iterations(facts: &Facts, method: &str) -> Option<String> {
     let nothing = cell(facts, NOTHING, method).filter(|cell| cell.cg_iterations > 0)?;
     let of = |effect: &super::facts::Effect| {
         let cell = cell(facts, &effect.name, method)?;
-        (cell.verdict == "completed" && effect.name != NOTHING)
+        (cell.verdict == Verdict::Completed && effect.name != NOTHING)
             .then(|| format!("{} with {}", cell.cg_iterations, effect.name))
     };
     let others: Vec<_> = facts.effects.iter().filter_map(of).collect();
@@ -100,12 +106,13 @@ fn changes(facts: &Facts) -> Option<String> {
 
 /// Runs that were refused or diverged.
 fn outcomes(facts: &Facts) -> Vec<String> {
-    let of = |verdict: &str| -> Vec<String> {
+    let of = |verdict: Verdict| -> Vec<String> {
         let cells = facts.cells.iter().filter(|cell| cell.verdict == verdict);
         cells.map(|cell| format!("{} with {}", cell.method, cell.effect)).collect()
     };
     let mut said = Vec::new();
-    for (verdict, what) in [("refused", "Refused by name"), ("diverged", "Diverged")] {
+    for (verdict, what) in [(Verdict::Refused, "Refused by name"), (Verdict::Diverged, "Diverged")]
+    {
         let cells = of(verdict);
         if !cells.is_empty() {
             said.push(format!("{what}: {}.", cells.join("; ")));

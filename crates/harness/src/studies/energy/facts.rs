@@ -1,5 +1,6 @@
 //! Records of the experiment `energy`: where the energy goes.
 
+use drape_report::Verdict;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -62,7 +63,7 @@ pub struct Row {
     /// Steps taken.
     pub steps: u64,
     /// `stable`, `marginal`, `unstable` or `diverged`, by the energy gained.
-    pub verdict: String,
+    pub verdict: Verdict,
     /// `(H − H_0)/E_ref` at the times of the scene, dimensionless; ends where it leaves ±10.
     pub energy: Vec<f64>,
     /// `(H_N − H_0)/E_ref` at the end; `None` if the run was unstable or diverged.

@@ -1,33 +1,17 @@
 //! Figures and tables of the experiment `energy`.
 
+use super::facts::{Facts, Ledger, Row, Scene};
 use drape_report::family::{families, labels};
 use drape_report::number::{power, setting, significant};
-use drape_report::page::{Section, Table, absent, texts};
-use drape_report::plate::Plate;
+use drape_report::page::{Table, absent, texts};
+use drape_report::plate::{Draw, Plate};
 use drape_report::plot::{Axis, Bar, Fill, Panel, Point, Series, Sheet, State};
-use drape_report::{Figure, Files, Record, ReportError, record_section};
-use std::path::Path;
-use super::facts::{Facts, Ledger, Row, Scene};
 
 /// What the figures are drawn from.
-pub(super) type Input = Record<Facts>;
-
-/// Title and caption of every figure.
-pub(super) fn figures() -> Vec<Figure> {
-    PLATES.iter().map(Plate::figure).collect()
-}
-
-/// Draws the figures and returns the section of the page.
-pub(super) fn section(
-    results: &Path,
-    study: &str,
-    files: &mut Files,
-) -> Result<Option<Section>, ReportError> {
-    record_section(results, study, PLATES, tables, files)
-}
+pub(super) type Input = crate::studies::Input<Facts>;
 
 /// All figures, in the page's order.
-const PLATES: &[Plate<Input>] = &[
+pub(super) const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "energy-ledger-hanging-1e4.svg",
         title: "Where the energy of a hanging sheet goes, k/m = 10⁴ s⁻²",
@@ -36,7 +20,7 @@ const PLATES: &[Plate<Input>] = &[
             from two corners, h = 0.01 s (explicit methods: shorter), without damping above and with d/m = 40 s⁻¹ below. Numerical damping is \
             inertia and the gaps of the forces together. Without damping every part is the method's own doing; with it, what \
             the method takes is missing from what the damping should take. The number behind a bar is the sum, the drift of the energy.",
-        sheet: |input| ledgers(input, "hanging-1e4"),
+        draw: Draw::Sheet(|input| ledgers(input, "hanging-1e4")),
     },
     Plate {
         file: "energy-ledger-hanging-1e6.svg",
@@ -45,7 +29,7 @@ const PLATES: &[Plate<Input>] = &[
             taken from the total energy in two seconds, to the right what was added; without damping above, with d/m = 40 s⁻¹ \
             below. A bar that ends near 0 may mean two things: the method keeps the energy, or it locks and the sheet hardly falls; the \
             curves over time tell which.",
-        sheet: |input| ledgers(input, "hanging-1e6"),
+        draw: Draw::Sheet(|input| ledgers(input, "hanging-1e6")),
     },
     Plate {
         file: "energy-ledger-spinning-1e4.svg",
@@ -54,7 +38,7 @@ const PLATES: &[Plate<Input>] = &[
             h = 0.01 s (explicit methods: shorter), without damping above and with d/m = 40 s⁻¹ below. In per cent of its kinetic energy: \
             to the left of 0 what was taken, to the right what was added. The full damping brakes the rotation itself; \
             implicit methods that treat a spring as stiff across itself do so without any damping.",
-        sheet: |input| ledgers(input, "spinning-1e4"),
+        draw: Draw::Sheet(|input| ledgers(input, "spinning-1e4")),
     },
     Plate {
         file: "energy-ledger-sphere-1e4.svg",
@@ -63,7 +47,7 @@ const PLATES: &[Plate<Input>] = &[
             without damping above and with d/m = 40 s⁻¹ below. In per cent of the energy that the fall sets free: to the \
             left of 0 what was taken, to the right what was added. What the impact on the ball takes is counted as work of the constraint, \
             which is physical; so is counted what pushes out a particle that got in, and the correction takes the speed of that away again.",
-        sheet: |input| ledgers(input, "sphere-1e4"),
+        draw: Draw::Sheet(|input| ledgers(input, "sphere-1e4")),
     },
     Plate {
         file: "energy-over-time-hanging-1e4.svg",
@@ -71,7 +55,7 @@ const PLATES: &[Plate<Input>] = &[
         caption: "Total energy less that of the start, over the energy that the fall sets free, against time; a row of panels for each family of \
             methods, without damping on the left and with d/m = 40 s⁻¹ on the right, h = 0.01 s (explicit methods: shorter). Without \
             damping the true curve stays at 0; what lies below was lost by the method. A curve that ends crossed out is that of an unstable run.",
-        sheet: |input| curves(input, "hanging-1e4"),
+        draw: Draw::Sheet(|input| curves(input, "hanging-1e4")),
     },
     Plate {
         file: "energy-over-time-hanging-1e6.svg",
@@ -79,7 +63,7 @@ const PLATES: &[Plate<Input>] = &[
         caption: "As before, with springs a hundred times as stiff: total energy less that of the start, over the energy that the fall sets free, \
             against time; without damping on the left and with d/m = 40 s⁻¹ on the right. A method that locks loses \
             energy slowly, as slowly as its sheet falls. A curve that ends crossed out is that of an unstable run.",
-        sheet: |input| curves(input, "hanging-1e6"),
+        draw: Draw::Sheet(|input| curves(input, "hanging-1e6")),
     },
     Plate {
         file: "energy-over-time-spinning-1e4.svg",
@@ -87,7 +71,7 @@ const PLATES: &[Plate<Input>] = &[
         caption: "Total energy less that of the start, over the kinetic energy of the spin, against time, for a free sheet that turns over and over, \
             k/m = 10⁴ s⁻², without damping on the left and with d/m = 40 s⁻¹ on the right. Without damping the true \
             curve stays at 0. A curve that ends crossed out is that of an unstable run.",
-        sheet: |input| curves(input, "spinning-1e4"),
+        draw: Draw::Sheet(|input| curves(input, "spinning-1e4")),
     },
     Plate {
         file: "energy-over-time-sphere-1e4.svg",
@@ -95,7 +79,7 @@ const PLATES: &[Plate<Input>] = &[
         caption: "Total energy less that of the start, over the energy that the fall sets free, against time, k/m = 10⁴ s⁻², without damping on \
             the left and with d/m = 40 s⁻¹ on the right. Each particle that hits the inelastic ball loses the energy of its motion \
             into it, so that curves fall from the first impact on whatever the method. A curve that ends crossed out is that of an unstable run.",
-        sheet: |input| curves(input, "sphere-1e4"),
+        draw: Draw::Sheet(|input| curves(input, "sphere-1e4")),
     },
 ];
 
@@ -158,7 +142,7 @@ fn ledgers(input: &Input, name: &str) -> Option<Sheet> {
                         (Some(ledger), Some(drift)) => {
                             (parts(ledger), format!("{} %", significant(100.0 * drift, 3)))
                         }
-                        _ => (Vec::new(), row.verdict.clone()),
+                        _ => (Vec::new(), row.verdict.to_string()),
                     };
                     Some(Bar { y, parts, reach: REACH, end })
                 })
@@ -253,7 +237,7 @@ fn curves(input: &Input, name: &str) -> Option<Sheet> {
 }
 
 /// The tables of the page.
-fn tables(input: &Input) -> Vec<Table> {
+pub(super) fn tables(input: &Input) -> Vec<Table> {
     let mut tables = vec![overview(input)];
     tables.extend(input.facts.scenes.iter().map(|scene| causes(input, scene)));
     tables.push(scenes(input));

@@ -1,7 +1,8 @@
 //! The words of the study `energy`: its question, and what its numbers say.
 
-use crate::studies::short;
 use super::facts::{Facts, Ledger, Row, Scene};
+use crate::studies::short;
+use drape_report::Words;
 
 /// The question that the study answers.
 pub(super) const QUESTION: &str = "Where does the energy of a cloth go: how much of it does the damping take that the scene asks for, and how much \
@@ -16,7 +17,11 @@ const MUCH: f64 = 0.1;
 /// What a ledger may miss.
 const CLOSED: f64 = 1e-8;
 
-/// All findings.
+/// What the facts say.
+pub(super) fn words(facts: &Facts) -> Words {
+    crate::studies::first_leads(findings(facts))
+}
+
 pub(super) fn findings(facts: &Facts) -> Vec<String> {
     let mut findings = Vec::new();
     findings.extend(closure(facts));

@@ -1,7 +1,62 @@
 //! Records of the experiment `hard-cases`.
 
+use drape_report::Verdict;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+
+/// Why a scene without moving springs is stable.
+pub(super) const NOTHING_MOVES: &str =
+    "no spring moves: every method gives the discrete parabola, or stands still";
+
+/// What theory says of a method on a case.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum Expected {
+    /// A theorem: the energy rises in no step.
+    #[serde(rename = "stable, no rise in any step")]
+    Monotone,
+    /// Stable.
+    #[serde(rename = "stable")]
+    Stable,
+    /// Unstable.
+    #[serde(rename = "unstable")]
+    Unstable,
+    /// Nothing is proved.
+    #[serde(rename = "no theorem")]
+    NoTheorem,
+    /// The case has nothing to vary for this method.
+    #[serde(rename = "")]
+    NotAsked,
+}
+
+impl std::fmt::Display for Expected {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+impl Expected {
+    /// The words of records and pages.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Monotone => "stable, no rise in any step",
+            Self::Stable => "stable",
+            Self::Unstable => "unstable",
+            Self::NoTheorem => "no theorem",
+            Self::NotAsked => "",
+        }
+    }
+
+    /// Whether a verdict, with the number of steps in which the energy rose, is what was expected.
+    /// A run that came to no verdict differs from nothing.
+    pub fn admits(self, verdict: Verdict, rises: u64) -> bool {
+        match self {
+            Self::Monotone if verdict == Verdict::Stable => rises == 0,
+            Self::Monotone | Self::Stable => !verdict.is_judged() || verdict == Verdict::Stable,
+            Self::Unstable => !matches!(verdict, Verdict::Stable | Verdict::Marginal),
+            Self::NoTheorem | Self::NotAsked => true,
+        }
+    }
+}
 
 /// Cases, methods and the verdict on each of their pairs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -57,11 +112,11 @@ pub struct Cell {
     pub settings: String,
     /// `stable`, `marginal`, `unstable` or `diverged`; or why there is none: `over budget`, `refused`,
     /// `not applicable`.
-    pub verdict: String,
+    pub verdict: Verdict,
     /// What a cell without a verdict ran into; empty otherwise.
     pub note: String,
-    /// What theory says: `stable, no rise in any step`, `stable`, `unstable` or `no theorem`.
-    pub expected: String,
+    /// What theory says.
+    pub expected: Expected,
     /// Why.
     pub reason: String,
     /// Whether the verdict differs from what theory says.

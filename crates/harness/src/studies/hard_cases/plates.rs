@@ -1,32 +1,17 @@
 //! Figure and tables of the experiment `hard-cases`.
 
+use super::facts::{Case, Cell, Expected, Facts};
+use drape_report::Verdict;
 use drape_report::number::{significant, trimmed};
-use drape_report::page::{Section, Table};
-use drape_report::plate::Plate;
+use drape_report::page::Table;
+use drape_report::plate::{Draw, Plate};
 use drape_report::plot::{Matrix, Row, Shade, Tile};
-use drape_report::{Figure, Files, Record, ReportError, record_section};
-use std::path::Path;
-use super::facts::{Case, Cell, Facts};
 
 /// What the figure is drawn from.
-pub(super) type Input = Record<Facts>;
-
-/// Title and caption of every figure.
-pub(super) fn figures() -> Vec<Figure> {
-    PLATES.iter().map(Plate::figure).collect()
-}
-
-/// Draws the figures and returns the section of the page.
-pub(super) fn section(
-    results: &Path,
-    study: &str,
-    files: &mut Files,
-) -> Result<Option<Section>, ReportError> {
-    record_section(results, study, PLATES, tables, files)
-}
+pub(super) type Input = crate::studies::Input<Facts>;
 
 /// All figures, in the page's order.
-const PLATES: &[Plate<Input, Matrix>] = &[Plate {
+pub(super) const PLATES: &[Plate<Input>] = &[Plate {
     file: "hard-cases.svg",
     title: "Verdicts on the hard cases, by method",
     caption: "One row for each hard case, one column for each method at its default settings or in the form in \
@@ -35,26 +20,24 @@ const PLATES: &[Plate<Input, Matrix>] = &[Plate {
         that the scene sets free) or diverged. A capital letter: theory says whether the run should \
         be stable; a small one: no theorem covers it. A thick frame: the verdict is not what theory says; the \
         table of differences says why. Scenes, numbers and the reasoning of theory stand in the tables and in the record.",
-    sheet: verdicts,
+    draw: Draw::Matrix(verdicts),
 }];
 
-const KNOWN: [(&str, &str, Shade); 7] = [
-    ("stable", "S", Shade::Good),
-    ("marginal", "M", Shade::Fair),
-    ("unstable", "U", Shade::Bad),
-    ("diverged", "D", Shade::Worst),
-    ("over budget", "B", Shade::Open),
-    ("refused", "R", Shade::Idle),
-    ("not applicable", "–", Shade::Idle),
+const KNOWN: [(Verdict, &str, Shade); 7] = [
+    (Verdict::Stable, "S", Shade::Good),
+    (Verdict::Marginal, "M", Shade::Fair),
+    (Verdict::Unstable, "U", Shade::Bad),
+    (Verdict::Diverged, "D", Shade::Worst),
+    (Verdict::OverBudget, "B", Shade::Open),
+    (Verdict::Refused, "R", Shade::Idle),
+    (Verdict::NotApplicable, "–", Shade::Idle),
 ];
-
-const NO_THEOREM: &str = "no theorem";
 
 /// The letter of a verdict: capital where theory says something.
 fn letter(cell: &Cell) -> String {
     let known = KNOWN.iter().find(|(verdict, ..)| *verdict == cell.verdict);
     let letter = known.map_or("?", |(_, letter, _)| letter);
-    if cell.expected == NO_THEOREM { letter.to_lowercase() } else { letter.to_owned() }
+    if cell.expected == Expected::NoTheorem { letter.to_lowercase() } else { letter.to_owned() }
 }
 
 fn tile(cell: &Cell) -> Tile {
@@ -94,7 +77,8 @@ fn verdicts(input: &Input) -> Option<Matrix> {
     let mut legend: Vec<_> = legend
         .map(|&(verdict, letter, shade)| {
             let tile = Tile { shade, text: letter.to_owned(), is_marked: false };
-            let meaning = if verdict == "not applicable" { "nothing to vary" } else { verdict };
+            let is_idle = verdict == Verdict::NotApplicable;
+            let meaning = if is_idle { "nothing to vary" } else { verdict.name() };
             (tile, meaning.to_owned())
         })
         .collect();
@@ -118,9 +102,9 @@ fn damping(cell: &Cell) -> &'static str {
 /// Verdict with the number behind it.
 fn verdict(cell: &Cell) -> String {
     let letter = letter(cell);
-    match cell.verdict.as_str() {
-        "marginal" | "unstable" => format!("{letter} {}", significant(cell.gain, 2)),
-        "over budget" => format!("{letter} {} s", trimmed(cell.reached_s, 3)),
+    match cell.verdict {
+        Verdict::Marginal | Verdict::Unstable => format!("{letter} {}", significant(cell.gain, 2)),
+        Verdict::OverBudget => format!("{letter} {} s", trimmed(cell.reached_s, 3)),
         _ => letter,
     }
 }
@@ -130,7 +114,7 @@ fn header(names: &[&str]) -> Vec<String> {
 }
 
 /// All tables of the page.
-fn tables(input: &Input) -> Vec<Table> {
+pub(super) fn tables(input: &Input) -> Vec<Table> {
     let facts = &input.facts;
     vec![differences(facts), numbers(facts), cases(facts)]
 }

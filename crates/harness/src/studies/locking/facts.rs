@@ -1,5 +1,6 @@
 //! Records of the experiment `locking`: how much of the motion a stiff cloth keeps.
 
+use drape_report::Verdict;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -11,11 +12,6 @@ pub const BASE_STEP: f64 = 0.01;
 pub const BACKWARD_EULER: &str = "backward-euler";
 /// Label of plain IMEX Euler, the method that locks.
 pub const IMEX_EULER: &str = "imex-euler";
-
-/// [`Run::verdict`] of a stable run that keeps less than half of the motion.
-pub const LOCKED: &str = "locked";
-/// [`Run::verdict`] of a run that ended because its counted effort reached the limit.
-pub const OVER_BUDGET: &str = "over budget";
 
 /// All methods on the hanging sheet, and single springs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -85,7 +81,7 @@ pub struct Run {
     /// Terminal speed that the law of locking gives for IMEX Euler on this sheet at this step, m/s.
     pub law_m_s: f64,
     /// `stable`, [`LOCKED`], `marginal`, `unstable`, `diverged` or [`OVER_BUDGET`].
-    pub verdict: String,
+    pub verdict: Verdict,
     /// Greatest rise of the energy above its start over the energy that the true motion sets free.
     pub gain: f64,
     /// Steps whose solver stopped before its tolerance.

@@ -1,35 +1,15 @@
 //! Figures and tables of the experiment `locking`.
 
+use super::facts::{Facts, Run, Spring};
+use drape_report::Verdict;
 use drape_report::family::{families, labels};
 use drape_report::number::{power, setting, significant, trimmed};
-use drape_report::page::{Section, Table, absent, texts};
-use drape_report::plate::{Plate, self};
+use drape_report::page::{Table, absent, texts};
+use drape_report::plate::{Draw, Plate};
 use drape_report::plot::{At, Axis, Look, Panel, Point, Rule, Series, Sheet, State, values};
-use drape_report::{Figure, Files, Record, ReportError, read_record};
-use std::path::Path;
-use super::facts::{Facts, LOCKED, OVER_BUDGET, Run, Spring};
 
 /// What the figures are drawn from.
-pub(super) type Input = Record<Facts>;
-
-/// Title and caption of every figure.
-pub(super) fn figures() -> Vec<Figure> {
-    PLATES.iter().map(Plate::figure).collect()
-}
-
-/// Draws the figures and returns the section of the page.
-pub(super) fn section(
-    results: &Path,
-    study: &str,
-    files: &mut Files,
-) -> Result<Option<Section>, ReportError> {
-    let Some(record) = read_record::<Facts>(results, study)? else {
-        return Ok(None);
-    };
-    let figures = plate::draw_all(PLATES, &record, files)?;
-    let section = Section::new(&record, figures, tables(&record));
-    Ok(Some(section.with_answer(answer(&record.facts))))
-}
+pub(super) type Input = crate::studies::Input<Facts>;
 
 /// What IMEX Euler keeps of the motion of a stiff sheet, and what updates give back.
 fn answer(facts: &Facts) -> Option<String> {
@@ -49,7 +29,7 @@ fn answer(facts: &Facts) -> Option<String> {
 }
 
 /// All figures, in the page's order.
-const PLATES: &[Plate<Input>] = &[
+pub(super) const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "locking-stiffness.svg",
         title: "Motion that is kept, against stiffness",
@@ -58,7 +38,7 @@ const PLATES: &[Plate<Input>] = &[
             dashed line less than half is left, and a stable sheet counts as locked. A panel for each family of methods, with the \
             same axes. Runs that are unstable or diverged are crossed out, those beyond 1.4 there: their long paths are no success. Updated CG \
             with a number of passes starts each step from the last velocity.",
-        sheet: by_stiffness,
+        draw: Draw::Sheet(by_stiffness),
     },
     Plate {
         file: "locking-step.svg",
@@ -67,7 +47,7 @@ const PLATES: &[Plate<Input>] = &[
             true motion, against the time step h. Below the dashed line less than half of the motion is left. A \
             method that converges comes to 1 on the left. Upright: the limit of leapfrog, h²λ = 4 with the bound λ ≤ 8.8 k/m; to the \
             left of it an explicit method is stable too, at far less cost a step. Runs over budget are left out.",
-        sheet: by_step,
+        draw: Draw::Sheet(by_step),
     },
     Plate {
         file: "locking-terminal.svg",
@@ -76,7 +56,7 @@ const PLATES: &[Plate<Input>] = &[
             which the artificial damping d = hk of every spring balances gravity, with u from h L_k v = M g solved for this \
             sheet with all springs in the matrix; each point is one locked run at one k/m and h. Axes are logarithmic. On the \
             dashed line the law holds. It is that of a flat sheet: one that has sagged hangs in its pins too, and falls more slowly.",
-        sheet: terminal,
+        draw: Draw::Sheet(terminal),
     },
     Plate {
         file: "locking-spring.svg",
@@ -85,7 +65,7 @@ const PLATES: &[Plate<Input>] = &[
             spring has hardly turned. On the left it lies along x, where its exact Hessian couples no coordinates, on the right \
             obliquely, where it couples them all: the panels are alike. What locks is the stiffness across the spring, \
             which the matrix has and the Hessian has not. Axes are logarithmic; the closed forms stand in the table.",
-        sheet: springs,
+        draw: Draw::Sheet(springs),
     },
 ];
 
@@ -99,8 +79,8 @@ fn identity(run: &Run) -> (&str, &str) {
     (&run.method, &run.label)
 }
 
-fn state(verdict: &str) -> State {
-    if verdict == LOCKED { State::Stable } else { State::of_verdict(verdict) }
+fn state(verdict: Verdict) -> State {
+    if verdict == Verdict::Locked { State::Stable } else { State::of_verdict(verdict) }
 }
 
 fn by_stiffness(input: &Input) -> Option<Sheet> {
@@ -139,12 +119,13 @@ fn retained(
             .members
             .iter()
             .filter_map(|(label, look)| {
-                let of =
-                    runs.iter().filter(|run| run.label == *label && run.verdict != OVER_BUDGET);
+                let of = runs
+                    .iter()
+                    .filter(|run| run.label == *label && run.verdict != Verdict::OverBudget);
                 let points = of.map(|run| Point {
                     x: x(run),
                     y: run.retained.unwrap_or(MOST).min(MOST),
-                    state: state(&run.verdict),
+                    state: state(run.verdict),
                 });
                 Series::new((*label).to_owned(), *look, points.collect())
             })
@@ -166,7 +147,7 @@ const SLOWEST: f64 = 1e-3;
 fn terminal(input: &Input) -> Option<Sheet> {
     let of = |label: &str| {
         let runs = input.facts.runs.iter().filter(|run| run.label == label);
-        let locked = runs.filter(|run| run.verdict == LOCKED);
+        let locked = runs.filter(|run| run.verdict == Verdict::Locked);
         let points = locked.filter_map(|run| {
             let y = run.late_speed_m_s.filter(|speed| *speed > SLOWEST)?;
             Some(Point { x: run.law_m_s, y, state: State::Stable })
@@ -227,7 +208,7 @@ fn springs(input: &Input) -> Option<Sheet> {
 const MOST_CURVES: usize = 7;
 
 /// All tables of the page.
-fn tables(input: &Input) -> Vec<Table> {
+pub(super) fn tables(input: &Input) -> Vec<Table> {
     let at_step = |run: &&Run| run.step_s == STEP;
     let at_stiffness = |run: &&Run| run.stiffness_over_mass_per_s2 == STIFFNESS;
     let runs = || input.facts.runs.iter();
@@ -268,12 +249,12 @@ fn motion(
     let columns = values(runs.iter().map(|run| column(run)));
     let mut header = texts(&["method"]);
     header.extend(columns.iter().map(|value| name(*value)));
-    let text = |run: &&&Run| match run.verdict.as_str() {
-        "stable" | LOCKED => {
+    let text = |run: &&&Run| match run.verdict {
+        Verdict::Stable | Verdict::Locked => {
             let values = [run.retained, run.retained_beside_backward_euler, run.retained_fall];
             values.map(|value| number(value, 2)).join("; ")
         }
-        OVER_BUDGET => "B".to_owned(),
+        Verdict::OverBudget => "B".to_owned(),
         verdict => format!("✗ {verdict}"),
     };
     let line = |label: String| {
@@ -330,7 +311,8 @@ fn law(input: &Input) -> Table {
             number(run.late_speed_m_s.map(|speed| speed / run.law_m_s), 3),
         ]
     };
-    let is_creeping = |run: &&Run| CREEPING.contains(&run.label.as_str()) && run.verdict == LOCKED;
+    let is_creeping =
+        |run: &&Run| CREEPING.contains(&run.label.as_str()) && run.verdict == Verdict::Locked;
     let lever = input.facts.sheets.first().map_or(0.0, |sheet| sheet.lever);
     let swing = input.facts.sheets.first().map_or(0.0, |sheet| sheet.swing_lever);
     Table {

@@ -1,7 +1,9 @@
 //! The words of the study `locking`: its question, and what its numbers say.
 
+use super::facts::{BACKWARD_EULER, BASE_STEP, BASE_STIFFNESS, Facts, IMEX_EULER, Run, Spring};
 use crate::studies::short;
-use super::facts::{BACKWARD_EULER, BASE_STEP, BASE_STIFFNESS, Facts, IMEX_EULER, LOCKED, OVER_BUDGET, Run, Spring};
+use drape_report::Verdict;
+use drape_report::Words;
 
 /// The question that the study answers.
 pub(super) const QUESTION: &str = "How much of its motion does a stiff cloth keep when the step is much longer than the periods of its \
@@ -11,6 +13,11 @@ pub(super) const BUILDS_ON: &[&str] = &["cg-vs-stiffness", "stability"];
 
 /// Greatest relative difference to the prototype, and half of its last digit, m, that confirm it.
 const CONFIRMED: (f64, f64) = (0.01, 0.0006);
+
+/// What the facts say.
+pub(super) fn words(facts: &Facts) -> Words {
+    crate::studies::first_leads(findings(facts))
+}
 
 pub(super) fn findings(facts: &Facts) -> Vec<String> {
     let mut findings = Vec::new();
@@ -50,13 +57,15 @@ fn by_stiffness(facts: &Facts) -> Option<String> {
     let (mut locking, mut moving) = (Vec::new(), Vec::new());
     for label in labels(facts) {
         let runs: Vec<_> = of(facts, label).filter(|run| run.step_s == BASE_STEP).collect();
-        match runs.iter().find(|run| run.verdict == LOCKED) {
+        match runs.iter().find(|run| run.verdict == Verdict::Locked) {
             Some(run) => {
                 let retained = run.retained.unwrap_or_default();
                 let k = run.stiffness_over_mass_per_s2;
                 locking.push(format!("{label} {k:e} (R = {})", short(retained)));
             }
-            None if runs.iter().any(|run| run.verdict == "stable") => moving.push(label.to_owned()),
+            None if runs.iter().any(|run| run.verdict == Verdict::Stable) => {
+                moving.push(label.to_owned())
+            }
             None => {}
         }
     }
@@ -76,7 +85,7 @@ fn beside(facts: &Facts) -> Option<String> {
         of(facts, BACKWARD_EULER).filter(|run| run.step_s == BASE_STEP).collect();
     let least = standard.iter().filter_map(|run| run.retained).reduce(f64::min)?;
     let rest: Vec<_> = of(facts, IMEX_EULER)
-        .filter(|run| run.step_s == BASE_STEP && run.verdict == LOCKED)
+        .filter(|run| run.step_s == BASE_STEP && run.verdict == Verdict::Locked)
         .filter_map(|run| {
             Some((run.stiffness_over_mass_per_s2, run.retained_beside_backward_euler?))
         })
@@ -98,10 +107,11 @@ fn by_step(facts: &Facts) -> Option<String> {
     for label in labels(facts) {
         let runs: Vec<_> = of(facts, label)
             .filter(|run| run.stiffness_over_mass_per_s2 == BASE_STIFFNESS)
-            .filter(|run| run.verdict == "stable" || run.verdict == LOCKED)
+            .filter(|run| run.verdict == Verdict::Stable || run.verdict == Verdict::Locked)
             .collect();
-        let is_locking = runs.iter().any(|run| run.verdict == LOCKED);
-        let longest = runs.iter().filter(|run| run.verdict == "stable").map(|run| run.step_s);
+        let is_locking = runs.iter().any(|run| run.verdict == Verdict::Locked);
+        let longest =
+            runs.iter().filter(|run| run.verdict == Verdict::Stable).map(|run| run.step_s);
         if is_locking && runs.len() > 1 {
             let longest = longest.reduce(f64::max);
             let text = longest.map_or("none".to_owned(), |h| format!("{h} s"));
@@ -124,7 +134,7 @@ fn terminal(facts: &Facts) -> Option<String> {
         ))
     };
     let creeping: Vec<_> = of(facts, IMEX_EULER)
-        .filter(|run| run.verdict == LOCKED && run.step_s == BASE_STEP)
+        .filter(|run| run.verdict == Verdict::Locked && run.step_s == BASE_STEP)
         .filter_map(text)
         .collect();
     let sheet = facts.sheets.first()?;
@@ -222,7 +232,7 @@ fn directions(facts: &Facts) -> Option<String> {
 /// Runs that say nothing about locking.
 fn failed(facts: &Facts) -> Option<String> {
     let mut lines = Vec::new();
-    for verdict in ["marginal", "unstable", "diverged", OVER_BUDGET] {
+    for verdict in [Verdict::Marginal, Verdict::Unstable, Verdict::Diverged, Verdict::OverBudget] {
         let runs: Vec<_> = facts.runs.iter().filter(|run| run.verdict == verdict).collect();
         let mut names: Vec<(&str, Vec<String>)> = Vec::new();
         for run in &runs {

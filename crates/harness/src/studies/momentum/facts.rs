@@ -1,12 +1,14 @@
 //! Records of the experiment `momentum`: drift of linear and angular momentum.
 
+use drape_report::Verdict;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// [`Row::verdict`] of a run that kept to the scene and did not gain more energy than there was in the spin.
-pub const COMPLETED: &str = "completed";
-/// [`Row::verdict`] of any other run.
-pub const UNSTABLE: &str = "unstable";
+/// Drift that round-off and the tolerance of a tight solve may make.
+pub(super) const KEPT: f64 = 1e-9;
+
+/// A change of the spin, and a gain of energy over that of the spin, worth a sentence.
+pub(super) const LEAST_CHANGE: f64 = 0.01;
 
 /// All methods on all scenes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -82,7 +84,7 @@ pub struct Row {
     /// Whether the method states that it keeps angular momentum.
     pub states_angular_momentum: bool,
     /// [`COMPLETED`] or [`UNSTABLE`].
-    pub verdict: String,
+    pub verdict: Verdict,
     /// Steps whose solver stopped before its tolerance.
     pub unconverged_steps: u64,
     /// Same bits on every machine.

@@ -1,33 +1,18 @@
 //! Figures of the experiment `momentum`.
 
+use super::facts::{Facts, Row, Scene};
+use drape_report::Verdict;
 use drape_report::family::{families, labels};
 use drape_report::number::{power, setting, significant};
-use drape_report::page::{Section, Table, absent, texts};
-use drape_report::plate::Plate;
+use drape_report::page::{Table, absent, texts};
+use drape_report::plate::{Draw, Plate};
 use drape_report::plot::{Axis, Look, Panel, Point, Series, Sheet, State};
-use drape_report::{Figure, Files, Record, ReportError, record_section};
-use std::path::Path;
-use super::facts::{COMPLETED, Facts, Row, Scene};
 
 /// What the figures are drawn from.
-pub(super) type Input = Record<Facts>;
-
-/// Title and caption of every figure.
-pub(super) fn figures() -> Vec<Figure> {
-    PLATES.iter().map(Plate::figure).collect()
-}
-
-/// Draws the figures and returns the section of the page.
-pub(super) fn section(
-    results: &Path,
-    study: &str,
-    files: &mut Files,
-) -> Result<Option<Section>, ReportError> {
-    record_section(results, study, PLATES, tables, files)
-}
+pub(super) type Input = crate::studies::Input<Facts>;
 
 /// All figures, in the page's order.
-const PLATES: &[Plate<Input>] = &[
+pub(super) const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "momentum-spin-left.svg",
         title: "How much of its spin a free cloth keeps for one second",
@@ -37,7 +22,7 @@ const PLATES: &[Plate<Input>] = &[
             particles on a spring (`pair`), each at the k/m that stands behind its name. h = 0.01 s; explicit methods take shorter steps below their limit. Linear solves are tight \
             unless a tolerance ε is named. Crossed out on the right edge: the run diverged or gained more energy \
             than there was in the spin.",
-        sheet: spin_left,
+        draw: Draw::Sheet(spin_left),
     },
     Plate {
         file: "momentum-spin.svg",
@@ -47,7 +32,7 @@ const PLATES: &[Plate<Input>] = &[
             panels for each family of methods, all with the same axes. Angular momentum about the centre of mass over \
             that of the start, against time. A curve that ends early is that of a run which diverged or gained more \
             energy than there was in the spin.",
-        sheet: spin,
+        draw: Draw::Sheet(spin),
     },
     Plate {
         file: "momentum-drift.svg",
@@ -56,7 +41,7 @@ const PLATES: &[Plate<Input>] = &[
             mass and greatest speed; the axis is logarithmic. Near 10⁻¹⁵ only round-off is left, near 10⁻¹² the \
             tolerance of a solve. The falling sheet is heavier on one side, so that nothing cancels by symmetry. \
             Crossed out on the right edge: the run diverged or gained more energy than there was in the spin.",
-        sheet: drift,
+        draw: Draw::Sheet(drift),
     },
 ];
 
@@ -104,7 +89,7 @@ fn dots(
     for (n, scene) in scenes.iter().enumerate() {
         let points = rows_of(input, scene).filter_map(|row| {
             let y = -(labels.iter().position(|label| *label == row.label)? as f64);
-            Some(match value(row).filter(|_| row.verdict == COMPLETED) {
+            Some(match value(row).filter(|_| row.verdict == Verdict::Completed) {
                 Some(x) => Point { x, y, state: State::Stable },
                 None => Point { x: f64::INFINITY, y, state: State::Failed },
             })
@@ -162,7 +147,7 @@ fn spin(input: &Input) -> Option<Sheet> {
 }
 
 /// The tables of the page.
-fn tables(input: &Input) -> Vec<Table> {
+pub(super) fn tables(input: &Input) -> Vec<Table> {
     let scenes: Vec<_> = input.facts.scenes.iter().collect();
     let (pairs, sheets): (Vec<_>, Vec<_>) = scenes.iter().partition(|scene| scene.particles == 2);
     let number = |value: Option<f64>, digits| value.map_or_else(absent, |v| significant(v, digits));
@@ -196,7 +181,8 @@ fn tables(input: &Input) -> Vec<Table> {
 fn table(input: &Input, scenes: &[&Scene], title: &str, cell: impl Fn(&Row) -> String) -> Table {
     let mut header = texts(&["method"]);
     header.extend(scenes.iter().map(|scene| name(scene)));
-    let text = |row: &Row| if row.verdict == COMPLETED { cell(row) } else { "✗".to_owned() };
+    let text =
+        |row: &Row| if row.verdict == Verdict::Completed { cell(row) } else { "✗".to_owned() };
     let line = |label: String| {
         let row = |scene: &&Scene| rows_of(input, scene).find(|row| row.label == label);
         let cells = scenes.iter().map(|scene| row(scene).map_or_else(absent, text));

@@ -3,17 +3,15 @@
 use crate::facts::{Fact, fact};
 use crate::methods::Choice;
 use crate::run::{Options, Simulation, simulate};
-use crate::studies::momentum::facts::{COMPLETED, Facts, Row, Scene, UNSTABLE};
+use crate::studies::momentum::facts::{Facts, Row, Scene};
 use crate::studies::sheet::{GRAVITY, Sheet, pair};
 use crate::studies::variant::{Variant, is_explicit, of_registry};
-use crate::studies::{Account, Context, cells, prepared, short};
+use crate::studies::{Context, Measured, cells, prepared};
 use crate::{HarnessError, system_hash};
 use drape_integrator::{Method, Quantity};
 use drape_model::{DampingLaw, State, System, SystemSpec, TimeSpan, Vec3};
 use drape_oracle::laws::spin;
-use drape_report::Record;
-use std::path::PathBuf;
-use super::STUDY;
+use drape_report::Verdict;
 
 /// Particles along each edge of the sheets.
 const SIDE: u32 = 20;
@@ -29,8 +27,6 @@ const STRIDE: u64 = 10;
 const EXPLICIT: f64 = 0.1;
 /// A falling sheet is so much heavier on one side and lighter on the other.
 const UNEVEN: f64 = 0.5;
-/// Drift that round-off and the tolerance of a tight solve may make.
-const KEPT: f64 = 1e-9;
 /// A run that gains more than so many times the energy of the spin is unstable.
 const GAINED: f64 = 1.0;
 
@@ -60,9 +56,6 @@ const VARIANTS: [Variant; 23] = [
     Variant::new("imex-mcnab2", "imex-mcnab2:forcing_term=1e-12"),
     Variant::new("imex-cnlf", "imex-cnlf:forcing_term=1e-12"),
 ];
-
-/// A change of the spin, and a gain of energy over that of the spin, worth a sentence.
-const LEAST_CHANGE: f64 = 0.01;
 
 /// Variants for which the method's statement of what it keeps is not meant: solved loosely, or another correction.
 const UNSTATED: [&str; 5] = [
@@ -97,18 +90,6 @@ const LAWS: [(&str, Law); 14] = [
     ("imex-euler, all springs", |theta, _, _| spin::imex_euler(theta, 0.0)),
     ("imex-updated", |theta, _, after| spin::backward_euler(theta, 0.0, after)),
 ];
-
-/// Spin left to Desbrun's sheet, `|L|/|L_0|`, in an independent prototype: scene, label, value.
-const PROTOTYPE: [(&str, &str, f64); 6] = [
-    ("spin-1e4", "desbrun, no correction", 0.053),
-    ("spin-1e4", "desbrun, literal", 0.15),
-    ("spin-1e4", "desbrun, consistent", 0.96),
-    ("spin-1e6", "desbrun, no correction", 0.0),
-    ("spin-1e6", "desbrun, literal", 0.0),
-    ("spin-1e6", "desbrun, consistent", 0.99),
-];
-/// Greatest difference to the prototype that confirms it.
-const CONFIRMED: f64 = 0.005;
 
 /// What moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -262,7 +243,7 @@ impl Setting {
             energy_gain: completed.then_some(watch.energy_gain),
             states_momentum: states(Quantity::Momentum),
             states_angular_momentum: states(Quantity::AngularMomentum),
-            verdict: if completed { COMPLETED } else { UNSTABLE }.to_owned(),
+            verdict: if completed { Verdict::Completed } else { Verdict::Unstable },
             unconverged_steps: outcome.unconverged,
             portable: choice.is_portable(),
         })
@@ -343,7 +324,22 @@ impl<'a> Watch<'a> {
     }
 }
 
-pub(super) fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
+/// How the facts are measured.
+pub(super) fn method() -> String {
+    "Nothing is pinned and nothing is damped; k/m = 1e4/s² and 1e6/s², h = 0.01 s, one second. Spinning \
+                 sheet: 20 × 20 particles, 1 m × 1 m, structural springs and shear springs of a tenth of the \
+                 stiffness, turning over and over at 2 rad/s, no gravity. Falling sheet: the same under gravity, \
+                 spinning in its plane, its mass rising from half of the mean on one side to one and a half on the \
+                 other. Pair: two particles on a spring of 1 m, 2 rad/s. Angular \
+                 momentum is taken about the centre of mass, where gravity has no torque. Drift of momentum: the \
+                 greatest |P − P₀ − M g t| on the way over mass and greatest speed; drift of angular momentum: the \
+                 greatest |L − L₀| over mass, diagonal and greatest speed, where that speed is of the rigid motion. \
+                 Explicit methods run with the step divided by a power of 2 so that h ω_max is at most 0.1. Solvers \
+                 are set tight unless a tolerance ε is named."
+            .to_owned()
+}
+
+pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError> {
     let chosen: Vec<_> = CASES.into_iter().filter(|case| !context.quick || case.is_quick).collect();
     let settings = prepared(context, "scenes", &chosen, Setting::new)?;
     let variants = of_registry(&VARIANTS);
@@ -355,221 +351,22 @@ pub(super) fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
     let scenes = settings.iter().map(|setting| setting.scene.clone()).collect();
     let facts = Facts { scenes, rows };
     let hashes = settings.iter().map(|s| (s.case.id.to_owned(), s.hash.clone())).collect();
-    let findings = findings(&facts);
-    let account = Account {
-        method: "Nothing is pinned and nothing is damped; k/m = 1e4/s² and 1e6/s², h = 0.01 s, one second. Spinning \
-                 sheet: 20 × 20 particles, 1 m × 1 m, structural springs and shear springs of a tenth of the \
-                 stiffness, turning over and over at 2 rad/s, no gravity. Falling sheet: the same under gravity, \
-                 spinning in its plane, its mass rising from half of the mean on one side to one and a half on the \
-                 other. Pair: two particles on a spring of 1 m, 2 rad/s. Angular \
-                 momentum is taken about the centre of mass, where gravity has no torque. Drift of momentum: the \
-                 greatest |P − P₀ − M g t| on the way over mass and greatest speed; drift of angular momentum: the \
-                 greatest |L − L₀| over mass, diagonal and greatest speed, where that speed is of the rigid motion. \
-                 Explicit methods run with the step divided by a power of 2 so that h ω_max is at most 0.1. Solvers \
-                 are set tight unless a tolerance ε is named."
-            .to_owned(),
-        findings,
-        facts,
-        scenes: hashes,
-        seed: None,
-    };
-    Ok(vec![context.write(&STUDY, account)?])
+    let (facts, scenes, seed) = (facts, hashes, None);
+    Ok(Measured { facts, timings: None, scenes, seed })
 }
 
 /// Its facts, as they are compared.
-pub(crate) fn comparable(record: &Record<Facts>) -> Vec<Fact> {
-    let scenes = record.facts.scenes.iter();
+pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {
+    let scenes = facts.scenes.iter();
     let scenes = scenes.map(|scene| fact(format!("scene {}", scene.id), scene.portable, scene));
-    let rows = record.facts.rows.iter().map(|row| {
+    let rows = facts.rows.iter().map(|row| {
         // An unstable run magnifies round-off: its way is the same everywhere only where the round-off is.
-        let is_comparable = row.portable || row.verdict != UNSTABLE;
+        let is_comparable = row.portable || row.verdict != Verdict::Unstable;
         let spin = if is_comparable { row.spin.clone() } else { Vec::new() };
         let row = Row { spin, ..row.clone() };
         fact(format!("{} {}", row.scene, row.label), row.portable, &row)
     });
     scenes.chain(rows).collect()
-}
-
-/// What the numbers say.
-fn findings(facts: &Facts) -> Vec<String> {
-    let mut findings = Vec::new();
-    let linear: Pick = |row| (row.states_momentum, row.momentum_drift);
-    findings.extend(stated(facts, "linear", linear));
-    findings.extend(unstated(facts, "linear", linear));
-    findings.extend(stated(facts, "angular", |row| {
-        (row.states_angular_momentum, row.angular_momentum_drift)
-    }));
-    for case in CASES.iter().filter(|case| case.body == Body::Spinning) {
-        findings.extend(spins(facts, case));
-    }
-    findings.extend(correction(facts));
-    findings.extend(gains(facts));
-    findings.extend(laws(facts));
-    findings.extend(unstable(facts));
-    findings
-}
-
-/// Whether a row's method states that it keeps something, and how much that drifts.
-type Pick = fn(&Row) -> (bool, Option<f64>);
-
-/// The labels of the variants whose methods do or do not state that they keep something, each with its greatest
-/// drift and the scene where it is.
-fn drifts(facts: &Facts, pick: Pick, stating: bool) -> Vec<(&str, f64, &str)> {
-    let mut worst: Vec<(&str, f64, &str)> = Vec::new();
-    for row in &facts.rows {
-        let (states, Some(drift)) = pick(row) else { continue };
-        if states != stating {
-            continue;
-        }
-        match worst.iter_mut().find(|(label, _, _)| *label == row.label) {
-            Some(entry) if entry.1 < drift => (entry.1, entry.2) = (drift, &row.scene),
-            Some(_) => {}
-            None => worst.push((&row.label, drift, &row.scene)),
-        }
-    }
-    worst
-}
-
-fn listed(drifts: &[&(&str, f64, &str)]) -> String {
-    let text =
-        |(label, drift, scene): &&(&str, f64, &str)| format!("{label} {} ({scene})", short(*drift));
-    drifts.iter().map(text).collect::<Vec<_>>().join(", ")
-}
-
-/// Who keeps what it states.
-fn stated(facts: &Facts, what: &str, pick: Pick) -> Option<String> {
-    let drifts = drifts(facts, pick, true);
-    let broken: Vec<_> = drifts.iter().filter(|(_, drift, _)| *drift > KEPT).collect();
-    let all = drifts.len();
-    let text = if broken.is_empty() {
-        format!(
-            "All {all} variants that should keep {what} momentum by the statement of their method do, within a drift \
-             of {KEPT:e}, wherever they are stable."
-        )
-    } else {
-        format!(
-            "{} of {all} variants that should keep {what} momentum by the statement of their method do, within a drift \
-             of {KEPT:e}; not so: {}.",
-            all - broken.len(),
-            listed(&broken)
-        )
-    };
-    (all > 0).then_some(text)
-}
-
-/// What is lost where nothing is stated.
-fn unstated(facts: &Facts, what: &str, pick: Pick) -> Option<String> {
-    let drifts = drifts(facts, pick, false);
-    let moved: Vec<_> = drifts.iter().filter(|(_, drift, _)| *drift > KEPT).collect();
-    (!moved.is_empty()).then(|| {
-        format!(
-            "Drift of {what} momentum of variants that do not claim to keep it: {}.",
-            listed(&moved)
-        )
-    })
-}
-
-/// Spin that is left to the sheet: who keeps it, who loses or gains how much.
-fn spins(facts: &Facts, case: &Case) -> Option<String> {
-    let mut kept = Vec::new();
-    let mut changed: Vec<(f64, &str)> = Vec::new();
-    for row in facts.rows.iter().filter(|row| row.scene == case.id) {
-        match row.final_spin {
-            Some(spin) if (spin - 1.0).abs() <= LEAST_CHANGE => kept.push(row.label.as_str()),
-            Some(spin) => changed.push((spin, &row.label)),
-            None => {}
-        }
-    }
-    changed.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let changed: Vec<_> =
-        changed.iter().map(|(spin, label)| format!("{label} {spin:.3}")).collect();
-    let parts: Vec<_> = [
-        (format!("kept within {} % by", 100.0 * LEAST_CHANGE), kept.join(", ")),
-        ("else |L|/|L₀| is".to_owned(), changed.join(", ")),
-    ]
-    .into_iter()
-    .filter(|(_, list)| !list.is_empty())
-    .map(|(what, list)| format!("{what} {list}"))
-    .collect();
-    (!parts.is_empty()).then(|| {
-        format!(
-            "Spin of the sheet at k/m = {:e} after one second: {}.",
-            case.stiffness,
-            parts.join("; ")
-        )
-    })
-}
-
-/// Desbrun's correction beside an independent prototype.
-fn correction(facts: &Facts) -> Option<String> {
-    let lines: Vec<_> = PROTOTYPE
-        .iter()
-        .filter_map(|(scene, label, expected)| {
-            let row = facts.rows.iter().find(|row| row.scene == *scene && row.label == *label)?;
-            let found = row.final_spin?;
-            let holds = (found - expected).abs() <= CONFIRMED;
-            let verdict = if holds { "confirmed" } else { "not confirmed" };
-            Some(format!("{label}, {scene}: {found:.3} (prototype {expected}, {verdict})"))
-        })
-        .collect();
-    (!lines.is_empty()).then(|| {
-        format!(
-            "Spin left by Desbrun's correction of torques, beside an independent prototype that was written before drape: {}. \
-             Here the consistent correction takes its lever arms at the old positions, which keeps the angular momentum to \
-             round-off; where the prototype took them is not known.",
-            lines.join("; ")
-        )
-    })
-}
-
-/// Who gains energy while it spins.
-fn gains(facts: &Facts) -> Option<String> {
-    let list: Vec<_> = facts
-        .rows
-        .iter()
-        .filter_map(|row| Some((row, row.energy_gain.filter(|gain| *gain > LEAST_CHANGE)?)))
-        .map(|(row, gain)| format!("{} {} % ({})", row.label, short(100.0 * gain), row.scene))
-        .collect();
-    (!list.is_empty()).then(|| {
-        format!(
-            "Kept spin is not kept energy: these gain more than {} % of the energy of the spin: {}.",
-            100.0 * LEAST_CHANGE,
-            list.join(", ")
-        )
-    })
-}
-
-/// The pair beside the exact laws.
-fn laws(facts: &Facts) -> Option<String> {
-    let compared: Vec<_> = facts
-        .rows
-        .iter()
-        .filter_map(|row| Some((row, (row.final_spin? - row.law?).abs())))
-        .collect();
-    let worst = compared.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
-    Some(format!(
-        "Two particles: in all {} runs of methods with an exact law for |L|/|L₀| it is met within {} (the greatest \
-         difference is that of {}, {}).",
-        compared.len(),
-        short(worst.1),
-        worst.0.label,
-        worst.0.scene
-    ))
-}
-
-fn unstable(facts: &Facts) -> Option<String> {
-    let mut list: Vec<(&str, Vec<&str>)> = Vec::new();
-    for row in facts.rows.iter().filter(|row| row.verdict == UNSTABLE) {
-        match list.iter_mut().find(|(label, _)| *label == row.label) {
-            Some((_, scenes)) => scenes.push(&row.scene),
-            None => list.push((&row.label, vec![&row.scene])),
-        }
-    }
-    let list: Vec<_> =
-        list.iter().map(|(label, scenes)| format!("{label} ({})", scenes.join(", "))).collect();
-    (!list.is_empty()).then(|| {
-        format!("Diverged, or gained more energy than there was in the spin: {}.", list.join("; "))
-    })
 }
 
 #[cfg(test)]

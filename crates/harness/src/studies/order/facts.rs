@@ -1,7 +1,14 @@
 //! Records of the experiment `order`: observed order of accuracy and error constant.
 
+use drape_report::Verdict;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+
+/// Greatest accepted distance of the observed order from theory.
+pub(super) const ACCEPTED: f64 = 0.15;
+
+/// A method that is off by so much of the motion at its finest step does not follow it.
+pub(super) const LOST: f64 = 0.5;
 
 /// All methods on all scenes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -76,7 +83,7 @@ pub struct Run {
     pub error: Option<f64>,
     /// `completed`, or `diverged`: the state is not finite, has left the scene, or is farther from the
     /// reference than that is from the start (error of 1 or more).
-    pub verdict: String,
+    pub verdict: Verdict,
     /// Steps whose solver stopped before its tolerance.
     pub unconverged_steps: u64,
 }

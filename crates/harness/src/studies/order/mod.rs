@@ -5,16 +5,18 @@ pub(crate) mod plates;
 pub(crate) mod run;
 mod words;
 
+use super::Parts;
 
-use crate::facts::compare;
-use super::Study;
-
-pub(super) const STUDY: Study = Study {
+pub(super) const STUDY: Parts<facts::Facts> = Parts {
     name: "order",
     question: words::QUESTION,
     builds_on: words::BUILDS_ON,
+    method: run::method,
+    timing: None,
     run: run::run,
-    compare: |fresh, committed| compare("order.json", fresh, committed, run::comparable),
-    figures: plates::figures,
-    section: plates::section,
+    comparable: run::comparable,
+    words: words::words,
+    plates: plates::PLATES,
+    tables: plates::tables,
+    lessons: None,
 };

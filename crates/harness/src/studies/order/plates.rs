@@ -1,33 +1,17 @@
 //! Figures of the experiment `order`.
 
+use super::facts::{Facts, Row, Run, Scene};
 use drape_report::family::{families, labels};
 use drape_report::number::{power, setting, significant};
-use drape_report::page::{Section, Table, absent, texts};
-use drape_report::plate::Plate;
+use drape_report::page::{Table, absent, texts};
+use drape_report::plate::{Draw, Plate};
 use drape_report::plot::{At, Axis, Look, Panel, Point, Rule, Series, Sheet, State};
-use drape_report::{Figure, Files, Record, ReportError, record_section};
-use std::path::Path;
-use super::facts::{Facts, Row, Run, Scene};
 
 /// What the figures are drawn from.
-pub(super) type Input = Record<Facts>;
-
-/// Title and caption of every figure.
-pub(super) fn figures() -> Vec<Figure> {
-    PLATES.iter().map(Plate::figure).collect()
-}
-
-/// Draws the figures and returns the section of the page.
-pub(super) fn section(
-    results: &Path,
-    study: &str,
-    files: &mut Files,
-) -> Result<Option<Section>, ReportError> {
-    record_section(results, study, PLATES, tables, files)
-}
+pub(super) type Input = crate::studies::Input<Facts>;
 
 /// All figures, in the page's order.
-const PLATES: &[Plate<Input>] = &[
+pub(super) const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "order-observed.svg",
         title: "Observed order of accuracy of every method",
@@ -37,7 +21,7 @@ const PLATES: &[Plate<Input>] = &[
             Smooth scenes: every step resolves every oscillation. Stiff scenes, with k/m of 10⁴ and 10⁶ s⁻²: it does \
             not, and what is left of the order is drawn. A crossed-out marker at the left end: fewer than three \
             of the runs did not diverge, so that there is no slope.",
-        sheet: observed,
+        draw: Draw::Sheet(observed),
     },
     Plate {
         file: "order-smooth.svg",
@@ -46,7 +30,7 @@ const PLATES: &[Plate<Input>] = &[
             axes. Error of the positions after 0.25 s, over how far the sheet has moved, against the time step h; \
             axes are logarithmic. The black lines have the slopes 1 and 2: a method of that order runs parallel. \
             Where methods of one order lie on one another, so do their errors.",
-        sheet: smooth,
+        draw: Draw::Sheet(smooth),
     },
     Plate {
         file: "order-stiff.svg",
@@ -56,7 +40,7 @@ const PLATES: &[Plate<Input>] = &[
             far the sheet has moved, against the time step h; axes are logarithmic. The black lines have the slopes \
             1 and 2. An error near 1 that does not fall with h: the sheet all but stands still. Runs that diverged, \
             or ended farther off than the sheet has moved, are crossed out on the upper edge.",
-        sheet: stiff,
+        draw: Draw::Sheet(stiff),
     },
 ];
 
@@ -161,7 +145,7 @@ fn errors(input: &Input, scenes: &[&Scene]) -> Option<Sheet> {
 }
 
 /// The tables of the page.
-fn tables(input: &Input) -> Vec<Table> {
+pub(super) fn tables(input: &Input) -> Vec<Table> {
     let errors = input.facts.scenes.iter().map(|scene| errors_of(input, scene));
     std::iter::once(orders(input)).chain(errors).collect()
 }

@@ -3,18 +3,16 @@
 use crate::facts::{Fact, fact};
 use crate::methods::Choice;
 use crate::run::{Options, Simulation, simulate};
-use crate::studies::order::facts::{Facts, Row, Run, Scene};
+use crate::studies::order::facts::{ACCEPTED, Facts, Row, Run, Scene};
 use crate::studies::sheet::{GRAVITY, Sheet};
 use crate::studies::variant::{Variant, of_registry};
-use crate::studies::{Account, Context, cells, prepared, short};
+use crate::studies::{Context, Measured, cells, prepared};
 use crate::{HarnessError, system_hash};
 use drape_integrator::Order;
 use drape_model::{DampingLaw, State, TimeSpan};
 use drape_oracle::order::{Sample, observed_order, position_error};
 use drape_oracle::reference::{Reference, ReferenceSettings, reference};
-use drape_report::Record;
-use std::path::PathBuf;
-use super::STUDY;
+use drape_report::Verdict;
 
 /// Particles along each edge of the sheet.
 const SIDE: u32 = 6;
@@ -26,14 +24,10 @@ const AMPLITUDE: f64 = 0.02;
 const SPAN: f64 = 0.25;
 /// Each step size is half the one before.
 const SIZES: u32 = 4;
-/// Greatest accepted distance of the observed order from theory.
-const ACCEPTED: f64 = 0.15;
 /// An error as large as the motion counts as diverged: it says nothing about an order.
-const DIVERGED: f64 = 1.0;
+const BEYOND: f64 = 1.0;
 /// Fewest runs that make an order.
 const FEWEST: usize = 3;
-/// A method that is off by so much of the motion at its finest step does not follow it.
-const LOST: f64 = 0.5;
 
 /// Solves tight enough for the error of the step to show, and variants of another order.
 const VARIANTS: [Variant; 22] = [
@@ -75,8 +69,6 @@ const THEORY: [(&str, Option<u32>); 4] =
 #[derive(Clone, Copy, Debug)]
 struct Case {
     id: &'static str,
-    /// In prose.
-    title: &'static str,
     stiffness: f64,
     law: DampingLaw,
     /// Number of the coarsest steps.
@@ -87,27 +79,19 @@ struct Case {
 
 const fn case(
     id: &'static str,
-    title: &'static str,
     stiffness: f64,
     law: DampingLaw,
     steps: u32,
     is_quick: bool,
 ) -> Case {
-    Case { id, title, stiffness, law, steps, is_quick }
+    Case { id, stiffness, law, steps, is_quick }
 }
 
 const CASES: [Case; 4] = [
-    case("smooth", "the smooth scene with full damping", 400.0, DampingLaw::Full, 40, true),
-    case(
-        "smooth-projected",
-        "the smooth scene with projected damping",
-        400.0,
-        DampingLaw::Projected,
-        40,
-        false,
-    ),
-    case("stiff-1e4", "k/m = 1e4", 1e4, DampingLaw::Full, 25, true),
-    case("stiff-1e6", "k/m = 1e6", 1e6, DampingLaw::Full, 25, false),
+    case("smooth", 400.0, DampingLaw::Full, 40, true),
+    case("smooth-projected", 400.0, DampingLaw::Projected, 40, false),
+    case("stiff-1e4", 1e4, DampingLaw::Full, 25, true),
+    case("stiff-1e6", 1e6, DampingLaw::Full, 25, false),
 ];
 
 /// A scene with its exact solution.
@@ -163,11 +147,11 @@ impl Setting {
         let outcome = simulate(&mut simulation, choice, time, Options::default(), |_, _, _| {})?;
         let start = &self.simulation.state.x;
         let error = position_error(&simulation.system, start, &self.end().x, &simulation.state.x);
-        let error = Some(error).filter(|e| outcome.divergence.is_none() && *e < DIVERGED);
+        let error = Some(error).filter(|e| outcome.divergence.is_none() && *e < BEYOND);
         Ok(Run {
             step_s: time.step_s,
             error,
-            verdict: if error.is_some() { "completed" } else { "diverged" }.to_owned(),
+            verdict: if error.is_some() { Verdict::Completed } else { Verdict::Diverged },
             unconverged_steps: outcome.unconverged,
         })
     }
@@ -234,7 +218,23 @@ impl Observed {
     }
 }
 
-pub(super) fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
+/// How the facts are measured.
+pub(super) fn method() -> String {
+    "A sheet of 6 × 6 particles (1 m × 1 m, 1 g each, structural springs and shear springs of a quarter \
+                 of the stiffness, d/m = 2/s, two corners pinned, 0.02 m out of its plane at the start) falls for \
+                 0.25 s. The error is the mass-weighted distance of the positions at the end from those of the \
+                 differential equation, over how far the sheet has moved. The equation is solved by DOP853 \
+                 (adaptive, order 8) at tolerance 1e-12, and again at 1e-11, which tells the error of the \
+                 reference. Four step sizes, each half the one before; the observed order is the slope of log e \
+                 over log h by least squares, C = e/h^p the constant at the finest step. Solvers are set so tight \
+                 that their residuals do not show. Smooth: k/m = 400/s², h from 0.00625 s, h ω_max < 0.4, where \
+                 theory holds; an order is accepted within 0.15. Stiff: k/m = 1e4/s² and 1e6/s², h from 0.01 s; \
+                 runs that diverge, which includes those that end farther from the reference than it is from the \
+                 start, are recorded as such and left out of the slope, for which at least three runs are needed."
+            .to_owned()
+}
+
+pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError> {
     let chosen: Vec<_> = CASES.into_iter().filter(|case| !context.quick || case.is_quick).collect();
     let settings = prepared(context, "references", &chosen, Setting::new)?;
     let variants = of_registry(&VARIANTS);
@@ -246,33 +246,15 @@ pub(super) fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
     let scenes = settings.iter().map(|setting| setting.scene.clone()).collect();
     let facts = Facts { scenes, rows };
     let hashes = settings.iter().map(|s| (s.case.id.to_owned(), s.hash.clone())).collect();
-    let findings = findings(&facts);
-    let account = Account {
-        method: "A sheet of 6 × 6 particles (1 m × 1 m, 1 g each, structural springs and shear springs of a quarter \
-                 of the stiffness, d/m = 2/s, two corners pinned, 0.02 m out of its plane at the start) falls for \
-                 0.25 s. The error is the mass-weighted distance of the positions at the end from those of the \
-                 differential equation, over how far the sheet has moved. The equation is solved by DOP853 \
-                 (adaptive, order 8) at tolerance 1e-12, and again at 1e-11, which tells the error of the \
-                 reference. Four step sizes, each half the one before; the observed order is the slope of log e \
-                 over log h by least squares, C = e/h^p the constant at the finest step. Solvers are set so tight \
-                 that their residuals do not show. Smooth: k/m = 400/s², h from 0.00625 s, h ω_max < 0.4, where \
-                 theory holds; an order is accepted within 0.15. Stiff: k/m = 1e4/s² and 1e6/s², h from 0.01 s; \
-                 runs that diverge, which includes those that end farther from the reference than it is from the \
-                 start, are recorded as such and left out of the slope, for which at least three runs are needed."
-            .to_owned(),
-        findings,
-        facts,
-        scenes: hashes,
-        seed: None,
-    };
-    Ok(vec![context.write(&STUDY, account)?])
+    let (facts, scenes, seed) = (facts, hashes, None);
+    Ok(Measured { facts, timings: None, scenes, seed })
 }
 
 /// Its facts, as they are compared.
-pub(crate) fn comparable(record: &Record<Facts>) -> Vec<Fact> {
-    let scenes = record.facts.scenes.iter();
+pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {
+    let scenes = facts.scenes.iter();
     let scenes = scenes.map(|scene| fact(format!("scene {}", scene.id), scene.portable, scene));
-    let rows = record.facts.rows.iter().flat_map(|row| {
+    let rows = facts.rows.iter().flat_map(|row| {
         let key = format!("{} {}", row.scene, row.label);
         let bare = Row { runs: Vec::new(), ..row.clone() };
         let bare = fact(key.clone(), row.portable, &bare);
@@ -281,136 +263,6 @@ pub(crate) fn comparable(record: &Record<Facts>) -> Vec<Fact> {
         std::iter::once(bare).chain(runs)
     });
     scenes.chain(rows).collect()
-}
-
-/// What the numbers say.
-fn findings(facts: &Facts) -> Vec<String> {
-    let mut findings = Vec::new();
-    for scene in &facts.scenes {
-        let rows: Vec<_> = facts.rows.iter().filter(|row| row.scene == scene.id).collect();
-        if scene.resolved {
-            findings.push(acceptance(scene, &rows));
-            findings.extend(rows.iter().copied().filter_map(|row| unclaimed(scene, row)));
-        } else {
-            findings.push(stiffness(scene, &rows));
-        }
-    }
-    let smooth = facts.scenes.iter().find(|scene| scene.resolved);
-    findings.extend(smooth.and_then(|scene| constants(scene, &facts.rows)));
-    let error = facts.scenes.iter().map(|scene| scene.reference_error_m).fold(0.0, f64::max);
-    findings.push(format!("The references are off by at most {} m.", short(error)));
-    findings
-}
-
-fn title(scene: &Scene) -> &'static str {
-    CASES.iter().find(|case| case.id == scene.id).map_or("another scene", |case| case.title)
-}
-
-/// How many methods show their order, and which do not.
-fn acceptance(scene: &Scene, rows: &[&Row]) -> String {
-    let claiming: Vec<_> = rows.iter().filter(|row| row.accepted.is_some()).collect();
-    let failing: Vec<_> = claiming
-        .iter()
-        .filter(|row| row.accepted == Some(false))
-        .map(|row| {
-            let theory = row.theory.unwrap_or_default();
-            let order = row.order.map_or("none".to_owned(), |order| format!("{order:.2}"));
-            format!("{} ({order}, theory {theory})", row.label)
-        })
-        .collect();
-    let all = claiming.len();
-    let title = title(scene);
-    if failing.is_empty() {
-        format!("On {title} all {all} variants that claim an order show it within {ACCEPTED}.")
-    } else {
-        format!(
-            "On {title} {} of {all} variants that claim an order show it within {ACCEPTED}; not so: {}.",
-            all - failing.len(),
-            failing.join(", ")
-        )
-    }
-}
-
-/// What a method that claims no order does.
-fn unclaimed(scene: &Scene, row: &Row) -> Option<String> {
-    let order = row.order.filter(|_| row.theory.is_none())?;
-    let error = row.runs.last()?.error?;
-    Some(format!(
-        "{} claims no order: on {} its observed order is {order:.2}, and {} % of the motion is wrong at the finest \
-         step.",
-        row.label,
-        title(scene),
-        short(100.0 * error)
-    ))
-}
-
-/// Where the springs are stiff: who keeps the order, who loses it, who does not move, who diverges.
-fn stiffness(scene: &Scene, rows: &[&Row]) -> String {
-    let mut kept = Vec::new();
-    let mut reduced = Vec::new();
-    let mut unclaimed = Vec::new();
-    let mut lost = Vec::new();
-    let mut few = Vec::new();
-    let mut failed = Vec::new();
-    for row in rows {
-        let finest = row.runs.last().and_then(|run| run.error);
-        let error = || finest.map_or(String::new(), |error| format!(" ({})", short(error)));
-        let order = |order: f64| format!("{} {order:.2}", row.label);
-        match (finest, row.order) {
-            (None, _) => failed.push(row.label.clone()),
-            (Some(e), _) if e >= LOST => lost.push(format!("{}{}", row.label, error())),
-            (_, Some(p)) if row.theory.is_none() => unclaimed.push(order(p)),
-            (_, Some(p)) if row.error_constant.is_some() => kept.push(order(p)),
-            (_, Some(p)) => reduced.push(order(p)),
-            (_, None) => few.push(format!("{} ({})", row.label, row.fitted)),
-        }
-    }
-    let lines: Vec<_> = [
-        ("the order of theory is seen with", kept),
-        ("another order with", reduced),
-        ("an order where none is claimed:", unclaimed),
-        ("off by half the motion or more at the finest step (error in brackets):", lost),
-        ("too few runs for an order (their number in brackets):", few),
-        ("diverged even at the finest step:", failed),
-    ]
-    .into_iter()
-    .filter(|(_, labels)| !labels.is_empty())
-    .map(|(what, labels)| format!("{what} {}", labels.join(", ")))
-    .collect();
-    let steps = |pick: fn(&[Run]) -> Option<&Run>| {
-        rows.first().and_then(|row| pick(&row.runs)).map_or(0.0, |run| run.step_s)
-    };
-    let (first, last) = (steps(<[Run]>::first), steps(<[Run]>::last));
-    format!(
-        "At {} with h from {first} s to {last} s (h ω_max from {} to {}): {}.",
-        title(scene),
-        short(first * scene.greatest_frequency_per_s),
-        short(last * scene.greatest_frequency_per_s),
-        lines.join("; ")
-    )
-}
-
-/// Least and greatest constants of each order on a scene.
-fn constants(scene: &Scene, rows: &[Row]) -> Option<String> {
-    let of_order = |theory: u32| {
-        let mut found: Vec<_> = rows
-            .iter()
-            .filter(|row| row.scene == scene.id && row.theory == Some(theory))
-            .filter_map(|row| Some((row.error_constant?, row.label.as_str())))
-            .collect();
-        found.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let (least, greatest) = (found.first()?, found.last()?);
-        let value = |(constant, label): &(f64, &str)| format!("{} ({label})", short(*constant));
-        Some(if found.len() == 1 {
-            format!("order {theory}: {}", value(least))
-        } else {
-            format!("order {theory}: {} to {}", value(least), value(greatest))
-        })
-    };
-    let lines: Vec<_> = (1..=3).filter_map(of_order).collect();
-    (!lines.is_empty()).then(|| {
-        format!("Error constants C = e/h^p on {}, in 1/s^p: {}.", title(scene), lines.join("; "))
-    })
 }
 
 #[cfg(test)]

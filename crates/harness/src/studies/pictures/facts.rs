@@ -3,6 +3,11 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+/// Step of the sheets that all methods move, s.
+pub(super) const STEP: f64 = 0.01;
+
+pub(super) const REFERENCE: &str = "reference";
+
 /// [`Shot::series`] of the pictures that the paper shows.
 pub const PAPER: &str = "paper";
 /// [`Shot::series`] of the pictures of all methods on the same sheet.

@@ -1,36 +1,15 @@
 //! Pictures of the experiment `pictures`, drawn from its positions.
 
+use super::facts::{Facts, METHODS, PAPER, Scene, Shot};
 use drape_model::{Obstacle, Shape, Vec3};
 use drape_render::{Camera, Colour, Font, Image, Subject, View, draw};
-use drape_report::page::{Section, Table};
-use drape_report::{Content, Figure, Files, Record, ReportError, read_record};
-use std::path::Path;
-use super::facts::{Facts, METHODS, PAPER, Scene, Shot};
+use drape_report::page::Table;
+use drape_report::plate::{Draw, Picture, Plate};
 
-/// Title and caption of every figure.
-pub(super) fn figures() -> Vec<Figure> {
-    PLATES.iter().map(Plate::figure).collect()
-}
+/// What the pictures are drawn from.
+pub(super) type Input = crate::studies::Input<Facts>;
 
-/// A picture, what the record says about it and how it is made.
-struct Plate {
-    file: &'static str,
-    title: &'static str,
-    caption: &'static str,
-    image: fn(&Facts) -> Option<Image>,
-}
-
-impl Plate {
-    fn figure(&self) -> Figure {
-        Figure {
-            file: self.file.to_owned(),
-            title: self.title.to_owned(),
-            caption: self.caption.to_owned(),
-        }
-    }
-}
-
-const PLATES: [Plate; 2] = [
+pub(super) const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "pictures-paper.png",
         title: "A table cloth and a hanging textile",
@@ -38,7 +17,7 @@ const PLATES: [Plate; 2] = [
             soft shear and bending springs, is released on a square table of half its width and drapes over it. (d) A textile of 400 particles, \
             k/m = 10⁴ s⁻² and a tenth of it in shear, fixed at two corners, one second after it was released. Lines are warp and weft, the two sides of the cloth have \
             two colours, and the edges of the table are drawn round.",
-        image: paper,
+        draw: Draw::Picture(|input| paper(&input.facts).map(png)),
     },
     Plate {
         file: "pictures-methods.png",
@@ -47,7 +26,7 @@ const PLATES: [Plate; 2] = [
             default settings; a row for each method, a column for each time. The first row is the reference, leapfrog with a fiftieth of that step. \
             Striped: the run has diverged. What to see: explicit methods do not live through the first tenth of a second; of those that do, \
             some hang almost still in the air, where the reference has long fallen, and some bring the cloth down on time.",
-        image: methods,
+        draw: Draw::Picture(|input| methods(&input.facts).map(png)),
     },
 ];
 
@@ -62,25 +41,8 @@ const PAPER_VIEW: View = View { azimuth_deg: -62.0, elevation_deg: 24.0 };
 /// Pictures of methods look along the fall of the sheet, so that it passes nothing.
 const METHODS_VIEW: View = View { azimuth_deg: 28.0, elevation_deg: 14.0 };
 
-/// Draws the pictures and returns the section of the page.
-pub(super) fn section(
-    results: &Path,
-    study: &str,
-    files: &mut Files,
-) -> Result<Option<Section>, ReportError> {
-    let Some(record) = read_record::<Facts>(results, study)? else { return Ok(None) };
-    let mut figures = Vec::new();
-    for plate in &PLATES {
-        let Some(image) = (plate.image)(&record.facts) else { continue };
-        let png =
-            image.png().map_err(|source| ReportError::Picture {
-                file: plate.file,
-                source: Box::new(source),
-            })?;
-        files.push((format!("figures/{}", plate.file), Content::Png(png)));
-        figures.push(plate.figure());
-    }
-    Ok(Some(Section::new(&record, figures, tables(&record))))
+fn png(image: Image) -> Picture {
+    image.png().map_err(Into::into)
 }
 
 /// Positions of a shot, m; `None` where there is no picture or it does not fit its scene.
@@ -190,7 +152,7 @@ fn methods(facts: &Facts) -> Option<Image> {
 }
 
 /// When each run was looked at, and whether it lived to see it.
-fn tables(record: &Record<Facts>) -> Vec<Table> {
+pub(super) fn tables(record: &Input) -> Vec<Table> {
     let rows = record.facts.shots.iter();
     let rows = rows.map(|shot| {
         let state = match shot.diverged_at_s {

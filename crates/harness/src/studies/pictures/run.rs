@@ -1,23 +1,18 @@
 //! Experiment `pictures`: what the cloth looks like, EEH figure 4.
 
 use crate::facts::{Fact, fact};
-use crate::methods::{Choice, self};
+use crate::methods::{self, Choice};
 use crate::run::{Options, simulate};
 use crate::scenes::{build, bundled};
-use crate::studies::pictures::facts::{Facts, METHODS, PAPER, Scene, Shot, Table};
-use crate::studies::{Account, Context, cells, prepared, short};
+use crate::studies::pictures::facts::{Facts, METHODS, PAPER, REFERENCE, STEP, Scene, Shot, Table};
+use crate::studies::{Context, Measured, cells, prepared};
 use crate::{HarnessError, system_hash};
 use drape_model::{Cloth, ObstacleSpec, SpringLaw, State, System, TimeSpan};
-use drape_report::Record;
 use std::collections::BTreeMap;
-use std::path::PathBuf;
-use super::STUDY;
 
 const TABLE: &str = "square-table-2704-1e6";
 const HANGING: &str = "hanging-textile-sheared-1e4";
 const STIFF: &str = "hanging-textile-1e6";
-/// Step of the sheets that all methods move, s.
-const STEP: f64 = 0.01;
 /// Stiffness over mass, 1/s², and damping over mass, 1/s, that the table cloth gets besides: with springs along warp and weft alone its
 /// corners would close up to strips.
 const SHEAR: [f64; 2] = [1e4, 4.0];
@@ -25,7 +20,6 @@ const BENDING: [f64; 2] = [2e3, 1.0];
 /// Steps of leapfrog, well below its limit, by which pictures show what the equations say.
 const FINE: f64 = 2e-4;
 const FINE_METHOD: &str = "leapfrog";
-const REFERENCE: &str = "reference";
 /// Positions are recorded to so many parts of a metre.
 const PARTS: f64 = 1e5;
 /// Seconds by which a step may end too early: round-off of a sum of steps.
@@ -153,7 +147,21 @@ fn shots(case: &Case) -> Result<Vec<Shot>, HarnessError> {
     Ok(shots.collect())
 }
 
-pub(super) fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
+/// How the facts are measured.
+pub(super) fn method() -> String {
+    format!(
+        "The paper's pictures show a table cloth that drapes over a square table, and a textile that is fixed at two corners; of \
+             both it states neither the sizes nor when they were taken. Here the bundled scenes `{TABLE}` (row 4 of table 2; with shear springs of k/m = {}/s² and bending springs of {}/s² besides) and \
+             `{HANGING}` are moved by {FINE_METHOD} with h = {FINE} s, well below its limit of stability, so \
+             that they show what the equations say and not what a method makes of them. The sheets of all methods are those of `{STIFF}` \
+             (20 × 20 particles, k/m = 1e6/s², damping 40/s over the mass, released flat), each method with its default settings \
+             and h = {STEP} s, ten times the step of the paper's table; the reference is {FINE_METHOD} with h = {FINE} s. Positions are those of display, outside \
+             of obstacles, rounded to 1e-5 m.",
+        SHEAR[0], BENDING[0]
+    )
+}
+
+pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError> {
     let cases = cases(context.quick);
     let mut names: Vec<&str> = cases.iter().map(|case| case.scene).collect();
     names.dedup();
@@ -162,69 +170,8 @@ pub(super) fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
     let hashes: BTreeMap<_, _> =
         scenes.iter().map(|(scene, hash)| (scene.id.clone(), hash.clone())).collect();
     let facts = Facts { scenes: scenes.into_iter().map(|(scene, _)| scene).collect(), shots };
-    let account = Account {
-        method: format!(
-            "The paper's pictures show a table cloth that drapes over a square table, and a textile that is fixed at two corners; of \
-             both it states neither the sizes nor when they were taken. Here the bundled scenes `{TABLE}` (row 4 of table 2; with shear springs of k/m = {}/s² and bending springs of {}/s² besides) and \
-             `{HANGING}` are moved by {FINE_METHOD} with h = {FINE} s, well below its limit of stability, so \
-             that they show what the equations say and not what a method makes of them. The sheets of all methods are those of `{STIFF}` \
-             (20 × 20 particles, k/m = 1e6/s², damping 40/s over the mass, released flat), each method with its default settings \
-             and h = {STEP} s, ten times the step of the paper's table; the reference is {FINE_METHOD} with h = {FINE} s. Positions are those of display, outside \
-             of obstacles, rounded to 1e-5 m.",
-            SHEAR[0], BENDING[0]
-        ),
-        findings: findings(&facts),
-        facts,
-        scenes: hashes,
-        seed: None,
-    };
-    Ok(vec![context.write(&STUDY, account)?])
-}
-
-/// How far a sheet has come down on average, m; it starts at height 0.
-fn fall(shot: &Shot) -> Option<f64> {
-    let heights = shot.position_m.iter().skip(2).step_by(3);
-    let count = heights.clone().count();
-    (count > 0).then(|| -heights.sum::<f64>() / count as f64)
-}
-
-fn findings(facts: &Facts) -> Vec<String> {
-    let methods = || facts.shots.iter().filter(|shot| shot.series == METHODS);
-    let Some(reference) = methods().find(|shot| shot.label == REFERENCE) else {
-        return vec![
-            "The hanging textile was drawn; the quick subset compares no methods.".to_owned(),
-        ];
-    };
-    let others = || {
-        let same = |shot: &&Shot| shot.time_s == reference.time_s && shot.label != REFERENCE;
-        methods().filter(same)
-    };
-    let Some(whole) = fall(reference) else { return Vec::new() };
-    let list =
-        |names: Vec<String>| if names.is_empty() { "none".to_owned() } else { names.join(", ") };
-    let diverged = others().filter(|shot| shot.diverged_at_s.is_some());
-    let diverged: Vec<_> = diverged.map(|shot| format!("`{}`", shot.label)).collect();
-    let fallen = |low: f64, high: f64| -> Vec<String> {
-        let parts = others().filter(|shot| shot.diverged_at_s.is_none());
-        let parts = parts.filter_map(|shot| Some((shot, fall(shot)? / whole)));
-        let parts = parts.filter(|(_, part)| (low..high).contains(part));
-        parts.map(|(shot, part)| format!("`{}` ({} %)", shot.label, short(100.0 * part))).collect()
-    };
-    vec![
-        format!(
-            "With h = {STEP} s on a sheet of k/m = 1e6/s² {} of {} methods diverge within a second: {}.",
-            diverged.len(),
-            others().count(),
-            list(diverged)
-        ),
-        format!(
-            "After {} s the sheet should have come down by {} m on average. At least nine tenths of it: {}. Less than half: {}.",
-            reference.time_s,
-            short(whole),
-            list(fallen(0.9, f64::INFINITY)),
-            list(fallen(f64::NEG_INFINITY, 0.5))
-        ),
-    ]
+    let (facts, scenes, seed) = (facts, hashes, None);
+    Ok(Measured { facts, timings: None, scenes, seed })
 }
 
 /// What is compared of a run that is not the same everywhere: round-off may move a rounded position.
@@ -234,8 +181,8 @@ struct Verdict {
 }
 
 /// Its facts, as they are compared.
-pub(crate) fn comparable(record: &Record<Facts>) -> Vec<Fact> {
-    let Facts { scenes, shots } = &record.facts;
+pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {
+    let Facts { scenes, shots } = facts;
     let scenes = scenes.iter();
     let scenes = scenes.map(|scene| fact(format!("scene {}", scene.id), scene.portable, scene));
     let shots = shots.iter().map(|shot| {
@@ -251,6 +198,7 @@ pub(crate) fn comparable(record: &Record<Facts>) -> Vec<Fact> {
 #[cfg(test)]
 #[allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
 mod tests {
+    use super::super::words::fall;
     use super::*;
 
     #[test]

@@ -1,5 +1,6 @@
 //! Records of the experiment `post-correction`: springs that are shortened by hand after a step.
 
+use drape_report::Verdict;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -94,7 +95,7 @@ pub struct Row {
     /// Greatest elongation of a spring at the end of a step, over its rest length.
     pub elongation: f64,
     /// `completed` or `diverged`.
-    pub verdict: String,
+    pub verdict: Verdict,
     /// Same bits on every machine.
     pub portable: bool,
 }

@@ -5,15 +5,18 @@ pub(crate) mod plates;
 pub(crate) mod run;
 mod words;
 
-use crate::facts::compare;
-use super::Study;
+use super::Parts;
 
-pub(super) const STUDY: Study = Study {
+pub(super) const STUDY: Parts<facts::Facts> = Parts {
     name: "post-correction",
     question: words::QUESTION,
     builds_on: words::BUILDS_ON,
+    method: run::method,
+    timing: None,
     run: run::run,
-    compare: |fresh, committed| compare("post-correction.json", fresh, committed, run::comparable),
-    figures: plates::figures,
-    section: plates::section,
+    comparable: run::comparable,
+    words: words::words,
+    plates: plates::PLATES,
+    tables: plates::tables,
+    lessons: None,
 };

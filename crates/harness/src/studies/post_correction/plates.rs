@@ -1,32 +1,16 @@
 //! Figures of the experiment `post-correction`.
 
-use drape_report::number::{setting, significant};
-use drape_report::page::{Section, Table, absent, texts};
-use drape_report::plate::Plate;
-use drape_report::plot::{At, Axis, Look, Panel, Point, Rule, Series, Sheet, State, values};
-use drape_report::{Figure, Files, Record, ReportError, record_section};
-use std::path::Path;
 use super::facts::{FORWARD, Facts, Mesh, Row, Spin};
+use drape_report::number::{setting, significant};
+use drape_report::page::{Table, absent, texts};
+use drape_report::plate::{Draw, Plate};
+use drape_report::plot::{At, Axis, Look, Panel, Point, Rule, Series, Sheet, State, values};
 
 /// What the figures are drawn from.
-pub(super) type Input = Record<Facts>;
-
-/// Title and caption of every figure.
-pub(super) fn figures() -> Vec<Figure> {
-    PLATES.iter().map(Plate::figure).collect()
-}
-
-/// Draws the figures and returns the section of the page.
-pub(super) fn section(
-    results: &Path,
-    study: &str,
-    files: &mut Files,
-) -> Result<Option<Section>, ReportError> {
-    record_section(results, study, PLATES, tables, files)
-}
+pub(super) type Input = crate::studies::Input<Facts>;
 
 /// All figures, in the page's order.
-const PLATES: &[Plate<Input>] = &[
+pub(super) const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "post-correction-order.svg",
         title: "Does the order of the sweep decide where the corrected sheet is?",
@@ -35,7 +19,7 @@ const PLATES: &[Plate<Input>] = &[
             particles, k/m = 10⁴ s⁻², hangs from two corners. `list 1` and `list 2` are forward sweeps over lists of springs in another order. \
             Above the dashed line at 0.01 the order decides where the sheet is. `disturbed start` shows what a ten-thousandth of a mesh width \
             at the start does: what lies far above it is no mere sensitivity of the motion.",
-        sheet: order,
+        draw: Draw::Sheet(order),
     },
     Plate {
         file: "post-correction-limit.svg",
@@ -44,7 +28,7 @@ const PLATES: &[Plate<Input>] = &[
             against the greatest elongation that the correction leaves to a spring; a panel for each mesh and time, curves for the \
             methods and the sweeps a step. Curves that fall towards the left approach the stiff sheet. The dashed line is the \
             soft sheet without correction at that time. Both axes are logarithmic and the same in all panels.",
-        sheet: limit,
+        draw: Draw::Sheet(limit),
     },
     Plate {
         file: "post-correction-sweeps.svg",
@@ -53,7 +37,7 @@ const PLATES: &[Plate<Input>] = &[
             more sweeps: greatest elongation that is left, over the rest length, against the number of sweeps, in three orders. Grid \
             on the left, triangle mesh on the right, limit 0.1 above, 0.01 below. The dashed line is the limit. A method that makes one sweep \
             or ten a step stays at the left end of these curves; shortening one spring stretches its neighbours, and the first sweep may make it worse.",
-        sheet: sweeps,
+        draw: Draw::Sheet(sweeps),
     },
     Plate {
         file: "post-correction-bill.svg",
@@ -62,7 +46,7 @@ const PLATES: &[Plate<Input>] = &[
             the sheet and took from it, summed, over that which the fall sets free; the share of the weight which corrections hold instead of springs; and the \
             residual ‖M a − f‖/‖f‖ of the differential equation, which is 0 for a step without correction (Provot's) or an error of the step \
             (Desbrun's). Residuals about 1 say that the forces of the correction are as large as all forces of the model.",
-        sheet: bill,
+        draw: Draw::Sheet(bill),
     },
 ];
 
@@ -245,7 +229,7 @@ fn bill(input: &Input) -> Option<Sheet> {
 }
 
 /// The tables of the page.
-fn tables(input: &Input) -> Vec<Table> {
+pub(super) fn tables(input: &Input) -> Vec<Table> {
     vec![distances(input), lengths(input), spins(input)]
 }
 

@@ -1,7 +1,9 @@
 //! The words of the study `post-correction`: its question, and what its numbers say.
 
-use crate::studies::short;
 use super::facts::{FORWARD, Facts, Mesh, PERTURBED, Row};
+use crate::studies::short;
+use drape_report::Verdict;
+use drape_report::Words;
 
 /// The question that the study answers.
 pub(super) const QUESTION: &str = "Is a soft sheet whose springs are shortened after each step a stiff sheet: what becomes of energy, momentum \
@@ -15,6 +17,11 @@ const DEPENDS: f64 = 0.01;
 const ROUND_OFF: f64 = 1e-13;
 /// A residual that falls with the step falls at least to this share.
 const FALLS: f64 = 0.5;
+
+/// What the facts say.
+pub(super) fn words(facts: &Facts) -> Words {
+    crate::studies::first_leads(findings(facts))
+}
 
 pub(super) fn findings(facts: &Facts) -> Vec<String> {
     let mut findings = Vec::new();
@@ -283,7 +290,7 @@ fn diverged(facts: &Facts) -> Option<String> {
     let list: Vec<_> = facts
         .rows
         .iter()
-        .filter(|row| row.verdict != "completed")
+        .filter(|row| row.verdict != Verdict::Completed)
         .map(|row| format!("{} {} {} {}", row.mesh, row.label, row.limit, row.order))
         .collect();
     (!list.is_empty()).then(|| format!("Diverged: {}.", list.join("; ")))

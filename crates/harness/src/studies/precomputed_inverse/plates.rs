@@ -1,32 +1,16 @@
 //! Figures of the experiment `precomputed-inverse`.
 
-use drape_report::number::{significant, trimmed};
-use drape_report::page::{Section, Table, absent, texts};
-use drape_report::plate::Plate;
-use drape_report::plot::{At, Axis, Look, Panel, Point, Rule, Series, Sheet, State};
-use drape_report::{Figure, Files, ReportError, Timed, timed_section};
-use std::path::Path;
 use super::facts::{CG, CHOLESKY, Change, DENSE, Facts, Solver, TimingRow};
+use drape_report::number::{significant, trimmed};
+use drape_report::page::{Table, absent, texts};
+use drape_report::plate::{Draw, Plate};
+use drape_report::plot::{At, Axis, Look, Panel, Point, Rule, Series, Sheet, State};
 
 /// What the figures are drawn from.
-pub(super) type Input = Timed<Facts, TimingRow>;
-
-/// Title and caption of every figure.
-pub(super) fn figures() -> Vec<Figure> {
-    PLATES.iter().map(Plate::figure).collect()
-}
-
-/// Draws the figures and returns the section of the page.
-pub(super) fn section(
-    results: &Path,
-    study: &str,
-    files: &mut Files,
-) -> Result<Option<Section>, ReportError> {
-    timed_section(results, study, PLATES, tables, files)
-}
+pub(super) type Input = crate::studies::Input<Facts, TimingRow>;
 
 /// All figures, in the page's order.
-const PLATES: &[Plate<Input>] = &[
+pub(super) const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "inverse-counts.svg",
         title: "What an inverse, a sparse factor and conjugate gradients cost, counted",
@@ -35,7 +19,7 @@ const PLATES: &[Plate<Input>] = &[
             making is worth. CG's solve takes one more than the mean number of iterations a step at ε = 0.001; its stiffness series are k/m = 10⁴ and \
             10⁶ s⁻² at all sizes, and one fabric, whose k/m grows with the number of particles. Everything is counted from non-zeros and is the same on every machine. \
             Above the dashed line a change of h or k costs more than twenty solves.",
-        sheet: counts,
+        draw: Draw::Sheet(counts),
     },
     Plate {
         file: "inverse-cost.svg",
@@ -44,7 +28,7 @@ const PLATES: &[Plate<Input>] = &[
             a rebuild in place after a change of the step size; a whole step of the hanging sheet (`desbrun` with the inverse or the factor, `imex-euler` \
             with CG, ε = 0.001); and the rebuild in steps' worth, rebuild time over step time. Above the dashed line at 20 steps a change of h or k is \
             dear. The lowest curve of the third panel is the method that a user would pick for that size.",
-        sheet: cost,
+        draw: Draw::Sheet(cost),
     },
 ];
 
@@ -105,7 +89,7 @@ fn curves<'a, R>(
 }
 
 fn counts(input: &Input) -> Option<Sheet> {
-    let rows = &input.record.facts.solvers;
+    let rows = &input.facts.solvers;
     let sizes: Vec<f64> = rows.iter().map(|row| row.particles as f64).collect();
     let of = |value: fn(&Solver) -> f64| {
         curves(rows, |row| (row.solver.as_str(), row.series.as_str(), row.particles), value)
@@ -156,7 +140,7 @@ fn cost(input: &Input) -> Option<Sheet> {
 }
 
 /// The tables of the page.
-fn tables(input: &Input) -> Vec<Table> {
+pub(super) fn tables(input: &Input) -> Vec<Table> {
     let mut tables = vec![solvers(input), changes(input)];
     if let Some(timings) = &input.timings {
         tables.extend([times(&timings.rows), crossovers(&timings.rows)]);
@@ -192,7 +176,7 @@ fn solvers(input: &Input) -> Table {
             "difference",
         ]),
         names: 2,
-        rows: input.record.facts.solvers.iter().map(line).collect(),
+        rows: input.facts.solvers.iter().map(line).collect(),
     }
 }
 
@@ -209,7 +193,7 @@ fn changes(input: &Input) -> Table {
             significant(greatest, 2),
         ]
     };
-    let changed = input.record.facts.changes.first().map(|run| run.changed.join(", "));
+    let changed = input.facts.changes.first().map(|run| run.changed.join(", "));
     Table {
         title: format!(
             "**Set-ups by cause** in a run in which the system changes ({}), and the greatest distance to runs that start anew after each \
@@ -226,7 +210,7 @@ fn changes(input: &Input) -> Table {
             "distance (m)",
         ]),
         names: 1,
-        rows: input.record.facts.changes.iter().map(line).collect(),
+        rows: input.facts.changes.iter().map(line).collect(),
     }
 }
 

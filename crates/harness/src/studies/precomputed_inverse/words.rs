@@ -1,7 +1,8 @@
 //! The words of the study `precomputed-inverse`: its question, and what its numbers say.
 
-use crate::studies::short;
 use super::facts::{CG, CHOLESKY, DENSE, Facts, Solver};
+use crate::studies::short;
+use drape_report::Words;
 
 /// The question that the study answers.
 pub(super) const QUESTION: &str = "What do a precomputed inverse, a sparse factor and conjugate gradients cost to make, to keep and to use, \
@@ -14,6 +15,11 @@ const AGREE: f64 = 1e-9;
 /// A rebuild of fewer steps' worth forbids nothing.
 const CHEAP: f64 = 20.0;
 const MIB: f64 = 1024.0 * 1024.0;
+
+/// What the facts say.
+pub(super) fn words(facts: &Facts) -> Words {
+    crate::studies::first_leads(findings(facts))
+}
 
 pub(super) fn findings(facts: &Facts) -> Vec<String> {
     let mut findings = Vec::new();

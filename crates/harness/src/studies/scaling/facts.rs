@@ -1,8 +1,13 @@
 //! Records of the experiment `scaling`: cost as the work grows.
 
 use crate::record::Phases;
+use drape_report::Verdict;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+
+pub(super) const FIXED_QUOTIENT: &str = "k/m fixed";
+
+pub(super) const FIXED_MATERIAL: &str = "material fixed";
 
 /// Counts over all sizes and methods.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -48,7 +53,7 @@ pub struct Cell {
     /// Steps whose solver stopped before its tolerance.
     pub unconverged_steps: u64,
     /// `completed` or `diverged`.
-    pub verdict: String,
+    pub verdict: Verdict,
     /// Same bits on every machine.
     pub portable: bool,
 }

@@ -1,32 +1,19 @@
 //! Figures of the experiment `scaling`.
 
-use drape_report::number::{power, significant};
-use drape_report::page::{Section, Table, absent, texts};
-use drape_report::plate::Plate;
-use drape_report::plot::{At, Axis, Draft, Look, Point, Rule, Series, Sheet, State, names, panels_of, place_of, values};
-use drape_report::{Figure, Files, ReportError, Timed, timed_section};
-use std::path::Path;
 use super::facts::{Cell, Facts, Memory, RunTiming, TimingRow};
+use drape_report::Verdict;
+use drape_report::number::{power, significant};
+use drape_report::page::{Table, absent, texts};
+use drape_report::plate::{Draw, Plate};
+use drape_report::plot::{
+    At, Axis, Draft, Look, Point, Rule, Series, Sheet, State, names, panels_of, place_of, values,
+};
 
 /// What the figures are drawn from.
-pub(super) type Input = Timed<Facts, TimingRow>;
-
-/// Title and caption of every figure.
-pub(super) fn figures() -> Vec<Figure> {
-    PLATES.iter().map(Plate::figure).collect()
-}
-
-/// Draws the figures and returns the section of the page.
-pub(super) fn section(
-    results: &Path,
-    study: &str,
-    files: &mut Files,
-) -> Result<Option<Section>, ReportError> {
-    timed_section(results, study, PLATES, tables, files)
-}
+pub(super) type Input = crate::studies::Input<Facts, TimingRow>;
 
 /// All figures, in the page's order.
-const PLATES: &[Plate<Input>] = &[
+pub(super) const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "scaling-cost.svg",
         title: "Time of a step for each particle, from a hundred particles to a million",
@@ -37,7 +24,7 @@ const PLATES: &[Plate<Input>] = &[
             velocities and forces of a particle once, in and out (144 bytes). Byte bound: the time in which it moves \
             the least bytes of a step, counted kernel by kernel, with as many iterations as the step needed; no step \
             can be faster once the arrays have left the caches.",
-        sheet: cost,
+        draw: Draw::Sheet(cost),
     },
     Plate {
         file: "scaling-cg.svg",
@@ -46,7 +33,7 @@ const PLATES: &[Plate<Input>] = &[
             gradients. Left: k/m = 10⁴ s⁻² on every mesh, as the paper has it, which makes the finer sheet a softer cloth. Right: \
             the same cloth on every mesh, so that k/m grows with the number of particles. Iterations of a step that grow \
             with the mesh make its cost grow faster than its size. Axes are logarithmic and the same in both panels.",
-        sheet: iterations,
+        draw: Draw::Sheet(iterations),
     },
 ];
 
@@ -151,7 +138,7 @@ fn cost(input: &Input) -> Option<Sheet> {
 }
 
 fn iterations(input: &Input) -> Option<Sheet> {
-    let cells = || input.record.facts.cells.iter().filter(|cell| cell.cg_per_step > 0.0);
+    let cells = || input.facts.cells.iter().filter(|cell| cell.cg_per_step > 0.0);
     let labels = names(&METHODS, cells().map(|cell| cell.label.as_str()));
     let draft = |name: &&str| -> Draft {
         let curves = labels.iter().filter_map(|label| {
@@ -169,7 +156,7 @@ fn iterations(input: &Input) -> Option<Sheet> {
 }
 
 fn sizes(input: &Input) -> Vec<f64> {
-    values(input.record.facts.cells.iter().map(|cell| cell.particles as f64))
+    values(input.facts.cells.iter().map(|cell| cell.particles as f64))
 }
 
 fn header(sizes: &[f64], first: &[&str]) -> Vec<String> {
@@ -178,14 +165,14 @@ fn header(sizes: &[f64], first: &[&str]) -> Vec<String> {
 }
 
 /// All tables of the page.
-fn tables(input: &Input) -> Vec<Table> {
+pub(super) fn tables(input: &Input) -> Vec<Table> {
     let mut tables = vec![counts(input), times(input)];
     tables.extend(memory(input));
     tables
 }
 
 fn counts(input: &Input) -> Table {
-    let cells = || input.record.facts.cells.iter();
+    let cells = || input.facts.cells.iter();
     let labels = names(&METHODS, cells().map(|cell| cell.label.as_str()));
     let mut rows = Vec::new();
     for name in SERIES {
@@ -196,7 +183,7 @@ fn counts(input: &Input) -> Table {
                 };
                 cells().find(is_it).map_or_else(absent, |cell| {
                     let steps = cell.steps as f64;
-                    let sign = if cell.verdict == "completed" { "" } else { " ✗" };
+                    let sign = if cell.verdict == Verdict::Completed { "" } else { " ✗" };
                     format!(
                         "{}; {}; {}{sign}",
                         significant(cell.cg_per_step, 3),

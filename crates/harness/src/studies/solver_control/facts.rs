@@ -1,5 +1,6 @@
 //! Records of the experiment `solver-control`: forcing terms, saved Jacobians, adaptive steps, preconditioners.
 
+use drape_report::Verdict;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -84,7 +85,7 @@ pub struct Run {
     /// Steps whose solver stopped before its tolerance.
     pub unconverged_steps: u64,
     /// `completed`, `diverged` or `over budget`.
-    pub verdict: String,
+    pub verdict: Verdict,
     /// Same bits on every machine.
     pub portable: bool,
 }

@@ -1,39 +1,18 @@
 //! Figures of the experiment `solver-control`.
 
-use drape_report::number::{power, setting, significant};
-use drape_report::page::{Section, Table, absent, texts};
-use drape_report::plate::{Plate, self};
-use drape_report::plot::{At, Axis, Draft, Look, Point, Rule, Series, Sheet, State, names, panels_of, place_of};
-use drape_report::{Figure, Files, Record, ReportError, read_record, read_timings};
-use std::path::Path;
 use super::facts::{Facts, Run, Scene, TimingRow};
+use drape_report::number::{power, setting, significant};
+use drape_report::page::{Table, absent, texts};
+use drape_report::plate::{Draw, Plate};
+use drape_report::plot::{
+    At, Axis, Draft, Look, Point, Rule, Series, Sheet, State, names, panels_of, place_of,
+};
 
 /// What the figures are drawn from.
-pub(super) type Input = Record<Facts>;
-
-/// Title and caption of every figure.
-pub(super) fn figures() -> Vec<Figure> {
-    PLATES.iter().map(Plate::figure).collect()
-}
-
-/// Draws the figures and returns the section of the page.
-pub(super) fn section(
-    results: &Path,
-    study: &str,
-    files: &mut Files,
-) -> Result<Option<Section>, ReportError> {
-    let Some(record) = read_record::<Facts>(results, study)? else {
-        return Ok(None);
-    };
-    let timings = read_timings::<TimingRow>(results, study)?;
-    let figures = plate::draw_all(PLATES, &record, files)?;
-    let mut tables = tables(&record);
-    tables.extend(timings.as_ref().map(|timings| seconds(&timings.rows)));
-    Ok(Some(Section::new(&record, figures, tables).with_timings(timings.as_ref())))
-}
+pub(super) type Input = crate::studies::Input<Facts, TimingRow>;
 
 /// All figures, in the page's order.
-const PLATES: &[Plate<Input>] = &[
+pub(super) const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "control-work.svg",
         title: "Work against error, with constant and with adaptive steps",
@@ -44,7 +23,7 @@ const PLATES: &[Plate<Input>] = &[
             steps from 0.01 s on, each half the one before; adaptive runs divide frames of 0.01 s by tolerances from 0.1 \
             to 1e-4 mesh widths. Where the adaptive curve lies below, step size control saves work. The plain \
             estimate of IMEX Euler looks at positions alone. Runs that diverged are crossed out.",
-        sheet: by_work,
+        draw: Draw::Sheet(by_work),
     },
     Plate {
         file: "control-matvecs.svg",
@@ -53,7 +32,7 @@ const PLATES: &[Plate<Input>] = &[
             products with the matrix in 0.25 s against the error of the positions over how far the sheet has moved, a \
             panel for each scene. The estimate that sees the splitting of the force costs one loose solve more in each substep, which is \
             counted. Axes are logarithmic; runs that diverged are crossed out.",
-        sheet: by_matvecs,
+        draw: Draw::Sheet(by_matvecs),
     },
     Plate {
         file: "control-steps.svg",
@@ -62,7 +41,7 @@ const PLATES: &[Plate<Input>] = &[
             scene, one curve a method. A curve at the upper edge takes each frame in one step. At the start the sheet is \
             at rest (stretched in the vibrating scene); the control follows the acceleration of the fall and the \
             vibration of the springs.",
-        sheet: over_time,
+        draw: Draw::Sheet(over_time),
     },
     Plate {
         file: "control-forcing.svg",
@@ -73,7 +52,7 @@ const PLATES: &[Plate<Input>] = &[
             iterations of backward Euler where the tolerance of each Newton iteration follows Eisenstat and Walker. Every \
             run of backward Euler reaches the same residual, so that the counts compare like with like; those of IMEX Euler \
             do not.",
-        sheet: by_forcing,
+        draw: Draw::Sheet(by_forcing),
     },
 ];
 
@@ -218,7 +197,7 @@ fn by_forcing(input: &Input) -> Option<Sheet> {
 }
 
 /// The tables of the page.
-fn tables(input: &Input) -> Vec<Table> {
+pub(super) fn tables(input: &Input) -> Vec<Table> {
     let inner = |series: &'static str, title: &str| Table {
         title: title.to_owned(),
         header: texts(&[
@@ -291,7 +270,8 @@ fn tables(input: &Input) -> Vec<Table> {
         ),
     ];
     let inner = titles.into_iter().map(|(series, title)| inner(series, title));
-    inner.chain([steps]).filter(|table| !table.rows.is_empty()).collect()
+    let seconds = input.timings.as_ref().map(|timings| seconds(&timings.rows));
+    inner.chain([steps]).chain(seconds).collect()
 }
 
 fn error(run: &Run) -> String {

@@ -1,7 +1,9 @@
 //! The words of the study `solver-control`: its question, and what its numbers say.
 
-use crate::studies::{gain, short};
 use super::facts::{Facts, PLAIN, Run};
+use crate::studies::{gain, short};
+use drape_report::Verdict;
+use drape_report::Words;
 
 /// The question that the study answers.
 pub(super) const QUESTION: &str = "What do variable forcing terms, saved Jacobians, adaptive steps and preconditioners save, \
@@ -13,6 +15,11 @@ pub(super) const BUILDS_ON: &[&str] = &["work-precision"];
 fn of<'a>(facts: &'a Facts, series: &str, scene: &str) -> Vec<&'a Run> {
     let fits = |run: &&Run| run.series == series && run.scene == scene;
     facts.runs.iter().filter(fits).collect()
+}
+
+/// What the facts say.
+pub(super) fn words(facts: &Facts) -> Words {
+    crate::studies::first_leads(findings(facts))
 }
 
 pub(super) fn findings(facts: &Facts) -> Vec<String> {
@@ -40,7 +47,7 @@ fn forcing(runs: &[&Run], scene: &str) -> Option<String> {
     let (best, worst) = (constant.first()?, constant.last()?);
     let term = |run: &Run| short(run.value.unwrap_or_default());
     let mut all = constant.iter().chain([&walker]);
-    let same = if all.all(|run| run.verdict == "completed" && run.unconverged_steps == 0) {
+    let same = if all.all(|run| run.verdict == Verdict::Completed && run.unconverged_steps == 0) {
         " All solve to the same residual, so that the error is that of the method at any term."
     } else {
         ""
@@ -87,7 +94,7 @@ fn updates(runs: &[&Run], scene: &str) -> Option<String> {
 }
 
 fn error(run: &Run) -> String {
-    run.error.map_or_else(|| run.verdict.clone(), short)
+    run.error.map_or_else(|| run.verdict.to_string(), short)
 }
 
 fn jacobians(runs: &[&Run], scene: &str) -> Option<String> {

@@ -1,15 +1,11 @@
 //! Records of the experiment `stability`: which step, stiffness and damping a method survives.
 
+use drape_report::Verdict;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// The form for which the energy theorem holds.
 pub const EXACT: &str = "imex-euler, all springs";
-
-/// [`Cell::verdict`] of a run that is stable by its energy, but stands still.
-pub const LOCKED: &str = "locked";
-/// [`Cell::verdict`] of a run that ended because its counted effort reached the limit.
-pub const OVER_BUDGET: &str = "over budget";
 
 /// All maps and limits.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -38,7 +34,7 @@ pub struct Cell {
     /// Step size, s.
     pub step_s: f64,
     /// `stable`, [`LOCKED`], `marginal`, `unstable`, `diverged` or [`OVER_BUDGET`]: the worst of all starts.
-    pub verdict: String,
+    pub verdict: Verdict,
     /// Number of perturbed starts.
     pub starts: u32,
     /// Greatest rise of the energy above its start over the energy that the scene sets free, `E_ref`.
@@ -123,7 +119,7 @@ pub struct Ratio {
     /// Stiffness of the shear springs over that of the tension springs.
     pub ratio: f64,
     /// `stable`, `marginal`, `unstable`, `diverged` or [`OVER_BUDGET`].
-    pub verdict: String,
+    pub verdict: Verdict,
     /// Greatest rise of the energy above its start over `E_ref`.
     pub gain: f64,
 }

@@ -1,37 +1,19 @@
 //! Figures and tables of the experiment `stability`.
 
+use super::facts::{Cell, Facts, Limit, Shear};
+use drape_report::Verdict;
 use drape_report::family::labels;
 use drape_report::number::{power, setting, significant, trimmed};
-use drape_report::page::{Section, Table, absent, texts};
-use drape_report::plate::{Plate, self};
-use drape_report::plot::{At, Atlas, Axis, Look, Map, Panel, Point, Rule, Series, Shade, Sheet, State, Tile, values};
-use drape_report::{Figure, Files, Record, ReportError, read_record};
-use std::path::Path;
-use super::facts::{Cell, Facts, LOCKED, Limit, OVER_BUDGET, Shear};
+use drape_report::page::{Table, absent, texts};
+use drape_report::plate::{Draw, Plate};
+use drape_report::plot::{
+    At, Atlas, Axis, Look, Map, Panel, Point, Rule, Series, Shade, Sheet, State, Tile, values,
+};
 
 /// What the figures are drawn from.
-pub(super) type Input = Record<Facts>;
+pub(super) type Input = crate::studies::Input<Facts>;
 
-/// Title and caption of every figure.
-pub(super) fn figures() -> Vec<Figure> {
-    MAPS.iter().map(Plate::figure).chain(CURVES.iter().map(Plate::figure)).collect()
-}
-
-/// Draws the figures and returns the section of the page.
-pub(super) fn section(
-    results: &Path,
-    study: &str,
-    files: &mut Files,
-) -> Result<Option<Section>, ReportError> {
-    let Some(record) = read_record::<Facts>(results, study)? else {
-        return Ok(None);
-    };
-    let mut figures = plate::draw_all(MAPS, &record, files)?;
-    figures.extend(plate::draw_all(CURVES, &record, files)?);
-    Ok(Some(Section::new(&record, figures, tables(&record))))
-}
-
-const MAPS: &[Plate<Input, Atlas>] = &[
+pub(super) const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "stability-atlas.svg",
         title: "Which step and stiffness each method survives, with damping d/m = 40 s⁻¹",
@@ -41,7 +23,7 @@ const MAPS: &[Plate<Input, Atlas>] = &[
             motion), M marginal, U unstable, D diverged, B over budget. Explicit methods end at a straight line of \
             constant h²k/m; where implicit-explicit ones are stable beyond it, look how much of that is L. Provot at small \
             k/m: its limit of elongation holds up a sheet that should sag.",
-        sheet: |input| by_stiffness(input, 40.0),
+        draw: Draw::Atlas(|input| by_stiffness(input, 40.0)),
     },
     Plate {
         file: "stability-atlas-undamped.svg",
@@ -51,7 +33,7 @@ const MAPS: &[Plate<Input, Atlas>] = &[
             the start as the true motion), M marginal, U unstable, D diverged, B over budget. Explicit Euler and the \
             two-step Adams-Bashforth method have no stable step here in theory; where they show S, growth is too slow to be \
             seen within the run.",
-        sheet: |input| by_stiffness(input, 0.0),
+        draw: Draw::Atlas(|input| by_stiffness(input, 0.0)),
     },
     Plate {
         file: "stability-atlas-damping.svg",
@@ -61,11 +43,8 @@ const MAPS: &[Plate<Input, Atlas>] = &[
             far from the start as the true motion at that damping), M marginal, U unstable, D diverged, B over budget. \
             Damping that is taken at the old velocity limits the step too, so that the stable steps of such methods \
             become shorter towards the top.",
-        sheet: by_damping,
+        draw: Draw::Atlas(by_damping),
     },
-];
-
-const CURVES: &[Plate<Input>] = &[
     Plate {
         file: "stability-limits.svg",
         title: "Longest stable step: measured over theory",
@@ -74,7 +53,7 @@ const CURVES: &[Plate<Input>] = &[
             length 0 are a linear system, where theory is exact. On the hanging sheet of 8 × 8 particles the largest \
             eigenvalue of the Laplacian bounds that of the true stiffness, so that the step may be longer; k/m = 10⁴ s⁻² in both. \
             Crossed out on the left edge: a step is stable in theory and none was found. Methods without a limit stand in the table.",
-        sheet: ratios,
+        draw: Draw::Sheet(ratios),
     },
     Plate {
         file: "stability-shear.svg",
@@ -85,20 +64,20 @@ const CURVES: &[Plate<Input>] = &[
             upright line is the least ratio, of the steps shown, that theory does not exclude at any positions: θ_E = 4 + θ_I for \
             IMEX Euler, θ_E = 4 for updated CG, whose converged springs resist nothing across themselves. Runs over \
             budget are left out; unstable and diverged ones are crossed out.",
-        sheet: shear,
+        draw: Draw::Sheet(shear),
     },
 ];
 
-const KNOWN: [(&str, &str, Shade); 6] = [
-    ("stable", "S", Shade::Good),
-    (LOCKED, "L", Shade::Still),
-    ("marginal", "M", Shade::Fair),
-    ("unstable", "U", Shade::Bad),
-    ("diverged", "D", Shade::Worst),
-    (OVER_BUDGET, "B", Shade::Open),
+const KNOWN: [(Verdict, &str, Shade); 6] = [
+    (Verdict::Stable, "S", Shade::Good),
+    (Verdict::Locked, "L", Shade::Still),
+    (Verdict::Marginal, "M", Shade::Fair),
+    (Verdict::Unstable, "U", Shade::Bad),
+    (Verdict::Diverged, "D", Shade::Worst),
+    (Verdict::OverBudget, "B", Shade::Open),
 ];
 
-fn tile(verdict: &str) -> Tile {
+fn tile(verdict: Verdict) -> Tile {
     let known = KNOWN.iter().find(|(name, ..)| *name == verdict);
     Tile {
         shade: known.map_or(Shade::Idle, |(.., shade)| *shade),
@@ -135,7 +114,7 @@ fn atlas(cells: &[&Cell], of: impl Fn(&Cell) -> f64, note: &str) -> Option<Atlas
         let at = |row: f64, step: f64| {
             let found =
                 |cell: &&&Cell| cell.label == label && of(cell) == row && cell.step_s == step;
-            cells.iter().find(found).map(|cell| tile(&cell.verdict))
+            cells.iter().find(found).map(|cell| tile(cell.verdict))
         };
         let tiles = rows.iter().map(|&row| steps.iter().map(|&step| at(row, step)).collect());
         Map { tiles: tiles.collect(), title: label }
@@ -147,7 +126,8 @@ fn atlas(cells: &[&Cell], of: impl Fn(&Cell) -> f64, note: &str) -> Option<Atlas
         if text.contains('.') { String::new() } else { text }
     };
     let legend = KNOWN.iter().filter(|(name, ..)| cells.iter().any(|cell| cell.verdict == *name));
-    let legend: Vec<_> = legend.map(|(name, ..)| (tile(name), (*name).to_owned())).collect();
+    let legend: Vec<_> =
+        legend.map(|(verdict, ..)| (tile(*verdict), verdict.to_string())).collect();
     (!maps.is_empty() && rows.len() > 1).then(|| Atlas {
         x_ticks: steps.iter().map(tick).collect(),
         y_ticks: rows
@@ -220,11 +200,11 @@ fn shear(input: &Input) -> Option<Sheet> {
         );
         let of: Vec<_> = scans.iter().filter(|scan| scan.label == label).collect();
         for scan in &of {
-            let ended = scan.ratios.iter().filter(|ratio| ratio.verdict != OVER_BUDGET);
+            let ended = scan.ratios.iter().filter(|ratio| ratio.verdict != Verdict::OverBudget);
             let points = ended.map(|ratio| Point {
                 x: ratio.ratio,
                 y: ratio.gain.clamp(LEAST_GAIN, MOST_GAIN),
-                state: State::of_verdict(&ratio.verdict),
+                state: State::of_verdict(ratio.verdict),
             });
             let n = steps.iter().position(|step| *step == scan.step_s).unwrap_or(0);
             let name = format!("h = {} s", setting(scan.step_s));
@@ -240,7 +220,7 @@ fn shear(input: &Input) -> Option<Sheet> {
 }
 
 /// All tables of the page.
-fn tables(input: &Input) -> Vec<Table> {
+pub(super) fn tables(input: &Input) -> Vec<Table> {
     vec![limits(input), scans(input), counts(input)]
 }
 
@@ -301,7 +281,7 @@ fn scans(input: &Input) -> Table {
             ))
         });
         let held = scan.ratios.iter().take_while(|ratio| Some(ratio.ratio) != scan.first_failure);
-        let held = held.filter(|ratio| ratio.verdict == "stable").last();
+        let held = held.filter(|ratio| ratio.verdict == Verdict::Stable).last();
         vec![
             scan.label.clone(),
             setting(scan.step_s),
@@ -331,19 +311,19 @@ fn scans(input: &Input) -> Table {
 
 fn counts(input: &Input) -> Table {
     let mut header = texts(&["method"]);
-    header.extend(KNOWN.iter().map(|(name, ..)| (*name).to_owned()));
+    header.extend(KNOWN.iter().map(|(verdict, ..)| verdict.to_string()));
     header.push("greatest gain over E_ref of stable and locked cells".to_owned());
     let cells = || input.facts.cells.iter();
     let line = |label: String| {
-        let of = |verdict: &str| {
+        let of = |verdict: Verdict| {
             cells().filter(|cell| cell.label == label && cell.verdict == verdict).count()
         };
         let good = |cell: &&Cell| {
-            cell.label == label && ["stable", LOCKED].contains(&cell.verdict.as_str())
+            cell.label == label && [Verdict::Stable, Verdict::Locked].contains(&cell.verdict)
         };
         let gain = cells().filter(good).map(|cell| cell.gain).reduce(f64::max);
         let mut line = vec![label.clone()];
-        line.extend(KNOWN.iter().map(|(name, ..)| of(name).to_string()));
+        line.extend(KNOWN.iter().map(|(verdict, ..)| of(*verdict).to_string()));
         line.push(gain.map_or_else(absent, |gain| significant(gain, 2)));
         line
     };

@@ -1,7 +1,9 @@
 //! The words of the study `stability`: its question, and what its numbers say.
 
+use super::facts::{Cell, EXACT, Facts, Limit, Shear};
 use crate::studies::short;
-use super::facts::{Cell, EXACT, Facts, LOCKED, Limit, OVER_BUDGET, Shear};
+use drape_report::Verdict;
+use drape_report::Words;
 
 /// The question that the study answers.
 pub(super) const QUESTION: &str = "Which step size, stiffness and damping does a method survive, where is its longest stable step, and is it \
@@ -9,7 +11,12 @@ pub(super) const QUESTION: &str = "Which step size, stiffness and damping does a
 /// Studies that a reader should know before this one.
 pub(super) const BUILDS_ON: &[&str] = &["order"];
 
-const FAILING: [&str; 3] = ["marginal", "unstable", "diverged"];
+const FAILING: [Verdict; 3] = [Verdict::Marginal, Verdict::Unstable, Verdict::Diverged];
+
+/// What the facts say.
+pub(super) fn words(facts: &Facts) -> Words {
+    crate::studies::first_leads(findings(facts))
+}
 
 pub(super) fn findings(facts: &Facts) -> Vec<String> {
     let mut findings = Vec::new();
@@ -36,7 +43,7 @@ fn labels(facts: &Facts) -> Vec<&str> {
 }
 
 fn is_failing(cell: &Cell) -> bool {
-    FAILING.contains(&cell.verdict.as_str())
+    FAILING.contains(&cell.verdict)
 }
 
 /// Who never gains energy, and how often the others do.
@@ -44,9 +51,9 @@ fn atlas(facts: &Facts) -> Option<String> {
     let (mut clean, mut others) = (Vec::new(), Vec::new());
     for label in labels(facts) {
         let cells = facts.cells.iter().filter(|cell| cell.label == label);
-        let decided: Vec<_> = cells.filter(|cell| cell.verdict != OVER_BUDGET).collect();
+        let decided: Vec<_> = cells.filter(|cell| cell.verdict != Verdict::OverBudget).collect();
         let failing = decided.iter().filter(|cell| is_failing(cell)).count();
-        let locked = decided.iter().filter(|cell| cell.verdict == LOCKED).count();
+        let locked = decided.iter().filter(|cell| cell.verdict == Verdict::Locked).count();
         let all = decided.len();
         let still = if locked > 0 { format!(", {locked} of them locked") } else { String::new() };
         if failing == 0 {
@@ -83,11 +90,11 @@ fn theorem(facts: &Facts) -> Option<String> {
 fn standstill(facts: &Facts) -> Option<String> {
     let mut lines = Vec::new();
     for label in labels(facts) {
-        let of = |verdict: &str| {
+        let of = |verdict: Verdict| {
             let cells = facts.cells.iter();
             cells.filter(|cell| cell.label == label && cell.verdict == verdict).count()
         };
-        let (locked, stable) = (of(LOCKED), of("stable"));
+        let (locked, stable) = (of(Verdict::Locked), of(Verdict::Stable));
         if locked > stable {
             lines.push(format!("{label} ({locked} locked, {stable} moving)"));
         }
@@ -211,7 +218,7 @@ fn shear(facts: &Facts, label: &str) -> Option<String> {
 /// What was not found out.
 fn over_budget(facts: &Facts) -> Option<String> {
     let count = |label: &&str| {
-        let is_over = |cell: &&Cell| cell.label == **label && cell.verdict == OVER_BUDGET;
+        let is_over = |cell: &&Cell| cell.label == **label && cell.verdict == Verdict::OverBudget;
         let count = facts.cells.iter().filter(is_over).count();
         (count > 0).then(|| format!("{label} {count}"))
     };
@@ -225,14 +232,14 @@ fn over_budget(facts: &Facts) -> Option<String> {
 mod tests {
     use super::*;
 
-    fn cell(label: &str, verdict: &str) -> Cell {
+    fn cell(label: &str, verdict: Verdict) -> Cell {
         Cell {
             label: label.to_owned(),
             method: label.to_owned(),
             stiffness_over_mass_per_s2: 1e4,
             damping_over_mass_per_s: 0.0,
             step_s: 0.01,
-            verdict: verdict.to_owned(),
+            verdict,
             starts: 1,
             gain: 0.0,
             drift: 0.0,
@@ -244,8 +251,12 @@ mod tests {
 
     #[test]
     fn a_locked_cell_is_neither_a_gain_nor_a_success() {
-        let cells =
-            vec![cell("a", LOCKED), cell("a", LOCKED), cell("a", "stable"), cell("b", "marginal")];
+        let cells = vec![
+            cell("a", Verdict::Locked),
+            cell("a", Verdict::Locked),
+            cell("a", Verdict::Stable),
+            cell("b", Verdict::Marginal),
+        ];
         let facts = Facts { cells, limits: Vec::new(), shear: Vec::new() };
         let text = atlas(&facts).unwrap();
         assert!(text.contains("a (3, 2 of them locked)") && text.contains("b 0 of 1"), "{text}");

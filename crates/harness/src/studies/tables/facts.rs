@@ -1,8 +1,15 @@
 //! Records of the experiment `tables`: the paper's tables 2 and 3.
 
 use crate::record::Phases;
+use drape_report::Verdict;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+
+/// The sweep of the forcing term.
+pub(super) const FORCING_TERMS: [f64; 8] = [0.2, 0.1, 0.07, 0.05, 0.03, 0.01, 1e-3, 1e-4];
+
+/// Counts within this factor of the paper's, in every row, would be called a fit.
+pub(super) const COMMON_FIT: f64 = 1.25;
 
 /// The variants of the method, in the order of every legend and table.
 pub const VARIANTS: [&str; 3] = ["plain", "updated-paper", "updated-robust"];
@@ -86,7 +93,7 @@ pub struct Cell {
     /// scene sets free.
     pub energy_climb: f64,
     /// `stable`, `marginal`, `unstable` or `diverged`.
-    pub verdict: String,
+    pub verdict: Verdict,
     /// Whether every number of the cell has the same bits on every machine (no library
     /// factorisation took part).
     pub portable: bool,
@@ -131,4 +138,3 @@ pub struct TimingRow {
     /// Phases of a separate pass with the phase clock on, s.
     pub phases_s: Phases,
 }
-

@@ -1,34 +1,21 @@
 //! Figures of the experiment `tables`: the paper's two tables, beside ours.
 
-mod tabulated;
+pub(super) mod tabulated;
 
+use super::facts::{Facts, Row, TimingRow, VARIANTS};
+use drape_report::Verdict;
 use drape_report::number::{power, setting, significant};
-use drape_report::page::Section;
-use drape_report::plate::Plate;
-use drape_report::plot::{At, Axis, Bar, Draft, Fill, Look, Panel, Point, Rule, Series, Sheet, State, names, panels_of, place_of};
-use drape_report::{Figure, Files, ReportError, Timed, timed_section};
-use std::path::Path;
-use super::facts::{VARIANTS, Facts, Row, TimingRow};
+use drape_report::plate::{Draw, Plate};
+use drape_report::plot::{
+    At, Axis, Bar, Draft, Fill, Look, Panel, Point, Rule, Series, Sheet, State, names, panels_of,
+    place_of,
+};
 
 /// What the figures are drawn from.
-pub(super) type Input = Timed<Facts, TimingRow>;
-
-/// Title and caption of every figure.
-pub(super) fn figures() -> Vec<Figure> {
-    PLATES.iter().map(Plate::figure).collect()
-}
-
-/// Draws the figures and returns the section of the page.
-pub(super) fn section(
-    results: &Path,
-    study: &str,
-    files: &mut Files,
-) -> Result<Option<Section>, ReportError> {
-    timed_section(results, study, PLATES, tabulated::tables, files)
-}
+pub(super) type Input = crate::studies::Input<Facts, TimingRow>;
 
 /// All figures, in the page's order.
-const PLATES: &[Plate<Input>] = &[
+pub(super) const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "tables-counts.svg",
         title: "CG iterations in one simulated second against the forcing term, beside the paper's",
@@ -41,7 +28,7 @@ const PLATES: &[Plate<Input>] = &[
             safeguarded form. The dashed black line is the paper's count: where a curve meets it, \
             that ε repeats the paper. Axes are logarithmic and the same in all panels; markers \
             tell runs that were not stable.",
-        sheet: counts,
+        draw: Draw::Sheet(counts),
     },
     Plate {
         file: "tables-exponents.svg",
@@ -53,7 +40,7 @@ const PLATES: &[Plate<Input>] = &[
             upright line is the reading that drape takes. A reading whose points stay away from \
             the dashed line cannot be made to fit by any ε of the sweep. Axes are logarithmic and \
             the same in all panels.",
-        sheet: exponents,
+        draw: Draw::Sheet(exponents),
     },
     Plate {
         file: "tables-cost.svg",
@@ -66,7 +53,7 @@ const PLATES: &[Plate<Input>] = &[
             kept from step to step or rebuilt in each; the shares come from a pass with a clock \
             around each phase, the time behind the bar is the median of passes without it. Compare \
             shares between machines and times only between our own bars.",
-        sheet: cost,
+        draw: Draw::Sheet(cost),
     },
 ];
 
@@ -76,9 +63,9 @@ pub(super) fn variants(facts: &Facts) -> Vec<&str> {
 }
 
 /// How the run of a variant at a forcing term ended.
-pub(super) fn verdict<'a>(row: &'a Row, variant: &str, forcing_term: f64) -> Option<&'a str> {
+pub(super) fn verdict(row: &Row, variant: &str, forcing_term: f64) -> Option<Verdict> {
     let cells = || row.cells.iter().filter(|cell| cell.variant == variant);
-    cells().find(|cell| cell.forcing_term == forcing_term).map(|cell| cell.verdict.as_str())
+    cells().find(|cell| cell.forcing_term == forcing_term).map(|cell| cell.verdict)
 }
 
 /// The printed table's subject.
@@ -99,7 +86,7 @@ fn look(variant: &str) -> Look {
 }
 
 fn counts(input: &Input) -> Option<Sheet> {
-    let facts = &input.record.facts;
+    let facts = &input.facts;
     let rows: Vec<&Row> = facts.rows.iter().filter(|row| row.assumed_reading).collect();
     let drafts: Vec<Draft> = rows
         .iter()
@@ -109,7 +96,7 @@ fn counts(input: &Input) -> Option<Sheet> {
                 let points = cells.map(|cell| Point {
                     x: cell.forcing_term,
                     y: cell.cg_iterations as f64,
-                    state: State::of_verdict(&cell.verdict),
+                    state: State::of_verdict(cell.verdict),
                 });
                 Series::new(variant.to_owned(), look(variant), points.collect())
             });
@@ -138,7 +125,7 @@ fn counts(input: &Input) -> Option<Sheet> {
 }
 
 fn exponents(input: &Input) -> Option<Sheet> {
-    let facts = &input.record.facts;
+    let facts = &input.facts;
     let variants = names(
         &VARIANTS,
         facts.rows.iter().flat_map(|row| &row.best_fit).map(|fit| fit.variant.as_str()),
@@ -217,7 +204,6 @@ pub(super) fn milliseconds(seconds: f64) -> String {
 fn cost(input: &Input) -> Option<Sheet> {
     let timings = input.timings.as_ref()?;
     let panels: Vec<Panel> = input
-        .record
         .facts
         .rows
         .iter()

@@ -1,5 +1,6 @@
 //! Records of the experiment `work-precision`: what accuracy costs.
 
+use drape_report::Verdict;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -9,13 +10,6 @@ pub const STIFFNESS: &str = "stiffness";
 pub const FIXED_QUOTIENT: &str = "size, k/m fixed";
 /// Series of scenes of more and more particles, material fixed.
 pub const FIXED_MATERIAL: &str = "size, material fixed";
-
-/// Verdict of a run that reached the end of its time near the true motion.
-pub const COMPLETED: &str = "completed";
-/// Verdict of a run that is not finite, has left the scene, or is twice as far from the truth as that has moved.
-pub const DIVERGED: &str = "diverged";
-/// Verdict of a run that would take more effort than its budget.
-pub const OVER_BUDGET: &str = "over budget";
 
 /// All scenes and methods.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -91,7 +85,7 @@ pub struct Run {
     /// Length of the steps that the method is asked for, s; `None` for the library, which chooses its own.
     pub step_s: Option<f64>,
     /// `completed`, `diverged` or `over budget`.
-    pub verdict: String,
+    pub verdict: Verdict,
     /// `‖x − x_ref‖_M / ‖x_ref − x_0‖_M` at the end; `None` unless completed.
     pub error: Option<f64>,
     /// What the run cost, in visits of a spring (some 5 ns each): counted, not timed. For a run over budget, what it
@@ -157,7 +151,10 @@ pub struct TimingRow {
 }
 
 /// The rows of a scene.
-pub(super) fn rows_of<'a>(facts: &'a Facts, scene: &'a str) -> impl Iterator<Item = &'a Row> + Clone {
+pub(super) fn rows_of<'a>(
+    facts: &'a Facts,
+    scene: &'a str,
+) -> impl Iterator<Item = &'a Row> + Clone {
     facts.rows.iter().filter(move |row| row.scene == scene)
 }
 

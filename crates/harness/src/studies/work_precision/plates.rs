@@ -1,88 +1,20 @@
 //! Figures of the experiment `work-precision`.
 
+use super::facts::{Facts, Row, Run, Scene, TimingRow, Winner};
+use drape_report::Verdict;
 use drape_report::family::families;
 use drape_report::number::{power, significant};
-use drape_report::page::{Section, Table, absent, texts};
-use drape_report::plate::{Plate, self};
-use drape_report::plot::{Axis, Draft, Look, Matrix, Point, Row as Line, Series, Shade, Sheet, State, Tile, panels_of, values};
-use drape_report::{Figure, Files, ReportError, Timed, read_timed};
-use std::path::Path;
-use super::facts::{COMPLETED, Facts, Row, Run, Scene, TimingRow, Winner};
+use drape_report::page::{Table, absent, texts};
+use drape_report::plate::{Draw, Plate};
+use drape_report::plot::{
+    Axis, Draft, Look, Matrix, Point, Row as Line, Series, Shade, Sheet, State, Tile, panels_of,
+    values,
+};
 
 /// What the figures are drawn from.
-pub(super) type Input = Timed<Facts, TimingRow>;
+pub(super) type Input = crate::studies::Input<Facts, TimingRow>;
 
-/// Title and caption of every figure.
-pub(super) fn figures() -> Vec<Figure> {
-    PLATES.iter().map(Plate::figure).chain(MAPS.iter().map(Plate::figure)).collect()
-}
-
-/// Draws the figures and returns the section of the page.
-pub(super) fn section(
-    results: &Path,
-    study: &str,
-    files: &mut Files,
-) -> Result<Option<Section>, ReportError> {
-    let Some(input) = read_timed(results, study)? else { return Ok(None) };
-    let mut figures = plate::draw_all(PLATES, &input, files)?;
-    figures.extend(plate::draw_all(MAPS, &input, files)?);
-    let tables = vec![fastest(&input), cheapest(&input), calibration(&input), scenes(&input)];
-    let section = Section::new(&input.record, figures, tables);
-    let answer = answer(&input.record.facts);
-    Ok(Some(section.with_timings(input.timings.as_ref()).with_answer(answer)))
-}
-
-/// Error at which the answer compares.
-const LEVEL: f64 = 1e-2;
-
-/// Which kind of method is the cheapest on the hanging sheet, a sentence a damping.
-fn answer(facts: &Facts) -> Vec<String> {
-    [("light", "With light damping"), ("heavy", "With heavy damping, d/m = √(k/m),")]
-        .into_iter()
-        .filter_map(|(damping, begin)| {
-            let mut scenes: Vec<_> = facts.scenes.iter().filter(|s| is_main(s, damping)).collect();
-            scenes.sort_by(|a, b| {
-                a.stiffness_over_mass_per_s2.total_cmp(&b.stiffness_over_mass_per_s2)
-            });
-            let winners: Vec<_> = scenes.iter().filter_map(|scene| kind(facts, scene)).collect();
-            let (first, last) = (winners.first()?, winners.last()?);
-            let explicit = winners.iter().take_while(|(_, is_explicit)| *is_explicit).count();
-            let implicit = winners.iter().skip(explicit).filter(|(_, e)| !e).count();
-            let who = match (explicit, implicit) {
-                (_, 0) => "explicit methods at every stiffness".to_owned(),
-                (0, all) if all == winners.len() => "implicit methods at every stiffness".to_owned(),
-                (turn, rest) if turn + rest == winners.len() => format!(
-                    "explicit methods up to {} s⁻² and of implicit ones from {} s⁻² on",
-                    power(winners[turn - 1].0),
-                    power(winners[turn].0)
-                ),
-                _ => "now explicit, now implicit methods".to_owned(),
-            };
-            Some(format!(
-                "{begin} and k/m from {} to {} s⁻², the cheapest way to an error of 1 % on a hanging sheet, by counted effort, \
-                 is that of {who}.",
-                power(first.0),
-                power(last.0)
-            ))
-        })
-        .collect()
-}
-
-/// The hanging sheet in the series over the stiffness.
-fn is_main(scene: &Scene, damping: &str) -> bool {
-    let in_series = scene.series.iter().any(|series| series == "stiffness");
-    scene.scene == "hanging" && scene.damping == damping && in_series
-}
-
-/// Stiffness over mass of a scene, 1/s², and whether its winner is explicit.
-fn kind(facts: &Facts, scene: &Scene) -> Option<(f64, bool)> {
-    let is_asked = |winner: &&Winner| winner.scene == scene.id && winner.level == LEVEL;
-    let winner = facts.winners.iter().find(is_asked)?;
-    Some((scene.stiffness_over_mass_per_s2, winner.is_explicit?))
-}
-
-/// All figures but the map, in the page's order.
-const PLATES: &[Plate<Input>] = &[
+pub(super) const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "work-precision.svg",
         title: "What accuracy costs: error against time, from a soft sheet to a stiff one",
@@ -92,7 +24,7 @@ const PLATES: &[Plate<Input>] = &[
             leapfrog parts of its stability limit, for dop853 (an adaptive Runge-Kutta method of order 8 from a library, what a \
             user would take instead) tolerances. Black: the Pareto front, runs that no timed run of any method beats in both. \
             An error of 1 means a sheet that stands still. Without timings the axis is the counted effort.",
-        sheet: headline,
+        draw: Draw::Sheet(headline),
     },
     Plate {
         file: "work-precision-effort.svg",
@@ -102,7 +34,7 @@ const PLATES: &[Plate<Input>] = &[
             against the effort counted in visits of a spring (some 5 ns each), which is the same on every machine. The black \
             line is the Pareto front of all methods together: how far a curve lies to the right of it is what the method \
             costs more than the best. Runs that diverged or went over their budget are in the record.",
-        sheet: soft,
+        draw: Draw::Sheet(soft),
     },
     Plate {
         file: "work-precision-stiff.svg",
@@ -111,7 +43,7 @@ const PLATES: &[Plate<Input>] = &[
             right. Error of the positions after 0.25 s over how far the sheet has moved, against the effort counted in visits \
             of a spring; the black line is the Pareto front of all methods together. A curve that stays near an error of 1 \
             belongs to a method whose sheet all but stands still at every step size that its budget allows.",
-        sheet: stiff,
+        draw: Draw::Sheet(stiff),
     },
     Plate {
         file: "work-precision-heavy.svg",
@@ -120,7 +52,7 @@ const PLATES: &[Plate<Input>] = &[
             positions after 0.25 s over how far the sheet has moved, against the effort counted in visits of a spring. The black \
             line is the Pareto front of all methods together. Heavy damping limits the step of explicit methods beyond what \
             stiffness does; the leapfrog method takes damping at the new velocity and pays for it with a linear solve a step.",
-        sheet: heavy,
+        draw: Draw::Sheet(heavy),
     },
     Plate {
         file: "work-precision-size.svg",
@@ -129,20 +61,23 @@ const PLATES: &[Plate<Input>] = &[
             on every mesh, which makes the finer sheet a softer cloth. Right: the same cloth, k/m and d/m growing with the \
             number of particles. Error of the positions after 0.25 s over how far the sheet has moved, against the effort \
             counted in visits of a spring. The black line is the Pareto front of all methods together.",
-        sheet: size,
+        draw: Draw::Sheet(size),
     },
-];
-
-/// The map.
-const MAPS: &[Plate<Input, Matrix>] = &[Plate {
-    file: "work-precision-map.svg",
-    title: "Which method is the cheapest",
-    caption: "A row for each scene, damping and greatest error over the motion, a column for each stiffness over mass. In each \
+    Plate {
+        file: "work-precision-map.svg",
+        title: "Which method is the cheapest",
+        caption: "A row for each scene, damping and greatest error over the motion, a column for each stiffness over mass. In each \
         place stands the method that needs the least counted effort for that error. Blue: methods whose step the stiffness limits, \
         among them the adaptive dop853 of a library; yellow: implicit and implicit-explicit ones. Empty: not run, or no run \
         within the budget gets there. Where the colour changes along a row the order of merit turns over.",
-    sheet: map,
-}];
+        draw: Draw::Matrix(map),
+    },
+];
+
+/// The tables of the page.
+pub(super) fn tables(input: &Input) -> Vec<Table> {
+    vec![fastest(input), cheapest(input), calibration(input), scenes(input)]
+}
 
 /// The look of the front.
 const FRONT: Look = Look::pair(4, 3);
@@ -155,7 +90,7 @@ const ERROR: &str = "error over motion (dimensionless)";
 
 /// Scenes of one series over the stiffness, rising.
 fn by_stiffness<'a>(input: &'a Input, name: &str, damping: &str) -> Vec<&'a Scene> {
-    let scenes = input.record.facts.scenes.iter();
+    let scenes = input.facts.scenes.iter();
     let mut scenes: Vec<_> = scenes
         .filter(|s| s.scene == name && s.damping == damping && has_series(s, STIFFNESS))
         .collect();
@@ -169,7 +104,7 @@ fn has_series(scene: &Scene, name: &str) -> bool {
 }
 
 fn rows_of<'a>(input: &'a Input, scene: &'a Scene) -> impl Iterator<Item = &'a Row> + Clone {
-    input.record.facts.rows.iter().filter(move |row| row.scene == scene.id)
+    input.facts.rows.iter().filter(move |row| row.scene == scene.id)
 }
 
 /// What a run cost.
@@ -181,7 +116,7 @@ enum Cost {
 
 /// Cost and error of a run that completed; seconds only where the answer was verified.
 fn point(input: &Input, row: &Row, run: &Run, cost: Cost) -> Option<(f64, f64)> {
-    let error = run.error.filter(|_| run.verdict == COMPLETED)?;
+    let error = run.error.filter(|_| run.verdict == Verdict::Completed)?;
     let spent = match cost {
         Cost::Effort => run.effort,
         Cost::Seconds => {
@@ -296,7 +231,7 @@ fn families_of(input: &Input, stiffnesses: [f64; 2]) -> Option<Sheet> {
 }
 
 fn size(input: &Input) -> Option<Sheet> {
-    let facts = &input.record.facts;
+    let facts = &input.facts;
     let mut drafts = Vec::new();
     let sizes = facts.scenes.iter().filter(|scene| scene.series.iter().any(|s| s != STIFFNESS));
     for particles in values(sizes.map(|scene| scene.particles as f64)) {
@@ -328,7 +263,7 @@ fn tile(winner: Option<&Winner>) -> Tile {
 }
 
 fn map(input: &Input) -> Option<Matrix> {
-    let facts = &input.record.facts;
+    let facts = &input.facts;
     let of_series = facts.scenes.iter().filter(|scene| has_series(scene, STIFFNESS));
     let stiffnesses = values(of_series.map(|scene| scene.stiffness_over_mass_per_s2));
     let mut rows = Vec::new();
@@ -391,13 +326,13 @@ fn fastest(input: &Input) -> Table {
             .to_owned(),
         header,
         names: 1,
-        rows: input.record.facts.scenes.iter().filter_map(line).collect(),
+        rows: input.facts.scenes.iter().filter_map(line).collect(),
     }
 }
 
 /// What a unit of counted effort takes by the clock.
 fn calibration(input: &Input) -> Table {
-    let rows = || input.record.facts.rows.iter();
+    let rows = || input.facts.rows.iter();
     let mut labels: Vec<&str> = Vec::new();
     for row in rows() {
         if !labels.contains(&row.label.as_str()) {
@@ -445,7 +380,7 @@ fn name(scene: &Scene) -> String {
 
 /// The cheapest run for each error, by counted effort.
 fn cheapest(input: &Input) -> Table {
-    let facts = &input.record.facts;
+    let facts = &input.facts;
     let line = |scene: &Scene| {
         let place = |level: f64| {
             let winner = facts.winners.iter().find(|w| w.scene == scene.id && w.level == level);
@@ -489,6 +424,6 @@ fn scenes(input: &Input) -> Table {
             .to_owned(),
         header: texts(&["scene", "springs", "d/m (s⁻¹)", "motion (m)", "error of the reference", "budget of a run (visits)"]),
         names: 1,
-        rows: input.record.facts.scenes.iter().map(line).collect(),
+        rows: input.facts.scenes.iter().map(line).collect(),
     }
 }

@@ -1,7 +1,10 @@
 //! The words of the study `work-precision`: its question, and what its numbers say.
 
+use super::facts::{
+    FIXED_MATERIAL, FIXED_QUOTIENT, Facts, Row, STIFFNESS, Scene, Winner, cheapest, rows_of,
+};
 use crate::studies::short;
-use super::facts::{FIXED_MATERIAL, FIXED_QUOTIENT, Facts, OVER_BUDGET, Row, STIFFNESS, Scene, Winner, cheapest, rows_of};
+use drape_report::{Verdict, Words};
 
 /// The question that the study answers.
 pub(super) const QUESTION: &str = "What does accuracy cost: which method is the cheapest for a given error, and how does that change with \
@@ -12,8 +15,12 @@ pub(super) const BUILDS_ON: &[&str] = &["order", "stability", "locking"];
 /// Levels of error of which the findings speak.
 const NAMED: [f64; 3] = [1e-1, 1e-2, 1e-3];
 
-/// One sentence or two each.
-pub(super) fn of(facts: &Facts) -> Vec<String> {
+/// What the facts say.
+pub(super) fn words(facts: &Facts) -> Words {
+    crate::studies::first_leads(findings(facts))
+}
+
+pub(super) fn findings(facts: &Facts) -> Vec<String> {
     let mut findings = Vec::new();
     findings.extend(headline(facts));
     for (name, series) in series(facts) {
@@ -161,7 +168,7 @@ fn turns(facts: &Facts, name: &str, series: &[&Scene]) -> Option<String> {
 fn absent(facts: &Facts) -> Option<String> {
     let level = 1e-2;
     let misses = |row: &&Row| {
-        let is_cut = row.runs.last().is_some_and(|run| run.verdict == OVER_BUDGET);
+        let is_cut = row.runs.last().is_some_and(|run| run.verdict == Verdict::OverBudget);
         is_cut && cheapest(std::iter::once(*row), level).is_none()
     };
     let count = |scene: &&Scene| {

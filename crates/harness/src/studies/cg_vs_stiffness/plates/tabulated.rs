@@ -1,15 +1,16 @@
 //! The tables of the experiment `cg-vs-stiffness`.
 
-use crate::studies::tables::facts::VARIANTS;
-use drape_report::number::{power, setting, significant, trimmed};
-use drape_report::page::{SIGNS, Table, absent, sign, texts};
-use drape_report::plot::{names, values};
-use std::collections::BTreeSet;
 use super::super::facts::Cell;
 use super::{Input, MOTIONS, PRECONDITIONERS, STARTS, at_base_point, with_base_solver};
+use crate::studies::tables::facts::VARIANTS;
+use drape_report::number::{power, setting, significant, trimmed};
+use drape_report::page::{Table, absent, texts};
+use drape_report::plot::{names, values};
+use drape_report::verdict::SIGNS;
+use std::collections::BTreeSet;
 
 /// The tables of `cg-vs-stiffness`.
-pub(super) fn tables(record: &Input) -> Vec<Table> {
+pub(in super::super) fn tables(record: &Input) -> Vec<Table> {
     vec![iterations(record), variants(record), motion(record)]
 }
 
@@ -40,7 +41,7 @@ fn by_stiffness(cells: &[&Cell], columns: impl Fn(&[&Cell]) -> Vec<String>) -> V
 const CG_HEADER: [&str; 3] = ["series", "particles", "k/m (s⁻²)"];
 
 fn per_step(cell: &Cell) -> String {
-    format!("{}{}", trimmed(cell.cg_per_step, 3), sign(&cell.verdict))
+    format!("{}{}", trimmed(cell.cg_per_step, 3), cell.verdict.sign())
 }
 
 fn base_cells(record: &Input) -> Vec<&Cell> {
@@ -121,7 +122,7 @@ fn motion(record: &Input) -> Table {
             line.extend(labels.iter().map(|label| {
                 let found = chosen.iter().find(|m| m.label == *label);
                 found.map_or_else(absent, |m| {
-                    format!("{}{}", significant(m.fall_m, 3), sign(&m.verdict))
+                    format!("{}{}", significant(m.fall_m, 3), m.verdict.sign())
                 })
             }));
             rows.push(line);

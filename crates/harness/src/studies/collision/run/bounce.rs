@@ -1,13 +1,13 @@
 //! Rebounds against what theory gives: a particle, and a flat sheet as a whole.
 
+use super::Form;
+use super::fall::{Body, SIDE, STEP, Target, teleport, touching};
 use crate::HarnessError;
 use crate::methods::Choice;
 use crate::studies::collision::facts::{Bounce, TELEPORT};
 use crate::studies::sheet::{GRAVITY, MASS, Sheet};
 use crate::studies::stepper::Stepper;
 use drape_model::{DampingLaw, GravitySpec, State, System, SystemSpec, Vec3};
-use super::Form;
-use super::fall::{Body, SIDE, STEP, Target, teleport, touching};
 
 /// Height of the start above the surface, in seconds of the fall.
 const FLIGHT: f64 = 0.095;

@@ -1,15 +1,16 @@
 //! A rippled sheet falls on an obstacle: scenes, and one run of a method with one way out.
 
+use super::Form;
 use crate::methods::Choice;
 use crate::run::Simulation;
-use crate::stability::{Energy, Rule, Verdict, judge};
+use crate::stability::{Energy, Rule, judge};
 use crate::studies::collision::facts::{Row, Scene, TELEPORT};
 use crate::studies::finite;
 use crate::studies::sheet::{GRAVITY, MASS, Sheet};
 use crate::studies::stepper::Stepper;
 use crate::{HarnessError, system_hash};
 use drape_model::{DampingLaw, Obstacle, ObstacleSpec, State, System, SystemSpec, Vec3};
-use super::Form;
+use drape_report::Verdict;
 
 /// Particles along each edge.
 pub(super) const SIDE: u32 = 20;
@@ -215,7 +216,7 @@ pub(super) fn row(form: &Form, stage: &Stage) -> Result<Row, HarnessError> {
         climb_j: 0.0,
         gain: 0.0,
         unconverged_steps: 0,
-        verdict: String::new(),
+        verdict: Verdict::Open,
         portable: choice.is_portable(),
     };
     for _ in 0..scene.steps {
@@ -268,6 +269,6 @@ pub(super) fn row(form: &Form, stage: &Stage) -> Result<Row, HarnessError> {
     } else {
         judge(&Energy { gain, ..Energy::default() }, Rule::Dissipative, scene.available_j)
     };
-    row.verdict = verdict.name().to_owned();
+    row.verdict = verdict;
     Ok(row)
 }

@@ -8,11 +8,9 @@ mod tests;
 use crate::HarnessError;
 use crate::facts::{Fact, fact};
 use crate::studies::collision::facts::{Facts, POSITION, TELEPORT, VELOCITY};
-use crate::studies::{Account, Context, cells, prepared};
-use drape_report::Record;
+use crate::studies::{Context, Measured, cells, prepared};
+use drape_report::Verdict;
 use fall::{Case, DURATION, SIDE, STEP, Stage, Target};
-use std::path::PathBuf;
-use super::STUDY;
 
 /// A method with a way out of the obstacle.
 #[derive(Clone, Copy, Debug)]
@@ -93,7 +91,27 @@ fn bounces() -> Vec<bounce::Case> {
     cases
 }
 
-pub(super) fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
+/// How the facts are measured.
+pub(super) fn method() -> String {
+    format!(
+        "A sheet of {SIDE} × {SIDE} particles (structural springs, shear springs of a tenth of the stiffness, full \
+             damping of 40/s over the mass), rippled by vertical speeds of 0.3 m/s, falls without friction and \
+             restitution on a table half its width, on a sphere of 0.3 m radius or on a plane, from a height of less than \
+             0.1 s, with h = {STEP} s (and half of it) for {DURATION} s; a flat sheet that lies on the table (speed 0) runs for 1 s, with and \
+             without shear springs. Three ways out of the obstacle: `velocity`, the \
+             constraint of EEH section 6; `position`, Baraff and Witkin's alteration of positions within the step; \
+             `teleport`, where the method does not know of the obstacle: after each step, particles inside are moved to \
+             the surface by hand, lose their normal velocity, and the method forgets its history, as its contract asks. \
+             Iterations are those of conjugate gradients, and Newton's of backward Euler, each of which factorises. They are \
+             counted before the first contact and from it on. Depth is taken at the end of a step, before anything is moved by hand. \
+             Energy of release: the rises of the total energy in steps in which particles leave the obstacle. Gains refer to the kinetic \
+             energy of the start and what the drop and a further sag of 0.25 m set free. \
+             Rebounds: a particle, and a flat sheet as a whole, with restitution; the normal speed of the centre of mass after the first \
+             contact over that before, and the height that it reaches again."
+    )
+}
+
+pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError> {
     let mut chosen = cases();
     chosen.retain(|case| !context.quick || (case.is_middle() && case.target == Target::Table));
     let stages = prepared(context, "scenes", &chosen, Stage::new)?;
@@ -110,34 +128,17 @@ pub(super) fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
     let bounces = cells(context, "rebounds", &pairs, |(form, case)| bounce::bounce(form, case))?;
     let scenes = stages.iter().map(|stage| stage.scene.clone()).collect();
     let facts = Facts { scenes, rows, bounces };
-    let account = Account {
-        method: format!(
-            "A sheet of {SIDE} × {SIDE} particles (structural springs, shear springs of a tenth of the stiffness, full \
-             damping of 40/s over the mass), rippled by vertical speeds of 0.3 m/s, falls without friction and \
-             restitution on a table half its width, on a sphere of 0.3 m radius or on a plane, from a height of less than \
-             0.1 s, with h = {STEP} s (and half of it) for {DURATION} s; a flat sheet that lies on the table (speed 0) runs for 1 s, with and \
-             without shear springs. Three ways out of the obstacle: `velocity`, the \
-             constraint of EEH section 6; `position`, Baraff and Witkin's alteration of positions within the step; \
-             `teleport`, where the method does not know of the obstacle: after each step, particles inside are moved to \
-             the surface by hand, lose their normal velocity, and the method forgets its history, as its contract asks. \
-             Iterations are those of conjugate gradients, and Newton's of backward Euler, each of which factorises. They are \
-             counted before the first contact and from it on. Depth is taken at the end of a step, before anything is moved by hand. \
-             Energy of release: the rises of the total energy in steps in which particles leave the obstacle. Gains refer to the kinetic \
-             energy of the start and what the drop and a further sag of 0.25 m set free. \
-             Rebounds: a particle, and a flat sheet as a whole, with restitution; the normal speed of the centre of mass after the first \
-             contact over that before, and the height that it reaches again."
-        ),
-        findings: super::words::findings(&facts),
+    let (facts, scenes, seed) = (
         facts,
-        scenes: stages.iter().map(|stage| (stage.scene.id.clone(), stage.hash.clone())).collect(),
-        seed: None,
-    };
-    Ok(vec![context.write(&STUDY, account)?])
+        stages.iter().map(|stage| (stage.scene.id.clone(), stage.hash.clone())).collect(),
+        None,
+    );
+    Ok(Measured { facts, timings: None, scenes, seed })
 }
 
 /// Its facts, as they are compared.
-pub(crate) fn comparable(record: &Record<Facts>) -> Vec<Fact> {
-    let Facts { scenes, rows, bounces } = &record.facts;
+pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {
+    let Facts { scenes, rows, bounces } = facts;
     let scenes = scenes.iter();
     let scenes = scenes.map(|scene| fact(format!("scene {}", scene.id), scene.portable, scene));
     let rows = rows.iter().map(|row| {
@@ -146,7 +147,7 @@ pub(crate) fn comparable(record: &Record<Facts>) -> Vec<Fact> {
             return fact(key, true, row);
         }
         // Contacts open and close: what round-off does to that cannot be bounded.
-        fact(key, false, &Verdict { is_stable: row.verdict == "stable" })
+        fact(key, false, &Stability { is_stable: row.verdict == Verdict::Stable })
     });
     let bounces = bounces.iter().map(|bounce| {
         let key = format!(
@@ -165,7 +166,6 @@ pub(crate) fn comparable(record: &Record<Facts>) -> Vec<Fact> {
 
 /// What is compared of a run that is not the same everywhere.
 #[derive(serde::Serialize)]
-struct Verdict {
+struct Stability {
     is_stable: bool,
 }
-

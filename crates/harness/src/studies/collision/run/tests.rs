@@ -1,10 +1,11 @@
 //! What a move by hand does, that runs see what they should, and what is concluded.
 
-use drape_model::{Obstacle, Shape, State, Vec3};
-use crate::studies::collision::facts::Row;
-use super::*;
-use super::fall::{Stage, row, teleport};
 use super::super::words::{factors, findings};
+use super::fall::{Stage, row, teleport};
+use super::*;
+use crate::studies::collision::facts::Row;
+use drape_model::{Obstacle, Shape, State, Vec3};
+use drape_report::Verdict;
 
 fn ball(restitution: f64) -> Obstacle {
     let shape = Shape::Sphere { center: Vec3::zeros(), radius: 1.0 };
@@ -45,7 +46,7 @@ fn every_way_out_meets_the_table_and_none_goes_deeper_than_a_step_leads() {
         assert_eq!(row.iterations_by_step.len() as u64, row.steps_before + row.steps_after);
         let iterations: u32 = row.iterations_by_step.iter().sum();
         assert_eq!(u64::from(iterations), row.iterations_before + row.iterations_after);
-        assert_eq!(row.verdict, "stable");
+        assert_eq!(row.verdict, Verdict::Stable);
     }
 }
 
@@ -81,7 +82,7 @@ fn synthetic(scene: &str, way_out: &str, iterations: u64) -> Row {
         climb_j: 0.0,
         gain: 0.0,
         unconverged_steps: 0,
-        verdict: "stable".to_owned(),
+        verdict: Verdict::Stable,
         portable: true,
     }
 }
@@ -95,7 +96,7 @@ fn factors_compare_a_way_out_with_the_constraint_on_the_same_scene() {
         synthetic("b", POSITION, 30),
         synthetic("c", POSITION, 1000),
     ];
-    let unstable = Row { verdict: "unstable".to_owned(), ..synthetic("d", POSITION, 1000) };
+    let unstable = Row { verdict: Verdict::Unstable, ..synthetic("d", POSITION, 1000) };
     let rows = rows.into_iter().chain([synthetic("d", VELOCITY, 20), unstable]).collect();
     let facts = Facts { scenes: Vec::new(), rows, bounces: Vec::new() };
     let factors = factors(&facts);

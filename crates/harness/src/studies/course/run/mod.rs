@@ -1,22 +1,19 @@
 //! Experiment `course`: from explicit Euler to two-step IMEX, each method on one and the same cloth.
 
-
+use super::lessons::{HEADLINE, LESSONS, Plan};
 use crate::facts::{Fact, fact};
-use crate::methods::{Choice, self};
+use crate::methods::{self, Choice};
 use crate::run::{Options, Simulation, drive};
 use crate::scenes::{build, bundled, free_edge_midpoint};
 use crate::schedule::Schedule;
 use crate::stability::{Rule, Watch, gershgorin, judge};
 use crate::studies::course::facts::{Facts, Lesson, Run, Scene, Support};
-use crate::studies::{Account, Context, cells, prepared};
-use crate::{HarnessError, Verdict, system_hash};
+use crate::studies::{Context, Measured, cells, prepared};
+use crate::{HarnessError, system_hash};
 use drape_integrator::Method;
 use drape_model::{Effect, State, System, TimeSpan};
-use drape_report::Record;
-use super::lessons::{HEADLINE, LESSONS, Plan};
+use drape_report::Verdict;
 use serde_json::json;
-use std::path::PathBuf;
-use super::STUDY;
 
 const SCENES: [&str; 2] = ["hanging-textile-sheared-1e4", "hanging-textile-sheared-1e6"];
 /// The scene of the quick subset.
@@ -172,18 +169,18 @@ impl Setting {
         let Seen { sight, outcome, energy, energy_change, rule } =
             watch(&self.simulation, self.tracked, &choice, 1)?;
         let verdict = match &outcome.divergence {
-            Some(_) => Verdict::Diverged.name(),
-            None if outcome.is_over_budget => "over budget",
-            None => judge(&energy, rule, released).name(),
+            Some(_) => Verdict::Diverged,
+            None if outcome.is_over_budget => Verdict::OverBudget,
+            None => judge(&energy, rule, released),
         };
-        let is_stable = verdict == Verdict::Stable.name();
+        let is_stable = verdict == Verdict::Stable;
         let has_ended_well = outcome.divergence.is_none();
         let error = height_error(&sight.heights, &self.scene.height_m);
         let totals = outcome.totals;
         Ok(Run {
             scene: self.id.to_owned(),
             settings: choice.full_id(),
-            verdict: verdict.to_owned(),
+            verdict,
             reached_s: outcome.divergence.map_or(outcome.steps as f64 * STEP, |end| end.time),
             steps: outcome.steps,
             retained_motion: is_stable.then_some(sight.path / path_m),
@@ -203,7 +200,20 @@ impl Setting {
     }
 }
 
-pub(super) fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
+/// How the facts are measured.
+pub(super) fn method() -> String {
+    "A sheet of 20 × 20 particles, 1 m × 1 m, hangs by two corners and swings down from the horizontal: tension \
+                 springs of k/m = 1e4/s² and 1e6/s², shear springs a tenth as stiff, damping d/m = 40/s along the \
+                 tension springs. Every method takes 200 steps of 0.01 s, at its defaults unless the lesson says \
+                 otherwise; leapfrog divides the step. The verdict is by energy: stable means that the total energy \
+                 never rose by more than 2 % of what the fall sets free (E_ref). The true motion is that of symplectic \
+                 Euler at less than a quarter of its limit. Retained motion R: how far the middle of the free edge \
+                 travels in the first second, over how far it truly travels. Work is counted, not timed: one unit \
+                 is the visit of a spring."
+            .to_owned()
+}
+
+pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError> {
     let chosen: Vec<_> =
         SCENES.into_iter().filter(|scene| !context.quick || *scene == QUICK).collect();
     let settings = prepared(context, "true motion", &chosen, Setting::new)?;
@@ -223,22 +233,9 @@ pub(super) fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
     }
     let headline = HEADLINE.map(str::to_owned).into();
     let facts = Facts { scenes, lessons, headline, support: support() };
-    let account = Account {
-        method: "A sheet of 20 × 20 particles, 1 m × 1 m, hangs by two corners and swings down from the horizontal: tension \
-                 springs of k/m = 1e4/s² and 1e6/s², shear springs a tenth as stiff, damping d/m = 40/s along the \
-                 tension springs. Every method takes 200 steps of 0.01 s, at its defaults unless the lesson says \
-                 otherwise; leapfrog divides the step. The verdict is by energy: stable means that the total energy \
-                 never rose by more than 2 % of what the fall sets free (E_ref). The true motion is that of symplectic \
-                 Euler at less than a quarter of its limit. Retained motion R: how far the middle of the free edge \
-                 travels in the first second, over how far it truly travels. Work is counted, not timed: one unit \
-                 is the visit of a spring."
-            .to_owned(),
-        findings: super::words::findings(&facts),
-        facts,
-        scenes: settings.iter().map(|s| (s.id.to_owned(), s.hash.clone())).collect(),
-        seed: None,
-    };
-    Ok(vec![context.write(&STUDY, account)?])
+    let (facts, scenes, seed) =
+        (facts, settings.iter().map(|s| (s.id.to_owned(), s.hash.clone())).collect(), None);
+    Ok(Measured { facts, timings: None, scenes, seed })
 }
 
 /// Method ids in the order of the lessons.
@@ -267,8 +264,8 @@ fn support() -> Vec<Support> {
 
 /// Its facts, as they are compared. Where a library's factorisation takes part, round-off differs with the machine and
 /// two seconds of motion magnify it: there the verdict alone is the same everywhere.
-pub(crate) fn comparable(record: &Record<Facts>) -> Vec<Fact> {
-    let Facts { scenes, lessons, support, .. } = &record.facts;
+pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {
+    let Facts { scenes, lessons, support, .. } = facts;
     let scenes = scenes.iter().map(|scene| fact(format!("scene {}", scene.id), true, scene));
     let support = support.iter().map(|row| fact(format!("support {}", row.method), true, row));
     let runs = lessons.iter().flat_map(|lesson| {

@@ -1,6 +1,7 @@
 //! That the lessons measure what they say, and say what they measure.
 
 use super::*;
+use drape_report::Verdict;
 
 fn setting() -> Result<Setting, HarnessError> {
     Setting::new(&QUICK)
@@ -34,7 +35,7 @@ fn stable_run() -> Run {
     Run {
         scene: "sheet".to_owned(),
         settings: "method".to_owned(),
-        verdict: "stable".to_owned(),
+        verdict: Verdict::Stable,
         reached_s: 2.0,
         steps: 200,
         retained_motion: Some(1.0),
@@ -58,13 +59,8 @@ fn said_of(run: Run) -> String {
     let scenes = [scene()];
     let first = super::super::words::lesson(plan("explicit-euler"), "", vec![run], &scenes, None);
     assert_eq!(first.before, None);
-    let next = super::super::words::lesson(
-        plan("provot"),
-        "",
-        vec![stable_run()],
-        &scenes,
-        Some(&first),
-    );
+    let next =
+        super::super::words::lesson(plan("provot"), "", vec![stable_run()], &scenes, Some(&first));
     next.before.unwrap_or_default()
 }
 
@@ -81,7 +77,7 @@ fn the_gravest_shortcoming_is_named_first() {
     let locked = Run { retained_motion: Some(0.08), ..slack };
     assert!(said_of(locked).contains("all but stands still (only 8.00 %"));
     let diverged = Run {
-        verdict: "diverged".to_owned(),
+        verdict: Verdict::Diverged,
         reached_s: 0.37,
         retained_motion: None,
         height_error_m: None,
@@ -119,11 +115,11 @@ fn leapfrog_follows_the_true_motion_and_explicit_euler_diverges() -> Result<(), 
     let setting = setting()?;
     assert!(setting.scene.reference_error_m < 2e-3, "{}", setting.scene.reference_error_m);
     let run = setting.run(plan("leapfrog"))?;
-    assert_eq!(run.verdict, "stable");
+    assert_eq!(run.verdict, Verdict::Stable);
     assert!((run.retained_motion.unwrap_or_default() - 1.0).abs() < 1e-3, "{run:?}");
     assert_eq!(run.height_m.len(), setting.scene.time_s.len());
     let run = setting.run(plan("explicit-euler"))?;
-    assert_eq!((run.verdict.as_str(), run.retained_motion), ("diverged", None));
+    assert_eq!((run.verdict, run.retained_motion), (Verdict::Diverged, None));
     assert!(run.reached_s < 1.0 && run.height_m.iter().all(|z| z.is_finite()), "{run:?}");
     Ok(())
 }

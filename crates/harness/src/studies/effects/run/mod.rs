@@ -8,17 +8,14 @@ mod runs;
 #[cfg(test)]
 mod tests;
 
-use additions::Addition;
 use crate::facts::{Fact, fact};
-use crate::methods::{Choice, self};
-use crate::studies::effects::facts::{EVERYTHING, Facts, NOTHING, Support};
-use crate::studies::{Account, Context, cells, prepared, timed, variant};
+use crate::methods::{self, Choice};
+use crate::studies::effects::facts::{EVERYTHING, Facts, NOTHING, Support, TimingRow};
+use crate::studies::{Context, Measured, cells, prepared, timed, variant};
 use crate::{HarnessError, system_hash};
+use additions::Addition;
 use drape_integrator::Method;
-use drape_report::Record;
 use runs::Variant;
-use std::path::PathBuf;
-use super::STUDY;
 
 /// Simulated time, s.
 const DURATION: f64 = 0.5;
@@ -57,10 +54,30 @@ fn supports() -> Vec<Support> {
     effects.iter().flat_map(|effect| methods::all().map(move |method| of(effect, method))).collect()
 }
 
-pub(super) fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
+/// How the timings are taken.
+pub(super) fn timing() -> String {
+    format!(
+        "The same run without and with the effect in turns, {PAIRS} times each, one at a time on one thread, phase clock \
+             off, set-up not among the steps; the ratio is that of the shortest runs. Bytes: what the allocator holds for the \
+             system and for the prepared method, less what it holds without the effect."
+    )
+}
+
+/// How the facts are measured.
+pub(super) fn method() -> String {
+    format!(
+        "An undamped sheet of 20 × 20 particles, 1 m × 1 m, 0.4 kg, tension springs of k/m = 1e4/s², held at two corners, \
+             falls for {DURATION} s from the horizontal. To this scene each effect is added by itself, then all together but for those that take the place of another; \
+             the keys that are added stand with it. h = {STEP} s, {EXPLICIT_STEP} s for methods that take tension at the old \
+             level; every method at its default settings. The change is the distance of the particles at the end from those \
+             of the sheet without the effect, with the same method."
+    )
+}
+
+pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, HarnessError> {
     let additions: Vec<Addition> = additions::all();
     let variants = prepared(context, "scenes", &additions, Variant::new)?;
-    let Some(nothing) = variants.first() else { return Ok(Vec::new()) };
+    let nothing = &variants[0];
     let chosen: Vec<&'static Method> =
         methods::all().filter(|m| !context.quick || QUICK.contains(&m.id)).collect();
     let pairs: Vec<_> = variants
@@ -84,20 +101,7 @@ pub(super) fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
         .iter()
         .map(|variant| (variant.effect.name.clone(), system_hash(&variant.spec)))
         .collect();
-    let account = Account {
-        method: format!(
-            "An undamped sheet of 20 × 20 particles, 1 m × 1 m, 0.4 kg, tension springs of k/m = 1e4/s², held at two corners, \
-             falls for {DURATION} s from the horizontal. To this scene each effect is added by itself, then all together but for those that take the place of another; \
-             the keys that are added stand with it. h = {STEP} s, {EXPLICIT_STEP} s for methods that take tension at the old \
-             level; every method at its default settings. The change is the distance of the particles at the end from those \
-             of the sheet without the effect, with the same method."
-        ),
-        findings: super::words::findings(&facts, &additions::left_out()),
-        facts,
-        scenes: scenes.clone(),
-        seed: None,
-    };
-    let mut files = vec![context.write(&STUDY, account)?];
+    let mut timings = None;
     if !context.quick {
         let variants = variants[1..].iter();
         let pairs: Vec<_> = variants
@@ -107,24 +111,14 @@ pub(super) fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
             let choice = Choice::parse(method, &[])?;
             variant.time(nothing, &choice, context.allocated)
         })?;
-        let method = format!(
-            "The same run without and with the effect in turns, {PAIRS} times each, one at a time on one thread, phase clock \
-             off, set-up not among the steps; the ratio is that of the shortest runs. Bytes: what the allocator holds for the \
-             system and for the prepared method, less what it holds without the effect."
-        );
-        files.push(context.write_timings(
-            &STUDY,
-            method,
-            rows.into_iter().flatten().collect(),
-            scenes,
-        )?);
+        timings = Some(rows.into_iter().flatten().collect());
     }
-    Ok(files)
+    Ok(Measured { facts, timings, scenes, seed: None })
 }
 
 /// Its facts, as they are compared.
-pub(crate) fn comparable(record: &Record<Facts>) -> Vec<Fact> {
-    let Facts { effects, supports, cells, .. } = &record.facts;
+pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {
+    let Facts { effects, supports, cells, .. } = facts;
     let effects =
         effects.iter().map(|effect| fact(format!("effect {}", effect.name), true, effect));
     let supports = supports.iter().map(|support| {

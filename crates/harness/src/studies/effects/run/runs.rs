@@ -1,5 +1,7 @@
 //! A scene with one effect more, and its runs.
 
+use super::additions::{Addition, scene};
+use super::{DURATION, PAIRS, step};
 use crate::HarnessError;
 use crate::methods::{Choice, MethodError};
 use crate::run::{Options, Outcome, Simulation, simulate};
@@ -7,9 +9,8 @@ use crate::studies::Allocated;
 use crate::studies::effects::facts::{Cell, Effect, TimingRow};
 use drape_integrator::{Implicit, Method, PrepareError, TimeStep};
 use drape_model::{State, SystemSpec, TimeSpan};
+use drape_report::Verdict;
 use std::collections::BTreeSet;
-use super::additions::{Addition, scene};
-use super::{DURATION, PAIRS, step};
 
 /// A scene with one effect more.
 pub(super) struct Variant {
@@ -63,7 +64,7 @@ impl Variant {
             effect: self.effect.name.clone(),
             method: method.id.to_owned(),
             step_s: step(method),
-            verdict: "refused".to_owned(),
+            verdict: Verdict::Refused,
             steps: 0,
             cg_iterations: 0,
             newton_iterations: 0,
@@ -77,7 +78,7 @@ impl Variant {
             Err(error) if is_refusal(&error) => return Ok(cell),
             run => run?,
         };
-        cell.verdict = if divergence.is_some() { "diverged" } else { "completed" }.to_owned();
+        cell.verdict = if divergence.is_some() { Verdict::Diverged } else { Verdict::Completed };
         cell.steps = steps;
         cell.cg_iterations = totals.cg_iterations;
         cell.newton_iterations = totals.newton_iterations;

@@ -1,6 +1,7 @@
-use serde_json::json;
-use super::*;
 use super::additions::{all, scene};
+use super::*;
+use drape_report::Verdict;
+use serde_json::json;
 
 fn variant(name: &str) -> Variant {
     let addition = all().into_iter().find(|addition| addition.name == name);
@@ -56,7 +57,7 @@ fn nothing_more_changes_nothing_and_a_sphere_in_the_way_moves_the_sheet() {
     let (nothing, sphere) = (variant(NOTHING), variant("sphere"));
     let imex = methods::all().find(|method| method.id == "imex-euler").expect("known");
     let cell = nothing.cell(&nothing, imex).expect("a run");
-    assert_eq!((cell.verdict.as_str(), cell.steps, cell.change_m), ("completed", 50, Some(0.0)));
+    assert_eq!((cell.verdict, cell.steps, cell.change_m), (Verdict::Completed, 50, Some(0.0)));
     let cell = sphere.cell(&nothing, imex).expect("a run");
     assert!(cell.change_m.expect("completed") > 0.01, "{cell:?}");
 }

@@ -6,18 +6,15 @@ use crate::facts::{Fact, fact};
 use crate::methods::Choice;
 use crate::run::{Counts, Options, Simulation, drive};
 use crate::schedule::Schedule;
-use crate::stability::{Rule, Watch, reference, verdict};
+use crate::stability::{Rule, Watch, reference};
 use crate::studies::energy::facts::{Facts, Row, Scene};
 use crate::studies::sheet::{GRAVITY, Sheet};
 use crate::studies::variant::{Variant, is_explicit, of_registry};
-use crate::studies::{Account, Context, cells, prepared};
+use crate::studies::{Context, Measured, cells, prepared};
 use crate::{HarnessError, system_hash};
 use drape_integrator::Method;
 use drape_model::{DampingLaw, ObstacleSpec, TimeSpan, Vec3};
-use drape_report::Record;
-use std::path::PathBuf;
-use super::STUDY;
-use super::words::findings;
+use drape_report::Verdict;
 use watch::Flow;
 
 /// Step size of all but the explicit methods, s.
@@ -188,15 +185,15 @@ impl Setting {
         let rule = Rule::of(choice.method().class, &simulation.system);
         let energy = watch.energy(outcome.divergence.is_some());
         let counts = Counts { outcome, energy, rule, state: moved.state };
-        let verdict = verdict(&counts, scene.reference_energy_j);
-        let lasted = matches!(verdict, "stable" | "marginal");
+        let verdict = counts.verdict(scene.reference_energy_j);
+        let lasted = matches!(verdict, Verdict::Stable | Verdict::Marginal);
         Ok(Row {
             scene: scene.id.clone(),
             label: variant.label.to_owned(),
             method: choice.full_id(),
             step_s: time.step_s,
             steps: counts.outcome.steps,
-            verdict: verdict.to_owned(),
+            verdict,
             drift: lasted.then(|| flow.drift()),
             gain: lasted.then(|| energy.gain / scene.reference_energy_j),
             excess_dissipation: lasted.then(|| flow.excess_dissipation()),
@@ -209,7 +206,21 @@ impl Setting {
     }
 }
 
-pub(super) fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
+/// How the facts are measured.
+pub(super) fn method() -> String {
+    "Sheets of 1 m × 1 m with structural springs, shear springs of a tenth of the stiffness and full damping, none or d/m = \
+                 40/s. Hanging: 20 × 20 particles, released horizontally from two corners, k/m = 1e4/s² and 1e6/s², 2 s. \
+                 Spinning: 10 × 10 particles without gravity, turning over and over at 2 rad/s, k/m = 1e4/s², 1 s. Sphere: \
+                 12 × 12 particles that fall on an inelastic ball, k/m = 1e4/s², 1 s. h = 0.01 s; explicit methods divide it \
+                 by a power of 2 so that h ω_max is at most 0.5, damped explicit Euler so that h ≤ d/k too. Energies refer to \
+                 E_ref, what the scene sets free: the greatest of H₀ − U and of the kinetic energy over the true motion. \
+                 After each step the method says which forces it used and what its solve left over; from these each \
+                 cause of the change of energy is computed by itself, none as the remainder, and their sum is compared with the \
+                 change. Excess dissipation: (H₀ − H_N − ∫vᵀDv dt)/E_ref, the integral by the trapezoidal rule."
+            .to_owned()
+}
+
+pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError> {
     let chosen: Vec<_> = CASES
         .into_iter()
         .filter(|case| !context.quick || case.is_quick)
@@ -225,23 +236,9 @@ pub(super) fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
     let unattributed = unattributed(&rows);
     let scenes = settings.iter().map(|setting| setting.scene.clone()).collect();
     let facts = Facts { scenes, rows, unattributed };
-    let account = Account {
-        method: "Sheets of 1 m × 1 m with structural springs, shear springs of a tenth of the stiffness and full damping, none or d/m = \
-                 40/s. Hanging: 20 × 20 particles, released horizontally from two corners, k/m = 1e4/s² and 1e6/s², 2 s. \
-                 Spinning: 10 × 10 particles without gravity, turning over and over at 2 rad/s, k/m = 1e4/s², 1 s. Sphere: \
-                 12 × 12 particles that fall on an inelastic ball, k/m = 1e4/s², 1 s. h = 0.01 s; explicit methods divide it \
-                 by a power of 2 so that h ω_max is at most 0.5, damped explicit Euler so that h ≤ d/k too. Energies refer to \
-                 E_ref, what the scene sets free: the greatest of H₀ − U and of the kinetic energy over the true motion. \
-                 After each step the method says which forces it used and what its solve left over; from these each \
-                 cause of the change of energy is computed by itself, none as the remainder, and their sum is compared with the \
-                 change. Excess dissipation: (H₀ − H_N − ∫vᵀDv dt)/E_ref, the integral by the trapezoidal rule."
-            .to_owned(),
-        findings: findings(&facts),
-        facts,
-        scenes: settings.iter().map(|s| (s.scene.id.clone(), s.hash.clone())).collect(),
-        seed: None,
-    };
-    Ok(vec![context.write(&STUDY, account)?])
+    let (facts, scenes, seed) =
+        (facts, settings.iter().map(|s| (s.scene.id.clone(), s.hash.clone())).collect(), None);
+    Ok(Measured { facts, timings: None, scenes, seed })
 }
 
 /// Labels without a ledger in any of the runs that lasted, of those that have such runs.
@@ -257,17 +254,17 @@ fn unattributed(rows: &[Row]) -> Vec<String> {
 
 /// Its facts, as they are compared. Long runs through a library's factorisation magnify its round-off: only their
 /// verdict is the same everywhere.
-pub(crate) fn comparable(record: &Record<Facts>) -> Vec<Fact> {
-    let scenes = record.facts.scenes.iter();
+pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {
+    let scenes = facts.scenes.iter();
     let scenes = scenes.map(|scene| fact(format!("scene {}", scene.id), scene.portable, scene));
-    let rows = record.facts.rows.iter().map(|row| {
+    let rows = facts.rows.iter().map(|row| {
         let key = format!("{} {}", row.scene, row.label);
         if row.portable {
             return fact(key, true, row);
         }
         // Whether an unstable run also leaves the scene may hang on round-off.
-        let verdict = if row.drift.is_some() { &row.verdict } else { "unstable" };
-        let verdict = [("method", row.method.as_str()), ("verdict", verdict)];
+        let verdict = if row.drift.is_some() { row.verdict } else { Verdict::Unstable };
+        let verdict = [("method", row.method.as_str()), ("verdict", verdict.name())];
         fact(key, false, &verdict.into_iter().collect::<std::collections::BTreeMap<_, _>>())
     });
     scenes.chain(rows).collect()

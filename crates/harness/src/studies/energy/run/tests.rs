@@ -1,8 +1,10 @@
 //! Scenes, flows and what is concluded from them.
 
-use crate::studies::energy::facts::Ledger;
-use std::collections::BTreeMap;
+use super::super::words::findings;
 use super::*;
+use crate::studies::energy::facts::Ledger;
+use drape_report::Verdict;
+use std::collections::BTreeMap;
 
 fn setting(name: &str, is_damped: bool) -> Setting {
     let case = CASES.into_iter().find(|case| case.name == name).expect("a case");
@@ -44,7 +46,11 @@ fn the_integral_of_the_damping_is_that_of_the_ledger_where_steps_are_short() {
 fn samples_end_where_a_run_leaves_all_bounds_and_it_has_no_ledger() {
     let setting = setting("hanging-1e6", false);
     let row = setting.row(&Variant::new("wild", "explicit-euler")).expect("a run");
-    assert!(row.verdict == "unstable" || row.verdict == "diverged", "{}", row.verdict);
+    assert!(
+        row.verdict == Verdict::Unstable || row.verdict == Verdict::Diverged,
+        "{}",
+        row.verdict
+    );
     assert!(row.energy.len() < setting.scene.time_s.len(), "{}", row.energy.len());
     assert!(row.energy.iter().all(|energy| energy.abs() <= 10.0));
     assert_eq!((row.ledger, row.drift, row.excess_dissipation), (None, None, None));
@@ -83,7 +89,7 @@ fn row(label: &str, ledger: Option<Ledger>) -> Row {
         method: label.to_owned(),
         step_s: 0.01,
         steps: 10,
-        verdict: "stable".to_owned(),
+        verdict: Verdict::Stable,
         energy: vec![0.0],
         drift: Some(-0.5),
         gain: Some(0.0),
@@ -116,7 +122,7 @@ fn facts(rows: Vec<Row>) -> Facts {
 
 #[test]
 fn findings_follow_from_the_ledgers() {
-    let wild = Row { verdict: "unstable".to_owned(), drift: None, ..row("wild", None) };
+    let wild = Row { verdict: Verdict::Unstable, drift: None, ..row("wild", None) };
     let loose = Row {
         ledger: Some(Ledger { residual: 0.125, ..ledger(0.0, 0.001) }),
         ..row("loose", None)
@@ -156,19 +162,7 @@ fn findings_follow_from_the_ledgers() {
 #[test]
 fn only_the_verdict_of_what_is_not_portable_is_compared() {
     let elsewhere = Row { portable: false, ..row("elsewhere", Some(ledger(0.0, 0.0))) };
-    let record = Record {
-        format: String::new(),
-        experiment: String::new(),
-        question: String::new(),
-        method: String::new(),
-        command: String::new(),
-        quick: true,
-        findings: Vec::new(),
-        figures: Vec::new(),
-        facts: facts(vec![row("here", Some(ledger(0.0, 0.0))), elsewhere]),
-        provenance: crate::provenance(BTreeMap::new()),
-    };
-    let facts = comparable(&record);
+    let facts = comparable(&facts(vec![row("here", Some(ledger(0.0, 0.0))), elsewhere]));
     assert_eq!(facts.len(), 3);
     assert!(facts[1].values.get("ledger").is_some());
     let keys: Vec<_> = facts[2].values.as_object().expect("an object").keys().collect();

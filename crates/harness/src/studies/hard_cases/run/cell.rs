@@ -1,18 +1,19 @@
 //! One method on one case.
 
-use crate::methods::Choice;
-use crate::run::{Counts, Options, Simulation, count_by, drive};
-use crate::stability::{Energy, Reference, Verdict, judge, reference};
-use crate::studies::finite;
-use crate::studies::hard_cases::facts::Cell;
-use crate::studies::variant::Variant;
-use crate::{HarnessError, system_hash};
-use drape_integrator::PrepareError;
 use super::expectation::expectation;
 use super::explanations::explanation;
 use super::linear::Problem;
 use super::scenes::{Case, Scenery};
 use super::tweak::choose;
+use crate::methods::Choice;
+use crate::run::{Counts, Options, Simulation, count_by, drive};
+use crate::stability::{Energy, Reference, judge, reference};
+use crate::studies::finite;
+use crate::studies::hard_cases::facts::{Cell, Expected};
+use crate::studies::variant::Variant;
+use crate::{HarnessError, system_hash};
+use drape_integrator::PrepareError;
+use drape_report::Verdict;
 
 /// Seeds of the perturbations.
 pub(super) const SEEDS: [u64; 3] = [1, 2, 3];
@@ -101,10 +102,10 @@ impl Tally {
         self.is_over_budget || self.verdict == Some(Verdict::Diverged)
     }
 
-    fn verdict(&self) -> &'static str {
+    fn verdict(&self) -> Verdict {
         match self.verdict {
-            Some(verdict) if verdict >= Verdict::Unstable || !self.is_over_budget => verdict.name(),
-            _ => "over budget",
+            Some(verdict) if verdict >= Verdict::Unstable || !self.is_over_budget => verdict,
+            _ => Verdict::OverBudget,
         }
     }
 }
@@ -135,9 +136,9 @@ pub(super) fn cell(form: &Variant, stage: &Stage<'_>) -> Result<Cell, HarnessErr
         method: form.label.to_owned(),
         is_damped: *is_damped,
         settings: form.method.to_owned(),
-        verdict: "not applicable".to_owned(),
+        verdict: Verdict::NotApplicable,
         note: "it has no tolerance".to_owned(),
-        expected: String::new(),
+        expected: Expected::NotAsked,
         reason: String::new(),
         differs: false,
         explanation: None,
@@ -160,7 +161,7 @@ pub(super) fn cell(form: &Variant, stage: &Stage<'_>) -> Result<Cell, HarnessErr
     cell.portable = choice.is_portable();
     let simulation = &scenery.simulation;
     let expected = expectation(&Problem { setup, choice: &choice, simulation });
-    cell.expected = expected.kind.name().to_owned();
+    cell.expected = expected.kind;
     cell.reason = expected.reason;
     let mut tally = Tally::default();
     for start in &stage.starts {
@@ -168,7 +169,7 @@ pub(super) fn cell(form: &Variant, stage: &Stage<'_>) -> Result<Cell, HarnessErr
         match count_by(start, &choice, &setup.schedule, available, Some(BUDGET)) {
             Ok(run) => tally.add(&run, *reference),
             Err(HarnessError::Prepare(refusal)) => {
-                cell.verdict = "refused".to_owned();
+                cell.verdict = Verdict::Refused;
                 cell.note = match refusal {
                     PrepareError::Unsupported { what, .. } => what,
                     other => other.to_string(),
@@ -181,7 +182,7 @@ pub(super) fn cell(form: &Variant, stage: &Stage<'_>) -> Result<Cell, HarnessErr
             break;
         }
     }
-    cell.verdict = tally.verdict().to_owned();
+    cell.verdict = tally.verdict();
     cell.note = String::new();
     cell.runs = tally.runs;
     (cell.gain, cell.drift, cell.rises) = (finite(tally.gain), finite(tally.drift), tally.rises);
@@ -195,12 +196,12 @@ pub(super) fn cell(form: &Variant, stage: &Stage<'_>) -> Result<Cell, HarnessErr
         let rests = distance <= REST * scenery.mesh_width && speed <= REST * scenery.fall_speed();
         if !rests {
             cell.note = "does not keep still".to_owned();
-            if cell.verdict == "stable" {
-                cell.verdict = "marginal".to_owned();
+            if cell.verdict == Verdict::Stable {
+                cell.verdict = Verdict::Marginal;
             }
         }
     }
-    cell.differs = !expected.kind.admits(&cell.verdict, cell.rises);
+    cell.differs = !expected.kind.admits(cell.verdict, cell.rises);
     let cause = cell.differs.then(|| explanation(&cell.case, &cell.method)).flatten();
     cell.explanation = cause.map(str::to_owned);
     Ok(cell)

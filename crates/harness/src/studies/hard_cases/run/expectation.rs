@@ -4,67 +4,32 @@
 //! Baraff-Witkin and the two-step methods, and of drag in divided steps of leapfrog, were derived after the first runs had failed: where they agree, they
 //! explain, they do not predict.
 
+use super::super::facts::{Expected, NOTHING_MOVES};
+use super::linear::{Factors, Linear, Problem, Weights};
 use crate::studies::short;
 use drape_integrator::Implicit;
-use super::linear::{Factors, Linear, Problem, Weights};
-
-/// What a method should do.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kind {
-    /// A theorem: the energy rises in no step.
-    Monotone,
-    /// Stable.
-    Stable,
-    /// Unstable.
-    Unstable,
-    /// Nothing is proved.
-    NoTheorem,
-}
-
-impl Kind {
-    /// Words for records.
-    pub(super) fn name(self) -> &'static str {
-        match self {
-            Self::Monotone => "stable, no rise in any step",
-            Self::Stable => "stable",
-            Self::Unstable => "unstable",
-            Self::NoTheorem => "no theorem",
-        }
-    }
-
-    /// Whether a verdict, with the number of steps in which the energy rose, is what was expected. A run
-    /// that came to no verdict differs from nothing.
-    pub(super) fn admits(self, verdict: &str, rises: u64) -> bool {
-        match (self, verdict) {
-            (Self::Monotone, "stable") => rises == 0,
-            (Self::Monotone | Self::Stable, "marginal" | "unstable" | "diverged")
-            | (Self::Unstable, "stable" | "marginal") => false,
-            _ => true,
-        }
-    }
-}
 
 /// What a method should do, and why.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Expectation {
-    pub(super) kind: Kind,
+    pub(super) kind: Expected,
     pub(super) reason: String,
 }
 
 fn monotone(reason: impl Into<String>) -> Expectation {
-    Expectation { kind: Kind::Monotone, reason: reason.into() }
+    Expectation { kind: Expected::Monotone, reason: reason.into() }
 }
 
 fn stable(reason: impl Into<String>) -> Expectation {
-    Expectation { kind: Kind::Stable, reason: reason.into() }
+    Expectation { kind: Expected::Stable, reason: reason.into() }
 }
 
 fn unstable(reason: impl Into<String>) -> Expectation {
-    Expectation { kind: Kind::Unstable, reason: reason.into() }
+    Expectation { kind: Expected::Unstable, reason: reason.into() }
 }
 
 fn no_theorem(reason: impl Into<String>) -> Expectation {
-    Expectation { kind: Kind::NoTheorem, reason: reason.into() }
+    Expectation { kind: Expected::NoTheorem, reason: reason.into() }
 }
 
 type Theory = fn(&Problem<'_>) -> Expectation;
@@ -112,9 +77,6 @@ pub(super) fn expectation(problem: &Problem<'_>) -> Expectation {
     theory.map_or_else(|| no_theorem("this method has not been analysed"), |(_, of)| of(problem))
 }
 
-/// Why a scene without moving springs is stable.
-pub(super) const NOTHING_MOVES: &str =
-    "no spring moves: every method gives the discrete parabola, or stands still";
 const PUSHING: &str = "contacts that push out do work";
 const TURNING: &str = "nothing is proved for springs that turn";
 

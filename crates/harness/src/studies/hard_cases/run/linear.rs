@@ -11,11 +11,11 @@
 //! one, with the coefficients `a`, `b` (implicit) and `c` (explicit) and their polynomials at −1, `A`, `B`, `C`, has
 //! `P(−1) = A² M + h² B² L_I + h² B C (K − L_I) + h A B C_I + h A C C_E`.
 
+use super::scenes::Setup;
 use crate::methods::Choice;
 use crate::run::Simulation;
 use drape_integrator::{Implicit, LargestEigenvalue, hold_pins};
 use drape_model::{BlockSink, Effect, Level, Mat3, SpringEffect, System, Tangent, Vec3};
-use super::scenes::Setup;
 use drape_solvers::{BlockFactor, BlockMatrix, Constraints, FactorKind};
 
 /// Instability is predicted where the stiffness exceeds the limit by this factor: closer to it, growth is slow.

@@ -1,12 +1,15 @@
 //! The hard cases: each a scene of its own, small enough to be run with every method.
 
+use super::tweak::Tweak;
 use crate::HarnessError;
 use crate::run::Simulation;
 use crate::schedule::{Change, Schedule};
 use crate::studies::sheet::{GRAVITY, MASS, Sheet};
-use drape_model::{AirSpec, DampingLaw, DragSpec, KeyframeSpec, ObstacleSpec, PieceSpec, PinSpec, SpringEffect, SpringSpec, SystemSpec, TimeSpan, Vec3};
+use drape_model::{
+    AirSpec, DampingLaw, DragSpec, KeyframeSpec, ObstacleSpec, PieceSpec, PinSpec, SpringEffect,
+    SpringSpec, SystemSpec, TimeSpan, Vec3,
+};
 use drape_oracle::{Random, laws::hanging_chain};
-use super::tweak::Tweak;
 
 /// Particles along each edge of most sheets.
 const SIDE: u32 = 12;

@@ -1,12 +1,12 @@
 //! Hard cases for the ledger of claims: methods in settings of their own, from one perturbed start each.
 
+use super::cell::{Stage, Tally};
+use super::scenes;
 use crate::HarnessError;
 use crate::methods::Choice;
 use crate::run::count_by;
-use crate::stability::Verdict;
+use drape_report::Verdict;
 use rayon::prelude::*;
-use super::cell::{Stage, Tally};
-use super::scenes;
 
 /// What a method did on a case.
 #[derive(Clone, Debug)]

@@ -18,11 +18,8 @@ use crate::HarnessError;
 use crate::facts::{Fact, fact};
 use crate::studies::locking::facts::{Facts, Run};
 use crate::studies::variant::Variant;
-use crate::studies::{Account, Context, cells, prepared};
-use drape_report::Record;
+use crate::studies::{Context, Measured, cells, prepared};
 use motion::{BUDGET, Setting};
-use std::path::PathBuf;
-use super::STUDY;
 
 /// Stiffness over mass, 1/s².
 const STIFFNESSES: [f64; 7] = [1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8];
@@ -56,7 +53,6 @@ const VARIANTS: [Variant; 19] = [
     Variant::new("imex-cnlf", "imex-cnlf:forcing_term=1e-8"),
 ];
 
-
 /// Steps at the base stiffness.
 fn steps(label: &str) -> &'static [f64] {
     match label {
@@ -76,7 +72,25 @@ fn steps(label: &str) -> &'static [f64] {
     }
 }
 
-pub(super) fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
+/// How the facts are measured.
+pub(super) fn method() -> String {
+    format!(
+        "A sheet of 20 × 20 particles (1 m × 1 m, 1 g each, structural springs, shear springs of a tenth of the \
+             stiffness, d/m = 40/s, two corners pinned) is let go from the horizontal. Followed is the midpoint of the \
+             free edge, for one second. Retained motion R: its path, through its positions every 0.01 s, over that of \
+             the true motion; R_fall: how far it has fallen when half of the true fall is over, over how far it should \
+             have. The true motion is that of symplectic Euler at a quarter of its stability limit, at most 1e-4 s; \
+             the same at twice the step tells its error. A run is locked if it is stable (by its energy, over that \
+             one second) and R < 0.5: {BUDGET:e} visits of a spring end it over budget. Solves are tight: ε = 1e-8; \
+             updated CG: 1e-4, or so many passes, each solved to 1e-8, from the velocity of the last step. The law: \
+             IMEX Euler with all springs in the matrix is symplectic Euler with an artificial damping d = hk of every \
+             spring; where that balances gravity, h L_k v = M g, which is solved for the sheet. A single spring at rest, \
+             anchored at one end, is loaded across itself by 1e-3 m/s² at the other, along x and obliquely; there the \
+             angular momentum of IMEX Euler obeys J' = (J + h d × a)/(1 + θ) at any amplitude."
+    )
+}
+
+pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError> {
     let stiffnesses: &[f64] = if context.quick { &QUICK } else { &STIFFNESSES };
     let settings = prepared(context, "true motion", stiffnesses, |&k| Setting::new(k))?;
     let mut pairs = Vec::new();
@@ -94,27 +108,8 @@ pub(super) fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
     let sheets = settings.iter().map(|setting| setting.sheet.clone()).collect();
     let facts = Facts { sheets, runs, springs };
     let hashes = settings.iter().map(|s| (format!("sheet-{:e}", s.stiffness()), s.hash.clone()));
-    let account = Account {
-        method: format!(
-            "A sheet of 20 × 20 particles (1 m × 1 m, 1 g each, structural springs, shear springs of a tenth of the \
-             stiffness, d/m = 40/s, two corners pinned) is let go from the horizontal. Followed is the midpoint of the \
-             free edge, for one second. Retained motion R: its path, through its positions every 0.01 s, over that of \
-             the true motion; R_fall: how far it has fallen when half of the true fall is over, over how far it should \
-             have. The true motion is that of symplectic Euler at a quarter of its stability limit, at most 1e-4 s; \
-             the same at twice the step tells its error. A run is locked if it is stable (by its energy, over that \
-             one second) and R < 0.5: {BUDGET:e} visits of a spring end it over budget. Solves are tight: ε = 1e-8; \
-             updated CG: 1e-4, or so many passes, each solved to 1e-8, from the velocity of the last step. The law: \
-             IMEX Euler with all springs in the matrix is symplectic Euler with an artificial damping d = hk of every \
-             spring; where that balances gravity, h L_k v = M g, which is solved for the sheet. A single spring at rest, \
-             anchored at one end, is loaded across itself by 1e-3 m/s² at the other, along x and obliquely; there the \
-             angular momentum of IMEX Euler obeys J' = (J + h d × a)/(1 + θ) at any amplitude."
-        ),
-        findings: super::words::findings(&facts),
-        facts,
-        scenes: hashes.collect(),
-        seed: None,
-    };
-    Ok(vec![context.write(&STUDY, account)?])
+    let (facts, scenes, seed) = (facts, hashes.collect(), None);
+    Ok(Measured { facts, timings: None, scenes, seed })
 }
 
 /// Adds the motion beside that of backward Euler at the same step.
@@ -136,12 +131,12 @@ fn beside_backward_euler(runs: &mut [Run]) {
 const EDGE: std::ops::Range<f64> = 0.45..0.55;
 
 /// Its facts, as they are compared.
-pub(crate) fn comparable(record: &Record<Facts>) -> Vec<Fact> {
-    let sheets = record.facts.sheets.iter();
+pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {
+    let sheets = facts.sheets.iter();
     let sheets = sheets.map(|sheet| {
         fact(format!("sheet {:e}", sheet.stiffness_over_mass_per_s2), sheet.portable, sheet)
     });
-    let runs = record.facts.runs.iter().map(|run| {
+    let runs = facts.runs.iter().map(|run| {
         let key =
             format!("{}, k/m={:e}, h={}", run.label, run.stiffness_over_mass_per_s2, run.step_s);
         let mut fact = fact(key, run.portable, run);
@@ -157,7 +152,7 @@ pub(crate) fn comparable(record: &Record<Facts>) -> Vec<Fact> {
         }
         fact
     });
-    let springs = record.facts.springs.iter().map(|spring| {
+    let springs = facts.springs.iter().map(|spring| {
         let key = format!("spring {}, {}, θ={}", spring.label, spring.direction, spring.theta);
         fact(key, spring.portable, spring)
     });

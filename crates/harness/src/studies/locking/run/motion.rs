@@ -1,17 +1,18 @@
 //! The hanging sheet: its true motion, and what a method makes of it.
 
+use super::law::{lever, swing_lever};
+use super::{BACKWARD_EULER, BASE_STEP, IMEX_EULER};
 use crate::methods::Choice;
 use crate::run::{Simulation, watch_by};
 use crate::schedule::Schedule;
-use crate::stability::{gershgorin, verdict};
+use crate::stability::gershgorin;
 use crate::studies::finite;
-use crate::studies::locking::facts::{self, LOCKED, OVER_BUDGET, Run};
+use crate::studies::locking::facts::{self, Run};
 use crate::studies::sheet::{GRAVITY, Sheet};
 use crate::studies::variant::Variant;
 use crate::{HarnessError, system_hash};
 use drape_model::{DampingLaw, TimeSpan, Vec3};
-use super::law::{lever, swing_lever};
-use super::{BACKWARD_EULER, BASE_STEP, IMEX_EULER};
+use drape_report::Verdict;
 
 /// Particles along each edge, as in the paper's hanging textile.
 pub(super) const SIDE: u32 = 20;
@@ -165,10 +166,12 @@ impl Setting {
         let (counts, way) = follow(&self.simulation, &choice, step, Some(BUDGET))?;
         let is_whole = counts.outcome.divergence.is_none() && !counts.outcome.is_over_budget;
         let retained = way.path() / self.sheet.path_m;
-        let judged = verdict(&counts, self.released);
+        let judged = counts.verdict(self.released);
         let verdict = match judged {
-            "stable" | "marginal" if counts.outcome.is_over_budget => OVER_BUDGET,
-            "stable" if retained < HALF => LOCKED,
+            Verdict::Stable | Verdict::Marginal if counts.outcome.is_over_budget => {
+                Verdict::OverBudget
+            }
+            Verdict::Stable if retained < HALF => Verdict::Locked,
             other => other,
         };
         let half = self.sheet.half_fall_s;
@@ -188,7 +191,7 @@ impl Setting {
             late_speed_m_s: is_whole
                 .then(|| (way.height(LATE) - way.height(DURATION)) / (DURATION - LATE)),
             law_m_s: self.law(step),
-            verdict: verdict.to_owned(),
+            verdict,
             gain: finite(counts.energy.gain / self.released),
             unconverged_steps: counts.outcome.unconverged,
             portable: choice.is_portable(),

@@ -1,11 +1,11 @@
 //! The law on a sheet, and findings from facts.
 #![allow(clippy::unwrap_used, reason = "tests")]
 
+use super::law::{lever, swing_lever};
 use crate::methods::Choice;
 use crate::run::{Options, Simulation, simulate};
 use crate::studies::sheet::Sheet;
 use drape_model::{DampingLaw, PinSpec, TimeSpan};
-use super::law::{lever, swing_lever};
 
 /// A sheet without shear that is held along its whole first row is a bundle of strings: `u_j = j (2N − 1 − j)/2` at row
 /// `j` of `N`, since the pull on each link is the load below it.

@@ -1,5 +1,6 @@
 //! What is concluded from drifts, and runs of a few methods.
 
+use super::super::words::*;
 use super::*;
 
 fn row(scene: &str, label: &str) -> Row {
@@ -16,7 +17,7 @@ fn row(scene: &str, label: &str) -> Row {
         energy_gain: Some(0.0),
         states_momentum: true,
         states_angular_momentum: false,
-        verdict: COMPLETED.to_owned(),
+        verdict: Verdict::Completed,
         unconverged_steps: 0,
         portable: true,
     }
@@ -28,7 +29,7 @@ fn unstable_row(scene: &str, label: &str) -> Row {
         angular_momentum_drift: None,
         final_spin: None,
         energy_gain: None,
-        verdict: UNSTABLE.to_owned(),
+        verdict: Verdict::Unstable,
         ..row(scene, label)
     }
 }
@@ -115,7 +116,7 @@ fn two_particles_follow_the_law_of_each_method() -> Result<(), HarnessError> {
     let mut lawful = 0;
     for (label, _) in LAWS {
         let row = pair.row(&variant(label))?;
-        if row.verdict == UNSTABLE {
+        if row.verdict == Verdict::Unstable {
             continue;
         }
         let (spin, law) = (row.final_spin.unwrap_or(f64::NAN), row.law.unwrap_or(f64::NAN));
@@ -155,7 +156,7 @@ fn a_run_that_gains_more_than_the_spin_is_unstable_and_has_no_numbers() -> Resul
 {
     let pair = setting("pair-1e6")?;
     let row = pair.row(&variant("explicit-euler"))?;
-    assert_eq!(row.verdict, UNSTABLE);
+    assert_eq!(row.verdict, Verdict::Unstable);
     let numbers =
         [row.momentum_drift, row.angular_momentum_drift, row.final_spin, row.law, row.energy_gain];
     assert_eq!(numbers, [None; 5]);

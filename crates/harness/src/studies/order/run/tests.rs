@@ -1,12 +1,13 @@
 //! What is concluded from errors, and a run of a few methods.
 
+use super::super::words::findings;
 use super::*;
 
 fn runs(errors: &[Option<f64>]) -> Vec<Run> {
     let run = |(n, error): (usize, &Option<f64>)| Run {
         step_s: 0.01 / f64::from(1 << n),
         error: *error,
-        verdict: if error.is_some() { "completed" } else { "diverged" }.to_owned(),
+        verdict: if error.is_some() { Verdict::Completed } else { Verdict::Diverged },
         unconverged_steps: 0,
     };
     errors.iter().enumerate().map(run).collect()
@@ -139,7 +140,7 @@ fn a_few_methods_on_the_smooth_and_on_a_stiff_scene() -> Result<(), HarnessError
     let stiff = Setting::new(&CASES[3])?;
     assert!(!stiff.scene.resolved);
     let row = stiff.row(&Variant::new("symplectic-euler", "symplectic-euler"))?;
-    assert!(row.runs.iter().all(|run| run.verdict == "diverged" && run.error.is_none()));
+    assert!(row.runs.iter().all(|run| run.verdict == Verdict::Diverged && run.error.is_none()));
     assert_eq!((row.order, row.accepted, row.error_constant), (None, None, None));
     Ok(())
 }

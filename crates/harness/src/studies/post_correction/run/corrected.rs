@@ -1,6 +1,7 @@
 //! Corrected runs: each step is taken twice from the same state, with its correction and without it, so that the
 //! difference is what the correction did.
 
+use super::sheets::{Course, Kind, Setting, elongation, marks, permuted, spinning};
 use crate::HarnessError;
 use crate::methods::Choice;
 use crate::run::Simulation;
@@ -9,7 +10,7 @@ use crate::studies::stepper::Stepper;
 use drape_integrator::{ElongationLimit, ElongationSettings, SweepOrder, Value};
 use drape_model::{State, System, Vec3};
 use drape_oracle::Random;
-use super::sheets::{Course, Kind, Setting, elongation, marks, permuted, spinning};
+use drape_report::Verdict;
 
 /// A method that corrects, and the same without.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -176,14 +177,14 @@ fn hang(
         residual: 0.0,
         uncorrected_residual: 0.0,
         elongation: 0.0,
-        verdict: "completed".to_owned(),
+        verdict: Verdict::Completed,
         portable: choice.is_portable(),
     };
     for step in 1..=steps {
         system.forces(state.level(), &mut force);
         velocity.copy_from_slice(&state.v);
         if !twins.step(&system, &mut state)? {
-            row.verdict = "diverged".to_owned();
+            row.verdict = Verdict::Diverged;
             break;
         }
         squares += residual(&system, step_s, &velocity, &velocity, &force);

@@ -5,15 +5,12 @@ mod sheets;
 #[cfg(test)]
 mod tests;
 
-use corrected::{DESBRUN, Group, PROVOT};
 use crate::HarnessError;
 use crate::facts::{Fact, fact};
 use crate::studies::post_correction::facts::Facts;
-use crate::studies::{Account, Context, cells, prepared};
-use drape_report::Record;
+use crate::studies::{Context, Measured, cells, prepared};
+use corrected::{DESBRUN, Group, PROVOT};
 use sheets::{Kind, REFERENCE_STEP, SIDE, Setting};
-use std::path::PathBuf;
-use super::STUDY;
 
 const STEP: f64 = 0.0025;
 const LIMITS: [f64; 4] = [0.1, 0.05, 0.02, 0.01];
@@ -39,7 +36,23 @@ fn groups(is_quick: bool) -> Vec<Group> {
     groups
 }
 
-pub(super) fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
+/// How the facts are measured.
+pub(super) fn method() -> String {
+    format!(
+        "A sheet of {SIDE} × {SIDE} particles, 1 m × 1 m, hangs from two corners and starts horizontally; k/m = 1e4/s² \
+             (grid: shear springs of a tenth), full damping of 10/s over the mass. Beside the grid stands a triangle mesh of the same \
+             sheet, its inner particles strewn by a fifth of a mesh width, every edge a spring. After each step of {STEP} s, springs longer \
+             than the limit allows are shortened, by Provot's method (symplectic Euler) and by Desbrun's (`inverse_dynamics=true`), \
+             in one sweep or up to ten a step, in several orders; `list 1` and `list 2` are forward sweeps over permuted lists of \
+             springs. Each step is taken twice from the same state, with its correction and without it: the difference is the \
+             correction's. The stiff reference has k/m = 1e7/s² and no correction (symplectic Euler, h = {REFERENCE_STEP} s, \
+             checked against twice that). Distances are ‖x − x_ref‖_M/‖x_ref − x_0‖_M. The residual is ‖M a − f‖/‖f‖ of the \
+             trajectory with a = (v_(n+1) − v_n)/h and f at the start of the step, which a step of symplectic Euler meets exactly. Free sheets \
+             spin in their plane at 10 rad/s for 1 s without gravity and damping. Sweeps are counted on a sheet that fell for 0.25 s without correction."
+    )
+}
+
+pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError> {
     let quick = context.quick;
     let kinds = if quick { &Kind::ALL[..1] } else { &Kind::ALL[..] };
     let settings = prepared(context, "references", kinds, |&kind| Setting::new(kind, STEP))?;
@@ -77,30 +90,14 @@ pub(super) fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
     })?;
     let meshes = settings.iter().map(|setting| setting.mesh.clone()).collect();
     let facts = Facts { meshes, rows: rows.into_iter().flatten().collect(), spins, sweeps };
-    let account = Account {
-        method: format!(
-            "A sheet of {SIDE} × {SIDE} particles, 1 m × 1 m, hangs from two corners and starts horizontally; k/m = 1e4/s² \
-             (grid: shear springs of a tenth), full damping of 10/s over the mass. Beside the grid stands a triangle mesh of the same \
-             sheet, its inner particles strewn by a fifth of a mesh width, every edge a spring. After each step of {STEP} s, springs longer \
-             than the limit allows are shortened, by Provot's method (symplectic Euler) and by Desbrun's (`inverse_dynamics=true`), \
-             in one sweep or up to ten a step, in several orders; `list 1` and `list 2` are forward sweeps over permuted lists of \
-             springs. Each step is taken twice from the same state, with its correction and without it: the difference is the \
-             correction's. The stiff reference has k/m = 1e7/s² and no correction (symplectic Euler, h = {REFERENCE_STEP} s, \
-             checked against twice that). Distances are ‖x − x_ref‖_M/‖x_ref − x_0‖_M. The residual is ‖M a − f‖/‖f‖ of the \
-             trajectory with a = (v_(n+1) − v_n)/h and f at the start of the step, which a step of symplectic Euler meets exactly. Free sheets \
-             spin in their plane at 10 rad/s for 1 s without gravity and damping. Sweeps are counted on a sheet that fell for 0.25 s without correction."
-        ),
-        findings: super::words::findings(&facts),
-        facts,
-        scenes: settings.iter().map(|s| (s.mesh.id.clone(), s.hash.clone())).collect(),
-        seed: Some(1),
-    };
-    Ok(vec![context.write(&STUDY, account)?])
+    let (facts, scenes, seed) =
+        (facts, settings.iter().map(|s| (s.mesh.id.clone(), s.hash.clone())).collect(), Some(1));
+    Ok(Measured { facts, timings: None, scenes, seed })
 }
 
 /// Its facts, as they are compared.
-pub(crate) fn comparable(record: &Record<Facts>) -> Vec<Fact> {
-    let Facts { meshes, rows, spins, sweeps } = &record.facts;
+pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {
+    let Facts { meshes, rows, spins, sweeps } = facts;
     let meshes = meshes.iter();
     let meshes = meshes.map(|mesh| fact(format!("mesh {}", mesh.id), mesh.portable, mesh));
     let rows = rows.iter().map(|row| {

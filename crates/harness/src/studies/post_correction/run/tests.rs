@@ -1,13 +1,14 @@
 //! That twin steps see the correction and nothing else, and what is concluded.
 
+use super::super::words::{findings, groups, spread};
+use super::corrected::{rows, spin};
+use super::sheets::{elongation, permuted};
+use super::*;
 use crate::methods::Choice;
 use crate::run::{Options, Simulation, simulate};
 use crate::studies::post_correction::facts::{FORWARD, Mesh, PERTURBED, Row};
 use drape_model::TimeSpan;
-use super::*;
-use super::corrected::{rows, spin};
-use super::sheets::{elongation, permuted};
-use super::super::words::{findings, groups, spread};
+use drape_report::Verdict;
 
 /// Were the two steps of a pair not the same method, the difference would not be the correction.
 #[test]
@@ -75,7 +76,7 @@ fn a_corrected_sheet_leaves_the_equation_that_the_uncorrected_step_meets() {
     assert!(mesh.reference_elongation < 0.05 && mesh.uncorrected_elongation > 0.5, "{mesh:?}");
     let rows = rows(&setting, &groups_for_tests()).expect("runs");
     let row = &rows[0];
-    assert_eq!((rows.len(), row.order.as_str(), row.verdict.as_str()), (1, FORWARD, "completed"));
+    assert_eq!((rows.len(), row.order.as_str(), row.verdict), (1, FORWARD, Verdict::Completed));
     assert!(row.uncorrected_residual < 1e-10 && row.residual > 0.1, "{row:?}");
     assert!(row.elongation < 0.5 * mesh.uncorrected_elongation, "{row:?}");
     assert!(row.weight_held > 0.0, "{row:?}");
@@ -102,7 +103,7 @@ fn row(limit: f64, order: &str, distance: f64, order_distance: &[f64]) -> Row {
         residual: 0.5,
         uncorrected_residual: 0.0,
         elongation: 0.2,
-        verdict: "completed".to_owned(),
+        verdict: Verdict::Completed,
         portable: true,
     }
 }

@@ -1,12 +1,12 @@
 //! Runs in which the system changes on the way: who rebuilds when, and is the answer that of a run which starts there?
 
+use super::system::{STEP, hanging};
 use crate::HarnessError;
 use crate::methods::Choice;
 use crate::studies::precomputed_inverse::facts::{CG, CHOLESKY, Change, DENSE};
 use crate::studies::stepper::Stepper;
 use drape_integrator::Setups;
 use drape_model::{State, System};
-use super::system::{STEP, hanging};
 
 /// Particles along each edge, and stiffness over mass, 1/s².
 const SIDE: u32 = 20;

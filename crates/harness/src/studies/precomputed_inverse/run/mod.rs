@@ -10,14 +10,11 @@ use crate::methods::Choice;
 use crate::run::Simulation;
 use crate::studies::precomputed_inverse::facts::{Facts, TimingRow};
 use crate::studies::stepper::Stepper;
-use crate::studies::{Account, Context, cells, timed};
+use crate::studies::{Context, Measured, cells, timed};
 use crate::{HarnessError, system_hash};
 use drape_model::Vec3;
-use drape_report::Record;
 use std::collections::BTreeMap;
-use std::path::PathBuf;
 use std::time::Instant;
-use super::STUDY;
 use system::{Case, LOOSE, Problem, STEP};
 
 /// Particles along each edge: 100 to 2704, the paper's largest.
@@ -28,7 +25,31 @@ const REPETITIONS: usize = 5;
 /// Steps of a repetition.
 const TIMED_STEPS: u64 = 50;
 
-pub(super) fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
+/// How the timings are taken.
+pub(super) fn timing() -> String {
+    format!(
+        "One case at a time on one thread; {REPETITIONS} repetitions of each. Set-up: allocation, analysis of the pattern and numbers. \
+             Rebuild: the numbers anew in the same memory, for another step size. Step: mean over {TIMED_STEPS} steps from the \
+             start, of `desbrun` (inverse, factor; without its correction of torques) and of `imex-euler` (CG, ε = {LOOSE}). Solve: \
+             the linear system alone, from 0; the direct solvers refine their solution once there, which `desbrun` does not."
+    )
+}
+
+/// How the facts are measured.
+pub(super) fn method() -> String {
+    format!(
+        "A sheet that hangs from two corners, structural springs and shear springs of a tenth of the stiffness, all implicit, \
+             damping 40/s over the mass, h = {STEP} s. The linear system A v = b, A = M + h² L_k + h L_c, one scalar matrix for \
+             three coordinates, by three solvers: the full inverse, a sparse Cholesky factor (order of the rows: AMD), and conjugate gradients with \
+             IC(0). Operations are counted to leading order from the non-zeros: inverse n³ to make and 6 n² to use; factor Σ c² over \
+             the entries c of its columns, and 12 times its entries to use; CG per iteration one product with A, two triangles and five vector \
+             operations, times one more than the mean number of iterations a step in one second at ε = {LOOSE}. The solutions of one and the same \
+             system are compared, CG solved to 1e-14. Then the run is changed on the way, and after each change the running method \
+             is compared with one that starts anew from there. `k/m` of the series `one fabric` is 1e6/s² at 400 particles and grows with their number."
+    )
+}
+
+pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, HarnessError> {
     let cases = system::cases(if context.quick { &QUICK_SIDES } else { &SIDES });
     let solvers = cells(context, "solvers", &cases, system::solver)?;
     let changes = cells(context, "changes", &changes::METHODS, |(solver, method)| {
@@ -40,34 +61,8 @@ pub(super) fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
         let name = format!("{} particles, k/m = {:e}", case.side * case.side, case.stiffness);
         hashes.insert(name, system_hash(&case.spec()?));
     }
-    let account = Account {
-        method: format!(
-            "A sheet that hangs from two corners, structural springs and shear springs of a tenth of the stiffness, all implicit, \
-             damping 40/s over the mass, h = {STEP} s. The linear system A v = b, A = M + h² L_k + h L_c, one scalar matrix for \
-             three coordinates, by three solvers: the full inverse, a sparse Cholesky factor (order of the rows: AMD), and conjugate gradients with \
-             IC(0). Operations are counted to leading order from the non-zeros: inverse n³ to make and 6 n² to use; factor Σ c² over \
-             the entries c of its columns, and 12 times its entries to use; CG per iteration one product with A, two triangles and five vector \
-             operations, times one more than the mean number of iterations a step in one second at ε = {LOOSE}. The solutions of one and the same \
-             system are compared, CG solved to 1e-14. Then the run is changed on the way, and after each change the running method \
-             is compared with one that starts anew from there. `k/m` of the series `one fabric` is 1e6/s² at 400 particles and grows with their number."
-        ),
-        findings: super::words::findings(&facts),
-        facts,
-        scenes: hashes.clone(),
-        seed: None,
-    };
-    let mut files = vec![context.write(&STUDY, account)?];
-    if !context.quick {
-        let rows = timed(context, "timings", &cases, time)?;
-        let method = format!(
-            "One case at a time on one thread; {REPETITIONS} repetitions of each. Set-up: allocation, analysis of the pattern and numbers. \
-             Rebuild: the numbers anew in the same memory, for another step size. Step: mean over {TIMED_STEPS} steps from the \
-             start, of `desbrun` (inverse, factor; without its correction of torques) and of `imex-euler` (CG, ε = {LOOSE}). Solve: \
-             the linear system alone, from 0; the direct solvers refine their solution once there, which `desbrun` does not."
-        );
-        files.push(context.write_timings(&STUDY, method, rows, hashes)?);
-    }
-    Ok(files)
+    let timings = if context.quick { None } else { Some(timed(context, "timings", &cases, time)?) };
+    Ok(Measured { facts, timings, scenes: hashes, seed: None })
 }
 
 fn nanoseconds(begin: Instant) -> u64 {
@@ -111,8 +106,8 @@ fn time(case: &Case) -> Result<TimingRow, HarnessError> {
 }
 
 /// Its facts, as they are compared.
-pub(crate) fn comparable(record: &Record<Facts>) -> Vec<Fact> {
-    let Facts { solvers, changes } = &record.facts;
+pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {
+    let Facts { solvers, changes } = facts;
     let solvers = solvers.iter().map(|solver| {
         let key = format!("{} {}, {}", solver.particles, solver.solver, solver.series);
         fact(key, solver.portable, solver)

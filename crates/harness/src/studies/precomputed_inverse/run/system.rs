@@ -6,7 +6,9 @@ use crate::run::Simulation;
 use crate::studies::precomputed_inverse::facts::{CG, CHOLESKY, DENSE, Solver};
 use crate::studies::sheet::{GRAVITY, Sheet};
 use crate::studies::stepper::Stepper;
-use drape_integrator::{Implicit, LaplacianSolver, LinearSettings, PreconditionerKind, SolverKind, Weights, hold_pins};
+use drape_integrator::{
+    Implicit, LaplacianSolver, LinearSettings, PreconditionerKind, SolverKind, Weights, hold_pins,
+};
 use drape_model::{DampingLaw, SystemSpec, Vec3};
 use drape_solvers::{CompleteCholesky, Constraints, DenseInverse, Norm, ScalarMatrix};
 

@@ -1,9 +1,9 @@
 //! Counts on a system that can be counted by hand, rebuilds by cause, and what is concluded.
 
-use crate::studies::precomputed_inverse::facts::{CG, CHOLESKY, DENSE, Solver};
-use super::*;
 use super::super::words::{crossover, findings};
 use super::system::solver;
+use super::*;
+use crate::studies::precomputed_inverse::facts::{CG, CHOLESKY, DENSE, Solver};
 
 fn case(solver: &'static str) -> Case {
     Case { side: 5, solver, series: "any", stiffness: 1e4 }

@@ -1,5 +1,6 @@
 //! Memory of a particle: what the allocator holds for the system, the state and the method.
 
+use super::STEP;
 use crate::HarnessError;
 use crate::methods::{Choice, MethodError};
 use crate::studies::Allocated;
@@ -7,7 +8,6 @@ use crate::studies::scaling::facts::Memory;
 use crate::studies::sheet::Sheet;
 use drape_integrator::TimeStep;
 use std::time::Instant;
-use super::STEP;
 
 /// Particles along each edge of the sheets whose memory is measured.
 pub(super) const SIZES: [u32; 5] = [10, 32, 100, 316, 1000];

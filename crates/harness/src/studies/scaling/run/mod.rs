@@ -6,17 +6,17 @@ mod memory;
 use crate::facts::{Fact, fact};
 use crate::methods::Choice;
 use crate::run::{Options, Outcome, Simulation, simulate};
-use crate::studies::scaling::facts::{Cell, Facts, RunTiming, TimingRow};
+use crate::studies::scaling::facts::{
+    Cell, FIXED_MATERIAL, FIXED_QUOTIENT, Facts, RunTiming, TimingRow,
+};
 use crate::studies::sheet::{GRAVITY, Sheet};
-use crate::studies::{Account, Context, cells, prepared, short, timed};
+use crate::studies::{Context, Measured, cells, prepared, timed};
 use crate::{HarnessError, system_hash};
 use drape_model::{DampingLaw, TimeSpan};
-use drape_report::Record;
+use drape_report::Verdict;
 use std::collections::BTreeMap;
 use std::hint::black_box;
-use std::path::PathBuf;
 use std::time::Instant;
-use super::STUDY;
 
 /// Particles along each edge, and steps that are run.
 const SIZES: [(u32, u64); 6] = [(10, 40), (20, 40), (52, 40), (100, 10), (316, 6), (1000, 3)];
@@ -38,9 +38,6 @@ const STEP: f64 = 0.01;
 const LARGE: u32 = 100;
 /// Most particles along each edge in the quick subset.
 const QUICK: u32 = 52;
-
-const FIXED_QUOTIENT: &str = "k/m fixed";
-const FIXED_MATERIAL: &str = "material fixed";
 
 /// A method, and the largest mesh on which a step of it takes no more than seconds.
 struct Contender {
@@ -137,7 +134,7 @@ impl Mesh {
             force_evaluations: totals.force_evaluations,
             newton_iterations: totals.newton_iterations,
             unconverged_steps: unconverged,
-            verdict: if divergence.is_some() { "diverged" } else { "completed" }.to_owned(),
+            verdict: if divergence.is_some() { Verdict::Diverged } else { Verdict::Completed },
             portable: choice.is_portable(),
         })
     }
@@ -184,7 +181,31 @@ fn pairs(meshes: &[Mesh]) -> Vec<(&Mesh, &'static Contender)> {
     meshes.iter().flat_map(of_mesh).collect()
 }
 
-pub(super) fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
+/// How the timings are taken.
+pub(super) fn timing() -> String {
+    "One run at a time on one thread, k/m fixed: three repetitions below 10⁴ particles, one from there on, with the \
+            phase clock off; one more with it on for the phases. Set-up is not among the steps. The bandwidth is that \
+            of the triad a = b + s·c over three arrays of 64 MiB on one thread, the shortest of ten passes, 24 bytes an element. \
+            The least bytes of a step are counted kernel by kernel for a grid whose couplings need no storage. Memory: what the \
+            allocator holds for the system, for the state and for the method after `prepare`, on the same sheet with bending springs \
+            like its shear springs."
+            .to_owned()
+}
+
+/// How the facts are measured.
+pub(super) fn method() -> String {
+    format!(
+        "A sheet of 1 m × 1 m (tension springs, shear springs of a quarter of their stiffness, two corners pinned) starts \
+             with a wave of 0.01 m in and out of its plane, so that springs pull everywhere, and falls. Two series: k/m = {STIFFNESS:e}/s² and d/m = {DAMPING}/s on every mesh, which makes a finer sheet a softer \
+             cloth, and the same material on every mesh (k/m and d/m grow with the number of particles, as from 20 × 20). h = {STEP} s; \
+             explicit methods take the first half, quarter, … of it within their limit. Few steps from the start: {} for sides of {}. \
+             A method is left out of meshes on which a step takes seconds.",
+        SIZES.map(|(_, steps)| steps.to_string()).join(", "),
+        SIZES.map(|(side, _)| side.to_string()).join(", "),
+    )
+}
+
+pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, HarnessError> {
     let sizes = sizes(context.quick);
     let meshes = prepared(context, "meshes", &sizes, |&(series, side, steps)| {
         Mesh::new(series, side, steps)
@@ -199,22 +220,7 @@ pub(super) fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
             Some((name, mesh.hash.clone()?))
         })
         .collect();
-    let account = Account {
-        method: format!(
-            "A sheet of 1 m × 1 m (tension springs, shear springs of a quarter of their stiffness, two corners pinned) starts \
-             with a wave of 0.01 m in and out of its plane, so that springs pull everywhere, and falls. Two series: k/m = {STIFFNESS:e}/s² and d/m = {DAMPING}/s on every mesh, which makes a finer sheet a softer \
-             cloth, and the same material on every mesh (k/m and d/m grow with the number of particles, as from 20 × 20). h = {STEP} s; \
-             explicit methods take the first half, quarter, … of it within their limit. Few steps from the start: {} for sides of {}. \
-             A method is left out of meshes on which a step takes seconds.",
-            SIZES.map(|(_, steps)| steps.to_string()).join(", "),
-            SIZES.map(|(side, _)| side.to_string()).join(", "),
-        ),
-        findings: findings(&facts),
-        facts,
-        scenes: hashes.clone(),
-        seed: None,
-    };
-    let mut files = vec![context.write(&STUDY, account)?];
+    let mut timings = None;
     if !context.quick {
         // Times need one series only: a step of the other differs by its iterations.
         let (side, steps) = TIMED_ONLY;
@@ -232,16 +238,9 @@ pub(super) fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
                 memory::measure(&sheet(side), allocated).map(TimingRow::Memory)
             })?);
         }
-        let method = "One run at a time on one thread, k/m fixed: three repetitions below 10⁴ particles, one from there on, with the \
-            phase clock off; one more with it on for the phases. Set-up is not among the steps. The bandwidth is that \
-            of the triad a = b + s·c over three arrays of 64 MiB on one thread, the shortest of ten passes, 24 bytes an element. \
-            The least bytes of a step are counted kernel by kernel for a grid whose couplings need no storage. Memory: what the \
-            allocator holds for the system, for the state and for the method after `prepare`, on the same sheet with bending springs \
-            like its shear springs."
-            .to_owned();
-        files.push(context.write_timings(&STUDY, method, rows, hashes)?);
+        timings = Some(rows);
     }
-    Ok(files)
+    Ok(Measured { facts, timings, scenes: hashes, seed: None })
 }
 
 /// Passes of the triad over arrays much larger than the caches.
@@ -265,8 +264,8 @@ fn triad() -> TimingRow {
 }
 
 /// Its facts, as they are compared.
-pub(crate) fn comparable(record: &Record<Facts>) -> Vec<Fact> {
-    let cells = record.facts.cells.iter();
+pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {
+    let cells = facts.cells.iter();
     cells
         .map(|cell| {
             let mut values = serde_json::to_value(cell).unwrap_or_default();
@@ -280,57 +279,9 @@ pub(crate) fn comparable(record: &Record<Facts>) -> Vec<Fact> {
         .collect()
 }
 
-/// What the numbers say.
-fn findings(facts: &Facts) -> Vec<String> {
-    let mut findings = Vec::new();
-    for series in [FIXED_QUOTIENT, FIXED_MATERIAL] {
-        for label in ["imex-euler", "imex-updated", "baraff-witkin"] {
-            let cells: Vec<_> = facts
-                .cells
-                .iter()
-                .filter(|cell| cell.series == series && cell.label == label)
-                .collect();
-            let Some((first, last)) = cells.first().zip(cells.last()).filter(|_| cells.len() > 1)
-            else {
-                continue;
-            };
-            let growth = if first.cg_per_step > 0.0 && last.cg_per_step > 0.0 {
-                let sizes = libm::log(last.particles as f64 / first.particles as f64);
-                let power = libm::log(last.cg_per_step / first.cg_per_step) / sizes;
-                format!(", on average as n to the power {power:.2}")
-            } else {
-                String::new()
-            };
-            let said: Vec<_> = cells
-                .iter()
-                .map(|cell| format!("{} (n = {})", short(cell.cg_per_step), cell.particles))
-                .collect();
-            findings.push(format!(
-                "{label}, {series}: CG iterations a step {}{growth}.",
-                said.join(", ")
-            ));
-        }
-    }
-    let failed: Vec<_> = facts
-        .cells
-        .iter()
-        .filter(|cell| cell.verdict != "completed" || cell.unconverged_steps > 0)
-        .map(|cell| {
-            let Cell { label, series, particles, verdict, unconverged_steps, .. } = cell;
-            format!("{label}, {series}, n = {particles} ({verdict}, {unconverged_steps} steps not converged)")
-        })
-        .collect();
-    findings.push(if failed.is_empty() {
-        "Every run is stable and every solve meets its tolerance over the few steps that are run."
-            .to_owned()
-    } else {
-        format!("Not every solve meets its tolerance: {}.", failed.join("; "))
-    });
-    findings
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::words::findings;
     use super::*;
 
     #[test]
@@ -349,7 +300,7 @@ mod tests {
             let choice = Choice::parse(contender.method, &[]).expect("a method");
             assert!(mesh.step(&choice) * mesh.sheet.greatest_frequency(1.0) < 2.0);
             let cell = mesh.cell(contender).expect("a run");
-            assert_eq!((cell.steps, cell.verdict.as_str()), (40, "completed"));
+            assert_eq!((cell.steps, cell.verdict), (40, Verdict::Completed));
         }
     }
 

@@ -11,17 +11,15 @@ use crate::run::{Options, Simulation, drive};
 use crate::schedule::Schedule;
 use crate::studies::sheet::{GRAVITY, Sheet};
 use crate::studies::solver_control::facts::{Facts, History, Run, Scene, TimingRow};
-use crate::studies::{Account, Context, cells, finite, prepared, timed};
+use crate::studies::{Context, Measured, cells, finite, prepared, timed};
 use crate::{HarnessError, system_hash};
 use drape_model::{DampingLaw, State, TimeSpan};
 use drape_oracle::order::position_error;
 use drape_oracle::reference::{Reference, ReferenceSettings, reference};
-use drape_report::Record;
+use drape_report::Verdict;
 use runs::{Cell, all};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::path::PathBuf;
-use super::STUDY;
 
 /// Particles along each edge of the sheet.
 const SIDE: u32 = 20;
@@ -139,13 +137,13 @@ fn work(choice: &Choice, totals: &Totals) -> u64 {
 
 /// What a run gives: a row, and the size of its substeps over time.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-struct Measured {
+struct Course {
     run: Run,
     time_s: Vec<f64>,
     step_s: Vec<f64>,
 }
 
-fn measure(setting: &Setting, cell: &Cell) -> Result<Measured, HarnessError> {
+fn measure(setting: &Setting, cell: &Cell) -> Result<Course, HarnessError> {
     let choice = Choice::parse(&cell.method, &[])?;
     let mut simulation = setting.simulation.clone();
     let start = simulation.system.total_energy(&simulation.state);
@@ -159,11 +157,11 @@ fn measure(setting: &Setting, cell: &Cell) -> Result<Measured, HarnessError> {
         step_s.push(moment.h / f64::from(moment.report.substeps.max(1)));
     })?;
     let verdict = match (&outcome.divergence, outcome.is_over_budget) {
-        (Some(_), _) => "diverged",
-        (None, true) => "over budget",
-        (None, false) => "completed",
+        (Some(_), _) => Verdict::Diverged,
+        (None, true) => Verdict::OverBudget,
+        (None, false) => Verdict::Completed,
     };
-    let is_done = verdict == "completed";
+    let is_done = verdict == Verdict::Completed;
     let totals = outcome.totals;
     let run = Run {
         series: cell.series.to_owned(),
@@ -186,11 +184,11 @@ fn measure(setting: &Setting, cell: &Cell) -> Result<Measured, HarnessError> {
         force_evaluations: totals.force_evaluations,
         work_sweeps: work(&choice, &totals),
         unconverged_steps: outcome.unconverged,
-        verdict: verdict.to_owned(),
+        verdict,
         // The reference passes through a library.
         portable: false,
     };
-    Ok(Measured { run, time_s, step_s })
+    Ok(Course { run, time_s, step_s })
 }
 
 fn time(setting: &Setting, cell: &Cell) -> Result<TimingRow, HarnessError> {
@@ -216,7 +214,30 @@ fn time(setting: &Setting, cell: &Cell) -> Result<TimingRow, HarnessError> {
     })
 }
 
-pub(super) fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
+/// How the timings are taken.
+pub(super) fn timing() -> String {
+    format!(
+        "One run at a time on one thread of an otherwise idle process, {REPETITIONS} repetitions; all steps of \
+             {SPAN} s together, without the first set-up."
+    )
+}
+
+/// How the facts are measured.
+pub(super) fn method() -> String {
+    "A sheet of 20 × 20 particles (1 m × 1 m, 1 g each, shear springs of a tenth of the stiffness, two \
+                 corners pinned) falls from the horizontal for 0.25 s (d/m = 40/s), or starts stretched by 2 % with \
+                 d/m = 2/s, so that it vibrates. The error is the mass-weighted distance of the positions at the end \
+                 from those of DOP853 at tolerance 1e-10, over how far the sheet has moved; the reference is run again \
+                 at 1e-9, which tells its own error. Forcing and Jacobians: h = 0.01 s, Newton to a residual of 1e-9 \
+                 of the change of velocity; imex-updated in its robust form, without the turn to Newton, to its default \
+                 tolerance. Adaptive runs divide frames of 0.01 s by their tolerance, a local error of positions in \
+                 mesh widths; constant runs take the step as given. Work is counted, and weighed in sweeps over \
+                 the springs: a product with the scalar matrix counts 2, with Newton's 3 × 3 blocks 6, a set-up of the scalar matrix 30, a factorisation of \
+                 Newton's 1000, a solve with its factor 18. Seconds stand in the file of the timings."
+            .to_owned()
+}
+
+pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, HarnessError> {
     let chosen: Vec<_> =
         CASES.into_iter().filter(|case| !context.quick || case.id == runs::QUICK_SCENE).collect();
     let settings = prepared(context, "references", &chosen, Setting::new)?;
@@ -240,42 +261,20 @@ pub(super) fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
     };
     let hashes: BTreeMap<_, _> =
         settings.iter().map(|s| (s.case.id.to_owned(), s.hash.clone())).collect();
-    let account = Account {
-        method: "A sheet of 20 × 20 particles (1 m × 1 m, 1 g each, shear springs of a tenth of the stiffness, two \
-                 corners pinned) falls from the horizontal for 0.25 s (d/m = 40/s), or starts stretched by 2 % with \
-                 d/m = 2/s, so that it vibrates. The error is the mass-weighted distance of the positions at the end \
-                 from those of DOP853 at tolerance 1e-10, over how far the sheet has moved; the reference is run again \
-                 at 1e-9, which tells its own error. Forcing and Jacobians: h = 0.01 s, Newton to a residual of 1e-9 \
-                 of the change of velocity; imex-updated in its robust form, without the turn to Newton, to its default \
-                 tolerance. Adaptive runs divide frames of 0.01 s by their tolerance, a local error of positions in \
-                 mesh widths; constant runs take the step as given. Work is counted, and weighed in sweeps over \
-                 the springs: a product with the scalar matrix counts 2, with Newton's 3 × 3 blocks 6, a set-up of the scalar matrix 30, a factorisation of \
-                 Newton's 1000, a solve with its factor 18. Seconds stand in the file of the timings."
-            .to_owned(),
-        findings: super::words::findings(&facts),
-        facts,
-        scenes: hashes.clone(),
-        seed: None,
-    };
-    let mut files = vec![context.write(&STUDY, account)?];
+    let mut timings = None;
     if !context.quick {
         let listed: Vec<_> = listed.iter().filter(|(_, cell)| cell.is_timed).collect();
-        let rows = timed(context, "timings", &listed, |(setting, cell)| time(setting, cell))?;
-        let method = format!(
-            "One run at a time on one thread of an otherwise idle process, {REPETITIONS} repetitions; all steps of \
-             {SPAN} s together, without the first set-up."
-        );
-        files.push(context.write_timings(&STUDY, method, rows, hashes)?);
+        timings = Some(timed(context, "timings", &listed, |(setting, cell)| time(setting, cell))?);
     }
-    Ok(files)
+    Ok(Measured { facts, timings, scenes: hashes, seed: None })
 }
 
 /// Its facts, as they are compared. Step sizes over time are not: they follow from the decisions of the control, which
 /// turn on the last digits.
-pub(crate) fn comparable(record: &Record<Facts>) -> Vec<Fact> {
-    let scenes = record.facts.scenes.iter();
+pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {
+    let scenes = facts.scenes.iter();
     let scenes = scenes.map(|scene| fact(format!("scene {}", scene.id), scene.portable, scene));
-    let runs = record.facts.runs.iter().map(|run| {
+    let runs = facts.runs.iter().map(|run| {
         let value = run.value.map_or_else(String::new, |value| format!(" {value}"));
         let adaptive = if run.is_adaptive { " adaptive" } else { "" };
         let key = format!("{} {} {}{adaptive}{value}", run.series, run.scene, run.label);

@@ -1,7 +1,7 @@
 //! What is run on each scene.
 
-use crate::studies::solver_control::facts::{PLAIN, Run};
 use super::Case;
+use crate::studies::solver_control::facts::{PLAIN, Run};
 
 /// The scene of the quick subset.
 pub(super) const QUICK_SCENE: &str = "hanging-1e4";

@@ -1,5 +1,6 @@
-use crate::studies::solver_control::facts::PLAIN;
 use super::*;
+use crate::studies::solver_control::facts::PLAIN;
+use drape_report::Verdict;
 
 #[test]
 fn every_cell_is_a_method_with_settings_it_takes_and_has_a_key_of_its_own() {
@@ -37,7 +38,7 @@ fn measured(label: &str, is_adaptive: bool, value: f64, error: f64, substeps: u6
         force_evaluations: 2 * substeps,
         work_sweeps: 30 + 2 * substeps,
         unconverged_steps: 0,
-        verdict: "completed".to_owned(),
+        verdict: Verdict::Completed,
         portable: false,
     }
 }

@@ -1,33 +1,22 @@
 //! The atlas: one method at one stiffness and damping, over all steps.
 
+use super::sheet::{SEEDS, Setting, run, schedule};
 use crate::HarnessError;
 use crate::methods::Choice;
-use crate::stability::verdict;
 use crate::studies::finite;
-use crate::studies::stability::facts::{Cell, LOCKED, OVER_BUDGET};
+use crate::studies::stability::facts::Cell;
 use crate::studies::variant::Variant;
-use super::sheet::{SEEDS, Setting, run, schedule};
+use drape_report::Verdict;
 
 /// Effort after which a run is over budget, in visits of a spring: about a tenth of a second.
 pub(super) const BUDGET: f64 = 3e7;
 /// A stable run that comes less far than this share of the true motion is locked.
 const HALF: f64 = 0.5;
-/// From good to bad.
-const ORDER: [&str; 6] = ["stable", LOCKED, "marginal", OVER_BUDGET, "unstable", "diverged"];
-
-fn rank(verdict: &str) -> usize {
-    ORDER.iter().position(|known| *known == verdict).unwrap_or(ORDER.len())
-}
-
 /// The verdict on a run with all that is known of it.
-pub(super) fn full_verdict(
-    judged: &'static str,
-    reach: Option<f64>,
-    is_over: bool,
-) -> &'static str {
+pub(super) fn full_verdict(judged: Verdict, reach: Option<f64>, is_over: bool) -> Verdict {
     match judged {
-        "stable" | "marginal" if is_over => OVER_BUDGET,
-        "stable" if reach.is_some_and(|reach| reach < HALF) => LOCKED,
+        Verdict::Stable | Verdict::Marginal if is_over => Verdict::OverBudget,
+        Verdict::Stable if reach.is_some_and(|reach| reach < HALF) => Verdict::Locked,
         other => other,
     }
 }
@@ -47,7 +36,7 @@ pub(super) fn column(
             stiffness_over_mass_per_s2: setting.stiffness,
             damping_over_mass_per_s: setting.damping,
             step_s,
-            verdict: ORDER[0].to_owned(),
+            verdict: Verdict::Stable,
             starts: 0,
             gain: 0.0,
             drift: 0.0,
@@ -57,7 +46,7 @@ pub(super) fn column(
         };
         add(&mut cell, setting, &choice, SEEDS[0])?;
         let is_last_good = cells.last().is_some_and(|longer| longer.verdict != cell.verdict);
-        if is_last_good && rank(&cell.verdict) < rank(OVER_BUDGET) {
+        if is_last_good && cell.verdict < Verdict::OverBudget {
             for seed in &SEEDS[1..] {
                 add(&mut cell, setting, &choice, *seed)?;
             }
@@ -72,11 +61,9 @@ fn add(cell: &mut Cell, setting: &Setting, choice: &Choice, seed: u64) -> Result
     let schedule = schedule(cell.step_s);
     let (counts, reach) = run(&setting.start(seed), choice, &schedule, Some(BUDGET))?;
     let reach = reach.map(|reach| reach / setting.reach);
-    let judged = verdict(&counts, setting.released);
+    let judged = counts.verdict(setting.released);
     let verdict = full_verdict(judged, reach, counts.outcome.is_over_budget);
-    if rank(verdict) > rank(&cell.verdict) {
-        cell.verdict = verdict.to_owned();
-    }
+    cell.verdict = cell.verdict.max(verdict);
     let share = |energy: f64| finite(energy / setting.released);
     let drift = share(counts.energy.drift);
     if drift.abs() >= cell.drift.abs() {

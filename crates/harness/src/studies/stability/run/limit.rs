@@ -1,18 +1,18 @@
 //! The longest stable step by bisection.
 
+use super::DAMPINGS;
+use super::sheet::{SEEDS, Setting, run as run_sheet, schedule};
+use super::theory::{Theory, largest_eigenvalue, longest, theory_of};
 use crate::HarnessError;
 use crate::methods::Choice;
 use crate::run::{Options, Simulation, drive};
-use crate::stability::verdict;
 use crate::studies::sheet::MASS;
 use crate::studies::stability::facts::Limit;
 use crate::studies::variant::{Variant, is_explicit};
 use drape_model::{SpringEffect, Vec3};
 use drape_oracle::scenes::{particles, spring};
+use drape_report::Verdict;
 use std::sync::Arc;
-use super::DAMPINGS;
-use super::sheet::{SEEDS, Setting, run as run_sheet, schedule};
-use super::theory::{Theory, largest_eigenvalue, longest, theory_of};
 
 /// Stiffness over mass of the tension springs, 1/s².
 const STIFFNESS: f64 = 1e4;
@@ -97,7 +97,7 @@ fn keeps_pair(start: &Simulation, choice: &Choice, h: f64) -> Result<bool, Harne
 
 fn keeps_sheet(setting: &Setting, choice: &Choice, h: f64) -> Result<bool, HarnessError> {
     let (counts, _) = run_sheet(&setting.start(SEEDS[0]), choice, &schedule(h), Some(BUDGET))?;
-    Ok(verdict(&counts, setting.released) == "stable" && !counts.outcome.is_over_budget)
+    Ok(counts.verdict(setting.released) == Verdict::Stable && !counts.outcome.is_over_budget)
 }
 
 /// What a search found.

@@ -12,11 +12,8 @@ use crate::HarnessError;
 use crate::facts::{Fact, fact};
 use crate::studies::stability::facts::{Cell, EXACT, Facts};
 use crate::studies::variant::{Variant, of_registry};
-use crate::studies::{Account, Context, cells, prepared};
-use drape_report::Record;
+use crate::studies::{Context, Measured, cells, prepared};
 use sheet::{SEEDS, Setting};
-use std::path::PathBuf;
-use super::STUDY;
 
 /// Forms of the methods: as published where they differ from the defaults, and solved exactly.
 const VARIANTS: [Variant; 10] = [
@@ -58,7 +55,32 @@ fn columns(quick: bool) -> Vec<(f64, f64, &'static [f64])> {
     pairs.chain(more).map(|(k, d)| (k, d, &STEPS[..])).collect()
 }
 
-pub(super) fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
+/// How the facts are measured.
+pub(super) fn method() -> String {
+    format!(
+        "Atlas: a sheet of 8 × 8 particles (1 m × 1 m, 1 g each, structural springs, shear springs of a tenth of the \
+             stiffness and damping, two corners pinned) is let go from the horizontal, for 2 s and at least 200 steps. \
+             The verdict is by the total energy H against E_ref, what the true motion sets free within 2 s \
+             (symplectic Euler at a quarter of its stability limit): stable if H never exceeds its start by more than \
+             0.02 E_ref, marginal up to 0.5, unstable above, diverged if a position is not finite or a thousand \
+             scene sizes away; undamped symplectic methods may oscillate by 0.5 E_ref, but not drift by more than \
+             0.05 E_ref. A stable run is locked if the midpoint of the free edge comes less than half as far from \
+             its start within 2 s as it truly does: a distance, not the length of a path, which numerical damping \
+             would shorten too. Each cell starts from one start that is perturbed by up to 1e-4 mesh widths; one that is \
+             not unstable while the next longer step has another verdict, from {} of them, and the worst counts. A \
+             run ends over budget after {:e} visits of a spring, which are counted, not timed. Limits: from the \
+             shortest step of the range the step is doubled until a run fails, then halved in between to 5 %. Pair: two free particles on a \
+             spring of rest length 0, k/m = 1e4/s², a linear system, on which a step is stable if the energy of the last quarter of \
+             the run is at most 1.02 times that of the first; theory is the closed form of the recurrence. Sheet: as in \
+             the atlas, by its energy; theory takes the largest eigenvalue λ of M⁻¹L_k, by power iteration, which bounds the \
+             Hessian at all positions, and all lesser stiffnesses with the full damping of each mode. Explicit shear: undamped, k/m = 1e6/s², tension springs in the matrix, shear \
+             springs beside it, solved to 1e-12.",
+        SEEDS.len(),
+        atlas::BUDGET,
+    )
+}
+
+pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError> {
     let variants = of_registry(&VARIANTS);
     let columns = columns(context.quick);
     let settings = prepared(context, "true motion", &columns, |&(k, d, _)| Setting::new(k, d))?;
@@ -76,34 +98,8 @@ pub(super) fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
     let shear = cells(context, "explicit shear", &shear::cases(context.quick), shear::run)?;
     let facts = Facts { cells: atlas.into_iter().flatten().collect(), limits, shear };
     let hashes = settings.iter().map(|setting| (setting.name(), setting.hash.clone()));
-    let account = Account {
-        method: format!(
-            "Atlas: a sheet of 8 × 8 particles (1 m × 1 m, 1 g each, structural springs, shear springs of a tenth of the \
-             stiffness and damping, two corners pinned) is let go from the horizontal, for 2 s and at least 200 steps. \
-             The verdict is by the total energy H against E_ref, what the true motion sets free within 2 s \
-             (symplectic Euler at a quarter of its stability limit): stable if H never exceeds its start by more than \
-             0.02 E_ref, marginal up to 0.5, unstable above, diverged if a position is not finite or a thousand \
-             scene sizes away; undamped symplectic methods may oscillate by 0.5 E_ref, but not drift by more than \
-             0.05 E_ref. A stable run is locked if the midpoint of the free edge comes less than half as far from \
-             its start within 2 s as it truly does: a distance, not the length of a path, which numerical damping \
-             would shorten too. Each cell starts from one start that is perturbed by up to 1e-4 mesh widths; one that is \
-             not unstable while the next longer step has another verdict, from {} of them, and the worst counts. A \
-             run ends over budget after {:e} visits of a spring, which are counted, not timed. Limits: from the \
-             shortest step of the range the step is doubled until a run fails, then halved in between to 5 %. Pair: two free particles on a \
-             spring of rest length 0, k/m = 1e4/s², a linear system, on which a step is stable if the energy of the last quarter of \
-             the run is at most 1.02 times that of the first; theory is the closed form of the recurrence. Sheet: as in \
-             the atlas, by its energy; theory takes the largest eigenvalue λ of M⁻¹L_k, by power iteration, which bounds the \
-             Hessian at all positions, and all lesser stiffnesses with the full damping of each mode. Explicit shear: undamped, k/m = 1e6/s², tension springs in the matrix, shear \
-             springs beside it, solved to 1e-12.",
-            SEEDS.len(),
-            atlas::BUDGET,
-        ),
-        findings: super::words::findings(&facts),
-        facts,
-        scenes: hashes.collect(),
-        seed: Some(SEEDS[0]),
-    };
-    Ok(vec![context.write(&STUDY, account)?])
+    let (facts, scenes, seed) = (facts, hashes.collect(), Some(SEEDS[0]));
+    Ok(Measured { facts, timings: None, scenes, seed })
 }
 
 /// Whether the verdict of a cell hangs on so little that another machine's round-off may change it.
@@ -118,8 +114,8 @@ fn is_on_edge(cell: &Cell) -> bool {
 }
 
 /// Its facts, as they are compared.
-pub(crate) fn comparable(record: &Record<Facts>) -> Vec<Fact> {
-    let cells = record.facts.cells.iter().map(|cell| {
+pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {
+    let cells = facts.cells.iter().map(|cell| {
         let Cell {
             label, stiffness_over_mass_per_s2: k, damping_over_mass_per_s: d, step_s, ..
         } = cell;
@@ -134,14 +130,14 @@ pub(crate) fn comparable(record: &Record<Facts>) -> Vec<Fact> {
         }
         fact
     });
-    let limits = record.facts.limits.iter().map(|limit| {
+    let limits = facts.limits.iter().map(|limit| {
         let key = format!(
             "limit {}, {}, d/m={}",
             limit.scene, limit.label, limit.damping_over_mass_per_s
         );
         fact(key, limit.portable, limit)
     });
-    let shear = record.facts.shear.iter().map(|shear| {
+    let shear = facts.shear.iter().map(|shear| {
         let mut fact =
             fact(format!("shear {}, h={}", shear.label, shear.step_s), shear.portable, shear);
         if let serde_json::Value::Object(values) = &mut fact.values

@@ -1,14 +1,14 @@
 //! How stiff may shear springs be that stay out of the matrix: `θ_E < 4 + θ_I`.
 
-use crate::HarnessError;
-use crate::methods::Choice;
-use crate::stability::verdict;
-use crate::studies::finite;
-use crate::studies::stability::facts::{Ratio, Shear};
-use crate::studies::variant::Variant;
 use super::atlas::full_verdict;
 use super::sheet::{SEEDS, Setting, run as run_sheet, schedule};
 use super::theory::{Beside, outweighs};
+use crate::HarnessError;
+use crate::methods::Choice;
+use crate::studies::finite;
+use crate::studies::stability::facts::{Ratio, Shear};
+use crate::studies::variant::Variant;
+use drape_report::Verdict;
 
 const STIFFNESS: f64 = 1e6;
 const STEPS: [f64; 4] = [0.001, 0.01, 0.1, 1.0];
@@ -71,15 +71,15 @@ pub(super) fn run(case: &Case) -> Result<Shear, HarnessError> {
         let setting = Setting::with_shear(STIFFNESS, 0.0, ratio)?;
         let start = setting.start(SEEDS[0]);
         let (counts, _) = run_sheet(&start, &choice, &schedule(*step), Some(BUDGET))?;
-        let judged = verdict(&counts, setting.released);
+        let judged = counts.verdict(setting.released);
         ratios.push(Ratio {
             ratio,
-            verdict: full_verdict(judged, None, counts.outcome.is_over_budget).to_owned(),
+            verdict: full_verdict(judged, None, counts.outcome.is_over_budget),
             gain: finite(counts.energy.gain / setting.released),
         });
     }
-    let failing = ["marginal", "unstable", "diverged"];
-    let first = ratios.iter().find(|ratio| failing.contains(&ratio.verdict.as_str()));
+    let failing = [Verdict::Marginal, Verdict::Unstable, Verdict::Diverged];
+    let first = ratios.iter().find(|ratio| failing.contains(&ratio.verdict));
     Ok(Shear {
         label: variant.label.to_owned(),
         method: choice.full_id(),

@@ -1,12 +1,13 @@
 //! The maps against theory where it is certain.
 #![allow(clippy::unwrap_used, reason = "tests")]
 
-use super::*;
 use super::atlas::column;
 use super::sheet::{SEEDS, Setting};
 use super::theory::theory_of;
+use super::*;
+use drape_report::Verdict;
 
-fn verdicts(label: &str, method: &'static str, setting: &Setting, steps: &[f64]) -> Vec<String> {
+fn verdicts(label: &str, method: &'static str, setting: &Setting, steps: &[f64]) -> Vec<Verdict> {
     let variant = VARIANTS.into_iter().find(|variant| variant.label == label);
     let variant = variant.unwrap_or(Variant::new("by its id", method));
     let cells = column(&variant, setting, steps).unwrap();
@@ -18,11 +19,14 @@ fn verdicts(label: &str, method: &'static str, setting: &Setting, steps: &[f64])
 fn a_column_shows_the_limit_of_leapfrog_and_the_standstill_of_imex_euler() {
     let setting = Setting::new(1e4, 0.0).unwrap();
     let steps = [0.1, 0.02, 0.005];
-    assert_eq!(verdicts("", "leapfrog", &setting, &steps), ["diverged", "diverged", "stable"]);
+    assert_eq!(
+        verdicts("", "leapfrog", &setting, &steps),
+        [Verdict::Diverged, Verdict::Diverged, Verdict::Stable]
+    );
     let stiff = Setting::new(1e6, 0.0).unwrap();
-    assert_eq!(verdicts(EXACT, "", &stiff, &[0.1]), ["locked"]);
-    assert_eq!(verdicts(EXACT, "", &setting, &[0.005]), ["stable"]);
-    assert_eq!(verdicts("", "backward-euler", &stiff, &[0.01]), ["stable"]);
+    assert_eq!(verdicts(EXACT, "", &stiff, &[0.1]), [Verdict::Locked]);
+    assert_eq!(verdicts(EXACT, "", &setting, &[0.005]), [Verdict::Stable]);
+    assert_eq!(verdicts("", "backward-euler", &stiff, &[0.01]), [Verdict::Stable]);
 }
 
 #[test]

@@ -3,7 +3,11 @@
 use drape_integrator::Implicit;
 use drape_model::{System, Vec3};
 use drape_oracle::Random;
-use drape_oracle::recurrence::{Multistep, adams_bashforth, backward_euler, bdf, desbrun, explicit_euler, imex_euler, kang_pair, leapfrog, spectral_radius, symplectic_euler, symplectic_euler_implicit_damping, terzopoulos_fleischer};
+use drape_oracle::recurrence::{
+    Multistep, adams_bashforth, backward_euler, bdf, desbrun, explicit_euler, imex_euler,
+    kang_pair, leapfrog, spectral_radius, symplectic_euler, symplectic_euler_implicit_damping,
+    terzopoulos_fleischer,
+};
 
 /// A spectral radius above 1 by no more than this is round-off.
 const ROUND_OFF: f64 = 1e-9;

@@ -1,14 +1,18 @@
 //! The tables of the experiment `tables`.
 
-use drape_report::number::{power, setting, significant};
-use drape_report::page::{SIGNS, Table, absent, sign, texts};
-use drape_report::plot::{names, values};
-use std::collections::BTreeSet;
 use super::super::facts::Row;
-use super::{Input, VARIANTS, milliseconds, paper_parts, parts, subject, timed_case, variants, verdict};
+use super::{
+    Input, VARIANTS, milliseconds, paper_parts, parts, subject, timed_case, variants, verdict,
+};
+use drape_report::Verdict;
+use drape_report::number::{power, setting, significant};
+use drape_report::page::{Table, absent, texts};
+use drape_report::plot::{names, values};
+use drape_report::verdict::SIGNS;
+use std::collections::BTreeSet;
 
 /// The tables of `tables`.
-pub(super) fn tables(input: &Input) -> Vec<Table> {
+pub(in super::super) fn tables(input: &Input) -> Vec<Table> {
     let mut tables = vec![best_fits(input), counts(input), energies(input)];
     tables.extend(input.timings.is_some().then(|| times(input)));
     tables
@@ -18,7 +22,7 @@ const ROW_HEADER: [&str; 4] = ["table.row", "particles", "k/m (s⁻²)", "h (s)"
 const READINGS: &str = "k/m in brackets: a neighbouring reading of the illegible exponent.";
 
 fn best_fits(input: &Input) -> Table {
-    let rows = &input.record.facts.rows;
+    let rows = &input.facts.rows;
     let found = rows.iter().flat_map(|row| &row.best_fit).map(|fit| fit.variant.as_str());
     let variants = names(&VARIANTS, found);
     let mut header = texts(&ROW_HEADER);
@@ -31,13 +35,13 @@ fn best_fits(input: &Input) -> Table {
         line.extend(variants.iter().map(|variant| {
             let fit = row.best_fit.iter().find(|fit| fit.variant == *variant);
             fit.map_or_else(absent, |fit| {
-                let verdict = verdict(row, variant, fit.forcing_term).unwrap_or("stable");
+                let verdict = verdict(row, variant, fit.forcing_term).unwrap_or(Verdict::Stable);
                 format!(
                     "{} ({}) at {}{}",
                     fit.cg_iterations,
                     significant(fit.ratio, 3),
                     setting(fit.forcing_term),
-                    sign(verdict)
+                    verdict.sign()
                 )
             })
         }));
@@ -55,7 +59,7 @@ fn best_fits(input: &Input) -> Table {
 }
 
 fn counts(input: &Input) -> Table {
-    let facts = &input.record.facts;
+    let facts = &input.facts;
     let mut terms =
         values(facts.rows.iter().flat_map(|row| &row.cells).map(|cell| cell.forcing_term));
     terms.reverse();
@@ -73,7 +77,7 @@ fn counts(input: &Input) -> Table {
             line.push(row.paper.cg_iterations.to_string());
             line.extend(terms.iter().map(|term| {
                 let cell = cells.iter().find(|cell| cell.forcing_term == *term);
-                cell.map_or_else(absent, |c| format!("{}{}", c.cg_iterations, sign(&c.verdict)))
+                cell.map_or_else(absent, |c| format!("{}{}", c.cg_iterations, c.verdict.sign()))
             }));
             rows.push(line);
         }
@@ -90,7 +94,7 @@ fn counts(input: &Input) -> Table {
 }
 
 fn energies(input: &Input) -> Table {
-    let facts = &input.record.facts;
+    let facts = &input.facts;
     let variants = variants(facts);
     let mut header = texts(&ROW_HEADER);
     header.extend(variants.iter().map(|variant| format!("{variant}: energy gain (J), verdicts")));
@@ -99,8 +103,8 @@ fn energies(input: &Input) -> Table {
         line.extend(variants.iter().map(|variant| {
             let cells = || row.cells.iter().filter(|cell| cell.variant == *variant);
             let gain = cells().map(|cell| cell.energy_gain_j).max_by(f64::total_cmp);
-            let verdicts: BTreeSet<&str> = cells().map(|cell| cell.verdict.as_str()).collect();
-            let verdicts: Vec<&str> = verdicts.into_iter().collect();
+            let verdicts: BTreeSet<Verdict> = cells().map(|cell| cell.verdict).collect();
+            let verdicts: Vec<_> = verdicts.into_iter().map(Verdict::name).collect();
             gain.map_or_else(absent, |gain| {
                 format!("{}, {}", significant(gain, 3), verdicts.join(" or "))
             })
@@ -121,7 +125,7 @@ fn energies(input: &Input) -> Table {
 fn times(input: &Input) -> Table {
     let timings = input.timings.iter().flat_map(|timings| &timings.rows);
     let mut rows = Vec::new();
-    for row in &input.record.facts.rows {
+    for row in &input.facts.rows {
         let timed: Vec<_> = timings.clone().filter(|timing| timing.id == row.id).collect();
         if timed.is_empty() {
             continue;

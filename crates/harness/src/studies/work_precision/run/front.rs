@@ -1,7 +1,7 @@
 //! Who is cheapest: fronts and winners.
 
-use crate::studies::work_precision::facts::{Row, Run, Scene, Winner, cheapest, cheapest_of};
 use super::variants::is_limited_by_stiffness;
+use crate::studies::work_precision::facts::{Row, Run, Scene, Winner, cheapest, cheapest_of};
 
 /// Levels of error at which winners are named.
 pub(super) const LEVELS: [f64; 4] = [1e-1, 1e-2, 1e-3, 1e-4];

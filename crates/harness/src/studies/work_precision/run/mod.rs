@@ -10,14 +10,11 @@ mod variants;
 
 use crate::HarnessError;
 use crate::facts::{Fact, fact};
-use crate::studies::work_precision::facts::{Facts, Run};
-use crate::studies::{Account, Context, cells, prepared};
-use drape_report::Record;
+use crate::studies::work_precision::facts::{Facts, Run, TimingRow};
+use crate::studies::{Context, Measured, cells, prepared};
 use front::LEVELS;
 use scenes::{Setting, cases};
 use serde_json::json;
-use std::path::PathBuf;
-use super::STUDY;
 use variants::VARIANTS;
 
 /// Most effort of a run of the quick subset, in visits of a spring.
@@ -25,7 +22,17 @@ const QUICK: f64 = 8e6;
 /// Errors beyond this are those of runs that do not follow the motion: recorded, not compared.
 const FOLLOWING: f64 = 0.5;
 
-pub(super) fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
+/// How the timings are taken.
+pub(super) fn timing() -> String {
+    timing::METHOD.to_owned()
+}
+
+/// How the facts are measured.
+pub(super) fn method() -> String {
+    METHOD.to_owned()
+}
+
+pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, HarnessError> {
     let mut chosen = cases();
     chosen.retain(|case| !context.quick || case.is_quick());
     let settings = prepared(context, "references", &chosen, Setting::new)?;
@@ -53,18 +60,7 @@ pub(super) fn run(context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
         settings.iter().map(|s| (s.scene.id.clone(), s.hash.clone())).collect();
     let timings =
         if context.quick { None } else { Some(timing::rows(context, &settings, &facts)?) };
-    let account = Account {
-        method: METHOD.to_owned(),
-        findings: super::words::of(&facts),
-        facts,
-        scenes: hashes.clone(),
-        seed: None,
-    };
-    let mut files = vec![context.write(&STUDY, account)?];
-    if let Some(rows) = timings {
-        files.push(context.write_timings(&STUDY, timing::METHOD.to_owned(), rows, hashes)?);
-    }
-    Ok(files)
+    Ok(Measured { facts, timings, scenes: hashes, seed: None })
 }
 
 const METHOD: &str = "A sheet of 1 m × 1 m (tension springs, shear springs of a quarter of their stiffness and a tenth of \
@@ -82,10 +78,10 @@ const METHOD: &str = "A sheet of 1 m × 1 m (tension springs, shear springs of a
     between the force evaluations of a step. Steps are powers of two, so that less than a factor of 2 between methods decides nothing.";
 
 /// Its facts, as they are compared.
-pub(crate) fn comparable(record: &Record<Facts>) -> Vec<Fact> {
-    let scenes = record.facts.scenes.iter();
+pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {
+    let scenes = facts.scenes.iter();
     let scenes = scenes.map(|scene| fact(format!("scene {}", scene.id), false, scene));
-    let rows = record.facts.rows.iter().flat_map(|row| {
+    let rows = facts.rows.iter().flat_map(|row| {
         row.runs.iter().flat_map(move |run| {
             let key = format!("{} {} {}={}", row.scene, row.label, row.knob, run.value);
             let error = run.error.filter(|error| *error < FOLLOWING);
@@ -108,4 +104,3 @@ fn counts(key: String, run: &Run) -> Fact {
     });
     fact(key, run.portable, if run.portable { &counts } else { &serde_json::Value::Null })
 }
-

@@ -1,15 +1,16 @@
 //! Runs of one method on one scene, from coarse to fine, within a budget of counted effort.
 
+use super::scenes::{SPAN, Setting};
+use super::variants::{Knob, Variant, is_limited_by_stiffness};
 use crate::HarnessError;
 use crate::methods::Choice;
 use crate::run::{Options, Outcome, drive};
 use crate::schedule::Schedule;
-use crate::studies::work_precision::facts::{COMPLETED, DIVERGED, OVER_BUDGET, Row, Run};
+use crate::studies::work_precision::facts::{Row, Run};
 use drape_model::{TimeSpan, Vec3};
 use drape_oracle::reference::{ReferenceError, ReferenceSettings, adaptive};
+use drape_report::Verdict;
 use std::time::Instant;
-use super::scenes::{SPAN, Setting};
-use super::variants::{Knob, Variant, is_limited_by_stiffness};
 
 /// Steps of the coarsest run of a method that stiffness does not limit.
 const FEWEST: u32 = 8;
@@ -33,13 +34,14 @@ const COMBINING: f64 = 150.0;
 /// Least effort of the run after some others.
 fn expected(runs: &[Run]) -> f64 {
     let Some(last) = runs.last() else { return 0.0 };
-    let before = runs.len().checked_sub(2).map(|n| &runs[n]).filter(|run| run.verdict == COMPLETED);
+    let before =
+        runs.len().checked_sub(2).map(|n| &runs[n]).filter(|run| run.verdict == Verdict::Completed);
     let growth = before.map_or(1.0, |before| last.effort / before.effort);
     last.effort * LEAST_GROWTH.max(SAME_GROWTH * growth.min(2.0))
 }
 
 /// A run with the time it took.
-pub(super) struct Measured {
+pub(super) struct Timed {
     pub(super) run: Run,
     pub(super) nanoseconds: u64,
 }
@@ -60,7 +62,7 @@ impl Setting {
                 self.run(variant, value)?.run
             };
             let is_last =
-                run.verdict == OVER_BUDGET || run.error.is_some_and(|error| error < ENOUGH);
+                run.verdict == Verdict::OverBudget || run.error.is_some_and(|error| error < ENOUGH);
             runs.push(run);
             if is_last {
                 break;
@@ -95,7 +97,7 @@ impl Setting {
     }
 
     /// One run, and how long it took.
-    pub(super) fn run(&self, variant: &Variant, value: f64) -> Result<Measured, HarnessError> {
+    pub(super) fn run(&self, variant: &Variant, value: f64) -> Result<Timed, HarnessError> {
         match variant.choice(value)? {
             Some(choice) => self.integrate(variant, &choice, value),
             None => self.adapt(value),
@@ -112,7 +114,7 @@ impl Setting {
         Ok(Run {
             value,
             step_s,
-            verdict: OVER_BUDGET.to_owned(),
+            verdict: Verdict::OverBudget,
             error: None,
             effort: 0.0,
             force_evaluations: 0,
@@ -130,7 +132,7 @@ impl Setting {
         variant: &Variant,
         choice: &Choice,
         value: f64,
-    ) -> Result<Measured, HarnessError> {
+    ) -> Result<Timed, HarnessError> {
         let time = TimeSpan { step_s: SPAN / Self::steps(variant, value), duration_s: SPAN };
         let mut simulation = self.simulation.clone();
         let budget = Some(self.case.budget);
@@ -139,9 +141,9 @@ impl Setting {
             drive(&mut simulation, choice, &schedule, Options::default(), budget, |_| ())?;
         let Outcome { totals, unconverged, effort, divergence, is_over_budget, .. } = outcome;
         let (verdict, error) = if is_over_budget {
-            (OVER_BUDGET, None)
+            (Verdict::OverBudget, None)
         } else if divergence.is_some() {
-            (DIVERGED, None)
+            (Verdict::Diverged, None)
         } else {
             self.judge(&simulation.state.x)
         };
@@ -149,7 +151,7 @@ impl Setting {
         let run = Run {
             value,
             step_s: Some(time.step_s),
-            verdict: verdict.to_owned(),
+            verdict,
             error,
             effort,
             force_evaluations: totals.force_evaluations,
@@ -160,11 +162,11 @@ impl Setting {
             is_on_front: false,
             portable: choice.is_portable(),
         };
-        Ok(Measured { run, nanoseconds: (1e9 * seconds) as u64 })
+        Ok(Timed { run, nanoseconds: (1e9 * seconds) as u64 })
     }
 
     /// The adaptive method of the library.
-    fn adapt(&self, tolerance: f64) -> Result<Measured, HarnessError> {
+    fn adapt(&self, tolerance: f64) -> Result<Timed, HarnessError> {
         let particles = self.scene.particles as f64;
         let sweep = self.scene.springs as f64 + particles;
         let max_steps = (self.case.budget / (STAGES * sweep + COMBINING * particles)) as u32;
@@ -178,15 +180,15 @@ impl Setting {
                 (verdict, error, run.steps, run.evaluations)
             }
             Err(ReferenceError::StepLimit { steps, .. }) => {
-                (OVER_BUDGET, None, steps, STAGES as u64 * u64::from(steps))
+                (Verdict::OverBudget, None, steps, STAGES as u64 * u64::from(steps))
             }
-            Err(ReferenceError::NotFinite { .. }) => (DIVERGED, None, 0, 0),
+            Err(ReferenceError::NotFinite { .. }) => (Verdict::Diverged, None, 0, 0),
             Err(error) => return Err(error.into()),
         };
         let run = Run {
             value: tolerance,
             step_s: None,
-            verdict: verdict.to_owned(),
+            verdict,
             error,
             effort: evaluations as f64 * sweep + f64::from(steps) * COMBINING * particles,
             force_evaluations: evaluations,
@@ -197,11 +199,11 @@ impl Setting {
             is_on_front: false,
             portable: false,
         };
-        Ok(Measured { run, nanoseconds })
+        Ok(Timed { run, nanoseconds })
     }
 
-    fn judge(&self, x: &[Vec3]) -> (&'static str, Option<f64>) {
+    fn judge(&self, x: &[Vec3]) -> (Verdict, Option<f64>) {
         let error = Some(self.error(x)).filter(|error| *error < LOST);
-        (if error.is_some() { COMPLETED } else { DIVERGED }, error)
+        (if error.is_some() { Verdict::Completed } else { Verdict::Diverged }, error)
     }
 }

@@ -59,7 +59,6 @@ const SMALL_BUDGET: f64 = 3e7;
 /// Tolerance of the reference.
 const TOLERANCE: f64 = 1e-10;
 
-
 /// A star around the hanging sheet: its stiffness with light and with heavy damping, two other scenes, two series of
 /// sizes.
 pub(super) fn cases() -> Vec<Case> {

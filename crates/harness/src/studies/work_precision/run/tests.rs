@@ -1,10 +1,11 @@
 //! What the experiment rests on: starts, budgets, fronts, and that every method is there.
 
-use crate::methods;
-use crate::studies::work_precision::facts::{COMPLETED, OVER_BUDGET, Row, Scene};
-use drape_model::Vec3;
-use super::*;
 use super::scenes::{Case, Setting, Shape};
+use super::*;
+use crate::methods;
+use crate::studies::work_precision::facts::{Row, Scene};
+use drape_model::Vec3;
+use drape_report::Verdict;
 use variants::{DOP853, Knob, Variant};
 
 /// A small and soft member of the star.
@@ -93,9 +94,9 @@ fn what_would_go_over_the_budget_ends_the_row_with_that_verdict() {
         let setting = small(Shape::Hanging, budget);
         let row = setting.row(variant(label), None).expect("runs");
         let (last, others) = row.runs.split_last().expect("runs");
-        assert_eq!((last.verdict.as_str(), last.error), (OVER_BUDGET, None), "{label}");
+        assert_eq!((last.verdict, last.error), (Verdict::OverBudget, None), "{label}");
         assert!(
-            others.iter().all(|run| run.verdict == COMPLETED && run.effort <= budget),
+            others.iter().all(|run| run.verdict == Verdict::Completed && run.effort <= budget),
             "{label}"
         );
         assert!(!others.is_empty(), "{label}");
@@ -106,7 +107,7 @@ fn row(label: &str, method: &str, points: &[(f64, f64)]) -> Row {
     let run = |&(error, effort): &(f64, f64)| Run {
         value: effort,
         step_s: None,
-        verdict: COMPLETED.to_owned(),
+        verdict: Verdict::Completed,
         error: Some(error),
         effort,
         force_evaluations: 0,
@@ -158,14 +159,14 @@ fn findings_name_the_winner_and_where_the_order_of_merit_turns_over() {
         let scene = scene(stiffness);
         for (method, effort) in ["leapfrog", "bdf2"].into_iter().zip(efforts) {
             let mut row = Row { scene: scene.id.clone(), ..row(method, method, &[(0.05, effort)]) };
-            let dear = Run { verdict: OVER_BUDGET.to_owned(), error: None, ..row.runs[0].clone() };
+            let dear = Run { verdict: Verdict::OverBudget, error: None, ..row.runs[0].clone() };
             row.runs.push(dear);
             facts.rows.push(row);
         }
         facts.winners.push(front::winner(&scene, &facts.rows, 0.1));
         facts.scenes.push(scene);
     }
-    let said = super::super::words::of(&facts).join("\n");
+    let said = super::super::words::findings(&facts).join("\n");
     assert!(said.contains("k/m = 1e2: leapfrog / none / none"), "{said}");
     assert!(said.contains("k/m = 1e4: bdf2 / none / none"), "{said}");
     assert!(said.contains("at 10 % first explicit, implicit from k/m = 1e4 on"), "{said}");

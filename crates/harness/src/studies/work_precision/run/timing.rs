@@ -1,11 +1,11 @@
 //! Seconds: one run at a time, and only of runs whose answer is that of the facts.
 
+use super::runs::Timed;
+use super::scenes::Setting;
+use super::variants::{VARIANTS, Variant};
 use crate::HarnessError;
 use crate::studies::work_precision::facts::{Facts, Run, TimingRow, cheapest, rows_of};
 use crate::studies::{Context, timed};
-use super::runs::Measured;
-use super::scenes::Setting;
-use super::variants::{VARIANTS, Variant};
 
 pub(super) const METHOD: &str = "One run at a time on one thread: set-up and all steps, without what the harness does between \
     the steps; for `dop853` the whole call of the library. Three repetitions, one for runs beyond 0.3 s; seconds are their median. \
@@ -57,7 +57,7 @@ fn time(setting: &Setting, variant: &Variant, fact: &Run) -> Result<TimingRow, H
     let mut last = None;
     while samples_ns.len() < REPETITIONS && samples_ns.first().is_none_or(|first| *first < LONG_NS)
     {
-        let Measured { run, nanoseconds } = setting.run(variant, fact.value)?;
+        let Timed { run, nanoseconds } = setting.run(variant, fact.value)?;
         samples_ns.push(nanoseconds);
         last = run.error;
     }
