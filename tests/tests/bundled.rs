@@ -1,7 +1,7 @@
 //! The bundled scenes, run as they come.
 
 use drape_harness::methods::{self, Choice};
-use drape_harness::{HarnessError, Options, Simulation, simulate};
+use drape_harness::{HarnessError, Runner, Simulation};
 use drape_integrator::PrepareError;
 use drape_model::{Input, System, SystemSpec, TimeSpan, bundled, load};
 use drape_tests::drape::drape;
@@ -79,7 +79,7 @@ fn every_bundled_scene_runs_with_every_method_or_is_refused_by_name() {
             let mut run = Simulation { system: system.clone(), state: start.clone() };
             let time = TimeSpan { step_s, duration_s: 20.0 * step_s };
             let says = format!("{name}, {}", method.id);
-            match simulate(&mut run, &choice, time, Options::default(), |_, _, _| {}) {
+            match Runner::new(&choice, time).go(&mut run) {
                 Ok(outcome) => match outcome.divergence {
                     None => assert!(run.state.is_finite() && outcome.steps == 20, "{says}"),
                     Some(divergence) => {

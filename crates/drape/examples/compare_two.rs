@@ -7,7 +7,7 @@
 
 use drape::methods::Choice;
 use drape::model::TimeSpan;
-use drape::{Counts, Simulation, count, reference_energy};
+use drape::{Counts, Runner, Simulation, reference_energy};
 
 /// A hanging textile with k/m = 10⁶ s⁻²: springs oscillate much faster than the step of 0.01 s.
 const SCENE: &str = "hanging-textile-1e6";
@@ -15,7 +15,7 @@ const DURATION: f64 = 0.3;
 
 fn run(sheet: &Simulation, method: &str, step_s: f64) -> Result<Counts, drape::Error> {
     let choice = Choice::parse(method, &[])?;
-    count(sheet, &choice, TimeSpan { step_s, duration_s: DURATION })
+    Runner::new(&choice, TimeSpan { step_s, duration_s: DURATION }).count(sheet)
 }
 
 /// How far the particles came down on average, m.

@@ -6,7 +6,7 @@
 
 use drape::methods::Choice;
 use drape::model::TimeSpan;
-use drape::{Options, Simulation, simulate};
+use drape::{Runner, Simulation};
 
 /// A scene: SI units stand in the names of the keys.
 const SHEET: &str = r#"{
@@ -33,13 +33,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let time = TimeSpan { step_s: 0.01, duration_s: 1.0 };
 
     println!("time (s)  lowest (m)  energy (J)");
-    let outcome =
-        simulate(&mut sheet, &method, time, Options::default(), |step, system, state| {
-            if step % 20 == 0 {
-                let lowest = state.x.iter().map(|x| x.z).fold(f64::INFINITY, f64::min);
-                println!("{:8.2}  {lowest:10.3}  {:10.3}", state.t, system.total_energy(state));
-            }
-        })?;
+    let runner = Runner::new(&method, time).observe(|moment| {
+        if moment.step % 20 == 0 {
+            let (system, state) = (moment.system, moment.state);
+            let lowest = state.x.iter().map(|x| x.z).fold(f64::INFINITY, f64::min);
+            println!("{:8.2}  {lowest:10.3}  {:10.3}", state.t, system.total_energy(state));
+        }
+    });
+    let outcome = runner.go(&mut sheet)?;
 
     // A run that diverges is a result, not an error.
     match outcome.divergence {

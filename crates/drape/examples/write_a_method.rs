@@ -5,7 +5,7 @@
 
 use drape::integrator::*;
 use drape::model::{Level, State, System, TimeSpan, Vec3};
-use drape::{Simulation, count_with, reference_energy};
+use drape::{Runner, Simulation, reference_energy};
 
 static POSITIONS_FIRST: Method = Method {
     id: "positions-first",
@@ -48,7 +48,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let sheet = Simulation::load("hanging-textile-1e4")?;
     for step_s in [1e-3, 2e-2] {
         let time = TimeSpan { step_s, duration_s: 0.5 };
-        let run = count_with(&sheet, &mut PositionsFirst::default(), time)?;
+        let run = Runner::with(&mut PositionsFirst::default(), time).count(&sheet)?;
         let verdict = run.verdict(reference_energy(&sheet, 0.5)?);
         println!("h = {step_s} s: {}, {} steps", verdict.name(), run.outcome.steps);
     }

@@ -6,7 +6,7 @@
 
 use drape::methods::Choice;
 use drape::model::{Effect, EffectKind, TimeSpan, Vec3};
-use drape::{Simulation, count};
+use drape::{Runner, Simulation};
 
 /// A magnet at `center` (m) with potential energy `U = −strength Σ 1/√(r² + a²)`; strength in N m².
 #[derive(Clone, Debug)]
@@ -50,7 +50,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let time = TimeSpan { step_s: 0.01, duration_s: 0.5 };
     for method in ["backward-euler", "imex-updated"] {
         for (name, sheet) in [("without", &plain), ("with", &pulled)] {
-            let run = count(sheet, &Choice::parse(method, &[])?, time)?;
+            let run = Runner::new(&Choice::parse(method, &[])?, time).count(sheet)?;
             let lowest = run.state.x.iter().map(|x| x.z).fold(f64::INFINITY, f64::min);
             println!("{method}, {name} the magnet: lowest point at {lowest:.3} m");
         }

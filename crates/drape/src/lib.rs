@@ -2,15 +2,15 @@
 //!
 //! A *cloth* is a [`model::System`] (masses, springs and other forces, pins, obstacles) and a
 //! [`model::State`] (time, positions, velocities). A *method* advances the state by one step
-//! ([`integrator::Integrator`]). A *run* takes many steps and counts what they cost ([`simulate`],
-//! [`count`]). A *verdict* says whether the run gained energy ([`Verdict`]).
+//! ([`integrator::Integrator`]). A *run* takes many steps and counts what they cost ([`Runner`]). A *verdict* says whether the run gained energy ([`Verdict`]).
 //!
 //! ```
-//! use drape::{Simulation, count, methods::Choice, model::TimeSpan, reference_energy};
+//! use drape::{Runner, Simulation, methods::Choice, model::TimeSpan, reference_energy};
 //!
 //! let sheet = Simulation::load("hanging-textile-1e4")?;
 //! let method = Choice::parse("imex-euler:forcing_term=0.05", &[])?;
-//! let run = count(&sheet, &method, TimeSpan { step_s: 0.01, duration_s: 0.2 })?;
+//! let time = TimeSpan { step_s: 0.01, duration_s: 0.2 };
+//! let run = Runner::new(&method, time).count(&sheet)?;
 //! println!("{} CG iterations", run.outcome.totals.cg_iterations);
 //! assert_eq!(run.verdict(reference_energy(&sheet, 0.2)?).name(), "stable");
 //! # Ok::<(), drape::Error>(())
@@ -45,8 +45,8 @@
 
 pub use drape_harness::methods;
 pub use drape_harness::{
-    Counts, Divergence, Energy, HarnessError as Error, Options, Outcome, Rule, Simulation, Verdict,
-    count, count_with, judge, reference_energy, simulate, simulate_with,
+    Counts, Divergence, Energy, HarnessError as Error, Moment, Outcome, Rule, Runner, Simulation,
+    Verdict, judge, reference_energy,
 };
 pub use drape_integrator as integrator;
 pub use drape_model as model;

@@ -1,8 +1,7 @@
 //! Runs of systems that list their particles in any order.
 
 use crate::methods::Choice;
-use crate::run::{Options, Outcome, Simulation, drive_numbered};
-use crate::schedule::Schedule;
+use crate::run::{Moment, Outcome, Runner, Simulation};
 use crate::{HarnessError, Rule};
 use drape_integrator::ExplicitNumbers;
 use drape_model::{
@@ -16,16 +15,16 @@ use std::num::NonZero;
 ///
 /// Energies and momenta are sums over the particles; another order changes them by round-off. Where the order as given
 /// is good ([`Numbering`] has the rule) or part of the result ([`Choice::follows_springs`]), it is kept, and a run is
-/// that of [`simulate`](crate::simulate) bit for bit.
+/// that of a [`Runner`] on the system as given, bit for bit.
 ///
 /// ```
-/// use drape_harness::{Options, OrderedSimulation, methods::Choice};
+/// use drape_harness::{OrderedSimulation, methods::Choice};
 /// let input = drape_model::load("hanging-textile-1e4")?;
 /// let choice = Choice::parse("imex-euler", &[])?;
 /// let mut simulation = OrderedSimulation::new(input.spec(), &choice)?;
 /// let time = drape_model::TimeSpan { step_s: 0.01, duration_s: 0.02 };
-/// let outcome = simulation.simulate(time, Options::default(), |step, moving| {
-///     assert_eq!(moving.state().t, 0.01 * step as f64);
+/// let outcome = simulation.simulate(time, |runner| {
+///     runner.observe(|moment| assert_eq!(moment.moving().state().t, 0.01 * moment.step as f64))
 /// })?;
 /// assert_eq!(outcome.steps, 2);
 /// assert_eq!(simulation.state().t, 0.02);
@@ -71,6 +70,13 @@ impl<'a> Moving<'a> {
     pub fn display_positions(&self) -> Vec<Vec3> {
         let shown = self.system.display_positions(&self.state.x, self.state.t);
         self.numbering.restore_list(&shown).into_owned()
+    }
+}
+
+impl Moment<'_> {
+    /// The state as [`OrderedSimulation::moving`] shows it.
+    pub fn moving(&self) -> Moving<'_> {
+        Moving { system: self.system, state: self.state, numbering: self.numbering }
     }
 }
 
@@ -205,21 +211,17 @@ impl OrderedSimulation {
         ExplicitNumbers::new(&self.simulation.system, state, &is_explicit)
     }
 
-    /// As [`simulate`](crate::simulate); `observe` is given the number of each step that ended.
+    /// Makes a run; `set` says what the [`Runner`] records and what looks on.
     ///
     /// # Errors
-    /// As [`simulate`](crate::simulate).
-    pub fn simulate(
-        &mut self,
+    /// As [`Runner::go`].
+    pub fn simulate<'a>(
+        &'a mut self,
         time: TimeSpan,
-        options: Options,
-        mut observe: impl FnMut(u64, Moving<'_>),
+        set: impl FnOnce(Runner<'a>) -> Runner<'a>,
     ) -> Result<Outcome, HarnessError> {
         let Self { simulation, numbering, choice } = self;
-        let schedule = Schedule::steady(time);
-        drive_numbered(simulation, numbering, choice, &schedule, options, None, |moment| {
-            observe(moment.step, Moving { system: moment.system, state: moment.state, numbering });
-        })
+        set(Runner::new(choice, time).numbered(numbering)).go(simulation)
     }
 }
 

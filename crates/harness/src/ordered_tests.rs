@@ -1,7 +1,7 @@
 //! A system in any order moves as the same system in a good one, and speaks of its own particles.
 
 use super::*;
-use crate::run::simulate;
+use crate::run::{Moment, Runner};
 use drape_model::{Input, parse};
 
 /// A sheet of 36 × 30 particles that falls on a ball while two corners hold it.
@@ -75,14 +75,13 @@ fn a_shuffled_sheet_ends_where_the_sheet_ends() {
         ("backward-euler:cg_tolerance=1e-10", 1e-6),
     ] {
         let choice = choice(method);
-        let options = Options { series: true, ..Options::default() };
         let mut plain = plain(&natural);
-        let wanted = simulate(&mut plain, &choice, TIME, options, |_, _, _| ()).unwrap();
+        let wanted = Runner::new(&choice, TIME).series().go(&mut plain).unwrap();
         let mut ordered = OrderedSimulation::new(&spec, &choice).unwrap();
         assert!(!ordered.numbering().is_identity());
         let mut last = None;
-        let found =
-            ordered.simulate(TIME, options, |_, m| last = Some(m.state().into_owned())).unwrap();
+        let look = |moment: &Moment<'_>| last = Some(moment.moving().state().into_owned());
+        let found = ordered.simulate(TIME, |runner| runner.series().observe(look)).unwrap();
         let state = ordered.state();
         assert_eq!(last.as_ref(), Some(&*state), "{method}: observed");
         assert_eq!(state.t, plain.state.t);
@@ -115,9 +114,9 @@ fn what_is_in_good_order_or_depends_on_it_runs_as_given() {
     ] {
         let choice = choice(method);
         let mut plain = plain(spec);
-        simulate(&mut plain, &choice, TIME, Options::default(), |_, _, _| ()).unwrap();
+        Runner::new(&choice, TIME).go(&mut plain).unwrap();
         let mut ordered = OrderedSimulation::new(spec, &choice).unwrap();
-        ordered.simulate(TIME, Options::default(), |_, _| ()).unwrap();
+        ordered.simulate(TIME, |runner| runner).unwrap();
         assert!(ordered.numbering().is_identity(), "{method}");
         assert_eq!(*ordered.state(), plain.state, "{method}");
     }
@@ -135,7 +134,7 @@ fn a_particle_that_is_lost_is_called_by_its_given_index() {
     let mut ordered = OrderedSimulation::new(&spec, &choice).unwrap();
     let first = lost[0].min(lost[1]);
     assert_ne!(ordered.numbering().internal(first), first);
-    let outcome = ordered.simulate(TIME, Options::default(), |_, _| ()).unwrap();
+    let outcome = ordered.simulate(TIME, |runner| runner).unwrap();
     let criterion = outcome.divergence.unwrap().criterion;
     assert!(criterion.starts_with(&format!("particle {first} is farther")), "{criterion}");
 }
@@ -162,7 +161,7 @@ fn speed_after(spec: &SystemSpec, method: &str, share: f64) -> f64 {
     let mut simulation = OrderedSimulation::new(spec, &choice).unwrap();
     let step_s = share * simulation.explicit_numbers().limit();
     let time = TimeSpan { step_s, duration_s: 400.0 * step_s };
-    let outcome = simulation.simulate(time, Options::default(), |_, _| ()).unwrap();
+    let outcome = simulation.simulate(time, |runner| runner).unwrap();
     let speed = simulation.state().v.iter().fold(0.0, |most: f64, v| most.max(v.norm()));
     if outcome.divergence.is_some() { f64::INFINITY } else { speed }
 }
@@ -215,11 +214,11 @@ fn the_peak_before_a_rise_leaves_out_what_the_blow_up_made_fast() {
     let (mut all, mut before) = (Peak::default(), Peak::before_a_rise_above(start));
     let step_s = 1.5 * simulation.explicit_numbers().limit();
     let time = TimeSpan { step_s, duration_s: 1000.0 * step_s };
-    let look = |_, moving: Moving<'_>| {
-        all.look(moving);
-        before.look(moving);
+    let look = |moment: &Moment<'_>| {
+        all.look(moment.moving());
+        before.look(moment.moving());
     };
-    let outcome = simulation.simulate(time, Options::default(), look).unwrap();
+    let outcome = simulation.simulate(time, |runner| runner.observe(look)).unwrap();
     assert!(outcome.divergence.is_some());
     assert!(all.energy > 1e3 * start, "{} J of {start} J", all.energy);
     let kept = before.energy / start;
@@ -233,15 +232,14 @@ fn the_peak_is_the_fastest_of_the_states_that_were_looked_at() {
     let (mut peak, mut fastest) = (Peak::default(), (0.0, 0.0));
     assert_eq!(simulation.explicit_numbers_at_peak(&peak), None);
     let time = TimeSpan { step_s: 1e-3, duration_s: 1.0 };
-    simulation
-        .simulate(time, Options::default(), |_, moving| {
-            peak.look(moving);
-            let energy = moving.system.kinetic_energy(&moving.state.v);
-            if energy > fastest.0 {
-                fastest = (energy, moving.time());
-            }
-        })
-        .unwrap();
+    let look = |moment: &Moment<'_>| {
+        peak.look(moment.moving());
+        let energy = moment.system.kinetic_energy(&moment.state.v);
+        if energy > fastest.0 {
+            fastest = (energy, moment.state.t);
+        }
+    };
+    simulation.simulate(time, |runner| runner.observe(look)).unwrap();
     let (time, _) = simulation.explicit_numbers_at_peak(&peak).unwrap();
     assert!(time == fastest.1 && time < 1.0, "{time}, {fastest:?}");
 }

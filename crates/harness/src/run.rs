@@ -29,17 +29,6 @@ pub struct Divergence {
     pub criterion: String,
 }
 
-/// What a run should record.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Options {
-    /// Energies and momenta over time.
-    pub series: bool,
-    /// Seconds by phase.
-    pub phases: bool,
-    /// What each step did to the energy, cause by cause.
-    pub ledger: bool,
-}
-
 /// Result of a run.
 #[derive(Clone, Debug)]
 pub struct Outcome {
@@ -71,21 +60,24 @@ pub struct Outcome {
 }
 
 /// One moment of a run: the end of a step.
-pub(crate) struct Moment<'a> {
+#[derive(Debug)]
+pub struct Moment<'a> {
     /// Number of completed steps.
-    pub(crate) step: u64,
+    pub step: u64,
     /// Length of the step that ended, s.
-    pub(crate) h: f64,
+    pub h: f64,
     /// Work that changes of the system from outside have done since the start, J.
-    pub(crate) outside_work: f64,
+    pub outside_work: f64,
     /// The system.
-    pub(crate) system: &'a System,
+    pub system: &'a System,
     /// Its state.
-    pub(crate) state: &'a State,
+    pub state: &'a State,
     /// What the step did to the energy, if asked for and known.
-    pub(crate) ledger: Option<EnergyLedger>,
+    pub ledger: Option<EnergyLedger>,
     /// What the step reported.
-    pub(crate) report: &'a StepReport,
+    pub report: &'a StepReport,
+    /// Which particle of the system is which of the specification.
+    pub numbering: &'a Numbering,
 }
 
 /// A system with its start state, ready to be run.
@@ -212,181 +204,258 @@ fn springs(system: &System) -> usize {
     springs
 }
 
-/// Runs a method over a time span; `observe` is called after each step with the number of completed
-/// steps.
-///
-/// Divergence is a result, not an error: the run stops there and says so. If a series is recorded, the
-/// simulation is left in its last finite state then.
-///
-/// # Errors
-/// [`HarnessError`] when the time span, the method or the system is refused.
-pub fn simulate(
-    simulation: &mut Simulation,
-    choice: &Choice,
-    time: TimeSpan,
-    options: Options,
-    mut observe: impl FnMut(u64, &System, &State),
-) -> Result<Outcome, HarnessError> {
-    drive(simulation, choice, &Schedule::steady(time), options, None, |moment| {
-        observe(moment.step, moment.system, moment.state);
-    })
+/// Where the integrator comes from.
+#[derive(Debug)]
+enum Source<'a> {
+    Registry(&'a Choice),
+    Caller(&'a mut dyn Integrator),
 }
 
-/// As [`simulate`] with any integrator, for example one that no registry knows.
+/// A run to be made: a method, its steps, what ends it and what looks on.
 ///
-/// # Errors
-/// As [`simulate`].
-pub fn simulate_with(
-    simulation: &mut Simulation,
-    integrator: &mut dyn Integrator,
-    time: TimeSpan,
-    options: Options,
-    mut observe: impl FnMut(u64, &System, &State),
-) -> Result<Outcome, HarnessError> {
-    let (numbering, schedule) = (Numbering::identity(), Schedule::steady(time));
-    drive_integrator(simulation, &numbering, integrator, &schedule, options, None, |moment| {
-        observe(moment.step, moment.system, moment.state);
-    })
-}
-
-/// As [`simulate`], by a schedule that may change step size and stiffness on the way, and at most until the
-/// [effort](Outcome::effort) reaches a limit.
+/// ```
+/// use drape_harness::{Runner, Simulation, methods::Choice};
+/// use drape_model::TimeSpan;
 ///
-/// # Errors
-/// As [`simulate`].
-pub(crate) fn drive(
-    simulation: &mut Simulation,
-    choice: &Choice,
-    schedule: &Schedule,
-    options: Options,
-    effort_limit: Option<f64>,
-    observe: impl FnMut(&Moment<'_>),
-) -> Result<Outcome, HarnessError> {
-    let numbering = Numbering::identity();
-    drive_numbered(simulation, &numbering, choice, schedule, options, effort_limit, observe)
+/// let mut sheet = Simulation::load("hanging-textile-1e4")?;
+/// let method = Choice::parse("imex-euler", &[])?;
+/// let time = TimeSpan { step_s: 0.01, duration_s: 0.1 };
+/// let mut highest = f64::NEG_INFINITY;
+/// let runner = Runner::new(&method, time);
+/// let outcome = runner.observe(|moment| highest = highest.max(moment.state.t)).go(&mut sheet)?;
+/// assert_eq!((outcome.steps, highest), (10, 0.1));
+/// # Ok::<(), drape_harness::HarnessError>(())
+/// ```
+#[must_use]
+pub struct Runner<'a> {
+    source: Source<'a>,
+    schedule: Schedule,
+    series: bool,
+    phases: bool,
+    ledger: bool,
+    budget: Option<f64>,
+    reference: Option<f64>,
+    numbering: Option<&'a Numbering>,
+    observers: Vec<Box<dyn FnMut(&Moment<'_>) + 'a>>,
 }
 
-/// As [`drive`], on a system in an order of its own: what is said of a particle calls it by its given index. The
-/// moments are in the order of the system.
-pub(crate) fn drive_numbered(
-    simulation: &mut Simulation,
-    numbering: &Numbering,
-    choice: &Choice,
-    schedule: &Schedule,
-    options: Options,
-    effort_limit: Option<f64>,
-    observe: impl FnMut(&Moment<'_>),
-) -> Result<Outcome, HarnessError> {
-    schedule.time.check("time.step_s", "time.duration_s")?;
-    let mut integrator = choice.build().map_err(crate::methods::MethodError::from)?;
-    let integrator = integrator.as_mut();
-    drive_integrator(simulation, numbering, integrator, schedule, options, effort_limit, observe)
-}
-
-/// As [`drive_numbered`] with any integrator.
-fn drive_integrator(
-    simulation: &mut Simulation,
-    numbering: &Numbering,
-    integrator: &mut dyn Integrator,
-    schedule: &Schedule,
-    options: Options,
-    effort_limit: Option<f64>,
-    mut observe: impl FnMut(&Moment<'_>),
-) -> Result<Outcome, HarnessError> {
-    let time = schedule.time;
-    time.check("time.step_s", "time.duration_s")?;
-    let Simulation { system, state } = simulation;
-    let steps = schedule.steps();
-    let begin = Instant::now();
-    integrator.prepare(system, TimeStep::new(time.step_s)?)?;
-    let prepare_seconds = begin.elapsed().as_secs_f64();
-    let mut clock = if options.phases { PhaseClock::on() } else { PhaseClock::off() };
-    let bounds = Bounds::of(&state.x);
-    let every = steps.div_ceil(MAX_SAMPLES).max(1);
-    let (particles, springs) = (system.len() as f64, springs(system) as f64);
-    let mut outcome = Outcome {
-        steps: 0,
-        totals: Totals::default(),
-        wall: Duration::ZERO,
-        unconverged: 0,
-        idle: 0,
-        substeps: 0,
-        rejected: 0,
-        phases: None,
-        series: Vec::new(),
-        divergence: None,
-        effort: 0.0,
-        is_over_budget: false,
-    };
-    if options.series {
-        outcome.series.push(sample(system, state));
+impl std::fmt::Debug for Runner<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { source, schedule, .. } = self;
+        f.debug_struct("Runner").field("source", source).field("schedule", schedule).finish()
     }
-    let start = state.t;
-    let mut changed = 0;
-    let mut outside_work = 0.0;
-    let mut last_finite = options.series.then(|| state.clone());
-    let mut before = options.ledger.then(|| state.clone());
-    for step in 1..=steps {
-        let due = schedule.due(state.t - start);
-        for change in &schedule.changes[changed..due] {
-            outside_work += change.apply(system, &state.x);
+}
+
+impl<'a> Runner<'a> {
+    /// A run of a method of the registry with steps of one length.
+    pub fn new(choice: &'a Choice, time: TimeSpan) -> Self {
+        Self::of(Source::Registry(choice), Schedule::steady(time))
+    }
+
+    /// A run of any integrator, for example one that no registry knows.
+    pub fn with(integrator: &'a mut dyn Integrator, time: TimeSpan) -> Self {
+        Self::of(Source::Caller(integrator), Schedule::steady(time))
+    }
+
+    /// A run in which step size and stiffness may change.
+    pub(crate) fn by(choice: &'a Choice, schedule: &Schedule) -> Self {
+        Self::of(Source::Registry(choice), schedule.clone())
+    }
+
+    fn of(source: Source<'a>, schedule: Schedule) -> Self {
+        Self {
+            source,
+            schedule,
+            series: false,
+            phases: false,
+            ledger: false,
+            budget: None,
+            reference: None,
+            numbering: None,
+            observers: Vec::new(),
         }
-        changed = due;
-        let h = TimeStep::new(schedule.step(step))?;
-        if let Some(before) = &mut before {
-            before.copy_from(state);
-        }
+    }
+
+    /// Records energies and momenta over time.
+    pub fn series(self) -> Self {
+        Self { series: true, ..self }
+    }
+
+    /// Records the seconds of each phase, if `phases`.
+    pub fn phases(self, phases: bool) -> Self {
+        Self { phases, ..self }
+    }
+
+    /// Shows observers what each step did to the energy, cause by cause.
+    pub fn ledger(self) -> Self {
+        Self { ledger: true, ..self }
+    }
+
+    /// Ends the run when its [effort](Outcome::effort) exceeds a limit.
+    pub fn budget(self, effort: impl Into<Option<f64>>) -> Self {
+        Self { budget: effort.into(), ..self }
+    }
+
+    /// Counts the steps that raise the energy, beside the energy `E_ref` that the scene sets free, J.
+    pub(crate) fn reference(self, energy: impl Into<Option<f64>>) -> Self {
+        Self { reference: energy.into(), ..self }
+    }
+
+    /// The system has an order of its own: messages call a particle by its given index.
+    pub(crate) fn numbered(self, numbering: &'a Numbering) -> Self {
+        Self { numbering: Some(numbering), ..self }
+    }
+
+    /// Adds an observer, which sees the end of every step.
+    pub fn observe(mut self, observer: impl FnMut(&Moment<'_>) + 'a) -> Self {
+        self.observers.push(Box::new(observer));
+        self
+    }
+
+    /// Makes the run; the simulation is left in its last state.
+    ///
+    /// Divergence is a result, not an error: the run stops there and says so. If a series is
+    /// recorded, the simulation is left in its last finite state then.
+    ///
+    /// # Errors
+    /// [`HarnessError`] when the time span, the method or the system is refused.
+    pub fn go(self, simulation: &mut Simulation) -> Result<Outcome, HarnessError> {
+        self.drive(simulation, None)
+    }
+
+    /// Makes the run from the start of a simulation, and watches its energy at every step.
+    ///
+    /// # Errors
+    /// As [`go`](Self::go).
+    pub fn count(self, simulation: &Simulation) -> Result<Counts, HarnessError> {
+        let class = match &self.source {
+            Source::Registry(choice) => choice.method().class,
+            Source::Caller(integrator) => integrator.method().class,
+        };
+        let rule = Rule::of(class, &simulation.system);
+        let mut watch = Watch::new(simulation, self.schedule.time.duration_s, self.reference);
+        let mut simulation = simulation.clone();
+        let outcome = self.drive(&mut simulation, Some(&mut watch))?;
+        let energy = watch.energy(outcome.divergence.is_some());
+        Ok(Counts { outcome, energy, rule, state: simulation.state })
+    }
+
+    fn drive(
+        self,
+        simulation: &mut Simulation,
+        mut watch: Option<&mut Watch>,
+    ) -> Result<Outcome, HarnessError> {
+        let Self { source, schedule, mut observers, budget, .. } = self;
+        let time = schedule.time;
+        time.check("time.step_s", "time.duration_s")?;
+        let mut built;
+        let integrator = match source {
+            Source::Caller(integrator) => integrator,
+            Source::Registry(choice) => {
+                built = choice.build().map_err(crate::methods::MethodError::from)?;
+                built.as_mut()
+            }
+        };
+        let plain = Numbering::identity();
+        let numbering = self.numbering.unwrap_or(&plain);
+        let Simulation { system, state } = simulation;
+        let steps = schedule.steps();
         let begin = Instant::now();
-        let report = match integrator.step(system, state, h, &mut clock) {
-            Ok(report) => report,
-            // Blow-up is a result: the numbers have left the range in which a matrix can be set up.
-            Err(error @ StepError::Solver(_)) => {
-                let criterion = refusal(&error, numbering);
-                outcome.divergence = Some(Divergence { step, time: state.t, criterion });
+        integrator.prepare(system, TimeStep::new(time.step_s)?)?;
+        let prepare_seconds = begin.elapsed().as_secs_f64();
+        let mut clock = if self.phases { PhaseClock::on() } else { PhaseClock::off() };
+        let bounds = Bounds::of(&state.x);
+        let every = steps.div_ceil(MAX_SAMPLES).max(1);
+        let (particles, springs) = (system.len() as f64, springs(system) as f64);
+        let mut outcome = Outcome {
+            steps: 0,
+            totals: Totals::default(),
+            wall: Duration::ZERO,
+            unconverged: 0,
+            idle: 0,
+            substeps: 0,
+            rejected: 0,
+            phases: None,
+            series: Vec::new(),
+            divergence: None,
+            effort: 0.0,
+            is_over_budget: false,
+        };
+        if self.series {
+            outcome.series.push(sample(system, state));
+        }
+        let start = state.t;
+        let mut changed = 0;
+        let mut outside_work = 0.0;
+        let mut last_finite = self.series.then(|| state.clone());
+        let mut before = self.ledger.then(|| state.clone());
+        for step in 1..=steps {
+            let due = schedule.due(state.t - start);
+            for change in &schedule.changes[changed..due] {
+                outside_work += change.apply(system, &state.x);
+            }
+            changed = due;
+            let h = TimeStep::new(schedule.step(step))?;
+            if let Some(before) = &mut before {
+                before.copy_from(state);
+            }
+            let begin = Instant::now();
+            let report = match integrator.step(system, state, h, &mut clock) {
+                Ok(report) => report,
+                // Blow-up is a result: the numbers have left the range in which a matrix can be set up.
+                Err(error @ StepError::Solver(_)) => {
+                    let criterion = refusal(&error, numbering);
+                    outcome.divergence = Some(Divergence { step, time: state.t, criterion });
+                    break;
+                }
+                Err(error) => return Err(error.into()),
+            };
+            outcome.wall += begin.elapsed();
+            state.t = start + schedule.elapsed(step);
+            outcome.steps = step;
+            add(&mut outcome.totals, &report);
+            outcome.effort = effort(&outcome.totals, step, particles, springs);
+            outcome.substeps += u64::from(report.substeps);
+            outcome.rejected += u64::from(report.rejected);
+            outcome.idle += u64::from(report.cg_iterations == 0);
+            outcome.unconverged += u64::from(report.solve != SolveStatus::Converged);
+            let divergence = bounds.violation(state, numbering);
+            if self.series && (step % every == 0 || step == steps) {
+                outcome.series.extend(Some(sample(system, state)).filter(is_finite));
+            }
+            let ledger =
+                before.as_ref().and_then(|before| integrator.ledger(system, before, state, h));
+            let (h, report) = (h.seconds(), &report);
+            let moment = Moment { step, h, outside_work, system, state, report, ledger, numbering };
+            if let Some(watch) = &mut watch {
+                watch.look(schedule.elapsed(step), &moment);
+            }
+            observers.iter_mut().for_each(|observe| observe(&moment));
+            let time = state.t;
+            if let Some(last) = &mut last_finite {
+                // What is recorded must be readable again: JSON knows no infinity.
+                if state.is_finite() { last.copy_from(state) } else { state.copy_from(last) }
+            }
+            if let Some(criterion) = divergence {
+                outcome.divergence = Some(Divergence { step, time, criterion });
                 break;
             }
-            Err(error) => return Err(error.into()),
-        };
-        outcome.wall += begin.elapsed();
-        state.t = start + schedule.elapsed(step);
-        outcome.steps = step;
-        add(&mut outcome.totals, &report);
-        outcome.effort = effort(&outcome.totals, step, particles, springs);
-        outcome.substeps += u64::from(report.substeps);
-        outcome.rejected += u64::from(report.rejected);
-        outcome.idle += u64::from(report.cg_iterations == 0);
-        outcome.unconverged += u64::from(report.solve != SolveStatus::Converged);
-        let divergence = bounds.violation(state, numbering);
-        if options.series && (step % every == 0 || step == steps) {
-            outcome.series.extend(Some(sample(system, state)).filter(is_finite));
+            if step < steps && budget.is_some_and(|limit| outcome.effort > limit) {
+                outcome.is_over_budget = true;
+                break;
+            }
         }
-        let ledger = before.as_ref().and_then(|before| integrator.ledger(system, before, state, h));
-        let (h, report) = (h.seconds(), &report);
-        observe(&Moment { step, h, outside_work, system, state, report, ledger });
-        let time = state.t;
-        if let Some(last) = &mut last_finite {
-            // What is recorded must be readable again: JSON knows no infinity.
-            if state.is_finite() { last.copy_from(state) } else { state.copy_from(last) }
-        }
-        if let Some(criterion) = divergence {
-            outcome.divergence = Some(Divergence { step, time, criterion });
-            break;
-        }
-        if step < steps && effort_limit.is_some_and(|limit| outcome.effort > limit) {
-            outcome.is_over_budget = true;
-            break;
-        }
+        outcome.totals.seconds = outcome.wall.as_secs_f64();
+        outcome.totals.prepare_seconds = prepare_seconds;
+        outcome.phases = self.phases.then(|| Phases {
+            forces: clock.seconds(Phase::Forces),
+            matrix_setup: clock.seconds(Phase::MatrixSetup),
+            solve: clock.seconds(Phase::Solve),
+            contact: clock.seconds(Phase::Contact),
+            update: clock.seconds(Phase::Update),
+        });
+        Ok(outcome)
     }
-    outcome.totals.seconds = outcome.wall.as_secs_f64();
-    outcome.totals.prepare_seconds = prepare_seconds;
-    outcome.phases = options.phases.then(|| Phases {
-        forces: clock.seconds(Phase::Forces),
-        matrix_setup: clock.seconds(Phase::MatrixSetup),
-        solve: clock.seconds(Phase::Solve),
-        contact: clock.seconds(Phase::Contact),
-        update: clock.seconds(Phase::Update),
-    });
-    Ok(outcome)
 }
 
 /// A run without its history: counts and energy.
@@ -413,88 +482,13 @@ impl Counts {
     }
 }
 
-/// Runs a method from the start of a simulation, watching the energy at every step.
-///
-/// # Errors
-/// As [`simulate`].
-pub fn count(
-    simulation: &Simulation,
-    choice: &Choice,
-    time: TimeSpan,
-) -> Result<Counts, HarnessError> {
-    count_by(simulation, choice, &Schedule::steady(time), None, None)
-}
-
-/// As [`count`] with any integrator, for example one that no registry knows.
-///
-/// # Errors
-/// As [`simulate`].
-pub fn count_with(
-    simulation: &Simulation,
-    integrator: &mut dyn Integrator,
-    time: TimeSpan,
-) -> Result<Counts, HarnessError> {
-    watch_integrator(simulation, integrator, &Schedule::steady(time), None, None, |_| {})
-}
-
-/// As [`count`], by a schedule. `reference` is the scene's `E_ref`, J, where rises of the energy are to be counted;
-/// `effort_limit` as in [`drive`].
-///
-/// # Errors
-/// As [`simulate`].
+/// Counts by a schedule.
 pub(crate) fn count_by(
     simulation: &Simulation,
     choice: &Choice,
     schedule: &Schedule,
     reference: Option<f64>,
-    effort_limit: Option<f64>,
+    budget: Option<f64>,
 ) -> Result<Counts, HarnessError> {
-    watch_by(simulation, choice, schedule, reference, effort_limit, |_| {})
-}
-
-/// As [`count_by`]; `observe` is called after each step.
-///
-/// # Errors
-/// As [`simulate`].
-pub(crate) fn watch_by(
-    simulation: &Simulation,
-    choice: &Choice,
-    schedule: &Schedule,
-    reference: Option<f64>,
-    effort_limit: Option<f64>,
-    observe: impl FnMut(&Moment<'_>),
-) -> Result<Counts, HarnessError> {
-    let mut integrator = choice.build().map_err(crate::methods::MethodError::from)?;
-    let integrator = integrator.as_mut();
-    watch_integrator(simulation, integrator, schedule, reference, effort_limit, observe)
-}
-
-/// As [`watch_by`] with any integrator.
-fn watch_integrator(
-    simulation: &Simulation,
-    integrator: &mut dyn Integrator,
-    schedule: &Schedule,
-    reference: Option<f64>,
-    effort_limit: Option<f64>,
-    mut observe: impl FnMut(&Moment<'_>),
-) -> Result<Counts, HarnessError> {
-    let rule = Rule::of(integrator.method().class, &simulation.system);
-    let mut watch = Watch::new(simulation, schedule.time.duration_s, reference);
-    let mut simulation = simulation.clone();
-    let (options, numbering) = (Options::default(), Numbering::identity());
-    let look = |moment: &Moment<'_>| {
-        watch.look(schedule.elapsed(moment.step), moment);
-        observe(moment);
-    };
-    let outcome = drive_integrator(
-        &mut simulation,
-        &numbering,
-        integrator,
-        schedule,
-        options,
-        effort_limit,
-        look,
-    )?;
-    let energy = watch.energy(outcome.divergence.is_some());
-    Ok(Counts { outcome, energy, rule, state: simulation.state })
+    Runner::by(choice, schedule).reference(reference).budget(budget).count(simulation)
 }

@@ -21,7 +21,7 @@
 
 use crate::HarnessError;
 use crate::methods::Choice;
-use crate::run::{Moment, Simulation, count_by};
+use crate::run::{Moment, Runner, Simulation};
 use crate::schedule::Schedule;
 use drape_integrator::{Implicit, StabilityClass};
 use drape_model::{Effect, Level, MovingPin, Path, Revisions, State, System, TimeSpan, Vec3};
@@ -303,7 +303,7 @@ pub(crate) fn gershgorin(system: &System) -> (f64, f64) {
 /// every machine. Its steps are those of `schedule` without pattern, only shorter.
 ///
 /// # Errors
-/// As [`crate::simulate`].
+/// As [`Runner::count`].
 pub(crate) fn reference(
     simulation: &Simulation,
     schedule: &Schedule,
@@ -318,7 +318,7 @@ pub(crate) fn reference(
     let schedule =
         Schedule { changes: schedule.changes, ..Schedule::steady(TimeSpan { step_s, duration_s }) };
     let choice = Choice::parse("symplectic-euler", &[])?;
-    let run = count_by(simulation, &choice, &schedule, None, None)?;
+    let run = Runner::by(&choice, &schedule).count(simulation)?;
     let gain = if system.obstacles().is_empty() { 0.0 } else { run.energy.gain };
     Ok(Reference { energy: run.energy.released, gain })
 }
@@ -327,7 +327,7 @@ pub(crate) fn reference(
 /// stability limit, which follows the true motion and has the same bits on every machine.
 ///
 /// # Errors
-/// As [`crate::simulate`].
+/// As [`Runner::count`].
 pub fn reference_energy(simulation: &Simulation, duration: f64) -> Result<f64, HarnessError> {
     let time = TimeSpan { step_s: duration, duration_s: duration };
     Ok(reference(simulation, &Schedule::steady(time))?.energy)
@@ -480,7 +480,7 @@ mod tests {
         let schedule = Schedule::steady(TimeSpan { step_s: 0.01, duration_s: 2.0 });
         let choice = Choice::parse("imex-euler:solver=cholesky,implicit=springs", &[]).unwrap();
         let run = |simulation: &Simulation| {
-            count_by(simulation, &choice, &schedule, Some(1e-3), None).unwrap().energy
+            Runner::by(&choice, &schedule).reference(1e-3).count(simulation).unwrap().energy
         };
         let held = run(&pair()).released;
         // 0.1 N/m · (2 m)²/2, and as soon as the other end moves, less.
@@ -493,7 +493,7 @@ mod tests {
         let (system, state) = spec.build().unwrap();
         let time = TimeSpan { step_s: 0.01, duration_s: end };
         let choice = Choice::parse("backward-euler", &[]).unwrap();
-        let run = crate::run::count(&Simulation { system, state }, &choice, time).unwrap();
+        let run = Runner::new(&choice, time).count(&Simulation { system, state }).unwrap();
         run.verdict(1e-4)
     }
 
@@ -541,8 +541,9 @@ mod tests {
         let time = TimeSpan { step_s: 0.01, duration_s: 2.0 };
         let schedule = Schedule { changes: &STIFFER, ..Schedule::steady(time) };
         let choice = Choice::parse("imex-euler:solver=cholesky,implicit=springs", &[]).unwrap();
-        let run =
-            |schedule: &Schedule| count_by(&pair(), &choice, schedule, Some(1e-3), None).unwrap();
+        let run = |schedule: &Schedule| {
+            Runner::by(&choice, schedule).reference(1e-3).count(&pair()).unwrap()
+        };
         let (steady, changed) = (run(&Schedule::steady(time)), run(&schedule));
         assert_eq!(steady.energy.rises + changed.energy.rises, 0);
         assert_eq!((steady.energy.gain, changed.energy.gain), (0.0, 0.0));
@@ -556,9 +557,8 @@ mod tests {
     fn the_budget_ends_a_run_at_the_same_step_every_time() {
         let time = TimeSpan { step_s: 0.01, duration_s: 2.0 };
         let choice = Choice::parse("backward-euler", &[]).unwrap();
-        let run = |limit: f64| {
-            count_by(&pair(), &choice, &Schedule::steady(time), None, Some(limit)).unwrap().outcome
-        };
+        let run =
+            |limit: f64| Runner::new(&choice, time).budget(limit).count(&pair()).unwrap().outcome;
         let all = run(f64::INFINITY);
         assert!(!all.is_over_budget && all.steps == 200);
         let half = run(0.5 * all.effort);

@@ -31,7 +31,7 @@ pub mod work_precision;
 use crate::facts::{Difference, Fact, compare};
 use crate::journal::Journal;
 use crate::methods::Choice;
-use crate::run::{Counts, Simulation, count};
+use crate::run::{Counts, Runner, Simulation};
 use crate::{HarnessError, provenance};
 use drape_model::TimeSpan;
 use drape_report::file::write_json;
@@ -400,7 +400,7 @@ fn counts(
     duration_s: f64,
 ) -> Result<(Choice, Counts), HarnessError> {
     let choice = Choice::parse(method, &[])?;
-    let counts = count(simulation, &choice, TimeSpan { step_s, duration_s })?;
+    let counts = Runner::new(&choice, TimeSpan { step_s, duration_s }).count(simulation)?;
     Ok((choice, counts))
 }
 

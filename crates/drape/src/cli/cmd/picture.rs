@@ -4,7 +4,7 @@ use crate::cli::exit::Diverged;
 use crate::cli::output::{check_extension, check_writable};
 use crate::cli::progress::bar;
 use drape_harness::methods::{Choice, MethodError};
-use drape_harness::{Divergence, HarnessError, Moving, Options, OrderedSimulation};
+use drape_harness::{Divergence, HarnessError, Moving, OrderedSimulation};
 use drape_model::{TimeSpan, Vec3, Violation};
 use drape_render::{Camera, Colour, Font, Image, Subject, View, draw};
 use drape_report::file::write_atomically;
@@ -123,9 +123,11 @@ fn take(
     let span = TimeSpan { duration_s: last, ..time };
     let (whole, rest) = span.steps();
     let bar = bar(choice.method().id, whole + u64::from(rest.is_some()));
-    let outcome = simulation.simulate(span, Options::default(), |step, moving| {
-        bar.as_ref().inspect(|bar| bar.set_position(step));
-        look(shots, moving);
+    let outcome = simulation.simulate(span, |runner| {
+        runner.observe(|moment| {
+            bar.as_ref().inspect(|bar| bar.set_position(moment.step));
+            look(shots, moment.moving());
+        })
     })?;
     bar.inspect(|bar| bar.finish_and_clear());
     Ok(outcome.divergence)

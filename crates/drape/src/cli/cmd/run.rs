@@ -9,7 +9,7 @@ use clap::builder::TypedValueParser as _;
 use drape_harness::methods::{Choice, MethodError};
 use drape_harness::record::{FinalState, RUN_FORMAT, Run, Sample, Verdict};
 use drape_harness::{
-    HarnessError, Options, OrderedSimulation, Outcome, Peak, Rule, Team, system_hash,
+    HarnessError, Moment, OrderedSimulation, Outcome, Peak, Rule, Team, system_hash,
 };
 use drape_integrator::ExplicitNumbers;
 use drape_model::{Input, State, SystemSpec, TimeSpan, Violation};
@@ -73,12 +73,12 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let mut frames = Frames::begin(&arguments.frames, spec, &simulation, time)?;
     let (whole, rest) = time.steps();
     let bar = bar(choice.method().id, whole + u64::from(rest.is_some()));
-    let options = Options { series: true, phases: arguments.phases, ..Options::default() };
     let mut peak = Peak::default();
     let mut sound = Peak::before_a_rise_above(simulation.moving().energy());
     let every = whole.div_ceil(PEAKS).max(1);
     let simulate = || {
-        simulation.simulate(time, options, |step, moving| {
+        let look = |moment: &Moment<'_>| {
+            let (step, moving) = (moment.step, moment.moving());
             bar.as_ref().inspect(|bar| bar.set_position(step));
             if step % every == 0 && !was_warned {
                 peak.look(moving);
@@ -90,7 +90,9 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
             if let Some(frames) = &mut frames {
                 frames.look(moving);
             }
-        })
+        };
+        let phases = arguments.phases;
+        simulation.simulate(time, |runner| runner.series().phases(phases).observe(look))
     };
     let mut team = Team::new(threads, spec.particles.mass_kg.len())?;
     let outcome = team.run(simulate).map_err(|error| error.in_scene(&arguments.scene))?;

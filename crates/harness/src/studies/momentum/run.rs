@@ -2,7 +2,7 @@
 
 use crate::facts::{Fact, fact};
 use crate::methods::Choice;
-use crate::run::{Options, Simulation, simulate};
+use crate::run::{Runner, Simulation};
 use crate::studies::momentum::facts::{Facts, Row, Scene};
 use crate::studies::sheet::{GRAVITY, Sheet, pair};
 use crate::studies::variant::{Variant, is_explicit, of_registry};
@@ -220,13 +220,14 @@ impl Setting {
         let law = law.filter(|_| self.case.body == Body::Pair);
         let mut watch = Watch::new(self, law, time.step_s);
         let mut simulation = self.simulation.clone();
-        let outcome =
-            simulate(&mut simulation, &choice, time, Options::default(), |step, system, state| {
-                watch.follow(state);
-                if step % division == 0 {
-                    watch.look(system, state, step % (STRIDE * division) == 0);
-                }
-            })?;
+        let runner = Runner::new(&choice, time).observe(|moment| {
+            let (step, system, state) = (moment.step, moment.system, moment.state);
+            watch.follow(state);
+            if step % division == 0 {
+                watch.look(system, state, step % (STRIDE * division) == 0);
+            }
+        });
+        let outcome = runner.go(&mut simulation)?;
         let completed = outcome.divergence.is_none() && watch.energy_gain <= GAINED;
         let is_meant = !UNSTATED.contains(&variant.label);
         let states = |quantity| is_meant && choice.method().conserves.contains(&quantity);

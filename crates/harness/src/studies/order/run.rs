@@ -2,7 +2,7 @@
 
 use crate::facts::{Fact, fact};
 use crate::methods::Choice;
-use crate::run::{Options, Simulation, simulate};
+use crate::run::{Runner, Simulation};
 use crate::studies::order::facts::{ACCEPTED, Facts, Row, Run, Scene};
 use crate::studies::sheet::{GRAVITY, Sheet};
 use crate::studies::variant::{Variant, of_registry};
@@ -144,7 +144,7 @@ impl Setting {
     fn run(&self, choice: &Choice, steps: u32) -> Result<Run, HarnessError> {
         let mut simulation = self.simulation.clone();
         let time = TimeSpan { step_s: SPAN / f64::from(steps), duration_s: SPAN };
-        let outcome = simulate(&mut simulation, choice, time, Options::default(), |_, _, _| {})?;
+        let outcome = Runner::new(choice, time).go(&mut simulation)?;
         let start = &self.simulation.state.x;
         let error = position_error(&simulation.system, start, &self.end().x, &simulation.state.x);
         let error = Some(error).filter(|e| outcome.divergence.is_none() && *e < BEYOND);

@@ -2,7 +2,7 @@
 
 use crate::facts::{Fact, fact};
 use crate::methods::{self, Choice};
-use crate::run::{Options, simulate};
+use crate::run::Runner;
 use crate::scenes::{build, bundled};
 use crate::studies::pictures::facts::{Facts, METHODS, PAPER, REFERENCE, STEP, Scene, Shot, Table};
 use crate::studies::{Context, Measured, cells, prepared};
@@ -121,14 +121,15 @@ fn shots(case: &Case) -> Result<Vec<Shot>, HarnessError> {
     let duration_s = case.times.iter().copied().fold(0.0, f64::max);
     let time = TimeSpan { step_s: case.step, duration_s };
     let mut taken: Vec<Option<Vec<f64>>> = vec![None; case.times.len()];
-    let options = Options::default();
-    let outcome = simulate(&mut simulation, &choice, time, options, |_, system, state| {
+    let runner = Runner::new(&choice, time).observe(|moment| {
+        let (system, state) = (moment.system, moment.state);
         for (taken, &due) in taken.iter_mut().zip(case.times) {
             if taken.is_none() && state.t >= due - EARLY && state.is_finite() {
                 *taken = Some(rounded(system, state));
             }
         }
-    })?;
+    });
+    let outcome = runner.go(&mut simulation)?;
     let diverged_at_s = outcome.divergence.map(|divergence| divergence.time);
     let shots = case.times.iter().zip(taken).map(|(&time_s, taken)| {
         let is_lost = diverged_at_s.is_some_and(|t| time_s >= t - EARLY);

@@ -3,7 +3,7 @@
 use crate::facts::{Fact, fact};
 use crate::methods::Choice;
 use crate::record::Phases;
-use crate::run::{Options, Simulation, simulate};
+use crate::run::{Runner, Simulation};
 use crate::scenes::{build, bundled, with_stiffness};
 use crate::studies::tables::facts::{
     BestFit, Cell, FORCING_TERMS, Facts, PaperRow, Row, TimingRow,
@@ -291,10 +291,8 @@ fn time(
     choice: &Choice,
 ) -> Result<TimingRow, HarnessError> {
     let span = TimeSpan { step_s: reading.printed.step_s, duration_s: DURATION };
-    let once = |phases| {
-        let options = Options { phases, ..Options::default() };
-        simulate(&mut reading.simulation.clone(), choice, span, options, |_, _, _| ())
-    };
+    let once =
+        |phases| Runner::new(choice, span).phases(phases).go(&mut reading.simulation.clone());
     let mut samples_ns = Vec::new();
     for _ in 0..REPETITIONS {
         samples_ns.push(once(false)?.wall.as_nanos() as u64);

@@ -3,10 +3,9 @@
 use super::lessons::{HEADLINE, LESSONS, Plan};
 use crate::facts::{Fact, fact};
 use crate::methods::{self, Choice};
-use crate::run::{Options, Simulation, drive};
+use crate::run::{Counts, Runner, Simulation};
 use crate::scenes::{build, bundled, free_edge_midpoint};
-use crate::schedule::Schedule;
-use crate::stability::{Rule, Watch, gershgorin, judge};
+use crate::stability::{Rule, gershgorin, judge};
 use crate::studies::course::facts::{Facts, Lesson, Run, Scene, Support};
 use crate::studies::{Context, Measured, cells, prepared};
 use crate::{HarnessError, system_hash};
@@ -109,21 +108,16 @@ fn watch(
     division: u64,
 ) -> Result<Seen, HarnessError> {
     let time = TimeSpan { step_s: STEP / division as f64, duration_s: DURATION };
-    let schedule = Schedule::steady(time);
-    let mut watch = Watch::new(simulation, DURATION, None);
     let mut sight = Sight::new(simulation, tracked, division);
-    let mut moving = simulation.clone();
-    let options = Options::default();
-    let outcome = drive(&mut moving, choice, &schedule, options, Some(BUDGET), |moment| {
-        watch.look(schedule.elapsed(moment.step), moment);
-        sight.look(moment.step, moment.system, moment.state);
-    })?;
+    let runner = Runner::new(choice, time).budget(BUDGET);
+    let runner = runner.observe(|moment| sight.look(moment.step, moment.system, moment.state));
+    let Counts { outcome, energy, rule, state: end } = runner.count(simulation)?;
     let Simulation { system, state } = simulation;
     Ok(Seen {
         sight,
-        energy: watch.energy(outcome.divergence.is_some()),
-        energy_change: moving.system.total_energy(&moving.state) - system.total_energy(state),
-        rule: Rule::of(choice.method().class, system),
+        energy,
+        energy_change: system.total_energy(&end) - system.total_energy(state),
+        rule,
         outcome,
     })
 }

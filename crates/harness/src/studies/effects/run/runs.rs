@@ -4,7 +4,7 @@ use super::additions::{Addition, scene};
 use super::{DURATION, PAIRS, step};
 use crate::HarnessError;
 use crate::methods::{Choice, MethodError};
-use crate::run::{Options, Outcome, Simulation, simulate};
+use crate::run::{Outcome, Runner, Simulation};
 use crate::studies::Allocated;
 use crate::studies::effects::facts::{Cell, Effect, TimingRow};
 use drape_integrator::{Implicit, Method, PrepareError, TimeStep};
@@ -49,7 +49,7 @@ impl Variant {
     fn run(&self, choice: &Choice) -> Result<(Outcome, State), HarnessError> {
         let time = TimeSpan { step_s: step(choice.method()), duration_s: DURATION };
         let mut simulation = self.simulation.clone();
-        let outcome = simulate(&mut simulation, choice, time, Options::default(), |_, _, _| ())?;
+        let outcome = Runner::new(choice, time).go(&mut simulation)?;
         Ok((outcome, simulation.state))
     }
 

@@ -4,9 +4,9 @@ mod watch;
 
 use crate::facts::{Fact, fact};
 use crate::methods::Choice;
-use crate::run::{Counts, Options, Simulation, drive};
+use crate::run::{Runner, Simulation};
 use crate::schedule::Schedule;
-use crate::stability::{Rule, Watch, reference};
+use crate::stability::reference;
 use crate::studies::energy::facts::{Facts, Row, Scene};
 use crate::studies::sheet::{GRAVITY, Sheet};
 use crate::studies::variant::{Variant, is_explicit, of_registry};
@@ -172,19 +172,11 @@ impl Setting {
         let choice = Choice::parse(variant.method, &[])?;
         let division = self.division(choice.method());
         let time = TimeSpan { step_s: STEP / division as f64, duration_s: scene.duration_s };
-        let schedule = Schedule::steady(time);
-        let stride = (schedule.steps() / SAMPLES).max(1);
-        let mut watch = Watch::new(simulation, scene.duration_s, None);
+        let stride = (Schedule::steady(time).steps() / SAMPLES).max(1);
         let mut flow = Flow::new(simulation, scene.reference_energy_j);
-        let mut moved = simulation.clone();
-        let options = Options { ledger: true, ..Options::default() };
-        let outcome = drive(&mut moved, &choice, &schedule, options, None, |moment| {
-            watch.look(schedule.elapsed(moment.step), moment);
-            flow.look(moment, moment.step % stride == 0);
-        })?;
-        let rule = Rule::of(choice.method().class, &simulation.system);
-        let energy = watch.energy(outcome.divergence.is_some());
-        let counts = Counts { outcome, energy, rule, state: moved.state };
+        let runner = Runner::new(&choice, time).ledger();
+        let runner = runner.observe(|moment| flow.look(moment, moment.step % stride == 0));
+        let counts = runner.count(simulation)?;
         let verdict = counts.verdict(scene.reference_energy_j);
         let lasted = matches!(verdict, Verdict::Stable | Verdict::Marginal);
         Ok(Row {
@@ -195,7 +187,7 @@ impl Setting {
             steps: counts.outcome.steps,
             verdict,
             drift: lasted.then(|| flow.drift()),
-            gain: lasted.then(|| energy.gain / scene.reference_energy_j),
+            gain: lasted.then(|| counts.energy.gain / scene.reference_energy_j),
             excess_dissipation: lasted.then(|| flow.excess_dissipation()),
             ledger: flow.ledger().filter(|_| lasted),
             closure_defect: flow.closure_defect().filter(|_| lasted),

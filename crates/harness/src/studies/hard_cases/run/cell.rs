@@ -6,7 +6,7 @@ use super::linear::Problem;
 use super::scenes::{Case, Scenery};
 use super::tweak::choose;
 use crate::methods::Choice;
-use crate::run::{Counts, Options, Simulation, count_by, drive};
+use crate::run::{Counts, Runner, Simulation};
 use crate::stability::{Energy, Reference, judge, reference};
 use crate::studies::finite;
 use crate::studies::hard_cases::facts::{Cell, Expected};
@@ -115,15 +115,15 @@ fn stray(stage: &Stage<'_>, choice: &Choice) -> Result<(f64, f64), HarnessError>
     let start = &stage.scenery.simulation;
     let (mut distance, mut speed) = (0.0_f64, 0.0_f64);
     let schedule = &stage.case.setup.schedule;
-    let options = Options::default();
-    drive(&mut start.clone(), choice, schedule, options, Some(BUDGET), |moment| {
+    let runner = Runner::by(choice, schedule).budget(BUDGET).observe(|moment| {
         for ((x, v), x_0) in moment.state.x.iter().zip(&moment.state.v).zip(&start.state.x) {
             let (way, pace) = ((x - x_0).norm(), v.norm());
             // A sheet that has left the numbers has strayed beyond all of them.
             distance = distance.max(if way.is_nan() { f64::INFINITY } else { way });
             speed = speed.max(if pace.is_nan() { f64::INFINITY } else { pace });
         }
-    })?;
+    });
+    runner.go(&mut start.clone())?;
     Ok((distance, speed))
 }
 
@@ -165,8 +165,8 @@ pub(super) fn cell(form: &Variant, stage: &Stage<'_>) -> Result<Cell, HarnessErr
     cell.reason = expected.reason;
     let mut tally = Tally::default();
     for start in &stage.starts {
-        let available = Some(reference.energy);
-        match count_by(start, &choice, &setup.schedule, available, Some(BUDGET)) {
+        let runner = Runner::by(&choice, &setup.schedule).reference(reference.energy);
+        match runner.budget(BUDGET).count(start) {
             Ok(run) => tally.add(&run, *reference),
             Err(HarnessError::Prepare(refusal)) => {
                 cell.verdict = Verdict::Refused;

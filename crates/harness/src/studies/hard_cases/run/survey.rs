@@ -4,7 +4,7 @@ use super::cell::{Stage, Tally};
 use super::scenes;
 use crate::HarnessError;
 use crate::methods::Choice;
-use crate::run::count_by;
+use crate::run::Runner;
 use drape_report::Verdict;
 use rayon::prelude::*;
 
@@ -39,8 +39,9 @@ pub(crate) fn survey(
     let of_case = |&(case, is_damped): &(&scenes::Case, bool)| {
         let stage = Stage::new(case, is_damped)?;
         let of_choice = |choice: &Choice| {
-            let (start, available) = (&stage.starts[0], Some(stage.reference.energy));
-            let run = count_by(start, choice, &case.setup.schedule, available, Some(budget))?;
+            let runner = Runner::by(choice, &case.setup.schedule);
+            let runner = runner.reference(stage.reference.energy).budget(budget);
+            let run = runner.count(&stage.starts[0])?;
             let mut tally = Tally::default();
             tally.add(&run, stage.reference);
             let damping = if is_damped { "damped" } else { "undamped" };

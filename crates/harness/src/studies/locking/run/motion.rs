@@ -3,8 +3,7 @@
 use super::law::{lever, swing_lever};
 use super::{BACKWARD_EULER, BASE_STEP, IMEX_EULER};
 use crate::methods::Choice;
-use crate::run::{Simulation, watch_by};
-use crate::schedule::Schedule;
+use crate::run::{Runner, Simulation};
 use crate::stability::gershgorin;
 use crate::studies::finite;
 use crate::studies::locking::facts::{self, Run};
@@ -104,12 +103,13 @@ fn follow(
     let midpoint = ((SIDE - 1) * SIDE + SIDE / 2) as usize;
     let every = (STRIDE / step_s).round().max(1.0) as u64;
     let mut way = vec![simulation.state.x[midpoint]];
-    let schedule = Schedule::steady(TimeSpan { step_s, duration_s: DURATION });
-    let counts = watch_by(simulation, choice, &schedule, None, limit, |moment| {
+    let time = TimeSpan { step_s, duration_s: DURATION };
+    let runner = Runner::new(choice, time).budget(limit).observe(|moment| {
         if moment.step % every == 0 {
             way.push(moment.state.x[midpoint]);
         }
-    })?;
+    });
+    let counts = runner.count(simulation)?;
     Ok((counts, Way(way)))
 }
 

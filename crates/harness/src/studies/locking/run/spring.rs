@@ -9,7 +9,7 @@
 
 use crate::HarnessError;
 use crate::methods::Choice;
-use crate::run::{Options, Simulation, simulate};
+use crate::run::{Runner, Simulation};
 use crate::studies::locking::facts::Spring;
 use crate::studies::sheet::MASS;
 use crate::studies::variant::Variant;
@@ -113,7 +113,8 @@ pub(super) fn run(case: &Case) -> Result<Spring, HarnessError> {
     let axis = d.cross(&a) / LOAD;
     let (mut before, mut spin, mut error) = (d, 0.0, law.follow(theta, 0.0, 0.0));
     let mut simulation = Simulation { system, state };
-    simulate(&mut simulation, &choice, time, Options::default(), |_, _, state| {
+    let runner = Runner::new(&choice, time).observe(|moment| {
+        let state = moment.state;
         let load = STEP * before.cross(&a).dot(&axis);
         let after = state.x[1].cross(&state.v[1]).dot(&axis);
         if let (Some(law), Some(error)) = (law.follow(theta, spin, load), &mut error) {
@@ -121,7 +122,8 @@ pub(super) fn run(case: &Case) -> Result<Spring, HarnessError> {
             *error = if off.is_nan() { f64::INFINITY } else { error.max(off) };
         }
         (before, spin) = (state.x[1], after);
-    })?;
+    });
+    runner.go(&mut simulation)?;
     Ok(Spring {
         label: method.label.to_owned(),
         method: choice.full_id(),

@@ -3,7 +3,7 @@
 
 use super::law::{lever, swing_lever};
 use crate::methods::Choice;
-use crate::run::{Options, Simulation, simulate};
+use crate::run::{Runner, Simulation};
 use crate::studies::sheet::Sheet;
 use drape_model::{DampingLaw, PinSpec, TimeSpan};
 
@@ -37,7 +37,7 @@ fn the_lever_of_strings_is_a_parabola() {
     let choice = Choice::parse("imex-euler:forcing_term=1e-12,implicit=springs", &[]).unwrap();
     let (h, steps) = (0.1, 20);
     let time = TimeSpan { step_s: h, duration_s: h * f64::from(steps) };
-    simulate(&mut simulation, &choice, time, Options::default(), |_, _, _| {}).unwrap();
+    Runner::new(&choice, time).go(&mut simulation).unwrap();
     let expected = -9.81 * levers[(side * side - 1) as usize] / (h * 1e8);
     let speed = simulation.state.v[(side * side - 1) as usize].z;
     assert!((speed / expected - 1.0).abs() < 0.001, "{speed} for {expected}");

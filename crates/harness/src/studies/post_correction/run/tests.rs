@@ -5,7 +5,7 @@ use super::corrected::{rows, spin};
 use super::sheets::{elongation, permuted};
 use super::*;
 use crate::methods::Choice;
-use crate::run::{Options, Simulation, simulate};
+use crate::run::{Runner, Simulation};
 use crate::studies::post_correction::facts::{FORWARD, Mesh, PERTURBED, Row};
 use drape_model::TimeSpan;
 use drape_report::Verdict;
@@ -23,8 +23,7 @@ fn without_a_reachable_limit_both_methods_are_their_uncorrected_twins_bit_for_bi
             let mut simulation = Simulation { system, state };
             let choice = Choice::parse(method, &[]).expect("known");
             let time = TimeSpan { step_s: 2e-4, duration_s: 0.02 };
-            simulate(&mut simulation, &choice, time, Options::default(), |_, _, _| ())
-                .expect("runs");
+            Runner::new(&choice, time).go(&mut simulation).expect("runs");
             simulation.state
         };
         assert_eq!(run(with), run(without), "{with}");

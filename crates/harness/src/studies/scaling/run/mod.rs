@@ -5,7 +5,7 @@ mod memory;
 
 use crate::facts::{Fact, fact};
 use crate::methods::Choice;
-use crate::run::{Options, Outcome, Simulation, simulate};
+use crate::run::{Outcome, Runner, Simulation};
 use crate::studies::scaling::facts::{
     Cell, FIXED_MATERIAL, FIXED_QUOTIENT, Facts, RunTiming, TimingRow,
 };
@@ -111,8 +111,7 @@ impl Mesh {
     fn run(&self, choice: &Choice, phases: bool) -> Result<Outcome, HarnessError> {
         let step_s = self.step(choice);
         let time = TimeSpan { step_s, duration_s: step_s * self.steps as f64 };
-        let options = Options { series: false, phases, ledger: false };
-        simulate(&mut self.simulation.clone(), choice, time, options, |_, _, _| ())
+        Runner::new(choice, time).phases(phases).go(&mut self.simulation.clone())
     }
 
     fn cell(&self, contender: &Contender) -> Result<Cell, HarnessError> {

@@ -7,7 +7,7 @@ mod tests;
 use crate::facts::{Fact, fact};
 use crate::methods::Choice;
 use crate::record::Totals;
-use crate::run::{Options, Simulation, drive};
+use crate::run::{Runner, Simulation};
 use crate::schedule::Schedule;
 use crate::studies::sheet::{GRAVITY, Sheet};
 use crate::studies::solver_control::facts::{Facts, History, Run, Scene, TimingRow};
@@ -149,13 +149,13 @@ fn measure(setting: &Setting, cell: &Cell) -> Result<Course, HarnessError> {
     let start = simulation.system.total_energy(&simulation.state);
     let (mut gain, mut time_s, mut step_s) = (0.0_f64, Vec::new(), Vec::new());
     let schedule = Schedule::steady(TimeSpan { step_s: cell.step_s, duration_s: SPAN });
-    let options = Options::default();
-    let outcome = drive(&mut simulation, &choice, &schedule, options, Some(BUDGET), |moment| {
+    let runner = Runner::by(&choice, &schedule).budget(BUDGET).observe(|moment| {
         let energy = moment.system.total_energy(moment.state);
         gain = gain.max(if energy.is_nan() { f64::INFINITY } else { energy - start });
         time_s.push(schedule.elapsed(moment.step));
         step_s.push(moment.h / f64::from(moment.report.substeps.max(1)));
-    })?;
+    });
+    let outcome = runner.go(&mut simulation)?;
     let verdict = match (&outcome.divergence, outcome.is_over_budget) {
         (Some(_), _) => Verdict::Diverged,
         (None, true) => Verdict::OverBudget,
@@ -193,12 +193,11 @@ fn measure(setting: &Setting, cell: &Cell) -> Result<Course, HarnessError> {
 
 fn time(setting: &Setting, cell: &Cell) -> Result<TimingRow, HarnessError> {
     let choice = Choice::parse(&cell.method, &[])?;
-    let schedule = Schedule::steady(TimeSpan { step_s: cell.step_s, duration_s: SPAN });
+    let time = TimeSpan { step_s: cell.step_s, duration_s: SPAN };
     let mut samples_ns = Vec::new();
     for _ in 0..REPETITIONS {
-        let mut simulation = setting.simulation.clone();
-        let options = Options::default();
-        let outcome = drive(&mut simulation, &choice, &schedule, options, Some(BUDGET), |_| ())?;
+        let runner = Runner::new(&choice, time).budget(BUDGET);
+        let outcome = runner.go(&mut setting.simulation.clone())?;
         samples_ns.push(outcome.wall.as_nanos() as u64);
     }
     let mut sorted = samples_ns.clone();

@@ -89,10 +89,8 @@ fn the_splitting_estimate_sees_the_locking_that_positions_do_not_show() {
         let method = format!("imex-euler:implicit=springs,tolerance=1e-3,estimator={estimator}");
         let choice = Choice::parse(&method, &[]).expect("known");
         let mut simulation = Simulation { system: system.clone(), state: state.clone() };
-        let schedule = Schedule::steady(TimeSpan { step_s: 0.01, duration_s: 0.1 });
-        let options = Options::default();
-        let outcome =
-            drive(&mut simulation, &choice, &schedule, options, None, |_| ()).expect("runs");
+        let time = TimeSpan { step_s: 0.01, duration_s: 0.1 };
+        let outcome = Runner::new(&choice, time).go(&mut simulation).expect("runs");
         let error = position_error(&system, &state.x, &exact.states[0].x, &simulation.state.x);
         (outcome.substeps, error)
     };

@@ -5,7 +5,7 @@ use super::sheet::{SEEDS, Setting, run as run_sheet, schedule};
 use super::theory::{Theory, largest_eigenvalue, longest, theory_of};
 use crate::HarnessError;
 use crate::methods::Choice;
-use crate::run::{Options, Simulation, drive};
+use crate::run::{Runner, Simulation};
 use crate::studies::sheet::MASS;
 use crate::studies::stability::facts::Limit;
 use crate::studies::variant::{Variant, is_explicit};
@@ -82,8 +82,7 @@ fn keeps_pair(start: &Simulation, choice: &Choice, h: f64) -> Result<bool, Harne
     let schedule = schedule(h);
     let steps = schedule.steps();
     let (mut first, mut last) = (0.0_f64, 0.0_f64);
-    let options = Options::default();
-    let outcome = drive(&mut start.clone(), choice, &schedule, options, None, |moment| {
+    let runner = Runner::by(choice, &schedule).observe(|moment| {
         let energy = moment.system.total_energy(moment.state);
         let energy = if energy.is_nan() { f64::INFINITY } else { energy };
         if 4 * moment.step <= steps {
@@ -91,7 +90,8 @@ fn keeps_pair(start: &Simulation, choice: &Choice, h: f64) -> Result<bool, Harne
         } else if 4 * moment.step >= 3 * steps {
             last = last.max(energy);
         }
-    })?;
+    });
+    let outcome = runner.go(&mut start.clone())?;
     Ok(outcome.divergence.is_none() && last <= VISIBLE * first)
 }
 

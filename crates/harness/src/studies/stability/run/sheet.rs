@@ -1,7 +1,7 @@
 //! The small hanging sheet, its true motion and its perturbed starts.
 
 use crate::methods::Choice;
-use crate::run::{Counts, Simulation, watch_by};
+use crate::run::{Counts, Runner, Simulation};
 use crate::schedule::Schedule;
 use crate::stability::gershgorin;
 use crate::studies::sheet::{GRAVITY, Sheet};
@@ -50,14 +50,15 @@ pub(super) fn run(
     let midpoint = ((SIDE - 1) * SIDE + SIDE / 2) as usize;
     let start = simulation.state.x[midpoint];
     let (mut reach, mut lasted) = (0.0_f64, false);
-    let counts = watch_by(simulation, choice, schedule, None, limit, |moment| {
+    let runner = Runner::by(choice, schedule).budget(limit).observe(|moment| {
         let time = schedule.elapsed(moment.step);
         // The step that passes the end counts where it is the first.
         if time <= DURATION * (1.0 + 1e-9) {
             reach = reach.max((moment.state.x[midpoint] - start).norm());
         }
         lasted |= time >= DURATION * (1.0 - 1e-9);
-    })?;
+    });
+    let counts = runner.count(simulation)?;
     let reach = (lasted && counts.outcome.divergence.is_none()).then_some(reach);
     Ok((counts, reach.filter(|reach| reach.is_finite())))
 }

@@ -4,8 +4,7 @@ use super::scenes::{SPAN, Setting};
 use super::variants::{Knob, Variant, is_limited_by_stiffness};
 use crate::HarnessError;
 use crate::methods::Choice;
-use crate::run::{Options, Outcome, drive};
-use crate::schedule::Schedule;
+use crate::run::{Outcome, Runner};
 use crate::studies::work_precision::facts::{Row, Run};
 use drape_model::{TimeSpan, Vec3};
 use drape_oracle::reference::{ReferenceError, ReferenceSettings, adaptive};
@@ -135,10 +134,8 @@ impl Setting {
     ) -> Result<Timed, HarnessError> {
         let time = TimeSpan { step_s: SPAN / Self::steps(variant, value), duration_s: SPAN };
         let mut simulation = self.simulation.clone();
-        let budget = Some(self.case.budget);
-        let schedule = Schedule::steady(time);
-        let outcome =
-            drive(&mut simulation, choice, &schedule, Options::default(), budget, |_| ())?;
+        let runner = Runner::new(choice, time).budget(self.case.budget);
+        let outcome = runner.go(&mut simulation)?;
         let Outcome { totals, unconverged, effort, divergence, is_over_budget, .. } = outcome;
         let (verdict, error) = if is_over_budget {
             (Verdict::OverBudget, None)
