@@ -17,6 +17,7 @@ mod schedule;
 mod stability;
 pub mod studies;
 mod team;
+mod theory;
 
 pub use drape_report::Verdict;
 pub use error::HarnessError;

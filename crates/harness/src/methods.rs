@@ -1,6 +1,7 @@
 //! From the id and settings on the command line to an integrator: the only place that knows every
 //! method's crate.
 
+use crate::theory::{self, Theory};
 use drape_integrator::{Integrator, Method, Registration, SettingError, Settings, Split};
 
 /// Why a choice of method was refused.
@@ -27,36 +28,52 @@ pub enum MethodError {
     Setting(#[from] SettingError),
 }
 
+/// A method and what is known of it.
+#[derive(Debug)]
+struct Entry {
+    registration: &'static Registration,
+    theory: &'static Theory,
+}
+
+const fn entry(registration: &'static Registration, theory: &'static Theory) -> Entry {
+    Entry { registration, theory }
+}
+
 /// All methods, in the order in which they build on each other: one line a method.
-static REGISTRY: [&Registration; 17] = [
-    &drape_explicit_euler::EXPLICIT,
-    &drape_explicit_euler::SYMPLECTIC,
-    &drape_explicit_euler::VERLET,
-    &drape_provot::REGISTRATION,
-    &drape_multistep::EXPLICIT_ADAMS,
-    &drape_backward_euler::REGISTRATION,
-    &drape_multistep::BACKWARD_DIFFERENTIATION,
-    &drape_terzopoulos_fleischer::REGISTRATION,
-    &drape_baraff_witkin::REGISTRATION,
-    &drape_desbrun::REGISTRATION,
-    &drape_kang::REGISTRATION,
-    &drape_imex::EULER,
-    &drape_imex::UPDATED,
-    &drape_imex::SBDF2,
-    &drape_imex::CNAB2,
-    &drape_imex::MCNAB2,
-    &drape_imex::CNLF,
+static REGISTRY: [Entry; 17] = [
+    entry(&drape_explicit_euler::EXPLICIT, &theory::EXPLICIT_EULER),
+    entry(&drape_explicit_euler::SYMPLECTIC, &theory::SYMPLECTIC_EULER),
+    entry(&drape_explicit_euler::VERLET, &theory::LEAPFROG),
+    entry(&drape_provot::REGISTRATION, &theory::PROVOT),
+    entry(&drape_multistep::EXPLICIT_ADAMS, &theory::ADAMS_BASHFORTH),
+    entry(&drape_backward_euler::REGISTRATION, &theory::BACKWARD_EULER),
+    entry(&drape_multistep::BACKWARD_DIFFERENTIATION, &theory::BDF),
+    entry(&drape_terzopoulos_fleischer::REGISTRATION, &theory::TERZOPOULOS_FLEISCHER),
+    entry(&drape_baraff_witkin::REGISTRATION, &theory::BARAFF_WITKIN),
+    entry(&drape_desbrun::REGISTRATION, &theory::DESBRUN),
+    entry(&drape_kang::REGISTRATION, &theory::KANG),
+    entry(&drape_imex::EULER, &theory::IMEX_EULER),
+    entry(&drape_imex::UPDATED, &theory::IMEX_UPDATED),
+    entry(&drape_imex::SBDF2, &theory::SBDF2),
+    entry(&drape_imex::CNAB2, &theory::CNAB2),
+    entry(&drape_imex::MCNAB2, &theory::MCNAB2),
+    entry(&drape_imex::CNLF, &theory::CNLF),
 ];
 
 /// All methods, in the order in which they build on each other.
 pub fn all() -> impl Iterator<Item = &'static Method> {
-    REGISTRY.iter().map(|entry| entry.method)
+    REGISTRY.iter().map(|entry| entry.registration.method)
+}
+
+/// What is known of each method, in the same order.
+pub(crate) fn theories() -> impl Iterator<Item = &'static Theory> {
+    REGISTRY.iter().map(|entry| entry.theory)
 }
 
 /// A method with checked settings.
 #[derive(Clone, Debug)]
 pub struct Choice {
-    entry: &'static Registration,
+    entry: &'static Entry,
     settings: Settings,
 }
 
@@ -75,11 +92,12 @@ impl Choice {
     /// ```
     pub fn parse(text: &str, more: &[String]) -> Result<Self, MethodError> {
         let (id, settings) = text.split_once(':').unwrap_or((text, ""));
-        let entry = REGISTRY.iter().find(|entry| entry.method.id == id).ok_or_else(|| {
-            let known: Vec<_> = all().map(|method| method.id).collect();
-            MethodError::Unknown { id: id.to_owned(), known: known.join(", ") }
-        })?;
-        let method = entry.method;
+        let entry =
+            REGISTRY.iter().find(|entry| entry.registration.method.id == id).ok_or_else(|| {
+                let known: Vec<_> = all().map(|method| method.id).collect();
+                MethodError::Unknown { id: id.to_owned(), known: known.join(", ") }
+            })?;
+        let method = entry.registration.method;
         let texts = settings.split(',').filter(|text| !text.trim().is_empty());
         let mut pairs = Vec::new();
         for text in texts.chain(more.iter().map(String::as_str)) {
@@ -94,7 +112,12 @@ impl Choice {
 
     /// The method.
     pub fn method(&self) -> &'static Method {
-        self.entry.method
+        self.entry.registration.method
+    }
+
+    /// What is known of the method.
+    pub(crate) fn theory(&self) -> &'static Theory {
+        self.entry.theory
     }
 
     /// All settings with their values.
@@ -120,12 +143,12 @@ impl Choice {
     /// Whether results of this choice have the same bits on every machine: no library
     /// factorisation takes part.
     pub fn is_portable(&self) -> bool {
-        (self.entry.is_portable)(&self.settings)
+        (self.entry.registration.is_portable)(&self.settings)
     }
 
     /// Whether the result depends on the order of the springs by more than round-off.
     pub fn follows_springs(&self) -> bool {
-        (self.entry.follows_springs)(&self.settings)
+        (self.entry.registration.follows_springs)(&self.settings)
     }
 
     /// A new integrator.
@@ -133,6 +156,6 @@ impl Choice {
     /// # Errors
     /// [`SettingError`], if the method's own reader refuses what its declaration allowed.
     pub fn build(&self) -> Result<Box<dyn Integrator>, SettingError> {
-        (self.entry.build)(&self.settings)
+        (self.entry.registration.build)(&self.settings)
     }
 }

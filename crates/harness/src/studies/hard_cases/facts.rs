@@ -5,7 +5,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Why a scene without moving springs is stable.
-pub(super) const NOTHING_MOVES: &str =
+pub(crate) const NOTHING_MOVES: &str =
     "no spring moves: every method gives the discrete parabola, or stands still";
 
 /// What theory says of a method on a case.

@@ -7,10 +7,10 @@ use crate::studies::momentum::facts::{Facts, Row, Scene};
 use crate::studies::sheet::{GRAVITY, Sheet, pair};
 use crate::studies::variant::{Variant, is_explicit, of_registry};
 use crate::studies::{Context, Measured, cells, prepared};
+use crate::theory::{self, SpinLaw};
 use crate::{HarnessError, system_hash};
 use drape_integrator::{Method, Quantity};
 use drape_model::{DampingLaw, State, System, SystemSpec, TimeSpan, Vec3};
-use drape_oracle::laws::spin;
 use drape_report::Verdict;
 
 /// Particles along each edge of the sheets.
@@ -64,31 +64,6 @@ const UNSTATED: [&str; 5] = [
     "imex-euler, ε = 0.001",
     "imex-updated, ε = 0.01",
     "imex-updated, as printed, ε = 0.01",
-];
-
-/// Factor by which a step multiplies the angular momentum of two undamped particles, from `θ` and the
-/// rest length over the length before and after the step.
-type Law = fn(theta: f64, before: f64, after: f64) -> f64;
-
-/// The laws, by label.
-const LAWS: [(&str, Law); 14] = [
-    ("explicit-euler", |theta, before, _| spin::explicit_euler(theta, 0.0, before)),
-    ("symplectic-euler", |_, _, _| spin::symplectic_euler(0.0)),
-    ("provot", |_, _, _| spin::symplectic_euler(0.0)),
-    ("leapfrog", |_, _, _| spin::leapfrog(0.0)),
-    ("backward-euler", |theta, _, after| spin::backward_euler(theta, 0.0, after)),
-    // Across the spring the linearised force is that of the old secant stiffness.
-    ("baraff-witkin", |theta, before, _| spin::baraff_witkin(theta, 0.0, before)),
-    ("desbrun, no correction", |theta, _, _| spin::imex_euler(theta, 0.0)),
-    ("kang", |theta, _, _| spin::kang(theta, 0.0, 1)),
-    ("kang, 8 sweeps", |theta, _, _| spin::kang(theta, 0.0, 8)),
-    ("terzopoulos-fleischer", |theta, before, _| spin::terzopoulos_fleischer(theta, 0.0, before)),
-    ("terzopoulos-fleischer, clamped", |theta, before, _| {
-        spin::terzopoulos_fleischer(theta, 0.0, before.min(1.0))
-    }),
-    ("imex-euler", |theta, _, _| spin::imex_euler(theta, 0.0)),
-    ("imex-euler, all springs", |theta, _, _| spin::imex_euler(theta, 0.0)),
-    ("imex-updated", |theta, _, after| spin::backward_euler(theta, 0.0, after)),
 ];
 
 /// What moves.
@@ -216,7 +191,7 @@ impl Setting {
         let choice = Choice::parse(variant.method, &[])?;
         let division = self.division(choice.method());
         let time = TimeSpan { step_s: STEP / division as f64, duration_s: DURATION };
-        let law = LAWS.iter().find(|(label, _)| *label == variant.label).map(|(_, law)| *law);
+        let law = theory::form(variant.label).and_then(|form| form.spin);
         let law = law.filter(|_| self.case.body == Body::Pair);
         let mut watch = Watch::new(self, law, time.step_s);
         let mut simulation = self.simulation.clone();
@@ -266,7 +241,7 @@ struct Watch<'a> {
     spin: Vec<f64>,
     /// The law of the method with its `θ`, the length of the spring after the last step, m, and the product of
     /// the factors so far.
-    law: Option<(Law, f64)>,
+    law: Option<(SpinLaw, f64)>,
     length: f64,
     law_product: f64,
 }
@@ -277,7 +252,7 @@ fn length(state: &State) -> f64 {
 }
 
 impl<'a> Watch<'a> {
-    fn new(setting: &'a Setting, law: Option<Law>, h: f64) -> Self {
+    fn new(setting: &'a Setting, law: Option<SpinLaw>, h: f64) -> Self {
         let Setting { scene, simulation: Simulation { system, state }, .. } = setting;
         let theta = 2.0 * h * h * scene.stiffness_over_mass_per_s2;
         Self {

@@ -33,18 +33,18 @@ const FEWEST: usize = 3;
 const VARIANTS: [Variant; 22] = [
     Variant::new("symplectic-euler", "symplectic-euler"),
     Variant::new("symplectic-euler, implicit damping", "symplectic-euler:damping=implicit"),
-    Variant::new(LIMITED, "provot"),
+    Variant::new("provot", "provot"),
     Variant::new("provot, limit out of reach", "provot:limit=10"),
     Variant::new("backward-euler", "backward-euler:residual=1e-12"),
     Variant::new("baraff-witkin", "baraff-witkin:forcing_term=1e-12"),
     Variant::new("kang", "kang"),
     Variant::new("kang, 8 sweeps", "kang:sweeps=8"),
     Variant::new("terzopoulos-fleischer", "terzopoulos-fleischer"),
-    Variant::new(CLAMPED, "terzopoulos-fleischer:clamp=true"),
+    Variant::new("terzopoulos-fleischer, clamped", "terzopoulos-fleischer:clamp=true"),
     Variant::new("adams-bashforth2", "adams-bashforth2"),
-    Variant::new(ADAMS_BASHFORTH_3, "adams-bashforth2:steps=3"),
+    Variant::new("adams-bashforth, 3 steps", "adams-bashforth2:steps=3"),
     Variant::new("bdf2", "bdf2:residual=1e-12"),
-    Variant::new(BDF_3, "bdf2:steps=3,residual=1e-12"),
+    Variant::new("bdf, 3 steps", "bdf2:steps=3,residual=1e-12"),
     Variant::new("imex-euler", "imex-euler:forcing_term=1e-10"),
     Variant::new("imex-euler, all springs", "imex-euler:forcing_term=1e-10,implicit=springs"),
     Variant::new("imex-updated", "imex-updated:forcing_term=1e-9"),
@@ -54,16 +54,6 @@ const VARIANTS: [Variant; 22] = [
     Variant::new("imex-mcnab2", "imex-mcnab2:forcing_term=1e-12"),
     Variant::new("imex-cnlf", "imex-cnlf:forcing_term=1e-12"),
 ];
-
-const LIMITED: &str = "provot";
-const CLAMPED: &str = "terzopoulos-fleischer, clamped";
-const ADAMS_BASHFORTH_3: &str = "adams-bashforth, 3 steps";
-const BDF_3: &str = "bdf, 3 steps";
-
-/// Variants whose order is not the one that the method states for its defaults. Where springs are shortened that are
-/// too long, or where weights are cut off in compression, another equation is solved, so that no order is claimed.
-const THEORY: [(&str, Option<u32>); 4] =
-    [(LIMITED, None), (CLAMPED, None), (ADAMS_BASHFORTH_3, Some(3)), (BDF_3, Some(3))];
 
 /// A scene before it is built.
 #[derive(Clone, Copy, Debug)]
@@ -185,8 +175,8 @@ fn theory(label: &str, order: Order) -> Option<u32> {
         Order::One => 1,
         Order::Two => 2,
     };
-    let exception = THEORY.iter().find(|(known, _)| *known == label);
-    exception.map_or(Some(stated), |(_, order)| *order)
+    let exception = crate::theory::form(label).and_then(|form| form.order);
+    exception.unwrap_or(Some(stated))
 }
 
 /// What the errors at several step sizes say.

@@ -1,8 +1,6 @@
 //! One method on one case.
 
-use super::expectation::expectation;
 use super::explanations::explanation;
-use super::linear::Problem;
 use super::scenes::{Case, Scenery};
 use super::tweak::choose;
 use crate::methods::Choice;
@@ -11,6 +9,7 @@ use crate::stability::{Energy, Reference, judge, reference};
 use crate::studies::finite;
 use crate::studies::hard_cases::facts::{Cell, Expected};
 use crate::studies::variant::Variant;
+use crate::theory::{Problem, expectation};
 use crate::{HarnessError, system_hash};
 use drape_integrator::PrepareError;
 use drape_report::Verdict;
@@ -160,7 +159,8 @@ pub(super) fn cell(form: &Variant, stage: &Stage<'_>) -> Result<Cell, HarnessErr
     cell.settings = choice.full_id();
     cell.portable = choice.is_portable();
     let simulation = &scenery.simulation;
-    let expected = expectation(&Problem { setup, choice: &choice, simulation });
+    let (schedule, is_at_rest) = (&setup.schedule, setup.is_at_rest);
+    let expected = expectation(&Problem { schedule, is_at_rest, choice: &choice, simulation });
     cell.expected = expected.kind;
     cell.reason = expected.reason;
     let mut tally = Tally::default();

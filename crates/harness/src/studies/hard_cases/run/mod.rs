@@ -1,9 +1,7 @@
 //! Experiment `hard-cases`: every method where methods fail.
 
 mod cell;
-mod expectation;
 mod explanations;
-mod linear;
 mod scenes;
 mod survey;
 #[cfg(test)]

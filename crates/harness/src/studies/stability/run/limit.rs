@@ -2,13 +2,14 @@
 
 use super::DAMPINGS;
 use super::sheet::{SEEDS, Setting, run as run_sheet, schedule};
-use super::theory::{Theory, largest_eigenvalue, longest, theory_of};
+use super::theory::{largest_eigenvalue, longest};
 use crate::HarnessError;
 use crate::methods::Choice;
 use crate::run::{Runner, Simulation};
 use crate::studies::sheet::MASS;
 use crate::studies::stability::facts::Limit;
 use crate::studies::variant::{Variant, is_explicit};
+use crate::theory::{self as known, Limit as ClosedForm};
 use drape_model::{SpringEffect, Vec3};
 use drape_oracle::scenes::{particles, spring};
 use drape_report::Verdict;
@@ -137,7 +138,7 @@ fn search(
 pub(super) fn run(case: &Case) -> Result<Limit, HarnessError> {
     let Case { variant, scene, damping } = case;
     let choice = Choice::parse(variant.method, &[])?;
-    let theory = theory_of(variant.label);
+    let theory = known::form(variant.label).and_then(|form| form.limit);
     let (name, range, eigenvalue, found) = match scene {
         Scene::Pair => {
             let start = pair(*damping)?;
@@ -152,7 +153,7 @@ pub(super) fn run(case: &Case) -> Result<Limit, HarnessError> {
     };
     let is_pair = name == "pair";
     let brake = damping / STIFFNESS;
-    let closed_form = |theory: &Theory| {
+    let closed_form = |theory: ClosedForm| {
         // The damping of shear and tension springs is in the same proportion as their stiffness. Undamped, modes of any
         // stiffness are among the shares of the largest eigenvalue.
         let modes = if is_pair { 1 } else { MODES };
@@ -165,7 +166,7 @@ pub(super) fn run(case: &Case) -> Result<Limit, HarnessError> {
             })
         })
     };
-    let visible = |theory: &Theory| {
+    let visible = |theory: ClosedForm| {
         let steps = |h: f64| 0.75 * schedule(h).steps() as f64;
         longest(range, |h| theory.growth(h, eigenvalue, eigenvalue * brake, steps(h)) <= VISIBLE)
     };

@@ -1,80 +1,13 @@
-//! What the closed forms say: spectral radii of the methods on the oscillator, and the eigenvalues of the sheet.
+//! The longest stable step, and the eigenvalues of the sheet.
 
 use drape_integrator::Implicit;
 use drape_model::{System, Vec3};
 use drape_oracle::Random;
-use drape_oracle::recurrence::{
-    Multistep, adams_bashforth, backward_euler, bdf, desbrun, explicit_euler, imex_euler,
-    kang_pair, leapfrog, spectral_radius, symplectic_euler, symplectic_euler_implicit_damping,
-    terzopoulos_fleischer,
-};
 
-/// A spectral radius above 1 by no more than this is round-off.
-const ROUND_OFF: f64 = 1e-9;
 /// Bisections of a step: to the last digits.
 const BISECTIONS: u32 = 60;
 /// Products of a power iteration.
 const PRODUCTS: usize = 500;
-
-/// What a step multiplies the motion by in the long run, from `θ = h²κ` and `η = hδ`.
-pub(super) type Radius = fn(theta: f64, eta: f64) -> f64;
-
-/// The closed form of a method on springs of rest length 0.
-pub(super) struct Theory {
-    pub(super) label: &'static str,
-    /// When a step is stable, in words.
-    pub(super) rule: &'static str,
-    pub(super) radius: Radius,
-}
-
-const fn theory(label: &'static str, rule: &'static str, radius: Radius) -> Theory {
-    Theory { label, rule, radius }
-}
-
-const ALWAYS: &str = "every θ and η";
-
-static THEORIES: [Theory; 21] = [
-    theory("explicit-euler", "θ ≤ η and 2η ≤ 4 + θ", |t, e| {
-        spectral_radius(&explicit_euler(t, e))
-    }),
-    theory("symplectic-euler", "θ + 2η < 4", |t, e| spectral_radius(&symplectic_euler(t, e))),
-    theory("symplectic-euler, implicit damping", "θ < 4 + 2η", |t, e| {
-        spectral_radius(&symplectic_euler_implicit_damping(t, e))
-    }),
-    theory("leapfrog", "θ < 4", |t, e| spectral_radius(&leapfrog(t, e))),
-    // On springs within its limit.
-    theory("provot", "θ + 2η < 4", |t, e| spectral_radius(&symplectic_euler(t, e))),
-    theory("adams-bashforth2", "roots of ρ² + ηρσ + θσ²; undamped never", |t, e| {
-        adams_bashforth(2, t, e).spectral_radius()
-    }),
-    theory(
-        "adams-bashforth, 3 steps",
-        "roots of ρ² + ηρσ + θσ²; undamped θ < 144/275",
-        |t, e| adams_bashforth(3, t, e).spectral_radius(),
-    ),
-    theory("backward-euler", ALWAYS, |t, e| spectral_radius(&backward_euler(t, e))),
-    theory("bdf2", ALWAYS, |t, e| bdf(2, t, e).spectral_radius()),
-    theory("baraff-witkin", ALWAYS, |t, e| spectral_radius(&backward_euler(t, e))),
-    theory("terzopoulos-fleischer", ALWAYS, |t, e| spectral_radius(&terzopoulos_fleischer(t, e))),
-    theory("desbrun", ALWAYS, |t, e| spectral_radius(&desbrun(t, e))),
-    theory("kang", ALWAYS, |t, e| spectral_radius(&kang_pair(0.5 * t, 0.5 * e, 1))),
-    theory("imex-euler, as printed", ALWAYS, |t, e| spectral_radius(&imex_euler(t, 0.0, e))),
-    theory(super::EXACT, ALWAYS, |t, e| spectral_radius(&imex_euler(t, 0.0, e))),
-    theory("imex-updated", ALWAYS, |t, e| spectral_radius(&backward_euler(t, e))),
-    theory("imex-updated, as printed", ALWAYS, |t, e| spectral_radius(&backward_euler(t, e))),
-    theory("imex-sbdf2", ALWAYS, |t, e| two_step(&Multistep::sbdf2(1.0), t, e)),
-    theory("imex-cnab2", ALWAYS, |t, e| two_step(&Multistep::cnab2(1.0), t, e)),
-    theory("imex-mcnab2", ALWAYS, |t, e| two_step(&Multistep::mcnab2(1.0), t, e)),
-    theory("imex-cnlf", ALWAYS, |t, e| two_step(&Multistep::cnlf(), t, e)),
-];
-
-fn two_step(method: &Multistep, theta: f64, eta: f64) -> f64 {
-    method.recurrence(theta, 0.0, eta).spectral_radius()
-}
-
-pub(super) fn theory_of(label: &str) -> Option<&'static Theory> {
-    THEORIES.iter().find(|theory| theory.label == label)
-}
 
 /// The longest of the steps from `range[0]` that are all admitted, up to the first that is not: to the last digits; 0 if
 /// the first is not, `None` if all are. The range is searched by doubling.
@@ -95,18 +28,6 @@ pub(super) fn longest(range: [f64; 2], admits: impl Fn(f64) -> bool) -> Option<f
         if admits(middle) { good = middle } else { bad = middle }
     }
     Some(good)
-}
-
-impl Theory {
-    /// Whether no oscillation of stiffness `κ` (1/s²) and damping `δ` (1/s) grows.
-    pub(super) fn is_stable(&self, h: f64, stiffness: f64, damping: f64) -> bool {
-        (self.radius)(h * h * stiffness, h * damping) <= 1.0 + ROUND_OFF
-    }
-
-    /// Factor by which an oscillation's energy grows over a number of steps.
-    pub(super) fn growth(&self, h: f64, stiffness: f64, damping: f64, steps: f64) -> f64 {
-        libm::pow((self.radius)(h * h * stiffness, h * damping), 2.0 * steps)
-    }
 }
 
 /// A spring between two particles of a system.
@@ -217,7 +138,7 @@ mod tests {
     #[test]
     fn limits_are_those_of_the_rules() {
         let of = |label: &str, damping: f64| {
-            let theory = theory_of(label).unwrap();
+            let theory = crate::theory::form(label).and_then(|form| form.limit).unwrap();
             longest([1e-4, 8.0], |h| theory.is_stable(h, 100.0, damping))
         };
         let close =

@@ -11,9 +11,9 @@
 //! one, with the coefficients `a`, `b` (implicit) and `c` (explicit) and their polynomials at −1, `A`, `B`, `C`, has
 //! `P(−1) = A² M + h² B² L_I + h² B C (K − L_I) + h A B C_I + h A C C_E`.
 
-use super::scenes::Setup;
 use crate::methods::Choice;
 use crate::run::Simulation;
+use crate::schedule::Schedule;
 use drape_integrator::{Implicit, LargestEigenvalue, hold_pins};
 use drape_model::{BlockSink, Effect, Level, Mat3, SpringEffect, System, Tangent, Vec3};
 use drape_solvers::{BlockFactor, BlockMatrix, Constraints, FactorKind};
@@ -28,51 +28,53 @@ const LEAST_MASS: f64 = 1e-6;
 const PRODUCTS: usize = 100;
 
 /// A method on a case.
-pub(super) struct Problem<'a> {
-    pub(super) setup: &'a Setup,
-    pub(super) choice: &'a Choice,
+pub(crate) struct Problem<'a> {
+    pub(crate) schedule: &'a Schedule,
+    /// Whether the start is an equilibrium.
+    pub(crate) is_at_rest: bool,
+    pub(crate) choice: &'a Choice,
     /// The unperturbed start.
-    pub(super) simulation: &'a Simulation,
+    pub(crate) simulation: &'a Simulation,
 }
 
 /// Factors of an effect's matrices in `P(−1)`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Weights {
+pub(crate) struct Weights {
     /// Of `h²` times the tangent stiffness `K`.
-    pub(super) tangent: f64,
+    pub(crate) tangent: f64,
     /// Of `h²` times the Laplacian `L_k` of the stiffness.
-    pub(super) laplacian: f64,
+    pub(crate) laplacian: f64,
     /// Of `h²` times the Laplacian of the secant stiffness `k (1 − ℓ/L)`.
-    pub(super) secant: f64,
+    pub(crate) secant: f64,
     /// Of `h` times the damping.
-    pub(super) damping: f64,
+    pub(crate) damping: f64,
 }
 
 impl Weights {
-    pub(super) const NONE: Self = Self { tangent: 0.0, laplacian: 0.0, secant: 0.0, damping: 0.0 };
+    pub(crate) const NONE: Self = Self { tangent: 0.0, laplacian: 0.0, secant: 0.0, damping: 0.0 };
 }
 
 /// `P(−1)` of a method.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Factors {
+pub(crate) struct Factors {
     /// Of the masses.
-    pub(super) mass: f64,
+    pub(crate) mass: f64,
     /// Of the springs that are implicit.
-    pub(super) implicit: Weights,
+    pub(crate) implicit: Weights,
     /// Of the others.
-    pub(super) explicit: Weights,
+    pub(crate) explicit: Weights,
 }
 
 impl Factors {
     /// Of the one-step method: implicit springs with their whole Laplacian at the new level.
-    pub(super) const ONE_STEP: Self = Self {
+    pub(crate) const ONE_STEP: Self = Self {
         mass: 4.0,
         implicit: Weights { tangent: -1.0, laplacian: 2.0, damping: 2.0, ..Weights::NONE },
         explicit: Weights { tangent: -1.0, damping: -2.0, ..Weights::NONE },
     };
 
     /// Of the two-step method with these polynomials at −1.
-    pub(super) const fn two_step(a: f64, b: f64, c: f64) -> Self {
+    pub(crate) const fn two_step(a: f64, b: f64, c: f64) -> Self {
         let tangent = b * c;
         let implicit =
             Weights { tangent, laplacian: b * b - b * c, damping: a * b, ..Weights::NONE };
@@ -83,7 +85,7 @@ impl Factors {
 
 /// What the linear analysis says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Linear {
+pub(crate) enum Linear {
     /// No root leaves through −1, whatever the state.
     Everywhere,
     /// A root has left at the start.
@@ -93,19 +95,19 @@ pub(super) enum Linear {
 }
 
 impl Problem<'_> {
-    pub(super) fn system(&self) -> &System {
+    pub(crate) fn system(&self) -> &System {
         &self.simulation.system
     }
 
-    pub(super) fn is_damped(&self) -> bool {
+    pub(crate) fn is_damped(&self) -> bool {
         self.system().effects().any(Effect::has_damping)
     }
 
-    pub(super) fn has_contacts(&self) -> bool {
+    pub(crate) fn has_contacts(&self) -> bool {
         !self.system().obstacles().is_empty()
     }
 
-    pub(super) fn has_moving_springs(&self) -> bool {
+    pub(crate) fn has_moving_springs(&self) -> bool {
         let pinned = self.system().pinned();
         let mut moving = false;
         Implicit::Springs.visit_weights(self.system(), &mut |i, j, _, _| {
@@ -115,13 +117,13 @@ impl Problem<'_> {
     }
 
     /// Whether all springs are among the implicit ones.
-    pub(super) fn are_all(&self, implicit: Implicit) -> bool {
+    pub(crate) fn are_all(&self, implicit: Implicit) -> bool {
         self.system().effects().all(|e| e.split().is_none() || implicit.selects(e))
     }
 
     /// Least and greatest step, s.
-    pub(super) fn steps(&self) -> (f64, f64) {
-        let schedule = &self.setup.schedule;
+    pub(crate) fn steps(&self) -> (f64, f64) {
+        let schedule = self.schedule;
         let of = |pick: fn(f64, f64) -> f64| schedule.pattern.iter().copied().reduce(pick);
         let h = schedule.time.step_s;
         (h * of(f64::min).unwrap_or(1.0), h * of(f64::max).unwrap_or(1.0))
@@ -130,7 +132,7 @@ impl Problem<'_> {
     /// The system at its greatest stiffness.
     fn stiffest(&self) -> System {
         let mut system = self.system().clone();
-        let factor = self.setup.schedule.greatest_stiffness();
+        let factor = self.schedule.greatest_stiffness();
         for effect in SpringEffect::ALL {
             // An effect that the scene does not name has nothing to be changed.
             let _named = system.scale_stiffness(effect.name(), factor);
@@ -140,7 +142,7 @@ impl Problem<'_> {
 
     /// `hδ` of the drag on the motion at the start, from below (the quotient of Rayleigh), if a method takes drag at the old
     /// velocity. Where it divides its steps, it does so by the stiffness alone.
-    pub(super) fn explicit_drag(&self) -> Option<f64> {
+    pub(crate) fn explicit_drag(&self) -> Option<f64> {
         let (system, settings) = (self.system(), self.choice.settings());
         let method = self.choice.method();
         let is_explicit =
@@ -154,7 +156,7 @@ impl Problem<'_> {
         let doubled: f64 =
             system.mass().iter().zip(&state.v).map(|(m, v)| m * v.norm_squared()).sum();
         let (h, _) = self.steps();
-        let divides = method.id == "leapfrog" && settings.word("step") != "fixed";
+        let divides = self.choice.theory().divides && settings.word("step") != "fixed";
         let most_parts = if divides {
             let limit = 2.0 * settings.number("safety") / self.bounds().0.sqrt();
             (h / limit).ceil().max(1.0)
@@ -165,12 +167,12 @@ impl Problem<'_> {
     }
 
     /// Bounds of the eigenvalues of `M⁻¹L_k` (1/s²) and `M⁻¹L_c` (1/s) by Gershgorin.
-    pub(super) fn bounds(&self) -> (f64, f64) {
+    pub(crate) fn bounds(&self) -> (f64, f64) {
         crate::stability::gershgorin(&self.stiffest())
     }
 
     /// Analyses a method that takes the springs of `implicit` (none: all explicit).
-    pub(super) fn analyse(&self, implicit: Option<Implicit>, factors: &Factors) -> Linear {
+    pub(crate) fn analyse(&self, implicit: Option<Implicit>, factors: &Factors) -> Linear {
         let (least, greatest) = self.steps();
         let of = |effect: &dyn Effect| match implicit {
             Some(implicit) if implicit.selects(effect) => factors.implicit,
@@ -204,7 +206,7 @@ impl Problem<'_> {
     /// `θ = h²λ` of the stiffest mode at the start, from below, if it grows visibly over the run by a method's own
     /// recurrence on the oscillator `x'' = −κx − δx'`, whatever its share of the damping. `step(θ, η, state)` takes a
     /// step of size `h`; the state begins with `x` and `w = hv`.
-    pub(super) fn growing(&self, step: impl Fn(f64, f64, &mut [f64; 4])) -> Option<f64> {
+    pub(crate) fn growing(&self, step: impl Fn(f64, f64, &mut [f64; 4])) -> Option<f64> {
         let system = self.stiffest();
         let (h, _) = self.steps();
         let x = &self.simulation.state.x;
@@ -212,7 +214,7 @@ impl Problem<'_> {
         let eta = h * self.bounds().1;
         let growth = |eta: f64| {
             let mut state = [1.0, 0.5, 0.5, 0.0];
-            for _ in 0..self.setup.schedule.steps() {
+            for _ in 0..self.schedule.steps() {
                 step(theta, eta, &mut state);
                 if state.iter().any(|value| value.abs() > VISIBLE) {
                     return true;

@@ -1,0 +1,91 @@
+//! What is known of each method without running it: one table, which hard cases, the stability
+//! atlas, the order study, the momentum study and tests read.
+//!
+//! A method's [`Theory`] stands in its line of the registry ([`crate::methods`]).
+
+mod case;
+mod forms;
+mod linear;
+
+pub(crate) use case::{Expectation, expectation};
+pub(crate) use forms::*;
+pub(crate) use linear::Problem;
+
+use crate::methods;
+
+/// A spectral radius above 1 by no more than this is round-off.
+const ROUND_OFF: f64 = 1e-9;
+
+/// What a step multiplies the motion by in the long run, from `θ = h²κ` and `η = hδ`.
+pub(crate) type Radius = fn(theta: f64, eta: f64) -> f64;
+
+/// Factor by which a step multiplies the angular momentum of two undamped particles, from `θ` and
+/// the rest length over the length before and after the step.
+pub(crate) type SpinLaw = fn(theta: f64, before: f64, after: f64) -> f64;
+
+/// What is known of a method.
+#[derive(Debug)]
+pub(crate) struct Theory {
+    /// What it should do on a hard case.
+    pub(crate) case: fn(&Problem<'_>) -> Expectation,
+    /// Whether it divides a step by itself, unless its setting `step` is `fixed`.
+    pub(crate) divides: bool,
+    /// Its forms. The label of the form at default settings is the method's id.
+    pub(crate) forms: &'static [Form],
+}
+
+/// A form of a method: certain settings, under one label in all studies.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Form {
+    /// Short name for tables and legends.
+    pub(crate) label: &'static str,
+    /// When a step is stable on springs of rest length 0.
+    pub(crate) limit: Option<Limit>,
+    /// What it does to the spin of two particles on a spring.
+    pub(crate) spin: Option<SpinLaw>,
+    /// Its order, where that is not the one that the method states; inside, `None` claims no order.
+    pub(crate) order: Option<Option<u32>>,
+}
+
+/// The closed form of a form on the oscillator.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Limit {
+    /// When a step is stable, in words.
+    pub(crate) rule: &'static str,
+    /// The spectral radius.
+    pub(crate) radius: Radius,
+}
+
+impl Limit {
+    /// Whether no oscillation of stiffness `κ` (1/s²) and damping `δ` (1/s) grows.
+    pub(crate) fn is_stable(&self, h: f64, stiffness: f64, damping: f64) -> bool {
+        (self.radius)(h * h * stiffness, h * damping) <= 1.0 + ROUND_OFF
+    }
+
+    /// Factor by which an oscillation's energy grows over a number of steps.
+    pub(crate) fn growth(&self, h: f64, stiffness: f64, damping: f64, steps: f64) -> f64 {
+        libm::pow((self.radius)(h * h * stiffness, h * damping), 2.0 * steps)
+    }
+}
+
+/// The form of that label.
+pub(crate) fn form(label: &str) -> Option<&'static Form> {
+    methods::theories().flat_map(|theory| theory.forms).find(|form| form.label == label)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn every_method_has_a_form_by_its_id_and_no_label_stands_twice() {
+        let labels: Vec<_> =
+            methods::theories().flat_map(|theory| theory.forms).map(|form| form.label).collect();
+        assert_eq!(labels.iter().collect::<BTreeSet<_>>().len(), labels.len(), "{labels:?}");
+        for method in methods::all() {
+            let form = form(method.id);
+            assert!(form.is_some_and(|form| form.limit.is_some()), "{}", method.id);
+        }
+    }
+}
