@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
-use drape_harness::record::{Run, Verdict};
+use drape_harness::record::{Ending, Run};
 use drape_model::{Scene, State, SystemSpec};
 use std::path::Path;
 use std::process::{Command, Output};
@@ -202,7 +202,7 @@ fn a_run_record_continues_where_it_ended() {
     assert_eq!(code(&drape(folder.path(), &arguments)), 0);
     let run: Run = drape_report::file::read_json(&folder.path().join("run.json")).unwrap();
     assert_eq!(run.steps, 100);
-    assert_eq!(run.verdict, Verdict::Completed { unconverged_steps: 0 });
+    assert_eq!(run.verdict, Ending::Completed { unconverged_steps: 0 });
     assert_eq!(run.series.len(), 101);
     assert!(run.phases_seconds.is_some());
     assert_eq!(run.settings["forcing_term"], "1e-3");
@@ -282,7 +282,7 @@ fn a_diverging_run_exits_with_3_and_keeps_what_was_recorded() {
     assert_eq!(code(&output), 3, "{message}");
     assert!(message.contains("diverged at step") && message.contains("farther than"), "{message}");
     let run: Run = drape_report::file::read_json(&folder.path().join("x.json")).unwrap();
-    let Verdict::Diverged { step, .. } = run.verdict else { panic!("{:?}", run.verdict) };
+    let Ending::Diverged { step, .. } = run.verdict else { panic!("{:?}", run.verdict) };
     assert_eq!(step, run.steps);
     assert!(run.series.len() as u64 >= step, "every finite sample is kept");
 }

@@ -120,6 +120,12 @@ impl Choice {
         self.entry.theory
     }
 
+    /// Whether the numbers of its explicit effects ([`drape_integrator::ExplicitNumbers`]) limit its
+    /// step exactly; other methods have a lower limit of their own.
+    pub fn has_exact_limit(&self) -> bool {
+        self.theory().is_limited
+    }
+
     /// All settings with their values.
     pub fn settings(&self) -> &Settings {
         &self.settings

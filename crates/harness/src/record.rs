@@ -26,7 +26,7 @@ pub struct Run {
     /// Number of steps that were completed.
     pub steps: u64,
     /// How the run ended.
-    pub verdict: Verdict,
+    pub verdict: Ending,
     /// Sums over the run.
     pub totals: Totals,
     /// Seconds by phase; `null` unless asked for.
@@ -41,7 +41,7 @@ pub struct Run {
 /// How a run ended.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
-pub enum Verdict {
+pub enum Ending {
     /// All steps were taken and the state stayed finite and near.
     Completed {
         /// Steps whose solver stopped before its tolerance.

@@ -40,6 +40,7 @@ fn two_step(method: &Multistep, theta: f64, eta: f64) -> f64 {
 pub(crate) static EXPLICIT_EULER: Theory = Theory {
     case: case::explicit_euler,
     divides: false,
+    is_limited: false,
     forms: &[form("explicit-euler")
         .limit("θ ≤ η and 2η ≤ 4 + θ", |t, e| spectral_radius(&explicit_euler(t, e)))
         .spin(|theta, before, _| spin::explicit_euler(theta, 0.0, before))],
@@ -48,6 +49,7 @@ pub(crate) static EXPLICIT_EULER: Theory = Theory {
 pub(crate) static SYMPLECTIC_EULER: Theory = Theory {
     case: case::symplectic_euler,
     divides: false,
+    is_limited: true,
     forms: &[
         form("symplectic-euler")
             .limit("θ + 2η < 4", |t, e| spectral_radius(&symplectic_euler(t, e)))
@@ -61,6 +63,7 @@ pub(crate) static SYMPLECTIC_EULER: Theory = Theory {
 pub(crate) static LEAPFROG: Theory = Theory {
     case: case::leapfrog,
     divides: true,
+    is_limited: true,
     forms: &[form("leapfrog")
         .limit("θ < 4", |t, e| spectral_radius(&leapfrog(t, e)))
         .spin(|_, _, _| spin::leapfrog(0.0))],
@@ -69,6 +72,7 @@ pub(crate) static LEAPFROG: Theory = Theory {
 pub(crate) static PROVOT: Theory = Theory {
     case: case::provot,
     divides: false,
+    is_limited: true,
     // On springs within its limit. What shortens springs solves another equation: no order is claimed.
     forms: &[form("provot")
         .limit("θ + 2η < 4", |t, e| spectral_radius(&symplectic_euler(t, e)))
@@ -79,6 +83,7 @@ pub(crate) static PROVOT: Theory = Theory {
 pub(crate) static ADAMS_BASHFORTH: Theory = Theory {
     case: case::adams_bashforth,
     divides: false,
+    is_limited: false,
     forms: &[
         form("adams-bashforth2")
             .limit("roots of ρ² + ηρσ + θσ²; undamped never", |t, e| {
@@ -95,6 +100,7 @@ pub(crate) static ADAMS_BASHFORTH: Theory = Theory {
 pub(crate) static BACKWARD_EULER: Theory = Theory {
     case: case::backward_euler,
     divides: false,
+    is_limited: false,
     forms: &[form("backward-euler")
         .limit(ALWAYS, |t, e| spectral_radius(&backward_euler(t, e)))
         .spin(|theta, _, after| spin::backward_euler(theta, 0.0, after))],
@@ -103,6 +109,7 @@ pub(crate) static BACKWARD_EULER: Theory = Theory {
 pub(crate) static BDF: Theory = Theory {
     case: case::bdf2,
     divides: false,
+    is_limited: false,
     forms: &[
         form("bdf2").limit(ALWAYS, |t, e| bdf(2, t, e).spectral_radius()),
         form("bdf, 3 steps").order(Some(3)),
@@ -112,6 +119,7 @@ pub(crate) static BDF: Theory = Theory {
 pub(crate) static TERZOPOULOS_FLEISCHER: Theory = Theory {
     case: case::terzopoulos_fleischer,
     divides: false,
+    is_limited: false,
     forms: &[
         form("terzopoulos-fleischer")
             .limit(ALWAYS, |t, e| spectral_radius(&terzopoulos_fleischer(t, e)))
@@ -126,6 +134,7 @@ pub(crate) static TERZOPOULOS_FLEISCHER: Theory = Theory {
 pub(crate) static BARAFF_WITKIN: Theory = Theory {
     case: case::baraff_witkin,
     divides: false,
+    is_limited: false,
     // Across the spring the linearised force is that of the old secant stiffness.
     forms: &[form("baraff-witkin")
         .limit(ALWAYS, |t, e| spectral_radius(&backward_euler(t, e)))
@@ -135,6 +144,7 @@ pub(crate) static BARAFF_WITKIN: Theory = Theory {
 pub(crate) static DESBRUN: Theory = Theory {
     case: case::desbrun,
     divides: false,
+    is_limited: false,
     forms: &[
         form("desbrun").limit(ALWAYS, |t, e| spectral_radius(&desbrun(t, e))),
         form("desbrun, no correction").spin(|theta, _, _| spin::imex_euler(theta, 0.0)),
@@ -144,6 +154,7 @@ pub(crate) static DESBRUN: Theory = Theory {
 pub(crate) static KANG: Theory = Theory {
     case: case::kang,
     divides: false,
+    is_limited: false,
     forms: &[
         form("kang")
             .limit(ALWAYS, |t, e| spectral_radius(&kang_pair(0.5 * t, 0.5 * e, 1)))
@@ -155,6 +166,7 @@ pub(crate) static KANG: Theory = Theory {
 pub(crate) static IMEX_EULER: Theory = Theory {
     case: case::imex_euler,
     divides: false,
+    is_limited: true,
     forms: &[
         form("imex-euler")
             .limit(ALWAYS, |t, e| spectral_radius(&imex_euler(t, 0.0, e)))
@@ -170,6 +182,7 @@ pub(crate) static IMEX_EULER: Theory = Theory {
 pub(crate) static IMEX_UPDATED: Theory = Theory {
     case: case::imex_updated,
     divides: false,
+    is_limited: false,
     forms: &[
         form("imex-updated")
             .limit(ALWAYS, |t, e| spectral_radius(&backward_euler(t, e)))
@@ -182,23 +195,27 @@ pub(crate) static IMEX_UPDATED: Theory = Theory {
 pub(crate) static SBDF2: Theory = Theory {
     case: case::imex_sbdf2,
     divides: false,
+    is_limited: false,
     forms: &[form("imex-sbdf2").limit(ALWAYS, |t, e| two_step(&Multistep::sbdf2(1.0), t, e))],
 };
 
 pub(crate) static CNAB2: Theory = Theory {
     case: case::imex_cnab2,
     divides: false,
+    is_limited: false,
     forms: &[form("imex-cnab2").limit(ALWAYS, |t, e| two_step(&Multistep::cnab2(1.0), t, e))],
 };
 
 pub(crate) static MCNAB2: Theory = Theory {
     case: case::imex_mcnab2,
     divides: false,
+    is_limited: false,
     forms: &[form("imex-mcnab2").limit(ALWAYS, |t, e| two_step(&Multistep::mcnab2(1.0), t, e))],
 };
 
 pub(crate) static CNLF: Theory = Theory {
     case: case::imex_cnlf,
     divides: false,
+    is_limited: false,
     forms: &[form("imex-cnlf").limit(ALWAYS, |t, e| two_step(&Multistep::cnlf(), t, e))],
 };

@@ -7,7 +7,7 @@ use crate::cli::output::print;
 use crate::cli::progress::bar;
 use clap::builder::TypedValueParser as _;
 use drape_harness::methods::{Choice, MethodError};
-use drape_harness::record::{FinalState, RUN_FORMAT, Run, Sample, Verdict};
+use drape_harness::record::{Ending, FinalState, RUN_FORMAT, Run, Sample};
 use drape_harness::{
     HarnessError, Moment, OrderedSimulation, Outcome, Peak, Rule, Team, system_hash,
 };
@@ -189,8 +189,8 @@ fn record(
         dt_s: time.step_s,
         steps: outcome.steps,
         verdict: match &outcome.divergence {
-            None => Verdict::Completed { unconverged_steps: outcome.unconverged },
-            Some(divergence) => Verdict::Diverged {
+            None => Ending::Completed { unconverged_steps: outcome.unconverged },
+            Some(divergence) => Ending::Diverged {
                 step: divergence.step,
                 time_s: divergence.time,
                 criterion: divergence.criterion.clone(),
@@ -234,8 +234,7 @@ fn step_warning(
     };
     let is_divided = choice.settings().iter().any(divides);
     let id = choice.method().id;
-    // Other methods have a lower limit of their own.
-    let most = if LIMITED.contains(&id) { "" } else { "at most " };
+    let most = if choice.has_exact_limit() { "" } else { "at most " };
     (step > limit && !is_divided).then(|| {
         format!(
             "{} takes {what} at the old time level, which allows steps of {most}about {limit:.2e} s {when}; \
@@ -245,9 +244,6 @@ fn step_warning(
         )
     })
 }
-
-/// Methods whose stability limit is that of [`ExplicitNumbers`].
-const LIMITED: [&str; 4] = ["symplectic-euler", "leapfrog", "provot", "imex-euler"];
 
 /// What the energy warning needs to know about the start of a run.
 #[derive(Clone, Copy, Debug)]
@@ -277,7 +273,7 @@ fn energy_warning(run: &Run, rule: Rule, known: Start) -> Option<String> {
         Rule::Dissipative => RISE[0],
         Rule::Symplectic => RISE[1],
     };
-    let completed = matches!(run.verdict, Verdict::Completed { .. });
+    let completed = matches!(run.verdict, Ending::Completed { .. });
     let cause = match known.inside {
         0 => format!("the step is probably too long for {}", run.method),
         inside => format!(
