@@ -9,7 +9,7 @@ use drape_integrator::{
     EnergyLedger, Implicit, Integrator, Phase, PhaseClock, SolveStatus, StepError, StepReport,
     TimeStep,
 };
-use drape_model::{Input, Numbering, State, System, TimeSpan, Vec3};
+use drape_model::{Numbering, SceneFile, State, System, TimeSpan, Vec3};
 use std::time::{Duration, Instant};
 
 /// A position farther from the centre of the start than this many scene sizes counts as diverged.
@@ -113,7 +113,7 @@ impl Simulation {
         Self::of(&drape_model::parse(file, text)?)
     }
 
-    fn of(input: &Input) -> Result<Self, HarnessError> {
+    fn of(input: &SceneFile) -> Result<Self, HarnessError> {
         let (system, state) = input.spec().build()?;
         Ok(Self { system, state })
     }
