@@ -1,7 +1,7 @@
 //! The drape test: a disc of cloth, hung over a smaller one until it rests.
 
 use crate::{build, largest, prepared};
-use drape_model::{AngularLaw, Input, drape_coefficient, load, projected_area};
+use drape_model::{AngularLaw, SceneFile, drape_coefficient, load, projected_area};
 use std::f64::consts::PI;
 
 /// Radius of the disc that holds the cloth, m.
@@ -24,7 +24,7 @@ pub struct Drape {
 /// # Panics
 /// When the scene or the method is refused.
 pub fn drape(rigidity: f64, method: &str, h: f64, seconds: f64) -> Drape {
-    let Ok(Input::Scene(mut scene, _)) = load("drape-test") else { panic!("a bundled scene") };
+    let Ok(SceneFile::Scene(mut scene, _)) = load("drape-test") else { panic!("a bundled scene") };
     scene.effects.bending_hinge = Some(AngularLaw { stiffness_n_m: rigidity / 3.0 });
     let spec = scene.discretise().unwrap_or_else(|violation| panic!("{violation}"));
     let (system, start) = build(&spec);

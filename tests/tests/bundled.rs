@@ -3,14 +3,14 @@
 use drape_harness::methods::{self, Choice};
 use drape_harness::{HarnessError, Runner, Simulation};
 use drape_integrator::PrepareError;
-use drape_model::{Input, System, SystemSpec, TimeSpan, bundled, load};
+use drape_model::{SceneFile, System, SystemSpec, TimeSpan, bundled, load};
 use drape_tests::drape::drape;
 use drape_tests::{build, largest, prepared};
 
 /// Acceleration of gravity, m/s².
 const G: f64 = 9.81;
 
-fn scene(name: &str) -> Input {
+fn scene(name: &str) -> SceneFile {
     load(name).unwrap_or_else(|error| panic!("{error}"))
 }
 

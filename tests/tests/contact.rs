@@ -198,7 +198,7 @@ fn a_particle_that_starts_deep_inside_is_led_out_slowly_and_without_speed() {
             for obstacle in shapes(e) {
                 let (x, v, detection) = ([0.0, 0.0, -0.3], [0.0; 3], Detection::Penetration);
                 let (system, mut state) = particle(x, v, gravity, &[obstacle], detection);
-                let limit = system.contact().recovery_speed_limit;
+                let limit = system.contact().recovery_speed_limit_m_s;
                 let (start, mut last) = (system.total_energy(&state), state.x[0]);
                 run(method, &system, &mut state, H, 200, |k, state| {
                     let moved = (state.x[0] - last).norm();

@@ -2,7 +2,7 @@
 //! cause, history follows the step size and the system, pins hold, units do not matter.
 
 use drape_integrator::{Setups, SolveStatus, StepError, StepReport};
-use drape_model::{DampingLaw, ObstacleSpec, State, System, Vec3};
+use drape_model::{DampingLaw, EffectKind, ObstacleSpec, State, System, Vec3};
 use drape_oracle::scenes;
 use drape_tests::{
     METHODS, Run, Sheet, apart, assert_covers, bits, build, fresh, has, is_adaptive, method, name,
@@ -149,9 +149,9 @@ fn set_ups_are_charged_to_their_cause() {
         };
         run.h = 0.5 * H;
         assert_eq!(setups(&mut run), resized, "{id}");
-        assert!(run.system.scale_stiffness("tension", 1.5));
+        assert!(run.system.scale_stiffness(EffectKind::Tension, 1.5));
         assert_eq!(setups(&mut run), changed(stiffness), "{id}");
-        assert!(run.system.scale_damping("tension", 1.5));
+        assert!(run.system.scale_damping(EffectKind::Tension, 1.5));
         assert_eq!(setups(&mut run), changed(stiffness), "{id}");
         assert!(double_masses(&mut run.system));
         assert_eq!(setups(&mut run), changed(stiffness), "{id}");
@@ -229,8 +229,8 @@ type Change = (&'static str, fn(&mut System) -> bool);
 
 const CHANGES: [Change; 6] = [
     ("nothing", |_| true),
-    ("stiffness", |system| system.scale_stiffness("tension", 3.0)),
-    ("damping", |system| system.scale_damping("shear", 0.5)),
+    ("stiffness", |system| system.scale_stiffness(EffectKind::Tension, 3.0)),
+    ("damping", |system| system.scale_damping(EffectKind::Shear, 0.5)),
     ("mass", double_masses),
     ("pins", |system| system.set_pinned(17, true) && system.set_pinned(0, false)),
     ("everything", |system| CHANGES[1..5].iter().all(|(_, change)| change(system))),
@@ -324,7 +324,7 @@ fn the_unit_of_mass_does_not_matter() {
             let (mut system, state) = sheet();
             let mass: Vec<f64> = system.mass().iter().map(|m| unit * m).collect();
             assert!(system.set_mass(&mass));
-            for effect in ["tension", "shear"] {
+            for effect in [EffectKind::Tension, EffectKind::Shear] {
                 assert!(system.scale_stiffness(effect, unit) && system.scale_damping(effect, unit));
             }
             let mut scaled = prepared(id, (system, state), H);

@@ -2,7 +2,7 @@
 //! pins, not in contact, with neither law of damping.
 
 use drape_integrator::PhaseClock;
-use drape_model::{DampingLaw, KeyframeSpec, ObstacleSpec, State, System};
+use drape_model::{DampingLaw, EffectKind, KeyframeSpec, ObstacleSpec, State, System};
 use drape_oracle::scenes;
 use drape_tests::{
     METHODS, Run, Sheet, assert_covers, build, bundled, prepared, seconds, stiffening,
@@ -124,7 +124,7 @@ fn check(id: &str, scene: &str, system: (System, State)) {
     let heavier: Vec<f64> = run.system.mass().iter().map(|m| 1.25 * m).collect();
     let mut clock = PhaseClock::on();
     // The first change of a curve that several springs share copies it; no step does.
-    assert!(run.system.scale_stiffness("tension", 1.0));
+    assert!(run.system.scale_stiffness(EffectKind::Tension, 1.0));
     let count = allocations(|| {
         let mut step = |run: &mut Run, h: f64| {
             let Run { integrator, system, state, .. } = run;
@@ -134,9 +134,9 @@ fn check(id: &str, scene: &str, system: (System, State)) {
         let h = run.h;
         (0..4).for_each(|_| step(&mut run, h));
         step(&mut run, 0.005);
-        assert!(run.system.scale_stiffness("tension", 0.5));
+        assert!(run.system.scale_stiffness(EffectKind::Tension, 0.5));
         step(&mut run, 0.005);
-        assert!(run.system.scale_damping("tension", 2.0));
+        assert!(run.system.scale_damping(EffectKind::Tension, 2.0));
         step(&mut run, 0.005);
         assert!(run.system.set_mass(&heavier));
         step(&mut run, 0.005);

@@ -4,7 +4,7 @@
 #![allow(clippy::unwrap_used, reason = "tests")]
 
 use drape_integrator::SolveStatus;
-use drape_model::{DampingLaw, System, Vec3};
+use drape_model::{DampingLaw, EffectKind, System, Vec3};
 use drape_tests::{
     METHODS, Random, Sheet, assert_covers, build, fresh, has, name, particles, prepared, tension,
 };
@@ -125,8 +125,8 @@ fn after_a_failed_rebuild_the_next_step_is_that_of_a_fresh_integrator() {
         let factors = [2.0_f64.powi(1020), 2.0_f64.powi(16)];
         for factor in factors.map(|factor| if back { factor.recip() } else { factor }) {
             let changed = match what {
-                "stiffness" => system.scale_stiffness("tension", factor),
-                _ => system.scale_damping("tension", factor),
+                "stiffness" => system.scale_stiffness(EffectKind::Tension, factor),
+                _ => system.scale_damping(EffectKind::Tension, factor),
             };
             assert!(changed, "{what}");
         }

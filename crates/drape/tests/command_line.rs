@@ -22,7 +22,8 @@ fn text(bytes: &[u8]) -> String {
 const SCENE: &str = r#"{
   "format": "drape-scene/1",
   "name": "sheet",
-  "cloth": { "grid": { "rows": 3, "columns": 3, "size_m": [1, 1], "center_m": [0, 0, 0], "mass_kg": 0.9 } },
+  "cloth": { "grid": { "rows": 3, "columns": 3, "size_m": [1, 1], "center_m": [0, 0, 0],
+      "mass_kg": 0.9 } },
   "effects": {
     "tension": { "stiffness_over_mass_per_s2": 1e3, "damping_over_mass_per_s": 4 },
     "gravity": { "m_s2": [0, 0, -9.81] }
@@ -35,7 +36,8 @@ const SCENE: &str = r#"{
 const SYSTEM: &str = r#"{
   "format": "drape-system/1",
   "particles": { "mass_kg": [1, 1], "position_m": [[0, 0, 0], [1, 0, 0]] },
-  "springs": [ { "effect": "tension", "i": 0, "j": 1, "rest_length_m": 1, "stiffness_n_per_m": 10 } ],
+  "springs": [ { "effect": "tension", "i": 0, "j": 1, "rest_length_m": 1,
+      "stiffness_n_per_m": 10 } ],
   "pins": [ { "particle": 0 } ]
 }"#;
 
@@ -384,7 +386,8 @@ fn a_run_that_gains_energy_is_warned_about_and_one_that_does_not_is_not() {
     assert!(!warned("imex-euler"));
 }
 
-/// A frozen sheet, and the same with its particles listed in disorder; with the new index of each particle.
+/// Writes a frozen sheet, and the same with its particles in disorder. Returns the new index of
+/// each particle.
 fn sheet_and_shuffled(folder: &Path) -> Vec<usize> {
     let scene = SCENE
         .replace(r#""rows": 3, "columns": 3"#, r#""rows": 40, "columns": 30"#)
@@ -394,7 +397,8 @@ fn sheet_and_shuffled(folder: &Path) -> Vec<usize> {
         .map(|input| input.spec().clone())
         .unwrap();
     let n = natural.particles.mass_kg.len();
-    let new: Vec<usize> = (0..n).map(|i| i * 787 % n).collect(); // 787 and 1200 have no common factor
+    // 787 and 1200 have no common factor.
+    let new: Vec<usize> = (0..n).map(|i| i * 787 % n).collect();
     let mut shuffled = natural.clone();
     for (i, &k) in new.iter().enumerate() {
         shuffled.particles.position_m[k] = natural.particles.position_m[i];
@@ -449,13 +453,15 @@ fn a_frozen_system_in_disorder_is_recorded_in_its_own_order() {
     }
 }
 
-/// A sheet on a plane, `height` m above it, and what a run warns of.
+/// The warnings of a run with a sheet `height` m above a plane.
 fn warnings_of_a_sheet_on_a_plane(height: f64) -> String {
     let folder = tempfile::tempdir().unwrap();
     let scene = format!(
-        r#"{{ "format": "drape-scene/1", "name": "rest", "cloth": {{ "grid": {{ "rows": 9, "columns": 7, "size_m": [1, 0.7],
+        r#"{{ "format": "drape-scene/1", "name": "rest", "cloth": {{ "grid": {{ "rows": 9,
+            "columns": 7, "size_m": [1, 0.7],
         "center_m": [0.1, 0.3, {height}], "mass_kg": 0.064 }} }}, "effects": {{
-        "tension": {{ "stiffness_over_mass_per_s2": 1e6 }}, "gravity": {{ "m_s2": [0, 0, -9.81] }} }},
+        "tension": {{ "stiffness_over_mass_per_s2": 1e6 }},
+            "gravity": {{ "m_s2": [0, 0, -9.81] }} }},
         "obstacles": [{{ "plane": {{ "point_m": [0, 0, 0.7], "normal": [0.28, 0, 0.96] }} }}],
         "time": {{ "step_s": 0.01, "duration_s": 0.2 }} }}"#
     );
@@ -472,13 +478,15 @@ fn a_cloth_that_starts_inside_an_obstacle_is_named_as_a_cause_of_energy() {
     assert!(!warnings_of_a_sheet_on_a_plane(1.5).contains("warning"));
 }
 
-/// Far from the origin round-off moves a sheet at rest, and all of that motion is a rise of the energy.
+/// Far from the origin round-off moves a sheet at rest, and all of that motion raises the energy.
 #[test]
 fn a_sheet_at_rest_is_not_warned_about_for_its_round_off() {
     let folder = tempfile::tempdir().unwrap();
-    let scene = r#"{ "format": "drape-scene/1", "name": "rest", "cloth": { "grid": { "rows": 9, "columns": 7,
+    let scene = r#"{ "format": "drape-scene/1", "name": "rest", "cloth": { "grid": { "rows": 9,
+        "columns": 7,
         "size_m": [1, 0.7], "center_m": [100.123, 37.3, 0.7], "mass_kg": 0.064 } }, "effects": {
-        "tension": { "stiffness_over_mass_per_s2": 1e6 } }, "time": { "step_s": 0.01, "duration_s": 0.2 } }"#;
+        "tension": { "stiffness_over_mass_per_s2": 1e6 } }, "time": { "step_s": 0.01,
+            "duration_s": 0.2 } }"#;
     std::fs::write(folder.path().join("rest.json"), scene).unwrap();
     let run = ["run", "rest.json", "--method", "imex-euler", "--out", "run.json"];
     let output = drape(folder.path(), &run);
@@ -508,10 +516,11 @@ fn an_animation_under_another_name_than_glb_is_refused_before_the_run() {
 #[test]
 fn a_step_too_long_for_a_speed_that_comes_later_is_told_then() {
     let folder = tempfile::tempdir().unwrap();
-    let scene = r#"{ "format": "drape-scene/1", "name": "fall", "cloth": { "grid": { "rows": 5, "columns": 5,
-        "size_m": [1, 1], "center_m": [0, 0, 0], "mass_kg": 0.025 } }, "effects": {
+    let scene = r#"{ "format": "drape-scene/1", "name": "fall", "cloth": { "grid": { "rows": 5,
+        "columns": 5, "size_m": [1, 1], "center_m": [0, 0, 0], "mass_kg": 0.025 } }, "effects": {
         "tension": { "stiffness_over_mass_per_s2": 1e4 }, "gravity": { "m_s2": [0, 0, -9.81] },
-        "air": { "drag": { "quadratic": { "coefficient": 1.2 } } } }, "time": { "step_s": 0.01, "duration_s": 1 } }"#;
+        "air": { "drag": { "quadratic": { "coefficient": 1.2 } } } }, "time": { "step_s": 0.01,
+            "duration_s": 1 } }"#;
     std::fs::write(folder.path().join("fall.json"), scene).unwrap();
     let warnings = |step: &str| {
         let run = ["run", "fall.json", "--method", "imex-euler", "--dt", step];

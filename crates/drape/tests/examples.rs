@@ -1,4 +1,4 @@
-//! Every example runs and prints what its text promises.
+//! Every example runs and prints the results that its text promises.
 
 #![allow(clippy::unwrap_used)]
 

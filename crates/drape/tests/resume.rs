@@ -38,7 +38,7 @@ fn journals(out: &Path) -> HashMap<PathBuf, Vec<Value>> {
     paths.map(|path| (path.clone(), lines(&path))).collect()
 }
 
-/// Between 0 and 1, anew at each call and each run of the test: a failure prints what it drew.
+/// A number from 0 to 1, another one at each call and each run of the test. Failures print it.
 fn random() -> f64 {
     use std::hash::BuildHasher as _;
     let bits = std::hash::RandomState::new().hash_one(0);
@@ -46,8 +46,7 @@ fn random() -> f64 {
 }
 
 #[test]
-fn killed_at_random_moments_it_finishes_with_the_facts_of_an_undisturbed_run_and_redoes_no_finished_cell()
- {
+fn killed_at_random_moments_it_ends_with_undisturbed_facts_and_redoes_no_finished_cell() {
     let folder = tempfile::tempdir().unwrap();
     let (calm, killed) = (folder.path().join("calm"), folder.path().join("killed"));
     let begin = Instant::now();

@@ -68,8 +68,8 @@ fn an_obstacle_that_moves_has_a_file_a_frame_and_is_seen_where_it_is() {
     let folder = tempfile::tempdir().unwrap();
     let system = r#"{ "format": "drape-system/1",
         "particles": { "mass_kg": [1, 1, 1], "position_m": [[0, 0, 0], [1, 0, 0], [0, 1, 0]] },
-        "triangles": [[0, 1, 2]], "obstacles": [{ "box": { "center_m": [0, 0, -1], "size_m": [2, 2, 2],
-            "path": [{ "time_s": 0.1, "offset_m": [0, 0, 0.5] }] } }] }"#;
+        "triangles": [[0, 1, 2]], "obstacles": [{ "box": { "center_m": [0, 0, -1],
+            "size_m": [2, 2, 2], "path": [{ "time_s": 0.1, "offset_m": [0, 0, 0.5] }] } }] }"#;
     std::fs::write(folder.path().join("s.json"), system).unwrap();
     let times = ["s.json", "--method", "imex-euler", "--dt", "0.01", "--duration", "0.2"];
     let run = ["--frames", "f", "--animation", "m.glb", "--fps", "50"];

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::run::{Moment, Runner};
-use drape_model::{Input, parse};
+use drape_model::{SceneFile, parse};
 
 /// A sheet of 36 × 30 particles that falls on a ball while two corners hold it.
 fn sheet() -> SystemSpec {
@@ -16,7 +16,7 @@ fn sheet() -> SystemSpec {
         "obstacles": [{ "sphere": { "center_m": [0.1, 0.2, -0.21], "radius_m": 0.2 } }],
         "time": { "step_s": 0.1, "duration_s": 1 } }"#;
     match parse("sheet", text).unwrap() {
-        Input::Scene(_, spec) | Input::System(spec) => spec,
+        SceneFile::Scene(_, spec) | SceneFile::System(spec) => spec,
     }
 }
 
@@ -146,7 +146,7 @@ fn shaken(effects: &str) -> SystemSpec {
         "size_m": [1, 1], "center_m": [0, 0, 0], "mass_kg": 0.1 }} }}, "effects": {{ {effects} }},
         "time": {{ "step_s": 0.01, "duration_s": 1 }} }}"#
     );
-    let Input::Scene(_, mut spec) = parse("shaken", &text).unwrap() else { unreachable!() };
+    let SceneFile::Scene(_, mut spec) = parse("shaken", &text).unwrap() else { unreachable!() };
     let mut random = 1_u64;
     for x in spec.particles.position_m.iter_mut().flatten() {
         random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
@@ -198,7 +198,7 @@ fn a_fall_at_terminal_speed_is_steady_below_the_limit_and_not_above() {
             "velocity_m_s": [[0, 0, -{v}], [0, 0, -{v}], [0, 0, -{v}]] }} }}"#,
         v = speed + disturbed
     );
-    let Input::System(spec) = parse("fall", &text).unwrap() else { unreachable!() };
+    let SceneFile::System(spec) = parse("fall", &text).unwrap() else { unreachable!() };
     let strays = |share| (speed_after(&spec, "symplectic-euler", share) - speed).abs();
     assert!(strays(0.95) < 1e-3 * disturbed, "{}", strays(0.95));
     assert!(strays(1.05) > 100.0 * disturbed, "{}", strays(1.05));

@@ -9,7 +9,7 @@ use drape_integrator::{
     EnergyLedger, Implicit, Integrator, Phase, PhaseClock, SolveStatus, StepError, StepReport,
     TimeStep,
 };
-use drape_model::{Input, Numbering, State, System, TimeSpan, Vec3};
+use drape_model::{Numbering, SceneFile, State, System, TimeSpan, Vec3};
 use drape_report::Verdict;
 use std::time::{Duration, Instant};
 
@@ -106,7 +106,7 @@ impl Simulation {
         Self::of(&drape_model::parse(file, text)?)
     }
 
-    fn of(input: &Input) -> Result<Self, HarnessError> {
+    fn of(input: &SceneFile) -> Result<Self, HarnessError> {
         let (system, state) = input.spec().build()?;
         Ok(Self { system, state })
     }

@@ -1,7 +1,7 @@
 //! Bundled scenes and variations of them, for experiments.
 
 use crate::{HarnessError, Simulation};
-use drape_model::{Cloth, Effects, Input, Scene, SceneError, SpringLaw, SystemSpec};
+use drape_model::{Cloth, Effects, Scene, SceneError, SceneFile, SpringLaw, SystemSpec};
 
 /// A bundled scene.
 ///
@@ -9,8 +9,8 @@ use drape_model::{Cloth, Effects, Input, Scene, SceneError, SpringLaw, SystemSpe
 /// [`HarnessError::Scene`] when there is none of that name.
 pub fn bundled(name: &str) -> Result<Scene, HarnessError> {
     match drape_model::load(name)? {
-        Input::Scene(scene, _) => Ok(*scene),
-        Input::System(_) => {
+        SceneFile::Scene(scene, _) => Ok(*scene),
+        SceneFile::System(_) => {
             let known = drape_model::bundled::names().collect();
             Err(SceneError::Unknown { name: name.to_owned(), known }.into())
         }

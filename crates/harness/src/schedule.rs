@@ -17,7 +17,7 @@ impl Change {
         let before = system.potential_energy(x);
         for effect in SpringEffect::ALL {
             // An effect that the scene does not name has nothing to be changed.
-            let _named = system.scale_stiffness(effect.name(), self.factor);
+            let _named = system.scale_stiffness(effect, self.factor);
         }
         system.potential_energy(x) - before
     }

@@ -140,7 +140,7 @@ impl<const FIELDS: usize> History<FIELDS> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use drape_model::parse;
+    use drape_model::{EffectKind, parse};
 
     fn pair() -> System {
         let text = r#"{ "format": "drape-system/1", "particles": { "mass_kg": [1, 1],
@@ -234,8 +234,8 @@ mod tests {
             assert_eq!(kept(&mut history, &system, h), expected, "h = {h}");
         }
         let changes: [fn(&mut System) -> bool; 4] = [
-            |system| system.scale_stiffness("tension", 2.0),
-            |system| system.scale_damping("tension", 2.0),
+            |system| system.scale_stiffness(EffectKind::Tension, 2.0),
+            |system| system.scale_damping(EffectKind::Tension, 2.0),
             |system| system.set_mass(&[1.0, 2.0]),
             |system| system.set_pinned(0, true),
         ];

@@ -127,7 +127,7 @@ impl StiffnessBound {
 mod tests {
     use super::*;
     use crate::test_support::net;
-    use drape_model::State;
+    use drape_model::{EffectKind, State};
 
     /// A string of zero-length springs, `k/m` = 100, between two pins.
     fn string(free: usize) -> (System, State) {
@@ -218,7 +218,7 @@ mod tests {
         assert_eq!(bound.evaluate(&system), 4.5);
         assert!(system.set_pinned(0, true));
         assert_eq!(bound.evaluate(&system), 0.5);
-        assert!(system.scale_stiffness("tension", 3.0));
+        assert!(system.scale_stiffness(EffectKind::Tension, 3.0));
         assert_eq!(bound.evaluate(&system), 1.5);
         let (system, _) = net("tension", &[0.5, 4.0], &x, &[], &[]);
         assert_eq!(StiffnessBound::new(&system).map(|mut b| b.evaluate(&system)), Some(0.0));

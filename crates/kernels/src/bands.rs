@@ -1,4 +1,4 @@
-//! Sweeps over vectors in contiguous bands of blocks, some bands a thread.
+//! Sweeps over vectors in contiguous bands of blocks, some bands per thread.
 //!
 //! The unit is the [`BLOCK`] of the documented order of sums. A band is summed by whole blocks, and
 //! the sums of the blocks are added from the first to the last afterwards. So results do not depend
@@ -7,7 +7,7 @@
 //! # What threads cost
 //!
 //! A sweep takes some tens of microseconds to some milliseconds, and all threads meet after each.
-//! Four things then decide what another thread is worth:
+//! Four things then decide how much another thread gains:
 //!
 //! * Cores are not equally fast at every moment, because other programs use them too. With one band
 //!   a thread, all wait for the slowest band. With [`BANDS_PER_THREAD`] a thread that is done takes
@@ -21,28 +21,29 @@
 //! * Cores share the way to memory. Where vectors do not stay in caches, the number of reads and
 //!   writes counts, whatever the number of threads.
 //!
-//! IMEX Euler on 316 × 316 particles, gain of two threads over one, medians of eight pairs, of two
-//! series on two shared cores of a Zen 5, before threads had processors of their own:
+//! The table shows the gain of two threads over one for IMEX Euler on 316 × 316 particles: medians
+//! of eight pairs, in two series on two shared cores of a Zen 5. Threads had no processors of their
+//! own then.
 //!
-//! | bands a thread | threads sleep | threads stay awake |
+//! | bands per thread | threads sleep | threads stay awake |
 //! |---|---|---|
 //! | 1 | 1.35, 1.66 | 1.26, 1.77 |
 //! | 4 | 1.39, 1.87 | 1.96, 2.02 |
 //!
-//! The bench `threads` measures the gain, beside what the machine has to give.
+//! The bench `threads` measures the gain beside the limit of the machine.
 
 use crate::vector::BLOCK;
 use std::ops::Range;
 
-/// Fewest particles that are shared among threads. A sweep takes about a nanosecond a particle, and
-/// waking another thread some microseconds: half of such a sweep is worth it.
+/// Fewest particles that threads share. A sweep takes about a nanosecond per particle, and waking
+/// another thread takes some microseconds: half of such a sweep is worth it.
 pub const LEAST_FOR_THREADS: usize = 16_384;
-/// Bands for each thread, where there are particles enough.
+/// Bands for each thread, given enough particles.
 pub const BANDS_PER_THREAD: usize = 4;
 /// Fewest particles of a band, if there is more than one.
 const LEAST_OF_A_BAND: usize = 4096;
 
-/// Number of bands for so many `threads` and `particles`: one where there are too few.
+/// Number of bands for this many `threads` and `particles`; one if either are too few.
 pub fn bands(threads: usize, particles: usize) -> usize {
     bands_of(threads, particles, 0)
 }
@@ -57,13 +58,13 @@ pub fn bands_of(threads: usize, particles: usize, least: usize) -> usize {
 }
 
 /// Memory that a sweep writes, and that can be cut between blocks.
-pub trait Part: Send + Sized {
+pub trait Divisible: Send + Sized {
     /// The part of the first `blocks` blocks of particles, and the rest.
     fn split(self, blocks: usize) -> (Self, Self);
 }
 
 /// One item a particle.
-impl<T: Send> Part for &mut [T] {
+impl<T: Send> Divisible for &mut [T] {
     #[inline]
     fn split(self, blocks: usize) -> (Self, Self) {
         self.split_at_mut(blocks * BLOCK)
@@ -74,7 +75,7 @@ impl<T: Send> Part for &mut [T] {
 #[derive(Debug)]
 pub struct PerBlock<'a, T>(pub &'a mut [T]);
 
-impl<T: Send> Part for PerBlock<'_, T> {
+impl<T: Send> Divisible for PerBlock<'_, T> {
     #[inline]
     fn split(self, blocks: usize) -> (Self, Self) {
         let (left, right) = self.0.split_at_mut(blocks);
@@ -82,7 +83,7 @@ impl<T: Send> Part for PerBlock<'_, T> {
     }
 }
 
-impl<A: Part, B: Part> Part for (A, B) {
+impl<A: Divisible, B: Divisible> Divisible for (A, B) {
     #[inline]
     fn split(self, blocks: usize) -> (Self, Self) {
         let (a, b) = (self.0.split(blocks), self.1.split(blocks));
@@ -90,7 +91,7 @@ impl<A: Part, B: Part> Part for (A, B) {
     }
 }
 
-impl<A: Part, B: Part, C: Part> Part for (A, B, C) {
+impl<A: Divisible, B: Divisible, C: Divisible> Divisible for (A, B, C) {
     #[inline]
     fn split(self, blocks: usize) -> (Self, Self) {
         let (a, b, c) = (self.0.split(blocks), self.1.split(blocks), self.2.split(blocks));
@@ -98,7 +99,7 @@ impl<A: Part, B: Part, C: Part> Part for (A, B, C) {
     }
 }
 
-impl<A: Part, B: Part, C: Part, D: Part> Part for (A, B, C, D) {
+impl<A: Divisible, B: Divisible, C: Divisible, D: Divisible> Divisible for (A, B, C, D) {
     #[inline]
     fn split(self, blocks: usize) -> (Self, Self) {
         let ((a, b), (c, d)) = ((self.0, self.1).split(blocks), (self.2, self.3).split(blocks));
@@ -120,7 +121,7 @@ impl<A: Part, B: Part, C: Part, D: Part> Part for (A, B, C, D) {
 /// });
 /// assert_eq!(squares[999], 999 * 999);
 /// ```
-pub fn in_bands<P: Part>(
+pub fn in_bands<P: Divisible>(
     bands: usize,
     particles: usize,
     part: P,
@@ -129,7 +130,7 @@ pub fn in_bands<P: Part>(
     cut(bands, 0..particles, part, sweep);
 }
 
-fn cut<P: Part>(
+fn cut<P: Divisible>(
     bands: usize,
     particles: Range<usize>,
     part: P,

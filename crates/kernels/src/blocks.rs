@@ -1,7 +1,7 @@
 //! Where the symmetric 3×3 blocks of a matrix lie.
 //!
-//! The crate that computes blocks and the crate that multiplies with them meet here: one of them
-//! writes, the other one reads, and neither knows the other.
+//! One crate computes blocks and writes them here, another crate reads them and multiplies with
+//! them. Neither knows the other.
 
 use crate::Mat3;
 
@@ -56,8 +56,8 @@ pub struct BandPlanes<'a> {
     pub planes: &'a mut [f64],
     /// Distance of two planes.
     pub stride: usize,
-    /// Where row 0 is in a plane, at least the largest offset. Before it and behind the last row
-    /// there are zeros that have to stay, eight of them behind it at least.
+    /// Place of row 0 in a plane, at least the largest offset. The zeros before row 0 and behind
+    /// the last row must stay; at least eight lie behind it.
     pub lead: usize,
     /// The offsets of the bands, rising: block (i, i + o) is at row i.
     pub offsets: &'a [usize],
@@ -72,8 +72,8 @@ pub struct PairLines<'a> {
     pub pairs: &'a mut [Line],
     /// Rows of each pair, the lower first.
     pub ends: &'a [[u32; 2]],
-    /// The pair of each edge that the matrix was made with, in their order. It has no meaning for
-    /// an edge of a row to itself.
+    /// Index into `pairs` of each edge that the matrix was made with, in their order. It has no
+    /// meaning for an edge from a row to itself.
     pub slots: &'a [u32],
 }
 
@@ -93,6 +93,6 @@ pub enum Coupling {
     Bands(Vec<usize>),
     /// One symmetric block a pair.
     Pairs,
-    /// None of these: blocks that are not symmetric, or couple more than pairs.
+    /// Compressed rows, where neither of these suits.
     Rows,
 }

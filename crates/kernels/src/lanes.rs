@@ -1,8 +1,8 @@
 //! Kernels for the processor that they run on.
 //!
-//! Most loops are plain ones that the compiler vectorises. Sums are not: their four slots a
-//! coordinate (see [`vector`](crate::vector)) are spelled out as operations on [`Four`] numbers.
-//! Sums and products are never fused, so the instruction set changes no bit.
+//! The compiler vectorises most loops by itself, but not sums. Their four slots per coordinate (see
+//! [`vector`](crate::vector)) are spelled out as operations on [`Four`] numbers. Sums and products
+//! are never fused, so the instruction set changes no bit.
 
 use crate::vector::SLOTS;
 use pulp::{Simd, bytemuck};
@@ -10,7 +10,7 @@ use pulp::{Simd, bytemuck};
 /// Numbers of the widest vector registers.
 pub const WIDEST: usize = 8;
 
-/// The coordinates of a particle, and a fourth number that fills the register: 0 as a rule.
+/// The coordinates of a particle, and a fourth number that fills the register, usually 0.
 pub type Lanes = [f64; SLOTS];
 
 /// Operations on four numbers at once.
@@ -108,8 +108,7 @@ impl<S: Simd> Four for Wide<S> {
 
 /// The instruction set for kernels whose registers hold four numbers.
 ///
-/// Wider ones would leave the sums to the compiler, which does not see that their slots fit half a
-/// register.
+/// With wider registers the compiler would not see that the slots of a sum fit half a register.
 pub fn four_wide() -> pulp::Arch {
     #[cfg(target_arch = "x86_64")]
     if let Some(v3) = pulp::x86::V3::try_new() {
@@ -120,12 +119,15 @@ pub fn four_wide() -> pulp::Arch {
 
 /// Runs a block compiled for an instruction set, such as [`four_wide`](crate::lanes::four_wide).
 ///
-/// The block names what it uses with its type (with the lifetime `'k`), as a closure's captures
-/// would be. A closure itself is not sure to be inlined into the function that has the instruction
-/// set. All that the block calls must be `#[inline(always)]`.
+/// The list names each value that the block uses with its type (and the lifetime `'k`), like the
+/// captures of a closure. A closure itself might not be inlined into the function that has the
+/// instruction set. Every function that the block calls must be `#[inline(always)]`.
 #[macro_export]
 macro_rules! vectorised {
-    ($arch:expr, [$four:ident $(, $name:ident: $type:ty = $value:expr)* $(,)?] -> $output:ty $body:block) => {{
+    (
+        $arch:expr,
+        [$four:ident $(, $name:ident: $type:ty = $value:expr)* $(,)?] -> $output:ty $body:block
+    ) => {{
         struct Kernel<'k> {
             $($name: $type,)*
             lifetime: ::std::marker::PhantomData<&'k ()>,

@@ -1,16 +1,15 @@
-//! What the model and the solvers both stand on: memory layouts, and loops compiled for the
-//! processor.
+//! Memory layouts and vectorised loops that the model and the solvers share.
 //!
-//! This crate knows neither physics nor matrices as operators. It holds what must agree between the
-//! crates above it, so that it stands once:
+//! This crate knows neither physics nor matrices as operators. It holds the layouts and orders of
+//! summation on which the crates above it must agree:
 //!
 //! | module | what it holds |
 //! |---|---|
-//! | [`vector`] | one [`Vec3`] a particle: sums in one documented order, and updates |
+//! | [`vector`] | one [`Vec3`] per particle: sums in one documented order, and updates |
 //! | [`bands`] | how sweeps are cut into bands, and bands shared among threads |
-//! | [`lanes`] | operations on four numbers, and [`vectorised!`] for the processor at hand |
-//! | [`planes`] | one array a coordinate: strides, aligned memory, windows that slide |
-//! | [`blocks`] | where symmetric 3×3 blocks lie: along bands, or in one line a pair |
+//! | [`lanes`] | operations on four numbers, and [`vectorised!`] for the present processor |
+//! | [`planes`] | one array per coordinate: strides, aligned memory, windows that slide |
+//! | [`blocks`] | where symmetric 3×3 blocks lie: along bands, or in one line per pair |
 //! | [`testing`] | random numbers, and the comparison of two forms of a kernel bit by bit |
 //!
 //! # Two forms of a kernel

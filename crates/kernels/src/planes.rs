@@ -1,17 +1,17 @@
-//! One array ("plane") a coordinate, so that neighbouring particles fill a vector register.
+//! One array ("plane") per coordinate, so that neighbouring particles fill a vector register.
 
 use crate::lanes::WIDEST;
 use std::fmt;
 
 /// Distance of two planes with room for `len` numbers.
 ///
-/// It is five cache lines more than some memory pages. Otherwise the same place of all planes would
-/// fall into the same set of the cache.
+/// It is a number of whole memory pages plus five cache lines. Otherwise the same place of all
+/// planes would fall into the same set of the cache.
 pub const fn stride(len: usize) -> usize {
     len.next_multiple_of(512) + 40
 }
 
-/// Vectors into one plane a coordinate, `stride` apart; as many as `from` holds.
+/// Splits the vectors in `from` into one plane per coordinate, `stride` apart.
 #[inline(always)]
 pub fn split(planes: &mut [f64], stride: usize, from: &[f64]) {
     let (x, rest) = planes.split_at_mut(stride);
@@ -48,15 +48,16 @@ pub struct Frame {
     pub first: isize,
     /// Number of places.
     pub len: usize,
-    /// How many leading places the planes hold already,
+    /// Number of leading places that the planes hold already, [`moved`](Self::moved) places further
+    /// on.
     pub kept: usize,
-    /// so many places further on.
+    /// Number of places by which the planes move.
     pub moved: usize,
 }
 
 impl Frame {
-    /// Fills three planes, `stride` apart, with the coordinates of all particles, of which each has
-    /// three numbers in `from`. Places before the first particle and behind the last one get zeros.
+    /// Fills three planes, `stride` apart, with the coordinates in `from`, three numbers per
+    /// particle. Places before the first particle and behind the last one get zeros.
     #[inline(always)]
     pub fn read(self, planes: &mut [f64], stride: usize, from: &[f64]) {
         let Self { first, len, kept, moved } = self;
@@ -89,7 +90,7 @@ pub struct Aligned {
 }
 
 impl Aligned {
-    /// `len` zeros, behind memory for `lead` numbers that no one touches.
+    /// `len` zeros, behind unused memory for `lead` numbers.
     pub fn zeros(lead: usize, len: usize) -> Self {
         let memory = vec![0.0; lead + len + WIDEST - 1];
         let bytes = size_of::<[f64; WIDEST]>();

@@ -57,7 +57,7 @@ pub fn mesh_edges(rows: usize, columns: usize, steps: &[(usize, isize)]) -> Vec<
     edges
 }
 
-/// What has bits that can be compared, NaN and the sign of zero included.
+/// A value whose bits can be compared, NaN and the sign of zero included.
 pub trait Bits {
     /// Appends the bits.
     fn collect_bits(&self, bits: &mut Vec<u64>);
@@ -123,7 +123,7 @@ impl<A: Bits + ?Sized, B: Bits + ?Sized> Bits for (&A, &B) {
 /// Checks that the fast form of a kernel gives the bits of its reference form.
 ///
 /// # Panics
-/// When they differ, with the name of the case and the first number that does.
+/// If they differ, with the name of the case and the first number that differs.
 #[track_caller]
 pub fn assert_same_bits<T: Bits + ?Sized>(case: impl Debug, reference: &T, fast: &T) {
     let (reference, fast) = (reference.bits(), fast.bits());

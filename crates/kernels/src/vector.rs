@@ -2,24 +2,24 @@
 //!
 //! # One order of summation
 //!
-//! Floating-point addition is not associative, so a sum is only reproducible when its order is part
-//! of its definition. Here it is:
+//! Floating-point addition is not associative, so a sum is only reproducible if its order is part
+//! of its definition:
 //!
 //! 1. The particles are cut into blocks of [`BLOCK`] (the last one may be shorter).
 //! 2. A block has twelve accumulators that start at zero, one for each of [`SLOTS`] = 4 slots and 3
-//!    coordinates. Particle `i` of the block adds its three products to slot `i mod 4`, in order
-//!    of increasing `i`.
+//!    coordinates. Particle `i` of the block adds its three products to slot `i mod 4`, in order of
+//!    increasing `i`.
 //! 3. The sum of slot `s` is `p_s = (x_s + y_s) + z_s`; the block's is `(p_0 + p_1) + (p_2 + p_3)`.
 //! 4. The blocks' sums are added from the first to the last.
 //!
 //! Products and sums are rounded separately (no fused multiply-add). The twelve accumulators are
 //! independent and lie in memory order, so they fit SIMD registers of 2 or 4 lanes without a
-//! shuffle, and blocks can be summed by different threads: both give the same bits as this code.
+//! shuffle. Different threads can sum the blocks. Both give the same bits as this code.
 
 use crate::Vec3;
 use crate::lanes::{Four, four_wide, vectorised};
 
-/// Particles of a block: the unit that is summed by one thread.
+/// Particles of a block: the unit that one thread sums.
 pub const BLOCK: usize = 256;
 
 /// Particles of a group, each with accumulators of its own.
@@ -163,7 +163,7 @@ pub fn divided_axpy(alpha: f64, w: &[f64], x: &[Vec3], y: &mut [Vec3]) {
     weighted_update(w, x, y, |w, x, y| y + x * (alpha / w));
 }
 
-/// `y ← f(x, y)`, number by number, compiled for the processor at hand.
+/// `y ← f(x, y)`, number by number, compiled for the present processor.
 #[inline]
 fn update(x: &[Vec3], y: &mut [Vec3], f: impl Fn(f64, f64) -> f64) {
     assert_eq!(x.len(), y.len(), "block vectors of different length");

@@ -1,7 +1,7 @@
 //! Bounds of all values, and checks that name the place, the value and the bounds.
 //!
-//! The types at the end stand for numbers in the published schemas. The attributes of `schemars`
-//! have no excluded bound for the numbers of a list.
+//! The types at the end describe numbers in the published schemas, because attributes of `schemars`
+//! cannot exclude a bound for the numbers in a list.
 
 use crate::Vec3;
 use crate::error::Violation;
@@ -101,7 +101,8 @@ pub(crate) fn at_most(
     Err(Violation::new(path.to_string(), format!("of length {length}"), expected))
 }
 
-/// Refuses all of these keys of the object at `path`; each comes with whether it is given.
+/// Refuses these keys of the object at `path`. Each comes with whether it is given; the error names
+/// the first that is.
 pub(crate) fn refuse(
     path: &str,
     keys: &[(&str, bool)],

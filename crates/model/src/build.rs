@@ -1,4 +1,4 @@
-//! From a frozen system to one that runs: every value is checked on the way.
+//! Builds a running system from a frozen one and checks every value.
 
 use crate::bounds::{
     MAX_COEFFICIENT, MAX_COORDINATE, MAX_PARTICLES, index, positive, vector, within,
@@ -8,8 +8,10 @@ use crate::error::Violation;
 use crate::numbering::Strands;
 use crate::path::Extent;
 use crate::spec::{MAX_CONTACTS, MAX_OBSTACLES, SYSTEM_FORMAT};
-use crate::system::Contact;
-use crate::{MovingPin, Numbering, Obstacle, ParticlesSpec, Path, State, System, SystemSpec, Vec3};
+use crate::{
+    ContactSpec, MovingPin, Numbering, Obstacle, ParticlesSpec, Path, State, System, SystemSpec,
+    Vec3,
+};
 
 impl ParticlesSpec {
     /// Checks all values; returns positions and velocities.
@@ -53,7 +55,7 @@ struct Parts {
     pinned: Vec<bool>,
     moving_pins: Vec<MovingPin>,
     obstacles: Vec<Obstacle>,
-    contact: Contact,
+    contact: ContactSpec,
 }
 
 impl Parts {
@@ -81,11 +83,12 @@ impl SystemSpec {
         Ok(self.assemble(self.parts()?))
     }
 
-    /// As [`build`](Self::build), in an order of particles and springs that suits the cache if the
-    /// order of the specification does not; see [`Numbering`] for the rule.
+    /// As [`build`](Self::build), but reorders particles and springs for the cache if the given
+    /// order does not suit it. [`Numbering`] states the rule.
     ///
-    /// Forces are then summed in another order: results differ from those of [`build`](Self::build)
-    /// by round-off, and by more for a method that visits the springs one after the other.
+    /// Forces are then summed in another order. Results differ by round-off from a system that
+    /// [`build`](Self::build) makes, and by more for a method that visits the springs one after the
+    /// other.
     ///
     /// # Errors
     /// As [`build`](Self::build), with the same paths.
@@ -143,12 +146,11 @@ impl SystemSpec {
         let contact = self.effects.contact.unwrap_or_default();
         let limit = contact.recovery_speed_limit_m_s;
         within("effects.contact.recovery_speed_limit_m_s", limit, 0.0, MAX_COORDINATE)?;
-        let contact = Contact { detection: contact.detection, recovery_speed_limit: limit };
         let (mass, state) = (self.particles.mass_kg.clone(), State { t: 0.0, x, v });
         Ok(Parts { mass, state, effects, pinned, moving_pins, obstacles, contact })
     }
 
-    /// Contacts of all particles with all obstacles must fit into memory.
+    /// Checks that contacts of all particles with all obstacles fit into memory.
     fn check_contacts(&self, particles: usize) -> Result<(), Violation> {
         let obstacles = self.obstacles.len();
         let most = MAX_OBSTACLES.min(MAX_CONTACTS / particles);
@@ -157,12 +159,13 @@ impl SystemSpec {
         }
         let found = format!("of length {obstacles}, for {particles} particles");
         let expected = format!(
-            "at most {most}: {MAX_OBSTACLES} obstacles, and {MAX_CONTACTS} pairs of a particle and an obstacle"
+            "at most {most}: {MAX_OBSTACLES} obstacles, and {MAX_CONTACTS} pairs of a particle \
+             and an obstacle"
         );
         Err(Violation::new("obstacles", found, expected))
     }
 
-    /// Which of the particles at `x` are pinned, and the pins that are led on paths.
+    /// Which of the particles at `x` are pinned, and the pins that follow paths.
     fn pinned(&self, x: &[Vec3]) -> Result<(Vec<bool>, Vec<MovingPin>), Violation> {
         let (mut pinned, mut moving) = (vec![false; x.len()], Vec::<MovingPin>::new());
         for (position, pin) in self.pins.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! Where the particles of a scene come from.
+//! The cloth of a scene: a grid, a mesh or explicit particles.
 
 use crate::bounds::{
     LAST_PARTICLE, Length, MAX_COEFFICIENT, MAX_COORDINATE, MAX_PARTICLES, number, positive, vector,
@@ -21,8 +21,8 @@ pub enum Cloth {
     Particles(Particles),
 }
 
-/// A horizontal rectangular sheet: rows along y, columns along x; particle
-/// `row · columns + column`.
+/// A horizontal rectangular sheet. Rows follow each other along y, columns along x; particle
+/// `row · columns + column` stands where they cross.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Grid {
@@ -56,7 +56,7 @@ pub struct Particles {
     /// The springs.
     #[serde(default)]
     pub springs: Vec<SpringSpec>,
-    /// Triangles for display, as particle indices.
+    /// Triangles for display, hinges and the air, as particle indices.
     #[serde(default)]
     #[schemars(inner(inner(range(max = LAST_PARTICLE))))]
     pub triangles: Vec<[u32; 3]>,

@@ -24,7 +24,7 @@ impl Violation {
     }
 }
 
-/// Shortens a quotation to one line of at most 80 characters, without its middle.
+/// Shortens a quotation to one line of at most 80 characters by cutting its middle.
 pub(crate) fn shorten(text: &str) -> String {
     const MOST: usize = 80;
     let mut line = String::new();
@@ -70,7 +70,8 @@ pub enum SceneError {
     /// The text is not JSON.
     #[error(
         "{file}: no valid JSON at line {line}, column {column} (in `{path}`): {reason}; \
-         found {found}; expected a scene (\"drape-scene/1\") or a frozen system (\"drape-system/1\")"
+         found {found}; expected a scene (\"drape-scene/1\") or \
+         a frozen system (\"drape-system/1\")"
     )]
     Syntax {
         /// The file.

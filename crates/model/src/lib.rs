@@ -77,7 +77,7 @@ pub use effects::{
     StiffnessProduct, StretchLaw, Tangent, WindSpec,
 };
 pub use error::{SceneError, Violation};
-pub use load::{Input, load, parse};
+pub use load::{SceneFile, load, parse};
 pub use mesh::{MeshCloth, Rotation};
 pub use numbering::Numbering;
 pub use obstacle::{ClosedMesh, Detection, Obstacle, ObstacleSpec, Shape};
@@ -87,4 +87,4 @@ pub use scene::{Scene, TimeSpan};
 pub use select::Pin;
 pub use spec::{ContactSpec, ParticlesSpec, PinSpec, SystemSpec};
 pub use state::{Level, State};
-pub use system::{Contact, Revisions, System};
+pub use system::{Revisions, System};

@@ -12,16 +12,16 @@ use std::collections::BTreeMap;
 use std::io::ErrorKind;
 use std::path::Path;
 
-/// Content of a file. Both kinds serve wherever a scene is asked for.
+/// A file that describes a cloth. Both kinds serve wherever a scene is expected.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Input {
+pub enum SceneFile {
     /// A scene, with its discretisation.
     Scene(Box<Scene>, SystemSpec),
     /// A frozen system.
     System(SystemSpec),
 }
 
-impl Input {
+impl SceneFile {
     /// The discretised system.
     pub fn spec(&self) -> &SystemSpec {
         match self {
@@ -38,7 +38,7 @@ impl Input {
         }
     }
 
-    /// The scene, if it was one.
+    /// The scene, if the file holds one.
     pub fn scene(&self) -> Option<&Scene> {
         match self {
             Self::Scene(scene, _) => Some(scene),
@@ -57,7 +57,7 @@ impl Input {
 /// let input = drape_model::load("hanging-textile-1e4").expect("bundled");
 /// assert_eq!(input.spec().particles.mass_kg.len(), 400);
 /// ```
-pub fn load(scene: &str) -> Result<Input, SceneError> {
+pub fn load(scene: &str) -> Result<SceneFile, SceneError> {
     if let Some(text) = bundled::text(scene) {
         return parse(scene, text);
     }
@@ -82,12 +82,12 @@ pub fn load(scene: &str) -> Result<Input, SceneError> {
     parse(scene, &text)
 }
 
-/// Reads a scene or a frozen system from text. Errors call it `file`. A mesh that the scene names
-/// is looked for in the folder of `file`.
+/// Reads a scene or a frozen system from text. Errors call it `file`. The path of a mesh starts at
+/// the folder of `file`.
 ///
 /// # Errors
 /// As [`load`], except errors of the file system.
-pub fn parse(file: &str, text: &str) -> Result<Input, SceneError> {
+pub fn parse(file: &str, text: &str) -> Result<SceneFile, SceneError> {
     let invalid = |violation| SceneError::Invalid { file: file.to_owned(), violation };
     // Checks the syntax of the whole text and finds the key that names the format.
     let keys: BTreeMap<String, &RawValue> =
@@ -103,12 +103,12 @@ pub fn parse(file: &str, text: &str) -> Result<Input, SceneError> {
                 mesh.load(Path::new(file).parent()).map_err(invalid)?;
             }
             let spec = scene.discretise().map_err(invalid)?;
-            Ok(Input::Scene(Box::new(scene), spec))
+            Ok(SceneFile::Scene(Box::new(scene), spec))
         }
         Format::System => {
             let spec: SystemSpec = read(file, text)?;
             spec.check().map_err(invalid)?;
-            Ok(Input::System(spec))
+            Ok(SceneFile::System(spec))
         }
         Format::Unknown => Err(invalid(Violation::new("format", format, expected))),
     }
@@ -216,7 +216,7 @@ fn explain(path: &Keys, raw: Option<String>, reason: &str) -> Violation {
     }
 }
 
-/// serde's names of what it expected, in plain words.
+/// serde's names of expected types, in plain words.
 fn known(expected: &str) -> String {
     let plain = match expected {
         "f64" => "a number",

@@ -41,7 +41,7 @@ pub struct MeshCloth {
     /// Mass over area, kg/m²; a face gives each of its corners an equal share.
     #[schemars(extend("exclusiveMinimum" = 0), range(max = MAX_COEFFICIENT))]
     pub areal_density_kg_m2: f64,
-    /// Metres in a unit of the file.
+    /// Metres per unit of the file.
     #[serde(default = "one", skip_serializing_if = "is_one")]
     #[schemars(extend("exclusiveMinimum" = 0), range(max = MAX_COORDINATE))]
     pub scale: f64,

@@ -11,18 +11,18 @@
 //!
 //! Reverse Cuthill-McKee (Cuthill and McKee 1969, George 1971) numbers breadth first from an end of
 //! the cloth and reverses the order. Each particle's neighbours come by rising number of springs.
-//! The end is found by repeated searches: each starts from the last particle of the one before, as
-//! long as it goes deeper (George and Liu 1979). Every component is numbered on its own, in the
+//! Repeated searches find the end: each starts from the last particle of the search before, as long
+//! as searches go deeper (George and Liu 1979). Every component is numbered on its own, in the
 //! order of its first particle. The springs of each effect are then sorted by their lower end, then
 //! by their higher end, so that one sweep reads their parameters in order.
 //!
 //! # The rule
 //!
-//! | the order as given is kept where | because |
+//! | the given order is kept if | because |
 //! |---|---|
 //! | there are fewer than 1000 particles | all of it lies in the nearest caches, whatever the order |
 //! | the springs have at most 16 different `abs(i − j)` | a regular grid: its passes run along diagonals, streams that the hardware foresees however far apart they are |
-//! | the mean `abs(i − j)` over the springs would not fall to a fourth | a sheet in a sensible order is within a factor of two or three of the best; another order of summation is worth something that can be felt |
+//! | the mean `abs(i − j)` over the springs would not fall to a fourth | a sheet in a sensible order is within a factor of two or three of the best; only a gain that can be felt is worth another order of summation |
 //!
 //! The springs are still sorted if their order alone is bad: if the lower end jumps, on average,
 //! four times as far from one spring to the next as a spring reaches.
@@ -134,7 +134,7 @@ impl Numbering {
         numbering
     }
 
-    /// Reverse Cuthill-McKee, if the rule wants it.
+    /// Reverse Cuthill-McKee, if the rule asks for it.
     fn shorter(particles: usize, effects: &[Strands<'_>]) -> Option<Self> {
         let edges = || springs(effects).map(|s| [s.i, s.j]);
         if is_regular(edges()) {
@@ -159,7 +159,7 @@ pub(crate) struct Strands<'a> {
 
 impl Strands<'_> {
     /// Sorts springs by their lower, then by their higher end. Equal ones keep their order, and
-    /// laws go with their springs. Linear springs start at their lower end afterwards.
+    /// laws go with their springs. Afterwards every spring starts at its lower end.
     fn sort(&mut self) {
         let low_high = |s: &Spring| (s.i.min(s.j), s.i.max(s.j));
         if let Some(law_of) = &mut self.law_of {
@@ -180,7 +180,7 @@ fn springs<'a>(effects: &'a [Strands<'_>]) -> impl Iterator<Item = &'a Spring> {
     effects.iter().flat_map(|effect| effect.springs.iter())
 }
 
-/// The entries at these places, if there are any places.
+/// The entries at these places; `None` without places.
 fn gather<T: Copy>(places: &[u32], list: &[T]) -> Option<Vec<T>> {
     (!places.is_empty()).then(|| places.iter().map(|&k| list[k as usize]).collect())
 }

@@ -33,7 +33,7 @@ pub struct KeyframeSpec {
 /// the last one.
 ///
 /// ```
-/// use drape_model::{Input, Vec3, parse};
+/// use drape_model::{Vec3, parse};
 /// let text = r#"{ "format": "drape-system/1", "particles": { "mass_kg": [1], "position_m": [[0, 0, 5]] },
 ///     "pins": [{ "particle": 0, "path": [{ "time_s": 2, "offset_m": [4, 0, 0] }] }] }"#;
 /// let (system, _) = parse("text", text)?.spec().build().expect("valid");
@@ -109,7 +109,7 @@ impl Path {
             let offset = led.displaced(&path("offset_m"), frame.offset_m)?;
             if let Some((before, _)) = keyframes.last().filter(|(before, _)| time <= *before) {
                 let expected =
-                    format!("a time after {}, that of the keyframe before", number(*before));
+                    format!("a time after {}, the time of the keyframe before", number(*before));
                 return Err(Violation::new(path("time_s"), number(time), expected));
             }
             if time == 0.0 && offset != Vec3::zeros() {

@@ -137,8 +137,8 @@ impl Selectable<'_> {
         }
         let place = Pin { path: Vec::new(), ..pin.clone() };
         let found = serde_json::to_string(&place).unwrap_or_default();
-        let expected = "exactly one of `particle`, `near_m`, `within_m`, `boundary`, or `row` and `column` of a \
-                        grid cloth, or `name` in a mesh's file";
+        let expected = "exactly one of `particle`, `near_m`, `within_m`, `boundary`, or `row` and \
+                        `column` of a grid cloth, or `name` in a mesh's file";
         Err(Violation::new(path, found, expected))
     }
 

@@ -42,14 +42,14 @@ pub struct SystemSpec {
     /// How the springs' damping acts.
     #[serde(default)]
     pub damping: DampingLaw,
-    /// Triangles for display and for the air, as particle indices.
+    /// Triangles for display and the air, as particle indices.
     #[serde(default)]
     #[schemars(inner(inner(range(max = LAST_PARTICLE))))]
     pub triangles: Vec<[u32; 3]>,
     /// Particles that do not move, or only on paths.
     #[serde(default)]
     pub pins: Vec<PinSpec>,
-    /// All effects that are not springs.
+    /// The effects that have no list of their own, and the treatment of contacts.
     #[serde(default)]
     pub effects: EffectsSpec,
     /// Rigid obstacles; at most 16 million pairs of a particle and an obstacle.
@@ -85,11 +85,17 @@ pub struct ParticlesSpec {
     #[schemars(with = "Vec<Mass>", length(min = 1, max = MAX_PARTICLES))]
     pub mass_kg: Vec<f64>,
     /// Positions, m.
-    #[schemars(length(min = 1, max = MAX_PARTICLES), inner(inner(range(min = -MAX_COORDINATE, max = MAX_COORDINATE))))]
+    #[schemars(
+        length(min = 1, max = MAX_PARTICLES),
+        inner(inner(range(min = -MAX_COORDINATE, max = MAX_COORDINATE)))
+    )]
     pub position_m: Vec<[f64; 3]>,
     /// Velocities, m/s; all 0 if absent.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    #[schemars(length(max = MAX_PARTICLES), inner(inner(range(min = -MAX_COORDINATE, max = MAX_COORDINATE))))]
+    #[schemars(
+        length(max = MAX_PARTICLES),
+        inner(inner(range(min = -MAX_COORDINATE, max = MAX_COORDINATE)))
+    )]
     pub velocity_m_s: Vec<[f64; 3]>,
 }
 

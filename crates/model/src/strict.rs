@@ -11,11 +11,14 @@ use serde::de::{
 };
 use std::fmt::{Formatter, Result as FmtResult};
 
+/// Wraps a deserializer, visitor, seed or access to a list or map.
 pub(crate) struct Strict<T>(pub(crate) T);
 
 macro_rules! forward {
     ($($method:ident($($name:ident: $kind:ty),*)),+ $(,)?) => {
-        $(fn $method<V: Visitor<'de>>(self, $($name: $kind,)* visitor: V) -> Result<V::Value, D::Error> {
+        $(fn $method<V: Visitor<'de>>(
+            self, $($name: $kind,)* visitor: V
+        ) -> Result<V::Value, D::Error> {
             self.0.$method($($name,)* Strict(visitor))
         })+
     };

@@ -3,7 +3,7 @@
 use crate::effects::batch::{self, Quads};
 use crate::effects::sweep::{self, Begin, Finish, MAX_PASSES, Windows};
 use crate::effects::{Effect, Linearised, Part, Pass, StiffnessProduct, pairs, tangent};
-use crate::{Detection, Level, MovingPin, Obstacle, Vec3};
+use crate::{ContactSpec, EffectKind, Level, MovingPin, Obstacle, Vec3};
 use drape_kernels::blocks::{BlockLayout, Coupling};
 use rayon::prelude::*;
 use std::num::NonZero;
@@ -11,8 +11,8 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard};
 
-/// Stamps of the parts of a system that cached operators depend on. Two systems with the same
-/// stamp hold the same data in that part: a change draws a stamp that was never used before.
+/// Stamps of the parts of a system that cached operators depend on. Two systems with the same stamp
+/// hold the same data in that part: a change draws a stamp that was never used before.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Revisions {
     /// Masses.
@@ -35,15 +35,6 @@ fn new_stamp() -> u64 {
     NEXT.fetch_add(1, Ordering::Relaxed)
 }
 
-/// How contacts with obstacles are treated.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Contact {
-    /// When a contact becomes active.
-    pub detection: Detection,
-    /// Greatest speed at which a particle that penetrates returns to the surface, m/s.
-    pub recovery_speed_limit: f64,
-}
-
 /// A discretised cloth with everything that acts on it. It does not change during a step.
 #[derive(Debug)]
 pub struct System {
@@ -55,7 +46,7 @@ pub struct System {
     pins: Vec<u32>,
     moving_pins: Vec<MovingPin>,
     obstacles: Vec<Obstacle>,
-    contact: Contact,
+    contact: ContactSpec,
     revisions: Revisions,
     /// Threads that kernels may use.
     threads: usize,
@@ -190,14 +181,14 @@ impl Clone for System {
 }
 
 impl System {
-    /// Puts a system together. [`crate::SystemSpec::build`] is the checked way to one.
+    /// Assembles a system. [`crate::SystemSpec::build`] checks the values first.
     pub(crate) fn new(
         name: String,
         mass: Vec<f64>,
         effects: Vec<Box<dyn Effect>>,
         (pinned, moving_pins): (Vec<bool>, Vec<MovingPin>),
         obstacles: Vec<Obstacle>,
-        contact: Contact,
+        contact: ContactSpec,
     ) -> Self {
         let stamp = new_stamp();
         let revisions = Revisions {
@@ -283,7 +274,7 @@ impl System {
     }
 
     /// How contacts are treated.
-    pub fn contact(&self) -> &Contact {
+    pub fn contact(&self) -> &ContactSpec {
         &self.contact
     }
 
@@ -297,9 +288,9 @@ impl System {
         self.threads
     }
 
-    /// Sets how many threads of the current [`rayon`] pool the kernels may use. They use them if
-    /// there are enough particles. Results do not depend on it, to the last bit. It takes effect in
-    /// an integrator's next step.
+    /// Sets how many threads of the current [`rayon`] pool the kernels may use. They use several
+    /// only if there are enough particles. Results are the same bits for any number. It takes
+    /// effect in an integrator's next step.
     pub fn set_threads(&mut self, threads: NonZero<usize>) {
         self.threads = threads.get();
         self.memory = SweepMemory::new(&self.mass, &self.effects, self.threads);
@@ -388,9 +379,9 @@ impl System {
         });
     }
 
-    /// The layout that suits the Jacobians of these effects, so that [`linearise`](Self::linearise)
-    /// can fill it: along bands for springs of regular grids, with no offset twice, and pairs for
-    /// springs in any order; both with full damping or none.
+    /// The layout that suits the Jacobians of these effects. [`linearise`](Self::linearise) can
+    /// fill bands, for springs of regular grids with distinct offsets, and pairs, for springs in
+    /// any order. Both need full damping or none.
     pub fn coupling<'a>(
         &'a self,
         effects: impl Iterator<Item = &'a dyn Effect> + Clone,
@@ -418,12 +409,13 @@ impl System {
         effects.all(|effect| pairs::listed(effect, &self.mass).is_some())
     }
 
-    /// Overwrites `matrix` with `M + σ K + τ D` of the effects, and adds `K w` where it is wanted,
-    /// effect by effect in the given order: the bits of [`Effect::add_stiffness`] and
-    /// [`Effect::add_damping`]. The matrix has the layout that [`coupling`](Self::coupling) says.
+    /// Overwrites `matrix` with `M + σ K + τ D` of the effects and adds `K w` to `product`, if it
+    /// is given. It sums effect by effect in the given order and gives the bits of
+    /// [`Effect::add_stiffness`] and [`Effect::add_damping`]. The matrix must have the layout that
+    /// [`coupling`](Self::coupling) returns.
     ///
-    /// Returns `false` and does nothing where a sweep cannot take these effects, where another thread
-    /// sweeps, or where the matrix was made for other springs.
+    /// Returns `false` and does nothing if a sweep cannot take these effects, if another thread
+    /// sweeps, or if the matrix was made for other springs.
     ///
     /// # Panics
     /// If a vector does not have one entry a particle.
@@ -462,33 +454,37 @@ impl System {
         true
     }
 
-    /// Multiplies all stiffnesses of the effect called `name`; `false` when there is none such or
-    /// the factor is not positive and finite.
+    /// Multiplies all stiffnesses of the effect of this kind. Returns `false` and changes nothing
+    /// if there is no such effect, if it has no stiffness, or if the factor is not positive and
+    /// finite.
     #[must_use = "false means that nothing was changed"]
-    pub fn scale_stiffness(&mut self, name: &str, factor: f64) -> bool {
-        let changed = self.scale(name, factor, |effect| effect.scale_stiffness(factor));
+    pub fn scale_stiffness(&mut self, kind: impl Into<EffectKind>, factor: f64) -> bool {
+        let changed = self.scale(kind.into(), factor, |effect| effect.scale_stiffness(factor));
         if changed {
             self.revisions.stiffness = new_stamp();
         }
         changed
     }
 
-    /// Multiplies all damping coefficients of the effect called `name`; `false` when there is none
-    /// such or the factor is not positive and finite.
+    /// As [`scale_stiffness`](Self::scale_stiffness), for all damping coefficients.
     #[must_use = "false means that nothing was changed"]
-    pub fn scale_damping(&mut self, name: &str, factor: f64) -> bool {
-        let changed = self.scale(name, factor, |effect| effect.scale_damping(factor));
+    pub fn scale_damping(&mut self, kind: impl Into<EffectKind>, factor: f64) -> bool {
+        let changed = self.scale(kind.into(), factor, |effect| effect.scale_damping(factor));
         if changed {
             self.revisions.damping = new_stamp();
         }
         changed
     }
 
-    /// Lets `apply` scale the effect called `name`; `false` when there is none such or the factor
-    /// is not positive and finite.
-    fn scale(&mut self, name: &str, factor: f64, apply: impl Fn(&mut dyn Effect) -> bool) -> bool {
-        let mut named = self.effects.iter_mut().filter(|effect| effect.name() == name);
-        factor > 0.0 && factor.is_finite() && named.any(|effect| apply(effect.as_mut()))
+    /// Lets `apply` scale the first effect of this kind that it can.
+    fn scale(
+        &mut self,
+        kind: EffectKind,
+        factor: f64,
+        apply: impl Fn(&mut dyn Effect) -> bool,
+    ) -> bool {
+        let mut same = self.effects.iter_mut().filter(|effect| effect.kind() == kind);
+        factor > 0.0 && factor.is_finite() && same.any(|effect| apply(effect.as_mut()))
     }
 
     /// Pins or frees one particle; `false` if the index is out of range. A freed particle leaves

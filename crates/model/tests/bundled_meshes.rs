@@ -1,5 +1,5 @@
-//! The bundled meshes are what their generator makes, and drape reads from them what an independent
-//! reader does.
+//! The bundled meshes come from their generator, and drape reads them as an independent reader
+//! does.
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 

@@ -19,7 +19,8 @@ const TENSION: [[f64; 8]; 2] = [
 fn sheet() -> SystemSpec {
     let text = format!(
         r#"{{ "format": "drape-scene/1", "name": "wool",
-            "cloth": {{ "grid": {{ "rows": {ROWS}, "columns": {COLUMNS}, "size_m": [0.3, 0.2], "center_m": [0, 0, 0],
+            "cloth": {{ "grid": {{ "rows": {ROWS}, "columns": {COLUMNS}, "size_m": [0.3, 0.2],
+                "center_m": [0, 0, 0],
                 "mass_kg": 0.009 }} }},
             "effects": {{ "tension": {{ "fabric": "wool" }} }},
             "time": {{ "step_s": 0.001, "duration_s": 1 }} }}"#
@@ -27,9 +28,8 @@ fn sheet() -> SystemSpec {
     parse("text", &text).unwrap().spec().clone()
 }
 
-/// Force per width, N/m, with which the sheet pulls its first column (axis 0) or row (axis 1) when
-/// it is stretched by this strain along the axis; every spring stands for a strip as wide as the
-/// mesh.
+/// Force per width, N/m, on the first column (axis 0) or row (axis 1) of a sheet that is stretched
+/// by this strain along the axis. Every spring stands for a strip as wide as the mesh.
 fn pull(axis: usize, strain: f64) -> f64 {
     let (system, mut state) = sheet().build().unwrap();
     state.x.iter_mut().for_each(|x| x[axis] *= 1.0 + strain);

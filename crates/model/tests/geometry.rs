@@ -1,8 +1,8 @@
-//! The grid's geometry, and energies, forces and momenta of a system, against what they must be.
+//! The grid's geometry, and energies, forces and momenta of a system.
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
-use drape_model::{State, SystemSpec, TimeSpan, Vec3, parse};
+use drape_model::{EffectKind, State, SystemSpec, TimeSpan, Vec3, parse};
 
 fn grid(rows: u32, columns: u32, more: &str) -> SystemSpec {
     let law = r#"{ "stiffness_over_mass_per_s2": 100, "damping_n_s_per_m": 0.5 }"#;
@@ -172,7 +172,8 @@ fn forces_are_the_slope_of_the_energy_and_damping_takes_energy_away() {
 
 #[test]
 fn gravity_energy_is_weight_times_height_and_named_apart() {
-    let text = r#"{ "format": "drape-system/1", "particles": { "mass_kg": [2, 3], "position_m": [[5, 0, 1.5], [0, 7, -1]] },
+    let text = r#"{ "format": "drape-system/1", "particles": { "mass_kg": [2, 3],
+        "position_m": [[5, 0, 1.5], [0, 7, -1]] },
         "effects": { "gravity": { "m_s2": [0, 0, -10] } } }"#;
     let (mut system, state) = parse("gravity", text).unwrap().spec().build().unwrap();
     let energies: Vec<_> = system.energies(&state.x).collect();
@@ -185,7 +186,10 @@ fn gravity_energy_is_weight_times_height_and_named_apart() {
             && !system.set_mass(&[1.0, 0.0])
             && !system.set_mass(&[1.0, f64::NAN])
     );
-    assert!(!system.scale_stiffness("tension", 2.0) && !system.scale_damping("gravity", 2.0));
+    assert!(
+        !system.scale_stiffness(EffectKind::Tension, 2.0)
+            && !system.scale_damping(EffectKind::Gravity, 2.0)
+    );
     assert!(!system.set_pinned(2, true));
     assert_eq!(system.revisions(), before);
     assert!(system.set_mass(&[1.0, 1.0]) && system.set_pinned(0, true));

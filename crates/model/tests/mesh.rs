@@ -1,9 +1,10 @@
-//! Cloth from OBJ files: the springs and masses of a grid where the mesh is one, every broken file
-//! refused by the number of its line, repairs that say what they did, and selections.
+//! Cloth from OBJ files. A mesh of quads has the springs and masses of a grid. Messages refuse
+//! every broken file by line and name every repair. Pins select particles.
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
-use drape_model::{Input, SceneError, SpringEffect, SystemSpec, load, parse};
+use drape_kernels::testing::Random;
+use drape_model::{SceneError, SceneFile, SpringEffect, SystemSpec, load, parse};
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -45,7 +46,7 @@ fn scene(file: &str, more: Value) -> Value {
 }
 
 /// Writes the files into a folder and loads the scene that names `cloth.obj`.
-fn read(obj: &[u8], more: Value, pins: Value) -> Result<Input, SceneError> {
+fn read(obj: &[u8], more: Value, pins: Value) -> Result<SceneFile, SceneError> {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("cloth.obj"), obj).unwrap();
     let mut scene = scene("cloth.obj", more);
@@ -84,7 +85,8 @@ fn a_mesh_of_quads_has_the_springs_and_masses_of_the_grid() {
     let mesh = spec(&obj);
     let mut grid = scene("", json!({}));
     grid["cloth"] = json!({ "grid": {
-        "rows": rows, "columns": columns, "size_m": [1, 1.5], "center_m": [0, 0, 0.5], "mass_kg": 0.3
+        "rows": rows, "columns": columns, "size_m": [1, 1.5], "center_m": [0, 0, 0.5],
+        "mass_kg": 0.3
     } });
     let grid = parse("grid", &grid.to_string()).unwrap().spec().clone();
     assert_eq!(mesh.particles.position_m, grid.particles.position_m);
@@ -136,8 +138,8 @@ fn mended(obj: &str) -> SystemSpec {
 #[test]
 fn scale_rotation_translation_and_spin_act_in_this_order() {
     let more = json!({
-        "scale": 0.5, "rotation": { "axis": [0, 0, 2], "angle_deg": 90 }, "translation_m": [0, 0, 3],
-        "velocity_m_s": [0, 0, 1], "spin_rad_s": [0, 0, 2]
+        "scale": 0.5, "rotation": { "axis": [0, 0, 2], "angle_deg": 90 },
+        "translation_m": [0, 0, 3], "velocity_m_s": [0, 0, 1], "spin_rad_s": [0, 0, 2]
     });
     let input = read(STRIP.as_bytes(), more, json!([])).unwrap();
     let particles = &input.spec().particles;
@@ -245,7 +247,8 @@ fn a_line_without_end_is_refused_unread() {
     let long = [b"v 0 0 0\nv 0 0 0".as_slice(), &vec![b'0'; 100_000]].concat();
     let message = refused(&long, json!({}));
     assert!(message.contains("line 2") && message.contains("65536 bytes"), "{message}");
-    let Input::Scene(mut scene, _) = read(STRIP.as_bytes(), json!({}), json!([])).unwrap() else {
+    let SceneFile::Scene(mut scene, _) = read(STRIP.as_bytes(), json!({}), json!([])).unwrap()
+    else {
         panic!("a scene")
     };
     let drape_model::Cloth::Mesh(mesh) = &mut scene.cloth else { panic!("a mesh") };
@@ -336,7 +339,8 @@ fn faults_of_the_surface_are_refused_by_face_and_mended_on_request() {
 
     // No repair can mend three faces at an edge, one side only, or an empty surface.
     let fin = format!("{square}v 0 0 1\nf 1 3 5\n");
-    let band = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 1\nv 0 0 1\nf 1 2 3\nf 2 3 4\nf 3 4 5\nf 4 5 1\nf 5 1 2\n";
+    let band = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 1\nv 0 0 1\n\
+                f 1 2 3\nf 2 3 4\nf 3 4 5\nf 4 5 1\nf 5 1 2\n";
     for (obj, found) in [
         (fin.as_str(), "at most two faces"),
         (band, "a surface with two sides"),
@@ -368,15 +372,14 @@ fn slivers_are_cloth() {
 fn random_text_never_panics() {
     let words =
         ["v", "f", "g", "o", "1", "-1", "0", "2/3", "\n", "\n", " ", "1e400", "é", "#", "9"];
-    let mut seed = 1_u64;
+    let mut random = Random::new(1);
     for _ in 0..300 {
         let mut text = STRIP.to_owned();
         for _ in 0..30 {
-            seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-            text += words[(seed >> 33) as usize % words.len()];
+            text += words[random.below(words.len())];
             text.push(' ');
         }
-        let repair = seed >> 40 & 1 == 1;
+        let repair = random.below(2) == 1;
         let _ = read(text.as_bytes(), json!({ "repair": repair }), json!([]));
     }
 }

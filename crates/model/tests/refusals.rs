@@ -300,7 +300,7 @@ fn scenes_with_values_out_of_range_are_refused() {
         cloth.grid.mass_kg = 5e-324                    → every particle
         cloth.grid.center_m[1] = 2e9                   → from -1e9 to 1e9
 
-        effects.tension = {}                           → `stiffness_n_per_m` or & `pieces`, one at least, or `warp` and `weft` | found without a stiffness
+        effects.tension = {}                           → one of `stiffness_n_per_m` and & `pieces` with at least one piece, or `warp` and `weft` | found without a stiffness
         effects.tension.stiffness_n_per_m = 1          → exactly one | at effects.tension | found given twice
         effects.tension.damping_n_s_per_m = 1          → at most one | at effects.tension | found given twice
         effects.tension.stiffness_over_mass_per_s2 = -1 → from 0 to 1e30
@@ -415,7 +415,7 @@ fn frozen_systems_that_contradict_themselves_are_refused() {
         springs[1].rest_length_m = -2                  → from 0
         springs[1].stiffness_n_per_m = -20             → from 0
         springs[0].damping_n_s_per_m = -0.1            → from 0
-        springs[0].pieces = [{ "stiffness_n_per_m": 11 }] → 11, that of the first piece | at springs[0].stiffness_n_per_m | found 10
+        springs[0].pieces = [{ "stiffness_n_per_m": 11 }] → 11, the stiffness of the first piece | at springs[0].stiffness_n_per_m | found 10
         springs[0].buckling_rigidity_n_m2 = 1          → bending springs only | found tension
         springs[1].compression_stiffness_n_per_m = -1  → from 0
         springs[1].rest_length_m = 0, "compression_stiffness_n_per_m": 1 → above 0 | found 0

@@ -4,8 +4,9 @@
 
 use drape_model::{
     AirSpec, AngleEffect, AngleSpec, ContactSpec, DampingLaw, Detection, DragSpec, EffectsSpec,
-    GravitySpec, GustSpec, HingeSpec, Input, KeyframeSpec, ObstacleSpec, ParticlesSpec, PieceSpec,
-    PinSpec, Scene, SpringEffect, SpringSpec, SystemSpec, WindSpec, bundled, load, parse,
+    GravitySpec, GustSpec, HingeSpec, KeyframeSpec, ObstacleSpec, ParticlesSpec, PieceSpec,
+    PinSpec, Scene, SceneFile, SpringEffect, SpringSpec, SystemSpec, WindSpec, bundled, load,
+    parse,
 };
 use proptest::prelude::*;
 use serde_json::{Value, json, to_string_pretty};
@@ -14,8 +15,8 @@ use serde_json::{Value, json, to_string_pretty};
 fn assert_survives(spec: &SystemSpec) {
     let text = to_string_pretty(spec).unwrap();
     let back = match parse("printed", &text).unwrap() {
-        Input::System(back) => back,
-        Input::Scene(..) => panic!("a system was read as a scene"),
+        SceneFile::System(back) => back,
+        SceneFile::Scene(..) => panic!("a system was read as a scene"),
     };
     assert_eq!(spec, &back);
     assert_eq!(text, to_string_pretty(&back).unwrap());
@@ -296,7 +297,8 @@ proptest! {
     fn random_systems_survive_printing_and_obey_the_schema(spec in system()) {
         assert_survives(&spec);
         let schema = schemars::schema_for!(SystemSpec);
-        prop_assert!(jsonschema::is_valid(schema.as_value(), &serde_json::to_value(&spec).unwrap()));
+        let value = serde_json::to_value(&spec).unwrap();
+        prop_assert!(jsonschema::is_valid(schema.as_value(), &value));
     }
 
     #[test]
@@ -314,7 +316,8 @@ proptest! {
             }
             let frozen = last.clone().with_state(&state);
             assert_survives(&frozen);
-            prop_assert!(jsonschema::is_valid(schema.as_value(), &serde_json::to_value(&frozen).unwrap()));
+            let value = serde_json::to_value(&frozen).unwrap();
+            prop_assert!(jsonschema::is_valid(schema.as_value(), &value));
             let (later, again) = frozen.build().unwrap();
             prop_assert_eq!(&again.v, &state.v);
             for (x, same) in state.x.iter().zip(&again.x) {

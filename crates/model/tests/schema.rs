@@ -102,7 +102,8 @@ const PATH: &str =
 const EFFECTS: &str = r#""gravity": { "m_s2": [0, 0, -9.81] },
     "contact": { "detection": "speculative", "recovery_speed_limit_m_s": 1 }"#;
 const AIR: [&str; 2] = [
-    r#""drag": { "quadratic": { "coefficient": 1, "density_kg_m3": 1.2 } }, "wind": { "velocity_m_s": [1, 0, 0],
+    r#""drag": { "quadratic": { "coefficient": 1, "density_kg_m3": 1.2 } },
+        "wind": { "velocity_m_s": [1, 0, 0],
         "gust": { "amplitude_m_s": [1, 0, 0], "period_s": 1, "seed": 1, "start_s": 1 } }"#,
     r#""drag": { "linear": { "coefficient_n_s_per_m3": 1 } }"#,
 ];
@@ -126,17 +127,19 @@ fn scenes() -> Vec<Value> {
     let stretch = format!(r#"{{ {PIECES}, "compression_stiffness_n_per_m": 1 }}"#);
     let scene = |cloth: &str, springs: &str, air: &str, pins: &str| {
         let text = format!(
-            r#"{{ "format": "drape-scene/1", "name": "x", "description": "", "assumed": [], "cloth": {cloth},
-            "effects": {{ {springs} {EFFECTS}, "air": {{ {air} }} }}, "damping": "full", "pins": {pins},
-            "obstacles": {}, "time": {{ "step_s": 0.1, "duration_s": 1 }} }}"#,
+            r#"{{ "format": "drape-scene/1", "name": "x", "description": "", "assumed": [],
+                "cloth": {cloth},
+            "effects": {{ {springs} {EFFECTS}, "air": {{ {air} }} }}, "damping": "full",
+                "pins": {pins}, "obstacles": {}, "time": {{ "step_s": 0.1, "duration_s": 1 }} }}"#,
             obstacles()
         );
         serde_json::from_str(&text).unwrap()
     };
-    let grid = r#"{ "grid": { "rows": 2, "columns": 3, "size_m": [1, 1], "center_m": [0, 0, 0], "mass_kg": 1,
-        "velocity_m_s": [0, 0, 1] } }"#;
+    let grid = r#"{ "grid": { "rows": 2, "columns": 3, "size_m": [1, 1], "center_m": [0, 0, 0],
+        "mass_kg": 1, "velocity_m_s": [0, 0, 1] } }"#;
     let grid_springs = format!(
-        r#""tension": {{ "warp": {stretch}, "weft": {{ "stiffness_n_per_m": 1 }}, "damping_over_mass_per_s": 1 }},
+        r#""tension": {{ "warp": {stretch}, "weft": {{ "stiffness_n_per_m": 1 }},
+            "damping_over_mass_per_s": 1 }},
         "shear": {{ {PIECES}, "compression_stiffness_n_per_m": 1, "damping_n_s_per_m": 1 }},
         "bending": {{ "stiffness_n_per_m": 1, "buckling_rigidity_n_m2": 1e-3 }},
         "shear_angle": {{ "stiffness_n_m": 1 }}, "bending_angle": {{ "stiffness_n_m": 1 }},
@@ -146,13 +149,16 @@ fn scenes() -> Vec<Value> {
         format!(r#"[{{ "row": 0, "column": 0, "path": {PATH} }}, {{ "boundary": 0 }}]"#);
     let grid_pins = grid_pins.replace(r#"{ "boundary": 0 }"#, r#"{ "particle": 1 }"#);
     let mesh = r#"{ "mesh": { "file": "bundled:sheet.obj", "areal_density_kg_m2": 0.1, "scale": 1,
-        "rotation": { "axis": [0, 0, 1], "angle_deg": 9 }, "translation_m": [0, 0, 1], "velocity_m_s": [0, 0, 1],
+        "rotation": { "axis": [0, 0, 1], "angle_deg": 9 }, "translation_m": [0, 0, 1],
+            "velocity_m_s": [0, 0, 1],
         "spin_rad_s": [0, 0, 1], "repair": true } }"#;
     let mesh_springs = r#""tension": { "stiffness_over_mass_per_s2": 1 },"#;
-    let mesh_pins = r#"[{ "near_m": [0, 0, 0] }, { "within_m": [[-9, -9, -9], [9, 9, 9]] }, { "boundary": 0 }]"#;
+    let mesh_pins = r#"[{ "near_m": [0, 0, 0] }, { "within_m": [[-9, -9, -9], [9, 9, 9]] },
+        { "boundary": 0 }]"#;
     let wool = r#""tension": { "fabric": "wool" },"#;
     let particles = r#"{ "particles": { "particles": { "mass_kg": [1, 1, 1],
-        "position_m": [[0, 0, 0], [1, 0, 0], [0, 1, 0]], "velocity_m_s": [[0, 0, 0], [0, 0, 0], [0, 0, 0]] },
+        "position_m": [[0, 0, 0], [1, 0, 0], [0, 1, 0]],
+            "velocity_m_s": [[0, 0, 0], [0, 0, 0], [0, 0, 0]] },
         "springs": [], "triangles": [[0, 1, 2]] } }"#;
     vec![
         scene(grid, &grid_springs, AIR[0], &grid_pins),
@@ -169,12 +175,15 @@ fn systems() -> Vec<Value> {
             r#"{{ "format": "drape-system/1", "name": "x", "particles": {{ "mass_kg": [1, 1, 1, 1],
             "position_m": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]],
             "velocity_m_s": [[0, 0, 0], [0, 0, 0], [0, 0, 0], [0, 0, 0]] }},
-            "springs": [{{ "effect": "bending", "i": 0, "j": 1, "rest_length_m": 1, "stiffness_n_per_m": 1,
+            "springs": [{{ "effect": "bending", "i": 0, "j": 1, "rest_length_m": 1,
+                "stiffness_n_per_m": 1,
                 "damping_n_s_per_m": 1, {PIECES}, "compression_stiffness_n_per_m": 1,
                 "buckling_rigidity_n_m2": 1e-3 }}],
-            "angles": [{{ "effect": "shear_angle", "i": 1, "j": 0, "k": 2, "rest_rad": 1, "stiffness_n_m": 1 }}],
+            "angles": [{{ "effect": "shear_angle", "i": 1, "j": 0, "k": 2, "rest_rad": 1,
+                "stiffness_n_m": 1 }}],
             "hinges": [{{ "i": 1, "j": 2, "k": 0, "l": 3, "rest_rad": 0, "stiffness_n_m": 1 }}],
-            "damping": "full", "triangles": [[0, 1, 2]], "pins": [{{ "particle": 0, "path": {PATH} }}],
+            "damping": "full", "triangles": [[0, 1, 2]], "pins": [{{ "particle": 0,
+                "path": {PATH} }}],
             "effects": {{ {EFFECTS}, "air": {{ {air} }} }}, "obstacles": {} }}"#,
             obstacles()
         );

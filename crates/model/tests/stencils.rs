@@ -29,7 +29,8 @@ fn all_effects() -> Value {
         "shear_angle": { "stiffness_n_m": 0.7 }, "bending_angle": { "stiffness_n_m": 0.3 },
         "bending_hinge": { "stiffness_n_m": 0.2 },
         "air": { "drag": { "quadratic": { "coefficient": 1.1 } },
-            "wind": { "velocity_m_s": [1, 2, 3], "gust": { "amplitude_m_s": [0, 1, 0], "period_s": 2 } } }
+            "wind": { "velocity_m_s": [1, 2, 3],
+                "gust": { "amplitude_m_s": [0, 1, 0], "period_s": 2 } } }
     })
 }
 
@@ -103,7 +104,8 @@ fn tent() -> Value {
     json!({
         "format": "drape-scene/1", "name": "tent",
         "cloth": { "particles": {
-            "particles": { "mass_kg": [1, 1, 1, 1], "position_m": [[0, 0, 0], [0, 2, 0], [-1, 1, -1], [1, 1, -1]] },
+            "particles": { "mass_kg": [1, 1, 1, 1],
+                "position_m": [[0, 0, 0], [0, 2, 0], [-1, 1, -1], [1, 1, -1]] },
             "triangles": [[0, 1, 2], [1, 0, 3]] } },
         "effects": { "bending_hinge": { "stiffness_n_m": 0.5 } },
         "time": { "step_s": 0.1, "duration_s": 1 }

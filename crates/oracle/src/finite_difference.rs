@@ -1,9 +1,13 @@
 //! Energy → force → Jacobian, by central differences.
 //!
-//! What an effect offers is consistent when its force is the negative gradient of its energy, its
-//! stiffness the negative derivative of its force by position, its damping that of the damping
-//! force by velocity. Differences over a sweep of widths tell truncation (falls with the square of the
-//! width) from round-off (rises as the width falls); the best width counts.
+//! | of an effect | must be |
+//! |---|---|
+//! | force `f` | `−∂U/∂x` of its energy |
+//! | stiffness | `−∂f/∂x` |
+//! | damping | `−∂f_D/∂v` of its damping force |
+//!
+//! [`check`] takes differences at several widths. Truncation falls with the square of the width;
+//! round-off rises as the width falls. The best width counts.
 
 use drape_model::{BlockSink, Effect, Level, Mat3, Tangent, Vec3};
 use nalgebra::{DMatrix, DVector};
@@ -13,27 +17,27 @@ const WIDTHS: [f64; 6] = [1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8];
 
 /// Relative deviations over the sweep of widths.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Sweep {
+pub struct WidthSweep {
     /// Width of the difference (m or m/s) and relative deviation, from the widest to the narrowest.
     pub deviations: Vec<(f64, f64)>,
 }
 
-impl Sweep {
+impl WidthSweep {
     /// Smallest deviation of the sweep.
     pub fn best(&self) -> f64 {
         self.deviations.iter().map(|(_, deviation)| *deviation).fold(f64::INFINITY, f64::min)
     }
 }
 
-/// What [`check`] found, each as norm of the deviation over norm of the quantity.
+/// Findings of [`check`], each as norm of the deviation over norm of the quantity.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Differences {
     /// Force against `−∂U/∂x`.
-    pub force: Sweep,
+    pub force: WidthSweep,
     /// Stiffness (exact tangent) against `−∂f/∂x`.
-    pub stiffness: Sweep,
+    pub stiffness: WidthSweep,
     /// Damping against `−∂f_D/∂v`.
-    pub damping: Sweep,
+    pub damping: WidthSweep,
 }
 
 impl Differences {
@@ -116,19 +120,19 @@ fn sweep(
     at: &[Vec3],
     sign: f64,
     f: &dyn Fn(&[Vec3]) -> DVector<f64>,
-) -> Sweep {
+) -> WidthSweep {
     let deviation = |width: &f64| {
         let width = width * extent(at);
         (width, relative(exact, &(differentiate(at, width, f) * sign)))
     };
-    Sweep { deviations: WIDTHS.iter().map(deviation).collect() }
+    WidthSweep { deviations: WIDTHS.iter().map(deviation).collect() }
 }
 
-/// Holds an effect's force against its energy, its stiffness against its force and its damping
-/// against its damping force, at positions `x` and velocities `v`.
+/// Compares an effect's force with its energy, its stiffness with its force, and its damping with
+/// its damping force, at positions `x` (m) and velocities `v` (m/s).
 ///
 /// # Panics
-/// When `mass`, `x` and `v` differ in length, or there is no particle.
+/// If `mass`, `x` and `v` differ in length, or there is no particle.
 pub fn check(effect: &dyn Effect, mass: &[f64], x: &[Vec3], v: &[Vec3]) -> Differences {
     assert!(!x.is_empty() && [x.len(), v.len()] == [mass.len(); 2], "one of each a particle");
     let zeros = || vec![Vec3::zeros(); x.len()];

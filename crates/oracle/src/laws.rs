@@ -2,20 +2,20 @@
 //!
 //! # Spin of two free particles
 //!
-//! Two particles of mass `m` on a spring; `d` and `v` are their relative position and velocity,
-//! `w = hv`, `θ = 2h²k/m`, `η = 2hc/m` with *full* damping. The angular momentum about the common
-//! centre is `½ m d × v`. Since the spring pulls along `d`, each one-step method multiplies it by a
-//! number per step that can be read off its formulas; [`spin`] has them. The exact solution multiplies
-//! it by `e^{−δh}`.
+//! Two particles of mass `m` are joined by a spring with *full* damping. `d` and `v` are their
+//! relative position and velocity; `w = hv`, `θ = 2h²k/m`, `η = 2hc/m`. Their angular momentum
+//! about the common centre is `½ m d × v`. Since the spring pulls along `d`, each step of a
+//! one-step method multiplies it by a factor that follows from the formulas; [`spin`] has these
+//! factors. The exact solution multiplies it by `e^{−δh}`.
 //!
-//! Where `d' = d + w'`, `d' × w' = d × w'`, and any part of `w'` along `d` falls out. Backward Euler,
-//! which pulls along `d'`, needs `d × w = d' × w − w' × w` besides. Provot's method is symplectic Euler
-//! until its limit of elongation becomes active, which changes the velocities.
+//! If `d' = d + w'`, then `d' × w' = d × w'`, and any part of `w'` along `d` drops out. Backward
+//! Euler pulls along `d'` and also needs `d × w = d' × w − w' × w`. Provot's method is symplectic
+//! Euler until its limit of elongation becomes active and changes the velocities.
 //!
-//! Linear multistep methods mix several levels and have no such number. A step of BDF-k is one of
-//! backward Euler with `τ = h b_0/a_0` from the combinations `X* = −Σ_{j≥1} a_j x_{n+1−j}/a_0` and `V*`
-//! likewise; so `d' × v'` is the [factor of backward Euler](spin::backward_euler), at `(τ/h)² θ` and
-//! `(τ/h) η`, times `X* × V*`.
+//! Linear multistep methods mix several levels and have no such factor. A step of BDF-k is a step
+//! of backward Euler with `τ = h b_0/a_0` from the combinations `X* = −Σ_{j≥1} a_j x_{n+1−j}/a_0`
+//! and likewise `V*`. So `d' × v'` is `X* × V*` times the
+//! [factor of backward Euler](spin::backward_euler) at `(τ/h)² θ` and `(τ/h) η`.
 //!
 //! # Free fall
 //!
@@ -44,25 +44,27 @@ pub mod spin {
         1.0 / (1.0 + eta)
     }
 
-    /// Leapfrog with Crank–Nicolson damping: `(1 − ½η)/(1 + ½η)`, whatever the spring does; exactly 1
-    /// without damping.
+    /// Leapfrog with Crank–Nicolson damping: `(1 − ½η)/(1 + ½η)`, whatever the spring does. It is
+    /// exactly 1 without damping.
     ///
-    /// The first half kick multiplies `d × w` by `1 − ½η`, the drift `d' = d + w½` keeps `d × w½`, the
-    /// second half kick divides by `1 + ½η`.
+    /// The first half kick multiplies `d × w` by `1 − ½η`, the drift `d' = d + w½` keeps `d × w½`,
+    /// the second half kick divides by `1 + ½η`.
     pub fn leapfrog(eta: f64) -> f64 {
         (1.0 - 0.5 * eta) / (1.0 + 0.5 * eta)
     }
 
-    /// Backward Euler: `1/(1 + η + θ (1 − ℓ/L_{n+1}))`. It decays in tension, grows in compression.
+    /// Backward Euler: `1/(1 + η + θ (1 − ℓ/L_{n+1}))`. It decays in tension and grows in
+    /// compression.
     ///
-    /// Baraff–Witkin, one Newton step from the old state, has `L_n` instead; where it cuts off negative
-    /// transverse stiffness, pass at most 1 for `ℓ/L_n`.
+    /// Baraff–Witkin takes one Newton step from the old state and has `L_n` instead. If it cuts off
+    /// negative transverse stiffness, pass at most 1 for `ℓ/L_n`.
     pub fn backward_euler(theta: f64, eta: f64, rest_over_length: f64) -> f64 {
         1.0 / (1.0 + eta + theta * (1.0 - rest_over_length))
     }
 
     /// Implicit midpoint: `(1 − ε)/(1 + ε)`, `ε = ½η/(1 + ¼θ (1 − ℓ/L_m))` with the length `L_m` of
-    /// `½ (d + d')`; exactly 1 without damping, and with damping *projected* on that direction.
+    /// `½ (d + d')`. It is exactly 1 without damping, and with damping *projected* on that
+    /// direction.
     ///
     /// `d' × w' − d × w = d_m × (w' − w) + (d' − d) × w_m = −η d_m × w_m` and
     /// `½ (d' × w' + d × w) = d_m × w_m + ¼ (d' − d) × (w' − w)`.
@@ -71,26 +73,26 @@ pub mod spin {
         (1.0 - loss) / (1.0 + loss)
     }
 
-    /// IMEX Euler: `1/(1 + θ + η)`, whatever the spring does: the law of its locking. Desbrun's
-    /// predictor, without the correction of torques, obeys it too.
+    /// IMEX Euler: `1/(1 + θ + η)`, whatever the spring does. This is the law of its locking.
+    /// Desbrun's predictor, without the correction of torques, obeys it too.
     pub fn imex_euler(theta: f64, eta: f64) -> f64 {
         1.0 / (1.0 + theta + eta)
     }
 
-    /// IMEX Euler with *projected* damping, of which the linear part stands in the matrix and the
-    /// remainder at level `n`: `(1 + η)/(1 + θ + η)`.
+    /// IMEX Euler with *projected* damping, its linear part in the matrix and its remainder at
+    /// level `n`: `(1 + η)/(1 + θ + η)`.
     pub fn imex_euler_projected_damping(theta: f64, eta: f64) -> f64 {
         (1.0 + eta) / (1.0 + theta + eta)
     }
 
-    /// Terzopoulos–Fleischer: `(1 − ½η)/(1 + ½η + θ (1 − ℓ/L_n))`, with the secant stiffness of the old
-    /// length. Where negative secants are cut off, pass at most 1 for `ℓ/L_n`.
+    /// Terzopoulos–Fleischer: `(1 − ½η)/(1 + ½η + θ (1 − ℓ/L_n))`, with the secant stiffness of the
+    /// old length. If it cuts off negative secants, pass at most 1 for `ℓ/L_n`.
     pub fn terzopoulos_fleischer(theta: f64, eta: f64, rest_over_length_before: f64) -> f64 {
         (1.0 - 0.5 * eta) / (1.0 + 0.5 * eta + theta * (1.0 - rest_over_length_before))
     }
 
-    /// Terzopoulos–Fleischer with *projected* damping, of which half of the linear part stands in the
-    /// matrix and the remainder at level `n`: `(1 + ½η)/(1 + ½η + θ (1 − ℓ/L_n))`.
+    /// Terzopoulos–Fleischer with *projected* damping, half of its linear part in the matrix and
+    /// its remainder at level `n`: `(1 + ½η)/(1 + ½η + θ (1 − ℓ/L_n))`.
     pub fn terzopoulos_fleischer_projected_damping(
         theta: f64,
         eta: f64,
@@ -99,8 +101,8 @@ pub mod spin {
         (1.0 + 0.5 * eta) / (1.0 + 0.5 * eta + theta * (1.0 - rest_over_length_before))
     }
 
-    /// Baraff–Witkin with the clamped Hessian: `1/(1 + η + θ max(0, 1 − ℓ/L_n))`, the law of backward Euler with
-    /// the length before the step and no growth in compression.
+    /// Baraff–Witkin with the clamped Hessian: `1/(1 + η + θ max(0, 1 − ℓ/L_n))`. It is the law of
+    /// backward Euler with the length before the step, and without growth in compression.
     pub fn baraff_witkin(theta: f64, eta: f64, rest_over_length_before: f64) -> f64 {
         backward_euler(theta, eta, rest_over_length_before.min(1.0))
     }
@@ -108,15 +110,15 @@ pub mod spin {
     /// Kang's step after `sweeps` corrections by the neighbours: `1 − φ (θ + η)/(1 + θ + η)` with
     /// `φ = 1 − γ^{sweeps+1}`, `γ = −a/(1+a)`, `a = ½ (θ + η)`.
     ///
-    /// Kang's formula (`sweeps = 1`) gives `(1 + a²)/(1 + a)²`, which is never below ½ and tends to 1 for
-    /// very stiff springs. The predictor alone gives `(1 − a)/(1 + a)`: it reverses the rotation for
-    /// `a > 1`.
+    /// Kang's formula (`sweeps = 1`) gives `(1 + a²)/(1 + a)²`, which is never below ½ and tends to
+    /// 1 for very stiff springs. The predictor alone gives `(1 − a)/(1 + a)` and reverses the
+    /// rotation for `a > 1`.
     pub fn kang(theta: f64, eta: f64, sweeps: u32) -> f64 {
         1.0 - kang_share(theta, eta, sweeps) * (theta + eta)
     }
 
-    /// Kang's step with *projected* damping, of which the linear part stands in the matrix and the
-    /// remainder at level `n`: `1 − φ θ/(1 + θ + η)`.
+    /// Kang's step with *projected* damping, its linear part in the matrix and its remainder at
+    /// level `n`: `1 − φ θ/(1 + θ + η)`.
     pub fn kang_projected_damping(theta: f64, eta: f64, sweeps: u32) -> f64 {
         1.0 - kang_share(theta, eta, sweeps) * theta
     }
@@ -135,9 +137,9 @@ pub enum Drift {
     OldVelocity,
     /// The new one: all the other Euler methods, Terzopoulos–Fleischer, Kang.
     NewVelocity,
-    /// The mean of both, which is exact: leapfrog, implicit midpoint; and, as long as their first
-    /// steps are exact (as those of Heun's method, the trapezoidal rule and implicit midpoint are),
-    /// all multistep methods of order 2 and 3.
+    /// The mean of both, which is exact: leapfrog and implicit midpoint. All multistep methods of
+    /// order 2 and 3 join them if their first steps are exact, for example by Heun's method, the
+    /// trapezoidal rule or implicit midpoint.
     MeanVelocity,
     /// The mean of both, after a first step of backward Euler: CNAB2, MCNAB2.
     MeanAfterBackwardEuler,
@@ -148,11 +150,13 @@ pub enum Drift {
 }
 
 impl Drift {
-    /// How far the position after `n` steps is from `x_0 + n h v_0 + ½ n² h² g`, in units of `h² g`.
+    /// Difference of the position after `n` steps from `x_0 + n h v_0 + ½ n² h² g`, in units of
+    /// `h² g`.
     fn error(self, n: u32) -> f64 {
         let half = 0.5 * f64::from(n);
-        // A multistep method of order 2 makes no error of its own here and carries on the first one,
-        // which is ½ h² g, by the roots of Σ a_j ζ^{k−j}: 1 for CNAB2, 1 and 1/3 for BDF2, ±1 for CNLF.
+        // A multistep method of order 2 makes no error of its own here. It carries on the error of
+        // the first step, ½ h² g, by the roots of Σ a_j ζ^{k−j}: 1 for CNAB2, 1 and 1/3 for BDF2,
+        // ±1 for CNLF.
         match self {
             Self::OldVelocity => -half,
             Self::NewVelocity => half,
@@ -164,8 +168,8 @@ impl Drift {
     }
 }
 
-/// Position and velocity after `steps` steps of free fall, `v_0 + n h g` and the discrete parabola
-/// `x_0 + n h v_0 + (½ n² + e_n) h² g`:
+/// Position (m) and velocity (m/s) after `n = steps` steps of free fall: the discrete parabola
+/// `x_0 + n h v_0 + (½ n² + e_n) h² g`, and `v_0 + n h g`.
 ///
 /// | drift | `e_n` |
 /// |---|---|
@@ -179,11 +183,12 @@ pub fn free_fall(drift: Drift, x: Vec3, v: Vec3, g: Vec3, h: f64, steps: u32) ->
     (x + v * (n * h) + g * ((0.5 * n * n + drift.error(steps)) * h * h), v + g * (n * h))
 }
 
-/// Position and velocity of a linear multistep method on `x'' = g` after `steps` more steps of size `h`.
+/// Position and velocity of a linear multistep method on `x'' = g` after `steps` more steps of size
+/// `h`.
 ///
-/// `history` has the levels that are there, newest first, at least as many as the method has steps:
-/// give it the actual first steps. With uneven steps call it for one step at a time. The part to which
-/// gravity belongs does not matter, since in each the weights add up to the same.
+/// `history` holds the levels so far, newest first: at least as many as the method has steps, from
+/// its actual first steps. With uneven steps call it for one step at a time. Gravity may belong to
+/// either part, since the weights of both add up to the same.
 ///
 /// ```
 /// use drape_model::Vec3;
@@ -216,8 +221,8 @@ pub fn constant_acceleration(
     levels[0]
 }
 
-/// Lengths at rest of the springs of a hanging chain, top first, m: each carries the weight of all
-/// particles below, `L_j = ℓ_j + g Σ_{i ≥ j} m_i / k_j`.
+/// Lengths of the springs of a hanging chain at rest, top first, m. Each carries the weight of all
+/// particles below: `L_j = ℓ_j + g Σ_{i ≥ j} m_i / k_j`.
 ///
 /// `masses[j]` hangs at the lower end of spring `j`; `g` is the size of the acceleration.
 ///
@@ -227,7 +232,7 @@ pub fn constant_acceleration(
 /// ```
 ///
 /// # Panics
-/// When the lists differ in length.
+/// If the lists differ in length.
 pub fn hanging_chain(masses: &[f64], stiffness: &[f64], rest_length: &[f64], g: f64) -> Vec<f64> {
     assert!([stiffness.len(), rest_length.len()] == [masses.len(); 2], "one of each a spring");
     let below = |j: usize| masses[j..].iter().sum::<f64>();

@@ -3,12 +3,12 @@
 //!
 //! # What it is for
 //!
-//! A simulated cloth that looks right proves little. Each module states what a correct integrator or
-//! a correct force must give, independently of any implementation:
+//! A simulated cloth that looks right proves little. Each module states what a correct integrator
+//! or a correct force must give, independently of any implementation:
 //!
 //! | module | statement | holds to |
 //! |---|---|---|
-//! | [`recurrence`] | on the damped oscillator a step is a known 2 × 2 matrix, or one a level | round-off |
+//! | [`recurrence`] | on the damped oscillator a step is a known 2 × 2 matrix per level | round-off |
 //! | [`laws`] | spin of two particles, free fall, lengths of a hanging chain | round-off |
 //! | [`finite_difference`] | force = −∇energy, stiffness = −∂f/∂x, damping = −∂f/∂v | about 1e-9 |
 //! | [`mod@reference`] | the solution of the differential equation itself | a stated error |
@@ -17,8 +17,8 @@
 //! This crate knows the model and the integrator trait, but no method, so that no check shares code
 //! with the method that it checks.
 //!
-//! [`scenes`] builds the small systems of the tests, [`Run`] steps an integrator on one of them, and
-//! [`Random`] gives the same numbers on every machine.
+//! [`scenes`] builds the small systems of the tests, [`Run`] steps an integrator on one of them,
+//! and [`Random`] gives the same numbers on every machine.
 //!
 //! # Symbols
 //!
@@ -27,7 +27,7 @@
 //! | `h` | step size | s |
 //! | `κ`, `δ` | stiffness and damping over mass, of `x'' = −κx − δx'` | 1/s², 1/s |
 //! | `θ = h²κ`, `η = hδ` | the same without dimension | – |
-//! | `w = hv` | velocity as displacement a step | m |
+//! | `w = hv` | velocity as displacement per step | m |
 //! | `ℓ`, `L` | rest length, length of a spring | m |
 //!
 //! For one particle of mass `m` on an anchored spring `κ = k/m`, `δ = c/m`; for the relative motion

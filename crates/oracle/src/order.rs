@@ -1,8 +1,8 @@
 //! Observed order of accuracy and error constant.
 //!
-//! The error of a method of order `p` is `C h^p` in the limit. From errors at several step sizes the
-//! order is the slope of `log e` over `log h`; one that differs from theory by more than about 0.15
-//! means a wrong method, or a step too large for the limit.
+//! The error of a method of order `p` is `C h^p` in the limit of small steps. The observed order is
+//! the slope of `log e` over `log h`. If it differs from theory by more than about 0.15, the method
+//! is wrong or the steps are too large for the limit.
 
 use crate::reference::Reference;
 use drape_integrator::{
@@ -52,7 +52,7 @@ pub enum OrderError {
         error: f64,
     },
     /// The step sizes do not fall.
-    #[error("step size {next} s follows {last} s; expected smaller and smaller ones")]
+    #[error("step size {next} s follows {last} s; expected each smaller than the one before")]
     NotFalling {
         /// Step size, s.
         last: f64,
@@ -119,8 +119,8 @@ pub fn position_error(system: &System, start: &[Vec3], reference: &[Vec3], x: &[
     distance(x, reference) / distance(reference, start)
 }
 
-/// Observed order of a method against the last state of a reference: one run for each number of
-/// steps, with a new integrator each.
+/// Observed order of a method against the last state of a reference, from one run with a new
+/// integrator for each number of steps.
 ///
 /// # Errors
 /// [`OrderError`] when a run is refused or the errors give no order.

@@ -1,9 +1,11 @@
 //! The solution of the differential equation itself, with a stated error.
 //!
-//! `M x'' = f(x, v)` is integrated by an adaptive Runge–Kutta method of order 8 (DOP853 of Hairer,
-//! Nørsett and Wanner), twice: the looser run tells how far the tighter one can be trusted. It shares no
-//! code with the integrators but the forces. Pins are held. Pins on paths are refused: where a path bends, the
-//! motion has no eighth derivative, and the stated error would be none. So are contacts: their velocity
+//! An adaptive Runge–Kutta method of order 8 (DOP853 of Hairer, Nørsett and Wanner) integrates
+//! `M x'' = f(x, v)` twice. The run with the looser tolerance tells the error of the tighter one.
+//! The reference shares only the forces with the integrators.
+//!
+//! Pins are held. Pins on paths are refused: where a path bends, the motion has no eighth
+//! derivative, and the stated error would be wrong. Contacts are refused too: their velocity
 //! constraints belong to the step of a method and have no differential equation.
 
 use drape_model::{Level, State, System, Vec3};
@@ -12,7 +14,7 @@ use ode_solvers::dop_shared::IntegrationError;
 use ode_solvers::{Dop853, OutputType};
 use std::cell::RefCell;
 
-/// How hard to try.
+/// Tolerance and step limit of a reference.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ReferenceSettings {
     /// Tolerance of each step, relative, and absolute in m and m/s.
@@ -32,8 +34,8 @@ impl Default for ReferenceSettings {
 pub struct Reference {
     /// One at each time that was asked for.
     pub states: Vec<State>,
-    /// Largest distance of a particle from where the run with a tenfold tolerance puts it, m: an upper
-    /// estimate of the error of the positions.
+    /// Largest distance between the positions of a particle in this run and in the run with ten
+    /// times the tolerance, m. It is an upper estimate of the error of the positions.
     pub position_error: f64,
     /// Likewise for velocities, m/s.
     pub velocity_error: f64,
@@ -45,9 +47,9 @@ pub enum ReferenceError {
     /// The scene has obstacles.
     #[error("the scene has {0} obstacle(s); contacts have no reference trajectory: leave them out")]
     Contact(usize),
-    /// Pins of the scene are led on paths.
+    /// Pins of the scene follow paths.
     #[error(
-        "{0} pin(s) of the scene are led on paths; such a motion has no reference trajectory: hold them"
+        "{0} pin(s) of the scene follow paths; such a motion has no reference trajectory: hold them"
     )]
     MovingPins(usize),
     /// The state does not fit the system.
@@ -70,14 +72,14 @@ pub enum ReferenceError {
     #[error("the tolerance is {0}; expected a number from 1e-15 to 0.1")]
     Tolerance(f64),
     /// Too many steps.
-    #[error("{steps} steps lead to {time} s only; allow more steps or ask for less time")]
+    #[error("{steps} steps reach only {time} s; allow more steps or ask for less time")]
     StepLimit {
         /// Steps taken.
         steps: u32,
         /// Time reached, s.
         time: f64,
     },
-    /// No step is small enough, which is what a force that is not finite leads to.
+    /// No step is small enough, because the motion or a force is not finite.
     #[error("no step is small enough at {time} s; the motion or a force is not finite there")]
     NotFinite {
         /// Time reached, s.
@@ -85,7 +87,7 @@ pub enum ReferenceError {
     },
 }
 
-/// `(x, v)' = (v, M⁻¹ f)`, with pinned particles at rest. What it needs is allocated once.
+/// `(x, v)' = (v, M⁻¹ f)`, with pinned particles at rest. It allocates its scratch once.
 struct Motion<'a> {
     system: &'a System,
     scratch: RefCell<Scratch>,
@@ -145,8 +147,8 @@ fn unpack(t: f64, y: &DVector<f64>) -> State {
     State { t, x: x.to_vec(), v: v.to_vec() }
 }
 
-/// Steps after which the solver's record of intermediate states is dropped: it would grow without
-/// limit.
+/// Steps after which a run drops the solver's record of intermediate states, which would grow
+/// without limit.
 const STEPS_A_LEG: u32 = 256;
 
 /// One run through all times.
@@ -240,7 +242,8 @@ pub struct AdaptiveRun {
     pub evaluations: u64,
 }
 
-/// One run of DOP853 over `duration` seconds at the tolerance of `settings`; its error is not known.
+/// One run of DOP853 over `duration` seconds at the tolerance of `settings`; its error is not
+/// known.
 ///
 /// # Errors
 /// As [`reference()`].
@@ -263,7 +266,7 @@ pub fn adaptive(
     Ok(AdaptiveRun { state, steps, evaluations: motion.evaluations() })
 }
 
-/// The exact motion of `system` from `start`, at `times`.
+/// The exact motion of `system` from `start`, at rising `times`, s.
 ///
 /// # Errors
 /// [`ReferenceError`]: contacts, a start or times that do not fit, too many steps, blow-up.

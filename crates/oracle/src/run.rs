@@ -43,7 +43,7 @@ impl Run {
     /// Takes one step.
     ///
     /// # Errors
-    /// What the method refuses.
+    /// If the method refuses the step.
     pub fn try_step(&mut self) -> Result<StepReport, StepError> {
         let Self { integrator, system, state, h } = self;
         integrator.step(system, state, seconds(*h), &mut PhaseClock::off())
@@ -79,7 +79,7 @@ impl Run {
     }
 }
 
-/// The bits of a state: two states with the same bits are the same, whatever their numbers are.
+/// The bits of a state. States with the same bits are the same, NaN included.
 pub fn bits(state: &State) -> Vec<u64> {
     let vectors = state.x.iter().chain(&state.v);
     let numbers = vectors.flat_map(|a| a.iter().copied()).chain([state.t]);
@@ -96,7 +96,7 @@ pub fn largest(vectors: &[Vec3]) -> f64 {
     vectors.iter().map(|a| a.norm()).fold(0.0, f64::max)
 }
 
-/// Observed order where `error(steps)` is the error after so many steps over `span` seconds.
+/// Observed order from `error(steps)`, the error after this many steps over `span` seconds.
 ///
 /// # Errors
 /// [`OrderError`] where the errors give no order.

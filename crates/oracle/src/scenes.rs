@@ -1,9 +1,8 @@
 //! Small scenes that tests, benches and studies share.
 
 use drape_model::{
-    Cloth, DampingLaw, Effects, EffectsSpec, GravitySpec, Grid, ObstacleSpec, ParticlesSpec,
-    PieceSpec, Pin, PinSpec, Scene, SpringEffect, SpringLaw, SpringSpec, State, System, SystemSpec,
-    TimeSpan, Vec3,
+    Cloth, DampingLaw, Effects, GravitySpec, Grid, ObstacleSpec, ParticlesSpec, PieceSpec, Pin,
+    PinSpec, Scene, SpringEffect, SpringLaw, SpringSpec, State, System, SystemSpec, TimeSpan, Vec3,
 };
 
 /// The acceleration of gravity, m/s².
@@ -20,21 +19,13 @@ pub fn gravity() -> Option<GravitySpec> {
 pub fn particles(mass: &[f64], position: &[Vec3], velocity: &[Vec3]) -> SystemSpec {
     let list = |vectors: &[Vec3]| vectors.iter().map(|&a| a.into()).collect();
     SystemSpec {
-        format: "drape-system/1".to_owned(),
         name: "test".to_owned(),
         particles: ParticlesSpec {
             mass_kg: mass.to_vec(),
             position_m: list(position),
             velocity_m_s: list(velocity),
         },
-        springs: Vec::new(),
-        angles: Vec::new(),
-        hinges: Vec::new(),
-        damping: DampingLaw::Full,
-        triangles: Vec::new(),
-        pins: Vec::new(),
-        effects: EffectsSpec::default(),
-        obstacles: Vec::new(),
+        ..SystemSpec::default()
     }
 }
 
@@ -131,7 +122,7 @@ pub struct Sheet {
 }
 
 impl Default for Sheet {
-    /// 25 particles, whose steps take next to no time.
+    /// 25 particles, whose steps take almost no time.
     fn default() -> Self {
         Self {
             side: 5,

@@ -1,4 +1,4 @@
-//! The drag of the air: its matrix, what it dissipates, and when it drives.
+//! The drag of the air: its matrix, and when it takes or gives energy.
 
 use drape_model::effects::{Air, DragLaw, Gust, Wind};
 use drape_model::{Effect, Level, Vec3};

@@ -24,7 +24,8 @@ fn effects() -> Vec<(Box<dyn Effect>, usize)> {
     angles.into_iter().chain(hinges).collect()
 }
 
-/// Three particles in a row, or two triangles in a plane, out of it by random vectors of about this length.
+/// Three particles in a row or two triangles in a plane, moved by random vectors of about this
+/// length.
 fn nearly_flat(random: &mut Random, n: usize, size: f64) -> Vec<Vec3> {
     let flat = if n == 3 {
         vec![Vec3::new(-0.8, 0.1, 0.3), Vec3::zeros(), Vec3::new(0.8, -0.1, -0.3) * 1.3]

@@ -4,7 +4,7 @@
 //! and normals to the first frame. The animated weights fade linearly from one frame to the next.
 //! Moving obstacles are nodes with an animated translation. Every reader of glTF understands this,
 //! Blender among them. Positions are float32, in metres. In glTF the y-axis is up, in scenes the
-//! z-axis; so the scene stands in a node that turns it.
+//! z-axis, so a node turns the scene.
 
 use crate::Solid;
 use crate::surface::normals;
@@ -46,7 +46,7 @@ impl Animation {
         Self { subject, times: Vec::new(), frames: Vec::new() }
     }
 
-    /// Whether so many frames of so many particles fit into a file.
+    /// Checks that this many frames of this many particles fit into a file.
     ///
     /// # Errors
     /// [`RenderError::TooLarge`] if they do not.
@@ -157,7 +157,7 @@ struct File {
 }
 
 impl File {
-    /// Appends data of four bytes each, and says where they are.
+    /// Appends data of four bytes each and returns their accessor.
     fn accessor(
         &mut self,
         bytes: &[u8],

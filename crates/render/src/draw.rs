@@ -22,7 +22,7 @@ type Tint = [f64; 3];
 /// The side of the cloth from which its triangles run counter-clockwise, and the other one.
 const SIDES: [Tint; 2] = [[0.36, 0.58, 0.86], [0.93, 0.70, 0.40]];
 const SOLID: Tint = [0.80, 0.80, 0.83];
-/// Lines that run over a surface keep so much of its light.
+/// Share of the light of a surface that lines on it keep: on cloth, on obstacles.
 const ON_SURFACE: f64 = 0.76;
 const ON_SOLID: f64 = 0.90;
 /// The rim of the cloth and its contour.
@@ -83,7 +83,7 @@ impl Sketch<'_> {
         if !is_bold {
             return;
         }
-        // A bold line is as many thin ones beside each other.
+        // A bold line is four thin ones beside each other.
         for (right, down) in [(1.0, 0.0), (0.0, 1.0), (1.0, 1.0)] {
             let [a, b] = [a, b].map(|n| {
                 let Vertex { pos, attrib } = self.corners[n];
@@ -182,8 +182,8 @@ impl Sketch<'_> {
 /// obstacles. Particles that are not finite or out of all bounds are left out.
 ///
 /// # Panics
-/// When there are fewer positions than the subject's triangles and lines name, or a side of the
-/// picture is 0.
+/// If `x` has fewer positions than the subject's triangles and lines name, or a side of the picture
+/// is 0.
 pub fn draw(subject: &Subject, x: &[Vec3], camera: &Camera, size: [u32; 2]) -> Image {
     let inner = size.map(|side| side * SAMPLES);
     let mut sketch = Sketch {

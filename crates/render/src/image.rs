@@ -16,7 +16,7 @@ impl Colour {
     pub const GREY: Self = Self([0x6b, 0x72, 0x80]);
     /// Failures.
     pub const ALARM: Self = Self([0xb4, 0x23, 0x18]);
-    /// Stripes behind what went wrong.
+    /// Stripes behind a failure.
     pub const STRIPE: Self = Self([0xf1, 0xd9, 0xd6]);
 }
 
@@ -131,7 +131,7 @@ impl Image {
         }
     }
 
-    /// Copies another picture to a place; what reaches beyond this one is cut off.
+    /// Copies another picture to a place and cuts off pixels beyond this one.
     pub fn paste(&mut self, other: &Self, left: u32, top: u32) {
         for y in 0..other.height {
             for x in 0..other.width {

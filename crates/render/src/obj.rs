@@ -20,7 +20,7 @@ pub fn cloth(subject: &Subject, x: &[Vec3]) -> String {
     text
 }
 
-/// The obstacles, an object each; empty where there are none.
+/// The obstacles, one object each; empty without obstacles.
 pub fn solids(solids: &[Solid]) -> String {
     let mut text = String::new();
     let mut before = 0;

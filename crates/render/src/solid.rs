@@ -311,7 +311,8 @@ mod tests {
         for (thickness, depth, expected) in [(1.0, 0.1, 0.1), (0.12, 0.1, 0.025)] {
             let points: Vec<_> = cube.points.iter().map(|x| [x.x, x.y, x.z * thickness]).collect();
             let text = format!(
-                r#"{{ "format": "drape-system/1", "particles": {{ "mass_kg": [1], "position_m": [[0, 0, 9]] }},
+                r#"{{ "format": "drape-system/1", "particles": {{ "mass_kg": [1],
+                    "position_m": [[0, 0, 9]] }},
                 "obstacles": [{{ "mesh": {{ "vertices_m": {points:?}, "triangles": {:?} }} }}] }}"#,
                 cube.triangles
             );

@@ -135,7 +135,8 @@ mod tests {
     fn a_moving_obstacle_is_where_it_is_at_the_time() {
         let text = r#"{ "format": "drape-system/1",
             "particles": { "mass_kg": [1, 1], "position_m": [[0, 0, 0], [1, 0, 0]] },
-            "springs": [{ "effect": "tension", "i": 0, "j": 1, "rest_length_m": 1, "stiffness_n_per_m": 1 }],
+            "springs": [{ "effect": "tension", "i": 0, "j": 1, "rest_length_m": 1,
+                "stiffness_n_per_m": 1 }],
             "obstacles": [{ "box": { "center_m": [0, 0, -1], "size_m": [1, 1, 1],
                 "path": [{ "time_s": 2, "offset_m": [0, 4, 2] }] } },
                 { "sphere": { "center_m": [0, 0, -1], "radius_m": 0.5 } }] }"#;

@@ -79,7 +79,8 @@ fn counts_positions_normals_and_times_read_back() {
 
 #[test]
 fn an_obstacle_that_moves_is_a_node_that_is_displaced() {
-    let text = r#"{ "format": "drape-system/1", "particles": { "mass_kg": [1], "position_m": [[0, 0, 0]] },
+    let text = r#"{ "format": "drape-system/1", "particles": { "mass_kg": [1],
+        "position_m": [[0, 0, 0]] },
         "obstacles": [{ "sphere": { "center_m": [0, 0, 0], "radius_m": 1 } },
             { "sphere": { "center_m": [0, 0, 0], "radius_m": 1,
                 "path": [{ "time_s": 0.5, "offset_m": [1, 0, 2] }] } }] }"#;

@@ -1,9 +1,9 @@
 //! Scenes and discretised systems for commands.
 
-use drape_model::{Input, SceneError};
+use drape_model::{SceneError, SceneFile};
 
 /// Loads a scene or a discretised system, and reports repairs of its mesh on standard error.
-pub(crate) fn load(scene: &str) -> Result<Input, SceneError> {
+pub(crate) fn load(scene: &str) -> Result<SceneFile, SceneError> {
     let input = drape_model::load(scene)?;
     for repair in input.repairs() {
         eprintln!("drape: {scene}: mesh mended: {repair}");

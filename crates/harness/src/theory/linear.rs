@@ -135,7 +135,7 @@ impl Problem<'_> {
         let factor = self.schedule.greatest_stiffness();
         for effect in SpringEffect::ALL {
             // An effect that the scene does not name has nothing to be changed.
-            let _named = system.scale_stiffness(effect.name(), factor);
+            let _named = system.scale_stiffness(effect, factor);
         }
         system
     }

@@ -372,7 +372,7 @@ impl ContactSet {
                 motion.velocity = (path.offset(end) - motion.offset) / tau;
             }
         }
-        let limit = system.contact().recovery_speed_limit;
+        let limit = system.contact().recovery_speed_limit_m_s;
         let speculative = system.contact().detection == Detection::Speculative;
         for particle in (0..x.len()).filter(|&i| !system.pinned()[i]) {
             let first = self.candidates.len();

@@ -9,9 +9,10 @@
 //!
 //! goes to its corners in equal parts. It is a damping force `−D (v − w)` with a symmetric and
 //! positive semi-definite matrix. A method that takes it at the new velocity keeps `n`, `a`, `w`
-//! and the speed in `κ` at an earlier level; then it is linear. Without wind it dissipates. An
-//! explicit step `h` is stable if `h Σ κ a/(3m) < 2` at every particle, with its mass `m` and the
-//! sum over its triangles. If neighbours move alike along one normal, no longer step is stable.
+//! and the speed in `κ` at an earlier level, which makes the force linear. Without wind it
+//! dissipates. An explicit step `h` is stable if `h Σ κ a/(3m) < 2` at every particle, with its
+//! mass `m` and the sum over its triangles. The bound is sharp if neighbours move alike along one
+//! normal.
 
 use super::registry::{self, Checked, Weave};
 use super::{BlockSink, Effect, EffectClass, EffectKind};
@@ -83,7 +84,7 @@ pub struct WindSpec {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GustSpec {
-    /// Bound of the velocity of the gusts, m/s. They approach it and never exceed it.
+    /// Bound on the velocity of the gusts, m/s. They approach it and never exceed it.
     #[schemars(inner(range(min = -MAX_COORDINATE, max = MAX_COORDINATE)))]
     pub amplitude_m_s: [f64; 3],
     /// Period of their slowest part, s.
@@ -93,8 +94,8 @@ pub struct GustSpec {
     #[serde(default)]
     #[schemars(range(max = u32::MAX))]
     pub seed: u32,
-    /// Age of the gusts at the start, s; 0 if absent. A system that is frozen during a run goes on
-    /// with its gusts.
+    /// Age of the gusts at the start, s; 0 if absent. It lets a system that was frozen during a run
+    /// continue its gusts.
     #[serde(default, skip_serializing_if = "is_zero")]
     #[schemars(range(min = 0.0, max = MAX_GUST_START))]
     pub start_s: f64,
@@ -163,13 +164,13 @@ pub struct Gust {
     /// Angular frequency of the slowest sine, rad/s.
     frequency: f64,
     phases: [f64; SINES],
-    /// Age where the time of the state is 0, s.
+    /// Age at time 0 of the state, s.
     start: f64,
 }
 
 impl Gust {
-    /// A gust of this greatest velocity (m/s) and period of its slowest part (s). The seed
-    /// determines its phases.
+    /// A gust with this bound on its velocity (m/s) and this period of its slowest sine (s). The
+    /// seed determines the phases.
     pub fn new(amplitude: Vec3, period: f64, seed: u32) -> Self {
         let mut state = u64::from(seed);
         // SplitMix64 (Steele, Lea and Flood 2014).
@@ -184,7 +185,7 @@ impl Gust {
         Self { amplitude, frequency: std::f64::consts::TAU / period, phases, start: 0.0 }
     }
 
-    /// The same gust, this many seconds old where the time of the state is 0.
+    /// The same gust with an age of `start` seconds at time 0 of the state.
     #[must_use]
     pub fn started(self, start: f64) -> Self {
         Self { start, ..self }
@@ -230,7 +231,7 @@ impl Air {
         self.wind.map_or_else(Vec3::zeros, |wind| wind.at(t))
     }
 
-    /// Visits each triangle that has a normal: its corners, `n`, and `κ a` (N s/m) at a level with
+    /// Visits the corners, `n` and `κ a` (N s/m) of each triangle that has a normal, at a level in
     /// the wind `w`.
     fn each(&self, at: Level<'_>, w: Vec3, mut visit: impl FnMut([usize; 3], Vec3, f64)) {
         for corners in &self.triangles {
@@ -304,7 +305,7 @@ impl Effect for Air {
         }
     }
 
-    /// `κ a n nᵀ/9` for each two corners of a triangle, themselves included.
+    /// `κ a n nᵀ/9` for every pair of corners of a triangle, also for a corner with itself.
     fn add_damping(&self, lagged: Level<'_>, scale: f64, sink: &mut dyn BlockSink) {
         let w = self.wind(lagged.t);
         self.each(lagged, w, |corners, n, drag| {
@@ -335,7 +336,7 @@ impl Effect for Air {
 pub(crate) struct Entry;
 
 impl registry::Entry for Entry {
-    type Law = AirSpec;
+    type Value = AirSpec;
     const CLASS: EffectClass = EffectClass::Drag;
 
     fn freeze(
@@ -358,7 +359,7 @@ impl registry::Entry for Entry {
         Ok(Some(Box::new(Air::new(law, wind, spec.triangles.clone()))))
     }
 
-    /// Gusts go on.
+    /// Continues the gusts.
     fn advance(spec: &mut SystemSpec, t: f64) {
         let wind = spec.effects.air.as_mut().and_then(|air| air.wind.as_mut());
         if let Some(gust) = wind.and_then(|wind| wind.gust.as_mut()) {

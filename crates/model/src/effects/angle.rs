@@ -10,8 +10,7 @@
 //! Formulas use `c = cos φ`. Its gradient `∇_a c = (b̂ − c â)/|a|` is smooth if both edges have a
 //! length. `g = dU/dc = k (δ − δ₀)/sin δ` with `δ = π − φ` is smooth at the straight angle if the
 //! angle at rest is straight: `(π − φ)/sin φ → 1` (Eberhardt, Weber and Straßer 1996 bend cloth
-//! so). At other angles at rest, angles of 0 and π distinguish no direction of the force, and it is
-//! 0.
+//! so). At other angles at rest, angles of 0 and π give the force no direction, and it is 0.
 
 use super::elements::{self, Element, Elements};
 use super::registry::{self, Checked, Weave};
@@ -25,13 +24,13 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 /// An edge shorter than this fraction of the other one has no direction.
 const COLLAPSED: f64 = 1e-12;
-/// No edge is shorter than this, m, if it has a direction.
+/// An edge must be longer than this to have a direction, m.
 const SHORTEST: f64 = 1e-100;
 /// `sin φ` below which the plane of the edges is lost in round-off.
 const SINGULAR: f64 = 1e-12;
 /// `sin φ` below which an angle counts as straight in the projected stiffness.
 const STRAIGHT: f64 = 1e-8;
-/// `sin φ` below which the curvature at the straight angle is taken from its series.
+/// `sin φ` below which a series gives the curvature at the straight angle.
 const SERIES: f64 = 3e-3;
 
 /// The effect that an angle belongs to.
@@ -143,8 +142,7 @@ impl AngleSpec {
         PI - self.rest_rad
     }
 
-    /// Whether the straight angle is the one at rest, and the corner is nearer to it than to the
-    /// fold.
+    /// Whether the angle is straight at rest, and the corner is nearer to straight than to folded.
     fn is_near_straight_rest(&self, corner: &Corner) -> bool {
         self.rest_turn() == 0.0 && corner.cos < 0.0
     }
@@ -186,10 +184,10 @@ impl AngleSpec {
         }
     }
 
-    /// `k ∇φ ∇φᵀ`, and a part of the exact stiffness if it is positive:
+    /// `k ∇φ ∇φᵀ`, and one term of the exact stiffness if it is positive:
     /// `k (δ − δ₀) ½ cot(δ/2) r rᵀ` with `r = (n/|a|, n/|b|)` and the normal `n` of the plane. This
-    /// part turns the edges out of their plane against each other. Without it a straight row would
-    /// have no stiffness.
+    /// term resists turning the edges out of their plane against each other. Without it a straight
+    /// row would have no stiffness.
     fn projected(&self, corner: &Corner) -> Blocks {
         let Corner { u: [a, b], length: [la, lb], cos, sin } = *corner;
         let k = self.stiffness_n_m;
@@ -293,7 +291,7 @@ impl Element for AngleSpec {
 pub(crate) struct Entry;
 
 impl registry::Entry for Entry {
-    type Law = AngularLaw;
+    type Value = AngularLaw;
     const CLASS: EffectClass = EffectClass::Stencils;
 
     fn freeze(
@@ -305,7 +303,7 @@ impl registry::Entry for Entry {
         let stiffness = law.check(kind)?;
         let Cloth::Grid(grid) = weave.cloth else {
             let found = "given for a cloth without rows and columns";
-            let expected = "a grid: of another cloth warp and weft are not known";
+            let expected = "a grid: other cloths do not state warp and weft";
             return Err(Violation::new(format!("effects.{kind}"), found, expected));
         };
         let effect =
@@ -319,9 +317,9 @@ impl registry::Entry for Entry {
     }
 }
 
-/// The angles of a grid. Shear: the four angles around each particle, with a fourth of the
-/// stiffness each, so that a sheared sheet has `½ k (φ − π/2)²` at each inner particle. Bending:
-/// between each particle's neighbours in its row and in its column.
+/// The angles of a grid. Shear takes the four angles around each particle, each with a fourth of
+/// the stiffness. A sheared sheet then has `½ k (φ − π/2)²` at each inner particle. Bending takes
+/// the angles between a particle's neighbours in its row and in its column.
 fn grid_angles(grid: &Grid, effect: AngleEffect, stiffness: f64) -> Vec<AngleSpec> {
     let arms: &[[(i64, i64); 2]] = match effect {
         AngleEffect::ShearAngle => {

@@ -1,4 +1,4 @@
-//! Effects that sum an energy over many small elements: what angles and hinges have in common.
+//! Effects that sum an energy over many small elements. Angles and hinges share this code.
 
 use super::registry::Checked;
 use super::{BlockSink, Effect, EffectKind, Tangent};
@@ -17,7 +17,7 @@ pub(crate) trait Element: Copy + Debug + Send + Sync + 'static {
     /// The list in a frozen system.
     fn list(spec: &SystemSpec) -> &[Self];
     fn kind(&self) -> EffectKind;
-    /// Its keys for particles, and the particles.
+    /// Its particles, each with its key.
     fn particles(&mut self) -> impl Iterator<Item = (&'static str, &mut u32)>;
     /// `θ₀`, rad.
     fn rest(&self) -> f64;
@@ -41,7 +41,7 @@ pub struct Elements<E> {
 }
 
 impl<E> Elements<E> {
-    /// Elements of one kind, whose values are in range.
+    /// Elements of one kind. Their values must be in range.
     pub fn new(kind: EffectKind, list: Vec<E>) -> Self {
         Self { kind, list }
     }

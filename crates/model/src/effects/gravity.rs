@@ -53,7 +53,7 @@ impl Effect for Gravity {
 pub(crate) struct Entry;
 
 impl registry::Entry for Entry {
-    type Law = GravitySpec;
+    type Value = GravitySpec;
     const CLASS: EffectClass = EffectClass::Uniform;
 
     fn freeze(

@@ -1,8 +1,8 @@
 //! Bending over the edges that two triangles share.
 //!
 //! With the edge `E = x_j − x_i`, the opposite corners `p = x_k − x_i`, `q = x_l − x_i` and the
-//! normals `N₁ = E × p`, `N₂ = q × E`, the dihedral angle is (Bridson et al. 2003, Grinspun et al.
-//! 2003)
+//! normals `N₁ = E × p`, `N₂ = q × E`, the dihedral angle is (Bridson et al. 2003, Grinspun
+//! et al. 2003)
 //!
 //! ```text
 //! θ = atan2((N₁ × N₂)·Ê, N₁·N₂)          U = ½ K (θ − θ₀)²
@@ -13,8 +13,9 @@
 //! `dm = R dN`, they are
 //!
 //! ```text
-//! pp: −|E| R₁[E]     pE: −m₁Êᵀ + |E| R₁[p]     qq: |E| R₂[E]     qE: −m₂Êᵀ − |E| R₂[q]     [w] u = w × u
-//! EE: (m₁ p⊥ᵀ + m₂ q⊥ᵀ)/|E| − (p·Ê) R₁[p] + (q·Ê) R₂[q]          p⊥ = p − (p·Ê) Ê
+//! pp: −|E| R₁[E]     pE: −m₁Êᵀ + |E| R₁[p]     qq: |E| R₂[E]     qE: −m₂Êᵀ − |E| R₂[q]
+//! EE: (m₁ p⊥ᵀ + m₂ q⊥ᵀ)/|E| − (p·Ê) R₁[p] + (q·Ê) R₂[q]
+//! p⊥ = p − (p·Ê) Ê     [w] u = w × u
 //! ```
 //!
 //! A hinge at a triangle without area has no angle and exerts no force.
@@ -33,7 +34,7 @@ use std::f64::consts::PI;
 
 /// A triangle whose sine at the edge is smaller than this has no normal.
 const DEGENERATE: f64 = 1e-12;
-/// No edge is shorter than this, m, if it has a direction.
+/// An edge must be longer than this to have a direction, m.
 const SHORTEST: f64 = 1e-70;
 
 /// The dihedral angle between the triangles `(i, j, k)` and `(i, j, l)`, in a frozen system.
@@ -198,7 +199,7 @@ impl Element for HingeSpec {
         }
     }
 
-    /// `K ∇θ ∇θᵀ`, to which the exact one adds `K (θ − θ₀) ∇²θ`.
+    /// `K ∇θ ∇θᵀ`. The exact tangent adds `K (θ − θ₀) ∇²θ`.
     fn add_stiffness(&self, x: &[Vec3], scale: f64, tangent: Tangent, sink: &mut dyn BlockSink) {
         let Some(fold) = self.fold(x) else { return };
         let stiffness = scale * self.stiffness_n_m;
@@ -228,10 +229,10 @@ impl Element for HingeSpec {
 pub(crate) struct Entry;
 
 impl registry::Entry for Entry {
-    type Law = AngularLaw;
+    type Value = AngularLaw;
     const CLASS: EffectClass = EffectClass::Stencils;
 
-    /// Hinges over the interior edges of the triangles, at rest as the particles lie:
+    /// Hinges over the interior edges of the triangles, at rest in the start positions:
     /// `K = 3 k |E|²/(A₁ + A₂)` (Grinspun et al. 2003).
     fn freeze(
         law: &AngularLaw,

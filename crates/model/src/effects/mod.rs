@@ -1,9 +1,9 @@
 //! Effects: the forces that a scene can name.
 //!
-//! Each call sweeps a whole array, so dynamic dispatch happens once an effect, not once a spring.
-//! An effect knows no other effect and no solver. It offers its energy, its forces, its Jacobian
-//! blocks through a [`BlockSink`] and, if it has one, its split into a linear stiff part and a
-//! remainder ([`LinearSplit`]).
+//! Each call sweeps a whole array, so dynamic dispatch happens once per effect, not once per
+//! spring. An effect knows no other effect and no solver. It offers its energy, its forces, its
+//! Jacobian blocks through a [`BlockSink`] and, if it has one, its split into a linear stiff part
+//! and a remainder ([`LinearSplit`]).
 //!
 //! Forces are restoring. EEH print `F_1 = k(x_i − x_j)` and `F_2 = −kℓ(x_i − x_j)/|x_i − x_j|`
 //! (their (11)–(15)): taken literally, a stretched spring would push its ends apart and
@@ -12,9 +12,10 @@
 //!
 //! # How to add an effect
 //!
-//! Write a file here with the keys and bounds of its data, its [`Effect`] and its `Entry`, which
-//! leads from a scene to the running effect. Then add a line to the list below. The line makes the
-//! key in scenes, the [`EffectKind`] and its name; everything else follows.
+//! Write a file here with the keys and bounds of its data, its [`Effect`], and its `Entry`, which
+//! turns a value in a scene into the running effect. Then add its `mod` line, export its types, and
+//! add one line to `effects!` below. That line defines the key in scenes, the [`EffectKind`] and
+//! its name; everything else follows.
 
 #[macro_use]
 mod registry;
@@ -77,7 +78,7 @@ pub enum Tangent {
     /// The exact one, indefinite where springs are compressed.
     Exact,
     /// Made positive semi-definite force by force: `k [ûûᵀ + max(0, 1 − ℓ/L)(I − ûûᵀ)]` for a
-    /// spring; `k ∇θ ∇θᵀ` and other terms that are surely positive for an angle.
+    /// spring; `k ∇θ ∇θᵀ` and terms that are certainly positive for an angle.
     Projected,
 }
 
@@ -104,7 +105,7 @@ pub trait Effect: Debug + Send + Sync {
     /// The kind of force.
     fn kind(&self) -> EffectKind;
 
-    /// Name under which energies are reported and scenes list the effect: the name of its kind.
+    /// The name of its kind: its key in scenes and the name of its energy in records.
     fn name(&self) -> &'static str {
         self.kind().name()
     }
@@ -154,8 +155,8 @@ pub trait Effect: Debug + Send + Sync {
         self.add_damping_force(Level { v, ..lagged }, out);
     }
 
-    /// A part of the forces in a form that one sweep can add together with other effects, if it has
-    /// such a form.
+    /// A part of the forces in the form that one sweep adds together with other effects; `None` if
+    /// it has no such form.
     fn pass<'a>(&'a self, _mass: &'a [f64], _part: Part) -> Option<Pass<'a>> {
         None
     }
@@ -208,7 +209,7 @@ pub trait LinearSplit {
     /// weights of the graph Laplacians, EEH (16) and (17).
     fn visit_weights(&self, visit: &mut dyn FnMut(usize, usize, f64, f64));
 
-    /// Whether the slope of every spring is its stiffness, whatever its length.
+    /// Whether the slope of every spring equals its stiffness at any length.
     fn has_one_slope(&self) -> bool {
         true
     }
@@ -222,8 +223,8 @@ pub trait LinearSplit {
     /// Calls `visit(i, j, ℓ)` with the rest length of each spring, m.
     fn visit_rest_lengths(&self, visit: &mut dyn FnMut(usize, usize, f64));
 
-    /// Calls `visit(i, j, k̃)` with the secant stiffness `k̃ = T/L`, `k (1 − ℓ/L)` of a linear
-    /// spring, of each spring at `x`, N/m, which is negative in compression. The force is exactly
+    /// Calls `visit(i, j, k̃)` with the secant stiffness of each spring at `x`, N/m: `k̃ = T/L`, or
+    /// `k (1 − ℓ/L)` if the spring is linear. It is negative in compression. The force is exactly
     /// `−k̃ (x_i − x_j)`.
     fn visit_secants(&self, x: &[Vec3], visit: &mut dyn FnMut(usize, usize, f64));
 

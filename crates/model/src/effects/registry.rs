@@ -10,7 +10,7 @@ use crate::numbering::Strands;
 use crate::{Cloth, SystemSpec};
 use std::fmt;
 
-/// What the forces of an effect are to a method.
+/// How a method sees the forces of an effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EffectClass {
     /// Springs: they have Jacobians and a linear split.
@@ -39,15 +39,15 @@ impl EffectClass {
 /// How an effect gets from a scene to a frozen system, and from there to a running one.
 pub(crate) trait Entry {
     /// The value under the key of the effect in a scene.
-    type Law;
+    type Value;
 
-    /// What the forces are to a method.
+    /// How a method sees the forces.
     const CLASS: EffectClass;
 
     /// Applies the law to the cloth and adds the outcome to a frozen system. Particles and
     /// triangles are checked already.
     fn freeze(
-        law: &Self::Law,
+        law: &Self::Value,
         kind: EffectKind,
         cloth: Weave<'_>,
         spec: &mut SystemSpec,
@@ -89,7 +89,10 @@ impl fmt::Display for EffectKind {
 }
 
 macro_rules! effects {
-    ($(#[doc = $doc:literal] $Kind:ident $key:ident: $Law:ty $(, frozen $Frozen:ty)? => $Entry:ty;)+) => {
+    ($(
+        #[doc = $doc:literal]
+        $Kind:ident $key:ident: $Value:ty $(, frozen $Frozen:ty)? => $Entry:ty;
+    )+) => {
         /// A kind of force. Scenes, records and messages know it by its name.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
         #[derive(Serialize, Deserialize, JsonSchema)]
@@ -105,8 +108,8 @@ macro_rules! effects {
             /// All kinds that a scene can name, in the order in which a system sums them.
             pub const ALL: &'static [Self] = &[$(Self::$Kind),+];
 
-            /// What its forces are to a method; `None` for an effect that a user wrote, which says so
-            /// by what it offers.
+            /// How a method sees its forces; `None` for an effect that a user wrote, whose class
+            /// follows from what it offers ([`EffectClass::of`]).
             pub fn class(self) -> Option<EffectClass> {
                 match self {
                     $(Self::$Kind => Some(<$Entry as $crate::effects::registry::Entry>::CLASS),)+
@@ -114,7 +117,7 @@ macro_rules! effects {
                 }
             }
 
-            /// The word for it, such as `bending_hinge`.
+            /// Its name, such as `bending_hinge`.
             pub fn name(self) -> &'static str {
                 match self {
                     $(Self::$Kind => stringify!($key),)+
@@ -130,7 +133,7 @@ macro_rules! effects {
             $(
                 #[doc = $doc]
                 #[serde(default, skip_serializing_if = "Option::is_none")]
-                pub $key: Option<$Law>,
+                pub $key: Option<$Value>,
             )+
             /// Treatment of contacts with the obstacles.
             #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -154,7 +157,7 @@ macro_rules! effects {
         }
 
         /// The effects that a frozen system does not keep in lists of their own.
-        #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+        #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
         #[serde(deny_unknown_fields)]
         pub struct EffectsSpec {
             $($(

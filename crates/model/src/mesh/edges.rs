@@ -74,7 +74,7 @@ pub(super) fn springs(effect: SpringEffect, faces: &[Face], sides: &[Side]) -> P
                     bending.extend([[a[0], b[0]], [a[1], b[1]]]);
                 }
             }
-            // Round a vertex of three edges the opposite corners are neighbours already.
+            // Around a vertex of three edges the opposite corners are neighbours already.
             let joined = [SpringEffect::Tension, SpringEffect::Shear];
             let joined = joined.map(|effect| springs(effect, faces, sides));
             let mut bending = sorted(bending);

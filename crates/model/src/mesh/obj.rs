@@ -1,9 +1,9 @@
 //! Reading the polygons of a Wavefront OBJ file, line by line and within fixed bounds of memory.
 //!
-//! Read are `v`, `f`, `g` and `o`; texture, normals, materials, smoothing, lines and points (`vt`,
-//! `vn`, `usemtl`, `mtllib`, `s`, `l`, `p`) say nothing about a cloth and are skipped; everything
-//! else is refused. The vertices keep the file's order, also across groups: a seam that two groups
-//! share stays one seam.
+//! The reader takes `v`, `f`, `g` and `o`. It skips texture, normals, materials, smoothing, lines
+//! and points (`vt`, `vn`, `usemtl`, `mtllib`, `s`, `l`, `p`), which say nothing about a cloth, and
+//! refuses everything else. The vertices keep the file's order, also across groups, so a seam that
+//! two groups share stays one seam.
 
 use crate::bounds::number;
 use crate::bounds::{MAX_COORDINATE, MAX_PARTICLES};
@@ -68,7 +68,7 @@ pub(super) struct Obj {
     pub(super) names: BTreeMap<String, Vec<Range<u32>>>,
 }
 
-/// How a message calls a line of the file.
+/// A line of the file, as messages name it.
 pub(super) fn place(file: &str, line: u32) -> String {
     format!("cloth.mesh.file, {} line {line}", shorten(file))
 }
@@ -84,7 +84,7 @@ struct Scan<'a> {
     stretches: usize,
 }
 
-/// Reads a file; `file` is what messages call it.
+/// Reads a file, which messages call `file`.
 pub(super) fn read(file: &str, mut reader: impl BufRead) -> Result<Obj, Violation> {
     let (obj, current) = (Obj::default(), Vec::new());
     let mut scan = Scan { file, line: 0, obj, current, since: 0, stretches: 0 };
@@ -194,7 +194,7 @@ impl Scan<'_> {
         Ok(())
     }
 
-    /// Index of a corner, from 0. The end of the file shows whether the vertex exists.
+    /// Index of a corner, from 0. `finish` checks that the vertex exists.
     fn corner(&self, word: &str) -> Result<u32, Violation> {
         let mut parts = word.split('/');
         let index = parts.next().and_then(|part| part.parse::<i64>().ok());
@@ -219,7 +219,7 @@ impl Scan<'_> {
         }
     }
 
-    /// The faces that follow have these names.
+    /// Sets the names of the faces that follow.
     fn rename(&mut self, names: Vec<String>) -> Result<(), Violation> {
         self.close()?;
         for name in &names {

@@ -10,7 +10,7 @@ use std::ops::Range;
 /// Area over squared longest edge below which a face counts as degenerate.
 const DEGENERATE: f64 = 1e-12;
 
-/// A surface whose edges have one face or two, all of them oriented alike where they meet.
+/// A surface with one or two faces at each edge, all oriented alike.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Surface {
     pub(super) vertices: Vec<Vec3>,
@@ -129,7 +129,7 @@ impl Check<'_> {
         }
     }
 
-    /// Drops faces without an area; a quad that goes twice through a corner in a row is a triangle.
+    /// Drops faces without an area. A quad that repeats a corner in a row becomes a triangle.
     fn degenerate(&mut self, vertices: &[Vec3], faces: Vec<Face>) -> Result<Vec<Face>, Violation> {
         let mut kept = Vec::with_capacity(faces.len());
         let (mut cut, mut dropped) = (0, 0);
@@ -198,8 +198,8 @@ impl Check<'_> {
         Ok(())
     }
 
-    /// Whether faces had to be turned over, so that neighbours go through their edge in opposite
-    /// directions.
+    /// Turns faces over so that neighbours go through their edge in opposite directions. Returns
+    /// whether that was necessary.
     fn orient(&mut self, faces: &mut [Face], sides: &[Side]) -> Result<bool, Violation> {
         // Neighbours of each face over its edges, and whether the two are oriented alike.
         let mut links: Vec<(u32, u32, bool)> = Vec::new();
@@ -256,8 +256,8 @@ impl Check<'_> {
         Ok(true)
     }
 
-    /// Whether vertices without a face had to be dropped, and the rest renumbered in the same
-    /// order.
+    /// Drops vertices without a face and renumbers the others in the same order. Returns whether
+    /// that was necessary.
     fn unused(
         &mut self,
         vertices: &mut Vec<Vec3>,

@@ -1,5 +1,6 @@
 use super::*;
-use crate::{Input, ObstacleSpec, PinSpec, SystemSpec, Vec3, parse};
+use crate::{ObstacleSpec, PinSpec, SceneFile, SystemSpec, Vec3, parse};
+use drape_kernels::testing::Random;
 use proptest::prelude::*;
 
 fn spring(i: u32, j: u32) -> Spring {
@@ -9,25 +10,26 @@ fn spring(i: u32, j: u32) -> Spring {
 /// A sheet with tension, shear and bending springs, rows first.
 fn sheet(rows: u32, columns: u32) -> SystemSpec {
     let text = format!(
-        r#"{{ "format": "drape-scene/1", "name": "sheet", "cloth": {{ "grid": {{ "rows": {rows}, "columns": {columns},
+        r#"{{ "format": "drape-scene/1", "name": "sheet", "cloth": {{ "grid": {{ "rows": {rows},
+            "columns": {columns},
         "size_m": [1, 1], "center_m": [0, 0, 0], "mass_kg": 1, "velocity_m_s": [0, 0, 1] }} }},
-        "effects": {{ "tension": {{ "stiffness_n_per_m": 9 }}, "shear": {{ "stiffness_n_per_m": 5 }},
-        "bending": {{ "stiffness_n_per_m": 1, "damping_n_s_per_m": 0.1 }}, "gravity": {{ "m_s2": [0, 0, -1] }} }},
+        "effects": {{ "tension": {{ "stiffness_n_per_m": 9 }},
+            "shear": {{ "stiffness_n_per_m": 5 }},
+        "bending": {{ "stiffness_n_per_m": 1, "damping_n_s_per_m": 0.1 }},
+            "gravity": {{ "m_s2": [0, 0, -1] }} }},
         "pins": [{{ "row": 0, "column": 0 }}], "time": {{ "step_s": 0.1, "duration_s": 1 }} }}"#
     );
     match parse("sheet", &text).unwrap() {
-        Input::Scene(_, spec) | Input::System(spec) => spec,
+        SceneFile::Scene(_, spec) | SceneFile::System(spec) => spec,
     }
 }
 
-/// Without a pattern, the same everywhere.
+/// A permutation without a pattern, the same on every machine.
 fn permutation(n: usize, seed: u64) -> Vec<u32> {
     let mut list: Vec<u32> = (0..n as u32).collect();
-    let mut state = seed;
+    let mut random = Random::new(seed);
     for last in (1..n).rev() {
-        state =
-            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        list.swap(last, (state >> 33) as usize % (last + 1));
+        list.swap(last, random.below(last + 1));
     }
     list
 }

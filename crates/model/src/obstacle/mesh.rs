@@ -12,8 +12,8 @@ use std::collections::BTreeMap;
 
 /// Most triangles.
 pub(crate) const MAX_TRIANGLES: usize = 1_000_000;
-/// Nearer to an edge or vertex than this, over the size of the mesh, its own normal replaces the
-/// direction to it.
+/// Within this distance of an edge or vertex, over the size of the mesh, its own normal replaces
+/// the direction to it.
 pub(super) const ON_THE_SURFACE: f64 = 1e-9;
 
 /// A closed, consistently oriented triangle mesh: seen from outside, corners run counter-clockwise.
@@ -26,15 +26,16 @@ pub struct ClosedMesh {
     triangles: Vec<[u32; 3]>,
     /// Unit normals.
     faces: Vec<Vec3>,
-    /// Of each triangle: of the edges from corner `k` to the next. Not of unit length.
+    /// Normals of each triangle's edges, from corner `k` to the next. Not of unit length.
     edges: Vec<[Vec3; 3]>,
-    /// Not of unit length.
+    /// Normals of the vertices. Not of unit length.
     corners: Vec<Vec3>,
     tree: Tree,
+    /// [`ON_THE_SURFACE`] in m.
     near: f64,
 }
 
-/// Where on a triangle a point lies.
+/// The part of a triangle on which a point lies.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Feature {
     Face,
@@ -93,7 +94,7 @@ impl ClosedMesh {
             Violation::new(path(t), found(t), expected)
         })?;
         if let Some((vertex, t)) = pinched(vertices.len(), triangles, &across) {
-            let expected = format!("the triangles at vertex {vertex} to be one fan");
+            let expected = format!("triangles at vertex {vertex} that form one fan");
             return Err(Violation::new(path(t), found(t), expected));
         }
         shells::check(&vertices, triangles, &across)
@@ -149,8 +150,7 @@ impl ClosedMesh {
     }
 }
 
-/// For each triangle the one across each of its edges, or the first triangle at which there is a
-/// problem.
+/// The triangles across the edges of each triangle, or the first triangle with a problem.
 fn neighbours(triangles: &[[u32; 3]]) -> Result<Vec<[u32; 3]>, (usize, String)> {
     let edge = |t: usize, k: usize| (triangles[t][k], triangles[t][(k + 1) % 3]);
     let mut owner = BTreeMap::new();
@@ -175,7 +175,7 @@ fn neighbours(triangles: &[[u32; 3]]) -> Result<Vec<[u32; 3]>, (usize, String)> 
     Ok(across)
 }
 
-/// A vertex whose triangles are more than one fan, and one of those.
+/// A vertex whose triangles form more than one fan, and one of these triangles.
 fn pinched(vertices: usize, triangles: &[[u32; 3]], across: &[[u32; 3]]) -> Option<(u32, usize)> {
     let mut count = vec![0_u32; vertices];
     let mut first = vec![None; vertices];
@@ -200,8 +200,8 @@ fn pinched(vertices: usize, triangles: &[[u32; 3]], across: &[[u32; 3]]) -> Opti
     })
 }
 
-/// The point of a triangle that is nearest to `x`, and where on it that is (Ericson 2005, section
-/// 5.1.5).
+/// The point of a triangle nearest to `x`, and the part on which it lies (Ericson 2005,
+/// section 5.1.5).
 pub(super) fn nearest_on_triangle(x: &Vec3, [a, b, c]: [Vec3; 3]) -> (Vec3, Feature) {
     let (ab, ac, ax) = (b - a, c - a, x - a);
     let (d1, d2) = (ab.dot(&ax), ac.dot(&ax));

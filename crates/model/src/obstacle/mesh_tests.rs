@@ -85,8 +85,7 @@ fn a_box_of_triangles_has_the_distances_and_normals_of_the_box() {
     }
 }
 
-/// The tree finds what a search through all triangles finds; inside and outside are told apart at
-/// edges and corners.
+/// The tree finds the nearest triangle, and edges and corners tell inside from outside.
 #[test]
 fn a_ball_of_many_triangles_is_a_ball_up_to_their_size() {
     let mesh = closed(ball(4)).expect("valid");
@@ -131,7 +130,7 @@ fn a_mesh_that_bounds_nothing_is_refused_with_the_triangle_that_shows_it() {
     check(twice, "mesh.triangles[2]", "one fan");
 }
 
-/// Both meshes as one, the second moved, and turned inside out if so asked.
+/// Both meshes as one: the second moved, and turned inside out if `is_turned`.
 fn together(
     (mut vertices, mut triangles): (Vec<Vec3>, Vec<[u32; 3]>),
     (others, more): (Vec<Vec3>, Vec<[u32; 3]>),

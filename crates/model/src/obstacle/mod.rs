@@ -65,7 +65,7 @@ pub struct Obstacle {
     pub restitution: f64,
     /// Coefficient of Coulomb friction, at least 0.
     pub friction: f64,
-    /// How it is moved, if it is.
+    /// Its path, if it moves.
     pub path: Option<Path>,
 }
 

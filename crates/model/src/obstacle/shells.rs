@@ -24,10 +24,10 @@ struct Shell {
     high: Vec3,
 }
 
-/// Checks how the parts are turned; `across` has the neighbours of each triangle.
+/// Checks how the parts are oriented; `across` has the neighbours of each triangle.
 ///
 /// # Errors
-/// A triangle of the part at which there is a problem, what was found and what was expected.
+/// A triangle of the faulty part, what was found and what was expected.
 pub(super) fn check(
     vertices: &[Vec3],
     triangles: &[[u32; 3]],
@@ -55,7 +55,8 @@ pub(super) fn check(
         let expected = match shell.volume {
             volume if volume > 0.0 && is_any(false) => continue,
             volume if volume > 0.0 => {
-                "corners that run clockwise, as those of the wall of a cavity: it lies inside another part"
+                "corners that run clockwise, as in the wall of a cavity: \
+                 the part lies inside another one"
             }
             volume if volume < 0.0 && is_any(true) => continue,
             _ => "corners that run counter-clockwise seen from outside",
@@ -110,9 +111,8 @@ impl Shell {
         spread.map(move |t| corners(t).iter().sum::<Vec3>() / 3.0)
     }
 
-    /// How often it goes around `x`: 1 or −1 inside, by the sense in which it is turned, 0 outside.
-    /// The sum of the solid angles of its triangles (van Oosterom and Strackee 1983). `None` where
-    /// `x` lies on it.
+    /// Winding number around `x`, from the solid angles of its triangles (van Oosterom and
+    /// Strackee 1983): 1 or −1 inside, by orientation, 0 outside. `None` if `x` lies on it.
     fn turns_around(&self, x: &Vec3, corners: impl Fn(u32) -> [Vec3; 3]) -> Option<f64> {
         let near = ON_THE_SURFACE * (self.high - self.low).norm();
         if (0..3).any(|axis| x[axis] < self.low[axis] || x[axis] > self.high[axis]) {

@@ -121,7 +121,7 @@ impl ObstacleSpec {
         }
     }
 
-    /// Puts it where it is at `t` seconds, with the rest of its path.
+    /// Moves it to its place at `t` seconds and keeps the rest of its path.
     pub(crate) fn advance(&mut self, t: f64) {
         let (places, path) = match self {
             Self::Plane { point_m: place, path, .. }

@@ -5,7 +5,7 @@ use crate::Vec3;
 
 /// Most triangles of a leaf.
 const LEAF: usize = 4;
-/// Deeper than any tree over `u32` many triangles that is split in halves.
+/// More than the depth of any tree that halves `u32::MAX` triangles.
 const DEPTH: usize = 64;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -76,7 +76,7 @@ impl Tree {
         Self { nodes, order }
     }
 
-    /// Length of the diagonal of all of it, m.
+    /// Length of the diagonal of the outermost box, m.
     pub(super) fn size(&self) -> f64 {
         let Bounds { low, high } = self.nodes[0].bounds;
         (high - low).norm()
@@ -86,8 +86,8 @@ impl Tree {
         self.nodes[0].bounds.distance_squared(x) <= reach * reach
     }
 
-    /// The triangle with the point nearest to `x`, that point and where it lies, given the same of
-    /// each triangle.
+    /// The triangle nearest to `x`, its nearest point, and the part on which that point lies.
+    /// `on_triangle` finds point and part for one triangle.
     pub(super) fn nearest(
         &self,
         x: &Vec3,

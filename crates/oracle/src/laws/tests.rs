@@ -1,4 +1,4 @@
-//! Each law against the few lines of the step that it speaks of.
+//! Each law against the few lines of its step.
 
 use super::*;
 use crate::Random;
@@ -70,7 +70,8 @@ impl Pair {
         self.h * self.damping / self.mass
     }
 
-    /// `v` with `v = v_start + h a(v)` by repetition, which contracts for the small steps used here.
+    /// `v` with `v = v_start + h a(v)` by repetition, which contracts for the small steps used
+    /// here.
     fn fixed_point(&self, h: f64, start: Two, acceleration: impl Fn(Two) -> Two) -> Two {
         (0..400).fold(start, |v, _| add(start, h, acceleration(v)))
     }
@@ -191,9 +192,9 @@ fn steps_with_one_linear_system_obey_their_laws_of_spin() {
     }
 }
 
-/// A step whose transverse stiffness follows the length, with its law: these divide by
-/// `1 + θ (1 − ℓ/L)` and some damping, which vanishes for some compressed spring, so that cases near
-/// that are left out.
+/// As [`assert_law`], for a step whose transverse stiffness follows the length. Its law divides by
+/// `1 + θ (1 − ℓ/L)` plus some damping, which vanishes for some compressed springs. Cases near
+/// these are left out.
 fn assert_law_of_tangent(
     name: &str,
     step: impl Fn(&Pair, Two, Two) -> (Two, Two),
@@ -295,7 +296,8 @@ fn implicit_steps_obey_their_laws_of_spin() {
             let middle_x = add(x, 0.5 * h, middle_v);
             law(x, v, 1.0, (end(x, middle_x), end(v, middle_v)));
 
-            // BDF2 from (x, v) and the step of backward Euler: backward Euler with 2h/3 from X*, V*.
+            // BDF2 from (x, v) and the step of backward Euler: backward Euler with 2h/3 from X*,
+            // V*.
             let combine = |new: Two, old: Two| {
                 add([Vec3::zeros(); 2], 1.0 / 3.0, add(add(new, 3.0, new), -1.0, old))
             };

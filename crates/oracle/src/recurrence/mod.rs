@@ -1,14 +1,14 @@
 //! One step of each method on the oscillator `x'' = −κx − δx'`, as matrices.
 //!
-//! A one-step method of step size `h` maps `(x, w = hv)` to `A (x, w)` with a matrix that depends on
-//! `θ = h²κ` and `η = hδ` only; a `k`-step method does so with one matrix for each of `k` earlier
+//! A one-step method of step size `h` maps `(x, w = hv)` to `A (x, w)` with a matrix that depends
+//! on `θ = h²κ` and `η = hδ` only. A `k`-step method has one such matrix for each of `k` earlier
 //! levels ([`Recurrence`]). A method that does not reproduce its matrices to round-off is another
 //! method.
 //!
-//! On a system of springs of rest length 0 each eigenmode of the graph Laplacian is such an
-//! oscillator. With a rest length above 0 the motion along an anchored spring is, offset by it; the
-//! small motion across a spring of length `L` is one with `θ (1 − ℓ/L)`, of which the
-//! implicit-explicit methods take `θ` implicitly and `−θ ℓ/L` explicitly.
+//! On springs of rest length 0 each eigenmode of the graph Laplacian is such an oscillator. With a
+//! rest length above 0, so is the motion along an anchored spring, offset by that length. Small
+//! motion across a spring of length `L` is an oscillator with `θ (1 − ℓ/L)`; implicit-explicit
+//! methods take `θ` implicitly and `−θ ℓ/L` explicitly.
 
 mod multistep;
 mod one_step;

@@ -1,4 +1,4 @@
-//! Methods that know several levels: linear multistep methods, implicit-explicit or not.
+//! Linear multistep methods, implicit-explicit or not.
 
 use nalgebra::linalg::{Schur, balancing::balance_parlett_reinsch};
 use nalgebra::{Complex, DMatrix, Matrix2, Vector2};
@@ -7,8 +7,8 @@ use super::one_step::Amplification;
 
 /// A linear recurrence of `k` steps, `y_{n+1} = Σ_j B_j y_{n−j}` on `y = (x, w)`.
 ///
-/// All levels have `w = hv` with the size `h` of the step that is being taken: where the step size
-/// changes, keep `(x, v)` and form `w` anew for each step.
+/// All levels have `w = hv` with the size `h` of the present step. If the step size changes, keep
+/// `(x, v)` and form `w` anew for each step.
 ///
 /// ```
 /// use drape_oracle::recurrence::{Recurrence, backward_euler, bdf};
@@ -54,9 +54,8 @@ impl Recurrence {
         companion
     }
 
-    /// Eigenvalues of the [companion matrix](Self::companion). An eigenvalue that is `p`-fold is
-    /// known to `ε^{1/p}` only. `None` where an entry is not finite, or the QR iteration does not
-    /// converge.
+    /// Eigenvalues of the [companion matrix](Self::companion). A `p`-fold eigenvalue is known to
+    /// `ε^{1/p}` only. `None` if an entry is not finite or the QR iteration does not converge.
     pub fn eigenvalues(&self) -> Option<Vec<Complex<f64>>> {
         const MAX_ITERATIONS: usize = 10_000;
         let mut companion = self.companion();
@@ -69,7 +68,7 @@ impl Recurrence {
     }
 
     /// Largest modulus of the eigenvalues: the factor by which a step multiplies the motion in the
-    /// long run. Not a number where there are no eigenvalues.
+    /// long run. It is NaN if there are [no eigenvalues](Self::eigenvalues).
     pub fn spectral_radius(&self) -> f64 {
         let moduli = self.eigenvalues().map(|all| all.into_iter().map(|z| z.norm()));
         moduli.map_or(f64::NAN, |moduli| moduli.fold(0.0, f64::max))
@@ -83,16 +82,16 @@ impl Recurrence {
 /// ```
 ///
 /// The newest level has index 0 (in the paper it has index `k`). The implicit part `g` is `x' = v`,
-/// springs and damping; the explicit part `f` is the remainder of the forces. An explicit method is
-/// the case `b = c`, in which the parts do not differ; a fully implicit one has `f = 0`.
+/// springs and damping; the explicit part `f` is the remainder of the forces. An explicit method
+/// has `b = c`, so that its parts do not differ; a fully implicit one has `f = 0`.
 #[derive(Clone, Debug, PartialEq)]
 #[doc(alias = "EEH 7")]
 pub struct Multistep {
-    /// Of the levels.
+    /// Coefficients of the levels.
     pub a: Vec<f64>,
-    /// Of the implicit part, as many as `a`.
+    /// Coefficients of the implicit part, as many as `a`.
     pub b: Vec<f64>,
-    /// Of the explicit part, as many as `a`; the first is 0.
+    /// Coefficients of the explicit part, as many as `a`; the first is 0.
     pub c: Vec<f64>,
 }
 
@@ -145,8 +144,8 @@ impl Multistep {
         Self { a, c: b.clone(), b }
     }
 
-    /// Backward differentiation, EEH (3), with the explicit part extrapolated (SBDF): the polynomial
-    /// through `k + 1` levels satisfies the equation at the new one. `earlier` as for
+    /// Backward differentiation, EEH (3), with the explicit part extrapolated (SBDF): the
+    /// polynomial through `k + 1` levels satisfies the equation at the new one. `earlier` as for
     /// [`adams_bashforth`](Self::adams_bashforth).
     ///
     /// ```
@@ -176,8 +175,9 @@ impl Multistep {
     /// SBDF2 at the step ratio `ω = h_n/h_{n−1}`: `a = ((1+2ω)/(1+ω), −(1+ω), ω²/(1+ω))`,
     /// `b = (1, 0, 0)`, `c = (1+ω, −ω)`. It forgets its start as long as `ω < 1 + √2`.
     ///
-    /// Without damping and at `ω = 1` stable for `−θ_I ≤ θ_E ≤ min(θ_I (1 + θ_I), (16 + θ_I)/3)`: to
-    /// what is very stiff a third may be added explicitly.
+    /// Without damping and at `ω = 1` it is stable for
+    /// `−θ_I ≤ θ_E ≤ min(θ_I (1 + θ_I), (16 + θ_I)/3)`. Beside a very stiff implicit part, a third
+    /// of it may be explicit.
     pub fn sbdf2(omega: f64) -> Self {
         Self::bdf(&[1.0 / omega])
     }
@@ -185,16 +185,16 @@ impl Multistep {
     /// Crank–Nicolson with Adams–Bashforth of order 2 at the step ratio `ω`: `a = (1, −1, 0)`,
     /// `b = (½, ½, 0)`, `c = (1 + ½ω, −½ω)`.
     ///
-    /// At `ω = 1` any `θ_E > 0` makes it unstable without damping; with damping about `θ_E < η` is
-    /// stable where `θ_I` is large.
+    /// At `ω = 1` and without damping any `θ_E > 0` makes it unstable. With damping and large `θ_I`
+    /// it is stable for about `θ_E < η`.
     pub fn cnab2(omega: f64) -> Self {
         Self { b: vec![0.5, 0.5, 0.0], ..Self::adams_bashforth(&[1.0 / omega]) }
     }
 
-    /// Modified CNAB2 at the step ratio `ω`, which damps what is very stiff:
+    /// Modified CNAB2 at the step ratio `ω`, which damps very stiff modes:
     /// `b = (8 + 1/ω, 7 − 1/ω, 1)/16`, the rest as in [`cnab2`](Self::cnab2).
     ///
-    /// At `ω = 1` what is very stiff (`θ_I` from about 30) admits `θ_E ≤ 8 + η + θ_I/8` more.
+    /// At `ω = 1` and `θ_I` from about 30 on, it is stable for `θ_E ≤ 8 + η + θ_I/8`.
     pub fn mcnab2(omega: f64) -> Self {
         // Order 2 leaves one weight free; the other two balance it about the middle of the step.
         let oldest = 1.0 / 16.0;
@@ -209,16 +209,16 @@ impl Multistep {
         Self { a: vec![0.5, 0.0, -0.5], b: vec![0.5, 0.0, 0.5], c: vec![0.0, 1.0, 0.0] }
     }
 
-    /// The recurrence on `x'' = −(κ_I + κ_E)x − δx'` with `κ_I`, `δ` and `x' = v` in the implicit part
-    /// and `κ_E` in the explicit one,
+    /// The recurrence on `x'' = −(κ_I + κ_E)x − δx'` with `κ_I`, `δ` and `x' = v` in the implicit
+    /// part and `κ_E` in the explicit one,
     ///
     /// ```text
     /// (a_0 I − b_0 J_I) y_{n+1} = Σ_{j≥1} (−a_j I + b_j J_I + c_j J_E) y_{n+1−j}
     /// J_I = [[0, 1], [−θ_I, −η]]      J_E = [[0, 0], [−θ_E, 0]]
     /// ```
     ///
-    /// Its eigenvalues are the roots of `A² + ηAB + θ_I B² + θ_E BC = 0` with `A(ζ) = Σ a_j ζ^{k−j}`,
-    /// `B` and `C` likewise.
+    /// Its eigenvalues are the roots of `A² + ηAB + θ_I B² + θ_E BC = 0` with
+    /// `A(ζ) = Σ a_j ζ^{k−j}`, `B` and `C` likewise.
     pub fn recurrence(&self, theta_implicit: f64, theta_explicit: f64, eta: f64) -> Recurrence {
         let implicit = Matrix2::new(0.0, 1.0, -theta_implicit, -eta);
         let explicit = Matrix2::new(0.0, 0.0, -theta_explicit, 0.0);
@@ -236,8 +236,8 @@ impl Multistep {
 /// Adams–Bashforth of order `k ≥ 1` at a constant step size: explicit Euler, AB2, AB3.
 ///
 /// Its eigenvalues are the roots of `ρ² + ηρσ + θσ² = 0`, `ρ(ζ) = Σ a_j ζ^{k−j}`,
-/// `σ(ζ) = Σ b_j ζ^{k−j}`. Without damping AB2 is unstable at every step size, by `θ²/4` a step where
-/// `θ` is small; AB3 is stable up to `θ = 144/275`.
+/// `σ(ζ) = Σ b_j ζ^{k−j}`. Without damping AB2 is unstable at every step size: it grows by `θ²/4`
+/// per step if `θ` is small. AB3 is stable up to `θ = 144/275`.
 pub fn adams_bashforth(k: usize, theta: f64, eta: f64) -> Recurrence {
     Multistep::adams_bashforth(&vec![1.0; k.saturating_sub(1)]).recurrence(theta, 0.0, eta)
 }

@@ -1,4 +1,4 @@
-//! Methods that know one level: a matrix each.
+//! One-step methods, each as a matrix.
 
 use nalgebra::Matrix2;
 
@@ -28,8 +28,9 @@ pub fn symplectic_euler_implicit_damping(theta: f64, eta: f64) -> Amplification 
 /// w½ = w − ½ (θ x + η w)      x' = x + w½      w' = (w½ − ½ θ x') / (1 + ½ η)
 /// ```
 ///
-/// Trace `(2 − θ)/(1 + ½η)`, determinant `(1 − ½η)/(1 + ½η)`: for every `η ≥ 0` stable if and only
-/// if `θ < 4` (at `θ = 4` one eigenvalue is −1, and a double one without damping).
+/// The trace is `(2 − θ)/(1 + ½η)`, the determinant `(1 − ½η)/(1 + ½η)`. For every `η ≥ 0` the
+/// method is stable if and only if `θ < 4`. At `θ = 4` one eigenvalue is −1, and a double one
+/// without damping.
 pub fn leapfrog(theta: f64, eta: f64) -> Amplification {
     let first = Matrix2::new(1.0, 0.0, -0.5 * theta, 1.0 - 0.5 * eta);
     let drift = Matrix2::new(1.0, 1.0, 0.0, 1.0);
@@ -86,14 +87,14 @@ pub fn desbrun(theta: f64, eta: f64) -> Amplification {
 /// `Δw = −φ (θx + (θ+η)w)/(1+θ+η)`, `x' = x + w'`.
 ///
 /// The exact `Δw` solves `(M + h²L_k + hL_c) Δv = h (F(x) − hL_k v − L_c v)`. The predictor
-/// `Δv* = hF̃/D`, with the diagonal `D` of the matrix, is a Jacobi sweep from zero, each correction by
-/// the neighbours another one: after `sweeps` corrections the share `φ = 1 − γ^{sweeps+1}` of the
-/// exact change is reached. Kang's formula has one.
+/// `Δv* = hF̃/D`, with the diagonal `D` of the matrix, is a Jacobi sweep from zero. Each correction
+/// by the neighbours is another sweep. After `sweeps` corrections the step has reached the share
+/// `φ = 1 − γ^{sweeps+1}` of the exact change. Kang's formula has one correction.
 ///
-/// The particles are taken to have equal entries of `D`. Where `γ < 0`, an even number of corrections
-/// overshoots (`φ > 1`): the mode is unstable once `φ (3θ + 2η) > 4 (1 + θ + η)`. Meshes of
-/// structural springs alone, which join only black to white fields of a chequerboard, have modes
-/// with `γ → −1` for great stiffness; an odd number of corrections is stable for them, too.
+/// The formula assumes equal entries of `D` for all particles. If `γ < 0`, an even number of
+/// corrections overshoots (`φ > 1`): the mode is unstable once `φ (3θ + 2η) > 4 (1 + θ + η)`.
+/// Meshes of structural springs alone join only black to white fields of a chequerboard. They have
+/// modes with `γ → −1` for great stiffness, for which an odd number of corrections is stable too.
 pub fn kang_mode(theta: f64, eta: f64, jacobi: f64, sweeps: u32) -> Amplification {
     let share = (1.0 - power(jacobi, sweeps)) / (1.0 + theta + eta);
     let (pull, brake) = (share * theta, share * (theta + eta));
@@ -120,9 +121,9 @@ pub fn kang_pair(s: f64, d: f64, sweeps: u32) -> Amplification {
     kang_mode(2.0 * s, 2.0 * d, jacobi_of_pair(s, d), sweeps)
 }
 
-/// Kang's step on a particle whose only neighbour is pinned: its matrix is diagonal, so that the
-/// predictor is exact and corrections change nothing ([`kang_mode`] with `γ = 0`, which is
-/// [`backward_euler`]).
+/// Kang's step on a particle whose only neighbour is pinned. Its matrix is diagonal, so the
+/// predictor is exact and corrections change nothing: [`kang_mode`] with `γ = 0` is
+/// [`backward_euler`].
 pub fn kang_anchored(theta: f64, eta: f64, sweeps: u32) -> Amplification {
     kang_mode(theta, eta, 0.0, sweeps)
 }

@@ -2,14 +2,13 @@
 
 use super::*;
 use drape_model::{
-    DampingLaw, EffectsSpec, GravitySpec, KeyframeSpec, ObstacleSpec, ParticlesSpec, PinSpec,
-    SpringEffect, SpringSpec, SystemSpec,
+    EffectsSpec, GravitySpec, KeyframeSpec, ObstacleSpec, ParticlesSpec, PinSpec, SpringEffect,
+    SpringSpec, SystemSpec,
 };
 
 /// A particle on a spring of rest length 0 whose other end is pinned at the origin.
 fn oscillator(stiffness: f64, damping: f64, gravity: f64) -> SystemSpec {
     SystemSpec {
-        format: "drape-system/1".into(),
         name: "oscillator".into(),
         particles: ParticlesSpec {
             mass_kg: vec![1.0, 0.5],
@@ -25,16 +24,12 @@ fn oscillator(stiffness: f64, damping: f64, gravity: f64) -> SystemSpec {
             damping_n_s_per_m: damping,
             ..SpringSpec::default()
         }],
-        angles: Vec::new(),
-        hinges: Vec::new(),
-        damping: DampingLaw::Full,
-        triangles: vec![],
         pins: vec![PinSpec::still(0)],
         effects: EffectsSpec {
             gravity: Some(GravitySpec { m_s2: [0.0, 0.0, -gravity] }),
             ..EffectsSpec::default()
         },
-        obstacles: vec![],
+        ..SystemSpec::default()
     }
 }
 

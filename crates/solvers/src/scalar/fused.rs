@@ -20,7 +20,7 @@ use super::buckets::Buckets;
 use super::diagonals::Diagonals;
 use super::padded::ScalarPreconditioner;
 use super::soa::{Block, Coordinates, Padded, Rows, RowsMut};
-use crate::bands::{Part, PerBlock, in_bands};
+use crate::bands::{Divisible, PerBlock, in_bands};
 use crate::pcg::{Norm, Operations, Start};
 use crate::vector::BLOCK;
 use crate::{Constraints, ScalarMatrix, StartValue, Vec3};
@@ -338,7 +338,7 @@ impl Fused {
 }
 
 /// [`in_bands`] by blocks.
-fn over_blocks<P: Part>(
+fn over_blocks<P: Divisible>(
     bands: usize,
     operator: &Operator,
     part: P,

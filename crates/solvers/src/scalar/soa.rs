@@ -1,6 +1,6 @@
 //! Vectors as structures of arrays, in blocks and in whole.
 
-use crate::bands::Part;
+use crate::bands::Divisible;
 use crate::vector::{BLOCK, SLOTS, combine};
 use std::array::from_fn;
 
@@ -173,7 +173,7 @@ impl RowsMut<'_> {
     }
 }
 
-impl Part for RowsMut<'_> {
+impl Divisible for RowsMut<'_> {
     fn split(self, blocks: usize) -> (Self, Self) {
         let Self { numbers: [x, y, z], origin, first } = self;
         let middle = first + blocks * BLOCK;

@@ -15,7 +15,7 @@ pub(crate) struct Arguments {
     /// Compute only a subset of the cells
     #[arg(long)]
     quick: bool,
-    /// Start anew, although an interrupted run has finished some cells
+    /// Start anew and discard the cells that an interrupted run has finished
     #[arg(long)]
     fresh: bool,
 }

@@ -9,15 +9,16 @@ use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct FrameArguments {
-    /// Write each frame as an OBJ file into this new or empty folder. Obstacles go to obstacles.obj, or
-    /// to a file for each frame if one moves
+    /// Write each frame as an OBJ file into this new or empty folder. Obstacles go to
+    /// obstacles.obj, or to a file for each frame if one moves
     #[arg(long, value_name = "DIR")]
     frames: Option<PathBuf>,
-    /// Write the motion as one glTF 2.0 binary with a morph target for each frame; at most 1000 frames
+    /// Write the motion as one glTF 2.0 binary with a morph target for each frame; at most 1000
+    /// frames
     #[arg(long, value_name = "FILE.glb")]
     animation: Option<PathBuf>,
-    /// Frames in a simulated second [default: 25]. A frame shows the first step that ends at its time
-    /// or later
+    /// Frames in a simulated second [default: 25]. A frame shows the first step that ends at its
+    /// time or later
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     fps: Option<f64>,
 }
@@ -25,7 +26,7 @@ pub(crate) struct FrameArguments {
 const USUAL_FPS: f64 = 25.0;
 /// Most frames in a simulated second.
 const MOST_FPS: f64 = 1e6;
-/// A step may end early for its frame by this part of a frame, because of round-off.
+/// Part of a frame by which a step may end before its frame, because of round-off.
 const EARLY: f64 = 1e-6;
 
 /// Writes the frames of a run.

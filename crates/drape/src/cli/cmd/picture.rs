@@ -27,8 +27,8 @@ pub(crate) struct Arguments {
     /// Simulated time, s (default: of the scene; a discretised system has none)
     #[arg(long, allow_negative_numbers = true)]
     duration: Option<f64>,
-    /// Moment of the picture, s; may be repeated (default: the end). The picture shows the first step
-    /// that ends then or later
+    /// Moment of the picture, s; may be repeated (default: the end). The picture shows the first
+    /// step that ends then or later
     #[arg(long = "time", value_name = "S", allow_negative_numbers = true)]
     times: Vec<f64>,
     /// File for the picture; several pictures get numbers: FILE-1.png and so on

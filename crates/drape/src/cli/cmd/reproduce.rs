@@ -16,7 +16,7 @@ pub(crate) struct Arguments {
     /// Run only these experiments, separated by commas
     #[arg(long, value_delimiter = ',')]
     only: Vec<String>,
-    /// Start anew, although an interrupted run has finished some cells
+    /// Start anew and discard the cells that an interrupted run has finished
     #[arg(long)]
     fresh: bool,
 }

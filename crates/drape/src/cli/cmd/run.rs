@@ -12,7 +12,7 @@ use drape_harness::{
     HarnessError, Moment, OrderedSimulation, Outcome, Peak, Rule, Team, system_hash,
 };
 use drape_integrator::ExplicitNumbers;
-use drape_model::{Input, State, SystemSpec, TimeSpan, Violation};
+use drape_model::{SceneFile, State, SystemSpec, TimeSpan, Violation};
 use drape_report::file::write_json;
 use std::num::NonZero;
 use std::path::PathBuf;
@@ -41,7 +41,10 @@ pub(crate) struct Arguments {
     phases: bool,
     /// Number of threads. It does not change the results. Sheets below about 16 000 particles use
     /// one thread
-    #[arg(long, value_name = "N", default_value = "1", value_parser = clap::value_parser!(u16).range(1..=1024).try_map(NonZero::try_from))]
+    #[arg(
+        long, value_name = "N", default_value = "1",
+        value_parser = clap::value_parser!(u16).range(1..=1024).try_map(NonZero::try_from),
+    )]
     threads: NonZero<u16>,
     #[command(flatten)]
     frames: super::frames::FrameArguments,
@@ -151,7 +154,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
 pub(crate) fn time_span(
     dt: Option<f64>,
     duration: Option<f64>,
-    input: &Input,
+    input: &SceneFile,
 ) -> Result<TimeSpan, Violation> {
     let usual = input.scene().map(|scene| scene.time);
     let missing = |key: &str| Violation {
@@ -207,11 +210,11 @@ fn record(
     }
 }
 
-/// Greatest rise of the total energy, over the greatest kinetic energy, without a warning: for a
-/// dissipative and for a symplectic method, as in verdicts.
+/// Greatest rise of the total energy over the greatest kinetic energy without a warning: for
+/// dissipative and for symplectic methods. Verdicts use the same limits.
 const RISE: [f64; 2] = [0.02, 0.5];
 
-/// About how often the speed of a run is sampled.
+/// About how many times a run samples its speed.
 const PEAKS: u64 = 100;
 
 /// The warning for a step that is too long for forces at the old time level.
@@ -237,8 +240,8 @@ fn step_warning(
     let most = if choice.has_exact_limit() { "" } else { "at most " };
     (step > limit && !is_divided).then(|| {
         format!(
-            "{} takes {what} at the old time level, which allows steps of {most}about {limit:.2e} s {when}; \
-             the step of {step} s is {:.1} times as long",
+            "{} takes {what} at the old time level, which allows steps of {most}about \
+             {limit:.2e} s {when}; the step of {step} s is {:.1} times as long",
             id,
             step / limit
         )
@@ -277,14 +280,16 @@ fn energy_warning(run: &Run, rule: Rule, known: Start) -> Option<String> {
     let cause = match known.inside {
         0 => format!("the step is probably too long for {}", run.method),
         inside => format!(
-            "{inside} particles start inside an obstacle and are pushed out, or the step is too long for {}",
+            "{inside} particles start inside an obstacle and are pushed out, \
+             or the step is too long for {}",
             run.method
         ),
     };
     let rose = top - start > allowed * greatest("kinetic") + known.round_off;
     (completed && rose).then(|| {
         format!(
-            "the total energy rose by {:.3e} J above its start; the greatest kinetic energy is {:.3e} J: {cause}",
+            "the total energy rose by {:.3e} J above its start; \
+             the greatest kinetic energy is {:.3e} J: {cause}",
             top - start,
             greatest("kinetic")
         )
@@ -314,7 +319,8 @@ fn summary(run: &Run) -> String {
     };
     format!(
         "{} with {}{settings}: {steps} in {:.3e} s\n\
-         CG iterations {}, outer passes {}, Newton iterations {}, matrix products {}, force evaluations {}\n\
+         CG iterations {}, outer passes {}, Newton iterations {}, matrix products {}, \
+         force evaluations {}\n\
          total energy {:.6} J at the start, {greatest:.6} J at most, {:.6} J at the end\n",
         run.scene,
         run.method,

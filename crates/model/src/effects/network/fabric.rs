@@ -5,7 +5,7 @@ use crate::error::Violation;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// A fabric with known tension of warp and weft.
+/// A fabric with measured tension along warp and weft.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Fabric {
@@ -51,8 +51,8 @@ const WOOL_WEFT: Curve = Curve {
 };
 
 impl Curve {
-    /// The law of springs of this length, each for a strip of cloth of this width, m. It is linear
-    /// between the samples and keeps its last slope beyond.
+    /// The law of springs of this length, m, each standing for a strip of cloth of this width, m.
+    /// It is linear between the samples and keeps the last slope beyond them.
     fn springs(&self, length: f64, width: f64) -> StretchLaw {
         let last = self.tension.len() - 1;
         let piece = |k: usize| PieceSpec {
@@ -66,9 +66,9 @@ impl Curve {
 
 impl SpringLaw {
     /// Replaces the name of a fabric by its curves. Every spring of a grid stands for a strip as
-    /// wide as the mesh, also at the border: a sheet of `n` rows is stiffer than `n − 1` strips by
-    /// one part in `n − 1`. `spacing` is the distance of the particles along x, the warp, and y, m;
-    /// 0 along a single one.
+    /// wide as the mesh, also at the border. So a sheet of `n` rows is stiffer than `n − 1` strips
+    /// by one part in `n − 1`. `spacing` is the distance of the particles along x (the warp) and y,
+    /// m; 0 along a direction with a single particle.
     pub(super) fn of_fabric(
         &self,
         effect: SpringEffect,
@@ -96,7 +96,7 @@ impl SpringLaw {
         if dx == 0.0 || dy == 0.0 {
             let found = "given for a single row or column";
             let expected =
-                "a grid of at least 2 rows and 2 columns: springs stand for strips between";
+                "a grid of at least 2 rows and 2 columns, whose springs stand for strips between";
             return Err(Violation::new(path, found, expected));
         }
         let [warp, weft] = match fabric {

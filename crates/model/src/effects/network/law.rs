@@ -1,4 +1,5 @@
-//! Laws of springs in a scene: stiffness, pieces, compression, buckling; for warp and weft apart.
+//! Laws of springs in a scene: stiffness, pieces, compression and buckling, for all springs or for
+//! warp and weft apart.
 
 use super::{Fabric, SpringEffect, SpringSpec, Strand};
 use crate::bounds::{MAX_COEFFICIENT, at_most, coefficient, number, positive, refuse, within};
@@ -11,15 +12,16 @@ use std::sync::Arc;
 const MAX_STRAIN: f64 = 1e6;
 /// Most pieces of a spring.
 pub(super) const MAX_PIECES: usize = 64;
-/// Default of the stiffness in compression, over the stiffness of the first piece: cloth gives way.
+/// Default ratio of the stiffness in compression to the stiffness of the first piece: cloth gives
+/// way.
 pub(super) const COMPRESSION: f64 = 0.1;
 
 /// A piece of a tension curve that is piecewise linear over the strain `L/ℓ − 1`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PieceSpec {
-    /// Strain at which it ends, above the end of the piece before. The last piece has no end, and
-    /// all others have one.
+    /// Strain at which the piece ends, above the end of the piece before. The last piece, and only
+    /// the last, has no end.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0), range(max = MAX_STRAIN))]
     pub up_to_strain: Option<f64>,
@@ -47,8 +49,8 @@ pub struct StretchLaw {
 }
 
 /// Stiffness and damping of one kind of spring, each either absolute or over the mass of a
-/// particle. Instead of one stiffness it may give piecewise-linear tension: for all springs alike,
-/// for warp and weft apart, or of a fabric.
+/// particle. Piecewise-linear tension may replace the stiffness: one curve for all springs, one
+/// each for warp and weft, or a fabric.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SpringLaw {
@@ -86,7 +88,7 @@ pub struct SpringLaw {
     /// Springs along the weft, which is y on a grid; together with `warp`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub weft: Option<StretchLaw>,
-    /// Flexural rigidity, N m², of the strips of cloth that bending springs stand for: they buckle
+    /// Flexural rigidity, N m², of the strips of cloth that bending springs stand for. They buckle
     /// when compressed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0), range(max = MAX_COEFFICIENT))]
@@ -143,7 +145,7 @@ impl StretchLaw {
                 ));
             }
             (None, None) => {
-                let expected = "`stiffness_n_per_m` or `pieces`, one at least";
+                let expected = "`stiffness_n_per_m`, or `pieces` with at least one piece";
                 return Err(Violation::new(path, "without a stiffness", expected));
             }
         };
@@ -159,7 +161,7 @@ fn given_twice(path: &str, [a, b]: [&str; 2], expected: &str) -> Violation {
     Violation::new(path, format!("given twice, as `{a}` and as `{b}`"), expected)
 }
 
-/// A coefficient that is given as it is, or over the mass of a particle.
+/// A coefficient, given directly or over the mass of a particle.
 fn absolute(
     path: &str,
     [key, over_mass]: [(&str, Option<f64>); 2],
@@ -212,7 +214,7 @@ impl SpringLaw {
                     ("pieces", !self.pieces.is_empty()),
                     ("compression_stiffness_n_per_m", self.compression_stiffness_n_per_m.is_some()),
                 ];
-                let expected = "this key in `warp` and in `weft`, or none of the two";
+                let expected = "this key in `warp` and in `weft`, or in neither of them";
                 refuse(path, &others, found, expected)?;
                 let resolve = |law: &StretchLaw, key: &str| law.resolve(&format!("{path}.{key}"));
                 [resolve(warp, "warp")?, resolve(weft, "weft")?]
@@ -235,7 +237,8 @@ impl SpringLaw {
                 [(stiffness, self.stiffness_n_per_m), (over_mass, self.stiffness_over_mass_per_s2)];
             let Some(k) = absolute(path, keys, mass, "exactly one of the two")? else {
                 let expected = format!(
-                    "`{stiffness}` or `{over_mass}`, or `pieces`, one at least, or `warp` and `weft`"
+                    "one of `{stiffness}` and `{over_mass}`, or `pieces` with at least one piece, \
+                     or `warp` and `weft`"
                 );
                 return Err(Violation::new(path, "without a stiffness", expected));
             };
@@ -261,7 +264,7 @@ impl SpringLaw {
         refuse(path, &keys, found, "one of the two only")
     }
 
-    /// Refuses what needs warp and weft, which a mesh does not know.
+    /// Refuses keys that need warp and weft, which a mesh does not state.
     pub(super) fn refuse_directions(&self, effect: SpringEffect) -> Result<(), Violation> {
         let keys = [
             ("warp", self.warp.is_some()),
@@ -273,7 +276,7 @@ impl SpringLaw {
     }
 }
 
-/// Pieces follow each other, and all except the last one end.
+/// Checks that the pieces follow each other, and that all except the last one end.
 pub(super) fn check_pieces(path: &str, pieces: &[PieceSpec]) -> Result<(), Violation> {
     at_most(format_args!("{path}.pieces"), pieces.len(), MAX_PIECES, "pieces")?;
     let mut from = 0.0;

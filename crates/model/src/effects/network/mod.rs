@@ -99,16 +99,16 @@ pub struct SpringSpec {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0, max = MAX_COEFFICIENT))]
     pub compression_stiffness_n_per_m: Option<f64>,
-    /// Flexural rigidity, N m², of the strip of cloth that a bending spring stands for: it buckles
-    /// when compressed (Choi and Ko 2002). Up to then it has the stiffness in compression.
+    /// Flexural rigidity, N m², of the strip of cloth that a bending spring stands for. The strip
+    /// buckles when compressed (Choi and Ko 2002). Until then it has the stiffness in compression.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0), range(max = MAX_COEFFICIENT))]
     pub buckling_rigidity_n_m2: Option<f64>,
 }
 
-/// A pair of particles between which a cloth has a spring.
+/// Two particles of a cloth that a spring joins.
 pub(crate) struct Strand {
-    /// 0 along the warp, 1 along the weft; 0 where a cloth knows neither.
+    /// 0 along the warp, 1 along the weft; 0 if the cloth states neither.
     pub(crate) direction: usize,
     pub(crate) ends: [u32; 2],
     /// Rest length, m.
@@ -119,7 +119,7 @@ pub(crate) struct Strand {
 pub(crate) struct Entry;
 
 impl registry::Entry for Entry {
-    type Law = SpringLaw;
+    type Value = SpringLaw;
     const CLASS: EffectClass = EffectClass::Springs;
 
     fn freeze(
@@ -206,8 +206,8 @@ impl SpringSpec {
             || self.buckling_rigidity_n_m2.is_some()
     }
 
-    /// Checks what a linear spring has. Paths are written out only for an error: a cloth may have
-    /// millions of springs.
+    /// Checks the values that every spring has. Only an error formats a path, since a cloth may
+    /// have millions of springs.
     fn check(&self, position: usize, particles: usize) -> Result<Spring, Violation> {
         index(format_args!("springs[{position}].i"), self.i, particles)?;
         index(format_args!("springs[{position}].j"), self.j, particles)?;
@@ -227,7 +227,7 @@ impl SpringSpec {
         })
     }
 
-    /// Checks the rest, except the pieces.
+    /// Checks the other values, except the pieces.
     fn check_law(&self, position: usize) -> Result<(), Violation> {
         let path = format!("springs[{position}]");
         if let Some(k) = self.compression_stiffness_n_per_m {
@@ -243,7 +243,7 @@ impl SpringSpec {
             let steepest = Buckling::new(1.0, rigidity, self.rest_length_m).steepest_buckled();
             if steepest.is_nan() || steepest > MAX_COEFFICIENT {
                 let expected = format!(
-                    "so little that a spring of {} m has a stiffness of at most {}",
+                    "small enough that a spring of {} m has a stiffness of at most {}",
                     number(self.rest_length_m),
                     number(MAX_COEFFICIENT)
                 );
@@ -259,7 +259,7 @@ impl SpringSpec {
         check_pieces(&path, &self.pieces)?;
         match self.pieces.first().map(|first| first.stiffness_n_per_m) {
             Some(first) if first != self.stiffness_n_per_m => {
-                let expected = format!("{}, that of the first piece", number(first));
+                let expected = format!("{}, the stiffness of the first piece", number(first));
                 let found = number(self.stiffness_n_per_m);
                 Err(Violation::new(format!("{path}.stiffness_n_per_m"), found, expected))
             }
@@ -267,7 +267,7 @@ impl SpringSpec {
         }
     }
 
-    /// Its tension when stretched; valid values only.
+    /// Its tension when stretched. Its values must be valid.
     fn curve(&self) -> Curve {
         let ends = |p: &PieceSpec| (p.stiffness_n_per_m, p.up_to_strain.unwrap_or(f64::INFINITY));
         match &*self.pieces {
@@ -276,7 +276,7 @@ impl SpringSpec {
         }
     }
 
-    /// Its tension over its length; valid values only.
+    /// Its tension over its length. Its values must be valid.
     fn law(&self, curve: Curve) -> TensionLaw {
         let stiffness = self.stiffness_n_per_m;
         let default = if self.pieces.is_empty() { stiffness } else { COMPRESSION * stiffness };
@@ -328,7 +328,7 @@ struct Laws {
 }
 
 impl Laws {
-    /// Takes up the next spring, at `position` of the specification.
+    /// Adds the next spring, which stands at `position` in the specification.
     fn push(&mut self, spec: &SpringSpec, position: usize) -> Result<(), Violation> {
         let curve = self.curve(spec, position)?;
         spec.check_law(position)?;
@@ -341,8 +341,8 @@ impl Laws {
         Ok(())
     }
 
-    /// The place of a spring's curve in the list. A spring that shares its pieces with the one
-    /// before is not checked again.
+    /// The place of a spring's curve in the list. Pieces that the spring shares with the one before
+    /// are not checked again.
     fn curve(&mut self, spec: &SpringSpec, position: usize) -> Result<u32, Violation> {
         let stiffness = spec.stiffness_n_per_m.to_bits();
         if let Some((pieces, bits, curve)) = &self.last

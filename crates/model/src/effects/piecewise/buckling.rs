@@ -1,7 +1,7 @@
 //! The buckling of a strip of cloth that is compressed, after Choi and Ko (2002).
 //!
-//! A strip of rest length `ℓ` with the flexural rigidity `B` (N m²) bends into an arc of a circle
-//! and keeps its length when its ends come closer than its buckling load allows. With
+//! A strip has the rest length `ℓ` and the flexural rigidity `B` (N m²). When its ends come closer
+//! than its buckling load allows, it bends into an arc of a circle and keeps its length. With
 //! `y = sinc⁻¹(L/ℓ)`, half of the angle of the arc, its ends push with
 //!
 //! ```text
@@ -32,7 +32,7 @@ pub(crate) struct Buckling {
     stiffness: f64,
     /// `4 B/ℓ²`, N.
     load: f64,
-    /// Slope of `P` times load, per length, at `L = 0`: the greatest one of the buckled strip, N/m.
+    /// `(4 B/ℓ³) P'(0)`: the greatest slope of the buckled strip, at `L = 0`, N/m.
     steepest_buckled: f64,
     /// `L/ℓ` at which it buckles; 0: never.
     at: f64,
@@ -56,15 +56,15 @@ fn integral(x: f64) -> f64 {
 }
 
 impl Buckling {
-    /// A strip of `stiffness` (N/m), at least 0, `rigidity` (N m²) and rest length (m), both above
-    /// 0. If it is so short that its load is not finite,
+    /// A strip with a stiffness (N/m) of at least 0, and a rigidity (N m²) and a rest length (m)
+    /// above 0. If it is so short that its load is not finite,
     /// [`steepest_buckled`](Self::steepest_buckled) is not finite either.
     pub(crate) fn new(stiffness: f64, rigidity: f64, rest: f64) -> Self {
         let load = 4.0 * rigidity / (rest * rest);
         let steepest_buckled = load / rest * derivative(0.0);
         // The greatest root of g(x) = load P(x) − k ℓ (x − 1) below 1. g is concave and negative at
-        // 1. Where it falls there, a tangent, which lies above g, meets 0 between the root and the
-        // place before: Newton's method goes down to the root without passing it. Where g rises, or
+        // 1, and its tangents lie above it. If g falls, a tangent meets 0 between the root and the
+        // last iterate, so Newton's method descends to the root without passing it. If g rises, or
         // the tangent meets 0 below 0, there is no root.
         let force = stiffness * rest;
         let mut at = 1.0;

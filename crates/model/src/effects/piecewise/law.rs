@@ -21,8 +21,8 @@ struct Piece {
 pub(crate) struct Curve(Arc<[Piece]>);
 
 impl Curve {
-    /// A curve of the stiffness (N/m) of each piece and the strain at which it ends; the last piece
-    /// never ends. Strains rise from above 0.
+    /// A curve from the stiffness (N/m) of each piece and the strain at which it ends. Strains are
+    /// above 0 and rise; the last one is infinite.
     pub(crate) fn new(pieces: impl IntoIterator<Item = (f64, f64)>) -> Self {
         let (mut from, mut tension, mut energy) = (0.0, 0.0, 0.0);
         let mut list = Vec::new();
@@ -53,10 +53,11 @@ enum Compression {
 /// both 0 at `L = ℓ`:
 ///
 /// ```text
-/// T = T_p + k_p (L − L_p)        U = U_p + T_p (L − L_p) + ½ k_p (L − L_p)²        L_p = ℓ (1 + strain_p)
+/// T = T_p + k_p (L − L_p)        U = U_p + T_p (L − L_p) + ½ k_p (L − L_p)²
+/// L_p = ℓ (1 + strain_p)
 /// ```
 ///
-/// At a kink the slope is taken from the longer side.
+/// The slope at a kink is the slope on its longer side.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TensionLaw {
     compression: Compression,

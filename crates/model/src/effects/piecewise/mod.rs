@@ -25,13 +25,13 @@ use super::springs::{COLLAPSED, LinearSprings, Spring};
 use super::{BlockSink, Effect, EffectKind, LinearSplit, Tangent};
 use crate::{DampingLaw, Level, Mat3, Vec3};
 
-/// All springs of one effect, of which at least one is not linear.
+/// All springs of one effect; at least one is not linear.
 #[derive(Clone, Debug)]
 pub struct PiecewiseSprings {
     /// Springs of the steepest stiffness of each: the linear part of the split, and the damping.
     majorant: LinearSprings,
     laws: Vec<TensionLaw>,
-    /// Which of them each spring has, in the order of the specification.
+    /// Index into `laws` for each spring, in the order of the specification.
     law_of: Vec<u32>,
 }
 

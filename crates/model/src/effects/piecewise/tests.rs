@@ -3,6 +3,7 @@
 use super::buckling::polynomial;
 use super::*;
 use crate::SystemSpec;
+use drape_kernels::testing::Random;
 use proptest::prelude::*;
 
 const REST: f64 = 0.3;
@@ -35,14 +36,9 @@ fn laws() -> Vec<TensionLaw> {
 
 /// Random positions of a few particles, and springs between all of them.
 fn net(seed: u64, law: DampingLaw) -> (PiecewiseSprings, Vec<Vec3>, Vec<Vec3>) {
-    let mut state = seed;
-    let mut unit = || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-        (state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-    };
-    let mut vectors =
-        |scale: f64| (0..6).map(|_| Vec3::new(unit(), unit(), unit()) * scale).collect();
-    let (x, v): (Vec<Vec3>, Vec<Vec3>) = (vectors(0.25), vectors(1.0));
+    let mut random = Random::new(seed);
+    let x: Vec<Vec3> = random.vectors(6).iter().map(|x| x * 0.25).collect();
+    let v = random.vectors(6);
     let pairs = (0..6_u32).flat_map(|j| (0..j).map(move |i| (i, j)));
     let springs: Vec<_> = pairs
         .map(|(i, j)| Spring { i, j, rest_length: REST, stiffness: 0.0, damping: 0.3 })
@@ -333,15 +329,18 @@ fn scattered(n: u32) -> SystemSpec {
         .map(|(k, ends)| {
             let soft = if k % 3 == 0 { 10.0 } else { 20.0 };
             format!(
-                r#"{{ "effect": "tension", "i": {}, "j": {}, "rest_length_m": 0.9, "stiffness_n_per_m": {soft},
-                "pieces": [{{ "up_to_strain": 0.05, "stiffness_n_per_m": {soft} }}, {{ "stiffness_n_per_m": 300 }}] }}"#,
+                r#"{{ "effect": "tension", "i": {}, "j": {}, "rest_length_m": 0.9,
+                    "stiffness_n_per_m": {soft},
+                "pieces": [{{ "up_to_strain": 0.05, "stiffness_n_per_m": {soft} }},
+                    {{ "stiffness_n_per_m": 300 }}] }}"#,
                 ends[1], ends[0]
             )
         })
         .collect();
     let position: Vec<_> = place.iter().map(|at| format!("[{at}, 0, 0]")).collect();
     let text = format!(
-        r#"{{ "format": "drape-system/1", "particles": {{ "mass_kg": [{}], "position_m": [{}] }}, "springs": [{}] }}"#,
+        r#"{{ "format": "drape-system/1", "particles": {{ "mass_kg": [{}], "position_m": [{}] }},
+            "springs": [{}] }}"#,
         vec!["1"; n as usize].join(","),
         position.join(","),
         springs.join(",")
@@ -373,7 +372,8 @@ proptest! {
         length in 0.0..3.0_f64,
     ) {
         let mut strain = 0.0;
-        let curve: Vec<_> = pieces.iter().map(|(k, width)| { strain += width; (*k, strain) }).collect();
+        let end = |(k, width): &(f64, f64)| { strain += width; (*k, strain) };
+        let curve: Vec<_> = pieces.iter().map(end).collect();
         let law = TensionLaw::new(compression, Curve::new(curve));
         let (t, k) = (law.tension(1.0, length), law.steepest());
         prop_assert!(law.energy(1.0, length) >= 0.0);

@@ -1,26 +1,26 @@
 //! The fast kernels for springs in any order.
 //!
-//! Positions, velocities and forces are copied to vectors of four numbers, the last of which is 0,
-//! so that a particle is one register. The springs are taken in batches: the differences of the
-//! ends are read one spring after the other, lengths and factors computed for the whole batch, and
-//! the forces added one after the other, in the order of the list. A sum has the order of the
-//! [readable loops](super::LinearSprings::add_reference): the results are the same bits.
+//! Positions, velocities and forces are copied to vectors of four numbers, so that a particle fills
+//! one register; the fourth number is 0. The springs come in batches. A batch reads the differences
+//! of the ends spring by spring and computes lengths and factors for all its springs. Then it adds
+//! the forces one after the other, in the order of the list. Each sum has the order of the
+//! [readable loops](super::LinearSprings::add_reference), so the results are the same bits.
 //!
-//! Where the processor has AVX2, a batch is four springs and stays in `registers`; elsewhere it is
-//! kept in arrays.
+//! With AVX2 a batch is four springs and stays in `registers`; otherwise arrays hold it.
 //!
-//! A spring costs the flops that it costs in [`super::sweep`], of which a quarter is done for the
-//! empty number, and reads 24 bytes of its own beside the vectors at its ends, 32 with damping.
-//! What it takes depends on whether those are in the cache: on the numbering of the particles and
-//! on the order of the list.
+//! A spring takes the flops that it takes in [`super::sweep`]; a quarter of them is spent on the
+//! empty number. It reads 24 bytes of its own, 32 with damping, and the vectors at its ends. Its
+//! time depends on whether these vectors are in the cache, that is, on the numbering of the
+//! particles and the order of the list.
 //!
 //! # What was tried
 //!
-//! Nanoseconds a spring on one core of an AMD EPYC (Zen 4), least of forty repetitions, three
-//! effects with damping and gravity, particles and springs of a square sheet shuffled and numbered
-//! anew; a fifth of it is copying to registers and back.
+//! Nanoseconds per spring on one core of an AMD EPYC (Zen 4), the least of forty repetitions. The
+//! system is a square sheet, `N` particles wide, with gravity and three damped effects of springs.
+//! Its particles and springs were shuffled, then numbered anew. A fifth of the time goes into
+//! copying to registers and back.
 //!
-//! | what | N = 52 | 100 |
+//! | variant | N = 52 | 100 |
 //! |---|---|---|
 //! | batches of 64 in arrays | 4.0 | 4.5 |
 //! | position and velocity of a particle in one cache line | 4.7 | 4.5 |
@@ -42,7 +42,7 @@ use drape_kernels::lanes::Lanes as Quad;
 /// Springs of a batch: the arrays stay in the first-level cache.
 const BATCH: usize = 64;
 
-/// Memory of a sweep: one register a particle and vector.
+/// Memory of a sweep: one register per particle and vector.
 #[derive(Debug, Default)]
 pub(crate) struct Quads {
     x: Vec<Quad>,
@@ -51,19 +51,19 @@ pub(crate) struct Quads {
 }
 
 impl Quads {
-    /// Memory for springs of so many particles.
+    /// Memory for springs between this many particles.
     pub(crate) fn new(particles: usize) -> Self {
         let zeros = || vec![[0.0; 4]; particles];
         Self { x: zeros(), v: zeros(), out: zeros() }
     }
 
-    /// For how many particles there is memory.
+    /// Number of particles that have memory.
     pub(crate) fn particles(&self) -> usize {
         self.x.len()
     }
 }
 
-/// Adds what `passes` ask for to `out` or to zero, N; diagonals are not among them.
+/// Adds the forces of `passes`, N, to `out` or to zero. Springs along diagonals are ignored.
 pub(crate) fn add(
     passes: &[Option<Pass<'_>>],
     quads: &mut Quads,
@@ -81,7 +81,7 @@ pub(crate) fn add(
 
 /// How the forces of springs are computed.
 trait Kernel: Copy {
-    /// Adds `−g (x_i − x_j)` of each spring, and with it `−c (v_i − v_j)` if they are damped.
+    /// Adds `−g (x_i − x_j)` of each spring, plus `−c (v_i − v_j)` if they are damped.
     fn add_forces<const DAMPED: bool>(
         self,
         list: &Listed,
@@ -111,8 +111,8 @@ impl<K: Kernel> pulp::WithSimd for Batches<'_, K> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) {
-        let Self { kernel, passes, quads: Quads { x: x4, v: v4, out: sums }, x, v, out, mut begin } =
-            self;
+        let Self { kernel, passes, quads, x, v, out, mut begin } = self;
+        let Quads { x: x4, v: v4, out: sums } = quads;
         widen(x, x4);
         if passes.iter().flatten().any(|pass| matches!(pass, Pass::Listed(s) if s.law.is_damped()))
         {

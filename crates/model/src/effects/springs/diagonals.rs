@@ -1,9 +1,10 @@
 //! Springs that lie along few diagonals of the matrix of couplings.
 //!
-//! On a sheet whose particles are numbered row by row, every spring of one kind joins particle `i`
-//! to `i + o` with one of two offsets `o`, and has the same rest length, stiffness and damping.
-//! Such springs are told by one bit a particle and offset instead of 32 bytes a spring, and a sweep
-//! over them needs no index: the other ends of neighbouring springs are neighbours.
+//! The particles of a sheet may be numbered row by row. Then every spring of one kind joins
+//! particle `i` to `i + o` with one of two offsets `o`, and has the same rest length, stiffness and
+//! damping. One byte per particle and offset then tells whether there is a spring, instead of 32
+//! bytes per spring. A sweep needs no index, because the far ends of neighbouring springs are
+//! neighbours too.
 
 use super::Spring;
 use super::sweep::MAX_OFFSET;
@@ -12,9 +13,9 @@ use super::sweep::MAX_OFFSET;
 pub(crate) const MAX_DIAGONALS: usize = 4;
 /// Fewest springs that are worth the start of a sweep.
 const FEWEST: usize = 64;
-/// At least this part of the places along the diagonals must have a spring.
+/// Least share of the places along the diagonals that must have a spring.
 const LEAST_FILL: f64 = 0.6;
-/// Vectors that a kernel loads beyond the last particle.
+/// Particles beyond the last one that a kernel may load.
 pub(crate) const PADDING: usize = 16;
 
 /// The springs `(i, i + offset)` with the same parameters.
@@ -47,8 +48,8 @@ pub(crate) struct Diagonals {
 }
 
 impl Diagonals {
-    /// The diagonals of a list of springs, unless it has another structure, another order, or too
-    /// few springs to matter.
+    /// Finds the diagonals of a list of springs; `None` if it has another structure, another order,
+    /// or too few springs to matter.
     pub(crate) fn detect(springs: &[Spring]) -> Option<Self> {
         if springs.len() < FEWEST {
             return None;

@@ -116,7 +116,7 @@ fn assert_same_matrix(system: &System, state: &State, tangent: Tangent) {
         effect.add_stiffness(&state.x, 0.3, tangent, &mut reference);
         effect.add_damping(state.level(), 0.7, &mut reference);
     }
-    // Listed springs are added to what is there, those along bands to zero first.
+    // Sums of listed springs begin with the present value, sums along bands with zero.
     let start = if coupling == Coupling::Pairs { state.x.clone() } else { vec![Vec3::zeros(); n] };
     let (mut expected, mut fast) = (start.clone(), start);
     let product = Some(StiffnessProduct { w: &state.v, out: &mut expected });
@@ -266,7 +266,7 @@ fn the_layout_follows_the_springs() {
     }
 }
 
-/// The next sweep forgets what a sweep for a matrix left in a window.
+/// A sweep for a matrix leaves forces in a window; the next sweep ignores them.
 #[test]
 fn forces_on_any_number_of_threads_do_not_remember_a_matrix() {
     let (mut system, mut state) = sheet(150, 150, 1.0, "full");

@@ -1,8 +1,8 @@
 //! Linear springs with full or projected damping: tension, shear and bending `(i, i+2)`.
 //!
-//! The formulas stand here as loops over the springs, one after the other: the reference form. A
-//! step runs one of two fast kernels, which give the same bits: [`sweep`] where the springs lie
-//! along few diagonals, that is on regular grids, and [`batch`] elsewhere.
+//! The reference form of the formulas stands here: loops over the springs, one after the other. A
+//! step runs one of two fast kernels with the same bits: [`sweep`] if the springs lie along few
+//! diagonals, as on regular grids, and [`batch`] otherwise.
 
 pub(crate) mod batch;
 pub(crate) mod diagonals;
@@ -25,9 +25,8 @@ use super::{BlockSink, Effect, EffectKind, LinearSplit, Part, Tangent};
 use crate::{DampingLaw, Level, Mat3, Vec3};
 use std::sync::Mutex;
 
-/// A spring shorter than this fraction of its rest length has no direction: `û = 0`, which is a
-/// subgradient of the length, so that the energy theorem of the implicit-explicit split still
-/// holds.
+/// A spring shorter than this fraction of its rest length has no direction: `û = 0`. That is a
+/// subgradient of the length, so the energy theorem of the implicit-explicit split still holds.
 pub(super) const COLLAPSED: f64 = 1e-12;
 
 /// One linear spring.
@@ -116,8 +115,7 @@ impl Clone for LinearSprings {
 }
 
 impl LinearSprings {
-    /// Springs of one kind. Without a damping coefficient above 0 no damping pass
-    /// exists.
+    /// Springs of one kind. Without a damping coefficient above 0 no damping pass exists.
     pub fn new(kind: EffectKind, springs: Vec<Spring>, law: DampingLaw) -> Self {
         let damping = springs.iter().any(|s| s.damping > 0.0).then_some(law);
         let store = match Diagonals::detect(&springs) {
@@ -142,7 +140,7 @@ impl LinearSprings {
         self.store.each(visit);
     }
 
-    /// What a sweep has to know of the springs.
+    /// The springs in the form that a sweep takes.
     fn as_pass(&self, law: Law) -> Pass<'_> {
         match &self.store {
             Store::Listed(list) => Pass::Listed(ListedSprings { list, law }),
@@ -150,8 +148,8 @@ impl LinearSprings {
         }
     }
 
-    /// The law that gives a part of the forces. No damping, and projected damping, which turns with
-    /// the springs, have none.
+    /// The law of a part of the forces. Absent damping has none, nor has projected damping, which
+    /// turns with the springs.
     fn law(&self, part: Part) -> Option<Law> {
         match (part, self.damping) {
             (Part::All, Some(DampingLaw::Full)) => Some(Law::DampedSpring),
@@ -165,7 +163,7 @@ impl LinearSprings {
         }
     }
 
-    /// Adds what the law takes of every spring, with the kernel that fits.
+    /// Adds the force of every spring after the law, with the kernel that fits.
     fn add(&self, law: Law, x: &[Vec3], v: &[Vec3], out: &mut [Vec3]) {
         let passes = [Some(self.as_pass(law))];
         match self.memory.try_lock().as_deref_mut() {

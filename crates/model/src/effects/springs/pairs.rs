@@ -2,22 +2,21 @@
 //!
 //! # How it goes
 //!
-//! The springs are taken in batches, as in [`super::batch`]: the differences of positions and of a
-//! vector `w` are read one spring after the other, blocks `S = σ k [ûûᵀ + (1 − ℓ/L)(I − ûûᵀ)]` and
-//! forces are computed for the whole batch, then added one after the other. A
-//! [table](PairLines::slots) in the order of the springs tells the place of each block. A block is
-//! a line of eight numbers, so that it is added in one go.
+//! The springs come in batches, as in [`super::batch`]. A batch reads the differences of positions
+//! and of a vector `w` spring by spring. It computes the blocks
+//! `S = σ k [ûûᵀ + (1 − ℓ/L)(I − ûûᵀ)]` and the forces of all its springs, then adds them one after
+//! the other. A [table](PairLines::slots) in the order of the springs gives the place of each
+//! block. A block is a line of eight numbers, which one operation adds.
 //!
-//! All sums have the order of the reference form, which goes through
-//! [`BlockSink`](crate::BlockSink): all stiffnesses of an effect before its damping, spring after
-//! spring. So both forms give the same bits.
+//! All sums have the order of the reference form through [`BlockSink`](crate::BlockSink): spring
+//! after spring, all stiffnesses of an effect before its damping. So both forms give the same bits.
 //!
 //! # What it costs
 //!
-//! For a spring the flops of [`super::tangent`], and three lines that are read and written, once
-//! more for full damping: two of particles and one of the pair. Where the springs are sorted by
-//! their ends, the next ones find these lines in the cache. The table is compared with the springs
-//! in each call, 12 bytes a spring, so that a matrix of other springs is never written to.
+//! A spring takes the flops of [`super::tangent`]. It reads and writes three lines, two of
+//! particles and one of the pair, and once more for full damping. If the springs are sorted by
+//! their ends, the next springs find these lines in the cache. Each call compares the table with
+//! the springs, 12 bytes per spring, so that it never writes to a matrix of other springs.
 //!
 //! On a sheet of 52 × 52 particles in disorder, one core of a busy Zen 4, a step of Baraff and
 //! Witkin's method:
@@ -36,7 +35,8 @@ use drape_kernels::blocks::{LINE, Line, PairLines, line};
 /// Springs of a batch: the arrays stay in the first-level cache.
 const BATCH: usize = 64;
 
-/// Whether the table of the matrix belongs to these springs, and the matrix has one row a particle.
+/// Whether the table of the matrix belongs to these springs, and the matrix has one row per
+/// particle.
 fn suits<'a>(
     matrix: &PairLines<'_>,
     lists: impl Iterator<Item = &'a Listed>,
@@ -62,8 +62,8 @@ pub(crate) fn listed<'a>(effect: &'a dyn Effect, mass: &'a [f64]) -> Option<List
     }
 }
 
-/// Overwrites `matrix` with `M + σ K + τ D` and adds `K w` where it is wanted. Returns `false` and
-/// does nothing where the table of the matrix belongs to other springs.
+/// Overwrites `matrix` with `M + σ K + τ D` and adds `K w` to `product`, if it is given. Returns
+/// `false` and does nothing if the table of the matrix belongs to other springs.
 pub(crate) fn add<'a>(
     springs: impl Iterator<Item = ListedSprings<'a>> + Clone,
     mass: &[f64],
@@ -86,7 +86,7 @@ pub(crate) fn add<'a>(
         let (own, rest) = slots.split_at(list.ends.len());
         slots = rest;
         let (is_damped, matrix) = (law.is_damped(), &mut matrix);
-        // Without a product the forces belong to any vector, and no one reads them.
+        // Without a product the kernel computes the forces of any vector, and nothing reads them.
         let (w, out) = match &mut product {
             Some(StiffnessProduct { w, out }) => (*w, Some(&mut **out)),
             None => (at.x, None),
@@ -160,7 +160,7 @@ fn add_stiffness(
     }
 }
 
-/// What is computed of some springs, one array a number.
+/// Results for some springs, one array per number.
 struct Batch {
     /// `x_i − x_j`.
     d: [[f64; BATCH]; 3],

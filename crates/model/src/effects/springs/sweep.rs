@@ -2,42 +2,56 @@
 //!
 //! # How it goes
 //!
-//! Positions and velocities are read into one array a coordinate, so that eight particles fill a
-//! vector register. For each vector of particles the forces of all springs to later particles are
-//! computed and kept: `f_i = g (x_i − x_{i+o})` with `g` after the [`Law`], plus
-//! `c (v_i − v_{i+o})` if there is full damping. Some vectors later each particle takes what its
-//! springs left: `+f_{i−o}` for those that come from earlier particles, `−f_i` for its own. Where a
-//! place along a diagonal has no spring, the force is overwritten by 0, which changes no sum.
+//! The sweep reads positions and velocities into one array per coordinate, so that eight particles
+//! fill a vector register. For each vector of particles it computes and keeps the forces of all
+//! springs to later particles: `f_i = g (x_i − x_{i+o})` with `g` after the [`Law`], plus
+//! `c (v_i − v_{i+o})` with full damping. Some vectors later it adds the kept forces to each
+//! particle: `+f_{i−o}` of springs from earlier particles, `−f_i` of its own. Where a place along a
+//! diagonal has no spring, it overwrites the force by 0, which changes no sum.
 //!
-//! A sum has the order of the [readable loop](super::LinearSprings::add_reference), in which
-//! particle `i` is met first by its incoming springs, by falling offset, then by its own. Each
-//! spring is computed once and its force taken twice with opposite signs, as there. So the results
-//! are the same bits.
+//! Each sum has the order of the [readable loop](super::LinearSprings::add_reference): a particle
+//! meets its incoming springs first, by falling offset, then its own. As in the loop, each spring
+//! is computed once and its force added twice with opposite signs. So the results are the same
+//! bits.
 //!
-//! The arrays are a window that slides over the particles: it fits the second-level cache up to
-//! some hundred columns, whatever the number of rows, and remembers the forces of the last `o`
-//! springs of each diagonal. Each system has one for each thread, so that a sweep allocates
-//! nothing. [`pulp`] compiles the kernel for the vector units that the processor has. No product
-//! and sum are contracted into one rounding, so that the width of the registers leaves no trace.
+//! The arrays are a window that slides over the particles and remembers the forces of the last `o`
+//! springs of each diagonal. It fits the second-level cache up to some hundred columns, for any
+//! number of rows. Each system has one window per thread, so that a sweep allocates nothing.
+//! [`pulp`] compiles the kernel for the vector units of the processor. Products and sums are
+//! rounded separately, so the width of the registers changes no bit.
 //!
 //! # What it costs
 //!
-//! For a spring with full damping: 8 flops for the length, a square root, a division, 5 for the
-//! force, 9 for the damping, 6 for the sums. A square root and a division of eight numbers take 4.2
-//! ns of a Zen 4 core, 0.5 ns a spring; the whole takes about 2 ns, of which 0.4 go into reading
-//! and writing coordinates. In main memory: 24 bytes a particle for `x`, 24 for `v`, 48 for the sum
-//! (24 where it begins with zero), 4 for each place along a diagonal without a spring.
+//! | with full damping | per spring |
+//! |---|---|
+//! | length | 8 flops, a square root, a division |
+//! | force | 5 flops |
+//! | damping | 9 flops |
+//! | sums | 6 flops |
 //!
-//! Tried: one loop a diagonal, in plain Rust and vectorised by the compiler, with force and damping
-//! apart: 2.9 ns a spring; with force and damping as one: 2.3; with all arrays at cache lines:
-//! 2.15; all diagonals of a vector in one loop: 2.9 as long as every read was checked, 2.05 with a
-//! distance of arrays that the compiler knows. The same loop in C++ with everything known when it
-//! is compiled, and without the copies to and from coordinates, takes 1.15: the bound that is left.
-//! Reading coordinates group by group instead of chunk by chunk gained nothing. (52 × 52, one core
-//! of a machine that had other work.) On a core of a Zen 5 the sheet of 52 × 52 takes 1.2 ns a
-//! spring, at times 1.9, also where addresses are fixed: work of others on the machine. Sums that
-//! begin with zero in a register, not with a group of zeros in memory, take a twentieth less (316 ×
-//! 316).
+//! A Zen 4 core takes about 2 ns per spring: 0.5 ns for the square root and the division (4.2 ns
+//! for eight of each), 0.4 ns for reading and writing coordinates. Main memory carries 24 bytes per
+//! particle for `x`, 24 for `v`, 48 for the sum (24 if it begins with zero), and 4 for each place
+//! along a diagonal without a spring.
+//!
+//! # What was tried
+//!
+//! Nanoseconds per spring on a sheet of 52 × 52 particles, on one core of a machine with other
+//! work:
+//!
+//! | variant | ns |
+//! |---|---|
+//! | one loop per diagonal, vectorised by the compiler, force and damping apart | 2.9 |
+//! | … force and damping as one | 2.3 |
+//! | … and all arrays at cache lines | 2.15 |
+//! | all diagonals of a vector in one loop, every read checked | 2.9 |
+//! | … with a distance of arrays that the compiler knows | 2.05 |
+//! | the same in C++, everything known to the compiler, no copies of coordinates: the bound | 1.15 |
+//!
+//! Reading coordinates group by group instead of chunk by chunk gained nothing. A Zen 5 core
+//! takes 1.2 ns on the same sheet, and at times 1.9 ns while other programs run, even with fixed
+//! addresses. Sums that begin with zero in a register, not with zeros in memory, take a twentieth
+//! less time (316 × 316).
 
 mod kernel;
 mod windows;
@@ -60,17 +74,17 @@ pub(super) const WIDE: usize = stride(16_384);
 pub(super) const MAX_OFFSET: usize = 5_000;
 /// Most effects that one sweep takes together.
 pub(crate) const MAX_PASSES: usize = 4;
-/// Most particles that are computed, then gathered, at a time.
+/// Most particles that a sweep computes, then gathers, at a time.
 pub(super) const GROUP: usize = 128;
 
-/// What is taken of a spring: `−g (x_i − x_j)` with the factor `g`, `−c (v_i − v_j)`, or their sum.
+/// The force of a spring: `−g (x_i − x_j)` with the factor `g`, `−c (v_i − v_j)`, or their sum.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Law {
     /// `g = k (1 − ℓ/L)`: the force of the spring, EEH (11).
     Spring,
     /// The same with the full damping, EEH (14).
     DampedSpring,
-    /// `g = −k ℓ/L`: what is left of the force without its linear part, EEH (13).
+    /// `g = −k ℓ/L`: the force without its linear part, EEH (13).
     Nonlinear,
     /// `g = k`: the linear part, EEH (12).
     Linear,
@@ -97,18 +111,18 @@ impl Law {
     }
 }
 
-/// What a sweep takes of one effect.
+/// The forces of one effect in the form that a sweep takes.
 #[derive(Clone, Copy, Debug)]
 pub enum Pass<'a> {
     /// Springs along diagonals.
     Springs(Springs<'a>),
     /// Springs in any order.
     Listed(ListedSprings<'a>),
-    /// The same acceleration for all.
+    /// The same acceleration for all particles.
     Field(Field<'a>),
 }
 
-/// A force of springs.
+/// Springs along diagonals, with the law of their force.
 #[derive(Clone, Copy, Debug)]
 pub struct Springs<'a> {
     pub(crate) diagonals: &'a Diagonals,
@@ -130,7 +144,7 @@ pub struct Field<'a> {
 }
 
 impl<'a> Pass<'a> {
-    /// The springs, if it is such.
+    /// The springs, if they lie along diagonals.
     #[inline(always)]
     pub(crate) fn springs(&self) -> Option<&Springs<'a>> {
         match self {
@@ -141,7 +155,7 @@ impl<'a> Pass<'a> {
 }
 
 impl Springs<'_> {
-    /// Arrays of forces that the pass fills: three a diagonal.
+    /// Arrays of forces that the pass fills: three per diagonal.
     fn planes(&self) -> usize {
         3 * self.diagonals.list.len()
     }
@@ -150,11 +164,11 @@ impl Springs<'_> {
 /// Memory of a sweep: coordinates ahead of the present particles, forces behind them.
 #[derive(Debug, Default)]
 pub(crate) struct Window {
-    /// Particles that the window moves on by.
+    /// Number of particles by which the window moves on.
     pub(super) chunk: usize,
-    /// Forces that are remembered from before the chunk, at least the largest offset.
+    /// Number of forces remembered from before the chunk, at least the largest offset.
     history: usize,
-    /// Coordinates that are read beyond the chunk.
+    /// Number of coordinates read beyond the chunk.
     pub(super) ahead: usize,
     /// `x`, `y`, `z` of positions, then of velocities; [`Self::stride`] each.
     coordinates: Aligned,
@@ -163,8 +177,8 @@ pub(crate) struct Window {
 }
 
 impl Window {
-    /// A window for sweeps over any of these springs, whose arrays lie at least so many numbers
-    /// behind those of others.
+    /// A window for sweeps over any of these springs. Its arrays lie at least `lead` numbers behind
+    /// other memory.
     fn new<'a>(lead: usize, all: impl Iterator<Item = &'a Diagonals>) -> Self {
         let (mut reach, mut planes, mut particles) = (0, 0, 0);
         for diagonals in all {
@@ -177,7 +191,7 @@ impl Window {
         }
         let history = reach.next_multiple_of(WIDEST);
         let ahead = history + WIDEST;
-        // What a band of another thread remembers comes from one chunk.
+        // A band of another thread computes all forces from before it in one chunk.
         let least = history.max(512);
         let room = NARROW.saturating_sub(history + ahead);
         let chunk = if room >= least { room } else { least }.min(1536).max(least);
@@ -223,17 +237,17 @@ impl Window {
 #[repr(align(64))]
 pub(super) struct Sums(pub(super) [[f64; GROUP]; 3]);
 
-/// What sums begin with.
+/// The value with which sums begin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Begin {
-    /// What is there.
+    /// The value in the output.
     Present,
-    /// Zero, whatever is there.
+    /// Zero; the value in the output is overwritten.
     Zero,
 }
 
 impl Begin {
-    /// Makes what is there the zero that sums begin with, if they do.
+    /// If sums begin with zero, writes the zeros; the sums then go on from there.
     pub(crate) fn clear(&mut self, out: &mut [Vec3]) {
         if *self == Self::Zero {
             bytemuck::cast_slice_mut::<Vec3, f64>(out).fill(0.0);
@@ -242,12 +256,12 @@ impl Begin {
     }
 }
 
-/// What is done to sums that are complete, while they are in a cache: to those of some particles,
-/// perhaps by several threads at a time.
+/// Work on complete sums while they are in a cache. Each call gets the sums of some particles, and
+/// several threads may call at a time.
 pub(crate) type Finish<'a> = dyn Fn(Range<usize>, &mut [Vec3]) + Sync + 'a;
 
-/// Adds what `passes` ask for to `out` or to zero, N, and finishes all of `out`, on as many threads
-/// as there are windows, which the passes [fit](Windows::fits).
+/// Adds the forces of `passes`, N, to `out` or to zero, and finishes all of `out`, on as many
+/// threads as there are windows. The passes must [fit](Windows::fits).
 pub(crate) fn add(
     passes: &[Option<Pass<'_>>],
     windows: &mut Windows,
@@ -261,7 +275,7 @@ pub(crate) fn add(
     add_in_bands(windows.bands(particles), passes, windows, x, v, out, begin, finish);
 }
 
-/// As [`add`] in a given number of bands, none of which is shorter than the longest offset of a
+/// As [`add`], in a given number of bands. No band may be shorter than the longest offset of a
 /// spring.
 #[expect(clippy::too_many_arguments, reason = "how, of what, with what, where and whereto")]
 pub(super) fn add_in_bands(
@@ -306,12 +320,12 @@ pub(super) fn springs<'a>(passes: &'a [Option<Pass<'a>>]) -> impl Iterator<Item 
 
 struct Sweep<'a> {
     passes: &'a [Option<Pass<'a>>],
-    /// Particles whose sums are wanted.
+    /// Particles that the sweep sums.
     range: Range<usize>,
     window: &'a mut Window,
     x: &'a [f64],
     v: Option<&'a [f64]>,
-    /// What sums begin with.
+    /// The value with which sums begin.
     from: Begin,
     /// Their sums.
     out: &'a mut [f64],
@@ -347,7 +361,7 @@ impl Sweep<'_> {
             }
         };
         if range.start > 0 {
-            // What springs from before the range leave in it.
+            // Forces of springs that lead from before the range into it.
             read(&mut block, range.start - history, false);
             let Some(mut planes) = Planes::<STRIDE>::of(&mut block) else { return };
             planes.compute(simd, &mut plan, range.start - history, 0, history);
@@ -412,7 +426,7 @@ pub(super) struct Block<'a> {
 }
 
 impl Block<'_> {
-    /// No force is remembered.
+    /// Forgets all remembered forces.
     pub(super) fn forget(&mut self) {
         for plane in self.forces.chunks_mut(self.stride) {
             plane[..self.history].fill(0.0);
@@ -433,7 +447,7 @@ impl Block<'_> {
         (Coordinates { planes: coordinates, stride, at }, forces)
     }
 
-    /// Adds to the sums what their springs left, for `m` particles from place `at` of the chunk on.
+    /// Adds the kept forces to the sums of `m` particles, from place `at` of the chunk on.
     #[inline(always)]
     pub(super) fn gather<S: pulp::Simd>(
         &mut self,
@@ -451,9 +465,9 @@ impl Block<'_> {
         }
     }
 
-    /// Reads coordinates of `chunk + ahead` particles from `begin` into three arrays. After a chunk
-    /// has been done the first `ahead` are there already, `chunk` places further on. Beyond the
-    /// last particle there are zeros.
+    /// Reads coordinates of `chunk + ahead` particles from `begin` into three arrays. After a slide
+    /// the arrays hold the first `ahead` already, `chunk` places further on. Beyond the last
+    /// particle they get zeros.
     #[inline(always)]
     pub(super) fn read(
         &mut self,

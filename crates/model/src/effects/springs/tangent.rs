@@ -7,8 +7,8 @@
 //! keeps them with the opposite sign in their places beside the main diagonal of the matrix. With
 //! them it computes the forces `k [ûûᵀ + …] (w_i − w_j)`. Then each particle sums up the blocks and
 //! forces of its springs. Full damping adds the same multiple of the identity for all springs of a
-//! diagonal. It is added beside the main diagonal as soon as the particles at both ends have read
-//! `S` there.
+//! diagonal. The sweep adds it beside the main diagonal as soon as the particles at both ends have
+//! read `S` there.
 //!
 //! A sum has the order of the reference form, which goes through [`BlockSink`](crate::BlockSink): a
 //! particle meets its incoming springs first, by falling offset, and then its own; all stiffnesses
@@ -16,9 +16,9 @@
 //!
 //! # What it costs
 //!
-//! For a spring: a square root, 4 divisions, 50 flops for block and force, 6 for the sum of forces,
-//! 12 for the blocks at its ends, 9 for full damping. The matrix takes 6 numbers a spring here, and
-//! 36 in compressed rows.
+//! A spring takes a square root, 4 divisions, 50 flops for block and force, 6 for the sum of
+//! forces, 12 for the blocks at its ends, and 9 for full damping. The matrix takes 6 numbers per
+//! spring here, and 36 in compressed rows.
 
 use super::diagonals::Diagonal;
 use super::sweep::{Block, GROUP, Pass, Plan, Sums, Window, springs};
@@ -41,17 +41,18 @@ pub struct Linearised<'a> {
     pub damping_scale: f64,
 }
 
-/// A product `K w` that is wanted beside the matrix.
+/// A product `K w` that a sweep computes beside the matrix.
 #[derive(Debug)]
 pub struct StiffnessProduct<'a> {
     /// `w`, m.
     pub w: &'a [Vec3],
-    /// What `K w` is added to, N.
+    /// The vector to which `K w` is added, N.
     pub out: &'a mut [Vec3],
 }
 
-/// Overwrites `matrix` with `M + σ K + τ D` and adds `K w` where it is wanted. The passes
-/// [fit](Window::fits) the window, their offsets are bands of the matrix, and no two are equal.
+/// Overwrites `matrix` with `M + σ K + τ D` and adds `K w` to `product`, if it is given. The passes
+/// must [fit](Window::fits) the window, and their offsets must be bands of the matrix, no two of
+/// them equal.
 pub(crate) fn add(
     passes: &[Option<Pass<'_>>],
     window: &mut Window,
@@ -83,7 +84,7 @@ impl pulp::WithSimd for Sweep<'_> {
         let Self { passes, window, mass, at, matrix, product } = self;
         let particles = springs(passes).map(|p| p.diagonals.particles).max().unwrap_or(0);
         let x: &[f64] = bytemuck::cast_slice(at.x);
-        // Without a product the forces belong to any vector, and no one reads them.
+        // Without a product the kernel computes the forces of any vector, and nothing reads them.
         let (w, mut out): (&[f64], Option<&mut [f64]>) = match product {
             Some(StiffnessProduct { w, out }) => {
                 (bytemuck::cast_slice(w), Some(bytemuck::cast_slice_mut(out)))
@@ -132,7 +133,7 @@ impl pulp::WithSimd for Sweep<'_> {
     }
 }
 
-/// Rows of the matrix that are computed, then gathered, at a time: their blocks stay in the
+/// Rows of the matrix that a sweep computes, then gathers, at a time: their blocks stay in the
 /// first-level cache.
 const ROWS: usize = GROUP;
 
@@ -155,7 +156,7 @@ impl Blocks<'_> {
         6 * self.stride * self.offsets.iter().position(|o| *o == d.offset).unwrap_or(0)
     }
 
-    /// `−S` of the springs of `m` particles, and the opposite of their forces.
+    /// Computes `−S` of the springs of `m` particles, and the opposite of their forces.
     #[inline(always)]
     fn compute(
         &mut self,
@@ -188,23 +189,12 @@ impl Blocks<'_> {
             let present = &d.present[particle..particle + m];
             let scale = at.stiffness_scale;
             match at.tangent {
-                Tangent::Exact => blocks_and_forces(
-                    d,
-                    scale,
-                    |t| t,
-                    present,
-                    own,
-                    other,
-                    xx,
-                    xy,
-                    xz,
-                    yy,
-                    yz,
-                    zz,
-                    fx,
-                    fy,
-                    fz,
-                ),
+                Tangent::Exact => {
+                    let law = |t: f64| t;
+                    blocks_and_forces(
+                        d, scale, law, present, own, other, xx, xy, xz, yy, yz, zz, fx, fy, fz,
+                    );
+                }
                 Tangent::Projected => {
                     let law = |t: f64| t.max(0.0);
                     blocks_and_forces(
@@ -215,7 +205,7 @@ impl Blocks<'_> {
         }
     }
 
-    /// The diagonal blocks of particles: their masses and what their springs left.
+    /// Sums up the diagonal blocks of particles: their masses and the blocks of their springs.
     #[inline(always)]
     fn gather(&mut self, passes: &[Option<Pass<'_>>], scale: f64, mass: &[f64], particle: usize) {
         let m = mass.len();
@@ -250,7 +240,7 @@ impl Blocks<'_> {
         }
     }
 
-    /// Full damping in the blocks of which the other end is among `m` particles: nobody takes `S`
+    /// Adds full damping to the blocks whose other end is among `m` particles: no sum needs `S`
     /// from them any more.
     #[inline(always)]
     fn damp(&mut self, passes: &[Option<Pass<'_>>], scale: f64, particle: usize, m: usize) {
@@ -318,8 +308,8 @@ fn blocks_and_forces(
     }
 }
 
-/// `xx, xy, xz, yy, yz, zz` of `ûûᵀ + (1 − ℓ/L)(I − ûûᵀ)` for ends that are `d` apart, with what
-/// `law` makes of `1 − ℓ/L`.
+/// `xx, xy, xz, yy, yz, zz` of `ûûᵀ + a (I − ûûᵀ)` for ends that are `d` apart, where `law` maps
+/// `1 − ℓ/L` to `a`.
 #[inline(always)]
 pub(super) fn unit_block(
     [dx, dy, dz]: [f64; 3],

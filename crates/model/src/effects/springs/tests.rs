@@ -131,7 +131,9 @@ proptest! {
         let springs: Vec<_> = springs
             .into_iter()
             .filter(|s| s.0 != s.1)
-            .map(|(i, j, rest_length, stiffness, damping)| Spring { i, j, rest_length, stiffness, damping })
+            .map(|(i, j, rest_length, stiffness, damping)| {
+                Spring { i, j, rest_length, stiffness, damping }
+            })
             .collect();
         assert_same_forces(&LinearSprings::new(EffectKind::Tension, springs, DampingLaw::Full), n);
     }
@@ -149,7 +151,8 @@ proptest! {
             for &offset in offsets.iter().filter(|o| i + **o < n) {
                 if random.unit() < 0.9 {
                     let (i, j) = (i as u32, (i + offset) as u32);
-                    springs.push(Spring { i, j, rest_length: offset as f64, stiffness: 2.0, damping: 0.1 });
+                    let rest_length = offset as f64;
+                    springs.push(Spring { i, j, rest_length, stiffness: 2.0, damping: 0.1 });
                 }
             }
         }
@@ -187,7 +190,7 @@ fn effects_that_share_a_sweep_give_the_same_bits_as_one_after_the_other() {
             effects[e].add_part(part, system.mass(), at, &mut apart);
         }
         assert_same_bits(side, &apart, &shared);
-        // A system whose window somebody else has.
+        // A copy of the system has windows of its own.
         let copy = system.clone();
         copy.forces(Level { t: 0.0, x: &x, v: &v }, &mut contended);
         system.forces(Level { t: 0.0, x: &x, v: &v }, &mut shared);
@@ -212,12 +215,12 @@ fn assert_any_number_of_threads(rows: i64, columns: i64) {
     let passes = kinds
         .each_ref()
         .map(|diagonals| Some(Pass::Springs(Springs { diagonals, law: Law::DampedSpring })));
-    // In these numbers of bands, short ones too, and in as many as are made where nobody asks.
+    // These numbers of bands, short ones too, and the usual number.
     let sums = [(1, Some(1)), (2, Some(2)), (3, Some(3)), (2, Some(9)), (3, Some(25)), (5, None)];
     let sums = sums.map(|(threads, bands)| {
         let mut windows = Windows::new(threads, kinds.iter());
         let mut out = start.clone();
-        // Twice: what a window remembers from before must not matter.
+        // Twice: forces that a window remembers from before must not matter.
         for (x, v) in [(&v, &x), (&x, &v)] {
             let most = n / (2 * columns as usize).next_multiple_of(8);
             let bands = bands.map_or_else(|| windows.bands(n), |bands| bands.min(most));
@@ -314,7 +317,7 @@ fn forces_are_finished_once_on_any_number_of_threads() {
             let pieces = finish_once(&system, at, &forces);
             let is_shared = !(listed || loose && field == gravity);
             assert!(pieces > if is_shared { 10 } else { 0 }, "{pieces} pieces");
-            // The memory of the sweep is taken, here by the caller that finishes.
+            // The caller that finishes holds the memory of the sweep.
             let again = AtomicU32::new(0);
             let terms = || system.effects().map(|effect| (effect, Part::All));
             let mut out = forces.clone();

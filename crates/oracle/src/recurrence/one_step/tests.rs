@@ -87,7 +87,7 @@ fn desbrun_filters_force_and_viscosity() {
     }
 }
 
-/// Kang's step on a whole system of unit masses: `laplacian` is that of springs of stiffness 1,
+/// Kang's step on a whole system of unit masses. `laplacian` belongs to springs of stiffness 1,
 /// with pinned particles left out.
 fn kang_step(
     laplacian: &DMatrix<f64>,
@@ -176,8 +176,8 @@ fn kang_without_damping_has_the_published_matrix_and_an_even_number_of_correctio
     assert!(many.norm() < 1e-14, "many sweeps solve exactly: {many}");
 }
 
-/// Explicit Euler: `θ ≤ η` and `2η ≤ 4 + θ`. Symplectic: `θ + 2η < 4`, or `θ < 4 + 2η`.
-/// Leapfrog: `θ < 4`.
+/// Explicit Euler: `θ ≤ η` and `2η ≤ 4 + θ`. Symplectic: `θ + 2η < 4`, or `θ < 4 + 2η`. Leapfrog:
+/// `θ < 4`.
 #[test]
 fn stability_limits_are_where_theory_puts_them() {
     let stable = |a: Amplification| spectral_radius(&a) <= 1.0 + 1e-12;

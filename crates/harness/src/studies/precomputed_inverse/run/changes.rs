@@ -6,7 +6,7 @@ use crate::methods::Choice;
 use crate::studies::precomputed_inverse::facts::{CG, CHOLESKY, Change, DENSE};
 use crate::studies::stepper::Stepper;
 use drape_integrator::Setups;
-use drape_model::{State, System};
+use drape_model::{EffectKind, State, System};
 
 /// Particles along each edge, and stiffness over mass, 1/s².
 const SIDE: u32 = 20;
@@ -59,9 +59,9 @@ fn apply(event: Event, system: &mut System, state: &mut State, step_s: &mut f64)
             *step_s *= factor;
             true
         }
-        Event::Stiffness(factor) => {
-            ["tension", "shear"].iter().all(|name| system.scale_stiffness(name, factor))
-        }
+        Event::Stiffness(factor) => [EffectKind::Tension, EffectKind::Shear]
+            .into_iter()
+            .all(|kind| system.scale_stiffness(kind, factor)),
         Event::Mass(factor) => {
             let mass: Vec<f64> = system.mass().iter().map(|mass| mass * factor).collect();
             system.set_mass(&mass)

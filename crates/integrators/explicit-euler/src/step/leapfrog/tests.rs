@@ -3,7 +3,7 @@
 use super::*;
 use crate::settings::StepControl;
 use drape_integrator::{LargestEigenvalue, SolveStatus, SolverKind, StiffnessBound};
-use drape_model::{DampingLaw, SystemSpec, Vec3};
+use drape_model::{DampingLaw, EffectKind, SystemSpec, Vec3};
 use drape_oracle::scenes::{build, floor, gravity, particles, pin, tension};
 use drape_oracle::{Run, bits};
 
@@ -102,7 +102,7 @@ fn the_force_is_evaluated_again_after_whatever_may_have_changed_it() {
         ("velocity", 1, |run| run.state.v[5].x += 1.0),
         ("step size", 1, |run| run.h *= 0.5),
         ("restart", 2, |run| run.restart()),
-        ("stiffness", 2, |run| assert!(run.system.scale_stiffness("tension", 1.5))),
+        ("stiffness", 2, |run| assert!(run.system.scale_stiffness(EffectKind::Tension, 1.5))),
         ("mass", 2, |run| {
             let heavier: Vec<f64> = run.system.mass().iter().map(|m| 2.0 * m).collect();
             assert!(run.system.set_mass(&heavier));
@@ -156,8 +156,8 @@ fn substeps_are_as_long_as_the_limit_allows_and_follow_the_stiffness() {
         let mut auto = Run::new(dividing(StepControl::Auto, safety), build(&spec), h);
         let mut bound = Run::new(dividing(StepControl::Bound, safety), build(&spec), h);
         for factor in [1.0, 100.0] {
-            assert!(factor == 1.0 || auto.system.scale_stiffness("tension", factor));
-            assert!(factor == 1.0 || bound.system.scale_stiffness("tension", factor));
+            assert!(factor == 1.0 || auto.system.scale_stiffness(EffectKind::Tension, factor));
+            assert!(factor == 1.0 || bound.system.scale_stiffness(EffectKind::Tension, factor));
             let largest =
                 LargestEigenvalue::new(&auto.system).estimate(&auto.system, &auto.state.x, 2000);
             let found = auto.step().substeps;

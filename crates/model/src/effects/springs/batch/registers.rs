@@ -1,9 +1,9 @@
 //! Four springs at a time in the registers of AVX2.
 //!
-//! What a batch keeps in arrays stays in registers here: the four differences are turned round, so
-//! that each coordinate is a register, for the lengths, and the factors are spread again, one over
-//! each difference. That is 27 instructions a damped spring instead of 50, and while square roots
-//! and quotients of four are computed, the sums of the four before are under way.
+//! Registers hold the values that a batch elsewhere keeps in arrays. For the lengths the four
+//! differences are transposed, so that each coordinate is one register. Then each factor is spread
+//! over its difference. A damped spring takes 27 instructions instead of 50. While the processor
+//! computes four square roots and quotients, the sums of the four springs before are under way.
 
 use super::{COLLAPSED, Kernel, Quad, add_one};
 use crate::effects::springs::listed::Listed;
@@ -98,8 +98,7 @@ fn factors(
     }
 }
 
-/// Adds `−f`, and `−c (v_i − v_j)` to it if damped, to the first end, and the opposite to the
-/// other.
+/// Adds `−f`, or `−f − c (v_i − v_j)` if damped, to the first end, and the opposite to the other.
 #[inline(always)]
 fn add_force<const DAMPED: bool>(
     simd: V3,

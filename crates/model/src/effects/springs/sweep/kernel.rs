@@ -1,9 +1,9 @@
 //! The kernel of a sweep: the forces of the springs of one vector of particles, and the sums of
 //! another.
 //!
-//! All springs of a vector of particles are computed in one go, so that the square roots and
-//! divisions of one diagonal are on their way while the differences and products of the next are
-//! done. Sums of particles further behind go along.
+//! The kernel computes all springs of a vector of particles together. While the square roots and
+//! divisions of one diagonal are under way, it takes the differences and products of the next, and
+//! sums up particles further behind.
 
 use super::super::diagonals::Diagonal;
 use super::super::{COLLAPSED, diagonals::MAX_DIAGONALS};
@@ -15,7 +15,7 @@ use std::ops::Range;
 /// Most diagonals of a sweep.
 const MAX_ROWS: usize = MAX_PASSES * MAX_DIAGONALS;
 
-/// What is computed of a diagonal.
+/// A diagonal of a sweep.
 #[derive(Clone, Copy)]
 struct Row<'a> {
     law: Law,
@@ -37,7 +37,7 @@ impl<'a> Row<'a> {
     }
 }
 
-/// What a particle's sum takes.
+/// A term of a particle's sum.
 #[derive(Clone, Copy)]
 enum Term<'a> {
     /// The forces of springs from particles `back` places before it, from this array on.
@@ -48,7 +48,7 @@ enum Term<'a> {
     Field(Field<'a>),
 }
 
-/// What a sweep over some passes computes and sums, in their order.
+/// The diagonals that a sweep computes and the terms that it sums, in the order of the passes.
 pub(in super::super) struct Plan<'a> {
     rows: [Option<Row<'a>>; MAX_ROWS],
     terms: [Option<Term<'a>>; 2 * MAX_ROWS + MAX_PASSES],
@@ -83,8 +83,8 @@ impl<'a> Plan<'a> {
     }
 }
 
-/// The arrays of a window, at a distance that is known when the kernel is compiled: then so is that
-/// no vector of them lies outside.
+/// The arrays of a window, at a distance known at compile time: the compiler then knows that no
+/// vector lies outside.
 pub(in super::super) struct Planes<'a, const STRIDE: usize> {
     history: usize,
     coordinates: &'a [[f64; STRIDE]; 6],
@@ -100,8 +100,8 @@ impl<'a, const STRIDE: usize> Planes<'a, STRIDE> {
         (block.stride == STRIDE).then_some(Self { history: block.history, coordinates, forces })
     }
 
-    /// The forces of the springs of `m` particles, of which the first is at place `at` of a chunk
-    /// that begins with particle `begin`.
+    /// Computes the forces of the springs of `m` particles. The first stands at place `at` of a
+    /// chunk that begins with particle `begin`.
     #[inline(always)]
     pub(super) fn compute<S: Simd>(
         &mut self,
@@ -117,8 +117,8 @@ impl<'a, const STRIDE: usize> Planes<'a, STRIDE> {
         self.clear(plan, begin, at + m);
     }
 
-    /// Adds what their springs left to the sums or to zero, for the particles at these places
-    /// behind place `at` of the chunk.
+    /// Adds the kept forces to the sums or to zero, for the particles at these places behind place
+    /// `at` of the chunk.
     #[inline(always)]
     #[expect(clippy::too_many_arguments, reason = "where particles are, and where their sums")]
     pub(in super::super) fn gather<S: Simd>(
@@ -159,7 +159,7 @@ impl<'a, const STRIDE: usize> Planes<'a, STRIDE> {
         self.clear(plan, begin, at + m + following);
     }
 
-    /// The forces of a vector's own springs, also where there are none.
+    /// Computes the forces of a vector's own springs, also at places without a spring.
     #[inline(always)]
     fn springs<S: Simd>(&mut self, simd: S, plan: &Plan<'_>, at: usize) {
         let near: [S::f64s; 6] = from_fn(|axis| load::<S, STRIDE>(&self.coordinates[axis], at));
@@ -185,7 +185,7 @@ impl<'a, const STRIDE: usize> Planes<'a, STRIDE> {
         }
     }
 
-    /// No force where there is no spring, up to place `end` of the chunk.
+    /// Clears the forces at places without a spring, up to place `end` of the chunk.
     #[inline(always)]
     fn clear(&mut self, plan: &mut Plan<'_>, begin: usize, end: usize) {
         for row in plan.rows.iter_mut().map_while(Option::as_mut) {
@@ -202,7 +202,7 @@ impl<'a, const STRIDE: usize> Planes<'a, STRIDE> {
         }
     }
 
-    /// The sums of a vector of particles, which are at `place` among the sums.
+    /// Sums up a vector of particles, which stands at `place` among the sums.
     #[inline(always)]
     #[expect(clippy::too_many_arguments, reason = "where particles are, and where their sums")]
     fn sum<S: Simd>(
@@ -274,8 +274,7 @@ fn times<S: Simd>(simd: S, d: [S::f64s; 3], w: f64) -> [S::f64s; 3] {
     d.map(|d| simd.mul_f64s(d, simd.splat_f64s(w)))
 }
 
-/// The vector that begins at place `at`, which is not beyond the last one: so the compiler need not
-/// check.
+/// The vector that begins at place `at`. Clamping `at` spares a check of bounds.
 #[inline(always)]
 fn load<S: Simd, const N: usize>(from: &[f64; N], at: usize) -> S::f64s {
     debug_assert!(at + S::F64_LANES <= N);

@@ -5,22 +5,22 @@ use super::{Pass, Window};
 use drape_kernels::bands::bands_of;
 use std::sync::{Mutex, MutexGuard, PoisonError, TryLockError};
 
-/// Numbers before each array of a window, where there are several windows: 1 MiB that no sweep
+/// Numbers before each array of a window, if a system has several windows: 1 MiB that no sweep
 /// touches.
 ///
-/// Of two threads whose windows lie side by side, one takes up to 40 % longer for a band while the
-/// other is at work (Zen 5, 316 × 316 particles; which of them, and whether at all, depends on
-/// addresses). They share no cache line, and the cause is not known, but distance ends it:
+/// If the windows of two threads lie side by side, one thread takes up to 40 % longer for a band
+/// while the other works (Zen 5, 316 × 316 particles). Which one, and whether at all, depends on
+/// addresses. They share no cache line and the cause is not known, but distance ends it:
 ///
-/// | between two windows | two threads take, of the time of one |
+/// | distance of two windows | time of two threads over the time of one |
 /// |---|---|
 /// | nothing | 0.64 |
 /// | 64 KiB | 0.57 |
 /// | 0.8 MiB or more | 0.53 |
 const APART: usize = 1 << 17;
 
-/// One [`Window`] for each thread that has a band, at least one. A sweep asks for nothing that
-/// another one left there, finished or not.
+/// One [`Window`] for each thread that has a band, at least one. A sweep reads nothing that another
+/// one left there, finished or not.
 #[derive(Debug)]
 pub(crate) struct Windows(Vec<Mutex<Window>>);
 
@@ -47,7 +47,7 @@ impl Windows {
         self.0[0].get_mut().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// A window that no other thread uses: the thread's own, where there are as many as threads.
+    /// A window that no other thread uses: the thread's own if there is one for each thread.
     pub(super) fn free(&self) -> MutexGuard<'_, Window> {
         let own = rayon::current_thread_index().unwrap_or(0) % self.0.len();
         let (before, from_own) = self.0.split_at(own);
