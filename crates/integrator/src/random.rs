@@ -1,4 +1,4 @@
-//! Numbers without a pattern, the same on every machine.
+//! Pseudo-random numbers, the same on every machine.
 
 /// A linear congruential generator with Knuth's MMIX constants and a fixed seed.
 #[derive(Clone, Debug)]

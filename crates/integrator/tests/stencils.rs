@@ -1,4 +1,4 @@
-//! Angles, hinges and air in an implicit stage, and what is known of their stiffness.
+//! Angles, hinges and air in an implicit stage, and their stiffness.
 
 use drape_integrator::{
     ContactSet, Implicit, ImplicitStage, IncrementalPotential, LargestEigenvalue, PhaseClock,
@@ -30,7 +30,7 @@ const DRAGS: [&str; 2] = [
     r#"{ "quadratic": { "coefficient": 2, "density_kg_m3": 1.2 } }"#,
 ];
 
-/// Vectors without a pattern.
+/// Irregular vectors.
 fn vectors(seed: f64) -> Vec<Vec3> {
     let at = |i: usize| {
         let s = seed + 7.0 * i as f64;

@@ -145,8 +145,8 @@ fn an_obstacle_bears_what_rests_on_it_and_not_what_leaves_it() {
     }
 }
 
-/// One step of a multistep method that moves from `(x, v)` to `x* + τ v_+`: where it ends, and with which
-/// velocity, if there is a contact.
+/// Final height and velocity of one step of a multistep method from `(x, v)` to `x* + τ v_+`, if there is a
+/// contact.
 fn multistep(e: f64, (x, v): (f64, f64), ahead: f64, tau: f64) -> Option<(f64, f64)> {
     let (system, state) = ball_on_plane(e, x, v);
     let (mut set, mut constraints) = (ContactSet::new(&system), Constraints::free(1));

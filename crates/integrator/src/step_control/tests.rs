@@ -61,7 +61,7 @@ fn the_estimates_see_the_leading_derivative_whatever_the_steps_were() {
     assert!(error < 1e-15, "no bend, no error: {error}");
     let (error, _) = measured(Order::Two, 2.0 / 9.0, |t| 3.0 * t * t + t - 2.0);
     assert!(error < 1e-15, "no third derivative: {error}");
-    // What a method with this error constant would have come to.
+    // The error of a method with this constant.
     let (h0, h1, h2): (f64, f64, f64) = (0.009, 0.012, 0.010);
     let extrapolation = (h0 + h1) * (h0 + h1 + h2) * h0 / 6.0;
     let c = 2.0 / 9.0;

@@ -5,7 +5,7 @@ use crate::torque::{correct, damping_force};
 use drape_integrator::{
     ElongationLimit, EnergyLedger, Implicit, ImpulsiveContacts, LaplacianSolver, LinearSettings,
     Method, Phase, PhaseClock, PreconditionerKind, PrepareError, Registration, Scheme, StepError,
-    StepReport, Stepper, Taken, ViscousImpulse, Weights, kick,
+    StepReport, Stepper, Taken, ViscousImpulse, Weights, drift, kick,
 };
 use drape_model::{State, System, Vec3};
 use drape_solvers::Norm;
@@ -67,12 +67,12 @@ impl Scheme for Workspace {
     ) -> Result<StepReport, StepError> {
         let Self { linear, viscous, change, damping, elongation, contacts } = self;
         clock.switch(Phase::MatrixSetup);
-        let mut report = StepReport::after_setup(linear.refresh(system, h)?); // A⁻¹, if it is not there
+        let mut report = StepReport::after_setup(linear.refresh(system, h)?); // A⁻¹, if out of date
         clock.switch(Phase::Forces);
-        viscous.assemble(linear, system, state, h); // h F̃
+        viscous.assemble(linear, system, state, h); // h F̃ = h (F(x_n) − h L_k v_n − L_c v_n), (D1)
         report.force_evaluations = 1;
         clock.switch(Phase::Solve);
-        linear.apply_preconditioner(viscous.impulse(), change); // Δv = A⁻¹ h F̃ = h M⁻¹ F_filtered
+        linear.apply_preconditioner(viscous.impulse(), change); // Δv = A⁻¹ h F̃ = h M⁻¹ F_filtered, (D2)
         report.matvecs = match settings.inverse {
             Inverse::Cholesky => 1,
             Inverse::Dense => 2,
@@ -83,9 +83,11 @@ impl Scheme for Workspace {
         if settings.torque == Torque::Consistent {
             damping_force(system, state.level(), damping);
         }
-        correct(settings.torque, system, h, &state.x, change, damping, v); // F_corr, from δT
-        kick(system, h, viscous.external(), v); // v_n + h M⁻¹ (F_filtered + F_corr + f_external)
-        contacts.advance(system, h, state, clock); // x_{n+1} = x_n + h v_{n+1}
+        correct(settings.torque, system, h, &state.x, change, damping, v); // + h M⁻¹ F_corr, (D3)
+        kick(system, h, viscous.external(), v); // v_{n+1} = v_n + Δv + h M⁻¹ (F_corr + f_external), (D4)
+        contacts.constrain(system, h, state, clock);
+        drift(h, &state.v, &mut state.x); // x_{n+1} = x_n + h v_{n+1}, (D5)
+        contacts.settle(h, state);
         if let Some(elongation) = elongation {
             let State { x, v, .. } = state;
             report.correction = elongation.correct(system, h, x, Some(v)); // v = (x_{n+1} − x_n)/h
@@ -106,7 +108,7 @@ impl Scheme for Workspace {
         false
     }
 
-    /// The springs are shortened one after the other, each from where the last one left its ends.
+    /// Each spring is shortened from where the one before left its ends.
     fn follows_springs(settings: &DesbrunSettings) -> bool {
         settings.inverse_dynamics
     }
