@@ -15,18 +15,18 @@ const ROUND_OFF: f64 = 1e-9;
 /// Error that the first step aims at, over the allowed one.
 const FIRST_SHARE: f64 = 0.25;
 
-/// A method under step size control. A call of [`step`](Integrator::step) advances by exactly the given
-/// time, in substeps whose local errors stay below the tolerance.
+/// A method under step size control. A call of [`step`](Integrator::step) advances by exactly the
+/// given time, in substeps whose local errors stay below the tolerance.
 ///
-/// * **Landing.** The rest of the call is divided into equal substeps not longer than the controller
-///   allows, so that the last one lands on its end and is not tiny. The step size is carried over to the
-///   next call.
-/// * **Rejection.** Positions, velocities, time, history, predictor and contacts return to the same bits
-///   as before. A substep whose solver does not converge is rejected, too.
-/// * **Events.** Particles that met an obstacle have no error in that substep and no past afterwards.
-///   After a change of stiffness, damping, masses or pins no particle has a past.
-/// * **Limit.** When a substep below 1e-9 of the call, or the ten-thousandth attempt, fails, the rest is
-///   taken in one step, and the report says that the call did not converge.
+/// * **Landing.** The rest of the call is divided into equal substeps not longer than the
+///   controller allows, so that the last one lands on its end and is not tiny. The step size is
+///   carried over to the next call.
+/// * **Rejection.** Positions, velocities, time, history, predictor and contacts return to the same
+///   bits as before. A substep whose solver does not converge is rejected, too.
+/// * **Events.** Particles that met an obstacle have no error in that substep and no past
+///   afterwards. After a change of stiffness, damping, masses or pins no particle has a past.
+/// * **Limit.** When a substep below 1e-9 of the call, or the ten-thousandth attempt, fails, the
+///   rest is taken in one step, and the report says that the call did not converge.
 #[derive(Debug)]
 pub struct Adaptive<S: Rewind> {
     method: Stepper<S>,
@@ -87,8 +87,8 @@ impl Plan {
         Self { h: rest / left, left: left as u32 }
     }
 
-    /// Plans anew where the number of substeps changes. Else it keeps the step size, since another one
-    /// costs a set-up.
+    /// Plans anew where the number of substeps changes. Else it keeps the step size, since another
+    /// one costs a set-up.
     fn replace(&mut self, rest: f64, most: f64) {
         let other = Self::new(rest, most);
         if other.left != self.left {

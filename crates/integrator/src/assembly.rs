@@ -33,7 +33,8 @@ impl Linearisation<'_> {
     /// `matrix ← M + τ² K + τ D`, kg, and on request the product `out ← K w`, N for `w` in m. The
     /// matrix must be an [`Implicit::block_matrix`] or [`Implicit::block_rows`] of this system.
     ///
-    /// Bands and pairs are filled in one sweep over the springs, with the same bits as block by block.
+    /// Bands and pairs are filled in one sweep over the springs, with the same bits as block by
+    /// block.
     #[doc(alias = "EEH section 2.3")]
     pub fn assemble(
         &self,
@@ -75,8 +76,8 @@ impl Implicit {
         self.block_matrix_in(&system.coupling(self.effects(system)), system)
     }
 
-    /// As [`block_matrix`](Self::block_matrix) in compressed rows, which factorisations, multigrid and
-    /// contacts need.
+    /// As [`block_matrix`](Self::block_matrix) in compressed rows, which factorisations, multigrid
+    /// and contacts need.
     pub fn block_rows(self, system: &System) -> BlockMatrix {
         self.block_matrix_in(&Coupling::Rows, system)
     }
@@ -153,8 +154,10 @@ mod tests {
         let text = r#"{ "format": "drape-system/1",
             "particles": { "mass_kg": [1, 2, 3], "position_m": [[0, 0, 0], [1, 0, 0], [1, 2, 1]] },
             "springs": [
-                { "effect": "tension", "i": 0, "j": 1, "rest_length_m": 3, "stiffness_n_per_m": 7, "damping_n_s_per_m": 2 },
-                { "effect": "bending", "i": 1, "j": 2, "rest_length_m": 1, "stiffness_n_per_m": 5 }] }"#;
+                { "effect": "tension", "i": 0, "j": 1, "rest_length_m": 3,
+                  "stiffness_n_per_m": 7, "damping_n_s_per_m": 2 },
+                { "effect": "bending", "i": 1, "j": 2, "rest_length_m": 1,
+                  "stiffness_n_per_m": 5 }] }"#;
         parse("test", text).expect("valid").spec().build().expect("valid")
     }
 

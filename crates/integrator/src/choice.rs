@@ -11,18 +11,18 @@
 //! | CG, IC(0) | 9 | 12.5 | `0.35 √κ` |
 //! | kept Cholesky factor | 1 | 0.9 an entry of the factor | 1 |
 //!
-//! `κ = 2 max aᵢᵢ/mᵢ` bounds the condition of the matrix scaled by its diagonal. The mass `mᵢ` is the
-//! sum of row `i`. Measured on hanging sheets with a start value extrapolated from the last steps
-//! and `ε` = 1e-3:
+//! `κ = 2 max aᵢᵢ/mᵢ` bounds the condition of the matrix scaled by its diagonal. The mass `mᵢ` is
+//! the sum of row `i`. Measured on hanging sheets with a start value extrapolated from the last
+//! steps and `ε` = 1e-3:
 //!
 //! | `√κ` | iterations with Jacobi | with IC(0) |
 //! |---|---|---|
 //! | 3.6 | 3.4 | 1.4 |
 //! | 28 | 30 to 40 | 8.4 to 11 |
 //!
-//! Other tolerances scale the iterations by `ln ε / ln 1e-3`. On a mesh with 5 entries a row a factor
-//! has about `3 log₂ n − 19` entries a row, at least 9, and more where the rows have more. Measured:
-//! 9.2 at `n` = 400, 14.7 at 2704, 20.6 at 10 000, 28 at 100 000.
+//! Other tolerances scale the iterations by `ln ε / ln 1e-3`. On a mesh with 5 entries a row a
+//! factor has about `3 log₂ n − 19` entries a row, at least 9, and more where the rows have more.
+//! Measured: 9.2 at `n` = 400, 14.7 at 2704, 20.6 at 10 000, 28 at 100 000.
 //!
 //! A factor is not chosen in three cases, in which `solver=cholesky` may still ask for it:
 //!

@@ -1,6 +1,6 @@
 //! Provot's limit on elongation: over-stretched springs are shortened by moving their ends.
 
-use crate::random::Random;
+use crate::random::Lcg;
 use crate::{Word, settings};
 use drape_model::{Effect, System, Vec3};
 
@@ -34,7 +34,8 @@ settings! {
         limit: f64 in 1e-4..=10.0 = 0.1,
         /// most sweeps over the springs in a step; they end early when no spring is too long
         sweeps: usize in 1..=1000 = 1,
-        /// order in which a sweep visits the springs; alternating: every second sweep of a step backward
+        /// order in which a sweep visits the springs; alternating: every second sweep of a step
+        /// backward
         order: SweepOrder [Forward, Backward, Alternating, Shuffled] = Forward,
     }
 }
@@ -46,15 +47,15 @@ struct Link {
     longest: f64,
 }
 
-/// Shortens every tension and shear spring above `(1 + limit) ℓ` to that length, one after the other
-/// (Provot 1995, section 5).
+/// Shortens every tension and shear spring above `(1 + limit) ℓ` to that length, one after the
+/// other (Provot 1995, section 5).
 ///
 /// Both ends move along the spring, by `w_i/(w_i + w_j)` and `w_j/(w_i + w_j)` of the excess with
-/// `w = 1/m`, so the centre of mass stays. A pinned end does not move, and the other end goes the whole
-/// way. A spring of rest length 0 has no elongation and no limit.
+/// `w = 1/m`, so the centre of mass stays. A pinned end does not move, and the other end goes the
+/// whole way. A spring of rest length 0 has no elongation and no limit.
 ///
-/// Shortening one spring stretches its neighbours: the result depends on the order, and for small limits
-/// no number of sweeps may suffice. No differential equation stands behind the correction.
+/// Shortening one spring stretches its neighbours: the result depends on the order, and for small
+/// limits no number of sweeps may suffice. No differential equation stands behind the correction.
 #[derive(Clone, Debug)]
 pub struct ElongationLimit {
     links: Vec<Link>,
@@ -78,7 +79,7 @@ impl ElongationLimit {
             });
         }
         if order == SweepOrder::Shuffled {
-            Random::new().shuffle(&mut links);
+            Lcg::new().shuffle(&mut links);
         }
         Self { links, order, sweeps, uncorrected: vec![Vec3::zeros(); system.len()] }
     }
@@ -266,7 +267,7 @@ mod tests {
     #[test]
     fn shuffling_keeps_every_spring() {
         let mut list: Vec<usize> = (0..50).collect();
-        Random::new().shuffle(&mut list);
+        Lcg::new().shuffle(&mut list);
         assert_ne!(list, (0..50).collect::<Vec<_>>());
         list.sort_unstable();
         assert_eq!(list, (0..50).collect::<Vec<_>>());

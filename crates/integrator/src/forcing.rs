@@ -7,8 +7,8 @@ use crate::{Declared, Word, declare};
 pub enum ForcingRule {
     /// The same term in every iteration.
     Constant(f64),
-    /// Choice 2 of Eisenstat and Walker (1996) with `γ = 0.9`, `α = 2`: loose while the residual falls
-    /// slowly, tight once it falls fast.
+    /// Choice 2 of Eisenstat and Walker (1996) with `γ = 0.9`, `α = 2`: loose while the residual
+    /// falls slowly, tight once it falls fast.
     EisenstatWalker,
 }
 

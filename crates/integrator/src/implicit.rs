@@ -42,8 +42,8 @@ impl Implicit {
         self.effects(system).filter(|effect| effect.split().is_some())
     }
 
-    /// Adds the forces of the explicit effects at one level to `out`, N: explicit springs with their
-    /// damping, and external forces.
+    /// Adds the forces of the explicit effects at one level to `out`, N: explicit springs with
+    /// their damping, and external forces.
     pub fn add_explicit_forces(self, system: &System, at: Level<'_>, out: &mut [Vec3]) {
         let explicit = system.effects().filter(|effect| !self.selects(*effect));
         system.add_forces(explicit.map(|effect| (effect, Part::All)), at, out);
@@ -56,8 +56,8 @@ impl Implicit {
         system.add_forces(implicit, at, out);
     }
 
-    /// Writes all forces at level `n`, N, except the damping of the implicit effects: first those of
-    /// [`add_explicit_forces`](Self::add_explicit_forces), then those of
+    /// Writes all forces at level `n`, N, except the damping of the implicit effects: first those
+    /// of [`add_explicit_forces`](Self::add_explicit_forces), then those of
     /// [`add_implicit_forces`](Self::add_implicit_forces).
     pub fn forces_but_implicit_damping(self, system: &System, state: &State, out: &mut [Vec3]) {
         system.write_forces(self.all_but_implicit_damping(system), state.level(), out);
@@ -72,9 +72,9 @@ impl Implicit {
         explicit.chain(self.effects(system).map(|effect| (effect, Part::Force)))
     }
 
-    /// Writes `M v_n + h F`, kg m/s. `F` holds all forces at level `n` except the linear damping `−L_c v`
-    /// of the implicit effects. This is the right-hand side of EEH (21), since `F2 − L_k x` is the force
-    /// of the springs.
+    /// Writes `M v_n + h F`, kg m/s. `F` holds all forces at level `n` except the linear damping
+    /// `−L_c v` of the implicit effects. This is the right-hand side of EEH (21), since
+    /// `F2 − L_k x` is the force of the springs.
     #[doc(alias = "EEH 21")]
     pub fn write_impulse(self, system: &System, state: &State, h: f64, out: &mut [Vec3]) {
         let momentum = |band: Range<usize>, f: &mut [Vec3]| {
@@ -98,8 +98,8 @@ impl Implicit {
         system.add_forces(nonlinear, Level { t: 0.0, x, v: x }, out);
     }
 
-    /// Writes the `f` of EEH (6), which is all but the linear stiff part, as forces of one level, N:
-    /// [`add_explicit_forces`](Self::add_explicit_forces), then
+    /// Writes the `f` of EEH (6), which is all but the linear stiff part, as forces of one level,
+    /// N: [`add_explicit_forces`](Self::add_explicit_forces), then
     /// [`add_nonlinear_forces`](Self::add_nonlinear_forces), then
     /// [`add_damping_remainders`](Self::add_damping_remainders).
     #[doc(alias = "EEH 6")]
@@ -111,8 +111,8 @@ impl Implicit {
         self.add_damping_remainders(system, at.x, at.v, out);
     }
 
-    /// Writes the linear stiff part `g` of EEH (6) as forces of one level, N: `−L_k x`, then `−L_c v` of
-    /// the implicit effects.
+    /// Writes the linear stiff part `g` of EEH (6) as forces of one level, N: `−L_k x`, then
+    /// `−L_c v` of the implicit effects.
     #[doc(alias = "EEH 6")]
     pub fn linear_forces(self, system: &System, at: Level<'_>, out: &mut [Vec3]) {
         let stiffness = self.splits(system).map(|effect| (effect, Part::Linear));
@@ -142,8 +142,8 @@ impl Implicit {
         }
     }
 
-    /// The greatest `k (1/m_i + 1/m_j)/2` of an implicit spring, 1/s². Times `h²` it is the stiffness
-    /// group θ.
+    /// The greatest `k (1/m_i + 1/m_j)/2` of an implicit spring, 1/s². Times `h²` it is the
+    /// stiffness group θ.
     pub fn max_stiffness_over_mass(self, system: &System) -> f64 {
         let mass = system.mass();
         let mut max: f64 = 0.0;
@@ -165,7 +165,8 @@ mod tests {
     fn the_impulse_is_that_of_its_definition() {
         for (rows, damping) in [(9, "full"), (9, "projected"), (150, "full"), (150, "projected")] {
             let text = format!(
-                r#"{{"format": "drape-scene/1", "name": "s", "cloth": {{"grid": {{"rows": {rows}, "columns": 121,
+                r#"{{"format": "drape-scene/1", "name": "s",
+                "cloth": {{"grid": {{"rows": {rows}, "columns": 121,
                 "size_m": [1, 1], "center_m": [0, 0, 0], "mass_kg": 0.4}}}},
                 "effects": {{"tension": {{"stiffness_n_per_m": 9, "damping_n_s_per_m": 0.2}},
                 "shear": {{"stiffness_n_per_m": 2, "damping_n_s_per_m": 0.1}},

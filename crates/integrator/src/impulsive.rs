@@ -4,11 +4,11 @@ use crate::{ContactSet, Phase, PhaseClock};
 use drape_model::{State, System, Vec3};
 use drape_solvers::Constraints;
 
-/// Pins and contacts for methods that compute the new velocity without constraints. Each particle then
-/// gets the impulse that its own constraints need; its neighbours do not feel it.
+/// Pins and contacts for methods that compute the new velocity without constraints. Each particle
+/// then gets the impulse that its own constraints need; its neighbours do not feel it.
 ///
-/// A step fills [`free_velocity`](Self::free_velocity), calls [`constrain`](Self::constrain), moves the
-/// positions by the new velocity, and calls [`settle`](Self::settle).
+/// A step fills [`free_velocity`](Self::free_velocity), calls [`constrain`](Self::constrain), moves
+/// the positions by the new velocity, and calls [`settle`](Self::settle).
 #[derive(Debug)]
 pub struct ImpulsiveContacts {
     contacts: ContactSet,
@@ -29,8 +29,8 @@ impl ImpulsiveContacts {
         }
     }
 
-    /// Imposes pins and contacts on the free velocity of a step of `h` seconds, and writes the result to
-    /// `state.v`.
+    /// Imposes pins and contacts on the free velocity of a step of `h` seconds, and writes the
+    /// result to `state.v`.
     pub fn constrain(
         &mut self,
         system: &System,

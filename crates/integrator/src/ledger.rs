@@ -1,29 +1,31 @@
 //! The energy ledger: the change of the total energy in one step, cause by cause.
 //!
-//! Let a step move positions by `h w`, and velocities by the forces that it used and a remainder `p`:
+//! Let a step move positions by `h w`, and velocities by the forces that it used and a remainder
+//! `p`:
 //!
 //! ```text
 //! x₊ = x_n + h w          M (v₊ − v_n) = h Σ_e f_e + h f_damping + p
 //! ```
 //!
 //! `w` is `v_n` for explicit Euler, `v½` for leapfrog and `v₊` for all other one-step methods.
-//! `p = A v₊ − b` comes from the method's own matrix and right-hand side: `S p` is the residual of its
-//! solve, `(I − S) p` the impulse of pins and contacts. Then, as pure algebra,
+//! `p = A v₊ − b` comes from the method's own matrix and right-hand side: `S p` is the residual of
+//! its solve, `(I − S) p` the impulse of pins and contacts. Then, as pure algebra,
 //!
 //! ```text
 //! ΔH = Σ_e [U_e(x₊) − U_e(x_n) + h w·f_e]      gap of each effect
 //!    + h w·f_damping                           damping
 //!    + w·S p                                   residual
 //!    + w·(I − S) p                             constraint
-//!    + ½‖v₊ − w‖²_M − ½‖w − v_n‖²_M            inertia, and impact in the directions of constraints
+//!    + ½‖v₊ − w‖²_M − ½‖w − v_n‖²_M            inertia; in the directions of constraints impact
 //! ```
 //!
-//! All further changes of positions and velocities are the *correction* of a method: the energy after
-//! them minus the energy before. Each term is computed by itself, so the sum tests all of them.
+//! All further changes of positions and velocities are the *correction* of a method: the energy
+//! after them minus the energy before. Each term is computed by itself, so the sum tests all of
+//! them.
 //!
-//! The last line is `−½‖v₊ − v_n‖²_M` for implicit and symplectic Euler, and its negative for explicit
-//! Euler. The constraints split it: along them velocities are prescribed, and the energy that an inelastic
-//! impact takes is no numerical damping.
+//! The last line is `−½‖v₊ − v_n‖²_M` for implicit and symplectic Euler, and its negative for
+//! explicit Euler. The constraints split it: along them velocities are prescribed, and the energy
+//! that an inelastic impact takes is no numerical damping.
 
 use crate::{Implicit, Split, TimeStep, lead_pins};
 use drape_model::{Effect, Level, State, System, Tangent, Vec3};
@@ -38,7 +40,8 @@ pub struct EnergyLedger {
     pub inertia: f64,
     /// The same in the directions of constraints: the loss by an impact on an obstacle.
     pub impact: f64,
-    /// Change of each effect's energy minus the work of the force that the step used for it: numerical.
+    /// Change of each effect's energy minus the work of the force that the step used for it:
+    /// numerical.
     pub gaps: Vec<(&'static str, f64)>,
     /// Work of the residual of the solve.
     pub residual: f64,
@@ -91,8 +94,8 @@ pub struct Bookkeeping<'a> {
 }
 
 impl<'a> Bookkeeping<'a> {
-    /// Begins the ledger of a step that moves positions by `h w`, where `w` is `moving`, m/s. If there is an
-    /// `alteration`, m, the step applied it to the positions before.
+    /// Begins the ledger of a step that moves positions by `h w`, where `w` is `moving`, m/s. If
+    /// there is an `alteration`, m, the step applied it to the positions before.
     pub fn new(
         system: &'a System,
         before: &'a State,
@@ -157,8 +160,8 @@ impl<'a> Bookkeeping<'a> {
         self.lead_against(force);
     }
 
-    /// Enters the work of pins on paths against a force, N. They follow their paths, so their impulse is the
-    /// opposite of the force.
+    /// Enters the work of pins on paths against a force, N. They follow their paths, so their
+    /// impulse is the opposite of the force.
     fn lead_against(&mut self, force: &[Vec3]) {
         for i in self.system.moving_pins().iter().map(|pin| pin.particle) {
             self.ledger.constraint -= self.h * force[i].dot(&self.moving[i]);
@@ -177,8 +180,8 @@ impl<'a> Bookkeeping<'a> {
         self.damping(|effect, out| effect.add_damping_force(start.level(), out));
     }
 
-    /// Enters forces and damping of backward Euler: the implicit effects at the end of the step, except
-    /// the directions of projected damping.
+    /// Enters forces and damping of backward Euler: the implicit effects at the end of the step,
+    /// except the directions of projected damping.
     pub fn implicit(&mut self, implicit: Implicit) {
         let start = self.at_start();
         let x = &start.x;
@@ -191,9 +194,10 @@ impl<'a> Bookkeeping<'a> {
         });
     }
 
-    /// Enters forces and damping of a method with the matrix `M + h² L_k + h L_c` of the implicit effects,
-    /// solved for `v`, m/s. They are `F(x̂) − L_k (x_n + h v − x̂)`, and `−L_c v` with the remainder of
-    /// projected damping at `v̂`. The right-hand side was taken at `hat = (x̂, v̂)`, other effects at level `n`.
+    /// Enters forces and damping of a method with the matrix `M + h² L_k + h L_c` of the implicit
+    /// effects, solved for `v`, m/s. They are `F(x̂) − L_k (x_n + h v − x̂)`, and `−L_c v` with the
+    /// remainder of projected damping at `v̂`. The right-hand side was taken at `hat = (x̂, v̂)`,
+    /// other effects at level `n`.
     pub fn split(&mut self, implicit: Implicit, v: &[Vec3], hat: (&[Vec3], &[Vec3])) {
         self.split_as(Split::Majorant, implicit, v, hat);
     }
@@ -275,8 +279,8 @@ impl<'a> Bookkeeping<'a> {
         self.ledger.correction += dot(p, self.moving);
     }
 
-    /// Ends the ledger: enters inertia and impact of a step that ended at [`end`](Self::end) with the
-    /// velocity `solved`, m/s, and the correction from there to `after`.
+    /// Ends the ledger: enters inertia and impact of a step that ended at [`end`](Self::end) with
+    /// the velocity `solved`, m/s, and the correction from there to `after`.
     pub fn finish(
         mut self,
         constraints: &Constraints,
@@ -303,7 +307,8 @@ impl<'a> Bookkeeping<'a> {
     }
 }
 
-/// Adds the damping force at level `n`, N; implicit effects take the velocities `new` at the end of the step.
+/// Adds the damping force at level `n`, N; implicit effects take the velocities `new` at the end of
+/// the step.
 fn lagged_damping_force(
     effect: &dyn Effect,
     implicit: Implicit,
@@ -332,8 +337,8 @@ fn change(system: &System, from: &[Vec3], to: &[Vec3]) -> f64 {
     system.effects().map(|effect| effect.energy(mass, to) - effect.energy(mass, from)).sum()
 }
 
-/// Subtracts `L w` from `out`. `L` is the graph Laplacian of an effect's springs, weighted by `weight` of
-/// stiffness and damping coefficient.
+/// Subtracts `L w` from `out`. `L` is the graph Laplacian of an effect's springs, weighted by
+/// `weight` of stiffness and damping coefficient.
 pub fn subtract_laplacian(
     effect: &dyn Effect,
     weight: impl Fn(f64, f64) -> f64,

@@ -242,8 +242,8 @@ impl LaplacianSolver {
         self.renew(system, tau, false)
     }
 
-    /// As [`refresh`](Self::refresh), for a step from the positions `x`. Where the [split](Split) follows
-    /// the slopes of the springs, a changed slope is a change of stiffness.
+    /// As [`refresh`](Self::refresh), for a step from the positions `x`. Where the [split](Split)
+    /// follows the slopes of the springs, a changed slope is a change of stiffness.
     ///
     /// # Errors
     /// As [`refresh`](Self::refresh).
@@ -309,8 +309,8 @@ impl LaplacianSolver {
         Ok(Some(cause))
     }
 
-    /// Whether solves use a complete factor or inverse, which takes no iterations where nothing couples
-    /// the coordinates.
+    /// Whether solves use a complete factor or inverse, which takes no iterations where nothing
+    /// couples the coordinates.
     pub fn is_direct(&self) -> bool {
         self.settings.solver != SolverKind::Cg
     }
@@ -325,8 +325,8 @@ impl LaplacianSolver {
         (&self.matrix, &mut self.fast)
     }
 
-    /// Solves `A v = b` under constraints. `v` holds the start value on entry, the solution on return. The
-    /// solve stops at the forcing term relative to the filtered right-hand side.
+    /// Solves `A v = b` under constraints. `v` holds the start value on entry, the solution on
+    /// return. The solve stops at the forcing term relative to the filtered right-hand side.
     pub fn solve(&mut self, constraints: &Constraints, b: &[Vec3], v: &mut [Vec3]) -> PcgReport {
         self.solve_from(StartValue::Given, constraints, b, v)
     }
@@ -431,11 +431,11 @@ impl LaplacianSolver {
         )
     }
 
-    /// Whether a solve under these constraints is one application of the factor or the inverse, for any
-    /// start.
+    /// Whether a solve under these constraints is one application of the factor or the inverse, for
+    /// any start.
     pub fn solves_directly(&self, constraints: &Constraints) -> bool {
-        // The factor knows pins alone. Contacts on one or two sides couple the coordinates; contacts on
-        // three sides hold a particle that the factor takes as free.
+        // The factor knows pins alone. Contacts on one or two sides couple the coordinates;
+        // contacts on three sides hold a particle that the factor takes as free.
         let is_known = |&i: &u32| match constraints.filter(i as usize) {
             Filter::Free => true,
             Filter::Plane { .. } | Filter::Line { .. } => false,
@@ -444,9 +444,9 @@ impl LaplacianSolver {
         self.settings.solver != SolverKind::Cg && constraints.constrained().iter().all(is_known)
     }
 
-    /// `out ← P b`, one application of the preconditioner. A Cholesky factor or the inverse gives the
-    /// solution up to round-off, where no contact couples the coordinates. Pinned rows count by their
-    /// diagonal alone.
+    /// `out ← P b`, one application of the preconditioner. A Cholesky factor or the inverse gives
+    /// the solution up to round-off, where no contact couples the coordinates. Pinned rows count by
+    /// their diagonal alone.
     pub fn apply_preconditioner(&self, b: &[Vec3], out: &mut [Vec3]) {
         self.preconditioner.as_dyn().apply(b, out);
     }
@@ -468,8 +468,8 @@ impl LaplacianSolver {
         norm(&self.residual)
     }
 
-    /// One application of the factor, checked by its residual. Above [`REFINED`] one step of iterative
-    /// refinement follows.
+    /// One application of the factor, checked by its residual. Above [`REFINED`] one step of
+    /// iterative refinement follows.
     fn solve_directly(
         &mut self,
         constraints: &Constraints,

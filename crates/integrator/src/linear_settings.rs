@@ -36,8 +36,8 @@ impl Word for MatrixUse {
 /// Preconditioner of CG.
 pub const PRECONDITIONER: Declared<PreconditionerKind> = declare!(
     preconditioner: PreconditionerKind [None, Jacobi, Ic0, Auto] = Ic0,
-    "preconditioner of the conjugate gradients; auto: the faster of jacobi and ic0, by estimates from \
-     the matrix"
+    "preconditioner of the conjugate gradients; auto: the faster of jacobi and ic0, by estimates \
+     from the matrix"
 );
 /// Norm of the stop test.
 pub const NORM: Declared<Norm> = declare!(
@@ -47,9 +47,9 @@ pub const NORM: Declared<Norm> = declare!(
 /// Solver.
 pub const SOLVER: Declared<SolverKind> = declare!(
     solver: SolverKind [Cg, Cholesky, Auto] = Cg,
-    "conjugate gradients, or a direct solve by sparse Cholesky, which ignores preconditioner, norm and \
-     linear tolerance (with contacts: CG to 1e-13, preconditioned by the factor); auto: the faster of \
-     the two, by estimates from the matrix"
+    "conjugate gradients, or a direct solve by sparse Cholesky, which ignores preconditioner, norm \
+     and linear tolerance (with contacts: CG to 1e-13, preconditioned by the factor); auto: the \
+     faster of the two, by estimates from the matrix"
 );
 /// Whether the matrix is kept.
 pub const MATRIX: Declared<MatrixUse> = declare!(

@@ -117,8 +117,8 @@ pub struct Method {
 impl Method {
     /// How the method treats an effect of this kind and class.
     ///
-    /// The setting `implicit`, where a method has it, decides about all implicit effects but the tension
-    /// springs.
+    /// The setting `implicit`, where a method has it, decides about all implicit effects but the
+    /// tension springs.
     pub fn treatment(&self, effect: EffectKind, class: EffectClass) -> Treatment {
         let is_implicit = match (self.supports, class) {
             (Supports::Explicit, _) | (_, EffectClass::Uniform) => false,
@@ -133,7 +133,8 @@ impl Method {
         }
     }
 
-    /// The supported effects, then the supported constraints; the method refuses all others by name.
+    /// The supported effects, then the supported constraints; the method refuses all others by
+    /// name.
     pub fn supports(&self) -> impl Iterator<Item = Support> {
         let effect = |&kind: &EffectKind| {
             let treatment = self.treatment(kind, kind.class()?);

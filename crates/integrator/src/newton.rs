@@ -36,25 +36,26 @@ pub struct NewtonReport {
 const SUFFICIENT_DECREASE: f64 = 1e-4;
 /// Differences of `Φ` below this fraction of it are round-off.
 const ENERGY_ROUND_OFF: f64 = 1e-14;
-/// A predicted decrease below this fraction of `Φ` cannot be verified: spring energies carry relative
-/// round-off of about 1e-16 over their strain. Then Newton takes the full step.
+/// A predicted decrease below this fraction of `Φ` cannot be verified: spring energies carry
+/// relative round-off of about 1e-16 over their strain. Then Newton takes the full step.
 const RESOLUTION: f64 = 1e-10;
-/// A step that moves no particle by more than this fraction of the largest coordinate cannot be verified
-/// either: it is lost in the round-off of the positions.
+/// A step that moves no particle by more than this fraction of the largest coordinate cannot be
+/// verified either: it is lost in the round-off of the positions.
 const POSITION_ROUND_OFF: f64 = 4.0 * f64::EPSILON;
-/// An unverified step must divide the residual by at least this, else round-off has ended all progress.
+/// An unverified step must divide the residual by at least this, else round-off has ended all
+/// progress.
 const LEAST_PROGRESS: f64 = 1.1;
 const MAX_HALVINGS: u32 = 30;
 
-/// Minimises an [`IncrementalPotential`] by Newton's method with line search. This solves the nonlinear
-/// system EEH (4) by the iteration (5), reduced to `3n` unknowns as in section 2.3.
+/// Minimises an [`IncrementalPotential`] by Newton's method with line search. This solves the
+/// nonlinear system EEH (4) by the iteration (5), reduced to `3n` unknowns as in section 2.3.
 ///
-/// The matrix is the exact Hessian `M + τ² ∇²U + τ D` while its Cholesky factorisation succeeds. Else
-/// each spring's block is projected to positive semi-definite. With a saved Jacobian
-/// ([`Jacobian::Saved`]) the factor is kept over iterations and stages. Residual and line search stay
-/// those of the present potential, so the solution is the same. With conjugate gradients
-/// ([`Cg`](crate::NewtonSolver::Cg), [`Multigrid`](crate::NewtonSolver::Multigrid)) the Hessian belongs
-/// to the present iterate, and the forcing rule sets the tolerance of its system.
+/// The matrix is the exact Hessian `M + τ² ∇²U + τ D` while its Cholesky factorisation succeeds.
+/// Else each spring's block is projected to positive semi-definite. With a saved Jacobian
+/// ([`Jacobian::Saved`]) the factor is kept over iterations and stages. Residual and line search
+/// stay those of the present potential, so the solution is the same. With conjugate gradients
+/// ([`Cg`](crate::NewtonSolver::Cg), [`Multigrid`](crate::NewtonSolver::Multigrid)) the Hessian
+/// belongs to the present iterate, and the forcing rule sets the tolerance of its system.
 #[derive(Debug)]
 pub struct Newton {
     linear: NewtonLinear,
@@ -81,8 +82,8 @@ impl Default for NewtonReport {
 }
 
 impl Newton {
-    /// Memory for the implicit effects of `system`, with the sparsity pattern, symbolic factorisation and
-    /// multigrid levels that the settings need.
+    /// Memory for the implicit effects of `system`, with the sparsity pattern, symbolic
+    /// factorisation and multigrid levels that the settings need.
     ///
     /// # Errors
     /// [`PrepareError::Solver`] when the symbolic factorisation fails.

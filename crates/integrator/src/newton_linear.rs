@@ -27,12 +27,12 @@ pub enum Jacobian {
 pub enum NewtonSolver {
     /// By the sparse Cholesky factor.
     Cholesky,
-    /// By conjugate gradients on the Hessian of each iterate, with the tolerance of the rule. The inverse
-    /// diagonal blocks or the saved factor precondition them.
+    /// By conjugate gradients on the Hessian of each iterate, with the tolerance of the rule. The
+    /// inverse diagonal blocks or the saved factor precondition them.
     Cg(ForcingRule),
-    /// By conjugate gradients that a cycle of [`Multigrid`] on the Hessian preconditions. The levels follow
-    /// the stiffnesses of the springs or, without springs, the couplings of the other effects. Nothing is
-    /// saved.
+    /// By conjugate gradients that a cycle of [`Multigrid`] on the Hessian preconditions. The
+    /// levels follow the stiffnesses of the springs or, without springs, the couplings of the other
+    /// effects. Nothing is saved.
     Multigrid(ForcingRule),
 }
 
@@ -76,14 +76,14 @@ impl Word for SolverWord {
 const JACOBIAN: Declared<Jacobian> = declare!(
     jacobian: Jacobian [Fresh, Saved] = Fresh,
     "factorise the Hessian in each Newton iteration, or keep the factor over iterations and steps \
-     while it serves (not with solver=multigrid, which keeps nothing)"
+     while it serves (solver=multigrid keeps nothing)"
 );
 
 const SOLVER: Declared<SolverWord> = declare!(
     solver: SolverWord [Cholesky, Cg, Multigrid] = Cholesky,
-    "solve Newton's linear systems by sparse Cholesky, or by CG on the Hessian, preconditioned by its \
-     diagonal blocks (jacobian=fresh) or by the kept factor (jacobian=saved), or by CG preconditioned by \
-     multigrid on the Hessian"
+    "solve Newton's linear systems by sparse Cholesky, or by CG on the Hessian, preconditioned by \
+     its diagonal blocks (jacobian=fresh) or by the kept factor (jacobian=saved), or by CG \
+     preconditioned by multigrid on the Hessian"
 );
 
 impl Declares for NewtonLinear {
@@ -172,7 +172,8 @@ impl NewtonMatrix {
         settings: NewtonLinear,
     ) -> Result<Self, PrepareError> {
         let n = system.len();
-        // Factors and multigrid read compressed rows, and contacts give blocks that are not symmetric.
+        // Factors and multigrid read compressed rows, and contacts give blocks that are not
+        // symmetric.
         let is_cg_alone = matches!(settings.solver, NewtonSolver::Cg(_)) && !settings.factorises();
         let matrix = if is_cg_alone && system.obstacles().is_empty() {
             potential.implicit().block_matrix(system)
@@ -265,8 +266,8 @@ impl NewtonMatrix {
         Ok(())
     }
 
-    /// Conjugate gradients on the matrix. `Ok(false)` where they find that it is not positive definite; an
-    /// error where the preconditioner finds it.
+    /// Conjugate gradients on the matrix. `Ok(false)` where they find that it is not positive
+    /// definite; an error where the preconditioner finds it.
     fn iterate(
         &mut self,
         with_factor: bool,
@@ -375,8 +376,8 @@ impl NewtonMatrix {
     }
 }
 
-/// Multigrid for the Hessian, with levels that follow the stiffnesses of the springs or, without springs,
-/// the couplings of the other effects.
+/// Multigrid for the Hessian, with levels that follow the stiffnesses of the springs or, without
+/// springs, the couplings of the other effects.
 fn multigrid(
     system: &System,
     potential: &IncrementalPotential,

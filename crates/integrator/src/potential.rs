@@ -6,8 +6,8 @@ use drape_solvers::{Constraints, SolveStatus, vector::weighted_dot};
 
 /// Round-off of a force over `k |x|`, and of a momentum over `m |v|`.
 const ROUND_OFF: f64 = 4.0 * f64::EPSILON;
-/// A step with a residual above this part of the velocity change by external forces has ignored these
-/// forces. No setting of the tolerance allows more.
+/// A step with a residual above this part of the velocity change by external forces has ignored
+/// these forces. No setting of the tolerance allows more.
 const IGNORED: f64 = 0.5;
 
 fn lagged<'a>(t: f64, x: &'a [Vec3], v: &'a [Vec3]) -> Level<'a> {
@@ -21,9 +21,9 @@ fn lagged<'a>(t: f64, x: &'a [Vec3], v: &'a [Vec3]) -> Level<'a> {
 /// ∇Φ   = M (v − v̂) − τ f_U(x* + τ v) + τ D(x̂) v
 /// ```
 ///
-/// `U` and `D` belong to the implicit effects; everything else is frozen in `v̂`. Projected damping takes
-/// its directions at `x̂`, which a method of order `p` must choose within `O(h^p)` of the new positions.
-/// Backward Euler is `(τ, x*, v*, x̂) = (h, x_n, v_n, x_n)`. `Φ` is an energy, J.
+/// `U` and `D` belong to the implicit effects; everything else is frozen in `v̂`. Projected damping
+/// takes its directions at `x̂`, which a method of order `p` must choose within `O(h^p)` of the new
+/// positions. Backward Euler is `(τ, x*, v*, x̂) = (h, x_n, v_n, x_n)`. `Φ` is an energy, J.
 #[derive(Debug)]
 pub struct IncrementalPotential {
     implicit: Implicit,
@@ -31,7 +31,8 @@ pub struct IncrementalPotential {
     x_star: Vec<Vec3>,
     lagged_time: f64,
     directions: Vec<Vec3>,
-    /// Velocity of the lagged level, m/s; like the next field empty unless an implicit effect drags.
+    /// Velocity of the lagged level, m/s; like the next field empty unless an implicit effect
+    /// drags.
     lagged_velocity: Vec<Vec3>,
     /// Force of drags on a cloth at rest, N.
     force_at_rest: Vec<Vec3>,
@@ -51,8 +52,8 @@ pub struct IncrementalPotential {
     evaluations: u32,
 }
 
-/// Adds force and damping of the implicit effects, N, effect by effect. Effects whose damping has no
-/// directions share sweeps.
+/// Adds force and damping of the implicit effects, N, effect by effect. Effects whose damping has
+/// no directions share sweeps.
 fn add_forces(
     implicit: Implicit,
     system: &System,
@@ -124,8 +125,8 @@ impl IncrementalPotential {
         }
     }
 
-    /// Begins a stage. `frozen` is the force of the explicit effects, N. `lagged` is the level with the
-    /// positions `x̂` for the directions of projected damping and the coefficients of drag.
+    /// Begins a stage. `frozen` is the force of the explicit effects, N. `lagged` is the level with
+    /// the positions `x̂` for the directions of projected damping and the coefficients of drag.
     pub fn begin(
         &mut self,
         system: &System,
@@ -217,23 +218,24 @@ impl IncrementalPotential {
         self.tau * sum.sqrt()
     }
 
-    /// The scale of residuals, √J: the change of velocity that the forces at the start would make in the
-    /// stage, `max(‖τM⁻¹f(x*, v*)‖_M, ‖τM⁻¹f_external‖_M)`. The second term keeps a scale for a sheet that
-    /// hangs at rest. The scale does not depend on the frame: if it contained the velocity itself, a sheet
-    /// that moves fast as a whole would be solved loosely.
+    /// The scale of residuals, √J: the change of velocity that the forces at the start would make
+    /// in the stage, `max(‖τM⁻¹f(x*, v*)‖_M, ‖τM⁻¹f_external‖_M)`. The second term keeps a scale
+    /// for a sheet that hangs at rest. The scale does not depend on the frame: if it contained the
+    /// velocity itself, a sheet that moves fast as a whole would be solved loosely.
     pub fn scale(&self) -> f64 {
         self.scale
     }
 
-    /// Round-off of residuals, √J: forces carry an error of some `ε_mach k |x|`, whatever the strain.
+    /// Round-off of residuals, √J: forces carry an error of some `ε_mach k |x|`, whatever the
+    /// strain.
     pub fn round_off(&self) -> f64 {
         self.round_off
     }
 
-    /// The status of a solve that ended with `residual`, √J, where the settings asked for `wanted`. It is
-    /// `Stagnated` instead of `Converged` where the residual passed only as round-off and is as large as
-    /// the effect of the external forces. With `h = 0.01 s` and coordinates of a metre this happens from
-    /// some `k/m = 1e15/s²` on, where a sheet would stand in the air.
+    /// The status of a solve that ended with `residual`, √J, where the settings asked for `wanted`.
+    /// It is `Stagnated` instead of `Converged` where the residual passed only as round-off and is
+    /// as large as the effect of the external forces. With `h = 0.01 s` and coordinates of a metre
+    /// this happens from some `k/m = 1e15/s²` on, where a sheet would stand in the air.
     pub fn status(&self, status: SolveStatus, residual: f64, wanted: f64) -> SolveStatus {
         let is_ignored = residual > wanted && residual > IGNORED * self.external;
         match status {
@@ -252,8 +254,8 @@ impl IncrementalPotential {
         self.tau
     }
 
-    /// Level of the directions and coefficients of damping; without velocities unless an implicit effect
-    /// drags.
+    /// Level of the directions and coefficients of damping; without velocities unless an implicit
+    /// effect drags.
     pub fn lagged(&self) -> Level<'_> {
         lagged(self.lagged_time, &self.directions, &self.lagged_velocity)
     }
@@ -304,7 +306,8 @@ impl IncrementalPotential {
         let dissipation = power(&self.force);
         value -= 0.5 * self.tau * dissipation;
         if !self.force_at_rest.is_empty() {
-            value -= 0.5 * self.tau * power(&self.force_at_rest); // ½ vᵀDv − vᵀDw = −½ vᵀ(f_D(v) + f_D(0))
+            // ½ vᵀDv − vᵀDw = −½ vᵀ(f_D(v) + f_D(0))
+            value -= 0.5 * self.tau * power(&self.force_at_rest);
         }
         value
     }
@@ -329,8 +332,8 @@ impl IncrementalPotential {
         weighted_dot(&self.inverse_mass, residual, residual).sqrt()
     }
 
-    /// Sets `v` to the candidate with the lowest potential under the constraints: `v` itself, `others` and,
-    /// on request, the inertial target.
+    /// Sets `v` to the candidate with the lowest potential under the constraints: `v` itself,
+    /// `others` and, on request, the inertial target.
     pub fn choose_start(
         &mut self,
         system: &System,

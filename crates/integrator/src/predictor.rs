@@ -45,8 +45,8 @@ impl Predictor {
         self.step_bits = other.step_bits;
     }
 
-    /// Writes `2 v_n − v_{n−1}`, m/s, to `out`, in this many [`bands`](drape_solvers::bands); `v_n` without
-    /// history or after a change of the step size.
+    /// Writes `2 v_n − v_{n−1}`, m/s, to `out`, in this many [`bands`](drape_solvers::bands); `v_n`
+    /// without history or after a change of the step size.
     #[doc(alias = "EEH 22")]
     pub fn extrapolate(&self, v: &[Vec3], h: f64, bands: usize, out: &mut [Vec3]) {
         let start = self.start(Start::Extrapolated, v, h);
@@ -68,8 +68,8 @@ impl Predictor {
         self.step_bits = Some(h.to_bits());
     }
 
-    /// As [`remember`](Self::remember), without a copy. `v` then holds an older velocity, and the caller
-    /// must overwrite all of it.
+    /// As [`remember`](Self::remember), without a copy. `v` then holds an older velocity, and the
+    /// caller must overwrite all of it.
     pub fn take(&mut self, v: &mut Vec<Vec3>, h: f64) {
         std::mem::swap(&mut self.previous, v);
         self.step_bits = Some(h.to_bits());

@@ -61,7 +61,8 @@ pub struct StepReport {
     pub outer_passes: u32,
     /// Newton iterations.
     pub newton_iterations: u32,
-    /// Factorisations of the step itself, Newton's among them; those of kept operators count as set-ups.
+    /// Factorisations of the step itself, Newton's among them; those of kept operators count as
+    /// set-ups.
     pub factorisations: u32,
     /// Products of a matrix with a block vector.
     pub matvecs: u32,
@@ -79,8 +80,9 @@ pub struct StepReport {
     pub next_step: f64,
     /// Largest distance by which the method moved a position other than by integrating, m.
     pub correction: f64,
-    /// Residual at the end, relative to the reference of the method's stop test; 0 for methods that solve
-    /// nothing or apply a kept inverse. Kang's method has no stop test: residual before its last sweep.
+    /// Residual at the end, relative to the reference of the method's stop test; 0 for methods that
+    /// solve nothing or apply a kept inverse. Kang's method has no stop test: residual before its
+    /// last sweep.
     pub relative_residual: f64,
     /// How the solve ended.
     pub solve: SolveStatus,
@@ -117,8 +119,8 @@ impl StepReport {
         report
     }
 
-    /// Adds one of several solves of a step: a solve that did not converge stays the status, so that a
-    /// later good one does not hide it.
+    /// Adds one of several solves of a step: a solve that did not converge stays the status, so
+    /// that a later good one does not hide it.
     pub fn add_stage(&mut self, solve: PcgReport) {
         let before = self.solve;
         *self += solve;
@@ -177,7 +179,8 @@ impl AddAssign<PcgReport> for StepReport {
 }
 
 impl AddAssign<NewtonReport> for StepReport {
-    /// Adds the costs of a nonlinear solve and takes over its status; the residual stays absolute, √J.
+    /// Adds the costs of a nonlinear solve and takes over its status; the residual stays absolute,
+    /// √J.
     fn add_assign(&mut self, solve: NewtonReport) {
         self.newton_iterations += solve.iterations;
         self.factorisations += solve.factorisations;

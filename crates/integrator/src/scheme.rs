@@ -1,9 +1,9 @@
 //! The trait that a method's crate implements, and the integrator around it.
 //!
-//! A method is a [`Scheme`]: the memory of a step, its allocation, and the step. [`Stepper`] adds the parts
-//! that all methods share: it refuses unsupported effects, keeps the memory, checks it against the system,
-//! and stops the clock. A method that can take a step back is also [`Rewind`], and [`Adaptive`] can control
-//! its step size.
+//! A method is a [`Scheme`]: the memory of a step, its allocation, and the step. [`Stepper`] adds
+//! the parts that all methods share: it refuses unsupported effects, keeps the memory, checks it
+//! against the system, and stops the clock. A method that can take a step back is also [`Rewind`],
+//! and [`Adaptive`] can control its step size.
 
 use crate::{
     Adaptive, ContactSet, EnergyLedger, History, Integrator, Method, MethodSettings, Order,
@@ -188,16 +188,16 @@ pub trait Rewind: Scheme {
         Self::method(settings).order
     }
 
-    /// `C(ω)` of the local error `C h³ x'''` of a method of order 2; `ω` is the last step over the one before.
-    /// The default is the constant of two-step BDF.
+    /// `C(ω)` of the local error `C h³ x'''` of a method of order 2; `ω` is the last step over the
+    /// one before. The default is the constant of two-step BDF.
     fn error_constant(_settings: &Self::Settings, omega: f64) -> f64 {
         let sum = 1.0 + omega;
         sum * sum / (6.0 * omega * (1.0 + 2.0 * omega))
     }
 
-    /// Adds the part of the error that positions cannot show to `error`, m, after a step of `h` seconds to the
-    /// state `to`. A method that splits the force adds the error of the part at the old level. The report
-    /// counts the costs.
+    /// Adds the part of the error that positions cannot show to `error`, m, after a step of `h`
+    /// seconds to the state `to`. A method that splits the force adds the error of the part at the
+    /// old level. The report counts the costs.
     fn add_splitting_error(
         &mut self,
         _settings: &Self::Settings,

@@ -31,8 +31,8 @@ impl<W> Scratch<W> {
         self.prepared.as_mut().map(|(_, workspace)| workspace)
     }
 
-    /// The memory for a step of `h`. It first sets the velocity of each pinned particle to the one of this
-    /// step, 0 without a path, so that no neighbour feels another.
+    /// The memory for a step of `h`. It first sets the velocity of each pinned particle to the one
+    /// of this step, 0 without a path, so that no neighbour feels another.
     ///
     /// # Errors
     /// [`StepError::SizeMismatch`] when the state does not fit the system,

@@ -1,5 +1,5 @@
-//! Settings of methods. [`settings!`](crate::settings) declares each of them once. [`Settings`] reads them
-//! from `key=value`, and names the known keys and values where it refuses one.
+//! Settings of methods. [`settings!`](crate::settings) declares each of them once. [`Settings`]
+//! reads them from `key=value`, and names the known keys and values where it refuses one.
 
 use std::fmt;
 
@@ -161,7 +161,8 @@ impl Settings {
         self.iter().find(|(known, _)| *known == key).map(|(_, value)| value)
     }
 
-    /// The text of a declared key. A missing key is a bug: debug builds assert, release builds return an empty string.
+    /// The text of a declared key. A missing key is a bug: debug builds assert, release builds
+    /// return an empty string.
     pub fn word(&self, key: &str) -> &str {
         let value = self.get(key);
         debug_assert!(value.is_some(), "setting `{key}` is not declared");
@@ -283,27 +284,36 @@ pub const fn count(lists: &[&[Setting]]) -> usize {
 #[macro_export]
 macro_rules! declare {
     ($key:ident: bool = $default:tt, $($help:literal)+) => {
-        $crate::declare!(@ $key, $crate::Kind::Choice(&["false", "true"]), stringify!($default), $default, $($help)+)
+        $crate::declare!(
+            @ $key, $crate::Kind::Choice(&["false", "true"]), stringify!($default), $default,
+            $($help)+
+        )
     };
     ($key:ident: f64 in $min:literal ..= $max:literal = $default:literal, $($help:literal)+) => {
         $crate::declare!(
-            @ $key, $crate::Kind::Number { min: $min, max: $max }, stringify!($default), $default as f64, $($help)+
+            @ $key, $crate::Kind::Number { min: $min, max: $max }, stringify!($default),
+            $default as f64, $($help)+
         )
     };
-    ($key:ident: f64 off or in $min:literal ..= $max:literal = $default:literal, $($help:literal)+) => {
+    (
+        $key:ident: f64 off or in $min:literal ..= $max:literal = $default:literal,
+        $($help:literal)+
+    ) => {
         $crate::declare!(
-            @ $key, $crate::Kind::OptionalNumber { min: $min, max: $max }, stringify!($default), $default as f64,
-            $($help)+
+            @ $key, $crate::Kind::OptionalNumber { min: $min, max: $max }, stringify!($default),
+            $default as f64, $($help)+
         )
     };
     ($key:ident: u32 in $min:literal ..= $max:literal = $default:literal, $($help:literal)+) => {
         $crate::declare!(
-            @ $key, $crate::Kind::Integer { min: $min, max: $max }, stringify!($default), $default, $($help)+
+            @ $key, $crate::Kind::Integer { min: $min, max: $max }, stringify!($default), $default,
+            $($help)+
         )
     };
     ($key:ident: usize in $min:literal ..= $max:literal = $default:literal, $($help:literal)+) => {
         $crate::declare!(
-            @ $key, $crate::Kind::Integer { min: $min, max: $max }, stringify!($default), $default, $($help)+
+            @ $key, $crate::Kind::Integer { min: $min, max: $max }, stringify!($default), $default,
+            $($help)+
         )
     };
     ($key:ident: $type:ident [$($word:ident),+] = $default:ident, $($help:literal)+) => {
@@ -337,8 +347,8 @@ macro_rules! declare {
 
 /// Declares the settings of a method, or a group of settings that several methods share.
 ///
-/// One line a setting gives the field, range, default and help (the doc comment), and the code that reads
-/// and lists it. The forms are
+/// One line a setting gives the field, range, default and help (the doc comment), and the code that
+/// reads and lists it. The forms are
 ///
 /// ```text
 /// sweeps: u32 in 1..=64 = 1,              a whole number
@@ -349,8 +359,8 @@ macro_rules! declare {
 /// stage: StageSettings,                   a group with a declaration of its own
 /// ```
 ///
-/// `for METHOD` adds `from_pairs`. `checked by function` adds a function that refuses values which exclude
-/// each other.
+/// `for METHOD` adds `from_pairs`. `checked by function` adds a function that refuses values which
+/// exclude each other.
 ///
 /// ```
 /// use drape_integrator::{Declares, Word, settings};
@@ -379,8 +389,8 @@ macro_rules! settings {
         $visibility:vis struct $Name:ident $(for $METHOD:ident $(, checked by $check:ident)?)? {
             $(
                 $(#[doc = $help:literal])*
-                $field:ident: $type:ident $([$($word:ident),+ $(,)?])? $(in $min:literal ..= $max:literal)?
-                    $(= $default:tt)? $(as $shared:path)?
+                $field:ident: $type:ident $([$($word:ident),+ $(,)?])?
+                    $(in $min:literal ..= $max:literal)? $(= $default:tt)? $(as $shared:path)?
             ),* $(,)?
         }
     ) => {
@@ -435,7 +445,8 @@ macro_rules! settings {
             /// Reads `key=value` pairs.
             ///
             /// # Errors
-            /// [`SettingError`]($crate::SettingError) for an unknown key or a value that does not fit.
+            /// [`SettingError`]($crate::SettingError) for an unknown key or a value that does not
+            /// fit.
             pub fn from_pairs<'a>(
                 pairs: impl IntoIterator<Item = (&'a str, &'a str)>,
             ) -> Result<Self, $crate::SettingError> {
@@ -447,7 +458,9 @@ macro_rules! settings {
     (@list $field:ident $type:ident [$($help:literal)*] {}) => {
         <$type as $crate::Declares>::SETTINGS
     };
-    (@list $field:ident $type:ident [$($help:literal)*] { as $shared:path }) => { &[$shared.setting] };
+    (@list $field:ident $type:ident [$($help:literal)*] { as $shared:path }) => {
+        &[$shared.setting]
+    };
     (@list $field:ident $type:ident [$($help:literal)*] { $($form:tt)+ }) => {
         &[$crate::declare!($field: $type $($form)+, $($help)*).setting]
     };
@@ -461,7 +474,9 @@ macro_rules! settings {
         const { $crate::declare!($field: $type $($form)+, $($help)*) }.read($settings)
     };
     (@default $field:ident $type:ident [$($help:literal)*] {}) => { <$type>::default() };
-    (@default $field:ident $type:ident [$($help:literal)*] { as $shared:path }) => { $shared.default };
+    (@default $field:ident $type:ident [$($help:literal)*] { as $shared:path }) => {
+        $shared.default
+    };
     (@default $field:ident $type:ident [$($help:literal)*] { $($form:tt)+ }) => {
         const { $crate::declare!($field: $type $($form)+, $($help)*) }.default
     };

@@ -1,7 +1,8 @@
-//! An estimate and a bound of the largest eigenvalue of the stiffness, which limits every explicit step.
+//! An estimate and a bound of the largest eigenvalue of the stiffness, which limits every explicit
+//! step.
 
 use crate::Implicit;
-use crate::random::Random;
+use crate::random::Lcg;
 use drape_model::{Effect, System, Tangent, Vec3};
 use drape_solvers::vector::{dot, weighted_dot};
 
@@ -12,12 +13,12 @@ const CONVERGED: f64 = 0.01;
 /// Most products of one [`LargestEigenvalue::converge`].
 const MOST_PRODUCTS: usize = 200;
 
-/// Estimates `λ_max(M⁻¹ K)`, 1/s², by power iteration, without a matrix. `K` is the Hessian of the potential
-/// energy. The part of each spring or angle is made positive semi-definite, so that compression does not
-/// hide the stiff modes.
+/// Estimates `λ_max(M⁻¹ K)`, 1/s², by power iteration, without a matrix. `K` is the Hessian of the
+/// potential energy. The part of each spring or angle is made positive semi-definite, so that
+/// compression does not hide the stiff modes.
 ///
-/// The Rayleigh quotient approaches `λ_max` from below. The iteration starts from the vector of the last
-/// call: while the cloth changes slowly, two products a call are enough.
+/// The Rayleigh quotient approaches `λ_max` from below. The iteration starts from the vector of the
+/// last call: while the cloth changes slowly, two products a call are enough.
 #[derive(Clone, Debug)]
 pub struct LargestEigenvalue {
     direction: Vec<Vec3>,
@@ -33,15 +34,15 @@ impl LargestEigenvalue {
         estimate
     }
 
-    /// Starts again from a random vector, which has a part in every mode: after a change of the system, or a
-    /// jump of the state.
+    /// Starts again from a random vector, which has a part in every mode: after a change of the
+    /// system, or a jump of the state.
     pub fn restart(&mut self) {
-        let mut random = Random::new();
+        let mut random = Lcg::new();
         self.direction.fill_with(|| Vec3::from_fn(|_, _| random.signed()));
     }
 
-    /// Multiplies until ten products raise the estimate by less than 1 %, at most 200 times. Returns the
-    /// estimate and the number of products.
+    /// Multiplies until ten products raise the estimate by less than 1 %, at most 200 times.
+    /// Returns the estimate and the number of products.
     pub fn converge(&mut self, system: &System, x: &[Vec3]) -> (f64, usize) {
         let mut last = self.estimate(system, x, BATCH);
         let mut products = BATCH;
@@ -88,9 +89,9 @@ impl LargestEigenvalue {
 /// Bounds `λ_max(M⁻¹ K)`, 1/s², over all positions; the bound depends on the system alone.
 ///
 /// The Hessian of a spring is at most `k` in every direction, so `K ≤ L_k` at all positions. With
-/// `d_i = Σ_j k_ij`, no eigenvalue of `M⁻¹ L_k` exceeds the greatest `d_i/m_i + d_j/m_j` of a spring
-/// (Anderson and Morley's bound; a pinned end counts as infinitely heavy). On a grid of springs along warp
-/// and weft it is `8 k/m`.
+/// `d_i = Σ_j k_ij`, no eigenvalue of `M⁻¹ L_k` exceeds the greatest `d_i/m_i + d_j/m_j` of a
+/// spring (Anderson and Morley's bound; a pinned end counts as infinitely heavy). On a grid of
+/// springs along warp and weft it is `8 k/m`.
 #[derive(Clone, Debug)]
 pub struct StiffnessBound {
     stiffness_sums: Vec<f64>,
@@ -133,7 +134,7 @@ mod tests {
 
     /// A string of zero-length springs, `k/m` = 100, between two pins.
     fn string(free: usize) -> (System, State) {
-        let mut random = Random::new();
+        let mut random = Lcg::new();
         let x: Vec<_> = (0..free + 2).map(|_| Vec3::from_fn(|_, _| random.signed())).collect();
         let springs: Vec<_> = (0..=free).map(|i| (i, i + 1, 50.0, 0.0)).collect();
         net("tension", &vec![0.5; free + 2], &x, &springs, &[0, free + 1])
@@ -197,7 +198,7 @@ mod tests {
 
     #[test]
     fn the_bound_holds_at_all_positions_and_is_met_by_a_pair() {
-        let mut random = Random::new();
+        let mut random = Lcg::new();
         for case in 0..50 {
             let n = 12;
             let mass: Vec<f64> = (0..n).map(|_| libm::exp(3.0 * random.signed())).collect();

@@ -3,14 +3,15 @@
 use crate::{Declared, Implicit, Word, declare};
 use drape_model::{Effect, System, Vec3};
 
-/// The split `f = −L_K x + F2(x)` of springs with piecewise-linear tension. Any `K` is consistent, since
-/// `F2` holds the rest. For linear springs both splits are the same.
+/// The split `f = −L_K x + F2(x)` of springs with piecewise-linear tension. Any `K` is consistent,
+/// since `F2` holds the rest. For linear springs both splits are the same.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Split {
     /// The steepest slope of each spring: the matrix is constant, and the energy theorem holds.
     Majorant,
-    /// The slope of each spring at the start of the step, the reading of EEH section 5. The matrix changes
-    /// whenever a spring reaches another piece, and nothing bounds the energy where that piece is steeper.
+    /// The slope of each spring at the start of the step, the reading of EEH section 5. The matrix
+    /// changes whenever a spring reaches another piece, and nothing bounds the energy where that
+    /// piece is steeper.
     Paper,
 }
 
@@ -23,12 +24,13 @@ impl Split {
     /// The setting `split`.
     pub const SETTING: Declared<Self> = declare!(
         split: Split [Majorant, Paper] = Majorant,
-        "stiffness in the matrix of springs with piecewise-linear tension: the steepest slope, or the \
-         slope of the present piece, with a new matrix whenever a spring changes piece"
+        "stiffness in the matrix of springs with piecewise-linear tension: the steepest slope, or \
+         the slope of the present piece, with a new matrix whenever a spring changes piece"
     );
 }
 
-/// The slopes of the implicit springs at the start of a step, in the order of [`Implicit::visit_weights`].
+/// The slopes of the implicit springs at the start of a step, in the order of
+/// [`Implicit::visit_weights`].
 #[derive(Clone, Debug)]
 pub struct Slopes {
     implicit: Implicit,
@@ -70,7 +72,8 @@ impl Slopes {
         });
     }
 
-    /// Adds `F2 = F + L_K x`, N: the implicit springs' force at `x` without the part of these slopes.
+    /// Adds `F2 = F + L_K x`, N: the implicit springs' force at `x` without the part of these
+    /// slopes.
     pub fn add_nonlinear_forces(&self, system: &System, x: &[Vec3], out: &mut [Vec3]) {
         self.implicit.add_implicit_forces(system, x, out);
         self.visit_weights(system, &mut |i, j, k, _| {
@@ -88,9 +91,12 @@ mod tests {
 
     fn pair(stretch: f64) -> (System, State) {
         let text = format!(
-            r#"{{ "format": "drape-system/1", "particles": {{ "mass_kg": [1, 1], "position_m": [[0, 0, 0], [{}, 0, 0]] }},
-            "springs": [{{ "effect": "tension", "i": 0, "j": 1, "rest_length_m": 1, "stiffness_n_per_m": 10,
-            "pieces": [{{ "up_to_strain": 0.1, "stiffness_n_per_m": 10 }}, {{ "stiffness_n_per_m": 1000 }}] }}] }}"#,
+            r#"{{ "format": "drape-system/1", "particles": {{ "mass_kg": [1, 1],
+                "position_m": [[0, 0, 0], [{}, 0, 0]] }},
+            "springs": [{{ "effect": "tension", "i": 0, "j": 1, "rest_length_m": 1,
+                "stiffness_n_per_m": 10, "pieces": [
+                    {{ "up_to_strain": 0.1, "stiffness_n_per_m": 10 }},
+                    {{ "stiffness_n_per_m": 1000 }}] }}] }}"#,
             1.0 + stretch
         );
         drape_model::parse("pair", &text).expect("valid").spec().build().expect("valid")

@@ -6,8 +6,8 @@ use drape_model::{State, System, Vec3};
 /// Setting `tolerance`.
 pub const TOLERANCE: Declared<f64> = declare!(
     tolerance: f64 off or in 1e-8..=1.0 = 0,
-    "local error of positions that a step may make, in mesh widths; the method then divides each step. \
-     0: it takes steps as given"
+    "local error of positions that a step may make, in mesh widths; the method then divides each \
+     step. 0: it takes steps as given"
 );
 
 /// Factors of the step size in this range keep it, since a new one costs a set-up.
@@ -38,8 +38,8 @@ pub struct Decision {
 /// h ← h · clamp(0.9 e_n^{−0.7/(p+1)} e_{n−1}^{0.4/(p+1)}, 0.2, 2)
 /// ```
 ///
-/// with the errors `e` over the tolerance. The controller rejects steps with `e > 1`. Their factor follows
-/// from the last error alone, and the step after them does not grow.
+/// with the errors `e` over the tolerance. The controller rejects steps with `e > 1`. Their factor
+/// follows from the last error alone, and the step after them does not grow.
 ///
 /// ```
 /// use drape_integrator::{Order, StepController};
@@ -60,8 +60,8 @@ impl StepController {
         Self { last: 1.0, was_rejected: false }
     }
 
-    /// Judges a step of a method of this order by its error over the tolerance; `solved` is false where its
-    /// solver failed.
+    /// Judges a step of a method of this order by its error over the tolerance; `solved` is false
+    /// where its solver failed.
     pub fn judge(&mut self, order: Order, error: f64, solved: bool) -> Decision {
         let exponent = match order {
             Order::One => 0.5,
@@ -99,13 +99,13 @@ impl Default for StepController {
 ///
 /// ```text
 /// order 1:  e = h_n/(h_n + h_{n−1}) · (x_{n+1} − x_n − ω (x_n − x_{n−1}))            ≈ h²/2 x''
-/// order 2:  e = C/(C + P) · (x_{n+1} − quadratic extrapolation of x_n, x_{n−1}, x_{n−2})   ≈ C h³ x'''
+/// order 2:  e = C/(C + P) · (x_{n+1} − quadratic extrapolation of x_n, x_{n−1}, x_{n−2}) ≈ C h³ x'''
 ///           P = (1 + 1/ω)(1 + 1/ω + h_{n−2}/h_n)/6
 /// ```
 ///
-/// The method's error is `C h³ x'''`, the extrapolation's `P h³ x'''`. With equal steps of BDF (`C = 2/9`)
-/// the factor is `2/11`. A particle with one past level less takes the formula of order 1, and a particle
-/// without a past takes `e = ½ (x_{n+1} − x_n − h v_n)`.
+/// The method's error is `C h³ x'''`, the extrapolation's `P h³ x'''`. With equal steps of BDF
+/// (`C = 2/9`) the factor is `2/11`. A particle with one past level less takes the formula of order
+/// 1, and a particle without a past takes `e = ½ (x_{n+1} − x_n − h v_n)`.
 #[derive(Debug)]
 pub struct LocalError {
     levels: History<1>,
@@ -165,8 +165,8 @@ impl LocalError {
         &mut self.error
     }
 
-    /// Root mean square of the errors over the free particles, m. Particles that met an obstacle in the step
-    /// count as 0, because their velocity jumped.
+    /// Root mean square of the errors over the free particles, m. Particles that met an obstacle in
+    /// the step count as 0, because their velocity jumped.
     pub fn norm(&self, system: &System, contacts: Option<&ContactSet>) -> f64 {
         let (mut sum, mut count) = (0.0, 0.0_f64);
         for (i, error) in self.error.iter().enumerate().filter(|(i, _)| !system.pinned()[*i]) {

@@ -3,7 +3,8 @@
 use crate::{Implicit, LaplacianSolver};
 use drape_model::{State, System, Vec3};
 
-/// The impulse of the springs with the artificial viscosity of Desbrun et al. (1999), and the other forces.
+/// The impulse of the springs with the artificial viscosity of Desbrun et al. (1999), and the other
+/// forces.
 ///
 /// With `A = M + h² L_k + h L_c` and the force `F` of the springs,
 ///
@@ -11,8 +12,8 @@ use drape_model::{State, System, Vec3};
 /// h F̃ = h [F(x_n) − h L_k v_n − L_c v_n] = h F(x_n) + (M − A) v_n
 /// ```
 ///
-/// so `Δv = A⁻¹ h F̃` is the change of IMEX Euler (EEH (21)) without other forces. Projected damping adds its
-/// remainder at level `n`.
+/// so `Δv = A⁻¹ h F̃` is the change of IMEX Euler (EEH (21)) without other forces. Projected
+/// damping adds its remainder at level `n`.
 #[derive(Clone, Debug)]
 pub struct ViscousImpulse {
     impulse: Vec<Vec3>,

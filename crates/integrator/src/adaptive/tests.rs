@@ -80,7 +80,8 @@ impl Rewind for Fall {
 fn falling(limit: f64, tolerance: f64) -> (Adaptive<Fall>, System, State) {
     let text = r#"{ "format": "drape-system/1", "particles": { "mass_kg": [1, 1],
         "position_m": [[0, 0, 0], [1, 0, 0]] }, "effects": { "gravity": { "m_s2": [0, 0, -9.81] } },
-        "springs": [{ "effect": "tension", "i": 0, "j": 1, "rest_length_m": 1, "stiffness_n_per_m": 1 }] }"#;
+        "springs": [{ "effect": "tension", "i": 0, "j": 1, "rest_length_m": 1,
+            "stiffness_n_per_m": 1 }] }"#;
     let (system, state) = parse("test", text).expect("valid").spec().build().expect("valid");
     let mut adaptive = Adaptive::new(Stepper::new(limit), tolerance);
     adaptive.prepare(&system, TimeStep::new(0.1).expect("positive")).expect("supported");

@@ -43,8 +43,8 @@ impl<'a> Basis<'a> {
         }
     }
 
-    /// The velocity `z` in the span of the normals with `n_k·z` as given. Normals at a flat angle would
-    /// ask for a long `z`; it is cut to the length that orthogonal normals would give.
+    /// The velocity `z` in the span of the normals with `n_k·z` as given. Normals at a flat angle
+    /// would ask for a long `z`; it is cut to the length that orthogonal normals would give.
     pub(super) fn combine(&self, normal_velocity: impl Fn(&Contact) -> f64) -> Vec3 {
         let (mut z, mut squares) = (Vec3::zeros(), 0.0);
         for (contact, axis) in self.contacts().zip(&self.axes) {

@@ -44,9 +44,9 @@ impl Slider {
 }
 
 impl ContactSet {
-    /// Ends a solve in which every contact with friction stuck and took `impulse` (kg m/s). Where some of
-    /// them slide it solves again, first without their friction, then with the velocity that friction
-    /// leaves.
+    /// Ends a solve in which every contact with friction stuck and took `impulse` (kg m/s). Where
+    /// some of them slide it solves again, first without their friction, then with the velocity
+    /// that friction leaves.
     pub(super) fn slide<E>(
         &mut self,
         constraints: &mut Constraints,
@@ -106,8 +106,8 @@ impl Basis<'_> {
         Some(rough.surface.unwrap_or_default())
     }
 
-    /// The velocity along the surface that friction leaves of `along`, m/s, where the contacts raise the
-    /// normal velocity from `before` to `after`.
+    /// The velocity along the surface that friction leaves of `along`, m/s, where the contacts
+    /// raise the normal velocity from `before` to `after`.
     pub(super) fn rub(&self, before: &Vec3, along: Vec3, after: impl Fn(&Contact) -> f64) -> Vec3 {
         let Some(v_s) = self.surface() else { return along };
         let gained = |contact: &Contact| (after(contact) - contact.normal.dot(before)).max(0.0);

@@ -1,63 +1,66 @@
 //! Contacts with rigid obstacles by velocity constraints (EEH section 6).
 //!
-//! A particle inside an obstacle, or within 1e-9 m of its surface, gets a prescribed normal velocity
-//! that leads it back to the surface:
+//! A particle inside an obstacle, or within 1e-9 m of its surface, gets a prescribed normal
+//! velocity that leads it back to the surface:
 //!
 //! ```text
 //! n·v_+ = (1/τ) n·(x_s − x*)
 //! ```
 //!
-//! The step moves `x* → x* + τ v_+`. The paper prints `x_{n+1}` on the right, but the penetration is
-//! known at the start of the step, and the literal implicit reading would correct only half of it. The
-//! paper leaves these questions open:
+//! The step moves `x* → x* + τ v_+`. The paper prints `x_{n+1}` on the right, but the penetration
+//! is known at the start of the step, and the literal implicit reading would correct only half of
+//! it. The paper leaves these questions open:
 //!
 //! * **Release.** After the solve the unfiltered residual `p = A v_+ − b` is the impulse of the
-//!   constraints, `p = Σ λ_k n_k`. A contact with a negative `λ_k` would pull. The contact that pulls
-//!   most is dropped and the step solved again, at most three times.
+//!   constraints, `p = Σ λ_k n_k`. A contact with a negative `λ_k` would pull. The contact that
+//!   pulls most is dropped and the step solved again, at most three times.
 //! * **No chatter.** Geometry alone decides whether a particle touches. A particle at rest stays in
 //!   contact whatever the history, also after a restart.
 //! * **No pop.** The scene limits the speed of recovery. After the update of positions the normal
-//!   velocity is cut back to the one that the impact left (split impulse), so correcting a penetration
-//!   gives the particle no kinetic energy.
-//! * **Restitution.** A particle that arrives with normal velocity `a < 0` leaves with `−e a`. A flight
-//!   of a few steps is no bounce: a particle that was in contact that shortly before stays. Otherwise
-//!   gravity would undo the rebound in every step, and a particle with `e > 0` would never come to rest.
-//! * **Several obstacles.** The contacts of a particle are taken in the order of their targets, greatest
-//!   first, as far as their normals are independent. One contact leaves a plane to move in, two a line,
-//!   three nothing. Where obstacles contradict each other (opposite normals), the deeper penetration
-//!   wins.
+//!   velocity is cut back to the one that the impact left (split impulse), so correcting a
+//!   penetration gives the particle no kinetic energy.
+//! * **Restitution.** A particle that arrives with normal velocity `a < 0` leaves with `−e a`. A
+//!   flight of a few steps is no bounce: a particle that was in contact that shortly before stays.
+//!   Otherwise gravity would undo the rebound in every step, and a particle with `e > 0` would
+//!   never come to rest.
+//! * **Several obstacles.** The contacts of a particle are taken in the order of their targets,
+//!   greatest first, as far as their normals are independent. One contact leaves a plane to move
+//!   in, two a line, three nothing. Where obstacles contradict each other (opposite normals), the
+//!   deeper penetration wins.
 //!
-//! [`ContactSet::detect_altering`] alters the position of a particle instead of leading it out by its
-//! velocity (Baraff & Witkin 1998, section 6). The step then moves `x* → x* + τ v_+ + y`, where `y` is
-//! the way to the surface, and `v_+` is prescribed as if the particle were there.
+//! [`ContactSet::detect_altering`] alters the position of a particle instead of leading it out by
+//! its velocity (Baraff & Witkin 1998, section 6). The step then moves `x* → x* + τ v_+ + y`, where
+//! `y` is the way to the surface, and `v_+` is prescribed as if the particle were there.
 //!
-//! The `x*` of a multistep method holds some of the past motion. [`ContactSet::detect_multistep`] finds
-//! contacts at `x_n` and prescribes the `v_+` that leads to the same place as the rules above. Two
-//! differences keep a bounce from taking or giving energy: a rebound moves the particle by the mean of
-//! the velocities before and after, as order 2 asks, and a particle that leaves an obstacle by itself
-//! within a few steps is let go.
+//! The `x*` of a multistep method holds some of the past motion. [`ContactSet::detect_multistep`]
+//! finds contacts at `x_n` and prescribes the `v_+` that leads to the same place as the rules
+//! above. Two differences keep a bounce from taking or giving energy: a rebound moves the particle
+//! by the mean of the velocities before and after, as order 2 asks, and a particle that leaves an
+//! obstacle by itself within a few steps is let go.
 //!
-//! An obstacle on a path is seen from a frame that moves with it at `v_s`, its mean velocity over the
-//! step. All velocities above are then relative to the surface. A particle at rest on a moving obstacle
-//! is carried along, `n·v_+ = (1/τ) n·(x_s(t_+) − x*)`, and a bouncing particle bounces in its frame.
+//! An obstacle on a path is seen from a frame that moves with it at `v_s`, its mean velocity over
+//! the step. All velocities above are then relative to the surface. A particle at rest on a moving
+//! obstacle is carried along, `n·v_+ = (1/τ) n·(x_s(t_+) − x*)`, and a bouncing particle bounces in
+//! its frame.
 //!
-//! Pins on paths are prescribed `z = (path(t_+) − x*)/τ`, which puts them on the path at the end of the
-//! step for any `x*`.
+//! Pins on paths are prescribed `z = (path(t_+) − x*)/τ`, which puts them on the path at the end of
+//! the step for any `x*`.
 //!
 //! Friction is Coulomb's law by the same constraints.
 //!
-//! * **Stick.** At first every contact with friction holds its particle, with the velocity of the surface
-//!   along it. Where the impulse of this lies in the cone `|p_t| ≤ μ λ`, it is the solution: nothing
-//!   creeps, however long it lasts.
-//! * **Slide.** Elsewhere the step is solved without friction there, which gives `v_t` along the surface,
-//!   and then with `v_s + (1 − μλ/|p_t|) (v_t − v_s)`. For a single particle this is Coulomb's law
-//!   exactly. Particles that slide side by side see the stick of their neighbours in `p_t`, so they meet
-//!   the cone approximately. Sliding does not reverse, and friction takes energy.
-//! * **Several obstacles.** The directions that the independent normals leave free are held with the
-//!   limit `Σ μ_k λ_k`, relative to the first obstacle with friction.
+//! * **Stick.** At first every contact with friction holds its particle, with the velocity of the
+//!   surface along it. Where the impulse of this lies in the cone `|p_t| ≤ μ λ`, it is the
+//!   solution: nothing creeps, however long it lasts.
+//! * **Slide.** Elsewhere the step is solved without friction there, which gives `v_t` along the
+//!   surface, and then with `v_s + (1 − μλ/|p_t|) (v_t − v_s)`. For a single particle this is
+//!   Coulomb's law exactly. Particles that slide side by side see the stick of their neighbours in
+//!   `p_t`, so they meet the cone approximately. Sliding does not reverse, and friction takes
+//!   energy.
+//! * **Several obstacles.** The directions that the independent normals leave free are held with
+//!   the limit `Σ μ_k λ_k`, relative to the first obstacle with friction.
 //!
-//! Speculative detection looks ahead with `v_n`. The velocity that a particle gains in the step itself
-//! may still carry it inside, by `τ²` times its acceleration.
+//! Speculative detection looks ahead with `v_n`. The velocity that a particle gains in the step
+//! itself may still carry it inside, by `τ²` times its acceleration.
 
 mod basis;
 mod friction;
@@ -91,7 +94,8 @@ struct Contact {
     normal: Vec3,
     /// How far along the normal the position is altered, m.
     shift: f64,
-    /// Mean normal velocity over the step that leads to the surface, or as near as the limit allows.
+    /// Mean normal velocity over the step that leads to the surface, or as near as the limit
+    /// allows.
     recovery: f64,
     /// Normal velocity of the constraint.
     target: f64,
@@ -160,7 +164,8 @@ pub struct Change<'a> {
     pub particle: usize,
     /// Velocity after the step, m/s.
     pub velocity: &'a Vec3,
-    /// Removes the normals of its contacts, with or without friction; free where no contact is left.
+    /// Removes the normals of its contacts, with or without friction; free where no contact is
+    /// left.
     pub filter: Filter,
     /// Velocity of the surfaces along the normals, m/s.
     pub surface: Vec3,
@@ -188,8 +193,8 @@ pub struct ContactSet {
     /// Steps since the contact was active, 0 for the last step; saturates.
     steps_since: Vec<u8>,
     is_active: Vec<bool>,
-    /// Whether a contact of each particle began, ended or cut its velocity in the last step; empty without
-    /// obstacles.
+    /// Whether a contact of each particle began, ended or cut its velocity in the last step; empty
+    /// without obstacles.
     changed: Vec<bool>,
 }
 
@@ -218,7 +223,8 @@ impl ContactSet {
         Self { led: Vec::with_capacity(system.moving_pins().len()), ..Self::default() }
     }
 
-    /// Memory for the constraints that [`detect`](Self::detect) writes; without obstacles, for pins alone.
+    /// Memory for the constraints that [`detect`](Self::detect) writes; without obstacles, for pins
+    /// alone.
     pub fn constraints(system: &System) -> Constraints {
         match system.obstacles() {
             [] if system.moving_pins().is_empty() => Constraints::free_or_held(system.len()),
@@ -238,7 +244,8 @@ impl ContactSet {
         self.candidates.clear();
     }
 
-    /// Copies another set of the same size without allocating, except the contacts of its present step.
+    /// Copies another set of the same size without allocating, except the contacts of its present
+    /// step.
     pub fn copy_from(&mut self, other: &Self) {
         self.steps_since.copy_from_slice(&other.steps_since);
         self.changed.copy_from_slice(&other.changed);
@@ -259,8 +266,8 @@ impl ContactSet {
         particle * self.obstacles + obstacle
     }
 
-    /// Finds the contacts of a step `(τ, t_+)` that moves `x → x + τ v_+` and ends at `t_+`. Writes them
-    /// and the pins to `constraints`.
+    /// Finds the contacts of a step `(τ, t_+)` that moves `x → x + τ v_+` and ends at `t_+`. Writes
+    /// them and the pins to `constraints`.
     #[doc(alias = "EEH section 6")]
     pub fn detect(
         &mut self,
@@ -287,8 +294,8 @@ impl ContactSet {
         self.write(system, constraints);
     }
 
-    /// As [`detect`](Self::detect) for a step of a multistep method: `n·v_+ = (1/τ) n·(x_s − x*)`. `x_s` is
-    /// the surface, or the point before it that the limit allows within the step.
+    /// As [`detect`](Self::detect) for a step of a multistep method: `n·v_+ = (1/τ) n·(x_s − x*)`.
+    /// `x_s` is the surface, or the point before it that the limit allows within the step.
     pub fn detect_multistep(
         &mut self,
         system: &System,
@@ -319,13 +326,13 @@ impl ContactSet {
         self.write(system, constraints);
     }
 
-    /// As [`detect`](Self::detect) for a step that moves `x → x + τ v_+ + y`. `y`, m, puts particles inside
-    /// an obstacle on its surface, whatever the depth, and their normal velocity becomes 0. For a rebound
-    /// `y` covers only the part of the way that the rebound leaves: all of it would lift the particle
-    /// against gravity and let it bounce higher each time.
+    /// As [`detect`](Self::detect) for a step that moves `x → x + τ v_+ + y`. `y`, m, puts
+    /// particles inside an obstacle on its surface, whatever the depth, and their normal velocity
+    /// becomes 0. For a rebound `y` covers only the part of the way that the rebound leaves: all of
+    /// it would lift the particle against gravity and let it bounce higher each time.
     ///
-    /// A contact that is released later keeps its `y`: geometry decides where a particle may be, forces
-    /// decide what holds it.
+    /// A contact that is released later keeps its `y`: geometry decides where a particle may be,
+    /// forces decide what holds it.
     #[doc(alias = "Baraff-Witkin section 6")]
     pub fn detect_altering(
         &mut self,
@@ -428,8 +435,8 @@ impl ContactSet {
         }
     }
 
-    /// Calls `look` with constraints of the present contacts and pins that leave out friction, then restores
-    /// the friction.
+    /// Calls `look` with constraints of the present contacts and pins that leave out friction, then
+    /// restores the friction.
     pub fn without_friction<T>(
         &mut self,
         system: &System,
@@ -468,8 +475,8 @@ impl ContactSet {
 
     /// Solves a step under its constraints, and again where contacts are released or slide.
     ///
-    /// `solve` gets the constraints and, where there are contacts, the memory of `impulse` for the part of
-    /// the solution that is wanted.
+    /// `solve` gets the constraints and, where there are contacts, the memory of `impulse` for the
+    /// part of the solution that is wanted.
     ///
     /// # Errors
     /// The first error of `solve`.
@@ -497,8 +504,8 @@ impl ContactSet {
         solve(constraints, Wanted::Nothing)
     }
 
-    /// Drops the contact of each particle that pulls most, given the unfiltered residual `p = A v_+ − b`
-    /// (kg m/s). Returns whether any was dropped.
+    /// Drops the contact of each particle that pulls most, given the unfiltered residual
+    /// `p = A v_+ − b` (kg m/s). Returns whether any was dropped.
     fn release(&mut self, impulse: &[Vec3]) -> bool {
         let before = self.candidates.len();
         let (mut kept, mut start) = (0, 0);
@@ -523,9 +530,9 @@ impl ContactSet {
         kept < before
     }
 
-    /// Ends a step: cuts the normal velocities to those that the impacts left, calls `changed` for each
-    /// particle whose history no longer fits (a contact began, ended or cut its velocity), and remembers
-    /// which contacts were active.
+    /// Ends a step: cuts the normal velocities to those that the impacts left, calls `changed` for
+    /// each particle whose history no longer fits (a contact began, ended or cut its velocity), and
+    /// remembers which contacts were active.
     pub fn settle(&mut self, v: &mut [Vec3], mut changed: impl FnMut(Change<'_>)) {
         if self.obstacles == 0 {
             return;
@@ -571,8 +578,9 @@ impl ContactSet {
 }
 
 impl ContactSet {
-    /// Imposes pins and contacts on the velocity of a step without them, particle by particle: for methods
-    /// whose velocities do not solve a linear system. Contacts that would pull are released.
+    /// Imposes pins and contacts on the velocity of a step without them, particle by particle: for
+    /// methods whose velocities do not solve a linear system. Contacts that would pull are
+    /// released.
     pub fn project(
         &mut self,
         system: &System,
@@ -597,9 +605,9 @@ impl ContactSet {
         }
     }
 
-    /// Takes the velocity into the obstacle from particles in contact: for methods whose forces act after
-    /// the constraint, where weight would show as a speed of `g h` at rest. Friction takes its share along
-    /// the surface.
+    /// Takes the velocity into the obstacle from particles in contact: for methods whose forces act
+    /// after the constraint, where weight would show as a speed of `g h` at rest. Friction takes
+    /// its share along the surface.
     pub fn stop(&self, v: &mut [Vec3]) {
         for group in self.candidates.chunk_by(|a, b| a.particle == b.particle) {
             let velocity = &mut v[group[0].particle as usize];
@@ -615,8 +623,8 @@ impl ContactSet {
         }
     }
 
-    /// Writes the velocity that an impact leaves of `v`, m/s: for methods whose forces act afterwards. Call
-    /// it after [`project`](Self::project), whose contacts it uses.
+    /// Writes the velocity that an impact leaves of `v`, m/s: for methods whose forces act
+    /// afterwards. Call it after [`project`](Self::project), whose contacts it uses.
     pub fn strike(
         &self,
         system: &System,
@@ -639,10 +647,10 @@ impl ContactSet {
         }
     }
 
-    /// Removes the part along the normals from the accelerations of particles that stay in contact, for
-    /// methods that extrapolate them: the obstacle bears that part. Particles that the next `h` seconds lead
-    /// away, say after a rebound, keep theirs. With friction nothing is left: a rubbing particle moves by its
-    /// velocity alone.
+    /// Removes the part along the normals from the accelerations of particles that stay in contact,
+    /// for methods that extrapolate them: the obstacle bears that part. Particles that the next `h`
+    /// seconds lead away, say after a rebound, keep theirs. With friction nothing is left: a
+    /// rubbing particle moves by its velocity alone.
     pub fn support(&self, h: f64, a: &mut [Vec3]) {
         let stays = |contact: &Contact| match contact.surface {
             None => contact.keep * h <= TOUCHING,

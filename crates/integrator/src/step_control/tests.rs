@@ -35,8 +35,8 @@ fn a_large_error_is_rejected_and_the_next_step_does_not_grow() {
 /// Particle 0 is pinned and 1 moves on `x(t)`; levels at times with uneven steps.
 fn measured(order: Order, constant: f64, x: impl Fn(f64) -> f64) -> (f64, f64) {
     let text = r#"{ "format": "drape-system/1", "pins": [{ "particle": 0 }], "particles": {
-        "mass_kg": [1, 1], "position_m": [[0, 0, 0], [1, 0, 0]] }, "springs": [{ "effect": "tension",
-        "i": 0, "j": 1, "rest_length_m": 0.25, "stiffness_n_per_m": 1 }] }"#;
+        "mass_kg": [1, 1], "position_m": [[0, 0, 0], [1, 0, 0]] }, "springs": [
+        { "effect": "tension", "i": 0, "j": 1, "rest_length_m": 0.25, "stiffness_n_per_m": 1 }] }"#;
     let (system, _) = parse("test", text).expect("valid").spec().build().expect("valid");
     let steps = [0.010, 0.012, 0.009];
     let state =

@@ -38,10 +38,10 @@
 //!   frame. The round-off is that of forces of size `k|x|`, about `ε_mach h k |x|`, whatever the
 //!   strain. At very large `h²k/m` Newton's method follows a curved valley and may need more than
 //!   its 100 iterations; the step then reports `IterationLimit`.
-//! * **Settings.** They cover what the paper leaves as further work, and do not change the stop
-//!   test, so the solution is the same. `jacobian=saved` keeps the factor over iterations and steps
-//!   while corrections shrink by 0.3 or better, `h` changes by less than 20 %, contacts and pins
-//!   stay, and for at most 20 steps. `solver=cg` solves Newton's systems by conjugate gradients as
+//! * **Settings.** They cover further work that the paper names, and do not change the stop test,
+//!   so the solution is the same. `jacobian=saved` keeps the factor over iterations and steps while
+//!   corrections shrink by 0.3 or better, `h` changes by less than 20 %, contacts and pins stay,
+//!   and for at most 20 steps. `solver=cg` solves Newton's systems by conjugate gradients as
 //!   tightly as `cg_tolerance` or Eisenstat and Walker (`forcing`) say, preconditioned by the
 //!   diagonal blocks or by the saved factor. `solver=multigrid` preconditions them by a cycle of
 //!   [multigrid](drape_solvers::Multigrid) on the Hessian. `tolerance` puts the method under

@@ -1,4 +1,4 @@
-//! What the method is, and its settings.
+//! Description and settings of the method.
 
 use drape_integrator::{
     Declares, Method, Order, Quantity, StabilityClass, StageSettings, Supports, TOLERANCE, settings,

@@ -1,4 +1,4 @@
-//! What the method is, and its settings.
+//! Description and settings of the method.
 
 use drape_integrator::{
     Declares, ElongationSettings, Method, Order, Quantity, SolverKind, StabilityClass, Supports,
@@ -13,9 +13,9 @@ pub static DESBRUN: Method = Method {
     order: Order::One,
     class: StabilityClass::Dissipative,
     conserves: &[Quantity::Momentum, Quantity::AngularMomentum],
-    theory: "IMEX Euler with unfiltered external forces: with torque=none, full damping, no contacts \
-             and not both pins and gravity it never gains energy; locks for h²k/m above 1; the \
-             consistent correction keeps the total angular momentum, at the price of energy, and \
+    theory: "IMEX Euler with unfiltered external forces: with torque=none, full damping, no \
+             contacts and not both pins and gravity it never gains energy; locks for h²k/m above 1; \
+             the consistent correction keeps the total angular momentum, at the price of energy, and \
              nothing else of the motion",
     supports: Supports::ScalarMatrix,
     refuses: &[],
@@ -60,8 +60,8 @@ settings! {
         inverse: Inverse [Cholesky, Dense] = Cholesky,
         /// most MiB that inverse=dense may take for the inverse and its work space; more is refused
         memory_limit_mib: usize in 1..=1_048_576 = 2048,
-        /// correction of the torque that the filter adds: none, as published, or in consistent units
-        /// (which does nothing where a particle is pinned)
+        /// correction of the torque that the filter adds: none, as published, or in consistent
+        /// units (which does nothing where a particle is pinned)
         torque: Torque [None, Literal, Consistent] = Consistent,
         /// shorten over-stretched springs after the step, like Provot, by limit, sweeps and order
         inverse_dynamics: bool = false,

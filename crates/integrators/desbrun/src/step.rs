@@ -72,7 +72,8 @@ impl Scheme for Workspace {
         viscous.assemble(linear, system, state, h); // h F̃ = h (F(x_n) − h L_k v_n − L_c v_n), (D1)
         report.force_evaluations = 1;
         clock.switch(Phase::Solve);
-        linear.apply_preconditioner(viscous.impulse(), change); // Δv = A⁻¹ h F̃ = h M⁻¹ F_filtered, (D2)
+        // Δv = A⁻¹ h F̃ = h M⁻¹ F_filtered, (D2)
+        linear.apply_preconditioner(viscous.impulse(), change);
         report.matvecs = match settings.inverse {
             Inverse::Cholesky => 1,
             Inverse::Dense => 2,
@@ -84,7 +85,8 @@ impl Scheme for Workspace {
             damping_force(system, state.level(), damping);
         }
         correct(settings.torque, system, h, &state.x, change, damping, v); // + h M⁻¹ F_corr, (D3)
-        kick(system, h, viscous.external(), v); // v_{n+1} = v_n + Δv + h M⁻¹ (F_corr + f_external), (D4)
+        // v_{n+1} = v_n + Δv + h M⁻¹ (F_corr + f_external), (D4)
+        kick(system, h, viscous.external(), v);
         contacts.constrain(system, h, state, clock);
         drift(h, &state.v, &mut state.x); // x_{n+1} = x_n + h v_{n+1}, (D5)
         contacts.settle(h, state);

@@ -15,8 +15,8 @@ pub(crate) fn damping_force(system: &System, at: Level<'_>, out: &mut [Vec3]) {
     }
 }
 
-/// Adds `h M⁻¹ F_corr` to `v` (m/s), given `Δv = h M⁻¹ F_filtered` and the damping force (N) at `x`;
-/// (D3).
+/// Adds `h M⁻¹ F_corr` to `v` (m/s), given `Δv = h M⁻¹ F_filtered` and the damping force (N) at
+/// `x`; (D3).
 pub(crate) fn correct(
     torque: Torque,
     system: &System,
@@ -34,7 +34,8 @@ pub(crate) fn correct(
     }
 }
 
-/// As published: `δT = Σ F_i × x_i`, `F_corr,i = h (x_G − x_i) × δT`, `x_G` the mean of the positions.
+/// As published: `δT = Σ F_i × x_i`, `F_corr,i = h (x_G − x_i) × δT`, `x_G` the mean of the
+/// positions.
 fn literal(system: &System, h: f64, x: &[Vec3], change: &[Vec3], v: &mut [Vec3]) {
     let mass = system.mass();
     let mut torque = Vec3::zeros();
@@ -49,10 +50,10 @@ fn literal(system: &System, h: f64, x: &[Vec3], change: &[Vec3], v: &mut [Vec3])
     }
 }
 
-/// `F_corr,i = m_i β × r_i` with `β = −I_G⁻¹ Σ r_i × (F_i − f_damping,i)`, where `r_i = x_i − x_G` and
-/// `x_G` is the centre of mass. It is the rigid rotation that restores the angular momentum which the
-/// filter took. Full damping has a torque of its own, which stays. Since `x_{n+1} = x_n + h v_{n+1}`,
-/// this keeps `Σ m x × v` exactly where nothing is damped.
+/// `F_corr,i = m_i β × r_i` with `β = −I_G⁻¹ Σ r_i × (F_i − f_damping,i)`, where `r_i = x_i − x_G`
+/// and `x_G` is the centre of mass. It is the rigid rotation that restores the angular momentum
+/// which the filter took. Full damping has a torque of its own, which stays. Since
+/// `x_{n+1} = x_n + h v_{n+1}`, this keeps `Σ m x × v` exactly where nothing is damped.
 #[doc(alias = "torque correction")]
 fn consistent(
     system: &System,
@@ -105,7 +106,8 @@ mod tests {
 
     fn system(pin: &str) -> System {
         let text = format!(
-            r#"{{ "format": "drape-system/1", "pins": [{pin}], "particles": {{ "mass_kg": [1, 2, 0.5, 4],
+            r#"{{ "format": "drape-system/1", "pins": [{pin}],
+            "particles": {{ "mass_kg": [1, 2, 0.5, 4],
             "position_m": [[0,0,0],[1,0,0],[0,1,0],[0,0,1]] }} }}"#
         );
         parse("test", &text).expect("valid").spec().build().expect("valid").0
@@ -116,8 +118,8 @@ mod tests {
         terms.fold(Vec3::zeros(), |sum, (m, (x, v))| sum + x.cross(v) * *m)
     }
 
-    /// In consistent units the correction takes back the whole torque, about any point, and leaves the
-    /// momentum alone.
+    /// In consistent units the correction takes back the whole torque, about any point, and leaves
+    /// the momentum alone.
     #[test]
     fn the_consistent_correction_restores_angular_momentum_exactly() {
         let mut random = Random::new(5);

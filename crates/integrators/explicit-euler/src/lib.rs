@@ -54,7 +54,7 @@
 //!
 //! * **Contacts.** In symplectic Euler the constrained new velocity moves a particle in contact. In
 //!   explicit Euler the old velocity moves it, and in leapfrog `v½`, so these are constrained.
-//!   Afterwards the obstacle stops what the forces add.
+//!   Afterwards the obstacle stops the velocity that the forces add.
 //! * **Leapfrog's force** is kept for the system's [revisions](drape_model::System::revisions) and
 //!   for the positions, which each step compares to the last bit. After any change from outside it
 //!   is evaluated anew, with or without `restart`. Changes of velocity, step size and contacts keep

@@ -1,4 +1,4 @@
-//! Memory of the steps; nothing here computes a step.
+//! Memory of the steps.
 
 use crate::settings::{LEAPFROG, LeapfrogSettings, StepControl};
 use crate::stability_limit::StabilityLimit;
@@ -37,7 +37,7 @@ impl EulerMemory {
 /// Relative residual at which the conjugate gradients of leapfrog stop.
 const CG_TOLERANCE: f64 = 1e-14;
 
-/// Memory of a step: the force that the next step reuses, and what its damping needs.
+/// Memory of a step, with the force that the next step reuses.
 #[derive(Debug)]
 pub struct LeapfrogWorkspace {
     /// `F`, the conservative force at `positions`, N.
@@ -47,7 +47,7 @@ pub struct LeapfrogWorkspace {
     positions: Vec<Vec3>,
     pub(crate) old_velocity: Vec<Vec3>,
     pub(crate) free_velocity: Vec<Vec3>,
-    /// `v_{n+1}` before the contacts settle, m/s; filled only where there are any.
+    /// `v_{n+1}` before the contacts settle, m/s; filled only where there are contacts.
     pub(crate) unsettled: Vec<Vec3>,
     /// Number of substeps of the last step.
     pub(crate) last_substeps: u32,
@@ -56,9 +56,9 @@ pub struct LeapfrogWorkspace {
     pub(crate) constraints: Constraints,
     /// The pins alone, which the second half kick obeys.
     pub(crate) pins: Constraints,
-    /// Only where something is damped.
+    /// `None` without damping.
     pub(crate) damping: Option<Damping>,
-    /// Only where steps are divided.
+    /// `None` unless steps are divided.
     limit: Option<StabilityLimit>,
 }
 
@@ -96,7 +96,7 @@ impl LeapfrogWorkspace {
             StepControl::Auto => Some(StabilityLimit::followed(system, settings.safety)),
             StepControl::Bound => {
                 let limit = StabilityLimit::bound(system, settings.safety);
-                let what = "step=bound with a stiffness that is no spring's".to_owned();
+                let what = "step=bound with a stiffness other than springs".to_owned();
                 let key = "effects".to_owned();
                 Some(limit.ok_or(PrepareError::Unsupported { method: LEAPFROG.id, what, key })?)
             }
@@ -166,8 +166,8 @@ impl LeapfrogWorkspace {
     }
 }
 
-/// Whether two block vectors are equal to the last bit. Without an early exit, the loop costs little
-/// beside a sweep over the springs.
+/// Whether two block vectors are equal to the last bit. Without an early exit, the loop costs
+/// little beside a sweep over the springs.
 fn same_bits(a: &[Vec3], b: &[Vec3]) -> bool {
     let differing =
         |a: &Vec3, b: &Vec3| (0..3).fold(0, |bits, k| bits | (a[k].to_bits() ^ b[k].to_bits()));

@@ -1,4 +1,4 @@
-//! What a step of order 1 did to the energy.
+//! The energy ledger of the methods of order 1.
 
 use crate::step::{EulerWorkspace, UpdatedWorkspace};
 use crate::workspace::Memory;
@@ -6,7 +6,7 @@ use drape_integrator::{Bookkeeping, EnergyLedger, Split, Taken, as_stepped};
 use drape_model::Vec3;
 
 impl EulerWorkspace {
-    /// The ledger of the last step of IMEX Euler: `−L_k` at its end, `F2` at its start.
+    /// The ledger of the last step of IMEX Euler, with `−L_k x` at its end and `F2` at its start.
     pub(crate) fn energy_ledger(&mut self, taken: &Taken<'_>) -> EnergyLedger {
         let Taken { system, before, after, h } = *taken;
         if self.memory.contacts.is_empty() {
@@ -18,8 +18,9 @@ impl EulerWorkspace {
 }
 
 impl UpdatedWorkspace {
-    /// The ledger of the last step of updated CG, with `F2` where `b` took it last. Where Newton's method
-    /// ended the step, `b` is first updated at its end: the equation is then that of backward Euler.
+    /// The ledger of the last step of updated CG, with `F2` where `b` took it last. Where Newton's
+    /// method ended the step, `b` is first updated at its end: the equation is then that of
+    /// backward Euler.
     pub(crate) fn energy_ledger(&mut self, taken: &Taken<'_>) -> EnergyLedger {
         let Taken { system, before, h, .. } = *taken;
         let Self { memory, descent } = self;

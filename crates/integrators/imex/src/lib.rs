@@ -91,7 +91,7 @@
 //!
 //! *Springs with piecewise-linear tension.* With `T(L)` of several slopes, `F2 = (K L − T(L)) û`
 //! for any `K`. The setting `split` of the methods of order 1 chooses the `K` in `A`. `majorant`
-//! (the default, and what the two-step methods take) is the steepest slope of each spring: `A` is
+//! (the default; the two-step methods always take it) is the steepest slope of each spring: `A` is
 //! constant and the theorems below hold. `paper`, the reading of section 5, is the slope of the
 //! present piece at `x_n`: `A` is set up anew, charged as a change of stiffness, whenever a spring
 //! reaches another piece. Within a step `K` is frozen. Algorithm 1 has the same fixed point with
@@ -120,8 +120,8 @@
 //! * loose tolerances with the extrapolated start;
 //! * contacts that push out.
 //!
-//! *Two steps, linear theory*: on `x'' = −(κ_I + κ_E)x − δx'` the roots are those of
-//! `A² + ηAB + θ_I B² + θ_E BC = 0` with `A(ζ) = a_0 ζ² + a_1 ζ + a_2`, `B` likewise,
+//! *Two steps, linear theory*: on `x'' = −(κ_I + κ_E)x − δx'` the factors of a step are the roots
+//! of `A² + ηAB + θ_I B² + θ_E BC = 0` with `A(ζ) = a_0 ζ² + a_1 ζ + a_2`, `B` likewise,
 //! `C = c_1 ζ + c_2`. Sideways motion at rest length has `θ_E = −θ_I`, for which 1 is a double root
 //! at any stiffness: no locking. Beside it there are parasites:
 //!
@@ -176,7 +176,7 @@
 //! | CNAB2 | 0.8e-5 |
 //!
 //! *Locking of a sheet.* A sheet of 20 × 20 particles that falls from two corners, shear 0.1 k,
-//! `d/m` = 40 1/s, `h` = 0.01 s; path of the middle of the free edge within 1 s over that of
+//! `d/m` = 40 1/s, `h` = 0.01 s; path of the middle of the free edge within 1 s over its path with
 //! backward Euler, all springs implicit, and CG iterations a step:
 //!
 //! | `k/m` | 1e4 | 1e5 | 1e6 | 1e7 | 1e8 | CG at 1e6 |

@@ -9,8 +9,8 @@ pub(crate) struct RightHandSide {
     implicit: Implicit,
     /// Right-hand side, kg m/s.
     pub(crate) b: Vec<Vec3>,
-    /// `M v_n + h [F_frozen − L_k x_n]`, kg m/s. This and the next three fields are empty where nothing is
-    /// updated.
+    /// `M v_n + h [F_frozen − L_k x_n]`, kg m/s. This and the next three fields are empty where
+    /// nothing is updated.
     frozen: Vec<Vec3>,
     /// Force of the explicit effects, N.
     pub(crate) explicit_force: Vec<Vec3>,
@@ -53,16 +53,16 @@ impl RightHandSide {
         &self.x
     }
 
-    /// `b = M v_n + h [F_explicit(x_n, v_n) − L_k x_n]`, EEH (21). Since `F2 − L_k x` is the force of the
-    /// springs, the bracket is the whole force at level `n` without the damping `−L_c v`, which stands in
-    /// the matrix.
+    /// `b = M v_n + h [F_explicit(x_n, v_n) − L_k x_n]`, EEH (21). Since `F2 − L_k x` is the force
+    /// of the springs, the bracket is the whole force at level `n` without the damping `−L_c v`,
+    /// which stands in the matrix.
     #[doc(alias = "EEH 21")]
     pub(crate) fn assemble(&mut self, system: &System, state: &State, h: f64) {
         self.implicit.write_impulse(system, state, h, &mut self.b);
     }
 
-    /// The part of `b` that Algorithm 1 does not update. `M v_n`, `−h L_k x_n` and every force that the
-    /// matrix does not dominate stay at level `n`.
+    /// The part of `b` that Algorithm 1 does not update. `M v_n`, `−h L_k x_n` and every force that
+    /// the matrix does not dominate stay at level `n`.
     pub(crate) fn freeze(
         &mut self,
         system: &System,
@@ -105,8 +105,8 @@ impl RightHandSide {
     }
 }
 
-/// Adds `F2` of the implicit effects at `x`, N: what is left of their force beside the stiffnesses in the
-/// matrix, which are `slopes` or else constant.
+/// Adds `F2` of the implicit effects at `x`, N: the rest of their force beside the stiffnesses
+/// in the matrix, which are `slopes` or else constant.
 pub(crate) fn add_nonlinear_forces(
     implicit: Implicit,
     slopes: Option<&Slopes>,

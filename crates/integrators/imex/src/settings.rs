@@ -137,8 +137,8 @@ settings! {
         max_outer: u32 in 1..=1_000_000 = 200,
         /// the robust form uses Newton at once where h²k/m is larger than this
         newton_above: f64 in 0.0..=1e300 = 100,
-        /// how tightly CG solves between two updates of the right-hand side: to the tolerance of the
-        /// step, or by the progress of the updates (Eisenstat and Walker, choice 2)
+        /// how tightly CG solves between two updates of the right-hand side: to the tolerance of
+        /// the step, or by the progress of the updates (Eisenstat and Walker, choice 2)
         forcing: ForcingKind [Constant, EisenstatWalker] = Constant,
         /// local error that a step may make, in mesh widths; 0: the method takes steps as given
         tolerance: f64 as TOLERANCE,

@@ -13,17 +13,17 @@ use drape_solvers::{Constraints, vector::norm};
 /// δ = A⁻¹ r        r = τ (F2(x_{n+1}) − F2 expected)
 /// ```
 ///
-/// `δ` alone cannot see locking: the matrix that locks the sheet makes `δ` as small as the motion. Further
-/// updates would add a geometric series with the ratio `1 − 1/q`, where `q = 1 + θ` of the mode at hand, so
-/// their sum is `q δ`. `q` is the Rayleigh quotient
+/// `δ` alone cannot see locking: the matrix that locks the sheet makes `δ` as small as the motion.
+/// Further updates would add a geometric series with the ratio `1 − 1/q`, where `q = 1 + θ` of the
+/// mode at hand, so their sum is `q δ`. `q` is the Rayleigh quotient
 ///
 /// ```text
 /// q = δᵀ A δ / δᵀ M δ = rᵀ δ / δᵀ M δ
 /// ```
 ///
-/// It is exact where one mode dominates, as in the fall of a locked sheet. The error of the positions is
-/// `τ q δ`. Damping in `A` makes it an upper estimate. The part of the error that positions do show is
-/// added to it.
+/// It is exact where one mode dominates, as in the fall of a locked sheet. The error of the
+/// positions is `τ q δ`. Damping in `A` makes it an upper estimate. The part of the error that
+/// positions do show is added to it.
 #[derive(Debug)]
 pub(crate) struct SplittingError {
     /// The force that the step expected, N.
@@ -69,8 +69,8 @@ impl SplittingError {
         self.is_split = false;
     }
 
-    /// Adds `τ q δ` to `error`, m, after a step. `add_force` adds the force at the new level that the step
-    /// took at the old one. The constraints are brought to rest.
+    /// Adds `τ q δ` to `error`, m, after a step. `add_force` adds the force at the new level that
+    /// the step took at the old one. The constraints are brought to rest.
     #[expect(clippy::too_many_arguments, reason = "each is owned by the step that calls")]
     pub(crate) fn add(
         &mut self,

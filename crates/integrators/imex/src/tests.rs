@@ -7,14 +7,16 @@ use drape_oracle::Random;
 
 const H: f64 = 0.01;
 
-/// A free sheet of 5 × 5 particles of 1 g, 0.25 m apart. Its tension springs have the stiffness `k` (N/m)
-/// up to 5 % of strain and `ratio k` beyond.
+/// A free sheet of 5 × 5 particles of 1 g, 0.25 m apart. Its tension springs have the stiffness `k`
+/// (N/m) up to 5 % of strain and `ratio k` beyond.
 fn sheet(k: f64, ratio: f64, damping: f64) -> (System, State) {
     let text = format!(
         r#"{{ "format": "drape-scene/1", "name": "sheet",
-            "cloth": {{ "grid": {{ "rows": 5, "columns": 5, "size_m": [1, 1], "center_m": [0, 0, 0], "mass_kg": 0.025 }} }},
+            "cloth": {{ "grid": {{ "rows": 5, "columns": 5, "size_m": [1, 1],
+                "center_m": [0, 0, 0], "mass_kg": 0.025 }} }},
             "effects": {{ "tension": {{ "damping_n_s_per_m": {damping}, "pieces": [
-                {{ "up_to_strain": 0.05, "stiffness_n_per_m": {k} }}, {{ "stiffness_n_per_m": {} }}] }} }},
+                {{ "up_to_strain": 0.05, "stiffness_n_per_m": {k} }},
+                {{ "stiffness_n_per_m": {} }}] }} }},
             "time": {{ "step_s": 0.01, "duration_s": 1 }} }}"#,
         ratio * k
     );

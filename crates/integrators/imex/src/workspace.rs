@@ -46,8 +46,8 @@ impl Memory {
         self.contacts.restart();
     }
 
-    /// Swaps the new velocity into `v` without a copy; the predictor remembers the old one. The ledger
-    /// needs a copy of the solution only where contacts may still change `v`.
+    /// Swaps the new velocity into `v` without a copy; the predictor remembers the old one. The
+    /// ledger needs a copy of the solution only where contacts may still change `v`.
     pub(crate) fn change_places(&mut self, v: &mut Vec<Vec3>, h: f64) {
         self.predictor.take(v, h);
         std::mem::swap(v, &mut self.velocity);

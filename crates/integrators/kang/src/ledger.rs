@@ -1,4 +1,4 @@
-//! What a step did to the energy.
+//! The energy ledger of a step.
 
 use crate::step::Workspace;
 use drape_integrator::{Bookkeeping, EnergyLedger, Implicit, Taken, momentum_between};

@@ -1,4 +1,4 @@
-//! What the method is, and its settings.
+//! Description and settings of the method.
 
 use drape_integrator::{Declares, Method, Order, StabilityClass, Supports, settings};
 
@@ -10,10 +10,10 @@ pub static KANG: Method = Method {
     order: Order::One,
     class: StabilityClass::Dissipative,
     conserves: &[],
-    theory: "two Jacobi sweeps in place of the solve of IMEX Euler: stable on springs of rest length \
-             0, energy may rise on others; it hardly resists smooth stretching, so a stiff sheet \
-             sags like rubber; momentum is kept only where all particles have equal masses and \
-             springs",
+    theory: "two Jacobi sweeps in place of the solve of IMEX Euler: stable on springs of rest \
+             length 0, energy may rise on others; it hardly resists smooth stretching, so a stiff \
+             sheet sags like rubber; momentum is kept only where all particles have equal masses \
+             and springs",
     supports: Supports::ScalarMatrix,
     refuses: &[],
     settings: KangSettings::SETTINGS,

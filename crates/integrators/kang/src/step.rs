@@ -66,7 +66,8 @@ impl Scheme for Workspace {
         let Self { linear, viscous, change, product, contacts } = self;
         let sweeps = settings.sweeps;
         clock.switch(Phase::MatrixSetup);
-        let mut report = StepReport::after_setup(linear.refresh(system, h)?); // D and A = M + h² L_k + h L_c
+        // A = M + h² L_k + h L_c and its diagonal D
+        let mut report = StepReport::after_setup(linear.refresh(system, h)?);
         clock.switch(Phase::Forces);
         viscous.assemble(linear, system, state, h); // h F̃ = h (F(x_n) − h L_k v_n − L_c v_n), (K1)
         clock.switch(Phase::Solve);

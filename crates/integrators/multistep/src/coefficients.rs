@@ -9,9 +9,9 @@ pub const MAX_STEPS: usize = 3;
 /// Σ_{j=0}^{k} α_j y_{n+j} = h Σ_{j=0}^{k} β_j f_{n+j}
 /// ```
 ///
-/// Level `n + k` is the new one, and `h` is the size of the step that leads to it. Earlier steps may have
-/// had other sizes: the coefficients come from the polynomials that interpolate at the times of the
-/// levels. At equal steps:
+/// Level `n + k` is the new one, and `h` is the size of the step that leads to it. Earlier steps
+/// may have had other sizes: the coefficients come from the polynomials that interpolate at the
+/// times of the levels. At equal steps:
 ///
 /// | `k` | Adams–Bashforth: `α` | `β` | BDF: `α` | `β` |
 /// |---|---|---|---|---|
@@ -48,8 +48,8 @@ fn integral(polynomial: impl Fn(f64) -> f64) -> f64 {
 }
 
 impl LinearMultistep {
-    /// Explicit Adams (Adams–Bashforth), EEH (2): the last step is the integral of the polynomial through
-    /// the last `k` values of `f`. One step gives explicit Euler.
+    /// Explicit Adams (Adams–Bashforth), EEH (2): the last step is the integral of the polynomial
+    /// through the last `k` values of `f`. One step gives explicit Euler.
     ///
     /// `steps` are the sizes of the last `k` steps, s, the present one first. The order is `k`.
     ///
@@ -74,8 +74,8 @@ impl LinearMultistep {
         Self { steps: k, alpha, beta }
     }
 
-    /// Backward differentiation (BDF), EEH (3): the polynomial through all `k + 1` levels has the slope `f`
-    /// at the new one. One step gives backward Euler.
+    /// Backward differentiation (BDF), EEH (3): the polynomial through all `k + 1` levels has the
+    /// slope `f` at the new one. One step gives backward Euler.
     ///
     /// `steps` are as for [`adams_bashforth`](Self::adams_bashforth). The order is `k`.
     ///

@@ -66,10 +66,10 @@
 //!   along the normals while a particle stays in contact. BDF constrains its stage so that
 //!   `x* + τ v` lies where [`drape_integrator::ContactSet`] wants it. In both, a particle whose
 //!   contact begins or ends gets a past of constant acceleration. For Adams it is the acceleration
-//!   of all forces. For BDF it is the one that the particle had, and along the normals that of the
-//!   forces that are not stiff. So the flight after a bounce is on its parabola at once, and an
-//!   elastic bounce neither takes nor gives energy. Off an edge BDF notices too late, and loses a
-//!   third of the first `h g`.
+//!   of all forces. For BDF it is the former acceleration, and along the normals that of the
+//!   explicit forces. So the flight after a bounce is on its parabola at once, and an elastic
+//!   bounce neither takes nor gives energy. Off an edge BDF notices too late, and loses a third of
+//!   the first `h g`.
 //!
 //! On the oscillator `x'' = −κx − δx'`, `θ = h²κ`, `η = hδ`, the factors of a step are the roots of
 //! `ρ² + ηρσ + θσ² = 0` with `ρ(ζ) = Σ α_j ζ^j`, `σ(ζ) = Σ β_j ζ^j`:

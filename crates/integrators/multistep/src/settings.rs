@@ -47,8 +47,8 @@ pub static BDF2: Method = Method {
     settings: BdfSettings::SETTINGS,
 };
 
-/// Ratios of neighbouring steps that Adams–Bashforth bridges. It is zero-stable at any ratio; accuracy
-/// sets the limit: at a growth by 2 the weights are `(−1, 2)`.
+/// Ratios of neighbouring steps that Adams–Bashforth bridges. It is zero-stable at any ratio;
+/// accuracy sets the limit: at a growth by 2 the weights are `(−1, 2)`.
 pub(crate) const ADAMS_RATIOS: RangeInclusive<f64> = 0.5..=2.0;
 
 /// Number `k` of steps of a method.
@@ -114,10 +114,10 @@ fn without_control_of_three(settings: &BdfSettings) -> Result<(), SettingError> 
 }
 
 impl BdfSettings {
-    /// Ratios of neighbouring steps that the method bridges. With two steps, past errors die out while
-    /// every ratio is below `1 + √2` (Grigorieff 1983). With three steps, steady growth is unstable from
-    /// the golden ratio 1.618 on; a test finds nothing worse, and smaller bounds are proven (Calvo, Grande
-    /// and Grigorieff 1990).
+    /// Ratios of neighbouring steps that the method bridges. With two steps, past errors die out
+    /// while every ratio is below `1 + √2` (Grigorieff 1983). With three steps, steady growth is
+    /// unstable from the golden ratio 1.618 on; a test finds nothing worse, and smaller bounds are
+    /// proven (Calvo, Grande and Grigorieff 1990).
     pub(crate) fn ratios(&self) -> RangeInclusive<f64> {
         let most = if self.steps == Steps::Three { 1.5 } else { 2.0 };
         0.5..=most

@@ -43,8 +43,8 @@ fn above(normal: [f64; 3], restitution: f64, x: Vec3, v: Vec3) -> SystemSpec {
 
 const UP: [f64; 3] = [0.0, 0.0, 1.0];
 
-/// A bounce replaces the levels before it by those of a free flight: the particle is on its parabola
-/// at once, and an elastic bounce keeps the energy.
+/// A bounce replaces the levels before it by those of a free flight: the particle is on its
+/// parabola at once, and an elastic bounce keeps the energy.
 #[test]
 fn the_flight_after_a_bounce_is_a_parabola_from_its_first_step() {
     for e in [0.5, 1.0] {
@@ -110,7 +110,8 @@ fn what_slides_off_an_edge_falls_on_a_parabola_from_its_first_step() {
             let (x, v) = (run.state.x[0], run.state.v[0]);
             run.step();
             let falls = if x.x > 0.5 { Vec3::z() * -G } else { Vec3::zeros() };
-            // Adams remembers forces, which an edge does not change; BDF velocities, which have a kink there.
+            // Adams remembers forces, which an edge does not change; BDF velocities, which have a
+            // kink there.
             let first = v.z == 0.0;
             let close = if first && name.starts_with("bdf2") { 0.5 * G * H } else { 1e-12 };
             let error = (run.state.v[0] - v - falls * H).norm();

@@ -1,4 +1,4 @@
-//! What the method is, and its settings.
+//! Description and settings of the method.
 
 use drape_integrator::{
     Declares, ElongationSettings, Method, Order, Quantity, StabilityClass, Supports, Word, settings,
@@ -39,8 +39,8 @@ settings! {
     pub struct ProvotSettings for PROVOT {
         /// the limit on elongation
         elongation: ElongationSettings,
-        /// whether a corrected position also changes the velocity, by its displacement over the step
-        /// size
+        /// whether a corrected position also changes the velocity, by its displacement over the
+        /// step size
         velocity: VelocityUpdate [Corrected, PositionsOnly] = Corrected,
     }
 }

@@ -37,8 +37,8 @@ impl SecantSystem {
         })
     }
 
-    /// `A = M + h² K(x_n) + ½ h L_c` and `b = (M − ½ h D) v_n + h (f_ext − K(x_n) x_n)`, (T2). Projected
-    /// damping `D` adds `½ h (L_c − D) v_n` to `b`.
+    /// `A = M + h² K(x_n) + ½ h L_c` and `b = (M − ½ h D) v_n + h (f_ext − K(x_n) x_n)`, (T2).
+    /// Projected damping `D` adds `½ h (L_c − D) v_n` to `b`.
     #[doc(alias = "Terzopoulos-Fleischer 1988")]
     pub(crate) fn assemble(&mut self, system: &System, state: &State, h: f64) {
         let Self { clamp, matrix, free, b, damping, .. } = self;
@@ -142,13 +142,16 @@ mod tests {
     /// Three particles on two springs with the given law of damping, in motion.
     fn scene(damping: &str) -> (System, State) {
         let text = format!(
-            r#"{{ "format": "drape-system/1", "damping": "{damping}", "particles": {{ "mass_kg": [1, 2, 0.5],
+            r#"{{ "format": "drape-system/1", "damping": "{damping}",
+            "particles": {{ "mass_kg": [1, 2, 0.5],
             "position_m": [[0, 0, 0], [0.5, 0, 0.25], [2, 1, 0]],
             "velocity_m_s": [[0, 1, 0], [1, 0, -1], [0.5, 0.25, 2]] }},
             "effects": {{ "gravity": {{ "m_s2": [0, 0, -10] }} }},
             "springs": [
-              {{ "effect": "tension", "i": 0, "j": 1, "rest_length_m": 1, "stiffness_n_per_m": 50, "damping_n_s_per_m": 3 }},
-              {{ "effect": "shear", "i": 1, "j": 2, "rest_length_m": 1, "stiffness_n_per_m": 20, "damping_n_s_per_m": 2 }}
+              {{ "effect": "tension", "i": 0, "j": 1, "rest_length_m": 1,
+                "stiffness_n_per_m": 50, "damping_n_s_per_m": 3 }},
+              {{ "effect": "shear", "i": 1, "j": 2, "rest_length_m": 1,
+                "stiffness_n_per_m": 20, "damping_n_s_per_m": 2 }}
             ] }}"#
         );
         parse("test", &text).expect("valid").spec().build().expect("valid")
@@ -192,8 +195,8 @@ mod tests {
         }
     }
 
-    /// Half of the projected damping is implicit, as far as it is linear. Where the velocity does not
-    /// change, both halves add up to the whole damping force.
+    /// Half of the projected damping is implicit, as far as it is linear. Where the velocity does
+    /// not change, both halves add up to the whole damping force.
     #[test]
     fn projected_damping_is_complete_where_the_velocity_does_not_change() {
         let (system, state) = scene("projected");

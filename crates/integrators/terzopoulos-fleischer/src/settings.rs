@@ -1,4 +1,4 @@
-//! What the method is, and its settings.
+//! Description and settings of the method.
 
 use drape_integrator::{Declares, Method, Order, Quantity, StabilityClass, Supports, settings};
 
@@ -21,8 +21,8 @@ pub static TERZOPOULOS_FLEISCHER: Method = Method {
 settings! {
     /// Settings of the semi-implicit step.
     pub struct TerzopoulosFleischerSettings for TERZOPOULOS_FLEISCHER {
-        /// raise the negative secant stiffness of compressed springs to 0: the matrix stays positive
-        /// definite, but this is another equation, and no order is claimed
+        /// raise the negative secant stiffness of compressed springs to 0: the matrix stays
+        /// positive definite, but this is another equation, and no order is claimed
         clamp: bool = false,
     }
 }

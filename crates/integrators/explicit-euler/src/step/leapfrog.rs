@@ -40,7 +40,7 @@ impl Scheme for LeapfrogWorkspace {
         let (start, end, mass) = (state.t, state.t + h, system.mass());
         let h = h / f64::from(report.substeps);
         let half = 0.5 * h;
-        self.refresh(system, h, &mut report)?; // M + h/2 L_c of (L3)
+        self.refresh(system, h, &mut report)?; // M + h/2 L_c, (L3)
         clock.switch(Phase::Forces);
         if !self.remembers(system, &state.x) {
             self.evaluate_force(system, &state.x, &mut report); // F(x_n)
@@ -69,14 +69,16 @@ impl Scheme for LeapfrogWorkspace {
                 v.copy_from_slice(&self.old_velocity);
                 let mut has_remainder = false;
                 for is_prediction in [true, false] {
-                    has_remainder |= evaluate_remainder(system, Level { t, x, v }, r); // R(x_{n+1}, v)
+                    // R(x_{n+1}, v)
+                    has_remainder |= evaluate_remainder(system, Level { t, x, v }, r);
                     if !has_remainder && !is_prediction {
                         break; // the first solve was exact
                     }
                     for i in 0..v.len() {
                         b[i] = momentum[i] + r[i] * half; // … + h/2 R(x_{n+1}, v_{n+1})
                     }
-                    report.add_stage(solver.solve(&self.pins, b, v)); // (M + h/2 L_c) v_{n+1} = b, (L3)
+                    // (M + h/2 L_c) v_{n+1} = b, (L3)
+                    report.add_stage(solver.solve(&self.pins, b, v));
                 }
                 report.force_evaluations += u32::from(has_remainder);
             } else {
@@ -166,9 +168,9 @@ impl Damping {
 /// `R(x, v) = L_c v − D(x) v`, N: the part of full damping that projected damping lacks. Returns
 /// whether any of it is not zero.
 ///
-/// The step takes `R` first at `v_n`, then at the velocity that this gives, which keeps order 2. The
-/// extrapolations `2 v½ − v_n` and `2 v_n − v_{n−1}` would save a solve, but they are unstable on
-/// modes that `L_c` damps and `D` does not.
+/// The step takes `R` first at `v_n`, then at the velocity that this gives, which keeps order 2.
+/// The extrapolations `2 v½ − v_n` and `2 v_n − v_{n−1}` would save a solve, but they are unstable
+/// on modes that `L_c` damps and `D` does not.
 fn evaluate_remainder(system: &System, at: Level<'_>, remainder: &mut [Vec3]) -> bool {
     remainder.fill(Vec3::zeros());
     for effect in system.effects() {

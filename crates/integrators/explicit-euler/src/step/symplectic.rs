@@ -69,7 +69,8 @@ impl Scheme for SymplecticWorkspace {
         report.force_evaluations = 1;
         if let Some(solver) = &mut self.damping {
             let b = force;
-            Implicit::Springs.write_impulse(system, state, h, b); // b = M v_n + h (f(x_n, v_n) + L_c v_n)
+            // b = M v_n + h (f(x_n, v_n) + L_c v_n), (S3)
+            Implicit::Springs.write_impulse(system, state, h, b);
             clock.switch(Phase::Solve);
             velocity.copy_from_slice(&state.v);
             contacts.solve(system, constraints, impulse, |constraints, wanted| {

@@ -33,8 +33,9 @@ pub(crate) struct Descent {
 }
 
 impl Descent {
-    /// Minimises from `v`. A result that gains energy is accepted only when it has converged. Where it
-    /// cannot converge, a step of IMEX Euler replaces it, which with full damping never gains energy.
+    /// Minimises from `v`. A result that gains energy is accepted only when it has converged. Where
+    /// it cannot converge, a step of IMEX Euler replaces it, which with full damping never gains
+    /// energy.
     pub(super) fn minimise(
         &mut self,
         problem: Problem<'_>,

@@ -13,8 +13,8 @@ pub enum TwoStep {
     Cnlf,
 }
 
-/// Coefficients of a two-step method for `y' = f + g` with `g` implicit, EEH (7). Index 0 is the new
-/// level; the paper counts from the oldest one and takes `α_k = 1`.
+/// Coefficients of a two-step method for `y' = f + g` with `g` implicit, EEH (7). Index 0 is the
+/// new level; the paper counts from the oldest one and takes `α_k = 1`.
 ///
 /// ```text
 /// (1/h) Σ_{j=0}^{2} a_j y_{n+1−j} = Σ_{j=1}^{2} c_j f_{n+1−j} + Σ_{j=0}^{2} b_j g_{n+1−j}
@@ -39,8 +39,8 @@ pub struct Coefficients {
     pub c: [f64; 2],
 }
 
-/// Ratios of neighbouring steps that the variable-step coefficients bridge. SBDF2 forgets its start while
-/// `ω < 1 + √2`. After a jump by more than a factor of 2 the method starts anew.
+/// Ratios of neighbouring steps that the variable-step coefficients bridge. SBDF2 forgets its start
+/// while `ω < 1 + √2`. After a jump by more than a factor of 2 the method starts anew.
 const STEP_RATIOS: std::ops::RangeInclusive<f64> = 0.5..=2.0;
 
 impl TwoStep {
@@ -49,8 +49,8 @@ impl TwoStep {
         self.formula(1.0)
     }
 
-    /// The coefficients where the last step is `omega` times the one before. `None` where the method has
-    /// to start anew: outside of [1/2, 2], and CNLF at any change.
+    /// The coefficients where the last step is `omega` times the one before. `None` where the
+    /// method has to start anew: outside of [1/2, 2], and CNLF at any change.
     pub fn coefficients(self, omega: f64) -> Option<Coefficients> {
         let fits = match self {
             Self::Cnlf => omega == 1.0,

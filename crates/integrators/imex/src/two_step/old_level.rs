@@ -38,8 +38,8 @@ impl OldLevel {
         self.level.restart();
     }
 
-    /// `ω = h_n/h_{n−1}` for a step of `h` seconds. `None` without a past, or where masses, stiffnesses,
-    /// damping coefficients or pins have changed.
+    /// `ω = h_n/h_{n−1}` for a step of `h` seconds. `None` without a past, or where masses,
+    /// stiffnesses, damping coefficients or pins have changed.
     pub(crate) fn step_ratio(&self, system: &System, h: f64) -> Option<f64> {
         let fits = !self.level.is_empty() && self.revisions == Some(system.revisions());
         fits.then(|| h / self.level.step(0))
@@ -69,7 +69,8 @@ impl OldLevel {
         SplitForces::SWEEPS
     }
 
-    /// Remembers the level that a step of `h` seconds is about to leave, with its forces if they are known.
+    /// Remembers the level that a step of `h` seconds is about to leave, with its forces if they
+    /// are known.
     pub(crate) fn remember(
         &mut self,
         system: &System,
@@ -86,9 +87,10 @@ impl OldLevel {
         }
     }
 
-    /// Rewrites the past of a particle whose contact changed. In the constrained directions it came to
-    /// `(x, v)` with the acceleration `a`; in the free ones its past stays. Forces are evaluated anew, so
-    /// that a force across a stiff spring is extrapolated along the same path as the positions.
+    /// Rewrites the past of a particle whose contact changed. In the constrained directions it came
+    /// to `(x, v)` with the acceleration `a`; in the free ones its past stays. Forces are evaluated
+    /// anew, so that a force across a stiff spring is extrapolated along the same path as the
+    /// positions.
     pub(crate) fn meet(&mut self, particle: usize, filter: Filter, (x, v): (Vec3, Vec3), a: Vec3) {
         if filter == Filter::Free {
             return; // a contact that ends changes no velocity

@@ -27,8 +27,8 @@ settings! {
         implicit: Implicit as IMPLICIT_SPRINGS,
         /// how long the matrix lives
         matrix: MatrixUse as MATRIX,
-        /// local error that a step may make, in mesh widths; 0: the method takes steps as given, as CNLF
-        /// always does
+        /// local error that a step may make, in mesh widths; 0: the method takes steps as given, as
+        /// CNLF always does
         tolerance: f64 as TOLERANCE,
         /// how that error is estimated
         estimator: Estimator as ESTIMATOR,
@@ -61,8 +61,8 @@ pub static IMEX_SBDF2: Method = two_step(
     "IMEX BDF2 (SBDF2)",
     "EEH (7)-(9); Ascher, Ruuth and Wetton 1995",
     "slow rotation is kept to order 2, so linear theory knows no locking, but a stiff sheet lags \
-     behind; stiff modes are damped; explicit springs beside stiff implicit ones are stable below a \
-     third of their stiffness",
+     behind; stiff modes are damped; explicit springs beside stiff implicit ones are stable below \
+     a third of their stiffness",
 );
 
 /// CNAB2.
@@ -70,8 +70,8 @@ pub static IMEX_CNAB2: Method = two_step(
     "imex-cnab2",
     "IMEX Crank-Nicolson Adams-Bashforth (CNAB2)",
     "EEH (7)-(9); Ascher, Ruuth and Wetton 1995",
-    "slow rotation is kept to order 2, but a stiff sheet lags behind; stiff modes ring undamped, so \
-     any explicit stiffness beside them, even a small one, makes them grow",
+    "slow rotation is kept to order 2, but a stiff sheet lags behind; stiff modes ring undamped, \
+     so any explicit stiffness beside them, even a small one, makes them grow",
 );
 
 /// MCNAB2.
@@ -84,7 +84,8 @@ pub static IMEX_MCNAB2: Method = two_step(
      their stiffness",
 );
 
-/// The settings of CNLF. It starts anew at any change of the step size, so step size control is left out.
+/// The settings of CNLF. It starts anew at any change of the step size, so step size control is
+/// left out.
 const EQUAL_STEP_SETTINGS: &[Setting] = match TwoStepValues::SETTINGS {
     [others @ .., _tolerance, _estimator] => others,
     _ => &[],
@@ -92,9 +93,9 @@ const EQUAL_STEP_SETTINGS: &[Setting] = match TwoStepValues::SETTINGS {
 
 /// CNLF.
 ///
-/// It refuses friction: a particle that friction stops would alternate between two positions for ever. Its
-/// difference formula joins every other level, `x_{n+1} = x_{n−1} + h (v_{n+1} + v_{n−1})`, so
-/// `x_{n+1} = x_{n−1}` once the velocities are 0.
+/// It refuses friction: a particle that friction stops would alternate between two positions for
+/// ever. Its difference formula joins every other level,
+/// `x_{n+1} = x_{n−1} + h (v_{n+1} + v_{n−1})`, so `x_{n+1} = x_{n−1}` once the velocities are 0.
 pub static IMEX_CNLF: Method = Method {
     refuses: &["friction"],
     settings: EQUAL_STEP_SETTINGS,

@@ -77,22 +77,23 @@ impl Scheme for Workspace {
         clock: &mut PhaseClock,
     ) -> Result<StepReport, StepError> {
         let omega = self.past.step_ratio(system, h);
-        let continued = omega.and_then(|omega| settings.scheme.coefficients(omega)); // of (7)
+        let continued = omega.and_then(|omega| settings.scheme.coefficients(omega)); // EEH (7)
         let tau = continued.unwrap_or(settings.scheme.at_constant_step()).tau(h); // τ = h b_0/a_0
         let (end, implicit) = (state.t + h, settings.implicit);
         clock.switch(Phase::MatrixSetup);
-        let mut report = StepReport::after_setup(self.linear.refresh(system, tau)?); // M + τ² L_k + τ L_c
+        // M + τ² L_k + τ L_c, EEH (9)
+        let mut report = StepReport::after_setup(self.linear.refresh(system, tau)?);
         self.evaluate_external(system, &state.x);
         self.splitting.expect_nothing();
         if let Some(Coefficients { a: [a0, _, a2], b: [_, b1, b2], c: [c1, c2] }) = continued {
             clock.switch(Phase::Forces);
             let sweeps = self.past.update_forces(system, implicit); // F_{n−1} and G_{n−1}
-            self.present.evaluate(system, implicit, state.level()); // F_n and G_n of (6)
+            self.present.evaluate(system, implicit, state.level()); // F_n and G_n, EEH (6)
             report.force_evaluations = sweeps + SplitForces::SWEEPS + 1;
             let (x, v, now, old) = (&state.x, &state.v, &self.present, &self.past.forces);
             let Level { x: x_old, v: v_old, .. } = self.past.level();
-            // X* = (1/a_0) [−a_1 x_n − a_2 x_{n−1} + h (b_1 v_n + b_2 v_{n−1})], (8). With
-            // a_1 = −a_0 − a_2, a particle at rest keeps its bits; so below.
+            // X* = (1/a_0) [−a_1 x_n − a_2 x_{n−1} + h (b_1 v_n + b_2 v_{n−1})], EEH (8). Written
+            // with a_1 = −a_0 − a_2, here and below, a particle at rest keeps its bits.
             for i in 0..state.len() {
                 let drift = v[i] * b1 + v_old[i] * b2;
                 self.position[i] = x[i] + (x[i] - x_old[i]) * (a2 / a0) + drift * (h / a0);
@@ -100,7 +101,7 @@ impl Scheme for Workspace {
             self.scratch.fill(Vec3::zeros());
             implicit.add_linear_spring_forces(system, &self.position, &mut self.scratch); // −L_k X*
             // b = −(1/a_0) M (a_1 v_n + a_2 v_{n−1}) + (h/a_0) [c_1 F_n + c_2 F_{n−1} + b_1 G_n
-            //     + b_2 G_{n−1}] − τ L_k X*, (8)
+            //     + b_2 G_{n−1}] − τ L_k X*, EEH (8)
             for (i, &m) in system.mass().iter().enumerate() {
                 let inertia = v[i] + (v[i] - v_old[i]) * (a2 / a0);
                 let force = now.explicit[i] * c1
@@ -113,7 +114,7 @@ impl Scheme for Workspace {
             let reference = self.reference(system, state, tau, settings.forcing_term);
             let Self { linear, contacts, constraints, b, velocity: v, impulse, .. } = self;
             contacts.solve(system, constraints, impulse, |constraints, wanted| {
-                // (M + τ² L_k + τ L_c) v_{n+1} = b, (9)
+                // (M + τ² L_k + τ L_c) v_{n+1} = b, EEH (9)
                 report += linear.solve_relative_to(constraints, b, v, reference);
                 wanted.fill(v, |impulse| {
                     linear.constraint_impulse(b, v, impulse);
@@ -121,9 +122,9 @@ impl Scheme for Workspace {
                 });
                 Ok::<(), StepError>(())
             })?;
-            drift(tau, v, &mut self.position); // x_{n+1} = X* + τ v_{n+1}, (8)
+            drift(tau, v, &mut self.position); // x_{n+1} = X* + τ v_{n+1}, EEH (8)
         } else {
-            self.start(system, state, h, clock, &mut report)?; // backward Euler, (3)
+            self.start(system, state, h, clock, &mut report)?; // backward Euler, EEH (3)
         }
         clock.switch(Phase::Update);
         self.finish(system, state, h, continued.is_some());
@@ -151,8 +152,8 @@ impl Workspace {
         }
     }
 
-    /// What the linear solve needs beside `b`: contacts, the start value, and for step size control the
-    /// extrapolated force.
+    /// What the linear solve needs beside `b`: contacts, the start value, and for step size control
+    /// the extrapolated force.
     fn prepare_solve(
         &mut self,
         settings: &ImexTwoStepSettings,
@@ -177,8 +178,8 @@ impl Workspace {
         }
     }
 
-    /// Moves the state to the new level, ends the contacts, and rewrites the past of the particles whose
-    /// contact changed.
+    /// Moves the state to the new level, ends the contacts, and rewrites the past of the particles
+    /// whose contact changed.
     fn finish(&mut self, system: &System, state: &mut State, h: f64, has_forces: bool) {
         let Self { contacts, constraints, past, present, velocity, position, external, .. } = self;
         past.remember(system, state, h, has_forces.then_some(present));
@@ -189,16 +190,17 @@ impl Workspace {
             // After a rebound the particle flies, else it rests.
             let flies = filter.complement(v - surface).dot(&(v_n[i] - surface)) < 0.0;
             let a = if flies { external[i] / mass[i] } else { Vec3::zeros() };
-            // The friction of an impact changes the velocity along the surface, too. The friction of a
-            // contact that begins at rest is a force like any other.
+            // The friction of an impact changes the velocity along the surface, too. The friction
+            // of a contact that begins at rest is a force like any other.
             let arrives = filter.complement(v_n[i] - surface).norm() * h > TOUCHING;
             let rewritten = if arrives { constraints.filter(i) } else { filter };
             past.meet(i, rewritten, (x[i], *v), a);
         });
     }
 
-    /// A step of converged backward Euler, where there is no usable past. IMEX Euler would not do: it
-    /// multiplies velocities across springs by `1/(1 + θ)`, and two-step methods keep their start.
+    /// A step of converged backward Euler, where there is no usable past. IMEX Euler would not do:
+    /// it multiplies velocities across springs by `1/(1 + θ)`, and two-step methods keep their
+    /// start.
     fn start(
         &mut self,
         system: &System,
@@ -218,16 +220,16 @@ impl Workspace {
         Ok(())
     }
 
-    /// The reference of the residual, kg m/s: the change of momentum that the forces of level `n` would
-    /// make within `τ`, or the external forces alone if that is more. `ε` times the reference is not below
-    /// round-off.
+    /// The reference of the residual, kg m/s: the change of momentum that the forces of level `n`
+    /// would make within `τ`, or the external forces alone if that is more. `ε` times the reference
+    /// is not below round-off.
     ///
-    /// `|b|` would not do, because it grows with two things. It grows with the speed of the whole sheet,
-    /// so a fast sheet would be solved loosely. Across the springs it grows like `θ`: there `b = A v`, and
-    /// `A` has the full stiffness in directions in which the springs have none.
+    /// `|b|` would not do, because it grows with two things. It grows with the speed of the whole
+    /// sheet, so a fast sheet would be solved loosely. Across the springs it grows like `θ`: there
+    /// `b = A v`, and `A` has the full stiffness in directions in which the springs have none.
     ///
-    /// Particles that friction holds count as free along the surface: the reference must also serve where
-    /// they turn out to slide.
+    /// Particles that friction holds count as free along the surface: the reference must also serve
+    /// where they turn out to slide.
     fn reference(&mut self, system: &System, state: &State, tau: f64, forcing_term: f64) -> f64 {
         let Self { linear, contacts, constraints, scratch, present, external, .. } = self;
         for ((s, f), g) in scratch.iter_mut().zip(&present.explicit).zip(&present.linear) {
@@ -261,7 +263,8 @@ impl Rewind for Workspace {
         settings.tolerance
     }
 
-    /// For the Crank–Nicolson methods the constant of the Adams–Bashforth part, which is the greater one.
+    /// For the Crank–Nicolson methods the constant of the Adams–Bashforth part, which is the
+    /// greater one.
     fn error_constant(settings: &ImexTwoStepSettings, omega: f64) -> f64 {
         match settings.scheme {
             TwoStep::Sbdf2 => (1.0 + omega) * (1.0 + omega) / (6.0 * omega * (1.0 + 2.0 * omega)),

@@ -1,4 +1,5 @@
-//! Tests of the two-step methods: coefficients, contacts that rewrite the past, tolerances and counts.
+//! Tests of the two-step methods: coefficients, contacts that rewrite the past, tolerances and
+//! counts.
 
 use super::split_forces::SplitForces;
 use super::*;
@@ -99,8 +100,8 @@ fn ball(z: f64, v: Vec3, restitution: f64) -> (System, State) {
     build(&spec)
 }
 
-/// A particle that is 1 mm inside is on the surface after one step, at rest along the normal, and slides
-/// on as before.
+/// A particle that is 1 mm inside is on the surface after one step, at rest along the normal, and
+/// slides on as before.
 #[test]
 fn a_particle_is_led_to_the_surface_in_one_step_and_slides_on() {
     for scheme in SCHEMES {
@@ -122,8 +123,8 @@ fn a_particle_is_led_to_the_surface_in_one_step_and_slides_on() {
     }
 }
 
-/// An elastic ball returns to its height again and again: neither the rebound nor the rewritten past gives
-/// it energy.
+/// An elastic ball returns to its height again and again: neither the rebound nor the rewritten
+/// past gives it energy.
 #[test]
 fn an_elastic_ball_neither_gains_nor_loses() {
     for scheme in SCHEMES {
@@ -146,8 +147,9 @@ fn an_elastic_ball_neither_gains_nor_loses() {
     }
 }
 
-/// A stiff rod lands on one end. Whatever the contact rewrites, the forces of the past belong to its
-/// positions and velocities, so the force across the spring is extrapolated along the path of its ends.
+/// A stiff rod lands on one end. Whatever the contact rewrites, the forces of the past belong to
+/// its positions and velocities, so the force across the spring is extrapolated along the path of
+/// its ends.
 #[test]
 fn forces_of_the_past_follow_when_a_contact_rewrites_it() {
     for scheme in SCHEMES {
@@ -178,8 +180,8 @@ fn forces_of_the_past_follow_when_a_contact_rewrites_it() {
     }
 }
 
-/// A particle on a plane through the origin with μ = 0.5 and a slope of this tangent; and the direction
-/// down the slope.
+/// A particle on a plane through the origin with μ = 0.5 and a slope of this tangent; and the
+/// direction down the slope.
 fn on_a_rough_plane(tangent: f64, x: Vec3, v: Vec3) -> ((System, State), Vec3) {
     let normal = Vec3::new(tangent, 0.0, 1.0).normalize();
     let mut spec = particles(&[MASS], &[x], &[v]);
@@ -231,8 +233,8 @@ fn what_lands_on_a_rough_floor_slows_down_and_stays_where_it_stops() {
     }
 }
 
-/// The tolerance refers to the forces, so the same motion seen from a moving frame takes about as many
-/// iterations and is solved as well.
+/// The tolerance refers to the forces, so the same motion seen from a moving frame takes about as
+/// many iterations and is solved as well.
 #[test]
 fn a_moving_frame_is_solved_as_well_as_one_at_rest() {
     for scheme in SCHEMES {
@@ -299,7 +301,8 @@ fn a_chain_at_rest_needs_no_iterations() {
     }
 }
 
-/// A step takes three sweeps, for `F`, `G` and `L_k X*`, and two more where the past has no forces yet.
+/// A step takes three sweeps, for `F`, `G` and `L_k X*`, and two more where the past has no forces
+/// yet.
 #[test]
 fn force_evaluations_are_counted() {
     for scheme in SCHEMES {
@@ -311,8 +314,8 @@ fn force_evaluations_are_counted() {
     }
 }
 
-/// The extrapolated start of EEH (22) saves iterations, also where steps change, and alters the result
-/// within the tolerance only.
+/// The extrapolated start of EEH (22) saves iterations, also where steps change, and alters the
+/// result within the tolerance only.
 #[test]
 fn the_extrapolated_start_saves_iterations() {
     for scheme in [TwoStep::Sbdf2, TwoStep::Mcnab2] {

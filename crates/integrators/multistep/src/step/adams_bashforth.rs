@@ -97,9 +97,9 @@ impl Scheme for AdamsWorkspace {
 }
 
 impl AdamsWorkspace {
-    /// Writes `v_n` under pins and contacts to `velocity`: an impact is a jump of `v_n`. Contacts that
-    /// would pull at the end of the step are released. A particle that stays in contact has no lead along
-    /// the normals.
+    /// Writes `v_n` under pins and contacts to `velocity`: an impact is a jump of `v_n`. Contacts
+    /// that would pull at the end of the step are released. A particle that stays in contact has no
+    /// lead along the normals.
     fn meet_obstacles(&mut self, system: &System, state: &State, h: f64) {
         let Self { contacts, constraints, free_velocity, velocity, impulse, .. } = self;
         contacts.detect(system, &state.x, &state.v, (h, state.t + h), constraints);

@@ -96,11 +96,12 @@ impl Scheme for BdfWorkspace {
 }
 
 impl BdfWorkspace {
-    /// Solves `M (v − v*) = τ f(x* + τ v, v)` for a stage that ends `span` seconds after `t_n`; the solution
-    /// is in `stage`. A first stage that did not converge stays in the report.
+    /// Solves `M (v − v*) = τ f(x* + τ v, v)` for a stage that ends `span` seconds after `t_n`; the
+    /// solution is in `stage`. A first stage that did not converge stays in the report.
     ///
-    /// The first stage of Alexander's method, (A1), ignores obstacles: the second leads out the particles
-    /// that enter one there. A particle that friction holds slips by `(1 − γ) γ h² a` in it.
+    /// The first stage of Alexander's method, (A1), ignores obstacles: the second leads out the
+    /// particles that enter one there. A particle that friction holds slips by `(1 − γ) γ h² a` in
+    /// it.
     ///
     /// # Errors
     /// See [`drape_integrator::ImplicitStage::solve`].
@@ -145,8 +146,8 @@ impl BdfWorkspace {
         Ok(())
     }
 
-    /// Pushes level `n` to the history, and computes the acceleration for the past of particles whose
-    /// contact changes.
+    /// Pushes level `n` to the history, and computes the acceleration for the past of particles
+    /// whose contact changes.
     fn remember(&mut self, system: &System, state: &State, h: f64, tau: f64) {
         let Self { stage, mean, acceleration: a, contacts, constraints, history, .. } = self;
         for (i, m) in system.mass().iter().enumerate() {

@@ -7,13 +7,15 @@ use drape_oracle::Random;
 use drape_solvers::{Constraints, Filter};
 
 /// A sheet of 6 × 6 particles with tension, shear and bending springs, pinned at two corners;
-/// `stiffness` is `k/m` of the tension springs, 1/s²; `steep` is its factor beyond 2 % of strain, if any.
+/// `stiffness` is `k/m` of the tension springs, 1/s²; `steep` is its factor beyond 2 % of strain,
+/// if any.
 fn sheet(stiffness: f64, law: &str, steep: Option<f64>) -> (System, State) {
     let [shear, bending] = [0.3, 0.1].map(|part| part * stiffness);
     let tension = match steep {
         None => format!(r#""stiffness_over_mass_per_s2": {stiffness}"#),
         Some(ratio) => format!(
-            r#""pieces": [{{ "up_to_strain": 0.02, "stiffness_n_per_m": {} }}, {{ "stiffness_n_per_m": {} }}]"#,
+            r#""pieces": [{{ "up_to_strain": 0.02, "stiffness_n_per_m": {} }},
+                {{ "stiffness_n_per_m": {} }}]"#,
             1e-3 * stiffness,
             1e-3 * stiffness * ratio
         ),
