@@ -57,8 +57,8 @@ impl<const FIELDS: usize> History<FIELDS> {
     }
 
     /// Forgets all levels that a step of `h` seconds cannot build on. The past ends where any part
-    /// of the system changed since the last call (velocities have a kink there, accelerations a
-    /// jump), and where the step size changed by a ratio outside of `ratios`.
+    /// of the system changed since the last call: velocities have a kink there, accelerations a
+    /// jump. It also ends where the step size changed by a ratio outside of `ratios`.
     pub fn refresh(&mut self, system: &System, h: f64, ratios: RangeInclusive<f64>) {
         let revisions = Some(system.revisions());
         let changed = std::mem::replace(&mut self.revisions, revisions) != revisions;

@@ -58,6 +58,11 @@ pub const MATRIX: Declared<MatrixUse> = declare!(
 );
 
 impl LinearSettings {
+    /// A solve with a kept matrix and the Euclidean norm.
+    pub fn kept(forcing_term: f64, preconditioner: PreconditionerKind, solver: SolverKind) -> Self {
+        Self::of(forcing_term, preconditioner, Norm::Euclid, solver, MatrixUse::Kept)
+    }
+
     /// The settings of a solve from the values of the keys above.
     pub fn of(
         forcing_term: f64,

@@ -99,7 +99,7 @@ impl Default for StepController {
 ///
 /// ```text
 /// order 1:  e = h_n/(h_n + h_{n−1}) · (x_{n+1} − x_n − ω (x_n − x_{n−1}))            ≈ h²/2 x''
-/// order 2:  e = C/(C + P) · (x_{n+1} − quadratic extrapolation of x_n, x_{n−1}, x_{n−2}) ≈ C h³ x'''
+/// order 2:  e = C/(C + P) · (x_{n+1} − quadratic extrapolation of the last three)      ≈ C h³ x'''
 ///           P = (1 + 1/ω)(1 + 1/ω + h_{n−2}/h_n)/6
 /// ```
 ///

@@ -36,8 +36,8 @@ pub enum SolverError {
     },
     /// A dense matrix would take more memory than the limit. Nothing was allocated.
     #[error(
-        "the dense inverse needs {bytes} bytes, and {limit} are allowed; raise the limit, take fewer \
-         particles, or use a sparse factorisation or conjugate gradients"
+        "the dense inverse needs {bytes} bytes, and {limit} are allowed; raise the limit, take \
+         fewer particles, or use a sparse factorisation or conjugate gradients"
     )]
     TooLarge {
         /// Bytes needed; `u64::MAX` means that many or more.

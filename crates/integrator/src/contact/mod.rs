@@ -34,8 +34,8 @@
 //!
 //! The `x*` of a multistep method holds some of the past motion. [`ContactSet::detect_multistep`]
 //! finds contacts at `x_n` and prescribes the `v_+` that leads to the same place as the rules
-//! above. Two differences keep a bounce from taking or giving energy: a rebound moves the particle
-//! by the mean of the velocities before and after, as order 2 asks, and a particle that leaves an
+//! above. Two differences keep a bounce from taking or giving energy. A rebound moves the particle
+//! by the mean of the velocities before and after, as order 2 asks. A particle that leaves an
 //! obstacle by itself within a few steps is let go.
 //!
 //! An obstacle on a path is seen from a frame that moves with it at `v_s`, its mean velocity over
@@ -530,9 +530,9 @@ impl ContactSet {
         kept < before
     }
 
-    /// Ends a step: cuts the normal velocities to those that the impacts left, calls `changed` for
-    /// each particle whose history no longer fits (a contact began, ended or cut its velocity), and
-    /// remembers which contacts were active.
+    /// Ends a step. It cuts the normal velocities to those that the impacts left, and remembers
+    /// which contacts were active. It calls `changed` for each particle whose history no longer
+    /// fits: a contact began, ended or cut its velocity.
     pub fn settle(&mut self, v: &mut [Vec3], mut changed: impl FnMut(Change<'_>)) {
         if self.obstacles == 0 {
             return;

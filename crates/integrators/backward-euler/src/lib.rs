@@ -55,13 +55,12 @@
 //!
 //! # Where it failed here, and what it cost
 //!
-//! On the hanging sheet of 400 particles with shear springs of 0.1 k at k/m = 1e6 and h = 0.01 s a
-//! step takes three Newton iterations, each one sparse factorisation of 1200 unknowns: about 7 ms.
-//! That is some 600 steps of symplectic Euler, of which about 15 would cover the same time. The
-//! sheet falls like the exact one where IMEX Euler locks. The error is numerical damping: order 1
-//! on a smooth scene, observed order 0.43 where springs of k/m = 1e6 vibrate within a step. A
-//! spinning sheet loses 4 % of its angular momentum in a second. BDF2 is 1.7 to 3.4 times as
-//! accurate there.
+//! The hanging sheet: 400 particles, shear springs of 0.1 k, k/m = 1e6, h = 0.01 s. A step takes
+//! three Newton iterations, each with one sparse factorisation of 1200 unknowns: about 7 ms. That
+//! is some 600 steps of symplectic Euler, of which about 15 would cover the same time. The sheet
+//! falls like the exact one where IMEX Euler locks. The error is numerical damping: order 1 on a
+//! smooth scene, observed order 0.43 where springs of k/m = 1e6 vibrate within a step. A spinning
+//! sheet loses 4 % of its angular momentum in a second. BDF2 is 1.7 to 3.4 times as accurate there.
 //!
 //! *Saved Jacobians, CG.* 25 steps of 0.01 s on the same sheet (from the record `solver-control`):
 //!
@@ -72,9 +71,9 @@
 //! | diagonal blocks, CG | 0, 112, 636 | 0, 125, 4126 | 0, 191, 11498 |
 //! | saved, CG | 2, 97, 221 | 10, 111, 431 | 26, 163, 1147 |
 //!
-//! *What a converged step costs* at k/m = 1e8 on a sheet of 52×52 particles with shear and bending
-//! springs of 0.1 k, the mean of the first 20 steps of 0.01 s. One force evaluation takes about 0.1
-//! ms, one factorisation 15 ms, one solve with the factor 0.43 ms and one product 0.07 ms:
+//! *Cost of a converged step* at k/m = 1e8 on a sheet of 52×52 particles with shear and bending
+//! springs of 0.1 k. Mean of the first 20 steps of 0.01 s. One force evaluation takes about 0.1 ms,
+//! one factorisation 15 ms, one solve with the factor 0.43 ms and one product 0.07 ms:
 //!
 //! | | factorisations | Newton | CG | force evaluations |
 //! |---|---|---|---|---|
@@ -95,21 +94,21 @@
 //!   s, with `cg_tolerance=1e-6` beside them.
 //! * With `jacobian=saved,solver=cg` a step takes 0.6 of the time of the default; the factor is
 //!   renewed about once a step, and the other settings differ little. With `solver=multigrid` it
-//!   takes 0.3 of that time on 52×52 particles and 0.24 on 100×100, since the number of cycles does
-//!   not grow with the sheet. A cycle costs 2.3 products, the coarse matrices of a Hessian ten.
+//!   takes 0.3 of that time on 52×52 particles and 0.24 on 100×100. The number of cycles does not
+//!   grow with the sheet. A cycle costs 2.3 products, the coarse matrices of a Hessian ten.
 //!   `results/profile.md` has all times, and `profile` in `benches` measures them again.
 //! * A factor is worth 30 CG iterations, so it does not pay to keep it longer. At 1e8 a saved
 //!   factor serves no more than one step as a solver, but still as a preconditioner.
-//! * The factor of the scalar Laplacian `M + h² L_k + h L_c`, which never changes, halves the
-//!   iterations of the diagonal blocks (303 against 567 to 1e-3 on a matrix of this kind) and takes
-//!   as long: across the springs, where the cloth hardly resists, the Laplacian is as stiff as
-//!   along them. Multigrid has no such fault, though its weights come from the same Laplacian: its
-//!   coarse matrices are made from the Hessian.
+//! * The factor of the scalar Laplacian `M + h² L_k + h L_c`, which never changes, needs half the
+//!   iterations of the diagonal blocks (303 against 567 to 1e-3 on a matrix of this kind). It takes
+//!   as long as they do: across the springs, where the cloth hardly resists, the Laplacian is as
+//!   stiff as along them. Multigrid has no such fault, though its weights come from the same
+//!   Laplacian: its coarse matrices are made from the Hessian.
 //! * A factor in single precision saved 3 % of a step with `jacobian=saved,solver=cg`: arithmetic
 //!   bounds the sweeps, and the factorisation is done once a step.
-//! * On a prototype, incomplete Cholesky without fill-in of the 3×3 blocks needed 119 iterations a
-//!   step where diagonal blocks needed 743 and multigrid 27, and took 1.4 times as long as
-//!   multigrid. Coarse motions along the springs' directions, or with rotations, did not help.
+//! * A prototype of incomplete Cholesky without fill-in of the 3×3 blocks needed 119 iterations a
+//!   step; diagonal blocks needed 743, multigrid 27. It took 1.4 times as long as multigrid. Coarse
+//!   motions along the springs' directions, or with rotations, did not help.
 //! * *Adaptive steps* follow the fall at nearly constant size. They find the right constant step,
 //!   and gain nothing over it.
 //!

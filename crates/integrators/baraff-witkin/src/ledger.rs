@@ -5,8 +5,8 @@ use crate::step::Workspace;
 use drape_integrator::{Bookkeeping, EnergyLedger, StepReport, Taken, as_stepped};
 
 impl Workspace {
-    /// The ledger of the last step, with linearised forces and `p = A Δv − b`. The motion by `y` is a
-    /// correction; its effect on the forces is not.
+    /// The ledger of the last step, with linearised forces and `p = A Δv − b`. The motion by `y` is
+    /// a correction; its effect on the forces is not.
     pub(crate) fn energy_ledger(
         &mut self,
         settings: &BaraffWitkinSettings,

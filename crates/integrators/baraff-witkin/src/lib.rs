@@ -38,10 +38,10 @@
 //!   do. `contact=position` alters positions: `y` puts a particle on the surface in the step that
 //!   finds it inside, and `∂f/∂x y` tells its neighbours within the same step. EEH chose velocities
 //!   because `y` had raised their iteration counts.
-//! * **Matrix.** `b` is formed without a matrix, from the product of each spring's block with the
-//!   difference of `h v_0 + y` at its ends, so a motion of the whole sheet adds exactly nothing.
-//!   The matrix is [`drape_integrator::Linearisation`]'s. It holds for one step, and each step is
-//!   charged a set-up.
+//! * **Matrix.** `b` is formed without a matrix: each spring's block multiplies the difference of
+//!   `h v_0 + y` at its ends. So a motion of the whole sheet adds exactly nothing. The matrix is
+//!   [`drape_integrator::Linearisation`]'s. It holds for one step, and each step is charged a
+//!   set-up.
 //! * **Solvers.** Conjugate gradients use the layout of [`drape_solvers::BlockMatrix`] that suits
 //!   the mesh, filled in one sweep together with `b`; all layouts give the same bits. They never
 //!   end in an error: they report where they stopped, and the step takes the last iterate. Where a
@@ -121,9 +121,9 @@
 //! EEH's observation holds, though not everywhere. Energy rose in none of these runs.
 //!
 //! *Speed.* A step of the hanging sheet, `k/m` = 1e4 /s², `h` = 0.01 s, ε = 1e-3, all springs
-//! implicit, µs of processor time on one core of a Zen 4 that others used too. Beside it stands a
-//! program on Eigen (assembly by known positions, Jacobi), which takes 6.5 iterations a step
-//! because it starts from the last `Δv`; this one takes 9.8:
+//! implicit. µs of processor time on one core of a shared Zen 4. Beside it stands a program on
+//! Eigen (assembly by known positions, Jacobi), which takes 6.5 iterations a step because it starts
+//! from the last `Δv`; this one takes 9.8:
 //!
 //! | particles | Eigen | here | ratio |
 //! |---|---|---|---|
@@ -141,7 +141,7 @@
 //! | forces | 0.05 | |
 //!
 //! The same sheet as a general mesh, particles and springs in disorder, in turns with the grid on
-//! the same core, least µs of 4 to 60 steps. Beyond 10⁴ particles other work on the machine takes
+//! the same core. Least µs of 4 to 60 steps. Beyond 10⁴ particles other work on the machine takes
 //! part of the cache, which spreads single times by a factor of three:
 //!
 //! | particles | grid | compressed rows | one line a pair of rows | ratio to the grid |

@@ -88,8 +88,8 @@ impl LinearSystem {
         }
     }
 
-    /// `b = h (f_0 + h ∂f/∂x v_0 + ∂f/∂x y)`; [`linearise`](Self::linearise) has already computed all
-    /// terms but the forces.
+    /// `b = h (f_0 + h ∂f/∂x v_0 + ∂f/∂x y)`; [`linearise`](Self::linearise) has already computed
+    /// all terms but the forces.
     #[doc(alias = "Baraff-Witkin 18")]
     pub(crate) fn set_right_hand_side(
         &mut self,

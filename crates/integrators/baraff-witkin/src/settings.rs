@@ -108,8 +108,8 @@ settings! {
         hessian: Hessian [Clamped, Raw] = Clamped,
         /// which forces are linearised; the others stay at the old level
         implicit: Implicit [Everything, Tension] = Everything,
-        /// how particles leave an obstacle: led out by their velocity, or put on its surface at once
-        /// by the position alteration y
+        /// how particles leave an obstacle: led out by their velocity, or put on its surface at
+        /// once by the position alteration y
         contact: Recovery [Velocity, Position] = Velocity,
     }
 }

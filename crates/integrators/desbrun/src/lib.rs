@@ -80,8 +80,8 @@
 //! | backward Euler | 7 ms |
 //!
 //! * After a second the free edge hangs 0.22 m low instead of 0.47 m.
-//! * A free sheet that spins in its plane keeps 5 % of its angular momentum in a second at k/m =
-//!   1e4 without correction, 15 % with the literal one and all of it with the consistent one.
+//! * Angular momentum that a free sheet, spinning in its plane at k/m = 1e4, keeps for a second: 5
+//!   % without correction, 15 % with the literal one, all with the consistent one.
 //! * The consistent correction does not give back the energy that the filter took: energy rose by
 //!   12 % in that second, and from 15 J to 64 J within two at k/m = 1e8 and 20 rad/s. The literal
 //!   form diverged at 20 rad/s.

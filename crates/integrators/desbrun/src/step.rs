@@ -8,7 +8,6 @@ use drape_integrator::{
     StepReport, Stepper, Taken, ViscousImpulse, Weights, drift, kick,
 };
 use drape_model::{State, System, Vec3};
-use drape_solvers::Norm;
 
 /// Desbrun, Schröder and Barr's precomputed inverse.
 pub type Desbrun = Stepper<Workspace>;
@@ -37,13 +36,7 @@ impl Scheme for Workspace {
     }
 
     fn new(system: &System, settings: &DesbrunSettings, h: f64) -> Result<Self, PrepareError> {
-        let linear = LinearSettings {
-            forcing_term: 1e-14,
-            preconditioner: PreconditionerKind::None,
-            norm: Norm::Euclid,
-            solver: settings.solver(),
-            rebuild_every_step: false,
-        };
+        let linear = LinearSettings::kept(1e-14, PreconditionerKind::None, settings.solver());
         let weights = Weights::StiffnessAndDamping;
         let zeros = || vec![Vec3::zeros(); system.len()];
         let elongation = || ElongationLimit::new(system, settings.elongation);

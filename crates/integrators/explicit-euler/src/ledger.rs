@@ -52,9 +52,9 @@ impl SymplecticWorkspace {
 }
 
 impl LeapfrogWorkspace {
-    /// The ledger of the last step, which must be undivided. With forces by the trapezoidal rule and
-    /// `w = v½`, inertia is `½‖v_{n+1} − v½‖²_M − ½‖v½ − v_n‖²_M`. Leapfrog's conserved energy differs
-    /// from the true one by these terms at either end.
+    /// The ledger of the last step, which must be undivided. With forces by the trapezoidal rule
+    /// and `w = v½`, inertia is `½‖v_{n+1} − v½‖²_M − ½‖v½ − v_n‖²_M`. Leapfrog's conserved energy
+    /// differs from the true one by these terms at either end.
     pub(crate) fn energy_ledger(&mut self, taken: &Taken<'_>) -> EnergyLedger {
         let Taken { system, before, after, h } = *taken;
         let zeros = || vec![Vec3::zeros(); system.len()];

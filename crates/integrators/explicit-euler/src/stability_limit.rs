@@ -11,8 +11,8 @@ const INTERVAL: u32 = 30;
 const PRODUCTS: u32 = 2;
 /// Most products of one estimate that starts from the last one's vector.
 const MOST_PRODUCTS: u32 = 20;
-/// Force evaluations that cost as much as a product with the Hessian: measured as 3.2 to 3.5, on 400
-/// and 2704 particles, with shear and without.
+/// Force evaluations that cost as much as a product with the Hessian: measured as 3.2 to 3.5, on
+/// 400 and 2704 particles, with shear and without.
 const EVALUATIONS_PER_PRODUCT: u32 = 3;
 
 /// `h_limit = safety · 2/√λ_max`.
@@ -56,8 +56,8 @@ impl StabilityLimit {
         self.known_for = None;
     }
 
-    /// The least number of equal substeps in `h` seconds within the limit at `x`; 1 where the limit is
-    /// infinite or undefined.
+    /// The least number of equal substeps in `h` seconds within the limit at `x`; 1 where the limit
+    /// is infinite or undefined.
     pub(crate) fn substeps(
         &mut self,
         system: &System,

@@ -7,7 +7,7 @@ use drape_integrator::{
     StepError, StepReport, Weights, hold_pins,
 };
 use drape_model::{Revisions, System, Vec3};
-use drape_solvers::{Constraints, Norm};
+use drape_solvers::Constraints;
 
 /// Memory that explicit and symplectic Euler share.
 #[derive(Debug)]
@@ -78,13 +78,8 @@ impl LeapfrogWorkspace {
         h: f64,
     ) -> Result<Self, PrepareError> {
         let zeros = || vec![Vec3::zeros(); system.len()];
-        let linear = LinearSettings {
-            forcing_term: CG_TOLERANCE,
-            preconditioner: PreconditionerKind::Jacobi,
-            norm: Norm::Euclid,
-            solver: settings.solver,
-            rebuild_every_step: false,
-        };
+        let linear =
+            LinearSettings::kept(CG_TOLERANCE, PreconditionerKind::Jacobi, settings.solver);
         let damping = || -> Result<Damping, PrepareError> {
             let springs = Implicit::Springs;
             let solver = LaplacianSolver::new(system, springs, Weights::Damping, linear, 0.5 * h)?;

@@ -47,11 +47,11 @@
 //!   [incremental potential](drape_integrator::IncrementalPotential) and touches it at the present
 //!   `v`. CG lowers that quadratic at every iteration, so the potential falls monotonically.
 //!   Safeguards keep this property. The start is the better of `v_n` and the extrapolation. The
-//!   stop test refers to the change of velocity that the forces would make in the step, instead of
-//!   `|b|`, which grows like `θ` and with the speed of the whole. At the outer cap, or for `θ`
-//!   above `newton_above`, Newton continues (U3). A step that gains energy (U4) is solved more
-//!   tightly until it gains none or has converged. Where it can do neither, a step of IMEX Euler
-//!   replaces it (U5).
+//!   stop test refers to the change of velocity that the forces would make in the step. `|b|` would
+//!   grow like `θ` and with the speed of the whole. At the outer cap, or for `θ` above
+//!   `newton_above`, Newton continues (U3). A step that gains energy (U4) is solved more tightly
+//!   until it gains none or has converged. Where it can do neither, a step of IMEX Euler replaces
+//!   it (U5).
 //!
 //! The two-step methods are the methods (7) with `k = 2`. With `F` for everything explicit and
 //! `G = −L_k x − L_c v`, all of them ([`Coefficients`]) are
@@ -84,8 +84,8 @@
 //!   difference formula joins neighbouring levels. CNLF has
 //!   `x_{n+1} = x_{n−1} + h (v_{n+1} + v_{n−1})`, so a stopped particle would alternate between two
 //!   positions: CNLF refuses friction. The impulse that limits the friction of an impact includes
-//!   the one that leads the particle to the surface, which a difference formula of two levels makes
-//!   up to twice as large. An impact on a rough surface therefore takes more along it than
+//!   the impulse that leads the particle to the surface. A difference formula of two levels makes
+//!   that up to twice as large. An impact on a rough surface therefore takes more along it than
 //!   Coulomb's law; sliding that lasts takes exactly as much.
 //! * *Force sweeps.* Three a step: `F`, `G` and `L_k X*`.
 //!
@@ -102,10 +102,10 @@
 //! [`drape_integrator::Adaptive`]. From positions alone the error of a locked sheet looks like 0:
 //! it hardly accelerates. So `estimator=splitting` adds the error of `F2` at the old level (or
 //! extrapolated). One more update of the right-hand side would change the velocity by `δ = A⁻¹ r`,
-//! and all further ones together by `q δ` with the Rayleigh quotient `q = rᵀδ/δᵀMδ`, which is
-//! `1 + θ` of the mode at hand. It costs one loose solve with the kept matrix and one force
-//! evaluation a substep. `forcing=eisenstat-walker` lets updated CG solve each update as tightly as
-//! the progress of the updates deserves.
+//! and all further ones together by `q δ`. `q = rᵀδ/δᵀMδ` is the Rayleigh quotient, `1 + θ` of the
+//! mode at hand. It costs one loose solve with the kept matrix and one force evaluation a substep.
+//! `forcing=eisenstat-walker` lets updated CG solve each update as tightly as the progress of the
+//! updates deserves.
 //!
 //! *IMEX Euler, solved exactly, never gains energy*, for every `h` and `k`:
 //! `H_{n+1} ≤ H_n − ½‖v_{n+1} − v_n‖²_M − h vᵀ L_c v`. Write `U = ½k|d|² − kℓ|d|`, a difference of
@@ -188,9 +188,9 @@
 //! | CNLF | 1.02 | 1.03 | 0.94 | 0.41 | 0.07 | 11.6 |
 //!
 //! The double root holds at rest length and for slow turns. In a turn of `φ` a step SBDF2 loses
-//! `φ²` of the spin a step, as backward Euler does, and MCNAB2 half of it, whatever the stiffness
-//! above `θ` = 100. CNAB2 and CNLF ring: at `θ` ≥ 1e4 and `φ` = 0.05 their spin wanders by a factor
-//! of several.
+//! `φ²` of the spin a step, as backward Euler does. MCNAB2 loses half of it, at any stiffness above
+//! `θ` = 100. CNAB2 and CNLF ring: at `θ` ≥ 1e4 and `φ` = 0.05 their spin wanders by a factor of
+//! several.
 //!
 //! *Energy.* Up to `k/m` = 1e7 no run of that sheet over 2 s, damped or not, rose above its start,
 //! but for CNLF by up to 1e-5 J. Rises of up to 0.05 J were seen at 1e8, and of 4 to 13 J at 1e10,

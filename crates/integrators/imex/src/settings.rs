@@ -80,13 +80,13 @@ settings! {
         preconditioner: PreconditionerKind as PRECONDITIONER,
         /// start value of the solve
         start: Start as START,
-        /// norm in which the residual is tested
+        /// norm of the residual in the stop test
         norm: Norm as NORM,
         /// solver
         solver: SolverKind as SOLVER,
         /// which springs stand in the matrix; the others stay at the old level
         implicit: Implicit [Tension, Springs] = Tension,
-        /// how long the matrix lives
+        /// how long the matrix is kept
         matrix: MatrixUse as MATRIX,
         /// stiffness in the matrix of springs of several slopes
         split: Split as Split::SETTING,
@@ -123,13 +123,13 @@ settings! {
         start: Start [Last, Extrapolated, Best] = Best,
         /// Algorithm 1 as printed, or with energy safeguards
         safeguard: Safeguard [Paper, Robust] = Robust,
-        /// norm in which the residual is tested
+        /// norm of the residual in the stop test
         norm: Norm as NORM,
         /// solver
         solver: SolverKind as SOLVER,
         /// which springs are implicit
         implicit: Implicit as IMPLICIT_SPRINGS,
-        /// how long the matrix lives
+        /// how long the matrix is kept
         matrix: MatrixUse as MATRIX,
         /// stiffness in the matrix of springs of several slopes
         split: Split as Split::SETTING,

@@ -8,7 +8,6 @@ use drape_integrator::{
     StepReport, Stepper, Taken, ViscousImpulse, Weights, drift, kick,
 };
 use drape_model::{State, System, Vec3};
-use drape_solvers::Norm;
 
 /// Kang's neighbour-corrected sweep.
 pub type Kang = Stepper<Workspace>;
@@ -37,13 +36,7 @@ impl Scheme for Workspace {
 
     fn new(system: &System, _settings: &KangSettings, h: f64) -> Result<Self, PrepareError> {
         // The method uses the matrix and its diagonal only; it solves nothing.
-        let unused = LinearSettings {
-            forcing_term: 0.5,
-            preconditioner: PreconditionerKind::None,
-            norm: Norm::Euclid,
-            solver: SolverKind::Cg,
-            rebuild_every_step: false,
-        };
+        let unused = LinearSettings::kept(0.5, PreconditionerKind::None, SolverKind::Cg);
         let weights = Weights::StiffnessAndDamping;
         let zeros = || vec![Vec3::zeros(); system.len()];
         Ok(Self {

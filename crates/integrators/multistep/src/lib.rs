@@ -123,11 +123,11 @@
 //!
 //! *Undamped*, 2 s, BDF of two steps had steps that gained energy (2 of 200 at 1e4; 17, 45, 65 at
 //! 1e6, 1e8, 1e10), and its energy never rose above the start. BDF of three steps gained 530 times
-//! the weight times 1 m at 1e4, 380 times at 1e6, and 19 times at 1e8, where Newton needed more
-//! than its 100 iterations in 36 steps.
+//! the weight times 1 m at 1e4, 380 times at 1e6 and 19 times at 1e8. There Newton needed more than
+//! its 100 iterations in 36 steps.
 //!
-//! *Adams–Bashforth* follows its table. On the sheet at `k/m` = 1e4, damped, two steps hold up to
-//! `h` = 3 ms and three up to 1.7 ms, since there the damping sets the limit (`8 d/m = 320` 1/s).
+//! *Adams–Bashforth* follows its table. On the damped sheet at `k/m` = 1e4, two steps hold up to
+//! `h` = 3 ms and three up to 1.7 ms. There the damping sets the limit (`8 d/m = 320` 1/s).
 //! Undamped over 2 s, three steps hold up to 2.5 ms. Two steps gain 3 % of the weight times 1 m at
 //! 1 ms and blow up at 2 ms.
 //!

@@ -29,9 +29,9 @@
 //!
 //! * **Correction.** [`drape_integrator::ElongationLimit`] computes (P3), and the step reports the
 //!   largest distance that it moved a position. (P4) changes the velocity of a particle by its
-//!   displacement over `h`. There are two exceptions: a particle that nothing moved keeps its bits,
-//!   and a particle led out of an obstacle does not get back the speed of recovery that the contact
-//!   took. While no spring is too long, the method is symplectic Euler bit for bit.
+//!   displacement over `h`. Two exceptions: a particle that nothing moved keeps its bits. A
+//!   particle led out of an obstacle does not get back the speed of recovery that the contact took.
+//!   While no spring is too long, the method is symplectic Euler bit for bit.
 //! * **Contacts** constrain the velocity of symplectic Euler. A correction does not know them and
 //!   may push a particle into an obstacle. A particle that was in contact gets no inward velocity
 //!   from that, and the next step leads it out.
@@ -58,8 +58,8 @@
 //!   elongation in the run is 0.077 after one sweep a step, 0.060 after 3, 0.053 after 10, 0.0500
 //!   after 100. Where pins are too far apart the limit is never met.
 //! * *Momentum* is conserved to round-off. *Angular momentum is not*: the ends move along the new
-//!   direction of the spring, so the angular momentum of a pair shrinks by the factor `L_{n+1}/L`
-//!   of the shortening, with either setting of the velocity.
+//!   direction of the spring. With either setting of the velocity, the angular momentum of a pair
+//!   shrinks by the factor `L_{n+1}/L`.
 //!
 //! The explicit step still needs `h²λ + 2hδ < 4` of the soft springs. To try next: stiff springs
 //! and an implicit method.

@@ -32,8 +32,8 @@ fn coefficients(theta: f64, eta: f64) -> (f64, f64) {
     (theta * MASS / (H * H), eta * MASS / H)
 }
 
-/// Across the spring the matrix has `1 + η + θ max(0, 1 − ℓ/L_n)`, and the spring pulls along it. So
-/// `d_{n+1} × v_{n+1} = d_n × v_n` over that number. The raw matrix has no maximum.
+/// Across the spring the matrix has `1 + η + θ max(0, 1 − ℓ/L_n)`, and the spring pulls along it.
+/// So `d_{n+1} × v_{n+1} = d_n × v_n` over that number. The raw matrix has no maximum.
 #[test]
 fn spin_is_divided_by_a_number_that_the_length_before_the_step_decides() {
     let (mut stretched, mut squeezed) = (0, 0);

@@ -8,7 +8,6 @@ use drape_integrator::{
     Stepper, Taken, Weights, drift, kick,
 };
 use drape_model::{State, System};
-use drape_solvers::Norm;
 
 /// Symplectic Euler.
 pub type SymplecticEuler = Stepper<SymplecticWorkspace>;
@@ -32,13 +31,7 @@ impl Scheme for SymplecticWorkspace {
     }
 
     fn new(system: &System, settings: &SymplecticSettings, h: f64) -> Result<Self, PrepareError> {
-        let direct = LinearSettings {
-            forcing_term: 1e-14,
-            preconditioner: PreconditionerKind::Ic0,
-            norm: Norm::Euclid,
-            solver: SolverKind::Cholesky,
-            rebuild_every_step: false,
-        };
+        let direct = LinearSettings::kept(1e-14, PreconditionerKind::Ic0, SolverKind::Cholesky);
         let solver =
             || LaplacianSolver::new(system, Implicit::Springs, Weights::Damping, direct, h);
         let damping = match settings.damping {

@@ -19,13 +19,13 @@ settings! {
         preconditioner: PreconditionerKind as PRECONDITIONER,
         /// start value of the solve
         start: Start as START,
-        /// norm in which the residual is tested
+        /// norm of the residual in the stop test
         norm: Norm as NORM,
         /// solver
         solver: SolverKind as SOLVER,
         /// which springs are implicit
         implicit: Implicit as IMPLICIT_SPRINGS,
-        /// how long the matrix lives
+        /// how long the matrix is kept
         matrix: MatrixUse as MATRIX,
         /// local error that a step may make, in mesh widths; 0: the method takes steps as given, as
         /// CNLF always does

@@ -187,9 +187,9 @@ fn energy_is_lost_with_corrected_velocities_and_gained_with_positions_only() {
     assert!(gained > 10.0, "{gained}");
 }
 
-/// The correction moves particles along the line of the new positions. The angular momentum over the
-/// reduced mass is `d_n × d_{n+1}/h` with `v = (x_{n+1} − x_n)/h`, else `d_{n+1} × v`. It shrinks as
-/// `d_{n+1}` does.
+/// The correction moves particles along the line of the new positions. The angular momentum over
+/// the reduced mass is `d_n × d_{n+1}/h` with `v = (x_{n+1} − x_n)/h`, else `d_{n+1} × v`. It
+/// shrinks as `d_{n+1}` does.
 #[test]
 fn angular_momentum_is_lost_by_the_factor_of_shortening() {
     for velocity in [VelocityUpdate::Corrected, VelocityUpdate::PositionsOnly] {
