@@ -53,6 +53,12 @@
 //!   until it gains none or has converged. Where it can do neither, a step of IMEX Euler replaces
 //!   it (U5).
 //!
+//!   ```text
+//!   ∇Φ(v) = 0                       by Newton's method                                  (U3)
+//!   ½‖v‖²_M + U(x_n + h v) ≤ H_n    no gain of energy                                   (U4)
+//!   A v = b(0)                      IMEX Euler                                          (U5)
+//!   ```
+//!
 //! The two-step methods are the methods (7) with `k = 2`. With `F` for everything explicit and
 //! `G = −L_k x − L_c v`, all of them ([`Coefficients`]) are
 //!
