@@ -1,4 +1,4 @@
-//! A method that chooses its step sizes itself.
+//! Step size control around a method.
 
 use crate::{
     ContactSet, Integrator, LocalError, Method, Past, PhaseClock, PrepareError, Rewind, Scratch,
@@ -6,26 +6,27 @@ use crate::{
 };
 use drape_model::{Revisions, State, System, Vec3};
 
-/// Steps below this fraction of the time asked for are not tried.
+/// The least substep, over the time asked for.
 const LEAST_SHARE: f64 = 1e-9;
 /// Most attempts in a call.
 const MAX_ATTEMPTS: u32 = 10_000;
 /// Round-off in the division of a time span into steps.
 const ROUND_OFF: f64 = 1e-9;
-/// Share of the error that the first step is to make.
+/// Error that the first step aims at, over the allowed one.
 const FIRST_SHARE: f64 = 0.25;
 
-/// A method under step size control: a call of [`step`](Integrator::step) advances by exactly what it is given, in
-/// substeps of the method whose local errors stay below the tolerance.
+/// A method under step size control. A call of [`step`](Integrator::step) advances by exactly the
+/// given time, in substeps whose local errors stay below the tolerance.
 ///
-/// * **Landing.** What is left of the call is divided into equal substeps not longer than the controller allows, so that
-///   the last one lands on its end without being a splinter. The step size is carried over to the next call.
-/// * **Rejection.** Positions, velocities, time, history, predictor and contacts return to the last bit of what they
-///   were. A substep whose solver does not converge is rejected as well.
-/// * **Events.** Particles that met an obstacle have no error in that substep and no past afterwards. Where stiffness,
-///   damping, masses or pins changed, no particle has.
-/// * **The end of patience.** When a substep below 1e-9 of the call, or the ten-thousandth attempt, is no good, the
-///   rest is taken in one step and the report says that the call did not converge.
+/// * **Landing.** The rest of the call is divided into equal substeps not longer than the
+///   controller allows, so that the last one lands on its end and is not tiny. The step size is
+///   carried over to the next call.
+/// * **Rejection.** Positions, velocities, time, history, predictor and contacts return to the same
+///   bits as before. A substep whose solver does not converge is rejected, too.
+/// * **Events.** Particles that met an obstacle have no error in that substep and no past
+///   afterwards. After a change of stiffness, damping, masses or pins no particle has a past.
+/// * **Limit.** When a substep below 1e-9 of the call, or the ten-thousandth attempt, fails, the
+///   rest is taken in one step, and the report says that the call did not converge.
 #[derive(Debug)]
 pub struct Adaptive<S: Rewind> {
     method: Stepper<S>,
@@ -36,14 +37,15 @@ pub struct Adaptive<S: Rewind> {
 #[derive(Debug)]
 struct Workspace<P> {
     past: (P, ContactSet),
-    /// At the start of the call, and of the substep.
+    /// The state at the start of the call.
     begin: State,
+    /// The state at the start of the substep.
     kept: State,
     error: LocalError,
     controller: StepController,
-    /// Size of the next substep, s, once there was one.
+    /// Size of the next substep, s; `None` before the first.
     proposal: Option<f64>,
-    /// What the tolerance comes to, m.
+    /// The tolerance, m.
     allowed: f64,
     revisions: Revisions,
 }
@@ -55,7 +57,8 @@ impl<P> Workspace<P> {
         self.proposal = None;
     }
 
-    /// A step whose displacement by the present acceleration is a quarter of what is allowed: `√(2·¼·allowed/|a|)`.
+    /// A first step that the present acceleration moves by a quarter of the allowed error:
+    /// `√(2·¼·allowed/|a|)`.
     fn first_step(&mut self, system: &System, state: &State, most: f64) -> f64 {
         let force = self.error.vectors();
         system.forces(state.level(), force);
@@ -70,7 +73,7 @@ impl<P> Workspace<P> {
     }
 }
 
-/// Substeps that are still to come.
+/// The remaining substeps.
 #[derive(Clone, Copy, Debug)]
 struct Plan {
     h: f64,
@@ -84,7 +87,8 @@ impl Plan {
         Self { h: rest / left, left: left as u32 }
     }
 
-    /// The same step size where it would hardly change: another one costs a set-up.
+    /// Plans anew where the number of substeps changes. Else it keeps the step size, since another
+    /// one costs a set-up.
     fn replace(&mut self, rest: f64, most: f64) {
         let other = Self::new(rest, most);
         if other.left != self.left {
@@ -117,7 +121,7 @@ impl<S: Rewind> Stepper<S> {
 }
 
 impl<S: Rewind> Adaptive<S> {
-    /// A method with the local error of positions that it may make in a substep, in mesh widths.
+    /// A method with the tolerance of the local error of positions in a substep, in mesh widths.
     pub fn new(method: Stepper<S>, tolerance: f64) -> Self {
         Self { method, tolerance, scratch: Scratch::default() }
     }
@@ -183,7 +187,7 @@ impl<S: Rewind> Integrator for Adaptive<S> {
             attempts += 1;
             let mut attempt = match method.step(system, state, h.part(plan.h), clock) {
                 Ok(attempt) => attempt,
-                // A matrix that cannot be factorised may be one of too long a step.
+                // A shorter step may have a matrix that can be factorised.
                 Err(StepError::Solver(_)) if !is_last_resort => {
                     report.rejected += 1;
                     state.copy_from(&w.kept);
@@ -234,7 +238,7 @@ impl<S: Rewind> Integrator for Adaptive<S> {
         state.t = end;
         report.next_step = w.proposal.unwrap_or(span);
         if report.solve == SolveStatus::IterationLimit {
-            w.restart(); // what was forced is no past to estimate by
+            w.restart(); // a forced step is no past to estimate from
         }
         Ok(report)
     }

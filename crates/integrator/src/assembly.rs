@@ -1,4 +1,4 @@
-//! The matrix of an implicit step whose forces are linearised, in 3×3 blocks.
+//! The matrix of an implicit step with linearised forces, in 3×3 blocks.
 
 use crate::Implicit;
 use drape_model::{
@@ -22,19 +22,19 @@ pub struct Linearisation<'a> {
     pub tau: f64,
     /// Positions at which `K` is taken, m.
     pub x: &'a [Vec3],
-    /// Where damping takes its directions and coefficients. Velocities are asked for only where an
-    /// effect [drags](Effect::is_drag).
+    /// Level of the directions and coefficients of damping. Only effects that
+    /// [drag](Effect::is_drag) read its velocities.
     pub lagged: Level<'a>,
-    /// Which `K`.
+    /// Form of `K`.
     pub tangent: Tangent,
 }
 
 impl Linearisation<'_> {
-    /// `matrix ← M + τ² K + τ D`, kg, and `out ← K w` of a product that is wanted, N for `w` in m.
-    /// The matrix must be an [`Implicit::block_matrix`] or [`Implicit::block_rows`] of this system.
+    /// `matrix ← M + τ² K + τ D`, kg, and on request the product `out ← K w`, N for `w` in m. The
+    /// matrix must be an [`Implicit::block_matrix`] or [`Implicit::block_rows`] of this system.
     ///
-    /// Bands and pairs are filled in one sweep over the springs, with the bits of the way through a
-    /// sink.
+    /// Bands and pairs are filled in one sweep over the springs, with the same bits as block by
+    /// block.
     #[doc(alias = "EEH section 2.3")]
     pub fn assemble(
         &self,
@@ -76,7 +76,7 @@ impl Implicit {
         self.block_matrix_in(&system.coupling(self.effects(system)), system)
     }
 
-    /// As [`block_matrix`](Self::block_matrix) in compressed rows: what factorisations, multigrid
+    /// As [`block_matrix`](Self::block_matrix) in compressed rows, which factorisations, multigrid
     /// and contacts need.
     pub fn block_rows(self, system: &System) -> BlockMatrix {
         self.block_matrix_in(&Coupling::Rows, system)
@@ -90,9 +90,8 @@ impl Implicit {
         BlockMatrix::new(system.len(), coupling, pairs)
     }
 
-    /// `out ← K w` at `x` in one sweep over the springs, without a matrix; N for `w` in m.
-    /// Differences of `w` are formed before they are multiplied, so that a translation gives
-    /// exactly 0.
+    /// `out ← K w` at `x` in one sweep over the springs, without a matrix; N for `w` in m. It
+    /// multiplies differences of `w`, so a translation gives exactly 0.
     pub fn multiply_stiffness(
         self,
         system: &System,
@@ -155,8 +154,10 @@ mod tests {
         let text = r#"{ "format": "drape-system/1",
             "particles": { "mass_kg": [1, 2, 3], "position_m": [[0, 0, 0], [1, 0, 0], [1, 2, 1]] },
             "springs": [
-                { "effect": "tension", "i": 0, "j": 1, "rest_length_m": 3, "stiffness_n_per_m": 7, "damping_n_s_per_m": 2 },
-                { "effect": "bending", "i": 1, "j": 2, "rest_length_m": 1, "stiffness_n_per_m": 5 }] }"#;
+                { "effect": "tension", "i": 0, "j": 1, "rest_length_m": 3,
+                  "stiffness_n_per_m": 7, "damping_n_s_per_m": 2 },
+                { "effect": "bending", "i": 1, "j": 2, "rest_length_m": 1,
+                  "stiffness_n_per_m": 5 }] }"#;
         parse("test", text).expect("valid").spec().build().expect("valid")
     }
 

@@ -1,8 +1,8 @@
-//! Which solver for which matrix: what `solver=auto` and `preconditioner=auto` stand for.
+//! The choice of a solver behind `solver=auto` and `preconditioner=auto`.
 //!
-//! The choice follows from the matrix alone and not from a clock, so that a run can be repeated. It
-//! compares estimates of the time of a solve for three right-hand sides, in nanoseconds a row, with
-//! costs measured on one core of a Zen 4 processor on meshes of 400 to 10 000 particles:
+//! The choice depends on the matrix alone and not on a clock, so that a run can be repeated. It
+//! compares estimated times of a solve for three right-hand sides, in nanoseconds a row. The costs
+//! were measured on one core of a Zen 4 processor on meshes of 400 to 10 000 particles:
 //!
 //! | | start and end | an iteration | iterations |
 //! |---|---|---|---|
@@ -11,8 +11,8 @@
 //! | CG, IC(0) | 9 | 12.5 | `0.35 √κ` |
 //! | kept Cholesky factor | 1 | 0.9 an entry of the factor | 1 |
 //!
-//! `κ = 2 max aᵢᵢ/mᵢ` bounds the condition of the matrix scaled by its diagonal, where `mᵢ`, the sum
-//! of row `i`, is the mass. Measured on hanging sheets with a start value extrapolated from the last
+//! `κ = 2 max aᵢᵢ/mᵢ` bounds the condition of the matrix scaled by its diagonal. The mass `mᵢ` is
+//! the sum of row `i`. Measured on hanging sheets with a start value extrapolated from the last
 //! steps and `ε` = 1e-3:
 //!
 //! | `√κ` | iterations with Jacobi | with IC(0) |
@@ -20,14 +20,15 @@
 //! | 3.6 | 3.4 | 1.4 |
 //! | 28 | 30 to 40 | 8.4 to 11 |
 //!
-//! Other tolerances scale the iterations by `ln ε / ln 1e-3`. On a mesh with 5 entries a row a factor
-//! has about `3 log₂ n − 19` entries a row, at least 9, and more where the rows have more. Measured:
-//! 9.2 at `n` = 400, 14.7 at 2704, 20.6 at 10 000, 28 at 100 000.
+//! Other tolerances scale the iterations by `ln ε / ln 1e-3`. On a mesh with 5 entries a row a
+//! factor has about `3 log₂ n − 19` entries a row, at least 9, and more where the rows have more.
+//! Measured: 9.2 at `n` = 400, 14.7 at 2704, 20.6 at 10 000, 28 at 100 000.
 //!
-//! A factor is not chosen above 60 000 rows, where its order of elimination alone takes half a
-//! second; where the matrix is rebuilt in each step, since making it costs 20 solves; and where
-//! there are obstacles, since it knows of pins alone. With `solver=cholesky` it may be asked for in
-//! all these cases.
+//! A factor is not chosen in three cases, in which `solver=cholesky` may still ask for it:
+//!
+//! * above 60 000 rows, where its order of elimination alone takes half a second;
+//! * where the matrix is rebuilt in each step, since making a factor costs 20 solves;
+//! * where there are obstacles, since a factor knows pins alone.
 
 use crate::{LinearSettings, PreconditionerKind, SolverKind};
 use drape_model::System;
@@ -36,7 +37,7 @@ use drape_solvers::{ScalarLayout, ScalarMatrix, ScalarPcg};
 /// Most rows for which a factor is chosen.
 const MOST_ROWS: usize = 60_000;
 
-/// Nanoseconds a row to begin and end a solve, and for an iteration.
+/// Nanoseconds a row for the start and end of a solve, and for an iteration.
 struct Cost {
     start: f64,
     iteration: f64,
@@ -56,7 +57,7 @@ impl Cost {
     }
 }
 
-/// The settings with every `auto` replaced by what is expected to be fastest for `a`.
+/// The settings with every `auto` replaced by the choice that should be fastest for `a`.
 pub(crate) fn choose(
     settings: LinearSettings,
     system: &System,
@@ -95,7 +96,7 @@ fn jacobi_iterations(a: &ScalarMatrix) -> f64 {
     (2.0 * (0..a.n()).map(over_mass).fold(0.0, f64::max)).sqrt()
 }
 
-/// Nanoseconds a row of a solve with a factor.
+/// Nanoseconds a row for a solve with a factor.
 fn factor_solve(a: &ScalarMatrix) -> f64 {
     let n = a.n().max(2) as f64;
     let entries = (3.0 * n.log2() - 19.0).max(9.0) * (a.nonzeros() as f64 / (5.0 * n)).max(1.0);

@@ -1,8 +1,8 @@
-//! Splits the time of a step into phases: the columns of the paper's tables.
+//! Splits the time of a step into phases, which are the columns of the paper's tables.
 
 use std::time::{Duration, Instant};
 
-/// What a step is doing.
+/// A phase of a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Phase {
     /// Evaluating forces.
@@ -17,7 +17,7 @@ pub enum Phase {
     Update,
 }
 
-/// Accumulates wall time by phase. Off, it costs one branch a switch.
+/// Accumulates wall time by phase. Switched off, it costs one branch a phase.
 #[derive(Clone, Debug, Default)]
 pub struct PhaseClock {
     running: Option<(Phase, Instant)>,

@@ -1,6 +1,6 @@
 //! Provot's limit on elongation: over-stretched springs are shortened by moving their ends.
 
-use crate::random::Random;
+use crate::random::Lcg;
 use crate::{Word, settings};
 use drape_model::{Effect, System, Vec3};
 
@@ -11,8 +11,8 @@ pub enum SweepOrder {
     Forward,
     /// From last to first.
     Backward,
-    /// Forward and backward in turn; the first sweep of each call is forward, so that with one sweep a call it
-    /// is [`Forward`](Self::Forward).
+    /// Forward and backward in turn. Each call begins forward, so with one sweep a call it is
+    /// [`Forward`](Self::Forward).
     Alternating,
     /// In one random order, the same in each sweep and each run.
     Shuffled,
@@ -32,9 +32,10 @@ settings! {
     pub struct ElongationSettings {
         /// greatest elongation of a tension or shear spring over its rest length
         limit: f64 in 1e-4..=10.0 = 0.1,
-        /// most sweeps over the springs in a step; it ends early when no spring is too long
+        /// most sweeps over the springs in a step; they end early when no spring is too long
         sweeps: usize in 1..=1000 = 1,
-        /// in which order a sweep visits the springs; alternating: every second sweep of a step backward
+        /// order in which a sweep visits the springs; alternating: every second sweep of a step
+        /// backward
         order: SweepOrder [Forward, Backward, Alternating, Shuffled] = Forward,
     }
 }
@@ -46,15 +47,15 @@ struct Link {
     longest: f64,
 }
 
-/// Shortens every tension and shear spring that is longer than `(1 + limit) ℓ` to that length, one after
-/// the other (Provot 1995, section 5).
+/// Shortens every tension and shear spring above `(1 + limit) ℓ` to that length, one after the
+/// other (Provot 1995, section 5).
 ///
 /// Both ends move along the spring, by `w_i/(w_i + w_j)` and `w_j/(w_i + w_j)` of the excess with
-/// `w = 1/m`, so that the centre of mass stays; a pinned end stays where it is and leaves the way to the other one.
-/// A spring of rest length 0 has no elongation, and no limit.
+/// `w = 1/m`, so the centre of mass stays. A pinned end does not move, and the other end goes the
+/// whole way. A spring of rest length 0 has no elongation and no limit.
 ///
-/// Shortening one spring stretches its neighbours: the result depends on the order, and for small limits no number
-/// of sweeps may suffice. No differential equation stands behind it.
+/// Shortening one spring stretches its neighbours: the result depends on the order, and for small
+/// limits no number of sweeps may suffice. No differential equation stands behind the correction.
 #[derive(Clone, Debug)]
 pub struct ElongationLimit {
     links: Vec<Link>,
@@ -65,7 +66,7 @@ pub struct ElongationLimit {
 }
 
 impl ElongationLimit {
-    /// Takes up the springs of `system`. Masses and pins are read at each call, rest lengths now.
+    /// Reads the springs and rest lengths of `system`. Each call reads masses and pins anew.
     pub fn new(system: &System, settings: ElongationSettings) -> Self {
         let ElongationSettings { limit, sweeps, order } = settings;
         let mut links = Vec::new();
@@ -78,13 +79,13 @@ impl ElongationLimit {
             });
         }
         if order == SweepOrder::Shuffled {
-            Random::new().shuffle(&mut links);
+            Lcg::new().shuffle(&mut links);
         }
         Self { links, order, sweeps, uncorrected: vec![Vec3::zeros(); system.len()] }
     }
 
-    /// Moves the positions at the end of a step of `h` seconds and, where velocities are given, those along, so that
-    /// `v = (x_{n+1} − x_n)/h`; returns the largest distance that a particle was moved, m.
+    /// Corrects the positions at the end of a step of `h` seconds. Velocities, if given, follow by
+    /// `v = (x_{n+1} − x_n)/h`. Returns the largest distance that a particle moved, m.
     pub fn correct(
         &mut self,
         system: &System,
@@ -103,7 +104,7 @@ impl ElongationLimit {
         displacements().fold(0.0, |largest, moved| largest.max(moved.norm()))
     }
 
-    /// Returns whether any position was moved. Stops before the last sweep when one finds nothing to do.
+    /// Sweeps until one finds nothing to do; returns whether any position moved.
     fn shorten(&self, system: &System, x: &mut [Vec3]) -> bool {
         let mut moved = false;
         for sweep in 0..self.sweeps {
@@ -128,7 +129,7 @@ impl ElongationLimit {
 }
 
 impl Link {
-    /// Moves the ends of a spring that is too long; returns whether it did.
+    /// Shortens the spring if it is too long; returns whether it did.
     fn shorten(&self, system: &System, x: &mut [Vec3]) -> bool {
         let Self { i, j, longest } = *self;
         let d = x[i] - x[j];
@@ -266,7 +267,7 @@ mod tests {
     #[test]
     fn shuffling_keeps_every_spring() {
         let mut list: Vec<usize> = (0..50).collect();
-        Random::new().shuffle(&mut list);
+        Lcg::new().shuffle(&mut list);
         assert_ne!(list, (0..50).collect::<Vec<_>>());
         list.sort_unstable();
         assert_eq!(list, (0..50).collect::<Vec<_>>());

@@ -1,11 +1,11 @@
-//! What can be wrong with the use of an integrator.
+//! Errors of an integrator.
 
 use drape_solvers::SolverError;
 
 /// Why a system cannot be prepared for a method.
 #[derive(Debug, thiserror::Error)]
 pub enum PrepareError {
-    /// The method cannot honour something that the scene names.
+    /// The method does not support something that the scene names.
     #[error("`{key}`: {method} does not support {what}; leave it out or choose another method")]
     Unsupported {
         /// Method id.
@@ -15,10 +15,10 @@ pub enum PrepareError {
         /// Path of the key that names it in a scene.
         key: String,
     },
-    /// An operator would need more memory than was allowed; nothing was allocated for it.
+    /// An operator would need more memory than the limit; nothing was allocated for it.
     #[error(
-        "the dense inverse and its work space would take {bytes} bytes, the limit is {limit}; set `memory_limit_mib` \
-         to {} or more, take fewer particles or `inverse=cholesky`",
+        "the dense inverse and its work space would take {bytes} bytes, the limit is {limit}; set \
+         `memory_limit_mib` to {} or more, take fewer particles or `inverse=cholesky`",
         .bytes.div_ceil(1 << 20)
     )]
     TooLarge {

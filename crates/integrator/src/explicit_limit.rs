@@ -1,50 +1,63 @@
-//! Whether a step is short enough for the forces that a method takes at the old time level.
+//! Whether a step is short enough for the explicit forces of a method.
 
 use crate::assembly::subtract_stiffness_product;
-use crate::random::Random;
+use crate::random::Lcg;
 use drape_model::{Effect, State, System, Tangent, Vec3};
 use drape_solvers::vector::{dot, weighted_dot};
 
 /// Most products of one power iteration.
 const PRODUCTS: usize = 100;
-/// A power iteration ends where so many products change its quotient by less than this part.
+/// A power iteration ends when this many products change its quotient by less than this part.
 const SETTLED: (usize, f64) = (10, 1e-6);
-/// Half the distance of the velocities between which a drag is differentiated, over the greatest velocity or 1 m/s.
+/// Half the difference of the velocities at which a drag is differentiated, over the greatest
+/// velocity or 1 m/s.
 const DIFFERENCE: f64 = 1e-6;
 
-/// What limits the step of explicit forces, at one state: stiffnesses of angles, areas and speeds change with the motion.
+/// The numbers that limit the step of explicit forces at one state. Stiffnesses of angles, areas
+/// and speeds change with the motion.
 ///
-/// An implicit-explicit method has the Laplacian `L` of its springs in the matrix, whatever their directions; at the old level stands
-/// their whole force, with the stiffness `K_S`, beside that of the explicit effects, `K_E`. With `θ = h² λ`, a mode of all three
-/// obeys `(1 + θ_L) z² − (2 + θ_L − θ_S − θ_E) z + 1 = 0`, which is stable for `θ_E < 4 + 2 θ_L − θ_S`: for `θ_E < 4 + θ_L` along
-/// springs, where `θ_S = θ_L`, and for `θ_E < 4 + 2 θ_L` across springs at rest, which is where sheets bend. The mode that sets the
-/// limit is that of the largest eigenvalue of `M⁻¹(K_E + K_S − 2 L)`. An explicit drag with the Jacobian `−D` is stable for `h λ_max(M⁻¹ D) < 2`. Where
-/// the force goes with the square of the speed `u`, its slope `2 c u` counts and not its coefficient `c u`: a flow that is
-/// kept up stays where it is stable for `h c u/m < 1`, although one that dies down may begin at twice that.
+/// An implicit-explicit method has the Laplacian `L` of its springs in the matrix, whatever their
+/// directions. At the old level stand the whole force of these springs, with the stiffness `K_S`,
+/// and the explicit effects, with `K_E`. With `θ = h² λ`, a mode of all three obeys
 ///
-/// All three are Rayleigh quotients at the end of a power iteration, which approaches the largest eigenvalue from below:
-/// the true limits may be somewhat shorter, and a mode that much stiffer parts of the sheet hide may be missed. A method other than symplectic and IMEX Euler, or damping beside the stiffness, may have
-/// a shorter limit still.
+/// ```text
+/// (1 + θ_L) z² − (2 + θ_L − θ_S − θ_E) z + 1 = 0
+/// ```
+///
+/// and is stable for `θ_E < 4 + 2 θ_L − θ_S`. Along springs `θ_S = θ_L` and the limit is `4 + θ_L`;
+/// across springs at rest, where sheets bend, it is `4 + 2 θ_L`. The largest eigenvalue of
+/// `M⁻¹(K_E + K_S − 2 L)` belongs to the mode that sets the limit.
+///
+/// An explicit drag with the Jacobian `−D` is stable for `h λ_max(M⁻¹ D) < 2`. Where the force goes
+/// with the square of the speed `u`, its slope `2 c u` counts and not its coefficient `c u`: a
+/// steady flow is stable for `h c u/m < 1`, although a decaying one may begin at twice that.
+///
+/// All three numbers are Rayleigh quotients at the end of a power iteration, which approaches the
+/// largest eigenvalue from below. The true limits may be somewhat shorter, and much stiffer parts
+/// of the sheet may hide a mode. A method other than symplectic and IMEX Euler, or damping beside
+/// the stiffness, may have a shorter limit still.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ExplicitNumbers {
-    /// `λ_E`: the stiffness of the explicit effects over the mass, in the mode that sets the limit, 1/s².
+    /// `λ_E`: the stiffness of the explicit effects over the mass, in the mode that sets the limit,
+    /// 1/s².
     pub explicit_stiffness: f64,
-    /// `λ_I`: what the springs in the matrix hold against it, `2 λ_L − λ_S`, in the same mode, 1/s².
+    /// `λ_I = 2 λ_L − λ_S`: how far the springs in the matrix counteract it in the same mode, 1/s².
     pub implicit_stiffness: f64,
     /// The largest eigenvalue of `M⁻¹ D`, 1/s; 0 without explicit drag.
     pub drag: f64,
 }
 
 impl ExplicitNumbers {
-    /// The numbers of a state. It allocates: a few calls a run are meant.
+    /// The numbers of a state. It allocates, so call it a few times a run.
     pub fn new(system: &System, state: &State, is_explicit: &dyn Fn(&dyn Effect) -> bool) -> Self {
         let (explicit_stiffness, implicit_stiffness) = stiffnesses(system, state, is_explicit);
         let drag = drag(system, state, is_explicit);
         Self { explicit_stiffness, implicit_stiffness, drag }
     }
 
-    /// Whether a step of `h` seconds is within the limits of explicit springs at all positions, by the bound `2 Σ k/m` of their
-    /// eigenvalues, and nothing else is explicit: then there is no need of [`new`](Self::new).
+    /// Whether explicit springs allow a step of `h` seconds at all positions, by the bound
+    /// `2 Σ k/m` of their eigenvalues, and nothing else is explicit. Then [`new`](Self::new) is not
+    /// needed.
     pub fn surely_allow(
         system: &System,
         is_explicit: &dyn Fn(&dyn Effect) -> bool,
@@ -55,7 +68,8 @@ impl ExplicitNumbers {
             && h * h * Laplacian::of(system, is_explicit).bound(system) < 4.0
     }
 
-    /// Longest step that the stiffness allows, `2/√(λ_E − λ_I)`, s; infinite where the implicit one outweighs it.
+    /// Longest step that the stiffness allows, `2/√(λ_E − λ_I)`, s; infinite where `λ_I` outweighs
+    /// `λ_E`.
     pub fn stiffness_limit(&self) -> f64 {
         let excess = self.explicit_stiffness - self.implicit_stiffness;
         if excess > 0.0 { 2.0 / excess.sqrt() } else { f64::INFINITY }
@@ -66,25 +80,25 @@ impl ExplicitNumbers {
         if self.drag > 0.0 { 2.0 / self.drag } else { f64::INFINITY }
     }
 
-    /// The shorter one, s.
+    /// The shorter of the two limits, s.
     pub fn limit(&self) -> f64 {
         self.stiffness_limit().min(self.drag_limit())
     }
 }
 
-/// Products with a matrix, and what is added to the inverse masses times it.
+/// The operator `M⁻¹ A + shift`, by products with `A`.
 struct Operator<'a> {
     system: &'a System,
-    /// Adds the product with a vector.
+    /// Adds the product of `A` with a vector.
     add: &'a mut dyn FnMut(&[Vec3], &mut [Vec3]),
     /// Added to all eigenvalues, so that the largest is also the largest in magnitude.
     shift: f64,
 }
 
 impl Operator<'_> {
-    /// A vector without a pattern; pinned particles at rest.
+    /// A random vector, 0 for pinned particles.
     fn start(&self) -> Vec<Vec3> {
-        let mut random = Random::new();
+        let mut random = Lcg::new();
         let mut part = |i: usize| Vec3::from_fn(|_, _| random.signed()) * self.is_free(i);
         (0..self.system.len()).map(&mut part).collect()
     }
@@ -93,7 +107,8 @@ impl Operator<'_> {
         if self.system.pinned()[i] { 0.0 } else { 1.0 }
     }
 
-    /// Power iteration of `M⁻¹ A` from `mode`, which ends as its eigenvector; the last Rayleigh quotient.
+    /// Power iteration from `mode`, which becomes the eigenvector. Returns the last Rayleigh
+    /// quotient of `M⁻¹ A`.
     fn largest(&mut self, mode: &mut [Vec3]) -> f64 {
         let mass = self.system.mass();
         let mut product = vec![Vec3::zeros(); mode.len()];
@@ -125,7 +140,7 @@ impl Operator<'_> {
     }
 }
 
-/// `λ_E` and `λ_I` of the mode with the greatest difference, 1/s².
+/// `λ_E` and `λ_I` in the mode with the greatest difference, 1/s².
 fn stiffnesses(
     system: &System,
     state: &State,
@@ -151,7 +166,8 @@ fn stiffnesses(
     if springs.0.is_empty() {
         return (stiffest, 0.0);
     }
-    // From there, and from everywhere, to the mode with the greatest difference, which springs in the matrix resist less.
+    // Next, the mode with the greatest difference, which springs in the matrix resist less. Start
+    // from the stiffest mode and a random vector.
     let mut add_difference = |w: &[Vec3], out: &mut [Vec3]| {
         subtract_explicit(w, out);
         for effect in system.effects().filter(|e| !is_explicit(*e) && e.split().is_some()) {
@@ -195,7 +211,8 @@ impl Laplacian {
         }
     }
 
-    /// Bound of the eigenvalues over the mass, 1/s²: by Gershgorin, twice the largest row sum of free particles.
+    /// Bound of the eigenvalues of `M⁻¹ L`, 1/s²: by Gershgorin, the greatest `2 Σ k/m` of a free
+    /// particle.
     fn bound(&self, system: &System) -> f64 {
         let mut rows = vec![0.0; system.len()];
         for &(i, j, k) in &self.0 {
@@ -218,7 +235,7 @@ fn drag(system: &System, state: &State, is_explicit: &dyn Fn(&dyn Effect) -> boo
     let mut v = state.v.clone();
     let mut add_slope = |w: &[Vec3], out: &mut [Vec3]| {
         let reach = step / largest(w).max(f64::MIN_POSITIVE);
-        // −∂f/∂v w by a central difference, which is exact for powers of the speed up to the second.
+        // −∂f/∂v w by a central difference, which is exact up to the second power of the speed.
         for sign in [-1.0, 1.0] {
             for ((v, start), w) in v.iter_mut().zip(&state.v).zip(w) {
                 *v = start + w * (sign * reach);
@@ -245,7 +262,8 @@ mod tests {
     fn system_of(more: &str) -> (System, State) {
         let text = format!(
             r#"{{ "format": "drape-system/1", {more} "triangles": [[0, 1, 2]],
-            "particles": {{ "mass_kg": [0.1, 0.1, 0.1], "position_m": [[0, 0, 0], [0.5, 0, 0], [1, 0, 0]] }} }}"#
+            "particles": {{ "mass_kg": [0.1, 0.1, 0.1],
+                "position_m": [[0, 0, 0], [0.5, 0, 0], [1, 0, 0]] }} }}"#
         );
         parse("row", &text).expect("valid").spec().build().expect("valid")
     }
@@ -267,8 +285,10 @@ mod tests {
     #[test]
     fn implicit_springs_raise_the_limit() {
         let springs = r#""springs": [
-            { "effect": "tension", "i": 0, "j": 1, "rest_length_m": 0.5, "stiffness_n_per_m": 7 },
-            { "effect": "tension", "i": 1, "j": 2, "rest_length_m": 0.5, "stiffness_n_per_m": 7 }],"#;
+            { "effect": "tension", "i": 0, "j": 1, "rest_length_m": 0.5,
+              "stiffness_n_per_m": 7 },
+            { "effect": "tension", "i": 1, "j": 2, "rest_length_m": 0.5,
+              "stiffness_n_per_m": 7 }],"#;
         let (system, state) = system_of(&format!("{springs} {ANGLE}"));
         let is_explicit = |effect: &dyn Effect| effect.name() != "tension";
         let numbers = ExplicitNumbers::new(&system, &state, &is_explicit);
@@ -282,16 +302,20 @@ mod tests {
         assert_eq!(numbers.limit(), f64::INFINITY, "{numbers:?}");
     }
 
-    /// The mode that springs in the matrix resist least is not the one of the stiffest angle.
+    /// The mode of the stiffest angle is not the mode that springs in the matrix resist least.
     #[test]
     fn the_limit_is_set_by_the_mode_with_the_greatest_difference() {
         let text = r#"{ "format": "drape-system/1",
             "springs": [
-                { "effect": "tension", "i": 0, "j": 1, "rest_length_m": 0.5, "stiffness_n_per_m": 50 },
-                { "effect": "tension", "i": 1, "j": 2, "rest_length_m": 0.5, "stiffness_n_per_m": 50 }],
+                { "effect": "tension", "i": 0, "j": 1, "rest_length_m": 0.5,
+                  "stiffness_n_per_m": 50 },
+                { "effect": "tension", "i": 1, "j": 2, "rest_length_m": 0.5,
+                  "stiffness_n_per_m": 50 }],
             "angles": [
-                { "effect": "bending_angle", "i": 0, "j": 1, "k": 2, "rest_rad": 3.141592653589793, "stiffness_n_m": 2 },
-                { "effect": "bending_angle", "i": 3, "j": 4, "k": 5, "rest_rad": 3.141592653589793, "stiffness_n_m": 1 }],
+                { "effect": "bending_angle", "i": 0, "j": 1, "k": 2,
+                  "rest_rad": 3.141592653589793, "stiffness_n_m": 2 },
+                { "effect": "bending_angle", "i": 3, "j": 4, "k": 5,
+                  "rest_rad": 3.141592653589793, "stiffness_n_m": 1 }],
             "particles": { "mass_kg": [0.1, 0.1, 0.1, 0.1, 0.1, 0.1], "position_m":
                 [[0, 0, 0], [0.5, 0, 0], [1, 0, 0], [0, 1, 0], [0.5, 1, 0], [1, 1, 0]] } }"#;
         let (system, state) = parse("rows", text).expect("valid").spec().build().expect("valid");
@@ -306,7 +330,8 @@ mod tests {
             r#"{{ "format": "drape-system/1", "effects": {{ "air": {{ "drag": {law} }} }},
             "triangles": [[0, 1, 2], [1, 3, 2]], "particles": {{ "mass_kg": [0.1, 0.1, 0.1, 0.1],
                 "position_m": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]],
-                "velocity_m_s": [[0, 0, {velocity}], [0, 0, {velocity}], [0, 0, {velocity}], [0, 0, {velocity}]] }} }}"#
+                "velocity_m_s": [[0, 0, {velocity}], [0, 0, {velocity}],
+                    [0, 0, {velocity}], [0, 0, {velocity}]] }} }}"#
         );
         parse("air", &text).expect("valid").spec().build().expect("valid")
     }
@@ -315,7 +340,8 @@ mod tests {
     fn drag_is_compared_with_two_over_the_step() {
         let (system, state) = squares(r#"{ "linear": { "coefficient_n_s_per_m3": 3 } }"#, 0.0);
         let numbers = ExplicitNumbers::new(&system, &state, &|_| true);
-        // Two triangles with κ a/9 = 1/6 meet in two particles: the mode (1, 2, 2, 1) has the eigenvalue 5/6 over the mass.
+        // Two triangles with κ a/9 = 1/6 meet in two particles: the eigenvalue of the mode (1, 2,
+        // 2, 1) is 5/6 over the mass.
         assert!((numbers.drag * 6.0 * 0.1 / 5.0 - 1.0).abs() < 1e-6, "{numbers:?}");
         assert_eq!(numbers.limit(), 2.0 / numbers.drag);
         assert_eq!(numbers.stiffness_limit(), f64::INFINITY);

@@ -1,4 +1,4 @@
-//! How tightly an inner linear solve is made while an outer iteration is still far from its goal.
+//! How tightly an inner linear solve has to be while the outer iteration is far from its goal.
 
 use crate::{Declared, Word, declare};
 
@@ -7,8 +7,8 @@ use crate::{Declared, Word, declare};
 pub enum ForcingRule {
     /// The same term in every iteration.
     Constant(f64),
-    /// Choice 2 of Eisenstat and Walker (1996) with `γ = 0.9`, `α = 2`: loose while the residual falls slowly, tight
-    /// once it falls fast.
+    /// Choice 2 of Eisenstat and Walker (1996) with `γ = 0.9`, `α = 2`: loose while the residual
+    /// falls slowly, tight once it falls fast.
     EisenstatWalker,
 }
 
@@ -30,7 +30,7 @@ impl ForcingRule {
     /// Setting `forcing`.
     pub const FORCING: Declared<ForcingKind> = declare!(
         forcing: ForcingKind [Constant, EisenstatWalker] = Constant,
-        "how tightly the inner CG is solved: always alike, or by the progress of the outer iteration \
+        "how tightly the inner CG solves: always alike, or by the progress of the outer iteration \
          (Eisenstat and Walker, choice 2)"
     );
     /// Setting `cg_tolerance`.
@@ -39,7 +39,7 @@ impl ForcingRule {
         "relative tolerance of Newton's inner CG with forcing=constant"
     );
 
-    /// The rule of this kind, whose constant is `term` if it has one.
+    /// The rule of this kind; `term` is its constant, if it has one.
     pub fn new(kind: ForcingKind, term: f64) -> Self {
         match kind {
             ForcingKind::Constant => Self::Constant(term),
@@ -48,11 +48,11 @@ impl ForcingRule {
     }
 }
 
-/// `γ` and `α` of the rule.
+/// `γ` of the rule.
 const GAMMA: f64 = 0.9;
 /// Greatest term, which is also the first one.
 const GREATEST: f64 = 0.5;
-/// The safeguard holds while it gives more than this.
+/// The safeguard applies while it gives more than this.
 const SAFEGUARD: f64 = 0.1;
 
 /// The sequence of forcing terms of one outer iteration.
@@ -72,7 +72,7 @@ const SAFEGUARD: f64 = 0.1;
 #[derive(Clone, Copy, Debug)]
 pub struct Forcing {
     rule: ForcingRule,
-    /// Norm of the last residual, and the term that was used there.
+    /// Norm of the last residual, and its term.
     last: Option<(f64, f64)>,
 }
 
@@ -82,7 +82,7 @@ impl Forcing {
         Self { rule, last: None }
     }
 
-    /// The term for a residual of this norm, where the outer iteration ends at `goal` (the same unit).
+    /// The term for a residual of this norm; the outer iteration ends at `goal`, in the same unit.
     #[doc(alias = "Eisenstat-Walker")]
     pub fn next(&mut self, norm: f64, goal: f64) -> f64 {
         let term = match (self.rule, self.last) {
@@ -106,7 +106,7 @@ impl Forcing {
 mod tests {
     use super::*;
 
-    /// Each line by hand: the square of the reduction times 0.9, what the safeguard keeps, the two bounds.
+    /// Each line by hand: the square of the reduction times 0.9, the safeguard, the two bounds.
     #[test]
     fn the_sequence_is_that_of_choice_2_with_its_safeguards() {
         let mut forcing = Forcing::new(ForcingRule::EisenstatWalker);

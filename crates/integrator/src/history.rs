@@ -4,16 +4,16 @@ use drape_model::{Revisions, System, Vec3};
 use std::ops::RangeInclusive;
 
 #[derive(Clone, Debug)]
-struct Level<const FIELDS: usize> {
+struct Entry<const FIELDS: usize> {
     fields: [Vec<Vec3>; FIELDS],
     step: f64,
 }
 
-/// The last levels of a multistep method, newest first: `FIELDS` block vectors a level (say positions and
-/// velocities), and the step that led away from it.
+/// The last levels of a multistep method, newest first. A level has `FIELDS` block vectors (say
+/// positions and velocities), and the step that led away from it.
 ///
-/// The present level, from which the next step starts, is not among them: the caller pushes it when the
-/// step is made.
+/// The present level, from which the next step starts, is not among them: the caller pushes it when
+/// it takes the step.
 ///
 /// ```
 /// use drape_integrator::History;
@@ -28,7 +28,7 @@ struct Level<const FIELDS: usize> {
 /// ```
 #[derive(Clone, Debug)]
 pub struct History<const FIELDS: usize> {
-    levels: Vec<Level<FIELDS>>,
+    levels: Vec<Entry<FIELDS>>,
     len: usize,
     revisions: Option<Revisions>,
 }
@@ -36,7 +36,7 @@ pub struct History<const FIELDS: usize> {
 impl<const FIELDS: usize> History<FIELDS> {
     /// Memory for `depth` levels of `n` particles; empty. A depth of 0 keeps nothing.
     pub fn new(n: usize, depth: usize) -> Self {
-        let level = || Level { fields: std::array::from_fn(|_| vec![Vec3::zeros(); n]), step: 0.0 };
+        let level = || Entry { fields: std::array::from_fn(|_| vec![Vec3::zeros(); n]), step: 0.0 };
         Self { levels: (0..depth).map(|_| level()).collect(), len: 0, revisions: None }
     }
 
@@ -56,9 +56,9 @@ impl<const FIELDS: usize> History<FIELDS> {
         self.len = 0;
     }
 
-    /// Forgets all levels that a step of `h` seconds cannot build on: those of a system of which any part
-    /// has changed since the last call (velocities have a kink there, accelerations a jump), and those
-    /// that a change of the step size by a ratio outside of `ratios` separates from the present.
+    /// Forgets all levels that a step of `h` seconds cannot build on. The past ends where any part
+    /// of the system changed since the last call: velocities have a kink there, accelerations a
+    /// jump. It also ends where the step size changed by a ratio outside of `ratios`.
     pub fn refresh(&mut self, system: &System, h: f64, ratios: RangeInclusive<f64>) {
         let revisions = Some(system.revisions());
         let changed = std::mem::replace(&mut self.revisions, revisions) != revisions;
@@ -67,7 +67,7 @@ impl<const FIELDS: usize> History<FIELDS> {
         }
     }
 
-    /// Number of levels that are known.
+    /// Number of known levels.
     pub fn len(&self) -> usize {
         self.len
     }
@@ -77,7 +77,7 @@ impl<const FIELDS: usize> History<FIELDS> {
         self.len == 0
     }
 
-    /// A field of a level, `age` 0 being the newest.
+    /// A field of a level; `age` 0 is the newest.
     ///
     /// # Panics
     /// When there is no such level or field.
@@ -93,11 +93,11 @@ impl<const FIELDS: usize> History<FIELDS> {
         self.levels[..self.len][age].step
     }
 
-    /// Weighted mean `Σ_j w_j y_j` of a field over the last levels, oldest first, the last weight being
-    /// that of `present`; the weights sum to 1. Those of levels that are not known do not count.
+    /// Weighted mean `Σ_j w_j y_j` of a field over the last levels, oldest first. The last weight
+    /// is that of `present`. The weights sum to 1; those of unknown levels do not count.
     ///
-    /// Summed as `present + Σ_j w_j (y_j − present)`: what does not change is its own mean to the last
-    /// bit, so that what rests stays at rest.
+    /// It is summed as `present + Σ_j w_j (y_j − present)`: a constant is its own mean to the last
+    /// bit, so a particle at rest stays at rest.
     ///
     /// # Panics
     /// When there is no such field.
@@ -111,8 +111,8 @@ impl<const FIELDS: usize> History<FIELDS> {
         }
     }
 
-    /// Remembers the level that a step of `h` seconds is about to leave, and drops the oldest where there
-    /// is no room.
+    /// Remembers the level that a step of `h` seconds is about to leave; drops the oldest for lack
+    /// of room.
     pub fn push(&mut self, h: f64, fields: [&[Vec3]; FIELDS]) {
         if let Some(oldest) = self.levels.last_mut() {
             oldest.step = h;
@@ -124,8 +124,8 @@ impl<const FIELDS: usize> History<FIELDS> {
         }
     }
 
-    /// Replaces what all levels hold of one particle, say after a contact changed its velocity: `past` is
-    /// given how long ago a level was, s, counted from the end of the newest level's step.
+    /// Replaces the past of one particle in all levels, say after a contact changed its velocity.
+    /// `past` gets the age of a level, s, counted from the end of the newest level's step.
     pub fn rewrite(&mut self, particle: usize, past: impl Fn(f64) -> [Vec3; FIELDS]) {
         let mut age = 0.0;
         for level in &mut self.levels[..self.len] {
@@ -144,8 +144,9 @@ mod tests {
 
     fn pair() -> System {
         let text = r#"{ "format": "drape-system/1", "particles": { "mass_kg": [1, 1],
-            "position_m": [[0, 0, 0], [1, 0, 0]] }, "springs": [{ "effect": "tension", "i": 0, "j": 1,
-            "rest_length_m": 1, "stiffness_n_per_m": 1, "damping_n_s_per_m": 1 }] }"#;
+            "position_m": [[0, 0, 0], [1, 0, 0]] }, "springs": [
+            { "effect": "tension", "i": 0, "j": 1, "rest_length_m": 1,
+             "stiffness_n_per_m": 1, "damping_n_s_per_m": 1 }] }"#;
         parse("pair", text).expect("valid").spec().build().expect("valid").0
     }
 

@@ -1,4 +1,4 @@
-//! Which effects are integrated implicitly.
+//! The effects that a method integrates implicitly.
 
 use crate::Word;
 use drape_model::{Effect, Level, LinearSplit, Part, State, System, Vec3};
@@ -6,14 +6,14 @@ use drape_solvers::bands::{bands, in_bands};
 use drape_solvers::vector::weighted_scale_add;
 use std::ops::Range;
 
-/// Which effects are implicit; whatever is not stays at level `n`.
+/// Which effects are implicit; all others stay at level `n`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Implicit {
     /// Springs along warp and weft only: the paper's reading (section 4).
     Tension,
-    /// All effects with a linear split, that is all springs: what can stand in the scalar matrix.
+    /// All effects with a linear split, that is all springs: they can stand in the scalar matrix.
     Springs,
-    /// All effects with a Jacobian: what a method with 3×3 blocks can take.
+    /// All effects with a Jacobian: they can stand in 3×3 blocks.
     Everything,
 }
 
@@ -37,13 +37,13 @@ impl Implicit {
         system.effects().filter(move |effect| self.selects(*effect))
     }
 
-    /// Those of the implicit effects that have a linear split.
+    /// The implicit effects with a linear split.
     fn splits(self, system: &System) -> impl Iterator<Item = &dyn Effect> + Clone {
         self.effects(system).filter(|effect| effect.split().is_some())
     }
 
-    /// Adds to `out` everything that is not implicit, N: explicit springs with their damping and
-    /// external forces, at one level, and the part of projected damping that is not `−L_c v`.
+    /// Adds the forces of the explicit effects at one level to `out`, N: explicit springs with
+    /// their damping, and external forces.
     pub fn add_explicit_forces(self, system: &System, at: Level<'_>, out: &mut [Vec3]) {
         let explicit = system.effects().filter(|effect| !self.selects(*effect));
         system.add_forces(explicit.map(|effect| (effect, Part::All)), at, out);
@@ -52,12 +52,12 @@ impl Implicit {
     /// Adds the conservative force of the implicit effects at `x`, N, to `out`.
     pub fn add_implicit_forces(self, system: &System, x: &[Vec3], out: &mut [Vec3]) {
         let implicit = self.effects(system).map(|effect| (effect, Part::Force));
-        let at = Level { t: 0.0, x, v: x }; // of which Part::Force takes the positions alone
+        let at = Level { t: 0.0, x, v: x }; // Part::Force reads only the positions
         system.add_forces(implicit, at, out);
     }
 
-    /// Writes the force of everything at level `n`, N, but for the implicit effects' damping: first
-    /// what [`add_explicit_forces`](Self::add_explicit_forces) adds, then
+    /// Writes all forces at level `n`, N, except the damping of the implicit effects: first those
+    /// of [`add_explicit_forces`](Self::add_explicit_forces), then those of
     /// [`add_implicit_forces`](Self::add_implicit_forces).
     pub fn forces_but_implicit_damping(self, system: &System, state: &State, out: &mut [Vec3]) {
         system.write_forces(self.all_but_implicit_damping(system), state.level(), out);
@@ -72,8 +72,8 @@ impl Implicit {
         explicit.chain(self.effects(system).map(|effect| (effect, Part::Force)))
     }
 
-    /// Writes `M v_n + h F`, kg m/s, with the force `F` of everything at level `n` but for the
-    /// linear damping `−L_c v` of the implicit effects: the right-hand side of EEH (21), since
+    /// Writes `M v_n + h F`, kg m/s. `F` holds all forces at level `n` except the linear damping
+    /// `−L_c v` of the implicit effects. This is the right-hand side of EEH (21), since
     /// `F2 − L_k x` is the force of the springs.
     #[doc(alias = "EEH 21")]
     pub fn write_impulse(self, system: &System, state: &State, h: f64, out: &mut [Vec3]) {
@@ -98,8 +98,8 @@ impl Implicit {
         system.add_forces(nonlinear, Level { t: 0.0, x, v: x }, out);
     }
 
-    /// Writes everything that is not linear and stiff, the `f` of EEH (6) as forces of one level,
-    /// N: first what [`add_explicit_forces`](Self::add_explicit_forces) adds, then
+    /// Writes the `f` of EEH (6), which is all but the linear stiff part, as forces of one level,
+    /// N: [`add_explicit_forces`](Self::add_explicit_forces), then
     /// [`add_nonlinear_forces`](Self::add_nonlinear_forces), then
     /// [`add_damping_remainders`](Self::add_damping_remainders).
     #[doc(alias = "EEH 6")]
@@ -111,8 +111,8 @@ impl Implicit {
         self.add_damping_remainders(system, at.x, at.v, out);
     }
 
-    /// Writes what is linear and stiff, the `g` of EEH (6) as forces of one level, N: `−L_k x`,
-    /// then `−L_c v` of the implicit effects.
+    /// Writes the linear stiff part `g` of EEH (6) as forces of one level, N: `−L_k x`, then
+    /// `−L_c v` of the implicit effects.
     #[doc(alias = "EEH 6")]
     pub fn linear_forces(self, system: &System, at: Level<'_>, out: &mut [Vec3]) {
         let stiffness = self.splits(system).map(|effect| (effect, Part::Linear));
@@ -120,7 +120,7 @@ impl Implicit {
         system.write_forces(stiffness.chain(damping), at, out);
     }
 
-    /// Adds what is left of the implicit effects' damping at `(x, v)` when `−L_c v` is taken out.
+    /// Adds the damping of the implicit effects at `(x, v)` without `−L_c v`, N.
     pub fn add_damping_remainders(self, system: &System, x: &[Vec3], v: &[Vec3], out: &mut [Vec3]) {
         for split in self.effects(system).filter_map(Effect::split) {
             split.add_damping_remainder(x, v, out);
@@ -142,7 +142,7 @@ impl Implicit {
         }
     }
 
-    /// The greatest `k (1/m_i + 1/m_j)/2` of an implicit spring, 1/s²: times `h²` it is the
+    /// The greatest `k (1/m_i + 1/m_j)/2` of an implicit spring, 1/s². Times `h²` it is the
     /// stiffness group θ.
     pub fn max_stiffness_over_mass(self, system: &System) -> f64 {
         let mass = system.mass();
@@ -165,7 +165,8 @@ mod tests {
     fn the_impulse_is_that_of_its_definition() {
         for (rows, damping) in [(9, "full"), (9, "projected"), (150, "full"), (150, "projected")] {
             let text = format!(
-                r#"{{"format": "drape-scene/1", "name": "s", "cloth": {{"grid": {{"rows": {rows}, "columns": 121,
+                r#"{{"format": "drape-scene/1", "name": "s",
+                "cloth": {{"grid": {{"rows": {rows}, "columns": 121,
                 "size_m": [1, 1], "center_m": [0, 0, 0], "mass_kg": 0.4}}}},
                 "effects": {{"tension": {{"stiffness_n_per_m": 9, "damping_n_s_per_m": 0.2}},
                 "shear": {{"stiffness_n_per_m": 2, "damping_n_s_per_m": 0.1}},

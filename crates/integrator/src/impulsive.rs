@@ -1,17 +1,20 @@
-//! The end of a step whose velocity is not the solution of a constrained system.
+//! Pins and contacts for methods whose velocity does not solve a constrained system.
 
-use crate::{ContactSet, Phase, PhaseClock, drift};
+use crate::{ContactSet, Phase, PhaseClock};
 use drape_model::{State, System, Vec3};
 use drape_solvers::Constraints;
 
-/// Pins and contacts for methods that first compute the velocity which a step would have without them: each
-/// particle by itself then gets the impulse that its constraints need, without the others knowing of it.
+/// Pins and contacts for methods that compute the new velocity without constraints. Each particle
+/// then gets the impulse that its own constraints need; its neighbours do not feel it.
+///
+/// A step fills [`free_velocity`](Self::free_velocity), calls [`constrain`](Self::constrain), moves
+/// the positions by the new velocity, and calls [`settle`](Self::settle).
 #[derive(Debug)]
 pub struct ImpulsiveContacts {
     contacts: ContactSet,
     constraints: Constraints,
     impulse: Vec<Vec3>,
-    /// Velocity without constraints, m/s; `n` × 3. The method fills it before [`advance`](Self::advance).
+    /// Velocity without constraints, m/s; `n` × 3.
     pub free_velocity: Vec<Vec3>,
 }
 
@@ -26,20 +29,29 @@ impl ImpulsiveContacts {
         }
     }
 
-    /// Imposes pins and contacts on the free velocity and moves the state by `h` seconds:
-    /// `x_{n+1} = x_n + h v_{n+1}`.
-    pub fn advance(&mut self, system: &System, h: f64, state: &mut State, clock: &mut PhaseClock) {
+    /// Imposes pins and contacts on the free velocity of a step of `h` seconds, and writes the
+    /// result to `state.v`.
+    pub fn constrain(
+        &mut self,
+        system: &System,
+        h: f64,
+        state: &mut State,
+        clock: &mut PhaseClock,
+    ) {
         let Self { contacts, constraints, impulse, free_velocity } = self;
         clock.switch(Phase::Contact);
         contacts.detect(system, &state.x, &state.v, (h, state.t + h), constraints);
         contacts.project(system, constraints, free_velocity, &mut state.v, impulse);
         clock.switch(Phase::Update);
-        drift(h, &state.v, &mut state.x);
-        contacts.settle(&mut state.v, |_| ());
+    }
+
+    /// Ends a step of `h` seconds, after the positions moved.
+    pub fn settle(&mut self, h: f64, state: &mut State) {
+        self.contacts.settle(&mut state.v, |_| ());
         state.t += h;
     }
 
-    /// What the pins and contacts of the last step left of the free velocity, m/s, before what followed its end.
+    /// The free velocity of the last step under its pins and contacts, m/s, before corrections.
     pub fn constrained_velocity(&self) -> Vec<Vec3> {
         let mut velocity = self.free_velocity.clone();
         self.constraints.impose(&mut velocity);
@@ -51,7 +63,7 @@ impl ImpulsiveContacts {
         &self.constraints
     }
 
-    /// As [`ContactSet::stop`].
+    /// See [`ContactSet::stop`].
     pub fn stop(&self, v: &mut [Vec3]) {
         self.contacts.stop(v);
     }

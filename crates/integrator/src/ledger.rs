@@ -1,50 +1,53 @@
-//! The energy ledger: what one step did to the total energy, cause by cause.
+//! The energy ledger: the change of the total energy in one step, cause by cause.
 //!
-//! Let a step move positions by `h w` and velocities by the forces that it used, and by what is left over:
+//! Let a step move positions by `h w`, and velocities by the forces that it used and a remainder
+//! `p`:
 //!
 //! ```text
 //! x₊ = x_n + h w          M (v₊ − v_n) = h Σ_e f_e + h f_damping + p
 //! ```
 //!
-//! `w` is `v_n` for explicit Euler, `v½` for leapfrog and `v₊` for all other methods of one step; `p = A v₊ − b` is what the
-//! method's own matrix and right-hand side leave: `S p` the residual of its solve, `(I − S) p` the impulse of pins and
-//! contacts. Then, as pure algebra,
+//! `w` is `v_n` for explicit Euler, `v½` for leapfrog and `v₊` for all other one-step methods.
+//! `p = A v₊ − b` comes from the method's own matrix and right-hand side: `S p` is the residual of
+//! its solve, `(I − S) p` the impulse of pins and contacts. Then, as pure algebra,
 //!
 //! ```text
 //! ΔH = Σ_e [U_e(x₊) − U_e(x_n) + h w·f_e]      gap of each effect
 //!    + h w·f_damping                           damping
 //!    + w·S p                                   residual
 //!    + w·(I − S) p                             constraint
-//!    + ½‖v₊ − w‖²_M − ½‖w − v_n‖²_M            inertia, and impact in the directions of constraints
+//!    + ½‖v₊ − w‖²_M − ½‖w − v_n‖²_M            inertia; in the directions of constraints impact
 //! ```
 //!
-//! Whatever a method does to positions and velocities beyond that is its *correction*: the energy after less the energy before.
-//! Each term is computed by itself, so that the sum is a test of all of them.
+//! All further changes of positions and velocities are the *correction* of a method: the energy
+//! after them minus the energy before. Each term is computed by itself, so the sum tests all of
+//! them.
 //!
-//! The last line, which is `−½‖v₊ − v_n‖²_M` for the methods of Euler's type and its negative for the explicit
-//! one, is split by the constraints: along them velocities are prescribed, and what an inelastic impact
-//! takes is no numerical damping.
+//! The last line is `−½‖v₊ − v_n‖²_M` for implicit and symplectic Euler, and its negative for
+//! explicit Euler. The constraints split it: along them velocities are prescribed, and the energy
+//! that an inelastic impact takes is no numerical damping.
 
 use crate::{Implicit, Split, TimeStep, lead_pins};
 use drape_model::{Effect, Level, State, System, Tangent, Vec3};
 use drape_solvers::{Constraints, vector::dot};
 
-/// What one step did to the total energy, J; what adds energy is positive.
+/// The change of the total energy in one step, J; a positive term adds energy.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EnergyLedger {
     /// Work of the damping forces that the step used: physical.
     pub damping: f64,
     /// `½‖v₊ − w‖²_M − ½‖w − v_n‖²_M` in free directions: numerical.
     pub inertia: f64,
-    /// The same in the directions of constraints: what the impact on an obstacle takes.
+    /// The same in the directions of constraints: the loss by an impact on an obstacle.
     pub impact: f64,
-    /// Change of each effect's energy beyond the work of the force that the step used for it: numerical.
+    /// Change of each effect's energy minus the work of the force that the step used for it:
+    /// numerical.
     pub gaps: Vec<(&'static str, f64)>,
-    /// Work of what the solve left over.
+    /// Work of the residual of the solve.
     pub residual: f64,
     /// Work of pins and contacts.
     pub constraint: f64,
-    /// Work of everything that moves positions or velocities otherwise.
+    /// Work of all other changes of positions or velocities.
     pub correction: f64,
 }
 
@@ -60,7 +63,7 @@ impl EnergyLedger {
         self.terms().sum()
     }
 
-    /// Sum of the terms' magnitudes, J: what the error of the sum is compared with.
+    /// Sum of the terms' magnitudes, J: the scale for the error of the sum.
     pub fn magnitude(&self) -> f64 {
         self.terms().map(f64::abs).sum()
     }
@@ -71,9 +74,9 @@ impl EnergyLedger {
     }
 }
 
-/// Makes the ledger of a step from what the method says that it used.
+/// Makes the ledger of a step from the forces and impulses that the method reports.
 ///
-/// Nothing here is fast: a ledger is a diagnosis, which allocates and evaluates forces again.
+/// It is slow: a ledger is a diagnosis, which allocates and evaluates forces again.
 #[derive(Debug)]
 pub struct Bookkeeping<'a> {
     system: &'a System,
@@ -83,7 +86,7 @@ pub struct Bookkeeping<'a> {
     velocity: Vec<Vec3>,
     /// `w`.
     moving: &'a [Vec3],
-    /// Where the motion begins, m: `x_n`, altered if the method alters it first.
+    /// Start of the motion, m: `x_n`, or the altered positions.
     start: Vec<Vec3>,
     /// `x₊`.
     end: Vec<Vec3>,
@@ -91,8 +94,8 @@ pub struct Bookkeeping<'a> {
 }
 
 impl<'a> Bookkeeping<'a> {
-    /// Begins the ledger of a step that moves positions by `h w`, `w` being `moving` (m/s), after it put them elsewhere by
-    /// `alteration` (m), if it does.
+    /// Begins the ledger of a step that moves positions by `h w`, where `w` is `moving`, m/s. If
+    /// there is an `alteration`, m, the step applied it to the positions before.
     pub fn new(
         system: &'a System,
         before: &'a State,
@@ -113,7 +116,7 @@ impl<'a> Bookkeeping<'a> {
             impact: 0.0,
             gaps: Vec::new(),
             residual: 0.0,
-            // What moved with a pin is stopped before the step begins.
+            // Velocities of pinned particles are set to 0 before the step begins.
             constraint: system.kinetic_energy(&velocity) - system.kinetic_energy(&before.v),
             correction: change(system, &before.x, &start),
         };
@@ -157,8 +160,8 @@ impl<'a> Bookkeeping<'a> {
         self.lead_against(force);
     }
 
-    /// Enters the work of pins on paths against a force, N: they move as they are led, so that their impulse is the
-    /// opposite of it.
+    /// Enters the work of pins on paths against a force, N. They follow their paths, so their
+    /// impulse is the opposite of the force.
     fn lead_against(&mut self, force: &[Vec3]) {
         for i in self.system.moving_pins().iter().map(|pin| pin.particle) {
             self.ledger.constraint -= self.h * force[i].dot(&self.moving[i]);
@@ -169,7 +172,7 @@ impl<'a> Bookkeeping<'a> {
         self.system.moving_pins().iter().any(|pin| pin.particle == particle)
     }
 
-    /// Forces and damping of a method that takes both at level `n`.
+    /// Enters forces and damping of a method that takes both at level `n`.
     pub fn explicit(&mut self) {
         let start = self.at_start();
         let mass = self.system.mass();
@@ -177,8 +180,8 @@ impl<'a> Bookkeeping<'a> {
         self.damping(|effect, out| effect.add_damping_force(start.level(), out));
     }
 
-    /// Forces and damping of a method that takes those of the implicit effects at its end, the directions of
-    /// projected damping excepted: backward Euler.
+    /// Enters forces and damping of backward Euler: the implicit effects at the end of the step,
+    /// except the directions of projected damping.
     pub fn implicit(&mut self, implicit: Implicit) {
         let start = self.at_start();
         let x = &start.x;
@@ -191,14 +194,15 @@ impl<'a> Bookkeeping<'a> {
         });
     }
 
-    /// Forces and damping of a method with the matrix `M + h² L_k + h L_c` of the implicit effects, which was solved for
-    /// `v` (m/s): `F(x̂) − L_k (x_n + h v − x̂)` and `−L_c v` with the remainder of projected damping at `v̂`. What the right-hand
-    /// side holds is taken at `(x̂, v̂)`; other effects are taken at level `n`.
+    /// Enters forces and damping of a method with the matrix `M + h² L_k + h L_c` of the implicit
+    /// effects, solved for `v`, m/s. They are `F(x̂) − L_k (x_n + h v − x̂)`, and `−L_c v` with the
+    /// remainder of projected damping at `v̂`. The right-hand side was taken at `hat = (x̂, v̂)`,
+    /// other effects at level `n`.
     pub fn split(&mut self, implicit: Implicit, v: &[Vec3], hat: (&[Vec3], &[Vec3])) {
         self.split_as(Split::Majorant, implicit, v, hat);
     }
 
-    /// As [`split`](Self::split), with the stiffness in the matrix that `split` asks for.
+    /// As [`split`](Self::split), with the stiffness in the matrix that `split` names.
     pub fn split_as(
         &mut self,
         split: Split,
@@ -234,7 +238,7 @@ impl<'a> Bookkeeping<'a> {
         });
     }
 
-    /// Forces and damping of a method that linearises those of the implicit effects about level `n`.
+    /// Enters forces and damping of a method that linearises the implicit effects about level `n`.
     pub fn linearised(&mut self, implicit: Implicit, tangent: Tangent) {
         let start = self.at_start();
         let x = &start.x;
@@ -251,7 +255,7 @@ impl<'a> Bookkeeping<'a> {
         });
     }
 
-    /// Enters the unfiltered residual `p = A v₊ − b`, kg m/s; pins on paths are accounted for by the forces.
+    /// Enters the unfiltered residual `p = A v₊ − b`, kg m/s; the forces account for pins on paths.
     pub fn impulse(&mut self, constraints: &Constraints, p: &[Vec3]) {
         for (i, (p, w)) in p.iter().zip(self.moving).enumerate() {
             if self.is_led(i) {
@@ -263,7 +267,7 @@ impl<'a> Bookkeeping<'a> {
         }
     }
 
-    /// Enters what a solve left over, kg m/s, for all particles but the pinned ones.
+    /// Enters the residual of a solve, kg m/s, for all particles but the pinned ones.
     pub fn residual(&mut self, p: &[Vec3]) {
         let rows = p.iter().zip(self.moving).zip(self.system.pinned());
         let free = rows.filter(|(_, pinned)| !**pinned);
@@ -275,8 +279,8 @@ impl<'a> Bookkeeping<'a> {
         self.ledger.correction += dot(p, self.moving);
     }
 
-    /// Ends the ledger: enters inertia and impact of the step that ended with the velocity `solved` (m/s) at
-    /// [`end`](Self::end), and the correction that led from there to `after`.
+    /// Ends the ledger: enters inertia and impact of a step that ended at [`end`](Self::end) with
+    /// the velocity `solved`, m/s, and the correction from there to `after`.
     pub fn finish(
         mut self,
         constraints: &Constraints,
@@ -297,13 +301,14 @@ impl<'a> Bookkeeping<'a> {
         self.ledger
     }
 
-    /// Level `n` with the velocities of pins as the step saw it.
+    /// Level `n` with the velocities of pins that the step used.
     fn at_start(&self) -> State {
         State { t: self.before.t, x: self.before.x.clone(), v: self.velocity.clone() }
     }
 }
 
-/// Adds the damping force at level `n`, N, for an implicit effect with the velocities `new` at its end.
+/// Adds the damping force at level `n`, N; implicit effects take the velocities `new` at the end of
+/// the step.
 fn lagged_damping_force(
     effect: &dyn Effect,
     implicit: Implicit,
@@ -318,7 +323,7 @@ fn lagged_damping_force(
     }
 }
 
-/// Velocities as a step of `h` sees them, m/s: a pinned particle does not move, or as its path leads it.
+/// Velocities that a step of `h` uses, m/s: a pinned particle stands still or follows its path.
 pub fn as_stepped(system: &System, before: &State, h: TimeStep) -> Vec<Vec3> {
     let rows = before.v.iter().zip(system.pinned());
     let mut v: Vec<_> = rows.map(|(v, pinned)| if *pinned { Vec3::zeros() } else { *v }).collect();
@@ -332,8 +337,8 @@ fn change(system: &System, from: &[Vec3], to: &[Vec3]) -> f64 {
     system.effects().map(|effect| effect.energy(mass, to) - effect.energy(mass, from)).sum()
 }
 
-/// Subtracts `L w` from `out`, `L` the graph Laplacian of an effect's springs with the `weight` of their stiffness and
-/// damping coefficient.
+/// Subtracts `L w` from `out`. `L` is the graph Laplacian of an effect's springs, weighted by
+/// `weight` of stiffness and damping coefficient.
 pub fn subtract_laplacian(
     effect: &dyn Effect,
     weight: impl Fn(f64, f64) -> f64,

@@ -1,62 +1,67 @@
-//! The [`Integrator`] trait, and what several time integrators share.
+//! The [`Integrator`] trait, and the parts that several time integrators share.
 //!
 //! This is the only room where physics meets linear algebra: effects emit weights and 3×3 blocks,
-//! and [`LaplacianSolver`] and [`Newton`] assemble them into matrices and solve. A method's own crate
-//! then reads like the paragraph of a paper: force, set up, solve, update.
+//! and [`LaplacianSolver`] and [`Newton`] assemble them into matrices and solve. A method's own
+//! crate then reads like a paragraph of a paper: force, set up, solve, update.
 //!
 //! # The contract
 //!
-//! The caller owns the [`State`]; the integrator owns its scratch memory and its history; the
+//! The caller owns the [`State`]. The integrator owns its scratch memory and its history. The
 //! system does not change during a step.
 //!
 //! * [`Integrator::prepare`] is the only place that allocates. A step on one thread allocates
 //!   nothing.
 //! * Cached operators are keyed on the bits of the step size and on
-//!   [`System::revisions`](drape_model::System::revisions). When one of them changes they are rebuilt in place, and
-//!   the rebuild is charged to the step that caused it, by [cause](Setups). A changed sparsity
-//!   pattern asks for `prepare` again.
+//!   [`System::revisions`](drape_model::System::revisions). When one of them changes the operators
+//!   are rebuilt in place, and the step that caused the rebuild is charged for it, by
+//!   [cause](Setups). A changed sparsity pattern needs `prepare` again.
 //! * Blow-up is a result, not an error. `Err` is for broken contracts and leaves the state as it
-//!   was (but for velocities of pinned particles, which a step sets to 0 before anything else). A solver that stops early says so in [`StepReport::solve`].
+//!   was, except that a step first sets the velocities of pinned particles to 0. A solver that
+//!   stops early says so in [`StepReport::solve`].
 //!
 //! # A method
 //!
-//! A method's crate implements [`Scheme`]: the memory of a step, how it is allocated, and the step with all its
-//! equations. [`Stepper`] makes an [`Integrator`] of it, and [`Registration`] is the one line that the registry takes.
-//! [`Method`] holds what a method is. It says by one of three standard answers ([`Supports`]) what the method does with
-//! each effect, and names only what it refuses. [`settings!`] declares each setting once.
+//! A method's crate implements [`Scheme`]: the memory of a step, its allocation, and the step with
+//! all its equations. [`Stepper`] makes an [`Integrator`] of it, and [`Registration`] is its line
+//! in the registry. [`Method`] describes a method. One of three standard answers ([`Supports`])
+//! says how the method treats each effect; it names only the effects that it refuses. [`settings!`]
+//! declares each setting once.
 //!
 //! # Step size control
 //!
-//! *Why.* The paper names it as further work: a step that suits the fall of a sheet is too long for the moment in which it
-//! is caught. *How.* [`Adaptive`] wraps a method and divides each call into substeps. [`LocalError`] estimates their error
-//! from the last positions, [`StepController`] (a PI controller) chooses the next size, and keeps it within a dead band,
-//! because each new size costs a set-up. What is rejected is taken back to the last bit, history included, which is all
-//! that a method has to offer ([`Rewind`]). A method that splits the force adds what positions cannot show
-//! ([`Rewind::add_splitting_error`]). *What came out* stands in the record `solver-control`. The tolerance is one for the
-//! local error of positions; the error at the end is that of all steps together, and falls like its square root (order 1)
-//! or its power 2/3 (order 2). The algebraic error should be a tenth of it: the tolerances of the solvers stay what they
-//! are set to.
+//! The paper names it as further work: a step that suits the fall of a sheet is too long for the
+//! moment in which it is caught. [`Adaptive`] wraps a method and divides each call into substeps.
+//! [`LocalError`] estimates their error from the last positions. [`StepController`] (a PI
+//! controller) chooses the next size, and keeps it within a dead band, because each new size costs
+//! a set-up. A rejected substep is taken back to the last bit, history included; this is all that a
+//! method has to offer ([`Rewind`]). A method that splits the force adds the error that positions
+//! cannot show ([`Rewind::add_splitting_error`]).
+//!
+//! The tolerance limits the local error of positions. The error at the end sums over all steps, and
+//! falls like the square root of the tolerance (order 1) or its power 2/3 (order 2). The algebraic
+//! error should be a tenth of it; the control does not change the tolerances of the solvers. The
+//! record `solver-control` holds the results.
 //!
 //! # What is shared
 //!
-//! | item | what it is | who uses it |
+//! | item | what it is | used by |
 //! |---|---|---|
 //! | [`LaplacianSolver`] | `A = M + τ²L_k + τL_c`, EEH (16)–(18) and (21), with preconditioner and filtered CG | methods with a linear implicit part |
 //! | [`IncrementalPotential`] | `Φ(v)`, whose minimum is an implicit stage | updated CG, Newton |
-//! | [`Newton`] | minimises `Φ`: the nonlinear system (4) by (5), reduced to `3n` unknowns as in section 2.3 | backward Euler, the safeguard of updated CG |
+//! | [`Newton`] | minimises `Φ`: the nonlinear system (4) by (5), reduced to `3n` unknowns as in section 2.3 | backward Euler, updated CG |
 //! | [`Linearisation`] | the matrix `M + τ²K + τD` in 3×3 blocks | Newton, Baraff-Witkin |
-//! | [`NewtonLinear`], [`Forcing`] | fresh or saved Jacobian, Cholesky, or CG, by multigrid if need be, as tight as the progress deserves | Newton, updated CG |
+//! | [`NewtonLinear`], [`Forcing`] | fresh or saved Jacobian; Cholesky, CG or multigrid; forcing terms | Newton, updated CG |
 //! | [`Adaptive`] | step size control around a method that can take a step back ([`Rewind`]) | backward Euler, BDF, IMEX |
-//! | [`ImplicitStage`] | one stage of an implicit method, under pins and contacts | backward Euler, BDF, the start-up of two-step methods |
+//! | [`ImplicitStage`] | one stage of an implicit method, under pins and contacts | backward Euler, BDF, start of two-step methods |
 //! | [`History`] | the last levels | multistep methods |
 //! | [`ElongationLimit`] | Provot's correction of over-stretched springs | Provot, Desbrun |
 //! | [`ViscousImpulse`] | right-hand side for the change of velocity | Desbrun, Kang |
-//! | [`LargestEigenvalue`], [`StiffnessBound`] | what limits an explicit step | leapfrog |
-//! | [`ExplicitNumbers`] | whether a step is short enough for what is explicit | whoever starts a run |
-//! | [`ImpulsiveContacts`] | pins and contacts on a velocity that was computed without them | Provot, Terzopoulos-Fleischer, Desbrun, Kang |
+//! | [`LargestEigenvalue`], [`StiffnessBound`] | stability limit of an explicit step | leapfrog |
+//! | [`ExplicitNumbers`] | whether a step is short enough for the explicit forces | the harness, before a run |
+//! | [`ImpulsiveContacts`] | pins and contacts on a velocity computed without them | Provot, Terzopoulos-Fleischer, Desbrun, Kang |
 //! | [`ContactSet`] | active set of the velocity constraints of section 6 | all |
 //! | [`Predictor`] | start values, EEH (22) | CG methods |
-//! | [`Bookkeeping`] | makes the [`EnergyLedger`] of a step | the methods of one step |
+//! | [`Bookkeeping`] | makes the [`EnergyLedger`] of a step | one-step methods |
 
 mod adaptive;
 mod assembly;
@@ -135,7 +140,7 @@ use drape_model::{State, System};
 
 /// A time integrator: advances a state by one step.
 pub trait Integrator: std::fmt::Debug + Send {
-    /// What the method is and supports.
+    /// Description of the method.
     fn method(&self) -> &'static Method;
 
     /// Allocates and fills everything that a step of length `h` needs.
@@ -157,12 +162,12 @@ pub trait Integrator: std::fmt::Debug + Send {
         clock: &mut PhaseClock,
     ) -> Result<StepReport, StepError>;
 
-    /// What the last step did to the total energy, cause by cause, given the states before and after it, its length and
-    /// the system that it saw. `None` where the method has no such identity: the methods of several steps, and steps that
-    /// a method divides.
+    /// The change of the total energy in the last step, cause by cause. It takes the states before
+    /// and after the step, its length and its system. `None` where the method has no such identity:
+    /// methods of several steps, and divided steps.
     ///
-    /// A diagnosis to be called right after [`step`](Self::step), if at all: it may allocate, and the step does nothing for
-    /// it. What changes of the system from outside do to the energy, between steps, is not of the step.
+    /// This is a diagnosis to call right after [`step`](Self::step): it may allocate, and a step
+    /// does no work for it. Changes of the system between steps do not count.
     fn ledger(
         &mut self,
         _system: &System,
@@ -173,8 +178,7 @@ pub trait Integrator: std::fmt::Debug + Send {
         None
     }
 
-    /// Forgets the history (predictor, contacts) after a jump of the state that the integrator did
-    /// not make.
+    /// Forgets the history (predictor, contacts), after the caller has changed the state.
     fn restart(&mut self, state: &State);
 }
 

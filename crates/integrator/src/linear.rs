@@ -18,23 +18,22 @@ pub enum PreconditionerKind {
     Jacobi,
     /// Incomplete Cholesky without fill-in, the paper's.
     Ic0,
-    /// Whichever of Jacobi and IC(0) is expected to be faster; see [`crate::choice`].
+    /// The faster of Jacobi and IC(0), by estimates; see [`crate::choice`].
     Auto,
 }
 
-/// Which solver is used.
+/// Which solver a method uses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SolverKind {
     /// Filtered conjugate gradients.
     Cg,
     /// Sparse Cholesky: a direct solve, with CG on top where contacts couple the coordinates.
     Cholesky,
-    /// Whichever of the two is expected to be faster; see [`crate::choice`].
+    /// The faster of the two, by estimates; see [`crate::choice`].
     Auto,
-    /// A direct solve with the inverse itself, a full matrix of at most this many bytes with its
-    /// scratch memory.
+    /// A direct solve with the inverse itself, a full matrix.
     DenseInverse {
-        /// Most bytes that it may take.
+        /// Most bytes that the matrix and its scratch memory may take.
         limit_bytes: usize,
     },
 }
@@ -50,7 +49,7 @@ pub struct LinearSettings {
     pub norm: Norm,
     /// Solver.
     pub solver: SolverKind,
-    /// Whether matrix and preconditioner are set up in each step even if nothing changed.
+    /// Whether each step sets up matrix and preconditioner, even without a change.
     pub rebuild_every_step: bool,
 }
 
@@ -63,13 +62,13 @@ pub enum Weights {
     Damping,
 }
 
-/// Relative tolerance of CG when it finishes what the Cholesky factor could not do directly.
+/// Relative tolerance of CG where the Cholesky factor alone does not solve the system.
 const DIRECT_TOLERANCE: f64 = 1e-13;
 
-/// A direct solve is refined when it leaves more than this of the right-hand side.
+/// A direct solve that leaves more than this part of the right-hand side is refined.
 const REFINED: f64 = 1e-12;
 
-/// A direct solve that leaves more than this of the right-hand side has not solved the system.
+/// A direct solve that leaves more than this part of the right-hand side has failed.
 const DIRECT_FAILURE: f64 = 1e-8;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -113,7 +112,8 @@ impl Prepared {
         }
     }
 
-    /// What the fast conjugate gradients use, unless the matrix is factorised completely.
+    /// The preconditioner of the fast conjugate gradients; `None` where the matrix is factorised
+    /// completely.
     fn fast(&self) -> Option<ScalarPreconditioner<'_>> {
         match self {
             Self::None(_) => Some(ScalarPreconditioner::Identity),
@@ -137,30 +137,29 @@ impl Prepared {
 /// `A = M + τ² L_k + τ L_c` over the implicit springs, its preconditioner and the solver.
 ///
 /// `A` is a symmetric `n × n` M-matrix, diagonally dominant by exactly `m_i` in row `i`; it acts on
-/// each coordinate alike. It is mass-weighted (multiplied by `m` against EEH (21)), so that it
-/// stays symmetric when masses differ.
+/// each coordinate alike. In contrast to EEH (21) it is multiplied by the masses, so that it stays
+/// symmetric when masses differ.
 ///
 /// Conjugate gradients with a diagonal preconditioner on a regular mesh use the
-/// [threads](System::threads) of the system; IC(0), the factor, the inverse and set-ups run on one;
-/// what checks their residuals does as those do.
+/// [threads](System::threads) of the system. IC(0), the factor, the inverse and set-ups run on one
+/// thread. Residual checks use as many threads as the solve they check.
 #[derive(Debug)]
 pub struct LaplacianSolver {
     implicit: Implicit,
     weights: Weights,
-    /// What stands in the matrix in place of the constant stiffnesses.
+    /// Slopes in the matrix instead of the constant stiffnesses.
     slopes: Option<Slopes>,
     settings: LinearSettings,
     matrix: ScalarMatrix,
     preconditioner: Prepared,
     free: Vec<bool>,
-    /// Conjugate gradients by fast kernels; where the matrix is factorised completely, residuals by
-    /// them.
+    /// Conjugate gradients by fast kernels; with a complete factor they compute the residuals.
     fast: ScalarPcg,
-    /// For the readable ones; empty where the fast ones serve.
+    /// Memory of the readable conjugate gradients; empty where the fast ones serve.
     workspace: PcgWorkspace,
     residual: Vec<Vec3>,
     correction: Vec<Vec3>,
-    /// What the operators were built for; `None` after a failed rebuild.
+    /// The step and system of the operators; `None` after a failed rebuild.
     key: Option<Key>,
     topology: u64,
     first: bool,
@@ -182,7 +181,7 @@ impl LaplacianSolver {
         Self::with_split(system, implicit, weights, settings, Split::Majorant, tau)
     }
 
-    /// As [`new`](Self::new), with the stiffness in the matrix that `split` asks for.
+    /// As [`new`](Self::new), with the stiffness in the matrix that `split` names.
     ///
     /// # Errors
     /// As [`new`](Self::new).
@@ -234,7 +233,7 @@ impl LaplacianSolver {
         })
     }
 
-    /// Brings matrix and preconditioner up to date, in place; says what caused a rebuild.
+    /// Brings matrix and preconditioner up to date, in place. Returns the cause of a rebuild.
     ///
     /// # Errors
     /// [`StepError::NeedsPrepare`] after a change of topology, [`StepError::Solver`] when the
@@ -243,8 +242,8 @@ impl LaplacianSolver {
         self.renew(system, tau, false)
     }
 
-    /// As [`refresh`](Self::refresh), for a step from the positions `x`: where the [split](Split)
-    /// follows the slopes of the springs, one that has changed is a change of stiffness.
+    /// As [`refresh`](Self::refresh), for a step from the positions `x`. Where the [split](Split)
+    /// follows the slopes of the springs, a changed slope is a change of stiffness.
     ///
     /// # Errors
     /// As [`refresh`](Self::refresh).
@@ -258,7 +257,7 @@ impl LaplacianSolver {
         self.renew(system, tau, has_moved)
     }
 
-    /// The slopes in the matrix, where they are not the constant ones.
+    /// The slopes in the matrix; `None` where stiffnesses are constant.
     pub fn slopes(&self) -> Option<&Slopes> {
         self.slopes.as_ref()
     }
@@ -278,7 +277,7 @@ impl LaplacianSolver {
         if is_first && !has_moved {
             return Ok(Some(SetupCause::First));
         }
-        // A rebuild that fails must not leave operators behind that look valid.
+        // A rebuild that fails must not leave operators that look valid.
         let before = self.key.take();
         let old = before.map_or(key.revisions, |before| before.revisions);
         let new = key.revisions;
@@ -310,7 +309,7 @@ impl LaplacianSolver {
         Ok(Some(cause))
     }
 
-    /// Whether solves go through a complete factor or inverse, without iterations where nothing
+    /// Whether solves use a complete factor or inverse, which takes no iterations where nothing
     /// couples the coordinates.
     pub fn is_direct(&self) -> bool {
         self.settings.solver != SolverKind::Cg
@@ -321,18 +320,18 @@ impl LaplacianSolver {
         &self.matrix
     }
 
-    /// The matrix, and what [multiplies](ScalarPcg::multiply) by it fast.
+    /// The matrix, and the solver that [multiplies](ScalarPcg::multiply) by it fast.
     pub fn product(&mut self) -> (&ScalarMatrix, &mut ScalarPcg) {
         (&self.matrix, &mut self.fast)
     }
 
-    /// Solves `A v = b` under constraints; `v` holds the start value on entry, the solution on
-    /// return. Stops at the forcing term relative to the filtered right-hand side.
+    /// Solves `A v = b` under constraints. `v` holds the start value on entry, the solution on
+    /// return. The solve stops at the forcing term relative to the filtered right-hand side.
     pub fn solve(&mut self, constraints: &Constraints, b: &[Vec3], v: &mut [Vec3]) -> PcgReport {
         self.solve_from(StartValue::Given, constraints, b, v)
     }
 
-    /// As [`solve`](Self::solve) from where `start` says. A direct solve needs no start.
+    /// As [`solve`](Self::solve) from `start`. A direct solve needs no start.
     ///
     /// # Panics
     /// When the sizes of the arguments differ.
@@ -374,8 +373,7 @@ impl LaplacianSolver {
         self.solve_with(start, constraints, b, v, reference, self.stop_test())
     }
 
-    /// Norm of the filtered vector `S r` (kg m/s), as the stop test of the solve measures
-    /// residuals.
+    /// Norm of the filtered vector `S r`, kg m/s, in the norm of the stop test.
     pub fn filtered_norm(&mut self, constraints: &Constraints, r: &[Vec3]) -> f64 {
         self.residual.copy_from_slice(r);
         constraints.project(&mut self.residual);
@@ -433,11 +431,11 @@ impl LaplacianSolver {
         )
     }
 
-    /// Whether a solve under these constraints is one application of the factor or the inverse,
-    /// wherever it starts.
+    /// Whether a solve under these constraints is one application of the factor or the inverse, for
+    /// any start.
     pub fn solves_directly(&self, constraints: &Constraints) -> bool {
-        // The factor knows of pins alone: contacts on one or two sides couple the coordinates,
-        // those on three sides hold a particle that is free in it.
+        // The factor knows pins alone. Contacts on one or two sides couple the coordinates;
+        // contacts on three sides hold a particle that the factor takes as free.
         let is_known = |&i: &u32| match constraints.filter(i as usize) {
             Filter::Free => true,
             Filter::Plane { .. } | Filter::Line { .. } => false,
@@ -446,9 +444,9 @@ impl LaplacianSolver {
         self.settings.solver != SolverKind::Cg && constraints.constrained().iter().all(is_known)
     }
 
-    /// `out ← P b`, one application of the preconditioner: the solution itself, up to round-off,
-    /// where that is a Cholesky factor or the inverse and no contact couples the coordinates.
-    /// Pinned rows count by their diagonal alone.
+    /// `out ← P b`, one application of the preconditioner. A Cholesky factor or the inverse gives
+    /// the solution up to round-off, where no contact couples the coordinates. Pinned rows count by
+    /// their diagonal alone.
     pub fn apply_preconditioner(&self, b: &[Vec3], out: &mut [Vec3]) {
         self.preconditioner.as_dyn().apply(b, out);
     }
@@ -470,8 +468,8 @@ impl LaplacianSolver {
         norm(&self.residual)
     }
 
-    /// One application of the factor, checked by its residual, and one step of iterative refinement
-    /// where that is above [`REFINED`].
+    /// One application of the factor, checked by its residual. Above [`REFINED`] one step of
+    /// iterative refinement follows.
     fn solve_directly(
         &mut self,
         constraints: &Constraints,
@@ -529,7 +527,7 @@ impl LaplacianSolver {
     }
 }
 
-/// EEH (16), (17) and the left-hand side of (21).
+/// Assembles EEH (16), (17) and the left-hand side of (21).
 #[doc(alias = "EEH 16")]
 #[doc(alias = "EEH 17")]
 fn assemble(

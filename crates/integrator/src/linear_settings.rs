@@ -1,4 +1,4 @@
-//! The settings that every method with one linear solve a step shares.
+//! Settings of the methods with one linear solve a step.
 
 use crate::{Declared, LinearSettings, PreconditionerKind, SolverKind, Word, declare};
 use drape_solvers::Norm;
@@ -13,13 +13,13 @@ impl Word for Norm {
         &[("euclid", Self::Euclid), ("preconditioned", Self::Preconditioned)];
 }
 
-/// The dense inverse has no word: it needs a limit beside it.
+/// The dense inverse has no word, since it needs a limit.
 impl Word for SolverKind {
     const WORDS: &'static [(&'static str, Self)] =
         &[("cg", Self::Cg), ("cholesky", Self::Cholesky), ("auto", Self::Auto)];
 }
 
-/// How long a matrix lives.
+/// How long a matrix is kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MatrixUse {
     /// Until the system or the step size changes.
@@ -36,28 +36,34 @@ impl Word for MatrixUse {
 /// Preconditioner of CG.
 pub const PRECONDITIONER: Declared<PreconditionerKind> = declare!(
     preconditioner: PreconditionerKind [None, Jacobi, Ic0, Auto] = Ic0,
-    "preconditioner of the conjugate gradients; auto: the faster of jacobi and ic0, by estimates from the matrix"
+    "preconditioner of the conjugate gradients; auto: the faster of jacobi and ic0, by estimates \
+     from the matrix"
 );
 /// Norm of the stop test.
 pub const NORM: Declared<Norm> = declare!(
     norm: Norm [Euclid, Preconditioned] = Euclid,
-    "norm in which the residual is tested (updated CG, robust: always that of the inverse mass)"
+    "norm of the residual in the stop test (updated CG, robust: always that of the inverse mass)"
 );
 /// Solver.
 pub const SOLVER: Declared<SolverKind> = declare!(
     solver: SolverKind [Cg, Cholesky, Auto] = Cg,
-    "conjugate gradients, or a direct solve by sparse Cholesky (with contacts: CG to 1e-13, \
-     preconditioned by it); preconditioner, norm and the linear tolerance then do not count; auto: the \
+    "conjugate gradients, or a direct solve by sparse Cholesky, which ignores preconditioner, norm \
+     and linear tolerance (with contacts: CG to 1e-13, preconditioned by the factor); auto: the \
      faster of the two, by estimates from the matrix"
 );
 /// Whether the matrix is kept.
 pub const MATRIX: Declared<MatrixUse> = declare!(
     matrix: MatrixUse [Kept, Rebuilt] = Kept,
-    "set the matrix up only when it changes, or in each step as varying moduli would need"
+    "set the matrix up only when it changes, or in each step, as varying moduli would need"
 );
 
 impl LinearSettings {
-    /// The settings of a solve, as the keys above give them.
+    /// A solve with a kept matrix and the Euclidean norm.
+    pub fn kept(forcing_term: f64, preconditioner: PreconditionerKind, solver: SolverKind) -> Self {
+        Self::of(forcing_term, preconditioner, Norm::Euclid, solver, MatrixUse::Kept)
+    }
+
+    /// The settings of a solve from the values of the keys above.
     pub fn of(
         forcing_term: f64,
         preconditioner: PreconditionerKind,

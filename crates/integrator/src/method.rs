@@ -1,4 +1,4 @@
-//! What a method is, and what it supports.
+//! Description of a method, and the effects that it supports.
 
 use crate::{PrepareError, Setting, Settings};
 use drape_model::{Effect, EffectClass, EffectKind, Obstacle, System};
@@ -12,7 +12,7 @@ pub enum Order {
     Two,
 }
 
-/// Which stability verdict a method is held to.
+/// The stability verdict that a method must meet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StabilityClass {
     /// The total energy of a closed scene must not rise.
@@ -21,8 +21,8 @@ pub enum StabilityClass {
     Symplectic,
 }
 
-/// What a method keeps exactly, up to round-off and the tolerance of its solve, on an undamped system of springs
-/// without pins, contacts and external forces.
+/// A quantity that a method conserves on an undamped system of springs without pins, contacts and
+/// external forces, up to round-off and the tolerance of its solve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quantity {
     /// `Σ m v`.
@@ -69,7 +69,7 @@ impl Treatment {
 /// The constraints that a scene can name.
 const CONSTRAINTS: [&str; 3] = ["pins", "contact", "friction"];
 
-/// What a method does with everything that a scene can name: one of three standard answers.
+/// How a method treats the effects of a scene: one of three standard answers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Supports {
     /// Every effect stays at the old level.
@@ -80,7 +80,7 @@ pub enum Supports {
     Blocks,
 }
 
-/// One thing that a method supports.
+/// An effect or constraint that a method supports.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Support {
     /// Name of the effect, or `pins`, `contact` or `friction`.
@@ -100,24 +100,25 @@ pub struct Method {
     pub source: &'static str,
     /// Order of accuracy.
     pub order: Order,
-    /// Which verdict it is held to.
+    /// The verdict that it must meet.
     pub class: StabilityClass,
-    /// What it conserves exactly.
+    /// Quantities that it conserves exactly.
     pub conserves: &'static [Quantity],
-    /// What its theory says about stability, in a sentence or two.
+    /// What theory says about its stability, in a sentence or two.
     pub theory: &'static str,
-    /// What it does with the effects and constraints that a scene names.
+    /// How it treats the effects of a scene.
     pub supports: Supports,
-    /// Effects and constraints that it refuses nevertheless.
+    /// Effects and constraints that it refuses all the same.
     pub refuses: &'static [&'static str],
     /// Its settings with ranges and defaults.
     pub settings: &'static [Setting],
 }
 
 impl Method {
-    /// How the method takes an effect of this kind and class.
+    /// How the method treats an effect of this kind and class.
     ///
-    /// Where a method has the setting `implicit`, it decides about all implicit effects but the tension springs.
+    /// The setting `implicit`, where a method has it, decides about all implicit effects but the
+    /// tension springs.
     pub fn treatment(&self, effect: EffectKind, class: EffectClass) -> Treatment {
         let is_implicit = match (self.supports, class) {
             (Supports::Explicit, _) | (_, EffectClass::Uniform) => false,
@@ -132,7 +133,8 @@ impl Method {
         }
     }
 
-    /// What the method supports, effects first; it refuses everything else by name.
+    /// The supported effects, then the supported constraints; the method refuses all others by
+    /// name.
     pub fn supports(&self) -> impl Iterator<Item = Support> {
         let effect = |&kind: &EffectKind| {
             let treatment = self.treatment(kind, kind.class()?);
@@ -144,7 +146,7 @@ impl Method {
         all.filter(|support| !self.refuses.contains(&support.effect))
     }
 
-    /// Whether the method, set like that, takes an effect at the old time level.
+    /// Whether the method takes an effect at the old time level, with these settings.
     pub fn is_explicit(&self, effect: &dyn Effect, settings: &Settings) -> bool {
         match self.treatment(effect.kind(), EffectClass::of(effect)) {
             Treatment::Explicit => true,
@@ -153,7 +155,7 @@ impl Method {
         }
     }
 
-    /// Refuses a system that names something which the method cannot honour.
+    /// Refuses a system with an effect or constraint that the method does not support.
     ///
     /// # Errors
     /// [`PrepareError::Unsupported`] with the first such effect or constraint.

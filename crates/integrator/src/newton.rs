@@ -36,26 +36,26 @@ pub struct NewtonReport {
 const SUFFICIENT_DECREASE: f64 = 1e-4;
 /// Differences of `Φ` below this fraction of it are round-off.
 const ENERGY_ROUND_OFF: f64 = 1e-14;
-/// A predicted decrease below this fraction of `Φ` cannot be verified: the spring energies carry
-/// relative round-off of about 1e-16 over their strain. The full step is taken then.
+/// A predicted decrease below this fraction of `Φ` cannot be verified: spring energies carry
+/// relative round-off of about 1e-16 over their strain. Then Newton takes the full step.
 const RESOLUTION: f64 = 1e-10;
-/// Likewise a step that moves no particle by more than this fraction of the largest coordinate: it
-/// drowns in the round-off of the positions.
+/// A step that moves no particle by more than this fraction of the largest coordinate cannot be
+/// verified either: it is lost in the round-off of the positions.
 const POSITION_ROUND_OFF: f64 = 4.0 * f64::EPSILON;
-/// Such a step must at least divide the residual by this, else round-off has ended all progress.
+/// An unverified step must divide the residual by at least this, else round-off has ended all
+/// progress.
 const LEAST_PROGRESS: f64 = 1.1;
 const MAX_HALVINGS: u32 = 30;
 
-/// Minimises an [`IncrementalPotential`] by Newton's method with line search: the nonlinear
-/// system EEH (4) by the iteration (5), reduced to `3n` unknowns as in section 2.3.
+/// Minimises an [`IncrementalPotential`] by Newton's method with line search. This solves the
+/// nonlinear system EEH (4) by the iteration (5), reduced to `3n` unknowns as in section 2.3.
 ///
-/// The matrix is the exact Hessian `M + τ² ∇²U + τ D` while its Cholesky factorisation succeeds,
-/// else the one with each spring's block projected to positive semi-definite. With a saved Jacobian
-/// ([`Jacobian::Saved`]) the factor is kept over iterations and stages; residual and line search
-/// stay those of the present potential, so that the solution is the same. With conjugate gradients
-/// ([`Cg`](crate::NewtonSolver::Cg), [`Multigrid`](crate::NewtonSolver::Multigrid)) the Hessian is
-/// always that of the present iterate, and its system is solved as tightly as the forcing rule
-/// says.
+/// The matrix is the exact Hessian `M + τ² ∇²U + τ D` while its Cholesky factorisation succeeds.
+/// Else each spring's block is projected to positive semi-definite. With a saved Jacobian
+/// ([`Jacobian::Saved`]) the factor is kept over iterations and stages. Residual and line search
+/// stay those of the present potential, so the solution is the same. With conjugate gradients
+/// ([`Cg`](crate::NewtonSolver::Cg), [`Multigrid`](crate::NewtonSolver::Multigrid)) the Hessian
+/// belongs to the present iterate, and the forcing rule sets the tolerance of its system.
 #[derive(Debug)]
 pub struct Newton {
     linear: NewtonLinear,
@@ -82,8 +82,8 @@ impl Default for NewtonReport {
 }
 
 impl Newton {
-    /// Memory, sparsity pattern, symbolic factorisation and levels, as the settings need them, for
-    /// the implicit effects of `system`.
+    /// Memory for the implicit effects of `system`, with the sparsity pattern, symbolic
+    /// factorisation and multigrid levels that the settings need.
     ///
     /// # Errors
     /// [`PrepareError::Solver`] when the symbolic factorisation fails.
@@ -111,7 +111,7 @@ impl Newton {
         self.matrix.restart();
     }
 
-    /// Minimises `potential` from `v`, which satisfies the constraints on return.
+    /// Minimises `potential` from `v`. On return `v` satisfies the constraints.
     ///
     /// # Errors
     /// [`StepError::NeedsPrepare`] after a change of topology, [`StepError::Solver`] when even the
@@ -172,10 +172,10 @@ impl Newton {
             )?;
             report.iterations += 1;
             match self.descend(system, potential, v) {
-                Descent::Verified => blind = false,
-                Descent::Unresolved => blind = true,
-                Descent::None if jacobian == Jacobian::Saved && self.matrix.forget() => (),
-                Descent::None => {
+                LineSearch::Verified => blind = false,
+                LineSearch::Unresolved => blind = true,
+                LineSearch::Failed if jacobian == Jacobian::Saved && self.matrix.forget() => (),
+                LineSearch::Failed => {
                     report.status = SolveStatus::Stagnated;
                     break;
                 }
@@ -190,7 +190,7 @@ impl Newton {
         system: &System,
         potential: &mut IncrementalPotential,
         v: &mut [Vec3],
-    ) -> Descent {
+    ) -> LineSearch {
         let start = potential.value(system, v);
         let slope = dot(&self.gradient, &self.direction);
         let largest = |vectors: &[Vec3]| vectors.iter().fold(0.0, |a: f64, v| a.max(v.amax()));
@@ -198,7 +198,7 @@ impl Newton {
         let drowned = reach <= POSITION_ROUND_OFF * largest(potential.last_positions());
         if drowned || slope.abs() <= RESOLUTION * start.abs() {
             v.iter_mut().zip(&self.direction).for_each(|(v, direction)| *v -= direction);
-            return Descent::Unresolved;
+            return LineSearch::Unresolved;
         }
         let slack = ENERGY_ROUND_OFF * start.abs();
         let mut length = 1.0;
@@ -210,20 +210,20 @@ impl Newton {
             if value <= start - SUFFICIENT_DECREASE * length * slope + slack {
                 v.copy_from_slice(&self.trial);
                 let fell = value < start - slack;
-                return if fell { Descent::Verified } else { Descent::Unresolved };
+                return if fell { LineSearch::Verified } else { LineSearch::Unresolved };
             }
             length *= 0.5;
         }
-        Descent::None
+        LineSearch::Failed
     }
 }
 
 /// How a line search ended.
-enum Descent {
+enum LineSearch {
     /// The potential fell.
     Verified,
-    /// A step was taken whose decrease is too small to be seen.
+    /// Newton took a step with a decrease too small to verify.
     Unresolved,
     /// No step length lowers the potential.
-    None,
+    Failed,
 }

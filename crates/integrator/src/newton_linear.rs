@@ -13,31 +13,31 @@ use drape_solvers::{
 };
 use std::cell::RefCell;
 
-/// When the matrix of Newton's method is factorised.
+/// When Newton's method factorises its matrix.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Jacobian {
     /// In every iteration.
     Fresh,
-    /// When the factor at hand no longer does: the Newton-like iteration with a saved Jacobian.
+    /// When the saved factor no longer serves: the Newton-like iteration with a saved Jacobian.
     Saved,
 }
 
-/// How the linear systems of Newton's method are solved.
+/// How Newton's method solves its linear systems.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum NewtonSolver {
     /// By the sparse Cholesky factor.
     Cholesky,
-    /// By conjugate gradients on the Hessian of each iterate, as tightly as the rule says;
-    /// preconditioned by the inverse diagonal blocks, or by the saved factor.
+    /// By conjugate gradients on the Hessian of each iterate, with the tolerance of the rule. The
+    /// inverse diagonal blocks or the saved factor precondition them.
     Cg(ForcingRule),
-    /// Likewise, preconditioned by a cycle of [`Multigrid`] on the Hessian itself, after the
-    /// stiffnesses of the springs; where there are none, after what the other effects couple.
-    /// Nothing is saved.
+    /// By conjugate gradients that a cycle of [`Multigrid`] on the Hessian preconditions. The
+    /// levels follow the stiffnesses of the springs or, without springs, the couplings of the other
+    /// effects. Nothing is saved.
     Multigrid(ForcingRule),
 }
 
 impl NewtonSolver {
-    /// How tightly conjugate gradients solve, where they do.
+    /// The forcing rule of conjugate gradients; 0 for Cholesky.
     pub(crate) fn forcing(self) -> ForcingRule {
         match self {
             Self::Cholesky => ForcingRule::Constant(0.0),
@@ -51,7 +51,7 @@ impl NewtonSolver {
 pub struct NewtonLinear {
     /// When the matrix is factorised.
     pub jacobian: Jacobian,
-    /// What solves.
+    /// The solver.
     pub solver: NewtonSolver,
 }
 
@@ -76,14 +76,14 @@ impl Word for SolverWord {
 const JACOBIAN: Declared<Jacobian> = declare!(
     jacobian: Jacobian [Fresh, Saved] = Fresh,
     "factorise the Hessian in each Newton iteration, or keep the factor over iterations and steps \
-     while it serves (not with solver=multigrid, which keeps nothing)"
+     while it serves (solver=multigrid keeps nothing)"
 );
 
 const SOLVER: Declared<SolverWord> = declare!(
     solver: SolverWord [Cholesky, Cg, Multigrid] = Cholesky,
-    "solve Newton's linear systems by sparse Cholesky, or by CG on the Hessian, preconditioned by its \
-     diagonal blocks (jacobian=fresh) or by the kept factor (jacobian=saved), or by CG preconditioned by \
-     multigrid on the Hessian"
+    "solve Newton's linear systems by sparse Cholesky, or by CG on the Hessian, preconditioned by \
+     its diagonal blocks (jacobian=fresh) or by the kept factor (jacobian=saved), or by CG \
+     preconditioned by multigrid on the Hessian"
 );
 
 impl Declares for NewtonLinear {
@@ -122,22 +122,22 @@ impl NewtonLinear {
         }
     }
 
-    /// Whether these settings lead through no library's factorisation.
+    /// Whether these settings use no factorisation of a library.
     pub fn is_portable(self) -> bool {
         matches!(self.solver, NewtonSolver::Cg(_)) && self.jacobian == Jacobian::Fresh
     }
 }
 
-/// A factor is dropped when an iteration shrinks the correction by less than this,
+/// A factor is dropped when the next correction is longer than this fraction of the last one.
 const SLOW: f64 = 0.3;
-/// when it takes more CG iterations than this as a preconditioner,
+/// A factor is dropped when it takes more CG iterations than this as a preconditioner.
 const MANY_ITERATIONS: u32 = 10;
-/// when `τ` has changed by more than this fraction,
+/// A factor is dropped when `τ` has changed by more than this fraction.
 const TAU_CHANGE: f64 = 0.2;
-/// or after this many stages.
+/// A factor is dropped after this many stages.
 const MAX_STAGES: u32 = 20;
 
-/// What the factor at hand was made for.
+/// The stage that the saved factor was made for.
 #[derive(Debug)]
 struct Saved {
     tau: f64,
@@ -146,18 +146,18 @@ struct Saved {
     stages: u32,
 }
 
-/// The matrix of Newton's method and what solves with it.
+/// The matrix of Newton's method and its solvers.
 #[derive(Debug)]
 pub(crate) struct NewtonMatrix {
     matrix: BlockMatrix,
-    /// Where the settings lead to one.
+    /// `None` where the settings need no factor.
     factor: Option<BlockFactor>,
     saved: Saved,
     diagonal: BlockJacobi,
-    /// Where it is asked for.
+    /// `None` unless the settings ask for it.
     multigrid: Option<Multigrid>,
     workspace: PcgWorkspace,
-    /// No constraints: the matrix is projected to them already.
+    /// No constraints, since the matrix is already projected to them.
     none: Constraints,
     /// Norm of the last correction of this stage, m/s.
     last_length: Option<f64>,
@@ -172,7 +172,7 @@ impl NewtonMatrix {
         settings: NewtonLinear,
     ) -> Result<Self, PrepareError> {
         let n = system.len();
-        // Factors and multigrid read compressed rows, and contacts lead to blocks that are not
+        // Factors and multigrid read compressed rows, and contacts give blocks that are not
         // symmetric.
         let is_cg_alone = matches!(settings.solver, NewtonSolver::Cg(_)) && !settings.factorises();
         let matrix = if is_cg_alone && system.obstacles().is_empty() {
@@ -211,14 +211,13 @@ impl NewtonMatrix {
         self.saved.revisions = None;
     }
 
-    /// Drops the saved factor; `false` where the last solve had a new one.
+    /// Drops the saved factor; returns `false` if the last solve had a new one.
     pub(crate) fn forget(&mut self) -> bool {
         self.saved.revisions = None;
         !self.is_new
     }
 
-    /// `direction ← H⁻¹ gradient` with the projected `gradient`, as exactly as the settings say;
-    /// `forcing` is the tolerance of CG.
+    /// `direction ← H⁻¹ gradient` with the projected `gradient`; `forcing` is the tolerance of CG.
     pub(crate) fn solve(
         &mut self,
         system: &System,
@@ -254,7 +253,7 @@ impl NewtonMatrix {
             let solve = |matrix: &mut Self, report: &mut NewtonReport, direction: &mut [Vec3]| {
                 matrix.iterate(saves, forcing, gradient, direction, report)
             };
-            // Where the exact Hessian is not positive definite, the projected one is.
+            // The exact Hessian may be indefinite; the projected one is positive definite.
             if !solve(self, report, direction).unwrap_or(false) {
                 self.assemble(system, potential, constraints, Tangent::Projected);
                 solve(self, report, direction)?;
@@ -267,8 +266,8 @@ impl NewtonMatrix {
         Ok(())
     }
 
-    /// Conjugate gradients on the matrix; `Ok(false)` where they find that it is not positive
-    /// definite, an error where the preconditioner does.
+    /// Conjugate gradients on the matrix. `Ok(false)` where they find that it is not positive
+    /// definite; an error where the preconditioner finds it.
     fn iterate(
         &mut self,
         with_factor: bool,
@@ -319,7 +318,7 @@ impl NewtonMatrix {
         Ok(())
     }
 
-    /// Whether the saved factor may serve here.
+    /// Whether the saved factor serves this stage.
     fn fits(&self, system: &System, tau: f64, constraints: &Constraints) -> bool {
         let Saved { tau: saved, revisions, filters, stages } = &self.saved;
         *revisions == Some(system.revisions())
@@ -328,7 +327,7 @@ impl NewtonMatrix {
             && filters.iter().enumerate().all(|(i, filter)| constraints.filter(i) == *filter)
     }
 
-    /// Factorises the matrix, for settings that do.
+    /// Factorises the matrix; an error where the settings have no factor.
     fn factor(&mut self) -> Result<Result<(), SolverError>, StepError> {
         let Self { matrix, factor, .. } = self;
         Ok(factor.as_mut().ok_or(StepError::NeedsPrepare)?.factorise(matrix))
@@ -341,7 +340,7 @@ impl NewtonMatrix {
         potential: &IncrementalPotential,
         constraints: &Constraints,
     ) -> Result<u32, StepError> {
-        self.saved.revisions = None; // what fails leaves no factor
+        self.saved.revisions = None; // a failure leaves no factor
         self.assemble(system, potential, constraints, Tangent::Exact);
         let mut count = 1;
         if self.factor()?.is_err() {
@@ -377,8 +376,8 @@ impl NewtonMatrix {
     }
 }
 
-/// Multigrid for the Hessian, with levels after the stiffnesses of the springs, or after what is
-/// coupled where there are none.
+/// Multigrid for the Hessian, with levels that follow the stiffnesses of the springs or, without
+/// springs, the couplings of the other effects.
 fn multigrid(
     system: &System,
     potential: &IncrementalPotential,

@@ -1,4 +1,4 @@
-//! Pins, and those of them that are led on paths.
+//! Pins at rest, and pins on paths.
 
 use drape_model::{System, Vec3};
 use drape_solvers::{Constraints, Filter};
@@ -10,8 +10,8 @@ pub fn hold_pins(system: &System, constraints: &mut Constraints) {
     }
 }
 
-/// Gives pins on paths the velocity, m/s, that leads from where they are at `t` to where they are `h` seconds later.
-/// Others keep theirs.
+/// Gives pins on paths the velocity, m/s, that leads from `x` at time `t` to the path `h` seconds
+/// later. Other particles keep theirs.
 pub fn lead_pins(system: &System, t: f64, h: f64, x: &[Vec3], v: &mut [Vec3]) {
     for pin in system.moving_pins() {
         v[pin.particle] = (pin.position(t + h) - x[pin.particle]) / h;

@@ -6,8 +6,8 @@ use drape_solvers::{Constraints, SolveStatus, vector::weighted_dot};
 
 /// Round-off of a force over `k |x|`, and of a momentum over `m |v|`.
 const ROUND_OFF: f64 = 4.0 * f64::EPSILON;
-/// A residual above this part of the change of velocity by external forces says that the step has
-/// ignored them: no tolerance that can be asked for allows more.
+/// A step with a residual above this part of the velocity change by external forces has ignored
+/// these forces. No setting of the tolerance allows more.
 const IGNORED: f64 = 0.5;
 
 fn lagged<'a>(t: f64, x: &'a [Vec3], v: &'a [Vec3]) -> Level<'a> {
@@ -21,10 +21,9 @@ fn lagged<'a>(t: f64, x: &'a [Vec3], v: &'a [Vec3]) -> Level<'a> {
 /// ∇Φ   = M (v − v̂) − τ f_U(x* + τ v) + τ D(x̂) v
 /// ```
 ///
-/// `U` and `D` are those of the implicit effects, everything else is frozen in `v̂`; projected
-/// damping takes its directions at `x̂`, which a method of order `p` must choose within `O(h^p)` of
-/// the new positions. Backward Euler is `(τ, x*, v*, x̂) = (h, x_n, v_n, x_n)`. `Φ` is an energy,
-/// J.
+/// `U` and `D` belong to the implicit effects; everything else is frozen in `v̂`. Projected damping
+/// takes its directions at `x̂`, which a method of order `p` must choose within `O(h^p)` of the new
+/// positions. Backward Euler is `(τ, x*, v*, x̂) = (h, x_n, v_n, x_n)`. `Φ` is an energy, J.
 #[derive(Debug)]
 pub struct IncrementalPotential {
     implicit: Implicit,
@@ -32,9 +31,10 @@ pub struct IncrementalPotential {
     x_star: Vec<Vec3>,
     lagged_time: f64,
     directions: Vec<Vec3>,
-    /// `v̂`; like the next one empty unless an implicit effect drags.
+    /// Velocity of the lagged level, m/s; like the next field empty unless an implicit effect
+    /// drags.
     lagged_velocity: Vec<Vec3>,
-    /// What drags exert at rest, N.
+    /// Force of drags on a cloth at rest, N.
     force_at_rest: Vec<Vec3>,
     target: Vec<Vec3>,
     inverse_mass: Vec<f64>,
@@ -47,14 +47,13 @@ pub struct IncrementalPotential {
     external: f64,
     round_off: f64,
     row_sums: Vec<f64>,
-    /// `Σ k²/m` over the rows, 1/s⁴ kg, and the system that it is of; only where it depends on no
-    /// position.
+    /// `Σ k²/m` over the rows, 1/s⁴ kg, and its system; `None` where it depends on positions.
     squared_stiffness: Option<(Revisions, f64)>,
     evaluations: u32,
 }
 
-/// Adds force and damping of the implicit effects, N, effect by effect; in shared sweeps where the
-/// damping knows no directions.
+/// Adds force and damping of the implicit effects, N, effect by effect. Effects whose damping has
+/// no directions share sweeps.
 fn add_forces(
     implicit: Implicit,
     system: &System,
@@ -126,9 +125,8 @@ impl IncrementalPotential {
         }
     }
 
-    /// Begins a stage. `frozen` is the force of everything that is not implicit, N; `lagged` is the
-    /// level with the positions `x̂` at which projected damping takes its directions, and where
-    /// drag takes its coefficients.
+    /// Begins a stage. `frozen` is the force of the explicit effects, N. `lagged` is the level with
+    /// the positions `x̂` for the directions of projected damping and the coefficients of drag.
     pub fn begin(
         &mut self,
         system: &System,
@@ -159,7 +157,7 @@ impl IncrementalPotential {
         self.measure(system, v_star, frozen);
     }
 
-    /// Sets the scale that residuals are compared with, and their round-off.
+    /// Computes the scale of residuals, and their round-off.
     fn measure(&mut self, system: &System, v_star: &[Vec3], frozen: &[Vec3]) {
         self.force.fill(Vec3::zeros());
         for effect in system.effects().filter(|effect| !effect.has_jacobian()) {
@@ -183,7 +181,7 @@ impl IncrementalPotential {
         self.round_off = ROUND_OFF * magnitude;
     }
 
-    /// `Σ k²/m` over the particles, `k` being the sum of the stiffnesses of all that acts on one.
+    /// `Σ k²/m` over the particles; `k` sums the stiffnesses of all effects on a particle.
     fn squared_stiffness(&mut self, system: &System) -> f64 {
         let now = system.revisions();
         if let Some((then, sum)) = self.squared_stiffness
@@ -220,24 +218,24 @@ impl IncrementalPotential {
         self.tau * sum.sqrt()
     }
 
-    /// What residuals are compared with, √J: the change of velocity that the forces at the start
-    /// would make in the stage, `max(‖τM⁻¹f(x*, v*)‖_M, ‖τM⁻¹f_external‖_M)`. The second keeps a
-    /// scale for a sheet that hangs at rest. It does not depend on the frame: were the velocity
-    /// itself part of it, a sheet that moves fast as a whole would be solved loosely.
+    /// The scale of residuals, √J: the change of velocity that the forces at the start would make
+    /// in the stage, `max(‖τM⁻¹f(x*, v*)‖_M, ‖τM⁻¹f_external‖_M)`. The second term keeps a scale
+    /// for a sheet that hangs at rest. The scale does not depend on the frame: if it contained the
+    /// velocity itself, a sheet that moves fast as a whole would be solved loosely.
     pub fn scale(&self) -> f64 {
         self.scale
     }
 
-    /// Residual below which round-off rules, √J: forces carry an error of some `ε_mach k |x|`,
-    /// whatever the strain.
+    /// Round-off of residuals, √J: forces carry an error of some `ε_mach k |x|`, whatever the
+    /// strain.
     pub fn round_off(&self) -> f64 {
         self.round_off
     }
 
-    /// What a solve is that ended with `residual`, √J, where `wanted` was asked for without regard
-    /// to round-off: `Stagnated` instead of converged where the residual passed as round-off alone
-    /// and is of the size of what the external forces do. With `h = 0.01 s` and coordinates of a
-    /// metre that is so from some `k/m = 1e15/s²`, and a sheet would stand in the air.
+    /// The status of a solve that ended with `residual`, √J, where the settings asked for `wanted`.
+    /// It is `Stagnated` instead of `Converged` where the residual passed only as round-off and is
+    /// as large as the effect of the external forces. With `h = 0.01 s` and coordinates of a metre
+    /// this happens from some `k/m = 1e15/s²` on, where a sheet would stand in the air.
     pub fn status(&self, status: SolveStatus, residual: f64, wanted: f64) -> SolveStatus {
         let is_ignored = residual > wanted && residual > IGNORED * self.external;
         match status {
@@ -246,7 +244,7 @@ impl IncrementalPotential {
         }
     }
 
-    /// A residual over the scale; infinite where there is no scale.
+    /// A residual over the scale; infinite where the scale is 0.
     pub fn relative(&self, residual: f64) -> f64 {
         if residual > 0.0 { residual / self.scale } else { residual }
     }
@@ -256,7 +254,7 @@ impl IncrementalPotential {
         self.tau
     }
 
-    /// Where damping takes its directions and coefficients; without velocities unless an implicit
+    /// Level of the directions and coefficients of damping; without velocities unless an implicit
     /// effect drags.
     pub fn lagged(&self) -> Level<'_> {
         lagged(self.lagged_time, &self.directions, &self.lagged_velocity)
@@ -308,7 +306,8 @@ impl IncrementalPotential {
         let dissipation = power(&self.force);
         value -= 0.5 * self.tau * dissipation;
         if !self.force_at_rest.is_empty() {
-            value -= 0.5 * self.tau * power(&self.force_at_rest); // ½ vᵀDv − vᵀDw = −½ vᵀ(f_D(v) + f_D(0))
+            // ½ vᵀDv − vᵀDw = −½ vᵀ(f_D(v) + f_D(0))
+            value -= 0.5 * self.tau * power(&self.force_at_rest);
         }
         value
     }
@@ -333,8 +332,8 @@ impl IncrementalPotential {
         weighted_dot(&self.inverse_mass, residual, residual).sqrt()
     }
 
-    /// Puts into `v` whichever of itself, `others` and the inertial target (if asked for) has the
-    /// lowest potential once the constraints are imposed.
+    /// Sets `v` to the candidate with the lowest potential under the constraints: `v` itself,
+    /// `others` and, on request, the inertial target.
     pub fn choose_start(
         &mut self,
         system: &System,

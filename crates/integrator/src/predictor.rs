@@ -12,7 +12,7 @@ pub enum Start {
     Last,
     /// At the extrapolation `2 v_n − v_{n−1}`, EEH (22).
     Extrapolated,
-    /// At whichever of the two has the lower incremental potential.
+    /// At the one of the two with the lower incremental potential.
     Best,
 }
 
@@ -45,16 +45,15 @@ impl Predictor {
         self.step_bits = other.step_bits;
     }
 
-    /// Writes `2 v_n − v_{n−1}`, m/s, to `out`; `v_n` without history or after a change of the step
-    /// size. In so many [`bands`](drape_solvers::bands).
+    /// Writes `2 v_n − v_{n−1}`, m/s, to `out`, in this many [`bands`](drape_solvers::bands); `v_n`
+    /// without history or after a change of the step size.
     #[doc(alias = "EEH 22")]
     pub fn extrapolate(&self, v: &[Vec3], h: f64, bands: usize, out: &mut [Vec3]) {
         let start = self.start(Start::Extrapolated, v, h);
         in_bands(bands, v.len(), out, &|band, out: &mut [Vec3]| start.part(band).write(out));
     }
 
-    /// Where a solve for the velocity starts: at `v_n` or at [what is
-    /// extrapolated](Self::extrapolate), m/s.
+    /// Start of a solve for the velocity, m/s: `v_n` or its [extrapolation](Self::extrapolate).
     pub fn start<'a>(&'a self, start: Start, v: &'a [Vec3], h: f64) -> StartValue<'a> {
         if start == Start::Last || self.step_bits != Some(h.to_bits()) {
             StartValue::At(v)
@@ -69,14 +68,14 @@ impl Predictor {
         self.step_bits = Some(h.to_bits());
     }
 
-    /// As [`remember`](Self::remember), without a copy: `v` gets other memory, with an older
-    /// velocity in it, and is to be written in whole.
+    /// As [`remember`](Self::remember), without a copy. `v` then holds an older velocity, and the
+    /// caller must overwrite all of it.
     pub fn take(&mut self, v: &mut Vec<Vec3>, h: f64) {
         std::mem::swap(&mut self.previous, v);
         self.step_bits = Some(h.to_bits());
     }
 
-    /// Makes one particle's history agree with its new velocity, after a contact changed it.
+    /// Sets one particle's history to its new velocity, after a contact changed it.
     pub fn forget(&mut self, particle: usize, v: &Vec3) {
         self.previous[particle] = *v;
     }

@@ -1,10 +1,10 @@
-//! Numbers without a pattern, the same on every machine.
+//! Pseudo-random numbers, the same on every machine.
 
 /// A linear congruential generator with Knuth's MMIX constants and a fixed seed.
 #[derive(Clone, Debug)]
-pub(crate) struct Random(u64);
+pub(crate) struct Lcg(u64);
 
-impl Random {
+impl Lcg {
     pub(crate) fn new() -> Self {
         Self(1)
     }

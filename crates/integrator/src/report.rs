@@ -1,4 +1,4 @@
-//! What a step reports.
+//! The report of a step.
 
 use crate::NewtonReport;
 use drape_solvers::{PcgReport, SolveStatus};
@@ -52,7 +52,7 @@ impl Setups {
     }
 }
 
-/// What one step cost and how its solve ended.
+/// Costs of one step, and how its solve ended.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StepReport {
     /// CG iterations over all outer passes.
@@ -61,18 +61,18 @@ pub struct StepReport {
     pub outer_passes: u32,
     /// Newton iterations.
     pub newton_iterations: u32,
-    /// Factorisations that belong to the step itself, Newton's among them; those of kept operators count as
+    /// Factorisations of the step itself, Newton's among them; those of kept operators count as
     /// set-ups.
     pub factorisations: u32,
     /// Products of a matrix with a block vector.
     pub matvecs: u32,
     /// Sweeps over the springs that evaluated forces or energies inside the step.
     pub force_evaluations: u32,
-    /// Set-ups of cached operators in this step; the first one was made by `prepare`.
+    /// Set-ups of cached operators in this step; `prepare` made the first one.
     pub setups: Setups,
     /// Steps inside the step, for methods that divide it; else 1. Rejected ones do not count.
     pub substeps: u32,
-    /// Substeps that step size control took back; what they cost is part of the other counts.
+    /// Substeps that step size control rejected; the other counts include their costs.
     pub rejected: u32,
     /// Greatest estimated local error of a substep over the tolerance; 0 without step size control.
     pub error_estimate: f64,
@@ -80,8 +80,9 @@ pub struct StepReport {
     pub next_step: f64,
     /// Largest distance by which the method moved a position other than by integrating, m.
     pub correction: f64,
-    /// Residual at the end, relative to what the method's stop test refers to; 0 for methods that solve
-    /// nothing or apply a kept inverse. Kang's, which has no stop test: before its last sweep.
+    /// Residual at the end, relative to the reference of the method's stop test; 0 for methods that
+    /// solve nothing or apply a kept inverse. Kang's method has no stop test: residual before its
+    /// last sweep.
     pub relative_residual: f64,
     /// How the solve ended.
     pub solve: SolveStatus,
@@ -118,7 +119,17 @@ impl StepReport {
         report
     }
 
-    /// Adds what a substep took, and how it ended, whose error was this much of the tolerance.
+    /// Adds one of several solves of a step: a solve that did not converge stays the status, so
+    /// that a later good one does not hide it.
+    pub fn add_stage(&mut self, solve: PcgReport) {
+        let before = self.solve;
+        *self += solve;
+        if before != SolveStatus::Converged {
+            self.solve = before;
+        }
+    }
+
+    /// Adds the costs and the status of a substep, whose error was `error` times the tolerance.
     pub(crate) fn add_substep(&mut self, substep: &Self, error: f64) {
         self.add_costs(substep);
         self.substeps += substep.substeps;
@@ -130,7 +141,7 @@ impl StepReport {
         }
     }
 
-    /// Adds what a substep took that was taken back.
+    /// Adds the costs of a rejected substep.
     pub(crate) fn add_rejected(&mut self, substep: &Self) {
         self.add_costs(substep);
         self.rejected += 1;
@@ -158,7 +169,7 @@ impl AddAssign for Setups {
 }
 
 impl AddAssign<PcgReport> for StepReport {
-    /// Adds the iterations of a linear solve and takes over how it ended.
+    /// Adds the costs of a linear solve and takes over its status.
     fn add_assign(&mut self, solve: PcgReport) {
         self.cg_iterations += solve.iterations as u32;
         self.matvecs += solve.multiplications as u32;
@@ -168,8 +179,8 @@ impl AddAssign<PcgReport> for StepReport {
 }
 
 impl AddAssign<NewtonReport> for StepReport {
-    /// Adds the iterations of a nonlinear solve and takes over how it ended; the residual stays
-    /// absolute, √J.
+    /// Adds the costs of a nonlinear solve and takes over its status; the residual stays absolute,
+    /// √J.
     fn add_assign(&mut self, solve: NewtonReport) {
         self.newton_iterations += solve.iterations;
         self.factorisations += solve.factorisations;

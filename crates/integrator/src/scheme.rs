@@ -1,8 +1,9 @@
-//! What a method's own crate writes, and the integrator that is made of it.
+//! The trait that a method's crate implements, and the integrator around it.
 //!
-//! A method is a [`Scheme`]: the memory of a step, how it is allocated, and the step. [`Stepper`] adds what all methods
-//! share: it refuses what the method does not support, keeps the memory, checks it against the system, and stops the
-//! clock. A method that can take a step back is also [`Rewind`], and [`Adaptive`] can control its step size.
+//! A method is a [`Scheme`]: the memory of a step, its allocation, and the step. [`Stepper`] adds
+//! the parts that all methods share: it refuses unsupported effects, keeps the memory, checks it
+//! against the system, and stops the clock. A method that can take a step back is also [`Rewind`],
+//! and [`Adaptive`] can control its step size.
 
 use crate::{
     Adaptive, ContactSet, EnergyLedger, History, Integrator, Method, MethodSettings, Order,
@@ -12,12 +13,12 @@ use crate::{
 use drape_model::{State, System, Vec3};
 use std::fmt::Debug;
 
-/// A method, as the memory that its steps work in.
+/// A method; the type is the memory of its steps.
 pub trait Scheme: Debug + Send + Sized + 'static {
     /// Its settings.
     type Settings: Debug + Clone + Send + 'static;
 
-    /// What the method is.
+    /// Description of the method.
     fn method(settings: &Self::Settings) -> &'static Method;
 
     /// Allocates and fills everything that a step of `h` seconds needs.
@@ -42,12 +43,12 @@ pub trait Scheme: Debug + Send + Sized + 'static {
     /// Forgets the history and the contacts.
     fn restart(&mut self);
 
-    /// What the last step did to the energy; see [`Integrator::ledger`].
+    /// The energy ledger of the last step; see [`Integrator::ledger`].
     fn ledger(&mut self, _settings: &Self::Settings, _taken: &Taken<'_>) -> Option<EnergyLedger> {
         None
     }
 
-    /// Whether results have the same bits on every machine: no library factorises anything.
+    /// Whether results have the same bits on every machine, because no library factorises.
     fn is_portable(settings: &Self::Settings) -> bool;
 
     /// Whether the order of the springs changes the result by more than round-off.
@@ -59,7 +60,7 @@ pub trait Scheme: Debug + Send + Sized + 'static {
 /// A step that was taken.
 #[derive(Clone, Copy, Debug)]
 pub struct Taken<'a> {
-    /// The system that it saw.
+    /// Its system.
     pub system: &'a System,
     /// The state before it.
     pub before: &'a State,
@@ -96,7 +97,7 @@ impl<S: Scheme> Stepper<S> {
         &self.settings
     }
 
-    /// The memory of its steps, once it was prepared.
+    /// The memory of its steps, once prepared.
     pub fn prepared(&mut self) -> Option<&mut S> {
         self.scratch.get_mut()
     }
@@ -153,7 +154,7 @@ impl<S: Scheme> Integrator for Stepper<S> {
     }
 }
 
-/// Everything that a step changes and that the next one builds on, but contacts and cached operators.
+/// The memory that a step changes and the next one reads, except contacts and cached operators.
 pub trait Past: Clone + Debug + Send {
     /// Copies another past of the same size without allocating.
     fn copy_from(&mut self, other: &Self);
@@ -171,15 +172,15 @@ impl<const FIELDS: usize> Past for History<FIELDS> {
     }
 }
 
-/// A scheme whose steps can be taken back, which is all that step size control needs of it.
+/// A scheme whose steps can be taken back. Step size control needs no more.
 pub trait Rewind: Scheme {
-    /// What it remembers beside its contacts.
+    /// Its memory of the past, beside its contacts.
     type Past: Past;
 
-    /// What it remembers, and its contacts.
+    /// Its memory of the past, and its contacts.
     fn past(&mut self) -> (&mut Self::Past, &mut ContactSet);
 
-    /// Local error that a step may make, in mesh widths; 0: steps are taken as they are given.
+    /// Local error that a step may make, in mesh widths; 0: the method takes steps as given.
     fn tolerance(settings: &Self::Settings) -> f64;
 
     /// Order at these settings.
@@ -187,15 +188,16 @@ pub trait Rewind: Scheme {
         Self::method(settings).order
     }
 
-    /// `C(ω)` of the local error `C h³ x'''` of a method of order 2, with `ω` the last step over the one before. The default
-    /// is the constant of two-step BDF.
+    /// `C(ω)` of the local error `C h³ x'''` of a method of order 2; `ω` is the last step over the
+    /// one before. The default is the constant of two-step BDF.
     fn error_constant(_settings: &Self::Settings, omega: f64) -> f64 {
         let sum = 1.0 + omega;
         sum * sum / (6.0 * omega * (1.0 + 2.0 * omega))
     }
 
-    /// Adds to `error`, m, the part of the error of a step of `h` seconds to the state `to` that positions cannot show. A
-    /// method that splits the force adds the error of the part at the old level. Costs go to the report.
+    /// Adds the part of the error that positions cannot show to `error`, m, after a step of `h`
+    /// seconds to the state `to`. A method that splits the force adds the error of the part at the
+    /// old level. The report counts the costs.
     fn add_splitting_error(
         &mut self,
         _settings: &Self::Settings,
@@ -208,12 +210,12 @@ pub trait Rewind: Scheme {
     }
 }
 
-/// A method for the registry: one line there makes it known to everything.
+/// A method for the registry, where it takes one line.
 #[derive(Clone, Copy, Debug)]
 pub struct Registration {
-    /// What it is.
+    /// Its description.
     pub method: &'static Method,
-    /// Makes an integrator of checked settings.
+    /// Makes an integrator from checked settings.
     pub build: fn(&Settings) -> Result<Box<dyn Integrator>, SettingError>,
     /// Whether results have the same bits on every machine.
     pub is_portable: fn(&Settings) -> bool,
@@ -222,7 +224,7 @@ pub struct Registration {
 }
 
 impl Registration {
-    /// A method that takes steps as they are given.
+    /// A method that takes steps as given.
     pub const fn new<S: Scheme>(method: &'static Method) -> Self
     where
         S::Settings: MethodSettings,

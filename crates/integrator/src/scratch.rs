@@ -1,9 +1,9 @@
-//! Scratch memory of an integrator: there after `prepare`, checked at each step.
+//! Scratch memory of an integrator: `prepare` makes it, each step checks it.
 
 use crate::{StepError, TimeStep, lead_pins};
 use drape_model::{State, System};
 
-/// What `prepare` allocated, with the topology that it fits.
+/// The memory that `prepare` allocated, with its topology.
 #[derive(Debug)]
 pub struct Scratch<W> {
     prepared: Option<(u64, W)>,
@@ -21,18 +21,18 @@ impl<W> Scratch<W> {
         self.prepared = Some((system.revisions().topology, workspace));
     }
 
-    /// The memory to look at, if any was prepared.
+    /// The memory, if prepared, to read.
     pub fn get(&self) -> Option<&W> {
         self.prepared.as_ref().map(|(_, workspace)| workspace)
     }
 
-    /// The memory, if any was prepared.
+    /// The memory, if prepared.
     pub fn get_mut(&mut self) -> Option<&mut W> {
         self.prepared.as_mut().map(|(_, workspace)| workspace)
     }
 
-    /// The memory for a step of `h`. Whatever velocity the state has for a pinned particle is set to the one with which
-    /// it moves in this step, 0 where it has no path, so that it pulls no neighbour by another.
+    /// The memory for a step of `h`. It first sets the velocity of each pinned particle to the one
+    /// of this step, 0 without a path, so that no neighbour feels another.
     ///
     /// # Errors
     /// [`StepError::SizeMismatch`] when the state does not fit the system,

@@ -1,9 +1,9 @@
-//! Settings of methods. [`settings!`](crate::settings) declares each of them once; [`Settings`] reads them from `key=value`
-//! and names the known ones where it refuses a key or a value.
+//! Settings of methods. [`settings!`](crate::settings) declares each of them once. [`Settings`]
+//! reads them from `key=value`, and names the known keys and values where it refuses one.
 
 use std::fmt;
 
-/// What values a setting takes.
+/// The values that a setting takes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kind {
     /// A number in a closed range.
@@ -13,9 +13,9 @@ pub enum Kind {
         /// Greatest value.
         max: f64,
     },
-    /// A number in a closed range, or 0, which turns off what it sets.
+    /// A number in a closed range, or 0 for off.
     OptionalNumber {
-        /// Least value but 0.
+        /// Least value except 0.
         min: f64,
         /// Greatest value.
         max: f64,
@@ -47,7 +47,7 @@ impl fmt::Display for Kind {
 pub struct Setting {
     /// Its key.
     pub key: &'static str,
-    /// What values it takes.
+    /// The values that it takes.
     pub kind: Kind,
     /// Its default, as text.
     pub default: &'static str,
@@ -80,7 +80,7 @@ pub enum SettingError {
         /// What is allowed.
         expected: String,
     },
-    /// The value does not go with that of another setting.
+    /// The value excludes the value of another setting.
     #[error("{method}: setting `{key}` does not go with `{other}`; {advice}")]
     Conflict {
         /// Method id.
@@ -161,7 +161,8 @@ impl Settings {
         self.iter().find(|(known, _)| *known == key).map(|(_, value)| value)
     }
 
-    /// The text of a declared key. A missing key is a bug: debug builds assert, release builds return an empty string.
+    /// The text of a declared key. A missing key is a bug: debug builds assert, release builds
+    /// return an empty string.
     pub fn word(&self, key: &str) -> &str {
         let value = self.get(key);
         debug_assert!(value.is_some(), "setting `{key}` is not declared");
@@ -174,13 +175,13 @@ impl Settings {
     }
 }
 
-/// A type that a setting can have.
+/// A type of a setting.
 pub trait Value: Copy {
-    /// Reads a text that fits the setting's [`Kind`]; `None` for any other.
+    /// Reads a text that fits the setting's [`Kind`]; `None` for any other text.
     fn read(text: &str) -> Option<Self>;
 }
 
-/// A type with few values, each of which has its word.
+/// A type with few values, one word each.
 pub trait Word: Copy + 'static {
     /// All words, in the order in which messages list them.
     const WORDS: &'static [(&'static str, Self)];
@@ -230,7 +231,7 @@ impl<T: Value> Declared<T> {
     }
 }
 
-/// Settings that were declared by [`settings!`](crate::settings).
+/// Settings declared by [`settings!`](crate::settings).
 pub trait Declares: Sized {
     /// Their declarations.
     const SETTINGS: &'static [Setting];
@@ -248,10 +249,10 @@ pub trait MethodSettings: Sized {
     fn of(settings: &Settings) -> Result<Self, SettingError>;
 }
 
-/// Joins lists of declarations, which have `N` entries in all.
+/// Joins lists of declarations with `N` entries in all.
 ///
 /// # Panics
-/// When they have more.
+/// When there are more entries.
 #[doc(hidden)]
 pub const fn join<const N: usize>(lists: &[&[Setting]]) -> [Setting; N] {
     const NOTHING: Setting = Setting { key: "", kind: Kind::Choice(&[]), default: "", help: "" };
@@ -278,31 +279,41 @@ pub const fn count(lists: &[&[Setting]]) -> usize {
     count
 }
 
-/// One [`Declared`] setting: `declare!(key: Type … = default, "help")`, with the forms of [`settings!`](crate::settings).
+/// One [`Declared`] setting: `declare!(key: Type … = default, "help")`, with the forms of
+/// [`settings!`](crate::settings).
 #[macro_export]
 macro_rules! declare {
     ($key:ident: bool = $default:tt, $($help:literal)+) => {
-        $crate::declare!(@ $key, $crate::Kind::Choice(&["false", "true"]), stringify!($default), $default, $($help)+)
+        $crate::declare!(
+            @ $key, $crate::Kind::Choice(&["false", "true"]), stringify!($default), $default,
+            $($help)+
+        )
     };
     ($key:ident: f64 in $min:literal ..= $max:literal = $default:literal, $($help:literal)+) => {
         $crate::declare!(
-            @ $key, $crate::Kind::Number { min: $min, max: $max }, stringify!($default), $default as f64, $($help)+
+            @ $key, $crate::Kind::Number { min: $min, max: $max }, stringify!($default),
+            $default as f64, $($help)+
         )
     };
-    ($key:ident: f64 off or in $min:literal ..= $max:literal = $default:literal, $($help:literal)+) => {
+    (
+        $key:ident: f64 off or in $min:literal ..= $max:literal = $default:literal,
+        $($help:literal)+
+    ) => {
         $crate::declare!(
-            @ $key, $crate::Kind::OptionalNumber { min: $min, max: $max }, stringify!($default), $default as f64,
-            $($help)+
+            @ $key, $crate::Kind::OptionalNumber { min: $min, max: $max }, stringify!($default),
+            $default as f64, $($help)+
         )
     };
     ($key:ident: u32 in $min:literal ..= $max:literal = $default:literal, $($help:literal)+) => {
         $crate::declare!(
-            @ $key, $crate::Kind::Integer { min: $min, max: $max }, stringify!($default), $default, $($help)+
+            @ $key, $crate::Kind::Integer { min: $min, max: $max }, stringify!($default), $default,
+            $($help)+
         )
     };
     ($key:ident: usize in $min:literal ..= $max:literal = $default:literal, $($help:literal)+) => {
         $crate::declare!(
-            @ $key, $crate::Kind::Integer { min: $min, max: $max }, stringify!($default), $default, $($help)+
+            @ $key, $crate::Kind::Integer { min: $min, max: $max }, stringify!($default), $default,
+            $($help)+
         )
     };
     ($key:ident: $type:ident [$($word:ident),+] = $default:ident, $($help:literal)+) => {
@@ -336,8 +347,8 @@ macro_rules! declare {
 
 /// Declares the settings of a method, or a group of settings that several methods share.
 ///
-/// One line a setting gives the field, its range, its default, its help (the doc comment), what reads it from text and what
-/// lists it. The forms are
+/// One line a setting gives the field, range, default and help (the doc comment), and the code that
+/// reads and lists it. The forms are
 ///
 /// ```text
 /// sweeps: u32 in 1..=64 = 1,              a whole number
@@ -345,28 +356,30 @@ macro_rules! declare {
 /// clamp: bool = false,                    a switch
 /// torque: Torque [None, Literal] = None,  some words of an enum that has the trait `Word`
 /// norm: Norm as NORM,                     a `Declared` constant, which several methods share
-/// stage: StageSettings,                   a group that was declared by itself
+/// stage: StageSettings,                   a group with a declaration of its own
 /// ```
 ///
-/// `for METHOD` adds `from_pairs`, and `checked by function` a function that refuses values which exclude each other.
+/// `for METHOD` adds `from_pairs`. `checked by function` adds a function that refuses values which
+/// exclude each other.
 ///
 /// ```
 /// use drape_integrator::{Declares, Word, settings};
 /// #[derive(Clone, Copy, Debug, PartialEq)]
-/// pub enum Order { Forward, Backward }
-/// impl Word for Order {
-///     const WORDS: &'static [(&'static str, Self)] = &[("forward", Self::Forward), ("backward", Self::Backward)];
+/// pub enum Way { Forward, Backward }
+/// impl Word for Way {
+///     const WORDS: &'static [(&'static str, Self)] =
+///         &[("forward", Self::Forward), ("backward", Self::Backward)];
 /// }
 /// settings! {
 ///     /// How springs are shortened.
 ///     pub struct Shortening {
 ///         /// most sweeps over the springs
 ///         sweeps: u32 in 1..=1000 = 3,
-///         /// in which order a sweep visits them
-///         order: Order [Forward, Backward] = Backward,
+///         /// order in which a sweep visits them
+///         order: Way [Forward, Backward] = Backward,
 ///     }
 /// }
-/// assert_eq!(Shortening::default().order, Order::Backward);
+/// assert_eq!(Shortening::default().order, Way::Backward);
 /// assert_eq!(Shortening::SETTINGS[1].default, "backward");
 /// ```
 #[macro_export]
@@ -376,8 +389,8 @@ macro_rules! settings {
         $visibility:vis struct $Name:ident $(for $METHOD:ident $(, checked by $check:ident)?)? {
             $(
                 $(#[doc = $help:literal])*
-                $field:ident: $type:ident $([$($word:ident),+ $(,)?])? $(in $min:literal ..= $max:literal)?
-                    $(= $default:tt)? $(as $shared:path)?
+                $field:ident: $type:ident $([$($word:ident),+ $(,)?])?
+                    $(in $min:literal ..= $max:literal)? $(= $default:tt)? $(as $shared:path)?
             ),* $(,)?
         }
     ) => {
@@ -432,7 +445,8 @@ macro_rules! settings {
             /// Reads `key=value` pairs.
             ///
             /// # Errors
-            /// [`SettingError`]($crate::SettingError) for an unknown key or a value that does not fit.
+            /// [`SettingError`]($crate::SettingError) for an unknown key or a value that does not
+            /// fit.
             pub fn from_pairs<'a>(
                 pairs: impl IntoIterator<Item = (&'a str, &'a str)>,
             ) -> Result<Self, $crate::SettingError> {
@@ -444,7 +458,9 @@ macro_rules! settings {
     (@list $field:ident $type:ident [$($help:literal)*] {}) => {
         <$type as $crate::Declares>::SETTINGS
     };
-    (@list $field:ident $type:ident [$($help:literal)*] { as $shared:path }) => { &[$shared.setting] };
+    (@list $field:ident $type:ident [$($help:literal)*] { as $shared:path }) => {
+        &[$shared.setting]
+    };
     (@list $field:ident $type:ident [$($help:literal)*] { $($form:tt)+ }) => {
         &[$crate::declare!($field: $type $($form)+, $($help)*).setting]
     };
@@ -458,7 +474,9 @@ macro_rules! settings {
         const { $crate::declare!($field: $type $($form)+, $($help)*) }.read($settings)
     };
     (@default $field:ident $type:ident [$($help:literal)*] {}) => { <$type>::default() };
-    (@default $field:ident $type:ident [$($help:literal)*] { as $shared:path }) => { $shared.default };
+    (@default $field:ident $type:ident [$($help:literal)*] { as $shared:path }) => {
+        $shared.default
+    };
     (@default $field:ident $type:ident [$($help:literal)*] { $($form:tt)+ }) => {
         const { $crate::declare!($field: $type $($form)+, $($help)*) }.default
     };

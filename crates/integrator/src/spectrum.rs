@@ -1,22 +1,24 @@
-//! The largest eigenvalue of the stiffness, which limits every explicit step: an estimate and a bound.
+//! An estimate and a bound of the largest eigenvalue of the stiffness, which limits every explicit
+//! step.
 
 use crate::Implicit;
-use crate::random::Random;
+use crate::random::Lcg;
 use drape_model::{Effect, System, Tangent, Vec3};
 use drape_solvers::vector::{dot, weighted_dot};
 
-/// Products between two looks at the growth of the estimate in [`LargestEigenvalue::converge`].
+/// Products between two checks of the estimate's growth in [`LargestEigenvalue::converge`].
 const BATCH: usize = 10;
 /// Growth over a batch, relative, at which the estimate counts as converged.
 const CONVERGED: f64 = 0.01;
 /// Most products of one [`LargestEigenvalue::converge`].
 const MOST_PRODUCTS: usize = 200;
 
-/// Estimates `λ_max(M⁻¹ K)`, 1/s², by power iteration, without a matrix; `K` is the Hessian of the potential
-/// energy with each spring's or angle's part made positive semi-definite, so that compression does not hide the stiff modes.
+/// Estimates `λ_max(M⁻¹ K)`, 1/s², by power iteration, without a matrix. `K` is the Hessian of the
+/// potential energy. The part of each spring or angle is made positive semi-definite, so that
+/// compression does not hide the stiff modes.
 ///
-/// The Rayleigh quotient approaches `λ_max` from below. The iteration starts from the vector of the last call: while
-/// the cloth changes slowly, two products a call are enough.
+/// The Rayleigh quotient approaches `λ_max` from below. The iteration starts from the vector of the
+/// last call: while the cloth changes slowly, two products a call are enough.
 #[derive(Clone, Debug)]
 pub struct LargestEigenvalue {
     direction: Vec<Vec3>,
@@ -32,15 +34,15 @@ impl LargestEigenvalue {
         estimate
     }
 
-    /// Starts again from a vector without a pattern, which has a part in every mode: after a change of the
+    /// Starts again from a random vector, which has a part in every mode: after a change of the
     /// system, or a jump of the state.
     pub fn restart(&mut self) {
-        let mut random = Random::new();
+        let mut random = Lcg::new();
         self.direction.fill_with(|| Vec3::from_fn(|_, _| random.signed()));
     }
 
-    /// Multiplies until ten products raise the estimate by less than 1 %, at most 200 times; returns it with the
-    /// number of products.
+    /// Multiplies until ten products raise the estimate by less than 1 %, at most 200 times.
+    /// Returns the estimate and the number of products.
     pub fn converge(&mut self, system: &System, x: &[Vec3]) -> (f64, usize) {
         let mut last = self.estimate(system, x, BATCH);
         let mut products = BATCH;
@@ -56,7 +58,7 @@ impl LargestEigenvalue {
         (last, products)
     }
 
-    /// `out ← K p` at `x`, N, for particles that are not pinned; 0 for those that are.
+    /// `product ← K direction` at `x`, N; 0 for pinned particles.
     fn multiply(&mut self, system: &System, x: &[Vec3]) {
         system.clear_pinned(&mut self.direction);
         let (p, f) = (&self.direction, &mut self.product);
@@ -84,19 +86,20 @@ impl LargestEigenvalue {
     }
 }
 
-/// Bounds `λ_max(M⁻¹ K)`, 1/s², over all positions: it depends on the system alone.
+/// Bounds `λ_max(M⁻¹ K)`, 1/s², over all positions; the bound depends on the system alone.
 ///
-/// The Hessian of a spring is at most `k` in every direction, so that `K ≤ L_k` whatever the positions. With
-/// `d_i = Σ_j k_ij`, no eigenvalue of `M⁻¹ L_k` exceeds the greatest `d_i/m_i + d_j/m_j` of a spring (Anderson and
-/// Morley's bound; a pinned end counts as infinitely heavy): `8 k/m` on a grid of springs along warp and weft.
+/// The Hessian of a spring is at most `k` in every direction, so `K ≤ L_k` at all positions. With
+/// `d_i = Σ_j k_ij`, no eigenvalue of `M⁻¹ L_k` exceeds the greatest `d_i/m_i + d_j/m_j` of a
+/// spring (Anderson and Morley's bound; a pinned end counts as infinitely heavy). On a grid of
+/// springs along warp and weft it is `8 k/m`.
 #[derive(Clone, Debug)]
 pub struct StiffnessBound {
     stiffness_sums: Vec<f64>,
 }
 
 impl StiffnessBound {
-    /// Memory for a system; `None` where an effect has a stiffness but no [linear split](drape_model::LinearSplit), so
-    /// that nothing is known about it at other positions.
+    /// Memory for a system. `None` where an effect has a stiffness but no
+    /// [linear split](drape_model::LinearSplit): nothing bounds it at other positions.
     pub fn new(system: &System) -> Option<Self> {
         let is_known = |effect: &dyn Effect| {
             !effect.has_jacobian() || effect.split().is_some() || effect.is_drag()
@@ -131,7 +134,7 @@ mod tests {
 
     /// A string of zero-length springs, `k/m` = 100, between two pins.
     fn string(free: usize) -> (System, State) {
-        let mut random = Random::new();
+        let mut random = Lcg::new();
         let x: Vec<_> = (0..free + 2).map(|_| Vec3::from_fn(|_, _| random.signed())).collect();
         let springs: Vec<_> = (0..=free).map(|i| (i, i + 1, 50.0, 0.0)).collect();
         net("tension", &vec![0.5; free + 2], &x, &springs, &[0, free + 1])
@@ -195,7 +198,7 @@ mod tests {
 
     #[test]
     fn the_bound_holds_at_all_positions_and_is_met_by_a_pair() {
-        let mut random = Random::new();
+        let mut random = Lcg::new();
         for case in 0..50 {
             let n = 12;
             let mass: Vec<f64> = (0..n).map(|_| libm::exp(3.0 * random.signed())).collect();

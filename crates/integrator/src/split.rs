@@ -1,16 +1,17 @@
-//! Which stiffness stands in the scalar matrix for springs that have more than one slope.
+//! The stiffness in the scalar matrix of springs with several slopes.
 
 use crate::{Declared, Implicit, Word, declare};
 use drape_model::{Effect, System, Vec3};
 
-/// The split `f = −L_K x + F2(x)` of springs with piecewise-linear tension: any `K` is consistent, since `F2` is what is left. For
-/// linear springs both are the same.
+/// The split `f = −L_K x + F2(x)` of springs with piecewise-linear tension. Any `K` is consistent,
+/// since `F2` holds the rest. For linear springs both splits are the same.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Split {
     /// The steepest slope of each spring: the matrix is constant, and the energy theorem holds.
     Majorant,
-    /// The slope of each spring at the start of the step, the reading of EEH section 5: the matrix changes whenever a spring reaches
-    /// another piece, and nothing bounds the energy where the next piece is steeper.
+    /// The slope of each spring at the start of the step, the reading of EEH section 5. The matrix
+    /// changes whenever a spring reaches another piece, and nothing bounds the energy where that
+    /// piece is steeper.
     Paper,
 }
 
@@ -20,15 +21,16 @@ impl Word for Split {
 }
 
 impl Split {
-    /// The setting of the methods that leave the choice.
+    /// The setting `split`.
     pub const SETTING: Declared<Self> = declare!(
         split: Split [Majorant, Paper] = Majorant,
-        "stiffness in the matrix of springs whose tension is piecewise linear: the steepest slope, or that of the \
-         present piece, with a new matrix whenever a spring changes piece"
+        "stiffness in the matrix of springs with piecewise-linear tension: the steepest slope, or \
+         the slope of the present piece, with a new matrix whenever a spring changes piece"
     );
 }
 
-/// The slopes of the implicit springs at the start of a step, in the order of [`Implicit::visit_weights`].
+/// The slopes of the implicit springs at the start of a step, in the order of
+/// [`Implicit::visit_weights`].
 #[derive(Clone, Debug)]
 pub struct Slopes {
     implicit: Implicit,
@@ -37,7 +39,7 @@ pub struct Slopes {
 }
 
 impl Slopes {
-    /// Memory for a system; `None` where the split does not ask for it, or every spring has one slope only.
+    /// Memory for a system; `None` where the split does not need it, or every spring has one slope.
     pub fn new(system: &System, implicit: Implicit, split: Split) -> Option<Self> {
         let varies = |effect: &dyn Effect| effect.split().is_some_and(|s| !s.has_one_slope());
         (split == Split::Paper && implicit.effects(system).any(varies)).then(|| {
@@ -47,7 +49,7 @@ impl Slopes {
         })
     }
 
-    /// Takes the slopes at `x`; returns whether one is another than before.
+    /// Takes the slopes at `x`; returns whether one has changed.
     pub fn update(&mut self, system: &System, x: &[Vec3]) -> bool {
         let mut places = self.list.iter_mut();
         let mut changed = false;
@@ -70,7 +72,8 @@ impl Slopes {
         });
     }
 
-    /// Adds `F2 = F + L_K x`, N: what is left of the implicit springs' force at `x` beside these slopes.
+    /// Adds `F2 = F + L_K x`, N: the implicit springs' force at `x` without the part of these
+    /// slopes.
     pub fn add_nonlinear_forces(&self, system: &System, x: &[Vec3], out: &mut [Vec3]) {
         self.implicit.add_implicit_forces(system, x, out);
         self.visit_weights(system, &mut |i, j, k, _| {
@@ -88,9 +91,12 @@ mod tests {
 
     fn pair(stretch: f64) -> (System, State) {
         let text = format!(
-            r#"{{ "format": "drape-system/1", "particles": {{ "mass_kg": [1, 1], "position_m": [[0, 0, 0], [{}, 0, 0]] }},
-            "springs": [{{ "effect": "tension", "i": 0, "j": 1, "rest_length_m": 1, "stiffness_n_per_m": 10,
-            "pieces": [{{ "up_to_strain": 0.1, "stiffness_n_per_m": 10 }}, {{ "stiffness_n_per_m": 1000 }}] }}] }}"#,
+            r#"{{ "format": "drape-system/1", "particles": {{ "mass_kg": [1, 1],
+                "position_m": [[0, 0, 0], [{}, 0, 0]] }},
+            "springs": [{{ "effect": "tension", "i": 0, "j": 1, "rest_length_m": 1,
+                "stiffness_n_per_m": 10, "pieces": [
+                    {{ "up_to_strain": 0.1, "stiffness_n_per_m": 10 }},
+                    {{ "stiffness_n_per_m": 1000 }}] }}] }}"#,
             1.0 + stretch
         );
         drape_model::parse("pair", &text).expect("valid").spec().build().expect("valid")

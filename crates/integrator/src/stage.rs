@@ -1,5 +1,5 @@
-//! One implicit stage with pins and contacts: what backward Euler, the BDF methods and the start-up of
-//! two-step methods share.
+//! One implicit stage with pins and contacts, for backward Euler, BDF and the start of two-step
+//! methods.
 
 use crate::{
     ContactSet, Implicit, IncrementalPotential, Newton, NewtonLinear, NewtonSettings, Phase,
@@ -11,19 +11,19 @@ use drape_solvers::Constraints;
 settings! {
     /// When Newton's method stops, and how it solves.
     pub struct StageSettings {
-        /// residual at which Newton stops, relative to the change of velocity that the forces would make;
-        /// never below round-off
+        /// residual at which Newton stops, relative to the change of velocity that the forces would
+        /// make; never below round-off
         residual: f64 in 1e-16..=0.5 = 1e-9,
         /// most Newton iterations in a step
         max_iterations: u32 in 1..=10_000 = 100,
-        /// how Newton's linear systems are solved
+        /// how Newton solves its linear systems
         linear: NewtonLinear,
     }
 }
 
-/// What defines a stage: `M (v − v*) = τ f(x, v)`, `x = x* + τ v`. It is EEH (10), `x'' = M⁻¹ f(x, x')` as a system of
-/// first order, under any implicit method; Newton's iteration has the `3n` unknowns of section 2.3, since `x`
-/// follows from `v`.
+/// The stage `M (v − v*) = τ f(x, v)`, `x = x* + τ v`. It is EEH (10), `x'' = M⁻¹ f(x, x')` as a
+/// system of first order, under any implicit method. Newton's iteration has the `3n` unknowns of
+/// section 2.3, since `x` follows from `v`.
 ///
 /// | method | `τ` | `x*` | `v*` |
 /// |---|---|---|---|
@@ -36,15 +36,15 @@ settings! {
 pub struct Stage<'a> {
     /// `τ`, s.
     pub tau: f64,
-    /// The time that the stage leads to, s.
+    /// The time at the end of the stage, s.
     pub end: f64,
     /// `(x*, v*)`, m and m/s.
     pub from: (&'a [Vec3], &'a [Vec3]),
-    /// Level at which everything is taken that is not implicit: explicit forces, the directions of projected damping, and
-    /// the coefficients of drag. A method of order `p` needs them within `O(h^p)` of the new ones.
+    /// Level of everything that is not implicit: explicit forces, directions of projected damping,
+    /// and coefficients of drag. A method of order `p` needs it within `O(h^p)` of the new level.
     pub lagged: Level<'a>,
-    /// Velocity at the start of the step, m/s: what contacts bounce with, and the first candidate for the
-    /// start of Newton's method.
+    /// Velocity at the start of the step, m/s: contacts bounce with it, and it is the first
+    /// candidate for the start of Newton's method.
     pub velocity: &'a [Vec3],
 }
 
@@ -67,7 +67,7 @@ impl ImplicitStage {
         Self::with_linear(system, NewtonLinear::default())
     }
 
-    /// As [`new`](Self::new), for what these settings need.
+    /// As [`new`](Self::new), for these settings.
     ///
     /// # Errors
     /// As [`new`](Self::new).
@@ -78,8 +78,8 @@ impl ImplicitStage {
         Ok(Self { potential, newton, frozen: zeros(), velocity: zeros(), impulse: zeros() })
     }
 
-    /// Solves a stage from whichever of `stage.velocity`, `start` and the inertial target has the lowest
-    /// potential. Contacts are those at `x*`.
+    /// Solves a stage, starting at the one of `stage.velocity`, `start` and the inertial target
+    /// with the lowest potential. It detects contacts at `x*`.
     ///
     /// # Errors
     /// As [`Newton::minimise`].
@@ -101,7 +101,7 @@ impl ImplicitStage {
         self.solve_constrained(system, stage, start, contacts, constraints, settings, clock, report)
     }
 
-    /// As [`solve`](Self::solve) under the contacts that `contacts` has detected already.
+    /// As [`solve`](Self::solve), under contacts that are already detected.
     ///
     /// # Errors
     /// As [`Newton::minimise`].
@@ -144,12 +144,12 @@ impl ImplicitStage {
         Ok(())
     }
 
-    /// Forgets what is kept from stage to stage: a saved factor.
+    /// Forgets the saved factor, if any.
     pub fn restart(&mut self) {
         self.newton.restart();
     }
 
-    /// Force of what was not implicit in the last stage, at `stage.lagged`, N.
+    /// Explicit force of the last stage, at `stage.lagged`, N.
     pub fn explicit_force(&self) -> &[Vec3] {
         &self.frozen
     }
@@ -159,7 +159,8 @@ impl ImplicitStage {
         &self.velocity
     }
 
-    /// `∇Φ` at the solution of the last stage, unfiltered, kg m/s: its residual and the impulse of its constraints.
+    /// `∇Φ` at the solution of the last stage, unfiltered, kg m/s: its residual and the impulse of
+    /// its constraints.
     pub fn gradient(&mut self, system: &System) -> &[Vec3] {
         self.potential.gradient(system, &self.velocity)
     }
@@ -179,7 +180,7 @@ impl ImplicitStage {
 mod tests {
     use super::*;
     use crate::SolveStatus;
-    use crate::random::Random;
+    use crate::random::Lcg;
     use drape_model::parse;
 
     const TAU: f64 = 0.05;
@@ -195,7 +196,8 @@ mod tests {
         let text = format!(
             r#"{{ "format": "drape-system/1", "damping": "{damping}",
             "springs": [{}, {}, {}], "pins": [{{ "particle": 0 }}],
-            "particles": {{ "mass_kg": [1, 0.25, 2], "position_m": [[0, 0, 0], [1, 0, 0], [0, 1, 0]] }},
+            "particles": {{ "mass_kg": [1, 0.25, 2],
+                "position_m": [[0, 0, 0], [1, 0, 0], [0, 1, 0]] }},
             "effects": {{ "gravity": {{ "m_s2": [0, 0, -9.81] }} }},
             "obstacles": [{{ "plane": {{ "point_m": [0, 0, -2], "normal": [0, 0, 1] }} }}] }}"#,
             spring(0, 1),
@@ -205,15 +207,15 @@ mod tests {
         parse("triangle", &text).expect("valid").spec().build().expect("valid").0
     }
 
-    fn vectors(random: &mut Random) -> [Vec3; 3] {
+    fn vectors(random: &mut Lcg) -> [Vec3; 3] {
         [(); 3].map(|()| Vec3::from_fn(|_, _| random.signed()))
     }
 
-    /// Four levels that no method would relate: `x*`, `v*`, `x̂` and the velocity before.
+    /// Four unrelated random levels: `x*`, `v*`, `x̂` and the velocity before.
     struct Levels([[Vec3; 3]; 4]);
 
     impl Levels {
-        fn random(random: &mut Random) -> Self {
+        fn random(random: &mut Lcg) -> Self {
             Self([(); 4].map(|()| vectors(random)))
         }
 
@@ -245,7 +247,7 @@ mod tests {
     #[test]
     fn the_solution_satisfies_the_equation_of_the_stage() {
         let tight = StageSettings { residual: 1e-13, ..StageSettings::default() };
-        let mut random = Random::new();
+        let mut random = Lcg::new();
         for damping in ["full", "projected"] {
             let system = triangle(damping);
             for _ in 0..20 {
@@ -274,7 +276,7 @@ mod tests {
 
     #[test]
     fn the_best_of_the_candidates_starts_newton() {
-        let (system, levels) = (triangle("full"), Levels::random(&mut Random::new()));
+        let (system, levels) = (triangle("full"), Levels::random(&mut Lcg::new()));
         let settings = StageSettings::default();
         let far = [Vec3::new(1e3, -1e3, 1e3); 3];
         let (far_off, slow) = solved(&system, &levels, &far, settings);
@@ -289,7 +291,7 @@ mod tests {
     #[test]
     fn contacts_are_those_at_x_star_unless_they_were_detected_before() {
         let (system, settings) = (triangle("full"), StageSettings::default());
-        let mut levels = Levels::random(&mut Random::new());
+        let mut levels = Levels::random(&mut Lcg::new());
         (levels.0[0][1].z, levels.0[1][1].z) = (-2.01, -50.0); // inside, and on its way down
         let (mut stage, _) = solved(&system, &levels, &[Vec3::zeros(); 3], settings);
         assert!((stage.positions()[1].z + 2.0).abs() < 1e-12, "led to the surface");
@@ -348,7 +350,7 @@ mod tests {
 
     #[test]
     fn reports_add_up_over_stages() {
-        let (system, levels) = (triangle("full"), Levels::random(&mut Random::new()));
+        let (system, levels) = (triangle("full"), Levels::random(&mut Lcg::new()));
         let settings = StageSettings::default();
         let start = [Vec3::zeros(); 3];
         let (mut stage, once) = solved(&system, &levels, &start, settings);
@@ -367,7 +369,7 @@ mod tests {
 
     #[test]
     fn the_iteration_limit_ends_newton_and_is_reported() {
-        let (system, levels) = (triangle("full"), Levels::random(&mut Random::new()));
+        let (system, levels) = (triangle("full"), Levels::random(&mut Lcg::new()));
         let settings =
             StageSettings { residual: 1e-13, max_iterations: 1, ..StageSettings::default() };
         let (_, report) = solved(&system, &levels, &[Vec3::zeros(); 3], settings);

@@ -1,4 +1,4 @@
-//! Control of the step size: an estimate of the local error of positions, and the controller that follows it.
+//! Control of the step size: an estimate of the local error of positions, and a controller.
 
 use crate::{ContactSet, Declared, History, Order, declare};
 use drape_model::{State, System, Vec3};
@@ -6,11 +6,11 @@ use drape_model::{State, System, Vec3};
 /// Setting `tolerance`.
 pub const TOLERANCE: Declared<f64> = declare!(
     tolerance: f64 off or in 1e-8..=1.0 = 0,
-    "local error of positions that a step may make, in mesh widths; the method then divides each step by \
-     itself. 0: steps are taken as they are given"
+    "local error of positions that a step may make, in mesh widths; the method then divides each \
+     step. 0: it takes steps as given"
 );
 
-/// The step size is kept while the controller asks for a factor in this range: a new one costs a set-up.
+/// Factors of the step size in this range keep it, since a new one costs a set-up.
 const DEAD_BAND: std::ops::RangeInclusive<f64> = 0.9..=1.3;
 const SAFETY: f64 = 0.9;
 const LEAST_FACTOR: f64 = 0.2;
@@ -18,17 +18,17 @@ const GREATEST_FACTOR: f64 = 2.0;
 /// Exponents of the present and the last error, over the order plus 1.
 const PRESENT: f64 = 0.7;
 const LAST: f64 = 0.4;
-/// Smaller errors count as this much: the factor is at its bound anyway.
+/// Smaller errors count as this much; the factor is at its bound there.
 const LEAST_ERROR: f64 = 1e-6;
-/// Factor after a step whose solver failed, and most of a factor after any rejection.
+/// Factor after a step whose solver failed.
 const AFTER_FAILURE: f64 = 0.5;
 
-/// What becomes of a step.
+/// The decision about a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Decision {
-    /// Whether it stands.
+    /// Whether it is accepted.
     pub accepted: bool,
-    /// By what the step size is multiplied for the next attempt; 1 inside the dead band.
+    /// Factor of the step size for the next attempt; 1 inside the dead band.
     pub factor: f64,
 }
 
@@ -38,8 +38,8 @@ pub struct Decision {
 /// h ← h · clamp(0.9 e_n^{−0.7/(p+1)} e_{n−1}^{0.4/(p+1)}, 0.2, 2)
 /// ```
 ///
-/// with the errors `e` over the tolerance. Steps with `e > 1` are rejected; their factor is that of the last error
-/// alone, and the step after them does not grow.
+/// with the errors `e` over the tolerance. The controller rejects steps with `e > 1`. Their factor
+/// follows from the last error alone, and the step after them does not grow.
 ///
 /// ```
 /// use drape_integrator::{Order, StepController};
@@ -60,8 +60,8 @@ impl StepController {
         Self { last: 1.0, was_rejected: false }
     }
 
-    /// Judges a step of a method of this order by its error over the tolerance; `solved` is false where its solver
-    /// failed.
+    /// Judges a step of a method of this order by its error over the tolerance; `solved` is false
+    /// where its solver failed.
     pub fn judge(&mut self, order: Order, error: f64, solved: bool) -> Decision {
         let exponent = match order {
             Order::One => 0.5,
@@ -95,21 +95,21 @@ impl Default for StepController {
 
 /// Estimates the local error of positions from the last positions, particle by particle.
 ///
-/// With `h_n` the step to be judged and `ω = h_n/h_{n−1}`:
+/// With the present step `h_n` and `ω = h_n/h_{n−1}`:
 ///
 /// ```text
 /// order 1:  e = h_n/(h_n + h_{n−1}) · (x_{n+1} − x_n − ω (x_n − x_{n−1}))            ≈ h²/2 x''
-/// order 2:  e = C/(C + P) · (x_{n+1} − quadratic extrapolation of x_n, x_{n−1}, x_{n−2})   ≈ C h³ x'''
+/// order 2:  e = C/(C + P) · (x_{n+1} − quadratic extrapolation of the last three)      ≈ C h³ x'''
 ///           P = (1 + 1/ω)(1 + 1/ω + h_{n−2}/h_n)/6
 /// ```
 ///
-/// The method's error is `C h³ x'''`, that of the extrapolation `P h³ x'''`; with equal steps of BDF (`C = 2/9`) the
-/// factor is `2/11`. Where a particle has one past level less, the formula of order 1 stands in, and with none
-/// `e = ½ (x_{n+1} − x_n − h v_n)`.
+/// The method's error is `C h³ x'''`, the extrapolation's `P h³ x'''`. With equal steps of BDF
+/// (`C = 2/9`) the factor is `2/11`. A particle with one past level less takes the formula of order
+/// 1, and a particle without a past takes `e = ½ (x_{n+1} − x_n − h v_n)`.
 #[derive(Debug)]
 pub struct LocalError {
     levels: History<1>,
-    /// Past levels that fit, a particle.
+    /// Number of usable past levels of each particle.
     known: Vec<u8>,
     error: Vec<Vec3>,
 }
@@ -160,13 +160,13 @@ impl LocalError {
         }
     }
 
-    /// The estimates, m: for a method that knows of a further part of its error.
+    /// The estimates, m, for a method that adds a further part of its error.
     pub fn vectors(&mut self) -> &mut [Vec3] {
         &mut self.error
     }
 
-    /// Root mean square of the errors over the particles that are not pinned, m. Those that met an obstacle in the step
-    /// are left out: their velocity jumped.
+    /// Root mean square of the errors over the free particles, m. Particles that met an obstacle in
+    /// the step count as 0, because their velocity jumped.
     pub fn norm(&self, system: &System, contacts: Option<&ContactSet>) -> f64 {
         let (mut sum, mut count) = (0.0, 0.0_f64);
         for (i, error) in self.error.iter().enumerate().filter(|(i, _)| !system.pinned()[*i]) {
@@ -178,7 +178,7 @@ impl LocalError {
         (sum / count.max(1.0)).sqrt()
     }
 
-    /// Takes the level that an accepted step of `h` seconds left into the past.
+    /// Remembers the level before an accepted step of `h` seconds.
     pub fn accept(&mut self, from: &State, h: f64, contacts: Option<&ContactSet>) {
         self.levels.push(h, [&from.x]);
         for (i, known) in self.known.iter_mut().enumerate() {
@@ -188,7 +188,7 @@ impl LocalError {
     }
 }
 
-/// Mean rest length of the tension springs, else of all springs, m; 1 m where there is none.
+/// Mean rest length of the tension springs, else of all springs, m; 1 m without springs.
 pub fn mesh_width(system: &System) -> f64 {
     let mean = |tension: bool| {
         let (mut sum, mut count) = (0.0, 0.0);

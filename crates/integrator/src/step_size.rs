@@ -22,7 +22,7 @@ impl TimeStep {
         }
     }
 
-    /// A part of it, of the caller's choice: positive and not longer than the whole, s.
+    /// A part of it, s: positive and not longer than the whole.
     pub(crate) fn part(self, seconds: f64) -> Self {
         debug_assert!(seconds > 0.0 && seconds <= self.0 * (1.0 + 1e-9), "{seconds} of {}", self.0);
         Self(seconds)

@@ -1,9 +1,10 @@
-//! The right-hand side of the methods that solve for the *change* of velocity with the scalar matrix.
+//! Right-hand side of methods that solve for the *change* of velocity with the scalar matrix.
 
 use crate::{Implicit, LaplacianSolver};
 use drape_model::{State, System, Vec3};
 
-/// The impulse of the springs with the artificial viscosity of Desbrun et al. (1999), and what stays outside.
+/// The impulse of the springs with the artificial viscosity of Desbrun et al. (1999), and the other
+/// forces.
 ///
 /// With `A = M + h² L_k + h L_c` and the force `F` of the springs,
 ///
@@ -11,8 +12,8 @@ use drape_model::{State, System, Vec3};
 /// h F̃ = h [F(x_n) − h L_k v_n − L_c v_n] = h F(x_n) + (M − A) v_n
 /// ```
 ///
-/// so that `Δv = A⁻¹ h F̃` is the change that IMEX Euler (EEH (21)) makes in the absence of other forces.
-/// Projected damping adds its remainder at level `n`.
+/// so `Δv = A⁻¹ h F̃` is the change of IMEX Euler (EEH (21)) without other forces. Projected
+/// damping adds its remainder at level `n`.
 #[derive(Clone, Debug)]
 pub struct ViscousImpulse {
     impulse: Vec<Vec3>,
@@ -27,7 +28,7 @@ impl ViscousImpulse {
         Self { impulse: zeros(), external: zeros(), product: zeros() }
     }
 
-    /// Evaluates both at the state; one product with the matrix.
+    /// Evaluates both at `state`, with one product of the matrix.
     pub fn assemble(
         &mut self,
         linear: &mut LaplacianSolver,
@@ -55,7 +56,7 @@ impl ViscousImpulse {
         &self.impulse
     }
 
-    /// Force of everything that is not a spring, N.
+    /// Force of all effects that are no springs, N.
     pub fn external(&self) -> &[Vec3] {
         &self.external
     }

@@ -1,4 +1,4 @@
-//! Angles, hinges and air in an implicit stage, and what is known of their stiffness.
+//! Angles, hinges and air in an implicit stage, and their stiffness.
 
 use drape_integrator::{
     ContactSet, Implicit, ImplicitStage, IncrementalPotential, LargestEigenvalue, PhaseClock,
@@ -16,8 +16,10 @@ fn sheet(drag: &str) -> (System, State) {
         "particles": {{ "mass_kg": [1, 0.5, 2, 0.7],
             "position_m": [[0, 0, 0], [1, 0, 0.1], [0, 1, 0.2], [1, 1, -0.1]] }},
         "angles": [
-            {{ "effect": "shear_angle", "i": 1, "j": 0, "k": 2, "rest_rad": 1.5, "stiffness_n_m": 3 }},
-            {{ "effect": "bending_angle", "i": 0, "j": 1, "k": 3, "rest_rad": 2, "stiffness_n_m": 2 }}],
+            {{ "effect": "shear_angle", "i": 1, "j": 0, "k": 2, "rest_rad": 1.5,
+                "stiffness_n_m": 3 }},
+            {{ "effect": "bending_angle", "i": 0, "j": 1, "k": 3, "rest_rad": 2,
+                "stiffness_n_m": 2 }}],
         "hinges": [{{ "i": 1, "j": 2, "k": 0, "l": 3, "rest_rad": 0.2, "stiffness_n_m": 4 }}],
         "effects": {{ "air": {{ "drag": {drag}, "wind": {{ "velocity_m_s": [3, -1, 5],
             "gust": {{ "amplitude_m_s": [0, 1, 4], "period_s": 1, "seed": 5 }} }} }} }} }}"#
@@ -30,7 +32,7 @@ const DRAGS: [&str; 2] = [
     r#"{ "quadratic": { "coefficient": 2, "density_kg_m3": 1.2 } }"#,
 ];
 
-/// Vectors without a pattern.
+/// Irregular vectors.
 fn vectors(seed: f64) -> Vec<Vec3> {
     let at = |i: usize| {
         let s = seed + 7.0 * i as f64;
@@ -109,7 +111,8 @@ fn a_stage_takes_angles_at_its_end_and_air_with_lagged_coefficients() {
 fn row(more: &str) -> (System, State) {
     let text = format!(
         r#"{{ "format": "drape-system/1", "triangles": [[0, 1, 2]], {more}
-        "particles": {{ "mass_kg": [0.1, 0.1, 0.1], "position_m": [[0, 0, 0], [0.5, 0, 0], [1, 0, 0]] }} }}"#
+        "particles": {{ "mass_kg": [0.1, 0.1, 0.1],
+            "position_m": [[0, 0, 0], [0.5, 0, 0], [1, 0, 0]] }} }}"#
     );
     parse("row", &text).expect("valid").spec().build().expect("valid")
 }

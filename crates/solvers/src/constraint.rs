@@ -1,4 +1,4 @@
-//! Constraints as filters: which directions a particle may move in, and what is prescribed in the
+//! Constraints as filters: the free directions of a particle, and the prescribed values in the
 //! others.
 //!
 //! Baraff & Witkin (1998, section 5) constrain a particle by a symmetric projector `S` on its free
@@ -22,7 +22,7 @@ pub enum Filter {
         /// Unit direction of the line.
         direction: Vec3,
     },
-    /// `S = 0`: does not move freely at all.
+    /// `S = 0`: has no free direction.
     Fixed,
 }
 
@@ -75,9 +75,9 @@ fn along(d: Vec3, v: Vec3) -> Vec3 {
 
 /// The filters and the prescribed values of `n` particles: `S` and `(I − S) z`.
 ///
-/// Only the constrained particles are visited by [`project`](Self::project) and its relatives, so
-/// free particles cost no time, and no memory but an index: what is not simply held fast stands in
-/// a list of its own.
+/// [`project`](Self::project) and its relatives visit only the constrained particles. A free
+/// particle costs no time, and only an index of memory: constraints other than a fixed particle
+/// stand in a list of their own.
 ///
 /// ```
 /// use drape_solvers::{Constraints, Filter, Vec3};
@@ -90,11 +90,11 @@ fn along(d: Vec3, v: Vec3) -> Vec3 {
 /// ```
 #[derive(Clone, Debug)]
 pub struct Constraints {
-    /// One a particle: [`FREE`], [`HELD`], or an index into `others`.
+    /// For each particle [`FREE`], [`HELD`], or an index into `others`.
     slots: Vec<u32>,
-    /// What is neither free nor held.
+    /// The constraints of particles that are neither free nor held.
     others: Vec<Constraint>,
-    /// The particles whose filter is not `Free`, in the order of their constraining.
+    /// The particles whose filter is not `Free`, in the order in which they were constrained.
     constrained: Vec<u32>,
 }
 
@@ -113,14 +113,13 @@ struct Constraint {
 }
 
 impl Constraints {
-    /// `n` free particles. Room for constraining all of them is set aside, so
-    /// [`set`](Self::set) never allocates.
+    /// `n` free particles, with room to constrain all of them: [`set`](Self::set) never allocates.
     pub fn free(n: usize) -> Self {
         Self { others: Vec::with_capacity(n), ..Self::free_or_held(n) }
     }
 
-    /// `n` free particles. Room for holding all of them is set aside, by [`Filter::Fixed`] with the
-    /// prescribed value 0, as pins do; any other constraint allocates.
+    /// `n` free particles, with room to hold all of them by [`Filter::Fixed`] with the prescribed
+    /// value 0, as pins do. Any other constraint allocates.
     pub fn free_or_held(n: usize) -> Self {
         Self { slots: vec![FREE; n], others: Vec::new(), constrained: Vec::with_capacity(n) }
     }
@@ -130,7 +129,7 @@ impl Constraints {
         self.slots.len()
     }
 
-    /// Whether there are no particles at all.
+    /// Whether there are no particles.
     pub fn is_empty(&self) -> bool {
         self.slots.is_empty()
     }
@@ -144,14 +143,14 @@ impl Constraints {
         self.constrained.clear();
     }
 
-    /// Prescribes 0 wherever something is prescribed; the filters stay.
+    /// Sets all prescribed values to 0; the filters stay.
     pub fn bring_to_rest(&mut self) {
         for constraint in &mut self.others {
             constraint.prescribed = Vec3::zeros();
         }
     }
 
-    /// Replaces the constraint of one particle. Of `prescribed` only the part `(I − S) z` is kept.
+    /// Replaces the constraint of one particle. Only the part `(I − S) z` of `prescribed` counts.
     ///
     /// # Panics
     /// When there is no such particle; in debug builds also when a normal or a direction is not a
@@ -209,12 +208,12 @@ impl Constraints {
         }
     }
 
-    /// The particles that are not free, each once, in the order in which they were constrained.
+    /// The constrained particles, each once, in the order in which they were constrained.
     pub fn constrained(&self) -> &[u32] {
         &self.constrained
     }
 
-    /// Whether some prescribed value is not zero, that is `(I − S) z ≠ 0`.
+    /// Whether some prescribed value `(I − S) z` is not zero.
     pub fn has_prescribed_motion(&self) -> bool {
         self.others.iter().any(|constraint| constraint.prescribed != Vec3::zeros())
     }
@@ -322,7 +321,7 @@ mod tests {
         }
     }
 
-    /// Against a plain list of filters and values, through a random sequence of changes.
+    /// Compares with a plain list of filters and values through a random sequence of changes.
     #[test]
     fn the_compact_lists_hold_what_was_set_last() {
         let (mut random, n) = (Random::new(5), 12);

@@ -1,4 +1,4 @@
-//! What can go wrong when a matrix is factored.
+//! Errors of a factorisation.
 
 /// Why a factorisation or a preconditioner could not be computed.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -14,7 +14,7 @@ pub enum SolverError {
         /// [`ScalarMatrix`](crate::ScalarMatrix); 3 × particle + coordinate for a
         /// [`BlockMatrix`](crate::BlockMatrix).
         row: usize,
-        /// The pivot, where the factorisation tells it; the sparse Cholesky library does not.
+        /// The pivot, where the factorisation reports it; the sparse Cholesky library does not.
         pivot: Option<f64>,
     },
     /// A pivot of a factorisation of an indefinite matrix was zero, not a number, or too small to
@@ -30,35 +30,35 @@ pub enum SolverError {
         /// [`ScalarMatrix`](crate::ScalarMatrix); 3 × particle + coordinate for a
         /// [`BlockMatrix`](crate::BlockMatrix).
         row: usize,
-        /// The pivot, where the factorisation tells it; for one that is zero or overflowed the
-        /// sparse Cholesky library does not.
+        /// The pivot, where the factorisation reports it; the sparse Cholesky library does not
+        /// report a pivot that is zero or overflowed.
         pivot: Option<f64>,
     },
-    /// A dense matrix would take more memory than allowed. Nothing was allocated.
+    /// A dense matrix would take more memory than the limit. Nothing was allocated.
     #[error(
-        "the dense inverse needs {bytes} bytes, and {limit} are allowed; raise the limit, take fewer \
-         particles, or use a sparse factorisation or conjugate gradients"
+        "the dense inverse needs {bytes} bytes, and {limit} are allowed; raise the limit, take \
+         fewer particles, or use a sparse factorisation or conjugate gradients"
     )]
     TooLarge {
-        /// Bytes needed; `u64::MAX` stands for that and more.
+        /// Bytes needed; `u64::MAX` means that many or more.
         bytes: u64,
         /// Bytes allowed.
         limit: u64,
     },
-    /// The matrix has other non-zero positions than the one the factor was made for.
+    /// The matrix has another pattern than the factor.
     #[error(
         "the factor was made for the pattern of a matrix with {expected_size} rows and \
          {expected_nonzeros} non-zeros, and got another one ({size} rows, {nonzeros} non-zeros); \
          make a new factor when the topology changes"
     )]
     PatternChanged {
-        /// Rows of the matrix that the factor was made for.
+        /// Rows of the factor's matrix.
         expected_size: usize,
-        /// Non-zeros of the matrix that the factor was made for.
+        /// Non-zeros of the factor's matrix.
         expected_nonzeros: usize,
-        /// Rows of the matrix that was handed in.
+        /// Rows of the given matrix.
         size: usize,
-        /// Non-zeros of the matrix that was handed in.
+        /// Non-zeros of the given matrix.
         nonzeros: usize,
     },
     /// The symbolic factorisation failed: memory or index range is exhausted.
@@ -71,7 +71,7 @@ pub enum SolverError {
         size: usize,
         /// Scalar non-zeros of one triangle.
         nonzeros: usize,
-        /// What was exhausted.
+        /// What is exhausted.
         reason: &'static str,
     },
 }

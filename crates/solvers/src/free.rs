@@ -1,7 +1,7 @@
-//! Which rows of a matrix take part in a factorisation.
+//! The rows that take part in a factorisation.
 
-/// All rows, unless a mask says which are free. The others are pinned and keep their diagonal entry
-/// alone.
+/// All rows, or those that a mask marks as free. The others are pinned and keep their diagonal
+/// entry alone.
 #[derive(Clone, Copy)]
 pub(crate) struct FreeRows<'a>(Option<&'a [bool]>);
 

@@ -59,10 +59,10 @@ impl ScalarMatrix {
         self.values[self.pattern.diagonal(i)] += value;
     }
 
-    /// Adds `weight (eᵢ − eⱼ)(eᵢ − eⱼ)ᵀ`; for `i = j` that is nothing.
+    /// Adds `weight (eᵢ − eⱼ)(eᵢ − eⱼ)ᵀ`, which is nothing for `i = j`.
     ///
-    /// An edge that the pattern lacks is a mistake of the caller: it stops a debug build, and a
-    /// release build leaves the edge out.
+    /// An edge outside the pattern is a bug of the caller: debug builds panic, release builds leave
+    /// the edge out.
     pub fn add_edge(&mut self, i: usize, j: usize, weight: f64) {
         if i == j {
             return;

@@ -2,54 +2,53 @@
 //!
 //! # The problem
 //!
-//! An implicit step solves `A x = b` with a large, sparse, symmetric positive definite matrix, once
-//! or several times a step, while some particles are held: their motion is prescribed in all
-//! directions, across a plane, or across a line. Baraff & Witkin (1998, section 5) keep these
-//! particles in the system and filter them: with projectors `S` on the free directions and
-//! prescribed values `z` they ask for
+//! An implicit step solves `A x = b` once or several times, with a large, sparse, symmetric
+//! positive definite matrix. Some particles are held: their motion is prescribed in all directions,
+//! across a plane, or across a line. Baraff & Witkin (1998, section 5) keep these particles in the
+//! system and filter them. With projectors `S` on the free directions and prescribed values `z`
+//! they ask for
 //!
 //! ```text
 //! x = S x + (I − S) z,     S (b − A x) = 0,
 //! ```
 //!
-//! so that particles can be caught and released without a new matrix. What is left of `A x − b` in
-//! the filtered directions is what the constraints push with.
+//! so that particles can be caught and released without a new matrix. `A x − b` in the filtered
+//! directions is the impulse of the constraints.
 //!
 //! This crate knows matrices, vectors and filters. It knows nothing of springs, masses or time.
 //!
 //! # How it does it
 //!
-//! * A vector is a slice of [`Vec3`], one a particle. [`vector`] fixes the order of every sum, so
-//!   that results do not depend on the machine.
-//! * [`ScalarMatrix`] is a graph Laplacian plus a diagonal, n×n, applied to the three coordinates
-//!   alike (the matrix of the implicit-explicit schemes of Eberhardt, Etzmuß & Hauth 2000).
-//!   [`BlockMatrix`] has 3×3 blocks, for Jacobians that couple the coordinates, in a layout that
-//!   suits the mesh. Both have a fixed pattern that is refilled in place, and are a
+//! * A vector is a slice of [`Vec3`], one for each particle. [`vector`] fixes the order of every
+//!   sum, so that results do not depend on the machine.
+//! * [`ScalarMatrix`] is a graph Laplacian plus a diagonal, n×n, and acts on the three coordinates
+//!   alike: the matrix of the implicit-explicit schemes of Eberhardt, Etzmuß & Hauth (2000).
+//! * [`BlockMatrix`] has 3×3 blocks, for Jacobians that couple the coordinates, in a layout that
+//!   suits the mesh. Both matrices have a fixed pattern that is refilled in place, and are a
 //!   [`LinearOperator`].
 //! * [`Constraints`] holds `S` and `(I − S) z`, and visits constrained particles only.
 //! * [`filtered_pcg`] is Baraff & Witkin's modified conjugate gradient method with the corrections
-//!   of Ascher & Boxerman (2003), and a report of what it took. [`constraint_impulse`] gives
-//!   `A x − b` afterwards.
+//!   of Ascher & Boxerman (2003). It reports its costs. [`constraint_impulse`] gives `A x − b`
+//!   afterwards.
 //! * [`ScalarPcg`] is the same for a [`ScalarMatrix`], with the same bits, by fused SIMD kernels.
 //! * A [`Preconditioner`] is [`Identity`], [`Jacobi`], [`BlockJacobi`], [`IncompleteCholesky`],
-//!   [`CompleteCholesky`] or [`DenseInverse`], of which the last two are the inverse up to
-//!   round-off.
-//! * [`Multigrid`] holds coarser and coarser versions of a [`BlockMatrix`]; a cycle over them is a
+//!   [`CompleteCholesky`] or [`DenseInverse`]. The last two are the inverse up to round-off.
+//! * [`Multigrid`] holds coarser and coarser versions of a [`BlockMatrix`]. A cycle over them is a
 //!   [`Preconditioner`] whose quality does not fall as the mesh grows.
-//! * [`BlockFactor`] solves directly. With [`BlockMatrix::project`] it obeys constraints too.
-//! * [`CompleteLdlt`], and [`BlockFactor`] of the same kind, solve directly when the matrix may be
-//!   indefinite, and count its negative eigenvalues. No pivot is changed: a matrix that they cannot
-//!   factor is an error.
+//! * [`BlockFactor`] solves directly. With [`BlockMatrix::project`] it obeys constraints, too.
+//! * [`CompleteLdlt`] and [`BlockFactor`] of kind [`FactorKind::Ldlt`] solve directly when the
+//!   matrix may be indefinite, and count its negative eigenvalues. They change no pivot: a matrix
+//!   that they cannot factor is an error.
 //!
 //! Solves and refactorisations allocate nothing. Sums, products and the incomplete factorisation
-//! are the same bits on every machine; the complete factorisations and the dense inverse come from
+//! have the same bits on every machine. The complete factorisations and the dense inverse come from
 //! the library `faer`, whose kernels may round differently on different processors.
 //!
 //! # What the inverse costs
 //!
-//! For the matrix of a square sheet of n particles with structural springs, on one core
-//! of an AMD EPYC; to make is to compute the numbers in memory that is there, to solve is for three
-//! right-hand sides.
+//! The matrix of a square sheet of n particles with structural springs, on one core of an AMD EPYC.
+//! *Made* means computed in memory that is already allocated; *solved* means for three right-hand
+//! sides.
 //!
 //! | n | [`CompleteCholesky`] made | solved | [`DenseInverse`] made | solved |
 //! |---|---|---|---|---|
@@ -57,11 +56,11 @@
 //! | 1936 | 0.5 ms | 0.024 ms | 170 ms | 2.5 ms |
 //! | 3600 | 1.2 ms | 0.05 ms | 1.1 s | 9 ms |
 //!
-//! [`CompleteLdlt`] is swept in the same way.
+//! [`CompleteLdlt`] solves in the same way.
 //!
-//! The dense inverse is nowhere the cheaper one in this table: it grows with n³ and n², the sparse
-//! factors about with n^1.5 and n log n. It is there to measure methods that were published with
-//! one.
+//! The dense inverse is nowhere cheaper in this table: its costs grow with n³ and n², those of the
+//! sparse factors about with n^1.5 and n log n. It serves to measure methods that were published
+//! with one.
 //!
 //! # Symbols
 //!

@@ -1,4 +1,4 @@
-//! What conjugate gradients needs to know of a matrix.
+//! The matrix as conjugate gradients see it.
 
 use crate::Vec3;
 

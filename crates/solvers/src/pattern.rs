@@ -1,5 +1,5 @@
-//! Where a symmetric sparse matrix has its non-zeros: compressed rows, shared by the scalar and the
-//! block matrix.
+//! The pattern of a symmetric sparse matrix: compressed rows, shared by the scalar and the block
+//! matrix.
 
 use std::ops::Range;
 
@@ -15,8 +15,7 @@ pub(crate) struct Pattern {
 }
 
 impl Pattern {
-    /// The diagonal of `n` rows, and both (i, j) and (j, i) of every edge. Repeated edges count
-    /// once.
+    /// The diagonal of `n` rows, and (i, j) and (j, i) of every edge. Repeated edges count once.
     pub(crate) fn new(n: usize, edges: impl IntoIterator<Item = (usize, usize)>) -> Self {
         assert!(n <= u32::MAX as usize, "more rows than a u32 can number");
         let mut entries: Vec<(usize, usize)> = (0..n).map(|i| (i, i)).collect();

@@ -1,38 +1,37 @@
 //! Preconditioned conjugate gradients for a filtered system.
 //!
 //! The loop is Baraff & Witkin's (1998, section 5) with the corrections of Ascher & Boxerman
-//! (2003): a start vector is projected instead of thrown away, and the residual is measured against
-//! the filtered right-hand side. With `S` the filter, `z` the prescribed values and `P ≈ A⁻¹` it
+//! (2003): it projects the start vector instead of discarding it, and measures the residual against
+//! the filtered right-hand side. With the filter `S`, the prescribed values `z` and `P ≈ A⁻¹` it
 //! finds `x = S x + (I − S) z` with `S (b − A x) = 0`.
 //!
-//! The loop decides; what it decides upon, sums and updates over all particles, is behind the few
-//! operations of a private trait, so that one control flow serves the readable kernels here and
-//! the fast ones of [`ScalarPcg`](crate::ScalarPcg).
+//! The loop holds the control flow. A private trait has the sums and updates over all particles, so
+//! one loop serves the readable kernels here and the fast ones of [`ScalarPcg`](crate::ScalarPcg).
 
 mod operations;
 
 use crate::vector::axpy;
 use crate::{Constraints, LinearOperator, Preconditioner, Vec3};
 use operations::Readable;
-pub(crate) use operations::{Operations, Start};
+pub(crate) use operations::{Operations, StartReport};
 
-/// The residual is computed anew from its definition every so many iterations.
+/// Iterations between two computations of the residual from its definition.
 const REFRESH_INTERVAL: usize = 50;
 
-/// A recursive residual that has fallen below this fraction of the scale of the problem is not
-/// believed: round-off may have parted it from `b − A x`, which is computed before convergence is
-/// reported.
+/// A recursive residual below this fraction of the scale of the problem is not trusted, since
+/// round-off may have parted it from `b − A x`. The loop computes `b − A x` before it reports
+/// convergence.
 const TRUSTED_REDUCTION: f64 = 1e-8;
 
-/// The recursive residual has parted from the true one when their difference is larger than this
-/// fraction of the true one.
+/// The recursive residual has parted from the true one when they differ by more than this fraction
+/// of the true one.
 const PARTED: f64 = 0.5;
 
 /// After the residuals have parted, the true one must have fallen by this factor before they part
 /// again; otherwise round-off has ended all progress.
 const LEAST_PROGRESS: f64 = 0.5;
 
-/// The norm in which residuals are measured.
+/// The norm of residuals.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Norm {
     /// `√(rᵀr)` (Eberhardt, Etzmuß & Hauth 2000).
@@ -41,14 +40,14 @@ pub enum Norm {
     Preconditioned,
 }
 
-/// What the residual is compared with.
+/// The reference of the residual.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Reference {
     /// The norm of `S (b − A (I − S) z)`. Without the filter the norm would contain the reactions
-    /// of the supports, which are large and which no iteration reduces. Costs a multiplication
-    /// only when something is prescribed that is not zero.
+    /// of the supports, which are large and which no iteration reduces. It costs a multiplication
+    /// only where a prescribed value is not zero.
     FilteredRightHandSide,
-    /// A number of the caller's, in the chosen norm.
+    /// A number from the caller, in the chosen norm.
     Absolute(f64),
 }
 
@@ -59,7 +58,7 @@ pub struct PcgSettings {
     pub forcing_term: f64,
     /// The norm of residual and reference.
     pub norm: Norm,
-    /// Stop after this many iterations in any case.
+    /// Stop after this many iterations.
     pub max_iterations: usize,
 }
 
@@ -76,22 +75,23 @@ impl PcgSettings {
 pub enum SolveStatus {
     /// The residual is small enough.
     Converged,
-    /// The allowed iterations were used up.
+    /// The solve used all allowed iterations.
     IterationLimit,
-    /// A direction of zero or negative curvature was met, so matrix or preconditioner is not
-    /// positive definite; or a number was infinite or not a number.
+    /// The solve met a direction of zero or negative curvature, so matrix or preconditioner is not
+    /// positive definite; or it met an infinite or undefined number.
     Indefinite,
     /// Round-off keeps the residual above the tolerance; the solution is as good as it gets.
     Stagnated,
 }
 
-/// What a solve took and gave.
+/// Costs and result of a solve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PcgReport {
-    /// Steps taken along a search direction.
+    /// Steps along a search direction.
     pub iterations: usize,
-    /// Products with the matrix: one an iteration, one for the first residual, one for the
-    /// reference when motion is prescribed, and one each time the residual is computed anew.
+    /// Products with the matrix: one for each iteration, one for the first residual, one for the
+    /// reference where motion is prescribed, and one for each computation of the residual from its
+    /// definition.
     pub multiplications: usize,
     /// Last residual over the reference, in the chosen norm; 0/0 counts as 0.
     pub relative_residual: f64,
@@ -99,7 +99,7 @@ pub struct PcgReport {
     pub status: SolveStatus,
 }
 
-/// The vectors of a solve, so that solving allocates nothing.
+/// The vectors of a solve, which then allocates nothing.
 #[derive(Clone, Debug)]
 pub struct PcgWorkspace {
     /// Residual `r = S (b − A x)`.
@@ -125,21 +125,21 @@ impl PcgWorkspace {
     }
 }
 
-/// Solves `S (b − A x) = 0` for `x` with `(I − S) x = (I − S) z`. The start is the free part of
-/// what `x` holds; on return it holds the solution, or the last iterate.
+/// Solves `S (b − A x) = 0` for `x` with `(I − S) x = (I − S) z`. The solve starts at the free part
+/// of `x`; on return `x` holds the solution, or the last iterate.
 ///
-/// All 3n unknowns are solved for at once: dot products run over all coordinates. Three separate
-/// solves, one a coordinate, would take other numbers of iterations.
+/// It solves for all 3n unknowns at once: dot products run over all coordinates. Three separate
+/// solves, one for each coordinate, would take other numbers of iterations.
 ///
-/// The residual is tested before the first iteration, so a good start may need none. A zero
-/// reference means that the prescribed values alone are the solution.
+/// The first test of the residual precedes the first iteration, so a good start may need none.
+/// Where the reference is zero, the prescribed values alone are the solution.
 ///
 /// ```
 /// use drape_solvers::{
 ///     Constraints, Filter, Identity, Norm, PcgSettings, PcgWorkspace, Reference, ScalarMatrix,
 ///     SolveStatus, Vec3, filtered_pcg,
 /// };
-/// // Two nodes tied together; the first is moved by (1, 0, 0) and nothing pulls at the second.
+/// // Two coupled nodes: the first is moved by (1, 0, 0), and no force acts on the second.
 /// let mut a = ScalarMatrix::with_pattern(2, [(0, 1)]);
 /// a.add_diagonal(0, 1.0);
 /// a.add_diagonal(1, 1.0);
@@ -218,15 +218,15 @@ pub(crate) fn conjugate_gradients(
     report.multiplications += 1;
     let target = settings.forcing_term * reference;
 
-    // Whether r was computed from its definition, not by recursion.
+    // Whether r comes from its definition, not from the recursion.
     let mut fresh = true;
     // Whether the next direction starts a new sequence of conjugate ones.
     let mut restart = true;
-    // The largest residual met, or the reference: what round-off is relative to.
+    // The largest residual so far, or the reference: the scale of round-off.
     let mut scale = reference;
     // δ of the iteration before.
     let mut delta_old = f64::NAN;
-    // Length of the true residual when the recursive one was last found to have parted from it.
+    // Length of the true residual when the recursive one last parted from it.
     let mut parted_at = f64::INFINITY;
     let mut out_of_digits = false;
 
@@ -299,8 +299,8 @@ pub(crate) fn conjugate_gradients(
     report
 }
 
-/// `out ← A x − b`, unfiltered: what the constraints contribute to each particle's balance. In free
-/// directions it is the negative of the solve's residual, so it is small.
+/// `out ← A x − b`, unfiltered: the impulse of the constraints on each particle. In free directions
+/// it is the negative residual of the solve, so it is small.
 ///
 /// # Panics
 /// When the lengths differ.

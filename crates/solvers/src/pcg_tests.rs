@@ -284,7 +284,7 @@ fn zero_right_hand_sides_give_the_prescribed_values() {
         assert_eq!(report.status, SolveStatus::Converged);
         assert_eq!(report.relative_residual, 0.0);
         assert_eq!(x, [Vec3::zeros(); 4]);
-        // All are held: nothing is left to solve for.
+        // All are held, so no unknown is left.
         for i in 0..4 {
             constraints.set(i, Filter::Fixed, Vec3::x() * i as f64);
         }

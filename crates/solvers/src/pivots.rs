@@ -1,16 +1,16 @@
-//! Which pivots of a factorisation without pivoting can be trusted.
+//! The check of pivots in a factorisation without pivoting.
 //!
 //! `A = L D Lᵀ` with pivots in a fixed order exists for most indefinite matrices, but nothing
-//! bounds its entries. What the rounding errors of the factorisation amount to is bounded by the
-//! size of `|L| |D| |Lᵀ|` (Higham, *Accuracy and Stability of Numerical Algorithms*, 2nd edition,
-//! theorem 11.3), whose largest entry is on its diagonal, where row `i` has `Σₖ lᵢₖ² |dₖ|`.
+//! bounds its entries. The size of `|L| |D| |Lᵀ|` bounds the rounding errors of the factorisation
+//! (Higham, *Accuracy and Stability of Numerical Algorithms*, 2nd edition, theorem 11.3). Its
+//! largest entry is on its diagonal, where row `i` has `Σₖ lᵢₖ² |dₖ|`.
 
-/// A term of `|L| |D| |Lᵀ|` may be this much larger than the largest entry of `A`: 1/√ε. The
-/// factors are then those of a matrix that agrees with `A` in half of the digits; beyond, in fewer.
+/// Greatest term of `|L| |D| |Lᵀ|` over the largest entry of `A`: 1/√ε. Up to this limit the
+/// factors belong to a matrix that agrees with `A` in half of the digits.
 const GROWTH_LIMIT: f64 = 67_108_864.0;
 
-/// A pivot that is smaller than this part of the terms that it is the difference of has no correct
-/// digit; not even its sign is known.
+/// A pivot is a difference of terms. Below this part of the terms it has no correct digit, not even
+/// its sign.
 const LOST: f64 = 64.0 * f64::EPSILON;
 
 /// A pivot that must not be divided by.
@@ -30,8 +30,8 @@ pub(crate) struct PivotCheck<'a> {
 }
 
 impl<'a> PivotCheck<'a> {
-    /// For the factor of a matrix whose largest entry has the modulus `largest_entry`; `sums` has
-    /// room for one number a row.
+    /// A check for a matrix whose largest entry has the modulus `largest_entry`; `sums` has one
+    /// number for each row.
     pub(crate) fn new(sums: &'a mut [f64], largest_entry: f64) -> Self {
         sums.fill(0.0);
         Self { sums, largest_term: GROWTH_LIMIT * largest_entry, negative: 0 }
@@ -60,7 +60,7 @@ impl<'a> PivotCheck<'a> {
         Ok(())
     }
 
-    /// How many of the pivots read were negative.
+    /// Number of negative pivots read.
     pub(crate) fn negative(&self) -> usize {
         self.negative
     }

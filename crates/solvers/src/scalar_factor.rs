@@ -1,4 +1,4 @@
-//! The complete factor of a scalar matrix, swept with three right-hand sides at a time.
+//! The complete factor of a scalar matrix, which solves for three right-hand sides at a time.
 
 use std::cell::RefCell;
 
@@ -19,9 +19,9 @@ pub(crate) struct ScalarFactor {
     tiles: Tiles<1>,
     /// The row of `A` at each place of the order.
     order: Vec<u32>,
-    /// Entries of each column of `L`, in that order; the tiles store a few zeros besides.
+    /// Number of entries in each column of `L`, in that order; the tiles store a few more zeros.
     column_counts: Vec<u32>,
-    /// The vector of a solve in that order, and the idle entry of the tiles.
+    /// The vector of a solve in that order, with the idle entry of the tiles.
     work: RefCell<Vec<Lanes>>,
 }
 
@@ -78,12 +78,12 @@ impl ScalarFactor {
         self.factor.factored()
     }
 
-    /// Entries of each column of the factor, the diagonal one among them.
+    /// Number of entries in each column of the factor, with the diagonal.
     pub(crate) fn column_counts(&self) -> impl Iterator<Item = usize> {
         self.column_counts.iter().map(|&count| count as usize)
     }
 
-    /// How many pivots of an `L D Lᵀ` are negative, if the last update succeeded.
+    /// Number of negative pivots of an `L D Lᵀ`, if the last update succeeded.
     pub(crate) fn negative_pivots(&self) -> Option<usize> {
         self.factor.negative_pivots()
     }

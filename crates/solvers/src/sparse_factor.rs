@@ -1,5 +1,5 @@
-//! The one place that talks to the sparse Cholesky library: symbolic factor, numbers and scratch
-//! memory are kept together, so that a numeric factorisation allocates nothing.
+//! The only module that calls the sparse Cholesky library. It keeps symbolic factor, numbers and
+//! scratch memory together, so that a numeric factorisation allocates nothing.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::ldlt::factor::{LdltError, LdltRegularization};
@@ -18,7 +18,7 @@ use std::ops::Range;
 use crate::SolverError;
 use crate::pivots::{BadPivot, PivotCheck};
 
-/// Which factorisation.
+/// The kind of a factorisation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FactorKind {
     /// `A = L Lᵀ`, for positive definite matrices.
@@ -27,13 +27,14 @@ pub enum FactorKind {
     Ldlt,
 }
 
-/// Neighbouring supernodes are merged into one of at most so many columns while at most this part
-/// of its entries are zeros. (The library's own limits allow 0.8 where this has 0.3, which costs a
-/// tenth more in the solve.)
+/// Neighbouring supernodes are merged into one of at most this many columns while at most this part
+/// of its entries are zeros. The library's own limits allow 0.8 instead of 0.3, which costs a tenth
+/// more in the solve.
 const AMALGAMATION: [(usize, f64); 4] = [(4, 1.0), (16, 0.3), (48, 0.1), (usize::MAX, 0.05)];
 
-/// A factor of a sparse symmetric matrix given by the columns of its upper triangle, by supernodes:
-/// neighbouring columns with the same rows below them, a dense panel.
+/// A factor of a sparse symmetric matrix, which is given by the columns of its upper triangle. The
+/// factor consists of supernodes: neighbouring columns with the same rows below them, a dense
+/// panel.
 pub(crate) struct SparseFactor {
     kind: FactorKind,
     starts: Vec<u32>,
@@ -42,16 +43,15 @@ pub(crate) struct SparseFactor {
     symbolic: SymbolicCholesky<u32>,
     factor: Vec<f64>,
     factored: bool,
-    /// One number a row for the check of the pivots of an `L D Lᵀ`; empty for `L Lᵀ`.
+    /// One number for each row, for the pivot check of an `L D Lᵀ`; empty for `L Lᵀ`.
     sums: Vec<f64>,
     negative_pivots: usize,
     scratch: MemBuffer,
 }
 
 impl SparseFactor {
-    /// Analyses a pattern: column `j` of the upper triangle has the rows
-    /// `rows[starts[j]..starts[j + 1]]`, increasing, the last one being `j`. The rows are
-    /// eliminated in the given order.
+    /// Analyses a pattern for elimination in the given order. Column `j` of the upper triangle has
+    /// the rows `rows[starts[j]..starts[j + 1]]`, increasing; the last one is `j`.
     pub(crate) fn new(
         kind: FactorKind,
         starts: Vec<u32>,
@@ -105,8 +105,8 @@ impl SparseFactor {
         Ok(factor)
     }
 
-    /// Factors the identity once: the library's dense kernels allocate on their first use in a
-    /// thread, and that had better be here than in the first step.
+    /// Factors the identity once. The library's dense kernels allocate on their first use in a
+    /// thread, and must not do so in the first step.
     fn warm_up(&mut self) -> Result<(), SolverError> {
         for &end in &self.starts[1..] {
             self.values[end as usize - 1] = 1.0;
@@ -116,8 +116,7 @@ impl SparseFactor {
         Ok(())
     }
 
-    /// Factors the matrix with the values that `fill` writes, all of them, in the order of the
-    /// pattern.
+    /// Factors the matrix with the values that `fill` writes in the order of the pattern.
     pub(crate) fn factorise(&mut self, fill: impl FnOnce(&mut [f64])) -> Result<(), SolverError> {
         self.factored = false;
         fill(&mut self.values);
@@ -132,7 +131,7 @@ impl SparseFactor {
         Ok(())
     }
 
-    /// Lets the library compute the factor, or else the permuted row where it stopped.
+    /// Lets the library compute the factor; the error is the permuted row where it stopped.
     fn eliminate(&mut self) -> Result<(), usize> {
         let n = self.starts.len() - 1;
         let pattern = SymbolicSparseColMatRef::new_checked(n, n, &self.starts, None, &self.rows);
@@ -158,7 +157,7 @@ impl SparseFactor {
                     &mut self.factor,
                     matrix,
                     Side::Upper,
-                    // A regularised pivot of zero stands for no regularisation at all.
+                    // A regularised pivot of zero means no regularisation.
                     LdltRegularization {
                         dynamic_regularization_signs: None,
                         dynamic_regularization_delta: 0.0,
@@ -178,7 +177,7 @@ impl SparseFactor {
         let largest = self.values.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
         let mut check = PivotCheck::new(&mut self.sums, largest);
         for supernode in supernodes(&self.symbolic) {
-            // A dense panel by columns: a square on the diagonal, and the rows below it.
+            // A dense panel by columns: a square on the diagonal, then the rows below it.
             let Range { start, end } = supernode.columns;
             let panel = &self.factor[supernode.values];
             let columns = panel.chunks_exact(end - start + supernode.below.len());
@@ -190,7 +189,7 @@ impl SparseFactor {
         Ok(check.negative())
     }
 
-    /// Which factorisation this is.
+    /// The kind of factorisation.
     pub(crate) fn kind(&self) -> FactorKind {
         self.kind
     }
@@ -205,23 +204,23 @@ impl SparseFactor {
         self.factored
     }
 
-    /// The values of the factor; without a successful factorisation they mean nothing.
+    /// The values of the factor, valid after a successful factorisation.
     pub(crate) fn factor(&self) -> &[f64] {
         &self.factor
     }
 
-    /// How many pivots of an `L D Lᵀ` are negative, if the last factorisation succeeded.
+    /// Number of negative pivots of an `L D Lᵀ`, if the last factorisation succeeded.
     pub(crate) fn negative_pivots(&self) -> Option<usize> {
         self.factored.then_some(self.negative_pivots)
     }
 
-    /// The matrix's row that the fill-reducing order puts at `permuted`.
+    /// The row of the matrix at place `permuted` of the fill-reducing order.
     pub(crate) fn original_row(&self, permuted: usize) -> usize {
         self.symbolic.perm().map_or(permuted, |perm| perm.arrays().0[permuted] as usize)
     }
 
-    /// An error for the first column with a value that is infinite or not a number, which the
-    /// library would carry into the factor.
+    /// An error for the first column with an infinite or undefined value, which the library would
+    /// carry into the factor.
     fn check_finite(&self) -> Result<(), SolverError> {
         // Without an early exit, so that it costs little.
         if self.values.iter().fold(true, |all, value| all & value.is_finite()) {
@@ -232,7 +231,7 @@ impl SparseFactor {
         Err(self.bad_pivot(row, Some(self.values[slot])))
     }
 
-    /// What a bad pivot means for this factorisation.
+    /// The error of this factorisation for a bad pivot.
     fn bad_pivot(&self, row: usize, pivot: Option<f64>) -> SolverError {
         match self.kind {
             FactorKind::Cholesky => SolverError::NotPositiveDefinite { row, pivot },
@@ -248,8 +247,8 @@ pub(crate) struct Supernode<'a> {
     pub(crate) values: Range<usize>,
 }
 
-/// The supernodes of a symbolic factorisation; none where it goes column by column, which is not
-/// asked for here.
+/// The supernodes of a symbolic factorisation; none where it goes column by column, which this
+/// crate does not request.
 pub(crate) fn supernodes(symbolic: &SymbolicCholesky<u32>) -> impl Iterator<Item = Supernode<'_>> {
     let supernodal = match symbolic.raw() {
         SymbolicCholeskyRaw::Supernodal(l) => Some(l),

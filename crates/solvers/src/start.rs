@@ -7,7 +7,7 @@ use std::ops::Range;
 /// Where a solve starts.
 #[derive(Clone, Copy, Debug)]
 pub enum StartValue<'a> {
-    /// At what the vector of the solution holds.
+    /// At the present value of the solution vector.
     Given,
     /// At a copy of this.
     At(&'a [Vec3]),
@@ -21,10 +21,10 @@ pub enum StartValue<'a> {
 }
 
 impl StartValue<'_> {
-    /// That of some particles.
+    /// The start value of some particles.
     ///
     /// # Panics
-    /// When there are not so many.
+    /// When the range ends beyond the particles.
     pub fn part(self, particles: Range<usize>) -> Self {
         match self {
             Self::Given => Self::Given,
@@ -35,7 +35,7 @@ impl StartValue<'_> {
         }
     }
 
-    /// Writes it to the vector of the solution.
+    /// Writes the start value to the solution vector.
     ///
     /// # Panics
     /// When the lengths differ.
@@ -47,7 +47,7 @@ impl StartValue<'_> {
         }
     }
 
-    /// Whether it is for so many particles.
+    /// Whether the start value has `n` particles.
     pub(crate) fn fits(self, n: usize) -> bool {
         match self {
             Self::Given => true,

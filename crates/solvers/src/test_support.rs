@@ -110,8 +110,8 @@ pub(crate) fn flat(x: &[Vec3]) -> DVector<f64> {
     DVector::from_iterator(3 * x.len(), x.iter().flat_map(|v| [v.x, v.y, v.z]))
 }
 
-/// How many eigenvalues of a symmetric matrix are negative, unless some are so small, as a part of
-/// the largest, that their sign is not certain.
+/// Number of negative eigenvalues of a symmetric matrix. `None` if some are so small a part of the
+/// largest that their sign is not certain.
 pub(crate) fn negative_eigenvalues(a: DMatrix<f64>, certain: f64) -> Option<usize> {
     let eigenvalues = a.symmetric_eigenvalues();
     (eigenvalues.amin() > certain * eigenvalues.amax())

@@ -1,10 +1,11 @@
-//! A triangular factor laid out for its sweeps: narrow panels of columns, below them tiles of rows.
+//! A triangular factor in a layout for its sweeps: narrow panels of columns, below them tiles of
+//! rows.
 //!
 //! The factor is `L D Lᵀ` with ones on the diagonal of `L`. Neighbouring columns with the same rows
-//! below them (a supernode) are cut into panels of at most [`WIDEST`] columns. A panel has the
-//! strictly lower triangle of its square on the diagonal. The rows below it are taken `ROWS` at a
-//! time; of such a tile the entries of a column are consecutive. A last tile with fewer rows is
-//! filled up with zeros, which meet an idle entry at the end of the vector.
+//! below them (a supernode) are cut into panels of at most [`WIDEST`] columns. A panel holds the
+//! strictly lower triangle of its square on the diagonal. Below it, `ROWS` rows form a tile, in
+//! which the entries of a column are consecutive. Zeros fill up the last tile; they meet an idle
+//! entry at the end of the vector.
 //!
 //! The [`Vector`] of the right-hand side decides how a register is filled:
 //!
@@ -13,15 +14,15 @@
 //! | three coordinates and an idle lane: [`Lanes`] | 1 | the vector of a row; an entry of `L` is broadcast |
 //! | one number: `f64` | 4 | four entries of a column |
 //!
-//! With four rows the backward sweep keeps one register a column, whose four lanes are added at the
-//! end as `(0 + 1) + (2 + 3)`.
+//! With four rows the backward sweep keeps one register for each column. At the end its four lanes
+//! are added as `(0 + 1) + (2 + 3)`.
 //!
 //! # What a sweep costs
 //!
 //! A pair of sweeps reads each of `e` entries of `L` twice, `16 e` bytes in order. With one number
-//! a row it does `4 e` floating-point operations in `e` vector operations, so the memory that the
-//! factor lies in bounds it. The block matrix of a sheet of 52×52 particles with structural, shear
-//! and bending springs has 1.05 million entries: 0.2 ms at the 85 GB/s of the third-level cache.
+//! a row it does `4 e` floating-point operations in `e` vector operations, so the memory of the
+//! factor bounds it. The block matrix of a sheet of 52×52 particles with structural, shear and
+//! bending springs has 1.05 million entries: 0.2 ms at the 85 GB/s of the third-level cache.
 //! Measured: 0.43 ms, against 0.65 ms by the library's supernodes.
 //!
 //! With four lanes it does `12 e` operations (16 with the idle lane), and a broadcast for each
@@ -35,7 +36,7 @@
 //! | the same, fewer zeros accepted when supernodes are merged | 36 | 169 | |
 //! | CHOLMOD, METIS order, three right-hand sides at once | 85 | 970 | 18 000 |
 //!
-//! The rest is the price of short loops: 1400 panels of 3 columns and 8 rows on the mean at 52×52,
+//! Short loops cost the rest: at 52×52 there are 1400 panels of 3 columns and 8 rows on the mean,
 //! each with a branch or two that cannot be predicted. Wider panels (up to 16 columns with 80 %
 //! zeros, the library's choice) and no merging at all are both slower by a tenth.
 
@@ -45,7 +46,7 @@ use std::ops::Range;
 use crate::sparse_factor::{FactorKind, supernodes};
 use drape_kernels::lanes::{Lanes, four_wide};
 
-/// Columns of a panel, at most: as many registers of four lanes.
+/// Most columns of a panel: one register of four lanes each.
 const WIDEST: usize = 8;
 
 /// `ROWS` entries of each of `W` columns.
@@ -61,7 +62,7 @@ pub(crate) trait Vector<const ROWS: usize>: Copy {
     /// `self · value`.
     fn times(self, value: f64) -> Self;
 
-    /// Subtracts from each `x` the products of its column below the panel with the rows there.
+    /// Subtracts the products of each column below the panel with its rows from `x`.
     fn subtract_below<const W: usize>(
         x: &mut [Self; W],
         tiles: &[Tile<W, ROWS>],
@@ -144,20 +145,20 @@ struct Panel {
     /// Its first column.
     first: u32,
     width: u32,
-    /// Where its tiles begin and end, among the rows of all tiles.
+    /// Start and end of its tiles among the rows of all tiles.
     tiles: (usize, usize),
-    /// Where its values begin: the triangle by rows, then the tiles.
+    /// Start of its values: the triangle by rows, then the tiles.
     values: usize,
 }
 
-/// The factor by panels and tiles of so many rows.
+/// The factor by panels and tiles of `ROWS` rows.
 #[derive(Debug)]
 pub(crate) struct Tiles<const ROWS: usize> {
     panels: Vec<Panel>,
     rows: Vec<[u32; ROWS]>,
     values: Vec<f64>,
     inverse_pivots: Vec<f64>,
-    /// What the CPU can do, asked once.
+    /// The instruction set of the CPU.
     arch: pulp::Arch,
 }
 
@@ -168,7 +169,7 @@ impl<const ROWS: usize> Tiles<ROWS> {
         let (mut panels, mut tiles, mut values) = (Vec::new(), Vec::new(), 0);
         for supernode in supernodes(symbolic) {
             let Range { start, end } = supernode.columns;
-            // As wide as each other, but for one column.
+            // Panels of equal width, up to one column.
             let count = (end - start).div_ceil(WIDEST);
             let cut = |k: usize| start + (end - start) * k / count;
             for k in 0..count {
@@ -196,7 +197,7 @@ impl<const ROWS: usize> Tiles<ROWS> {
         }
     }
 
-    /// Takes over the numbers of a factor of the library.
+    /// Copies the numbers of a factor of the library.
     pub(crate) fn fill(
         &mut self,
         symbolic: &SymbolicCholesky<u32>,
@@ -245,12 +246,11 @@ impl<const ROWS: usize> Tiles<ROWS> {
         }
     }
 
-    /// `z ← (L D Lᵀ)⁻¹ z`, in the order of elimination; `z` has one more entry, which does not
-    /// count.
+    /// `z ← (L D Lᵀ)⁻¹ z`, in the order of elimination; `z` has one idle entry more.
     pub(crate) fn solve<V: Vector<ROWS>>(&self, z: &mut [V]) {
         let n = self.inverse_pivots.len();
         assert_eq!(z.len(), n + 1, "one entry a row and the idle one");
-        // Zeros times numbers that overflowed may have left anything there.
+        // Zeros times overflowed numbers may have left any value there.
         z[n] = V::ZERO;
         self.arch.dispatch(Sweeps { factor: self, z });
     }
@@ -264,7 +264,7 @@ impl<const ROWS: usize> Tiles<ROWS> {
         (triangle, columns.as_chunks::<W>().0, rows)
     }
 
-    /// `L y = z` for the columns of a panel, and what this leaves of the rows below it.
+    /// Solves `L y = z` for the columns of a panel, and updates the rows below it.
     #[inline(always)]
     fn forward<V: Vector<ROWS>, const W: usize>(&self, panel: &Panel, z: &mut [V]) {
         let (triangle, tiles, rows) = self.parts::<W>(panel);
@@ -293,7 +293,7 @@ impl<const ROWS: usize> Tiles<ROWS> {
         }
     }
 
-    /// `Lᵀ x = D⁻¹ y` for the columns of a panel.
+    /// Solves `Lᵀ x = D⁻¹ y` for the columns of a panel.
     #[inline(always)]
     fn backward<V: Vector<ROWS>, const W: usize>(&self, panel: &Panel, z: &mut [V]) {
         let (triangle, tiles, rows) = self.parts::<W>(panel);
@@ -315,8 +315,7 @@ impl<const ROWS: usize> Tiles<ROWS> {
     }
 }
 
-/// Both sweeps, compiled for what the CPU can do. (A closure would do if it were sure to be
-/// inlined.)
+/// Both sweeps, compiled for the CPU's instruction set. A closure might not be inlined.
 struct Sweeps<'a, V, const ROWS: usize> {
     factor: &'a Tiles<ROWS>,
     z: &'a mut [V],
@@ -380,8 +379,8 @@ mod tests {
         columns
     }
 
-    /// The sweeps as they are taught, column by column, on one number a row. With four rows a tile
-    /// the products below a panel are summed in four parts.
+    /// The textbook sweeps, column by column, on one number a row. With four rows a tile the
+    /// products below a panel are summed in four parts.
     fn solve_reference<const ROWS: usize>(tiles: &Tiles<ROWS>, z: &mut [f64]) {
         let columns = columns(tiles);
         for (j, (_, column)) in columns.iter().enumerate() {
@@ -408,8 +407,8 @@ mod tests {
         }
     }
 
-    /// Solves fast and without vector registers, and each of `numbers` of an entry by the
-    /// reference.
+    /// Compares solves with and without vector registers with the reference, for each number of an
+    /// entry.
     fn assert_same<V: Vector<ROWS> + Bits, const ROWS: usize, const NUMBERS: usize>(
         (n, edges): (usize, &[(usize, usize)]),
         random: &mut Random,

@@ -159,7 +159,7 @@ fn direct_solves_and_refactorisations_allocate_nothing() {
     }
 }
 
-/// Tests run in threads of their own, so here no other operator has been there before.
+/// Tests run in threads of their own, so no other operator has run in this one.
 #[test]
 fn the_first_indefinite_factorisation_by_supernodes_allocates_nothing() {
     let n = 4 * N;
@@ -208,7 +208,7 @@ fn the_first_dense_inverse_allocates_nothing_and_a_failed_one_neither() {
 fn a_dense_inverse_allocates_what_it_says_it_needs() {
     for n in [1, 10, 333] {
         let a = ScalarMatrix::with_pattern(n, []);
-        // The first one in a thread also lets the library allocate what it keeps.
+        // The first inverse in a thread also lets the library allocate memory that it keeps.
         drop(DenseInverse::new(&a, usize::MAX).unwrap());
         let taken = allocation_counter::measure(|| {
             drop(DenseInverse::new(&a, usize::MAX).unwrap());

@@ -15,7 +15,7 @@ static FALL: Method = Method {
     settings: &[],
 };
 
-/// Backward Euler of a fall, whose solver is told to fail for steps above a limit.
+/// Backward Euler of a fall, with a solver that fails for steps above a limit.
 #[derive(Debug)]
 struct Fall {
     predictor: Predictor,
@@ -76,11 +76,12 @@ impl Rewind for Fall {
     }
 }
 
-/// A particle in free fall beside a spring of 1 m, which makes the mesh width.
+/// A particle in free fall beside a spring of 1 m, which sets the mesh width.
 fn falling(limit: f64, tolerance: f64) -> (Adaptive<Fall>, System, State) {
     let text = r#"{ "format": "drape-system/1", "particles": { "mass_kg": [1, 1],
         "position_m": [[0, 0, 0], [1, 0, 0]] }, "effects": { "gravity": { "m_s2": [0, 0, -9.81] } },
-        "springs": [{ "effect": "tension", "i": 0, "j": 1, "rest_length_m": 1, "stiffness_n_per_m": 1 }] }"#;
+        "springs": [{ "effect": "tension", "i": 0, "j": 1, "rest_length_m": 1,
+            "stiffness_n_per_m": 1 }] }"#;
     let (system, state) = parse("test", text).expect("valid").spec().build().expect("valid");
     let mut adaptive = Adaptive::new(Stepper::new(limit), tolerance);
     adaptive.prepare(&system, TimeStep::new(0.1).expect("positive")).expect("supported");
@@ -96,7 +97,7 @@ fn step(adaptive: &mut Adaptive<Fall>, system: &System, state: &mut State) -> St
     adaptive.step(system, state, h, &mut PhaseClock::off()).expect("no contract is broken")
 }
 
-/// In free fall the local error is `g h²/2` at any time, so that the control comes to rest below `√(2 tol/g)`.
+/// In free fall the local error is always `g h²/2`, so the step size settles below `√(2 tol/g)`.
 #[test]
 fn the_step_size_settles_where_the_error_is_a_little_below_the_tolerance() {
     let (mut adaptive, system, mut state) = falling(1.0, 1e-3);
@@ -107,7 +108,7 @@ fn the_step_size_settles_where_the_error_is_a_little_below_the_tolerance() {
     assert!(last.error_estimate <= 1.0 && last.error_estimate > 0.086, "{last:?}");
     assert!((0.1 / last.substeps as f64) < largest, "{last:?}");
     assert_eq!((last.rejected, last.solve), (0, SolveStatus::Converged));
-    // Kept bit for bit from call to call: no set-up in steady state.
+    // Steady state keeps the bits of the step size, and so takes no set-up.
     let sizes = &fall(&mut adaptive).sizes;
     let steady = &sizes[sizes.len() - 2 * last.substeps as usize..];
     assert!(steady.iter().all(|h| h.to_bits() == steady[0].to_bits()), "{steady:?}");

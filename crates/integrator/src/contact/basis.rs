@@ -1,13 +1,13 @@
-//! The independent ones among the contacts of a particle.
+//! The independent contacts of a particle.
 
 use super::{Contact, DEPENDENT};
 use drape_model::Vec3;
 use drape_solvers::Filter;
 
-/// Those contacts of one particle whose normals are independent, one to three.
+/// The contacts of one particle with independent normals, one to three.
 pub(super) struct Basis<'a> {
     contacts: [Option<&'a Contact>; 3],
-    /// Orthonormal: the span of the first `k` normals for each `k`.
+    /// Orthonormal; the first `k` span the first `k` normals, for each `k`.
     axes: [Vec3; 3],
     pub(super) len: usize,
 }
@@ -43,8 +43,8 @@ impl<'a> Basis<'a> {
         }
     }
 
-    /// The velocity `z` in the span of the normals with `n_k·z` as given. Normals at a flat angle would ask
-    /// for a long `z`; it gets no longer than orthogonal ones would make it.
+    /// The velocity `z` in the span of the normals with `n_k·z` as given. Normals at a flat angle
+    /// would ask for a long `z`; it is cut to the length that orthogonal normals would give.
     pub(super) fn combine(&self, normal_velocity: impl Fn(&Contact) -> f64) -> Vec3 {
         let (mut z, mut squares) = (Vec3::zeros(), 0.0);
         for (contact, axis) in self.contacts().zip(&self.axes) {
@@ -62,7 +62,7 @@ impl<'a> Basis<'a> {
         let mut rest = *impulse;
         let contacts = self.contacts[..self.len].iter().zip(&self.axes).rev();
         contacts.filter_map(move |(contact, axis)| {
-            // Of those not yet taken out, only this one reaches along its axis.
+            // Of the remaining contacts only this one has a part along its axis.
             let contact = (*contact)?;
             let multiplier = axis.dot(&rest) / axis.dot(&contact.normal);
             rest -= contact.normal * multiplier;

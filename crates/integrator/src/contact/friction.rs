@@ -5,7 +5,7 @@ use super::{Contact, ContactSet};
 use drape_model::Vec3;
 use drape_solvers::{Constraints, Filter};
 
-/// What [`ContactSet::solve`] wants of a solution, and where to put it.
+/// What [`ContactSet::solve`] asks of a solution, with the memory for it.
 #[derive(Debug)]
 pub enum Wanted<'a> {
     /// Nothing.
@@ -17,7 +17,7 @@ pub enum Wanted<'a> {
 }
 
 impl Wanted<'_> {
-    /// Hands out the velocity, or what `impulse` writes.
+    /// Fills in the velocity, or lets `impulse` write.
     pub fn fill(self, velocity: &[Vec3], impulse: impl FnOnce(&mut [Vec3])) {
         match self {
             Self::Nothing => {}
@@ -27,10 +27,10 @@ impl Wanted<'_> {
     }
 }
 
-/// A particle whose contacts cannot hold it.
+/// A particle that its contacts cannot hold.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Slider {
-    /// Its contacts among all.
+    /// Its contacts are `first..end` of all.
     first: u32,
     end: u32,
     /// `1 − μλ/|p_t|`.
@@ -44,8 +44,9 @@ impl Slider {
 }
 
 impl ContactSet {
-    /// Ends a solve in which every contact with friction stuck and took `impulse` (kg m/s): solves again where some
-    /// of them slide, first without their friction and then with what friction leaves of the velocity.
+    /// Ends a solve in which every contact with friction stuck and took `impulse` (kg m/s). Where
+    /// some of them slide it solves again, first without their friction, then with the velocity
+    /// that friction leaves.
     pub(super) fn slide<E>(
         &mut self,
         constraints: &mut Constraints,
@@ -99,14 +100,14 @@ impl ContactSet {
 }
 
 impl Basis<'_> {
-    /// Velocity of the surface that friction is relative to, if there is friction.
+    /// Velocity of the rough surface, if there is one: friction is relative to it.
     pub(super) fn surface(&self) -> Option<Vec3> {
         let rough = self.contacts().find(|contact| contact.friction > 0.0)?;
         Some(rough.surface.unwrap_or_default())
     }
 
-    /// What friction leaves of the velocity `along` the surface, m/s, where the contacts raise the normal velocity of
-    /// `before` to that of `after`.
+    /// The velocity along the surface that friction leaves of `along`, m/s, where the contacts
+    /// raise the normal velocity from `before` to `after`.
     pub(super) fn rub(&self, before: &Vec3, along: Vec3, after: impl Fn(&Contact) -> f64) -> Vec3 {
         let Some(v_s) = self.surface() else { return along };
         let gained = |contact: &Contact| (after(contact) - contact.normal.dot(before)).max(0.0);

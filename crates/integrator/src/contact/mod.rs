@@ -1,63 +1,66 @@
 //! Contacts with rigid obstacles by velocity constraints (EEH section 6).
 //!
-//! A particle that lies inside an obstacle, or within 1e-9 m of its surface, gets its normal velocity
-//! prescribed so that it is led back to the surface:
+//! A particle inside an obstacle, or within 1e-9 m of its surface, gets a prescribed normal
+//! velocity that leads it back to the surface:
 //!
 //! ```text
 //! n·v_+ = (1/τ) n·(x_s − x*)
 //! ```
 //!
-//! where the step moves `x* → x* + τ v_+`. The paper prints `x_{n+1}` on the right; the penetration
-//! is known at the start of the step, and the literal implicit reading would correct half of it
-//! only. What the paper leaves open is settled here:
+//! The step moves `x* → x* + τ v_+`. The paper prints `x_{n+1}` on the right, but the penetration
+//! is known at the start of the step, and the literal implicit reading would correct only half of
+//! it. The paper leaves these questions open:
 //!
 //! * **Release.** After the solve the unfiltered residual `p = A v_+ − b` is the impulse of the
-//!   constraints, `p = Σ λ_k n_k`; a contact whose `λ_k` is negative would pull, so the one that pulls
-//!   most is dropped and the step solved again, at most three times.
-//! * **No chatter.** What touches counts as a contact, from the geometry alone: a particle at rest
-//!   stays one whatever the history, also after a restart.
-//! * **No pop.** The speed of recovery is limited by the scene, and after the update of positions the
-//!   normal velocity is cut back to what the impact left (split impulse): correcting a
+//!   constraints, `p = Σ λ_k n_k`. A contact with a negative `λ_k` would pull. The contact that
+//!   pulls most is dropped and the step solved again, at most three times.
+//! * **No chatter.** Geometry alone decides whether a particle touches. A particle at rest stays in
+//!   contact whatever the history, also after a restart.
+//! * **No pop.** The scene limits the speed of recovery. After the update of positions the normal
+//!   velocity is cut back to the one that the impact left (split impulse), so correcting a
 //!   penetration gives the particle no kinetic energy.
-//! * **Restitution.** A particle that arrives with normal velocity `a < 0` leaves with `−e a`. A flight
-//!   that would be over within a few steps is no bounce any more: a particle that was in contact
-//!   that shortly before stays. Otherwise every step would undo the rebound of the last by
-//!   gravity, and a particle with `e > 0` would never come to rest.
-//! * **Several obstacles.** The contacts of a particle are taken in the order of their targets, greatest
-//!   first, as far as their normals are independent: one leaves a plane to move in, two a line, three
-//!   nothing. A normal that depends on those taken is left out. Where obstacles contradict each other
-//!   (opposite normals), the deeper penetration wins.
+//! * **Restitution.** A particle that arrives with normal velocity `a < 0` leaves with `−e a`. A
+//!   flight of a few steps is no bounce: a particle that was in contact that shortly before stays.
+//!   Otherwise gravity would undo the rebound in every step, and a particle with `e > 0` would
+//!   never come to rest.
+//! * **Several obstacles.** The contacts of a particle are taken in the order of their targets,
+//!   greatest first, as far as their normals are independent. One contact leaves a plane to move
+//!   in, two a line, three nothing. Where obstacles contradict each other (opposite normals), the
+//!   deeper penetration wins.
 //!
-//! Instead of leading a particle out by its velocity, [`ContactSet::detect_altering`] asks for its position to
-//! be altered, as Baraff & Witkin do (1998, section 6): the step then moves `x* → x* + τ v_+ + y`, with `y` the way
-//! to the surface, and `v_+` is prescribed as if the particle had been there.
+//! [`ContactSet::detect_altering`] alters the position of a particle instead of leading it out by
+//! its velocity (Baraff & Witkin 1998, section 6). The step then moves `x* → x* + τ v_+ + y`, where
+//! `y` is the way to the surface, and `v_+` is prescribed as if the particle were there.
 //!
-//! A multistep method moves `x* → x* + τ v_+`, and its `x*` holds some of the past motion.
-//! [`ContactSet::detect_multistep`] looks for contacts at `x_n` and prescribes the `v_+` that leads where the rules above
-//! would lead, with two differences, both so that a bounce neither takes nor gives energy: a rebound moves the
-//! particle by the mean of the velocities before and after, as befits a method of order 2, and what leaves
-//! an obstacle by itself within a few steps is let go.
+//! The `x*` of a multistep method holds some of the past motion. [`ContactSet::detect_multistep`]
+//! finds contacts at `x_n` and prescribes the `v_+` that leads to the same place as the rules
+//! above. Two differences keep a bounce from taking or giving energy. A rebound moves the particle
+//! by the mean of the velocities before and after, as order 2 asks. A particle that leaves an
+//! obstacle by itself within a few steps is let go.
 //!
-//! An obstacle on a path is seen from a frame that goes along with it at `v_s`, its mean velocity over the step: in
-//! all of the above the particle's velocity is the one relative to the surface, so that what rests on a moving
-//! obstacle is carried, `n·v_+ = (1/τ) n·(x_s(t_+) − x*)`, and what bounces bounces in its frame.
+//! An obstacle on a path is seen from a frame that moves with it at `v_s`, its mean velocity over
+//! the step. All velocities above are then relative to the surface. A particle at rest on a moving
+//! obstacle is carried along, `n·v_+ = (1/τ) n·(x_s(t_+) − x*)`, and a bouncing particle bounces in
+//! its frame.
 //!
-//! Pins on paths are prescribed `z = (path(t_+) − x*)/τ`, which puts them on the path at the end of the step whatever
-//! `x*` is.
+//! Pins on paths are prescribed `z = (path(t_+) − x*)/τ`, which puts them on the path at the end of
+//! the step for any `x*`.
 //!
-//! Friction, where an obstacle has any, is Coulomb's law by the same constraints.
+//! Friction is Coulomb's law by the same constraints.
 //!
-//! * **Stick.** Contacts are first held altogether, with the velocity of the surface along it. Where the impulse that
-//!   this takes lies in the cone `|p_t| ≤ μ λ`, that is the solution: without creep, whatever the time.
-//! * **Slide.** Where it does not, the step is solved without friction there, which gives `v_t` along the surface, and
-//!   then with `v_s + (1 − μλ/|p_t|) (v_t − v_s)`. For a particle by itself that is Coulomb's law exactly; particles that
-//!   slide side by side see the stick of their neighbours in `p_t`, so that the cone is met approximately.
-//!   What slides does not reverse, and friction takes energy.
-//! * **Several obstacles.** What the independent normals leave free is held with the limit `Σ μ_k λ_k`, relative to
-//!   the first of the obstacles that has friction.
+//! * **Stick.** At first every contact with friction holds its particle, with the velocity of the
+//!   surface along it. Where the impulse of this lies in the cone `|p_t| ≤ μ λ`, it is the
+//!   solution: nothing creeps, however long it lasts.
+//! * **Slide.** Elsewhere the step is solved without friction there, which gives `v_t` along the
+//!   surface, and then with `v_s + (1 − μλ/|p_t|) (v_t − v_s)`. For a single particle this is
+//!   Coulomb's law exactly. Particles that slide side by side see the stick of their neighbours in
+//!   `p_t`, so they meet the cone approximately. Sliding does not reverse, and friction takes
+//!   energy.
+//! * **Several obstacles.** The directions that the independent normals leave free are held with
+//!   the limit `Σ μ_k λ_k`, relative to the first obstacle with friction.
 //!
-//! Speculative detection looks ahead with `v_n`, so that what a particle gains in the step itself
-//! may still carry it inside, by `τ²` times its acceleration.
+//! Speculative detection looks ahead with `v_n`. The velocity that a particle gains in the step
+//! itself may still carry it inside, by `τ²` times its acceleration.
 
 mod basis;
 mod friction;
@@ -79,7 +82,7 @@ const TOUCHING: f64 = 1e-9;
 const ROUND_OFF: f64 = 1e-9;
 /// Most re-solves after releases in one step.
 const MAX_RELEASE_PASSES: usize = 3;
-/// A normal that lies this close to the span of others depends on them.
+/// A normal this close to the span of others depends on them.
 const DEPENDENT: f64 = 1e-3;
 /// A contact of at most this many steps ago turns the next impact into rest.
 const LEAST_FLIGHT: u8 = 4;
@@ -91,8 +94,8 @@ struct Contact {
     normal: Vec3,
     /// How far along the normal the position is altered, m.
     shift: f64,
-    /// Mean normal velocity over the step with which the surface is reached, or as much of the way as
-    /// is allowed.
+    /// Mean normal velocity over the step that leads to the surface, or as near as the limit
+    /// allows.
     recovery: f64,
     /// Normal velocity of the constraint.
     target: f64,
@@ -100,7 +103,7 @@ struct Contact {
     keep: f64,
     /// Least normal velocity with which the particle ends the step.
     least: f64,
-    /// A pull below this, kg m/s, is round-off: on a moving surface the velocity that rests is not 0.
+    /// A pull below this, kg m/s, is round-off: on a moving surface a resting velocity is not 0.
     slack: f64,
     /// `μ`.
     friction: f64,
@@ -109,7 +112,7 @@ struct Contact {
 }
 
 impl Contact {
-    /// A normal velocity relative to the surface, seen from outside.
+    /// A normal velocity relative to the surface, in the frame of the scene.
     fn carried(&self, relative: f64) -> f64 {
         self.surface.map_or(relative, |surface| relative + self.normal.dot(&surface))
     }
@@ -130,7 +133,7 @@ struct Motion {
     velocity: Vec3,
 }
 
-/// A step of a multistep method: within `h` it leads from `(x_n, v_n)` to `x* + τ v_+`.
+/// A step of a multistep method, which leads from `(x_n, v_n)` to `x* + τ v_+` in `h` seconds.
 #[derive(Clone, Copy, Debug)]
 pub struct MultistepMotion<'a> {
     /// `x_n` and `v_n`, m and m/s.
@@ -145,7 +148,7 @@ pub struct MultistepMotion<'a> {
     pub tau: f64,
 }
 
-/// How a particle inside an obstacle gets out.
+/// How a particle inside an obstacle is led out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum WayOut {
     /// EEH section 6.
@@ -154,14 +157,15 @@ enum WayOut {
     Position,
 }
 
-/// A particle whose contact began, ended or cut its velocity: its history no longer fits.
+/// A particle whose history no longer fits: a contact began, ended or cut its velocity.
 #[derive(Clone, Copy, Debug)]
 pub struct Change<'a> {
     /// Its index.
     pub particle: usize,
     /// Velocity after the step, m/s.
     pub velocity: &'a Vec3,
-    /// Takes out the normals of its contacts, whether or not there is friction; free where none is left.
+    /// Removes the normals of its contacts, with or without friction; free where no contact is
+    /// left.
     pub filter: Filter,
     /// Velocity of the surfaces along the normals, m/s.
     pub surface: Vec3,
@@ -174,11 +178,11 @@ impl<'a> Change<'a> {
     }
 }
 
-/// The contacts of the running step, and how long ago each was active.
+/// The contacts of the present step, and how long ago each was active.
 #[derive(Clone, Debug, Default)]
 pub struct ContactSet {
     obstacles: usize,
-    /// One an obstacle, `None` for those at rest.
+    /// One for each obstacle, `None` where it is at rest.
     motions: Vec<Option<Motion>>,
     /// Particles led by pins, with their velocities.
     led: Vec<(usize, Vec3)>,
@@ -189,7 +193,8 @@ pub struct ContactSet {
     /// Steps since the contact was active, 0 for the last step; saturates.
     steps_since: Vec<u8>,
     is_active: Vec<bool>,
-    /// Particles whose contact began, ended or cut their velocity in the last step; empty without obstacles.
+    /// Whether a contact of each particle began, ended or cut its velocity in the last step; empty
+    /// without obstacles.
     changed: Vec<bool>,
 }
 
@@ -213,12 +218,13 @@ impl ContactSet {
         }
     }
 
-    /// Memory for pins alone: obstacles are not seen.
+    /// Memory for pins alone, which ignores obstacles.
     pub fn for_pins(system: &System) -> Self {
         Self { led: Vec::with_capacity(system.moving_pins().len()), ..Self::default() }
     }
 
-    /// Memory for what [`detect`](Self::detect) writes: without obstacles, for pins alone.
+    /// Memory for the constraints that [`detect`](Self::detect) writes; without obstacles, for pins
+    /// alone.
     pub fn constraints(system: &System) -> Constraints {
         match system.obstacles() {
             [] if system.moving_pins().is_empty() => Constraints::free_or_held(system.len()),
@@ -226,7 +232,7 @@ impl ContactSet {
         }
     }
 
-    /// Memory for the impulse that [`solve`](Self::solve) lends: none without obstacles.
+    /// Memory for the impulse that [`solve`](Self::solve) lends; empty without obstacles.
     pub fn impulse(system: &System) -> Vec<Vec3> {
         vec![Vec3::zeros(); if system.obstacles().is_empty() { 0 } else { system.len() }]
     }
@@ -238,7 +244,8 @@ impl ContactSet {
         self.candidates.clear();
     }
 
-    /// Copies another set of the same size without allocating, the contacts of the running step left out.
+    /// Copies another set of the same size without allocating, except the contacts of its present
+    /// step.
     pub fn copy_from(&mut self, other: &Self) {
         self.steps_since.copy_from_slice(&other.steps_since);
         self.changed.copy_from_slice(&other.changed);
@@ -259,8 +266,8 @@ impl ContactSet {
         particle * self.obstacles + obstacle
     }
 
-    /// Finds the contacts of a step `(τ, t_+)` that moves `x → x + τ v_+` and ends at `t_+`, and writes them and the pins
-    /// to `constraints`.
+    /// Finds the contacts of a step `(τ, t_+)` that moves `x → x + τ v_+` and ends at `t_+`. Writes
+    /// them and the pins to `constraints`.
     #[doc(alias = "EEH section 6")]
     pub fn detect(
         &mut self,
@@ -287,8 +294,8 @@ impl ContactSet {
         self.write(system, constraints);
     }
 
-    /// As [`detect`](Self::detect) for a step of a multistep method: `n·v_+ = (1/τ) n·(x_s − x*)`, where `x_s` is
-    /// the surface or the point before it to which a particle may be led within the step.
+    /// As [`detect`](Self::detect) for a step of a multistep method: `n·v_+ = (1/τ) n·(x_s − x*)`.
+    /// `x_s` is the surface, or the point before it that the limit allows within the step.
     pub fn detect_multistep(
         &mut self,
         system: &System,
@@ -298,7 +305,7 @@ impl ContactSet {
         let MultistepMotion { from: (x, v), h, end, x_star, tau } = motion;
         self.lead(system, x_star, (tau, end));
         self.collect(system, x, v, (h, end), WayOut::Velocity);
-        // Were what leaves by itself led out, each rebound would end with a lift.
+        // A particle that leaves by itself is let go: else each rebound would end with a lift.
         self.candidates.retain(|contact| {
             let speed = contact.relative(&v[contact.particle as usize]);
             speed * h <= TOUCHING || contact.recovery > speed * f64::from(LEAST_FLIGHT)
@@ -319,13 +326,13 @@ impl ContactSet {
         self.write(system, constraints);
     }
 
-    /// As [`detect`](Self::detect) for a step that moves `x → x + τ v_+ + y`: particles inside an obstacle are
-    /// put on its surface by `y`, m, whatever the depth, and their normal velocity becomes 0. Of what rebounds, `y`
-    /// covers that part of the way which the rebound leaves: the whole of it would lift the particle
-    /// against gravity and let it bounce higher each time.
+    /// As [`detect`](Self::detect) for a step that moves `x → x + τ v_+ + y`. `y`, m, puts
+    /// particles inside an obstacle on its surface, whatever the depth, and their normal velocity
+    /// becomes 0. For a rebound `y` covers only the part of the way that the rebound leaves: all of
+    /// it would lift the particle against gravity and let it bounce higher each time.
     ///
-    /// A contact that is released later keeps its `y`: where a particle may be is a matter of geometry, what
-    /// holds it one of forces.
+    /// A contact that is released later keeps its `y`: geometry decides where a particle may be,
+    /// forces decide what holds it.
     #[doc(alias = "Baraff-Witkin section 6")]
     pub fn detect_altering(
         &mut self,
@@ -343,7 +350,7 @@ impl ContactSet {
         }
     }
 
-    /// Finds the velocities of the pins on paths: they go to where they are at `end`.
+    /// Finds the velocities of the pins on paths, which lead them to their places at `end`.
     fn lead(&mut self, system: &System, x_star: &[Vec3], (tau, end): (f64, f64)) {
         self.led.clear();
         self.led.extend(
@@ -397,7 +404,7 @@ impl ContactSet {
                         WayOut::Position if distance < 0.0 => {
                             ((-distance - tau * rebound).max(0.0), rebound)
                         }
-                        // What is still outside may come as far as the surface.
+                        // A particle outside may come as far as the surface.
                         _ if rebound > 0.0 => (0.0, recovery.max(rebound)),
                         _ => (0.0, recovery),
                     };
@@ -428,8 +435,8 @@ impl ContactSet {
         }
     }
 
-    /// Writes the contacts of the running step without their friction, and the pins, to `constraints`, calls `look` with
-    /// them, and holds again what friction holds.
+    /// Calls `look` with constraints of the present contacts and pins that leave out friction, then
+    /// restores the friction.
     pub fn without_friction<T>(
         &mut self,
         system: &System,
@@ -466,10 +473,10 @@ impl ContactSet {
         }
     }
 
-    /// Solves a step under its constraints, and again after contacts were released or found to slide.
+    /// Solves a step under its constraints, and again where contacts are released or slide.
     ///
-    /// `solve` gets the constraints and, where there are contacts, memory (that of `impulse`) for what is wanted of the
-    /// solution.
+    /// `solve` gets the constraints and, where there are contacts, the memory of `impulse` for the
+    /// part of the solution that is wanted.
     ///
     /// # Errors
     /// The first error of `solve`.
@@ -497,8 +504,8 @@ impl ContactSet {
         solve(constraints, Wanted::Nothing)
     }
 
-    /// Drops from each particle the contact that pulls most, given the unfiltered residual
-    /// `p = A v_+ − b` (kg m/s), and returns whether any was dropped.
+    /// Drops the contact of each particle that pulls most, given the unfiltered residual
+    /// `p = A v_+ − b` (kg m/s). Returns whether any was dropped.
     fn release(&mut self, impulse: &[Vec3]) -> bool {
         let before = self.candidates.len();
         let (mut kept, mut start) = (0, 0);
@@ -510,7 +517,7 @@ impl ContactSet {
                 Basis::of(&self.candidates[start..end]).pulling(&impulse[particle as usize]);
             for position in start..end {
                 let contact = self.candidates[position];
-                // The same wall twice must not need two passes.
+                // Two contacts with the same wall are dropped in one pass.
                 let drop = pulling.is_some_and(|n| (n - contact.normal).norm() < DEPENDENT);
                 if !drop {
                     self.candidates[kept] = contact;
@@ -523,9 +530,9 @@ impl ContactSet {
         kept < before
     }
 
-    /// Ends a step: brings the normal velocities back to what the impacts left, calls `changed` for
-    /// each particle whose history no longer fits (a contact began, ended or cut its velocity), and
-    /// remembers which contacts were active.
+    /// Ends a step. It cuts the normal velocities to those that the impacts left, and remembers
+    /// which contacts were active. It calls `changed` for each particle whose history no longer
+    /// fits: a contact began, ended or cut its velocity.
     pub fn settle(&mut self, v: &mut [Vec3], mut changed: impl FnMut(Change<'_>)) {
         if self.obstacles == 0 {
             return;
@@ -541,7 +548,7 @@ impl ContactSet {
             let velocity = v[particle];
             let along = |contact: &Contact| contact.normal.dot(&velocity);
             let is_cut = |c: &Contact| {
-                // With friction the past along the surface is at stake, too: round-off must not make it up anew.
+                // With friction a cut rewrites the past along the surface, too: ignore round-off.
                 let slack = if c.friction > 0.0 { ROUND_OFF * velocity.norm() } else { 0.0 };
                 along(c) > c.keep + slack || along(c) < c.least - slack
             };
@@ -571,8 +578,8 @@ impl ContactSet {
 }
 
 impl ContactSet {
-    /// Imposes pins and contacts on the velocity that a step without them would give, particle by particle: for
-    /// methods whose velocities are not the solution of a linear system. Contacts that would pull are
+    /// Imposes pins and contacts on the velocity of a step without them, particle by particle: for
+    /// methods whose velocities do not solve a linear system. Contacts that would pull are
     /// released.
     pub fn project(
         &mut self,
@@ -598,8 +605,8 @@ impl ContactSet {
         }
     }
 
-    /// Takes from particles in contact the velocity that points into the obstacle: for methods
-    /// whose forces act after the constraint, where weight would show as a speed of `g h` at rest. Friction takes
+    /// Takes the velocity into the obstacle from particles in contact: for methods whose forces act
+    /// after the constraint, where weight would show as a speed of `g h` at rest. Friction takes
     /// its share along the surface.
     pub fn stop(&self, v: &mut [Vec3]) {
         for group in self.candidates.chunk_by(|a, b| a.particle == b.particle) {
@@ -616,8 +623,8 @@ impl ContactSet {
         }
     }
 
-    /// What an impact leaves of `v`, m/s: for methods whose forces act afterwards. The contacts are those that
-    /// [`project`](Self::project) has just left.
+    /// Writes the velocity that an impact leaves of `v`, m/s: for methods whose forces act
+    /// afterwards. Call it after [`project`](Self::project), whose contacts it uses.
     pub fn strike(
         &self,
         system: &System,
@@ -626,7 +633,7 @@ impl ContactSet {
         velocity: &mut [Vec3],
     ) {
         if self.rubs {
-            self.write(system, constraints); // the friction of forces is none of the impact's
+            self.write(system, constraints); // without the friction of forces
         }
         velocity.copy_from_slice(v);
         constraints.impose(velocity);
@@ -640,9 +647,10 @@ impl ContactSet {
         }
     }
 
-    /// Takes from particles that stay in contact the part along the normals: from accelerations, for methods that
-    /// extrapolate them, since the obstacle bears that part. Particles that the next `h` seconds lead away,
-    /// say after a rebound, keep theirs. Where there is friction nothing is left: what rubs moves by its velocity alone.
+    /// Removes the part along the normals from the accelerations of particles that stay in contact,
+    /// for methods that extrapolate them: the obstacle bears that part. Particles that the next `h`
+    /// seconds lead away, say after a rebound, keep theirs. With friction nothing is left: a
+    /// rubbing particle moves by its velocity alone.
     pub fn support(&self, h: f64, a: &mut [Vec3]) {
         let stays = |contact: &Contact| match contact.surface {
             None => contact.keep * h <= TOUCHING,

@@ -78,7 +78,8 @@ fn ball_on_plane(e: f64, z: f64, v: f64) -> (System, State) {
     let text = format!(
         r#"{{ "format": "drape-system/1", "particles": {{ "mass_kg": [1],
         "position_m": [[0, 0, {z}]], "velocity_m_s": [[0, 0, {v}]] }},
-        "obstacles": [{{ "plane": {{ "point_m": [0, 0, 0], "normal": [0, 0, 1], "restitution": {e} }} }}] }}"#
+        "obstacles": [{{ "plane": {{ "point_m": [0, 0, 0], "normal": [0, 0, 1],
+            "restitution": {e} }} }}] }}"#
     );
     parse("test", &text).expect("valid").spec().build().expect("valid")
 }
@@ -145,8 +146,8 @@ fn an_obstacle_bears_what_rests_on_it_and_not_what_leaves_it() {
     }
 }
 
-/// One step of a multistep method that moves from `(x, v)` to `x* + τ v_+`: where it ends, and with which
-/// velocity, if there is a contact.
+/// Final height and velocity of one step of a multistep method from `(x, v)` to `x* + τ v_+`, if
+/// there is a contact.
 fn multistep(e: f64, (x, v): (f64, f64), ahead: f64, tau: f64) -> Option<(f64, f64)> {
     let (system, state) = ball_on_plane(e, x, v);
     let (mut set, mut constraints) = (ContactSet::new(&system), Constraints::free(1));

@@ -35,8 +35,8 @@ fn a_large_error_is_rejected_and_the_next_step_does_not_grow() {
 /// Particle 0 is pinned and 1 moves on `x(t)`; levels at times with uneven steps.
 fn measured(order: Order, constant: f64, x: impl Fn(f64) -> f64) -> (f64, f64) {
     let text = r#"{ "format": "drape-system/1", "pins": [{ "particle": 0 }], "particles": {
-        "mass_kg": [1, 1], "position_m": [[0, 0, 0], [1, 0, 0]] }, "springs": [{ "effect": "tension",
-        "i": 0, "j": 1, "rest_length_m": 0.25, "stiffness_n_per_m": 1 }] }"#;
+        "mass_kg": [1, 1], "position_m": [[0, 0, 0], [1, 0, 0]] }, "springs": [
+        { "effect": "tension", "i": 0, "j": 1, "rest_length_m": 0.25, "stiffness_n_per_m": 1 }] }"#;
     let (system, _) = parse("test", text).expect("valid").spec().build().expect("valid");
     let steps = [0.010, 0.012, 0.009];
     let state =
@@ -61,7 +61,7 @@ fn the_estimates_see_the_leading_derivative_whatever_the_steps_were() {
     assert!(error < 1e-15, "no bend, no error: {error}");
     let (error, _) = measured(Order::Two, 2.0 / 9.0, |t| 3.0 * t * t + t - 2.0);
     assert!(error < 1e-15, "no third derivative: {error}");
-    // What a method with this error constant would have come to.
+    // The error of a method with this constant.
     let (h0, h1, h2): (f64, f64, f64) = (0.009, 0.012, 0.010);
     let extrapolation = (h0 + h1) * (h0 + h1 + h2) * h0 / 6.0;
     let c = 2.0 / 9.0;

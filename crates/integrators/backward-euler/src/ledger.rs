@@ -1,10 +1,10 @@
-//! What a step did to the energy.
+//! The energy ledger of a step.
 
 use crate::step::Workspace;
 use drape_integrator::{Bookkeeping, EnergyLedger, Taken};
 
 impl Workspace {
-    /// The ledger of the last step: forces at its end, `p = ∇Φ(v_{n+1})`.
+    /// The ledger of the last step, with the forces at its end and `p = ∇Φ(v_{n+1})`.
     pub(crate) fn energy_ledger(&mut self, taken: &Taken<'_>) -> EnergyLedger {
         let Taken { system, before, after, h } = *taken;
         let p = self.stage.gradient(system).to_vec();

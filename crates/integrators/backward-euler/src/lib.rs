@@ -1,56 +1,66 @@
 //! Backward Euler, solved by Newton's method to convergence: the reference for every other implicit
 //! method at the same step size.
 //!
-//! builds-on: explicit Euler → Provot → **backward Euler** → Terzopoulos-Fleischer, Baraff-Witkin, BDF
+//! builds-on: explicit Euler → Provot → **backward Euler** → Terzopoulos-Fleischer, Baraff-Witkin,
+//! BDF
 //!
-//! # Why
+//! # What it is
 //!
-//! An explicit step must resolve the fastest vibration of the stiffest spring, which nobody wants to see. A method that
-//! takes the force at the *new* level may step over it.
+//! An explicit step must resolve the fastest vibration of the stiffest spring, which nobody wants
+//! to see. A method that takes the force at the *new* level may step over it. Take backward Euler
+//! as the reference at a given step, and where each step must be solved to the end. BDF2 costs the
+//! same and is more accurate.
 //!
-//! The BDF method (3) of EEH for `k = 1`, with the whole force at the new level,
+//! # The mathematics
+//!
+//! It is the BDF method (3) of EEH for `k = 1`, with the whole force at the new level:
 //!
 //! ```text
-//! M (v_{n+1} − v_n) = h f(x_{n+1}, v_{n+1})          x_{n+1} = x_n + h v_{n+1}
+//! M (v_{n+1} − v_n) = h f(x_{n+1}, v_{n+1})          x_{n+1} = x_n + h v_{n+1}          (4)
 //! ```
 //!
-//! is the stationarity condition of the incremental potential
-//! [`Φ(v) = ½‖v − v̂‖²_M + U(x_n + h v) + (h/2) vᵀ D v`](drape_integrator::IncrementalPotential), which
-//! [`Newton`](drape_integrator::Newton) minimises: start at the best of `v_n`, the inertial target `v̂` and the
-//! extrapolation (22); exact Hessian while it is positive definite, projected otherwise; Armijo line
-//! search.
+//! (4) is the stationarity condition of the incremental potential
+//! [`Φ(v) = ½‖v − v̂‖²_M + U(x_n + h v) + (h/2) vᵀ D v`](drape_integrator::IncrementalPotential),
+//! which [`Newton`](drape_integrator::Newton) minimises (5). It starts at the best of `v_n`, the
+//! inertial target `v̂` and the extrapolation (22). It takes the exact Hessian while that is
+//! positive definite, else the projected one, and an Armijo line search.
+//! [`drape_integrator::ImplicitStage`] evaluates the explicit forces, finds the contacts and
+//! minimises.
 //!
-//! # How the code does it
+//! * **Order and stability.** Order 1, and L-stable on linear problems: on the oscillator the
+//!   amplification matrix is `1/(1+θ+η) · [[1+η, 1], [−θ, 1]]`.
+//! * **Conservation.** Linear momentum is conserved. The angular momentum of one spring obeys
+//!   `L_{n+1} = L_n / (1 + θ (1 − ℓ/len_{n+1}))`: it decays in tension and *grows in compression*.
+//!   So backward Euler is **not** energy monotone. It guarantees `Φ(v_{n+1}) ≤ Φ(v)`, up to
+//!   round-off, for every start that was tried.
+//! * **Stop test.** `‖S∇Φ‖_{M⁻¹} ≤ max(residual · scale, round-off)`. The scale is the change of
+//!   velocity that the forces at the start would make in the step, so it does not depend on the
+//!   frame. The round-off is that of forces of size `k|x|`, about `ε_mach h k |x|`, whatever the
+//!   strain. At very large `h²k/m` Newton's method follows a curved valley and may need more than
+//!   its 100 iterations; the step then reports `IterationLimit`.
+//! * **Settings.** They cover further work that the paper names, and do not change the stop test,
+//!   so the solution is the same. `jacobian=saved` keeps the factor over iterations and steps while
+//!   corrections shrink by 0.3 or better, `h` changes by less than 20 %, contacts and pins stay,
+//!   and for at most 20 steps. `solver=cg` solves Newton's systems by conjugate gradients as
+//!   tightly as `cg_tolerance` or Eisenstat and Walker (`forcing`) say, preconditioned by the
+//!   diagonal blocks or by the saved factor. `solver=multigrid` preconditions them by a cycle of
+//!   [multigrid](drape_solvers::Multigrid) on the Hessian. `tolerance` puts the method under
+//!   [step size control](drape_integrator::Adaptive).
 //!
-//! [`drape_integrator::ImplicitStage`] evaluates what is not implicit, finds the contacts and minimises; the step
-//! itself only says which stage it is and moves the state.
+//! | symbol | name in the code | unit | shape |
+//! |---|---|---|---|
+//! | `h` | `h` | s | |
+//! | `Φ` | [`drape_integrator::IncrementalPotential::value`] | J | |
+//! | `v̂` | [`drape_integrator::IncrementalPotential::target`] | m/s | `n` × 3 |
 //!
-//! Order 1 and L-stable on linear problems: on the oscillator the amplification matrix is
-//! `1/(1+θ+η) · [[1+η, 1], [−θ, 1]]`. Linear momentum is conserved. The angular momentum of one spring obeys
-//! `L_{n+1} = L_n / (1 + θ (1 − ℓ/len_{n+1}))`: it decays in tension and *grows in compression*, so that backward
-//! Euler is **not** energy monotone; what it guarantees, up to round-off, is `Φ(v_{n+1}) ≤ Φ(v)` for every start
-//! that was tried.
+//! # Where it failed here, and what it cost
 //!
-//! The stop test is `‖S∇Φ‖_{M⁻¹} ≤ max(residual · scale, round-off)`. The scale is the change of velocity that the
-//! forces at the start would make in the step, so that it does not depend on the frame; the round-off is that of
-//! forces of size `k|x|`, about `ε_mach h k |x|`, whatever the strain. At very large `h²k/m` Newton's method
-//! follows a curved valley and may need more than its 100 iterations; the step then reports
-//! `IterationLimit`.
-//!
-//! What the paper leaves as further work are settings. `jacobian=saved` keeps the factor over iterations and steps while
-//! the corrections shrink by 0.3 or better, `h` changes by less than 20 %, contacts and pins stay, and for 20 steps at
-//! most. `solver=cg` solves Newton's systems by conjugate gradients, as tightly as `cg_tolerance` or Eisenstat and Walker
-//! (`forcing`) say, preconditioned by the diagonal blocks or by the saved factor; `solver=multigrid` preconditions them by a cycle of
-//! [multigrid](drape_solvers::Multigrid) on the Hessian. The stop test does not change, so the
-//! solution is the same. `tolerance` puts the method under [step size control](drape_integrator::Adaptive).
-//!
-//! # What it cost and where it failed here
-//!
-//! On the hanging sheet of 400 particles with shear springs of 0.1 k at k/m = 1e6 and h = 0.01 s a step takes three Newton
-//! iterations, each one sparse factorisation of 1200 unknowns: about 7 ms, some 600 steps of symplectic Euler, of which
-//! about 15 would cover the same time. It falls like the exact sheet where IMEX Euler locks. Its error is that of
-//! numerical damping: order 1 on a smooth scene, observed order 0.43 where springs of k/m = 1e6 vibrate within a step;
-//! a spinning sheet loses 4 % of its angular momentum in a second. BDF2 costs the same and is 1.7 to 3.4 times as accurate there.
+//! The hanging sheet: 400 particles, shear springs of 0.1 k, k/m = 1e6, h = 0.01 s. A step takes
+//! three Newton iterations, each with one sparse factorisation of 1200 unknowns: about 7 ms. That
+//! is some 600 steps of symplectic Euler, of which about 15 would cover the same time. The sheet
+//! falls like the exact one where IMEX Euler locks. The error is numerical damping: order 1 on a
+//! smooth scene, observed order 0.43 where springs of k/m = 1e6 vibrate within a step. A spinning
+//! sheet loses 4 % of its angular momentum in a second. BDF2 is 1.7 to 3.4 times as accurate there.
 //!
 //! *Saved Jacobians, CG.* 25 steps of 0.01 s on the same sheet (from the record `solver-control`):
 //!
@@ -61,9 +71,9 @@
 //! | diagonal blocks, CG | 0, 112, 636 | 0, 125, 4126 | 0, 191, 11498 |
 //! | saved, CG | 2, 97, 221 | 10, 111, 431 | 26, 163, 1147 |
 //!
-//! *What a converged step costs* at k/m = 1e8 on a sheet of 52×52 particles with shear and bending springs of 0.1 k, the mean of the
-//! first 20 steps of 0.01 s; one force evaluation takes about 0.1 ms, one factorisation 15 ms, one solve with the factor 0.43 ms
-//! and one product 0.07 ms:
+//! *Cost of a converged step* at k/m = 1e8 on a sheet of 52×52 particles with shear and bending
+//! springs of 0.1 k. Mean of the first 20 steps of 0.01 s. One force evaluation takes about 0.1 ms,
+//! one factorisation 15 ms, one solve with the factor 0.43 ms and one product 0.07 ms:
 //!
 //! | | factorisations | Newton | CG | force evaluations |
 //! |---|---|---|---|---|
@@ -78,33 +88,33 @@
 //! | the same, up to 80 | 0.5 | 6.8 | 181 | 24 |
 //! | multigrid, CG, Eisenstat-Walker | | 5.9 | 32 | 22 |
 //!
-//! All but the last, which was not compared there, end within 2e-12 m of each other; with any of them the residual at the end is the same.
-//! Where springs are compressed a step may have several solutions, and which one is found depends on the way: on `sheet-on-sphere`
-//! multigrid ends 5 mm from the others after 0.2 s, with `cg_tolerance=1e-6` beside them. With `jacobian=saved,solver=cg` a step takes 0.6 of the time of the default; the
-//! factor is renewed about once a step and the other settings differ little. With `solver=multigrid` it takes 0.3 of that time on
-//! 52×52 particles and 0.24 on 100×100, since the number of its cycles does not grow with the sheet (`results/profile.md` has the times of
-//! all these, and `profile` in `benches` measures them again): a cycle costs 2.3 products, the coarse matrices of a Hessian ten. A factor is worth 30 CG iterations, so to keep
-//! it longer does not pay. Preconditioned by the factor of the scalar Laplacian `M + h² L_k + h L_c`, which never changes, CG needs
-//! half the iterations of the diagonal blocks (303 against 567 to 1e-3 on a matrix of this kind) and as long for them: across the
-//! springs, where the cloth hardly resists, the Laplacian is as stiff as along them. Multigrid has no such fault, though its weights come from
-//! the same Laplacian: its coarse matrices are made from the Hessian. A factor in single precision instead of double saved 3 % of a step
-//! with `jacobian=saved,solver=cg` (the sweeps are bound by their arithmetic, and the factorisation is done once a step). On a prototype,
-//! incomplete Cholesky without fill-in of the 3×3 blocks needed 119 iterations a step where diagonal blocks needed 743 and multigrid 27,
-//! and took 1.4 times as long as multigrid; coarse motions after the springs' directions, or with rotations, did not help.
+//! * All rows but the last, which was not compared there, end within 2e-12 m of each other, with
+//!   the same residual. Where springs are compressed a step may have several solutions, and the way
+//!   decides which one is found: on `sheet-on-sphere` multigrid ends 5 mm from the others after 0.2
+//!   s, with `cg_tolerance=1e-6` beside them.
+//! * With `jacobian=saved,solver=cg` a step takes 0.6 of the time of the default; the factor is
+//!   renewed about once a step, and the other settings differ little. With `solver=multigrid` it
+//!   takes 0.3 of that time on 52×52 particles and 0.24 on 100×100. The number of cycles does not
+//!   grow with the sheet. A cycle costs 2.3 products, the coarse matrices of a Hessian ten.
+//!   `results/profile.md` has all times, and `profile` in `benches` measures them again.
+//! * A factor is worth 30 CG iterations, so it does not pay to keep it longer. At 1e8 a saved
+//!   factor serves no more than one step as a solver, but still as a preconditioner.
+//! * The factor of the scalar Laplacian `M + h² L_k + h L_c`, which never changes, needs half the
+//!   iterations of the diagonal blocks (303 against 567 to 1e-3 on a matrix of this kind). It takes
+//!   as long as they do: across the springs, where the cloth hardly resists, the Laplacian is as
+//!   stiff as along them. Multigrid has no such fault, though its weights come from the same
+//!   Laplacian: its coarse matrices are made from the Hessian.
+//! * A factor in single precision saved 3 % of a step with `jacobian=saved,solver=cg`: arithmetic
+//!   bounds the sweeps, and the factorisation is done once a step.
+//! * A prototype of incomplete Cholesky without fill-in of the 3×3 blocks needed 119 iterations a
+//!   step; diagonal blocks needed 743, multigrid 27. It took 1.4 times as long as multigrid. Coarse
+//!   motions along the springs' directions, or with rotations, did not help.
+//! * *Adaptive steps* follow the fall at nearly constant size. They find the right constant step,
+//!   and gain nothing over it.
 //!
-//! At 1e8 a saved factor serves no more than one step as a solver, but still as a preconditioner. *Adaptive steps*
-//! follow the fall at nearly constant size, so that they gain nothing over the right constant step; they find it.
-//!
-//! Plots: work against error in `results/figures/control-work.svg`, error against the step in `order-smooth.svg` and `order-stiff.svg`, spin in
-//! `momentum-spin.svg`, hard cases in `hard-cases.svg`.
-//!
-//! # Symbols
-//!
-//! | symbol | name in the code | unit | shape |
-//! |---|---|---|---|
-//! | `h` | `h` | s | |
-//! | `Φ` | [`drape_integrator::IncrementalPotential::value`] | J | |
-//! | `v̂` | [`drape_integrator::IncrementalPotential::target`] | m/s | `n` × 3 |
+//! Plots: work against error in `results/figures/control-work.svg`, error against the step in
+//! `order-smooth.svg` and `order-stiff.svg`, spin in `momentum-spin.svg`, hard cases in
+//! `hard-cases.svg`.
 
 mod ledger;
 mod settings;

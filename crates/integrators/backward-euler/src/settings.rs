@@ -1,4 +1,4 @@
-//! What the method is, and its settings.
+//! Description and settings of the method.
 
 use drape_integrator::{
     Declares, Method, Order, Quantity, StabilityClass, StageSettings, Supports, TOLERANCE, settings,
@@ -12,8 +12,7 @@ pub static BACKWARD_EULER: Method = Method {
     order: Order::One,
     class: StabilityClass::Dissipative,
     conserves: &[Quantity::Momentum],
-    theory: "L-stable on linear problems; not energy monotone where \
-             springs are compressed",
+    theory: "L-stable on linear problems; not energy monotone where springs are compressed",
     supports: Supports::Blocks,
     refuses: &[],
     settings: BackwardEulerSettings::SETTINGS,
@@ -24,7 +23,7 @@ settings! {
     pub struct BackwardEulerSettings for BACKWARD_EULER {
         /// how Newton's method solves and when it stops
         stage: StageSettings,
-        /// local error that a step may make, in mesh widths; 0: steps are taken as they are given
+        /// local error that a step may make, in mesh widths; 0: the method takes steps as given
         tolerance: f64 as TOLERANCE,
     }
 }

@@ -66,7 +66,7 @@ impl Scheme for Workspace {
         clock.switch(Phase::Update);
         predictor.remember(&state.v, h);
         state.v.copy_from_slice(stage.velocity());
-        state.x.copy_from_slice(stage.positions()); // x_{n+1} = x_n + h v_{n+1}
+        state.x.copy_from_slice(stage.positions()); // x_{n+1} = x_n + h v_{n+1}, EEH (4)
         contacts.settle(&mut state.v, |c| predictor.forget(c.particle, c.velocity));
         state.t += h;
         Ok(report)

@@ -1,12 +1,12 @@
-//! What a step did to the energy.
+//! The energy ledger of a step.
 
 use crate::settings::BaraffWitkinSettings;
 use crate::step::Workspace;
 use drape_integrator::{Bookkeeping, EnergyLedger, StepReport, Taken, as_stepped};
 
 impl Workspace {
-    /// The ledger of the last step: linearised forces, `p = A Δv − b`. That `y` moves particles is a correction, what it
-    /// does to the forces is not.
+    /// The ledger of the last step, with linearised forces and `p = A Δv − b`. The motion by `y` is
+    /// a correction; its effect on the forces is not.
     pub(crate) fn energy_ledger(
         &mut self,
         settings: &BaraffWitkinSettings,

@@ -1,63 +1,80 @@
-//! Baraff and Witkin's linearised implicit step (*Large Steps in Cloth Simulation*, SIGGRAPH 1998): backward Euler with
-//! one linear solve a step.
+//! Baraff and Witkin's linearised implicit step (*Large Steps in Cloth Simulation*, SIGGRAPH 1998):
+//! backward Euler with one linear solve a step.
 //!
 //! builds-on: backward Euler → **Baraff-Witkin** → Desbrun → Kang → IMEX
 //!
-//! # Why
+//! # What it is
 //!
-//! Backward Euler asks for the forces at the end of the step, and so for the solution of a nonlinear system. Baraff
-//! and Witkin replace these forces by their first-order expansion about the start, with which
-//! `Δx = h (v_0 + Δv) + y`, `M Δv = h f(x_0 + Δx, v_0 + Δv)` becomes
+//! Backward Euler asks for the forces at the end of the step, and so for the solution of a
+//! nonlinear system. Baraff and Witkin replace these forces by their first-order expansion about
+//! the start. In the terms of EEH section 2.3 this is one iteration of (5) with the Jacobian at the
+//! start. Take it for stiff cloth, large steps and heavy damping: its 3×3 blocks are stiff along
+//! each spring and nearly free across, so the sheet does not lock as with IMEX Euler.
+//!
+//! # The mathematics
+//!
+//! The expansion turns `Δx = h (v_0 + Δv) + y`, `M Δv = h f(x_0 + Δx, v_0 + Δv)` into (equation
+//! numbers of Baraff and Witkin, after secondary sources)
 //!
 //! ```text
 //! (M − h ∂f/∂v − h² ∂f/∂x) Δv = h (f_0 + h ∂f/∂x v_0 + ∂f/∂x y)           (6), (15), (16), (18)
 //! x_{n+1} = x_n + h (v_n + Δv) + y                    v_{n+1} = v_n + Δv
+//! p = A Δv − b                                                              (17)
 //! ```
 //!
-//! with 3×3 blocks, each spring stiff along itself and nearly free across: there is none of the artificial
-//! transverse stiffness by which IMEX Euler locks. In the terms of EEH section 2.3 it is
-//! one iteration of (5) with the Jacobian at the start. Equation numbers of Baraff and Witkin are given
-//! after secondary sources.
-//!
-//! * **Jacobians.** A spring has `−∂f/∂x = k [ûûᵀ + (1 − ℓ/L)(I − ûûᵀ)]`, negative across where it is compressed;
-//!   with `h²k/m (ℓ/L − 1) > 1` the matrix may lose its definiteness, which conjugate gradients need. By default the
-//!   negative part is left out (`hessian=clamped`), on both sides of the equation, so that it also reads
+//! * **Jacobians.** A spring has `−∂f/∂x = k [ûûᵀ + (1 − ℓ/L)(I − ûûᵀ)]`, negative across where it
+//!   is compressed. With `h²k/m (ℓ/L − 1) > 1` the matrix may lose its definiteness, which
+//!   conjugate gradients need. By default (`hessian=clamped`) the negative part is left out on both
+//!   sides of the equation, which then also reads
 //!   `(M − h ∂f/∂v − h² ∂f/∂x) v_{n+1} = M v_n + h (f_0 − ∂f/∂v v_n)`.
-//! * **Damping.** Full damping is linear. Projected damping takes its directions at `x_n`, `−∂f/∂v = c ûûᵀ`; what the
-//!   turning of `û` adds to `∂f/∂x` is left out. Of it, Baraff and Witkin leave out the part that is not
-//!   symmetric. It is of second order in `h`: the step stays of order 1.
-//! * **Constraints.** Filtered conjugate gradients with the *changes* of velocity `z` prescribed, started from the
-//!   prescribed part alone. `p = A Δv − b`, kg m/s, is the impulse of the constraints: a contact that pulls
-//!   is released.
-//! * **Contacts.** `contact=velocity` leads particles out of obstacles as all other methods here do.
-//!   `contact=position` alters positions: `y` puts a particle on the surface in the step that finds it inside,
-//!   and `∂f/∂x y` tells its neighbours within the same step. EEH chose velocities because `y` had raised their
-//!   iteration counts.
-//! * **Left out:** the control of the step size by the stretch of the triangles, and the energies of
-//!   triangles themselves; forces here are those of springs.
-//!
-//! # How the code does it
-//!
-//! `b` is formed without a matrix, from the product of each spring's block with the difference of
-//! `h v_0 + y` at its ends, so that a motion of the sheet as a whole adds exactly nothing. The matrix is that of
-//! [`drape_integrator::Linearisation`], and holds for one step: each step is charged a set-up.
-//! Conjugate gradients use the layout of [`drape_solvers::BlockMatrix`] that suits the mesh, filled in
-//! one sweep together with `b`; all layouts give the same bits. The direct solver
-//! (`solver=cholesky`) factorises `S A S` again after every release of contacts; for the raw matrix it is `L D Lᵀ`,
-//! which solves indefinite systems too and reports them as `Indefinite`. What it cannot factorise (numbers that
-//! overflow, pivots lost in round-off) is an error that leaves the state as it was. Conjugate gradients
-//! never end in an error: they report where they stopped, and the step takes the last iterate. Where a diagonal
-//! block of the raw matrix is not definite they run without a preconditioner.
-//!
-//! # What came out
+//! * **Damping.** Full damping is linear. Projected damping takes its directions at `x_n`,
+//!   `−∂f/∂v = c ûûᵀ`, and leaves out the turning of `û` in `∂f/∂x`; Baraff and Witkin leave out
+//!   only its non-symmetric part. The difference is of second order in `h`, so the step stays of
+//!   order 1.
+//! * **Constraints.** Filtered conjugate gradients with the *changes* of velocity `z` prescribed
+//!   start from the prescribed part alone. `p`, kg m/s, is the impulse of the constraints: a
+//!   contact that pulls is released.
+//! * **Contacts.** `contact=velocity` leads particles out of obstacles as all other methods here
+//!   do. `contact=position` alters positions: `y` puts a particle on the surface in the step that
+//!   finds it inside, and `∂f/∂x y` tells its neighbours within the same step. EEH chose velocities
+//!   because `y` had raised their iteration counts.
+//! * **Matrix.** `b` is formed without a matrix: each spring's block multiplies the difference of
+//!   `h v_0 + y` at its ends. So a motion of the whole sheet adds exactly nothing. The matrix is
+//!   [`drape_integrator::Linearisation`]'s. It holds for one step, and each step is charged a
+//!   set-up.
+//! * **Solvers.** Conjugate gradients use the layout of [`drape_solvers::BlockMatrix`] that suits
+//!   the mesh, filled in one sweep together with `b`; all layouts give the same bits. They never
+//!   end in an error: they report where they stopped, and the step takes the last iterate. Where a
+//!   diagonal block of the raw matrix is not definite they run without a preconditioner. The direct
+//!   solver (`solver=cholesky`) factorises `S A S` again after every release of contacts. For the
+//!   raw matrix it is `L D Lᵀ`, which also solves indefinite systems and reports them as
+//!   `Indefinite`. Overflow and pivots lost in round-off are errors that leave the state as it was.
+//! * **Left out:** step size control by the stretch of the triangles, and energies of triangles;
+//!   forces here are those of springs.
 //!
 //! Where forces are linear (rest length 0, or along a spring) the step is backward Euler's,
-//! `1/(1+θ+η) · [[1+η, 1], [−θ, 1]]`. Two free particles obey `L_{n+1} = L_n / (1 + η + θ max(0, 1 − ℓ/len_n))`, with the
-//! length *before* the step and `η = 0` for projected damping: neither at rest length nor in compression does
-//! a spring brake its own rotation. Raw, without the maximum, compression spins it up.
+//! `1/(1+θ+η) · [[1+η, 1], [−θ, 1]]`. Two free particles obey
+//! `L_{n+1} = L_n / (1 + η + θ max(0, 1 − ℓ/len_n))`, with the length *before* the step and `η = 0`
+//! for projected damping: a spring brakes its own rotation neither at rest length nor in
+//! compression. Raw, without the maximum, compression spins it up.
 //!
-//! *The hanging sheet*, 20 × 20 particles of 1 g on 1 m², shear springs with a tenth of `k`, `c/m` = 40 /s (shear: 4),
-//! `h` = 0.01 s. Path of the middle of the free edge in the first second, m:
+//! | symbol | name in the code | unit | shape |
+//! |---|---|---|---|
+//! | `h` | `h` | s | |
+//! | `Δv` | `change` | m/s | `n` × 3 |
+//! | `y` | `y` | m | `n` × 3 |
+//! | `A = M − h ∂f/∂v − h² ∂f/∂x` | `matrix` | kg | `n` × `n` blocks of 3 × 3 |
+//! | `b` | `b` | kg m/s | `n` × 3 |
+//! | `S`, `z` | `changes` ([`drape_solvers::Constraints`]) | –, m/s | 3 × 3 and 3 a particle |
+//! | `P` | `block_jacobi` (approximates `A⁻¹`) | 1/kg | 3 × 3 a particle |
+//! | `p = A Δv − b` | `impulse` | kg m/s | `n` × 3 |
+//! | `ε` | [`BaraffWitkinSettings::forcing_term`] | – | |
+//! | `θ`, `η` | `h²k/m`, `hc/m`; of a free pair `2h²k/m`, `2hc/m` | – | |
+//!
+//! # Where it failed here, and what it cost
+//!
+//! *The hanging sheet*, 20 × 20 particles of 1 g on 1 m², shear springs with a tenth of `k`, `c/m`
+//! = 40 /s (shear: 4), `h` = 0.01 s. Path of the middle of the free edge in the first second, m:
 //!
 //! | `k/m`, 1/s² | backward Euler | direct | CG, ε = 1e-3 | its iterations a step | raw, direct |
 //! |---|---|---|---|---|---|
@@ -68,12 +85,13 @@
 //! | 1e7 | 2.607 | 2.271 | 2.271 | 82 | 2.276 |
 //! | 1e8 | 2.600 | 1.892 | 1.857 | 114 | 1.958 |
 //!
-//! Nothing locks up to 1e6. Beyond, one linearisation is no longer enough: a fast rotation stretches the springs
-//! within the step, and what the next steps do about it costs motion. A loose tolerance loses more (1.596 m at 1e8 with ε = 1e-2).
+//! Nothing locks up to 1e6. Beyond, one linearisation is not enough: a fast rotation stretches the
+//! springs within the step, and the next steps lose motion over it. A loose tolerance loses more
+//! (1.596 m at 1e8 with ε = 1e-2).
 //!
-//! *Energy.* There is no energy theorem. In the runs above energy never rises; at larger `h²k/m` it does, even with
-//! direct solves, and falls again afterwards. About 2 J are set free by the fall. Largest energy above that at the
-//! start, direct solves:
+//! *Energy.* There is no energy theorem. In the runs above energy never rises. At larger `h²k/m` it
+//! does, even with direct solves, and falls again afterwards. The fall sets about 2 J free. Largest
+//! energy above the start, direct solves:
 //!
 //! | `h`, s | `k/m`, 1/s² | shear springs | undamped | `c/m` = 40 /s |
 //! |---|---|---|---|---|
@@ -84,26 +102,28 @@
 //! | 0.01 | 1e12 | `k/10` | 5.7 J | 3.0 J |
 //! | 0.01 | 1e12 | none | 0.9 kJ | 0.8 kJ |
 //!
-//! *The raw matrix* keeps a little more motion where it stays definite, and blows up where it does not: to more than
-//! 1e10 J with `h` = 0.1 s and `k/m` = 1e6, solved exactly or not.
+//! *The raw matrix* keeps a little more motion where it stays definite, and blows up where it does
+//! not: to more than 1e10 J with `h` = 0.1 s and `k/m` = 1e6, solved exactly or not.
 //!
-//! *Explicit shear* (`implicit=tension`) is limited as in symplectic Euler, `h²λ < 4`: tension springs do not resist
-//! shear, and their blocks, unlike the scalar matrix of the implicit-explicit methods, do not help either.
-//! With a tenth of `k` the sheet above gains 8 kJ at `k/m` = 1e6.
+//! *Explicit shear* (`implicit=tension`) is limited as in symplectic Euler, `h²λ < 4`. Tension
+//! springs do not resist shear, and their blocks, unlike the scalar matrix of the implicit-explicit
+//! methods, do not help either. With a tenth of `k` the sheet above gains 8 kJ at `k/m` = 1e6.
 //!
-//! *Velocity or position.* Iterations in 1 s of the table cloth (`square-table`), velocity → position:
+//! *Velocity or position.* Iterations in 1 s of the table cloth (`square-table`), velocity →
+//! position:
 //!
 //! | `k/m`, 1/s² | `h` = 0.02 s | 0.01 s | 0.005 s | 0.001 s |
 //! |---|---|---|---|---|
 //! | 1e4 | 1219 → 1343 | 1367 → 1327 | 1604 → 1545 | 3083 → 3668 |
 //! | 1e6 | 3051 → 3043 | 3788 → 7299 | 6735 → 9351 | 9543 → 10068 |
 //!
-//! Positions cost more in most rows and up to twice as much, most of it where the cloth is stiff: EEH's observation
-//! holds, though not everywhere. Energy rose in none of these runs.
+//! Positions cost more in most rows and up to twice as much, most of it where the cloth is stiff.
+//! EEH's observation holds, though not everywhere. Energy rose in none of these runs.
 //!
-//! *Speed.* A step of the hanging sheet, `k/m` = 1e4 /s², `h` = 0.01 s, ε = 1e-3, all springs implicit, µs of processor time on one core
-//! of a Zen 4 that others used too, with a program on Eigen (assembly by known positions, Jacobi) beside it, which takes
-//! 6.5 iterations a step because it starts from the last `Δv`, where this one takes 9.8:
+//! *Speed.* A step of the hanging sheet, `k/m` = 1e4 /s², `h` = 0.01 s, ε = 1e-3, all springs
+//! implicit. µs of processor time on one core of a shared Zen 4. Beside it stands a program on
+//! Eigen (assembly by known positions, Jacobi), which takes 6.5 iterations a step because it starts
+//! from the last `Δv`; this one takes 9.8:
 //!
 //! | particles | Eigen | here | ratio |
 //! |---|---|---|---|
@@ -120,8 +140,9 @@
 //! | block-Jacobi | 0.07 | eight blocks at a time |
 //! | forces | 0.05 | |
 //!
-//! The same sheet as a general mesh, particles and springs in disorder, in turns with the grid on the same core, least µs of 4 to 60 steps.
-//! Beyond 10⁴ particles other work on the machine takes part of the cache, which spreads single times by a factor of three:
+//! The same sheet as a general mesh, particles and springs in disorder, in turns with the grid on
+//! the same core. Least µs of 4 to 60 steps. Beyond 10⁴ particles other work on the machine takes
+//! part of the cache, which spreads single times by a factor of three:
 //!
 //! | particles | grid | compressed rows | one line a pair of rows | ratio to the grid |
 //! |---|---|---|---|---|
@@ -129,27 +150,14 @@
 //! | 10 000 | 1970 | 11 900 | 4500 | 2.3 |
 //! | 99 856 | 75 000 | 559 000 | 211 000 | 2.8 |
 //!
-//! What was tried: the places of all blocks from a table instead of two searches each, blocks and `∂f/∂x (h v_0 + y)` of a batch of springs
-//! at once, one block for both triangles. All were expected to help and did; now half of a step is products, a fifth the matrix. Springs
+//! Three things were tried, and all helped as expected: the places of all blocks from a table
+//! instead of two searches each, blocks and `∂f/∂x (h v_0 + y)` of a batch of springs at once, and
+//! one block for both triangles. Now half of a step is products and a fifth the matrix. Springs
 //! with projected damping, and effects other than springs, still take compressed rows.
 //!
-//! *What to try next*: full damping of sorted springs in the same pass as their stiffness, on meshes; more Newton
-//! iterations where one is too few, which is backward Euler; a block incomplete factorisation as preconditioner for stiff sheets.
-//!
-//! # Symbols
-//!
-//! | symbol | name in the code | unit | shape |
-//! |---|---|---|---|
-//! | `h` | `h` | s | |
-//! | `Δv` | `change` | m/s | `n` × 3 |
-//! | `y` | `y` | m | `n` × 3 |
-//! | `A = M − h ∂f/∂v − h² ∂f/∂x` | `matrix` | kg | `n` × `n` blocks of 3 × 3 |
-//! | `b` | `b` | kg m/s | `n` × 3 |
-//! | `S`, `z` | `changes` ([`drape_solvers::Constraints`]) | –, m/s | 3 × 3 and 3 a particle |
-//! | `P` | `block_jacobi` (approximates `A⁻¹`) | 1/kg | 3 × 3 a particle |
-//! | `p = A Δv − b` | `impulse` | kg m/s | `n` × 3 |
-//! | `ε` | [`BaraffWitkinSettings::forcing_term`] | – | |
-//! | `θ`, `η` | `h²k/m`, `hc/m`; of a free pair `2h²k/m`, `2hc/m` | – | |
+//! To try next: full damping of sorted springs in the same pass as their stiffness, on meshes; more
+//! Newton iterations where one is too few, which is backward Euler; a block incomplete
+//! factorisation as preconditioner for stiff sheets.
 
 mod ledger;
 mod linear_system;

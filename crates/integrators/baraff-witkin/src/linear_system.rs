@@ -1,4 +1,4 @@
-//! The linear system of a step, and what solves it.
+//! The linear system of a step, and its solvers.
 
 use crate::settings::{BaraffWitkinSettings, BlockSolver, FirstChange, Preconditioning};
 use drape_integrator::{Implicit, Linearisation, PrepareError, SolveStatus, StepError, StepReport};
@@ -24,7 +24,7 @@ pub(crate) struct LinearSystem {
     solver: Solver,
 }
 
-/// The matrix and what solves with it.
+/// The matrix and its solver.
 #[derive(Debug)]
 enum Solver {
     Cg(Box<ConjugateGradients>),
@@ -71,7 +71,7 @@ impl LinearSystem {
         Linearisation { implicit, tau: h, x: &state.x, lagged: state.level(), tangent }
     }
 
-    /// `A = M − h ∂f/∂v − h² ∂f/∂x` at the start of the step, and, while the springs are at hand,
+    /// `A = M − h ∂f/∂v − h² ∂f/∂x` at the start of the step. The same sweep over the springs gives
     /// `−∂f/∂x (h v_0 + y)` for the right-hand side.
     #[doc(alias = "Baraff-Witkin 15")]
     #[doc(alias = "Baraff-Witkin 16")]
@@ -88,8 +88,8 @@ impl LinearSystem {
         }
     }
 
-    /// `b = h (f_0 + h ∂f/∂x v_0 + ∂f/∂x y)`, of which [`linearise`](Self::linearise) has computed
-    /// all but the forces.
+    /// `b = h (f_0 + h ∂f/∂x v_0 + ∂f/∂x y)`; [`linearise`](Self::linearise) has already computed
+    /// all terms but the forces.
     #[doc(alias = "Baraff-Witkin 18")]
     pub(crate) fn set_right_hand_side(
         &mut self,
@@ -108,7 +108,7 @@ impl LinearSystem {
     }
 
     /// Solves for `Δv` under constraints on it. Conjugate gradients start from the prescribed part
-    /// alone, or from what `change` holds.
+    /// alone, or from `change`.
     ///
     /// # Errors
     /// [`SolverError`] when the direct solver cannot factorise the matrix.
@@ -170,8 +170,8 @@ impl ConjugateGradients {
         Self { matrix, block_jacobi, settings, workspace: PcgWorkspace::new(n) }
     }
 
-    /// Where a diagonal block is not positive definite the preconditioner is the identity, and the
-    /// iteration finds the direction of negative curvature itself.
+    /// Updates the preconditioner. It is the identity where a diagonal block is not positive
+    /// definite; the iteration then finds the direction of negative curvature itself.
     fn update(&mut self) {
         if let Some(block_jacobi) = &mut self.block_jacobi {
             let _ = block_jacobi.update(&self.matrix);
@@ -202,7 +202,7 @@ impl ConjugateGradients {
 #[derive(Debug)]
 struct Direct {
     matrix: BlockMatrix,
-    /// `S A S` with something on the rest of the diagonal.
+    /// `S A S`, with positive numbers on the constrained part of the diagonal.
     projected: BlockMatrix,
     factor: BlockFactor,
     residual: Vec<Vec3>,

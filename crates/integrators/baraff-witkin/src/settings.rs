@@ -1,4 +1,4 @@
-//! What the method is, and its settings.
+//! Description and settings of the method.
 
 use drape_integrator::{
     Declares, Implicit, Method, Order, Quantity, StabilityClass, Supports, Word, settings,
@@ -14,14 +14,14 @@ pub static BARAFF_WITKIN: Method = Method {
     order: Order::One,
     class: StabilityClass::Dissipative,
     conserves: &[Quantity::Momentum],
-    theory: "backward Euler where forces are linear; elsewhere one linear solve a step, of which no \
-             energy theorem holds: it may gain energy at large h²k/m",
+    theory: "backward Euler where forces are linear; elsewhere one linear solve a step without an \
+             energy theorem: it may gain energy at large h²k/m",
     supports: Supports::Blocks,
     refuses: &[],
     settings: BaraffWitkinSettings::SETTINGS,
 };
 
-/// Which preconditioner CG uses.
+/// The preconditioner of CG.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Preconditioning {
     /// None.
@@ -30,7 +30,7 @@ pub enum Preconditioning {
     BlockJacobi,
 }
 
-/// Which solver is used.
+/// The linear solver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BlockSolver {
     /// Filtered conjugate gradients.
@@ -39,7 +39,7 @@ pub enum BlockSolver {
     Direct,
 }
 
-/// How a particle inside an obstacle gets out.
+/// How a particle inside an obstacle is led out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Recovery {
     /// By its velocity, at limited speed (EEH section 6).
@@ -57,12 +57,12 @@ pub enum FirstChange {
     Last,
 }
 
-/// Which `∂f/∂x` stands in the matrix.
+/// Form of `∂f/∂x` in the matrix.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Hessian {
     /// Without the negative stiffness across compressed springs.
     Clamped,
-    /// As it is.
+    /// Unchanged.
     Raw,
 }
 
@@ -96,25 +96,26 @@ settings! {
         forcing_term: f64 in 1e-16..=0.5 = 1e-3,
         /// preconditioner of the conjugate gradients
         preconditioner: Preconditioning [None, BlockJacobi] = BlockJacobi,
-        /// norm in which the residual is tested
+        /// norm of the residual in the stop test
         norm: Norm [Euclid, Preconditioned] = Preconditioned,
         /// conjugate gradients, or a sparse factorisation in each step (LDLᵀ with hessian=raw)
         solver: BlockSolver [Cg, Direct] = Cg,
-        /// where the conjugate gradients start: at no change of velocity, or at that of the last step
+        /// start of the conjugate gradients: at no change of velocity, or at the change of the last
+        /// step
         start: FirstChange [Zero, Last] = Zero,
-        /// ∂f/∂x with the negative stiffness across compressed springs left out, or as it is: then
-        /// the matrix may be indefinite, and conjugate gradients stop early
+        /// ∂f/∂x without the negative stiffness across compressed springs, or unchanged: then the
+        /// matrix may be indefinite, and conjugate gradients stop early
         hessian: Hessian [Clamped, Raw] = Clamped,
         /// which forces are linearised; the others stay at the old level
         implicit: Implicit [Everything, Tension] = Everything,
-        /// particles inside an obstacle are led out by their velocity, or put on its surface at
+        /// how particles leave an obstacle: led out by their velocity, or put on its surface at
         /// once by the position alteration y
         contact: Recovery [Velocity, Position] = Velocity,
     }
 }
 
 impl BaraffWitkinSettings {
-    /// The derivative of the forces that the matrix takes.
+    /// The derivative of the forces in the matrix.
     pub fn tangent(&self) -> Tangent {
         match self.hessian {
             Hessian::Clamped => Tangent::Projected,

@@ -21,13 +21,13 @@ pub struct Workspace {
     pub(crate) linear: LinearSystem,
     /// `Δv`, m/s.
     pub(crate) change: Vec<Vec3>,
-    /// `y`, m; 0 throughout where velocities lead particles out of obstacles.
+    /// `y`, m; all 0 where velocities lead particles out of obstacles.
     pub(crate) y: Vec<Vec3>,
     pub(crate) impulse: Vec<Vec3>,
     contacts: ContactSet,
-    /// On `v`.
+    /// Constraints on `v`.
     pub(crate) constraints: Constraints,
-    /// On `Δv`.
+    /// Constraints on `Δv`.
     changes: Constraints,
     /// Why the next step sets the matrix up.
     cause: SetupCause,
@@ -68,14 +68,16 @@ impl Scheme for Workspace {
         clock: &mut PhaseClock,
     ) -> Result<StepReport, StepError> {
         let Self { linear, change, y, impulse, contacts, constraints, changes, cause } = self;
-        // The matrix is of one step only.
+        // The matrix holds for one step only.
         let cause = std::mem::replace(cause, SetupCause::EveryStep);
         let mut report = StepReport::after_setup(Some(cause));
         clock.switch(Phase::Contact);
         let (x, v, span) = (&state.x, &state.v, (h, state.t + h));
         match settings.contact {
-            Recovery::Velocity => contacts.detect(system, x, v, span, constraints), // S and z
-            Recovery::Position => contacts.detect_altering(system, x, v, span, constraints, y), // and y
+            // S and z
+            Recovery::Velocity => contacts.detect(system, x, v, span, constraints),
+            // S, z and y
+            Recovery::Position => contacts.detect_altering(system, x, v, span, constraints, y),
         }
         report.correction = y.iter().fold(0.0, |largest, y| largest.max(y.norm()));
         clock.switch(Phase::MatrixSetup);
@@ -86,9 +88,10 @@ impl Scheme for Workspace {
         clock.switch(Phase::Solve);
         contacts.solve(system, constraints, impulse, |constraints, wanted| {
             prescribe_changes(constraints, &state.v, changes);
-            linear.solve(changes, change, &mut report)?; // S (b − A Δv) = 0
+            linear.solve(changes, change, &mut report)?; // S (b − A Δv) = 0, Baraff-Witkin (16)
             match wanted {
                 Wanted::Nothing => {}
+                // p = A Δv − b, Baraff-Witkin (17)
                 Wanted::Impulse(out) => linear.constraint_impulse(change, out, &mut report),
                 Wanted::Velocity(out) => {
                     for i in 0..out.len() {
@@ -100,9 +103,9 @@ impl Scheme for Workspace {
         })?;
         clock.switch(Phase::Update);
         for i in 0..state.len() {
-            state.v[i] += change[i]; // v_{n+1} = v_n + Δv
+            state.v[i] += change[i]; // v_{n+1} = v_n + Δv, Baraff-Witkin (6)
             state.x[i] += y[i];
-            state.x[i] += state.v[i] * h; // x_{n+1} = x_n + h (v_n + Δv) + y
+            state.x[i] += state.v[i] * h; // x_{n+1} = x_n + h (v_n + Δv) + y, Baraff-Witkin (6)
         }
         contacts.settle(&mut state.v, |_| ());
         state.t += h;
@@ -130,7 +133,7 @@ impl Scheme for Workspace {
     }
 }
 
-/// Turns constraints on the new velocity into constraints on its change: Baraff and Witkin's `z`.
+/// Turns constraints on the new velocity into constraints on its change, Baraff and Witkin's `z`.
 fn prescribe_changes(constraints: &Constraints, v: &[Vec3], changes: &mut Constraints) {
     changes.clear();
     for i in constraints.constrained().iter().map(|&i| i as usize) {

@@ -1,11 +1,11 @@
-//! The sheet that the tests of the step and of its linear system share.
+//! The sheet for the tests of the step and its linear system.
 
 use drape_model::{DampingLaw, SpringEffect, SystemSpec, Vec3};
 use drape_oracle::Random;
 use drape_oracle::scenes::{gravity, particles, pin, spring};
 
-/// A sheet of `side × side` particles of unequal masses, displaced at random by `disorder` mesh widths and in
-/// random motion, with tension, shear and bending springs; two corners are pinned.
+/// A sheet of `side × side` particles of unequal masses, displaced at random by `disorder` mesh
+/// widths and in random motion, with tension, shear and bending springs; two corners are pinned.
 pub(crate) fn rough_sheet(
     side: usize,
     stiffness: f64,

@@ -1,4 +1,4 @@
-//! What a step did to the energy.
+//! The energy ledger of a step.
 
 use crate::settings::DesbrunSettings;
 use crate::step::Workspace;
@@ -7,8 +7,8 @@ use drape_integrator::{Bookkeeping, EnergyLedger, Implicit, Taken, momentum_betw
 use drape_model::Vec3;
 
 impl Workspace {
-    /// The ledger of the last step: the filtered force is that of IMEX Euler, the impulse that makes up for its torque is a
-    /// correction, and so is whatever moves particles after the step.
+    /// The ledger of the last step. The filtered force is that of IMEX Euler. The torque's
+    /// correction and every later motion of particles count as corrections.
     pub(crate) fn energy_ledger(
         &mut self,
         settings: &DesbrunSettings,

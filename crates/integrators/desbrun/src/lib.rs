@@ -1,74 +1,98 @@
-//! The precomputed inverse of Desbrun, Schröder and Barr (1999): implicit integration by one constant
-//! filter.
+//! The precomputed inverse of Desbrun, Schröder and Barr (1999): implicit integration by one
+//! constant filter.
 //!
 //! builds-on: backward Euler → Baraff-Witkin → **Desbrun** → Kang → IMEX
 //!
-//! # Why
+//! # What it is
 //!
-//! The cost of an implicit step is its linear system. Desbrun, Schröder and Barr replace the Hessian of the springs by the part that
-//! never changes, the graph Laplacian of the stiffnesses, so that the matrix `A = M + h² L_k + h L_c` can be
-//! inverted once, before the simulation. A step multiplies the springs' force, with an artificial viscosity
-//! that stems from the implicit velocity, by that inverse:
+//! The linear system is what an implicit step costs. Desbrun, Schröder and Barr replace the Hessian
+//! of the springs by its constant part, the graph Laplacian of the stiffnesses. The matrix
+//! `A = M + h² L_k + h L_c` can then be inverted once, before the simulation. Take it where the
+//! step and the springs never change, and where folds may move slowly.
+//!
+//! # The mathematics
+//!
+//! A step multiplies the springs' force, with an artificial viscosity that stems from the implicit
+//! velocity, by the inverse. `W = M A⁻¹` is the filter:
 //!
 //! ```text
-//! F̃ = F(x_n) − h L_k v_n − L_c v_n            internal force with viscosity
-//! F_filtered = M A⁻¹ F̃                         the filter W = M A⁻¹
-//! v_{n+1} = v_n + h M⁻¹ (F_filtered + f_external)          x_{n+1} = x_n + h v_{n+1}
+//! F̃ = F(x_n) − h L_k v_n − L_c v_n                                                    (D1)
+//! Δv = A⁻¹ h F̃ = h M⁻¹ F_filtered          F_filtered = W F̃                            (D2)
+//! F_corr,i = m_i β × r_i,  β = −I_G⁻¹ Σ r_i × (F_filtered,i − f_damping,i)             (D3)
+//! v_{n+1} = v_n + Δv + h M⁻¹ (F_corr + f_external)                                     (D4)
+//! x_{n+1} = x_n + h v_{n+1}                                                            (D5)
 //! ```
 //!
-//! Viscosity passes the filter, gravity does not. Up to that, this *is* IMEX Euler (EEH (21)) with another solver:
-//! with `torque=none` and without external forces the two give the same trajectory.
+//! Viscosity passes the filter, gravity does not. Without (D3) and external forces, this *is* IMEX
+//! Euler (EEH (21)) with another solver: with `torque=none` the two give the same trajectory. The
+//! constant matrix is wrong about rotation: it resists sideways motion of every spring. The
+//! filtered forces then have a torque, which (D3) corrects.
 //!
-//! What the constant matrix does wrong is rotation: it resists sideways motion of every spring. The filtered forces
-//! no longer sum up to zero torque, and Desbrun et al. correct that after the step (`torque`).
+//! * **Inverse.** `inverse=cholesky` (default) keeps a sparse Cholesky factor of `A`.
+//!   `inverse=dense` keeps `A⁻¹` itself, as published: `n²` numbers, and as many of work space.
+//!   Both are exact. A dense inverse above `memory_limit_mib` is refused before it is allocated.
+//!   Both are rebuilt when `h`, a stiffness, a damping coefficient, a mass or a pin changes, and
+//!   the step that needs the rebuild is charged for it. Rows of pinned particles are taken out;
+//!   their springs stay in the diagonal of their neighbours.
+//! * **`torque`** (module `torque`) has three values. `none`: no correction. `literal`: the
+//!   published formula, in which the correction has the unit of force × length² × time and so
+//!   depends on the units of the scene. `consistent` (default): (D3), the rigid rotation that
+//!   restores the angular momentum which the filter took. Full damping has a torque of its own,
+//!   which stays. Pins and contacts may take any torque, so with a pinned particle `consistent`
+//!   does nothing.
+//! * **`inverse_dynamics=true`** shortens over-stretched springs after the step like Provot
+//!   ([`drape_integrator::ElongationLimit`]). The velocity is always the distance moved over `h`.
+//! * **Contacts** act on the resulting velocity, particle by particle: the inverse is that of the
+//!   free cloth.
 //!
-//! # How the code does it
-//!
-//! * `inverse=cholesky` (default) keeps a sparse Cholesky factor of `A`; `inverse=dense` keeps `A⁻¹` itself, `n²` numbers and as many of work space, as
-//!   published. Both are exact. A dense inverse that would take more than `memory_limit_mib` is refused before it is
-//!   allocated. Both are rebuilt, and the step that needs it is charged, when `h`, a stiffness, a damping coefficient, a
-//!   mass or a pin changes. Rows of pinned particles are taken out; their springs stay in the diagonal of
-//!   their neighbours.
-//! * `torque` (module `torque`): `none`; `literal`, the published formula, in which the correction has the unit of
-//!   force × length² × time and so depends on the units of the scene; `consistent` (default), the rigid rotation that
-//!   restores the angular momentum which the filter took (full damping has a torque of its own, which stays). Pins and contacts may take any torque: with a pinned particle `consistent` does
-//!   nothing.
-//! * `inverse_dynamics=true` shortens over-stretched springs after the step like Provot
-//!   ([`drape_integrator::ElongationLimit`]); the velocity is the distance moved over `h` in any case.
-//! * Contacts act on the velocity that results, particle by particle: the inverse is that of the free cloth.
-//!
-//! # What it cost and where it failed here
-//!
-//! Order 1, momentum conserved. With `torque=none`, full damping, no contacts and not both pins and gravity it *is* IMEX Euler: its
-//! energy never rises, and a stiff sheet *locks*: springs lose sideways velocity by `1/(1+θ)` a step. Neither contacts, which act
-//! outside the filter, nor the corrections have such a theorem: the stiff square table gained 0.4 J at h = 0.01 s. The torque correction restores the rotation of the whole and nothing else; drape and folds stay locked. Filtered
-//! gravity would be slower still; unfiltered gravity beside pins costs the energy theorem.
-//!
-//! The dense inverse costs `n²` numbers and products a step and `n³` operations at each change; the sparse factor gives the same
-//! motion for a small fraction of both. A change of `h` or `k` does not forbid the method, it costs one factorisation.
-//!
-//! Measured on the hanging sheet of 400 particles with shear springs of 0.1 k, k/m = 1e6, h = 0.01 s: a step costs 25 to 65 µs with the sparse
-//! factor and about 130 µs with the dense inverse, against 40 to 90 µs of IMEX Euler by conjugate gradients and 7 ms of backward Euler; after a
-//! second the free edge hangs 0.22 m low instead of 0.47 m. A free sheet that spins in its plane keeps 5 % of its angular
-//! momentum in a second at k/m = 1e4 without correction, 15 % with the literal one and all of it with the consistent one.
-//! The energy that this takes is not the one that the filter took: it rose by 12 % in that second, and from 15 J to 64 J within two
-//! at k/m = 1e8 and 20 rad/s; the literal form diverged at 20 rad/s. Because gravity is not filtered, a hanging chain comes to rest
-//! `(h² + hc/k) g` too long at its pin: small, but not the solution of the static problem.
-//!
-//! Plots: error against the step in `results/figures/order-smooth.svg` and `order-stiff.svg`, spin in
-//! `momentum-spin.svg`, hard cases in `hard-cases.svg`.
-//! What to try next: updating the right-hand side, which takes the locking back (`drape-imex`, EEH Algorithm 1).
-//!
-//! # Symbols
+//! The order is 1, and momentum is conserved. With `torque=none`, full damping, no contacts and not
+//! both pins and gravity the method is IMEX Euler, and its energy never rises.
 //!
 //! | symbol | name in the code | unit | shape |
 //! |---|---|---|---|
 //! | `A` | [`drape_integrator::LaplacianSolver`] | kg | `n` × `n`, scalar |
 //! | `h F̃` | [`drape_integrator::ViscousImpulse`] | kg m/s | `n` × 3 |
-//! | `F_filtered` | `filtered` | N | `n` × 3 |
-//! | `δT` | `torque` | N m | 3 |
+//! | `Δv = h M⁻¹ F_filtered` | `change` | m/s | `n` × 3 |
+//! | `δT` of `torque=literal` | `torque` | N m | 3 |
 //! | `θ = h²k/m` | – | – | |
 //! | `I_G` | `inertia` | kg m² | 3 × 3 |
+//!
+//! # Where it failed here
+//!
+//! A stiff sheet *locks*: springs lose sideways velocity by `1/(1+θ)` a step. The torque correction
+//! restores the rotation of the whole and nothing else; drape and folds stay locked. No theorem
+//! bounds the energy where contacts act, which are outside the filter, or corrections: the stiff
+//! square table gained 0.4 J at h = 0.01 s. Filtered gravity would be slower still; unfiltered
+//! gravity beside pins costs the energy theorem.
+//!
+//! The dense inverse costs `n²` numbers and products a step, and `n³` operations at each change.
+//! The sparse factor gives the same motion for a small fraction of both. A change of `h` or `k`
+//! costs one factorisation.
+//!
+//! Measured on the hanging sheet of 400 particles with shear springs of 0.1 k, k/m = 1e6, h = 0.01
+//! s:
+//!
+//! | | time a step |
+//! |---|---|
+//! | sparse factor | 25 to 65 µs |
+//! | dense inverse | about 130 µs |
+//! | IMEX Euler, conjugate gradients | 40 to 90 µs |
+//! | backward Euler | 7 ms |
+//!
+//! * After a second the free edge hangs 0.22 m low instead of 0.47 m.
+//! * Angular momentum that a free sheet, spinning in its plane at k/m = 1e4, keeps for a second: 5
+//!   % without correction, 15 % with the literal one, all with the consistent one.
+//! * The consistent correction does not give back the energy that the filter took: energy rose by
+//!   12 % in that second, and from 15 J to 64 J within two at k/m = 1e8 and 20 rad/s. The literal
+//!   form diverged at 20 rad/s.
+//! * Because gravity is not filtered, a hanging chain comes to rest `(h² + hc/k) g` too long at its
+//!   pin: small, but not the solution of the static problem.
+//!
+//! Plots: error against the step in `results/figures/order-smooth.svg` and `order-stiff.svg`, spin
+//! in `momentum-spin.svg`, hard cases in `hard-cases.svg`.
+//!
+//! To try next: an updated right-hand side, which takes the locking back (`drape-imex`, EEH
+//! Algorithm 1).
 
 mod ledger;
 mod settings;

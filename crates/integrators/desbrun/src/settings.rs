@@ -1,4 +1,4 @@
-//! What the method is, and its settings.
+//! Description and settings of the method.
 
 use drape_integrator::{
     Declares, ElongationSettings, Method, Order, Quantity, SolverKind, StabilityClass, Supports,
@@ -13,15 +13,16 @@ pub static DESBRUN: Method = Method {
     order: Order::One,
     class: StabilityClass::Dissipative,
     conserves: &[Quantity::Momentum, Quantity::AngularMomentum],
-    theory: "IMEX Euler with unfiltered external forces: with torque=none, full damping, no contacts and not both pins \
-             and gravity it never gains energy; locks for h²k/m above 1; the consistent correction keeps the angular \
-             momentum of the whole, at the price of energy, and nothing else of the motion",
+    theory: "IMEX Euler with unfiltered external forces: with torque=none, full damping, no \
+             contacts and not both pins and gravity it never gains energy; locks for h²k/m above \
+             1; the consistent correction keeps the total angular momentum, at the price of \
+             energy, and nothing else of the motion",
     supports: Supports::ScalarMatrix,
     refuses: &[],
     settings: DesbrunSettings::SETTINGS,
 };
 
-/// What is precomputed.
+/// Which form of the inverse is precomputed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Inverse {
     /// A sparse Cholesky factor of `A`.
@@ -54,23 +55,23 @@ impl Word for Torque {
 settings! {
     /// Settings of Desbrun's method.
     pub struct DesbrunSettings for DESBRUN {
-        /// what is precomputed: a sparse Cholesky factor, or the full inverse as published; the motion is the
-        /// same
+        /// form of the precomputed inverse: a sparse Cholesky factor, or the full inverse as
+        /// published; the motion is the same
         inverse: Inverse [Cholesky, Dense] = Cholesky,
-        /// inverse=dense is refused where the inverse and its work space would take more than this many MiB
+        /// most MiB that inverse=dense may take for the inverse and its work space; more is refused
         memory_limit_mib: usize in 1..=1_048_576 = 2048,
-        /// correction of the torque that the filter adds: none, as published, or in consistent units (which
-        /// does nothing where a particle is pinned)
+        /// correction of the torque that the filter adds: none, as published, or in consistent
+        /// units (which does nothing where a particle is pinned)
         torque: Torque [None, Literal, Consistent] = Consistent,
         /// shorten over-stretched springs after the step, like Provot, by limit, sweeps and order
         inverse_dynamics: bool = false,
-        /// how springs are shortened, if they are
+        /// how inverse_dynamics shortens springs
         elongation: ElongationSettings,
     }
 }
 
 impl DesbrunSettings {
-    /// What stands for `A⁻¹`.
+    /// The solver that applies `A⁻¹`.
     pub(crate) fn solver(&self) -> SolverKind {
         match self.inverse {
             Inverse::Cholesky => SolverKind::Cholesky,

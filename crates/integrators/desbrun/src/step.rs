@@ -5,10 +5,9 @@ use crate::torque::{correct, damping_force};
 use drape_integrator::{
     ElongationLimit, EnergyLedger, Implicit, ImpulsiveContacts, LaplacianSolver, LinearSettings,
     Method, Phase, PhaseClock, PreconditionerKind, PrepareError, Registration, Scheme, StepError,
-    StepReport, Stepper, Taken, ViscousImpulse, Weights, kick,
+    StepReport, Stepper, Taken, ViscousImpulse, Weights, drift, kick,
 };
 use drape_model::{State, System, Vec3};
-use drape_solvers::Norm;
 
 /// Desbrun, Schröder and Barr's precomputed inverse.
 pub type Desbrun = Stepper<Workspace>;
@@ -37,13 +36,7 @@ impl Scheme for Workspace {
     }
 
     fn new(system: &System, settings: &DesbrunSettings, h: f64) -> Result<Self, PrepareError> {
-        let linear = LinearSettings {
-            forcing_term: 1e-14,
-            preconditioner: PreconditionerKind::None,
-            norm: Norm::Euclid,
-            solver: settings.solver(),
-            rebuild_every_step: false,
-        };
+        let linear = LinearSettings::kept(1e-14, PreconditionerKind::None, settings.solver());
         let weights = Weights::StiffnessAndDamping;
         let zeros = || vec![Vec3::zeros(); system.len()];
         let elongation = || ElongationLimit::new(system, settings.elongation);
@@ -67,12 +60,13 @@ impl Scheme for Workspace {
     ) -> Result<StepReport, StepError> {
         let Self { linear, viscous, change, damping, elongation, contacts } = self;
         clock.switch(Phase::MatrixSetup);
-        let mut report = StepReport::after_setup(linear.refresh(system, h)?); // A⁻¹, if it is not there
+        let mut report = StepReport::after_setup(linear.refresh(system, h)?); // A⁻¹, if out of date
         clock.switch(Phase::Forces);
-        viscous.assemble(linear, system, state, h); // h F̃
+        viscous.assemble(linear, system, state, h); // h F̃ = h (F(x_n) − h L_k v_n − L_c v_n), (D1)
         report.force_evaluations = 1;
         clock.switch(Phase::Solve);
-        linear.apply_preconditioner(viscous.impulse(), change); // Δv = A⁻¹ h F̃ = h M⁻¹ F_filtered
+        // Δv = A⁻¹ h F̃ = h M⁻¹ F_filtered, (D2)
+        linear.apply_preconditioner(viscous.impulse(), change);
         report.matvecs = match settings.inverse {
             Inverse::Cholesky => 1,
             Inverse::Dense => 2,
@@ -83,9 +77,12 @@ impl Scheme for Workspace {
         if settings.torque == Torque::Consistent {
             damping_force(system, state.level(), damping);
         }
-        correct(settings.torque, system, h, &state.x, change, damping, v); // F_corr, from δT
-        kick(system, h, viscous.external(), v); // v_n + h M⁻¹ (F_filtered + F_corr + f_external)
-        contacts.advance(system, h, state, clock); // x_{n+1} = x_n + h v_{n+1}
+        correct(settings.torque, system, h, &state.x, change, damping, v); // + h M⁻¹ F_corr, (D3)
+        // v_{n+1} = v_n + Δv + h M⁻¹ (F_corr + f_external), (D4)
+        kick(system, h, viscous.external(), v);
+        contacts.constrain(system, h, state, clock);
+        drift(h, &state.v, &mut state.x); // x_{n+1} = x_n + h v_{n+1}, (D5)
+        contacts.settle(h, state);
         if let Some(elongation) = elongation {
             let State { x, v, .. } = state;
             report.correction = elongation.correct(system, h, x, Some(v)); // v = (x_{n+1} − x_n)/h
@@ -106,7 +103,7 @@ impl Scheme for Workspace {
         false
     }
 
-    /// The springs are shortened one after the other, each from where the last one left its ends.
+    /// Each spring is shortened from where the one before left its ends.
     fn follows_springs(settings: &DesbrunSettings) -> bool {
         settings.inverse_dynamics
     }

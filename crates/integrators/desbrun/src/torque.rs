@@ -4,10 +4,10 @@ use crate::settings::Torque;
 use drape_integrator::Implicit;
 use drape_model::{Level, Mat3, System, Vec3};
 
-/// Inertia about an axis that is smaller than this fraction of the largest is none: particles on a line.
+/// Inertia about an axis below this fraction of the largest counts as none: particles on a line.
 const DEGENERATE: f64 = 1e-12;
 
-/// The damping of the springs at a level, N.
+/// Damping force of the springs at a level, N.
 pub(crate) fn damping_force(system: &System, at: Level<'_>, out: &mut [Vec3]) {
     out.fill(Vec3::zeros());
     for effect in Implicit::Springs.effects(system).filter(|effect| effect.has_damping()) {
@@ -15,7 +15,8 @@ pub(crate) fn damping_force(system: &System, at: Level<'_>, out: &mut [Vec3]) {
     }
 }
 
-/// Adds `h M⁻¹ F_corr` to `v` (m/s), given `Δv = h M⁻¹ F_filtered` and the damping force (N) at the positions `x`.
+/// Adds `h M⁻¹ F_corr` to `v` (m/s), given `Δv = h M⁻¹ F_filtered` and the damping force (N) at
+/// `x`; (D3).
 pub(crate) fn correct(
     torque: Torque,
     system: &System,
@@ -33,7 +34,8 @@ pub(crate) fn correct(
     }
 }
 
-/// As published: `δT = Σ F_i × x_i`, `F_corr,i = h (x_G − x_i) × δT`, `x_G` the mean of the positions.
+/// As published: `δT = Σ F_i × x_i`, `F_corr,i = h (x_G − x_i) × δT`, `x_G` the mean of the
+/// positions.
 fn literal(system: &System, h: f64, x: &[Vec3], change: &[Vec3], v: &mut [Vec3]) {
     let mass = system.mass();
     let mut torque = Vec3::zeros();
@@ -48,9 +50,10 @@ fn literal(system: &System, h: f64, x: &[Vec3], change: &[Vec3], v: &mut [Vec3])
     }
 }
 
-/// `F_corr,i = m_i β × r_i` with `β = −I_G⁻¹ Σ r_i × (F_i − f_damping,i)`, `r_i = x_i − x_G` and `x_G` the centre of mass:
-/// the rigid rotation whose angular momentum is the one that the filter took. Full damping has a torque of its own,
-/// which is none of the filter's. Since `x_{n+1} = x_n + h v_{n+1}`, this keeps `Σ m x × v` exactly where nothing is damped.
+/// `F_corr,i = m_i β × r_i` with `β = −I_G⁻¹ Σ r_i × (F_i − f_damping,i)`, where `r_i = x_i − x_G`
+/// and `x_G` is the centre of mass. It is the rigid rotation that restores the angular momentum
+/// which the filter took. Full damping has a torque of its own, which stays. Since
+/// `x_{n+1} = x_n + h v_{n+1}`, this keeps `Σ m x × v` exactly where nothing is damped.
 #[doc(alias = "torque correction")]
 fn consistent(
     system: &System,
@@ -78,7 +81,7 @@ fn consistent(
     }
 }
 
-/// `I⁻¹ b` for a symmetric positive semi-definite `I`; nothing about axes without inertia.
+/// `I⁻¹ b` for a symmetric positive semi-definite `I`; 0 about axes without inertia.
 fn solve(inertia: &Mat3, b: &Vec3) -> Vec3 {
     if !inertia.iter().chain(b.iter()).all(|a| a.is_finite()) {
         return Vec3::zeros();
@@ -103,7 +106,8 @@ mod tests {
 
     fn system(pin: &str) -> System {
         let text = format!(
-            r#"{{ "format": "drape-system/1", "pins": [{pin}], "particles": {{ "mass_kg": [1, 2, 0.5, 4],
+            r#"{{ "format": "drape-system/1", "pins": [{pin}],
+            "particles": {{ "mass_kg": [1, 2, 0.5, 4],
             "position_m": [[0,0,0],[1,0,0],[0,1,0],[0,0,1]] }} }}"#
         );
         parse("test", &text).expect("valid").spec().build().expect("valid").0
@@ -114,7 +118,7 @@ mod tests {
         terms.fold(Vec3::zeros(), |sum, (m, (x, v))| sum + x.cross(v) * *m)
     }
 
-    /// In consistent units the correction takes back the whole torque, about whatever point, and leaves
+    /// In consistent units the correction takes back the whole torque, about any point, and leaves
     /// the momentum alone.
     #[test]
     fn the_consistent_correction_restores_angular_momentum_exactly() {
@@ -141,7 +145,7 @@ mod tests {
         }
     }
 
-    /// As published it depends on the step and the unit of length: that is what is wrong with it.
+    /// The published correction depends on the step and the unit of length, which is its fault.
     #[test]
     fn the_literal_correction_is_the_published_formula_and_misses_the_torque() {
         let (system, h) = (system(""), 0.1);

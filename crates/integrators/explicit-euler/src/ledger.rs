@@ -1,4 +1,4 @@
-//! What a step did to the energy.
+//! The energy ledger of a step.
 
 use crate::step::{ExplicitWorkspace, SymplecticWorkspace};
 use crate::workspace::{Damping, EulerMemory, LeapfrogWorkspace};
@@ -8,14 +8,14 @@ use drape_integrator::{
 use drape_model::{Level, Vec3};
 
 impl ExplicitWorkspace {
-    /// The ledger of the last step of explicit Euler: what moves positions is `v_n`, as the contacts leave it.
+    /// The ledger of the last step of explicit Euler. `v_n` under the contacts moves the positions.
     pub(crate) fn energy_ledger(&mut self, taken: &Taken<'_>) -> EnergyLedger {
         let Taken { system, before, after, h } = *taken;
         let EulerMemory { force, free_velocity, velocity, constraints, .. } = &self.0;
         let mut book = Bookkeeping::new(system, before, h, velocity, None);
         book.explicit();
         let mut p = momentum_between(system, velocity, free_velocity); // before the motion
-        let later = momentum_between(system, &after.v, velocity); // after it, forces taken out
+        let later = momentum_between(system, &after.v, velocity); // after it, with the forces
         for i in 0..p.len() {
             p[i] += later[i] - force[i] * h.seconds();
         }
@@ -52,8 +52,9 @@ impl SymplecticWorkspace {
 }
 
 impl LeapfrogWorkspace {
-    /// The ledger of the last step, which must not have been divided: with forces by the trapezoidal rule and `w = v½`, inertia is
-    /// `½‖v_{n+1} − v½‖²_M − ½‖v½ − v_n‖²_M`, by which the energy that leapfrog keeps differs from the true one at either end.
+    /// The ledger of the last step, which must be undivided. With forces by the trapezoidal rule
+    /// and `w = v½`, inertia is `½‖v_{n+1} − v½‖²_M − ½‖v½ − v_n‖²_M`. Leapfrog's conserved energy
+    /// differs from the true one by these terms at either end.
     pub(crate) fn energy_ledger(&mut self, taken: &Taken<'_>) -> EnergyLedger {
         let Taken { system, before, after, h } = *taken;
         let zeros = || vec![Vec3::zeros(); system.len()];
@@ -94,7 +95,7 @@ impl LeapfrogWorkspace {
         }
         book.damping_force(&damping_force);
         book.impulse(&self.pins, &p);
-        // What contacts did to v½, and what was cut off at the end.
+        // The impulse of contacts on v½, and their cut at the end.
         let mut contact = momentum_between(system, &w, &free);
         let cut = momentum_between(system, &after.v, ended);
         contact.iter_mut().zip(cut).for_each(|(p, cut)| *p += cut);

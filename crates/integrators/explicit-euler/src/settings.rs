@@ -1,4 +1,4 @@
-//! What the three methods are, and their settings.
+//! Description and settings of the three methods.
 
 use drape_integrator::{
     Declares, Method, Order, Quantity, SolverKind, StabilityClass, Supports, Word, settings,
@@ -47,7 +47,7 @@ pub static LEAPFROG: Method = Method {
 };
 
 settings! {
-    /// Settings of explicit Euler: it has none.
+    /// Settings of explicit Euler, which has none.
     pub struct ExplicitSettings for EXPLICIT_EULER {}
 }
 
@@ -73,14 +73,14 @@ settings! {
     }
 }
 
-/// Whether leapfrog divides the steps that it is asked for.
+/// Whether leapfrog divides its steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StepControl {
-    /// It does not.
+    /// No.
     Fixed,
-    /// Into equal substeps within the stability limit, which is estimated as the cloth moves.
+    /// Into equal substeps within an estimated stability limit, which follows the cloth.
     Auto,
-    /// Into equal substeps within a stability limit that holds for all positions.
+    /// Into equal substeps within a stability limit for all positions.
     Bound,
 }
 
@@ -92,13 +92,14 @@ impl Word for StepControl {
 settings! {
     /// Settings of leapfrog.
     pub struct LeapfrogSettings for LEAPFROG {
-        /// how the damping at the new velocity is solved for, where there is any: sparse Cholesky, or
-        /// conjugate gradients with Jacobi preconditioning to 1e-14
+        /// solver for the damping at the new velocity, if any: sparse Cholesky, or conjugate
+        /// gradients with Jacobi preconditioning to 1e-14
         solver: SolverKind [Cg, Cholesky] = Cholesky,
-        /// take the step as it is, or divide it into equal substeps within safety · 2/√λ, with λ estimated
-        /// as the cloth moves (auto) or bounded for all its positions (bound)
+        /// take the step as given, or divide it into equal substeps within safety · 2/√λ, with λ
+        /// estimated as the cloth moves (auto) or bounded for all positions (bound)
         step: StepControl [Fixed, Auto, Bound] = Fixed,
-        /// longest substep of step=auto or bound over the stability limit 2/√λ; for bound 0.95 will do
+        /// longest substep of step=auto or bound over the stability limit 2/√λ; for bound, 0.95 is
+        /// enough
         safety: f64 in 0.05..=1.0 = 0.7,
     }
 }

@@ -1,17 +1,17 @@
-//! How many substeps an explicit step of given length needs.
+//! The number of substeps that an explicit step needs.
 
 use drape_integrator::{LargestEigenvalue, StepReport, StiffnessBound};
 use drape_model::{Revisions, System, Vec3};
 
-/// The estimate of the largest eigenvalue is from below: this much is added.
+/// Factor of the estimated largest eigenvalue, which approaches the true one from below.
 const MARGIN: f64 = 1.05;
 /// Substeps between two estimates.
 const INTERVAL: u32 = 30;
-/// Products for each [`INTERVAL`] that has gone by.
+/// Products for each past [`INTERVAL`].
 const PRODUCTS: u32 = 2;
 /// Most products of one estimate that starts from the last one's vector.
 const MOST_PRODUCTS: u32 = 20;
-/// Sweeps over the springs for forces that cost as much as a product with their Hessian: measured as 3.2 to 3.5, on
+/// Force evaluations that cost as much as a product with the Hessian: measured as 3.2 to 3.5, on
 /// 400 and 2704 particles, with shear and without.
 const EVALUATIONS_PER_PRODUCT: u32 = 3;
 
@@ -20,9 +20,9 @@ const EVALUATIONS_PER_PRODUCT: u32 = 3;
 pub(crate) struct StabilityLimit {
     safety: f64,
     source: Source,
-    /// `λ_max` as far as it is known, 1/s².
+    /// The present value of `λ_max`, 1/s².
     lambda: f64,
-    /// The system that `lambda` belongs to; `None` before the first.
+    /// The system of `lambda`; `None` before the first.
     known_for: Option<Revisions>,
 }
 
@@ -42,7 +42,7 @@ impl StabilityLimit {
         Self::new(safety, Source::Followed { eigenvalue, substeps_since: 0 })
     }
 
-    /// A limit that holds wherever the cloth is; `None` where none is known.
+    /// A limit for all positions; `None` where no bound is known.
     pub(crate) fn bound(system: &System, safety: f64) -> Option<Self> {
         StiffnessBound::new(system).map(|bound| Self::new(safety, Source::Bound(bound)))
     }
@@ -56,8 +56,8 @@ impl StabilityLimit {
         self.known_for = None;
     }
 
-    /// The least number of equal substeps of `h` seconds that are not longer than the limit at `x`; 1 where there is
-    /// no limit, or none that is a number.
+    /// The least number of equal substeps in `h` seconds within the limit at `x`; 1 where the limit
+    /// is infinite or undefined.
     pub(crate) fn substeps(
         &mut self,
         system: &System,
@@ -76,7 +76,7 @@ impl StabilityLimit {
         count
     }
 
-    /// Brings `λ_max` up to date; returns the number of products with the Hessian that it took.
+    /// Brings `λ_max` up to date; returns the number of products with the Hessian.
     fn update(&mut self, system: &System, x: &[Vec3]) -> u32 {
         let is_known = self.known_for.replace(system.revisions()) == Some(system.revisions());
         match &mut self.source {

@@ -1,15 +1,15 @@
-//! Memory of the steps; nothing here computes a step.
+//! Memory of the steps.
 
 use crate::settings::{LEAPFROG, LeapfrogSettings, StepControl};
 use crate::stability_limit::StabilityLimit;
 use drape_integrator::{
     ContactSet, Implicit, LaplacianSolver, LinearSettings, PreconditionerKind, PrepareError,
-    StepError, StepReport, Weights, hold_pins, lead_pins,
+    StepError, StepReport, Weights, hold_pins,
 };
 use drape_model::{Revisions, System, Vec3};
-use drape_solvers::{Constraints, Filter, Norm};
+use drape_solvers::Constraints;
 
-/// What explicit and symplectic Euler both need.
+/// Memory that explicit and symplectic Euler share.
 #[derive(Debug)]
 pub(crate) struct EulerMemory {
     pub(crate) force: Vec<Vec3>,
@@ -35,30 +35,30 @@ impl EulerMemory {
 }
 
 /// Relative residual at which the conjugate gradients of leapfrog stop.
-const TOLERANCE: f64 = 1e-14;
+const CG_TOLERANCE: f64 = 1e-14;
 
-/// Memory of a step: the force that the next step reuses, and what its damping needs.
+/// Memory of a step, with the force that the next step reuses.
 #[derive(Debug)]
 pub struct LeapfrogWorkspace {
-    /// `F`, the conservative force at the positions that `remembered` names, N.
+    /// `F`, the conservative force at `positions`, N.
     pub(crate) force: Vec<Vec3>,
-    /// What `force` was evaluated for: the system, and the positions in `positions`.
+    /// The system that `force` was evaluated for.
     remembered: Option<Revisions>,
     positions: Vec<Vec3>,
     pub(crate) old_velocity: Vec<Vec3>,
     pub(crate) free_velocity: Vec<Vec3>,
-    /// `v_{n+1}` before the contacts settle, m/s; filled only where there are any.
+    /// `v_{n+1}` before the contacts settle, m/s; filled only where there are contacts.
     pub(crate) unsettled: Vec<Vec3>,
     /// Number of substeps of the last step.
     pub(crate) last_substeps: u32,
     pub(crate) impulse: Vec<Vec3>,
     pub(crate) contacts: ContactSet,
     pub(crate) constraints: Constraints,
-    /// The pins alone: what the second half kick obeys.
+    /// The pins alone, which the second half kick obeys.
     pub(crate) pins: Constraints,
-    /// Only where something is damped.
+    /// `None` without damping.
     pub(crate) damping: Option<Damping>,
-    /// Only where steps are divided.
+    /// `None` unless steps are divided.
     limit: Option<StabilityLimit>,
 }
 
@@ -78,13 +78,8 @@ impl LeapfrogWorkspace {
         h: f64,
     ) -> Result<Self, PrepareError> {
         let zeros = || vec![Vec3::zeros(); system.len()];
-        let linear = LinearSettings {
-            forcing_term: TOLERANCE,
-            preconditioner: PreconditionerKind::Jacobi,
-            norm: Norm::Euclid,
-            solver: settings.solver,
-            rebuild_every_step: false,
-        };
+        let linear =
+            LinearSettings::kept(CG_TOLERANCE, PreconditionerKind::Jacobi, settings.solver);
         let damping = || -> Result<Damping, PrepareError> {
             let springs = Implicit::Springs;
             let solver = LaplacianSolver::new(system, springs, Weights::Damping, linear, 0.5 * h)?;
@@ -96,7 +91,7 @@ impl LeapfrogWorkspace {
             StepControl::Auto => Some(StabilityLimit::followed(system, settings.safety)),
             StepControl::Bound => {
                 let limit = StabilityLimit::bound(system, settings.safety);
-                let what = "step=bound with a stiffness that is no spring's".to_owned();
+                let what = "step=bound with a stiffness other than springs".to_owned();
                 let key = "effects".to_owned();
                 Some(limit.ok_or(PrepareError::Unsupported { method: LEAPFROG.id, what, key })?)
             }
@@ -127,7 +122,7 @@ impl LeapfrogWorkspace {
         }
     }
 
-    /// How many equal substeps the next `h` seconds take.
+    /// Number of equal substeps in the next `h` seconds.
     pub(crate) fn substeps(
         &mut self,
         system: &System,
@@ -138,7 +133,7 @@ impl LeapfrogWorkspace {
         self.limit.as_mut().map_or(1, |limit| limit.substeps(system, x, h, report))
     }
 
-    /// Brings the matrix, for substeps of `h` seconds, and the pins up to date.
+    /// Brings the matrix for substeps of `h` seconds, and the pins, up to date.
     pub(crate) fn refresh(
         &mut self,
         system: &System,
@@ -154,35 +149,20 @@ impl LeapfrogWorkspace {
         Ok(())
     }
 
-    /// Leads pins on paths through a substep of `h` seconds that starts at `t`.
-    pub(crate) fn lead_pins(
-        &mut self,
-        system: &System,
-        t: f64,
-        h: f64,
-        x: &[Vec3],
-        v: &mut [Vec3],
-    ) {
-        lead_pins(system, t, h, x, v);
-        for pin in system.moving_pins() {
-            self.pins.set(pin.particle, Filter::Fixed, v[pin.particle]);
-        }
-    }
-
-    /// Whether the force at hand is that of this system at `x`.
+    /// Whether the kept force belongs to this system at `x`.
     pub(crate) fn remembers(&self, system: &System, x: &[Vec3]) -> bool {
         self.remembered == Some(system.revisions()) && same_bits(&self.positions, x)
     }
 
-    /// Keeps the force for a next step that starts at `x`.
+    /// Keeps the force for the next step, which starts at `x`.
     pub(crate) fn remember(&mut self, system: &System, x: &[Vec3]) {
         self.remembered = Some(system.revisions());
         self.positions.copy_from_slice(x);
     }
 }
 
-/// Whether two block vectors are the same to the last bit; without an early exit, so that it costs little beside a
-/// sweep over the springs.
+/// Whether two block vectors are equal to the last bit. Without an early exit, the loop costs
+/// little beside a sweep over the springs.
 fn same_bits(a: &[Vec3], b: &[Vec3]) -> bool {
     let differing =
         |a: &Vec3, b: &Vec3| (0..3).fold(0, |bits, k| bits | (a[k].to_bits() ^ b[k].to_bits()));

@@ -1,4 +1,4 @@
-//! What a step of order 1 did to the energy.
+//! The energy ledger of the methods of order 1.
 
 use crate::step::{EulerWorkspace, UpdatedWorkspace};
 use crate::workspace::Memory;
@@ -6,11 +6,11 @@ use drape_integrator::{Bookkeeping, EnergyLedger, Split, Taken, as_stepped};
 use drape_model::Vec3;
 
 impl EulerWorkspace {
-    /// The ledger of the last step of IMEX Euler: `−L_k` at its end, `F2` at its start.
+    /// The ledger of the last step of IMEX Euler, with `−L_k x` at its end and `F2` at its start.
     pub(crate) fn energy_ledger(&mut self, taken: &Taken<'_>) -> EnergyLedger {
         let Taken { system, before, after, h } = *taken;
         if self.memory.contacts.is_empty() {
-            self.memory.velocity.copy_from_slice(&after.v); // the step left another vector in its place
+            self.memory.velocity.copy_from_slice(&after.v); // the step swapped it away
         }
         let v_n = as_stepped(system, before, h);
         self.memory.energy_ledger(taken, (&before.x, &v_n))
@@ -18,8 +18,9 @@ impl EulerWorkspace {
 }
 
 impl UpdatedWorkspace {
-    /// The ledger of the last step of updated CG: `F2` where `b` took it last. Where Newton's method ended the step, `b` was not
-    /// the right-hand side of the solve: the equation is that of an update at its end, backward Euler's.
+    /// The ledger of the last step of updated CG, with `F2` where `b` took it last. Where Newton's
+    /// method ended the step, `b` is first updated at its end: the equation is then that of
+    /// backward Euler.
     pub(crate) fn energy_ledger(&mut self, taken: &Taken<'_>) -> EnergyLedger {
         let Taken { system, before, h, .. } = *taken;
         let Self { memory, descent } = self;
@@ -35,7 +36,7 @@ impl UpdatedWorkspace {
 }
 
 impl Memory {
-    /// With the nonlinear forces at `(x̂, v̂)`.
+    /// The ledger with the nonlinear forces at `at = (x̂, v̂)`.
     fn energy_ledger(&mut self, taken: &Taken<'_>, at: (&[Vec3], &[Vec3])) -> EnergyLedger {
         let Taken { system, before, after, h } = *taken;
         let Self { rhs, velocity: v, linear, constraints, .. } = self;

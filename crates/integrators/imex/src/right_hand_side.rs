@@ -1,17 +1,18 @@
-//! The right-hand side of EEH (21), as it stands and as Algorithm 1 updates it.
+//! The right-hand side of EEH (21), and its update by Algorithm 1.
 
 use drape_integrator::{Implicit, Slopes};
 use drape_model::{State, System, Vec3};
 
-/// `b`, and the part of it that Algorithm 1 leaves alone.
+/// `b`, and the part of it that Algorithm 1 does not update.
 #[derive(Debug)]
 pub(crate) struct RightHandSide {
     implicit: Implicit,
     /// Right-hand side, kg m/s.
     pub(crate) b: Vec<Vec3>,
-    /// `M v_n + h [F_frozen − L_k x_n]`, kg m/s; with the next three empty where nothing is updated.
+    /// `M v_n + h [F_frozen − L_k x_n]`, kg m/s. This and the next three fields are empty where
+    /// nothing is updated.
     frozen: Vec<Vec3>,
-    /// Force of everything that is not implicit, N.
+    /// Force of the explicit effects, N.
     pub(crate) explicit_force: Vec<Vec3>,
     x: Vec<Vec3>,
     force: Vec<Vec3>,
@@ -47,20 +48,21 @@ impl RightHandSide {
         self.implicit
     }
 
-    /// Where the last [update](Self::update) took the positions, m.
+    /// Positions of the last [update](Self::update), m.
     pub(crate) fn positions(&self) -> &[Vec3] {
         &self.x
     }
 
-    /// `b = M v_n + h [F_explicit(x_n, v_n) − L_k x_n]`, EEH (21). The bracket is the whole force at
-    /// level `n` less the damping `−L_c v` that stands in the matrix, since `F2 − L_k x` is the force of the springs.
+    /// `b = M v_n + h [F_explicit(x_n, v_n) − L_k x_n]`, EEH (21). Since `F2 − L_k x` is the force
+    /// of the springs, the bracket is the whole force at level `n` without the damping `−L_c v`,
+    /// which stands in the matrix.
     #[doc(alias = "EEH 21")]
     pub(crate) fn assemble(&mut self, system: &System, state: &State, h: f64) {
         self.implicit.write_impulse(system, state, h, &mut self.b);
     }
 
-    /// The part of `b` that Algorithm 1 does not update: `M v_n`, `−h L_k x_n` and every force that the
-    /// matrix does not dominate stay at level `n`.
+    /// The part of `b` that Algorithm 1 does not update. `M v_n`, `−h L_k x_n` and every force that
+    /// the matrix does not dominate stay at level `n`.
     pub(crate) fn freeze(
         &mut self,
         system: &System,
@@ -70,7 +72,7 @@ impl RightHandSide {
     ) {
         self.explicit_force.fill(Vec3::zeros());
         self.implicit.add_explicit_forces(system, state.level(), &mut self.explicit_force);
-        // −L_k x_n is the springs' force less F2.
+        // −L_k x_n is the springs' force without F2.
         self.force.fill(Vec3::zeros());
         add_nonlinear_forces(self.implicit, slopes, system, &state.x, &mut self.force);
         self.frozen.fill(Vec3::zeros());
@@ -103,8 +105,8 @@ impl RightHandSide {
     }
 }
 
-/// Adds `F2` of the implicit effects at `x`, N: beside the slopes in the matrix, where there are such, else beside the constant
-/// stiffnesses.
+/// Adds `F2` of the implicit effects at `x`, N: the rest of their force beside the stiffnesses
+/// in the matrix, which are `slopes` or else constant.
 pub(crate) fn add_nonlinear_forces(
     implicit: Implicit,
     slopes: Option<&Slopes>,

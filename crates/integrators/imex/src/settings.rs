@@ -1,4 +1,4 @@
-//! What the two methods of order 1 are, and their settings.
+//! Description and settings of the two methods of order 1.
 
 use drape_integrator::linear_settings::{MATRIX, MatrixUse, NORM, PRECONDITIONER, SOLVER};
 use drape_integrator::{
@@ -34,8 +34,8 @@ pub(crate) const START: Declared<Start> = declare!(
 
 pub(crate) const ESTIMATOR: Declared<Estimator> = declare!(
     estimator: Estimator [Plain, Splitting] = Splitting,
-    "error estimate of step size control: from positions alone, which cannot see locking, or with what the part \
-     of the force at the old level is off by"
+    "error estimate of step size control: from positions alone, which cannot see locking, or with \
+     the error of the force at the old level"
 );
 
 const IMPLICIT_BENEFIT: &str = "solved exactly with all springs implicit \
@@ -80,17 +80,17 @@ settings! {
         preconditioner: PreconditionerKind as PRECONDITIONER,
         /// start value of the solve
         start: Start as START,
-        /// norm in which the residual is tested
+        /// norm of the residual in the stop test
         norm: Norm as NORM,
         /// solver
         solver: SolverKind as SOLVER,
         /// which springs stand in the matrix; the others stay at the old level
         implicit: Implicit [Tension, Springs] = Tension,
-        /// how long the matrix lives
+        /// how long the matrix is kept
         matrix: MatrixUse as MATRIX,
         /// stiffness in the matrix of springs of several slopes
         split: Split as Split::SETTING,
-        /// local error that a step may make, in mesh widths; 0: steps are taken as they are given
+        /// local error that a step may make, in mesh widths; 0: the method takes steps as given
         tolerance: f64 as TOLERANCE,
         /// how that error is estimated
         estimator: Estimator as ESTIMATOR,
@@ -118,29 +118,29 @@ settings! {
         forcing_term: f64 in 1e-16..=0.5 = 1e-2,
         /// preconditioner of the conjugate gradients
         preconditioner: PreconditionerKind as PRECONDITIONER,
-        /// start value of the solve; best: whichever has the lower potential
-        /// (the paper's form reads it as extrapolated)
+        /// start value of the solve; best: the one with the lower potential (safeguard=paper takes
+        /// it as extrapolated)
         start: Start [Last, Extrapolated, Best] = Best,
         /// Algorithm 1 as printed, or with energy safeguards
         safeguard: Safeguard [Paper, Robust] = Robust,
-        /// norm in which the residual is tested
+        /// norm of the residual in the stop test
         norm: Norm as NORM,
         /// solver
         solver: SolverKind as SOLVER,
         /// which springs are implicit
         implicit: Implicit as IMPLICIT_SPRINGS,
-        /// how long the matrix lives
+        /// how long the matrix is kept
         matrix: MatrixUse as MATRIX,
         /// stiffness in the matrix of springs of several slopes
         split: Split as Split::SETTING,
-        /// most updates of the right-hand side in a step; the robust form goes on with Newton
+        /// most updates of the right-hand side in a step; the robust form continues with Newton
         max_outer: u32 in 1..=1_000_000 = 200,
         /// the robust form uses Newton at once where h²k/m is larger than this
         newton_above: f64 in 0.0..=1e300 = 100,
-        /// how tightly CG is solved between two updates of the right-hand side: to the tolerance of the step, or by
-        /// the progress of the updates (Eisenstat and Walker, choice 2)
+        /// how tightly CG solves between two updates of the right-hand side: to the tolerance of
+        /// the step, or by the progress of the updates (Eisenstat and Walker, choice 2)
         forcing: ForcingKind [Constant, EisenstatWalker] = Constant,
-        /// local error that a step may make, in mesh widths; 0: steps are taken as they are given
+        /// local error that a step may make, in mesh widths; 0: the method takes steps as given
         tolerance: f64 as TOLERANCE,
     }
 }

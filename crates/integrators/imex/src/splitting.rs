@@ -1,12 +1,11 @@
-//! The error that comes from taking `F2` at an old level: what makes a stiff sheet lock.
+//! The error of taking `F2` at an old level, which makes a stiff sheet lock.
 
 use crate::right_hand_side::add_nonlinear_forces;
 use drape_integrator::{Implicit, LaplacianSolver, Slopes, StepReport};
 use drape_model::{System, Vec3};
 use drape_solvers::{Constraints, vector::norm};
 
-/// Estimates what a step is off by because it took `F2` where it expected it instead of where it is at the new
-/// positions.
+/// Estimates the error of a step that took an expected `F2` instead of `F2` at the new positions.
 ///
 /// One more update of the right-hand side (Algorithm 1) would change the velocity by
 ///
@@ -14,28 +13,29 @@ use drape_solvers::{Constraints, vector::norm};
 /// δ = A⁻¹ r        r = τ (F2(x_{n+1}) − F2 expected)
 /// ```
 ///
-/// That alone is blind as well: the matrix that locks the sheet makes `δ` as small as the motion. But the updates go on as
-/// a geometric series with the ratio `1 − 1/q`, `q = 1 + θ` of the mode at hand, so that their sum is `q δ`; and `q` is
-/// the Rayleigh quotient
+/// `δ` alone cannot see locking: the matrix that locks the sheet makes `δ` as small as the motion.
+/// Further updates would add a geometric series with the ratio `1 − 1/q`, where `q = 1 + θ` of the
+/// mode at hand, so their sum is `q δ`. `q` is the Rayleigh quotient
 ///
 /// ```text
 /// q = δᵀ A δ / δᵀ M δ = rᵀ δ / δᵀ M δ
 /// ```
 ///
-/// exact where one mode rules, as in the fall of a locked sheet. The error of the positions is `τ q δ`. (Damping in `A`
-/// makes it an upper estimate; the direct part of the error, which positions do show, comes on top.)
+/// It is exact where one mode dominates, as in the fall of a locked sheet. The error of the
+/// positions is `τ q δ`. Damping in `A` makes it an upper estimate. The part of the error that
+/// positions do show is added to it.
 #[derive(Debug)]
 pub(crate) struct SplittingError {
-    /// What the step took for the force, N.
+    /// The force that the step expected, N.
     expected: Vec<Vec3>,
-    /// Whether it did: a step that starts a method splits nothing.
+    /// Whether the step split the force; the first step of a method does not.
     is_split: bool,
     residual: Vec<Vec3>,
     change: Vec<Vec3>,
 }
 
-/// Relative tolerance of the solve: an estimate needs no more.
-const TOLERANCE: f64 = 0.03;
+/// Relative tolerance of the solve, enough for an estimate.
+const ESTIMATE_TOLERANCE: f64 = 0.03;
 
 impl SplittingError {
     pub(crate) fn new(n: usize) -> Self {
@@ -43,7 +43,7 @@ impl SplittingError {
         Self { expected: zeros(), is_split: false, residual: zeros(), change: zeros() }
     }
 
-    /// Notes `F2` at the old positions, which is what IMEX Euler takes for the new one.
+    /// Notes `F2` at the old positions, which IMEX Euler takes instead of the new one.
     pub(crate) fn expect(
         &mut self,
         system: &System,
@@ -69,8 +69,8 @@ impl SplittingError {
         self.is_split = false;
     }
 
-    /// Adds `τ q δ` to `error`, m, after a step; `add_force` adds the force at the new level that stood at the old one.
-    /// The constraints are brought to rest.
+    /// Adds `τ q δ` to `error`, m, after a step. `add_force` adds the force at the new level that
+    /// the step took at the old one. The constraints are brought to rest.
     #[expect(clippy::too_many_arguments, reason = "each is owned by the step that calls")]
     pub(crate) fn add(
         &mut self,
@@ -95,7 +95,8 @@ impl SplittingError {
         constraints.project(residual);
         change.fill(Vec3::zeros());
         constraints.bring_to_rest();
-        let solve = linear.solve_to(constraints, residual, change, TOLERANCE * norm(residual));
+        let solve =
+            linear.solve_to(constraints, residual, change, ESTIMATE_TOLERANCE * norm(residual));
         report.cg_iterations += solve.iterations as u32;
         report.matvecs += solve.multiplications as u32;
         let (mut work, mut inertia) = (0.0, 0.0);

@@ -1,6 +1,7 @@
 //! The steps of the two methods of order 1.
 
 mod euler;
+mod robust;
 mod updated;
 
 pub(crate) use euler::EulerWorkspace;

@@ -1,4 +1,4 @@
-//! Springs whose tension is piecewise linear: what each split promises, and what it does not.
+//! Springs with piecewise-linear tension: what each split promises, and what it does not.
 
 use crate::{ImexEuler, ImexEulerSettings, ImexUpdated, ImexUpdatedSettings};
 use drape_integrator::{Integrator, PhaseClock, StepReport, TimeStep};
@@ -7,14 +7,16 @@ use drape_oracle::Random;
 
 const H: f64 = 0.01;
 
-/// A free sheet of 5 × 5 particles of 1 g, 0.25 m apart, on tension springs of the stiffness `k` (N/m) up to 5 % and
-/// `ratio k` beyond.
+/// A free sheet of 5 × 5 particles of 1 g, 0.25 m apart. Its tension springs have the stiffness `k`
+/// (N/m) up to 5 % of strain and `ratio k` beyond.
 fn sheet(k: f64, ratio: f64, damping: f64) -> (System, State) {
     let text = format!(
         r#"{{ "format": "drape-scene/1", "name": "sheet",
-            "cloth": {{ "grid": {{ "rows": 5, "columns": 5, "size_m": [1, 1], "center_m": [0, 0, 0], "mass_kg": 0.025 }} }},
+            "cloth": {{ "grid": {{ "rows": 5, "columns": 5, "size_m": [1, 1],
+                "center_m": [0, 0, 0], "mass_kg": 0.025 }} }},
             "effects": {{ "tension": {{ "damping_n_s_per_m": {damping}, "pieces": [
-                {{ "up_to_strain": 0.05, "stiffness_n_per_m": {k} }}, {{ "stiffness_n_per_m": {} }}] }} }},
+                {{ "up_to_strain": 0.05, "stiffness_n_per_m": {k} }},
+                {{ "stiffness_n_per_m": {} }}] }} }},
             "time": {{ "step_s": 0.01, "duration_s": 1 }} }}"#,
         ratio * k
     );
@@ -32,7 +34,7 @@ fn updated(pairs: &[(&str, &str)]) -> ImexUpdated {
     ImexUpdated::new(settings.unwrap_or_else(|error| panic!("{error}")))
 }
 
-/// Steps, and what `look` makes of each.
+/// Takes steps and shows each to `look`.
 fn run(
     method: &mut dyn Integrator,
     (system, state): &mut (System, State),
@@ -58,7 +60,7 @@ fn shake(state: &mut State, random: &mut Random, way: f64, speed: f64) {
     }
 }
 
-/// Greatest energy of a run, over that at its start.
+/// Greatest energy of a run over its energy at the start, and the number of matrices rebuilt.
 fn peak(split: &str, ratio: f64) -> (f64, u64) {
     let mut start = sheet(1.0, ratio, 0.0);
     shake(&mut start.1, &mut Random::new(3), 0.0, 3.0);
@@ -108,7 +110,7 @@ fn with_the_present_slopes_in_the_matrix_energy_comes_in_where_the_next_piece_is
     assert!(majorant <= 1.0 + 1e-9 && kept == 0, "{majorant} in {kept} matrices");
 }
 
-/// The fixed point does not depend on the stiffness that was split off: it is backward Euler.
+/// The fixed point is backward Euler, whatever stiffness is split off.
 #[test]
 fn converged_updates_agree_whatever_the_split() {
     let end = |split: &str, solver: &str| {
@@ -150,7 +152,7 @@ fn for_linear_springs_the_splits_are_the_same_bits_and_nothing_is_rebuilt() {
     assert_eq!((a.0.x, a.0.v, a.1), (b.0.x, b.0.v, b.1));
 }
 
-/// Both splits close the books: what the step did to the energy is explained to round-off.
+/// With both splits the ledger explains the change of energy to round-off.
 #[test]
 fn the_ledger_explains_every_step_of_either_split() {
     for split in ["majorant", "paper"] {

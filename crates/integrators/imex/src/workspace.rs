@@ -1,4 +1,4 @@
-//! Memory, cached operators and history of both methods of order 1.
+//! Memory, cached operators and history of the two methods of order 1.
 
 use crate::right_hand_side::RightHandSide;
 use drape_integrator::{
@@ -46,8 +46,8 @@ impl Memory {
         self.contacts.restart();
     }
 
-    /// The new velocity takes the place of the last one, which the predictor remembers, without a copy: only contacts may
-    /// still change it, so that only then the ledger needs a copy of the solution.
+    /// Swaps the new velocity into `v` without a copy; the predictor remembers the old one. The
+    /// ledger needs a copy of the solution only where contacts may still change `v`.
     pub(crate) fn change_places(&mut self, v: &mut Vec<Vec3>, h: f64) {
         self.predictor.take(v, h);
         std::mem::swap(v, &mut self.velocity);
@@ -56,7 +56,7 @@ impl Memory {
         }
     }
 
-    /// `x_{n+1} = x_n + h v_{n+1}`, EEH (20), and the end of the contacts.
+    /// `x_{n+1} = x_n + h v_{n+1}`, EEH (20); then ends the contacts.
     #[doc(alias = "EEH 20")]
     pub(crate) fn advance(&mut self, state: &mut State, h: f64, bands: usize) {
         let Self { contacts, predictor, .. } = self;

@@ -1,10 +1,10 @@
-//! What a step did to the energy.
+//! The energy ledger of a step.
 
 use crate::step::Workspace;
 use drape_integrator::{Bookkeeping, EnergyLedger, Implicit, Taken, momentum_between};
 
 impl Workspace {
-    /// The ledger of the last step: that of IMEX Euler with the residual that the sweeps leave.
+    /// The ledger of the last step: as for IMEX Euler, with the residual that the sweeps leave.
     pub(crate) fn energy_ledger(&mut self, taken: &Taken<'_>) -> EnergyLedger {
         let Taken { system, before, after, h } = *taken;
         let Self { linear, viscous, change, product: p, contacts } = self;

@@ -1,4 +1,4 @@
-//! What the method is, and its settings.
+//! Description and settings of the method.
 
 use drape_integrator::{Declares, Method, Order, StabilityClass, Supports, settings};
 
@@ -10,9 +10,10 @@ pub static KANG: Method = Method {
     order: Order::One,
     class: StabilityClass::Dissipative,
     conserves: &[],
-    theory: "two Jacobi sweeps in place of the solve of IMEX Euler: stable on springs of rest length 0, \
-             energy may rise on others; smooth stretching is hardly resisted, a stiff sheet sags like rubber; \
-             momentum is kept only where all particles have equal masses and springs",
+    theory: "two Jacobi sweeps in place of the solve of IMEX Euler: stable on springs of rest \
+             length 0, energy may rise on others; it hardly resists smooth stretching, so a stiff \
+             sheet sags like rubber; momentum is kept only where all particles have equal masses \
+             and springs",
     supports: Supports::ScalarMatrix,
     refuses: &[],
     settings: KangSettings::SETTINGS,
@@ -21,8 +22,8 @@ pub static KANG: Method = Method {
 settings! {
     /// Settings of Kang's method.
     pub struct KangSettings for KANG {
-        /// corrections by the neighbours in a step: 1 is the published formula, more approach IMEX Euler; an even
-        /// number overshoots the roughest shapes
+        /// corrections by the neighbours in a step: 1 is the published formula, more approach IMEX
+        /// Euler; an even number overshoots the roughest shapes
         sweeps: u32 in 1..=64 = 1,
     }
 }

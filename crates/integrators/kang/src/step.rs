@@ -5,10 +5,9 @@ use crate::sweep::sweep;
 use drape_integrator::{
     EnergyLedger, Implicit, ImpulsiveContacts, LaplacianSolver, LinearSettings, Method, Phase,
     PhaseClock, PreconditionerKind, PrepareError, Registration, Scheme, SolverKind, StepError,
-    StepReport, Stepper, Taken, ViscousImpulse, Weights, kick,
+    StepReport, Stepper, Taken, ViscousImpulse, Weights, drift, kick,
 };
 use drape_model::{State, System, Vec3};
-use drape_solvers::Norm;
 
 /// Kang's neighbour-corrected sweep.
 pub type Kang = Stepper<Workspace>;
@@ -36,14 +35,8 @@ impl Scheme for Workspace {
     }
 
     fn new(system: &System, _settings: &KangSettings, h: f64) -> Result<Self, PrepareError> {
-        // Only the matrix of the solver is used: nothing is inverted but its diagonal.
-        let unused = LinearSettings {
-            forcing_term: 0.5,
-            preconditioner: PreconditionerKind::None,
-            norm: Norm::Euclid,
-            solver: SolverKind::Cg,
-            rebuild_every_step: false,
-        };
+        // The method uses the matrix and its diagonal only; it solves nothing.
+        let unused = LinearSettings::kept(0.5, PreconditionerKind::None, SolverKind::Cg);
         let weights = Weights::StiffnessAndDamping;
         let zeros = || vec![Vec3::zeros(); system.len()];
         Ok(Self {
@@ -66,20 +59,24 @@ impl Scheme for Workspace {
         let Self { linear, viscous, change, product, contacts } = self;
         let sweeps = settings.sweeps;
         clock.switch(Phase::MatrixSetup);
-        let mut report = StepReport::after_setup(linear.refresh(system, h)?); // D and A = M + h² L_k + h L_c
+        // A = M + h² L_k + h L_c and its diagonal D
+        let mut report = StepReport::after_setup(linear.refresh(system, h)?);
         clock.switch(Phase::Forces);
-        viscous.assemble(linear, system, state, h); // h F̃
+        viscous.assemble(linear, system, state, h); // h F̃ = h (F(x_n) − h L_k v_n − L_c v_n), (K1)
         clock.switch(Phase::Solve);
         let (a, b) = (linear.product(), viscous.impulse());
-        // Δv_i = (h F̃_i + Σ_j (h² k_ij + h c_ij) Δv*_j) / D_i, from Δv*_i = h F̃_i / D_i
+        // Δv*_i = h F̃_i / D_i, (K2); Δv_i = (h F̃_i + Σ_j (h² k_ij + h c_ij) Δv*_j) / D_i, (K3)
         report.relative_residual = sweep(a, b, system.pinned(), sweeps, product, change);
         report.force_evaluations = 1;
         report.matvecs = 1 + sweeps;
         for (i, free) in contacts.free_velocity.iter_mut().enumerate() {
             *free = state.v[i] + change[i];
         }
-        kick(system, h, viscous.external(), &mut contacts.free_velocity); // v_n + Δv + h M⁻¹ f_external
-        contacts.advance(system, h, state, clock); // x_{n+1} = x_n + h v_{n+1}
+        // v_{n+1} = v_n + Δv + h M⁻¹ f_external, (K4)
+        kick(system, h, viscous.external(), &mut contacts.free_velocity);
+        contacts.constrain(system, h, state, clock);
+        drift(h, &state.v, &mut state.x); // x_{n+1} = x_n + h v_{n+1}, (K5)
+        contacts.settle(h, state);
         Ok(report)
     }
 

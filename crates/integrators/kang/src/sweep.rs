@@ -2,8 +2,9 @@
 
 use drape_solvers::{ScalarMatrix, ScalarPcg, Vec3, vector::norm};
 
-/// `Δv = D⁻¹ b`, then `sweeps` times `Δv ← D⁻¹ (b − (A − D) Δv)`, each particle corrected by its neighbours;
-/// `Δv` is 0 where `fixed` says so. Returns `‖b − A Δv‖/‖b‖` over the free particles *before* the last sweep.
+/// `Δv = D⁻¹ b`, (K2), then `sweeps` times `Δv ← D⁻¹ (b − (A − D) Δv)`, (K3): each particle is
+/// corrected by its neighbours. `Δv` is 0 where `fixed` is set. Returns `‖b − A Δv‖/‖b‖` over the
+/// free particles *before* the last sweep.
 #[doc(alias = "Jacobi")]
 #[doc(alias = "Kang-Choi-Cho 2000")]
 pub(crate) fn sweep(

@@ -1,6 +1,6 @@
-//! The coefficients of the methods, for steps of any sizes.
+//! Coefficients of the methods, for steps of any sizes.
 
-/// Most steps that a method here may have.
+/// Most steps of a method here.
 pub const MAX_STEPS: usize = 3;
 
 /// A linear `k`-step method for `y' = f(t, y)`, EEH (1), `k` from 1 to 3:
@@ -9,9 +9,9 @@ pub const MAX_STEPS: usize = 3;
 /// Σ_{j=0}^{k} α_j y_{n+j} = h Σ_{j=0}^{k} β_j f_{n+j}
 /// ```
 ///
-/// Level `n + k` is the new one and `h` the size of the step that leads to it. The steps before may have had other
-/// sizes: the coefficients are those of the polynomials that interpolate at the times of the levels.
-/// At equal steps:
+/// Level `n + k` is the new one, and `h` is the size of the step that leads to it. Earlier steps
+/// may have had other sizes: the coefficients come from the polynomials that interpolate at the
+/// times of the levels. At equal steps:
 ///
 /// | `k` | Adams–Bashforth: `α` | `β` | BDF: `α` | `β` |
 /// |---|---|---|---|---|
@@ -26,7 +26,7 @@ pub struct LinearMultistep {
     beta: [f64; MAX_STEPS + 1],
 }
 
-/// Times of the levels, newest first, as multiples of the present step, counted from level `n + k − 1`:
+/// Times of the levels from level `n + k − 1` on, newest first, in multiples of the present step:
 /// `1, 0, −h_{n−1}/h_n, …`.
 fn times(steps: &[f64]) -> [f64; MAX_STEPS + 1] {
     let mut times = [1.0, 0.0, 0.0, 0.0];
@@ -36,22 +36,22 @@ fn times(steps: &[f64]) -> [f64; MAX_STEPS + 1] {
     times
 }
 
-/// The polynomial that is 1 at node `j` and 0 at the others, at `t`.
+/// Value at `t` of the polynomial that is 1 at node `j` and 0 at the other nodes.
 fn lagrange(nodes: &[f64], j: usize, t: f64) -> f64 {
     let others = nodes.iter().enumerate().filter(|(i, _)| *i != j);
     others.fold(1.0, |product, (_, node)| product * (t - node) / (nodes[j] - node))
 }
 
-/// The integral over [0, 1] of a polynomial of degree 3 or less, by Simpson's rule, which is exact for these.
+/// Integral over [0, 1] of a polynomial of degree 3 or less: Simpson's rule is exact for it.
 fn integral(polynomial: impl Fn(f64) -> f64) -> f64 {
     (polynomial(0.0) + 4.0 * polynomial(0.5) + polynomial(1.0)) / 6.0
 }
 
 impl LinearMultistep {
-    /// Explicit Adams (Adams–Bashforth), EEH (2): the last step is the integral of the polynomial through the
-    /// last `k` values of `f`. Explicit Euler is the case of one step.
+    /// Explicit Adams (Adams–Bashforth), EEH (2): the last step is the integral of the polynomial
+    /// through the last `k` values of `f`. One step gives explicit Euler.
     ///
-    /// `steps` are the sizes of the last `k` steps, s, the present one first; the order is `k`.
+    /// `steps` are the sizes of the last `k` steps, s, the present one first. The order is `k`.
     ///
     /// ```
     /// use drape_multistep::LinearMultistep;
@@ -74,10 +74,10 @@ impl LinearMultistep {
         Self { steps: k, alpha, beta }
     }
 
-    /// Backward differentiation (BDF), EEH (3): the polynomial through all `k + 1` levels has the slope `f` at
-    /// the new one. Backward Euler is the case of one step.
+    /// Backward differentiation (BDF), EEH (3): the polynomial through all `k + 1` levels has the
+    /// slope `f` at the new one. One step gives backward Euler.
     ///
-    /// `steps` as for [`adams_bashforth`](Self::adams_bashforth); the order is `k`.
+    /// `steps` are as for [`adams_bashforth`](Self::adams_bashforth). The order is `k`.
     ///
     /// ```
     /// use drape_multistep::LinearMultistep;
@@ -93,7 +93,7 @@ impl LinearMultistep {
         let old = &times[1..=k];
         let (mut alpha, mut beta) = ([0.0; MAX_STEPS + 1], [0.0; MAX_STEPS + 1]);
         for (age, node) in old.iter().enumerate() {
-            // The derivative at the new node, where every other factor of the polynomial is as it stands.
+            // Derivatives at the new node of the polynomials of old node `age` and of the new node.
             alpha[k - 1 - age] = -lagrange(old, age, 1.0) / (1.0 - node);
             alpha[k] += 1.0 / (1.0 - node);
         }
@@ -116,20 +116,20 @@ impl LinearMultistep {
         &self.beta[..=self.steps]
     }
 
-    /// `h β_k/α_k`, the `τ` with which the new slope enters the new level, s; 0 for an explicit method.
+    /// `τ = h β_k/α_k`, the factor of the new slope in the new level, s; 0 for an explicit method.
     pub fn tau(&self, h: f64) -> f64 {
         h * self.beta[self.steps] / self.alpha[self.steps]
     }
 
-    /// `−α_j/α_k` for `j < k`, which sum to 1: the mean of the old levels that the new slope is added to.
+    /// `−α_j/α_k` for `j < k`, which sum to 1: the weights of the old levels in their mean.
     pub fn past_weights(&self) -> [f64; MAX_STEPS] {
         let k = self.steps;
         std::array::from_fn(|j| if j < k { -self.alpha[j] / self.alpha[k] } else { 0.0 })
     }
 }
 
-/// Weights of the last `k` levels, oldest first, of the polynomial through them at the new time: an extrapolation
-/// of order `k`, `(−1, 2)` at two equal steps. The entries beyond the first `k` are 0.
+/// Weights of the last `k` levels, oldest first, for an extrapolation of order `k` to the new time:
+/// `(−1, 2)` at two equal steps. The entries beyond the first `k` are 0.
 ///
 /// # Panics
 /// Unless there are one to three steps.

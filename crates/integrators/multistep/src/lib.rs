@@ -1,13 +1,18 @@
-//! Linear multistep methods: Adams–Bashforth and backward differentiation (BDF) of one to three steps, the
-//! methods (1) to (5) with which Eberhardt, Etzmuß and Hauth (2000), "EEH", begin.
+//! Linear multistep methods: Adams–Bashforth and backward differentiation (BDF) of one to three
+//! steps, the methods (1) to (5) of Eberhardt, Etzmuß and Hauth (2000), "EEH".
 //!
 //! builds-on: explicit Euler → **Adams–Bashforth**; backward Euler → **BDF** → IMEX of two steps
 //!
-//! # Why
+//! # What they are
 //!
-//! The Euler methods use one level and are of order 1: half the error costs twice the steps. A `k`-step method
-//! uses what it has seen already and gets order `k` for the same one force, or one nonlinear system, a step.
-//! All are cases of
+//! The Euler methods use one level and are of order 1: half the error costs twice the steps. A
+//! `k`-step method reuses earlier levels and gets order `k` for the same one force, or one
+//! nonlinear system, a step. `steps` is `k`, 2 by default; `steps=1` gives explicit and backward
+//! Euler. Take BDF of two steps in place of backward Euler: it costs the same and keeps more
+//! motion. Take Adams–Bashforth of three steps for smooth explicit motion. BDF of three steps is
+//! for damped cloth and for comparison.
+//!
+//! # The mathematics
 //!
 //! ```text
 //! Σ_{j=0}^{k} α_j y_{n+j} = h Σ_{j=0}^{k} β_j f_{n+j}                                        (1)
@@ -15,18 +20,59 @@
 //! Σ_{j=0}^{k} α_j y_{n+j} = h β_k f_{n+k}                    backward differentiation         (3)
 //! ```
 //!
-//! For `y = (x, v)`, `f = (v, M⁻¹ f)` Adams–Bashforth is explicit. BDF is a nonlinear system (4), which the
-//! stage
+//! For `y = (x, v)`, `f = (v, M⁻¹ f)` Adams–Bashforth is explicit. BDF is a nonlinear system (4).
+//! The stage
 //!
 //! ```text
-//! M (v − v*) = τ f(x, v)    x = x* + τ v    τ = h β_k/α_k    x* = −Σ_{j<k} α_j x_{n+j}/α_k,  v* likewise
+//! M (v − v*) = τ f(x, v)    x = x* + τ v                                               (4)
+//! τ = h β_k/α_k             x* = −Σ_{j<k} α_j x_{n+j}/α_k             v* likewise
 //! ```
 //!
-//! reduces to half its size (section 2.3) and Newton's method (5) solves, just as it solves backward Euler.
-//! `steps` is `k`, 2 by default: `steps=1` are explicit and backward Euler.
+//! halves its size (section 2.3), and Newton's method (5) solves it, just as it solves backward
+//! Euler.
 //!
-//! On the oscillator `x'' = −κx − δx'`, `θ = h²κ`, `η = hδ`, the roots of `ρ² + ηρσ + θσ² = 0` with
-//! `ρ(ζ) = Σ α_j ζ^j`, `σ(ζ) = Σ β_j ζ^j` are the factors of a step:
+//! * **Coefficients.** [`LinearMultistep`] computes them in each step from the sizes of the last
+//!   ones: integrals of the interpolating polynomials for Adams, slopes at the new node for BDF. So
+//!   the order survives changes of the step size.
+//! * **Means.** Sums over levels have weights of sum 1. They are summed as the present level and
+//!   weighted differences to it ([`drape_integrator::History::mean`]): a particle at rest keeps its
+//!   bits.
+//! * **Explicit parts** of BDF are the directions of projected damping and forces without a
+//!   Jacobian. They are taken at positions `x̂` extrapolated to the new time from `k` levels; at
+//!   `x_n` they would cost the order. Newton starts at `v_n`, the extrapolation or the inertial
+//!   target, whichever has the lowest potential.
+//! * **Start.** One step is missing at first, then another. Adams begins with Heun's method (H), of
+//!   order 2. BDF of two steps begins with backward Euler, whose one error of `h²` does not spoil
+//!   order 2. BDF of three steps begins with the L-stable Runge–Kutta method of two stages by
+//!   Alexander (1977), `γ = 1 − 1/√2`:
+//!
+//!   ```text
+//!   x̃ = x_n + h v_n   ṽ = v_n + h a_n   ã = M⁻¹ f(x̃, ṽ)   ½ (v_n + ṽ)   ½ (a_n + ã)     (H)
+//!   τ = γ h   x* = x_n                    v* = v_n                    solution v₁           (A1)
+//!   τ = γ h   x* = x_n + (1 − γ) h v₁     v* = v_n + (1 − γ) h a₁     a₁ = (v₁ − v_n)/(γ h) (A2)
+//!   ```
+//!
+//!   Its last stage ends at the new time, so pins and contacts hold there as in any other step.
+//!   With a midpoint stage they would hold at the middle, and be overshot by as much at the end.
+//!   Three steps take two in their second step.
+//! * **Change.** Step sizes may change by ratios of 1/2 to 2, in BDF of three steps to 1.5. Beyond
+//!   that, and when stiffness, damping, masses or pins change, the past is dropped. Sums of old
+//!   slopes are stable at any ratio. BDF forgets its errors while every ratio is below `1 + √2`
+//!   (two steps, Grigorieff 1983) or about 1.6 (three steps). Steady growth is unstable from the
+//!   golden ratio on, and no mixture of ratios tried here is worse; the bounds that Calvo, Grande
+//!   and Grigorieff 1990 prove are smaller; both cited from memory.
+//! * **Contacts.** Adams treats an impact as a jump of `v_n`, as explicit Euler does, and releases
+//!   contacts that would pull at the end of the step. Its *lead* `Σ β_j v_{n−j} − v_n` has no part
+//!   along the normals while a particle stays in contact. BDF constrains its stage so that
+//!   `x* + τ v` lies where [`drape_integrator::ContactSet`] wants it. In both, a particle whose
+//!   contact begins or ends gets a past of constant acceleration. For Adams it is the acceleration
+//!   of all forces. For BDF it is the former acceleration, and along the normals that of the
+//!   explicit forces. So the flight after a bounce is on its parabola at once, and an elastic
+//!   bounce neither takes nor gives energy. Off an edge BDF notices too late, and loses a third of
+//!   the first `h g`.
+//!
+//! On the oscillator `x'' = −κx − δx'`, `θ = h²κ`, `η = hδ`, the factors of a step are the roots of
+//! `ρ² + ηρσ + θσ² = 0` with `ρ(ζ) = Σ α_j ζ^j`, `σ(ζ) = Σ β_j ζ^j`:
 //!
 //! | | without damping | all damping (`θ = 0`) |
 //! |---|---|---|
@@ -35,68 +81,7 @@
 //! | BDF, 2 steps | stable always, stiff modes vanish | stable always |
 //! | BDF, 3 steps | **grows for `0 < hω < √15/2 = 1.936`**, by 4.56 % a step at worst (`hω = 1.14`) | stable always |
 //!
-//! BDF of three steps is not A-stable. About 7 % of critical damping, `η > 0.138 √θ`, is what it needs.
-//!
-//! # How the code does it
-//!
-//! * **Coefficients.** [`LinearMultistep`] computes them in each step from the sizes of the last ones:
-//!   integrals of the interpolating polynomials for Adams, slopes at the new node for BDF. So the order
-//!   survives changes of the step size.
-//! * **Means.** What is summed over levels has weights of sum 1, and is summed as the present level and
-//!   weighted differences to it ([`drape_integrator::History::mean`]): what rests, rests to the last bit.
-//! * **What is not implicit** in BDF, the directions of projected damping and forces without a Jacobian, is
-//!   taken at positions extrapolated to the new time from `k` levels; at `x_n` it would cost the order. Newton
-//!   starts at `v_n`, the extrapolation or the inertial target, whichever has the lowest potential.
-//! * **Start.** One step is missing at first, then another. Adams begins with Heun's method (order 2), BDF of
-//!   two steps with backward Euler (its one error of `h²` does not spoil order 2), BDF of three steps with the
-//!   L-stable Runge–Kutta method of two stages by Alexander (1977), whose last stage ends at the new time: pins
-//!   and contacts hold there as in any other step. Of a midpoint stage they would hold at the middle, and be
-//!   overshot by as much at the end. Three steps take two in their second step.
-//! * **Change.** Step sizes may change by ratios of 1/2 to 2, in BDF of three steps to 1.5; beyond that, and
-//!   when stiffness, damping, masses or pins change, the past is dropped. Sums of old slopes are stable at any
-//!   ratio. BDF forgets its errors while every ratio is below `1 + √2` (two steps, Grigorieff 1983) or about
-//!   1.6 (three steps: steady growth is unstable from the golden ratio on, and no mixture of ratios tried here
-//!   is worse; the bounds that Calvo, Grande and Grigorieff 1990 prove are smaller; both cited from memory).
-//! * **Contacts.** Adams treats an impact as a jump of `v_n`, as explicit Euler does, and releases contacts
-//!   that would pull at the end of the step. What it adds to `v_n` to move the positions, the *lead*
-//!   `Σ β_j v_{n−j} − v_n`, has no part along the normals while a particle stays in contact. BDF constrains its
-//!   stage so that `x* + τ v` lies where the rules of [`drape_integrator::ContactSet`] want it. In both, a
-//!   particle whose contact begins or ends gets a past of constant acceleration: for Adams that of all forces,
-//!   for BDF the one it had, and along the normals that of the forces that are not stiff. So the flight after a
-//!   bounce is on its parabola at once, and an elastic bounce neither takes nor gives energy. Off an edge BDF
-//!   notices too late, and loses a third of the first `h g`.
-//!
-//! # What it cost and where it failed here
-//!
-//! *Order.* Four particles on six springs, errors at 0.5 s with 80 to 640 steps: slopes of 1.04, 2.01, 2.96
-//! (Adams) and 0.97, 2.02, 2.95 (BDF) with full, 1.04, 2.00, 2.98 and 0.96, 2.02, 2.98 with projected damping.
-//!
-//! *The hanging sheet* of 20 × 20 particles, `d/m` = 40 1/s, for 1 s at `h` = 0.01 s (`√θ` from 1 to 100). Path
-//! of the middle of its free edge, m, and Newton iterations a step:
-//!
-//! | `k/m`, 1/s² | 1 step | 2 steps | 3 steps |
-//! |---|---|---|---|
-//! | 1e4 | 3.321, 2.4 | 3.367, 2.0 | 3.365, 2.0 |
-//! | 1e6 | 2.903, 3.6 | 3.033, 2.8 | 3.038, 2.7 |
-//! | 1e8 | 2.718, 4.7 | 2.860, 3.8 | 2.862, 3.7 |
-//!
-//! (At 1e4, 3.365 is right.) Two steps lose no motion and cost what backward Euler costs that starts Newton at
-//! the extrapolation (22), which one step has not: 2.0, 2.9 and 3.9 iterations. Undamped they take more, 3.0,
-//! 4.8 and 5.9 against 2.9, 4.1 and 5.1. None of these runs gained energy.
-//!
-//! *Undamped*, 2 s, BDF of two steps had steps that gained energy (2 of 200 at 1e4, 17, 45, 65 at 1e6, 1e8,
-//! 1e10) and never rose above its start. BDF of three steps gained 530 times the weight times 1 m at 1e4, 380
-//! times at 1e6, 19 times at 1e8, where Newton needed more than its 100 iterations in 36 steps: it is for
-//! damped cloth and for comparison.
-//!
-//! *Adams–Bashforth* follows its table. On the sheet at `k/m` = 1e4, damped, two steps hold up to `h` = 3 ms
-//! and three up to 1.7 ms, since there the damping sets the limit (`8 d/m = 320` 1/s). Undamped over 2 s, three
-//! steps hold up to 2.5 ms and two steps gain 3 % of the weight times 1 m at 1 ms and blow up at 2 ms.
-//!
-//! Both conserve momentum to round-off, neither angular momentum. Next to try: a step size from the difference
-//! of two orders, which the coefficients are ready for.
-//!
-//! # Symbols
+//! BDF of three steps is not A-stable. It needs about 7 % of critical damping, `η > 0.138 √θ`.
 //!
 //! | symbol | name in the code | unit | shape |
 //! |---|---|---|---|
@@ -106,9 +91,48 @@
 //! | `τ = h β_k/α_k` | [`LinearMultistep::tau`] | s | |
 //! | `−α_j/α_k` | [`LinearMultistep::past_weights`] | – | `k` |
 //! | `x*`, `v*` | `mean` | m, m/s | `n` × 3 |
+//! | `x̂`, `v̂` | `extrapolated` | m, m/s | `n` × 3 |
 //! | `a_n = M⁻¹ f(x_n, v_n)` | `acceleration` | m/s² | `n` × 3 |
 //! | `Σ β_j v_{n−j} − v_n` | `lead` | m/s | `n` × 3 |
 //! | `ω = h_n/h_{n−1}` | `ratios` | – | |
+//!
+//! # Where they failed here, and what they cost
+//!
+//! *Order.* Four particles on six springs, slopes of the errors at 0.5 s with 80 to 640 steps:
+//!
+//! | | 1 step | 2 steps | 3 steps |
+//! |---|---|---|---|
+//! | Adams, full damping | 1.04 | 2.01 | 2.96 |
+//! | BDF, full damping | 0.97 | 2.02 | 2.95 |
+//! | Adams, projected damping | 1.04 | 2.00 | 2.98 |
+//! | BDF, projected damping | 0.96 | 2.02 | 2.98 |
+//!
+//! *The hanging sheet* of 20 × 20 particles, `d/m` = 40 1/s, for 1 s at `h` = 0.01 s (`√θ` from 1
+//! to 100). Path of the middle of its free edge, m, and Newton iterations a step of BDF:
+//!
+//! | `k/m`, 1/s² | 1 step | 2 steps | 3 steps |
+//! |---|---|---|---|
+//! | 1e4 | 3.321, 2.4 | 3.367, 2.0 | 3.365, 2.0 |
+//! | 1e6 | 2.903, 3.6 | 3.033, 2.8 | 3.038, 2.7 |
+//! | 1e8 | 2.718, 4.7 | 2.860, 3.8 | 2.862, 3.7 |
+//!
+//! At 1e4, 3.365 is right. Two steps lose no motion. They cost as much as backward Euler with
+//! Newton started at the extrapolation (22), which one step has not: 2.0, 2.9 and 3.9 iterations.
+//! Undamped they take more, 3.0, 4.8 and 5.9 against 2.9, 4.1 and 5.1. None of these runs gained
+//! energy.
+//!
+//! *Undamped*, 2 s, BDF of two steps had steps that gained energy (2 of 200 at 1e4; 17, 45, 65 at
+//! 1e6, 1e8, 1e10), and its energy never rose above the start. BDF of three steps gained 530 times
+//! the weight times 1 m at 1e4, 380 times at 1e6 and 19 times at 1e8. There Newton needed more than
+//! its 100 iterations in 36 steps.
+//!
+//! *Adams–Bashforth* follows its table. On the damped sheet at `k/m` = 1e4, two steps hold up to
+//! `h` = 3 ms and three up to 1.7 ms. There the damping sets the limit (`8 d/m = 320` 1/s).
+//! Undamped over 2 s, three steps hold up to 2.5 ms. Two steps gain 3 % of the weight times 1 m at
+//! 1 ms and blow up at 2 ms.
+//!
+//! Both conserve momentum to round-off, neither conserves angular momentum. To try next: a step
+//! size from the difference of two orders, which the coefficients allow.
 
 mod coefficients;
 mod settings;

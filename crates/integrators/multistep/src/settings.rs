@@ -25,8 +25,8 @@ pub static ADAMS_BASHFORTH2: Method = Method {
     order: Order::Two,
     class: StabilityClass::Dissipative,
     conserves: &[Quantity::Momentum],
-    theory: "two steps: unstable without damping at every step size, by (hω)⁴/4 a step; three steps: \
-             stable for hω < 0.72 without damping; both only for small h²k/m and hd/m",
+    theory: "two steps: unstable without damping at every step size, by (hω)⁴/4 a step; three \
+             steps: stable for hω < 0.72 without damping; both only for small h²k/m and hd/m",
     supports: Supports::Explicit,
     refuses: &[],
     settings: AdamsBashforthSettings::SETTINGS,
@@ -40,15 +40,15 @@ pub static BDF2: Method = Method {
     order: Order::Two,
     class: StabilityClass::Dissipative,
     conserves: &[Quantity::Momentum],
-    theory: "two steps: L-stable on linear problems, no energy theorem; three steps: gains up to 4.6 % \
-             a step where an undamped spring has hω < 1.94",
+    theory: "two steps: L-stable on linear problems, no energy theorem; three steps: gains up to \
+             4.6 % a step where an undamped spring has hω < 1.94",
     supports: Supports::Blocks,
     refuses: &[],
     settings: BdfSettings::SETTINGS,
 };
 
-/// Ratios of neighbouring steps that Adams–Bashforth bridges. Its sums of old slopes are stable at any ratio
-/// ("zero-stable"); what limits it is accuracy: at a growth by 2 the weights are `(−1, 2)`.
+/// Ratios of neighbouring steps that Adams–Bashforth bridges. It is zero-stable at any ratio;
+/// accuracy sets the limit: at a growth by 2 the weights are `(−1, 2)`.
 pub(crate) const ADAMS_RATIOS: RangeInclusive<f64> = 0.5..=2.0;
 
 /// Number `k` of steps of a method.
@@ -56,7 +56,7 @@ pub(crate) const ADAMS_RATIOS: RangeInclusive<f64> = 0.5..=2.0;
 pub enum Steps {
     /// The Euler methods.
     One,
-    /// As the ids say.
+    /// The default, which the ids name.
     Two,
     /// The highest order here.
     Three,
@@ -95,12 +95,12 @@ settings! {
         steps: Steps as BDF_STEPS,
         /// how Newton's method solves and when it stops
         stage: StageSettings,
-        /// local error that a step may make, in mesh widths; 0: steps are taken as they are given
+        /// local error that a step may make, in mesh widths; 0: the method takes steps as given
         tolerance: f64 as TOLERANCE,
     }
 }
 
-/// Three steps do not allow the step sizes to vary as much as the control asks for.
+/// Step size control varies steps by more than the three-step method allows.
 fn without_control_of_three(settings: &BdfSettings) -> Result<(), SettingError> {
     if settings.steps == Steps::Three && settings.tolerance > 0.0 {
         return Err(SettingError::Conflict {
@@ -114,10 +114,10 @@ fn without_control_of_three(settings: &BdfSettings) -> Result<(), SettingError> 
 }
 
 impl BdfSettings {
-    /// Ratios of neighbouring steps that the method bridges. Errors of the past die out while every ratio is below
-    /// `1 + √2` for two steps (Grigorieff 1983); for three steps a steady growth is unstable from the golden
-    /// ratio 1.618 on (a test finds nothing worse), and smaller bounds are proven (Calvo, Grande and Grigorieff
-    /// 1990).
+    /// Ratios of neighbouring steps that the method bridges. With two steps, past errors die out
+    /// while every ratio is below `1 + √2` (Grigorieff 1983). With three steps, steady growth is
+    /// unstable from the golden ratio 1.618 on; a test finds nothing worse, and smaller bounds are
+    /// proven (Calvo, Grande and Grigorieff 1990).
     pub(crate) fn ratios(&self) -> RangeInclusive<f64> {
         let most = if self.steps == Steps::Three { 1.5 } else { 2.0 };
         0.5..=most

@@ -1,4 +1,4 @@
-//! What is particular to methods of several steps: their past in contact, their reports, their settings.
+//! Tests of methods with several steps: their past in contact, their reports and their settings.
 
 use crate::{AdamsBashforth, AdamsBashforthSettings, Bdf, BdfSettings};
 use drape_integrator::{Integrator, Setups, SolveStatus};
@@ -43,8 +43,8 @@ fn above(normal: [f64; 3], restitution: f64, x: Vec3, v: Vec3) -> SystemSpec {
 
 const UP: [f64; 3] = [0.0, 0.0, 1.0];
 
-/// Levels that a bounce separates from the present are replaced by those of a free flight: the particle
-/// is on the parabola at once, and an elastic bounce keeps the energy.
+/// A bounce replaces the levels before it by those of a free flight: the particle is on its
+/// parabola at once, and an elastic bounce keeps the energy.
 #[test]
 fn the_flight_after_a_bounce_is_a_parabola_from_its_first_step() {
     for e in [0.5, 1.0] {
@@ -78,7 +78,7 @@ fn the_flight_after_a_bounce_is_a_parabola_from_its_first_step() {
     }
 }
 
-/// Along the surface the methods keep their order: constant acceleration is met exactly.
+/// Along the surface the methods keep their order, so constant acceleration is exact.
 #[test]
 fn sliding_down_a_slope_is_exact_where_falling_is() {
     let normal = [0.6, 0.0, 0.8];
@@ -99,7 +99,7 @@ fn sliding_down_a_slope_is_exact_where_falling_is() {
     }
 }
 
-/// Where an obstacle ends, so does its support, at once.
+/// The support of an obstacle ends at its edge, at once.
 #[test]
 fn what_slides_off_an_edge_falls_on_a_parabola_from_its_first_step() {
     for (method, name) in all(&STEPS[1..]) {
@@ -110,7 +110,8 @@ fn what_slides_off_an_edge_falls_on_a_parabola_from_its_first_step() {
             let (x, v) = (run.state.x[0], run.state.v[0]);
             run.step();
             let falls = if x.x > 0.5 { Vec3::z() * -G } else { Vec3::zeros() };
-            // Adams remembers forces, which an edge does not change; BDF velocities, which have a kink there.
+            // Adams remembers forces, which an edge does not change; BDF velocities, which have a
+            // kink there.
             let first = v.z == 0.0;
             let close = if first && name.starts_with("bdf2") { 0.5 * G * H } else { 1e-12 };
             let error = (run.state.v[0] - v - falls * H).norm();
@@ -123,7 +124,7 @@ fn what_slides_off_an_edge_falls_on_a_parabola_from_its_first_step() {
     }
 }
 
-/// A pin that lets go of a particle above the plane, and one that catches what has landed.
+/// A pin releases a particle above the plane, and another holds it after it has landed.
 #[test]
 fn pins_and_obstacles_go_together() {
     for (method, name) in all(&STEPS) {

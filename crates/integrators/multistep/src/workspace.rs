@@ -6,7 +6,7 @@ use drape_integrator::{ContactSet, History, ImplicitStage, NewtonLinear, Prepare
 use drape_model::{System, Vec3};
 use drape_solvers::Constraints;
 
-/// The sizes of the last steps, s, the present one first, and how many the history allows.
+/// Sizes of the last steps, s, the present one first, and how many of them the history allows.
 pub(crate) fn step_sizes(history: &History<2>, h: f64) -> ([f64; MAX_STEPS], usize) {
     let mut steps = [h; MAX_STEPS];
     for age in 0..history.len() {
@@ -28,9 +28,9 @@ pub struct AdamsWorkspace {
     pub(crate) acceleration: Vec<Vec3>,
     /// `Σ_j β_j a_{n−j}`.
     pub(crate) mean_acceleration: Vec<Vec3>,
-    /// `Σ_j β_j v_{n−j} − v_n`: the positions move by it beside `v_n`.
+    /// `Σ_j β_j v_{n−j} − v_n`, which moves the positions in addition to `v_n`.
     pub(crate) lead: Vec<Vec3>,
-    /// `v_n` as pins and contacts leave it.
+    /// `v_n` under pins and contacts.
     pub(crate) velocity: Vec<Vec3>,
     pub(crate) predicted: (Vec<Vec3>, Vec<Vec3>),
     /// `v_{n+1}` without pins and contacts.
@@ -74,7 +74,7 @@ pub struct BdfWorkspace {
     pub(crate) extrapolated: (Vec<Vec3>, Vec<Vec3>),
     /// Time of the extrapolation, s.
     pub(crate) ahead: f64,
-    /// The acceleration that goes on after an impact, for the history.
+    /// The acceleration that lasts after an impact, for the history.
     pub(crate) acceleration: Vec<Vec3>,
     pub(crate) contacts: ContactSet,
     pub(crate) pins_alone: ContactSet,

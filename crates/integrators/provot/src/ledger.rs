@@ -1,10 +1,11 @@
-//! What a step did to the energy.
+//! The energy ledger of a step.
 
 use crate::step::Workspace;
 use drape_integrator::{Bookkeeping, EnergyLedger, Taken, momentum_between};
 
 impl Workspace {
-    /// The ledger of the last step: that of symplectic Euler, and the energy before and after the springs were shortened.
+    /// The ledger of the last step: as for symplectic Euler, with the shortening of springs as a
+    /// correction.
     pub(crate) fn energy_ledger(&mut self, taken: &Taken<'_>) -> EnergyLedger {
         let Taken { system, before, after, h } = *taken;
         let contacts = &self.contacts;

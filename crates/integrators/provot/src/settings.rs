@@ -1,4 +1,4 @@
-//! What the method is, and its settings.
+//! Description and settings of the method.
 
 use drape_integrator::{
     Declares, ElongationSettings, Method, Order, Quantity, StabilityClass, Supports, Word, settings,
@@ -12,8 +12,9 @@ pub static PROVOT: Method = Method {
     order: Order::One,
     class: StabilityClass::Dissipative,
     conserves: &[Quantity::Momentum],
-    theory: "as symplectic Euler, stable if h²λ + 2hδ < 4, while no spring is longer than its limit; \
-             shortening one solves no differential equation and conserves neither energy nor angular momentum",
+    theory: "as symplectic Euler, stable if h²λ + 2hδ < 4, while no spring exceeds its limit; \
+             shortening a spring solves no differential equation, and conserves neither energy \
+             nor angular momentum",
     supports: Supports::Explicit,
     refuses: &[],
     settings: ProvotSettings::SETTINGS,
@@ -24,7 +25,7 @@ pub static PROVOT: Method = Method {
 pub enum VelocityUpdate {
     /// `v_{n+1} = (x_{n+1} − x_n)/h`.
     Corrected,
-    /// It does not: the springs that were too long go on stretching.
+    /// Velocities stay, and the springs that were too long go on stretching.
     PositionsOnly,
 }
 
@@ -38,7 +39,8 @@ settings! {
     pub struct ProvotSettings for PROVOT {
         /// the limit on elongation
         elongation: ElongationSettings,
-        /// whether what moves a position also changes the velocity, by the displacement over the step size
+        /// whether a corrected position also changes the velocity, by its displacement over the
+        /// step size
         velocity: VelocityUpdate [Corrected, PositionsOnly] = Corrected,
     }
 }

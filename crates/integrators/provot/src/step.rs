@@ -3,11 +3,11 @@
 use crate::settings::{PROVOT, ProvotSettings, VelocityUpdate};
 use drape_integrator::{
     ElongationLimit, EnergyLedger, ImpulsiveContacts, Method, Phase, PhaseClock, PrepareError,
-    Registration, Scheme, StepError, StepReport, Stepper, Taken, kick,
+    Registration, Scheme, StepError, StepReport, Stepper, Taken, drift, kick,
 };
 use drape_model::{State, System, Vec3};
 
-/// Symplectic Euler, then a limit on the elongation of springs.
+/// Symplectic Euler with a limit on the elongation of springs.
 pub type Provot = Stepper<Workspace>;
 
 /// For the registry.
@@ -48,17 +48,19 @@ impl Scheme for Workspace {
         clock.switch(Phase::Forces);
         system.forces(state.level(), force);
         contacts.free_velocity.copy_from_slice(&state.v);
-        kick(system, h, force, &mut contacts.free_velocity); // v = v_n + h M⁻¹ f(x_n, v_n)
-        contacts.advance(system, h, state, clock); // x = x_n + h v
+        kick(system, h, force, &mut contacts.free_velocity); // v = v_n + h M⁻¹ f(x_n, v_n), (P1)
+        contacts.constrain(system, h, state, clock);
+        drift(h, &state.v, &mut state.x); // x = x_n + h v, (P2)
+        contacts.settle(h, state);
         clock.switch(Phase::Solve);
         let mut report = StepReport { force_evaluations: 1, ..StepReport::default() };
         let State { x, v, .. } = state;
-        let along = match settings.velocity {
-            VelocityUpdate::Corrected => Some(&mut v[..]),
+        let corrected = match settings.velocity {
+            VelocityUpdate::Corrected => Some(&mut v[..]), // v_{n+1} = (x_{n+1} − x_n)/h, (P4)
             VelocityUpdate::PositionsOnly => None,
         };
-        // While L > (1 + τ_c) ℓ: the ends move; v_{n+1} = (x_{n+1} − x_n)/h
-        report.correction = limit.correct(system, h, x, along);
+        // A spring with L > (1 + τ_c) ℓ is shortened to (1 + τ_c) ℓ, one after the other, (P3)
+        report.correction = limit.correct(system, h, x, corrected);
         if report.correction > 0.0 {
             contacts.stop(v);
         }
@@ -77,7 +79,7 @@ impl Scheme for Workspace {
         true
     }
 
-    /// The springs are shortened one after the other, each from where the last one left its ends.
+    /// Each spring is shortened from where the one before left its ends.
     fn follows_springs(_settings: &ProvotSettings) -> bool {
         true
     }

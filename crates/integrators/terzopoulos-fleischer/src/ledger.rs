@@ -1,12 +1,12 @@
-//! What a step did to the energy.
+//! The energy ledger of a step.
 
 use crate::step::Workspace;
 use drape_integrator::{Bookkeeping, EnergyLedger, Taken, momentum_between, subtract_laplacian};
 use drape_model::{Level, Vec3};
 
 impl Workspace {
-    /// The ledger of the last step: the force of a spring is that of its old secant stiffness at the positions to which the
-    /// solve leads, before contacts; the damping the mean of old and new.
+    /// The ledger of the last step. A spring's force is its old secant stiffness times the
+    /// positions that the solve leads to, before contacts. Damping is the mean of old and new.
     pub(crate) fn energy_ledger(&mut self, taken: &Taken<'_>) -> EnergyLedger {
         let Taken { system, before, after, h } = *taken;
         let Self { secant, contacts, .. } = self;

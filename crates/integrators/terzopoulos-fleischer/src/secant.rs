@@ -1,10 +1,10 @@
-//! The matrix and the right-hand side, from secant stiffnesses.
+//! Matrix and right-hand side from secant stiffnesses.
 
 use drape_integrator::{Implicit, PrepareError, StepError};
 use drape_model::{State, System, Vec3};
 use drape_solvers::{CompleteLdlt, LinearOperator, ScalarMatrix, constraint_impulse, vector::norm};
 
-/// `A v_{n+1} = b` of one step.
+/// `A v_{n+1} = b` of one step, (T2).
 #[derive(Debug)]
 pub(crate) struct SecantSystem {
     clamp: bool,
@@ -37,9 +37,9 @@ impl SecantSystem {
         })
     }
 
+    /// `A = M + h² K(x_n) + ½ h L_c` and `b = (M − ½ h D) v_n + h (f_ext − K(x_n) x_n)`, (T2).
+    /// Projected damping `D` adds `½ h (L_c − D) v_n` to `b`.
     #[doc(alias = "Terzopoulos-Fleischer 1988")]
-    /// `A = M + h² K(x_n) + ½ h L_c` and `b = (M − ½ h D) v_n + h (f_ext − K(x_n) x_n)`, to which
-    /// projected damping `D` adds `½ h (L_c − D) v_n`.
     pub(crate) fn assemble(&mut self, system: &System, state: &State, h: f64) {
         let Self { clamp, matrix, free, b, damping, .. } = self;
         let (x, v) = (&state.x, &state.v);
@@ -80,7 +80,7 @@ impl SecantSystem {
         Ok(self.factor.update(&self.matrix, Some(&self.free))?)
     }
 
-    /// The weight that a secant stiffness has in the matrix, N/m.
+    /// Weight of a secant stiffness in the matrix, N/m.
     pub(crate) fn weight(&self, secant: f64) -> f64 {
         if self.clamp { secant.max(0.0) } else { secant }
     }
@@ -96,7 +96,7 @@ impl SecantSystem {
         self.factor.negative_pivots().is_some_and(|count| count > 0)
     }
 
-    /// With pins on paths: what they add to the rows of the others goes to the right-hand side.
+    /// Solves with pins on paths: their products with the other rows go to the right-hand side.
     fn solve_led(&mut self, system: &System, known: &[Vec3], v: &mut [Vec3]) {
         let Self { matrix, factor, free, b, damping: right, residual: product, .. } = self;
         v.fill(Vec3::zeros());
@@ -113,8 +113,8 @@ impl SecantSystem {
         }
     }
 
-    /// Solves; pinned particles have the velocity of `known` (m/s). Returns `‖b − A v‖/‖b‖` over
-    /// the others.
+    /// Solves for `v`; pinned particles take their velocity from `known`, m/s. Returns
+    /// `‖b − A v‖/‖b‖` over the others.
     pub(crate) fn solve(&mut self, system: &System, known: &[Vec3], v: &mut [Vec3]) -> f64 {
         if system.moving_pins().is_empty() {
             self.factor.solve(&self.b, v);
@@ -142,13 +142,16 @@ mod tests {
     /// Three particles on two springs with the given law of damping, in motion.
     fn scene(damping: &str) -> (System, State) {
         let text = format!(
-            r#"{{ "format": "drape-system/1", "damping": "{damping}", "particles": {{ "mass_kg": [1, 2, 0.5],
+            r#"{{ "format": "drape-system/1", "damping": "{damping}",
+            "particles": {{ "mass_kg": [1, 2, 0.5],
             "position_m": [[0, 0, 0], [0.5, 0, 0.25], [2, 1, 0]],
             "velocity_m_s": [[0, 1, 0], [1, 0, -1], [0.5, 0.25, 2]] }},
             "effects": {{ "gravity": {{ "m_s2": [0, 0, -10] }} }},
             "springs": [
-              {{ "effect": "tension", "i": 0, "j": 1, "rest_length_m": 1, "stiffness_n_per_m": 50, "damping_n_s_per_m": 3 }},
-              {{ "effect": "shear", "i": 1, "j": 2, "rest_length_m": 1, "stiffness_n_per_m": 20, "damping_n_s_per_m": 2 }}
+              {{ "effect": "tension", "i": 0, "j": 1, "rest_length_m": 1,
+                "stiffness_n_per_m": 50, "damping_n_s_per_m": 3 }},
+              {{ "effect": "shear", "i": 1, "j": 2, "rest_length_m": 1,
+                "stiffness_n_per_m": 20, "damping_n_s_per_m": 2 }}
             ] }}"#
         );
         parse("test", &text).expect("valid").spec().build().expect("valid")
@@ -192,8 +195,8 @@ mod tests {
         }
     }
 
-    /// Half of the projected damping at the new level as far as it is linear, the rest at the old
-    /// one: with a velocity that does not change, the damping force is the whole of it.
+    /// Half of the projected damping is implicit, as far as it is linear. Where the velocity does
+    /// not change, both halves add up to the whole damping force.
     #[test]
     fn projected_damping_is_complete_where_the_velocity_does_not_change() {
         let (system, state) = scene("projected");
@@ -201,7 +204,7 @@ mod tests {
         secant.assemble(&system, &state, H);
         let mut force = vec![Vec3::zeros(); state.len()];
         system.forces(state.level(), &mut force);
-        // A v_n − b = −h f + h² K v_n, where K v_n is left out by a step that is small enough.
+        // A v_n − b = −h f + h² K v_n; a small step makes the last term negligible.
         let small = 1e-7;
         secant.assemble(&system, &state, small);
         let mut product = state.v.clone();
@@ -212,8 +215,8 @@ mod tests {
         }
     }
 
-    /// A compressed spring pushes in the default form and does not in the clamped one; where the
-    /// matrix is indefinite only the default form notices.
+    /// A compressed spring pushes in the default form, but not in the clamped one. The matrix is
+    /// indefinite only in the default form.
     #[test]
     fn clamping_silences_compressed_springs() {
         let (system, mut state) = scene("full");

@@ -1,4 +1,4 @@
-//! What the method is, and its settings.
+//! Description and settings of the method.
 
 use drape_integrator::{Declares, Method, Order, Quantity, StabilityClass, Supports, settings};
 
@@ -10,8 +10,9 @@ pub static TERZOPOULOS_FLEISCHER: Method = Method {
     order: Order::One,
     class: StabilityClass::Dissipative,
     conserves: &[Quantity::Momentum],
-    theory: "stable for every step on springs of rest length 0; near its rest length a spring resists only a step \
-             after it was stretched, so that energy may rise; with clamp=true no order is claimed",
+    theory: "stable for every step on springs of rest length 0; near its rest length a spring \
+             resists only one step after it was stretched, so energy may rise; with clamp=true no \
+             order is claimed",
     supports: Supports::ScalarMatrix,
     refuses: &[],
     settings: TerzopoulosFleischerSettings::SETTINGS,
@@ -20,8 +21,8 @@ pub static TERZOPOULOS_FLEISCHER: Method = Method {
 settings! {
     /// Settings of the semi-implicit step.
     pub struct TerzopoulosFleischerSettings for TERZOPOULOS_FLEISCHER {
-        /// raise the negative secant stiffness of compressed springs to 0, so that the matrix stays positive
-        /// definite: another equation, of which no order is claimed
+        /// raise the negative secant stiffness of compressed springs to 0: the matrix stays
+        /// positive definite, but this is another equation, and no order is claimed
         clamp: bool = false,
     }
 }

@@ -4,7 +4,7 @@ use crate::secant::SecantSystem;
 use crate::settings::{TERZOPOULOS_FLEISCHER, TerzopoulosFleischerSettings};
 use drape_integrator::{
     EnergyLedger, ImpulsiveContacts, Method, Phase, PhaseClock, PrepareError, Registration, Scheme,
-    SetupCause, SolveStatus, StepError, StepReport, Stepper, Taken,
+    SetupCause, SolveStatus, StepError, StepReport, Stepper, Taken, drift,
 };
 use drape_model::{State, System};
 
@@ -54,18 +54,21 @@ impl Scheme for Workspace {
         clock.switch(Phase::MatrixSetup);
         let cause = std::mem::replace(cause, SetupCause::EveryStep);
         let mut report = StepReport::after_setup(Some(cause));
-        // A = M + h² K(x_n) + ½ h C, and b = (M − ½ h C) v_n + h (f_ext − K(x_n) x_n)
+        // A = M + h² K(x_n) + ½ h C, b = (M − ½ h C) v_n + h (f_ext − K(x_n) x_n), (T2)
         secant.assemble(system, state, h);
         secant.factorise()?;
         report.force_evaluations = 1;
         report.factorisations = 1;
         clock.switch(Phase::Solve);
-        report.relative_residual = secant.solve(system, &state.v, &mut contacts.free_velocity); // A v_{n+1} = b
+        let v = &mut contacts.free_velocity;
+        report.relative_residual = secant.solve(system, &state.v, v); // A v_{n+1} = b, (T2)
         report.matvecs = 1;
         if secant.is_indefinite() {
             report.solve = SolveStatus::Indefinite;
         }
-        contacts.advance(system, h, state, clock); // x_{n+1} = x_n + h v_{n+1}
+        contacts.constrain(system, h, state, clock);
+        drift(h, &state.v, &mut state.x); // x_{n+1} = x_n + h v_{n+1}, (T3)
+        contacts.settle(h, state);
         Ok(report)
     }
 

@@ -1,16 +1,15 @@
 //! Symmetric 3×3 blocks along few diagonals: the matrix of a regular grid, without an index.
 //!
-//! On a sheet whose particles are numbered row by row, springs of one kind couple `i` to `i + o`
-//! with two offsets `o` ("bands"). There is one array for each band and each of the six numbers of
-//! a symmetric block, so that neighbouring rows lie side by side and a product takes eight rows at
-//! a time.
+//! On a sheet with particles numbered row by row, springs of one kind couple `i` to `i + o` with
+//! two offsets `o` ("bands"). Each band has one array for each of the six numbers of a symmetric
+//! block. So neighbouring rows lie side by side, and a product takes eight rows at a time.
 //!
 //! # What it costs
 //!
 //! With `B` bands a product takes `18 (2B + 1)` flops a row and moves `48 (B + 1)` bytes of matrix
 //! and 48 of vectors: 234 flops and 384 bytes on a sheet with tension, shear and bending springs,
-//! against 234 and 1036 in compressed rows. The blocks left of the diagonal are those of earlier
-//! rows, which the second-level cache still has.
+//! against 234 and 1036 in compressed rows. The blocks left of the diagonal belong to earlier rows,
+//! which are still in the second-level cache.
 //!
 //! | tried on 400 to 10 000 rows, six bands, one core of a Zen 4 | ns a row |
 //! |---|---|
@@ -21,8 +20,8 @@
 //! | **512 rows, 4 blocks** | 10.4 |
 //! | 512 rows, 6 blocks: no longer vectorised | 38 |
 //!
-//! At 100 000 rows the matrix comes from main memory: 33 ns beside other work on the machine, 14
-//! from its bandwidth alone. The processor does not fetch ahead 42 streams well.
+//! At 100 000 rows the matrix comes from main memory: 33 ns beside other work on the machine, where
+//! the bandwidth alone would give 14. The processor does not prefetch 42 streams well.
 
 use crate::{Mat3, Vec3};
 use drape_kernels::blocks::{BandPlanes, SIX};
@@ -30,11 +29,11 @@ use drape_kernels::lanes::WIDEST;
 use drape_kernels::planes::{self, Frame, join};
 use std::sync::Mutex;
 
-/// Rows whose sums are kept in the first-level cache; a page of each plane.
+/// Rows with sums in the first-level cache; a page of each plane.
 const GROUP: usize = 512;
 /// Zeros behind the last row.
 const PADDING: usize = 2 * WIDEST;
-/// Blocks of each row that one pass over a group takes: the sums stay in registers meanwhile.
+/// Blocks of each row in one pass over a group, during which the sums stay in registers.
 const TOGETHER: usize = 4;
 
 /// A symmetric matrix of symmetric 3×3 blocks on the diagonal and along few bands beside it.
@@ -55,12 +54,12 @@ pub(super) struct Bands {
     pub(super) window: Mutex<Window>,
 }
 
-/// The blocks of one diagonal, left or right of the main one, that rows are multiplied with.
+/// The blocks of one diagonal, left or right of the main one, as factors of rows.
 #[derive(Clone, Copy, Debug, Default)]
 struct Term {
-    /// Where the `xx` of row 0 is in the planes.
+    /// Place of the `xx` of row 0 in the planes.
     block: usize,
-    /// Where the factor of the first row of a chunk is in a plane of the window.
+    /// Place of the factor of a chunk's first row in a plane of the window.
     x: usize,
 }
 
@@ -145,8 +144,8 @@ impl Bands {
         })
     }
 
-    /// Cuts all couplings of row `i`, and makes its diagonal block the multiple of the identity
-    /// that `scale` makes of a third of its trace.
+    /// Cuts all couplings of row `i`, and sets its diagonal block to `scale(trace / 3)` times the
+    /// identity.
     pub(super) fn fix(&mut self, i: usize, scale: impl Fn(f64) -> f64) {
         let scale = scale(self.get(i, i).trace() / 3.0);
         self.clear_at(self.lead + i);
@@ -170,7 +169,7 @@ impl Bands {
         std::array::from_fn(|c| &self.planes[c * self.stride + self.lead..][..self.n])
     }
 
-    /// Where the `xx` of block (i, j) is.
+    /// Place of the `xx` of block (i, j).
     fn place(&self, i: usize, j: usize) -> Option<usize> {
         let row = self.lead + i.min(j);
         match self.offsets.binary_search(&i.abs_diff(j)) {
@@ -222,8 +221,8 @@ impl Bands {
     }
 }
 
-/// The coordinates of the factor in one array each: `reach` particles before a chunk, the chunk,
-/// and as many behind it.
+/// The coordinates of the factor in one array each: a chunk with `reach` particles before and
+/// behind it.
 #[derive(Debug)]
 pub(super) struct Window {
     chunk: usize,
@@ -289,7 +288,7 @@ impl pulp::WithSimd for Product<'_> {
     }
 }
 
-/// Where a group of rows finds its blocks and factors.
+/// The blocks and factors of a group of rows.
 #[derive(Clone, Copy)]
 struct Place<'a> {
     planes: &'a [f64],

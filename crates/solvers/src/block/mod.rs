@@ -1,6 +1,6 @@
 //! Symmetric matrices of 3×3 blocks, for Jacobians that couple the coordinates.
 //!
-//! One matrix, three layouts, chosen by what is coupled; all of them give the same bits.
+//! One matrix with three layouts, which the couplings choose; all of them give the same bits.
 //!
 //! | layout | for | a row of a sheet with tension, shear and bending springs |
 //! |---|---|---|
@@ -8,8 +8,8 @@
 //! | [`Coupling::Pairs`] | springs in any order | 600 bytes |
 //! | [`Coupling::Rows`] | any blocks; factorisations and multigrid | 1036 bytes |
 //!
-//! A row is summed from its first scalar column to its last in each of them. Places along a band
-//! without a coupling hold zeros, which change no sum of finite numbers.
+//! Each of them sums a row from its first scalar column to its last. Places along a band without a
+//! coupling hold zeros, which change no sum of finite numbers.
 
 mod bands;
 mod pairs;
@@ -60,8 +60,8 @@ macro_rules! each {
 }
 
 impl BlockMatrix {
-    /// The zero matrix in the layout that suits the coupling, with room for `n` diagonal blocks and
-    /// for each edge. Edges may be repeated, and tie a row to itself. Bands need no edges.
+    /// The zero matrix in the layout of `coupling`, with room for `n` diagonal blocks and for each
+    /// edge. Edges may be repeated, and may join a row to itself. Bands need no edges.
     ///
     /// # Panics
     /// When an edge names a row that is not below `n`, when a `u32` cannot number rows and edges,
@@ -78,7 +78,7 @@ impl BlockMatrix {
         })
     }
 
-    /// As [`new`](Self::new) in compressed rows, which hold any blocks.
+    /// As [`new`](Self::new), in compressed rows, which hold any blocks.
     pub fn with_pattern(n: usize, edges: impl IntoIterator<Item = (usize, usize)>) -> Self {
         Self::new(n, &Coupling::Rows, edges)
     }
@@ -107,7 +107,7 @@ impl BlockMatrix {
         each!(&mut self.0, a => a.clear());
     }
 
-    /// Takes over all blocks of a matrix with the same layout and pattern.
+    /// Copies all blocks of a matrix with the same layout and pattern.
     ///
     /// # Panics
     /// When the other matrix has another number of blocks.
@@ -124,10 +124,10 @@ impl BlockMatrix {
     }
 
     /// Adds the symmetric `block` at (i, i) and (j, j), and its negative at (i, j) and (j, i): the
-    /// contribution of a force that depends on the difference of `i` and `j`. For `i = j` nothing
-    /// is added.
+    /// contribution of a force that depends on the difference of `i` and `j`. For `i = j` it adds
+    /// nothing.
     ///
-    /// A pair outside the pattern is a bug of the caller: debug builds stop, release builds leave
+    /// A pair outside the pattern is a bug of the caller: debug builds panic, release builds leave
     /// the pair out.
     pub fn add_pair(&mut self, i: usize, j: usize, block: &Mat3) {
         each!(&mut self.0, a => a.add_pair(i, j, block));
@@ -148,7 +148,7 @@ impl BlockMatrix {
         each!(&self.0, a => a.get(i, j))
     }
 
-    /// The memory that one sweep over springs fills; none in compressed rows.
+    /// The memory that one sweep over the springs fills; `None` in compressed rows.
     pub fn fast_layout(&mut self) -> Option<BlockLayout<'_>> {
         match &mut self.0 {
             Layout::Rows(_) => None,
@@ -160,12 +160,11 @@ impl BlockMatrix {
     /// `A ← S A S + (I − S) D` with a positive number `dᵢ` for each constrained particle: a third
     /// of the trace of its diagonal block, or one if that is not positive.
     ///
-    /// The matrix stays symmetric, and positive definite if it was. For a right-hand side with
-    /// nothing in the constrained directions (`b = S b`) the solution has nothing there either, and
-    /// solves the filtered problem. So a direct solver can stand in for filtered conjugate
-    /// gradients.
+    /// The matrix stays symmetric, and stays positive definite. A right-hand side that is zero in
+    /// the constrained directions (`b = S b`) gives a solution that is zero there, too, and solves
+    /// the filtered problem. So a direct solver can replace filtered conjugate gradients.
     ///
-    /// Planes and lines lead to blocks that are not symmetric, which turn bands and pairs into
+    /// Planes and lines give blocks that are not symmetric, which turn bands and pairs into
     /// compressed rows.
     ///
     /// # Panics
@@ -204,8 +203,8 @@ impl BlockMatrix {
         rows
     }
 
-    /// Calls `visit` with the numbers `xx, xy, xz, yy, yz, zz` of the lower triangle of each
-    /// diagonal block, which the visitor reads by row.
+    /// Lets `visitor` read the numbers `xx, xy, xz, yy, yz, zz` of each diagonal block's lower
+    /// triangle.
     pub(crate) fn with_diagonal<V: VisitDiagonal>(&self, visitor: V) -> V::Output {
         match &self.0 {
             Layout::Rows(rows) => visitor.visit(

@@ -1,18 +1,18 @@
 //! Symmetric 3×3 blocks, one for each coupled pair of rows: the matrix of a general mesh of
 //! springs.
 //!
-//! A block left of the diagonal is the one of the other row and is read from there.
+//! A block left of the diagonal is stored with the other row and read from there.
 //!
 //! # What it costs
 //!
 //! With `p` pairs a row a product takes `18 (2p + 1)` flops a row and moves `64 (p + 1)` bytes of
 //! blocks, `8 (2p + 1)` of places and 48 of vectors: on a sheet with tension, shear and bending
 //! springs (`p` = 6) 234 flops and 600 bytes, against 1036 bytes in compressed rows. The blocks
-//! left of the diagonal are those of earlier rows, which the cache still has where coupled rows
-//! have numbers close together.
+//! left of the diagonal belong to earlier rows. Where coupled rows have near numbers, these are
+//! still in cache.
 //!
-//! Tried with steps of Baraff and Witkin's method on 2704 rows in disorder, one core of a busy Zen
-//! 4, least time of many steps:
+//! Tried with steps of Baraff and Witkin's method on 2704 rows in disorder, on one core of a busy
+//! Zen 4, least time of many steps:
 //!
 //! | tried | expected | a step |
 //! |---|---|---|
@@ -24,7 +24,7 @@ use crate::{Mat3, Vec3};
 use drape_kernels::blocks::{COLUMNS, LINE, PLACES, PairLines, six};
 use drape_kernels::planes::Aligned;
 
-/// Rows that are summed side by side: each waits for its own sums only.
+/// Rows summed side by side: each waits for its own sums only.
 const TOGETHER: usize = 4;
 
 /// A symmetric matrix of symmetric 3×3 blocks. Each coupled pair has one block, in a
@@ -32,12 +32,12 @@ const TOGETHER: usize = 4;
 #[derive(Clone, Debug)]
 pub(super) struct Pairs {
     n: usize,
-    /// The lines of the diagonal, then of the pairs, and as much again as the last column reaches
-    /// beyond the last line.
+    /// The lines of the diagonal, then of the pairs, then room for the last column's reach beyond
+    /// the last line.
     numbers: Aligned,
     /// Rows of each pair, the lower first; rising.
     ends: Vec<[u32; 2]>,
-    /// The pair of each edge that the matrix was made with.
+    /// The pair of each edge given to [`new`](Self::new).
     slots: Vec<u32>,
     /// The blocks of row `i` are `entries[starts[i]..starts[i + 1]]`: line and column of each, by
     /// rising column.
@@ -106,8 +106,8 @@ impl Pairs {
         })
     }
 
-    /// Cuts all couplings of row `i`, and makes its diagonal block the multiple of the identity
-    /// that `scale` makes of a third of its trace.
+    /// Cuts all couplings of row `i`, and sets its diagonal block to `scale(trace / 3)` times the
+    /// identity.
     pub(super) fn fix(&mut self, i: usize, scale: impl Fn(f64) -> f64) {
         let scale = scale(self.get(i, i).trace() / 3.0);
         for &[line, _] in &self.entries[self.starts[i]..self.starts[i + 1]] {
@@ -170,7 +170,7 @@ impl Pairs {
     }
 }
 
-/// Lines and columns of the blocks of `n` rows, and where those of each row begin.
+/// Lines and columns of the blocks of `n` rows, and the start of each row.
 fn rows(n: usize, ends: &[[u32; 2]]) -> (Vec<[u32; 2]>, Vec<usize>) {
     let mut starts = vec![0; n + 1];
     for i in 0..n {
@@ -187,7 +187,7 @@ fn rows(n: usize, ends: &[[u32; 2]]) -> (Vec<[u32; 2]>, Vec<usize>) {
         entries[*next] = [line, column];
         *next += 1;
     };
-    // Pairs rise by their lower row: first what is left of the diagonal.
+    // Pairs rise by their lower row: first the blocks left of the diagonal.
     let pairs = || (n as u32..).zip(ends);
     pairs().for_each(|(line, &[i, j])| push(j, line, i));
     (0..n as u32).for_each(|i| push(i, i, i));
@@ -219,8 +219,8 @@ impl pulp::WithSimd for Product<'_> {
     }
 }
 
-/// Adds the product of a block with its part of `x`, column by column. The fourth number is of no
-/// meaning.
+/// Adds the product of a block with its part of `x`, column by column. The fourth number means
+/// nothing.
 #[inline(always)]
 fn add_block(sum: &mut [f64; 4], numbers: &[f64], [line, column]: [u32; 2], x: &[Vec3]) {
     let line = &numbers[LINE * line as usize..][..LINE + 1];

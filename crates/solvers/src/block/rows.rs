@@ -9,10 +9,10 @@ use crate::{Constraints, Mat3, Vec3};
 pub(crate) struct Rows {
     pattern: Pattern,
     blocks: Vec<Mat3>,
-    /// Where the pairs went that were added since the last clearing but one, in their order. A
-    /// matrix is filled again in the same order, which then needs no search.
+    /// Places of the pairs in the order of the last filling. The next filling in the same order
+    /// needs no search.
     places: Vec<Place>,
-    /// How many have been added since it was cleared.
+    /// Number of pairs added since the last clearing.
     added: usize,
 }
 
@@ -28,8 +28,7 @@ impl Rows {
     pub(crate) fn new(n: usize, edges: impl IntoIterator<Item = (usize, usize)>) -> Self {
         let pattern = Pattern::new(n, edges);
         let blocks = vec![Mat3::zeros(); pattern.nonzeros()];
-        // Springs add a pair once for their stiffness and once for their damping. Pairs beyond that
-        // are searched.
+        // Springs add a pair once for stiffness and once for damping. Further pairs are searched.
         let places = Vec::with_capacity(pattern.nonzeros());
         Self { pattern, blocks, places, added: 0 }
     }
@@ -150,7 +149,7 @@ impl Rows {
         let (ij, ji) = slots?;
         let slots = u32::try_from(ij).ok().zip(u32::try_from(ji).ok());
         if let Some((first, second)) = slots.filter(|_| at < self.places.capacity()) {
-            // Another order than before, or more pairs: those that follow are searched, too.
+            // In another order, or with more pairs, the following ones are searched, too.
             self.places.truncate(at);
             self.places.push(Place { ends, slots: [first, second] });
             self.added += 1;

@@ -11,7 +11,7 @@ type Edges = [(usize, usize)];
 /// The same random blocks in compressed rows and in another layout.
 fn both(n: usize, edges: &Edges, other: &Coupling, random: &mut Random) -> [BlockMatrix; 2] {
     let mut both = [&Coupling::Rows, other].map(|c| BlockMatrix::new(n, c, edges.iter().copied()));
-    // Twice: what a matrix held before it was cleared must not matter.
+    // Twice: the values before a clearing must not matter.
     for _ in 0..2 {
         both.iter_mut().for_each(BlockMatrix::clear);
         for i in 0..n {
@@ -34,7 +34,7 @@ fn product(a: &BlockMatrix, x: &[Vec3]) -> Vec<Vec3> {
     y
 }
 
-/// Everything that a matrix is asked for, in compressed rows and in another layout.
+/// Compares all operations of a matrix in compressed rows and in another layout.
 fn assert_same_matrix(n: usize, edges: &Edges, coupling: &Coupling, seed: u64) {
     let mut random = Random::new(seed);
     let [rows, fast] = both(n, edges, coupling, &mut random);
@@ -56,7 +56,7 @@ fn assert_same_matrix(n: usize, edges: &Edges, coupling: &Coupling, seed: u64) {
     }
     assert_same_bits("as rows", &reference, &product(&fast.rows().into_owned().into(), &x));
 
-    // Particles that are held stay in the layout; those on planes and lines lead out of it.
+    // Held particles keep the layout; particles on planes and lines change it.
     let (mut held, mut any) = (Constraints::free(n), Constraints::free(n));
     for i in (0..n).filter(|i| i % 5 == 2) {
         held.set(i, Filter::Fixed, Vec3::zeros());
@@ -117,7 +117,7 @@ proptest! {
         prop_assert_eq!(all(Coupling::Pairs), all(Coupling::Rows));
     }
 
-    /// A block that is written to the line which an edge remembers is the block of that edge.
+    /// A block written to the line of an edge is the block of that edge.
     #[test]
     fn every_edge_remembers_its_pair((n, edges) in graph(30)) {
         let mut pairs = Pairs::new(n, edges.iter().copied());

@@ -10,11 +10,11 @@ use crate::{BlockMatrix, SolverError, Vec3};
 /// Sparse factorisation `A = L Lᵀ` or `A = L D Lᵀ` of a [`BlockMatrix`] as a scalar 3n×3n matrix.
 ///
 /// [`new`](Self::new) finds a fill-reducing order of the particles and the pattern of the factor.
-/// [`factorise`](Self::factorise) and [`solve`](Self::solve) then allocate nothing for a matrix in
-/// compressed rows (in another thread than the one of `new`, supernodes take one small buffer
-/// once). Matrices in other layouts are copied. To solve under constraints, factor a matrix that
-/// was [projected](BlockMatrix::project); its constrained directions have positive pivots.
-/// [`CompleteLdlt`](super::CompleteLdlt) says what an `L D Lᵀ` can and cannot do.
+/// For a matrix in compressed rows, [`factorise`](Self::factorise) and [`solve`](Self::solve) then
+/// allocate nothing. (In another thread than the one of `new`, supernodes take one small buffer
+/// once.) Matrices in other layouts are copied. To solve under constraints, factor a
+/// [projected](BlockMatrix::project) matrix; its constrained directions have positive pivots.
+/// [`CompleteLdlt`](super::CompleteLdlt) describes the limits of an `L D Lᵀ`.
 ///
 /// ```
 /// use drape_solvers::{BlockFactor, BlockMatrix, FactorKind, Mat3, Vec3};
@@ -39,8 +39,8 @@ pub struct BlockFactor {
     tiles: Tiles<4>,
     /// The particles in the order of elimination.
     nodes: Vec<u32>,
-    /// The right-hand side, and then the solution, as scalars in that order, and the idle one of
-    /// the tiles.
+    /// The right-hand side, then the solution, as scalars in that order, and the idle entry of the
+    /// tiles.
     scalars: Vec<f64>,
 }
 
@@ -79,13 +79,13 @@ impl BlockFactor {
         })
     }
 
-    /// Factors `a`, of which the lower triangle is read.
+    /// Factors `a`; it reads the lower triangle.
     ///
     /// # Errors
     /// [`SolverError::NotPositiveDefinite`] for an `L Lᵀ` and [`SolverError::Singular`] for an
-    /// `L D Lᵀ`, after which there is no factor; [`SolverError::PatternChanged`] when `a` has
-    /// another pattern than the matrix given to [`new`](Self::new). Both leave this solver ready
-    /// for the next matrix.
+    /// `L D Lᵀ`, after which there is no factor. [`SolverError::PatternChanged`] when `a` has
+    /// another pattern than the matrix given to [`new`](Self::new). The solver stays ready for the
+    /// next matrix.
     pub fn factorise(&mut self, a: &BlockMatrix) -> Result<(), SolverError> {
         self.factorise_rows(&a.rows())
     }
@@ -116,8 +116,8 @@ impl BlockFactor {
         Ok(())
     }
 
-    /// How many scalar pivots of an `L D Lᵀ` are negative, which is how many eigenvalues of `A`
-    /// are; none without a factor.
+    /// Number of negative scalar pivots of an `L D Lᵀ`, which is the number of negative eigenvalues
+    /// of `A`; `None` without a factor.
     pub fn negative_pivots(&self) -> Option<usize> {
         self.factor.negative_pivots()
     }
@@ -187,7 +187,7 @@ mod tests {
             let mut x = random.vectors(n);
             factor.solve(&b, &mut x);
             let residual = &dense * flat(&x) - flat(&b);
-            // What the largest growth that is let through may cost.
+            // The cost of the largest growth that passes the check.
             prop_assert!(residual.norm() < 1e-6 * dense.norm() * flat(&x).norm());
             if let Some(negative) = negative_eigenvalues(dense.clone(), 1e-6) {
                 prop_assert_eq!(factor.negative_pivots(), Some(negative));

@@ -1,4 +1,4 @@
-//! Direct solvers: a matrix is factored once and solved with as often as wanted.
+//! Direct solvers: they factor a matrix once and solve with it any number of times.
 //!
 //! | matrix | positive definite | may be indefinite |
 //! |---|---|---|

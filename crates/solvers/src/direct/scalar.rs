@@ -8,25 +8,25 @@ use crate::{ScalarMatrix, SolverError, Vec3};
 /// Sparse factorisation `A = L D Lᵀ` of a [`ScalarMatrix`] that may be indefinite, with ones on the
 /// diagonal of `L`, a diagonal `D`, and a fill-reducing order of the rows.
 ///
-/// The matrix is taken as it is: no pivot is clamped, shifted or replaced. Rows are not exchanged
-/// for larger pivots either, so there are invertible matrices that have no such factors, like
-/// `[[0, 1], [1, 0]]`. What can go wrong is looked for and told as [`SolverError::Singular`]:
+/// No pivot is clamped, shifted or replaced, and no rows are exchanged for larger pivots. So some
+/// invertible matrices have no such factors, like `[[0, 1], [1, 0]]`. Three faults are errors,
+/// [`SolverError::Singular`]:
 ///
-/// * a pivot is zero, or not finite;
-/// * a pivot is the difference of numbers that agree in all but their last digits (64 ε), as
-///   happens in a matrix that is singular up to round-off. Not all of these are found: rounding
-///   errors add up, so that the last pivot of a Laplacian without masses came out up to n ε / 2 in
-///   size, and was let through on most grids of 10⁴ nodes and more;
-/// * a pivot is so small that a term `lᵢₖ² |dₖ|` outgrows the largest entry of `A` by more than
-///   1/√ε. Below that limit the rounding errors are those of a matrix that differs from `A` by some
-///   10⁻⁸ of its largest entry at worst (Higham 2002, theorem 11.3), commonly by 10⁻¹⁵.
+/// * A pivot is zero, or not finite.
+/// * A pivot is the difference of numbers that agree in all but their last digits (64 ε), as in a
+///   matrix that is singular up to round-off. The check does not find all of these, because
+///   rounding errors add up. The last pivot of a Laplacian without masses came out up to n ε / 2 in
+///   size, and passed on most grids of 10⁴ nodes and more.
+/// * A pivot is so small that a term `lᵢₖ² |dₖ|` outgrows the largest entry of `A` by more than
+///   1/√ε. Below that limit the factors belong to a matrix that differs from `A` by some 10⁻⁸ of
+///   its largest entry at worst (Higham 2002, theorem 11.3), commonly by 10⁻¹⁵.
 ///
 /// By Sylvester's law of inertia as many pivots as eigenvalues are negative, see
 /// [`negative_pivots`](Self::negative_pivots).
 ///
-/// One factor serves the three coordinates. It solves; it is no
-/// [`Preconditioner`](crate::Preconditioner), because conjugate gradients need a positive definite
-/// one: with an indefinite `P`, `rᵀ P r` may vanish though `r` does not.
+/// One factor serves the three coordinates. It is no [`Preconditioner`](crate::Preconditioner),
+/// because conjugate gradients need a positive definite one: with an indefinite `P`, `rᵀ P r` may
+/// vanish though `r` does not.
 ///
 /// ```
 /// use drape_solvers::{CompleteLdlt, ScalarMatrix, Vec3};
@@ -60,15 +60,15 @@ impl CompleteLdlt {
         Ok(Self { factor: ScalarFactor::new(a, FactorKind::Ldlt)?, negative_pinned: 0 })
     }
 
-    /// Factors `a`. Rows that `free` says are not free keep their diagonal entry alone.
+    /// Factors `a`. Rows that are not `free` keep their diagonal entry alone.
     ///
     /// # Errors
-    /// [`SolverError::Singular`]; [`SolverError::PatternChanged`] when `a` has another pattern than
-    /// the matrix given to [`new`](Self::new). After the former there is no factor, after the
-    /// latter the factor stays as it was; both leave this solver ready for the next matrix.
+    /// [`SolverError::Singular`], after which there is no factor. [`SolverError::PatternChanged`]
+    /// when `a` has another pattern than the matrix given to [`new`](Self::new); the factor then
+    /// stays as it was. The solver stays ready for the next matrix.
     ///
     /// # Panics
-    /// When `free` has not one flag a row.
+    /// Unless `free` has one flag for each row.
     pub fn update(&mut self, a: &ScalarMatrix, free: Option<&[bool]>) -> Result<(), SolverError> {
         let rows = FreeRows::new(free, a.n());
         self.factor.update(a, rows)?;
@@ -87,8 +87,9 @@ impl CompleteLdlt {
         self.factor.solve(rhs, x);
     }
 
-    /// How many pivots of free rows are negative, which is how many eigenvalues of the matrix of
-    /// the free rows are; none without a factor. Each counts for the three coordinates alike.
+    /// Number of negative pivots of free rows, which is the number of negative eigenvalues of the
+    /// matrix of the free rows; `None` without a factor. Each counts for the three coordinates
+    /// alike.
     pub fn negative_pivots(&self) -> Option<usize> {
         self.factor.negative_pivots().map(|all| all - self.negative_pinned)
     }
@@ -125,7 +126,7 @@ mod tests {
                     let b = random.vectors(n);
                     let mut x = random.vectors(n);
                     ldlt.solve(&b, &mut x);
-                    // What the largest growth that is let through may cost.
+                    // The cost of the largest growth that passes the check.
                     prop_assert!(relative_residual(&a, &x, &b) < 1e-6);
                     if let Some(negative) = negative_eigenvalues(dense(&a), 1e-6) {
                         prop_assert_eq!(ldlt.negative_pivots(), Some(negative));
@@ -236,7 +237,7 @@ mod tests {
         assert!(matches!(error, SolverError::Singular { pivot: Some(_), .. }));
     }
 
-    /// A graph Laplacian annihilates constants: its last pivot is zero but for rounding errors.
+    /// A graph Laplacian annihilates constants, so its last pivot is zero up to rounding errors.
     #[test]
     fn a_component_without_mass_is_found_singular() {
         let mut random = Random::new(32);

@@ -1,4 +1,4 @@
-//! What an order of elimination leads to: the elimination tree and the size of the factor.
+//! The elimination tree and the size of the factor for an order of elimination.
 
 use crate::pattern::Pattern;
 
@@ -39,8 +39,7 @@ impl<'a> EliminationTree<'a> {
         tree
     }
 
-    /// The same elimination with every subtree in consecutive positions, which changes no entry of
-    /// the factor.
+    /// An order with every subtree in consecutive positions, which changes no entry of the factor.
     pub(super) fn postordered(&self) -> Vec<u32> {
         let n = self.parent.len();
         let (mut child, mut sibling) = (vec![NONE; n + 1], vec![NONE; n]);
@@ -67,7 +66,7 @@ impl<'a> EliminationTree<'a> {
         postorder
     }
 
-    /// Entries of each column of the factor, the diagonal one among them: row `k` has entries on
+    /// Number of entries in each column of the factor, with the diagonal. Row `k` has entries on
     /// the paths from its earlier neighbours up to it.
     pub(super) fn column_counts(&self) -> Vec<u32> {
         let n = self.parent.len();
@@ -86,7 +85,7 @@ impl<'a> EliminationTree<'a> {
         counts
     }
 
-    /// Entries of the factor.
+    /// Number of entries of the factor.
     pub(super) fn entries(&self) -> u64 {
         self.column_counts().iter().map(|&count| u64::from(count)).sum()
     }

@@ -1,4 +1,4 @@
-//! Weighted graphs, and coarser ones of them.
+//! Weighted graphs and their coarser versions.
 
 use crate::pattern::Pattern;
 
@@ -22,8 +22,8 @@ impl Graph {
         graph
     }
 
-    /// The part of this graph between the given nodes, which are numbered as they come. `number` is
-    /// scratch memory with one entry a node, all `u32::MAX` before and after.
+    /// The subgraph of the given nodes, numbered in their order. `number` is scratch memory with
+    /// one entry for each node, all `u32::MAX` before and after.
     pub(super) fn part(&self, nodes: &[u32], number: &mut [u32]) -> Self {
         for (new, &old) in nodes.iter().enumerate() {
             number[old as usize] = new as u32;
@@ -64,7 +64,7 @@ impl Graph {
         self.node_weights.len()
     }
 
-    /// Weight of a node: how many nodes of the finest graph it stands for.
+    /// Weight of a node: the number of nodes of the finest graph that it represents.
     pub(super) fn weight(&self, i: usize) -> i64 {
         i64::from(self.node_weights[i])
     }
@@ -109,8 +109,8 @@ impl Graph {
         components
     }
 
-    /// The graph whose nodes are pairs joined by heavy edges (Karypis and Kumar 1998, section 3.1),
-    /// nodes being taken in the given order, and the coarse node of each node.
+    /// The coarse graph of pairs joined by heavy edges (Karypis and Kumar 1998, section 3.1), taken
+    /// in the given order, and the coarse node of each node.
     pub(super) fn coarsen(&self, order: &[u32]) -> (Self, Vec<u32>) {
         const NONE: u32 = u32::MAX;
         let mut coarse_of = vec![NONE; self.len()];

@@ -1,12 +1,12 @@
-//! The order in which a factorisation eliminates the rows, which decides how many entries it fills
-//! in.
+//! The order in which a factorisation eliminates the rows. It decides the number of fill-in
+//! entries.
 //!
-//! Two orders are made, and that with fewer entries in the factor is taken:
+//! Two orders are computed, and the one with fewer entries in the factor is used:
 //!
 //! * approximate minimum degree (AMD), a greedy order;
-//! * nested dissection (George 1973): a small separator is eliminated last, and the halves that it
-//!   leaves are ordered likewise, down to parts of [`LEAF`] nodes, which are ordered by minimum
-//!   degree with their surroundings in view.
+//! * nested dissection (George 1973). It eliminates a small separator last and orders the two
+//!   halves in the same way. Parts of [`LEAF`] nodes are ordered by minimum degree, with the nodes
+//!   around them in view.
 
 mod elimination;
 mod graph;
@@ -19,14 +19,14 @@ use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::SymbolicSparseColMatRef;
 use faer::sparse::linalg::amd;
 use graph::Graph;
-use separator::{Random, Side, separate};
+use separator::{Side, Xorshift, separate};
 
-/// Below this many nodes minimum degree alone is tried: on grids dissection saves 3 % of the
-/// entries at 10⁴ nodes, 16 % at 10⁵, and takes 30 times as long.
+/// Below this many nodes only minimum degree is tried. On grids dissection saves 3 % of the entries
+/// at 10⁴ nodes, 16 % at 10⁵, and takes 30 times as long.
 const DISSECTED: usize = 20_000;
 /// A part of at most this many nodes is not dissected further.
 const LEAF: usize = 256;
-/// Words of a bit mask of a part and as many nodes around it.
+/// Words of a bit mask of a part and an equal number of nodes around it.
 const WORDS: usize = 2 * LEAF / 64;
 
 /// The nodes in the order of elimination: every subtree of the elimination tree has consecutive
@@ -43,8 +43,7 @@ pub(crate) fn fill_reducing(pattern: &Pattern) -> Result<Vec<u32>, SolverError> 
     Ok(best.postordered())
 }
 
-/// Entries of each column of the factor, the diagonal one among them, where the rows are eliminated
-/// in this order.
+/// Number of entries in each column of the factor for this order, with the diagonal.
 pub(crate) fn column_counts(pattern: &Pattern, order: &[u32]) -> Vec<u32> {
     EliminationTree::new(pattern, order).column_counts()
 }
@@ -74,7 +73,7 @@ fn nested_dissection(pattern: &Pattern) -> Vec<u32> {
     let whole = Graph::of_pattern(pattern);
     let n = whole.len();
     let mut number = vec![u32::MAX; n];
-    let mut random = Random::new();
+    let mut random = Xorshift::new();
     // From the last to the first: separators before the parts that they separate.
     let mut backward: Vec<u32> = Vec::with_capacity(n);
     let mut parts: Vec<Vec<u32>> = whole.components();
@@ -108,7 +107,7 @@ fn nested_dissection(pattern: &Pattern) -> Vec<u32> {
 }
 
 /// Exact minimum degree on a part of at most [`LEAF`] nodes, on an elimination graph of bit masks.
-/// Up to as many nodes around the part, which are eliminated later, count for the degrees.
+/// Up to [`LEAF`] nodes around the part, which are eliminated later, count for the degrees.
 fn eliminate_leaf(whole: &Graph, part: &[u32], number: &mut [u32], backward: &mut Vec<u32>) {
     let mut nodes = part.to_vec();
     let limit = 2 * LEAF;

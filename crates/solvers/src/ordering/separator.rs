@@ -1,13 +1,13 @@
 //! Small sets of nodes that cut a graph in two halves.
 //!
-//! Multilevel (Hendrickson and Leland 1995, Karypis and Kumar 1998): the graph is coarsened until
-//! it is small, cut there, and the cut is refined on each finer graph by the method of Fiduccia and
-//! Mattheyses (1982) for separators of nodes (Ashcraft and Liu 1997).
+//! A multilevel method (Hendrickson and Leland 1995, Karypis and Kumar 1998) coarsens the graph
+//! until it is small and cuts it there. On each finer graph it refines the cut by the method of
+//! Fiduccia and Mattheyses (1982) for separators of nodes (Ashcraft and Liu 1997).
 
 use super::graph::Graph;
 use std::collections::BinaryHeap;
 
-/// Where a node is.
+/// The side of a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Side {
     Left,
@@ -27,7 +27,7 @@ impl Side {
     }
 }
 
-/// A graph of at most this many nodes is cut as it is.
+/// A graph of at most this many nodes is not coarsened.
 const COARSEST: usize = 96;
 /// Coarsening ends when a graph keeps more than this part of its nodes.
 const LEAST_COARSENING: f64 = 0.9;
@@ -41,7 +41,7 @@ const PASSES: usize = 8;
 const PATIENCE: usize = 300;
 
 /// A side for each node of a connected graph; no edge joins left and right.
-pub(super) fn separate(graph: &Graph, random: &mut Random) -> Vec<Side> {
+pub(super) fn separate(graph: &Graph, random: &mut Xorshift) -> Vec<Side> {
     if graph.len() > COARSEST {
         let (coarse, coarse_of) = graph.coarsen(&random.order(graph.len()));
         if (coarse.len() as f64) < LEAST_COARSENING * graph.len() as f64 {
@@ -61,8 +61,8 @@ pub(super) fn separate(graph: &Graph, random: &mut Random) -> Vec<Side> {
     best.map_or_else(Vec::new, |cut| cut.sides)
 }
 
-/// The nodes nearest to the start weigh half of all; those of them with a neighbour among the
-/// others separate.
+/// The nodes nearest to the start, with half of the weight, form one side. Those with a neighbour
+/// in the other side separate.
 fn grow(graph: &Graph, start: usize) -> Vec<Side> {
     let half = graph.total_weight() / 2;
     let mut sides = vec![Side::Right; graph.len()];
@@ -96,12 +96,12 @@ struct Cut<'a> {
     heaviest: i64,
 }
 
-/// One move: a node went from the separator to a side, and drew nodes of the other side into the
+/// One move: a node went from the separator to a side, and nodes of the other side entered the
 /// separator.
 struct Move {
     node: usize,
     to: Side,
-    /// The drawn nodes are those of the pass from here to the next move.
+    /// Start of the nodes that entered the separator, which end at the next move's.
     drawn: usize,
 }
 
@@ -120,13 +120,13 @@ impl<'a> Cut<'a> {
         self.sides
     }
 
-    /// What is to be made small: excess of the heavier side, weight of the separator, imbalance.
+    /// The quantities to minimise: excess of the heavier side, weight of the separator, imbalance.
     fn quality(&self) -> (i64, i64, i64) {
         let [left, right, separator] = self.weights;
         ((left.max(right) - self.heaviest).max(0), separator, (left - right).abs())
     }
 
-    /// What the separator loses in weight when the node goes to a side.
+    /// Weight that the separator loses when the node goes to a side.
     fn gain(&self, node: usize, to: Side) -> i64 {
         let drawn = self.graph.neighbours(node).filter(|&j| self.sides[j] == to.other());
         self.graph.weight(node) - drawn.map(|j| self.graph.weight(j)).sum::<i64>()
@@ -139,7 +139,7 @@ impl<'a> Cut<'a> {
         self.sides[node] = side;
     }
 
-    /// Passes until one does not help.
+    /// Repeats passes until one does not help.
     fn improve(&mut self) {
         let mut moved = vec![false; self.graph.len()];
         for _ in 0..PASSES {
@@ -149,8 +149,8 @@ impl<'a> Cut<'a> {
         }
     }
 
-    /// Moves each node at most once, the best one first, and takes back what followed the best
-    /// separator. Whether it is better than before.
+    /// Moves each node at most once, the best one first, and takes back the moves after the best
+    /// separator. Returns whether that one is better than before.
     fn pass(&mut self, moved: &mut [bool]) -> bool {
         moved.fill(false);
         let (mut moves, mut drawn): (Vec<Move>, Vec<usize>) = (Vec::new(), Vec::new());
@@ -172,7 +172,7 @@ impl<'a> Cut<'a> {
             drawn.extend(self.graph.neighbours(node).filter(|&j| self.sides[j] == to.other()));
             self.put(node, to);
             drawn[first..].iter().for_each(|&j| self.put(j, Side::Separator));
-            // The gains of separator nodes next to a node that moved are new.
+            // Separator nodes next to a moved node have new gains.
             for &changed in drawn[first..].iter().chain([&node]) {
                 for i in self.graph.neighbours(changed).chain([changed]) {
                     if self.sides[i] == Side::Separator && !moved[i] {
@@ -194,8 +194,8 @@ impl<'a> Cut<'a> {
         improved
     }
 
-    /// The move of greatest gain whose side does not become too heavy, or which goes to the lighter
-    /// one.
+    /// The move of greatest gain that does not make its side too heavy, or that goes to the lighter
+    /// side.
     fn choose(
         &self,
         heaps: &mut [BinaryHeap<(i64, usize)>; 2],
@@ -225,10 +225,10 @@ impl<'a> Cut<'a> {
     }
 }
 
-/// A small generator of reproducible numbers (Marsaglia's xorshift).
-pub(super) struct Random(u64);
+/// Reproducible pseudo-random numbers (Marsaglia's xorshift).
+pub(super) struct Xorshift(u64);
 
-impl Random {
+impl Xorshift {
     pub(super) fn new() -> Self {
         Self(0x9e37_79b9_7f4a_7c15)
     }

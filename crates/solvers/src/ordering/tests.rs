@@ -48,7 +48,7 @@ proptest! {
     #[test]
     fn separators_leave_no_edge_between_the_sides((n, edges) in random_graph(400)) {
         let graph = Graph::of_pattern(&Pattern::new(n, edges));
-        let sides = separate(&graph, &mut Random::new());
+        let sides = separate(&graph, &mut Xorshift::new());
         for i in 0..n {
             for j in graph.neighbours(i) {
                 prop_assert!(sides[i] == sides[j] || [sides[i], sides[j]].contains(&Side::Separator));
@@ -61,7 +61,7 @@ proptest! {
 fn a_grid_is_cut_in_halves_along_a_line() {
     let side = 40;
     let graph = Graph::of_pattern(&Pattern::new(side * side, grid_edges(side)));
-    let sides = separate(&graph, &mut Random::new());
+    let sides = separate(&graph, &mut Xorshift::new());
     let count = |side| sides.iter().filter(|&&s| s == side).count();
     assert!(count(Side::Separator) <= side + side / 5, "{}", count(Side::Separator));
     assert!(count(Side::Left).min(count(Side::Right)) > side * side * 3 / 10);

@@ -1,25 +1,25 @@
-//! What conjugate gradients do to whole vectors, and the readable way to do it.
+//! The operations of conjugate gradients on whole vectors, and their readable form.
 
 use super::{Norm, PcgWorkspace};
 use crate::vector::{axpy, dot, norm, scale_add, subtract_from};
 use crate::{Constraints, LinearOperator, Preconditioner, Vec3};
 
-/// What the start of a solve measured.
+/// Results of the start of a solve.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Start {
-    /// Length of `S (b − A (I − S) z)` in the norm that was asked for; else not a number.
+pub(crate) struct StartReport {
+    /// Length of `S (b − A (I − S) z)` in the requested norm; NaN if there was no request.
     pub(crate) reference: f64,
-    /// Products with the matrix that the reference took.
+    /// Products with the matrix for the reference.
     pub(crate) multiplications: usize,
 }
 
 /// The operations of [`conjugate_gradients`](super::conjugate_gradients) on its vectors: the
 /// solution `x`, the residual `r`, the direction `c` and `q = S A c`. An implementation may
-/// postpone and fuse as it likes; every number that it returns, and `x` after
+/// postpone and fuse operations. Every number that it returns, and `x` after
 /// [`finish`](Self::finish), has the bits of [`Readable`].
 pub(crate) trait Operations {
     /// `x ← S x + (I − S) z`, `r ← S (b − A x)`, and the reference if a norm for it is given.
-    fn start(&mut self, reference: Option<Norm>) -> Start;
+    fn start(&mut self, reference: Option<Norm>) -> StartReport;
 
     /// Ends a solve with zero reference: `x ← (I − S) z`, `r ← 0`.
     fn stop_at_prescribed(&mut self);
@@ -30,7 +30,7 @@ pub(crate) trait Operations {
     /// `δ = rᵀ P r`; the next [`direction`](Self::direction) uses this `P r`.
     fn precondition(&mut self) -> f64;
 
-    /// `r ← S (b − A x)`; returns the length of what this changed `r` by.
+    /// `r ← S (b − A x)`; returns the length of the change.
     fn refresh(&mut self) -> f64;
 
     /// `c ← S (P r + β c)`, or `S P r` without `β`, and `q ← S A c`; returns `cᵀq`.
@@ -42,12 +42,12 @@ pub(crate) trait Operations {
     /// `x ← x + α c`, `r ← r − α q`.
     fn advance(&mut self, alpha: f64);
 
-    /// Completes `x`, whatever was postponed.
+    /// Completes postponed updates of `x`.
     fn finish(&mut self);
 }
 
-/// Each operation a sweep over vectors of [`Vec3`], for any operator and preconditioner: the
-/// definition that the fast kernels are held to.
+/// Each operation as a sweep over vectors of [`Vec3`], for any operator and preconditioner. It
+/// defines the bits of the fast kernels.
 pub(super) struct Readable<'a, A: ?Sized> {
     pub(super) a: &'a A,
     pub(super) p: &'a dyn Preconditioner,
@@ -58,8 +58,8 @@ pub(super) struct Readable<'a, A: ?Sized> {
 }
 
 impl<A: LinearOperator + ?Sized> Operations for Readable<'_, A> {
-    fn start(&mut self, reference: Option<Norm>) -> Start {
-        let mut start = Start { reference: f64::NAN, multiplications: 0 };
+    fn start(&mut self, reference: Option<Norm>) -> StartReport {
+        let mut start = StartReport { reference: f64::NAN, multiplications: 0 };
         let PcgWorkspace { r, c, q, s } = &mut *self.workspace;
         if let Some(wanted) = reference {
             // b̂ = S (b − A (I − S) z), in q.

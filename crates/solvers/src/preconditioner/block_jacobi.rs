@@ -1,17 +1,17 @@
 //! The 3×3 diagonal blocks as preconditioner.
 //!
-//! The inverses are kept as one array for each of their six numbers, so that eight of them are
+//! Each of the six numbers of the inverses has an array of its own, so that eight inverses are
 //! computed and applied at a time. The loops are plain Rust, which [`pulp`] compiles for the vector
-//! units of the processor: the bits are those of one block after the other.
+//! units of the processor. The bits are those of one block after the other.
 //!
-//! To invert takes 8 divisions and 24 other flops a block, to apply 15 flops and 96 bytes.
+//! Inversion takes 8 divisions and 24 other flops a block; application takes 15 flops and 96 bytes.
 
 use super::{Preconditioner, jacobi::is_pivot};
 use crate::block::VisitDiagonal;
 use crate::{BlockMatrix, SolverError, Vec3};
 use drape_kernels::planes::{join, split};
 
-/// Blocks that are computed at a time.
+/// Blocks computed at a time.
 const GROUP: usize = 64;
 
 /// The inverses of the 3×3 diagonal blocks of a block matrix.
@@ -46,7 +46,7 @@ impl BlockJacobi {
         }
     }
 
-    /// Takes over the diagonal blocks of `a`, of which the lower triangles are read.
+    /// Inverts the diagonal blocks of `a`; it reads their lower triangles.
     ///
     /// # Errors
     /// [`SolverError::NotPositiveDefinite`] for a diagonal block that is not positive definite;
@@ -64,7 +64,7 @@ impl BlockJacobi {
         Err(SolverError::PatternChanged { expected_size, expected_nonzeros, size: n, nonzeros })
     }
 
-    /// Back to the identity, with the first pivot of block `i` that is none.
+    /// Resets to the identity; the error names the first pivot of block `i` that is not positive.
     fn refuse(&mut self, i: usize, pivots: [f64; 3]) -> SolverError {
         self.reset();
         let k = pivots.into_iter().position(|pivot| !is_pivot(pivot)).unwrap_or(0);
@@ -162,7 +162,7 @@ impl pulp::WithSimd for Application<'_> {
 }
 
 /// The inverse of a symmetric positive definite 3×3 block, `A⁻¹ = Mᵀ D⁻¹ M` with `M = L⁻¹` from
-/// `A = L D Lᵀ`, and the pivots `D`. Unless all of them are positive the inverse is of no use.
+/// `A = L D Lᵀ`, and the pivots `D`. The inverse is valid only if all pivots are positive.
 #[inline(always)]
 fn inverse([a00, a10, a20, a11, a21, a22]: [f64; 6]) -> ([f64; 6], [f64; 3]) {
     let d0 = a00;

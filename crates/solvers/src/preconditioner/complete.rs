@@ -8,8 +8,8 @@ use crate::{ScalarMatrix, SolverError, Vec3};
 
 /// `P = A⁻¹` up to round-off, from `A = L Lᵀ` with fill and a fill-reducing order of the rows.
 ///
-/// As a preconditioner it makes conjugate gradients converge in one iteration while the matrix is
-/// the factored one, and quickly while it is near. One factor serves the three coordinates.
+/// With it conjugate gradients converge in one iteration for the factored matrix, and quickly for a
+/// matrix near it. One factor serves the three coordinates.
 #[derive(Debug)]
 pub struct CompleteCholesky {
     factor: ScalarFactor,
@@ -24,21 +24,20 @@ impl CompleteCholesky {
         Ok(Self { factor: ScalarFactor::new(a, FactorKind::Cholesky)? })
     }
 
-    /// Factors `a`. Rows that `free` says are not free keep their diagonal entry alone.
+    /// Factors `a`. Rows that are not `free` keep their diagonal entry alone.
     ///
     /// # Errors
-    /// [`SolverError::NotPositiveDefinite`]; [`SolverError::PatternChanged`] when `a` has another
-    /// pattern than the matrix given to [`new`](Self::new), in which case the factor stays as it
-    /// was.
+    /// [`SolverError::NotPositiveDefinite`]. [`SolverError::PatternChanged`] when `a` has another
+    /// pattern than the matrix given to [`new`](Self::new); the factor then stays as it was.
     ///
     /// # Panics
-    /// When `free` has not one flag a row.
+    /// Unless `free` has one flag for each row.
     pub fn update(&mut self, a: &ScalarMatrix, free: Option<&[bool]>) -> Result<(), SolverError> {
         self.factor.update(a, FreeRows::new(free, a.n()))
     }
 
-    /// Entries of each column of `L`, the diagonal one among them, in the fill-reducing order:
-    /// their sum is the memory of the factor, the sum of their squares the operations that make it.
+    /// Number of entries in each column of `L`, with the diagonal, in the fill-reducing order.
+    /// Their sum is the memory of the factor, the sum of their squares the number of operations.
     pub fn column_counts(&self) -> impl Iterator<Item = usize> {
         self.factor.column_counts()
     }

@@ -16,11 +16,11 @@ use crate::{ScalarMatrix, SolverError, Vec3};
 /// `P = A⁻¹` up to round-off as a full n×n matrix, from dense `A = L Lᵀ` and `A⁻¹ = L⁻ᵀ L⁻¹`.
 ///
 /// It takes 16 n² bytes, n³ operations to make and 6 n² to apply, whatever the sparsity of `A`: the
-/// inverse of a connected graph's matrix has no zeros. What can be said for it is that a solve is
-/// one product with a matrix, which may be made beforehand if `A` does not change.
+/// inverse of a connected graph's matrix has no zeros. Its advantage: a solve is one product with a
+/// matrix that can be made beforehand, if `A` does not change.
 ///
-/// A product sums in fixed order, from the first column to the last. The inverse itself comes from
-/// the library `faer`, and its last bits may differ from one processor to another.
+/// A product sums in fixed order, from the first column to the last. The library `faer` computes
+/// the inverse, and its last bits may differ from one processor to another.
 pub struct DenseInverse {
     n: usize,
     /// `A⁻¹` by rows; as it is symmetric, by columns too. While it is computed, `A` and then `L`.
@@ -34,12 +34,12 @@ pub struct DenseInverse {
 impl DenseInverse {
     /// The identity, with room for the inverse of a matrix with as many rows as `a` has.
     ///
-    /// What it will take is computed first, so a refusal allocates nothing. Not counted is what
-    /// the library's kernels allocate on their first use in a thread, twice the size of the
+    /// It computes the memory first, so a refusal allocates nothing. The count leaves out the
+    /// memory that the library's kernels allocate on their first use in a thread, twice the
     /// processor's last-level cache.
     ///
     /// # Errors
-    /// [`SolverError::TooLarge`] when that would be more than `limit_bytes`.
+    /// [`SolverError::TooLarge`] when it needs more than `limit_bytes`.
     pub fn new(a: &ScalarMatrix, limit_bytes: usize) -> Result<Self, SolverError> {
         let n = a.n();
         let bytes = Self::bytes_needed(n);
@@ -69,23 +69,22 @@ impl DenseInverse {
         let matrices = (n as u64)
             .checked_mul(n as u64)
             .and_then(|entries| entries.checked_mul(2 * size_of::<f64>() as u64));
-        // Asked second: where the matrices can be counted, the library's count cannot overflow.
+        // Where the count of the matrices fits, the library's count cannot overflow.
         matrices.map_or(u64::MAX, |matrices| {
             let column = cholesky_in_place_scratch::<f64>(n, Par::Seq, Default::default());
             matrices.saturating_add(column.size_bytes() as u64)
         })
     }
 
-    /// Inverts `a`. Rows that `free` says are not free keep the inverse of their diagonal entry
-    /// alone.
+    /// Inverts `a`. Rows that are not `free` keep the inverse of their diagonal entry alone.
     ///
     /// # Errors
-    /// [`SolverError::NotPositiveDefinite`], which leaves the identity;
-    /// [`SolverError::PatternChanged`] for another number of rows (other couplings do not matter),
-    /// in which case the inverse stays as it was.
+    /// [`SolverError::NotPositiveDefinite`], which leaves the identity.
+    /// [`SolverError::PatternChanged`] for another number of rows (other couplings do not matter);
+    /// the inverse then stays as it was.
     ///
     /// # Panics
-    /// When `free` has not one flag a row.
+    /// Unless `free` has one flag for each row.
     pub fn update(&mut self, a: &ScalarMatrix, free: Option<&[bool]>) -> Result<(), SolverError> {
         if a.n() != self.n {
             return Err(SolverError::PatternChanged {
@@ -133,8 +132,8 @@ impl DenseInverse {
         Ok(())
     }
 
-    /// Replaces the first `size` rows and columns of `inverse`, of which the lower triangle is read
-    /// and written, by the inverse.
+    /// Inverts the first `size` rows and columns of `inverse` in place; it reads and writes the
+    /// lower triangle.
     fn invert(&mut self, size: usize) -> Result<(), SolverError> {
         let n = self.n;
         let mut a = MatMut::from_column_major_slice_mut(&mut self.inverse, n, n)
@@ -162,9 +161,8 @@ impl DenseInverse {
         Ok(())
     }
 
-    /// Inverts an identity that is just large enough to make the library use all of its kernels:
-    /// they allocate on their first use in a thread, and that had better be here than in the first
-    /// step.
+    /// Inverts an identity just large enough for the library to use all of its kernels. They
+    /// allocate on their first use in a thread, and must not do so in the first step.
     fn warm_up(&mut self) -> Result<(), SolverError> {
         let size = self.n.min(512);
         for i in 0..size {
@@ -194,9 +192,9 @@ impl Preconditioner for DenseInverse {
     }
 }
 
-/// Products of rows with a vector, each summed from the first column to the last. Rows are taken
-/// several at a time because an addition has to wait for the one before it in its sum: it halves
-/// the time and changes no bit.
+/// Products of rows with a vector, each summed from the first column to the last. Several rows at a
+/// time halve the time and change no bit: an addition has to wait for the one before it in its own
+/// sum only.
 fn products<const ROWS: usize>(rows: [&[f64]; ROWS], r: &[Vec3]) -> [Vec3; ROWS] {
     let mut sums = [[0.0; 3]; ROWS];
     for (j, r) in r.iter().enumerate() {

@@ -11,8 +11,8 @@ use drape_kernels::lanes::{Four, Lanes};
 /// `P = (L Lᵀ)⁻¹`, where the lower triangle `L` has non-zeros only where `A` has and `L Lᵀ = A`
 /// holds there. The rows keep their natural order; one factor serves the three coordinates.
 ///
-/// On an M-matrix, such as a graph Laplacian plus masses, it exists always (Meijerink & van der
-/// Vorst 1977); on a tridiagonal matrix it is the complete factor.
+/// On an M-matrix, such as a graph Laplacian plus masses, it always exists (Meijerink & van der
+/// Vorst 1977). On a tridiagonal matrix it is the complete factor.
 #[derive(Clone, Debug)]
 pub struct IncompleteCholesky {
     /// The pattern that the factor was made for.
@@ -57,15 +57,15 @@ impl IncompleteCholesky {
         }
     }
 
-    /// Factors `a`. Rows that `free` says are not free keep their diagonal entry alone.
+    /// Factors `a`. Rows that are not `free` keep their diagonal entry alone.
     ///
     /// # Errors
-    /// [`SolverError::NotPositiveDefinite`] with row and pivot when a pivot is not positive;
+    /// [`SolverError::NotPositiveDefinite`] with row and pivot when a pivot is not positive.
     /// [`SolverError::PatternChanged`] when `a` has another pattern than the matrix given to
-    /// [`new`](Self::new), in which case the factor stays as it was.
+    /// [`new`](Self::new); the factor then stays as it was.
     ///
     /// # Panics
-    /// When `free` has not one flag a row.
+    /// Unless `free` has one flag for each row.
     pub fn update(&mut self, a: &ScalarMatrix, free: Option<&[bool]>) -> Result<(), SolverError> {
         self.pattern.check(a.pattern())?;
         let rows = FreeRows::new(free, a.n());
@@ -100,7 +100,7 @@ impl IncompleteCholesky {
         pivot
     }
 
-    /// The dot product of two pieces of rows of `L`, over the columns that both have.
+    /// The dot product of two pieces of rows of `L`, over their common columns.
     fn overlap(&self, left: std::ops::Range<usize>, right: std::ops::Range<usize>) -> f64 {
         let (mut p, mut q) = (left.start, right.start);
         let mut sum = 0.0;
@@ -128,8 +128,8 @@ impl IncompleteCholesky {
             .map(|(&j, &value)| (j as usize, value))
     }
 
-    /// [`apply`](Preconditioner::apply) to particles of four numbers, in an order that need not
-    /// wait.
+    /// [`apply`](Preconditioner::apply) to particles of four numbers, in the order of the
+    /// wavefront.
     #[inline(always)]
     pub(crate) fn apply_to_lanes(&self, four: impl Four, r: &[Lanes], z: &mut [Lanes]) {
         match *self.offsets {
@@ -184,8 +184,8 @@ impl IncompleteCholesky {
     }
 }
 
-/// The offsets `i − j` that most rows have, the farthest first; none when no set of two, four or
-/// six is shared by half of the rows.
+/// The offsets `i − j` that most rows have, the farthest first; empty unless half of the rows share
+/// a set of two, four or six.
 fn common_offsets<'a>(n: usize, row: impl Fn(usize) -> &'a [u32]) -> Vec<usize> {
     // On a mesh the row in the middle of the middle line is as good as any.
     let offsets = |i: usize| row(i).iter().map(move |&j| i - j as usize);

@@ -3,8 +3,7 @@
 use super::Preconditioner;
 use crate::{ScalarMatrix, SolverError, Vec3};
 
-/// `P = diag(A)⁻¹` of a scalar matrix. Couplings play no part in it, so pinned rows need no
-/// mention.
+/// `P = diag(A)⁻¹` of a scalar matrix. It reads no couplings, so pinned rows need no mask.
 #[derive(Clone, Debug)]
 pub struct Jacobi {
     inverse_diagonal: Vec<f64>,
@@ -16,7 +15,7 @@ impl Jacobi {
         Self { inverse_diagonal: vec![1.0; a.n()] }
     }
 
-    /// Takes over the diagonal of `a`.
+    /// Inverts the diagonal of `a`.
     ///
     /// # Errors
     /// [`SolverError::NotPositiveDefinite`] for a diagonal entry that is not positive;

@@ -3,14 +3,12 @@
 //! Throughout, `P ≈ A⁻¹` and a preconditioner is *applied*: `z = P r`. (Baraff & Witkin 1998 define
 //! `P` by `Pᵢᵢ = 1/Aᵢᵢ` and then apply `P⁻¹`; only one of the two can be meant.)
 //!
-//! All of them are made for a pattern by `new`, which reserves the memory, and filled by `update`,
-//! which allocates nothing. Before the first update, and after one that failed, they are the
-//! identity: slow, but right.
+//! `new` reserves the memory for a pattern; `update` fills it and allocates nothing. Before the
+//! first update, and after a failed one, a preconditioner is the identity: slow, but right.
 //!
-//! An update may be told which rows are `free`. The others are pinned: their couplings are left
-//! out, so `P` does not carry the residual of a pinned particle, which is none of the solver's
-//! business, to its free neighbours, and approximates the inverse of the matrix that is really
-//! solved.
+//! An update may take a mask of `free` rows. The others are pinned, and their couplings are left
+//! out. So `P` approximates the inverse of the matrix that is really solved, and does not carry the
+//! residual of a pinned particle to its free neighbours.
 
 mod block_jacobi;
 mod complete;

@@ -15,25 +15,23 @@ use crate::pattern::Pattern;
 use crate::{BlockFactor, BlockMatrix, FactorKind, Mat3, ScalarMatrix, SolverError, Vec3};
 use std::borrow::Cow;
 
-/// A level of so few particles is solved directly.
+/// A level of at most this many particles is solved directly.
 const COARSEST: usize = 64;
-/// A level that is not smaller than this part of the finer one is not worth it.
+/// A level above this part of the finer one does not pay.
 const LEAST_SHRINKAGE: f64 = 0.8;
 
 /// One V-cycle of multigrid by smoothed aggregation, with a sweep of block Gauss-Seidel before and
 /// after.
 ///
-/// What makes conjugate gradients slow on a stiff sheet are motions that bend little over many
-/// particles. A coarse particle stands for an aggregate of fine ones and moves them smoothly; on a
-/// few levels of ever coarser ones each motion is an oscillation on one of them, which a sweep of
-/// Gauss-Seidel damps.
+/// Motions that bend little over many particles make conjugate gradients slow on a stiff sheet. A
+/// coarse particle stands for an aggregate of fine ones and moves them smoothly. Every motion is an
+/// oscillation on one of a few ever coarser levels, where a sweep of Gauss-Seidel damps it.
 ///
-/// The weights `P` of a level come from a scalar matrix, such as the stiffnesses of the springs as
-/// a Laplacian, once and for all: [`new`](Self::new). They are the same for the three coordinates.
-/// The coarse matrices are Galerkin's, `Pᵀ A P`, made anew for each matrix:
-/// [`update`](Self::update). Every coarse motion is one of the fine particles, so that `P` needs to
-/// know nothing of directions: across the springs, where a cloth hardly resists, its diagonal
-/// blocks are as soft as the cloth.
+/// [`new`](Self::new) computes the weights `P` of a level once from a scalar matrix, such as the
+/// stiffnesses of the springs as a Laplacian. They are the same for the three coordinates.
+/// [`update`](Self::update) makes the coarse matrices of each matrix, Galerkin's `Pᵀ A P`. Every
+/// coarse motion is a motion of the fine particles, so `P` needs no directions: across the springs,
+/// where a cloth hardly resists, the coarse diagonal blocks are as soft as the cloth.
 ///
 /// After P. Vaněk, J. Mandel, M. Brezina, *Algebraic multigrid by smoothed aggregation for second
 /// and fourth order elliptic problems* (1996); for cloth R. Tamstorf, T. Jones, S. McCormick,
@@ -41,8 +39,7 @@ const LEAST_SHRINKAGE: f64 = 0.8;
 /// the matrix.
 ///
 /// A cycle on a sheet with 12.6 blocks a row costs about as much as 2.3 products, an update about
-/// ten. Where the couplings lead to no smaller level, as without any, the matrix itself is
-/// factorised.
+/// ten. Where the couplings give no smaller level, the matrix itself is factorised.
 ///
 /// ```
 /// use drape_solvers::{BlockMatrix, Mat3, Multigrid, Preconditioner, ScalarMatrix, Vec3};
@@ -70,12 +67,12 @@ pub struct Multigrid {
     ready: bool,
 }
 
-/// What leads from one level to the next.
+/// The step from one level to the next.
 #[derive(Debug)]
 struct Level {
     prolongation: Prolongation,
     restriction: Prolongation,
-    /// `A P` by rows: where their slots begin, their columns, and their blocks.
+    /// `A P` by rows: starts of their slots, columns, and blocks.
     starts: Vec<u32>,
     columns: Vec<u32>,
     product: Vec<Mat3>,
@@ -83,7 +80,7 @@ struct Level {
     inverse_diagonal: Vec<Mat3>,
     /// `Pᵀ A P`.
     coarse: Rows,
-    /// Slot of each column in the row at hand.
+    /// Slot of each column in the present row.
     slots: Vec<u32>,
     work: RefCell<Work>,
 }
@@ -98,7 +95,7 @@ struct Work {
 
 impl Multigrid {
     /// Chooses the levels for the pattern of `a` by the couplings of a scalar matrix over the same
-    /// particles, a Laplacian up to what is added to its diagonal.
+    /// particles: a Laplacian with any additions to its diagonal.
     ///
     /// # Errors
     /// [`SolverError::Factorisation`] when the factor of the coarsest level does not fit into
@@ -145,8 +142,8 @@ impl Multigrid {
         Ok(())
     }
 
-    /// The cycle for the matrix of the last [`update`](Self::update); the identity where that
-    /// failed or there was none.
+    /// The cycle for the matrix of the last [`update`](Self::update); the identity after a failed
+    /// one or without one.
     pub fn on<'a>(&'a self, a: &'a BlockMatrix) -> Cycle<'a> {
         Cycle { multigrid: self, a: a.rows() }
     }
@@ -295,7 +292,7 @@ impl Level {
         Ok(())
     }
 
-    /// `(D + L) z = r`, and the residual that this leaves, `r − A z = −U z`.
+    /// Solves `(D + L) z = r`, and writes the residual `r − A z = −U z`.
     fn smooth_from_zero(&self, a: &Rows, r: &[Vec3], z: &mut [Vec3], left: &mut [Vec3]) {
         let (pattern, blocks) = (a.pattern(), a.blocks());
         for i in 0..a.n() {

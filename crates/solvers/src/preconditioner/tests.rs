@@ -1,4 +1,4 @@
-//! What all preconditioners of a scalar matrix promise.
+//! Properties of all preconditioners of a scalar matrix.
 
 use super::*;
 use crate::test_support::{Random, dense, diagonal, flat, graph, grid_edges, laplacian};
@@ -34,9 +34,9 @@ struct Row {
     new: fn(&ScalarMatrix) -> Box<dyn Update>,
     /// Whether it is the inverse up to round-off.
     is_inverse: bool,
-    /// Whether it reads couplings, so that other ones are another pattern.
+    /// Whether it reads couplings, so that other couplings are another pattern.
     reads_couplings: bool,
-    /// Whether it tells the pivot.
+    /// Whether its error holds the pivot.
     tells_pivot: bool,
 }
 
@@ -92,7 +92,7 @@ proptest! {
         }
     }
 
-    /// As for the matrix without the couplings of the pinned rows.
+    /// Compares with the matrix without the couplings of the pinned rows.
     #[test]
     fn pinned_rows_keep_their_diagonal_alone((n, edges) in graph(20)) {
         let mut random = Random::new(15);

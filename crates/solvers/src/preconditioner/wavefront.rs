@@ -1,22 +1,21 @@
 //! An order of rows in which a triangular solve need not wait.
 //!
-//! Row after row, each row of a substitution waits for the result of the one before: some ten
-//! cycles on a chain of a multiplication, a subtraction and another multiplication. On a mesh that
-//! is numbered line by line, the rows of several lines can take turns instead, each line some
-//! columns behind the line before. Every row still computes what it would, from the same numbers in
-//! the same order, so that no bit changes.
+//! In sequence, each row of a substitution waits some ten cycles for the row before: a
+//! multiplication, a subtraction and another multiplication. On a mesh numbered line by line, the
+//! rows of several lines can take turns instead, each line some columns behind the line before.
+//! Every row still computes the same numbers in the same order, so no bit changes.
 
-/// Lines that take turns.
+/// Number of lines that take turns.
 const LINES: usize = 8;
 
-/// Columns that a line stays behind the one before: the least for a mesh with diagonals, and for
+/// Columns that a line stays behind the line before. The least serves a mesh with diagonals, and
 /// springs over two columns.
 const LAGS: std::ops::RangeInclusive<usize> = 2..=4;
 
 /// A line shorter than this is not worth the turns.
 const SHORTEST: usize = 2 * LINES;
 
-/// The order: groups of [`LINES`] lines, in a group by time `column + lag · line`, at a time by
+/// The order: by groups of [`LINES`] lines, in a group by time `column + lag · line`, at a time by
 /// line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Wavefront {
@@ -27,8 +26,8 @@ pub(super) struct Wavefront {
 }
 
 impl Wavefront {
-    /// The order for a lower triangle, whose row `i` has the columns `row(i)` left of the diagonal.
-    /// Rows are in sequence unless the pattern allows for more.
+    /// The order for a lower triangle with the columns `row(i)` left of the diagonal in row `i`.
+    /// Rows are in sequence unless the pattern lets lines take turns.
     pub(super) fn new<'a>(n: usize, row: impl Fn(usize) -> &'a [u32]) -> Self {
         let sequence = Self { n, line: n.max(1), lag: 0 };
         // The most frequent offset that is not short may be the length of a line.
@@ -40,8 +39,8 @@ impl Wavefront {
         LAGS.map(|lag| Self { n, line, lag }).find(|order| order.suits(&row)).unwrap_or(sequence)
     }
 
-    /// Whether every row comes after the rows of its columns, and rows with a column in common stay
-    /// in sequence, so that what they subtract from that column's entry keeps its order.
+    /// Whether every row comes after the rows of its columns, and rows with a common column stay in
+    /// sequence, so that subtractions from that column's entry keep their order.
     fn suits<'a>(self, row: &impl Fn(usize) -> &'a [u32]) -> bool {
         let mut last = vec![None; self.n];
         (0..self.n).all(|i| {
@@ -53,14 +52,14 @@ impl Wavefront {
         })
     }
 
-    /// What the order sorts by.
+    /// The key of the order.
     fn place(self, i: usize) -> (usize, usize, usize) {
         let (line, column) = (i / self.line, i % self.line);
         (line / LINES, column + self.lag * (line % LINES), line)
     }
 
-    /// Visits the rows in this order. A plain loop is sure to be inlined into the function that has
-    /// the instruction set; the folds of iterators are not.
+    /// Visits the rows in this order. A plain loop is inlined into the function that has the
+    /// instruction set; folds of iterators may not be.
     #[inline(always)]
     pub(super) fn forward(self, mut visit: impl FnMut(usize)) {
         for first in self.groups() {

@@ -3,7 +3,7 @@
 use crate::Constraints;
 use crate::vector::BLOCK;
 
-/// Which constrained particles each block of [`BLOCK`] particles has.
+/// The constrained particles of each block of [`BLOCK`] particles.
 #[derive(Debug)]
 pub(super) struct Buckets {
     /// Particles of block `k` are `particles[starts[k]..starts[k + 1]]`.
@@ -20,7 +20,7 @@ impl Buckets {
     /// Sorts the constrained particles, by counting.
     pub(super) fn fill(&mut self, constraints: &Constraints) {
         let constrained = constraints.constrained();
-        // `starts[k + 2]` counts block k, then is where the next block's next particle goes.
+        // `starts[k + 2]` counts block k; then it is the place of the next block's next particle.
         self.starts.fill(0);
         for &i in constrained {
             self.starts[i as usize / BLOCK + 2] += 1;

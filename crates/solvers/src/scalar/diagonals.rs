@@ -1,11 +1,11 @@
-//! A symmetric scalar matrix by diagonals: for patterns whose entries (i, j) have few offsets j −
+//! A symmetric scalar matrix by diagonals, for patterns whose entries (i, j) have few offsets j −
 //! i.
 //!
-//! The mesh of a regular sheet, numbered row by row, has the offsets 1 and one row, with diagonal
+//! The mesh of a regular sheet, numbered row by row, has the offsets 1 and one row; with diagonal
 //! springs also one row ± 1. Then a product needs no column indices, each entry serves twice, and
 //! consecutive rows read consecutive numbers: the loop over rows is a SIMD loop.
 
-use super::soa::{Padded, ROWS, Rows};
+use super::soa::{PaddedRow, ROWS, Rows};
 use crate::ScalarMatrix;
 use crate::vector::SLOTS;
 use drape_kernels::lanes::Four;
@@ -20,21 +20,21 @@ pub(super) struct Diagonals {
     n: usize,
     /// Offsets of the upper diagonals, increasing.
     offsets: Vec<usize>,
-    diagonal: Padded,
+    diagonal: PaddedRow,
     /// Entry (i, i + offset) at place `i` of its diagonal.
-    upper: Vec<Padded>,
+    upper: Vec<PaddedRow>,
 }
 
-/// What is done with a product.
+/// The receiver of a product.
 pub(super) trait Put<F: Four> {
-    /// Takes over the product in group `g` of the rows, coordinate by coordinate, and the vector
-    /// that was multiplied.
+    /// Takes the product in group `g` of the rows, coordinate by coordinate, and the multiplied
+    /// vector.
     fn put(&mut self, four: F, g: usize, x: [F::Numbers; 3], product: [F::Numbers; 3]);
 }
 
 impl Diagonals {
-    /// Room for the entries of `a`, or `None` when its pattern has more than [`MOST_OFFSETS`]
-    /// offsets or fills less than two thirds of its diagonals.
+    /// Room for the entries of `a`. `None` when its pattern has more than [`MOST_OFFSETS`] offsets
+    /// or fills less than two thirds of its diagonals.
     pub(super) fn new(a: &ScalarMatrix) -> Option<Self> {
         let n = a.n();
         let mut offsets: Vec<usize> = Vec::with_capacity(MOST_OFFSETS + 1);
@@ -58,13 +58,13 @@ impl Diagonals {
         let reach = offsets.last().copied().unwrap_or(0);
         Some(Self {
             n,
-            diagonal: Padded::zeros(n, 0),
-            upper: offsets.iter().map(|_| Padded::zeros(n, reach)).collect(),
+            diagonal: PaddedRow::zeros(n, 0),
+            upper: offsets.iter().map(|_| PaddedRow::zeros(n, reach)).collect(),
             offsets,
         })
     }
 
-    /// Takes over the values of `a`, which has the pattern that this was made for.
+    /// Copies the values of `a`, which must have the pattern given to [`new`](Self::new).
     pub(super) fn update(&mut self, a: &ScalarMatrix) {
         for i in 0..self.n {
             let (columns, values) = a.row(i);
@@ -116,8 +116,7 @@ impl Diagonals {
         }
     }
 
-    /// [`multiply`](Self::multiply) with `D` offsets, by pieces of a length that the compiler
-    /// knows.
+    /// [`multiply`](Self::multiply) with `D` offsets, by pieces of constant length.
     #[inline(always)]
     fn multiply_by<const D: usize, F: Four>(
         &self,
@@ -138,7 +137,7 @@ impl Diagonals {
         }
     }
 
-    /// `C` rows, so many after `first`.
+    /// `C` rows, at this distance after `first`.
     #[inline(always)]
     fn multiply_piece<const D: usize, const C: usize, F: Four>(
         &self,

@@ -3,13 +3,14 @@
 //!
 //! # Threads
 //!
-//! A sweep runs in bands of consecutive blocks, [some a thread](crate::bands). Each block's sums
-//! have a place of their own and are added from the first block to the last when all bands are
-//! done: the order of the readable kernels, whatever the number of bands. The product in a block
-//! needs directions from up to [`Diagonals::reach`] rows away. A band multiplies behind its own
-//! updates as far as these are its own rows; the blocks of its rim wait until all bands have their
-//! directions, and are a third, short sweep. The alternative, all products after all updates, reads
-//! the directions once more from memory: 24 of 280 bytes a particle.
+//! A sweep runs in bands of consecutive blocks, [several a thread](crate::bands). Each block has a
+//! place of its own for its sums. When all bands are done, these are added from the first block to
+//! the last: the order of the readable kernels, for any number of bands.
+//!
+//! The product in a block needs directions from up to [`Diagonals::reach`] rows away. A band
+//! multiplies behind its own updates while these are its own rows. The blocks of its rim wait until
+//! all bands have their directions, and take a third, short sweep. All products after all updates
+//! would read the directions once more from memory: 24 of 280 bytes a particle.
 
 mod sums;
 mod sweeps;
@@ -19,9 +20,9 @@ use self::sweeps::{Operator, scatter};
 use super::buckets::Buckets;
 use super::diagonals::Diagonals;
 use super::padded::ScalarPreconditioner;
-use super::soa::{Block, Coordinates, Padded, Rows, RowsMut};
+use super::soa::{Block, Coordinates, PaddedRow, Rows, RowsMut};
 use crate::bands::{Divisible, PerBlock, in_bands};
-use crate::pcg::{Norm, Operations, Start};
+use crate::pcg::{Norm, Operations, StartReport};
 use crate::vector::BLOCK;
 use crate::{Constraints, ScalarMatrix, StartValue, Vec3};
 use drape_kernels::lanes::{four_wide, vectorised};
@@ -41,7 +42,7 @@ pub(super) struct Fused {
     bands: usize,
 }
 
-/// What each block contributes to the sums.
+/// Contributions of each block to the sums.
 #[derive(Debug)]
 struct Sums {
     /// Of the residual.
@@ -53,13 +54,13 @@ struct Sums {
 }
 
 impl Fused {
-    /// Room for solves with the pattern of `a`, or `None` when it does not suit.
+    /// Room for solves with the pattern of `a`; `None` when it does not suit.
     pub(super) fn new(a: &ScalarMatrix) -> Option<Self> {
         let matrix = Diagonals::new(a)?;
         let n = matrix.n();
         let count = n.div_ceil(BLOCK);
         let (blocks, measures) = (|| vec![Block::ZERO; count], || vec![Measure::ZERO; count]);
-        let mut inverse_diagonal = Padded::zeros(n, 0);
+        let mut inverse_diagonal = PaddedRow::zeros(n, 0);
         inverse_diagonal.rows_mut()[..n].fill(1.0);
         Some(Self {
             x: blocks(),
@@ -73,7 +74,7 @@ impl Fused {
         })
     }
 
-    /// Takes over the values of `a` and of a diagonal preconditioner.
+    /// Copies the values of `a` and of a diagonal preconditioner.
     pub(super) fn update(&mut self, a: &ScalarMatrix, p: ScalarPreconditioner<'_>) {
         let Operator { matrix, inverse_diagonal, .. } = &mut self.operator;
         matrix.update(a);
@@ -91,7 +92,7 @@ impl Fused {
         self.operator.matrix.n()
     }
 
-    /// Cuts the sweeps into so many bands.
+    /// Sets the number of bands.
     pub(super) fn set_bands(&mut self, bands: usize) {
         self.bands = bands;
     }
@@ -122,10 +123,9 @@ impl Fused {
 pub(super) struct FusedSolve<'a> {
     constraints: &'a Constraints,
     b: &'a [Vec3],
-    /// Where it starts.
     start: StartValue<'a>,
     solution: &'a mut [Vec3],
-    /// `α` of an update of `x` that the next sweep over `c` will do.
+    /// `α` of an update of `x` that the next sweep over `c` performs.
     postponed: Option<f64>,
     /// Of the residual.
     measure: Measure,
@@ -133,15 +133,15 @@ pub(super) struct FusedSolve<'a> {
 }
 
 impl Operations for FusedSolve<'_> {
-    fn start(&mut self, reference: Option<Norm>) -> Start {
+    fn start(&mut self, reference: Option<Norm>) -> StartReport {
         let Self { constraints, b, start: from, solution, of, .. } = self;
-        let mut start = Start { reference: f64::NAN, multiplications: 0 };
+        let mut start = StartReport { reference: f64::NAN, multiplications: 0 };
         let moving = reference.filter(|_| constraints.has_prescribed_motion());
         if let Some(norm) = moving {
             of.take_prescribed(constraints);
             of.residuals(constraints, b, None);
             let reference = Measure::sum(&of.sums.residual).length(norm);
-            start = Start { reference, multiplications: 1 };
+            start = StartReport { reference, multiplications: 1 };
         }
         let from = match *from {
             StartValue::Given => StartValue::At(solution),
@@ -169,7 +169,7 @@ impl Operations for FusedSolve<'_> {
     }
 
     fn refresh(&mut self) -> f64 {
-        // c makes room for x, of which neighbours are needed.
+        // x takes the place of c, since the product needs neighbours.
         self.of.swap_direction_for_solution(self.postponed.take());
         self.of.new_residuals(self.constraints, self.b);
         self.of.restore_direction();
@@ -201,13 +201,13 @@ impl Operations for FusedSolve<'_> {
     }
 }
 
-/// The sum of what the blocks contribute, from the first to the last.
+/// The sum of the blocks' contributions, from the first to the last.
 fn sum(blocks: &[f64]) -> f64 {
     blocks.iter().fold(0.0, |sum, block| sum + block)
 }
 
-/// Runs a call over the blocks of all bands, compiled for the processor at hand. `part` is the
-/// memory that a band writes; the other values are read by all of them.
+/// Runs a call over the blocks of all bands, compiled for the present processor. A band writes
+/// `part`; all bands read the other values.
 macro_rules! sweep {
     (
         $fused:ident.[$($field:ident),*],
@@ -227,7 +227,7 @@ macro_rules! sweep {
     }};
 }
 
-/// One array a block, of bands.
+/// One array for each block, in bands.
 type Blocks<'k> = PerBlock<'k, Block>;
 type Measures<'k> = PerBlock<'k, Measure>;
 type Numbers<'k> = PerBlock<'k, f64>;

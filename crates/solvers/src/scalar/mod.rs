@@ -1,23 +1,23 @@
 //! Filtered conjugate gradients on a [`ScalarMatrix`] by fused SIMD kernels.
 //!
 //! [`filtered_pcg`](crate::filtered_pcg) sweeps about eight times an iteration over vectors of
-//! [`Vec3`]. Here it is two sweeps, in blocks of [`BLOCK`](crate::vector::BLOCK) particles, the
-//! blocks of the documented order of sums:
+//! [`Vec3`]. Here an iteration takes two sweeps, in blocks of [`BLOCK`](crate::vector::BLOCK)
+//! particles, the blocks of the documented order of sums:
 //!
-//! 1. `x ← x + α c` of the iteration before, and `c ← S (P r + β c)`; behind it, as soon as the
-//!    farthest neighbour is known, `q ← S A c` of a block and its part of `cᵀq`, while the block is
-//!    in cache. The part is summed as the product arises, in registers; where the block has
-//!    constrained particles, in a pass of its own.
-//! 2. `r ← r − α q`, `rᵀr` and, for a diagonal `P`, `rᵀ P r` without ever storing `P r`.
+//! 1. `x ← x + α c` of the iteration before, and `c ← S (P r + β c)`. As soon as the farthest
+//!    neighbour is known, `q ← S A c` of a block and its part of `cᵀq` follow, while the block is
+//!    in cache. The part is summed in registers during the product; a block with constrained
+//!    particles takes a pass of its own.
+//! 2. `r ← r − α q`, `rᵀr` and, for a diagonal `P`, `rᵀ P r`, without storing `P r`.
 //!
-//! Only loops and layouts differ from the readable kernels; each number comes from the same
-//! operations in the same order, so all bits are theirs (negative zeros too: an absent entry of a
+//! Only loops and layouts differ from the readable kernels. Each number comes from the same
+//! operations in the same order, so all bits are the same (negative zeros too: an absent entry of a
 //! diagonal adds a zero to a sum that began with a positive one). Infinite and undefined numbers
-//! end a solve alike, but may be found in other places of `x`.
+//! end a solve alike, but may stand in other places of `x`.
 //!
 //! # Counts
 //!
-//! Of an iteration with three coordinates, for a mesh with two offsets (five entries a row), a
+//! An iteration with three coordinates, for a mesh with two offsets (five entries a row), per
 //! particle:
 //!
 //! | layout | preconditioner | flops | bytes from memory | held by a solver, bytes |
@@ -29,8 +29,8 @@
 //! # What was tried
 //!
 //! Nanoseconds a particle and iteration, least of many repetitions on one core of an AMD EPYC (Zen
-//! 4) that others used too, square mesh of `N²` particles; AVX2 (512-bit registers would change the
-//! bits of the factorisations that share the SIMD library).
+//! 4) with other work on the machine, square mesh of `N²` particles. AVX2: 512-bit registers would
+//! change the bits of the factorisations that share the SIMD library.
 //!
 //! | what | predicted | measured |
 //! |---|---|---|
@@ -66,8 +66,8 @@ use fused::Fused;
 use padded::Padded;
 pub use padded::ScalarPreconditioner;
 
-/// [`filtered_pcg`](crate::filtered_pcg) for a scalar matrix: the same bits and the same report,
-/// from kernels that keep the vectors, and where it helps the matrix, in a layout of their own.
+/// [`filtered_pcg`](crate::filtered_pcg) for a scalar matrix, with the same bits and the same
+/// report. Its kernels keep the vectors, and where it helps the matrix, in a layout of their own.
 #[derive(Debug)]
 pub struct ScalarPcg(Layout);
 
@@ -80,10 +80,10 @@ enum Layout {
 /// The layouts of [`ScalarPcg`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ScalarLayout {
-    /// The matrix by diagonals and each coordinate an array: for diagonal preconditioners, and
+    /// The matrix by diagonals and each coordinate in an array: for diagonal preconditioners, and
     /// patterns with few offsets between row and column, such as the mesh of a regular sheet.
     Diagonals,
-    /// Compressed rows, and particles padded to four numbers: for all.
+    /// Compressed rows, and particles padded to four numbers: for all matrices.
     Rows,
 }
 
@@ -96,7 +96,7 @@ impl ScalarPcg {
             .unwrap_or_else(|| Self(Layout::Rows(Padded::new(a, diagonal))))
     }
 
-    /// As [`new`](Self::new) with a given layout; `None` when it does not suit.
+    /// As [`new`](Self::new), in a given layout; `None` when it does not suit.
     pub fn with_layout(a: &ScalarMatrix, diagonal: bool, layout: ScalarLayout) -> Option<Self> {
         Some(Self(match layout {
             ScalarLayout::Diagonals if diagonal => Layout::Diagonals(Box::new(Fused::new(a)?)),
@@ -113,26 +113,26 @@ impl ScalarPcg {
         }
     }
 
-    /// Takes over the values of `a`, which must have the pattern given to [`new`](Self::new), and
-    /// of the preconditioner: to be called after each change of either.
+    /// Copies the values of `a`, which must have the pattern given to [`new`](Self::new), and of
+    /// the preconditioner. Call it after each change of either.
     pub fn update(&mut self, a: &ScalarMatrix, p: ScalarPreconditioner<'_>) {
         if let Layout::Diagonals(fused) = &mut self.0 {
             fused.update(a, p);
         }
     }
 
-    /// Lets solves use so many threads of the current [`rayon`] pool, where there are enough
-    /// particles to make it worth while: the same bits for any number. That is for the layout
-    /// [`Diagonals`](ScalarLayout::Diagonals); the sweeps of IC(0) go through the mesh in one
-    /// order, and [`Rows`](ScalarLayout::Rows) stay on the caller's thread.
+    /// Lets solves use this many threads of the current [`rayon`] pool, where there are enough
+    /// particles. Any number gives the same bits. Only the layout
+    /// [`Diagonals`](ScalarLayout::Diagonals) uses threads: the sweeps of IC(0) follow one order,
+    /// and [`Rows`](ScalarLayout::Rows) stay on the caller's thread.
     pub fn set_threads(&mut self, threads: usize) {
         if let Layout::Diagonals(fused) = &mut self.0 {
             fused.set_bands(bands(threads, fused.n()));
         }
     }
 
-    /// `out ← A x` with the matrix of the last [`update`](Self::update): the bits of its own
-    /// [`multiply`](crate::LinearOperator::multiply) where all numbers are finite.
+    /// `out ← A x` with the matrix of the last [`update`](Self::update). Where all numbers are
+    /// finite, it has the bits of the matrix's own [`multiply`](crate::LinearOperator::multiply).
     ///
     /// # Panics
     /// When the sizes of the arguments differ.
@@ -144,7 +144,7 @@ impl ScalarPcg {
         }
     }
 
-    /// As [`filtered_pcg`](crate::filtered_pcg) from where `start` says, with the matrix and the
+    /// As [`filtered_pcg`](crate::filtered_pcg) from `start`, with the matrix and the
     /// preconditioner of the last [`update`](Self::update).
     #[expect(
         clippy::too_many_arguments,
@@ -180,19 +180,18 @@ impl ScalarPcg {
     }
 }
 
-/// Euclidean norms of what a solve has left, and of what it began with.
+/// Euclidean norms of the residual and of its reference.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ResidualNorms {
     /// Of `S (b − A x)`.
     pub residual: f64,
-    /// Of `S (b − A (I − S) z)`, if it is asked for.
+    /// Of `S (b − A (I − S) z)`, on request.
     pub reference: Option<f64>,
 }
 
 impl ScalarPcg {
-    /// The norms of a vector `x` that obeys the constraints and is not changed, with the matrix of
-    /// the last [`update`](Self::update). One product; with a reference and motion that is
-    /// prescribed, two.
+    /// The norms for a vector `x` that obeys the constraints, with the matrix of the last
+    /// [`update`](Self::update). It takes one product; with a reference and prescribed motion two.
     ///
     /// # Panics
     /// When the sizes of the arguments differ.
@@ -228,7 +227,7 @@ impl ScalarPcg {
     /// `out ← S (b − A x)` of the last call of [`residual_norms`](Self::residual_norms).
     ///
     /// # Panics
-    /// When `out` has not a vector for each particle.
+    /// Unless `out` has a vector for each particle.
     pub fn residual(&self, out: &mut [Vec3]) {
         let n = match &self.0 {
             Layout::Diagonals(fused) => fused.n(),

@@ -1,15 +1,15 @@
-//! Conjugate gradients on compressed rows, for any pattern: a particle is four numbers, of which
-//! the last is zero, so that one 256-bit operation serves its three coordinates.
+//! Conjugate gradients on compressed rows, for any pattern. A particle is four numbers, the last
+//! one zero, so that one 256-bit operation serves its three coordinates.
 
 use super::buckets::Buckets;
-use crate::pcg::{Norm, Operations, Start};
+use crate::pcg::{Norm, Operations, StartReport};
 use crate::preconditioner::{IncompleteCholesky, Jacobi};
 use crate::vector::{BLOCK, SLOTS, combine};
 use crate::{Constraints, ScalarMatrix, Vec3};
 use drape_kernels::lanes::{Four, Lanes, Plain, four_wide, vectorised};
 use pulp::Arch;
 
-/// Which preconditioner a solve uses.
+/// The preconditioner of a solve.
 #[derive(Clone, Copy, Debug)]
 pub enum ScalarPreconditioner<'a> {
     /// None.
@@ -27,7 +27,7 @@ pub(super) struct Padded {
     r: Vec<Lanes>,
     c: Vec<Lanes>,
     q: Vec<Lanes>,
-    /// `P r`, where it is not the product with a diagonal.
+    /// `P r`, where `P` is not diagonal.
     s: Vec<Lanes>,
     /// The farthest row that a row is coupled to.
     reach: usize,
@@ -86,7 +86,7 @@ impl Padded {
     }
 }
 
-/// What a solve looks at but does not change.
+/// What a solve reads but does not change.
 #[derive(Clone, Copy, Debug)]
 struct Problem<'a> {
     a: &'a ScalarMatrix,
@@ -100,7 +100,7 @@ struct Problem<'a> {
 pub(super) struct PaddedSolve<'a> {
     problem: Problem<'a>,
     solution: &'a mut [Vec3],
-    /// `α` of an update of `x` that the next sweep over `c` will do.
+    /// `α` of an update of `x` that the next sweep over `c` performs.
     postponed: Option<f64>,
     /// `rᵀr`.
     square: f64,
@@ -108,9 +108,9 @@ pub(super) struct PaddedSolve<'a> {
 }
 
 impl Operations for PaddedSolve<'_> {
-    fn start(&mut self, reference: Option<Norm>) -> Start {
+    fn start(&mut self, reference: Option<Norm>) -> StartReport {
         let constraints = self.problem.constraints;
-        let mut start = Start { reference: f64::NAN, multiplications: 0 };
+        let mut start = StartReport { reference: f64::NAN, multiplications: 0 };
         let mut with_load = false;
         match reference {
             None => {}
@@ -120,7 +120,7 @@ impl Operations for PaddedSolve<'_> {
                     self.of.x[i as usize] = lanes(&constraints.prescribed(i as usize));
                 }
                 let square = self.residual();
-                start = Start { reference: self.length(square, norm), multiplications: 1 };
+                start = StartReport { reference: self.length(square, norm), multiplications: 1 };
             }
             Some(Norm::Euclid) => with_load = true,
             Some(Norm::Preconditioned) => {
@@ -247,7 +247,7 @@ impl PaddedSolve<'_> {
 }
 
 impl Padded {
-    /// `s ← P r` unless `P` is diagonal; returns `rᵀ P r`.
+    /// `s ← P r`, unless `P` is diagonal; returns `rᵀ P r`.
     fn precondition(&mut self, problem: Problem<'_>) -> f64 {
         vectorised!(self.arch, [four, of: &'k mut Padded = self, problem: Problem<'k> = problem] -> f64 {
             match problem.p {
@@ -278,13 +278,14 @@ impl Padded {
         }
     }
 
-    /// `r ← S (b − A x)`; its square and, if `with_load`, that of `S b`, for which `q` makes room.
+    /// `r ← S (b − A x)`. Returns its square and, if `with_load`, that of `S b`, with `q` as
+    /// scratch memory.
     #[inline(always)]
     fn residuals(&mut self, four: impl Four, problem: Problem<'_>, with_load: bool) -> (f64, f64) {
         let (mut square, mut load) = (0.0, 0.0);
         for (k, (r, b)) in self.r.chunks_mut(BLOCK).zip(problem.b.chunks(BLOCK)).enumerate() {
             let (first, particles) = (k * BLOCK, self.buckets.block(k));
-            // Right-hand sides stay in registers: to load what was stored in pieces would stall.
+            // Right-hand sides stay in registers: a load after a store in pieces would stall.
             let of_block = sum(four, Residual { a: problem.a, x: &self.x, first, b, r });
             square += if particles.is_empty() {
                 of_block
@@ -311,8 +312,8 @@ impl Padded {
         }
     }
 
-    /// One sweep: `x ← x + α c` as postponed, `c ← S (P r + β c)`, and as soon as the rows that it
-    /// needs are known, `q ← S A c` and `cᵀq`.
+    /// One sweep: the postponed `x ← x + α c`, then `c ← S (P r + β c)`, and as soon as the needed
+    /// rows are known, `q ← S A c` and `cᵀq`.
     #[inline(always)]
     fn direction(
         &mut self,
@@ -393,7 +394,7 @@ fn lanes(v: &Vec3) -> Lanes {
     [v.x, v.y, v.z, 0.0]
 }
 
-/// `out ← S b` in a block that begins with row `first` and has these constrained particles.
+/// `out ← S b` in a block with these constrained particles that begins with row `first`.
 #[inline(always)]
 fn right_hand_side(
     four: impl Four,
@@ -438,8 +439,8 @@ fn dot(four: impl Four, a: &[Lanes], b: &[Lanes]) -> f64 {
     total
 }
 
-/// The terms of a sum over the particles of a block, and what is done on the way. A closure would
-/// not be sure to be inlined into the function that has the instruction set.
+/// The terms of a sum over the particles of a block, with updates on the way. A closure might not
+/// be inlined into the function that has the instruction set.
 trait Terms<F: Four> {
     /// Number of terms.
     fn len(&self) -> usize;

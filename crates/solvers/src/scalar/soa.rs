@@ -14,8 +14,8 @@ const GROUPS: usize = BLOCK / SLOTS;
 const LINE: usize = 8;
 
 /// The three coordinates of up to [`BLOCK`] particles. A cache line of zeros after each keeps the
-/// coordinates of a particle from the same place of different pages, where a load seems to depend
-/// on a store.
+/// coordinates of a particle at different places of their pages; at the same place a load would
+/// seem to depend on a store.
 #[derive(Clone, Debug)]
 #[repr(align(64))]
 pub(super) struct Block(pub(super) [[f64; BLOCK + LINE]; 3]);
@@ -23,13 +23,13 @@ pub(super) struct Block(pub(super) [[f64; BLOCK + LINE]; 3]);
 impl Block {
     pub(super) const ZERO: Self = Self([[0.0; BLOCK + LINE]; 3]);
 
-    /// Coordinate `k` of group `g`, counted round the block: then the compiler needs no check.
+    /// Coordinate `k` of group `g`, modulo the block, so that the compiler needs no check.
     #[inline(always)]
     pub(super) fn group(&self, k: usize, g: usize) -> &[f64; SLOTS] {
         &self.0[k].as_chunks().0[g % GROUPS]
     }
 
-    /// As [`group`](Self::group), to be written.
+    /// As [`group`](Self::group), for writing.
     #[inline(always)]
     pub(super) fn group_mut(&mut self, k: usize, g: usize) -> &mut [f64; SLOTS] {
         &mut self.0[k].as_chunks_mut().0[g % GROUPS]
@@ -41,7 +41,7 @@ impl Block {
         self.0.each_ref().map(|x| &x[..len])
     }
 
-    /// The first `len` particles, to be written.
+    /// The first `len` particles, for writing.
     #[inline(always)]
     pub(super) fn rows_mut(&mut self, len: usize) -> [&mut [f64]; 3] {
         self.0.each_mut().map(|x| &mut x[..len])
@@ -62,13 +62,13 @@ pub(super) fn block_rows(k: usize, rows: usize) -> (usize, usize) {
 
 /// One number a row, with zeros before the first and after the last; row 0 begins a cache line.
 #[derive(Debug)]
-pub(super) struct Padded {
+pub(super) struct PaddedRow {
     numbers: Vec<f64>,
     /// Place of row 0.
     origin: usize,
 }
 
-impl Padded {
+impl PaddedRow {
     /// Zeros for `n` rows, with `reach` more on either side.
     pub(super) fn zeros(n: usize, reach: usize) -> Self {
         let numbers = vec![0.0; padded_rows(n) + 2 * reach + LINE];
@@ -99,11 +99,11 @@ impl Padded {
 
 /// The three coordinates of a vector.
 #[derive(Debug)]
-pub(super) struct Coordinates([Padded; 3]);
+pub(super) struct Coordinates([PaddedRow; 3]);
 
 impl Coordinates {
     pub(super) fn zeros(n: usize, reach: usize) -> Self {
-        Self(from_fn(|_| Padded::zeros(n, reach)))
+        Self(from_fn(|_| PaddedRow::zeros(n, reach)))
     }
 
     /// All rows, and the zeros around them.
@@ -115,7 +115,7 @@ impl Coordinates {
         }
     }
 
-    /// All rows, to be written.
+    /// All rows, for writing.
     pub(super) fn rows_mut(&mut self) -> RowsMut<'_> {
         let origin = self.0.each_ref().map(|x| x.origin as isize);
         RowsMut { numbers: self.0.each_mut().map(|x| &mut x.numbers[..]), origin, first: 0 }
@@ -148,7 +148,7 @@ impl<'a> Rows<'a> {
     }
 }
 
-/// Rows of the three coordinates of a vector, to be written.
+/// Rows of the three coordinates of a vector, for writing.
 pub(super) struct RowsMut<'a> {
     numbers: [&'a mut [f64]; 3],
     /// Where row 0 is, or would be.
@@ -158,7 +158,7 @@ pub(super) struct RowsMut<'a> {
 }
 
 impl RowsMut<'_> {
-    /// The rows, to be read.
+    /// The rows, for reading.
     #[inline(always)]
     pub(super) fn read(&self) -> Rows<'_> {
         Rows { numbers: self.numbers.each_ref().map(|x| &**x), origin: self.origin }
@@ -189,7 +189,7 @@ impl Divisible for RowsMut<'_> {
     }
 }
 
-/// What the slots of the three coordinates of a block add up to.
+/// The sum over the slots of the three coordinates of a block.
 #[inline(always)]
 pub(super) fn total(sums: &[[f64; SLOTS]; 3]) -> f64 {
     combine(&from_fn(|s| [sums[0][s], sums[1][s], sums[2][s]]))

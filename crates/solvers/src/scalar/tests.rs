@@ -20,7 +20,7 @@ struct Case {
     columns: usize,
     springs: usize,
     seed: u64,
-    /// How many in a thousand particles are constrained in any way.
+    /// Constrained particles in a thousand.
     constrained: usize,
     moving: bool,
     /// 0: none, 1: Jacobi, 2: IC(0).
@@ -57,7 +57,7 @@ fn cases() -> impl Strategy<Value = Case> {
     )
 }
 
-/// By diagonals, in so many bands.
+/// By diagonals, in this many bands.
 fn banded(a: &ScalarMatrix, bands: usize) -> Option<ScalarPcg> {
     let mut solver = ScalarPcg::with_layout(a, true, ScalarLayout::Diagonals)?;
     if let Layout::Diagonals(fused) = &mut solver.0 {
@@ -66,8 +66,8 @@ fn banded(a: &ScalarMatrix, bands: usize) -> Option<ScalarPcg> {
     Some(solver)
 }
 
-/// Solves twice in each layout that suits, in several numbers of bands, so that what a solve leaves
-/// behind is seen to matter nothing.
+/// Solves twice in each layout that suits, with several numbers of bands: the memory of the first
+/// solve must not matter.
 fn compare(a: &ScalarMatrix, case: &Case) -> PcgReport {
     let mut random = Random::new(case.seed);
     let n = a.n();
@@ -153,8 +153,8 @@ fn compare_products(a: &ScalarMatrix, seed: u64) {
     }
 }
 
-/// The residual of `x` and its norms against their definitions, where particles are free or held:
-/// to filter a vector twice by a plane rounds twice.
+/// The residual of `x` and its norms against their definitions, for particles that are free or
+/// held: a plane would filter twice and round twice.
 fn compare_residuals(
     a: &ScalarMatrix,
     constraints: &Constraints,

@@ -1,4 +1,4 @@
-//! The step beside the system that it reduces and beside its settings.
+//! The step against the unreduced system, and its settings.
 
 mod contact;
 
@@ -27,13 +27,13 @@ fn prepared(text: &str, start: (System, State), h: f64) -> Run {
     Run::new(Box::new(BaraffWitkin::new(settings(text))), start, h)
 }
 
-/// What gives `θ = h²k/m` and `η = hc/m`.
+/// `(k, c)` for `θ = h²k/m` and `η = hc/m`.
 fn coefficients(theta: f64, eta: f64) -> (f64, f64) {
     (theta * MASS / (H * H), eta * MASS / H)
 }
 
-/// Across the spring the matrix has `1 + η + θ max(0, 1 − ℓ/L_n)`, and what the spring pulls is along
-/// it: `d_{n+1} × v_{n+1} = d_n × v_n` over that number. Raw, the maximum is not taken.
+/// Across the spring the matrix has `1 + η + θ max(0, 1 − ℓ/L_n)`, and the spring pulls along it.
+/// So `d_{n+1} × v_{n+1} = d_n × v_n` over that number. The raw matrix has no maximum.
 #[test]
 fn spin_is_divided_by_a_number_that_the_length_before_the_step_decides() {
     let (mut stretched, mut squeezed) = (0, 0);
@@ -72,7 +72,7 @@ fn spin_is_divided_by_a_number_that_the_length_before_the_step_decides() {
     assert!(stretched > 50 && squeezed > 50, "{stretched} and {squeezed}");
 }
 
-/// Dense `K = −∂f/∂x` and `D = −∂f/∂v`, written down from the list of springs.
+/// Dense `K = −∂f/∂x` and `D = −∂f/∂v` from the list of springs.
 fn dense(spec: &SystemSpec, state: &State, clamped: bool) -> (DMatrix<f64>, DMatrix<f64>) {
     let n = 3 * state.len();
     let (mut k, mut d) = (DMatrix::zeros(n, n), DMatrix::zeros(n, n));
@@ -103,8 +103,8 @@ fn flat(vectors: &[Vec3]) -> DVector<f64> {
     DVector::from_iterator(3 * vectors.len(), vectors.iter().flat_map(|v| [v.x, v.y, v.z]))
 }
 
-/// `(Δx, Δv) = h (v_0 + Δv, M⁻¹ (f_0 + ∂f/∂x Δx + ∂f/∂v Δv))`, Baraff-Witkin (4), (5), as one system of `6n`
-/// unknowns in which the pinned particles do not move.
+/// `(Δx, Δv) = h (v_0 + Δv, M⁻¹ (f_0 + ∂f/∂x Δx + ∂f/∂v Δv))`, Baraff-Witkin (4), (5), as one
+/// system of `6n` unknowns in which the pinned particles do not move.
 fn unreduced(spec: &SystemSpec, run: &Run, clamped: bool) -> (DVector<f64>, DVector<f64>) {
     let (state, h) = (&run.state, run.h);
     let n = 3 * state.len();
@@ -153,7 +153,8 @@ fn the_reduced_system_has_the_solution_of_the_unreduced_one() {
     }
 }
 
-/// `(M + hD + h²K) v_{n+1} = M v_n + h (f_n + D v_n)` with the clamped `K` on the left and none on the right.
+/// `(M + hD + h²K) v_{n+1} = M v_n + h (f_n + D v_n)` with the clamped `K` on the left and none on
+/// the right.
 #[test]
 fn the_change_and_the_velocity_itself_solve_the_same_system() {
     let spec = rough_sheet(5, 1e5, 0.3, DampingLaw::Full);
@@ -256,7 +257,7 @@ fn each_norm_stops_by_its_own_residual() {
         (report.cg_iterations, report.relative_residual)
     });
     assert_ne!(euclid.1, preconditioned.1);
-    // The weight of the heavy particle hides what the others still lack.
+    // The weight of the heavy particle hides the residual of the others.
     assert!(euclid.0 < preconditioned.0, "{euclid:?} against {preconditioned:?}");
 }
 

@@ -40,7 +40,7 @@ impl Scheme for ExplicitWorkspace {
         let EulerMemory { force, free_velocity, velocity, impulse, contacts, constraints } =
             &mut self.0;
         clock.switch(Phase::Forces);
-        system.forces(state.level(), force); // f_n = f(x_n, v_n)
+        system.forces(state.level(), force); // f(x_n, v_n)
         clock.switch(Phase::Contact);
         let end = state.t + h;
         contacts.detect(system, &state.x, &state.v, (h, end), constraints);
@@ -50,7 +50,7 @@ impl Scheme for ExplicitWorkspace {
         drift(h, velocity, &mut state.x); // x_{n+1} = x_n + h v_n, EEH (2)
         state.v.copy_from_slice(velocity);
         contacts.settle(&mut state.v, |_| ());
-        kick(system, h, force, &mut state.v); // v_{n+1} = v_n + h M⁻¹ f_n, EEH (2)
+        kick(system, h, force, &mut state.v); // v_{n+1} = v_n + h M⁻¹ f(x_n, v_n), EEH (2)
         contacts.stop(&mut state.v);
         for i in system.pins().iter().map(|&i| i as usize) {
             state.v[i] = constraints.prescribed(i);

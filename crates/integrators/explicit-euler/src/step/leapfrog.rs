@@ -4,9 +4,10 @@ use crate::settings::{LEAPFROG, LeapfrogSettings};
 use crate::workspace::{Damping, LeapfrogWorkspace};
 use drape_integrator::{
     EnergyLedger, Method, MultistepMotion, Phase, PhaseClock, PrepareError, Registration, Scheme,
-    SolveStatus, SolverKind, StepError, StepReport, Stepper, Taken, drift, kick,
+    SolverKind, StepError, StepReport, Stepper, Taken, drift, kick, lead_pins,
 };
 use drape_model::{Level, Part, State, System, Vec3};
+use drape_solvers::Filter;
 
 /// Leapfrog (velocity Verlet) with Crank–Nicolson damping.
 pub type Leapfrog = Stepper<LeapfrogWorkspace>;
@@ -36,20 +37,60 @@ impl Scheme for LeapfrogWorkspace {
         let mut report = StepReport::default();
         clock.switch(Phase::MatrixSetup);
         report.substeps = self.substeps(system, &state.x, h, &mut report);
-        let substep = h / f64::from(report.substeps);
-        self.refresh(system, substep, &mut report)?; // M + h/2 L_c
+        let (start, end, mass) = (state.t, state.t + h, system.mass());
+        let h = h / f64::from(report.substeps);
+        let half = 0.5 * h;
+        self.refresh(system, h, &mut report)?; // M + h/2 L_c, (L3)
         clock.switch(Phase::Forces);
         if !self.remembers(system, &state.x) {
-            self.evaluate_force(system, &state.x, &mut report); // F_0
+            self.evaluate_force(system, &state.x, &mut report); // F(x_n)
         }
-        let start = state.t;
-        for part in 0..report.substeps {
-            state.t = start + f64::from(part) * substep;
-            self.kick_drift_kick(system, state, substep, clock, &mut report);
+        for substep in 0..report.substeps {
+            state.t = start + f64::from(substep) * h;
+            self.find_contacts(system, state, h, clock);
+            clock.switch(Phase::Forces);
+            self.old_velocity.copy_from_slice(&state.v);
+            kick(system, half, &self.force, &mut state.v); // v½ = v_n + h/2 M⁻¹ (F(x_n) …
+            if let Some(damping) = &mut self.damping {
+                damping.evaluate(system, Level { v: &self.old_velocity, ..state.level() });
+                kick(system, half, &damping.force, &mut state.v); // … − D(x_n) v_n), (L1)
+            }
+            self.constrain(system, &mut state.v, clock);
+            drift(h, &state.v, &mut state.x); // x_{n+1} = x_n + h v½, (L2)
+            clock.switch(Phase::Forces);
+            self.evaluate_force(system, &state.x, &mut report); // F(x_{n+1})
+            let (t, State { x, v, .. }) = (state.t + h, &mut *state);
+            if let Some(Damping { solver, force: r, right_hand_side: b }) = &mut self.damping {
+                clock.switch(Phase::Solve);
+                let momentum = &mut self.free_velocity;
+                for i in 0..v.len() {
+                    momentum[i] = v[i] * mass[i] + self.force[i] * half; // M v½ + h/2 F(x_{n+1})
+                }
+                v.copy_from_slice(&self.old_velocity);
+                let mut has_remainder = false;
+                for is_prediction in [true, false] {
+                    // R(x_{n+1}, v)
+                    has_remainder |= evaluate_remainder(system, Level { t, x, v }, r);
+                    if !has_remainder && !is_prediction {
+                        break; // the first solve was exact
+                    }
+                    for i in 0..v.len() {
+                        b[i] = momentum[i] + r[i] * half; // … + h/2 R(x_{n+1}, v_{n+1})
+                    }
+                    // (M + h/2 L_c) v_{n+1} = b, (L3)
+                    report.add_stage(solver.solve(&self.pins, b, v));
+                }
+                report.force_evaluations += u32::from(has_remainder);
+            } else {
+                clock.switch(Phase::Update);
+                kick(system, half, &self.force, v); // v_{n+1} = v½ + h/2 M⁻¹ F(x_{n+1}), (L3)
+                self.pins.impose(v);
+            }
+            self.settle(v);
         }
         self.remember(system, &state.x);
         self.last_substeps = report.substeps;
-        state.t = start + h;
+        state.t = end;
         Ok(report)
     }
 
@@ -57,7 +98,7 @@ impl Scheme for LeapfrogWorkspace {
         self.forget();
     }
 
-    /// The parts of a divided step are not kept.
+    /// `None` after a divided step, whose parts are not kept.
     fn ledger(&mut self, _: &LeapfrogSettings, taken: &Taken<'_>) -> Option<EnergyLedger> {
         (self.last_substeps == 1).then(|| self.energy_ledger(taken))
     }
@@ -67,48 +108,38 @@ impl Scheme for LeapfrogWorkspace {
     }
 }
 
+/// What the step does beside its equations.
 impl LeapfrogWorkspace {
-    /// One step of `h` seconds.
-    fn kick_drift_kick(
+    /// Leads the pins on paths, and finds the contacts of the next `h` seconds.
+    fn find_contacts(
         &mut self,
         system: &System,
         state: &mut State,
         h: f64,
         clock: &mut PhaseClock,
-        report: &mut StepReport,
     ) {
-        let State { t, x, v } = state;
-        let (t, half) = (*t, 0.5 * h);
         clock.switch(Phase::Contact);
-        self.lead_pins(system, t, h, x, v);
-        // A rebound moves by the mean of the velocities before and after it, as befits order 2.
-        let motion = MultistepMotion { from: (x, v), h, end: t + h, x_star: x, tau: h };
-        self.contacts.detect_multistep(system, motion, &mut self.constraints);
-        clock.switch(Phase::Forces);
-        self.old_velocity.copy_from_slice(v);
-        kick(system, half, &self.force, v); // v½ = v_n + h/2 M⁻¹ (F_n …
-        if let Some(Damping { force, .. }) = &mut self.damping {
-            let damped = system.effects().filter(|effect| effect.has_damping());
-            let at = Level { t, x, v: &self.old_velocity };
-            system.write_forces(damped.map(|effect| (effect, Part::Damping)), at, force);
-            kick(system, half, force, v); // … − D_n v_n)
+        let State { t, x, v } = state;
+        lead_pins(system, *t, h, x, v);
+        for pin in system.moving_pins() {
+            self.pins.set(pin.particle, Filter::Fixed, v[pin.particle]);
         }
+        // Order 2 asks that a rebound moves by the mean of the velocities before and after it.
+        let motion = MultistepMotion { from: (x, v), h, end: *t + h, x_star: x, tau: h };
+        self.contacts.detect_multistep(system, motion, &mut self.constraints);
+    }
+
+    /// Imposes pins and contacts on `v½`.
+    fn constrain(&mut self, system: &System, v: &mut [Vec3], clock: &mut PhaseClock) {
         clock.switch(Phase::Contact);
         let Self { free_velocity, impulse, contacts, constraints, .. } = self;
         free_velocity.copy_from_slice(v);
         contacts.project(system, constraints, free_velocity, v, impulse);
         clock.switch(Phase::Update);
-        drift(h, v, x); // x_{n+1} = x_n + h v½
-        clock.switch(Phase::Forces);
-        self.evaluate_force(system, x, report); // F_{n+1}
-        if self.damping.is_some() {
-            clock.switch(Phase::Solve);
-            self.damped_kick(system, (t + h, x), half, v, report);
-        } else {
-            clock.switch(Phase::Update);
-            kick(system, half, &self.force, v); // v_{n+1} = v½ + h/2 M⁻¹ F_{n+1}
-            self.pins.impose(v);
-        }
+    }
+
+    /// Ends the contacts of a substep.
+    fn settle(&mut self, v: &mut [Vec3]) {
         if !self.contacts.is_empty() {
             self.unsettled.copy_from_slice(v);
         }
@@ -116,60 +147,39 @@ impl LeapfrogWorkspace {
         self.contacts.stop(v);
     }
 
-    /// `v½` to `v_{n+1}`: `(M + h/2 L_c) v_{n+1} = M v½ + h/2 (F_{n+1} + R(x_{n+1}, v_{n+1}))`.
-    ///
-    /// `R = L_c v − D v` is the part of full damping that projected damping lacks. It is taken first at `v_n`, then at the
-    /// velocity that this gives, which is right to second order: `2 v½ − v_n` and `2 v_n − v_{n−1}` are too, and would
-    /// save a solve, but are unstable on modes that `L_c` damps and `D` does not.
-    fn damped_kick(
-        &mut self,
-        system: &System,
-        (t, x): (f64, &[Vec3]),
-        half: f64,
-        v: &mut [Vec3],
-        report: &mut StepReport,
-    ) {
-        let Some(Damping { solver, force: remainder, right_hand_side: b }) = &mut self.damping
-        else {
-            return;
-        };
-        let momentum = &mut self.free_velocity;
-        for i in 0..v.len() {
-            momentum[i] = v[i] * system.mass()[i] + self.force[i] * half; // M v½ + h/2 F_{n+1}
-        }
-        v.copy_from_slice(&self.old_velocity);
-        let mut is_linear = true;
-        for prediction in [true, false] {
-            remainder.fill(Vec3::zeros());
-            for effect in system.effects() {
-                match effect.split() {
-                    Some(split) => split.add_damping_remainder(x, v, remainder), // R = L_c v − D v
-                    None => effect.add_damping_force(Level { t, x, v }, remainder), // L_c has no part of it
-                }
-            }
-            is_linear &= remainder.iter().all(|r| *r == Vec3::zeros());
-            if is_linear && !prediction {
-                return;
-            }
-            for i in 0..v.len() {
-                b[i] = momentum[i] + remainder[i] * half;
-            }
-            let before = report.solve;
-            *report += solver.solve(&self.pins, b, v); // (M + h/2 L_c) v_{n+1} = b
-            if before != SolveStatus::Converged {
-                report.solve = before; // one bad solve of a step must not hide behind a good one
-            }
-        }
-        report.force_evaluations += 1; // two sweeps for R, as one with force and damping
-    }
-
     /// `F(x)`.
     fn evaluate_force(&mut self, system: &System, x: &[Vec3], report: &mut StepReport) {
-        let at = Level { t: 0.0, x, v: x }; // Part::Force takes only the positions
+        let at = Level { t: 0.0, x, v: x }; // Part::Force reads only the positions
         let effects = system.effects().map(|effect| (effect, Part::Force));
         system.write_forces(effects, at, &mut self.force);
         report.force_evaluations += 1;
     }
+}
+
+impl Damping {
+    /// `−D(x) v`, N.
+    fn evaluate(&mut self, system: &System, at: Level<'_>) {
+        let damped = system.effects().filter(|effect| effect.has_damping());
+        let terms = damped.map(|effect| (effect, Part::Damping));
+        system.write_forces(terms, at, &mut self.force);
+    }
+}
+
+/// `R(x, v) = L_c v − D(x) v`, N: the part of full damping that projected damping lacks. Returns
+/// whether any of it is not zero.
+///
+/// The step takes `R` first at `v_n`, then at the velocity that this gives, which keeps order 2.
+/// The extrapolations `2 v½ − v_n` and `2 v_n − v_{n−1}` would save a solve, but they are unstable
+/// on modes that `L_c` damps and `D` does not.
+fn evaluate_remainder(system: &System, at: Level<'_>, remainder: &mut [Vec3]) -> bool {
+    remainder.fill(Vec3::zeros());
+    for effect in system.effects() {
+        match effect.split() {
+            Some(split) => split.add_damping_remainder(at.x, at.v, remainder),
+            None => effect.add_damping_force(at, remainder), // L_c has no part of it
+        }
+    }
+    remainder.iter().any(|r| *r != Vec3::zeros())
 }
 
 #[cfg(test)]

@@ -8,7 +8,6 @@ use drape_integrator::{
     Stepper, Taken, Weights, drift, kick,
 };
 use drape_model::{State, System};
-use drape_solvers::Norm;
 
 /// Symplectic Euler.
 pub type SymplecticEuler = Stepper<SymplecticWorkspace>;
@@ -32,13 +31,7 @@ impl Scheme for SymplecticWorkspace {
     }
 
     fn new(system: &System, settings: &SymplecticSettings, h: f64) -> Result<Self, PrepareError> {
-        let direct = LinearSettings {
-            forcing_term: 1e-14,
-            preconditioner: PreconditionerKind::Ic0,
-            norm: Norm::Euclid,
-            solver: SolverKind::Cholesky,
-            rebuild_every_step: false,
-        };
+        let direct = LinearSettings::kept(1e-14, PreconditionerKind::Ic0, SolverKind::Cholesky);
         let solver =
             || LaplacianSolver::new(system, Implicit::Springs, Weights::Damping, direct, h);
         let damping = match settings.damping {
@@ -69,11 +62,12 @@ impl Scheme for SymplecticWorkspace {
         report.force_evaluations = 1;
         if let Some(solver) = &mut self.damping {
             let b = force;
-            Implicit::Springs.write_impulse(system, state, h, b); // b = M v_n + h (f_n + L_c v_n)
+            // b = M v_n + h (f(x_n, v_n) + L_c v_n), (S3)
+            Implicit::Springs.write_impulse(system, state, h, b);
             clock.switch(Phase::Solve);
             velocity.copy_from_slice(&state.v);
             contacts.solve(system, constraints, impulse, |constraints, wanted| {
-                report += solver.solve(constraints, b, velocity); // (M + h L_c) v_{n+1} = b
+                report += solver.solve(constraints, b, velocity); // (M + h L_c) v_{n+1} = b, (S3)
                 wanted.fill(velocity, |impulse| {
                     solver.constraint_impulse(b, velocity, impulse);
                     report.matvecs += 1;
@@ -81,15 +75,15 @@ impl Scheme for SymplecticWorkspace {
                 Ok::<(), StepError>(())
             })?;
         } else {
-            system.forces(state.level(), force);
+            system.forces(state.level(), force); // f(x_n, v_n)
             clock.switch(Phase::Update);
             free_velocity.copy_from_slice(&state.v);
-            kick(system, h, force, free_velocity); // v_{n+1} = v_n + h M⁻¹ f_n
+            kick(system, h, force, free_velocity); // v_{n+1} = v_n + h M⁻¹ f(x_n, v_n), (S1)
             contacts.project(system, constraints, free_velocity, velocity, impulse);
         }
         clock.switch(Phase::Update);
         state.v.copy_from_slice(velocity);
-        drift(h, &state.v, &mut state.x); // x_{n+1} = x_n + h v_{n+1}
+        drift(h, &state.v, &mut state.x); // x_{n+1} = x_n + h v_{n+1}, (S2)
         contacts.settle(&mut state.v, |_| ());
         state.t += h;
         Ok(report)

@@ -54,7 +54,8 @@ impl Scheme for EulerWorkspace {
             &mut self.memory;
         let bands = bands(system.threads(), system.len());
         clock.switch(Phase::MatrixSetup);
-        let mut report = StepReport::after_setup(linear.refresh_at(system, h, &state.x)?); // A = M + h² L_k + h L_c
+        // A = M + h² L_k + h L_c, EEH (21)
+        let mut report = StepReport::after_setup(linear.refresh_at(system, h, &state.x)?);
         clock.switch(Phase::Forces);
         rhs.assemble(system, state, h); // b = M v_n + h [F_explicit(x_n, v_n) − L_k x_n], EEH (21)
         report.force_evaluations = 1 + u32::from(linear.slopes().is_some());
@@ -69,7 +70,7 @@ impl Scheme for EulerWorkspace {
         let mut start = predictor.start(settings.start, &state.v, h); // EEH (22)
         contacts.solve(system, constraints, impulse, |constraints, wanted| {
             report += linear.solve_from(start, constraints, &rhs.b, v); // A v_{n+1} = b, EEH (21)
-            start = StartValue::Given; // other contacts: from the last solution
+            start = StartValue::Given; // solves with other contacts start from the last solution
             wanted.fill(v, |impulse| {
                 linear.constraint_impulse(&rhs.b, v, impulse);
                 report.matvecs += 1;

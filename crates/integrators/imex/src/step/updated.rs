@@ -1,15 +1,15 @@
-//! IMEX Euler with updated CG, EEH Algorithm 1: the step, the loop as printed, and the robust form.
+//! IMEX Euler with updated CG, EEH Algorithm 1: the step, and the loop as printed.
 
+use super::robust::Descent;
 use crate::right_hand_side::RightHandSide;
 use crate::settings::{IMEX_UPDATED, ImexUpdatedSettings, Safeguard};
 use crate::workspace::Memory;
 use drape_integrator::{
-    ContactSet, EnergyLedger, Forcing, ForcingKind, ForcingRule, Implicit, IncrementalPotential,
-    LaplacianSolver, Method, Newton, NewtonLinear, NewtonSettings, Phase, PhaseClock, Predictor,
-    PrepareError, Registration, Rewind, Scheme, SolveStatus, SolverKind, Start, StepError,
-    StepReport, Stepper, Taken,
+    ContactSet, EnergyLedger, Forcing, ForcingKind, ForcingRule, LaplacianSolver, Method, Phase,
+    PhaseClock, Predictor, PrepareError, Registration, Rewind, Scheme, SolveStatus, SolverKind,
+    Start, StepError, StepReport, Stepper, Taken,
 };
-use drape_model::{Revisions, State, System, Vec3};
+use drape_model::{State, System, Vec3};
 use drape_solvers::Constraints;
 use drape_solvers::bands::bands;
 
@@ -56,7 +56,8 @@ impl Scheme for UpdatedWorkspace {
         let Memory { rhs, velocity: v, impulse, linear, predictor, contacts, constraints } = memory;
         let bands = bands(system.threads(), system.len());
         clock.switch(Phase::MatrixSetup);
-        let mut report = StepReport::after_setup(linear.refresh_at(system, h, &state.x)?); // A = M + h² L_k + h L_c
+        // A = M + h² L_k + h L_c, EEH (21)
+        let mut report = StepReport::after_setup(linear.refresh_at(system, h, &state.x)?);
         clock.switch(Phase::Forces);
         rhs.freeze(system, state, h, linear.slopes()); // M v_n + h [F_frozen − L_k x_n]
         clock.switch(Phase::Contact);
@@ -65,7 +66,8 @@ impl Scheme for UpdatedWorkspace {
         clock.switch(Phase::Solve);
         match settings.start {
             Start::Last => v.copy_from_slice(&state.v),
-            Start::Extrapolated | Start::Best => predictor.extrapolate(&state.v, h, bands, v), // EEH (22)
+            // EEH (22)
+            Start::Extrapolated | Start::Best => predictor.extrapolate(&state.v, h, bands, v),
         }
         if let Some(descent) = descent {
             descent.begin(system, state, h, &rhs.explicit_force);
@@ -76,7 +78,7 @@ impl Scheme for UpdatedWorkspace {
                 if settings.start == Start::Best {
                     descent.choose(problem, v, &state.v);
                 }
-                descent.minimise(problem, rhs, linear, v, &mut report)?; // Algorithm 1, safeguarded
+                descent.minimise(problem, rhs, linear, v, &mut report)?; // (U1) to (U5)
                 wanted.fill(v, |impulse| impulse.copy_from_slice(descent.gradient(system, v)));
             } else {
                 as_printed(problem, rhs, linear, v, &mut report); // Algorithm 1
@@ -92,7 +94,7 @@ impl Scheme for UpdatedWorkspace {
         let slopes = u32::from(linear.slopes().is_some());
         report.force_evaluations += 2 + report.outer_passes + descent + slopes;
         predictor.take(&mut state.v, h);
-        state.v.copy_from_slice(v); // the ledger asks for it
+        state.v.copy_from_slice(v); // the ledger reads `v`, too
         memory.advance(state, h, bands); // x_{n+1} = x_n + h v_{n+1}, EEH (20)
         Ok(report)
     }
@@ -105,7 +107,7 @@ impl Scheme for UpdatedWorkspace {
         Some(self.energy_ledger(taken))
     }
 
-    /// The robust form may turn to Newton, which factorises.
+    /// The robust form may use Newton's method, which factorises.
     fn is_portable(settings: &ImexUpdatedSettings) -> bool {
         settings.solver == SolverKind::Cg && settings.safeguard == Safeguard::Paper
     }
@@ -123,7 +125,7 @@ impl Rewind for UpdatedWorkspace {
     }
 }
 
-/// Everything that a solve looks at but does not change.
+/// What a solve reads but does not change.
 #[derive(Clone, Copy)]
 pub(crate) struct Problem<'a> {
     pub(crate) system: &'a System,
@@ -148,11 +150,11 @@ pub(crate) fn as_printed(
     constraints.impose(v);
     let mut forcing = Forcing::new(ForcingRule::EisenstatWalker);
     for _ in 0..settings.max_outer {
-        rhs.update(system, state, h, v, linear.slopes()); // b = M v_n + h [F_frozen − L_k x_n + F2(x_n + h v)]
+        // b = M v_n + h [F_frozen − L_k x_n + F2(x_n + h v)]
+        rhs.update(system, state, h, v, linear.slopes());
         report.outer_passes += 1;
         if direct || follows_progress {
-            // A direct solve takes no iterations, so that their number says nothing about the update; nor does a loose
-            // one.
+            // The iteration count of a direct or a loose solve says nothing about the update.
             let residual = linear.relative_residual(constraints, &rhs.b, v);
             report.matvecs += 2;
             report.relative_residual = residual;
@@ -169,206 +171,13 @@ pub(crate) fn as_printed(
             *report += linear.solve_to(constraints, &rhs.b, v, residual * term);
             continue;
         }
-        let solve = linear.solve(constraints, &rhs.b, v); // while |r| > ε |b|
+        let solve = linear.solve(constraints, &rhs.b, v); // A v = b by CG while |r| > ε |b|
         *report += solve;
         if solve.iterations == 0 && !direct {
-            return; // while (k > 0)
+            return; // the last update needed no iteration: k = 0
         }
     }
     if report.solve == SolveStatus::Converged {
         report.solve = SolveStatus::IterationLimit;
     }
 }
-
-/// The robust form: minimises the incremental potential.
-#[derive(Debug)]
-pub(crate) struct Descent {
-    potential: IncrementalPotential,
-    newton: Newton,
-    by_newton: bool,
-    /// `max k (1/m_i + 1/m_j)/2` of the implicit springs, 1/s², and the system that it is of.
-    stiffness: Option<(Revisions, f64)>,
-}
-
-/// `√m` of the lightest particle that moves: `‖r‖` in the norm of `M⁻¹` is at most `‖r‖` over this.
-fn lightest(system: &System) -> f64 {
-    let free = system.mass().iter().zip(system.pinned()).filter(|(_, pinned)| !**pinned);
-    let mass = free.fold(f64::INFINITY, |least, (&m, _)| least.min(m));
-    if mass.is_finite() { mass.sqrt() } else { 1.0 }
-}
-
-/// A residual below this fraction of the scale counts as converged, whatever the energy does.
-const CONVERGED: f64 = 1e-9;
-/// By how much the tolerance is tightened after a step that gained energy.
-const TIGHTEN: f64 = 0.1;
-const MAX_NEWTON_ITERATIONS: u32 = 100;
-
-impl Descent {
-    pub(crate) fn new(system: &System, implicit: Implicit) -> Result<Self, PrepareError> {
-        let potential = IncrementalPotential::new(system, implicit);
-        let newton = Newton::new(system, &potential, NewtonLinear::default())?;
-        Ok(Self { potential, newton, by_newton: false, stiffness: None })
-    }
-
-    /// Begins a step.
-    pub(crate) fn begin(&mut self, system: &System, state: &State, h: f64, frozen: &[Vec3]) {
-        self.potential.begin(system, h, (&state.x, &state.v), state.level(), frozen);
-    }
-
-    /// Puts the better of `v` and `other` into `v`.
-    pub(crate) fn choose(&mut self, problem: Problem<'_>, v: &mut [Vec3], other: &[Vec3]) {
-        self.potential.choose_start(problem.system, problem.constraints, v, &[other], false);
-    }
-
-    /// `∇Φ(v)`, unfiltered: the impulse of the constraints, kg m/s.
-    pub(crate) fn gradient(&mut self, system: &System, v: &[Vec3]) -> &[Vec3] {
-        self.potential.gradient(system, v)
-    }
-
-    /// Evaluations of forces and energies since the step began.
-    pub(crate) fn evaluations(&self) -> u32 {
-        self.potential.evaluations()
-    }
-
-    /// Whether the last solve was ended by Newton's method and not by an update of the right-hand side.
-    pub(crate) fn by_newton(&self) -> bool {
-        self.by_newton
-    }
-
-    /// Minimises from `v`. A result that gains energy is accepted only when it has converged; where that
-    /// cannot be had, the step is one of plain IMEX Euler, which with full damping never gains any.
-    pub(crate) fn minimise(
-        &mut self,
-        problem: Problem<'_>,
-        rhs: &mut RightHandSide,
-        linear: &mut LaplacianSolver,
-        v: &mut [Vec3],
-        report: &mut StepReport,
-    ) -> Result<(), StepError> {
-        let Problem { system, state, h, constraints, settings } = problem;
-        let theta = h * h * self.stiffness(settings.implicit, system);
-        let updates = theta <= settings.newton_above * (1.0 + 1e-12);
-        let (scale, floor) = (self.potential.scale(), self.potential.round_off());
-        let kinetic = system.kinetic_energy(&state.v);
-        let potential = system.potential_energy(&state.x);
-        let allowed =
-            kinetic + potential + 1e-9 * scale * scale + 1e-12 * (kinetic + potential.abs());
-        let tightest = (CONVERGED * scale).max(floor);
-        let mut tolerance = (settings.forcing_term * scale).max(floor);
-        report.force_evaluations += 1;
-        constraints.impose(v);
-        loop {
-            let converged =
-                updates && self.update_until(problem, rhs, linear, v, tolerance, report);
-            self.by_newton = !converged;
-            if !converged {
-                if linear.slopes().is_some() {
-                    // Slopes that are not the steepest ones promise no descent.
-                    v.copy_from_slice(&state.v);
-                    constraints.impose(v);
-                }
-                self.finish(problem, v, tolerance, report)?;
-            }
-            report.force_evaluations += 1;
-            let gained = self.energy(system, v) > allowed;
-            if gained && report.solve != SolveStatus::Converged {
-                let status = report.solve;
-                self.by_newton = false;
-                v.fill(Vec3::zeros()); // where b(v, x_n + h v) is the b of plain IMEX Euler
-                rhs.update(system, state, h, v, linear.slopes()); // EEH (21)
-                *report += linear.solve_to(constraints, &rhs.b, v, tightest * lightest(system));
-                report.relative_residual *= tightest;
-                report.solve = status;
-            } else if gained && tolerance > tightest {
-                tolerance = (tolerance * TIGHTEN).max(tightest);
-                continue;
-            }
-            let wanted = settings.forcing_term * scale;
-            report.solve = self.potential.status(report.solve, report.relative_residual, wanted);
-            report.relative_residual = self.potential.relative(report.relative_residual);
-            return Ok(());
-        }
-    }
-
-    /// The greatest stiffness over mass, found once for each state of the system.
-    fn stiffness(&mut self, implicit: Implicit, system: &System) -> f64 {
-        let now = system.revisions();
-        match self.stiffness {
-            Some((then, stiffness)) if then == now => stiffness,
-            _ => {
-                let stiffness = implicit.max_stiffness_over_mass(system);
-                self.stiffness = Some((now, stiffness));
-                stiffness
-            }
-        }
-    }
-
-    /// Algorithm 1 until an update leaves a residual below `tolerance` (√J); `false` at the outer cap.
-    fn update_until(
-        &mut self,
-        problem: Problem<'_>,
-        rhs: &mut RightHandSide,
-        linear: &mut LaplacianSolver,
-        v: &mut [Vec3],
-        tolerance: f64,
-        report: &mut StepReport,
-    ) -> bool {
-        let Problem { system, state, h, constraints, settings } = problem;
-        let lightest = lightest(system);
-        let direct = linear.is_direct();
-        let follows_progress = settings.forcing == ForcingKind::EisenstatWalker;
-        let mut forcing = Forcing::new(ForcingRule::EisenstatWalker);
-        while report.outer_passes < settings.max_outer {
-            rhs.update(system, state, h, v, linear.slopes()); // b = M v_n + h [F_frozen − L_k x_n + F2(x_n + h v)]
-            report.outer_passes += 1;
-            // A direct solve takes no iterations, so that their number says nothing about the update.
-            let mut goal = tolerance;
-            if direct || follows_progress {
-                let residual = linear.residual(constraints, &rhs.b, v) / lightest;
-                report.matvecs += 1;
-                report.solve = SolveStatus::Converged;
-                if residual <= tolerance {
-                    report.relative_residual = residual;
-                    return true;
-                }
-                if follows_progress {
-                    goal = residual * forcing.next(residual, tolerance);
-                }
-            }
-            let solve = linear.solve_to(constraints, &rhs.b, v, goal * lightest); // while |r| > goal
-            *report += solve;
-            report.relative_residual *= goal;
-            if !direct && solve.iterations == 0 && solve.status == SolveStatus::Converged {
-                return true;
-            }
-            if solve.status == SolveStatus::Stagnated || solve.status == SolveStatus::Indefinite {
-                return false;
-            }
-        }
-        false
-    }
-
-    /// Newton's method from where the updates stopped.
-    fn finish(
-        &mut self,
-        problem: Problem<'_>,
-        v: &mut [Vec3],
-        tolerance: f64,
-        report: &mut StepReport,
-    ) -> Result<(), StepError> {
-        let settings =
-            NewtonSettings { residual: tolerance, max_iterations: MAX_NEWTON_ITERATIONS };
-        let Problem { system, constraints, .. } = problem;
-        *report += self.newton.minimise(system, &mut self.potential, constraints, v, &settings)?;
-        Ok(())
-    }
-
-    /// Total energy after the step, J.
-    fn energy(&mut self, system: &System, v: &[Vec3]) -> f64 {
-        let kinetic = system.kinetic_energy(v);
-        kinetic + system.potential_energy(self.potential.positions(v))
-    }
-}
-
-#[cfg(test)]
-mod tests;

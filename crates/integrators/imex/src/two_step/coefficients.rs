@@ -1,20 +1,20 @@
-//! The coefficients of the four methods.
+//! Coefficients of the four methods.
 
-/// Which two-step method (Ascher, Ruuth and Wetton 1995).
+/// A two-step method (Ascher, Ruuth and Wetton 1995).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Scheme {
+pub enum TwoStep {
     /// Semi-implicit backward differentiation.
     Sbdf2,
     /// Crank–Nicolson with Adams–Bashforth.
     Cnab2,
-    /// The same with a little of the oldest level in the implicit part, which damps what is stiff.
+    /// CNAB with a small part of the oldest level in the implicit part, which damps stiff modes.
     Mcnab2,
     /// Crank–Nicolson over two steps with leapfrog.
     Cnlf,
 }
 
-/// Coefficients of a two-step method for `y' = f + g` with `g` implicit, EEH (7): index 0 is the new
-/// level, where the paper counts from the oldest and takes `α_k = 1`.
+/// Coefficients of a two-step method for `y' = f + g` with `g` implicit, EEH (7). Index 0 is the
+/// new level; the paper counts from the oldest one and takes `α_k = 1`.
 ///
 /// ```text
 /// (1/h) Σ_{j=0}^{2} a_j y_{n+1−j} = Σ_{j=1}^{2} c_j f_{n+1−j} + Σ_{j=0}^{2} b_j g_{n+1−j}
@@ -39,18 +39,18 @@ pub struct Coefficients {
     pub c: [f64; 2],
 }
 
-/// Ratios of neighbouring steps that the variable-step coefficients are used for. SBDF2 forgets its
-/// start while `ω < 1 + √2`; a jump by more than a factor of 2 is a new beginning.
+/// Ratios of neighbouring steps that the variable-step coefficients bridge. SBDF2 forgets its start
+/// while `ω < 1 + √2`. After a jump by more than a factor of 2 the method starts anew.
 const STEP_RATIOS: std::ops::RangeInclusive<f64> = 0.5..=2.0;
 
-impl Scheme {
+impl TwoStep {
     /// The coefficients for equal steps.
     pub fn at_constant_step(self) -> Coefficients {
         self.formula(1.0)
     }
 
-    /// The coefficients where the last step is `omega` times the one before; `None` where the method
-    /// has to start anew: outside of [1/2, 2], and CNLF at any change.
+    /// The coefficients where the last step is `omega` times the one before. `None` where the
+    /// method has to start anew: outside of [1/2, 2], and CNLF at any change.
     pub fn coefficients(self, omega: f64) -> Option<Coefficients> {
         let fits = match self {
             Self::Cnlf => omega == 1.0,
@@ -84,7 +84,7 @@ impl Scheme {
 }
 
 impl Coefficients {
-    /// `τ = h b_0/a_0`, s: how long the new velocity acts.
+    /// `τ = h b_0/a_0`, s: the time for which the new velocity acts.
     pub fn tau(&self, h: f64) -> f64 {
         h * (self.b[0] / self.a[0])
     }

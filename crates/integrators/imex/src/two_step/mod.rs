@@ -1,13 +1,13 @@
-//! The two-step methods of order 2, all by one formula.
+//! The two-step methods of order 2, which share one formula.
 
 mod coefficients;
-mod past;
+mod old_level;
 mod settings;
 mod split_forces;
 mod step;
 mod workspace;
 
-pub use coefficients::{Coefficients, Scheme};
+pub use coefficients::{Coefficients, TwoStep};
 pub use settings::{
     IMEX_CNAB2, IMEX_CNLF, IMEX_MCNAB2, IMEX_SBDF2, ImexTwoStepSettings, TwoStepValues,
 };

@@ -1,6 +1,6 @@
-//! What the four methods are, and their settings.
+//! Description and settings of the four methods.
 
-use super::Scheme;
+use super::TwoStep;
 use crate::settings::{ESTIMATOR, Estimator, IMPLICIT_SPRINGS, START};
 use drape_integrator::linear_settings::{MATRIX, MatrixUse, NORM, PRECONDITIONER, SOLVER};
 use drape_integrator::{
@@ -11,23 +11,24 @@ use drape_solvers::Norm;
 use std::ops::Deref;
 
 settings! {
-    /// What the four methods let their users set.
+    /// The settings that the four methods share.
     pub struct TwoStepValues {
-        /// tolerance ε of the solve, relative to the change of momentum that the forces would make in it
+        /// tolerance ε of the solve, relative to the change of momentum that the forces would make
         forcing_term: f64 in 1e-16..=0.5 = 1e-3,
         /// preconditioner of the conjugate gradients
         preconditioner: PreconditionerKind as PRECONDITIONER,
         /// start value of the solve
         start: Start as START,
-        /// norm in which the residual is tested
+        /// norm of the residual in the stop test
         norm: Norm as NORM,
         /// solver
         solver: SolverKind as SOLVER,
         /// which springs are implicit
         implicit: Implicit as IMPLICIT_SPRINGS,
-        /// how long the matrix lives
+        /// how long the matrix is kept
         matrix: MatrixUse as MATRIX,
-        /// local error that a step may make, in mesh widths; 0: steps are taken as they are given, as CNLF always does
+        /// local error that a step may make, in mesh widths; 0: the method takes steps as given, as
+        /// CNLF always does
         tolerance: f64 as TOLERANCE,
         /// how that error is estimated
         estimator: Estimator as ESTIMATOR,
@@ -59,8 +60,9 @@ pub static IMEX_SBDF2: Method = two_step(
     "imex-sbdf2",
     "IMEX BDF2 (SBDF2)",
     "EEH (7)-(9); Ascher, Ruuth and Wetton 1995",
-    "slow rotation is kept to order 2, so linear theory knows no locking, but a stiff sheet lags behind; stiff modes are damped; explicit springs \
-     beside stiff implicit ones are stable below a third of their stiffness",
+    "slow rotation is kept to order 2, so linear theory knows no locking, but a stiff sheet lags \
+     behind; stiff modes are damped; explicit springs beside stiff implicit ones are stable below \
+     a third of their stiffness",
 );
 
 /// CNAB2.
@@ -68,8 +70,8 @@ pub static IMEX_CNAB2: Method = two_step(
     "imex-cnab2",
     "IMEX Crank-Nicolson Adams-Bashforth (CNAB2)",
     "EEH (7)-(9); Ascher, Ruuth and Wetton 1995",
-    "slow rotation is kept to order 2, but a stiff sheet lags behind; stiff modes ring undamped, so that any explicit stiffness beside them, even a \
-     small one, makes them grow",
+    "slow rotation is kept to order 2, but a stiff sheet lags behind; stiff modes ring undamped, \
+     so any explicit stiffness beside them, even a small one, makes them grow",
 );
 
 /// MCNAB2.
@@ -77,12 +79,13 @@ pub static IMEX_MCNAB2: Method = two_step(
     "imex-mcnab2",
     "modified IMEX Crank-Nicolson Adams-Bashforth (MCNAB2)",
     "EEH (7)-(9); Ascher, Ruuth and Wetton 1995",
-    "slow rotation is kept to order 2, but a stiff sheet lags behind; stiff modes are damped to a third in each step; explicit springs beside stiff implicit \
-     ones are stable below an eighth of their stiffness",
+    "slow rotation is kept to order 2, but a stiff sheet lags behind; stiff modes are damped to a \
+     third in each step; explicit springs beside stiff implicit ones are stable below an eighth of \
+     their stiffness",
 );
 
-/// The settings of CNLF: without the last two, since it starts anew at any change of the step size and so cannot choose
-/// its own.
+/// The settings of CNLF. It starts anew at any change of the step size, so step size control is
+/// left out.
 const EQUAL_STEP_SETTINGS: &[Setting] = match TwoStepValues::SETTINGS {
     [others @ .., _tolerance, _estimator] => others,
     _ => &[],
@@ -90,9 +93,9 @@ const EQUAL_STEP_SETTINGS: &[Setting] = match TwoStepValues::SETTINGS {
 
 /// CNLF.
 ///
-/// It takes no friction: a particle that friction stops would go to and fro for ever. Its difference formula joins every
-/// other level, `x_{n+1} = x_{n−1} + h (v_{n+1} + v_{n−1})`; once the velocities are 0, `x_{n+1} = x_{n−1}`, and the two
-/// positions between which the particle came to rest take turns.
+/// It refuses friction: a particle that friction stops would alternate between two positions for
+/// ever. Its difference formula joins every other level,
+/// `x_{n+1} = x_{n−1} + h (v_{n+1} + v_{n−1})`, so `x_{n+1} = x_{n−1}` once the velocities are 0.
 pub static IMEX_CNLF: Method = Method {
     refuses: &["friction"],
     settings: EQUAL_STEP_SETTINGS,
@@ -100,13 +103,13 @@ pub static IMEX_CNLF: Method = Method {
         "imex-cnlf",
         "IMEX Crank-Nicolson leapfrog (CNLF)",
         "EEH (7)-(9); Ascher, Ruuth and Wetton 1995",
-        "slow rotation is kept to order 2, but so is its parasitic mode, which alternates from step to step and \
-         which contacts feed until it gains energy",
+        "slow rotation is kept to order 2, but so is a parasitic mode that alternates from step to \
+         step, and contacts feed it until it gains energy",
     )
 };
 
-impl Scheme {
-    /// What the method is.
+impl TwoStep {
+    /// Description of the method.
     pub fn method(self) -> &'static Method {
         match self {
             Self::Sbdf2 => &IMEX_SBDF2,
@@ -121,8 +124,8 @@ impl Scheme {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImexTwoStepSettings {
     /// Which method.
-    pub scheme: Scheme,
-    /// How it is set.
+    pub scheme: TwoStep,
+    /// Its settings.
     pub values: TwoStepValues,
 }
 
@@ -140,15 +143,15 @@ impl ImexTwoStepSettings {
     /// # Errors
     /// [`SettingError`] for an unknown key or a value that does not fit.
     pub fn from_pairs<'a>(
-        scheme: Scheme,
+        scheme: TwoStep,
         pairs: impl IntoIterator<Item = (&'a str, &'a str)>,
     ) -> Result<Self, SettingError> {
         let method = scheme.method();
         Ok(Self::of(scheme, &Settings::new(method.id, method.settings, pairs)?))
     }
 
-    /// Reads checked settings; those that the method does not have keep their defaults.
-    pub(crate) fn of(scheme: Scheme, settings: &Settings) -> Self {
+    /// Reads checked settings. Settings that the method does not have keep their defaults.
+    pub(crate) fn of(scheme: TwoStep, settings: &Settings) -> Self {
         Self { scheme, values: TwoStepValues::read(settings) }
     }
 

@@ -3,12 +3,13 @@
 use drape_integrator::Implicit;
 use drape_model::{Level, System, Vec3};
 
-/// `y' = f + g`, EEH (6), as forces of one level: everything that is not linear and stiff, and what is.
+/// The two parts of `y' = f + g`, EEH (6), as forces of one level: `g` is linear and stiff, `f` the
+/// rest.
 #[doc(alias = "EEH 6")]
 #[derive(Clone, Debug)]
 pub(crate) struct SplitForces {
-    /// `F`: `F2` of the implicit springs, the remainder of their damping where it is projected, and every
-    /// other effect, N.
+    /// `F`, N: `F2` of the implicit springs, the remainder of their projected damping, and all
+    /// other effects.
     pub(crate) explicit: Vec<Vec3>,
     /// `G = −L_k x − L_c v` of the implicit springs, N.
     pub(crate) linear: Vec<Vec3>,

@@ -1,24 +1,25 @@
 //! The step.
 
-use super::past::Past;
+use super::old_level::OldLevel;
 use super::split_forces::SplitForces;
 use super::workspace::Workspace;
 use super::{
-    Coefficients, IMEX_CNAB2, IMEX_CNLF, IMEX_MCNAB2, IMEX_SBDF2, ImexTwoStepSettings, Scheme,
+    Coefficients, IMEX_CNAB2, IMEX_CNLF, IMEX_MCNAB2, IMEX_SBDF2, ImexTwoStepSettings, TwoStep,
 };
 use drape_integrator::{
     Change, ContactSet, Method, MultistepMotion, Phase, PhaseClock, PrepareError, Registration,
-    Rewind, Stage, StageSettings, Start, StepError, StepReport, Stepper, drift,
+    Rewind, Scheme, Stage, StageSettings, Start, StepError, StepReport, Stepper, drift,
 };
 use drape_model::{Level, State, System, Vec3};
 
 /// A two-step implicit-explicit method of order 2: SBDF2, CNAB2, MCNAB2 or CNLF.
 pub type ImexTwoStep = Stepper<Workspace>;
 
-/// The four methods differ in their formula only. Their first step is one of backward Euler, which factorises.
+/// The four methods differ in their coefficients only. Their first step is backward Euler, which
+/// factorises.
 const TWO_STEP: Registration = Registration {
     method: &IMEX_SBDF2,
-    build: |s| Ok(ImexTwoStep::controlled(ImexTwoStepSettings::of(Scheme::Sbdf2, s))),
+    build: |s| Ok(ImexTwoStep::controlled(ImexTwoStepSettings::of(TwoStep::Sbdf2, s))),
     is_portable: |_| false,
     follows_springs: |_| false,
 };
@@ -29,31 +30,31 @@ pub static SBDF2: Registration = TWO_STEP;
 /// CNAB2, for the registry.
 pub static CNAB2: Registration = Registration {
     method: &IMEX_CNAB2,
-    build: |s| Ok(ImexTwoStep::controlled(ImexTwoStepSettings::of(Scheme::Cnab2, s))),
+    build: |s| Ok(ImexTwoStep::controlled(ImexTwoStepSettings::of(TwoStep::Cnab2, s))),
     ..TWO_STEP
 };
 
 /// MCNAB2, for the registry.
 pub static MCNAB2: Registration = Registration {
     method: &IMEX_MCNAB2,
-    build: |s| Ok(ImexTwoStep::controlled(ImexTwoStepSettings::of(Scheme::Mcnab2, s))),
+    build: |s| Ok(ImexTwoStep::controlled(ImexTwoStepSettings::of(TwoStep::Mcnab2, s))),
     ..TWO_STEP
 };
 
 /// CNLF, for the registry.
 pub static CNLF: Registration = Registration {
     method: &IMEX_CNLF,
-    build: |s| Ok(ImexTwoStep::controlled(ImexTwoStepSettings::of(Scheme::Cnlf, s))),
+    build: |s| Ok(ImexTwoStep::controlled(ImexTwoStepSettings::of(TwoStep::Cnlf, s))),
     ..TWO_STEP
 };
 
-/// A particle that arrives by less than this within a step, m, makes no impact.
+/// A particle that approaches by less than this within a step, m, makes no impact.
 const TOUCHING: f64 = 1e-9;
 
 /// Round-off of a force over `k |x|`, and of a momentum over `m |v|`.
 const ROUND_OFF: f64 = 4.0 * f64::EPSILON;
 
-impl drape_integrator::Scheme for Workspace {
+impl Scheme for Workspace {
     type Settings = ImexTwoStepSettings;
 
     fn method(settings: &ImexTwoStepSettings) -> &'static Method {
@@ -65,6 +66,8 @@ impl drape_integrator::Scheme for Workspace {
         Self::allocate(system, settings, tau)
     }
 
+    #[doc(alias = "EEH 8")]
+    #[doc(alias = "EEH 9")]
     fn step(
         &mut self,
         settings: &ImexTwoStepSettings,
@@ -74,36 +77,58 @@ impl drape_integrator::Scheme for Workspace {
         clock: &mut PhaseClock,
     ) -> Result<StepReport, StepError> {
         let omega = self.past.step_ratio(system, h);
-        let continued = omega.and_then(|omega| settings.scheme.coefficients(omega));
-        let tau = continued.unwrap_or(settings.scheme.at_constant_step()).tau(h);
+        let continued = omega.and_then(|omega| settings.scheme.coefficients(omega)); // EEH (7)
+        let tau = continued.unwrap_or(settings.scheme.at_constant_step()).tau(h); // τ = h b_0/a_0
+        let (end, implicit) = (state.t + h, settings.implicit);
         clock.switch(Phase::MatrixSetup);
-        let mut report = StepReport::after_setup(self.linear.refresh(system, tau)?); // M + τ² L_k + τ L_c
-        self.external.fill(Vec3::zeros());
-        for effect in system.effects().filter(|effect| !effect.has_jacobian()) {
-            effect.add_force(system.mass(), &state.x, &mut self.external);
-        }
+        // M + τ² L_k + τ L_c, EEH (9)
+        let mut report = StepReport::after_setup(self.linear.refresh(system, tau)?);
+        self.evaluate_external(system, &state.x);
         self.splitting.expect_nothing();
-        match continued {
-            Some(c) => self.proceed(system, settings, state, h, c, clock, &mut report)?,
-            None => self.start(system, state, h, clock, &mut report)?,
+        if let Some(Coefficients { a: [a0, _, a2], b: [_, b1, b2], c: [c1, c2] }) = continued {
+            clock.switch(Phase::Forces);
+            let sweeps = self.past.update_forces(system, implicit); // F_{n−1} and G_{n−1}
+            self.present.evaluate(system, implicit, state.level()); // F_n and G_n, EEH (6)
+            report.force_evaluations = sweeps + SplitForces::SWEEPS + 1;
+            let (x, v, now, old) = (&state.x, &state.v, &self.present, &self.past.forces);
+            let Level { x: x_old, v: v_old, .. } = self.past.level();
+            // X* = (1/a_0) [−a_1 x_n − a_2 x_{n−1} + h (b_1 v_n + b_2 v_{n−1})], EEH (8). Written
+            // with a_1 = −a_0 − a_2, here and below, a particle at rest keeps its bits.
+            for i in 0..state.len() {
+                let drift = v[i] * b1 + v_old[i] * b2;
+                self.position[i] = x[i] + (x[i] - x_old[i]) * (a2 / a0) + drift * (h / a0);
+            }
+            self.scratch.fill(Vec3::zeros());
+            implicit.add_linear_spring_forces(system, &self.position, &mut self.scratch); // −L_k X*
+            // b = −(1/a_0) M (a_1 v_n + a_2 v_{n−1}) + (h/a_0) [c_1 F_n + c_2 F_{n−1} + b_1 G_n
+            //     + b_2 G_{n−1}] − τ L_k X*, EEH (8)
+            for (i, &m) in system.mass().iter().enumerate() {
+                let inertia = v[i] + (v[i] - v_old[i]) * (a2 / a0);
+                let force = now.explicit[i] * c1
+                    + old.explicit[i] * c2
+                    + now.linear[i] * b1
+                    + old.linear[i] * b2;
+                self.b[i] = inertia * m + force * (h / a0) + self.scratch[i] * tau;
+            }
+            self.prepare_solve(settings, system, state, (h, tau), clock);
+            let reference = self.reference(system, state, tau, settings.forcing_term);
+            let Self { linear, contacts, constraints, b, velocity: v, impulse, .. } = self;
+            contacts.solve(system, constraints, impulse, |constraints, wanted| {
+                // (M + τ² L_k + τ L_c) v_{n+1} = b, EEH (9)
+                report += linear.solve_relative_to(constraints, b, v, reference);
+                wanted.fill(v, |impulse| {
+                    linear.constraint_impulse(b, v, impulse);
+                    report.matvecs += 1;
+                });
+                Ok::<(), StepError>(())
+            })?;
+            drift(tau, v, &mut self.position); // x_{n+1} = X* + τ v_{n+1}, EEH (8)
+        } else {
+            self.start(system, state, h, clock, &mut report)?; // backward Euler, EEH (3)
         }
         clock.switch(Phase::Update);
-        let Self { contacts, constraints, past, present, velocity, position, external, .. } = self;
-        past.remember(system, state, h, continued.map(|_| present));
-        state.v.swap_with_slice(velocity);
-        state.x.copy_from_slice(position); // x_{n+1} = X* + τ v_{n+1}
-        let (x, v_n, mass) = (&state.x, velocity, system.mass());
-        contacts.settle(&mut state.v, |Change { particle: i, velocity: v, filter, surface }| {
-            // After a rebound it flies, else it rests.
-            let flies = filter.complement(v - surface).dot(&(v_n[i] - surface)) < 0.0;
-            let a = if flies { external[i] / mass[i] } else { Vec3::zeros() };
-            // The friction of an impact changes the velocity along the surface, too; that of a contact which begins at rest
-            // is a force as any other.
-            let arrives = filter.complement(v_n[i] - surface).norm() * h > TOUCHING;
-            let rewritten = if arrives { constraints.filter(i) } else { filter };
-            past.meet(i, rewritten, (x[i], *v), a);
-        });
-        state.t += h;
+        self.finish(system, state, h, continued.is_some());
+        state.t = end;
         Ok(report)
     }
 
@@ -117,24 +142,26 @@ impl drape_integrator::Scheme for Workspace {
     }
 }
 
+/// What the step does beside its equations.
 impl Workspace {
-    /// The step with a past: `(M + τ² L_k + τ L_c) v_{n+1} = b`, `x_{n+1} = X* + τ v_{n+1}`, which is EEH (9)
-    /// after the reduction of section 2.3.
-    #[doc(alias = "EEH 9")]
-    #[expect(clippy::too_many_arguments, reason = "each is owned by the step that calls")]
-    fn proceed(
+    /// Force of the effects without a Jacobian, such as gravity, N.
+    fn evaluate_external(&mut self, system: &System, x: &[Vec3]) {
+        self.external.fill(Vec3::zeros());
+        for effect in system.effects().filter(|effect| !effect.has_jacobian()) {
+            effect.add_force(system.mass(), x, &mut self.external);
+        }
+    }
+
+    /// What the linear solve needs beside `b`: contacts, the start value, and for step size control
+    /// the extrapolated force.
+    fn prepare_solve(
         &mut self,
-        system: &System,
         settings: &ImexTwoStepSettings,
+        system: &System,
         state: &State,
-        h: f64,
-        coefficients: Coefficients,
+        (h, tau): (f64, f64),
         clock: &mut PhaseClock,
-        report: &mut StepReport,
-    ) -> Result<(), StepError> {
-        let tau = coefficients.tau(h);
-        clock.switch(Phase::Forces);
-        report.force_evaluations = self.assemble(system, settings, state, h, &coefficients); // X* and b, EEH (8)
+    ) {
         if settings.sees_splitting() {
             let Self { splitting, past, present, .. } = self;
             let omega = past.step_ratio(system, h).unwrap_or(1.0);
@@ -145,68 +172,35 @@ impl Workspace {
         let motion = MultistepMotion { from, h, end: state.t + h, x_star: &self.position, tau };
         self.contacts.detect_multistep(system, motion, &mut self.constraints);
         clock.switch(Phase::Solve);
-        let reference = self.reference(system, state, tau, settings.forcing_term);
         self.velocity.copy_from_slice(&state.v);
         if settings.start == Start::Extrapolated {
             self.past.extrapolate(h, &mut self.velocity); // EEH (22)
         }
-        let Self { linear, contacts, constraints, b, velocity: v, impulse, .. } = self;
-        contacts.solve(system, constraints, impulse, |constraints, wanted| {
-            *report += linear.solve_relative_to(constraints, b, v, reference); // (M + τ² L_k + τ L_c) v_{n+1} = b, EEH (9)
-            wanted.fill(v, |impulse| {
-                linear.constraint_impulse(b, v, impulse);
-                report.matvecs += 1;
-            });
-            Ok::<(), StepError>(())
-        })?;
-        drift(tau, v, &mut self.position); // x_{n+1} = X* + τ v_{n+1}
-        Ok(())
     }
 
-    /// What is known of the new level, `−γ̄_n` of EEH (8): its part in the positions, `X*`, and, after the
-    /// positions are eliminated, its part in the velocities, `b`. Returns the number of sweeps over the springs.
-    ///
-    /// ```text
-    /// X* = (1/a_0) [−a_1 x_n − a_2 x_{n−1} + h (b_1 v_n + b_2 v_{n−1})]
-    /// b  = −(1/a_0) M (a_1 v_n + a_2 v_{n−1})
-    ///      + (h/a_0) [c_1 F_n + c_2 F_{n−1} + b_1 G_n + b_2 G_{n−1}] − τ L_k X*
-    /// ```
-    #[doc(alias = "EEH 8")]
-    fn assemble(
-        &mut self,
-        system: &System,
-        settings: &ImexTwoStepSettings,
-        state: &State,
-        h: f64,
-        coefficients: &Coefficients,
-    ) -> u32 {
-        let Coefficients { a: [a0, _, a2], b: [_, b1, b2], c: [c1, c2] } = *coefficients;
-        let (implicit, tau, n) = (settings.implicit, coefficients.tau(h), state.len());
-        let sweeps = self.past.update_forces(system, implicit);
-        self.present.evaluate(system, implicit, state.level());
-        let (x, v) = (&state.x, &state.v);
-        let Level { x: x_old, v: v_old, .. } = self.past.level();
-        // With a_1 = −a_0 − a_2, so that what does not move stays to the last bit.
-        for i in 0..n {
-            let drift = v[i] * b1 + v_old[i] * b2;
-            self.position[i] = x[i] + (x[i] - x_old[i]) * (a2 / a0) + drift * (h / a0); // X*
-        }
-        self.scratch.fill(Vec3::zeros());
-        implicit.add_linear_spring_forces(system, &self.position, &mut self.scratch); // −L_k X*
-        let (now, old) = (&self.present, &self.past.forces);
-        for (i, &m) in system.mass().iter().enumerate() {
-            let inertia = v[i] + (v[i] - v_old[i]) * (a2 / a0);
-            let force = now.explicit[i] * c1
-                + old.explicit[i] * c2
-                + now.linear[i] * b1
-                + old.linear[i] * b2;
-            self.b[i] = inertia * m + force * (h / a0) + self.scratch[i] * tau;
-        }
-        sweeps + SplitForces::SWEEPS + 1
+    /// Moves the state to the new level, ends the contacts, and rewrites the past of the particles
+    /// whose contact changed.
+    fn finish(&mut self, system: &System, state: &mut State, h: f64, has_forces: bool) {
+        let Self { contacts, constraints, past, present, velocity, position, external, .. } = self;
+        past.remember(system, state, h, has_forces.then_some(present));
+        state.v.swap_with_slice(velocity);
+        state.x.copy_from_slice(position);
+        let (x, v_n, mass) = (&state.x, velocity, system.mass());
+        contacts.settle(&mut state.v, |Change { particle: i, velocity: v, filter, surface }| {
+            // After a rebound the particle flies, else it rests.
+            let flies = filter.complement(v - surface).dot(&(v_n[i] - surface)) < 0.0;
+            let a = if flies { external[i] / mass[i] } else { Vec3::zeros() };
+            // The friction of an impact changes the velocity along the surface, too. The friction
+            // of a contact that begins at rest is a force like any other.
+            let arrives = filter.complement(v_n[i] - surface).norm() * h > TOUCHING;
+            let rewritten = if arrives { constraints.filter(i) } else { filter };
+            past.meet(i, rewritten, (x[i], *v), a);
+        });
     }
 
-    /// The step without a usable past: backward Euler, converged. IMEX Euler would not do: it multiplies
-    /// velocities across springs by `1/(1+θ)`, and two-step methods keep what they start with.
+    /// A step of converged backward Euler, where there is no usable past. IMEX Euler would not do:
+    /// it multiplies velocities across springs by `1/(1 + θ)`, and two-step methods keep their
+    /// start.
     fn start(
         &mut self,
         system: &System,
@@ -226,16 +220,16 @@ impl Workspace {
         Ok(())
     }
 
-    /// What residuals are compared with, kg m/s: the change of momentum that the forces of level `n`, or the
-    /// external ones alone if those are larger, would make within `τ`; at least so much that `ε` times
-    /// it is not below round-off.
+    /// The reference of the residual, kg m/s: the change of momentum that the forces of level `n`
+    /// would make within `τ`, or the external forces alone if that is more. `ε` times the reference
+    /// is not below round-off.
     ///
-    /// `|b|` would not do. It grows with the speed of the sheet as a whole, so that a sheet would be solved
-    /// the more loosely the faster it flies, and across the springs like `θ`: `b = A v` there, and `A` has
-    /// the whole stiffness in directions in which the springs have none.
+    /// `|b|` would not do, because it grows with two things. It grows with the speed of the whole
+    /// sheet, so a fast sheet would be solved loosely. Across the springs it grows like `θ`: there
+    /// `b = A v`, and `A` has the full stiffness in directions in which the springs have none.
     ///
-    /// What friction holds counts as free along the surface: where it turns out to slide, the same reference serves, and
-    /// a reference without the forces along the surface would be nil for what wholly lies on it.
+    /// Particles that friction holds count as free along the surface: the reference must also serve
+    /// where they turn out to slide.
     fn reference(&mut self, system: &System, state: &State, tau: f64, forcing_term: f64) -> f64 {
         let Self { linear, contacts, constraints, scratch, present, external, .. } = self;
         for ((s, f), g) in scratch.iter_mut().zip(&present.explicit).zip(&present.linear) {
@@ -259,9 +253,9 @@ impl Workspace {
 }
 
 impl Rewind for Workspace {
-    type Past = Past;
+    type Past = OldLevel;
 
-    fn past(&mut self) -> (&mut Past, &mut ContactSet) {
+    fn past(&mut self) -> (&mut OldLevel, &mut ContactSet) {
         (&mut self.past, &mut self.contacts)
     }
 
@@ -269,11 +263,12 @@ impl Rewind for Workspace {
         settings.tolerance
     }
 
-    /// The Adams–Bashforth part of the Crank–Nicolson methods has the greater constant of their two parts.
+    /// For the Crank–Nicolson methods the constant of the Adams–Bashforth part, which is the
+    /// greater one.
     fn error_constant(settings: &ImexTwoStepSettings, omega: f64) -> f64 {
         match settings.scheme {
-            Scheme::Sbdf2 => (1.0 + omega) * (1.0 + omega) / (6.0 * omega * (1.0 + 2.0 * omega)),
-            Scheme::Cnab2 | Scheme::Mcnab2 | Scheme::Cnlf => 1.0 / 6.0 + 1.0 / (4.0 * omega),
+            TwoStep::Sbdf2 => (1.0 + omega) * (1.0 + omega) / (6.0 * omega * (1.0 + 2.0 * omega)),
+            TwoStep::Cnab2 | TwoStep::Mcnab2 | TwoStep::Cnlf => 1.0 / 6.0 + 1.0 / (4.0 * omega),
         }
     }
 

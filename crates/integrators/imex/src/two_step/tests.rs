@@ -1,4 +1,5 @@
-//! What is particular to the two-step methods: coefficients, contacts that rewrite the past, tolerances and counts.
+//! Tests of the two-step methods: coefficients, contacts that rewrite the past, tolerances and
+//! counts.
 
 use super::split_forces::SplitForces;
 use super::*;
@@ -11,20 +12,20 @@ use drape_oracle::scenes::{
 };
 use drape_oracle::{Run, apart, seconds};
 
-const SCHEMES: [Scheme; 4] = [Scheme::Sbdf2, Scheme::Cnab2, Scheme::Mcnab2, Scheme::Cnlf];
-/// Those with coefficients for a varying step, which take friction.
-const VARIABLE: [Scheme; 3] = [Scheme::Sbdf2, Scheme::Cnab2, Scheme::Mcnab2];
+const SCHEMES: [TwoStep; 4] = [TwoStep::Sbdf2, TwoStep::Cnab2, TwoStep::Mcnab2, TwoStep::Cnlf];
+/// The methods with coefficients for varying steps, which also take friction.
+const VARIABLE: [TwoStep; 3] = [TwoStep::Sbdf2, TwoStep::Cnab2, TwoStep::Mcnab2];
 const H: f64 = 1.0 / 64.0;
 const MASS: f64 = 0.25;
 const STEP: f64 = 0.004;
 
-fn method(scheme: Scheme, text: &str) -> ImexTwoStep {
+fn method(scheme: TwoStep, text: &str) -> ImexTwoStep {
     let pairs = text.split(',').filter_map(|pair| pair.split_once('='));
     let settings = ImexTwoStepSettings::from_pairs(scheme, pairs);
     ImexTwoStep::new(settings.unwrap_or_else(|error| panic!("{error}")))
 }
 
-fn run(scheme: Scheme, text: &str, start: (System, State), h: f64) -> Run {
+fn run(scheme: TwoStep, text: &str, start: (System, State), h: f64) -> Run {
     Run::new(Box::new(method(scheme, text)), start, h)
 }
 
@@ -36,19 +37,19 @@ fn scene() -> (System, State) {
     stir(uneven(sheet(2e3).build()), 0.02, 1.0)
 }
 
-/// The oracle derives the coefficients by interpolation, and has their order conditions and spectral radii.
+/// The oracle derives the coefficients by interpolation.
 #[test]
 fn the_rows_are_those_that_the_oracle_derives() {
     let oracle = |scheme, omega| match scheme {
-        Scheme::Sbdf2 => Multistep::sbdf2(omega),
-        Scheme::Cnab2 => Multistep::cnab2(omega),
-        Scheme::Mcnab2 => Multistep::mcnab2(omega),
-        Scheme::Cnlf => Multistep::cnlf(),
+        TwoStep::Sbdf2 => Multistep::sbdf2(omega),
+        TwoStep::Cnab2 => Multistep::cnab2(omega),
+        TwoStep::Mcnab2 => Multistep::mcnab2(omega),
+        TwoStep::Cnlf => Multistep::cnlf(),
     };
     for (scheme, k) in SCHEMES.into_iter().flat_map(|s| (0..=30).map(move |k| (s, k))) {
         let omega = 0.5 + 0.05 * f64::from(k);
         let Some(Coefficients { a, b, c: [c1, c2] }) = scheme.coefficients(omega) else {
-            assert!(scheme == Scheme::Cnlf && omega != 1.0, "{scheme:?} at ω = {omega}");
+            assert!(scheme == TwoStep::Cnlf && omega != 1.0, "{scheme:?} at ω = {omega}");
             continue;
         };
         let expected = oracle(scheme, omega);
@@ -62,13 +63,13 @@ fn the_rows_are_those_that_the_oracle_derives() {
 
 #[test]
 fn the_new_velocity_acts_for_the_time_of_the_table() {
-    let share = |scheme: Scheme, omega| {
+    let share = |scheme: TwoStep, omega| {
         scheme.coefficients(omega).map(|coefficients| coefficients.tau(1.0)).unwrap_or(f64::NAN)
     };
     for (scheme, expected) in SCHEMES.into_iter().zip([2.0 / 3.0, 0.5, 9.0 / 16.0, 1.0]) {
         assert!((share(scheme, 1.0) - expected).abs() < 1e-15, "{scheme:?}");
     }
-    assert!((share(Scheme::Sbdf2, 0.5) - 0.75).abs() < 1e-15);
+    assert!((share(TwoStep::Sbdf2, 0.5) - 0.75).abs() < 1e-15);
     for scheme in VARIABLE {
         let known =
             [0.499, 0.5, 2.0, 2.001, f64::NAN].map(|omega| scheme.coefficients(omega).is_some());
@@ -99,7 +100,8 @@ fn ball(z: f64, v: Vec3, restitution: f64) -> (System, State) {
     build(&spec)
 }
 
-/// A particle that is found 1 mm inside is on the surface after one step, at rest, and slides on as it did.
+/// A particle that is 1 mm inside is on the surface after one step, at rest along the normal, and
+/// slides on as before.
 #[test]
 fn a_particle_is_led_to_the_surface_in_one_step_and_slides_on() {
     for scheme in SCHEMES {
@@ -121,8 +123,8 @@ fn a_particle_is_led_to_the_surface_in_one_step_and_slides_on() {
     }
 }
 
-/// An elastic ball comes back to its height, time and again: neither the rebound nor the rewritten past
-/// gives it energy.
+/// An elastic ball returns to its height again and again: neither the rebound nor the rewritten
+/// past gives it energy.
 #[test]
 fn an_elastic_ball_neither_gains_nor_loses() {
     for scheme in SCHEMES {
@@ -132,8 +134,8 @@ fn an_elastic_ball_neither_gains_nor_loses() {
         let energy = run.energy();
         // Backward Euler's first step is half of h²g off the parabola.
         assert!((energy / start - 1.0).abs() < 1e-3, "{scheme:?}: {start} J, {energy} J");
-        // CNLF never forgets that, and shows it in every other level.
-        let tolerance = if scheme == Scheme::Cnlf { 6e-4 } else { 1e-9 };
+        // CNLF never forgets that error; it shows in every other level.
+        let tolerance = if scheme == TwoStep::Cnlf { 6e-4 } else { 1e-9 };
         for step in 0..1000 {
             let before = run.state.v[0].z;
             run.step();
@@ -145,8 +147,9 @@ fn an_elastic_ball_neither_gains_nor_loses() {
     }
 }
 
-/// A stiff rod that lands on one end: the forces of the past are those of the past positions and velocities, whatever
-/// the contact rewrites, so that a force across the spring is extrapolated along the path of its ends.
+/// A stiff rod lands on one end. Whatever the contact rewrites, the forces of the past belong to
+/// its positions and velocities, so the force across the spring is extrapolated along the path of
+/// its ends.
 #[test]
 fn forces_of_the_past_follow_when_a_contact_rewrites_it() {
     for scheme in SCHEMES {
@@ -177,7 +180,8 @@ fn forces_of_the_past_follow_when_a_contact_rewrites_it() {
     }
 }
 
-/// A particle on a plane through the origin, μ = 0.5, whose slope has this tangent; and the direction down it.
+/// A particle on a plane through the origin with μ = 0.5 and a slope of this tangent; and the
+/// direction down the slope.
 fn on_a_rough_plane(tangent: f64, x: Vec3, v: Vec3) -> ((System, State), Vec3) {
     let normal = Vec3::new(tangent, 0.0, 1.0).normalize();
     let mut spec = particles(&[MASS], &[x], &[v]);
@@ -229,8 +233,8 @@ fn what_lands_on_a_rough_floor_slows_down_and_stays_where_it_stops() {
     }
 }
 
-/// The tolerance refers to the forces: the same motion seen from a moving frame takes about the same
-/// iterations and is solved as well.
+/// The tolerance refers to the forces, so the same motion seen from a moving frame takes about as
+/// many iterations and is solved as well.
 #[test]
 fn a_moving_frame_is_solved_as_well_as_one_at_rest() {
     for scheme in SCHEMES {
@@ -253,7 +257,7 @@ fn a_moving_frame_is_solved_as_well_as_one_at_rest() {
     }
 }
 
-/// A sheet that rests or flies without any force ends its solve at the round-off of its springs.
+/// Without forces the solve of a resting or flying sheet ends at the round-off of its springs.
 #[test]
 fn a_sheet_without_forces_needs_no_iterations() {
     let free = Sheet { pinned: false, gravity: Vec3::zeros(), ..sheet(1e6) };
@@ -283,7 +287,7 @@ fn hanging() -> (SystemSpec, Vec<Vec3>) {
     (spec, positions)
 }
 
-/// What hangs at rest is compared with its weight, not with the forces, which have vanished.
+/// The residual of a chain at rest refers to its weight, since the total force vanishes.
 #[test]
 fn a_chain_at_rest_needs_no_iterations() {
     let (spec, positions) = hanging();
@@ -297,7 +301,8 @@ fn a_chain_at_rest_needs_no_iterations() {
     }
 }
 
-/// Three sweeps a step: `F`, `G`, `L_k X*`; two more where the past has no forces yet.
+/// A step takes three sweeps, for `F`, `G` and `L_k X*`, and two more where the past has no forces
+/// yet.
 #[test]
 fn force_evaluations_are_counted() {
     for scheme in SCHEMES {
@@ -309,11 +314,11 @@ fn force_evaluations_are_counted() {
     }
 }
 
-/// The extrapolated start is that of EEH (22) carried to the end of the step: it saves iterations, also where steps
-/// change, and alters the result within the tolerance only.
+/// The extrapolated start of EEH (22) saves iterations, also where steps change, and alters the
+/// result within the tolerance only.
 #[test]
 fn the_extrapolated_start_saves_iterations() {
-    for scheme in [Scheme::Sbdf2, Scheme::Mcnab2] {
+    for scheme in [TwoStep::Sbdf2, TwoStep::Mcnab2] {
         let [(last, a), (extrapolated, b)] = ["last", "extrapolated"].map(|start| {
             let text = format!("start={start},forcing_term=1e-5");
             let mut run = run(scheme, &text, scene(), STEP);

@@ -1,7 +1,7 @@
-//! Memory, cached operators and history; nothing here computes a step.
+//! Memory, cached operators and history.
 
 use super::ImexTwoStepSettings;
-use super::past::Past;
+use super::old_level::OldLevel;
 use super::split_forces::SplitForces;
 use crate::splitting::SplittingError;
 use drape_integrator::{ContactSet, ImplicitStage, LaplacianSolver, PrepareError, Weights};
@@ -13,7 +13,7 @@ use drape_solvers::Constraints;
 pub struct Workspace {
     pub(crate) linear: LaplacianSolver,
     pub(crate) starter: ImplicitStage,
-    pub(crate) past: Past,
+    pub(crate) past: OldLevel,
     /// Forces of level `n`.
     pub(crate) present: SplitForces,
     /// `X*`, and at the end of the step `x_{n+1}`, m.
@@ -42,7 +42,7 @@ impl Workspace {
         Ok(Self {
             linear: LaplacianSolver::new(system, implicit, weights, linear, tau)?,
             starter: ImplicitStage::new(system)?,
-            past: Past::new(system.len()),
+            past: OldLevel::new(system.len()),
             present: SplitForces::new(system.len()),
             position: zeros(),
             velocity: zeros(),

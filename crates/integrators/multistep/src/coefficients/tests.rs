@@ -1,4 +1,4 @@
-//! Values at equal steps, agreement with the oracle at uneven ones, and how the past is forgotten.
+//! Values at equal steps, agreement with the oracle at uneven ones, and decay of past errors.
 
 use super::*;
 use drape_oracle::Random;
@@ -66,7 +66,7 @@ fn means_and_extrapolations_have_weights_of_sum_one_and_the_right_order() {
     }
 }
 
-/// The oracle derives the same methods from the coefficients of the polynomials instead of their values.
+/// The oracle derives the same methods from the coefficients of the polynomials, not their values.
 #[test]
 fn the_oracle_has_the_same_coefficients() {
     let mut random = Random::new(3);
@@ -90,8 +90,8 @@ fn the_oracle_has_the_same_coefficients() {
     }
 }
 
-/// With `d_j = y_j − y_{j−1}` the old levels enter as `α_3 d_3 + (α_3 + α_2) d_2 + (α_3 + α_2 + α_1) d_1 = 0`.
-/// The mean growth of `d` a step over periodic sequences of step ratios.
+/// Mean growth of `d_j = y_j − y_{j−1}` a step over periodic sequences of step ratios, from
+/// `α_3 d_3 + (α_3 + α_2) d_2 + (α_3 + α_2 + α_1) d_1 = 0`.
 fn error_growth(ratios: &[f64]) -> f64 {
     let period = ratios.len();
     let mut product = nalgebra::Matrix2::identity();

@@ -9,7 +9,7 @@ use drape_integrator::{
 };
 use drape_model::{Level, State, System, Vec3};
 
-/// Adams–Bashforth of one to three steps.
+/// Adams–Bashforth of one to three steps, EEH (2).
 pub type AdamsBashforth = Stepper<AdamsWorkspace>;
 
 /// For the registry.
@@ -38,6 +38,7 @@ impl Scheme for AdamsWorkspace {
         Ok(Self::allocate(system, settings.steps))
     }
 
+    #[doc(alias = "EEH 2")]
     fn step(
         &mut self,
         settings: &AdamsBashforthSettings,
@@ -49,27 +50,38 @@ impl Scheme for AdamsWorkspace {
         clock.switch(Phase::Forces);
         self.history.refresh(system, h, ADAMS_RATIOS);
         let mut report = StepReport { force_evaluations: 1, ..StepReport::default() };
-        accelerations(system, state.level(), &mut self.acceleration); // a_n = M⁻¹ f(x_n, v_n)
-        if settings.steps != Steps::One && self.history.is_empty() {
-            self.start(system, state, h);
+        let Self { history, acceleration: a, mean_acceleration: mean, lead, predicted, .. } = self;
+        accelerations(system, state.level(), a); // a_n = M⁻¹ f(x_n, v_n)
+        if settings.steps != Steps::One && history.is_empty() {
+            // Heun's method, (H), needs no past.
+            let (x, v) = predicted;
+            x.copy_from_slice(&state.x);
+            drift(h, &state.v, x); // x̃ = x_n + h v_n
+            v.copy_from_slice(&state.v);
+            drift(h, a, v); // ṽ = v_n + h a_n
+            accelerations(system, Level { t: state.t + h, x, v }, mean); // ã = M⁻¹ f(x̃, ṽ)
+            for i in 0..state.len() {
+                mean[i] = (mean[i] + a[i]) * 0.5; // ½ (a_n + ã)
+                lead[i] = a[i] * (0.5 * h); // ½ (v_n + ṽ) − v_n
+            }
             report.force_evaluations += 1;
         } else {
-            self.extrapolate(state, h);
+            let (steps, k) = step_sizes(history, h);
+            let formula = LinearMultistep::adams_bashforth(&steps[..k]); // β_j of EEH (2)
+            let beta = &formula.beta()[..k];
+            history.mean(OLD_VELOCITY, &state.v, beta, lead); // Σ β_j v_{n−j} …
+            lead.iter_mut().zip(&state.v).for_each(|(lead, v)| *lead -= v); // … − v_n
+            history.mean(ACCELERATION, a, beta, mean); // Σ β_j a_{n−j}
         }
         clock.switch(Phase::Contact);
         self.meet_obstacles(system, state, h);
         clock.switch(Phase::Update);
-        drift(h, &self.velocity, &mut state.x); // x_{n+1} = x_n + h Σ β_j v_{n−j}, EEH (2)
-        drift(h, &self.lead, &mut state.x);
-        let Self { contacts, velocity, acceleration: a, history, mean_acceleration, .. } = self;
-        history.push(h, [velocity, a]);
-        // A particle whose contact changed starts anew, with a past of constant acceleration.
-        contacts.settle(velocity, |Change { particle: i, velocity: v, .. }| {
-            history.rewrite(i, |age| [v - a[i] * (age - h), a[i]]);
-        });
-        state.v.copy_from_slice(velocity);
-        drift(h, mean_acceleration, &mut state.v); // v_{n+1} = v_n + h Σ β_j a_{n−j}, EEH (2)
-        contacts.stop(&mut state.v);
+        drift(h, &self.velocity, &mut state.x); // x_{n+1} = x_n + h v_n …
+        drift(h, &self.lead, &mut state.x); // … + h (Σ β_j v_{n−j} − v_n), EEH (2)
+        self.remember(h);
+        state.v.copy_from_slice(&self.velocity);
+        drift(h, &self.mean_acceleration, &mut state.v); // v_{n+1} = v_n + h Σ β_j a_{n−j}, EEH (2)
+        self.contacts.stop(&mut state.v);
         state.t += h;
         Ok(report)
     }
@@ -85,32 +97,9 @@ impl Scheme for AdamsWorkspace {
 }
 
 impl AdamsWorkspace {
-    /// EEH (2): the means of velocities and accelerations over as many levels as are known.
-    fn extrapolate(&mut self, state: &State, h: f64) {
-        let (steps, k) = step_sizes(&self.history, h);
-        let formula = LinearMultistep::adams_bashforth(&steps[..k]);
-        let beta = &formula.beta()[..k];
-        self.history.mean(OLD_VELOCITY, &state.v, beta, &mut self.lead); // Σ β_j v_{n−j}
-        self.lead.iter_mut().zip(&state.v).for_each(|(lead, v)| *lead -= v);
-        self.history.mean(ACCELERATION, &self.acceleration, beta, &mut self.mean_acceleration); // Σ β_j a_{n−j}
-    }
-
-    /// The same by Heun's method (the explicit trapezoidal rule), which needs no past.
-    fn start(&mut self, system: &System, state: &State, h: f64) {
-        let Self { acceleration: a, mean_acceleration: mean, predicted: (x, v), .. } = self;
-        x.copy_from_slice(&state.x);
-        drift(h, &state.v, x); // x̃ = x_n + h v_n
-        v.copy_from_slice(&state.v);
-        drift(h, a, v); // ṽ = v_n + h a_n
-        accelerations(system, Level { t: state.t + h, x, v }, mean);
-        for i in 0..state.len() {
-            mean[i] = (mean[i] + a[i]) * 0.5; // ½ (a_n + ã)
-            self.lead[i] = a[i] * (0.5 * h); // ½ (v_n + ṽ) − v_n
-        }
-    }
-
-    /// `velocity` from `v_n`, pins and contacts: an impact is a jump of `v_n`. Contacts that would pull at the
-    /// end of the step are released; a particle that stays in contact has no lead along the normals.
+    /// Writes `v_n` under pins and contacts to `velocity`: an impact is a jump of `v_n`. Contacts
+    /// that would pull at the end of the step are released. A particle that stays in contact has no
+    /// lead along the normals.
     fn meet_obstacles(&mut self, system: &System, state: &State, h: f64) {
         let Self { contacts, constraints, free_velocity, velocity, impulse, .. } = self;
         contacts.detect(system, &state.x, &state.v, (h, state.t + h), constraints);
@@ -122,5 +111,15 @@ impl AdamsWorkspace {
         for pin in system.moving_pins() {
             self.lead[pin.particle] = Vec3::zeros();
         }
+    }
+
+    /// Pushes level `n` to the history. A particle whose contact changed gets a past of constant
+    /// acceleration.
+    fn remember(&mut self, h: f64) {
+        let Self { contacts, velocity, acceleration: a, history, .. } = self;
+        history.push(h, [velocity, a]);
+        contacts.settle(velocity, |Change { particle: i, velocity: v, .. }| {
+            history.rewrite(i, |age| [v - a[i] * (age - h), a[i]]);
+        });
     }
 }

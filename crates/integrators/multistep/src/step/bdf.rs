@@ -16,8 +16,8 @@ pub type Bdf = Stepper<BdfWorkspace>;
 /// For the registry.
 pub static BACKWARD_DIFFERENTIATION: Registration = Registration::controlled::<BdfWorkspace>(&BDF2);
 
-/// `γ` of the L-stable singly diagonally implicit Runge–Kutta method of two stages and order 2
-/// (Alexander 1977): `1 − 1/√2`.
+/// `γ = 1 − 1/√2` of the L-stable Runge–Kutta method of two singly diagonally implicit stages and
+/// order 2 (Alexander 1977).
 const GAMMA: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
 
 impl Scheme for BdfWorkspace {
@@ -31,6 +31,7 @@ impl Scheme for BdfWorkspace {
         Self::allocate(system, settings.steps, settings.stage.linear)
     }
 
+    #[doc(alias = "EEH 3")]
     fn step(
         &mut self,
         settings: &BdfSettings,
@@ -39,20 +40,47 @@ impl Scheme for BdfWorkspace {
         h: f64,
         clock: &mut PhaseClock,
     ) -> Result<StepReport, StepError> {
-        let how = settings.stage;
         let mut report = StepReport::default();
         clock.switch(Phase::Update);
         self.history.refresh(system, h, settings.ratios());
+        let (x, v, n, end) = (&state.x, &state.v, state.len(), state.t + h);
         let tau = if settings.steps == Steps::Three && self.history.is_empty() {
-            self.start(system, state, h, how, clock, &mut report)?
+            let tau = GAMMA * h;
+            for i in 0..n {
+                (self.mean.0[i], self.mean.1[i]) = (x[i], v[i]); // x* = x_n, v* = v_n, (A1)
+                (self.extrapolated.0[i], self.extrapolated.1[i]) = (x[i] + v[i] * tau, v[i]);
+            }
+            self.ahead = state.t + tau;
+            let alone = (tau, Obstacles::Ignored);
+            self.solve(system, state, tau, alone, settings.stage, clock, &mut report)?; // v₁, (A1)
+            for (i, v_1) in self.stage.velocity().iter().enumerate() {
+                let change = (v_1 - v[i]) / GAMMA; // h a₁ = (v₁ − v_n)/γ, (A2)
+                self.mean.0[i] = x[i] + v_1 * (h - tau); // x* = x_n + (1 − γ) h v₁, (A2)
+                self.mean.1[i] = v[i] + change * (1.0 - GAMMA); // v* = v_n + (1 − γ) h a₁, (A2)
+                (self.extrapolated.0[i], self.extrapolated.1[i]) = (x[i] + v_1 * h, v[i] + change);
+            }
+            tau
         } else {
-            self.differentiate(state, h)
+            let Self { history, mean: (x_star, v_star), extrapolated: (x_hat, v_hat), .. } = self;
+            let (steps, k) = step_sizes(history, h);
+            let formula = LinearMultistep::bdf(&steps[..k]); // α_j and β_k of EEH (3)
+            let (weights, ahead) = (formula.past_weights(), extrapolation(&steps[..k]));
+            history.mean(POSITION, x, &weights[..k], x_star); // x* = −Σ_{j<k} α_j x_{n+j} / α_k
+            history.mean(VELOCITY, v, &weights[..k], v_star); // v* = −Σ_{j<k} α_j v_{n+j} / α_k
+            history.mean(POSITION, x, &ahead[..k], x_hat); // x̂, v̂: extrapolated to the new time
+            history.mean(VELOCITY, v, &ahead[..k], v_hat);
+            formula.tau(h) // τ = h β_k/α_k
         };
-        // M (α_k v_{n+k} + γ_n) = h β_k f(x_{n+k}, v_{n+k}), EEH (4), by the iteration (5)
-        self.solve(system, state, (h, tau), Obstacles::Met, how, clock, &mut report)?;
+        self.ahead = end;
+        let all = (h, Obstacles::Met);
+        // M (v_{n+k} − v*) = τ f(x* + τ v_{n+k}, v_{n+k}), EEH (4), by the iteration (5)
+        self.solve(system, state, tau, all, settings.stage, clock, &mut report)?;
         clock.switch(Phase::Update);
-        self.advance(system, state, h, tau); // x_{n+k} = x* + τ v_{n+k}
-        state.t += h;
+        self.remember(system, state, h, tau);
+        state.v.copy_from_slice(self.stage.velocity());
+        state.x.copy_from_slice(self.stage.positions()); // x_{n+k} = x* + τ v_{n+k}, EEH (4)
+        self.settle(state);
+        state.t = end;
         Ok(report)
     }
 
@@ -68,84 +96,31 @@ impl Scheme for BdfWorkspace {
 }
 
 impl BdfWorkspace {
-    /// The means `(x*, v*) = −γ_n/α_k` of EEH (4) over as many levels as are known, and the extrapolations to the new time.
-    /// Returns `τ = h β_k/α_k`.
-    fn differentiate(&mut self, state: &State, h: f64) -> f64 {
-        let Self { history, mean, extrapolated, ahead, .. } = self;
-        let (steps, k) = step_sizes(history, h);
-        let formula = LinearMultistep::bdf(&steps[..k]); // α_j and β_k of EEH (3)
-        let (weights, weights_ahead) = (formula.past_weights(), extrapolation(&steps[..k]));
-        history.mean(POSITION, &state.x, &weights[..k], &mut mean.0); // x* = −Σ_{j<k} α_j x_{n+j} / α_k
-        history.mean(VELOCITY, &state.v, &weights[..k], &mut mean.1); // v* = −Σ_{j<k} α_j v_{n+j} / α_k
-        history.mean(POSITION, &state.x, &weights_ahead[..k], &mut extrapolated.0);
-        history.mean(VELOCITY, &state.v, &weights_ahead[..k], &mut extrapolated.1);
-        *ahead = state.t + h;
-        formula.tau(h)
-    }
-
-    /// Where the first of three steps has no past: the first stage `v₁` of Alexander's method, which is of order 2,
-    /// then
+    /// Solves `M (v − v*) = τ f(x* + τ v, v)` for a stage that ends `span` seconds after `t_n`; the
+    /// solution is in `stage`. A first stage that did not converge stays in the report.
     ///
-    /// ```text
-    /// τ = γ h     x* = x_n + (1 − γ) h v₁     v* = v_n + (1 − γ) h a₁     a₁ = (v₁ − v_n)/(γ h)
-    /// ```
-    ///
-    /// Its second stage ends at `t_{n+1}`, so that contacts constrain it as any other step (those of a
-    /// midpoint stage would have to be reflected to the end). The first stage ignores obstacles: the second leads out the
-    /// particles that enter one there. A particle that friction holds slips by `(1 − γ) γ h² a` in it. Returns `τ`.
+    /// The first stage of Alexander's method, (A1), ignores obstacles: the second leads out the
+    /// particles that enter one there. A particle that friction holds slips by `(1 − γ) γ h² a` in
+    /// it.
     ///
     /// # Errors
-    /// As [`solve`](Self::solve).
-    fn start(
-        &mut self,
-        system: &System,
-        state: &State,
-        h: f64,
-        settings: StageSettings,
-        clock: &mut PhaseClock,
-        report: &mut StepReport,
-    ) -> Result<f64, StepError> {
-        let tau = GAMMA * h;
-        for i in 0..state.len() {
-            let (x, v) = (state.x[i], state.v[i]);
-            (self.mean.0[i], self.mean.1[i]) = (x, v);
-            (self.extrapolated.0[i], self.extrapolated.1[i]) = (x + v * tau, v);
-        }
-        self.ahead = state.t + tau;
-        self.solve(system, state, (h, tau), Obstacles::Ignored, settings, clock, report)?; // v₁
-        self.ahead = state.t + h;
-        for (i, v_1) in self.stage.velocity().iter().enumerate() {
-            let (x, v) = (self.mean.0[i], self.mean.1[i]);
-            let change = (v_1 - v) / GAMMA; // h a₁
-            self.mean.0[i] = x + v_1 * (h - tau); // x* = x_n + (1 − γ) h v₁
-            self.mean.1[i] = v + change * (1.0 - GAMMA); // v* = v_n + (1 − γ) h a₁
-            (self.extrapolated.0[i], self.extrapolated.1[i]) = (x + v_1 * h, v + change);
-        }
-        Ok(tau)
-    }
-
-    /// Solves `M (v − v*) = τ f(x* + τ v, v)`; the solution is in `stage`. A failure to converge in an
-    /// earlier stage stays in the report.
-    ///
-    /// # Errors
-    /// As [`drape_integrator::ImplicitStage::solve`].
+    /// See [`drape_integrator::ImplicitStage::solve`].
     #[expect(clippy::too_many_arguments, reason = "each is owned by the step that calls")]
     fn solve(
         &mut self,
         system: &System,
         state: &State,
-        (h, tau): (f64, f64),
-        obstacles: Obstacles,
+        tau: f64,
+        (span, obstacles): (f64, Obstacles),
         settings: StageSettings,
         clock: &mut PhaseClock,
         report: &mut StepReport,
     ) -> Result<(), StepError> {
         let Self { mean, extrapolated, ahead, constraints, .. } = self;
         let from = (&state.x[..], &state.v[..]);
-        // A stage without obstacles ends at `t_n + τ`.
-        let (contacts, span) = match obstacles {
-            Obstacles::Met => (&mut self.contacts, h),
-            Obstacles::Ignored => (&mut self.pins_alone, tau),
+        let contacts = match obstacles {
+            Obstacles::Met => &mut self.contacts,
+            Obstacles::Ignored => &mut self.pins_alone,
         };
         let end = state.t + span;
         clock.switch(Phase::Contact);
@@ -171,9 +146,9 @@ impl BdfWorkspace {
         Ok(())
     }
 
-    /// Moves the state to the solution of the stage and ends the contacts, with a past of constant acceleration for
-    /// each particle whose contact changed.
-    fn advance(&mut self, system: &System, state: &mut State, h: f64, tau: f64) {
+    /// Pushes level `n` to the history, and computes the acceleration for the past of particles
+    /// whose contact changes.
+    fn remember(&mut self, system: &System, state: &State, h: f64, tau: f64) {
         let Self { stage, mean, acceleration: a, contacts, constraints, history, .. } = self;
         for (i, m) in system.mass().iter().enumerate() {
             let inverse_mass = if system.pinned()[i] { 0.0 } else { 1.0 / m };
@@ -184,9 +159,11 @@ impl BdfWorkspace {
         }
         contacts.support(h, a);
         history.push(h, [&state.x, &state.v]);
-        state.v.copy_from_slice(stage.velocity());
-        state.x.copy_from_slice(stage.positions()); // x_{n+k} = x* + τ v_{n+k}
-        let State { x, v, .. } = state;
+    }
+
+    /// Ends the contacts. A particle whose contact changed gets a past of constant acceleration.
+    fn settle(&mut self, State { x, v, .. }: &mut State) {
+        let Self { acceleration: a, contacts, history, .. } = self;
         contacts.settle(v, |Change { particle: i, velocity: v, .. }| {
             history.rewrite(i, |age| [x[i] - (v - a[i] * (0.5 * age)) * age, v - a[i] * age]);
         });

@@ -1,4 +1,4 @@
-//! What is particular to Provot's method: the correction, its order and what it does to velocities.
+//! Tests of Provot's method: the correction, its order and its effect on velocities.
 
 use super::*;
 use drape_integrator::{ElongationSettings, SweepOrder};
@@ -15,7 +15,7 @@ fn limited(limit: f64) -> ProvotSettings {
     ProvotSettings { elongation, ..ProvotSettings::default() }
 }
 
-/// A sheet that hangs from two corners, with springs of this `k/m` along warp and weft.
+/// A sheet that hangs from two corners; `tension` is the `k/m` of springs along warp and weft.
 fn sheet(side: u32, tension: f64) -> SystemSpec {
     Sheet { side, tension, shear: 0.1 * tension, damping: 0.0, ..Sheet::default() }.spec()
 }
@@ -187,8 +187,9 @@ fn energy_is_lost_with_corrected_velocities_and_gained_with_positions_only() {
     assert!(gained > 10.0, "{gained}");
 }
 
-/// What is moved stays on the line of the new positions. With `v = (x_{n+1} − x_n)/h` the angular momentum is
-/// `d_n × d_{n+1}/h` times the reduced mass, else `d_{n+1} × v`: it shrinks as `d_{n+1}` does.
+/// The correction moves particles along the line of the new positions. The angular momentum over
+/// the reduced mass is `d_n × d_{n+1}/h` with `v = (x_{n+1} − x_n)/h`, else `d_{n+1} × v`. It
+/// shrinks as `d_{n+1}` does.
 #[test]
 fn angular_momentum_is_lost_by_the_factor_of_shortening() {
     for velocity in [VelocityUpdate::Corrected, VelocityUpdate::PositionsOnly] {
@@ -210,7 +211,7 @@ fn angular_momentum_is_lost_by_the_factor_of_shortening() {
     }
 }
 
-/// What pushes a particle in contact is no impact, and what it leaves inside is led out.
+/// A correction of a particle in contact is no impact, and the next steps lead the particle out.
 #[test]
 fn a_correction_may_push_into_an_obstacle_and_the_next_steps_lead_out() {
     let x = [Vec3::new(0.0, 0.0, -1.0), Vec3::new(0.0, 0.0, 0.0)];

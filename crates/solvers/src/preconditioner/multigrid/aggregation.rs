@@ -1,9 +1,8 @@
-//! Smoothed aggregation: which particles a coarse one stands for, and with what weights.
+//! Smoothed aggregation: the particles of a coarse one, and their weights.
 
 use crate::ScalarMatrix;
 
-/// A coupling below this part of the geometric mean of the largest couplings of its two ends is
-/// weak.
+/// A coupling is weak below this part of the geometric mean of its two ends' largest couplings.
 const STRONG: f64 = 0.25;
 /// Weight of the Jacobi step that smooths the prolongation: 4/3 over the bound 2 of `D⁻¹A` of a
 /// Laplacian.
@@ -20,7 +19,7 @@ pub(super) struct Prolongation {
 }
 
 impl Prolongation {
-    /// By rows with increasing columns, of which there are `columns`.
+    /// By rows with increasing columns; `columns` is their number.
     fn from_rows(rows: impl Iterator<Item = Vec<(u32, f64)>>, columns: usize) -> Self {
         let (mut starts, mut entries) = (vec![0], Vec::new());
         for mut row in rows {
@@ -81,7 +80,7 @@ impl Prolongation {
         edges.sort_unstable();
         edges.dedup();
         let mut coarse = ScalarMatrix::with_pattern(self.columns, edges);
-        // An edge of weight w adds w at the two diagonal places too: taken out again there.
+        // An edge of weight w also adds w at its two diagonal places: subtract it there.
         each(&mut |row, column, value| {
             if row < column {
                 coarse.add_edge(row as usize, column as usize, -value);
@@ -95,7 +94,7 @@ impl Prolongation {
     }
 }
 
-/// A scalar matrix and what counts as strong in it.
+/// A scalar matrix with its strong couplings.
 struct Couplings<'a> {
     a: &'a ScalarMatrix,
     /// The largest coupling of each row.
@@ -123,9 +122,9 @@ impl<'a> Couplings<'a> {
     }
 }
 
-/// Aggregates after Vaněk, Mandel, Brezina (1996): whole neighbourhoods, then what is left joins
-/// the one that it is most strongly coupled to; it has a neighbour in one, or it would have become
-/// one. Returns the aggregate of each row and their number.
+/// Aggregates after Vaněk, Mandel, Brezina (1996). Whole neighbourhoods become aggregates; each
+/// remaining row joins the aggregate with its strongest coupling, and always has one. Returns the
+/// aggregate of each row and their number.
 fn aggregates(couplings: &Couplings<'_>) -> (Vec<u32>, usize) {
     let n = couplings.a.n();
     let mut of = vec![NONE; n];
@@ -153,7 +152,7 @@ fn aggregates(couplings: &Couplings<'_>) -> (Vec<u32>, usize) {
     (of, count as usize)
 }
 
-/// `P = (I − ω D⁻¹ Ā) P₀`: `P₀` is 1 where a particle belongs to an aggregate, and `Ā` the matrix
+/// `P = (I − ω D⁻¹ Ā) P₀`. `P₀` is 1 where a particle belongs to an aggregate; `Ā` is the matrix
 /// with its weak couplings added to the diagonal. Constants are kept.
 pub(super) fn smoothed(a: &ScalarMatrix) -> Prolongation {
     let couplings = Couplings::new(a);

@@ -103,7 +103,7 @@ proptest! {
         prop_assert!((crate::test_support::dense(&scalar) - expected).norm() < 1e-11);
         let mut level = Level::new(a.rows().pattern(), prolongation);
         level.update(&a.rows()).unwrap();
-        level.update(&a.rows()).unwrap(); // what was there before does not matter
+        level.update(&a.rows()).unwrap(); // the values before do not matter
         let p = p.kronecker(&DMatrix::<f64>::identity(3, 3));
         let expected = p.transpose() * dense_blocks(&a) * p;
         let coarse = dense_blocks(&BlockMatrix::from(level.coarse.clone()));
@@ -138,7 +138,7 @@ fn levels_shrink_down_to_the_coarsest() {
     assert_eq!(sizes[0], 1600);
     assert!(sizes.windows(2).all(|pair| 3 * pair[1] < pair[0]), "{sizes:?}");
     assert!(*sizes.last().unwrap() <= COARSEST);
-    // Many equal neighbours, and one particle that all others hang on.
+    // Many equal neighbours, and one particle that all others are coupled to.
     let near =
         |i: usize, j: usize| (i % 40).abs_diff(j % 40) <= 2 && (i / 40).abs_diff(j / 40) <= 2;
     let wide: Vec<(usize, usize)> = (0..1600)

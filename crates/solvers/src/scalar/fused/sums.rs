@@ -5,7 +5,7 @@ use crate::pcg::Norm;
 use crate::vector::SLOTS;
 use drape_kernels::lanes::Four;
 
-/// `rᵀr` and `δ = rᵀ P r`, or that of another vector.
+/// `rᵀr` and `δ = rᵀ P r` of a residual or another vector.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Measure {
     square: f64,
@@ -16,7 +16,7 @@ impl Measure {
     pub(super) const ZERO: Self = Self { square: 0.0, delta: 0.0 };
     pub(super) const NAN: Self = Self { square: f64::NAN, delta: f64::NAN };
 
-    /// Adds what the blocks contribute, from the first to the last.
+    /// Adds the blocks' contributions, from the first to the last.
     pub(super) fn sum(blocks: &[Self]) -> Self {
         blocks.iter().fold(Self::ZERO, |sum, block| Self {
             square: sum.square + block.square,
@@ -32,7 +32,7 @@ impl Measure {
     }
 }
 
-/// Sums over a block under way, one a slot and coordinate.
+/// Partial sums over a block, one for each slot and coordinate.
 #[derive(Clone, Copy)]
 pub(super) struct Meter<N> {
     squares: [N; 3],
@@ -74,7 +74,7 @@ pub(super) fn measure(four: impl Four, r: &Block, inverse: &[f64]) -> Measure {
     meter.read(four)
 }
 
-/// `rᵀr` alone, over so many rows of a block.
+/// `rᵀr` alone, over the first `rows` of a block.
 #[inline(always)]
 pub(super) fn square(four: impl Four, r: &Block, rows: usize) -> Measure {
     Measure { square: dot(four, r, r.rows(rows)), delta: f64::NAN }

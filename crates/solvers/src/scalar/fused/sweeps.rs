@@ -1,8 +1,8 @@
-//! What the sweeps do with a band of blocks.
+//! The sweeps over a band of blocks.
 
 use super::super::buckets::Buckets;
 use super::super::diagonals::{Diagonals, Put};
-use super::super::soa::{Block, Padded, Rows, RowsMut, block_rows, padded_rows, total};
+use super::super::soa::{Block, PaddedRow, Rows, RowsMut, block_rows, padded_rows, total};
 use super::sums::{Measure, Meter, dot, measure, square};
 use crate::pcg::Norm;
 use crate::vector::{BLOCK, SLOTS, extrapolate};
@@ -10,14 +10,14 @@ use crate::{Constraints, StartValue, Vec3};
 use drape_kernels::lanes::Four;
 use std::ops::Range;
 
-/// What all bands read: the matrix, the preconditioner and where the constrained particles are. The
-/// vectors that a sweep is given begin with the first block of its band, those of [`Rows`] with row
+/// The data that all bands read: the matrix, the preconditioner and the constrained particles by
+/// block. The vectors of a sweep begin with the first block of its band, those of [`Rows`] with row
 /// 0.
 #[derive(Debug)]
 pub(super) struct Operator {
     pub(super) matrix: Diagonals,
     /// `P = D⁻¹`; ones for `P = I`.
-    pub(super) inverse_diagonal: Padded,
+    pub(super) inverse_diagonal: PaddedRow,
     pub(super) buckets: Buckets,
 }
 
@@ -27,7 +27,7 @@ impl Operator {
         self.matrix.n().div_ceil(BLOCK)
     }
 
-    /// First row and number of rows of block `k`, rows of zeros after the last included.
+    /// First row and number of rows of block `k`, with the rows of zeros after the last.
     #[inline(always)]
     fn block_rows(&self, k: usize) -> (usize, usize) {
         block_rows(k, padded_rows(self.matrix.n()))
@@ -51,7 +51,7 @@ impl Operator {
         }
     }
 
-    /// Blocks before this one can be multiplied when block `k` and all before it are known.
+    /// End of the blocks that can be multiplied when block `k` and all before it are known.
     #[inline(always)]
     fn multipliable(&self, k: usize) -> usize {
         if k + 1 == self.blocks() {
@@ -61,7 +61,7 @@ impl Operator {
         }
     }
 
-    /// The blocks of a band whose neighbours are all in the band: the others are its rim.
+    /// The blocks of a band with all neighbours in the band; the others are its rim.
     #[inline(always)]
     pub(super) fn interior(&self, band: &Range<usize>) -> Range<usize> {
         let first = match band.start {
@@ -91,7 +91,7 @@ impl Operator {
         }
     }
 
-    /// `x ← S x₀ + (I − S) z`, also in `c`. The start `x₀` is known from elsewhere than `x`.
+    /// `x ← S x₀ + (I − S) z`, also in `c`. `x₀` is the start value, which may be `x`.
     #[inline(always)]
     pub(super) fn load(
         &self,
@@ -135,7 +135,7 @@ impl Operator {
         }
     }
 
-    /// `A c`, to particles. The first block of `q` makes room.
+    /// `A c`, to particles. The first block of `q` is scratch memory.
     #[inline(always)]
     pub(super) fn product(
         &self,
@@ -151,7 +151,7 @@ impl Operator {
         }
     }
 
-    /// `r ← S (b − A c)` in a block, and what it measures.
+    /// `r ← S (b − A c)` in a block, and its measure.
     #[inline(always)]
     fn residual(
         &self,
@@ -174,8 +174,8 @@ impl Operator {
         measure(four, r, inverse)
     }
 
-    /// `r ← S (b − A c)` and what it measures; likewise `S b` in a norm, if one is given. The first
-    /// block of `q` makes room for `b`.
+    /// `r ← S (b − A c)` and its measure; also that of `S b`, if a norm is given. The first block
+    /// of `q` is scratch memory for `b`.
     #[inline(always)]
     pub(super) fn residuals(
         &self,
@@ -201,7 +201,7 @@ impl Operator {
         }
     }
 
-    /// `x ← x + α c` as postponed, `q ← c`, `c ← x`.
+    /// The postponed `x ← x + α c`, then `q ← c`, `c ← x`.
     #[inline(always)]
     pub(super) fn swap_direction_for_solution(
         &self,
@@ -235,7 +235,7 @@ impl Operator {
         }
     }
 
-    /// `r ← S (b − A c)`, what it measures, and the square of what this changed.
+    /// `r ← S (b − A c)`, its measure, and the square of its change.
     #[inline(always)]
     pub(super) fn new_residuals(
         &self,
@@ -261,8 +261,8 @@ impl Operator {
         }
     }
 
-    /// One sweep: `x ← x + α c` as postponed, `c ← S (P r + β c)`, and in the interior of the band,
-    /// as soon as the rows that it needs are known, `q ← S A c` and `cᵀq`.
+    /// One sweep: the postponed `x ← x + α c`, then `c ← S (P r + β c)`. In the interior of the
+    /// band also `q ← S A c` and `cᵀq`, as soon as the needed rows are known.
     #[inline(always)]
     #[expect(clippy::too_many_arguments, reason = "the parts of a band in several arrays")]
     pub(super) fn direction(
@@ -330,7 +330,7 @@ impl Operator {
         dot(four, q, c.window(first, len))
     }
 
-    /// `r ← r − α q` and what it measures.
+    /// `r ← r − α q` and its measure.
     #[inline(always)]
     pub(super) fn advance(
         &self,
@@ -358,7 +358,7 @@ impl Operator {
         }
     }
 
-    /// `x + α c` as postponed, to particles. The first block of `q` makes room.
+    /// The postponed `x + α c`, to particles. The first block of `q` is scratch memory.
     #[inline(always)]
     pub(super) fn store(
         &self,
@@ -387,7 +387,7 @@ impl Operator {
     }
 }
 
-/// Makes a product a residual, and measures it.
+/// Turns a product into a residual, and measures it.
 struct Residual<'a, N> {
     b: &'a Block,
     r: &'a mut Block,
@@ -474,7 +474,7 @@ fn turn(
     }
 }
 
-/// Particles to the rows of their block, and zeros to those after the last.
+/// Copies particles to the rows of their block, and zeros to the rows after the last.
 #[inline(always)]
 fn gather(from: &[Vec3], to: [&mut [f64]; 3]) {
     let [(x, after_x), (y, after_y), (z, after_z)] = to.map(|to| to.split_at_mut(from.len()));
@@ -484,7 +484,7 @@ fn gather(from: &[Vec3], to: [&mut [f64]; 3]) {
     [after_x, after_y, after_z].into_iter().for_each(|after| after.fill(0.0));
 }
 
-/// Coordinates to particles, as many as there are.
+/// Copies coordinates to particles.
 #[inline(always)]
 pub(super) fn scatter(from: &Block, to: &mut [Vec3]) {
     let [x, y, z] = from.rows(to.len());

@@ -1,4 +1,4 @@
-//! Contacts: velocities against positions as the way out, what neighbours feel, release.
+//! Contacts: velocities against positions as the way out, effect on neighbours, release.
 
 use super::{H, MASS, prepared};
 use drape_integrator::{SolveStatus, StepReport};
@@ -55,7 +55,7 @@ fn a_position_is_altered_to_the_surface_in_one_step_and_a_velocity_leads_there_s
             let least = DEPTH / (H * f64::max(limit, fall));
             assert!(f64::from(steps) >= least - 1e-9, "{solver}: {steps} steps");
             if fall <= 0.0 {
-                // The energy that is left is that of the motion along the floor.
+                // Only the energy of the motion along the floor is left.
                 for run in [&altered, &led] {
                     assert!((run.energy() - 0.5 * MASS * 0.25).abs() < 1e-13, "{solver}");
                 }
@@ -103,7 +103,8 @@ fn what_rests_on_the_floor_stays_and_what_is_pulled_off_it_leaves_at_once() {
     }
 }
 
-/// A spring between the floor and a pin above it: it pushes while it is compressed and pulls when stretched.
+/// A spring between the floor and a pin above it: it pushes while it is compressed and pulls when
+/// stretched.
 #[test]
 fn a_spring_that_pulls_releases_a_contact_and_one_that_pushes_keeps_it() {
     for contact in ["velocity", "position"] {
@@ -125,7 +126,7 @@ fn a_spring_that_pulls_releases_a_contact_and_one_that_pushes_keeps_it() {
     }
 }
 
-/// Baraff-Witkin (18): the particle above a spring of length ℓ is pushed by `h (∂f/∂x y)`.
+/// Baraff-Witkin (18): `h (∂f/∂x y)` pushes the particle above a spring of length ℓ.
 #[test]
 fn neighbours_feel_the_alteration_in_the_step_in_which_it_happens() {
     let (depth, k, c) = (0.02, 300.0, 4.0);
@@ -143,7 +144,7 @@ fn neighbours_feel_the_alteration_in_the_step_in_which_it_happens() {
     }
 }
 
-/// Every release asks for one more solve, which starts from the prescribed part alone as the first did.
+/// Every release takes one more solve, which starts from the prescribed part alone, like the first.
 #[test]
 fn solves_after_a_release_are_counted() {
     let count = |acceleration: f64, solver: &str| -> StepReport {

@@ -1,4 +1,4 @@
-//! What is particular to leapfrog: projected damping, forces kept from step to step, divided steps.
+//! Tests of leapfrog: projected damping, forces kept from step to step, divided steps.
 
 use super::*;
 use crate::settings::StepControl;
@@ -17,8 +17,8 @@ fn prepared(spec: &SystemSpec, h: f64) -> Run {
     Run::new(Box::<Leapfrog>::default(), build(spec), h)
 }
 
-/// A square net of unequal masses that hangs from two corners if `pinned`, with diagonals, out of its plane and in
-/// motion; `k/m` about 400 to 800.
+/// A square net of unequal masses that hangs from two corners if `pinned`, with diagonals, out of
+/// its plane and in motion; `k/m` about 400 to 800.
 fn net(side: usize, damping: f64, law: DampingLaw, pinned: bool) -> SystemSpec {
     let width = 1.0 / (side - 1) as f64;
     let all = || (0..side * side).map(|i| i as f64);
@@ -50,7 +50,7 @@ fn net(side: usize, damping: f64, law: DampingLaw, pinned: bool) -> SystemSpec {
     spec
 }
 
-/// In a net the directions of many springs meet, so that `L_c` and `D` have no modes in common.
+/// In a net many springs meet at different angles, so `L_c` and `D` have no modes in common.
 #[test]
 fn projected_damping_of_any_size_leaves_a_net_that_starts_at_rest_stable() {
     for damping in [0.01, 1.0, 100.0, 1e4] {
@@ -81,7 +81,7 @@ fn the_energy_of_an_undamped_net_does_not_drift() {
     }
 }
 
-/// Nothing is solved, nothing set up.
+/// The step solves nothing and sets nothing up.
 #[test]
 fn without_damping_there_is_no_matrix_and_one_force_a_step() {
     let spec = net(4, 0.0, DampingLaw::Full, true);
@@ -172,7 +172,7 @@ fn substeps_are_as_long_as_the_limit_allows_and_follow_the_stiffness() {
             (auto.h, bound.h) = (h, h);
         }
     }
-    // A limit of 0 is none that could be kept.
+    // No number of substeps meets a limit of 0.
     let x = [Vec3::zeros(), Vec3::x()];
     let mut light = particles(&[1e-300; 2], &x, &[Vec3::y(); 2]);
     light.springs = vec![tension((0, 1), 0.5, 1e30, 0.0)];
@@ -185,7 +185,7 @@ fn substeps_are_as_long_as_the_limit_allows_and_follow_the_stiffness() {
     }
 }
 
-/// The first estimate takes tens of products, each later one two for every thirty substeps.
+/// The first estimate takes tens of products; later ones take two for every thirty substeps.
 #[test]
 fn products_are_counted_as_three_force_evaluations() {
     let spec = net(4, 0.0, DampingLaw::Full, true);

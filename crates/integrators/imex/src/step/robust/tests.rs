@@ -1,19 +1,21 @@
-//! Each pass of the robust form, watched from inside.
+//! The robust form pass by pass.
 
 use super::*;
 use crate::settings::ImexUpdatedSettings;
 use drape_integrator::Weights;
 use drape_oracle::Random;
-use drape_solvers::{Filter, SolveStatus};
+use drape_solvers::{Constraints, Filter};
 
 /// A sheet of 6 × 6 particles with tension, shear and bending springs, pinned at two corners;
-/// `k/m` of the tension springs in 1/s²; `steep` times that beyond 2 %, where there is such a piece.
+/// `stiffness` is `k/m` of the tension springs, 1/s²; `steep` is its factor beyond 2 % of strain,
+/// if any.
 fn sheet(stiffness: f64, law: &str, steep: Option<f64>) -> (System, State) {
     let [shear, bending] = [0.3, 0.1].map(|part| part * stiffness);
     let tension = match steep {
         None => format!(r#""stiffness_over_mass_per_s2": {stiffness}"#),
         Some(ratio) => format!(
-            r#""pieces": [{{ "up_to_strain": 0.02, "stiffness_n_per_m": {} }}, {{ "stiffness_n_per_m": {} }}]"#,
+            r#""pieces": [{{ "up_to_strain": 0.02, "stiffness_n_per_m": {} }},
+                {{ "stiffness_n_per_m": {} }}]"#,
             1e-3 * stiffness,
             1e-3 * stiffness * ratio
         ),
@@ -78,7 +80,7 @@ fn no_pass_raises_the_incremental_potential() {
                     Descent::new(&system, implicit).unwrap_or_else(|error| panic!("{error}"));
                 rhs.freeze(&system, &state, H, None);
                 descent.begin(&system, &state, H, &rhs.explicit_force);
-                // Even from a start that has nothing to do with the motion.
+                // A start that has nothing to do with the motion.
                 let mut v: Vec<Vec3> = state.v.iter().map(|_| random.vector() * 10.0).collect();
                 constraints.impose(&mut v);
                 let tolerance = settings.forcing_term * descent.potential.scale();
@@ -107,7 +109,7 @@ fn no_pass_raises_the_incremental_potential() {
     assert!(passes > 500 && falls > 500, "{falls} of {passes} passes lowered the potential");
 }
 
-/// A direct solve must not end the updates because it takes no iterations.
+/// A direct solve takes no iterations, which must not end the updates.
 #[test]
 fn direct_solves_update_until_the_residual_is_small() {
     let (system, mut state) = sheet(1e4, "full", None);

@@ -1,25 +1,25 @@
-//! Level `n − 1`, and what may spoil it.
+//! Level `n − 1`, and the changes that make it useless.
 
 use super::split_forces::SplitForces;
-use drape_integrator::{History, Implicit};
+use drape_integrator::{History, Implicit, Past};
 use drape_model::{Level, Revisions, State, System, Vec3};
 use drape_solvers::Filter;
 
-/// What a two-step method remembers of level `n − 1`.
+/// Memory of level `n − 1` in a two-step method.
 #[derive(Clone, Debug)]
-pub struct Past {
+pub struct OldLevel {
     /// Time of the level, s.
     time: f64,
     /// Positions and velocities.
     level: History<2>,
     pub(crate) forces: SplitForces,
-    /// Whether `forces` are those of the level as it stands.
+    /// Whether `forces` belong to the level as it is now.
     forces_fit: bool,
-    /// Of the system that the level belongs to.
+    /// Revisions of the system that the level belongs to.
     revisions: Option<Revisions>,
 }
 
-impl drape_integrator::Past for Past {
+impl Past for OldLevel {
     fn copy_from(&mut self, other: &Self) {
         self.time = other.time;
         self.level.copy_from(&other.level);
@@ -28,7 +28,7 @@ impl drape_integrator::Past for Past {
     }
 }
 
-impl Past {
+impl OldLevel {
     pub(crate) fn new(n: usize) -> Self {
         let (level, forces) = (History::new(n, 1), SplitForces::new(n));
         Self { time: 0.0, level, forces, forces_fit: false, revisions: None }
@@ -38,8 +38,8 @@ impl Past {
         self.level.restart();
     }
 
-    /// `ω = h_n/h_{n−1}` for a step of `h` seconds; `None` where there is no past, or that of a system
-    /// with other masses, stiffnesses, damping coefficients or pins.
+    /// `ω = h_n/h_{n−1}` for a step of `h` seconds. `None` without a past, or where masses,
+    /// stiffnesses, damping coefficients or pins have changed.
     pub(crate) fn step_ratio(&self, system: &System, h: f64) -> Option<f64> {
         let fits = !self.level.is_empty() && self.revisions == Some(system.revisions());
         fits.then(|| h / self.level.step(0))
@@ -58,7 +58,7 @@ impl Past {
         }
     }
 
-    /// Brings the forces up to date; returns the number of sweeps over the springs that this took.
+    /// Brings the forces up to date; returns the number of sweeps over the springs.
     pub(crate) fn update_forces(&mut self, system: &System, implicit: Implicit) -> u32 {
         if std::mem::replace(&mut self.forces_fit, true) {
             return 0;
@@ -69,7 +69,8 @@ impl Past {
         SplitForces::SWEEPS
     }
 
-    /// Remembers the level that a step of length `h` is about to leave, with its forces if they are known.
+    /// Remembers the level that a step of `h` seconds is about to leave, with its forces if they
+    /// are known.
     pub(crate) fn remember(
         &mut self,
         system: &System,
@@ -86,9 +87,10 @@ impl Past {
         }
     }
 
-    /// Rewrites the past of a particle whose contact changed. In the constrained directions it has been on
-    /// its way to `(x, v)` with the acceleration `a`, in the free ones where it was. Forces follow, else
-    /// the force across a stiff spring would be extrapolated along another path than the positions.
+    /// Rewrites the past of a particle whose contact changed. In the constrained directions it came
+    /// to `(x, v)` with the acceleration `a`; in the free ones its past stays. Forces are evaluated
+    /// anew, so that a force across a stiff spring is extrapolated along the same path as the
+    /// positions.
     pub(crate) fn meet(&mut self, particle: usize, filter: Filter, (x, v): (Vec3, Vec3), a: Vec3) {
         if filter == Filter::Free {
             return; // a contact that ends changes no velocity
