@@ -1,6 +1,8 @@
 //! Which crate may import which, over `cargo metadata`.
 
 use cargo_metadata::{DependencyKind, MetadataCommand, Package};
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
 
 /// What the methods of a family may import.
 const METHOD: &[&str] = &["drape-model", "drape-solvers", "drape-integrator"];
@@ -257,4 +259,174 @@ fn a_plate_that_runs_something_is_named() {
     let right =
         "use super::facts::Facts;\nuse drape_report::plot::Sheet;\n// super::run is not code";
     assert!(forbidden_paths(right).is_empty());
+}
+
+/// A sample of what the house can be given one more of, and every file that names it.
+///
+/// To add another one touches files of the same kinds. The list may only become shorter.
+struct Sample {
+    what: &'static str,
+    /// How it is called in code.
+    names: &'static [&'static str],
+    /// Beginnings of the paths that are its own.
+    own: &'static [&'static str],
+    /// Files outside that name it.
+    places: &'static [&'static str],
+}
+
+const SAMPLES: [Sample; 4] = [
+    Sample {
+        what: "the method Kang",
+        names: &["kang", "drape_kang", "drape-kang"],
+        own: &["crates/integrators/kang/"],
+        places: &[
+            "Cargo.toml",
+            "benches/src/bin/profile/bound.rs",
+            "crates/harness/Cargo.toml",
+            "crates/harness/src/claims/c07.rs",
+            "crates/harness/src/claims/c13.rs",
+            "crates/harness/src/methods.rs",
+            "crates/harness/src/ordered_tests.rs",
+            "crates/harness/src/studies/course/lessons.rs",
+            "crates/harness/src/studies/course/plates.rs",
+            "crates/harness/src/studies/energy/run/tests.rs",
+            "crates/harness/src/studies/locking/run/mod.rs",
+            "crates/harness/src/studies/locking/run/spring.rs",
+            "crates/harness/src/studies/momentum/run.rs",
+            "crates/harness/src/studies/momentum/run/tests.rs",
+            "crates/harness/src/studies/order/run.rs",
+            "crates/harness/src/studies/scaling/run/bytes.rs",
+            "crates/harness/src/studies/stability/run/mod.rs",
+            "crates/harness/src/studies/work_precision/run/variants.rs",
+            "crates/harness/src/theory/case.rs",
+            "crates/harness/src/theory/forms.rs",
+            "crates/harness/tests/common/mod.rs",
+            "crates/oracle/src/laws.rs",
+            "crates/oracle/src/laws/tests.rs",
+            "crates/report/src/family.rs",
+            "tests/src/lib.rs",
+            "tests/tests/conservation.rs",
+            "tests/tests/contact.rs",
+            "tests/tests/contract.rs",
+            "tests/tests/energy_ledger.rs",
+            "tests/tests/laws.rs",
+            "tests/tests/motion.rs",
+            "tests/tests/order.rs",
+            "tests/tests/recurrence.rs",
+            "tests/tests/threads.rs",
+        ],
+    },
+    Sample {
+        what: "the effect of hinges",
+        names: &["hinge", "hinges", "Hinge", "Hinges", "HingeSpec"],
+        own: &["crates/model/src/effects/hinge.rs"],
+        places: &[
+            "crates/harness/src/claims/meshes.rs",
+            "crates/harness/src/stability.rs",
+            "crates/harness/src/studies/effects/run/additions.rs",
+            "crates/harness/src/studies/effects/run/tests.rs",
+            "crates/harness/src/studies/sheet.rs",
+            "crates/integrator/tests/stencils.rs",
+            "crates/model/src/cloth.rs",
+            "crates/model/src/effects/elements.rs",
+            "crates/model/src/effects/mod.rs",
+            "crates/model/src/effects/registry.rs",
+            "crates/model/src/lib.rs",
+            "crates/model/src/spec.rs",
+            "crates/model/tests/refusals.rs",
+            "crates/model/tests/round_trip.rs",
+            "crates/model/tests/schema.rs",
+            "crates/model/tests/stencils.rs",
+            "crates/oracle/tests/stencils.rs",
+            "tests/src/drape.rs",
+            "tests/tests/no_allocation.rs",
+            "tests/tests/refusals.rs",
+        ],
+    },
+    Sample {
+        what: "the study of scaling",
+        names: &["scaling"],
+        own: &["crates/harness/src/studies/scaling/"],
+        places: &[
+            "crates/harness/src/claims/c13.rs",
+            "crates/harness/src/studies/mod.rs",
+            "crates/harness/tests/common/mod.rs",
+            "crates/harness/tests/common/work.rs",
+            "crates/harness/tests/draw.rs",
+            "crates/model/src/mesh.rs",
+        ],
+    },
+    Sample {
+        what: "claim 7",
+        names: &["C07", "c07", "e07"],
+        own: &["crates/harness/src/claims/c07.rs", "crates/harness/src/studies/claims/run/"],
+        places: &["crates/harness/src/claims/mod.rs"],
+    },
+];
+
+/// Code of the workspace: paths from its root, with their texts.
+fn sources() -> Vec<(String, String)> {
+    fn walk(folder: &Path, files: &mut Vec<PathBuf>) {
+        for entry in std::fs::read_dir(folder).expect("a folder of the workspace") {
+            let path = entry.expect("an entry").path();
+            let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+            if path.is_dir() && name != "target" && !name.starts_with('.') {
+                walk(&path, files);
+            } else if name.ends_with(".rs") || name == "Cargo.toml" {
+                files.push(path);
+            }
+        }
+    }
+    let root = drape_tests::equations::root();
+    let mut files = vec![root.join("Cargo.toml")];
+    ["crates", "benches", "tests"].iter().for_each(|room| walk(&root.join(room), &mut files));
+    let read = |path: PathBuf| {
+        let text = std::fs::read_to_string(&path).expect("a readable file");
+        let name = path.strip_prefix(&root).expect("below the root").display().to_string();
+        (name, text)
+    };
+    files.into_iter().map(read).collect()
+}
+
+impl Sample {
+    /// Files that name it and are not its own.
+    fn found<'a>(&self, sources: &'a [(String, String)]) -> BTreeSet<&'a str> {
+        let is_name = |word: &str| self.names.contains(&word);
+        let names_it = |text: &str| {
+            text.split(|c: char| !(c.is_alphanumeric() || "_-".contains(c))).any(is_name)
+        };
+        let is_foreign = |path: &str| {
+            path != THIS && !self.own.iter().any(|beginning| path.starts_with(beginning))
+        };
+        let files = sources.iter().filter(|(path, text)| is_foreign(path) && names_it(text));
+        files.map(|(path, _)| path.as_str()).collect()
+    }
+}
+
+/// This file names the samples themselves.
+const THIS: &str = "tests/tests/architecture.rs";
+
+/// One more method, effect, study or claim touches no more places than today.
+#[test]
+fn the_places_that_a_new_member_touches_do_not_grow() {
+    let sources = sources();
+    for sample in &SAMPLES {
+        let found = sample.found(&sources);
+        let listed: BTreeSet<&str> = sample.places.iter().copied().collect();
+        let new: Vec<_> = found.difference(&listed).collect();
+        assert!(new.is_empty(), "{}: every one of its kind would touch {new:?} too", sample.what);
+        let gone: Vec<_> = listed.difference(&found).collect();
+        assert!(gone.is_empty(), "{}: take off the list: {gone:?}", sample.what);
+    }
+}
+
+/// The scan sees a file that names a sample, and only as a whole word.
+#[test]
+fn a_new_place_is_found() {
+    let source = |text: &str| vec![("crates/new.rs".to_owned(), text.to_owned())];
+    let method = &SAMPLES[0];
+    for text in ["Choice::parse(\"kang:sweeps=8\", &[])", "use drape_kang::METHOD;"] {
+        assert_eq!(method.found(&source(text)).len(), 1, "{text}");
+    }
+    assert!(method.found(&source("let kangaroo = 1;")).is_empty());
 }
