@@ -43,7 +43,10 @@ pub enum HarnessError {
     #[error(transparent)]
     Record(#[from] RecordError),
     /// Another process writes results there.
-    #[error("{}: another process is writing results there; wait for it or choose another folder with --out", folder.display())]
+    #[error(
+        "{}: another process is writing results there; wait for it or choose another folder with --out",
+        folder.display()
+    )]
     Busy {
         /// The folder.
         folder: PathBuf,

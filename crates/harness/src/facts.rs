@@ -1,4 +1,4 @@
-//! Do facts still hold? Compares freshly computed records with committed ones.
+//! Compares the facts of freshly computed records with those of committed ones.
 
 use crate::{HarnessError, studies};
 use drape_report::Record;
@@ -10,7 +10,8 @@ use std::path::Path;
 
 /// Relative tolerance for numbers that passed through a library's factorisation.
 const LIBRARY_TOLERANCE: f64 = 1e-9;
-/// Slopes between logarithms of small errors, and errors over a power of the step, magnify such differences.
+/// Slopes between logarithms of small errors, and errors over a power of the step, magnify
+/// differences.
 const MAGNIFIED: [&str; 2] = ["order", "error_constant"];
 const MAGNIFIED_TOLERANCE: f64 = 1e-6;
 /// Integers of such cells may differ with the machine; they are recorded, not compared.
@@ -30,7 +31,7 @@ const MACHINE_COUNTS: [&str; 13] = [
     "work_sweeps",
 ];
 
-/// Two ways to blow up: which of them a run takes, whether a number leaves its range within the time, is up to the last bit.
+/// Two ways to blow up. The last bit decides which of them a run takes.
 const BLOWN_UP: [&str; 2] = ["unstable", "diverged"];
 
 /// A fact that no longer holds.

@@ -1,9 +1,9 @@
 //! What an interrupted run has finished.
 //!
-//! While an experiment runs, each finished cell is a line of a file under `.unfinished/` in the folder of the
-//! results: written whole, by one call, as soon as the cell is done. A run that is killed at any moment leaves complete
-//! lines and at most one torn one, which is cut off when the file is opened again. What such a file holds is taken up
-//! only by the same program: its first line carries the SHA-256 of the executable.
+//! While an experiment runs, each finished cell becomes a line of a file under `.unfinished/` in the
+//! folder of the results, written by one call as soon as the cell is done. A run that is killed
+//! leaves complete lines and at most one torn line, which the next run cuts off. Only the same
+//! program takes the file up: its first line carries the SHA-256 of the executable.
 
 use crate::{HarnessError, sha256};
 use drape_report::RecordError;
@@ -55,8 +55,8 @@ impl Unfinished {
     /// Takes up what is unfinished in the folder `out`, or forgets it if `fresh`.
     ///
     /// # Errors
-    /// [`HarnessError::Busy`] while another process works there; [`HarnessError::Record`] when the folder cannot be
-    /// made or read.
+    /// [`HarnessError::Busy`] while another process works there; [`HarnessError::Record`] when the
+    /// folder cannot be made or read.
     pub fn enter(out: &Path, fresh: bool) -> Result<Self, HarnessError> {
         let folder = out.join(FOLDER);
         std::fs::create_dir_all(&folder).map_err(io(&folder, "write"))?;
@@ -80,7 +80,8 @@ impl Unfinished {
         Ok(unfinished)
     }
 
-    /// The journal of an experiment: that of the interrupted run, if it was made by this program for the same cells.
+    /// The journal of an experiment. It is that of the interrupted run if this program made it for
+    /// the same cells.
     ///
     /// # Errors
     /// [`HarnessError::Record`] when the file cannot be read or written.
@@ -89,7 +90,7 @@ impl Unfinished {
         Journal::open(&self.folder.join(format!("{experiment}.jsonl")), &head)
     }
 
-    /// Removes the journals of experiments whose records and pages are written, and the folder when none is left.
+    /// Removes the journals of experiments whose records and pages are written, and the empty folder.
     ///
     /// # Errors
     /// [`HarnessError::Record`] when a file cannot be removed.
@@ -243,7 +244,7 @@ mod tests {
         assert_eq!((again.cells(), cells(&again)), (3, (first.0, 0)));
     }
 
-    /// Wherever a kill cuts the file, what was whole is kept, and the file is whole again afterwards.
+    /// Wherever a kill cuts the file, whole lines are kept, and the file is whole again afterwards.
     #[test]
     fn a_torn_line_is_cut_off_and_its_cell_computed_again() {
         let folder = tempfile::tempdir().unwrap();

@@ -131,7 +131,7 @@ impl Choice {
         &self.settings
     }
 
-    /// Id with all settings, as [`parse`](Self::parse) reads it; without the split where it is the default, which only
+    /// Id with all settings, as [`parse`](Self::parse) reads it. The default split is left out: only
     /// springs of several slopes notice.
     pub fn full_id(&self) -> String {
         let is_told = |(key, value): &(&'static str, &str)| {

@@ -10,12 +10,13 @@ use drape_model::{
 use std::borrow::Cow;
 use std::num::NonZero;
 
-/// A simulation of a frozen system that computes in the order that suits the cache, and hands out everything in the
+/// A simulation that computes in the order that suits the cache, and hands out everything in the
 /// order of the specification.
 ///
-/// Energies and momenta are sums over the particles; another order changes them by round-off. Where the order as given
-/// is good ([`Numbering`] has the rule) or part of the result ([`Choice::follows_springs`]), it is kept, and a run is
-/// that of a [`Runner`] on the system as given, bit for bit.
+/// Energies and momenta are sums over the particles, so another order changes them by round-off.
+/// The given order is kept where it is good ([`Numbering`] has the rule) or part of the result
+/// ([`Choice::follows_springs`]). Then a run equals that of a [`Runner`] on the given system, bit
+/// for bit.
 ///
 /// ```
 /// use drape_harness::{OrderedSimulation, methods::Choice};
@@ -46,7 +47,7 @@ pub struct Moving<'a> {
 }
 
 impl<'a> Moving<'a> {
-    /// The state in the order of the specification; a copy only where that is not the order of the run.
+    /// The state in the order of the specification; copied only if the run has another order.
     pub fn state(&self) -> Cow<'a, State> {
         self.numbering.restore(self.state)
     }
@@ -66,7 +67,7 @@ impl<'a> Moving<'a> {
         self.state.is_finite()
     }
 
-    /// The positions to be drawn ([`System::display_positions`]), m, in the order of the specification.
+    /// Positions to draw ([`System::display_positions`]), m, in the order of the specification.
     pub fn display_positions(&self) -> Vec<Vec3> {
         let shown = self.system.display_positions(&self.state.x, self.state.t);
         self.numbering.restore_list(&shown).into_owned()
@@ -89,13 +90,13 @@ pub struct Peak {
     start: Option<f64>,
 }
 
-/// Rise of the total energy over the kinetic energy above which a state is one of a run that blows up: it moves by energy that
-/// came from nowhere.
+/// A run blows up once its total energy has risen by more than this share of its kinetic energy.
 const BLOWN: f64 = 0.5;
 
 impl Peak {
-    /// Of a run that may blow up, what it did before: states whose total energy lies above that of the start, `energy` J, by more
-    /// than half of their kinetic energy are left out. Says nothing where pins, obstacles or a wind do work.
+    /// The peak before a blow-up. It leaves out states whose total energy exceeds that of the start,
+    /// `energy` J, by more than half of their kinetic energy. It means nothing where pins, obstacles
+    /// or wind do work.
     pub fn before_a_rise_above(energy: f64) -> Self {
         Self { start: Some(energy), ..Self::default() }
     }
@@ -129,7 +130,8 @@ impl OrderedSimulation {
         Ok(Self { simulation: Simulation { system, state }, numbering, choice: choice.clone() })
     }
 
-    /// Lets the kernels use so many threads of the current `rayon` pool; results do not depend on it.
+    /// Sets the number of threads of the current `rayon` pool that kernels use. Results do not
+    /// depend on it.
     pub fn set_threads(&mut self, threads: NonZero<usize>) {
         self.simulation.system.set_threads(threads);
     }
@@ -160,8 +162,8 @@ impl OrderedSimulation {
         Rule::of(self.choice.method().class, &self.simulation.system)
     }
 
-    /// Rise of the total energy that may be round-off, J: by the size of the energies of the springs and by the forces at the
-    /// present state times the distances from the origin.
+    /// Rise of the total energy that may be round-off, J. It grows with the energies of the springs,
+    /// and with the present forces times the distances from the origin.
     pub fn energy_round_off(&self) -> f64 {
         let Simulation { system, state } = &self.simulation;
         let mut work = 0.0;
@@ -187,15 +189,16 @@ impl OrderedSimulation {
         free.filter(|(x, _)| is_inside(x)).count()
     }
 
-    /// Whether a step of so many seconds is within the limits of the effects that the method takes at the old time level, whatever
-    /// the state: where a cheap bound tells so.
+    /// Whether a cheap bound shows that the step is within the limits of the method's explicit
+    /// effects, whatever the state.
     pub fn surely_allows(&self, step_s: f64) -> bool {
         let (method, settings) = (self.choice.method(), self.choice.settings());
         let is_explicit = |effect: &dyn Effect| method.is_explicit(effect, settings);
         ExplicitNumbers::surely_allow(&self.simulation.system, &is_explicit, step_s)
     }
 
-    /// What limits the step of the effects that the method takes at the old time level, at the present state.
+    /// Limits of the step by the effects that the method takes at the old time level, at the present
+    /// state.
     pub fn explicit_numbers(&self) -> ExplicitNumbers {
         self.explicit_numbers_at(&self.simulation.state)
     }
@@ -211,7 +214,7 @@ impl OrderedSimulation {
         ExplicitNumbers::new(&self.simulation.system, state, &is_explicit)
     }
 
-    /// Makes a run; `set` says what the [`Runner`] records and what looks on.
+    /// Makes a run; `set` adds records and observers to the [`Runner`].
     ///
     /// # Errors
     /// As [`Runner::go`].

@@ -42,7 +42,7 @@ fn cpu() -> String {
     cpu_name(&info).unwrap_or_else(|| std::env::consts::ARCH.to_owned())
 }
 
-/// The name of the first processor in `/proc/cpuinfo`, with the numbers that tell generations of the same name apart.
+/// Name of the first processor in `/proc/cpuinfo`, with the numbers that distinguish generations.
 fn cpu_name(info: &str) -> Option<String> {
     let value = |key: &str| {
         info.lines().find_map(|line| {

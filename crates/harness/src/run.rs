@@ -52,14 +52,14 @@ pub struct Outcome {
     pub series: Vec<Sample>,
     /// Set if the run diverged.
     pub divergence: Option<Divergence>,
-    /// What the steps cost, in visits of a spring (some 5 ns each): counted, not timed, so that it is the same on
-    /// every machine that takes the same steps.
+    /// Counted cost of the steps, in visits of a spring. It is the same on every machine that takes
+    /// the same steps.
     pub effort: f64,
     /// Whether the run ended because its effort reached the limit.
     pub is_over_budget: bool,
 }
 
-/// One moment of a run: the end of a step.
+/// The end of a step, as observers of a run see it.
 #[derive(Debug)]
 pub struct Moment<'a> {
     /// Number of completed steps.
@@ -127,7 +127,7 @@ impl Bounds {
             high = high.sup(x);
         }
         let size = (high - low).norm();
-        // A single particle, or all in one place: there is no size, so a metre is taken.
+        // A single particle, or all in one place, has no size: take a metre.
         let size = if size > 0.0 { size } else { 1.0 };
         Self { center: (low + high) * 0.5, reach: FAR * size }
     }
@@ -140,14 +140,15 @@ impl Bounds {
         let particles = state.x.iter().enumerate().filter(|(_, x)| outside(x));
         particles.map(|(particle, _)| numbering.given(particle)).min().map(|particle| {
             format!(
-                "particle {particle} is farther than {:.3e} m (1000 scene sizes) from the centre of the start",
+                "particle {particle} is farther than {:.3e} m (1000 scene sizes) from the centre \
+                 of the start",
                 self.reach
             )
         })
     }
 }
 
-/// What a refused matrix is called. It names a row, which may be that of a particle or of a coordinate.
+/// The message for a refused matrix. Its row may be that of a particle or of a coordinate.
 fn refusal(error: &StepError, numbering: &Numbering) -> String {
     if numbering.is_identity() {
         error.to_string()
@@ -186,8 +187,8 @@ fn is_finite(sample: &Sample) -> bool {
     sample.energy_j.values().chain(momenta).all(|value| value.is_finite())
 }
 
-/// What the steps of a run cost, in visits of a spring: sweeps over the springs and products with the matrix by their
-/// length, factorisations by the fill-in of a planar mesh (`n^1.5`; Newton's matrix has 3×3 blocks).
+/// Counted cost of the steps of a run, in visits of a spring. Sweeps and products count by their
+/// length, factorisations by the fill-in of a planar mesh, `n^1.5` (Newton's matrix has 3×3 blocks).
 fn effort(totals: &Totals, steps: u64, particles: f64, springs: f64) -> f64 {
     let planar = particles * particles.sqrt();
     totals.force_evaluations as f64 * (springs + particles)
@@ -211,7 +212,7 @@ enum Source<'a> {
     Caller(&'a mut dyn Integrator),
 }
 
-/// A run to be made: a method, its steps, what ends it and what looks on.
+/// A run to be made: its method, its steps, its budget and its observers.
 ///
 /// ```
 /// use drape_harness::{Runner, Simulation, methods::Choice};
@@ -296,7 +297,7 @@ impl<'a> Runner<'a> {
         Self { budget: effort.into(), ..self }
     }
 
-    /// Counts the steps that raise the energy, beside the energy `E_ref` that the scene sets free, J.
+    /// Counts the steps that raise the energy by more than round-off, given `E_ref`, J.
     pub(crate) fn reference(self, energy: impl Into<Option<f64>>) -> Self {
         Self { reference: energy.into(), ..self }
     }
@@ -402,7 +403,7 @@ impl<'a> Runner<'a> {
             let begin = Instant::now();
             let report = match integrator.step(system, state, h, &mut clock) {
                 Ok(report) => report,
-                // Blow-up is a result: the numbers have left the range in which a matrix can be set up.
+                // Blow-up is a result: no matrix can be set up from such numbers.
                 Err(error @ StepError::Solver(_)) => {
                     let criterion = refusal(&error, numbering);
                     outcome.divergence = Some(Divergence { step, time: state.t, criterion });
@@ -433,7 +434,7 @@ impl<'a> Runner<'a> {
             observers.iter_mut().for_each(|observe| observe(&moment));
             let time = state.t;
             if let Some(last) = &mut last_finite {
-                // What is recorded must be readable again: JSON knows no infinity.
+                // JSON knows no infinity: keep the last state that can be read again.
                 if state.is_finite() { last.copy_from(state) } else { state.copy_from(last) }
             }
             if let Some(criterion) = divergence {

@@ -1,13 +1,13 @@
-//! What changes on the way of a run: the step size, the stiffness.
+//! Step sizes and stiffness over a run.
 
 use drape_model::{SpringEffect, System, TimeSpan, Vec3};
 
 /// A change of all springs' stiffness from outside.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Change {
-    /// When it happens, s from the start; the step that begins next to it is the first with the new stiffness.
+    /// Time from the start, s. The step that begins next to it is the first with the new stiffness.
     pub(crate) time_s: f64,
-    /// What the stiffness is multiplied by; positive.
+    /// Factor of the stiffness; positive.
     pub(crate) factor: f64,
 }
 

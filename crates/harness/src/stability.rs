@@ -1,23 +1,25 @@
 //! Verdicts on stability, by energy.
 //!
-//! A run is judged by its total energy `H_n` (kinetic and potential, less the work that changes
-//! of the system from outside have done) against `E_ref`, the energy that the scene sets free:
-//! `max(H_0 − min U, max T)` over a [reference trajectory](reference_energy). Boundedness of the positions alone is no
-//! test: the part of a spring's force that is taken explicitly is bounded, so unstable runs saturate.
+//! A run is judged by its total energy `H_n`: kinetic and potential, less the work that changes of
+//! the system from outside have done. The measure is `E_ref`, the energy that the scene sets free:
+//! `max(H_0 − min U, max T)` over a [reference trajectory](reference_energy). Bounded positions
+//! prove nothing: the explicit part of a spring's force is bounded, so unstable runs saturate.
 //!
 //! | rule | stable | marginal | unstable |
 //! |---|---|---|---|
 //! | [`Rule::Dissipative`] | `max(H_n − H_0) ≤ 0.02 E_ref` | up to `0.5 E_ref` | above |
-//! | [`Rule::Symplectic`] | `max abs(H_n − H_0) ≤ 0.5 E_ref` and secular slope times duration at most `0.05 E_ref` | the former only | neither |
+//! | [`Rule::Symplectic`] | `max abs(H_n − H_0) ≤ 0.5 E_ref`, secular drift ≤ `0.05 E_ref` | the former only | neither |
 //!
-//! The symplectic rule is for methods of that [class](StabilityClass) where nothing dissipates, neither damping nor
-//! contacts: their energy oscillates with the step size, but must not drift. The secular slope is that of the
-//! straight line through the energies of the last half of the run. Pins on paths do work, which no method
-//! tells; while they move the scene is not closed, nor while obstacles move on paths or a wind blows on the cloth. There
-//! the energy is watched from the end of the step in which the last of them has come to rest, the pins' own kinetic
-//! energy left out, and `H_0` is the energy there: what a method takes in too much before that is not seen, unless it gets
-//! out of it later. A scene that is open to its end is `open`, and not judged. A run that [diverges](crate::Divergence) is
-//! `diverged`, whatever the rule.
+//! The symplectic rule is for methods of that [class](StabilityClass) where neither damping nor
+//! contacts dissipate: the energy may oscillate with the step size, but must not drift. The secular
+//! drift is the slope of the straight line through the energies of the last half of the run, times
+//! the duration.
+//!
+//! Moving pins, moving obstacles and wind do work that no method reports. While they act the scene
+//! is not closed, and nothing is judged. The watch starts at the end of the step in which the last
+//! of them comes to rest: `H_0` is the energy there, without the kinetic energy of the pins. Energy
+//! that a method gained before is not seen unless it gains more. A scene that is open to its end is
+//! `open`. A run that [diverges](crate::Divergence) is `diverged`, whatever the rule.
 
 use crate::HarnessError;
 use crate::methods::Choice;
@@ -32,10 +34,10 @@ const MARGINAL: f64 = 0.5;
 const SECULAR: f64 = 0.05;
 /// Fraction of the stability limit at which the reference runs.
 const SAFETY: f64 = 0.25;
-/// A rise of the energy by less than this fraction of `E_ref` and by less than round-off is none.
+/// A step raises the energy if it adds more than this fraction of `E_ref` and more than round-off.
 const RISE: f64 = 1e-9;
 const ROUND_OFF: f64 = 1e-14;
-/// Part of a step by which it may begin too early for the end of a path: round-off of a sum of steps.
+/// A step that begins this part of a step before a path ends begins at its end: round-off.
 const EARLY: f64 = 1e-6;
 
 /// How the energy of a run is judged.
@@ -71,11 +73,11 @@ pub struct Energy {
     pub swing: f64,
     /// Slope of the straight line through the last half, times the duration, J.
     pub drift: f64,
-    /// Steps that raised it by more than round-off; 0 where no reference energy was given to count against.
+    /// Steps that raised it by more than round-off; 0 without a reference energy.
     pub rises: u64,
-    /// Greatest allowance for round-off of the energy that was made in counting them, J.
+    /// Greatest allowance for round-off in that count, J.
     pub round_off: f64,
-    /// Energy that was set free: the greatest of `H_0 − U_n` and of the kinetic energy, J.
+    /// Energy that was set free, J: the greatest of `H_0 − U_n` and of the kinetic energy.
     pub released: f64,
     /// Whether energy could flow in from outside until the end, so that nothing was watched.
     pub is_open: bool,
@@ -132,7 +134,7 @@ impl Line {
     }
 }
 
-/// What round-off of the energy is measured by.
+/// Measures of the round-off of the energy.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Springs {
     /// `½ Σ k ℓ²`, J.
@@ -164,13 +166,14 @@ impl Springs {
     }
 }
 
-/// What round-off may add to an energy, J, where `energy` is there besides that of the springs.
+/// Allowance for round-off of a total energy, J: that of the springs, and `energy` besides.
 pub(crate) fn round_off(system: &System, energy: f64) -> f64 {
     ROUND_OFF * (Springs::of(system).rest_energy + energy)
 }
 
 impl Watch {
-    /// Begins at the start of a run of `duration` seconds. `reference` is `E_ref`, J, where rises are to be counted.
+    /// Begins at the start of a run of `duration` seconds. `reference` is `E_ref`, J; without it
+    /// rises are not counted.
     pub(crate) fn new(simulation: &Simulation, duration: f64, reference: Option<f64>) -> Self {
         let Simulation { system, state } = simulation;
         let kinetic = system.kinetic_energy(&state.v);
@@ -187,7 +190,7 @@ impl Watch {
         watch
     }
 
-    /// Whether there is a wind on the cloth: its drag pushes even what is at rest. A drag that does not takes energy alone.
+    /// Whether wind pushes the cloth. Still air only takes energy; wind pushes even a cloth at rest.
     fn blows(&mut self, system: &System, state: &State) -> bool {
         if self.push.is_empty() {
             return false;
@@ -232,7 +235,7 @@ impl Watch {
 }
 
 impl Track {
-    /// Begins where the energies, J, are kinetic, potential and the work of changes from outside so far.
+    /// Begins with the kinetic and potential energy and the work from outside so far, J.
     fn new([kinetic, potential, work]: [f64; 3], duration: f64, reference: Option<f64>) -> Self {
         let start = kinetic + potential - work;
         Self {
@@ -263,7 +266,7 @@ impl Track {
         self.energy.rises += u64::from(total > self.last + RISE * self.reference + round_off);
         self.last = total;
         if elapsed >= 0.5 * self.duration {
-            // Counted from the middle of the half, where the sums lose fewest digits.
+            // Time counts from the middle of the half, where the sums lose fewest digits.
             self.line.add(elapsed - 0.75 * self.duration, gain);
         }
     }
@@ -278,16 +281,17 @@ impl Track {
     }
 }
 
-/// What the true motion of a scene does with its energy.
+/// Energies of the true motion of a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Reference {
     /// `E_ref`, J.
     pub(crate) energy: f64,
-    /// What contacts that push out add to the total energy, J.
+    /// Energy that contacts add by pushing out, J.
     pub(crate) gain: f64,
 }
 
-/// Bounds of the eigenvalues of `M⁻¹L_k` (1/s²) and `M⁻¹L_c` (1/s): by Gershgorin, twice the largest row sums.
+/// Bounds of the eigenvalues of `M⁻¹L_k`, 1/s², and `M⁻¹L_c`, 1/s: by Gershgorin, twice the
+/// largest row sums.
 pub(crate) fn gershgorin(system: &System) -> (f64, f64) {
     let mut rows = vec![(0.0_f64, 0.0_f64); system.len()];
     Implicit::Springs.visit_weights(system, &mut |i, j, k, c| {
@@ -299,8 +303,8 @@ pub(crate) fn gershgorin(system: &System) -> (f64, f64) {
     rows.iter().fold((0.0, 0.0), |(k, c), row| (row.0.max(k), row.1.max(c)))
 }
 
-/// From symplectic Euler well below its stability limit, which follows the true motion and has the same bits on
-/// every machine. Its steps are those of `schedule` without pattern, only shorter.
+/// The energies of the true motion: symplectic Euler well below its stability limit, with the same
+/// bits on every machine. It takes the changes of `schedule` and shorter steps of one length.
 ///
 /// # Errors
 /// As [`Runner::count`].

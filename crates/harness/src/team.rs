@@ -8,16 +8,17 @@ use std::thread::yield_now;
 
 /// Threads of its own for the steps of one run, or none where the caller's is enough.
 ///
-/// On Linux, a team of as many threads as there are processors that the process may use keeps each thread on one of them. Left
-/// alone, the scheduler may let two of them take turns on one processor, beside an idle one: for a tenth of a second after a
-/// pause, or for a whole run of short sweeps. Smaller teams are left alone: other programs, and other runs, want processors too.
-/// Threads that the work itself starts inherit the processor of the thread that starts them.
+/// On Linux, a team with a thread for each processor of the process keeps each thread on one of
+/// them. Otherwise the scheduler may let two threads take turns on one processor beside an idle one,
+/// for a tenth of a second after a pause or for a whole run of short sweeps. Smaller teams are free
+/// to move, since other programs want processors too. Threads that the work itself starts inherit
+/// the processor of their parent.
 #[derive(Debug)]
 pub struct Team(Option<ThreadPool>);
 
 impl Team {
-    /// So many threads, the one that works through the run included, for a cloth of so many particles. A small cloth needs no
-    /// other thread.
+    /// A team of `threads`, the caller included, for a cloth of so many particles. A small cloth
+    /// needs no other thread.
     ///
     /// # Errors
     /// When the operating system refuses a thread.
@@ -36,8 +37,8 @@ impl Team {
         builder.build().map(Some).map(Self)
     }
 
-    /// Does `work` with these threads. All stay awake until it is done: a thread that finds no band looks for one again and again,
-    /// and leaves its processor to whoever else wants it.
+    /// Does `work` with these threads. All stay awake until it is done: a thread without a band keeps
+    /// looking for one, and yields its processor in between.
     pub fn run<T: Send>(&mut self, work: impl FnOnce() -> T + Send) -> T {
         match &self.0 {
             None => work(),
@@ -46,10 +47,10 @@ impl Team {
     }
 }
 
-/// Does `work` on the current pool, which does nothing else, while its other threads look for jobs.
+/// Does `work` on the current pool while its other threads look for jobs.
 ///
-/// All others have begun to look before the work begins. One that began later might do so while it waits within a job, and the
-/// work for that job.
+/// All others look before the work begins. A thread that began later could do so inside a job, while
+/// the work waits for that job.
 fn awake<T>(work: impl FnOnce() -> T) -> T {
     /// Tells the others that the work is over, also where it panicked.
     struct End<'a>(&'a AtomicBool);
@@ -92,7 +93,7 @@ mod processors {
         if all.len() == count { all } else { Vec::new() }
     }
 
-    /// Keeps the calling thread on one processor. Without that it only computes more slowly, so that a refusal is no error.
+    /// Keeps the calling thread on one processor. A refusal only costs time, so it is no error.
     pub(super) fn keep_to(processor: usize) {
         let mut set = CpuSet::new();
         set.set(processor);

@@ -1,8 +1,8 @@
-//! What theory says about a method on a case: from the scene and the settings alone, without a look at the run.
+//! What theory says about a method on a case, from the scene and the settings alone.
 //!
-//! Most rules were written before the methods ran here. Those of the secant method, of explicit springs beside
-//! Baraff-Witkin and the two-step methods, and of drag in divided steps of leapfrog, were derived after the first runs had failed: where they agree, they
-//! explain, they do not predict.
+//! Most rules were written before the methods ran here. Three were derived after first runs had
+//! failed, so they explain and do not predict: the secant method, explicit springs beside
+//! Baraff-Witkin and the two-step methods, and drag in divided steps of leapfrog.
 
 use super::linear::{Factors, Linear, Problem, Weights};
 use crate::studies::hard_cases::facts::{Expected, NOTHING_MOVES};
@@ -150,7 +150,7 @@ const BESIDE_EXPLICIT: Factors = Factors {
     ..Factors::ONE_STEP
 };
 
-/// Methods whose implicit springs have their own tangent in the matrix, with explicit springs beside them.
+/// Methods with the tangent of their implicit springs in the matrix and explicit springs beside them.
 fn beside_explicit(problem: &Problem<'_>, implicit: Implicit) -> Expectation {
     match problem.analyse(Some(implicit), &BESIDE_EXPLICIT) {
         Linear::Nowhere => unstable(
@@ -204,8 +204,8 @@ pub(super) fn kang(_: &Problem<'_>) -> Expectation {
     no_theorem("two Jacobi sweeps are stable for springs of rest length 0 only")
 }
 
-/// Its force `−k (1 − ℓ/L_n) d_{n+1}` is implicit in the secant stiffness only: what `L_n` adds along the spring is
-/// explicit, and near the rest length that is all. The damping is centred.
+/// Its force `−k (1 − ℓ/L_n) d_{n+1}` is implicit in the secant stiffness only. Along the spring,
+/// `L_n` adds an explicit part, which is everything near the rest length. The damping is centred.
 const SECANT: Factors = Factors {
     implicit: Weights { tangent: -1.0, secant: 2.0, ..Weights::NONE },
     ..Factors::ONE_STEP

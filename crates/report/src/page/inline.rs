@@ -12,7 +12,7 @@ pub(super) struct Span {
     text: String,
 }
 
-/// Cuts a sentence of a record at `**strong**` and `` `code` ``; a mark without its partner is text.
+/// Splits a sentence at `**strong**` and `` `code` ``; a mark without its partner is text.
 pub(super) fn spans(text: &str) -> Vec<Span> {
     let mut spans = Vec::new();
     let mut rest = text;
@@ -44,7 +44,7 @@ pub(super) fn spans_value(text: String) -> Value {
     Value::from(Serde(spans(&text)))
 }
 
-/// The name of the place of a figure or a section: its file's or its own name without what ids must not hold.
+/// The id of a figure or a section: its name without the characters that ids must not hold.
 pub(super) fn slug(name: &str) -> String {
     let name = name.strip_suffix(".svg").unwrap_or(name);
     name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect()
@@ -58,7 +58,7 @@ const WORDS: [(&str, &[&str]); 4] = [
     ("idle", &["refused", "not applicable", "over budget", "–"]),
 ];
 
-/// The class of a cell, by the verdict that it states or by the sign behind its number; empty for any other.
+/// The class of a cell, by its verdict or the sign behind its number; empty for any other.
 pub(super) fn verdict(text: String) -> &'static str {
     let word = text.trim_matches('*').trim();
     let known = WORDS.iter().find(|(_, words)| words.contains(&word));
@@ -70,8 +70,8 @@ pub(super) fn verdict(text: String) -> &'static str {
     }
 }
 
-/// A drawing as part of a page: its title and description get ids of their own, so that there may be several, and its
-/// numbers lose the digits that binary fractions add.
+/// A drawing as part of a page. Its title and description get ids of their own, since a page holds
+/// several; its numbers lose the digits that binary fractions add.
 pub(super) fn inlined(svg: &str, slug: &str) -> String {
     let mut text = svg.trim().to_owned();
     for (from, to) in [
@@ -85,7 +85,7 @@ pub(super) fn inlined(svg: &str, slug: &str) -> String {
     text.replace(" opacity=\"1\"", "").replace("15.000000000000002", "15")
 }
 
-/// A picture as a drawing that holds it, with title and description; a page that holds the drawing needs no other file.
+/// A drawing that embeds a picture, with title and description.
 pub(super) fn picture(png: &[u8], [title, description]: [&str; 2]) -> String {
     // Width and height stand at the beginning of the first chunk.
     let side = |at: usize| {

@@ -61,7 +61,7 @@ pub enum Shade {
 }
 
 impl Shade {
-    /// Lighter than those of curves, so that letters can be read on them; told apart by their letters too.
+    /// Lighter than the colours of curves, so that letters can be read on them.
     fn colour(self) -> RGBColor {
         match self {
             Self::Good => RGBColor(0xa6, 0xdc, 0xc6),

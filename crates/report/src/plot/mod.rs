@@ -164,13 +164,13 @@ pub enum At {
     },
 }
 
-/// A horizontal bar from x = 0, cut into parts: to the right those of positive length, to the left the others.
+/// A horizontal bar from x = 0 in parts: positive lengths to the right, negative ones to the left.
 pub struct Bar {
     /// Middle of the bar on the y axis; its thickness is 0.64.
     pub y: f64,
     /// Label in the legend, fill and length of each part.
     pub parts: Vec<(&'static str, Fill, f64)>,
-    /// A bar that is longer than this on either side is drawn shorter, all its parts alike; the numbers in it are true.
+    /// A bar that is longer than this on either side is drawn to this length; its numbers stay true.
     pub reach: f64,
     /// Text behind its right end.
     pub end: String,
