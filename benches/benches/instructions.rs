@@ -20,8 +20,8 @@ use std::process::{Command, ExitCode};
 const TOLERANCE: f64 = 0.02;
 /// Names the kernel for a run under Callgrind.
 const KERNEL: &str = "DRAPE_KERNEL";
-/// Lets the C library fill and copy memory by vectors. Callgrind counts an instruction for each byte
-/// of `rep stosb`, and the compiler alone decides whether a loop becomes a call that uses it.
+/// Lets the C library fill and copy memory by vectors. Callgrind counts an instruction for each
+/// byte of `rep stosb`, and the compiler alone decides whether a loop becomes a call that uses it.
 const VECTORS: &str = "glibc.cpu.x86_rep_stosb_threshold=1000000000:\
                        glibc.cpu.x86_rep_movsb_threshold=1000000000";
 const SIDE: u32 = 52;

@@ -16,10 +16,11 @@ pub struct Drape {
     pub speed: f64,
 }
 
-/// Runs the bundled scene `drape-test` with this flexural rigidity (N m), method and step (s) for so many seconds.
+/// Runs the bundled scene `drape-test` with this flexural rigidity (N m), method and step (s) for
+/// so many seconds.
 ///
-/// Between equilateral triangles hinges of stiffness `k` give a rigidity of `3 k`: a sheet of curvature `κ` along any direction
-/// has the energy `½ (3 k) κ²` over its area.
+/// Between equilateral triangles hinges of stiffness `k` give a rigidity of `3 k`: a sheet of
+/// curvature `κ` along any direction has the energy `½ (3 k) κ²` over its area.
 ///
 /// # Panics
 /// When the scene or the method is refused.

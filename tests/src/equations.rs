@@ -1,5 +1,5 @@
-//! The index from the paper's equations to the items of the code that implement them, collected from their
-//! `#[doc(alias = "EEH …")]` attributes.
+//! The index from the paper's equations to the items of the code that implement them, collected
+//! from their `#[doc(alias = "EEH …")]` attributes.
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -51,8 +51,8 @@ pub fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// Every aliased item of the methods and of what they share. The oracle is left out: it restates equations in order to check
-/// them.
+/// Every aliased item of the methods and of what they share. The oracle is left out: it restates
+/// equations in order to check them.
 ///
 /// # Errors
 /// When a source file cannot be read.

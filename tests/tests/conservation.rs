@@ -32,7 +32,8 @@ const TIGHT: [&str; 23] = [
     "imex-cnlf:forcing_term=1e-14",
 ];
 
-/// The implicit ones at `θ` about 10⁴. A residual would be seen there: what is linear is solved directly.
+/// The implicit ones at `θ` about 10⁴. A residual would be seen there: what is linear is solved
+/// directly.
 const STIFF: [&str; 12] = [
     "backward-euler:residual=1e-16",
     "bdf2:residual=1e-16",
@@ -48,8 +49,8 @@ const STIFF: [&str; 12] = [
     "imex-mcnab2:solver=cholesky",
 ];
 
-/// Free particles of different masses on a random net of springs, in any state of stretch; `stiffness` is
-/// the mean of theirs, N/m, `damping` the coefficient of all, N s/m.
+/// Free particles of different masses on a random net of springs, in any state of stretch;
+/// `stiffness` is the mean of theirs, N/m, `damping` the coefficient of all, N s/m.
 fn net(stiffness: f64, damping: f64, law: DampingLaw) -> (System, State) {
     let mut random = Random::new(21);
     let n = 12;
@@ -77,7 +78,8 @@ fn net(stiffness: f64, damping: f64, law: DampingLaw) -> (System, State) {
 const H: f64 = 0.01;
 const STEPS: usize = 50;
 
-/// Greatest change of momentum and of angular momentum, and the largest sum of the terms that each adds up from.
+/// Greatest change of momentum and of angular momentum, and the largest sum of the terms that each
+/// adds up from.
 struct Drifts {
     drift: [f64; 2],
     terms: [f64; 2],

@@ -1,5 +1,5 @@
-//! Contacts: what falls comes to rest where it should, bounces as it should, leaves when it is pulled, and
-//! gains no energy, with every method.
+//! Contacts: what falls comes to rest where it should, bounces as it should, leaves when it is
+//! pulled, and gains no energy, with every method.
 
 use drape_model::{ContactSpec, Detection, GravitySpec, ObstacleSpec, State, System, Vec3};
 use drape_oracle::scenes;

@@ -1,5 +1,6 @@
-//! What every integrator promises beside its mathematics: refusals leave the state alone, rebuilds are charged to their
-//! cause, history follows the step size and the system, pins hold, units do not matter.
+//! What every integrator promises beside its mathematics: refusals leave the state alone, rebuilds
+//! are charged to their cause, history follows the step size and the system, pins hold, units do
+//! not matter.
 
 use drape_integrator::{Setups, SolveStatus, StepError, StepReport};
 use drape_model::{DampingLaw, EffectKind, ObstacleSpec, State, System, Vec3};
@@ -185,13 +186,14 @@ fn keeps_history(id: &str) -> bool {
     several.contains(&name(id)) && !has(id, "steps=1")
 }
 
-/// Step size control carries its own step over from call to call, a saved factor serves while τ changes little.
+/// Step size control carries its own step over from call to call, a saved factor serves while τ
+/// changes little.
 fn carries_more(id: &str) -> bool {
     is_adaptive(id) || has(id, "jacobian=saved")
 }
 
-/// Velocities of steps of another size are no basis for an extrapolation: the history is dropped, unless the
-/// method knows what to do with it.
+/// Velocities of steps of another size are no basis for an extrapolation: the history is dropped,
+/// unless the method knows what to do with it.
 #[test]
 fn after_a_change_of_step_size_a_step_is_that_of_a_fresh_integrator_unless_the_history_bridges_it()
 {
@@ -257,12 +259,14 @@ fn after_changes_and_a_restart_the_steps_are_those_of_a_fresh_integrator() {
     }
 }
 
-/// Whether the method starts its solves from the last velocities, which a change of the system does not spoil.
+/// Whether the method starts its solves from the last velocities, which a change of the system does
+/// not spoil.
 fn starts_warm(id: &str) -> bool {
     ["backward-euler", "imex-euler", "imex-updated"].contains(&name(id)) || has(id, "start=last")
 }
 
-/// A change of the system is as good as a restart: velocities have a kink there, accelerations a jump.
+/// A change of the system is as good as a restart: velocities have a kink there, accelerations a
+/// jump.
 #[test]
 fn after_a_change_of_the_system_the_steps_are_those_of_a_fresh_integrator() {
     let ids = METHODS.into_iter().filter(|id| !carries_more(id) && !starts_warm(id));
@@ -279,8 +283,8 @@ fn after_a_change_of_the_system_the_steps_are_those_of_a_fresh_integrator() {
     }
 }
 
-/// The same where contacts hold particles: what the last steps knew of them is history too, which tells a bounce from
-/// rest.
+/// The same where contacts hold particles: what the last steps knew of them is history too, which
+/// tells a bounce from rest.
 #[test]
 fn after_a_restart_in_contact_the_steps_are_those_of_a_fresh_integrator() {
     // Within the limits of the explicit methods.
@@ -337,7 +341,8 @@ fn the_unit_of_mass_does_not_matter() {
     }
 }
 
-/// A pinned particle does not move, whatever its velocity was, with old pins and new ones, at any step sizes.
+/// A pinned particle does not move, whatever its velocity was, with old pins and new ones, at any
+/// step sizes.
 #[test]
 fn pins_hold_what_moved_until_then_and_let_go() {
     for id in METHODS {
@@ -442,7 +447,8 @@ fn numbers_that_overflow_are_a_result_or_a_refusal_that_leaves_the_state() {
 
 const BAD: [f64; 3] = [f64::NAN, f64::INFINITY, 1e200];
 
-/// Far beyond its limit a method blows up without a panic; a step size that overflows is an error or a result.
+/// Far beyond its limit a method blows up without a panic; a step size that overflows is an error
+/// or a result.
 #[test]
 fn steps_that_are_far_too_long_do_not_panic() {
     // A divided step would take as many substeps as it asks for.

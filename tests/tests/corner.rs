@@ -1,5 +1,6 @@
-//! A particle in a corner of three planes is held as by a pin, whichever solver is used: contacts on three sides
-//! leave it nothing to move in, and a factor that knows of pins alone must not move it.
+//! A particle in a corner of three planes is held as by a pin, whichever solver is used: contacts
+//! on three sides leave it nothing to move in, and a factor that knows of pins alone must not move
+//! it.
 
 use drape_model::{ObstacleSpec, State, System, Vec3};
 use drape_tests::{Run, build, particles, pin, prepared, tension};
@@ -31,8 +32,9 @@ const PAIRS: [(&str, Option<&str>); 9] = [
     ("leapfrog:solver=cholesky", Some("leapfrog:solver=cg")),
 ];
 
-/// Particle 0 in the corner `x, y, z ≥ 0`, and one that is free and flies towards it, so that the spring between
-/// them presses particle 0 into the corner. `pinned` puts a pin in place of the planes.
+/// Particle 0 in the corner `x, y, z ≥ 0`, and one that is free and flies towards it, so that the
+/// spring between them presses particle 0 into the corner. `pinned` puts a pin in place of the
+/// planes.
 fn corner(damping: f64, pinned: bool) -> (System, State) {
     let (x, v) = (Vec3::new(0.5, 0.4, 0.3), Vec3::new(-3.0, -2.0, -2.5));
     let mut spec = particles(&[1.0, 8.0], &[Vec3::zeros(), x], &[Vec3::zeros(), v]);
@@ -74,7 +76,8 @@ fn direct_and_iterative_solvers_agree_on_a_particle_in_a_corner() {
                 let apart = largest_difference(&held, &velocities(iterative, damping, false));
                 assert!(apart < 1e-9, "{direct}, c = {damping}: {apart:e} m/s from {iterative}");
             }
-            // Leapfrog's second half kick knows of pins alone: its damping sees what contacts stop only after it.
+            // Leapfrog's second half kick knows of pins alone: its damping sees what contacts stop
+            // only after it.
             if damping == 0.0 || !direct.starts_with("leapfrog") {
                 let apart = largest_difference(&held, &velocities(direct, damping, true));
                 assert!(apart < 1e-9, "{direct}, c = {damping}: {apart:e} m/s from a pin");

@@ -1,4 +1,5 @@
-//! The energy ledger of every method: its terms add up to the change of the total energy, and each is what it says.
+//! The energy ledger of every method: its terms add up to the change of the total energy, and each
+//! is what it says.
 
 use drape_integrator::EnergyLedger;
 use drape_model::{
@@ -20,7 +21,8 @@ const UNATTRIBUTED: [&str; 6] =
 /// Its steps may be divided, and the ledger of a divided one is not kept.
 const DIVIDED: &str = "leapfrog:step=auto";
 
-/// Gives the free particles velocities without a pattern, and masses that differ where `differ` says so.
+/// Gives the free particles velocities without a pattern, and masses that differ where `differ`
+/// says so.
 fn stir((system, mut state): (System, State), differ: bool) -> (System, State) {
     for i in (0..state.len()).filter(|&i| !system.pinned()[i]) {
         let a = i as f64;
@@ -227,7 +229,8 @@ fn explicit_euler_gains_what_backward_euler_loses_by_inertia() {
     }
 }
 
-/// Theorem 1: the gap of the split springs never adds energy, be they stretched, squeezed or turned.
+/// Theorem 1: the gap of the split springs never adds energy, be they stretched, squeezed or
+/// turned.
 #[test]
 fn the_gap_of_imex_euler_is_never_positive_and_that_of_gravity_is_none() {
     let id = "imex-euler:implicit=springs,forcing_term=1e-13";
@@ -314,8 +317,8 @@ fn a_loose_solve_and_an_incomplete_one_show_as_residual() {
     assert!(one > 0.01 && many < 0.1 * one, "{one:e}, {many:e}");
 }
 
-/// An inelastic impact takes the kinetic energy of the normal motion, which is no numerical damping; a rebound
-/// leaves the square of the restitution of it.
+/// An inelastic impact takes the kinetic energy of the normal motion, which is no numerical
+/// damping; a rebound leaves the square of the restitution of it.
 #[test]
 fn an_impact_is_told_from_numerical_damping() {
     let (mass, speed) = (2.0, 3.0);

@@ -19,14 +19,15 @@ type Factor = fn(f64, f64, f64, f64) -> f64;
 /// How much of the springs' force is left to round off across the spring.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum RoundOff {
-    /// That of the force itself, `θ (L + ℓ)/h` as a velocity: nothing implicit divides it, or only an inverse whose
-    /// own entries are rounded.
+    /// That of the force itself, `θ (L + ℓ)/h` as a velocity: nothing implicit divides it, or only
+    /// an inverse whose own entries are rounded.
     Force,
     /// Eight times that: an iteration stops where its residual falls no further.
     Residual,
     /// That of the force over `1 + θ`: the whole stiffness stands in the matrix.
     Filtered,
-    /// That of the secant, which grows without limit as a spring collapses: `θ ℓ/L` times the force.
+    /// That of the secant, which grows without limit as a spring collapses: `θ ℓ/L` times the
+    /// force.
     Secant,
 }
 
@@ -63,7 +64,8 @@ impl Case {
 const ROUNDINGS: f64 = 16.0 * f64::EPSILON;
 const SMALL: &[f64] = &[0.01, 0.3];
 const ANY: &[f64] = &[0.01, 1.0, 100.0, 1e4, 1e8];
-/// Where the law leaves less of the spin at `θ = 10⁸` than round-off does, there is nothing to test.
+/// Where the law leaves less of the spin at `θ = 10⁸` than round-off does, there is nothing to
+/// test.
 const SHARP: &[f64] = &[0.01, 1.0, 100.0, 1e4];
 const UPDATED: &[f64] = &[0.01, 1.0, 50.0];
 const FULL: DampingLaw = DampingLaw::Full;
@@ -169,7 +171,8 @@ struct SpinStep {
     spin: [Vec3; 2],
     /// `ℓ/L` before and after.
     ratio: [f64; 2],
-    /// The largest term that adds up to the velocity, m/s, and what is left of it across the spring.
+    /// The largest term that adds up to the velocity, m/s, and what is left of it across the
+    /// spring.
     terms: [f64; 2],
     /// The greater length, m.
     length: f64,
@@ -206,7 +209,8 @@ impl SpinStep {
     }
 }
 
-/// Two particles in random motion on a spring whose length over its rest length is between `least` and `most`.
+/// Two particles in random motion on a spring whose length over its rest length is between `least`
+/// and `most`.
 fn random_pair(
     random: &mut Random,
     law: DampingLaw,
@@ -225,9 +229,9 @@ fn random_pair(
 /// A factor that is wrong by this much does not pass.
 const WRONG: f64 = 1e-3;
 
-/// Stretched, compressed and fast: each step multiplies the angular momentum by the factor that
-/// the method's formulas give, and leaves the momentum alone. With every method and `θ` there are steps in which
-/// [`WRONG`] stands out from round-off.
+/// Stretched, compressed and fast: each step multiplies the angular momentum by the factor that the
+/// method's formulas give, and leaves the momentum alone. With every method and `θ` there are steps
+/// in which [`WRONG`] stands out from round-off.
 #[test]
 fn two_particles_spin_as_the_law_of_each_method_says() {
     let mut random = Random::new(3);
@@ -441,10 +445,10 @@ fn a_hanging_chain_comes_to_rest_at_its_static_lengths() {
     }
 }
 
-/// Desbrun and Kang do not reach the static lengths: what balances the weight is not the springs' force but
-/// what their filter `W` makes of it, `h W F = −h g`. For the exact filter, `W = A⁻¹`, this stretches the
-/// springs at the pin by `(h² + hc/k) g` too much, which vanishes with `h`; for Kang's two sweeps,
-/// `W = 2 D⁻¹ − D⁻¹ A D⁻¹`, all of them, by much more.
+/// Desbrun and Kang do not reach the static lengths: what balances the weight is not the springs'
+/// force but what their filter `W` makes of it, `h W F = −h g`. For the exact filter, `W = A⁻¹`,
+/// this stretches the springs at the pin by `(h² + hc/k) g` too much, which vanishes with `h`; for
+/// Kang's two sweeps, `W = 2 D⁻¹ − D⁻¹ A D⁻¹`, all of them, by much more.
 #[test]
 fn an_unfiltered_weight_stretches_the_chain_of_desbrun_and_kang_too_far() {
     let (chain, g, h) = (Chain::new(), GRAVITY.norm(), 1.0 / 32.0);
@@ -473,8 +477,8 @@ fn an_unfiltered_weight_stretches_the_chain_of_desbrun_and_kang_too_far() {
     }
 }
 
-/// With lagged secants the length 0 attracts: from a compressed spring of length `L` a step leads to about
-/// `L²/(θℓ)`. A real spring, and every other method, pushes the particles apart again.
+/// With lagged secants the length 0 attracts: from a compressed spring of length `L` a step leads
+/// to about `L²/(θℓ)`. A real spring, and every other method, pushes the particles apart again.
 #[test]
 fn a_strongly_compressed_spring_collapses_for_terzopoulos_and_fleischer_only() {
     let (mass, rest, theta) = (0.25, 0.5, 0.3);
@@ -496,7 +500,8 @@ fn a_strongly_compressed_spring_collapses_for_terzopoulos_and_fleischer_only() {
     }
 }
 
-/// Without pins a uniform gravity passes the filter unchanged: then Desbrun's predictor is IMEX Euler.
+/// Without pins a uniform gravity passes the filter unchanged: then Desbrun's predictor is IMEX
+/// Euler.
 #[test]
 fn desbruns_predictor_is_imex_euler_where_gravity_is_filtered_alike() {
     let free = Sheet {
@@ -554,7 +559,8 @@ fn newton_stops_where_round_off_ends_all_progress() {
     }
 }
 
-/// Two free particles of half a unit of length to their centre that turn by `angle` a step; `θ = 2h²k/m`.
+/// Two free particles of half a unit of length to their centre that turn by `angle` a step;
+/// `θ = 2h²k/m`.
 fn turning(theta: f64, angle: f64) -> (System, State) {
     let half = Vec3::x() * 0.5;
     let v = Vec3::y() * (0.5 * angle / H);
@@ -572,8 +578,8 @@ fn turn_of(state: &State) -> f64 {
     d.cross(&v).z
 }
 
-/// A two-step method starts by the law of backward Euler, which leaves a stiff pair its spin, and goes on turning. A
-/// start by IMEX Euler would leave `1/(1 + θ)` of it.
+/// A two-step method starts by the law of backward Euler, which leaves a stiff pair its spin, and
+/// goes on turning. A start by IMEX Euler would leave `1/(1 + θ)` of it.
 #[test]
 fn a_stiff_pair_keeps_its_spin_with_two_step_methods() {
     for (id, theta) in WITHOUT_SPIN_LAW.iter().flat_map(|m| [1.0, 1e4, 1e6].map(|t| (m.0, t))) {
@@ -597,8 +603,8 @@ fn a_stiff_pair_keeps_its_spin_with_two_step_methods() {
     }
 }
 
-/// In a turn of φ a step the methods that damp stiff motion lose φ² (SBDF2) or φ²/2 (MCNAB2) of the spin a step,
-/// whatever the stiffness.
+/// In a turn of φ a step the methods that damp stiff motion lose φ² (SBDF2) or φ²/2 (MCNAB2) of the
+/// spin a step, whatever the stiffness.
 #[test]
 fn spin_is_lost_with_the_square_of_the_angle_a_step() {
     let angle: f64 = 0.02;

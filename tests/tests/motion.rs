@@ -50,8 +50,8 @@ fn pins_are_on_their_paths_at_the_end_of_every_step_of_every_method() {
     }
 }
 
-/// Seen from a frame that goes along, nothing happens: the pin must pull its neighbours by the right velocity as
-/// well as by the right position.
+/// Seen from a frame that goes along, nothing happens: the pin must pull its neighbours by the
+/// right velocity as well as by the right position.
 #[test]
 fn what_moves_with_a_pin_moves_on_with_it() {
     let velocity = Vec3::new(1.0, -0.5, 2.0);
@@ -78,7 +78,8 @@ fn what_moves_with_a_pin_moves_on_with_it() {
     }
 }
 
-/// With gusts, a pin and an obstacle on paths: what is frozen in mid-run goes on as if it had not been.
+/// With gusts, a pin and an obstacle on paths: what is frozen in mid-run goes on as if it had not
+/// been.
 #[test]
 fn a_system_frozen_in_mid_run_moves_on_as_the_run_did() {
     let mut spec = scenes::bundled("flag");

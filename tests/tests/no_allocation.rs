@@ -1,5 +1,5 @@
-//! A step allocates nothing: not the first, not after a change of step size, stiffness, damping, masses or
-//! pins, not in contact, with neither law of damping.
+//! A step allocates nothing: not the first, not after a change of step size, stiffness, damping,
+//! masses or pins, not in contact, with neither law of damping.
 
 use drape_integrator::PhaseClock;
 use drape_model::{DampingLaw, EffectKind, KeyframeSpec, ObstacleSpec, State, System};

@@ -83,8 +83,8 @@ fn every_method_has_its_order_on_a_smooth_scene() {
     }
 }
 
-/// Without pins a method could win or lose spin as a whole. There is no gravity, whose parabola would outweigh
-/// the error of the springs, and the damping slows the rotation.
+/// Without pins a method could win or lose spin as a whole. There is no gravity, whose parabola
+/// would outweigh the error of the springs, and the damping slows the rotation.
 #[test]
 fn every_method_has_its_order_on_a_free_sheet_that_spins() {
     for law in LAWS {

@@ -41,7 +41,8 @@ impl Springs {
     }
 }
 
-/// The rule of a step, given the sizes of the steps between the known levels, newest first, in units of this step.
+/// The rule of a step, given the sizes of the steps between the known levels, newest first, in
+/// units of this step.
 type Rule = fn(&[f64], Springs) -> Recurrence;
 
 /// How a method sees the stiffness `θ (1 − σ)` across a spring that is stretched by `1/σ`.
@@ -53,7 +54,8 @@ enum Across {
     Split,
     /// Implicitly as far as it is positive.
     Clamped,
-    /// Not tested: the method moves neighbours by rules of its own, or its instability enlarges round-off.
+    /// Not tested: the method moves neighbours by rules of its own, or its instability enlarges
+    /// round-off.
     Unknown,
 }
 
@@ -67,7 +69,8 @@ struct Row {
     across: Across,
     /// Ratios of a step to the one before it at which the method keeps its history.
     keeps: (f64, f64),
-    /// Whether a first step is solved by Newton's method to 1e-8 only, so that the rule goes on from what it found.
+    /// Whether a first step is solved by Newton's method to 1e-8 only, so that the rule goes on
+    /// from what it found.
     adopts_start: bool,
 }
 
@@ -108,7 +111,8 @@ fn bdf(steps: usize, earlier: &[f64], s: Springs) -> Recurrence {
     fully(&Multistep::bdf(&earlier[..earlier.len().min(steps - 1)]), s)
 }
 
-/// BDF of three steps, of two where two levels are known; the first step by Alexander's two-stage method.
+/// BDF of three steps, of two where two levels are known; the first step by Alexander's two-stage
+/// method.
 fn bdf3(earlier: &[f64], s: Springs) -> Recurrence {
     let (one, j, gamma) = (Matrix2::identity(), slope(s), 1.0 - 0.5_f64.sqrt());
     let inverse = || (one - j * gamma).try_inverse().expect("regular");
@@ -396,8 +400,8 @@ fn imex_euler_with_explicit_springs_only_is_symplectic_euler() {
     assert_eq!(compare(&row, scene, EXACT), STEPS);
 }
 
-/// Along a spring with a rest length the motion is the same, offset by it, with both laws of damping, as long as
-/// the spring does not turn round.
+/// Along a spring with a rest length the motion is the same, offset by it, with both laws of
+/// damping, as long as the spring does not turn round.
 #[test]
 fn motion_along_a_spring_with_a_rest_length_obeys_the_same_recurrence() {
     let (rest, direction) = (4.0, Vec3::new(0.0, 0.6, -0.8));
@@ -432,16 +436,16 @@ fn motion_across_a_spring_obeys_the_recurrence_of_its_reduced_stiffness() {
             Clamped => (reduced.max(0.0), reduced.min(0.0)),
             Reduced => (reduced, 0.0),
         };
-        // Where the motion is unstable, Newton's method finds another one, and a clamped secant is none.
-        // The first step of a two-step method is one of Newton's: not compared here.
+        // Where the motion is unstable, Newton's method finds another one, and a clamped secant is
+        // none. The first step of a two-step method is one of Newton's: not compared here.
         let two_step = ["imex-sbdf2", "imex-cnab2", "imex-mcnab2", "imex-cnlf"];
         let iterates = row.id.contains("residual=");
         let departs = (iterates || has(row.id, "clamp=true")) && ratio > 1.0;
         if departs || two_step.contains(&name(row.id)) {
             continue;
         }
-        // So small that the neglected square is round-off. Where Newton stops at the round-off of the force along the
-        // springs, that must stay small beside the motion across them.
+        // So small that the neglected square is round-off. Where Newton stops at the round-off of
+        // the force along the springs, that must stay small beside the motion across them.
         let newton = if name(row.id) == "backward-euler" { 1e-7 } else { 1e-6 };
         let (amplitude, tolerance) = if iterates { (1e-5, newton) } else { (1e-9, ITERATIVE) };
         let floor = if iterates { amplitude } else { 0.0 };
@@ -499,7 +503,8 @@ fn every_mode_of_a_string_moves_by_its_own_recurrence() {
                 let expected = match kang {
                     None => exact.next(H),
                     Some(sweeps) => {
-                        // The part of the diagonal that both neighbours have, and the mode's eigenvalue of their mean.
+                        // The part of the diagonal that both neighbours have, and the mode's
+                        // eigenvalue of their mean.
                         let both = 2.0 * (theta + eta);
                         let jacobi = both / (1.0 + both) * phase(*mode).cos();
                         let (theta, eta) = (theta * *factor, eta * *factor);

@@ -1,5 +1,5 @@
-//! Default settings in hard places: other frames, no gravity, failed rebuilds, stiffness beyond what
-//! converges, damping that the energy theorem does not cover.
+//! Default settings in hard places: other frames, no gravity, failed rebuilds, stiffness beyond
+//! what converges, damping that the energy theorem does not cover.
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
@@ -30,8 +30,8 @@ fn implicit_methods_contract_a_spring_alike_in_every_frame() {
     }
 }
 
-/// A forcing term is a relative error of the change of velocity: free fall at default settings keeps
-/// gravity to that accuracy, however fast the sheet has become.
+/// A forcing term is a relative error of the change of velocity: free fall at default settings
+/// keeps gravity to that accuracy, however fast the sheet has become.
 #[test]
 fn a_free_sheet_falls_at_default_settings() {
     const H: f64 = 0.01;
@@ -95,7 +95,8 @@ fn after_a_step_size_that_overflows_the_next_step_is_as_good_as_new() {
     }
 }
 
-/// Whether a method, at its settings, factorises a matrix with the stiffness in each step or keeps such a factor.
+/// Whether a method, at its settings, factorises a matrix with the stiffness in each step or keeps
+/// such a factor.
 fn factorises_stiffness(id: &str) -> bool {
     let always = [
         "backward-euler",
@@ -112,9 +113,9 @@ fn factorises_stiffness(id: &str) -> bool {
         || name(id) == "imex-sbdf2"
 }
 
-/// Likewise with a stiffness or damping that overflows in the matrix: the state is kept, and when it is scaled back
-/// the step is that of a fresh integrator. Where a method does not refuse, what comes out of the step may be anything,
-/// but nothing of it may stay in the integrator.
+/// Likewise with a stiffness or damping that overflows in the matrix: the state is kept, and when
+/// it is scaled back the step is that of a fresh integrator. Where a method does not refuse, what
+/// comes out of the step may be anything, but nothing of it may stay in the integrator.
 #[test]
 fn after_a_failed_rebuild_the_next_step_is_that_of_a_fresh_integrator() {
     // So long a step that the products with it overflow where the coefficients do not.
@@ -164,8 +165,8 @@ fn after_a_failed_rebuild_the_next_step_is_that_of_a_fresh_integrator() {
     }
 }
 
-/// Beyond what Newton can do in a hundred iterations the robust form falls back to plain IMEX Euler,
-/// which never gains energy.
+/// Beyond what Newton can do in a hundred iterations the robust form falls back to plain IMEX
+/// Euler, which never gains energy.
 #[test]
 fn the_robust_form_gains_no_energy_where_it_cannot_converge() {
     let mut unconverged = 0;

@@ -35,8 +35,8 @@ fn after(id: &str, frames: u32) -> (f64, u32, u32) {
     (error, substeps, rejected)
 }
 
-/// A tenth of the tolerance is at least two thirds of the error less (order 1: the step falls by √10, and the error with
-/// it; order 2: by the power 2/3).
+/// A tenth of the tolerance is at least two thirds of the error less (order 1: the step falls by
+/// √10, and the error with it; order 2: by the power 2/3).
 #[test]
 fn the_error_of_adaptive_runs_falls_with_the_tolerance() {
     let methods = [

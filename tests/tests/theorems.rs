@@ -57,8 +57,8 @@ fn scales(system: &System, x: &[Vec3], h: f64) -> (f64, f64) {
     (theta, energy)
 }
 
-/// Round-off of a step over `(1 + θ_max)` times the energies. The worst of 10⁵ steps was 7.4e-16, at
-/// small `θ` from the sum of the energy itself, at large `θ` from the solve.
+/// Round-off of a step over `(1 + θ_max)` times the energies. The worst of 10⁵ steps was 7.4e-16,
+/// at small `θ` from the sum of the energy itself, at large `θ` from the solve.
 const ROUND_OFF: f64 = 2e-15;
 
 /// By how much a step breaks `H_+ ≤ H − ½‖v_+ − v‖²_M − h v_+ᵀ L_c v_+`, over round-off.

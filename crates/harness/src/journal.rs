@@ -1,7 +1,7 @@
 //! What an interrupted run has finished.
 //!
-//! While an experiment runs, each finished cell becomes a line of a file under `.unfinished/` in the
-//! folder of the results, written by one call as soon as the cell is done. A run that is killed
+//! While an experiment runs, each finished cell becomes a line of a file under `.unfinished/` in
+//! the folder of the results, written by one call as soon as the cell is done. A run that is killed
 //! leaves complete lines and at most one torn line, which the next run cuts off. Only the same
 //! program takes the file up: its first line carries the SHA-256 of the executable.
 
@@ -90,7 +90,8 @@ impl Unfinished {
         Journal::open(&self.folder.join(format!("{experiment}.jsonl")), &head)
     }
 
-    /// Removes the journals of experiments whose records and pages are written, and the empty folder.
+    /// Removes the journals of experiments whose records and pages are written, and the empty
+    /// folder.
     ///
     /// # Errors
     /// [`HarnessError::Record`] when a file cannot be removed.

@@ -120,8 +120,8 @@ impl Choice {
         self.entry.theory
     }
 
-    /// Whether the numbers of its explicit effects ([`drape_integrator::ExplicitNumbers`]) limit its
-    /// step exactly; other methods have a lower limit of their own.
+    /// Whether the numbers of its explicit effects ([`drape_integrator::ExplicitNumbers`]) limit
+    /// its step exactly; other methods have a lower limit of their own.
     pub fn has_exact_limit(&self) -> bool {
         self.theory().is_limited
     }
@@ -131,8 +131,8 @@ impl Choice {
         &self.settings
     }
 
-    /// Id with all settings, as [`parse`](Self::parse) reads it. The default split is left out: only
-    /// springs of several slopes notice.
+    /// Id with all settings, as [`parse`](Self::parse) reads it. The default split is left out:
+    /// only springs of several slopes notice.
     pub fn full_id(&self) -> String {
         let is_told = |(key, value): &(&'static str, &str)| {
             *key != Split::SETTING.setting.key || *value != Split::SETTING.setting.default

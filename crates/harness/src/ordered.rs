@@ -94,9 +94,9 @@ pub struct Peak {
 const BLOWN: f64 = 0.5;
 
 impl Peak {
-    /// The peak before a blow-up. It leaves out states whose total energy exceeds that of the start,
-    /// `energy` J, by more than half of their kinetic energy. It means nothing where pins, obstacles
-    /// or wind do work.
+    /// The peak before a blow-up. It leaves out states whose total energy exceeds that of the
+    /// start, `energy` J, by more than half of their kinetic energy. It means nothing where pins,
+    /// obstacles or wind do work.
     pub fn before_a_rise_above(energy: f64) -> Self {
         Self { start: Some(energy), ..Self::default() }
     }
@@ -162,8 +162,8 @@ impl OrderedSimulation {
         Rule::of(self.choice.method().class, &self.simulation.system)
     }
 
-    /// Rise of the total energy that may be round-off, J. It grows with the energies of the springs,
-    /// and with the present forces times the distances from the origin.
+    /// Rise of the total energy that may be round-off, J. It grows with the energies of the
+    /// springs, and with the present forces times the distances from the origin.
     pub fn energy_round_off(&self) -> f64 {
         let Simulation { system, state } = &self.simulation;
         let mut work = 0.0;
@@ -197,8 +197,8 @@ impl OrderedSimulation {
         ExplicitNumbers::surely_allow(&self.simulation.system, &is_explicit, step_s)
     }
 
-    /// Limits of the step by the effects that the method takes at the old time level, at the present
-    /// state.
+    /// Limits of the step by the effects that the method takes at the old time level, at the
+    /// present state.
     pub fn explicit_numbers(&self) -> ExplicitNumbers {
         self.explicit_numbers_at(&self.simulation.state)
     }

@@ -155,7 +155,8 @@ fn shaken(effects: &str) -> SystemSpec {
     spec
 }
 
-/// The greatest speed at the end of a run of 400 steps of a length over the limit, m/s; infinite if it diverged.
+/// The greatest speed at the end of a run of 400 steps of a length over the limit, m/s; infinite if
+/// it diverged.
 fn speed_after(spec: &SystemSpec, method: &str, share: f64) -> f64 {
     let choice = Choice::parse(method, &[]).unwrap();
     let mut simulation = OrderedSimulation::new(spec, &choice).unwrap();

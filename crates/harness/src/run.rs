@@ -188,7 +188,8 @@ fn is_finite(sample: &Sample) -> bool {
 }
 
 /// Counted cost of the steps of a run, in visits of a spring. Sweeps and products count by their
-/// length, factorisations by the fill-in of a planar mesh, `n^1.5` (Newton's matrix has 3×3 blocks).
+/// length, factorisations by the fill-in of a planar mesh, `n^1.5` (Newton's matrix has 3×3
+/// blocks).
 fn effort(totals: &Totals, steps: u64, particles: f64, springs: f64) -> f64 {
     let planar = particles * particles.sqrt();
     totals.force_evaluations as f64 * (springs + particles)

@@ -190,7 +190,8 @@ impl Watch {
         watch
     }
 
-    /// Whether wind pushes the cloth. Still air only takes energy; wind pushes even a cloth at rest.
+    /// Whether wind pushes the cloth. Still air only takes energy; wind pushes even a cloth at
+    /// rest.
     fn blows(&mut self, system: &System, state: &State) -> bool {
         if self.push.is_empty() {
             return false;

@@ -9,10 +9,10 @@ use std::thread::yield_now;
 /// Threads of its own for the steps of one run, or none where the caller's is enough.
 ///
 /// On Linux, a team with a thread for each processor of the process keeps each thread on one of
-/// them. Otherwise the scheduler may let two threads take turns on one processor beside an idle one,
-/// for a tenth of a second after a pause or for a whole run of short sweeps. Smaller teams are free
-/// to move, since other programs want processors too. Threads that the work itself starts inherit
-/// the processor of their parent.
+/// them. Otherwise the scheduler may let two threads take turns on one processor beside an idle
+/// one, for a tenth of a second after a pause or for a whole run of short sweeps. Smaller teams are
+/// free to move, since other programs want processors too. Threads that the work itself starts
+/// inherit the processor of their parent.
 #[derive(Debug)]
 pub struct Team(Option<ThreadPool>);
 
@@ -37,8 +37,8 @@ impl Team {
         builder.build().map(Some).map(Self)
     }
 
-    /// Does `work` with these threads. All stay awake until it is done: a thread without a band keeps
-    /// looking for one, and yields its processor in between.
+    /// Does `work` with these threads. All stay awake until it is done: a thread without a band
+    /// keeps looking for one, and yields its processor in between.
     pub fn run<T: Send>(&mut self, work: impl FnOnce() -> T + Send) -> T {
         match &self.0 {
             None => work(),
@@ -49,8 +49,8 @@ impl Team {
 
 /// Does `work` on the current pool while its other threads look for jobs.
 ///
-/// All others look before the work begins. A thread that began later could do so inside a job, while
-/// the work waits for that job.
+/// All others look before the work begins. A thread that began later could do so inside a job,
+/// while the work waits for that job.
 fn awake<T>(work: impl FnOnce() -> T) -> T {
     /// Tells the others that the work is over, also where it panicked.
     struct End<'a>(&'a AtomicBool);

@@ -19,13 +19,13 @@ const ADAPTIVE: (usize, &str) = (5, ", adaptive");
 pub struct Family<'a> {
     /// Title of its panel.
     pub title: &'static str,
-    /// Labels of its curves, in the record's order, each with a look that no other family's curve has, as long as
-    /// there are at most seven.
+    /// Labels of its curves, in the record's order, each with a look that no other family's curve
+    /// has, as long as there are at most seven.
     pub members: Vec<(&'a str, Look)>,
 }
 
-/// Sorts labels into families; `rows` are the method ids (with or without settings) and labels of a record's rows.
-/// Families without members are left out.
+/// Sorts labels into families; `rows` are the method ids (with or without settings) and labels of a
+/// record's rows. Families without members are left out.
 pub fn families<'a>(rows: impl Iterator<Item = (&'a str, &'a str)>) -> Vec<Family<'a>> {
     let mut labels: Vec<Vec<&str>> = vec![Vec::new(); FAMILIES.len() + 1];
     for (method, label) in rows {

@@ -1,8 +1,8 @@
 //! `compare-facts FRESH COMMITTED`: do the facts under two results folders agree?
 //!
 //! Every fact below FRESH (a quick subset will do) must stand below COMMITTED with the same value:
-//! bit for bit, or within 1e-9 where a library's factorisation took part. Exit code 1 and one line a
-//! difference otherwise.
+//! bit for bit, or within 1e-9 where a library's factorisation took part. Exit code 1 and one line
+//! a difference otherwise.
 
 use std::path::Path;
 use std::process::ExitCode;

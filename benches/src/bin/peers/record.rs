@@ -78,7 +78,8 @@ pub(crate) struct Pair {
     pub(crate) solver: String,
     /// As in [`Runs::mesh`], of drape.
     pub(crate) mesh: String,
-    /// Greater of the differences between the two heights of the middle and of the lowest particle, m.
+    /// Greater of the differences between the two heights of the middle and of the lowest particle,
+    /// m.
     pub(crate) difference_m: f64,
     /// Greatest difference that the tolerance of the solvers explains, m.
     pub(crate) allowed_m: f64,

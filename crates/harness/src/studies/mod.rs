@@ -319,7 +319,8 @@ pub fn find(name: &str) -> Result<&'static dyn Study, HarnessError> {
     })
 }
 
-/// Method ids in the order of the lessons of the experiment `course`; none for any other experiment.
+/// Method ids in the order of the lessons of the experiment `course`; none for any other
+/// experiment.
 pub fn lessons(experiment: &str) -> Vec<&'static str> {
     if experiment == course::STUDY.name { course::run::lessons() } else { Vec::new() }
 }
@@ -327,8 +328,8 @@ pub fn lessons(experiment: &str) -> Vec<&'static str> {
 /// Draws every figure that the records in the folder `results` hold data for, the report and the
 /// index page. Returns the files written, the pages last.
 ///
-/// All records are read and all figures are drawn before the first file is written, so that a broken
-/// record leaves the folder as it was.
+/// All records are read and all figures are drawn before the first file is written, so that a
+/// broken record leaves the folder as it was.
 ///
 /// # Errors
 /// [`ReportError::NoRecords`] when the folder holds no record; otherwise the file that could not be
@@ -360,8 +361,8 @@ fn prepared<T: Sync, R: Send>(
     results
 }
 
-/// Computes independent cells in parallel, in the order given, telling the progress. Those that stand in the journal
-/// are not computed again.
+/// Computes independent cells in parallel, in the order given, telling the progress. Those that
+/// stand in the journal are not computed again.
 fn cells<T: Sync, R: Send + Serialize + DeserializeOwned>(
     context: &Context<'_>,
     part: &str,

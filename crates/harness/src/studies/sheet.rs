@@ -43,10 +43,11 @@ impl Sheet {
         scenes::Sheet { side, tension, shear, damping, law, gravity, pinned }.scene()
     }
 
-    /// The same sheet as a triangle mesh, at rest: as many particles of the same mass and the same border, but each
-    /// particle inside lies anywhere within `jitter` mesh widths of its place in the grid, along x and along y. Each cell is
-    /// cut along its shorter diagonal, and every edge of a triangle is a tension spring with the sheet's stiffness
-    /// and damping. Triangles resist shear by themselves: `shear` is not used.
+    /// The same sheet as a triangle mesh, at rest: as many particles of the same mass and the same
+    /// border, but each particle inside lies anywhere within `jitter` mesh widths of its place in
+    /// the grid, along x and along y. Each cell is cut along its shorter diagonal, and every edge
+    /// of a triangle is a tension spring with the sheet's stiffness and damping. Triangles resist
+    /// shear by themselves: `shear` is not used.
     ///
     /// Below a quarter, the jitter leaves every cell convex.
     pub(super) fn triangulated(&self, jitter: f64, seed: u64) -> Result<SystemSpec, HarnessError> {
@@ -106,8 +107,8 @@ impl Sheet {
         Ok(SystemSpec { name: "triangulated sheet".to_owned(), springs, triangles, ..spec })
     }
 
-    /// Bound on the largest angular frequency, `√(8 (k + k_s)/m)`, 1/s, where the lightest particle has `lightest`
-    /// times the usual mass.
+    /// Bound on the largest angular frequency, `√(8 (k + k_s)/m)`, 1/s, where the lightest particle
+    /// has `lightest` times the usual mass.
     pub(crate) fn greatest_frequency(&self, lightest: f64) -> f64 {
         (8.0 * (self.tension + self.shear) / lightest).sqrt()
     }

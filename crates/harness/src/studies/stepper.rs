@@ -5,7 +5,8 @@ use crate::methods::{Choice, MethodError};
 use drape_integrator::{Integrator, PhaseClock, StepError, StepReport, TimeStep};
 use drape_model::{State, System};
 
-/// A particle farther from the origin than this, m, has left the scene; scenes here are a few metres large.
+/// A particle farther from the origin than this, m, has left the scene; scenes here are a few
+/// metres large.
 const FAR: f64 = 1e3;
 
 /// A method that was prepared for a system.

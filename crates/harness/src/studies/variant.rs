@@ -23,8 +23,8 @@ impl Variant {
     }
 }
 
-/// Every method of the registry, in its order: in each of the variants that `named` has of it, or at its
-/// defaults where there is none. What `named` has of other methods is left out.
+/// Every method of the registry, in its order: in each of the variants that `named` has of it, or
+/// at its defaults where there is none. What `named` has of other methods is left out.
 pub(super) fn of_registry(named: &[Variant]) -> Vec<Variant> {
     of_methods(methods::all(), named)
 }

@@ -150,7 +150,8 @@ const BESIDE_EXPLICIT: Factors = Factors {
     ..Factors::ONE_STEP
 };
 
-/// Methods with the tangent of their implicit springs in the matrix and explicit springs beside them.
+/// Methods with the tangent of their implicit springs in the matrix and explicit springs beside
+/// them.
 fn beside_explicit(problem: &Problem<'_>, implicit: Implicit) -> Expectation {
     match problem.analyse(Some(implicit), &BESIDE_EXPLICIT) {
         Linear::Nowhere => unstable(
@@ -300,8 +301,8 @@ pub(super) fn imex_mcnab2(problem: &Problem<'_>) -> Expectation {
     two_step(problem, &Factors::two_step(2.0, 0.25, -2.0))
 }
 
-/// `a` = (1/2, 0, −1/2), `b` = (1/2, 0, 1/2), `c` = (1, 0). About an equilibrium roots may lie on the
-/// unit circle.
+/// `a` = (1/2, 0, −1/2), `b` = (1/2, 0, 1/2), `c` = (1, 0). About an equilibrium roots may lie on
+/// the unit circle.
 pub(super) fn imex_cnlf(problem: &Problem<'_>) -> Expectation {
     two_step(&Problem { is_at_rest: false, ..*problem }, &Factors::two_step(0.0, 1.0, -1.0))
 }

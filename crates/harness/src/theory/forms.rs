@@ -73,8 +73,8 @@ pub(crate) static PROVOT: Theory = Theory {
     case: case::provot,
     divides: false,
     is_limited: true,
-    // The limit is that of springs within its elongation limit. A method that shortens springs solves
-    // another equation, so it claims no order.
+    // The limit is that of springs within its elongation limit. A method that shortens springs
+    // solves another equation, so it claims no order.
     forms: &[form("provot")
         .limit("θ + 2η < 4", |t, e| spectral_radius(&symplectic_euler(t, e)))
         .spin(|_, _, _| spin::symplectic_euler(0.0))

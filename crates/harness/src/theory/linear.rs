@@ -1,16 +1,16 @@
 //! Linear stability of a method on a case.
 //!
 //! With frozen tangents, `M x'' = −K x − C x'`, a method with constant coefficients has solutions
-//! `ζⁿ u` with `P(ζ) u = 0`, where `P` is a polynomial of matrices. For real `ζ → −∞` it is positive
-//! definite. If it is not so at `ζ = −1`, a root lies beyond, `ζ < −1`, and the step is unstable. The
-//! tangent of a spring never exceeds its stiffness, `K ≤ L_k`. So if `P(−1)` is positive definite
-//! with `L_k` in place of `K`, it is so at every state.
+//! `ζⁿ u` with `P(ζ) u = 0`, where `P` is a polynomial of matrices. For real `ζ → −∞` it is
+//! positive definite. If it is not so at `ζ = −1`, a root lies beyond, `ζ < −1`, and the step is
+//! unstable. The tangent of a spring never exceeds its stiffness, `K ≤ L_k`. So if `P(−1)` is
+//! positive definite with `L_k` in place of `K`, it is so at every state.
 //!
 //! A one-step method that takes `L_I` and `C_I` at the new level and the rest at the old one obeys
 //! `(M + h² L_I + h C_I)(x_{n+1} − x_n) = (M − h C_E)(x_n − x_{n−1}) − h² K x_n`, hence
-//! `P(−1) = 4M + 2h² L_I + 2h C_I − 2h C_E − h² K`, and roots leave the unit circle only there. For a
-//! two-step method let `A`, `B`, `C` be the polynomials of its coefficients `a`, `b` (implicit) and
-//! `c` (explicit) at −1. Then
+//! `P(−1) = 4M + 2h² L_I + 2h C_I − 2h C_E − h² K`, and roots leave the unit circle only there. For
+//! a two-step method let `A`, `B`, `C` be the polynomials of its coefficients `a`, `b` (implicit)
+//! and `c` (explicit) at −1. Then
 //! `P(−1) = A² M + h² B² L_I + h² B C (K − L_I) + h A B C_I + h A C C_E`.
 
 use crate::methods::Choice;
@@ -24,8 +24,8 @@ use drape_solvers::{BlockFactor, BlockMatrix, Constraints, FactorKind};
 const MARGIN: f64 = 1.01;
 /// Growth of the fastest mode over the run from which on nobody can miss it.
 const VISIBLE: f64 = 1e6;
-/// Least factor of the masses. Without them `P(−1)` is only semi-definite on motions that stretch no
-/// spring.
+/// Least factor of the masses. Without them `P(−1)` is only semi-definite on motions that stretch
+/// no spring.
 const LEAST_MASS: f64 = 1e-6;
 /// Matrix products for the largest eigenvalue.
 const PRODUCTS: usize = 100;
@@ -143,8 +143,8 @@ impl Problem<'_> {
         system
     }
 
-    /// A lower bound of `hδ` of the drag at the start (Rayleigh's quotient), if the method takes drag
-    /// at the old velocity. A method that divides its steps does so by the stiffness alone.
+    /// A lower bound of `hδ` of the drag at the start (Rayleigh's quotient), if the method takes
+    /// drag at the old velocity. A method that divides its steps does so by the stiffness alone.
     pub(crate) fn explicit_drag(&self) -> Option<f64> {
         let (system, settings) = (self.system(), self.choice.settings());
         let method = self.choice.method();
@@ -206,9 +206,9 @@ impl Problem<'_> {
         }
     }
 
-    /// A lower bound of `θ = h²λ` of the stiffest mode at the start, if that mode grows visibly over
-    /// the run whatever its share of the damping. `step(θ, η, state)` is the method's recurrence on
-    /// the oscillator `x'' = −κx − δx'`; the state begins with `x` and `w = hv`.
+    /// A lower bound of `θ = h²λ` of the stiffest mode at the start, if that mode grows visibly
+    /// over the run whatever its share of the damping. `step(θ, η, state)` is the method's
+    /// recurrence on the oscillator `x'' = −κx − δx'`; the state begins with `x` and `w = hv`.
     pub(crate) fn growing(&self, step: impl Fn(f64, f64, &mut [f64; 4])) -> Option<f64> {
         let system = self.stiffest();
         let (h, _) = self.steps();

@@ -30,8 +30,8 @@ pub(crate) struct Theory {
     pub(crate) case: fn(&Problem<'_>) -> Expectation,
     /// Whether it divides a step by itself, unless its setting `step` is `fixed`.
     pub(crate) divides: bool,
-    /// Whether the numbers of its explicit effects ([`drape_integrator::ExplicitNumbers`]) limit its
-    /// step exactly; other methods have a lower limit of their own.
+    /// Whether the numbers of its explicit effects ([`drape_integrator::ExplicitNumbers`]) limit
+    /// its step exactly; other methods have a lower limit of their own.
     pub(crate) is_limited: bool,
     /// Its forms. The label of the form at default settings is the method's id.
     pub(crate) forms: &'static [Form],

@@ -177,7 +177,8 @@ fn draw_panel(
             }
             At::Slope { order, x, y } => {
                 let (from, height) = (panel.x.position(x), panel.y.position(y));
-                // Where the line leaves the panel at the bottom or top, or at its sides before that.
+                // Where the line leaves the panel at the bottom or top, or at its sides before
+                // that.
                 let end = |limit: f64| {
                     let x = from + (limit - height) / order;
                     let x = x.clamp(panel.x.low, panel.x.high);

@@ -1,9 +1,9 @@
 //! What every figure has in common.
 //!
-//! A [`Sheet`] is data: panels with axes, series, rules and bars. [`Drawing::svg`] turns it into the text of
-//! one SVG file. Positions inside a panel are those of its [`Axis`] (logarithms are taken there);
-//! plotters maps them to pixels and draws axes and grid, `draw` adds curves, markers and legend. A
-//! [`Matrix`] is a table of coloured tiles instead, an [`Atlas`] many small ones.
+//! A [`Sheet`] is data: panels with axes, series, rules and bars. [`Drawing::svg`] turns it into
+//! the text of one SVG file. Positions inside a panel are those of its [`Axis`] (logarithms are
+//! taken there); plotters maps them to pixels and draws axes and grid, `draw` adds curves, markers
+//! and legend. A [`Matrix`] is a table of coloured tiles instead, an [`Atlas`] many small ones.
 
 mod atlas;
 mod axis;
@@ -170,7 +170,8 @@ pub struct Bar {
     pub y: f64,
     /// Label in the legend, fill and length of each part.
     pub parts: Vec<(&'static str, Fill, f64)>,
-    /// A bar that is longer than this on either side is drawn to this length; its numbers stay true.
+    /// A bar that is longer than this on either side is drawn to this length; its numbers stay
+    /// true.
     pub reach: f64,
     /// Text behind its right end.
     pub end: String,
