@@ -6,6 +6,7 @@
 pub mod claims;
 mod error;
 mod facts;
+mod families;
 mod journal;
 pub mod methods;
 mod ordered;

@@ -65,6 +65,12 @@ pub fn all() -> impl Iterator<Item = &'static Method> {
     REGISTRY.iter().map(|entry| entry.registration.method)
 }
 
+/// What is known of the method of that id.
+pub(crate) fn theory_of(id: &str) -> Option<&'static Theory> {
+    let mut entries = REGISTRY.iter();
+    entries.find(|entry| entry.registration.method.id == id).map(|entry| entry.theory)
+}
+
 /// What is known of each method, in the same order.
 pub(crate) fn theories() -> impl Iterator<Item = &'static Theory> {
     REGISTRY.iter().map(|entry| entry.theory)

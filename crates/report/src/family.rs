@@ -2,18 +2,48 @@
 
 use crate::plot::Look;
 
-/// Families in the order of their panels: title and method ids.
-const FAMILIES: [(&str, &[&str]); 6] = [
-    ("Explicit", &["explicit-euler", "symplectic-euler", "leapfrog", "adams-bashforth2"]),
-    ("Implicit", &["backward-euler", "baraff-witkin", "terzopoulos-fleischer", "bdf2"]),
-    ("Implicit-explicit, one step", &["imex-euler", "imex-updated"]),
-    ("Implicit-explicit, two steps", &["imex-sbdf2", "imex-cnab2", "imex-mcnab2", "imex-cnlf"]),
-    ("Filtered or corrected", &["provot", "desbrun", "kang"]),
-    ("Adaptive steps", &["dop853"]),
-];
-const OTHERS: &str = "Other methods";
-/// Place of the family of methods that choose their steps themselves, and how their labels end.
-const ADAPTIVE: (usize, &str) = (5, ", adaptive");
+/// Which panel a method belongs to, in the order of the panels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kin {
+    /// The stiffness limits the step.
+    Explicit,
+    /// All springs stand in the matrix with their tangents.
+    Implicit,
+    /// One step, a constant matrix.
+    ImplicitExplicit,
+    /// Two steps, a constant matrix.
+    TwoSteps,
+    /// A solution that is filtered or corrected.
+    Corrected,
+    /// The method chooses its steps itself.
+    Adaptive,
+    /// Any other method.
+    Other,
+}
+
+impl Kin {
+    const ALL: [Self; 7] = [
+        Self::Explicit,
+        Self::Implicit,
+        Self::ImplicitExplicit,
+        Self::TwoSteps,
+        Self::Corrected,
+        Self::Adaptive,
+        Self::Other,
+    ];
+
+    fn title(self) -> &'static str {
+        match self {
+            Self::Explicit => "Explicit",
+            Self::Implicit => "Implicit",
+            Self::ImplicitExplicit => "Implicit-explicit, one step",
+            Self::TwoSteps => "Implicit-explicit, two steps",
+            Self::Corrected => "Filtered or corrected",
+            Self::Adaptive => "Adaptive steps",
+            Self::Other => "Other methods",
+        }
+    }
+}
 
 /// The members of a family that a record has.
 pub struct Family<'a> {
@@ -24,36 +54,26 @@ pub struct Family<'a> {
     pub members: Vec<(&'a str, Look)>,
 }
 
-/// Sorts labels into families; `rows` are the method ids (with or without settings) and labels of a
-/// record's rows. Families without members are left out.
-pub fn families<'a>(rows: impl Iterator<Item = (&'a str, &'a str)>) -> Vec<Family<'a>> {
-    let mut labels: Vec<Vec<&str>> = vec![Vec::new(); FAMILIES.len() + 1];
-    for (method, label) in rows {
-        let id = method.split(':').next().unwrap_or(method);
-        let place = FAMILIES.iter().position(|(_, ids)| ids.contains(&id));
-        let place = if label.ends_with(ADAPTIVE.1) { Some(ADAPTIVE.0) } else { place };
-        let place = place.unwrap_or(FAMILIES.len());
-        if !labels[place].contains(&label) {
-            labels[place].push(label);
+/// Sorts labels into families, and leaves out families without members. `rows` are the kin and the
+/// label of a record's rows.
+pub fn families<'a>(rows: impl Iterator<Item = (Kin, &'a str)>) -> Vec<Family<'a>> {
+    let mut labels: [Vec<&str>; Kin::ALL.len()] = Default::default();
+    for (kin, label) in rows {
+        let place = &mut labels[kin as usize];
+        if !place.contains(&label) {
+            place.push(label);
         }
     }
-    let titles = FAMILIES.iter().map(|(title, _)| *title).chain([OTHERS]);
     let members = |(family, labels): (usize, Vec<&'a str>)| {
         let look = |n| Look::pair(n, n + family);
         labels.into_iter().enumerate().map(|(n, label)| (label, look(n))).collect()
     };
-    titles
+    Kin::ALL
+        .into_iter()
         .zip(labels.into_iter().enumerate().map(members))
-        .map(|(title, members): (_, Vec<_>)| Family { title, members })
+        .map(|(kin, members): (_, Vec<_>)| Family { title: kin.title(), members })
         .filter(|family| !family.members.is_empty())
         .collect()
-}
-
-/// All labels, family by family.
-pub fn labels<'a>(rows: impl Iterator<Item = (&'a str, &'a str)>) -> Vec<String> {
-    let families = families(rows);
-    let members = families.iter().flat_map(|family| &family.members);
-    members.map(|(label, _)| (*label).to_owned()).collect()
 }
 
 #[cfg(test)]
@@ -61,32 +81,30 @@ mod tests {
     use super::*;
 
     #[test]
-    fn labels_are_sorted_by_method_and_unknown_methods_come_last() {
+    fn labels_are_sorted_by_kin_and_stand_once() {
         let rows = [
-            ("new-method", "new"),
-            ("kang:sweeps=8", "kang, 8 sweeps"),
-            ("imex-euler:forcing_term=1e-10", "imex-euler"),
-            ("kang", "kang"),
-            ("kang:sweeps=8", "kang, 8 sweeps"),
-            ("imex-euler:tolerance=0.1", "imex-euler, adaptive"),
+            (Kin::Other, "new"),
+            (Kin::Corrected, "b"),
+            (Kin::ImplicitExplicit, "c"),
+            (Kin::Corrected, "a"),
+            (Kin::Corrected, "b"),
         ];
         let families = families(rows.into_iter());
         let titles: Vec<_> = families.iter().map(|family| family.title).collect();
         assert_eq!(
             titles,
-            ["Implicit-explicit, one step", "Filtered or corrected", "Adaptive steps", OTHERS]
+            ["Implicit-explicit, one step", "Filtered or corrected", "Other methods"]
         );
         let labels: Vec<_> = families[1].members.iter().map(|(label, _)| *label).collect();
-        assert_eq!(labels, ["kang, 8 sweeps", "kang"]);
+        assert_eq!(labels, ["b", "a"]);
     }
 
     #[test]
     fn no_two_curves_look_alike() {
-        let ids: Vec<String> = FAMILIES
-            .iter()
-            .flat_map(|(_, ids)| (0..7).map(move |n| format!("{}:variant={n}", ids[0])))
-            .collect();
-        let families = families(ids.iter().map(|id| (id.as_str(), id.as_str())));
+        let kins = Kin::ALL.into_iter().filter(|kin| *kin != Kin::Other);
+        let rows: Vec<(Kin, String)> =
+            kins.flat_map(|kin| (0..7).map(move |n| (kin, format!("{kin:?} {n}")))).collect();
+        let families = families(rows.iter().map(|(kin, label)| (*kin, label.as_str())));
         let looks: Vec<Look> =
             families.iter().flat_map(|family| &family.members).map(|(_, look)| *look).collect();
         assert_eq!(looks.len(), 42);

@@ -4,7 +4,7 @@
 //! recurrences of the oracle, as do the laws of spin.
 
 use super::case;
-use super::{Form, Limit, Radius, SpinLaw, Theory};
+use super::{Form, Kin, Limit, Radius, SpinLaw, Theory};
 use drape_oracle::laws::spin;
 use drape_oracle::recurrence::{
     Multistep, adams_bashforth, backward_euler, bdf, desbrun, explicit_euler, imex_euler,
@@ -39,6 +39,7 @@ fn two_step(method: &Multistep, theta: f64, eta: f64) -> f64 {
 
 pub(crate) static EXPLICIT_EULER: Theory = Theory {
     case: case::explicit_euler,
+    kin: Kin::Explicit,
     divides: false,
     is_limited: false,
     forms: &[form("explicit-euler")
@@ -48,6 +49,7 @@ pub(crate) static EXPLICIT_EULER: Theory = Theory {
 
 pub(crate) static SYMPLECTIC_EULER: Theory = Theory {
     case: case::symplectic_euler,
+    kin: Kin::Explicit,
     divides: false,
     is_limited: true,
     forms: &[
@@ -62,6 +64,7 @@ pub(crate) static SYMPLECTIC_EULER: Theory = Theory {
 
 pub(crate) static LEAPFROG: Theory = Theory {
     case: case::leapfrog,
+    kin: Kin::Explicit,
     divides: true,
     is_limited: true,
     forms: &[form("leapfrog")
@@ -71,6 +74,7 @@ pub(crate) static LEAPFROG: Theory = Theory {
 
 pub(crate) static PROVOT: Theory = Theory {
     case: case::provot,
+    kin: Kin::Corrected,
     divides: false,
     is_limited: true,
     // The limit is that of springs within its elongation limit. A method that shortens springs
@@ -83,6 +87,7 @@ pub(crate) static PROVOT: Theory = Theory {
 
 pub(crate) static ADAMS_BASHFORTH: Theory = Theory {
     case: case::adams_bashforth,
+    kin: Kin::Explicit,
     divides: false,
     is_limited: false,
     forms: &[
@@ -100,6 +105,7 @@ pub(crate) static ADAMS_BASHFORTH: Theory = Theory {
 
 pub(crate) static BACKWARD_EULER: Theory = Theory {
     case: case::backward_euler,
+    kin: Kin::Implicit,
     divides: false,
     is_limited: false,
     forms: &[form("backward-euler")
@@ -109,6 +115,7 @@ pub(crate) static BACKWARD_EULER: Theory = Theory {
 
 pub(crate) static BDF: Theory = Theory {
     case: case::bdf2,
+    kin: Kin::Implicit,
     divides: false,
     is_limited: false,
     forms: &[
@@ -119,6 +126,7 @@ pub(crate) static BDF: Theory = Theory {
 
 pub(crate) static TERZOPOULOS_FLEISCHER: Theory = Theory {
     case: case::terzopoulos_fleischer,
+    kin: Kin::Implicit,
     divides: false,
     is_limited: false,
     forms: &[
@@ -134,6 +142,7 @@ pub(crate) static TERZOPOULOS_FLEISCHER: Theory = Theory {
 
 pub(crate) static BARAFF_WITKIN: Theory = Theory {
     case: case::baraff_witkin,
+    kin: Kin::Implicit,
     divides: false,
     is_limited: false,
     // Across the spring the linearised force is that of the old secant stiffness.
@@ -144,6 +153,7 @@ pub(crate) static BARAFF_WITKIN: Theory = Theory {
 
 pub(crate) static DESBRUN: Theory = Theory {
     case: case::desbrun,
+    kin: Kin::Corrected,
     divides: false,
     is_limited: false,
     forms: &[
@@ -154,6 +164,7 @@ pub(crate) static DESBRUN: Theory = Theory {
 
 pub(crate) static KANG: Theory = Theory {
     case: case::kang,
+    kin: Kin::Corrected,
     divides: false,
     is_limited: false,
     forms: &[
@@ -166,6 +177,7 @@ pub(crate) static KANG: Theory = Theory {
 
 pub(crate) static IMEX_EULER: Theory = Theory {
     case: case::imex_euler,
+    kin: Kin::ImplicitExplicit,
     divides: false,
     is_limited: true,
     forms: &[
@@ -182,6 +194,7 @@ pub(crate) static IMEX_EULER: Theory = Theory {
 
 pub(crate) static IMEX_UPDATED: Theory = Theory {
     case: case::imex_updated,
+    kin: Kin::ImplicitExplicit,
     divides: false,
     is_limited: false,
     forms: &[
@@ -195,6 +208,7 @@ pub(crate) static IMEX_UPDATED: Theory = Theory {
 
 pub(crate) static SBDF2: Theory = Theory {
     case: case::imex_sbdf2,
+    kin: Kin::TwoSteps,
     divides: false,
     is_limited: false,
     forms: &[form("imex-sbdf2").limit(ALWAYS, |t, e| two_step(&Multistep::sbdf2(1.0), t, e))],
@@ -202,6 +216,7 @@ pub(crate) static SBDF2: Theory = Theory {
 
 pub(crate) static CNAB2: Theory = Theory {
     case: case::imex_cnab2,
+    kin: Kin::TwoSteps,
     divides: false,
     is_limited: false,
     forms: &[form("imex-cnab2").limit(ALWAYS, |t, e| two_step(&Multistep::cnab2(1.0), t, e))],
@@ -209,6 +224,7 @@ pub(crate) static CNAB2: Theory = Theory {
 
 pub(crate) static MCNAB2: Theory = Theory {
     case: case::imex_mcnab2,
+    kin: Kin::TwoSteps,
     divides: false,
     is_limited: false,
     forms: &[form("imex-mcnab2").limit(ALWAYS, |t, e| two_step(&Multistep::mcnab2(1.0), t, e))],
@@ -216,6 +232,7 @@ pub(crate) static MCNAB2: Theory = Theory {
 
 pub(crate) static CNLF: Theory = Theory {
     case: case::imex_cnlf,
+    kin: Kin::TwoSteps,
     divides: false,
     is_limited: false,
     forms: &[form("imex-cnlf").limit(ALWAYS, |t, e| two_step(&Multistep::cnlf(), t, e))],

@@ -12,6 +12,7 @@ pub(crate) use forms::*;
 pub(crate) use linear::Problem;
 
 use crate::methods;
+use drape_report::family::Kin;
 
 /// A spectral radius above 1 by no more than this is round-off.
 const ROUND_OFF: f64 = 1e-9;
@@ -28,6 +29,8 @@ pub(crate) type SpinLaw = fn(theta: f64, before: f64, after: f64) -> f64;
 pub(crate) struct Theory {
     /// What it should do on a hard case.
     pub(crate) case: fn(&Problem<'_>) -> Expectation,
+    /// The panel of figures in which its curves stand.
+    pub(crate) kin: Kin,
     /// Whether it divides a step by itself, unless its setting `step` is `fixed`.
     pub(crate) divides: bool,
     /// Whether the numbers of its explicit effects ([`drape_integrator::ExplicitNumbers`]) limit

@@ -1,7 +1,7 @@
 //! Figures and tables of the experiment `energy`.
 
 use super::facts::{Facts, Ledger, Row, Scene};
-use drape_report::family::{families, labels};
+use crate::families::{families, labels};
 use drape_report::number::{power, setting, significant};
 use drape_report::page::{Table, absent, texts};
 use drape_report::plate::{Draw, Plate};

@@ -1,8 +1,8 @@
 //! Figures of the experiment `momentum`.
 
 use super::facts::{Facts, Row, Scene};
+use crate::families::{families, labels};
 use drape_report::Verdict;
-use drape_report::family::{families, labels};
 use drape_report::number::{power, setting, significant};
 use drape_report::page::{Table, absent, texts};
 use drape_report::plate::{Draw, Plate};

@@ -1,7 +1,7 @@
 //! Figures of the experiment `order`.
 
 use super::facts::{Facts, Row, Run, Scene};
-use drape_report::family::{families, labels};
+use crate::families::{families, labels};
 use drape_report::number::{power, setting, significant};
 use drape_report::page::{Table, absent, texts};
 use drape_report::plate::{Draw, Plate};

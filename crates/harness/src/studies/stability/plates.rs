@@ -1,8 +1,8 @@
 //! Figures and tables of the experiment `stability`.
 
 use super::facts::{Cell, Facts, Limit, Shear};
+use crate::families::labels;
 use drape_report::Verdict;
-use drape_report::family::labels;
 use drape_report::number::{power, setting, significant, trimmed};
 use drape_report::page::{Table, absent, texts};
 use drape_report::plate::{Draw, Plate};

@@ -1,8 +1,8 @@
 //! Figures of the experiment `work-precision`.
 
 use super::facts::{Facts, Row, Run, Scene, TimingRow, Winner};
+use crate::families::families;
 use drape_report::Verdict;
-use drape_report::family::families;
 use drape_report::number::{power, significant};
 use drape_report::page::{Table, absent, texts};
 use drape_report::plate::{Draw, Plate};
