@@ -46,7 +46,6 @@ pub(super) struct Place {
 /// What the energy of a run did.
 #[derive(Clone, Debug)]
 pub(super) struct Survey {
-    pub(super) place: Place,
     pub(super) verdict: Verdict,
     /// Greatest rise above the start over `E_ref`.
     pub(super) gain: f64,
@@ -113,7 +112,6 @@ impl Place {
             None => judge(&run.energy, run.rule, available),
         };
         Ok(Survey {
-            place: *self,
             verdict,
             gain: run.energy.gain / available,
             rises: run.energy.rises,
@@ -126,19 +124,6 @@ impl Place {
 /// Runs a method at all places.
 pub(super) fn survey(method: &str) -> Result<Vec<Survey>, HarnessError> {
     places().par_iter().with_max_len(1).map(|place| place.run(method)).collect()
-}
-
-/// Where it is, in prose.
-pub(super) fn told(place: &Place) -> String {
-    let scene = match place.scene {
-        Scene::Hanging => "hanging",
-        Scene::Squeezed => "squeezed",
-        Scene::Spinning => "spinning",
-    };
-    format!(
-        "{scene}, h = {:.3} s, k/m = {:.0e}/s², d/m = {}/s",
-        place.step, place.stiffness, place.damping
-    )
 }
 
 /// What was run, in prose.
