@@ -6,9 +6,10 @@ pub(super) const CLAIM: Claim = Claim {
     id: "C01",
     section: "2.2",
     says: "stationary iterations are unfit for stiff systems, CG fits",
-    criterion: "At h²k/m = 100, to 1e-6, Jacobi needs more than 10 times as many sweeps as CG iterations.",
+    criterion: "At h²k/m = 100, to 1e-6, Jacobi needs more than 10 times as many sweeps as CG \
+                iterations.",
     reads: &["Jacobi / CG, ", "over-relaxed sweeps with the best factor, ", "CG iterations, "],
-    overturned_by: "One system on which Jacobi needs at most 10 times as many sweeps.",
+    overturned_by: "One system on which Jacobi needs at most 10 times as many sweeps refutes it.",
     see: "cg-vs-theta.svg",
     judge,
 };

@@ -13,7 +13,7 @@ pub(super) const CLAIM: Claim = Claim {
         "greatest rise above the start over the energy set free",
         "runs over budget",
     ],
-    overturned_by: "One step of the atlas in which the energy rises by more than round-off.",
+    overturned_by: "One step of the atlas in which the energy rises beyond round-off refutes it.",
     see: "stability-atlas.svg",
     judge,
 };
@@ -30,7 +30,8 @@ fn judge(evidence: Evidence<'_>) -> Result<Judgement, Missing> {
     };
     let reason = format!(
         "The energy rises in {rises} of {steps} steps, and at most {} of the energy set free above \
-         the start. With all springs in the matrix, an exact solve loses at least ½‖v₊ − v‖²_M a step.",
+         the start. With all springs in the matrix, an exact solve loses at least ½‖v₊ − v‖²_M a \
+         step.",
         told(worst)
     );
     Ok(Judgement { verdict, reason, repair: None })

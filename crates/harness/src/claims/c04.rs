@@ -6,10 +6,10 @@ pub(super) const CLAIM: Claim = Claim {
     id: "C04",
     section: "3",
     says: "one linearised Newton step suffers at high stiffness",
-    criterion: "From k/m = 1e4 to 1e8 the error of one step over that of the converged method grows by \
-        more than 2.",
+    criterion: "From k/m = 1e4 to 1e8 the error of one step over that of the converged method \
+                grows by more than 2.",
     reads: &["growth of their quotient, "],
-    overturned_by: "A scene and step size in which the quotient of the errors grows by 2 or less.",
+    overturned_by: "Series whose quotients all grow by at most 2 refute it.",
     see: "work-precision.svg",
     judge,
 };
@@ -27,8 +27,9 @@ fn judge(evidence: Evidence<'_>) -> Result<Judgement, Missing> {
         _ => Ruling::Undecided,
     };
     let reason = format!(
-        "The quotient of the errors grows by a factor of {} to {}, beyond 2 in {growing} of {} series. \
-         One linearisation keeps the old directions of the springs and sees late what a turn stretches.",
+        "The quotient of the errors grows by a factor of {} to {}, beyond 2 in {growing} of {} \
+         series. One linearisation keeps the old directions of the springs and sees late what a \
+         turn stretches.",
         told(low),
         told(high),
         growth.len()

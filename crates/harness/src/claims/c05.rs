@@ -6,14 +6,14 @@ pub(super) const CLAIM: Claim = Claim {
     id: "C05",
     section: "3",
     says: "Desbrun does not solve the equation completely; momentum is only about kept",
-    criterion: "The error stays above 10 % of the motion as h → 0, or the angular momentum drifts by more \
-        than 1 %.",
+    criterion: "The error stays above 10 % of the motion as h → 0, or the angular momentum drifts \
+                by more than 1 %.",
     reads: &[
         "error over motion, ",
         "angular drift in 1 s as published, ",
         "greatest drift of the momentum, as published",
     ],
-    overturned_by: "Errors that fall below 10 % in every scene, together with drifts of at most 1 %.",
+    overturned_by: "Errors below 10 % in every scene, with drifts of at most 1 %, refute it.",
     see: "momentum-spin-left.svg",
     judge,
 };
@@ -32,8 +32,8 @@ fn judge(evidence: Evidence<'_>) -> Result<Judgement, Missing> {
     let drifting = drifts.iter().filter(|drift| **drift > DRIFT).count();
     let (low, high) = span(&drifts);
     let reason = format!(
-        "The error stays above 10 % of the motion in {stuck} of {} scenes. The angular momentum drifts \
-         by {} to {} in a second; linear momentum is kept to {}.",
+        "The error stays above 10 % of the motion in {stuck} of {} scenes. The angular momentum \
+         drifts by {} to {} in a second; linear momentum is kept to {}.",
         errors.len(),
         told(low),
         told(high),

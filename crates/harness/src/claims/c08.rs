@@ -12,7 +12,8 @@ pub(super) const CLAIM: Claim = Claim {
         "rows",
         "greatest margin over diagonal, h²k/m = ",
     ],
-    overturned_by: "A row whose margin is not its mass, or a relative margin that does not vanish.",
+    overturned_by: "A row whose margin is not its mass, or a relative margin that stays, refutes \
+                    it.",
     see: "cg-vs-theta.svg",
     judge,
 };

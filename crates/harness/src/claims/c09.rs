@@ -6,14 +6,15 @@ pub(super) const CLAIM: Claim = Claim {
     id: "C09",
     section: "3",
     says: "post-correction of elongated springs is not physically sound",
-    criterion: "At limit 0.1 the order of the sweep moves the final positions by more than 1 % of the \
-        motion, or they do not approach the stiff reference as the limit falls to 0.01.",
+    criterion: "At limit 0.1 the order of the sweep moves the final positions by more than 1 % of \
+                the motion, or they do not approach the stiff reference as the limit falls to \
+                0.01.",
     reads: &[
         "difference between orders over motion, ",
         "distance from the stiff reference over motion, limit ",
         "the same between starts 1e-9 m apart, ",
     ],
-    overturned_by: "Cases that all agree: each depends on the order or stays away, or none does.",
+    overturned_by: "Cases that all agree decide it.",
     see: "post-correction-order.svg",
     judge,
 };
@@ -47,9 +48,9 @@ fn judge(evidence: Evidence<'_>) -> Result<Judgement, Missing> {
         _ => Ruling::Undecided,
     };
     let reason = format!(
-        "The order of the sweep matters in {depending} of {} cases, by up to {} of the motion; starts \
-         a nanometre apart differ by at most {}. In {astray} cases the sheet does not approach the \
-         stiff one.",
+        "The order of the sweep matters in {depending} of {} cases, by up to {} of the motion; \
+         starts a nanometre apart differ by at most {}. In {astray} cases the sheet does not \
+         approach the stiff one.",
         spreads.len(),
         told(spread),
         told(control)

@@ -12,7 +12,7 @@ pub(super) const CLAIM: Claim = Claim {
         "mean fall in 0.3 s, k/m = 1e6, IMEX Euler, without ∂F2",
         "mean fall in 0.3 s, k/m = 1e6, Baraff-Witkin, with ∂F2 in the matrix",
     ],
-    overturned_by: "Ratios of the norms that are all below 0.1.",
+    overturned_by: "Ratios that are all below 0.1 confirm it.",
     see: "locking-stiffness.svg",
     judge,
 };
@@ -26,8 +26,9 @@ fn judge(evidence: Evidence<'_>) -> Result<Judgement, Missing> {
     let without = fall("IMEX Euler, without ∂F2")?;
     let with = fall("Baraff-Witkin, with ∂F2 in the matrix")?;
     let reason = format!(
-        "The norm of ∂F2 is at least {} of that of ∂F1: it has the full stiffness across each spring. \
-         There it cancels ∂F1, and without it a spring resists turning as it resists stretching.",
+        "The norm of ∂F2 is at least {} of that of ∂F1: it has the full stiffness across each \
+         spring. There it cancels ∂F1, and without it a spring resists turning as it resists \
+         stretching.",
         told(least)
     );
     let repair = format!(

@@ -6,8 +6,8 @@ pub(super) const CLAIM: Claim = Claim {
     id: "C12",
     section: "4",
     says: "stable under all circumstances and with all feasible parameters",
-    criterion: "No energy growth with the paper's own ε, predictor and updates, over the stability atlas \
-        and the hard cases.",
+    criterion: "No energy growth with the paper's own ε, predictor and updates, over the stability \
+                atlas and the hard cases.",
     reads: &[
         "runs that are not stable, updated CG as printed, ",
         "runs, updated CG as printed, ",
@@ -16,7 +16,7 @@ pub(super) const CLAIM: Claim = Claim {
         "runs that are not stable, updated CG, safeguarded",
         "runs, updated CG, safeguarded",
     ],
-    overturned_by: "No run of the method as printed that is unstable.",
+    overturned_by: "It is confirmed if every run of the method as printed is stable.",
     see: "hard-cases.svg",
     judge,
 };
@@ -33,13 +33,13 @@ fn judge(evidence: Evidence<'_>) -> Result<Judgement, Missing> {
     let safe = evidence.value("runs that are not stable, updated CG, safeguarded")?;
     let safe_runs = evidence.value("runs, updated CG, safeguarded")?;
     let reason = format!(
-        "As printed, {failing} of {runs} runs are not stable, and {gross} gain more than half of the \
-         energy set free. A loose ε accepts the predictor unchanged, which then feeds on itself; \
-         without updates {plain} runs fail."
+        "As printed, {failing} of {runs} runs are not stable, and {gross} gain more than half of \
+         the energy set free. A loose ε accepts the predictor unchanged, which then feeds on \
+         itself; without updates {plain} runs fail."
     );
     let repair = format!(
-        "Without updates, solved to 1e-10 from v_n, {exact} hard cases fail; of the safeguarded updates \
-         {safe} of {safe_runs} runs fail."
+        "Without updates, solved to 1e-10 from v_n, {exact} hard cases fail; of the safeguarded \
+         updates {safe} of {safe_runs} runs fail."
     );
     let is_met = failing == 0.0;
     Ok(Judgement::new(is_met, reason).repaired((!is_met).then_some(repair)))

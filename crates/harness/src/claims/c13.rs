@@ -6,8 +6,8 @@ pub(super) const CLAIM: Claim = Claim {
     id: "C13",
     section: "5",
     says: "stiffness depends on k/m, not on k",
-    criterion: "Scaling k and m by a power of two keeps every bit (with IC(0), whose square roots round, \
-        by a power of four). Any other factor changes less than 1e-9.",
+    criterion: "Scaling k and m by a power of two keeps every bit (with IC(0), whose square roots \
+                round, by a power of four). Any other factor changes less than 1e-9.",
     reads: &[
         "runs scaled by a power of two that differ in a bit",
         "runs scaled by a power of two",
@@ -15,7 +15,8 @@ pub(super) const CLAIM: Claim = Claim {
         "change over the motion by a factor of 2, with the square roots of IC(0)",
         "least change over the motion when k alone is halved",
     ],
-    overturned_by: "One bit that differs under a power of two, or a change of 1e-9 under another factor.",
+    overturned_by: "One bit that differs under a power of two, or a change of 1e-9 otherwise, \
+                    refutes it.",
     see: "cg-vs-stiffness.svg",
     judge,
 };
@@ -31,9 +32,9 @@ fn judge(evidence: Evidence<'_>) -> Result<Judgement, Missing> {
     let roots = evidence.value(what)?;
     let control = evidence.value("least change over the motion when k alone is halved")?;
     let reason = format!(
-        "Scaling k and m together changes a bit in {differing} of {runs} runs with a power of two, and \
-         at most {} of the motion otherwise ({} by a factor of 2 with IC(0)). Halving k alone changes \
-         at least {}.",
+        "Scaling k and m together changes a bit in {differing} of {runs} runs with a power of two, \
+         and at most {} of the motion otherwise ({} by a factor of 2 with IC(0)). Halving k alone \
+         changes at least {}.",
         told(worst),
         told(roots),
         told(control)

@@ -8,7 +8,7 @@ pub(super) const CLAIM: Claim = Claim {
     says: "a finer mesh is stiffer",
     criterion: "At fixed material the largest frequency grows with N.",
     reads: &["largest frequency, ", "the same, N = 80 over N = 5, at fixed k/m, grid"],
-    overturned_by: "One refinement after which the largest frequency is not larger.",
+    overturned_by: "One refinement after which the largest frequency is not larger refutes it.",
     see: "cg-vs-stiffness.svg",
     judge,
 };
@@ -21,8 +21,9 @@ fn judge(evidence: Evidence<'_>) -> Result<Judgement, Missing> {
     let (least, _) = span(&series.iter().map(|(_, s)| growth(s)).collect::<Vec<_>>());
     let trend = if grows { "grows" } else { "does not grow" };
     let reason = format!(
-        "At fixed material the largest frequency {trend} with every refinement, by a factor of at least \
-         {} in all. At fixed k/m it changes by a factor of {}, so a finer mesh is a softer cloth there.",
+        "At fixed material the largest frequency {trend} with every refinement, by a factor of at \
+         least {} in all. At fixed k/m it changes by a factor of {}, so a finer mesh is a softer \
+         cloth there.",
         told(least),
         told(spread)
     );

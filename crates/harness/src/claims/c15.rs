@@ -13,8 +13,8 @@ pub(super) const CLAIM: Claim = Claim {
         "inverse / CG, least over the six rows with the paper's own counts",
         "cheaper from this n on, ",
     ],
-    overturned_by: "A row of the paper, or a sheet of 400 particles, on which the inverse takes fewer \
-        operations.",
+    overturned_by: "A row of the paper, or a sheet of 400 particles, on which the inverse is \
+                    cheaper refutes it.",
     see: "inverse-cost.svg",
     judge,
 };
@@ -36,8 +36,8 @@ fn judge(evidence: Evidence<'_>) -> Result<Judgement, Missing> {
     let used = crossovers.iter().filter(|(at, _)| USED.iter().any(|term| at.ends_with(term)));
     let crossover = used.fold(0.0_f64, |most, (_, number)| most.max(number.value));
     let reason = format!(
-        "On the paper's scenes the inverse takes at least {} (ε = 0.05) and {} (ε = 1e-3) times the \
-         operations of CG, and {} times with the paper's own counts. CG wins from n = {} on.",
+        "On the paper's scenes the inverse takes at least {} (ε = 0.05) and {} (ε = 1e-3) times \
+         the operations of CG, and {} times with the paper's own counts. CG wins from n = {} on.",
         told(loose),
         told(tight),
         told(printed),

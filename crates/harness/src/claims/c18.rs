@@ -6,15 +6,16 @@ pub(super) const CLAIM: Claim = Claim {
     id: "C18",
     section: "5",
     says: "in general the matrix must be set up each step",
-    criterion: "With piecewise-linear springs, keeping either matrix doubles the error on some sheet. \
-        Refuted if one that is kept is nowhere off by 10 % more.",
+    criterion: "With piecewise-linear springs, keeping either matrix doubles the error on some \
+                sheet. Refuted if one that is kept is nowhere off by 10 % more.",
     reads: &[
         "greatest error over that of setting up, steepest slopes",
         "greatest error over that of setting up, slopes at the start",
         "error, kept with the slopes at the start; ",
         "error, matrix of the present slopes; ",
     ],
-    overturned_by: "A sheet on which both matrices that are kept more than double the error.",
+    overturned_by: "It is confirmed if either kept matrix more than doubles the error on some \
+                    sheet.",
     see: "claims.svg",
     judge,
 };
@@ -40,8 +41,8 @@ fn judge(evidence: Evidence<'_>) -> Result<Judgement, Missing> {
         Ruling::Undecided
     };
     let reason = format!(
-        "A matrix kept with the steepest slopes makes up to {} times the error of one that is set up \
-         anew. Kept with the slopes at the start it makes {} to {} times the error.",
+        "A matrix kept with the steepest slopes makes up to {} times the error of one that is set \
+         up anew. Kept with the slopes at the start it makes {} to {} times the error.",
         told(steepest),
         told(best),
         told(first)

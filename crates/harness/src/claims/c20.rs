@@ -6,7 +6,8 @@ pub(super) const CLAIM: Claim = Claim {
     id: "C20",
     section: "6",
     says: "any collision, elastic or inelastic; no penetration visible",
-    criterion: "No particle is deeper than v·h or displayed inside, and restitution is met within 5 %.",
+    criterion: "No particle is deeper than v·h or displayed inside, and restitution is met within \
+                5 %.",
     reads: &[
         "greatest depth over v·h",
         "greatest lack of the velocity that restitution asks for",
@@ -16,8 +17,8 @@ pub(super) const CLAIM: Claim = Claim {
         "greatest displayed depth of a particle",
         "greatest displayed depth between particles",
     ],
-    overturned_by: "An impact that leaves too slowly, a particle that is deeper than v·h, or one displayed \
-        inside.",
+    overturned_by: "One impact that leaves too slowly, or one particle that lies too deep, refutes \
+                    it.",
     see: "collision-depth.svg",
     judge,
 };
@@ -38,9 +39,9 @@ fn judge(evidence: Evidence<'_>) -> Result<Judgement, Missing> {
     let displayed = evidence.value("greatest displayed depth of a particle")?;
     let between = evidence.value("greatest displayed depth between particles")?;
     let reason = format!(
-        "Of {count} impacts none leaves too slowly by more than {} of its speed, and {pulled} leave \
-         faster, pulled by stiff springs. No particle is deeper than {} v·h, but displayed triangles \
-         cut into obstacles by up to {} m.",
+        "Of {count} impacts none leaves too slowly by more than {} of its speed, and {pulled} \
+         leave faster, pulled by stiff springs. No particle is deeper than {} v·h, but displayed \
+         triangles cut into obstacles by up to {} m.",
         told(lack.max(0.0)),
         told(depth),
         told(between)

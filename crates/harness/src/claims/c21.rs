@@ -8,7 +8,7 @@ pub(super) const CLAIM: Claim = Claim {
     says: "without updates the motion nearly stops at very high stiffness",
     criterion: "At k/m ≥ 1e6 and h = 0.01 s less than half of the motion is left.",
     reads: &["plain, ", "solved to 1e-10, ", "updated, "],
-    overturned_by: "A stiff sheet that keeps half of its motion.",
+    overturned_by: "A stiff sheet that keeps half of its motion refutes it.",
     see: "locking-stiffness.svg",
     judge,
 };
@@ -30,8 +30,8 @@ fn judge(evidence: Evidence<'_>) -> Result<Judgement, Missing> {
     }
     let ((least, greatest), (_, exact)) = (span(&plain), span(&tight));
     let reason = format!(
-        "Plain IMEX Euler keeps {} to {} of the motion, and at most {} when it is solved to 1e-10: the \
-         step brakes, not the solver. With updates at least {} is kept.",
+        "Plain IMEX Euler keeps {} to {} of the motion, and at most {} when it is solved to 1e-10: \
+         the step brakes, not the solver. With updates at least {} is kept.",
         told(least),
         told(greatest),
         told(exact),

@@ -9,7 +9,7 @@ pub(super) const CLAIM: Claim = Claim {
     criterion: "An aligned spring, whose exact Hessian has no coupling either, does not lock; the \
         3×3-block variant, which couples, does not lock.",
     reads: &["kept, aligned spring, ", "kept, spring at 45°, ", "kept, sheet, "],
-    overturned_by: "An aligned spring that moves, or a coupled matrix that is stiff across and moves.",
+    overturned_by: "It is confirmed if neither the aligned spring nor the coupled matrix locks.",
     see: "locking-stiffness.svg",
     judge,
 };
@@ -32,9 +32,9 @@ fn judge(evidence: Evidence<'_>) -> Result<Judgement, Missing> {
         _ => Ruling::Undecided,
     };
     let reason = format!(
-        "An aligned spring, which needs no coupling, keeps {} of its motion (one at 45° {}). A coupled \
-         matrix that is half as stiff across springs leaves {} to the sheet: the stiffness across \
-         springs decides.",
+        "An aligned spring, which needs no coupling, keeps {} of its motion (one at 45° {}). A \
+         coupled matrix that is half as stiff across springs leaves {} to the sheet: the stiffness \
+         across springs decides.",
         told(aligned.0),
         told(oblique.0),
         told(sheet.0)

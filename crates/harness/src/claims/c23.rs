@@ -6,10 +6,10 @@ pub(super) const CLAIM: Claim = Claim {
     id: "C23",
     section: "7",
     says: "the updated iteration converges as well as plain CG",
-    criterion: "At ε = 1e-4 and h²k/m = 1 … 1e4 updated CG takes at most twice the iterations of plain \
-        CG.",
+    criterion: "At ε = 1e-4 and h²k/m = 1 … 1e4 updated CG takes at most twice the iterations of \
+                plain CG.",
     reads: &["updated / plain, ", "updated / plain, same step, "],
-    overturned_by: "Ratios of the iterations that are all at most 2.",
+    overturned_by: "Ratios that are all at most 2 confirm it.",
     see: "cg-plain-vs-updated.svg",
     judge,
 };

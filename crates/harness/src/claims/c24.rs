@@ -8,7 +8,7 @@ pub(super) const CLAIM: Claim = Claim {
     says: "updated CG needs fewer iterations than plain CG on the full system",
     criterion: "Updated CG takes fewer iterations at equal error, in every comparison.",
     reads: &["updated, ", "full system, "],
-    overturned_by: "Comparisons that updated CG wins throughout.",
+    overturned_by: "It is confirmed if updated CG wins every comparison.",
     see: "work-precision.svg",
     judge,
 };
@@ -27,9 +27,9 @@ fn judge(evidence: Evidence<'_>) -> Result<Judgement, Missing> {
     let (all, fewer) = (ratios.len() + lost, ratios.iter().filter(|ratio| **ratio < 1.0).count());
     let (low, high) = span(&ratios);
     let reason = format!(
-        "At equal error updated CG takes {} to {} times the iterations of plain CG on the full system, \
-         and fewer in {fewer} of {all} comparisons. Its updates grow in number with θ; Newton's steps \
-         do not.",
+        "At equal error updated CG takes {} to {} times the iterations of plain CG on the full \
+         system, and fewer in {fewer} of {all} comparisons. Its updates grow in number with θ; \
+         Newton's steps do not.",
         told(low),
         told(high)
     );

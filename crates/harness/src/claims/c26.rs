@@ -6,14 +6,14 @@ pub(super) const CLAIM: Claim = Claim {
     id: "C26",
     section: "8",
     says: "iterations grow with stiffness; a smaller step need not mean more",
-    criterion: "Iterations a step are monotone in k/m, and their total over a second is not monotone in \
-        h.",
+    criterion: "Iterations a step are monotone in k/m, and their total over a second is not \
+                monotone in h.",
     reads: &[
         "they grow up to k/m, ",
         "total not monotone in h (1: yes), ",
         "way of a corner, stiffest over softest, ",
     ],
-    overturned_by: "Iterations that grow with k/m in every series.",
+    overturned_by: "Iterations that grow with k/m in every series confirm it.",
     see: "cg-vs-stiffness.svg",
     judge,
 };
@@ -31,8 +31,8 @@ fn judge(evidence: Evidence<'_>) -> Result<Judgement, Missing> {
         way = way.min(evidence.value(&what)?);
     }
     let reason = format!(
-        "Iterations a step grow throughout in {growing} of {} series; in the others the cloth locks \
-         and a corner keeps as little as {} of its way. The total is not monotone in h in \
+        "Iterations a step grow throughout in {growing} of {} series; in the others the cloth \
+         locks and a corner keeps as little as {} of its way. The total is not monotone in h in \
          {not_monotone} of {}.",
         growth.len(),
         told(way),

@@ -6,14 +6,14 @@ pub(super) const CLAIM: Claim = Claim {
     id: "C27",
     section: "9",
     says: "the differential equation is solved completely",
-    criterion: "Some form of the method has the observed order 1 against the reference, at feasible h, in \
-        every scene.",
+    criterion: "Some form of the method has the observed order 1 against the reference, at \
+                feasible h, in every scene.",
     reads: &[
         "order, ",
         "error at h = 0.00125 s, plain, ε = 1e-10, ",
         "CG iterations a step at most, updated, ε = 1e-8, ",
     ],
-    overturned_by: "No form that has order 1 in every scene.",
+    overturned_by: "It is refuted if no form has order 1 in every scene.",
     see: "order-stiff.svg",
     judge,
 };

@@ -14,8 +14,8 @@ pub(super) const CLAIM: Claim = Claim {
         "retained motion, updated (to k/m = 1e5), ",
         "gain of energy over what is set free, ",
     ],
-    overturned_by: "A quantity that rises on one mesh where it falls on the grid, or a mesh that gains \
-        energy.",
+    overturned_by: "A trend that goes the other way than on the grid, or a gain of energy, refutes \
+                    it.",
     see: "claims.svg",
     judge,
 };
@@ -43,8 +43,9 @@ fn judge(evidence: Evidence<'_>) -> Result<Judgement, Missing> {
         last.push(span(&ends.collect::<Vec<_>>()));
     }
     let reason = format!(
-        "{differing} trends go the other way than on the grid, and no mesh gains more than {} of the \
-         energy set free. At the stiffest the meshes keep {} to {} of the motion without updates.",
+        "{differing} trends go the other way than on the grid, and no mesh gains more than {} of \
+         the energy set free. At the stiffest the meshes keep {} to {} of the motion without \
+         updates.",
         told(gain),
         told(last[0].0),
         told(last[0].1)

@@ -66,7 +66,8 @@ impl<'a> Evidence<'a> {
         Ok(self.rows(prefix)?.iter().map(|(_, number)| number.value).collect())
     }
 
-    /// The values of [`rows`](Self::rows) in series: names that differ only behind `by` belong together.
+    /// The values of [`rows`](Self::rows) in series: names that differ only behind `by` belong
+    /// together.
     pub(super) fn series(
         self,
         prefix: &str,

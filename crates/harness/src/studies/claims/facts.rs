@@ -1,4 +1,5 @@
-//! Records of the experiment `claims`: what was measured for each claim of the paper, and the verdict.
+//! Records of the experiment `claims`: what was measured for each claim of the paper, and the
+//! verdict.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -103,7 +104,8 @@ pub struct TimingRow {
     pub cases: Vec<TimedCase>,
     /// What the seconds give: the criterion's number.
     pub number: Number,
-    /// The verdict by the seconds alone. If it is not that of the facts, the claim is undecided on this machine.
+    /// The verdict by the seconds alone. If it is not that of the facts, the claim is undecided on
+    /// this machine.
     pub verdict: Ruling,
 }
 

@@ -13,10 +13,10 @@ pub(super) type Input = crate::studies::Input<Facts, TimingRow>;
 pub(super) const PLATES: &[Plate<Input>] = &[Plate {
     file: "claims.svg",
     title: "Which of the paper's claims hold",
-    caption: "The tile shows what came out for each claim of the paper; its section stands in brackets. A \
-        claim is confirmed if the recorded numbers meet a criterion that was fixed beforehand. A \
-        thick frame marks a claim whose measured seconds contradict the counted work. Criteria, \
-        reasons and repairs stand in the table below.",
+    caption: "The tile shows what came out for each claim of the paper; its section stands in \
+              brackets. A claim is confirmed if the recorded numbers meet a criterion that was \
+              fixed beforehand. A thick frame marks a claim whose measured seconds contradict the \
+              counted work. Criteria, reasons and repairs stand in the table below.",
     draw: Draw::Matrix(verdicts),
 }];
 
@@ -157,9 +157,9 @@ fn seconds(input: &Input) -> Table {
     };
     let rows = input.timings.iter().flat_map(|timings| &timings.rows);
     Table {
-        title:
-            "**Seconds beside the counted work.** Median wall times, and the verdict by them alone."
-                .to_owned(),
+        title: "**Seconds beside the counted work.** Median wall times, and the verdict by them \
+             alone."
+            .to_owned(),
         header: texts(&["id", "timed", "number", "verdict by seconds"]),
         names: 4,
         rows: rows.map(line).collect(),

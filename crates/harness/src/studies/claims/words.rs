@@ -62,7 +62,8 @@ fn unrepaired(rows: &[Row]) -> Option<String> {
     })
 }
 
-/// The section of the paper with the smallest share of confirmed claims, among those with several.
+/// The section of the paper with the smallest share of confirmed claims, among those with
+/// several; none if two share that place.
 fn worst(rows: &[Row]) -> Option<String> {
     let mut sections: Vec<(&str, usize, usize)> = Vec::new();
     for row in rows {
@@ -73,13 +74,14 @@ fn worst(rows: &[Row]) -> Option<String> {
             None => sections.push((section, is_confirmed, 1)),
         }
     }
-    let several = sections.iter().filter(|(.., all)| *all > 1);
     let share = |(_, confirmed, all): &(&str, usize, usize)| *confirmed as f64 / *all as f64;
-    let (section, confirmed, all) =
-        several.min_by(|a, b| share(a).total_cmp(&share(b))).copied()?;
-    Some(format!(
-        "Section {section} has the smallest share: {confirmed} of {all} claims are confirmed."
-    ))
+    sections.retain(|(.., all)| *all > 1);
+    sections.sort_by(|a, b| share(a).total_cmp(&share(b)));
+    let (section, confirmed, all) = *sections.first()?;
+    let is_tie = sections.get(1).is_some_and(|next| share(next) == share(&sections[0]));
+    (!is_tie).then(|| {
+        format!("Section {section} fares worst: {confirmed} of {all} claims are confirmed.")
+    })
 }
 
 /// The claims that the numbers cannot decide.
@@ -89,10 +91,10 @@ fn open(rows: &[Row]) -> Option<String> {
     match ids.len() {
         0 => None,
         count if count > LIST => Some(format!("{count} claims are undecided.")),
-        _ => Some(format!(
-            "Undecided: {}; some scenes agree with the claim, others do not.",
-            ids.join(", ")
-        )),
+        _ => {
+            let ids = ids.join(", ");
+            Some(format!("Undecided, because the criterion is met only in part: {ids}."))
+        }
     }
 }
 
@@ -119,11 +121,22 @@ mod tests {
             "Of 4 claims of the paper, 2 are confirmed and 1 refuted; one is undecided."
         );
         assert_eq!(said.observations[0], "A remedy was measured for 0 of the 1 refuted claims.");
-        assert!(said.observations[1].starts_with("Section 3 has"), "{:?}", said.observations);
+        assert!(
+            said.observations[1].starts_with("Section 3 fares worst"),
+            "{:?}",
+            said.observations
+        );
         assert!(said.observations[1].ends_with("1 of 3 claims are confirmed."));
-        assert!(said.observations[2].starts_with("Undecided: C09;"));
+        assert!(said.observations[2].ends_with("in part: C09."));
         assert!(said.caveats[0].contains("4 of 29"), "{:?}", said.caveats);
         assert!(said.caveats.iter().any(|caveat| caveat.starts_with("Numbers of 1 claims")));
+    }
+
+    #[test]
+    fn a_tie_of_sections_is_not_told() {
+        let rows = ["C01", "C02", "C10", "C11"].map(|id| row(id, Ruling::Refuted, true));
+        assert_eq!(worst(&rows), None);
+        assert!(worst(&rows[..2]).is_some());
     }
 
     #[test]

@@ -16,7 +16,8 @@ const SIDE: u32 = 10;
 const STEPS: [f64; 4] = [1e-3, 1e-2, 1.0 / 15.0, 0.1];
 const STIFFNESSES: [f64; 4] = [1e2, 1e4, 1e6, 1e8];
 const DAMPINGS: [f64; 2] = [0.0, 40.0];
-/// Greatest stiffness over mass whose true motion is computed for `E_ref`, 1/s²: stiffer sheets set free the same.
+/// Greatest stiffness over mass whose true motion is computed for `E_ref`, 1/s²: stiffer sheets set
+/// free the same.
 const TAME: f64 = 1e5;
 /// Most visits of a spring in a run: about 0.2 s.
 const BUDGET: f64 = 4e7;
@@ -127,6 +128,7 @@ pub(super) fn survey(method: &str) -> Result<Vec<Survey>, HarnessError> {
 }
 
 /// What was run, in prose.
-pub(super) const SCENES: &str = "sheets of 10 × 10 with shear springs of 0.1 k: hanging, squeezed to 0.7 of their size and crumpled, \
-     spinning freely at 5/s; h = 0.001, 0.01, 1/15, 0.1 s × k/m = 1e2, 1e4, 1e6, 1e8/s² × d/m = 0, 40/s; at least 2 s and \
-     200 steps each";
+pub(super) const SCENES: &str = "sheets of 10 × 10 with shear springs of 0.1 k: hanging, squeezed \
+                                 to 0.7 of their size and crumpled, spinning freely at 5/s; h = \
+                                 0.001, 0.01, 1/15, 0.1 s × k/m = 1e2, 1e4, 1e6, 1e8/s² × d/m = 0, \
+                                 40/s; at least 2 s and 200 steps each";

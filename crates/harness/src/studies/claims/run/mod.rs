@@ -17,17 +17,17 @@ use std::collections::BTreeMap;
 
 /// How the timings are taken.
 pub(super) fn timing() -> String {
-    "Wall time of the same work whose operations the facts count. One piece runs after the other on \
-     one thread, and the median of the repetitions decides."
+    "Wall time of the same work whose operations the facts count. One piece runs after the other \
+     on one thread, and the median of the repetitions decides."
         .to_owned()
 }
 
 /// How the facts are measured.
 pub(super) fn method() -> String {
-    "Each claim has a criterion that was fixed before anything was measured. A claim is confirmed if \
-     the recorded numbers meet the criterion, refuted if they do not, and undecided if they cannot \
-     tell. Counted work, which is the same on every machine, decides claims about time; measured \
-     seconds must agree. Random numbers come from fixed seeds."
+    "Each claim has a criterion that was fixed before anything was measured. A claim is confirmed \
+     if the recorded numbers meet the criterion, refuted if they do not, and undecided if they \
+     cannot tell. Counted work, which is the same on every machine, decides claims about time; \
+     measured seconds must agree. Random numbers come from fixed seeds."
         .to_owned()
 }
 

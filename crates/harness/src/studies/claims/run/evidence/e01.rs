@@ -16,8 +16,9 @@ pub(super) const TRIAL: Trial = Trial {
     id: "C01",
     scenes: || {
         format!(
-            "the matrix of a step of the hanging sheet, n = 100, 400, 1600, h = {STEP} s, k/m = 1e6/s² (h²k/m = 100), \
-             undamped; right-hand sides of a step after 0.5 s and random ones (seed 1), from zero to 1e-6"
+            "the matrix of a step of the hanging sheet, n = 100, 400, 1600, h = {STEP} s, k/m = \
+             1e6/s² (h²k/m = 100), undamped; right-hand sides of a step after 0.5 s and random \
+             ones (seed 1), from zero to 1e-6"
         )
     },
     portable: true,
@@ -76,8 +77,8 @@ fn cg(a: &ScalarMatrix, b: &[Vec3]) -> usize {
     filtered_pcg(a, &Identity, &free, b, &mut x, reference, &settings, &mut work).iterations
 }
 
-/// The factor with which over-relaxation is fastest on a grid (Young), from the radius of Jacobi's iteration, which is
-/// at most `4θ/(1 + 4θ)`.
+/// The factor with which over-relaxation is fastest on a grid (Young), from the radius of Jacobi's
+/// iteration, which is at most `4θ/(1 + 4θ)`.
 fn optimal_factor(theta: f64) -> f64 {
     let radius = 4.0 * theta / (1.0 + 4.0 * theta);
     2.0 / (1.0 + (1.0 - radius * radius).sqrt())
@@ -126,7 +127,8 @@ fn evidence() -> Result<Vec<Number>, HarnessError> {
 mod tests {
     use super::*;
 
-    /// One row, no coupling: each iteration is exact at once. Two rows with a known radius `w/(1 + w)`.
+    /// One row, no coupling: each iteration is exact at once. Two rows with a known radius `w/(1 +
+    /// w)`.
     #[test]
     fn sweeps_are_counted_as_theory_has_them() {
         let mut a = ScalarMatrix::with_pattern(2, [(0, 1)]);

@@ -15,9 +15,10 @@ pub(super) const TRIAL: Trial = Trial {
     id: "C03",
     scenes: || {
         format!(
-            "one step of hanging sheets of 8 × 8, 12 × 12 and 20 × 20 after 0.2 s, h = {STEP} s, h²k/m = 1, 10, 100, with and \
-             without damping, equal and unequal masses; velocities by dense elimination of both systems, refined; cost by \
-             BiCGStab without preconditioner to 1e-10 (counted multiplications)"
+            "one step of hanging sheets of 8 × 8, 12 × 12 and 20 × 20 after 0.2 s, h = {STEP} s, \
+             h²k/m = 1, 10, 100, with and without damping, equal and unequal masses; velocities by \
+             dense elimination of both systems, refined; cost by BiCGStab without preconditioner \
+             to 1e-10 (counted multiplications)"
         )
     },
     portable: true,
@@ -136,15 +137,16 @@ impl Step {
         norm(&apart) / norm(&half)
     }
 
-    /// Multiplications of an iteration of BiCGStab: two products with the matrix, and ten updates and dot products.
+    /// Multiplications of an iteration of BiCGStab: two products with the matrix, and ten updates
+    /// and dot products.
     fn iteration(&self) -> (f64, f64) {
         let count = |entries: usize, n: usize| 2.0 * entries as f64 + 10.0 * n as f64;
         let whole = count(self.coupled.work(), self.coupled.size());
         (whole, count(self.reduced.nonzeros(), self.reduced.n()))
     }
 
-    /// Work of the solve with 6n unknowns over that with 3n, both by BiCGStab; infinite where the former fails,
-    /// 0 where the latter does.
+    /// Work of the solve with 6n unknowns over that with 3n, both by BiCGStab; infinite where the
+    /// former fails, 0 where the latter does.
     fn ratio(&self) -> f64 {
         let mut x = self.coupled_side.clone();
         let whole = bicgstab(&self.coupled, &self.coupled_side, &mut x, TOLERANCE);

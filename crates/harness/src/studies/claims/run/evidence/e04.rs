@@ -13,8 +13,9 @@ pub(super) const TRIAL: Trial = Trial {
     id: "C04",
     scenes: || {
         format!(
-            "hanging sheets ({}), d/m = 10/s, k/m = 1e4, 1e6, 1e8/s², h = 0.01 and 0.0025 s, positions after {DURATION} s; one Newton \
-             step: {ONE}; converged: {CONVERGED}; truth: symplectic Euler at a quarter of its limit",
+            "hanging sheets ({}), d/m = 10/s, k/m = 1e4, 1e6, 1e8/s², h = 0.01 and 0.0025 s, \
+             positions after {DURATION} s; one Newton step: {ONE}; converged: {CONVERGED}; truth: \
+             symplectic Euler at a quarter of its limit",
             SCENES.join(", ")
         )
     },

@@ -12,8 +12,9 @@ pub(super) const TRIAL: Trial = Trial {
     id: "C05",
     scenes: || {
         format!(
-            "error: hanging sheets (8 × 8 at k/m = 1e4 and 1e6/s², triangles), {SPAN} s, h = 0.01 to 0.00001 s, against symplectic Euler at a \
-             quarter of its limit; drift: a free sheet of 12 × 12 turning at 2 rad/s, undamped; {PUBLISHED}"
+            "error: hanging sheets (8 × 8 at k/m = 1e4 and 1e6/s², triangles), {SPAN} s, h = 0.01 \
+             to 0.00001 s, against symplectic Euler at a quarter of its limit; drift: a free sheet \
+             of 12 × 12 turning at 2 rad/s, undamped; {PUBLISHED}"
         )
     },
     portable: false,
@@ -29,8 +30,8 @@ const STEPS: [f64; 6] = [0.01, 0.0025, 0.000_625, 0.000_156_25, 0.000_039_062_5,
 const SPAN: f64 = 0.25;
 const SPINS: [(f64, f64); 4] = [(1e4, 0.01), (1e4, 0.001), (1e6, 0.01), (1e6, 0.001)];
 
-/// Share of the angular momentum that is lost, or won, within one second; and the drift of the momentum over that of the
-/// edge's speed.
+/// Share of the angular momentum that is lost, or won, within one second; and the drift of the
+/// momentum over that of the edge's speed.
 fn drift(start: &Simulation, method: &str, step: f64) -> Result<(f64, f64), HarnessError> {
     let system = &start.system;
     let before = system.angular_momentum(&start.state);

@@ -16,8 +16,8 @@ use std::time::Instant;
 pub(super) const TRIAL: Trial = Trial {
     id: "C06",
     scenes: || {
-        "the paper's sizes, n = 400 and 2704, on grids and on triangle meshes; multiplications counted: dense by Cholesky, \
-                 sparse with minimum-degree ordering, a step with its forces"
+        "the paper's sizes, n = 400 and 2704, on grids and on triangle meshes; multiplications \
+         counted: dense by Cholesky, sparse with minimum-degree ordering, a step with its forces"
             .to_owned()
     },
     portable: true,
@@ -43,14 +43,14 @@ impl Cost {
     }
 }
 
-/// The dense inverse by Cholesky: `n³/6` for the factor, `n³/3` for the inverse of a symmetric matrix from it; a step
-/// multiplies three vectors by it.
+/// The dense inverse by Cholesky: `n³/6` for the factor, `n³/3` for the inverse of a symmetric
+/// matrix from it; a step multiplies three vectors by it.
 fn dense(n: f64, springs: f64) -> Cost {
     Cost { rebuild: n * n * n / 2.0, step: 3.0 * n * n + SPRING * springs }
 }
 
-/// The sparse Cholesky factor with columns of these lengths below the diagonal; a step solves with it twice for three
-/// right-hand sides.
+/// The sparse Cholesky factor with columns of these lengths below the diagonal; a step solves with
+/// it twice for three right-hand sides.
 fn sparse(columns: &[usize], springs: f64) -> Cost {
     let sum = |f: fn(f64) -> f64| columns.iter().map(|&c| f(c as f64)).sum::<f64>();
     Cost {
@@ -59,8 +59,8 @@ fn sparse(columns: &[usize], springs: f64) -> Cost {
     }
 }
 
-/// Lengths of the factor's columns when the node with the fewest neighbours is always eliminated first (minimum
-/// degree, the least number among equals).
+/// Lengths of the factor's columns when the node with the fewest neighbours is always eliminated
+/// first (minimum degree, the least number among equals).
 fn minimum_degree(a: &ScalarMatrix) -> Vec<usize> {
     let neighbours = |i: usize| a.row(i).0.iter().map(|&j| j as usize).filter(move |&j| j != i);
     let mut graph: Vec<BTreeSet<usize>> = (0..a.size()).map(|i| neighbours(i).collect()).collect();
@@ -143,7 +143,8 @@ fn seconds() -> Result<Timed, HarnessError> {
 mod tests {
     use super::*;
 
-    /// A chain has no fill-in; a star neither, if its centre comes last; a ring fills in one entry a node but the last three.
+    /// A chain has no fill-in; a star neither, if its centre comes last; a ring fills in one entry
+    /// a node but the last three.
     #[test]
     fn minimum_degree_finds_the_known_factors() {
         let columns = |n: usize, edges: &[(usize, usize)]| {

@@ -16,8 +16,10 @@ pub(super) const TRIAL: Trial = Trial {
     id: "C07",
     scenes: || {
         format!(
-            "hanging sheets (grids of 10 × 10 and 20 × 20, triangles), d/m = 10/s, h = {STEP} s, h²k/m = 1, 10, 100, 1000; residual of \
-             the printed sweep in a step after 0.1, 0.3 and 1 s of {IMEX}; positions after 0.3 and 1 s against symplectic Euler at a quarter of its limit"
+            "hanging sheets (grids of 10 × 10 and 20 × 20, triangles), d/m = 10/s, h = {STEP} s, \
+             h²k/m = 1, 10, 100, 1000; residual of the printed sweep in a step after 0.1, 0.3 and \
+             1 s of {IMEX}; positions after 0.3 and 1 s against symplectic Euler at a quarter of \
+             its limit"
         )
     },
     portable: true,
@@ -32,8 +34,8 @@ const STIFFNESSES: [f64; 4] = [1e4, 1e5, 1e6, 1e7];
 const MOMENTS: [f64; 3] = [0.1, 0.3, 1.0];
 const IMEX: &str = "imex-euler:forcing_term=1e-8,implicit=springs";
 
-/// What Kang's sweep leaves of the right-hand side `h (F_int − h L_k v)`: a sweep from zero is division by the
-/// diagonal, the correction by the neighbours is the second.
+/// What Kang's sweep leaves of the right-hand side `h (F_int − h L_k v)`: a sweep from zero is
+/// division by the diagonal, the correction by the neighbours is the second.
 fn residual(a: &ScalarMatrix, b: &[Vec3]) -> f64 {
     let mut x: Vec<_> = b.iter().enumerate().map(|(i, b)| b / a.diagonal(i)).collect();
     let mut r = vec![Vec3::zeros(); b.len()];
@@ -108,8 +110,8 @@ fn evidence() -> Result<Vec<Number>, HarnessError> {
 mod tests {
     use super::*;
 
-    /// Two particles on a spring, `w = h²k/m`: pulled apart, the Jacobi eigenvalue is −w/(1 + w), and two sweeps leave its
-    /// square.
+    /// Two particles on a spring, `w = h²k/m`: pulled apart, the Jacobi eigenvalue is −w/(1 + w),
+    /// and two sweeps leave its square.
     #[test]
     fn the_residual_of_two_sweeps_is_the_square_of_the_jacobi_eigenvalue() {
         let mut a = ScalarMatrix::with_pattern(2, [(0, 1)]);

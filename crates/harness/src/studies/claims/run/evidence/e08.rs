@@ -11,8 +11,9 @@ use drape_solvers::ScalarMatrix;
 pub(super) const TRIAL: Trial = Trial {
     id: "C08",
     scenes: || {
-        "grids of 10 × 10 and 20 × 20, with shear springs, with masses 1 : 128, a triangle mesh and a random mesh; \
-                 mass, stiffness and step are powers of two, so that sums are exact; h²k/m from 1 to 4¹²"
+        "grids of 10 × 10 and 20 × 20, with shear springs, with masses 1 : 128, a triangle mesh \
+         and a random mesh; mass, stiffness and step are powers of two, so that sums are exact; \
+         h²k/m from 1 to 4¹²"
             .to_owned()
     },
     portable: true,

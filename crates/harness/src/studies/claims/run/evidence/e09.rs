@@ -12,9 +12,10 @@ pub(super) const TRIAL: Trial = Trial {
     id: "C09",
     scenes: || {
         format!(
-            "hanging textile on a grid and of triangles, N = 20 and 10: the paper's k/m = 1e4/s² and d/m = 40/s, and softer and \
-             less damped ones, h = 0.002 and 0.005 s, after {SPAN} s; Provot's correction, one sweep a step in four orders at limit \
-             0.1, forward at 0.1, 0.03, 0.01; stiff reference: k/m = 1e6/s², symplectic Euler at a quarter of its limit"
+            "hanging textile on a grid and of triangles, N = 20 and 10: the paper's k/m = 1e4/s² \
+             and d/m = 40/s, and softer and less damped ones, h = 0.002 and 0.005 s, after {SPAN} \
+             s; Provot's correction, one sweep a step in four orders at limit 0.1, forward at 0.1, \
+             0.03, 0.01; stiff reference: k/m = 1e6/s², symplectic Euler at a quarter of its limit"
         )
     },
     portable: true,
@@ -26,9 +27,9 @@ pub(super) const TRIAL: Trial = Trial {
 const ORDERS: [&str; 4] = ["forward", "backward", "alternating", "shuffled"];
 /// The hanging textile of the paper, and a coarser one.
 const SIDES: [u32; 2] = [20, 10];
-/// Step (s), stiffness over mass (1/s²) and damping over mass (1/s): the paper's fabric, which weight stretches beyond the
-/// limit at the pins only, softer ones, which the limit must keep short everywhere, and these lightly damped in longer
-/// steps, with fewer sweeps a second.
+/// Step (s), stiffness over mass (1/s²) and damping over mass (1/s): the paper's fabric, which
+/// weight stretches beyond the limit at the pins only, softer ones, which the limit must keep short
+/// everywhere, and these lightly damped in longer steps, with fewer sweeps a second.
 const SETTINGS: [(f64, f64, f64); 5] = [
     (0.002, 1e4, 40.0),
     (0.002, 1e3, 40.0),

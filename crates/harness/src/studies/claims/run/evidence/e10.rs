@@ -14,9 +14,10 @@ use rayon::prelude::*;
 pub(super) const TRIAL: Trial = Trial {
     id: "C10",
     scenes: || {
-        "hanging sheets of 8 × 8; explicit shear, or explicit bending springs, of 1e-4 to 1 times k; k/m = 1e4, 1e6/s², d/m = 0, \
-                 40/s; h = 1e-4 to 1 s, 200 steps and 2 s or until the budget ends; each with these springs in the matrix and out \
-                 of it, plain CG to 1e-8 and updated CG to 1e-4, both from v_n"
+        "hanging sheets of 8 × 8; explicit shear, or explicit bending springs, of 1e-4 to 1 times \
+         k; k/m = 1e4, 1e6/s², d/m = 0, 40/s; h = 1e-4 to 1 s, 200 steps and 2 s or until the \
+         budget ends; each with these springs in the matrix and out of it, plain CG to 1e-8 and \
+         updated CG to 1e-4, both from v_n"
             .to_owned()
     },
     portable: true,
@@ -36,7 +37,8 @@ const METHODS: [(&str, &str); 2] = [
     ("plain", "imex-euler:forcing_term=1e-8,start=last"),
     ("updated", "imex-updated:safeguard=paper,forcing_term=1e-4,start=last,max_outer=1000"),
 ];
-/// Most visits of a spring in a run, and in one with many small steps, where explicit springs are stable anyway.
+/// Most visits of a spring in a run, and in one with many small steps, where explicit springs are
+/// stable anyway.
 const BUDGET: f64 = 2e7;
 const SMALL_BUDGET: f64 = 2e6;
 
@@ -104,7 +106,8 @@ struct Pair {
     is_stable: bool,
 }
 
-/// Whether a method is stable over 200 steps, or 2 s if the budget allows; over budget counts as far as it came.
+/// Whether a method is stable over 200 steps, or 2 s if the budget allows; over budget counts as
+/// far as it came.
 fn is_stable(
     start: &Simulation,
     method: &str,

@@ -15,8 +15,8 @@ use drape_solvers::vector::norm;
 pub(super) const TRIAL: Trial = Trial {
     id: "C11",
     scenes: || {
-        "sheets at rest: grids of 6 × 6 and 12 × 12, with shear springs, a triangle mesh, a random mesh; spectral \
-                 and Frobenius norm"
+        "sheets at rest: grids of 6 × 6 and 12 × 12, with shear springs, a triangle mesh, a random \
+         mesh; spectral and Frobenius norm"
             .to_owned()
     },
     portable: true,
@@ -87,7 +87,8 @@ fn scenes() -> Result<Vec<(&'static str, Simulation)>, HarnessError> {
     ])
 }
 
-/// How far the middle of the sheet has fallen after 0.3 s at k/m = 1e6 and h = 0.01 with a method, m.
+/// How far the middle of the sheet has fallen after 0.3 s at k/m = 1e6 and h = 0.01 with a method,
+/// m.
 fn fall(method: &str) -> Result<f64, HarnessError> {
     let start = build(&hanging(12, 1e6, 40.0).spec()?)?;
     let state = run(&start, method, 0.01, 0.3, None)?.state;

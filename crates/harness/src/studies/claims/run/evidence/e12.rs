@@ -15,7 +15,8 @@ pub(super) const TRIAL: Trial = Trial {
     seconds: None,
 };
 
-/// As printed: predictor (22), ε = 0.1 as in the paper's tables, Algorithm 1, all springs in the matrix.
+/// As printed: predictor (22), ε = 0.1 as in the paper's tables, Algorithm 1, all springs in the
+/// matrix.
 const PAPER: &str =
     "imex-updated:safeguard=paper,start=extrapolated,forcing_term=0.1,max_outer=20000";
 const PAPER_TIGHTER: &str =
@@ -25,7 +26,8 @@ const PLAIN: &str = "imex-euler:forcing_term=0.05,start=extrapolated,implicit=sp
 /// Without updates and predictor, solved exactly.
 const EXACT: &str = "imex-euler:forcing_term=1e-10,start=last,implicit=springs";
 const SAFEGUARDED: &str = "imex-updated";
-/// All that can be run but those that are large (H03), vary ε (H19), or do not move (H17, H18), in the method's settings.
+/// All that can be run but those that are large (H03), vary ε (H19), or do not move (H17, H18), in
+/// the method's settings.
 const HARD: [&str; 11] =
     ["H01", "H02", "H04", "H05", "H06", "H07", "H09", "H10", "H12", "H13", "H20"];
 /// Most visits of a spring in a run on a hard case: about 0.2 s.

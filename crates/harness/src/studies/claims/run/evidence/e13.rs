@@ -12,9 +12,10 @@ pub(super) const TRIAL: Trial = Trial {
     id: "C13",
     scenes: || {
         format!(
-            "hanging sheets of 10 × 10 with shear springs and triangle meshes, d/m = 10/s, h = {STEP} s, {DURATION} s; \
-             symplectic Euler and leapfrog at k/m = 1e3/s², IMEX Euler, updated CG, Baraff-Witkin and Kang at 1e4 and 1e6 (Jacobi's preconditioner or none, and IC(0)); \
-             factors 2⁻¹⁰, 2, 2²⁰ and 0.1, 3, 7.3, 1000"
+            "hanging sheets of 10 × 10 with shear springs and triangle meshes, d/m = 10/s, h = \
+             {STEP} s, {DURATION} s; symplectic Euler and leapfrog at k/m = 1e3/s², IMEX Euler, \
+             updated CG, Baraff-Witkin and Kang at 1e4 and 1e6 (Jacobi's preconditioner or none, \
+             and IC(0)); factors 2⁻¹⁰, 2, 2²⁰ and 0.1, 3, 7.3, 1000"
         )
     },
     portable: true,
@@ -41,8 +42,8 @@ const RUNS: [(&str, f64); 10] = [
     ("imex-updated:safeguard=paper,start=last,forcing_term=1e-12,preconditioner=ic0", 1e4),
 ];
 
-/// Whether a run scaled by a power of two must have the same bits: IC(0) takes square roots, and `√(2ⁿ a)` has the
-/// digits of `√a` for even `n` only.
+/// Whether a run scaled by a power of two must have the same bits: IC(0) takes square roots, and
+/// `√(2ⁿ a)` has the digits of `√a` for even `n` only.
 fn is_exact(method: &str, factor: f64) -> bool {
     !method.contains("preconditioner=ic0") || libm::log2(factor) % 2.0 == 0.0
 }

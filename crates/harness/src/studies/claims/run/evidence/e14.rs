@@ -11,8 +11,8 @@ use drape_model::SystemSpec;
 pub(super) const TRIAL: Trial = Trial {
     id: "C14",
     scenes: || {
-        "sheets of 0.2 kg/m² at rest with springs of 100 N/m (shear: 10 N/m) on grids, grids with shear springs and \
-                 triangle meshes, N = 5 to 80 particles along an edge"
+        "sheets of 0.2 kg/m² at rest with springs of 100 N/m (shear: 10 N/m) on grids, grids with \
+         shear springs and triangle meshes, N = 5 to 80 particles along an edge"
             .to_owned()
     },
     portable: true,
@@ -35,8 +35,8 @@ fn frequency(spec: &SystemSpec) -> Result<f64, HarnessError> {
     Ok(eigenvalue.estimate(&start.system, &start.state.x, PRODUCTS).sqrt())
 }
 
-/// The same fabric on any mesh: the mass of the area is shared out, and a spring keeps its stiffness, since a wider
-/// mesh has longer springs that each stand for a wider strip.
+/// The same fabric on any mesh: the mass of the area is shared out, and a spring keeps its
+/// stiffness, since a wider mesh has longer springs that each stand for a wider strip.
 fn fabric(mut spec: SystemSpec) -> SystemSpec {
     let all: f64 = spec.particles.mass_kg.iter().sum();
     spec.particles.mass_kg.iter_mut().for_each(|m| *m *= AREA_MASS / all);

@@ -18,8 +18,9 @@ use std::time::Instant;
 pub(super) const TRIAL: Trial = Trial {
     id: "C15",
     scenes: || {
-        "six rows of the paper's tables for 0.5 s; hanging sheets of 16 to 2704 particles, k/m = 1e4 and 1e6, \
-                 h = 0.01 s, for 0.2 s; IC(0), extrapolated start; operations counted, memory traffic not"
+        "six rows of the paper's tables for 0.5 s; hanging sheets of 16 to 2704 particles, k/m = \
+         1e4 and 1e6, h = 0.01 s, for 0.2 s; IC(0), extrapolated start; operations counted, memory \
+         traffic not"
             .to_owned()
     },
     portable: true,
@@ -36,9 +37,10 @@ const STEP: f64 = 0.01;
 
 /// Operations of a step's solves with CG and with the full inverse.
 ///
-/// For each of three coordinates a product with `A` takes two operations an entry, IC(0) as many, and an iteration
-/// three dot products and three sums of vectors besides; a solve starts with one product for its residual. The product
-/// with the inverse takes two operations for each of its n² entries.
+/// For each of three coordinates a product with `A` takes two operations an entry, IC(0) as many,
+/// and an iteration three dot products and three sums of vectors besides; a solve starts with one
+/// product for its residual. The product with the inverse takes two operations for each of its n²
+/// entries.
 fn operations(particles: f64, entries: f64, iterations: f64, solves: f64) -> (f64, f64) {
     let cg = iterations * (12.0 * entries + 36.0 * particles)
         + solves * (6.0 * entries + 12.0 * particles);

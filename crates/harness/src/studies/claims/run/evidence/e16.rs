@@ -17,8 +17,8 @@ use drape_solvers::{Constraints, Norm};
 pub(super) const TRIAL: Trial = Trial {
     id: "C16",
     scenes: || {
-        "the six rows of the paper's tables, a simulated second each, plain IMEX Euler, ε = 1e-3 relative to |b|; steps from \
-                 the extrapolated start, single solves from v_n"
+        "the six rows of the paper's tables, a simulated second each, plain IMEX Euler, ε = 1e-3 \
+         relative to |b|; steps from the extrapolated start, single solves from v_n"
             .to_owned()
     },
     portable: true,
@@ -29,8 +29,8 @@ pub(super) const TRIAL: Trial = Trial {
 
 const METHOD: &str = "imex-euler:forcing_term=1e-3";
 
-/// Most iterations of a single solve from `v_n`, before each step of the run anew: a step with contacts may solve again after
-/// releases, and its own count would hold the iterations of all.
+/// Most iterations of a single solve from `v_n`, before each step of the run anew: a step with
+/// contacts may solve again after releases, and its own count would hold the iterations of all.
 fn most_of_a_solve(start: &Simulation, step: f64) -> Result<f64, HarnessError> {
     let system = &start.system;
     let n = system.len();

@@ -10,8 +10,8 @@ use crate::{HarnessError, reference_energy};
 pub(super) const TRIAL: Trial = Trial {
     id: "C17",
     scenes: || {
-        "hanging sheets of 400 particles (k/m = 1e4, 1e5, 1e6 at h = 0.01 s, 1e6 at 0.002 s) and the tables of rows 1 and 3 of \
-             table 2; IC(0), 1 s"
+        "hanging sheets of 400 particles (k/m = 1e4, 1e5, 1e6 at h = 0.01 s, 1e6 at 0.002 s) and \
+         the tables of rows 1 and 3 of table 2; IC(0), 1 s"
             .to_owned()
     },
     portable: true,
@@ -47,7 +47,8 @@ const FORMS: [Form; 5] = [
     },
 ];
 
-/// A scene with its step size, the energy that it sets free, and the way of a particle when plain IMEX Euler is solved tightly.
+/// A scene with its step size, the energy that it sets free, and the way of a particle when plain
+/// IMEX Euler is solved tightly.
 struct Stage {
     start: Simulation,
     step: f64,

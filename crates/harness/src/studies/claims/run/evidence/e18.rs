@@ -17,8 +17,8 @@ pub(super) const TRIAL: Trial = Trial {
     id: "C18",
     scenes: || {
         format!(
-            "hanging sheets of {SIDE} × {SIDE} particles, springs 10 or 100 times as stiff beyond 2 %, a tenth in compression, \
-             {DURATION} s; reference: leapfrog"
+            "hanging sheets of {SIDE} × {SIDE} particles, springs 10 or 100 times as stiff beyond \
+             2 %, a tenth in compression, {DURATION} s; reference: leapfrog"
         )
     },
     portable: true,
@@ -41,7 +41,8 @@ const CASES: [(f64, f64, f64); 5] = [
     (1e4, 100.0, 0.01),
 ];
 
-/// A sheet that hangs by two corners, on springs that are `ratio` times as stiff beyond 2 % and a tenth as stiff in compression.
+/// A sheet that hangs by two corners, on springs that are `ratio` times as stiff beyond 2 % and a
+/// tenth as stiff in compression.
 fn sheet(stiffness: f64, ratio: f64) -> Result<Simulation, HarnessError> {
     let mut spec = hanging(SIDE, stiffness, 40.0).spec()?;
     let piece =
@@ -53,7 +54,8 @@ fn sheet(stiffness: f64, ratio: f64) -> Result<Simulation, HarnessError> {
     build(&spec)
 }
 
-/// IMEX Euler with the matrix of the slopes at the start, kept throughout; the right-hand side has all forces as they are.
+/// IMEX Euler with the matrix of the slopes at the start, kept throughout; the right-hand side has
+/// all forces as they are.
 fn kept_from_the_start(start: &Simulation, h: f64) -> Result<State, HarnessError> {
     let Simulation { system, state } = start;
     let settings = LinearSettings {
@@ -86,7 +88,8 @@ fn steps(h: f64) -> u64 {
     (DURATION / h).round() as u64
 }
 
-/// Last state of a run of IMEX Euler, all springs implicit, solved to the end, and how often the matrix changed.
+/// Last state of a run of IMEX Euler, all springs implicit, solved to the end, and how often the
+/// matrix changed.
 fn with_split(start: &Simulation, split: &str, h: f64) -> Result<(State, u64), HarnessError> {
     let method = format!("imex-euler:implicit=springs,forcing_term=1e-10,split={split}");
     let mut rebuilt = 0;

@@ -11,8 +11,8 @@ use drape_model::{ContactSpec, Detection, ObstacleSpec, State, System};
 pub(super) const TRIAL: Trial = Trial {
     id: "C19",
     scenes: || {
-        "a sheet of 400 particles falls at 2 and 10 m/s on a tilted plane, a table and a sphere; k/m = 1e4 and 1e6, h = 0.01 s, \
-                 0.4 s, no limit to the speed of recovery"
+        "a sheet of 400 particles falls at 2 and 10 m/s on a tilted plane, a table and a sphere; \
+         k/m = 1e4 and 1e6, h = 0.01 s, 0.4 s, no limit to the speed of recovery"
             .to_owned()
     },
     portable: true,
@@ -25,7 +25,8 @@ const STEPS: u64 = 40;
 const STEP: f64 = 0.01;
 /// Speeds of the fall at the start, m/s: a particle enters by a third of a mesh width or by two.
 const SPEEDS: [f64; 2] = [2.0, 10.0];
-/// The paper's system in several settings; updated CG from the old velocity, since its predictor gains energy.
+/// The paper's system in several settings; updated CG from the old velocity, since its predictor
+/// gains energy.
 const OWN: [(&str, &str); 3] = [
     ("plain, ε = 0.05", "imex-euler:forcing_term=0.05"),
     ("plain, ε = 1e-6", "imex-euler:forcing_term=1e-6"),
@@ -72,7 +73,8 @@ fn count(
     Ok(f64::from(iterations))
 }
 
-/// Iterations with repositioning over those with the velocity constraint, in all scenes of one method at one speed.
+/// Iterations with repositioning over those with the velocity constraint, in all scenes of one
+/// method at one speed.
 struct Series {
     label: String,
     is_own: bool,

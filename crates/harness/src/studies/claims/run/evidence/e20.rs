@@ -10,9 +10,10 @@ use drape_model::{KeyframeSpec, ObstacleSpec, State, System, Vec3};
 pub(super) const TRIAL: Trial = Trial {
     id: "C20",
     scenes: || {
-        "a sheet of 144 particles falls at 1, 3 and 10 m/s on a tilted plane, a table and a sphere, on a closed mesh (an \
-                 octahedron, tip up), on the tilted plane with friction 0.5, and on a table with friction 0.5 that rises at 2 m/s, all \
-                 with restitution 0, 0.5 and 1; k/m = 1e-3, 1e4 and 1e6, h = 0.01 s, 0.6 s; auxiliary particles: x − min(φ, 0) n"
+        "a sheet of 144 particles falls at 1, 3 and 10 m/s on a tilted plane, a table and a \
+         sphere, on a closed mesh (an octahedron, tip up), on the tilted plane with friction 0.5, \
+         and on a table with friction 0.5 that rises at 2 m/s, all with restitution 0, 0.5 and 1; \
+         k/m = 1e-3, 1e4 and 1e6, h = 0.01 s, 0.6 s; auxiliary particles: x − min(φ, 0) n"
             .to_owned()
     },
     portable: true,
@@ -85,11 +86,13 @@ fn obstacles(restitution: f64) -> [ObstacleSpec; 6] {
 #[derive(Clone, Copy, Debug, Default)]
 struct Impacts {
     count: u64,
-    /// Greatest depth over `v h`, where `v` is the greatest speed of the particle so far, that of the obstacle added.
+    /// Greatest depth over `v h`, where `v` is the greatest speed of the particle so far, that of
+    /// the obstacle added.
     depth: f64,
     /// Greatest lack of the velocity that restitution asks for, over that before.
     lack: f64,
-    /// Impacts that leave faster than that: springs pull them off harder than the contact would push.
+    /// Impacts that leave faster than that: springs pull them off harder than the contact would
+    /// push.
     pulled: u64,
     /// The same on the sheets whose springs are limp.
     pulled_limp: u64,

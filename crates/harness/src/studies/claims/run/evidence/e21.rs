@@ -9,8 +9,9 @@ use crate::claims::c21::LIMIT;
 pub(super) const TRIAL: Trial = Trial {
     id: "C21",
     scenes: || {
-        "sheets of 100, 400 and 2704 particles that fall from two corners, k/m = 1e4 to 1e8, damped and undamped, with and \
-                 without shear; all springs implicit; way of the middle of the free edge in 1 s"
+        "sheets of 100, 400 and 2704 particles that fall from two corners, k/m = 1e4 to 1e8, \
+         damped and undamped, with and without shear; all springs implicit; way of the middle of \
+         the free edge in 1 s"
             .to_owned()
     },
     portable: true,
@@ -33,7 +34,8 @@ const SHEETS: [(u32, f64, f64, f64); 8] = [
     (10, 1e8, 40.0, 0.1),
 ];
 
-/// One sheet's retained motion: the way of the middle of the free edge within a second over that of the true motion.
+/// One sheet's retained motion: the way of the middle of the free edge within a second over that of
+/// the true motion.
 struct Row {
     label: String,
     is_stiff: bool,
@@ -57,7 +59,8 @@ fn row((side, tension, damping, shear): (u32, f64, f64, f64)) -> Result<Row, Har
         is_stiff,
         plain: kept("imex-euler:implicit=springs")?,
         exact_solve: kept("imex-euler:implicit=springs,forcing_term=1e-10")?,
-        // The repair: Algorithm 1 with safeguards and without its turn to Newton's method, which would factorise.
+        // The repair: Algorithm 1 with safeguards and without its turn to Newton's method, which
+        // would factorise.
         updated: if tension > 1e6 || side > 20 {
             f64::NAN
         } else {

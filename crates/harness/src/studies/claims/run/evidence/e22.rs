@@ -16,8 +16,8 @@ use drape_solvers::{
 pub(super) const TRIAL: Trial = Trial {
     id: "C22",
     scenes: || {
-        "two particles that turn on a spring at rest length, along an axis and at 45°, one step; a hanging sheet of 256 \
-                 particles, 1 s; k/m = 1e6, h = 0.01 s"
+        "two particles that turn on a spring at rest length, along an axis and at 45°, one step; a \
+         hanging sheet of 256 particles, 1 s; k/m = 1e6, h = 0.01 s"
             .to_owned()
     },
     portable: true,
@@ -34,8 +34,8 @@ const STIFFNESS: f64 = 1e6;
 /// What stands for a spring along `û` in the matrix, over `k`.
 #[derive(Clone, Copy)]
 enum Block {
-    /// `ûûᵀ + t (I − ûûᵀ)`: with `t = 1` that of IMEX Euler, which couples nothing, with `t < 1` one that couples the
-    /// coordinates of every oblique spring.
+    /// `ûûᵀ + t (I − ûûᵀ)`: with `t = 1` that of IMEX Euler, which couples nothing, with `t < 1`
+    /// one that couples the coordinates of every oblique spring.
     Across(f64),
     /// The diagonal of `ûûᵀ`, the exact Hessian at rest length without its coupling.
     Uncoupled,
@@ -52,7 +52,8 @@ impl Block {
 
 /// A step of the split with other blocks in its matrix.
 ///
-/// `(M + h² Σ k B + h L_c) v_{n+1} = M v_n + h F(x_n)`, where `F` is the force of springs and gravity.
+/// `(M + h² Σ k B + h L_c) v_{n+1} = M v_n + h F(x_n)`, where `F` is the force of springs and
+/// gravity.
 fn block_step(
     start: &Simulation,
     state: &mut State,
@@ -100,8 +101,8 @@ fn turning(u: Vec3, across: Vec3) -> Result<Simulation, HarnessError> {
     Ok(start)
 }
 
-/// Share of the speed across the spring that a step keeps: with IMEX Euler, with the exact Hessian, with
-/// the coupled variant, with the exact Hessian without its coupling.
+/// Share of the speed across the spring that a step keeps: with IMEX Euler, with the exact Hessian,
+/// with the coupled variant, with the exact Hessian without its coupling.
 fn kept_by_a_spring(u: Vec3, across: Vec3) -> Result<[f64; 4], HarnessError> {
     let start = turning(u, across)?;
     let share = |state: &State| across.dot(&state.v[1]) / across.dot(&start.state.v[1]);
@@ -143,8 +144,8 @@ fn evidence() -> Result<Vec<Number>, HarnessError> {
     Ok(numbers(aligned, oblique, kept_by_a_sheet()?))
 }
 
-/// In each triple: IMEX Euler's matrix (no coupling, stiff across), the exact Hessian (coupled unless aligned, soft across), the
-/// variant (coupled unless aligned, half as stiff across).
+/// In each triple: IMEX Euler's matrix (no coupling, stiff across), the exact Hessian (coupled
+/// unless aligned, soft across), the variant (coupled unless aligned, half as stiff across).
 fn numbers(aligned: [f64; 4], oblique: [f64; 4], sheet: [f64; 3]) -> Vec<Number> {
     let matrices = [
         "matrix of IMEX Euler",

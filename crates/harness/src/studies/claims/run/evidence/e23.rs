@@ -11,8 +11,9 @@ use drape_integrator::SolveStatus;
 pub(super) const TRIAL: Trial = Trial {
     id: "C23",
     scenes: || {
-        "sheets of 64 and 144 particles with shear 0.1 k on their true motion after 0.1, 0.2 and 0.3 s, h = 0.01 s, all \
-                 springs implicit, IC(0), from v_n; up to h²k/m = 100 also runs of 0.5 s with the extrapolated start"
+        "sheets of 64 and 144 particles with shear 0.1 k on their true motion after 0.1, 0.2 and \
+         0.3 s, h = 0.01 s, all springs implicit, IC(0), from v_n; up to h²k/m = 100 also runs of \
+         0.5 s with the extrapolated start"
             .to_owned()
     },
     portable: true,

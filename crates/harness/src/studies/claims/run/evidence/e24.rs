@@ -10,8 +10,9 @@ use drape_model::State;
 pub(super) const TRIAL: Trial = Trial {
     id: "C24",
     scenes: || {
-        "a hanging sheet of 144 particles with shear 0.1 k, k/m = 1e5 to 1e8; error after 0.3 s against the true motion; h from \
-                 0.03 s down, ε from 0.1 to 1e-3, the cheapest run that is good enough"
+        "a hanging sheet of 144 particles with shear 0.1 k, k/m = 1e5 to 1e8; error after 0.3 s \
+         against the true motion; h from 0.03 s down, ε from 0.1 to 1e-3, the cheapest run that is \
+         good enough"
             .to_owned()
     },
     portable: true,

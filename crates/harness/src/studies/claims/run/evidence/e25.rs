@@ -12,8 +12,9 @@ use drape_model::State;
 pub(super) const TRIAL: Trial = Trial {
     id: "C25",
     scenes: || {
-        "hanging sheets of 100 particles (k/m = 1e4 and 1e6, h = 0.01 and 0.002 s) and the paper's table of 400: way of a \
-                 particle in 1 s, error after 0.3 s against the true motion; change relative to ε = 1e-6"
+        "hanging sheets of 100 particles (k/m = 1e4 and 1e6, h = 0.01 and 0.002 s) and the paper's \
+         table of 400: way of a particle in 1 s, error after 0.3 s against the true motion; change \
+         relative to ε = 1e-6"
             .to_owned()
     },
     portable: true,

@@ -10,9 +10,9 @@ use crate::{HarnessError, reference_energy};
 pub(super) const TRIAL: Trial = Trial {
     id: "C26",
     scenes: || {
-        "the hanging sheet and the square table of 400 particles; k/m = 1e2 to 1e8 at h = 0.01 s (updated, as printed, to \
-                 1e6, where it gains energy), h = 0.001 to 0.05 s at k/m = 1e4 and 1e6; IC(0) unless said, \
-                 extrapolated start, 1 s"
+        "the hanging sheet and the square table of 400 particles; k/m = 1e2 to 1e8 at h = 0.01 s \
+         (updated, as printed, to 1e6, where it gains energy), h = 0.001 to 0.05 s at k/m = 1e4 \
+         and 1e6; IC(0) unless said, extrapolated start, 1 s"
             .to_owned()
     },
     portable: true,
@@ -26,8 +26,8 @@ const STEPS: [f64; 6] = [0.001, 0.002, 0.005, 0.01, 0.02, 0.05];
 const STEP: f64 = 0.01;
 /// The last of the 400 particles, a free corner.
 const LAST: usize = 399;
-/// Greatest stiffness over mass at which the updated form, as printed, is followed: there it gains energy, and beyond
-/// it counts nothing but that.
+/// Greatest stiffness over mass at which the updated form, as printed, is followed: there it gains
+/// energy, and beyond it counts nothing but that.
 const UPDATED_LIMIT: f64 = 1e6;
 
 fn scene(name: &str, stiffness: f64) -> Result<Simulation, HarnessError> {
@@ -44,8 +44,8 @@ struct Series {
     by_stiffness: Vec<f64>,
     /// Way of a free corner at the stiffest over that at the softest.
     way: f64,
-    /// Iterations in one second of the runs that gain no energy, from the smallest step to the largest, at k/m = 1e4
-    /// and 1e6.
+    /// Iterations in one second of the runs that gain no energy, from the smallest step to the
+    /// largest, at k/m = 1e4 and 1e6.
     by_step: [Vec<f64>; 2],
 }
 
@@ -79,7 +79,8 @@ impl Series {
         STIFFNESSES[rising]
     }
 
-    /// Whether the total over a second rises and falls with the step somewhere: a smaller step may take fewer.
+    /// Whether the total over a second rises and falls with the step somewhere: a smaller step may
+    /// take fewer.
     fn is_not_monotone(&self) -> bool {
         let falls = |totals: &Vec<f64>| totals.windows(2).all(|pair| pair[0] >= pair[1]);
         let rises = |totals: &Vec<f64>| totals.windows(2).all(|pair| pair[0] <= pair[1]);

@@ -9,8 +9,9 @@ use drape_oracle::order::{Sample, observed_order};
 pub(super) const TRIAL: Trial = Trial {
     id: "C27",
     scenes: || {
-        "a hanging sheet of 144 particles, k/m = 1e4, 1e5 and 1e6, tension springs only, d/m = 40 1/s; error of the positions \
-                 after 0.3 s against leapfrog at a tenth of its stability limit"
+        "a hanging sheet of 144 particles, k/m = 1e4, 1e5 and 1e6, tension springs only, d/m = 40 \
+         1/s; error of the positions after 0.3 s against leapfrog at a tenth of its stability \
+         limit"
             .to_owned()
     },
     portable: true,
@@ -24,7 +25,8 @@ const SPAN: f64 = 0.3;
 /// Steps within the span: h = 0.01 to 0.00125 s, the range of the paper's tables.
 const COUNTS: [u32; 4] = [30, 60, 120, 240];
 
-/// Forms of the method: with the paper's order of tolerance, and solved until the tolerance does not count.
+/// Forms of the method: with the paper's order of tolerance, and solved until the tolerance does
+/// not count.
 const FORMS: [(&str, &str); 4] = [
     ("plain, ε = 0.05", "imex-euler:forcing_term=0.05"),
     ("plain, ε = 1e-10", "imex-euler:forcing_term=1e-10"),
@@ -69,7 +71,6 @@ fn evidence() -> Result<Vec<Number>, HarnessError> {
     Ok(numbers(&rows, reference))
 }
 
-/// Confirmed if some form of the method, in the settings that the paper uses or solved exactly, has order 1 in every scene.
 fn numbers(rows: &[Row], reference: f64) -> Vec<Number> {
     let mut numbers = Vec::new();
     for Row { stiffness, form, order, errors, per_step } in rows {

@@ -10,8 +10,9 @@ use crate::{HarnessError, reference_energy};
 pub(super) const TRIAL: Trial = Trial {
     id: "C28",
     scenes: || {
-        "sheets of about 196 particles that hang by two corners: grid, equilateral triangles, Delaunay meshes of random points \
-                 (seeds 1 and 2, mass by area, numbered as drawn); k/m = 1e4 to 1e7, d/m = 40 1/s, h = 0.01 s, 0.6 s"
+        "sheets of about 196 particles that hang by two corners: grid, equilateral triangles, \
+         Delaunay meshes of random points (seeds 1 and 2, mass by area, numbered as drawn); k/m = \
+         1e4 to 1e7, d/m = 40 1/s, h = 0.01 s, 0.6 s"
             .to_owned()
     },
     portable: true,

@@ -10,8 +10,8 @@ use crate::studies::tables::run::PRINTED;
 pub(super) const TRIAL: Trial = Trial {
     id: "C29",
     scenes: || {
-        "tables 2 and 3 of the paper; here the hanging sheet, n = 400 to 78400, h = 0.01 s, ε = 0.05, plain IMEX Euler, IC(0), \
-                 matrix kept, 1 s"
+        "tables 2 and 3 of the paper; here the hanging sheet, n = 400 to 78400, h = 0.01 s, ε = \
+         0.05, plain IMEX Euler, IC(0), matrix kept, 1 s"
             .to_owned()
     },
     portable: true,
@@ -43,7 +43,8 @@ fn modelled(side: u32, is_material: bool) -> Result<f64, HarnessError> {
     Ok(effort * VISIT / SPAN)
 }
 
-/// Particles, solver time of a simulated second, the same without the set-up of the matrix, s: by the paper's tables.
+/// Particles, solver time of a simulated second, the same without the set-up of the matrix, s: by
+/// the paper's tables.
 fn paper() -> Result<Vec<(usize, f64, f64)>, HarnessError> {
     let mut paper = Vec::new();
     for row in &PRINTED {
