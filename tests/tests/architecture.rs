@@ -240,6 +240,21 @@ fn plates_and_words_reach_nothing_that_runs() {
     assert!(seen >= 36, "every study has plates and words, found {seen}");
 }
 
+/// A claim reads recorded numbers: what is run for it belongs to a study.
+#[test]
+fn claims_reach_nothing_that_runs() {
+    let claims = concat!(env!("CARGO_MANIFEST_DIR"), "/../crates/harness/src/claims");
+    let mut seen = 0;
+    for entry in std::fs::read_dir(claims).expect("the folder of the claims") {
+        let file = entry.expect("an entry").path();
+        let source = std::fs::read_to_string(&file).expect("a source file");
+        let found = forbidden_paths(&source);
+        assert!(found.is_empty(), "{}: {found:?} run something", file.display());
+        seen += 1;
+    }
+    assert!(seen >= 30, "one file a claim and their list, found {seen}");
+}
+
 /// The scan sees each way to reach a run.
 #[test]
 fn a_plate_that_runs_something_is_named() {

@@ -124,8 +124,9 @@ fn every_claim_points_at_a_figure_of_the_results() {
     let record: drape_report::Record<drape_harness::studies::claims::facts::Facts> =
         drape_report::file::read_json(&path).unwrap();
     assert!(record.facts.claims.len() == 29 && !record.quick);
-    for claim in &record.facts.claims {
-        let figure = common::committed().join("figures").join(&claim.see);
+    for row in &record.facts.claims {
+        let claim = drape_harness::claims::find(&row.id).unwrap();
+        let figure = common::committed().join("figures").join(claim.see);
         assert!(figure.exists(), "{}: {}", claim.id, claim.see);
     }
 }

@@ -1,83 +1,60 @@
-//! C02: the implicit method's stability is nearly kept by IMEX.
+//! C02: IMEX nearly keeps the implicit method's stability.
 
-use super::atlas::{SCENES, Survey, survey, told};
-use super::scenes::greatest;
-use super::{Claim, Finding, Number, Verdict};
-use crate::HarnessError;
-use crate::studies::short;
+use super::{Claim, Evidence, Judgement, Missing, Ruling, told};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C02",
     section: "2.2",
     says: "the implicit method's stability is nearly kept by IMEX",
-    criterion: "no energy growth over the stability atlas for IMEX Euler, solved to 1e-10",
-    is_quick: false,
-    test,
-    seconds: None,
+    criterion: "The energy of IMEX Euler, solved to 1e-10, never grows over the stability atlas.",
+    reads: &[
+        "steps in which the energy rises by more than round-off",
+        "steps",
+        "greatest rise above the start over the energy set free",
+        "runs over budget",
+    ],
+    overturned_by: "One step of the atlas in which the energy rises beyond round-off refutes it.",
+    see: "stability-atlas.svg",
+    judge,
 };
 
-const METHOD: &str = "imex-euler:forcing_term=1e-10,implicit=springs,start=last";
-
-fn test() -> Result<Finding, HarnessError> {
-    Ok(judge(&survey(METHOD)?))
-}
-
-fn judge(runs: &[Survey]) -> Finding {
-    let growing: Vec<_> = runs.iter().filter(|run| run.rises > 0).collect();
-    let worst = greatest(runs.iter().map(|run| run.gain));
-    let steps: u64 = runs.iter().map(|run| run.steps).sum();
-    let rises: u64 = runs.iter().map(|run| run.rises).sum();
-    let stable = runs.iter().filter(|run| run.verdict == drape_report::Verdict::Stable).count();
-    let unfinished = runs.iter().filter(|run| run.is_over_budget).count();
-    let seen = match growing.first() {
-        None => format!("The energy rises in none of {steps} steps."),
-        Some(run) => {
-            format!("The energy rises in {rises} of {steps} steps, first at: {}.", told(&run.place))
-        }
+fn judge(evidence: Evidence<'_>) -> Result<Judgement, Missing> {
+    let rises = evidence.value("steps in which the energy rises by more than round-off")?;
+    let steps = evidence.value("steps")?;
+    let worst = evidence.value("greatest rise above the start over the energy set free")?;
+    let unfinished = evidence.value("runs over budget")?;
+    let verdict = match (rises > 0.0, unfinished > 0.0) {
+        (true, _) => Ruling::Refuted,
+        (false, true) => Ruling::Undecided,
+        (false, false) => Ruling::Confirmed,
     };
-    Finding {
-        verdict: match (growing.len(), unfinished) {
-            (0, 0) => Verdict::Confirmed,
-            (0, _) => Verdict::Undecided,
-            _ => Verdict::Refuted,
-        },
-        numbers: vec![
-            Number::new("steps in which the energy rises by more than round-off", rises as f64, "")
-                .against(0.0),
-            Number::new("steps", steps as f64, ""),
-            Number::new("greatest rise above the start over the energy set free", worst, ""),
-            Number::new("stable runs", stable as f64, ""),
-            Number::new("runs", runs.len() as f64, ""),
-            Number::new("runs over budget", unfinished as f64, ""),
-        ],
-        reason: format!(
-            "{seen} That is more than the paper asks for: with all springs in the matrix and an exact solve each step gives up \
-             at least ½‖v₊ − v‖²_M (convex splitting), for every h and k; the greatest rise above the start is {} of the \
-             energy set free.",
-            short(worst)
-        ),
-        repair: None,
-        scenes: format!("{SCENES}; {METHOD}"),
-        see: "stability-atlas.svg",
-        portable: true,
-    }
+    let reason = format!(
+        "The energy rises in {rises} of {steps} steps, and at most {} of the energy set free above \
+         the start. With all springs in the matrix, an exact solve loses at least ½‖v₊ − v‖²_M a \
+         step.",
+        told(worst)
+    );
+    Ok(Judgement { verdict, reason, repair: None })
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::atlas::places;
+    use super::super::{Ruling, judged};
     use super::*;
-
-    fn run(rises: u64, is_over_budget: bool) -> Survey {
-        let place = places()[0];
-        let verdict = drape_report::Verdict::Stable;
-        Survey { place, verdict, gain: 0.0, rises, steps: 200, is_over_budget }
-    }
 
     #[test]
     fn one_rise_refutes_and_what_was_not_run_leaves_it_open() {
-        assert_eq!(judge(&[run(0, false), run(0, false)]).verdict, Verdict::Confirmed);
-        assert_eq!(judge(&[run(0, false), run(1, false)]).verdict, Verdict::Refuted);
-        assert_eq!(judge(&[run(0, true)]).verdict, Verdict::Undecided);
+        let verdict = |rises, unfinished| {
+            let numbers = [
+                ("steps in which the energy rises by more than round-off", rises),
+                ("steps", 400.0),
+                ("greatest rise above the start over the energy set free", 0.0),
+                ("runs over budget", unfinished),
+            ];
+            judged(&CLAIM, &numbers).verdict
+        };
+        assert_eq!(verdict(0.0, 0.0), Ruling::Confirmed);
+        assert_eq!(verdict(1.0, 0.0), Ruling::Refuted);
+        assert_eq!(verdict(0.0, 1.0), Ruling::Undecided);
     }
 }

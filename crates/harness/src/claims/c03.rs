@@ -1,257 +1,65 @@
 //! C03: the reduction from 6n to 3n unknowns loses nothing.
 
-use super::general::{Elimination, bicgstab};
-use super::scenes::{build, greatest, hanging, least, matrix, run};
-use super::{Claim, Finding, Number, Verdict};
-use crate::HarnessError;
-use crate::studies::claims::facts::{TimedCase, TimingRow};
-use crate::studies::short;
-use drape_model::{System, Vec3};
-use drape_solvers::vector::norm;
-use drape_solvers::{LinearOperator, ScalarMatrix};
-use std::time::Instant;
+use super::{Claim, Evidence, Judgement, Missing, span, told};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C03",
     section: "2.3",
     says: "the reduction from 6n to 3n unknowns loses nothing",
-    criterion: "equal velocities to 1e-12; cost ratio > 1.5",
-    is_quick: false,
-    test,
-    seconds: Some(seconds),
+    criterion: "Both systems give the same velocities to 1e-12, and 6n unknowns cost more than 1.5 \
+                times as much.",
+    reads: &[
+        "difference of Δv, ",
+        "work of 6n over that of 3n, BiCGStab, ",
+        "the same of one iteration, ",
+    ],
+    overturned_by: "Velocities that differ by more than 1e-12, or a cost ratio of at most 1.5, \
+                    refute it.",
+    see: "work-precision.svg",
+    judge,
 };
 
-const EQUAL: f64 = 1e-12;
-const RATIO: f64 = 1.5;
-const STEP: f64 = 0.01;
-/// Residual, relative, of a solve whose cost is counted.
-const TOLERANCE: f64 = 1e-10;
+/// Greatest accepted difference of the velocities.
+pub(crate) const EQUAL: f64 = 1e-12;
+/// Least ratio of the costs.
+pub(crate) const RATIO: f64 = 1.5;
 
-/// The system of section 2.3 for `(Δx, Δv)`, its lower rows multiplied by the masses:
-/// `(I, −τ I; τ L_k, M + τ L_c)`.
-struct Coupled {
-    tau: f64,
-    /// `L_k`.
-    stiffness: ScalarMatrix,
-    /// `M + τ L_c`.
-    damped_mass: ScalarMatrix,
-}
-
-impl Coupled {
-    fn new(system: &System, tau: f64) -> Self {
-        let mut edges = Vec::new();
-        drape_integrator::Implicit::Springs
-            .visit_weights(system, &mut |i, j, k, c| edges.push((i, j, k, c)));
-        let pattern = || edges.iter().map(|&(i, j, ..)| (i, j));
-        let mut stiffness = ScalarMatrix::with_pattern(system.len(), pattern());
-        let mut damped_mass = stiffness.clone();
-        for (i, &m) in system.mass().iter().enumerate() {
-            damped_mass.add_diagonal(i, m);
-        }
-        for &(i, j, k, c) in &edges {
-            stiffness.add_edge(i, j, k);
-            damped_mass.add_edge(i, j, tau * c);
-        }
-        Self { tau, stiffness, damped_mass }
-    }
-
-    /// Multiplications of one product, per coordinate.
-    fn work(&self) -> usize {
-        self.stiffness.nonzeros() + self.damped_mass.nonzeros() + self.stiffness.n()
-    }
-}
-
-impl LinearOperator for Coupled {
-    fn size(&self) -> usize {
-        2 * self.stiffness.n()
-    }
-
-    fn multiply(&self, x: &[Vec3], y: &mut [Vec3]) {
-        let n = self.stiffness.n();
-        let ((dx, dv), (upper, lower)) = (x.split_at(n), y.split_at_mut(n));
-        let mut push = vec![Vec3::zeros(); n];
-        self.stiffness.multiply(dx, &mut push);
-        self.damped_mass.multiply(dv, lower);
-        for i in 0..n {
-            upper[i] = dx[i] - dv[i] * self.tau;
-            lower[i] += push[i] * self.tau;
-        }
-    }
-}
-
-/// The two systems of one step.
-struct Step {
-    name: String,
-    coupled: Coupled,
-    reduced: ScalarMatrix,
-    /// `(r_x, r_v)`, the latter multiplied by the masses.
-    coupled_side: Vec<Vec3>,
-    /// `r_v + τ A_x r_x`, likewise.
-    reduced_side: Vec<Vec3>,
-}
-
-impl Step {
-    /// The step after 0.2 s of the fall of a sheet, from `Δ = 0`: `r_x = τ v`, `r_v = τ M⁻¹ f`.
-    fn new(side: u32, stiffness: f64, damping: f64, uneven: bool) -> Result<Self, HarnessError> {
-        let mut spec = hanging(side, stiffness, damping).spec()?;
-        let masses = spec.particles.mass_kg.iter_mut().enumerate();
-        masses.filter(|_| uneven).for_each(|(i, m)| *m *= 1.0 + (i % 7) as f64);
-        let start = build(&spec)?;
-        let method = "imex-euler:forcing_term=1e-6,implicit=springs";
-        let state = run(&start, method, STEP, 0.2, None)?.state;
-        let system = &start.system;
-        let n = system.len();
-        let mut force = vec![Vec3::zeros(); n];
-        system.forces(state.level(), &mut force);
-        let mut coupled_side: Vec<_> = state.v.iter().map(|v| v * STEP).collect();
-        coupled_side.extend(force.iter().map(|f| f * STEP));
-        let coupled = Coupled::new(system, STEP);
-        let mut reduced_side = vec![Vec3::zeros(); n];
-        coupled.stiffness.multiply(&coupled_side[..n], &mut reduced_side);
-        for (b, f) in reduced_side.iter_mut().zip(&force) {
-            *b = f * STEP - *b * STEP;
-        }
-        let even = if uneven { ", masses 1 : 7" } else { "" };
-        Ok(Self {
-            name: format!(
-                "n = {n}, h²k/m = {}, hd/m = {}{even}",
-                STEP * STEP * stiffness,
-                STEP * damping
-            ),
-            coupled,
-            reduced: matrix(system, STEP),
-            coupled_side,
-            reduced_side,
-        })
-    }
-
-    /// Difference of the solutions for `Δv` over their norm.
-    fn difference(&self) -> f64 {
-        let whole = Elimination::new(&self.coupled).solve(&self.coupled, &self.coupled_side);
-        let half = Elimination::new(&self.reduced).solve(&self.reduced, &self.reduced_side);
-        let apart: Vec<_> = whole[half.len()..].iter().zip(&half).map(|(a, b)| a - b).collect();
-        norm(&apart) / norm(&half)
-    }
-
-    /// Multiplications of an iteration of BiCGStab: two products with the matrix, and ten updates and dot products.
-    fn iteration(&self) -> (f64, f64) {
-        let count = |entries: usize, n: usize| 2.0 * entries as f64 + 10.0 * n as f64;
-        let whole = count(self.coupled.work(), self.coupled.size());
-        (whole, count(self.reduced.nonzeros(), self.reduced.n()))
-    }
-
-    /// Work of the solve with 6n unknowns over that with 3n, both by BiCGStab; infinite where the former fails.
-    fn ratio(&self) -> f64 {
-        let mut x = self.coupled_side.clone();
-        let whole = bicgstab(&self.coupled, &self.coupled_side, &mut x, TOLERANCE);
-        x.truncate(self.reduced_side.len());
-        let half = bicgstab(&self.reduced, &self.reduced_side, &mut x, TOLERANCE);
-        let (of_whole, of_half) = self.iteration();
-        match (whole, half) {
-            (Some(whole), Some(half)) => whole as f64 * of_whole / (half as f64 * of_half),
-            (None, Some(_)) => f64::INFINITY,
-            (_, None) => f64::NAN,
-        }
-    }
-}
-
-fn test() -> Result<Finding, HarnessError> {
-    let (mut differences, mut ratios, mut numbers) = (Vec::new(), Vec::new(), Vec::new());
-    for (side, stiffness, damping, uneven) in [
-        (8, 1e4, 0.0, false),
-        (8, 1e4, 40.0, true),
-        (12, 1e5, 40.0, false),
-        (12, 1e6, 0.0, true),
-        (20, 1e5, 10.0, false),
-    ] {
-        let step = Step::new(side, stiffness, damping, uneven)?;
-        let (difference, ratio, (whole, half)) =
-            (step.difference(), step.ratio(), step.iteration());
-        let at = &step.name;
-        numbers.push(Number::new(format!("difference of Δv, {at}"), difference, "").against(EQUAL));
-        let what = format!("work of 6n over that of 3n, BiCGStab, {at}");
-        numbers.push(Number::new(what, ratio, "").against(RATIO));
-        let what = format!("the same of one iteration, {at}");
-        numbers.push(Number::new(what, whole / half, "").against(RATIO));
-        differences.push(difference);
-        ratios.extend([ratio, whole / half]);
-    }
-    Ok(judge(&differences, &ratios, numbers))
-}
-
-fn judge(differences: &[f64], ratios: &[f64], numbers: Vec<Number>) -> Finding {
-    let (apart, cheapest) = (greatest(differences.iter().copied()), least(ratios.iter().copied()));
-    let failing = ratios.iter().filter(|ratio| **ratio == f64::INFINITY).count();
-    let finite = ratios.iter().copied().filter(|ratio| ratio.is_finite());
-    Finding {
-        verdict: Verdict::of(apart <= EQUAL && cheapest > RATIO),
-        numbers,
-        reason: format!(
-            "The velocities of both systems differ by at most {}: eliminating Δx is exact algebra. On 6n unknowns an iteration of \
-             the same solver costs at least {} times as much, a solve up to {} times, and {failing} of the solves fail altogether: the \
-             matrix is not symmetric, which also rules out CG.",
-            short(apart),
-            short(cheapest),
-            short(greatest(finite))
-        ),
-        repair: None,
-        scenes: format!(
-            "one step of hanging sheets of 8 × 8, 12 × 12 and 20 × 20 after 0.2 s, h = {STEP} s, h²k/m = 1, 10, 100, with and \
-             without damping, equal and unequal masses; velocities by dense elimination of both systems, refined; cost by \
-             BiCGStab without preconditioner to 1e-10 (counted multiplications)"
-        ),
-        see: "work-precision.svg",
-        portable: true,
-    }
-}
-
-/// Both solves on the clock.
-fn seconds() -> Result<TimingRow, HarnessError> {
-    let step = Step::new(20, 1e5, 10.0, false)?;
-    let time = |what: &str, solve: &mut dyn FnMut()| {
-        let sample = |_| {
-            let begin = Instant::now();
-            solve();
-            u64::try_from(begin.elapsed().as_nanos()).unwrap_or(u64::MAX)
-        };
-        TimedCase { what: what.to_owned(), samples_ns: (0..9).map(sample).collect() }
-    };
-    let (mut x, mut y) = (step.coupled_side.clone(), step.reduced_side.clone());
-    let whole = time("6n unknowns", &mut || {
-        let _products = bicgstab(&step.coupled, &step.coupled_side, &mut x, TOLERANCE);
-    });
-    let half = time("3n unknowns", &mut || {
-        let _products = bicgstab(&step.reduced, &step.reduced_side, &mut y, TOLERANCE);
-    });
-    let ratio = whole.median_s() / half.median_s();
-    Ok(TimingRow {
-        id: CLAIM.id.to_owned(),
-        number: Number::new(format!("seconds of 6n over those of 3n, {}", step.name), ratio, "")
-            .against(RATIO),
-        cases: vec![whole, half],
-        verdict: Verdict::of(ratio > RATIO),
-    })
+fn judge(evidence: Evidence<'_>) -> Result<Judgement, Missing> {
+    let (_, apart) = span(&evidence.values("difference of Δv, ")?);
+    let solves = evidence.values("work of 6n over that of 3n, BiCGStab, ")?;
+    let iterations = evidence.values("the same of one iteration, ")?;
+    let failing = solves.iter().filter(|ratio| **ratio >= f64::MAX).count();
+    let (cheapest, _) = span(&[solves.clone(), iterations].concat());
+    let reason = format!(
+        "The velocities differ by at most {}, so eliminating Δx is exact algebra. With 6n unknowns \
+         the work is at least {} times as much, and {failing} of {} solves fail.",
+        told(apart),
+        told(cheapest),
+        solves.len()
+    );
+    Ok(Judgement::new(apart <= EQUAL && cheapest > RATIO, reason))
 }
 
 #[cfg(test)]
-#[allow(clippy::unwrap_used, reason = "tests")]
 mod tests {
+    use super::super::{Ruling, judged};
     use super::*;
 
     #[test]
     fn velocities_that_differ_or_a_saving_too_small_refute() {
-        let verdict = |apart, ratio| judge(&[1e-15, apart], &[3.0, ratio], Vec::new()).verdict;
-        assert_eq!(verdict(1e-13, 2.0), Verdict::Confirmed);
-        assert_eq!(verdict(1e-11, 2.0), Verdict::Refuted);
-        assert_eq!(verdict(1e-13, 1.4), Verdict::Refuted);
-        assert_eq!(verdict(f64::NAN, 2.0), Verdict::Refuted);
-    }
-
-    #[test]
-    fn the_coupled_system_is_that_of_section_2_3_and_a_wrong_side_shows() {
-        let mut step = Step::new(5, 1e4, 10.0, true).unwrap();
-        assert!(step.difference() < 1e-12);
-        step.coupled_side[7].x *= 1.01;
-        assert!(step.difference() > 1e-6);
+        let verdict = |apart, ratio| {
+            let numbers = [
+                ("difference of Δv, a", 1e-15),
+                ("difference of Δv, b", apart),
+                ("work of 6n over that of 3n, BiCGStab, a", 3.0),
+                ("work of 6n over that of 3n, BiCGStab, b", ratio),
+                ("the same of one iteration, a", 2.0),
+            ];
+            judged(&CLAIM, &numbers).verdict
+        };
+        assert_eq!(verdict(1e-13, 2.0), Ruling::Confirmed);
+        assert_eq!(verdict(1e-11, 2.0), Ruling::Refuted);
+        assert_eq!(verdict(1e-13, 1.4), Ruling::Refuted);
+        assert_eq!(verdict(f64::NAN, 2.0), Ruling::Refuted);
     }
 }

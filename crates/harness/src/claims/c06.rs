@@ -1,206 +1,64 @@
 //! C06: a precomputed inverse forbids changing h and k.
 
-use super::meshes::Mesh;
-use super::scenes::{build, hanging, least, matrix};
-use super::{Claim, Finding, Number, Verdict};
-use crate::HarnessError;
-use crate::methods::Choice;
-use crate::studies::claims::facts::{TimedCase, TimingRow};
-use crate::studies::short;
-use drape_integrator::{PhaseClock, TimeStep};
-use drape_model::SystemSpec;
-use drape_solvers::{LinearOperator, ScalarMatrix};
-use std::collections::BTreeSet;
-use std::time::Instant;
+use super::{Claim, Evidence, Judgement, Missing, span, told};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C06",
     section: "3",
     says: "a precomputed inverse forbids changing h and k",
-    criterion: "cost of a rebuild in steps, dense inverse and sparse Cholesky; refuted for the one whose rebuild costs < 20 steps",
-    is_quick: true,
-    test,
-    seconds: Some(seconds),
+    criterion: "Rebuilding the published dense inverse costs at least 20 steps. Sparse Cholesky \
+                stands beside it.",
+    reads: &[
+        "steps that a rebuild costs, dense inverse, ",
+        "steps that a rebuild costs, sparse Cholesky, ",
+    ],
+    overturned_by: "A mesh on which rebuilding the dense inverse costs less than 20 steps refutes \
+                    it.",
+    see: "inverse-cost.svg",
+    judge,
 };
 
-const LIMIT: f64 = 20.0;
-const STEP: f64 = 0.01;
-/// Multiplications for the force of a spring.
-const SPRING: f64 = 20.0;
+/// Least cost of a rebuild, in steps.
+pub(crate) const LIMIT: f64 = 20.0;
 
-/// Multiplications of a rebuild and of a step.
-#[derive(Clone, Copy, Debug)]
-struct Cost {
-    rebuild: f64,
-    step: f64,
-}
-
-impl Cost {
-    fn steps(self) -> f64 {
-        self.rebuild / self.step
-    }
-}
-
-/// The dense inverse by Cholesky: `n³/6` for the factor, `n³/3` for the inverse of a symmetric matrix from it; a step
-/// multiplies three vectors by it.
-fn dense(n: f64, springs: f64) -> Cost {
-    Cost { rebuild: n * n * n / 2.0, step: 3.0 * n * n + SPRING * springs }
-}
-
-/// The sparse Cholesky factor with columns of these lengths below the diagonal; a step solves with it twice for three
-/// right-hand sides.
-fn sparse(columns: &[usize], springs: f64) -> Cost {
-    let sum = |f: fn(f64) -> f64| columns.iter().map(|&c| f(c as f64)).sum::<f64>();
-    Cost {
-        rebuild: sum(|c| 0.5 * c * (c + 3.0) + 1.0),
-        step: 6.0 * sum(|c| c + 1.0) + SPRING * springs,
-    }
-}
-
-/// Lengths of the factor's columns when the node with the fewest neighbours is always eliminated first (minimum
-/// degree, the least number among equals).
-fn minimum_degree(a: &ScalarMatrix) -> Vec<usize> {
-    let neighbours = |i: usize| a.row(i).0.iter().map(|&j| j as usize).filter(move |&j| j != i);
-    let mut graph: Vec<BTreeSet<usize>> = (0..a.size()).map(|i| neighbours(i).collect()).collect();
-    let mut queue: BTreeSet<(usize, usize)> =
-        graph.iter().enumerate().map(|(i, around)| (around.len(), i)).collect();
-    let mut columns = Vec::with_capacity(graph.len());
-    while let Some((degree, i)) = queue.pop_first() {
-        columns.push(degree);
-        let around = std::mem::take(&mut graph[i]);
-        for &j in &around {
-            queue.remove(&(graph[j].len(), j));
-            graph[j].remove(&i);
-            graph[j].extend(around.iter().filter(|&&k| k != j));
-            queue.insert((graph[j].len(), j));
-        }
-    }
-    columns
-}
-
-/// The sizes of the paper's tables, on a grid and on a triangle mesh.
-fn scenes() -> Result<Vec<(String, SystemSpec)>, HarnessError> {
-    let mut scenes = Vec::new();
-    for side in [20, 52] {
-        scenes.push((format!("grid, n = {}", side * side), hanging(side, 1e4, 40.0).spec()?));
-        let mesh = Mesh::Triangles.hanging(side, 1e4, 40.0)?;
-        scenes.push((format!("triangles, n = {}", mesh.particles.mass_kg.len()), mesh));
-    }
-    Ok(scenes)
-}
-
-fn test() -> Result<Finding, HarnessError> {
-    let (mut dense_costs, mut sparse_costs, mut numbers) = (Vec::new(), Vec::new(), Vec::new());
-    for (name, spec) in scenes()? {
-        let springs = spec.springs.len() as f64;
-        let system = build(&spec)?.system;
-        let inverse = dense(system.len() as f64, springs).steps();
-        let factor = sparse(&minimum_degree(&matrix(&system, STEP)), springs).steps();
-        let what = format!("steps that a rebuild costs, dense inverse, {name}");
-        numbers.push(Number::new(what, inverse, "").against(LIMIT));
-        let what = format!("steps that a rebuild costs, sparse Cholesky, {name}");
-        numbers.push(Number::new(what, factor, "").against(LIMIT));
-        dense_costs.push(inverse);
-        sparse_costs.push(factor);
-    }
-    Ok(judge(&dense_costs, &sparse_costs, numbers))
-}
-
-fn judge(dense: &[f64], sparse: &[f64], numbers: Vec<Number>) -> Finding {
-    let span =
-        |costs: &[f64]| (least(costs.iter().copied()), costs.iter().copied().fold(0.0, f64::max));
-    let ((low, high), (least, greatest)) = (span(dense), span(sparse));
-    let half = if greatest < LIMIT {
-        "refuted for a sparse Cholesky factor"
-    } else {
-        "not refuted for a sparse factor"
-    };
-    Finding {
-        // The published method has the dense inverse.
-        verdict: Verdict::of(low >= LIMIT),
-        numbers,
-        reason: format!(
-            "Rebuilding the dense inverse of the published method costs as much as {} to {} steps (about n/6, and its memory n²); the \
-             claim is {half}, whose rebuild costs {} to {} steps on the same meshes.",
-            short(low),
-            short(high),
-            short(least),
-            short(greatest)
-        ),
-        repair: (greatest < LIMIT).then(|| {
-            format!(
-                "A sparse factor in place of the inverse gives the same motion, and may be rebuilt every {} steps at no more than \
-                 twice the cost.",
-                greatest.ceil().max(1.0)
-            )
-        }),
-        scenes: "the paper's sizes, n = 400 and 2704, on grids and on triangle meshes; multiplications counted: dense by Cholesky, \
-                 sparse with minimum-degree ordering, a step with its forces"
-            .to_owned(),
-        see: "inverse-cost.svg",
-        portable: true,
-    }
-}
-
-/// Rebuilds and steps on the clock: the step size changes each time, or not.
-fn seconds() -> Result<TimingRow, HarnessError> {
-    let mut cases = Vec::new();
-    let mut steps = Vec::new();
-    for (method, side) in [("dense", 20), ("dense", 40), ("cholesky", 20), ("cholesky", 52)] {
-        let start = build(&hanging(side, 1e4, 40.0).spec()?)?;
-        let choice = Choice::parse(&format!("desbrun:inverse={method}"), &[])?;
-        let mut integrator = choice.build().map_err(crate::methods::MethodError::from)?;
-        integrator.prepare(&start.system, TimeStep::new(STEP)?)?;
-        let mut state = start.state.clone();
-        let mut time = |h: f64| -> Result<u64, HarnessError> {
-            let (h, begin) = (TimeStep::new(h)?, Instant::now());
-            integrator.step(&start.system, &mut state, h, &mut PhaseClock::off())?;
-            Ok(u64::try_from(begin.elapsed().as_nanos()).unwrap_or(u64::MAX))
-        };
-        let plain = (0..30).map(|_| time(STEP)).collect::<Result<Vec<_>, _>>()?;
-        let rebuilt = (0..4).map(|n| time(STEP * (1.0 + 0.01 * f64::from(n + 1))));
-        let rebuilt = rebuilt.collect::<Result<Vec<_>, _>>()?;
-        let case = |what: &str, samples_ns| TimedCase {
-            what: format!("{what}, {method}, n = {}", side * side),
-            samples_ns,
-        };
-        let (plain, rebuilt) = (case("a step", plain), case("a step with a rebuild", rebuilt));
-        steps.push((method, rebuilt.median_s() / plain.median_s() - 1.0));
-        cases.extend([plain, rebuilt]);
-    }
-    let dense = steps.iter().filter(|(method, _)| *method == "dense").map(|(_, steps)| *steps);
-    let least = least(dense);
-    Ok(TimingRow {
-        id: CLAIM.id.to_owned(),
-        cases,
-        number: Number::new("least cost of a rebuild in steps, dense inverse", least, "")
-            .against(LIMIT),
-        verdict: Verdict::of(least >= LIMIT),
-    })
+fn judge(evidence: Evidence<'_>) -> Result<Judgement, Missing> {
+    let (low, high) = span(&evidence.values("steps that a rebuild costs, dense inverse, ")?);
+    let (least, most) = span(&evidence.values("steps that a rebuild costs, sparse Cholesky, ")?);
+    let factor = if most < LIMIT { "refuted for" } else { "not refuted for" };
+    let reason = format!(
+        "Rebuilding the dense inverse costs as much as {} to {} steps. The claim is {factor} a \
+         sparse Cholesky factor, which costs {} to {} steps.",
+        told(low),
+        told(high),
+        told(least),
+        told(most)
+    );
+    let every = most.ceil().max(1.0);
+    let repair =
+        format!("A sparse factor may be rebuilt every {every} steps at twice the cost at most.");
+    Ok(Judgement::new(low >= LIMIT, reason).repaired((most < LIMIT).then_some(repair)))
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::{Ruling, judged};
     use super::*;
 
     #[test]
     fn the_published_inverse_decides_and_the_factor_is_told() {
-        let finding = judge(&[30.0, 400.0], &[2.0, 5.0], Vec::new());
-        assert_eq!(finding.verdict, Verdict::Confirmed);
-        assert!(finding.reason.contains("refuted for a sparse") && finding.repair.is_some());
-        assert_eq!(judge(&[19.0, 400.0], &[2.0, 5.0], Vec::new()).verdict, Verdict::Refuted);
-        assert!(judge(&[30.0], &[25.0], Vec::new()).repair.is_none());
-    }
-
-    /// A chain has no fill-in; a star neither, if its centre comes last; a ring fills in one entry a node but the last three.
-    #[test]
-    fn minimum_degree_finds_the_known_factors() {
-        let columns = |n: usize, edges: &[(usize, usize)]| {
-            let matrix = ScalarMatrix::with_pattern(n, edges.iter().copied());
-            minimum_degree(&matrix).iter().sum::<usize>()
+        let judged = |dense, sparse| {
+            let numbers = [
+                ("steps that a rebuild costs, dense inverse, a", dense),
+                ("steps that a rebuild costs, dense inverse, b", 400.0),
+                ("steps that a rebuild costs, sparse Cholesky, a", 2.0),
+                ("steps that a rebuild costs, sparse Cholesky, b", sparse),
+            ];
+            judged(&CLAIM, &numbers)
         };
-        assert_eq!(columns(5, &[(0, 1), (1, 2), (2, 3), (3, 4)]), 4);
-        assert_eq!(columns(5, &[(0, 1), (0, 2), (0, 3), (0, 4)]), 4);
-        assert_eq!(columns(5, &[(0, 1), (1, 2), (2, 3), (3, 4), (4, 0)]), 7);
+        let judgement = judged(30.0, 5.0);
+        assert_eq!(judgement.verdict, Ruling::Confirmed);
+        assert!(judgement.reason.contains("refuted for a sparse") && judgement.repair.is_some());
+        assert_eq!(judged(19.0, 5.0).verdict, Ruling::Refuted);
+        assert!(judged(30.0, 25.0).repair.is_none());
     }
 }

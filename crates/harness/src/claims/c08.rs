@@ -1,140 +1,60 @@
 //! C08: the matrix is diagonally dominant only through the identity.
 
-use super::meshes::Mesh;
-use super::scenes::{build, greatest, hanging, matrix};
-use super::{Claim, Finding, Number, Verdict};
-use crate::HarnessError;
-use crate::studies::sheet::Sheet;
-use crate::studies::short;
-use drape_model::SystemSpec;
-use drape_solvers::ScalarMatrix;
+use super::{Claim, Evidence, Judgement, Missing, told};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C08",
     section: "3",
     says: "the matrix is diagonally dominant only through the identity",
     criterion: "margin of every row = m_i exactly; margin over diagonal → 0 as h²k/m grows",
-    is_quick: false,
-    test,
-    seconds: None,
+    reads: &[
+        "rows whose margin is not m_i to the last bit",
+        "rows",
+        "greatest margin over diagonal, h²k/m = ",
+    ],
+    overturned_by: "A row whose margin is not its mass, or a relative margin that stays, refutes \
+                    it.",
+    see: "cg-vs-theta.svg",
+    judge,
 };
 
-/// Mass, stiffness and step are powers of two here, so that every sum is exact.
-const MASS: f64 = 1.0 / 1024.0;
-const STEP: f64 = 1.0 / 128.0;
-/// Exponents of `h²k/m`, to the base 4.
-const EXPONENTS: [i32; 5] = [0, 2, 4, 8, 12];
 /// A relative margin below this has vanished.
 const GONE: f64 = 1e-6;
 
-/// `A_ii − Σ_j |A_ij|` of each row, over the diagonal entry.
-fn margins(a: &ScalarMatrix) -> Vec<(f64, f64)> {
-    let margin = |i: usize| {
-        let (columns, values) = a.row(i);
-        let others = columns.iter().zip(values).filter(|(j, _)| **j as usize != i);
-        let diagonal = a.diagonal(i);
-        let margin = others.fold(diagonal, |margin, (_, value)| margin - value.abs());
-        (margin, margin / diagonal)
-    };
-    (0..a.n()).map(margin).collect()
-}
-
-fn scenes() -> Result<Vec<SystemSpec>, HarnessError> {
-    let sheet = |side: u32| hanging(side, 1.0, 0.0);
-    let uneven = |mut spec: SystemSpec| {
-        let mass = spec.particles.mass_kg.iter_mut().enumerate();
-        mass.for_each(|(i, m)| *m = MASS * f64::from(1_u32 << (i % 8)));
-        spec
-    };
-    Ok(vec![
-        sheet(10).spec()?,
-        sheet(20).spec()?,
-        Sheet { shear: 0.25, ..sheet(20) }.spec()?,
-        uneven(sheet(20).spec()?),
-        Mesh::Triangles.hanging(20, 1.0, 0.0)?,
-        Mesh::Random(1).hanging(12, 1.0, 0.0)?,
-    ])
-}
-
-fn test() -> Result<Finding, HarnessError> {
-    let mut differing = 0;
-    let mut rows = 0;
-    let mut relative = Vec::new();
-    for exponent in EXPONENTS {
-        let theta = f64::from(4_i32.pow(exponent as u32));
-        let mut widest: f64 = 0.0;
-        for (scene, mut spec) in scenes()?.into_iter().enumerate() {
-            for m in spec.particles.mass_kg.iter_mut().filter(|_| scene != 3) {
-                *m = MASS;
-            }
-            for spring in &mut spec.springs {
-                let share = if spring.stiffness_n_per_m < 0.5e-3 { 0.25 } else { 1.0 };
-                spring.stiffness_n_per_m = share * theta * MASS / (STEP * STEP);
-            }
-            let system = build(&spec)?.system;
-            let found = margins(&matrix(&system, STEP));
-            let wrong = found.iter().zip(system.mass()).filter(|((margin, _), m)| margin != *m);
-            differing += wrong.count();
-            rows += found.len();
-            if scene != 3 {
-                widest = widest.max(greatest(found.iter().map(|(_, share)| *share)));
-            }
-        }
-        relative.push((theta, widest));
-    }
-    Ok(judge(differing, rows, &relative))
-}
-
-fn judge(differing: usize, rows: usize, relative: &[(f64, f64)]) -> Finding {
-    let falls = relative.windows(2).all(|pair| pair[1].1 < pair[0].1);
-    let last = relative.last().map_or(f64::INFINITY, |(_, share)| *share);
-    let mut numbers = vec![
-        Number::new("rows whose margin is not m_i to the last bit", differing as f64, "")
-            .against(0.0),
-    ];
-    numbers.push(Number::new("rows", rows as f64, ""));
-    for (theta, share) in relative {
-        let what = format!("greatest margin over diagonal, h²k/m = {theta}");
-        numbers.push(Number::new(what, *share, ""));
-    }
-    Finding {
-        verdict: Verdict::of(differing == 0 && falls && last < GONE),
-        numbers,
-        reason: format!(
-            "In {} of {rows} rows the diagonal exceeds the sum of the other entries by the mass of the particle to the last \
-             bit: the Laplacian of the springs adds nothing to the margin. Relative to the diagonal the margin falls to {} \
-             at h²k/m = {:.1e}, like 1/(1 + 2θ) in a corner of a grid.",
-            rows - differing,
-            short(last),
-            relative.last().map_or(0.0, |(theta, _)| *theta)
-        ),
-        repair: None,
-        scenes: "grids of 10 × 10 and 20 × 20, with shear springs, with masses 1 : 128, a triangle mesh and a random mesh; \
-                 mass, stiffness and step are powers of two, so that sums are exact; h²k/m from 1 to 4¹²"
-            .to_owned(),
-        see: "cg-vs-theta.svg",
-        portable: true,
-    }
+fn judge(evidence: Evidence<'_>) -> Result<Judgement, Missing> {
+    let differing = evidence.value("rows whose margin is not m_i to the last bit")?;
+    let rows = evidence.value("rows")?;
+    let margins = evidence.values("greatest margin over diagonal, h²k/m = ")?;
+    let falls = margins.windows(2).all(|pair| pair[1] < pair[0]);
+    let last = margins.last().copied().unwrap_or(f64::INFINITY);
+    let reason = format!(
+        "In {} of {rows} rows the diagonal exceeds the other entries by the mass, to the last bit. \
+         Over the diagonal this margin falls to {}: the springs add nothing to it.",
+        rows - differing,
+        told(last)
+    );
+    Ok(Judgement::new(differing == 0.0 && falls && last < GONE, reason))
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::{Ruling, judged};
     use super::*;
 
     #[test]
-    fn margins_are_measured_row_by_row() {
-        let mut a = ScalarMatrix::with_pattern(2, [(0, 1)]);
-        a.add_diagonal(0, 1.0);
-        a.add_diagonal(1, 3.0);
-        a.add_edge(0, 1, 1.0);
-        assert_eq!(margins(&a), [(1.0, 0.5), (3.0, 0.75)]);
-    }
-
-    #[test]
     fn one_row_that_differs_or_a_margin_that_stays_refutes() {
-        let vanishing = [(1.0, 0.5), (1e8, 1e-8)];
-        assert_eq!(judge(0, 9, &vanishing).verdict, Verdict::Confirmed);
-        assert_eq!(judge(1, 9, &vanishing).verdict, Verdict::Refuted);
-        assert_eq!(judge(0, 9, &[(1.0, 0.5), (1e8, 0.4)]).verdict, Verdict::Refuted);
+        let verdict = |differing, first, last| {
+            let numbers = [
+                ("rows whose margin is not m_i to the last bit", differing),
+                ("rows", 9.0),
+                ("greatest margin over diagonal, h²k/m = 1", first),
+                ("greatest margin over diagonal, h²k/m = 100000000", last),
+            ];
+            judged(&CLAIM, &numbers).verdict
+        };
+        assert_eq!(verdict(0.0, 0.5, 1e-8), Ruling::Confirmed);
+        assert_eq!(verdict(1.0, 0.5, 1e-8), Ruling::Refuted);
+        assert_eq!(verdict(0.0, 0.5, 0.4), Ruling::Refuted);
+        assert_eq!(verdict(0.0, 1e-9, 1e-8), Ruling::Refuted);
     }
 }

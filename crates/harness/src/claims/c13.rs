@@ -1,144 +1,66 @@
 //! C13: stiffness depends on k/m, not on k.
 
-use super::meshes::Mesh;
-use super::scenes::{build, error, greatest, hanging, least, run};
-use super::{Claim, Finding, Number, Verdict};
-use crate::HarnessError;
-use crate::studies::sheet::Sheet;
-use crate::studies::short;
-use drape_model::{State, SystemSpec};
+use super::{Claim, Evidence, Judgement, Missing, told};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C13",
     section: "5",
     says: "stiffness depends on k/m, not on k",
-    criterion: "the same bits under a joint scaling of k and m by a power of two, the same to 1e-9 under any other \
-        (with IC(0), whose square roots round, the same bits by powers of four)",
-    is_quick: false,
-    test,
-    seconds: None,
+    criterion: "Scaling k and m by a power of two keeps every bit (with IC(0), whose square roots \
+                round, by a power of four). Any other factor changes less than 1e-9.",
+    reads: &[
+        "runs scaled by a power of two that differ in a bit",
+        "runs scaled by a power of two",
+        "greatest change over the motion, other factors",
+        "change over the motion by a factor of 2, with the square roots of IC(0)",
+        "least change over the motion when k alone is halved",
+    ],
+    overturned_by: "One bit that differs under a power of two, or a change of 1e-9 otherwise, \
+                    refutes it.",
+    see: "cg-vs-stiffness.svg",
+    judge,
 };
 
-const TOLERANCE: f64 = 1e-9;
-const STEP: f64 = 0.01;
-const DURATION: f64 = 0.3;
-const POWERS: [f64; 3] = [1.0 / 1024.0, 2.0, 1_048_576.0];
-const OTHERS: [f64; 4] = [0.1, 3.0, 7.3, 1000.0];
-/// Method and stiffness over mass: explicit ones below their limit, implicit ones far above it.
-const RUNS: [(&str, f64); 10] = [
-    ("symplectic-euler", 1e3),
-    ("leapfrog:solver=cg", 1e3),
-    ("imex-euler:forcing_term=1e-12,preconditioner=jacobi", 1e4),
-    ("imex-euler:forcing_term=1e-12,preconditioner=jacobi", 1e6),
-    ("imex-updated:safeguard=paper,start=last,forcing_term=1e-12,preconditioner=jacobi", 1e4),
-    ("baraff-witkin:forcing_term=1e-12,preconditioner=none,norm=euclid", 1e4),
-    ("baraff-witkin:forcing_term=1e-12,preconditioner=none,norm=euclid", 1e6),
-    ("kang", 1e4),
-    ("imex-euler:forcing_term=1e-12,preconditioner=ic0", 1e4),
-    ("imex-updated:safeguard=paper,start=last,forcing_term=1e-12,preconditioner=ic0", 1e4),
-];
+/// Change over the motion that factors other than powers of two must stay below.
+pub(crate) const TOLERANCE: f64 = 1e-9;
 
-/// Whether a run scaled by a power of two must have the same bits: IC(0) takes square roots, and `√(2ⁿ a)` has the
-/// digits of `√a` for even `n` only.
-fn is_exact(method: &str, factor: f64) -> bool {
-    !method.contains("preconditioner=ic0") || libm::log2(factor) % 2.0 == 0.0
-}
-
-/// Mass, stiffness and damping multiplied.
-fn scaled(mut spec: SystemSpec, factor: f64) -> SystemSpec {
-    spec.particles.mass_kg.iter_mut().for_each(|m| *m *= factor);
-    for spring in &mut spec.springs {
-        spring.stiffness_n_per_m *= factor;
-        spring.damping_n_s_per_m *= factor;
-    }
-    spec
-}
-
-fn scenes(stiffness: f64) -> Result<[SystemSpec; 2], HarnessError> {
-    let sheet = Sheet { shear: 0.1 * stiffness, ..hanging(10, stiffness, 10.0) };
-    Ok([sheet.spec()?, Mesh::Triangles.hanging(8, stiffness, 10.0)?])
-}
-
-fn test() -> Result<Finding, HarnessError> {
-    let (mut differing, mut runs, mut roots) = (0, 0, 0.0_f64);
-    let (mut others, mut stiffer) = (Vec::new(), Vec::new());
-    for (method, stiffness) in RUNS {
-        for spec in scenes(stiffness)? {
-            let start = build(&spec)?;
-            let end = |spec: &SystemSpec| -> Result<State, HarnessError> {
-                Ok(run(&build(spec)?, method, STEP, DURATION, None)?.state)
-            };
-            let base = end(&spec)?;
-            for factor in POWERS {
-                let state = end(&scaled(spec.clone(), factor))?;
-                if is_exact(method, factor) {
-                    differing += usize::from(state.x != base.x || state.v != base.v);
-                    runs += 1;
-                } else {
-                    let change = error(&start, &base, &state);
-                    roots = roots.max(change);
-                    others.push(change);
-                }
-            }
-            for factor in OTHERS {
-                others.push(error(&start, &base, &end(&scaled(spec.clone(), factor))?));
-            }
-            let mut half = spec.clone();
-            half.springs.iter_mut().for_each(|spring| spring.stiffness_n_per_m *= 0.5);
-            stiffer.push(error(&start, &base, &end(&half)?));
-        }
-    }
-    Ok(judge(differing, runs, &others, &stiffer, roots))
-}
-
-fn judge(differing: usize, runs: usize, others: &[f64], control: &[f64], roots: f64) -> Finding {
-    let (worst, control) = (greatest(others.iter().copied()), least(control.iter().copied()));
-    Finding {
-        verdict: Verdict::of(differing == 0 && worst < TOLERANCE),
-        numbers: vec![
-            Number::new("runs scaled by a power of two that differ in a bit", differing as f64, "")
-                .against(0.0),
-            Number::new("runs scaled by a power of two", runs as f64, ""),
-            Number::new("greatest change over the motion, other factors", worst, "")
-                .against(TOLERANCE),
-            Number::new("runs scaled by other factors", others.len() as f64, ""),
-            Number::new(
-                "change over the motion by a factor of 2, with the square roots of IC(0)",
-                roots,
-                "",
-            ),
-            Number::new("least change over the motion when k alone is halved", control, ""),
-        ],
-        reason: format!(
-            "Mass, stiffness and damping scaled together by a power of two (of four with IC(0)) leave all but {differing} of {runs} runs as they are, to \
-             the last bit, and by any other factor change them by at most {} of the motion: every method sees quotients only. \
-             Stiffness alone, halved, changes the motion by at least {}. IC(0) takes square roots, and √2 is not exact: the factor 2 then \
-             changes {} of the motion, which is round-off and is judged as any other factor.",
-            short(worst),
-            short(control),
-            short(roots)
-        ),
-        repair: None,
-        scenes: format!(
-            "hanging sheets of 10 × 10 with shear springs and triangle meshes, d/m = 10/s, h = {STEP} s, {DURATION} s; \
-             symplectic Euler and leapfrog at k/m = 1e3/s², IMEX Euler, updated CG, Baraff-Witkin and Kang at 1e4 and 1e6 (Jacobi's preconditioner or none, and IC(0)); \
-             factors 2⁻¹⁰, 2, 2²⁰ and 0.1, 3, 7.3, 1000"
-        ),
-        see: "cg-vs-stiffness.svg",
-        portable: true,
-    }
+fn judge(evidence: Evidence<'_>) -> Result<Judgement, Missing> {
+    let differing = evidence.value("runs scaled by a power of two that differ in a bit")?;
+    let runs = evidence.value("runs scaled by a power of two")?;
+    let worst = evidence.value("greatest change over the motion, other factors")?;
+    let what = "change over the motion by a factor of 2, with the square roots of IC(0)";
+    let roots = evidence.value(what)?;
+    let control = evidence.value("least change over the motion when k alone is halved")?;
+    let reason = format!(
+        "Scaling k and m together changes a bit in {differing} of {runs} runs with a power of two, \
+         and at most {} of the motion otherwise ({} by a factor of 2 with IC(0)). Halving k alone \
+         changes at least {}.",
+        told(worst),
+        told(roots),
+        told(control)
+    );
+    Ok(Judgement::new(differing == 0.0 && worst < TOLERANCE, reason))
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::{Ruling, judged};
     use super::*;
 
     #[test]
     fn one_bit_or_one_large_change_refutes() {
-        let verdict =
-            |differing, change| judge(differing, 9, &[1e-13, change], &[0.1], 1e-14).verdict;
-        assert_eq!(verdict(0, 1e-10), Verdict::Confirmed);
-        assert_eq!(verdict(1, 1e-10), Verdict::Refuted);
-        assert_eq!(verdict(0, 1e-8), Verdict::Refuted);
+        let verdict = |differing, change| {
+            let numbers = [
+                ("runs scaled by a power of two that differ in a bit", differing),
+                ("runs scaled by a power of two", 9.0),
+                ("greatest change over the motion, other factors", change),
+                ("change over the motion by a factor of 2, with the square roots of IC(0)", 1e-14),
+                ("least change over the motion when k alone is halved", 0.1),
+            ];
+            judged(&CLAIM, &numbers).verdict
+        };
+        assert_eq!(verdict(0.0, 1e-10), Ruling::Confirmed);
+        assert_eq!(verdict(1.0, 1e-10), Ruling::Refuted);
+        assert_eq!(verdict(0.0, 1e-8), Ruling::Refuted);
     }
 }

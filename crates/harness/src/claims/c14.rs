@@ -1,115 +1,54 @@
 //! C14: a finer mesh is stiffer.
 
-use super::meshes::Mesh;
-use super::scenes::{build, hanging};
-use super::{Claim, Finding, Number, Verdict};
-use crate::HarnessError;
-use crate::studies::sheet::{MASS, Sheet};
-use crate::studies::short;
-use drape_integrator::LargestEigenvalue;
-use drape_model::SystemSpec;
+use super::{Claim, Evidence, Judgement, Missing, span, told};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C14",
     section: "5",
     says: "a finer mesh is stiffer",
-    criterion: "largest frequency grows with N at fixed material",
-    is_quick: true,
-    test,
-    seconds: None,
+    criterion: "At fixed material the largest frequency grows with N.",
+    reads: &["largest frequency, ", "the same, N = 80 over N = 5, at fixed k/m, grid"],
+    overturned_by: "One refinement after which the largest frequency is not larger refutes it.",
+    see: "cg-vs-stiffness.svg",
+    judge,
 };
 
-const SIDES: [u32; 5] = [5, 10, 20, 40, 80];
-/// Products of a power iteration: the estimate is off by less than a thousandth then.
-const PRODUCTS: usize = 60;
-/// Stiffness of a spring of the fabric, N/m, and the mass of 1 m² of it, kg.
-const STIFFNESS: f64 = 100.0;
-const AREA_MASS: f64 = 0.2;
-
-/// Largest angular frequency at rest, 1/s.
-fn frequency(spec: &SystemSpec) -> Result<f64, HarnessError> {
-    let start = build(spec)?;
-    let mut eigenvalue = LargestEigenvalue::new(&start.system);
-    Ok(eigenvalue.estimate(&start.system, &start.state.x, PRODUCTS).sqrt())
-}
-
-/// The same fabric on any mesh: the mass of the area is shared out, and a spring keeps its stiffness, since a wider
-/// mesh has longer springs that each stand for a wider strip.
-fn fabric(mut spec: SystemSpec) -> SystemSpec {
-    let all: f64 = spec.particles.mass_kg.iter().sum();
-    spec.particles.mass_kg.iter_mut().for_each(|m| *m *= AREA_MASS / all);
-    for spring in &mut spec.springs {
-        spring.stiffness_n_per_m *= STIFFNESS / MASS;
-    }
-    spec
-}
-
-/// A family of meshes over the number of particles along an edge; stiffness over mass of 1/s².
-type Family = fn(u32) -> Result<SystemSpec, HarnessError>;
-
-const FAMILIES: [(&str, Family); 3] = [
-    ("grid", |side| hanging(side, 1.0, 0.0).spec()),
-    ("grid with shear", |side| Sheet { shear: 0.1, ..hanging(side, 1.0, 0.0) }.spec()),
-    ("triangles", |side| Mesh::Triangles.hanging(side, 1.0, 0.0)),
-];
-
-fn test() -> Result<Finding, HarnessError> {
-    let mut numbers = Vec::new();
-    let mut series = Vec::new();
-    for (name, family) in FAMILIES {
-        let frequencies: Vec<_> = SIDES
-            .iter()
-            .map(|&side| frequency(&fabric(family(side)?)))
-            .collect::<Result<_, HarnessError>>()?;
-        for (side, frequency) in SIDES.iter().zip(&frequencies) {
-            let what = format!("largest frequency, {name}, N = {side}");
-            numbers.push(Number::new(what, *frequency, "1/s"));
-        }
-        series.push(frequencies);
-    }
-    // The paper's tables keep k/m instead.
-    let quotient: Vec<_> = SIDES
-        .iter()
-        .map(|&side| frequency(&hanging(side, 1e4, 0.0).spec()?))
-        .collect::<Result<_, HarnessError>>()?;
-    let spread = quotient[quotient.len() - 1] / quotient[0];
-    numbers.push(Number::new("the same, N = 80 over N = 5, at fixed k/m, grid", spread, ""));
-    Ok(judge(&series, spread, numbers))
-}
-
-fn judge(series: &[Vec<f64>], spread: f64, numbers: Vec<Number>) -> Finding {
-    let grows = series.iter().all(|s| s.windows(2).all(|pair| pair[1] > pair[0]));
-    let growth = |s: &Vec<f64>| s.last().zip(s.first()).map_or(0.0, |(last, first)| last / first);
-    let least = series.iter().map(growth).fold(f64::INFINITY, f64::min);
-    let trend =
-        if grows { "grows with every refinement" } else { "does not grow with every refinement" };
-    Finding {
-        verdict: Verdict::of(grows),
-        numbers,
-        reason: format!(
-            "At fixed material the largest frequency {trend}, by a factor of at least {} from N = 5 to 80: masses shrink like \
-             1/N² while springs keep their stiffness. At fixed k/m, as in the paper's tables, it changes by a factor of {} only: \
-             there a finer mesh is a softer cloth.",
-            short(least),
-            short(spread)
-        ),
-        repair: None,
-        scenes: "sheets of 0.2 kg/m² at rest with springs of 100 N/m (shear: 10 N/m) on grids, grids with shear springs and \
-                 triangle meshes, N = 5 to 80 particles along an edge"
-            .to_owned(),
-        see: "cg-vs-stiffness.svg",
-        portable: true,
-    }
+fn judge(evidence: Evidence<'_>) -> Result<Judgement, Missing> {
+    let series = evidence.series("largest frequency, ", ", N = ")?;
+    let spread = evidence.value("the same, N = 80 over N = 5, at fixed k/m, grid")?;
+    let grows = series.iter().all(|(_, s)| s.windows(2).all(|pair| pair[1] > pair[0]));
+    let growth = |s: &[f64]| s.last().zip(s.first()).map_or(0.0, |(last, first)| last / first);
+    let (least, _) = span(&series.iter().map(|(_, s)| growth(s)).collect::<Vec<_>>());
+    let trend = if grows { "grows" } else { "does not grow" };
+    let reason = format!(
+        "At fixed material the largest frequency {trend} with every refinement, by a factor of at \
+         least {} in all. At fixed k/m it changes by a factor of {}, so a finer mesh is a softer \
+         cloth there.",
+        told(least),
+        told(spread)
+    );
+    Ok(Judgement::new(grows, reason))
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::{Ruling, judged};
     use super::*;
 
     #[test]
     fn one_refinement_that_does_not_stiffen_refutes() {
-        let verdict = |series: &[Vec<f64>]| judge(series, 1.0, Vec::new()).verdict;
-        assert_eq!(verdict(&[vec![1.0, 2.0, 4.0], vec![1.0, 1.1, 1.2]]), Verdict::Confirmed);
-        assert_eq!(verdict(&[vec![1.0, 2.0, 4.0], vec![1.0, 1.1, 1.1]]), Verdict::Refuted);
+        let verdict = |last| {
+            let numbers = [
+                ("largest frequency, grid, N = 5", 1.0),
+                ("largest frequency, grid, N = 10", 2.0),
+                ("largest frequency, triangles, N = 5", 1.0),
+                ("largest frequency, triangles, N = 10", 1.1),
+                ("largest frequency, triangles, N = 20", last),
+                ("the same, N = 80 over N = 5, at fixed k/m, grid", 1.0),
+            ];
+            judged(&CLAIM, &numbers).verdict
+        };
+        assert_eq!(verdict(1.2), Ruling::Confirmed);
+        assert_eq!(verdict(1.1), Ruling::Refuted);
     }
 }

@@ -1,254 +1,89 @@
 //! C20: any collision, elastic or inelastic; no penetration visible.
 
-use super::runs::walk;
-use super::scenes::{build, hanging};
-use super::{Claim, Finding, Number, Verdict};
-use crate::HarnessError;
-use crate::studies::short;
-use drape_model::{KeyframeSpec, ObstacleSpec, State, System, Vec3};
+use super::{Claim, Evidence, Judgement, Missing, told};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C20",
     section: "6",
     says: "any collision, elastic or inelastic; no penetration visible",
-    criterion: "depth ≤ v·h; restitution met within 5 %; displayed depth 0",
-    is_quick: false,
-    test,
-    seconds: None,
+    criterion: "No particle is deeper than v·h or displayed inside, and restitution is met within \
+                5 %.",
+    reads: &[
+        "greatest depth over v·h",
+        "greatest lack of the velocity that restitution asks for",
+        "impacts",
+        "impacts that springs pull off faster",
+        "the same with limp springs",
+        "greatest displayed depth of a particle",
+        "greatest displayed depth between particles",
+    ],
+    overturned_by: "One impact that leaves too slowly, or one particle that lies too deep, refutes \
+                    it.",
+    see: "collision-depth.svg",
+    judge,
 };
 
-const STEP: f64 = 0.01;
-const STEPS: u64 = 60;
-const SPEEDS: [f64; 3] = [1.0, 3.0, 10.0];
-const RESTITUTIONS: [f64; 3] = [0.0, 0.5, 1.0];
-/// Greatest accepted distance of the velocity after an impact from what restitution asks for, over that before. By the
-/// law of impact it is met exactly where the contact pushes, and exceeded where other forces let it go.
-const TOLERANCE: f64 = 0.05;
-/// A touch within so many steps after another belongs to the same impact.
-const FLIGHT: u64 = 4;
-/// An impact at less than this speed, m/s, is a sheet that comes to rest.
-const SLOW: f64 = 0.5;
-/// Stiffness over mass of springs that hardly pull, 1/s².
-const LIMP: f64 = 1e-3;
+/// Greatest accepted distance of the velocity after an impact from what restitution asks for, over
+/// that before. By the law of impact it is met where the contact pushes, and exceeded where other
+/// forces let it go.
+pub(crate) const TOLERANCE: f64 = 0.05;
 /// Round-off of a depth, m.
 const ROUND_OFF: f64 = 1e-12;
 
-/// Coefficient of friction where there is any.
-const FRICTION: f64 = 0.5;
-/// Speed at which the moving table rises, m/s.
-const RISING: f64 = 2.0;
-
-fn obstacles(restitution: f64) -> [ObstacleSpec; 6] {
-    let [x, y, z] = [[0.4, 0.0, 0.0], [0.0, 0.4, 0.0], [0.0, 0.0, 0.4]].map(Vec3::from);
-    let middle = Vec3::new(0.0, 0.0, -0.5);
-    let corners = [x, y, z, -x, -y, -z].map(|corner| (middle + corner).into());
-    let octahedron = ObstacleSpec::Mesh {
-        vertices_m: corners.to_vec(),
-        triangles: vec![
-            [0, 1, 2],
-            [1, 3, 2],
-            [3, 4, 2],
-            [4, 0, 2],
-            [1, 0, 5],
-            [3, 1, 5],
-            [4, 3, 5],
-            [0, 4, 5],
-        ],
-        restitution,
-        friction: 0.0,
-        path: Vec::new(),
-    };
-    let rough = ObstacleSpec::Plane {
-        point_m: [0.0, 0.0, -0.3],
-        normal: [0.3, 0.0, 1.0],
-        restitution,
-        friction: FRICTION,
-        path: Vec::new(),
-    };
-    let rising = ObstacleSpec::Box {
-        center_m: [0.0, 0.0, -0.9],
-        size_m: [0.5; 3],
-        restitution,
-        friction: FRICTION,
-        path: vec![KeyframeSpec { time_s: 1.0, offset_m: [0.0, 0.0, RISING] }],
-    };
-    [
-        octahedron,
-        rough,
-        rising,
-        ObstacleSpec::plane([0.0, 0.0, -0.3], [0.3, 0.0, 1.0], restitution),
-        ObstacleSpec::cuboid([0.0, 0.0, -0.4], [0.5; 3], restitution),
-        ObstacleSpec::sphere([0.0, 0.0, -0.4], 0.3, restitution),
-    ]
-}
-
-/// What was seen of the impacts, over all runs.
-#[derive(Clone, Copy, Debug, Default)]
-struct Impacts {
-    count: u64,
-    /// Greatest depth over `v h`, where `v` is the greatest speed of the particle so far, that of the obstacle added.
-    depth: f64,
-    /// Greatest lack of the velocity that restitution asks for, over that before.
-    lack: f64,
-    /// Impacts that leave faster than that: springs pull them off harder than the contact would push.
-    pulled: u64,
-    /// The same on the sheets whose springs are limp.
-    pulled_limp: u64,
-    /// Greatest depth of a displayed particle, and of the triangles between them, m.
-    displayed: f64,
-    between: f64,
-}
-
-/// Watches one run.
-struct Watch<'a> {
-    seen: &'a mut Impacts,
-    triangles: &'a [[u32; 3]],
-    restitution: f64,
-    is_limp: bool,
-    before: State,
-    speed: Vec<f64>,
-    touched: Vec<Option<u64>>,
-    step: u64,
-}
-
-impl Watch<'_> {
-    fn look(&mut self, system: &System, state: &State) {
-        let obstacle = &system.obstacles()[0];
-        let [was_at, is_at] = [self.before.t, state.t].map(|t| obstacle.offset(t));
-        let surface = (is_at - was_at) / STEP;
-        let depth = |x: &Vec3| {
-            let (distance, normal) = obstacle.distance(&(x - is_at));
-            ((-distance).max(0.0), distance, normal)
-        };
-        for i in 0..state.len() {
-            let (distance, normal) = obstacle.distance(&(self.before.x[i] - was_at));
-            let approach = -normal.dot(&(self.before.v[i] - surface));
-            let flies = self.touched[i].is_none_or(|step| self.step - step > FLIGHT);
-            if distance < 0.0 && approach > SLOW && flies {
-                let leaves = normal.dot(&(state.v[i] - surface));
-                let lack = self.restitution - leaves / approach;
-                self.seen.count += 1;
-                self.seen.lack = self.seen.lack.max(lack);
-                let pulled = u64::from(lack < -TOLERANCE);
-                self.seen.pulled += pulled;
-                self.seen.pulled_limp += pulled * u64::from(self.is_limp);
-            }
-            if distance < 1e-9 {
-                self.touched[i] = Some(self.step);
-            }
-            self.speed[i] = self.speed[i].max(state.v[i].norm() + surface.norm());
-            let share = depth(&state.x[i]).0 / (self.speed[i] * STEP);
-            self.seen.depth = self.seen.depth.max(share);
-        }
-        let shown: Vec<_> = state.x.iter().map(|x| x + depth(x).2 * depth(x).0).collect();
-        let deepest = |points: &mut dyn Iterator<Item = Vec3>| {
-            points.fold(0.0_f64, |deepest, x| deepest.max(depth(&x).0))
-        };
-        self.seen.displayed = self.seen.displayed.max(deepest(&mut shown.iter().copied()));
-        let inside = self.triangles.iter().flat_map(|corners| {
-            let [a, b, c] = corners.map(|i| shown[i as usize]);
-            [(a + b) / 2.0, (b + c) / 2.0, (c + a) / 2.0, (a + b + c) / 3.0]
-        });
-        self.seen.between = self.seen.between.max(deepest(&mut { inside }));
-        self.before = state.clone();
-        self.step += 1;
-    }
-}
-
-fn test() -> Result<Finding, HarnessError> {
-    let mut seen = Impacts::default();
-    for stiffness in [LIMP, 1e4, 1e6] {
-        for (speed, restitution) in SPEEDS.into_iter().flat_map(|v| RESTITUTIONS.map(|e| (v, e))) {
-            for obstacle in obstacles(restitution) {
-                let mut spec = hanging(12, stiffness, 40.0).spec()?;
-                spec.pins.clear();
-                let n = spec.particles.mass_kg.len();
-                spec.particles.velocity_m_s = vec![[0.0, 0.0, -speed]; n];
-                spec.obstacles = vec![obstacle];
-                let start = build(&spec)?;
-                let mut watch = Watch {
-                    seen: &mut seen,
-                    triangles: &spec.triangles,
-                    restitution,
-                    is_limp: stiffness == LIMP,
-                    before: start.state.clone(),
-                    speed: vec![speed; n],
-                    touched: vec![None; n],
-                    step: 0,
-                };
-                let method = "imex-euler:forcing_term=1e-6";
-                walk(
-                    &start,
-                    method,
-                    STEP,
-                    STEPS,
-                    |_, _| (),
-                    |system, _, state| {
-                        watch.look(system, state);
-                    },
-                )?;
-            }
-        }
-    }
-    Ok(judge(&seen))
-}
-
-fn judge(seen: &Impacts) -> Finding {
-    let is_met = seen.count > 0
-        && seen.depth <= 1.0 + 1e-9
-        && seen.lack <= TOLERANCE
-        && seen.pulled_limp == 0
-        && seen.displayed <= ROUND_OFF;
-    Finding {
-        verdict: Verdict::of(is_met),
-        numbers: vec![
-            Number::new("greatest depth over v·h", seen.depth, "").against(1.0),
-            Number::new("greatest lack of the velocity that restitution asks for", seen.lack, "")
-                .against(TOLERANCE),
-            Number::new("impacts", seen.count as f64, ""),
-            Number::new("impacts that springs pull off faster", seen.pulled as f64, ""),
-            Number::new("the same with limp springs", seen.pulled_limp as f64, "").against(0.0),
-            Number::new("greatest displayed depth of a particle", seen.displayed, "m").against(0.0),
-            Number::new("greatest displayed depth between particles", seen.between, "m"),
-        ],
-        reason: format!(
-            "Of {} impacts at 0.5 m/s and more, velocities being relative to the obstacle, none leaves slower than restitution asks \
-             for by more than {} of the velocity before; {} leave faster, pulled off by stiff springs ({} with limp ones). No particle lies deeper than {} v·h, and all are displayed on \
-             the surface; between them the displayed triangles still cut convex obstacles, by up to {} m at 10 m/s, which moving particles \
-             for display cannot mend.",
-            seen.count,
-            short(seen.lack.max(0.0)),
-            seen.pulled,
-            seen.pulled_limp,
-            short(seen.depth),
-            short(seen.between)
-        ),
-        repair: None,
-        scenes: "a sheet of 144 particles falls at 1, 3 and 10 m/s on a tilted plane, a table and a sphere, on a closed mesh (an \
-                 octahedron, tip up), on the tilted plane with friction 0.5, and on a table with friction 0.5 that rises at 2 m/s, all \
-                 with restitution 0, 0.5 and 1; k/m = 1e-3, 1e4 and 1e6, h = 0.01 s, 0.6 s; auxiliary particles: x − min(φ, 0) n"
-            .to_owned(),
-        see: "collision-depth.svg",
-        portable: true,
-    }
+fn judge(evidence: Evidence<'_>) -> Result<Judgement, Missing> {
+    let depth = evidence.value("greatest depth over v·h")?;
+    let lack = evidence.value("greatest lack of the velocity that restitution asks for")?;
+    let count = evidence.value("impacts")?;
+    let pulled = evidence.value("impacts that springs pull off faster")?;
+    let limp = evidence.value("the same with limp springs")?;
+    let displayed = evidence.value("greatest displayed depth of a particle")?;
+    let between = evidence.value("greatest displayed depth between particles")?;
+    let reason = format!(
+        "Of {count} impacts none leaves too slowly by more than {} of its speed, and {pulled} \
+         leave faster, pulled by stiff springs. No particle is deeper than {} v·h, but displayed \
+         triangles cut into obstacles by up to {} m.",
+        told(lack.max(0.0)),
+        told(depth),
+        told(between)
+    );
+    let is_met = count > 0.0
+        && depth <= 1.0 + 1e-9
+        && lack <= TOLERANCE
+        && limp == 0.0
+        && displayed <= ROUND_OFF;
+    Ok(Judgement::new(is_met, reason))
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::{Ruling, judged};
     use super::*;
 
     #[test]
     fn each_part_of_the_criterion_can_fail() {
-        let good = Impacts { count: 5, depth: 1.0, lack: 0.05, pulled: 2, ..Impacts::default() };
-        assert_eq!(judge(&good).verdict, Verdict::Confirmed);
-        for bad in [
-            Impacts { depth: 1.1, ..good },
-            Impacts { lack: 0.06, ..good },
-            Impacts { pulled_limp: 1, ..good },
-            Impacts { displayed: 1e-3, ..good },
-            Impacts { count: 0, ..good },
+        let verdict = |changed: &str, value: f64| {
+            let mut numbers = [
+                ("greatest depth over v·h", 1.0),
+                ("greatest lack of the velocity that restitution asks for", 0.05),
+                ("impacts", 5.0),
+                ("impacts that springs pull off faster", 2.0),
+                ("the same with limp springs", 0.0),
+                ("greatest displayed depth of a particle", 0.0),
+                ("greatest displayed depth between particles", 0.3),
+            ];
+            let number = numbers.iter_mut().find(|(what, _)| *what == changed);
+            number.into_iter().for_each(|number| number.1 = value);
+            judged(&CLAIM, &numbers).verdict
+        };
+        assert_eq!(verdict("", 0.0), Ruling::Confirmed);
+        for (changed, value) in [
+            ("greatest depth over v·h", 1.1),
+            ("greatest lack of the velocity that restitution asks for", 0.06),
+            ("the same with limp springs", 1.0),
+            ("greatest displayed depth of a particle", 1e-3),
+            ("impacts", 0.0),
         ] {
-            assert_eq!(judge(&bad).verdict, Verdict::Refuted, "{bad:?}");
+            assert_eq!(verdict(changed, value), Ruling::Refuted, "{changed}");
         }
     }
 }

@@ -1,225 +1,70 @@
 //! C22: the reason is that the matrix couples no coordinate directions.
 
-use super::runs::{free_edge, track, true_motion, walk};
-use super::scenes::{build, hanging};
-use super::{Claim, Finding, Number, Verdict};
-use crate::HarnessError;
-use crate::run::Simulation;
-use crate::studies::{sheet::pair, short};
-use drape_integrator::{Implicit, StepError, hold_pins};
-use drape_model::{Level, Mat3, State, Vec3};
-use drape_solvers::{
-    BlockJacobi, BlockMatrix, Constraints, Norm, PcgSettings, PcgWorkspace, Reference, filtered_pcg,
-};
+use super::{Claim, Evidence, Judgement, Missing, Ruling, told};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C22",
     section: "7",
     says: "the reason is that the matrix couples no coordinate directions",
-    criterion: "locking of an axis-aligned spring, whose exact Hessian has no coupling either, and of the 3×3-block variant",
-    is_quick: true,
-    test,
-    seconds: None,
+    criterion: "An aligned spring, whose exact Hessian has no coupling either, does not lock; the \
+        3×3-block variant, which couples, does not lock.",
+    reads: &["kept, aligned spring, ", "kept, spring at 45°, ", "kept, sheet, "],
+    overturned_by: "It is confirmed if neither the aligned spring nor the coupled matrix locks.",
+    see: "locking-stiffness.svg",
+    judge,
 };
 
 /// A run keeps less than this of the motion: it locks.
-const LOCKED: f64 = 0.5;
-const STEP: f64 = 0.01;
-/// Share of the transverse stiffness that the coupled variant keeps in its matrix.
-const HALF: f64 = 0.5;
-const STIFFNESS: f64 = 1e6;
+pub(crate) const LOCKED: f64 = 0.5;
 
-/// What stands for a spring along `û` in the matrix, over `k`.
-#[derive(Clone, Copy)]
-enum Block {
-    /// `ûûᵀ + t (I − ûûᵀ)`: with `t = 1` that of IMEX Euler, which couples nothing, with `t < 1` one that couples the
-    /// coordinates of every oblique spring.
-    Across(f64),
-    /// The diagonal of `ûûᵀ`, the exact Hessian at rest length without its coupling.
-    Uncoupled,
-}
-
-impl Block {
-    fn matrix(self, u: Vec3) -> Mat3 {
-        match self {
-            Self::Across(t) => u * u.transpose() * (1.0 - t) + Mat3::from_diagonal_element(t),
-            Self::Uncoupled => Mat3::from_diagonal(&u.component_mul(&u)),
-        }
-    }
-}
-
-/// A step of the split with other blocks in its matrix.
-///
-/// `(M + h² Σ k B + h L_c) v_{n+1} = M v_n + h F(x_n)`, where `F` is the force of springs and gravity.
-fn block_step(
-    start: &Simulation,
-    state: &mut State,
-    h: f64,
-    block: Block,
-) -> Result<(), HarnessError> {
-    let system = &start.system;
-    let n = system.len();
-    let (mut weights, mut constraints) = (Vec::new(), Constraints::free(n));
-    Implicit::Springs.visit_weights(system, &mut |i, j, k, c| weights.push((i, j, k, c)));
-    let mut a = BlockMatrix::with_pattern(n, weights.iter().map(|&(i, j, ..)| (i, j)));
-    for &(i, j, k, c) in &weights {
-        let u = (state.x[i] - state.x[j]).normalize();
-        let damping = Mat3::from_diagonal_element(h * c);
-        a.add_pair(i, j, &(block.matrix(u) * (h * h * k) + damping));
-    }
-    let mut b = vec![Vec3::zeros(); n];
-    system.forces(Level { v: &vec![Vec3::zeros(); n], ..state.level() }, &mut b);
-    for (i, &mass) in system.mass().iter().enumerate() {
-        a.add_diagonal(i, &Mat3::from_diagonal_element(mass));
-        b[i] = b[i] * h + state.v[i] * mass;
-    }
-    hold_pins(system, &mut constraints);
-    let mut preconditioner = BlockJacobi::new(&a);
-    preconditioner.update(&a).map_err(StepError::from)?;
-    let settings = PcgSettings { forcing_term: 1e-8, norm: Norm::Euclid, max_iterations: 10_000 };
-    let reference = Reference::FilteredRightHandSide;
-    let mut workspace = PcgWorkspace::new(n);
-    let v = &mut state.v;
-    filtered_pcg(&a, &preconditioner, &constraints, &b, v, reference, &settings, &mut workspace);
-    for (x, v) in state.x.iter_mut().zip(&state.v) {
-        *x += v * h;
-    }
-    Ok(())
-}
-
-/// Two particles that turn about their middle, on a spring along `u` at rest length.
-fn turning(u: Vec3, across: Vec3) -> Result<Simulation, HarnessError> {
-    let mut start = build(&pair(STIFFNESS))?;
-    for (i, side) in [-0.5, 0.5].into_iter().enumerate() {
-        start.state.x[i] = u * side;
-        // So slow that the spring keeps its direction within the step.
-        start.state.v[i] = across * (1e-3 * side);
-    }
-    Ok(start)
-}
-
-/// Share of the speed across the spring that a step keeps: with IMEX Euler, with the exact Hessian, with
-/// the coupled variant, with the exact Hessian without its coupling.
-fn kept_by_a_spring(u: Vec3, across: Vec3) -> Result<[f64; 4], HarnessError> {
-    let start = turning(u, across)?;
-    let share = |state: &State| across.dot(&state.v[1]) / across.dot(&start.state.v[1]);
-    let step = |method: &str| walk(&start, method, STEP, 1, |_, _| (), |_, _, _| ());
-    let mut coupled = start.state.clone();
-    block_step(&start, &mut coupled, STEP, Block::Across(HALF))?;
-    let mut uncoupled = start.state.clone();
-    block_step(&start, &mut uncoupled, STEP, Block::Uncoupled)?;
-    Ok([
-        share(&step("imex-euler:forcing_term=1e-14")?),
-        share(&step("baraff-witkin:forcing_term=1e-14")?),
-        share(&coupled),
-        share(&uncoupled),
-    ])
-}
-
-/// Retained motion of the hanging sheet within a second, with the first three.
-fn kept_by_a_sheet() -> Result<[f64; 3], HarnessError> {
-    let spec = hanging(16, STIFFNESS, 40.0).spec()?;
-    let (start, tracked) = (build(&spec)?, free_edge(&spec));
-    let exact = true_motion(&start, 1.0, tracked)?.path;
-    let kept = |method: &str| {
-        Ok::<_, HarnessError>(track(&start, method, STEP, 1.0, tracked)?.path / exact)
+fn judge(evidence: Evidence<'_>) -> Result<Judgement, Missing> {
+    let kept = |what: &str, matrix: &str| evidence.value(&format!("kept, {what}, {matrix}"));
+    let (imex, hessian) = ("matrix of IMEX Euler", "exact Hessian");
+    let coupled = "coupled, half as stiff across";
+    let aligned = (kept("aligned spring", imex)?, kept("aligned spring", hessian)?);
+    let oblique = (kept("spring at 45°", imex)?, kept("spring at 45°", coupled)?);
+    let sheet = (kept("sheet", coupled)?, kept("sheet", hessian)?);
+    let aligned_locks = aligned.0 < LOCKED && aligned.1 >= LOCKED;
+    let coupled_locks = oblique.1 < LOCKED && sheet.0 < LOCKED;
+    let verdict = match (aligned_locks, coupled_locks) {
+        (true, true) => Ruling::Refuted,
+        (false, false) => Ruling::Confirmed,
+        _ => Ruling::Undecided,
     };
-    let (mut state, mut path) = (start.state.clone(), 0.0);
-    for _ in 0..100 {
-        let last = state.x[tracked];
-        block_step(&start, &mut state, STEP, Block::Across(HALF))?;
-        path += (state.x[tracked] - last).norm();
-    }
-    Ok([kept("imex-euler")?, kept("baraff-witkin")?, path / exact])
-}
-
-fn test() -> Result<Finding, HarnessError> {
-    let (x, z) = (Vec3::x(), Vec3::z());
-    let half = 0.5_f64.sqrt();
-    let aligned = kept_by_a_spring(x, z)?;
-    let oblique = kept_by_a_spring((x + z) * half, (z - x) * half)?;
-    Ok(judge(aligned, oblique, kept_by_a_sheet()?))
-}
-
-/// In each triple: IMEX Euler's matrix (no coupling, stiff across), the exact Hessian (coupled unless aligned, soft across), the
-/// variant (coupled unless aligned, half as stiff across).
-fn judge(aligned: [f64; 4], oblique: [f64; 4], sheet: [f64; 3]) -> Finding {
-    let matrices = [
-        "matrix of IMEX Euler",
-        "exact Hessian",
-        "coupled, half as stiff across",
-        "exact Hessian without coupling",
-    ];
-    let mut numbers = Vec::new();
-    for (what, kept) in
-        [("aligned spring", &aligned[..]), ("spring at 45°", &oblique), ("sheet", &sheet)]
-    {
-        for (matrix, kept) in matrices.into_iter().zip(kept) {
-            numbers.push(Number::new(format!("kept, {what}, {matrix}"), *kept, "").against(LOCKED));
-        }
-    }
-    let aligned_locks = aligned[0] < LOCKED && aligned[1] >= LOCKED;
-    let coupled_locks = oblique[2] < LOCKED && sheet[2] < LOCKED;
-    let verdict = if aligned_locks && coupled_locks {
-        Verdict::Refuted
-    } else if !aligned_locks && !coupled_locks {
-        Verdict::Confirmed
-    } else {
-        Verdict::Undecided
-    };
-    Finding {
-        verdict,
-        numbers,
-        reason: format!(
-            "A step keeps {} of the speed across a spring along an axis and {} at 45° to it, although the exact Hessian of the \
-             former has no coupling that could be missing, and with the exact Hessian it keeps {}. A matrix that does couple \
-             the coordinates, but keeps half of the stiffness across the springs, leaves {} of the oblique spring's speed and \
-             {} of the sheet's motion (IMEX Euler {}): what locks is the stiffness across springs that ∂F2 would cancel. \
-             Coupling matters only in that an oblique spring cannot be soft across without it (exact Hessian without coupling: {}).",
-            short(aligned[0]),
-            short(oblique[0]),
-            short(aligned[1]),
-            short(oblique[2]),
-            short(sheet[2]),
-            short(sheet[0]),
-            short(oblique[3])
-        ),
-        repair: (verdict == Verdict::Refuted && sheet[1] >= LOCKED).then(|| {
-            format!("take ∂F2 into the matrix: with the exact Hessian, clamped, the sheet keeps {} of its motion.", short(sheet[1]))
-        }),
-        scenes: "two particles that turn on a spring at rest length, along an axis and at 45°, one step; a hanging sheet of 256 \
-                 particles, 1 s; k/m = 1e6, h = 0.01 s"
-            .to_owned(),
-        see: "locking-stiffness.svg",
-        portable: true,
-    }
+    let reason = format!(
+        "An aligned spring, which needs no coupling, keeps {} of its motion (one at 45° {}). A \
+         coupled matrix that is half as stiff across springs leaves {} to the sheet: the stiffness \
+         across springs decides.",
+        told(aligned.0),
+        told(oblique.0),
+        told(sheet.0)
+    );
+    let repair =
+        format!("Take ∂F2 into the matrix: the sheet keeps {} of its motion.", told(sheet.1));
+    let helps = verdict == Ruling::Refuted && sheet.1 >= LOCKED;
+    Ok(Judgement { verdict, reason, repair: helps.then_some(repair) })
 }
 
 #[cfg(test)]
-#[allow(clippy::unwrap_used, reason = "tests")]
 mod tests {
+    use super::super::{Ruling, judged};
     use super::*;
 
     #[test]
-    fn the_variant_that_keeps_all_stiffness_is_imex_euler() {
-        let mut start = build(&hanging(5, 1e5, 40.0).spec().unwrap()).unwrap();
-        start.state = track(&start, "imex-euler", STEP, 0.3, 0).unwrap().state;
-        let expected =
-            walk(&start, "imex-euler:forcing_term=1e-14", STEP, 1, |_, _| (), |_, _, _| ());
-        let expected = expected.unwrap();
-        let mut found = start.state.clone();
-        block_step(&start, &mut found, STEP, Block::Across(1.0)).unwrap();
-        for (a, b) in found.x.iter().zip(&expected.x) {
-            assert!((a - b).norm() < 1e-8, "{a} {b}");
-        }
-    }
-
-    #[test]
     fn the_verdict_takes_both_halves() {
-        let (free, locks) = ([0.01, 1.0, 1.0], [0.01, 1.0, 0.1]);
-        let spring = |[a, b, c]: [f64; 3]| [a, b, c, 1.0];
-        assert_eq!(judge(spring(locks), spring(locks), locks).verdict, Verdict::Refuted);
-        assert_eq!(judge(spring(locks), spring(free), free).verdict, Verdict::Undecided);
-        assert_eq!(judge([1.0; 4], spring(free), free).verdict, Verdict::Confirmed);
+        let verdict = |aligned: f64, oblique: f64, sheet: f64| {
+            let numbers = [
+                ("kept, aligned spring, matrix of IMEX Euler", aligned),
+                ("kept, aligned spring, exact Hessian", 1.0),
+                ("kept, spring at 45°, matrix of IMEX Euler", 0.01),
+                ("kept, spring at 45°, coupled, half as stiff across", oblique),
+                ("kept, sheet, coupled, half as stiff across", sheet),
+                ("kept, sheet, exact Hessian", 1.0),
+            ];
+            judged(&CLAIM, &numbers).verdict
+        };
+        assert_eq!(verdict(0.01, 0.1, 0.1), Ruling::Refuted);
+        assert_eq!(verdict(0.01, 1.0, 1.0), Ruling::Undecided);
+        assert_eq!(verdict(1.0, 1.0, 1.0), Ruling::Confirmed);
     }
 }

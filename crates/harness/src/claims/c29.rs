@@ -1,153 +1,56 @@
 //! C29: several hundred particles in real time.
 
-use super::scenes::{build, hanging, run};
-use super::{Claim, Finding, Number, Verdict};
-use crate::HarnessError;
-use crate::scenes::bundled;
-use crate::studies::claims::facts::{TimedCase, TimingRow};
-use crate::studies::short;
-use crate::studies::tables::run::PRINTED;
+use super::{Claim, Evidence, Judgement, Missing, span, told};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C29",
     section: "9",
     says: "several hundred particles in real time",
-    criterion: "judged by the paper's own tables; beside it the largest n in real time here",
-    is_quick: false,
-    test,
-    seconds: Some(seconds),
+    criterion: "The paper's own tables decide. Beside it stands the largest n in real time here.",
+    reads: &[
+        "paper's fastest run of 400 particles, a simulated second",
+        "paper's slowest run of 400 particles",
+        "paper's fastest without the set-up of the matrix",
+        "largest n in real time by counted work, ",
+    ],
+    overturned_by: "A run of 400 particles within a second in the paper's tables confirms it.",
+    see: "scaling-cost.svg",
+    judge,
 };
 
-/// Particles that count as several hundred.
-const SEVERAL_HUNDRED: usize = 400;
-/// Wall time of a visit of a spring on a present machine, s: the model of the run's effort.
-const VISIT: f64 = 5e-9;
-const STEP: f64 = 0.01;
-/// Simulated time of a run, s.
-const SPAN: f64 = 1.0;
-const METHOD: &str = "imex-euler:forcing_term=0.05";
-const SIDES: [u32; 6] = [20, 52, 100, 140, 200, 280];
-
-/// Stiffness over mass at fixed k/m, and at fixed material, whose particles get lighter.
-fn stiffness(side: u32, is_material: bool) -> f64 {
-    let finer = f64::from(side * side) / 400.0;
-    if is_material { 1e4 * finer } else { 1e4 }
-}
-
-/// Counted work of a simulated second, as seconds of a machine that visits a spring in 5 ns.
-fn modelled(side: u32, is_material: bool) -> Result<f64, HarnessError> {
-    let start = build(&hanging(side, stiffness(side, is_material), 40.0).spec()?)?;
-    let effort = run(&start, METHOD, STEP, SPAN, None)?.outcome.effort;
-    Ok(effort * VISIT / SPAN)
-}
-
-/// Particles, solver time of a simulated second, the same without the set-up of the matrix, s: by the paper's tables.
-fn paper() -> Result<Vec<(usize, f64, f64)>, HarnessError> {
-    let mut paper = Vec::new();
-    for row in &PRINTED {
-        let particles = crate::scenes::build(&bundled(row.scene)?)?.1.system.len();
-        let kept = row.paper.solver_s - row.paper.matrix_setup_s;
-        paper.push((particles, row.paper.solver_s, kept));
-    }
-    Ok(paper)
-}
-
-fn test() -> Result<Finding, HarnessError> {
-    let mut here = Vec::new();
-    for is_material in [false, true] {
-        let name = if is_material { "fixed material" } else { "fixed k/m = 1e4" };
-        let mut largest = 0.0;
-        for side in SIDES {
-            let seconds = modelled(side, is_material)?;
-            if seconds > 1.0 {
-                break;
-            }
-            largest = f64::from(side * side);
-        }
-        here.push((name, largest));
-    }
-    Ok(judge(&paper()?, &here))
-}
-
-/// `paper` as [`paper`] gives it; `here`: a series and its largest n in real time.
-fn judge(paper: &[(usize, f64, f64)], here: &[(&str, f64)]) -> Finding {
-    let rows = || paper.iter().filter(|row| row.0 <= SEVERAL_HUNDRED);
-    let fastest = rows().fold(f64::INFINITY, |least, row| least.min(row.1));
-    let slowest = rows().fold(0.0_f64, |most, row| most.max(row.1));
-    let kept = rows().fold(f64::INFINITY, |least, row| least.min(row.2));
-    let mut numbers = vec![
-        Number::new("paper's fastest run of 400 particles, a simulated second", fastest, "s")
-            .against(1.0),
-        Number::new("paper's slowest run of 400 particles", slowest, "s").against(1.0),
-        Number::new("paper's fastest without the set-up of the matrix", kept, "s").against(1.0),
-    ];
-    for (name, largest) in here {
-        numbers.push(Number::new(
-            format!("largest n in real time by counted work, {name}"),
-            *largest,
-            "particles",
-        ));
-    }
-    let largest = here.iter().fold(f64::INFINITY, |least, one| least.min(one.1));
-    Finding {
-        verdict: Verdict::of(fastest <= 1.0),
-        numbers,
-        reason: format!(
-            "By the paper's own tables a simulated second of 400 particles took {} to {} s, and the fastest still {} s without the \
-             set-up of the matrix. That was a processor of 250 MHz: with as many springs visited every 5 ns, sheets of {} particles \
-             and more of those tried run in real time, matrix kept.",
-            short(fastest),
-            short(slowest),
-            short(kept),
-            largest
-        ),
-        repair: None,
-        scenes: "tables 2 and 3 of the paper; here the hanging sheet, n = 400 to 78400, h = 0.01 s, ε = 0.05, plain IMEX Euler, IC(0), \
-                 matrix kept, 1 s"
-            .to_owned(),
-        see: "scaling-cost.svg",
-        portable: true,
-    }
-}
-
-/// Measures the largest sheet that the model holds to be in real time.
-fn seconds() -> Result<TimingRow, HarnessError> {
-    let mut cases = Vec::new();
-    let mut largest = 0.0;
-    for side in SIDES {
-        let start = build(&hanging(side, stiffness(side, false), 40.0).spec()?)?;
-        let mut samples_ns = Vec::new();
-        for _ in 0..3 {
-            let wall = run(&start, METHOD, STEP, SPAN, None)?.outcome.wall;
-            samples_ns.push((wall.as_nanos() as f64 / SPAN) as u64);
-        }
-        let what = format!("a simulated second, n = {}, k/m = 1e4", side * side);
-        let case = TimedCase { what, samples_ns };
-        let is_slow = case.median_s() > 1.0;
-        cases.push(case);
-        if is_slow {
-            break;
-        }
-        largest = f64::from(side * side);
-    }
-    Ok(TimingRow {
-        id: CLAIM.id.to_owned(),
-        cases,
-        number: Number::new("largest n in real time on this machine", largest, "particles")
-            .of_machine(),
-        // The claim is about the paper's machine: its tables decide, these seconds cannot contradict them.
-        verdict: judge(&paper()?, &[]).verdict,
-    })
+fn judge(evidence: Evidence<'_>) -> Result<Judgement, Missing> {
+    let fastest = evidence.value("paper's fastest run of 400 particles, a simulated second")?;
+    let slowest = evidence.value("paper's slowest run of 400 particles")?;
+    let kept = evidence.value("paper's fastest without the set-up of the matrix")?;
+    let (largest, _) = span(&evidence.values("largest n in real time by counted work, ")?);
+    let reason = format!(
+        "In the paper's tables a simulated second of 400 particles took {} to {} s, and without \
+         the set-up of the matrix {} s. At 5 ns a visit of a spring {} particles run in real time.",
+        told(fastest),
+        told(slowest),
+        told(kept),
+        told(largest)
+    );
+    Ok(Judgement::new(fastest <= 1.0, reason))
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::{Ruling, judged};
     use super::*;
 
     #[test]
     fn the_fastest_of_the_paper_decides() {
-        let here = [("", 400.0)];
-        assert_eq!(judge(&[(400, 0.9, 0.5), (400, 3.0, 2.0)], &here).verdict, Verdict::Confirmed);
-        assert_eq!(judge(&[(400, 2.0, 0.5), (100, 3.0, 2.0)], &here).verdict, Verdict::Refuted);
+        let verdict = |fastest| {
+            let numbers = [
+                ("paper's fastest run of 400 particles, a simulated second", fastest),
+                ("paper's slowest run of 400 particles", 3.0),
+                ("paper's fastest without the set-up of the matrix", 0.5),
+                ("largest n in real time by counted work, fixed material", 400.0),
+            ];
+            judged(&CLAIM, &numbers).verdict
+        };
+        assert_eq!(verdict(0.9), Ruling::Confirmed);
+        assert_eq!(verdict(2.0), Ruling::Refuted);
     }
 }

@@ -1,49 +1,46 @@
-//! The paper's claims: each is a test with a criterion that was fixed before anything was measured.
+//! The paper's claims: each is a predicate over recorded numbers.
 //!
-//! A claim is general, so no verdict rests on one run of one scene: each test says what it ran. Claims about time are
-//! decided from counted work, which is the same on every machine; measured seconds stand beside the facts
-//! ([`Claim::seconds`]) and must bear the verdict out.
+//! A claim has a criterion that was fixed before anything was measured. It reads numbers of the
+//! record of the study `claims` ([`Claim::reads`]) and runs nothing. What is measured for it stands
+//! in the study; [`crate::studies::claims::test`] runs that.
 
-mod atlas;
-mod c01;
-mod c02;
-mod c03;
-mod c04;
-mod c05;
-mod c06;
-mod c07;
-mod c08;
-mod c09;
-mod c10;
-mod c11;
-mod c12;
-mod c13;
-mod c14;
-mod c15;
-mod c16;
-mod c17;
-mod c18;
-mod c19;
-mod c20;
-mod c21;
-mod c22;
-mod c23;
-mod c24;
-mod c25;
-mod c26;
-mod c27;
-mod c28;
-mod c29;
-mod general;
-mod meshes;
-mod runs;
-mod scenes;
+pub(crate) mod c01;
+pub(crate) mod c02;
+pub(crate) mod c03;
+pub(crate) mod c04;
+pub(crate) mod c05;
+pub(crate) mod c06;
+pub(crate) mod c07;
+pub(crate) mod c08;
+pub(crate) mod c09;
+pub(crate) mod c10;
+pub(crate) mod c11;
+pub(crate) mod c12;
+pub(crate) mod c13;
+pub(crate) mod c14;
+pub(crate) mod c15;
+pub(crate) mod c16;
+pub(crate) mod c17;
+pub(crate) mod c18;
+pub(crate) mod c19;
+pub(crate) mod c20;
+pub(crate) mod c21;
+pub(crate) mod c22;
+pub(crate) mod c23;
+pub(crate) mod c24;
+pub(crate) mod c25;
+pub(crate) mod c26;
+pub(crate) mod c27;
+pub(crate) mod c28;
+pub(crate) mod c29;
+mod evidence;
 
 use crate::HarnessError;
-pub use crate::studies::claims::facts::{Number, Verdict};
-use crate::studies::claims::facts::{Row, TimingRow};
+pub use crate::studies::claims::facts::{Number, Ruling};
+pub use evidence::Evidence;
+use evidence::{Missing, span, told};
 
-/// A claim of the paper and its test.
+/// A claim of the paper.
 #[derive(Clone, Copy, Debug)]
 pub struct Claim {
     /// `C01` to `C29`.
@@ -52,31 +49,37 @@ pub struct Claim {
     pub section: &'static str,
     /// What the paper claims, in our words.
     pub says: &'static str,
-    /// What decides.
+    /// What decides, fixed before anything was measured.
     pub criterion: &'static str,
-    /// Whether the test costs so little (less than 0.3 s) that quick runs do it too.
-    pub is_quick: bool,
-    test: fn() -> Result<Finding, HarnessError>,
-    seconds: Option<fn() -> Result<TimingRow, HarnessError>>,
+    /// The numbers that decide, in its row of the study `claims`: how their names begin or end.
+    pub reads: &'static [&'static str],
+    /// What would overturn the verdict.
+    pub overturned_by: &'static str,
+    /// File name, below `figures/`, of the figure that shows it.
+    pub see: &'static str,
+    judge: fn(Evidence<'_>) -> Result<Judgement, Missing>,
 }
 
-/// What the test of a claim found.
+/// What the numbers say of a claim.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Finding {
+pub struct Judgement {
     /// Whether the criterion is met.
-    pub verdict: Verdict,
-    /// The numbers behind it.
-    pub numbers: Vec<Number>,
-    /// What was seen, and why: two sentences.
+    pub verdict: Ruling,
+    /// What was seen, and why.
     pub reason: String,
     /// What helps, where the claim is refuted and a remedy was measured.
     pub repair: Option<String>,
-    /// What was run.
-    pub scenes: String,
-    /// File name, below `figures/`, of the figure that shows it.
-    pub see: &'static str,
-    /// Same bits on every machine.
-    pub portable: bool,
+}
+
+impl Judgement {
+    fn new(is_met: bool, reason: String) -> Self {
+        Self { verdict: Ruling::of(is_met), reason, repair: None }
+    }
+
+    /// The same with what helps.
+    fn repaired(self, repair: Option<String>) -> Self {
+        Self { repair, ..self }
+    }
 }
 
 static CLAIMS: [Claim; 29] = [
@@ -121,52 +124,51 @@ pub fn all() -> &'static [Claim] {
 /// # Errors
 /// [`HarnessError::UnknownClaim`] naming the known ones.
 pub fn find(id: &str) -> Result<&'static Claim, HarnessError> {
-    all().iter().find(|claim| claim.id.eq_ignore_ascii_case(id)).ok_or_else(|| {
-        let known: Vec<_> = all().iter().map(|claim| claim.id).collect();
-        HarnessError::UnknownClaim { id: id.to_owned(), known: known.join(", ") }
-    })
+    let found = all().iter().find(|claim| claim.id.eq_ignore_ascii_case(id));
+    found.ok_or_else(|| unknown(id))
+}
+
+/// The error that no claim has this id.
+pub(crate) fn unknown(id: &str) -> HarnessError {
+    let known: Vec<_> = all().iter().map(|claim| claim.id).collect();
+    HarnessError::UnknownClaim { id: id.to_owned(), known: known.join(", ") }
 }
 
 impl Claim {
-    /// Runs the test.
-    ///
-    /// # Errors
-    /// [`HarnessError`] when a run is refused.
-    pub fn test(&self) -> Result<Row, HarnessError> {
-        let found = (self.test)()?;
-        Ok(Row {
-            id: self.id.to_owned(),
-            section: self.section.to_owned(),
-            says: self.says.to_owned(),
-            criterion: self.criterion.to_owned(),
-            verdict: found.verdict,
-            numbers: found.numbers,
-            reason: found.reason,
-            repair: found.repair,
-            scenes: found.scenes,
-            see: found.see.to_owned(),
-            portable: found.portable,
-        })
+    /// The verdict on recorded numbers; undecided if one that it needs is missing.
+    pub fn judge(&self, evidence: &Evidence<'_>) -> Judgement {
+        (self.judge)(*evidence).unwrap_or_else(Judgement::from)
     }
+}
 
-    /// Whether measured seconds stand beside its verdict.
-    pub fn has_seconds(&self) -> bool {
-        self.seconds.is_some()
-    }
+/// What a claim makes of numbers that are given by hand.
+#[cfg(test)]
+fn judged(claim: &Claim, numbers: &[(&str, f64)]) -> Judgement {
+    let number = |&(what, value): &(&str, f64)| Number::new(what, value, "");
+    claim.judge(&Evidence::new(&numbers.iter().map(number).collect::<Vec<_>>()))
+}
 
-    /// Measures the seconds of a claim about time; `None` for any other.
-    ///
-    /// # Errors
-    /// [`HarnessError`] when a run is refused.
-    pub fn seconds(&self) -> Result<Option<TimingRow>, HarnessError> {
-        self.seconds.map(|measure| measure()).transpose()
-    }
+/// As [`judged`], with the limit of each number; the verdict alone.
+#[cfg(test)]
+fn ruled(claim: &Claim, numbers: &[(&str, f64, f64)]) -> Ruling {
+    let number =
+        |&(what, value, limit): &(&str, f64, f64)| Number::new(what, value, "").against(limit);
+    claim.judge(&Evidence::new(&numbers.iter().map(number).collect::<Vec<_>>())).verdict
 }
 
 #[cfg(test)]
 #[allow(clippy::unwrap_used, reason = "tests")]
 mod tests {
     use super::*;
+    use crate::studies::claims::facts::{Facts, Row};
+
+    /// The committed record.
+    fn rows() -> Vec<Row> {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../results/claims.json");
+        let record: drape_report::Record<Facts> =
+            drape_report::file::read_json(path.as_ref()).unwrap();
+        record.facts.claims
+    }
 
     #[test]
     fn every_claim_stands_once_in_order_and_is_found_by_its_id() {
@@ -174,21 +176,45 @@ mod tests {
             assert_eq!(claim.id, format!("C{:02}", n + 1));
             assert_eq!(find(&claim.id.to_lowercase()).unwrap().id, claim.id);
             assert!(claim.says.chars().count() <= 84, "{} is too long for its figure", claim.id);
+            assert!(claim.see.ends_with(".svg"), "{}: {}", claim.id, claim.see);
+            assert!(claim.overturned_by.ends_with('.') && !claim.reads.is_empty(), "{}", claim.id);
         }
         let message = find("C30").unwrap_err().to_string();
         assert!(message.contains("C30") && message.contains("C01, C02"), "{message}");
     }
 
     #[test]
-    fn quick_claims_come_to_a_verdict_with_numbers_and_scenes() {
-        for claim in all().iter().filter(|claim| claim.is_quick) {
-            let row = claim.test().unwrap();
-            let mut names: Vec<_> = row.numbers.iter().map(|number| &number.what).collect();
-            names.sort();
-            names.dedup();
-            assert_eq!(names.len(), row.numbers.len(), "{}: two numbers of one name", claim.id);
-            assert!(!row.reason.is_empty() && !row.scenes.is_empty(), "{}", claim.id);
-            assert!(row.see.ends_with(".svg"), "{}: {}", claim.id, row.see);
+    fn the_recorded_verdicts_follow_from_the_recorded_numbers() {
+        let rows = rows();
+        assert_eq!(rows.len(), all().len());
+        for (claim, row) in all().iter().zip(&rows) {
+            let judgement = claim.judge(&Evidence::new(&row.numbers));
+            assert_eq!((claim.id, judgement.verdict), (row.id.as_str(), row.verdict));
+            let sentences = |text: &str| text.split(". ").count();
+            assert!(sentences(&judgement.reason) <= 2, "{}: {}", claim.id, judgement.reason);
+            let repair = judgement.repair.unwrap_or_default();
+            assert!(sentences(&repair) <= 2, "{}: {repair}", claim.id);
+        }
+    }
+
+    /// What a claim says that it reads is what decides: without it there is no verdict.
+    #[test]
+    fn a_claim_without_a_number_that_it_reads_is_undecided_and_names_it() {
+        for (claim, row) in all().iter().zip(rows()) {
+            for read in claim.reads {
+                let is_other = |number: &&Number| {
+                    !number.what.starts_with(read) && !number.what.ends_with(read)
+                };
+                let rest: Vec<_> = row.numbers.iter().filter(is_other).cloned().collect();
+                assert!(rest.len() < row.numbers.len(), "{}: nothing is “{read}”", claim.id);
+                let judgement = claim.judge(&Evidence::new(&rest));
+                assert_eq!(judgement.verdict, Ruling::Undecided, "{}: {read}", claim.id);
+                let words: Vec<_> = read.split(", ").collect();
+                assert!(judgement.reason.contains(words[0]), "{}: {judgement:?}", claim.id);
+            }
+            let nothing = claim.judge(&Evidence::new(&[]));
+            assert_eq!(nothing.verdict, Ruling::Undecided, "{}", claim.id);
+            assert!(nothing.reason.contains("lacks"), "{}: {}", claim.id, nothing.reason);
         }
     }
 }

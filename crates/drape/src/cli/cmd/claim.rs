@@ -1,7 +1,8 @@
 //! `drape claim`.
 
 use crate::cli::output::print;
-use drape_harness::claims;
+use drape_harness::claims::{self, Evidence};
+use drape_harness::studies;
 use std::fmt::Write as _;
 
 #[derive(Debug, clap::Args)]
@@ -11,10 +12,12 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    let row = claims::find(&arguments.id)?.test()?;
+    let claim = claims::find(&arguments.id)?;
+    let row = studies::claims::test(claim)?;
+    let judgement = claim.judge(&Evidence::new(&row.numbers));
     let mut text = String::new();
-    writeln!(text, "{} (§{}): {}", row.id, row.section, row.says)?;
-    writeln!(text, "criterion: {}", row.criterion)?;
+    writeln!(text, "{} (§{}): {}", claim.id, claim.section, claim.says)?;
+    writeln!(text, "criterion: {}", claim.criterion)?;
     writeln!(text, "verdict:   {}", row.verdict.name())?;
     for number in &row.numbers {
         let unit = if number.unit.is_empty() { String::new() } else { format!(" {}", number.unit) };
@@ -22,12 +25,12 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         let (value, limit) = (readable(number.value), limit.unwrap_or_default());
         writeln!(text, "    {} = {value}{unit}{limit}", number.what)?;
     }
-    writeln!(text, "reason:    {}", row.reason)?;
-    if let Some(repair) = &row.repair {
+    writeln!(text, "reason:    {}", judgement.reason)?;
+    if let Some(repair) = &judgement.repair {
         writeln!(text, "repair:    {repair}")?;
     }
     writeln!(text, "scenes:    {}", row.scenes)?;
-    writeln!(text, "figure:    {}", row.see)?;
+    writeln!(text, "figure:    {}", claim.see)?;
     print(&text)
 }
 

@@ -1,4 +1,5 @@
-//! Records of the experiment `claims`: the paper's claims, each with a criterion that was fixed beforehand.
+//! Records of the experiment `claims`: what was measured for each claim of the paper, and the
+//! verdict.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -11,21 +12,21 @@ pub struct Facts {
     pub claims: Vec<Row>,
 }
 
-/// What the test of a claim found.
+/// What the recorded numbers make of a claim.
 #[derive(
     Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
 )]
 #[serde(rename_all = "snake_case")]
-pub enum Verdict {
+pub enum Ruling {
     /// The criterion is met.
     Confirmed,
     /// The criterion is not met.
     Refuted,
-    /// The test cannot tell; the reason says why.
+    /// The numbers cannot tell; the reason says why.
     Undecided,
 }
 
-impl Verdict {
+impl Ruling {
     /// One word.
     pub fn name(self) -> &'static str {
         match self {
@@ -41,30 +42,18 @@ impl Verdict {
     }
 }
 
-/// One claim with its verdict.
+/// What was measured for one claim, and the verdict.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Row {
     /// `C01` to `C29`.
     pub id: String,
-    /// Section of the paper.
-    pub section: String,
-    /// What the paper claims, in our words.
-    pub says: String,
-    /// What was fixed beforehand as the test.
-    pub criterion: String,
-    /// What came out.
-    pub verdict: Verdict,
+    /// What the numbers make of the claim.
+    pub verdict: Ruling,
     /// The numbers behind it.
     pub numbers: Vec<Number>,
-    /// What was seen, and why.
-    pub reason: String,
-    /// What helps, where the claim is refuted and a remedy was measured.
-    pub repair: Option<String>,
     /// What was run.
     pub scenes: String,
-    /// File name, below `figures/`, of the figure that shows it.
-    pub see: String,
     /// Same bits on every machine.
     pub portable: bool,
 }
@@ -81,7 +70,7 @@ pub struct Number {
     pub unit: String,
     /// What the criterion compares it with.
     pub limit: Option<f64>,
-    /// Whether other machines must find the same; counts that passed through a library's factorisation need not.
+    /// Whether other machines must find the same; counts after a library's factorisation need not.
     pub is_compared: bool,
 }
 
@@ -105,7 +94,7 @@ impl Number {
     }
 }
 
-/// Seconds that must bear out the verdict of a claim about time, which its facts decide from counted work.
+/// Seconds beside a claim about time, which counted work decides.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TimingRow {
@@ -115,8 +104,9 @@ pub struct TimingRow {
     pub cases: Vec<TimedCase>,
     /// What the seconds give: the criterion's number.
     pub number: Number,
-    /// The verdict by the seconds alone. If it is not that of the facts, the claim is undecided on this machine.
-    pub verdict: Verdict,
+    /// The verdict by the seconds alone. If it is not that of the facts, the claim is undecided on
+    /// this machine.
+    pub verdict: Ruling,
 }
 
 /// One timed piece of work.

@@ -5,6 +5,8 @@ pub(crate) mod plates;
 pub(crate) mod run;
 mod words;
 
+pub use run::test;
+
 use super::Parts;
 
 pub(super) const STUDY: Parts<facts::Facts, facts::TimingRow> = Parts {

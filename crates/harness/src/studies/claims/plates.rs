@@ -1,6 +1,7 @@
 //! Figure and tables of the experiment `claims`.
 
-use super::facts::{Facts, Number, Row, TimingRow, Verdict};
+use super::facts::{Facts, Number, Row, Ruling, TimedCase, TimingRow};
+use crate::claims::{Evidence, find};
 use drape_report::number::{significant, trimmed};
 use drape_report::page::{Table, absent, texts};
 use drape_report::plate::{Draw, Plate};
@@ -9,36 +10,20 @@ use drape_report::plot::{Matrix, Row as Line, Shade, Tile};
 /// What the figure is drawn from.
 pub(super) type Input = crate::studies::Input<Facts, TimingRow>;
 
-/// How many claims hold.
-fn answer(input: &Input) -> Option<String> {
-    let rows = &input.facts.claims;
-    let count =
-        |verdict: Verdict| rows.iter().filter(|row| verdict_of(input, row) == verdict).count();
-    (!rows.is_empty()).then(|| {
-        format!(
-            "Of {} claims of the paper that were tested by criteria fixed beforehand, {} are confirmed, {} refuted and {} undecided.",
-            rows.len(),
-            count(Verdict::Confirmed),
-            count(Verdict::Refuted),
-            count(Verdict::Undecided)
-        )
-    })
-}
-
 pub(super) const PLATES: &[Plate<Input>] = &[Plate {
     file: "claims.svg",
     title: "Which of the paper's claims hold",
-    caption: "One row for each claim of the paper, in our words, with the place of the claim in brackets. The tile \
-        tells what its test found: confirmed if the criterion that was fixed beforehand is met, refuted if it is \
-        not, undecided if the test cannot tell, because an effect is absent or because counted work and measured seconds \
-        disagree (thick frame). Criteria, numbers, reasons and what repairs a refuted claim stand in the tables below.",
+    caption: "The tile shows what came out for each claim of the paper; its section stands in \
+              brackets. A claim is confirmed if the recorded numbers meet a criterion that was \
+              fixed beforehand. A thick frame marks a claim whose measured seconds contradict the \
+              counted work. Criteria, reasons and repairs stand in the table below.",
     draw: Draw::Matrix(verdicts),
 }];
 
-const KNOWN: [(Verdict, &str, Shade); 3] = [
-    (Verdict::Confirmed, "C", Shade::Good),
-    (Verdict::Refuted, "R", Shade::Bad),
-    (Verdict::Undecided, "?", Shade::Open),
+const KNOWN: [(Ruling, &str, Shade); 3] = [
+    (Ruling::Confirmed, "C", Shade::Good),
+    (Ruling::Refuted, "R", Shade::Bad),
+    (Ruling::Undecided, "?", Shade::Open),
 ];
 
 fn timing<'a>(input: &'a Input, row: &Row) -> Option<&'a TimingRow> {
@@ -51,27 +36,23 @@ fn is_contradicted(input: &Input, row: &Row) -> bool {
 }
 
 /// The verdict of the facts, unless seconds contradict it.
-fn verdict_of(input: &Input, row: &Row) -> Verdict {
-    if is_contradicted(input, row) { Verdict::Undecided } else { row.verdict }
+fn ruling(input: &Input, row: &Row) -> Ruling {
+    if is_contradicted(input, row) { Ruling::Undecided } else { row.verdict }
 }
 
 fn verdicts(input: &Input) -> Option<Matrix> {
     let rows = &input.facts.claims;
     let line = |row: &Row| {
-        let tile = |(verdict, letter, shade): &(Verdict, &str, Shade)| {
-            let is_here = verdict_of(input, row) == *verdict;
+        let tile = |(verdict, letter, shade): &(Ruling, &str, Shade)| {
+            let is_here = ruling(input, row) == *verdict;
             let text = (*letter).to_owned();
             let tile = Tile { shade: *shade, text, is_marked: is_contradicted(input, row) };
             is_here.then_some(tile).into_iter().collect()
         };
-        Line {
-            label: format!("{} (§{}) {}", row.id, row.section, row.says),
-            is_first: true,
-            tiles: KNOWN.iter().map(tile).collect(),
-        }
+        Line { label: label(row), is_first: true, tiles: KNOWN.iter().map(tile).collect() }
     };
     let legend = KNOWN.iter().map(|(verdict, letter, shade)| {
-        let count = rows.iter().filter(|row| verdict_of(input, row) == *verdict).count();
+        let count = rows.iter().filter(|row| ruling(input, row) == *verdict).count();
         let tile = Tile { shade: *shade, text: (*letter).to_owned(), is_marked: false };
         (tile, format!("{}: {count}", verdict.name()))
     });
@@ -81,6 +62,12 @@ fn verdicts(input: &Input) -> Option<Matrix> {
         legend: legend.collect(),
         notes: Vec::new(),
     })
+}
+
+/// The claim in words; a record may hold an id that is no longer known.
+fn label(row: &Row) -> String {
+    let words = find(&row.id).map(|claim| format!(" (§{}) {}", claim.section, claim.says));
+    format!("{}{}", row.id, words.unwrap_or_default())
 }
 
 /// A number with its unit and limit.
@@ -112,26 +99,37 @@ fn told(input: &Input, row: &Row) -> String {
 
 fn ledger(input: &Input) -> Table {
     let line = |row: &Row| {
-        vec![
+        let claim = find(&row.id).ok()?;
+        let judgement = claim.judge(&Evidence::new(&row.numbers));
+        Some(vec![
             row.id.clone(),
-            row.section.clone(),
-            row.says.clone(),
-            row.criterion.clone(),
+            claim.section.to_owned(),
+            claim.says.to_owned(),
+            claim.criterion.to_owned(),
             told(input, row),
-            row.reason.clone(),
-            row.repair.clone().unwrap_or_else(absent),
-            format!("[{}](figures/{})", row.see, row.see),
-        ]
+            judgement.reason,
+            judgement.repair.unwrap_or_else(absent),
+            claim.overturned_by.to_owned(),
+            format!("[{}](figures/{})", claim.see, claim.see),
+        ])
     };
     Table {
-        title: "**The ledger.** What the paper claims, what was fixed beforehand as its test, and what came out; repair: \
-                what helps where a claim is refuted, as far as it was measured."
-            .to_owned(),
+        title:
+            "**The ledger.** Claims, criteria, verdicts, and what helps where a claim is refuted."
+                .to_owned(),
         header: texts(&[
-            "id", "§", "claim", "criterion", "verdict", "reason", "repair", "figure",
+            "id",
+            "§",
+            "claim",
+            "criterion",
+            "verdict",
+            "reason",
+            "repair",
+            "overturned by",
+            "figure",
         ]),
-        names: 8,
-        rows: input.facts.claims.iter().map(line).collect(),
+        names: 9,
+        rows: input.facts.claims.iter().filter_map(line).collect(),
     }
 }
 
@@ -150,7 +148,7 @@ fn evidence(input: &Input) -> Table {
 
 fn seconds(input: &Input) -> Table {
     let line = |row: &TimingRow| {
-        let case = |case: &super::facts::TimedCase| {
+        let case = |case: &TimedCase| {
             let median = significant(1e3 * case.median_s(), 3);
             format!("{}: {median} ms ({} times)", case.what, case.samples_ns.len())
         };
@@ -159,9 +157,9 @@ fn seconds(input: &Input) -> Table {
     };
     let rows = input.timings.iter().flat_map(|timings| &timings.rows);
     Table {
-        title:
-            "**Seconds beside the counted work.** Median wall times, and the verdict by them alone."
-                .to_owned(),
+        title: "**Seconds beside the counted work.** Median wall times, and the verdict by them \
+             alone."
+            .to_owned(),
         header: texts(&["id", "timed", "number", "verdict by seconds"]),
         names: 4,
         rows: rows.map(line).collect(),

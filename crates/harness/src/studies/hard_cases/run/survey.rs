@@ -11,8 +11,6 @@ use rayon::prelude::*;
 /// What a method did on a case.
 #[derive(Clone, Debug)]
 pub(crate) struct HardCase {
-    /// Id, title and damping.
-    pub(crate) name: String,
     /// Greatest rise of the energy over what the scene sets free.
     pub(crate) gain: f64,
     /// Whether that is as little as a stable run may gain.
@@ -44,9 +42,7 @@ pub(crate) fn survey(
             let run = runner.count(&stage.starts[0])?;
             let mut tally = Tally::default();
             tally.add(&run, stage.reference);
-            let damping = if is_damped { "damped" } else { "undamped" };
             Ok(HardCase {
-                name: format!("{} {damping}", case.name()),
                 gain: tally.gain,
                 is_stable: tally.verdict == Some(Verdict::Stable),
                 is_over_budget: tally.is_over_budget,

@@ -33,8 +33,9 @@ impl Mesh {
         }
     }
 
-    /// About `side²` particles that hang by two corners; stiffness and damping of all springs over the mean mass, 1/s² and
-    /// 1/s. The mass is 1 g a particle on the mean, by area on a random mesh.
+    /// About `side²` particles that hang by two corners; stiffness and damping of all springs over
+    /// the mean mass, 1/s² and 1/s. The mass is 1 g a particle on the mean, by area on a random
+    /// mesh.
     pub(super) fn hanging(
         self,
         side: u32,
@@ -68,7 +69,8 @@ impl Mesh {
     }
 }
 
-/// The sheet with a spring along each edge of the triangles, at rest, pinned at the two corners with the least y.
+/// The sheet with a spring along each edge of the triangles, at rest, pinned at the two corners
+/// with the least y.
 fn cloth(
     points: &[Point],
     mass: Vec<f64>,
@@ -148,7 +150,8 @@ fn rows_of_triangles(side: usize) -> (Vec<Point>, Vec<Triangle>) {
     (points, triangles)
 }
 
-/// The corners and edges of the square at even distances, the inside at random, no two nearer than 0.7 mesh widths.
+/// The corners and edges of the square at even distances, the inside at random, no two nearer than
+/// 0.7 mesh widths.
 fn random_points(side: usize, random: &mut Random) -> Vec<Point> {
     let last = side - 1;
     let width = 1.0 / last as f64;
@@ -158,7 +161,8 @@ fn random_points(side: usize, random: &mut Random) -> Vec<Point> {
         let x = on_edge(i);
         points.extend([[x, -0.5], [x, 0.5], [-0.5, x], [0.5, x]]);
     }
-    // A square of this many points is not yet full; the bound on the draws only makes sure of an end.
+    // A square of this many points is not yet full; the bound on the draws only makes sure of an
+    // end.
     for _ in 0..1000 * side * side {
         if points.len() == side * side {
             break;
@@ -192,8 +196,8 @@ fn is_inside([a, b, c]: [Point; 3], p: Point) -> bool {
     a[0] * minor(1, 2) - a[1] * minor(0, 2) + a[2] * minor(0, 1) > 0.0
 }
 
-/// Delaunay triangulation of points in the unit square around the origin, by Bowyer and Watson: each point replaces the
-/// triangles whose circles it lies in by a fan.
+/// Delaunay triangulation of points in the unit square around the origin, by Bowyer and Watson:
+/// each point replaces the triangles whose circles it lies in by a fan.
 fn delaunay(points: &[Point]) -> Vec<Triangle> {
     let n = points.len();
     let mut all = points.to_vec();

@@ -10,8 +10,9 @@ use drape_model::{DampingLaw, State, System, SystemSpec, TimeSpan, Vec3};
 use drape_oracle::Random;
 use drape_solvers::ScalarMatrix;
 
-/// A sheet that hangs by two corners, at first horizontal: `side × side` particles of 1 g, tension springs of the
-/// stiffness over mass `tension` (1/s²), no shear, damping over mass `damping` (1/s).
+/// A sheet that hangs by two corners, at first horizontal: `side × side` particles of 1 g, tension
+/// springs of the stiffness over mass `tension` (1/s²), no shear, damping over mass `damping`
+/// (1/s).
 pub(super) fn hanging(side: u32, tension: f64, damping: f64) -> Sheet {
     Sheet {
         side,
@@ -24,7 +25,8 @@ pub(super) fn hanging(side: u32, tension: f64, damping: f64) -> Sheet {
     }
 }
 
-/// A free sheet without damping and gravity that turns over and over about the x axis, `rate` in 1/s.
+/// A free sheet without damping and gravity that turns over and over about the x axis, `rate` in
+/// 1/s.
 pub(super) fn spinning(side: u32, tension: f64, rate: f64) -> Result<Simulation, HarnessError> {
     let sheet = Sheet { shear: 0.1 * tension, gravity: [0.0; 3], ..hanging(side, tension, 0.0) };
     let mut start = build(&Sheet { is_pinned: false, ..sheet }.spec()?)?;
@@ -51,8 +53,8 @@ pub(super) fn shake(start: &mut Simulation, distance: f64, seed: u64) {
     }
 }
 
-/// Runs a method (id and settings) from a start, watching the energy, until the time is over or the effort (visits of
-/// a spring) reaches its limit.
+/// Runs a method (id and settings) from a start, watching the energy, until the time is over or the
+/// effort (visits of a spring) reaches its limit.
 pub(super) fn run(
     start: &Simulation,
     method: &str,

@@ -6,8 +6,8 @@ use drape_solvers::{LinearOperator, Vec3};
 /// Most iterations.
 const MOST: usize = 5_000;
 
-/// BiCGStab (van der Vorst 1992) from zero until `‖b − A x‖ ≤ tolerance ‖b‖`; returns the products with the matrix, or
-/// `None` where it breaks down or does not get there.
+/// BiCGStab (van der Vorst 1992) from zero until `‖b − A x‖ ≤ tolerance ‖b‖`; returns the products
+/// with the matrix, or `None` where it breaks down or does not get there.
 pub(super) fn bicgstab(
     a: &impl LinearOperator,
     b: &[Vec3],

@@ -16,7 +16,8 @@ const SIDE: u32 = 10;
 const STEPS: [f64; 4] = [1e-3, 1e-2, 1.0 / 15.0, 0.1];
 const STIFFNESSES: [f64; 4] = [1e2, 1e4, 1e6, 1e8];
 const DAMPINGS: [f64; 2] = [0.0, 40.0];
-/// Greatest stiffness over mass whose true motion is computed for `E_ref`, 1/s²: stiffer sheets set free the same.
+/// Greatest stiffness over mass whose true motion is computed for `E_ref`, 1/s²: stiffer sheets set
+/// free the same.
 const TAME: f64 = 1e5;
 /// Most visits of a spring in a run: about 0.2 s.
 const BUDGET: f64 = 4e7;
@@ -46,7 +47,6 @@ pub(super) struct Place {
 /// What the energy of a run did.
 #[derive(Clone, Debug)]
 pub(super) struct Survey {
-    pub(super) place: Place,
     pub(super) verdict: Verdict,
     /// Greatest rise above the start over `E_ref`.
     pub(super) gain: f64,
@@ -113,7 +113,6 @@ impl Place {
             None => judge(&run.energy, run.rule, available),
         };
         Ok(Survey {
-            place: *self,
             verdict,
             gain: run.energy.gain / available,
             rises: run.energy.rises,
@@ -128,20 +127,8 @@ pub(super) fn survey(method: &str) -> Result<Vec<Survey>, HarnessError> {
     places().par_iter().with_max_len(1).map(|place| place.run(method)).collect()
 }
 
-/// Where it is, in prose.
-pub(super) fn told(place: &Place) -> String {
-    let scene = match place.scene {
-        Scene::Hanging => "hanging",
-        Scene::Squeezed => "squeezed",
-        Scene::Spinning => "spinning",
-    };
-    format!(
-        "{scene}, h = {:.3} s, k/m = {:.0e}/s², d/m = {}/s",
-        place.step, place.stiffness, place.damping
-    )
-}
-
 /// What was run, in prose.
-pub(super) const SCENES: &str = "sheets of 10 × 10 with shear springs of 0.1 k: hanging, squeezed to 0.7 of their size and crumpled, \
-     spinning freely at 5/s; h = 0.001, 0.01, 1/15, 0.1 s × k/m = 1e2, 1e4, 1e6, 1e8/s² × d/m = 0, 40/s; at least 2 s and \
-     200 steps each";
+pub(super) const SCENES: &str = "sheets of 10 × 10 with shear springs of 0.1 k: hanging, squeezed \
+                                 to 0.7 of their size and crumpled, spinning freely at 5/s; h = \
+                                 0.001, 0.01, 1/15, 0.1 s × k/m = 1e2, 1e4, 1e6, 1e8/s² × d/m = 0, \
+                                 40/s; at least 2 s and 200 steps each";

@@ -12,8 +12,8 @@ const STABLE: f64 = 0.02;
 /// Step of the true motion over the stability limit.
 const SHARE: f64 = 0.25;
 
-/// Takes steps with a method: `before` may move the state ahead of each, `after` sees what it took and where it led.
-/// A run that leaves the range of numbers ends there. Returns the last state.
+/// Takes steps with a method: `before` may move the state ahead of each, `after` sees what it took
+/// and where it led. A run that leaves the range of numbers ends there. Returns the last state.
 pub(super) fn walk(
     start: &Simulation,
     method: &str,
@@ -113,7 +113,8 @@ pub(super) fn track(
     Ok(track)
 }
 
-/// The true motion of a particle: symplectic Euler, the same bits everywhere, at a quarter of its stability limit.
+/// The true motion of a particle: symplectic Euler, the same bits everywhere, at a quarter of its
+/// stability limit.
 pub(super) fn true_motion(
     start: &Simulation,
     duration_s: f64,
@@ -148,7 +149,8 @@ impl Exact {
     }
 }
 
-/// Distance between the ends of two runs over the distance that the true motion has gone, both in the norm of the masses.
+/// Distance between the ends of two runs over the distance that the true motion has gone, both in
+/// the norm of the masses.
 pub(super) fn error(start: &Simulation, end: &State, exact: &State) -> f64 {
     let (mut off, mut way) = (0.0, 0.0);
     for (i, mass) in start.system.mass().iter().enumerate() {
@@ -159,7 +161,8 @@ pub(super) fn error(start: &Simulation, end: &State, exact: &State) -> f64 {
     if error.is_nan() { f64::INFINITY } else { error }
 }
 
-/// The particle in the middle of the edge that lies opposite the pins: nearest to their mean, mirrored at the origin.
+/// The particle in the middle of the edge that lies opposite the pins: nearest to their mean,
+/// mirrored at the origin.
 pub(super) fn free_edge(spec: &SystemSpec) -> usize {
     let at = |particle: usize| nalgebra::Vector3::from(spec.particles.position_m[particle]);
     let sum = spec

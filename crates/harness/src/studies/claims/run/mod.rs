@@ -1,0 +1,136 @@
+//! Experiment `claims`: what is run for the paper's claims.
+
+mod atlas;
+mod evidence;
+mod general;
+mod meshes;
+mod runs;
+mod scenes;
+
+use crate::HarnessError;
+use crate::claims::{Claim, Evidence, find, unknown};
+use crate::facts::{Fact, fact};
+use crate::studies::claims::facts::{Facts, Row, Ruling, TimingRow};
+use crate::studies::{Context, Measured, cells, timed};
+use evidence::{TRIALS, Trial};
+use std::collections::BTreeMap;
+
+/// How the timings are taken.
+pub(super) fn timing() -> String {
+    "Wall time of the same work whose operations the facts count. One piece runs after the other \
+     on one thread, and the median of the repetitions decides."
+        .to_owned()
+}
+
+/// How the facts are measured.
+pub(super) fn method() -> String {
+    "Each claim has a criterion that was fixed before anything was measured. A claim is confirmed \
+     if the recorded numbers meet the criterion, refuted if they do not, and undecided if they \
+     cannot tell. Counted work, which is the same on every machine, decides claims about time; \
+     measured seconds must agree. Random numbers come from fixed seeds."
+        .to_owned()
+}
+
+pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, HarnessError> {
+    let chosen: Vec<_> = TRIALS.iter().filter(|trial| trial.is_quick || !context.quick).collect();
+    let claims = cells(context, "tests", &chosen, |trial| row(trial))?;
+    let timings = if context.quick { None } else { Some(seconds(context, &claims)?) };
+    Ok(Measured { facts: Facts { claims }, timings, scenes: BTreeMap::new(), seed: None })
+}
+
+/// Measures one claim and judges it.
+///
+/// # Errors
+/// [`HarnessError`] when a run is refused.
+pub fn test(claim: &Claim) -> Result<Row, HarnessError> {
+    let trial = TRIALS.iter().find(|trial| trial.id == claim.id);
+    trial.map_or_else(|| Err(unknown(claim.id)), row)
+}
+
+fn row(trial: &Trial) -> Result<Row, HarnessError> {
+    let numbers = (trial.run)()?;
+    let verdict = find(trial.id)?.judge(&Evidence::new(&numbers)).verdict;
+    let Trial { id, scenes, portable, .. } = *trial;
+    Ok(Row { id: id.to_owned(), verdict, numbers, scenes: scenes(), portable })
+}
+
+/// Times the claims about time.
+fn seconds(context: &Context<'_>, claims: &[Row]) -> Result<Vec<TimingRow>, HarnessError> {
+    let chosen: Vec<_> = TRIALS
+        .iter()
+        .zip(claims)
+        .filter_map(|(trial, row)| Some((trial.id, row.verdict, trial.seconds?)))
+        .collect();
+    timed(context, "seconds", &chosen, |&(id, counted, measure)| {
+        let (cases, number) = measure()?;
+        // Without a limit the seconds cannot contradict the facts.
+        let verdict = number.limit.map_or(counted, |limit| Ruling::of(number.value >= limit));
+        Ok(TimingRow { id: id.to_owned(), cases, number, verdict })
+    })
+}
+
+/// Its facts, as they are compared: the verdict of each claim, and each of its numbers.
+pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {
+    let of = |row: &Row| {
+        let mut bare = fact(row.id.clone(), row.portable, row);
+        if let serde_json::Value::Object(values) = &mut bare.values {
+            values.remove("numbers");
+            values.remove("scenes");
+        }
+        let numbers = row.numbers.iter().filter(|number| number.is_compared);
+        let key = |what: &str| format!("{} {what}", row.id);
+        let mut facts = vec![bare];
+        facts.extend(numbers.map(|number| fact(key(&number.what), row.portable, number)));
+        facts
+    };
+    facts.claims.iter().flat_map(of).collect()
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "tests")]
+mod tests {
+    use super::*;
+    use crate::claims::all;
+    use crate::studies::claims::facts::Number;
+
+    #[test]
+    fn numbers_of_the_machine_are_not_compared_nor_texts() {
+        let row = Row {
+            id: "C01".to_owned(),
+            verdict: Ruling::Confirmed,
+            numbers: vec![
+                Number::new("a", 0.5, "m").against(1.0),
+                Number::new("b", 3.0, "").of_machine(),
+            ],
+            scenes: "none".to_owned(),
+            portable: true,
+        };
+        let facts = comparable(&Facts { claims: vec![row] });
+        let keys: Vec<_> = facts.iter().map(|fact| fact.key.as_str()).collect();
+        assert_eq!(keys, ["C01", "C01 a"]);
+        assert_eq!(facts[0].values["verdict"], "confirmed");
+        assert_eq!(facts[0].values["portable"], true);
+        assert!(facts[0].values.get("scenes").is_none());
+        assert_eq!(facts[1].values["value"], 0.5);
+    }
+
+    #[test]
+    fn each_claim_has_its_trial() {
+        let ids: Vec<_> = all().iter().map(|claim| claim.id).collect();
+        assert_eq!(TRIALS.each_ref().map(|trial| trial.id).as_slice(), ids);
+    }
+
+    #[test]
+    fn quick_claims_come_to_a_verdict_with_numbers_and_scenes() {
+        for trial in TRIALS.iter().filter(|trial| trial.is_quick) {
+            let row = row(trial).unwrap();
+            let mut names: Vec<_> = row.numbers.iter().map(|number| &number.what).collect();
+            names.sort();
+            names.dedup();
+            assert_eq!(names.len(), row.numbers.len(), "{}: two numbers of one name", row.id);
+            let judgement = find(&row.id).unwrap().judge(&Evidence::new(&row.numbers));
+            assert_eq!(judgement.verdict, row.verdict);
+            assert!(!judgement.reason.is_empty() && !row.scenes.is_empty(), "{}", row.id);
+        }
+    }
+}
