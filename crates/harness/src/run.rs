@@ -483,14 +483,3 @@ impl Counts {
         }
     }
 }
-
-/// Counts by a schedule.
-pub(crate) fn count_by(
-    simulation: &Simulation,
-    choice: &Choice,
-    schedule: &Schedule,
-    reference: Option<f64>,
-    budget: Option<f64>,
-) -> Result<Counts, HarnessError> {
-    Runner::by(choice, schedule).reference(reference).budget(budget).count(simulation)
-}

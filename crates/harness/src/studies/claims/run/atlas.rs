@@ -3,7 +3,7 @@
 use super::scenes::{build, hanging, shake, spinning};
 use crate::HarnessError;
 use crate::methods::Choice;
-use crate::run::{Simulation, count_by};
+use crate::run::{Runner, Simulation};
 use crate::schedule::Schedule;
 use crate::stability::{judge, reference};
 use crate::studies::sheet::Sheet;
@@ -107,7 +107,8 @@ impl Place {
         let tame = self.stiffness.min(TAME);
         let scale = if self.scene == Scene::Squeezed { self.stiffness / tame } else { 1.0 };
         let available = scale * reference(&self.start(tame)?, &first)?.energy;
-        let run = count_by(&start, &choice, &schedule, Some(available), Some(BUDGET))?;
+        let runner = Runner::by(&choice, &schedule).reference(available).budget(BUDGET);
+        let run = runner.count(&start)?;
         let verdict = match run.outcome.divergence {
             Some(_) => Verdict::Diverged,
             None => judge(&run.energy, run.rule, available),

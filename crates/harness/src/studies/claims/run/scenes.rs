@@ -2,8 +2,7 @@
 
 use crate::HarnessError;
 use crate::methods::Choice;
-use crate::run::{Counts, Simulation, count_by};
-use crate::schedule::Schedule;
+use crate::run::{Counts, Runner, Simulation};
 use crate::studies::sheet::{GRAVITY, Sheet};
 use drape_integrator::Implicit;
 use drape_model::{DampingLaw, State, System, SystemSpec, TimeSpan, Vec3};
@@ -63,8 +62,7 @@ pub(super) fn run(
     effort_limit: Option<f64>,
 ) -> Result<Counts, HarnessError> {
     let choice = Choice::parse(method, &[])?;
-    let schedule = Schedule::steady(TimeSpan { step_s, duration_s });
-    count_by(start, &choice, &schedule, None, effort_limit)
+    Runner::new(&choice, TimeSpan { step_s, duration_s }).budget(effort_limit).count(start)
 }
 
 /// The matrix of EEH (21) multiplied by the masses, `M + h² L_k + h L_c` over all springs.

@@ -4,7 +4,7 @@ use super::scenes::{build, hanging, shake};
 use super::{Number, Trial};
 use crate::HarnessError;
 use crate::methods::Choice;
-use crate::run::{Simulation, count_by};
+use crate::run::{Runner, Simulation};
 use crate::schedule::Schedule;
 use crate::stability::{judge, reference};
 use crate::studies::sheet::Sheet;
@@ -118,7 +118,7 @@ fn is_stable(
     let schedule = Schedule::steady(TimeSpan { step_s: step, duration_s });
     let choice = Choice::parse(method, &[])?;
     let budget = if step < 5e-3 { SMALL_BUDGET } else { BUDGET };
-    let run = count_by(start, &choice, &schedule, None, Some(budget))?;
+    let run = Runner::by(&choice, &schedule).budget(budget).count(start)?;
     let verdict = judge(&run.energy, run.rule, released);
     Ok(run.outcome.divergence.is_none() && verdict == drape_report::Verdict::Stable)
 }
