@@ -1,10 +1,37 @@
 //! Records of the experiment `cg-vs-stiffness`.
 
+pub(super) use crate::studies::tables::facts::{PLAIN, UPDATED_PAPER, UPDATED_ROBUST};
 use drape_report::Verdict;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+/// The base point, from which one factor varies at a time: step, s.
+pub(super) const BASE_STEP_S: f64 = 0.01;
+/// Forcing term of the base point.
 pub(super) const FORCING_TERM: f64 = 0.05;
+/// Preconditioner of the base point.
+pub(super) const BASE_PRECONDITIONER: &str = "ic0";
+/// Start vector of the base point.
+pub(super) const BASE_START: &str = "extrapolated";
+
+/// [`Cell::series`] of the sweep over the stiffness.
+pub(super) const STIFFNESS: &str = "stiffness";
+/// [`Cell::series`] of the sweep over the step.
+pub(super) const STEP: &str = "step";
+/// [`Cell::series`] of the sweep over the forcing term.
+pub(super) const FORCING_TERMS: &str = "forcing-term";
+
+/// [`Cell::material`] of the paper's series.
+const FIXED_K_OVER_M: &str = "fixed-k-over-m";
+
+/// [`Motion::label`] of plain IMEX Euler.
+pub(super) const PLAIN_MOTION: &str = "imex-euler";
+/// [`Motion::label`] of updated, safeguarded CG.
+pub(super) const UPDATED_MOTION: &str = "imex-updated";
+/// [`Motion::label`] of updated CG without shear springs in the matrix.
+pub(super) const TENSION_ONLY: &str = "imex-updated, tension only";
+/// [`Motion::label`] of the method to compare with.
+pub(super) const IMPLICIT: &str = "backward-euler";
 
 /// Cells of all series.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -20,8 +47,7 @@ pub struct Facts {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Cell {
-    /// Which sweep the cell belongs to: `stiffness`, `step` or `forcing-term`. A cell that belongs
-    /// to several stands in each.
+    /// The sweep: `stiffness`, `step` or `forcing-term`. A cell of several sweeps stands in each.
     pub series: String,
     /// Whether k/m is held (`fixed-k-over-m`, the paper's series) or the fabric
     /// (`fixed-material`, k/m grows with the number of particles).
@@ -60,7 +86,7 @@ pub struct Cell {
     pub unconverged_steps: u64,
     /// Greatest rise of the total energy above its start, J.
     pub energy_gain_j: f64,
-    /// Greatest rise of the total energy above the least it had before, over the energy that the
+    /// Greatest rise of the total energy above its least value so far, over the energy that the
     /// scene sets free.
     pub energy_climb: f64,
     /// `stable`, `marginal`, `unstable` or `diverged`.
@@ -69,7 +95,7 @@ pub struct Cell {
     pub portable: bool,
 }
 
-/// How far the sheet fell: the check that the counted iterations solved the problem.
+/// How far the sheet fell: few iterations are worth nothing where it hardly moves.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Motion {
@@ -92,4 +118,36 @@ pub struct Motion {
     pub verdict: Verdict,
     /// Same bits on every machine.
     pub portable: bool,
+}
+
+/// Equality of settings, which may have been computed.
+fn same(a: f64, b: f64) -> bool {
+    libm::fabs(a - b) <= 1e-9 * libm::fabs(b)
+}
+
+/// Whether a cell has step and forcing term of the base point.
+pub(super) fn at_base_point(cell: &Cell) -> bool {
+    at_base_step(cell) && at_base_forcing_term(cell)
+}
+
+/// Whether a cell has the step of the base point.
+pub(super) fn at_base_step(cell: &Cell) -> bool {
+    same(cell.step_s, BASE_STEP_S)
+}
+
+/// Whether a cell has the forcing term of the base point.
+pub(super) fn at_base_forcing_term(cell: &Cell) -> bool {
+    same(cell.forcing_term, FORCING_TERM)
+}
+
+/// Whether a cell has preconditioner and start of the base point.
+pub(super) fn with_base_solver(cell: &Cell) -> bool {
+    // The robust form starts at the better of both: the extrapolation alone is not safe.
+    let start = if cell.variant == UPDATED_ROBUST { "best" } else { BASE_START };
+    cell.preconditioner == BASE_PRECONDITIONER && cell.start == start
+}
+
+/// Whether a cell is one of the paper's series.
+pub(super) fn at_fixed_k_over_m(cell: &Cell) -> bool {
+    cell.material == FIXED_K_OVER_M
 }

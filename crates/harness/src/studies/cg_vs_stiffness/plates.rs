@@ -2,7 +2,11 @@
 
 pub(super) mod tabulated;
 
-use super::facts::{Cell, Facts};
+use super::facts::{
+    BASE_PRECONDITIONER, BASE_START, Cell, FORCING_TERMS, Facts, IMPLICIT, PLAIN_MOTION, STEP,
+    STIFFNESS, TENSION_ONLY, UPDATED_MOTION, UPDATED_ROBUST, at_base_forcing_term, at_base_point,
+    at_base_step, at_fixed_k_over_m, with_base_solver,
+};
 use crate::studies::tables::facts::VARIANTS;
 use drape_report::number::{power, setting};
 use drape_report::plate::{Draw, Plate};
@@ -17,115 +21,69 @@ pub(super) type Input = crate::studies::Input<Facts>;
 pub(super) const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "cg-vs-stiffness.svg",
-        title: "CG iterations per step against stiffness, by preconditioner and start vector",
-        caption: "Hanging textile, one panel for each number of particles and variant (plain IMEX \
-            Euler; updated-paper: with the paper's Algorithm 1 as printed) at h = 0.01 s and forcing \
-            term ε = 0.05, with k/m the same at every number of particles. Conjugate gradient (CG) iterations per step against stiffness over mass k/m. Colour \
-            and dashes tell the preconditioner: none, Jacobi, or incomplete Cholesky without \
-            fill-in (ic0). The marker tells the vector from which CG starts: the last velocity, its \
-            extrapolation. Axes are logarithmic and the same in all panels. Markers tell runs that \
-            were not stable.",
+        title: "CG iterations per step against stiffness",
+        caption: "With incomplete Cholesky (ic0) the count of plain CG stays lowest on stiff \
+            sheets; updated CG as printed (updated-paper) is unstable there. Hanging textile, h = \
+            0.01 s, ε = 0.05; conjugate-gradient (CG) iterations per step against k/m. Colour and \
+            dashes tell the preconditioner, markers the start vector: the last velocity, or its \
+            extrapolation.",
         draw: Draw::Sheet(against_stiffness),
     },
     Plate {
         file: "cg-vs-theta.svg",
-        title: "CG iterations per step against θ = h²k/m, by time step",
-        caption: "Hanging textile, one panel for each number of particles and variant (plain IMEX \
-            Euler; updated-paper: with Algorithm 1 as printed), ic0 and extrapolated start at ε = 0.05. All time steps h and stiffnesses k/m of the \
-            sweeps over stiffness and over the step, at fixed k/m and at fixed material, drawn \
-            against the dimensionless θ = h²k/m; marker and colour tell h. If θ alone decided, the \
-            curves of all steps would lie on one another.",
+        title: "CG iterations per step against θ = h²k/m",
+        caption: "For plain CG θ = h²k/m nearly decides the count: curves of different steps h lie \
+            close together, at large θ less so. Hanging textile, ic0, extrapolated start, \
+            ε = 0.05; CG iterations per step of all steps and stiffnesses that were run, at fixed \
+            k/m and at fixed material.",
         draw: Draw::Sheet(against_theta),
     },
     Plate {
         file: "cg-plain-vs-updated.svg",
-        title: "CG iterations per step against stiffness, plain and updated",
-        caption: "Hanging textile, one panel for each number of particles; ic0, extrapolated \
-            start, h = 0.01 s, ε = 0.05, with k/m the same at every number of particles. Plain is \
-            the IMEX Euler step; updated-paper adds the paper's Algorithm 1 as printed, \
-            updated-robust its safeguarded form, which starts at the better of the extrapolation and \
-            the last velocity and goes over to Newton's method for h²k/m above 100, where its CG count \
-            is 0 (with 2704 particles it was run up to k/m = 10⁶ only). Iterations of all outer passes count. Markers \
-            tell runs that were not stable: their count is that of another motion.",
+        title: "CG iterations per step, plain and updated",
+        caption: "Updates cost iterations: as printed (updated-paper) some more than plain CG, and \
+            unstable on stiff sheets; safeguarded (updated-robust) many more, and always stable. \
+            Hanging textile, ic0, h = 0.01 s, ε = 0.05; iterations of all passes per step against \
+            k/m. Above h²k/m = 100 the safeguarded form uses Newton's method and no CG.",
         draw: Draw::Sheet(plain_and_updated),
     },
     Plate {
         file: "cg-vs-step.svg",
-        title: "CG iterations in one simulated second against the time step",
-        caption: "Hanging textile, a panel for each number of particles and variant; ic0, \
-            extrapolated start, ε = 0.05. All CG iterations of one simulated second (the mean per step \
-            times the steps of a second) against the time step h, one curve for each stiffness \
-            over mass k/m. A smaller step makes each \
-            solve easier and their number greater: the curves tell which of the two wins.",
+        title: "CG iterations in one second against the time step",
+        caption: "Short steps do not pay: each solve is easier, but there are more of them, and \
+            plain CG takes the most iterations at the shortest step. Hanging textile, ic0, \
+            extrapolated start, ε = 0.05; all CG iterations of one simulated second against the \
+            step h, a curve for each k/m.",
         draw: Draw::Sheet(against_step),
     },
     Plate {
         file: "cg-vs-forcing-term.svg",
         title: "CG iterations per step against the forcing term",
-        caption: "Hanging textile, a panel for each number of particles and variant; ic0, \
-            extrapolated start, h = 0.01 s. CG iterations per step against the forcing term ε, the \
-            relative tolerance at which the solver stops (tight on the left, loose on the right), \
-            one curve for each stiffness over mass k/m.",
+        caption: "Updated CG needs a tight tolerance on the stiff sheet, and pays for it: loosely \
+            solved it is unstable. Hanging textile, ic0, extrapolated start, h = 0.01 s; CG \
+            iterations per step against the forcing term ε, the relative tolerance at which the \
+            solver stops (tight on the left), a curve for each k/m.",
         draw: Draw::Sheet(against_forcing_term),
     },
     Plate {
         file: "motion-vs-stiffness.svg",
-        title: "How far the free edge has moved after 0.3 s, against stiffness",
-        caption: "Hanging textile, a panel for each time step h. Vertical displacement of the free \
-            edge's midpoint at t = 0.3 s (negative: down) against stiffness over mass k/m, one \
-            curve for each method at its default settings; shear springs of a tenth of the \
-            stiffness are added. It is the check on the counts: few iterations are worth nothing \
-            where the sheet hardly moves. Free fall with steps of 0.01 s comes to -0.456 m: the figure \
-            shows locking, not accuracy. Tension only: the shear springs are left out of the matrix. Backward Euler is the method to compare with, as it \
-            solves the full nonlinear equation of the step. Runs that diverged stay in the figure, \
-            crossed out, on the edge of the panel when their value lies beyond it.",
+        title: "Fall of the free edge after 0.3 s against stiffness",
+        caption: "On stiff springs the sheet of plain IMEX Euler hardly falls, however few \
+            iterations it takes; updated CG lies on backward Euler. Hanging textile with shear \
+            springs, h = 0.01 s, default settings; vertical displacement of the free edge's \
+            midpoint (negative: down) against k/m. Tension only: shear springs are left out of the \
+            matrix. A diverged run beyond the panel stands on its edge.",
         draw: Draw::Sheet(motion),
     },
 ];
 
-/// The base point: what is held while one factor varies.
-pub(super) const BASE_STEP_S: f64 = 0.01;
-const BASE_FORCING_TERM: f64 = 0.05;
-pub(super) const BASE_PRECONDITIONER: &str = "ic0";
-pub(super) const BASE_START: &str = "extrapolated";
-const ROBUST: &str = "updated-robust";
-const FIXED_K_OVER_M: &str = "fixed-k-over-m";
-
-pub(super) const PRECONDITIONERS: [&str; 3] = ["none", "jacobi", "ic0"];
-pub(super) const STARTS: [&str; 3] = ["extrapolated", "last", "best"];
+pub(super) const PRECONDITIONERS: [&str; 3] = ["none", "jacobi", BASE_PRECONDITIONER];
+pub(super) const STARTS: [&str; 3] = [BASE_START, "last", "best"];
 /// Labels of the curves of motion, in the legend's order.
-pub(super) const MOTIONS: [&str; 4] =
-    ["imex-euler", "imex-updated", "imex-updated, tension only", "backward-euler"];
+pub(super) const MOTIONS: [&str; 4] = [PLAIN_MOTION, UPDATED_MOTION, TENSION_ONLY, IMPLICIT];
 
 const K_OVER_M: &str = "stiffness over mass k/m (s⁻²)";
 const PER_STEP: &str = "CG iterations per step";
-
-/// Equality of settings, which may have been computed.
-fn same(a: f64, b: f64) -> bool {
-    libm::fabs(a - b) <= 1e-9 * libm::fabs(b)
-}
-
-pub(super) fn at_base_point(cell: &Cell) -> bool {
-    at_base_step(cell) && at_base_forcing_term(cell)
-}
-
-fn at_base_step(cell: &Cell) -> bool {
-    same(cell.step_s, BASE_STEP_S)
-}
-
-fn at_base_forcing_term(cell: &Cell) -> bool {
-    same(cell.forcing_term, BASE_FORCING_TERM)
-}
-
-pub(super) fn with_base_solver(cell: &Cell) -> bool {
-    // The robust form starts at the better of both: the extrapolation alone is not one of its safeguards.
-    let start = if cell.variant == ROBUST { "best" } else { BASE_START };
-    cell.preconditioner == BASE_PRECONDITIONER && cell.start == start
-}
-
-fn at_fixed_k_over_m(cell: &Cell) -> bool {
-    cell.material == FIXED_K_OVER_M
-}
 
 /// The cells of a series of the experiment that are of a kind.
 fn select<'a>(input: &'a Input, series: &str, kind: impl Fn(&Cell) -> bool) -> Vec<&'a Cell> {
@@ -173,8 +131,8 @@ fn by_value(
 }
 
 fn against_stiffness(input: &Input) -> Option<Sheet> {
-    let cells = select(input, "stiffness", |cell| {
-        cell.variant != ROBUST && at_fixed_k_over_m(cell) && at_base_point(cell)
+    let cells = select(input, STIFFNESS, |cell| {
+        cell.variant != UPDATED_ROBUST && at_fixed_k_over_m(cell) && at_base_point(cell)
     });
     let preconditioners = names(&PRECONDITIONERS, cells.iter().map(|c| c.preconditioner.as_str()));
     let starts = names(&STARTS, cells.iter().map(|c| c.start.as_str()));
@@ -198,10 +156,10 @@ fn against_stiffness(input: &Input) -> Option<Sheet> {
 
 fn against_theta(input: &Input) -> Option<Sheet> {
     let kind = |cell: &Cell| {
-        cell.variant != ROBUST && with_base_solver(cell) && at_base_forcing_term(cell)
+        cell.variant != UPDATED_ROBUST && with_base_solver(cell) && at_base_forcing_term(cell)
     };
-    let mut cells = select(input, "stiffness", kind);
-    cells.extend(select(input, "step", kind));
+    let mut cells = select(input, STIFFNESS, kind);
+    cells.extend(select(input, STEP, kind));
     let steps = values(cells.iter().map(|cell| cell.step_s));
     let drafts = by_size_and_variant(&cells, |cells| {
         by_value(
@@ -220,7 +178,7 @@ fn against_theta(input: &Input) -> Option<Sheet> {
 }
 
 fn plain_and_updated(input: &Input) -> Option<Sheet> {
-    let cells = select(input, "stiffness", |cell| {
+    let cells = select(input, STIFFNESS, |cell| {
         with_base_solver(cell) && at_fixed_k_over_m(cell) && at_base_point(cell)
     });
     let variants = names(&VARIANTS, cells.iter().map(|cell| cell.variant.as_str()));
@@ -269,7 +227,7 @@ fn by_stiffness(cells: &[&Cell], all: &[&Cell], place: impl Fn(&Cell) -> Point) 
 }
 
 fn against_step(input: &Input) -> Option<Sheet> {
-    let cells = select(input, "step", |cell| {
+    let cells = select(input, STEP, |cell| {
         with_base_solver(cell) && at_fixed_k_over_m(cell) && at_base_forcing_term(cell)
     });
     let drafts = by_size_and_variant(&cells, |chosen| {
@@ -283,7 +241,7 @@ fn against_step(input: &Input) -> Option<Sheet> {
 }
 
 fn against_forcing_term(input: &Input) -> Option<Sheet> {
-    let cells = select(input, "forcing-term", |cell| {
+    let cells = select(input, FORCING_TERMS, |cell| {
         with_base_solver(cell) && at_fixed_k_over_m(cell) && at_base_step(cell)
     });
     let drafts = by_size_and_variant(&cells, |chosen| {

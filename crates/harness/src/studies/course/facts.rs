@@ -1,10 +1,13 @@
-//! Records of the experiment `course`: the methods in the order in which they build on each other, on one cloth.
+//! Records of the experiment `course`: methods that build on each other, on one cloth.
 
 use drape_report::Verdict;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// The lessons, and what they are measured against.
+/// A method that keeps less of the motion has lost some.
+pub(super) const MOVES: f64 = 0.9;
+
+/// The lessons, and the true motion beside them.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Facts {
@@ -14,7 +17,7 @@ pub struct Facts {
     pub lessons: Vec<Lesson>,
     /// Ids of the five methods that are compared first, in the order of the lessons.
     pub headline: Vec<String>,
-    /// What each method does with each effect.
+    /// How each method treats each effect.
     pub support: Vec<Support>,
 }
 
@@ -48,7 +51,8 @@ pub struct Scene {
     pub greatest_stretch: f64,
     /// Step size of the reference, s.
     pub reference_step_s: f64,
-    /// Greatest difference of its heights to those of a reference with twice the step, within the compared span, m.
+    /// Greatest difference of its heights to those of a reference with twice the step, within the
+    /// compared span, m.
     pub reference_error_m: f64,
     /// Same bits on every machine.
     pub portable: bool,
@@ -66,11 +70,11 @@ pub struct Lesson {
     pub method: String,
     /// The crate whose documentation explains the method.
     pub docs: String,
-    /// What the method does, and what is new in it.
+    /// The idea of the method, and its news.
     pub idea: String,
-    /// What the method before could not do, by its numbers; `None` for the first.
+    /// The shortcoming of the method before, by its numbers; `None` for the first.
     pub before: Option<String>,
-    /// What this method does, by its numbers.
+    /// The result of this method, by its numbers.
     pub finding: String,
     /// Its runs, one a scene.
     pub runs: Vec<Run>,
@@ -90,10 +94,11 @@ pub struct Run {
     pub reached_s: f64,
     /// Completed steps.
     pub steps: u64,
-    /// Retained motion R: way of the free edge's midpoint over that of the true motion; `None` unless stable.
-    pub retained_motion: Option<f64>,
-    /// Greatest difference of the midpoint's height to that of the true motion, within the compared span, m; `None`
+    /// Retained motion R: way of the free edge's midpoint over that of the true motion; `None`
     /// unless stable.
+    pub retained_motion: Option<f64>,
+    /// Greatest difference of the midpoint's height to that of the true motion, within the compared
+    /// span, m; `None` unless stable.
     pub height_error_m: Option<f64>,
     /// Greatest rise of the total energy above its start over `E_ref`; `None` if it diverged.
     pub energy_gain: Option<f64>,
@@ -119,13 +124,27 @@ pub struct Run {
     pub portable: bool,
 }
 
-/// What a method does with each effect.
+/// How a method treats each effect.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Support {
     /// Method id.
     pub method: String,
-    /// Effects and constraints that any method knows, each with `implicit`, `explicit`, `by setting`, `constraint` or
-    /// `refused`.
+    /// Effects and constraints that any method knows, each with `implicit`, `explicit`, `by
+    /// setting`, `constraint` or `refused`.
     pub effects: Vec<(String, String)>,
+}
+
+/// Whether a run keeps most of the motion.
+pub(super) fn moves(run: &Run) -> bool {
+    run.retained_motion.is_some_and(|motion| motion >= MOVES)
+}
+
+/// The methods that keep most of the motion on a sheet, with their runs, the least work first.
+pub(super) fn by_work<'a>(facts: &'a Facts, scene: &Scene) -> Vec<(&'a Lesson, &'a Run)> {
+    let run = |lesson: &'a Lesson| lesson.runs.iter().find(|run| run.scene == scene.id);
+    let runs = facts.lessons.iter().filter_map(|lesson| Some((lesson, run(lesson)?)));
+    let mut moving: Vec<_> = runs.filter(|(_, run)| moves(run)).collect();
+    moving.sort_by(|a, b| a.1.effort.total_cmp(&b.1.effort));
+    moving
 }

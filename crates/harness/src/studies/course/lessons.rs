@@ -1,4 +1,8 @@
-//! The lessons, in the order in which the methods build on each other.
+//! The lessons, in the order in which the methods build on each other, and what each says.
+
+use super::facts::{Lesson, MOVES, Run, Scene};
+use crate::studies::short;
+use drape_report::Verdict;
 
 /// One method, before it is measured.
 #[derive(Clone, Copy, Debug)]
@@ -22,66 +26,195 @@ pub(super) const LESSONS: [Plan; 10] = [
     Plan {
         method: "explicit-euler",
         docs: "drape-explicit-euler",
-        idea: "Positions move with the old velocities, velocities with the forces at the old positions. Nothing has to be solved: \
-               one evaluation of the forces is the whole step.",
+        idea: "Positions move with the old velocities, velocities with the forces at the old \
+               positions. Nothing has to be solved: one evaluation of the forces is the whole \
+               step.",
     },
     Plan {
         method: "leapfrog:step=bound,safety=0.95,solver=cg",
         docs: "drape-explicit-euler",
-        idea: "Velocities and positions take turns, half a step apart, which costs no more and is of second order. The step is \
-               divided into equal parts below 2/ω, the limit that the stiffest mode of the sheet sets. Damping is taken at the new \
-               velocity, by a few iterations of conjugate gradients that are run down to round-off.",
+        idea: "Velocities and positions take turns, half a step apart, which costs no more and is \
+               of second order. The step is divided into equal parts below 2/ω, the limit that the \
+               stiffest mode of the sheet sets. Damping is taken at the new velocity, by a few \
+               iterations of conjugate gradients that are run down to round-off.",
     },
     Plan {
         method: "provot",
         docs: "drape-provot",
-        idea: "The full step is kept, whatever the limit says; after it, each spring that is longer than 1.1 times its rest \
-               length is shortened by moving its ends.",
+        idea: "The full step is kept, whatever the limit says; after it, each spring that is \
+               longer than 1.1 times its rest length is shortened by moving its ends.",
     },
     Plan {
         method: "backward-euler",
         docs: "drape-backward-euler",
-        idea: "The forces are those at the end of the step. That is a nonlinear system in the new velocities, solved by \
-               Newton's method, which sets up and factorises a matrix in every iteration.",
+        idea: "The forces are those at the end of the step. That is a nonlinear system in the new \
+               velocities, solved by Newton's method, which sets up and factorises a matrix in \
+               every iteration.",
     },
     Plan {
         method: "baraff-witkin",
         docs: "drape-baraff-witkin",
-        idea: "One Newton iteration is enough: the forces are linearised at the old positions, and one linear system is \
-               solved by conjugate gradients.",
+        idea: "One Newton iteration is enough: the forces are linearised at the old positions, and \
+               one linear system is solved by conjugate gradients.",
     },
     Plan {
         method: "desbrun",
         docs: "drape-desbrun",
-        idea: "Only the linear part of the spring force is taken at the new positions. Its matrix never changes, so that it \
-               is factorised once, before the first step, and one matrix serves all three coordinates.",
+        idea: "Only the linear part of the spring force is taken at the new positions. Its matrix \
+               never changes, so that it is factorised once, before the first step, and one matrix \
+               serves all three coordinates.",
     },
     Plan {
         method: "kang",
         docs: "drape-kang",
-        idea: "The system with the constant matrix is not solved at all: each particle is corrected once by what its \
-               neighbours do.",
+        idea: "The system with the constant matrix is not solved at all: each particle is \
+               corrected once by what its neighbours do.",
     },
     Plan {
         method: "imex-euler",
         docs: "drape-imex",
-        idea: "The system with the constant matrix is solved to a tolerance, by conjugate gradients with an incomplete Cholesky \
-               preconditioner. Step size and stiffness may change at any time, and what is not stiff stays explicit.",
+        idea: "The system with the constant matrix is solved to a tolerance, by conjugate \
+               gradients with an incomplete Cholesky preconditioner. Step size and stiffness may \
+               change at any time, and what is not stiff stays explicit.",
     },
     Plan {
         method: "imex-updated",
         docs: "drape-imex",
-        idea: "The part of the spring force that was left at the old positions is taken anew while the conjugate gradients run. \
-               What they converge to is backward Euler, with the same constant matrix.",
+        idea: "The part of the spring force that was left at the old positions is taken anew while \
+               the conjugate gradients run. What they converge to is backward Euler, with the same \
+               constant matrix.",
     },
     Plan {
         method: "imex-sbdf2",
         docs: "drape-imex",
-        idea: "Two old steps instead of one: differences of second order for the linear part, extrapolation for the rest. One \
-               solve with a constant matrix a step, as plain IMEX Euler.",
+        idea: "Two old steps instead of one: differences of second order for the linear part, \
+               extrapolation for the rest. One solve with a constant matrix a step, as plain IMEX \
+               Euler.",
     },
 ];
 
 /// The five methods that are compared first.
 pub(super) const HEADLINE: [&str; 5] =
     ["explicit-euler", "baraff-witkin", "desbrun", "kang", "imex-updated"];
+
+/// Less of the motion than this is standstill.
+const LOCKED: f64 = 0.5;
+/// A height that is off by more than this is worth a sentence, m.
+const OFF: f64 = 0.05;
+/// So much more stretch than in the true motion is worth a sentence.
+const SLACK: f64 = 0.05;
+
+/// The lesson of the method called `name`: what its runs say, after the lesson before it.
+pub(super) fn lesson(
+    plan: &Plan,
+    name: &str,
+    runs: Vec<Run>,
+    scenes: &[Scene],
+    before: Option<&Lesson>,
+) -> Lesson {
+    let parts = runs.iter().zip(scenes).map(|(run, scene)| told(run, scene));
+    Lesson {
+        id: plan.id().to_owned(),
+        title: name.to_owned(),
+        method: plan.method.to_owned(),
+        docs: plan.docs.to_owned(),
+        idea: plan.idea.to_owned(),
+        before: before.map(|before| lacking(before, scenes)),
+        finding: format!("{}.", parts.collect::<Vec<_>>().join(". ")),
+        runs,
+    }
+}
+
+fn at(scene: &Scene) -> String {
+    format!("k/m = {:e}/s²", scene.stiffness_over_mass_per_s2)
+}
+
+fn per_cent(share: f64) -> String {
+    format!("{} %", short(100.0 * share))
+}
+
+/// How a run that is not stable ended.
+fn failure(run: &Run) -> String {
+    match (run.verdict, run.energy_gain) {
+        (Verdict::Diverged, _) => format!("it diverged after {} s", short(run.reached_s)),
+        (Verdict::OverBudget, _) => format!("its budget ended after {} s", short(run.reached_s)),
+        (verdict, Some(gain)) => format!("it is {verdict} (gains {} of E_ref)", per_cent(gain)),
+        (verdict, None) => format!("it is {verdict}"),
+    }
+}
+
+/// What one run shows.
+fn told(run: &Run, scene: &Scene) -> String {
+    let (Some(motion), Some(error), Some(stretch)) =
+        (run.retained_motion, run.height_error_m, run.greatest_stretch)
+    else {
+        return format!("At {} {}", at(scene), failure(run));
+    };
+    let work = [
+        (run.force_evaluations, "force evaluations"),
+        (run.cg_iterations, "CG iterations"),
+        (run.factorisations, "factorisations"),
+    ];
+    let work = work.into_iter().filter(|(count, _)| *count > 0);
+    let work: Vec<_> = work.map(|(count, what)| format!("{count} {what}")).collect();
+    format!(
+        "At {} it is stable and keeps {} of the motion; the free edge is at most {} m off its true \
+         height, springs stretch by up to {} (truly {}); {} steps took {}",
+        at(scene),
+        per_cent(motion),
+        short(error),
+        per_cent(stretch),
+        per_cent(scene.greatest_stretch),
+        run.steps,
+        work.join(", ")
+    )
+}
+
+/// What a method could not do, the gravest first: stay stable, move, keep its springs short, keep
+/// to the true motion, do without much work.
+fn lacking(lesson: &Lesson, scenes: &[Scene]) -> String {
+    let parts: Vec<_> = lesson
+        .runs
+        .iter()
+        .zip(scenes)
+        .filter_map(|(run, scene)| Some(format!("{} at {}", shortcoming(run, scene)?, at(scene))))
+        .collect();
+    if parts.is_empty() {
+        return format!("{} lacks nothing that these numbers show.", lesson.id);
+    }
+    format!("{}: {}.", lesson.id, parts.join("; "))
+}
+
+fn shortcoming(run: &Run, scene: &Scene) -> Option<String> {
+    let (Some(motion), Some(error), Some(stretch)) =
+        (run.retained_motion, run.height_error_m, run.greatest_stretch)
+    else {
+        return Some(failure(run));
+    };
+    if motion < LOCKED {
+        return Some(format!(
+            "it all but stands still (only {} of the motion is left)",
+            per_cent(motion)
+        ));
+    }
+    if stretch > scene.greatest_stretch + SLACK {
+        let truly = per_cent(scene.greatest_stretch);
+        return Some(format!("its springs stretch by {} (truly {truly})", per_cent(stretch)));
+    }
+    if motion < MOVES {
+        return Some(format!("only {} of the motion is left", per_cent(motion)));
+    }
+    if run.factorisations > run.steps {
+        return Some(format!(
+            "it needs {} factorisations for {} steps",
+            run.factorisations, run.steps
+        ));
+    }
+    if run.force_evaluations > 2 * run.steps {
+        return Some(format!(
+            "it needs {} evaluations of the forces for {} steps",
+            run.force_evaluations, run.steps
+        ));
+    }
+    (error > OFF).then(|| format!("the free edge is up to {} m off its true height", short(error)))
+}

@@ -1,4 +1,5 @@
-//! Experiment `course`: from explicit Euler to two-step IMEX, each method on one and the same cloth.
+//! Experiment `course`: from explicit Euler to two-step IMEX, each method on one and the same
+//! cloth.
 
 pub mod facts;
 mod lessons;

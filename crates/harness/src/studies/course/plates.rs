@@ -1,6 +1,6 @@
 //! Lessons, figures and tables of the experiment `course`.
 
-use super::facts::{Facts, Lesson, Run, Scene};
+use super::facts::{Facts, Lesson, Run, Scene, by_work};
 use drape_report::Verdict;
 use drape_report::number::{power, significant};
 use drape_report::page::{Lesson as PageLesson, Table, absent, texts};
@@ -10,17 +10,18 @@ use drape_report::plot::{Axis, Look, Panel, Point, Series, Sheet, State};
 /// What the figures are drawn from.
 pub(super) type Input = crate::studies::Input<Facts>;
 
-/// The figure of the n-th lesson: its title names the method and, from the second on, the one before.
+/// The figure of the n-th lesson: its title names the method and, from the second on, the one
+/// before.
 macro_rules! plate_of_lesson {
     ($n:literal, $file:literal, $title:literal, $see:literal) => {
         Plate {
             file: concat!("course-", $file, ".svg"),
             title: $title,
             caption: concat!(
-                "Height of the middle of the free edge against time, from the horizontal start; a sheet of 20 × 20 particles \
-                 that hangs by two corners, steps of 0.01 s, at k/m = 10⁴ s⁻² (left) and 10⁶ s⁻² (right). ",
                 $see,
-                " Crossed out: the run was not stable; its height is drawn as far as it stays in the frame."
+                "Height of the middle of the free edge against time: a sheet of 20 × 20 particles \
+                 swings down from two corners, with steps of 0.01 s, at k/m = 10⁴ (left) and 10⁶ \
+                 s⁻² (right). Crossed out: the run was not stable."
             ),
             draw: Draw::Sheet(height_of_lesson::<$n>),
         }
@@ -32,77 +33,78 @@ pub(super) const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "course-motion.svg",
         title: "How much of its motion the cloth keeps with each method",
-        caption: "Retained motion: how far the middle of the free edge travels in the first second, over how far it truly \
-            travels; 1 is the truth, near 0 the sheet stands still. One sheet of 20 × 20 particles that hangs by two \
-            corners and swings down, steps of 0.01 s, at two stiffnesses; the methods from top to bottom in the order in which \
-            they build on each other. Crossed out on the right edge: the run was not stable.",
+        caption: "At k/m = 10⁶ s⁻² Desbrun and IMEX Euler keep less than a tenth of the motion; \
+            updates bring it back. Retained motion: the path of the middle of the free edge in the \
+            first second over the true one, with steps of 0.01 s; methods in the order of the \
+            lessons. Crossed out: the run was not stable.",
         draw: Draw::Sheet(motion),
     },
     plate_of_lesson!(
         0,
         "explicit-euler",
         "Explicit Euler",
-        "The black curve is the true motion: the edge falls and swings through. Where explicit Euler ends early, its numbers have left the frame."
+        "Explicit Euler diverges within the first swing, on the stiff sheet at once; the black \
+         curve is the true motion."
     ),
     plate_of_lesson!(
         1,
         "leapfrog",
         "Leapfrog beside explicit Euler",
-        "Leapfrog takes shorter steps, below its limit: see how close it comes to the true motion."
+        "Leapfrog, with steps divided below its limit, lies on the true motion."
     ),
     plate_of_lesson!(
         2,
         "provot",
         "Provot beside leapfrog",
-        "Provot takes the full step, beyond the limit, and shortens springs after it: see how long that lasts."
+        "At the full step, beyond the limit, Provot swings too short on the soft sheet and \
+         diverges at once on the stiff one."
     ),
     plate_of_lesson!(
         3,
         "backward-euler",
         "Backward Euler beside Provot",
-        "The forces are those at the end of the step: see whether the full step holds, and how much shorter than the true \
-         swing its own is."
+        "Backward Euler holds the full step on both sheets; it only swings back less far."
     ),
     plate_of_lesson!(
         4,
         "baraff-witkin",
         "Baraff and Witkin beside backward Euler",
-        "One linear solve a step against a converged Newton iteration: compare how far the two curves are apart, left \
-         and right."
+        "One linear solve a step comes close to a converged Newton iteration on both sheets."
     ),
     plate_of_lesson!(
         5,
         "desbrun",
         "Desbrun beside Baraff and Witkin",
-        "With the constant matrix compare the stiff sheet on the right with the soft one: a sheet that stands still is stable, \
-         but locked."
+        "With a constant matrix the soft sheet swings, damped more; the stiff one almost stands \
+         still: it is stable, but locked."
     ),
     plate_of_lesson!(
         6,
         "kang",
         "Kang beside Desbrun",
-        "One correction by the neighbours instead of a solve: see whether the springs still hold the sheet when it has \
-         fallen."
+        "One correction by the neighbours does not hold the sheet: on both sides it falls out of \
+         the frame."
     ),
     plate_of_lesson!(
         7,
         "imex-euler",
         "IMEX Euler beside Kang",
-        "The same matrix, solved to a tolerance: see whether the motion is stable again, and how much of it is left on the \
-         right."
+        "With the same matrix solved to a tolerance the sheet is stable again; the stiff one still \
+         almost stands still."
     ),
     plate_of_lesson!(
         8,
         "imex-updated",
         "IMEX Euler with updated CG beside plain IMEX Euler",
-        "The right-hand side is updated during the solve: see how much of the motion comes back on the right, and compare \
-         with backward Euler above."
+        "Updates of the right-hand side bring the motion of the stiff sheet back, close to that of \
+         backward Euler."
     ),
     plate_of_lesson!(
         9,
         "imex-sbdf2",
         "Two-step IMEX beside updated CG",
-        "Differences of second order: compare the distances to the true motion, left and right."
+        "On the soft sheet the two-step method is closer to the truth than updated CG; on the \
+         stiff one it lags behind."
     ),
 ];
 
@@ -117,7 +119,8 @@ fn run_of<'a>(lesson: &'a Lesson, scene: &Scene) -> Option<&'a Run> {
     lesson.runs.iter().find(|run| run.scene == scene.id)
 }
 
-/// Points of a height against time that lie in the range; the last one is crossed out if the run was not stable.
+/// Points of a height against time that lie in the range; the last one is crossed out if the run
+/// was not stable.
 fn points(scene: &Scene, heights: &[f64], (low, high): (f64, f64), verdict: Verdict) -> Vec<Point> {
     let seen = scene.time_s.iter().zip(heights).take_while(|(_, z)| (low..=high).contains(*z));
     let mut points: Vec<_> = seen.map(|(&x, &y)| Point { x, y, state: State::Stable }).collect();
@@ -203,7 +206,7 @@ pub(super) fn tables(input: &Input) -> Vec<Table> {
     let facts = &input.facts;
     let lessons = || facts.lessons.iter();
     let headline = lessons().filter(|lesson| facts.headline.contains(&lesson.id));
-    vec![headlines(facts, headline), numbers(facts, lessons()), support(facts)]
+    vec![headlines(facts, headline), work(facts), numbers(facts, lessons()), support(facts)]
 }
 
 /// A share in per cent.
@@ -235,9 +238,9 @@ fn headlines<'a>(facts: &Facts, lessons: impl Iterator<Item = &'a Lesson>) -> Ta
     let truth = truth.collect::<Vec<_>>().join(" and ");
     Table {
         title: format!(
-            "**Stability, energy and cost of the five methods compared first**: gain, the greatest rise of the total energy \
-             above its start; drift, its change over two seconds, both over E_ref (damping makes the true one \
-             {truth} %); work in millions of visits of a spring, counted."
+            "**The five methods compared first.** Gain: greatest rise of the total energy above \
+             its start; drift: its change over two seconds (truly {truth} %); both over E_ref. \
+             Work in millions of visits of a spring."
         ),
         header: texts(&[
             "method",
@@ -255,6 +258,27 @@ fn headlines<'a>(facts: &Facts, lessons: impl Iterator<Item = &'a Lesson>) -> Ta
             row.push(significant(1e-6 * run.effort, 3));
             row
         }),
+    }
+}
+
+/// Work of the methods that keep most of the motion, sheet by sheet, the least first.
+fn work(facts: &Facts) -> Table {
+    let lines = |scene: &Scene| {
+        let stiffness = power(scene.stiffness_over_mass_per_s2);
+        let line = move |(lesson, run): (&Lesson, &Run)| {
+            let motion = per_cent(run.retained_motion);
+            vec![stiffness.clone(), lesson.id.clone(), significant(1e-6 * run.effort, 3), motion]
+        };
+        by_work(facts, scene).into_iter().map(line).collect::<Vec<_>>()
+    };
+    Table {
+        title:
+            "**Work of the methods that keep at least 90 % of the motion**, the least first, in \
+                millions of visits of a spring."
+                .to_owned(),
+        header: texts(&["k/m (s⁻²)", "method", "work (10⁶)", "motion kept (%)"]),
+        names: 2,
+        rows: facts.scenes.iter().flat_map(lines).collect(),
     }
 }
 
@@ -276,9 +300,9 @@ fn numbers<'a>(facts: &Facts, lessons: impl Iterator<Item = &'a Lesson>) -> Tabl
         "work (10⁶)",
     ];
     Table {
-        title: "**Every run of the course**: what the lessons say, in numbers. Gain over E_ref; stretch: the greatest \
-                elongation of a spring; work in millions of visits of a spring, counted. –: not measured, because the run \
-                was not stable."
+        title: "**Every run of the course.** Gain over E_ref; stretch: greatest elongation of a \
+                spring; work in millions of visits of a spring. –: not measured, as the run was \
+                not stable."
             .to_owned(),
         header: texts(&columns),
         names: 3,
@@ -314,9 +338,9 @@ fn support(facts: &Facts) -> Table {
     };
     Table {
         names: header.len(),
-        title: "**What each method does with each effect**: implicit, at the new positions and velocities; explicit, at the \
-                old ones; by setting, either; constraint, as a condition on the new velocity; refused, by name, before \
-                anything runs."
+        title: "**How each method treats each effect**: implicit, at the new positions and \
+                velocities; explicit, at the old ones; by setting, either; constraint, as a \
+                condition on the new velocity; refused, before anything runs."
             .to_owned(),
         header,
         rows: facts.support.iter().map(row).collect(),

@@ -1,4 +1,4 @@
-//! Experiment `locking`: how much of the motion a stiff cloth keeps at a step that does not resolve its springs.
+//! Experiment `locking`: how much of the motion a stiff cloth keeps at long steps.
 
 pub mod facts;
 pub(crate) mod plates;

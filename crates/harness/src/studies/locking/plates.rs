@@ -1,6 +1,9 @@
 //! Figures and tables of the experiment `locking`.
 
-use super::facts::{Facts, Run, Spring};
+use super::facts::{
+    BASE_STEP as STEP, BASE_STIFFNESS as STIFFNESS, Facts, IMEX_EULER, Run, Spring,
+    agrees_with_prototype, first_locked,
+};
 use crate::families::{families, labels};
 use drape_report::Verdict;
 use drape_report::number::{power, setting, significant, trimmed};
@@ -11,68 +14,48 @@ use drape_report::plot::{At, Axis, Look, Panel, Point, Rule, Series, Sheet, Stat
 /// What the figures are drawn from.
 pub(super) type Input = crate::studies::Input<Facts>;
 
-/// What IMEX Euler keeps of the motion of a stiff sheet, and what updates give back.
-fn answer(facts: &Facts) -> Option<String> {
-    let kept = |label: &str| {
-        let is_asked = |run: &&Run| {
-            run.label == label && run.stiffness_over_mass_per_s2 == 1e6 && run.step_s == 0.01
-        };
-        facts.runs.iter().find(is_asked)?.retained
-    };
-    let (plain, updated) = (kept("imex-euler")?, kept("imex-updated")?);
-    Some(format!(
-        "At k/m = 10⁶ s⁻² and h = 0.01 s IMEX Euler is stable and keeps {} % of the motion of the cloth; the safeguarded \
-         updated CG keeps {} %.",
-        significant(100.0 * plain, 2),
-        significant(100.0 * updated, 2)
-    ))
-}
-
 /// All figures, in the page's order.
 pub(super) const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "locking-stiffness.svg",
         title: "Motion that is kept, against stiffness",
-        caption: "The midpoint of the free edge of a hanging sheet of 20 × 20 particles: its path in one second at h = 0.01 s over \
-            that of the true motion, against k/m; d/m = 40 s⁻¹, solves are tight. 1 is all of the motion; below the \
-            dashed line less than half is left, and a stable sheet counts as locked. A panel for each family of methods, with the \
-            same axes. Runs that are unstable or diverged are crossed out, those beyond 1.4 there: their long paths are no success. Updated CG \
-            with a number of passes starts each step from the last velocity.",
+        caption: "Backward Euler, BDF2 and safeguarded updated CG keep nearly all of the motion at \
+            every stiffness; IMEX Euler falls below half from 10⁵ s⁻² on. Path of the free edge's \
+            midpoint in one second over the true one, against k/m; sheet of 20 × 20 particles, h = \
+            0.01 s, d/m = 40 s⁻¹. Runs that gained energy are crossed out: their long paths are no \
+            success.",
         draw: Draw::Sheet(by_stiffness),
     },
     Plate {
         file: "locking-step.svg",
         title: "Motion that is kept, against the time step",
-        caption: "As against the stiffness, at k/m = 10⁶ s⁻²: the path of the midpoint of the free edge in one second over that of the \
-            true motion, against the time step h. Below the dashed line less than half of the motion is left. A \
-            method that converges comes to 1 on the left. Upright: the limit of leapfrog, h²λ = 4 with the bound λ ≤ 8.8 k/m; to the \
-            left of it an explicit method is stable too, at far less cost a step. Runs over budget are left out.",
+        caption: "IMEX Euler and Desbrun keep half of the motion only at steps shorter than the \
+            dotted limit of leapfrog, where an explicit method is stable too and cheaper. Path of \
+            the free edge's midpoint in one second over the true one, against h; k/m = 10⁶ s⁻². \
+            Runs over budget are left out.",
         draw: Draw::Sheet(by_step),
     },
     Plate {
         file: "locking-terminal.svg",
-        title: "Speed of fall of a locked sheet beside the terminal speed of the law",
-        caption: "Mean speed of fall of the midpoint of the free edge from 0.5 s to 1 s, against the terminal speed v = a u/(h k/m) at \
-            which the artificial damping d = hk of every spring balances gravity, with u from h L_k v = M g solved for this \
-            sheet with all springs in the matrix; each point is one locked run at one k/m and h. Axes are logarithmic. On the \
-            dashed line the law holds. It is that of a flat sheet: one that has sagged hangs in its pins too, and falls more slowly.",
+        title: "Speed of fall of a locked sheet beside the law",
+        caption: "The slowest sheets lie on the dashed line, the law; one that has sagged also \
+            hangs in its pins and falls more slowly. Mean speed of the free edge's midpoint from \
+            0.5 s to 1 s, against the terminal speed v = a u/(h k/m), at which the artificial \
+            damping d = hk of every spring balances gravity; a point for each locked run.",
         draw: Draw::Sheet(terminal),
     },
     Plate {
         file: "locking-spring.svg",
-        title: "A single spring, loaded across itself: speed after one second over that of free fall",
-        caption: "One particle on an anchored spring at rest length, loaded across it, h = 0.01 s: the truth is free fall, 1, as long as the \
-            spring has hardly turned. On the left it lies along x, where its exact Hessian couples no coordinates, on the right \
-            obliquely, where it couples them all: the panels are alike. What locks is the stiffness across the spring, \
-            which the matrix has and the Hessian has not. Axes are logarithmic; the closed forms stand in the table.",
+        title: "A single spring, loaded across itself: speed over that of free fall",
+        caption: "Both panels are alike: a spring locks whether its exact Hessian couples \
+            coordinates (oblique) or not (along x). The stiffness across the spring, which the \
+            matrix has and the Hessian has not, makes it lock. One particle on an anchored spring \
+            at rest length, h = 0.01 s; speed after one second, where 1 is true, against θ.",
         draw: Draw::Sheet(springs),
     },
 ];
 
-/// Where a run is compared over stiffnesses, s, and over steps, 1/s².
-const STEP: f64 = 0.01;
-const STIFFNESS: f64 = 1e6;
-/// What is kept least.
+/// A sheet that keeps less is locked.
 const HALF: f64 = 0.5;
 
 fn identity(run: &Run) -> (&str, &str) {
@@ -97,10 +80,11 @@ fn by_step(input: &Input) -> Option<Sheet> {
     retained(&runs, "time step h (s)", |run| run.step_s, Some(explicit))
 }
 
-/// Greater motion, which is none of a success, is drawn here.
+/// Greater motion, which is no success, is drawn here.
 const MOST: f64 = 1.4;
 
-/// A panel for each family; only a sweep over at least two values is drawn. `explicit`: the limit of leapfrog.
+/// A panel for each family; only a sweep over at least two values is drawn. `explicit`: the limit
+/// of leapfrog.
 fn retained(
     runs: &[&Run],
     x_label: &str,
@@ -140,7 +124,7 @@ fn retained(
 }
 
 /// Methods that have the whole stiffness of all springs in the matrix.
-const CREEPING: [&str; 3] = ["imex-euler", "desbrun", "imex-euler, tension only"];
+const CREEPING: [&str; 3] = [IMEX_EULER, "desbrun", "imex-euler, tension only"];
 /// Slower falls are drawn on the lower edge.
 const SLOWEST: f64 = 1e-3;
 
@@ -215,6 +199,7 @@ pub(super) fn tables(input: &Input) -> Vec<Table> {
     let by_stiffness: Vec<_> = runs().filter(at_step).collect();
     let by_step: Vec<_> = runs().filter(at_stiffness).collect();
     vec![
+        locked(input),
         motion(
             &by_stiffness,
             &format!("**R; R beside backward Euler; R_fall by stiffness**, h = {STEP} s."),
@@ -234,6 +219,22 @@ pub(super) fn tables(input: &Input) -> Vec<Table> {
         law(input),
         of_springs(input),
     ]
+}
+
+/// Where each variant locks first, the softest sheet first.
+fn locked(input: &Input) -> Table {
+    let line = |run: &Run| {
+        let stiffness = power(run.stiffness_over_mass_per_s2);
+        vec![run.label.clone(), stiffness, number(run.retained, 3)]
+    };
+    Table {
+        title: format!(
+            "**Least k/m at which a variant locks**, h = {STEP} s; the others never lock."
+        ),
+        header: texts(&["method", "k/m (s⁻²)", "R"]),
+        names: 1,
+        rows: first_locked(&input.facts).into_iter().map(line).collect(),
+    }
 }
 
 fn number(value: Option<f64>, digits: i32) -> String {
@@ -277,6 +278,7 @@ fn prototype(input: &Input) -> Table {
     header.extend(
         labels.iter().map(|label| format!("{label}: path; prototype; height at 0.3 s (m)")),
     );
+    let stiffnesses = values(runs().map(|run| run.stiffness_over_mass_per_s2));
     let line = |stiffness: f64| {
         let mut line = vec![power(stiffness)];
         line.extend(labels.iter().map(|label| {
@@ -284,18 +286,21 @@ fn prototype(input: &Input) -> Table {
                 |run: &&Run| run.label == *label && run.stiffness_over_mass_per_s2 == stiffness;
             runs().find(of).map_or_else(absent, |run| {
                 let expected = run.prototype_path_m.map_or_else(absent, |path| path.to_string());
-                format!("{}; {expected}; {}", number(run.path_m, 4), number(run.height_m, 3))
+                let sign = if agrees_with_prototype(run) == Some(true) { "" } else { " ✗" };
+                let height = number(run.height_m, 3);
+                format!("{}; {expected}{sign}; {height}", number(run.path_m, 4))
             })
         }));
         line
     };
     Table {
-        title: "**Paths of the midpoint in one second beside an independent prototype**, h = 0.01 s. Its updated CG has no \
-                safeguards and was unstable at 10⁸."
+        title: "**Paths of the midpoint beside an independent prototype**, h = 0.01 s. ✗: they \
+                differ by more than 1 %. The prototype's updated CG has no safeguards and was \
+                unstable at 10⁸."
             .to_owned(),
         header,
         names: 0,
-        rows: values(runs().map(|run| run.stiffness_over_mass_per_s2)).into_iter().map(line).collect(),
+        rows: stiffnesses.into_iter().map(line).collect(),
     }
 }
 
@@ -317,8 +322,9 @@ fn law(input: &Input) -> Table {
     let swing = input.facts.sheets.first().map_or(0.0, |sheet| sheet.swing_lever);
     Table {
         title: format!(
-            "**Locked sheets beside the law** v = a u/(h k/m), with u = {} for this sheet (1/λ of the lowest swing of a sheet held \
-             along a whole edge: {}). Speeds from 0.5 s to 1 s.",
+            "**Locked sheets beside the law** v = a u/(h k/m), with u = {} for this sheet; the \
+             lowest swing of a sheet held along a whole edge has u = 1/λ = {}. Speeds from 0.5 s \
+             to 1 s.",
             significant(lever, 4),
             significant(swing, 4)
         ),
@@ -348,10 +354,11 @@ fn of_springs(input: &Input) -> Table {
         ]
     };
     Table {
-        title: "**A single spring loaded across itself.** Speed after one second over that of free fall: measured, and by the closed \
-                form; greatest relative deviation from the exact recurrence of the angular momentum, where there is one."
-            .to_owned(),
-        header: texts(&["method", "spring", "θ", "measured", "law", "deviation from the recurrence"]),
+        title:
+            "**A single spring loaded across itself**: speed after one second over that of free \
+                fall, measured and by the closed form; deviation from the exact recurrence."
+                .to_owned(),
+        header: texts(&["method", "spring", "θ", "measured", "law", "off the recurrence by"]),
         names: 2,
         rows: input.facts.springs.iter().map(line).collect(),
     }

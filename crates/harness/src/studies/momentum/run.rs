@@ -302,17 +302,16 @@ impl<'a> Watch<'a> {
 
 /// How the facts are measured.
 pub(super) fn method() -> String {
-    "Nothing is pinned and nothing is damped; k/m = 1e4/s² and 1e6/s², h = 0.01 s, one second. Spinning \
-                 sheet: 20 × 20 particles, 1 m × 1 m, structural springs and shear springs of a tenth of the \
-                 stiffness, turning over and over at 2 rad/s, no gravity. Falling sheet: the same under gravity, \
-                 spinning in its plane, its mass rising from half of the mean on one side to one and a half on the \
-                 other. Pair: two particles on a spring of 1 m, 2 rad/s. Angular \
-                 momentum is taken about the centre of mass, where gravity has no torque. Drift of momentum: the \
-                 greatest |P − P₀ − M g t| on the way over mass and greatest speed; drift of angular momentum: the \
-                 greatest |L − L₀| over mass, diagonal and greatest speed, where that speed is of the rigid motion. \
-                 Explicit methods run with the step divided by a power of 2 so that h ω_max is at most 0.1. Solvers \
-                 are set tight unless a tolerance ε is named."
-            .to_owned()
+    "Nothing is pinned and nothing is damped; k/m = 10⁴ and 10⁶ s⁻², h = 0.01 s, one second. \
+     Spinning sheet: 20 × 20 particles, 1 m × 1 m, structural springs, shear springs of a tenth of \
+     the stiffness; it turns over and over at 2 rad/s without gravity. Falling sheet: the same \
+     under gravity, spinning in its plane; its mass rises from half of the mean on one side to one \
+     and a half on the other. Pair: two particles on a spring of 1 m, 2 rad/s. Angular momentum is \
+     taken about the centre of mass, where gravity has no torque. Drift of momentum: greatest |P − \
+     P₀ − M g t| over mass and greatest speed of the rigid motion. Drift of angular momentum: \
+     greatest |L − L₀| over mass, diagonal and that speed. Explicit methods divide the step by a \
+     power of 2 until h ω_max ≤ 0.1. Solvers are set tight unless a tolerance ε is named."
+        .to_owned()
 }
 
 pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError> {

@@ -1,6 +1,6 @@
 //! Figures of the experiment `order`.
 
-use super::facts::{Facts, Row, Run, Scene};
+use super::facts::{Facts, Row, Run, Scene, finest_error, outcome};
 use crate::families::{families, labels};
 use drape_report::number::{power, setting, significant};
 use drape_report::page::{Table, absent, texts};
@@ -14,32 +14,30 @@ pub(super) type Input = crate::studies::Input<Facts>;
 pub(super) const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "order-observed.svg",
-        title: "Observed order of accuracy of every method",
-        caption: "A small sheet falls for 0.25 s. For each method and scene the slope of log e over log h, where e is \
-            the error of the positions against an adaptive reference solution and h the time step; four steps, each \
-            half the one before. The black upright bar is the order that theory gives (none where none is claimed). \
-            Smooth scenes: every step resolves every oscillation. Stiff scenes, with k/m of 10⁴ and 10⁶ s⁻²: it does \
-            not, and what is left of the order is drawn. A crossed-out marker at the left end: fewer than three \
-            of the runs did not diverge, so that there is no slope.",
+        title: "Observed order of accuracy",
+        caption: "On smooth scenes every method stands on its bar, the order of theory (none: it \
+            claims none); with stiff springs most fall short of it. Slope of log e over log h, \
+            where e is the error of the positions after 0.25 s and h the step; four steps, each \
+            half the one before. Crossed out on the left: fewer than three runs for a slope.",
         draw: Draw::Sheet(observed),
     },
     Plate {
         file: "order-smooth.svg",
-        title: "Error against the time step where every oscillation is resolved",
-        caption: "The smooth scene (k/m = 400 s⁻², full damping), a panel for each family of methods, with the same \
-            axes. Error of the positions after 0.25 s, over how far the sheet has moved, against the time step h; \
-            axes are logarithmic. The black lines have the slopes 1 and 2: a method of that order runs parallel. \
-            Where methods of one order lie on one another, so do their errors.",
+        title: "Error against the time step, every oscillation resolved",
+        caption: "Methods of one order run parallel to one of the black lines, of slope 1 and 2; \
+            only Provot's error, and that of clamped Terzopoulos-Fleischer, hardly falls. Smooth \
+            scene (k/m = 400 s⁻², full damping); error of the positions after 0.25 s over how far \
+            the sheet has moved, against h.",
         draw: Draw::Sheet(smooth),
     },
     Plate {
         file: "order-stiff.svg",
-        title: "Error against the time step where the springs are stiff",
-        caption: "The same sheet with stiffer springs: k/m = 10⁴ s⁻² on the left, 10⁶ s⁻² on the right, a row of \
-            panels for each family of methods, all with the same axes. Error of the positions after 0.25 s, over how \
-            far the sheet has moved, against the time step h; axes are logarithmic. The black lines have the slopes \
-            1 and 2. An error near 1 that does not fall with h: the sheet all but stands still. Runs that diverged, \
-            or ended farther off than the sheet has moved, are crossed out on the upper edge.",
+        title: "Error against the time step, stiff springs",
+        caption: "At k/m = 10⁶ s⁻² (right) errors hardly fall with h; one that stays near 1 means \
+            that the sheet all but stands still. At 10⁴ s⁻² (left) several methods still show \
+            their order. Error of the positions after 0.25 s over how far the sheet has moved; \
+            black lines have slope 1 and 2. Crossed out: diverged, or farther off than the sheet \
+            has moved.",
         draw: Draw::Sheet(stiff),
     },
 ];
@@ -147,7 +145,7 @@ fn errors(input: &Input, scenes: &[&Scene]) -> Option<Sheet> {
 /// The tables of the page.
 pub(super) fn tables(input: &Input) -> Vec<Table> {
     let errors = input.facts.scenes.iter().map(|scene| errors_of(input, scene));
-    std::iter::once(orders(input)).chain(errors).collect()
+    [orders(input), stiffness(input), constants(input)].into_iter().chain(errors).collect()
 }
 
 /// Observed order, and constant where it is that of theory.
@@ -172,13 +170,73 @@ fn orders(input: &Input) -> Table {
         line
     };
     Table {
-        title: "**Observed order; error constant.** The order p beside that of theory, and C = e/hᵖ (1/sᵖ) at the finest \
-                step where the two agree within 0.15. ✗: they do not although every oscillation is resolved. –: no \
-                order is claimed, or fewer than three runs did not diverge."
+        title: "**Observed order; error constant** C = e/hᵖ (1/sᵖ) at the finest step, where the \
+                order is that of theory within 0.15. ✗: it is not, although every oscillation is \
+                resolved. –: no order is claimed, or fewer than three runs ended."
             .to_owned(),
         header,
         names: 1,
         rows: labels(input.facts.rows.iter().map(identity)).into_iter().map(line).collect(),
+    }
+}
+
+/// What is left of the order on stiff springs: scene by scene, the best outcome and the least error
+/// first.
+fn stiffness(input: &Input) -> Table {
+    let mut lines = Vec::new();
+    for scene in input.facts.scenes.iter().filter(|scene| !scene.resolved) {
+        let mut rows: Vec<_> = rows_of(input, scene).collect();
+        let error = |row: &Row| finest_error(row).unwrap_or(f64::INFINITY);
+        rows.sort_by(|a, b| outcome(a).cmp(&outcome(b)).then(error(a).total_cmp(&error(b))));
+        lines.extend(rows.into_iter().map(|row| {
+            vec![
+                power(scene.stiffness_over_mass_per_s2),
+                row.label.clone(),
+                outcome(row).name().to_owned(),
+                row.theory.map_or_else(absent, |theory| theory.to_string()),
+                row.order.map_or_else(absent, |order| format!("{order:.2}").replace('-', "−")),
+                finest_error(row).map_or_else(absent, |error| significant(error, 3)),
+                row.fitted.to_string(),
+            ]
+        }));
+    }
+    Table {
+        title:
+            "**What is left of the order on stiff springs**, the best outcome first. Error: at the \
+                finest step, over the motion."
+                .to_owned(),
+        header: texts(&[
+            "k/m (s⁻²)",
+            "method",
+            "outcome",
+            "theory",
+            "order",
+            "error",
+            "runs in the fit",
+        ]),
+        names: 3,
+        rows: lines,
+    }
+}
+
+/// Error constants on the first smooth scene, the least of each order first.
+fn constants(input: &Input) -> Table {
+    let scene = input.facts.scenes.iter().find(|scene| scene.resolved);
+    let rows = scene.into_iter().flat_map(|scene| rows_of(input, scene));
+    let mut rows: Vec<_> =
+        rows.filter_map(|row| Some((row.theory?, row.error_constant?, &row.label))).collect();
+    rows.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    let line = |(theory, constant, label): &(u32, f64, &String)| {
+        vec![theory.to_string(), (*label).clone(), significant(*constant, 3)]
+    };
+    Table {
+        title: format!(
+            "**Error constants C = e/hᵖ** (1/sᵖ), {}, the least first.",
+            scene.map_or_else(String::new, name)
+        ),
+        header: texts(&["order p", "method", "C"]),
+        names: 2,
+        rows: rows.iter().map(line).collect(),
     }
 }
 
@@ -197,9 +255,9 @@ fn errors_of(input: &Input, scene: &Scene) -> Table {
     };
     Table {
         title: format!(
-            "**Errors, {}.** Error of the positions after {} s over how far the sheet has moved. ✗ diverged, or ended \
-             farther off than the sheet has moved; ° some solves ended before their tolerance. The reference is off \
-             by at most {} m.",
+            "**Errors, {}**, after {} s, over how far the sheet has moved. ✗ diverged, or farther \
+             off than the sheet has moved; ° some solves missed their tolerance. The reference is \
+             off by at most {} m.",
             name(scene),
             setting(scene.span_s),
             significant(scene.reference_error_m, 2)

@@ -210,18 +210,17 @@ impl Observed {
 
 /// How the facts are measured.
 pub(super) fn method() -> String {
-    "A sheet of 6 × 6 particles (1 m × 1 m, 1 g each, structural springs and shear springs of a quarter \
-                 of the stiffness, d/m = 2/s, two corners pinned, 0.02 m out of its plane at the start) falls for \
-                 0.25 s. The error is the mass-weighted distance of the positions at the end from those of the \
-                 differential equation, over how far the sheet has moved. The equation is solved by DOP853 \
-                 (adaptive, order 8) at tolerance 1e-12, and again at 1e-11, which tells the error of the \
-                 reference. Four step sizes, each half the one before; the observed order is the slope of log e \
-                 over log h by least squares, C = e/h^p the constant at the finest step. Solvers are set so tight \
-                 that their residuals do not show. Smooth: k/m = 400/s², h from 0.00625 s, h ω_max < 0.4, where \
-                 theory holds; an order is accepted within 0.15. Stiff: k/m = 1e4/s² and 1e6/s², h from 0.01 s; \
-                 runs that diverge, which includes those that end farther from the reference than it is from the \
-                 start, are recorded as such and left out of the slope, for which at least three runs are needed."
-            .to_owned()
+    "A sheet of 6 × 6 particles (1 m × 1 m, 1 g each, structural springs, shear springs of a \
+     quarter of the stiffness, d/m = 2 s⁻¹, two corners pinned, 0.02 m out of its plane at the \
+     start) falls for 0.25 s. The error is the mass-weighted distance of the final positions from \
+     the exact ones, over how far the sheet has moved. The exact ones are those of DOP853 \
+     (adaptive, order 8) at tolerance 1e-12; a run at 1e-11 tells their error. Each of four steps \
+     is half the one before. The observed order is the slope of log e over log h by least squares; \
+     C = e/hᵖ is taken at the finest step. Smooth: k/m = 400 s⁻², h from 0.00625 s, h ω_max < 0.4; \
+     an order is accepted within 0.15. Stiff: k/m = 10⁴ and 10⁶ s⁻², h from 0.01 s. A run that \
+     ends farther from the reference than the sheet has moved counts as diverged and is left out \
+     of the slope, which needs three runs."
+        .to_owned()
 }
 
 pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError> {

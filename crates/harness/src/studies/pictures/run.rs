@@ -151,13 +151,14 @@ fn shots(case: &Case) -> Result<Vec<Shot>, HarnessError> {
 /// How the facts are measured.
 pub(super) fn method() -> String {
     format!(
-        "The paper's pictures show a table cloth that drapes over a square table, and a textile that is fixed at two corners; of \
-             both it states neither the sizes nor when they were taken. Here the bundled scenes `{TABLE}` (row 4 of table 2; with shear springs of k/m = {}/s² and bending springs of {}/s² besides) and \
-             `{HANGING}` are moved by {FINE_METHOD} with h = {FINE} s, well below its limit of stability, so \
-             that they show what the equations say and not what a method makes of them. The sheets of all methods are those of `{STIFF}` \
-             (20 × 20 particles, k/m = 1e6/s², damping 40/s over the mass, released flat), each method with its default settings \
-             and h = {STEP} s, ten times the step of the paper's table; the reference is {FINE_METHOD} with h = {FINE} s. Positions are those of display, outside \
-             of obstacles, rounded to 1e-5 m.",
+        "The paper shows a table cloth that drapes over a square table and a textile held at two \
+         corners, without sizes and times. Here the bundled scenes `{TABLE}` (row 4 of table 2, \
+         with shear springs of k/m = {} s⁻² and bending springs of {} s⁻² added) and `{HANGING}` \
+         move by {FINE_METHOD} with h = {FINE} s, well below its limit: they show the equations, \
+         not a method. The methods move the sheet of `{STIFF}` (20 × 20 particles, k/m = 10⁶ s⁻², \
+         d/m = 40 s⁻¹, released flat) at their default settings with h = {STEP} s, ten times the \
+         step of the paper's table; the reference is {FINE_METHOD} with h = {FINE} s. Positions \
+         are those of display, outside of obstacles, rounded to 1e-5 m.",
         SHEAR[0], BENDING[0]
     )
 }
@@ -199,7 +200,7 @@ pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {
 #[cfg(test)]
 #[allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
 mod tests {
-    use super::super::words::fall;
+    use super::super::facts::fall;
     use super::*;
 
     #[test]

@@ -33,16 +33,19 @@ pub struct Cell {
     pub damping_over_mass_per_s: f64,
     /// Step size, s.
     pub step_s: f64,
-    /// `stable`, [`LOCKED`], `marginal`, `unstable`, `diverged` or [`OVER_BUDGET`]: the worst of all starts.
+    /// `stable`, `locked`, `marginal`, `unstable`, `diverged` or `over budget`: the worst of all
+    /// starts.
     pub verdict: Verdict,
     /// Number of perturbed starts.
     pub starts: u32,
-    /// Greatest rise of the energy above its start over the energy that the scene sets free, `E_ref`.
+    /// Greatest rise of the energy above its start over `E_ref`, the energy that the scene sets
+    /// free.
     pub gain: f64,
-    /// Drift of the energy over the run, over `E_ref`: that of the fitted straight line, the greatest in size.
+    /// Drift of the energy over the run, over `E_ref`: by a fitted straight line, the greatest in
+    /// size.
     pub drift: f64,
-    /// How far the midpoint of the free edge comes away from its start within 2 s, over how far it does in the true
-    /// motion; the least of all starts; `None` for a run that ended before.
+    /// Greatest distance of the free edge's midpoint from its start within 2 s, over the true one;
+    /// the least of all starts; `None` for a run that ended before.
     pub reach: Option<f64>,
     /// Simulated time, s; the least of all starts.
     pub reached_s: f64,
@@ -54,8 +57,8 @@ pub struct Cell {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Limit {
-    /// `pair`: two free particles on a spring of rest length 0, where theory is exact; `sheet`: the hanging sheet,
-    /// where it is a bound.
+    /// `pair`: two free particles on a spring of rest length 0, where theory is exact; `sheet`: the
+    /// hanging sheet, where it is a bound.
     pub scene: String,
     /// Short name for legends.
     pub label: String,
@@ -69,13 +72,13 @@ pub struct Limit {
     pub largest_eigenvalue_per_s2: f64,
     /// The rule behind [`Limit::theory_s`], in words.
     pub rule: String,
-    /// Longest step for which no mode grows, s, from the closed form; 0 where every step lets one grow; `None` where there
-    /// is no limit within the range, or no theory.
+    /// Longest step for which no mode grows, s, from the closed form; 0 where every step lets one
+    /// grow; `None` where theory has no limit within the range, or there is no theory.
     pub theory_s: Option<f64>,
-    /// Longest step for which no mode's energy grows by more than a part in fifty within the run, s: what can be
-    /// measured.
+    /// Longest step for which no mode's energy grows by more than 2 % within the run, s: a longer
+    /// one can be seen to fail.
     pub visible_s: Option<f64>,
-    /// Longest step that was found stable, s: within 5 % of one that is not. `None` where none was.
+    /// Longest step that was found stable, s: within 5 % of one that is not; `None` where none was.
     pub measured_s: Option<f64>,
     /// Whether no unstable step was found: then `measured_s` is the longest step of the range.
     pub is_unlimited: bool,
@@ -101,8 +104,8 @@ pub struct Shear {
     pub step_s: f64,
     /// Ratio up to which no mode has `θ_E > 4 + θ_I` at any positions of the sheet.
     pub bound: f64,
-    /// Ratio from which on some mode has `θ_E > 4 + θ_I` at the start already; `None` where there is none up to the
-    /// greatest of the ratios.
+    /// Ratio from which on some mode has `θ_E > 4 + θ_I` at the start already; `None` where no
+    /// ratio that was run has one.
     pub start_bound: Option<f64>,
     /// Least ratio that is not stable.
     pub first_failure: Option<f64>,
@@ -118,8 +121,42 @@ pub struct Shear {
 pub struct Ratio {
     /// Stiffness of the shear springs over that of the tension springs.
     pub ratio: f64,
-    /// `stable`, `marginal`, `unstable`, `diverged` or [`OVER_BUDGET`].
+    /// `stable`, `marginal`, `unstable`, `diverged` or `over budget`.
     pub verdict: Verdict,
     /// Greatest rise of the energy above its start over `E_ref`.
     pub gain: f64,
+}
+
+impl Limit {
+    /// Whether it is that of two particles.
+    pub(super) fn is_pair(&self) -> bool {
+        self.scene == "pair"
+    }
+
+    /// Whether the method solves as loosely as the paper.
+    pub(super) fn is_loose(&self) -> bool {
+        self.method.contains("forcing_term=0.05")
+    }
+}
+
+/// Measured over theory; `None` where theory has no finite limit.
+pub(super) fn over_theory(limit: &Limit) -> Option<f64> {
+    let theory = limit.theory_s.filter(|theory| *theory > 0.0)?;
+    Some(limit.measured_s.unwrap_or(0.0) / theory)
+}
+
+/// The labels of the atlas in the record's order.
+pub(super) fn labels(facts: &Facts) -> Vec<&str> {
+    let mut labels: Vec<&str> = Vec::new();
+    for cell in &facts.cells {
+        if !labels.contains(&cell.label.as_str()) {
+            labels.push(&cell.label);
+        }
+    }
+    labels
+}
+
+/// Whether the run of a cell gained energy.
+pub(super) fn has_gained(cell: &Cell) -> bool {
+    matches!(cell.verdict, Verdict::Marginal | Verdict::Unstable | Verdict::Diverged)
 }

@@ -1,6 +1,6 @@
 //! Figures and tables of the experiment `stability`.
 
-use super::facts::{Cell, Facts, Limit, Shear};
+use super::facts::{Cell, Facts, Limit, Shear, has_gained, over_theory};
 use crate::families::labels;
 use drape_report::Verdict;
 use drape_report::number::{power, setting, significant, trimmed};
@@ -16,54 +16,49 @@ pub(super) type Input = crate::studies::Input<Facts>;
 pub(super) const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "stability-atlas.svg",
-        title: "Which step and stiffness each method survives, with damping d/m = 40 s⁻¹",
-        caption: "One small map for each method: the time step h grows to the right, the stiffness k/m upwards, both in \
-            decades. A hanging sheet of 8 × 8 particles runs for at least 2 s and 200 steps. Letter and colour tell \
-            the verdict: S stable, L locked (stable by its energy, but less than half as far from the start as the true \
-            motion), M marginal, U unstable, D diverged, B over budget. Explicit methods end at a straight line of \
-            constant h²k/m; where implicit-explicit ones are stable beyond it, look how much of that is L. Provot at small \
-            k/m: its limit of elongation holds up a sheet that should sag.",
+        title: "Steps and stiffnesses that each method survives, d/m = 40 s⁻¹",
+        caption: "Explicit methods end at a line of constant h²k/m; beyond it much of what \
+            implicit-explicit methods survive is locked (L). A map for each method: step h to the \
+            right, k/m upwards, in decades. Hanging sheet of 8 × 8 particles. S stable, L stable \
+            but less than half as far from the start as the true motion, M marginal, U unstable, D \
+            diverged, B over budget.",
         draw: Draw::Atlas(|input| by_stiffness(input, 40.0)),
     },
     Plate {
         file: "stability-atlas-undamped.svg",
-        title: "Which step and stiffness each method survives, without damping",
-        caption: "As the map with damping, but nothing is damped: one small map for each method, the time step h to the \
-            right, the stiffness k/m upwards. S stable, L locked (stable by its energy, but less than half as far from \
-            the start as the true motion), M marginal, U unstable, D diverged, B over budget. Explicit Euler and the \
-            two-step Adams-Bashforth method have no stable step here in theory; where they show S, growth is too slow to be \
-            seen within the run.",
+        title: "Steps and stiffnesses that each method survives, undamped",
+        caption: "Without damping the picture is much the same. Explicit Euler and two-step \
+            Adams-Bashforth have no stable step in theory: where they show S, growth is too slow \
+            to be seen. A map for each method: step h to the right, k/m upwards. S stable, L \
+            locked, M marginal, U unstable, D diverged, B over budget.",
         draw: Draw::Atlas(|input| by_stiffness(input, 0.0)),
     },
     Plate {
         file: "stability-atlas-damping.svg",
-        title: "Which step and damping each method survives at k/m = 10⁶ s⁻²",
-        caption: "One small map for each method: the time step h grows to the right, the damping d/m of the tension springs \
-            upwards, at a stiffness k/m of 10⁶ s⁻². S stable, L locked (stable by its energy, but less than half as \
-            far from the start as the true motion at that damping), M marginal, U unstable, D diverged, B over budget. \
-            Damping that is taken at the old velocity limits the step too, so that the stable steps of such methods \
-            become shorter towards the top.",
+        title: "Steps and dampings that each method survives at k/m = 10⁶ s⁻²",
+        caption: "Damping that is taken at the old velocity shortens the stable steps of explicit \
+            methods, and lets locked sheets (L) of implicit-explicit ones turn stable. A map for \
+            each method: step h to the right, damping d/m upwards. S stable, L locked, M marginal, \
+            U unstable, D diverged, B over budget.",
         draw: Draw::Atlas(by_damping),
     },
     Plate {
         file: "stability-limits.svg",
         title: "Longest stable step: measured over theory",
-        caption: "For each method that has a finite limit: the longest step found stable by bisection, over the longest that \
-            the closed form admits; 1 is exact agreement, and the search ends at 5 %. Two particles on a spring of rest \
-            length 0 are a linear system, where theory is exact. On the hanging sheet of 8 × 8 particles the largest \
-            eigenvalue of the Laplacian bounds that of the true stiffness, so that the step may be longer; k/m = 10⁴ s⁻² in both. \
-            Crossed out on the left edge: a step is stable in theory and none was found. Methods without a limit stand in the table.",
+        caption: "On two particles all finite limits are those of theory (1, dashed), within the 5 \
+            % of the search. On the sheet theory is a lower bound; only undamped symplectic Euler \
+            falls short of it, as its energy swings. k/m = 10⁴ s⁻². Methods without a finite limit \
+            stand in the table; a cross on the left edge means that no step was stable.",
         draw: Draw::Sheet(ratios),
     },
     Plate {
         file: "stability-shear.svg",
-        title: "Explicit shear beside implicit tension: energy gained against the ratio of the stiffnesses",
-        caption: "The hanging sheet of 8 × 8 particles with k/m = 10⁶ s⁻², undamped; tension springs stand in the matrix, \
-            shear springs beside them, k_s times as stiff. Greatest rise of the energy over what the scene sets free, \
-            against k_s/k, one curve for each time step; axes are logarithmic, gains below 10⁻⁶ and above 10⁶ lie on the edges. The \
-            upright line is the least ratio, of the steps shown, that theory does not exclude at any positions: θ_E = 4 + θ_I for \
-            IMEX Euler, θ_E = 4 for updated CG, whose converged springs resist nothing across themselves. Runs over \
-            budget are left out; unstable and diverged ones are crossed out.",
+        title: "Energy gained with explicit shear beside implicit tension",
+        caption: "With IMEX Euler shear may be half as stiff as tension at any step; with updated \
+            CG long steps fail at tiny ratios. Undamped sheet of 8 × 8 particles, k/m = 10⁶ s⁻²; \
+            greatest gain of energy over E_ref against k_s/k, a curve for each step. Gains outside \
+            10⁻⁶ to 10⁶ lie on the edges. Upright: the least bound of theory. Runs over budget are \
+            left out.",
         draw: Draw::Sheet(shear),
     },
 ];
@@ -140,22 +135,17 @@ fn atlas(cells: &[&Cell], of: impl Fn(&Cell) -> f64, note: &str) -> Option<Atlas
     })
 }
 
-/// Measured over theory; `None` where theory has no finite limit.
-fn ratio(limit: &Limit) -> Option<f64> {
-    let theory = limit.theory_s.filter(|theory| *theory > 0.0)?;
-    Some(limit.measured_s.unwrap_or(0.0) / theory)
-}
-
 fn name(limit: &Limit) -> String {
     let damping = limit.damping_over_mass_per_s;
     format!("{}, d/m = {} s⁻¹", limit.scene, trimmed(damping, 3))
 }
 
 fn ratios(input: &Input) -> Option<Sheet> {
-    let limits: Vec<_> = input.facts.limits.iter().filter(|limit| ratio(limit).is_some()).collect();
+    let limits: Vec<_> =
+        input.facts.limits.iter().filter(|limit| over_theory(limit).is_some()).collect();
     let labels = labels(limits.iter().map(|limit| (limit.method.as_str(), limit.label.as_str())));
     let found: Vec<f64> =
-        limits.iter().filter_map(|limit| ratio(limit)).chain([0.0, 1.4]).collect();
+        limits.iter().filter_map(|limit| over_theory(limit)).chain([0.0, 1.4]).collect();
     let axis = Axis::linear("longest stable step, measured over theory (ratio)", &found);
     let mut panel = Panel::new(Vec::new(), axis, Axis::names("", &labels));
     let mut names: Vec<String> = Vec::new();
@@ -167,7 +157,7 @@ fn ratios(input: &Input) -> Option<Sheet> {
     for (n, scene) in names.iter().enumerate() {
         let points = limits.iter().filter(|limit| name(limit) == *scene).filter_map(|limit| {
             let y = -(labels.iter().position(|label| *label == limit.label)? as f64);
-            let x = ratio(limit)?;
+            let x = over_theory(limit)?;
             let state = if x > 0.0 { State::Stable } else { State::Failed };
             Some(Point { x, y, state })
         });
@@ -246,13 +236,15 @@ fn limits(input: &Input) -> Table {
             theory,
             step(limit.visible_s),
             measured,
-            ratio(limit).filter(|_| !limit.is_unlimited).map_or_else(absent, |r| significant(r, 3)),
+            over_theory(limit)
+                .filter(|_| !limit.is_unlimited)
+                .map_or_else(absent, |r| significant(r, 3)),
         ]
     };
     Table {
-        title: "**Longest stable steps.** λ: largest eigenvalue of M⁻¹L_k, for which θ = h²λ, η = hλd/k at most; theory: longest step at \
-                which no mode grows (none: every step lets one grow); visible: longest at which growth does not show within the run; \
-                ≥: no unstable step up to that one."
+        title: "**Longest stable steps.** λ: largest eigenvalue of M⁻¹L_k, θ = h²λ, η = hλd/k. \
+                Theory: no mode grows (none: every step lets one grow). Visible: longest step at \
+                which growth does not show. ≥: no step failed."
             .to_owned(),
         header: texts(&[
             "method",
@@ -292,10 +284,11 @@ fn scans(input: &Input) -> Table {
         ]
     };
     Table {
-        title: "**Explicit shear beside implicit tension**, undamped, k/m = 10⁶ s⁻²: ratios k_s/k. Bound: beyond it some mode has, \
-                at some positions or at the start, θ_E > 4 + θ_I (IMEX Euler), or θ_E > 4 + what the tension springs resist along \
-                themselves (updated CG)."
-            .to_owned(),
+        title:
+            "**Explicit shear beside implicit tension**, undamped, k/m = 10⁶ s⁻²: ratios k_s/k. \
+                Beyond the bound some mode has θ_E > 4 + θ_I, anywhere or at the start; for \
+                updated CG θ_I counts only along the springs."
+                .to_owned(),
         header: texts(&[
             "method",
             "h (s)",
@@ -309,29 +302,32 @@ fn scans(input: &Input) -> Table {
     }
 }
 
+/// Cells by verdict, the variant with the greatest share without gain first.
 fn counts(input: &Input) -> Table {
-    let mut header = texts(&["method"]);
+    let mut header = texts(&["method", "without gain (%)"]);
     header.extend(KNOWN.iter().map(|(verdict, ..)| verdict.to_string()));
     header.push("greatest gain over E_ref of stable and locked cells".to_owned());
-    let cells = || input.facts.cells.iter();
     let line = |label: String| {
-        let of = |verdict: Verdict| {
-            cells().filter(|cell| cell.label == label && cell.verdict == verdict).count()
-        };
-        let good = |cell: &&Cell| {
-            cell.label == label && [Verdict::Stable, Verdict::Locked].contains(&cell.verdict)
-        };
-        let gain = cells().filter(good).map(|cell| cell.gain).reduce(f64::max);
-        let mut line = vec![label.clone()];
+        let cells = || input.facts.cells.iter().filter(|cell| cell.label == label);
+        let of = |verdict: Verdict| cells().filter(|cell| cell.verdict == verdict).count();
+        let decided = cells().count() - of(Verdict::OverBudget);
+        let good = cells().filter(|cell| !has_gained(cell) && cell.verdict != Verdict::OverBudget);
+        let share = good.clone().count() as f64 / decided.max(1) as f64;
+        let gain = good.map(|cell| cell.gain).reduce(f64::max);
+        let mut line = vec![label.clone(), significant(100.0 * share, 3)];
         line.extend(KNOWN.iter().map(|(verdict, ..)| of(*verdict).to_string()));
         line.push(gain.map_or_else(absent, |gain| significant(gain, 2)));
-        line
+        (share, line)
     };
+    let mut rows: Vec<_> =
+        labels(input.facts.cells.iter().map(identity)).into_iter().map(line).collect();
+    rows.sort_by(|a, b| b.0.total_cmp(&a.0));
     Table {
-        title: "**Cells of the atlas by verdict**, over all steps, stiffnesses and dampings."
+        title: "**Cells of the atlas by verdict**, the most without gain first; cells over budget \
+                count for nothing."
             .to_owned(),
         header,
         names: 1,
-        rows: labels(cells().map(identity)).into_iter().map(line).collect(),
+        rows: rows.into_iter().map(|(_, row)| row).collect(),
     }
 }

@@ -11,8 +11,17 @@ pub(super) const FORCING_TERMS: [f64; 8] = [0.2, 0.1, 0.07, 0.05, 0.03, 0.01, 1e
 /// Counts within this factor of the paper's, in every row, would be called a fit.
 pub(super) const COMMON_FIT: f64 = 1.25;
 
+/// [`Cell::variant`] of plain IMEX Euler.
+pub const PLAIN: &str = "plain";
+/// [`Cell::variant`] of Algorithm 1 as printed.
+pub const UPDATED_PAPER: &str = "updated-paper";
+/// [`Cell::variant`] of its safeguarded form.
+pub const UPDATED_ROBUST: &str = "updated-robust";
 /// The variants of the method, in the order of every legend and table.
-pub const VARIANTS: [&str; 3] = ["plain", "updated-paper", "updated-robust"];
+pub const VARIANTS: [&str; 3] = [PLAIN, UPDATED_PAPER, UPDATED_ROBUST];
+
+/// A stable run that climbs by more than this share of the released energy is named.
+const CLIMB: f64 = 0.02;
 
 /// All rows, those with the assumed exponents first.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -38,8 +47,8 @@ pub struct Row {
     pub particles: usize,
     /// Stiffness over mass of the structural springs, 1/s².
     pub stiffness_over_mass_per_s2: f64,
-    /// Whether this is the reading of the illegible exponent that drape takes (4 and 6); otherwise
-    /// a neighbouring reading, shown beside it.
+    /// Whether drape takes this reading of the illegible exponent (4 and 6); the neighbouring
+    /// readings stand beside it.
     pub assumed_reading: bool,
     /// Damping over mass of the structural springs, 1/s.
     pub damping_over_mass_per_s: f64,
@@ -49,7 +58,7 @@ pub struct Row {
     pub paper: PaperRow,
     /// Counts over one simulated second.
     pub cells: Vec<Cell>,
-    /// The forcing term whose count lies nearest to the paper's (by ratio), per method.
+    /// For each variant the forcing term whose count comes nearest to the paper's, by ratio.
     pub best_fit: Vec<BestFit>,
 }
 
@@ -89,7 +98,7 @@ pub struct Cell {
     pub unconverged_steps: u64,
     /// Greatest rise of the total energy above its start, J.
     pub energy_gain_j: f64,
-    /// Greatest rise of the total energy above the least it had before, over the energy that the
+    /// Greatest rise of the total energy above its least value so far, over the energy that the
     /// scene sets free.
     pub energy_climb: f64,
     /// `stable`, `marginal`, `unstable` or `diverged`.
@@ -133,8 +142,61 @@ pub struct TimingRow {
     pub samples_ns: Vec<u64>,
     /// Median of them, s.
     pub solver_s: f64,
-    /// Seconds before the first step: allocation, pattern, first build of matrix and preconditioner.
+    /// Seconds before the first step: allocation, first build of matrix and preconditioner.
     pub prepare_s: f64,
     /// Phases of a separate pass with the phase clock on, s.
     pub phases_s: Phases,
+}
+
+/// The rows with the readings that drape takes.
+pub(super) fn assumed(rows: &[Row]) -> impl Iterator<Item = &Row> + Clone {
+    rows.iter().filter(|row| row.assumed_reading)
+}
+
+/// By which factor a count is off, at least 1.
+fn factor(ratio: f64) -> f64 {
+    ratio.max(1.0 / ratio)
+}
+
+/// Whether a best fit comes near the paper's count by a stable run.
+pub(super) fn fits(row: &Row, fit: &BestFit) -> bool {
+    let is_stable = |cell: &Cell| {
+        cell.variant == fit.variant
+            && cell.forcing_term == fit.forcing_term
+            && cell.verdict == Verdict::Stable
+    };
+    factor(fit.ratio) <= COMMON_FIT && row.cells.iter().any(is_stable)
+}
+
+/// Whether the verdict is stable although the energy climbs after it fell.
+pub(super) fn climbs(cell: &Cell) -> bool {
+    cell.verdict == Verdict::Stable && cell.energy_climb > CLIMB
+}
+
+/// Stiffness over mass of the reading of a row whose best count comes nearest to the paper's.
+pub(super) fn nearest_reading(rows: &[Row], of: &Row, variant: &str) -> Option<f64> {
+    let same = rows.iter().filter(|row| (row.table, row.row) == (of.table, of.row));
+    let fits = same.filter_map(|row| {
+        let fit = row.best_fit.iter().find(|fit| fit.variant == variant)?;
+        Some((row.stiffness_over_mass_per_s2, factor(fit.ratio)))
+    });
+    fits.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(k, _)| k)
+}
+
+/// The factor by which a forcing term misses the paper's count in the worst row; `None` where a row
+/// was not run with it.
+pub(super) fn worst_factor(rows: &[Row], variant: &str, term: f64) -> Option<f64> {
+    assumed(rows).try_fold(1.0_f64, |worst, row| {
+        let cell = row.cells.iter().find(|c| c.variant == variant && c.forcing_term == term)?;
+        let ratio = cell.cg_iterations.max(1) as f64 / row.paper.cg_iterations as f64;
+        Some(worst.max(factor(ratio)))
+    })
+}
+
+/// The forcing term that serves all rows best, and the factor by which it misses the worst.
+pub(super) fn best_common(rows: &[Row], variant: &str) -> Option<(f64, f64)> {
+    let factors = FORCING_TERMS
+        .into_iter()
+        .filter_map(|term| worst_factor(rows, variant, term).map(|worst| (term, worst)));
+    assumed(rows).next().and(factors.min_by(|a, b| a.1.total_cmp(&b.1)))
 }

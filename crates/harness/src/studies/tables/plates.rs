@@ -18,41 +18,30 @@ pub(super) type Input = crate::studies::Input<Facts, TimingRow>;
 pub(super) const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "tables-counts.svg",
-        title: "CG iterations in one simulated second against the forcing term, beside the paper's",
-        caption: "One panel for each row of the paper's tables 2 (square table) and 3 (hanging \
-            textile); particles, stiffness over mass k/m and time step h stand above it. The \
-            exponents of k/m, illegible in the print, are read as 4 and 6. Each curve counts the \
-            conjugate gradient (CG) iterations of one simulated second against the forcing term ε, \
-            the relative tolerance at which the solver stops: plain is the IMEX Euler step, \
-            updated-paper and updated-robust add the paper's Algorithm 1 as printed and in its \
-            safeguarded form. The dashed black line is the paper's count: where a curve meets it, \
-            that ε repeats the paper. Axes are logarithmic and the same in all panels; markers \
-            tell runs that were not stable.",
+        title: "CG iterations against the forcing term, beside the paper's",
+        caption: "Where a curve meets the dashed line, that ε repeats the paper's count; no single \
+            ε does so in all rows. Conjugate-gradient (CG) iterations of one second against the \
+            forcing term ε, at which the solver stops, a panel for each row of the paper's tables \
+            2 and 3. The illegible exponents of k/m are read as 4 and 6.",
         draw: Draw::Sheet(counts),
     },
     Plate {
         file: "tables-exponents.svg",
         title: "Which reading of the illegible exponent fits the paper's counts",
-        caption: "One panel for each row of the paper's tables 2 and 3. For each reading of k/m, \
-            the count of CG iterations in one simulated second at the best-fitting forcing term ε \
-            of the sweep (the one whose count lies nearest to the paper's by ratio), over the \
-            paper's count. At ratio 1, the dashed line, our count is the paper's; the dotted \
-            upright line is the reading that drape takes. A reading whose points stay away from \
-            the dashed line cannot be made to fit by any ε of the sweep. Axes are logarithmic and \
-            the same in all panels.",
+        caption: "Several readings come near the dashed line, our count equal to the paper's: the \
+            counts do not decide the exponents. CG iterations of one second at the best-fitting ε \
+            over the paper's count, for each reading of k/m, a panel for each row of the paper's \
+            tables 2 and 3. The dotted upright line is the reading that drape takes.",
         draw: Draw::Sheet(exponents),
     },
     Plate {
         file: "tables-cost.svg",
-        title: "Where the time of one simulated second goes, on the paper's machine and on ours",
-        caption: "One panel for each timed row of the paper's tables 2 and 3. Bars are shares of \
-            the solver's wall time: CG (with the updates of the right-hand side inside it), set-up of \
-            the matrix (with the factorisation of the preconditioner), and the rest (forces before the \
-            solve, contacts, update). The paper's bar is made of \
-            its printed columns, taken on a MIPS R10000 at 250 MHz. Ours are taken with the matrix \
-            kept from step to step or rebuilt in each; the shares come from a pass with a clock \
-            around each phase, the time behind the bar is the median of passes without it. Compare \
-            shares between machines and times only between our own bars.",
+        title: "Where the time of one second goes, on the paper's machine and on ours",
+        caption: "With the matrix kept from step to step its set-up all but vanishes; on the \
+            paper's machine it took a fifth to a half of the time. Shares of the solver's wall \
+            time; ours come from a pass with a clock around each phase, the time behind a bar is \
+            the median without it. The paper's machine is a MIPS R10000 at 250 MHz: compare \
+            shares, not times.",
         draw: Draw::Sheet(cost),
     },
 ];

@@ -205,28 +205,25 @@ fn row(reading: &Reading, cells: Vec<Cell>) -> Result<Row, HarnessError> {
 /// How the timings are taken.
 pub(super) fn timing() -> String {
     format!(
-        "One runat a time on one thread of an otherwise idle process; {REPETITIONS} repetitions \
-             with the phase clock off give the samples; of as many with it on the median one gives the phases. Plain at \
-             ε = 0.05, updated (as printed) at ε = 0.01. `rebuilt` sets matrix and IC(0) up in \
-             each step but the first, as the paper's varying moduli need; `kept` once. The first \
-             set-up, with all allocation, is not among the steps: it stands apart in the record as `prepare_s`."
+        "One run at a time on one thread of an otherwise idle process. Samples are {REPETITIONS} \
+         repetitions with the phase clock off; the phases are those of the median of as many with \
+         it on. Plain CG runs at ε = 0.05, updated CG as printed at ε = 0.01. `kept` sets matrix \
+         and IC(0) up once, `rebuilt` in each step but the first, as the paper's varying moduli \
+         need. The first set-up, with all allocation, is no part of the steps: it is `prepare_s`."
     )
 }
 
 /// How the facts are measured.
 pub(super) fn method() -> String {
-    "Each row of the paper's tables 2 and 3 is run for one simulated second with plain \
-                 IMEX Euler (21) and with updated CG (Algorithm 1), IC(0) and the extrapolated start \
-                 (22), over a sweep of the forcing term, and the CG iterations are summed. The rows \
-                 are read with exponents 4 and 6 for k/m; the readings one below and one above stand \
-                 beside them. What the paper does not state (sizes, masses, contact details) is \
-                 marked as assumed in the scenes. Verdicts \
-                 compare the greatest rise of the total energy above its start, within that second, with \
-                 the energy that the scene sets free: at most 2 % of it is stable, at most half marginal, \
-                 more unstable. They say nothing of energy that a run loses first and gains later. Updated CG may update 200 times \
-                 a step, a cap that the paper does not have; steps that reach it count as \
-                 unconverged."
-            .to_owned()
+    "Each row of the paper's tables 2 and 3 runs for one second, with plain IMEX Euler (21) and \
+     with updated CG (Algorithm 1), over a sweep of the forcing term; the record sums the CG \
+     iterations. Both use IC(0) and the extrapolated start (22). The exponents of k/m are read as \
+     4 and 6; the readings one below and one above stand beside them. The scenes mark as assumed \
+     what the paper does not state. A verdict compares the greatest rise of the total energy \
+     above its start with the energy that the scene sets free: at most 2 % of it is stable, at \
+     most half marginal, more unstable. Updated CG may update 200 times a step; a step that \
+     reaches this cap counts as unconverged."
+        .to_owned()
 }
 
 pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, HarnessError> {

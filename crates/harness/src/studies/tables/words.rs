@@ -1,189 +1,172 @@
-//! The words of the study `tables`: its question.
+//! The words of the study `tables`.
 
 use super::facts::*;
-use crate::studies::{gain, short};
-use drape_report::Verdict;
-use drape_report::Words;
+use drape_report::number::significant;
+use drape_report::{Verdict, Words};
 
 /// The question that the study answers.
-pub(super) const QUESTION: &str = "Do the paper's iteration counts (tables 2 and 3) come out, for which \
-     reading of their illegible exponents and at which solver tolerance?";
+pub(super) const QUESTION: &str = "At which solver tolerance do the paper's iteration counts come \
+     out, and for which reading of its illegible exponents?";
 /// Studies that a reader should know before this one.
 pub(super) const BUILDS_ON: &[&str] = &["course"];
 
 /// What the facts say.
 pub(super) fn words(facts: &Facts) -> Words {
-    crate::studies::first_leads(findings(&facts.rows))
+    let rows = &facts.rows;
+    let conclusion = [common(rows), row_by_row(rows), undecided(rows)];
+    let mut conclusion: Vec<_> = conclusion.into_iter().flatten().collect();
+    if conclusion.is_empty() {
+        conclusion.push("The record holds no row of the paper's tables.".to_owned());
+    }
+    let observations =
+        [by_variant(rows), readings(rows), gaining(rows), climbing(rows), capped(rows)];
+    Words {
+        conclusion: conclusion.join(" "),
+        observations: observations.into_iter().flatten().collect(),
+        caveats: caveats(rows),
+    }
 }
 
-/// What fits and what does not, in words, from the rows.
-pub(super) fn findings(rows: &[Row]) -> Vec<String> {
-    let mut findings = Vec::new();
-    for row in rows.iter().filter(|row| row.assumed_reading) {
-        let fits: Vec<_> = row
-            .best_fit
-            .iter()
-            .map(|fit| {
-                let name = if fit.variant == "plain" { "plain CG" } else { "updated CG" };
-                let verdict = row
-                    .cells
-                    .iter()
-                    .find(|c| c.variant == fit.variant && c.forcing_term == fit.forcing_term)
-                    .map_or("", |cell| cell.verdict.name());
-                format!(
-                    "{name} comes to {} at ε = {} (ratio {}, {verdict})",
-                    fit.cg_iterations,
-                    fit.forcing_term,
-                    short(fit.ratio)
-                )
-            })
-            .collect();
-        findings.push(format!(
-            "Table {}, row {} ({} particles, k/m = {:e}, h = {} s): the paper prints {} iterations; {}.",
-            row.table,
-            row.row,
-            row.particles,
-            row.stiffness_over_mass_per_s2,
-            row.step_s,
-            row.paper.cg_iterations,
-            fits.join("; ")
-        ));
-    }
-    findings.extend(common_forcing_term(rows));
-    let unstable: Vec<_> = rows
-        .iter()
-        .filter(|row| row.assumed_reading)
-        .flat_map(|row| row.cells.iter().map(move |cell| (row, cell)))
-        .filter(|(_, cell)| cell.verdict != Verdict::Stable)
-        .map(|(row, cell)| {
-            format!(
-                "table {} row {} at ε = {} ({}, {}, {})",
-                row.table,
-                row.row,
-                cell.forcing_term,
-                cell.variant,
-                cell.verdict,
-                gain(cell.energy_gain_j)
-            )
-        })
-        .collect();
-    findings.extend(capped(rows));
-    findings.extend(climbing(rows));
-    findings.extend(readings_that_fit(rows));
-    findings.push(if unstable.is_empty() {
-        "No run of these rows rises above its start by more than the verdict allows.".to_owned()
+fn per_cent(share: f64) -> String {
+    format!("{} %", significant(100.0 * share, 2))
+}
+
+/// Whether one ε serves all rows.
+fn common(rows: &[Row]) -> Option<String> {
+    let best = |variant| best_common(rows, variant);
+    let (plain, updated) = (best(PLAIN)?, best(UPDATED_PAPER)?);
+    let (term, factor) = if plain.1 < updated.1 { plain } else { updated };
+    Some(if factor > COMMON_FIT {
+        format!(
+            "No single ε repeats all of the paper's counts: the best common choice, ε = {term}, is \
+             off by a factor of up to {}.",
+            significant(factor, 3)
+        )
     } else {
         format!(
-            "A count that fits is no proof of a good solution; these runs rise above their start: {}.",
-            unstable.join("; ")
-        )
-    });
-    findings
-}
-
-/// Runs that the verdict calls stable although their energy climbs after it fell.
-fn climbing(rows: &[Row]) -> Option<String> {
-    let climbing: Vec<_> = rows
-        .iter()
-        .filter(|row| row.assumed_reading)
-        .flat_map(|row| row.cells.iter().map(move |cell| (row, cell)))
-        .filter(|(_, cell)| cell.verdict == Verdict::Stable && cell.energy_climb > 0.02)
-        .map(|(row, cell)| {
-            format!(
-                "table {} row {} at ε = {} ({}, {} % of the released energy)",
-                row.table,
-                row.row,
-                cell.forcing_term,
-                cell.variant,
-                short(100.0 * cell.energy_climb)
-            )
-        })
-        .collect();
-    let list = climbing.join("; ");
-    (!climbing.is_empty())
-        .then(|| format!("Called stable, but climbing again after they lost energy: {list}."))
-}
-
-/// Which reading of the exponent comes nearest to the paper, row by row.
-fn readings_that_fit(rows: &[Row]) -> Option<String> {
-    let nearest = |assumed: &Row, variant: &str| {
-        rows.iter()
-            .filter(|row| (row.table, row.row) == (assumed.table, assumed.row))
-            .filter_map(|row| {
-                let fit = row.best_fit.iter().find(|fit| fit.variant == variant)?;
-                Some((row.stiffness_over_mass_per_s2, fit.ratio.max(1.0 / fit.ratio)))
-            })
-            .min_by(|a, b| a.1.total_cmp(&b.1))
-    };
-    let lines: Vec<_> = rows
-        .iter()
-        .filter(|row| row.assumed_reading)
-        .filter_map(|row| {
-            let (plain, updated) = (nearest(row, "plain")?, nearest(row, "updated-paper")?);
-            Some(format!(
-                "table {} row {}: {:e} for plain, {:e} for updated",
-                row.table, row.row, plain.0, updated.0
-            ))
-        })
-        .collect();
-    let several = rows.iter().any(|row| !row.assumed_reading);
-    several.then(|| {
-        format!(
-            "The reading of k/m whose best count comes nearest to the paper's: {}. The counts alone do not \
-             decide the exponents; 4 and 6 are the readings used.",
-            lines.join("; ")
+            "A single ε, {term}, repeats all of the paper's counts that were run within a factor \
+             of {}.",
+            significant(factor, 3)
         )
     })
 }
 
-/// Counts that the cap on updates cut short.
-fn capped(rows: &[Row]) -> Option<String> {
-    let cut: Vec<_> = rows
-        .iter()
-        .filter(|row| row.assumed_reading)
-        .flat_map(|row| row.cells.iter().map(move |cell| (row, cell)))
-        .filter(|(_, cell)| cell.unconverged_steps > 0)
-        .map(|(row, cell)| {
-            format!(
-                "table {} row {} at ε = {} ({}, steps: {})",
-                row.table, row.row, cell.forcing_term, cell.variant, cell.unconverged_steps
-            )
-        })
-        .collect();
-    let list = cut.join("; ");
-    (!cut.is_empty()).then(|| format!("Solves that ended before their tolerance: {list}."))
+/// In how many rows some ε serves.
+fn row_by_row(rows: &[Row]) -> Option<String> {
+    let fitting = assumed(rows).filter(|row| row.best_fit.iter().any(|fit| fits(row, fit))).count();
+    let all = assumed(rows).count();
+    (all > 0).then(|| {
+        format!(
+            "Row by row, a stable run repeats the count within {} in {fitting} of {all} rows.",
+            per_cent(COMMON_FIT - 1.0)
+        )
+    })
 }
 
-/// The one ε that fits all rows best, and how badly.
-fn common_forcing_term(rows: &[Row]) -> Option<String> {
-    let assumed: Vec<_> = rows.iter().filter(|row| row.assumed_reading).collect();
-    let worst = |variant: &str, term: f64| -> Option<f64> {
-        let mut worst: f64 = 1.0;
-        for row in &assumed {
-            let cell = row.cells.iter().find(|c| c.variant == variant && c.forcing_term == term)?;
-            let ratio = cell.cg_iterations.max(1) as f64 / row.paper.cg_iterations as f64;
-            worst = worst.max(ratio).max(1.0 / ratio);
-        }
-        Some(worst)
+/// How often the reading that is taken is the nearest, of how many.
+fn decided(rows: &[Row]) -> (usize, usize) {
+    let pairs = assumed(rows).flat_map(|row| [PLAIN, UPDATED_PAPER].map(|variant| (row, variant)));
+    let nearest =
+        pairs.filter_map(|(row, variant)| Some((row, nearest_reading(rows, row, variant)?)));
+    let taken = nearest.clone().filter(|(row, k)| row.stiffness_over_mass_per_s2 == *k).count();
+    (taken, nearest.count())
+}
+
+fn has_neighbours(rows: &[Row]) -> bool {
+    rows.iter().any(|row| !row.assumed_reading)
+}
+
+fn undecided(rows: &[Row]) -> Option<String> {
+    let (taken, all) = decided(rows);
+    has_neighbours(rows).then(|| {
+        let decide = if taken == all { "favour" } else { "do not decide" };
+        format!("The counts alone {decide} the exponents 4 and 6, as which drape reads the print.")
+    })
+}
+
+fn readings(rows: &[Row]) -> Option<String> {
+    let (taken, all) = decided(rows);
+    has_neighbours(rows).then(|| {
+        format!(
+            "The exponents 4 and 6 come nearest to the paper's counts in {taken} of {all} cases."
+        )
+    })
+}
+
+fn by_variant(rows: &[Row]) -> Option<String> {
+    let fitting = |variant: &str| {
+        let fits = |row: &&Row| row.best_fit.iter().any(|f| f.variant == variant && fits(row, f));
+        assumed(rows).filter(fits).count()
     };
-    let best = |variant: &str| {
-        FORCING_TERMS
-            .into_iter()
-            .filter_map(|term| worst(variant, term).map(|worst| (term, worst)))
-            .min_by(|a, b| a.1.total_cmp(&b.1))
-    };
-    let (plain, updated) = (best("plain")?, best("updated-paper")?);
-    let verdict = if plain.1.min(updated.1) > COMMON_FIT {
-        "No single ε fits all rows"
-    } else {
-        "A single ε fits all rows that were run"
-    };
+    (assumed(rows).count() > 0).then(|| {
+        format!(
+            "At its best ε plain CG comes within {} in {} rows, updated CG as printed in {}.",
+            per_cent(COMMON_FIT - 1.0),
+            fitting(PLAIN),
+            fitting(UPDATED_PAPER)
+        )
+    })
+}
+
+fn cells(rows: &[Row]) -> impl Iterator<Item = &Cell> + Clone {
+    assumed(rows).flat_map(|row| &row.cells)
+}
+
+/// Runs that rise above their start.
+fn gaining(rows: &[Row]) -> Option<String> {
+    let all = cells(rows).count();
+    let gaining = cells(rows).filter(|cell| cell.verdict != Verdict::Stable);
+    let printed = gaining.clone().filter(|cell| cell.variant == UPDATED_PAPER).count();
+    let count = gaining.count();
+    (all > 0).then(|| match count {
+        0 => "No run of these rows gains energy.".to_owned(),
+        _ => format!(
+            "A count that fits proves no good solution: {count} of {all} runs gain energy, \
+             {printed} of them with updated CG as printed."
+        ),
+    })
+}
+
+/// Runs that the verdict calls stable although their energy climbs after it fell.
+fn climbing(rows: &[Row]) -> Option<String> {
+    let climbing = cells(rows).filter(|cell| climbs(cell));
+    let most = climbing.clone().map(|cell| cell.energy_climb).reduce(f64::max)?;
     Some(format!(
-        "{verdict}: the best common choice is ε = {} for plain CG (off by a factor of up to {}) and \
-         ε = {} for updated CG (up to {}).",
-        plain.0,
-        short(plain.1),
-        updated.0,
-        short(updated.1)
+        "Runs called stable that lose energy and gain it again: {}, by up to {} of the released \
+         energy.",
+        climbing.count(),
+        per_cent(most)
     ))
 }
+
+/// Counts that a cap cut short.
+fn capped(rows: &[Row]) -> Option<String> {
+    let cut = cells(rows).filter(|cell| cell.unconverged_steps > 0);
+    let most = cut.clone().map(|cell| cell.unconverged_steps).max()?;
+    Some(format!(
+        "Runs with solves that end before their tolerance: {}, with up to {most} such steps.",
+        cut.count()
+    ))
+}
+
+fn caveats(rows: &[Row]) -> Vec<String> {
+    let mut caveats = vec![
+        "The paper states no sizes, masses and contact details; the scenes assume them.".to_owned(),
+        "Updates per step are capped here, and not in the paper.".to_owned(),
+        "A verdict compares the energy with its start only.".to_owned(),
+    ];
+    let terms = |variant: &str| {
+        let terms = cells(rows).filter(|cell| cell.variant == variant);
+        let terms: std::collections::BTreeSet<_> =
+            terms.map(|c| c.forcing_term.to_bits()).collect();
+        terms.len()
+    };
+    let (robust, plain) = (terms(UPDATED_ROBUST), terms(PLAIN));
+    if robust < plain {
+        caveats.push(format!("The safeguarded form ran at {robust} of {plain} tolerances."));
+    }
+    caveats
+}
+
+#[cfg(test)]
+mod tests;

@@ -196,15 +196,14 @@ impl Setting {
 
 /// How the facts are measured.
 pub(super) fn method() -> String {
-    "A sheet of 20 × 20 particles, 1 m × 1 m, hangs by two corners and swings down from the horizontal: tension \
-                 springs of k/m = 1e4/s² and 1e6/s², shear springs a tenth as stiff, damping d/m = 40/s along the \
-                 tension springs. Every method takes 200 steps of 0.01 s, at its defaults unless the lesson says \
-                 otherwise; leapfrog divides the step. The verdict is by energy: stable means that the total energy \
-                 never rose by more than 2 % of what the fall sets free (E_ref). The true motion is that of symplectic \
-                 Euler at less than a quarter of its limit. Retained motion R: how far the middle of the free edge \
-                 travels in the first second, over how far it truly travels. Work is counted, not timed: one unit \
-                 is the visit of a spring."
-            .to_owned()
+    "A sheet of 20 × 20 particles, 1 m × 1 m, hangs by two corners and swings down from the \
+     horizontal. Tension springs have k/m = 10⁴ or 10⁶ s⁻² and d/m = 40 s⁻¹; shear springs are a \
+     tenth as stiff. Every method takes 200 steps of 0.01 s, at its defaults unless the lesson \
+     says otherwise; leapfrog divides the step. A run is stable if the total energy never rises by \
+     more than 2 % of E_ref, which the fall sets free. The true motion is that of symplectic Euler \
+     at less than a quarter of its limit. Retained motion R: the path of the free edge's midpoint \
+     in the first second, over the true one. Work is counted in visits of a spring, not timed."
+        .to_owned()
 }
 
 pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError> {

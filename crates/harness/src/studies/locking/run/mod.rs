@@ -75,18 +75,19 @@ fn steps(label: &str) -> &'static [f64] {
 /// How the facts are measured.
 pub(super) fn method() -> String {
     format!(
-        "A sheet of 20 × 20 particles (1 m × 1 m, 1 g each, structural springs, shear springs of a tenth of the \
-             stiffness, d/m = 40/s, two corners pinned) is let go from the horizontal. Followed is the midpoint of the \
-             free edge, for one second. Retained motion R: its path, through its positions every 0.01 s, over that of \
-             the true motion; R_fall: how far it has fallen when half of the true fall is over, over how far it should \
-             have. The true motion is that of symplectic Euler at a quarter of its stability limit, at most 1e-4 s; \
-             the same at twice the step tells its error. A run is locked if it is stable (by its energy, over that \
-             one second) and R < 0.5: {BUDGET:e} visits of a spring end it over budget. Solves are tight: ε = 1e-8; \
-             updated CG: 1e-4, or so many passes, each solved to 1e-8, from the velocity of the last step. The law: \
-             IMEX Euler with all springs in the matrix is symplectic Euler with an artificial damping d = hk of every \
-             spring; where that balances gravity, h L_k v = M g, which is solved for the sheet. A single spring at rest, \
-             anchored at one end, is loaded across itself by 1e-3 m/s² at the other, along x and obliquely; there the \
-             angular momentum of IMEX Euler obeys J' = (J + h d × a)/(1 + θ) at any amplitude."
+        "A sheet of 20 × 20 particles (1 m × 1 m, 1 g each, structural springs, shear springs of a \
+         tenth of the stiffness, d/m = 40 s⁻¹, two corners pinned) is let go from the horizontal, \
+         for one second. Retained motion R: the path of the free edge's midpoint, through its \
+         positions every 0.01 s, over the true one; R_fall: its fall when half of the true fall is \
+         over, over the true one. The true motion is that of symplectic Euler at a quarter of its \
+         limit, at most 1e-4 s; twice that step tells its error. A run is locked if its energy is \
+         stable and R < 0.5; {BUDGET:e} visits of a spring end it over budget. Solves are tight: ε \
+         = 1e-8; updated CG: 1e-4, or a number of passes from the last velocity, each solved to \
+         1e-8. The law: IMEX Euler with all springs in the matrix is symplectic Euler with an \
+         artificial damping d = hk of every spring, which balances gravity at h L_k v = M g. A \
+         single spring, at rest and anchored at one end, is loaded across itself by 1e-3 m/s², \
+         along x and obliquely; there the angular momentum of IMEX Euler obeys J' = (J + h d × \
+         a)/(1 + θ)."
     )
 }
 

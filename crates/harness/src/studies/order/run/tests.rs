@@ -1,6 +1,5 @@
 //! What is concluded from errors, and a run of a few methods.
 
-use super::super::words::findings;
 use super::*;
 
 fn runs(errors: &[Option<f64>]) -> Vec<Run> {
@@ -53,71 +52,6 @@ fn exceptions_of_theory_are_those_of_known_variants() {
     assert_eq!(theory("terzopoulos-fleischer, clamped", Order::One), None);
     assert_eq!(theory("bdf, 3 steps", Order::Two), Some(3));
     assert_eq!(theory("bdf2", Order::Two), Some(2));
-}
-
-fn row(scene: &str, label: &str, theory: Option<u32>, runs: Vec<Run>, resolved: bool) -> Row {
-    let observed = Observed::of(&runs, theory);
-    Row {
-        scene: scene.to_owned(),
-        label: label.to_owned(),
-        method: label.to_owned(),
-        theory,
-        order: observed.order,
-        fitted: observed.fitted,
-        accepted: theory.filter(|_| resolved).map(|_| observed.agrees),
-        error_constant: observed.error_constant,
-        runs,
-        portable: false,
-    }
-}
-
-fn scene(id: &str, resolved: bool) -> Scene {
-    Scene {
-        id: id.to_owned(),
-        resolved,
-        stiffness_over_mass_per_s2: 1e4,
-        damping_over_mass_per_s: 2.0,
-        damping: "full".to_owned(),
-        greatest_frequency_per_s: 300.0,
-        span_s: 0.25,
-        reference_error_m: 3e-12,
-        portable: false,
-    }
-}
-
-#[test]
-fn findings_name_who_fails_who_claims_nothing_and_what_stiffness_does() {
-    let flat = || runs(&[Some(0.7); 4]);
-    let facts = Facts {
-        scenes: vec![scene("smooth", true), scene("stiff-1e4", false)],
-        rows: vec![
-            row("smooth", "good", Some(1), power_law(4.0, 1), true),
-            row("smooth", "better", Some(1), power_law(3.0, 1), true),
-            row("smooth", "wrong", Some(2), power_law(4.0, 1), true),
-            row("smooth", "modest", None, runs(&[Some(0.02); 4]), true),
-            row("stiff-1e4", "good", Some(1), power_law(4.0, 1), false),
-            row("stiff-1e4", "reduced", Some(2), power_law(4.0, 1), false),
-            row("stiff-1e4", "locked", Some(1), flat(), false),
-            row("stiff-1e4", "sparse", Some(1), runs(&[None, None, Some(0.2), Some(0.1)]), false),
-            row("stiff-1e4", "gone", Some(1), runs(&[None; 4]), false),
-        ],
-    };
-    let text = findings(&facts).join("\n");
-    for part in [
-        "2 of 3 variants that claim an order show it within 0.15; not so: wrong (1.00, theory 2)",
-        "modest claims no order",
-        "2.00 % of the motion is wrong",
-        "order 1: 3.00 (better) to 4.00 (good)",
-        "the order of theory is seen with good 1.00",
-        "another order with reduced 1.00",
-        "locked (0.700)",
-        "(their number in brackets): sparse (2)",
-        "diverged even at the finest step: gone",
-        "h ω_max from 3.00 to 0.375",
-        "at most 3.00e-12 m",
-    ] {
-        assert!(text.contains(part), "`{part}` is not in\n{text}");
-    }
 }
 
 #[test]

@@ -58,23 +58,22 @@ fn columns(quick: bool) -> Vec<(f64, f64, &'static [f64])> {
 /// How the facts are measured.
 pub(super) fn method() -> String {
     format!(
-        "Atlas: a sheet of 8 × 8 particles (1 m × 1 m, 1 g each, structural springs, shear springs of a tenth of the \
-             stiffness and damping, two corners pinned) is let go from the horizontal, for 2 s and at least 200 steps. \
-             The verdict is by the total energy H against E_ref, what the true motion sets free within 2 s \
-             (symplectic Euler at a quarter of its stability limit): stable if H never exceeds its start by more than \
-             0.02 E_ref, marginal up to 0.5, unstable above, diverged if a position is not finite or a thousand \
-             scene sizes away; undamped symplectic methods may oscillate by 0.5 E_ref, but not drift by more than \
-             0.05 E_ref. A stable run is locked if the midpoint of the free edge comes less than half as far from \
-             its start within 2 s as it truly does: a distance, not the length of a path, which numerical damping \
-             would shorten too. Each cell starts from one start that is perturbed by up to 1e-4 mesh widths; one that is \
-             not unstable while the next longer step has another verdict, from {} of them, and the worst counts. A \
-             run ends over budget after {:e} visits of a spring, which are counted, not timed. Limits: from the \
-             shortest step of the range the step is doubled until a run fails, then halved in between to 5 %. Pair: two free particles on a \
-             spring of rest length 0, k/m = 1e4/s², a linear system, on which a step is stable if the energy of the last quarter of \
-             the run is at most 1.02 times that of the first; theory is the closed form of the recurrence. Sheet: as in \
-             the atlas, by its energy; theory takes the largest eigenvalue λ of M⁻¹L_k, by power iteration, which bounds the \
-             Hessian at all positions, and all lesser stiffnesses with the full damping of each mode. Explicit shear: undamped, k/m = 1e6/s², tension springs in the matrix, shear \
-             springs beside it, solved to 1e-12.",
+        "Atlas: a sheet of 8 × 8 particles (1 m × 1 m, 1 g each, structural springs, shear springs \
+         of a tenth of the stiffness and damping, two corners pinned) is let go from the \
+         horizontal, for 2 s and at least 200 steps. The verdict compares the total energy H with \
+         E_ref, which the true motion sets free within 2 s (symplectic Euler at a quarter of its \
+         limit). Stable: H never rises above its start by more than 0.02 E_ref; marginal: up to \
+         0.5; unstable: above; diverged: a position is not finite or a thousand scene sizes away. \
+         Undamped symplectic methods may oscillate by 0.5 E_ref, but drift by 0.05 E_ref at most. \
+         Locked: a stable run whose free edge comes less than half as far from its start as it \
+         truly does. Starts are perturbed by up to 1e-4 mesh widths; where the verdict changes \
+         from one step to the next, {} starts run and the worst counts. A run ends over budget \
+         after {:e} visits of a spring. Limits: the step is doubled until a run fails, then halved \
+         in between to 5 %. Pair: two free particles on a spring of rest length 0, k/m = 10⁴ s⁻², \
+         a linear system; a step is stable if the energy of the last quarter is at most 1.02 times \
+         that of the first. Sheet: as in the atlas; theory takes the largest eigenvalue λ of \
+         M⁻¹L_k, which bounds the Hessian at all positions. Explicit shear: undamped, k/m = 10⁶ \
+         s⁻², tension springs in the matrix, shear springs beside it, solved to 1e-12.",
         SEEDS.len(),
         atlas::BUDGET,
     )

@@ -1,6 +1,8 @@
 //! The tables of the experiment `tables`.
 
-use super::super::facts::Row;
+use super::super::facts::{
+    Cell, PLAIN, Row, UPDATED_PAPER, assumed, climbs, nearest_reading, worst_factor,
+};
 use super::{
     Input, VARIANTS, milliseconds, paper_parts, parts, subject, timed_case, variants, verdict,
 };
@@ -13,7 +15,14 @@ use std::collections::BTreeSet;
 
 /// The tables of `tables`.
 pub(in super::super) fn tables(input: &Input) -> Vec<Table> {
-    let mut tables = vec![best_fits(input), counts(input), energies(input)];
+    let mut tables = vec![
+        best_fits(input),
+        counts(input),
+        common(input),
+        readings(input),
+        troubled(input),
+        energies(input),
+    ];
     tables.extend(input.timings.is_some().then(|| times(input)));
     tables
 }
@@ -49,8 +58,8 @@ fn best_fits(input: &Input) -> Table {
     };
     Table {
         title: format!(
-            "**The paper's counts and the nearest of ours.** CG iterations in one simulated second; \
-             ratio: our count over the paper's. {READINGS} {SIGNS}"
+            "**The paper's counts and the nearest of ours**: CG iterations in one second; ratio: \
+             ours over the paper's. {READINGS} {SIGNS}"
         ),
         header,
         names: 1,
@@ -84,8 +93,7 @@ fn counts(input: &Input) -> Table {
     }
     Table {
         title: format!(
-            "**Counts at every forcing term.** CG iterations in one simulated second. {READINGS} \
-             {SIGNS}"
+            "**Counts at every forcing term**: CG iterations in one second. {READINGS} {SIGNS}"
         ),
         header,
         names: 2,
@@ -113,12 +121,92 @@ fn energies(input: &Input) -> Table {
     };
     Table {
         title: format!(
-            "**Energy and verdicts.** Greatest rise of the total energy above its start among all \
-             forcing terms, and the verdicts that occurred. {READINGS}"
+            "**Energy and verdicts**: greatest rise of the total energy above its start among all \
+             forcing terms, and all verdicts. {READINGS}"
         ),
         header,
         names: 1,
         rows: facts.rows.iter().map(line).collect(),
+    }
+}
+
+/// How far a single ε misses the paper's counts.
+fn common(input: &Input) -> Table {
+    let rows = &input.facts.rows;
+    let mut terms = values(assumed(rows).flat_map(|row| &row.cells).map(|cell| cell.forcing_term));
+    terms.reverse();
+    let line = |term: &f64| {
+        let factor = |variant| worst_factor(rows, variant, *term);
+        let text = |factor: Option<f64>| factor.map_or_else(absent, |f| significant(f, 3));
+        vec![setting(*term), text(factor(PLAIN)), text(factor(UPDATED_PAPER))]
+    };
+    Table {
+        title: "**One ε for all rows**: the factor by which the count misses the paper's in the \
+                worst row."
+            .to_owned(),
+        header: texts(&["ε", PLAIN, UPDATED_PAPER]),
+        names: 0,
+        rows: terms.iter().map(line).collect(),
+    }
+}
+
+/// Which reading comes nearest, row by row; nothing where only one was run.
+fn readings(input: &Input) -> Table {
+    let rows = &input.facts.rows;
+    let several = rows.iter().any(|row| !row.assumed_reading);
+    let line = |row: &Row| {
+        let nearest = |variant| nearest_reading(rows, row, variant).map_or_else(absent, power);
+        vec![
+            format!("{}.{} {}", row.table, row.row, subject(row)),
+            power(row.stiffness_over_mass_per_s2),
+            nearest(PLAIN),
+            nearest(UPDATED_PAPER),
+        ]
+    };
+    Table {
+        title:
+            "**The reading of k/m (s⁻²) that comes nearest to the paper's count**, at its best ε."
+                .to_owned(),
+        header: texts(&["table.row", "read as", "nearest, plain", "nearest, updated-paper"]),
+        names: 1,
+        rows: assumed(rows).filter(|_| several).map(line).collect(),
+    }
+}
+
+/// Runs with a blemish, the greatest gain of energy first.
+fn troubled(input: &Input) -> Table {
+    let cells = assumed(&input.facts.rows).flat_map(|row| row.cells.iter().map(move |c| (row, c)));
+    let is_troubled =
+        |cell: &Cell| cell.verdict != Verdict::Stable || cell.unconverged_steps > 0 || climbs(cell);
+    let mut cells: Vec<_> = cells.filter(|(_, cell)| is_troubled(cell)).collect();
+    cells.sort_by(|a, b| b.1.energy_gain_j.total_cmp(&a.1.energy_gain_j));
+    let line = |(row, cell): &(&Row, &Cell)| {
+        vec![
+            format!("{}.{} {}", row.table, row.row, subject(row)),
+            cell.variant.clone(),
+            setting(cell.forcing_term),
+            cell.verdict.to_string(),
+            significant(cell.energy_gain_j, 3),
+            significant(100.0 * cell.energy_climb, 3),
+            cell.unconverged_steps.to_string(),
+        ]
+    };
+    Table {
+        title:
+            "**Runs that gain energy, climb after a loss or miss their tolerance**, the greatest \
+                gain first. Climb: rise above the least energy so far, over the released energy."
+                .to_owned(),
+        header: texts(&[
+            "table.row",
+            "variant",
+            "ε",
+            "verdict",
+            "gain (J)",
+            "climb (%)",
+            "steps short of ε",
+        ]),
+        names: 2,
+        rows: cells.iter().map(line).collect(),
     }
 }
 
@@ -154,10 +242,10 @@ fn times(input: &Input) -> Table {
         "rest (ms)",
     ]));
     Table {
-        title: "**Wall time of one simulated second.** The paper's rows are its printed columns, \
-                from a MIPS R10000 at 250 MHz. Ours: solver is the median of the repetitions with \
-                the phase clock off; the phases come from a pass of their own."
-            .to_owned(),
+        title:
+            "**Wall time of one second.** The paper's rows are its printed columns (MIPS R10000, \
+                250 MHz). Ours: the median of the repetitions; phases come from a separate pass."
+                .to_owned(),
         header,
         names: 2,
         rows,
