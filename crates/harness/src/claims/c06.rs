@@ -6,8 +6,8 @@ pub(super) const CLAIM: Claim = Claim {
     id: "C06",
     section: "3",
     says: "a precomputed inverse forbids changing h and k",
-    criterion: "Rebuilding the published dense inverse costs at least 20 steps. Sparse Cholesky \
-                stands beside it.",
+    criterion: "Rebuilding the dense inverse and sparse Cholesky costs at least 20 steps each. The \
+                published dense inverse decides.",
     reads: &[
         "steps that a rebuild costs, dense inverse, ",
         "steps that a rebuild costs, sparse Cholesky, ",

@@ -1,7 +1,8 @@
 //! Cloth that is no grid: triangle meshes and random meshes, as particles and springs.
 
+use super::scenes::hanging;
 use crate::HarnessError;
-use crate::studies::sheet::{GRAVITY, MASS, Sheet};
+use crate::studies::sheet::{GRAVITY, MASS};
 use drape_model::{
     DampingLaw, EffectsSpec, GravitySpec, ParticlesSpec, PinSpec, SpringEffect, SpringSpec,
     SystemSpec,
@@ -43,12 +44,7 @@ impl Mesh {
         damping: f64,
     ) -> Result<SystemSpec, HarnessError> {
         let (points, triangles) = match self {
-            Self::Grid => {
-                let law = DampingLaw::Full;
-                let (gravity, is_pinned) = (GRAVITY, true);
-                let sheet = Sheet { side, tension, shear: 0.0, damping, law, gravity, is_pinned };
-                return sheet.spec();
-            }
+            Self::Grid => return hanging(side, tension, damping).spec(),
             Self::Triangles => rows_of_triangles(side as usize),
             Self::Random(seed) => {
                 let points = random_points(side as usize, &mut Random::new(seed));
