@@ -6,7 +6,8 @@ use serde::{Deserialize, Serialize};
 
 /// [`Row::way_out`] of EEH section 6: the normal velocity is prescribed in the solve.
 pub const VELOCITY: &str = "velocity";
-/// [`Row::way_out`] of Baraff and Witkin: positions are altered within the step, and the solve knows of it.
+/// [`Row::way_out`] of Baraff and Witkin: positions are altered within the step, and the solve
+/// knows of it.
 pub const POSITION: &str = "position";
 /// [`Row::way_out`] of moving particles after the step, of which the solve knows nothing.
 pub const TELEPORT: &str = "teleport";
@@ -27,7 +28,8 @@ pub struct Facts {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Scene {
-    /// Key: obstacle, speed, k/m, the step size where it is not 0.01 s, `no-shear` without shear springs.
+    /// Key: obstacle, speed, k/m, the step size where it is not 0.01 s, `no-shear` without shear
+    /// springs.
     pub id: String,
     /// `table`, `sphere` or `plane`.
     pub obstacle: String,
@@ -43,8 +45,8 @@ pub struct Scene {
     pub particles: usize,
     /// Height of the sheet above the obstacle at the start, m.
     pub drop_m: f64,
-    /// Energy to which gains refer, J: kinetic at the start, and potential of the drop and of a quarter of a metre more, by which
-    /// a draped sheet sags.
+    /// Energy to which gains refer, J: kinetic at the start, and potential of the drop and of a
+    /// quarter of a metre more, by which a draped sheet sags.
     pub available_j: f64,
     /// Same bits on every machine.
     pub portable: bool,
@@ -66,25 +68,29 @@ pub struct Row {
     pub steps_before: u64,
     /// Steps from the first contact to the end.
     pub steps_after: u64,
-    /// Linear iterations in the former: of conjugate gradients, and Newton's where each of them factorises.
+    /// Linear iterations in the former: of conjugate gradients, and Newton's where each of them
+    /// factorises.
     pub iterations_before: u64,
     /// Linear iterations in the latter.
     pub iterations_after: u64,
     /// Iterations of each step, in the scenes whose course is drawn; else empty.
     pub iterations_by_step: Vec<u32>,
-    /// Particles moved to the surface by hand, summed over the steps; by the method itself they are not counted.
+    /// Particles moved to the surface by hand, summed over the steps; those that the method moves
+    /// itself are not counted.
     pub teleports: u64,
-    /// Greatest depth of a particle inside the obstacle at the end of a step (before it is teleported), m.
+    /// Greatest depth of a particle inside the obstacle at the end of a step, before it is moved by
+    /// hand, m.
     pub depth_m: f64,
     /// That over what the fastest particle of the run covers in a step.
     pub depth_over_reach: f64,
-    /// Greatest depth of what is displayed, where particles inside are replaced by auxiliary ones, m.
+    /// Greatest displayed depth, m: a particle inside is shown as an auxiliary one on the surface.
     pub displayed_depth_m: f64,
     /// Sum of the rises of the total energy in steps in which particles leave the obstacle, J.
     pub release_j: f64,
     /// Greatest rise of the total energy above the least before, J.
     pub climb_j: f64,
-    /// Greatest rise of the total energy above its start, over that of the scene, [`Scene::available_j`].
+    /// Greatest rise of the total energy above its start, over that of the scene,
+    /// [`Scene::available_j`].
     pub gain: f64,
     /// Steps whose solver stopped before its tolerance.
     pub unconverged_steps: u64,
@@ -112,11 +118,13 @@ pub struct Bounce {
     pub speed_m_s: f64,
     /// Restitution `e` of the obstacle.
     pub restitution: f64,
-    /// Normal speed of the centre of mass after the first contact over that before it; `None` without any contact.
+    /// Normal speed of the centre of mass after the first contact over that before it; `None`
+    /// without any contact.
     pub measured: Option<f64>,
     /// Height that the centre of mass reaches again, m; where it hits a horizontal surface.
     pub height_m: Option<f64>,
-    /// What theory gives for it: `e²` times the height from which it would have had to fall for its speed.
+    /// The height by theory: `e²` times the height from which it would have had to fall for its
+    /// speed.
     pub height_theory_m: Option<f64>,
     /// Same bits on every machine.
     pub portable: bool,
@@ -127,5 +135,84 @@ impl Row {
     #[must_use]
     pub fn rate(&self) -> f64 {
         self.iterations_after as f64 / self.steps_after.max(1) as f64
+    }
+}
+
+impl Bounce {
+    /// Measured restitution less that of the obstacle; infinite without a contact.
+    pub(super) fn miss(&self) -> f64 {
+        self.measured.map_or(f64::INFINITY, |measured| (measured - self.restitution).abs())
+    }
+
+    /// How far it is from the height of theory, relative to that.
+    pub(super) fn height_error(&self) -> Option<f64> {
+        let theory = self.height_theory_m.filter(|height| *height > 0.0)?;
+        Some((self.height_m? - theory) / theory)
+    }
+}
+
+/// The paper's severe increase: so many times the iterations.
+pub(super) const SEVERE: f64 = 2.0;
+
+/// A way out against the velocity constraint with the same method.
+pub(super) struct Increase<'a> {
+    pub(super) label: &'a str,
+    pub(super) way_out: &'a str,
+    /// Factor of the iterations a step in contact, and the scene, in rising order: where neither
+    /// run gains energy.
+    pub(super) by_scene: Vec<(f64, &'a str)>,
+    /// Scenes where one of them does: runs that blow the sheet away cannot be compared by their
+    /// iterations.
+    pub(super) unstable: usize,
+}
+
+/// All ways out but the constraint, each against the constraint with the same method.
+pub(super) fn factors(facts: &Facts) -> Vec<Increase<'_>> {
+    let mut found: Vec<Increase<'_>> = Vec::new();
+    for row in facts.rows.iter().filter(|row| row.way_out != VELOCITY) {
+        let same = |other: &&Row| {
+            other.scene == row.scene && other.label == row.label && other.way_out == VELOCITY
+        };
+        let Some(velocity) = facts.rows.iter().find(same) else { continue };
+        if velocity.iterations_after == 0 {
+            continue;
+        }
+        let (label, way_out) = (row.label.as_str(), row.way_out.as_str());
+        let place = found.iter().position(|f| f.label == label && f.way_out == way_out);
+        let place = place.unwrap_or_else(|| {
+            found.push(Increase { label, way_out, by_scene: Vec::new(), unstable: 0 });
+            found.len() - 1
+        });
+        if row.verdict == Verdict::Stable && velocity.verdict == Verdict::Stable {
+            found[place].by_scene.push((row.rate() / velocity.rate(), &row.scene));
+        } else {
+            found[place].unstable += 1;
+        }
+    }
+    for increase in &mut found {
+        increase.by_scene.sort_by(|a, b| a.0.total_cmp(&b.0));
+    }
+    found
+}
+
+impl Facts {
+    /// Iterations a step from the first contact on over those before it, with the constraint, by
+    /// method over all scenes.
+    pub(super) fn onsets(&self) -> Vec<(&str, f64)> {
+        let mut sums: Vec<(&str, [u64; 4])> = Vec::new();
+        let own = |row: &&Row| row.way_out == VELOCITY && row.iterations_after > 0;
+        for row in self.rows.iter().filter(own) {
+            let counts =
+                [row.iterations_before, row.steps_before, row.iterations_after, row.steps_after];
+            match sums.iter_mut().find(|(label, _)| *label == row.label) {
+                Some((_, sum)) => sum.iter_mut().zip(counts).for_each(|(sum, n)| *sum += n),
+                None => sums.push((&row.label, counts)),
+            }
+        }
+        let rate = |iterations: u64, steps: u64| iterations as f64 / steps.max(1) as f64;
+        let rises = sums.into_iter().map(|(label, [before, steps_before, after, steps_after])| {
+            (label, rate(after, steps_after) / rate(before, steps_before))
+        });
+        rises.filter(|(_, rise)| rise.is_finite()).collect()
     }
 }

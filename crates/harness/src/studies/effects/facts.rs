@@ -1,14 +1,15 @@
-//! Records of the experiment `effects`: what each effect that a scene names costs, and what it changes.
+//! Records of the experiment `effects`: what each effect of a scene costs, and what it changes.
 
 use drape_report::Verdict;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 /// [`Effect::name`] of the scene to which the effects are added.
 pub const NOTHING: &str = "nothing more";
 
-/// [`Effect::name`] of the scene that has all of them, one for each place: what takes the place of another is left out, as
-/// the findings say.
+/// [`Effect::name`] of the scene that has all of them, one for each place: what takes the place of
+/// another is left out.
 pub const EVERYTHING: &str = "all together";
 
 /// Each effect by itself and one for each place together, with every method.
@@ -81,8 +82,8 @@ pub struct Cell {
     pub force_evaluations: u64,
     /// Builds of a matrix, preconditioner or factor.
     pub setups: u64,
-    /// Distance of the particles at the end to those of the scene with nothing more, root of the mean square, m, to the
-    /// micrometre; absent where a run did not complete.
+    /// Distance of the particles at the end to those of the scene with nothing more, root of the
+    /// mean square, m, to the micrometre; absent where a run did not complete.
     pub change_m: Option<f64>,
     /// Same bits on every machine.
     pub portable: bool,
@@ -104,8 +105,36 @@ pub struct TimingRow {
     pub with_ns: Vec<u64>,
     /// Shortest run with the effect over shortest run without it.
     pub ratio: f64,
-    /// Bytes that the system with the effect holds more than without it; absent where no allocator could be asked.
+    /// Bytes that the system with the effect holds more than without it; absent where no allocator
+    /// could be asked.
     pub system_bytes: Option<i64>,
     /// The same for the method after `prepare`.
     pub method_bytes: Option<i64>,
+}
+
+impl Facts {
+    /// Additions that the scene with [`EVERYTHING`] lacks: another stands in their place.
+    pub(super) fn left_out(&self) -> Vec<&str> {
+        let keys =
+            |effect: &Effect| serde_json::from_str::<Value>(&effect.adds).unwrap_or_default();
+        let Some(all) = self.effects.iter().find(|effect| effect.name == EVERYTHING).map(keys)
+        else {
+            return Vec::new();
+        };
+        let lacks = |effect: &&Effect| !holds(&all, &keys(effect));
+        self.effects.iter().filter(lacks).map(|effect| effect.name.as_str()).collect()
+    }
+}
+
+/// Whether a value has all that another one has.
+pub(super) fn holds(all: &Value, part: &Value) -> bool {
+    match (all, part) {
+        (Value::Object(all), Value::Object(part)) => {
+            part.iter().all(|(key, part)| all.get(key).is_some_and(|all| holds(all, part)))
+        }
+        (Value::Array(all), Value::Array(part)) => {
+            part.iter().all(|part| all.iter().any(|a| a == part))
+        }
+        (all, part) => all == part,
+    }
 }

@@ -14,10 +14,10 @@ pub(super) type Input = crate::studies::Input<Facts, TimingRow>;
 pub(super) const PLATES: &[Plate<Input>] = &[Plate {
     file: "effects-support.svg",
     title: "Which method takes which effect, and how",
-    caption: "One row for each effect that a scene can name, one column for each method. I: implicit, at the new time \
-        level; E: explicit, at the old one; S: implicit or explicit by a setting; C: by a constraint on the new velocity; \
-        R: refused by name. An effect that a scene does not name has no row in any matrix, no pass over the particles and \
-        no memory, whatever the method.",
+    caption: "Every method takes every effect but friction with CNLF, which is refused by name. A \
+            row is an effect, a column a method. I: implicit, at the new time level; E: \
+            explicit, at the old one; S: either, by a setting; C: by a constraint on the new \
+            velocity; R: refused. An effect that is not named costs nothing.",
     draw: Draw::Matrix(support),
 }];
 
@@ -137,8 +137,9 @@ fn bill(input: &Input) -> Option<Table> {
         [effect.to_owned()].into_iter().chain(methods.iter().map(of)).collect()
     };
     Some(Table {
-        title: "**The bill**: time of the run with the effect over that without it, timed in turns; kilobytes that the system \
-            holds more; kilobytes that the prepared method holds more."
+        title: "**The bill**: time of the run with the effect over the time without it; kilobytes \
+                that the system holds more; kilobytes that the prepared method holds \
+            more."
             .to_owned(),
         header: header("effect", &methods),
         names: 1,
@@ -153,8 +154,9 @@ fn kilobytes(bytes: i64) -> String {
 fn counts(input: &Input) -> Table {
     by_method(
         input,
-        "**Counts of the run**: CG iterations; products with the matrix; sweeps that evaluated forces or energies; builds of \
-         a matrix, preconditioner or factor. ✗ diverged.",
+        "**Counts of the run**: CG iterations; products with the matrix; sweeps over forces or \
+         energies; builds of a matrix, preconditioner or factor. ✗ \
+         diverged.",
         |cell| {
             format!(
                 "{}; {}; {}; {}",
@@ -167,13 +169,16 @@ fn counts(input: &Input) -> Table {
 fn changes(input: &Input) -> Table {
     by_method(
         input,
-        "**What each effect changes**: distance of the particles at the end from those of the sheet without it, root of the \
-         mean square, mm. ✗ diverged, – nothing to compare with.",
+        "**What each effect changes**: distance of the particles at the end from the sheet \
+         without it, root of the mean square, mm. ✗ diverged, – nothing to compare \
+         with.",
         |cell| cell.change_m.map_or_else(absent, |change| significant(1e3 * change, 3)),
     )
 }
 
 fn additions(input: &Input) -> Table {
+    let facts = &input.facts;
+    let left_out = facts.left_out();
     let line = |effect: &super::facts::Effect| {
         vec![
             effect.name.clone(),
@@ -181,16 +186,17 @@ fn additions(input: &Input) -> Table {
             effect.objects.to_string(),
             effect.springs.to_string(),
             effect.coupled_pairs.to_string(),
+            if left_out.contains(&effect.name.as_str()) { "no" } else { "yes" }.to_owned(),
         ]
     };
-    let facts = &input.facts;
     Table {
         title: format!(
-            "**What is added** to the scene `{}`: keys; kinds of forces in the running system; springs in the scalar matrix; \
-             pairs of particles in the matrix of 3×3 blocks.",
+            "**The additions** to the scene `{}`: forces in the running system; springs in the \
+             scalar matrix; pairs of particles in the 3×3 blocks; whether `all together` has \
+             it.",
             facts.scene
         ),
-        header: texts(&["effect", "keys", "forces", "springs", "pairs"]),
+        header: texts(&["effect", "keys", "forces", "springs", "pairs", "together"]),
         names: 2,
         rows: facts.effects.iter().map(line).collect(),
     }

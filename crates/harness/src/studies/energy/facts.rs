@@ -5,6 +5,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
+/// [`Row::label`] of IMEX Euler with all springs in the matrix, of which the energy theorem speaks.
+pub(super) const ALL_IMPLICIT: &str = "imex-euler, all springs";
+
 /// All methods on all scenes, undamped and damped.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -13,7 +16,7 @@ pub struct Facts {
     pub scenes: Vec<Scene>,
     /// One a scene and method.
     pub rows: Vec<Row>,
-    /// Labels of the methods whose steps have no energy identity, so that no ledger can be made of them.
+    /// Labels of the methods without a ledger: their steps have no energy identity.
     pub unattributed: Vec<String>,
 }
 
@@ -21,7 +24,8 @@ pub struct Facts {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Scene {
-    /// Key: `hanging-1e4`, `hanging-1e6`, `spinning-1e4` or `sphere-1e4`, and behind a space `undamped` or `damped`.
+    /// Key: `hanging-1e4`, `hanging-1e6`, `spinning-1e4` or `sphere-1e4`, and behind a space
+    /// `undamped` or `damped`.
     pub id: String,
     /// The key's first part, which both variants share.
     pub scene: String,
@@ -29,7 +33,8 @@ pub struct Scene {
     pub is_damped: bool,
     /// Number of particles.
     pub particles: usize,
-    /// Stiffness of the tension springs over the mass of a particle, 1/s²; shear springs have a tenth.
+    /// Stiffness of the tension springs over the mass of a particle, 1/s²; shear springs have a
+    /// tenth.
     pub stiffness_over_mass_per_s2: f64,
     /// Damping of the tension springs over the mass of a particle, 1/s; shear springs have a tenth.
     pub damping_over_mass_per_s: f64,
@@ -37,8 +42,9 @@ pub struct Scene {
     pub duration_s: f64,
     /// Step size of every method but the explicit ones, s.
     pub step_s: f64,
-    /// Energy that the scene sets free, J: the greatest of `H_0 − U` and of the kinetic energy over the motion that symplectic
-    /// Euler computes well below its stability limit. What energies are measured by.
+    /// `E_ref`, the energy that the scene sets free, J: the greatest of `H_0 − U` and of the
+    /// kinetic energy over the motion that symplectic Euler computes well below its stability
+    /// limit.
     pub reference_energy_j: f64,
     /// Total energy at the start, J.
     pub start_energy_j: f64,
@@ -68,16 +74,17 @@ pub struct Row {
     pub energy: Vec<f64>,
     /// `(H_N − H_0)/E_ref` at the end; `None` if the run was unstable or diverged.
     pub drift: Option<f64>,
-    /// Greatest rise of `H` above its start over `E_ref`; `None` if the run was unstable or diverged.
+    /// Greatest rise of `H` above its start over `E_ref`; `None` if the run was unstable or
+    /// diverged.
     pub gain: Option<f64>,
-    /// `(H_0 − H_N − ∫ vᵀ D v dt)/E_ref`, what was lost beyond the damping: by the trapezoidal rule over the run's own
-    /// velocities; `None` if the run was unstable or diverged.
+    /// `(H_0 − H_N − ∫ vᵀ D v dt)/E_ref`, the loss beyond the damping, by the trapezoidal rule over
+    /// the run's own velocities; `None` if the run was unstable or diverged.
     pub excess_dissipation: Option<f64>,
-    /// What became of the energy, cause by cause; `None` for a method without an identity, and for an unstable or
-    /// diverged run.
+    /// Changes of the energy, cause by cause; `None` for a method without an identity, and for an
+    /// unstable or diverged run.
     pub ledger: Option<Ledger>,
-    /// Errors of the ledger's sum, step by step and without their signs, over the magnitudes of all its terms; `None`
-    /// without a ledger.
+    /// Errors of the ledger's sum, step by step and without their signs, over the magnitudes of all
+    /// its terms; `None` without a ledger.
     pub closure_defect: Option<f64>,
     /// Steps whose solver stopped before its tolerance.
     pub unconverged_steps: u64,
@@ -91,7 +98,8 @@ pub struct Row {
 pub struct Ledger {
     /// Work of the damping forces: physical.
     pub damping: f64,
-    /// Change of velocity within a step, `∓½‖v_{n+1} − v_n‖²_M` for Euler's methods, in free directions: numerical.
+    /// Change of velocity within a step, `∓½‖v_{n+1} − v_n‖²_M` for Euler's methods, in free
+    /// directions: numerical.
     pub inertia: f64,
     /// Change of each effect's energy beyond the work of the force that the step used: numerical.
     pub gaps: BTreeMap<String, f64>,

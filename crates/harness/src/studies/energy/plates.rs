@@ -15,70 +15,81 @@ pub(super) const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "energy-ledger-hanging-1e4.svg",
         title: "Where the energy of a hanging sheet goes, k/m = 10⁴ s⁻²",
-        caption: "Each bar is one run of two seconds: to the left of 0 what was taken from the total energy, to the right what was \
-            added, in per cent of the energy that the fall sets free. A sheet of 20 × 20 particles is released horizontally \
-            from two corners, h = 0.01 s (explicit methods: shorter), without damping above and with d/m = 40 s⁻¹ below. Numerical damping is \
-            inertia and the gaps of the forces together. Without damping every part is the method's own doing; with it, what \
-            the method takes is missing from what the damping should take. The number behind a bar is the sum, the drift of the energy.",
+        caption: "Without damping (above) implicit methods take most of the energy; with it \
+                  (below) their loss is missing from what the damping takes. Each bar is a run of \
+            two seconds: what was taken lies left of 0, what was added right, in per cent of the \
+            energy that the fall sets free. The number is the sum. Numerical damping is inertia \
+            and gaps together.",
         draw: Draw::Sheet(|input| ledgers(input, "hanging-1e4")),
     },
     Plate {
         file: "energy-ledger-hanging-1e6.svg",
         title: "Where the energy of a stiff hanging sheet goes, k/m = 10⁶ s⁻²",
-        caption: "The same sheet with springs a hundred times as stiff, in per cent of the energy that the fall sets free: to the left of 0 what was \
-            taken from the total energy in two seconds, to the right what was added; without damping above, with d/m = 40 s⁻¹ \
-            below. A bar that ends near 0 may mean two things: the method keeps the energy, or it locks and the sheet hardly falls; the \
-            curves over time tell which.",
+        caption: "IMEX Euler leaves almost nothing to the damping of the scene, since its sheet \
+                  locks and hardly falls. The same sheet with springs a hundred times as stiff: \
+            energy taken (left) and added (right) in two seconds, in per cent of what the fall \
+            sets free, without damping above, with d/m = 40 s⁻¹ \
+            below.",
         draw: Draw::Sheet(|input| ledgers(input, "hanging-1e6")),
     },
     Plate {
         file: "energy-ledger-spinning-1e4.svg",
         title: "Where the energy of a spinning sheet goes",
-        caption: "A sheet of 10 × 10 particles with k/m = 10⁴ s⁻² turns over and over at 2 rad/s for one second, free in space, \
-            h = 0.01 s (explicit methods: shorter), without damping above and with d/m = 40 s⁻¹ below. In per cent of its kinetic energy: \
-            to the left of 0 what was taken, to the right what was added. The full damping brakes the rotation itself; \
-            implicit methods that treat a spring as stiff across itself do so without any damping.",
+        caption: "Methods that treat a spring as stiff across itself stop the rotation without any \
+            damping. A free sheet of 10 × 10 particles, k/m = 10⁴ s⁻², turns at 2 rad/s for one \
+            second: energy taken (left) and added (right), in per cent of the kinetic energy, \
+            without damping above, with d/m = 40 s⁻¹ below. Full damping brakes the rotation \
+            itself.",
         draw: Draw::Sheet(|input| ledgers(input, "spinning-1e4")),
     },
     Plate {
         file: "energy-ledger-sphere-1e4.svg",
         title: "Where the energy of a sheet goes that falls on a ball",
-        caption: "A sheet of 12 × 12 particles with k/m = 10⁴ s⁻² falls on an inelastic ball, one second, h = 0.01 s (explicit methods: shorter), \
-            without damping above and with d/m = 40 s⁻¹ below. In per cent of the energy that the fall sets free: to the \
-            left of 0 what was taken, to the right what was added. What the impact on the ball takes is counted as work of the constraint, \
-            which is physical; so is counted what pushes out a particle that got in, and the correction takes the speed of that away again.",
+        caption: "Contacts take and give much energy; corrections take back what pushing \
+                  particles out gave. A sheet of 12 × 12 particles, k/m = 10⁴ s⁻², falls on an \
+            inelastic ball for one second: energy taken (left) and added (right), in per cent of \
+            what the fall sets free, without damping above, with d/m = 40 s⁻¹ \
+            below.",
         draw: Draw::Sheet(|input| ledgers(input, "sphere-1e4")),
     },
     Plate {
         file: "energy-over-time-hanging-1e4.svg",
         title: "Energy of a hanging sheet over time, k/m = 10⁴ s⁻²",
-        caption: "Total energy less that of the start, over the energy that the fall sets free, against time; a row of panels for each family of \
-            methods, without damping on the left and with d/m = 40 s⁻¹ on the right, h = 0.01 s (explicit methods: shorter). Without \
-            damping the true curve stays at 0; what lies below was lost by the method. A curve that ends crossed out is that of an unstable run.",
+        caption: "Without damping (left) the true curve stays at 0; implicit methods fall below \
+                  it from the first second on. Total energy less that of the start, over the \
+            energy that the fall sets free; a row for each family, d/m = 40 s⁻¹ on the right, h = \
+            0.01 s (explicit methods: shorter). A crossed-out end is an unstable \
+            run.",
         draw: Draw::Sheet(|input| curves(input, "hanging-1e4")),
     },
     Plate {
         file: "energy-over-time-hanging-1e6.svg",
         title: "Energy of a stiff hanging sheet over time, k/m = 10⁶ s⁻²",
-        caption: "As before, with springs a hundred times as stiff: total energy less that of the start, over the energy that the fall sets free, \
-            against time; without damping on the left and with d/m = 40 s⁻¹ on the right. A method that locks loses \
-            energy slowly, as slowly as its sheet falls. A curve that ends crossed out is that of an unstable run.",
+        caption: "A method that locks loses energy slowly, as slowly as its sheet falls. As \
+                  before, with springs a hundred times as stiff: total energy less that of the \
+            start, over the energy that the fall sets free, without damping on the left, with d/m \
+            = 40 s⁻¹ on the right. A crossed-out end is an unstable \
+            run.",
         draw: Draw::Sheet(|input| curves(input, "hanging-1e6")),
     },
     Plate {
         file: "energy-over-time-spinning-1e4.svg",
         title: "Energy of a spinning sheet over time",
-        caption: "Total energy less that of the start, over the kinetic energy of the spin, against time, for a free sheet that turns over and over, \
-            k/m = 10⁴ s⁻², without damping on the left and with d/m = 40 s⁻¹ on the right. Without damping the true \
-            curve stays at 0. A curve that ends crossed out is that of an unstable run.",
+        caption: "Without damping (left) the true curve stays at 0; curves that drop stop the \
+                  spin by the method alone. Total energy less that of the start, over the kinetic \
+            energy, for a free sheet that turns over and over, k/m = 10⁴ s⁻²; d/m = 40 s⁻¹ on the \
+            right. A crossed-out end is an unstable \
+            run.",
         draw: Draw::Sheet(|input| curves(input, "spinning-1e4")),
     },
     Plate {
         file: "energy-over-time-sphere-1e4.svg",
         title: "Energy over time of a sheet that falls on a ball",
-        caption: "Total energy less that of the start, over the energy that the fall sets free, against time, k/m = 10⁴ s⁻², without damping on \
-            the left and with d/m = 40 s⁻¹ on the right. Each particle that hits the inelastic ball loses the energy of its motion \
-            into it, so that curves fall from the first impact on whatever the method. A curve that ends crossed out is that of an unstable run.",
+        caption: "Every method's curve falls from the first impact on: the inelastic ball takes \
+                  the energy of what hits it. Total energy less that of the start, over the \
+            energy that the fall sets free, k/m = 10⁴ s⁻², without damping on the left, with d/m \
+            = 40 s⁻¹ on the right. A crossed-out end is an unstable \
+            run.",
         draw: Draw::Sheet(|input| curves(input, "sphere-1e4")),
     },
 ];
@@ -263,9 +274,9 @@ fn overview(input: &Input) -> Table {
         std::iter::once(label.clone()).chain(cells).collect()
     };
     Table {
-        title: "**Drift of the energy; excess dissipation**, in % of E_ref: (H_N − H₀)/E_ref, and what was lost beyond \
-            ∫vᵀDv dt. ✗ gained too much energy."
-            .to_owned(),
+        title:
+            "**Drift of the energy; excess dissipation**, in % of E_ref. ✗ gained too much energy."
+                .to_owned(),
         header,
         names: 1,
         rows: labels(input.facts.rows.iter().map(identity)).into_iter().map(line).collect(),
@@ -278,12 +289,14 @@ fn causes(input: &Input, scene: &Scene) -> Table {
     let mut effects: Vec<&String> = with().flat_map(|(_, ledger)| ledger.gaps.keys()).collect();
     effects.sort();
     effects.dedup();
-    let mut header = texts(&["method", "damping", "inertia"]);
+    let mut header = texts(&["method", "numerical", "damping", "inertia"]);
     header.extend(effects.iter().map(|effect| format!("gap of {effect}")));
     header.extend(texts(&["residual", "pins, contacts", "corrections", "sum", "closes to"]));
+    let mut sorted: Vec<_> = with().collect();
+    sorted.sort_by(|a, b| a.1.numerical().total_cmp(&b.1.numerical()));
     let line = |(row, ledger): (&Row, &Ledger)| {
         let mut cells = vec![row.label.clone()];
-        cells.extend([ledger.damping, ledger.inertia].map(per_cent));
+        cells.extend([ledger.numerical(), ledger.damping, ledger.inertia].map(per_cent));
         let gap = |effect: &&String| ledger.gaps.get(*effect).copied();
         cells.extend(effects.iter().map(|effect| gap(effect).map_or_else(absent, per_cent)));
         let rest = [ledger.residual, ledger.constraint, ledger.correction, ledger.sum()];
@@ -293,14 +306,15 @@ fn causes(input: &Input, scene: &Scene) -> Table {
     };
     Table {
         title: format!(
-            "**Ledger, {}**: sums over the run in % of E_ref = {} J; what adds energy is positive. The last column is the error \
-             of the sums over the magnitudes of the terms.",
+            "**Ledger, {}**, the greatest numerical damping first: sums over the run in % of \
+             E_ref = {} J; what adds energy is \
+             positive.",
             scene.id,
             significant(scene.reference_energy_j, 3)
         ),
         header,
         names: 1,
-        rows: with().map(line).collect(),
+        rows: sorted.into_iter().map(line).collect(),
     }
 }
 

@@ -1,12 +1,14 @@
 //! The words of the study `energy`: its question, and what its numbers say.
 
-use super::facts::{Facts, Ledger, Row, Scene};
-use crate::studies::short;
+use super::facts::{ALL_IMPLICIT, Facts, Ledger, Row};
 use drape_report::Words;
+use drape_report::number::{setting, significant};
+use std::cmp::Ordering;
+use std::collections::BTreeSet;
 
 /// The question that the study answers.
-pub(super) const QUESTION: &str = "Where does the energy of a cloth go: how much of it does the damping take that the scene asks for, and how much \
-     the method itself, by its steps, its solver, its constraints and its corrections?";
+pub(super) const QUESTION: &str = "How much of a cloth's energy do the scene's damping, the time \
+                                   step, the solver and corrections take?";
 /// Studies that a reader should know before this one.
 pub(super) const BUILDS_ON: &[&str] = &["momentum", "stability"];
 
@@ -16,178 +18,202 @@ const NOTABLE: f64 = 0.01;
 const MUCH: f64 = 0.1;
 /// What a ledger may miss.
 const CLOSED: f64 = 1e-8;
+/// A gap that is no more than round-off.
+const ROUND_OFF: f64 = 1e-12;
 
 /// What the facts say.
 pub(super) fn words(facts: &Facts) -> Words {
-    crate::studies::first_leads(findings(facts))
+    let conclusion: Vec<_> = [loss(facts), instead(facts)].into_iter().flatten().collect();
+    let conclusion = match &conclusion[..] {
+        [] => "No run kept its energy long enough for a ledger.".to_owned(),
+        sentences => sentences.join(" "),
+    };
+    let observations = [
+        closure(facts),
+        theorem(facts),
+        passes(facts, "the residual of the solve", |ledger| ledger.residual),
+        passes(facts, "corrections of positions or velocities", |ledger| ledger.correction),
+        excess(facts),
+    ];
+    let observations = observations.into_iter().flatten().collect();
+    Words { conclusion, observations, caveats: caveats(facts) }
 }
 
-pub(super) fn findings(facts: &Facts) -> Vec<String> {
-    let mut findings = Vec::new();
-    findings.extend(closure(facts));
-    for scene in &facts.scenes {
-        findings.extend(losses(facts, scene));
-    }
-    findings.extend(theorem(facts));
-    findings.extend(others(facts, "the residual of its solve", |ledger| ledger.residual));
-    findings.extend(others(facts, "corrections of positions or velocities", |ledger| {
-        ledger.correction
-    }));
-    findings.extend(excess(facts));
-    findings.extend(unstable(facts));
-    findings
+fn ledgers(facts: &Facts) -> impl Iterator<Item = (&Row, &Ledger)> + Clone {
+    facts.rows.iter().filter_map(|row| Some((row, row.ledger.as_ref()?)))
 }
 
-fn rows_of<'a>(facts: &'a Facts, scene: &Scene) -> impl Iterator<Item = &'a Row> + use<'a> {
-    let id = scene.id.clone();
-    facts.rows.iter().filter(move |row| row.scene == id)
+/// Rows with a ledger on the scenes that are damped, or not.
+fn on(facts: &Facts, is_damped: bool) -> impl Iterator<Item = (&Row, &Ledger)> + Clone {
+    let scenes = facts.scenes.iter().filter(move |scene| scene.is_damped == is_damped);
+    scenes.flat_map(move |scene| ledgers(facts).filter(move |(row, _)| row.scene == scene.id))
 }
 
 fn percent(share: f64) -> String {
-    // The sign shows which way the energy went.
-    format!("{}{} %", if share > 0.0 { "+" } else { "" }, short(100.0 * share))
+    format!("{} %", significant(100.0 * share, 2))
+}
+
+/// A limit in per cent.
+fn whole(share: f64) -> String {
+    format!("{} %", setting(100.0 * share))
+}
+
+fn greatest<T>(items: impl Iterator<Item = T>, value: impl Fn(&T) -> f64) -> Option<T> {
+    items.max_by(|a, b| value(a).total_cmp(&value(b)))
+}
+
+/// What the time step takes where nothing else should.
+fn loss(facts: &Facts) -> Option<String> {
+    let scenes = facts.scenes.iter().filter(|scene| !scene.is_damped).count();
+    let labels: BTreeSet<_> = on(facts, false).map(|(row, _)| row.label.as_str()).collect();
+    let of = |label: &str| -> Vec<f64> {
+        let own = on(facts, false).filter(|(row, _)| row.label == label);
+        own.map(|(_, ledger)| ledger.numerical()).collect()
+    };
+    let takes = |label: &&&str| of(label).iter().any(|share| *share <= -MUCH);
+    let takers = labels.iter().filter(takes).count();
+    let keeps = |label: &&&str| {
+        let shares = of(label);
+        shares.len() == scenes && shares.iter().all(|share| share.abs() < NOTABLE)
+    };
+    let keepers: Vec<_> = labels.iter().filter(keeps).collect();
+    let who = match takers {
+        0 => "no variant",
+        n if n == labels.len() => "every variant",
+        n if 2 * n > labels.len() => "most variants",
+        _ => "some variants",
+    };
+    let limit = whole(NOTABLE);
+    let keepers = match &keepers[..] {
+        [] => format!("None stays below {limit} in all scenes."),
+        [one] => format!("Only `{one}` stays below {limit} in all scenes."),
+        several => format!("{} of them stay below {limit} in all scenes.", several.len()),
+    };
+    (!labels.is_empty()).then(|| {
+        format!(
+            "Without damping, the time step of {who} takes more than a tenth of the energy that a \
+             scene sets free. \
+             {keepers}"
+        )
+    })
+}
+
+/// What the loss does to the damping, on the first damped scene.
+fn instead(facts: &Facts) -> Option<String> {
+    let (first, _) = on(facts, true).next()?;
+    let rows = || on(facts, true).filter(|(row, _)| row.scene == first.scene);
+    let (_, most) = greatest(rows(), |(_, ledger)| -ledger.numerical())?;
+    let (_, least) = greatest(rows(), |(_, ledger)| -ledger.numerical().abs())?;
+    if most.numerical() > -NOTABLE {
+        return Some(format!(
+            "With damping, no time step takes more than {} there.",
+            whole(NOTABLE)
+        ));
+    }
+    let with = "the method that loses most itself and";
+    let verdict = match most.damping.abs().total_cmp(&least.damping.abs()) {
+        Ordering::Less => "this loss takes the place of the damping",
+        _ => "this loss comes on top of the damping",
+    };
+    Some(format!(
+        "With damping, {verdict}: the damping takes {} with {with} {} with the one that loses \
+         least ({}).",
+        percent(-most.damping),
+        percent(-least.damping),
+        first.scene
+    ))
 }
 
 /// Whether the sums are right.
 fn closure(facts: &Facts) -> Option<String> {
-    let with = facts.rows.iter().filter_map(|row| Some((row, row.closure_defect?)));
-    let worst = with.clone().max_by(|a, b| a.1.total_cmp(&b.1))?;
-    let verdict = if worst.1 <= CLOSED { "Every ledger closes" } else { "Not every ledger closes" };
-    let without = match &facts.unattributed[..] {
-        [] => String::new(),
-        labels => format!(
-            " Unattributed, since a step of theirs draws on steps before it and has no such identity: {}.",
-            labels.join(", ")
-        ),
-    };
-    Some(format!(
-        "{verdict}: in {} runs the causes, each computed by itself, add up to the change of energy with an error of at most {} of \
-         their magnitudes ({}, {}); {} was demanded.{without}",
-        with.count(),
-        short(worst.1),
-        worst.0.label,
-        worst.0.scene,
-        short(CLOSED)
-    ))
-}
-
-/// What the methods themselves take or add on a scene, beside its damping.
-fn losses(facts: &Facts, scene: &Scene) -> Option<String> {
-    let with = || rows_of(facts, scene).filter_map(|row| Some((row, row.ledger.as_ref()?)));
-    let list = |least: bool| -> Vec<String> {
-        let mut list: Vec<_> = with()
-            .filter(|(_, ledger)| (ledger.numerical().abs() >= NOTABLE) == least)
-            .map(|(row, ledger)| (row.label.as_str(), ledger.numerical()))
-            .collect();
-        list.sort_by(|a, b| a.1.total_cmp(&b.1));
-        list.iter().map(|(label, share)| format!("{label} {}", percent(*share))).collect()
-    };
-    let (much, little) = (list(true), list(false));
-    let damping: Vec<f64> = with().map(|(_, ledger)| ledger.damping).collect();
-    let physical = match (
-        damping.iter().copied().min_by(f64::total_cmp),
-        damping.iter().copied().max_by(f64::total_cmp),
-    ) {
-        (Some(most), Some(least)) if scene.is_damped => format!(
-            " The damping that the scene asks for takes {} to {}: the more a method takes by itself, the less is left for it.",
-            percent(least),
-            percent(most)
-        ),
-        _ => String::new(),
-    };
-    let little = match &little[..] {
-        [] => String::new(),
-        little => format!(" Less than {} %: {}.", 100.0 * NOTABLE, little.join(", ")),
-    };
-    (!much.is_empty() || !little.is_empty()).then(|| {
-        let much = if much.is_empty() { "none".to_owned() } else { much.join(", ") };
+    let defects = facts.rows.iter().filter_map(|row| Some((row, row.closure_defect?)));
+    let (worst, defect) = greatest(defects.clone(), |(_, defect)| *defect)?;
+    let all = defects.clone().count();
+    let open = defects.filter(|(_, defect)| *defect > CLOSED).count();
+    Some(if open == 0 {
         format!(
-            "{}: numerical damping (inertia and gaps, of E_ref; a plus is a gain): {much}.{little}{physical}",
-            scene.id
+            "Every ledger closes: in {all} runs the causes add up to the change of energy within \
+             {} of their size.",
+            significant(defect, 1)
+        )
+    } else {
+        format!(
+            "Not every ledger closes: in {open} of {all} runs the causes miss the change of \
+             energy, at worst by {} ({}, \
+             {}).",
+            significant(defect, 1),
+            worst.label,
+            worst.scene
         )
     })
 }
 
 /// Theorem 1: the gaps of implicit springs in IMEX Euler.
 fn theorem(facts: &Facts) -> Option<String> {
-    let label = "imex-euler, all springs";
-    let gaps: Vec<f64> = facts
-        .rows
-        .iter()
-        .filter(|row| row.label == label)
-        .filter_map(|row| row.ledger.as_ref())
-        .flat_map(|ledger| ledger.gaps.iter())
-        .filter(|(name, _)| *name != "gravity")
-        .map(|(_, gap)| *gap)
-        .collect();
+    let own = ledgers(facts).filter(|(row, _)| row.label == ALL_IMPLICIT);
+    let gaps = own.flat_map(|(_, ledger)| &ledger.gaps).filter(|(name, _)| *name != "gravity");
+    let gaps: Vec<f64> = gaps.map(|(_, gap)| *gap).collect();
     let greatest = gaps.iter().copied().max_by(f64::total_cmp)?;
-    let verdict =
-        if greatest <= 1e-12 { "As its energy theorem says" } else { "Against its energy theorem" };
-    Some(format!(
-        "{verdict}, the gaps of IMEX Euler with all springs in the matrix are {}: the greatest of {} sums is {} of E_ref.",
-        if greatest <= 1e-12 { "never positive" } else { "positive somewhere" },
-        gaps.len(),
-        short(greatest)
-    ))
-}
-
-/// Where another cause counts.
-fn others(facts: &Facts, cause: &str, pick: fn(&Ledger) -> f64) -> Option<String> {
-    let mut list: Vec<_> = facts
-        .rows
-        .iter()
-        .filter_map(|row| Some((row, pick(row.ledger.as_ref()?))))
-        .filter(|(_, share)| share.abs() >= MUCH)
-        .collect();
-    list.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
-    let list: Vec<_> = list
-        .iter()
-        .map(|(row, share)| format!("{} {} ({})", row.label, percent(*share), row.scene))
-        .collect();
-    (!list.is_empty()).then(|| {
+    Some(if greatest <= ROUND_OFF {
         format!(
-            "More than {} % of E_ref passes through {cause} in: {}.",
-            100.0 * MUCH,
-            list.join(", ")
+            "As its energy theorem says, IMEX Euler with all springs implicit gains energy by no gap: none of {} sums \
+             is positive.",
+            gaps.len()
+        )
+    } else {
+        format!(
+            "Against its energy theorem, IMEX Euler with all springs implicit gains energy by a gap: the greatest of \
+             {} sums is {} of E_ref.",
+            gaps.len(),
+            percent(greatest)
         )
     })
 }
 
-/// Excess dissipation beside the ledger.
-fn excess(facts: &Facts) -> Option<String> {
-    // What left by the ledger, but for the damping, is the excess, up to the quadrature of the damping.
-    let differences: Vec<_> = facts
-        .rows
-        .iter()
-        .filter_map(|row| {
-            let ledger = row.ledger.as_ref()?;
-            let by_ledger = -(ledger.sum() - ledger.damping);
-            Some((row, (row.excess_dissipation? - by_ledger).abs()))
-        })
-        .collect();
-    let worst = differences.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
+/// Where another cause counts.
+fn passes(facts: &Facts, cause: &str, share: fn(&Ledger) -> f64) -> Option<String> {
+    let much = ledgers(facts).filter(|(_, ledger)| share(ledger).abs() >= MUCH);
+    let count = much.clone().count();
+    let (row, ledger) = greatest(much, |(_, ledger)| share(ledger).abs())?;
     Some(format!(
-        "Excess dissipation (what is lost beyond ∫vᵀDv dt) and the ledger's sum without damping differ by {} of E_ref at most \
-         ({}, {}): the difference between the damping work of the method's steps and the integral along its path.",
-        short(worst.1),
-        worst.0.label,
-        worst.0.scene
+        "More than {} of E_ref passes through {cause} in {count} runs; the most is {} ({}, {}).",
+        whole(MUCH),
+        percent(share(ledger)),
+        row.label,
+        row.scene
     ))
 }
 
-/// Who gained more energy than is marginal.
-fn unstable(facts: &Facts) -> Option<String> {
-    let mut list: Vec<(&str, Vec<String>)> = Vec::new();
-    for row in facts.rows.iter().filter(|row| row.drift.is_none()) {
-        let entry = format!("{} ({})", row.scene, row.verdict);
-        match list.iter_mut().find(|(label, _)| *label == row.label) {
-            Some((_, scenes)) => scenes.push(entry),
-            None => list.push((&row.label, vec![entry])),
-        }
-    }
-    let list: Vec<_> =
-        list.iter().map(|(label, scenes)| format!("{label}: {}", scenes.join(", "))).collect();
-    (!list.is_empty()).then(|| {
-        format!("No ledger is kept of runs that gained too much energy: {}.", list.join("; "))
-    })
+/// Excess dissipation beside the ledger.
+fn excess(facts: &Facts) -> Option<String> {
+    // What left by the ledger, but for the damping, is the excess, up to the quadrature of the
+    // damping.
+    let difference = |(row, ledger): (&'_ Row, &Ledger)| {
+        let by_ledger = ledger.damping - ledger.sum();
+        Some(((row.excess_dissipation? - by_ledger).abs(), row.label.clone(), row.scene.clone()))
+    };
+    let (most, label, scene) = greatest(ledgers(facts).filter_map(difference), |(most, ..)| *most)?;
+    Some(format!(
+        "The integral of the damping along the path differs from its work in the steps by at most \
+         {} of E_ref ({label}, \
+         {scene}).",
+        percent(most)
+    ))
+}
+
+fn caveats(facts: &Facts) -> Vec<String> {
+    let gained = facts.rows.iter().filter(|row| row.drift.is_none()).count();
+    let gained = (gained > 0).then(|| {
+        format!("{gained} of {} runs gained too much energy and have no ledger.", facts.rows.len())
+    });
+    let unattributed = facts.unattributed.len();
+    let unattributed = (unattributed > 0).then(|| {
+        format!(
+            "{unattributed} methods have no ledger: their steps draw on steps before and have no \
+             energy identity."
+        )
+    });
+    let quiet = "A method that locks also loses little: its sheet hardly falls, as the curves \
+                 over time show.";
+    gained.into_iter().chain(unattributed).chain([quiet.to_owned()]).collect()
 }

@@ -8,6 +8,14 @@ use serde::{Deserialize, Serialize};
 pub(crate) const NOTHING_MOVES: &str =
     "no spring moves: every method gives the discrete parabola, or stands still";
 
+/// The form of updated CG that the paper prints, as in [`Facts::methods`].
+pub(super) const PRINTED: &str = "imex-updated (paper)";
+/// The same with safeguards.
+pub(super) const SAFEGUARDED: &str = "imex-updated";
+
+/// Allowance for round-off over `E_ref` beyond which a count of rises says nothing.
+const VISIBLE: f64 = 1e-3;
+
 /// What theory says of a method on a case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Expected {
@@ -110,10 +118,10 @@ pub struct Cell {
     pub is_damped: bool,
     /// Method id with all settings.
     pub settings: String,
-    /// `stable`, `marginal`, `unstable` or `diverged`; or why there is none: `over budget`, `refused`,
-    /// `not applicable`.
+    /// `stable`, `marginal`, `unstable` or `diverged`; or why there is none: `over budget`,
+    /// `refused`, `not applicable`.
     pub verdict: Verdict,
-    /// What a cell without a verdict ran into; empty otherwise.
+    /// Why a cell has no verdict, or that a sheet at rest moves; empty otherwise.
     pub note: String,
     /// What theory says.
     pub expected: Expected,
@@ -127,12 +135,13 @@ pub struct Cell {
     pub runs: u32,
     /// Greatest rise of the total energy above the start over `E_ref`.
     pub gain: f64,
-    /// Secular slope of the total energy times the duration over `E_ref`: of the start where it is greatest.
+    /// Secular slope of the total energy times the duration over `E_ref`: of the start where it is
+    /// greatest.
     pub drift: f64,
     /// Steps of all runs in which the energy rose by more than round-off.
     pub rises: u64,
-    /// Greatest allowance for round-off in that count over `E_ref`: it grows with `h²k/m`, and where it is large the count
-    /// says nothing.
+    /// Greatest allowance for round-off in that count over `E_ref`: it grows with `h²k/m`, and
+    /// where it is large the count says nothing.
     pub round_off: f64,
     /// Steps of all runs.
     pub steps: u64,
@@ -150,4 +159,16 @@ pub struct Cell {
     pub strayed_m_per_s: Option<f64>,
     /// Same bits on every machine.
     pub portable: bool,
+}
+
+impl Cell {
+    /// Whether a theorem says that its energy rises in no step.
+    pub(super) fn is_monotone(&self) -> bool {
+        self.expected == Expected::Monotone
+    }
+
+    /// Whether round-off lets its rises be counted.
+    pub(super) fn shows_rises(&self) -> bool {
+        self.round_off <= VISIBLE
+    }
 }

@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 /// [`Row::order`] to whose positions those of the other orders are compared.
 pub const FORWARD: &str = "forward";
 
-/// [`Row::order`] of a forward run whose start is disturbed by a ten-thousandth of a mesh width: what distance comes from the sensitivity of
-/// the motion alone.
+/// [`Row::order`] of a forward run whose start is disturbed by a ten-thousandth of a mesh width:
+/// the distance that comes from the sensitivity of the motion alone.
 pub const PERTURBED: &str = "disturbed start";
 
 /// What the correction does to a hanging sheet, to a spinning one, and to a stretched one at once.
@@ -49,7 +49,8 @@ pub struct Mesh {
     pub reference_error: Vec<f64>,
     /// Distance of the soft sheet without correction to the stiff one, over the motion.
     pub uncorrected_distance: Vec<f64>,
-    /// Greatest elongation of a spring of the soft sheet without correction in the run, over its rest length.
+    /// Greatest elongation of a spring of the soft sheet without correction in the run, over its
+    /// rest length.
     pub uncorrected_elongation: f64,
     /// The same of the stiff sheet.
     pub reference_elongation: f64,
@@ -73,8 +74,8 @@ pub struct Row {
     pub limit: f64,
     /// Sweeps a step.
     pub sweeps: u32,
-    /// [`FORWARD`], `backward`, `alternating`, `shuffled`, or a permutation of the list of springs, `list 1` and `list 2`;
-    /// or [`PERTURBED`].
+    /// [`FORWARD`], `backward`, `alternating`, `shuffled`, or a permutation of the list of springs,
+    /// `list 1` and `list 2`; or [`PERTURBED`].
     pub order: String,
     /// Step size, s.
     pub step_s: f64,
@@ -86,9 +87,11 @@ pub struct Row {
     pub energy_taken: f64,
     /// Energy that corrections gave, summed, over that which the fall sets free.
     pub energy_given: f64,
-    /// Vertical momentum that corrections gave over that which gravity gave: the share of the weight which they hold.
+    /// Vertical momentum that corrections gave over that which gravity gave: the share of the
+    /// weight which they hold.
     pub weight_held: f64,
-    /// `‖M a − f‖/‖f‖` of the trajectory over free particles, root of the mean square over the steps; `f` at the start of a step.
+    /// `‖M a − f‖/‖f‖` of the trajectory over free particles, root of the mean square over the
+    /// steps; `f` at the start of a step.
     pub residual: f64,
     /// The same where each step is taken without its correction.
     pub uncorrected_residual: f64,
@@ -142,4 +145,60 @@ pub struct Sweeps {
     pub elongation: Vec<f64>,
     /// Same bits on every machine.
     pub portable: bool,
+}
+
+/// Positions that differ by more than this share of the motion depend on the order.
+pub(super) const DEPENDS: f64 = 0.01;
+
+/// Forward sweeps at the usual step.
+pub(super) fn forward(facts: &Facts) -> impl Iterator<Item = &Row> {
+    let step = usual_step(facts);
+    facts.rows.iter().filter(move |row| row.order == FORWARD && row.step_s == step)
+}
+
+impl Sweeps {
+    /// Sweeps after which the limit is met within 1 %.
+    pub(super) fn met(&self) -> Option<u32> {
+        let met = self.elongation.iter().position(|left| *left <= self.limit * 1.01)?;
+        self.sweeps.get(met).copied()
+    }
+}
+
+/// Mesh, label, limit and sweeps of the groups of rows that differ in their order.
+pub(super) type Key<'a> = (&'a str, &'a str, f64, u32);
+
+pub(super) fn key(row: &Row) -> Key<'_> {
+    (&row.mesh, &row.label, row.limit, row.sweeps)
+}
+
+/// The step size of most rows: the longest.
+pub(super) fn usual_step(facts: &Facts) -> f64 {
+    facts.rows.iter().map(|row| row.step_s).fold(0.0, f64::max)
+}
+
+/// Groups in the order of the record, each with the rows of its orders, at the usual step.
+pub(super) fn groups(facts: &Facts) -> Vec<(Key<'_>, Vec<&Row>)> {
+    let step = usual_step(facts);
+    let mut groups: Vec<(Key<'_>, Vec<&Row>)> = Vec::new();
+    for row in facts.rows.iter().filter(|row| row.step_s == step) {
+        match groups.iter_mut().find(|(of, _)| *of == key(row)) {
+            Some((_, rows)) => rows.push(row),
+            None => groups.push((key(row), vec![row])),
+        }
+    }
+    groups
+}
+
+/// Greatest distance to the forward run at each time.
+pub(super) fn spread(rows: &[&Row]) -> Vec<f64> {
+    let mut spread: Vec<f64> = Vec::new();
+    for row in rows.iter().filter(|row| row.order != PERTURBED) {
+        for (n, distance) in row.order_distance.iter().enumerate() {
+            match spread.get_mut(n) {
+                Some(greatest) => *greatest = greatest.max(*distance),
+                None => spread.push(*distance),
+            }
+        }
+    }
+    spread
 }

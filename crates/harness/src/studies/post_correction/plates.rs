@@ -1,6 +1,8 @@
 //! Figures of the experiment `post-correction`.
 
-use super::facts::{FORWARD, Facts, Mesh, Row, Spin};
+use super::facts::{
+    DEPENDS, FORWARD, Facts, Mesh, PERTURBED, Row, Spin, Sweeps, groups, spread, usual_step,
+};
 use drape_report::number::{setting, significant};
 use drape_report::page::{Table, absent, texts};
 use drape_report::plate::{Draw, Plate};
@@ -13,50 +15,49 @@ pub(super) type Input = crate::studies::Input<Facts>;
 pub(super) const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "post-correction-order.svg",
-        title: "Does the order of the sweep decide where the corrected sheet is?",
-        caption: "Distance of the positions to those of the run with forward sweeps, over the motion of the stiff sheet, against \
-            time; limit 0.1, Provot's method, one sweep a step above and ten below, grid on the left, triangle mesh on the right. A sheet of 20 × 20 \
-            particles, k/m = 10⁴ s⁻², hangs from two corners. `list 1` and `list 2` are forward sweeps over lists of springs in another order. \
-            Above the dashed line at 0.01 the order decides where the sheet is. `disturbed start` shows what a ten-thousandth of a mesh width \
-            at the start does: what lies far above it is no mere sensitivity of the motion.",
+        title: "The order of the sweep decides where the corrected sheet is",
+        caption: "At 2 s most orders differ by more than 1 % of the motion (dashed line), a \
+                  disturbed start by ten thousand times less. Distance to the run with forward \
+            sweeps, over the motion of the stiff sheet; Provot's method, limit 0.1, one sweep a \
+            step above, ten below, grid left, triangles right. `list 1` and `list 2`: forward \
+            over permuted springs.",
         draw: Draw::Sheet(order),
     },
     Plate {
         file: "post-correction-limit.svg",
         title: "Does a soft sheet with ever narrower limits become a stiff one?",
-        caption: "Distance of the corrected soft sheet (k/m = 10⁴ s⁻²) to the stiff one (10⁷ s⁻², no correction) over the motion of the latter, \
-            against the greatest elongation that the correction leaves to a spring; a panel for each mesh and time, curves for the \
-            methods and the sweeps a step. Curves that fall towards the left approach the stiff sheet. The dashed line is the \
-            soft sheet without correction at that time. Both axes are logarithmic and the same in all panels.",
+        caption: "Curves fall towards the left, so narrower limits come nearer to the stiff \
+                  sheet, but level off far from it. Distance of the corrected soft sheet (k/m = \
+            10⁴ s⁻²) to the stiff one (10⁷ s⁻²) over its motion, against the elongation that the \
+            limit allows. Dashed: the soft sheet without \
+            correction.",
         draw: Draw::Sheet(limit),
     },
     Plate {
         file: "post-correction-sweeps.svg",
         title: "How many sweeps it takes to keep the limit",
-        caption: "A sheet that fell for 0.25 s without correction, its longest spring nearly twice its length, is corrected by more and \
-            more sweeps: greatest elongation that is left, over the rest length, against the number of sweeps, in three orders. Grid \
-            on the left, triangle mesh on the right, limit 0.1 above, 0.01 below. The dashed line is the limit. A method that makes one sweep \
-            or ten a step stays at the left end of these curves; shortening one spring stretches its neighbours, and the first sweep may make it worse.",
+        caption: "One sweep makes the longest spring longer; hundreds are needed to come near the \
+                  limit (dashed). Greatest elongation that is left on a sheet that fell for 0.25 \
+            s without correction, against the number of sweeps, in three orders. Grid left, \
+            triangles right; limit 0.1 above, 0.01 \
+            below.",
         draw: Draw::Sheet(sweeps),
     },
     Plate {
         file: "post-correction-bill.svg",
         title: "What the correction takes and gives",
-        caption: "Forward sweeps, a line for each mesh, method and number of sweeps a step, by limit. Points stand for the energy that corrections gave to \
-            the sheet and took from it, summed, over that which the fall sets free; the share of the weight which corrections hold instead of springs; and the \
-            residual ‖M a − f‖/‖f‖ of the differential equation, which is 0 for a step without correction (Provot's) or an error of the step \
-            (Desbrun's). Residuals about 1 say that the forces of the correction are as large as all forces of the model.",
+        caption: "Residuals about 1 say that the forces of the correction are as large as all \
+                  forces of the model; the corrections hold nearly all of the weight. Energy \
+            given and taken, over what the fall sets free; share of the weight held; residual ‖M \
+            a − f‖/‖f‖. Forward sweeps; a line is a mesh, a method, sweeps a step and a \
+            limit.",
         draw: Draw::Sheet(bill),
     },
 ];
 
-fn usual_step(input: &Input) -> f64 {
-    input.facts.rows.iter().map(|row| row.step_s).fold(0.0, f64::max)
-}
-
 /// Rows at the usual step.
 fn rows(input: &Input) -> impl Iterator<Item = &Row> + Clone {
-    let step = usual_step(input);
+    let step = usual_step(&input.facts);
     input.facts.rows.iter().filter(move |row| row.step_s == step)
 }
 
@@ -70,7 +71,6 @@ fn sweeps_a_step(sweeps: u32) -> String {
 }
 
 fn order(input: &Input) -> Option<Sheet> {
-    const DEPENDS: f64 = 0.01;
     let widest = rows(input).map(|row| row.limit).fold(0.0, f64::max);
     let drawn = || {
         rows(input).filter(|row| {
@@ -230,7 +230,74 @@ fn bill(input: &Input) -> Option<Sheet> {
 
 /// The tables of the page.
 pub(super) fn tables(input: &Input) -> Vec<Table> {
-    vec![distances(input), lengths(input), spins(input)]
+    vec![distances(input), lengths(input), orders(input), convergence(input), spins(input)]
+}
+
+/// How far apart the orders are, by mesh, method and limit.
+fn orders(input: &Input) -> Table {
+    let groups = groups(&input.facts);
+    let with = groups.iter().filter_map(|(key, rows)| {
+        let spread = spread(rows);
+        let last = *spread.last()?;
+        let disturbed = rows.iter().find(|row| row.order == PERTURBED);
+        let disturbed = disturbed.map_or_else(absent, |row| listed(&row.order_distance));
+        let (mesh, label, limit, sweeps) = *key;
+        let method = format!("{label}, {} a step", sweeps_a_step(sweeps));
+        let decides = if last > DEPENDS { "yes" } else { "no" }.to_owned();
+        let cells =
+            vec![mesh.to_owned(), method, setting(limit), decides, listed(&spread), disturbed];
+        Some((last, cells))
+    });
+    let mut with: Vec<_> = with.collect();
+    with.sort_by(|a, b| b.0.total_cmp(&a.0));
+    Table {
+        title: format!(
+            "**Orders of the sweep, the farthest apart first**: whether the order decides where \
+             the sheet ends (by more than {DEPENDS} of the motion); greatest distance to forward \
+             sweeps at the times above; the same of a disturbed \
+             start."
+        ),
+        header: texts(&["mesh", "method", "limit", "decides", "distance", "disturbed start"]),
+        names: 2,
+        rows: with.into_iter().map(|(_, cells)| cells).collect(),
+    }
+}
+
+/// What sweeps leave of a stretch.
+fn convergence(input: &Input) -> Table {
+    let line = |run: &Sweeps| {
+        let left =
+            |elongation: Option<&f64>| elongation.map_or_else(absent, |e| significant(*e, 3));
+        vec![
+            run.mesh.clone(),
+            run.order.clone(),
+            setting(run.limit),
+            significant(run.before, 3),
+            left(run.elongation.first()),
+            left(run.elongation.last()),
+            run.sweeps.last().map_or_else(absent, u32::to_string),
+            run.met().map_or_else(absent, |n| n.to_string()),
+        ]
+    };
+    Table {
+        title: "**Convergence of sweeps**: greatest elongation before, after one sweep and after \
+                the last; sweeps that meet the limit within 1 %. –: none \
+            here."
+            .to_owned(),
+        header: texts(&[
+            "mesh",
+            "order",
+            "limit",
+            "before",
+            "after 1",
+            "after last",
+            "last",
+            "met \
+            by",
+        ]),
+        names: 2,
+        rows: input.facts.sweeps.iter().map(line).collect(),
+    }
 }
 
 fn listed(values: &[f64]) -> String {
@@ -252,8 +319,9 @@ fn distances(input: &Input) -> Table {
         ]
     };
     Table {
-        title: "**The meshes**: times, s; motion of the stiff sheet, m; its own error and the distance of the soft sheet without correction, over \
-                that motion; greatest elongation of the soft sheet without correction and of the stiff one."
+        title: "**The meshes**: times, s; motion of the stiff sheet, m; over it the stiff sheet's \
+                own error and the distance of the uncorrected soft sheet; greatest elongation of \
+            both."
             .to_owned(),
         header: texts(&[
             "mesh",
@@ -289,9 +357,10 @@ fn lengths(input: &Input) -> Table {
     };
     let forward = input.facts.rows.iter().filter(|row| row.order == FORWARD);
     Table {
-        title: "**Forward sweeps**: distance to the stiff sheet at the times above; greatest elongation of a spring in the run; energy given and \
-                taken by corrections over that of the fall; share of the weight they hold; residual of the equation, and of the same steps without \
-                their correction."
+        title: "**Forward sweeps**: distance to the stiff sheet at the times above; greatest \
+                elongation; energy given and taken, over that of the fall; share of the weight \
+            held; residual of the equation, and without the \
+            correction."
             .to_owned(),
         header: texts(&[
             "mesh",
@@ -324,8 +393,10 @@ fn spins(input: &Input) -> Table {
         ]
     };
     Table {
-        title: "**Free sheets that spin in their plane** at 10 rad/s for one second, undamped: greatest change of momentum by a correction \
-                (over mass and edge speed), angular momentum left, the part that corrections took, energy left."
+        title: "**Free sheets that spin** at 10 rad/s for one second, undamped: greatest change \
+                of momentum by a correction (over mass and edge speed), angular momentum left, \
+            the part that corrections took, energy \
+            left."
             .to_owned(),
         header: texts(&["mesh", "method", "limit", "ΔP", "|L|/|L₀|", "taken", "H/H₀"]),
         names: 2,

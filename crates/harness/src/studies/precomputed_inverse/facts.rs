@@ -1,4 +1,5 @@
-//! Records of the experiment `precomputed-inverse`: what a kept inverse costs, and what a change of the system costs it.
+//! Records of the experiment `precomputed-inverse`: what a kept inverse costs, and a change of the
+//! system.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -28,8 +29,8 @@ pub struct Solver {
     pub particles: usize,
     /// [`DENSE`], [`CHOLESKY`] or [`CG`].
     pub solver: String,
-    /// What stays as the mesh gets finer: `k/m = 1e4`, `k/m = 1e6`, or `one fabric`, where k/m grows with n; `any` for direct
-    /// solvers, whose cost does not depend on it.
+    /// What stays as the mesh gets finer: `k/m = 1e4`, `k/m = 1e6`, or `one fabric`, where k/m
+    /// grows with n; `any` for direct solvers, whose cost does not depend on it.
     pub series: String,
     /// Stiffness over mass, 1/s².
     pub stiffness_over_mass_per_s2: f64,
@@ -37,16 +38,19 @@ pub struct Solver {
     pub matrix_nonzeros: usize,
     /// Entries of what is kept: of the inverse, of the factor's triangle.
     pub kept_nonzeros: usize,
-    /// Memory of what is kept and of what making it needs, bytes: `2 n²` numbers for the inverse, 12 bytes an entry of a factor (value
-    /// and index).
+    /// Memory to keep and to make it, bytes: `2 n²` numbers for the inverse, 12 bytes an entry of a
+    /// factor (value and index).
     pub kept_bytes: u64,
     /// Floating-point operations that make it, to leading order.
     pub setup_operations: f64,
-    /// Operations of a solve for three coordinates, to leading order: of CG at the tolerance of a step, mean over the run.
+    /// Operations of a solve for three coordinates, to leading order: of CG at the tolerance of a
+    /// step, mean over the run.
     pub solve_operations: f64,
-    /// Mean number of CG iterations a step of the run that gives `solve_operations`; 0 for direct solvers.
+    /// Mean number of CG iterations a step of the run that gives `solve_operations`; 0 for direct
+    /// solvers.
     pub cg_per_step: f64,
-    /// Difference of its solution to that of the sparse factor, relative, Euclidean; CG solves tightly for it.
+    /// Difference of its solution to the sparse factor's, relative, Euclidean; CG solves tightly
+    /// for it.
     pub disagreement: f64,
     /// Same bits on every machine.
     pub portable: bool,
@@ -72,8 +76,8 @@ pub struct Change {
     pub constraints: u32,
     /// What was changed, in order, each followed by steps.
     pub changed: Vec<String>,
-    /// After each change: greatest distance, m, of a particle to a run that starts anew from the state at the change, at the end of
-    /// the steps that follow.
+    /// After each change: greatest distance, m, of a particle to a run that starts anew from the
+    /// state at the change, at the end of the steps that follow.
     pub distance_to_fresh_m: Vec<f64>,
     /// Same bits on every machine.
     pub portable: bool,
@@ -91,12 +95,38 @@ pub struct TimingRow {
     pub series: String,
     /// Method whose steps are timed, with all settings.
     pub method: String,
-    /// Nanoseconds of the first set-up, with allocation and the analysis of the pattern; one entry a repetition.
+    /// Nanoseconds of the first set-up, with allocation and the analysis of the pattern; one entry
+    /// a repetition.
     pub setup_ns: Vec<u64>,
     /// Nanoseconds of a rebuild after a change of the step size, in the memory that is there.
     pub rebuild_ns: Vec<u64>,
     /// Nanoseconds a step of the hanging sheet, each the mean over the steps of one repetition.
     pub step_ns: Vec<u64>,
-    /// Nanoseconds a solve of `A v = b` for the right-hand side of the fall's first step, from 0, to the tolerance 1e-3 in the case of CG.
+    /// Nanoseconds a solve of `A v = b` for the right-hand side of the fall's first step, from 0;
+    /// CG to the tolerance 1e-3.
     pub solve_ns: Vec<u64>,
+}
+
+/// The rows of a solver.
+pub(super) fn of<'a>(facts: &'a Facts, solver: &'a str) -> impl Iterator<Item = &'a Solver> {
+    facts.solvers.iter().filter(move |row| row.solver == solver)
+}
+
+/// The number of particles from which on `solver` solves with fewer operations than `other`.
+pub(super) fn crossover<'a>(
+    solver: impl Iterator<Item = &'a Solver>,
+    other: &[&Solver],
+) -> Option<usize> {
+    let mut first = None;
+    for row in solver {
+        let Some(other) = other.iter().find(|other| other.particles == row.particles) else {
+            continue;
+        };
+        if row.solve_operations >= other.solve_operations {
+            first = None;
+        } else if first.is_none() {
+            first = Some(row.particles);
+        }
+    }
+    first
 }

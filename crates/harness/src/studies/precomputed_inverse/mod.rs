@@ -1,4 +1,5 @@
-//! Experiment `precomputed-inverse`: what Desbrun's inverse costs, and what a change of the system costs it.
+//! Experiment `precomputed-inverse`: what Desbrun's inverse costs, and what a change of the system
+//! costs it.
 
 pub mod facts;
 pub(crate) mod plates;

@@ -1,6 +1,6 @@
 //! Figures of the experiment `precomputed-inverse`.
 
-use super::facts::{CG, CHOLESKY, Change, DENSE, Facts, Solver, TimingRow};
+use super::facts::{CG, CHOLESKY, Change, DENSE, Facts, Solver, TimingRow, crossover, of};
 use drape_report::number::{significant, trimmed};
 use drape_report::page::{Table, absent, texts};
 use drape_report::plate::{Draw, Plate};
@@ -14,20 +14,20 @@ pub(super) const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "inverse-counts.svg",
         title: "What an inverse, a sparse factor and conjugate gradients cost, counted",
-        caption: "The linear system of a step of the hanging sheet, one scalar matrix for three coordinates, against the number of \
-            particles: floating-point operations to make what is kept, operations to solve with it once, memory, and how many solves the \
-            making is worth. CG's solve takes one more than the mean number of iterations a step at ε = 0.001; its stiffness series are k/m = 10⁴ and \
-            10⁶ s⁻² at all sizes, and one fabric, whose k/m grows with the number of particles. Everything is counted from non-zeros and is the same on every machine. \
-            Above the dashed line a change of h or k costs more than twenty solves.",
+        caption: "The inverse is the dearest in every panel; above the dashed line a change of h or k \
+            costs it more than twenty solves. Operations to make what is kept and to solve once, \
+            memory, and how many solves the making is worth. Hanging sheet; CG at ε = 0.001, at \
+            two values of k/m and for one fabric.",
         draw: Draw::Sheet(counts),
     },
     Plate {
         file: "inverse-cost.svg",
         title: "What an inverse, a sparse factor and conjugate gradients cost, timed",
-        caption: "Medians of five repetitions on one core, against the number of particles: the first set-up with allocation and analysis; \
-            a rebuild in place after a change of the step size; a whole step of the hanging sheet (`desbrun` with the inverse or the factor, `imex-euler` \
-            with CG, ε = 0.001); and the rebuild in steps' worth, rebuild time over step time. Above the dashed line at 20 steps a change of h or k is \
-            dear. The lowest curve of the third panel is the method that a user would pick for that size.",
+        caption: "A step is fastest with the sparse factor or, on soft sheets, with CG. Above the \
+                  dashed line a rebuild costs more than twenty steps. Medians of five repetitions \
+            on one core: first set-up; rebuild after a change of the step; a whole step of the \
+            hanging sheet; the rebuild in steps' worth, against the number of \
+            particles.",
         draw: Draw::Sheet(cost),
     },
 ];
@@ -48,7 +48,7 @@ fn look(solver: &str, order: usize) -> Look {
 /// A rebuild of more steps' worth is dear.
 const DEAR: f64 = 20.0;
 
-/// Values of a quantity, with the solver and series they are of.
+/// Values of a quantity, with their solver and series.
 type Curve<'a> = (&'a str, &'a str, Vec<(usize, f64)>);
 
 fn panel(title: &str, label: &str, sizes: &[f64], curves: &[Curve<'_>], is_worth: bool) -> Panel {
@@ -141,7 +141,7 @@ fn cost(input: &Input) -> Option<Sheet> {
 
 /// The tables of the page.
 pub(super) fn tables(input: &Input) -> Vec<Table> {
-    let mut tables = vec![solvers(input), changes(input)];
+    let mut tables = vec![solvers(input), counted_crossovers(input), changes(input)];
     if let Some(timings) = &input.timings {
         tables.extend([times(&timings.rows), crossovers(&timings.rows)]);
     }
@@ -157,13 +157,16 @@ fn solvers(input: &Input) -> Table {
             significant(row.kept_bytes as f64 / 1024.0, 3),
             significant(row.setup_operations, 3),
             significant(row.solve_operations, 3),
+            significant(row.setup_operations / row.solve_operations, 3),
             if row.solver == CG { trimmed(row.cg_per_step, 3) } else { absent() },
             significant(row.disagreement, 2),
         ]
     };
     Table {
-        title: "**Counted**: entries and memory of what is kept, operations to make it and to solve once, CG iterations a step, relative \
-                difference of the solution to that of the sparse factor."
+        title: "**Counted**: entries and memory of what is kept, operations to make it and to \
+                solve once, their quotient, CG iterations a step, relative difference of the \
+            solution to the sparse \
+            factor's."
             .to_owned(),
         header: texts(&[
             "particles",
@@ -172,11 +175,36 @@ fn solvers(input: &Input) -> Table {
             "memory (KiB)",
             "to make",
             "to solve",
+            "solves' worth",
             "CG a step",
             "difference",
         ]),
         names: 2,
         rows: input.facts.solvers.iter().map(line).collect(),
+    }
+}
+
+/// From which number of particles on a solve with CG takes fewer operations.
+fn counted_crossovers(input: &Input) -> Table {
+    let facts = &input.facts;
+    let mut series: Vec<&str> = of(facts, CG).map(|row| row.series.as_str()).collect();
+    series.sort_unstable();
+    series.dedup();
+    let line = |series: &&str| {
+        let turn = |solver| {
+            let others: Vec<_> = of(facts, solver).collect();
+            let cg = of(facts, CG).filter(|row| row.series == *series);
+            crossover(cg, &others).map_or_else(|| "never here".to_owned(), |n| n.to_string())
+        };
+        vec![name(CG, series), turn(DENSE), turn(CHOLESKY)]
+    };
+    Table {
+        title: "**Crossover by operations**: the number of particles from which on a solve with \
+                CG takes fewer."
+            .to_owned(),
+        header: texts(&["solves with", "dense inverse", "sparse Cholesky"]),
+        names: 1,
+        rows: series.iter().map(line).collect(),
     }
 }
 
@@ -196,7 +224,8 @@ fn changes(input: &Input) -> Table {
     let changed = input.facts.changes.first().map(|run| run.changed.join(", "));
     Table {
         title: format!(
-            "**Set-ups by cause** in a run in which the system changes ({}), and the greatest distance to runs that start anew after each \
+            "**Set-ups by cause** in a run in which the system changes ({}), and the greatest \
+             distance to runs that start anew after each \
              change.",
             changed.unwrap_or_default()
         ),
@@ -259,7 +288,9 @@ fn crossovers(rows: &[TimingRow]) -> Table {
     let line =
         |series: &&str| vec![name(CG, series), faster(series, DENSE), faster(series, CHOLESKY)];
     Table {
-        title: "**Crossover**: the number of particles from which on a step with CG is faster than with the other.".to_owned(),
+        title: "**Crossover by the clock**: the number of particles from which on a step with CG \
+                is faster."
+            .to_owned(),
         header: texts(&["steps with", "dense inverse", "sparse Cholesky"]),
         names: 1,
         rows: series.iter().map(line).collect(),

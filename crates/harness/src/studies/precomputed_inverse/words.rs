@@ -1,12 +1,12 @@
 //! The words of the study `precomputed-inverse`: its question, and what its numbers say.
 
-use super::facts::{CG, CHOLESKY, DENSE, Facts, Solver};
-use crate::studies::short;
+use super::facts::{CG, CHOLESKY, DENSE, Facts, Solver, crossover, of};
 use drape_report::Words;
+use drape_report::number::{setting, significant};
 
 /// The question that the study answers.
-pub(super) const QUESTION: &str = "What do a precomputed inverse, a sparse factor and conjugate gradients cost to make, to keep and to use, \
-     and what does a change of step size or stiffness cost each?";
+pub(super) const QUESTION: &str = "What do a precomputed inverse, a sparse factor and conjugate \
+                                   gradients cost to make, keep, use and change?";
 /// Studies that a reader should know before this one.
 pub(super) const BUILDS_ON: &[&str] = &["cg-vs-stiffness"];
 
@@ -18,156 +18,151 @@ const MIB: f64 = 1024.0 * 1024.0;
 
 /// What the facts say.
 pub(super) fn words(facts: &Facts) -> Words {
-    crate::studies::first_leads(findings(facts))
+    let conclusion = [dense(facts), solves(facts), worth(facts)];
+    let conclusion: Vec<_> = conclusion.into_iter().flatten().collect();
+    let conclusion = match &conclusion[..] {
+        [] => "No two solvers were compared.".to_owned(),
+        sentences => sentences.join(" "),
+    };
+    let observations =
+        [agreement(facts), memory(facts), iterations(facts), rebuilds(facts), fresh(facts)];
+    let observations = observations.into_iter().flatten().collect();
+    Words { conclusion, observations, caveats: caveats(facts) }
 }
 
-pub(super) fn findings(facts: &Facts) -> Vec<String> {
-    let mut findings = Vec::new();
-    findings.extend(agreement(facts));
-    findings.extend(growth(facts));
-    findings.extend(crossovers(facts));
-    findings.extend(worth(facts));
-    findings.extend(rebuilds(facts));
-    findings.extend(fresh(facts));
-    findings
+/// Whether the inverse is the dearest everywhere.
+fn dense(facts: &Facts) -> Option<String> {
+    let others = || facts.solvers.iter().filter(|row| row.solver != DENSE);
+    let pairs = of(facts, DENSE).flat_map(|dense| {
+        others().filter(|row| row.particles == dense.particles).map(move |row| (dense, row))
+    });
+    let pairs: Vec<_> = pairs.collect();
+    let is_dearer = |(dense, other): &(&Solver, &Solver)| {
+        dense.setup_operations > other.setup_operations
+            && dense.kept_bytes >= other.kept_bytes
+            && dense.solve_operations > other.solve_operations
+    };
+    (!pairs.is_empty()).then(|| {
+        if pairs.iter().all(is_dearer) {
+            "At every size the inverse is the dearest to make, to keep and to use.".to_owned()
+        } else {
+            "The inverse is not the dearest at every size.".to_owned()
+        }
+    })
 }
 
-fn of<'a>(facts: &'a Facts, solver: &'a str) -> impl Iterator<Item = &'a Solver> {
-    facts.solvers.iter().filter(move |row| row.solver == solver)
+/// With which of the others a solve takes fewer operations.
+fn solves(facts: &Facts) -> Option<String> {
+    let sparse: Vec<_> = of(facts, CHOLESKY).collect();
+    let cg: Vec<_> = of(facts, CG).collect();
+    let (_, _) = (sparse.first()?, cg.first()?);
+    let mut series: Vec<&str> = cg.iter().map(|row| row.series.as_str()).collect();
+    series.dedup();
+    let turns = series.into_iter().filter_map(|name| {
+        let own = cg.iter().copied().filter(|row| row.series == name);
+        Some((crossover(own, &sparse)?, name))
+    });
+    let first = turns.min_by_key(|(particles, _)| *particles);
+    Some(match first {
+        None => "A solve takes fewer operations with the sparse factor than with CG at every size."
+            .to_owned(),
+        Some((particles, name)) => format!(
+            "A solve takes the fewest operations with the sparse factor, until CG overtakes it \
+             from {particles} particles on \
+             ({name})."
+        ),
+    })
+}
+
+/// How many solves it is worth to make something anew, at most.
+fn worth(facts: &Facts) -> Option<String> {
+    let of = |solver| {
+        let worths = of(facts, solver).map(|row| row.setup_operations / row.solve_operations);
+        worths.reduce(f64::max)
+    };
+    let said = |solver: &str, worth: f64| {
+        let verdict = if worth < CHEAP { "cheap" } else { "dear" };
+        format!("{verdict} for the {solver} (up to {} solves' worth)", significant(worth, 2))
+    };
+    let solvers =
+        [DENSE, CHOLESKY].into_iter().filter_map(|solver| Some(said(solver, of(solver)?)));
+    let solvers: Vec<_> = solvers.collect();
+    (!solvers.is_empty()).then(|| format!("A change of h or k is {}.", solvers.join(" and ")))
 }
 
 fn agreement(facts: &Facts) -> Option<String> {
     let others = facts.solvers.iter().filter(|row| row.solver != CHOLESKY);
-    let worst = others.max_by(|a, b| a.disagreement.total_cmp(&b.disagreement))?;
-    let verdict = if worst.disagreement <= AGREE { "agree" } else { "do not agree" };
+    let worst = others.map(|row| row.disagreement).max_by(f64::total_cmp)?;
+    let verdict = if worst <= AGREE { "agree" } else { "do not agree" };
     Some(format!(
-        "The three solvers {verdict} within {AGREE:e}: the greatest relative difference to the sparse factor is {} ({}, {} particles, \
-         {}).",
-        short(worst.disagreement),
-        worst.solver,
-        worst.particles,
-        worst.series
+        "The three solvers {verdict}: their solutions differ by at most {} of themselves.",
+        significant(worst, 2)
     ))
 }
 
-fn growth(facts: &Facts) -> Option<String> {
+fn memory(facts: &Facts) -> Option<String> {
     let largest = |solver| of(facts, solver).max_by_key(|row| row.particles);
     let (dense, sparse, cg) = (largest(DENSE)?, largest(CHOLESKY)?, largest(CG)?);
-    let memory = |row: &Solver| row.kept_bytes as f64 / MIB;
+    let memory = |row: &Solver| significant(row.kept_bytes as f64 / MIB, 2);
     Some(format!(
-        "At {} particles the inverse keeps and needs {} MiB, the sparse factor {} MiB ({} times the entries of the lower triangle of A), \
-         IC(0) {} MiB; to make them takes {}, {} and {} operations.",
+        "At {} particles the inverse needs {} MiB, the sparse factor {} MiB and IC(0) {} MiB.",
         dense.particles,
-        short(memory(dense)),
-        short(memory(sparse)),
-        short(sparse.kept_nonzeros as f64 / cg.kept_nonzeros as f64),
-        short(memory(cg)),
-        short(dense.setup_operations),
-        short(sparse.setup_operations),
-        short(cg.setup_operations)
+        memory(dense),
+        memory(sparse),
+        memory(cg)
     ))
 }
 
-/// The first number of particles at which `solver` solves with fewer operations than `other`, from which on it stays so.
-pub(super) fn crossover<'a>(
-    solver: impl Iterator<Item = &'a Solver>,
-    other: &[&Solver],
-) -> Option<usize> {
-    let mut first = None;
-    for row in solver {
-        let Some(other) = other.iter().find(|other| other.particles == row.particles) else {
-            continue;
-        };
-        if row.solve_operations >= other.solve_operations {
-            first = None;
-        } else if first.is_none() {
-            first = Some(row.particles);
-        }
-    }
-    first
-}
-
-fn crossovers(facts: &Facts) -> Vec<String> {
-    let mut series: Vec<&str> = of(facts, CG).map(|row| row.series.as_str()).collect();
-    series.sort_unstable();
-    series.dedup();
-    let mut sentences = Vec::new();
-    for name in series {
-        let cg = || of(facts, CG).filter(|row| row.series == name);
-        let text = |solver| {
-            let others: Vec<_> = of(facts, solver).collect();
-            match crossover(cg(), &others) {
-                Some(n) => format!("than the {solver} from {n} particles on"),
-                None => format!("than the {solver} at none of the sizes"),
-            }
-        };
-        let counts: Vec<_> =
-            cg().map(|row| format!("{}: {}", row.particles, short(row.cg_per_step))).collect();
-        sentences.push(format!(
-            "CG, {name}: a solve takes fewer operations {} and {} (iterations a step by particles: {}). \
-             Operations are no time, which stands in a table of its own.",
-            text(DENSE),
-            text(CHOLESKY),
-            counts.join(", ")
-        ));
-    }
-    sentences
-}
-
-fn worth(facts: &Facts) -> Vec<String> {
-    [DENSE, CHOLESKY]
-        .into_iter()
-        .filter_map(|solver| {
-            let worths: Vec<_> = of(facts, solver)
-                .map(|row| (row.particles, row.setup_operations / row.solve_operations))
-                .collect();
-            let greatest = worths.iter().map(|(_, worth)| *worth).reduce(f64::max)?;
-            let verdict = if greatest < CHEAP {
-                "forbids no change of h or k"
-            } else {
-                "makes changes of h and k dear"
-            };
-            let listed: Vec<_> =
-                worths.iter().map(|(n, worth)| format!("{n}: {}", short(*worth))).collect();
-            Some(format!(
-                "To make the {solver} anew is worth so many solves with it, by particles, in operations: {}. It {verdict}.",
-                listed.join(", ")
-            ))
-        })
-        .collect()
+fn iterations(facts: &Facts) -> Option<String> {
+    let counts = || of(facts, CG).map(|row| row.cg_per_step);
+    let (least, most) = (counts().reduce(f64::min)?, counts().reduce(f64::max)?);
+    Some(format!(
+        "CG takes {} to {} iterations a step, by size and stiffness.",
+        significant(least, 2),
+        significant(most, 2)
+    ))
 }
 
 fn rebuilds(facts: &Facts) -> Option<String> {
-    let listed: Vec<_> = facts
-        .changes
-        .iter()
-        .map(|run| {
-            format!(
-                "{}: {} at first, {} by the step size, {} by stiffness and masses, {} by pins",
-                run.solver, run.first, run.step_size, run.stiffness, run.constraints
-            )
-        })
-        .collect();
-    let steps = facts.changes.first()?.steps;
+    let first = facts.changes.first()?;
+    let all =
+        |run: &super::facts::Change| run.first + run.step_size + run.stiffness + run.constraints;
+    let counts = || facts.changes.iter().map(all);
+    let (least, most) = (counts().min()?, counts().max()?);
+    let times = if least == most { most.to_string() } else { format!("{least} to {most}") };
     Some(format!(
-        "Set-ups in {steps} steps with {} changes: {}.",
-        facts.changes.first()?.changed.len(),
-        listed.join("; ")
+        "In {} steps with changes of h, k, masses and pins each method sets its operator up \
+         {times} times.",
+        first.steps
     ))
 }
 
 fn fresh(facts: &Facts) -> Option<String> {
-    let apart = |distances: &[f64]| distances.iter().copied().fold(0.0, f64::max);
-    let worst = facts
-        .changes
-        .iter()
-        .max_by(|a, b| apart(&a.distance_to_fresh_m).total_cmp(&apart(&b.distance_to_fresh_m)))?;
-    let greatest = apart(&worst.distance_to_fresh_m);
-    let verdict = if greatest <= AGREE { "None differs" } else { "They differ" };
-    Some(format!(
-        "After a change each method goes on as one that starts anew from there. {verdict} by more than {AGREE:e} m: the greatest distance \
-         is {} m ({}).",
-        short(greatest),
-        worst.solver
-    ))
+    let distances = facts.changes.iter().flat_map(|run| &run.distance_to_fresh_m).copied();
+    let greatest = distances.reduce(f64::max)?;
+    Some(if greatest <= AGREE {
+        format!(
+            "After every change each method goes on as one that starts anew, within {AGREE:e} m."
+        )
+    } else {
+        format!(
+            "After a change a method ends up to {} m from one that starts anew.",
+            significant(greatest, 2)
+        )
+    })
+}
+
+fn caveats(facts: &Facts) -> Vec<String> {
+    let largest = facts.solvers.iter().map(|row| row.particles).max();
+    let largest = largest.map(|n| format!("Sheets are square grids of at most {n} particles."));
+    let operations =
+        "Operations are counted to leading order; they are no time, which has tables of its own.";
+    let stiffness = of(facts, CG).map(|row| row.stiffness_over_mass_per_s2).reduce(f64::max);
+    let stiffness = stiffness.map(|k| {
+        format!(
+            "CG was run up to k/m = {} s⁻²; stiffer sheets take more iterations.",
+            setting(k.round())
+        )
+    });
+    [Some(operations.to_owned()), largest, stiffness].into_iter().flatten().collect()
 }

@@ -5,8 +5,9 @@ use drape_report::Verdict;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+/// [`Cell::series`] with the same stiffness over mass on every mesh.
 pub(super) const FIXED_QUOTIENT: &str = "k/m fixed";
-
+/// [`Cell::series`] with the same cloth on every mesh.
 pub(super) const FIXED_MATERIAL: &str = "material fixed";
 
 /// Counts over all sizes and methods.
@@ -21,8 +22,8 @@ pub struct Facts {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Cell {
-    /// `k/m fixed`, or `material fixed`: `k` and `d` are those of the sheet of 400 particles, masses shrink with the
-    /// mesh.
+    /// `k/m fixed`, or `material fixed`: `k` and `d` are those of the sheet of 400 particles,
+    /// masses shrink with the mesh.
     pub series: String,
     /// Particles along each edge.
     pub side: u32,
@@ -93,11 +94,12 @@ pub struct RunTiming {
     pub samples_ns: Vec<u64>,
     /// Median of them over particles and steps, ns.
     pub ns_per_particle_step: f64,
-    /// Bytes that a step must move for each particle once the arrays have left the caches; absent where nobody has counted
-    /// them.
+    /// Bytes that a step must move for each particle once the arrays have left the caches; absent
+    /// where they are not counted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub least_bytes: Option<f64>,
-    /// Seconds before the first step: allocation, pattern, first build of matrix and preconditioner.
+    /// Seconds before the first step: allocation, pattern, first build of matrix and
+    /// preconditioner.
     pub prepare_s: f64,
     /// Phases of a separate pass with the phase clock on, s.
     pub phases_s: Phases,
@@ -123,4 +125,51 @@ pub struct Memory {
     pub build_s: f64,
     /// Seconds of `prepare`.
     pub prepare_s: f64,
+}
+
+/// The smallest and the largest mesh of a method in a series.
+pub(super) struct Growth<'a> {
+    pub(super) first: &'a Cell,
+    pub(super) last: &'a Cell,
+}
+
+impl Growth<'_> {
+    /// The power of the number of particles with which the CG iterations of a step grow on average.
+    pub(super) fn power(&self) -> f64 {
+        let sizes = libm::log(self.last.particles as f64 / self.first.particles as f64);
+        libm::log(self.last.cg_per_step / self.first.cg_per_step) / sizes
+    }
+}
+
+/// Series and methods with iterations on at least two meshes, of those that take the common step:
+/// explicit methods take shorter ones.
+pub(super) fn growths(facts: &Facts) -> Vec<Growth<'_>> {
+    let step = facts.cells.iter().map(|cell| cell.step_s).fold(0.0, f64::max);
+    let mut growths: Vec<Growth<'_>> = Vec::new();
+    for cell in facts.cells.iter().filter(|cell| cell.cg_per_step > 0.0 && cell.step_s == step) {
+        let of = |other: &&Cell| (&other.series, &other.label) == (&cell.series, &cell.label);
+        match growths.iter_mut().find(|growth| of(&growth.first)) {
+            Some(growth) if cell.particles > growth.last.particles => growth.last = cell,
+            Some(growth) if cell.particles < growth.first.particles => growth.first = cell,
+            Some(_) => {}
+            None => growths.push(Growth { first: cell, last: cell }),
+        }
+    }
+    growths.retain(|growth| growth.last.particles > growth.first.particles);
+    growths
+}
+
+impl Facts {
+    /// Pairs of a series and a method that iterate on at least two meshes.
+    pub(super) fn labels_with_iterations(&self) -> usize {
+        let iterates = |cell: &&Cell| cell.cg_per_step > 0.0;
+        let key = |cell: &'_ Cell| (cell.series.clone(), cell.label.clone());
+        let mut keys: Vec<_> = self.cells.iter().filter(iterates).map(key).collect();
+        keys.sort();
+        keys.dedup_by(|a, b| a == b);
+        let at_two = |of: &&(String, String)| {
+            self.cells.iter().filter(iterates).filter(|cell| key(cell) == **of).count() > 1
+        };
+        keys.iter().filter(at_two).count()
+    }
 }

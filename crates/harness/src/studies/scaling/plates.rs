@@ -1,6 +1,8 @@
 //! Figures of the experiment `scaling`.
 
-use super::facts::{Cell, Facts, Memory, RunTiming, TimingRow};
+use super::facts::{
+    Cell, FIXED_MATERIAL, FIXED_QUOTIENT, Facts, Growth, Memory, RunTiming, TimingRow, growths,
+};
 use drape_report::Verdict;
 use drape_report::number::{power, significant};
 use drape_report::page::{Table, absent, texts};
@@ -17,22 +19,20 @@ pub(super) const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "scaling-cost.svg",
         title: "Time of a step for each particle, from a hundred particles to a million",
-        caption: "Sheets with k/m = 10⁴ s⁻², h = 0.01 s (explicit methods: a shorter step within their limit, at which one of their \
-            steps costs the same). First panel: nanoseconds of a step over the number of particles, by method; a curve that \
-            stays level means cost in proportion to the size. Further panels: the same time by phase, for one method each. The \
-            dashed line is the time in which the memory of the machine, as measured in the same run, moves the positions, \
-            velocities and forces of a particle once, in and out (144 bytes). Byte bound: the time in which it moves \
-            the least bytes of a step, counted kernel by kernel, with as many iterations as the step needed; no step \
-            can be faster once the arrays have left the caches.",
+        caption: "Level curves mean cost in proportion to the size; beyond 10⁵ particles most \
+                  methods rise, as arrays leave the caches. Nanoseconds of a step over the number \
+            of particles: by method, then by phase; k/m = 10⁴ s⁻². Dashed: one pass of the memory \
+            over positions, velocities and forces. Byte bound: the least bytes of a step at the \
+            measured bandwidth.",
         draw: Draw::Sheet(cost),
     },
     Plate {
         file: "scaling-cg.svg",
         title: "CG iterations of a step against the number of particles",
-        caption: "The first steps of a sheet that starts with a wave in it, h = 0.01 s, for the methods that solve by conjugate \
-            gradients. Left: k/m = 10⁴ s⁻² on every mesh, as the paper has it, which makes the finer sheet a softer cloth. Right: \
-            the same cloth on every mesh, so that k/m grows with the number of particles. Iterations of a step that grow \
-            with the mesh make its cost grow faster than its size. Axes are logarithmic and the same in both panels.",
+        caption: "With k/m fixed (left) the iterations do not grow; for the same cloth on every \
+                  mesh (right), whose k/m grows with the number of particles, they do, and a \
+            step's cost grows faster than its size. First steps of a sheet that starts with a \
+            wave in it, h = 0.01 s.",
         draw: Draw::Sheet(iterations),
     },
 ];
@@ -48,12 +48,13 @@ const METHODS: [&str; 8] = [
     "desbrun",
     "backward-euler",
 ];
-const SERIES: [&str; 2] = ["k/m fixed", "material fixed"];
+const SERIES: [&str; 2] = [FIXED_QUOTIENT, FIXED_MATERIAL];
 const PHASES: [&str; 5] = ["forces", "matrix set-up", "solve", "contacts", "update"];
 /// Position, velocity and force of a particle, read and written once.
 const BYTES: f64 = 144.0;
-const LEAPFROG: &str = "The leapfrog method solves for its damping only, to 1e-14 and with Jacobi's preconditioner, in steps \
-    within its stability limit; the others solve for the stiffness too, in steps of 0.01 s.";
+const LEAPFROG: &str = "The leapfrog method solves for its damping only, to 1e-14 and with \
+                        Jacobi's preconditioner, in steps within its stability \
+    limit.";
 const PARTICLES: &str = "particles n";
 const NANOSECONDS: &str = "ns a particle and step";
 
@@ -166,9 +167,35 @@ fn header(sizes: &[f64], first: &[&str]) -> Vec<String> {
 
 /// All tables of the page.
 pub(super) fn tables(input: &Input) -> Vec<Table> {
-    let mut tables = vec![counts(input), times(input)];
+    let mut tables = vec![growth(input), counts(input), times(input)];
     tables.extend(memory(input));
     tables
+}
+
+/// How iterations grow, the fastest first.
+fn growth(input: &Input) -> Table {
+    let mut growths = growths(&input.facts);
+    growths.sort_by(|a, b| b.power().total_cmp(&a.power()));
+    let line = |growth: &Growth<'_>| {
+        let Growth { first, last } = growth;
+        vec![
+            first.series.clone(),
+            first.label.clone(),
+            significant(growth.power(), 2),
+            format!("{} to {}", power(first.particles as f64), power(last.particles as f64)),
+            significant(first.cg_per_step, 3),
+            significant(last.cg_per_step, 3),
+        ]
+    };
+    Table {
+        title: "**Growth of the CG iterations, the fastest first**: power of n on average, and \
+                iterations a step on the smallest and the largest \
+            mesh."
+            .to_owned(),
+        header: texts(&["series", "method", "power", "n", "smallest", "largest"]),
+        names: 2,
+        rows: growths.iter().map(line).collect(),
+    }
 }
 
 fn counts(input: &Input) -> Table {
@@ -183,7 +210,11 @@ fn counts(input: &Input) -> Table {
                 };
                 cells().find(is_it).map_or_else(absent, |cell| {
                     let steps = cell.steps as f64;
-                    let sign = if cell.verdict == Verdict::Completed { "" } else { " ✗" };
+                    let sign = match cell.verdict {
+                        Verdict::Completed if cell.unconverged_steps > 0 => " °",
+                        Verdict::Completed => "",
+                        _ => " ✗",
+                    };
                     format!(
                         "{}; {}; {}{sign}",
                         significant(cell.cg_per_step, 3),
@@ -197,7 +228,9 @@ fn counts(input: &Input) -> Table {
         }
     }
     Table {
-        title: "**Counts of a step**: CG iterations; products with the matrix; sweeps over the springs. ✗ diverged, – not run."
+        title: "**Counts of a step**: CG iterations; products with the matrix; sweeps over the \
+                springs. ✗ diverged, ° some solves missed their tolerance, – not \
+            run."
             .to_owned(),
         header: header(&sizes(input), &["series", "method"]),
         names: 2,
@@ -226,8 +259,9 @@ fn times(input: &Input) -> Table {
     };
     Table {
         title: format!(
-            "**Times, k/m fixed**: nanoseconds of a step for each particle, phase clock off; milliseconds of the set-up \
-                before the first step; where the bytes of a step are counted, its time over their byte bound.{} – not timed.",
+            "**Times, k/m fixed**: nanoseconds of a step for each particle; milliseconds of the \
+             set-up; where the bytes of a step are counted, its time over their byte bound.{} – \
+             not timed.",
             real_time(input).unwrap_or_default()
         ),
         header: header(&sizes, &["method"]),
@@ -248,7 +282,9 @@ fn real_time(input: &Input) -> Option<String> {
     let seconds = 1e-9 * run.ns_per_particle_step * run.particles as f64;
     let verdict = if seconds <= STEP { "in real time" } else { "slower than the clock" };
     Some(format!(
-        " {REAL_TIME} moves {} particles by steps of {STEP} s {verdict} on one core: {} s of computing for each simulated second.",
+        " {REAL_TIME} moves {} particles by steps of {STEP} s {verdict} on one core: {} s of \
+         computing for each simulated \
+         second.",
         run.particles,
         significant(seconds / STEP, 3)
     ))
@@ -271,8 +307,9 @@ fn memory(input: &Input) -> Option<Table> {
     };
     Some(Table {
         title: format!(
-            "**Memory**: bytes a particle that the allocator holds for a sheet with tension, shear and bending springs and \
-                {method} after `prepare`; milliseconds to build the system from its specification and to prepare."
+            "**Memory**: bytes a particle for a sheet with tension, shear and bending springs and \
+             {method} after `prepare`; milliseconds to build the system and to \
+             prepare."
         ),
         header: header(&sizes, &["part"]),
         names: 1,

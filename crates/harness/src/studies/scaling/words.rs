@@ -1,66 +1,179 @@
-//! The words of the study `scaling`: its question.
+//! The words of the study `scaling`: its question, and what its numbers say.
 
-use super::facts::*;
-use crate::studies::short;
-use drape_report::Verdict;
-use drape_report::Words;
+use super::facts::{Cell, FIXED_MATERIAL, FIXED_QUOTIENT, Facts, Growth, growths};
+use drape_report::number::{power, setting, significant};
+use drape_report::{Verdict, Words};
 
 /// The question that the study answers.
-pub(super) const QUESTION: &str = "How do the iterations and the time of a step grow with the number of particles, from a hundred to a \
-     million?";
+pub(super) const QUESTION: &str =
+    "How do the iterations and the time of a step grow from a hundred particles to a million?";
 /// Studies that a reader should know before this one.
 pub(super) const BUILDS_ON: &[&str] = &["work-precision"];
 
+/// Iterations that grow by a smaller power of n do not grow.
+const LEVEL: f64 = 0.05;
+
 /// What the facts say.
 pub(super) fn words(facts: &Facts) -> Words {
-    crate::studies::first_leads(findings(facts))
+    let begins = [(FIXED_QUOTIENT, "With k/m fixed"), (FIXED_MATERIAL, "With the material fixed")];
+    let conclusion: Vec<_> =
+        begins.iter().filter_map(|(series, begin)| growth(facts, series, begin)).collect();
+    let conclusion = match &conclusion[..] {
+        [] => "One size tells nothing about growth.".to_owned(),
+        sentences => sentences.join(" "),
+    };
+    let observations = [most(facts), failed(facts)].into_iter().flatten().collect();
+    Words { conclusion, observations, caveats: caveats(facts) }
 }
 
-/// What the numbers say.
-pub(super) fn findings(facts: &Facts) -> Vec<String> {
-    let mut findings = Vec::new();
-    for series in [FIXED_QUOTIENT, FIXED_MATERIAL] {
-        for label in ["imex-euler", "imex-updated", "baraff-witkin"] {
-            let cells: Vec<_> = facts
-                .cells
-                .iter()
-                .filter(|cell| cell.series == series && cell.label == label)
-                .collect();
-            let Some((first, last)) = cells.first().zip(cells.last()).filter(|_| cells.len() > 1)
-            else {
-                continue;
-            };
-            let growth = if first.cg_per_step > 0.0 && last.cg_per_step > 0.0 {
-                let sizes = libm::log(last.particles as f64 / first.particles as f64);
-                let power = libm::log(last.cg_per_step / first.cg_per_step) / sizes;
-                format!(", on average as n to the power {power:.2}")
-            } else {
-                String::new()
-            };
-            let said: Vec<_> = cells
-                .iter()
-                .map(|cell| format!("{} (n = {})", short(cell.cg_per_step), cell.particles))
-                .collect();
-            findings.push(format!(
-                "{label}, {series}: CG iterations a step {}{growth}.",
-                said.join(", ")
-            ));
+/// How the iterations grow in a series, over all methods.
+fn growth(facts: &Facts, series: &str, begin: &str) -> Option<String> {
+    let own: Vec<_> = growths(facts).into_iter().filter(|g| g.first.series == *series).collect();
+    let least = own.iter().map(Growth::power).reduce(f64::min)?;
+    let greatest = own.iter().map(Growth::power).reduce(f64::max)?;
+    let what = "the CG iterations of a step";
+    Some(if greatest < LEVEL {
+        format!("{begin}, {what} do not grow with the number of particles.")
+    } else if least < LEVEL {
+        let grow = own.iter().filter(|growth| growth.power() >= LEVEL).count();
+        format!(
+            "{begin}, {what} grow in {grow} of {} methods, at most as n to the power \
+             {greatest:.2}.",
+            own.len()
+        )
+    } else {
+        let powers = if least == greatest {
+            format!("{least:.2}")
+        } else {
+            format!("{least:.2} to {greatest:.2}, by method")
+        };
+        format!("{begin}, {what} grow as n to the power {powers}.")
+    })
+}
+
+/// Where a step takes the most iterations.
+fn most(facts: &Facts) -> Option<String> {
+    let most = facts.cells.iter().max_by(|a, b| a.cg_per_step.total_cmp(&b.cg_per_step))?;
+    (most.cg_per_step > 0.0).then(|| {
+        format!(
+            "The most iterations a step are {}, with {} at n = {} ({}).",
+            significant(most.cg_per_step, 3),
+            most.label,
+            power(most.particles as f64),
+            most.series
+        )
+    })
+}
+
+fn failed(facts: &Facts) -> Option<String> {
+    let fails = |cell: &&Cell| cell.verdict != Verdict::Completed || cell.unconverged_steps > 0;
+    let count = facts.cells.iter().filter(fails).count();
+    let all = facts.cells.len();
+    let worst = facts.cells.iter().filter(fails).max_by_key(|cell| cell.unconverged_steps);
+    (all > 0).then(|| match worst {
+        None => format!("All {all} runs complete and every solve meets its tolerance."),
+        Some(worst) => format!(
+            "{count} of {all} runs fail or have solves that miss their tolerance, at worst {} at \
+             n = {} ({}, {} \
+             steps).",
+            worst.label, worst.particles, worst.verdict, worst.unconverged_steps
+        ),
+    })
+}
+
+fn caveats(facts: &Facts) -> Vec<String> {
+    let steps = facts.cells.iter().max_by_key(|cell| (cell.particles, cell.steps));
+    let steps = steps.map(|cell| {
+        format!(
+            "Only the first steps are run: {} of the largest mesh, so transients count.",
+            cell.steps
+        )
+    });
+    let largest = |label: &str| {
+        facts.cells.iter().filter(|cell| cell.label == *label).map(|cell| cell.particles).max()
+    };
+    let mut labels: Vec<_> = facts.cells.iter().map(|cell| cell.label.as_str()).collect();
+    labels.sort_unstable();
+    labels.dedup();
+    let top = facts.cells.iter().map(|cell| cell.particles).max();
+    let short = labels.iter().filter(|label| largest(label) < top).count();
+    let short = (short > 0)
+        .then(|| format!("{short} of {} methods were not run on the largest mesh.", labels.len()));
+    let explicit = growths(facts).len() < facts.labels_with_iterations();
+    let explicit = explicit.then(|| {
+        let step = facts.cells.iter().map(|cell| cell.step_s).fold(0.0, f64::max);
+        format!(
+            "Growth is that of methods with h = {} s; others take shorter steps on finer meshes.",
+            setting(step)
+        )
+    });
+    [steps, short, explicit].into_iter().flatten().collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cell(series: &str, label: &str, particles: usize, cg_per_step: f64) -> Cell {
+        Cell {
+            series: series.to_owned(),
+            side: 10,
+            particles,
+            springs: 2 * particles,
+            stiffness_over_mass_per_s2: 1e4,
+            damping_over_mass_per_s: 10.0,
+            step_s: 0.01,
+            steps: 3,
+            label: label.to_owned(),
+            method: label.to_owned(),
+            cg_per_step,
+            matvecs: 0,
+            force_evaluations: 0,
+            newton_iterations: 0,
+            unconverged_steps: 0,
+            verdict: Verdict::Completed,
+            portable: true,
         }
     }
-    let failed: Vec<_> = facts
-        .cells
-        .iter()
-        .filter(|cell| cell.verdict != Verdict::Completed || cell.unconverged_steps > 0)
-        .map(|cell| {
-            let Cell { label, series, particles, verdict, unconverged_steps, .. } = cell;
-            format!("{label}, {series}, n = {particles} ({verdict}, {unconverged_steps} steps not converged)")
-        })
-        .collect();
-    findings.push(if failed.is_empty() {
-        "Every run is stable and every solve meets its tolerance over the few steps that are run."
-            .to_owned()
-    } else {
-        format!("Not every solve meets its tolerance: {}.", failed.join("; "))
-    });
-    findings
+
+    #[test]
+    fn the_conclusion_tells_growth_from_none() {
+        let mut cells = vec![
+            cell(FIXED_QUOTIENT, "a", 100, 2.0),
+            cell(FIXED_QUOTIENT, "a", 10_000, 2.0),
+            cell(FIXED_MATERIAL, "a", 100, 2.0),
+            cell(FIXED_MATERIAL, "a", 10_000, 20.0),
+        ];
+        let said = words(&Facts { cells: cells.clone() });
+        assert_eq!(
+            said.conclusion,
+            "With k/m fixed, the CG iterations of a step do not grow with the number of \
+             particles. With the material fixed, the CG iterations of a step grow as n to the \
+             power 0.50."
+        );
+        assert!(
+            said.observations[0].contains("are 20.0, with a at n = 10⁴ (material fixed)"),
+            "{said:?}"
+        );
+        assert_eq!(
+            said.observations[1],
+            "All 4 runs complete and every solve meets its tolerance."
+        );
+        assert!(said.caveats[0].contains("3 of the largest mesh"), "{said:?}");
+        cells.extend([cell(FIXED_MATERIAL, "b", 100, 2.0), cell(FIXED_MATERIAL, "b", 10_000, 2.0)]);
+        // An explicit method's steps are shorter, and so are its solves.
+        let explicit = |n| Cell { step_s: 0.001, ..cell(FIXED_MATERIAL, "c", n, n as f64) };
+        cells.extend([100, 10_000].map(explicit));
+        cells[1].unconverged_steps = 1;
+        let said = words(&Facts { cells: cells.clone() });
+        let grow = "grow in 1 of 2 methods, at most as n to the power 0.50.";
+        assert!(said.conclusion.ends_with(grow), "{said:?}");
+        let failed = "1 of 8 runs fail or have solves that miss their tolerance, at worst a at n \
+                      = 10000 (completed, 1 \
+                      steps).";
+        assert_eq!(said.observations[1], failed);
+        assert!(said.caveats.iter().any(|caveat| caveat.contains("h = 0.01 s")), "{said:?}");
+        cells.truncate(1);
+        assert_eq!(words(&Facts { cells }).conclusion, "One size tells nothing about growth.");
+    }
 }

@@ -1,4 +1,5 @@
-//! Records of the experiment `solver-control`: forcing terms, saved Jacobians, adaptive steps, preconditioners.
+//! Records of the experiment `solver-control`: forcing terms, saved Jacobians, adaptive steps,
+//! preconditioners.
 
 use drape_report::Verdict;
 use schemars::JsonSchema;
@@ -31,7 +32,7 @@ pub struct Scene {
     pub damping_over_mass_per_s: f64,
     /// Simulated time after which the error is taken, s.
     pub span_s: f64,
-    /// Largest distance of a particle from where the reference solution with a tenfold tolerance puts it, m.
+    /// Largest distance of a particle to the reference solution with a tenfold tolerance, m.
     pub reference_error_m: f64,
     /// Same bits on every machine.
     pub portable: bool,
@@ -49,8 +50,8 @@ pub struct Run {
     pub label: String,
     /// Whether the method chose its steps.
     pub is_adaptive: bool,
-    /// What varies: the inner tolerance (`forcing`; `None` for Eisenstat-Walker), the step size in s or the tolerance in
-    /// mesh widths (`steps`); `None` elsewhere.
+    /// What varies: the inner tolerance (`forcing`; `None` for Eisenstat-Walker), the step size in
+    /// s or the tolerance in mesh widths (`steps`); `None` elsewhere.
     pub value: Option<f64>,
     /// Method id with all settings.
     pub method: String,
@@ -78,9 +79,9 @@ pub struct Run {
     pub matvecs: u64,
     /// Sweeps over the springs that evaluated forces or energies.
     pub force_evaluations: u64,
-    /// All of it, weighed in sweeps over the springs: a product with the scalar matrix counts 2, with
-    /// Newton's 3×3 blocks 6, a set-up of the scalar matrix
-    /// 30, a factorisation of Newton's 1000, a solve with its factor 18.
+    /// All of it, weighed in sweeps over the springs: a product with the scalar matrix counts 2,
+    /// with Newton's 3×3 blocks 6, a set-up of the scalar matrix 30, a factorisation of Newton's
+    /// 1000, a solve with its factor 18.
     pub work_sweeps: u64,
     /// Steps whose solver stopped before its tolerance.
     pub unconverged_steps: u64,
@@ -124,4 +125,44 @@ pub struct TimingRow {
     pub samples_ns: Vec<u64>,
     /// Their median, s.
     pub median_s: f64,
+}
+
+/// An adaptive run, and the cheapest constant step that is at least as exact.
+pub(super) struct Matched<'a> {
+    pub(super) adaptive: &'a Run,
+    pub(super) constant: &'a Run,
+}
+
+impl Matched<'_> {
+    /// Work of the adaptive run over the constant step's.
+    pub(super) fn ratio(&self) -> f64 {
+        self.adaptive.work_sweeps as f64 / self.constant.work_sweeps as f64
+    }
+}
+
+/// Adaptive runs that a constant step matches in error, without those of the [`PLAIN`] estimate.
+pub(super) fn matched(facts: &Facts) -> Vec<Matched<'_>> {
+    let steps = || facts.runs.iter().filter(|run| run.series == "steps");
+    let adaptive = steps().filter(|run| run.is_adaptive && run.label != PLAIN);
+    let pairs = adaptive.filter_map(|run| {
+        let is_match = |other: &&Run| {
+            !other.is_adaptive
+                && (&other.scene, &other.label) == (&run.scene, &run.label)
+                && other.error.zip(run.error).is_some_and(|(a, b)| a <= b)
+        };
+        let constant = steps().filter(is_match).min_by_key(|other| other.substeps)?;
+        Some(Matched { adaptive: run, constant })
+    });
+    pairs.collect()
+}
+
+/// Labels of the methods whose inner tolerance is run as a constant and by Eisenstat and Walker.
+pub(super) fn inner(facts: &Facts) -> Vec<&str> {
+    let forcing = || facts.runs.iter().filter(|run| run.series == "forcing");
+    let walker = forcing().filter(|run| run.value.is_none());
+    let is_both =
+        |run: &&Run| forcing().any(|other| other.label == run.label && other.value.is_some());
+    let mut labels: Vec<_> = walker.filter(is_both).map(|run| run.label.as_str()).collect();
+    labels.dedup();
+    labels
 }

@@ -1,6 +1,6 @@
 //! Figures of the experiment `solver-control`.
 
-use super::facts::{Facts, Run, Scene, TimingRow};
+use super::facts::{Facts, Matched, Run, Scene, TimingRow, matched};
 use drape_report::number::{power, setting, significant};
 use drape_report::page::{Table, absent, texts};
 use drape_report::plate::{Draw, Plate};
@@ -16,42 +16,41 @@ pub(super) const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "control-work.svg",
         title: "Work against error, with constant and with adaptive steps",
-        caption: "A sheet of 400 particles after 0.25 s, a row of panels for each scene, methods of order 1 on the left \
-            and of order 2 on the right. The work against the error of the positions over how far the sheet has moved, weighed \
-            in sweeps over the springs: a product with the scalar matrix counts 2, a set-up of the scalar matrix 30, a \
-            factorisation 1000, a solve with its factor 18; rejected substeps and error estimates are counted. Constant \
-            steps from 0.01 s on, each half the one before; adaptive runs divide frames of 0.01 s by tolerances from 0.1 \
-            to 1e-4 mesh widths. Where the adaptive curve lies below, step size control saves work. The plain \
-            estimate of IMEX Euler looks at positions alone. Runs that diverged are crossed out.",
+        caption: "Adaptive curves lie on the constant ones or above: step size control seldom \
+                  saves work. Work, weighed in sweeps over the springs, against the error of the \
+            positions after 0.25 s over the motion; rejected substeps and estimates are counted. \
+            400 particles; a row for each scene, order 1 left, order 2 right. Crossed out: \
+            diverged.",
         draw: Draw::Sheet(by_work),
     },
     Plate {
         file: "control-matvecs.svg",
         title: "Products with the matrix against error, with constant and with adaptive steps",
-        caption: "The same runs of the methods whose linear systems are solved by conjugate gradients: the number of \
-            products with the matrix in 0.25 s against the error of the positions over how far the sheet has moved, a \
-            panel for each scene. The estimate that sees the splitting of the force costs one loose solve more in each substep, which is \
-            counted. Axes are logarithmic; runs that diverged are crossed out.",
+        caption: "The estimate that sees the splitting of the force costs one loose solve more in \
+                  each substep, so its curve lies above the plain one. Products with the matrix \
+            in 0.25 s against the error of the positions over the motion, for methods that solve \
+            by conjugate gradients; a panel for each scene. Crossed out: \
+            diverged.",
         draw: Draw::Sheet(by_matvecs),
     },
     Plate {
         file: "control-steps.svg",
         title: "Step sizes that the control chooses, over time",
-        caption: "Mean size of the substeps in each frame of 0.01 s at a tolerance of 1e-3 mesh widths, a panel for each \
-            scene, one curve a method. A curve at the upper edge takes each frame in one step. At the start the sheet is \
-            at rest (stretched in the vibrating scene); the control follows the acceleration of the fall and the \
-            vibration of the springs.",
+        caption: "At k/m = 10⁶ s⁻² the estimate that sees the splitting shortens the steps of \
+                  IMEX Euler where the plain one lengthens them. Mean size of the substeps in \
+            each frame of 0.01 s at a tolerance of 1e-3 mesh widths; a panel for each scene. The \
+            sheet starts at rest, in the vibrating scene \
+            stretched.",
         draw: Draw::Sheet(over_time),
     },
     Plate {
         file: "control-forcing.svg",
         title: "CG iterations against the inner tolerance, constant and by Eisenstat and Walker",
-        caption: "Backward Euler whose Newton systems are solved by conjugate gradients on the block Hessian with block-Jacobi \
-            preconditioning, and IMEX Euler with its one linear system a step and IC(0), 25 steps of 0.01 s, a panel for each \
-            scene. All CG iterations against the constant inner tolerance ε (loose on the right). The line across: the \
-            iterations of backward Euler where the tolerance of each Newton iteration follows Eisenstat and Walker. Every \
-            run of backward Euler reaches the same residual, so that the counts compare like with like; those of IMEX Euler \
-            do not.",
+        caption: "The line of Eisenstat and Walker lies below backward Euler at every constant ε: \
+                  no search for one pays. CG iterations in 25 steps of 0.01 s against the inner \
+            tolerance, a panel for each scene. Every run of backward Euler (block Hessian, block \
+            Jacobi) reaches the same residual; IMEX Euler (one system a step, IC(0)) does \
+            not.",
         draw: Draw::Sheet(by_forcing),
     },
 ];
@@ -229,13 +228,23 @@ pub(super) fn tables(input: &Input) -> Vec<Table> {
         }),
     };
     let steps = Table {
-        title: "**Constant and adaptive steps.** Runs of 0.25 s. Size: the step in s, or the tolerance in mesh widths; \
-                rejected substeps are part of the counts; set-ups are those of the kept matrix. ✗ diverged; ° some solves \
-                ended before their tolerance."
+        title: "**Constant and adaptive steps** of 0.25 s. Size: the step in s, or the tolerance \
+                in mesh widths. ✗ diverged; ° some solves ended before their \
+            tolerance."
             .to_owned(),
         header: texts(&[
-            "scene", "method", "steps", "size", "substeps", "rejected", "set-ups", "factorisations",
-            "forces", "products", "work", "error",
+            "scene",
+            "method",
+            "steps",
+            "size",
+            "substeps",
+            "rejected",
+            "set-ups",
+            "factorisations",
+            "forces",
+            "products",
+            "work",
+            "error",
         ]),
         names: 2,
         rows: rows_of(input, "steps", |run| {
@@ -256,13 +265,15 @@ pub(super) fn tables(input: &Input) -> Vec<Table> {
     let titles = [
         (
             "forcing",
-            "**Forcing terms.** 25 steps of 0.01 s; ε is the inner tolerance, – where it follows the progress of the \
-          outer iteration or, for updated CG, is that of the step.",
+            "**Forcing terms.** 25 steps of 0.01 s; ε is the inner tolerance, – where it follows \
+             the outer iteration or, for updated CG, is the \
+             step's.",
         ),
         (
             "jacobian",
-            "**Saved Jacobians.** The same steps; saved: the factor is kept over iterations and steps while it \
-          serves, as the solver or as the preconditioner of CG (which follows Eisenstat and Walker).",
+            "**Saved Jacobians.** The same steps; a saved factor is kept over iterations and \
+             steps while it serves, as the solver or as the preconditioner of \
+             CG.",
         ),
         (
             "preconditioner",
@@ -271,7 +282,45 @@ pub(super) fn tables(input: &Input) -> Vec<Table> {
     ];
     let inner = titles.into_iter().map(|(series, title)| inner(series, title));
     let seconds = input.timings.as_ref().map(|timings| seconds(&timings.rows));
-    inner.chain([steps]).chain(seconds).collect()
+    inner.chain([adaptive(input), steps]).chain(seconds).collect()
+}
+
+/// What adaptive steps save, the best first.
+fn adaptive(input: &Input) -> Table {
+    let mut pairs = matched(&input.facts);
+    pairs.sort_by(|a, b| a.ratio().total_cmp(&b.ratio()));
+    let line = |pair: &Matched<'_>| {
+        let Matched { adaptive, constant } = pair;
+        let scene = input.facts.scenes.iter().find(|scene| scene.id == adaptive.scene);
+        vec![
+            scene.map_or_else(absent, name),
+            adaptive.label.clone(),
+            adaptive.value.map_or_else(absent, setting),
+            significant(pair.ratio(), 3),
+            error(adaptive),
+            error(constant),
+            format!("{} ({})", adaptive.substeps, adaptive.rejected),
+            constant.substeps.to_string(),
+        ]
+    };
+    Table {
+        title: "**Adaptive against constant steps, the greatest saving first**: work over the \
+                constant step's that is at least as exact; errors; substeps (rejected) and \
+            constant steps."
+            .to_owned(),
+        header: texts(&[
+            "scene",
+            "method",
+            "tolerance",
+            "work ratio",
+            "error",
+            "error, constant",
+            "substeps",
+            "steps",
+        ]),
+        names: 2,
+        rows: pairs.iter().map(line).collect(),
+    }
 }
 
 fn error(run: &Run) -> String {

@@ -1,191 +1,203 @@
 //! The words of the study `solver-control`: its question, and what its numbers say.
 
-use super::facts::{Facts, PLAIN, Run};
-use crate::studies::{gain, short};
-use drape_report::Verdict;
-use drape_report::Words;
+use super::facts::{Facts, PLAIN, Run, Scene, inner, matched};
+use drape_report::number::{setting, significant};
+use drape_report::{Verdict, Words};
 
 /// The question that the study answers.
-pub(super) const QUESTION: &str = "What do variable forcing terms, saved Jacobians, adaptive steps and preconditioners save, \
-     and at what error?";
+pub(super) const QUESTION: &str = "What do variable forcing terms, saved Jacobians, adaptive \
+                                   steps and preconditioners save, and at what error?";
 /// Studies that a reader should know before this one.
 pub(super) const BUILDS_ON: &[&str] = &["work-precision"];
 
-/// Runs of a series on a scene.
-fn of<'a>(facts: &'a Facts, series: &str, scene: &str) -> Vec<&'a Run> {
-    let fits = |run: &&Run| run.series == series && run.scene == scene;
-    facts.runs.iter().filter(fits).collect()
-}
-
 /// What the facts say.
 pub(super) fn words(facts: &Facts) -> Words {
-    crate::studies::first_leads(findings(facts))
-}
-
-pub(super) fn findings(facts: &Facts) -> Vec<String> {
-    let mut findings = Vec::new();
-    for scene in &facts.scenes {
-        let id = scene.id.as_str();
-        findings.extend(forcing(&of(facts, "forcing", id), id));
-        findings.extend(updates(&of(facts, "forcing", id), id));
-        findings.extend(jacobians(&of(facts, "jacobian", id), id));
-        findings.extend(preconditioners(&of(facts, "preconditioner", id), id));
-        findings.extend(adaptive(&of(facts, "steps", id), id));
-        findings.extend(locking(&of(facts, "steps", id), id));
-    }
-    let error = facts.scenes.iter().map(|scene| scene.reference_error_m).fold(0.0, f64::max);
-    findings.push(format!("The references are off by at most {} m.", short(error)));
-    findings
-}
-
-/// Eisenstat-Walker beside the constant terms, for Newton's inner CG.
-fn forcing(runs: &[&Run], scene: &str) -> Option<String> {
-    let mut constant: Vec<_> =
-        runs.iter().filter(|run| run.label == "backward-euler" && run.value.is_some()).collect();
-    constant.sort_by_key(|run| run.cg_iterations);
-    let walker = runs.iter().find(|run| run.label == "backward-euler" && run.value.is_none())?;
-    let (best, worst) = (constant.first()?, constant.last()?);
-    let term = |run: &Run| short(run.value.unwrap_or_default());
-    let mut all = constant.iter().chain([&walker]);
-    let same = if all.all(|run| run.verdict == Verdict::Completed && run.unconverged_steps == 0) {
-        " All solve to the same residual, so that the error is that of the method at any term."
-    } else {
-        ""
+    let conclusion: Vec<_> = [adaptive(facts), forcing(facts)].into_iter().flatten().collect();
+    let conclusion = match &conclusion[..] {
+        [] => "No two runs can be compared.".to_owned(),
+        sentences => sentences.join(" "),
     };
+    let observations =
+        [jacobians(facts), preconditioners(facts), updates(facts), loose(facts), splitting(facts)];
+    let observations = observations.into_iter().flatten().collect();
+    Words { conclusion, observations, caveats: caveats(facts) }
+}
+
+/// Runs of a series on a scene.
+fn of<'a>(
+    facts: &'a Facts,
+    series: &'a str,
+    scene: &'a Scene,
+) -> impl Iterator<Item = &'a Run> + Clone {
+    facts.runs.iter().filter(move |run| run.series == series && run.scene == scene.id)
+}
+
+/// Least and greatest of a value over the scenes, as text.
+fn range(facts: &Facts, value: impl Fn(&Scene) -> Option<f64>) -> Option<String> {
+    let values: Vec<f64> = facts.scenes.iter().filter_map(value).collect();
+    let least = significant(values.iter().copied().reduce(f64::min)?, 2);
+    let most = significant(values.iter().copied().reduce(f64::max)?, 2);
+    Some(if least == most { least } else { format!("{least} to {most}") })
+}
+
+fn adaptive(facts: &Facts) -> Option<String> {
+    let pairs = matched(facts);
+    let cheaper = pairs.iter().filter(|pair| pair.ratio() < 1.0).count();
+    let all = pairs.len();
+    let best = pairs.iter().map(super::facts::Matched::ratio).reduce(f64::min)?;
+    let verdict = if 2 * cheaper > all { "mostly save" } else { "rarely save" };
+    let best = match cheaper {
+        0 => String::new(),
+        _ => format!(", at best {} % of it", significant(100.0 * (1.0 - best), 2)),
+    };
+    let verdict = if cheaper == 0 { "never save" } else { verdict };
     Some(format!(
-        "{scene}, Newton with inner CG: Eisenstat-Walker takes {} CG iterations in {} Newton iterations; constant terms \
-         take {} (ε = {}, {} Newton iterations) to {} (ε = {}, {}).{same}",
-        walker.cg_iterations,
-        walker.newton_iterations,
-        best.cg_iterations,
-        term(best),
-        best.newton_iterations,
-        worst.cg_iterations,
-        term(worst),
-        worst.newton_iterations
+        "Adaptive steps {verdict} work: {cheaper} of {all} adaptive runs do less than a constant \
+         step of at most their \
+         error{best}."
     ))
 }
 
-/// The same for updated CG, and how loose a linear solve plain IMEX Euler stands.
-fn updates(runs: &[&Run], scene: &str) -> Option<String> {
-    let find = |label: &str| runs.iter().find(|run| run.label == label);
-    let mut sentences = Vec::new();
-    let updated = find("imex-updated, to the end").zip(find("imex-updated, Eisenstat-Walker"));
-    if let Some((constant, walker)) = updated {
-        sentences.push(format!(
-            "Updated CG takes {} CG iterations in {} updates when each is solved to the end, {} in {} by Eisenstat-Walker.",
-            constant.cg_iterations, constant.outer_passes, walker.cg_iterations, walker.outer_passes
-        ));
-    }
-    let plain: Vec<_> = runs.iter().filter(|run| run.label == "imex-euler").collect();
-    let (loosest, tightest) = (plain.first()?, plain.last()?);
-    sentences.push(format!(
-        "IMEX Euler at ε = {} takes {} CG iterations, with an error of {} and an energy gain of {}; at ε = {} {}, {} and {}.",
-        short(loosest.value?),
-        loosest.cg_iterations,
-        error(loosest),
-        gain(loosest.energy_gain_j),
-        short(tightest.value?),
-        tightest.cg_iterations,
-        error(tightest),
-        gain(tightest.energy_gain_j)
-    ));
-    Some(format!("{scene}: {}", sentences.join(" ")))
+/// Iterations with Eisenstat and Walker's terms over the best constant one's, for Newton's inner
+/// CG.
+fn forcing(facts: &Facts) -> Option<String> {
+    let ratio = |scene: &Scene| {
+        let runs = of(facts, "forcing", scene);
+        let walker =
+            runs.clone().find(|run| inner(facts).contains(&&*run.label) && run.value.is_none())?;
+        let constant = runs.filter(|run| run.label == walker.label && run.value.is_some());
+        let best = constant.map(|run| run.cg_iterations).min()?;
+        Some(walker.cg_iterations as f64 / best as f64)
+    };
+    let ratios = range(facts, ratio)?;
+    Some(format!(
+        "Eisenstat and Walker's forcing terms take {ratios} times the CG iterations of the best \
+         constant one, without a search for \
+         it."
+    ))
 }
 
-fn error(run: &Run) -> String {
-    run.error.map_or_else(|| run.verdict.to_string(), short)
+fn jacobians(facts: &Facts) -> Option<String> {
+    let ratio = |scene: &Scene| {
+        let runs = of(facts, "jacobian", scene).filter(|run| !run.label.ends_with("CG"));
+        let fresh = runs.clone().find(|run| run.label.contains("fresh"))?;
+        let saved = runs.clone().find(|run| run.label == fresh.label.replace("fresh", "saved"))?;
+        Some(saved.work_sweeps as f64 / fresh.work_sweeps as f64)
+    };
+    let ratios = range(facts, ratio)?;
+    Some(format!(
+        "Saved factors do {ratios} times the work of fresh ones, at the same error of the method."
+    ))
 }
 
-fn jacobians(runs: &[&Run], scene: &str) -> Option<String> {
-    let lines: Vec<_> = runs
-        .iter()
-        .map(|run| {
-            format!(
-                "{}: {} factorisations, {} Newton and {} CG iterations",
-                run.label, run.factorisations, run.newton_iterations, run.cg_iterations
-            )
+fn preconditioners(facts: &Facts) -> Option<String> {
+    let over_none = |label: &'static str| {
+        range(facts, |scene| {
+            let find =
+                |label: &str| of(facts, "preconditioner", scene).find(|run| run.label == *label);
+            let (none, own) = (find("none")?, find(label)?);
+            Some(own.cg_iterations as f64 / none.cg_iterations as f64)
         })
-        .collect();
-    let errors = runs.iter().filter(|run| run.label.starts_with("backward-euler"));
-    let errors: Vec<f64> = errors.filter_map(|run| run.error).collect();
-    let (least, greatest) =
-        errors.iter().fold((f64::INFINITY, 0.0_f64), |(a, b), e| (a.min(*e), b.max(*e)));
-    (!lines.is_empty()).then(|| {
-        format!(
-            "{scene}, {}. The errors of the four forms of backward Euler differ by {} of themselves.",
-            lines.join("; "),
-            short((greatest - least) / greatest)
-        )
-    })
-}
-
-fn preconditioners(runs: &[&Run], scene: &str) -> Option<String> {
-    let lines: Vec<_> =
-        runs.iter().map(|run| format!("{} {}", run.label, run.cg_iterations)).collect();
-    (!lines.is_empty()).then(|| {
-        format!("{scene}, CG iterations of IMEX Euler by preconditioner: {}.", lines.join(", "))
-    })
-}
-
-/// For each adaptive run that got there: the constant run with the nearest error that is not larger.
-fn adaptive(runs: &[&Run], scene: &str) -> Option<String> {
-    let mut lines = Vec::new();
-    for run in runs.iter().filter(|run| run.is_adaptive && run.label != PLAIN) {
-        let constant = runs.iter().filter(|other| {
-            !other.is_adaptive
-                && other.label == run.label
-                && other.error.zip(run.error).is_some_and(|(a, b)| a <= b)
-        });
-        let cheapest = constant.min_by_key(|other| other.substeps);
-        if let (Some(cheapest), Some(tolerance)) = (cheapest, run.value) {
-            lines.push((
-                run.work_sweeps as f64 / cheapest.work_sweeps as f64,
-                format!(
-                    "{} at tolerance {} ({} substeps, {} rejected, {} set-ups, error {}) does {} times the work of the \
-                     constant step with an error of {} ({} steps)",
-                    run.label,
-                    short(tolerance),
-                    run.substeps,
-                    run.rejected,
-                    run.setups + run.factorisations,
-                    error(run),
-                    short(run.work_sweeps as f64 / cheapest.work_sweeps as f64),
-                    error(cheapest),
-                    cheapest.substeps
-                ),
-            ));
-        }
-    }
-    lines.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let (best, worst) = (lines.first()?, lines.last()?);
-    let cheaper = lines.iter().filter(|(ratio, _)| *ratio < 1.0).count();
-    Some(format!(
-        "{scene}: of {} adaptive runs that a constant step matches in error, {cheaper} do less work (weighed in \
-         sweeps over the springs). Best: {}. Worst: {}.",
-        lines.len(),
-        best.1,
-        worst.1
-    ))
-}
-
-/// What the estimator of IMEX Euler sees.
-fn locking(runs: &[&Run], scene: &str) -> Option<String> {
-    let find = |label: &str, tolerance: f64| {
-        let fits =
-            |run: &&&Run| run.is_adaptive && run.label == label && run.value == Some(tolerance);
-        runs.iter().find(fits).copied()
     };
-    let plain = runs.iter().filter(|run| run.is_adaptive && run.label == PLAIN);
-    let tolerance = plain.filter_map(|run| run.value).reduce(f64::min)?;
-    let (plain, splitting) = (find(PLAIN, tolerance)?, find("imex-euler", tolerance)?);
+    let (jacobi, ic0) = (over_none("jacobi")?, over_none("ic0")?);
     Some(format!(
-        "{scene}: at tolerance {} IMEX Euler with the plain estimate takes {} substeps and is off by {} of the motion; with \
-         the splitting error in the estimate it takes {} and is off by {}.",
-        short(tolerance),
-        plain.substeps,
-        error(plain),
-        splitting.substeps,
-        error(splitting)
+        "IC(0) takes {ic0} times the CG iterations of no preconditioner, Jacobi's {jacobi} times."
     ))
+}
+
+/// The same terms for updated CG.
+fn updates(facts: &Facts) -> Option<String> {
+    let ratio = |scene: &Scene| {
+        let find = |end: &str| of(facts, "forcing", scene).find(|run| run.label.ends_with(end));
+        let (constant, walker) = (find(", to the end")?, find(", Eisenstat-Walker")?);
+        Some(walker.cg_iterations as f64 / constant.cg_iterations as f64)
+    };
+    let ratios = range(facts, ratio)?;
+    Some(format!(
+        "In updated CG Eisenstat and Walker's terms take {ratios} times the CG iterations of full \
+         solves."
+    ))
+}
+
+/// How loose a linear solve the method with one system a step stands.
+fn loose(facts: &Facts) -> Option<String> {
+    let own = |scene| {
+        let runs = of(facts, "forcing", scene).filter(|run| run.value.is_some());
+        runs.filter(|run| !inner(facts).contains(&&*run.label)).collect::<Vec<_>>()
+    };
+    let ends = |scene| {
+        let runs = own(scene);
+        let by_value = |a: &&&Run, b: &&&Run| {
+            a.value.unwrap_or_default().total_cmp(&b.value.unwrap_or_default())
+        };
+        Some((*runs.iter().max_by(by_value)?, *runs.iter().min_by(by_value)?))
+    };
+    let pairs: Vec<_> = facts.scenes.iter().filter_map(ends).collect();
+    let (loosest, tightest) = pairs.first()?;
+    let gains = pairs.iter().filter(|(loose, _)| loose.energy_gain_j > 1e-6).count();
+    Some(format!(
+            "{} at ε = {} gains energy in {gains} of {} scenes; ε = {} takes up to {} times the \
+             iterations.",
+            loosest.label,
+            setting(loosest.value?),
+            pairs.len(),
+            setting(tightest.value?),
+            significant(
+                pairs
+                    .iter()
+                    .map(|(loose, tight)| tight.cg_iterations as f64
+                        / loose.cg_iterations.max(1) as f64)
+                    .fold(0.0, f64::max),
+                2
+            )
+        ))
+}
+
+/// What the estimator of IMEX Euler sees, on the scene where it differs most.
+fn splitting(facts: &Facts) -> Option<String> {
+    let tightest = |scene: &'_ Scene| {
+        let plain = of(facts, "steps", scene).filter(|run| run.is_adaptive && run.label == PLAIN);
+        let plain = plain
+            .min_by(|a, b| a.value.unwrap_or_default().total_cmp(&b.value.unwrap_or_default()))?;
+        let label = PLAIN.split(',').next()?;
+        let same = |run: &&Run| run.is_adaptive && run.label == label && run.value == plain.value;
+        let splitting = of(facts, "steps", scene).find(same)?;
+        Some((plain.error?, splitting.error?, plain.substeps, splitting.substeps))
+    };
+    let pairs = facts.scenes.iter().filter_map(tightest);
+    let pairs: Vec<_> = pairs.collect();
+    let share = |pair: &&(f64, f64, u64, u64)| pair.3 as f64 / pair.2 as f64;
+    let (plain, splitting, few, many) =
+        *pairs.iter().max_by(|a, b| share(a).total_cmp(&share(b)))?;
+    let verdict = if many > few && splitting < plain { "sees" } else { "does not see" };
+    Some(format!(
+        "The splitting estimate of IMEX Euler {verdict} what positions hide: {many} against {few} \
+         substeps, error {} against \
+         {}.",
+        significant(splitting, 3),
+        significant(plain, 3)
+    ))
+}
+
+fn caveats(facts: &Facts) -> Vec<String> {
+    let error = facts.scenes.iter().map(|scene| scene.reference_error_m).reduce(f64::max);
+    let error = error
+        .map(|error| format!("The references are off by at most {} m.", significant(error, 2)));
+    let newton = inner(facts);
+    let is_equal = facts.runs.iter().filter(|run| newton.contains(&&*run.label)).all(|run| {
+        run.series != "forcing" || (run.verdict == Verdict::Completed && run.unconverged_steps == 0)
+    });
+    let residual = (!newton.is_empty()).then(|| {
+        if is_equal {
+            "Every Newton run reaches the same residual, so its counts compare like with like."
+        } else {
+            "Not every Newton run reaches its residual: counts of those that stop early are too \
+             small."
+        }
+        .to_owned()
+    });
+    let span = facts.scenes.first().map(|scene| {
+        format!("All runs last {} s; work is weighed in sweeps, not timed.", setting(scene.span_s))
+    });
+    [residual, span, error].into_iter().flatten().collect()
 }

@@ -49,8 +49,8 @@ pub struct Scene {
     pub span_s: f64,
     /// Root of the mass-weighted mean square of how far the particles move in that time, m.
     pub motion_m: f64,
-    /// Error of the reference in the same norm as that of the runs: distance of two solutions whose tolerances differ
-    /// tenfold, over the motion.
+    /// Error of the reference, in the norm of all other errors: distance of two solutions whose
+    /// tolerances differ tenfold, over the motion.
     pub reference_error: f64,
     /// The tighter of these tolerances.
     pub reference_tolerance: f64,
@@ -66,7 +66,8 @@ pub struct Row {
     pub scene: String,
     /// Short name for legends: the method's id, and what sets it apart from its other rows.
     pub label: String,
-    /// Method id with the settings that are the same in all runs; `dop853` for the adaptive method of a library.
+    /// Method id with the settings that are the same in all runs; `dop853` for the adaptive method
+    /// of a library.
     pub method: String,
     /// What differs from run to run: `steps`, `tolerance` or another setting of the method.
     pub knob: String,
@@ -82,14 +83,15 @@ pub struct Row {
 pub struct Run {
     /// Value of the knob: number of steps, tolerance, or another setting.
     pub value: f64,
-    /// Length of the steps that the method is asked for, s; `None` for the library, which chooses its own.
+    /// Length of the steps that the method is asked for, s; `None` for the library, which chooses
+    /// its own.
     pub step_s: Option<f64>,
     /// `completed`, `diverged` or `over budget`.
     pub verdict: Verdict,
     /// `‖x − x_ref‖_M / ‖x_ref − x_0‖_M` at the end; `None` unless completed.
     pub error: Option<f64>,
-    /// What the run cost, in visits of a spring (some 5 ns each): counted, not timed. For a run over budget, what it
-    /// had cost when it was given up, 0 where it was not begun.
+    /// Cost of the run in visits of a spring (some 5 ns each): counted, not timed. For a run over
+    /// budget its cost when it was given up, 0 where it was not begun.
     pub effort: f64,
     /// Sweeps over all springs that evaluated forces or energies.
     pub force_evaluations: u64,
@@ -103,8 +105,8 @@ pub struct Run {
     pub unconverged_steps: u64,
     /// Whether no run of any method on this scene has at most this error for less effort.
     pub is_on_front: bool,
-    /// Whether the counts have the same bits on every machine. Errors never have: the reference passes through a
-    /// library.
+    /// Whether the counts have the same bits on every machine. Errors never have: the reference
+    /// passes through a library.
     pub portable: bool,
 }
 
@@ -158,7 +160,16 @@ pub(super) fn rows_of<'a>(
     facts.rows.iter().filter(move |row| row.scene == scene)
 }
 
-/// The run with the least effort among those with an error of at most `level`; of equally dear ones the more exact.
+impl Row {
+    /// Whether it spends its budget without reaching an error of `level`.
+    pub(super) fn misses(&self, level: f64) -> bool {
+        let is_cut = self.runs.last().is_some_and(|run| run.verdict == Verdict::OverBudget);
+        is_cut && cheapest(std::iter::once(self), level).is_none()
+    }
+}
+
+/// The run with the least effort among those with an error of at most `level`; of equally dear
+/// ones the more exact.
 pub(super) fn cheapest<'a>(
     rows: impl Iterator<Item = &'a Row>,
     level: f64,

@@ -1,197 +1,328 @@
 //! The words of the study `work-precision`: its question, and what its numbers say.
 
-use super::facts::{
-    FIXED_MATERIAL, FIXED_QUOTIENT, Facts, Row, STIFFNESS, Scene, Winner, cheapest, rows_of,
-};
-use crate::studies::short;
-use drape_report::{Verdict, Words};
+use super::facts::{Facts, Row, STIFFNESS, Scene, Winner, cheapest, rows_of};
+use drape_report::Words;
+use drape_report::number::{power, significant};
 
 /// The question that the study answers.
-pub(super) const QUESTION: &str = "What does accuracy cost: which method is the cheapest for a given error, and how does that change with \
-     stiffness, damping and size?";
+pub(super) const QUESTION: &str = "Which method is the cheapest for a given error, and how do \
+                                   stiffness, damping and size change \
+                                   that?";
 /// Studies that a reader should know before this one.
 pub(super) const BUILDS_ON: &[&str] = &["order", "stability", "locking"];
 
-/// Levels of error of which the findings speak.
-const NAMED: [f64; 3] = [1e-1, 1e-2, 1e-3];
+/// The error that the conclusion asks for.
+const LEVEL: f64 = 1e-2;
+/// Errors beside it: a rough one and a small one.
+const BESIDE: [f64; 2] = [1e-1, 1e-3];
+/// Steps are powers of two: a lead below this factor is a tie.
+const LEAD: f64 = 2.0;
 
 /// What the facts say.
 pub(super) fn words(facts: &Facts) -> Words {
-    crate::studies::first_leads(findings(facts))
-}
-
-pub(super) fn findings(facts: &Facts) -> Vec<String> {
-    let mut findings = Vec::new();
-    findings.extend(headline(facts));
-    for (name, series) in series(facts) {
-        findings.extend(winners(facts, &name, &series));
-        if series.len() > 1 {
-            findings.extend(turns(facts, &name, &series));
-        }
-    }
-    findings.extend(absent(facts));
-    findings.extend(reference(facts));
-    findings
-}
-
-/// What the methods of the headline cost beside the cheapest, along the base series.
-fn headline(facts: &Facts) -> Option<String> {
-    const LEVEL: f64 = 1e-2;
-    let said: Vec<_> = base(facts)
-        .into_iter()
-        .filter_map(|scene| {
-            let rows = || rows_of(facts, &scene.id);
-            let (best, least) = cheapest(rows(), LEVEL)?;
-            let cost = |row: &Row| match cheapest(std::iter::once(row), LEVEL) {
-                Some((_, run)) => format!("{} {}", row.label, short(run.effort / least.effort)),
-                None => format!("{} not within its budget", row.label),
-            };
-            let costs: Vec<_> = rows().filter(|row| row.is_headline).map(cost).collect();
-            let at = format!("k/m = {:e}", scene.stiffness_over_mass_per_s2);
-            Some(format!("{at} (cheapest: {}): {}", best.label, costs.join(", ")))
-        })
-        .collect();
-    (!said.is_empty()).then(|| {
-        format!(
-            "Counted effort for an error of {} on the lightly damped hanging sheet, over that of the cheapest method of all: {}.",
-            percent(LEVEL),
-            said.join("; ")
-        )
-    })
-}
-
-/// The series over the stiffness of the lightly damped hanging sheet.
-fn base(facts: &Facts) -> Vec<&Scene> {
-    let scenes = facts.scenes.iter();
-    let is_base = |s: &&Scene| {
-        s.scene == "hanging" && s.damping == "light" && s.series.iter().any(|s| s == STIFFNESS)
+    let conclusions =
+        [("light", "With light damping"), ("heavy", "With heavy damping, d/m = √(k/m),")];
+    let conclusions: Vec<_> =
+        conclusions.iter().filter_map(|(damping, begin)| turn(facts, damping, begin)).collect();
+    let conclusion = if conclusions.is_empty() {
+        format!("No method reaches an error of {} on a hanging sheet.", percent(LEVEL))
+    } else {
+        let wins = "A method wins if it needs the least counted effort for an error of";
+        format!("{} {wins} {}.", conclusions.join(" "), percent(LEVEL))
     };
-    scenes.filter(is_base).collect()
-}
-
-/// Scenes along which one property varies, with what they have in common.
-fn series(facts: &Facts) -> Vec<(String, Vec<&Scene>)> {
-    let mut series: Vec<(String, Vec<&Scene>)> = Vec::new();
-    for key in [STIFFNESS, FIXED_QUOTIENT, FIXED_MATERIAL] {
-        for scene in facts.scenes.iter().filter(|scene| scene.series.iter().any(|s| s == key)) {
-            let varied = if key == STIFFNESS { "" } else { &format!(", {key}") };
-            let name = format!("{} sheet, {} damping{varied}", scene.scene, scene.damping);
-            match series.iter_mut().find(|(known, _)| *known == name) {
-                Some((_, scenes)) => scenes.push(scene),
-                None => series.push((name, vec![scene])),
-            }
-        }
+    let observations = [levels(facts), shapes(facts), sizes(facts), library(facts), missed(facts)];
+    Words {
+        conclusion,
+        observations: observations.into_iter().flatten().collect(),
+        caveats: caveats(facts),
     }
-    for (_, scenes) in &mut series {
-        scenes.sort_by_key(|scene| scene.particles);
-        if scenes.iter().any(|scene| scene.series.iter().any(|s| s == STIFFNESS))
-            && is_stiffness(scenes)
-        {
-            let quotient = |scene: &&Scene| scene.stiffness_over_mass_per_s2;
-            scenes.sort_by(|a, b| quotient(a).total_cmp(&quotient(b)));
-        }
-    }
-    series
 }
 
-/// Whether the stiffness is what varies.
-fn is_stiffness(scenes: &[&Scene]) -> bool {
-    scenes.iter().all(|scene| scene.series.iter().any(|s| s == STIFFNESS))
-}
-
-/// Where a scene stands in its series.
-fn place(series: &[&Scene], scene: &Scene) -> String {
-    let quotient = format!("k/m = {:e}", scene.stiffness_over_mass_per_s2);
-    if is_stiffness(series) { quotient } else { format!("n = {} ({quotient})", scene.particles) }
+/// Which kind of method leads.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Kind {
+    Explicit,
+    Implicit,
+    Tie,
 }
 
 fn winner<'a>(facts: &'a Facts, scene: &Scene, level: f64) -> Option<&'a Winner> {
     facts.winners.iter().find(|winner| winner.scene == scene.id && winner.level == level)
 }
 
+/// The kind that leads on a scene; a tie where the other kind costs less than [`LEAD`] times as
+/// much.
+fn kind(facts: &Facts, scene: &Scene) -> Option<Kind> {
+    let winner = winner(facts, scene, LEVEL)?;
+    let is_explicit = winner.is_explicit?;
+    let second = facts.winners.iter().find(|other| other.label == winner.runner_up);
+    let is_near = winner.ratio.is_some_and(|ratio| ratio < LEAD);
+    let is_other = second.and_then(|second| second.is_explicit) == Some(!is_explicit);
+    Some(match is_explicit {
+        _ if is_near && is_other => Kind::Tie,
+        true => Kind::Explicit,
+        false => Kind::Implicit,
+    })
+}
+
+/// The hanging sheet at rising stiffness.
+fn series<'a>(facts: &'a Facts, damping: &str) -> Vec<&'a Scene> {
+    let is_in = |scene: &&Scene| {
+        let is_series = scene.series.iter().any(|series| series == STIFFNESS);
+        scene.scene == "hanging" && scene.damping == damping && is_series
+    };
+    let mut scenes: Vec<_> = facts.scenes.iter().filter(is_in).collect();
+    scenes.sort_by(|a, b| a.stiffness_over_mass_per_s2.total_cmp(&b.stiffness_over_mass_per_s2));
+    scenes
+}
+
+/// Which kind leads on the hanging sheet, and from which stiffness on.
+fn turn(facts: &Facts, damping: &str, begin: &str) -> Option<String> {
+    let known = |scene: &&Scene| Some((scene.stiffness_over_mass_per_s2, kind(facts, scene)?));
+    let kinds: Vec<_> = series(facts, damping).iter().filter_map(known).collect();
+    let (first, last) = (kinds.first()?, kinds.last()?);
+    let all = |kind: Kind| kinds.iter().all(|(_, other)| *other == kind);
+    let place = match kinds.len() {
+        1 => format!("at k/m = {} s⁻²", power(first.0)),
+        _ => "at every stiffness".to_owned(),
+    };
+    let explicit = kinds.iter().rposition(|(_, kind)| *kind == Kind::Explicit);
+    let implicit = kinds.iter().position(|(_, kind)| *kind == Kind::Implicit);
+    Some(match (explicit, implicit) {
+        (Some(_), _) if all(Kind::Explicit) => {
+            format!("{begin} explicit methods win on the hanging sheet {place}.")
+        }
+        (_, Some(_)) if all(Kind::Implicit) => {
+            format!("{begin} implicit methods win on the hanging sheet {place}.")
+        }
+        (Some(turn), Some(from)) if turn < from => {
+            let (turn, from) = (power(kinds[turn].0), power(kinds[from].0));
+            format!(
+                "{begin} explicit methods win up to k/m = {turn} s⁻², implicit ones from {from} \
+                 s⁻² on."
+            )
+        }
+        (Some(_), Some(_)) => {
+            format!(
+                "{begin} now explicit, now implicit methods win from {} to {} s⁻².",
+                power(first.0),
+                power(last.0)
+            )
+        }
+        (Some(_), None) => {
+            format!("{begin} explicit methods win or tie with implicit ones {place}.")
+        }
+        (None, Some(_)) => {
+            format!("{begin} implicit methods win or tie with explicit ones {place}.")
+        }
+        (None, None) => format!("{begin} explicit and implicit methods tie {place}."),
+    })
+}
+
 fn percent(level: f64) -> String {
-    format!("{} %", 100.0 * level)
+    format!("{} %", significant(100.0 * level, 1))
 }
 
-/// Who wins along a series, at each level.
-fn winners(facts: &Facts, name: &str, series: &[&Scene]) -> Option<String> {
-    let said: Vec<_> = series
-        .iter()
-        .map(|scene| {
-            let label = |level: &f64| {
-                let label = winner(facts, scene, *level).and_then(|winner| winner.label.as_deref());
-                label.unwrap_or("none").to_owned()
-            };
-            let labels: Vec<_> = NAMED.iter().map(label).collect();
-            format!("{}: {}", place(series, scene), labels.join(" / "))
-        })
-        .collect();
-    let levels = NAMED.map(percent).join(" / ");
-    (!said.is_empty()).then(|| {
-        format!("{name}, cheapest by counted effort for errors of {levels}: {}.", said.join("; "))
-    })
+/// Scenes in which an explicit method is the cheapest, and scenes in which any gets there.
+fn explicit<'a>(
+    facts: &Facts,
+    scenes: impl Iterator<Item = &'a Scene>,
+    level: f64,
+) -> Option<(usize, usize)> {
+    let known = scenes.filter_map(|scene| winner(facts, scene, level)?.is_explicit);
+    let known: Vec<_> = known.collect();
+    let explicit = known.iter().filter(|is_explicit| **is_explicit).count();
+    (!known.is_empty()).then_some((explicit, known.len()))
 }
 
-/// Where along a series the winner turns from explicit to implicit or back.
-fn turns(facts: &Facts, name: &str, series: &[&Scene]) -> Option<String> {
-    let kind = |is_explicit: bool| if is_explicit { "explicit" } else { "implicit" };
-    let said: Vec<_> = NAMED
-        .iter()
-        .filter_map(|&level| {
-            let known = |scene: &&Scene| {
-                let winner = winner(facts, scene, level)?;
-                Some((place(series, scene), winner.is_explicit?))
-            };
-            let kinds: Vec<_> = series.iter().filter_map(known).collect();
-            let (_, first) = kinds.first()?;
-            let turns: Vec<_> = kinds
-                .windows(2)
-                .filter(|pair| pair[0].1 != pair[1].1)
-                .map(|pair| format!("{} from {} on", kind(pair[1].1), pair[1].0))
-                .collect();
-            Some(if turns.is_empty() {
-                format!("at {} all winners are {}", percent(level), kind(*first))
-            } else {
-                format!("at {} first {}, {}", percent(level), kind(*first), turns.join(", "))
-            })
-        })
-        .collect();
-    (!said.is_empty()).then(|| {
-        format!(
-            "{name}, where explicit and implicit methods (dop853 is explicit) change places: {}.",
-            said.join("; ")
-        )
-    })
-}
-
-/// How many variants reach no useful error within their budget along the base series.
-fn absent(facts: &Facts) -> Option<String> {
-    let level = 1e-2;
-    let misses = |row: &&Row| {
-        let is_cut = row.runs.last().is_some_and(|run| run.verdict == Verdict::OverBudget);
-        is_cut && cheapest(std::iter::once(*row), level).is_none()
+/// A rough error against a small one.
+fn levels(facts: &Facts) -> Option<String> {
+    let at = |level| {
+        let (explicit, all) = explicit(facts, facts.scenes.iter(), level)?;
+        Some(format!("in {} of {all} scenes at an error of {}", all - explicit, percent(level)))
     };
-    let count = |scene: &&Scene| {
-        let rows = || rows_of(facts, &scene.id);
-        let at = format!("k/m = {:e}", scene.stiffness_over_mass_per_s2);
-        format!("{at}: {} of {}", rows().filter(misses).count(), rows().count())
-    };
-    let said: Vec<_> = base(facts).iter().map(count).collect();
-    (!said.is_empty()).then(|| {
-        format!(
-            "Variants that leave the budget before an error of {} on the lightly damped hanging sheet: {}.",
-            percent(level),
-            said.join("; ")
-        )
-    })
+    let [rough, small] = BESIDE.map(at);
+    Some(format!("An implicit method is the cheapest {} and {}.", rough?, small?))
 }
 
-fn reference(facts: &Facts) -> Option<String> {
-    let worst =
-        facts.scenes.iter().max_by(|a, b| a.reference_error.total_cmp(&b.reference_error))?;
+fn shapes(facts: &Facts) -> Option<String> {
+    let others = facts.scenes.iter().filter(|scene| scene.scene != "hanging");
+    let (explicit, all) = explicit(facts, others, LEVEL)?;
+    let error = percent(LEVEL);
     Some(format!(
-        "The references are off by at most {} of the motion ({}).",
-        short(worst.reference_error),
-        worst.id
+        "On the thrown and the spread sheet an explicit method is the cheapest for {error} in \
+         {explicit} of {all} scenes."
     ))
+}
+
+fn sizes(facts: &Facts) -> Option<String> {
+    let is_sized = |scene: &&Scene| scene.series.iter().any(|series| series != STIFFNESS);
+    let (explicit, all) = explicit(facts, facts.scenes.iter().filter(is_sized), LEVEL)?;
+    let particles = || facts.scenes.iter().filter(is_sized).map(|scene| scene.particles);
+    let (least, most) = (particles().min()?, particles().max()?);
+    let error = percent(LEVEL);
+    (least < most).then(|| {
+        format!(
+            "From {least} to {most} particles an explicit method is the cheapest for {error} in \
+             {explicit} of {all} scenes."
+        )
+    })
+}
+
+/// What the method of the library costs: the one that is given no step.
+fn library(facts: &Facts) -> Option<String> {
+    let is_library = |row: &&Row| row.runs.iter().all(|run| run.step_s.is_none());
+    let mut ratios = Vec::new();
+    for scene in series(facts, "light") {
+        let rows = || rows_of(facts, &scene.id);
+        let (Some((_, least)), true) = (cheapest(rows(), LEVEL), rows().any(|r| is_library(&r)))
+        else {
+            continue;
+        };
+        let own = cheapest(rows().filter(is_library), LEVEL);
+        ratios.extend(own.map(|(row, run)| (run.effort / least.effort, row.label.as_str())));
+    }
+    ratios.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let (least, most) = (ratios.first()?, ratios.last()?);
+    Some(format!(
+        "The adaptive method of a library, `{}`, costs {} to {} times as much as the cheapest for \
+         {} where it gets \
+         there.",
+        least.1,
+        significant(least.0, 2),
+        significant(most.0, 2),
+        percent(LEVEL)
+    ))
+}
+
+/// How many variants spend their budget on worse errors, at the stiffness where they are most.
+fn missed(facts: &Facts) -> Option<String> {
+    let count = |scene: &&Scene| {
+        let rows = rows_of(facts, &scene.id);
+        rows.filter(|row| row.misses(LEVEL)).count()
+    };
+    let scene = series(facts, "light").into_iter().max_by_key(count)?;
+    (count(&scene) > 0).then(|| {
+        format!(
+            "At k/m = {} s⁻² with light damping, {} of {} variants spend their budget before an \
+             error of {}.",
+            power(scene.stiffness_over_mass_per_s2),
+            count(&scene),
+            rows_of(facts, &scene.id).count(),
+            percent(LEVEL)
+        )
+    })
+}
+
+fn caveats(facts: &Facts) -> Vec<String> {
+    let at_level = || facts.winners.iter().filter(|w| w.level == LEVEL && w.label.is_some());
+    let ties = at_level().filter(|winner| winner.ratio.is_some_and(|ratio| ratio < LEAD)).count();
+    let worst = facts.scenes.iter().map(|scene| scene.reference_error).fold(0.0, f64::max);
+    vec![
+        format!(
+            "Steps are powers of two, so a lead below a factor of 2 is a tie: {ties} of {} \
+             winners lead by less.",
+            at_level().count()
+        ),
+        "Effort is counted in visits of a spring; by the clock the order may differ.".to_owned(),
+        format!(
+            "Errors are those at the end of a short motion; the references are off by at most {} \
+             of it.",
+            significant(worst, 2)
+        ),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn scene(damping: &str, stiffness: f64) -> Scene {
+        Scene {
+            id: format!("{damping} {stiffness:e}"),
+            scene: "hanging".to_owned(),
+            damping: damping.to_owned(),
+            series: vec![STIFFNESS.to_owned()],
+            particles: 400,
+            springs: 1482,
+            stiffness_over_mass_per_s2: stiffness,
+            damping_over_mass_per_s: 10.0,
+            greatest_frequency_per_s: 1e3,
+            span_s: 0.25,
+            motion_m: 0.1,
+            reference_error: 1e-11,
+            reference_tolerance: 1e-10,
+            budget: 1e9,
+        }
+    }
+
+    /// Scenes of light damping at 1, 10, …, each with its winner's kind, runner-up's kind and lead.
+    fn facts(damping: &str, winners: &[(bool, bool, f64)]) -> Facts {
+        let mut facts = Facts { scenes: Vec::new(), rows: Vec::new(), winners: Vec::new() };
+        let label = |is_explicit: bool| if is_explicit { "fast" } else { "firm" }.to_owned();
+        for (n, &(is_explicit, is_second_explicit, ratio)) in winners.iter().enumerate() {
+            let scene = scene(damping, f64::powi(10.0, n as i32));
+            facts.winners.push(Winner {
+                scene: scene.id.clone(),
+                level: LEVEL,
+                label: Some(label(is_explicit)),
+                is_explicit: Some(is_explicit),
+                value: Some(1.0),
+                effort: Some(1.0),
+                runner_up: Some(label(is_second_explicit)),
+                ratio: Some(ratio),
+            });
+            facts.scenes.push(scene);
+        }
+        facts
+    }
+
+    #[test]
+    fn the_conclusion_says_where_which_kind_wins() {
+        let (explicit, implicit) = ((true, true, 3.0), (false, false, 3.0));
+        let tie = (true, false, 1.5);
+        for (winners, said) in [
+            (
+                &[explicit, explicit][..],
+                "explicit methods win on the hanging sheet at every stiffness.",
+            ),
+            (
+                &[implicit, implicit],
+                "implicit methods win on the hanging sheet at every stiffness.",
+            ),
+            (&[explicit], "explicit methods win on the hanging sheet at k/m = 1 s⁻²."),
+            (
+                &[explicit, tie, implicit],
+                "explicit methods win up to k/m = 1 s⁻², implicit ones from 10² s⁻² on.",
+            ),
+            (&[implicit, explicit], "now explicit, now implicit methods win from 1 to 10 s⁻²."),
+            (&[explicit, tie, implicit, explicit], "now explicit, now implicit"),
+            (&[tie, implicit], "implicit methods win or tie with explicit ones at every"),
+        ] {
+            for (damping, begin) in
+                [("light", "With light damping "), ("heavy", "With heavy damping, d/m = √(k/m), ")]
+            {
+                let conclusion = words(&facts(damping, winners)).conclusion;
+                assert!(conclusion.starts_with(&format!("{begin}{said}")), "{conclusion}");
+                assert!(
+                    conclusion.ends_with("counted effort for an error of 1 %."),
+                    "{conclusion}"
+                );
+            }
+        }
+        // Who wins nowhere has no known kind: no tie can be told, and none is.
+        let words = words(&facts("light", &[tie]));
+        assert!(words.conclusion.contains("explicit methods win on"), "{words:?}");
+        assert!(words.caveats[0].contains("1 of 1 winners lead by less"), "{words:?}");
+    }
+
+    #[test]
+    fn without_any_winner_it_says_so() {
+        let mut facts = facts("light", &[(true, true, 3.0)]);
+        facts.winners[0].label = None;
+        facts.winners[0].is_explicit = None;
+        let words = words(&facts);
+        assert_eq!(words.conclusion, "No method reaches an error of 1 % on a hanging sheet.");
+        assert!(words.observations.is_empty(), "{words:?}");
+    }
 }

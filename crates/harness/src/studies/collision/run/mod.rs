@@ -53,8 +53,8 @@ const FORMS: [Form; 13] = [
     form("desbrun", TELEPORT, DESBRUN),
 ];
 
-/// The scenes: each obstacle, speed and stiffness, the middle speed with half the step, and a sheet that lies on the table, with
-/// and without shear springs.
+/// The scenes: each obstacle, speed and stiffness, the middle speed with half the step, and a sheet
+/// that lies on the table, with and without shear springs.
 fn cases() -> Vec<Case> {
     let mut cases = Vec::new();
     for target in [Target::Table, Target::Sphere, Target::Plane] {
@@ -94,20 +94,23 @@ fn bounces() -> Vec<bounce::Case> {
 /// How the facts are measured.
 pub(super) fn method() -> String {
     format!(
-        "A sheet of {SIDE} × {SIDE} particles (structural springs, shear springs of a tenth of the stiffness, full \
-             damping of 40/s over the mass), rippled by vertical speeds of 0.3 m/s, falls without friction and \
-             restitution on a table half its width, on a sphere of 0.3 m radius or on a plane, from a height of less than \
-             0.1 s, with h = {STEP} s (and half of it) for {DURATION} s; a flat sheet that lies on the table (speed 0) runs for 1 s, with and \
-             without shear springs. Three ways out of the obstacle: `velocity`, the \
-             constraint of EEH section 6; `position`, Baraff and Witkin's alteration of positions within the step; \
-             `teleport`, where the method does not know of the obstacle: after each step, particles inside are moved to \
-             the surface by hand, lose their normal velocity, and the method forgets its history, as its contract asks. \
-             Iterations are those of conjugate gradients, and Newton's of backward Euler, each of which factorises. They are \
-             counted before the first contact and from it on. Depth is taken at the end of a step, before anything is moved by hand. \
-             Energy of release: the rises of the total energy in steps in which particles leave the obstacle. Gains refer to the kinetic \
-             energy of the start and what the drop and a further sag of 0.25 m set free. \
-             Rebounds: a particle, and a flat sheet as a whole, with restitution; the normal speed of the centre of mass after the first \
-             contact over that before, and the height that it reaches again."
+        "A sheet of {SIDE} × {SIDE} particles falls without friction and restitution on a table \
+         of half its width, a sphere of 0.3 m radius or a plane. It has structural springs, shear \
+         springs of a tenth of the stiffness, and full damping of d/m = 40 s⁻¹; vertical speeds \
+         of 0.3 m/s ripple it. It meets the obstacle within 0.1 s and runs for {DURATION} s with \
+         h = {STEP} s, in some scenes half of it. A flat sheet that lies on the table (speed 0) \
+         runs for 1 s, with and without shear springs. There are three ways out of the obstacle. \
+         `velocity` is the constraint of EEH section 6. `position` is Baraff and Witkin's \
+         alteration of positions within the step. With `teleport` the method does not know of the \
+         obstacle: after each step, particles inside are moved to the surface by hand, \
+         lose their normal velocity, and the method forgets its history. Iterations are those of \
+         conjugate gradients; backward Euler's are Newton's, each with a factorisation. Depth is \
+         taken at the end of a step, before anything is moved by hand. Energy of release sums the \
+         rises of the energy in steps in which particles leave the obstacle. Gains refer to the \
+         kinetic energy of the start and what the drop and a further sag of 0.25 m set free. \
+         Rebounds have restitution: a particle, and a flat sheet as a whole. Measured are the \
+         normal speed of the centre of mass after the first contact over the speed before, and \
+         the height that it reaches again."
     )
 }
 

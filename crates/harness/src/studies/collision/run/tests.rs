@@ -1,9 +1,9 @@
 //! What a move by hand does, that runs see what they should, and what is concluded.
 
-use super::super::words::{factors, findings};
+use super::super::words::words;
 use super::fall::{Stage, row, teleport};
 use super::*;
-use crate::studies::collision::facts::Row;
+use crate::studies::collision::facts::{Bounce, Row, factors};
 use drape_model::{Obstacle, Shape, State, Vec3};
 use drape_report::Verdict;
 
@@ -103,8 +103,53 @@ fn factors_compare_a_way_out_with_the_constraint_on_the_same_scene() {
     assert_eq!(factors.len(), 1);
     assert_eq!((factors[0].label, factors[0].way_out, factors[0].unstable), ("some", POSITION, 1));
     assert_eq!(factors[0].by_scene, [(0.75, "b"), (2.5, "a")]);
-    let text = findings(&facts).join(" ");
-    assert!(text.contains("twice as many or more on a (2.50) (1 of 2 scenes"), "{text}");
-    assert!(text.contains("some 1.00 → 2.67"), "{text}");
-    assert!(text.contains("some position 1 of 4"), "{text}");
+    let said = words(&facts);
+    let (conclusion, text) = (&said.conclusion, said.observations.join(" "));
+    assert!(conclusion.contains("at least doubles the iterations"), "{conclusion}");
+    assert!(conclusion.contains("constraint in 50 % of the runs"), "{conclusion}");
+    assert!(text.contains("within the step are 0.75 to 2.50 times"), "{text}");
+    assert!(text.contains("2.7 times (some) to 2.7 times (some)"), "{text}");
+    assert!(said.caveats[0].starts_with("1 runs are not compared"), "{said:?}");
+    let few = facts.rows.iter().filter(|row| row.scene == "b").cloned().collect();
+    let few = Facts { scenes: Vec::new(), rows: few, bounces: Vec::new() };
+    let conclusion = words(&few).conclusion;
+    assert!(conclusion.contains("positions nowhere doubles the iterations"), "{conclusion}");
+}
+
+#[test]
+fn words_tell_who_gains_energy_gets_deep_and_misses_the_restitution() {
+    let wild = Row { verdict: Verdict::Unstable, ..synthetic("a", TELEPORT, 20) };
+    let rows = vec![synthetic("a", VELOCITY, 20), wild];
+    let bounce = Bounce {
+        body: "particle".to_owned(),
+        obstacle: "plane".to_owned(),
+        label: "some".to_owned(),
+        way_out: VELOCITY.to_owned(),
+        method: "some".to_owned(),
+        speed_m_s: 1.0,
+        restitution: 0.5,
+        measured: Some(0.5),
+        height_m: Some(0.9),
+        height_theory_m: Some(1.0),
+        portable: true,
+    };
+    let mut facts = Facts { scenes: Vec::new(), rows, bounces: vec![bounce] };
+    let said = words(&facts);
+    let gained = "adds energy: 100 % of those runs gain some, against 0 % with the constraint";
+    assert!(said.conclusion.contains(gained), "{said:?}");
+    let text = said.observations.join(" ");
+    for part in ["No run lets", "none shows any depth", "All 1 rebounds meet", "off by up to 10 %"]
+    {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    facts.rows[0].verdict = Verdict::Unstable;
+    facts.rows[0].depth_over_reach = 1.5;
+    facts.rows[0].displayed_depth_m = 0.25;
+    facts.bounces[0].measured = Some(0.75);
+    let said = words(&facts);
+    assert!(said.conclusion.contains("Neither way is free of energy"), "{said:?}");
+    let text = said.observations.join(" ");
+    for part in ["1 of 2 runs lets", "up to 0.25 m of it show", "1 of 1 rebounds miss"] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
 }

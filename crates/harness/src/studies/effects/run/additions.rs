@@ -151,11 +151,6 @@ pub(super) fn all() -> Vec<Addition> {
     additions
 }
 
-/// What all together leaves out, and what stands there instead.
-pub(super) fn left_out() -> Vec<(&'static str, &'static str)> {
-    each().iter().filter_map(|addition| Some((addition.name, addition.holder?))).collect()
-}
-
 /// The scene with more keys, discretised.
 ///
 /// # Errors

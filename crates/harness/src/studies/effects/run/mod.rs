@@ -1,7 +1,7 @@
 //! Experiment `effects`: the bill of each effect.
 //!
-//! Each addition is measured by itself. All together has one addition for each place of a scene (tension, shear, bending,
-//! damping, air, obstacle): those that would take the place of another are left out there, and a finding names them.
+//! Each addition is measured by itself. All together has one addition for each place of a scene
+//! (tension, shear, bending, damping, air, obstacle): others of the same place are left out there.
 
 mod additions;
 mod runs;
@@ -57,20 +57,23 @@ fn supports() -> Vec<Support> {
 /// How the timings are taken.
 pub(super) fn timing() -> String {
     format!(
-        "The same run without and with the effect in turns, {PAIRS} times each, one at a time on one thread, phase clock \
-             off, set-up not among the steps; the ratio is that of the shortest runs. Bytes: what the allocator holds for the \
-             system and for the prepared method, less what it holds without the effect."
+        "The same run without and with the effect in turns, {PAIRS} times each, one at a time on \
+         one thread, without set-up and with the phase clock off. The ratio is that of the \
+         shortest runs. Bytes are what the allocator holds for the system and for the prepared \
+         method, less what it holds without the effect."
     )
 }
 
 /// How the facts are measured.
 pub(super) fn method() -> String {
     format!(
-        "An undamped sheet of 20 × 20 particles, 1 m × 1 m, 0.4 kg, tension springs of k/m = 1e4/s², held at two corners, \
-             falls for {DURATION} s from the horizontal. To this scene each effect is added by itself, then all together but for those that take the place of another; \
-             the keys that are added stand with it. h = {STEP} s, {EXPLICIT_STEP} s for methods that take tension at the old \
-             level; every method at its default settings. The change is the distance of the particles at the end from those \
-             of the sheet without the effect, with the same method."
+        "An undamped sheet of 20 × 20 particles, 1 m × 1 m, 0.4 kg, with tension springs of k/m = \
+         1e4/s² falls for {DURATION} s from the horizontal, held at two corners. Each effect is \
+         added to this scene by itself, then all together. Of effects that share a place in the \
+         scene, all together has one. h = {STEP} s, or {EXPLICIT_STEP} s for methods that take \
+         tension at the old level; every method runs at its defaults. The change is the \
+         distance of the particles at the end from the sheet without the effect, with the same \
+         method."
     )
 }
 

@@ -1,5 +1,6 @@
 use super::additions::{all, scene};
 use super::*;
+use crate::studies::effects::facts::holds;
 use drape_report::Verdict;
 use serde_json::json;
 
@@ -31,18 +32,6 @@ fn all_together_is_every_addition_but_those_whose_place_another_holds() {
         assert_eq!(found, is_part, "{}", addition.name);
         let holder = addition.holder.filter(|holder| *holder != "tension springs");
         assert!(holder.is_none_or(|holder| all.iter().any(|a| a.name == holder)), "{holder:?}");
-    }
-}
-
-/// Whether a value has all that another one has.
-fn holds(all: &serde_json::Value, part: &serde_json::Value) -> bool {
-    use serde_json::Value::{Array, Object};
-    match (all, part) {
-        (Object(all), Object(part)) => {
-            part.iter().all(|(key, part)| all.get(key).is_some_and(|all| holds(all, part)))
-        }
-        (Array(all), Array(part)) => part.iter().all(|part| all.iter().any(|a| a == part)),
-        (all, part) => all == part,
     }
 }
 

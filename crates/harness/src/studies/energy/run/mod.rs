@@ -7,7 +7,7 @@ use crate::methods::Choice;
 use crate::run::{Runner, Simulation};
 use crate::schedule::Schedule;
 use crate::stability::reference;
-use crate::studies::energy::facts::{Facts, Row, Scene};
+use crate::studies::energy::facts::{ALL_IMPLICIT, Facts, Row, Scene};
 use crate::studies::sheet::{GRAVITY, Sheet};
 use crate::studies::variant::{Variant, is_explicit, of_registry};
 use crate::studies::{Context, Measured, cells, prepared};
@@ -19,7 +19,8 @@ use watch::Flow;
 
 /// Step size of all but the explicit methods, s.
 const STEP: f64 = 0.01;
-/// Explicit methods run with `h ω_max` at most this: well below 2, the limit of symplectic Euler and leapfrog.
+/// Explicit methods run with `h ω_max` at most this: well below 2, the limit of symplectic Euler
+/// and leapfrog.
 const EXPLICIT: f64 = 0.5;
 /// Samples of the energy in a run.
 const SAMPLES: u64 = 100;
@@ -34,7 +35,7 @@ const VARIANTS: [Variant; 7] = [
     Variant::new("desbrun, no correction", "desbrun:torque=none"),
     Variant::new("desbrun", "desbrun"),
     Variant::new("imex-euler", "imex-euler"),
-    Variant::new("imex-euler, all springs", "imex-euler:implicit=springs"),
+    Variant::new(ALL_IMPLICIT, "imex-euler:implicit=springs"),
     Variant::new("imex-updated", "imex-updated"),
     Variant::new("imex-updated, as printed", "imex-updated:safeguard=paper"),
 ];
@@ -154,7 +155,8 @@ impl Setting {
         Ok(Self { simulation, hash, scene, greatest_frequency: sheet.greatest_frequency(1.0) })
     }
 
-    /// Number of steps to each of [`STEP`] seconds. Damped explicit Euler is stable for `h ≤ c/k`, undamped never.
+    /// Number of steps to each of [`STEP`] seconds. Damped explicit Euler is stable for `h ≤ c/k`,
+    /// undamped never.
     fn division(&self, method: &Method) -> u64 {
         if !is_explicit(method) {
             return 1;
@@ -200,16 +202,18 @@ impl Setting {
 
 /// How the facts are measured.
 pub(super) fn method() -> String {
-    "Sheets of 1 m × 1 m with structural springs, shear springs of a tenth of the stiffness and full damping, none or d/m = \
-                 40/s. Hanging: 20 × 20 particles, released horizontally from two corners, k/m = 1e4/s² and 1e6/s², 2 s. \
-                 Spinning: 10 × 10 particles without gravity, turning over and over at 2 rad/s, k/m = 1e4/s², 1 s. Sphere: \
-                 12 × 12 particles that fall on an inelastic ball, k/m = 1e4/s², 1 s. h = 0.01 s; explicit methods divide it \
-                 by a power of 2 so that h ω_max is at most 0.5, damped explicit Euler so that h ≤ d/k too. Energies refer to \
-                 E_ref, what the scene sets free: the greatest of H₀ − U and of the kinetic energy over the true motion. \
-                 After each step the method says which forces it used and what its solve left over; from these each \
-                 cause of the change of energy is computed by itself, none as the remainder, and their sum is compared with the \
-                 change. Excess dissipation: (H₀ − H_N − ∫vᵀDv dt)/E_ref, the integral by the trapezoidal rule."
-            .to_owned()
+    "Sheets of 1 m × 1 m have structural springs, shear springs of a tenth of the stiffness, and \
+     full damping: none or d/m = 40 s⁻¹. The hanging sheet is released horizontally from two \
+     corners. The spinning sheet turns over and over at 2 rad/s without gravity. The third sheet \
+     falls on an inelastic ball. The table of scenes lists sizes, stiffness and duration. h = \
+     0.01 s; explicit methods divide it by a power of 2 until h ω_max ≤ 0.5, damped explicit \
+     Euler until h ≤ d/k too. Energies refer to E_ref, what the scene sets free: the greatest of \
+     H₀ − U and of the kinetic energy over the true motion. After each step the method says which \
+     forces it used and what its solve left over. From these each cause of the change of energy \
+     is computed by itself, none as the remainder; their sum is compared with the change. \
+     Numerical damping is the sum of inertia and gaps. Excess dissipation is (H₀ − H_N − ∫vᵀDv \
+     dt)/E_ref, by the trapezoidal rule."
+        .to_owned()
 }
 
 pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError> {
@@ -244,8 +248,8 @@ fn unattributed(rows: &[Row]) -> Vec<String> {
     labels
 }
 
-/// Its facts, as they are compared. Long runs through a library's factorisation magnify its round-off: only their
-/// verdict is the same everywhere.
+/// Its facts, as they are compared. Long runs through a library's factorisation magnify its
+/// round-off: only their verdict is the same everywhere.
 pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {
     let scenes = facts.scenes.iter();
     let scenes = scenes.map(|scene| fact(format!("scene {}", scene.id), scene.portable, scene));

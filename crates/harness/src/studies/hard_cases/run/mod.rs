@@ -77,20 +77,22 @@ fn of_case(case: &scenes::Case, stages: &[Stage<'_>]) -> Case {
 /// How the facts are measured.
 pub(super) fn method() -> String {
     format!(
-        "Every method runs every case without and with damping (full; 40/s over the mass for tension springs, a \
-             tenth for shear springs) for at least 2 s and 200 steps, from {} starts that are perturbed by up to 1e-4 \
-             mesh widths (less where that would store more than a thousandth of the available energy in the \
-             springs); the worst verdict counts. The verdict is by the total energy H against E_ref, what the scene \
-             sets free on its true motion (symplectic Euler at a quarter of its stability limit; at most k/m = 1e7, \
-             in H03 1e6, in H07 a mass ratio of 10): stable if H never exceeds its start by more than 0.02 E_ref, \
-             marginal up to 0.5, unstable above, diverged if a position is not finite or a thousand scene sizes \
-             away. Undamped and without contacts, symplectic methods may oscillate by 0.5 E_ref, but must not drift \
-             by more than 0.05 E_ref over the run. A step counts as a rise if H grows by more than 1e-9 E_ref and \
-             round-off. What theory says follows from the scene and the settings alone. Its rules for \
-             terzopoulos-fleischer, in H16 for baraff-witkin and the two-step methods, and in H14 for the divided steps of \
-             leapfrog, were derived after first runs \
-             had failed: where they agree they explain, they do not predict. A run ends \
-             over budget after {BUDGET:e} visits of a spring, which are counted, not timed: about two seconds.",
+        "Every method runs every case without and with damping, for at least 2 s and 200 steps. \
+         Damping is full: d/m = 40 s⁻¹ for tension springs, a tenth for shear springs. There are \
+         {} starts, perturbed by up to 1e-4 mesh widths, or less where that would store more than \
+         a thousandth of the available energy; the worst verdict counts. E_ref is what the scene \
+         sets free on its true motion. Symplectic Euler at a quarter of its stability limit tells \
+         it, at most at k/m = 1e7, in H03 1e6, in H07 with a mass ratio of 10. A run is stable if \
+         its energy H never exceeds its start by more than 0.02 E_ref, marginal up to 0.5, \
+         unstable above. It has diverged if a position is not finite or a thousand scene sizes \
+         away. Undamped and without contacts, symplectic methods may oscillate by 0.5 E_ref, but \
+         must not drift by more than 0.05 E_ref over the run. A step counts as a rise if H grows \
+         by more than 1e-9 E_ref and round-off. Theory follows from the scene and the settings \
+         alone. Three of its rules were derived after first runs had failed: \
+         terzopoulos-fleischer; baraff-witkin and the two-step methods in H16; the divided steps \
+         of leapfrog in H14. A run ends over budget after {BUDGET:e} visits of a spring, which \
+         are counted, not \
+         timed.",
         SEEDS.len()
     )
 }
@@ -112,7 +114,8 @@ pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {
         if let serde_json::Value::Object(values) = &mut fact.values
             && !c.portable
         {
-            // Long runs on hard scenes are chaotic: of what passed through a library only the verdict is repeatable.
+            // Long runs on hard scenes are chaotic: of what passed through a library only the
+            // verdict is repeatable.
             values.retain(|_, value| !value.is_number());
         }
         fact

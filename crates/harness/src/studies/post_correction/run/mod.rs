@@ -39,16 +39,21 @@ fn groups(is_quick: bool) -> Vec<Group> {
 /// How the facts are measured.
 pub(super) fn method() -> String {
     format!(
-        "A sheet of {SIDE} × {SIDE} particles, 1 m × 1 m, hangs from two corners and starts horizontally; k/m = 1e4/s² \
-             (grid: shear springs of a tenth), full damping of 10/s over the mass. Beside the grid stands a triangle mesh of the same \
-             sheet, its inner particles strewn by a fifth of a mesh width, every edge a spring. After each step of {STEP} s, springs longer \
-             than the limit allows are shortened, by Provot's method (symplectic Euler) and by Desbrun's (`inverse_dynamics=true`), \
-             in one sweep or up to ten a step, in several orders; `list 1` and `list 2` are forward sweeps over permuted lists of \
-             springs. Each step is taken twice from the same state, with its correction and without it: the difference is the \
-             correction's. The stiff reference has k/m = 1e7/s² and no correction (symplectic Euler, h = {REFERENCE_STEP} s, \
-             checked against twice that). Distances are ‖x − x_ref‖_M/‖x_ref − x_0‖_M. The residual is ‖M a − f‖/‖f‖ of the \
-             trajectory with a = (v_(n+1) − v_n)/h and f at the start of the step, which a step of symplectic Euler meets exactly. Free sheets \
-             spin in their plane at 10 rad/s for 1 s without gravity and damping. Sweeps are counted on a sheet that fell for 0.25 s without correction."
+        "A sheet of {SIDE} × {SIDE} particles, 1 m × 1 m, hangs from two corners and starts \
+         horizontally. k/m = 1e4/s², shear springs of the grid have a tenth; damping is full, d/m \
+         = 10 s⁻¹. Beside the grid stands a triangle mesh of the same sheet: its inner particles \
+         are strewn by a fifth of a mesh width, and every edge is a spring. After each step of \
+         {STEP} s, springs longer than the limit allows are shortened, by Provot's method \
+         (symplectic Euler) or by Desbrun's (`inverse_dynamics=true`), in one to ten sweeps a \
+         step and in several orders. `list 1` and `list 2` are forward sweeps over permuted lists \
+         of springs. Each step is taken twice from the same state, with its correction and \
+         without it: the difference is the correction's. The stiff sheet has k/m = 1e7/s² and no \
+         correction (symplectic Euler, h = {REFERENCE_STEP} s, checked against twice that). \
+         Distances are ‖x − x_ref‖_M/‖x_ref − x_0‖_M. The residual is ‖M a − f‖/‖f‖ with a = \
+         (v_(n+1) − v_n)/h and f at the start of the step; a step of symplectic Euler has none. \
+         Free sheets spin in their plane at 10 rad/s for 1 s, without gravity and damping. Sweeps \
+         are counted on a sheet that fell for 0.25 s without \
+         correction."
     )
 }
 

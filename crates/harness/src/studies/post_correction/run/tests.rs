@@ -1,12 +1,13 @@
 //! That twin steps see the correction and nothing else, and what is concluded.
 
-use super::super::words::{findings, groups, spread};
+use super::super::facts::{groups, spread};
+use super::super::words::words;
 use super::corrected::{rows, spin};
 use super::sheets::{elongation, permuted};
 use super::*;
 use crate::methods::Choice;
 use crate::run::{Runner, Simulation};
-use crate::studies::post_correction::facts::{FORWARD, Mesh, PERTURBED, Row};
+use crate::studies::post_correction::facts::{FORWARD, Mesh, PERTURBED, Row, Spin, Sweeps};
 use drape_model::TimeSpan;
 use drape_report::Verdict;
 
@@ -138,10 +139,84 @@ fn dependence_and_approach_are_concluded_from_the_distances() {
     };
     let near = facts(0.1, 0.03);
     assert_eq!(spread(&groups(&near)[0].1), [0.004, 0.03]);
-    let text = findings(&near).join(" ");
-    assert!(text.contains("at 1 s depends on the order"), "{text}");
-    assert!(text.contains("sheet comes nearer to the stiff one"), "{text}");
-    let text = findings(&facts(0.6, 0.006)).join(" ");
-    assert!(text.contains("at 1 s does not depend on the order"), "{text}");
-    assert!(text.contains("sheet does not come nearer to the stiff one"), "{text}");
+    let said = words(&near);
+    let ends = "ends in 1 of 1 groups, by up to 3.0 % of the motion; a disturbed start moves it \
+                by 20 % at most";
+    assert!(said.observations[0].contains(ends), "{said:?}");
+    let nearer =
+        "nearer to the stiff one in 1 of 1 series, but leaves it at least 10 % of the motion";
+    assert!(said.conclusion.contains(nearer), "{said:?}");
+    assert!(said.conclusion.ends_with("at least 0.50 of the forces in the equation."), "{said:?}");
+    let said = words(&facts(0.6, 0.006));
+    assert!(said.observations[0].contains("ends in 0 of 1 groups"), "{said:?}");
+    assert!(
+        said.conclusion.contains("narrower limits do not bring the corrected sheet"),
+        "{said:?}"
+    );
+    assert!(said.observations[1].contains("2.0 to 20 times as elongated"), "{said:?}");
+}
+
+#[test]
+fn words_tell_whether_the_residual_falls_and_what_a_subset_lacks() {
+    let mut facts = Facts {
+        meshes: Vec::new(),
+        rows: vec![
+            Row { residual: 1.5, ..row(0.1, FORWARD, 0.5, &[]) },
+            Row { residual: 1.4, step_s: 0.5 * STEP, ..row(0.1, FORWARD, 0.5, &[]) },
+        ],
+        spins: Vec::new(),
+        sweeps: Vec::new(),
+    };
+    let said = words(&facts).conclusion;
+    assert!(
+        said.starts_with("The corrected sheet ends at least 50 % of the motion away"),
+        "{said}"
+    );
+    assert!(
+        said.ends_with("as large as all forces, and it does not vanish with the step."),
+        "{said}"
+    );
+    facts.rows[1].residual = 0.1;
+    let said = words(&facts).conclusion;
+    assert!(said.ends_with("though it falls with the step."), "{said}");
+    facts.rows.clear();
+    assert_eq!(words(&facts).conclusion, "No corrected sheet was run.");
+}
+
+#[test]
+fn words_count_sweeps_and_what_spinning_sheets_lose() {
+    let sweeps = |elongation: [f64; 2]| Sweeps {
+        mesh: "grid".to_owned(),
+        limit: 0.1,
+        order: FORWARD.to_owned(),
+        before: 0.8,
+        sweeps: vec![1, 2],
+        elongation: elongation.to_vec(),
+        portable: true,
+    };
+    let spin = Spin {
+        mesh: "grid".to_owned(),
+        label: "provot".to_owned(),
+        method: "provot".to_owned(),
+        limit: Some(0.1),
+        momentum_change: 1e-16,
+        angular_momentum_left: 0.75,
+        angular_momentum_taken: 0.25,
+        energy_left: 0.5,
+        portable: true,
+    };
+    let mut facts = Facts {
+        meshes: Vec::new(),
+        rows: Vec::new(),
+        spins: vec![spin],
+        sweeps: vec![sweeps([0.9, 0.5]), sweeps([0.7, 0.1])],
+    };
+    let text = words(&facts).observations.join(" ");
+    assert!(text.contains("Corrections keep the momentum of a free sheet"), "{text}");
+    assert!(text.contains("as little as 75 % of its angular momentum"), "{text}");
+    assert!(text.contains("1 of 2 stretched sheets meet the limit within 2 sweeps"), "{text}");
+    assert!(text.contains("lengthens the longest spring in 1."), "{text}");
+    facts.spins[0].momentum_change = 1e-3;
+    let text = words(&facts).observations.join(" ");
+    assert!(text.contains("Corrections do not keep the momentum"), "{text}");
 }

@@ -1,4 +1,5 @@
-//! Experiment `precomputed-inverse`: what Desbrun's inverse costs, and what a change of the system costs it.
+//! Experiment `precomputed-inverse`: what Desbrun's inverse costs, and what a change of the system
+//! costs it.
 
 mod changes;
 mod system;
@@ -28,24 +29,31 @@ const TIMED_STEPS: u64 = 50;
 /// How the timings are taken.
 pub(super) fn timing() -> String {
     format!(
-        "One case at a time on one thread; {REPETITIONS} repetitions of each. Set-up: allocation, analysis of the pattern and numbers. \
-             Rebuild: the numbers anew in the same memory, for another step size. Step: mean over {TIMED_STEPS} steps from the \
-             start, of `desbrun` (inverse, factor; without its correction of torques) and of `imex-euler` (CG, ε = {LOOSE}). Solve: \
-             the linear system alone, from 0; the direct solvers refine their solution once there, which `desbrun` does not."
+        "One case at a time on one thread, {REPETITIONS} repetitions of each. Set-up is \
+         allocation, analysis of the pattern and numbers; rebuild is the numbers anew in the same \
+         memory, for another step size. A step is the mean over {TIMED_STEPS} steps from the \
+         start: of `desbrun` with inverse or factor and without its correction of torques, of \
+         `imex-euler` with CG (ε = {LOOSE}). A solve is the linear system alone, from 0; direct \
+         solvers refine their solution once there, which `desbrun` does \
+         not."
     )
 }
 
 /// How the facts are measured.
 pub(super) fn method() -> String {
     format!(
-        "A sheet that hangs from two corners, structural springs and shear springs of a tenth of the stiffness, all implicit, \
-             damping 40/s over the mass, h = {STEP} s. The linear system A v = b, A = M + h² L_k + h L_c, one scalar matrix for \
-             three coordinates, by three solvers: the full inverse, a sparse Cholesky factor (order of the rows: AMD), and conjugate gradients with \
-             IC(0). Operations are counted to leading order from the non-zeros: inverse n³ to make and 6 n² to use; factor Σ c² over \
-             the entries c of its columns, and 12 times its entries to use; CG per iteration one product with A, two triangles and five vector \
-             operations, times one more than the mean number of iterations a step in one second at ε = {LOOSE}. The solutions of one and the same \
-             system are compared, CG solved to 1e-14. Then the run is changed on the way, and after each change the running method \
-             is compared with one that starts anew from there. `k/m` of the series `one fabric` is 1e6/s² at 400 particles and grows with their number."
+        "A sheet hangs from two corners, with structural springs and shear springs of a tenth of \
+         the stiffness, all implicit, d/m = 40 s⁻¹ and h = {STEP} s. Three solvers solve A v = b \
+         with A = M + h² L_k + h L_c, one scalar matrix for three coordinates: the full inverse, \
+         a sparse Cholesky factor (rows ordered by AMD), and conjugate gradients with IC(0). \
+         Operations are counted to leading order from the non-zeros. The inverse takes n³ to make \
+         and 6 n² to use; the factor Σ c² over the entries c of its columns to make and 12 times \
+         its entries to use. A CG iteration takes one product with A, two triangles and five \
+         vector operations; a solve takes one more than the mean iterations a step in one second \
+         at ε = {LOOSE}. The solutions of one system are compared, CG solved to 1e-14. Then the \
+         run is changed on the way, and after each change the running method is compared with one \
+         that starts anew. In the series `one fabric` k/m is 1e6/s² at 400 particles and grows \
+         with their number."
     )
 }
 

@@ -1,9 +1,10 @@
 //! Counts on a system that can be counted by hand, rebuilds by cause, and what is concluded.
 
-use super::super::words::{crossover, findings};
+use super::super::facts::crossover;
+use super::super::words::words;
 use super::system::solver;
 use super::*;
-use crate::studies::precomputed_inverse::facts::{CG, CHOLESKY, DENSE, Solver};
+use crate::studies::precomputed_inverse::facts::{CG, CHOLESKY, Change, DENSE, Solver};
 
 fn case(solver: &'static str) -> Case {
     Case { side: 5, solver, series: "any", stiffness: 1e4 }
@@ -81,10 +82,53 @@ fn a_rebuild_is_dear_or_not_by_its_worth_in_solves() {
         ],
         changes: Vec::new(),
     };
-    let text = findings(&facts(60.0)).join(" ");
-    assert!(text.contains("100: 60.0. It makes changes of h and k dear"), "{text}");
-    assert!(text.contains("agree within 1e-9"), "{text}");
-    assert!(text.contains("than the dense inverse from 100 particles on"), "{text}");
-    let text = findings(&facts(6.0)).join(" ");
-    assert!(text.contains("It forbids no change"), "{text}");
+    let said = words(&facts(60.0));
+    assert!(
+        said.conclusion.ends_with("dear for the dense inverse (up to 60 solves' worth)."),
+        "{said:?}"
+    );
+    assert!(said.observations[0].starts_with("The three solvers agree"), "{said:?}");
+    let said = words(&facts(6.0)).conclusion;
+    assert!(said.contains("h or k is cheap for the dense inverse"), "{said}");
+}
+
+#[test]
+fn words_tell_who_is_dearest_who_overtakes_and_what_disagrees() {
+    let sparse = [(100, 1.0), (400, 20.0)].map(|(n, ops)| row(n, CHOLESKY, ops));
+    let cg = [(100, 2.0), (400, 10.0)].map(|(n, ops)| row(n, CG, ops));
+    let dense = [(100, 5.0), (400, 50.0)].map(|(n, ops)| row(n, DENSE, ops));
+    let solvers = dense.iter().chain(&sparse).chain(&cg).cloned().collect();
+    let mut facts = Facts { solvers, changes: Vec::new() };
+    let said = words(&facts).conclusion;
+    assert!(said.starts_with("At every size the inverse is the dearest"), "{said}");
+    assert!(said.contains("until CG overtakes it from 400 particles on (any)"), "{said}");
+    facts.solvers[0].setup_operations = 1.0;
+    facts.solvers[5].solve_operations = 30.0;
+    facts.solvers[4].disagreement = 1e-3;
+    let said = words(&facts);
+    assert!(
+        said.conclusion.starts_with("The inverse is not the dearest at every size."),
+        "{said:?}"
+    );
+    assert!(said.conclusion.contains("sparse factor than with CG at every size"), "{said:?}");
+    assert!(said.observations[0].contains("do not agree"), "{said:?}");
+    let change = |distance: f64| Change {
+        solver: CG.to_owned(),
+        method: "some".to_owned(),
+        steps: 10,
+        first: 1,
+        step_size: 2,
+        stiffness: 3,
+        constraints: 4,
+        changed: vec!["nothing".to_owned()],
+        distance_to_fresh_m: vec![distance],
+        portable: true,
+    };
+    facts.changes = vec![change(0.0)];
+    let text = words(&facts).observations.join(" ");
+    assert!(text.contains("In 10 steps") && text.contains("up 10 times"), "{text}");
+    assert!(text.contains("goes on as one that starts anew"), "{text}");
+    facts.changes.push(change(0.5));
+    let text = words(&facts).observations.join(" ");
+    assert!(text.contains("ends up to 0.50 m from one that starts anew"), "{text}");
 }

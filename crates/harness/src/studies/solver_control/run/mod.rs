@@ -31,7 +31,8 @@ const REFERENCE_TOLERANCE: f64 = 1e-10;
 const STRETCH: f64 = 1.02;
 /// Greatest effort of a run, in visits of a spring; some 10 s.
 const BUDGET: f64 = 2e9;
-/// What operations cost, in sweeps over the springs of this sheet: rounded from times on one machine.
+/// What operations cost, in sweeps over the springs of this sheet: rounded from times on one
+/// machine.
 const PRODUCT: u64 = 2;
 /// With the 3×3 blocks of Newton's matrix.
 const BLOCK_PRODUCT: u64 = 6;
@@ -216,24 +217,26 @@ fn time(setting: &Setting, cell: &Cell) -> Result<TimingRow, HarnessError> {
 /// How the timings are taken.
 pub(super) fn timing() -> String {
     format!(
-        "One run at a time on one thread of an otherwise idle process, {REPETITIONS} repetitions; all steps of \
-             {SPAN} s together, without the first set-up."
+        "One run at a time on one thread of an otherwise idle process, {REPETITIONS} repetitions; \
+         all steps of {SPAN} s together, without the first \
+         set-up."
     )
 }
 
 /// How the facts are measured.
 pub(super) fn method() -> String {
-    "A sheet of 20 × 20 particles (1 m × 1 m, 1 g each, shear springs of a tenth of the stiffness, two \
-                 corners pinned) falls from the horizontal for 0.25 s (d/m = 40/s), or starts stretched by 2 % with \
-                 d/m = 2/s, so that it vibrates. The error is the mass-weighted distance of the positions at the end \
-                 from those of DOP853 at tolerance 1e-10, over how far the sheet has moved; the reference is run again \
-                 at 1e-9, which tells its own error. Forcing and Jacobians: h = 0.01 s, Newton to a residual of 1e-9 \
-                 of the change of velocity; imex-updated in its robust form, without the turn to Newton, to its default \
-                 tolerance. Adaptive runs divide frames of 0.01 s by their tolerance, a local error of positions in \
-                 mesh widths; constant runs take the step as given. Work is counted, and weighed in sweeps over \
-                 the springs: a product with the scalar matrix counts 2, with Newton's 3 × 3 blocks 6, a set-up of the scalar matrix 30, a factorisation of \
-                 Newton's 1000, a solve with its factor 18. Seconds stand in the file of the timings."
-            .to_owned()
+    "A sheet of 20 × 20 particles, 1 m × 1 m, 1 g each, falls from the horizontal for 0.25 s with \
+     two corners pinned and d/m = 40 s⁻¹; shear springs have a tenth of the stiffness. In the \
+     vibrating scene it starts stretched by 2 % with d/m = 2 s⁻¹. The error is the mass-weighted \
+     distance of the positions at the end from DOP853 at tolerance 1e-10, over how far the sheet \
+     has moved; a run at 1e-9 tells the error of the reference. Forcing terms and Jacobians: h = \
+     0.01 s, Newton to a residual of 1e-9 of the change of velocity. imex-updated runs in its \
+     safeguarded form, without the turn to Newton, to its default tolerance. Adaptive runs divide \
+     frames of 0.01 s by their tolerance, a local error of positions in mesh widths; constant \
+     runs take the step as given. Work is counted and weighed in sweeps over the springs. A \
+     product with the scalar matrix counts 2, with Newton's 3 × 3 blocks 6, a set-up of the \
+     scalar matrix 30, a factorisation of Newton's 1000, a solve with its factor 18."
+        .to_owned()
 }
 
 pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, HarnessError> {
@@ -268,8 +271,8 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, H
     Ok(Measured { facts, timings, scenes: hashes, seed: None })
 }
 
-/// Its facts, as they are compared. Step sizes over time are not: they follow from the decisions of the control, which
-/// turn on the last digits.
+/// Its facts, as they are compared. Step sizes over time are not: they follow from the decisions of
+/// the control, which turn on the last digits.
 pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {
     let scenes = facts.scenes.iter();
     let scenes = scenes.map(|scene| fact(format!("scene {}", scene.id), scene.portable, scene));

@@ -1,3 +1,4 @@
+use super::super::words::words;
 use super::*;
 use crate::studies::solver_control::facts::PLAIN;
 use drape_report::Verdict;
@@ -44,7 +45,7 @@ fn measured(label: &str, is_adaptive: bool, value: f64, error: f64, substeps: u6
 }
 
 #[test]
-fn findings_follow_from_the_facts() {
+fn words_follow_from_the_facts() {
     let scene = Scene {
         id: "hanging-1e4".to_owned(),
         stiffness_over_mass_per_s2: 1e4,
@@ -60,14 +61,77 @@ fn findings_follow_from_the_facts() {
         measured(PLAIN, true, 1e-2, 0.5, 25),
     ];
     let facts = Facts { scenes: vec![scene], runs, histories: Vec::new() };
-    let text = super::super::words::findings(&facts).join("\n");
+    let said = words(&facts);
     // 30 + 80 sweeps against the 30 + 100 of the constant step that is at least as good.
-    assert!(
-        text.contains("1 do less work") && text.contains("does 0.846 times the work"),
-        "{text}"
-    );
-    assert!(text.contains("takes 25 substeps and is off by 0.500 of the motion"), "{text}");
-    assert!(text.contains("takes 40 and is off by 0.150"), "{text}");
+    let saves = "mostly save work: 1 of 1 adaptive runs do less than a constant step of at most \
+                 their error, at best 15 % of \
+                 it";
+    assert!(said.conclusion.contains(saves), "{said:?}");
+    let text = said.observations.join("\n");
+    let sees = "sees what positions hide: 40 against 25 substeps, error 0.150 against 0.500";
+    assert!(text.contains(sees), "{text}");
+    let mut dear = facts.clone();
+    dear.runs[2].work_sweeps = 1000;
+    dear.runs[2].error = Some(0.6);
+    let said = words(&dear);
+    assert!(said.conclusion.starts_with("Adaptive steps never save work: 0 of 1"), "{said:?}");
+    assert!(said.observations.join(" ").contains("does not see what positions hide"), "{said:?}");
+    dear.runs.truncate(1);
+    assert_eq!(words(&dear).conclusion, "No two runs can be compared.");
+}
+
+#[test]
+fn words_compare_forcing_terms_factors_and_preconditioners() {
+    let scene = Scene {
+        id: "hanging-1e4".to_owned(),
+        stiffness_over_mass_per_s2: 1e4,
+        damping_over_mass_per_s: 40.0,
+        span_s: SPAN,
+        reference_error_m: 1e-9,
+        portable: false,
+    };
+    let run =
+        |series: &str, label: &str, value: Option<f64>, cg_iterations: u64, work_sweeps: u64| Run {
+            series: series.to_owned(),
+            value,
+            cg_iterations,
+            work_sweeps,
+            ..measured(label, false, 0.0, 0.1, 25)
+        };
+    let mut facts = Facts {
+        scenes: vec![scene],
+        runs: vec![
+            run("forcing", "newton", Some(0.5), 40, 0),
+            run("forcing", "newton", Some(0.1), 20, 0),
+            run("forcing", "newton", None, 15, 0),
+            run("forcing", "linear", Some(0.5), 5, 0),
+            run("forcing", "linear", Some(1e-6), 50, 0),
+            run("forcing", "updated, to the end", None, 10, 0),
+            run("forcing", "updated, Eisenstat-Walker", None, 8, 0),
+            run("jacobian", "newton: fresh, Cholesky", None, 0, 100),
+            run("jacobian", "newton: saved, Cholesky", None, 0, 25),
+            run("preconditioner", "none", None, 100, 0),
+            run("preconditioner", "jacobi", None, 90, 0),
+            run("preconditioner", "ic0", None, 30, 0),
+        ],
+        histories: Vec::new(),
+    };
+    facts.runs[3].energy_gain_j = 1.0;
+    let said = words(&facts);
+    let walker = "forcing terms take 0.75 times the CG iterations of the best constant one";
+    assert!(said.conclusion.contains(walker), "{said:?}");
+    let text = said.observations.join("\n");
+    for part in [
+        "Saved factors do 0.25 times the work",
+        "IC(0) takes 0.30 times the CG iterations of no preconditioner, Jacobi's 0.90 times.",
+        "terms take 0.80 times the CG iterations of full solves",
+        "linear at ε = 0.5 gains energy in 1 of 1 scenes; ε = 10⁻⁶ takes up to 10 times",
+    ] {
+        assert!(text.contains(part), "{part}\n{text}");
+    }
+    assert!(said.caveats[0].starts_with("Every Newton run reaches the same residual"), "{said:?}");
+    facts.runs[1].unconverged_steps = 1;
+    assert!(words(&facts).caveats[0].starts_with("Not every Newton run"), "{said:?}");
 }
 
 /// The estimator that sees the splitting takes smaller steps where the sheet is stiff, and is nearer to the truth.

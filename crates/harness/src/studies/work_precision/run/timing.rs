@@ -7,11 +7,14 @@ use crate::HarnessError;
 use crate::studies::work_precision::facts::{Facts, Run, TimingRow, cheapest, rows_of};
 use crate::studies::{Context, timed};
 
-pub(super) const METHOD: &str = "One run at a time on one thread: set-up and all steps, without what the harness does between \
-    the steps; for `dop853` the whole call of the library. Three repetitions, one for runs beyond 0.3 s; seconds are their median. \
-    Timed are the series over the stiffness with light damping, and the middle one with heavy damping: the methods of the \
-    headline, and every run of another method whose counted effort is at most eight times the least for its error. Each row carries the \
-    error of the run that was timed; it is ranked only if that is the fact's to the last bit.";
+pub(super) const METHOD: &str = "One run at a time on one thread, with set-up and all steps but \
+                                 without what the harness does between them; for `dop853` the \
+    whole call of the library. Seconds are the median of three repetitions; a run beyond 0.3 s is \
+    timed once. Timed are the lightly damped series over the stiffness and the heavily damped \
+    sheet at k/m = 10⁶ s⁻². There every method of the headline is timed. Other runs are timed if \
+    their counted effort is at most eight times the least for their error. A run is ranked only \
+    if it repeats the recorded error to the last \
+    bit.";
 
 /// Runs that take longer are timed once.
 const LONG_NS: u64 = 300_000_000;
