@@ -18,8 +18,8 @@ fn kin(method: &str, label: &str) -> Kin {
     }
 }
 
-/// Sorts labels into families; `rows` are the methods (id, with or without settings) and labels of a
-/// record's rows.
+/// Sorts labels into families; `rows` are the methods (id, with or without settings) and labels of
+/// a record's rows.
 pub(crate) fn families<'a>(rows: impl Iterator<Item = (&'a str, &'a str)>) -> Vec<Family<'a>> {
     drape_report::family::families(rows.map(|(method, label)| (kin(method, label), label)))
 }

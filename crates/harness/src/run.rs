@@ -213,6 +213,9 @@ enum Source<'a> {
     Caller(&'a mut dyn Integrator),
 }
 
+/// Sees the end of every step.
+type Observer<'a> = Box<dyn FnMut(&Moment<'_>) + 'a>;
+
 /// A run to be made: its method, its steps, its budget and its observers.
 ///
 /// ```
@@ -238,7 +241,7 @@ pub struct Runner<'a> {
     budget: Option<f64>,
     reference: Option<f64>,
     numbering: Option<&'a Numbering>,
-    observers: Vec<Box<dyn FnMut(&Moment<'_>) + 'a>>,
+    observers: Vec<Observer<'a>>,
 }
 
 impl std::fmt::Debug for Runner<'_> {

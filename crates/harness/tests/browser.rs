@@ -1,6 +1,8 @@
-//! The report in a browser: Chromium opens it from disk, on a phone and on a desk, light and dark, and prints it.
+//! The report in a browser: Chromium opens it from disk, on a phone and on a desk, light and dark,
+//! and prints it.
 //!
-//! Without Chromium these tests say that they were skipped; with DRAPE_BROWSER=required they fail then.
+//! Without Chromium these tests say that they were skipped; with DRAPE_BROWSER=required they fail
+//! then.
 
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
@@ -88,7 +90,8 @@ impl Opened {
         self.browser.events.iter().filter_map(complaint).collect()
     }
 
-    /// Keeps a file below the folder in DRAPE_REPORT_LOOK, if it is set: a human can then look at it.
+    /// Keeps a file below the folder in DRAPE_REPORT_LOOK, if it is set: a human can then look at
+    /// it.
     fn keep(name: &str, bytes: impl FnOnce() -> Vec<u8>) {
         if let Some(folder) = std::env::var_os("DRAPE_REPORT_LOOK") {
             std::fs::write(Path::new(&folder).join(name), bytes()).unwrap();
@@ -150,7 +153,8 @@ fn check(results: &Path, width: u32) {
     assert!(complaints.is_empty(), "{complaints:#?}");
 }
 
-/// A click on the head of a column sorts by it, another one turns the order round; so does the keyboard.
+/// A click on the head of a column sorts by it, another one turns the order round; so does the
+/// keyboard.
 fn sorts(page: &mut Opened) {
     page.value(
         "(() => { const heads = [...document.querySelectorAll('main table')].map((t) => t.tHead.rows[0].cells[0]); \

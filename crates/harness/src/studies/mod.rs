@@ -405,24 +405,9 @@ fn counts(
     Ok((choice, counts))
 }
 
-/// Words of which the first finding is the conclusion.
-fn first_leads(findings: Vec<String>) -> Words {
-    let mut findings = findings.into_iter();
-    Words {
-        conclusion: findings.next().unwrap_or_default(),
-        observations: findings.collect(),
-        caveats: Vec::new(),
-    }
-}
-
 /// Energy gain for a record, where JSON knows no infinity.
 pub(crate) fn finite(energy: f64) -> f64 {
     if energy.is_nan() { f64::MAX } else { energy.clamp(f64::MIN, f64::MAX) }
-}
-
-/// An energy gain in prose.
-fn gain(energy: f64) -> String {
-    if energy < f64::MAX { format!("{} J", short(energy)) } else { "beyond all bounds".to_owned() }
 }
 
 /// A number in prose: three significant digits.
@@ -448,5 +433,48 @@ mod tests {
                 assert!(names[..n].contains(before), "{}: {before}", study.name());
             }
         }
+    }
+
+    /// A sentence ends with a mark and a space, or with the text.
+    fn sentences(text: &str) -> usize {
+        let ends = [". ", "? ", "! "].iter().map(|end| text.matches(end).count()).sum::<usize>();
+        ends + usize::from(!text.is_empty())
+    }
+
+    #[test]
+    fn committed_words_follow_from_their_facts_and_are_few() {
+        let results = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../results"));
+        let folder = tempfile::tempdir().expect("a folder");
+        for study in all() {
+            let (name, file) = (study.name(), format!("{}.json", study.name()));
+            let copy = folder.path().join(&file);
+            std::fs::copy(results.join(&file), &copy).expect("a committed record");
+            let is_stale = study.reword(folder.path()).expect("a readable record");
+            assert!(!is_stale, "{name}: run `cargo run -p drape-tests --bin splice`");
+            let record: Record<serde_json::Value> =
+                drape_report::file::read_json(&copy).expect("a record");
+            let Words { conclusion, observations, caveats } = record.words;
+            assert!((1..=3).contains(&sentences(&conclusion)), "{name}: {conclusion}");
+            assert!(observations.len() <= 5, "{name}: {} observations", observations.len());
+            for text in observations.iter().chain(&caveats) {
+                assert!(!text.is_empty() && text.ends_with('.'), "{name}: {text}");
+            }
+            for sentence in &observations {
+                assert_eq!(sentences(sentence), 1, "{name}: {sentence}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_stale_word_is_seen_and_written_anew() {
+        let results = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../results"));
+        let folder = tempfile::tempdir().expect("a folder");
+        let text = std::fs::read_to_string(results.join("order.json")).expect("a record");
+        let stale = text.replacen("\"conclusion\": \"", "\"conclusion\": \"Once. ", 1);
+        assert_ne!(text, stale);
+        std::fs::write(folder.path().join("order.json"), stale).expect("written");
+        let study = find("order").expect("a study");
+        assert!(study.reword(folder.path()).expect("reworded"));
+        assert!(!study.reword(folder.path()).expect("as it should be"));
     }
 }

@@ -8,7 +8,8 @@ use drape_harness::studies::precomputed_inverse::facts::{CG, CHOLESKY, DENSE};
 use drape_report::Verdict;
 use drape_report::{Record, TIMINGS_FORMAT, Timings};
 
-/// Falls whose other ways out take twice the iterations, one of them unstable; `quick`: the table alone.
+/// Falls whose other ways out take twice the iterations, one of them unstable; `quick`: the table
+/// alone.
 pub(crate) fn collision(quick: bool) -> Record<collision::Facts> {
     use collision::{POSITION, TELEPORT, VELOCITY};
     let scene = |obstacle: &str, stiffness: f64| collision::Scene {

@@ -39,7 +39,7 @@ fn run(scene: &Scene, verdict: Verdict) -> Run {
     Run {
         scene: scene.id.clone(),
         settings: "method".to_owned(),
-        verdict: verdict,
+        verdict,
         reached_s: 2.0,
         steps: 200,
         retained_motion: stable(0.95),

@@ -6,7 +6,8 @@ use drape_report::Record;
 use drape_report::Verdict;
 use std::collections::BTreeMap;
 
-/// Four scenes, undamped and damped, with ledgers that take and add; `quick`: the spinning sheet only.
+/// Four scenes, undamped and damped, with ledgers that take and add; `quick`: the spinning sheet
+/// only.
 pub(crate) fn energy(quick: bool) -> Record<energy::Facts> {
     let names = ["spinning-1e4", "hanging-1e4", "hanging-1e6", "sphere-1e4"];
     let names = &names[..if quick { 1 } else { 4 }];

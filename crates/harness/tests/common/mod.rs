@@ -304,7 +304,7 @@ fn cell(at: &At) -> cg::Cell {
         unconverged_steps: 0,
         energy_gain_j: if verdict == Verdict::Diverged { 1e200 } else { 0.0 },
         energy_climb: 0.0,
-        verdict: verdict,
+        verdict,
         portable: true,
     }
 }
@@ -467,8 +467,8 @@ pub(crate) fn hard_cases(quick: bool) -> Record<hard_cases::Facts> {
     record("hard-cases", quick, facts)
 }
 
-/// Method and label of some curves: as many in the first family as there are colours, one in another, and one of a
-/// method that the families do not know.
+/// Method and label of some curves: as many in the first family as there are colours, one in
+/// another, and one of a method that the families do not know.
 pub(crate) const CURVES: [(&str, &str); 9] = [
     ("explicit-euler", "explicit-euler"),
     ("symplectic-euler:damping=implicit", "symplectic-euler, implicit damping"),
@@ -481,7 +481,8 @@ pub(crate) const CURVES: [(&str, &str); 9] = [
     ("unheard-of", "unheard-of"),
 ];
 
-/// Errors of order 1 and 2; some runs diverge where the springs are stiff; `quick`: the smooth scene only.
+/// Errors of order 1 and 2; some runs diverge where the springs are stiff; `quick`: the smooth
+/// scene only.
 pub(crate) fn order(quick: bool) -> Record<order::Facts> {
     let scene = |id: &str, k_over_m: f64, damping: &str| order::Scene {
         id: id.to_owned(),
@@ -530,7 +531,8 @@ pub(crate) fn order(quick: bool) -> Record<order::Facts> {
     record("order", quick, order::Facts { scenes, rows })
 }
 
-/// Sheets and pairs whose spin decays; some runs are unstable; `quick`: a spinning sheet and a pair.
+/// Sheets and pairs whose spin decays; some runs are unstable; `quick`: a spinning sheet and a
+/// pair.
 pub(crate) fn momentum(quick: bool) -> Record<momentum::Facts> {
     let scene = |id: &str, particles: usize, k_over_m: f64, gravity: f64| momentum::Scene {
         id: id.to_owned(),
@@ -583,7 +585,8 @@ pub(crate) fn momentum(quick: bool) -> Record<momentum::Facts> {
     record("momentum", quick, momentum::Facts { scenes, rows })
 }
 
-/// Claims of each verdict; the seconds bear out the refuted one and contradict C02, which is confirmed.
+/// Claims of each verdict; the seconds bear out the refuted one and contradict C02, which is
+/// confirmed.
 pub(crate) fn claims() -> (Record<claims::Facts>, Timings<claims::TimingRow>) {
     use claims::{Number, Ruling, TimedCase, TimingRow};
     let numbers = || {

@@ -6,7 +6,8 @@ use drape_harness::studies::stability::facts as stability;
 use drape_report::Record;
 use drape_report::Verdict;
 
-/// Every verdict over steps and stiffnesses, limits with and without theory, a scan; `quick`: one column.
+/// Every verdict over steps and stiffnesses, limits with and without theory, a scan; `quick`: one
+/// column.
 pub(crate) fn stability(quick: bool) -> Record<stability::Facts> {
     let verdicts = [
         Verdict::Stable,

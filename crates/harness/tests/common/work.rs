@@ -17,8 +17,8 @@ fn timings_of<R>(experiment: &str, rows: Vec<R>) -> Timings<R> {
     }
 }
 
-/// Series over the stiffness, over the size, and of another scene; errors of order 1 and 2, the coarsest run of the
-/// first methods diverges; `quick`: one scene only.
+/// Series over the stiffness, over the size, and of another scene; errors of order 1 and 2, the
+/// coarsest run of the first methods diverges; `quick`: one scene only.
 pub(crate) fn work_precision(quick: bool) -> Record<work_precision::Facts> {
     let scene = |name: &str, damping: &str, k_over_m: f64, particles: usize, series: &[&str]| {
         work_precision::Scene {

@@ -1,4 +1,5 @@
-//! Chromium, driven over the DevTools protocol: JSON messages with a zero byte after each, on two pipes.
+//! Chromium, driven over the DevTools protocol: JSON messages with a zero byte after each, on two
+//! pipes.
 
 #![allow(clippy::unwrap_used)]
 

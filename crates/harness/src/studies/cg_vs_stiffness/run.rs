@@ -27,8 +27,8 @@ const REFERENCE_STIFFNESS: f64 = 1e7;
 const FIXED_MATERIAL: &str = "fixed-material";
 const STEPS: [f64; 6] = [0.001, 0.002, 0.005, 0.01, 0.02, 0.05];
 const FORCING_TERMS: [f64; 7] = [0.2, 0.1, 0.05, 0.01, 1e-3, 1e-4, 1e-6];
-/// Newton, to which the robust form turns for θ > 100, factorises 8112 unknowns on the larger sheet: beyond
-/// this stiffness that is another experiment.
+/// Newton, to which the robust form turns for θ > 100, factorises 8112 unknowns on the larger
+/// sheet: beyond this stiffness that is another experiment.
 const ROBUST_LIMIT_LARGE: f64 = 1e6;
 
 #[derive(Clone, Copy, Debug)]

@@ -27,7 +27,7 @@ pub(super) fn words(facts: &Facts) -> Words {
 }
 
 /// Methods whose runs all pass a test.
-fn methods<'a>(facts: &'a Facts, test: impl Fn(&Run) -> bool) -> Vec<&'a str> {
+fn methods(facts: &Facts, test: impl Fn(&Run) -> bool) -> Vec<&str> {
     let runs = facts.lessons.iter().filter(|lesson| !lesson.runs.is_empty());
     let chosen = runs.filter(|lesson| lesson.runs.iter().all(&test));
     chosen.map(|lesson| lesson.id.as_str()).collect()

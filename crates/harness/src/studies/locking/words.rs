@@ -100,12 +100,14 @@ fn terminal(facts: &Facts) -> Option<String> {
     let off = (ratio - 1.0).abs();
     Some(if off < LAWFUL {
         format!(
-            "At {k} s⁻² its sheet falls at the terminal speed of the law of locking, within {}.",
+            "At {k} s⁻² the sheet of IMEX Euler falls at the speed that the law of locking gives, \
+             within {}.",
             per_cent(off)
         )
     } else {
         format!(
-            "At {k} s⁻² its sheet falls at {} times the terminal speed of the law of locking.",
+            "At {k} s⁻² the sheet of IMEX Euler falls at {} times the speed that the law of locking \
+             gives.",
             significant(ratio, 3)
         )
     })

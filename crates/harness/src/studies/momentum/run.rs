@@ -22,8 +22,8 @@ const DURATION: f64 = 1.0;
 const STEP: f64 = 0.01;
 /// Steps of that size from one sample to the next.
 const STRIDE: u64 = 10;
-/// Explicit methods run with `h ω_max` at most this, far below their limits, so that even those that are only
-/// weakly unstable last.
+/// Explicit methods run with `h ω_max` at most this, far below their limits, so that even those
+/// that are only weakly unstable last.
 const EXPLICIT: f64 = 0.1;
 /// A falling sheet is so much heavier on one side and lighter on the other.
 const UNEVEN: f64 = 0.5;
@@ -57,7 +57,8 @@ const VARIANTS: [Variant; 23] = [
     Variant::new("imex-cnlf", "imex-cnlf:forcing_term=1e-12"),
 ];
 
-/// Variants for which the method's statement of what it keeps is not meant: solved loosely, or another correction.
+/// Variants for which the method's statement of what it keeps is not meant: solved loosely, or
+/// another correction.
 const UNSTATED: [&str; 5] = [
     "desbrun, no correction",
     "desbrun, literal",
@@ -239,8 +240,8 @@ struct Watch<'a> {
     /// Over the kinetic energy of the start.
     energy_gain: f64,
     spin: Vec<f64>,
-    /// The law of the method with its `θ`, the length of the spring after the last step, m, and the product of
-    /// the factors so far.
+    /// The law of the method with its `θ`, the length of the spring after the last step, m, and the
+    /// product of the factors so far.
     law: Option<(SpinLaw, f64)>,
     length: f64,
     law_product: f64,
@@ -335,7 +336,8 @@ pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {
     let scenes = facts.scenes.iter();
     let scenes = scenes.map(|scene| fact(format!("scene {}", scene.id), scene.portable, scene));
     let rows = facts.rows.iter().map(|row| {
-        // An unstable run magnifies round-off: its way is the same everywhere only where the round-off is.
+        // An unstable run magnifies round-off: its way is the same everywhere only where the
+        // round-off is.
         let is_comparable = row.portable || row.verdict != Verdict::Unstable;
         let spin = if is_comparable { row.spin.clone() } else { Vec::new() };
         let row = Row { spin, ..row.clone() };

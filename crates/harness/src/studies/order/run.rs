@@ -18,7 +18,8 @@ use drape_report::Verdict;
 const SIDE: u32 = 6;
 /// Damping over mass of the tension springs, 1/s.
 const DAMPING: f64 = 2.0;
-/// Greatest displacement of the start out of the plane in which springs across are without force, m.
+/// Greatest displacement of the start out of the plane in which springs across are without force,
+/// m.
 const AMPLITUDE: f64 = 0.02;
 /// Simulated time after which the error is taken, s.
 const SPAN: f64 = 0.25;

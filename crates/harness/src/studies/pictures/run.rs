@@ -13,8 +13,8 @@ use std::collections::BTreeMap;
 const TABLE: &str = "square-table-2704-1e6";
 const HANGING: &str = "hanging-textile-sheared-1e4";
 const STIFF: &str = "hanging-textile-1e6";
-/// Stiffness over mass, 1/s², and damping over mass, 1/s, that the table cloth gets besides: with springs along warp and weft alone its
-/// corners would close up to strips.
+/// Stiffness over mass, 1/s², and damping over mass, 1/s, that the table cloth gets besides: with
+/// springs along warp and weft alone its corners would close up to strips.
 const SHEAR: [f64; 2] = [1e4, 4.0];
 const BENDING: [f64; 2] = [2e3, 1.0];
 /// Steps of leapfrog, well below its limit, by which pictures show what the equations say.
@@ -176,7 +176,8 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError
     Ok(Measured { facts, timings: None, scenes, seed })
 }
 
-/// What is compared of a run that is not the same everywhere: round-off may move a rounded position.
+/// What is compared of a run that is not the same everywhere: round-off may move a rounded
+/// position.
 #[derive(serde::Serialize)]
 struct Verdict {
     has_diverged: bool,

@@ -38,7 +38,8 @@ fn range(values: impl Iterator<Item = f64> + Clone) -> Option<(String, String)> 
 
 /// Whether narrower limits come nearer to the stiff sheet, by mesh, method and sweeps.
 fn approach(facts: &Facts) -> Option<String> {
-    let mut series: Vec<((&str, &str, u32), Vec<f64>)> = Vec::new();
+    type Series<'a> = ((&'a str, &'a str, u32), Vec<f64>);
+    let mut series: Vec<Series<'_>> = Vec::new();
     for ((mesh, label, _, sweeps), rows) in groups(facts) {
         let last = rows.iter().find(|row| row.order == FORWARD).and_then(|row| row.distance.last());
         let Some(&last) = last else { continue };

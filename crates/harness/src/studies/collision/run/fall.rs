@@ -21,7 +21,8 @@ pub(super) const DURATION: f64 = 0.6;
 const FLIGHT: f64 = 0.095;
 /// Vertical speed of the ripples, m/s: a flat sheet that meets a plane would be a single particle.
 const RIPPLE: f64 = 0.3;
-/// The mass of a draped sheet lies about so much below the top, m: half of what hangs over the edges of the table.
+/// The mass of a draped sheet lies about so much below the top, m: half of what hangs over the
+/// edges of the table.
 const SAG: f64 = 0.25;
 /// How far outside the surface a particle still touches it, m, as contacts are detected.
 const TOUCHING: f64 = 1e-9;
@@ -160,8 +161,9 @@ impl Stage {
     }
 }
 
-/// Moves the particles inside an obstacle to its surface and lets them leave it with the restitution `e` of their normal
-/// velocity, as Provot and Desbrun treat collisions; returns how many.
+/// Moves the particles inside an obstacle to its surface and lets them leave it with the
+/// restitution `e` of their normal velocity, as Provot and Desbrun treat collisions; returns how
+/// many.
 pub(super) fn teleport(obstacle: &Obstacle, state: &mut State) -> u64 {
     let mut moved = 0;
     for (x, v) in state.x.iter_mut().zip(&mut state.v) {

@@ -1,4 +1,5 @@
-//! Experiment `course`: from explicit Euler to two-step IMEX, each method on one and the same cloth.
+//! Experiment `course`: from explicit Euler to two-step IMEX, each method on one and the same
+//! cloth.
 
 use super::lessons::{HEADLINE, LESSONS, Plan};
 use crate::facts::{Fact, fact};
@@ -255,8 +256,9 @@ fn support() -> Vec<Support> {
     methods::all().map(row).collect()
 }
 
-/// Its facts, as they are compared. Where a library's factorisation takes part, round-off differs with the machine and
-/// two seconds of motion magnify it: there the verdict alone is the same everywhere.
+/// Its facts, as they are compared. Where a library's factorisation takes part, round-off differs
+/// with the machine and two seconds of motion magnify it: there the verdict alone is the same
+/// everywhere.
 pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {
     let Facts { scenes, lessons, support, .. } = facts;
     let scenes = scenes.iter().map(|scene| fact(format!("scene {}", scene.id), true, scene));

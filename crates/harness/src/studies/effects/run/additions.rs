@@ -21,7 +21,8 @@ pub(super) fn base() -> Value {
 #[derive(Clone, Debug)]
 pub(super) struct Addition {
     pub(super) name: &'static str,
-    /// Keys to be merged into the scene: objects key by key, lists by appending; `null` takes a key away.
+    /// Keys to be merged into the scene: objects key by key, lists by appending; `null` takes a key
+    /// away.
     pub(super) adds: Value,
     /// What holds its place among all together, by name; `None` where it is there itself.
     pub(super) holder: Option<&'static str>,
@@ -74,9 +75,10 @@ const BARE: &str = "tension springs";
 
 /// Each addition by itself.
 ///
-/// All together has one for each place of a scene: one law of tension, one of shear, one of bending, one of damping, one air,
-/// one obstacle. A key holds one law alone, and two resistances to the same shape or two balls in one place would
-/// be another scene than anybody writes; so the others are left out there.
+/// All together has one for each place of a scene: one law of tension, one of shear, one of
+/// bending, one of damping, one air, one obstacle. A key holds one law alone, and two resistances
+/// to the same shape or two balls in one place would be another scene than anybody writes; so the
+/// others are left out there.
 fn each() -> Vec<Addition> {
     let effect = |key: &str, law: Value| json!({ "effects": { key: law } });
     let springs = |stiffness: f64| json!({ "stiffness_over_mass_per_s2": stiffness });

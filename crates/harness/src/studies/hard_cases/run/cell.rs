@@ -18,7 +18,8 @@ use drape_report::Verdict;
 pub(super) const SEEDS: [u64; 3] = [1, 2, 3];
 /// Effort after which a run is over budget, in visits of a spring: about two seconds.
 pub(super) const BUDGET: f64 = 4e8;
-/// A sheet at rest may stray by so many mesh widths, at this share of the speed of a fall through one.
+/// A sheet at rest may stray by so many mesh widths, at this share of the speed of a fall through
+/// one.
 const REST: f64 = 1e-6;
 
 /// A case, damped or not, ready to be run.

@@ -17,8 +17,8 @@ const SIDE: u32 = 12;
 const DAMPING: f64 = 40.0;
 /// Stiffness of shear springs over that of tension springs.
 const SHEAR: f64 = 0.1;
-/// Greatest stiffness over mass of a scene whose true motion is computed, 1/s². Stiffer sheets hardly stretch
-/// any more, and release the same energy.
+/// Greatest stiffness over mass of a scene whose true motion is computed, 1/s². Stiffer sheets
+/// hardly stretch any more, and release the same energy.
 const TAME: f64 = 1e7;
 const TAME_FINE: f64 = 1e6;
 /// Perturbation of the start, in mesh widths.
@@ -47,7 +47,8 @@ pub(super) type Maker = fn() -> Result<SystemSpec, HarnessError>;
 pub(super) struct Setup {
     /// The system with its damping.
     pub(super) system: Maker,
-    /// The system whose true motion gives `E_ref`, where that of `system` would take too many steps.
+    /// The system whose true motion gives `E_ref`, where that of `system` would take too many
+    /// steps.
     pub(super) tame: Option<Maker>,
     /// Step and duration, pattern of steps, changes of stiffness.
     pub(super) schedule: Schedule,
@@ -209,7 +210,8 @@ const CYCLE: [f64; 4] = [1.0, 2.0, 1.0, 0.5];
 const STIFFENED: [Change; 2] =
     [Change { time_s: 0.7, factor: 100.0 }, Change { time_s: 1.4, factor: 0.01 }];
 
-/// H11: on a chord about the other pin, at the end of which the row between them is as long as before.
+/// H11: on a chord about the other pin, at the end of which the row between them is as long as
+/// before.
 fn yanked() -> Result<SystemSpec, HarnessError> {
     const CHORD: f64 = 0.6;
     const SPEED: f64 = 10.0;
@@ -300,7 +302,8 @@ fn as_one_fabric(spec: &mut SystemSpec) {
 
 /// H18: upright, held by its first row, each column a hanging chain in equilibrium.
 fn at_rest() -> Result<SystemSpec, HarnessError> {
-    // Explicit steps stay within their limit, and no spring is stretched by a tenth, where Provot would correct it.
+    // Explicit steps stay within their limit, and no spring is stretched by a tenth, where Provot
+    // would correct it.
     let sheet = Sheet { shear: 0.0, damping: 0.25 * DAMPING, ..free(1.2e4) };
     let mut spec = sheet.spec()?;
     spec.pins = pins(0..SIDE);
@@ -561,8 +564,9 @@ impl Scenery {
         (2.0 * -GRAVITY[2] * self.mesh_width).sqrt()
     }
 
-    /// The start with every free particle moved at random by up to 1e-4 mesh widths along each axis; by less where
-    /// that would store more than a thousandth of `reference_energy` (J) in the springs.
+    /// The start with every free particle moved at random by up to 1e-4 mesh widths along each
+    /// axis; by less where that would store more than a thousandth of `reference_energy` (J) in the
+    /// springs.
     pub(super) fn perturbed(
         &self,
         seed: u64,

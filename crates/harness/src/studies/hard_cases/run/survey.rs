@@ -1,4 +1,5 @@
-//! Hard cases for the ledger of claims: methods in settings of their own, from one perturbed start each.
+//! Hard cases for the ledger of claims: methods in settings of their own, from one perturbed start
+//! each.
 
 use super::cell::{Stage, Tally};
 use super::scenes;
@@ -19,8 +20,8 @@ pub(crate) struct HardCase {
     pub(crate) is_over_budget: bool,
 }
 
-/// Runs methods (ids with settings) on the cases with these ids, undamped and damped, each run for at most `budget`
-/// visits of a spring; one list a method.
+/// Runs methods (ids with settings) on the cases with these ids, undamped and damped, each run for
+/// at most `budget` visits of a spring; one list a method.
 pub(crate) fn survey(
     methods: &[&str],
     ids: &[&str],

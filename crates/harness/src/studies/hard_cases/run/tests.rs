@@ -16,8 +16,8 @@ use drape_model::{SpringEffect, TimeSpan};
 use drape_report::Verdict;
 use std::path::Path;
 
-/// What theory says about two free particles of equal mass on a spring, `θ = 2h²k/m` and `η = 2hc/m`, beside
-/// which lies a shear spring of `θ_E`.
+/// What theory says about two free particles of equal mass on a spring, `θ = 2h²k/m` and
+/// `η = 2hc/m`, beside which lies a shear spring of `θ_E`.
 fn of_pair(method: &str, theta: f64, eta: f64, theta_explicit: f64) -> Expected {
     let h = 0.01;
     let mut spec = pair(theta / (2.0 * h * h));
@@ -92,8 +92,8 @@ fn theory_knows_the_limit_of_leapfrog_and_of_the_secant_method() {
     }
 }
 
-/// Explicit springs beside implicit ones: `θ_E` beyond `4 + θ_I` with their tangents or backward Euler,
-/// `(16 + θ_I)/3`, `8 + θ_I/8` and `θ_I` in the two-step methods.
+/// Explicit springs beside implicit ones: `θ_E` beyond `4 + θ_I` with their tangents or backward
+/// Euler, `(16 + θ_I)/3`, `8 + θ_I/8` and `θ_I` in the two-step methods.
 #[test]
 fn theory_knows_how_much_explicit_stiffness_a_method_bears() {
     for theta in [10.0, 1e3] {

@@ -56,7 +56,8 @@ pub(super) enum Tweak {
 const TOLERANCES: [&str; 2] = ["forcing_term", "residual"];
 
 impl Tweak {
-    /// The settings that it gives to a method that declares these; `None` where it has nothing to vary.
+    /// The settings that it gives to a method that declares these; `None` where it has nothing to
+    /// vary.
     fn settings(self, declared: &[Setting]) -> Option<Vec<String>> {
         let declares = |key: &str| declared.iter().find(|setting| setting.key == key);
         let tolerance = |pick: fn(f64, f64) -> f64| {

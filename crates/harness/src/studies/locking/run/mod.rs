@@ -1,6 +1,8 @@
-//! Experiment `locking`: how much of the motion a stiff cloth keeps at a step that does not resolve its springs.
+//! Experiment `locking`: how much of the motion a stiff cloth keeps at a step that does not resolve
+//! its springs.
 
-/// Algorithm 1 as printed, ended after so many updates of the right-hand side, from the velocity of the last step.
+/// Algorithm 1 as printed, ended after so many updates of the right-hand side, from the velocity of
+/// the last step.
 macro_rules! passes {
     ($number:literal) => {
         concat!("imex-updated:safeguard=paper,start=last,forcing_term=1e-8,max_outer=", $number)

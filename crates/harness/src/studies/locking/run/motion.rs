@@ -33,7 +33,8 @@ const EARLY: f64 = 0.3;
 /// From here on the speed of fall is taken, s.
 const LATE: f64 = 0.5;
 
-/// Path of the midpoint in one second, m, in an independent prototype at h = 0.01 s, by k/m; it has no safeguards.
+/// Path of the midpoint in one second, m, in an independent prototype at h = 0.01 s, by k/m; it has
+/// no safeguards.
 const PROTOTYPE: [(f64, [f64; 4]); 7] = [
     (1e2, [4.947, 4.948, 4.947, 4.947]),
     (1e3, [4.823, 4.859, 4.859, 4.859]),

@@ -1,11 +1,13 @@
 //! A single spring loaded across itself, where the law of locking has a closed form.
 //!
-//! The spring pulls along `d`, so that it falls out of the angular momentum `J = d × v` over the mass, and so does
-//! what is added to `d` along `v'`. IMEX Euler gives `J' = (J + h d × a)/(1 + θ)`, `θ = h²k/m`, at any amplitude;
-//! Desbrun and Kang, whose filter passes the load, `J' = J/(1 + θ) + h d × a`. From rest, and while the deflection is
-//! small, the speed after `n` steps is thus `h a q (1 − qⁿ)/(1 − q)`, `q = 1/(1 + θ)`, or that without the first `q`: it
-//! tends to `a/(hκ)`, or to `a/(hκ) + ha`. Updated CG that starts at `v_n` and ends after `N` passes adds the share
-//! `1 − (θ/(1 + θ))ᴺ` of `ha` in each step: its fall is slowed down, but does not end. Backward Euler adds all of it.
+//! The spring pulls along `d`, so that it falls out of the angular momentum `J = d × v` over the
+//! mass, and so does what is added to `d` along `v'`. IMEX Euler gives
+//! `J' = (J + h d × a)/(1 + θ)`, `θ = h²k/m`, at any amplitude; Desbrun and Kang, whose filter
+//! passes the load, `J' = J/(1 + θ) + h d × a`. From rest, and while the deflection is small, the
+//! speed after `n` steps is thus `h a q (1 − qⁿ)/(1 − q)`, `q = 1/(1 + θ)`, or that without the
+//! first `q`: it tends to `a/(hκ)`, or to `a/(hκ) + ha`. Updated CG that starts at `v_n` and ends
+//! after `N` passes adds the share `1 − (θ/(1 + θ))ᴺ` of `ha` in each step: its fall is slowed
+//! down, but does not end. Backward Euler adds all of it.
 
 use crate::HarnessError;
 use crate::methods::Choice;

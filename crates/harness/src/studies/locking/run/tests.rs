@@ -7,8 +7,8 @@ use crate::run::{Runner, Simulation};
 use crate::studies::sheet::Sheet;
 use drape_model::{DampingLaw, PinSpec, TimeSpan};
 
-/// A sheet without shear that is held along its whole first row is a bundle of strings: `u_j = j (2N − 1 − j)/2` at row
-/// `j` of `N`, since the pull on each link is the load below it.
+/// A sheet without shear that is held along its whole first row is a bundle of strings:
+/// `u_j = j (2N − 1 − j)/2` at row `j` of `N`, since the pull on each link is the load below it.
 #[test]
 fn the_lever_of_strings_is_a_parabola() {
     let side = 7;

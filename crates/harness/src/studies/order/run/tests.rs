@@ -64,7 +64,8 @@ fn a_few_methods_on_the_smooth_and_on_a_stiff_scene() -> Result<(), HarnessError
         let constant = row.error_constant.unwrap_or_default();
         assert!((3.0..5.0).contains(&constant), "{row:?}");
     }
-    // Springs that are shortened solve another equation: under a name that claims an order, that shows.
+    // Springs that are shortened solve another equation: under a name that claims an order, that
+    // shows.
     let shortened = smooth.row(&Variant::new("claims an order", "provot"))?;
     assert_eq!((shortened.accepted, shortened.error_constant), (Some(false), None));
     assert_eq!(smooth.row(&Variant::new("provot", "provot"))?.accepted, None);

@@ -1,5 +1,5 @@
-//! Corrected runs: each step is taken twice from the same state, with its correction and without it, so that the
-//! difference is what the correction did.
+//! Corrected runs: each step is taken twice from the same state, with its correction and without
+//! it, so that the difference is what the correction did.
 
 use super::sheets::{Course, Kind, Setting, elongation, marks, permuted, spinning};
 use crate::HarnessError;
@@ -20,13 +20,15 @@ pub(super) struct Method {
     without: &'static str,
 }
 
-/// Provot's and Desbrun's, neither of which has a memory of earlier steps where nothing is in contact.
+/// Provot's and Desbrun's, neither of which has a memory of earlier steps where nothing is in
+/// contact.
 pub(super) const PROVOT: Method =
     Method { label: "provot", with: "provot:", without: "symplectic-euler" };
 pub(super) const DESBRUN: Method =
     Method { label: "desbrun", with: "desbrun:inverse_dynamics=true,", without: "desbrun" };
 
-/// Orders of the sweep: name, word of the setting, and seed of a permutation of the list of springs.
+/// Orders of the sweep: name, word of the setting, and seed of a permutation of the list of
+/// springs.
 type Order = (&'static str, &'static str, Option<u64>);
 
 const ORDERS: [Order; 7] = [
@@ -207,7 +209,8 @@ fn hang(
     Ok((row, course))
 }
 
-/// Angular velocity of the free sheets, 1/s: so fast that their springs stretch by more than the limits.
+/// Angular velocity of the free sheets, 1/s: so fast that their springs stretch by more than the
+/// limits.
 const SPIN: f64 = 10.0;
 const SPIN_DURATION: f64 = 1.0;
 

@@ -93,7 +93,8 @@ pub(super) fn marks(step_s: f64) -> Vec<u64> {
     TIMES.iter().map(|time| (time / step_s).round() as u64).collect()
 }
 
-/// A run without correction: where it is, how far its springs are stretched at most, what energy it sets free, J.
+/// A run without correction: where it is, how far its springs are stretched at most, what energy it
+/// sets free, J.
 struct Plain {
     course: Course,
     elongation: f64,

@@ -1,4 +1,5 @@
-//! Runs in which the system changes on the way: who rebuilds when, and is the answer that of a run which starts there?
+//! Runs in which the system changes on the way: who rebuilds when, and is the answer that of a run
+//! which starts there?
 
 use super::system::{STEP, hanging};
 use crate::HarnessError;

@@ -127,7 +127,8 @@ fn lower_counts(matrix: &ScalarMatrix) -> impl Iterator<Item = usize> {
     (0..matrix.n()).map(|i| matrix.row(i).0.iter().filter(|&&j| j as usize <= i).count())
 }
 
-/// Operations of one iteration of CG: a product with the matrix, the two triangles, five operations on vectors.
+/// Operations of one iteration of CG: a product with the matrix, the two triangles, five operations
+/// on vectors.
 fn iteration(n: f64, matrix: f64, lower: f64) -> f64 {
     COORDINATES * (2.0 * matrix + 4.0 * lower + 10.0 * n)
 }
@@ -204,7 +205,8 @@ pub(super) fn solver(case: &Case) -> Result<Solver, HarnessError> {
     })
 }
 
-/// All solvers on sheets of the given sizes. The cost of a direct one does not depend on the stiffness.
+/// All solvers on sheets of the given sizes. The cost of a direct one does not depend on the
+/// stiffness.
 pub(super) fn cases(sides: &[u32]) -> Vec<Case> {
     let mut cases = Vec::new();
     for &side in sides {

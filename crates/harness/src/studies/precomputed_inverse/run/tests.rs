@@ -30,7 +30,8 @@ fn the_solvers_agree_and_keep_what_they_say() {
 fn changes_cause_one_rebuild_each_and_answers_are_those_of_a_fresh_start() {
     for (name, method) in changes::METHODS {
         let run = changes::change(name, method).expect("runs");
-        // Two lasting changes of the step, ten in a row that alternate, and the first of these is one.
+        // Two lasting changes of the step, ten in a row that alternate, and the first of these is
+        // one.
         assert_eq!((run.first, run.stiffness, run.constraints), (1, 3, 2), "{run:?}");
         assert_eq!(run.step_size, 2 + 10, "{run:?}");
         assert!(run.distance_to_fresh_m.iter().all(|d| *d < 1e-9), "{run:?}");

@@ -1,8 +1,8 @@
 //! The least bytes that a step must move through memory once its arrays have left the caches.
 //!
-//! Counted a particle, for a grid whose couplings need no storage of their own; a vector of three coordinates is 24 bytes.
-//! What is read twice by one kernel comes from the caches the second time; what the next kernel reads again comes
-//! from memory again.
+//! Counted a particle, for a grid whose couplings need no storage of their own; a vector of three
+//! coordinates is 24 bytes. What is read twice by one kernel comes from the caches the second time;
+//! what the next kernel reads again comes from memory again.
 //!
 //! | kernel | reads | writes | bytes |
 //! |---|---|---|---|

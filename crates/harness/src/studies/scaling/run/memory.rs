@@ -15,8 +15,8 @@ pub(super) const SIZES: [u32; 5] = [10, 32, 100, 316, 1000];
 /// The method that is measured.
 pub(super) const METHOD: &str = "imex-euler";
 
-/// Builds the sheet with bending springs besides those that it has, prepares the method and counts the bytes that are held
-/// then.
+/// Builds the sheet with bending springs besides those that it has, prepares the method and counts
+/// the bytes that are held then.
 pub(super) fn measure(sheet: &Sheet, allocated: Allocated) -> Result<Memory, HarnessError> {
     let mut scene = sheet.scene();
     scene.effects.bending = scene.effects.shear.clone();
@@ -52,7 +52,8 @@ mod tests {
     use crate::studies::scaling::run::{FIXED_QUOTIENT, Mesh};
     use std::sync::atomic::{AtomicUsize, Ordering};
 
-    /// Tells 1, 2, 4, … bytes, as if each of the four moments had found as much as all before it together.
+    /// Tells 1, 2, 4, … bytes, as if each of the four moments had found as much as all before it
+    /// together.
     fn doubling() -> usize {
         static CALLS: AtomicUsize = AtomicUsize::new(0);
         1 << CALLS.fetch_add(1, Ordering::Relaxed)

@@ -29,13 +29,14 @@ pub(super) struct Cell {
     pub(super) is_timed: bool,
 }
 
-/// Methods with an inner iteration whose tolerance is varied: label, method, what sets a constant term.
+/// Methods with an inner iteration whose tolerance is varied: label, method, what sets a constant
+/// term.
 const INNER: [(&str, &str, &str); 2] = [
     ("backward-euler", "backward-euler:solver=cg", "cg_tolerance"),
     ("imex-euler", "imex-euler:implicit=springs", "forcing_term"),
 ];
-/// Updated CG has no constant but that of the step; without the turn to Newton it takes too many updates where
-/// `h²k/m` is larger than 100.
+/// Updated CG has no constant but that of the step; without the turn to Newton it takes too many
+/// updates where `h²k/m` is larger than 100.
 const UPDATED: [(&str, &str); 2] = [
     ("imex-updated, to the end", "imex-updated:newton_above=1e300,max_outer=5000"),
     (
@@ -58,8 +59,8 @@ const PRECONDITIONERS: [(&str, &str); 4] = [
     ("cholesky", "solver=cholesky"),
 ];
 
-/// Methods whose steps are varied: label, method, its settings, smallest constant step as 0.01 s over a power of two,
-/// settings of the adaptive run.
+/// Methods whose steps are varied: label, method, its settings, smallest constant step as 0.01 s
+/// over a power of two, settings of the adaptive run.
 const STEPPED: [(&str, &str, &str, u32, &str); 5] = [
     ("backward-euler", "backward-euler", "jacobian=saved", 3, ""),
     ("bdf2", "bdf2", "jacobian=saved", 3, ""),

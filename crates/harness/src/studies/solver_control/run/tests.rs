@@ -133,7 +133,8 @@ fn words_compare_forcing_terms_factors_and_preconditioners() {
     assert!(words(&facts).caveats[0].starts_with("Not every Newton run"), "{said:?}");
 }
 
-/// The estimator that sees the splitting takes smaller steps where the sheet is stiff, and is nearer to the truth.
+/// The estimator that sees the splitting takes smaller steps where the sheet is stiff, and is
+/// nearer to the truth.
 #[test]
 fn the_splitting_estimate_sees_the_locking_that_positions_do_not_show() {
     let sheet = Sheet {

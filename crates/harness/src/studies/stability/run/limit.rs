@@ -30,9 +30,11 @@ const LEAST_MODE: f64 = 1e-4;
 /// Effort after which a run on the sheet is over budget, in visits of a spring.
 const BUDGET: f64 = 1e9;
 
-/// Methods that have no closed form on the pair: a limit of elongation means nothing at rest length 0.
+/// Methods that have no closed form on the pair: a limit of elongation means nothing at rest length
+/// 0.
 const NOT_ON_PAIR: &str = "provot";
-/// Shares of the Laplacian that the stiffness of a sheet may have, while its full damping has all of it.
+/// Shares of the Laplacian that the stiffness of a sheet may have, while its full damping has all
+/// of it.
 const SHARES: [f64; 5] = [1.0, 0.75, 0.5, 0.25, 0.0];
 
 /// A method on a scene.
@@ -108,7 +110,8 @@ struct Found {
     runs: u32,
 }
 
-/// Doubles the step from the shortest until it is not kept, then halves the interval on a logarithmic scale.
+/// Doubles the step from the shortest until it is not kept, then halves the interval on a
+/// logarithmic scale.
 fn search(
     range: [f64; 2],
     mut keeps: impl FnMut(f64) -> Result<bool, HarnessError>,
@@ -154,8 +157,8 @@ pub(super) fn run(case: &Case) -> Result<Limit, HarnessError> {
     let is_pair = name == "pair";
     let brake = damping / STIFFNESS;
     let closed_form = |theory: ClosedForm| {
-        // The damping of shear and tension springs is in the same proportion as their stiffness. Undamped, modes of any
-        // stiffness are among the shares of the largest eigenvalue.
+        // The damping of shear and tension springs is in the same proportion as their stiffness.
+        // Undamped, modes of any stiffness are among the shares of the largest eigenvalue.
         let modes = if is_pair { 1 } else { MODES };
         let shares = if is_pair || brake == 0.0 { &SHARES[..1] } else { &SHARES[..] };
         longest(range, |h| {

@@ -123,7 +123,8 @@ pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {
         if let serde_json::Value::Object(values) = &mut fact.values
             && !cell.portable
         {
-            // Long runs are chaotic: of what passed through a library only the verdict is repeatable, if that.
+            // Long runs are chaotic: of what passed through a library only the verdict is
+            // repeatable, if that.
             values
                 .retain(|key, value| value.is_string() && !(key == "verdict" && is_on_edge(cell)));
         }

@@ -43,7 +43,8 @@ pub(super) fn cases(is_quick: bool) -> Vec<Case> {
     cases.filter(|case| !is_quick || case.beside == Beside::Laplacian).collect()
 }
 
-/// Least ratio at which some mode outweighs the implicit springs; `None` where there is none up to the greatest.
+/// Least ratio at which some mode outweighs the implicit springs; `None` where there is none up to
+/// the greatest.
 fn bound(h: f64, beside: Beside, is_at_start: bool) -> Result<Option<f64>, HarnessError> {
     let fails = |ratio: f64| -> Result<bool, HarnessError> {
         let Setting { simulation, .. } = Setting::resting(STIFFNESS, 0.0, ratio)?;

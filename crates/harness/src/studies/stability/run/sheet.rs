@@ -18,7 +18,8 @@ const LEAST_STEPS: f64 = 200.0;
 const SAFETY: f64 = 0.25;
 /// Seeds of the perturbations.
 pub(super) const SEEDS: [u64; 3] = [1, 2, 3];
-/// Greatest perturbation, in mesh widths, and the greatest energy that it may store in the springs, over `E_ref`.
+/// Greatest perturbation, in mesh widths, and the greatest energy that it may store in the springs,
+/// over `E_ref`.
 const PERTURBATION: f64 = 1e-4;
 const PERTURBATION_ENERGY: f64 = 1e-3;
 
@@ -40,7 +41,8 @@ pub(super) fn schedule(step_s: f64) -> Schedule {
     Schedule::steady(TimeSpan { step_s, duration_s: DURATION.max(LEAST_STEPS * step_s) })
 }
 
-/// A run, and how far the midpoint of the free edge came from its start within [`DURATION`], m, if it lasted so long.
+/// A run, and how far the midpoint of the free edge came from its start within [`DURATION`], m, if
+/// it lasted so long.
 pub(super) fn run(
     simulation: &Simulation,
     choice: &Choice,
@@ -108,8 +110,8 @@ impl Setting {
         format!("sheet, k/m={:e}, d/m={}", self.stiffness, self.damping)
     }
 
-    /// The start with every free particle moved at random by up to 1e-4 mesh widths along each axis; by less where
-    /// that would store more than a thousandth of `E_ref` in the springs.
+    /// The start with every free particle moved at random by up to 1e-4 mesh widths along each
+    /// axis; by less where that would store more than a thousandth of `E_ref` in the springs.
     pub(super) fn start(&self, seed: u64) -> Simulation {
         let mut random = Random::new(seed);
         let Simulation { system, state } = &self.simulation;

@@ -13,7 +13,8 @@ fn verdicts(label: &str, method: &'static str, setting: &Setting, steps: &[f64])
     cells.into_iter().map(|cell| cell.verdict).collect()
 }
 
-/// The largest eigenvalue is below 8 (k + k_s)/m: leapfrog is stable at 0.0067 s for k/m = 1e4, and not at 0.02 s.
+/// The largest eigenvalue is below 8 (k + k_s)/m: leapfrog is stable at 0.0067 s for k/m = 1e4, and
+/// not at 0.02 s.
 #[test]
 fn a_column_shows_the_limit_of_leapfrog_and_the_standstill_of_imex_euler() {
     let setting = Setting::new(1e4, 0.0).unwrap();

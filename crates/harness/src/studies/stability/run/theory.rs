@@ -9,8 +9,8 @@ const BISECTIONS: u32 = 60;
 /// Products of a power iteration.
 const PRODUCTS: usize = 500;
 
-/// The longest of the steps from `range[0]` that are all admitted, up to the first that is not: to the last digits; 0 if
-/// the first is not, `None` if all are. The range is searched by doubling.
+/// The longest of the steps from `range[0]` that are all admitted, up to the first that is not: to
+/// the last digits; 0 if the first is not, `None` if all are. The range is searched by doubling.
 pub(super) fn longest(range: [f64; 2], admits: impl Fn(f64) -> bool) -> Option<f64> {
     let mut good = range[0];
     if !admits(good) {
@@ -38,8 +38,9 @@ struct Link {
     direction: Option<Vec3>,
 }
 
-/// Largest algebraic eigenvalue of `M⁻¹ Σ`, 1/s², with a sum of springs of either sign, on the particles that are
-/// not pinned: by power iteration from a vector without a pattern, in a fixed order.
+/// Largest algebraic eigenvalue of `M⁻¹ Σ`, 1/s², with a sum of springs of either sign, on the
+/// particles that are not pinned: by power iteration from a vector without a pattern, in a fixed
+/// order.
 fn largest(system: &System, links: &[Link]) -> f64 {
     let mut rows = vec![0.0; system.len()];
     for link in links {
@@ -108,15 +109,16 @@ pub(super) fn largest_eigenvalue(system: &System, x: &[Vec3]) -> f64 {
 /// How a method with the tension springs in its matrix answers to the shear springs beside it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Beside {
-    /// IMEX Euler: the whole Laplacian resists, `4M + 2h² L_I − h² (K_I + K_E)` must be positive definite.
+    /// IMEX Euler: the whole Laplacian resists, `4M + 2h² L_I − h² (K_I + K_E)` must be positive
+    /// definite.
     Laplacian,
     /// Updated CG, which converges to backward Euler of its springs: only their tangents resist,
     /// `4M + h² K_I − h² K_E`, and those may vanish.
     Tangent,
 }
 
-/// Whether explicit shear outweighs implicit tension in some mode at a step `h`: at any positions, as far as the
-/// Laplacians bound it, or at the given ones.
+/// Whether explicit shear outweighs implicit tension in some mode at a step `h`: at any positions,
+/// as far as the Laplacians bound it, or at the given ones.
 pub(super) fn outweighs(system: &System, x: &[Vec3], h: f64, beside: Beside, is_at: bool) -> bool {
     let mut sum = Vec::new();
     links(system, x, Implicit::Springs, 1.0, is_at, &mut sum);
@@ -155,7 +157,8 @@ mod tests {
         assert_eq!(of("imex-cnlf", 0.0), None);
     }
 
-    /// A sheet of structural springs approaches 8 k/m from below; diagonals do not raise its highest mode.
+    /// A sheet of structural springs approaches 8 k/m from below; diagonals do not raise its
+    /// highest mode.
     #[test]
     fn the_largest_eigenvalue_lies_below_the_bound_and_the_explicit_share_below_a_half() {
         let sheet = Setting::with_shear(1e4, 0.0, 0.1).unwrap();

@@ -31,8 +31,8 @@ fn id(row: &Row) -> &str {
 pub(super) fn winner(scene: &Scene, rows: &[Row], level: f64) -> Winner {
     let rows = || rows.iter().filter(|row| row.scene == scene.id);
     let best = cheapest(rows(), level);
-    // Methods that take the same steps give the same answer, as symplectic Euler and Provot's below his limit: a tie
-    // with oneself says nothing.
+    // Methods that take the same steps give the same answer, as symplectic Euler and Provot's below
+    // his limit: a tie with oneself says nothing.
     let second = best.and_then(|(best, run)| {
         let others = rows().filter(|row| id(row) != id(best));
         let others = others.flat_map(|row| row.runs.iter().map(move |run| (row, run)));

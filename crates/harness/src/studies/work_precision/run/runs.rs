@@ -17,17 +17,19 @@ const FEWEST: u32 = 8;
 const MOST: u32 = 1 << 20;
 /// Steps that a method with another knob is asked for: about a frame of a film each.
 const FRAMES: u32 = 16;
-/// A run twice as far from the truth as that has moved does not follow it. A sheet that stands still has an error of
-/// 1: it is wrong, but has not diverged.
+/// A run twice as far from the truth as that has moved does not follow it. A sheet that stands
+/// still has an error of 1: it is wrong, but has not diverged.
 const LOST: f64 = 2.0;
 /// Finer runs than one with this error are not asked for.
 const ENOUGH: f64 = 1e-5;
-/// A finer run costs at least so many times as much as the one before, and nearly as many times as that one cost more.
+/// A finer run costs at least so many times as much as the one before, and nearly as many times as
+/// that one cost more.
 const LEAST_GROWTH: f64 = 1.4;
 const SAME_GROWTH: f64 = 0.9;
 /// Evaluations of the forces in a step of DOP853.
 const STAGES: f64 = 12.0;
-/// Combining the stages of a step of DOP853, in visits of a spring for each particle, as the library does it.
+/// Combining the stages of a step of DOP853, in visits of a spring for each particle, as the
+/// library does it.
 const COMBINING: f64 = 150.0;
 
 /// Least effort of the run after some others.
@@ -83,7 +85,8 @@ impl Setting {
             Knob::Setting(_, values) | Knob::Library(values) => values.to_vec(),
             Knob::Steps => {
                 let first = if is_limited_by_stiffness(variant.method) {
-                    // The last power of two at which the fastest oscillation, undamped, is unstable.
+                    // The last power of two at which the fastest oscillation, undamped, is
+                    // unstable.
                     let limit = 0.5 * SPAN * self.scene.greatest_frequency_per_s;
                     ((limit as u32 + 1).next_power_of_two() / 2).max(FEWEST)
                 } else {

@@ -44,12 +44,13 @@ const LIGHT: f64 = 10.0;
 const SIDE: u32 = 20;
 /// Particles along each edge where the reference would take too long.
 const SMALL_SIDE: u32 = 10;
-/// Radius of the cylinder of which the sheet is a part at its start, m: bent, but not stretched, so that a stiff sheet
-/// does not ring.
+/// Radius of the cylinder of which the sheet is a part at its start, m: bent, but not stretched, so
+/// that a stiff sheet does not ring.
 const RADIUS: f64 = 1.5;
 /// Spin of the thrown sheet, rad/s.
 const SPIN: [f64; 3] = [4.0, 3.0, 2.0];
-/// Speed at which the thrown sheet folds, m/s, over the square of the distance from its middle line.
+/// Speed at which the thrown sheet folds, m/s, over the square of the distance from its middle
+/// line.
 const FOLD: f64 = 4.0;
 /// Most effort of a run where the headline is made, from this stiffness on.
 const BUDGET: f64 = 1.2e8;
@@ -59,8 +60,8 @@ const SMALL_BUDGET: f64 = 3e7;
 /// Tolerance of the reference.
 const TOLERANCE: f64 = 1e-10;
 
-/// A star around the hanging sheet: its stiffness with light and with heavy damping, two other scenes, two series of
-/// sizes.
+/// A star around the hanging sheet: its stiffness with light and with heavy damping, two other
+/// scenes, two series of sizes.
 pub(super) fn cases() -> Vec<Case> {
     let base = Case {
         shape: Shape::Hanging,

@@ -9,7 +9,8 @@ use crate::studies::variant::is_explicit;
 pub(super) enum Knob {
     /// The number of steps, doubled from run to run.
     Steps,
-    /// A setting of the method, which divides the steps that it is given: its name and values, coarsest first.
+    /// A setting of the method, which divides the steps that it is given: its name and values,
+    /// coarsest first.
     Setting(&'static str, &'static [f64]),
     /// The tolerance of the adaptive method of a library.
     Library(&'static [f64]),
