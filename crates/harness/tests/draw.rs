@@ -520,9 +520,9 @@ fn the_index_names_question_findings_figures_and_command() {
     let folder = complete();
     let page = drawn(folder.path()).remove("README.md").unwrap();
     for text in [
-        "A conclusion.",
+        "The conclusion of tables.",
         "**What does tables ask?**",
-        "A conclusion.",
+        "The conclusion of tables.",
         "- An observation, a | b.",
         "*Caveat.* A caveat.",
         "(figures/cg-vs-theta.svg)",

@@ -110,7 +110,7 @@ pub(crate) fn record<F>(experiment: &str, quick: bool, facts: F) -> Record<F> {
         command: format!("drape experiment {experiment}"),
         quick,
         words: Words {
-            conclusion: "A conclusion.".to_owned(),
+            conclusion: format!("The conclusion of {experiment}."),
             observations: vec!["An observation, a | b.".to_owned()],
             caveats: vec!["A caveat.".to_owned()],
         },
