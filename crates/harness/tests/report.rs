@@ -147,7 +147,7 @@ fn the_answer_stands_first_and_the_provenance_last() {
         ]
     );
     let answer = text(all(&document, ".answer")[0]);
-    assert!(answer.starts_with("With light damping explicit methods win on the hanging sheet"), "{answer}");
+    assert!(answer.starts_with("With light damping and k/m from 10² to 10¹⁰ s⁻²"), "{answer}");
     assert!(answer.contains("Of 29 claims of the paper"), "{answer}");
     let lead = all(&document, "#answer figure")[0].attr("id");
     assert_eq!(lead, Some("figure-work-precision"));

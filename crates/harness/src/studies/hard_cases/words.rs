@@ -126,7 +126,7 @@ fn safeguard(facts: &Facts) -> Option<String> {
     };
     let (paper, robust) = (at(PRINTED)?, at(SAFEGUARDED)?);
     Some(format!(
-        "At ε = 0.1 (H20) updated CG as printed is {}: its energy rises {} times what the scene \
+        "At ε = 0.1 (H20) updated CG as printed is {}: its energy rises by {} times what the scene \
          sets free; its safeguarded form is \
          {}.",
         paper.verdict,
@@ -268,7 +268,7 @@ mod tests {
         for part in [
             "As the energy theorem says, IMEX Euler's energy rose in 0 of 200 steps",
             "left out, they fail in 1 of 1 runs",
-            "as printed is unstable: its energy rises 800 times",
+            "as printed is unstable: its energy rises by 800 times",
             "its safeguarded form is stable",
             "keeps still with every method",
             "4 of 6 verdicts are `stable`",

@@ -2,7 +2,7 @@
 
 use super::facts::{CG, CHOLESKY, DENSE, Facts, Solver, crossover, of};
 use drape_report::Words;
-use drape_report::number::{setting, significant};
+use drape_report::number::{power, significant};
 
 /// The question that the study answers.
 pub(super) const QUESTION: &str = "What do a precomputed inverse, a sparse factor and conjugate \
@@ -142,7 +142,8 @@ fn fresh(facts: &Facts) -> Option<String> {
     let greatest = distances.reduce(f64::max)?;
     Some(if greatest <= AGREE {
         format!(
-            "After every change each method goes on as one that starts anew, within {AGREE:e} m."
+            "After every change each method goes on as one that starts anew, within {} m.",
+            power(AGREE)
         )
     } else {
         format!(
@@ -159,10 +160,7 @@ fn caveats(facts: &Facts) -> Vec<String> {
         "Operations are counted to leading order; they are no time, which has tables of its own.";
     let stiffness = of(facts, CG).map(|row| row.stiffness_over_mass_per_s2).reduce(f64::max);
     let stiffness = stiffness.map(|k| {
-        format!(
-            "CG was run up to k/m = {} s⁻²; stiffer sheets take more iterations.",
-            setting(k.round())
-        )
+        format!("CG was run up to k/m = {} s⁻²; stiffer sheets take more iterations.", power(k))
     });
     [Some(operations.to_owned()), largest, stiffness].into_iter().flatten().collect()
 }

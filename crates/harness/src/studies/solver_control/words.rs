@@ -48,7 +48,7 @@ fn adaptive(facts: &Facts) -> Option<String> {
     let verdict = if 2 * cheaper > all { "mostly save" } else { "rarely save" };
     let best = match cheaper {
         0 => String::new(),
-        _ => format!(", at best {} % of it", significant(100.0 * (1.0 - best), 2)),
+        _ => format!(", saving {} % at best", significant(100.0 * (1.0 - best), 2)),
     };
     let verdict = if cheaper == 0 { "never save" } else { verdict };
     Some(format!(

@@ -64,8 +64,7 @@ fn words_follow_from_the_facts() {
     let said = words(&facts);
     // 30 + 80 sweeps against the 30 + 100 of the constant step that is at least as good.
     let saves = "mostly save work: 1 of 1 adaptive runs do less than a constant step of at most \
-                 their error, at best 15 % of \
-                 it";
+                 their error, saving 15 % at best";
     assert!(said.conclusion.contains(saves), "{said:?}");
     let text = said.observations.join("\n");
     let sees = "sees what positions hide: 40 against 25 substeps, error 0.150 against 0.500";
