@@ -148,10 +148,7 @@ fn the_answer_stands_first_and_the_provenance_last() {
         ]
     );
     let answer = text(all(&document, ".answer")[0]);
-    assert!(
-        answer.starts_with("The conclusion of work-precision. work-precision"),
-        "{answer}"
-    );
+    assert!(answer.starts_with("The conclusion of work-precision. work-precision"), "{answer}");
     assert!(answer.contains("The conclusion of claims."), "{answer}");
     let lead = all(&document, "#answer figure")[0].attr("id");
     assert_eq!(lead, Some("figure-work-precision"));
