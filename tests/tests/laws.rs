@@ -19,15 +19,14 @@ type Factor = fn(f64, f64, f64, f64) -> f64;
 /// How much of the springs' force is left to round off across the spring.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum RoundOff {
-    /// That of the force itself, `θ (L + ℓ)/h` as a velocity: nothing implicit divides it, or only
-    /// an inverse whose own entries are rounded.
+    /// The force itself, `θ (L + ℓ)/h` as a velocity. Nothing implicit divides it, or only an
+    /// inverse whose own entries are rounded.
     Force,
-    /// Eight times that: an iteration stops where its residual falls no further.
+    /// Eight times the force: an iteration stops where its residual falls no further.
     Residual,
-    /// That of the force over `1 + θ`: the whole stiffness stands in the matrix.
+    /// The force over `1 + θ`: the whole stiffness stands in the matrix.
     Filtered,
-    /// That of the secant, which grows without limit as a spring collapses: `θ ℓ/L` times the
-    /// force.
+    /// The secant, which grows without limit as a spring collapses: `θ ℓ/L` times the force.
     Secant,
 }
 

@@ -2,7 +2,8 @@
 //!
 //! A *cloth* is a [`model::System`] (masses, springs and other forces, pins, obstacles) and a
 //! [`model::State`] (time, positions, velocities). A *method* advances the state by one step
-//! ([`integrator::Integrator`]). A *run* takes many steps and counts what they cost ([`Runner`]). A *verdict* says whether the run gained energy ([`Verdict`]).
+//! ([`integrator::Integrator`]). A *run* takes many steps and counts what they cost ([`Runner`]). A
+//! *verdict* says whether the run gained energy ([`Verdict`]).
 //!
 //! ```
 //! use drape::{Runner, Simulation, methods::Choice, model::TimeSpan, reference_energy};
@@ -39,7 +40,10 @@
 //! | [`integrator`] | the trait [`integrator::Integrator`] and what methods share |
 //! | `drape_imex`, `drape_backward_euler`, … | one crate for each family of methods |
 //! | [`methods`] | the registry: from an id such as `imex-euler` to an integrator |
+//! | `drape_kernels`, `drape_solvers` | vector loops and layouts; matrices and conjugate gradients |
+//! | `drape_oracle` | exact recurrences and reference trajectories, which tests compare with |
 //! | `drape_harness` | runs, verdicts, studies and claims |
+//! | `drape_report`, `drape_render` | figures and pages; pictures of a cloth |
 //!
 //! The program `drape` is built from the same crates; [`guide::command`] describes it.
 

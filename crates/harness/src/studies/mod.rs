@@ -2,7 +2,7 @@
 //!
 //! A study is one folder: `facts` (the types of its record), `run` (what is computed), `words`
 //! (what the record says in prose) and `plates` (figures and tables, drawn from the facts alone).
-//! One line of [`STUDIES`] makes it known to the list of experiments, to `experiment`,
+//! One line of `STUDIES` makes it known to the list of experiments, to `experiment`,
 //! `reproduce`, `report` and to the comparison of facts.
 
 pub mod cg_vs_stiffness;
