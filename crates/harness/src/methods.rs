@@ -67,8 +67,11 @@ pub fn all() -> impl Iterator<Item = &'static Method> {
 
 /// What is known of the method of that id.
 pub(crate) fn theory_of(id: &str) -> Option<&'static Theory> {
-    let mut entries = REGISTRY.iter();
-    entries.find(|entry| entry.registration.method.id == id).map(|entry| entry.theory)
+    find(id).map(|entry| entry.theory)
+}
+
+fn find(id: &str) -> Option<&'static Entry> {
+    REGISTRY.iter().find(|entry| entry.registration.method.id == id)
 }
 
 /// What is known of each method, in the same order.
@@ -98,11 +101,10 @@ impl Choice {
     /// ```
     pub fn parse(text: &str, more: &[String]) -> Result<Self, MethodError> {
         let (id, settings) = text.split_once(':').unwrap_or((text, ""));
-        let entry =
-            REGISTRY.iter().find(|entry| entry.registration.method.id == id).ok_or_else(|| {
-                let known: Vec<_> = all().map(|method| method.id).collect();
-                MethodError::Unknown { id: id.to_owned(), known: known.join(", ") }
-            })?;
+        let entry = find(id).ok_or_else(|| {
+            let known: Vec<_> = all().map(|method| method.id).collect();
+            MethodError::Unknown { id: id.to_owned(), known: known.join(", ") }
+        })?;
         let method = entry.registration.method;
         let texts = settings.split(',').filter(|text| !text.trim().is_empty());
         let mut pairs = Vec::new();

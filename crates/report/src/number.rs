@@ -44,6 +44,11 @@ pub fn setting(value: f64) -> String {
     if value != 0.0 && libm::fabs(value) < 1e-4 { power(value) } else { format!("{value}") }
 }
 
+/// A share in per cent, with `digits` significant digits.
+pub fn percent(share: f64, digits: i32) -> String {
+    format!("{} %", significant(100.0 * share, digits))
+}
+
 /// `value` with `digits` significant digits; powers of ten only where zeros would pile up.
 pub fn significant(value: f64, digits: i32) -> String {
     if value == 0.0 {

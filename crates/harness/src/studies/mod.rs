@@ -246,11 +246,13 @@ where
 
     fn reword(&self, results: &Path) -> Result<bool, ReportError> {
         let Some(record) = read_record::<F>(results, self.name)? else { return Ok(false) };
-        let before = serde_json::to_value((&record.question, &record.method, &record.words));
-        let figures = record.figures.clone();
+        let said = |record: &Record<F>| {
+            let Record { question, method, words, figures, .. } = record;
+            (question.clone(), method.clone(), words.clone(), figures.clone())
+        };
+        let before = said(&record);
         let record = self.worded(record);
-        let after = serde_json::to_value((&record.question, &record.method, &record.words));
-        let has_changed = before.ok() != after.ok() || figures != record.figures;
+        let has_changed = said(&record) != before;
         if has_changed {
             write_json(&results.join(self.file()), &record)?;
         }

@@ -2,7 +2,7 @@
 
 use super::facts::{ALL_IMPLICIT, Facts, Ledger, Row};
 use drape_report::Words;
-use drape_report::number::{setting, significant};
+use drape_report::number::{percent, setting, significant};
 use std::cmp::Ordering;
 use std::collections::BTreeSet;
 
@@ -47,10 +47,6 @@ fn ledgers(facts: &Facts) -> impl Iterator<Item = (&Row, &Ledger)> + Clone {
 fn on(facts: &Facts, is_damped: bool) -> impl Iterator<Item = (&Row, &Ledger)> + Clone {
     let scenes = facts.scenes.iter().filter(move |scene| scene.is_damped == is_damped);
     scenes.flat_map(move |scene| ledgers(facts).filter(move |(row, _)| row.scene == scene.id))
-}
-
-fn percent(share: f64) -> String {
-    format!("{} %", significant(100.0 * share, 2))
 }
 
 /// A limit in per cent.
@@ -118,8 +114,8 @@ fn instead(facts: &Facts) -> Option<String> {
     Some(format!(
         "With damping, {verdict}: the damping takes {} with {with} {} with the one that loses \
          least ({}).",
-        percent(-most.damping),
-        percent(-least.damping),
+        percent(-most.damping, 2),
+        percent(-least.damping, 2),
         first.scene
     ))
 }
@@ -165,7 +161,7 @@ fn theorem(facts: &Facts) -> Option<String> {
             "Against its energy theorem, IMEX Euler with all springs implicit gains energy by a gap: the greatest of \
              {} sums is {} of E_ref.",
             gaps.len(),
-            percent(greatest)
+            percent(greatest, 2)
         )
     })
 }
@@ -178,7 +174,7 @@ fn passes(facts: &Facts, cause: &str, share: fn(&Ledger) -> f64) -> Option<Strin
     Some(format!(
         "More than {} of E_ref passes through {cause} in {count} runs; the most is {} ({}, {}).",
         whole(MUCH),
-        percent(share(ledger)),
+        percent(share(ledger), 2),
         row.label,
         row.scene
     ))
@@ -197,7 +193,7 @@ fn excess(facts: &Facts) -> Option<String> {
         "The integral of the damping along the path differs from its work in the steps by at most \
          {} of E_ref ({label}, \
          {scene}).",
-        percent(most)
+        percent(most, 2)
     ))
 }
 

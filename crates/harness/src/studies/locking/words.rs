@@ -1,7 +1,7 @@
 //! The words of the study `locking`.
 
 use super::facts::*;
-use drape_report::number::{power, setting, significant};
+use drape_report::number::{percent, power, setting, significant};
 use drape_report::{Verdict, Words};
 
 /// The question that the study answers.
@@ -56,10 +56,6 @@ fn base<'a>(facts: &'a Facts, label: &'a str) -> Option<&'a Run> {
         .find(|run| run.stiffness_over_mass_per_s2 == BASE_STIFFNESS && run.step_s == BASE_STEP)
 }
 
-fn per_cent(share: f64) -> String {
-    format!("{} %", significant(100.0 * share, 2))
-}
-
 /// What IMEX Euler keeps of the motion.
 fn plain(facts: &Facts) -> Option<String> {
     let run = base(facts, IMEX_EULER)?;
@@ -68,7 +64,7 @@ fn plain(facts: &Facts) -> Option<String> {
         "At k/m = {} s⁻² and h = {} s IMEX Euler {only} {} of the motion of the cloth.",
         power(BASE_STIFFNESS),
         setting(BASE_STEP),
-        per_cent(run.retained?)
+        percent(run.retained?, 2)
     ))
 }
 
@@ -79,12 +75,12 @@ fn updated(facts: &Facts) -> Option<String> {
         if (updated - implicit).abs() < EQUAL {
             ", as much as backward Euler".to_owned()
         } else {
-            format!(", backward Euler {}", per_cent(implicit))
+            format!(", backward Euler {}", percent(implicit, 2))
         }
     });
     Some(format!(
         "With updated, safeguarded CG it keeps {}{}.",
-        per_cent(updated),
+        percent(updated, 2),
         beside.unwrap_or_default()
     ))
 }
@@ -102,7 +98,7 @@ fn terminal(facts: &Facts) -> Option<String> {
         format!(
             "At {k} s⁻² the sheet of IMEX Euler falls at the speed that the law of locking gives, \
              within {}.",
-            per_cent(off)
+            percent(off, 2)
         )
     } else {
         format!(
@@ -140,7 +136,7 @@ fn implicit(facts: &Facts) -> Option<String> {
     Some(format!(
         "The damping of implicit steps {explains} the loss: backward Euler keeps at least {} at \
          every stiffness.",
-        per_cent(least)
+        percent(least, 2)
     ))
 }
 
@@ -224,7 +220,7 @@ fn reference(facts: &Facts) -> Option<String> {
     errors.reduce(f64::max).map(|error| {
         format!(
             "The true path changes by at most {} with twice the step of the reference.",
-            per_cent(error)
+            percent(error, 2)
         )
     })
 }

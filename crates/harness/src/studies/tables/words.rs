@@ -1,7 +1,7 @@
 //! The words of the study `tables`.
 
 use super::facts::*;
-use drape_report::number::significant;
+use drape_report::number::{percent, significant};
 use drape_report::{Verdict, Words};
 
 /// The question that the study answers.
@@ -25,10 +25,6 @@ pub(super) fn words(facts: &Facts) -> Words {
         observations: observations.into_iter().flatten().collect(),
         caveats: caveats(rows),
     }
-}
-
-fn per_cent(share: f64) -> String {
-    format!("{} %", significant(100.0 * share, 2))
 }
 
 /// Whether one ε serves all rows.
@@ -58,7 +54,7 @@ fn row_by_row(rows: &[Row]) -> Option<String> {
     (all > 0).then(|| {
         format!(
             "Row by row, a stable run repeats the count within {} in {fitting} of {all} rows.",
-            per_cent(COMMON_FIT - 1.0)
+            percent(COMMON_FIT - 1.0, 2)
         )
     })
 }
@@ -101,7 +97,7 @@ fn by_variant(rows: &[Row]) -> Option<String> {
     (assumed(rows).count() > 0).then(|| {
         format!(
             "At its best ε plain CG comes within {} in {} rows, updated CG as printed in {}.",
-            per_cent(COMMON_FIT - 1.0),
+            percent(COMMON_FIT - 1.0, 2),
             fitting(PLAIN),
             fitting(UPDATED_PAPER)
         )
@@ -135,7 +131,7 @@ fn climbing(rows: &[Row]) -> Option<String> {
         "Runs called stable that lose energy and gain it again: {}, by up to {} of the released \
          energy.",
         climbing.count(),
-        per_cent(most)
+        percent(most, 2)
     ))
 }
 

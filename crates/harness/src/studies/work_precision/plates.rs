@@ -3,7 +3,7 @@
 use super::facts::{self, Facts, Row, Run, STIFFNESS, Scene, TimingRow, Winner};
 use crate::families::families;
 use drape_report::Verdict;
-use drape_report::number::{power, significant};
+use drape_report::number::{percent, power, significant};
 use drape_report::page::{Table, absent, texts};
 use drape_report::plate::{Draw, Plate};
 use drape_report::plot::{
@@ -248,10 +248,6 @@ fn size(input: &Input) -> Option<Sheet> {
     sheet(drafts, Cost::Effort)
 }
 
-fn percent(level: f64) -> String {
-    format!("{} %", significant(100.0 * level, 1))
-}
-
 fn tile(winner: Option<&Winner>) -> Tile {
     let shade = match winner.and_then(|winner| winner.is_explicit) {
         Some(true) => Shade::Open,
@@ -282,7 +278,7 @@ fn map(input: &Input) -> Option<Matrix> {
                 vec![tile(winner)]
             };
             rows.push(Line {
-                label: format!("{name}, {damping} damping, {}", percent(level)),
+                label: format!("{name}, {damping} damping, {}", percent(level, 1)),
                 is_first: n == 0,
                 tiles: stiffnesses.iter().map(winner).collect(),
             });
@@ -320,7 +316,7 @@ fn fastest(input: &Input) -> Table {
         Some(std::iter::once(name(scene)).chain(MAP_LEVELS.map(place)).collect())
     };
     let mut header = texts(&["scene"]);
-    header.extend(MAP_LEVELS.map(|level| format!("error ≤ {}", percent(level))));
+    header.extend(MAP_LEVELS.map(|level| format!("error ≤ {}", percent(level, 1))));
     Table {
         title:
             "**Fastest by the clock**: the method with the least time for an error, and its time, \
@@ -399,7 +395,7 @@ fn cheapest(input: &Input) -> Table {
         std::iter::once(name(scene)).chain(MAP_LEVELS.map(place)).collect()
     };
     let mut header = texts(&["scene"]);
-    header.extend(MAP_LEVELS.map(|level| format!("error ≤ {}", percent(level))));
+    header.extend(MAP_LEVELS.map(|level| format!("error ≤ {}", percent(level, 1))));
     Table {
         title:
             "**Cheapest by counted effort**: the method with the least effort for an error, its \
@@ -445,7 +441,7 @@ fn excess(input: &Input) -> Table {
             "**Effort for an error of {}, over the cheapest of all methods**, and how many \
              variants spend their budget before. –: not within the \
              budget.",
-            percent(LEVEL)
+            percent(LEVEL, 1)
         ),
         header,
         names: 1,

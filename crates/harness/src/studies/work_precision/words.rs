@@ -2,7 +2,7 @@
 
 use super::facts::{Facts, Row, STIFFNESS, Scene, Winner, cheapest, rows_of};
 use drape_report::Words;
-use drape_report::number::{power, significant};
+use drape_report::number::{percent, power, significant};
 
 /// The question that the study answers.
 pub(super) const QUESTION: &str = "Which method is the cheapest for a given error, and how do \
@@ -25,10 +25,10 @@ pub(super) fn words(facts: &Facts) -> Words {
     let conclusions: Vec<_> =
         conclusions.iter().filter_map(|(damping, begin)| turn(facts, damping, begin)).collect();
     let conclusion = if conclusions.is_empty() {
-        format!("No method reaches an error of {} on a hanging sheet.", percent(LEVEL))
+        format!("No method reaches an error of {} on a hanging sheet.", percent(LEVEL, 1))
     } else {
         let wins = "A method wins if it needs the least counted effort for an error of";
-        format!("{} {wins} {}.", conclusions.join(" "), percent(LEVEL))
+        format!("{} {wins} {}.", conclusions.join(" "), percent(LEVEL, 1))
     };
     let observations = [levels(facts), shapes(facts), sizes(facts), library(facts), missed(facts)];
     Words {
@@ -119,10 +119,6 @@ fn turn(facts: &Facts, damping: &str, begin: &str) -> Option<String> {
     })
 }
 
-fn percent(level: f64) -> String {
-    format!("{} %", significant(100.0 * level, 1))
-}
-
 /// Scenes in which an explicit method is the cheapest, and scenes in which any gets there.
 fn explicit<'a>(
     facts: &Facts,
@@ -139,7 +135,7 @@ fn explicit<'a>(
 fn levels(facts: &Facts) -> Option<String> {
     let at = |level| {
         let (explicit, all) = explicit(facts, facts.scenes.iter(), level)?;
-        Some(format!("in {} of {all} scenes at an error of {}", all - explicit, percent(level)))
+        Some(format!("in {} of {all} scenes at an error of {}", all - explicit, percent(level, 1)))
     };
     let [rough, small] = BESIDE.map(at);
     Some(format!("An implicit method is the cheapest {} and {}.", rough?, small?))
@@ -148,7 +144,7 @@ fn levels(facts: &Facts) -> Option<String> {
 fn shapes(facts: &Facts) -> Option<String> {
     let others = facts.scenes.iter().filter(|scene| scene.scene != "hanging");
     let (explicit, all) = explicit(facts, others, LEVEL)?;
-    let error = percent(LEVEL);
+    let error = percent(LEVEL, 1);
     Some(format!(
         "On the thrown and the spread sheet an explicit method is the cheapest for {error} in \
          {explicit} of {all} scenes."
@@ -160,7 +156,7 @@ fn sizes(facts: &Facts) -> Option<String> {
     let (explicit, all) = explicit(facts, facts.scenes.iter().filter(is_sized), LEVEL)?;
     let particles = || facts.scenes.iter().filter(is_sized).map(|scene| scene.particles);
     let (least, most) = (particles().min()?, particles().max()?);
-    let error = percent(LEVEL);
+    let error = percent(LEVEL, 1);
     (least < most).then(|| {
         format!(
             "From {least} to {most} particles an explicit method is the cheapest for {error} in \
@@ -191,7 +187,7 @@ fn library(facts: &Facts) -> Option<String> {
         least.1,
         significant(least.0, 2),
         significant(most.0, 2),
-        percent(LEVEL)
+        percent(LEVEL, 1)
     ))
 }
 
@@ -209,7 +205,7 @@ fn missed(facts: &Facts) -> Option<String> {
             power(scene.stiffness_over_mass_per_s2),
             count(&scene),
             rows_of(facts, &scene.id).count(),
-            percent(LEVEL)
+            percent(LEVEL, 1)
         )
     })
 }
