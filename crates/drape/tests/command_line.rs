@@ -5,7 +5,7 @@
 use drape_harness::record::{Ending, Run};
 use drape_model::{Scene, State, SystemSpec};
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 
 fn drape(folder: &Path, arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_drape")).current_dir(folder).args(arguments).output().unwrap()
@@ -384,6 +384,43 @@ fn a_run_that_gains_energy_is_warned_about_and_one_that_does_not_is_not() {
     };
     assert!(warned("imex-updated:safeguard=paper,forcing_term=0.1"));
     assert!(!warned("imex-euler"));
+}
+
+#[test]
+fn energy_that_a_led_pin_brings_in_is_not_warned_about() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = r#""column": 0, "path": [{ "time_s": 0.1, "offset_m": [0, 0, 0.1] }]"#;
+    let scene = SCENE.replace(r#""column": 0"#, path);
+    std::fs::write(folder.path().join("led.json"), scene).unwrap();
+    let run = ["run", "led.json", "--method", "imex-euler", "--out", "run.json"];
+    let output = drape(folder.path(), &run);
+    assert!(!text(&output.stderr).contains("energy"), "{}", text(&output.stderr));
+    let run: Run = drape_report::file::read_json(&folder.path().join("run.json")).unwrap();
+    let greatest = |name: &str| run.series.iter().map(|s| s.energy_j[name]).fold(0.0, f64::max);
+    let rise = greatest("total") - run.series[0].energy_j["total"];
+    assert!(rise > 0.02 * greatest("kinetic"), "{rise:e} J: nothing to overlook");
+}
+
+#[test]
+fn steps_whose_solver_stopped_early_are_warned_about() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("sheet.json"), SCENE).unwrap();
+    let warned = |method: &str| {
+        let output = drape(folder.path(), &["run", "sheet.json", "--method", method]);
+        assert_eq!(code(&output), 0, "{method}");
+        text(&output.stderr).contains("of 10 steps the solver stopped before its tolerance")
+    };
+    assert!(warned("backward-euler:max_iterations=1"));
+    assert!(!warned("backward-euler"));
+}
+
+#[test]
+fn a_reader_that_closes_the_pipe_early_is_no_failure() {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_drape"));
+    let command = command.args(["system", "hanging-textile-1e4"]).stdout(Stdio::piped());
+    let mut child = command.spawn().unwrap();
+    drop(child.stdout.take());
+    assert!(child.wait().unwrap().success());
 }
 
 /// Writes a frozen sheet, and the same with its particles in disorder. Returns the new index of

@@ -77,6 +77,15 @@ fn a_series_is_compared_within_the_tolerance_of_its_row() -> Result<(), Box<dyn 
     Ok(())
 }
 
+#[test]
+fn lists_of_different_length_differ() {
+    let [short, long] = [1, 2].map(|length| Value::from(vec![0.5; length]));
+    for portable in [true, false] {
+        assert!(agree("spin", portable, &long, &long));
+        assert!(!agree("spin", portable, &short, &long) && !agree("spin", portable, &long, &short));
+    }
+}
+
 fn order(order: f64, error: f64) -> order::Facts {
     let verdict = Verdict::Completed;
     let row = order::Row {

@@ -121,7 +121,7 @@ mod tests {
     #[test]
     fn a_change_is_due_at_the_step_that_begins_next_to_it() {
         const CHANGES: [Change; 2] =
-            [Change { time_s: 0.7, factor: 100.0 }, Change { time_s: 1.4, factor: 0.01 }];
+            [Change { time_s: 0.704, factor: 100.0 }, Change { time_s: 1.396, factor: 0.01 }];
         let time = TimeSpan { step_s: 0.01, duration_s: 2.0 };
         let schedule = Schedule { changes: &CHANGES, ..Schedule::steady(time) };
         let due: Vec<_> =

@@ -479,6 +479,7 @@ mod tests {
             let mut spec = stretched_pair();
             let frame = KeyframeSpec { time_s, offset_m: [-2.0, 0.0, 0.0] };
             spec.pins = vec![PinSpec { particle: 0, path: vec![frame] }];
+            spec.particles.mass_kg[0] = 1.0; // 8 J on its way, which are not the cloth's
             let (system, state) = spec.build().unwrap();
             Simulation { system, state }
         };

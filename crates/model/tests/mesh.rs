@@ -131,6 +131,16 @@ fn triangles_give_thirds_of_their_mass_and_bending_across_inner_edges() {
     assert!(pairs(&mended(&folded), SpringEffect::Bending).contains(&(5, 7)));
 }
 
+#[test]
+fn a_quad_is_cut_along_its_shorter_diagonal() {
+    let triangles = |third: &str, fourth: &str| {
+        let obj = format!("v 0 0 0\nv 1 0 0\nv {third}\nv {fourth}\nf 1 2 3 4\n");
+        spec(&obj).triangles
+    };
+    assert_eq!(triangles("1 1 0", "-1 2 0"), [[0, 1, 2], [0, 2, 3]]);
+    assert_eq!(triangles("2 2 0", "0 1 0"), [[0, 1, 3], [1, 2, 3]]);
+}
+
 fn mended(obj: &str) -> SystemSpec {
     read(obj.as_bytes(), json!({ "repair": true }), json!([])).unwrap().spec().clone()
 }
@@ -215,6 +225,7 @@ fn broken_files_are_refused_by_line() {
         ("v 0 0 1e999\n", 1, "1e999"),
         ("v 0 0 2e9\n", 1, "2e9"),
         ("v 0 0\n", 1, "2 numbers"),
+        ("v 0 0 0 1 1\n", 1, "5 numbers"),
         ("v 0 0 x\n", 1, "\"x\""),
         ("v 0 0 0\nf 0 1 1\n", 2, "vertex 0"),
         ("v 0 0 0\n\nf 1 2 3\n", 3, "vertex 2"),

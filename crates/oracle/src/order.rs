@@ -162,6 +162,17 @@ mod tests {
     }
 
     #[test]
+    fn the_error_weighs_each_particle_by_its_mass() {
+        let (system, state) = crate::scenes::parse(
+            r#"{ "format": "drape-system/1", "particles": { "mass_kg": [1, 3],
+                "position_m": [[0, 0, 0], [1, 0, 0]] } }"#,
+        );
+        let moved = |by: [f64; 2]| [0, 1].map(|i| state.x[i] + Vec3::y() * by[i]);
+        let error = |by| position_error(&system, &state.x, &moved([1.0, 1.0]), &moved(by));
+        assert_eq!([error([2.0, 1.0]), error([1.0, 2.0])], [0.5, 0.75_f64.sqrt()]);
+    }
+
+    #[test]
     fn the_order_is_a_fit_over_all_samples_and_the_pairs_are_kept() {
         let errors = [(0.4, 1.6), (0.2, 0.4), (0.1, 0.2)];
         let samples = errors.map(|(step, error)| Sample { step, error });

@@ -81,10 +81,12 @@ mod tests {
         let sound = case("a", 0.001, [0.3, 0.2, 0.1]);
         let depending = case("b", 0.02, [0.3, 0.2, 0.1]);
         let astray = case("c", 0.001, [0.3, 0.2, 0.25]);
+        let resting = case("d", 0.001, [0.3, 0.2, 0.2]);
         let verdict = |cases: &[&[Number]]| CLAIM.judge(&Evidence::new(&cases.concat())).verdict;
         assert_eq!(verdict(&[&depending, &astray]), Ruling::Confirmed);
         assert_eq!(verdict(&[&depending, &sound]), Ruling::Undecided);
         assert_eq!(verdict(&[&sound]), Ruling::Refuted);
         assert_eq!(verdict(&[&astray]), Ruling::Confirmed);
+        assert_eq!(verdict(&[&resting]), Ruling::Confirmed);
     }
 }

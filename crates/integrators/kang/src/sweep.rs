@@ -86,4 +86,14 @@ mod tests {
         let left = product.iter().zip(&b).map(|(p, b)| (p - b).norm()).fold(0.0, f64::max);
         assert!(left < 1e-3 && last < 1e-3, "{left:e}, {last:e}");
     }
+
+    #[test]
+    fn pinned_particles_have_no_part_in_the_residual() {
+        let a = chain(6);
+        let b: Vec<Vec3> = (0..6).map(|i| Vec3::new(1.0, i as f64, 0.5)).collect();
+        let fixed = [false, false, false, true, false, false];
+        let (mut product, mut change) = (b.clone(), b.clone());
+        let residual = sweep((&a, &mut fast(&a)), &b, &fixed, 64, &mut product, &mut change);
+        assert!(residual < 1e-3 && change[3] == Vec3::zeros(), "{residual:e}");
+    }
 }

@@ -85,6 +85,17 @@ fn a_box_of_triangles_has_the_distances_and_normals_of_the_box() {
     }
 }
 
+/// However many triangles its faces have at a corner, they share its normal equally.
+#[test]
+fn the_normal_at_a_corner_of_a_cube_is_its_diagonal() {
+    let (vertices, triangles) = cuboid(Vec3::repeat(1.0));
+    let mesh = closed((vertices.clone(), triangles)).expect("valid");
+    for corner in vertices {
+        let (distance, normal) = mesh.distance(&corner);
+        assert!(distance == 0.0 && (normal - corner.normalize()).norm() < 1e-12, "{normal:?}");
+    }
+}
+
 /// The tree finds the nearest triangle, and edges and corners tell inside from outside.
 #[test]
 fn a_ball_of_many_triangles_is_a_ball_up_to_their_size() {

@@ -189,5 +189,10 @@ mod tests {
         let table = Obstacle::from(Shape::Box { center: Vec3::zeros(), half_extents });
         assert_eq!(table.distance(&Vec3::new(0.2, 0.0, 0.4)), (-0.09999999999999998, Vec3::z()));
         assert_eq!(table.distance(&Vec3::zeros()), (-0.5, Vec3::z()));
+        // Of faces equally near the later axis wins.
+        let half_extents = Vec3::repeat(1.0);
+        let cube = Obstacle::from(Shape::Box { center: Vec3::zeros(), half_extents });
+        assert_eq!(cube.distance(&Vec3::repeat(0.5)), (-0.5, Vec3::z()));
+        assert_eq!(cube.distance(&Vec3::new(0.5, 0.5, 0.0)), (-0.5, Vec3::y()));
     }
 }

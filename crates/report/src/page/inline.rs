@@ -146,6 +146,13 @@ mod tests {
     }
 
     #[test]
+    fn titles_and_descriptions_of_pictures_are_escaped() {
+        let text = picture(&[], ["a < b", "b > a & c"]);
+        assert!(text.contains(">a &lt; b</title>"), "{text}");
+        assert!(text.contains(">b &gt; a &amp; c</desc>"), "{text}");
+    }
+
+    #[test]
     fn an_inlined_drawing_has_ids_of_its_own_and_names_no_address() {
         let svg = "<svg xmlns=\"http://www.w3.org/2000/svg\" role=\"img\" aria-labelledby=\"title desc\">\n\
                    <title id=\"title\">T</title>\n<desc id=\"desc\">D</desc></svg>\n";
