@@ -120,12 +120,15 @@ mod tests {
 
     #[test]
     fn a_change_is_due_at_the_step_that_begins_next_to_it() {
-        const CHANGES: [Change; 2] =
+        const ON_STEPS: [Change; 2] =
+            [Change { time_s: 0.7, factor: 100.0 }, Change { time_s: 1.4, factor: 0.01 }];
+        const BESIDE_STEPS: [Change; 2] =
             [Change { time_s: 0.704, factor: 100.0 }, Change { time_s: 1.396, factor: 0.01 }];
         let time = TimeSpan { step_s: 0.01, duration_s: 2.0 };
-        let schedule = Schedule { changes: &CHANGES, ..Schedule::steady(time) };
-        let due: Vec<_> =
-            [0, 69, 70, 139, 140, 199].map(|n| schedule.due(schedule.elapsed(n))).into();
-        assert_eq!(due, [0, 0, 1, 1, 2, 2]);
+        for changes in [&ON_STEPS, &BESIDE_STEPS] {
+            let schedule = Schedule { changes, ..Schedule::steady(time) };
+            let due = [0, 69, 70, 139, 140, 199].map(|n| schedule.due(schedule.elapsed(n)));
+            assert_eq!(due, [0, 0, 1, 1, 2, 2], "{schedule:?}");
+        }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::facts::{Facts, Ledger, Row, Scene};
 use crate::families::{families, labels};
-use drape_report::number::{power, setting, significant};
+use drape_report::number::{percent, power, setting, significant};
 use drape_report::page::{Table, absent, texts};
 use drape_report::plate::{Draw, Plate};
 use drape_report::plot::{Axis, Bar, Fill, Panel, Point, Series, Sheet, State};
@@ -150,9 +150,7 @@ fn ledgers(input: &Input, name: &str) -> Option<Sheet> {
                 .filter_map(|row| {
                     let y = -(labels.iter().position(|label| *label == row.label)? as f64);
                     let (parts, end) = match (&row.ledger, row.drift) {
-                        (Some(ledger), Some(drift)) => {
-                            (parts(ledger), format!("{} %", significant(100.0 * drift, 3)))
-                        }
+                        (Some(ledger), Some(drift)) => (parts(ledger), percent(drift, 3)),
                         _ => (Vec::new(), row.verdict.to_string()),
                     };
                     Some(Bar { y, parts, reach: REACH, end })

@@ -1,7 +1,7 @@
 //! The words of the study `momentum`.
 
 use super::facts::*;
-use drape_report::number::{power, significant, trimmed};
+use drape_report::number::{percent, power, significant, trimmed};
 use drape_report::{Verdict, Words};
 
 /// The question that the study answers.
@@ -127,13 +127,12 @@ fn correction(facts: &Facts) -> Option<String> {
         facts.rows.iter().find(|row| row.scene == softest.id && row.label == label)?.final_spin
     };
     let [none, literal, consistent] = CORRECTIONS.map(spin);
-    let per_cent = |share: f64| format!("{} %", significant(100.0 * share, 2));
     Some(format!(
         "On the softer spinning sheet Desbrun's method leaves {} of the spin without correction, \
          {} with the printed one, {} with a consistent one.",
-        per_cent(none?),
-        per_cent(literal?),
-        per_cent(consistent?)
+        percent(none?, 2),
+        percent(literal?, 2),
+        percent(consistent?, 2)
     ))
 }
 
