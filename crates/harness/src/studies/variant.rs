@@ -1,45 +1,24 @@
 //! The methods of the registry in the settings in which an experiment runs them.
 
 use crate::methods;
+use crate::methods::runs::{Runs, Variant};
 use drape_integrator::{Method, Treatment};
 use drape_model::{EffectClass, EffectKind};
 
-/// A method in certain settings.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Variant {
-    /// Short name for tables and legends.
-    pub(super) label: &'static str,
-    /// Method id with settings, as [`methods::Choice::parse`] reads it.
-    pub(super) method: &'static str,
+/// Every method of the registry, in its order: in each of the forms that a study asks for, or at its
+/// defaults where it names none.
+pub(super) fn of_registry(named: impl Fn(&Runs) -> &'static [Variant]) -> Vec<Variant> {
+    let forms = |(method, runs)| or_defaults(method, named(runs), |form| form);
+    methods::runs().flat_map(forms).collect()
 }
 
-impl Variant {
-    pub(super) const fn new(label: &'static str, method: &'static str) -> Self {
-        Self { label, method }
-    }
-
-    fn id(&self) -> &'static str {
-        self.method.split(':').next().unwrap_or(self.method)
-    }
-}
-
-/// Every method of the registry, in its order: in each of the variants that `named` has of it, or
-/// at its defaults where there is none. What `named` has of other methods is left out.
-pub(super) fn of_registry(named: &[Variant]) -> Vec<Variant> {
-    of_methods(methods::all(), named)
-}
-
-fn of_methods(methods: impl Iterator<Item = &'static Method>, named: &[Variant]) -> Vec<Variant> {
-    methods
-        .flat_map(|method| {
-            let mut variants: Vec<_> =
-                named.iter().copied().filter(|variant| variant.id() == method.id).collect();
-            if variants.is_empty() {
-                variants.push(Variant::new(method.id, method.id));
-            }
-            variants
-        })
-        .collect()
+/// The forms of a method, or its defaults.
+pub(super) fn or_defaults<T: Copy>(
+    method: &Method,
+    named: &[T],
+    of: impl Fn(Variant) -> T,
+) -> Vec<T> {
+    if named.is_empty() { vec![of(Variant::new(method.id, method.id))] } else { named.to_vec() }
 }
 
 /// Whether a method takes the tension springs at the old level, so that stiffness limits its step.
@@ -52,22 +31,41 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_method_of_the_registry_is_there_in_its_variants_or_at_its_defaults() {
-        let named = [
-            Variant::new("tight", "imex-euler:forcing_term=1e-10"),
-            Variant::new("absent", "no-such-method:setting=1"),
-            Variant::new("loose", "imex-euler:forcing_term=0.1"),
-        ];
-        let variants = of_registry(&named);
-        let ids: Vec<_> = variants.iter().map(Variant::id).collect();
-        for method in methods::all() {
-            let expected = if method.id == "imex-euler" { 2 } else { 1 };
-            let found = ids.iter().filter(|id| **id == method.id).count();
+    fn every_method_of_the_registry_is_there_in_its_forms_or_at_its_defaults() {
+        let variants = of_registry(|runs| runs.order);
+        for (method, runs) in methods::runs() {
+            let defaults = [Variant::new(method.id, method.id)];
+            let expected = if runs.order.is_empty() { &defaults } else { runs.order };
+            let is_its = |v: &&Variant| v.method.split(':').next() == Some(method.id);
+            let found: Vec<_> = variants.iter().filter(is_its).copied().collect();
             assert_eq!(found, expected, "{}", method.id);
         }
-        assert!(variants.contains(&named[0]) && variants.contains(&named[2]));
-        assert!(variants.contains(&Variant::new("explicit-euler", "explicit-euler")));
-        assert!(!variants.contains(&named[1]));
+    }
+
+    /// Labels stand for one form each, and a form belongs to the method that names it.
+    #[test]
+    fn no_study_has_two_forms_of_one_label() {
+        for (method, runs) in methods::runs() {
+            let momentum = runs.momentum.iter().map(|(form, _)| form);
+            let locking = runs.locking.iter().map(|(form, _)| form);
+            let spring = runs.locked_spring.iter().map(|(form, _)| form);
+            let lists: [Vec<&Variant>; 7] = [
+                runs.order.iter().collect(),
+                runs.energy.iter().collect(),
+                runs.stability.iter().collect(),
+                runs.hard_cases.iter().collect(),
+                momentum.collect(),
+                locking.collect(),
+                spring.collect(),
+            ];
+            for list in lists {
+                for (n, form) in list.iter().enumerate() {
+                    assert!(list[..n].iter().all(|other| other.label != form.label), "{form:?}");
+                    let choice = methods::Choice::parse(form.method, &[]);
+                    assert_eq!(choice.map(|choice| choice.method().id), Ok(method.id), "{form:?}");
+                }
+            }
+        }
     }
 
     #[test]

@@ -1,15 +1,20 @@
 //! What is known of each method without running it: one table, which hard cases, the stability
 //! atlas, the order study, the momentum study and tests read.
 //!
-//! A method's [`Theory`] stands in its line of the registry ([`crate::methods`]).
+//! A method's [`Theory`] stands in the module of its name ([`crate::methods`]).
 
 mod case;
 mod forms;
 mod linear;
+mod load;
 
-pub(crate) use case::{Expectation, expectation};
-pub(crate) use forms::*;
-pub(crate) use linear::Problem;
+pub(crate) use case::{
+    Expectation, PUSHING, TURNING, at_rest_or, beside_explicit, expectation, explicit, implicit,
+    limit, monotone, no_theorem, stable, unstable,
+};
+pub(crate) use forms::{ALWAYS, form};
+pub(crate) use linear::{Factors, Linear, Problem, Weights};
+pub(crate) use load::LoadLaw;
 
 use crate::methods;
 use drape_report::family::Kin;
@@ -75,7 +80,7 @@ impl Limit {
 }
 
 /// The form of that label.
-pub(crate) fn form(label: &str) -> Option<&'static Form> {
+pub(crate) fn form_of(label: &str) -> Option<&'static Form> {
     methods::theories().flat_map(|theory| theory.forms).find(|form| form.label == label)
 }
 
@@ -90,7 +95,7 @@ mod tests {
             methods::theories().flat_map(|theory| theory.forms).map(|form| form.label).collect();
         assert_eq!(labels.iter().collect::<BTreeSet<_>>().len(), labels.len(), "{labels:?}");
         for method in methods::all() {
-            let form = form(method.id);
+            let form = form_of(method.id);
             assert!(form.is_some_and(|form| form.limit.is_some()), "{}", method.id);
         }
     }

@@ -1,11 +1,12 @@
 //! Experiment `momentum`: drift of linear and angular momentum of every method.
 
 use crate::facts::{Fact, fact};
-use crate::methods::Choice;
+use crate::methods::runs::{Keeps, Variant};
+use crate::methods::{self, Choice};
 use crate::run::{Runner, Simulation};
 use crate::studies::momentum::facts::{Facts, Row, Scene};
 use crate::studies::sheet::{GRAVITY, Sheet, pair};
-use crate::studies::variant::{Variant, is_explicit, of_registry};
+use crate::studies::variant::{is_explicit, or_defaults};
 use crate::studies::{Context, Measured, cells, prepared};
 use crate::theory::{self, SpinLaw};
 use crate::{HarnessError, system_hash};
@@ -29,43 +30,6 @@ const EXPLICIT: f64 = 0.1;
 const UNEVEN: f64 = 0.5;
 /// A run that gains more than so many times the energy of the spin is unstable.
 const GAINED: f64 = 1.0;
-
-/// Solves tight enough for the step itself to show, and variants that treat momentum differently.
-const VARIANTS: [Variant; 23] = [
-    Variant::new("backward-euler", "backward-euler:residual=1e-12"),
-    Variant::new("baraff-witkin", "baraff-witkin:forcing_term=1e-12"),
-    Variant::new("desbrun, no correction", "desbrun:torque=none"),
-    Variant::new("desbrun, literal", "desbrun:torque=literal"),
-    Variant::new("desbrun, consistent", "desbrun:torque=consistent"),
-    Variant::new("kang", "kang"),
-    Variant::new("kang, 8 sweeps", "kang:sweeps=8"),
-    Variant::new("terzopoulos-fleischer", "terzopoulos-fleischer"),
-    Variant::new("terzopoulos-fleischer, clamped", "terzopoulos-fleischer:clamp=true"),
-    Variant::new("adams-bashforth2", "adams-bashforth2"),
-    Variant::new("adams-bashforth, 3 steps", "adams-bashforth2:steps=3"),
-    Variant::new("bdf2", "bdf2:residual=1e-12"),
-    Variant::new("bdf, 3 steps", "bdf2:steps=3,residual=1e-12"),
-    Variant::new("imex-euler", "imex-euler:forcing_term=1e-12"),
-    Variant::new("imex-euler, all springs", "imex-euler:forcing_term=1e-12,implicit=springs"),
-    Variant::new("imex-euler, ε = 0.001", "imex-euler"),
-    Variant::new("imex-updated", "imex-updated:forcing_term=1e-9"),
-    Variant::new("imex-updated, ε = 0.01", "imex-updated"),
-    Variant::new("imex-updated, as printed, ε = 0.01", "imex-updated:safeguard=paper"),
-    Variant::new("imex-sbdf2", "imex-sbdf2:forcing_term=1e-12"),
-    Variant::new("imex-cnab2", "imex-cnab2:forcing_term=1e-12"),
-    Variant::new("imex-mcnab2", "imex-mcnab2:forcing_term=1e-12"),
-    Variant::new("imex-cnlf", "imex-cnlf:forcing_term=1e-12"),
-];
-
-/// Variants for which the method's statement of what it keeps is not meant: solved loosely, or
-/// another correction.
-const UNSTATED: [&str; 5] = [
-    "desbrun, no correction",
-    "desbrun, literal",
-    "imex-euler, ε = 0.001",
-    "imex-updated, ε = 0.01",
-    "imex-updated, as printed, ε = 0.01",
-];
 
 /// What moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -188,11 +152,11 @@ impl Setting {
         (least.ceil() as u64).next_power_of_two()
     }
 
-    fn row(&self, variant: &Variant) -> Result<Row, HarnessError> {
+    fn row(&self, (variant, keeps): &(Variant, Keeps)) -> Result<Row, HarnessError> {
         let choice = Choice::parse(variant.method, &[])?;
         let division = self.division(choice.method());
         let time = TimeSpan { step_s: STEP / division as f64, duration_s: DURATION };
-        let law = theory::form(variant.label).and_then(|form| form.spin);
+        let law = theory::form_of(variant.label).and_then(|form| form.spin);
         let law = law.filter(|_| self.case.body == Body::Pair);
         let mut watch = Watch::new(self, law, time.step_s);
         let mut simulation = self.simulation.clone();
@@ -205,7 +169,7 @@ impl Setting {
         });
         let outcome = runner.go(&mut simulation)?;
         let completed = outcome.divergence.is_none() && watch.energy_gain <= GAINED;
-        let is_meant = !UNSTATED.contains(&variant.label);
+        let is_meant = *keeps == Keeps::AsStated;
         let states = |quantity| is_meant && choice.method().conserves.contains(&quantity);
         Ok(Row {
             scene: self.case.id.to_owned(),
@@ -315,15 +279,21 @@ pub(super) fn method() -> String {
         .to_owned()
 }
 
+/// Every method in its forms, or at its defaults.
+fn forms() -> Vec<(Variant, Keeps)> {
+    let as_stated = |form| (form, Keeps::AsStated);
+    methods::runs()
+        .flat_map(|(method, runs)| or_defaults(method, runs.momentum, as_stated))
+        .collect()
+}
+
 pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError> {
     let chosen: Vec<_> = CASES.into_iter().filter(|case| !context.quick || case.is_quick).collect();
     let settings = prepared(context, "scenes", &chosen, Setting::new)?;
-    let variants = of_registry(&VARIANTS);
-    let pairs: Vec<_> = settings
-        .iter()
-        .flat_map(|setting| variants.iter().map(move |variant| (setting, variant)))
-        .collect();
-    let rows = cells(context, "methods", &pairs, |(setting, variant)| setting.row(variant))?;
+    let forms = forms();
+    let pairs: Vec<_> =
+        settings.iter().flat_map(|setting| forms.iter().map(move |form| (setting, form))).collect();
+    let rows = cells(context, "methods", &pairs, |(setting, form)| setting.row(form))?;
     let scenes = settings.iter().map(|setting| setting.scene.clone()).collect();
     let facts = Facts { scenes, rows };
     let hashes = settings.iter().map(|s| (s.case.id.to_owned(), s.hash.clone())).collect();

@@ -2,10 +2,11 @@
 
 use crate::facts::{Fact, fact};
 use crate::methods::Choice;
+use crate::methods::runs::Variant;
 use crate::run::{Runner, Simulation};
 use crate::studies::order::facts::{ACCEPTED, Facts, Row, Run, Scene};
 use crate::studies::sheet::{GRAVITY, Sheet};
-use crate::studies::variant::{Variant, of_registry};
+use crate::studies::variant::of_registry;
 use crate::studies::{Context, Measured, cells, prepared};
 use crate::{HarnessError, system_hash};
 use drape_integrator::Order;
@@ -29,32 +30,6 @@ const SIZES: u32 = 4;
 const BEYOND: f64 = 1.0;
 /// Fewest runs that make an order.
 const FEWEST: usize = 3;
-
-/// Solves tight enough for the error of the step to show, and variants of another order.
-const VARIANTS: [Variant; 22] = [
-    Variant::new("symplectic-euler", "symplectic-euler"),
-    Variant::new("symplectic-euler, implicit damping", "symplectic-euler:damping=implicit"),
-    Variant::new("provot", "provot"),
-    Variant::new("provot, limit out of reach", "provot:limit=10"),
-    Variant::new("backward-euler", "backward-euler:residual=1e-12"),
-    Variant::new("baraff-witkin", "baraff-witkin:forcing_term=1e-12"),
-    Variant::new("kang", "kang"),
-    Variant::new("kang, 8 sweeps", "kang:sweeps=8"),
-    Variant::new("terzopoulos-fleischer", "terzopoulos-fleischer"),
-    Variant::new("terzopoulos-fleischer, clamped", "terzopoulos-fleischer:clamp=true"),
-    Variant::new("adams-bashforth2", "adams-bashforth2"),
-    Variant::new("adams-bashforth, 3 steps", "adams-bashforth2:steps=3"),
-    Variant::new("bdf2", "bdf2:residual=1e-12"),
-    Variant::new("bdf, 3 steps", "bdf2:steps=3,residual=1e-12"),
-    Variant::new("imex-euler", "imex-euler:forcing_term=1e-10"),
-    Variant::new("imex-euler, all springs", "imex-euler:forcing_term=1e-10,implicit=springs"),
-    Variant::new("imex-updated", "imex-updated:forcing_term=1e-9"),
-    Variant::new("imex-updated, as printed", "imex-updated:forcing_term=1e-9,safeguard=paper"),
-    Variant::new("imex-sbdf2", "imex-sbdf2:forcing_term=1e-12"),
-    Variant::new("imex-cnab2", "imex-cnab2:forcing_term=1e-12"),
-    Variant::new("imex-mcnab2", "imex-mcnab2:forcing_term=1e-12"),
-    Variant::new("imex-cnlf", "imex-cnlf:forcing_term=1e-12"),
-];
 
 /// A scene before it is built.
 #[derive(Clone, Copy, Debug)]
@@ -176,7 +151,7 @@ fn theory(label: &str, order: Order) -> Option<u32> {
         Order::One => 1,
         Order::Two => 2,
     };
-    let exception = crate::theory::form(label).and_then(|form| form.order);
+    let exception = crate::theory::form_of(label).and_then(|form| form.order);
     exception.unwrap_or(Some(stated))
 }
 
@@ -227,7 +202,7 @@ pub(super) fn method() -> String {
 pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError> {
     let chosen: Vec<_> = CASES.into_iter().filter(|case| !context.quick || case.is_quick).collect();
     let settings = prepared(context, "references", &chosen, Setting::new)?;
-    let variants = of_registry(&VARIANTS);
+    let variants = of_registry(|runs| runs.order);
     let pairs: Vec<_> = settings
         .iter()
         .flat_map(|setting| variants.iter().map(move |variant| (setting, variant)))

@@ -23,13 +23,12 @@ const DURATION: f64 = 0.5;
 const STEP: f64 = 0.01;
 /// Step of those that take it at the old level, s.
 const EXPLICIT_STEP: f64 = 0.001;
-/// Methods that are timed.
-const TIMED: [&str; 5] =
-    ["symplectic-euler", "backward-euler", "baraff-witkin", "imex-euler", "imex-updated"];
 /// Pairs of runs that are timed.
 const PAIRS: usize = 5;
-/// Methods of the quick subset.
-const QUICK: [&str; 2] = ["symplectic-euler", "imex-euler"];
+/// Methods that are timed.
+fn timed_methods() -> impl Iterator<Item = &'static str> {
+    methods::runs().filter(|(_, runs)| runs.are_effects_timed).map(|(method, _)| method.id)
+}
 
 fn step(method: &Method) -> f64 {
     if variant::is_explicit(method) { EXPLICIT_STEP } else { STEP }
@@ -81,8 +80,10 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, H
     let additions: Vec<Addition> = additions::all();
     let variants = prepared(context, "scenes", &additions, Variant::new)?;
     let nothing = &variants[0];
-    let chosen: Vec<&'static Method> =
-        methods::all().filter(|m| !context.quick || QUICK.contains(&m.id)).collect();
+    let chosen: Vec<&'static Method> = methods::runs()
+        .filter(|(_, runs)| !context.quick || runs.are_effects_quick)
+        .map(|(method, _)| method)
+        .collect();
     let pairs: Vec<_> = variants
         .iter()
         .filter(|variant| {
@@ -108,7 +109,7 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, H
     if !context.quick {
         let variants = variants[1..].iter();
         let pairs: Vec<_> = variants
-            .flat_map(|variant| TIMED.iter().map(move |method| (variant, *method)))
+            .flat_map(|variant| timed_methods().map(move |method| (variant, method)))
             .collect();
         let rows = timed(context, "timings", &pairs, |(variant, method)| {
             let choice = Choice::parse(method, &[])?;

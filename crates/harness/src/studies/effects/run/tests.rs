@@ -54,7 +54,7 @@ fn nothing_more_changes_nothing_and_a_sphere_in_the_way_moves_the_sheet() {
 #[test]
 fn an_obstacle_out_of_reach_changes_no_bit_and_no_count() {
     let (nothing, far) = (variant(NOTHING), variant("obstacle out of reach"));
-    for id in TIMED {
+    for id in timed_methods() {
         let method = methods::all().find(|method| method.id == id).expect("known");
         let (bare, with) = (nothing.cell(&nothing, method), far.cell(&nothing, method));
         let (bare, with) = (bare.expect("a run"), with.expect("a run"));

@@ -4,12 +4,13 @@ mod watch;
 
 use crate::facts::{Fact, fact};
 use crate::methods::Choice;
+use crate::methods::runs::Variant;
 use crate::run::{Runner, Simulation};
 use crate::schedule::Schedule;
 use crate::stability::reference;
-use crate::studies::energy::facts::{ALL_IMPLICIT, Facts, Row, Scene};
+use crate::studies::energy::facts::{Facts, Row, Scene};
 use crate::studies::sheet::{GRAVITY, Sheet};
-use crate::studies::variant::{Variant, is_explicit, of_registry};
+use crate::studies::variant::{is_explicit, of_registry};
 use crate::studies::{Context, Measured, cells, prepared};
 use crate::{HarnessError, system_hash};
 use drape_integrator::Method;
@@ -28,17 +29,6 @@ const SAMPLES: u64 = 100;
 const DAMPING: f64 = 40.0;
 /// Angular velocity of the spinning sheet, 1/s.
 const SPIN: f64 = 2.0;
-
-/// More than one variant of a method, and settings whose results are the same on every machine.
-const VARIANTS: [Variant; 7] = [
-    Variant::new("leapfrog", "leapfrog:solver=cg"),
-    Variant::new("desbrun, no correction", "desbrun:torque=none"),
-    Variant::new("desbrun", "desbrun"),
-    Variant::new("imex-euler", "imex-euler"),
-    Variant::new(ALL_IMPLICIT, "imex-euler:implicit=springs"),
-    Variant::new("imex-updated", "imex-updated"),
-    Variant::new("imex-updated, as printed", "imex-updated:safeguard=paper"),
-];
 
 /// What moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -223,7 +213,7 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError
         .flat_map(|case| [(case, false), (case, true)])
         .collect();
     let settings = prepared(context, "scenes", &chosen, Setting::new)?;
-    let variants = of_registry(&VARIANTS);
+    let variants = of_registry(|runs| runs.energy);
     let pairs: Vec<_> = settings
         .iter()
         .flat_map(|setting| variants.iter().map(move |variant| (setting, variant)))

@@ -1,23 +1,13 @@
 //! Which forms of the methods run, and which settings a case gives them.
 
+use crate::methods::runs::Variant;
 use crate::methods::{Choice, MethodError};
-use crate::studies::variant::{Variant, of_registry};
+use crate::studies::variant::of_registry;
 use drape_integrator::{Kind, Setting};
-
-/// Forms that run beside the defaults.
-const FORMS: [Variant; 7] = [
-    Variant::new("leapfrog", "leapfrog"),
-    Variant::new("leapfrog (auto)", "leapfrog:step=auto"),
-    Variant::new("leapfrog (bound)", "leapfrog:step=bound"),
-    Variant::new("imex-euler", "imex-euler"),
-    Variant::new("imex-euler (exact)", "imex-euler:solver=cholesky,implicit=springs"),
-    Variant::new("imex-updated", "imex-updated"),
-    Variant::new("imex-updated (paper)", "imex-updated:safeguard=paper,start=extrapolated"),
-];
 
 /// The columns of the table: every method of the registry at its defaults, and its other forms.
 pub(super) fn forms() -> Vec<Variant> {
-    of_registry(&FORMS)
+    of_registry(|runs| runs.hard_cases)
 }
 
 /// A form with the settings of its own and those of the case; `None` where a case varies a

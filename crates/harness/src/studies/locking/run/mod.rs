@@ -1,25 +1,19 @@
 //! Experiment `locking`: how much of the motion a stiff cloth keeps at a step that does not resolve
 //! its springs.
 
-/// Algorithm 1 as printed, ended after so many updates of the right-hand side, from the velocity of
-/// the last step.
-macro_rules! passes {
-    ($number:literal) => {
-        concat!("imex-updated:safeguard=paper,start=last,forcing_term=1e-8,max_outer=", $number)
-    };
-}
-
 mod law;
 mod motion;
 mod spring;
 #[cfg(test)]
 mod tests;
 
-use super::facts::{BACKWARD_EULER, BASE_STEP, BASE_STIFFNESS, IMEX_EULER};
+use super::facts::{BACKWARD_EULER, BASE_STEP, BASE_STIFFNESS};
 use crate::HarnessError;
 use crate::facts::{Fact, fact};
+use crate::methods;
+use crate::methods::runs::{Steps, Variant};
 use crate::studies::locking::facts::{Facts, Run};
-use crate::studies::variant::Variant;
+use crate::studies::variant::{is_explicit, or_defaults};
 use crate::studies::{Context, Measured, cells, prepared};
 use motion::{BUDGET, Setting};
 
@@ -32,45 +26,21 @@ const LONG_STEPS: [f64; 4] = [0.01, 0.005, 0.002, 0.001];
 /// Of the quick subset, 1/s².
 const QUICK: [f64; 1] = [1e6];
 
-/// Solved tightly, so that the step itself shows, not the tolerance.
-const VARIANTS: [Variant; 19] = [
-    Variant::new(BACKWARD_EULER, "backward-euler"),
-    Variant::new("bdf2", "bdf2"),
-    Variant::new("baraff-witkin", "baraff-witkin:forcing_term=1e-8"),
-    Variant::new("terzopoulos-fleischer", "terzopoulos-fleischer"),
-    Variant::new("desbrun", "desbrun"),
-    Variant::new("kang", "kang"),
-    Variant::new("kang, 8 sweeps", "kang:sweeps=8"),
-    Variant::new(IMEX_EULER, "imex-euler:forcing_term=1e-8,implicit=springs"),
-    Variant::new("imex-euler, tension only", "imex-euler:forcing_term=1e-8"),
-    Variant::new("imex-updated", "imex-updated:forcing_term=1e-4"),
-    Variant::new("imex-updated, as printed", "imex-updated:safeguard=paper,forcing_term=1e-4"),
-    Variant::new("imex-updated, 1 pass", passes!("1")),
-    Variant::new("imex-updated, 2 passes", passes!("2")),
-    Variant::new("imex-updated, 4 passes", passes!("4")),
-    Variant::new("imex-updated, 8 passes", passes!("8")),
-    Variant::new("imex-sbdf2", "imex-sbdf2:forcing_term=1e-8"),
-    Variant::new("imex-cnab2", "imex-cnab2:forcing_term=1e-8"),
-    Variant::new("imex-mcnab2", "imex-mcnab2:forcing_term=1e-8"),
-    Variant::new("imex-cnlf", "imex-cnlf:forcing_term=1e-8"),
-];
+/// The forms of methods that take tension at the new level, with the steps at the base stiffness.
+fn forms() -> Vec<(Variant, Steps)> {
+    let one = |form| (form, Steps::One);
+    methods::runs()
+        .filter(|(method, _)| !is_explicit(method))
+        .flat_map(|(method, runs)| or_defaults(method, runs.locking, one))
+        .collect()
+}
 
 /// Steps at the base stiffness.
-fn steps(label: &str) -> &'static [f64] {
-    match label {
-        BACKWARD_EULER | "bdf2" => &LONG_STEPS,
-        "baraff-witkin"
-        | "desbrun"
-        | "kang"
-        | IMEX_EULER
-        | "imex-updated"
-        | "imex-sbdf2"
-        | "imex-cnab2"
-        | "imex-mcnab2"
-        | "imex-cnlf"
-        | "imex-updated, 1 pass"
-        | "imex-updated, 8 passes" => &STEPS,
-        _ => &STEPS[..1],
+fn steps(steps: Steps) -> &'static [f64] {
+    match steps {
+        Steps::All => &STEPS,
+        Steps::Long => &LONG_STEPS,
+        Steps::One => &STEPS[..1],
     }
 }
 
@@ -96,11 +66,12 @@ pub(super) fn method() -> String {
 pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError> {
     let stiffnesses: &[f64] = if context.quick { &QUICK } else { &STIFFNESSES };
     let settings = prepared(context, "true motion", stiffnesses, |&k| Setting::new(k))?;
+    let forms = forms();
     let mut pairs = Vec::new();
     for setting in &settings {
-        for variant in &VARIANTS {
+        for (variant, chosen) in &forms {
             let is_base = setting.stiffness() == BASE_STIFFNESS && !context.quick;
-            let steps: &[f64] = if is_base { steps(variant.label) } else { &[BASE_STEP] };
+            let steps: &[f64] = if is_base { steps(*chosen) } else { &[BASE_STEP] };
             pairs.extend(steps.iter().map(|&step| (setting, variant, step)));
         }
     }

@@ -1,14 +1,14 @@
 //! The hanging sheet: its true motion, and what a method makes of it.
 
 use super::law::{lever, swing_lever};
-use super::{BACKWARD_EULER, BASE_STEP, IMEX_EULER};
+use super::{BACKWARD_EULER, BASE_STEP};
 use crate::methods::Choice;
+use crate::methods::runs::Variant;
 use crate::run::{Runner, Simulation};
 use crate::stability::gershgorin;
 use crate::studies::finite;
-use crate::studies::locking::facts::{self, Run};
+use crate::studies::locking::facts::{self, IMEX_EULER, Run};
 use crate::studies::sheet::{GRAVITY, Sheet};
-use crate::studies::variant::Variant;
 use crate::{HarnessError, system_hash};
 use drape_model::{DampingLaw, TimeSpan, Vec3};
 use drape_report::Verdict;

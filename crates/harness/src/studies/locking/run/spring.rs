@@ -1,20 +1,13 @@
-//! A single spring loaded across itself, where the law of locking has a closed form.
-//!
-//! The spring pulls along `d`, so that it falls out of the angular momentum `J = d × v` over the
-//! mass, and so does what is added to `d` along `v'`. IMEX Euler gives
-//! `J' = (J + h d × a)/(1 + θ)`, `θ = h²k/m`, at any amplitude; Desbrun and Kang, whose filter
-//! passes the load, `J' = J/(1 + θ) + h d × a`. From rest, and while the deflection is small, the
-//! speed after `n` steps is thus `h a q (1 − qⁿ)/(1 − q)`, `q = 1/(1 + θ)`, or that without the
-//! first `q`: it tends to `a/(hκ)`, or to `a/(hκ) + ha`. Updated CG that starts at `v_n` and ends
-//! after `N` passes adds the share `1 − (θ/(1 + θ))ᴺ` of `ha` in each step: its fall is slowed
-//! down, but does not end. Backward Euler adds all of it.
+//! A single spring loaded across itself, where the law of locking has a closed form
+//! ([`LoadLaw`]).
 
 use crate::HarnessError;
-use crate::methods::Choice;
+use crate::methods::runs::Variant;
+use crate::methods::{self, Choice};
 use crate::run::{Runner, Simulation};
 use crate::studies::locking::facts::Spring;
 use crate::studies::sheet::MASS;
-use crate::studies::variant::Variant;
+use crate::theory::LoadLaw;
 use drape_model::{TimeSpan, Vec3};
 use drape_oracle::scenes::{particles, pin, spring};
 
@@ -23,55 +16,6 @@ const STEPS: u64 = 100;
 /// Load over mass, m/s²: the deflection stays below 1e-3 of the length.
 const LOAD: f64 = 1e-3;
 const THETAS: [f64; 4] = [0.1, 1.0, 10.0, 1000.0];
-
-/// How a method answers to the load.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Law {
-    /// The load passes the filter with the rest.
-    Filtered,
-    /// The load is added behind the filter.
-    Unfiltered,
-    /// So many passes from the velocity of the last step.
-    Passes(i32),
-    /// As if there were no spring.
-    Free,
-}
-
-impl Law {
-    /// Speed after `steps` steps from rest over that of a single step in free fall.
-    fn speed(self, theta: f64, steps: u64) -> f64 {
-        let q = 1.0 / (1.0 + theta);
-        let n = steps as f64;
-        let sum = (1.0 - libm::pow(q, n)) / (1.0 - q);
-        match self {
-            Self::Filtered => q * sum,
-            Self::Unfiltered => sum,
-            Self::Passes(passes) => n * (1.0 - libm::pow(theta * q, f64::from(passes))),
-            Self::Free => n,
-        }
-    }
-
-    /// The angular momentum after a step, from that before and what the load adds to it.
-    fn follow(self, theta: f64, before: f64, load: f64) -> Option<f64> {
-        match self {
-            Self::Filtered => Some((before + load) / (1.0 + theta)),
-            Self::Unfiltered => Some(before / (1.0 + theta) + load),
-            Self::Passes(_) | Self::Free => None,
-        }
-    }
-}
-
-const METHODS: [(Variant, Law); 9] = [
-    (Variant::new("imex-euler", "imex-euler:forcing_term=1e-14"), Law::Filtered),
-    (Variant::new("desbrun", "desbrun"), Law::Unfiltered),
-    (Variant::new("kang", "kang"), Law::Unfiltered),
-    (Variant::new("imex-updated, 1 pass", passes!("1")), Law::Passes(1)),
-    (Variant::new("imex-updated, 2 passes", passes!("2")), Law::Passes(2)),
-    (Variant::new("imex-updated, 4 passes", passes!("4")), Law::Passes(4)),
-    (Variant::new("imex-updated, 8 passes", passes!("8")), Law::Passes(8)),
-    (Variant::new("baraff-witkin", "baraff-witkin:forcing_term=1e-14"), Law::Free),
-    (Variant::new("backward-euler", "backward-euler:residual=1e-12"), Law::Free),
-];
 
 /// How the spring lies: name, direction, direction of the load.
 const DIRECTIONS: [(&str, [f64; 3], [f64; 3]); 2] = [
@@ -83,7 +27,7 @@ const DIRECTIONS: [(&str, [f64; 3], [f64; 3]); 2] = [
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Case {
     method: Variant,
-    law: Law,
+    law: LoadLaw,
     theta: f64,
     /// Number in [`DIRECTIONS`].
     direction: usize,
@@ -91,7 +35,7 @@ pub(super) struct Case {
 
 pub(super) fn cases() -> Vec<Case> {
     let mut cases = Vec::new();
-    for (method, law) in METHODS {
+    for &(method, law) in methods::runs().flat_map(|(_, runs)| runs.locked_spring) {
         for theta in THETAS {
             cases.extend([0, 1].map(|direction| Case { method, law, theta, direction }));
         }
@@ -150,7 +94,7 @@ mod tests {
     /// The closed form is that of the recurrence with a constant lever, and tends to `a/(hκ)`.
     #[test]
     fn the_closed_form_solves_the_recurrence_and_tends_to_the_terminal_speed() {
-        for law in [Law::Filtered, Law::Unfiltered] {
+        for law in [LoadLaw::Filtered, LoadLaw::Unfiltered] {
             for theta in THETAS {
                 let (mut spin, load) = (0.0, 1.0);
                 for n in 1..=200 {
@@ -160,7 +104,7 @@ mod tests {
                         "{law:?} {theta} {n}"
                     );
                 }
-                let more = if law == Law::Unfiltered { 1.0 } else { 0.0 };
+                let more = if law == LoadLaw::Unfiltered { 1.0 } else { 0.0 };
                 assert!((spin - more - 1.0 / theta).abs() < 1e-8 / theta, "{law:?} {theta}");
             }
         }

@@ -66,6 +66,6 @@ mod tests {
         assert_eq!(least("imex-euler", 2.0), Some(448.0 + 2.0 * 416.0));
         assert_eq!(least(JACOBI, 2.0), Some(360.0 + 2.0 * 240.0));
         assert_eq!(least("symplectic-euler", 0.0), Some(104.0));
-        assert_eq!(least("kang", 0.0), None);
+        assert_eq!(least("desbrun", 0.0), None);
     }
 }

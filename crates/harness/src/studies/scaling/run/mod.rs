@@ -4,7 +4,8 @@ mod bytes;
 mod memory;
 
 use crate::facts::{Fact, fact};
-use crate::methods::Choice;
+use crate::methods::runs::Contender;
+use crate::methods::{self, Choice};
 use crate::run::{Outcome, Runner, Simulation};
 use crate::studies::scaling::facts::{
     Cell, FIXED_MATERIAL, FIXED_QUOTIENT, Facts, RunTiming, TimingRow,
@@ -39,24 +40,10 @@ const LARGE: u32 = 100;
 /// Most particles along each edge in the quick subset.
 const QUICK: u32 = 52;
 
-/// A method, and the largest mesh on which a step of it takes no more than seconds.
-struct Contender {
-    label: &'static str,
-    method: &'static str,
-    /// Particles along each edge.
-    largest: u32,
+/// Every method that is in the study.
+fn contenders() -> impl Iterator<Item = &'static Contender> {
+    methods::runs().flat_map(|(_, runs)| runs.scaling)
 }
-
-const CONTENDERS: [Contender; 8] = [
-    Contender { label: "symplectic-euler", method: "symplectic-euler", largest: 1000 },
-    Contender { label: "leapfrog", method: "leapfrog:solver=cg", largest: 1000 },
-    Contender { label: "imex-euler", method: "imex-euler", largest: 1000 },
-    Contender { label: bytes::JACOBI, method: "imex-euler:preconditioner=jacobi", largest: 1000 },
-    Contender { label: "imex-updated", method: "imex-updated", largest: 316 },
-    Contender { label: "baraff-witkin", method: "baraff-witkin", largest: 316 },
-    Contender { label: "desbrun", method: "desbrun", largest: 316 },
-    Contender { label: "backward-euler", method: "backward-euler:residual=1e-3", largest: 100 },
-];
 
 /// A sheet of one size in one series.
 struct Mesh {
@@ -176,7 +163,7 @@ fn sizes(quick: bool) -> Vec<(&'static str, u32, u64)> {
 /// The meshes with the methods that are run on them.
 fn pairs(meshes: &[Mesh]) -> Vec<(&Mesh, &'static Contender)> {
     let fits = |mesh: &Mesh, contender: &Contender| mesh.side <= contender.largest;
-    let of_mesh = |mesh| CONTENDERS.iter().filter(move |c| fits(mesh, c)).map(move |c| (mesh, c));
+    let of_mesh = |mesh| contenders().filter(move |c| fits(mesh, c)).map(move |c| (mesh, c));
     meshes.iter().flat_map(of_mesh).collect()
 }
 
@@ -301,7 +288,7 @@ mod tests {
     #[test]
     fn explicit_methods_take_a_step_within_their_limit_and_stay_finite() {
         let mesh = Mesh::new(FIXED_MATERIAL, 52, 40).expect("a valid sheet");
-        for contender in &CONTENDERS[..2] {
+        for contender in contenders().take(2) {
             let choice = Choice::parse(contender.method, &[]).expect("a method");
             assert!(mesh.step(&choice) * mesh.sheet.greatest_frequency(1.0) < 2.0);
             let cell = mesh.cell(contender).expect("a run");

@@ -3,9 +3,9 @@
 use super::sheet::{SEEDS, Setting, run, schedule};
 use crate::HarnessError;
 use crate::methods::Choice;
+use crate::methods::runs::Variant;
 use crate::studies::finite;
 use crate::studies::stability::facts::Cell;
-use crate::studies::variant::Variant;
 use drape_report::Verdict;
 
 /// Effort after which a run is over budget, in visits of a spring: about a tenth of a second.

@@ -5,10 +5,11 @@ use super::sheet::{SEEDS, Setting, run as run_sheet, schedule};
 use super::theory::{largest_eigenvalue, longest};
 use crate::HarnessError;
 use crate::methods::Choice;
+use crate::methods::runs::Variant;
 use crate::run::{Runner, Simulation};
 use crate::studies::sheet::MASS;
 use crate::studies::stability::facts::Limit;
-use crate::studies::variant::{Variant, is_explicit};
+use crate::studies::variant::is_explicit;
 use crate::theory::{self as known, Limit as ClosedForm};
 use drape_model::{SpringEffect, Vec3};
 use drape_oracle::scenes::{particles, spring};
@@ -141,7 +142,7 @@ fn search(
 pub(super) fn run(case: &Case) -> Result<Limit, HarnessError> {
     let Case { variant, scene, damping } = case;
     let choice = Choice::parse(variant.method, &[])?;
-    let theory = known::form(variant.label).and_then(|form| form.limit);
+    let theory = known::form_of(variant.label).and_then(|form| form.limit);
     let (name, range, eigenvalue, found) = match scene {
         Scene::Pair => {
             let start = pair(*damping)?;

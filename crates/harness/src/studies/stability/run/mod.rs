@@ -10,27 +10,10 @@ mod theory;
 
 use crate::HarnessError;
 use crate::facts::{Fact, fact};
-use crate::studies::stability::facts::{Cell, EXACT, Facts};
-use crate::studies::variant::{Variant, of_registry};
+use crate::studies::stability::facts::{Cell, Facts};
+use crate::studies::variant::of_registry;
 use crate::studies::{Context, Measured, cells, prepared};
 use sheet::{SEEDS, Setting};
-
-/// Forms of the methods: as published where they differ from the defaults, and solved exactly.
-const VARIANTS: [Variant; 10] = [
-    Variant::new("symplectic-euler", "symplectic-euler"),
-    Variant::new("symplectic-euler, implicit damping", "symplectic-euler:damping=implicit"),
-    Variant::new("adams-bashforth2", "adams-bashforth2"),
-    Variant::new("adams-bashforth, 3 steps", "adams-bashforth2:steps=3"),
-    Variant::new("imex-euler, as printed", "imex-euler:forcing_term=0.05"),
-    Variant::new(EXACT, "imex-euler:forcing_term=1e-10,implicit=springs"),
-    Variant::new("imex-updated", "imex-updated"),
-    Variant::new(
-        "imex-updated, as printed",
-        "imex-updated:safeguard=paper,start=extrapolated,forcing_term=0.05",
-    ),
-    Variant::new("kang", "kang"),
-    Variant::new("desbrun", "desbrun"),
-];
 
 /// Steps of the atlas, longest first, s.
 const STEPS: [f64; 9] = [1.0, 0.316, 0.1, 0.0316, 0.01, 0.003_16, 0.001, 0.000_316, 0.000_1];
@@ -80,7 +63,7 @@ pub(super) fn method() -> String {
 }
 
 pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError> {
-    let variants = of_registry(&VARIANTS);
+    let variants = of_registry(|runs| runs.stability);
     let columns = columns(context.quick);
     let settings = prepared(context, "true motion", &columns, |&(k, d, _)| Setting::new(k, d))?;
     let pairs: Vec<_> = variants

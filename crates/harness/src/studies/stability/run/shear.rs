@@ -5,9 +5,9 @@ use super::sheet::{SEEDS, Setting, run as run_sheet, schedule};
 use super::theory::{Beside, outweighs};
 use crate::HarnessError;
 use crate::methods::Choice;
+use crate::methods::runs::Variant;
 use crate::studies::finite;
 use crate::studies::stability::facts::{Ratio, Shear};
-use crate::studies::variant::Variant;
 use drape_report::Verdict;
 
 const STIFFNESS: f64 = 1e6;

@@ -4,10 +4,13 @@
 use super::atlas::column;
 use super::sheet::{SEEDS, Setting};
 use super::*;
+use crate::methods::runs::Variant;
+use crate::studies::stability::facts::EXACT;
 use drape_report::Verdict;
 
 fn verdicts(label: &str, method: &'static str, setting: &Setting, steps: &[f64]) -> Vec<Verdict> {
-    let variant = VARIANTS.into_iter().find(|variant| variant.label == label);
+    let variants = of_registry(|runs| runs.stability);
+    let variant = variants.into_iter().find(|variant| variant.label == label);
     let variant = variant.unwrap_or(Variant::new("by its id", method));
     let cells = column(&variant, setting, steps).unwrap();
     cells.into_iter().map(|cell| cell.verdict).collect()
@@ -40,9 +43,9 @@ fn a_cell_beside_another_verdict_has_three_starts() {
 
 #[test]
 fn every_variant_has_a_theory_and_the_quick_columns_are_among_the_others() {
-    for variant in of_registry(&VARIANTS) {
+    for variant in of_registry(|runs| runs.stability) {
         assert!(
-            crate::theory::form(variant.label).is_some_and(|form| form.limit.is_some()),
+            crate::theory::form_of(variant.label).is_some_and(|form| form.limit.is_some()),
             "{}",
             variant.label
         );

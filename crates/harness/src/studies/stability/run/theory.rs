@@ -140,7 +140,7 @@ mod tests {
     #[test]
     fn limits_are_those_of_the_rules() {
         let of = |label: &str, damping: f64| {
-            let theory = crate::theory::form(label).and_then(|form| form.limit).unwrap();
+            let theory = crate::theory::form_of(label).and_then(|form| form.limit).unwrap();
             longest([1e-4, 8.0], |h| theory.is_stable(h, 100.0, damping))
         };
         let close =

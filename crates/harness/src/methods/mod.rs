@@ -1,8 +1,28 @@
 //! From the id and settings on the command line to an integrator: the only place that knows every
 //! method's crate.
+//!
+//! What is known of a method, and the forms in which studies run it, stand in the module of its
+//! name. Studies, lists and pages ask the registry and name no method.
 
-use crate::theory::{self, Theory};
+mod adams_bashforth;
+mod backward_euler;
+mod baraff_witkin;
+mod bdf;
+mod desbrun;
+mod explicit_euler;
+mod imex_euler;
+mod imex_two_step;
+mod imex_updated;
+mod kang;
+mod leapfrog;
+mod provot;
+pub(crate) mod runs;
+mod symplectic_euler;
+mod terzopoulos_fleischer;
+
+use crate::theory::Theory;
 use drape_integrator::{Integrator, Method, Registration, SettingError, Settings, Split};
+use runs::Runs;
 
 /// Why a choice of method was refused.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -28,36 +48,35 @@ pub enum MethodError {
     Setting(#[from] SettingError),
 }
 
-/// A method and what is known of it.
+/// A line of the registry: a method, what is known of it, and the forms that studies run.
+///
+/// The entry of a method stands in the module of its name.
 #[derive(Debug)]
 struct Entry {
     registration: &'static Registration,
-    theory: &'static Theory,
-}
-
-const fn entry(registration: &'static Registration, theory: &'static Theory) -> Entry {
-    Entry { registration, theory }
+    theory: Theory,
+    runs: Runs,
 }
 
 /// All methods, in the order in which they build on each other: one line a method.
-static REGISTRY: [Entry; 17] = [
-    entry(&drape_explicit_euler::EXPLICIT, &theory::EXPLICIT_EULER),
-    entry(&drape_explicit_euler::SYMPLECTIC, &theory::SYMPLECTIC_EULER),
-    entry(&drape_explicit_euler::VERLET, &theory::LEAPFROG),
-    entry(&drape_provot::REGISTRATION, &theory::PROVOT),
-    entry(&drape_multistep::EXPLICIT_ADAMS, &theory::ADAMS_BASHFORTH),
-    entry(&drape_backward_euler::REGISTRATION, &theory::BACKWARD_EULER),
-    entry(&drape_multistep::BACKWARD_DIFFERENTIATION, &theory::BDF),
-    entry(&drape_terzopoulos_fleischer::REGISTRATION, &theory::TERZOPOULOS_FLEISCHER),
-    entry(&drape_baraff_witkin::REGISTRATION, &theory::BARAFF_WITKIN),
-    entry(&drape_desbrun::REGISTRATION, &theory::DESBRUN),
-    entry(&drape_kang::REGISTRATION, &theory::KANG),
-    entry(&drape_imex::EULER, &theory::IMEX_EULER),
-    entry(&drape_imex::UPDATED, &theory::IMEX_UPDATED),
-    entry(&drape_imex::SBDF2, &theory::SBDF2),
-    entry(&drape_imex::CNAB2, &theory::CNAB2),
-    entry(&drape_imex::MCNAB2, &theory::MCNAB2),
-    entry(&drape_imex::CNLF, &theory::CNLF),
+static REGISTRY: [&Entry; 17] = [
+    &explicit_euler::ENTRY,
+    &symplectic_euler::ENTRY,
+    &leapfrog::ENTRY,
+    &provot::ENTRY,
+    &adams_bashforth::ENTRY,
+    &backward_euler::ENTRY,
+    &bdf::ENTRY,
+    &terzopoulos_fleischer::ENTRY,
+    &baraff_witkin::ENTRY,
+    &desbrun::ENTRY,
+    &kang::ENTRY,
+    &imex_euler::ENTRY,
+    &imex_updated::ENTRY,
+    &imex_two_step::SBDF2,
+    &imex_two_step::CNAB2,
+    &imex_two_step::MCNAB2,
+    &imex_two_step::CNLF,
 ];
 
 /// All methods, in the order in which they build on each other.
@@ -67,16 +86,21 @@ pub fn all() -> impl Iterator<Item = &'static Method> {
 
 /// What is known of the method of that id.
 pub(crate) fn theory_of(id: &str) -> Option<&'static Theory> {
-    find(id).map(|entry| entry.theory)
+    find(id).map(|entry| &entry.theory)
+}
+
+/// All methods with the forms that studies run, in the same order.
+pub(crate) fn runs() -> impl Iterator<Item = (&'static Method, &'static Runs)> {
+    REGISTRY.iter().map(|entry| (entry.registration.method, &entry.runs))
 }
 
 fn find(id: &str) -> Option<&'static Entry> {
-    REGISTRY.iter().find(|entry| entry.registration.method.id == id)
+    REGISTRY.into_iter().find(|entry| entry.registration.method.id == id)
 }
 
 /// What is known of each method, in the same order.
 pub(crate) fn theories() -> impl Iterator<Item = &'static Theory> {
-    REGISTRY.iter().map(|entry| entry.theory)
+    REGISTRY.iter().map(|entry| &entry.theory)
 }
 
 /// A method with checked settings.
@@ -125,7 +149,7 @@ impl Choice {
 
     /// What is known of the method.
     pub(crate) fn theory(&self) -> &'static Theory {
-        self.entry.theory
+        &self.entry.theory
     }
 
     /// Whether the numbers of its explicit effects ([`drape_integrator::ExplicitNumbers`]) limit

@@ -1,0 +1,66 @@
+//! Adams-Bashforth.
+
+use super::Entry;
+use super::runs::{Keeps, Runs, Variant, work};
+use crate::studies::short;
+use crate::theory::{Expectation, Problem, Theory, form, no_theorem, unstable};
+use drape_oracle::recurrence::adams_bashforth;
+use drape_report::family::Kin;
+
+/// The line of the registry.
+pub(super) static ENTRY: Entry = Entry {
+    registration: &drape_multistep::EXPLICIT_ADAMS,
+    theory: Theory {
+        case,
+        kin: Kin::Explicit,
+        divides: false,
+        is_limited: false,
+        forms: &[
+            form("adams-bashforth2")
+                .limit("roots of ρ² + ηρσ + θσ²; undamped never", |t, e| {
+                    adams_bashforth(2, t, e).spectral_radius()
+                }),
+            form("adams-bashforth, 3 steps")
+                .limit("roots of ρ² + ηρσ + θσ²; undamped θ < 144/275", |t, e| {
+                    adams_bashforth(3, t, e).spectral_radius()
+                })
+                .order(Some(3)),
+        ],
+    },
+    runs: Runs {
+        order: &[
+            Variant::new("adams-bashforth2", "adams-bashforth2"),
+            Variant::new("adams-bashforth, 3 steps", "adams-bashforth2:steps=3"),
+        ],
+        stability: &[
+            Variant::new("adams-bashforth2", "adams-bashforth2"),
+            Variant::new("adams-bashforth, 3 steps", "adams-bashforth2:steps=3"),
+        ],
+        momentum: &[
+            (Variant::new("adams-bashforth2", "adams-bashforth2"), Keeps::AsStated),
+            (Variant::new("adams-bashforth, 3 steps", "adams-bashforth2:steps=3"), Keeps::AsStated),
+        ],
+        work_precision: &[
+            work::main("adams-bashforth2", "adams-bashforth2"),
+            work::extra("adams-bashforth, 3 steps", "adams-bashforth2:steps=3"),
+        ],
+        ..Runs::DEFAULTS
+    },
+};
+
+/// `y_{n+1} = y_n + h (3/2 f_n − 1/2 f_{n−1})`.
+fn case(problem: &Problem<'_>) -> Expectation {
+    let growing = problem.growing(|theta, eta, state| {
+        let [x, w, old_w, old_force] = *state;
+        let force = -theta * x - eta * w;
+        *state = [x + 1.5 * w - 0.5 * old_w, w + 1.5 * force - 0.5 * old_force, w, force];
+    });
+    match growing {
+        Some(theta) => unstable(format!(
+            "its region of stability leaves out h²λ = {}, whatever the damping",
+            short(theta)
+        )),
+        None if problem.is_damped() => no_theorem("stable for small steps with damping"),
+        None => no_theorem("unstable on the imaginary axis, but too slowly to be seen for certain"),
+    }
+}

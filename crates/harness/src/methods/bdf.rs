@@ -1,0 +1,43 @@
+//! Backward differentiation formulas.
+
+use super::Entry;
+use super::runs::{Keeps, Runs, Steps, Variant, work};
+use crate::theory::{ALWAYS, Expectation, Problem, TURNING, Theory, at_rest_or, form};
+use drape_oracle::recurrence::bdf;
+use drape_report::family::Kin;
+
+/// The line of the registry.
+pub(super) static ENTRY: Entry = Entry {
+    registration: &drape_multistep::BACKWARD_DIFFERENTIATION,
+    theory: Theory {
+        case,
+        kin: Kin::Implicit,
+        divides: false,
+        is_limited: false,
+        forms: &[
+            form("bdf2").limit(ALWAYS, |t, e| bdf(2, t, e).spectral_radius()),
+            form("bdf, 3 steps").order(Some(3)),
+        ],
+    },
+    runs: Runs {
+        order: &[
+            Variant::new("bdf2", "bdf2:residual=1e-12"),
+            Variant::new("bdf, 3 steps", "bdf2:steps=3,residual=1e-12"),
+        ],
+        momentum: &[
+            (Variant::new("bdf2", "bdf2:residual=1e-12"), Keeps::AsStated),
+            (Variant::new("bdf, 3 steps", "bdf2:steps=3,residual=1e-12"), Keeps::AsStated),
+        ],
+        locking: &[(Variant::new("bdf2", "bdf2"), Steps::Long)],
+        work_precision: &[
+            work::headline("bdf2", "bdf2:residual=1e-3"),
+            work::extra("bdf2, tight", "bdf2"),
+            work::adaptive("bdf2, adaptive", "bdf2:residual=1e-3"),
+        ],
+        ..Runs::DEFAULTS
+    },
+};
+
+fn case(problem: &Problem<'_>) -> Expectation {
+    at_rest_or(problem, &format!("A-stable on linear systems; {TURNING}"))
+}

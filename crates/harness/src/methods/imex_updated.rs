@@ -1,0 +1,117 @@
+//! IMEX Euler with updated conjugate gradients.
+
+use super::Entry;
+use super::runs::{Contender, Keeps, Runs, Steps, Variant, work};
+use crate::theory::{
+    ALWAYS, Expectation, LoadLaw, PUSHING, Problem, Theory, beside_explicit, form, implicit,
+    no_theorem, stable,
+};
+use drape_oracle::laws::spin;
+use drape_oracle::recurrence::{backward_euler, spectral_radius};
+use drape_report::family::Kin;
+
+/// Algorithm 1 as printed, ended after so many updates of the right-hand side, from the velocity of
+/// the last step.
+macro_rules! passes {
+    ($number:literal) => {
+        concat!("imex-updated:safeguard=paper,start=last,forcing_term=1e-8,max_outer=", $number)
+    };
+}
+
+/// The line of the registry.
+pub(super) static ENTRY: Entry = Entry {
+    registration: &drape_imex::UPDATED,
+    theory: Theory {
+        case,
+        kin: Kin::ImplicitExplicit,
+        divides: false,
+        is_limited: false,
+        forms: &[
+            form("imex-updated")
+                .limit(ALWAYS, |t, e| spectral_radius(&backward_euler(t, e)))
+                .spin(|theta, _, after| spin::backward_euler(theta, 0.0, after)),
+            form("imex-updated, as printed")
+                .limit(ALWAYS, |t, e| spectral_radius(&backward_euler(t, e))),
+        ],
+    },
+    runs: Runs {
+        order: &[
+            Variant::new("imex-updated", "imex-updated:forcing_term=1e-9"),
+            Variant::new(
+                "imex-updated, as printed",
+                "imex-updated:forcing_term=1e-9,safeguard=paper",
+            ),
+        ],
+        energy: &[
+            Variant::new("imex-updated", "imex-updated"),
+            Variant::new("imex-updated, as printed", "imex-updated:safeguard=paper"),
+        ],
+        momentum: &[
+            (Variant::new("imex-updated", "imex-updated:forcing_term=1e-9"), Keeps::AsStated),
+            (Variant::new("imex-updated, ε = 0.01", "imex-updated"), Keeps::Otherwise),
+            (
+                Variant::new("imex-updated, as printed, ε = 0.01", "imex-updated:safeguard=paper"),
+                Keeps::Otherwise,
+            ),
+        ],
+        stability: &[
+            Variant::new("imex-updated", "imex-updated"),
+            Variant::new(
+                "imex-updated, as printed",
+                "imex-updated:safeguard=paper,start=extrapolated,forcing_term=0.05",
+            ),
+        ],
+        hard_cases: &[
+            Variant::new("imex-updated", "imex-updated"),
+            Variant::new("imex-updated (paper)", "imex-updated:safeguard=paper,start=extrapolated"),
+        ],
+        locking: &[
+            (Variant::new("imex-updated", "imex-updated:forcing_term=1e-4"), Steps::All),
+            (
+                Variant::new(
+                    "imex-updated, as printed",
+                    "imex-updated:safeguard=paper,forcing_term=1e-4",
+                ),
+                Steps::One,
+            ),
+            (Variant::new("imex-updated, 1 pass", passes!("1")), Steps::All),
+            (Variant::new("imex-updated, 2 passes", passes!("2")), Steps::One),
+            (Variant::new("imex-updated, 4 passes", passes!("4")), Steps::One),
+            (Variant::new("imex-updated, 8 passes", passes!("8")), Steps::All),
+        ],
+        locked_spring: &[
+            (Variant::new("imex-updated, 1 pass", passes!("1")), LoadLaw::Passes(1)),
+            (Variant::new("imex-updated, 2 passes", passes!("2")), LoadLaw::Passes(2)),
+            (Variant::new("imex-updated, 4 passes", passes!("4")), LoadLaw::Passes(4)),
+            (Variant::new("imex-updated, 8 passes", passes!("8")), LoadLaw::Passes(8)),
+        ],
+        work_precision: &[
+            work::headline("imex-updated", "imex-updated"),
+            work::extra("imex-updated, ε = 1e-6", "imex-updated:forcing_term=1e-6"),
+            work::extra("imex-updated, as printed", "imex-updated:safeguard=paper"),
+            work::adaptive("imex-updated, adaptive", "imex-updated"),
+        ],
+        scaling: &[Contender { label: "imex-updated", method: "imex-updated", largest: 316 }],
+        are_effects_timed: true,
+        ..Runs::DEFAULTS
+    },
+};
+
+fn case(problem: &Problem<'_>) -> Expectation {
+    let settings = problem.choice.settings();
+    let implicit = implicit(problem);
+    if problem.has_contacts() {
+        no_theorem(PUSHING)
+    } else if settings.word("safeguard") == "paper" {
+        no_theorem(
+            "an extrapolated start that passes a loose test is no step downhill: energy may come in",
+        )
+    } else if problem.are_all(implicit) {
+        stable(
+            "every pass lowers the incremental potential of backward Euler, and a step that gains energy is solved \
+             again",
+        )
+    } else {
+        beside_explicit(problem, implicit)
+    }
+}

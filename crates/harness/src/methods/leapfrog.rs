@@ -1,0 +1,64 @@
+//! Leapfrog.
+
+use super::Entry;
+use super::runs::{
+    Contender, Runs, Variant,
+    work::{self, Knob},
+};
+use crate::theory::{
+    Expectation, Factors, PUSHING, Problem, Theory, Weights, explicit, form, no_theorem, stable,
+};
+use drape_oracle::laws::spin;
+use drape_oracle::recurrence::{leapfrog, spectral_radius};
+use drape_report::family::Kin;
+
+/// The line of the registry.
+pub(super) static ENTRY: Entry = Entry {
+    registration: &drape_explicit_euler::VERLET,
+    theory: Theory {
+        case,
+        kin: Kin::Explicit,
+        divides: true,
+        is_limited: true,
+        forms: &[form("leapfrog")
+            .limit("θ < 4", |t, e| spectral_radius(&leapfrog(t, e)))
+            .spin(|_, _, _| spin::leapfrog(0.0))],
+    },
+    runs: Runs {
+        energy: &[Variant::new("leapfrog", "leapfrog:solver=cg")],
+        hard_cases: &[
+            Variant::new("leapfrog", "leapfrog"),
+            Variant::new("leapfrog (auto)", "leapfrog:step=auto"),
+            Variant::new("leapfrog (bound)", "leapfrog:step=bound"),
+        ],
+        work_precision: &[
+            work::headline("leapfrog", "leapfrog:step=bound")
+                .knob(Knob::Setting("safety", SAFETIES)),
+            work::extra("leapfrog, CG", "leapfrog:step=bound,solver=cg")
+                .knob(Knob::Setting("safety", SAFETIES)),
+            work::extra("leapfrog, fixed steps", "leapfrog"),
+        ],
+        scaling: &[Contender { label: "leapfrog", method: "leapfrog:solver=cg", largest: 1000 }],
+        ..Runs::DEFAULTS
+    },
+};
+
+/// Substep over the stability limit.
+const SAFETIES: &[f64] = &[0.95, 0.5, 0.25, 0.125, 0.0625];
+
+/// Half of the damping is taken at either velocity: at `ζ = −1` it falls out.
+const FACTORS: Factors = Factors {
+    explicit: Weights { damping: 0.0, ..Factors::ONE_STEP.explicit },
+    ..Factors::ONE_STEP
+};
+
+fn case(problem: &Problem<'_>) -> Expectation {
+    match problem.choice.settings().word("step") {
+        "auto" => no_theorem(
+            "substeps within the limit by an estimate of the largest eigenvalue, which follows the cloth with a delay",
+        ),
+        "bound" if problem.has_contacts() => no_theorem(PUSHING),
+        "bound" => stable("substeps within the limit h²λ < 4 at every state"),
+        _ => explicit(problem, "h²λ < 4", &FACTORS),
+    }
+}

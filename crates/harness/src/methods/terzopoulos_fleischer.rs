@@ -1,0 +1,64 @@
+//! Terzopoulos and Fleischer.
+
+use super::Entry;
+use super::runs::{Keeps, Runs, Variant};
+use crate::theory::{
+    ALWAYS, Expectation, Factors, Linear, Problem, Theory, Weights, form, limit, no_theorem,
+    unstable,
+};
+use drape_integrator::Implicit;
+use drape_oracle::laws::spin;
+use drape_oracle::recurrence::{spectral_radius, terzopoulos_fleischer};
+use drape_report::family::Kin;
+
+/// The line of the registry.
+pub(super) static ENTRY: Entry = Entry {
+    registration: &drape_terzopoulos_fleischer::REGISTRATION,
+    theory: Theory {
+        case,
+        kin: Kin::Implicit,
+        divides: false,
+        is_limited: false,
+        forms: &[
+            form("terzopoulos-fleischer")
+                .limit(ALWAYS, |t, e| spectral_radius(&terzopoulos_fleischer(t, e)))
+                .spin(|theta, before, _| spin::terzopoulos_fleischer(theta, 0.0, before)),
+            // Weights that are cut off in compression make another equation: no order is claimed.
+            form("terzopoulos-fleischer, clamped")
+                .spin(|theta, before, _| spin::terzopoulos_fleischer(theta, 0.0, before.min(1.0)))
+                .order(None),
+        ],
+    },
+    runs: Runs {
+        order: &[
+            Variant::new("terzopoulos-fleischer", "terzopoulos-fleischer"),
+            Variant::new("terzopoulos-fleischer, clamped", "terzopoulos-fleischer:clamp=true"),
+        ],
+        momentum: &[
+            (Variant::new("terzopoulos-fleischer", "terzopoulos-fleischer"), Keeps::AsStated),
+            (
+                Variant::new("terzopoulos-fleischer, clamped", "terzopoulos-fleischer:clamp=true"),
+                Keeps::AsStated,
+            ),
+        ],
+        ..Runs::DEFAULTS
+    },
+};
+
+/// Its force `−k (1 − ℓ/L_n) d_{n+1}` is implicit in the secant stiffness only. Along the spring,
+/// `L_n` adds an explicit part, which is everything near the rest length. The damping is centred.
+const SECANT: Factors = Factors {
+    implicit: Weights { tangent: -1.0, secant: 2.0, ..Weights::NONE },
+    ..Factors::ONE_STEP
+};
+
+fn case(problem: &Problem<'_>) -> Expectation {
+    match problem.analyse(Some(Implicit::Springs), &SECANT) {
+        Linear::Nowhere => unstable(format!(
+            "near the rest length the secant stiffness vanishes and the method is leapfrog, here beyond its limit \
+             h²λ < 4 at the start ({})",
+            limit(problem)
+        )),
+        _ => no_theorem("the secant stiffness at the old positions is negative in compression"),
+    }
+}
