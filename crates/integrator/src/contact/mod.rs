@@ -56,6 +56,12 @@
 //!   Coulomb's law exactly. Particles that slide side by side see the stick of their neighbours in
 //!   `p_t`, so they meet the cone approximately. Sliding does not reverse, and friction takes
 //!   energy.
+//! * **Round surfaces.** A particle that slides along the tangent of a sphere leaves it, by half the
+//!   square of its way over the radius. If the contact ended there, the particle would fly for a
+//!   step without friction, and again after each return: a sheet on a ball would creep off at large
+//!   steps. So a contact with friction goes on while the gap is at most the way of a step. Its target
+//!   leads the particle back to the surface. A particle that would not come as far is released, as
+//!   every contact that pulls.
 //! * **Several obstacles.** The directions that the independent normals leave free are held with
 //!   the limit `Σ μ_k λ_k`, relative to the first obstacle with friction.
 //!
@@ -308,7 +314,10 @@ impl ContactSet {
         // A particle that leaves by itself is let go: else each rebound would end with a lift.
         self.candidates.retain(|contact| {
             let speed = contact.relative(&v[contact.particle as usize]);
-            speed * h <= TOUCHING || contact.recovery > speed * f64::from(LEAST_FLIGHT)
+            let comes_back = contact.recovery * h < -TOUCHING;
+            comes_back
+                || speed * h <= TOUCHING
+                || contact.recovery > speed * f64::from(LEAST_FLIGHT)
         });
         for contact in &mut self.candidates {
             let i = contact.particle as usize;
@@ -389,13 +398,16 @@ impl ContactSet {
                     None => (x[particle], v[particle]),
                     Some(motion) => (x[particle] - motion.offset, v[particle] - motion.velocity),
                 };
-                let reach = if speculative { TOUCHING + tau * v.norm() } else { TOUCHING };
+                let rubbed =
+                    obstacle.friction > 0.0 && self.steps_since[self.slot(particle, index)] == 0;
+                let looks_ahead = speculative || rubbed;
+                let reach = if looks_ahead { TOUCHING + tau * v.norm() } else { TOUCHING };
                 let Some((distance, normal)) = obstacle.distance_within(&x, reach) else {
                     continue;
                 };
                 let approach = normal.dot(&v);
                 let arrives = speculative && distance + tau * approach < 0.0;
-                if distance < TOUCHING || arrives {
+                if distance < TOUCHING || arrives || rubbed {
                     let recovery = (-distance / tau).min(limit);
                     let bounces = self.steps_since[self.slot(particle, index)] >= LEAST_FLIGHT;
                     let restitution = if bounces { obstacle.restitution } else { 0.0 };
