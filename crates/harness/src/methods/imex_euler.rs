@@ -53,7 +53,7 @@ pub(super) static ENTRY: Entry = Entry {
             (Variant::new("imex-euler, ε = 0.001", "imex-euler"), Keeps::Otherwise),
         ],
         stability: &[
-            Variant::new("imex-euler, as printed", "imex-euler:forcing_term=0.05"),
+            Variant::new("imex-euler, as printed", "imex-euler:forcing_term=0.05,norm=euclid"),
             Variant::new(
                 "imex-euler, all springs",
                 "imex-euler:forcing_term=1e-10,implicit=springs",

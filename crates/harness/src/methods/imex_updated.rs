@@ -14,7 +14,10 @@ use drape_report::family::Kin;
 /// the last step.
 macro_rules! passes {
     ($number:literal) => {
-        concat!("imex-updated:safeguard=paper,start=last,forcing_term=1e-8,max_outer=", $number)
+        concat!(
+            "imex-updated:safeguard=paper,norm=euclid,start=last,forcing_term=1e-8,max_outer=",
+            $number
+        )
     };
 }
 
@@ -39,18 +42,21 @@ pub(super) static ENTRY: Entry = Entry {
             Variant::new("imex-updated", "imex-updated:forcing_term=1e-9"),
             Variant::new(
                 "imex-updated, as printed",
-                "imex-updated:forcing_term=1e-9,safeguard=paper",
+                "imex-updated:forcing_term=1e-9,safeguard=paper,norm=euclid",
             ),
         ],
         energy: &[
             Variant::new("imex-updated", "imex-updated"),
-            Variant::new("imex-updated, as printed", "imex-updated:safeguard=paper"),
+            Variant::new("imex-updated, as printed", "imex-updated:safeguard=paper,norm=euclid"),
         ],
         momentum: &[
             (Variant::new("imex-updated", "imex-updated:forcing_term=1e-9"), Keeps::AsStated),
             (Variant::new("imex-updated, ε = 0.01", "imex-updated"), Keeps::Otherwise),
             (
-                Variant::new("imex-updated, as printed, ε = 0.01", "imex-updated:safeguard=paper"),
+                Variant::new(
+                    "imex-updated, as printed, ε = 0.01",
+                    "imex-updated:safeguard=paper,norm=euclid",
+                ),
                 Keeps::Otherwise,
             ),
         ],
@@ -58,19 +64,22 @@ pub(super) static ENTRY: Entry = Entry {
             Variant::new("imex-updated", "imex-updated"),
             Variant::new(
                 "imex-updated, as printed",
-                "imex-updated:safeguard=paper,start=extrapolated,forcing_term=0.05",
+                "imex-updated:safeguard=paper,norm=euclid,start=extrapolated,forcing_term=0.05",
             ),
         ],
         hard_cases: &[
             Variant::new("imex-updated", "imex-updated"),
-            Variant::new("imex-updated (paper)", "imex-updated:safeguard=paper,start=extrapolated"),
+            Variant::new(
+                "imex-updated (paper)",
+                "imex-updated:safeguard=paper,norm=euclid,start=extrapolated",
+            ),
         ],
         locking: &[
             (Variant::new("imex-updated", "imex-updated:forcing_term=1e-4"), Steps::All),
             (
                 Variant::new(
                     "imex-updated, as printed",
-                    "imex-updated:safeguard=paper,forcing_term=1e-4",
+                    "imex-updated:safeguard=paper,norm=euclid,forcing_term=1e-4",
                 ),
                 Steps::One,
             ),
@@ -88,7 +97,7 @@ pub(super) static ENTRY: Entry = Entry {
         work_precision: &[
             work::headline("imex-updated", "imex-updated"),
             work::extra("imex-updated, ε = 1e-6", "imex-updated:forcing_term=1e-6"),
-            work::extra("imex-updated, as printed", "imex-updated:safeguard=paper"),
+            work::extra("imex-updated, as printed", "imex-updated:safeguard=paper,norm=euclid"),
             work::adaptive("imex-updated, adaptive", "imex-updated"),
         ],
         scaling: &[Contender { label: "imex-updated", method: "imex-updated", largest: 316 }],
