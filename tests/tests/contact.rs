@@ -508,7 +508,7 @@ const ON_A_BALL: &str = r#"{ "format": "drape-scene/1", "name": "sheet on a ball
     "effects": { "gravity": { "m_s2": [0, 0, -9.81] },
         "tension": { "stiffness_n_per_m": 2000, "damping_n_s_per_m": 0.4 },
         "shear": { "stiffness_n_per_m": 40, "damping_n_s_per_m": 0.008 } },
-    "damping": "full",
+    "damping": "full", "time": { "step_s": 0.01, "duration_s": 1 },
     "obstacles": [{ "sphere": { "center_m": [0, 0, 0], "radius_m": 0.25, "restitution": 0,
         "friction": 0.3 } }] }"#;
 
