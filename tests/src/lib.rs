@@ -2,6 +2,7 @@
 
 pub mod drape;
 pub mod equations;
+pub mod fuzz;
 pub mod splice;
 
 use drape_harness::methods::{self, Choice};

@@ -1,0 +1,67 @@
+//! `soak [STEPS]`: runs every method for its share of STEPS steps (10⁸ without an argument) and
+//! watches the memory of the process.
+//!
+//! Each method steps a sheet of 3 × 3 particles that swings above a rough floor, in rounds that
+//! begin anew. After the first round the memory must not grow. Exit code 1 if it does.
+
+use drape_model::ObstacleSpec;
+use drape_tests::{Sheet, prepared};
+use std::process::ExitCode;
+
+/// Steps of a round.
+const ROUND: u64 = 20_000;
+/// Memory that may come and go, bytes: pages of the allocator.
+const SLACK: u64 = 2 << 20;
+
+/// In the way of the free edge.
+const FLOOR: ObstacleSpec = ObstacleSpec::Plane {
+    point_m: [0.0, 0.0, -0.3],
+    normal: [0.0, 0.0, 1.0],
+    restitution: 0.0,
+    friction: 0.3,
+    path: Vec::new(),
+};
+
+/// Memory of the process, bytes; `None` where the system does not tell.
+fn memory() -> Option<u64> {
+    let text = std::fs::read_to_string("/proc/self/statm").ok()?;
+    let pages: u64 = text.split_whitespace().nth(1)?.parse().ok()?;
+    Some(4096 * pages)
+}
+
+fn main() -> ExitCode {
+    let argument = std::env::args().nth(1);
+    let Ok(steps) = argument.as_deref().unwrap_or("100000000").parse::<u64>() else {
+        eprintln!("usage: soak [STEPS]");
+        return ExitCode::from(2);
+    };
+    let ids: Vec<_> = drape_harness::methods::all().map(|method| method.id).collect();
+    let rounds = steps.div_ceil(ROUND * ids.len() as u64).max(2);
+    let (mut total, mut grown) = (0_u64, Vec::new());
+    for id in ids {
+        let mut first = None;
+        for _ in 0..rounds {
+            let sheet = Sheet { side: 3, ..Sheet::default() };
+            let mut spec = sheet.spec();
+            if drape_tests::takes_friction(id) {
+                spec.obstacles.push(FLOOR);
+            }
+            let mut run = prepared(id, drape_tests::build(&spec), 1e-4);
+            for _ in 0..ROUND {
+                if run.try_step().is_err() {
+                    break;
+                }
+                total += 1;
+            }
+            first = first.or_else(memory);
+        }
+        if let (Some(first), Some(last)) = (first, memory()) {
+            println!("{id}: {} rounds, {first} bytes after the first, {last} at the end", rounds);
+            if last > first + SLACK {
+                grown.push(id);
+            }
+        }
+    }
+    println!("{total} steps; memory grew with {} methods {grown:?}", grown.len());
+    ExitCode::from(u8::from(!grown.is_empty()))
+}
