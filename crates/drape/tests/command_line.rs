@@ -428,6 +428,42 @@ fn a_reader_that_closes_the_pipe_early_is_no_failure() {
     assert!(child.wait().unwrap().success());
 }
 
+/// A message that nobody can read changes neither the work nor the exit code.
+#[test]
+fn a_standard_error_that_cannot_be_written_does_not_change_the_exit_code() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("sheet.json"), SCENE).unwrap();
+    let run = ["run", "sheet.json", "--method", "imex-euler", "--out", "run.json"];
+    let long = ["run", "hanging-textile-1e6", "--method", "explicit-euler", "--dt", "0.01"];
+    let only = ["reproduce", "--quick", "--only", "tables", "--out", "out"];
+    let cases: [(&[&str], i32); 5] = [
+        (&run, 0),
+        (&only, 0),
+        (&["run", "nothing.json", "--method", "imex-euler"], 2),
+        (&["frobnicate"], 2),
+        (&long, 3),
+    ];
+    let command = |arguments: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_drape"));
+        command.current_dir(folder.path()).args(arguments).stdout(Stdio::null());
+        command
+    };
+    for (arguments, expected) in cases {
+        // The reader leaves before the first message.
+        let (reader, writer) = std::io::pipe().unwrap();
+        drop(reader);
+        let status = command(arguments).stderr(writer).status().unwrap();
+        assert_eq!(status.code(), Some(expected), "{arguments:?} into a closed pipe");
+        if let Ok(full) = std::fs::File::options().write(true).open("/dev/full") {
+            let status = command(arguments).stderr(full).status().unwrap();
+            assert_eq!(status.code(), Some(expected), "{arguments:?} onto a full disk");
+        }
+    }
+    assert!(
+        folder.path().join("out/report.html").is_file() && folder.path().join("run.json").is_file()
+    );
+}
+
 /// Writes a frozen sheet, and the same with its particles in disorder. Returns the new index of
 /// each particle.
 fn sheet_and_shuffled(folder: &Path) -> Vec<usize> {

@@ -41,7 +41,7 @@ use clap::{Parser, Subcommand, ValueEnum};
 use drape_benches::Mesh;
 use drape_harness::{provenance, sha256};
 use drape_report::file::{write_atomically, write_json};
-use drape_report::{TIMINGS_FORMAT, Timings};
+use drape_report::{TIMINGS_FORMAT, Timings, tell};
 use error::PeersError;
 use plan::plans;
 use std::collections::BTreeMap;
@@ -110,7 +110,7 @@ fn main() -> ExitCode {
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("peers: {error}");
+            tell!("peers: {error}");
             ExitCode::FAILURE
         }
     }
@@ -126,7 +126,7 @@ fn compare(cli: &Cli) -> Result<(), PeersError> {
     let folder = std::env::var_os("DRAPE_PEERS").filter(|name| !name.is_empty()).map(PathBuf::from);
     let peers = program::peers(folder.as_deref())?;
     if peers.is_empty() {
-        eprintln!("peers: DRAPE_PEERS names no folder: drape is measured alone");
+        tell!("peers: DRAPE_PEERS names no folder: drape is measured alone");
     }
     let core = program::core(cli.core);
     let executable = |path: &PathBuf| {
@@ -141,7 +141,7 @@ fn compare(cli: &Cli) -> Result<(), PeersError> {
     let plans = plans(&peers, cli.largest, cli.rounds);
     for plan in &plans {
         let case = &plan.case;
-        eprintln!(
+        tell!(
             "{} N = {} k/m = {:e}: {} programs, {} rounds",
             case.method,
             case.side,
@@ -161,7 +161,7 @@ fn compare(cli: &Cli) -> Result<(), PeersError> {
     write_json(&cli.out, &timings)?;
     let page = table::page(&timings, &plans);
     write_atomically(&cli.table, page.as_bytes())?;
-    eprintln!("wrote {} and {}", cli.out.display(), cli.table.display());
+    tell!("wrote {} and {}", cli.out.display(), cli.table.display());
     print(&page)
 }
 

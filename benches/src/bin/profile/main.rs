@@ -21,6 +21,7 @@ use drape_harness::provenance;
 use drape_integrator::{Integrator, Phase, PhaseClock, StepReport, TimeStep};
 use drape_model::{State, System};
 use drape_report::file::write_atomically;
+use drape_report::tell;
 use std::collections::BTreeMap;
 use std::error::Error;
 use std::io::Write as _;
@@ -91,7 +92,7 @@ fn main() -> ExitCode {
     match run(&Cli::parse()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("profile: {error}");
+            tell!("profile: {error}");
             ExitCode::FAILURE
         }
     }

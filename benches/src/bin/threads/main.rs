@@ -22,6 +22,7 @@ use drape_harness::{Team, provenance};
 use drape_integrator::{Phase, PhaseClock};
 use drape_model::State;
 use drape_report::file::write_atomically;
+use drape_report::tell;
 use std::collections::BTreeMap;
 use std::error::Error;
 use std::io::Write as _;
@@ -78,7 +79,7 @@ fn main() -> ExitCode {
     match run(&Cli::parse()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("threads: {error}");
+            tell!("threads: {error}");
             ExitCode::FAILURE
         }
     }

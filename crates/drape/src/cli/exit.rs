@@ -3,7 +3,7 @@
 use drape_harness::HarnessError;
 use drape_integrator::PrepareError;
 use drape_model::{SceneError, Violation};
-use drape_report::ReportError;
+use drape_report::{ReportError, tell};
 use std::process::ExitCode;
 
 const UNEXPECTED: u8 = 1;
@@ -30,7 +30,7 @@ pub(crate) fn code(outcome: anyhow::Result<()>) -> ExitCode {
         Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
             // Each message includes its cause.
-            eprintln!("drape: {error}");
+            tell!("drape: {error}");
             ExitCode::from(classify(&error))
         }
     }

@@ -3,6 +3,7 @@
 use crate::cli::progress::Bars;
 use drape_harness::Unfinished;
 use drape_harness::studies::{Context, Study, find};
+use drape_report::tell;
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
@@ -45,11 +46,11 @@ pub(crate) fn record(
     let name = study.name();
     let journal = unfinished.journal(name, quick)?;
     if journal.is_finished() {
-        eprintln!("{name}: finished before the interruption");
+        tell!("{name}: finished before the interruption");
         return Ok(());
     }
     if journal.cells() > 0 {
-        eprintln!("{name}: {} cells were finished before the interruption", journal.cells());
+        tell!("{name}: {} cells were finished before the interruption", journal.cells());
     }
     let progress = Bars::new(name);
     let context = Context {
@@ -60,7 +61,7 @@ pub(crate) fn record(
         allocated: Some(crate::cli::allocated),
     };
     for file in study.run(&context)? {
-        eprintln!("wrote {}", file.display());
+        tell!("wrote {}", file.display());
     }
     Ok(journal.finish()?)
 }

@@ -5,6 +5,7 @@ use drape_harness::{Moving, OrderedSimulation};
 use drape_model::{SystemSpec, TimeSpan, Violation};
 use drape_render::{Animation, Subject, animation, obj};
 use drape_report::file::write_atomically;
+use drape_report::tell;
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
@@ -154,11 +155,11 @@ impl Frames {
             return Err(failure);
         }
         if let Some((folder, count)) = &self.folder {
-            eprintln!("wrote {count} frames into {}", folder.display());
+            tell!("wrote {count} frames into {}", folder.display());
         }
         if let Some((file, animation)) = &self.animation {
             write_atomically(file, &animation.glb()?)?;
-            eprintln!("wrote {}", file.display());
+            tell!("wrote {}", file.display());
         }
         Ok(())
     }

@@ -8,6 +8,7 @@ use drape_harness::{Divergence, HarnessError, Moving, OrderedSimulation};
 use drape_model::{TimeSpan, Vec3, Violation};
 use drape_render::{Camera, Colour, Font, Image, Subject, View, draw};
 use drape_report::file::write_atomically;
+use drape_report::tell;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
@@ -95,7 +96,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         let bottom = size[1].saturating_sub(Font::Small.height() + 8);
         image.write(&label, 10, bottom, Font::Small, Colour::GREY);
         write_atomically(file, &image.png()?)?;
-        eprintln!("wrote {}", file.display());
+        tell!("wrote {}", file.display());
     }
     let Some(divergence) = divergence else { return Ok(()) };
     Err(Diverged(format!(

@@ -2,6 +2,7 @@
 
 use drape_harness::Unfinished;
 use drape_harness::studies::{all, find};
+use drape_report::tell;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -34,7 +35,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     }
     super::report::draw(&out)?;
     unfinished.leave(chosen.iter().map(|experiment| experiment.name()))?;
-    eprintln!(
+    tell!(
         "done in {:.1} s; read {}",
         begin.elapsed().as_secs_f64(),
         out.join("report.html").display()

@@ -14,6 +14,7 @@ use drape_harness::{
 use drape_integrator::ExplicitNumbers;
 use drape_model::{SceneFile, State, SystemSpec, TimeSpan, Violation};
 use drape_report::file::write_json;
+use drape_report::tell;
 use std::num::NonZero;
 use std::path::PathBuf;
 
@@ -66,7 +67,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         .flatten();
     let was_warned = warning.is_some();
     if let Some(warning) = warning {
-        eprintln!("drape: warning: {warning}");
+        tell!("drape: warning: {warning}");
     }
     let start = Start::of(&simulation);
     // Wind, moving pins and moving obstacles do work on the cloth.
@@ -103,15 +104,16 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let record = record(spec, &choice, time, &outcome, &simulation.state());
     if let Some(path) = &arguments.out {
         write_json(path, &record)?;
-        eprintln!("wrote {}", path.display());
+        tell!("wrote {}", path.display());
     }
     if let Some(frames) = frames {
         frames.finish()?;
     }
     if outcome.unconverged > 0 {
-        eprintln!(
+        tell!(
             "drape: warning: in {} of {} steps the solver stopped before its tolerance",
-            outcome.unconverged, outcome.steps
+            outcome.unconverged,
+            outcome.steps
         );
     }
     // Speeds after a divergence say nothing about the limit before it.
@@ -127,11 +129,11 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         )
     });
     if let Some(warning) = warning {
-        eprintln!("drape: warning: {warning}");
+        tell!("drape: warning: {warning}");
     }
     let warning = energy_warning(&record, simulation.rule(), start).filter(|_| !is_driven);
     if let Some(warning) = warning {
-        eprintln!("drape: warning: {warning}");
+        tell!("drape: warning: {warning}");
     }
     // The end of the run decides the exit code, even if the summary cannot be printed.
     let printed = print(&summary(&record));
