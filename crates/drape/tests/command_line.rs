@@ -464,6 +464,168 @@ fn a_standard_error_that_cannot_be_written_does_not_change_the_exit_code() {
     );
 }
 
+/// What stands in a folder: names, kinds and contents.
+fn listing(folder: &Path) -> Vec<(String, bool, Option<Vec<u8>>)> {
+    let mut files: Vec<_> = std::fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| {
+            let (name, path) = entry.map(|e| (e.file_name(), e.path())).unwrap();
+            let content = path.is_file().then(|| std::fs::read(&path).unwrap());
+            (name.into_string().unwrap(), path.is_symlink(), content)
+        })
+        .collect();
+    files.sort();
+    files
+}
+
+/// A run, a picture and an animation; the place of the result is the last word.
+const OUTPUTS: [&[&str]; 3] = [
+    &["run", "sheet.json", "--method", "imex-euler", "--out"],
+    &["picture", "sheet.json", "--out"],
+    &["run", "sheet.json", "--method", "imex-euler", "--animation"],
+];
+
+#[cfg(unix)]
+#[test]
+fn an_output_that_is_no_regular_file_or_an_input_is_refused_before_the_run() {
+    use std::os::unix::fs::symlink;
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    std::fs::write(at("sheet.json"), SCENE).unwrap();
+    for (name, original) in [("scene", "sheet.json"), ("pipe", "a-pipe"), ("in-circles", "")] {
+        for extension in ["png", "glb", "json"] {
+            let link = at(&format!("{name}.{extension}"));
+            let own = link.file_name().unwrap().to_owned();
+            let original = if original.is_empty() { own } else { original.into() };
+            symlink(original, link).unwrap();
+        }
+    }
+    assert!(Command::new("mkfifo").arg(at("a-pipe")).status().unwrap().success());
+    for extension in ["png", "glb", "json"] {
+        std::fs::create_dir(at(&format!("folder.{extension}"))).unwrap();
+        std::fs::hard_link(at("sheet.json"), at(&format!("hard.{extension}"))).unwrap();
+    }
+    let before = listing(folder.path());
+    for (output, extension) in OUTPUTS.into_iter().zip(["json", "png", "glb"]) {
+        for (name, reason) in [
+            ("scene", "another file than the input `sheet.json`"),
+            ("hard", "another file than the input `sheet.json`"),
+            ("pipe", "no regular file"),
+            ("in-circles", "links"),
+            ("folder", "it is a folder"),
+            ("sheet.json/x", "expected a file that can be written"),
+            ("nowhere/..", "that can be written"),
+        ] {
+            let file = format!("{name}.{extension}");
+            let file = if name.ends_with("..") { name } else { &file };
+            let refused = drape(folder.path(), &[output, &[file]].concat());
+            let said = text(&refused.stderr);
+            if name.ends_with("..") && extension != "json" {
+                assert_eq!(code(&refused), 2, "{said}"); // it does not end in .png
+                continue;
+            }
+            assert_eq!(code(&refused), 2, "{file}: {said}");
+            assert!(
+                said.contains(reason) && said.contains(output.last().unwrap()),
+                "{file}: {said}"
+            );
+            assert_eq!(said.trim_end().lines().count(), 1, "{said}");
+            assert!(refused.stdout.is_empty(), "it ran: {file}");
+        }
+    }
+    assert_eq!(listing(folder.path()), before);
+}
+
+#[test]
+fn a_mesh_is_not_overwritten_by_the_run_that_reads_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let mesh = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
+    std::fs::write(folder.path().join("square.obj"), mesh).unwrap();
+    let cloth = r#""mesh": { "file": "square.obj", "areal_density_kg_m2": 0.1 } },"#;
+    let (before, rest) = SCENE.split_once(r#""grid""#).unwrap();
+    let (_, rest) = rest.split_once("} },").unwrap();
+    let scene =
+        format!("{before}{cloth}{rest}").replace(r#""row": 0, "column": 0"#, r#""particle": 0"#);
+    std::fs::write(folder.path().join("sheet.json"), scene).unwrap();
+    let run = ["run", "sheet.json", "--method", "imex-euler", "--out"];
+    let refused = drape(folder.path(), &[&run[..], &["./square.obj"]].concat());
+    assert_eq!(code(&refused), 2, "{}", text(&refused.stderr));
+    assert!(text(&refused.stderr).contains("another file than the input `square.obj`"));
+    assert_eq!(std::fs::read_to_string(folder.path().join("square.obj")).unwrap(), mesh);
+    let written = drape(folder.path(), &[&run[..], &["run.json"]].concat());
+    assert_eq!(code(&written), 0, "{}", text(&written.stderr));
+}
+
+#[cfg(unix)]
+#[test]
+fn an_output_is_written_through_links_and_into_pipes() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    std::fs::write(at("sheet.json"), SCENE).unwrap();
+    std::fs::create_dir(at("far")).unwrap();
+    // The second link is relative to its own folder, and leads to a file that is not there yet.
+    std::os::unix::fs::symlink("far/link.json", at("near.json")).unwrap();
+    std::os::unix::fs::symlink("run.json", at("far/link.json")).unwrap();
+    let run = |out: &str| drape(folder.path(), &[OUTPUTS[0], &[out]].concat());
+    for _ in 0..2 {
+        let output = run("near.json");
+        assert_eq!(code(&output), 0, "{}", text(&output.stderr));
+    }
+    assert!(at("near.json").is_symlink() && at("far/link.json").is_symlink());
+    let state = |bytes: &[u8]| serde_json::from_slice::<Run>(bytes).unwrap().final_state;
+    let expected = state(&std::fs::read(at("far/run.json")).unwrap());
+    for out in ["-", "/dev/stdout", "/dev/fd/1"] {
+        let output = run(out);
+        assert_eq!(code(&output), 0, "{}", text(&output.stderr));
+        assert!(state(&output.stdout) == expected, "{out}: the record alone");
+        assert!(text(&output.stderr).contains("total energy"), "{out}: and the summary beside it");
+    }
+    // A pipe that the shell made.
+    let shell = r#""$0" run sheet.json --method imex-euler --out /dev/fd/3 3>&1 >/dev/null | cat"#;
+    let piped = Command::new("sh")
+        .args(["-c", shell, env!("CARGO_BIN_EXE_drape")])
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    assert!(state(&piped.stdout) == expected, "{}", text(&piped.stderr));
+    let picture = drape(folder.path(), &[OUTPUTS[1], &["-"]].concat());
+    assert!(code(&picture) == 0 && picture.stdout.starts_with(b"\x89PNG"));
+    let two = drape(folder.path(), &[OUTPUTS[1], &["-", "--time", "0", "--time", "0.1"]].concat());
+    assert!(code(&two) == 2 && text(&two.stderr).contains("2 pictures need a file each"));
+    let both = drape(folder.path(), &[OUTPUTS[0], &["-", "--animation", "-"]].concat());
+    assert!(code(&both) == 2 && text(&both.stderr).contains("another file than --out"));
+    let same = [OUTPUTS[0], &["x.glb", "--animation", "./x.glb"]].concat();
+    assert!(code(&drape(folder.path(), &same)) == 2);
+    assert!(!at("-").exists() && !at("x.glb").exists());
+}
+
+/// A reader that closes the pipe early does not hide how the run ended.
+#[test]
+fn a_record_that_nobody_reads_does_not_hide_a_divergence() {
+    let arguments = ["run", "hanging-textile-1e6", "--method", "explicit-euler", "--dt", "0.01"];
+    let (reader, writer) = std::io::pipe().unwrap();
+    drop(reader);
+    let mut command = Command::new(env!("CARGO_BIN_EXE_drape"));
+    let command = command.args(arguments).args(["--out", "-"]).stdout(writer);
+    assert_eq!(code(&command.output().unwrap()), 3);
+}
+
+#[test]
+fn results_that_cannot_be_written_are_refused_before_the_work_with_exit_code_2() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("file"), "mine").unwrap();
+    for command in [&["reproduce", "--quick", "--out"][..], &["experiment", "tables", "--out"]] {
+        for out in ["file", "file/below", ""] {
+            let output = drape(folder.path(), &[command, &[out]].concat());
+            let said = text(&output.stderr);
+            assert_eq!(code(&output), 2, "{out}: {said}");
+            assert!(said.contains("`--out`") && said.contains("a folder that can be written"));
+            assert_eq!(said.trim_end().lines().count(), 1, "{said}");
+        }
+    }
+    assert_eq!(listing(folder.path()).len(), 1);
+}
+
 /// Writes a frozen sheet, and the same with its particles in disorder. Returns the new index of
 /// each particle.
 fn sheet_and_shuffled(folder: &Path) -> Vec<usize> {

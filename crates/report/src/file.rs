@@ -27,21 +27,81 @@ pub enum RecordError {
     },
 }
 
-/// Writes `bytes` to a temporary name beside `path` and renames it, so that a reader sees the old
-/// file or the whole new one. Missing folders are made.
+/// Most symbolic links that lead from one to the next.
+const MOST_LINKS: usize = 40;
+
+/// The file that a write to `path` replaces: `path` itself, or where its symbolic links lead. It
+/// need not exist.
 ///
 /// # Errors
-/// [`RecordError::Io`] with the path when a folder, the temporary file or the rename fails; the
-/// temporary file is removed then.
+/// When `path` is a folder, a device, a pipe or a socket: a file in its place would destroy it.
+pub fn destination(path: &Path) -> std::io::Result<PathBuf> {
+    use std::io::{Error, ErrorKind};
+    let mut path = path.to_owned();
+    for _ in 0..MOST_LINKS {
+        let kind = match path.symlink_metadata() {
+            Ok(metadata) => metadata.file_type(),
+            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(path),
+            Err(error) => return Err(error),
+        };
+        if kind.is_symlink() {
+            let link = std::fs::read_link(&path)?;
+            path.pop();
+            path.push(link);
+        } else if kind.is_file() {
+            return Ok(path);
+        } else if kind.is_dir() {
+            return Err(Error::new(ErrorKind::IsADirectory, "it is a folder"));
+        } else {
+            let what = "it is a device, a pipe or a socket, no regular file";
+            return Err(Error::new(ErrorKind::InvalidInput, what));
+        }
+    }
+    Err(Error::other(format!("more than {MOST_LINKS} symbolic links lead from one to the next")))
+}
+
+/// The temporary name beside `path` under which this process writes it.
+fn temporary(path: &Path) -> PathBuf {
+    let mut name = path.file_name().unwrap_or_default().to_owned();
+    name.push(format!(".{}.tmp", std::process::id()));
+    path.with_file_name(name)
+}
+
+/// Makes a new file under a temporary name, and never follows a link that lies there.
+fn create(temporary: &Path) -> std::io::Result<std::fs::File> {
+    // A process that was killed may have had the same number.
+    let _ = std::fs::remove_file(temporary);
+    std::fs::File::create_new(temporary)
+}
+
+/// Makes missing folders and finds out whether `path` can be written, which it leaves alone.
+///
+/// # Errors
+/// As [`destination`], and the system's reason why no file can be made there.
+pub fn probe(path: &Path) -> std::io::Result<()> {
+    let path = destination(path)?;
+    if let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
+        std::fs::create_dir_all(folder)?;
+    }
+    let temporary = temporary(&path);
+    create(&temporary).and_then(|_| std::fs::remove_file(&temporary))
+}
+
+/// Writes `bytes` to a temporary name beside `path` and renames it, so that a reader sees the old
+/// file or the whole new one. Missing folders are made. A symbolic link stays; the file that it
+/// leads to is replaced.
+///
+/// # Errors
+/// [`RecordError::Io`] with the path when it is no regular file, or when a folder, the temporary
+/// file or the rename fails; the temporary file is removed then.
 pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), RecordError> {
     let fail = |source| RecordError::Io { path: path.to_owned(), action: "write", source };
+    let path = &destination(path).map_err(fail)?;
     if let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
         std::fs::create_dir_all(folder).map_err(fail)?;
     }
-    let mut name = path.file_name().unwrap_or_default().to_owned();
-    name.push(format!(".{}.tmp", std::process::id()));
-    let temporary = path.with_file_name(name);
-    let written = std::fs::File::create(&temporary)
+    let temporary = temporary(path);
+    let written = create(&temporary)
         .and_then(|mut file| file.write_all(bytes).and_then(|()| file.sync_all()))
         .and_then(|()| std::fs::rename(&temporary, path));
     written.map_err(|source| {
@@ -51,15 +111,23 @@ pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), RecordError> {
     })
 }
 
+/// A value as indented JSON with a final newline.
+///
+/// # Errors
+/// [`RecordError::Format`], which names `path`, when the value has a key that is no string.
+pub fn json(path: &Path, value: &impl Serialize) -> Result<Vec<u8>, RecordError> {
+    let mut bytes = serde_json::to_vec_pretty(value)
+        .map_err(|source| RecordError::Format { path: path.to_owned(), source })?;
+    bytes.push(b'\n');
+    Ok(bytes)
+}
+
 /// Writes a value as indented JSON with a final newline, atomically.
 ///
 /// # Errors
 /// As [`write_atomically`].
 pub fn write_json<T: Serialize>(path: &Path, value: &T) -> Result<(), RecordError> {
-    let mut bytes = serde_json::to_vec_pretty(value)
-        .map_err(|source| RecordError::Format { path: path.to_owned(), source })?;
-    bytes.push(b'\n');
-    write_atomically(path, &bytes)
+    write_atomically(path, &json(path, value)?)
 }
 
 /// Reads a record.

@@ -1,7 +1,8 @@
 //! Scenes and discretised systems for commands.
 
-use drape_model::{SceneError, SceneFile};
+use drape_model::{Cloth, SceneError, SceneFile, bundled};
 use drape_report::tell;
+use std::path::{Path, PathBuf};
 
 /// Loads a scene or a discretised system, and reports repairs of its mesh on standard error.
 pub(crate) fn load(scene: &str) -> Result<SceneFile, SceneError> {
@@ -10,4 +11,16 @@ pub(crate) fn load(scene: &str) -> Result<SceneFile, SceneError> {
         tell!("drape: {scene}: mesh mended: {repair}");
     }
     Ok(input)
+}
+
+/// The files that a scene was read from.
+pub(crate) fn files(scene: &str, input: &SceneFile) -> Vec<PathBuf> {
+    if bundled::text(scene).is_some() {
+        return Vec::new();
+    }
+    let mut files = vec![PathBuf::from(scene)];
+    if let Some(Cloth::Mesh(mesh)) = input.scene().map(|scene| &scene.cloth) {
+        files.push(Path::new(scene).parent().unwrap_or(Path::new("")).join(&mesh.file));
+    }
+    files
 }

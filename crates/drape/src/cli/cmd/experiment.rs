@@ -1,5 +1,6 @@
 //! `drape experiment`.
 
+use crate::cli::output::check_folder;
 use crate::cli::progress::Bars;
 use drape_harness::Unfinished;
 use drape_harness::studies::{Context, Study, find};
@@ -24,6 +25,7 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let experiment = find(&arguments.name)?;
     let out = folder(arguments.out.as_deref(), arguments.quick);
+    check_folder("--out", &out)?;
     let unfinished = Unfinished::enter(&out, arguments.fresh)?;
     record(experiment, &out, arguments.quick, &unfinished)?;
     super::report::draw(&out)?;

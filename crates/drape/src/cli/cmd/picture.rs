@@ -1,14 +1,13 @@
 //! `drape picture`.
 
 use crate::cli::exit::Diverged;
-use crate::cli::output::{check_extension, check_writable};
+use crate::cli::input::files;
+use crate::cli::output::{Sink, check_extension, is_stream};
 use crate::cli::progress::bar;
 use drape_harness::methods::{Choice, MethodError};
 use drape_harness::{Divergence, HarnessError, Moving, OrderedSimulation};
 use drape_model::{TimeSpan, Vec3, Violation};
 use drape_render::{Camera, Colour, Font, Image, Subject, View, draw};
-use drape_report::file::write_atomically;
-use drape_report::tell;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
@@ -32,7 +31,8 @@ pub(crate) struct Arguments {
     /// step that ends then or later
     #[arg(long = "time", value_name = "S", allow_negative_numbers = true)]
     times: Vec<f64>,
-    /// File for the picture; several pictures get numbers: FILE-1.png and so on
+    /// File for the picture, or - for standard output; several pictures get numbers: FILE-1.png
+    /// and so on
     #[arg(long, value_name = "FILE.png", default_value = "picture.png")]
     out: PathBuf,
     /// Size in pixels; each side from 64 to 4096
@@ -65,10 +65,14 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         .map_err(|error: MethodError| HarnessError::from(error))?;
     let time = super::run::time_span(arguments.dt, arguments.duration, &input)?;
     let mut shots = shots(&arguments.times, time)?;
-    let files = files(&arguments.out, shots.len());
-    for file in &files {
-        check_writable("--out", file)?;
+    let inputs = files(&arguments.scene, &input);
+    if shots.len() > 1 && is_stream(&arguments.out) {
+        let expected = format!("FILE.png: {} pictures need a file each", shots.len());
+        return Err(refusal("--out", &arguments.out.display().to_string(), &expected).into());
     }
+    let sinks = numbered(&arguments.out, shots.len());
+    let sink = |file: &PathBuf| Sink::check("--out", file, &inputs);
+    let sinks = sinks.iter().map(sink).collect::<Result<Vec<_>, _>>()?;
     let spec = input.spec();
     let mut simulation = OrderedSimulation::new(spec, &choice)?;
     let subject = Subject::new(spec, simulation.obstacles());
@@ -82,7 +86,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let taken = || shots.iter().filter_map(|shot| shot.taken.as_ref());
     let points: Vec<Vec3> = taken().flat_map(|(t, x)| subject.at(*t).points(x)).collect();
     let camera = Camera::fit(view, &points, f64::from(size[0]) / f64::from(size[1]));
-    for (shot, file) in shots.iter().zip(&files) {
+    for (shot, sink) in shots.iter().zip(&sinks) {
         let (mut image, time_s) = match (&shot.taken, &divergence) {
             (None, Some(divergence)) => {
                 let reason = format!("diverged at t = {:.4} s", divergence.time);
@@ -95,8 +99,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         let label = format!("{}, {method}, h = {} s, t = {time_s:.4} s", spec.name, time.step_s);
         let bottom = size[1].saturating_sub(Font::Small.height() + 8);
         image.write(&label, 10, bottom, Font::Small, Colour::GREY);
-        write_atomically(file, &image.png()?)?;
-        tell!("wrote {}", file.display());
+        sink.write(&image.png()?)?;
     }
     let Some(divergence) = divergence else { return Ok(()) };
     Err(Diverged(format!(
@@ -171,7 +174,7 @@ fn shots(times: &[f64], time: TimeSpan) -> Result<Vec<Shot>, Violation> {
 }
 
 /// One file name for each picture.
-fn files(out: &Path, count: usize) -> Vec<PathBuf> {
+fn numbered(out: &Path, count: usize) -> Vec<PathBuf> {
     if count == 1 {
         return vec![out.to_owned()];
     }

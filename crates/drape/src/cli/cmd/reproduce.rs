@@ -1,5 +1,6 @@
 //! `drape reproduce`: all experiments.
 
+use crate::cli::output::check_folder;
 use drape_harness::Unfinished;
 use drape_harness::studies::{all, find};
 use drape_report::tell;
@@ -29,6 +30,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         [] => all().to_vec(),
         names => names.iter().map(|name| find(name)).collect::<Result<Vec<_>, _>>()?,
     };
+    check_folder("--out", &out)?;
     let unfinished = Unfinished::enter(&out, arguments.fresh)?;
     for &experiment in &chosen {
         super::experiment::record(experiment, &out, arguments.quick, &unfinished)?;

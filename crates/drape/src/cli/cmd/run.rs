@@ -2,8 +2,8 @@
 
 use super::frames::Frames;
 use crate::cli::exit::Diverged;
-use crate::cli::input::load;
-use crate::cli::output::print;
+use crate::cli::input::{files, load};
+use crate::cli::output::{Sink, print};
 use crate::cli::progress::bar;
 use clap::builder::TypedValueParser as _;
 use drape_harness::methods::{Choice, MethodError};
@@ -13,7 +13,6 @@ use drape_harness::{
 };
 use drape_integrator::ExplicitNumbers;
 use drape_model::{SceneFile, State, SystemSpec, TimeSpan, Violation};
-use drape_report::file::write_json;
 use drape_report::tell;
 use std::num::NonZero;
 use std::path::PathBuf;
@@ -34,7 +33,8 @@ pub(crate) struct Arguments {
     /// A setting of the method; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     settings: Vec<String>,
-    /// Write the run into this file (format "drape-run/1")
+    /// Write the run into this file (format "drape-run/1"); - is standard output, and the summary
+    /// then goes to standard error
     #[arg(long)]
     out: Option<PathBuf>,
     /// Also record the seconds of each phase of a step
@@ -56,6 +56,9 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let choice = Choice::parse(&arguments.method, &arguments.settings)
         .map_err(|error: MethodError| HarnessError::from(error))?;
     let time = time_span(arguments.dt, arguments.duration, &input)?;
+    let inputs = files(&arguments.scene, &input);
+    let sink = |file: &PathBuf| Sink::check("--out", file, &inputs);
+    let sink = arguments.out.as_ref().map(sink).transpose()?;
     let spec = input.spec();
     let mut simulation = OrderedSimulation::new(spec, &choice)?;
     let threads = NonZero::<usize>::from(arguments.threads);
@@ -74,7 +77,8 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let is_driven = spec.effects.air.is_some_and(|air| air.wind.is_some())
         || spec.pins.iter().any(|pin| !pin.path.is_empty())
         || simulation.obstacles().iter().any(|obstacle| obstacle.path.is_some());
-    let mut frames = Frames::begin(&arguments.frames, spec, &simulation, time)?;
+    let taken = (&inputs[..], sink.as_ref());
+    let mut frames = Frames::begin(&arguments.frames, spec, &simulation, time, taken)?;
     let (whole, rest) = time.steps();
     let bar = bar(choice.method().id, whole + u64::from(rest.is_some()));
     let mut peak = Peak::default();
@@ -102,9 +106,8 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let outcome = team.run(simulate).map_err(|error| error.in_scene(&arguments.scene))?;
     bar.inspect(|bar| bar.finish_and_clear());
     let record = record(spec, &choice, time, &outcome, &simulation.state());
-    if let Some(path) = &arguments.out {
-        write_json(path, &record)?;
-        tell!("wrote {}", path.display());
+    if let Some(sink) = &sink {
+        sink.write_run(&record)?;
     }
     if let Some(frames) = frames {
         frames.finish()?;
@@ -136,10 +139,15 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         tell!("drape: warning: {warning}");
     }
     // The end of the run decides the exit code, even if the summary cannot be printed.
-    let printed = print(&summary(&record));
+    let printed = if sink.as_ref().is_some_and(Sink::is_standard) {
+        summary(&record).lines().for_each(|line| tell!("{line}"));
+        Ok(())
+    } else {
+        print(&summary(&record))
+    };
     let Some(divergence) = outcome.divergence else { return printed };
-    let kept = match &arguments.out {
-        Some(path) => format!("the record until then is in {}", path.display()),
+    let kept = match &sink {
+        Some(sink) => format!("the record until then is in {sink}"),
         None => "use --out FILE to keep the record until then".to_owned(),
     };
     Err(Diverged(format!(
