@@ -74,7 +74,29 @@ fn create(temporary: &Path) -> std::io::Result<std::fs::File> {
     std::fs::File::create_new(temporary)
 }
 
-/// Makes missing folders and finds out whether `path` can be written, which it leaves alone.
+/// Removes the temporary files in `folder` that processes left which were killed, where `is_wanted`
+/// of the name of the file to be written. Those of a process that still works stay.
+///
+/// Only Linux tells which processes work. Elsewhere nothing is removed. What cannot be removed
+/// stays: it is litter, and no reason to stop.
+pub fn remove_leftovers(folder: &Path, is_wanted: impl Fn(&str) -> bool) {
+    let processes = Path::new("/proc");
+    if !processes.join("self").exists() {
+        return;
+    }
+    for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
+        let name = entry.file_name();
+        let parts = name.to_str().and_then(|name| name.strip_suffix(".tmp")?.rsplit_once('.'));
+        let Some((written, process)) = parts else { continue };
+        let is_number = process.parse::<u32>().is_ok_and(|n| n.to_string() == process);
+        if is_number && is_wanted(written) && !processes.join(process).exists() {
+            let _ = std::fs::remove_file(entry.path());
+        }
+    }
+}
+
+/// Makes missing folders and finds out whether `path` can be written, which it leaves alone. Removes
+/// what a killed process left of the same file.
 ///
 /// # Errors
 /// As [`destination`], and the system's reason why no file can be made there.
@@ -83,6 +105,9 @@ pub fn probe(path: &Path) -> std::io::Result<()> {
     if let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
         std::fs::create_dir_all(folder)?;
     }
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let name = path.file_name().and_then(|name| name.to_str());
+    remove_leftovers(folder.unwrap_or(Path::new(".")), |written| Some(written) == name);
     let temporary = temporary(&path);
     create(&temporary).and_then(|_| std::fs::remove_file(&temporary))
 }

@@ -51,6 +51,12 @@ pub(crate) fn record(
         tell!("{name}: finished before the interruption");
         return Ok(());
     }
+    if journal.was_finished() {
+        tell!("{name}: a file is missing or changed since: writing all again");
+    }
+    if journal.dropped() > 0 {
+        tell!("{name}: {} lines of the journal are damaged and ignored", journal.dropped());
+    }
     if journal.cells() > 0 {
         tell!("{name}: {} cells were finished before the interruption", journal.cells());
     }
@@ -62,8 +68,9 @@ pub(crate) fn record(
         journal: &journal,
         allocated: Some(crate::cli::allocated),
     };
-    for file in study.run(&context)? {
+    let files = study.run(&context)?;
+    for file in &files {
         tell!("wrote {}", file.display());
     }
-    Ok(journal.finish()?)
+    Ok(journal.finish(&files)?)
 }
