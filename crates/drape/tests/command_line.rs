@@ -615,7 +615,7 @@ fn results_that_cannot_be_written_are_refused_before_the_work_with_exit_code_2()
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("file"), "mine").unwrap();
     for command in [&["reproduce", "--quick", "--out"][..], &["experiment", "tables", "--out"]] {
-        for out in ["file", "file/below", ""] {
+        for out in ["file", "file/below"] {
             let output = drape(folder.path(), &[command, &[out]].concat());
             let said = text(&output.stderr);
             assert_eq!(code(&output), 2, "{out}: {said}");
@@ -624,6 +624,91 @@ fn results_that_cannot_be_written_are_refused_before_the_work_with_exit_code_2()
         }
     }
     assert_eq!(listing(folder.path()).len(), 1);
+}
+
+#[test]
+fn a_matrix_that_cannot_be_set_up_is_told_with_file_and_keys() {
+    let folder = tempfile::tempdir().unwrap();
+    // Nothing holds the pair, and beside the stiffness its mass is round-off.
+    let pair = SYSTEM.replace("[1, 1]", "[1e-12, 1e-12]").replace(": 10 }", ": 1e10 }");
+    let pair = pair.replace(r#"{ "particle": 0 }"#, "");
+    std::fs::write(folder.path().join("pair.json"), pair).unwrap();
+    let time = ["--dt", "1", "--duration", "2"];
+    for command in ["run", "picture"] {
+        let arguments = [&[command, "pair.json", "--method", "desbrun"], &time[..]].concat();
+        let output = drape(folder.path(), &arguments);
+        let said = text(&output.stderr);
+        assert_eq!(code(&output), 2, "{said}");
+        assert!(said.starts_with("drape: pair.json: with its masses and stiffnesses"), "{said}");
+        assert!(said.contains("`time.step_s` or --dt") && said.contains("row 1"), "{said}");
+        assert_eq!(said.trim_end().lines().count(), 1, "{said}");
+    }
+}
+
+/// Names come from files, and files from anywhere.
+#[test]
+fn names_reach_the_terminal_without_its_commands() {
+    let folder = tempfile::tempdir().unwrap();
+    let named = SCENE.replace(r#""sheet""#, r#""\u001b]0;owned\u0007\u001b[31mred\nfree 0 J""#);
+    std::fs::write(folder.path().join("named.json"), named).unwrap();
+    let run = drape(folder.path(), &["run", "named.json", "--method", "imex-euler"]);
+    let said = text(&run.stdout);
+    assert_eq!(code(&run), 0, "{said}");
+    assert!(
+        said.starts_with(r"\u{1b}]0;owned\u{7}\u{1b}[31mred\nfree 0 J with imex-euler"),
+        "{said}"
+    );
+    assert_eq!(said.lines().count(), 3, "{said}");
+    let piped = ["run", "named.json", "--method", "imex-euler", "--out", "-"];
+    assert!(!text(&drape(folder.path(), &piped).stderr).contains('\u{1b}'));
+    let absent = drape(folder.path(), &["run", "\u{1b}[2Ja\nb.json", "--method", "imex-euler"]);
+    let said = text(&absent.stderr);
+    assert!(code(&absent) == 2 && said.contains(r"`\u{1b}[2Ja\nb.json`"), "{said}");
+    assert!(said.ends_with('\n') && !said.trim_end().contains(char::is_control), "{said}");
+}
+
+#[test]
+fn a_record_that_is_no_text_is_refused_with_exit_code_2() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("tables.json"), b"{\"format\": \"\xff\xfe\"}").unwrap();
+    let output = drape(folder.path(), &["report", "."]);
+    let said = text(&output.stderr);
+    assert_eq!(code(&output), 2, "{said}");
+    assert!(said.contains("tables.json: not a record") && said.contains("drape experiment"));
+}
+
+/// Runs with so little address space that the stacks of many threads do not fit.
+#[cfg(target_os = "linux")]
+fn drape_in_little_space(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new("sh")
+        .args(["-c", r#"ulimit -v 1500000; exec "$0" "$@""#, env!("CARGO_BIN_EXE_drape")])
+        .args(arguments)
+        .current_dir(folder)
+        .env("RAYON_NUM_THREADS", "1024")
+        .output()
+        .unwrap()
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn threads_that_the_system_refuses_are_told_with_what_to_do() {
+    let folder = tempfile::tempdir().unwrap();
+    let sheet = SCENE.replace(r#""rows": 3, "columns": 3"#, r#""rows": 131, "columns": 137"#);
+    std::fs::write(folder.path().join("sheet.json"), sheet).unwrap();
+    let run = ["run", "sheet.json", "--method", "imex-euler", "--threads", "1024"];
+    let study = ["experiment", "tables", "--quick", "--out", "out"];
+    let cases: [(&[&str], &str); 3] = [
+        (&run, "`--threads` is 1024; expected fewer threads"),
+        (&study, "set the variable RAYON_NUM_THREADS to a smaller number"),
+        (&["claim", "C08"], "set the variable RAYON_NUM_THREADS to a smaller number"),
+    ];
+    for (arguments, told) in cases {
+        let output = drape_in_little_space(folder.path(), arguments);
+        let said = text(&output.stderr);
+        assert_eq!(code(&output), 2, "{arguments:?}: {said}");
+        assert!(said.contains(told), "{said}");
+        assert_eq!(said.trim_end().lines().count(), 1, "{said}");
+    }
 }
 
 /// Writes a frozen sheet, and the same with its particles in disorder. Returns the new index of

@@ -29,4 +29,4 @@ pub use provenance::{provenance, sha256, system_hash};
 pub use run::{Counts, Divergence, Moment, Outcome, Runner, Simulation};
 pub use scenes::{bundled, free_edge_midpoint};
 pub use stability::{Energy, Rule, judge, reference_energy};
-pub use team::Team;
+pub use team::{Team, start_threads};

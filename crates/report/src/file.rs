@@ -18,7 +18,11 @@ pub enum RecordError {
         source: std::io::Error,
     },
     /// The file is no record of the expected kind.
-    #[error("{}: not a record that this version reads: {source}", path.display())]
+    #[error(
+        "{}: not a record that this version reads: {source}; remove it, or write it again with \
+         `drape experiment`",
+        path.display()
+    )]
     Format {
         /// The file.
         path: PathBuf,
@@ -161,11 +165,11 @@ pub fn write_json<T: Serialize>(path: &Path, value: &T) -> Result<(), RecordErro
 /// [`RecordError::Io`] when the file cannot be read, [`RecordError::Format`] with line and column
 /// when it is not of type `T`.
 pub fn read_json<T: DeserializeOwned>(path: &Path) -> Result<T, RecordError> {
-    let text = std::fs::read_to_string(path).map_err(|source| RecordError::Io {
+    let text = std::fs::read(path).map_err(|source| RecordError::Io {
         path: path.to_owned(),
         action: "read",
         source,
     })?;
-    serde_json::from_str(&text)
+    serde_json::from_slice(&text)
         .map_err(|source| RecordError::Format { path: path.to_owned(), source })
 }

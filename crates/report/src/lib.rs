@@ -22,7 +22,7 @@ pub use error::ReportError;
 pub use file::RecordError;
 pub use provenance::Provenance;
 pub use record::{Figure, RECORD_FORMAT, Record, TIMINGS_FORMAT, Timings, Words};
-pub use tell::tell;
+pub use tell::{printable, tell};
 pub use verdict::Verdict;
 
 use file::{read_json, write_atomically};

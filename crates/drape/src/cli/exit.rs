@@ -56,8 +56,9 @@ fn classify(error: &anyhow::Error) -> u8 {
             | PrepareError::TooLarge { .. }
             | PrepareError::Solver(_),
         )
-        | HarnessError::Unsupported { .. }
+        | HarnessError::Refused { .. }
         | HarnessError::Busy { .. }
+        | HarnessError::Threads(_)
         | HarnessError::UnknownExperiment { .. }
         | HarnessError::UnknownClaim { .. } => true,
         HarnessError::Step(_) | HarnessError::Record(_) | HarnessError::Reference(_) => false,

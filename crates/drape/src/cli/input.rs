@@ -1,6 +1,6 @@
 //! Scenes and discretised systems for commands.
 
-use drape_model::{Cloth, SceneError, SceneFile, bundled};
+use drape_model::{Cloth, SceneError, SceneFile, Violation, bundled};
 use drape_report::tell;
 use std::path::{Path, PathBuf};
 
@@ -23,4 +23,9 @@ pub(crate) fn files(scene: &str, input: &SceneFile) -> Vec<PathBuf> {
         files.push(Path::new(scene).parent().unwrap_or(Path::new("")).join(&mesh.file));
     }
     files
+}
+
+/// The refusal of a value, with the file that holds it.
+pub(crate) fn in_file(scene: &str, violation: Violation) -> SceneError {
+    SceneError::Invalid { file: scene.to_owned(), violation }
 }

@@ -198,8 +198,5 @@ pub(crate) fn check_folder(key: &str, folder: &Path) -> Result<(), Violation> {
         value: format!("`{}`", folder.display()),
         expected: format!("a folder that can be written ({reason})"),
     };
-    if folder.as_os_str().is_empty() {
-        return Err(refuse("it has no name".to_owned()));
-    }
     probe(&folder.join("probe")).map_err(|error| refuse(error.to_string()))
 }

@@ -2,8 +2,8 @@
 
 use crate::cli::output::check_folder;
 use crate::cli::progress::Bars;
-use drape_harness::Unfinished;
 use drape_harness::studies::{Context, Study, find};
+use drape_harness::{Unfinished, start_threads};
 use drape_report::tell;
 use std::path::{Path, PathBuf};
 
@@ -26,6 +26,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let experiment = find(&arguments.name)?;
     let out = folder(arguments.out.as_deref(), arguments.quick);
     check_folder("--out", &out)?;
+    start_threads()?;
     let unfinished = Unfinished::enter(&out, arguments.fresh)?;
     record(experiment, &out, arguments.quick, &unfinished)?;
     super::report::draw(&out)?;

@@ -1,7 +1,7 @@
 //! `drape picture`.
 
 use crate::cli::exit::Diverged;
-use crate::cli::input::files;
+use crate::cli::input::{files, in_file};
 use crate::cli::output::{Sink, check_extension, is_stream};
 use crate::cli::progress::bar;
 use drape_harness::methods::{Choice, MethodError};
@@ -74,9 +74,11 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let sink = |file: &PathBuf| Sink::check("--out", file, &inputs);
     let sinks = sinks.iter().map(sink).collect::<Result<Vec<_>, _>>()?;
     let spec = input.spec();
-    let mut simulation = OrderedSimulation::new(spec, &choice)?;
+    let mut simulation = OrderedSimulation::new(spec, &choice)
+        .map_err(|violation| in_file(&arguments.scene, violation))?;
     let subject = Subject::new(spec, simulation.obstacles());
-    let divergence = take(&mut shots, &mut simulation, time, &choice)?;
+    let divergence = take(&mut shots, &mut simulation, time, &choice)
+        .map_err(|error| error.in_scene(&arguments.scene))?;
     if let Some(divergence) = &divergence {
         // Positions after a divergence show nothing.
         let is_lost = |shot: &Shot| shot.taken.as_ref().is_some_and(|(t, _)| *t >= divergence.time);
@@ -118,7 +120,7 @@ fn take(
     simulation: &mut OrderedSimulation,
     time: TimeSpan,
     choice: &Choice,
-) -> anyhow::Result<Option<Divergence>> {
+) -> Result<Option<Divergence>, HarnessError> {
     look(shots, simulation.moving());
     let Some(last) = shots.iter().filter(|s| s.taken.is_none()).map(|s| s.due).reduce(f64::max)
     else {

@@ -2,7 +2,7 @@
 
 use super::frames::Frames;
 use crate::cli::exit::Diverged;
-use crate::cli::input::{files, load};
+use crate::cli::input::{files, in_file, load};
 use crate::cli::output::{Sink, print};
 use crate::cli::progress::bar;
 use clap::builder::TypedValueParser as _;
@@ -13,7 +13,7 @@ use drape_harness::{
 };
 use drape_integrator::ExplicitNumbers;
 use drape_model::{SceneFile, State, SystemSpec, TimeSpan, Violation};
-use drape_report::tell;
+use drape_report::{printable, tell};
 use std::num::NonZero;
 use std::path::PathBuf;
 
@@ -60,7 +60,8 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let sink = |file: &PathBuf| Sink::check("--out", file, &inputs);
     let sink = arguments.out.as_ref().map(sink).transpose()?;
     let spec = input.spec();
-    let mut simulation = OrderedSimulation::new(spec, &choice)?;
+    let mut simulation = OrderedSimulation::new(spec, &choice)
+        .map_err(|violation| in_file(&arguments.scene, violation))?;
     let threads = NonZero::<usize>::from(arguments.threads);
     simulation.set_threads(threads);
     let step = time.step_s;
@@ -102,7 +103,11 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         let phases = arguments.phases;
         simulation.simulate(time, |runner| runner.series().phases(phases).observe(look))
     };
-    let mut team = Team::new(threads, spec.particles.mass_kg.len())?;
+    let mut team = Team::new(threads, spec.particles.mass_kg.len()).map_err(|error| Violation {
+        path: "--threads".to_owned(),
+        value: threads.to_string(),
+        expected: format!("fewer threads: the system refuses so many ({error})"),
+    })?;
     let outcome = team.run(simulate).map_err(|error| error.in_scene(&arguments.scene))?;
     bar.inspect(|bar| bar.finish_and_clear());
     let record = record(spec, &choice, time, &outcome, &simulation.state());
@@ -332,7 +337,7 @@ fn summary(run: &Run) -> String {
          CG iterations {}, outer passes {}, Newton iterations {}, matrix products {}, \
          force evaluations {}\n\
          total energy {:.6} J at the start, {greatest:.6} J at most, {:.6} J at the end\n",
-        run.scene,
+        printable(&run.scene),
         run.method,
         totals.seconds,
         totals.cg_iterations,
