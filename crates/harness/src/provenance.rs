@@ -6,6 +6,7 @@ use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 use std::io::BufWriter;
 use std::process::Command;
+use std::time::{SystemTime, UNIX_EPOCH};
 
 /// SHA-256 in hexadecimal.
 pub fn sha256(bytes: &[u8]) -> String {
@@ -72,13 +73,74 @@ pub fn provenance(scene_sha256: BTreeMap<String, String>) -> Provenance {
         threads: rayon::current_num_threads(),
         scene_sha256,
         seed: None,
-        date: humantime::format_rfc3339_seconds(std::time::SystemTime::now()).to_string(),
+        date: date(SystemTime::now()),
     }
+}
+
+/// A moment in UTC, ISO 8601. A clock may show any year: those outside 0 to 9999 get a sign and six
+/// digits.
+fn date(moment: SystemTime) -> String {
+    const DAY: i64 = 86_400;
+    let whole = |seconds: u64| i64::try_from(seconds).unwrap_or(i64::MAX);
+    let seconds = match moment.duration_since(UNIX_EPOCH) {
+        Ok(after) => whole(after.as_secs()),
+        Err(error) => {
+            let before = error.duration();
+            -whole(before.as_secs()) - i64::from(before.subsec_nanos() > 0)
+        }
+    };
+    let (days, second) = (seconds.div_euclid(DAY), seconds.rem_euclid(DAY));
+    // Years from March on end with the leap day. 400 of them have 146 097 days; day 0 of the clock
+    // is 719 468 days after the first of March of the year 0.
+    let since = days + 719_468;
+    let (era, day) = (since.div_euclid(146_097), since.rem_euclid(146_097));
+    let year = (day - day / 1460 + day / 36_524 - day / 146_096) / 365;
+    let day = day - (365 * year + year / 4 - year / 100);
+    // From March on, five months have 153 days.
+    let month = (5 * day + 2) / 153;
+    let day = day - (153 * month + 2) / 5 + 1;
+    let (month, next) = if month < 10 { (month + 3, 0) } else { (month - 9, 1) };
+    let year = 400 * era + year + next;
+    let year =
+        if (0..=9999).contains(&year) { format!("{year:04}") } else { format!("{year:+07}") };
+    let (hour, minute, second) = (second / 3600, second / 60 % 60, second % 60);
+    format!("{year}-{month:02}-{day:02}T{hour:02}:{minute:02}:{second:02}Z")
 }
 
 #[cfg(test)]
 mod tests {
-    use super::cpu_name;
+    use super::{cpu_name, date};
+    use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+    /// Dates that GNU date prints, and the last moments that a clock can show.
+    #[test]
+    fn every_moment_has_a_date() {
+        let after = |seconds| UNIX_EPOCH + Duration::from_secs(seconds);
+        let before = |millis| UNIX_EPOCH - Duration::from_millis(millis);
+        let cases: [(SystemTime, &str); 12] = [
+            (UNIX_EPOCH, "1970-01-01T00:00:00Z"),
+            (after(1_709_210_096), "2024-02-29T12:34:56Z"),
+            (after(951_868_799), "2000-02-29T23:59:59Z"),
+            (after(4_107_542_400), "2100-03-01T00:00:00Z"),
+            (after(253_402_300_799), "9999-12-31T23:59:59Z"),
+            (after(253_402_300_800), "+010000-01-01T00:00:00Z"),
+            (before(1), "1969-12-31T23:59:59Z"),
+            (before(1000), "1969-12-31T23:59:59Z"),
+            (before(2_208_988_800_000), "1900-01-01T00:00:00Z"),
+            (before(62_167_219_200_000), "0000-01-01T00:00:00Z"),
+            (before(62_167_219_201_000), "-000001-12-31T23:59:59Z"),
+            (after(8_000_000_000_000_000_000), "+253509910024-06-28T14:13:20Z"),
+        ];
+        for (moment, expected) in cases {
+            assert_eq!(date(moment), expected);
+        }
+        // Day after day the calendar goes on.
+        let mut days: Vec<_> = (0..200_000).map(|day| date(after(86_400 * day))).collect();
+        assert!(days.is_sorted());
+        days.dedup();
+        assert_eq!(days.len(), 200_000);
+        assert_eq!(days[199_999], "2517-07-31T00:00:00Z");
+    }
 
     #[test]
     fn processors_of_the_same_name_are_told_apart() {
