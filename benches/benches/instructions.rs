@@ -9,6 +9,7 @@
 //! count, which is said and no failure.
 
 use drape_benches::{Mesh, Prepared};
+use drape_harness::{Source, provenance};
 use drape_model::Vec3;
 use drape_report::tell;
 use serde::{Deserialize, Serialize};
@@ -101,7 +102,7 @@ fn expected() -> PathBuf {
 }
 
 fn compare(save: bool) -> Result<bool, String> {
-    let rustc = drape_harness::provenance(BTreeMap::new()).rustc;
+    let rustc = provenance(&Source::default(), BTreeMap::new()).rustc;
     let text = std::fs::read_to_string(expected()).unwrap_or_default();
     let before: Option<Counts> = serde_json::from_str(&text).ok();
     let judged = before.as_ref().filter(|before| before.rustc == rustc);

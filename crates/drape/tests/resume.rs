@@ -183,3 +183,34 @@ fn a_changed_journal_does_not_change_a_fact() {
         assert_eq!(results(&out), results(&calm));
     }
 }
+
+/// The records name what the program was built from, whatever repository the caller points at.
+#[test]
+fn a_repository_of_the_environment_is_not_that_of_the_program() {
+    let folder = tempfile::tempdir().unwrap();
+    let (other, out) = (folder.path().join("other"), folder.path().join("out"));
+    let git = |arguments: &[&str]| {
+        let identity = ["-c", "user.name=a", "-c", "user.email=a", "-c", "commit.gpgsign=false"];
+        let mut command = Command::new("git");
+        let output = command.args(identity).arg("-C").arg(folder.path()).args(arguments).output();
+        String::from_utf8(output.unwrap().stdout).unwrap().trim().to_owned()
+    };
+    git(&["init", "--quiet", "other"]);
+    git(&["-C", "other", "commit", "--quiet", "--allow-empty", "-m", "one"]);
+    let theirs = git(&["-C", "other", "rev-parse", "HEAD"]);
+    assert_eq!(theirs.len(), 40, "{theirs}");
+    let commit = |variables: &[(&str, &Path)]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_drape"));
+        command.args(["experiment", "tables", "--quick", "--out"]).arg(&out);
+        command.envs(variables.iter().copied());
+        assert!(command.output().unwrap().status.success());
+        let bytes = std::fs::read(out.join("tables.json")).unwrap();
+        let record: Value = serde_json::from_slice(&bytes).unwrap();
+        let provenance = &record["provenance"];
+        (provenance["commit"].clone(), provenance["dirty"].clone())
+    };
+    let (dir, tree) = (other.join(".git"), other.clone());
+    let misled = commit(&[("GIT_DIR", &dir), ("GIT_WORK_TREE", &tree)]);
+    assert_ne!(misled.0, Value::String(theirs));
+    assert_eq!(misled, commit(&[]));
+}

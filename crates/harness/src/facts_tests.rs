@@ -1,7 +1,7 @@
 //! Which differences count.
 
 use super::*;
-use crate::provenance;
+use crate::{Source, provenance};
 use crate::studies::momentum::facts as momentum;
 use crate::studies::order::facts::{self as order, Run};
 use drape_report::RECORD_FORMAT;
@@ -21,7 +21,7 @@ fn record<F>(facts: F) -> Record<F> {
         words: drape_report::Words::default(),
         figures: Vec::new(),
         facts,
-        provenance: provenance(BTreeMap::new()),
+        provenance: provenance(&Source::default(), BTreeMap::new()),
     }
 }
 

@@ -25,7 +25,7 @@ pub use error::HarnessError;
 pub use facts::{Difference, compare_folders};
 pub use journal::{Journal, Unfinished};
 pub use ordered::{Moving, OrderedSimulation, Peak};
-pub use provenance::{provenance, sha256, system_hash};
+pub use provenance::{Source, provenance, sha256, system_hash};
 pub use run::{Counts, Divergence, Moment, Outcome, Runner, Simulation};
 pub use scenes::{bundled, free_edge_midpoint};
 pub use stability::{Energy, Rule, judge, reference_energy};

@@ -5,6 +5,7 @@ use drape_report::Provenance;
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 use std::io::BufWriter;
+use std::path::Path;
 use std::process::Command;
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -28,14 +29,47 @@ pub fn system_hash(spec: &SystemSpec) -> String {
     }
 }
 
-fn git(arguments: &[&str]) -> Option<String> {
-    let output = Command::new("git")
-        .args(["-C", env!("CARGO_MANIFEST_DIR")])
-        .args(arguments)
-        .output()
-        .ok()
-        .filter(|output| output.status.success())?;
+/// The commit of a source tree.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Source {
+    /// SHA-1 of the commit; `None` where it is unknown.
+    pub commit: Option<String>,
+    /// Whether the files differ from that commit; `None` where it is unknown.
+    pub dirty: Option<bool>,
+}
+
+/// What git answers about a folder; `None` where it fails. Variables such as `GIT_DIR`, which name
+/// another repository, do not count.
+fn git(folder: &Path, arguments: &[&str]) -> Option<String> {
+    let mut command = Command::new("git");
+    let variables = std::env::vars_os().map(|(name, _)| name);
+    for name in variables.filter(|name| name.to_string_lossy().starts_with("GIT_")) {
+        command.env_remove(name);
+    }
+    // Without the option a look at the state would write the index.
+    let command = command.arg("--no-optional-locks").arg("-C").arg(folder).args(arguments);
+    let output = command.output().ok().filter(|output| output.status.success())?;
     Some(String::from_utf8_lossy(&output.stdout).trim().to_owned())
+}
+
+impl Source {
+    /// The present state of the repository that holds `folder`, files below `results/` aside.
+    pub fn of_folder(folder: &Path) -> Self {
+        let status = ["status", "--porcelain", "--untracked-files=normal", "--", ":/"];
+        let without = ":(exclude,top)results";
+        let commit = git(folder, &["rev-parse", "--verify", "HEAD"]);
+        let changes = commit.as_ref().and(git(folder, &[&status[..], &[without]].concat()));
+        Self { commit, dirty: changes.map(|changes| !changes.is_empty()) }
+    }
+
+    /// Commit of the repository that holds `folder`, where it is another one of the same
+    /// repository: one that knows the commit of this source.
+    pub fn other_commit_at(&self, folder: &Path) -> Option<String> {
+        let own = self.commit.as_ref()?;
+        let there = git(folder, &["rev-parse", "--verify", "HEAD"]).filter(|there| there != own)?;
+        git(folder, &["cat-file", "-e", &format!("{own}^{{commit}}")])?;
+        Some(there)
+    }
 }
 
 fn cpu() -> String {
@@ -58,14 +92,12 @@ fn cpu_name(info: &str) -> Option<String> {
     })
 }
 
-/// Provenance of a record that is written now.
-pub fn provenance(scene_sha256: BTreeMap<String, String>) -> Provenance {
-    let commit = git(&["rev-parse", "HEAD"]);
-    let changes = git(&["status", "--porcelain", "--", ":/", ":(exclude,top)results"]);
+/// Provenance of a record that a program, built from `source`, writes now.
+pub fn provenance(source: &Source, scene_sha256: BTreeMap<String, String>) -> Provenance {
     Provenance {
         version: env!("CARGO_PKG_VERSION").to_owned(),
-        dirty: commit.as_ref().and(changes).map(|changes| !changes.is_empty()),
-        commit,
+        commit: source.commit.clone(),
+        dirty: source.dirty,
         cargo_lock_sha256: sha256(include_bytes!("../../../Cargo.lock")),
         rustc: env!("DRAPE_RUSTC").to_owned(),
         build: env!("DRAPE_BUILD").to_owned(),
@@ -109,8 +141,64 @@ fn date(moment: SystemTime) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{cpu_name, date};
+    use super::{Source, cpu_name, date};
+    use std::path::Path;
     use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+    fn git(folder: &Path, arguments: &[&str]) {
+        let identity = ["-c", "user.name=a", "-c", "user.email=a", "-c", "commit.gpgsign=false"];
+        let mut command = std::process::Command::new("git");
+        let command = command.arg("-C").arg(folder).args(identity).args(arguments);
+        assert!(command.output().expect("git").status.success(), "{arguments:?}");
+    }
+
+    /// A repository with one commit.
+    fn repository() -> tempfile::TempDir {
+        let folder = tempfile::tempdir().expect("a folder");
+        git(folder.path(), &["init", "--quiet"]);
+        std::fs::write(folder.path().join("a"), "1").expect("written");
+        git(folder.path(), &["add", "a"]);
+        git(folder.path(), &["commit", "--quiet", "-m", "one"]);
+        folder
+    }
+
+    #[test]
+    fn a_tree_is_dirty_after_any_change_but_to_the_results() {
+        let folder = repository();
+        let write = |name: &str| std::fs::write(folder.path().join(name), "2").expect("written");
+        let dirty = || Source::of_folder(folder.path()).dirty;
+        assert_eq!(dirty(), Some(false));
+        std::fs::create_dir(folder.path().join("results")).expect("a folder");
+        write("results/new");
+        assert_eq!(dirty(), Some(false));
+        // Also where the user does not want to see new files.
+        git(folder.path(), &["config", "status.showUntrackedFiles", "no"]);
+        write("new");
+        assert_eq!(dirty(), Some(true));
+        std::fs::remove_file(folder.path().join("new")).expect("removed");
+        assert_eq!(dirty(), Some(false));
+        write("a");
+        assert_eq!(dirty(), Some(true));
+        let nowhere = tempfile::tempdir().expect("a folder");
+        assert_eq!(Source::of_folder(nowhere.path()), Source::default());
+    }
+
+    #[test]
+    fn another_commit_is_told_where_the_repository_is_the_same() {
+        let (ours, other) = (repository(), repository());
+        let source = Source::of_folder(ours.path());
+        assert_eq!(source.other_commit_at(ours.path()), None);
+        std::fs::write(ours.path().join("a"), "2").expect("written");
+        git(ours.path(), &["commit", "--quiet", "-am", "two"]);
+        git(other.path(), &["commit", "--quiet", "--allow-empty", "-m", "three"]);
+        let now = Source::of_folder(ours.path()).commit;
+        assert!(now.is_some() && source.other_commit_at(ours.path()) == now);
+        assert_eq!(Source::default().other_commit_at(ours.path()), None);
+        std::fs::write(other.path().join("a"), "3").expect("written");
+        git(other.path(), &["commit", "--quiet", "-am", "four"]);
+        let there = Source::of_folder(other.path());
+        assert_eq!(there.other_commit_at(ours.path()), None, "of another repository");
+    }
 
     /// Dates that GNU date prints, and the last moments that a clock can show.
     #[test]

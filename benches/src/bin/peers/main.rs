@@ -39,14 +39,14 @@ mod table;
 use crate::record::{Row, Setup};
 use clap::{Parser, Subcommand, ValueEnum};
 use drape_benches::Mesh;
-use drape_harness::{provenance, sha256};
+use drape_harness::{Source, provenance, sha256};
 use drape_report::file::{write_atomically, write_json};
 use drape_report::{TIMINGS_FORMAT, Timings, tell};
 use error::PeersError;
 use plan::plans;
 use std::collections::BTreeMap;
 use std::io::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Compares drape's steps with those of the programs in the folder that DRAPE_PEERS names.
@@ -151,12 +151,14 @@ fn compare(cli: &Cli) -> Result<(), PeersError> {
         );
         rows.extend(measure::measure(plan, core)?);
     }
+    // A bench is built and run in one go.
+    let source = Source::of_folder(Path::new(env!("CARGO_MANIFEST_DIR")));
     let timings = Timings {
         format: TIMINGS_FORMAT.to_owned(),
         experiment: "peers".to_owned(),
         method: METHOD.to_owned(),
         rows,
-        provenance: provenance(BTreeMap::new()),
+        provenance: provenance(&source, BTreeMap::new()),
     };
     write_json(&cli.out, &timings)?;
     let page = table::page(&timings, &plans);

@@ -11,6 +11,7 @@ mod progress;
 
 use cap::Cap;
 use clap::{Parser, Subcommand};
+use drape_harness::Source;
 use std::alloc::System;
 use std::process::ExitCode;
 
@@ -21,6 +22,15 @@ static ALLOCATOR: Cap<System> = Cap::new(System, usize::MAX);
 /// Bytes that the process has allocated and not freed.
 fn allocated() -> usize {
     ALLOCATOR.allocated()
+}
+
+/// What this program was built from, as the build script saw it.
+fn source() -> Source {
+    let known = |text: &str| (!text.is_empty()).then(|| text.to_owned());
+    Source {
+        commit: known(env!("DRAPE_COMMIT")),
+        dirty: known(env!("DRAPE_DIRTY")).map(|dirty| dirty == "true"),
+    }
 }
 
 #[derive(Debug, Parser)]

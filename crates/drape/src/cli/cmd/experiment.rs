@@ -27,6 +27,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let out = folder(arguments.out.as_deref(), arguments.quick);
     check_folder("--out", &out)?;
     start_threads()?;
+    compare_commits(&out);
     let unfinished = Unfinished::enter(&out, arguments.fresh)?;
     record(experiment, &out, arguments.quick, &unfinished)?;
     super::report::draw(&out)?;
@@ -36,6 +37,18 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
 /// The folder for results. By default a quick subset does not replace full results.
 pub(crate) fn folder(out: Option<&Path>, quick: bool) -> PathBuf {
     out.unwrap_or(Path::new(if quick { "results-quick" } else { "results" })).to_owned()
+}
+
+/// Warns where the results lie in the repository of the program, but at another commit.
+pub(crate) fn compare_commits(out: &Path) {
+    let source = crate::cli::source();
+    if let (Some(built), Some(there)) = (&source.commit, source.other_commit_at(out)) {
+        tell!(
+            "drape: warning: {} is at commit {there}; this program, which the records name, was \
+             built from {built}",
+            out.display()
+        );
+    }
 }
 
 /// Runs an experiment and writes its records. It skips the cells, or the whole experiment, that an
@@ -62,12 +75,14 @@ pub(crate) fn record(
         tell!("{name}: {} cells were finished before the interruption", journal.cells());
     }
     let progress = Bars::new(name);
+    let source = crate::cli::source();
     let context = Context {
         out,
         quick,
         progress: &progress,
         journal: &journal,
         allocated: Some(crate::cli::allocated),
+        source: &source,
     };
     let files = study.run(&context)?;
     for file in &files {

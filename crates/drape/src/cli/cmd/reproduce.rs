@@ -32,6 +32,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     };
     check_folder("--out", &out)?;
     start_threads()?;
+    super::experiment::compare_commits(&out);
     let unfinished = Unfinished::enter(&out, arguments.fresh)?;
     for &experiment in &chosen {
         super::experiment::record(experiment, &out, arguments.quick, &unfinished)?;
