@@ -711,6 +711,111 @@ fn threads_that_the_system_refuses_are_told_with_what_to_do() {
     }
 }
 
+/// Ends a run that waits or reads without end, and lets it take 2 GB of addresses at most.
+#[cfg(target_os = "linux")]
+fn drape_within_bounds(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new("sh")
+        .args(["-c", r#"ulimit -v 2000000; exec timeout 60 "$0" "$@""#])
+        .arg(env!("CARGO_BIN_EXE_drape"))
+        .args(arguments)
+        .current_dir(folder)
+        .output()
+        .unwrap()
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn an_input_that_is_no_regular_file_is_refused_and_not_waited_for() {
+    let folder = tempfile::tempdir().unwrap();
+    for pipe in ["pipe", "tables.json"] {
+        let made = Command::new("mkfifo").arg(folder.path().join(pipe)).status().unwrap();
+        assert!(made.success());
+    }
+    let sparse = std::fs::File::create(folder.path().join("long.json")).unwrap();
+    sparse.set_len((4 << 30) + 1).unwrap();
+    for (scene, found) in
+        [("pipe", "no regular file"), ("/dev/zero", "no regular file"), (".", "no regular file")]
+            .into_iter()
+            .chain([("long.json", "4294967297 bytes long")])
+    {
+        for command in [&["system"][..], &["run", "--method", "imex-euler"], &["picture"]] {
+            let output = drape_within_bounds(folder.path(), &[command, &[scene]].concat());
+            let said = text(&output.stderr);
+            assert_eq!(code(&output), 2, "{scene}: {said}");
+            assert!(said.starts_with(&format!("drape: {scene}: ")), "{said}");
+            assert!(said.contains(found) && said.contains("at most 4 GiB"), "{said}");
+            assert_eq!(said.trim_end().lines().count(), 1, "{said}");
+        }
+    }
+    let report = drape_within_bounds(folder.path(), &["report", "."]);
+    let said = text(&report.stderr);
+    assert_eq!(code(&report), 2, "{said}");
+    assert!(said.contains("tables.json: no regular file; expected"), "{said}");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn memory_is_estimated_before_it_is_taken_and_refused_above_the_limit() {
+    let folder = tempfile::tempdir().unwrap();
+    let grid = |side: u32| {
+        let shear = r#""shear": { "stiffness_over_mass_per_s2": 1e3 }, "gravity""#;
+        SCENE
+            .replace(r#""rows": 3, "columns": 3"#, &format!(r#""rows": {side}, "columns": {side}"#))
+            .replace(r#""gravity""#, shear)
+            .replace(r#""duration_s": 0.1"#, r#""duration_s": 0.01"#)
+    };
+    for (name, side) in [("huge.json", 2000), ("large.json", 150)] {
+        std::fs::write(folder.path().join(name), grid(side)).unwrap();
+    }
+    let limited = |arguments: &[&str], scene: &str, limit: &str| {
+        let more = [scene, "--max-memory", limit];
+        let output = drape_within_bounds(folder.path(), &[arguments, &more].concat());
+        (code(&output), text(&output.stderr))
+    };
+    let run = |method| ["run", "--method", method];
+    // The address space would not hold it.
+    for command in [&["system"][..], &run("imex-euler"), &["picture"]] {
+        let (code, said) = limited(command, "huge.json", "1500");
+        assert_eq!(code, 2, "{said}");
+        let named = ["huge.json", "`--max-memory` is 1500 MiB", "4000000 particles, 16000000"];
+        assert!(named.iter().all(|part| said.contains(part)), "{said}");
+        assert_eq!(said.trim_end().lines().count(), 1, "{said}");
+    }
+    // The text itself is counted before it is read.
+    let (refused, said) = limited(&["system"], "long.json", "100");
+    assert!(refused == 2 && said.contains("no scene"), "{said}");
+    let sparse = std::fs::File::create(folder.path().join("long.json")).unwrap();
+    sparse.set_len(1 << 30).unwrap();
+    let (refused, said) = limited(&["system"], "long.json", "100");
+    assert!(refused == 2 && said.contains("1073741824 bytes of text take"), "{said}");
+    // A method that factors its matrix takes many times as much.
+    let (refused, said) = limited(&run("backward-euler"), "large.json", "150");
+    assert!(refused == 2 && said.contains("take by estimate with backward-euler"), "{said}");
+    let (done, said) = limited(&run("imex-euler"), "large.json", "150");
+    assert!(done == 0 && said.contains("large.json: 22500 particles"), "{said}");
+    let (done, said) = limited(&run("backward-euler"), "large.json", "1000");
+    assert!(done == 0 && said.contains("floating-point operations"), "{said}");
+    let small = drape(folder.path(), &["run", "hanging-textile-1e4", "--method", "imex-euler"]);
+    assert!(!text(&small.stderr).contains("memory"), "a small run tells no estimate");
+}
+
+#[test]
+fn a_step_that_needs_too_many_substeps_is_refused_and_the_cap_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let stiff = SCENE.replace("1e3", "1e18");
+    std::fs::write(folder.path().join("stiff.json"), stiff).unwrap();
+    for method in ["leapfrog:step=auto", "leapfrog:step=bound"] {
+        for command in ["run", "picture"] {
+            let output = drape(folder.path(), &[command, "stiff.json", "--method", method]);
+            let said = text(&output.stderr);
+            let said = said.trim_end().lines().last().unwrap();
+            assert_eq!(code(&output), 2, "{said}");
+            assert!(said.starts_with("drape: stiff.json: ") && said.contains("--dt"), "{said}");
+            assert!(said.contains("at most 100000 are taken"), "{said}");
+        }
+    }
+}
+
 /// Writes a frozen sheet, and the same with its particles in disorder. Returns the new index of
 /// each particle.
 fn sheet_and_shuffled(folder: &Path) -> Vec<usize> {

@@ -30,6 +30,14 @@ pub enum HarnessError {
         /// Key and reason.
         refusal: PrepareError,
     },
+    /// A step could not be taken because of what the scene describes.
+    #[error("{file}: with the step (`time.step_s` or --dt): {error}")]
+    Stopped {
+        /// The scene as it was asked for.
+        file: String,
+        /// The reason.
+        error: StepError,
+    },
     /// The time step was refused.
     #[error(transparent)]
     TimeStep(#[from] InvalidTimeStep),
@@ -81,6 +89,9 @@ impl HarnessError {
     pub fn in_scene(self, file: &str) -> Self {
         match self {
             Self::Prepare(refusal) => Self::Refused { file: file.to_owned(), refusal },
+            Self::Step(error @ StepError::TooManySubsteps { .. }) => {
+                Self::Stopped { file: file.to_owned(), error }
+            }
             other => other,
         }
     }

@@ -1,9 +1,9 @@
 //! Which differences count.
 
 use super::*;
-use crate::{Source, provenance};
 use crate::studies::momentum::facts as momentum;
 use crate::studies::order::facts::{self as order, Run};
+use crate::{Source, provenance};
 use drape_report::RECORD_FORMAT;
 use drape_report::Verdict;
 use drape_report::file::write_json;

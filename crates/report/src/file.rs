@@ -17,6 +17,16 @@ pub enum RecordError {
         /// The system's reason.
         source: std::io::Error,
     },
+    /// What stands there is no file that can be read to its end.
+    #[error(
+        "{}: {found}; expected a regular file of at most {} GiB", path.display(), MOST_BYTES >> 30
+    )]
+    Unfit {
+        /// The file.
+        path: PathBuf,
+        /// What stands there.
+        found: String,
+    },
     /// The file is no record of the expected kind.
     #[error(
         "{}: not a record that this version reads: {source}; remove it, or write it again with \
@@ -30,6 +40,9 @@ pub enum RecordError {
         source: serde_json::Error,
     },
 }
+
+/// Most bytes of a record.
+const MOST_BYTES: u64 = 4 << 30;
 
 /// Most symbolic links that lead from one to the next.
 const MOST_LINKS: usize = 40;
@@ -162,14 +175,21 @@ pub fn write_json<T: Serialize>(path: &Path, value: &T) -> Result<(), RecordErro
 /// Reads a record.
 ///
 /// # Errors
-/// [`RecordError::Io`] when the file cannot be read, [`RecordError::Format`] with line and column
+/// [`RecordError::Io`] when the file cannot be read, [`RecordError::Unfit`] when it is none or too
+/// long, [`RecordError::Format`] with line and column
 /// when it is not of type `T`.
 pub fn read_json<T: DeserializeOwned>(path: &Path) -> Result<T, RecordError> {
-    let text = std::fs::read(path).map_err(|source| RecordError::Io {
-        path: path.to_owned(),
-        action: "read",
-        source,
-    })?;
+    let fail = |source| RecordError::Io { path: path.to_owned(), action: "read", source };
+    // Opening a pipe would wait for a writer, and some devices have no end.
+    let metadata = path.metadata().map_err(fail)?;
+    if !metadata.is_file() || metadata.len() > MOST_BYTES {
+        let found = match metadata.is_file() {
+            true => format!("{} bytes", metadata.len()),
+            false => "no regular file".to_owned(),
+        };
+        return Err(RecordError::Unfit { path: path.to_owned(), found });
+    }
+    let text = std::fs::read(path).map_err(fail)?;
     serde_json::from_slice(&text)
         .map_err(|source| RecordError::Format { path: path.to_owned(), source })
 }

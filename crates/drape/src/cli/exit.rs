@@ -57,6 +57,7 @@ fn classify(error: &anyhow::Error) -> u8 {
             | PrepareError::Solver(_),
         )
         | HarnessError::Refused { .. }
+        | HarnessError::Stopped { .. }
         | HarnessError::Busy { .. }
         | HarnessError::Threads(_)
         | HarnessError::UnknownExperiment { .. }

@@ -1,12 +1,18 @@
 //! Scenes and discretised systems for commands.
 
+use crate::cli::limit::LimitArguments;
+use drape_harness::methods::Choice;
 use drape_model::{Cloth, SceneError, SceneFile, Violation, bundled};
 use drape_report::tell;
 use std::path::{Path, PathBuf};
 
 /// Loads a scene or a discretised system, and reports repairs of its mesh on standard error.
-pub(crate) fn load(scene: &str) -> Result<SceneFile, SceneError> {
-    let input = drape_model::load(scene)?;
+pub(crate) fn load(
+    scene: &str,
+    limit: LimitArguments,
+    choice: Option<&Choice>,
+) -> Result<SceneFile, SceneError> {
+    let input = limit.load(scene, choice)?;
     for repair in input.repairs() {
         tell!("drape: {scene}: mesh mended: {repair}");
     }

@@ -6,6 +6,7 @@
 mod cmd;
 mod exit;
 mod input;
+mod limit;
 mod output;
 mod progress;
 

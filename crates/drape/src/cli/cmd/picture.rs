@@ -2,6 +2,7 @@
 
 use crate::cli::exit::Diverged;
 use crate::cli::input::{files, in_file};
+use crate::cli::limit::LimitArguments;
 use crate::cli::output::{Sink, check_extension, is_stream};
 use crate::cli::progress::bar;
 use drape_harness::methods::{Choice, MethodError};
@@ -41,6 +42,8 @@ pub(crate) struct Arguments {
     /// Camera: auto, front, side, top, or AZIMUTH,ELEVATION in degrees
     #[arg(long, value_name = "VIEW", default_value = "auto", allow_hyphen_values = true)]
     camera: String,
+    #[command(flatten)]
+    limit: LimitArguments,
 }
 
 /// Shortest and longest side of a picture, pixels.
@@ -60,9 +63,9 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     check_extension("--out", &arguments.out, "png", "PNG image")?;
     let view = View::from_str(&arguments.camera)
         .map_err(|error| refusal("--camera", &arguments.camera, &error.to_string()))?;
-    let input = drape_model::load(&arguments.scene)?;
     let choice = Choice::parse(&arguments.method, &arguments.settings)
         .map_err(|error: MethodError| HarnessError::from(error))?;
+    let input = arguments.limit.load(&arguments.scene, Some(&choice))?;
     let time = super::run::time_span(arguments.dt, arguments.duration, &input)?;
     let mut shots = shots(&arguments.times, time)?;
     let inputs = files(&arguments.scene, &input);

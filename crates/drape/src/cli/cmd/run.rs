@@ -3,6 +3,7 @@
 use super::frames::Frames;
 use crate::cli::exit::Diverged;
 use crate::cli::input::{files, in_file, load};
+use crate::cli::limit::LimitArguments;
 use crate::cli::output::{Sink, print};
 use crate::cli::progress::bar;
 use clap::builder::TypedValueParser as _;
@@ -48,13 +49,15 @@ pub(crate) struct Arguments {
     )]
     threads: NonZero<u16>,
     #[command(flatten)]
+    limit: LimitArguments,
+    #[command(flatten)]
     frames: super::frames::FrameArguments,
 }
 
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    let input = load(&arguments.scene)?;
     let choice = Choice::parse(&arguments.method, &arguments.settings)
         .map_err(|error: MethodError| HarnessError::from(error))?;
+    let input = load(&arguments.scene, arguments.limit, Some(&choice))?;
     let time = time_span(arguments.dt, arguments.duration, &input)?;
     let inputs = files(&arguments.scene, &input);
     let sink = |file: &PathBuf| Sink::check("--out", file, &inputs);
