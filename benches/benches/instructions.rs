@@ -9,7 +9,9 @@
 //! count, which is said and no failure.
 
 use drape_benches::{Mesh, Prepared};
+use drape_harness::{Source, provenance};
 use drape_model::Vec3;
+use drape_report::tell;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::hint::black_box;
@@ -100,12 +102,12 @@ fn expected() -> PathBuf {
 }
 
 fn compare(save: bool) -> Result<bool, String> {
-    let rustc = drape_harness::provenance(BTreeMap::new()).rustc;
+    let rustc = provenance(&Source::default(), BTreeMap::new()).rustc;
     let text = std::fs::read_to_string(expected()).unwrap_or_default();
     let before: Option<Counts> = serde_json::from_str(&text).ok();
     let judged = before.as_ref().filter(|before| before.rustc == rustc);
     if judged.is_none() && !save {
-        eprintln!("instructions: no counts of this compiler ({rustc}): nothing is judged");
+        tell!("instructions: no counts of this compiler ({rustc}): nothing is judged");
     }
     let mut instructions = BTreeMap::new();
     let mut passed = true;
@@ -121,14 +123,14 @@ fn compare(save: bool) -> Result<bool, String> {
             }
             Some(change) => format!("{:+.2} %", 100.0 * change),
         };
-        eprintln!("{kernel:<45} {counted:>12} {verdict}");
+        tell!("{kernel:<45} {counted:>12} {verdict}");
         instructions.insert(kernel, counted);
     }
     if save {
         let counts = Counts { rustc, instructions };
         let text = serde_json::to_string_pretty(&counts).map_err(|error| error.to_string())?;
         std::fs::write(expected(), text + "\n").map_err(|error| error.to_string())?;
-        eprintln!("wrote {}", expected().display());
+        tell!("wrote {}", expected().display());
     }
     Ok(passed || save)
 }
@@ -141,19 +143,19 @@ fn main() -> ExitCode {
         return ExitCode::SUCCESS;
     }
     if Command::new("valgrind").arg("--version").output().is_err() {
-        eprintln!("instructions: skipped, since there is no valgrind on this machine");
+        tell!("instructions: skipped, since there is no valgrind on this machine");
         return ExitCode::SUCCESS;
     }
     match compare(std::env::args().any(|argument| argument == "--save")) {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => {
-            eprintln!(
+            tell!(
                 "instructions: some kernels need more of them than before; --save if that is meant"
             );
             ExitCode::FAILURE
         }
         Err(error) => {
-            eprintln!("instructions: {error}");
+            tell!("instructions: {error}");
             ExitCode::FAILURE
         }
     }

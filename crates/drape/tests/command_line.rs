@@ -428,6 +428,394 @@ fn a_reader_that_closes_the_pipe_early_is_no_failure() {
     assert!(child.wait().unwrap().success());
 }
 
+/// A message that nobody can read changes neither the work nor the exit code.
+#[test]
+fn a_standard_error_that_cannot_be_written_does_not_change_the_exit_code() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("sheet.json"), SCENE).unwrap();
+    let run = ["run", "sheet.json", "--method", "imex-euler", "--out", "run.json"];
+    let long = ["run", "hanging-textile-1e6", "--method", "explicit-euler", "--dt", "0.01"];
+    let only = ["reproduce", "--quick", "--only", "tables", "--out", "out"];
+    let cases: [(&[&str], i32); 5] = [
+        (&run, 0),
+        (&only, 0),
+        (&["run", "nothing.json", "--method", "imex-euler"], 2),
+        (&["frobnicate"], 2),
+        (&long, 3),
+    ];
+    let command = |arguments: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_drape"));
+        command.current_dir(folder.path()).args(arguments).stdout(Stdio::null());
+        command
+    };
+    for (arguments, expected) in cases {
+        // The reader leaves before the first message.
+        let (reader, writer) = std::io::pipe().unwrap();
+        drop(reader);
+        let status = command(arguments).stderr(writer).status().unwrap();
+        assert_eq!(status.code(), Some(expected), "{arguments:?} into a closed pipe");
+        if let Ok(full) = std::fs::File::options().write(true).open("/dev/full") {
+            let status = command(arguments).stderr(full).status().unwrap();
+            assert_eq!(status.code(), Some(expected), "{arguments:?} onto a full disk");
+        }
+    }
+    assert!(
+        folder.path().join("out/report.html").is_file() && folder.path().join("run.json").is_file()
+    );
+}
+
+/// What stands in a folder: names, kinds and contents.
+fn listing(folder: &Path) -> Vec<(String, bool, Option<Vec<u8>>)> {
+    let mut files: Vec<_> = std::fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| {
+            let (name, path) = entry.map(|e| (e.file_name(), e.path())).unwrap();
+            let content = path.is_file().then(|| std::fs::read(&path).unwrap());
+            (name.into_string().unwrap(), path.is_symlink(), content)
+        })
+        .collect();
+    files.sort();
+    files
+}
+
+/// A run, a picture and an animation; the place of the result is the last word.
+const OUTPUTS: [&[&str]; 3] = [
+    &["run", "sheet.json", "--method", "imex-euler", "--out"],
+    &["picture", "sheet.json", "--out"],
+    &["run", "sheet.json", "--method", "imex-euler", "--animation"],
+];
+
+#[cfg(unix)]
+#[test]
+fn an_output_that_is_no_regular_file_or_an_input_is_refused_before_the_run() {
+    use std::os::unix::fs::symlink;
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    std::fs::write(at("sheet.json"), SCENE).unwrap();
+    for (name, original) in [("scene", "sheet.json"), ("pipe", "a-pipe"), ("in-circles", "")] {
+        for extension in ["png", "glb", "json"] {
+            let link = at(&format!("{name}.{extension}"));
+            let own = link.file_name().unwrap().to_owned();
+            let original = if original.is_empty() { own } else { original.into() };
+            symlink(original, link).unwrap();
+        }
+    }
+    assert!(Command::new("mkfifo").arg(at("a-pipe")).status().unwrap().success());
+    for extension in ["png", "glb", "json"] {
+        std::fs::create_dir(at(&format!("folder.{extension}"))).unwrap();
+        std::fs::hard_link(at("sheet.json"), at(&format!("hard.{extension}"))).unwrap();
+    }
+    let before = listing(folder.path());
+    for (output, extension) in OUTPUTS.into_iter().zip(["json", "png", "glb"]) {
+        for (name, reason) in [
+            ("scene", "another file than the input `sheet.json`"),
+            ("hard", "another file than the input `sheet.json`"),
+            ("pipe", "no regular file"),
+            ("in-circles", "links"),
+            ("folder", "it is a folder"),
+            ("sheet.json/x", "expected a file that can be written"),
+            ("nowhere/..", "that can be written"),
+        ] {
+            let file = format!("{name}.{extension}");
+            let file = if name.ends_with("..") { name } else { &file };
+            let refused = drape(folder.path(), &[output, &[file]].concat());
+            let said = text(&refused.stderr);
+            if name.ends_with("..") && extension != "json" {
+                assert_eq!(code(&refused), 2, "{said}"); // it does not end in .png
+                continue;
+            }
+            assert_eq!(code(&refused), 2, "{file}: {said}");
+            assert!(
+                said.contains(reason) && said.contains(output.last().unwrap()),
+                "{file}: {said}"
+            );
+            assert_eq!(said.trim_end().lines().count(), 1, "{said}");
+            assert!(refused.stdout.is_empty(), "it ran: {file}");
+        }
+    }
+    assert_eq!(listing(folder.path()), before);
+}
+
+#[test]
+fn a_mesh_is_not_overwritten_by_the_run_that_reads_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let mesh = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
+    std::fs::write(folder.path().join("square.obj"), mesh).unwrap();
+    let cloth = r#""mesh": { "file": "square.obj", "areal_density_kg_m2": 0.1 } },"#;
+    let (before, rest) = SCENE.split_once(r#""grid""#).unwrap();
+    let (_, rest) = rest.split_once("} },").unwrap();
+    let scene =
+        format!("{before}{cloth}{rest}").replace(r#""row": 0, "column": 0"#, r#""particle": 0"#);
+    std::fs::write(folder.path().join("sheet.json"), scene).unwrap();
+    let run = ["run", "sheet.json", "--method", "imex-euler", "--out"];
+    let refused = drape(folder.path(), &[&run[..], &["./square.obj"]].concat());
+    assert_eq!(code(&refused), 2, "{}", text(&refused.stderr));
+    assert!(text(&refused.stderr).contains("another file than the input `square.obj`"));
+    assert_eq!(std::fs::read_to_string(folder.path().join("square.obj")).unwrap(), mesh);
+    let written = drape(folder.path(), &[&run[..], &["run.json"]].concat());
+    assert_eq!(code(&written), 0, "{}", text(&written.stderr));
+}
+
+#[cfg(unix)]
+#[test]
+fn an_output_is_written_through_links_and_into_pipes() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    std::fs::write(at("sheet.json"), SCENE).unwrap();
+    std::fs::create_dir(at("far")).unwrap();
+    // The second link is relative to its own folder, and leads to a file that is not there yet.
+    std::os::unix::fs::symlink("far/link.json", at("near.json")).unwrap();
+    std::os::unix::fs::symlink("run.json", at("far/link.json")).unwrap();
+    let run = |out: &str| drape(folder.path(), &[OUTPUTS[0], &[out]].concat());
+    for _ in 0..2 {
+        let output = run("near.json");
+        assert_eq!(code(&output), 0, "{}", text(&output.stderr));
+    }
+    assert!(at("near.json").is_symlink() && at("far/link.json").is_symlink());
+    let state = |bytes: &[u8]| serde_json::from_slice::<Run>(bytes).unwrap().final_state;
+    let expected = state(&std::fs::read(at("far/run.json")).unwrap());
+    for out in ["-", "/dev/stdout", "/dev/fd/1"] {
+        let output = run(out);
+        assert_eq!(code(&output), 0, "{}", text(&output.stderr));
+        assert!(state(&output.stdout) == expected, "{out}: the record alone");
+        assert!(text(&output.stderr).contains("total energy"), "{out}: and the summary beside it");
+    }
+    // A pipe that the shell made.
+    let shell = r#""$0" run sheet.json --method imex-euler --out /dev/fd/3 3>&1 >/dev/null | cat"#;
+    let piped = Command::new("sh")
+        .args(["-c", shell, env!("CARGO_BIN_EXE_drape")])
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    assert!(state(&piped.stdout) == expected, "{}", text(&piped.stderr));
+    let picture = drape(folder.path(), &[OUTPUTS[1], &["-"]].concat());
+    assert!(code(&picture) == 0 && picture.stdout.starts_with(b"\x89PNG"));
+    let two = drape(folder.path(), &[OUTPUTS[1], &["-", "--time", "0", "--time", "0.1"]].concat());
+    assert!(code(&two) == 2 && text(&two.stderr).contains("2 pictures need a file each"));
+    let both = drape(folder.path(), &[OUTPUTS[0], &["-", "--animation", "-"]].concat());
+    assert!(code(&both) == 2 && text(&both.stderr).contains("another file than --out"));
+    let same = [OUTPUTS[0], &["x.glb", "--animation", "./x.glb"]].concat();
+    assert!(code(&drape(folder.path(), &same)) == 2);
+    assert!(!at("-").exists() && !at("x.glb").exists());
+}
+
+/// A reader that closes the pipe early does not hide how the run ended.
+#[test]
+fn a_record_that_nobody_reads_does_not_hide_a_divergence() {
+    let arguments = ["run", "hanging-textile-1e6", "--method", "explicit-euler", "--dt", "0.01"];
+    let (reader, writer) = std::io::pipe().unwrap();
+    drop(reader);
+    let mut command = Command::new(env!("CARGO_BIN_EXE_drape"));
+    let command = command.args(arguments).args(["--out", "-"]).stdout(writer);
+    assert_eq!(code(&command.output().unwrap()), 3);
+}
+
+#[test]
+fn results_that_cannot_be_written_are_refused_before_the_work_with_exit_code_2() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("file"), "mine").unwrap();
+    for command in [&["reproduce", "--quick", "--out"][..], &["experiment", "tables", "--out"]] {
+        for out in ["file", "file/below"] {
+            let output = drape(folder.path(), &[command, &[out]].concat());
+            let said = text(&output.stderr);
+            assert_eq!(code(&output), 2, "{out}: {said}");
+            assert!(said.contains("`--out`") && said.contains("a folder that can be written"));
+            assert_eq!(said.trim_end().lines().count(), 1, "{said}");
+        }
+    }
+    assert_eq!(listing(folder.path()).len(), 1);
+}
+
+#[test]
+fn a_matrix_that_cannot_be_set_up_is_told_with_file_and_keys() {
+    let folder = tempfile::tempdir().unwrap();
+    // Nothing holds the pair, and beside the stiffness its mass is round-off.
+    let pair = SYSTEM.replace("[1, 1]", "[1e-12, 1e-12]").replace(": 10 }", ": 1e10 }");
+    let pair = pair.replace(r#"{ "particle": 0 }"#, "");
+    std::fs::write(folder.path().join("pair.json"), pair).unwrap();
+    let time = ["--dt", "1", "--duration", "2"];
+    for command in ["run", "picture"] {
+        let arguments = [&[command, "pair.json", "--method", "desbrun"], &time[..]].concat();
+        let output = drape(folder.path(), &arguments);
+        let said = text(&output.stderr);
+        assert_eq!(code(&output), 2, "{said}");
+        assert!(said.starts_with("drape: pair.json: with its masses and stiffnesses"), "{said}");
+        assert!(said.contains("`time.step_s` or --dt") && said.contains("row 1"), "{said}");
+        assert_eq!(said.trim_end().lines().count(), 1, "{said}");
+    }
+}
+
+/// Names come from files, and files from anywhere.
+#[test]
+fn names_reach_the_terminal_without_its_commands() {
+    let folder = tempfile::tempdir().unwrap();
+    let named = SCENE.replace(r#""sheet""#, r#""\u001b]0;owned\u0007\u001b[31mred\nfree 0 J""#);
+    std::fs::write(folder.path().join("named.json"), named).unwrap();
+    let run = drape(folder.path(), &["run", "named.json", "--method", "imex-euler"]);
+    let said = text(&run.stdout);
+    assert_eq!(code(&run), 0, "{said}");
+    assert!(
+        said.starts_with(r"\u{1b}]0;owned\u{7}\u{1b}[31mred\nfree 0 J with imex-euler"),
+        "{said}"
+    );
+    assert_eq!(said.lines().count(), 3, "{said}");
+    let piped = ["run", "named.json", "--method", "imex-euler", "--out", "-"];
+    assert!(!text(&drape(folder.path(), &piped).stderr).contains('\u{1b}'));
+    let absent = drape(folder.path(), &["run", "\u{1b}[2Ja\nb.json", "--method", "imex-euler"]);
+    let said = text(&absent.stderr);
+    assert!(code(&absent) == 2 && said.contains(r"`\u{1b}[2Ja\nb.json`"), "{said}");
+    assert!(said.ends_with('\n') && !said.trim_end().contains(char::is_control), "{said}");
+}
+
+#[test]
+fn a_record_that_is_no_text_is_refused_with_exit_code_2() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("tables.json"), b"{\"format\": \"\xff\xfe\"}").unwrap();
+    let output = drape(folder.path(), &["report", "."]);
+    let said = text(&output.stderr);
+    assert_eq!(code(&output), 2, "{said}");
+    assert!(said.contains("tables.json: not a record") && said.contains("drape experiment"));
+}
+
+/// Runs with so little address space that the stacks of many threads do not fit.
+#[cfg(target_os = "linux")]
+fn drape_in_little_space(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new("sh")
+        .args(["-c", r#"ulimit -v 1500000; exec "$0" "$@""#, env!("CARGO_BIN_EXE_drape")])
+        .args(arguments)
+        .current_dir(folder)
+        .env("RAYON_NUM_THREADS", "1024")
+        .output()
+        .unwrap()
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn threads_that_the_system_refuses_are_told_with_what_to_do() {
+    let folder = tempfile::tempdir().unwrap();
+    let sheet = SCENE.replace(r#""rows": 3, "columns": 3"#, r#""rows": 131, "columns": 137"#);
+    std::fs::write(folder.path().join("sheet.json"), sheet).unwrap();
+    let run = ["run", "sheet.json", "--method", "imex-euler", "--threads", "1024"];
+    let study = ["experiment", "tables", "--quick", "--out", "out"];
+    let cases: [(&[&str], &str); 3] = [
+        (&run, "`--threads` is 1024; expected fewer threads"),
+        (&study, "set the variable RAYON_NUM_THREADS to a smaller number"),
+        (&["claim", "C08"], "set the variable RAYON_NUM_THREADS to a smaller number"),
+    ];
+    for (arguments, told) in cases {
+        let output = drape_in_little_space(folder.path(), arguments);
+        let said = text(&output.stderr);
+        assert_eq!(code(&output), 2, "{arguments:?}: {said}");
+        assert!(said.contains(told), "{said}");
+        assert_eq!(said.trim_end().lines().count(), 1, "{said}");
+    }
+}
+
+/// Ends a run that waits or reads without end, and lets it take 2 GB of addresses at most.
+#[cfg(target_os = "linux")]
+fn drape_within_bounds(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new("sh")
+        .args(["-c", r#"ulimit -v 2000000; exec timeout 60 "$0" "$@""#])
+        .arg(env!("CARGO_BIN_EXE_drape"))
+        .args(arguments)
+        .current_dir(folder)
+        .output()
+        .unwrap()
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn an_input_that_is_no_regular_file_is_refused_and_not_waited_for() {
+    let folder = tempfile::tempdir().unwrap();
+    for pipe in ["pipe", "tables.json"] {
+        let made = Command::new("mkfifo").arg(folder.path().join(pipe)).status().unwrap();
+        assert!(made.success());
+    }
+    let sparse = std::fs::File::create(folder.path().join("long.json")).unwrap();
+    sparse.set_len((4 << 30) + 1).unwrap();
+    for (scene, found) in
+        [("pipe", "no regular file"), ("/dev/zero", "no regular file"), (".", "no regular file")]
+            .into_iter()
+            .chain([("long.json", "4294967297 bytes long")])
+    {
+        for command in [&["system"][..], &["run", "--method", "imex-euler"], &["picture"]] {
+            let output = drape_within_bounds(folder.path(), &[command, &[scene]].concat());
+            let said = text(&output.stderr);
+            assert_eq!(code(&output), 2, "{scene}: {said}");
+            assert!(said.starts_with(&format!("drape: {scene}: ")), "{said}");
+            assert!(said.contains(found) && said.contains("at most 4 GiB"), "{said}");
+            assert_eq!(said.trim_end().lines().count(), 1, "{said}");
+        }
+    }
+    let report = drape_within_bounds(folder.path(), &["report", "."]);
+    let said = text(&report.stderr);
+    assert_eq!(code(&report), 2, "{said}");
+    assert!(said.contains("tables.json: no regular file; expected"), "{said}");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn memory_is_estimated_before_it_is_taken_and_refused_above_the_limit() {
+    let folder = tempfile::tempdir().unwrap();
+    let grid = |side: u32| {
+        let shear = r#""shear": { "stiffness_over_mass_per_s2": 1e3 }, "gravity""#;
+        SCENE
+            .replace(r#""rows": 3, "columns": 3"#, &format!(r#""rows": {side}, "columns": {side}"#))
+            .replace(r#""gravity""#, shear)
+            .replace(r#""duration_s": 0.1"#, r#""duration_s": 0.01"#)
+    };
+    for (name, side) in [("huge.json", 2000), ("large.json", 150)] {
+        std::fs::write(folder.path().join(name), grid(side)).unwrap();
+    }
+    let limited = |arguments: &[&str], scene: &str, limit: &str| {
+        let more = [scene, "--max-memory", limit];
+        let output = drape_within_bounds(folder.path(), &[arguments, &more].concat());
+        (code(&output), text(&output.stderr))
+    };
+    let run = |method| ["run", "--method", method];
+    // The address space would not hold it.
+    for command in [&["system"][..], &run("imex-euler"), &["picture"]] {
+        let (code, said) = limited(command, "huge.json", "1500");
+        assert_eq!(code, 2, "{said}");
+        let named = ["huge.json", "`--max-memory` is 1500 MiB", "4000000 particles, 16000000"];
+        assert!(named.iter().all(|part| said.contains(part)), "{said}");
+        assert_eq!(said.trim_end().lines().count(), 1, "{said}");
+    }
+    // The text itself is counted before it is read.
+    let (refused, said) = limited(&["system"], "long.json", "100");
+    assert!(refused == 2 && said.contains("no scene"), "{said}");
+    let sparse = std::fs::File::create(folder.path().join("long.json")).unwrap();
+    sparse.set_len(1 << 30).unwrap();
+    let (refused, said) = limited(&["system"], "long.json", "100");
+    assert!(refused == 2 && said.contains("1073741824 bytes of text take"), "{said}");
+    // A method that factors its matrix takes many times as much.
+    let (refused, said) = limited(&run("backward-euler"), "large.json", "150");
+    assert!(refused == 2 && said.contains("take by estimate with backward-euler"), "{said}");
+    let (done, said) = limited(&run("imex-euler"), "large.json", "150");
+    assert!(done == 0 && said.contains("large.json: 22500 particles"), "{said}");
+    let (done, said) = limited(&run("backward-euler"), "large.json", "1000");
+    assert!(done == 0 && said.contains("floating-point operations"), "{said}");
+    let small = drape(folder.path(), &["run", "hanging-textile-1e4", "--method", "imex-euler"]);
+    assert!(!text(&small.stderr).contains("memory"), "a small run tells no estimate");
+}
+
+#[test]
+fn a_step_that_needs_too_many_substeps_is_refused_and_the_cap_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let stiff = SCENE.replace("1e3", "1e18");
+    std::fs::write(folder.path().join("stiff.json"), stiff).unwrap();
+    for method in ["leapfrog:step=auto", "leapfrog:step=bound"] {
+        for command in ["run", "picture"] {
+            let output = drape(folder.path(), &[command, "stiff.json", "--method", method]);
+            let said = text(&output.stderr);
+            let said = said.trim_end().lines().last().unwrap();
+            assert_eq!(code(&output), 2, "{said}");
+            assert!(said.starts_with("drape: stiff.json: ") && said.contains("--dt"), "{said}");
+            assert!(said.contains("at most 100000 are taken"), "{said}");
+        }
+    }
+}
+
 /// Writes a frozen sheet, and the same with its particles in disorder. Returns the new index of
 /// each particle.
 fn sheet_and_shuffled(folder: &Path) -> Vec<usize> {

@@ -29,11 +29,13 @@ fn results(out: &Path) -> Vec<(Value, Value)> {
 /// The whole lines of each journal.
 fn journals(out: &Path) -> HashMap<PathBuf, Vec<Value>> {
     let entries = std::fs::read_dir(out.join(".unfinished")).into_iter().flatten().flatten();
-    let paths = entries.map(|entry| entry.path()).filter(|path| path.extension().is_some());
+    let is_journal = |path: &PathBuf| path.extension().is_some_and(|e| e == "journal");
+    let paths = entries.map(|entry| entry.path()).filter(is_journal);
     let lines = |path: &PathBuf| {
         let text = std::fs::read_to_string(path).unwrap();
         let whole = text.split_inclusive('\n').filter(|line| line.ends_with('\n'));
-        whole.map(|line| serde_json::from_str(line).unwrap()).collect()
+        let json = |line: &str| serde_json::from_str(line.split_once(' ').unwrap().1).unwrap();
+        whole.map(json).collect()
     };
     paths.map(|path| (path.clone(), lines(&path))).collect()
 }
@@ -110,4 +112,105 @@ fn a_second_run_in_the_same_folder_is_refused_while_the_first_is_at_work() {
         assert!(message.contains("another process is writing results there"), "{message}");
         assert_eq!(message.trim_end().lines().count(), 1, "{message}");
     }
+}
+
+/// Works until `tables` is finished, and is killed before the others are.
+fn interrupted_after_tables(out: &Path) {
+    let mut child = reproduce(out).stderr(Stdio::null()).spawn().unwrap();
+    while !journals(out).keys().any(|path| path.ends_with("momentum.journal")) {
+        assert!(child.try_wait().unwrap().is_none(), "it ended before it could be killed");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+}
+
+/// What is wrong with a file, and what does it.
+type Damage = (&'static str, fn(&Path));
+
+#[test]
+fn a_record_that_is_missing_or_damaged_is_written_again_from_the_journal() {
+    let folder = tempfile::tempdir().unwrap();
+    let (calm, out) = (folder.path().join("calm"), folder.path().join("out"));
+    assert!(reproduce(&calm).stderr(Stdio::null()).status().unwrap().success());
+    let damages: [Damage; 3] = [
+        ("missing", |record| std::fs::remove_file(record).unwrap()),
+        ("no JSON", |record| std::fs::write(record, b"{\xff").unwrap()),
+        ("another digit", |record| {
+            let text = std::fs::read_to_string(record).unwrap();
+            let facts = text.find("\"facts\"").unwrap();
+            let digit = facts + text[facts..].find(|c: char| c.is_ascii_digit()).unwrap();
+            let other = if &text[digit..=digit] == "1" { "2" } else { "1" };
+            let changed = format!("{}{other}{}", &text[..digit], &text[digit + 1..]);
+            std::fs::write(record, changed).unwrap();
+        }),
+    ];
+    for (what, damage) in damages {
+        interrupted_after_tables(&out);
+        damage(&out.join("tables.json"));
+        let last = reproduce(&out).output().unwrap();
+        let said = String::from_utf8_lossy(&last.stderr);
+        assert!(last.status.success(), "{what}: {said}");
+        assert!(said.contains("tables: a file is missing or changed"), "{what}: {said}");
+        assert!(said.contains("order: finished before the interruption"), "{what}: {said}");
+        assert_eq!(results(&out), results(&calm), "{what}");
+    }
+}
+
+/// One digit of a journal that changes does not become a fact, and `--fresh` forgets all journals.
+#[test]
+fn a_changed_journal_does_not_change_a_fact() {
+    let folder = tempfile::tempdir().unwrap();
+    let (calm, out) = (folder.path().join("calm"), folder.path().join("out"));
+    assert!(reproduce(&calm).stderr(Stdio::null()).status().unwrap().success());
+    for fresh in [false, true] {
+        interrupted_after_tables(&out);
+        let path = out.join(".unfinished/order.journal");
+        let mut bytes = std::fs::read(&path).unwrap();
+        // The last digit of the first cell.
+        let lines: Vec<_> = bytes.iter().enumerate().filter(|(_, b)| **b == b'\n').collect();
+        let end = lines[1].0;
+        let digit = bytes[..end].iter().rposition(u8::is_ascii_digit).unwrap();
+        bytes[digit] ^= 1;
+        std::fs::write(&path, bytes).unwrap();
+        std::fs::remove_file(out.join("order.json")).unwrap();
+        let mut last = reproduce(&out);
+        let last = last.args(fresh.then_some("--fresh")).output().unwrap();
+        let said = String::from_utf8_lossy(&last.stderr);
+        assert!(last.status.success(), "{said}");
+        let dropped = said.contains("order: 1 lines of the journal are damaged");
+        assert_eq!(dropped, !fresh, "{said}");
+        assert_eq!(results(&out), results(&calm));
+    }
+}
+
+/// The records name what the program was built from, whatever repository the caller points at.
+#[test]
+fn a_repository_of_the_environment_is_not_that_of_the_program() {
+    let folder = tempfile::tempdir().unwrap();
+    let (other, out) = (folder.path().join("other"), folder.path().join("out"));
+    let git = |arguments: &[&str]| {
+        let identity = ["-c", "user.name=a", "-c", "user.email=a", "-c", "commit.gpgsign=false"];
+        let mut command = Command::new("git");
+        let output = command.args(identity).arg("-C").arg(folder.path()).args(arguments).output();
+        String::from_utf8(output.unwrap().stdout).unwrap().trim().to_owned()
+    };
+    git(&["init", "--quiet", "other"]);
+    git(&["-C", "other", "commit", "--quiet", "--allow-empty", "-m", "one"]);
+    let theirs = git(&["-C", "other", "rev-parse", "HEAD"]);
+    assert_eq!(theirs.len(), 40, "{theirs}");
+    let commit = |variables: &[(&str, &Path)]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_drape"));
+        command.args(["experiment", "tables", "--quick", "--out"]).arg(&out);
+        command.envs(variables.iter().copied());
+        assert!(command.output().unwrap().status.success());
+        let bytes = std::fs::read(out.join("tables.json")).unwrap();
+        let record: Value = serde_json::from_slice(&bytes).unwrap();
+        let provenance = &record["provenance"];
+        (provenance["commit"].clone(), provenance["dirty"].clone())
+    };
+    let (dir, tree) = (other.join(".git"), other.clone());
+    let misled = commit(&[("GIT_DIR", &dir), ("GIT_WORK_TREE", &tree)]);
+    assert_ne!(misled.0, Value::String(theirs));
+    assert_eq!(misled, commit(&[]));
 }

@@ -22,13 +22,21 @@ pub enum HarnessError {
     /// The method refused the system.
     #[error(transparent)]
     Prepare(#[from] PrepareError),
-    /// The method refused something that a scene names.
-    #[error("{file}: {refusal}")]
-    Unsupported {
+    /// The method refused the system that a scene describes.
+    #[error("{file}: {}{refusal}", origin(refusal))]
+    Refused {
         /// The scene as it was asked for.
         file: String,
         /// Key and reason.
         refusal: PrepareError,
+    },
+    /// A step could not be taken because of what the scene describes.
+    #[error("{file}: with the step (`time.step_s` or --dt): {error}")]
+    Stopped {
+        /// The scene as it was asked for.
+        file: String,
+        /// The reason.
+        error: StepError,
     },
     /// The time step was refused.
     #[error(transparent)]
@@ -51,6 +59,12 @@ pub enum HarnessError {
         /// The folder.
         folder: PathBuf,
     },
+    /// The operating system refused a thread.
+    #[error(
+        "the system refuses a thread for each processor ({0}); set the variable \
+         RAYON_NUM_THREADS to a smaller number"
+    )]
+    Threads(#[source] rayon::ThreadPoolBuildError),
     /// No such experiment.
     #[error("no experiment `{name}`; expected one of: {known}")]
     UnknownExperiment {
@@ -70,14 +84,22 @@ pub enum HarnessError {
 }
 
 impl HarnessError {
-    /// The same error, which names the scene's file where the method refused something in it.
+    /// The same error, which names the scene's file where the method refused the system in it.
     #[must_use]
     pub fn in_scene(self, file: &str) -> Self {
         match self {
-            Self::Prepare(refusal @ PrepareError::Unsupported { .. }) => {
-                Self::Unsupported { file: file.to_owned(), refusal }
+            Self::Prepare(refusal) => Self::Refused { file: file.to_owned(), refusal },
+            Self::Step(error @ StepError::TooManySubsteps { .. }) => {
+                Self::Stopped { file: file.to_owned(), error }
             }
             other => other,
         }
     }
+}
+
+/// What a matrix of the system is made of, for messages about it.
+const MATRIX: &str = "with its masses and stiffnesses and the step (`time.step_s` or --dt) ";
+
+fn origin(refusal: &PrepareError) -> &'static str {
+    if matches!(refusal, PrepareError::Solver(_)) { MATRIX } else { "" }
 }

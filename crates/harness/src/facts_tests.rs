@@ -1,9 +1,9 @@
 //! Which differences count.
 
 use super::*;
-use crate::provenance;
 use crate::studies::momentum::facts as momentum;
 use crate::studies::order::facts::{self as order, Run};
+use crate::{Source, provenance};
 use drape_report::RECORD_FORMAT;
 use drape_report::Verdict;
 use drape_report::file::write_json;
@@ -21,7 +21,7 @@ fn record<F>(facts: F) -> Record<F> {
         words: drape_report::Words::default(),
         figures: Vec::new(),
         facts,
-        provenance: provenance(BTreeMap::new()),
+        provenance: provenance(&Source::default(), BTreeMap::new()),
     }
 }
 

@@ -2,24 +2,31 @@
 //!
 //! While an experiment runs, each finished cell becomes a line of a file under `.unfinished/` in
 //! the folder of the results, written by one call as soon as the cell is done. A run that is killed
-//! leaves complete lines and at most one torn line, which the next run cuts off. Only the same
-//! program takes the file up: its first line carries the SHA-256 of the executable.
+//! leaves complete lines and at most one torn line. Each line begins with a checksum; a line that
+//! was torn or changed is dropped, and its cell is computed again. Only the same program takes the
+//! file up: its first line carries the SHA-256 of the executable. The last line names the files
+//! that the experiment wrote, each with its SHA-256. Where one of them is missing or another, the
+//! experiment writes its files again, from the cells in the journal.
 
 use crate::{HarnessError, sha256};
 use drape_report::RecordError;
+use drape_report::file::{remove_leftovers, write_atomically};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
 const FOLDER: &str = ".unfinished";
+const EXTENSION: &str = "journal";
+/// Folders below that of the results into which files are written.
+const SUBFOLDERS: [&str; 3] = [FOLDER, "timings", "figures"];
 
 /// First line of a journal.
-#[derive(Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Serialize)]
 struct Head {
     /// SHA-256 of the program.
     program: String,
@@ -34,12 +41,39 @@ enum Line<'a, R> {
     /// A finished cell.
     Cell { part: std::borrow::Cow<'a, str>, number: usize, result: R },
     /// All records of the experiment were written.
-    Finished,
+    Finished {
+        /// SHA-256 of each file, by its path from the folder of the results.
+        files: BTreeMap<PathBuf, String>,
+    },
+}
+
+/// A line as it stands in a journal: a checksum, a space, JSON. `salt` is the JSON of the first
+/// line, so that a line counts in its own journal alone.
+fn sealed(salt: &[u8], json: &[u8]) -> Vec<u8> {
+    let mut line = checksum(salt, json).into_bytes();
+    line.push(b' ');
+    line.extend(json);
+    line.push(b'\n');
+    line
+}
+
+/// The JSON of a line, if it is as it was written.
+fn unsealed<'a>(salt: &[u8], line: &'a [u8]) -> Option<&'a [u8]> {
+    let line = line.strip_suffix(b"\n")?;
+    let space = line.iter().position(|&byte| byte == b' ')?;
+    let (sum, json) = (&line[..space], &line[space + 1..]);
+    (sum == checksum(salt, json).as_bytes()).then_some(json)
+}
+
+fn checksum(salt: &[u8], json: &[u8]) -> String {
+    sha256(&[salt, b"\n", json].concat())
 }
 
 /// The unfinished work in a folder of results. While it exists no other process works there.
 #[derive(Debug)]
 pub struct Unfinished {
+    /// Of the results.
+    out: PathBuf,
     folder: PathBuf,
     program: String,
     // Locked until it is dropped, also by a process that is killed.
@@ -51,30 +85,88 @@ fn io(path: &Path, action: &'static str) -> impl FnOnce(std::io::Error) -> Harne
     move |source| RecordError::Io { path, action, source }.into()
 }
 
+/// Removes a file, a link or a whole folder.
+fn remove(path: &Path) -> std::io::Result<()> {
+    if path.symlink_metadata()?.is_dir() {
+        std::fs::remove_dir_all(path)
+    } else {
+        std::fs::remove_file(path)
+    }
+}
+
+/// Most files that are locked in vain because another process removed them.
+const MOST_TRIES: usize = 1000;
+
+/// Opens the file at `path` and locks it; `None` while another process holds the lock. Makes the
+/// folder.
+fn lock(path: &Path) -> std::io::Result<Option<File>> {
+    for _ in 0..MOST_TRIES {
+        path.parent().map_or(Ok(()), std::fs::create_dir_all)?;
+        let lock = match File::create(path) {
+            Ok(lock) => lock,
+            // Another process left and took the folder along.
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => continue,
+            Err(error) => return Err(error),
+        };
+        match lock.try_lock() {
+            Ok(()) => {}
+            Err(TryLockError::WouldBlock) => return Ok(None),
+            Err(TryLockError::Error(error)) => return Err(error),
+        }
+        // The process that held the lock may have removed the file in between. A third process
+        // would then make and lock another file at the same place.
+        if is_at(&lock, path)? {
+            return Ok(Some(lock));
+        }
+    }
+    Err(std::io::Error::other(format!("it was removed {MOST_TRIES} times before it was locked")))
+}
+
+/// Whether a file still stands at a path.
+#[cfg(unix)]
+fn is_at(file: &File, path: &Path) -> std::io::Result<bool> {
+    use std::os::unix::fs::MetadataExt as _;
+    let own = file.metadata()?;
+    match path.metadata() {
+        Ok(there) => Ok((there.dev(), there.ino()) == (own.dev(), own.ino())),
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(false),
+        Err(error) => Err(error),
+    }
+}
+
+/// Where a file that is open cannot be removed, it stands where it stood.
+#[cfg(not(unix))]
+fn is_at(_file: &File, _path: &Path) -> std::io::Result<bool> {
+    Ok(true)
+}
+
 impl Unfinished {
-    /// Takes up what is unfinished in the folder `out`, or forgets it if `fresh`.
+    /// Takes up what is unfinished in the folder `out`, or forgets it if `fresh`. Removes the
+    /// temporary files of processes that were killed there.
     ///
     /// # Errors
     /// [`HarnessError::Busy`] while another process works there; [`HarnessError::Record`] when the
     /// folder cannot be made or read.
     pub fn enter(out: &Path, fresh: bool) -> Result<Self, HarnessError> {
         let folder = out.join(FOLDER);
-        std::fs::create_dir_all(&folder).map_err(io(&folder, "write"))?;
-        let path = folder.join("lock");
-        let lock = File::create(&path).map_err(io(&path, "write"))?;
-        match lock.try_lock() {
-            Ok(()) => {}
-            Err(TryLockError::WouldBlock) => {
-                return Err(HarnessError::Busy { folder: out.to_owned() });
-            }
-            Err(TryLockError::Error(source)) => return Err(io(&path, "write")(source)),
+        if fresh && folder.symlink_metadata().is_ok_and(|metadata| !metadata.is_dir()) {
+            std::fs::remove_file(&folder).map_err(io(&folder, "write"))?;
         }
+        let path = folder.join("lock");
+        if fresh && path.symlink_metadata().is_ok_and(|metadata| !metadata.is_file()) {
+            remove(&path).map_err(io(&path, "write"))?;
+        }
+        let Some(lock) = lock(&path).map_err(io(&path, "write"))? else {
+            return Err(HarnessError::Busy { folder: out.to_owned() });
+        };
+        remove_leftovers(out, |_| true);
+        SUBFOLDERS.iter().for_each(|name| remove_leftovers(&out.join(name), |_| true));
         let executable = std::env::current_exe().map_err(io(Path::new("drape"), "read"))?;
         let program = sha256(&std::fs::read(&executable).map_err(io(&executable, "read"))?);
-        let unfinished = Self { folder, program, _lock: lock };
+        let unfinished = Self { out: out.to_owned(), folder, program, _lock: lock };
         if fresh {
-            for path in unfinished.journals()? {
-                std::fs::remove_file(&path).map_err(io(&path, "write"))?;
+            for path in unfinished.rest()? {
+                remove(&path).map_err(io(&path, "write"))?;
             }
         }
         Ok(unfinished)
@@ -87,7 +179,13 @@ impl Unfinished {
     /// [`HarnessError::Record`] when the file cannot be read or written.
     pub fn journal(&self, experiment: &str, quick: bool) -> Result<Journal, HarnessError> {
         let head = Head { program: self.program.clone(), quick };
-        Journal::open(&self.folder.join(format!("{experiment}.jsonl")), &head)
+        let mut journal = Journal::open(&self.path(experiment), &head)?;
+        journal.out.clone_from(&self.out);
+        Ok(journal)
+    }
+
+    fn path(&self, experiment: &str) -> PathBuf {
+        self.folder.join(experiment).with_extension(EXTENSION)
     }
 
     /// Removes the journals of experiments whose records and pages are written, and the empty
@@ -96,26 +194,38 @@ impl Unfinished {
     /// # Errors
     /// [`HarnessError::Record`] when a file cannot be removed.
     pub fn leave<'a>(self, written: impl IntoIterator<Item = &'a str>) -> Result<(), HarnessError> {
+        use std::io::ErrorKind::{DirectoryNotEmpty, NotFound};
         for experiment in written {
-            let path = self.folder.join(format!("{experiment}.jsonl"));
+            let path = self.path(experiment);
             match std::fs::remove_file(&path) {
-                Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
-                    return Err(io(&path, "write")(error));
-                }
+                Err(error) if error.kind() != NotFound => return Err(io(&path, "write")(error)),
                 _ => {}
             }
         }
-        let journals = self.journals()?;
-        if journals.is_empty() {
-            std::fs::remove_dir_all(&self.folder).map_err(io(&self.folder, "write"))?;
+        let rest = self.rest()?;
+        if rest.iter().any(|path| path.extension().is_some_and(|e| e == EXTENSION)) {
+            return Ok(());
         }
-        Ok(())
+        // Temporary files, and journals in the format of an older version.
+        for path in rest {
+            remove(&path).map_err(io(&path, "write"))?;
+        }
+        let lock = self.folder.join("lock");
+        std::fs::remove_file(&lock).map_err(io(&lock, "write"))?;
+        match std::fs::remove_dir(&self.folder) {
+            // From here on another process may work there.
+            Err(error) if !matches!(error.kind(), NotFound | DirectoryNotEmpty) => {
+                Err(io(&self.folder, "write")(error))
+            }
+            _ => Ok(()),
+        }
     }
 
-    fn journals(&self) -> Result<Vec<PathBuf>, HarnessError> {
+    /// What lies beside the lock.
+    fn rest(&self) -> Result<Vec<PathBuf>, HarnessError> {
         let entries = std::fs::read_dir(&self.folder).map_err(io(&self.folder, "read"))?;
         let paths = entries.flatten().map(|entry| entry.path());
-        Ok(paths.filter(|path| path.extension().is_some_and(|e| e == "jsonl")).collect())
+        Ok(paths.filter(|path| path.file_name().is_some_and(|name| name != "lock")).collect())
     }
 }
 
@@ -123,8 +233,14 @@ impl Unfinished {
 #[derive(Debug, Default)]
 pub struct Journal {
     done: HashMap<(String, usize), Value>,
-    is_finished: bool,
+    /// The files that the experiment wrote, if it ended.
+    written: Option<BTreeMap<PathBuf, String>>,
+    dropped: usize,
     file: Option<Mutex<(File, PathBuf)>>,
+    /// JSON of the first line.
+    salt: Vec<u8>,
+    /// Folder of the results.
+    out: PathBuf,
 }
 
 impl Journal {
@@ -139,37 +255,51 @@ impl Journal {
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => Vec::new(),
             Err(error) => return Err(io(path, "read")(error)),
         };
-        let mut journal = Self::default();
-        let mut whole = 0;
-        let lines = bytes.split_inclusive(|&byte| byte == b'\n');
-        let mut lines = lines.take_while(|line| line.ends_with(b"\n"));
-        let is_ours = |line: &&[u8]| serde_json::from_slice::<Head>(line).is_ok_and(|h| h == *head);
-        if let Some(first) = lines.next().filter(is_ours) {
-            whole = first.len();
+        let salt = serde_json::to_vec(head)
+            .map_err(|source| RecordError::Format { path: path.to_owned(), source })?;
+        let mut journal = Self { salt, ..Self::default() };
+        let mut lines = bytes.split_inclusive(|&byte| byte == b'\n');
+        let mut kept = sealed(b"", &journal.salt);
+        if lines.next() == Some(&kept[..]) {
             for line in lines {
-                match serde_json::from_slice(line) {
-                    Ok(Line::Cell { part, number, result }) => {
+                let json = unsealed(&journal.salt, line);
+                let parsed: Option<Line<'_, Value>> =
+                    json.and_then(|json| serde_json::from_slice(json).ok());
+                match parsed {
+                    Some(Line::Cell { part, number, result }) => {
                         journal.done.insert((part.into_owned(), number), result);
                     }
-                    Ok(Line::<Value>::Finished) => journal.is_finished = true,
-                    Err(_) => break,
+                    Some(Line::Finished { files }) => journal.written = Some(files),
+                    None => {
+                        // A line that ends is not torn: something changed it.
+                        journal.dropped += usize::from(line.ends_with(b"\n"));
+                        continue;
+                    }
                 }
-                whole += line.len();
+                kept.extend(line);
             }
         }
-        let file = OpenOptions::new().create(true).append(true).open(path);
-        let file = file.map_err(io(path, "write"))?;
-        file.set_len(whole as u64).map_err(io(path, "write"))?;
-        journal.file = Some(Mutex::new((file, path.to_owned())));
-        if whole == 0 {
-            journal.append(head)?;
+        if kept != bytes {
+            write_atomically(path, &kept)?;
         }
+        let file = OpenOptions::new().append(true).open(path);
+        journal.file = Some(Mutex::new((file.map_err(io(path, "write"))?, path.to_owned())));
         Ok(journal)
     }
 
-    /// Whether the interrupted run had written all records of the experiment.
+    /// Whether the interrupted run had written all records of the experiment, and they are still
+    /// there as it wrote them.
     pub fn is_finished(&self) -> bool {
-        self.is_finished
+        let is_there = |(name, sum): (&PathBuf, &String)| {
+            std::fs::read(self.out.join(name)).is_ok_and(|bytes| sha256(&bytes) == *sum)
+        };
+        self.written.as_ref().is_some_and(|files| files.iter().all(is_there))
+    }
+
+    /// Whether the interrupted run had written all records of the experiment, whatever became of
+    /// them.
+    pub fn was_finished(&self) -> bool {
+        self.written.is_some()
     }
 
     /// Number of cells that the interrupted run had finished.
@@ -177,12 +307,24 @@ impl Journal {
         self.done.len()
     }
 
-    /// Notes that all records of the experiment are written.
+    /// Number of lines that were changed since they were written, and are ignored.
+    pub fn dropped(&self) -> usize {
+        self.dropped
+    }
+
+    /// Notes that all records of the experiment are written, into `files`.
     ///
     /// # Errors
-    /// [`HarnessError::Record`] when the file cannot be written.
-    pub fn finish(&self) -> Result<(), HarnessError> {
-        self.append(&Line::<()>::Finished)
+    /// [`HarnessError::Record`] when a file cannot be read or the journal cannot be written.
+    pub fn finish(&self, files: &[PathBuf]) -> Result<(), HarnessError> {
+        let sum = |path: &PathBuf| {
+            let bytes = std::fs::read(path).map_err(io(path, "read"))?;
+            let name = path.strip_prefix(&self.out).unwrap_or(path);
+            Ok((name.to_owned(), sha256(&bytes)))
+        };
+        let files = files.iter().map(sum).collect::<Result<_, HarnessError>>()?;
+        let line: Line<'_, ()> = Line::Finished { files };
+        self.append(&line)
     }
 
     /// The result of a cell: from the journal, else computed and kept there.
@@ -205,10 +347,9 @@ impl Journal {
         let Some(file) = &self.file else { return Ok(()) };
         let mut file = file.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         let (file, path) = &mut *file;
-        let mut bytes = serde_json::to_vec(line)
+        let json = serde_json::to_vec(line)
             .map_err(|source| RecordError::Format { path: path.clone(), source })?;
-        bytes.push(b'\n');
-        file.write_all(&bytes).map_err(io(path, "write"))
+        file.write_all(&sealed(&self.salt, &json)).map_err(io(path, "write"))
     }
 }
 
@@ -238,7 +379,7 @@ mod tests {
     #[test]
     fn finished_cells_are_not_computed_again_and_have_the_same_bits() {
         let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("a.jsonl");
+        let path = folder.path().join("a.journal");
         let first = cells(&Journal::open(&path, &head("a")).unwrap());
         assert_eq!(first, (vec![0.1, 1.1, 2.1], 3));
         let again = Journal::open(&path, &head("a")).unwrap();
@@ -249,7 +390,7 @@ mod tests {
     #[test]
     fn a_torn_line_is_cut_off_and_its_cell_computed_again() {
         let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("a.jsonl");
+        let path = folder.path().join("a.journal");
         let expected = cells(&Journal::open(&path, &head("a")).unwrap()).0;
         let bytes = std::fs::read(&path).unwrap();
         let mut seen = std::collections::BTreeSet::new();
@@ -267,7 +408,7 @@ mod tests {
     #[test]
     fn cells_of_another_program_or_of_the_quick_subset_are_not_taken_up() {
         let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("a.jsonl");
+        let path = folder.path().join("a.journal");
         cells(&Journal::open(&path, &head("a")).unwrap());
         assert_eq!(cells(&Journal::open(&path, &head("b")).unwrap()).1, 3);
         let quick = Head { quick: true, ..head("b") };
@@ -278,12 +419,155 @@ mod tests {
     #[test]
     fn a_finished_experiment_is_known_as_such() {
         let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("a.jsonl");
+        let path = folder.path().join("a.journal");
         let journal = Journal::open(&path, &head("a")).unwrap();
         cells(&journal);
         assert!(!journal.is_finished());
-        journal.finish().unwrap();
+        journal.finish(&[]).unwrap();
         assert!(Journal::open(&path, &head("a")).unwrap().is_finished());
+    }
+
+    #[test]
+    fn an_experiment_is_finished_while_its_files_are_as_it_wrote_them() {
+        let folder = tempfile::tempdir().unwrap();
+        let enter = || Unfinished::enter(folder.path(), false).unwrap();
+        let file = folder.path().join("timings/a.json");
+        std::fs::create_dir(folder.path().join("timings")).unwrap();
+        std::fs::write(&file, "12").unwrap();
+        let journal = enter().journal("a", false).unwrap();
+        cells(&journal);
+        journal.finish(std::slice::from_ref(&file)).unwrap();
+        let is_finished = || enter().journal("a", false).unwrap().is_finished();
+        assert!(is_finished());
+        std::fs::write(&file, "13").unwrap();
+        assert!(!is_finished(), "the file was changed");
+        std::fs::remove_file(&file).unwrap();
+        assert!(!is_finished(), "the file was removed");
+        // Written again, its cells are not computed again, and the last word counts.
+        let again = enter().journal("a", false).unwrap();
+        assert!(again.was_finished() && cells(&again).1 == 0);
+        std::fs::write(&file, "14").unwrap();
+        again.finish(&[file]).unwrap();
+        assert!(is_finished());
+    }
+
+    /// Whatever byte of a journal changes, no cell takes the changed value.
+    #[test]
+    fn a_changed_byte_does_not_become_a_result() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.journal");
+        let expected = cells(&Journal::open(&path, &head("a")).unwrap()).0;
+        let bytes = std::fs::read(&path).unwrap();
+        for n in 0..bytes.len() {
+            let mut changed = bytes.clone();
+            // Another digit where there was a digit.
+            changed[n] ^= 1;
+            std::fs::write(&path, &changed).unwrap();
+            let journal = Journal::open(&path, &head("a")).unwrap();
+            assert!(journal.cells() < 3, "byte {n}");
+            assert_eq!(cells(&journal).0, expected, "byte {n}");
+            let whole = Journal::open(&path, &head("a")).unwrap();
+            assert_eq!((cells(&whole), whole.dropped()), ((expected.clone(), 0), 0), "byte {n}");
+        }
+    }
+
+    #[test]
+    fn one_damaged_line_costs_one_cell_and_a_line_of_another_journal_counts_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let [path, other] = ["a", "b"].map(|name| folder.path().join(name));
+        let expected = cells(&Journal::open(&path, &head("a")).unwrap()).0;
+        let text = std::fs::read_to_string(&path).unwrap();
+        assert_eq!(text.matches("1.1").count(), 1);
+        std::fs::write(&path, text.replace("1.1", "1.2")).unwrap();
+        let journal = Journal::open(&path, &head("a")).unwrap();
+        assert_eq!((journal.cells(), journal.dropped()), (2, 1));
+        assert_eq!(cells(&journal), (expected, 1));
+        Journal::open(&other, &head("b")).unwrap();
+        let first = std::fs::read_to_string(&other).unwrap();
+        let (_, rest) = text.split_once('\n').unwrap();
+        std::fs::write(&other, first + rest).unwrap();
+        assert_eq!(Journal::open(&other, &head("b")).unwrap().cells(), 0);
+    }
+
+    /// A file that is not valid UTF-8, a folder or a file in the place of another: `fresh` forgets
+    /// them.
+    #[test]
+    fn fresh_works_whatever_lies_in_the_folder() {
+        let folder = tempfile::tempdir().unwrap();
+        let unfinished = folder.path().join(FOLDER);
+        let place = |name: &str| unfinished.join(name);
+        let clear = || remove(&unfinished).unwrap_or_default();
+        let litter: [&dyn Fn(); 4] = [
+            &|| std::fs::write(&unfinished, "no folder").unwrap(),
+            &|| std::fs::create_dir_all(place("lock/below")).unwrap(),
+            &|| std::fs::create_dir_all(place("a.journal/below")).unwrap(),
+            &|| {
+                std::fs::create_dir_all(&unfinished).unwrap();
+                std::fs::write(place("a.journal"), b"\xff\xfe").unwrap();
+            },
+        ];
+        for (n, litter) in litter.iter().enumerate() {
+            clear();
+            litter();
+            let fresh = Unfinished::enter(folder.path(), true).unwrap();
+            assert_eq!(cells(&fresh.journal("a", false).unwrap()).1, 3, "{n}");
+            fresh.leave(["a"]).unwrap();
+            assert!(!unfinished.exists(), "{n}");
+        }
+    }
+
+    /// The owner of a lock removes its file when it leaves. Whoever had opened the file before owns
+    /// nothing.
+    #[test]
+    fn a_lock_on_a_removed_file_is_no_lock() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("lock");
+        for round in 0..200 {
+            let owners = std::sync::atomic::AtomicUsize::new(0);
+            // All start together, so that some open the file that another is about to remove.
+            let start = std::sync::Barrier::new(4);
+            std::thread::scope(|scope| {
+                for _ in 0..4 {
+                    scope.spawn(|| {
+                        use std::sync::atomic::Ordering::SeqCst;
+                        start.wait();
+                        for _ in 0..50 {
+                            let Some(lock) = lock(&path).unwrap() else { continue };
+                            assert_eq!(owners.fetch_add(1, SeqCst), 0, "round {round}");
+                            std::thread::yield_now();
+                            owners.fetch_sub(1, SeqCst);
+                            std::fs::remove_file(&path).unwrap();
+                            drop(lock);
+                        }
+                    });
+                }
+            });
+        }
+    }
+
+    /// Temporary files of processes that are gone are removed, those of others are kept.
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn temporary_files_of_killed_processes_are_removed() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut child = std::process::Command::new("true").spawn().unwrap();
+        let (gone, alive) = (child.id(), std::process::id());
+        child.wait().unwrap();
+        let mut kept = Vec::new();
+        for below in ["", "timings", "figures", FOLDER] {
+            let below = folder.path().join(below);
+            std::fs::create_dir_all(&below).unwrap();
+            std::fs::write(below.join(format!("a.json.{gone}.tmp")), "half a rec").unwrap();
+            for name in [format!("a.json.{alive}.tmp"), "b.tmp".to_owned(), "1.2".to_owned()] {
+                std::fs::write(below.join(&name), "").unwrap();
+                kept.push(below.join(name));
+            }
+        }
+        drop(Unfinished::enter(folder.path(), false).unwrap());
+        assert!(kept.iter().all(|path| path.exists()));
+        for below in ["", "timings", "figures", FOLDER] {
+            assert!(!folder.path().join(below).join(format!("a.json.{gone}.tmp")).exists());
+        }
     }
 
     #[test]
@@ -301,7 +585,7 @@ mod tests {
         fresh.leave(["a"]).unwrap();
         let rest = Unfinished::enter(folder.path(), false).unwrap();
         assert_eq!(cells(&rest.journal("b", false).unwrap()).1, 0, "b is not written yet");
-        assert_eq!(rest.journals().unwrap().len(), 1);
+        assert_eq!(rest.rest().unwrap().len(), 1);
         rest.leave(["b"]).unwrap();
         assert!(!folder.path().join(FOLDER).exists());
     }
@@ -310,7 +594,7 @@ mod tests {
     #[test]
     fn a_result_that_cannot_be_read_back_is_computed_again() {
         let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("a.jsonl");
+        let path = folder.path().join("a.journal");
         for _ in 0..2 {
             let journal = Journal::open(&path, &head("a")).unwrap();
             let result = journal.cell("part", 0, || Ok(f64::INFINITY)).unwrap();

@@ -5,7 +5,9 @@ use drape_report::Provenance;
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 use std::io::BufWriter;
+use std::path::Path;
 use std::process::Command;
+use std::time::{SystemTime, UNIX_EPOCH};
 
 /// SHA-256 in hexadecimal.
 pub fn sha256(bytes: &[u8]) -> String {
@@ -27,14 +29,47 @@ pub fn system_hash(spec: &SystemSpec) -> String {
     }
 }
 
-fn git(arguments: &[&str]) -> Option<String> {
-    let output = Command::new("git")
-        .args(["-C", env!("CARGO_MANIFEST_DIR")])
-        .args(arguments)
-        .output()
-        .ok()
-        .filter(|output| output.status.success())?;
+/// The commit of a source tree.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Source {
+    /// SHA-1 of the commit; `None` where it is unknown.
+    pub commit: Option<String>,
+    /// Whether the files differ from that commit; `None` where it is unknown.
+    pub dirty: Option<bool>,
+}
+
+/// What git answers about a folder; `None` where it fails. Variables such as `GIT_DIR`, which name
+/// another repository, do not count.
+fn git(folder: &Path, arguments: &[&str]) -> Option<String> {
+    let mut command = Command::new("git");
+    let variables = std::env::vars_os().map(|(name, _)| name);
+    for name in variables.filter(|name| name.to_string_lossy().starts_with("GIT_")) {
+        command.env_remove(name);
+    }
+    // Without the option a look at the state would write the index.
+    let command = command.arg("--no-optional-locks").arg("-C").arg(folder).args(arguments);
+    let output = command.output().ok().filter(|output| output.status.success())?;
     Some(String::from_utf8_lossy(&output.stdout).trim().to_owned())
+}
+
+impl Source {
+    /// The present state of the repository that holds `folder`, files below `results/` aside.
+    pub fn of_folder(folder: &Path) -> Self {
+        let status = ["status", "--porcelain", "--untracked-files=normal", "--", ":/"];
+        let without = ":(exclude,top)results";
+        let commit = git(folder, &["rev-parse", "--verify", "HEAD"]);
+        let changes = commit.as_ref().and(git(folder, &[&status[..], &[without]].concat()));
+        Self { commit, dirty: changes.map(|changes| !changes.is_empty()) }
+    }
+
+    /// Commit of the repository that holds `folder`, where it is another one of the same
+    /// repository: one that knows the commit of this source.
+    pub fn other_commit_at(&self, folder: &Path) -> Option<String> {
+        let own = self.commit.as_ref()?;
+        let there = git(folder, &["rev-parse", "--verify", "HEAD"]).filter(|there| there != own)?;
+        git(folder, &["cat-file", "-e", &format!("{own}^{{commit}}")])?;
+        Some(there)
+    }
 }
 
 fn cpu() -> String {
@@ -57,14 +92,12 @@ fn cpu_name(info: &str) -> Option<String> {
     })
 }
 
-/// Provenance of a record that is written now.
-pub fn provenance(scene_sha256: BTreeMap<String, String>) -> Provenance {
-    let commit = git(&["rev-parse", "HEAD"]);
-    let changes = git(&["status", "--porcelain", "--", ":/", ":(exclude,top)results"]);
+/// Provenance of a record that a program, built from `source`, writes now.
+pub fn provenance(source: &Source, scene_sha256: BTreeMap<String, String>) -> Provenance {
     Provenance {
         version: env!("CARGO_PKG_VERSION").to_owned(),
-        dirty: commit.as_ref().and(changes).map(|changes| !changes.is_empty()),
-        commit,
+        commit: source.commit.clone(),
+        dirty: source.dirty,
         cargo_lock_sha256: sha256(include_bytes!("../../../Cargo.lock")),
         rustc: env!("DRAPE_RUSTC").to_owned(),
         build: env!("DRAPE_BUILD").to_owned(),
@@ -72,13 +105,130 @@ pub fn provenance(scene_sha256: BTreeMap<String, String>) -> Provenance {
         threads: rayon::current_num_threads(),
         scene_sha256,
         seed: None,
-        date: humantime::format_rfc3339_seconds(std::time::SystemTime::now()).to_string(),
+        date: date(SystemTime::now()),
     }
+}
+
+/// A moment in UTC, ISO 8601. A clock may show any year: those outside 0 to 9999 get a sign and six
+/// digits.
+fn date(moment: SystemTime) -> String {
+    const DAY: i64 = 86_400;
+    let whole = |seconds: u64| i64::try_from(seconds).unwrap_or(i64::MAX);
+    let seconds = match moment.duration_since(UNIX_EPOCH) {
+        Ok(after) => whole(after.as_secs()),
+        Err(error) => {
+            let before = error.duration();
+            -whole(before.as_secs()) - i64::from(before.subsec_nanos() > 0)
+        }
+    };
+    let (days, second) = (seconds.div_euclid(DAY), seconds.rem_euclid(DAY));
+    // Years from March on end with the leap day. 400 of them have 146 097 days; day 0 of the clock
+    // is 719 468 days after the first of March of the year 0.
+    let since = days + 719_468;
+    let (era, day) = (since.div_euclid(146_097), since.rem_euclid(146_097));
+    let year = (day - day / 1460 + day / 36_524 - day / 146_096) / 365;
+    let day = day - (365 * year + year / 4 - year / 100);
+    // From March on, five months have 153 days.
+    let month = (5 * day + 2) / 153;
+    let day = day - (153 * month + 2) / 5 + 1;
+    let (month, next) = if month < 10 { (month + 3, 0) } else { (month - 9, 1) };
+    let year = 400 * era + year + next;
+    let year =
+        if (0..=9999).contains(&year) { format!("{year:04}") } else { format!("{year:+07}") };
+    let (hour, minute, second) = (second / 3600, second / 60 % 60, second % 60);
+    format!("{year}-{month:02}-{day:02}T{hour:02}:{minute:02}:{second:02}Z")
 }
 
 #[cfg(test)]
 mod tests {
-    use super::cpu_name;
+    use super::{Source, cpu_name, date};
+    use std::path::Path;
+    use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+    fn git(folder: &Path, arguments: &[&str]) {
+        let identity = ["-c", "user.name=a", "-c", "user.email=a", "-c", "commit.gpgsign=false"];
+        let mut command = std::process::Command::new("git");
+        let command = command.arg("-C").arg(folder).args(identity).args(arguments);
+        assert!(command.output().expect("git").status.success(), "{arguments:?}");
+    }
+
+    /// A repository with one commit.
+    fn repository() -> tempfile::TempDir {
+        let folder = tempfile::tempdir().expect("a folder");
+        git(folder.path(), &["init", "--quiet"]);
+        std::fs::write(folder.path().join("a"), "1").expect("written");
+        git(folder.path(), &["add", "a"]);
+        git(folder.path(), &["commit", "--quiet", "-m", "one"]);
+        folder
+    }
+
+    #[test]
+    fn a_tree_is_dirty_after_any_change_but_to_the_results() {
+        let folder = repository();
+        let write = |name: &str| std::fs::write(folder.path().join(name), "2").expect("written");
+        let dirty = || Source::of_folder(folder.path()).dirty;
+        assert_eq!(dirty(), Some(false));
+        std::fs::create_dir(folder.path().join("results")).expect("a folder");
+        write("results/new");
+        assert_eq!(dirty(), Some(false));
+        // Also where the user does not want to see new files.
+        git(folder.path(), &["config", "status.showUntrackedFiles", "no"]);
+        write("new");
+        assert_eq!(dirty(), Some(true));
+        std::fs::remove_file(folder.path().join("new")).expect("removed");
+        assert_eq!(dirty(), Some(false));
+        write("a");
+        assert_eq!(dirty(), Some(true));
+        let nowhere = tempfile::tempdir().expect("a folder");
+        assert_eq!(Source::of_folder(nowhere.path()), Source::default());
+    }
+
+    #[test]
+    fn another_commit_is_told_where_the_repository_is_the_same() {
+        let (ours, other) = (repository(), repository());
+        let source = Source::of_folder(ours.path());
+        assert_eq!(source.other_commit_at(ours.path()), None);
+        std::fs::write(ours.path().join("a"), "2").expect("written");
+        git(ours.path(), &["commit", "--quiet", "-am", "two"]);
+        git(other.path(), &["commit", "--quiet", "--allow-empty", "-m", "three"]);
+        let now = Source::of_folder(ours.path()).commit;
+        assert!(now.is_some() && source.other_commit_at(ours.path()) == now);
+        assert_eq!(Source::default().other_commit_at(ours.path()), None);
+        std::fs::write(other.path().join("a"), "3").expect("written");
+        git(other.path(), &["commit", "--quiet", "-am", "four"]);
+        let there = Source::of_folder(other.path());
+        assert_eq!(there.other_commit_at(ours.path()), None, "of another repository");
+    }
+
+    /// Dates that GNU date prints, and the last moments that a clock can show.
+    #[test]
+    fn every_moment_has_a_date() {
+        let after = |seconds| UNIX_EPOCH + Duration::from_secs(seconds);
+        let before = |millis| UNIX_EPOCH - Duration::from_millis(millis);
+        let cases: [(SystemTime, &str); 12] = [
+            (UNIX_EPOCH, "1970-01-01T00:00:00Z"),
+            (after(1_709_210_096), "2024-02-29T12:34:56Z"),
+            (after(951_868_799), "2000-02-29T23:59:59Z"),
+            (after(4_107_542_400), "2100-03-01T00:00:00Z"),
+            (after(253_402_300_799), "9999-12-31T23:59:59Z"),
+            (after(253_402_300_800), "+010000-01-01T00:00:00Z"),
+            (before(1), "1969-12-31T23:59:59Z"),
+            (before(1000), "1969-12-31T23:59:59Z"),
+            (before(2_208_988_800_000), "1900-01-01T00:00:00Z"),
+            (before(62_167_219_200_000), "0000-01-01T00:00:00Z"),
+            (before(62_167_219_201_000), "-000001-12-31T23:59:59Z"),
+            (after(8_000_000_000_000_000_000), "+253509910024-06-28T14:13:20Z"),
+        ];
+        for (moment, expected) in cases {
+            assert_eq!(date(moment), expected);
+        }
+        // Day after day the calendar goes on.
+        let mut days: Vec<_> = (0..200_000).map(|day| date(after(86_400 * day))).collect();
+        assert!(days.is_sorted());
+        days.dedup();
+        assert_eq!(days.len(), 200_000);
+        assert_eq!(days[199_999], "2517-07-31T00:00:00Z");
+    }
 
     #[test]
     fn processors_of_the_same_name_are_told_apart() {

@@ -1,5 +1,6 @@
 //! The threads that a run computes with.
 
+use crate::HarnessError;
 use drape_solvers::bands::bands;
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder, Yield};
 use std::num::NonZero;
@@ -45,6 +46,16 @@ impl Team {
             Some(pool) => pool.install(|| awake(work)),
         }
     }
+}
+
+/// Starts the threads on which studies compute: one for each processor, or as many as the variable
+/// `RAYON_NUM_THREADS` says. Called once, before the first study; without it they start by
+/// themselves, and the program ends where one is refused.
+///
+/// # Errors
+/// [`HarnessError::Threads`] when the operating system refuses a thread.
+pub fn start_threads() -> Result<(), HarnessError> {
+    ThreadPoolBuilder::new().build_global().map_err(HarnessError::Threads)
 }
 
 /// Does `work` on the current pool while its other threads look for jobs.

@@ -55,6 +55,17 @@ pub enum StepError {
         /// Particles of the state.
         found: usize,
     },
+    /// The step would be divided into more substeps than a run can take.
+    #[error(
+        "the step needs {needed} substeps, and at most {most} are taken; shorten the step, lower \
+         the stiffness or take an implicit method"
+    )]
+    TooManySubsteps {
+        /// Substeps within the stability limit.
+        needed: u32,
+        /// Substeps that a step may have.
+        most: u32,
+    },
     /// An operator could not be rebuilt after a change.
     #[error("the system matrix cannot be rebuilt: {0}")]
     Solver(#[from] SolverError),

@@ -62,6 +62,7 @@ mod path;
 mod projection;
 mod scene;
 mod select;
+mod size;
 mod spec;
 mod state;
 mod strict;
@@ -77,7 +78,7 @@ pub use effects::{
     StiffnessProduct, StretchLaw, Tangent, WindSpec,
 };
 pub use error::{SceneError, Violation};
-pub use load::{SceneFile, load, parse};
+pub use load::{MAX_FILE_BYTES, SceneFile, load, load_within, parse};
 pub use mesh::{MeshCloth, Rotation};
 pub use numbering::Numbering;
 pub use obstacle::{ClosedMesh, Detection, Obstacle, ObstacleSpec, Shape};
@@ -85,6 +86,7 @@ pub use path::{KeyframeSpec, MovingPin, Path};
 pub use projection::{drape_coefficient, projected_area};
 pub use scene::{Scene, TimeSpan};
 pub use select::Pin;
+pub use size::Size;
 pub use spec::{ContactSpec, ParticlesSpec, PinSpec, SystemSpec};
 pub use state::{Level, State};
 pub use system::{Revisions, System};

@@ -4,12 +4,12 @@ use crate::error::{SceneError, Violation, shorten};
 use crate::scene::SCENE_FORMAT;
 use crate::spec::SYSTEM_FORMAT;
 use crate::strict::Strict;
-use crate::{Cloth, Scene, SystemSpec, bundled};
+use crate::{Cloth, Scene, Size, SystemSpec, bundled};
 use serde::de::DeserializeOwned;
 use serde_json::value::RawValue;
 use serde_path_to_error::{Path as Keys, Segment};
 use std::collections::BTreeMap;
-use std::io::ErrorKind;
+use std::io::{ErrorKind, Read as _};
 use std::path::Path;
 
 /// A file that describes a cloth. Both kinds serve wherever a scene is expected.
@@ -58,15 +58,54 @@ impl SceneFile {
 /// assert_eq!(input.spec().particles.mass_kg.len(), 400);
 /// ```
 pub fn load(scene: &str) -> Result<SceneFile, SceneError> {
+    load_within(scene, |_| Ok(()))
+}
+
+/// Most bytes of a file with a scene or a frozen system.
+pub const MAX_FILE_BYTES: u64 = 4 << 30;
+
+/// As [`load`], if `allow` lets it. It is asked twice, each time before the memory is taken: with
+/// the size of the file alone, and with all sizes once the text is read.
+///
+/// # Errors
+/// As [`load`], and the violation that `allow` returns.
+pub fn load_within(
+    scene: &str,
+    allow: impl Fn(&Size) -> Result<(), Violation>,
+) -> Result<SceneFile, SceneError> {
     if let Some(text) = bundled::text(scene) {
-        return parse(scene, text);
+        return parse_within(scene, text, allow);
     }
-    let bytes = std::fs::read(scene).map_err(|source| match source.kind() {
+    let fail = |source: std::io::Error| match source.kind() {
         ErrorKind::NotFound => {
             SceneError::Unknown { name: scene.to_owned(), known: bundled::names().collect() }
         }
         _ => SceneError::Io { path: scene.into(), source },
-    })?;
+    };
+    let invalid = |violation| SceneError::Invalid { file: scene.to_owned(), violation };
+    let refuse = |found: String| {
+        let most = MAX_FILE_BYTES >> 30;
+        let expected = format!(
+            "a regular file of at most {most} GiB; save what a pipe or a device gives to a file"
+        );
+        invalid(Violation::new(".", found, expected))
+    };
+    // Opening a pipe would wait for a writer, and some devices have no end.
+    let metadata = std::fs::metadata(scene).map_err(fail)?;
+    if !metadata.is_file() {
+        return Err(refuse("no regular file".to_owned()));
+    }
+    let size = Size { file: metadata.len(), ..Size::default() };
+    if size.file > MAX_FILE_BYTES {
+        return Err(refuse(format!("{} bytes long", size.file)));
+    }
+    allow(&size).map_err(invalid)?;
+    let mut bytes = Vec::new();
+    let file = std::fs::File::open(scene).map_err(fail)?;
+    file.take(MAX_FILE_BYTES + 1).read_to_end(&mut bytes).map_err(fail)?;
+    if bytes.len() as u64 > MAX_FILE_BYTES {
+        return Err(refuse("longer than it said".to_owned()));
+    }
     let text = String::from_utf8(bytes).map_err(|error| {
         let valid = &error.as_bytes()[..error.utf8_error().valid_up_to()];
         let last = valid.rsplit(|&byte| byte == b'\n').next().unwrap_or_default();
@@ -79,7 +118,7 @@ pub fn load(scene: &str) -> Result<SceneFile, SceneError> {
             found: format!("byte 0x{:02x}", error.as_bytes()[valid.len()]),
         }
     })?;
-    parse(scene, &text)
+    parse_within(scene, &text, allow)
 }
 
 /// Reads a scene or a frozen system from text. Errors call it `file`. The path of a mesh starts at
@@ -88,6 +127,15 @@ pub fn load(scene: &str) -> Result<SceneFile, SceneError> {
 /// # Errors
 /// As [`load`], except errors of the file system.
 pub fn parse(file: &str, text: &str) -> Result<SceneFile, SceneError> {
+    parse_within(file, text, |_| Ok(()))
+}
+
+fn parse_within(
+    file: &str,
+    text: &str,
+    allow: impl Fn(&Size) -> Result<(), Violation>,
+) -> Result<SceneFile, SceneError> {
+    let length = text.len() as u64;
     let invalid = |violation| SceneError::Invalid { file: file.to_owned(), violation };
     // Checks the syntax of the whole text and finds the key that names the format.
     let keys: BTreeMap<String, &RawValue> =
@@ -102,11 +150,14 @@ pub fn parse(file: &str, text: &str) -> Result<SceneFile, SceneError> {
             if let Cloth::Mesh(mesh) = &mut scene.cloth {
                 mesh.load(Path::new(file).parent()).map_err(invalid)?;
             }
+            let size = Size::of_scene(&scene).map_err(invalid)?;
+            allow(&Size { file: length, ..size }).map_err(invalid)?;
             let spec = scene.discretise().map_err(invalid)?;
             Ok(SceneFile::Scene(Box::new(scene), spec))
         }
         Format::System => {
             let spec: SystemSpec = read(file, text)?;
+            allow(&Size { file: length, ..Size::of_system(&spec) }).map_err(invalid)?;
             spec.check().map_err(invalid)?;
             Ok(SceneFile::System(spec))
         }

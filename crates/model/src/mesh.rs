@@ -147,6 +147,13 @@ impl MeshCloth {
         self.surface.as_ref().map_or(&[], |surface| &surface.repairs)
     }
 
+    /// Numbers of vertices, faces and edges.
+    pub(crate) fn counts(&self) -> Result<(usize, usize, usize), Violation> {
+        let surface = self.surface()?;
+        // An inner edge is a side of two faces.
+        Ok((surface.vertices.len(), surface.faces.len(), surface.sides.len().div_ceil(2)))
+    }
+
     fn surface(&self) -> Result<&Surface, Violation> {
         self.surface.as_deref().ok_or_else(|| {
             let found = format!("{:?}, which was not read", self.file);

@@ -60,7 +60,9 @@ impl ReportError {
     pub fn is_bad_input(&self) -> bool {
         matches!(
             self,
-            Self::NoRecords { .. } | Self::Kind { .. } | Self::Record(RecordError::Format { .. })
+            Self::NoRecords { .. }
+                | Self::Kind { .. }
+                | Self::Record(RecordError::Format { .. } | RecordError::Unfit { .. })
         )
     }
 }

@@ -15,12 +15,14 @@ pub mod plate;
 pub mod plot;
 mod provenance;
 mod record;
+mod tell;
 pub mod verdict;
 
 pub use error::ReportError;
 pub use file::RecordError;
 pub use provenance::Provenance;
 pub use record::{Figure, RECORD_FORMAT, Record, TIMINGS_FORMAT, Timings, Words};
+pub use tell::{printable, tell};
 pub use verdict::Verdict;
 
 use file::{read_json, write_atomically};

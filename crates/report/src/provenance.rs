@@ -10,9 +10,9 @@ use std::collections::BTreeMap;
 pub struct Provenance {
     /// Version of the `drape` package.
     pub version: String,
-    /// Commit of the working tree, read when the program ran; `None` outside a repository.
+    /// Commit of the sources that the program was built from; `None` where no repository held them.
     pub commit: Option<String>,
-    /// Whether the working tree differed from that commit (files under `results/` aside).
+    /// Whether the sources differed from that commit: the crates, `Cargo.toml` and `Cargo.lock`.
     pub dirty: Option<bool>,
     /// SHA-256 of `Cargo.lock`.
     pub cargo_lock_sha256: String,

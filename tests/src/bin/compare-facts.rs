@@ -4,25 +4,26 @@
 //! bit for bit, or within 1e-9 where a library's factorisation took part. Exit code 1 and one line
 //! a difference otherwise.
 
+use drape_report::tell;
 use std::path::Path;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let [fresh, committed] = arguments.as_slice() else {
-        eprintln!("usage: compare-facts FRESH COMMITTED");
+        tell!("usage: compare-facts FRESH COMMITTED");
         return ExitCode::from(2);
     };
     match drape_harness::compare_folders(Path::new(fresh), Path::new(committed)) {
         Err(error) => {
-            eprintln!("compare-facts: {error}");
+            tell!("compare-facts: {error}");
             ExitCode::from(2)
         }
         Ok((facts, differences)) => {
             for difference in &differences {
-                eprintln!("{difference}");
+                tell!("{difference}");
             }
-            eprintln!("{facts} facts compared, {} differ", differences.len());
+            tell!("{facts} facts compared, {} differ", differences.len());
             ExitCode::from(u8::from(!differences.is_empty()))
         }
     }

@@ -1,12 +1,13 @@
 //! Writes what follows from the facts: the words of each record, and the numbers of the pages.
 
+use drape_report::tell;
 use drape_tests::equations::root;
 use drape_tests::splice::{facts, pages, splice};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     for study in drape_harness::studies::all() {
         if study.reword(&root().join("results"))? {
-            eprintln!("wrote the words of {}", study.name());
+            tell!("wrote the words of {}", study.name());
         }
     }
     let facts = facts(&root().join("results"))?;
@@ -15,7 +16,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let spliced = splice(&text, &facts).map_err(|e| format!("{}: {e}", page.display()))?;
         if spliced != text {
             std::fs::write(&page, spliced)?;
-            eprintln!("wrote {}", page.display());
+            tell!("wrote {}", page.display());
         }
     }
     Ok(())

@@ -39,14 +39,14 @@ mod table;
 use crate::record::{Row, Setup};
 use clap::{Parser, Subcommand, ValueEnum};
 use drape_benches::Mesh;
-use drape_harness::{provenance, sha256};
+use drape_harness::{Source, provenance, sha256};
 use drape_report::file::{write_atomically, write_json};
-use drape_report::{TIMINGS_FORMAT, Timings};
+use drape_report::{TIMINGS_FORMAT, Timings, tell};
 use error::PeersError;
 use plan::plans;
 use std::collections::BTreeMap;
 use std::io::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Compares drape's steps with those of the programs in the folder that DRAPE_PEERS names.
@@ -110,7 +110,7 @@ fn main() -> ExitCode {
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("peers: {error}");
+            tell!("peers: {error}");
             ExitCode::FAILURE
         }
     }
@@ -126,7 +126,7 @@ fn compare(cli: &Cli) -> Result<(), PeersError> {
     let folder = std::env::var_os("DRAPE_PEERS").filter(|name| !name.is_empty()).map(PathBuf::from);
     let peers = program::peers(folder.as_deref())?;
     if peers.is_empty() {
-        eprintln!("peers: DRAPE_PEERS names no folder: drape is measured alone");
+        tell!("peers: DRAPE_PEERS names no folder: drape is measured alone");
     }
     let core = program::core(cli.core);
     let executable = |path: &PathBuf| {
@@ -141,7 +141,7 @@ fn compare(cli: &Cli) -> Result<(), PeersError> {
     let plans = plans(&peers, cli.largest, cli.rounds);
     for plan in &plans {
         let case = &plan.case;
-        eprintln!(
+        tell!(
             "{} N = {} k/m = {:e}: {} programs, {} rounds",
             case.method,
             case.side,
@@ -151,17 +151,19 @@ fn compare(cli: &Cli) -> Result<(), PeersError> {
         );
         rows.extend(measure::measure(plan, core)?);
     }
+    // A bench is built and run in one go.
+    let source = Source::of_folder(Path::new(env!("CARGO_MANIFEST_DIR")));
     let timings = Timings {
         format: TIMINGS_FORMAT.to_owned(),
         experiment: "peers".to_owned(),
         method: METHOD.to_owned(),
         rows,
-        provenance: provenance(BTreeMap::new()),
+        provenance: provenance(&source, BTreeMap::new()),
     };
     write_json(&cli.out, &timings)?;
     let page = table::page(&timings, &plans);
     write_atomically(&cli.table, page.as_bytes())?;
-    eprintln!("wrote {} and {}", cli.out.display(), cli.table.display());
+    tell!("wrote {} and {}", cli.out.display(), cli.table.display());
     print(&page)
 }
 

@@ -221,7 +221,7 @@ mod tests {
                 pair(ic0, Some(2.5)),
                 pair(jacobi, ratio),
             ],
-            provenance: drape_harness::provenance(Default::default()),
+            provenance: drape_harness::provenance(&Default::default(), Default::default()),
         };
         let goal = Some(Goal { grid: 4.0, grid_aim: 6.0, general: 2.0 });
         let plans = [Plan { case: case.clone(), rounds: 1, programs: Vec::new(), goal }];

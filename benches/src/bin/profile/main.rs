@@ -17,10 +17,11 @@ mod table;
 use clap::Parser;
 use drape_benches::{HangingSheet, Machine, Mesh, STEP_S};
 use drape_harness::methods::{self, Choice};
-use drape_harness::provenance;
+use drape_harness::{Source, provenance};
 use drape_integrator::{Integrator, Phase, PhaseClock, StepReport, TimeStep};
 use drape_model::{State, System};
 use drape_report::file::write_atomically;
+use drape_report::tell;
 use std::collections::BTreeMap;
 use std::error::Error;
 use std::io::Write as _;
@@ -91,7 +92,7 @@ fn main() -> ExitCode {
     match run(&Cli::parse()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("profile: {error}");
+            tell!("profile: {error}");
             ExitCode::FAILURE
         }
     }
@@ -110,7 +111,7 @@ fn run(cli: &Cli) -> Result<(), Box<dyn Error>> {
             converged.push(profile(id, side, CONVERGED_STIFFNESS, cli.seconds)?);
         }
     }
-    let cpu = provenance(BTreeMap::new()).cpu;
+    let cpu = provenance(&Source::default(), BTreeMap::new()).cpu;
     let mut text = table::text(&Machine::measure(), &profiles, &cpu);
     text += &table::converged(&converged);
     write_atomically(&cli.out, text.as_bytes())?;

@@ -18,10 +18,11 @@ mod table;
 
 use clap::Parser;
 use drape_benches::{Mesh, Prepared};
-use drape_harness::{Team, provenance};
+use drape_harness::{Source, Team, provenance};
 use drape_integrator::{Phase, PhaseClock};
 use drape_model::State;
 use drape_report::file::write_atomically;
+use drape_report::tell;
 use std::collections::BTreeMap;
 use std::error::Error;
 use std::io::Write as _;
@@ -78,7 +79,7 @@ fn main() -> ExitCode {
     match run(&Cli::parse()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("threads: {error}");
+            tell!("threads: {error}");
             ExitCode::FAILURE
         }
     }
@@ -94,7 +95,7 @@ fn run(cli: &Cli) -> Result<(), Box<dyn Error>> {
             comparisons.push(compare(cli, side, threads)?);
         }
     }
-    let text = table::text(&provenance(BTreeMap::new()), &speeds, &comparisons);
+    let text = table::text(&provenance(&Source::default(), BTreeMap::new()), &speeds, &comparisons);
     write_atomically(&cli.out, text.as_bytes())?;
     let mut out = std::io::stdout().lock();
     out.write_all(text.as_bytes())?;

@@ -3,7 +3,7 @@
 use drape_harness::HarnessError;
 use drape_integrator::PrepareError;
 use drape_model::{SceneError, Violation};
-use drape_report::ReportError;
+use drape_report::{ReportError, tell};
 use std::process::ExitCode;
 
 const UNEXPECTED: u8 = 1;
@@ -30,7 +30,7 @@ pub(crate) fn code(outcome: anyhow::Result<()>) -> ExitCode {
         Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
             // Each message includes its cause.
-            eprintln!("drape: {error}");
+            tell!("drape: {error}");
             ExitCode::from(classify(&error))
         }
     }
@@ -56,8 +56,10 @@ fn classify(error: &anyhow::Error) -> u8 {
             | PrepareError::TooLarge { .. }
             | PrepareError::Solver(_),
         )
-        | HarnessError::Unsupported { .. }
+        | HarnessError::Refused { .. }
+        | HarnessError::Stopped { .. }
         | HarnessError::Busy { .. }
+        | HarnessError::Threads(_)
         | HarnessError::UnknownExperiment { .. }
         | HarnessError::UnknownClaim { .. } => true,
         HarnessError::Step(_) | HarnessError::Record(_) | HarnessError::Reference(_) => false,

@@ -1,12 +1,37 @@
 //! Scenes and discretised systems for commands.
 
-use drape_model::{SceneError, SceneFile};
+use crate::cli::limit::LimitArguments;
+use drape_harness::methods::Choice;
+use drape_model::{Cloth, SceneError, SceneFile, Violation, bundled};
+use drape_report::tell;
+use std::path::{Path, PathBuf};
 
 /// Loads a scene or a discretised system, and reports repairs of its mesh on standard error.
-pub(crate) fn load(scene: &str) -> Result<SceneFile, SceneError> {
-    let input = drape_model::load(scene)?;
+pub(crate) fn load(
+    scene: &str,
+    limit: LimitArguments,
+    choice: Option<&Choice>,
+) -> Result<SceneFile, SceneError> {
+    let input = limit.load(scene, choice)?;
     for repair in input.repairs() {
-        eprintln!("drape: {scene}: mesh mended: {repair}");
+        tell!("drape: {scene}: mesh mended: {repair}");
     }
     Ok(input)
+}
+
+/// The files that a scene was read from.
+pub(crate) fn files(scene: &str, input: &SceneFile) -> Vec<PathBuf> {
+    if bundled::text(scene).is_some() {
+        return Vec::new();
+    }
+    let mut files = vec![PathBuf::from(scene)];
+    if let Some(Cloth::Mesh(mesh)) = input.scene().map(|scene| &scene.cloth) {
+        files.push(Path::new(scene).parent().unwrap_or(Path::new("")).join(&mesh.file));
+    }
+    files
+}
+
+/// The refusal of a value, with the file that holds it.
+pub(crate) fn in_file(scene: &str, violation: Violation) -> SceneError {
+    SceneError::Invalid { file: scene.to_owned(), violation }
 }

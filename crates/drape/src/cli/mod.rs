@@ -6,11 +6,13 @@
 mod cmd;
 mod exit;
 mod input;
+mod limit;
 mod output;
 mod progress;
 
 use cap::Cap;
 use clap::{Parser, Subcommand};
+use drape_harness::Source;
 use std::alloc::System;
 use std::process::ExitCode;
 
@@ -21,6 +23,15 @@ static ALLOCATOR: Cap<System> = Cap::new(System, usize::MAX);
 /// Bytes that the process has allocated and not freed.
 fn allocated() -> usize {
     ALLOCATOR.allocated()
+}
+
+/// What this program was built from, as the build script saw it.
+fn source() -> Source {
+    let known = |text: &str| (!text.is_empty()).then(|| text.to_owned());
+    Source {
+        commit: known(env!("DRAPE_COMMIT")),
+        dirty: known(env!("DRAPE_DIRTY")).map(|dirty| dirty == "true"),
+    }
 }
 
 #[derive(Debug, Parser)]

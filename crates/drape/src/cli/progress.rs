@@ -1,6 +1,7 @@
 //! Progress: a bar on a terminal, plain lines otherwise.
 
 use drape_harness::studies::Progress;
+use drape_report::tell;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::IsTerminal as _;
 use std::sync::Mutex;
@@ -35,7 +36,7 @@ impl Progress for Bars {
         let label = format!("{}: {part}", self.experiment);
         let bar = bar(&label, cells as u64);
         if bar.is_none() {
-            eprintln!("{label}: {cells} cells");
+            tell!("{label}: {cells} cells");
         }
         if let Ok(mut slot) = self.bar.lock() {
             *slot = bar;

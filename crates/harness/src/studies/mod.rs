@@ -32,7 +32,7 @@ use crate::facts::{Difference, Fact, compare};
 use crate::journal::Journal;
 use crate::methods::Choice;
 use crate::run::{Counts, Runner, Simulation};
-use crate::{HarnessError, provenance};
+use crate::{HarnessError, Source, provenance};
 use drape_model::TimeSpan;
 use drape_report::file::write_json;
 use drape_report::page::{Lesson, Section, Table};
@@ -72,6 +72,8 @@ pub struct Context<'a> {
     pub journal: &'a Journal,
     /// Asks the allocator, which only a binary can see; without it no memory is recorded.
     pub allocated: Option<Allocated>,
+    /// What the program was built from.
+    pub source: &'a Source,
 }
 
 /// What a study computed.
@@ -216,7 +218,7 @@ where
 
     fn run(&self, context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
         let Measured { facts, timings, scenes, seed } = (self.run)(context)?;
-        let provenance = provenance(scenes);
+        let provenance = provenance(context.source, scenes);
         let path = context.out.join(self.file());
         let own = Provenance { seed, ..provenance.clone() };
         write_json(&path, &self.record(context.quick, facts, own))?;

@@ -1,6 +1,6 @@
 //! The number of substeps that an explicit step needs.
 
-use drape_integrator::{LargestEigenvalue, StepReport, StiffnessBound};
+use drape_integrator::{LargestEigenvalue, StepError, StepReport, StiffnessBound};
 use drape_model::{Revisions, System, Vec3};
 
 /// Factor of the estimated largest eigenvalue, which approaches the true one from below.
@@ -14,6 +14,9 @@ const MOST_PRODUCTS: u32 = 20;
 /// Force evaluations that cost as much as a product with the Hessian: measured as 3.2 to 3.5, on
 /// 400 and 2704 particles, with shear and without.
 const EVALUATIONS_PER_PRODUCT: u32 = 3;
+
+/// Most substeps in a step. A step that needs more would not end in a time that anyone waits for.
+const MOST_SUBSTEPS: u32 = 100_000;
 
 /// `h_limit = safety · 2/√λ_max`.
 #[derive(Debug)]
@@ -58,22 +61,28 @@ impl StabilityLimit {
 
     /// The least number of equal substeps in `h` seconds within the limit at `x`; 1 where the limit
     /// is infinite or undefined.
+    ///
+    /// # Errors
+    /// [`StepError::TooManySubsteps`] above [`MOST_SUBSTEPS`].
     pub(crate) fn substeps(
         &mut self,
         system: &System,
         x: &[Vec3],
         h: f64,
         report: &mut StepReport,
-    ) -> u32 {
+    ) -> Result<u32, StepError> {
         let products = self.update(system, x);
         report.force_evaluations += EVALUATIONS_PER_PRODUCT * products;
         let limit = self.safety * 2.0 / self.lambda.sqrt();
         let count = (h / limit).ceil();
         let count = if count.is_finite() { (count as u32).max(1) } else { 1 };
+        if count > MOST_SUBSTEPS {
+            return Err(StepError::TooManySubsteps { needed: count, most: MOST_SUBSTEPS });
+        }
         if let Source::Followed { substeps_since, .. } = &mut self.source {
             *substeps_since = substeps_since.saturating_add(count);
         }
-        count
+        Ok(count)
     }
 
     /// Brings `λ_max` up to date; returns the number of products with the Hessian.

@@ -129,8 +129,8 @@ impl LeapfrogWorkspace {
         x: &[Vec3],
         h: f64,
         report: &mut StepReport,
-    ) -> u32 {
-        self.limit.as_mut().map_or(1, |limit| limit.substeps(system, x, h, report))
+    ) -> Result<u32, StepError> {
+        self.limit.as_mut().map_or(Ok(1), |limit| limit.substeps(system, x, h, report))
     }
 
     /// Brings the matrix for substeps of `h` seconds, and the pins, up to date.

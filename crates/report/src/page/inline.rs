@@ -8,8 +8,8 @@ use serde::Serialize;
 #[derive(Debug, PartialEq, Serialize)]
 pub(super) struct Span {
     /// `text`, `strong` or `code`.
-    kind: &'static str,
-    text: String,
+    pub(super) kind: &'static str,
+    pub(super) text: String,
 }
 
 /// Splits a sentence at `**strong**` and `` `code` ``; a mark without its partner is text.

@@ -2,7 +2,7 @@
 
 use crate::cli::output::print;
 use drape_harness::claims::{self, Evidence};
-use drape_harness::studies;
+use drape_harness::{start_threads, studies};
 use std::fmt::Write as _;
 
 #[derive(Debug, clap::Args)]
@@ -13,6 +13,7 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let claim = claims::find(&arguments.id)?;
+    start_threads()?;
     let row = studies::claims::test(claim)?;
     let judgement = claim.judge(&Evidence::new(&row.numbers));
     let mut text = String::new();

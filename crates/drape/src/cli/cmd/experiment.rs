@@ -1,8 +1,10 @@
 //! `drape experiment`.
 
+use crate::cli::output::check_folder;
 use crate::cli::progress::Bars;
-use drape_harness::Unfinished;
 use drape_harness::studies::{Context, Study, find};
+use drape_harness::{Unfinished, start_threads};
+use drape_report::tell;
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
@@ -23,6 +25,9 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let experiment = find(&arguments.name)?;
     let out = folder(arguments.out.as_deref(), arguments.quick);
+    check_folder("--out", &out)?;
+    start_threads()?;
+    compare_commits(&out);
     let unfinished = Unfinished::enter(&out, arguments.fresh)?;
     record(experiment, &out, arguments.quick, &unfinished)?;
     super::report::draw(&out)?;
@@ -32,6 +37,18 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
 /// The folder for results. By default a quick subset does not replace full results.
 pub(crate) fn folder(out: Option<&Path>, quick: bool) -> PathBuf {
     out.unwrap_or(Path::new(if quick { "results-quick" } else { "results" })).to_owned()
+}
+
+/// Warns where the results lie in the repository of the program, but at another commit.
+pub(crate) fn compare_commits(out: &Path) {
+    let source = crate::cli::source();
+    if let (Some(built), Some(there)) = (&source.commit, source.other_commit_at(out)) {
+        tell!(
+            "drape: warning: {} is at commit {there}; this program, which the records name, was \
+             built from {built}",
+            out.display()
+        );
+    }
 }
 
 /// Runs an experiment and writes its records. It skips the cells, or the whole experiment, that an
@@ -45,22 +62,31 @@ pub(crate) fn record(
     let name = study.name();
     let journal = unfinished.journal(name, quick)?;
     if journal.is_finished() {
-        eprintln!("{name}: finished before the interruption");
+        tell!("{name}: finished before the interruption");
         return Ok(());
     }
+    if journal.was_finished() {
+        tell!("{name}: a file is missing or changed since: writing all again");
+    }
+    if journal.dropped() > 0 {
+        tell!("{name}: {} lines of the journal are damaged and ignored", journal.dropped());
+    }
     if journal.cells() > 0 {
-        eprintln!("{name}: {} cells were finished before the interruption", journal.cells());
+        tell!("{name}: {} cells were finished before the interruption", journal.cells());
     }
     let progress = Bars::new(name);
+    let source = crate::cli::source();
     let context = Context {
         out,
         quick,
         progress: &progress,
         journal: &journal,
         allocated: Some(crate::cli::allocated),
+        source: &source,
     };
-    for file in study.run(&context)? {
-        eprintln!("wrote {}", file.display());
+    let files = study.run(&context)?;
+    for file in &files {
+        tell!("wrote {}", file.display());
     }
-    Ok(journal.finish()?)
+    Ok(journal.finish(&files)?)
 }

@@ -1,10 +1,11 @@
 //! Frames of a run: a sequence of OBJ files, a glTF animation.
 
-use crate::cli::output::{check_extension, check_writable};
+use crate::cli::output::{Sink, check_extension};
 use drape_harness::{Moving, OrderedSimulation};
 use drape_model::{SystemSpec, TimeSpan, Violation};
 use drape_render::{Animation, Subject, animation, obj};
 use drape_report::file::write_atomically;
+use drape_report::tell;
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
@@ -38,7 +39,7 @@ pub(crate) struct Frames {
     /// Digits of a frame's number.
     digits: usize,
     folder: Option<(PathBuf, usize)>,
-    animation: Option<(PathBuf, Animation)>,
+    animation: Option<(Sink, Animation)>,
     /// Why a frame could not be written. No frame is written after it.
     failure: Option<anyhow::Error>,
 }
@@ -52,12 +53,14 @@ fn most_frames(time: TimeSpan, fps: f64) -> u64 {
 }
 
 impl Frames {
-    /// Checks the options and writes the first frame. `None` if the user wants no frames.
+    /// Checks the options and writes the first frame. `None` if the user wants no frames. `taken`
+    /// are the files of the scene and where the record goes.
     pub(crate) fn begin(
         arguments: &FrameArguments,
         spec: &SystemSpec,
         simulation: &OrderedSimulation,
         time: TimeSpan,
+        (inputs, record): (&[PathBuf], Option<&Sink>),
     ) -> anyhow::Result<Option<Self>> {
         let refuse = |path: &str, value: String, expected: String| Violation {
             path: path.to_owned(),
@@ -79,7 +82,8 @@ impl Frames {
         let subject = || Subject::new(spec, simulation.obstacles());
         let animation = arguments.animation.as_ref().map(|file| {
             check_extension("--animation", file, "glb", "glTF 2.0 binary")?;
-            check_writable("--animation", file)?;
+            let sink = Sink::check("--animation", file, inputs)?;
+            record.map_or(Ok(()), |record| sink.check_apart("--animation", record, "--out"))?;
             if most > animation::MOST_FRAMES {
                 let expected = format!(
                     "at most {} frames: a smaller --fps or --duration",
@@ -90,7 +94,7 @@ impl Frames {
             Animation::check_size(spec.particles.mass_kg.len(), most).map_err(|error| {
                 refuse("--animation", format!("{most} frames"), format!("a smaller file: {error}"))
             })?;
-            Ok((file.clone(), Animation::new(subject())))
+            Ok((sink, Animation::new(subject())))
         });
         let animation = animation.transpose()?;
         if let Some(folder) = &arguments.frames {
@@ -154,11 +158,10 @@ impl Frames {
             return Err(failure);
         }
         if let Some((folder, count)) = &self.folder {
-            eprintln!("wrote {count} frames into {}", folder.display());
+            tell!("wrote {count} frames into {}", folder.display());
         }
-        if let Some((file, animation)) = &self.animation {
-            write_atomically(file, &animation.glb()?)?;
-            eprintln!("wrote {}", file.display());
+        if let Some((sink, animation)) = &self.animation {
+            sink.write(&animation.glb()?)?;
         }
         Ok(())
     }

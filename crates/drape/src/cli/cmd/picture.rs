@@ -1,13 +1,14 @@
 //! `drape picture`.
 
 use crate::cli::exit::Diverged;
-use crate::cli::output::{check_extension, check_writable};
+use crate::cli::input::{files, in_file};
+use crate::cli::limit::LimitArguments;
+use crate::cli::output::{Sink, check_extension, is_stream};
 use crate::cli::progress::bar;
 use drape_harness::methods::{Choice, MethodError};
 use drape_harness::{Divergence, HarnessError, Moving, OrderedSimulation};
 use drape_model::{TimeSpan, Vec3, Violation};
 use drape_render::{Camera, Colour, Font, Image, Subject, View, draw};
-use drape_report::file::write_atomically;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
@@ -31,7 +32,8 @@ pub(crate) struct Arguments {
     /// step that ends then or later
     #[arg(long = "time", value_name = "S", allow_negative_numbers = true)]
     times: Vec<f64>,
-    /// File for the picture; several pictures get numbers: FILE-1.png and so on
+    /// File for the picture, or - for standard output; several pictures get numbers: FILE-1.png
+    /// and so on
     #[arg(long, value_name = "FILE.png", default_value = "picture.png")]
     out: PathBuf,
     /// Size in pixels; each side from 64 to 4096
@@ -40,6 +42,8 @@ pub(crate) struct Arguments {
     /// Camera: auto, front, side, top, or AZIMUTH,ELEVATION in degrees
     #[arg(long, value_name = "VIEW", default_value = "auto", allow_hyphen_values = true)]
     camera: String,
+    #[command(flatten)]
+    limit: LimitArguments,
 }
 
 /// Shortest and longest side of a picture, pixels.
@@ -59,19 +63,25 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     check_extension("--out", &arguments.out, "png", "PNG image")?;
     let view = View::from_str(&arguments.camera)
         .map_err(|error| refusal("--camera", &arguments.camera, &error.to_string()))?;
-    let input = drape_model::load(&arguments.scene)?;
     let choice = Choice::parse(&arguments.method, &arguments.settings)
         .map_err(|error: MethodError| HarnessError::from(error))?;
+    let input = arguments.limit.load(&arguments.scene, Some(&choice))?;
     let time = super::run::time_span(arguments.dt, arguments.duration, &input)?;
     let mut shots = shots(&arguments.times, time)?;
-    let files = files(&arguments.out, shots.len());
-    for file in &files {
-        check_writable("--out", file)?;
+    let inputs = files(&arguments.scene, &input);
+    if shots.len() > 1 && is_stream(&arguments.out) {
+        let expected = format!("FILE.png: {} pictures need a file each", shots.len());
+        return Err(refusal("--out", &arguments.out.display().to_string(), &expected).into());
     }
+    let sinks = numbered(&arguments.out, shots.len());
+    let sink = |file: &PathBuf| Sink::check("--out", file, &inputs);
+    let sinks = sinks.iter().map(sink).collect::<Result<Vec<_>, _>>()?;
     let spec = input.spec();
-    let mut simulation = OrderedSimulation::new(spec, &choice)?;
+    let mut simulation = OrderedSimulation::new(spec, &choice)
+        .map_err(|violation| in_file(&arguments.scene, violation))?;
     let subject = Subject::new(spec, simulation.obstacles());
-    let divergence = take(&mut shots, &mut simulation, time, &choice)?;
+    let divergence = take(&mut shots, &mut simulation, time, &choice)
+        .map_err(|error| error.in_scene(&arguments.scene))?;
     if let Some(divergence) = &divergence {
         // Positions after a divergence show nothing.
         let is_lost = |shot: &Shot| shot.taken.as_ref().is_some_and(|(t, _)| *t >= divergence.time);
@@ -81,7 +91,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let taken = || shots.iter().filter_map(|shot| shot.taken.as_ref());
     let points: Vec<Vec3> = taken().flat_map(|(t, x)| subject.at(*t).points(x)).collect();
     let camera = Camera::fit(view, &points, f64::from(size[0]) / f64::from(size[1]));
-    for (shot, file) in shots.iter().zip(&files) {
+    for (shot, sink) in shots.iter().zip(&sinks) {
         let (mut image, time_s) = match (&shot.taken, &divergence) {
             (None, Some(divergence)) => {
                 let reason = format!("diverged at t = {:.4} s", divergence.time);
@@ -94,8 +104,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         let label = format!("{}, {method}, h = {} s, t = {time_s:.4} s", spec.name, time.step_s);
         let bottom = size[1].saturating_sub(Font::Small.height() + 8);
         image.write(&label, 10, bottom, Font::Small, Colour::GREY);
-        write_atomically(file, &image.png()?)?;
-        eprintln!("wrote {}", file.display());
+        sink.write(&image.png()?)?;
     }
     let Some(divergence) = divergence else { return Ok(()) };
     Err(Diverged(format!(
@@ -114,7 +123,7 @@ fn take(
     simulation: &mut OrderedSimulation,
     time: TimeSpan,
     choice: &Choice,
-) -> anyhow::Result<Option<Divergence>> {
+) -> Result<Option<Divergence>, HarnessError> {
     look(shots, simulation.moving());
     let Some(last) = shots.iter().filter(|s| s.taken.is_none()).map(|s| s.due).reduce(f64::max)
     else {
@@ -170,7 +179,7 @@ fn shots(times: &[f64], time: TimeSpan) -> Result<Vec<Shot>, Violation> {
 }
 
 /// One file name for each picture.
-fn files(out: &Path, count: usize) -> Vec<PathBuf> {
+fn numbered(out: &Path, count: usize) -> Vec<PathBuf> {
     if count == 1 {
         return vec![out.to_owned()];
     }

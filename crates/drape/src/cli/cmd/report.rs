@@ -1,5 +1,6 @@
 //! `drape report`.
 
+use drape_report::tell;
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
@@ -16,7 +17,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
 /// Draws figures and pages from the records in a folder.
 pub(crate) fn draw(folder: &Path) -> anyhow::Result<()> {
     for file in drape_harness::studies::draw(folder)? {
-        eprintln!("wrote {}", file.display());
+        tell!("wrote {}", file.display());
     }
     Ok(())
 }

@@ -1,7 +1,9 @@
 //! `drape reproduce`: all experiments.
 
-use drape_harness::Unfinished;
+use crate::cli::output::check_folder;
 use drape_harness::studies::{all, find};
+use drape_harness::{Unfinished, start_threads};
+use drape_report::tell;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -28,13 +30,16 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         [] => all().to_vec(),
         names => names.iter().map(|name| find(name)).collect::<Result<Vec<_>, _>>()?,
     };
+    check_folder("--out", &out)?;
+    start_threads()?;
+    super::experiment::compare_commits(&out);
     let unfinished = Unfinished::enter(&out, arguments.fresh)?;
     for &experiment in &chosen {
         super::experiment::record(experiment, &out, arguments.quick, &unfinished)?;
     }
     super::report::draw(&out)?;
     unfinished.leave(chosen.iter().map(|experiment| experiment.name()))?;
-    eprintln!(
+    tell!(
         "done in {:.1} s; read {}",
         begin.elapsed().as_secs_f64(),
         out.join("report.html").display()

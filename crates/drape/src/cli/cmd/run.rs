@@ -2,8 +2,9 @@
 
 use super::frames::Frames;
 use crate::cli::exit::Diverged;
-use crate::cli::input::load;
-use crate::cli::output::print;
+use crate::cli::input::{files, in_file, load};
+use crate::cli::limit::LimitArguments;
+use crate::cli::output::{Sink, print};
 use crate::cli::progress::bar;
 use clap::builder::TypedValueParser as _;
 use drape_harness::methods::{Choice, MethodError};
@@ -13,7 +14,7 @@ use drape_harness::{
 };
 use drape_integrator::ExplicitNumbers;
 use drape_model::{SceneFile, State, SystemSpec, TimeSpan, Violation};
-use drape_report::file::write_json;
+use drape_report::{printable, tell};
 use std::num::NonZero;
 use std::path::PathBuf;
 
@@ -33,7 +34,8 @@ pub(crate) struct Arguments {
     /// A setting of the method; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     settings: Vec<String>,
-    /// Write the run into this file (format "drape-run/1")
+    /// Write the run into this file (format "drape-run/1"); - is standard output, and the summary
+    /// then goes to standard error
     #[arg(long)]
     out: Option<PathBuf>,
     /// Also record the seconds of each phase of a step
@@ -47,16 +49,22 @@ pub(crate) struct Arguments {
     )]
     threads: NonZero<u16>,
     #[command(flatten)]
+    limit: LimitArguments,
+    #[command(flatten)]
     frames: super::frames::FrameArguments,
 }
 
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    let input = load(&arguments.scene)?;
     let choice = Choice::parse(&arguments.method, &arguments.settings)
         .map_err(|error: MethodError| HarnessError::from(error))?;
+    let input = load(&arguments.scene, arguments.limit, Some(&choice))?;
     let time = time_span(arguments.dt, arguments.duration, &input)?;
+    let inputs = files(&arguments.scene, &input);
+    let sink = |file: &PathBuf| Sink::check("--out", file, &inputs);
+    let sink = arguments.out.as_ref().map(sink).transpose()?;
     let spec = input.spec();
-    let mut simulation = OrderedSimulation::new(spec, &choice)?;
+    let mut simulation = OrderedSimulation::new(spec, &choice)
+        .map_err(|violation| in_file(&arguments.scene, violation))?;
     let threads = NonZero::<usize>::from(arguments.threads);
     simulation.set_threads(threads);
     let step = time.step_s;
@@ -66,14 +74,15 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         .flatten();
     let was_warned = warning.is_some();
     if let Some(warning) = warning {
-        eprintln!("drape: warning: {warning}");
+        tell!("drape: warning: {warning}");
     }
     let start = Start::of(&simulation);
     // Wind, moving pins and moving obstacles do work on the cloth.
     let is_driven = spec.effects.air.is_some_and(|air| air.wind.is_some())
         || spec.pins.iter().any(|pin| !pin.path.is_empty())
         || simulation.obstacles().iter().any(|obstacle| obstacle.path.is_some());
-    let mut frames = Frames::begin(&arguments.frames, spec, &simulation, time)?;
+    let taken = (&inputs[..], sink.as_ref());
+    let mut frames = Frames::begin(&arguments.frames, spec, &simulation, time, taken)?;
     let (whole, rest) = time.steps();
     let bar = bar(choice.method().id, whole + u64::from(rest.is_some()));
     let mut peak = Peak::default();
@@ -97,21 +106,25 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         let phases = arguments.phases;
         simulation.simulate(time, |runner| runner.series().phases(phases).observe(look))
     };
-    let mut team = Team::new(threads, spec.particles.mass_kg.len())?;
+    let mut team = Team::new(threads, spec.particles.mass_kg.len()).map_err(|error| Violation {
+        path: "--threads".to_owned(),
+        value: threads.to_string(),
+        expected: format!("fewer threads: the system refuses so many ({error})"),
+    })?;
     let outcome = team.run(simulate).map_err(|error| error.in_scene(&arguments.scene))?;
     bar.inspect(|bar| bar.finish_and_clear());
     let record = record(spec, &choice, time, &outcome, &simulation.state());
-    if let Some(path) = &arguments.out {
-        write_json(path, &record)?;
-        eprintln!("wrote {}", path.display());
+    if let Some(sink) = &sink {
+        sink.write_run(&record)?;
     }
     if let Some(frames) = frames {
         frames.finish()?;
     }
     if outcome.unconverged > 0 {
-        eprintln!(
+        tell!(
             "drape: warning: in {} of {} steps the solver stopped before its tolerance",
-            outcome.unconverged, outcome.steps
+            outcome.unconverged,
+            outcome.steps
         );
     }
     // Speeds after a divergence say nothing about the limit before it.
@@ -127,17 +140,22 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         )
     });
     if let Some(warning) = warning {
-        eprintln!("drape: warning: {warning}");
+        tell!("drape: warning: {warning}");
     }
     let warning = energy_warning(&record, simulation.rule(), start).filter(|_| !is_driven);
     if let Some(warning) = warning {
-        eprintln!("drape: warning: {warning}");
+        tell!("drape: warning: {warning}");
     }
     // The end of the run decides the exit code, even if the summary cannot be printed.
-    let printed = print(&summary(&record));
+    let printed = if sink.as_ref().is_some_and(Sink::is_standard) {
+        summary(&record).lines().for_each(|line| tell!("{line}"));
+        Ok(())
+    } else {
+        print(&summary(&record))
+    };
     let Some(divergence) = outcome.divergence else { return printed };
-    let kept = match &arguments.out {
-        Some(path) => format!("the record until then is in {}", path.display()),
+    let kept = match &sink {
+        Some(sink) => format!("the record until then is in {sink}"),
         None => "use --out FILE to keep the record until then".to_owned(),
     };
     Err(Diverged(format!(
@@ -322,7 +340,7 @@ fn summary(run: &Run) -> String {
          CG iterations {}, outer passes {}, Newton iterations {}, matrix products {}, \
          force evaluations {}\n\
          total energy {:.6} J at the start, {greatest:.6} J at most, {:.6} J at the end\n",
-        run.scene,
+        printable(&run.scene),
         run.method,
         totals.seconds,
         totals.cg_iterations,

@@ -36,7 +36,7 @@ impl Scheme for LeapfrogWorkspace {
     ) -> Result<StepReport, StepError> {
         let mut report = StepReport::default();
         clock.switch(Phase::MatrixSetup);
-        report.substeps = self.substeps(system, &state.x, h, &mut report);
+        report.substeps = self.substeps(system, &state.x, h, &mut report)?;
         let (start, end, mass) = (state.t, state.t + h, system.mass());
         let h = h / f64::from(report.substeps);
         let half = 0.5 * h;

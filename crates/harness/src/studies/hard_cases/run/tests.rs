@@ -154,9 +154,12 @@ impl Progress for Silent {
     fn end(&self) {}
 }
 
+const UNKNOWN: crate::Source = crate::Source { commit: None, dirty: None };
+
 /// Without files and figures.
 fn quickly(journal: &crate::Journal) -> Context<'_> {
-    Context { out: Path::new(""), quick: true, progress: &Silent, journal, allocated: None }
+    let (out, source) = (Path::new(""), &UNKNOWN);
+    Context { out, quick: true, progress: &Silent, journal, allocated: None, source }
 }
 
 /// Squeezed, with explicit shear, a single particle, everything pinned: every method in every form.
