@@ -382,7 +382,7 @@ fn a_run_that_gains_energy_is_warned_about_and_one_that_does_not_is_not() {
         assert_eq!(code(&output), 0, "{method}");
         text(&output.stderr).contains("warning: the total energy rose by")
     };
-    assert!(warned("imex-updated:safeguard=paper,forcing_term=0.1"));
+    assert!(warned("imex-updated:paper,implicit=springs,forcing_term=0.1"));
     assert!(!warned("imex-euler"));
 }
 

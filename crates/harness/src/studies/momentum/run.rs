@@ -50,7 +50,7 @@ const VARIANTS: [Variant; 23] = [
     Variant::new("imex-euler, ε = 0.001", "imex-euler"),
     Variant::new("imex-updated", "imex-updated:forcing_term=1e-9"),
     Variant::new("imex-updated, ε = 0.01", "imex-updated"),
-    Variant::new("imex-updated, as printed, ε = 0.01", "imex-updated:safeguard=paper"),
+    Variant::new("imex-updated, as printed, ε = 0.01", "imex-updated:safeguard=paper,norm=euclid"),
     Variant::new("imex-sbdf2", "imex-sbdf2:forcing_term=1e-12"),
     Variant::new("imex-cnab2", "imex-cnab2:forcing_term=1e-12"),
     Variant::new("imex-mcnab2", "imex-mcnab2:forcing_term=1e-12"),

@@ -49,7 +49,10 @@ const VARIANTS: [Variant; 22] = [
     Variant::new("imex-euler", "imex-euler:forcing_term=1e-10"),
     Variant::new("imex-euler, all springs", "imex-euler:forcing_term=1e-10,implicit=springs"),
     Variant::new("imex-updated", "imex-updated:forcing_term=1e-9"),
-    Variant::new("imex-updated, as printed", "imex-updated:forcing_term=1e-9,safeguard=paper"),
+    Variant::new(
+        "imex-updated, as printed",
+        "imex-updated:forcing_term=1e-9,safeguard=paper,norm=euclid",
+    ),
     Variant::new("imex-sbdf2", "imex-sbdf2:forcing_term=1e-12"),
     Variant::new("imex-cnab2", "imex-cnab2:forcing_term=1e-12"),
     Variant::new("imex-mcnab2", "imex-mcnab2:forcing_term=1e-12"),

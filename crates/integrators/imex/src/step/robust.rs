@@ -13,6 +13,7 @@ use crate::right_hand_side::RightHandSide;
 use drape_integrator::{
     Forcing, ForcingKind, ForcingRule, Implicit, IncrementalPotential, LaplacianSolver, Newton,
     NewtonLinear, NewtonSettings, PrepareError, SolveStatus, StepError, StepReport,
+    lightest_free_mass,
 };
 use drape_model::{Revisions, State, System, Vec3};
 
@@ -91,7 +92,7 @@ impl Descent {
         tolerance: f64,
         report: &mut StepReport,
     ) -> bool {
-        let Problem { system, state, h, constraints, settings } = problem;
+        let Problem { system, state, h, constraints, settings, .. } = problem;
         let lightest = lightest(system);
         let direct = linear.is_direct();
         let follows_progress = settings.forcing == ForcingKind::EisenstatWalker;
@@ -184,9 +185,7 @@ struct Targets {
 
 /// `√m` of the lightest particle that moves: `‖r‖` in the norm of `M⁻¹` is at most `‖r‖` over this.
 fn lightest(system: &System) -> f64 {
-    let free = system.mass().iter().zip(system.pinned()).filter(|(_, pinned)| !**pinned);
-    let mass = free.fold(f64::INFINITY, |least, (&m, _)| least.min(m));
-    if mass.is_finite() { mass.sqrt() } else { 1.0 }
+    lightest_free_mass(system).sqrt()
 }
 
 /// Memory and lookups.

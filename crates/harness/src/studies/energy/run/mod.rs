@@ -37,7 +37,7 @@ const VARIANTS: [Variant; 7] = [
     Variant::new("imex-euler", "imex-euler"),
     Variant::new(ALL_IMPLICIT, "imex-euler:implicit=springs"),
     Variant::new("imex-updated", "imex-updated"),
-    Variant::new("imex-updated, as printed", "imex-updated:safeguard=paper"),
+    Variant::new("imex-updated, as printed", "imex-updated:safeguard=paper,norm=euclid"),
 ];
 
 /// What moves.

@@ -92,7 +92,7 @@ pub(super) const VARIANTS: &[Variant] = &[
     extra("imex-euler, all springs, Cholesky", "imex-euler:implicit=springs,solver=cholesky"),
     headline("imex-updated", "imex-updated", Knob::Steps),
     extra("imex-updated, ε = 1e-6", "imex-updated:forcing_term=1e-6"),
-    extra("imex-updated, as printed", "imex-updated:safeguard=paper"),
+    extra("imex-updated, as printed", "imex-updated:safeguard=paper,norm=euclid"),
     main("imex-sbdf2", "imex-sbdf2"),
     extra("imex-sbdf2, Cholesky", "imex-sbdf2:solver=cholesky"),
     main("imex-cnab2", "imex-cnab2"),
