@@ -3,6 +3,7 @@
 //! Only this crate knows the crate of every method ([`methods`]). A study writes its record and
 //! draws it from the facts alone ([`studies`]).
 
+mod bounds;
 pub mod claims;
 mod error;
 mod facts;
@@ -20,6 +21,8 @@ mod stability;
 pub mod studies;
 mod team;
 mod theory;
+mod tunnel;
+mod work;
 
 pub use drape_report::Verdict;
 pub use error::HarnessError;
@@ -32,3 +35,5 @@ pub use run::{Counts, Divergence, Moment, Outcome, Runner, Simulation};
 pub use scenes::{bundled, free_edge_midpoint};
 pub use stability::{Energy, Rule, judge, reference_energy};
 pub use team::Team;
+pub use tunnel::{Passage, Tunnels};
+pub use work::{WorkBalance, is_driven};

@@ -100,7 +100,7 @@ mod tests {
         };
         let preset = "imex-euler: setting `papr`; expected key=value, or first the preset paper";
         assert_eq!(refused("imex-euler:papr"), preset);
-        assert_eq!(refused("kang:paper"), "kang: setting `paper`; expected key=value");
+        assert_eq!(refused("provot:paper"), "provot: setting `paper`; expected key=value");
         assert!(refused("imex-euler:start=last,paper").contains("setting `paper`"));
     }
 }

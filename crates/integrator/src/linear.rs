@@ -154,7 +154,7 @@ pub struct LaplacianSolver {
     matrix: ScalarMatrix,
     preconditioner: Prepared,
     free: Vec<bool>,
-    row_norms: (f64, f64),
+    diagonal_norm: f64,
     /// Conjugate gradients by fast kernels; with a complete factor they compute the residuals.
     fast: ScalarPcg,
     /// Memory of the readable conjugate gradients; empty where the fast ones serve.
@@ -222,7 +222,7 @@ impl LaplacianSolver {
             slopes,
             settings,
             preconditioner,
-            row_norms: row_norms(&matrix, system, &free),
+            diagonal_norm: diagonal_norm(&matrix, &free),
             matrix,
             free,
             workspace: PcgWorkspace::new(if is_complete { n } else { 0 }),
@@ -305,7 +305,7 @@ impl LaplacianSolver {
         for (free, pinned) in self.free.iter_mut().zip(system.pinned()) {
             *free = !pinned;
         }
-        self.row_norms = row_norms(&self.matrix, system, &self.free);
+        self.diagonal_norm = diagonal_norm(&self.matrix, &self.free);
         self.preconditioner.update(&self.matrix, &self.free)?;
         let p = self.preconditioner.fast().unwrap_or(ScalarPreconditioner::Identity);
         self.fast.update(&self.matrix, p);
@@ -318,10 +318,9 @@ impl LaplacianSolver {
         self.settings
     }
 
-    /// Euclidean norms over the free particles of the springs' and the masses' part of the diagonal,
-    /// kg.
-    pub fn row_norms(&self) -> (f64, f64) {
-        self.row_norms
+    /// Euclidean norm of the diagonal over the free particles, kg.
+    pub fn diagonal_norm(&self) -> f64 {
+        self.diagonal_norm
     }
 
     /// Whether solves use a complete factor or inverse, which takes no iterations where nothing
@@ -549,15 +548,11 @@ impl LaplacianSolver {
     }
 }
 
-/// Norms of the springs' and the masses' part of the diagonal over the free particles.
-fn row_norms(matrix: &ScalarMatrix, system: &System, free: &[bool]) -> (f64, f64) {
-    let (mut springs, mut masses) = (0.0, 0.0);
-    for (i, m) in system.mass().iter().enumerate().filter(|(i, _)| free[*i]) {
-        let spring = matrix.diagonal(i) - m;
-        springs += spring * spring;
-        masses += m * m;
-    }
-    (springs.sqrt(), masses.sqrt())
+/// Norm of the diagonal over the free particles.
+fn diagonal_norm(matrix: &ScalarMatrix, free: &[bool]) -> f64 {
+    let diagonal =
+        free.iter().enumerate().filter(|(_, free)| **free).map(|(i, _)| matrix.diagonal(i));
+    diagonal.map(|entry| entry * entry).sum::<f64>().sqrt()
 }
 
 /// Assembles EEH (16), (17) and the left-hand side of (21).

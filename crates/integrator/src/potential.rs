@@ -45,6 +45,8 @@ pub struct IncrementalPotential {
     scale: f64,
     /// `√m_min ‖τM⁻¹f_external‖`, √J.
     external: f64,
+    /// Sum of the external forces on all particles, N.
+    external_force: Vec3,
     round_off: f64,
     row_sums: Vec<f64>,
     /// `Σ k²/m` over the rows, 1/s⁴ kg, and its system; `None` where it depends on positions.
@@ -118,6 +120,7 @@ impl IncrementalPotential {
             candidate: zeros(),
             scale: 0.0,
             external: 0.0,
+            external_force: Vec3::zeros(),
             round_off: 0.0,
             row_sums: vec![0.0; system.len()],
             squared_stiffness: None,
@@ -164,6 +167,7 @@ impl IncrementalPotential {
             effect.add_force(system.mass(), &self.x_star, &mut self.force);
         }
         let external = self.velocity_change(system);
+        self.external_force = self.force.iter().sum();
         self.force.copy_from_slice(frozen);
         let lagged = lagged(self.lagged_time, &self.directions, &self.lagged_velocity);
         add_forces(self.implicit, system, lagged, (&self.x_star, v_star), &mut self.force);
@@ -226,6 +230,11 @@ impl IncrementalPotential {
     /// velocity itself, a sheet that moves fast as a whole would be solved loosely.
     pub fn scale(&self) -> f64 {
         self.scale
+    }
+
+    /// Sum over all particles of the forces without a Jacobian, such as gravity, at the start, N.
+    pub fn external_force(&self) -> Vec3 {
+        self.external_force
     }
 
     /// Round-off of residuals, √J: forces carry an error of some `ε_mach k |x|`, whatever the

@@ -12,7 +12,7 @@ use drape_solvers::vector::BLOCK;
 use drape_solvers::{Constraints, Norm, Reference};
 use std::ops::Range;
 
-/// Round-off of a force over `k |x|`, and of a momentum over `m |v|`.
+/// Round-off of `A v` over `|A| |v|`.
 const ROUND_OFF: f64 = 4.0 * f64::EPSILON;
 
 /// The stop test of a linear solve `A v = b`: the norm of the residual `r`, and its reference. `p`
@@ -63,26 +63,8 @@ struct Sums {
     impulse: f64,
     /// The same of the external forces.
     external: f64,
-    /// Largest `|x|²`.
-    reach: f64,
     /// Largest `|v|²`.
     speed: f64,
-}
-
-/// How large positions and velocities are.
-#[derive(Clone, Copy, Debug)]
-struct Size {
-    /// Largest distance from the origin over `τ`, m/s.
-    reach: f64,
-    /// Largest velocity, m/s.
-    speed: f64,
-}
-
-impl Size {
-    /// Round-off of a residual, kg m/s, on rows of the matrix with these springs and masses, kg.
-    fn round_off(self, springs: f64, inertia: f64) -> f64 {
-        ROUND_OFF * (springs * (self.reach + self.speed) + inertia * self.speed)
-    }
 }
 
 impl Sums {
@@ -90,7 +72,6 @@ impl Sums {
         Self {
             impulse: self.impulse + other.impulse,
             external: self.external + other.external,
-            reach: self.reach.max(other.reach),
             speed: self.speed.max(other.speed),
         }
     }
@@ -101,7 +82,7 @@ impl Sums {
 /// The reference is the impulse that would change the velocity of a particle of the lightest mass
 /// as the forces of level `n` change that of each particle in a step. Where it is more, it is that
 /// of the external forces alone, which keeps a reference for a sheet that hangs at rest. `ε` times
-/// the reference is not below round-off.
+/// the reference is not below the round-off of `A v`.
 ///
 /// Particles that friction holds count as free along the surface: the reference must also serve
 /// where they turn out to slide.
@@ -164,12 +145,12 @@ impl StepReference {
         let field = self.evaluate_external(start);
         contacts.without_friction(start.system, constraints, |constraints| {
             let (lightest, sums) = self.sum(start, constraints, field, &impulse);
-            let size = Size { reach: sums.reach.sqrt() / start.tau, speed: sums.speed.sqrt() };
+            let speed = sums.speed.sqrt();
             let (value, round_off) = if self.norm == StopNorm::Preconditioned {
-                self.preconditioned(start, linear, constraints, (lightest, field), size, &impulse)
+                self.preconditioned(start, linear, constraints, (lightest, field), speed, &impulse)
             } else {
-                let (springs, inertia) = linear.row_norms();
-                (sums.impulse.max(sums.external).sqrt(), size.round_off(springs, inertia))
+                let round_off = ROUND_OFF * linear.diagonal_norm() * speed;
+                (sums.impulse.max(sums.external).sqrt(), round_off)
             };
             Reference::Absolute(value.max(round_off / self.forcing_term))
         })
@@ -182,7 +163,7 @@ impl StepReference {
         linear: &mut LaplacianSolver,
         constraints: &Constraints,
         (lightest, field): (f64, Vec3),
-        size: Size,
+        speed: f64,
         impulse: &impl Fn(usize) -> Vec3,
     ) -> (f64, f64) {
         let Self { scratch, external, .. } = self;
@@ -194,8 +175,8 @@ impl StepReference {
             *s += f * (ratio(i) * tau);
         }
         let external = linear.filtered_norm(constraints, scratch);
-        for (i, (s, &m)) in scratch.iter_mut().zip(system.mass()).enumerate() {
-            s.fill(size.round_off(linear.matrix().diagonal(i) - m, m));
+        for (i, s) in scratch.iter_mut().enumerate() {
+            s.fill(ROUND_OFF * linear.matrix().diagonal(i) * speed);
         }
         (total.max(external), linear.filtered_norm(constraints, scratch))
     }
@@ -235,7 +216,6 @@ impl StepReference {
                 let other = other.get(i).map_or(field * lightest, |f| field * lightest + f * ratio);
                 sums.impulse += filter.apply(impulse(i) * ratio).norm_squared();
                 sums.external += filter.apply(other * tau).norm_squared();
-                sums.reach = sums.reach.max(state.x[i].norm_squared());
                 sums.speed = sums.speed.max(state.v[i].norm_squared());
             }
             sums
