@@ -424,7 +424,7 @@ const CHAINS: [(&str, f64); 22] = [
     ("bdf2:steps=3", 1.0 / 32.0),
     ("backward-euler", 1.0 / 32.0),
     ("imex-euler:solver=cholesky", 1.0 / 32.0),
-    ("imex-euler", 1.0 / 32.0),
+    ("imex-euler:forcing_term=1e-9", 1.0 / 32.0),
     ("imex-updated:forcing_term=1e-9", 1.0 / 32.0),
     ("imex-sbdf2:forcing_term=1e-9", 1.0 / 32.0),
     ("imex-cnab2:forcing_term=1e-9", 1.0 / 32.0),

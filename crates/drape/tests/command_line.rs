@@ -335,6 +335,8 @@ fn schemas_and_lists_are_printed() {
     for (what, named) in [
         ("scenes", "square-table-2704-1e6"),
         ("methods", "safeguard=robust"),
+        ("methods", "imex-euler:paper    stands for imex-euler:norm=euclid,split=paper;"),
+        ("methods", "desbrun:paper    stands for desbrun:inverse=dense,torque=literal,"),
         ("experiments", "cg-vs-stiffness"),
         ("claims", "criterion: margin of every row = m_i exactly"),
         ("experiments", "lessons: explicit-euler → leapfrog → provot"),
@@ -382,7 +384,7 @@ fn a_run_that_gains_energy_is_warned_about_and_one_that_does_not_is_not() {
         assert_eq!(code(&output), 0, "{method}");
         text(&output.stderr).contains("warning: the total energy rose by")
     };
-    assert!(warned("imex-updated:safeguard=paper,forcing_term=0.1"));
+    assert!(warned("imex-updated:paper,implicit=springs,forcing_term=0.1"));
     assert!(!warned("imex-euler"));
 }
 
@@ -404,6 +406,60 @@ fn energy_that_a_led_pin_brings_in_is_not_warned_about() {
     let path = r#""column": 0, "path": [{ "time_s": 0.1, "offset_m": [0, 0, 0.1] }]"#;
     let said = said_of_a_rise(&SCENE.replace(r#""column": 0"#, path));
     assert!(!said.contains("energy"), "{said}");
+}
+
+#[test]
+fn energy_that_a_method_gains_beside_a_led_pin_is_warned_about() {
+    let folder = tempfile::tempdir().unwrap();
+    let text_of = drape_model::bundled::text("hanging-textile-1e6").unwrap();
+    let mut scene: serde_json::Value = serde_json::from_str(text_of).unwrap();
+    scene["pins"][0]["path"] = serde_json::json!([{ "time_s": 1.0, "offset_m": [0, 0, 0] }]);
+    std::fs::write(folder.path().join("led.json"), scene.to_string()).unwrap();
+    let said = |method: &str| {
+        let run = ["run", "led.json", "--dt", "0.01", "--duration", "0.3", "--method", method];
+        let output = drape(folder.path(), &run);
+        assert_eq!(code(&output), 0, "{method}");
+        text(&output.stderr)
+    };
+    let gained = said("imex-updated:paper,forcing_term=0.1");
+    let beside = "above its start and the work of pins, obstacles and wind";
+    assert!(gained.contains("warning: the total energy rose by"), "{gained}");
+    assert!(gained.contains(beside), "{gained}");
+    assert!(!said("imex-euler").contains("energy"), "{}", said("imex-euler"));
+}
+
+#[test]
+fn an_obstacle_that_passes_the_cloth_in_one_step_is_warned_about() {
+    let folder = tempfile::tempdir().unwrap();
+    let said = |speed: u32| {
+        // From 2 m below the cloth to 8 m above it.
+        let end = 10.0 / f64::from(speed);
+        let path =
+            format!(r#""radius_m": 0.5, "path": [{{ "time_s": {end}, "offset_m": [0, 0, 10] }}]"#);
+        let scene = SCENE.replace(r#""radius_m": 0.5"#, &path);
+        std::fs::write(folder.path().join("sheet.json"), scene).unwrap();
+        let output = drape(folder.path(), &["run", "sheet.json", "--method", "imex-euler"]);
+        text(&output.stderr)
+    };
+    let fast = said(1000);
+    assert!(fast.contains("warning: in the step to t = 0.0100 s particle"), "{fast}");
+    assert!(fast.contains("obstacles[0] (a sphere) moved 1.000e1 m past each other"), "{fast}");
+    assert!(fast.contains("1.000e0 m thick"), "{fast}");
+    assert!(fast.contains("take steps of at most 5.0e-4 s"), "{fast}");
+    assert!(!said(50).contains("past each other"), "{}", said(50));
+}
+
+#[test]
+fn a_small_piece_in_free_fall_does_not_diverge() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = r#"{ "format": "drape-scene/1", "name": "piece", "cloth": { "grid": { "rows": 3,
+        "columns": 3, "size_m": [0.005, 0.005], "center_m": [0, 0, 0], "mass_kg": 1e-5 } },
+        "effects": { "tension": { "stiffness_over_mass_per_s2": 1e4 },
+            "gravity": { "m_s2": [0, 0, -9.81] } },
+        "time": { "step_s": 0.01, "duration_s": 3 } }"#;
+    std::fs::write(folder.path().join("piece.json"), scene).unwrap();
+    let output = drape(folder.path(), &["run", "piece.json", "--method", "imex-euler"]);
+    assert_eq!(code(&output), 0, "{}", text(&output.stderr));
 }
 
 #[test]

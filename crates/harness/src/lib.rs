@@ -3,6 +3,7 @@
 //! Only this crate knows the crate of every method ([`methods`]). A study writes its record and
 //! draws it from the facts alone ([`studies`]).
 
+mod bounds;
 pub mod claims;
 mod error;
 mod facts;
@@ -11,6 +12,7 @@ mod journal;
 pub mod methods;
 mod need;
 mod ordered;
+mod presets;
 mod provenance;
 pub mod record;
 mod run;
@@ -20,6 +22,8 @@ mod stability;
 pub mod studies;
 mod team;
 mod theory;
+mod tunnel;
+mod work;
 
 pub use drape_report::Verdict;
 pub use error::HarnessError;
@@ -27,8 +31,11 @@ pub use facts::{Difference, compare_folders};
 pub use journal::{Journal, Unfinished};
 pub use need::Need;
 pub use ordered::{Moving, OrderedSimulation, Peak};
+pub use presets::{Preset, presets};
 pub use provenance::{Source, provenance, sha256, system_hash};
 pub use run::{Counts, Divergence, Moment, Outcome, Runner, Simulation};
 pub use scenes::{bundled, free_edge_midpoint};
 pub use stability::{Energy, Rule, judge, reference_energy};
 pub use team::{Team, start_threads};
+pub use tunnel::{Passage, Tunnels};
+pub use work::{WorkBalance, is_driven};

@@ -2,6 +2,8 @@
 
 use crate::methods::Choice;
 use crate::run::{Moment, Outcome, Runner, Simulation};
+use crate::tunnel::Tunnels;
+use crate::work::{WorkBalance, is_driven};
 use crate::{HarnessError, Rule};
 use drape_integrator::ExplicitNumbers;
 use drape_model::{
@@ -187,6 +189,19 @@ impl OrderedSimulation {
         };
         let free = state.x.iter().zip(system.pinned()).filter(|(_, pinned)| !**pinned);
         free.filter(|(x, _)| is_inside(x)).count()
+    }
+
+    /// Watches the energy of a run in which pins, obstacles or wind do work; `None` where nothing
+    /// does.
+    pub fn work_balance(&self) -> Option<WorkBalance> {
+        let Simulation { system, state } = &self.simulation;
+        is_driven(system).then(|| WorkBalance::new(system, state))
+    }
+
+    /// Watches a run for particles that pass through obstacles.
+    pub fn tunnels(&self) -> Tunnels {
+        let Simulation { system, state } = &self.simulation;
+        Tunnels::new(system, state)
     }
 
     /// Whether a cheap bound shows that the step is within the limits of the method's explicit

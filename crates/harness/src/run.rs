@@ -1,6 +1,7 @@
 //! One method on one scene.
 
 use crate::HarnessError;
+use crate::bounds::Bounds;
 use crate::methods::Choice;
 use crate::record::{Phases, Sample, Totals};
 use crate::schedule::Schedule;
@@ -9,12 +10,10 @@ use drape_integrator::{
     EnergyLedger, Implicit, Integrator, Phase, PhaseClock, SolveStatus, StepError, StepReport,
     TimeStep,
 };
-use drape_model::{Numbering, SceneFile, State, System, TimeSpan, Vec3};
+use drape_model::{Numbering, SceneFile, State, System, TimeSpan};
 use drape_report::Verdict;
 use std::time::{Duration, Instant};
 
-/// A position farther from the centre of the start than this many scene sizes counts as diverged.
-const FAR: f64 = 1e3;
 /// Most samples in a run's series.
 const MAX_SAMPLES: u64 = 1000;
 
@@ -109,42 +108,6 @@ impl Simulation {
     fn of(input: &SceneFile) -> Result<Self, HarnessError> {
         let (system, state) = input.spec().build()?;
         Ok(Self { system, state })
-    }
-}
-
-/// Extent of a scene, for the test of divergence.
-struct Bounds {
-    center: Vec3,
-    reach: f64,
-}
-
-impl Bounds {
-    fn of(x: &[Vec3]) -> Self {
-        let mut low = x[0];
-        let mut high = x[0];
-        for x in x {
-            low = low.inf(x);
-            high = high.sup(x);
-        }
-        let size = (high - low).norm();
-        // A single particle, or all in one place, has no size: take a metre.
-        let size = if size > 0.0 { size } else { 1.0 };
-        Self { center: (low + high) * 0.5, reach: FAR * size }
-    }
-
-    fn violation(&self, state: &State, numbering: &Numbering) -> Option<String> {
-        if !state.is_finite() {
-            return Some("a position or velocity is not finite".to_owned());
-        }
-        let outside = |x: &Vec3| (x - self.center).norm() > self.reach;
-        let particles = state.x.iter().enumerate().filter(|(_, x)| outside(x));
-        particles.map(|(particle, _)| numbering.given(particle)).min().map(|particle| {
-            format!(
-                "particle {particle} is farther than {:.3e} m (1000 scene sizes) from the centre \
-                 of the start",
-                self.reach
-            )
-        })
     }
 }
 
@@ -369,7 +332,7 @@ impl<'a> Runner<'a> {
         integrator.prepare(system, TimeStep::new(time.step_s)?)?;
         let prepare_seconds = begin.elapsed().as_secs_f64();
         let mut clock = if self.phases { PhaseClock::on() } else { PhaseClock::off() };
-        let bounds = Bounds::of(&state.x);
+        let bounds = Bounds::of(system, state);
         let every = steps.div_ceil(MAX_SAMPLES).max(1);
         let (particles, springs) = (system.len() as f64, springs(system) as f64);
         let mut outcome = Outcome {

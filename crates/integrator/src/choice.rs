@@ -107,8 +107,8 @@ fn factor_solve(a: &ScalarMatrix) -> f64 {
 #[allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
 mod tests {
     use super::*;
+    use crate::StopNorm;
     use drape_kernels::testing::mesh_edges;
-    use drape_solvers::Norm;
 
     /// A sheet of `side` × `side` particles of mass 1 kg whose springs weigh `weight` in the
     /// matrix.
@@ -133,7 +133,7 @@ mod tests {
     const AUTO: LinearSettings = LinearSettings {
         forcing_term: 1e-3,
         preconditioner: PreconditionerKind::Auto,
-        norm: Norm::Euclid,
+        norm: StopNorm::Velocity,
         solver: SolverKind::Auto,
         rebuild_every_step: false,
     };

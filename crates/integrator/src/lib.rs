@@ -60,6 +60,7 @@
 //! | [`ExplicitNumbers`] | whether a step is short enough for the explicit forces | the harness, before a run |
 //! | [`ImpulsiveContacts`] | pins and contacts on a velocity computed without them | Provot, Terzopoulos-Fleischer, Desbrun, Kang |
 //! | [`ContactSet`] | active set of the velocity constraints of section 6 | all |
+//! | [`StepReference`] | what the residual of a step's solve is measured against, in any frame and with any masses | IMEX |
 //! | [`Predictor`] | start values, EEH (22) | CG methods |
 //! | [`Bookkeeping`] | makes the [`EnergyLedger`] of a step | one-step methods |
 
@@ -95,6 +96,7 @@ mod split;
 mod stage;
 mod step_control;
 mod step_size;
+mod stop_test;
 #[cfg(test)]
 mod test_support;
 mod viscous;
@@ -132,6 +134,7 @@ pub use split::{Slopes, Split};
 pub use stage::{ImplicitStage, Stage, StageSettings};
 pub use step_control::{Decision, LocalError, StepController, TOLERANCE, mesh_width};
 pub use step_size::{InvalidTimeStep, TimeStep};
+pub use stop_test::{StepReference, StepStart, StopNorm, lightest_free_mass};
 pub use viscous::ViscousImpulse;
 
 pub use drape_solvers::SolveStatus;

@@ -1,6 +1,6 @@
 //! The linear system of the implicit-explicit split: one scalar matrix for three coordinates.
 
-use crate::{Implicit, PrepareError, SetupCause, Slopes, Split, StepError, choice};
+use crate::{Implicit, PrepareError, SetupCause, Slopes, Split, StepError, StopNorm, choice};
 use drape_model::{Revisions, System, Vec3};
 use drape_solvers::{
     CompleteCholesky, Constraints, DenseInverse, Filter, Identity, IncompleteCholesky, Jacobi,
@@ -45,8 +45,9 @@ pub struct LinearSettings {
     pub forcing_term: f64,
     /// Preconditioner of CG.
     pub preconditioner: PreconditionerKind,
-    /// Norm of the stop test.
-    pub norm: Norm,
+    /// Stop test. [`StopNorm::Velocity`] needs a [reference](crate::StepReference), without which
+    /// it is that of [`StopNorm::Euclid`].
+    pub norm: StopNorm,
     /// Solver.
     pub solver: SolverKind,
     /// Whether each step sets up matrix and preconditioner, even without a change.
@@ -153,6 +154,7 @@ pub struct LaplacianSolver {
     matrix: ScalarMatrix,
     preconditioner: Prepared,
     free: Vec<bool>,
+    diagonal_norm: f64,
     /// Conjugate gradients by fast kernels; with a complete factor they compute the residuals.
     fast: ScalarPcg,
     /// Memory of the readable conjugate gradients; empty where the fast ones serve.
@@ -219,8 +221,9 @@ impl LaplacianSolver {
             weights,
             slopes,
             settings,
-            matrix,
             preconditioner,
+            diagonal_norm: diagonal_norm(&matrix, &free),
+            matrix,
             free,
             workspace: PcgWorkspace::new(if is_complete { n } else { 0 }),
             fast,
@@ -302,11 +305,22 @@ impl LaplacianSolver {
         for (free, pinned) in self.free.iter_mut().zip(system.pinned()) {
             *free = !pinned;
         }
+        self.diagonal_norm = diagonal_norm(&self.matrix, &self.free);
         self.preconditioner.update(&self.matrix, &self.free)?;
         let p = self.preconditioner.fast().unwrap_or(ScalarPreconditioner::Identity);
         self.fast.update(&self.matrix, p);
         self.key = Some(key);
         Ok(Some(cause))
+    }
+
+    /// The settings, with every `auto` replaced by what was chosen.
+    pub fn settings(&self) -> LinearSettings {
+        self.settings
+    }
+
+    /// Euclidean norm of the diagonal over the free particles, kg.
+    pub fn diagonal_norm(&self) -> f64 {
+        self.diagonal_norm
     }
 
     /// Whether solves use a complete factor or inverse, which takes no iterations where nothing
@@ -328,10 +342,11 @@ impl LaplacianSolver {
     /// Solves `A v = b` under constraints. `v` holds the start value on entry, the solution on
     /// return. The solve stops at the forcing term relative to the filtered right-hand side.
     pub fn solve(&mut self, constraints: &Constraints, b: &[Vec3], v: &mut [Vec3]) -> PcgReport {
-        self.solve_from(StartValue::Given, constraints, b, v)
+        self.solve_from(StartValue::Given, constraints, b, v, Reference::FilteredRightHandSide)
     }
 
-    /// As [`solve`](Self::solve) from `start`. A direct solve needs no start.
+    /// As [`solve`](Self::solve) from `start`, with the forcing term relative to `reference`, in the
+    /// norm of the stop test. A direct solve needs neither.
     ///
     /// # Panics
     /// When the sizes of the arguments differ.
@@ -341,9 +356,9 @@ impl LaplacianSolver {
         constraints: &Constraints,
         b: &[Vec3],
         v: &mut [Vec3],
+        reference: Reference,
     ) -> PcgReport {
-        let (reference, settings) = (Reference::FilteredRightHandSide, self.stop_test());
-        self.solve_with(start, constraints, b, v, reference, settings)
+        self.solve_with(start, constraints, b, v, reference, self.stop_test())
     }
 
     /// As [`solve`](Self::solve), until `‖r‖ ≤ residual` (kg m/s, Euclidean).
@@ -360,24 +375,15 @@ impl LaplacianSolver {
         self.solve_with(start, constraints, b, v, reference, settings)
     }
 
-    /// As [`solve`](Self::solve), with the forcing term relative to `reference` (kg m/s, in the
-    /// norm of [`filtered_norm`](Self::filtered_norm)) instead of the right-hand side.
-    pub fn solve_relative_to(
-        &mut self,
-        constraints: &Constraints,
-        b: &[Vec3],
-        v: &mut [Vec3],
-        reference: f64,
-    ) -> PcgReport {
-        let (start, reference) = (StartValue::Given, Reference::Absolute(reference));
-        self.solve_with(start, constraints, b, v, reference, self.stop_test())
-    }
-
     /// Norm of the filtered vector `S r`, kg m/s, in the norm of the stop test.
     pub fn filtered_norm(&mut self, constraints: &Constraints, r: &[Vec3]) -> f64 {
         self.residual.copy_from_slice(r);
         constraints.project(&mut self.residual);
-        match self.settings.norm {
+        self.norm_of_residual()
+    }
+
+    fn norm_of_residual(&mut self) -> f64 {
+        match self.settings.norm.residual() {
             Norm::Euclid => norm(&self.residual),
             Norm::Preconditioned => {
                 self.preconditioner.as_dyn().apply(&self.residual, &mut self.correction);
@@ -389,7 +395,7 @@ impl LaplacianSolver {
     fn stop_test(&self) -> PcgSettings {
         PcgSettings {
             forcing_term: self.settings.forcing_term,
-            norm: self.settings.norm,
+            norm: self.settings.norm.residual(),
             max_iterations: self.max_iterations,
         }
     }
@@ -451,14 +457,29 @@ impl LaplacianSolver {
         self.preconditioner.as_dyn().apply(b, out);
     }
 
-    /// `‖S (b − A v)‖` over the norm of the filtered right-hand side, Euclidean.
-    pub fn relative_residual(&mut self, constraints: &Constraints, b: &[Vec3], v: &[Vec3]) -> f64 {
-        constraints.prescribed_only(&mut self.correction);
-        self.fast.multiply(&self.matrix, &self.correction, &mut self.residual);
-        subtract_from(b, &mut self.residual);
-        constraints.project(&mut self.residual);
-        let reference = norm(&self.residual);
-        let residual = self.residual(constraints, b, v);
+    /// `‖S (b − A v)‖` over the reference: Euclidean over the norm of the filtered right-hand side,
+    /// else in the norm of the stop test.
+    pub fn relative_residual(
+        &mut self,
+        constraints: &Constraints,
+        b: &[Vec3],
+        v: &[Vec3],
+        reference: Reference,
+    ) -> f64 {
+        let (residual, reference) = match reference {
+            Reference::Absolute(reference) => {
+                self.filtered_residual(constraints, b, v);
+                (self.norm_of_residual(), reference)
+            }
+            Reference::FilteredRightHandSide => {
+                constraints.prescribed_only(&mut self.correction);
+                self.fast.multiply(&self.matrix, &self.correction, &mut self.residual);
+                subtract_from(b, &mut self.residual);
+                constraints.project(&mut self.residual);
+                let reference = norm(&self.residual);
+                (self.residual(constraints, b, v), reference)
+            }
+        };
         if residual > 0.0 { residual / reference } else { 0.0 }
     }
 
@@ -525,6 +546,13 @@ impl LaplacianSolver {
     pub fn constraint_impulse(&self, b: &[Vec3], v: &[Vec3], impulse: &mut [Vec3]) {
         constraint_impulse(&self.matrix, b, v, impulse);
     }
+}
+
+/// Norm of the diagonal over the free particles.
+fn diagonal_norm(matrix: &ScalarMatrix, free: &[bool]) -> f64 {
+    let diagonal =
+        free.iter().enumerate().filter(|(_, free)| **free).map(|(i, _)| matrix.diagonal(i));
+    diagonal.map(|entry| entry * entry).sum::<f64>().sqrt()
 }
 
 /// Assembles EEH (16), (17) and the left-hand side of (21).

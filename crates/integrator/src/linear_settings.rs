@@ -1,6 +1,6 @@
 //! Settings of the methods with one linear solve a step.
 
-use crate::{Declared, LinearSettings, PreconditionerKind, SolverKind, Word, declare};
+use crate::{Declared, LinearSettings, PreconditionerKind, SolverKind, StopNorm, Word, declare};
 use drape_solvers::Norm;
 
 impl Word for PreconditionerKind {
@@ -11,6 +11,14 @@ impl Word for PreconditionerKind {
 impl Word for Norm {
     const WORDS: &'static [(&'static str, Self)] =
         &[("euclid", Self::Euclid), ("preconditioned", Self::Preconditioned)];
+}
+
+impl Word for StopNorm {
+    const WORDS: &'static [(&'static str, Self)] = &[
+        ("velocity", Self::Velocity),
+        ("euclid", Self::Euclid),
+        ("preconditioned", Self::Preconditioned),
+    ];
 }
 
 /// The dense inverse has no word, since it needs a limit.
@@ -39,10 +47,13 @@ pub const PRECONDITIONER: Declared<PreconditionerKind> = declare!(
     "preconditioner of the conjugate gradients; auto: the faster of jacobi and ic0, by estimates \
      from the matrix"
 );
-/// Norm of the stop test.
-pub const NORM: Declared<Norm> = declare!(
-    norm: Norm [Euclid, Preconditioned] = Euclid,
-    "norm of the residual in the stop test (updated CG, robust: always that of the inverse mass)"
+/// Stop test.
+pub const NORM: Declared<StopNorm> = declare!(
+    norm: StopNorm [Velocity, Euclid, Preconditioned] = Velocity,
+    "what the residual is measured against: velocity: the change of velocity that the forces make, \
+     in any frame and with any masses; euclid: the right-hand side, as EEH print it, so that a \
+     fast sheet or one with a heavy particle is solved loosely; preconditioned: as velocity, in \
+     the norm of the preconditioner (updated CG, robust: always that of the inverse mass)"
 );
 /// Solver.
 pub const SOLVER: Declared<SolverKind> = declare!(
@@ -58,16 +69,16 @@ pub const MATRIX: Declared<MatrixUse> = declare!(
 );
 
 impl LinearSettings {
-    /// A solve with a kept matrix and the Euclidean norm.
+    /// A solve with a kept matrix, relative to the right-hand side.
     pub fn kept(forcing_term: f64, preconditioner: PreconditionerKind, solver: SolverKind) -> Self {
-        Self::of(forcing_term, preconditioner, Norm::Euclid, solver, MatrixUse::Kept)
+        Self::of(forcing_term, preconditioner, StopNorm::Euclid, solver, MatrixUse::Kept)
     }
 
     /// The settings of a solve from the values of the keys above.
     pub fn of(
         forcing_term: f64,
         preconditioner: PreconditionerKind,
-        norm: Norm,
+        norm: StopNorm,
         solver: SolverKind,
         matrix: MatrixUse,
     ) -> Self {

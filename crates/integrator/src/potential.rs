@@ -1,6 +1,6 @@
 //! The incremental potential: the function that an implicit stage minimises.
 
-use crate::Implicit;
+use crate::{Implicit, lightest_free_mass};
 use drape_model::{BlockSink, Effect, Level, Mat3, Part, Revisions, System, Tangent, Vec3};
 use drape_solvers::{Constraints, SolveStatus, vector::weighted_dot};
 
@@ -43,8 +43,10 @@ pub struct IncrementalPotential {
     gradient: Vec<Vec3>,
     candidate: Vec<Vec3>,
     scale: f64,
-    /// `‖τM⁻¹f_external‖_M`, √J.
+    /// `√m_min ‖τM⁻¹f_external‖`, √J.
     external: f64,
+    /// Sum of the external forces on all particles, N.
+    external_force: Vec3,
     round_off: f64,
     row_sums: Vec<f64>,
     /// `Σ k²/m` over the rows, 1/s⁴ kg, and its system; `None` where it depends on positions.
@@ -118,6 +120,7 @@ impl IncrementalPotential {
             candidate: zeros(),
             scale: 0.0,
             external: 0.0,
+            external_force: Vec3::zeros(),
             round_off: 0.0,
             row_sums: vec![0.0; system.len()],
             squared_stiffness: None,
@@ -164,6 +167,7 @@ impl IncrementalPotential {
             effect.add_force(system.mass(), &self.x_star, &mut self.force);
         }
         let external = self.velocity_change(system);
+        self.external_force = self.force.iter().sum();
         self.force.copy_from_slice(frozen);
         let lagged = lagged(self.lagged_time, &self.directions, &self.lagged_velocity);
         add_forces(self.implicit, system, lagged, (&self.x_star, v_star), &mut self.force);
@@ -209,21 +213,28 @@ impl IncrementalPotential {
         sum
     }
 
-    /// `‖τ M⁻¹ f‖_M` over the particles that are not pinned, √J.
+    /// `√m_min ‖τ M⁻¹ f‖` over the particles that are not pinned, √J, with the lightest of their
+    /// masses.
     fn velocity_change(&self, system: &System) -> f64 {
-        let mut sum = 0.0;
+        let (mut sum, lightest) = (0.0, lightest_free_mass(system));
         for (i, f) in self.force.iter().enumerate().filter(|(i, _)| !system.pinned()[*i]) {
-            sum += f.norm_squared() * self.inverse_mass[i];
+            sum += f.norm_squared() * self.inverse_mass[i] * (lightest / system.mass()[i]);
         }
         self.tau * sum.sqrt()
     }
 
     /// The scale of residuals, √J: the change of velocity that the forces at the start would make
-    /// in the stage, `max(‖τM⁻¹f(x*, v*)‖_M, ‖τM⁻¹f_external‖_M)`. The second term keeps a scale
-    /// for a sheet that hangs at rest. The scale does not depend on the frame: if it contained the
+    /// in the stage, `√m_min max(‖τM⁻¹f(x*, v*)‖, ‖τM⁻¹f_external‖)`. The second term keeps a scale
+    /// for a sheet that hangs at rest. The lightest free mass stands for all: by its own mass a
+    /// heavy particle would hide the residuals of the light ones. The scale does not depend on the frame: if it contained the
     /// velocity itself, a sheet that moves fast as a whole would be solved loosely.
     pub fn scale(&self) -> f64 {
         self.scale
+    }
+
+    /// Sum over all particles of the forces without a Jacobian, such as gravity, at the start, N.
+    pub fn external_force(&self) -> Vec3 {
+        self.external_force
     }
 
     /// Round-off of residuals, √J: forces carry an error of some `ε_mach k |x|`, whatever the

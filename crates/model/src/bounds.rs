@@ -18,6 +18,10 @@ pub(crate) const MAX_COORDINATE: f64 = 1e9;
 /// Greatest stiffness, damping coefficient or mass.
 pub(crate) const MAX_COEFFICIENT: f64 = 1e30;
 
+/// Least mass of a particle, kg. Below it products of masses leave the range of the numbers, and a
+/// sheet would stand still without a word.
+pub(crate) const MIN_MASS: f64 = 1e-30;
+
 /// Whether serde leaves a number out because 0 is its default.
 pub(crate) fn is_zero(value: &f64) -> bool {
     *value == 0.0
@@ -61,6 +65,11 @@ pub(crate) fn within(
 /// A stiffness or a damping coefficient.
 pub(crate) fn coefficient(path: impl Display, value: f64) -> Result<f64, Violation> {
     within(path, value, 0.0, MAX_COEFFICIENT)
+}
+
+/// A mass of a particle, kg.
+pub(crate) fn mass(path: impl Display, value: f64) -> Result<f64, Violation> {
+    within(path, value, MIN_MASS, MAX_COEFFICIENT)
 }
 
 /// A number above 0, at most `high`.
@@ -116,7 +125,7 @@ pub(crate) fn refuse(
 }
 
 macro_rules! positive {
-    ($($(#[$about:meta])+ $name:ident, $most:expr);+ $(;)?) => {
+    ($($(#[$about:meta])+ $name:ident, $low:literal, $least:expr, $most:expr);+ $(;)?) => {
         $($(#[$about])+
         pub(crate) enum $name {}
 
@@ -131,7 +140,7 @@ macro_rules! positive {
 
             fn json_schema(_: &mut SchemaGenerator) -> Schema {
                 json_schema!({
-                    "type": "number", "format": "double", "exclusiveMinimum": 0, "maximum": $most
+                    "type": "number", "format": "double", $low: $least, "maximum": $most
                 })
             }
         })+
@@ -140,7 +149,7 @@ macro_rules! positive {
 
 positive! {
     /// A length, m.
-    Length, MAX_COORDINATE;
-    /// A mass, kg.
-    Mass, MAX_COEFFICIENT;
+    Length, "exclusiveMinimum", 0.0, MAX_COORDINATE;
+    /// A mass of a particle, kg.
+    Mass, "minimum", MIN_MASS, MAX_COEFFICIENT;
 }

@@ -1,8 +1,6 @@
 //! Builds a running system from a frozen one and checks every value.
 
-use crate::bounds::{
-    MAX_COEFFICIENT, MAX_COORDINATE, MAX_PARTICLES, index, positive, vector, within,
-};
+use crate::bounds::{MAX_COORDINATE, MAX_PARTICLES, index, mass, vector, within};
 use crate::effects::{self, Checked};
 use crate::error::Violation;
 use crate::numbering::Strands;
@@ -30,8 +28,8 @@ impl ParticlesSpec {
             let list = list.iter().enumerate();
             list.map(|(i, &value)| vector(format_args!("particles.{key}[{i}]"), value)).collect()
         };
-        for (i, &mass) in self.mass_kg.iter().enumerate() {
-            positive(format_args!("particles.mass_kg[{i}]"), mass, MAX_COEFFICIENT)?;
+        for (i, &value) in self.mass_kg.iter().enumerate() {
+            mass(format_args!("particles.mass_kg[{i}]"), value)?;
         }
         let x = vectors("position_m", &self.position_m)?;
         let v = match self.velocity_m_s.as_slice() {

@@ -1,7 +1,8 @@
 //! The cloth of a scene: a grid, a mesh or explicit particles.
 
 use crate::bounds::{
-    LAST_PARTICLE, Length, MAX_COEFFICIENT, MAX_COORDINATE, MAX_PARTICLES, number, positive, vector,
+    LAST_PARTICLE, Length, MAX_COEFFICIENT, MAX_COORDINATE, MAX_PARTICLES, MIN_MASS, number,
+    positive, vector,
 };
 use crate::effects::Strand;
 use crate::error::Violation;
@@ -90,8 +91,9 @@ impl Grid {
         }
         vector(path("velocity_m_s"), self.velocity_m_s)?;
         positive(path("mass_kg"), self.mass_kg, MAX_COEFFICIENT)?;
-        if self.particle_mass() == 0.0 {
-            let expected = "enough for every particle to have a mass above 0";
+        if self.particle_mass() < MIN_MASS {
+            let least = number(MIN_MASS);
+            let expected = format!("enough for every particle to have a mass of {least} kg");
             return Err(Violation::new(path("mass_kg"), number(self.mass_kg), expected));
         }
         Ok(())

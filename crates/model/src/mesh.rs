@@ -15,7 +15,9 @@ mod edges;
 mod obj;
 mod surface;
 
-use crate::bounds::{MAX_COEFFICIENT, MAX_COORDINATE, direction, number, positive, vector, within};
+use crate::bounds::{
+    MAX_COEFFICIENT, MAX_COORDINATE, MIN_MASS, direction, number, positive, vector, within,
+};
 use crate::effects::Strand;
 use crate::error::Violation;
 use crate::{Mat3, ParticlesSpec, SpringEffect, Vec3, bundled};
@@ -219,13 +221,13 @@ impl MeshCloth {
             let share = density * surface::area(x, corners) / corners.len() as f64;
             corners.iter().for_each(|&corner| mass[corner as usize] += share);
         }
-        match mass.iter().position(|&mass| !(mass > 0.0 && mass <= MAX_COEFFICIENT)) {
+        match mass.iter().position(|&mass| !(MIN_MASS..=MAX_COEFFICIENT).contains(&mass)) {
             None => Ok(mass),
             Some(i) => {
                 let found =
                     format!("{}: particle {i} gets {} kg", number(density), number(mass[i]));
-                let most = number(MAX_COEFFICIENT);
-                Err(Violation::new(path, found, format!("masses above 0 kg, at most {most} kg")))
+                let [least, most] = [MIN_MASS, MAX_COEFFICIENT].map(number);
+                Err(Violation::new(path, found, format!("masses from {least} to {most} kg")))
             }
         }
     }

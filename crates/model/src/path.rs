@@ -127,6 +127,16 @@ impl Path {
         self.keyframes.last().map_or(0.0, |(time, _)| *time)
     }
 
+    /// Greatest speed, m/s.
+    pub fn greatest_speed(&self) -> f64 {
+        let mut from = (0.0, Vec3::zeros());
+        self.keyframes.iter().fold(0.0, |greatest: f64, &to| {
+            let (start, place) = std::mem::replace(&mut from, to);
+            let span = to.0 - start;
+            if span > 0.0 { greatest.max((to.1 - place).norm() / span) } else { greatest }
+        })
+    }
+
     /// Displacement at `t` seconds, m.
     pub fn offset(&self, t: f64) -> Vec3 {
         let next = self.keyframes.partition_point(|(time, _)| *time <= t);
@@ -184,6 +194,11 @@ impl MovingPin {
     pub fn stops(&self) -> f64 {
         self.path.end()
     }
+
+    /// Greatest speed, m/s.
+    pub fn greatest_speed(&self) -> f64 {
+        self.path.greatest_speed()
+    }
 }
 
 #[cfg(test)]
@@ -209,6 +224,8 @@ mod tests {
         assert!((path.offset(0.5).x - 0.5).abs() < 1e-15);
         assert!((path.offset(0.15).x - 0.05).abs() < 1e-15);
         assert_eq!((path.end(), path.offset(1e9)), (2.0, Vec3::from(frames[2].offset_m)));
+        let fastest = 0.8 * 2.0_f64.sqrt() / 0.4;
+        assert!((path.greatest_speed() - fastest).abs() < 1e-14, "{}", path.greatest_speed());
         assert_eq!(check(&[]).expect("valid"), None);
     }
 

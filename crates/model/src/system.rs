@@ -1,5 +1,6 @@
 //! The running system: masses, effects, pins, obstacles, with revisions.
 
+use crate::bounds::{MAX_COEFFICIENT, MIN_MASS};
 use crate::effects::batch::{self, Quads};
 use crate::effects::sweep::{self, Begin, Finish, MAX_PASSES, Windows};
 use crate::effects::{Effect, Linearised, Part, Pass, StiffnessProduct, pairs, tangent};
@@ -442,11 +443,13 @@ impl System {
         true
     }
 
-    /// Replaces the masses, kg. A list of another length, or with a value that is not positive and
-    /// finite, is refused with `false` and changes nothing.
+    /// Replaces the masses, kg. A list of another length, or with a value that is not from 1e-30 to
+    /// 1e30, is refused with `false` and changes nothing.
     #[must_use = "false means that nothing was changed"]
     pub fn set_mass(&mut self, mass: &[f64]) -> bool {
-        if mass.len() != self.len() || !mass.iter().all(|m| *m > 0.0 && m.is_finite()) {
+        if mass.len() != self.len()
+            || !mass.iter().all(|m| (MIN_MASS..=MAX_COEFFICIENT).contains(m))
+        {
             return false;
         }
         self.mass.copy_from_slice(mass);

@@ -297,7 +297,7 @@ fn scenes_with_values_out_of_range_are_refused() {
         cloth.grid.size_m[1] = 0                       → above 0
         cloth.grid.size_m = [9e8, 9e8]                 → within 1e9 m
         cloth.grid.mass_kg = 0                         → above 0
-        cloth.grid.mass_kg = 5e-324                    → every particle
+        cloth.grid.mass_kg = 1e-162                    → every particle to have a mass of 1e-30 | found 1e-162
         cloth.grid.center_m[1] = 2e9                   → from -1e9 to 1e9
 
         effects.tension = {}                           → one of `stiffness_n_per_m` and & `pieces` with at least one piece, or `warp` and `weft` | found without a stiffness
@@ -394,8 +394,9 @@ fn frozen_systems_that_contradict_themselves_are_refused() {
         format = "drape-system/0"                      → drape-system/1 | schema
         particles renamed partikel                     → `particles`
         particles.mass_kg renamed mass                 → `mass_kg`
-        particles.mass_kg[3] = -0.5                    → above 0
-        particles.mass_kg[3] = 0                       → above 0
+        particles.mass_kg[3] = -0.5                    → from 1e-30 to 1e30
+        particles.mass_kg[3] = 0                       → from 1e-30
+        particles.mass_kg[3] = 1e-162                  → from 1e-30 | found 1e-162 | schema
         particles.mass_kg[3] = 1e999                   → 1.8e308
         particles.mass_kg[3] = "x"                     → a number
         particles.mass_kg[3] = null                    → a number
@@ -449,7 +450,7 @@ fn explicit_cloth_is_refused_with_the_paths_of_the_scene() {
         effects.tension = { "stiffness_n_per_m": 3 }   → no such key | found beside explicit springs
         effects.shear_angle = { "stiffness_n_m": 1 }   → a grid | found without rows
         effects.bending_angle = { "stiffness_n_m": 1 } → a grid | found without rows
-        cloth.particles.particles.mass_kg[1] = 0       → above 0
+        cloth.particles.particles.mass_kg[1] = 0       → from 1e-30
         cloth.particles.particles.mass_kg gone         → this key
         cloth.particles.particles.position_m = []      → length 4 | found length 0
         cloth.particles.particles.position_m[2] = [0, 1, 0] → an area | at effects.bending_hinge | found 0 to 1

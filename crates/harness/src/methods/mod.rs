@@ -20,6 +20,7 @@ pub(crate) mod runs;
 mod symplectic_euler;
 mod terzopoulos_fleischer;
 
+use crate::presets::presets;
 use crate::theory::Theory;
 use drape_integrator::{Integrator, Method, Registration, SettingError, Settings, Split};
 use runs::Runs;
@@ -35,17 +36,30 @@ pub enum MethodError {
         /// The known ids.
         known: String,
     },
-    /// A setting is not of the form `key=value`.
-    #[error("{id}: setting `{text}`; expected key=value")]
+    /// A setting is not of the form `key=value`, and no preset either.
+    #[error("{id}: setting `{text}`; expected key=value{presets}")]
     NotAPair {
         /// Method id.
         id: &'static str,
         /// What was given.
         text: String,
+        /// The presets of the method, if it has any.
+        presets: String,
     },
     /// A setting was refused.
     #[error(transparent)]
     Setting(#[from] SettingError),
+}
+
+impl MethodError {
+    fn not_a_pair(method: &Method, text: &str) -> Self {
+        let names: Vec<_> = presets(method).map(|preset| preset.name).collect();
+        let presets = match names.join(", ") {
+            none if none.is_empty() => none,
+            names => format!(", or first the preset {names}"),
+        };
+        Self::NotAPair { id: method.id, text: text.to_owned(), presets }
+    }
 }
 
 /// A line of the registry: a method, what is known of it, and the forms that studies run.
@@ -111,7 +125,9 @@ pub struct Choice {
 }
 
 impl Choice {
-    /// Reads `id` or `id:key=value,key=value`, with further `key=value` settings from elsewhere.
+    /// Reads `id` or `id:key=value,key=value`, with further `key=value` settings from elsewhere. The
+    /// name of a [preset](crate::Preset) may stand first after the colon; what is given beside it
+    /// goes before it.
     ///
     /// # Errors
     /// [`MethodError`] naming what is known.
@@ -130,13 +146,22 @@ impl Choice {
             MethodError::Unknown { id: id.to_owned(), known: known.join(", ") }
         })?;
         let method = entry.registration.method;
-        let texts = settings.split(',').filter(|text| !text.trim().is_empty());
+        let mut texts = settings.split(',').filter(|text| !text.trim().is_empty()).peekable();
+        let preset =
+            texts.peek().and_then(|name| presets(method).find(|preset| preset.name == name.trim()));
+        if preset.is_some() {
+            texts.next();
+        }
         let mut pairs = Vec::new();
         for text in texts.chain(more.iter().map(String::as_str)) {
-            let (key, value) = text
-                .split_once('=')
-                .ok_or_else(|| MethodError::NotAPair { id: method.id, text: text.to_owned() })?;
+            let (key, value) =
+                text.split_once('=').ok_or_else(|| MethodError::not_a_pair(method, text))?;
             pairs.push((key.trim(), value.trim()));
+        }
+        for &(key, value) in preset.iter().flat_map(|preset| preset.settings) {
+            if !pairs.iter().any(|(given, _)| *given == key) {
+                pairs.push((key, value));
+            }
         }
         let settings = Settings::new(method.id, method.settings, pairs)?;
         Ok(Self { entry, settings })

@@ -1,13 +1,15 @@
 //! The linear system of a step, and its solvers.
 
 use crate::settings::{BaraffWitkinSettings, BlockSolver, FirstChange, Preconditioning};
-use drape_integrator::{Implicit, Linearisation, PrepareError, SolveStatus, StepError, StepReport};
-use drape_model::{State, StiffnessProduct, System, Tangent, Vec3};
+use drape_integrator::{
+    Implicit, Linearisation, PrepareError, SolveStatus, StepError, StepReport, lightest_free_mass,
+};
+use drape_model::{Revisions, State, StiffnessProduct, System, Tangent, Vec3};
 use drape_solvers::{
-    BlockFactor, BlockJacobi, BlockMatrix, Constraints, FactorKind, Identity, LinearOperator,
+    BlockFactor, BlockJacobi, BlockMatrix, Constraints, FactorKind, Identity, LinearOperator, Norm,
     PcgReport, PcgSettings, PcgWorkspace, Preconditioner, Reference, SolverError,
     constraint_impulse, filtered_pcg,
-    vector::{norm, subtract_from},
+    vector::{dot, norm, subtract_from},
 };
 
 /// `A Δv = b`, Baraff-Witkin (16).
@@ -84,7 +86,7 @@ impl LinearSystem {
         let product = StiffnessProduct { w: displacement, out: b };
         at.assemble(system, solver.matrix_mut(), Some(product));
         if let Solver::Cg(cg) = solver {
-            cg.update();
+            cg.update(system);
         }
     }
 
@@ -152,6 +154,7 @@ struct ConjugateGradients {
     block_jacobi: Option<BlockJacobi>,
     settings: PcgSettings,
     workspace: PcgWorkspace,
+    mass: MassScale,
 }
 
 impl ConjugateGradients {
@@ -167,23 +170,27 @@ impl ConjugateGradients {
             norm: settings.norm,
             max_iterations: PcgSettings::default_max(n),
         };
-        Self { matrix, block_jacobi, settings, workspace: PcgWorkspace::new(n) }
+        let workspace = PcgWorkspace::new(n);
+        Self { matrix, block_jacobi, settings, workspace, mass: MassScale::new(n) }
     }
 
     /// Updates the preconditioner. It is the identity where a diagonal block is not positive
     /// definite; the iteration then finds the direction of negative curvature itself.
-    fn update(&mut self) {
+    fn update(&mut self, system: &System) {
+        self.mass.update(system);
         if let Some(block_jacobi) = &mut self.block_jacobi {
             let _ = block_jacobi.update(&self.matrix);
         }
     }
 
     fn solve(&mut self, constraints: &Constraints, b: &[Vec3], change: &mut [Vec3]) -> PcgReport {
-        let Self { matrix, block_jacobi, settings, workspace } = self;
+        let Self { matrix, block_jacobi, settings, workspace, mass } = self;
         let preconditioner: &dyn Preconditioner = match block_jacobi {
             Some(block_jacobi) => block_jacobi,
             None => &Identity,
         };
+        let factor = mass.factor(constraints, preconditioner, settings.norm, b);
+        let settings = &PcgSettings { forcing_term: settings.forcing_term * factor, ..*settings };
         let reference = Reference::FilteredRightHandSide;
         filtered_pcg(
             &*matrix,
@@ -195,6 +202,67 @@ impl ConjugateGradients {
             settings,
             workspace,
         )
+    }
+}
+
+/// How much smaller the right-hand side is where every particle counts by the lightest free mass,
+/// `m_min M⁻¹ b`. Measured against `b` itself a heavy particle would hide the residuals of the
+/// light ones.
+#[derive(Debug)]
+struct MassScale {
+    /// `m_min/m_i`; empty where all free masses are equal.
+    ratio: Vec<f64>,
+    scaled: Vec<Vec3>,
+    product: Vec<Vec3>,
+    revisions: Option<Revisions>,
+    is_uneven: bool,
+}
+
+impl MassScale {
+    fn new(n: usize) -> Self {
+        let zeros = || vec![Vec3::zeros(); n];
+        let (scaled, product) = (zeros(), zeros());
+        Self { ratio: vec![1.0; n], scaled, product, revisions: None, is_uneven: false }
+    }
+
+    fn update(&mut self, system: &System) {
+        let now = system.revisions();
+        if self.revisions.replace(now) == Some(now) {
+            return;
+        }
+        let lightest = lightest_free_mass(system);
+        self.is_uneven = false;
+        for (i, (ratio, m)) in self.ratio.iter_mut().zip(system.mass()).enumerate() {
+            *ratio = lightest / m;
+            self.is_uneven |= !system.pinned()[i] && *ratio != 1.0;
+        }
+    }
+
+    /// `|m_min M⁻¹ S b|` over `|S b|` in a norm; 1 where all free masses are equal.
+    fn factor(
+        &mut self,
+        constraints: &Constraints,
+        preconditioner: &dyn Preconditioner,
+        of: Norm,
+        b: &[Vec3],
+    ) -> f64 {
+        if !self.is_uneven {
+            return 1.0;
+        }
+        let Self { ratio, scaled, product, .. } = self;
+        scaled.copy_from_slice(b);
+        constraints.project(scaled);
+        let mut length = |a: &[Vec3]| match of {
+            Norm::Euclid => norm(a),
+            Norm::Preconditioned => {
+                preconditioner.apply(a, product);
+                dot(a, product).sqrt()
+            }
+        };
+        let all = length(scaled);
+        scaled.iter_mut().zip(ratio).for_each(|(b, ratio)| *b *= *ratio);
+        let lightest = length(scaled);
+        if all > 0.0 && lightest.is_finite() { lightest / all } else { 1.0 }
     }
 }
 

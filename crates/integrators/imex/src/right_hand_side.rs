@@ -83,6 +83,12 @@ impl RightHandSide {
         }
     }
 
+    /// The impulse of the forces of level `n` on a particle, `h F`, kg m/s; between
+    /// [`freeze`](Self::freeze) and the first [`update`](Self::update).
+    pub(crate) fn impulse(&self, system: &System, state: &State, h: f64, i: usize) -> Vec3 {
+        self.frozen[i] - state.v[i] * system.mass()[i] + self.force[i] * h
+    }
+
     /// `b(v, x_n + h v)`: only `F2` and the remainder of projected damping follow `v`.
     #[doc(alias = "EEH Algorithm 1")]
     pub(crate) fn update(

@@ -3,10 +3,9 @@
 use drape_integrator::linear_settings::{MATRIX, MatrixUse, NORM, PRECONDITIONER, SOLVER};
 use drape_integrator::{
     Declared, Declares, ForcingKind, Implicit, LinearSettings, Method, Order, PreconditionerKind,
-    Quantity, SolverKind, Split, StabilityClass, Start, Supports, TOLERANCE, Word, declare,
-    settings,
+    Quantity, SolverKind, Split, StabilityClass, Start, StopNorm, Supports, TOLERANCE, Word,
+    declare, settings,
 };
-use drape_solvers::Norm;
 
 /// How step size control estimates the error of a method that splits the force.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -80,8 +79,8 @@ settings! {
         preconditioner: PreconditionerKind as PRECONDITIONER,
         /// start value of the solve
         start: Start as START,
-        /// norm of the residual in the stop test
-        norm: Norm as NORM,
+        /// what the residual of the solve is measured against
+        norm: StopNorm as NORM,
         /// solver
         solver: SolverKind as SOLVER,
         /// which springs stand in the matrix; the others stay at the old level
@@ -123,8 +122,8 @@ settings! {
         start: Start [Last, Extrapolated, Best] = Best,
         /// Algorithm 1 as printed, or with energy safeguards
         safeguard: Safeguard [Paper, Robust] = Robust,
-        /// norm of the residual in the stop test
-        norm: Norm as NORM,
+        /// what the residual of the solve is measured against
+        norm: StopNorm as NORM,
         /// solver
         solver: SolverKind as SOLVER,
         /// which springs are implicit

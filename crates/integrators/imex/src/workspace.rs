@@ -2,7 +2,8 @@
 
 use crate::right_hand_side::RightHandSide;
 use drape_integrator::{
-    ContactSet, LaplacianSolver, LinearSettings, Predictor, PrepareError, Split, Weights,
+    ContactSet, LaplacianSolver, LinearSettings, Predictor, PrepareError, Split, StepReference,
+    Weights,
 };
 use drape_model::{State, System, Vec3};
 use drape_solvers::Constraints;
@@ -19,6 +20,7 @@ pub(crate) struct Memory {
     pub(crate) predictor: Predictor,
     pub(crate) contacts: ContactSet,
     pub(crate) constraints: Constraints,
+    pub(crate) reference: StepReference,
 }
 
 impl Memory {
@@ -30,8 +32,11 @@ impl Memory {
         h: f64,
     ) -> Result<Self, PrepareError> {
         let weights = Weights::StiffnessAndDamping;
+        let linear =
+            LaplacianSolver::with_split(system, rhs.implicit(), weights, linear, split, h)?;
         Ok(Self {
-            linear: LaplacianSolver::with_split(system, rhs.implicit(), weights, linear, split, h)?,
+            reference: StepReference::new(system, &linear),
+            linear,
             rhs,
             velocity: vec![Vec3::zeros(); system.len()],
             impulse: ContactSet::impulse(system),

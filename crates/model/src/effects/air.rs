@@ -280,6 +280,15 @@ impl Effect for Air {
         true
     }
 
+    fn medium_velocity(&self, t: f64) -> Vec3 {
+        self.wind(t)
+    }
+
+    fn greatest_medium_speed(&self) -> f64 {
+        let gust = |wind: Wind| wind.gust.map_or(0.0, |gust| gust.amplitude.norm());
+        self.wind.map_or(0.0, |wind| wind.velocity.norm() + gust(wind))
+    }
+
     fn add_damping_force(&self, at: Level<'_>, out: &mut [Vec3]) {
         self.add_lagged_damping_force(at, at.v, out);
     }

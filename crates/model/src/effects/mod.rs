@@ -127,6 +127,16 @@ pub trait Effect: Debug + Send + Sync {
         false
     }
 
+    /// Velocity at time `t` (s) of the medium that it drags against, m/s; 0 where there is none.
+    fn medium_velocity(&self, _t: f64) -> Vec3 {
+        Vec3::zeros()
+    }
+
+    /// A speed that the medium never exceeds, m/s.
+    fn greatest_medium_speed(&self) -> f64 {
+        0.0
+    }
+
     /// Adds the damping force, N, to `out`.
     fn add_damping_force(&self, _at: Level<'_>, _out: &mut [Vec3]) {}
 

@@ -114,6 +114,34 @@ impl Obstacle {
         }
     }
 
+    /// Its least extent, m; infinite for a plane, which has no other side. A particle that moves
+    /// farther in a step may pass through it unseen. A mesh is at most as thick as its bounding
+    /// box.
+    pub fn thickness(&self) -> f64 {
+        match &self.shape {
+            Shape::Plane { .. } => f64::INFINITY,
+            Shape::Sphere { radius, .. } => 2.0 * radius,
+            Shape::Box { half_extents, .. } => 2.0 * half_extents.min(),
+            Shape::Mesh(mesh) => {
+                let (low, high) = bounding_box(mesh.vertices());
+                (high - low).min()
+            }
+        }
+    }
+
+    /// Centre and radius, m, of a ball around it at its place at the start; `None` for a plane.
+    pub fn bounding_ball(&self) -> Option<(Vec3, f64)> {
+        match &self.shape {
+            Shape::Plane { .. } => None,
+            Shape::Sphere { center, radius } => Some((*center, *radius)),
+            Shape::Box { center, half_extents } => Some((*center, half_extents.norm())),
+            Shape::Mesh(mesh) => {
+                let (low, high) = bounding_box(mesh.vertices());
+                Some(((low + high) * 0.5, 0.5 * (high - low).norm()))
+            }
+        }
+    }
+
     /// Displacement from its place at the start at `t` seconds, m; 0 without a path.
     pub fn offset(&self, t: f64) -> Vec3 {
         self.path.as_ref().map_or(Vec3::zeros(), |path| path.offset(t))
@@ -127,6 +155,11 @@ impl Obstacle {
             _ => Some(self.distance(x)),
         }
     }
+}
+
+fn bounding_box(points: &[Vec3]) -> (Vec3, Vec3) {
+    let none = (Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY));
+    points.iter().fold(none, |(low, high), x| (low.inf(x), high.sup(x)))
 }
 
 fn box_distance(r: &Vec3, half: &Vec3) -> (f64, Vec3) {
@@ -181,6 +214,18 @@ mod tests {
                 check_gradient(&Obstacle::from(shape.clone()), Vec3::new(a, b, c));
             }
         }
+    }
+
+    #[test]
+    fn thickness_is_the_least_extent() {
+        let half_extents = Vec3::new(1.0, 0.2, 0.5);
+        let table = Obstacle::from(Shape::Box { center: Vec3::x(), half_extents });
+        assert_eq!(table.thickness(), 0.4);
+        assert_eq!(table.bounding_ball(), Some((Vec3::x(), half_extents.norm())));
+        let ball = Obstacle::from(Shape::Sphere { center: Vec3::y(), radius: 0.3 });
+        assert_eq!((ball.thickness(), ball.bounding_ball()), (0.6, Some((Vec3::y(), 0.3))));
+        let plane = Obstacle::from(Shape::Plane { point: Vec3::zeros(), normal: Vec3::z() });
+        assert_eq!((plane.thickness(), plane.bounding_ball()), (f64::INFINITY, None));
     }
 
     #[test]

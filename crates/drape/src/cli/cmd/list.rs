@@ -1,7 +1,7 @@
 //! `drape list`.
 
 use crate::cli::output::print;
-use drape_harness::{bundled, claims, methods, studies};
+use drape_harness::{Preset, bundled, claims, methods, presets, studies};
 use drape_integrator::{Method, Order, StabilityClass};
 use std::fmt::Write as _;
 
@@ -95,6 +95,10 @@ fn describe(text: &mut String, method: &Method) -> std::fmt::Result {
             "    {}={}    {}; {}",
             setting.key, setting.default, setting.kind, setting.help
         )?;
+    }
+    for preset in presets(method) {
+        let Preset { method, name, help, .. } = preset;
+        writeln!(text, "    {method}:{name}    stands for {}; {help}", preset.written_out())?;
     }
     Ok(())
 }

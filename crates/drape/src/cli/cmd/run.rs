@@ -10,7 +10,8 @@ use clap::builder::TypedValueParser as _;
 use drape_harness::methods::{Choice, MethodError};
 use drape_harness::record::{Ending, FinalState, RUN_FORMAT, Run, Sample};
 use drape_harness::{
-    HarnessError, Moment, OrderedSimulation, Outcome, Peak, Rule, Team, system_hash,
+    HarnessError, Moment, OrderedSimulation, Outcome, Passage, Peak, Rule, Team, WorkBalance,
+    system_hash,
 };
 use drape_integrator::ExplicitNumbers;
 use drape_model::{SceneFile, State, SystemSpec, TimeSpan, Violation};
@@ -78,10 +79,10 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     }
     let start = Start::of(&simulation);
     // Wind, moving pins and moving obstacles do work on the cloth.
-    let is_driven = spec.effects.air.is_some_and(|air| air.wind.is_some())
-        || spec.pins.iter().any(|pin| !pin.path.is_empty())
-        || simulation.obstacles().iter().any(|obstacle| obstacle.path.is_some());
     let taken = (&inputs[..], sink.as_ref());
+    let mut balance = simulation.work_balance();
+    let mut tunnels = simulation.tunnels();
+    let is_driven = balance.is_some();
     let mut frames = Frames::begin(&arguments.frames, spec, &simulation, time, taken)?;
     let (whole, rest) = time.steps();
     let bar = bar(choice.method().id, whole + u64::from(rest.is_some()));
@@ -99,6 +100,10 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
             if step % (step / PEAKS).max(1) == 0 && !was_warned && !is_driven {
                 sound.look(moving);
             }
+            if let Some(balance) = &mut balance {
+                balance.look(moment);
+            }
+            tunnels.look(moment);
             if let Some(frames) = &mut frames {
                 frames.look(moving);
             }
@@ -142,8 +147,8 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     if let Some(warning) = warning {
         tell!("drape: warning: {warning}");
     }
-    let warning = energy_warning(&record, simulation.rule(), start).filter(|_| !is_driven);
-    if let Some(warning) = warning {
+    let warning = energy_warning(&record, simulation.rule(), start, balance.as_ref());
+    for warning in warning.into_iter().chain(tunnels.first().map(tunnel_warning)) {
         tell!("drape: warning: {warning}");
     }
     // The end of the run decides the exit code, even if the summary cannot be printed.
@@ -284,8 +289,25 @@ impl Start {
     }
 }
 
-/// The warning for a run that gained energy. A run that diverged needs none.
-fn energy_warning(run: &Run, rule: Rule, known: Start) -> Option<String> {
+/// The warning for an obstacle that a particle may have passed through between two steps.
+fn tunnel_warning(passage: &Passage) -> String {
+    let Passage { time, step, particle, obstacle, shape, way, thickness } = passage;
+    format!(
+        "in the step to t = {time:.4} s particle {particle} and obstacles[{obstacle}] (a {shape}) \
+         moved {way:.3e} m past each other; the {shape} is {thickness:.3e} m thick, and contacts \
+         are found at the ends of steps alone: it may pass through; take steps of at most {:.1e} s",
+        0.5 * step * thickness / way
+    )
+}
+
+/// The warning for a run that gained energy beside the work that came in, if anything drives it. A
+/// run that diverged needs none.
+fn energy_warning(
+    run: &Run,
+    rule: Rule,
+    known: Start,
+    balance: Option<&WorkBalance>,
+) -> Option<String> {
     let of = |sample: &Sample, name: &str| sample.energy_j.get(name).copied().unwrap_or(0.0);
     let greatest = |name: &str| run.series.iter().map(|s| of(s, name)).fold(0.0, f64::max);
     let start = of(run.series.first()?, "total");
@@ -303,12 +325,15 @@ fn energy_warning(run: &Run, rule: Rule, known: Start) -> Option<String> {
             run.method
         ),
     };
-    let rose = top - start > allowed * greatest("kinetic") + known.round_off;
+    let (rise, beside) = match balance {
+        None => (top - start, ""),
+        Some(balance) => (balance.excess()?, " and the work of pins, obstacles and wind"),
+    };
+    let rose = rise > allowed * greatest("kinetic") + known.round_off;
     (completed && rose).then(|| {
         format!(
-            "the total energy rose by {:.3e} J above its start; \
+            "the total energy rose by {rise:.3e} J above its start{beside}; \
              the greatest kinetic energy is {:.3e} J: {cause}",
-            top - start,
             greatest("kinetic")
         )
     })

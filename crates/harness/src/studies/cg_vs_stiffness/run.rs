@@ -65,8 +65,8 @@ impl Point {
         let common =
             format!("forcing_term={forcing_term},preconditioner={preconditioner},start={start}");
         match self.variant {
-            "plain" => format!("imex-euler:{common}"),
-            "updated-paper" => format!("imex-updated:{common},safeguard=paper"),
+            "plain" => format!("imex-euler:{common},norm=euclid"),
+            "updated-paper" => format!("imex-updated:{common},norm=euclid,safeguard=paper"),
             _ => format!("imex-updated:{common},safeguard=robust"),
         }
     }
@@ -178,7 +178,7 @@ fn cell(point: &Point, sheet: &Sheet) -> Result<Cell, HarnessError> {
 
 /// Labels and methods of the fall.
 const FALLING: [(&str, &str); 4] = [
-    (PLAIN_MOTION, "imex-euler"),
+    (PLAIN_MOTION, "imex-euler:norm=euclid"),
     (UPDATED_MOTION, "imex-updated"),
     (TENSION_ONLY, "imex-updated:implicit=tension"),
     (IMPLICIT, "backward-euler"),

@@ -118,12 +118,15 @@ impl Reading {
     }
 }
 
+/// Settings of Algorithm 1 as printed, over all springs.
+const AS_PRINTED: &str = "safeguard=paper,norm=euclid,start=extrapolated";
+
 /// The methods of the sweep: EEH (21), Algorithm 1 as printed, and its robust form.
 fn form(variant: &str, forcing_term: f64) -> String {
     match variant {
-        "plain" => format!("imex-euler:forcing_term={forcing_term}"),
+        "plain" => format!("imex-euler:norm=euclid,forcing_term={forcing_term}"),
         "updated-paper" => {
-            format!("imex-updated:forcing_term={forcing_term},safeguard=paper,start=extrapolated")
+            format!("imex-updated:{AS_PRINTED},forcing_term={forcing_term}")
         }
         _ => format!("imex-updated:forcing_term={forcing_term}"),
     }

@@ -6,7 +6,7 @@ use crate::splitting::SplittingError;
 use crate::workspace::Memory;
 use drape_integrator::{
     ContactSet, EnergyLedger, LaplacianSolver, Method, Phase, PhaseClock, Predictor, PrepareError,
-    Registration, Rewind, Scheme, SolverKind, StepError, StepReport, Stepper, Taken,
+    Registration, Rewind, Scheme, SolverKind, StepError, StepReport, StepStart, Stepper, Taken,
 };
 use drape_model::{State, System, Vec3};
 use drape_solvers::StartValue;
@@ -50,8 +50,16 @@ impl Scheme for EulerWorkspace {
         h: f64,
         clock: &mut PhaseClock,
     ) -> Result<StepReport, StepError> {
-        let Memory { rhs, velocity: v, impulse, linear, predictor, contacts, constraints } =
-            &mut self.memory;
+        let Memory {
+            rhs,
+            velocity: v,
+            impulse,
+            linear,
+            predictor,
+            contacts,
+            constraints,
+            reference,
+        } = &mut self.memory;
         let bands = bands(system.threads(), system.len());
         clock.switch(Phase::MatrixSetup);
         // A = M + h² L_k + h L_c, EEH (21)
@@ -67,9 +75,14 @@ impl Scheme for EulerWorkspace {
         let end = state.t + h;
         contacts.detect(system, &state.x, &state.v, (h, end), constraints);
         clock.switch(Phase::Solve);
+        // h F, the impulse of the forces of level n
+        let forces = |i: usize| rhs.b[i] - state.v[i] * system.mass()[i];
+        let begin = StepStart { system, state, tau: h };
+        let reference = reference.of(begin, linear, contacts, constraints, forces);
         let mut start = predictor.start(settings.start, &state.v, h); // EEH (22)
         contacts.solve(system, constraints, impulse, |constraints, wanted| {
-            report += linear.solve_from(start, constraints, &rhs.b, v); // A v_{n+1} = b, EEH (21)
+            // A v_{n+1} = b, EEH (21)
+            report += linear.solve_from(start, constraints, &rhs.b, v, reference);
             start = StartValue::Given; // solves with other contacts start from the last solution
             wanted.fill(v, |impulse| {
                 linear.constraint_impulse(&rhs.b, v, impulse);

@@ -13,8 +13,9 @@ use crate::right_hand_side::RightHandSide;
 use drape_integrator::{
     Forcing, ForcingKind, ForcingRule, Implicit, IncrementalPotential, LaplacianSolver, Newton,
     NewtonLinear, NewtonSettings, PrepareError, SolveStatus, StepError, StepReport,
+    lightest_free_mass,
 };
-use drape_model::{Revisions, State, System, Vec3};
+use drape_model::{Obstacle, Revisions, State, System, Vec3};
 
 /// A residual below this fraction of the scale counts as converged, whatever the energy does.
 const CONVERGED: f64 = 1e-9;
@@ -45,7 +46,8 @@ impl Descent {
         report: &mut StepReport,
     ) -> Result<(), StepError> {
         let Problem { system, state, h, constraints, .. } = problem;
-        let Targets { updates, allowed, tightest, wanted, mut tolerance } = self.targets(problem);
+        let Targets { updates, frame, allowed, tightest, wanted, mut tolerance } =
+            self.targets(problem);
         report.force_evaluations += 1;
         constraints.impose(v);
         loop {
@@ -62,7 +64,8 @@ impl Descent {
                 self.finish(problem, v, tolerance, report)?; // ∇Φ(v) = 0, (U3)
             }
             report.force_evaluations += 1;
-            let gained = self.energy(system, v) > allowed; // ½‖v‖²_M + U(x_n + h v) > H_n, (U4)
+            // ½‖v‖²_M + U(x_n + h v) > H_n, (U4)
+            let gained = self.energy(problem, frame, v) > allowed;
             if gained && report.solve != SolveStatus::Converged {
                 let status = report.solve;
                 self.by_newton = false;
@@ -91,7 +94,7 @@ impl Descent {
         tolerance: f64,
         report: &mut StepReport,
     ) -> bool {
-        let Problem { system, state, h, constraints, settings } = problem;
+        let Problem { system, state, h, constraints, settings, .. } = problem;
         let lightest = lightest(system);
         let direct = linear.is_direct();
         let follows_progress = settings.forcing == ForcingKind::EisenstatWalker;
@@ -141,10 +144,17 @@ impl Descent {
         Ok(())
     }
 
-    /// Total energy after the step, J.
-    fn energy(&mut self, system: &System, v: &[Vec3]) -> f64 {
-        let kinetic = system.kinetic_energy(v);
-        kinetic + system.potential_energy(self.potential.positions(v))
+    /// Total energy after the step, J, in a frame that moves at `frame`. There gravity pulls on a
+    /// cloth that has moved less far by `h` times that velocity.
+    fn energy(&mut self, problem: Problem<'_>, frame: Vec3, v: &[Vec3]) -> f64 {
+        let Problem { system, h, .. } = problem;
+        let potential = system.potential_energy(self.potential.positions(v));
+        let energy = kinetic_energy(system, v, frame) + potential;
+        if frame == Vec3::zeros() {
+            energy
+        } else {
+            energy + h * frame.dot(&self.potential.external_force())
+        }
     }
 
     /// The targets of a step.
@@ -152,10 +162,12 @@ impl Descent {
         let Problem { system, state, h, settings, .. } = problem;
         let theta = h * h * self.stiffness(settings.implicit, system);
         let (scale, floor) = (self.potential.scale(), self.potential.round_off());
-        let kinetic = system.kinetic_energy(&state.v);
+        let frame = frame(problem);
+        let kinetic = kinetic_energy(system, &state.v, frame);
         let potential = system.potential_energy(&state.x);
         let wanted = settings.forcing_term * scale;
         Targets {
+            frame,
             updates: theta <= settings.newton_above * (1.0 + 1e-12),
             allowed: kinetic
                 + potential
@@ -172,6 +184,8 @@ impl Descent {
 struct Targets {
     /// Whether updates are tried at all, or Newton's method starts at once.
     updates: bool,
+    /// The frame in which energy is measured, m/s.
+    frame: Vec3,
     /// `H_n` and its round-off, J.
     allowed: f64,
     /// The tightest tolerance, √J.
@@ -182,11 +196,40 @@ struct Targets {
     tolerance: f64,
 }
 
+/// The velocity of the frame in which a step may not gain energy, m/s: that of the pins, else of
+/// the air, else of the first obstacle. They do no work there, so the step does not depend on how
+/// fast the scene moves as a whole.
+fn frame(Problem { system, state, h, constraints, .. }: Problem<'_>) -> Vec3 {
+    let pins = system.pins();
+    if !pins.is_empty() {
+        if system.moving_pins().is_empty() {
+            return Vec3::zeros();
+        }
+        let velocities = pins.iter().map(|&pin| constraints.prescribed(pin as usize));
+        return velocities.sum::<Vec3>() / pins.len() as f64;
+    }
+    if let Some(drag) = system.effects().find(|effect| effect.is_drag()) {
+        return drag.medium_velocity(state.t);
+    }
+    let velocity = |obstacle: &Obstacle| {
+        let moves = obstacle.path.is_some();
+        let way = || obstacle.offset(state.t + h) - obstacle.offset(state.t);
+        if moves { way() / h } else { Vec3::zeros() }
+    };
+    system.obstacles().first().map_or(Vec3::zeros(), velocity)
+}
+
+/// Kinetic energy in a frame that moves at `frame`, J.
+fn kinetic_energy(system: &System, v: &[Vec3], frame: Vec3) -> f64 {
+    if frame == Vec3::zeros() {
+        return system.kinetic_energy(v);
+    }
+    system.mass().iter().zip(v).map(|(m, v)| 0.5 * m * (v - frame).norm_squared()).sum()
+}
+
 /// `√m` of the lightest particle that moves: `‖r‖` in the norm of `M⁻¹` is at most `‖r‖` over this.
 fn lightest(system: &System) -> f64 {
-    let free = system.mass().iter().zip(system.pinned()).filter(|(_, pinned)| !**pinned);
-    let mass = free.fold(f64::INFINITY, |least, (&m, _)| least.min(m));
-    if mass.is_finite() { mass.sqrt() } else { 1.0 }
+    lightest_free_mass(system).sqrt()
 }
 
 /// Memory and lookups.

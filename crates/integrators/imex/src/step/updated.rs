@@ -7,11 +7,11 @@ use crate::workspace::Memory;
 use drape_integrator::{
     ContactSet, EnergyLedger, Forcing, ForcingKind, ForcingRule, LaplacianSolver, Method, Phase,
     PhaseClock, Predictor, PrepareError, Registration, Rewind, Scheme, SolveStatus, SolverKind,
-    Start, StepError, StepReport, Stepper, Taken,
+    Start, StepError, StepReport, StepStart, Stepper, Taken,
 };
 use drape_model::{State, System, Vec3};
-use drape_solvers::Constraints;
 use drape_solvers::bands::bands;
+use drape_solvers::{Constraints, Reference, StartValue};
 
 /// IMEX Euler with updated CG, EEH Algorithm 1.
 pub type ImexUpdated = Stepper<UpdatedWorkspace>;
@@ -53,7 +53,16 @@ impl Scheme for UpdatedWorkspace {
         clock: &mut PhaseClock,
     ) -> Result<StepReport, StepError> {
         let Self { memory, descent } = self;
-        let Memory { rhs, velocity: v, impulse, linear, predictor, contacts, constraints } = memory;
+        let Memory {
+            rhs,
+            velocity: v,
+            impulse,
+            linear,
+            predictor,
+            contacts,
+            constraints,
+            reference,
+        } = memory;
         let bands = bands(system.threads(), system.len());
         clock.switch(Phase::MatrixSetup);
         // A = M + h² L_k + h L_c, EEH (21)
@@ -69,11 +78,17 @@ impl Scheme for UpdatedWorkspace {
             // EEH (22)
             Start::Extrapolated | Start::Best => predictor.extrapolate(&state.v, h, bands, v),
         }
+        let mut relative_to = Reference::FilteredRightHandSide;
         if let Some(descent) = descent {
             descent.begin(system, state, h, &rhs.explicit_force);
+        } else {
+            let forces = |i: usize| rhs.impulse(system, state, h, i);
+            let begin = StepStart { system, state, tau: h };
+            relative_to = reference.of(begin, linear, contacts, constraints, forces);
         }
         contacts.solve(system, constraints, impulse, |constraints, wanted| {
-            let problem = Problem { system, state, h, constraints, settings };
+            let reference = relative_to;
+            let problem = Problem { system, state, h, constraints, settings, reference };
             if let Some(descent) = descent {
                 if settings.start == Start::Best {
                     descent.choose(problem, v, &state.v);
@@ -133,6 +148,8 @@ pub(crate) struct Problem<'a> {
     pub(crate) h: f64,
     pub(crate) constraints: &'a Constraints,
     pub(crate) settings: &'a ImexUpdatedSettings,
+    /// Of the stop test of the loop as printed.
+    pub(crate) reference: Reference,
 }
 
 /// Algorithm 1 as printed: updates until an update needs no CG iteration.
@@ -144,7 +161,7 @@ pub(crate) fn as_printed(
     v: &mut [Vec3],
     report: &mut StepReport,
 ) {
-    let Problem { system, state, h, constraints, settings } = problem;
+    let Problem { system, state, h, constraints, settings, reference } = problem;
     let direct = linear.is_direct();
     let follows_progress = settings.forcing == ForcingKind::EisenstatWalker;
     constraints.impose(v);
@@ -155,7 +172,7 @@ pub(crate) fn as_printed(
         report.outer_passes += 1;
         if direct || follows_progress {
             // The iteration count of a direct or a loose solve says nothing about the update.
-            let residual = linear.relative_residual(constraints, &rhs.b, v);
+            let residual = linear.relative_residual(constraints, &rhs.b, v, reference);
             report.matvecs += 2;
             report.relative_residual = residual;
             if residual <= settings.forcing_term {
@@ -171,7 +188,8 @@ pub(crate) fn as_printed(
             *report += linear.solve_to(constraints, &rhs.b, v, residual * term);
             continue;
         }
-        let solve = linear.solve(constraints, &rhs.b, v); // A v = b by CG while |r| > ε |b|
+        // A v = b by CG while |r| > ε |b|, or ε times another reference
+        let solve = linear.solve_from(StartValue::Given, constraints, &rhs.b, v, reference);
         *report += solve;
         if solve.iterations == 0 && !direct {
             return; // the last update needed no iteration: k = 0

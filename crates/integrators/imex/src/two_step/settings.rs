@@ -5,22 +5,22 @@ use crate::settings::{ESTIMATOR, Estimator, IMPLICIT_SPRINGS, START};
 use drape_integrator::linear_settings::{MATRIX, MatrixUse, NORM, PRECONDITIONER, SOLVER};
 use drape_integrator::{
     Declares, Implicit, LinearSettings, Method, Order, PreconditionerKind, Quantity, Setting,
-    SettingError, Settings, SolverKind, StabilityClass, Start, Supports, TOLERANCE, settings,
+    SettingError, Settings, SolverKind, StabilityClass, Start, StopNorm, Supports, TOLERANCE,
+    settings,
 };
-use drape_solvers::Norm;
 use std::ops::Deref;
 
 settings! {
     /// The settings that the four methods share.
     pub struct TwoStepValues {
-        /// tolerance ε of the solve, relative to the change of momentum that the forces would make
+        /// relative tolerance ε of the solve
         forcing_term: f64 in 1e-16..=0.5 = 1e-3,
         /// preconditioner of the conjugate gradients
         preconditioner: PreconditionerKind as PRECONDITIONER,
         /// start value of the solve
         start: Start as START,
-        /// norm of the residual in the stop test
-        norm: Norm as NORM,
+        /// what the residual of the solve is measured against
+        norm: StopNorm as NORM,
         /// solver
         solver: SolverKind as SOLVER,
         /// which springs are implicit

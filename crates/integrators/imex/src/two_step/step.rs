@@ -8,9 +8,10 @@ use super::{
 };
 use drape_integrator::{
     Change, ContactSet, Method, MultistepMotion, Phase, PhaseClock, PrepareError, Registration,
-    Rewind, Scheme, Stage, StageSettings, Start, StepError, StepReport, Stepper, drift,
+    Rewind, Scheme, Stage, StageSettings, Start, StepError, StepReport, StepStart, Stepper, drift,
 };
 use drape_model::{Level, State, System, Vec3};
+use drape_solvers::StartValue;
 
 /// A two-step implicit-explicit method of order 2: SBDF2, CNAB2, MCNAB2 or CNLF.
 pub type ImexTwoStep = Stepper<Workspace>;
@@ -50,9 +51,6 @@ pub static CNLF: Registration = Registration {
 
 /// A particle that approaches by less than this within a step, m, makes no impact.
 const TOUCHING: f64 = 1e-9;
-
-/// Round-off of a force over `k |x|`, and of a momentum over `m |v|`.
-const ROUND_OFF: f64 = 4.0 * f64::EPSILON;
 
 impl Scheme for Workspace {
     type Settings = ImexTwoStepSettings;
@@ -111,11 +109,14 @@ impl Scheme for Workspace {
                 self.b[i] = inertia * m + force * (h / a0) + self.scratch[i] * tau;
             }
             self.prepare_solve(settings, system, state, (h, tau), clock);
-            let reference = self.reference(system, state, tau, settings.forcing_term);
             let Self { linear, contacts, constraints, b, velocity: v, impulse, .. } = self;
+            // τ (F_n + G_n), the impulse of the forces of level n
+            let forces = |i: usize| (self.present.explicit[i] + self.present.linear[i]) * tau;
+            let begin = StepStart { system, state, tau };
+            let reference = self.reference.of(begin, linear, contacts, constraints, forces);
             contacts.solve(system, constraints, impulse, |constraints, wanted| {
                 // (M + τ² L_k + τ L_c) v_{n+1} = b, EEH (9)
-                report += linear.solve_relative_to(constraints, b, v, reference);
+                report += linear.solve_from(StartValue::Given, constraints, b, v, reference);
                 wanted.fill(v, |impulse| {
                     linear.constraint_impulse(b, v, impulse);
                     report.matvecs += 1;
@@ -218,37 +219,6 @@ impl Workspace {
         velocity.copy_from_slice(starter.velocity());
         position.copy_from_slice(starter.positions());
         Ok(())
-    }
-
-    /// The reference of the residual, kg m/s: the change of momentum that the forces of level `n`
-    /// would make within `τ`, or the external forces alone if that is more. `ε` times the reference
-    /// is not below round-off.
-    ///
-    /// `|b|` would not do, because it grows with two things. It grows with the speed of the whole
-    /// sheet, so a fast sheet would be solved loosely. Across the springs it grows like `θ`: there
-    /// `b = A v`, and `A` has the full stiffness in directions in which the springs have none.
-    ///
-    /// Particles that friction holds count as free along the surface: the reference must also serve
-    /// where they turn out to slide.
-    fn reference(&mut self, system: &System, state: &State, tau: f64, forcing_term: f64) -> f64 {
-        let Self { linear, contacts, constraints, scratch, present, external, .. } = self;
-        for ((s, f), g) in scratch.iter_mut().zip(&present.explicit).zip(&present.linear) {
-            *s = (f + g) * tau;
-        }
-        let (total, external) = contacts.without_friction(system, constraints, |constraints| {
-            let total = linear.filtered_norm(constraints, scratch);
-            (total, tau * linear.filtered_norm(constraints, external))
-        });
-        let reach = state.x.iter().fold(0.0, |a: f64, x| a.max(x.amax()));
-        for (i, s) in scratch.iter_mut().enumerate() {
-            let m = system.mass()[i];
-            let springs = (linear.matrix().diagonal(i) - m) * (reach / tau);
-            s.fill(ROUND_OFF * (springs + m * state.v[i].amax()));
-        }
-        let round_off = contacts.without_friction(system, constraints, |constraints| {
-            linear.filtered_norm(constraints, scratch)
-        });
-        total.max(external).max(round_off / forcing_term)
     }
 }
 

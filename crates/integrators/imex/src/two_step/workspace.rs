@@ -4,7 +4,9 @@ use super::ImexTwoStepSettings;
 use super::old_level::OldLevel;
 use super::split_forces::SplitForces;
 use crate::splitting::SplittingError;
-use drape_integrator::{ContactSet, ImplicitStage, LaplacianSolver, PrepareError, Weights};
+use drape_integrator::{
+    ContactSet, ImplicitStage, LaplacianSolver, PrepareError, StepReference, Weights,
+};
 use drape_model::{System, Vec3};
 use drape_solvers::Constraints;
 
@@ -28,6 +30,7 @@ pub struct Workspace {
     /// Force of the effects without a Jacobian, such as gravity, N.
     pub(crate) external: Vec<Vec3>,
     pub(crate) scratch: Vec<Vec3>,
+    pub(crate) reference: StepReference,
 }
 
 impl Workspace {
@@ -39,8 +42,10 @@ impl Workspace {
         let (linear, implicit) = (settings.linear(), settings.implicit);
         let zeros = || vec![Vec3::zeros(); system.len()];
         let weights = Weights::StiffnessAndDamping;
+        let linear = LaplacianSolver::new(system, implicit, weights, linear, tau)?;
         Ok(Self {
-            linear: LaplacianSolver::new(system, implicit, weights, linear, tau)?,
+            reference: StepReference::new(system, &linear),
+            linear,
             starter: ImplicitStage::new(system)?,
             past: OldLevel::new(system.len()),
             present: SplitForces::new(system.len()),

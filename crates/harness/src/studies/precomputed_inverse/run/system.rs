@@ -7,10 +7,11 @@ use crate::studies::precomputed_inverse::facts::{CG, CHOLESKY, DENSE, Solver};
 use crate::studies::sheet::{GRAVITY, Sheet};
 use crate::studies::stepper::Stepper;
 use drape_integrator::{
-    Implicit, LaplacianSolver, LinearSettings, PreconditionerKind, SolverKind, Weights, hold_pins,
+    Implicit, LaplacianSolver, LinearSettings, PreconditionerKind, SolverKind, StopNorm, Weights,
+    hold_pins,
 };
 use drape_model::{DampingLaw, SystemSpec, Vec3};
-use drape_solvers::{CompleteCholesky, Constraints, DenseInverse, Norm, ScalarMatrix};
+use drape_solvers::{CompleteCholesky, Constraints, DenseInverse, ScalarMatrix};
 
 /// Step size, s.
 pub(super) const STEP: f64 = 0.01;
@@ -55,7 +56,7 @@ impl Case {
         LinearSettings {
             forcing_term,
             preconditioner: PreconditionerKind::Ic0,
-            norm: Norm::Euclid,
+            norm: StopNorm::Euclid,
             solver: match self.solver {
                 DENSE => SolverKind::DenseInverse { limit_bytes: MEMORY },
                 CHOLESKY => SolverKind::Cholesky,

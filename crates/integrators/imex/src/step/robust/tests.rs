@@ -64,6 +64,7 @@ fn no_pass_raises_the_incremental_potential() {
                     *v = random.vector() * 3.0;
                 }
                 let problem = Problem {
+                    reference: drape_solvers::Reference::FilteredRightHandSide,
                     system: &system,
                     state: &state,
                     h: H,

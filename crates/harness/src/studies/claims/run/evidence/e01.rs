@@ -87,7 +87,7 @@ fn optimal_factor(theta: f64) -> f64 {
 /// Right-hand sides: what a step in the middle of a fall has, and one without any pattern.
 fn right_hand_sides(side: u32) -> Result<(ScalarMatrix, [Vec<Vec3>; 2]), HarnessError> {
     let start = build(&hanging(side, STIFFNESS, 0.0).spec()?)?;
-    let method = "imex-euler:forcing_term=1e-10,implicit=springs";
+    let method = "imex-euler:norm=euclid,forcing_term=1e-10,implicit=springs";
     let state = run(&start, method, STEP, 0.5, None)?.state;
     let system = &start.system;
     let mut load = vec![Vec3::zeros(); system.len()];

@@ -14,7 +14,7 @@ pub(super) const TRIAL: Trial = Trial {
     seconds: None,
 };
 
-const METHOD: &str = "imex-euler:forcing_term=1e-10,implicit=springs,start=last";
+const METHOD: &str = "imex-euler:norm=euclid,forcing_term=1e-10,implicit=springs,start=last";
 
 fn evidence() -> Result<Vec<Number>, HarnessError> {
     Ok(numbers(&survey(METHOD)?))

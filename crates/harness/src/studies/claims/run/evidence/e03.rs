@@ -101,7 +101,7 @@ impl Step {
         let masses = spec.particles.mass_kg.iter_mut().enumerate();
         masses.filter(|_| uneven).for_each(|(i, m)| *m *= 1.0 + (i % 7) as f64);
         let start = build(&spec)?;
-        let method = "imex-euler:forcing_term=1e-6,implicit=springs";
+        let method = "imex-euler:norm=euclid,forcing_term=1e-6,implicit=springs";
         let state = run(&start, method, STEP, 0.2, None)?.state;
         let system = &start.system;
         let n = system.len();

@@ -32,7 +32,7 @@ const STEP: f64 = 0.01;
 const STIFFNESSES: [f64; 4] = [1e4, 1e5, 1e6, 1e7];
 /// When the state is taken that the sweep is tried on, and when errors are.
 const MOMENTS: [f64; 3] = [0.1, 0.3, 1.0];
-const IMEX: &str = "imex-euler:forcing_term=1e-8,implicit=springs";
+const IMEX: &str = "imex-euler:norm=euclid,forcing_term=1e-8,implicit=springs";
 
 /// What Kang's sweep leaves of the right-hand side `h (F_int − h L_k v)`: a sweep from zero is
 /// division by the diagonal, the correction by the neighbours is the second.

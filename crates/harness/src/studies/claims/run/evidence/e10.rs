@@ -34,8 +34,11 @@ const DAMPINGS: [f64; 2] = [0.0, 40.0];
 const RATIOS: [f64; 6] = [1e-4, 1e-3, 1e-2, 0.1, 0.3, 1.0];
 /// Plain CG, and Algorithm 1 from v_n, so that no predictor interferes; both solved well.
 const METHODS: [(&str, &str); 2] = [
-    ("plain", "imex-euler:forcing_term=1e-8,start=last"),
-    ("updated", "imex-updated:safeguard=paper,forcing_term=1e-4,start=last,max_outer=1000"),
+    ("plain", "imex-euler:norm=euclid,forcing_term=1e-8,start=last"),
+    (
+        "updated",
+        "imex-updated:norm=euclid,safeguard=paper,forcing_term=1e-4,start=last,max_outer=1000",
+    ),
 ];
 /// Most visits of a spring in a run, and in one with many small steps, where explicit springs are
 /// stable anyway.

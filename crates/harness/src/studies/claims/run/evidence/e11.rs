@@ -110,7 +110,7 @@ fn evidence() -> Result<Vec<Number>, HarnessError> {
         }
     }
     let falls = [
-        ("IMEX Euler, without ∂F2", fall("imex-euler:forcing_term=1e-8")?),
+        ("IMEX Euler, without ∂F2", fall("imex-euler:norm=euclid,forcing_term=1e-8")?),
         ("Baraff-Witkin, with ∂F2 in the matrix", fall("baraff-witkin:forcing_term=1e-8")?),
     ];
     for (name, fall) in falls {

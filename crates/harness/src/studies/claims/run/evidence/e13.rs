@@ -32,14 +32,20 @@ const OTHERS: [f64; 4] = [0.1, 3.0, 7.3, 1000.0];
 const RUNS: [(&str, f64); 10] = [
     ("symplectic-euler", 1e3),
     ("leapfrog:solver=cg", 1e3),
-    ("imex-euler:forcing_term=1e-12,preconditioner=jacobi", 1e4),
-    ("imex-euler:forcing_term=1e-12,preconditioner=jacobi", 1e6),
-    ("imex-updated:safeguard=paper,start=last,forcing_term=1e-12,preconditioner=jacobi", 1e4),
+    ("imex-euler:norm=euclid,forcing_term=1e-12,preconditioner=jacobi", 1e4),
+    ("imex-euler:norm=euclid,forcing_term=1e-12,preconditioner=jacobi", 1e6),
+    (
+        "imex-updated:norm=euclid,safeguard=paper,start=last,forcing_term=1e-12,preconditioner=jacobi",
+        1e4,
+    ),
     ("baraff-witkin:forcing_term=1e-12,preconditioner=none,norm=euclid", 1e4),
     ("baraff-witkin:forcing_term=1e-12,preconditioner=none,norm=euclid", 1e6),
     ("kang", 1e4),
-    ("imex-euler:forcing_term=1e-12,preconditioner=ic0", 1e4),
-    ("imex-updated:safeguard=paper,start=last,forcing_term=1e-12,preconditioner=ic0", 1e4),
+    ("imex-euler:norm=euclid,forcing_term=1e-12,preconditioner=ic0", 1e4),
+    (
+        "imex-updated:norm=euclid,safeguard=paper,start=last,forcing_term=1e-12,preconditioner=ic0",
+        1e4,
+    ),
 ];
 
 /// Whether a run scaled by a power of two must have the same bits: IC(0) takes square roots, and

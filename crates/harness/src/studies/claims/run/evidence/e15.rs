@@ -9,10 +9,11 @@ use crate::scenes::bundled;
 use crate::studies::claims::facts::TimedCase;
 use crate::studies::tables::run::PRINTED;
 use drape_integrator::{
-    Implicit, LaplacianSolver, LinearSettings, PreconditionerKind, SolverKind, Weights, hold_pins,
+    Implicit, LaplacianSolver, LinearSettings, PreconditionerKind, SolverKind, StopNorm, Weights,
+    hold_pins,
 };
 use drape_model::{Level, Vec3};
-use drape_solvers::{Constraints, Norm};
+use drape_solvers::Constraints;
 use std::time::Instant;
 
 pub(super) const TRIAL: Trial = Trial {
@@ -56,7 +57,8 @@ fn entries(simulation: &Simulation) -> f64 {
 
 /// Operations with the inverse over those with CG, a step.
 fn ratio(start: &Simulation, step: f64, duration: f64, term: f64) -> Result<f64, HarnessError> {
-    let run = track(start, &format!("imex-euler:forcing_term={term}"), step, duration, 0)?;
+    let run =
+        track(start, &format!("imex-euler:norm=euclid,forcing_term={term}"), step, duration, 0)?;
     let n = start.system.len() as f64;
     let (cg, inverse) = operations(n, entries(start), run.per_step(), 1.0);
     Ok(inverse / cg)
@@ -103,7 +105,7 @@ fn evidence() -> Result<Vec<Number>, HarnessError> {
 /// One solve of the falling sheet of 400 particles at the stiffer of the paper's values, both ways.
 fn seconds() -> Result<Timed, HarnessError> {
     let mut start = build(&hanging(20, 1e6, 40.0).spec()?)?;
-    start.state = track(&start, "imex-euler", STEP, 0.2, 0)?.state;
+    start.state = track(&start, "imex-euler:norm=euclid", STEP, 0.2, 0)?.state;
     let Simulation { system, state } = &start;
     let mut constraints = Constraints::free(system.len());
     hold_pins(system, &mut constraints);
@@ -121,7 +123,7 @@ fn seconds() -> Result<Timed, HarnessError> {
         let settings = LinearSettings {
             forcing_term: 1e-3,
             preconditioner: PreconditionerKind::Ic0,
-            norm: Norm::Euclid,
+            norm: StopNorm::Euclid,
             solver,
             rebuild_every_step: false,
         };

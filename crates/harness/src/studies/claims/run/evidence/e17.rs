@@ -28,16 +28,24 @@ struct Form {
 }
 
 const FORMS: [Form; 5] = [
-    Form { name: "plain, ε = 0.05", method: "imex-euler:forcing_term=0.05", good: "extrapolated" },
-    Form { name: "plain, ε = 1e-3", method: "imex-euler:forcing_term=1e-3", good: "extrapolated" },
+    Form {
+        name: "plain, ε = 0.05",
+        method: "imex-euler:norm=euclid,forcing_term=0.05",
+        good: "extrapolated",
+    },
+    Form {
+        name: "plain, ε = 1e-3",
+        method: "imex-euler:norm=euclid,forcing_term=1e-3",
+        good: "extrapolated",
+    },
     Form {
         name: "updated as printed, ε = 0.05",
-        method: "imex-updated:safeguard=paper,forcing_term=0.05",
+        method: "imex-updated:norm=euclid,safeguard=paper,forcing_term=0.05",
         good: "extrapolated",
     },
     Form {
         name: "updated as printed, ε = 1e-3",
-        method: "imex-updated:safeguard=paper,forcing_term=1e-3",
+        method: "imex-updated:norm=euclid,safeguard=paper,forcing_term=1e-3",
         good: "extrapolated",
     },
     Form {
@@ -60,7 +68,8 @@ struct Stage {
 impl Stage {
     fn new(start: Simulation, step: f64, tracked: usize) -> Result<Self, HarnessError> {
         let released = reference_energy(&start, 1.0)?;
-        let way = track(&start, "imex-euler:forcing_term=1e-8", step, 1.0, tracked)?.path;
+        let way =
+            track(&start, "imex-euler:norm=euclid,forcing_term=1e-8", step, 1.0, tracked)?.path;
         Ok(Self { start, step, released, tracked, way })
     }
 }

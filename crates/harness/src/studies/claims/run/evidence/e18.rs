@@ -7,11 +7,11 @@ use crate::HarnessError;
 use crate::run::Simulation;
 use crate::studies::sheet::MASS;
 use drape_integrator::{
-    Implicit, LaplacianSolver, LinearSettings, PreconditionerKind, SolverKind, Split, Weights,
-    hold_pins,
+    Implicit, LaplacianSolver, LinearSettings, PreconditionerKind, SolverKind, Split, StopNorm,
+    Weights, hold_pins,
 };
 use drape_model::{PieceSpec, State, Vec3};
-use drape_solvers::{Constraints, Norm};
+use drape_solvers::Constraints;
 
 pub(super) const TRIAL: Trial = Trial {
     id: "C18",
@@ -61,7 +61,7 @@ fn kept_from_the_start(start: &Simulation, h: f64) -> Result<State, HarnessError
     let settings = LinearSettings {
         forcing_term: 1e-10,
         preconditioner: PreconditionerKind::Ic0,
-        norm: Norm::Euclid,
+        norm: StopNorm::Euclid,
         solver: SolverKind::Cg,
         rebuild_every_step: false,
     };
@@ -91,7 +91,8 @@ fn steps(h: f64) -> u64 {
 /// Last state of a run of IMEX Euler, all springs implicit, solved to the end, and how often the
 /// matrix changed.
 fn with_split(start: &Simulation, split: &str, h: f64) -> Result<(State, u64), HarnessError> {
-    let method = format!("imex-euler:implicit=springs,forcing_term=1e-10,split={split}");
+    let method =
+        format!("imex-euler:norm=euclid,implicit=springs,forcing_term=1e-10,split={split}");
     let mut rebuilt = 0;
     let end = walk(
         start,

@@ -28,9 +28,9 @@ const SPEEDS: [f64; 2] = [2.0, 10.0];
 /// The paper's system in several settings; updated CG from the old velocity, since its predictor
 /// gains energy.
 const OWN: [(&str, &str); 3] = [
-    ("plain, ε = 0.05", "imex-euler:forcing_term=0.05"),
-    ("plain, ε = 1e-6", "imex-euler:forcing_term=1e-6"),
-    ("updated, ε = 0.05", "imex-updated:forcing_term=0.05,safeguard=paper,start=last"),
+    ("plain, ε = 0.05", "imex-euler:norm=euclid,forcing_term=0.05"),
+    ("plain, ε = 1e-6", "imex-euler:norm=euclid,forcing_term=1e-6"),
+    ("updated, ε = 0.05", "imex-updated:norm=euclid,forcing_term=0.05,safeguard=paper,start=last"),
 ];
 
 /// What the sheet falls on; its top lies 2 cm below it.

@@ -178,7 +178,7 @@ fn evidence() -> Result<Vec<Number>, HarnessError> {
                     touched: vec![None; n],
                     step: 0,
                 };
-                let method = "imex-euler:forcing_term=1e-6";
+                let method = "imex-euler:norm=euclid,forcing_term=1e-6";
                 walk(
                     &start,
                     method,

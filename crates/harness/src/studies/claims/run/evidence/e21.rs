@@ -57,8 +57,8 @@ fn row((side, tension, damping, shear): (u32, f64, f64, f64)) -> Result<Row, Har
     Ok(Row {
         label: format!("n = {}, k/m = {tension:e}, d/m = {damping}, shear {shear} k", side * side),
         is_stiff,
-        plain: kept("imex-euler:implicit=springs")?,
-        exact_solve: kept("imex-euler:implicit=springs,forcing_term=1e-10")?,
+        plain: kept("imex-euler:norm=euclid,implicit=springs")?,
+        exact_solve: kept("imex-euler:norm=euclid,implicit=springs,forcing_term=1e-10")?,
         // The repair: Algorithm 1 with safeguards and without its turn to Newton's method, which
         // would factorise.
         updated: if tension > 1e6 || side > 20 {

@@ -35,8 +35,10 @@ fn one_step(start: &Simulation) -> Result<(u32, u32, bool), HarnessError> {
     let mut counts = [0; 2];
     let mut is_capped = false;
     let methods = [
-        "imex-euler:forcing_term=1e-4,start=last,implicit=springs".to_owned(),
-        format!("imex-updated:forcing_term=1e-4,start=last,safeguard=paper,max_outer={CAP}"),
+        "imex-euler:norm=euclid,forcing_term=1e-4,start=last,implicit=springs".to_owned(),
+        format!(
+            "imex-updated:norm=euclid,forcing_term=1e-4,start=last,safeguard=paper,max_outer={CAP}"
+        ),
     ];
     for (count, method) in counts.iter_mut().zip(&methods) {
         walk(
@@ -81,8 +83,9 @@ fn row(theta: f64) -> Result<Row, HarnessError> {
             row.is_capped |= is_capped;
         }
         if theta <= 100.0 {
-            let plain = "imex-euler:forcing_term=1e-4,implicit=springs";
-            let updated = "imex-updated:forcing_term=1e-4,safeguard=paper,max_outer=2000";
+            let plain = "imex-euler:norm=euclid,forcing_term=1e-4,implicit=springs";
+            let updated =
+                "imex-updated:norm=euclid,forcing_term=1e-4,safeguard=paper,max_outer=2000";
             let count =
                 |method| Ok::<_, HarnessError>(track(&start, method, STEP, 0.5, 0)?.iterations);
             row.run = row.run.max(count(updated)? as f64 / count(plain)? as f64);

@@ -80,10 +80,11 @@ fn evidence() -> Result<Vec<Number>, HarnessError> {
             } else {
                 ("preconditioner=ic0", "preconditioner=block-jacobi", "IC(0) / block Jacobi")
             };
-            let printed = format!("safeguard=paper,max_outer=2000,{scalar}");
+            let printed = format!("norm=euclid,safeguard=paper,max_outer=2000,{scalar}");
             let updated = forms("imex-updated", &["0.05", "1e-2", "1e-3"], &printed);
             let full = forms("baraff-witkin", &["0.1", "1e-2", "1e-3"], block);
-            let plain = forms("imex-euler", &["1e-2"], &format!("implicit=springs,{scalar}"));
+            let plain =
+                forms("imex-euler", &["1e-2"], &format!("norm=euclid,implicit=springs,{scalar}"));
             let updated = front(&start, &exact, &updated, &COUNTS)?;
             let full = front(&start, &exact, &full, &COUNTS)?;
             let plain = front(&start, &exact, &plain, &FINE)?;

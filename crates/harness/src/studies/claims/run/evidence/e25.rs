@@ -30,8 +30,8 @@ const SPAN: f64 = 0.3;
 
 /// The forms of the method; the paper's first.
 const FORMS: [(&str, &str); 3] = [
-    ("plain", "imex-euler:implicit=springs,forcing_term="),
-    ("updated as printed", "imex-updated:safeguard=paper,max_outer=3000,forcing_term="),
+    ("plain", "imex-euler:norm=euclid,implicit=springs,forcing_term="),
+    ("updated as printed", "imex-updated:norm=euclid,safeguard=paper,max_outer=3000,forcing_term="),
     ("updated, safeguarded", "imex-updated:newton_above=1e300,max_outer=100000,forcing_term="),
 ];
 

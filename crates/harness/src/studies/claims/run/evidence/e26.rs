@@ -92,13 +92,13 @@ fn evidence() -> Result<Vec<Number>, HarnessError> {
     let mut series = Vec::new();
     for name in ["hanging", "table"] {
         for (form, method) in [
-            ("plain, ε = 0.05", "imex-euler:forcing_term=0.05"),
-            ("plain, ε = 1e-3", "imex-euler:forcing_term=1e-3"),
+            ("plain, ε = 0.05", "imex-euler:norm=euclid,forcing_term=0.05"),
+            ("plain, ε = 1e-3", "imex-euler:norm=euclid,forcing_term=1e-3"),
             (
                 "plain, ε = 1e-3, no preconditioner",
-                "imex-euler:forcing_term=1e-3,preconditioner=none",
+                "imex-euler:norm=euclid,forcing_term=1e-3,preconditioner=none",
             ),
-            ("updated", "imex-updated:forcing_term=0.05,safeguard=paper"),
+            ("updated", "imex-updated:norm=euclid,forcing_term=0.05,safeguard=paper"),
         ] {
             series.push(Series::new(name, form, method)?);
         }

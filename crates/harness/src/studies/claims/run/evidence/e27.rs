@@ -28,12 +28,15 @@ const COUNTS: [u32; 4] = [30, 60, 120, 240];
 /// Forms of the method: with the paper's order of tolerance, and solved until the tolerance does
 /// not count.
 const FORMS: [(&str, &str); 4] = [
-    ("plain, ε = 0.05", "imex-euler:forcing_term=0.05"),
-    ("plain, ε = 1e-10", "imex-euler:forcing_term=1e-10"),
-    ("updated, ε = 0.05", "imex-updated:safeguard=paper,implicit=tension,forcing_term=0.05"),
+    ("plain, ε = 0.05", "imex-euler:norm=euclid,forcing_term=0.05"),
+    ("plain, ε = 1e-10", "imex-euler:norm=euclid,forcing_term=1e-10"),
+    (
+        "updated, ε = 0.05",
+        "imex-updated:norm=euclid,safeguard=paper,implicit=tension,forcing_term=0.05",
+    ),
     (
         "updated, ε = 1e-8",
-        "imex-updated:safeguard=paper,implicit=tension,forcing_term=1e-8,max_outer=20000",
+        "imex-updated:norm=euclid,safeguard=paper,implicit=tension,forcing_term=1e-8,max_outer=20000",
     ),
 ];
 

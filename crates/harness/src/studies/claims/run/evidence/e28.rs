@@ -43,10 +43,10 @@ fn row(mesh: Mesh) -> Result<Row, HarnessError> {
         let (start, tracked) = (build(&spec)?, free_edge(&spec));
         let exact = true_motion(&start, 0.6, tracked)?;
         let run = |method: &str| track(&start, method, STEP, 0.6, tracked);
-        let tight = run("imex-euler:forcing_term=1e-10")?;
+        let tight = run("imex-euler:norm=euclid,forcing_term=1e-10")?;
         row.gain = row.gain.max(tight.gain / reference_energy(&start, 0.6)?);
-        let bare = run("imex-euler:forcing_term=1e-3,preconditioner=none")?.per_step();
-        let plain = run("imex-euler:forcing_term=1e-3")?.per_step();
+        let bare = run("imex-euler:norm=euclid,forcing_term=1e-3,preconditioner=none")?.per_step();
+        let plain = run("imex-euler:norm=euclid,forcing_term=1e-3")?.per_step();
         let mut values = vec![tight.path / exact.path, bare, plain / bare];
         if stiffness <= UPDATED_LIMIT {
             let updated = run("imex-updated:newton_above=1e300,max_outer=2000")?;

@@ -27,7 +27,7 @@ const VISIT: f64 = 5e-9;
 const STEP: f64 = 0.01;
 /// Simulated time of a run, s.
 const SPAN: f64 = 1.0;
-const METHOD: &str = "imex-euler:forcing_term=0.05";
+const METHOD: &str = "imex-euler:norm=euclid,forcing_term=0.05";
 const SIDES: [u32; 6] = [20, 52, 100, 140, 200, 280];
 
 /// Stiffness over mass at fixed k/m, and at fixed material, whose particles get lighter.

@@ -1,0 +1,106 @@
+//! Settings under a name: those with which a paper prints a method, where they differ from the
+//! defaults.
+
+use drape_integrator::Method;
+
+/// Settings of a method under a name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Preset {
+    /// Id of the method.
+    pub method: &'static str,
+    /// Name, which stands first after the colon.
+    pub name: &'static str,
+    /// Its settings.
+    pub settings: &'static [(&'static str, &'static str)],
+    /// What it is.
+    pub help: &'static str,
+}
+
+/// All presets.
+const PRESETS: [Preset; 3] = [
+    Preset {
+        method: "imex-euler",
+        name: "paper",
+        settings: &[("norm", "euclid"), ("split", "paper")],
+        help: "as Eberhardt, Etzmuß and Hauth print it",
+    },
+    Preset {
+        method: "imex-updated",
+        name: "paper",
+        settings: &[
+            ("safeguard", "paper"),
+            ("start", "extrapolated"),
+            ("norm", "euclid"),
+            ("implicit", "tension"),
+            ("split", "paper"),
+        ],
+        help: "Algorithm 1 as Eberhardt, Etzmuß and Hauth print it; it may gain energy",
+    },
+    Preset {
+        method: "desbrun",
+        name: "paper",
+        settings: &[("inverse", "dense"), ("torque", "literal"), ("inverse_dynamics", "true")],
+        help: "as Desbrun, Schröder and Barr publish it: the full inverse, the torque in their \
+               units, and springs shortened after the step",
+    },
+];
+
+impl Preset {
+    /// Id and settings, as [`Choice::parse`](crate::methods::Choice::parse) reads them.
+    pub fn written_out(&self) -> String {
+        let pairs: Vec<_> =
+            self.settings.iter().map(|(key, value)| format!("{key}={value}")).collect();
+        format!("{}:{}", self.method, pairs.join(","))
+    }
+}
+
+/// The presets of a method.
+pub fn presets(method: &Method) -> impl Iterator<Item = &'static Preset> {
+    let id = method.id;
+    PRESETS.iter().filter(move |preset| preset.method == id)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::methods::{self, Choice};
+
+    fn id(text: &str) -> String {
+        Choice::parse(text, &[]).unwrap_or_else(|error| panic!("{error}")).full_id()
+    }
+
+    #[test]
+    fn a_preset_is_what_it_writes_out_and_no_default() {
+        for preset in &PRESETS {
+            let Preset { method, name, .. } = preset;
+            assert!(methods::all().any(|known| known.id == *method), "{method}");
+            assert_eq!(id(&format!("{method}:{name}")), id(&preset.written_out()));
+            for pair in preset.settings {
+                let choice = Choice::parse(method, &[]).unwrap_or_else(|error| panic!("{error}"));
+                assert_ne!(choice.settings().get(pair.0), Some(pair.1), "{method}: {pair:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn further_settings_go_before_those_of_a_preset() {
+        let text = "imex-euler:paper,norm=velocity,forcing_term=0.05";
+        assert_eq!(id(text), id("imex-euler:split=paper,forcing_term=0.05"));
+        let more = ["norm=preconditioned".to_owned()];
+        let choice = Choice::parse("imex-euler:paper", &more).unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(choice.settings().get("norm"), Some("preconditioned"));
+        assert_eq!(choice.settings().get("split"), Some("paper"));
+    }
+
+    #[test]
+    fn a_name_that_is_no_preset_is_refused() {
+        let refused = |text: &str| match Choice::parse(text, &[]) {
+            Err(error) => error.to_string(),
+            Ok(choice) => panic!("{} taken as {}", text, choice.full_id()),
+        };
+        let preset = "imex-euler: setting `papr`; expected key=value, or first the preset paper";
+        assert_eq!(refused("imex-euler:papr"), preset);
+        assert_eq!(refused("provot:paper"), "provot: setting `paper`; expected key=value");
+        assert!(refused("imex-euler:start=last,paper").contains("setting `paper`"));
+    }
+}

@@ -1,0 +1,146 @@
+//! The work that pins, obstacles and wind do on a cloth, so that a gain of energy is seen beside
+//! it.
+//!
+//! | what drives | its work in a step of `h` |
+//! |---|---|
+//! | a led pin | `−f·Δx + ½ m Δ(v²)`, with the force `f` of the cloth on it |
+//! | the wind `w` | `h w·Σf` over the drag `f`; relative to the air drag only takes energy |
+//! | an obstacle that moves at `u` | `u·C`, with the impulse `C` of all contacts |
+//!
+//! `C = Σ (m Δv − h f)` over the particles that are not pinned: forces between them cancel, so the
+//! sum needs no knowledge of the contacts. Where obstacles move differently, `|C|` times the
+//! greatest speed is an upper limit.
+//!
+//! A method takes `f` somewhere between the start and the end of the step. So two sums are kept,
+//! with the forces of the start and of the end of the steps, and the greater counts.
+
+use crate::run::Moment;
+use drape_model::{Level, State, System, Vec3};
+
+/// Compares the total energy of a driven run with that of its start and the work that came in.
+#[derive(Clone, Debug)]
+pub struct WorkBalance {
+    /// Total energy at the start, J.
+    start: f64,
+    /// The last state, with the forces and the work rates that belong to it.
+    before: State,
+    last: Forces,
+    next: Forces,
+    /// Work so far by the forces at the start and at the end of the steps, J.
+    work: [f64; 2],
+    /// Greatest rise above the start and the work so far, J.
+    excess: f64,
+    /// Whether a step has moved particles by other means than forces.
+    is_corrected: bool,
+}
+
+/// Forces at a level.
+#[derive(Clone, Debug)]
+struct Forces {
+    /// On each particle, N.
+    all: Vec<Vec3>,
+    scratch: Vec<Vec3>,
+    /// Work rate of the wind, W.
+    wind: f64,
+    /// Sum over the particles that are not pinned, N.
+    free: Vec3,
+}
+
+impl Forces {
+    fn new(n: usize) -> Self {
+        let zeros = || vec![Vec3::zeros(); n];
+        Self { all: zeros(), scratch: zeros(), wind: 0.0, free: Vec3::zeros() }
+    }
+
+    fn evaluate(&mut self, system: &System, at: Level<'_>) {
+        system.forces(at, &mut self.all);
+        self.wind = 0.0;
+        for drag in system.effects().filter(|effect| effect.is_drag()) {
+            self.scratch.fill(Vec3::zeros());
+            drag.add_damping_force(at, &mut self.scratch);
+            self.wind += self.scratch.iter().sum::<Vec3>().dot(&drag.medium_velocity(at.t));
+        }
+        let free = self.all.iter().zip(system.pinned()).filter(|(_, pinned)| !**pinned);
+        self.free = free.map(|(f, _)| f).sum();
+    }
+}
+
+/// Whether pins, obstacles or wind can do work on a cloth.
+pub fn is_driven(system: &System) -> bool {
+    !system.moving_pins().is_empty()
+        || system.obstacles().iter().any(|obstacle| obstacle.path.is_some())
+        || system.effects().any(|effect| effect.greatest_medium_speed() > 0.0)
+}
+
+impl WorkBalance {
+    /// Begins at the start of a run.
+    pub fn new(system: &System, state: &State) -> Self {
+        let n = state.len();
+        let mut last = Forces::new(n);
+        last.evaluate(system, state.level());
+        Self {
+            start: total(system, state),
+            before: state.clone(),
+            last,
+            next: Forces::new(n),
+            work: [0.0; 2],
+            excess: 0.0,
+            is_corrected: false,
+        }
+    }
+
+    /// Looks at the end of a step.
+    pub fn look(&mut self, moment: &Moment<'_>) {
+        let Moment { system, state, report, .. } = *moment;
+        self.is_corrected |= report.correction > 0.0;
+        if !state.is_finite() || self.is_corrected {
+            return;
+        }
+        let Self { before, last, next, .. } = self;
+        next.evaluate(system, state.level());
+        let h = state.t - before.t;
+        let work = [&*last, &*next].map(|forces| work(system, (before, state), h, forces));
+        self.work[0] += work[0];
+        self.work[1] += work[1];
+        std::mem::swap(last, next);
+        before.copy_from(state);
+        let came_in = self.work[0].max(self.work[1]);
+        self.excess = self.excess.max(total(system, state) - self.start - came_in);
+    }
+
+    /// Greatest rise of the total energy above its start and the work that had come in, J. `None`
+    /// where a step moved particles by other means than forces, as Provot's correction does: its
+    /// pull on a pin is work that no force tells.
+    pub fn excess(&self) -> Option<f64> {
+        (!self.is_corrected).then_some(self.excess)
+    }
+}
+
+fn total(system: &System, state: &State) -> f64 {
+    system.kinetic_energy(&state.v) + system.potential_energy(&state.x)
+}
+
+/// Work of a step with the forces of one of its ends, J.
+fn work(system: &System, (from, to): (&State, &State), h: f64, forces: &Forces) -> f64 {
+    let mut work = h * forces.wind;
+    for i in system.moving_pins().iter().map(|pin| pin.particle) {
+        let kinetic = to.v[i].norm_squared() - from.v[i].norm_squared();
+        work += 0.5 * system.mass()[i] * kinetic - forces.all[i].dot(&(to.x[i] - from.x[i]));
+    }
+    let velocity = |t: f64, h: f64| {
+        let obstacles = system.obstacles().iter();
+        obstacles.map(move |obstacle| (obstacle.offset(t + h) - obstacle.offset(t)) / h)
+    };
+    let velocities = || velocity(from.t, h);
+    let fastest = velocities().map(|u| u.norm()).fold(0.0, f64::max);
+    if fastest > 0.0 {
+        let mut contact = forces.free * -h;
+        for i in (0..to.len()).filter(|&i| !system.pinned()[i]) {
+            contact += (to.v[i] - from.v[i]) * system.mass()[i];
+        }
+        let first = velocities().next().unwrap_or_default();
+        let is_one = velocities().all(|u| u == first);
+        work += if is_one { first.dot(&contact) } else { fastest * contact.norm() };
+    }
+    work
+}

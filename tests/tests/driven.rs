@@ -1,0 +1,145 @@
+//! Work that pins, obstacles and wind do is told from a gain of energy.
+
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+use drape_harness::methods::Choice;
+use drape_harness::{Moment, Runner, Simulation, WorkBalance};
+use drape_model::{KeyframeSpec, ObstacleSpec, State, System, SystemSpec, TimeSpan};
+use drape_oracle::scenes::bundled;
+use drape_tests::{METHODS, Sheet, assert_covers, build};
+
+fn frame(time_s: f64, offset_m: [f64; 3]) -> KeyframeSpec {
+    KeyframeSpec { time_s, offset_m }
+}
+
+/// A sheet on two pins of which one is led up and about.
+fn led() -> SystemSpec {
+    let mut spec = Sheet { side: 6, ..Sheet::default() }.spec();
+    spec.pins[0].path =
+        vec![frame(0.1, [0.0, 0.0, 0.3]), frame(0.3, [0.3, 0.1, 0.3]), frame(0.5, [0.0, 0.0, 0.0])];
+    spec
+}
+
+/// A sheet on two pins in a gusty wind.
+fn blown() -> SystemSpec {
+    let mut spec = Sheet { side: 6, ..Sheet::default() }.spec();
+    spec.effects.air = bundled("flag").effects.air;
+    spec
+}
+
+/// A sheet that a ball throws up.
+fn thrown() -> SystemSpec {
+    let mut spec = Sheet { side: 6, pinned: false, ..Sheet::default() }.spec();
+    let path = vec![frame(0.4, [0.0, 0.0, 1.2])];
+    let (center_m, radius_m) = ([0.07, 0.03, -0.35], 0.3);
+    spec.obstacles =
+        vec![ObstacleSpec::Sphere { center_m, radius_m, restitution: 0.0, friction: 0.0, path }];
+    spec
+}
+
+/// Excess of the energy beside the work, and the greatest kinetic energy, J.
+fn excess(id: &str, spec: &SystemSpec, time: TimeSpan) -> (Option<f64>, f64) {
+    let choice = Choice::parse(id, &[]).unwrap();
+    let (system, state) = build(spec);
+    let mut simulation = Simulation { system, state };
+    let mut balance = WorkBalance::new(&simulation.system, &simulation.state);
+    let mut kinetic = 0.0_f64;
+    let look = |moment: &Moment<'_>| {
+        balance.look(moment);
+        kinetic = kinetic.max(moment.system.kinetic_energy(&moment.state.v));
+    };
+    let outcome = Runner::new(&choice, time).observe(look).go(&mut simulation).unwrap();
+    assert_eq!(outcome.divergence, None, "{id}");
+    (balance.excess(), kinetic)
+}
+
+/// The command warns above this share of the kinetic energy.
+const SHARE: f64 = 0.02;
+
+/// Methods that move particles by a correction after the step: nothing is said about their energy.
+const CORRECTED: [&str; 4] = [
+    "provot",
+    "provot:limit=1e-3,sweeps=4,order=alternating,velocity=positions-only",
+    "baraff-witkin:solver=cholesky,contact=position,implicit=tension",
+    "desbrun:torque=none,inverse_dynamics=true,limit=1e-3",
+];
+
+/// It leaves out the force of compressed springs, whose energy counts.
+const GAINS: [&str; 1] = ["terzopoulos-fleischer:clamp=true"];
+
+#[test]
+fn every_method_is_driven() {
+    assert_covers("driven", METHODS, &[]);
+    assert!(CORRECTED.iter().chain(&GAINS).all(|id| METHODS.contains(id)));
+}
+
+/// Where the step resolves the springs no method gains energy beside the work that comes in.
+#[test]
+fn work_from_outside_is_no_gain_of_energy() {
+    let time = TimeSpan { step_s: 0.002, duration_s: 0.6 };
+    for (scene, spec) in [("led", led()), ("blown", blown()), ("thrown", thrown())] {
+        let (rise, _) = rise(&spec, time);
+        assert!(rise > 0.01, "{scene}: nothing comes in: {rise} J");
+        for id in METHODS.into_iter().filter(|id| !GAINS.contains(id)) {
+            let (excess, kinetic) = excess(id, &spec, time);
+            match excess {
+                None => assert!(CORRECTED.contains(&id), "{id}, {scene}"),
+                Some(excess) => {
+                    let allowed = SHARE * kinetic;
+                    assert!(excess < allowed, "{id}, {scene}: {excess:e} J of {kinetic:e} J");
+                }
+            }
+        }
+    }
+}
+
+/// Rise of the total energy with backward Euler, and the greatest kinetic energy, J.
+fn rise(spec: &SystemSpec, time: TimeSpan) -> (f64, f64) {
+    let (system, state) = build(spec);
+    let energy = |system: &System, state: &State| {
+        system.kinetic_energy(&state.v) + system.potential_energy(&state.x)
+    };
+    let (start, mut top, mut kinetic) = (energy(&system, &state), f64::NEG_INFINITY, 0.0_f64);
+    let look = |moment: &Moment<'_>| {
+        top = top.max(energy(moment.system, moment.state));
+        kinetic = kinetic.max(moment.system.kinetic_energy(&moment.state.v));
+    };
+    let choice = Choice::parse("backward-euler", &[]).unwrap();
+    Runner::new(&choice, time).observe(look).go(&mut Simulation { system, state }).unwrap();
+    (top - start, kinetic)
+}
+
+/// At a step that does not resolve the springs the force on a pin says less of its work.
+#[test]
+fn work_from_outside_is_no_gain_of_energy_on_a_stiff_sheet() {
+    let mut spec = led();
+    for spring in &mut spec.springs {
+        spring.stiffness_n_per_m *= 500.0; // k/m = 1e6
+    }
+    let time = TimeSpan { step_s: 0.01, duration_s: 1.0 };
+    for id in [
+        "backward-euler",
+        "bdf2",
+        "baraff-witkin",
+        "desbrun",
+        "imex-euler",
+        "imex-updated",
+        "imex-sbdf2",
+        "imex-mcnab2",
+    ] {
+        let (excess, kinetic) = excess(id, &spec, time);
+        let excess = excess.unwrap();
+        println!("{id} {excess:e} {kinetic:e}");
+        assert!(excess < SHARE * kinetic, "{id}: {excess:e} J of {kinetic:e} J");
+    }
+}
+
+#[test]
+fn a_gain_of_energy_is_seen_beside_a_pin_on_a_path() {
+    let mut spec = bundled("hanging-textile-1e6");
+    spec.pins[0].path = vec![frame(1.0, [0.0; 3])];
+    let time = TimeSpan { step_s: 0.01, duration_s: 1.0 };
+    let (gained, kinetic) = excess("imex-updated:paper,forcing_term=0.1", &spec, time);
+    let gained = gained.unwrap();
+    assert!(gained > 100.0 && gained > SHARE * kinetic, "{gained} J of {kinetic} J");
+}
