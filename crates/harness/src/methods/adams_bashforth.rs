@@ -7,7 +7,7 @@ use crate::theory::{Expectation, Problem, Theory, form, no_theorem, unstable};
 use drape_oracle::recurrence::adams_bashforth;
 use drape_report::family::Kin;
 
-/// The line of the registry.
+/// Its entry in the registry.
 pub(super) static ENTRY: Entry = Entry {
     registration: &drape_multistep::EXPLICIT_ADAMS,
     theory: Theory {

@@ -6,7 +6,7 @@ use crate::theory::{ALWAYS, Expectation, Problem, TURNING, Theory, at_rest_or, f
 use drape_oracle::recurrence::bdf;
 use drape_report::family::Kin;
 
-/// The line of the registry.
+/// Its entry in the registry.
 pub(super) static ENTRY: Entry = Entry {
     registration: &drape_multistep::BACKWARD_DIFFERENTIATION,
     theory: Theory {

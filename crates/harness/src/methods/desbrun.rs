@@ -9,7 +9,7 @@ use drape_oracle::laws::spin;
 use drape_oracle::recurrence::{desbrun, spectral_radius};
 use drape_report::family::Kin;
 
-/// The line of the registry.
+/// Its entry in the registry.
 pub(super) static ENTRY: Entry = Entry {
     registration: &drape_desbrun::REGISTRATION,
     theory: Theory {

@@ -21,7 +21,7 @@ macro_rules! passes {
     };
 }
 
-/// The line of the registry.
+/// Its entry in the registry.
 pub(super) static ENTRY: Entry = Entry {
     registration: &drape_imex::UPDATED,
     theory: Theory {

@@ -12,7 +12,7 @@ use drape_oracle::laws::spin;
 use drape_oracle::recurrence::{leapfrog, spectral_radius};
 use drape_report::family::Kin;
 
-/// The line of the registry.
+/// Its entry in the registry.
 pub(super) static ENTRY: Entry = Entry {
     registration: &drape_explicit_euler::VERLET,
     theory: Theory {

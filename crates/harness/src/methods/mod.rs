@@ -1,8 +1,8 @@
 //! From the id and settings on the command line to an integrator: the only place that knows every
 //! method's crate.
 //!
-//! What is known of a method, and the forms in which studies run it, stand in the module of its
-//! name. Studies, lists and pages ask the registry and name no method.
+//! What is known of a method, and the forms in which studies run it, stand in one module a method or
+//! family. Studies that compare all methods ask this registry.
 
 mod adams_bashforth;
 mod backward_euler;
@@ -63,8 +63,6 @@ impl MethodError {
 }
 
 /// A line of the registry: a method, what is known of it, and the forms that studies run.
-///
-/// The entry of a method stands in the module of its name.
 #[derive(Debug)]
 struct Entry {
     registration: &'static Registration,

@@ -7,7 +7,7 @@ use drape_oracle::laws::spin;
 use drape_oracle::recurrence::{spectral_radius, symplectic_euler};
 use drape_report::family::Kin;
 
-/// The line of the registry.
+/// Its entry in the registry.
 pub(super) static ENTRY: Entry = Entry {
     registration: &drape_provot::REGISTRATION,
     theory: Theory {

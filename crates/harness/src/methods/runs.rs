@@ -1,7 +1,8 @@
 //! The forms of a method that the studies run.
 //!
 //! A study that compares all methods asks each for its forms. A method that names none runs at its
-//! defaults, under its id, so a new method needs no entry here to be compared.
+//! defaults, under its id, so a new method needs no entry here to be compared. Studies of single
+//! properties (scaling, a spring that locks, the bill of effects) run the methods that ask for it.
 
 use crate::theory::LoadLaw;
 
@@ -32,7 +33,7 @@ pub(crate) enum Keeps {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Steps {
     All,
-    /// A step factorises several times.
+    /// The four longest: a step factorises several times.
     Long,
     /// The longest only.
     One,
@@ -54,7 +55,7 @@ pub(crate) struct Runs {
     pub(crate) order: &'static [Variant],
     pub(crate) energy: &'static [Variant],
     pub(crate) momentum: &'static [(Variant, Keeps)],
-    /// As published where that differs from the defaults, and solved exactly.
+    /// Forms with limits of their own: as published, of other orders, solved exactly.
     pub(crate) stability: &'static [Variant],
     pub(crate) hard_cases: &'static [Variant],
     /// Solved tightly. Methods that take tension at the old level are not run.
@@ -71,7 +72,7 @@ pub(crate) struct Runs {
 }
 
 impl Runs {
-    /// Every study runs the method at its defaults.
+    /// The method at its defaults in all studies that compare all methods.
     pub(crate) const DEFAULTS: Self = Self {
         order: &[],
         energy: &[],

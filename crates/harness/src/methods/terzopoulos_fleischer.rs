@@ -11,7 +11,7 @@ use drape_oracle::laws::spin;
 use drape_oracle::recurrence::{spectral_radius, terzopoulos_fleischer};
 use drape_report::family::Kin;
 
-/// The line of the registry.
+/// Its entry in the registry.
 pub(super) static ENTRY: Entry = Entry {
     registration: &drape_terzopoulos_fleischer::REGISTRATION,
     theory: Theory {

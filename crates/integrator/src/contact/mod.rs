@@ -7,15 +7,15 @@
 //! n·v_+ = (1/τ) n·(x_s − x*)
 //! ```
 //!
-//! The step moves `x* → x* + τ v_+`. The paper prints `x_{n+1}` on the right, but the penetration
-//! is known at the start of the step, and the literal implicit reading would correct only half of
-//! it. The paper leaves these questions open:
+//! `n` is the outward normal, `x_s` the nearest point of the surface, and the step moves
+//! `x* → x* + τ v_+`. The paper prints `x_{n+1}` for `x*`: then `v_+` stands on both sides, and half
+//! of the penetration is corrected. The paper leaves these questions open:
 //!
 //! * **Release.** After the solve the unfiltered residual `p = A v_+ − b` is the impulse of the
 //!   constraints, `p = Σ λ_k n_k`. A contact with a negative `λ_k` would pull. The contact that
 //!   pulls most is dropped and the step solved again, at most three times.
-//! * **No chatter.** Geometry alone decides whether a particle touches. A particle at rest stays in
-//!   contact whatever the history, also after a restart.
+//! * **No chatter.** Without friction and speculation geometry alone decides whether a particle
+//!   touches. A particle at rest stays in contact whatever the history, also after a restart.
 //! * **No pop.** The scene limits the speed of recovery. After the update of positions the normal
 //!   velocity is cut back to the one that the impact left (split impulse), so correcting a
 //!   penetration gives the particle no kinetic energy.
@@ -59,13 +59,14 @@
 //! * **Round surfaces.** A particle that slides along the tangent of a sphere leaves it, by half the
 //!   square of its way over the radius. If the contact ended there, the particle would fly for a
 //!   step without friction, and again after each return: a sheet on a ball would creep off at large
-//!   steps. So a contact with friction goes on while the gap is at most the way of a step. Its target
-//!   leads the particle back to the surface. A particle that would not come as far is released, as
-//!   every contact that pulls.
+//!   steps. So a contact with friction goes on while the gap is at most `τ|v|`, with the velocity
+//!   relative to the surface. Its target leads the particle back to the surface. Where the
+//!   constraint would have to pull it back, it is released like every contact that pulls.
 //! * **Several obstacles.** The directions that the independent normals leave free are held with
 //!   the limit `Σ μ_k λ_k`, relative to the first obstacle with friction.
 //!
-//! Speculative detection looks ahead with `v_n`. The velocity that a particle gains in the step
+//! With speculative detection a contact also begins if `v_n` would carry the particle inside within
+//! the step. The velocity that a particle gains in the step
 //! itself may still carry it inside, by `τ²` times its acceleration.
 
 mod basis;
