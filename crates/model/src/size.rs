@@ -11,7 +11,7 @@ pub struct Size {
     pub file: u64,
     /// Particles.
     pub particles: u64,
-    /// Springs, angles and hinges.
+    /// Springs, and stencils such as angles.
     pub springs: u64,
 }
 
@@ -50,7 +50,10 @@ impl Size {
 
     /// Of a frozen system.
     pub(crate) fn of_system(spec: &SystemSpec) -> Self {
-        let springs = spec.springs.len() + spec.angles.len() + spec.hinges.len();
-        Self { file: 0, particles: spec.particles.mass_kg.len() as u64, springs: springs as u64 }
+        Self {
+            file: 0,
+            particles: spec.particles.mass_kg.len() as u64,
+            springs: spec.pieces() as u64,
+        }
     }
 }
