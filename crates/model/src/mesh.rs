@@ -149,11 +149,9 @@ impl MeshCloth {
         self.surface.as_ref().map_or(&[], |surface| &surface.repairs)
     }
 
-    /// Numbers of vertices, faces and edges.
-    pub(crate) fn counts(&self) -> Result<(usize, usize, usize), Violation> {
-        let surface = self.surface()?;
-        // An inner edge is a side of two faces.
-        Ok((surface.vertices.len(), surface.faces.len(), surface.sides.len().div_ceil(2)))
+    /// Number of vertices.
+    pub(crate) fn vertices(&self) -> Result<usize, Violation> {
+        Ok(self.surface()?.vertices.len())
     }
 
     fn surface(&self) -> Result<&Surface, Violation> {

@@ -1,6 +1,5 @@
 //! How large a scene is, before it is discretised.
 
-use crate::effects::Effects;
 use crate::error::Violation;
 use crate::{Cloth, Scene, SystemSpec};
 
@@ -12,7 +11,7 @@ pub struct Size {
     pub file: u64,
     /// Particles.
     pub particles: u64,
-    /// Springs, angles and hinges.
+    /// Springs, and stencils such as angles.
     pub springs: u64,
 }
 
@@ -30,46 +29,31 @@ impl Size {
 
     /// Of a scene whose mesh was read.
     pub(crate) fn of_scene(scene: &Scene) -> Result<Self, Violation> {
-        let count = |length: usize| length as u64;
-        let size = |particles, springs| Self { particles, springs, file: 0 };
-        Ok(match &scene.cloth {
+        let [on_grid, on_mesh] = scene.effects.pieces();
+        let (particles, springs) = match &scene.cloth {
             Cloth::Grid(grid) => {
                 grid.check()?;
                 let n = u64::from(grid.rows) * u64::from(grid.columns);
-                size(n, n * kinds(&scene.effects, [2, 2, 2, 1, 2, 3]))
+                (n, n * on_grid)
             }
             Cloth::Mesh(mesh) => {
-                let (vertices, faces, edges) = mesh.counts()?;
-                // Two diagonals in each face, and everything else over an edge.
-                let on_faces = 2 * count(faces) * kinds(&scene.effects, [0, 1, 0, 0, 0, 0]);
-                let on_edges = count(edges) * kinds(&scene.effects, [1, 0, 1, 1, 1, 1]);
-                size(count(vertices), on_faces + on_edges)
+                let n = mesh.vertices()? as u64;
+                (n, n * on_mesh)
             }
             Cloth::Particles(cloth) => {
-                let hinges = kinds(&scene.effects, [0, 0, 0, 0, 0, 2]);
-                let springs = count(cloth.springs.len()) + hinges * count(cloth.triangles.len());
-                size(count(cloth.particles.mass_kg.len()), springs)
+                let n = cloth.particles.mass_kg.len() as u64;
+                (n, cloth.springs.len() as u64 + n * on_mesh)
             }
-        })
+        };
+        Ok(Self { file: 0, particles, springs })
     }
 
     /// Of a frozen system.
     pub(crate) fn of_system(spec: &SystemSpec) -> Self {
-        let springs = spec.springs.len() + spec.angles.len() + spec.hinges.len();
-        Self { file: 0, particles: spec.particles.mass_kg.len() as u64, springs: springs as u64 }
+        Self {
+            file: 0,
+            particles: spec.particles.mass_kg.len() as u64,
+            springs: spec.pieces() as u64,
+        }
     }
-}
-
-/// The sum of these numbers over the effects that exist: tension, shear, bending, angles of shear
-/// and of bending, hinges.
-fn kinds(effects: &Effects, each: [u64; 6]) -> u64 {
-    let exists = [
-        effects.tension.is_some(),
-        effects.shear.is_some(),
-        effects.bending.is_some(),
-        effects.shear_angle.is_some(),
-        effects.bending_angle.is_some(),
-        effects.bending_hinge.is_some(),
-    ];
-    each.iter().zip(exists).filter(|(_, exists)| *exists).map(|(n, _)| n).sum()
 }

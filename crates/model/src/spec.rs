@@ -143,6 +143,11 @@ impl Default for ContactSpec {
 }
 
 impl SystemSpec {
+    /// Number of springs, angles and hinges.
+    pub(crate) fn pieces(&self) -> usize {
+        self.springs.len() + self.angles.len() + self.hinges.len()
+    }
+
     /// Freezes the system during a run: with the positions and velocities of `state`, the rest of
     /// the paths, and the present gusts. The result is valid if the system is and the state stays
     /// within its bounds.

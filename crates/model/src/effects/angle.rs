@@ -293,6 +293,7 @@ pub(crate) struct Entry;
 impl registry::Entry for Entry {
     type Value = AngularLaw;
     const CLASS: EffectClass = EffectClass::Stencils;
+    const PIECES: [u64; 2] = [2, 0];
 
     fn freeze(
         law: &AngularLaw,

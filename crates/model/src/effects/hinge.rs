@@ -231,6 +231,7 @@ pub(crate) struct Entry;
 impl registry::Entry for Entry {
     type Value = AngularLaw;
     const CLASS: EffectClass = EffectClass::Stencils;
+    const PIECES: [u64; 2] = [3, 3];
 
     /// Hinges over the interior edges of the triangles, at rest in the start positions:
     /// `K = 3 k |E|²/(A₁ + A₂)` (Grinspun et al. 2003).

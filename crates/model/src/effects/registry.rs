@@ -44,6 +44,9 @@ pub(crate) trait Entry {
     /// How a method sees the forces.
     const CLASS: EffectClass;
 
+    /// About how many springs, angles or hinges it makes for each particle of a grid and of a mesh.
+    const PIECES: [u64; 2] = [0, 0];
+
     /// Applies the law to the cloth and adds the outcome to a frozen system. Particles and
     /// triangles are checked already.
     fn freeze(
@@ -141,6 +144,19 @@ macro_rules! effects {
         }
 
         impl Effects {
+            /// About how many springs, angles and hinges each particle gets, on a grid and on a
+            /// mesh.
+            pub(crate) fn pieces(&self) -> [u64; 2] {
+                let mut sum = [0, 0];
+                $(
+                    if self.$key.is_some() {
+                        let pieces = <$Entry as Entry>::PIECES;
+                        sum.iter_mut().zip(pieces).for_each(|(sum, pieces)| *sum += pieces);
+                    }
+                )+
+                sum
+            }
+
             /// Adds all named effects to a frozen system.
             pub(crate) fn freeze(
                 &self,

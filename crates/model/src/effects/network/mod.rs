@@ -121,6 +121,7 @@ pub(crate) struct Entry;
 impl registry::Entry for Entry {
     type Value = SpringLaw;
     const CLASS: EffectClass = EffectClass::Springs;
+    const PIECES: [u64; 2] = [2, 3];
 
     fn freeze(
         law: &SpringLaw,
