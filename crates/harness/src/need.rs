@@ -1,6 +1,8 @@
 //! Memory and work that a run takes, estimated before it starts.
 
 use crate::methods::Choice;
+use crate::studies::variant::is_explicit;
+use drape_integrator::Settings;
 use drape_model::Size;
 
 /// What a run takes, by estimate. It is 0.8 to 1.4 times what was measured on flat sheets of 40 000
@@ -13,14 +15,32 @@ pub struct Need {
     pub factorisation: Option<f64>,
 }
 
-/// The matrix that a method factors.
+/// The matrix that a method holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Factor {
+pub(crate) enum Matrix {
+    /// None, or one that counts with the memory of a particle.
     None,
-    /// One number for a pair of particles.
-    Scalar,
-    /// Nine numbers for a pair of particles.
-    Block,
+    /// Blocks of 3 × 3 numbers, not factored.
+    Blocks,
+    /// A factor with one number for a pair of particles.
+    ScalarFactor,
+    /// A factor with nine numbers for a pair of particles.
+    BlockFactor,
+}
+
+impl Matrix {
+    /// This matrix if a setting has that value.
+    pub(crate) fn if_set(self, settings: &Settings, key: &str, value: &str) -> Self {
+        if settings.get(key) == Some(value) { self } else { Self::None }
+    }
+
+    /// Of Newton's method.
+    pub(crate) fn of_newton(settings: &Settings) -> Self {
+        match (settings.get("solver"), settings.get("jacobian")) {
+            (Some("cholesky"), _) | (Some("cg"), Some("saved")) => Self::BlockFactor,
+            _ => Self::Blocks,
+        }
+    }
 }
 
 /// Of a program that has loaded nothing.
@@ -44,52 +64,25 @@ impl Choice {
     /// What a run with this choice takes.
     pub fn need(&self, size: &Size) -> Need {
         let (n, springs) = (size.particles.max(1) as f64, size.springs as f64);
-        let factor = self.factor();
-        let fill = match factor {
-            Factor::None => 0.0,
-            Factor::Scalar => SCALAR_FILL,
-            Factor::Block => FILL,
+        let matrix = (self.theory().matrix)(self.settings());
+        // Bytes a spring.
+        let held = match matrix {
+            Matrix::None => 0.0,
+            Matrix::Blocks => BLOCKS,
+            Matrix::ScalarFactor => SCALAR_FILL * n.log2(),
+            Matrix::BlockFactor => FILL * n.log2(),
         };
-        let matrix = if self.has_bare_blocks() { BLOCKS } else { 0.0 };
-        let particle = if self.is_explicit() { EXPLICIT_PARTICLE } else { PARTICLE };
+        let particle = if is_explicit(self.method()) { EXPLICIT_PARTICLE } else { PARTICLE };
         let listed = size.bytes_of_springs() as f64 + 2.0 * size.file as f64;
-        let bytes = PROGRAM + particle * n + listed + springs * (matrix + fill * n.log2());
+        let bytes = PROGRAM + particle * n + listed + springs * held;
         let dense = (springs / (2.0 * n)).powi(2);
         let operations = OPERATIONS * n.powf(1.5) * dense;
-        let factorisation = match factor {
-            Factor::None => None,
-            Factor::Scalar => Some(operations / 27.0),
-            Factor::Block => Some(operations),
+        let factorisation = match matrix {
+            Matrix::None | Matrix::Blocks => None,
+            Matrix::ScalarFactor => Some(operations / 27.0),
+            Matrix::BlockFactor => Some(operations),
         };
         Need { bytes: bytes as u64, factorisation }
-    }
-
-    fn factor(&self) -> Factor {
-        let set = |key| self.settings().get(key).unwrap_or_default();
-        match self.method().id {
-            "backward-euler" | "bdf2" => match (set("solver"), set("jacobian")) {
-                ("cholesky", _) | ("cg", "saved") => Factor::Block,
-                _ => Factor::None,
-            },
-            "baraff-witkin" if set("solver") == "cholesky" => Factor::Block,
-            "terzopoulos-fleischer" => Factor::Scalar,
-            // Of the damping, if any.
-            "leapfrog" if set("solver") == "cholesky" => Factor::Scalar,
-            "desbrun" if set("inverse") == "cholesky" => Factor::Scalar,
-            id if id.starts_with("imex-") && set("solver") == "cholesky" => Factor::Scalar,
-            _ => Factor::None,
-        }
-    }
-
-    /// Whether the method holds a matrix of blocks and no factor of it.
-    fn has_bare_blocks(&self) -> bool {
-        let is_newton = ["backward-euler", "bdf2"].contains(&self.method().id);
-        is_newton && self.factor() == Factor::None
-    }
-
-    fn is_explicit(&self) -> bool {
-        ["explicit-euler", "symplectic-euler", "leapfrog", "provot", "adams-bashforth2"]
-            .contains(&self.method().id)
     }
 }
 

@@ -1,6 +1,7 @@
 //! Settings under a name: those with which a paper prints a method, where they differ from the
 //! defaults.
 
+use crate::methods;
 use drape_integrator::Method;
 
 /// Settings of a method under a name.
@@ -16,35 +17,6 @@ pub struct Preset {
     pub help: &'static str,
 }
 
-/// All presets.
-const PRESETS: [Preset; 3] = [
-    Preset {
-        method: "imex-euler",
-        name: "paper",
-        settings: &[("norm", "euclid"), ("split", "paper")],
-        help: "as Eberhardt, Etzmuß and Hauth print it",
-    },
-    Preset {
-        method: "imex-updated",
-        name: "paper",
-        settings: &[
-            ("safeguard", "paper"),
-            ("start", "extrapolated"),
-            ("norm", "euclid"),
-            ("implicit", "tension"),
-            ("split", "paper"),
-        ],
-        help: "Algorithm 1 as Eberhardt, Etzmuß and Hauth print it; it may gain energy",
-    },
-    Preset {
-        method: "desbrun",
-        name: "paper",
-        settings: &[("inverse", "dense"), ("torque", "literal"), ("inverse_dynamics", "true")],
-        help: "as Desbrun, Schröder and Barr publish it: the full inverse, the torque in their \
-               units, and springs shortened after the step",
-    },
-];
-
 impl Preset {
     /// Id and settings, as [`Choice::parse`](crate::methods::Choice::parse) reads them.
     pub fn written_out(&self) -> String {
@@ -56,14 +28,13 @@ impl Preset {
 
 /// The presets of a method.
 pub fn presets(method: &Method) -> impl Iterator<Item = &'static Preset> {
-    let id = method.id;
-    PRESETS.iter().filter(move |preset| preset.method == id)
+    methods::runs_of(method.id).map_or(&[][..], |runs| runs.presets).iter()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::methods::{self, Choice};
+    use crate::methods::Choice;
 
     fn id(text: &str) -> String {
         Choice::parse(text, &[]).unwrap_or_else(|error| panic!("{error}")).full_id()
@@ -71,9 +42,10 @@ mod tests {
 
     #[test]
     fn a_preset_is_what_it_writes_out_and_no_default() {
-        for preset in &PRESETS {
+        let all: Vec<_> = methods::all().flat_map(presets).collect();
+        assert!(all.len() >= 3);
+        for preset in all {
             let Preset { method, name, .. } = preset;
-            assert!(methods::all().any(|known| known.id == *method), "{method}");
             assert_eq!(id(&format!("{method}:{name}")), id(&preset.written_out()));
             for pair in preset.settings {
                 let choice = Choice::parse(method, &[]).unwrap_or_else(|error| panic!("{error}"));

@@ -2,6 +2,7 @@
 
 use super::Entry;
 use super::runs::{Keeps, Runs, Variant, work};
+use crate::need::Matrix;
 use crate::studies::short;
 use crate::theory::{Expectation, Problem, Theory, form, no_theorem, unstable};
 use drape_oracle::recurrence::adams_bashforth;
@@ -13,6 +14,7 @@ pub(super) static ENTRY: Entry = Entry {
     theory: Theory {
         case,
         kin: Kin::Explicit,
+        matrix: |_| Matrix::None,
         divides: false,
         is_limited: false,
         forms: &[

@@ -2,6 +2,7 @@
 
 use super::Entry;
 use super::runs::{Contender, Keeps, Runs, Steps, Variant, work};
+use crate::need::Matrix;
 use crate::theory::{
     ALWAYS, Expectation, LoadLaw, PUSHING, Problem, Theory, form, no_theorem, stable,
 };
@@ -15,6 +16,7 @@ pub(super) static ENTRY: Entry = Entry {
     theory: Theory {
         case,
         kin: Kin::Implicit,
+        matrix: Matrix::of_newton,
         divides: false,
         is_limited: false,
         forms: &[form("backward-euler")

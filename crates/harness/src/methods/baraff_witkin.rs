@@ -2,6 +2,7 @@
 
 use super::Entry;
 use super::runs::{Contender, Keeps, Runs, Steps, Variant, work};
+use crate::need::Matrix;
 use crate::theory::{
     ALWAYS, Expectation, LoadLaw, PUSHING, Problem, Theory, at_rest_or, beside_explicit, form,
     implicit, no_theorem,
@@ -16,6 +17,7 @@ pub(super) static ENTRY: Entry = Entry {
     theory: Theory {
         case,
         kin: Kin::Implicit,
+        matrix: |settings| Matrix::BlockFactor.if_set(settings, "solver", "cholesky"),
         divides: false,
         is_limited: false,
         // Across the spring the linearised force is that of the old secant stiffness.

@@ -2,6 +2,7 @@
 
 use super::Entry;
 use super::runs::{Keeps, Runs, Steps, Variant, work};
+use crate::need::Matrix;
 use crate::theory::{ALWAYS, Expectation, Problem, TURNING, Theory, at_rest_or, form};
 use drape_oracle::recurrence::bdf;
 use drape_report::family::Kin;
@@ -12,6 +13,7 @@ pub(super) static ENTRY: Entry = Entry {
     theory: Theory {
         case,
         kin: Kin::Implicit,
+        matrix: Matrix::of_newton,
         divides: false,
         is_limited: false,
         forms: &[

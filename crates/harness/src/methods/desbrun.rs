@@ -2,6 +2,8 @@
 
 use super::Entry;
 use super::runs::{Contender, Keeps, Runs, Steps, Variant};
+use crate::need::Matrix;
+use crate::presets::Preset;
 use crate::theory::{
     ALWAYS, Expectation, LoadLaw, PUSHING, Problem, Theory, form, monotone, no_theorem,
 };
@@ -15,6 +17,7 @@ pub(super) static ENTRY: Entry = Entry {
     theory: Theory {
         case,
         kin: Kin::Corrected,
+        matrix: |settings| Matrix::ScalarFactor.if_set(settings, "inverse", "cholesky"),
         divides: false,
         is_limited: false,
         forms: &[
@@ -23,6 +26,13 @@ pub(super) static ENTRY: Entry = Entry {
         ],
     },
     runs: Runs {
+        presets: &[Preset {
+            method: "desbrun",
+            name: "paper",
+            settings: &[("inverse", "dense"), ("torque", "literal"), ("inverse_dynamics", "true")],
+            help: "as Desbrun, Schröder and Barr publish it: the full inverse, the torque in their \
+               units, and springs shortened after the step",
+        }],
         energy: &[
             Variant::new("desbrun, no correction", "desbrun:torque=none"),
             Variant::new("desbrun", "desbrun"),

@@ -2,6 +2,7 @@
 
 use super::Entry;
 use super::runs::Runs;
+use crate::need::Matrix;
 use crate::studies::short;
 use crate::theory::{Expectation, Problem, Theory, form, no_theorem, stable, unstable};
 use drape_integrator::Implicit;
@@ -15,6 +16,7 @@ pub(super) static ENTRY: Entry = Entry {
     theory: Theory {
         case,
         kin: Kin::Explicit,
+        matrix: |_| Matrix::None,
         divides: false,
         is_limited: false,
         forms: &[form("explicit-euler")

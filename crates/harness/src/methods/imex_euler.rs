@@ -2,6 +2,8 @@
 
 use super::Entry;
 use super::runs::{Contender, Keeps, Runs, Steps, Variant, work};
+use crate::need::Matrix;
+use crate::presets::Preset;
 use crate::theory::{
     ALWAYS, Expectation, Factors, Linear, LoadLaw, PUSHING, Problem, Theory, form, implicit,
     monotone, no_theorem, stable, unstable,
@@ -16,6 +18,7 @@ pub(super) static ENTRY: Entry = Entry {
     theory: Theory {
         case,
         kin: Kin::ImplicitExplicit,
+        matrix: |settings| Matrix::ScalarFactor.if_set(settings, "solver", "cholesky"),
         divides: false,
         is_limited: true,
         forms: &[
@@ -30,6 +33,12 @@ pub(super) static ENTRY: Entry = Entry {
         ],
     },
     runs: Runs {
+        presets: &[Preset {
+            method: "imex-euler",
+            name: "paper",
+            settings: &[("norm", "euclid"), ("split", "paper")],
+            help: "as Eberhardt, Etzmuß and Hauth print it",
+        }],
         order: &[
             Variant::new("imex-euler", "imex-euler:forcing_term=1e-10"),
             Variant::new(

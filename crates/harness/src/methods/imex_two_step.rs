@@ -2,6 +2,7 @@
 
 use super::Entry;
 use super::runs::{Keeps, Runs, Steps, Variant, work};
+use crate::need::Matrix;
 use crate::theory::{
     ALWAYS, Expectation, Factors, Linear, PUSHING, Problem, TURNING, Theory, form, implicit,
     no_theorem, stable, unstable,
@@ -15,6 +16,7 @@ pub(super) static SBDF2: Entry = Entry {
     theory: Theory {
         case: sbdf2,
         kin: Kin::TwoSteps,
+        matrix: |settings| Matrix::ScalarFactor.if_set(settings, "solver", "cholesky"),
         divides: false,
         is_limited: false,
         forms: &[form("imex-sbdf2").limit(ALWAYS, |t, e| radius(&Multistep::sbdf2(1.0), t, e))],
@@ -43,6 +45,7 @@ pub(super) static CNAB2: Entry = Entry {
     theory: Theory {
         case: cnab2,
         kin: Kin::TwoSteps,
+        matrix: |settings| Matrix::ScalarFactor.if_set(settings, "solver", "cholesky"),
         divides: false,
         is_limited: false,
         forms: &[form("imex-cnab2").limit(ALWAYS, |t, e| radius(&Multistep::cnab2(1.0), t, e))],
@@ -66,6 +69,7 @@ pub(super) static MCNAB2: Entry = Entry {
     theory: Theory {
         case: mcnab2,
         kin: Kin::TwoSteps,
+        matrix: |settings| Matrix::ScalarFactor.if_set(settings, "solver", "cholesky"),
         divides: false,
         is_limited: false,
         forms: &[form("imex-mcnab2").limit(ALWAYS, |t, e| radius(&Multistep::mcnab2(1.0), t, e))],
@@ -92,6 +96,7 @@ pub(super) static CNLF: Entry = Entry {
     theory: Theory {
         case: cnlf,
         kin: Kin::TwoSteps,
+        matrix: |settings| Matrix::ScalarFactor.if_set(settings, "solver", "cholesky"),
         divides: false,
         is_limited: false,
         forms: &[form("imex-cnlf").limit(ALWAYS, |t, e| radius(&Multistep::cnlf(), t, e))],

@@ -2,6 +2,8 @@
 
 use super::Entry;
 use super::runs::{Contender, Keeps, Runs, Steps, Variant, work};
+use crate::need::Matrix;
+use crate::presets::Preset;
 use crate::theory::{
     ALWAYS, Expectation, LoadLaw, PUSHING, Problem, Theory, beside_explicit, form, implicit,
     no_theorem, stable,
@@ -27,6 +29,7 @@ pub(super) static ENTRY: Entry = Entry {
     theory: Theory {
         case,
         kin: Kin::ImplicitExplicit,
+        matrix: |settings| Matrix::ScalarFactor.if_set(settings, "solver", "cholesky"),
         divides: false,
         is_limited: false,
         forms: &[
@@ -38,6 +41,18 @@ pub(super) static ENTRY: Entry = Entry {
         ],
     },
     runs: Runs {
+        presets: &[Preset {
+            method: "imex-updated",
+            name: "paper",
+            settings: &[
+                ("safeguard", "paper"),
+                ("start", "extrapolated"),
+                ("norm", "euclid"),
+                ("implicit", "tension"),
+                ("split", "paper"),
+            ],
+            help: "Algorithm 1 as Eberhardt, Etzmuß and Hauth print it; it may gain energy",
+        }],
         order: &[
             Variant::new("imex-updated", "imex-updated:forcing_term=1e-9"),
             Variant::new(

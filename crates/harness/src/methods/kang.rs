@@ -2,6 +2,7 @@
 
 use super::Entry;
 use super::runs::{Keeps, Runs, Steps, Variant, work};
+use crate::need::Matrix;
 use crate::theory::{ALWAYS, Expectation, LoadLaw, Problem, Theory, form, no_theorem};
 use drape_oracle::laws::spin;
 use drape_oracle::recurrence::{kang_pair, spectral_radius};
@@ -13,6 +14,7 @@ pub(super) static ENTRY: Entry = Entry {
     theory: Theory {
         case,
         kin: Kin::Corrected,
+        matrix: |_| Matrix::None,
         divides: false,
         is_limited: false,
         forms: &[

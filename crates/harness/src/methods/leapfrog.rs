@@ -5,6 +5,7 @@ use super::runs::{
     Contender, Runs, Variant,
     work::{self, Knob},
 };
+use crate::need::Matrix;
 use crate::theory::{
     Expectation, Factors, PUSHING, Problem, Theory, Weights, explicit, form, no_theorem, stable,
 };
@@ -18,6 +19,8 @@ pub(super) static ENTRY: Entry = Entry {
     theory: Theory {
         case,
         kin: Kin::Explicit,
+        // Of the damping, if any.
+        matrix: |settings| Matrix::ScalarFactor.if_set(settings, "solver", "cholesky"),
         divides: true,
         is_limited: true,
         forms: &[form("leapfrog")

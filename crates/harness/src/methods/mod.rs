@@ -106,6 +106,11 @@ pub(crate) fn runs() -> impl Iterator<Item = (&'static Method, &'static Runs)> {
     REGISTRY.iter().map(|entry| (entry.registration.method, &entry.runs))
 }
 
+/// The forms of the method of that id.
+pub(crate) fn runs_of(id: &str) -> Option<&'static Runs> {
+    find(id).map(|entry| &entry.runs)
+}
+
 fn find(id: &str) -> Option<&'static Entry> {
     REGISTRY.into_iter().find(|entry| entry.registration.method.id == id)
 }

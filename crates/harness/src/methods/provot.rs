@@ -2,6 +2,7 @@
 
 use super::Entry;
 use super::runs::{Runs, Variant};
+use crate::need::Matrix;
 use crate::theory::{Expectation, Problem, Theory, form, no_theorem};
 use drape_oracle::laws::spin;
 use drape_oracle::recurrence::{spectral_radius, symplectic_euler};
@@ -13,6 +14,7 @@ pub(super) static ENTRY: Entry = Entry {
     theory: Theory {
         case,
         kin: Kin::Corrected,
+        matrix: |_| Matrix::None,
         divides: false,
         is_limited: true,
         // The limit is that of springs within its elongation limit. A method that shortens springs

@@ -4,6 +4,7 @@
 //! defaults, under its id, so a new method needs no entry here to be compared. Studies of single
 //! properties (scaling, a spring that locks, the bill of effects) run the methods that ask for it.
 
+use crate::presets::Preset;
 use crate::theory::LoadLaw;
 
 /// A method in certain settings.
@@ -51,6 +52,8 @@ pub(crate) struct Contender {
 /// The forms of one method, study by study.
 #[derive(Debug)]
 pub(crate) struct Runs {
+    /// Settings that a user can call by a name.
+    pub(crate) presets: &'static [Preset],
     /// Solved so tightly that the error of the step shows.
     pub(crate) order: &'static [Variant],
     pub(crate) energy: &'static [Variant],
@@ -74,6 +77,7 @@ pub(crate) struct Runs {
 impl Runs {
     /// The method at its defaults in all studies that compare all methods.
     pub(crate) const DEFAULTS: Self = Self {
+        presets: &[],
         order: &[],
         energy: &[],
         momentum: &[],

@@ -2,6 +2,7 @@
 
 use super::Entry;
 use super::runs::{Contender, Runs, Variant, work};
+use crate::need::Matrix;
 use crate::theory::{Expectation, Factors, Problem, Theory, explicit, form};
 use drape_oracle::laws::spin;
 use drape_oracle::recurrence::{
@@ -15,6 +16,7 @@ pub(super) static ENTRY: Entry = Entry {
     theory: Theory {
         case,
         kin: Kin::Explicit,
+        matrix: |_| Matrix::None,
         divides: false,
         is_limited: true,
         forms: &[

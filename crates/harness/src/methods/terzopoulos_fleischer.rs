@@ -2,6 +2,7 @@
 
 use super::Entry;
 use super::runs::{Keeps, Runs, Variant};
+use crate::need::Matrix;
 use crate::theory::{
     ALWAYS, Expectation, Factors, Linear, Problem, Theory, Weights, form, limit, no_theorem,
     unstable,
@@ -17,6 +18,7 @@ pub(super) static ENTRY: Entry = Entry {
     theory: Theory {
         case,
         kin: Kin::Implicit,
+        matrix: |_| Matrix::ScalarFactor,
         divides: false,
         is_limited: false,
         forms: &[

@@ -25,7 +25,7 @@ pub mod solver_control;
 pub mod stability;
 mod stepper;
 pub mod tables;
-mod variant;
+pub(crate) mod variant;
 pub mod work_precision;
 
 use crate::facts::{Difference, Fact, compare};

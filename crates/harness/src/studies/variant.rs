@@ -22,7 +22,7 @@ pub(super) fn or_defaults<T: Copy>(
 }
 
 /// Whether a method takes the tension springs at the old level, so that stiffness limits its step.
-pub(super) fn is_explicit(method: &Method) -> bool {
+pub(crate) fn is_explicit(method: &Method) -> bool {
     method.treatment(EffectKind::Tension, EffectClass::Springs) == Treatment::Explicit
 }
 

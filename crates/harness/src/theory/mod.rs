@@ -17,6 +17,8 @@ pub(crate) use linear::{Factors, Linear, Problem, Weights};
 pub(crate) use load::LoadLaw;
 
 use crate::methods;
+use crate::need::Matrix;
+use drape_integrator::Settings;
 use drape_report::family::Kin;
 
 /// A spectral radius above 1 by no more than this is round-off.
@@ -36,6 +38,8 @@ pub(crate) struct Theory {
     pub(crate) case: fn(&Problem<'_>) -> Expectation,
     /// The panel of figures in which its curves stand.
     pub(crate) kin: Kin,
+    /// The matrix that it holds with these settings, for estimates of memory.
+    pub(crate) matrix: fn(&Settings) -> Matrix,
     /// Whether it divides a step by itself, unless its setting `step` is `fixed`.
     pub(crate) divides: bool,
     /// Whether the numbers of its explicit effects ([`drape_integrator::ExplicitNumbers`]) limit
