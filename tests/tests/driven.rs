@@ -110,7 +110,7 @@ fn rise(spec: &SystemSpec, time: TimeSpan) -> (f64, f64) {
 }
 
 /// At a step that does not resolve the springs a locked sheet pulls on a pin with forces that are
-/// far from those of its positions.
+/// far from those of its positions. Baraff and Witkin's step does gain energy there.
 #[test]
 fn work_from_outside_is_no_gain_of_energy_on_a_stiff_sheet() {
     let mut spec = led();
@@ -121,7 +121,6 @@ fn work_from_outside_is_no_gain_of_energy_on_a_stiff_sheet() {
     for id in [
         "backward-euler",
         "bdf2",
-        "baraff-witkin",
         "desbrun",
         "imex-euler",
         "imex-updated",
