@@ -48,7 +48,7 @@ fn excess(id: &str, spec: &SystemSpec, time: TimeSpan) -> (Option<f64>, f64) {
         balance.look(moment);
         kinetic = kinetic.max(moment.system.kinetic_energy(&moment.state.v));
     };
-    let outcome = Runner::new(&choice, time).observe(look).go(&mut simulation).unwrap();
+    let outcome = Runner::new(&choice, time).ledger().observe(look).go(&mut simulation).unwrap();
     assert_eq!(outcome.divergence, None, "{id}");
     (balance.excess(), kinetic)
 }
@@ -109,7 +109,8 @@ fn rise(spec: &SystemSpec, time: TimeSpan) -> (f64, f64) {
     (top - start, kinetic)
 }
 
-/// At a step that does not resolve the springs the force on a pin says less of its work.
+/// At a step that does not resolve the springs a locked sheet pulls on a pin with forces that are
+/// far from those of its positions. Baraff and Witkin's step does gain energy there.
 #[test]
 fn work_from_outside_is_no_gain_of_energy_on_a_stiff_sheet() {
     let mut spec = led();
@@ -120,7 +121,6 @@ fn work_from_outside_is_no_gain_of_energy_on_a_stiff_sheet() {
     for id in [
         "backward-euler",
         "bdf2",
-        "baraff-witkin",
         "desbrun",
         "imex-euler",
         "imex-updated",
@@ -129,7 +129,6 @@ fn work_from_outside_is_no_gain_of_energy_on_a_stiff_sheet() {
     ] {
         let (excess, kinetic) = excess(id, &spec, time);
         let excess = excess.unwrap();
-        println!("{id} {excess:e} {kinetic:e}");
         assert!(excess < SHARE * kinetic, "{id}: {excess:e} J of {kinetic:e} J");
     }
 }

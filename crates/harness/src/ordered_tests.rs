@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::run::{Moment, Runner};
-use drape_model::{SceneFile, parse};
+use drape_model::{SceneFile, SpringSpec, parse};
 
 /// A sheet of 36 × 30 particles that falls on a ball while two corners hold it.
 fn sheet() -> SystemSpec {
@@ -127,9 +127,10 @@ fn what_is_in_good_order_or_depends_on_it_runs_as_given() {
 fn a_particle_that_is_lost_is_called_by_its_given_index() {
     let (mut spec, new) = shuffled(&sheet());
     let lost = [new[500] as usize, new[700] as usize];
-    for k in lost {
-        spec.particles.velocity_m_s[k] = [0.0, 0.0, 1e7];
-    }
+    // A spring that drives them apart before the others can follow.
+    let [i, j] = lost.map(|k| k as u32);
+    let (rest_length_m, stiffness_n_per_m) = (1e6, 1e6);
+    spec.springs.push(SpringSpec { i, j, rest_length_m, stiffness_n_per_m, ..Default::default() });
     let choice = choice("explicit-euler");
     let mut ordered = OrderedSimulation::new(&spec, &choice).unwrap();
     let first = lost[0].min(lost[1]);

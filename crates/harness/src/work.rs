@@ -11,10 +11,17 @@
 //! sum needs no knowledge of the contacts. Where obstacles move differently, `|C|` times the
 //! greatest speed is an upper limit.
 //!
-//! A method takes `f` somewhere between the start and the end of the step. So two sums are kept,
-//! with the forces of the start and of the end of the steps, and the greater counts.
+//! One-step methods tell the work of pins and contacts themselves, in the [ledger](EnergyLedger) of
+//! a step. It replaces the first and the last line where a run asks for it
+//! ([`Runner::ledger`](crate::Runner::ledger)). A stiff sheet that is locked needs it: the forces
+//! that its method used are far from those of its positions.
+//!
+//! Other methods take `f` somewhere between the start and the end of the step. So two sums are
+//! kept, with the forces of the start and of the end of the steps, and the greater counts.
 
 use crate::run::Moment;
+#[cfg(doc)]
+use drape_integrator::EnergyLedger;
 use drape_model::{Level, State, System, Vec3};
 
 /// Compares the total energy of a driven run with that of its start and the work that came in.
@@ -91,7 +98,7 @@ impl WorkBalance {
 
     /// Looks at the end of a step.
     pub fn look(&mut self, moment: &Moment<'_>) {
-        let Moment { system, state, report, .. } = *moment;
+        let Moment { system, state, report, ref ledger, .. } = *moment;
         self.is_corrected |= report.correction > 0.0;
         if !state.is_finite() || self.is_corrected {
             return;
@@ -99,7 +106,10 @@ impl WorkBalance {
         let Self { before, last, next, .. } = self;
         next.evaluate(system, state.level());
         let h = state.t - before.t;
-        let work = [&*last, &*next].map(|forces| work(system, (before, state), h, forces));
+        let work = [&*last, &*next].map(|forces| match ledger {
+            Some(ledger) => h * forces.wind + ledger.constraint + ledger.impact,
+            None => work(system, (before, state), h, forces),
+        });
         self.work[0] += work[0];
         self.work[1] += work[1];
         std::mem::swap(last, next);

@@ -154,7 +154,7 @@ pub struct LaplacianSolver {
     matrix: ScalarMatrix,
     preconditioner: Prepared,
     free: Vec<bool>,
-    diagonal_norm: f64,
+    row_norms: (f64, f64),
     /// Conjugate gradients by fast kernels; with a complete factor they compute the residuals.
     fast: ScalarPcg,
     /// Memory of the readable conjugate gradients; empty where the fast ones serve.
@@ -222,7 +222,7 @@ impl LaplacianSolver {
             slopes,
             settings,
             preconditioner,
-            diagonal_norm: diagonal_norm(&matrix, &free),
+            row_norms: row_norms(&matrix, system, &free),
             matrix,
             free,
             workspace: PcgWorkspace::new(if is_complete { n } else { 0 }),
@@ -305,7 +305,7 @@ impl LaplacianSolver {
         for (free, pinned) in self.free.iter_mut().zip(system.pinned()) {
             *free = !pinned;
         }
-        self.diagonal_norm = diagonal_norm(&self.matrix, &self.free);
+        self.row_norms = row_norms(&self.matrix, system, &self.free);
         self.preconditioner.update(&self.matrix, &self.free)?;
         let p = self.preconditioner.fast().unwrap_or(ScalarPreconditioner::Identity);
         self.fast.update(&self.matrix, p);
@@ -318,9 +318,10 @@ impl LaplacianSolver {
         self.settings
     }
 
-    /// Euclidean norm of the diagonal over the free particles, kg.
-    pub fn diagonal_norm(&self) -> f64 {
-        self.diagonal_norm
+    /// Euclidean norms over the free particles of the springs' part of the diagonal and of all of
+    /// it, kg.
+    pub fn row_norms(&self) -> (f64, f64) {
+        self.row_norms
     }
 
     /// Whether solves use a complete factor or inverse, which takes no iterations where nothing
@@ -345,8 +346,8 @@ impl LaplacianSolver {
         self.solve_from(StartValue::Given, constraints, b, v, Reference::FilteredRightHandSide)
     }
 
-    /// As [`solve`](Self::solve) from `start`, with the forcing term relative to `reference`, in the
-    /// norm of the stop test. A direct solve needs neither.
+    /// As [`solve`](Self::solve) from `start`, with the forcing term relative to `reference`, in
+    /// the norm of the stop test. A direct solve needs neither.
     ///
     /// # Panics
     /// When the sizes of the arguments differ.
@@ -548,11 +549,15 @@ impl LaplacianSolver {
     }
 }
 
-/// Norm of the diagonal over the free particles.
-fn diagonal_norm(matrix: &ScalarMatrix, free: &[bool]) -> f64 {
-    let diagonal =
-        free.iter().enumerate().filter(|(_, free)| **free).map(|(i, _)| matrix.diagonal(i));
-    diagonal.map(|entry| entry * entry).sum::<f64>().sqrt()
+/// Norms of the springs' part of the diagonal and of all of it, over the free particles.
+fn row_norms(matrix: &ScalarMatrix, system: &System, free: &[bool]) -> (f64, f64) {
+    let (mut springs, mut all) = (0.0, 0.0);
+    for (i, m) in system.mass().iter().enumerate().filter(|(i, _)| free[*i]) {
+        let diagonal = matrix.diagonal(i);
+        springs += (diagonal - m) * (diagonal - m);
+        all += diagonal * diagonal;
+    }
+    (springs.sqrt(), all.sqrt())
 }
 
 /// Assembles EEH (16), (17) and the left-hand side of (21).

@@ -226,8 +226,9 @@ impl IncrementalPotential {
     /// The scale of residuals, √J: the change of velocity that the forces at the start would make
     /// in the stage, `√m_min max(‖τM⁻¹f(x*, v*)‖, ‖τM⁻¹f_external‖)`. The second term keeps a scale
     /// for a sheet that hangs at rest. The lightest free mass stands for all: by its own mass a
-    /// heavy particle would hide the residuals of the light ones. The scale does not depend on the frame: if it contained the
-    /// velocity itself, a sheet that moves fast as a whole would be solved loosely.
+    /// heavy particle would hide the residuals of the light ones. The scale does not depend on the
+    /// frame: if it contained the velocity itself, a sheet that moves fast as a whole would be
+    /// solved loosely.
     pub fn scale(&self) -> f64 {
         self.scale
     }

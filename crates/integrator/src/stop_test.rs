@@ -1,9 +1,9 @@
 //! The reference of the stop test of a linear solve.
 //!
 //! `|b|` would not do, because it grows with three things. It holds the momentum `M v_n`, so a fast
-//! sheet would be solved loosely. Across the springs it grows like `θ`: there `b = A v`, and `A` has
-//! the full stiffness in directions in which the springs have none. And one heavy particle hides
-//! the residuals of all light ones.
+//! sheet would be solved loosely. Across the springs it grows like `θ`: there `b = A v`, and `A`
+//! has the full stiffness in directions in which the springs have none. And one heavy particle
+//! hides the residuals of all light ones.
 
 use crate::{ContactSet, LaplacianSolver};
 use drape_model::{Effect, EffectKind, Revisions, State, System, Vec3};
@@ -12,7 +12,7 @@ use drape_solvers::vector::BLOCK;
 use drape_solvers::{Constraints, Norm, Reference};
 use std::ops::Range;
 
-/// Round-off of `A v` over `|A| |v|`.
+/// Round-off of `A v` over `|A| |v|`, and of a force over `k |x|`.
 const ROUND_OFF: f64 = 4.0 * f64::EPSILON;
 
 /// The stop test of a linear solve `A v = b`: the norm of the residual `r`, and its reference. `p`
@@ -54,6 +54,8 @@ pub struct StepStart<'a> {
     pub state: &'a State,
     /// The length of the solve, s.
     pub tau: f64,
+    /// Whether the step rounds positions before it takes the forces there.
+    pub rounds_positions: bool,
 }
 
 /// Sums over the particles of a block, and the largest vectors in it.
@@ -63,8 +65,26 @@ struct Sums {
     impulse: f64,
     /// The same of the external forces.
     external: f64,
+    /// Largest `|x|²`.
+    reach: f64,
     /// Largest `|v|²`.
     speed: f64,
+}
+
+/// How large velocities are, for the round-off of residuals.
+#[derive(Clone, Copy, Debug)]
+struct Size {
+    /// Largest velocity, m/s.
+    speed: f64,
+    /// Largest distance from the origin over `τ`, m/s; 0 where the step rounds no positions.
+    reach: f64,
+}
+
+impl Size {
+    /// Round-off of a residual on rows of the matrix with these springs and this diagonal, kg m/s.
+    fn round_off(self, springs: f64, diagonal: f64) -> f64 {
+        ROUND_OFF * (springs * self.reach + diagonal * self.speed)
+    }
 }
 
 impl Sums {
@@ -72,6 +92,7 @@ impl Sums {
         Self {
             impulse: self.impulse + other.impulse,
             external: self.external + other.external,
+            reach: self.reach.max(other.reach),
             speed: self.speed.max(other.speed),
         }
     }
@@ -82,7 +103,7 @@ impl Sums {
 /// The reference is the impulse that would change the velocity of a particle of the lightest mass
 /// as the forces of level `n` change that of each particle in a step. Where it is more, it is that
 /// of the external forces alone, which keeps a reference for a sheet that hangs at rest. `ε` times
-/// the reference is not below the round-off of `A v`.
+/// the reference is not below round-off.
 ///
 /// Particles that friction holds count as free along the surface: the reference must also serve
 /// where they turn out to slide.
@@ -145,11 +166,13 @@ impl StepReference {
         let field = self.evaluate_external(start);
         contacts.without_friction(start.system, constraints, |constraints| {
             let (lightest, sums) = self.sum(start, constraints, field, &impulse);
-            let speed = sums.speed.sqrt();
+            let reach = if start.rounds_positions { sums.reach.sqrt() / start.tau } else { 0.0 };
+            let size = Size { speed: sums.speed.sqrt(), reach };
             let (value, round_off) = if self.norm == StopNorm::Preconditioned {
-                self.preconditioned(start, linear, constraints, (lightest, field), speed, &impulse)
+                self.preconditioned(start, linear, constraints, (lightest, field), size, &impulse)
             } else {
-                let round_off = ROUND_OFF * linear.diagonal_norm() * speed;
+                let (springs, diagonal) = linear.row_norms();
+                let round_off = size.round_off(springs, diagonal);
                 (sums.impulse.max(sums.external).sqrt(), round_off)
             };
             Reference::Absolute(value.max(round_off / self.forcing_term))
@@ -163,7 +186,7 @@ impl StepReference {
         linear: &mut LaplacianSolver,
         constraints: &Constraints,
         (lightest, field): (f64, Vec3),
-        speed: f64,
+        size: Size,
         impulse: &impl Fn(usize) -> Vec3,
     ) -> (f64, f64) {
         let Self { scratch, external, .. } = self;
@@ -175,8 +198,9 @@ impl StepReference {
             *s += f * (ratio(i) * tau);
         }
         let external = linear.filtered_norm(constraints, scratch);
-        for (i, s) in scratch.iter_mut().enumerate() {
-            s.fill(ROUND_OFF * linear.matrix().diagonal(i) * speed);
+        for (i, (s, m)) in scratch.iter_mut().zip(system.mass()).enumerate() {
+            let diagonal = linear.matrix().diagonal(i);
+            s.fill(size.round_off(diagonal - m, diagonal));
         }
         (total.max(external), linear.filtered_norm(constraints, scratch))
     }
@@ -197,7 +221,7 @@ impl StepReference {
     /// The lightest free mass, and the sums over all particles.
     fn sum(
         &mut self,
-        StepStart { system, state, tau }: StepStart<'_>,
+        StepStart { system, state, tau, .. }: StepStart<'_>,
         constraints: &Constraints,
         field: Vec3,
         impulse: &(impl Fn(usize) -> Vec3 + Sync),
@@ -216,6 +240,7 @@ impl StepReference {
                 let other = other.get(i).map_or(field * lightest, |f| field * lightest + f * ratio);
                 sums.impulse += filter.apply(impulse(i) * ratio).norm_squared();
                 sums.external += filter.apply(other * tau).norm_squared();
+                sums.reach = sums.reach.max(state.x[i].norm_squared());
                 sums.speed = sums.speed.max(state.v[i].norm_squared());
             }
             sums

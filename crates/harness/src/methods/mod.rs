@@ -128,9 +128,9 @@ pub struct Choice {
 }
 
 impl Choice {
-    /// Reads `id` or `id:key=value,key=value`, with further `key=value` settings from elsewhere. The
-    /// name of a [preset](crate::Preset) may stand first after the colon; what is given beside it
-    /// goes before it.
+    /// Reads `id` or `id:key=value,key=value`, with further `key=value` settings from elsewhere.
+    /// The name of a [preset](crate::Preset) may stand first after the colon; what is given beside
+    /// it goes before it.
     ///
     /// # Errors
     /// [`MethodError`] naming what is known.

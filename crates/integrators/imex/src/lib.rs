@@ -47,11 +47,11 @@
 //!   [incremental potential](drape_integrator::IncrementalPotential) and touches it at the present
 //!   `v`. CG lowers that quadratic at every iteration, so the potential falls monotonically.
 //!   Safeguards keep this property. The start is the better of `v_n` and the extrapolation. The
-//!   stop test refers to the change of velocity that the forces would make in the step. `|b|` would
-//!   grow like `θ` and with the speed of the whole. At the outer cap, or for `θ` above
-//!   `newton_above`, Newton continues (U3). A step that gains energy (U4) is solved more tightly
-//!   until it gains none or has converged. Where it can do neither, a step of IMEX Euler replaces
-//!   it (U5).
+//!   stop test refers to the change of velocity that the forces would make in the step. At the
+//!   outer cap, or for `θ` above `newton_above`, Newton continues (U3). A step that gains energy
+//!   (U4) is solved more tightly until it gains none or has converged. Where it can do neither, a
+//!   step of IMEX Euler replaces it (U5). The energy is that in the frame of the pins, else of the
+//!   air, else of the first obstacle, so the step is the same in every frame.
 //!
 //!   ```text
 //!   ∇Φ(v) = 0                       by Newton's method                                  (U3)
@@ -78,8 +78,6 @@
 //! * *Varying steps.* Coefficients are exact for `ω = h_n/h_{n−1}` in [1/2, 2]; beyond, and for
 //!   CNLF at any change, the method starts anew. Since `τ` depends on `ω`, one change of the step
 //!   size changes the matrix twice, except for CNAB2 and CNLF.
-//! * *Tolerance.* `ε` refers to the change of momentum that the forces would make within `τ`. `|b|`
-//!   would not do: it grows with the speed of the whole sheet and, across springs, like `θ`.
 //! * *Contacts* are found at `x_n` and prescribe `n·v_{n+1} = n·(x_s − X*)/τ`. Where a contact
 //!   begins or cuts a velocity, the particle's past is rewritten along the normal: it came with its
 //!   new velocity, after a rebound in free flight. Where an impact meets friction, the past along
@@ -94,6 +92,13 @@
 //!   that up to twice as large. An impact on a rough surface therefore takes more along it than
 //!   Coulomb's law; sliding that lasts takes exactly as much.
 //! * *Force sweeps.* Three a step: `F`, `G` and `L_k X*`.
+//!
+//! *Stop test* (setting `norm`). The print stops at `|r| ≤ ε |b|`, which is `norm=euclid`. `b`
+//! holds the momentum `M v_n`, so a sheet that moves fast as a whole is solved loosely. Across
+//! springs it grows like `θ`, and one heavy particle hides the residuals of all others. By default
+//! (`norm=velocity`) `ε` refers to the change of velocity that the forces would make within `τ`, by
+//! the lightest mass ([`drape_integrator::StepReference`]). The robust form always does so.
+//! `imex-euler:paper` and `imex-updated:paper` name the settings as printed.
 //!
 //! *Springs with piecewise-linear tension.* With `T(L)` of several slopes, `F2 = (K L − T(L)) û`
 //! for any `K`. The setting `split` of the methods of order 1 chooses the `K` in `A`. `majorant`

@@ -109,7 +109,10 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
             }
         };
         let phases = arguments.phases;
-        simulation.simulate(time, |runner| runner.series().phases(phases).observe(look))
+        simulation.simulate(time, |runner| {
+            let runner = runner.series().phases(phases).observe(look);
+            if is_driven { runner.ledger() } else { runner }
+        })
     };
     let mut team = Team::new(threads, spec.particles.mass_kg.len()).map_err(|error| Violation {
         path: "--threads".to_owned(),

@@ -77,7 +77,7 @@ impl Scheme for EulerWorkspace {
         clock.switch(Phase::Solve);
         // h F, the impulse of the forces of level n
         let forces = |i: usize| rhs.b[i] - state.v[i] * system.mass()[i];
-        let begin = StepStart { system, state, tau: h };
+        let begin = StepStart { system, state, tau: h, rounds_positions: false };
         let reference = reference.of(begin, linear, contacts, constraints, forces);
         let mut start = predictor.start(settings.start, &state.v, h); // EEH (22)
         contacts.solve(system, constraints, impulse, |constraints, wanted| {

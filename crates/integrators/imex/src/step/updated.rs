@@ -83,7 +83,7 @@ impl Scheme for UpdatedWorkspace {
             descent.begin(system, state, h, &rhs.explicit_force);
         } else {
             let forces = |i: usize| rhs.impulse(system, state, h, i);
-            let begin = StepStart { system, state, tau: h };
+            let begin = StepStart { system, state, tau: h, rounds_positions: true };
             relative_to = reference.of(begin, linear, contacts, constraints, forces);
         }
         contacts.solve(system, constraints, impulse, |constraints, wanted| {

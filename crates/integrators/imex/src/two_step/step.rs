@@ -112,7 +112,7 @@ impl Scheme for Workspace {
             let Self { linear, contacts, constraints, b, velocity: v, impulse, .. } = self;
             // τ (F_n + G_n), the impulse of the forces of level n
             let forces = |i: usize| (self.present.explicit[i] + self.present.linear[i]) * tau;
-            let begin = StepStart { system, state, tau };
+            let begin = StepStart { system, state, tau, rounds_positions: true };
             let reference = self.reference.of(begin, linear, contacts, constraints, forces);
             contacts.solve(system, constraints, impulse, |constraints, wanted| {
                 // (M + τ² L_k + τ L_c) v_{n+1} = b, EEH (9)

@@ -84,15 +84,14 @@ pub(super) fn method() -> String {
          sets free on its true motion. Symplectic Euler at a quarter of its stability limit tells \
          it, at most at k/m = 1e7, in H03 1e6, in H07 with a mass ratio of 10. A run is stable if \
          its energy H never exceeds its start by more than 0.02 E_ref, marginal up to 0.5, \
-         unstable above. It has diverged if a position is not finite or a thousand scene sizes \
-         away. Undamped and without contacts, symplectic methods may oscillate by 0.5 E_ref, but \
-         must not drift by more than 0.05 E_ref over the run. A step counts as a rise if H grows \
-         by more than 1e-9 E_ref and round-off. Theory follows from the scene and the settings \
-         alone. Three of its rules were derived after first runs had failed: \
-         terzopoulos-fleischer; baraff-witkin and the two-step methods in H16; the divided steps \
-         of leapfrog in H14. A run ends over budget after {BUDGET:e} visits of a spring, which \
-         are counted, not \
-         timed.",
+         unstable above. It has diverged if a position is not finite, or farther away than a \
+         thousand scene sizes and twice what fall and throw can cover. Undamped and without \
+         contacts, symplectic methods may oscillate by 0.5 E_ref, but must not drift by more \
+         than 0.05 E_ref over the run. A step counts as a rise if H grows by more than 1e-9 \
+         E_ref and round-off. Theory follows from the scene and the settings alone. Three \
+         of its rules were derived after first runs had failed: terzopoulos-fleischer; \
+         baraff-witkin and the two-step methods in H16; the divided steps of leapfrog in H14. A \
+         run ends over budget after {BUDGET:e} visits of a spring, which are counted, not timed.",
         SEEDS.len()
     )
 }

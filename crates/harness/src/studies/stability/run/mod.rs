@@ -46,7 +46,8 @@ pub(super) fn method() -> String {
          horizontal, for 2 s and at least 200 steps. The verdict compares the total energy H with \
          E_ref, which the true motion sets free within 2 s (symplectic Euler at a quarter of its \
          limit). Stable: H never rises above its start by more than 0.02 E_ref; marginal: up to \
-         0.5; unstable: above; diverged: a position is not finite or a thousand scene sizes away. \
+         0.5; unstable: above; diverged: a position is not finite, or farther away than a thousand \
+         scene sizes and twice what fall can cover. \
          Undamped symplectic methods may oscillate by 0.5 E_ref, but drift by 0.05 E_ref at most. \
          Locked: a stable run whose free edge comes less than half as far from its start as it \
          truly does. Starts are perturbed by up to 1e-4 mesh widths; where the verdict changes \
