@@ -4,6 +4,7 @@
 //! Without options it tries 20 000 inputs. The same seed gives the same inputs on every machine.
 //! Exit code 1 and one line a fault; `fuzz --show NUMBER` prints an input.
 
+use drape_report::tell;
 use drape_tests::fuzz::{Fuzzer, Tally};
 use std::io::Write as _;
 use std::process::ExitCode;
@@ -36,19 +37,19 @@ fn options() -> Option<Options> {
 
 fn main() -> ExitCode {
     let Some(options) = options() else {
-        eprintln!("{USAGE}");
+        tell!("{USAGE}");
         return ExitCode::from(2);
     };
     let folder = std::env::temp_dir().join(format!("drape-fuzz-{}", std::process::id()));
     if let Err(error) = std::fs::create_dir_all(&folder) {
-        eprintln!("fuzz: {}: {error}", folder.display());
+        tell!("fuzz: {}: {error}", folder.display());
         return ExitCode::from(2);
     }
     let results = drape_tests::equations::root().join("results");
     let fuzzer = Fuzzer::new(options.seed, folder.clone(), &results);
     if let Some(number) = options.show {
         let (kind, input) = fuzzer.input(number);
-        eprintln!("{kind:?}");
+        tell!("{kind:?}");
         let shown = std::io::stdout().write_all(&input);
         return if shown.is_ok() { ExitCode::SUCCESS } else { ExitCode::from(2) };
     }
@@ -61,13 +62,13 @@ fn main() -> ExitCode {
             break;
         }
         if let Err(fault) = fuzzer.try_one(number, &mut tally) {
-            eprintln!("seed {}, input {number}, {:?}: {}", options.seed, fault.kind, fault.what);
+            tell!("seed {}, input {number}, {:?}: {}", options.seed, fault.kind, fault.what);
             faults += 1;
         }
     }
     let _ = std::fs::remove_dir_all(folder);
     let Tally { tried, accepted, skipped } = tally;
-    println!(
+    tell!(
         "seed {}: {tried} inputs, {accepted} accepted, {skipped} too large to try, {faults} faults",
         options.seed
     );

@@ -5,6 +5,7 @@
 //! begin anew. After the first round the memory must not grow. Exit code 1 if it does.
 
 use drape_model::ObstacleSpec;
+use drape_report::tell;
 use drape_tests::{Sheet, prepared};
 use std::process::ExitCode;
 
@@ -32,7 +33,7 @@ fn memory() -> Option<u64> {
 fn main() -> ExitCode {
     let argument = std::env::args().nth(1);
     let Ok(steps) = argument.as_deref().unwrap_or("100000000").parse::<u64>() else {
-        eprintln!("usage: soak [STEPS]");
+        tell!("usage: soak [STEPS]");
         return ExitCode::from(2);
     };
     let ids: Vec<_> = drape_harness::methods::all().map(|method| method.id).collect();
@@ -56,12 +57,12 @@ fn main() -> ExitCode {
             first = first.or_else(memory);
         }
         if let (Some(first), Some(last)) = (first, memory()) {
-            println!("{id}: {} rounds, {first} bytes after the first, {last} at the end", rounds);
+            tell!("{id}: {} rounds, {first} bytes after the first, {last} at the end", rounds);
             if last > first + SLACK {
                 grown.push(id);
             }
         }
     }
-    println!("{total} steps; memory grew with {} methods {grown:?}", grown.len());
+    tell!("{total} steps; memory grew with {} methods {grown:?}", grown.len());
     ExitCode::from(u8::from(!grown.is_empty()))
 }

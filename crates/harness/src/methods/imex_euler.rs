@@ -101,7 +101,6 @@ pub(super) static ENTRY: Entry = Entry {
         ],
         are_effects_timed: true,
         are_effects_quick: true,
-        ..Runs::DEFAULTS
     },
 };
 
