@@ -127,27 +127,44 @@ fn systems() -> Vec<Vec<u8>> {
     specs.iter().filter_map(|spec| serde_json::to_vec(spec).ok()).collect()
 }
 
+/// Folder of results with an interrupted experiment.
+const OUT: &str = "out";
+
+/// The journal that this program writes for an experiment that ended.
+fn journal(out: &Path) -> Result<Vec<u8>, String> {
+    std::fs::create_dir_all(out).map_err(message)?;
+    let record = out.join("order.txt");
+    std::fs::write(&record, "a record").map_err(message)?;
+    let unfinished = Unfinished::enter(out, true).map_err(message)?;
+    let journal = unfinished.journal("order", true).map_err(message)?;
+    journal.finish(&[record]).map_err(message)?;
+    std::fs::read(out.join(".unfinished").join("order.journal")).map_err(message)
+}
+
 impl Fuzzer {
     /// A run with a seed; files go to `folder`, records are those below `results`.
-    pub fn new(seed: u64, folder: PathBuf, results: &Path) -> Self {
+    ///
+    /// # Errors
+    /// A message where a record cannot be read or a journal cannot be written.
+    pub fn new(seed: u64, folder: PathBuf, results: &Path) -> Result<Self, String> {
         let bytes = |text: &str| text.as_bytes().to_vec();
         let scenes = bundled::names().filter_map(bundled::text).map(bytes).collect();
         let meshes = bundled::meshes().filter_map(bundled::mesh).map(bytes);
         let small = "g left\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0.5\nf 1 2 3\nf 2/1/1 4//2 3\n";
         let meshes = meshes.chain([bytes(small)]).filter(|mesh| mesh.len() < 100_000).collect();
         let settings = crate::METHODS.map(bytes).to_vec();
-        let record = |name: &str| std::fs::read(results.join(name)).ok();
-        let records = ["order.json", "post-correction.json"].into_iter().filter_map(record);
-        let journal = "{\"program\":\"a\",\"quick\":true}\n{\"kind\":\"cell\"}\n";
+        let record = |name: &str| std::fs::read(results.join(name)).map_err(message);
+        let records = vec![record("order.json")?, record("post-correction.json")?];
+        let journal = journal(&folder.join(OUT))?;
         let corpus = vec![
             (Kind::Scene, scenes),
             (Kind::System, systems()),
             (Kind::Mesh, meshes),
             (Kind::Settings, settings),
-            (Kind::Record, records.collect()),
-            (Kind::Journal, vec![bytes(journal)]),
+            (Kind::Record, records),
+            (Kind::Journal, vec![journal]),
         ];
-        Self { seed, corpus, folder }
+        Ok(Self { seed, corpus, folder })
     }
 
     /// The input of that number.
@@ -230,7 +247,7 @@ impl Fuzzer {
                 removed
             }
             Kind::Journal => {
-                let out = self.folder.join("out");
+                let out = self.folder.join(OUT);
                 let unfinished = out.join(".unfinished");
                 std::fs::create_dir_all(&unfinished).map_err(message)?;
                 std::fs::write(unfinished.join("order.journal"), input).map_err(message)?;

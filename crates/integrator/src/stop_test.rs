@@ -67,7 +67,7 @@ struct Sums {
     external: f64,
     /// Largest `|x|²`.
     reach: f64,
-    /// Largest `|v|²`.
+    /// Largest `|v|²`, of the old level or prescribed.
     speed: f64,
 }
 
@@ -241,7 +241,9 @@ impl StepReference {
                 sums.impulse += filter.apply(impulse(i) * ratio).norm_squared();
                 sums.external += filter.apply(other * tau).norm_squared();
                 sums.reach = sums.reach.max(state.x[i].norm_squared());
-                sums.speed = sums.speed.max(state.v[i].norm_squared());
+                // A pin that is led moves at its prescribed velocity, whatever it did before.
+                let led = constraints.prescribed(i).norm_squared();
+                sums.speed = sums.speed.max(state.v[i].norm_squared()).max(led);
             }
             sums
         };

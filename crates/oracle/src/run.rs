@@ -86,14 +86,24 @@ pub fn bits(state: &State) -> Vec<u64> {
     numbers.map(f64::to_bits).collect()
 }
 
-/// Greatest distance between corresponding vectors.
+/// Greatest distance between corresponding vectors; NaN if one is.
 pub fn apart(a: &[Vec3], b: &[Vec3]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
+    greatest(a.iter().zip(b).map(|(a, b)| (a - b).norm()))
 }
 
-/// Greatest length of a vector.
+/// Greatest length of a vector; NaN if one is.
 pub fn largest(vectors: &[Vec3]) -> f64 {
-    vectors.iter().map(|a| a.norm()).fold(0.0, f64::max)
+    greatest(vectors.iter().map(|a| a.norm()))
+}
+
+/// [`f64::max`] drops NaN: a test that compares the result with a bound would pass.
+fn greatest(lengths: impl Iterator<Item = f64>) -> f64 {
+    lengths.fold(
+        0.0,
+        |greatest, length| {
+            if length > greatest || length.is_nan() { length } else { greatest }
+        },
+    )
 }
 
 /// Observed order from `error(steps)`, the error after this many steps over `span` seconds.

@@ -46,7 +46,13 @@ fn main() -> ExitCode {
         return ExitCode::from(2);
     }
     let results = drape_tests::equations::root().join("results");
-    let fuzzer = Fuzzer::new(options.seed, folder.clone(), &results);
+    let fuzzer = match Fuzzer::new(options.seed, folder.clone(), &results) {
+        Ok(fuzzer) => fuzzer,
+        Err(error) => {
+            tell!("fuzz: {error}");
+            return ExitCode::from(2);
+        }
+    };
     if let Some(number) = options.show {
         let (kind, input) = fuzzer.input(number);
         tell!("{kind:?}");

@@ -38,7 +38,7 @@ fn main() -> ExitCode {
     };
     let ids: Vec<_> = drape_harness::methods::all().map(|method| method.id).collect();
     let rounds = steps.div_ceil(ROUND * ids.len() as u64).max(2);
-    let (mut total, mut grown) = (0_u64, Vec::new());
+    let (mut total, mut grown, mut failed) = (0_u64, Vec::new(), Vec::new());
     for id in ids {
         let mut first = None;
         for _ in 0..rounds {
@@ -49,20 +49,24 @@ fn main() -> ExitCode {
             }
             let mut run = prepared(id, drape_tests::build(&spec), 1e-4);
             for _ in 0..ROUND {
-                if run.try_step().is_err() {
+                if let Err(error) = run.try_step() {
+                    failed.push(format!("{id}: {error}"));
                     break;
                 }
                 total += 1;
             }
             first = first.or_else(memory);
         }
-        if let (Some(first), Some(last)) = (first, memory()) {
-            tell!("{id}: {} rounds, {first} bytes after the first, {last} at the end", rounds);
-            if last > first + SLACK {
-                grown.push(id);
-            }
+        let (Some(first), Some(last)) = (first, memory()) else {
+            failed.push(format!("{id}: the system does not tell the memory of a process"));
+            continue;
+        };
+        tell!("{id}: {rounds} rounds, {first} bytes after the first, {last} at the end");
+        if last > first + SLACK {
+            grown.push(id);
         }
     }
     tell!("{total} steps; memory grew with {} methods {grown:?}", grown.len());
-    ExitCode::from(u8::from(!grown.is_empty()))
+    failed.iter().for_each(|failure| tell!("{failure}"));
+    ExitCode::from(u8::from(!grown.is_empty() || !failed.is_empty()))
 }

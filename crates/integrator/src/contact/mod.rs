@@ -61,7 +61,9 @@
 //!   step without friction, and again after each return: a sheet on a ball would creep off at large
 //!   steps. So a contact with friction goes on while the gap is at most `τ|v|`, with the velocity
 //!   relative to the surface. Its target leads the particle back to the surface. Where the
-//!   constraint would have to pull it back, it is released like every contact that pulls.
+//!   constraint would have to pull it back, it is released like every contact that pulls. Explicit
+//!   Euler solves for the velocities of the old level, which lead away from the surface, so this
+//!   releases all such contacts there.
 //! * **Several obstacles.** The directions that the independent normals leave free are held with
 //!   the limit `Σ μ_k λ_k`, relative to the first obstacle with friction.
 //!

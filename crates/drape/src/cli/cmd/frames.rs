@@ -152,6 +152,11 @@ impl Frames {
         }
     }
 
+    /// Whether the animation goes to standard output.
+    pub(crate) fn is_standard(&self) -> bool {
+        self.animation.as_ref().is_some_and(|(sink, _)| sink.is_standard())
+    }
+
     /// Writes the animation and reports the files.
     pub(crate) fn finish(self) -> anyhow::Result<()> {
         if let Some(failure) = self.failure {

@@ -125,6 +125,8 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     if let Some(sink) = &sink {
         sink.write_run(&record)?;
     }
+    let speaks_data = sink.as_ref().is_some_and(Sink::is_standard)
+        || frames.as_ref().is_some_and(Frames::is_standard);
     if let Some(frames) = frames {
         frames.finish()?;
     }
@@ -155,7 +157,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         tell!("drape: warning: {warning}");
     }
     // The end of the run decides the exit code, even if the summary cannot be printed.
-    let printed = if sink.as_ref().is_some_and(Sink::is_standard) {
+    let printed = if speaks_data {
         summary(&record).lines().for_each(|line| tell!("{line}"));
         Ok(())
     } else {
