@@ -733,7 +733,8 @@ fn a_record_that_is_no_text_is_refused_with_exit_code_2() {
     assert!(said.contains("tables.json: not a record") && said.contains("drape experiment"));
 }
 
-/// Runs with so little address space that the stacks of many threads do not fit.
+/// Runs with so little address space that the stacks of many threads do not fit. The stacks are so
+/// large that the space left when one is refused always suffices for the message.
 #[cfg(target_os = "linux")]
 fn drape_in_little_space(folder: &Path, arguments: &[&str]) -> Output {
     Command::new("sh")
@@ -741,6 +742,7 @@ fn drape_in_little_space(folder: &Path, arguments: &[&str]) -> Output {
         .args(arguments)
         .current_dir(folder)
         .env("RAYON_NUM_THREADS", "1024")
+        .env("RUST_MIN_STACK", "500000000")
         .output()
         .unwrap()
 }
