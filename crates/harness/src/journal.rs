@@ -516,8 +516,8 @@ mod tests {
         }
     }
 
-    /// The owner of a lock removes its file when it leaves. Whoever had opened the file before owns
-    /// nothing.
+    /// The owner of a lock removes its file when it leaves. A process that opened the file before
+    /// then locks nothing.
     #[test]
     fn a_lock_on_a_removed_file_is_no_lock() {
         let folder = tempfile::tempdir().unwrap();

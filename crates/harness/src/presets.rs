@@ -7,8 +7,6 @@ use drape_integrator::Method;
 /// Settings of a method under a name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Preset {
-    /// Id of the method.
-    pub method: &'static str,
     /// Name, which stands first after the colon.
     pub name: &'static str,
     /// Its settings.
@@ -18,11 +16,12 @@ pub struct Preset {
 }
 
 impl Preset {
-    /// Id and settings, as [`Choice::parse`](crate::methods::Choice::parse) reads them.
-    pub fn written_out(&self) -> String {
+    /// Id of its method and settings, as [`Choice::parse`](crate::methods::Choice::parse) reads
+    /// them.
+    pub fn written_out(&self, method: &Method) -> String {
         let pairs: Vec<_> =
             self.settings.iter().map(|(key, value)| format!("{key}={value}")).collect();
-        format!("{}:{}", self.method, pairs.join(","))
+        format!("{}:{}", method.id, pairs.join(","))
     }
 }
 
@@ -42,11 +41,12 @@ mod tests {
 
     #[test]
     fn a_preset_is_what_it_writes_out_and_no_default() {
-        let all: Vec<_> = methods::all().flat_map(presets).collect();
+        let of = |method| presets(method).map(move |preset| (method, preset));
+        let all: Vec<_> = methods::all().flat_map(of).collect();
         assert!(all.len() >= 3);
-        for preset in all {
-            let Preset { method, name, .. } = preset;
-            assert_eq!(id(&format!("{method}:{name}")), id(&preset.written_out()));
+        for (known, preset) in all {
+            let (method, name) = (known.id, preset.name);
+            assert_eq!(id(&format!("{method}:{name}")), id(&preset.written_out(known)));
             for pair in preset.settings {
                 let choice = Choice::parse(method, &[]).unwrap_or_else(|error| panic!("{error}"));
                 assert_ne!(choice.settings().get(pair.0), Some(pair.1), "{method}: {pair:?}");

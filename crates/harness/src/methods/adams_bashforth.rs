@@ -8,6 +8,12 @@ use crate::theory::{Expectation, Problem, Theory, form, no_theorem, unstable};
 use drape_oracle::recurrence::adams_bashforth;
 use drape_report::family::Kin;
 
+/// Its forms in studies that compare limits and orders.
+const FORMS: &[Variant] = &[
+    Variant::new("adams-bashforth2", "adams-bashforth2"),
+    Variant::new("adams-bashforth, 3 steps", "adams-bashforth2:steps=3"),
+];
+
 /// Its entry in the registry.
 pub(super) static ENTRY: Entry = Entry {
     registration: &drape_multistep::EXPLICIT_ADAMS,
@@ -30,14 +36,8 @@ pub(super) static ENTRY: Entry = Entry {
         ],
     },
     runs: Runs {
-        order: &[
-            Variant::new("adams-bashforth2", "adams-bashforth2"),
-            Variant::new("adams-bashforth, 3 steps", "adams-bashforth2:steps=3"),
-        ],
-        stability: &[
-            Variant::new("adams-bashforth2", "adams-bashforth2"),
-            Variant::new("adams-bashforth, 3 steps", "adams-bashforth2:steps=3"),
-        ],
+        order: FORMS,
+        stability: FORMS,
         momentum: &[
             (Variant::new("adams-bashforth2", "adams-bashforth2"), Keeps::AsStated),
             (Variant::new("adams-bashforth, 3 steps", "adams-bashforth2:steps=3"), Keeps::AsStated),

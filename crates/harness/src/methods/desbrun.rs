@@ -27,7 +27,6 @@ pub(super) static ENTRY: Entry = Entry {
     },
     runs: Runs {
         presets: &[Preset {
-            method: "desbrun",
             name: "paper",
             settings: &[("inverse", "dense"), ("torque", "literal"), ("inverse_dynamics", "true")],
             help: "as Desbrun, Schröder and Barr publish it: the full inverse, the torque in their \

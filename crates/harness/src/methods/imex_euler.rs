@@ -34,7 +34,6 @@ pub(super) static ENTRY: Entry = Entry {
     },
     runs: Runs {
         presets: &[Preset {
-            method: "imex-euler",
             name: "paper",
             settings: &[("norm", "euclid"), ("split", "paper")],
             help: "as Eberhardt, Etzmuß and Hauth print it",

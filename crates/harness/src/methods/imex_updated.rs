@@ -42,7 +42,6 @@ pub(super) static ENTRY: Entry = Entry {
     },
     runs: Runs {
         presets: &[Preset {
-            method: "imex-updated",
             name: "paper",
             settings: &[
                 ("safeguard", "paper"),

@@ -62,7 +62,7 @@ impl MethodError {
     }
 }
 
-/// A line of the registry: a method, what is known of it, and the forms that studies run.
+/// The registry keeps this for each method: how it is built, what theory says, which forms run.
 #[derive(Debug)]
 struct Entry {
     registration: &'static Registration,

@@ -10,6 +10,12 @@ use drape_oracle::recurrence::{
 };
 use drape_report::family::Kin;
 
+/// Its forms in studies that compare limits and orders.
+const FORMS: &[Variant] = &[
+    Variant::new("symplectic-euler", "symplectic-euler"),
+    Variant::new("symplectic-euler, implicit damping", "symplectic-euler:damping=implicit"),
+];
+
 /// Its entry in the registry.
 pub(super) static ENTRY: Entry = Entry {
     registration: &drape_explicit_euler::SYMPLECTIC,
@@ -29,14 +35,8 @@ pub(super) static ENTRY: Entry = Entry {
         ],
     },
     runs: Runs {
-        order: &[
-            Variant::new("symplectic-euler", "symplectic-euler"),
-            Variant::new("symplectic-euler, implicit damping", "symplectic-euler:damping=implicit"),
-        ],
-        stability: &[
-            Variant::new("symplectic-euler", "symplectic-euler"),
-            Variant::new("symplectic-euler, implicit damping", "symplectic-euler:damping=implicit"),
-        ],
+        order: FORMS,
+        stability: FORMS,
         work_precision: &[work::headline("symplectic-euler", "symplectic-euler")],
         scaling: &[Contender {
             label: "symplectic-euler",

@@ -25,10 +25,7 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let experiment = find(&arguments.name)?;
     let out = folder(arguments.out.as_deref(), arguments.quick);
-    check_folder("--out", &out)?;
-    start_threads()?;
-    compare_commits(&out);
-    let unfinished = Unfinished::enter(&out, arguments.fresh)?;
+    let unfinished = enter(&out, arguments.fresh)?;
     record(experiment, &out, arguments.quick, &unfinished)?;
     super::report::draw(&out)?;
     Ok(unfinished.leave([experiment.name()])?)
@@ -39,8 +36,16 @@ pub(crate) fn folder(out: Option<&Path>, quick: bool) -> PathBuf {
     out.unwrap_or(Path::new(if quick { "results-quick" } else { "results" })).to_owned()
 }
 
+/// Checks the folder for results, starts the threads and takes up what is unfinished there.
+pub(crate) fn enter(out: &Path, fresh: bool) -> anyhow::Result<Unfinished> {
+    check_folder("--out", out)?;
+    start_threads()?;
+    compare_commits(out);
+    Ok(Unfinished::enter(out, fresh)?)
+}
+
 /// Warns where the results lie in the repository of the program, but at another commit.
-pub(crate) fn compare_commits(out: &Path) {
+fn compare_commits(out: &Path) {
     let source = crate::cli::source();
     if let (Some(built), Some(there)) = (&source.commit, source.other_commit_at(out)) {
         tell!(

@@ -97,8 +97,9 @@ fn describe(text: &mut String, method: &Method) -> std::fmt::Result {
         )?;
     }
     for preset in presets(method) {
-        let Preset { method, name, help, .. } = preset;
-        writeln!(text, "    {method}:{name}    stands for {}; {help}", preset.written_out())?;
+        let Preset { name, help, .. } = preset;
+        let (id, all) = (method.id, preset.written_out(method));
+        writeln!(text, "    {id}:{name}    stands for {all}; {help}")?;
     }
     Ok(())
 }

@@ -1,8 +1,6 @@
 //! `drape reproduce`: all experiments.
 
-use crate::cli::output::check_folder;
 use drape_harness::studies::{all, find};
-use drape_harness::{Unfinished, start_threads};
 use drape_report::tell;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -30,10 +28,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         [] => all().to_vec(),
         names => names.iter().map(|name| find(name)).collect::<Result<Vec<_>, _>>()?,
     };
-    check_folder("--out", &out)?;
-    start_threads()?;
-    super::experiment::compare_commits(&out);
-    let unfinished = Unfinished::enter(&out, arguments.fresh)?;
+    let unfinished = super::experiment::enter(&out, arguments.fresh)?;
     for &experiment in &chosen {
         super::experiment::record(experiment, &out, arguments.quick, &unfinished)?;
     }

@@ -197,7 +197,8 @@ fn in_wind_and_on_slivers_every_verdict_is_what_theory_says_or_explained() {
     let (facts, _) = facts(&quickly(&crate::Journal::none()), &cases).unwrap();
     assert!(facts.unexplained.is_empty(), "{}", facts.unexplained.join("\n"));
     for cell in facts.cells.iter().filter(|cell| cell.case.starts_with("H14")) {
-        let method = methods::all().find(|method| cell.method.starts_with(method.id)).unwrap();
+        let method =
+            methods::all().find(|method| cell.method.split(' ').next() == Some(method.id)).unwrap();
         let treatment = method.treatment(EffectKind::Air, EffectClass::Drag);
         if treatment != Treatment::Explicit {
             assert_eq!(cell.verdict, Verdict::Stable, "{}", cell.method);

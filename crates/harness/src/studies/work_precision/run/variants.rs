@@ -4,7 +4,7 @@ use crate::HarnessError;
 use crate::methods::runs::work::{self, Scope};
 pub(super) use crate::methods::runs::work::{Knob, Variant};
 use crate::methods::{self, Choice};
-use crate::studies::variant::is_explicit;
+use crate::studies::variant::{is_explicit, or_defaults};
 use std::sync::LazyLock;
 
 pub(super) const DOP853: &str = "dop853";
@@ -15,12 +15,7 @@ const TOLERANCES: &[f64] = &[1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-
 pub(super) static VARIANTS: LazyLock<Vec<Variant>> = LazyLock::new(|| {
     let library = work::headline(DOP853, DOP853).knob(Knob::Library(TOLERANCES));
     let forms = methods::runs().flat_map(|(method, runs)| {
-        let defaults = [work::main(method.id, method.id)];
-        if runs.work_precision.is_empty() {
-            defaults.to_vec()
-        } else {
-            runs.work_precision.to_vec()
-        }
+        or_defaults(method, runs.work_precision, |form| work::main(form.label, form.method))
     });
     let (adaptive, steady): (Vec<_>, Vec<_>) = forms.partition(Variant::is_adaptive);
     [vec![library], steady, adaptive].concat()
