@@ -30,7 +30,7 @@ const SIDE: u32 = 52;
 const STEPS: usize = 5;
 
 /// Method, or `forces`, and mesh.
-const KERNELS: [(&str, Mesh); 12] = [
+const KERNELS: [(&str, Mesh); 16] = [
     ("forces", Mesh::Grid),
     ("forces", Mesh::General),
     ("symplectic-euler", Mesh::Grid),
@@ -43,6 +43,10 @@ const KERNELS: [(&str, Mesh); 12] = [
     ("imex-updated", Mesh::Grid),
     ("baraff-witkin", Mesh::Grid),
     ("backward-euler:residual=1e-3", Mesh::Grid),
+    ("xpbd:substeps=4", Mesh::Grid),
+    ("xpbd:substeps=4", Mesh::General),
+    ("xpbd:substeps=4,sweep=coloured", Mesh::Grid),
+    ("vbd:sweeps=4", Mesh::Grid),
 ];
 
 /// Counts of instructions by kernel, of one compiler.

@@ -1,5 +1,5 @@
-//! One step of each method on the bundled scenes, and of IMEX Euler on sheets of several sizes:
-//! what a user waits for.
+//! One step of each method on the bundled scenes, and of IMEX Euler and of single sweeps on sheets
+//! of several sizes: what a user waits for.
 
 #![allow(missing_docs, reason = "the macro that collects the benches makes undocumented items")]
 
@@ -17,7 +17,13 @@ const MORE: [(&str, &str); 3] = [
 ];
 /// Particles along each edge of the sheets.
 const SIDES: [u32; 4] = [20, 52, 100, 316];
-const SOLVERS: [&str; 2] = ["imex-euler", "imex-euler:preconditioner=jacobi"];
+const SOLVERS: [&str; 5] = [
+    "imex-euler",
+    "imex-euler:preconditioner=jacobi",
+    "xpbd:substeps=1",
+    "xpbd:substeps=1,sweep=coloured",
+    "vbd:sweeps=1",
+];
 
 /// A run is begun anew after this many steps, so that what is timed is a falling sheet and not one
 /// at rest.

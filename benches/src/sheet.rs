@@ -71,9 +71,11 @@ impl HangingSheet {
                 columns: side,
                 size_m: [1.0, 1.0],
                 center_m: [0.0; 3],
-                mass_kg: 0.4,
+                mass_kg: Some(0.4),
+                rotation: None,
                 velocity_m_s: [0.0; 3],
             }),
+            material: None,
             effects: Effects {
                 tension: law(1.0),
                 shear: law(0.1),

@@ -6,7 +6,7 @@ pub mod fuzz;
 pub mod splice;
 
 use drape_harness::methods::{self, Choice};
-use drape_integrator::{Integrator, Setups, StepReport};
+use drape_integrator::{Integrator, PrepareError, Setups, StepReport};
 use drape_model::{State, System};
 pub use drape_oracle::scenes::{
     GRAVITY, Sheet, anchored, build, floor, gravity, particles, pin, spring, stiffening, stir,
@@ -15,7 +15,7 @@ pub use drape_oracle::scenes::{
 pub use drape_oracle::{Random, Run, apart, bits, largest, seconds};
 
 /// Every method, with settings that lead through different code.
-pub const METHODS: [&str; 50] = [
+pub const METHODS: [&str; 90] = [
     "explicit-euler",
     "symplectic-euler",
     "symplectic-euler:damping=implicit",
@@ -37,6 +37,8 @@ pub const METHODS: [&str; 50] = [
     "bdf2:jacobian=saved,solver=cg",
     "bdf2:tolerance=0.01",
     "bdf2:steps=3",
+    "bdf2:max_iterations=1,solver=cg,safeguard=work",
+    "backward-euler:solver=auto",
     "terzopoulos-fleischer",
     "terzopoulos-fleischer:clamp=true",
     "baraff-witkin",
@@ -66,6 +68,44 @@ pub const METHODS: [&str; 50] = [
     "imex-mcnab2:tolerance=0.01,estimator=plain",
     "imex-mcnab2:implicit=tension,norm=preconditioned,start=last",
     "imex-cnlf",
+    "midpoint",
+    "midpoint:jacobian=saved,solver=cg",
+    "midpoint:tolerance=0.01",
+    "dirk",
+    "dirk:tableau=sdirk2,jacobian=saved",
+    "dirk:tableau=esdirk3",
+    "dirk:tableau=sdirk4",
+    "dirk:tolerance=0.01",
+    "generalized-alpha",
+    "generalized-alpha:family=newmark,rho_inf=1",
+    "vbd",
+    "vbd:start=previous,sweeps=60,chebyshev=0.5",
+    "vbd:augmented=true,sweeps=5,start=inertial",
+    "imex-rk",
+    "imex-rk:tableau=ark4,solver=cg",
+    "imex-rk:tableau=ark3,implicit=tension",
+    "rosenbrock",
+    "rosenbrock:tableau=ros34pw2,jacobian=clamped",
+    "leapfrog:damping=explicit",
+    "rkc",
+    "srkn4",
+    "multirate",
+    "multirate:ratio=2,slow=bending",
+    "projective",
+    "projective:acceleration=chebyshev,iterations=15",
+    "projective:acceleration=anderson",
+    "projective:acceleration=lbfgs,memory=3",
+    "projective:acceleration=admm",
+    "xpbd",
+    "xpbd:substeps=4,iterations=3,sweep=coloured",
+    "xpbd:substeps=8,order=2",
+    "xpbd-lines",
+    "xpbd-lines:substeps=1",
+    "xpbd-lines:substeps=4,iterations=3,order=1",
+    "exponential",
+    "exponential:krylov_tol=1e-3,max_dim=20",
+    "energy-momentum",
+    "energy-momentum:on_failure=report",
 ];
 
 /// The id of a method without its settings.
@@ -130,6 +170,15 @@ pub fn fresh(id: &str, run: &Run) -> Run {
 /// A report without its set-ups, which a new integrator charges to another cause.
 pub fn work(report: StepReport) -> StepReport {
     StepReport { setups: Setups::default(), ..report }
+}
+
+/// Whether the method of this id takes a system; it refuses by name what it cannot take.
+///
+/// # Panics
+/// When no such method or setting exists.
+pub fn takes(id: &str, system: &System) -> bool {
+    let refused = method(id).prepare(system, seconds(0.01));
+    !matches!(refused, Err(PrepareError::Unsupported { .. }))
 }
 
 /// Whether the method of this id takes obstacles with friction.

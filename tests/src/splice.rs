@@ -4,7 +4,6 @@
 //! between the marks by the fact of that name ([`facts`]). Markdown shows neither mark.
 
 use drape_harness::methods;
-use drape_integrator::Order;
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -55,7 +54,13 @@ pub fn splice(text: &str, facts: &BTreeMap<&str, String>) -> Result<String, Stri
 /// When a record cannot be read or lacks what is looked up.
 pub fn facts(results: &Path) -> Result<BTreeMap<&'static str, String>, String> {
     let claims = rows(results, "claims", "/facts/claims")?;
-    let with = |verdict: &str| claims.iter().filter(|c| c["verdict"] == verdict).count();
+    let is_expectation =
+        |c: &Value| c["id"].as_str().is_some_and(drape_harness::claims::is_expectation);
+    let (expectations, claims): (Vec<Value>, Vec<Value>) =
+        claims.into_iter().partition(is_expectation);
+    let with = |rows: &[Value], verdict: &str| {
+        rows.iter().filter(|c| c["verdict"] == verdict).count().to_string()
+    };
     let scenes = rows(results, "work-precision", "/facts/scenes")?;
     let winners = rows(results, "work-precision", "/facts/winners")?;
     let wins = |damping| wins(&scenes, &winners, damping);
@@ -77,9 +82,13 @@ pub fn facts(results: &Path) -> Result<BTreeMap<&'static str, String>, String> {
     let timings = rows(results, "timings/work-precision", "/rows")?;
     Ok(BTreeMap::from([
         ("claims", claims.len().to_string()),
-        ("claims-confirmed", with("confirmed").to_string()),
-        ("claims-refuted", with("refuted").to_string()),
-        ("claims-undecided", with("undecided").to_string()),
+        ("claims-confirmed", with(&claims, "confirmed")),
+        ("claims-refuted", with(&claims, "refuted")),
+        ("claims-undecided", with(&claims, "undecided")),
+        ("expectations", expectations.len().to_string()),
+        ("expectations-confirmed", with(&expectations, "confirmed")),
+        ("expectations-refuted", with(&expectations, "refuted")),
+        ("expectations-undecided", with(&expectations, "undecided")),
         ("method-count", methods::all().count().to_string()),
         ("explicit-wins", format!("{explicit} of {}", light.len())),
         ("implicit-from", power(implicit_from.0)),
@@ -156,10 +165,7 @@ fn method_table() -> String {
     let mut text =
         "\n\n| id | method | source | order | theory |\n|---|---|---|---|---|\n".to_owned();
     for method in methods::all() {
-        let order = match method.order {
-            Order::One => 1,
-            Order::Two => 2,
-        };
+        let order = method.order.number();
         let (id, name, source, theory) = (method.id, method.name, method.source, method.theory);
         let _ = writeln!(text, "| `{id}` | {name} | {source} | {order} | {theory} |");
     }

@@ -3,10 +3,10 @@
 
 use drape_model::{ContactSpec, Detection, GravitySpec, ObstacleSpec, State, System, Vec3};
 use drape_oracle::scenes;
-use drape_tests::{assert_covers, build, floor, gravity, particles, pin, prepared, tension};
+use drape_tests::{assert_covers, build, floor, gravity, name, particles, pin, prepared, tension};
 
 /// One variant of each way in which a method meets obstacles.
-const METHODS: [&str; 24] = [
+const METHODS: [&str; 42] = [
     "explicit-euler",
     "symplectic-euler",
     "leapfrog",
@@ -31,11 +31,33 @@ const METHODS: [&str; 24] = [
     "imex-euler",
     "imex-updated",
     "imex-updated:safeguard=paper",
+    "midpoint",
+    "dirk",
+    "dirk:tableau=sdirk4",
+    "generalized-alpha",
+    "vbd",
+    "vbd:augmented=true,sweeps=5,start=inertial",
+    "leapfrog:damping=explicit",
+    "rkc",
+    "multirate",
+    "projective",
+    "projective:acceleration=anderson",
+    "xpbd",
+    "xpbd:substeps=1",
+    "xpbd:substeps=1,order=2",
+    "xpbd:substeps=3,iterations=4",
+    "xpbd-lines:order=1",
+    "xpbd-lines:substeps=1",
+    "energy-momentum",
 ];
 
 #[test]
 fn every_method_meets_obstacles() {
-    assert_covers("contact", METHODS, &[]);
+    let refuses = "refuses contact: its stages are not constrained";
+    let back = "refuses contact: some of its substeps go back";
+    let exceptions =
+        [("imex-rk", refuses), ("rosenbrock", refuses), ("exponential", refuses), ("srkn4", back)];
+    assert_covers("contact", METHODS, &exceptions);
 }
 
 /// Obstacles whose top is the plane `z = 0` or touches it at the origin.
@@ -129,7 +151,9 @@ fn a_dropped_particle_comes_to_rest_on_the_surface_and_stays_there() {
                 }
             });
             assert!((4.3..4.6).contains(&fastest), "{method}: {fastest}");
-            assert!(deepest <= fastest * H && deepest > 0.0, "{method}: {deepest}");
+            // XPBD stops a particle on the surface; the others let it in first.
+            let enters = deepest > 0.0 || ["xpbd", "xpbd-lines"].contains(&name(method));
+            assert!(deepest <= fastest * H && enters, "{method}: {deepest}");
             assert!(depth(&system, &state.x[0]).abs() < 1e-9, "{method}: {:?}", state.x[0]);
             assert!(gain <= free_flight_gain(method, fastest), "{method}: {gain}");
         }
@@ -240,7 +264,8 @@ fn a_particle_that_a_spring_pulls_off_the_surface_leaves_at_once() {
         spec.obstacles = obstacles;
         build(&spec)
     };
-    for method in METHODS {
+    // Runge–Kutta–Chebyshev refuses springs without damping.
+    for method in METHODS.into_iter().filter(|method| *method != "rkc") {
         let (free, mut state) = system(Vec::new());
         run(method, &free, &mut state, H, 20, |_, _| ());
         let expected = state.x[0].z;
@@ -451,7 +476,8 @@ fn pinned_particles_inside_obstacles_stay_where_they_are() {
     spec.pins = vec![pin(0)];
     spec.effects.gravity = gravity();
     spec.obstacles = vec![floor(0.0)];
-    for method in METHODS {
+    // Runge–Kutta–Chebyshev refuses springs without damping.
+    for method in METHODS.into_iter().filter(|method| *method != "rkc") {
         let (system, mut state) = build(&spec);
         run(method, &system, &mut state, H, 100, |_, state| {
             assert_eq!(

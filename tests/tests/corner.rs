@@ -11,7 +11,7 @@ const H: f64 = 0.01;
 const STEPS: usize = 5;
 
 /// The direct solvers, each with the iterative one where there is one.
-const PAIRS: [(&str, Option<&str>); 9] = [
+const PAIRS: [(&str, Option<&str>); 10] = [
     ("imex-euler:solver=cholesky", Some("imex-euler:forcing_term=1e-14")),
     (
         "imex-euler:solver=cholesky,implicit=springs",
@@ -30,6 +30,7 @@ const PAIRS: [(&str, Option<&str>); 9] = [
     ("imex-cnab2:solver=cholesky", Some("imex-cnab2:forcing_term=1e-14")),
     ("baraff-witkin:solver=cholesky", Some("baraff-witkin:forcing_term=1e-14")),
     ("leapfrog:solver=cholesky", Some("leapfrog:solver=cg")),
+    ("projective", Some("projective:solver=cg,forcing_term=1e-14")),
 ];
 
 /// Particle 0 in the corner `x, y, z ≥ 0`, and one that is free and flies towards it, so that the

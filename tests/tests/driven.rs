@@ -6,7 +6,7 @@ use drape_harness::methods::Choice;
 use drape_harness::{Moment, Runner, Simulation, WorkBalance};
 use drape_model::{KeyframeSpec, ObstacleSpec, State, System, SystemSpec, TimeSpan};
 use drape_oracle::scenes::bundled;
-use drape_tests::{METHODS, Sheet, assert_covers, build};
+use drape_tests::{METHODS, Sheet, assert_covers, build, takes};
 
 fn frame(time_s: f64, offset_m: [f64; 3]) -> KeyframeSpec {
     KeyframeSpec { time_s, offset_m }
@@ -80,7 +80,9 @@ fn work_from_outside_is_no_gain_of_energy() {
     for (scene, spec) in [("led", led()), ("blown", blown()), ("thrown", thrown())] {
         let (rise, _) = rise(&spec, time);
         assert!(rise > 0.01, "{scene}: nothing comes in: {rise} J");
-        for id in METHODS.into_iter().filter(|id| !GAINS.contains(id)) {
+        let (system, _) = build(&spec);
+        let taken = METHODS.into_iter().filter(|id| takes(id, &system));
+        for id in taken.filter(|id| !GAINS.contains(id)) {
             let (excess, kinetic) = excess(id, &spec, time);
             match excess {
                 None => assert!(CORRECTED.contains(&id), "{id}, {scene}"),

@@ -8,16 +8,34 @@ use drape_model::{
 };
 use drape_tests::{
     METHODS, Run, Sheet, assert_covers, build, floor, gravity, is_adaptive, name, particles,
-    prepared, seconds, stiffening, uneven,
+    prepared, seconds, stiffening, takes, uneven,
 };
 
 const H: f64 = 0.004;
 /// Error of the sum over the sum of the terms' magnitudes.
 const CLOSED: f64 = 1e-8;
 
-/// Methods of several steps: what a step does to the energy depends on steps before it.
-const UNATTRIBUTED: [&str; 6] =
-    ["adams-bashforth2", "bdf2", "imex-sbdf2", "imex-cnab2", "imex-mcnab2", "imex-cnlf"];
+/// Methods of several steps, whose energy depends on steps before, and of several stages or
+/// substeps, whose forces have no single level.
+const UNATTRIBUTED: [&str; 16] = [
+    "adams-bashforth2",
+    "bdf2",
+    "imex-sbdf2",
+    "imex-cnab2",
+    "imex-mcnab2",
+    "imex-cnlf",
+    "dirk",
+    "generalized-alpha",
+    "imex-rk",
+    "rosenbrock",
+    "rkc",
+    "srkn4",
+    "multirate",
+    "xpbd",
+    "xpbd-lines",
+    // Of one step: its force is a mean over the linearised motion, which belongs to no effect.
+    "exponential",
+];
 /// Its steps may be divided, and the ledger of a divided one is not kept.
 const DIVIDED: &str = "leapfrog:step=auto";
 
@@ -110,7 +128,7 @@ fn is_without(id: &str) -> bool {
 
 #[test]
 fn every_method_has_a_ledger_or_says_why_not() {
-    let exceptions = UNATTRIBUTED.map(|id| (id, "the energy depends on steps before"));
+    let exceptions = UNATTRIBUTED.map(|id| (id, "the energy depends on levels before the last"));
     assert_covers("ledger", METHODS.into_iter().filter(|id| !is_without(id)), &exceptions);
 }
 
@@ -119,13 +137,18 @@ fn the_terms_add_up_at_every_step_of_every_method_on_every_scene() {
     let mut worst: f64 = 0.0;
     for id in METHODS.into_iter().filter(|id| !is_without(id)) {
         for (name, start) in scenes().into_iter().chain(scenes_of_angles_and_air()) {
+            if !takes(id, &start.0) {
+                continue;
+            }
             let mut run = prepared(id, start, H);
             for n in 0..40 {
                 let (_, ledger, change) = step(&mut run);
                 let ledger = ledger.unwrap_or_else(|| panic!("{id}, {name}: no ledger"));
-                let defect = (ledger.sum() - change).abs() / ledger.magnitude();
+                // A method that keeps the energy has terms as small as the round-off of the energy.
+                let round_off = 1e-13 * run.system.kinetic_energy(&run.state.v);
+                let defect = (ledger.sum() - change).abs();
                 assert!(
-                    defect <= CLOSED,
+                    defect <= CLOSED * ledger.magnitude() + round_off,
                     "{id}, {name}, step {n}: {defect:e}, {ledger:?}, {change:e}"
                 );
                 worst = worst.max(defect);
@@ -139,7 +162,7 @@ fn the_terms_add_up_at_every_step_of_every_method_on_every_scene() {
 fn no_term_can_be_left_out() {
     let mut seen = std::collections::BTreeSet::new();
     for id in METHODS.into_iter().filter(|id| !is_without(id)) {
-        for (name, start) in scenes() {
+        for (name, start) in scenes().into_iter().filter(|(_, (system, _))| takes(id, system)) {
             let mut run = prepared(id, start, H);
             for _ in 0..40 {
                 let (_, Some(ledger), change) = step(&mut run) else { panic!("{id}: no ledger") };

@@ -6,6 +6,7 @@ mod conservation;
 mod contact;
 mod contract;
 mod corner;
+mod dependencies;
 mod driven;
 mod energy_ledger;
 mod equations;

@@ -4,7 +4,7 @@ use drape_model::{DampingLaw, State, System, Vec3};
 use drape_oracle::order::{of_method, position_error};
 use drape_oracle::order_of;
 use drape_oracle::reference::{Reference, ReferenceSettings, reference};
-use drape_tests::{Sheet, assert_covers, method, prepared, stir};
+use drape_tests::{Sheet, assert_covers, method, prepared, stir, takes};
 
 /// `8 (k + k_s)/m ≥ ω_max²`.
 const OMEGA_MAX: f64 = 63.3;
@@ -17,14 +17,14 @@ enum Steps {
     Any,
     /// It keeps its order while steps change by less than half.
     Gentle,
-    /// It begins anew with each change, which costs it an order.
+    /// Each change costs it an order: it begins anew, or carries what belongs to the old step.
     Constant,
 }
 
 use Steps::{Any, Constant, Gentle};
 
 /// The order of each method; solves are tight enough not to be seen.
-const METHODS: [(&str, i32, Steps); 35] = [
+const METHODS: [(&str, i32, Steps); 63] = [
     ("explicit-euler", 1, Any),
     ("symplectic-euler", 1, Any),
     ("symplectic-euler:damping=implicit", 1, Any),
@@ -61,6 +61,39 @@ const METHODS: [(&str, i32, Steps); 35] = [
     ("imex-mcnab2:forcing_term=1e-12,implicit=tension", 2, Any),
     ("imex-cnlf:forcing_term=1e-12", 2, Constant),
     ("imex-cnlf:forcing_term=1e-12,implicit=tension", 2, Constant),
+    ("midpoint:residual=1e-13", 2, Any),
+    ("dirk:residual=1e-13", 2, Any),
+    ("dirk:tableau=sdirk2,residual=1e-13", 2, Any),
+    // Its acceleration belongs to a time between two steps, which depends on their length.
+    ("generalized-alpha:residual=1e-13", 2, Constant),
+    ("generalized-alpha:family=newmark,rho_inf=1,residual=1e-13", 2, Any),
+    ("generalized-alpha:family=newmark,rho_inf=0.5,residual=1e-12", 1, Any),
+    ("vbd", 1, Any),
+    ("vbd:start=previous,sweeps=40", 1, Any),
+    ("imex-rk", 2, Any),
+    ("imex-rk:solver=cg,forcing_term=1e-12", 2, Any),
+    // With steps of 1 and 2 in turn the errors come to the order late: 2.5, 2.8, 2.9.
+    ("imex-rk:tableau=ars443", 3, Gentle),
+    ("imex-rk:tableau=ark3", 3, Any),
+    ("imex-rk:tableau=ark4", 4, Any),
+    ("rosenbrock", 2, Any),
+    ("rosenbrock:jacobian=clamped", 2, Any),
+    // The others refuse projected damping: their orders stand in the tests of the method.
+    ("rosenbrock:tableau=ros34pw2", 3, Any),
+    ("leapfrog:damping=explicit", 2, Any),
+    ("rkc:step=fixed,stages=6", 2, Any),
+    ("multirate", 2, Any),
+    ("projective:iterations=200,residual=1e-9", 1, Any),
+    ("projective:acceleration=lbfgs,iterations=200,residual=1e-9", 1, Any),
+    ("xpbd", 1, Any),
+    ("xpbd:substeps=2,iterations=3,sweep=coloured", 1, Any),
+    // One sweep leaves an error of the damping that is of order 1.
+    ("xpbd:substeps=4,order=2,iterations=2", 2, Any),
+    ("xpbd-lines:substeps=2,order=1", 1, Any),
+    ("xpbd-lines:substeps=4,iterations=2", 2, Any),
+    ("exponential:krylov_tol=1e-10", 2, Any),
+    // It refuses projected damping.
+    ("energy-momentum:residual=1e-13", 2, Any),
 ];
 
 /// A sheet out of the plane in which springs across have no force.
@@ -72,7 +105,8 @@ const LAWS: [DampingLaw; 2] = [DampingLaw::Full, DampingLaw::Projected];
 
 #[test]
 fn every_method_has_an_order() {
-    assert_covers("order", METHODS.map(|(id, _, _)| id), &[]);
+    let small = "of order 4: round-off at these steps; see the tests of its crate";
+    assert_covers("order", METHODS.map(|(id, _, _)| id), &[("srkn4", small)]);
 }
 
 #[test]
@@ -110,7 +144,7 @@ fn check(system: &System, start: &State, scene: &str) {
     assert!(SPAN / f64::from(steps[0]) * OMEGA_MAX < 0.5);
     let exact = exact(system, start);
     let mut wrong = Vec::new();
-    for (id, order, _) in METHODS {
+    for (id, order, _) in METHODS.into_iter().filter(|(id, ..)| takes(id, system)) {
         let found = of_method(|| method(id), system, start, &exact, &steps)
             .unwrap_or_else(|error| panic!("{id}: {error}"));
         let constant = found.error_constant(order);
@@ -134,7 +168,8 @@ fn the_order_survives_changes_of_the_step_size() {
         let sheet = Sheet { side: 3, tension: 100.0, shear: 25.0, ..sheet(law) };
         let (system, start) = stir(sheet.build(), 0.02, 1.0);
         let exact = exact(&system, &start);
-        for (id, order, steps) in METHODS.into_iter().filter(|(_, _, steps)| *steps != Constant) {
+        let taken = METHODS.into_iter().filter(|(id, ..)| takes(id, &system));
+        for (id, order, steps) in taken.filter(|(_, _, steps)| *steps != Constant) {
             let count = if steps == Gentle { 1 } else { patterns.len() };
             for pattern in &patterns[..count] {
                 let error = |count: u32| {

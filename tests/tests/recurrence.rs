@@ -3,7 +3,8 @@
 use drape_model::{DampingLaw, SpringEffect, State, System, Vec3};
 use drape_oracle::recurrence::{self, Multistep, Recurrence};
 use drape_tests::{
-    Random, Run, anchored, assert_covers, build, has, name, particles, pin, prepared, tension,
+    Random, Run, anchored, assert_covers, build, has, name, particles, pin, prepared, takes,
+    tension,
 };
 use nalgebra::{Matrix2, Vector2};
 
@@ -106,6 +107,15 @@ fn fully(method: &Multistep, s: Springs) -> Recurrence {
     method.recurrence(s.implicit, 0.0, s.eta)
 }
 
+/// Damping first, on the motion that springs as in the step before would leave, then the springs.
+fn factored(earlier: &[f64], s: Springs, is_second: bool) -> Recurrence {
+    match earlier.first() {
+        None => recurrence::factored_start(s.implicit, s.eta).into(),
+        Some(last) if is_second => recurrence::factored_bdf2(1.0 / last, s.implicit, s.eta),
+        Some(_) => recurrence::factored_backward_euler(s.implicit, s.eta).into(),
+    }
+}
+
 /// BDF of up to `steps` steps after a step of backward Euler.
 fn bdf(steps: usize, earlier: &[f64], s: Springs) -> Recurrence {
     fully(&Multistep::bdf(&earlier[..earlier.len().min(steps - 1)]), s)
@@ -130,8 +140,48 @@ fn two_step(method: fn(f64) -> Multistep, earlier: &[f64], s: Springs) -> Recurr
     }
 }
 
+fn tr_bdf2(theta: f64, eta: f64) -> Matrix2<f64> {
+    recurrence::RungeKutta::tr_bdf2().amplification(theta, eta)
+}
+
+fn sdirk4(theta: f64, eta: f64) -> Matrix2<f64> {
+    recurrence::RungeKutta::sdirk4().amplification(theta, eta)
+}
+
 fn imex(_: &[f64], s: Springs) -> Recurrence {
     recurrence::imex_euler(s.implicit, s.explicit, s.eta).into()
+}
+
+/// `γ` of ARS(2,2,2) and of ROS2.
+const GAMMA: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
+
+/// ARS(2,2,2). The other tableaux are tested beside the method.
+fn ars222(_: &[f64], s: Springs) -> Recurrence {
+    let delta = 1.0 - 0.5 / GAMMA;
+    let (zeros, last) = ([0.0; 3], [0.0, 1.0 - GAMMA, GAMMA]);
+    let tableau = recurrence::AdditiveTableau {
+        explicit: [zeros, [GAMMA, 0.0, 0.0], [delta, 1.0 - delta, 0.0]],
+        implicit: [zeros, [0.0, GAMMA, 0.0], last],
+        explicit_weights: [delta, 1.0 - delta, 0.0],
+        implicit_weights: last,
+    };
+    recurrence::additive_runge_kutta(&tableau, s.implicit, s.explicit, s.eta).into()
+}
+
+/// ROS2. The other tableaux are tested beside the method.
+fn ros2(_: &[f64], s: Springs) -> Recurrence {
+    let tableau = recurrence::RosenbrockTableau {
+        alpha: [[0.0, 0.0], [1.0, 0.0]],
+        gamma: [[GAMMA, 0.0], [-2.0 * GAMMA, GAMMA]],
+        weights: [0.5, 0.5],
+    };
+    recurrence::rosenbrock(&tableau, (s.implicit, s.eta), (s.implicit, s.eta)).into()
+}
+
+/// Projective dynamics with its ten plain iterations. Chebyshev's method begins after them.
+fn projective(_: &[f64], s: Springs) -> Recurrence {
+    let left = recurrence::projective_rate(s.implicit, s.explicit, s.eta).powi(10);
+    recurrence::projective(s.implicit + s.explicit, s.eta, left).into()
 }
 
 /// A method of one step as a row.
@@ -215,21 +265,78 @@ fn rows() -> Vec<Row> {
             EXACT,
             Reduced
         ),
+        row("projective:residual=1e-16", EXACT, Split, projective),
+        row("projective:acceleration=chebyshev,residual=1e-16", EXACT, Split, projective),
+        one_step!("projective:acceleration=anderson", recurrence::backward_euler, EXACT, Unknown),
+        one_step!("projective:acceleration=lbfgs", recurrence::backward_euler, EXACT, Unknown),
+        one_step!("projective:acceleration=admm", recurrence::backward_euler, EXACT, Unknown),
+        one_step!("exponential:krylov_tol=1e-10", recurrence::exact_oscillator, ITERATIVE, Unknown),
+        one_step!(
+            "energy-momentum:residual=1e-16,on_failure=report",
+            recurrence::implicit_midpoint,
+            ITERATIVE,
+            Reduced
+        ),
         row("adams-bashforth2", EXACT, Reduced, |e, s| adams(2, e, s)).keeping(0.5, 2.0),
         row("adams-bashforth2:steps=3", EXACT, Reduced, |e, s| adams(3, e, s)).keeping(0.5, 2.0),
         row("bdf2:residual=1e-16", ITERATIVE, Reduced, |e, s| bdf(2, e, s)).keeping(0.5, 2.0),
         row("bdf2:steps=3,residual=1e-16", ITERATIVE, Unknown, bdf3).keeping(0.5, 1.5),
+        one_step!("midpoint:residual=1e-16", recurrence::implicit_midpoint, ITERATIVE, Unknown),
+        one_step!("dirk:residual=1e-16", tr_bdf2, ITERATIVE, Unknown),
+        one_step!("dirk:tableau=sdirk4,residual=1e-16", sdirk4, ITERATIVE, Unknown),
+        // The other members carry an acceleration, a third unknown: see their own tests.
+        one_step!(
+            "generalized-alpha:family=newmark,rho_inf=1,residual=1e-16",
+            recurrence::implicit_midpoint,
+            ITERATIVE,
+            Unknown
+        ),
+        // Squeezed springs have blocks without their negative part: across them it is not compared.
+        one_step!("vbd:sweeps=200", recurrence::backward_euler, EXACT, Unknown),
+        row("imex-rk", EXACT, Split, ars222),
+        row("imex-rk:implicit=tension", EXACT, Unknown, ars222),
+        // Across a spring the motion decays to the round-off of the force along it.
+        row("imex-rk:solver=cg,forcing_term=1e-15", ITERATIVE, Unknown, ars222),
+        // Across a compressed spring its instability enlarges round-off.
+        row("rosenbrock", EXACT, Unknown, ros2),
+        row("rosenbrock:jacobian=clamped", EXACT, Unknown, ros2),
     ];
+    rows.extend([
+        one_step!("xpbd:substeps=1", |t, e| recurrence::xpbd(t, e, 1), EXACT, Unknown),
+        one_step!("xpbd", |t, e| recurrence::xpbd(t, e, 20), EXACT, Unknown),
+        row("xpbd:substeps=1,order=2", EXACT, Unknown, |e, s| bdf(2, e, s)).keeping(0.5, 2.0),
+        row("xpbd-lines:substeps=1,order=1", EXACT, Unknown, |e, s| factored(e, s, false))
+            .keeping(0.5, 2.0),
+        row("xpbd-lines:substeps=1", EXACT, Unknown, |e, s| factored(e, s, true)).keeping(0.5, 2.0),
+    ]);
     rows.extend(scheme!("imex-sbdf2", Multistep::sbdf2, 0.5, 2.0));
     rows.extend(scheme!("imex-cnab2", Multistep::cnab2, 0.5, 2.0));
     rows.extend(scheme!("imex-mcnab2", Multistep::mcnab2, 0.5, 2.0));
     rows.extend(scheme!("imex-cnlf", |_| Multistep::cnlf(), 1.0, 1.0));
+    rows.push(one_step!(
+        "leapfrog:damping=explicit",
+        recurrence::leapfrog_explicit_damping,
+        EXACT,
+        Reduced
+    ));
     rows
 }
 
 #[test]
 fn every_method_has_a_recurrence() {
-    assert_covers("recurrence", rows().iter().map(|row| row.id), &[]);
+    let grows = "overflows within twenty steps beyond its limit; see the tests of its crate";
+    let exceptions = [
+        ("rkc", "refuses springs without damping; see the tests of its crate"),
+        ("srkn4", grows),
+        ("multirate", grows),
+    ];
+    assert_covers("recurrence", rows().iter().map(|row| row.id), &exceptions);
+}
+
+/// A sweep solves one spring exactly, and a net of springs not at all: a part of the error of its
+/// old directions stays however often it is repeated.
+fn sweeps(id: &str) -> bool {
+    ["xpbd", "xpbd-lines"].contains(&name(id))
 }
 
 /// `k` and `c` of an anchored spring with the given `θ` and `η` at the step size [`H`].
@@ -367,7 +474,7 @@ fn explicit_springs_beside_implicit_ones_move_by_the_test_equation() {
         (100.0, 2.0, 0.4),
         (100.0, 50.0, 0.0),
     ];
-    for row in rows() {
+    for row in rows().into_iter().filter(|row| !sweeps(row.id)) {
         for (theta, shear, eta) in parameters {
             let springs = Springs { implicit: theta, explicit: shear, eta };
             let spec = anchored(MASS, &tension_and_shear(springs, shear), x, v);
@@ -409,6 +516,10 @@ fn motion_along_a_spring_with_a_rest_length_obeys_the_same_recurrence() {
     // The secant stiffness changes along a spring with a rest length.
     for row in rows().iter().filter(|row| !row.id.starts_with("terzopoulos-fleischer")) {
         for ((theta, eta), law) in PARAMETERS.into_iter().flat_map(|p| LAWS.map(|law| (p, law))) {
+            // It solves full damping before the springs, and damping along them with them.
+            if name(row.id) == "xpbd-lines" && law == DampingLaw::Projected {
+                continue;
+            }
             let (k, c) = coefficients(theta, eta);
             let springs = [(SpringEffect::Tension, rest, k, c)];
             let mut spec = anchored(MASS, &springs, x, Vec3::zeros());
@@ -416,6 +527,9 @@ fn motion_along_a_spring_with_a_rest_length_obeys_the_same_recurrence() {
             let at = |s: &State| (direction.dot(&s.x[1]) - rest, direction.dot(&s.v[1]));
             let (springs, range) = (Springs::whole(theta, eta), 0.5 * rest);
             let start = build(&spec);
+            if !takes(row.id, &start.0) {
+                continue;
+            }
             let scene = Scene { start, springs, at: &at, floor: rest, range, sizes: &CONSTANT };
             assert!(compare(row, scene, row.tolerance) > 0, "{}, {law:?}", row.id);
         }
@@ -524,7 +638,7 @@ fn every_mode_of_a_string_moves_by_its_own_recurrence() {
             }
         }
     };
-    for row in rows().iter().filter(|row| row.id != "kang") {
+    for row in rows().iter().filter(|row| row.id != "kang" && !sweeps(row.id)) {
         check(row, None);
     }
     for (id, sweeps) in [("kang:sweeps=1", 1), ("kang:sweeps=2", 2), ("kang:sweeps=5", 5)] {

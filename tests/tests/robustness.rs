@@ -105,6 +105,9 @@ fn factorises_stiffness(id: &str) -> bool {
         "desbrun",
         "imex-euler",
         "imex-updated",
+        "imex-rk",
+        "rosenbrock",
+        "projective",
     ];
     let iterates =
         has(id, "solver=multigrid") || has(id, "solver=cg") && !has(id, "jacobian=saved");

@@ -22,14 +22,17 @@
 //! | I want to | go to |
 //! |---|---|
 //! | see a whole program | [`examples::hang_a_sheet`] |
-//! | write a method of my own | [`examples::write_a_method`] |
+//! | write a method of my own | [`examples::write_a_method`], [`Drape`] |
+//! | write a method in another language | [`guide::protocol`] |
 //! | write a force of my own | [`examples::write_an_effect`] |
 //! | compare two methods | [`examples::compare_two`] |
+//! | find the method for a scene | [`compare`] |
 //! | find an equation, a force or a verdict in the code | [`guide::places`] |
 //! | choose a method | [`guide::methods`] |
 //! | write a scene | [`guide::scenes`] |
 //! | use the command | [`guide::command`] |
 //! | know why the numbers can be trusted | [`guide::trust`] |
+//! | doubt the comparison | [`guide::methodology`] |
 //! | know how fast it is | [`guide::speed`] |
 //!
 //! # The rooms
@@ -47,11 +50,15 @@
 //!
 //! The program `drape` is built from the same crates; [`guide::command`] describes it.
 
-pub use drape_harness::methods;
+mod builder;
+mod cli;
+
+pub use builder::Drape;
 pub use drape_harness::{
     Counts, Divergence, Energy, HarnessError as Error, Moment, Outcome, Rule, Runner, Simulation,
     Verdict, judge, reference_energy,
 };
+pub use drape_harness::{compare, methods};
 pub use drape_integrator as integrator;
 pub use drape_model as model;
 
@@ -69,8 +76,14 @@ pub mod guide {
     #[doc = include_str!("../docs/command.md")]
     pub mod command {}
 
+    #[doc = include_str!("../docs/protocol.md")]
+    pub mod protocol {}
+
     #[doc = include_str!("../docs/trust.md")]
     pub mod trust {}
+
+    #[doc = include_str!("../docs/methodology.md")]
+    pub mod methodology {}
 
     #[doc = include_str!("../docs/speed.md")]
     pub mod speed {}

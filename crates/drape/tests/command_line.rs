@@ -204,7 +204,7 @@ fn a_run_record_continues_where_it_ended() {
     assert_eq!(code(&drape(folder.path(), &arguments)), 0);
     let run: Run = drape_report::file::read_json(&folder.path().join("run.json")).unwrap();
     assert_eq!(run.steps, 100);
-    assert_eq!(run.verdict, Ending::Completed { unconverged_steps: 0 });
+    assert_eq!(run.ending, Ending::Completed { unconverged_steps: 0 });
     assert_eq!(run.series.len(), 101);
     assert!(run.phases_seconds.is_some());
     assert_eq!(run.settings["forcing_term"], "1e-3");
@@ -284,7 +284,7 @@ fn a_diverging_run_exits_with_3_and_keeps_what_was_recorded() {
     assert_eq!(code(&output), 3, "{message}");
     assert!(message.contains("diverged at step") && message.contains("farther than"), "{message}");
     let run: Run = drape_report::file::read_json(&folder.path().join("x.json")).unwrap();
-    let Ending::Diverged { step, .. } = run.verdict else { panic!("{:?}", run.verdict) };
+    let Ending::Diverged { step, .. } = run.ending else { panic!("{:?}", run.ending) };
     assert_eq!(step, run.steps);
     assert!(run.series.len() as u64 >= step, "every finite sample is kept");
 }
@@ -339,6 +339,8 @@ fn schemas_and_lists_are_printed() {
         ("methods", "desbrun:paper    stands for desbrun:inverse=dense,torque=literal,"),
         ("experiments", "cg-vs-stiffness"),
         ("claims", "criterion: margin of every row = m_i exactly"),
+        ("claims", "C17 (§5): the extrapolated start helps"),
+        ("claims", "M02 (expectation about methods of Macklin et al. 2019): XPBD"),
         ("experiments", "lessons: explicit-euler → leapfrog → provot"),
     ] {
         assert!(text(&drape(folder.path(), &["list", what]).stdout).contains(named));
@@ -714,7 +716,8 @@ fn names_reach_the_terminal_without_its_commands() {
         said.starts_with(r"\u{1b}]0;owned\u{7}\u{1b}[31mred\nfree 0 J with imex-euler"),
         "{said}"
     );
-    assert_eq!(said.lines().count(), 3, "{said}");
+    // Run, counts, energy, verdict.
+    assert_eq!(said.lines().count(), 4, "{said}");
     let piped = ["run", "named.json", "--method", "imex-euler", "--out", "-"];
     assert!(!text(&drape(folder.path(), &piped).stderr).contains('\u{1b}'));
     let absent = drape(folder.path(), &["run", "\u{1b}[2Ja\nb.json", "--method", "imex-euler"]);

@@ -32,6 +32,8 @@ struct Head {
     program: String,
     /// Whether only the quick subset is computed.
     quick: bool,
+    /// Methods that were added to ours, or chosen among them.
+    methods: Vec<String>,
 }
 
 /// Any other line.
@@ -178,7 +180,8 @@ impl Unfinished {
     /// # Errors
     /// [`HarnessError::Record`] when the file cannot be read or written.
     pub fn journal(&self, experiment: &str, quick: bool) -> Result<Journal, HarnessError> {
-        let head = Head { program: self.program.clone(), quick };
+        let head =
+            Head { program: self.program.clone(), quick, methods: crate::methods::identity() };
         let mut journal = Journal::open(&self.path(experiment), &head)?;
         journal.out.clone_from(&self.out);
         Ok(journal)
@@ -360,7 +363,7 @@ mod tests {
     use std::cell::Cell;
 
     fn head(program: &str) -> Head {
-        Head { program: program.to_owned(), quick: false }
+        Head { program: program.to_owned(), quick: false, methods: Vec::new() }
     }
 
     /// Asks for three cells; returns the results and how many had to be computed.
@@ -414,6 +417,8 @@ mod tests {
         let quick = Head { quick: true, ..head("b") };
         assert_eq!(cells(&Journal::open(&path, &quick).unwrap()).1, 3);
         assert_eq!(cells(&Journal::open(&path, &quick).unwrap()).1, 0);
+        let own = Head { methods: vec!["added my-midpoint".to_owned()], ..head("b") };
+        assert_eq!(cells(&Journal::open(&path, &own).unwrap()).1, 3);
     }
 
     #[test]

@@ -5,11 +5,17 @@
 
 mod bounds;
 pub mod claims;
+pub mod compare;
 mod error;
+pub mod export;
 mod facts;
 mod families;
+mod film;
+mod inspect;
 mod journal;
+mod kept;
 pub mod methods;
+mod motion;
 mod need;
 mod ordered;
 mod presets;
@@ -28,7 +34,12 @@ mod work;
 pub use drape_report::Verdict;
 pub use error::HarnessError;
 pub use facts::{Difference, compare_folders};
+pub use inspect::{
+    Forecast, Foreseen, INSPECTION_FORMAT, Inspection, MethodForecast, STEPS_S, inspect,
+};
 pub use journal::{Journal, Unfinished};
+pub use kept::{Kept, MotionCheck, Silent};
+pub use motion::{LOCKED, Lever, Unforeseen};
 pub use need::Need;
 pub use ordered::{Moving, OrderedSimulation, Peak};
 pub use presets::{Preset, presets};

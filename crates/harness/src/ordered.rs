@@ -1,11 +1,13 @@
 //! Runs of systems that list their particles in any order.
 
+use crate::kept::{Kept, MotionCheck};
 use crate::methods::Choice;
+use crate::motion::{Lever, Unforeseen};
 use crate::run::{Moment, Outcome, Runner, Simulation};
 use crate::tunnel::Tunnels;
 use crate::work::{WorkBalance, is_driven};
 use crate::{HarnessError, Rule};
-use drape_integrator::ExplicitNumbers;
+use drape_integrator::{ExplicitNumbers, Implicit};
 use drape_model::{
     Effect, Numbering, Obstacle, State, System, SystemSpec, TimeSpan, Vec3, Violation,
 };
@@ -62,6 +64,17 @@ impl<'a> Moving<'a> {
     /// Total energy, J.
     pub fn energy(&self) -> f64 {
         self.system.kinetic_energy(&self.state.v) + self.system.potential_energy(&self.state.x)
+    }
+
+    /// Kinetic energy, the energy of each effect, and their sum, by name, J.
+    pub fn energies(&self) -> Vec<(String, f64)> {
+        let kinetic = self.system.kinetic_energy(&self.state.v);
+        let effects = self.system.energies(&self.state.x);
+        let mut energies = vec![("kinetic".to_owned(), kinetic)];
+        energies.extend(effects.map(|(name, energy)| (name.to_owned(), energy)));
+        let total = energies.iter().map(|(_, energy)| energy).sum();
+        energies.push(("total".to_owned(), total));
+        energies
     }
 
     /// Whether every coordinate of the state is a finite number.
@@ -202,6 +215,36 @@ impl OrderedSimulation {
     pub fn tunnels(&self) -> Tunnels {
         let Simulation { system, state } = &self.simulation;
         Tunnels::new(system, state)
+    }
+
+    /// Watches how much of the motion a run of so many steps keeps.
+    pub fn motion_check(&self, steps: u64) -> MotionCheck {
+        MotionCheck::new(&self.simulation.state, steps)
+    }
+
+    /// Compares a run that took `effort` visits of a spring with references.
+    pub fn kept(&self, check: &MotionCheck, effort: f64) -> Kept {
+        check.finish(&self.simulation.system, effort)
+    }
+
+    /// What decides about the motion that the method keeps in `duration` seconds, at the present
+    /// state.
+    ///
+    /// # Errors
+    /// Why nothing is expected.
+    pub fn lever(&self, duration: f64) -> Result<Lever, Unforeseen> {
+        let Simulation { system, state } = &self.simulation;
+        Lever::of(system, state, crate::motion::implicit_springs(&self.choice), duration)
+    }
+
+    /// The greatest `h²k/m` of the springs at a step of `h` seconds.
+    pub fn theta(&self, h: f64) -> f64 {
+        h * h * Implicit::Springs.max_stiffness_over_mass(&self.simulation.system)
+    }
+
+    /// A method that supports the system and keeps its motion at a step of `h` seconds, by theory.
+    pub fn lively_method(&self, lever: &Lever, h: f64) -> Option<&'static str> {
+        crate::motion::lively_method(&self.simulation.system, lever, h)
     }
 
     /// Whether a cheap bound shows that the step is within the limits of the method's explicit

@@ -1,11 +1,11 @@
-//! What `drape run --out` writes: "drape-run/1".
+//! What `drape run --out` writes: "drape-run/2".
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// The value of `format`.
-pub const RUN_FORMAT: &str = "drape-run/1";
+pub const RUN_FORMAT: &str = "drape-run/2";
 
 /// One run of one scene with one method.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -26,7 +26,9 @@ pub struct Run {
     /// Number of steps that were completed.
     pub steps: u64,
     /// How the run ended.
-    pub verdict: Ending,
+    pub ending: Ending,
+    /// What the result is worth.
+    pub verdict: Judgement,
     /// Sums over the run.
     pub totals: Totals,
     /// Seconds by phase; `null` unless asked for.
@@ -56,6 +58,49 @@ pub enum Ending {
         /// Which criterion was met.
         criterion: String,
     },
+}
+
+/// What the result of a run is worth.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Judgement {
+    /// The verdict.
+    pub kind: Judged,
+    /// Share of the motion that the run kept, measured beside a reference in a few windows; 1 is
+    /// all. `null` where nothing was measured.
+    pub share: Option<f64>,
+    /// Share that theory expected before the run; `null` where it expects nothing.
+    pub expected_share: Option<f64>,
+    /// Why, in a sentence.
+    pub reason: String,
+}
+
+/// A verdict on a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Judged {
+    /// The energy did not rise, and the cloth moves as it should.
+    Stable,
+    /// The energy did not rise, but the cloth keeps less than half of its motion.
+    Locked,
+    /// The energy rose above what came in.
+    GainedEnergy,
+    /// The run diverged.
+    Diverged,
+    /// Nothing shows whether the cloth moves as it should, or whether it gained energy.
+    Unknown,
+}
+
+impl std::fmt::Display for Judged {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.pad(match self {
+            Self::Stable => "stable",
+            Self::Locked => "locked",
+            Self::GainedEnergy => "gained energy",
+            Self::Diverged => "diverged",
+            Self::Unknown => "could not tell",
+        })
+    }
 }
 
 /// Sums over a run.

@@ -26,6 +26,8 @@ pub struct Divergence {
     pub time: f64,
     /// Which criterion was met.
     pub criterion: String,
+    /// Whether a program of the user failed. Then the criterion says what it did.
+    pub is_outside: bool,
 }
 
 /// Result of a run.
@@ -54,7 +56,7 @@ pub struct Outcome {
     /// Counted cost of the steps, in visits of a spring. It is the same on every machine that takes
     /// the same steps.
     pub effort: f64,
-    /// Whether the run ended because its effort reached the limit.
+    /// Whether the run ended because its effort or its time reached the limit.
     pub is_over_budget: bool,
 }
 
@@ -77,6 +79,8 @@ pub struct Moment<'a> {
     pub report: &'a StepReport,
     /// Which particle of the system is which of the specification.
     pub numbering: &'a Numbering,
+    /// Wall time of all `step` calls so far.
+    pub wall: Duration,
 }
 
 /// A system with its start state, ready to be run.
@@ -176,6 +180,9 @@ enum Source<'a> {
     Caller(&'a mut dyn Integrator),
 }
 
+/// Says at the end of a step whether the run ends there.
+type Stop<'a> = Box<dyn FnMut(&Moment<'_>) -> bool + 'a>;
+
 /// Sees the end of every step.
 type Observer<'a> = Box<dyn FnMut(&Moment<'_>) + 'a>;
 
@@ -204,6 +211,7 @@ pub struct Runner<'a> {
     budget: Option<f64>,
     reference: Option<f64>,
     numbering: Option<&'a Numbering>,
+    stop: Option<Stop<'a>>,
     observers: Vec<Observer<'a>>,
 }
 
@@ -240,6 +248,7 @@ impl<'a> Runner<'a> {
             budget: None,
             reference: None,
             numbering: None,
+            stop: None,
             observers: Vec::new(),
         }
     }
@@ -272,6 +281,12 @@ impl<'a> Runner<'a> {
     /// The system has an order of its own: messages call a particle by its given index.
     pub(crate) fn numbered(self, numbering: &'a Numbering) -> Self {
         Self { numbering: Some(numbering), ..self }
+    }
+
+    /// Ends the run as [over budget](Outcome::is_over_budget) at the end of the first step after
+    /// which `stop` says so.
+    pub(crate) fn stop(self, stop: impl FnMut(&Moment<'_>) -> bool + 'a) -> Self {
+        Self { stop: Some(Box::new(stop)), ..self }
     }
 
     /// Adds an observer, which sees the end of every step.
@@ -313,7 +328,7 @@ impl<'a> Runner<'a> {
         simulation: &mut Simulation,
         mut watch: Option<&mut Watch>,
     ) -> Result<Outcome, HarnessError> {
-        let Self { source, schedule, mut observers, budget, .. } = self;
+        let Self { source, schedule, mut observers, mut stop, budget, .. } = self;
         let time = schedule.time;
         time.check("time.step_s", "time.duration_s")?;
         let mut built;
@@ -373,7 +388,19 @@ impl<'a> Runner<'a> {
                 // Blow-up is a result: no matrix can be set up from such numbers.
                 Err(error @ StepError::Solver(_)) => {
                     let criterion = refusal(&error, numbering);
-                    outcome.divergence = Some(Divergence { step, time: state.t, criterion });
+                    let (time, is_outside) = (state.t, false);
+                    outcome.divergence = Some(Divergence { step, time, criterion, is_outside });
+                    break;
+                }
+                // The run ends, and what was recorded until then is kept.
+                Err(StepError::Outside(criterion)) => {
+                    let (time, is_outside) = (state.t, true);
+                    outcome.divergence = Some(Divergence { step, time, criterion, is_outside });
+                    break;
+                }
+                // A step of more substeps than the method takes would exceed any budget.
+                Err(StepError::TooManySubsteps { .. }) if budget.is_some() => {
+                    outcome.is_over_budget = true;
                     break;
                 }
                 Err(error) => return Err(error.into()),
@@ -394,21 +421,26 @@ impl<'a> Runner<'a> {
             let ledger =
                 before.as_ref().and_then(|before| integrator.ledger(system, before, state, h));
             let (h, report) = (h.seconds(), &report);
-            let moment = Moment { step, h, outside_work, system, state, report, ledger, numbering };
+            let wall = outcome.wall;
+            let moment =
+                Moment { step, h, outside_work, system, state, report, ledger, numbering, wall };
             if let Some(watch) = &mut watch {
                 watch.look(schedule.elapsed(step), &moment);
             }
             observers.iter_mut().for_each(|observe| observe(&moment));
+            let is_stopped = stop.as_mut().is_some_and(|stop| stop(&moment));
             let time = state.t;
             if let Some(last) = &mut last_finite {
                 // JSON knows no infinity: keep the last state that can be read again.
                 if state.is_finite() { last.copy_from(state) } else { state.copy_from(last) }
             }
             if let Some(criterion) = divergence {
-                outcome.divergence = Some(Divergence { step, time, criterion });
+                let is_outside = false;
+                outcome.divergence = Some(Divergence { step, time, criterion, is_outside });
                 break;
             }
-            if step < steps && budget.is_some_and(|limit| outcome.effort > limit) {
+            let is_spent = is_stopped || budget.is_some_and(|limit| outcome.effort > limit);
+            if step < steps && is_spent {
                 outcome.is_over_budget = true;
                 break;
             }

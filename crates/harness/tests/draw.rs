@@ -60,8 +60,8 @@ fn every_figure_and_the_page_are_written() {
     let figures: Vec<_> = drawn_here.flat_map(|study| study.figures()).collect();
     let lessons = figures.iter().filter(|figure| figure.file.starts_with("course-")).count();
     // The synthetic course has three lessons only.
-    assert_eq!(lessons, 11);
-    assert_eq!(files.len(), figures.len() - 7 + 2);
+    assert_eq!(lessons, 25);
+    assert_eq!(files.len(), figures.len() - 21 + 2);
     let page = &files["README.md"];
     let report = scraper::Html::parse_document(&files["report.html"]);
     let report: String = report.root_element().text().collect();
@@ -246,14 +246,30 @@ fn figures_name_axes_units_and_every_curve() {
     expect("work-precision-size.svg", &["1600 particles, material fixed, k/m = 40000 s⁻²"]);
     expect("work-precision-map.svg", &["hanging, light damping, 10 %", "leapfrog"]);
     expect("work-precision-map.svg", &["stiffness limits the step (explicit)", "imex-updated"]);
+    let models = drape_harness::studies::fabric::facts::Model::ALL.map(|model| model.name());
+    for file in ["fabric-master-curve.svg", "fabric-convergence.svg"] {
+        expect(file, &models);
+    }
+    expect("fabric-master-curve.svg", &["10 edges", "40 edges", "exact", "drop over reach H/W"]);
+    expect("fabric-convergence.svg", &["Γ = 8", "error of H/W (%)", "slope 1", "slope 2"]);
+    expect("fabric-widths.svg", &["rows of particles across", "derived: narrow", "Γ = 8"]);
+    expect("fabric-drape.svg", &["denim", "published: silk", "16 squares across"]);
+    expect("fabric-drape.svg", &["drape coefficient (%)", "published band of a class"]);
     expect("scaling-cost.svg", &["particles n", "ns a particle and step", "phase: solve"]);
     expect("scaling-cost.svg", &["144 bytes a particle at 10.0 GB/s", "imex-euler, by phase"]);
     expect("scaling-cg.svg", &["CG iterations per step", "k/m fixed", "material fixed"]);
+    expect("animation-front.svg", &["ms a frame", "shape error (mm)", "good shape", "the front"]);
+    expect(
+        "animation-cheapest.svg",
+        &["hanging", "on a ball", "locked", "over the budget of work"],
+    );
     expect("claims.svg", &["confirmed", "refuted", "undecided", "confirmed: 26", "undecided: 2"]);
     expect(
         "claims.svg",
         &["C01 (§2.2) stationary iterations are unfit for stiff systems, CG fits"],
     );
+    let leads = "M01 with light damping leapfrog leads at errors of 0.1 % and below";
+    expect("claims-modern.svg", &[leads, "confirmed: 1", "refuted: 7", "undecided: 0"]);
     expect("course-motion.svg", &["retained motion R (dimensionless)", "leapfrog", crossed]);
     for file in ["course-explicit-euler.svg", "course-leapfrog.svg", "course-provot.svg"] {
         expect(file, &["time (s)", "height (m)", "true motion", "k/m = 10⁶ s⁻²"]);
@@ -577,4 +593,43 @@ fn a_claim_that_the_seconds_contradict_is_undecided() {
     assert!(all.contains(&numbers) && all.contains(&repair), "{all:?}");
     assert!(all.contains(&"a sheet | a table"), "{all:?}");
     assert_eq!(files["figures/claims.svg"].matches("stroke-width=\"2\"").count(), 1);
+}
+
+/// No page calls an expectation about later methods a claim of the paper.
+#[test]
+fn expectations_stand_in_a_figure_and_a_table_of_their_own() {
+    let folder = tempfile::tempdir().unwrap();
+    let (mut claims, _) = common::claims();
+    write_json(&folder.path().join("claims.json"), &claims).unwrap();
+    let files = drawn(folder.path());
+    let holds = |file: &str, id: &str| {
+        let words = words(&files[file]);
+        words.iter().any(|word| word.starts_with(&format!("{id} ")))
+    };
+    for (id, paper) in [("C05", true), ("M05", false)] {
+        assert_eq!(holds("figures/claims.svg", id), paper, "{id}");
+        assert_eq!(holds("figures/claims-modern.svg", id), !paper, "{id}");
+    }
+    let page = scraper::Html::parse_document(&files["report.html"]);
+    let table = scraper::Selector::parse("table").unwrap();
+    let first_cells = |table: scraper::ElementRef<'_>| -> Vec<String> {
+        let rows = scraper::Selector::parse("tbody tr").unwrap();
+        let cell = scraper::Selector::parse("td").unwrap();
+        let first =
+            |row: scraper::ElementRef<'_>| row.select(&cell).next().map(|c| c.text().collect());
+        table.select(&rows).filter_map(first).collect()
+    };
+    let ledgers: Vec<Vec<String>> = page.select(&table).map(first_cells).collect();
+    let starts = |cells: &&Vec<String>, letter: char| cells.iter().all(|c| c.starts_with(letter));
+    let sizes = |letter| -> Vec<usize> {
+        let filled = ledgers.iter().filter(|cells| !cells.is_empty());
+        filled.filter(|cells| starts(cells, letter)).map(Vec::len).collect()
+    };
+    assert_eq!((sizes('C'), sizes('M')), (vec![29], vec![8]));
+    // A record without any, as that of a quick run may be, has neither.
+    claims.facts.claims.truncate(29);
+    write_json(&folder.path().join("claims.json"), &claims).unwrap();
+    let files = drawn(folder.path());
+    assert!(!files.contains_key("figures/claims-modern.svg"));
+    assert!(!files["report.html"].contains("Expectations about later methods"));
 }

@@ -40,14 +40,25 @@ impl Linearisation<'_> {
         &self,
         system: &System,
         matrix: &mut BlockMatrix,
+        product: Option<StiffnessProduct<'_>>,
+    ) {
+        self.assemble_scaled((self.tau * self.tau, self.tau), system, matrix, product);
+    }
+
+    /// As [`assemble`](Self::assemble) with any factors: `matrix ← M + s K + d D`, whatever `τ` is.
+    pub fn assemble_scaled(
+        &self,
+        (stiffness_scale, damping_scale): (f64, f64),
+        system: &System,
+        matrix: &mut BlockMatrix,
         mut product: Option<StiffnessProduct<'_>>,
     ) {
-        let Self { implicit, tau, x, lagged, tangent } = *self;
+        let Self { implicit, x, lagged, tangent, .. } = *self;
         if let Some(StiffnessProduct { out, .. }) = &mut product {
             out.fill(Vec3::zeros());
         }
         let effects = || implicit.effects(system);
-        let at = Linearised { x, tangent, stiffness_scale: tau * tau, damping_scale: tau };
+        let at = Linearised { x, tangent, stiffness_scale, damping_scale };
         if let Some(layout) = matrix.fast_layout() {
             let product = product.as_mut();
             let product = product.map(|p| StiffnessProduct { w: p.w, out: &mut *p.out });
@@ -60,8 +71,8 @@ impl Linearisation<'_> {
             matrix.add_diagonal(i, &Mat3::from_diagonal_element(m));
         }
         for effect in effects() {
-            effect.add_stiffness(x, tau * tau, tangent, matrix);
-            effect.add_damping(lagged, tau, matrix);
+            effect.add_stiffness(x, stiffness_scale, tangent, matrix);
+            effect.add_damping(lagged, damping_scale, matrix);
         }
         if let Some(StiffnessProduct { w, out }) = product {
             implicit.multiply_stiffness(system, x, tangent, w, out);

@@ -27,6 +27,9 @@ pub enum PrepareError {
         /// Memory that it may take.
         limit: u64,
     },
+    /// Something outside this process that takes the steps failed, such as a program of the user.
+    #[error("{0}")]
+    Outside(String),
     /// An operator could not be built.
     #[error("the system matrix cannot be set up: {0}")]
     Solver(#[source] SolverError),
@@ -66,6 +69,9 @@ pub enum StepError {
         /// Substeps that a step may have.
         most: u32,
     },
+    /// Something outside this process that takes the steps failed, such as a program of the user.
+    #[error("{0}")]
+    Outside(String),
     /// An operator could not be rebuilt after a change.
     #[error("the system matrix cannot be rebuilt: {0}")]
     Solver(#[from] SolverError),

@@ -56,26 +56,32 @@
 //! | [`History`] | the last levels | multistep methods |
 //! | [`ElongationLimit`] | Provot's correction of over-stretched springs | Provot, Desbrun |
 //! | [`ViscousImpulse`] | right-hand side for the change of velocity | Desbrun, Kang |
-//! | [`LargestEigenvalue`], [`StiffnessBound`] | stability limit of an explicit step | leapfrog |
+//! | [`StabilityLimit`] by [`LargestEigenvalue`] or [`StiffnessBound`], [`DampingBound`] | stability limit of an explicit step, and its substeps | leapfrog, SRKN4, RKC |
+//! | [`ExplicitKick`] | a kick with damping, without a solve | leapfrog, multirate |
+//! | [`KeptForce`] | the force at the end of a step, for the start of the next | leapfrog, SRKN4, multirate |
 //! | [`ExplicitNumbers`] | whether a step is short enough for the explicit forces | the harness, before a run |
 //! | [`ImpulsiveContacts`] | pins and contacts on a velocity computed without them | Provot, Terzopoulos-Fleischer, Desbrun, Kang |
 //! | [`ContactSet`] | active set of the velocity constraints of section 6 | all |
 //! | [`StepReference`] | what the residual of a step's solve is measured against, in any frame and with any masses | IMEX |
 //! | [`Predictor`] | start values, EEH (22) | CG methods |
+//! | [`PositionBased`], [`CompliantAngles`], [`Colouring`] | substeps that predict, move positions and meet contacts | XPBD by springs and by lines |
 //! | [`Bookkeeping`] | makes the [`EnergyLedger`] of a step | one-step methods |
 
 mod adaptive;
 mod assembly;
 pub mod choice;
 mod clock;
+mod compliant;
 mod contact;
 mod elongation;
 mod error;
+mod explicit_kick;
 mod explicit_limit;
 mod forcing;
 mod history;
 mod implicit;
 mod impulsive;
+mod kept_force;
 mod kinematics;
 mod ledger;
 mod linear;
@@ -83,6 +89,7 @@ pub mod linear_settings;
 mod method;
 mod newton;
 mod newton_linear;
+mod newton_safeguard;
 mod pins;
 mod potential;
 mod predictor;
@@ -93,6 +100,7 @@ mod scratch;
 mod settings;
 mod spectrum;
 mod split;
+mod stability_limit;
 mod stage;
 mod step_control;
 mod step_size;
@@ -104,22 +112,26 @@ mod viscous;
 pub use adaptive::Adaptive;
 pub use assembly::Linearisation;
 pub use clock::{Phase, PhaseClock};
+pub use compliant::{Colouring, CompliantAngles, PositionBased, Substep};
 pub use contact::{Change, ContactSet, MultistepMotion, Wanted};
 pub use elongation::{ElongationLimit, ElongationSettings, SweepOrder};
 pub use error::{PrepareError, StepError};
+pub use explicit_kick::{ExplicitKick, is_damped, write_damping_force};
 pub use explicit_limit::ExplicitNumbers;
 pub use forcing::{Forcing, ForcingKind, ForcingRule};
 pub use history::History;
 pub use implicit::Implicit;
 pub use impulsive::ImpulsiveContacts;
+pub use kept_force::KeptForce;
 pub use kinematics::{drift, kick};
 pub use ledger::{Bookkeeping, EnergyLedger, as_stepped, momentum_between, subtract_laplacian};
 pub use linear::{LaplacianSolver, LinearSettings, PreconditionerKind, SolverKind, Weights};
 pub use method::{Method, Order, Quantity, StabilityClass, Support, Supports, Treatment};
 pub use newton::{Newton, NewtonReport, NewtonSettings};
 pub use newton_linear::{Jacobian, NewtonLinear, NewtonSolver};
+pub use newton_safeguard::Safeguard;
 pub use pins::{hold_pins, lead_pins};
-pub use potential::IncrementalPotential;
+pub use potential::{IncrementalPotential, Tau};
 pub use predictor::{Predictor, Start};
 pub use report::{SetupCause, Setups, StepReport};
 pub use scheme::{Past, Registration, Rewind, Scheme, Stepper, Taken};
@@ -129,15 +141,16 @@ pub use settings::{
 };
 #[doc(hidden)]
 pub use settings::{count, join};
-pub use spectrum::{LargestEigenvalue, StiffnessBound};
+pub use spectrum::{DampingBound, LargestEigenvalue, StiffnessBound};
 pub use split::{Slopes, Split};
+pub use stability_limit::{StabilityLimit, StepControl};
 pub use stage::{ImplicitStage, Stage, StageSettings};
 pub use step_control::{Decision, LocalError, StepController, TOLERANCE, mesh_width};
 pub use step_size::{InvalidTimeStep, TimeStep};
 pub use stop_test::{StepReference, StepStart, StopNorm, lightest_free_mass};
 pub use viscous::ViscousImpulse;
 
-pub use drape_solvers::SolveStatus;
+pub use drape_solvers::{Constraints, SolveStatus};
 
 use drape_model::{State, System};
 

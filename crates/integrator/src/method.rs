@@ -10,6 +10,22 @@ pub enum Order {
     One,
     /// Global error `O(h²)`.
     Two,
+    /// Global error `O(h³)`.
+    Three,
+    /// Global error `O(h⁴)`.
+    Four,
+}
+
+impl Order {
+    /// The power of `h`.
+    pub const fn number(self) -> u32 {
+        match self {
+            Self::One => 1,
+            Self::Two => 2,
+            Self::Three => 3,
+            Self::Four => 4,
+        }
+    }
 }
 
 /// The stability verdict that a method must meet.
@@ -29,6 +45,8 @@ pub enum Quantity {
     Momentum,
     /// `Σ m x × v`.
     AngularMomentum,
+    /// Kinetic energy plus the potentials of all effects.
+    Energy,
 }
 
 impl Quantity {
@@ -37,6 +55,7 @@ impl Quantity {
         match self {
             Self::Momentum => "momentum",
             Self::AngularMomentum => "angular momentum",
+            Self::Energy => "energy",
         }
     }
 }
@@ -52,6 +71,8 @@ pub enum Treatment {
     BySetting,
     /// By a linear constraint on the new velocity.
     Constraint,
+    /// As a constraint that yields: its stiffness is the inverse of a compliance.
+    Compliant,
 }
 
 impl Treatment {
@@ -62,22 +83,26 @@ impl Treatment {
             Self::Explicit => "explicit",
             Self::BySetting => "by setting",
             Self::Constraint => "constraint",
+            Self::Compliant => "compliant constraint",
         }
     }
 }
 
-/// The constraints that a scene can name.
+/// The constraints that a scene can name. A method may also refuse `moving pins` or
+/// `moving obstacles`, and the laws of damping, `full damping` and `projected damping`.
 const CONSTRAINTS: [&str; 3] = ["pins", "contact", "friction"];
 
-/// How a method treats the effects of a scene: one of three standard answers.
+/// How a method treats the effects of a scene: one of four standard answers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Supports {
     /// Every effect stays at the old level.
     Explicit,
-    /// Springs stand in a scalar matrix; everything else stays at the old level.
+    /// Springs are implicit, as a rule in a scalar matrix; everything else stays at the old level.
     ScalarMatrix,
     /// Every effect with a Jacobian stands in a matrix of 3×3 blocks.
     Blocks,
+    /// Springs and stencils are compliant constraints; everything else stays at the old level.
+    Compliant,
 }
 
 /// An effect or constraint that a method supports.
@@ -124,6 +149,10 @@ impl Method {
             (Supports::Explicit, _) | (_, EffectClass::Uniform) => false,
             (Supports::ScalarMatrix, class) => class == EffectClass::Springs,
             (Supports::Blocks, _) => true,
+            (Supports::Compliant, EffectClass::Springs | EffectClass::Stencils) => {
+                return Treatment::Compliant;
+            }
+            (Supports::Compliant, EffectClass::Drag) => false,
         };
         let is_left_open = self.settings.iter().any(|setting| setting.key == "implicit");
         match (is_implicit, is_left_open && effect != EffectKind::Tension) {
@@ -151,7 +180,7 @@ impl Method {
         match self.treatment(effect.kind(), EffectClass::of(effect)) {
             Treatment::Explicit => true,
             Treatment::BySetting => settings.get("implicit") == Some("tension"),
-            Treatment::Implicit | Treatment::Constraint => false,
+            Treatment::Implicit | Treatment::Constraint | Treatment::Compliant => false,
         }
     }
 
@@ -164,7 +193,17 @@ impl Method {
         let pins = system.pinned().contains(&true).then_some("pins");
         let contact = (!system.obstacles().is_empty()).then_some("contact");
         let friction = rough_obstacle(system).map(|_| "friction");
-        for what in named.chain(pins).chain(contact).chain(friction) {
+        let driven = (!system.moving_pins().is_empty()).then_some("moving pins");
+        let moving = system.obstacles().iter().any(|obstacle| obstacle.path.is_some());
+        let moving = moving.then_some("moving obstacles");
+        let damped = system.effects().filter(|effect| effect.has_damping());
+        let mut laws = damped.filter_map(|effect| effect.split());
+        let damping = laws.next().map(|split| match split.has_damping_remainder() {
+            true => "projected damping",
+            false => "full damping",
+        });
+        let motion = driven.into_iter().chain(moving).chain(damping);
+        for what in named.chain(pins).chain(contact).chain(friction).chain(motion) {
             if self.refuses.contains(&what) {
                 let (what, key) = (what.to_owned(), key_of(system, what));
                 return Err(PrepareError::Unsupported { method: self.id, what, key });
@@ -184,6 +223,9 @@ fn key_of(system: &System, what: &str) -> String {
     match (what, rough_obstacle(system)) {
         ("pins", _) => "pins".to_owned(),
         ("contact", _) => "obstacles".to_owned(),
+        ("moving pins", _) => "pins[].path".to_owned(),
+        ("moving obstacles", _) => "obstacles[].path".to_owned(),
+        ("full damping" | "projected damping", _) => "damping".to_owned(),
         ("friction", Some((place, obstacle))) => {
             format!("obstacles[{place}].{}.friction", obstacle.shape.name())
         }

@@ -1,7 +1,10 @@
 //! Newton's method for an implicit stage.
 
 use crate::newton_linear::NewtonMatrix;
-use crate::{Forcing, IncrementalPotential, Jacobian, NewtonLinear, PrepareError, StepError};
+use crate::{
+    Forcing, IncrementalPotential, Jacobian, NewtonLinear, NewtonSolver, PrepareError, Safeguard,
+    StepError,
+};
 use drape_model::{System, Vec3};
 use drape_solvers::{Constraints, SolveStatus, vector::dot};
 
@@ -12,6 +15,8 @@ pub struct NewtonSettings {
     pub residual: f64,
     /// Most iterations.
     pub max_iterations: u32,
+    /// Whether it goes on after them.
+    pub safeguard: Safeguard,
 }
 
 /// How Newton's method ended.
@@ -46,16 +51,21 @@ const POSITION_ROUND_OFF: f64 = 4.0 * f64::EPSILON;
 /// progress.
 const LEAST_PROGRESS: f64 = 1.1;
 const MAX_HALVINGS: u32 = 30;
+/// `δ` of the approximate Wolfe conditions.
+const WOLFE_DECREASE: f64 = 0.1;
+/// `σ` of the same.
+const WOLFE_SLOPE: f64 = 0.9;
 
 /// Minimises an [`IncrementalPotential`] by Newton's method with line search. This solves the
 /// nonlinear system EEH (4) by the iteration (5), reduced to `3n` unknowns as in section 2.3.
 ///
-/// The matrix is the exact Hessian `M + τ² ∇²U + τ D` while its Cholesky factorisation succeeds.
+/// The matrix is the exact Hessian `M + τ_x τ_v ∇²U + τ_v D` while its Cholesky factorisation succeeds.
 /// Else each spring's block is projected to positive semi-definite. With a saved Jacobian
 /// ([`Jacobian::Saved`]) the factor is kept over iterations and stages. Residual and line search
 /// stay those of the present potential, so the solution is the same. With conjugate gradients
 /// ([`Cg`](crate::NewtonSolver::Cg), [`Multigrid`](crate::NewtonSolver::Multigrid)) the Hessian
 /// belongs to the present iterate, and the forcing rule sets the tolerance of its system.
+/// A [`Safeguard`] prolongs a linearised step that would gain energy.
 #[derive(Debug)]
 pub struct Newton {
     linear: NewtonLinear,
@@ -106,6 +116,11 @@ impl Newton {
         })
     }
 
+    /// Whether it chooses its solver.
+    pub(crate) fn is_auto(&self) -> bool {
+        self.linear.solver == NewtonSolver::Auto
+    }
+
     /// Forgets a saved factor.
     pub fn restart(&mut self) {
         self.matrix.restart();
@@ -135,16 +150,26 @@ impl Newton {
         let mut blind = false;
         let mut last_residual = f64::INFINITY;
         let NewtonLinear { jacobian, solver } = self.linear;
+        let most_iterations = settings.safeguard.most_iterations(settings.max_iterations);
         let mut forcing = Forcing::new(solver.forcing());
         self.matrix.begin();
+        let mut is_known = false;
         loop {
-            self.gradient.copy_from_slice(potential.gradient(system, v)); // −r of EEH (5)
+            if !is_known {
+                self.gradient.copy_from_slice(potential.gradient(system, v)); // −r of EEH (5)
+            }
+            is_known = false;
             report.residual = potential.filtered_norm(constraints, &mut self.gradient);
             if report.residual <= settings.residual {
                 report.status = SolveStatus::Converged;
                 break;
             }
-            if report.iterations == settings.max_iterations {
+            let is_limited = report.iterations >= settings.max_iterations;
+            let goes_on = || {
+                let Self { gradient, .. } = &*self;
+                settings.safeguard.objects(system, potential, constraints, gradient, v)
+            };
+            if report.iterations == most_iterations || is_limited && !goes_on() {
                 break;
             }
             if blind && report.residual * LEAST_PROGRESS > last_residual {
@@ -159,6 +184,7 @@ impl Newton {
                 report.status = SolveStatus::Stagnated;
                 break;
             }
+            let falls = report.residual * LEAST_PROGRESS <= last_residual;
             last_residual = report.residual;
             self.previous.copy_from_slice(v);
             let term = forcing.next(report.residual, settings.residual);
@@ -171,6 +197,10 @@ impl Newton {
                 &mut report,
             )?;
             report.iterations += 1;
+            if falls && self.is_auto() && self.descends_by_gradients(system, potential, v) {
+                (blind, is_known) = (false, true);
+                continue;
+            }
             match self.descend(system, potential, v) {
                 LineSearch::Verified => blind = false,
                 LineSearch::Unresolved => blind = true,
@@ -184,6 +214,36 @@ impl Newton {
         Ok(report)
     }
 
+    /// Takes the full step if the gradients at its ends tell that the potential falls: the
+    /// approximate Wolfe conditions of W. W. Hager and H. Zhang, *A new conjugate gradient method
+    /// with guaranteed descent and an efficient line search* (2005), (4.3). With the slopes
+    /// `s₀ = ∇Φ(v)·d` and `s₁ = ∇Φ(v − d)·d`
+    ///
+    /// ```text
+    /// −(1 − 2δ) s₀ ≤ s₁ ≤ σ s₀          δ = 0.1, σ = 0.9
+    /// ```
+    ///
+    /// On a parabola the left one is Armijo's condition. The gradient then is that of the new `v`.
+    fn descends_by_gradients(
+        &mut self,
+        system: &System,
+        potential: &mut IncrementalPotential,
+        v: &mut [Vec3],
+    ) -> bool {
+        let start = dot(&self.gradient, &self.direction);
+        for i in 0..v.len() {
+            self.trial[i] = v[i] - self.direction[i];
+        }
+        let gradient = potential.gradient(system, &self.trial);
+        let end = dot(gradient, &self.direction);
+        let descends = end >= -(1.0 - 2.0 * WOLFE_DECREASE) * start && end <= WOLFE_SLOPE * start;
+        if descends {
+            self.gradient.copy_from_slice(gradient);
+            v.copy_from_slice(&self.trial);
+        }
+        descends
+    }
+
     /// Armijo line search along `−direction`.
     fn descend(
         &mut self,
@@ -194,7 +254,7 @@ impl Newton {
         let start = potential.value(system, v);
         let slope = dot(&self.gradient, &self.direction);
         let largest = |vectors: &[Vec3]| vectors.iter().fold(0.0, |a: f64, v| a.max(v.amax()));
-        let reach = potential.tau() * largest(&self.direction);
+        let reach = potential.tau().x * largest(&self.direction);
         let drowned = reach <= POSITION_ROUND_OFF * largest(potential.last_positions());
         if drowned || slope.abs() <= RESOLUTION * start.abs() {
             v.iter_mut().zip(&self.direction).for_each(|(v, direction)| *v -= direction);

@@ -3,7 +3,7 @@
 
 use crate::{
     Declared, Declares, ForcingRule, IncrementalPotential, Linearisation, NewtonReport,
-    PrepareError, Setting, Settings, StepError, Word, declare,
+    PrepareError, Setting, Settings, StepError, Tau, Word, declare,
 };
 use drape_model::{Revisions, System, Tangent, Vec3};
 use drape_solvers::{
@@ -34,14 +34,27 @@ pub enum NewtonSolver {
     /// levels follow the stiffnesses of the springs or, without springs, the couplings of the other
     /// effects. Nothing is saved.
     Multigrid(ForcingRule),
+    /// The faster of the two, by the stiffness of the stage: conjugate gradients with the diagonal
+    /// blocks up to a [limit](NewtonSolver::picks_multigrid), multigrid above. The tolerance is
+    /// that of [Eisenstat and Walker](ForcingRule::EisenstatWalker). The line search judges a step
+    /// by gradients, which cost a fraction of energies, and the start is the candidate with the
+    /// least residual.
+    Auto,
 }
 
 impl NewtonSolver {
+    /// Whether [`Auto`](Self::Auto) solves a stage by multigrid. `stiffness` is the greatest
+    /// `τ_x τ_v k/m` of the stage, where `k` sums the stiffnesses of all effects on a particle.
+    pub fn picks_multigrid(stiffness: f64) -> bool {
+        stiffness > STIFF
+    }
+
     /// The forcing rule of conjugate gradients; 0 for Cholesky.
     pub(crate) fn forcing(self) -> ForcingRule {
         match self {
             Self::Cholesky => ForcingRule::Constant(0.0),
             Self::Cg(rule) | Self::Multigrid(rule) => rule,
+            Self::Auto => ForcingRule::EisenstatWalker,
         }
     }
 }
@@ -66,24 +79,31 @@ enum SolverWord {
     Cholesky,
     Cg,
     Multigrid,
+    Auto,
 }
 
 impl Word for SolverWord {
-    const WORDS: &'static [(&'static str, Self)] =
-        &[("cholesky", Self::Cholesky), ("cg", Self::Cg), ("multigrid", Self::Multigrid)];
+    const WORDS: &'static [(&'static str, Self)] = &[
+        ("cholesky", Self::Cholesky),
+        ("cg", Self::Cg),
+        ("multigrid", Self::Multigrid),
+        ("auto", Self::Auto),
+    ];
 }
 
 const JACOBIAN: Declared<Jacobian> = declare!(
     jacobian: Jacobian [Fresh, Saved] = Fresh,
     "factorise the Hessian in each Newton iteration, or keep the factor over iterations and steps \
-     while it serves (solver=multigrid keeps nothing)"
+     while it serves (solver=multigrid and auto keep nothing)"
 );
 
 const SOLVER: Declared<SolverWord> = declare!(
-    solver: SolverWord [Cholesky, Cg, Multigrid] = Cholesky,
+    solver: SolverWord [Cholesky, Cg, Multigrid, Auto] = Cholesky,
     "solve Newton's linear systems by sparse Cholesky, or by CG on the Hessian, preconditioned by \
      its diagonal blocks (jacobian=fresh) or by the kept factor (jacobian=saved), or by CG \
-     preconditioned by multigrid on the Hessian"
+     preconditioned by multigrid on the Hessian; auto: by CG with diagonal blocks where h²k/m \
+     is small, by multigrid where it is large, with forcing=eisenstat-walker and a line search \
+     by gradients"
 );
 
 impl Declares for NewtonLinear {
@@ -101,6 +121,7 @@ impl Declares for NewtonLinear {
             SolverWord::Cholesky => NewtonSolver::Cholesky,
             SolverWord::Cg => NewtonSolver::Cg(rule),
             SolverWord::Multigrid => NewtonSolver::Multigrid(rule),
+            SolverWord::Auto => NewtonSolver::Auto,
         };
         Self { jacobian: JACOBIAN.read(settings), solver }
     }
@@ -118,7 +139,7 @@ impl NewtonLinear {
         match self.solver {
             NewtonSolver::Cholesky => true,
             NewtonSolver::Cg(_) => self.jacobian == Jacobian::Saved,
-            NewtonSolver::Multigrid(_) => false,
+            NewtonSolver::Multigrid(_) | NewtonSolver::Auto => false,
         }
     }
 
@@ -128,11 +149,14 @@ impl NewtonLinear {
     }
 }
 
+/// Stages above this `τ_x τ_v k/m` are solved by multigrid; the table stands in the docs of
+/// `drape-backward-euler`.
+const STIFF: f64 = 200.0;
 /// A factor is dropped when the next correction is longer than this fraction of the last one.
 const SLOW: f64 = 0.3;
 /// A factor is dropped when it takes more CG iterations than this as a preconditioner.
 const MANY_ITERATIONS: u32 = 10;
-/// A factor is dropped when `τ` has changed by more than this fraction.
+/// A factor is dropped when `τ_x` or `τ_v` has changed by more than this fraction.
 const TAU_CHANGE: f64 = 0.2;
 /// A factor is dropped after this many stages.
 const MAX_STAGES: u32 = 20;
@@ -140,7 +164,7 @@ const MAX_STAGES: u32 = 20;
 /// The stage that the saved factor was made for.
 #[derive(Debug)]
 struct Saved {
-    tau: f64,
+    tau: Tau,
     revisions: Option<Revisions>,
     filters: Vec<Filter>,
     stages: u32,
@@ -163,6 +187,8 @@ pub(crate) struct NewtonMatrix {
     last_length: Option<f64>,
     /// Whether the last solve factorised.
     is_new: bool,
+    /// For stiff stages, where the settings leave the choice.
+    stiff: Option<Box<Self>>,
 }
 
 impl NewtonMatrix {
@@ -174,13 +200,26 @@ impl NewtonMatrix {
         let n = system.len();
         // Factors and multigrid read compressed rows, and contacts give blocks that are not
         // symmetric.
-        let is_cg_alone = matches!(settings.solver, NewtonSolver::Cg(_)) && !settings.factorises();
+        let is_cg = matches!(settings.solver, NewtonSolver::Cg(_) | NewtonSolver::Auto);
+        let is_cg_alone = is_cg && !settings.factorises();
+        let stiff = match settings.solver {
+            NewtonSolver::Auto => {
+                let solver = NewtonSolver::Multigrid(ForcingRule::EisenstatWalker);
+                Some(Box::new(Self::new(system, potential, NewtonLinear { solver, ..settings })?))
+            }
+            _ => None,
+        };
         let matrix = if is_cg_alone && system.obstacles().is_empty() {
             potential.implicit().block_matrix(system)
         } else {
             potential.implicit().block_rows(system)
         };
-        let saved = Saved { tau: 0.0, revisions: None, filters: vec![Filter::Free; n], stages: 0 };
+        let saved = Saved {
+            tau: Tau::from(0.0),
+            revisions: None,
+            filters: vec![Filter::Free; n],
+            stages: 0,
+        };
         Ok(Self {
             factor: settings
                 .factorises()
@@ -196,6 +235,7 @@ impl NewtonMatrix {
             none: Constraints::free(n),
             last_length: None,
             is_new: false,
+            stiff,
             matrix,
         })
     }
@@ -227,7 +267,15 @@ impl NewtonMatrix {
         (gradient, direction): (&[Vec3], &mut [Vec3]),
         report: &mut NewtonReport,
     ) -> Result<(), StepError> {
-        let saves = settings.jacobian == Jacobian::Saved && self.multigrid.is_none();
+        if let Some(stiff) = self.stiff.as_mut()
+            && NewtonSolver::picks_multigrid(potential.stiffness())
+        {
+            let solver = NewtonSolver::Multigrid(ForcingRule::EisenstatWalker);
+            let how = (NewtonLinear { solver, ..settings }, forcing);
+            return stiff.solve(system, potential, constraints, how, (gradient, direction), report);
+        }
+        let saves = settings.jacobian == Jacobian::Saved
+            && !matches!(settings.solver, NewtonSolver::Multigrid(_) | NewtonSolver::Auto);
         let fits = saves && self.fits(system, potential.tau(), constraints);
         self.is_new = !fits;
         if settings.solver == NewtonSolver::Cholesky {
@@ -319,10 +367,12 @@ impl NewtonMatrix {
     }
 
     /// Whether the saved factor serves this stage.
-    fn fits(&self, system: &System, tau: f64, constraints: &Constraints) -> bool {
+    fn fits(&self, system: &System, tau: Tau, constraints: &Constraints) -> bool {
         let Saved { tau: saved, revisions, filters, stages } = &self.saved;
+        let is_close = |tau: f64, saved: f64| (tau - saved).abs() <= TAU_CHANGE * saved;
         *revisions == Some(system.revisions())
-            && (tau - saved).abs() <= TAU_CHANGE * saved
+            && is_close(tau.x, saved.x)
+            && is_close(tau.v, saved.v)
             && *stages <= MAX_STAGES
             && filters.iter().enumerate().all(|(i, filter)| constraints.filter(i) == *filter)
     }
@@ -356,7 +406,7 @@ impl NewtonMatrix {
         Ok(count)
     }
 
-    /// `H = M + τ² ∇²U + τ D` at the positions of the last gradient, projected to the constraints.
+    /// `H = M + τ_x τ_v ∇²U + τ_v D` at the positions of the last gradient, projected to the constraints.
     fn assemble(
         &mut self,
         system: &System,
@@ -364,14 +414,15 @@ impl NewtonMatrix {
         constraints: &Constraints,
         tangent: Tangent,
     ) {
+        let tau = potential.tau();
         let at = Linearisation {
             implicit: potential.implicit(),
-            tau: potential.tau(),
+            tau: tau.v,
             x: potential.last_positions(),
             lagged: potential.lagged(),
             tangent,
         };
-        at.assemble(system, &mut self.matrix, None);
+        at.assemble_scaled((tau.x * tau.v, tau.v), system, &mut self.matrix, None);
         self.matrix.project(constraints);
     }
 }

@@ -14,20 +14,45 @@ fn lagged<'a>(t: f64, x: &'a [Vec3], v: &'a [Vec3]) -> Level<'a> {
     Level { t, x, v }
 }
 
-/// The implicit stage `M (v − v*) = τ f(x* + τ v, v)` as a minimisation over the velocity:
+/// The time constants of an implicit stage, `x = x* + τ_x v` and `M (v − v*) = τ_v f`.
+///
+/// Both are the same in backward Euler, BDF and Runge–Kutta methods, and differ in the generalized-α
+/// family.
+///
+/// ```
+/// use drape_integrator::Tau;
+/// assert_eq!(Tau::from(0.5), Tau { x: 0.5, v: 0.5 });
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tau {
+    /// `τ_x`, s: how far the velocity of the stage moves the positions.
+    pub x: f64,
+    /// `τ_v`, s: how long the force of the stage acts.
+    pub v: f64,
+}
+
+impl From<f64> for Tau {
+    fn from(tau: f64) -> Self {
+        Self { x: tau, v: tau }
+    }
+}
+
+/// The implicit stage `M (v − v*) = τ_v f(x* + τ_x v, v)` as a minimisation over the velocity:
 ///
 /// ```text
-/// Φ(v) = ½‖v − v̂‖²_M + U(x* + τ v) + (τ/2) vᵀ D(x̂) v        v̂ = v* + τ M⁻¹ f_frozen
-/// ∇Φ   = M (v − v̂) − τ f_U(x* + τ v) + τ D(x̂) v
+/// Φ(v) = ½‖v − v̂‖²_M + (τ_v/τ_x) U(x* + τ_x v) + (τ_v/2) vᵀ D(x̂) v       v̂ = v* + τ_v M⁻¹ f_frozen
+/// ∇Φ   = M (v − v̂) − τ_v f_U(x* + τ_x v) + τ_v D(x̂) v
+/// ∇²Φ  = M + τ_x τ_v ∇²U + τ_v D(x̂)
 /// ```
 ///
 /// `U` and `D` belong to the implicit effects; everything else is frozen in `v̂`. Projected damping
 /// takes its directions at `x̂`, which a method of order `p` must choose within `O(h^p)` of the new
-/// positions. Backward Euler is `(τ, x*, v*, x̂) = (h, x_n, v_n, x_n)`. `Φ` is an energy, J.
+/// positions. Backward Euler is `(τ_x, τ_v, x*, v*, x̂) = (h, h, x_n, v_n, x_n)`. `Φ` is an energy,
+/// J.
 #[derive(Debug)]
 pub struct IncrementalPotential {
     implicit: Implicit,
-    tau: f64,
+    tau: Tau,
     x_star: Vec<Vec3>,
     lagged_time: f64,
     directions: Vec<Vec3>,
@@ -43,12 +68,14 @@ pub struct IncrementalPotential {
     gradient: Vec<Vec3>,
     candidate: Vec<Vec3>,
     scale: f64,
-    /// `√m_min ‖τM⁻¹f_external‖`, √J.
+    /// `√m_min ‖τ_v M⁻¹f_external‖`, √J.
     external: f64,
     /// Sum of the external forces on all particles, N.
     external_force: Vec3,
     round_off: f64,
     row_sums: Vec<f64>,
+    /// Greatest `k/m` of a row, 1/s².
+    stiffest: f64,
     /// `Σ k²/m` over the rows, 1/s⁴ kg, and its system; `None` where it depends on positions.
     squared_stiffness: Option<(Revisions, f64)>,
     evaluations: u32,
@@ -106,7 +133,7 @@ impl IncrementalPotential {
         let of_drag = || if has_drag { zeros() } else { Vec::new() };
         Self {
             implicit,
-            tau: 0.0,
+            tau: Tau::from(0.0),
             x_star: zeros(),
             lagged_time: 0.0,
             directions: zeros(),
@@ -123,6 +150,7 @@ impl IncrementalPotential {
             external_force: Vec3::zeros(),
             round_off: 0.0,
             row_sums: vec![0.0; system.len()],
+            stiffest: 0.0,
             squared_stiffness: None,
             evaluations: 0,
         }
@@ -133,11 +161,12 @@ impl IncrementalPotential {
     pub fn begin(
         &mut self,
         system: &System,
-        tau: f64,
+        tau: impl Into<Tau>,
         (x_star, v_star): (&[Vec3], &[Vec3]),
         lagged: Level<'_>,
         frozen: &[Vec3],
     ) {
+        let tau = tau.into();
         self.tau = tau;
         self.evaluations = 0;
         self.x_star.copy_from_slice(x_star);
@@ -155,7 +184,7 @@ impl IncrementalPotential {
             *inverse = 1.0 / m;
         }
         for i in 0..system.len() {
-            self.target[i] = v_star[i] + frozen[i] * (tau * self.inverse_mass[i]);
+            self.target[i] = v_star[i] + frozen[i] * (tau.v * self.inverse_mass[i]);
         }
         self.measure(system, v_star, frozen);
     }
@@ -176,12 +205,12 @@ impl IncrementalPotential {
         self.external = external;
         let springs = self.squared_stiffness(system);
         let largest = |vectors: &[Vec3]| vectors.iter().fold(0.0, |a: f64, v| a.max(v.amax()));
-        let reach = largest(&self.x_star) + self.tau * largest(&self.target);
+        let reach = largest(&self.x_star) + self.tau.x * largest(&self.target);
         let mut inertia = 0.0;
         for (m, v) in system.mass().iter().zip(&self.target) {
             inertia += m * v.norm_squared();
         }
-        let magnitude = self.tau * reach * springs.sqrt() + inertia.sqrt();
+        let magnitude = self.tau.v * reach * springs.sqrt() + inertia.sqrt();
         self.round_off = ROUND_OFF * magnitude;
     }
 
@@ -206,28 +235,30 @@ impl IncrementalPotential {
             is_constant = false;
         }
         let mut sum = 0.0;
+        self.stiffest = 0.0;
         for (m, k) in system.mass().iter().zip(&self.row_sums) {
             sum += k * k / m;
+            self.stiffest = self.stiffest.max(k / m);
         }
         self.squared_stiffness = is_constant.then_some((now, sum));
         sum
     }
 
-    /// `√m_min ‖τ M⁻¹ f‖` over the particles that are not pinned, √J, with the lightest of their
+    /// `√m_min ‖τ_v M⁻¹ f‖` over the particles that are not pinned, √J, with the lightest of their
     /// masses.
     fn velocity_change(&self, system: &System) -> f64 {
         let (mut sum, lightest) = (0.0, lightest_free_mass(system));
         for (i, f) in self.force.iter().enumerate().filter(|(i, _)| !system.pinned()[*i]) {
             sum += f.norm_squared() * self.inverse_mass[i] * (lightest / system.mass()[i]);
         }
-        self.tau * sum.sqrt()
+        self.tau.v * sum.sqrt()
     }
 
     /// The scale of residuals, √J: the change of velocity that the forces at the start would make
-    /// in the stage, `√m_min max(‖τM⁻¹f(x*, v*)‖, ‖τM⁻¹f_external‖)`. The second term keeps a scale
-    /// for a sheet that hangs at rest. The lightest free mass stands for all: by its own mass a
-    /// heavy particle would hide the residuals of the light ones. The scale does not depend on the
-    /// frame: if it contained the velocity itself, a sheet that moves fast as a whole would be
+    /// in the stage, `√m_min max(‖τ_v M⁻¹f(x*, v*)‖, ‖τ_v M⁻¹f_external‖)`. The second term keeps a
+    /// scale for a sheet that hangs at rest. The lightest free mass stands for all: by its own mass
+    /// a heavy particle would hide the residuals of the light ones. The scale does not depend on
+    /// the frame: if it contained the velocity itself, a sheet that moves fast as a whole would be
     /// solved loosely.
     pub fn scale(&self) -> f64 {
         self.scale
@@ -261,9 +292,14 @@ impl IncrementalPotential {
         if residual > 0.0 { residual / self.scale } else { residual }
     }
 
-    /// Length of the stage, s.
-    pub fn tau(&self) -> f64 {
+    /// Time constants of the stage, s.
+    pub fn tau(&self) -> Tau {
         self.tau
+    }
+
+    /// The greatest `τ_x τ_v k/m`; `k` sums the stiffnesses of all effects on a particle.
+    pub fn stiffness(&self) -> f64 {
+        self.tau.x * self.tau.v * self.stiffest
     }
 
     /// Level of the directions and coefficients of damping; without velocities unless an implicit
@@ -287,10 +323,10 @@ impl IncrementalPotential {
         self.evaluations
     }
 
-    /// `x* + τ v`, m.
+    /// `x* + τ_x v`, m.
     pub fn positions(&mut self, v: &[Vec3]) -> &[Vec3] {
         for ((x, x_star), v) in self.x.iter_mut().zip(&self.x_star).zip(v) {
-            *x = x_star + v * self.tau;
+            *x = x_star + v * self.tau.x;
         }
         &self.x
     }
@@ -304,6 +340,7 @@ impl IncrementalPotential {
     pub fn value(&mut self, system: &System, v: &[Vec3]) -> f64 {
         self.evaluations += 1;
         self.positions(v);
+        let ratio = self.tau.v / self.tau.x; // exactly 1 where both are the same
         let mut value = 0.0;
         for ((m, v), target) in system.mass().iter().zip(v).zip(&self.target) {
             value += 0.5 * m * (v - target).norm_squared();
@@ -311,15 +348,15 @@ impl IncrementalPotential {
         self.force.fill(Vec3::zeros());
         let lagged = lagged(self.lagged_time, &self.directions, &self.lagged_velocity);
         for effect in self.implicit.effects(system) {
-            value += effect.energy(system.mass(), &self.x);
+            value += ratio * effect.energy(system.mass(), &self.x);
             effect.add_lagged_damping_force(lagged, v, &mut self.force);
         }
         let power = |force: &[Vec3]| v.iter().zip(force).map(|(v, f)| v.dot(f)).sum::<f64>();
         let dissipation = power(&self.force);
-        value -= 0.5 * self.tau * dissipation;
+        value -= 0.5 * self.tau.v * dissipation;
         if !self.force_at_rest.is_empty() {
             // ½ vᵀDv − vᵀDw = −½ vᵀ(f_D(v) + f_D(0))
-            value -= 0.5 * self.tau * power(&self.force_at_rest);
+            value -= 0.5 * self.tau.v * power(&self.force_at_rest);
         }
         value
     }
@@ -333,7 +370,7 @@ impl IncrementalPotential {
         add_forces(self.implicit, system, lagged, (&self.x, v), &mut self.force);
         for i in 0..v.len() {
             self.gradient[i] =
-                (v[i] - self.target[i]) * system.mass()[i] - self.force[i] * self.tau;
+                (v[i] - self.target[i]) * system.mass()[i] - self.force[i] * self.tau.v;
         }
         &self.gradient
     }
@@ -342,6 +379,38 @@ impl IncrementalPotential {
     pub fn filtered_norm(&self, constraints: &Constraints, residual: &mut [Vec3]) -> f64 {
         constraints.project(residual);
         weighted_dot(&self.inverse_mass, residual, residual).sqrt()
+    }
+
+    /// As [`choose_start`](Self::choose_start) with the inertial target, by the least residual.
+    pub fn choose_start_by_residual(
+        &mut self,
+        system: &System,
+        constraints: &Constraints,
+        v: &mut [Vec3],
+        other: &[Vec3],
+    ) {
+        constraints.impose(v);
+        let mut best = self.residual(system, constraints, v);
+        let mut candidate = std::mem::take(&mut self.candidate);
+        for is_target in [false, true] {
+            candidate.copy_from_slice(if is_target { &self.target } else { other });
+            constraints.impose(&mut candidate);
+            let residual = self.residual(system, constraints, &candidate);
+            if residual < best {
+                best = residual;
+                v.copy_from_slice(&candidate);
+            }
+        }
+        self.candidate = candidate;
+    }
+
+    /// `‖S∇Φ(v)‖_{M⁻¹}`, √J.
+    fn residual(&mut self, system: &System, constraints: &Constraints, v: &[Vec3]) -> f64 {
+        self.gradient(system, v);
+        let mut gradient = std::mem::take(&mut self.gradient);
+        let norm = self.filtered_norm(constraints, &mut gradient);
+        self.gradient = gradient;
+        norm
     }
 
     /// Sets `v` to the candidate with the lowest potential under the constraints: `v` itself,

@@ -249,6 +249,13 @@ pub trait MethodSettings: Sized {
     fn of(settings: &Settings) -> Result<Self, SettingError>;
 }
 
+/// A method without settings.
+impl MethodSettings for () {
+    fn of(_settings: &Settings) -> Result<Self, SettingError> {
+        Ok(())
+    }
+}
+
 /// Joins lists of declarations with `N` entries in all.
 ///
 /// # Panics

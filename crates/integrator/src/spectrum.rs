@@ -3,7 +3,7 @@
 
 use crate::Implicit;
 use crate::random::Lcg;
-use drape_model::{Effect, System, Tangent, Vec3};
+use drape_model::{Effect, Revisions, System, Tangent, Vec3};
 use drape_solvers::vector::{dot, weighted_dot};
 
 /// Products between two checks of the estimate's growth in [`LargestEigenvalue::converge`].
@@ -109,21 +109,55 @@ impl StiffnessBound {
 
     /// The bound, 1/s²; 0 without springs.
     pub fn evaluate(&mut self, system: &System) -> f64 {
-        let sums = &mut self.stiffness_sums;
-        sums.fill(0.0);
-        Implicit::Springs.visit_weights(system, &mut |i, j, k, _| {
-            sums[i] += k;
-            sums[j] += k;
-        });
-        for ((sum, mass), pinned) in sums.iter_mut().zip(system.mass()).zip(system.pinned()) {
-            *sum = if *pinned { 0.0 } else { *sum / mass };
-        }
-        let mut bound: f64 = 0.0;
-        Implicit::Springs.visit_weights(system, &mut |i, j, _, _| {
-            bound = bound.max(sums[i] + sums[j]);
-        });
-        bound
+        laplacian_bound(system, &mut self.stiffness_sums, |k, _| k)
     }
+}
+
+/// Bounds `λ_max(M⁻¹ D)`, 1/s, of the springs' damping at all positions, as [`StiffnessBound`] does
+/// for the stiffness: `D ≤ L_c`, for full and for projected damping. Drag is not in it.
+#[derive(Clone, Debug)]
+pub struct DampingBound {
+    damping_sums: Vec<f64>,
+    /// The present value, and its system.
+    known: Option<(Revisions, f64)>,
+}
+
+impl DampingBound {
+    /// Memory for a system.
+    pub fn new(system: &System) -> Self {
+        Self { damping_sums: vec![0.0; system.len()], known: None }
+    }
+
+    /// The bound, 1/s; 0 without damped springs. It is evaluated where the system has changed.
+    pub fn evaluate(&mut self, system: &System) -> f64 {
+        let revisions = system.revisions();
+        match self.known {
+            Some((known_for, bound)) if known_for == revisions => bound,
+            _ => {
+                let bound = laplacian_bound(system, &mut self.damping_sums, |_, c| c);
+                self.known = Some((revisions, bound));
+                bound
+            }
+        }
+    }
+}
+
+/// The greatest `d_i/m_i + d_j/m_j` of a spring, where `d_i` sums the weights of a particle's
+/// springs.
+fn laplacian_bound(system: &System, sums: &mut [f64], weight: fn(f64, f64) -> f64) -> f64 {
+    sums.fill(0.0);
+    Implicit::Springs.visit_weights(system, &mut |i, j, k, c| {
+        sums[i] += weight(k, c);
+        sums[j] += weight(k, c);
+    });
+    for ((sum, mass), pinned) in sums.iter_mut().zip(system.mass()).zip(system.pinned()) {
+        *sum = if *pinned { 0.0 } else { *sum / mass };
+    }
+    let mut bound: f64 = 0.0;
+    Implicit::Springs.visit_weights(system, &mut |i, j, _, _| {
+        bound = bound.max(sums[i] + sums[j]);
+    });
+    bound
 }
 
 #[cfg(test)]
@@ -225,5 +259,19 @@ mod tests {
         assert_eq!(bound.evaluate(&system), 1.5);
         let (system, _) = net("tension", &[0.5, 4.0], &x, &[], &[]);
         assert_eq!(StiffnessBound::new(&system).map(|mut b| b.evaluate(&system)), Some(0.0));
+    }
+
+    #[test]
+    fn the_damping_has_a_bound_of_its_own() {
+        let text = r#"{ "format": "drape-system/1",
+            "particles": { "mass_kg": [0.5, 4], "position_m": [[0, 0, 0], [1, 0, 0]] },
+            "springs": [{ "effect": "tension", "i": 0, "j": 1, "rest_length_m": 1,
+                "stiffness_n_per_m": 7, "damping_n_s_per_m": 2 }] }"#;
+        let (mut system, _) =
+            drape_model::parse("pair", text).expect("valid").spec().build().expect("valid");
+        let mut bound = DampingBound::new(&system);
+        assert_eq!([(); 2].map(|()| bound.evaluate(&system)), [4.5; 2]);
+        assert!(system.set_pinned(0, true) && system.scale_damping(EffectKind::Tension, 3.0));
+        assert_eq!(bound.evaluate(&system), 1.5);
     }
 }

@@ -3,7 +3,7 @@
 
 use crate::{
     ContactSet, Implicit, IncrementalPotential, Newton, NewtonLinear, NewtonSettings, Phase,
-    PhaseClock, PrepareError, StepError, StepReport, settings,
+    PhaseClock, PrepareError, Safeguard, StepError, StepReport, Tau, settings,
 };
 use drape_model::{Level, System, Vec3};
 use drape_solvers::Constraints;
@@ -16,14 +16,18 @@ settings! {
         residual: f64 in 1e-16..=0.5 = 1e-9,
         /// most Newton iterations in a step
         max_iterations: u32 in 1..=10_000 = 100,
+        /// whether Newton goes on after them where the step would gain energy
+        safeguard: Safeguard as Safeguard::SETTING,
         /// how Newton solves its linear systems
         linear: NewtonLinear,
     }
 }
 
-/// The stage `M (v − v*) = τ f(x, v)`, `x = x* + τ v`. It is EEH (10), `x'' = M⁻¹ f(x, x')` as a
+/// The stage `M (v − v*) = τ_v f(x, v)`, `x = x* + τ_x v`. It is EEH (10), `x'' = M⁻¹ f(x, x')` as a
 /// system of first order, under any implicit method. Newton's iteration has the `3n` unknowns of
 /// section 2.3, since `x` follows from `v`.
+///
+/// With one `τ` for both:
 ///
 /// | method | `τ` | `x*` | `v*` |
 /// |---|---|---|---|
@@ -31,11 +35,12 @@ settings! {
 /// | `k`-step BDF | `h β_k/α_k` | `−Σ_{j<k} α_j x_{n+j} / α_k` | likewise of `v` |
 /// | Alexander's two stages, `γ = 1 − 1/√2`: first | `γ h` | `x_n` | `v_n` |
 /// | then, with the solution `v₁` of the first | `γ h` | `x_n + (1 − γ) h v₁` | `v_n + (1 − γ)/γ (v₁ − v_n)` |
+/// | implicit midpoint, whose `v` is `½ (v_n + v_{n+1})` | `½ h` | `x_n` | `v_n` |
 #[doc(alias = "EEH 10")]
 #[derive(Clone, Copy, Debug)]
 pub struct Stage<'a> {
-    /// `τ`, s.
-    pub tau: f64,
+    /// `τ_x` and `τ_v`, s.
+    pub tau: Tau,
     /// The time at the end of the stage, s.
     pub end: f64,
     /// `(x*, v*)`, m and m/s.
@@ -97,7 +102,7 @@ impl ImplicitStage {
     ) -> Result<(), StepError> {
         clock.switch(Phase::Contact);
         let Stage { tau, end, from, velocity, .. } = stage;
-        contacts.detect(system, from.0, velocity, (tau, end), constraints);
+        contacts.detect(system, from.0, velocity, (tau.x, end), constraints);
         self.solve_constrained(system, stage, start, contacts, constraints, settings, clock, report)
     }
 
@@ -128,10 +133,15 @@ impl ImplicitStage {
         let settings = NewtonSettings {
             residual: wanted.max(potential.round_off()),
             max_iterations: settings.max_iterations,
+            safeguard: settings.safeguard,
         };
         velocity.copy_from_slice(v_n);
         contacts.solve(system, constraints, impulse, |constraints, wanted| {
-            potential.choose_start(system, constraints, velocity, &[start], true);
+            if newton.is_auto() {
+                potential.choose_start_by_residual(system, constraints, velocity, start);
+            } else {
+                potential.choose_start(system, constraints, velocity, &[start], true);
+            }
             *report += newton.minimise(system, potential, constraints, velocity, &settings)?;
             wanted.fill(velocity, |impulse| {
                 impulse.copy_from_slice(potential.gradient(system, velocity)); // ∇Φ, unfiltered
@@ -170,7 +180,7 @@ impl ImplicitStage {
         self.potential.implicit()
     }
 
-    /// `x* + τ v` of the last stage, m.
+    /// `x* + τ_x v` of the last stage, m.
     pub fn positions(&mut self) -> &[Vec3] {
         self.potential.positions(&self.velocity)
     }
@@ -222,7 +232,7 @@ mod tests {
         fn stage(&self) -> Stage<'_> {
             let [x, v, lagged, before] = &self.0;
             let lagged = Level { t: 0.0, x: lagged, v: before };
-            Stage { tau: TAU, end: TAU, from: (x, v), lagged, velocity: before }
+            Stage { tau: TAU.into(), end: TAU, from: (x, v), lagged, velocity: before }
         }
     }
 
@@ -323,7 +333,7 @@ mod tests {
             let (mut contacts, mut constraints) = (ContactSet::new(&system), Constraints::free(2));
             let (mut clock, mut report) = (PhaseClock::off(), StepReport::default());
             let input = Stage {
-                tau: TAU,
+                tau: TAU.into(),
                 end: TAU,
                 from: (&state.x, &state.v),
                 lagged: state.level(),

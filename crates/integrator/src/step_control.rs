@@ -63,10 +63,7 @@ impl StepController {
     /// Judges a step of a method of this order by its error over the tolerance; `solved` is false
     /// where its solver failed.
     pub fn judge(&mut self, order: Order, error: f64, solved: bool) -> Decision {
-        let exponent = match order {
-            Order::One => 0.5,
-            Order::Two => 1.0 / 3.0,
-        };
+        let exponent = 1.0 / f64::from(order.number() + 1);
         if !solved || !error.is_finite() {
             self.was_rejected = true;
             let factor = if solved { LEAST_FACTOR } else { AFTER_FAILURE };

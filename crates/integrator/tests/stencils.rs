@@ -75,8 +75,13 @@ fn a_stage_takes_angles_at_its_end_and_air_with_lagged_coefficients() {
         let mut stage = ImplicitStage::new(&system).expect("a pattern");
         let (v_star, v_lagged, x_lagged) = (vectors(0.1), vectors(0.2), vectors(0.3));
         let lagged = Level { t: 0.7, x: &x_lagged, v: &v_lagged };
-        let input =
-            Stage { tau: TAU, end: TAU, from: (&state.x, &v_star), lagged, velocity: &v_star };
+        let input = Stage {
+            tau: TAU.into(),
+            end: TAU,
+            from: (&state.x, &v_star),
+            lagged,
+            velocity: &v_star,
+        };
         let settings = StageSettings { residual: 1e-13, ..StageSettings::default() };
         let (mut contacts, mut constraints) = (ContactSet::new(&system), Constraints::free(4));
         let (mut clock, mut report) = (PhaseClock::off(), StepReport::default());

@@ -22,6 +22,9 @@ pub(crate) const MAX_COEFFICIENT: f64 = 1e30;
 /// sheet would stand still without a word.
 pub(crate) const MIN_MASS: f64 = 1e-30;
 
+/// Standard acceleration of gravity, m/s².
+pub(crate) const STANDARD_GRAVITY: f64 = 9.806_65;
+
 /// Whether serde leaves a number out because 0 is its default.
 pub(crate) fn is_zero(value: &f64) -> bool {
     *value == 0.0

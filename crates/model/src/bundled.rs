@@ -24,6 +24,7 @@ static SCENES: &[(&str, &str)] = scenes![
     "spinning-sheet",
     "drape-test",
     "hanging-wool",
+    "hanging-denim",
 ];
 
 macro_rules! meshes {

@@ -6,7 +6,7 @@ use crate::bounds::{
 };
 use crate::effects::Strand;
 use crate::error::Violation;
-use crate::{MeshCloth, ParticlesSpec, SpringEffect, SpringSpec, Vec3};
+use crate::{Mat3, MeshCloth, ParticlesSpec, Rotation, SpringEffect, SpringSpec, Vec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -22,8 +22,8 @@ pub enum Cloth {
     Particles(Particles),
 }
 
-/// A horizontal rectangular sheet. Rows follow each other along y, columns along x; particle
-/// `row · columns + column` stands where they cross.
+/// A rectangular sheet, horizontal unless it is rotated. Rows follow each other along y, columns
+/// along x; particle `row · columns + column` stands where they cross.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Grid {
@@ -39,9 +39,14 @@ pub struct Grid {
     /// Centre of the sheet, m.
     #[schemars(inner(range(min = -MAX_COORDINATE, max = MAX_COORDINATE)))]
     pub center_m: [f64; 3],
-    /// Mass of the whole sheet, kg, spread evenly over the particles.
+    /// Mass of the whole sheet, kg, spread evenly over the particles. If absent: that of the scene's
+    /// material, by the area at each particle.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0), range(max = MAX_COEFFICIENT))]
-    pub mass_kg: f64,
+    pub mass_kg: Option<f64>,
+    /// Rotation about the centre of the sheet. Without it the sheet is horizontal.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rotation: Option<Rotation>,
     /// Start velocity of all particles, m/s.
     #[serde(default)]
     #[schemars(inner(range(min = -MAX_COORDINATE, max = MAX_COORDINATE)))]
@@ -90,22 +95,74 @@ impl Grid {
             return Err(Violation::new(path("size_m"), found, expected));
         }
         vector(path("velocity_m_s"), self.velocity_m_s)?;
-        positive(path("mass_kg"), self.mass_kg, MAX_COEFFICIENT)?;
-        if self.particle_mass() < MIN_MASS {
-            let least = number(MIN_MASS);
-            let expected = format!("enough for every particle to have a mass of {least} kg");
-            return Err(Violation::new(path("mass_kg"), number(self.mass_kg), expected));
+        self.turn()?;
+        if let Some(mass) = self.mass_kg {
+            positive(path("mass_kg"), mass, MAX_COEFFICIENT)?;
+            if mass / self.count() < MIN_MASS {
+                let least = number(MIN_MASS);
+                let expected = format!("enough for every particle to have a mass of {least} kg");
+                return Err(Violation::new(path("mass_kg"), number(mass), expected));
+            }
         }
         Ok(())
+    }
+
+    /// The matrix of the rotation.
+    fn turn(&self) -> Result<Option<Mat3>, Violation> {
+        self.rotation.map(|rotation| rotation.matrix("cloth.grid.rotation")).transpose()
+    }
+
+    fn count(&self) -> f64 {
+        f64::from(self.rows) * f64::from(self.columns)
     }
 
     pub(crate) fn index(&self, row: u32, column: u32) -> u32 {
         row * self.columns + column
     }
 
-    /// Mass of one particle, kg.
-    pub fn particle_mass(&self) -> f64 {
-        self.mass_kg / (f64::from(self.rows) * f64::from(self.columns))
+    /// Mass of one particle, kg; `None` if the scene's material gives the mass.
+    pub fn particle_mass(&self) -> Option<f64> {
+        self.mass_kg.map(|mass| mass / self.count())
+    }
+
+    /// Number of cells that have this particle at a corner, along each direction of the grid.
+    pub(crate) fn cells_beside(&self, row: u32, column: u32) -> [u32; 2] {
+        let beside = |k: u32, count: u32| u32::from(k > 0) + u32::from(k + 1 < count);
+        [beside(column, self.columns), beside(row, self.rows)]
+    }
+
+    /// Masses, kg; `density` (kg/m²) is that of the scene's material, if it has one.
+    fn masses(&self, density: Option<f64>) -> Result<Vec<f64>, Violation> {
+        let n = self.rows as usize * self.columns as usize;
+        let path = "cloth.grid.mass_kg";
+        match (self.particle_mass(), density) {
+            (Some(mass), _) => Ok(vec![mass; n]),
+            (None, None) => {
+                let expected = "this key with a value, or a `material`";
+                Err(Violation::new(path, "missing", expected))
+            }
+            (None, Some(_)) if self.rows == 1 || self.columns == 1 => {
+                let expected = "this key: a single row or column has no area";
+                Err(Violation::new(path, "missing", expected))
+            }
+            (None, Some(density)) => {
+                let [dx, dy] = self.spacing_m();
+                let share = 0.25 * density * dx * dy;
+                let cells = |row, column| self.cells_beside(row, column).map(f64::from);
+                let of = |row, column| share * cells(row, column).iter().product::<f64>();
+                let all = (0..self.rows).flat_map(|row| (0..self.columns).map(move |c| (row, c)));
+                let mass: Vec<f64> = all.map(|(row, column)| of(row, column)).collect();
+                match mass.iter().find(|mass| !(MIN_MASS..=MAX_COEFFICIENT).contains(*mass)) {
+                    None => Ok(mass),
+                    Some(mass) => {
+                        let [least, most] = [MIN_MASS, MAX_COEFFICIENT].map(number);
+                        let found = format!("left to the material: {} kg", number(*mass));
+                        let expected = format!("masses from {least} to {most} kg");
+                        Err(Violation::new(path, found, expected))
+                    }
+                }
+            }
+        }
     }
 
     /// Mesh widths along x and y, m; 0 along a direction with a single particle.
@@ -115,7 +172,8 @@ impl Grid {
         [width(self.size_m[0], self.columns), width(self.size_m[1], self.rows)]
     }
 
-    pub(crate) fn particles(&self) -> ParticlesSpec {
+    pub(crate) fn particles(&self, density: Option<f64>) -> Result<ParticlesSpec, Violation> {
+        let turn = self.turn()?;
         let [dx, dy] = self.spacing_m();
         let at =
             |count: u32, width: f64, k: u32| (f64::from(k) - 0.5 * f64::from(count - 1)) * width;
@@ -124,6 +182,7 @@ impl Grid {
         for row in 0..self.rows {
             for column in 0..self.columns {
                 let offset = Vec3::new(at(self.columns, dx, column), at(self.rows, dy, row), 0.0);
+                let offset = turn.map_or(offset, |turn| turn * offset);
                 position_m.push((center + offset).into());
             }
         }
@@ -132,7 +191,7 @@ impl Grid {
             [0.0, 0.0, 0.0] => Vec::new(),
             velocity => vec![velocity; n],
         };
-        ParticlesSpec { mass_kg: vec![self.particle_mass(); n], position_m, velocity_m_s }
+        Ok(ParticlesSpec { mass_kg: self.masses(density)?, position_m, velocity_m_s })
     }
 
     /// The particle this many columns and rows from another one, if it exists.

@@ -32,6 +32,13 @@
 //! Each effect is one file in [`effects`], from its keys in a scene to its Jacobian; one line there
 //! registers it.
 //!
+//! # Units that people have
+//!
+//! A scene may name a measured [material](fabric) in place of masses and stiffnesses. The material
+//! has rigidities per width (N/m and N m) along warp and weft, which do not depend on the mesh. drape
+//! converts them to the springs, angles and hinges of the scene's grid or mesh. [`fabric::convert`]
+//! derives the conversion, and says what each model of bending can and cannot do.
+//!
 //! # Symbols
 //!
 //! | symbol | name in the code | unit | shape |
@@ -54,6 +61,8 @@ mod cloth;
 mod diagnostics;
 pub mod effects;
 mod error;
+pub mod fabric;
+mod freeze;
 mod load;
 mod mesh;
 mod numbering;
@@ -74,8 +83,8 @@ pub use drape_kernels::{Mat3, Vec3};
 pub use effects::{
     AirSpec, AngleEffect, AngleSpec, AngularLaw, BlockSink, DampingLaw, DragSpec, Effect,
     EffectClass, EffectKind, Effects, EffectsSpec, Fabric, GravitySpec, GustSpec, HingeSpec,
-    LinearSplit, Linearised, Part, PieceSpec, SpringEffect, SpringLaw, SpringSpec,
-    StiffnessProduct, StretchLaw, Tangent, WindSpec,
+    LinearSplit, Linearised, Part, PieceSpec, SpringEffect, SpringLaw, SpringSpec, Stencils,
+    StiffnessProduct, StretchLaw, Tangent, TensionVisitor, Turn, WindSpec,
 };
 pub use error::{SceneError, Violation};
 pub use load::{MAX_FILE_BYTES, SceneFile, load, load_within, parse};

@@ -147,8 +147,12 @@ fn parse_within(
     match serde_json::from_str(format).unwrap_or_default() {
         Format::Scene => {
             let mut scene: Scene = read(file, text)?;
+            let folder = Path::new(file).parent();
             if let Cloth::Mesh(mesh) = &mut scene.cloth {
-                mesh.load(Path::new(file).parent()).map_err(invalid)?;
+                mesh.load(folder).map_err(invalid)?;
+            }
+            if let Some(material) = &mut scene.material {
+                material.load(folder).map_err(invalid)?;
             }
             let size = Size::of_scene(&scene).map_err(invalid)?;
             allow(&Size { file: length, ..size }).map_err(invalid)?;

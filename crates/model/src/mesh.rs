@@ -7,6 +7,9 @@
 //! | shear | the ends of both diagonals of each quad |
 //! | bending | across each inner edge: the next but one along a strip of quads, the opposite corners of two triangles |
 //!
+//! Texture coordinates of the file, if it has any, say where the warp is: along the first one. Each
+//! edge then counts as warp or weft, whichever is nearer.
+//!
 //! On a grid of quads these are the springs of [`Grid`](crate::Grid). Rest lengths are the scaled
 //! distances in the file. A stiffness or damping over mass is multiplied by the mean mass of the
 //! particles, so that one cloth has one stiffness.
@@ -14,6 +17,9 @@
 mod edges;
 mod obj;
 mod surface;
+mod warp;
+
+pub(crate) use warp::Patch;
 
 use crate::bounds::{
     MAX_COEFFICIENT, MAX_COORDINATE, MIN_MASS, direction, number, positive, vector, within,
@@ -40,9 +46,11 @@ pub struct MeshCloth {
     /// The OBJ file: a path from the scene file's folder, or `bundled:NAME` for a mesh that comes
     /// with drape.
     pub file: String,
-    /// Mass over area, kg/m²; a face gives each of its corners an equal share.
+    /// Mass over area, kg/m²; a face gives each of its corners an equal share. If absent: that of
+    /// the scene's material.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0), range(max = MAX_COEFFICIENT))]
-    pub areal_density_kg_m2: f64,
+    pub areal_density_kg_m2: Option<f64>,
     /// Metres per unit of the file.
     #[serde(default = "one", skip_serializing_if = "is_one")]
     #[schemars(extend("exclusiveMinimum" = 0), range(max = MAX_COORDINATE))]
@@ -95,11 +103,17 @@ fn is_zero(value: &[f64; 3]) -> bool {
     *value == [0.0; 3]
 }
 
+/// The value for a pair of particles in a sorted list.
+pub(crate) fn cosine(list: &[([u32; 2], f64)], [i, j]: [u32; 2]) -> Option<f64> {
+    let place = list.binary_search_by_key(&[i.min(j), i.max(j)], |(ends, _)| *ends).ok()?;
+    Some(list[place].1)
+}
+
 impl Rotation {
-    /// Rodrigues' formula.
-    fn matrix(&self) -> Result<Mat3, Violation> {
-        let axis = direction("cloth.mesh.rotation.axis", self.axis)?;
-        let degrees = "cloth.mesh.rotation.angle_deg";
+    /// Rodrigues' formula. Messages call the rotation `path`.
+    pub(crate) fn matrix(&self, path: &str) -> Result<Mat3, Violation> {
+        let axis = direction(format_args!("{path}.axis"), self.axis)?;
+        let degrees = format_args!("{path}.angle_deg");
         let angle = within(degrees, self.angle_deg, -360.0, 360.0)?.to_radians();
         let (sine, cosine) = (libm::sin(angle), libm::cos(angle));
         let cross = axis.cross_matrix();
@@ -108,6 +122,21 @@ impl Rotation {
 }
 
 impl MeshCloth {
+    /// A mesh by the name of its file, as it stands there; [`read`](Self::read) gives the content.
+    pub fn of_file(file: &str) -> Self {
+        Self {
+            file: file.to_owned(),
+            areal_density_kg_m2: None,
+            scale: 1.0,
+            rotation: None,
+            translation_m: [0.0; 3],
+            velocity_m_s: [0.0; 3],
+            spin_rad_s: [0.0; 3],
+            repair: false,
+            surface: None,
+        }
+    }
+
     /// Reads the file that the scene names; `folder` is the folder of the scene.
     pub(crate) fn load(&mut self, folder: Option<&Path>) -> Result<(), Violation> {
         let file = self.file.clone();
@@ -167,34 +196,82 @@ impl MeshCloth {
         self.surface()?.named(name).map_err(refuse)
     }
 
-    /// Particles and triangles.
-    pub(crate) fn discretise(&self) -> Result<(ParticlesSpec, Vec<[u32; 3]>), Violation> {
+    /// Particles and triangles; `density` (kg/m²) is that of the scene's material, if it has one.
+    pub(crate) fn discretise(
+        &self,
+        density: Option<f64>,
+    ) -> Result<(ParticlesSpec, Vec<[u32; 3]>), Violation> {
         let surface = self.surface()?;
         let x = self.positions(surface)?;
-        let mass_kg = self.masses(surface, &x)?;
+        let mass_kg = self.masses(surface, &x, density)?;
         let velocity_m_s = self.velocities(&mass_kg, &x)?;
         let position_m = x.into_iter().map(Into::into).collect();
         Ok((ParticlesSpec { mass_kg, position_m, velocity_m_s }, surface.triangles()))
     }
 
-    /// The springs of one effect between particles at these positions, m.
+    /// The springs of one effect between particles at these positions, m. If `is_woven`, they have the
+    /// directions of warp and weft.
     pub(crate) fn strands(
         &self,
         effect: SpringEffect,
         position_m: &[[f64; 3]],
+        is_woven: bool,
     ) -> Result<Vec<Strand>, Violation> {
         let surface = self.surface()?;
         let x = |i: u32| Vec3::from(position_m[i as usize]);
         let pairs = edges::springs(effect, &surface.faces, &surface.sides).into_iter();
-        let strand =
-            |ends @ [i, j]: [u32; 2]| Strand { direction: 0, ends, length: (x(i) - x(j)).norm() };
+        let cosines = if is_woven { self.cosines(false)? } else { Vec::new() };
+        let strand = |ends @ [i, j]: [u32; 2]| {
+            let direction = usize::from(cosine(&cosines, ends).is_some_and(|cosine| cosine < 0.5));
+            Strand { direction, ends, length: (x(i) - x(j)).norm() }
+        };
         Ok(pairs.map(strand).collect())
+    }
+
+    /// Whether the file says where the warp is.
+    pub(crate) fn has_directions(&self) -> bool {
+        self.surface.as_ref().is_some_and(|surface| !surface.warps.is_empty())
+    }
+
+    /// The faces in their planes, along warp and weft; with `mean`, along their first edges.
+    pub(crate) fn patches(&self, mean: bool) -> Result<Vec<Patch>, Violation> {
+        let surface = self.surface()?;
+        warp::patches(surface, self.scale, mean).map_err(|place| {
+            let face = &surface.faces[place];
+            let at = obj::place(&self.file, face.line);
+            let found = "a face whose texture coordinates (vt) say nothing about its directions";
+            let expected = "texture coordinates that span an area, the first along the warp; or \
+                            `material.directions` = \"mean\"";
+            Violation::new(format!("{at} (face {})", face.number + 1), found, expected)
+        })
+    }
+
+    /// Squared cosine of the angle between the warp and each edge or diagonal of a face, the mean
+    /// of all faces that have it; sorted by its ends, the lower first.
+    pub(crate) fn cosines(&self, mean: bool) -> Result<Vec<([u32; 2], f64)>, Violation> {
+        let mut list = Vec::new();
+        for patch in self.patches(mean)? {
+            let (corners, places) = (patch.corners(), patch.places());
+            for a in 0..corners.len() {
+                for b in 0..a {
+                    let [x, y] = [0, 1].map(|axis| places[a][axis] - places[b][axis]);
+                    let ends = [corners[a].min(corners[b]), corners[a].max(corners[b])];
+                    list.push((ends, x * x / (x * x + y * y)));
+                }
+            }
+        }
+        list.sort_by_key(|(ends, _)| *ends);
+        let mean = |same: &[([u32; 2], f64)]| {
+            (same[0].0, same.iter().map(|(_, cosine)| cosine).sum::<f64>() / same.len() as f64)
+        };
+        Ok(list.chunk_by(|a, b| a.0 == b.0).map(mean).collect())
     }
 
     fn positions(&self, surface: &Surface) -> Result<Vec<Vec3>, Violation> {
         let scale = positive("cloth.mesh.scale", self.scale, MAX_COORDINATE)?;
         let shift = vector("cloth.mesh.translation_m", self.translation_m)?;
-        let rotation = self.rotation.map(|rotation| rotation.matrix()).transpose()?;
+        let rotation = self.rotation.map(|rotation| rotation.matrix("cloth.mesh.rotation"));
+        let rotation = rotation.transpose()?;
         let place = |vertex: &Vec3| {
             let scaled = vertex * scale;
             rotation.map_or(scaled, |rotation| rotation * scaled) + shift
@@ -210,9 +287,18 @@ impl MeshCloth {
         Ok(x)
     }
 
-    fn masses(&self, surface: &Surface, x: &[Vec3]) -> Result<Vec<f64>, Violation> {
+    fn masses(
+        &self,
+        surface: &Surface,
+        x: &[Vec3],
+        density: Option<f64>,
+    ) -> Result<Vec<f64>, Violation> {
         let path = "cloth.mesh.areal_density_kg_m2";
-        let density = positive(path, self.areal_density_kg_m2, MAX_COEFFICIENT)?;
+        let Some(density) = self.areal_density_kg_m2.or(density) else {
+            let expected = "this key with a value, or a `material`";
+            return Err(Violation::new(path, "missing", expected));
+        };
+        let density = positive(path, density, MAX_COEFFICIENT)?;
         let mut mass = vec![0.0; x.len()];
         for face in &surface.faces {
             let corners = face.corners();

@@ -91,6 +91,11 @@ impl Extent {
 }
 
 impl Path {
+    /// Times, s, and offsets, m.
+    pub(crate) fn keyframes(&self) -> &[(f64, Vec3)] {
+        &self.keyframes
+    }
+
     /// Checks keyframes; an empty list gives `None`. `at` is their key, `led` the box of the moving
     /// points.
     ///

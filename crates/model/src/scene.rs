@@ -3,6 +3,7 @@
 use crate::bounds::{number, positive};
 use crate::effects::Weave;
 use crate::error::Violation;
+use crate::fabric::{self, MaterialChoice, MaterialKey};
 use crate::select::{Pin, Selectable};
 use crate::spec::MAX_OBSTACLES;
 use crate::{Cloth, DampingLaw, Effects, EffectsSpec, ObstacleSpec, SystemSpec};
@@ -29,6 +30,10 @@ pub struct Scene {
     pub assumed: Vec<String>,
     /// The cloth.
     pub cloth: Cloth,
+    /// Its material, in place of masses and stiffnesses: the name of a bundled one, or an object.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "Option<MaterialKey>")]
+    pub material: Option<MaterialChoice>,
     /// The effects. An effect that is not named does not exist.
     #[serde(default)]
     pub effects: Effects,
@@ -76,13 +81,15 @@ impl Scene {
             obstacles: self.obstacles.clone(),
             ..SystemSpec::default()
         };
+        let material = self.material.as_ref().map(MaterialChoice::resolve).transpose()?;
+        let density = material.as_ref().map(|material| material.areal_density_kg_m2);
         match &self.cloth {
             Cloth::Grid(grid) => {
                 grid.check()?;
-                spec.particles = grid.particles();
+                spec.particles = grid.particles(density)?;
                 spec.triangles = grid.triangles();
             }
-            Cloth::Mesh(mesh) => (spec.particles, spec.triangles) = mesh.discretise()?,
+            Cloth::Mesh(mesh) => (spec.particles, spec.triangles) = mesh.discretise(density)?,
             Cloth::Particles(cloth) => {
                 spec.particles = cloth.particles.clone();
                 spec.springs = cloth.springs.clone();
@@ -93,9 +100,13 @@ impl Scene {
         let cloth = &self.cloth;
         let mass = match cloth {
             Cloth::Grid(grid) => grid.particle_mass(),
-            _ => spec.particles.mean_mass(),
+            _ => None,
         };
+        let mass = mass.unwrap_or_else(|| spec.particles.mean_mass());
         self.effects.freeze(Weave { cloth, mass }, &mut spec)?;
+        if let (Some(choice), Some(material)) = (&self.material, &material) {
+            fabric::weave(choice, material, cloth, &self.effects, &mut spec)?;
+        }
         let selectable =
             Selectable { cloth, particles: &spec.particles, triangles: &spec.triangles };
         spec.pins = selectable.pins(&self.pins)?;

@@ -29,7 +29,11 @@ impl Size {
 
     /// Of a scene whose mesh was read.
     pub(crate) fn of_scene(scene: &Scene) -> Result<Self, Violation> {
-        let [on_grid, on_mesh] = scene.effects.pieces();
+        let [mut on_grid, mut on_mesh] = scene.effects.pieces();
+        if scene.material.is_some() {
+            on_grid += crate::fabric::PIECES[0];
+            on_mesh += crate::fabric::PIECES[1];
+        }
         let (particles, springs) = match &scene.cloth {
             Cloth::Grid(grid) => {
                 grid.check()?;

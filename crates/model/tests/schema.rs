@@ -38,10 +38,15 @@ impl<'a> Walk<'a> {
     /// The alternative that has the keys of a value.
     fn choose(&self, branches: &'a [Value], value: &Value) -> Option<&'a Value> {
         let keys = value.as_object()?;
-        branches.iter().find(|branch| {
-            let (branch, _) = self.resolve(branch, "");
-            let known = branch["properties"].as_object();
-            known.is_some_and(|known| keys.keys().all(|key| known.contains_key(key)))
+        branches.iter().find_map(|branch| {
+            let (resolved, _) = self.resolve(branch, "");
+            if let Some(inner) = resolved["anyOf"].as_array() {
+                return self.choose(inner, value);
+            }
+            let known = resolved["properties"].as_object();
+            known
+                .is_some_and(|known| keys.keys().all(|key| known.contains_key(key)))
+                .then_some(branch)
         })
     }
 
@@ -165,7 +170,19 @@ fn scenes() -> Vec<Value> {
         scene(grid, wool, AIR[1], "[]"),
         scene(mesh, mesh_springs, AIR[0], mesh_pins),
         scene(particles, "", AIR[0], "[]"),
+        with_material(scene(grid, "", AIR[1], "[]")),
     ]
+}
+
+/// The scene with all keys of a material and a rotation.
+fn with_material(mut scene: Value) -> Value {
+    scene["material"] = json!({ "of": "denim", "areal_density_kg_m2": 0.2,
+        "tension_n_per_m": { "warp": 300, "weft": 200 }, "shear_n_per_m": 20,
+        "bending_n_m": { "warp": 1e-5, "weft": 2e-5 }, "retardation_s": 0.001,
+        "shear_model": "angles", "bending_model": "hinges", "hinge_fit": "sheet",
+        "directions": "woven" });
+    scene["cloth"]["grid"]["rotation"] = json!({ "axis": [0, 0, 1], "angle_deg": 9 });
+    scene
 }
 
 /// Two systems that have all keys between them.
@@ -229,6 +246,14 @@ fn the_schema_of_scenes_bounds_every_number_as_the_reader_does() {
     // Only a bundled scene has a mesh's named group.
     let mut examples = scenes();
     examples.push(serde_json::from_str(bundled::text("drape-test").unwrap()).unwrap());
+    let dir = tempfile::tempdir().unwrap();
+    let table = dir.path().join("table.csv");
+    let head = "density[kg.m-2], linear warp[SI*1e9], linear weft[SI*1e9]";
+    std::fs::write(&table, format!("{head}\n0.1, 1, 2\n")).unwrap();
+    let mut of_table = examples[1].clone();
+    of_table["material"] = json!({ "of": table, "row": 1, "shear_n_per_m": 20,
+        "tension_n_per_m": { "warp": 300, "weft": 200 } });
+    examples.push(of_table);
     check(schemars::schema_for!(Scene).as_value(), &examples);
 }
 

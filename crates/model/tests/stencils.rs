@@ -3,7 +3,8 @@
 #![allow(clippy::unwrap_used, reason = "tests")]
 
 use drape_model::{
-    AngleEffect, SpringEffect, SpringSpec, State, System, SystemSpec, Vec3, load, parse,
+    AngleEffect, BlockSink, Mat3, SpringEffect, SpringSpec, State, System, SystemSpec, Tangent,
+    Vec3, load, parse,
 };
 use serde_json::{Value, json};
 use std::f64::consts::PI;
@@ -185,4 +186,104 @@ fn a_frozen_system_names_only_what_its_scene_names_and_reads_back() {
     assert_eq!(back, spec);
     let [(system, state), (again, _)] = [&spec, &back].map(|spec| spec.build().unwrap());
     assert_eq!(forces(&system, &state), forces(&again, &state));
+}
+
+/// Adds up the blocks on the diagonal.
+struct Diagonal(Vec<Mat3>);
+
+impl BlockSink for Diagonal {
+    fn add_pair(&mut self, i: usize, j: usize, block: &Mat3) {
+        self.add_general_pair(i, j, block);
+    }
+
+    fn add_general_pair(&mut self, i: usize, j: usize, block: &Mat3) {
+        self.0[i] += block;
+        self.0[j] += block.transpose();
+    }
+
+    fn add_diagonal(&mut self, i: usize, block: &Mat3) {
+        self.0[i] += block;
+    }
+}
+
+#[test]
+fn stencils_one_by_one_add_up_to_the_effect() {
+    let mut spec = grid(4, 5, all_effects()).unwrap();
+    for (i, x) in spec.particles.position_m.iter_mut().enumerate() {
+        let s = i as f64;
+        *x = [x[0] + 0.1 * s.sin(), x[1] + 0.1 * (2.0 * s).cos(), 0.2 * (3.0 * s).sin()];
+    }
+    let (system, state) = spec.build().unwrap();
+    let mut count = 0;
+    for effect in system.effects() {
+        let Some(stencils) = effect.stencils() else { continue };
+        let mut expected = vec![Vec3::zeros(); state.len()];
+        effect.add_force(system.mass(), &state.x, &mut expected);
+        let mut diagonal = Diagonal(vec![Mat3::zeros(); state.len()]);
+        effect.add_stiffness(&state.x, 1.0, Tangent::Projected, &mut diagonal);
+        let mut stencil = 0;
+        stencils.visit(&mut |particles| {
+            for (place, &i) in particles.iter().enumerate() {
+                let i = i as usize;
+                let (force, block) = stencils.local(stencil, place, &state.x);
+                expected[i] -= force;
+                diagonal.0[i] -= block;
+            }
+            stencil += 1;
+        });
+        assert!(expected.iter().all(|f| f.norm() < 1e-13), "{}", effect.name());
+        assert!(diagonal.0.iter().all(|k| k.norm() < 1e-12), "{}", effect.name());
+        count += stencil;
+    }
+    assert_eq!(count, 48 + 22 + 29, "angles of shear and of bending, hinges");
+}
+
+#[test]
+fn only_springs_that_are_not_linear_have_a_law() {
+    let text = json!({
+        "format": "drape-system/1",
+        "particles": { "mass_kg": [1, 1, 1], "position_m": [[0, 0, 0], [1, 0, 0], [2, 0, 0]] },
+        "springs": [
+            { "effect": "tension", "i": 0, "j": 1, "rest_length_m": 1,
+                "stiffness_n_per_m": 2, "pieces": [
+                { "up_to_strain": 0.5, "stiffness_n_per_m": 2 }, { "stiffness_n_per_m": 8 }] },
+            { "effect": "shear", "i": 1, "j": 2, "rest_length_m": 1, "stiffness_n_per_m": 3 }]
+    });
+    let (system, _) = read(&text).unwrap().build().unwrap();
+    let splits: Vec<_> = system.effects().filter_map(|effect| effect.split()).collect();
+    let law = splits[0].law(0).expect("two slopes");
+    assert_eq!([law.slope(1.0, 1.25), law.slope(1.0, 2.0)], [2.0, 8.0]);
+    assert!(splits[0].law(1).is_none() && splits[1].law(0).is_none());
+}
+
+/// The angles one by one add up to the energy and the force of the effect.
+#[test]
+fn the_angles_of_an_effect_give_its_energy_and_its_force() {
+    let (system, mut state) = grid(4, 5, all_effects()).unwrap().build().unwrap();
+    for (i, x) in state.x.iter_mut().enumerate() {
+        let a = i as f64;
+        *x += Vec3::new(a.sin(), (2.0 * a).cos(), (3.0 * a).sin()) * 0.2;
+    }
+    for name in ["shear_angle", "bending_angle", "bending_hinge"] {
+        let effect = system.effects().find(|effect| effect.name() == name).unwrap();
+        let stencils = effect.stencils().unwrap();
+        let mut members = Vec::new();
+        stencils.visit(&mut |particles| members.push(particles.to_vec()));
+        let (mut energy, mut force) = (0.0, vec![Vec3::zeros(); state.len()]);
+        for (place, members) in members.iter().enumerate() {
+            let at = |k: usize| state.x[members.get(k).copied().unwrap_or_default() as usize];
+            let turn = stencils.turn(place, &[at(0), at(1), at(2), at(3)]).unwrap();
+            energy += 0.5 * turn.stiffness * turn.excess * turn.excess;
+            for (&i, gradient) in members.iter().zip(&turn.gradient) {
+                force[i as usize] -= gradient * (turn.stiffness * turn.excess);
+            }
+        }
+        let mut expected = vec![Vec3::zeros(); state.len()];
+        effect.add_force(system.mass(), &state.x, &mut expected);
+        let wrong = force.iter().zip(&expected).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+        assert!(wrong < 1e-12, "{name}: {wrong:e} N");
+        assert!((energy - effect.energy(system.mass(), &state.x)).abs() < 1e-13, "{name}");
+    }
+    let spring = system.effects().find(|effect| effect.name() == "air").unwrap();
+    assert!(spring.stencils().is_none());
 }

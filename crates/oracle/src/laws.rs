@@ -53,6 +53,13 @@ pub mod spin {
         (1.0 - 0.5 * eta) / (1.0 + 0.5 * eta)
     }
 
+    /// Kicks over shares `c` of a step, with drifts between them: `Π p(cη)`, whatever the spring
+    /// does, where `p` is the series of `e^{−cη}` cut off after `terms` terms. With two shares of ½
+    /// and two terms it is leapfrog with explicit damping. It is exactly 1 without damping.
+    pub fn kicks(shares: &[f64], eta: f64, terms: u32) -> f64 {
+        shares.iter().map(|share| crate::recurrence::kick(*share, 0.0, eta, terms).m22).product()
+    }
+
     /// Backward Euler: `1/(1 + η + θ (1 − ℓ/L_{n+1}))`. It decays in tension and grows in
     /// compression.
     ///
@@ -71,6 +78,38 @@ pub mod spin {
     pub fn implicit_midpoint(theta: f64, eta: f64, rest_over_length_middle: f64) -> f64 {
         let loss = 0.5 * eta / (1.0 + 0.25 * theta * (1.0 - rest_over_length_middle));
         (1.0 - loss) / (1.0 + loss)
+    }
+
+    /// The trapezoidal rule, which is Newmark's method with `β = ¼`, `γ = ½`, from a consistent
+    /// acceleration: `(1 − ½η + ¼θ (1 − ℓ/L_n))/(1 + ½η + ¼θ (1 − ℓ/L_{n+1}))`. Without damping
+    /// `(1 + ¼θ (1 − ℓ/L)) d × w` is the same at all levels, so the spin oscillates and never
+    /// drifts.
+    ///
+    /// With `s = 1 − ℓ/L` the step says that `d − ½w` and `(1 + ½η) w + ½θ s d` at the new level
+    /// are `d + ½w` and `(1 − ½η) w − ½θ s d` at the old one. Each pair has a cross product.
+    pub fn trapezoid(
+        theta: f64,
+        eta: f64,
+        rest_over_length_before: f64,
+        rest_over_length: f64,
+    ) -> f64 {
+        let pull = |ratio: f64| 0.25 * theta * (1.0 - ratio);
+        (1.0 - 0.5 * eta + pull(rest_over_length_before))
+            / (1.0 + 0.5 * eta + pull(rest_over_length))
+    }
+
+    /// The energy-momentum method: the law of [`implicit_midpoint`] with `1 − 2ℓ/(L_n + L_{n+1})`
+    /// for `1 − ℓ/L_m`. It is exactly 1 without damping.
+    ///
+    /// The discrete gradient pulls along `d + d'`, with `k (1 − 2ℓ/(L_n + L_{n+1}))` per half of it.
+    pub fn energy_momentum(
+        theta: f64,
+        eta: f64,
+        rest_over_length_before: f64,
+        rest_over_length_after: f64,
+    ) -> f64 {
+        let mean = 2.0 / (1.0 / rest_over_length_before + 1.0 / rest_over_length_after);
+        implicit_midpoint(theta, eta, mean)
     }
 
     /// IMEX Euler: `1/(1 + θ + η)`, whatever the spring does. This is the law of its locking.
@@ -107,6 +146,15 @@ pub mod spin {
         backward_euler(theta, eta, rest_over_length_before.min(1.0))
     }
 
+    /// XPBD in one sweep, with any damping along the spring and at any length: `L_+/L_pred`, the
+    /// length after the sweep over that of the prediction `d + w`.
+    ///
+    /// The sweep scales the prediction by `L_+/L_pred`, and `(d + w) × w = d × w`. Without damping
+    /// `L_pred = L_+ + θ (L_+ − ℓ)`: the factor is that of [`backward_euler`].
+    pub fn xpbd(predicted_length: f64, length_after: f64) -> f64 {
+        length_after / predicted_length
+    }
+
     /// Kang's step after `sweeps` corrections by the neighbours: `1 − φ (θ + η)/(1 + θ + η)` with
     /// `φ = 1 − γ^{sweeps+1}`, `γ = −a/(1+a)`, `a = ½ (θ + η)`.
     ///
@@ -137,6 +185,8 @@ pub enum Drift {
     OldVelocity,
     /// The new one: all the other Euler methods, Terzopoulos–Fleischer, Kang.
     NewVelocity,
+    /// The new one in each of so many substeps: XPBD. `v` gains `g h/n` in a substep.
+    Substeps(u32),
     /// The mean of both, which is exact: leapfrog and implicit midpoint. All multistep methods of
     /// order 2 and 3 join them if their first steps are exact, for example by Heun's method, the
     /// trapezoidal rule or implicit midpoint.
@@ -160,6 +210,7 @@ impl Drift {
         match self {
             Self::OldVelocity => -half,
             Self::NewVelocity => half,
+            Self::Substeps(count) => half / f64::from(count),
             Self::MeanVelocity => 0.0,
             Self::MeanAfterBackwardEuler => 0.5 * f64::from(n.min(1)),
             Self::Bdf2AfterBackwardEuler => 0.75 * (1.0 - 3.0_f64.powi(-(n.min(64) as i32))),
@@ -174,6 +225,7 @@ impl Drift {
 /// | drift | `e_n` |
 /// |---|---|
 /// | [`OldVelocity`](Drift::OldVelocity), [`NewVelocity`](Drift::NewVelocity) | `−½ n`, `½ n` |
+/// | [`Substeps`](Drift::Substeps) of `h/s` | `½ n/s` |
 /// | [`MeanVelocity`](Drift::MeanVelocity) | 0 |
 /// | [`MeanAfterBackwardEuler`](Drift::MeanAfterBackwardEuler) | `½` from the first step on |
 /// | [`Bdf2AfterBackwardEuler`](Drift::Bdf2AfterBackwardEuler) | `¾ (1 − 3^{−n})` |

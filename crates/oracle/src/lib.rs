@@ -12,12 +12,14 @@
 //! | [`laws`] | spin of two particles, free fall, lengths of a hanging chain | round-off |
 //! | [`finite_difference`] | force = −∇energy, stiffness = −∂f/∂x, damping = −∂f/∂v | about 1e-9 |
 //! | [`mod@reference`] | the solution of the differential equation itself | a stated error |
+//! | [`published`] | where public programs move a sheet, and their steps written out | single precision |
+//! | [`elastica`] | shape of a clamped strip under its weight | about 1e-6 |
 //! | [`order`] | how fast the error falls with the step size | about 0.1 in the exponent |
 //!
 //! This crate knows the model and the integrator trait, but no method, so that no check shares code
 //! with the method that it checks.
 //!
-//! [`scenes`] builds the small systems of the tests, [`Run`] steps an integrator on one of them,
+//! [`statics`] finds rest positions. [`scenes`] builds the small systems of the tests, [`Run`] steps an integrator on one of them,
 //! and [`Random`] gives the same numbers on every machine.
 //!
 //! # Symbols
@@ -33,14 +35,17 @@
 //! For one particle of mass `m` on an anchored spring `κ = k/m`, `δ = c/m`; for the relative motion
 //! of two free particles of mass `m` each, `κ = 2k/m`, `δ = 2c/m`.
 
+pub mod elastica;
 pub mod finite_difference;
 pub mod laws;
 pub mod order;
+pub mod published;
 mod random;
 pub mod recurrence;
 pub mod reference;
 mod run;
 pub mod scenes;
+pub mod statics;
 
 pub use random::Random;
 pub use run::{Run, apart, bits, largest, order_of, seconds};

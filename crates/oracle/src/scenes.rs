@@ -157,9 +157,11 @@ impl Sheet {
                 columns: self.side,
                 size_m: [1.0, 1.0],
                 center_m: [0.0; 3],
-                mass_kg: 1e-3 * f64::from(self.side * self.side),
+                mass_kg: Some(1e-3 * f64::from(self.side * self.side)),
+                rotation: None,
                 velocity_m_s: [0.0; 3],
             }),
+            material: None,
             effects: Effects {
                 tension: law(self.tension, self.damping),
                 shear: law(self.shear, 0.1 * self.damping),

@@ -5,10 +5,18 @@ use crate::plot::Look;
 /// Which panel a method belongs to, in the order of the panels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kin {
-    /// The stiffness limits the step.
+    /// The stiffness limits the step, of one or two force evaluations.
     Explicit,
+    /// Explicit steps of many force evaluations: stabilised, of order 4, or of several lengths.
+    ExplicitStages,
     /// All springs stand in the matrix with their tangents.
     Implicit,
+    /// The same, of second order and more.
+    ImplicitStages,
+    /// The tangent at the start of the step is all that it knows of the new level.
+    Linearised,
+    /// Springs or particles are solved one by one, or by a constant matrix, over and over.
+    Local,
     /// One step, a constant matrix.
     ImplicitExplicit,
     /// Two steps, a constant matrix.
@@ -22,9 +30,13 @@ pub enum Kin {
 }
 
 impl Kin {
-    const ALL: [Self; 7] = [
+    const ALL: [Self; 11] = [
         Self::Explicit,
+        Self::ExplicitStages,
         Self::Implicit,
+        Self::ImplicitStages,
+        Self::Linearised,
+        Self::Local,
         Self::ImplicitExplicit,
         Self::TwoSteps,
         Self::Corrected,
@@ -35,7 +47,11 @@ impl Kin {
     fn title(self) -> &'static str {
         match self {
             Self::Explicit => "Explicit",
+            Self::ExplicitStages => "Explicit, in stages",
             Self::Implicit => "Implicit",
+            Self::ImplicitStages => "Implicit, of higher order",
+            Self::Linearised => "Linearised at the start",
+            Self::Local => "Local solves",
             Self::ImplicitExplicit => "Implicit-explicit, one step",
             Self::TwoSteps => "Implicit-explicit, two steps",
             Self::Corrected => "Filtered or corrected",
@@ -65,7 +81,7 @@ pub fn families<'a>(rows: impl Iterator<Item = (Kin, &'a str)>) -> Vec<Family<'a
         }
     }
     let members = |(family, labels): (usize, Vec<&'a str>)| {
-        let look = |n| Look::pair(n, n + family);
+        let look = |n| Look::of_family(n, family);
         labels.into_iter().enumerate().map(|(n, label)| (label, look(n))).collect()
     };
     Kin::ALL
@@ -107,7 +123,7 @@ mod tests {
         let families = families(rows.iter().map(|(kin, label)| (*kin, label.as_str())));
         let looks: Vec<Look> =
             families.iter().flat_map(|family| &family.members).map(|(_, look)| *look).collect();
-        assert_eq!(looks.len(), 42);
+        assert_eq!(looks.len(), 70);
         for (n, look) in looks.iter().enumerate() {
             assert!(!looks[..n].contains(look), "{n}");
         }

@@ -81,6 +81,18 @@ pub fn write(
         .collect()
 }
 
+/// The text of a page with these sections that needs no other file; `files` holds its figures.
+///
+/// # Errors
+/// [`ReportError`] when the page cannot be filled.
+pub fn one_page(
+    sections: &[Section],
+    outline: &Outline,
+    files: &Files,
+) -> Result<String, ReportError> {
+    page::report(sections, outline, files)
+}
+
 /// The record of a study, or `None` when there is no such file.
 pub fn read_record<F: DeserializeOwned>(
     results: &Path,

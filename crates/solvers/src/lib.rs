@@ -39,6 +39,8 @@
 //! * [`CompleteLdlt`] and [`BlockFactor`] of kind [`FactorKind::Ldlt`] solve directly when the
 //!   matrix may be indefinite, and count its negative eigenvalues. They change no pivot: a matrix
 //!   that they cannot factor is an error.
+//! * [`BlockLu`] solves directly with [`UnsymmetricBlocks`]. It is this crate's own, without a
+//!   library.
 //!
 //! Solves and refactorisations allocate nothing. Sums, products and the incomplete factorisation
 //! have the same bits on every machine. The complete factorisations and the dense inverse come from
@@ -115,9 +117,9 @@ mod tiles;
 
 pub use block::BlockMatrix;
 pub use constraint::{Constraints, Filter};
-pub use direct::{BlockFactor, CompleteLdlt, FactorKind};
+pub use direct::{BlockFactor, BlockLu, CompleteLdlt, FactorKind, UnsymmetricBlocks};
 pub use drape_kernels::blocks::Coupling;
-pub use drape_kernels::{Mat3, Vec3, bands, vector};
+pub use drape_kernels::{Mat3, Vec3, bands, lanes, vector};
 pub use error::SolverError;
 pub use laplacian::ScalarMatrix;
 pub use operator::LinearOperator;

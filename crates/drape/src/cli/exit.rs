@@ -1,7 +1,7 @@
 //! Exit codes.
 
 use drape_harness::HarnessError;
-use drape_integrator::PrepareError;
+use drape_integrator::{PrepareError, StepError};
 use drape_model::{SceneError, Violation};
 use drape_report::{ReportError, tell};
 use std::process::ExitCode;
@@ -43,7 +43,9 @@ fn is_broken_pipe(error: &anyhow::Error) -> bool {
 }
 
 fn classify(error: &anyhow::Error) -> u8 {
-    if error.is::<Diverged>() {
+    let is_outside =
+        |error: &HarnessError| matches!(error, HarnessError::Step(StepError::Outside(_)));
+    if error.is::<Diverged>() || error.downcast_ref::<HarnessError>().is_some_and(is_outside) {
         return DIVERGED;
     }
     let harness = |error: &HarnessError| match error {
@@ -53,6 +55,7 @@ fn classify(error: &anyhow::Error) -> u8 {
         | HarnessError::TimeStep(_)
         | HarnessError::Prepare(
             PrepareError::Unsupported { .. }
+            | PrepareError::Outside(_)
             | PrepareError::TooLarge { .. }
             | PrepareError::Solver(_),
         )

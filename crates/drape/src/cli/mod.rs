@@ -10,19 +10,25 @@ mod limit;
 mod output;
 mod progress;
 
-use cap::Cap;
 use clap::{Parser, Subcommand};
-use drape_harness::Source;
-use std::alloc::System;
+use drape_harness::methods::MethodError;
+use drape_harness::studies::Allocated;
+use drape_harness::{HarnessError, Source};
 use std::process::ExitCode;
+use std::sync::OnceLock;
 
-/// Counts the bytes that the process holds, and sets no limit.
-#[global_allocator]
-static ALLOCATOR: Cap<System> = Cap::new(System, usize::MAX);
+/// Tells the bytes that the process holds, where the program counts them.
+static ALLOCATED: OnceLock<Allocated> = OnceLock::new();
 
-/// Bytes that the process has allocated and not freed.
-fn allocated() -> usize {
-    ALLOCATOR.allocated()
+/// Sets what tells the bytes that the process holds. The first call counts.
+pub(crate) fn count_with(allocated: Allocated) {
+    // A second program in one process would count the same bytes.
+    let _ = ALLOCATED.set(allocated);
+}
+
+/// Tells the bytes that the process has allocated and not freed, where the program counts them.
+fn allocated() -> Option<Allocated> {
+    ALLOCATED.get().copied()
 }
 
 /// What this program was built from, as the build script saw it.
@@ -50,33 +56,52 @@ enum Command {
     Reproduce(cmd::reproduce::Arguments),
     /// Run one method on one scene
     Run(cmd::run::Arguments),
+    /// Find the method to take for a scene, within a time
+    Compare(cmd::compare::Arguments),
     /// Move the cloth of a scene and draw it as PNG
     Picture(cmd::picture::Arguments),
     /// Print the discretised system of a scene as JSON (format "drape-system/1")
     System(cmd::system::Arguments),
-    /// List scenes, methods, experiments or claims
+    /// Measure a scene and foresee what each method would do with it
+    Inspect(cmd::inspect::Arguments),
+    /// List scenes, materials, methods, experiments or claims
     List(cmd::list::Arguments),
+    /// Print a material with its sources, or turn a row of a table of fabrics into one (format
+    /// "drape-material/1")
+    Material(cmd::material::Arguments),
     /// Run one experiment and draw its results
     Experiment(cmd::experiment::Arguments),
-    /// Test one claim of the paper and print its numbers
+    /// Test one claim of the paper, or one expectation about later methods, and print its numbers
     Claim(cmd::claim::Arguments),
     /// Draw figures, report and index page from the records in a folder
     Report(cmd::report::Arguments),
+    /// Write the facts of records as tables (CSV), one number a row
+    Export(cmd::export::Arguments),
     /// Print the JSON Schema of a file format
     Schema(cmd::schema::Arguments),
 }
 
+/// Reads the command line and does what it asks for.
 pub(crate) fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
         Command::Reproduce(arguments) => cmd::reproduce::run(&arguments),
         Command::Run(arguments) => cmd::run::run(&arguments),
+        Command::Compare(arguments) => cmd::compare::run(&arguments),
         Command::Picture(arguments) => cmd::picture::run(&arguments),
         Command::System(arguments) => cmd::system::run(&arguments),
+        Command::Inspect(arguments) => cmd::inspect::run(&arguments),
         Command::List(arguments) => cmd::list::run(&arguments),
+        Command::Material(arguments) => cmd::material::run(&arguments),
         Command::Experiment(arguments) => cmd::experiment::run(&arguments),
         Command::Claim(arguments) => cmd::claim::run(&arguments),
         Command::Report(arguments) => cmd::report::run(&arguments),
+        Command::Export(arguments) => cmd::export::run(&arguments),
         Command::Schema(arguments) => cmd::schema::run(&arguments),
     };
     exit::code(outcome)
+}
+
+/// Refuses a method that was added.
+pub(crate) fn refuse(error: MethodError) -> ExitCode {
+    exit::code(Err(HarnessError::from(error).into()))
 }

@@ -33,6 +33,18 @@ pub(crate) fn check_extension(
     Err(Violation { path: key.to_owned(), value: file.display().to_string(), expected })
 }
 
+/// A line of a CSV file (RFC 4180). Fields with a comma, a quote or a line break stand in quotes.
+pub(crate) fn csv_line<'a>(fields: impl Iterator<Item = &'a str>) -> String {
+    let quoted = fields.map(|field| {
+        if field.contains([',', '"', '\n', '\r']) {
+            format!("\"{}\"", field.replace('"', "\"\""))
+        } else {
+            field.to_owned()
+        }
+    });
+    quoted.collect::<Vec<_>>().join(",") + "\n"
+}
+
 /// Names of the standard output.
 const STANDARD_OUTPUT: [&str; 4] = ["-", "/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"];
 

@@ -1,10 +1,12 @@
 //! Progress: a bar on a terminal, plain lines otherwise.
 
+use drape_harness::compare::Tick;
 use drape_harness::studies::Progress;
 use drape_report::tell;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::IsTerminal as _;
 use std::sync::Mutex;
+use std::time::Duration;
 
 /// Shows the progress of an experiment.
 pub(crate) struct Bars {
@@ -53,5 +55,46 @@ impl Progress for Bars {
         if let Ok(mut slot) = self.bar.lock() {
             slot.take().inspect(|bar| bar.finish());
         }
+    }
+}
+
+/// Shows how much of a time is spent, and what leads.
+pub(crate) struct Clock {
+    label: &'static str,
+    bar: Option<ProgressBar>,
+    /// The part that was told last.
+    part: Mutex<&'static str>,
+}
+
+impl Clock {
+    pub(crate) fn new(label: &'static str, time: Duration) -> Self {
+        let bar = bar(label, time.as_secs());
+        if let Some(bar) = &bar {
+            let style = ProgressStyle::with_template("{prefix:24} [{bar:40}] {pos}/{len} s {msg}");
+            bar.set_style(
+                style.unwrap_or_else(|_| ProgressStyle::default_bar()).progress_chars("=> "),
+            );
+        }
+        Self { label, bar, part: Mutex::new("") }
+    }
+
+    pub(crate) fn show(&self, tick: &Tick<'_>) {
+        if let Some(bar) = &self.bar {
+            bar.set_prefix(format!("{}: {}", self.label, tick.part));
+            bar.set_position(tick.elapsed.as_secs());
+            if let Some(leads) = tick.leads {
+                bar.set_message(format!("leads: {leads}"));
+            }
+            return;
+        }
+        let Ok(mut part) = self.part.lock() else { return };
+        if *part != tick.part {
+            tell!("{}: {} ({:.1} s)", self.label, tick.part, tick.elapsed.as_secs_f64());
+            *part = tick.part;
+        }
+    }
+
+    pub(crate) fn end(&self) {
+        self.bar.as_ref().inspect(|bar| bar.finish_and_clear());
     }
 }

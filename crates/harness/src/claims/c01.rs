@@ -1,10 +1,10 @@
 //! C01: stationary iterations are unfit for stiff systems, CG fits.
 
-use super::{Claim, Evidence, Judgement, Missing, span, told};
+use super::{Claim, Evidence, Judgement, Missing, Origin, span, told};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C01",
-    section: "2.2",
+    origin: Origin::Paper { section: "2.2" },
     says: "stationary iterations are unfit for stiff systems, CG fits",
     criterion: "At h²k/m = 100, to 1e-6, Jacobi needs more than 10 times as many sweeps as CG \
                 iterations.",

@@ -1,10 +1,10 @@
 //! C02: IMEX nearly keeps the implicit method's stability.
 
-use super::{Claim, Evidence, Judgement, Missing, Ruling, told};
+use super::{Claim, Evidence, Judgement, Missing, Origin, Ruling, told};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C02",
-    section: "2.2",
+    origin: Origin::Paper { section: "2.2" },
     says: "the implicit method's stability is nearly kept by IMEX",
     criterion: "The energy of IMEX Euler, solved to 1e-10, never grows over the stability atlas.",
     reads: &[

@@ -1,10 +1,10 @@
 //! C03: the reduction from 6n to 3n unknowns loses nothing.
 
-use super::{Claim, Evidence, Judgement, Missing, span, told};
+use super::{Claim, Evidence, Judgement, Missing, Origin, span, told};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C03",
-    section: "2.3",
+    origin: Origin::Paper { section: "2.3" },
     says: "the reduction from 6n to 3n unknowns loses nothing",
     criterion: "Both systems give the same velocities to 1e-12, and 6n unknowns cost more than 1.5 \
                 times as much.",

@@ -1,10 +1,10 @@
 //! C04: one linearised Newton step suffers at high stiffness.
 
-use super::{Claim, Evidence, Judgement, Missing, Ruling, span, told};
+use super::{Claim, Evidence, Judgement, Missing, Origin, Ruling, span, told};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C04",
-    section: "3",
+    origin: Origin::Paper { section: "3" },
     says: "one linearised Newton step suffers at high stiffness",
     criterion: "From k/m = 1e4 to 1e8 the error of one step over that of the converged method \
                 grows by more than 2.",

@@ -1,10 +1,10 @@
 //! C05: Desbrun does not solve the equation completely; momentum is only about kept.
 
-use super::{Claim, Evidence, Judgement, Missing, span, told};
+use super::{Claim, Evidence, Judgement, Missing, Origin, span, told};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C05",
-    section: "3",
+    origin: Origin::Paper { section: "3" },
     says: "Desbrun does not solve the equation completely; momentum is only about kept",
     criterion: "The error stays above 10 % of the motion as h → 0, or the angular momentum drifts \
                 by more than 1 %.",

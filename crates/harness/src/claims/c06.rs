@@ -1,10 +1,10 @@
 //! C06: a precomputed inverse forbids changing h and k.
 
-use super::{Claim, Evidence, Judgement, Missing, span, told};
+use super::{Claim, Evidence, Judgement, Missing, Origin, span, told};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C06",
-    section: "3",
+    origin: Origin::Paper { section: "3" },
     says: "a precomputed inverse forbids changing h and k",
     criterion: "Rebuilding the dense inverse and sparse Cholesky costs at least 20 steps each. The \
                 published dense inverse decides.",

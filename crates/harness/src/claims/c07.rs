@@ -1,10 +1,10 @@
 //! C07: one Jacobi sweep is too little for stiff systems.
 
-use super::{Claim, Evidence, Judgement, Missing, Number, span, told};
+use super::{Claim, Evidence, Judgement, Missing, Number, Origin, span, told};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C07",
-    section: "3",
+    origin: Origin::Paper { section: "3" },
     says: "one Jacobi sweep is too little for stiff systems",
     criterion: "At h²k/m ≥ 1 the sweep leaves a residual above 10 %, and its error exceeds that of \
                 IMEX Euler.",

@@ -1,10 +1,10 @@
 //! C08: the matrix is diagonally dominant only through the identity.
 
-use super::{Claim, Evidence, Judgement, Missing, told};
+use super::{Claim, Evidence, Judgement, Missing, Origin, told};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C08",
-    section: "3",
+    origin: Origin::Paper { section: "3" },
     says: "the matrix is diagonally dominant only through the identity",
     criterion: "margin of every row = m_i exactly; margin over diagonal → 0 as h²k/m grows",
     reads: &[

@@ -1,10 +1,10 @@
 //! C09: post-correction of elongated springs is not physically sound.
 
-use super::{Claim, Evidence, Judgement, Missing, Ruling, span, told};
+use super::{Claim, Evidence, Judgement, Missing, Origin, Ruling, span, told};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C09",
-    section: "3",
+    origin: Origin::Paper { section: "3" },
     says: "post-correction of elongated springs is not physically sound",
     criterion: "At limit 0.1 the order of the sweep moves the final positions by more than 1 % of \
                 the motion, or they do not approach the stiff reference as the limit falls to \

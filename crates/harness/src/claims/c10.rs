@@ -1,10 +1,10 @@
 //! C10: implicit tension alone suffices.
 
-use super::{Claim, Evidence, Judgement, Missing, told};
+use super::{Claim, Evidence, Judgement, Missing, Origin, told};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C10",
-    section: "4",
+    origin: Origin::Paper { section: "4" },
     says: "implicit tension alone suffices",
     criterion: "Over h in [1e-4, 1], stable steps stay stable with explicit shear and bending at \
                 ratios 1e-4 … 1, for plain and for updated CG.",

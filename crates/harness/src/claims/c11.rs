@@ -1,10 +1,10 @@
 //! C11: the Jacobian of F2 does not contribute significantly.
 
-use super::{Claim, Evidence, Judgement, Missing, span, told};
+use super::{Claim, Evidence, Judgement, Missing, Origin, span, told};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C11",
-    section: "4",
+    origin: Origin::Paper { section: "4" },
     says: "the Jacobian of F2 does not contribute significantly",
     criterion: "At rest ‖∂F2‖ is less than a tenth of ‖∂F1‖.",
     reads: &[

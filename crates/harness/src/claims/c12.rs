@@ -1,10 +1,10 @@
 //! C12: stable under all circumstances and with all feasible parameters.
 
-use super::{Claim, Evidence, Judgement, Missing};
+use super::{Claim, Evidence, Judgement, Missing, Origin};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C12",
-    section: "4",
+    origin: Origin::Paper { section: "4" },
     says: "stable under all circumstances and with all feasible parameters",
     criterion: "No energy growth with the paper's own ε, predictor and updates, over the stability \
                 atlas and the hard cases.",

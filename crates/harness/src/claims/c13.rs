@@ -1,10 +1,10 @@
 //! C13: stiffness depends on k/m, not on k.
 
-use super::{Claim, Evidence, Judgement, Missing, told};
+use super::{Claim, Evidence, Judgement, Missing, Origin, told};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C13",
-    section: "5",
+    origin: Origin::Paper { section: "5" },
     says: "stiffness depends on k/m, not on k",
     criterion: "Scaling k and m by a power of two keeps every bit (with IC(0), whose square roots \
                 round, by a power of four). Any other factor changes less than 1e-9.",

@@ -1,10 +1,10 @@
 //! C14: a finer mesh is stiffer.
 
-use super::{Claim, Evidence, Judgement, Missing, span, told};
+use super::{Claim, Evidence, Judgement, Missing, Origin, span, told};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C14",
-    section: "5",
+    origin: Origin::Paper { section: "5" },
     says: "a finer mesh is stiffer",
     criterion: "At fixed material the largest frequency grows with N.",
     reads: &["largest frequency, ", "the same, N = 80 over N = 5, at fixed k/m, grid"],

@@ -1,10 +1,10 @@
 //! C15: CG is cheaper than multiplying with an inverse.
 
-use super::{Claim, Evidence, Judgement, Missing, told};
+use super::{Claim, Evidence, Judgement, Missing, Origin, told};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C15",
-    section: "5",
+    origin: Origin::Paper { section: "5" },
     says: "CG is cheaper than multiplying with an inverse",
     criterion: "A step with CG takes fewer operations from n = 400 on. The crossover is reported.",
     reads: &[

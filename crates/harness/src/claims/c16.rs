@@ -1,10 +1,10 @@
 //! C16: IC makes the iteration converge in very few steps.
 
-use super::{Claim, Evidence, Judgement, Missing, told};
+use super::{Claim, Evidence, Judgement, Missing, Origin, told};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C16",
-    section: "5",
+    origin: Origin::Paper { section: "5" },
     says: "IC makes the iteration converge in very few steps",
     criterion: "No solve to 1e-3 takes more than 10 iterations over the paper's range of \
                 parameters.",

@@ -1,10 +1,10 @@
 //! C17: the extrapolated start helps.
 
-use super::{Claim, Evidence, Judgement, Missing, told};
+use super::{Claim, Evidence, Judgement, Missing, Origin, told};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C17",
-    section: "5",
+    origin: Origin::Paper { section: "5" },
     says: "the extrapolated start helps",
     criterion: "Every run takes fewer iterations from the extrapolated start, and none gains \
                 energy from it alone.",

@@ -1,10 +1,10 @@
 //! C18: in general the matrix must be set up each step.
 
-use super::{Claim, Evidence, Judgement, Missing, Ruling, span, told};
+use super::{Claim, Evidence, Judgement, Missing, Origin, Ruling, span, told};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C18",
-    section: "5",
+    origin: Origin::Paper { section: "5" },
     says: "in general the matrix must be set up each step",
     criterion: "With piecewise-linear springs, keeping either matrix doubles the error on some \
                 sheet. Refuted if one that is kept is nowhere off by 10 % more.",

@@ -1,10 +1,10 @@
 //! C19: repositioning causes a severe increase of CG iterations.
 
-use super::{Claim, Evidence, Judgement, Missing, span, told};
+use super::{Claim, Evidence, Judgement, Missing, Origin, span, told};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C19",
-    section: "6",
+    origin: Origin::Paper { section: "6" },
     says: "repositioning causes a severe increase of CG iterations",
     criterion: "Repositioning takes at least twice the iterations of the velocity constraint, in \
                 the same scene.",

@@ -1,10 +1,10 @@
 //! C20: any collision, elastic or inelastic; no penetration visible.
 
-use super::{Claim, Evidence, Judgement, Missing, told};
+use super::{Claim, Evidence, Judgement, Missing, Origin, told};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C20",
-    section: "6",
+    origin: Origin::Paper { section: "6" },
     says: "any collision, elastic or inelastic; no penetration visible",
     criterion: "No particle is deeper than v·h or displayed inside, and restitution is met within \
                 5 %.",

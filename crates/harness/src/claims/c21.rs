@@ -1,10 +1,10 @@
 //! C21: without updates the motion nearly stops at very high stiffness.
 
-use super::{Claim, Evidence, Judgement, Missing, span, told};
+use super::{Claim, Evidence, Judgement, Missing, Origin, span, told};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C21",
-    section: "7",
+    origin: Origin::Paper { section: "7" },
     says: "without updates the motion nearly stops at very high stiffness",
     criterion: "At k/m ≥ 1e6 and h = 0.01 s less than half of the motion is left.",
     reads: &["plain, ", "solved to 1e-10, ", "updated, "],

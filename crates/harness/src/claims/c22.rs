@@ -1,10 +1,10 @@
 //! C22: the reason is that the matrix couples no coordinate directions.
 
-use super::{Claim, Evidence, Judgement, Missing, Ruling, told};
+use super::{Claim, Evidence, Judgement, Missing, Origin, Ruling, told};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C22",
-    section: "7",
+    origin: Origin::Paper { section: "7" },
     says: "the reason is that the matrix couples no coordinate directions",
     criterion: "An aligned spring, whose exact Hessian has no coupling either, does not lock; the \
         3×3-block variant, which couples, does not lock.",

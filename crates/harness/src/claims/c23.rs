@@ -1,10 +1,10 @@
 //! C23: the updated iteration converges as well as plain CG.
 
-use super::{Claim, Evidence, Judgement, Missing, span, told};
+use super::{Claim, Evidence, Judgement, Missing, Origin, span, told};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C23",
-    section: "7",
+    origin: Origin::Paper { section: "7" },
     says: "the updated iteration converges as well as plain CG",
     criterion: "At ε = 1e-4 and h²k/m = 1 … 1e4 updated CG takes at most twice the iterations of \
                 plain CG.",

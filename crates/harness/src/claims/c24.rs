@@ -1,10 +1,10 @@
 //! C24: updated CG needs fewer iterations than plain CG on the full system.
 
-use super::{Claim, Evidence, Judgement, Missing, Number, span, told};
+use super::{Claim, Evidence, Judgement, Missing, Number, Origin, span, told};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C24",
-    section: "7",
+    origin: Origin::Paper { section: "7" },
     says: "updated CG needs fewer iterations than plain CG on the full system",
     criterion: "Updated CG takes fewer iterations at equal error, in every comparison.",
     reads: &["updated, ", "full system, "],

@@ -1,10 +1,10 @@
 //! C25: a constant forcing term suffices.
 
-use super::{Claim, Evidence, Judgement, Missing, span, told};
+use super::{Claim, Evidence, Judgement, Missing, Origin, span, told};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C25",
-    section: "7",
+    origin: Origin::Paper { section: "7" },
     says: "a constant forcing term suffices",
     criterion: "Error and motion change by less than 5 % over ε = 1e-1 … 1e-6.",
     reads: &[

@@ -1,10 +1,10 @@
 //! C26: iterations grow with stiffness; a smaller step need not mean more.
 
-use super::{Claim, Evidence, Judgement, Missing, Number, told};
+use super::{Claim, Evidence, Judgement, Missing, Number, Origin, told};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C26",
-    section: "8",
+    origin: Origin::Paper { section: "8" },
     says: "iterations grow with stiffness; a smaller step need not mean more",
     criterion: "Iterations a step are monotone in k/m, and their total over a second is not \
                 monotone in h.",

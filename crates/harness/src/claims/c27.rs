@@ -1,10 +1,10 @@
 //! C27: the differential equation is solved completely.
 
-use super::{Claim, Evidence, Judgement, Missing, span, told};
+use super::{Claim, Evidence, Judgement, Missing, Origin, span, told};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C27",
-    section: "9",
+    origin: Origin::Paper { section: "9" },
     says: "the differential equation is solved completely",
     criterion: "Some form of the method has the observed order 1 against the reference, at \
                 feasible h, in every scene.",

@@ -1,10 +1,10 @@
 //! C28: nothing depends on a regular mesh.
 
-use super::{Claim, Evidence, Judgement, Missing, span, told};
+use super::{Claim, Evidence, Judgement, Missing, Origin, span, told};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C28",
-    section: "5, 9",
+    origin: Origin::Paper { section: "5, 9" },
     says: "nothing depends on a regular mesh",
     criterion: "Triangle meshes and random meshes show the same trends as the grid.",
     reads: &[

@@ -1,10 +1,10 @@
 //! C29: several hundred particles in real time.
 
-use super::{Claim, Evidence, Judgement, Missing, span, told};
+use super::{Claim, Evidence, Judgement, Missing, Origin, span, told};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C29",
-    section: "9",
+    origin: Origin::Paper { section: "9" },
     says: "several hundred particles in real time",
     criterion: "The paper's own tables decide. Beside it stands the largest n in real time here.",
     reads: &[

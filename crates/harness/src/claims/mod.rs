@@ -1,4 +1,7 @@
-//! The paper's claims: each is a predicate over recorded numbers.
+//! Claims: each is a predicate over recorded numbers.
+//!
+//! `C01` to `C29` are claims of the paper. `M01` to `M08` are expectations about methods of the
+//! years after it, which no paper makes ([`Origin`]).
 //!
 //! A claim has a criterion that was fixed before anything was measured. It reads numbers of the
 //! record of the study `claims` ([`Claim::reads`]) and runs nothing. What is measured for it stands
@@ -34,20 +37,62 @@ pub(crate) mod c27;
 pub(crate) mod c28;
 pub(crate) mod c29;
 mod evidence;
+pub(crate) mod m01;
+pub(crate) mod m02;
+pub(crate) mod m03;
+pub(crate) mod m04;
+pub(crate) mod m05;
+pub(crate) mod m06;
+pub(crate) mod m07;
+pub(crate) mod m08;
+pub(crate) mod places;
 
 use crate::HarnessError;
 pub use crate::studies::claims::facts::{Number, Ruling};
 pub use evidence::Evidence;
 use evidence::{Missing, span, told};
 
-/// A claim of the paper.
+/// Whose claim it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Origin {
+    /// The paper makes it.
+    Paper {
+        /// Section of the paper.
+        section: &'static str,
+    },
+    /// Nobody made it in print: an expectation about methods published since the paper, which
+    /// calculations on a similar sheet suggested before this program measured it.
+    Expectation {
+        /// Publications of the methods.
+        about: &'static str,
+    },
+}
+
+impl Origin {
+    /// Whether the paper makes the claim.
+    pub fn is_paper(self) -> bool {
+        matches!(self, Self::Paper { .. })
+    }
+}
+
+impl std::fmt::Display for Origin {
+    /// The section, or that it is an expectation and the publications of the methods.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Paper { section } => write!(f, "§{section}"),
+            Self::Expectation { about } => write!(f, "expectation about methods of {about}"),
+        }
+    }
+}
+
+/// A claim of the paper, or an expectation about later methods.
 #[derive(Clone, Copy, Debug)]
 pub struct Claim {
-    /// `C01` to `C29`.
+    /// `C01` to `C29` for the paper, `M01` to `M08` for later methods.
     pub id: &'static str,
-    /// Section of the paper.
-    pub section: &'static str,
-    /// What the paper claims, in our words.
+    /// Whose it is.
+    pub origin: Origin,
+    /// What is claimed, in our words.
     pub says: &'static str,
     /// What decides, fixed before anything was measured.
     pub criterion: &'static str,
@@ -82,7 +127,7 @@ impl Judgement {
     }
 }
 
-static CLAIMS: [Claim; 29] = [
+static CLAIMS: [Claim; 37] = [
     c01::CLAIM,
     c02::CLAIM,
     c03::CLAIM,
@@ -112,9 +157,17 @@ static CLAIMS: [Claim; 29] = [
     c27::CLAIM,
     c28::CLAIM,
     c29::CLAIM,
+    m01::CLAIM,
+    m02::CLAIM,
+    m03::CLAIM,
+    m04::CLAIM,
+    m05::CLAIM,
+    m06::CLAIM,
+    m07::CLAIM,
+    m08::CLAIM,
 ];
 
-/// All claims, by id.
+/// All claims by id, those of the paper first.
 pub fn all() -> &'static [Claim] {
     &CLAIMS
 }
@@ -126,6 +179,11 @@ pub fn all() -> &'static [Claim] {
 pub fn find(id: &str) -> Result<&'static Claim, HarnessError> {
     let found = all().iter().find(|claim| claim.id.eq_ignore_ascii_case(id));
     found.ok_or_else(|| unknown(id))
+}
+
+/// Whether a claim of that id is known not to be the paper's.
+pub fn is_expectation(id: &str) -> bool {
+    find(id).is_ok_and(|claim| !claim.origin.is_paper())
 }
 
 /// The error that no claim has this id.
@@ -172,8 +230,17 @@ mod tests {
 
     #[test]
     fn every_claim_stands_once_in_order_and_is_found_by_its_id() {
-        for (n, claim) in all().iter().enumerate() {
-            assert_eq!(claim.id, format!("C{:02}", n + 1));
+        let (paper, others): (Vec<&Claim>, _) = all().iter().partition(|c| c.origin.is_paper());
+        let in_order = |claims: &[&Claim], letter| {
+            let ids =
+                claims.iter().enumerate().map(|(n, c)| (c.id, format!("{letter}{:02}", n + 1)));
+            ids.for_each(|(id, expected)| assert_eq!(id, expected));
+        };
+        in_order(&paper, 'C');
+        in_order(&others, 'M');
+        assert_eq!((paper.len(), others.len()), (29, 8));
+        assert!(all().iter().map(|claim| claim.id).eq(paper.iter().chain(&others).map(|c| c.id)));
+        for claim in all() {
             assert_eq!(find(&claim.id.to_lowercase()).unwrap().id, claim.id);
             assert!(claim.says.chars().count() <= 84, "{} is too long for its figure", claim.id);
             assert!(claim.see.ends_with(".svg"), "{}: {}", claim.id, claim.see);

@@ -1,7 +1,7 @@
 //! Backward Euler.
 
 use super::Entry;
-use super::runs::{Contender, Keeps, Runs, Steps, Variant, work};
+use super::runs::{Contender, Film, Keeps, Runs, Steps, Variant, work};
 use crate::need::Matrix;
 use crate::theory::{
     ALWAYS, Expectation, LoadLaw, PUSHING, Problem, Theory, form, no_theorem, stable,
@@ -34,9 +34,21 @@ pub(super) static ENTRY: Entry = Entry {
             Variant::new("backward-euler", "backward-euler:residual=1e-12"),
             LoadLaw::Free,
         )],
+        animation: &[
+            Film::ladder("backward-euler", "backward-euler"),
+            Film::ladder(
+                "backward-euler, CG",
+                "backward-euler:residual=1e-3,solver=cg,forcing=eisenstat-walker",
+            ),
+            Film::ladder(
+                "backward-euler, one iteration",
+                "backward-euler:residual=1e-2,max_iterations=1,solver=multigrid",
+            ),
+        ],
         work_precision: &[
             work::main("backward-euler", "backward-euler:residual=1e-3"),
             work::extra("backward-euler, tight", "backward-euler"),
+            work::extra("backward-euler, auto", "backward-euler:residual=1e-3,solver=auto"),
             work::adaptive("backward-euler, adaptive", "backward-euler:residual=1e-3"),
         ],
         scaling: &[Contender {

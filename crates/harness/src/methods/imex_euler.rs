@@ -82,6 +82,7 @@ pub(super) static ENTRY: Entry = Entry {
             Variant::new("imex-euler", "imex-euler:forcing_term=1e-14"),
             LoadLaw::Filtered,
         )],
+        animation: &[],
         work_precision: &[
             work::headline("imex-euler", "imex-euler"),
             work::extra(

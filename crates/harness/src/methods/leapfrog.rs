@@ -2,7 +2,7 @@
 
 use super::Entry;
 use super::runs::{
-    Contender, Runs, Variant,
+    Contender, Film, Runs, Variant,
     work::{self, Knob},
 };
 use crate::need::Matrix;
@@ -10,7 +10,7 @@ use crate::theory::{
     Expectation, Factors, PUSHING, Problem, Theory, Weights, explicit, form, no_theorem, stable,
 };
 use drape_oracle::laws::spin;
-use drape_oracle::recurrence::{leapfrog, spectral_radius};
+use drape_oracle::recurrence::{leapfrog, leapfrog_explicit_damping, spectral_radius};
 use drape_report::family::Kin;
 
 /// Its entry in the registry.
@@ -20,14 +20,26 @@ pub(super) static ENTRY: Entry = Entry {
         case,
         kin: Kin::Explicit,
         // Of the damping, if any.
-        matrix: |settings| Matrix::ScalarFactor.if_set(settings, "solver", "cholesky"),
+        matrix: |settings| match settings.word("damping") {
+            "explicit" => Matrix::None,
+            _ => Matrix::ScalarFactor.if_set(settings, "solver", "cholesky"),
+        },
         divides: true,
         is_limited: true,
-        forms: &[form("leapfrog")
-            .limit("θ < 4", |t, e| spectral_radius(&leapfrog(t, e)))
-            .spin(|_, _, _| spin::leapfrog(0.0))],
+        forms: &[
+            form("leapfrog")
+                .limit("θ < 4", |t, e| spectral_radius(&leapfrog(t, e)))
+                .spin(|_, _, _| spin::leapfrog(0.0)),
+            form("leapfrog, explicit damping").limit("θ < 4 and η < 4", |t, e| {
+                spectral_radius(&leapfrog_explicit_damping(t, e))
+            }),
+        ],
     },
     runs: Runs {
+        stability: &[
+            Variant::new("leapfrog", "leapfrog"),
+            Variant::new("leapfrog, explicit damping", "leapfrog:damping=explicit"),
+        ],
         energy: &[Variant::new("leapfrog", "leapfrog:solver=cg")],
         hard_cases: &[
             Variant::new("leapfrog", "leapfrog"),
@@ -37,11 +49,17 @@ pub(super) static ENTRY: Entry = Entry {
         work_precision: &[
             work::headline("leapfrog", "leapfrog:step=bound")
                 .knob(Knob::Setting("safety", SAFETIES)),
+            work::main("leapfrog, explicit damping", "leapfrog:step=bound,damping=explicit")
+                .knob(Knob::Setting("safety", SAFETIES)),
             work::extra("leapfrog, CG", "leapfrog:step=bound,solver=cg")
                 .knob(Knob::Setting("safety", SAFETIES)),
             work::extra("leapfrog, fixed steps", "leapfrog"),
         ],
         scaling: &[Contender { label: "leapfrog", method: "leapfrog:solver=cg", largest: 1000 }],
+        animation: &[
+            Film::limit("leapfrog", "leapfrog"),
+            Film::limit("leapfrog, explicit damping", "leapfrog:damping=explicit"),
+        ],
         ..Runs::DEFAULTS
     },
 };
@@ -56,12 +74,15 @@ const FACTORS: Factors = Factors {
 };
 
 fn case(problem: &Problem<'_>) -> Expectation {
-    match problem.choice.settings().word("step") {
+    let settings = problem.choice.settings();
+    let is_explicit = settings.word("damping") == "explicit" && problem.is_damped();
+    match settings.word("step") {
         "auto" => no_theorem(
             "substeps within the limit by an estimate of the largest eigenvalue, which follows the cloth with a delay",
         ),
         "bound" if problem.has_contacts() => no_theorem(PUSHING),
         "bound" => stable("substeps within the limit h²λ < 4 at every state"),
+        _ if is_explicit => no_theorem("stable if h²λ < 4 and hδ < 4"),
         _ => explicit(problem, "h²λ < 4", &FACTORS),
     }
 }

@@ -5,25 +5,45 @@
 //! family. Studies that compare all methods ask this registry.
 
 mod adams_bashforth;
+mod added;
 mod backward_euler;
 mod baraff_witkin;
 mod bdf;
 mod desbrun;
+mod dirk;
+mod energy_momentum;
 mod explicit_euler;
+mod exponential;
+mod generalized_alpha;
 mod imex_euler;
+mod imex_rk;
 mod imex_two_step;
 mod imex_updated;
 mod kang;
 mod leapfrog;
+mod midpoint;
+mod multirate;
+mod projective;
 mod provot;
+mod rkc;
+mod rosenbrock;
 pub(crate) mod runs;
+mod srkn4;
 mod symplectic_euler;
 mod terzopoulos_fleischer;
+mod vbd;
+mod xpbd;
+mod xpbd_lines;
 
 use crate::presets::presets;
 use crate::theory::Theory;
-use drape_integrator::{Integrator, Method, Registration, SettingError, Settings, Split};
+use drape_integrator::{
+    Integrator, Method, Registration, Safeguard, SettingError, Settings, Split,
+};
 use runs::Runs;
+
+pub use added::{add, are_ours_alone, choose, program_failures, registration};
+pub(crate) use added::{identity, is_added, is_chosen, options};
 
 /// Why a choice of method was refused.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -46,12 +66,32 @@ pub enum MethodError {
         /// The presets of the method, if it has any.
         presets: String,
     },
+    /// A method of that id is known already.
+    #[error("a method has the id `{id}` already; expected another id for the method that is added")]
+    Taken {
+        /// The id.
+        id: String,
+    },
+    /// No command line could name a method of that id.
+    #[error("method id `{id}`; expected letters, digits, `-`, `_` and `.`, at least one")]
+    BadId {
+        /// The id.
+        id: String,
+    },
+    /// A program does not say what it is.
+    #[error("{0}")]
+    Program(String),
     /// A setting was refused.
     #[error(transparent)]
     Setting(#[from] SettingError),
 }
 
 impl MethodError {
+    fn unknown(id: &str) -> Self {
+        let known: Vec<_> = added::entries().map(|entry| entry.registration.method.id).collect();
+        Self::Unknown { id: id.to_owned(), known: known.join(", ") }
+    }
+
     fn not_a_pair(method: &Method, text: &str) -> Self {
         let names: Vec<_> = presets(method).map(|preset| preset.name).collect();
         let presets = match names.join(", ") {
@@ -71,16 +111,29 @@ struct Entry {
 }
 
 /// All methods, in the order in which they build on each other: one line a method.
-static REGISTRY: [&Entry; 17] = [
+static REGISTRY: &[&Entry] = &[
     &explicit_euler::ENTRY,
     &symplectic_euler::ENTRY,
     &leapfrog::ENTRY,
     &provot::ENTRY,
     &adams_bashforth::ENTRY,
+    &rkc::ENTRY,
+    &srkn4::ENTRY,
+    &multirate::ENTRY,
     &backward_euler::ENTRY,
     &bdf::ENTRY,
+    &midpoint::ENTRY,
+    &generalized_alpha::ENTRY,
+    &dirk::ENTRY,
+    &energy_momentum::ENTRY,
     &terzopoulos_fleischer::ENTRY,
     &baraff_witkin::ENTRY,
+    &rosenbrock::ENTRY,
+    &exponential::ENTRY,
+    &projective::ENTRY,
+    &vbd::ENTRY,
+    &xpbd::ENTRY,
+    &xpbd_lines::ENTRY,
     &desbrun::ENTRY,
     &kang::ENTRY,
     &imex_euler::ENTRY,
@@ -89,11 +142,13 @@ static REGISTRY: [&Entry; 17] = [
     &imex_two_step::CNAB2,
     &imex_two_step::MCNAB2,
     &imex_two_step::CNLF,
+    &imex_rk::ENTRY,
 ];
 
-/// All methods, in the order in which they build on each other.
+/// All methods that studies compare, in the order in which they build on each other; those that a
+/// user added come last.
 pub fn all() -> impl Iterator<Item = &'static Method> {
-    REGISTRY.iter().map(|entry| entry.registration.method)
+    runs().map(|(method, _)| method)
 }
 
 /// What is known of the method of that id.
@@ -101,9 +156,10 @@ pub(crate) fn theory_of(id: &str) -> Option<&'static Theory> {
     find(id).map(|entry| &entry.theory)
 }
 
-/// All methods with the forms that studies run, in the same order.
+/// All methods that studies compare with the forms that they run, in the same order.
 pub(crate) fn runs() -> impl Iterator<Item = (&'static Method, &'static Runs)> {
-    REGISTRY.iter().map(|entry| (entry.registration.method, &entry.runs))
+    let all = added::entries().map(|entry| (entry.registration.method, &entry.runs));
+    all.filter(|(method, _)| is_chosen(method.id))
 }
 
 /// The forms of the method of that id.
@@ -112,12 +168,22 @@ pub(crate) fn runs_of(id: &str) -> Option<&'static Runs> {
 }
 
 fn find(id: &str) -> Option<&'static Entry> {
-    REGISTRY.into_iter().find(|entry| entry.registration.method.id == id)
+    let known = added::entries().find(|entry| entry.registration.method.id == id);
+    known.or_else(|| added::called(id))
 }
 
 /// What is known of each method, in the same order.
 pub(crate) fn theories() -> impl Iterator<Item = &'static Theory> {
-    REGISTRY.iter().map(|entry| &entry.theory)
+    added::entries().map(|entry| &entry.theory)
+}
+
+/// The id of a method and its settings, as a text names them: `id:key=value,…`. What follows
+/// `program:` is a command, and all of it is the id.
+pub(crate) fn parts(text: &str) -> (&str, &str) {
+    if text.starts_with(drape_program::PREFIX) {
+        return (text, "");
+    }
+    text.split_once(':').unwrap_or((text, ""))
 }
 
 /// A method with checked settings.
@@ -130,7 +196,7 @@ pub struct Choice {
 impl Choice {
     /// Reads `id` or `id:key=value,key=value`, with further `key=value` settings from elsewhere.
     /// The name of a [preset](crate::Preset) may stand first after the colon; what is given beside
-    /// it goes before it.
+    /// it goes before it. `program:COMMAND` starts a program of the user, which says what it is.
     ///
     /// # Errors
     /// [`MethodError`] naming what is known.
@@ -143,11 +209,11 @@ impl Choice {
     /// # Ok::<(), drape_harness::methods::MethodError>(())
     /// ```
     pub fn parse(text: &str, more: &[String]) -> Result<Self, MethodError> {
-        let (id, settings) = text.split_once(':').unwrap_or((text, ""));
-        let entry = find(id).ok_or_else(|| {
-            let known: Vec<_> = all().map(|method| method.id).collect();
-            MethodError::Unknown { id: id.to_owned(), known: known.join(", ") }
-        })?;
+        let (id, settings) = parts(text);
+        let entry = match id.strip_prefix(drape_program::PREFIX) {
+            Some(command) => added::program(command)?,
+            None => find(id).ok_or_else(|| MethodError::unknown(id))?,
+        };
         let method = entry.registration.method;
         let mut texts = settings.split(',').filter(|text| !text.trim().is_empty()).peekable();
         let preset =
@@ -192,10 +258,14 @@ impl Choice {
     }
 
     /// Id with all settings, as [`parse`](Self::parse) reads it. The default split is left out:
-    /// only springs of several slopes notice.
+    /// only springs of several slopes notice. So are the time limits of a program.
     pub fn full_id(&self) -> String {
+        if self.method().id.starts_with(drape_program::PREFIX) {
+            return self.method().id.to_owned();
+        }
         let is_told = |(key, value): &(&'static str, &str)| {
-            *key != Split::SETTING.setting.key || *value != Split::SETTING.setting.default
+            let untold = [Split::SETTING.setting, Safeguard::SETTING.setting];
+            !untold.iter().any(|setting| *key == setting.key && *value == setting.default)
         };
         let settings = self.settings.iter().filter(is_told);
         let settings: Vec<_> = settings.map(|(key, value)| format!("{key}={value}")).collect();

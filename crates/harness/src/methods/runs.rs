@@ -40,6 +40,34 @@ pub(crate) enum Steps {
     One,
 }
 
+/// How many calls of a form the study of animation makes in a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Substeps {
+    /// 1, 2, 4 and 8.
+    Ladder,
+    /// As few as keep it stable: stiffness limits its step.
+    Limit,
+}
+
+/// A form in the study of animation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Film {
+    pub(crate) form: Variant,
+    pub(crate) substeps: Substeps,
+}
+
+impl Film {
+    /// Stiffness does not limit its step.
+    pub(crate) const fn ladder(label: &'static str, method: &'static str) -> Self {
+        Self { form: Variant::new(label, method), substeps: Substeps::Ladder }
+    }
+
+    /// Stiffness limits its step.
+    pub(crate) const fn limit(label: &'static str, method: &'static str) -> Self {
+        Self { form: Variant::new(label, method), substeps: Substeps::Limit }
+    }
+}
+
 /// A form in the study of scaling.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Contender {
@@ -66,6 +94,7 @@ pub(crate) struct Runs {
     /// The law of a single spring that is loaded across itself, where one is known.
     pub(crate) locked_spring: &'static [(Variant, LoadLaw)],
     pub(crate) work_precision: &'static [work::Variant],
+    pub(crate) animation: &'static [Film],
     /// Empty: not in the study.
     pub(crate) scaling: &'static [Contender],
     /// Whether the study of effects takes times with it.
@@ -86,6 +115,7 @@ impl Runs {
         locking: &[],
         locked_spring: &[],
         work_precision: &[],
+        animation: &[],
         scaling: &[],
         are_effects_timed: false,
         are_effects_quick: false,

@@ -1,7 +1,7 @@
 //! Symplectic Euler.
 
 use super::Entry;
-use super::runs::{Contender, Runs, Variant, work};
+use super::runs::{Contender, Film, Runs, Variant, work};
 use crate::need::Matrix;
 use crate::theory::{Expectation, Factors, Problem, Theory, explicit, form};
 use drape_oracle::laws::spin;
@@ -37,6 +37,10 @@ pub(super) static ENTRY: Entry = Entry {
     runs: Runs {
         order: FORMS,
         stability: FORMS,
+        animation: &[
+            Film::limit("symplectic-euler", "symplectic-euler"),
+            Film::limit("symplectic-euler, implicit damping", "symplectic-euler:damping=implicit"),
+        ],
         work_precision: &[work::headline("symplectic-euler", "symplectic-euler")],
         scaling: &[Contender {
             label: "symplectic-euler",

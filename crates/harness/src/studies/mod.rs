@@ -5,12 +5,14 @@
 //! One line of `STUDIES` makes it known to the list of experiments, to `experiment`,
 //! `reproduce`, `report` and to the comparison of facts.
 
+pub mod animation;
 pub mod cg_vs_stiffness;
 pub mod claims;
 pub mod collision;
 pub mod course;
 pub mod effects;
 pub mod energy;
+pub mod fabric;
 pub mod hard_cases;
 pub mod locking;
 pub mod momentum;
@@ -33,6 +35,7 @@ use crate::journal::Journal;
 use crate::methods::Choice;
 use crate::run::{Counts, Runner, Simulation};
 use crate::{HarnessError, Source, provenance};
+use drape_integrator::PrepareError;
 use drape_model::TimeSpan;
 use drape_report::file::write_json;
 use drape_report::page::{Lesson, Section, Table};
@@ -142,6 +145,12 @@ pub trait Study: Sync {
         committed: &Path,
     ) -> Result<(usize, Vec<Difference>), HarnessError>;
 
+    /// The values of its comparable facts below `results`.
+    ///
+    /// # Errors
+    /// [`HarnessError::Record`] when the record is missing or unreadable.
+    fn comparable(&self, results: &Path) -> Result<Vec<serde_json::Value>, HarnessError>;
+
     /// Writes question, method, words and captions of its record below `results` anew, as the code
     /// computes them from the facts; returns whether the record changed.
     ///
@@ -180,13 +189,14 @@ where
 
     fn record(&self, quick: bool, facts: F, provenance: Provenance) -> Record<F> {
         let flag = if quick { " --quick" } else { "" };
+        let methods = crate::methods::options();
         self.worded(Record {
             format: RECORD_FORMAT.to_owned(),
             experiment: self.name.to_owned(),
             question: String::new(),
             method: String::new(),
             words: Words::default(),
-            command: format!("drape experiment {}{flag}", self.name),
+            command: format!("drape experiment {}{flag}{methods}", self.name),
             quick,
             figures: Vec::new(),
             facts,
@@ -246,6 +256,11 @@ where
         compare(&self.file(), fresh, committed, self.comparable)
     }
 
+    fn comparable(&self, results: &Path) -> Result<Vec<serde_json::Value>, HarnessError> {
+        let record: Record<F> = drape_report::file::read_json(&results.join(self.file()))?;
+        Ok((self.comparable)(&record.facts).into_iter().map(|fact| fact.values).collect())
+    }
+
     fn reword(&self, results: &Path) -> Result<bool, ReportError> {
         let Some(record) = read_record::<F>(results, self.name)? else { return Ok(false) };
         let said = |record: &Record<F>| {
@@ -286,7 +301,7 @@ impl std::fmt::Debug for dyn Study {
 }
 
 /// In teaching order: a study stands behind those that it builds on. The page keeps this order.
-static STUDIES: [&dyn Study; 18] = [
+static STUDIES: [&dyn Study; 20] = [
     &course::STUDY,
     &pictures::STUDY,
     &order::STUDY,
@@ -302,6 +317,8 @@ static STUDIES: [&dyn Study; 18] = [
     &post_correction::STUDY,
     &precomputed_inverse::STUDY,
     &work_precision::STUDY,
+    &animation::STUDY,
+    &fabric::STUDY,
     &solver_control::STUDY,
     &scaling::STUDY,
     &claims::STUDY,
@@ -377,6 +394,20 @@ fn cells<T: Sync, R: Send + Serialize + DeserializeOwned>(
     prepared(context, part, &numbered, |&(number, input)| {
         context.journal.cell(part, number, || compute(input))
     })
+}
+
+/// As [`cells`], without those whose method refuses the scene by name.
+fn taken<T: Sync, R: Send + Serialize + DeserializeOwned>(
+    context: &Context<'_>,
+    part: &str,
+    inputs: &[T],
+    compute: impl Fn(&T) -> Result<R, HarnessError> + Sync,
+) -> Result<Vec<R>, HarnessError> {
+    let results = cells(context, part, inputs, |input| match compute(input) {
+        Err(HarnessError::Prepare(PrepareError::Unsupported { .. })) => Ok(None),
+        result => result.map(Some),
+    })?;
+    Ok(results.into_iter().flatten().collect())
 }
 
 /// As [`cells`], one after the other on this thread: what is timed must not be disturbed.

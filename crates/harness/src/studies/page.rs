@@ -6,7 +6,11 @@ pub(super) const OUTLINE: Outline = Outline {
     parts: &[
         Part { title: "What it looks like", studies: &["pictures"], table_first: false },
         Part { title: "The paper’s tables beside ours", studies: &["tables"], table_first: true },
-        Part { title: "What the paper claims", studies: &["claims"], table_first: true },
+        Part {
+            title: "Claims of the paper, and expectations",
+            studies: &["claims"],
+            table_first: true,
+        },
         Part { title: "A way through the methods", studies: &["course"], table_first: false },
         Part { title: "The experiments", studies: &[], table_first: false },
     ],

@@ -45,8 +45,9 @@ impl Stepper {
     ) -> Result<Option<StepReport>, HarnessError> {
         match self.integrator.step(system, state, self.h, &mut self.clock) {
             Ok(report) => Ok(Some(report).filter(|_| state.x.iter().all(|x| x.norm() < FAR))),
-            // The numbers have left the range in which a matrix can be set up.
-            Err(StepError::Solver(_)) => Ok(None),
+            // The numbers have left the range in which a matrix can be set up, or a program of the
+            // user failed.
+            Err(StepError::Solver(_) | StepError::Outside(_)) => Ok(None),
             Err(error) => Err(error.into()),
         }
     }

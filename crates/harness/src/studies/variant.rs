@@ -13,7 +13,7 @@ pub(super) fn of_registry(named: impl Fn(&Runs) -> &'static [Variant]) -> Vec<Va
 }
 
 /// The forms of a method, or its defaults.
-pub(super) fn or_defaults<T: Copy>(
+pub(crate) fn or_defaults<T: Copy>(
     method: &Method,
     named: &[T],
     of: impl Fn(Variant) -> T,

@@ -164,7 +164,8 @@ impl Problem<'_> {
             let limit = 2.0 * settings.number("safety") / self.bounds().0.sqrt();
             (h / limit).ceil().max(1.0)
         } else {
-            1.0
+            // Some methods divide every step into a given number of parts.
+            settings.get("substeps").map_or(1.0, |_| settings.number("substeps"))
         };
         (power > 0.0).then(|| h / most_parts * power / doubled)
     }

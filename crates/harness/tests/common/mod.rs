@@ -2,19 +2,23 @@
 
 #![allow(dead_code, clippy::unwrap_used, reason = "each test file takes what it needs")]
 
+mod animation;
 mod contacts;
 mod control;
 mod course;
 mod effects;
 mod energy;
+mod fabric;
 mod stability;
 mod work;
 
+pub(crate) use animation::{animation, animation_timings};
 pub(crate) use contacts::{collision, inverse, inverse_timings, post_correction};
 pub(crate) use control::control;
 pub(crate) use course::course;
 pub(crate) use effects::{effects, effects_timings};
 pub(crate) use energy::energy;
+pub(crate) use fabric::fabric;
 pub(crate) use stability::{locking, stability};
 pub(crate) use work::{scaling, scaling_timings, work_precision, work_precision_timings};
 
@@ -56,6 +60,9 @@ pub(crate) fn complete() -> TempDir {
     write_json(&path("solver-control.json"), &control()).unwrap();
     write_json(&path("work-precision.json"), &work_precision(false)).unwrap();
     write_json(&path("timings/work-precision.json"), &work_precision_timings()).unwrap();
+    write_json(&path("animation.json"), &animation()).unwrap();
+    write_json(&path("timings/animation.json"), &animation_timings()).unwrap();
+    write_json(&path("fabric.json"), &fabric()).unwrap();
     write_json(&path("scaling.json"), &scaling(false)).unwrap();
     write_json(&path("timings/scaling.json"), &scaling_timings()).unwrap();
     let (claims, seconds) = claims();
@@ -585,7 +592,7 @@ pub(crate) fn momentum(quick: bool) -> Record<momentum::Facts> {
     record("momentum", quick, momentum::Facts { scenes, rows })
 }
 
-/// Claims of each verdict; the seconds bear out the refuted one and contradict C02, which is
+/// Claims and expectations of each verdict; the seconds bear out the refuted one and contradict C02, which is
 /// confirmed.
 pub(crate) fn claims() -> (Record<claims::Facts>, Timings<claims::TimingRow>) {
     use claims::{Number, Ruling, TimedCase, TimingRow};
@@ -626,7 +633,10 @@ pub(crate) fn claims() -> (Record<claims::Facts>, Timings<claims::TimingRow>) {
         4 => Ruling::Undecided,
         _ => Ruling::Confirmed,
     };
-    let rows: Vec<_> = (1..30).map(|n| row(&format!("C{n:02}"), verdict(n))).collect();
+    let mut rows: Vec<_> = (1..30).map(|n| row(&format!("C{n:02}"), verdict(n))).collect();
+    // Expectations about later methods, one of them confirmed.
+    let expected = |n: usize| if n == 1 { Ruling::Confirmed } else { Ruling::Refuted };
+    rows.extend((1..9).map(|n| row(&format!("M{n:02}"), expected(n))));
     let rows_of_time = vec![timing("C11", Ruling::Refuted), timing("C02", Ruling::Refuted)];
     let timings = Timings {
         format: TIMINGS_FORMAT.to_owned(),

@@ -7,7 +7,7 @@ use drape_harness::studies::work_precision::facts as work_precision;
 use drape_report::Verdict;
 use drape_report::{Record, TIMINGS_FORMAT, Timings};
 
-fn timings_of<R>(experiment: &str, rows: Vec<R>) -> Timings<R> {
+pub(crate) fn timings_of<R>(experiment: &str, rows: Vec<R>) -> Timings<R> {
     Timings {
         format: TIMINGS_FORMAT.to_owned(),
         experiment: experiment.to_owned(),

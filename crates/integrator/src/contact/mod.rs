@@ -299,7 +299,7 @@ impl ContactSet {
         constraints: &mut Constraints,
     ) {
         self.lead(system, x, step);
-        self.collect(system, x, v, step, way_out);
+        self.collect(system, x, v, step, way_out, None);
         self.write(system, constraints);
     }
 
@@ -311,9 +311,22 @@ impl ContactSet {
         motion: MultistepMotion<'_>,
         constraints: &mut Constraints,
     ) {
+        self.find_multistep(system, motion, None, constraints);
+    }
+
+    fn find_multistep(
+        &mut self,
+        system: &System,
+        motion: MultistepMotion<'_>,
+        free: Option<&[Vec3]>,
+        constraints: &mut Constraints,
+    ) {
         let MultistepMotion { from: (x, v), h, end, x_star, tau } = motion;
+        let way = |free: &[Vec3], i: usize| x_star[i] - x[i] + free[i] * tau;
+        let ways = free.map(|free| move |i| way(free, i));
+        let ahead = ways.as_ref().map(|way| way as &dyn Fn(usize) -> Vec3);
         self.lead(system, x_star, (tau, end));
-        self.collect(system, x, v, (h, end), WayOut::Velocity);
+        self.collect(system, x, v, (h, end), WayOut::Velocity, ahead);
         // A particle that leaves by itself is let go: else each rebound would end with a lift.
         self.candidates.retain(|contact| {
             let speed = contact.relative(&v[contact.particle as usize]);
@@ -362,6 +375,19 @@ impl ContactSet {
         }
     }
 
+    /// As [`detect_multistep`](Self::detect_multistep), but a contact also begins where the
+    /// velocities `free` (m/s) that the step has found without contacts would end it inside. It is
+    /// for methods that project positions: none ends more than the curvature of a surface inside.
+    pub fn detect_predicted(
+        &mut self,
+        system: &System,
+        motion: MultistepMotion<'_>,
+        free: &[Vec3],
+        constraints: &mut Constraints,
+    ) {
+        self.find_multistep(system, motion, Some(free), constraints);
+    }
+
     /// Finds the velocities of the pins on paths, which lead them to their places at `end`.
     fn lead(&mut self, system: &System, x_star: &[Vec3], (tau, end): (f64, f64)) {
         self.led.clear();
@@ -373,6 +399,8 @@ impl ContactSet {
         );
     }
 
+    /// With `ahead`, the way of a particle in the step (m), that way decides which particles
+    /// arrive, else the old velocity if detection is speculative.
     fn collect(
         &mut self,
         system: &System,
@@ -380,6 +408,7 @@ impl ContactSet {
         v: &[Vec3],
         (tau, end): (f64, f64),
         way_out: WayOut,
+        ahead: Option<&dyn Fn(usize) -> Vec3>,
     ) {
         self.candidates.clear();
         if self.obstacles == 0 {
@@ -392,7 +421,7 @@ impl ContactSet {
             }
         }
         let limit = system.contact().recovery_speed_limit_m_s;
-        let speculative = system.contact().detection == Detection::Speculative;
+        let speculative = ahead.is_some() || system.contact().detection == Detection::Speculative;
         for particle in (0..x.len()).filter(|&i| !system.pinned()[i]) {
             let first = self.candidates.len();
             for (index, obstacle) in system.obstacles().iter().enumerate() {
@@ -403,13 +432,17 @@ impl ContactSet {
                 };
                 let rubbed =
                     obstacle.friction > 0.0 && self.steps_since[self.slot(particle, index)] == 0;
+                let surface = motion.map_or(Vec3::zeros(), |motion| motion.velocity);
+                let way = ahead.map(|way| way(particle) - surface * tau);
+                let far = way.map_or(0.0, |way| way.norm()).max(tau * v.norm());
                 let looks_ahead = speculative || rubbed;
-                let reach = if looks_ahead { TOUCHING + tau * v.norm() } else { TOUCHING };
+                let reach = if looks_ahead { TOUCHING + far } else { TOUCHING };
                 let Some((distance, normal)) = obstacle.distance_within(&x, reach) else {
                     continue;
                 };
                 let approach = normal.dot(&v);
-                let arrives = speculative && distance + tau * approach < 0.0;
+                let closer = way.map_or(tau * approach, |way| normal.dot(&way));
+                let arrives = speculative && distance + closer < 0.0;
                 if distance < TOUCHING || arrives || rubbed {
                     let recovery = (-distance / tau).min(limit);
                     let bounces = self.steps_since[self.slot(particle, index)] >= LEAST_FLIGHT;
@@ -469,7 +502,9 @@ impl ContactSet {
         seen
     }
 
-    fn write(&self, system: &System, constraints: &mut Constraints) {
+    /// Writes the pins and the contacts that are left to `constraints`, all friction at rest on its
+    /// surface: for a further stage of the same step.
+    pub fn write(&self, system: &System, constraints: &mut Constraints) {
         constraints.clear();
         hold_pins(system, constraints);
         for &(particle, z) in &self.led {

@@ -197,3 +197,24 @@ fn settling_reports_contacts_that_begin_and_end() {
         assert_eq!(calls > 0, expected, "at {x}");
     }
 }
+
+/// The old velocity does not lead a resting particle inside, but the velocity that a step has found
+/// does: it may come as far as the surface.
+#[test]
+fn a_contact_begins_where_the_predicted_position_lies_inside() {
+    let (system, state) = ball_on_plane(0.0, 0.001, 0.0);
+    let (h, mut contacts) = (0.01, ContactSet::new(&system));
+    let mut constraints = ContactSet::constraints(&system);
+    let motion =
+        MultistepMotion { from: (&state.x, &state.v), h, end: h, x_star: &state.x, tau: h };
+    for (speed, is_met) in [(-1.0, true), (-0.05, false), (1.0, false)] {
+        let free = [Vec3::new(3.0, 0.0, speed)];
+        contacts.detect_predicted(&system, motion, &free, &mut constraints);
+        assert_eq!(contacts.is_empty(), !is_met, "{speed}");
+        if is_met {
+            assert!((constraints.prescribed(0).z + 0.1).abs() < 1e-15);
+        }
+        contacts.detect_multistep(&system, motion, &mut constraints);
+        assert!(contacts.is_empty(), "{speed}");
+    }
+}

@@ -60,7 +60,7 @@ impl Scheme for Workspace {
         predictor.extrapolate(&state.v, h, bands, start); // EEH (22)
         let from = (&state.x[..], &state.v[..]);
         let (end, lagged, how) = (state.t + h, state.level(), settings.stage);
-        let input = Stage { tau: h, end, from, lagged, velocity: &state.v };
+        let input = Stage { tau: h.into(), end, from, lagged, velocity: &state.v };
         // M (v_{n+1} − v_n) = h f(x_n + h v_{n+1}, v_{n+1}), EEH (4), by the iteration (5)
         stage.solve(system, input, start, contacts, constraints, how, clock, &mut report)?;
         clock.switch(Phase::Update);

@@ -66,9 +66,10 @@ impl LeapfrogWorkspace {
         }
         let mut free = v_n.clone();
         kick(system, half, &force, &mut free);
-        if self.damping.is_some() {
-            kick(system, half, &damping_force, &mut free);
+        if let Some([early, _]) = &self.explicit {
+            damping_force.copy_from_slice(&early.damping);
         }
+        kick(system, half, &damping_force, &mut free);
         let mut w = free.clone();
         self.constraints.impose(&mut w); // v½
         let ended = if self.contacts.is_empty() { &after.v } else { &self.unsettled };
@@ -90,7 +91,13 @@ impl LeapfrogWorkspace {
             solver.constraint_impulse(b, ended, &mut p); // (M + h/2 L_c) v_{n+1} − b
         } else {
             for (i, m) in system.mass().iter().enumerate() {
-                p[i] = (ended[i] - w[i]) * *m - self.force[i] * half;
+                p[i] = (ended[i] - w[i]) * *m - self.kept.force()[i] * half;
+            }
+        }
+        if let Some([_, late]) = &self.explicit {
+            for (i, late) in late.damping.iter().enumerate() {
+                p[i] -= late * half;
+                damping_force[i] = (damping_force[i] + late) * 0.5;
             }
         }
         book.damping_force(&damping_force);

@@ -1,7 +1,8 @@
 //! Description and settings of the three methods.
 
 use drape_integrator::{
-    Declares, Method, Order, Quantity, SolverKind, StabilityClass, Supports, Word, settings,
+    Declares, Method, Order, Quantity, SolverKind, StabilityClass, StepControl, Supports, Word,
+    settings,
 };
 
 /// Explicit Euler.
@@ -40,7 +41,8 @@ pub static LEAPFROG: Method = Method {
     order: Order::Two,
     class: StabilityClass::Symplectic,
     conserves: &[Quantity::Momentum, Quantity::AngularMomentum],
-    theory: "its energy stays close to the true one; stable if h²λ < 4, whatever the damping",
+    theory: "its energy stays close to the true one; stable if h²λ < 4, whatever the damping; with \
+             damping=explicit also only if hδ < 4",
     supports: Supports::Explicit,
     refuses: &[],
     settings: LeapfrogSettings::SETTINGS,
@@ -73,20 +75,18 @@ settings! {
     }
 }
 
-/// Whether leapfrog divides its steps.
+/// How leapfrog takes the damping.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum StepControl {
-    /// No.
-    Fixed,
-    /// Into equal substeps within an estimated stability limit, which follows the cloth.
-    Auto,
-    /// Into equal substeps within a stability limit for all positions.
-    Bound,
+pub enum LeapfrogDamping {
+    /// Half at the old and half at the new velocity: a sparse solve a step, at any damping.
+    CrankNicolson,
+    /// In the kicks, by Heun's method: four products a step, and a limit.
+    Explicit,
 }
 
-impl Word for StepControl {
+impl Word for LeapfrogDamping {
     const WORDS: &'static [(&'static str, Self)] =
-        &[("fixed", Self::Fixed), ("auto", Self::Auto), ("bound", Self::Bound)];
+        &[("crank-nicolson", Self::CrankNicolson), ("explicit", Self::Explicit)];
 }
 
 settings! {
@@ -101,5 +101,8 @@ settings! {
         /// longest substep of step=auto or bound over the stability limit 2/√λ; for bound, 0.95 is
         /// enough
         safety: f64 in 0.05..=1.0 = 0.7,
+        /// half the damping at the new velocity, by a solve, or all of it in the kicks, which is
+        /// cheaper and stable only for hδ < 4
+        damping: LeapfrogDamping [CrankNicolson, Explicit] = CrankNicolson,
     }
 }

@@ -1,12 +1,12 @@
 //! Memory of the steps.
 
-use crate::settings::{LEAPFROG, LeapfrogSettings, StepControl};
-use crate::stability_limit::StabilityLimit;
+use crate::settings::{LEAPFROG, LeapfrogDamping, LeapfrogSettings};
 use drape_integrator::{
-    ContactSet, Implicit, LaplacianSolver, LinearSettings, PreconditionerKind, PrepareError,
-    StepError, StepReport, Weights, hold_pins,
+    ContactSet, DampingBound, ExplicitKick, Implicit, KeptForce, LaplacianSolver, LinearSettings,
+    PreconditionerKind, PrepareError, StabilityLimit, StepError, StepReport, Weights, hold_pins,
+    is_damped,
 };
-use drape_model::{Revisions, System, Vec3};
+use drape_model::{System, Vec3};
 use drape_solvers::Constraints;
 
 /// Memory that explicit and symplectic Euler share.
@@ -40,11 +40,8 @@ const CG_TOLERANCE: f64 = 1e-14;
 /// Memory of a step, with the force that the next step reuses.
 #[derive(Debug)]
 pub struct LeapfrogWorkspace {
-    /// `F`, the conservative force at `positions`, N.
-    pub(crate) force: Vec<Vec3>,
-    /// The system that `force` was evaluated for.
-    remembered: Option<Revisions>,
-    positions: Vec<Vec3>,
+    /// `F`, the conservative force, N.
+    pub(crate) kept: KeptForce,
     pub(crate) old_velocity: Vec<Vec3>,
     pub(crate) free_velocity: Vec<Vec3>,
     /// `v_{n+1}` before the contacts settle, m/s; filled only where there are contacts.
@@ -56,10 +53,15 @@ pub struct LeapfrogWorkspace {
     pub(crate) constraints: Constraints,
     /// The pins alone, which the second half kick obeys.
     pub(crate) pins: Constraints,
-    /// `None` without damping.
+    /// `None` without damping, and where it is explicit.
     pub(crate) damping: Option<Damping>,
+    /// The half kicks; `None` without damping, and where half of it is implicit.
+    pub(crate) explicit: Option<[ExplicitKick; 2]>,
+    damping_bound: DampingBound,
     /// `None` unless steps are divided.
     limit: Option<StabilityLimit>,
+    /// The longest substep times `√λ`, and times `δ`.
+    longest: (f64, f64),
 }
 
 #[derive(Debug)]
@@ -85,21 +87,10 @@ impl LeapfrogWorkspace {
             let solver = LaplacianSolver::new(system, springs, Weights::Damping, linear, 0.5 * h)?;
             Ok(Damping { solver, force: zeros(), right_hand_side: zeros() })
         };
-        let is_damped = system.effects().any(|effect| effect.has_damping());
-        let limit = match settings.step {
-            StepControl::Fixed => None,
-            StepControl::Auto => Some(StabilityLimit::followed(system, settings.safety)),
-            StepControl::Bound => {
-                let limit = StabilityLimit::bound(system, settings.safety);
-                let what = "step=bound with a stiffness other than springs".to_owned();
-                let key = "effects".to_owned();
-                Some(limit.ok_or(PrepareError::Unsupported { method: LEAPFROG.id, what, key })?)
-            }
-        };
+        let has = |treatment| settings.damping == treatment && is_damped(system);
+        let limit = settings.step.limit(system, &LEAPFROG)?;
         Ok(Self {
-            force: zeros(),
-            remembered: None,
-            positions: zeros(),
+            kept: KeptForce::new(system),
             old_velocity: zeros(),
             free_velocity: zeros(),
             unsettled: zeros(),
@@ -108,14 +99,18 @@ impl LeapfrogWorkspace {
             contacts: ContactSet::new(system),
             constraints: Constraints::free(system.len()),
             pins: Constraints::free(system.len()),
-            damping: is_damped.then(damping).transpose()?,
+            damping: has(LeapfrogDamping::CrankNicolson).then(damping).transpose()?,
+            explicit: has(LeapfrogDamping::Explicit)
+                .then(|| [(); 2].map(|()| ExplicitKick::new(system))),
+            damping_bound: DampingBound::new(system),
             limit,
+            longest: (settings.safety * 2.0, settings.safety * 4.0),
         })
     }
 
     /// Forgets the force, the contacts and the estimate of the stability limit.
     pub(crate) fn forget(&mut self) {
-        self.remembered = None;
+        self.kept.forget();
         self.contacts.restart();
         if let Some(limit) = &mut self.limit {
             limit.restart();
@@ -130,7 +125,13 @@ impl LeapfrogWorkspace {
         h: f64,
         report: &mut StepReport,
     ) -> Result<u32, StepError> {
-        self.limit.as_mut().map_or(Ok(1), |limit| limit.substeps(system, x, h, report))
+        let Some(limit) = &mut self.limit else { return Ok(1) };
+        let (of_stiffness, of_damping) = self.longest;
+        let damping = self.explicit.is_some().then(|| self.damping_bound.evaluate(system));
+        limit.substeps(system, x, h, report, |lambda| {
+            let longest = of_stiffness / lambda.sqrt();
+            damping.map_or(longest, |damping| longest.min(of_damping / damping))
+        })
     }
 
     /// Brings the matrix for substeps of `h` seconds, and the pins, up to date.
@@ -148,23 +149,4 @@ impl LeapfrogWorkspace {
         hold_pins(system, &mut self.pins);
         Ok(())
     }
-
-    /// Whether the kept force belongs to this system at `x`.
-    pub(crate) fn remembers(&self, system: &System, x: &[Vec3]) -> bool {
-        self.remembered == Some(system.revisions()) && same_bits(&self.positions, x)
-    }
-
-    /// Keeps the force for the next step, which starts at `x`.
-    pub(crate) fn remember(&mut self, system: &System, x: &[Vec3]) {
-        self.remembered = Some(system.revisions());
-        self.positions.copy_from_slice(x);
-    }
-}
-
-/// Whether two block vectors are equal to the last bit. Without an early exit, the loop costs
-/// little beside a sweep over the springs.
-fn same_bits(a: &[Vec3], b: &[Vec3]) -> bool {
-    let differing =
-        |a: &Vec3, b: &Vec3| (0..3).fold(0, |bits, k| bits | (a[k].to_bits() ^ b[k].to_bits()));
-    a.iter().zip(b).fold(0, |bits, (a, b)| bits | differing(a, b)) == 0
 }

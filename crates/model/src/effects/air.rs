@@ -166,6 +166,8 @@ pub struct Gust {
     phases: [f64; SINES],
     /// Age at time 0 of the state, s.
     start: f64,
+    /// Period of the slowest sine, s, and the seed, as they were given.
+    origin: (f64, u32),
 }
 
 impl Gust {
@@ -182,7 +184,8 @@ impl Gust {
             ((z ^ (z >> 31)) >> 11) as f64 * (std::f64::consts::TAU / (1_u64 << 53) as f64)
         };
         let phases = [(); SINES].map(|()| phase());
-        Self { amplitude, frequency: std::f64::consts::TAU / period, phases, start: 0.0 }
+        let frequency = std::f64::consts::TAU / period;
+        Self { amplitude, frequency, phases, start: 0.0, origin: (period, seed) }
     }
 
     /// The same gust with an age of `start` seconds at time 0 of the state.
@@ -219,6 +222,18 @@ pub struct Air {
     /// `None`: the air is at rest.
     wind: Option<Wind>,
     triangles: Vec<[u32; 3]>,
+}
+
+impl Wind {
+    fn spec(&self) -> WindSpec {
+        let gust = |gust: Gust| GustSpec {
+            amplitude_m_s: gust.amplitude.into(),
+            period_s: gust.origin.0,
+            seed: gust.origin.1,
+            start_s: gust.start,
+        };
+        WindSpec { velocity_m_s: self.velocity.into(), gust: self.gust.map(gust) }
+    }
 }
 
 impl Air {
@@ -333,6 +348,19 @@ impl Effect for Air {
                 *coefficient *= factor
             }
         }
+        true
+    }
+
+    fn describe(&self, spec: &mut SystemSpec) -> bool {
+        let drag = match self.law {
+            // `½ ρ C` with `ρ = 2`: the same bits.
+            DragLaw::Quadratic(half) => {
+                DragSpec::Quadratic { coefficient: half, density_kg_m3: 2.0 }
+            }
+            DragLaw::Linear(c) => DragSpec::Linear { coefficient_n_s_per_m3: c },
+        };
+        spec.effects.air = Some(AirSpec { drag, wind: self.wind.as_ref().map(Wind::spec) });
+        spec.triangles.clone_from(&self.triangles);
         true
     }
 

@@ -12,7 +12,7 @@
 //! angle at rest is straight: `(π − φ)/sin φ → 1` (Eberhardt, Weber and Straßer 1996 bend cloth
 //! so). At other angles at rest, angles of 0 and π give the force no direction, and it is 0.
 
-use super::elements::{self, Element, Elements};
+use super::elements::{self, Element, Elements, Turn};
 use super::registry::{self, Checked, Weave};
 use super::{BlockSink, EffectClass, EffectKind, Tangent};
 use crate::bounds::{LAST_PARTICLE, MAX_COEFFICIENT, coefficient};
@@ -127,14 +127,7 @@ impl AngleSpec {
     }
 
     fn corner(&self, x: &[Vec3]) -> Option<Corner> {
-        let [i, j, k] = self.places().map(|i| x[i]);
-        let (a, b) = (i - j, k - j);
-        let length = [a.norm(), b.norm()];
-        let (short, long) = (length[0].min(length[1]), length[0].max(length[1]));
-        (short > COLLAPSED * long && short > SHORTEST).then(|| {
-            let u = [a / length[0], b / length[1]];
-            Corner { u, length, cos: u[0].dot(&u[1]), sin: u[0].cross(&u[1]).norm() }
-        })
+        Corner::new(self.places().map(|i| x[i]))
     }
 
     /// `δ₀ = π − φ₀`.
@@ -215,6 +208,16 @@ impl AngleSpec {
 }
 
 impl Corner {
+    fn new([i, j, k]: [Vec3; 3]) -> Option<Self> {
+        let (a, b) = (i - j, k - j);
+        let length = [a.norm(), b.norm()];
+        let (short, long) = (length[0].min(length[1]), length[0].max(length[1]));
+        (short > COLLAPSED * long && short > SHORTEST).then(|| {
+            let u = [a / length[0], b / length[1]];
+            Self { u, length, cos: u[0].dot(&u[1]), sin: u[0].cross(&u[1]).norm() }
+        })
+    }
+
     /// `δ = π − φ`, rad.
     fn turn(&self) -> f64 {
         libm::atan2(self.sin, -self.cos)
@@ -233,6 +236,10 @@ impl Element for AngleSpec {
 
     fn list(spec: &SystemSpec) -> &[Self] {
         &spec.angles
+    }
+
+    fn list_mut(spec: &mut SystemSpec) -> &mut Vec<Self> {
+        &mut spec.angles
     }
 
     fn kind(&self) -> EffectKind {
@@ -265,6 +272,15 @@ impl Element for AngleSpec {
         out[i] += fa;
         out[k] += fb;
         out[j] -= fa + fb;
+    }
+
+    /// `∇φ = −∇c/sin φ`, of length `1/|a|` for the first edge however straight the angle is.
+    fn turn(&self, &[i, j, k, _]: &[Vec3; 4]) -> Option<Turn> {
+        let corner = Corner::new([i, j, k]).filter(|corner| corner.sin > SINGULAR)?;
+        let [a, b] = corner.gradient().map(|gradient| gradient / -corner.sin);
+        let excess = self.rest_turn() - corner.turn();
+        let gradient = [a, -(a + b), b, Vec3::zeros()];
+        Some(Turn { excess, gradient, stiffness: self.stiffness_n_m })
     }
 
     fn visit_pairs(&self, visit: &mut dyn FnMut(usize, usize)) {
@@ -309,7 +325,9 @@ impl registry::Entry for Entry {
         };
         let effect =
             AngleEffect::ALL.into_iter().filter(|&effect| EffectKind::from(effect) == kind);
-        effect.for_each(|effect| spec.angles.extend(grid_angles(grid, effect, stiffness)));
+        effect.for_each(|effect| {
+            spec.angles.extend(grid_angles(grid, effect, |_, _, _| stiffness));
+        });
         Ok(())
     }
 
@@ -320,25 +338,31 @@ impl registry::Entry for Entry {
 
 /// The angles of a grid. Shear takes the four angles around each particle, each with a fourth of
 /// the stiffness. A sheared sheet then has `½ k (φ − π/2)²` at each inner particle. Bending takes
-/// the angles between a particle's neighbours in its row and in its column.
-fn grid_angles(grid: &Grid, effect: AngleEffect, stiffness: f64) -> Vec<AngleSpec> {
+/// the angles between a particle's neighbours in its row and in its column. `stiffness` is asked
+/// with row, column and place in the list of arms: for bending, 0 in a row and 1 in a column.
+pub(crate) fn grid_angles(
+    grid: &Grid,
+    effect: AngleEffect,
+    stiffness: impl Fn(u32, u32, usize) -> f64,
+) -> Vec<AngleSpec> {
     let arms: &[[(i64, i64); 2]] = match effect {
         AngleEffect::ShearAngle => {
             &[[(1, 0), (0, 1)], [(-1, 0), (0, 1)], [(-1, 0), (0, -1)], [(1, 0), (0, -1)]]
         }
         AngleEffect::BendingAngle => &[[(-1, 0), (1, 0)], [(0, -1), (0, 1)]],
     };
-    let (rest_rad, stiffness_n_m) = match effect {
-        AngleEffect::ShearAngle => (FRAC_PI_2, 0.25 * stiffness),
-        AngleEffect::BendingAngle => (PI, stiffness),
+    let (rest_rad, share) = match effect {
+        AngleEffect::ShearAngle => (FRAC_PI_2, 0.25),
+        AngleEffect::BendingAngle => (PI, 1.0),
     };
     let mut angles = Vec::new();
     for row in 0..grid.rows {
         for column in 0..grid.columns {
-            for [one, other] in arms {
+            for (place, [one, other]) in arms.iter().enumerate() {
                 let end = |(right, down): &(i64, i64)| grid.neighbour(row, column, *right, *down);
                 let Some((i, k)) = end(one).zip(end(other)) else { continue };
                 let j = grid.index(row, column);
+                let stiffness_n_m = share * stiffness(row, column, place);
                 angles.push(AngleSpec { effect, i, j, k, rest_rad, stiffness_n_m });
             }
         }

@@ -44,6 +44,11 @@ impl Effect for Gravity {
         is_force.then_some(Pass::Field(Field { acceleration: self.acceleration, mass }))
     }
 
+    fn describe(&self, spec: &mut SystemSpec) -> bool {
+        spec.effects.gravity = Some(GravitySpec { m_s2: self.acceleration.into() });
+        true
+    }
+
     fn boxed_clone(&self) -> Box<dyn Effect> {
         Box::new(*self)
     }

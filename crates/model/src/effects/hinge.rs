@@ -21,7 +21,7 @@
 //! A hinge at a triangle without area has no angle and exerts no force.
 
 use super::angle::AngularLaw;
-use super::elements::{self, Element, Elements};
+use super::elements::{self, Element, Elements, Turn};
 use super::registry::{self, Checked, Weave};
 use super::{BlockSink, EffectClass, EffectKind, Tangent};
 use crate::bounds::{LAST_PARTICLE, MAX_COEFFICIENT};
@@ -158,6 +158,10 @@ impl Element for HingeSpec {
         &spec.hinges
     }
 
+    fn list_mut(spec: &mut SystemSpec) -> &mut Vec<Self> {
+        &mut spec.hinges
+    }
+
     fn kind(&self) -> EffectKind {
         EffectKind::BendingHinge
     }
@@ -190,6 +194,13 @@ impl Element for HingeSpec {
         out[l] += fq;
         out[j] += fe;
         out[i] -= fp + fq + fe;
+    }
+
+    fn turn(&self, x: &[Vec3; 4]) -> Option<Turn> {
+        let fold = Fold::new(*x)?;
+        let [p, q, e] = fold.gradient();
+        let gradient = [-(p + q + e), e, p, q];
+        Some(Turn { excess: self.excess(&fold), gradient, stiffness: self.stiffness_n_m })
     }
 
     fn visit_pairs(&self, visit: &mut dyn FnMut(usize, usize)) {
@@ -242,23 +253,33 @@ impl registry::Entry for Entry {
         spec: &mut SystemSpec,
     ) -> Result<(), Violation> {
         let stiffness = law.check(kind)?;
-        for InteriorEdge { ends: [i, j], opposite: [k, l] } in interior_edges(&spec.triangles) {
-            let corners = [i, j, k, l].map(|i| Vec3::from(spec.particles.position_m[i as usize]));
-            let Some(fold) = Fold::new(corners) else {
-                let found = format!("given for triangles without area at the edge from {i} to {j}");
-                let expected = "triangles with an area";
-                return Err(Violation::new(format!("effects.{kind}"), found, expected));
-            };
-            let [a, b, c, d] = corners;
-            let e = b - a;
-            let doubled_area = e.cross(&(c - a)).norm() + e.cross(&(d - a)).norm();
-            let stiffness_n_m = stiffness * (6.0 * e.norm_squared() / doubled_area);
-            spec.hinges.push(HingeSpec { i, j, k, l, rest_rad: fold.angle(), stiffness_n_m });
-        }
-        Ok(())
+        hinges(spec, &format!("effects.{kind}"), |_| stiffness)
     }
 
     fn check(kind: EffectKind, spec: &SystemSpec) -> Result<Option<Box<dyn Checked>>, Violation> {
         elements::check::<HingeSpec>(kind, spec)
     }
+}
+
+/// Adds the hinges of the triangles; `stiffness` (N m) is that of the law at each edge, by its ends.
+/// Messages call the key `path`.
+pub(crate) fn hinges(
+    spec: &mut SystemSpec,
+    path: &str,
+    stiffness: impl Fn([u32; 2]) -> f64,
+) -> Result<(), Violation> {
+    for InteriorEdge { ends: [i, j], opposite: [k, l] } in interior_edges(&spec.triangles) {
+        let corners = [i, j, k, l].map(|i| Vec3::from(spec.particles.position_m[i as usize]));
+        let Some(fold) = Fold::new(corners) else {
+            let found = format!("given for triangles without area at the edge from {i} to {j}");
+            let expected = "triangles with an area";
+            return Err(Violation::new(path, found, expected));
+        };
+        let [a, b, c, d] = corners;
+        let e = b - a;
+        let doubled_area = e.cross(&(c - a)).norm() + e.cross(&(d - a)).norm();
+        let stiffness_n_m = stiffness([i, j]) * (6.0 * e.norm_squared() / doubled_area);
+        spec.hinges.push(HingeSpec { i, j, k, l, rest_rad: fold.angle(), stiffness_n_m });
+    }
+    Ok(())
 }

@@ -30,8 +30,11 @@ mod piecewise;
 mod springs;
 
 pub use air::{Air, AirSpec, DragLaw, DragSpec, Gust, GustSpec, Wind, WindSpec};
+pub(crate) use angle::grid_angles;
 pub use angle::{AngleEffect, AngleSpec, Angles, AngularLaw};
+pub use elements::{Stencils, Turn};
 pub use gravity::{Gravity, GravitySpec};
+pub(crate) use hinge::hinges;
 pub use hinge::{HingeSpec, Hinges};
 pub(crate) use network::Strand;
 pub use network::{DampingLaw, Fabric, PieceSpec, SpringEffect, SpringLaw, SpringSpec, StretchLaw};
@@ -41,7 +44,7 @@ pub use registry::EffectClass;
 pub(crate) use registry::{Checked, Weave};
 pub use springs::sweep::{Field, ListedSprings, Pass, Springs};
 pub use springs::tangent::{Linearised, StiffnessProduct};
-pub use springs::{LinearSprings, Spring};
+pub use springs::{COLLAPSED, LinearSprings, Spring};
 pub(crate) use springs::{batch, pairs, sweep, tangent};
 
 use crate::error::Violation;
@@ -165,6 +168,16 @@ pub trait Effect: Debug + Send + Sync {
         self.add_damping_force(Level { v, ..lagged }, out);
     }
 
+    /// Adds the derivative of the damping force by the positions in the direction `w` (m), N, to
+    /// `out`. Forces whose directions turn with the cloth, such as projected damping, have one.
+    /// Drag leaves out the derivatives of its coefficients.
+    fn add_damping_turn(&self, _at: Level<'_>, _w: &[Vec3], _out: &mut [Vec3]) {}
+
+    /// Whether [`add_damping_turn`](Self::add_damping_turn) adds anything.
+    fn has_damping_turn(&self) -> bool {
+        false
+    }
+
     /// A part of the forces in the form that one sweep adds together with other effects; `None` if
     /// it has no such form.
     fn pass<'a>(&'a self, _mass: &'a [f64], _part: Part) -> Option<Pass<'a>> {
@@ -198,6 +211,11 @@ pub trait Effect: Debug + Send + Sync {
         None
     }
 
+    /// Its angles one by one, if its energy is a sum `Σ ½ K (θ − θ₀)²` over angles.
+    fn stencils(&self) -> Option<&dyn Stencils> {
+        None
+    }
+
     /// Multiplies every stiffness by `factor`. Effects without a stiffness return `false`.
     fn scale_stiffness(&mut self, _factor: f64) -> bool {
         false
@@ -208,9 +226,19 @@ pub trait Effect: Debug + Send + Sync {
         false
     }
 
+    /// Adds its data to a frozen system. `false` where a frozen system cannot hold it.
+    #[must_use = "false means that nothing was added"]
+    fn describe(&self, _spec: &mut SystemSpec) -> bool {
+        false
+    }
+
     /// A copy behind a box.
     fn boxed_clone(&self) -> Box<dyn Effect>;
 }
+
+/// Called with the ends of a spring, its stiffness, N/m, and its tension as a function of the length,
+/// N.
+pub type TensionVisitor<'a> = dyn FnMut(usize, usize, f64, &dyn Fn(f64) -> f64) + 'a;
 
 /// The split of EEH section 4: `f = −L_k x + F2(x)` with the weighted graph Laplacian
 /// `(L_k x)_i = Σ_j k_ij (x_i − x_j)`, and likewise `−L_c v` plus a remainder for the damping.
@@ -222,6 +250,12 @@ pub trait LinearSplit {
     /// Whether the slope of every spring equals its stiffness at any length.
     fn has_one_slope(&self) -> bool {
         true
+    }
+
+    /// The curve of a spring, by its place in that order; `None` for a linear spring, whose tension
+    /// is `k (L − ℓ)`.
+    fn law(&self, _spring: usize) -> Option<&TensionLaw> {
+        None
     }
 
     /// As [`visit_weights`](Self::visit_weights), in the same order, with the slope `T'` of each
@@ -237,6 +271,29 @@ pub trait LinearSplit {
     /// `k (1 − ℓ/L)` if the spring is linear. It is negative in compression. The force is exactly
     /// `−k̃ (x_i − x_j)`.
     fn visit_secants(&self, x: &[Vec3], visit: &mut dyn FnMut(usize, usize, f64));
+
+    /// Calls `visit(i, j, k, T)` with the stiffness of each spring, N/m, and its tension `T(L)` as
+    /// a function of the length, N; in the order of [`visit_weights`](Self::visit_weights). The
+    /// stiffness bounds the slope `T'`.
+    fn visit_tensions(&self, visit: &mut TensionVisitor<'_>);
+
+    /// Calls `visit(i, j, g, g')` with the discrete gradient of each spring between the positions
+    /// `from` and `to` (Gonzalez 1996), N/m and N/m². With `d = x_i − x_j` and `L = |d|`,
+    ///
+    /// ```text
+    /// g = ΔU/ΔL / (L_from + L_to)        f_i = −g (d_from + d_to)        g' = ∂g/∂L_to
+    /// ```
+    ///
+    /// The work of `f_i` on the way is exactly `−ΔU`. At `from = to` it is the force. A linear
+    /// spring has `g = k (1/2 − ℓ/(L_from + L_to))`, without a division by `ΔL`.
+    #[doc(alias = "Gonzalez 1996")]
+    #[doc(alias = "LaBudde-Greenspan 1974")]
+    fn visit_discrete_gradients(
+        &self,
+        from: &[Vec3],
+        to: &[Vec3],
+        visit: &mut dyn FnMut(usize, usize, f64, f64),
+    );
 
     /// Adds `F2`, EEH (13), N: the conservative force without `−L_k x`.
     fn add_nonlinear_force(&self, x: &[Vec3], out: &mut [Vec3]);

@@ -1,8 +1,9 @@
 //! Reading the polygons of a Wavefront OBJ file, line by line and within fixed bounds of memory.
 //!
-//! The reader takes `v`, `f`, `g` and `o`. It skips texture, normals, materials, smoothing, lines
-//! and points (`vt`, `vn`, `usemtl`, `mtllib`, `s`, `l`, `p`), which say nothing about a cloth, and
-//! refuses everything else. The vertices keep the file's order, also across groups, so a seam that
+//! The reader takes `v`, `f`, `g` and `o`, and `vt`, which says where the warp is. It skips normals,
+//! materials, smoothing, lines and points (`vn`, `usemtl`, `mtllib`, `s`, `l`, `p`), which say
+//! nothing about a cloth, and refuses everything else. A texture that makes no sense is refused only
+//! where it is needed. The vertices keep the file's order, also across groups, so a seam that
 //! two groups share stays one seam.
 
 use crate::bounds::number;
@@ -16,6 +17,8 @@ use std::ops::Range;
 const MAX_LINE: usize = 64 * 1024;
 /// Most faces: twice as many as vertices, as a closed surface of triangles has.
 const MAX_FACES: usize = 2 * MAX_PARTICLES;
+/// Most texture coordinates; further ones are not used.
+const MAX_TEXTURES: usize = 4 * MAX_PARTICLES;
 /// Most names of groups and objects.
 const MAX_NAMES: usize = 65_536;
 /// Most bytes in a name.
@@ -64,6 +67,10 @@ pub(super) struct Obj {
     /// Line of each vertex, from 1.
     pub(super) lines: Vec<u32>,
     pub(super) faces: Vec<Face>,
+    /// Texture coordinates; not numbers where the file has none.
+    pub(super) textures: Vec<[f64; 2]>,
+    /// Texture of each face's corners; empty if the file has none.
+    pub(super) face_textures: Vec<[u32; 4]>,
     /// Stretches of the file's faces, by number, under each name of a group or object.
     pub(super) names: BTreeMap<String, Vec<Range<u32>>>,
 }
@@ -128,7 +135,11 @@ impl Scan<'_> {
         let text = text.split('#').next().unwrap_or_default();
         let mut words = text.split_ascii_whitespace();
         match words.next() {
-            None | Some("vt" | "vn" | "usemtl" | "mtllib" | "s" | "l" | "p") => Ok(()),
+            Some("vt") => {
+                self.texture(words);
+                Ok(())
+            }
+            None | Some("vn" | "usemtl" | "mtllib" | "s" | "l" | "p") => Ok(()),
             Some("v") => self.vertex(words),
             Some("f") => self.face(words),
             Some("o") => {
@@ -172,13 +183,32 @@ impl Scan<'_> {
         Ok(())
     }
 
+    /// The first two coordinates of a texture.
+    fn texture<'t>(&mut self, mut words: impl Iterator<Item = &'t str>) {
+        let mut next =
+            || words.next().and_then(|word| word.parse::<f64>().ok()).unwrap_or(f64::NAN);
+        let texture = [next(), next()];
+        if self.obj.textures.len() < MAX_TEXTURES {
+            self.obj.textures.push(texture);
+        }
+    }
+
+    /// The texture of a corner, whose index `finish` need not check.
+    fn corner_texture(&self, word: &str) -> u32 {
+        let index = word.split('/').nth(1).and_then(|part| part.parse::<i64>().ok()).unwrap_or(0);
+        let known = self.obj.textures.len() as i64;
+        let place = if index < 0 { known + index } else { index - 1 };
+        u32::try_from(place).unwrap_or(NONE)
+    }
+
     fn face<'t>(&mut self, words: impl Iterator<Item = &'t str>) -> Result<(), Violation> {
-        let mut corners = [NONE; 4];
+        let (mut corners, mut textures) = ([NONE; 4], [NONE; 4]);
         let mut count = 0;
         for word in words {
             let corner = self.corner(word)?;
             if let Some(place) = corners.get_mut(count) {
                 *place = corner;
+                textures[count] = self.corner_texture(word);
             }
             count += 1;
         }
@@ -190,6 +220,10 @@ impl Scan<'_> {
             return Err(self.refuse("one face more", format!("at most {MAX_FACES} faces")));
         }
         let number = self.obj.faces.len() as u32;
+        if textures[0] != NONE || !self.obj.face_textures.is_empty() {
+            self.obj.face_textures.resize(self.obj.faces.len(), [NONE; 4]);
+            self.obj.face_textures.push(textures);
+        }
         self.obj.faces.push(Face { corners, number, line: self.line });
         Ok(())
     }

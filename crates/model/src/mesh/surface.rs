@@ -17,6 +17,8 @@ pub(super) struct Surface {
     pub(super) faces: Vec<Face>,
     pub(super) sides: Vec<Side>,
     names: BTreeMap<String, Vec<Range<u32>>>,
+    /// Direction of the warp in each face of the file, by number; empty if it says nothing.
+    pub(super) warps: Vec<Option<Vec3>>,
     /// The repairs, in words.
     pub(super) repairs: Vec<String>,
 }
@@ -50,9 +52,10 @@ struct Check<'a> {
 impl Surface {
     /// Checks a file's faces; with `repair`, mends them if possible.
     pub(super) fn new(file: &str, obj: Obj, repair: bool) -> Result<Self, Violation> {
-        let Obj { vertices, lines, faces, names } = obj;
         let mut check = Check { file, repair, repairs: Vec::new() };
-        let mut vertices: Vec<Vec3> = vertices.into_iter().map(Vec3::from).collect();
+        let mut vertices: Vec<Vec3> = obj.vertices.iter().copied().map(Vec3::from).collect();
+        let warps = super::warp::warps(&vertices, &obj);
+        let Obj { lines, faces, names, .. } = obj;
         let mut faces = check.degenerate(&vertices, faces)?;
         check.doubled(&mut faces)?;
         let mut sides = sides(&faces);
@@ -67,7 +70,7 @@ impl Surface {
             let expected = "at least one face that is not degenerate";
             return Err(Violation::new("cloth.mesh.file", "without a face", expected));
         }
-        Ok(Self { vertices, faces, sides, names, repairs: check.repairs })
+        Ok(Self { vertices, faces, sides, names, warps, repairs: check.repairs })
     }
 
     /// The vertices of the faces under a name of a group or object, sorted; an error lists the

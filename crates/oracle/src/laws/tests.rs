@@ -291,6 +291,14 @@ fn implicit_steps_obey_their_laws_of_spin() {
             let factor = spin::implicit_midpoint(theta, eta, pair.rest / length(middle_x));
             law(x, v, factor, (end(x, middle_x), end(v, middle_v)));
 
+            let first = add(v, 0.5 * h, forces(x, v));
+            let moved = |new: Two| add(x, 0.5 * h, add(v, 1.0, new));
+            let last_v = pair.fixed_point(0.5 * h, first, |new| forces(moved(new), new));
+            let last_x = moved(last_v);
+            let ratios = [x, last_x].map(|x| pair.rest / length(x));
+            let factor = spin::trapezoid(theta, eta, ratios[0], ratios[1]);
+            law(x, v, factor, (last_x, last_v));
+
             let along = |x: Two, v: Two| add(pair.spring(x), 1.0, pair.projected(x, v));
             let middle_v = pair.fixed_point(0.5 * h, v, |v| along(add(x, 0.5 * h, v), v));
             let middle_x = add(x, 0.5 * h, middle_v);
@@ -322,6 +330,7 @@ fn the_laws_of_spin_tell_the_methods_apart() {
         spin::leapfrog(eta),
         spin::backward_euler(theta, eta, ratio),
         spin::implicit_midpoint(theta, eta, ratio),
+        spin::trapezoid(theta, eta, ratio, 0.9),
         spin::imex_euler(theta, eta),
         spin::imex_euler_projected_damping(theta, eta),
         spin::terzopoulos_fleischer(theta, eta, ratio),

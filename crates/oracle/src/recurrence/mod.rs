@@ -10,9 +10,25 @@
 //! motion across a spring of length `L` is an oscillator with `θ (1 − ℓ/L)`; implicit-explicit
 //! methods take `θ` implicitly and `−θ ℓ/L` explicitly.
 
+mod dirk;
+mod exponential;
+mod factored;
+mod generalized_alpha;
+mod imex_rk;
 mod multistep;
 mod one_step;
+mod projective;
+mod rkc;
+mod rosenbrock;
+mod splitting;
+mod vbd;
+mod xpbd;
 
+pub use dirk::RungeKutta;
+pub use exponential::exact_oscillator;
+pub use factored::{factored_backward_euler, factored_bdf2, factored_start};
+pub use generalized_alpha::GeneralizedAlpha;
+pub use imex_rk::{AdditiveTableau, additive_runge_kutta};
 pub use multistep::{Multistep, Recurrence, adams_bashforth, bdf};
 pub use one_step::{
     Amplification, backward_euler, desbrun, explicit_euler, imex_euler, implicit_midpoint,
@@ -20,6 +36,12 @@ pub use one_step::{
     symplectic_euler_implicit_damping, terzopoulos_fleischer,
 };
 pub(crate) use one_step::{jacobi_of_pair, power};
+pub use projective::{chebyshev_left, projective, projective_rate};
+pub use rkc::{rkc2, rkc2_polynomial};
+pub use rosenbrock::{RosenbrockTableau, rosenbrock};
+pub use splitting::{drift, impulse, kick, leapfrog_explicit_damping, splitting, srkn4};
+pub use vbd::vbd_pair;
+pub use xpbd::{divided, xpbd};
 
 #[cfg(test)]
 mod tests;

@@ -29,6 +29,13 @@ impl From<Amplification> for Recurrence {
     }
 }
 
+/// From the blocks, of the newest level first.
+impl From<Vec<Amplification>> for Recurrence {
+    fn from(blocks: Vec<Amplification>) -> Self {
+        Self { blocks }
+    }
+}
+
 impl Recurrence {
     /// The blocks `B_0, B_1, …`, which apply to the newest level, the one before it, …
     pub fn blocks(&self) -> &[Matrix2<f64>] {

@@ -75,3 +75,34 @@ fn spectral_radii_with_a_split_stiffness_match_the_golden_table() {
         assert_printed(printed[0], found, "IMEX1 as a matrix");
     }
 }
+
+/// At a rate within `(0, ρ)` Chebyshev's polynomials shrink the error as fast as theory says:
+/// `ρ^k/(1 + √(1 − ρ²))^k`, up to a factor 2.
+#[test]
+fn chebyshev_iterations_reach_their_asymptotic_rate() {
+    let (rho, count) = (0.95_f64, 60);
+    let each = rho / (1.0 + (1.0 - rho * rho).sqrt());
+    for rate in [0.3, 0.7, 0.9, 0.95] {
+        let left = chebyshev_left(rate, rho, 1, count).abs();
+        assert!(left <= 2.01 * each.powi(count as i32), "{rate}: {left:e}");
+    }
+    assert!(chebyshev_left(0.99, rho, 1, count) > 0.01, "a guess too low helps little");
+}
+
+/// What is left of the start lets the step run on without a force.
+#[test]
+fn projective_dynamics_lies_between_free_flight_and_backward_euler() {
+    let (theta, eta) = (100.0, 0.4);
+    assert_eq!(projective(theta, eta, 0.0), backward_euler_of(theta, eta));
+    assert_eq!(projective(theta, eta, 1.0), Amplification::new(1.0, 1.0, 0.0, 1.0));
+    let radius = spectral_radius(&projective(theta, eta, projective_rate(100.0, -50.0, 0.4)));
+    assert!(radius > spectral_radius(&backward_euler(theta, eta)), "{radius}");
+}
+
+/// Backward Euler in the order of operations of [`projective`].
+fn backward_euler_of(theta: f64, eta: f64) -> Amplification {
+    let d = 1.0 + theta + eta;
+    let found = Amplification::new(1.0 - theta / d, 1.0 / d, -theta / d, 1.0 / d);
+    assert!((found - backward_euler(theta, eta)).norm() < 1e-15);
+    found
+}

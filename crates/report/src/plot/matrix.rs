@@ -79,7 +79,10 @@ impl Shade {
     }
 }
 
-const ROW: i32 = 25;
+/// Least and greatest height of a row. Few rows are drawn higher.
+const ROW: std::ops::RangeInclusive<i32> = 25..=48;
+/// Height that a table should have.
+const HEIGHT: i32 = 560;
 /// Side of a tile in the legend.
 const SAMPLE: i32 = 20;
 /// Characters here are known to be mostly narrow: a little less than in legends of curves.
@@ -100,8 +103,11 @@ pub(super) fn svg(matrix: &Matrix, title: &str, description: &str) -> Result<Str
         ((WIDTH - 4 * MARGIN) / (SAMPLE + 24 + CHARACTER * widest)).max(1)
     };
     let legend_rows = (matrix.legend.len() as i32 + legend_columns - 1) / legend_columns;
-    let foot = top + ROW * matrix.rows.len() as i32 + 14;
     let legend_height = 14 + 26 * legend_rows + LINE * notes.len() as i32;
+    let count = matrix.rows.len() as i32;
+    let others = top + 14 + legend_height + MARGIN;
+    let row_height = ((HEIGHT - others) / count.max(1)).clamp(*ROW.start(), *ROW.end());
+    let foot = top + row_height * count + 14;
     let height = foot + legend_height + MARGIN;
     let width = (WIDTH - MARGIN - left) / (matrix.columns.len() as i32).max(1);
 
@@ -120,15 +126,15 @@ pub(super) fn svg(matrix: &Matrix, title: &str, description: &str) -> Result<Str
             root.draw_text(name, &upwards, (x, top - 6))?;
         }
         for (n, row) in matrix.rows.iter().enumerate() {
-            let y = top + ROW * n as i32;
+            let y = top + row_height * n as i32;
             if row.is_first {
                 let line =
                     vec![(MARGIN, y - 1), (left + width * matrix.columns.len() as i32, y - 1)];
                 root.draw(&PathElement::new(line, GRID.stroke_width(1)))?;
             }
-            let middle = y + ROW / 2;
+            let middle = y + row_height / 2;
             root.draw_text(&row.label, &plain(HPos::Left, VPos::Center), (MARGIN, middle))?;
-            draw_row(&root, &row.tiles, (left, y), width)?;
+            draw_row(&root, &row.tiles, (left, y), (width, row_height))?;
         }
         let corners = [(MARGIN, foot), (WIDTH - MARGIN, foot + legend_height)];
         root.draw(&Rectangle::new(corners, GRID.stroke_width(1)))?;
@@ -149,18 +155,18 @@ pub(super) fn svg(matrix: &Matrix, title: &str, description: &str) -> Result<Str
     Ok(with_description(&text, title, description))
 }
 
-/// The tiles of a row whose upper left corner is `corner`.
+/// The tiles of a row whose upper left corner is `(left, top)`; `width` is that of a column.
 fn draw_row(
     root: &Area<'_>,
     columns: &[Vec<Tile>],
     (left, top): (i32, i32),
-    width: i32,
+    (width, height): (i32, i32),
 ) -> Result<(), Failure> {
     for (n, tiles) in columns.iter().enumerate() {
         let each = (width - 3) / (tiles.len() as i32).max(1);
         for (m, tile) in tiles.iter().enumerate() {
             let x = left + width * n as i32 + each * m as i32;
-            draw_tile(root, tile, (x, top + 1), (each - 1, ROW - 3))?;
+            draw_tile(root, tile, (x, top + 1), (each - 1, height - 3))?;
         }
     }
     Ok(())

@@ -77,6 +77,11 @@ impl Look {
         Self::pair(n, n)
     }
 
+    /// The n-th look of a family: for n < 7 and up to 49 families no two looks are the same.
+    pub const fn of_family(n: usize, family: usize) -> Self {
+        Self { colour: n % 7, shape: (n + family) % 7, line: (n + family / 7) % 7 }
+    }
+
     /// Colour and dashes of one property, marker of another.
     pub const fn pair(line: usize, shape: usize) -> Self {
         Self { colour: line % 7, shape: shape % 7, line: line % 7 }

@@ -59,11 +59,11 @@ impl Rows {
         }
     }
 
-    pub(super) fn add_diagonal(&mut self, i: usize, block: &Mat3) {
+    pub(crate) fn add_diagonal(&mut self, i: usize, block: &Mat3) {
         self.blocks[self.pattern.diagonal(i)] += block;
     }
 
-    pub(super) fn add_pair(&mut self, i: usize, j: usize, block: &Mat3) {
+    pub(crate) fn add_pair(&mut self, i: usize, j: usize, block: &Mat3) {
         self.add_both(i, j, block, block);
     }
 
@@ -85,7 +85,7 @@ impl Rows {
         self.add_diagonal(j, transpose);
     }
 
-    pub(super) fn get(&self, i: usize, j: usize) -> Mat3 {
+    pub(crate) fn get(&self, i: usize, j: usize) -> Mat3 {
         self.pattern.slot(i, j).map_or_else(Mat3::zeros, |slot| self.blocks[slot])
     }
 
@@ -108,6 +108,27 @@ impl Rows {
                     let filtered = s * self.blocks[ij];
                     self.blocks[ij] = filtered;
                     self.blocks[ji] = filtered.transpose();
+                }
+            }
+            let ii = self.pattern.diagonal(i);
+            let third = self.blocks[ii].trace() / 3.0;
+            let scale = if third > 0.0 { third } else { 1.0 };
+            self.blocks[ii] = s * self.blocks[ii] * s + (Mat3::identity() - s) * scale;
+        }
+    }
+
+    /// As [`project`](Self::project), for blocks that are not symmetric.
+    pub(crate) fn project_both_sides(&mut self, constraints: &Constraints) {
+        for &i in constraints.constrained() {
+            let i = i as usize;
+            let s = constraints.filter(i).matrix();
+            for ij in self.pattern.row(i) {
+                let j = self.pattern.column(ij);
+                if j != i
+                    && let Some(ji) = self.pattern.slot(j, i)
+                {
+                    self.blocks[ij] = s * self.blocks[ij];
+                    self.blocks[ji] *= s;
                 }
             }
             let ii = self.pattern.diagonal(i);
@@ -168,7 +189,7 @@ impl Rows {
     }
 
     /// `y ← A x`.
-    pub(super) fn multiply(&self, x: &[Vec3], y: &mut [Vec3]) {
+    pub(crate) fn multiply(&self, x: &[Vec3], y: &mut [Vec3]) {
         for (i, y) in y.iter_mut().enumerate() {
             let mut sum = [0.0; 3];
             for slot in self.pattern.row(i) {

@@ -85,6 +85,24 @@ impl<'a> EliminationTree<'a> {
         counts
     }
 
+    /// The entries of the factor below the diagonal, as (column, row).
+    pub(super) fn pairs(&self) -> Vec<(usize, usize)> {
+        let n = self.parent.len();
+        let mut reached = vec![NONE; n];
+        let mut pairs = Vec::new();
+        for k in 0..n {
+            for slot in self.pattern.row(self.order[k] as usize) {
+                let mut j = self.position[self.pattern.column(slot)] as usize;
+                while j < k && reached[j] != k as u32 {
+                    reached[j] = k as u32;
+                    pairs.push((j, k));
+                    j = self.parent[j] as usize;
+                }
+            }
+        }
+        pairs
+    }
+
     /// Number of entries of the factor.
     pub(super) fn entries(&self) -> u64 {
         self.column_counts().iter().map(|&count| u64::from(count)).sum()

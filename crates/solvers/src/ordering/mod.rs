@@ -48,6 +48,11 @@ pub(crate) fn column_counts(pattern: &Pattern, order: &[u32]) -> Vec<u32> {
     EliminationTree::new(pattern, order).column_counts()
 }
 
+/// The pairs of places that the factor couples below the diagonal, for this order.
+pub(crate) fn filled(pattern: &Pattern, order: &[u32]) -> Vec<(usize, usize)> {
+    EliminationTree::new(pattern, order).pairs()
+}
+
 /// AMD of the whole graph.
 fn minimum_degree(pattern: &Pattern) -> Result<Vec<u32>, SolverError> {
     let n = pattern.n();

@@ -17,7 +17,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let row = studies::claims::test(claim)?;
     let judgement = claim.judge(&Evidence::new(&row.numbers));
     let mut text = String::new();
-    writeln!(text, "{} (§{}): {}", claim.id, claim.section, claim.says)?;
+    writeln!(text, "{} ({}): {}", claim.id, claim.origin, claim.says)?;
     writeln!(text, "criterion: {}", claim.criterion)?;
     writeln!(text, "verdict:   {}", row.verdict.name())?;
     for number in &row.numbers {

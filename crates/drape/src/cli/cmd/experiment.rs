@@ -3,7 +3,7 @@
 use crate::cli::output::check_folder;
 use crate::cli::progress::Bars;
 use drape_harness::studies::{Context, Study, find};
-use drape_harness::{Unfinished, start_threads};
+use drape_harness::{HarnessError, Unfinished, methods, start_threads};
 use drape_report::tell;
 use std::path::{Path, PathBuf};
 
@@ -11,9 +11,12 @@ use std::path::{Path, PathBuf};
 pub(crate) struct Arguments {
     /// Name of the experiment (see `drape list experiments`)
     name: String,
-    /// Folder for the results [default: results; with --quick: results-quick]
+    /// Folder for the results [default: results; with --quick: results-quick; with methods that
+    /// were added or chosen: results-own]
     #[arg(long)]
     out: Option<PathBuf>,
+    #[command(flatten)]
+    methods: MethodArguments,
     /// Compute only a subset of the cells
     #[arg(long)]
     quick: bool,
@@ -22,8 +25,28 @@ pub(crate) struct Arguments {
     fresh: bool,
 }
 
+/// The methods that studies compare.
+#[derive(Debug, clap::Args)]
+pub(crate) struct MethodArguments {
+    /// Compare only these methods, in studies that compare all: ids, or program:COMMAND for a
+    /// program of your own; separated by commas, or given several times
+    #[arg(long, value_name = "ID", value_delimiter = ',')]
+    methods: Vec<String>,
+}
+
+impl MethodArguments {
+    /// Restricts the studies.
+    pub(crate) fn choose(&self) -> Result<(), HarnessError> {
+        if !self.methods.is_empty() {
+            methods::choose(self.methods.iter().map(String::as_str))?;
+        }
+        Ok(())
+    }
+}
+
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let experiment = find(&arguments.name)?;
+    arguments.methods.choose()?;
     let out = folder(arguments.out.as_deref(), arguments.quick);
     let unfinished = enter(&out, arguments.fresh)?;
     record(experiment, &out, arguments.quick, &unfinished)?;
@@ -31,9 +54,23 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     Ok(unfinished.leave([experiment.name()])?)
 }
 
-/// The folder for results. By default a quick subset does not replace full results.
+/// The folder for results. By default neither a quick subset nor results of other methods replace
+/// full results.
 pub(crate) fn folder(out: Option<&Path>, quick: bool) -> PathBuf {
-    out.unwrap_or(Path::new(if quick { "results-quick" } else { "results" })).to_owned()
+    let usual = match (methods::are_ours_alone(), quick) {
+        (false, _) => "results-own",
+        (true, true) => "results-quick",
+        (true, false) => "results",
+    };
+    out.unwrap_or(Path::new(usual)).to_owned()
+}
+
+/// Tells what programs of the user did wrong: cells of a study keep no sentences.
+fn tell_failures() {
+    for (sentence, count) in methods::program_failures() {
+        let often = if count > 1 { format!(" ({count} times)") } else { String::new() };
+        tell!("drape: warning: {sentence}{often}");
+    }
 }
 
 /// Checks the folder for results, starts the threads and takes up what is unfinished there.
@@ -86,10 +123,12 @@ pub(crate) fn record(
         quick,
         progress: &progress,
         journal: &journal,
-        allocated: Some(crate::cli::allocated),
+        allocated: crate::cli::allocated(),
         source: &source,
     };
-    let files = study.run(&context)?;
+    let files = study.run(&context);
+    tell_failures();
+    let files = files?;
     for file in &files {
         tell!("wrote {}", file.display());
     }

@@ -2,7 +2,8 @@
 
 use crate::cli::output::print;
 use drape_harness::{Preset, bundled, claims, methods, presets, studies};
-use drape_integrator::{Method, Order, StabilityClass};
+use drape_integrator::{Method, StabilityClass};
+use drape_model::fabric::Material;
 use std::fmt::Write as _;
 
 #[derive(Debug, clap::Args)]
@@ -16,11 +17,13 @@ pub(crate) struct Arguments {
 enum What {
     /// Bundled scenes
     Scenes,
+    /// Bundled materials with their constants and sources
+    Materials,
     /// Time integrators with their settings, ranges and defaults
     Methods,
     /// Experiments in teaching order; each names the experiments that it builds on
     Experiments,
-    /// Claims of the paper with their criteria
+    /// Claims of the paper, then expectations about later methods, with their criteria
     Claims,
 }
 
@@ -41,6 +44,25 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
                 )?;
             }
         }
+        What::Materials => {
+            for name in Material::bundled() {
+                let material = Material::load(name)?;
+                let [tension, bending] = [material.tension_n_per_m, material.bending_n_m];
+                writeln!(
+                    text,
+                    "{name}\n    {}\n    {} kg/m²; tension {} and {} N/m (warp, weft), shear {} \
+                     N/m, bending {:e} and {:e} N m; assumed: {}",
+                    material.source,
+                    material.areal_density_kg_m2,
+                    tension.warp,
+                    tension.weft,
+                    material.shear_n_per_m,
+                    bending.warp,
+                    bending.weft,
+                    material.assumed.join(", ")
+                )?;
+            }
+        }
         What::Methods => methods::all().try_for_each(|method| describe(&mut text, method))?,
         What::Experiments => {
             for experiment in studies::all() {
@@ -58,8 +80,8 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
             for claim in claims::all() {
                 writeln!(
                     text,
-                    "{} (§{}): {}\n    criterion: {}",
-                    claim.id, claim.section, claim.says, claim.criterion
+                    "{} ({}): {}\n    criterion: {}",
+                    claim.id, claim.origin, claim.says, claim.criterion
                 )?;
             }
         }
@@ -68,10 +90,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
 }
 
 fn describe(text: &mut String, method: &Method) -> std::fmt::Result {
-    let order = match method.order {
-        Order::One => 1,
-        Order::Two => 2,
-    };
+    let order = method.order.number();
     let class = match method.class {
         StabilityClass::Dissipative => "judged by: energy must not rise",
         StabilityClass::Symplectic => "judged by: energy must not drift",

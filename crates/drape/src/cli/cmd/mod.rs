@@ -1,12 +1,18 @@
 //! The subcommands, each in a file of its own.
 
 pub(crate) mod claim;
+pub(crate) mod compare;
 pub(crate) mod experiment;
+pub(crate) mod export;
 pub(crate) mod frames;
+pub(crate) mod inspect;
 pub(crate) mod list;
+pub(crate) mod material;
 pub(crate) mod picture;
+mod probe;
 pub(crate) mod report;
 pub(crate) mod reproduce;
 pub(crate) mod run;
 pub(crate) mod schema;
 pub(crate) mod system;
+mod verdict;

@@ -7,9 +7,12 @@ use std::time::Instant;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// Folder for the results [default: results; with --quick: results-quick]
+    /// Folder for the results [default: results; with --quick: results-quick; with methods that
+    /// were added or chosen: results-own]
     #[arg(long)]
     out: Option<PathBuf>,
+    #[command(flatten)]
+    methods: super::experiment::MethodArguments,
     /// Compute only a subset of the cells, and no timings
     #[arg(long)]
     quick: bool,
@@ -23,6 +26,7 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let begin = Instant::now();
+    arguments.methods.choose()?;
     let out = super::experiment::folder(arguments.out.as_deref(), arguments.quick);
     let chosen = match arguments.only.as_slice() {
         [] => all().to_vec(),

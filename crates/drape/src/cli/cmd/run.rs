@@ -1,6 +1,8 @@
 //! `drape run`.
 
 use super::frames::Frames;
+use super::probe::Probes;
+use super::verdict::{self, Expected};
 use crate::cli::exit::Diverged;
 use crate::cli::input::{files, in_file, load};
 use crate::cli::limit::LimitArguments;
@@ -8,7 +10,7 @@ use crate::cli::output::{Sink, print};
 use crate::cli::progress::bar;
 use clap::builder::TypedValueParser as _;
 use drape_harness::methods::{Choice, MethodError};
-use drape_harness::record::{Ending, FinalState, RUN_FORMAT, Run, Sample};
+use drape_harness::record::{Ending, FinalState, Judgement, RUN_FORMAT, Run, Sample};
 use drape_harness::{
     HarnessError, Moment, OrderedSimulation, Outcome, Passage, Peak, Rule, Team, WorkBalance,
     system_hash,
@@ -17,13 +19,14 @@ use drape_integrator::ExplicitNumbers;
 use drape_model::{SceneFile, State, SystemSpec, TimeSpan, Violation};
 use drape_report::{printable, tell};
 use std::num::NonZero;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
     /// Name of a bundled scene, or a file with a scene or a discretised system
     scene: String,
-    /// Id of a method; settings follow a colon: imex-euler:forcing_term=0.05,start=last
+    /// Id of a method; settings follow a colon: imex-euler:forcing_term=0.05,start=last. Or
+    /// program:COMMAND, such as program:./mine.py, for a program of your own
     #[arg(long)]
     method: String,
     /// Time step, s (default: of the scene; a discretised system has none)
@@ -35,8 +38,8 @@ pub(crate) struct Arguments {
     /// A setting of the method; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     settings: Vec<String>,
-    /// Write the run into this file (format "drape-run/1"); - is standard output, and the summary
-    /// then goes to standard error
+    /// Write the run into this file: .json (format "drape-run/2"), or .csv for the energies and
+    /// momenta over time alone; - is standard output, and the summary then goes to standard error
     #[arg(long)]
     out: Option<PathBuf>,
     /// Also record the seconds of each phase of a step
@@ -51,6 +54,8 @@ pub(crate) struct Arguments {
     threads: NonZero<u16>,
     #[command(flatten)]
     limit: LimitArguments,
+    #[command(flatten)]
+    probes: super::probe::ProbeArguments,
     #[command(flatten)]
     frames: super::frames::FrameArguments,
 }
@@ -77,6 +82,10 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     if let Some(warning) = warning {
         tell!("drape: warning: {warning}");
     }
+    let expected = Expected::of(&simulation, &choice, time);
+    if let Some(warning) = expected.warning(&simulation, &choice, step) {
+        tell!("drape: warning: {warning}");
+    }
     let start = Start::of(&simulation);
     // Wind, moving pins and moving obstacles do work on the cloth.
     let taken = (&inputs[..], sink.as_ref());
@@ -85,6 +94,14 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let is_driven = balance.is_some();
     let mut frames = Frames::begin(&arguments.frames, spec, &simulation, time, taken)?;
     let (whole, rest) = time.steps();
+    let mut probes = Probes::begin(
+        &arguments.probes,
+        spec,
+        &simulation,
+        whole + u64::from(rest.is_some()),
+        taken,
+    )?;
+    let mut check = simulation.motion_check(whole + u64::from(rest.is_some()));
     let bar = bar(choice.method().id, whole + u64::from(rest.is_some()));
     let mut peak = Peak::default();
     let mut sound = Peak::before_a_rise_above(simulation.moving().energy());
@@ -104,6 +121,10 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
                 balance.look(moment);
             }
             tunnels.look(moment);
+            check.look(moment);
+            if let Some(probes) = &mut probes {
+                probes.look(moment);
+            }
             if let Some(frames) = &mut frames {
                 frames.look(moving);
             }
@@ -121,11 +142,29 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     })?;
     let outcome = team.run(simulate).map_err(|error| error.in_scene(&arguments.scene))?;
     bar.inspect(|bar| bar.finish_and_clear());
-    let record = record(spec, &choice, time, &outcome, &simulation.state());
+    let gain = match &outcome.divergence {
+        None => energy_gain(&outcome.series, &choice, simulation.rule(), start, balance.as_ref()),
+        Some(_) => None,
+    };
+    let is_judged = balance.as_ref().is_none_or(|balance| balance.excess().is_some());
+    let kept = match outcome.divergence {
+        None => Some(team.run(|| simulation.kept(&check, outcome.effort))),
+        Some(_) => None,
+    };
+    let verdict = verdict::judge(&outcome, gain.as_deref(), is_judged, kept, &expected);
+    let record = record(spec, &choice, time, (&outcome, verdict), &simulation.state());
     if let Some(sink) = &sink {
-        sink.write_run(&record)?;
+        if arguments.out.as_deref().is_some_and(is_csv) {
+            sink.write(super::probe::series(&record.series).as_bytes())?;
+        } else {
+            sink.write_run(&record)?;
+        }
+    }
+    if let Some(probes) = &probes {
+        probes.finish()?;
     }
     let speaks_data = sink.as_ref().is_some_and(Sink::is_standard)
+        || probes.as_ref().is_some_and(Probes::is_standard)
         || frames.as_ref().is_some_and(Frames::is_standard);
     if let Some(frames) = frames {
         frames.finish()?;
@@ -152,8 +191,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     if let Some(warning) = warning {
         tell!("drape: warning: {warning}");
     }
-    let warning = energy_warning(&record, simulation.rule(), start, balance.as_ref());
-    for warning in warning.into_iter().chain(tunnels.first().map(tunnel_warning)) {
+    for warning in gain.into_iter().chain(tunnels.first().map(tunnel_warning)) {
         tell!("drape: warning: {warning}");
     }
     // The end of the run decides the exit code, even if the summary cannot be printed.
@@ -168,14 +206,20 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         Some(sink) => format!("the record until then is in {sink}"),
         None => "use --out FILE to keep the record until then".to_owned(),
     };
+    let how = if divergence.is_outside { "was given up" } else { "diverged" };
     Err(Diverged(format!(
-        "{} diverged at step {} (t = {} s): {}; {kept}",
+        "{} {how} at step {} (t = {} s): {}; {kept}",
         choice.full_id(),
         divergence.step,
         divergence.time,
         divergence.criterion
     ))
     .into())
+}
+
+/// Whether a file is to hold comma-separated values.
+fn is_csv(file: &Path) -> bool {
+    file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv"))
 }
 
 /// Step and duration: from the options, or else from the scene.
@@ -204,7 +248,7 @@ fn record(
     spec: &SystemSpec,
     choice: &Choice,
     time: TimeSpan,
-    outcome: &Outcome,
+    (outcome, verdict): (&Outcome, Judgement),
     state: &State,
 ) -> Run {
     Run {
@@ -219,7 +263,7 @@ fn record(
             .collect(),
         dt_s: time.step_s,
         steps: outcome.steps,
-        verdict: match &outcome.divergence {
+        ending: match &outcome.divergence {
             None => Ending::Completed { unconverged_steps: outcome.unconverged },
             Some(divergence) => Ending::Diverged {
                 step: divergence.step,
@@ -227,6 +271,7 @@ fn record(
                 criterion: divergence.criterion.clone(),
             },
         },
+        verdict,
         totals: outcome.totals,
         phases_seconds: outcome.phases,
         series: outcome.series.clone(),
@@ -305,29 +350,28 @@ fn tunnel_warning(passage: &Passage) -> String {
     )
 }
 
-/// The warning for a run that gained energy beside the work that came in, if anything drives it. A
-/// run that diverged needs none.
-fn energy_warning(
-    run: &Run,
+/// What a run that did not diverge gained beside the work that came in, if anything drives it.
+fn energy_gain(
+    series: &[Sample],
+    choice: &Choice,
     rule: Rule,
     known: Start,
     balance: Option<&WorkBalance>,
 ) -> Option<String> {
     let of = |sample: &Sample, name: &str| sample.energy_j.get(name).copied().unwrap_or(0.0);
-    let greatest = |name: &str| run.series.iter().map(|s| of(s, name)).fold(0.0, f64::max);
-    let start = of(run.series.first()?, "total");
-    let top = run.series.iter().map(|s| of(s, "total")).fold(start, f64::max);
+    let greatest = |name: &str| series.iter().map(|s| of(s, name)).fold(0.0, f64::max);
+    let start = of(series.first()?, "total");
+    let top = series.iter().map(|s| of(s, "total")).fold(start, f64::max);
     let allowed = match rule {
         Rule::Dissipative => RISE[0],
         Rule::Symplectic => RISE[1],
     };
-    let completed = matches!(run.verdict, Ending::Completed { .. });
+    let id = choice.method().id;
     let cause = match known.inside {
-        0 => format!("the step is probably too long for {}", run.method),
+        0 => format!("the step is probably too long for {id}"),
         inside => format!(
             "{inside} particles start inside an obstacle and are pushed out, \
-             or the step is too long for {}",
-            run.method
+             or the step is too long for {id}"
         ),
     };
     let (rise, beside) = match balance {
@@ -335,7 +379,7 @@ fn energy_warning(
         Some(balance) => (balance.excess()?, " and the work of pins, obstacles and wind"),
     };
     let rose = rise > allowed * greatest("kinetic") + known.round_off;
-    (completed && rose).then(|| {
+    rose.then(|| {
         format!(
             "the total energy rose by {rise:.3e} J above its start{beside}; \
              the greatest kinetic energy is {:.3e} J: {cause}",
@@ -369,7 +413,8 @@ fn summary(run: &Run) -> String {
         "{} with {}{settings}: {steps} in {:.3e} s\n\
          CG iterations {}, outer passes {}, Newton iterations {}, matrix products {}, \
          force evaluations {}\n\
-         total energy {:.6} J at the start, {greatest:.6} J at most, {:.6} J at the end\n",
+         total energy {:.6} J at the start, {greatest:.6} J at most, {:.6} J at the end\n\
+         verdict: {}: {}\n",
         printable(&run.scene),
         run.method,
         totals.seconds,
@@ -379,6 +424,8 @@ fn summary(run: &Run) -> String {
         totals.matvecs,
         totals.force_evaluations,
         energy(run.series.first()),
-        energy(run.series.last())
+        energy(run.series.last()),
+        run.verdict.kind,
+        run.verdict.reason
     )
 }

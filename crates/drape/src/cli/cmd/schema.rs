@@ -18,7 +18,7 @@ enum Format {
     Scene,
     /// A discretised system: "drape-system/1"
     System,
-    /// A run, as `drape run --out` writes it: "drape-run/1"
+    /// A run, as `drape run --out` writes it: "drape-run/2"
     Run,
 }
 

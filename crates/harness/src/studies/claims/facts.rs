@@ -1,5 +1,5 @@
-//! Records of the experiment `claims`: what was measured for each claim of the paper, and the
-//! verdict.
+//! Records of the experiment `claims`: what was measured for each claim of the paper and for each
+//! expectation about later methods, and the verdict.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Facts {
-    /// One a claim, in the order of their ids.
+    /// One a claim: those of the paper, then the expectations, in the order of their ids.
     pub claims: Vec<Row>,
 }
 
@@ -46,7 +46,7 @@ impl Ruling {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Row {
-    /// `C01` to `C29`.
+    /// `C01` to `C29` for claims of the paper, `M01` to `M08` for expectations about later methods.
     pub id: String,
     /// What the numbers make of the claim.
     pub verdict: Ruling,

@@ -1,4 +1,4 @@
-//! Experiment `claims`: the ledger of the paper's claims.
+//! Experiment `claims`: the ledger of the paper's claims, and of expectations about later methods.
 
 pub mod facts;
 pub(crate) mod plates;

@@ -1,7 +1,7 @@
 //! Figure and tables of the experiment `claims`.
 
 use super::facts::{Facts, Number, Row, Ruling, TimedCase, TimingRow};
-use crate::claims::{Evidence, find};
+use crate::claims::{Evidence, Origin, find, is_expectation};
 use drape_report::number::{significant, trimmed};
 use drape_report::page::{Table, absent, texts};
 use drape_report::plate::{Draw, Plate};
@@ -10,15 +10,26 @@ use drape_report::plot::{Matrix, Row as Line, Shade, Tile};
 /// What the figure is drawn from.
 pub(super) type Input = crate::studies::Input<Facts, TimingRow>;
 
-pub(super) const PLATES: &[Plate<Input>] = &[Plate {
-    file: "claims.svg",
-    title: "Which of the paper's claims hold",
-    caption: "The tile shows what came out for each claim of the paper; its section stands in \
-              brackets. A claim is confirmed if the recorded numbers meet a criterion that was \
-              fixed beforehand. A thick frame marks a claim whose measured seconds contradict the \
-              counted work. Criteria, reasons and repairs stand in the table below.",
-    draw: Draw::Matrix(verdicts),
-}];
+pub(super) const PLATES: &[Plate<Input>] = &[
+    Plate {
+        file: "claims.svg",
+        title: "Which of the paper's claims hold",
+        caption: "The tile shows what came out for each claim of the paper; its section stands in \
+                  brackets. A claim is confirmed if the recorded numbers meet a criterion that was \
+                  fixed beforehand. A thick frame marks a claim whose measured seconds contradict \
+                  the counted work. Criteria, reasons and repairs stand in the table below.",
+        draw: Draw::Matrix(of_paper),
+    },
+    Plate {
+        file: "claims-modern.svg",
+        title: "Which expectations about later methods hold",
+        caption: "The tile shows what came out for each expectation about methods that were \
+                  published after the paper. Calculations on a similar sheet suggested these \
+                  expectations; no paper makes them. Their criteria were fixed before this program \
+                  measured them. Criteria and reasons stand in the table below.",
+        draw: Draw::Matrix(of_later_methods),
+    },
+];
 
 const KNOWN: [(Ruling, &str, Shade); 3] = [
     (Ruling::Confirmed, "C", Shade::Good),
@@ -40,8 +51,20 @@ fn ruling(input: &Input, row: &Row) -> Ruling {
     if is_contradicted(input, row) { Ruling::Undecided } else { row.verdict }
 }
 
-fn verdicts(input: &Input) -> Option<Matrix> {
-    let rows = &input.facts.claims;
+fn of_paper(input: &Input) -> Option<Matrix> {
+    verdicts(input, &of_kind(input, false))
+}
+
+fn of_later_methods(input: &Input) -> Option<Matrix> {
+    verdicts(input, &of_kind(input, true))
+}
+
+/// The claims of the paper, or the expectations about later methods.
+fn of_kind(input: &Input, is_later: bool) -> Vec<&Row> {
+    input.facts.claims.iter().filter(|row| is_expectation(&row.id) == is_later).collect()
+}
+
+fn verdicts(input: &Input, rows: &[&Row]) -> Option<Matrix> {
     let line = |row: &Row| {
         let tile = |(verdict, letter, shade): &(Ruling, &str, Shade)| {
             let is_here = ruling(input, row) == *verdict;
@@ -58,7 +81,7 @@ fn verdicts(input: &Input) -> Option<Matrix> {
     });
     (!rows.is_empty()).then(|| Matrix {
         columns: KNOWN.iter().map(|(verdict, ..)| verdict.name().to_owned()).collect(),
-        rows: rows.iter().map(line).collect(),
+        rows: rows.iter().map(|row| line(row)).collect(),
         legend: legend.collect(),
         notes: Vec::new(),
     })
@@ -66,7 +89,10 @@ fn verdicts(input: &Input) -> Option<Matrix> {
 
 /// The claim in words; a record may hold an id that is no longer known.
 fn label(row: &Row) -> String {
-    let words = find(&row.id).map(|claim| format!(" (§{}) {}", claim.section, claim.says));
+    let words = find(&row.id).map(|claim| match claim.origin {
+        Origin::Paper { section } => format!(" (§{section}) {}", claim.says),
+        Origin::Expectation { .. } => format!(" {}", claim.says),
+    });
     format!("{}{}", row.id, words.unwrap_or_default())
 }
 
@@ -84,7 +110,20 @@ fn number(number: &Number) -> String {
 }
 
 pub(super) fn tables(input: &Input) -> Vec<Table> {
-    vec![ledger(input), evidence(input), seconds(input)]
+    let later = of_kind(input, true);
+    let mut tables = vec![ledger(
+        input,
+        &of_kind(input, false),
+        "**The ledger.** Claims, criteria, verdicts, and what helps where a claim is refuted.",
+        "§",
+    )];
+    if !later.is_empty() {
+        let title = "**Expectations about later methods.** No paper makes them; the publications \
+                     named are those of the methods.";
+        tables.push(ledger(input, &later, title, "methods"));
+    }
+    tables.extend([evidence(input), seconds(input)]);
+    tables
 }
 
 /// The verdict in words.
@@ -97,13 +136,16 @@ fn told(input: &Input, row: &Row) -> String {
     }
 }
 
-fn ledger(input: &Input) -> Table {
-    let line = |row: &Row| {
+fn ledger(input: &Input, rows: &[&Row], title: &str, origin: &str) -> Table {
+    let line = |row: &&Row| {
         let claim = find(&row.id).ok()?;
         let judgement = claim.judge(&Evidence::new(&row.numbers));
         Some(vec![
             row.id.clone(),
-            claim.section.to_owned(),
+            match claim.origin {
+                Origin::Paper { section: origin } | Origin::Expectation { about: origin } => origin,
+            }
+            .to_owned(),
             claim.says.to_owned(),
             claim.criterion.to_owned(),
             told(input, row),
@@ -114,12 +156,10 @@ fn ledger(input: &Input) -> Table {
         ])
     };
     Table {
-        title:
-            "**The ledger.** Claims, criteria, verdicts, and what helps where a claim is refuted."
-                .to_owned(),
+        title: title.to_owned(),
         header: texts(&[
             "id",
-            "§",
+            origin,
             "claim",
             "criterion",
             "verdict",
@@ -129,7 +169,7 @@ fn ledger(input: &Input) -> Table {
             "figure",
         ]),
         names: 9,
-        rows: input.facts.claims.iter().filter_map(line).collect(),
+        rows: rows.iter().filter_map(line).collect(),
     }
 }
 

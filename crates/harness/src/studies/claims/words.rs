@@ -1,7 +1,7 @@
 //! The words of the study `claims`.
 
 use super::facts::{Facts, Row, Ruling};
-use crate::claims::{Evidence, all, find};
+use crate::claims::{Claim, Evidence, Origin, all, find, is_expectation};
 use drape_report::Words;
 
 /// The question that the study answers.
@@ -14,18 +14,23 @@ const LIST: usize = 5;
 
 /// What the facts say.
 pub(super) fn words(facts: &Facts) -> Words {
-    let rows = &facts.claims;
-    let count = |ruling: Ruling| rows.iter().filter(|row| row.verdict == ruling).count();
-    let [confirmed, refuted, undecided] =
-        [Ruling::Confirmed, Ruling::Refuted, Ruling::Undecided].map(count);
-    let others = match undecided {
-        0 => "no claim is undecided",
-        1 => "one is undecided",
-        _ => "the others are undecided",
-    };
+    let is_later = |row: &&Row| is_expectation(&row.id);
+    let (later, rows): (Vec<&Row>, Vec<&Row>) = facts.claims.iter().partition(is_later);
+    let mut conclusion = tally(&rows, "claims of the paper");
+    if !later.is_empty() {
+        conclusion = format!("{conclusion} {}", tally(&later, "expectations about later methods"));
+    }
+    let (paper, expected): (Vec<&Claim>, Vec<&Claim>) =
+        all().iter().partition(|claim| claim.origin.is_paper());
     let mut caveats = Vec::new();
-    if rows.len() < all().len() {
-        caveats.push(format!("Only {} of {} claims were tested.", rows.len(), all().len()));
+    if rows.len() < paper.len() {
+        caveats.push(format!("Only {} of {} claims were tested.", rows.len(), paper.len()));
+    }
+    if later.len() < expected.len() {
+        let (tested, known) = (later.len(), expected.len());
+        caveats.push(format!(
+            "Only {tested} of {known} expectations about later methods were tested."
+        ));
     }
     caveats.extend([
         "A claim is general; its verdict holds for the scenes that were run.".to_owned(),
@@ -33,26 +38,49 @@ pub(super) fn words(facts: &Facts) -> Words {
          the claim as undecided."
             .to_owned(),
     ]);
-    let rounded = rows.iter().filter(|row| !row.portable).count();
+    if !later.is_empty() {
+        caveats.push(
+            "Calculations on a similar sheet suggested the expectations; no paper makes them."
+                .to_owned(),
+        );
+    }
+    let rounded = facts.claims.iter().filter(|row| !row.portable).count();
     if rounded > 0 {
         caveats.push(format!(
             "Numbers of {rounded} claims may differ in their last digits between machines."
         ));
     }
-    Words {
-        conclusion: format!(
-            "Of {} claims of the paper, {confirmed} are confirmed and {refuted} refuted; {others}.",
-            rows.len()
-        ),
-        observations: [unrepaired(rows), worst(rows), open(rows)].into_iter().flatten().collect(),
-        caveats,
-    }
+    let observations = [unrepaired(&rows), worst(&rows), open(&rows), held(&later)];
+    Words { conclusion, observations: observations.into_iter().flatten().collect(), caveats }
+}
+
+/// How many are confirmed, refuted and undecided.
+fn tally(rows: &[&Row], what: &str) -> String {
+    let count = |ruling: Ruling| rows.iter().filter(|row| row.verdict == ruling).count();
+    let [confirmed, refuted, undecided] =
+        [Ruling::Confirmed, Ruling::Refuted, Ruling::Undecided].map(count);
+    let others = match undecided {
+        0 => "none is undecided",
+        1 => "one is undecided",
+        _ => "the others are undecided",
+    };
+    let all = rows.len();
+    format!("Of {all} {what}, {confirmed} are confirmed and {refuted} refuted; {others}.")
+}
+
+/// Which expectations about later methods hold.
+fn held(later: &[&Row]) -> Option<String> {
+    let held = later.iter().filter(|row| row.verdict == Ruling::Confirmed);
+    let ids: Vec<_> = held.map(|row| row.id.as_str()).collect();
+    (1..=LIST)
+        .contains(&ids.len())
+        .then(|| format!("Expectations about later methods that hold: {}.", ids.join(", ")))
 }
 
 /// How many of the refuted claims have a remedy.
-fn unrepaired(rows: &[Row]) -> Option<String> {
+fn unrepaired(rows: &[&Row]) -> Option<String> {
     let refuted: Vec<_> = rows.iter().filter(|row| row.verdict == Ruling::Refuted).collect();
-    let is_repaired = |row: &&&Row| {
+    let is_repaired = |row: &&&&Row| {
         let judge = |row: &Row| find(&row.id).ok()?.judge(&Evidence::new(&row.numbers)).repair;
         judge(row).is_some()
     };
@@ -64,10 +92,10 @@ fn unrepaired(rows: &[Row]) -> Option<String> {
 
 /// The section of the paper with the smallest share of confirmed claims, among those with
 /// several; none if two share that place.
-fn worst(rows: &[Row]) -> Option<String> {
+fn worst(rows: &[&Row]) -> Option<String> {
     let mut sections: Vec<(&str, usize, usize)> = Vec::new();
     for row in rows {
-        let section = find(&row.id).ok()?.section;
+        let Origin::Paper { section } = find(&row.id).ok()?.origin else { continue };
         let is_confirmed = usize::from(row.verdict == Ruling::Confirmed);
         match sections.iter_mut().find(|(other, ..)| *other == section) {
             Some((_, confirmed, all)) => (*confirmed, *all) = (*confirmed + is_confirmed, *all + 1),
@@ -85,7 +113,7 @@ fn worst(rows: &[Row]) -> Option<String> {
 }
 
 /// The claims that the numbers cannot decide.
-fn open(rows: &[Row]) -> Option<String> {
+fn open(rows: &[&Row]) -> Option<String> {
     let open = rows.iter().filter(|row| row.verdict == Ruling::Undecided);
     let ids: Vec<_> = open.map(|row| row.id.as_str()).collect();
     match ids.len() {
@@ -132,9 +160,28 @@ mod tests {
         assert!(said.caveats.iter().any(|caveat| caveat.starts_with("Numbers of 1 claims")));
     }
 
+    /// An expectation is no claim of the paper: neither its count nor its sections change.
+    #[test]
+    fn expectations_are_counted_apart() {
+        let paper = [row("C01", Ruling::Confirmed, true), row("C02", Ruling::Refuted, true)];
+        let later = [row("M01", Ruling::Confirmed, true), row("M02", Ruling::Refuted, true)];
+        let alone = words(&Facts { claims: paper.to_vec() });
+        let both = words(&Facts { claims: paper.into_iter().chain(later).collect() });
+        let first = "Of 2 claims of the paper, 1 are confirmed and 1 refuted; none is undecided.";
+        assert_eq!(alone.conclusion, first);
+        let second = "Of 2 expectations about later methods, 1 are confirmed and 1 refuted; none \
+                      is undecided.";
+        assert_eq!(both.conclusion, format!("{first} {second}"));
+        let held = "Expectations about later methods that hold: M01.".to_owned();
+        assert_eq!(both.observations, [alone.observations, vec![held]].concat());
+        assert!(both.caveats.iter().any(|caveat| caveat.contains("no paper makes them")));
+        assert!(both.caveats[1].contains("2 of 8 expectations"), "{:?}", both.caveats);
+    }
+
     #[test]
     fn a_tie_of_sections_is_not_told() {
         let rows = ["C01", "C02", "C10", "C11"].map(|id| row(id, Ruling::Refuted, true));
+        let rows: Vec<&Row> = rows.iter().collect();
         assert_eq!(worst(&rows), None);
         assert!(worst(&rows[..2]).is_some());
     }

@@ -22,7 +22,7 @@ impl Plan {
     }
 }
 
-pub(super) const LESSONS: [Plan; 10] = [
+pub(super) const LESSONS: [Plan; 24] = [
     Plan {
         method: "explicit-euler",
         docs: "drape-explicit-euler",
@@ -90,6 +90,95 @@ pub(super) const LESSONS: [Plan; 10] = [
         idea: "Two old steps instead of one: differences of second order for the linear part, \
                extrapolation for the rest. One solve with a constant matrix a step, as plain IMEX \
                Euler.",
+    },
+    Plan {
+        method: "imex-rk",
+        docs: "drape-imex-rk",
+        idea: "Order 2 without old steps: two stages in a step, each solved with one and the same \
+               constant matrix, the rest of the force taken anew in each.",
+    },
+    Plan {
+        method: "dirk",
+        docs: "drape-dirk",
+        idea: "Two implicit stages (TR-BDF2): half of the step by the trapezoidal rule, the rest by \
+               backward differences. Each is a Newton solve as in backward Euler, with one matrix \
+               for both. The step is of second order and still damps what it cannot resolve.",
+    },
+    Plan {
+        method: "projective",
+        docs: "drape-projective",
+        idea: "Backward Euler without a Hessian: each spring gives its direction on its own, then \
+               one solve with a constant matrix joins them. This is done ten times, converged or \
+               not.",
+    },
+    Plan {
+        method: "vbd",
+        docs: "drape-vbd",
+        idea: "No matrix at all: one particle after the other goes to the minimum that its \
+               neighbours leave it, in twenty sweeps over the sheet.",
+    },
+    Plan {
+        method: "xpbd",
+        docs: "drape-xpbd",
+        idea: "Springs are constraints that yield. The step is cut into twenty substeps, and in \
+               each every spring is corrected once, one after the other.",
+    },
+    Plan {
+        method: "xpbd-lines",
+        docs: "drape-xpbd-lines",
+        idea: "The springs of each line of the weave are solved at once, as one tridiagonal \
+               system, in place of one after the other. Two-step differences join the \
+               substeps.",
+    },
+    Plan {
+        method: "rkc",
+        docs: "drape-rkc",
+        idea: "Explicit again, for damped cloth: each step has so many stages that the \
+               damping of its springs limits it no more, since the range of damping that is \
+               stable grows with the square of their number.",
+    },
+    Plan {
+        method: "srkn4:step=bound",
+        docs: "drape-srkn4",
+        idea: "Explicit, symplectic and of order 4: six evaluations of the forces a step, \
+               which may be two and a half times as long as that of leapfrog.",
+    },
+    Plan {
+        method: "multirate:ratio=30",
+        docs: "drape-multirate",
+        idea: "The tension springs take thirty short steps while all other forces act once a \
+               step. What is soft is evaluated less often.",
+    },
+    Plan {
+        method: "midpoint",
+        docs: "drape-midpoint",
+        idea: "One implicit stage, in the middle of the step. Of second order with the cost \
+               of backward Euler, and without any damping of its own.",
+    },
+    Plan {
+        method: "generalized-alpha",
+        docs: "drape-generalized-alpha",
+        idea: "Second order with a dial: how much of the fastest motion is left after a step \
+               is chosen, and slow motion is kept whatever is chosen.",
+    },
+    Plan {
+        method: "energy-momentum",
+        docs: "drape-energy-momentum",
+        idea: "The midpoint with another force: that of discrete gradients, which changes the \
+               energy by the work of the damping and by nothing else, for springs that turn \
+               as well.",
+    },
+    Plan {
+        method: "rosenbrock",
+        docs: "drape-rosenbrock",
+        idea: "Linearised as Baraff and Witkin, but of second order: two linear solves with \
+               one matrix, no iteration.",
+    },
+    Plan {
+        method: "exponential",
+        docs: "drape-exponential",
+        idea: "The linearised motion is followed exactly, by its exponential in a Krylov \
+               subspace. No linear system is solved.",
     },
 ];
 

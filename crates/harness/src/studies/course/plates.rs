@@ -106,6 +106,98 @@ pub(super) const PLATES: &[Plate<Input>] = &[
         "On the soft sheet the two-step method is closer to the truth than updated CG; on the \
          stiff one it lags behind."
     ),
+    plate_of_lesson!(
+        10,
+        "imex-rk",
+        "IMEX Runge-Kutta beside two-step IMEX",
+        "Two stages with the constant matrix follow the soft sheet; on the stiff one they, too, \
+         lag behind."
+    ),
+    plate_of_lesson!(
+        11,
+        "dirk",
+        "TR-BDF2 beside IMEX Runge-Kutta",
+        "Two implicit stages lie on the true motion of both sheets, at the full step."
+    ),
+    plate_of_lesson!(
+        12,
+        "projective",
+        "Projective dynamics beside TR-BDF2",
+        "Ten local and global solves come close to backward Euler on both sheets, and so swing \
+         back less far than the truth."
+    ),
+    plate_of_lesson!(
+        13,
+        "vbd",
+        "Vertex block descent beside projective dynamics",
+        "Sweeps over single particles follow the soft sheet; twenty of them are too few for the \
+         stiff one."
+    ),
+    plate_of_lesson!(
+        14,
+        "xpbd",
+        "XPBD beside vertex block descent",
+        "Sweeps over single springs in small substeps lie on the true motion of the soft sheet and \
+         close to that of the stiff one."
+    ),
+    plate_of_lesson!(
+        15,
+        "xpbd-lines",
+        "XPBD by lines beside XPBD",
+        "Lines that are solved at once lie on the true motion of both sheets, closer than \
+         sweeps over single springs."
+    ),
+    plate_of_lesson!(
+        16,
+        "rkc",
+        "Runge-Kutta-Chebyshev beside XPBD by lines",
+        "An explicit method with many stages lies on the true motion of both sheets."
+    ),
+    plate_of_lesson!(
+        17,
+        "srkn4",
+        "Order 4 beside Runge-Kutta-Chebyshev",
+        "Explicit steps of order 4 below their limit lie on the true motion of both sheets."
+    ),
+    plate_of_lesson!(
+        18,
+        "multirate",
+        "Two rates beside order 4",
+        "Thirty short steps for the tension springs suit the soft sheet. On the stiff one the \
+         slow forces, which are not slow there, make the motion grow."
+    ),
+    plate_of_lesson!(
+        19,
+        "midpoint",
+        "Implicit midpoint beside two rates",
+        "The implicit midpoint holds the full step on both sheets and lies close to the true \
+         motion."
+    ),
+    plate_of_lesson!(
+        20,
+        "generalized-alpha",
+        "Generalized-alpha beside the midpoint",
+        "With little damping of the fastest motion both sheets swing as they should."
+    ),
+    plate_of_lesson!(
+        21,
+        "energy-momentum",
+        "Energy and momentum beside generalized-alpha",
+        "Discrete gradients lie on the true motion of both sheets."
+    ),
+    plate_of_lesson!(
+        22,
+        "rosenbrock",
+        "Rosenbrock beside energy and momentum",
+        "Two linear solves a step lie on the true motion of both sheets, too, as far as the eye can tell."
+    ),
+    plate_of_lesson!(
+        23,
+        "exponential",
+        "The exponential beside Rosenbrock",
+        "The exponential of the linearised motion needs no linear system and lies on the true motion \
+         of both sheets."
+    ),
 ];
 
 /// Looks of the true motion, of the method before, of this one.

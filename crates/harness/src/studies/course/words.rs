@@ -124,8 +124,15 @@ fn work(facts: &Facts, scene: &Scene) -> Option<String> {
 
 fn caveats(facts: &Facts) -> Vec<String> {
     let divides = |lesson: &&Lesson| lesson.method.contains("step=bound");
-    let divided = facts.lessons.iter().find(divides);
-    let divided = divided.map(|lesson| format!("Only {} divides its steps.", lesson.id));
+    let divided: Vec<_> =
+        facts.lessons.iter().filter(divides).map(|lesson| lesson.id.as_str()).collect();
+    let divided = (!divided.is_empty()).then(|| {
+        format!(
+            "Divided by their limit: the steps of {}. Stages and substeps of others belong to \
+             their step.",
+            divided.join(" and ")
+        )
+    });
     let error = facts.scenes.iter().map(|scene| scene.reference_error_m).reduce(f64::max);
     let error = error.map(|error| {
         format!("The true motion is known to {} m in the first second.", significant(error, 2))

@@ -7,7 +7,7 @@ use crate::run::{Runner, Simulation};
 use crate::studies::momentum::facts::{Facts, Row, Scene};
 use crate::studies::sheet::{GRAVITY, Sheet, pair};
 use crate::studies::variant::{is_explicit, or_defaults};
-use crate::studies::{Context, Measured, cells, prepared};
+use crate::studies::{Context, Measured, prepared, taken};
 use crate::theory::{self, SpinLaw};
 use crate::{HarnessError, system_hash};
 use drape_integrator::{Method, Quantity};
@@ -293,7 +293,7 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError
     let forms = forms();
     let pairs: Vec<_> =
         settings.iter().flat_map(|setting| forms.iter().map(move |form| (setting, form))).collect();
-    let rows = cells(context, "methods", &pairs, |(setting, form)| setting.row(form))?;
+    let rows = taken(context, "methods", &pairs, |(setting, form)| setting.row(form))?;
     let scenes = settings.iter().map(|setting| setting.scene.clone()).collect();
     let facts = Facts { scenes, rows };
     let hashes = settings.iter().map(|s| (s.case.id.to_owned(), s.hash.clone())).collect();

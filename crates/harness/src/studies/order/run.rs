@@ -7,7 +7,7 @@ use crate::run::{Runner, Simulation};
 use crate::studies::order::facts::{ACCEPTED, Facts, Row, Run, Scene};
 use crate::studies::sheet::{GRAVITY, Sheet};
 use crate::studies::variant::of_registry;
-use crate::studies::{Context, Measured, cells, prepared};
+use crate::studies::{Context, Measured, prepared, taken};
 use crate::{HarnessError, system_hash};
 use drape_integrator::Order;
 use drape_model::{DampingLaw, State, TimeSpan};
@@ -147,12 +147,8 @@ impl Setting {
 
 /// The order that theory gives for a variant of a method that states `order`.
 fn theory(label: &str, order: Order) -> Option<u32> {
-    let stated = match order {
-        Order::One => 1,
-        Order::Two => 2,
-    };
     let exception = crate::theory::form_of(label).and_then(|form| form.order);
-    exception.unwrap_or(Some(stated))
+    exception.unwrap_or(Some(order.number()))
 }
 
 /// What the errors at several step sizes say.
@@ -207,7 +203,7 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError
         .iter()
         .flat_map(|setting| variants.iter().map(move |variant| (setting, variant)))
         .collect();
-    let rows = cells(context, "methods", &pairs, |(setting, variant)| setting.row(variant))?;
+    let rows = taken(context, "methods", &pairs, |(setting, variant)| setting.row(variant))?;
     let scenes = settings.iter().map(|setting| setting.scene.clone()).collect();
     let facts = Facts { scenes, rows };
     let hashes = settings.iter().map(|s| (s.case.id.to_owned(), s.hash.clone())).collect();

@@ -170,7 +170,7 @@ impl Row {
 
 /// The run with the least effort among those with an error of at most `level`; of equally dear
 /// ones the more exact.
-pub(super) fn cheapest<'a>(
+pub(in crate::studies) fn cheapest<'a>(
     rows: impl Iterator<Item = &'a Row>,
     level: f64,
 ) -> Option<(&'a Row, &'a Run)> {

@@ -220,7 +220,10 @@ fn caveats(facts: &Facts) -> Vec<String> {
              winners lead by less.",
             at_level().count()
         ),
-        "Effort is counted in visits of a spring; by the clock the order may differ.".to_owned(),
+        "Effort is counted in visits of a spring. A visit in a sweep over constraints, lines or \
+         particles takes several times as long as one in a sweep of forces, so effort flatters \
+         methods that sweep: the times decide."
+            .to_owned(),
         format!(
             "Errors are those at the end of a short motion; the references are off by at most {} \
              of it.",

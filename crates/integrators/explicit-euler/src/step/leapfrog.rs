@@ -1,6 +1,6 @@
 //! Leapfrog.
 
-use crate::settings::{LEAPFROG, LeapfrogSettings};
+use crate::settings::{LEAPFROG, LeapfrogDamping, LeapfrogSettings};
 use crate::workspace::{Damping, LeapfrogWorkspace};
 use drape_integrator::{
     EnergyLedger, Method, MultistepMotion, Phase, PhaseClock, PrepareError, Registration, Scheme,
@@ -9,7 +9,7 @@ use drape_integrator::{
 use drape_model::{Level, Part, State, System, Vec3};
 use drape_solvers::Filter;
 
-/// Leapfrog (velocity Verlet) with Crank–Nicolson damping.
+/// Leapfrog (velocity Verlet) with Crank–Nicolson or explicit damping.
 pub type Leapfrog = Stepper<LeapfrogWorkspace>;
 
 /// For the registry.
@@ -42,15 +42,17 @@ impl Scheme for LeapfrogWorkspace {
         let half = 0.5 * h;
         self.refresh(system, h, &mut report)?; // M + h/2 L_c, (L3)
         clock.switch(Phase::Forces);
-        if !self.remembers(system, &state.x) {
-            self.evaluate_force(system, &state.x, &mut report); // F(x_n)
-        }
+        self.kept.begin(system, &state.x, &mut report); // F(x_n)
         for substep in 0..report.substeps {
             state.t = start + f64::from(substep) * h;
             self.find_contacts(system, state, h, clock);
             clock.switch(Phase::Forces);
             self.old_velocity.copy_from_slice(&state.v);
-            kick(system, half, &self.force, &mut state.v); // v½ = v_n + h/2 M⁻¹ (F(x_n) …
+            if let Some([early, _]) = &mut self.explicit {
+                early.kick(system, half, self.kept.force(), state, &self.pins, &mut report); // (L4)
+            } else {
+                kick(system, half, self.kept.force(), &mut state.v); // v½ = v_n + h/2 M⁻¹ (F(x_n) …
+            }
             if let Some(damping) = &mut self.damping {
                 damping.evaluate(system, Level { v: &self.old_velocity, ..state.level() });
                 kick(system, half, &damping.force, &mut state.v); // … − D(x_n) v_n), (L1)
@@ -58,19 +60,20 @@ impl Scheme for LeapfrogWorkspace {
             self.constrain(system, &mut state.v, clock);
             drift(h, &state.v, &mut state.x); // x_{n+1} = x_n + h v½, (L2)
             clock.switch(Phase::Forces);
-            self.evaluate_force(system, &state.x, &mut report); // F(x_{n+1})
-            let (t, State { x, v, .. }) = (state.t + h, &mut *state);
+            self.kept.evaluate(system, &state.x, &mut report); // F(x_{n+1})
+            state.t += h;
+            let State { t, x, v } = &mut *state;
             if let Some(Damping { solver, force: r, right_hand_side: b }) = &mut self.damping {
                 clock.switch(Phase::Solve);
                 let momentum = &mut self.free_velocity;
                 for i in 0..v.len() {
-                    momentum[i] = v[i] * mass[i] + self.force[i] * half; // M v½ + h/2 F(x_{n+1})
+                    momentum[i] = v[i] * mass[i] + self.kept.force()[i] * half; // M v½ + h/2 F(x_{n+1})
                 }
                 v.copy_from_slice(&self.old_velocity);
                 let mut has_remainder = false;
                 for is_prediction in [true, false] {
                     // R(x_{n+1}, v)
-                    has_remainder |= evaluate_remainder(system, Level { t, x, v }, r);
+                    has_remainder |= evaluate_remainder(system, Level { t: *t, x, v }, r);
                     if !has_remainder && !is_prediction {
                         break; // the first solve was exact
                     }
@@ -81,14 +84,17 @@ impl Scheme for LeapfrogWorkspace {
                     report.add_stage(solver.solve(&self.pins, b, v));
                 }
                 report.force_evaluations += u32::from(has_remainder);
+            } else if let Some([_, late]) = &mut self.explicit {
+                late.kick(system, half, self.kept.force(), state, &self.pins, &mut report); // (L4)
+                self.pins.impose(&mut state.v);
             } else {
                 clock.switch(Phase::Update);
-                kick(system, half, &self.force, v); // v_{n+1} = v½ + h/2 M⁻¹ F(x_{n+1}), (L3)
+                kick(system, half, self.kept.force(), v); // v_{n+1} = v½ + h/2 M⁻¹ F(x_{n+1}), (L3)
                 self.pins.impose(v);
             }
-            self.settle(v);
+            self.settle(&mut state.v);
         }
-        self.remember(system, &state.x);
+        self.kept.keep(system, &state.x);
         self.last_substeps = report.substeps;
         state.t = end;
         Ok(report)
@@ -104,7 +110,7 @@ impl Scheme for LeapfrogWorkspace {
     }
 
     fn is_portable(settings: &LeapfrogSettings) -> bool {
-        settings.solver == SolverKind::Cg
+        settings.solver == SolverKind::Cg || settings.damping == LeapfrogDamping::Explicit
     }
 }
 
@@ -145,14 +151,6 @@ impl LeapfrogWorkspace {
         }
         self.contacts.settle(v, |_| ());
         self.contacts.stop(v);
-    }
-
-    /// `F(x)`.
-    fn evaluate_force(&mut self, system: &System, x: &[Vec3], report: &mut StepReport) {
-        let at = Level { t: 0.0, x, v: x }; // Part::Force reads only the positions
-        let effects = system.effects().map(|effect| (effect, Part::Force));
-        system.write_forces(effects, at, &mut self.force);
-        report.force_evaluations += 1;
     }
 }
 

@@ -12,7 +12,7 @@ use super::updated::Problem;
 use crate::right_hand_side::RightHandSide;
 use drape_integrator::{
     Forcing, ForcingKind, ForcingRule, Implicit, IncrementalPotential, LaplacianSolver, Newton,
-    NewtonLinear, NewtonSettings, PrepareError, SolveStatus, StepError, StepReport,
+    NewtonLinear, NewtonSettings, PrepareError, Safeguard, SolveStatus, StepError, StepReport,
     lightest_free_mass,
 };
 use drape_model::{Obstacle, Revisions, State, System, Vec3};
@@ -137,8 +137,11 @@ impl Descent {
         tolerance: f64,
         report: &mut StepReport,
     ) -> Result<(), StepError> {
-        let settings =
-            NewtonSettings { residual: tolerance, max_iterations: MAX_NEWTON_ITERATIONS };
+        let settings = NewtonSettings {
+            residual: tolerance,
+            max_iterations: MAX_NEWTON_ITERATIONS,
+            safeguard: Safeguard::None,
+        };
         let Problem { system, constraints, .. } = problem;
         *report += self.newton.minimise(system, &mut self.potential, constraints, v, &settings)?;
         Ok(())

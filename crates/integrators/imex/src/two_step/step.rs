@@ -213,7 +213,7 @@ impl Workspace {
         let Self { starter, contacts, constraints, velocity, position, .. } = self;
         let from = (&state.x[..], &state.v[..]);
         let (end, lagged) = (state.t + h, state.level());
-        let stage = Stage { tau: h, end, from, lagged, velocity: &state.v };
+        let stage = Stage { tau: h.into(), end, from, lagged, velocity: &state.v };
         let settings = StageSettings::default();
         starter.solve(system, stage, &state.v, contacts, constraints, settings, clock, report)?;
         velocity.copy_from_slice(starter.velocity());

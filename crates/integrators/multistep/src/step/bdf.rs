@@ -128,7 +128,7 @@ impl BdfWorkspace {
         contacts.detect_multistep(system, motion, constraints);
         let lagged = Level { t: *ahead, x: &extrapolated.0, v: &extrapolated.1 };
         let from = (&mean.0[..], &mean.1[..]);
-        let stage = Stage { tau, end, from, lagged, velocity: &state.v };
+        let stage = Stage { tau: tau.into(), end, from, lagged, velocity: &state.v };
         let (before, start) = (report.solve, &extrapolated.1);
         self.stage.solve_constrained(
             system,

@@ -264,11 +264,17 @@ impl SpringLaw {
         refuse(path, &keys, found, "one of the two only")
     }
 
-    /// Refuses keys that need warp and weft, which a mesh does not state.
-    pub(super) fn refuse_directions(&self, effect: SpringEffect) -> Result<(), Violation> {
+    /// Refuses keys that need warp and weft, which a mesh without texture does not state, and a
+    /// fabric, which needs rows and columns.
+    pub(super) fn refuse_directions(
+        &self,
+        effect: SpringEffect,
+        is_woven: bool,
+    ) -> Result<(), Violation> {
+        let is_woven = is_woven && effect == SpringEffect::Tension;
         let keys = [
-            ("warp", self.warp.is_some()),
-            ("weft", self.weft.is_some()),
+            ("warp", self.warp.is_some() && !is_woven),
+            ("weft", self.weft.is_some() && !is_woven),
             ("fabric", self.fabric.is_some()),
         ];
         let expected = "one law for all springs: the file says nothing of warp and weft";

@@ -137,8 +137,11 @@ impl registry::Entry for Entry {
                     (law.of_fabric(effect, grid.spacing_m())?, grid.strands(effect))
                 }
                 Cloth::Mesh(mesh) => {
-                    law.refuse_directions(effect)?;
-                    (law.clone(), mesh.strands(effect, &spec.particles.position_m)?)
+                    law.refuse_directions(effect, mesh.has_directions())?;
+                    (
+                        law.clone(),
+                        mesh.strands(effect, &spec.particles.position_m, law.warp.is_some())?,
+                    )
                 }
                 // Explicit springs have their own stiffness, which a law would contradict.
                 Cloth::Particles(_) => {

@@ -3,6 +3,10 @@
 use super::buckling::Buckling;
 use std::sync::Arc;
 
+/// A change of length below this part of the rest length takes the tension in its middle for the
+/// mean tension.
+const TINY: f64 = 1e-8;
+
 /// A piece of the curve in tension: from strain [`from`](Self::from) on, up to the next piece.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Piece {
@@ -115,6 +119,29 @@ impl TensionLaw {
     /// `T/L`, N/m: the force is this times the difference of the ends; negative in compression.
     pub fn secant(&self, rest: f64, length: f64) -> f64 {
         self.tension(rest, length) / length
+    }
+
+    /// The mean `ΔU/ΔL` of the tension between two lengths, N, and its derivative by the second
+    /// one, N/m. The difference of two energies is used only between lengths on different pieces,
+    /// where it does not cancel.
+    pub fn mean_tension(&self, rest: f64, from: f64, to: f64) -> (f64, f64) {
+        let difference = to - from;
+        let pieces = [from, to].map(|length| self.piece(rest, length - rest));
+        let is_linear = match (pieces, &self.compression) {
+            ([Some(a), Some(b)], _) => std::ptr::eq(a, b),
+            ([None, None], Compression::Linear { .. }) => true,
+            _ => false,
+        };
+        if is_linear {
+            let mean = 0.5 * (self.tension(rest, from) + self.tension(rest, to));
+            return (mean, 0.5 * self.slope(rest, to));
+        }
+        if difference.abs() < TINY * rest {
+            let middle = 0.5 * (from + to);
+            return (self.tension(rest, middle), 0.5 * self.slope(rest, middle));
+        }
+        let mean = (self.energy(rest, to) - self.energy(rest, from)) / difference;
+        (mean, (self.tension(rest, to) - mean) / difference)
     }
 
     /// The greatest slope `K`, N/m. Since `T(ℓ) = 0`, neither `T'` nor `T/L` exceeds it at any

@@ -22,7 +22,7 @@ pub(crate) use law::Curve;
 pub use law::TensionLaw;
 
 use super::springs::{COLLAPSED, LinearSprings, Spring};
-use super::{BlockSink, Effect, EffectKind, LinearSplit, Tangent};
+use super::{BlockSink, Effect, EffectKind, LinearSplit, Tangent, TensionVisitor};
 use crate::{DampingLaw, Level, Mat3, Vec3};
 
 /// All springs of one effect; at least one is not linear.
@@ -162,6 +162,14 @@ impl Effect for PiecewiseSprings {
         self.majorant.add_damping(lagged, scale, sink);
     }
 
+    fn add_damping_turn(&self, at: Level<'_>, w: &[Vec3], out: &mut [Vec3]) {
+        self.majorant.add_damping_turn(at, w, out);
+    }
+
+    fn has_damping_turn(&self) -> bool {
+        self.majorant.has_damping_turn()
+    }
+
     fn split(&self) -> Option<&dyn LinearSplit> {
         Some(self)
     }
@@ -189,6 +197,10 @@ impl LinearSplit for PiecewiseSprings {
         false
     }
 
+    fn law(&self, spring: usize) -> Option<&TensionLaw> {
+        self.laws.get(*self.law_of.get(spring)? as usize)
+    }
+
     fn visit_slopes(&self, x: &[Vec3], visit: &mut dyn FnMut(usize, usize, f64, f64)) {
         self.each(x, |s| visit(s.i, s.j, s.slope(), s.damping));
     }
@@ -199,6 +211,34 @@ impl LinearSplit for PiecewiseSprings {
 
     fn visit_secants(&self, x: &[Vec3], visit: &mut dyn FnMut(usize, usize, f64)) {
         self.each(x, |s| visit(s.i, s.j, s.secant()));
+    }
+
+    fn visit_tensions(&self, visit: &mut TensionVisitor<'_>) {
+        let mut law_of = self.law_of.iter();
+        self.majorant.each(|s| {
+            let Some(&law) = law_of.next() else { return };
+            let law = &self.laws[law as usize];
+            let tension = |length| law.tension(s.rest_length, length);
+            visit(s.i as usize, s.j as usize, s.stiffness, &tension);
+        });
+    }
+
+    fn visit_discrete_gradients(
+        &self,
+        from: &[Vec3],
+        to: &[Vec3],
+        visit: &mut dyn FnMut(usize, usize, f64, f64),
+    ) {
+        self.each(from, |s| {
+            let length = (to[s.i] - to[s.j]).norm();
+            let sum = s.length + length;
+            if sum <= COLLAPSED * s.rest {
+                return visit(s.i, s.j, 0.5 * s.slope(), 0.0);
+            }
+            let (mean, slope) = s.law.mean_tension(s.rest, s.length, length);
+            let g = mean / sum;
+            visit(s.i, s.j, g, (slope - g) / sum);
+        });
     }
 
     /// `F2_i = (K − T/L) d`.

@@ -382,3 +382,54 @@ proptest! {
         prop_assert!(law.tension(1.0, length + 0.01) >= t - 1e-12);
     }
 }
+
+/// The work of the mean forces on the way is exactly `−ΔU`, whatever the way: short or long, on one
+/// piece or across kinks. `g'` is the derivative of `g`, and at no distance the forces are those of
+/// the place.
+#[test]
+fn discrete_gradients_do_the_work_of_the_energy() {
+    for (seed, way) in (0..30).flat_map(|seed| [1e-12, 1e-6, 0.01, 1.0].map(|w| (seed, w))) {
+        let (springs, x, w) = net(seed, DampingLaw::Full);
+        let end = |by: f64| -> Vec<Vec3> { x.iter().zip(&w).map(|(x, w)| x + w * by).collect() };
+        let to = end(way);
+        let (mut work, mut size) = (0.0, 0.0);
+        springs.visit_discrete_gradients(&x, &to, &mut |i, j, g, _| {
+            let (d, new) = (x[i] - x[j], to[i] - to[j]);
+            let part = -g * (d + new).dot(&(new - d));
+            (work, size) = (work + part, size + part.abs());
+        });
+        let change = springs.energy(&[], &to) - springs.energy(&[], &x);
+        let bound = 1e-12 * size + 1e-13 * springs.energy(&[], &x);
+        assert!((work + change).abs() < bound, "{seed}, {way}: {work:e} {change:e}");
+        // By differences of lengths, away from kinks.
+        let (ahead, behind) = (end(way + 1e-6), end(way - 1e-6));
+        let list = |to: &[Vec3]| {
+            let mut list = Vec::new();
+            springs.visit_discrete_gradients(&x, to, &mut |_, _, g, slope| list.push((g, slope)));
+            list
+        };
+        let lengths = |to: &[Vec3]| {
+            let mut list = Vec::new();
+            springs.each(to, |s| list.push((s.length, s.slope())));
+            list
+        };
+        let ([a, b], [la, lb]) =
+            ([&ahead, &behind].map(|to| list(to)), [lengths(&ahead), lengths(&behind)]);
+        for (k, (_, slope)) in list(&to).into_iter().enumerate() {
+            let ((longer, k_longer), (shorter, k_shorter)) = (la[k], lb[k]);
+            let difference = longer - shorter;
+            if way >= 0.01 && k_longer == k_shorter && difference.abs() > 1e-7 {
+                let found = (a[k].0 - b[k].0) / difference;
+                assert!((found - slope).abs() < 1e-3 * (1.0 + slope.abs()), "{seed}, {way}, {k}");
+            }
+        }
+    }
+    let (springs, x, _) = net(1, DampingLaw::Full);
+    let mut mean = Vec::new();
+    springs.visit_discrete_gradients(&x, &x, &mut |_, _, g, _| mean.push(2.0 * g));
+    let mut k = 0;
+    springs.visit_secants(&x, &mut |_, _, secant| {
+        assert!((secant - mean[k]).abs() < 1e-12 * (1.0 + secant.abs()));
+        k += 1;
+    });
+}

@@ -21,13 +21,13 @@ use self::batch::Quads;
 use self::diagonals::Diagonals;
 use self::listed::Listed;
 use self::sweep::{Begin, Law, ListedSprings, Pass, Springs, Windows};
-use super::{BlockSink, Effect, EffectKind, LinearSplit, Part, Tangent};
-use crate::{DampingLaw, Level, Mat3, Vec3};
+use super::{BlockSink, Effect, EffectKind, LinearSplit, Part, Tangent, TensionVisitor};
+use crate::{DampingLaw, Level, Mat3, SpringEffect, SpringSpec, SystemSpec, Vec3};
 use std::sync::Mutex;
 
 /// A spring shorter than this fraction of its rest length has no direction: `û = 0`. That is a
 /// subgradient of the length, so the energy theorem of the implicit-explicit split still holds.
-pub(super) const COLLAPSED: f64 = 1e-12;
+pub const COLLAPSED: f64 = 1e-12;
 
 /// One linear spring.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -299,6 +299,27 @@ impl Effect for LinearSprings {
         });
     }
 
+    /// `f_i = −c û (û·v)` turns by `−c (δû (û·v) + û (δû·v))`, `δû = (I − ûûᵀ) δd/L`.
+    fn add_damping_turn(&self, Level { x, v, .. }: Level<'_>, w: &[Vec3], out: &mut [Vec3]) {
+        if !self.has_damping_turn() {
+            return;
+        }
+        self.each(|s| {
+            let (i, j) = s.ends();
+            let (u, length) = (s.direction(x), (x[i] - x[j]).norm());
+            let turned = w[i] - w[j];
+            let turn = if u == Vec3::zeros() { u } else { (turned - u * u.dot(&turned)) / length };
+            let rate = v[i] - v[j];
+            let f = (turn * u.dot(&rate) + u * turn.dot(&rate)) * s.damping;
+            out[i] -= f;
+            out[j] += f;
+        });
+    }
+
+    fn has_damping_turn(&self) -> bool {
+        self.damping == Some(DampingLaw::Projected)
+    }
+
     fn split(&self) -> Option<&dyn LinearSplit> {
         Some(self)
     }
@@ -310,6 +331,24 @@ impl Effect for LinearSprings {
 
     fn scale_damping(&mut self, factor: f64) -> bool {
         self.store.scale(1.0, factor);
+        true
+    }
+
+    fn describe(&self, spec: &mut SystemSpec) -> bool {
+        let of_kind = |effect: &SpringEffect| EffectKind::from(*effect) == self.kind;
+        let Some(effect) = SpringEffect::ALL.into_iter().find(of_kind) else { return false };
+        spec.damping = self.damping.unwrap_or(spec.damping);
+        self.each(|s| {
+            spec.springs.push(SpringSpec {
+                effect,
+                i: s.i,
+                j: s.j,
+                rest_length_m: s.rest_length,
+                stiffness_n_per_m: s.stiffness,
+                damping_n_s_per_m: s.damping,
+                ..SpringSpec::default()
+            });
+        });
         true
     }
 
@@ -338,6 +377,28 @@ impl LinearSplit for LinearSprings {
             let (i, j) = s.ends();
             let length = (x[i] - x[j]).norm();
             visit(i, j, s.stiffness * (1.0 - s.rest_over_length(length)));
+        });
+    }
+
+    fn visit_tensions(&self, visit: &mut TensionVisitor<'_>) {
+        self.each(|s| {
+            let (i, j) = s.ends();
+            visit(i, j, s.stiffness, &|length| s.stiffness * (length - s.rest_length));
+        });
+    }
+
+    fn visit_discrete_gradients(
+        &self,
+        from: &[Vec3],
+        to: &[Vec3],
+        visit: &mut dyn FnMut(usize, usize, f64, f64),
+    ) {
+        self.each(|s| {
+            let (i, j) = s.ends();
+            let sum = (from[i] - from[j]).norm() + (to[i] - to[j]).norm();
+            let rest_over_sum = s.rest_over_length(sum);
+            let slope = if rest_over_sum > 0.0 { s.stiffness * rest_over_sum / sum } else { 0.0 };
+            visit(i, j, s.stiffness * (0.5 - rest_over_sum), slope);
         });
     }
 

@@ -392,3 +392,47 @@ fn pinned_sheet() -> (crate::System, crate::State) {
     let pins = r#""pins": [{ "row": 0, "column": 0 }, { "row": 6, "column": 8 }],"#;
     sheet(7, 9, "", pins).build().unwrap()
 }
+
+/// Of linear springs, in any state of stretch and far apart.
+#[test]
+fn discrete_gradients_do_the_work_of_the_energy_and_turns_are_derivatives() {
+    let mut random = Random::new(9);
+    for law in [DampingLaw::Full, DampingLaw::Projected] {
+        let list = (0..8_u32).flat_map(|j| (0..j).map(move |i| (i, j)));
+        let springs = list.map(|(i, j)| Spring {
+            i,
+            j,
+            rest_length: 0.1 * f64::from(j),
+            stiffness: 20.0,
+            damping: 0.5,
+        });
+        let springs = LinearSprings::new(EffectKind::Tension, springs.collect(), law);
+        let (from, to, v) = (random.vectors(8), random.vectors(8), random.vectors(8));
+        let mut work = 0.0;
+        springs.visit_discrete_gradients(&from, &to, &mut |i, j, g, slope| {
+            let (d, new) = (from[i] - from[j], to[i] - to[j]);
+            work -= g * (d + new).dot(&(new - d));
+            let sum = d.norm() + new.norm();
+            let rest = (0.5 - g / 20.0) * sum;
+            assert!((slope - 20.0 * rest / (sum * sum)).abs() < 1e-12);
+        });
+        let change = springs.energy(&[], &to) - springs.energy(&[], &from);
+        assert!((work + change).abs() < 1e-12 * springs.energy(&[], &from), "{work} {change}");
+
+        let h = 1e-6;
+        let damping = |by: f64| {
+            let x: Vec<Vec3> = from.iter().zip(&to).map(|(x, w)| x + w * by).collect();
+            let mut out = vec![Vec3::zeros(); 8];
+            springs.add_damping_force(Level { t: 0.0, x: &x, v: &v }, &mut out);
+            out
+        };
+        let mut turned = vec![Vec3::zeros(); 8];
+        springs.add_damping_turn(Level { t: 0.0, x: &from, v: &v }, &to, &mut turned);
+        assert_eq!(turned.iter().any(|f| *f != Vec3::zeros()), springs.has_damping_turn());
+        let (ahead, behind) = (damping(h), damping(-h));
+        for i in 0..8 {
+            let expected = (ahead[i] - behind[i]) / (2.0 * h);
+            assert!((turned[i] - expected).norm() < 1e-7 * (1.0 + expected.norm()), "{law:?}, {i}");
+        }
+    }
+}

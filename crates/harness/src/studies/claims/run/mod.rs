@@ -1,6 +1,8 @@
-//! Experiment `claims`: what is run for the paper's claims.
+//! Experiment `claims`: what is run for the paper's claims and for expectations about later
+//! methods.
 
 mod atlas;
+mod contest;
 mod evidence;
 mod general;
 mod meshes;

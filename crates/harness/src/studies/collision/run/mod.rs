@@ -8,7 +8,7 @@ mod tests;
 use crate::HarnessError;
 use crate::facts::{Fact, fact};
 use crate::studies::collision::facts::{Facts, POSITION, TELEPORT, VELOCITY};
-use crate::studies::{Context, Measured, cells, prepared};
+use crate::studies::{Context, Measured, prepared, taken};
 use drape_report::Verdict;
 use fall::{Case, DURATION, SIDE, STEP, Stage, Target};
 
@@ -123,12 +123,12 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError
         .flat_map(|stage| FORMS.iter().map(move |form| (form, stage)))
         .filter(|(form, stage)| !form.is_costly || (stage.case.is_middle() && !context.quick))
         .collect();
-    let rows = cells(context, "falls", &pairs, |(form, stage)| fall::row(form, stage))?;
+    let rows = taken(context, "falls", &pairs, |(form, stage)| fall::row(form, stage))?;
     let mut bouncing = bounces();
     bouncing.retain(|case| !context.quick || !case.is_sheet);
     let pairs: Vec<_> =
         bouncing.iter().flat_map(|case| FORMS.iter().map(move |form| (form, case))).collect();
-    let bounces = cells(context, "rebounds", &pairs, |(form, case)| bounce::bounce(form, case))?;
+    let bounces = taken(context, "rebounds", &pairs, |(form, case)| bounce::bounce(form, case))?;
     let scenes = stages.iter().map(|stage| stage.scene.clone()).collect();
     let facts = Facts { scenes, rows, bounces };
     let (facts, scenes, seed) = (

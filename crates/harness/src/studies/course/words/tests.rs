@@ -102,7 +102,7 @@ fn words_and_the_table_name_who_is_stable_who_moves_and_what_it_costs() {
         assert!(said.contains(part), "`{part}` is not in\n{said}");
     }
     let said = words.caveats.join("\n");
-    assert!(said.contains("Only divided divides") && said.contains("1.0·10⁻⁵ m"), "{said}");
+    assert!(said.contains("the steps of divided.") && said.contains("1.0·10⁻⁵ m"), "{said}");
 
     let input = super::super::plates::Input { facts, timings: None };
     let tables = super::super::plates::tables(&input);

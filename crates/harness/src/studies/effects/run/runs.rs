@@ -85,7 +85,10 @@ impl Variant {
         cell.matvecs = totals.matvecs;
         cell.force_evaluations = totals.force_evaluations;
         cell.setups = totals.setups;
-        let (before, bare) = nothing.run(&choice)?;
+        let (before, bare) = match nothing.run(&choice) {
+            Err(error) if is_refusal(&error) => return Ok(cell), // it asks for the effect
+            run => run?,
+        };
         if divergence.is_none() && before.divergence.is_none() {
             cell.change_m = Some((distance(&state, &bare) * 1e6).round() * 1e-6);
         }
@@ -107,7 +110,11 @@ impl Variant {
                 run => run?.0,
             };
             with_ns.push(outcome.wall.as_nanos() as u64);
-            without_ns.push(nothing.run(choice)?.0.wall.as_nanos() as u64);
+            let bare = match nothing.run(choice) {
+                Err(error) if is_refusal(&error) => return Ok(None),
+                run => run?.0,
+            };
+            without_ns.push(bare.wall.as_nanos() as u64);
             steps = outcome.steps;
         }
         let least = |samples: &[u64]| samples.iter().min().map_or(f64::NAN, |ns| *ns as f64);

@@ -11,7 +11,7 @@ use crate::stability::reference;
 use crate::studies::energy::facts::{Facts, Row, Scene};
 use crate::studies::sheet::{GRAVITY, Sheet};
 use crate::studies::variant::{is_explicit, of_registry};
-use crate::studies::{Context, Measured, cells, prepared};
+use crate::studies::{Context, Measured, prepared, taken};
 use crate::{HarnessError, system_hash};
 use drape_integrator::Method;
 use drape_model::{DampingLaw, ObstacleSpec, TimeSpan, Vec3};
@@ -218,7 +218,7 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError
         .iter()
         .flat_map(|setting| variants.iter().map(move |variant| (setting, variant)))
         .collect();
-    let rows = cells(context, "methods", &pairs, |(setting, variant)| setting.row(variant))?;
+    let rows = taken(context, "methods", &pairs, |(setting, variant)| setting.row(variant))?;
     let unattributed = unattributed(&rows);
     let scenes = settings.iter().map(|setting| setting.scene.clone()).collect();
     let facts = Facts { scenes, rows, unattributed };

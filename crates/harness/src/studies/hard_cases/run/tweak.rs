@@ -1,7 +1,7 @@
 //! Which forms of the methods run, and which settings a case gives them.
 
 use crate::methods::runs::Variant;
-use crate::methods::{Choice, MethodError};
+use crate::methods::{self, Choice, MethodError};
 use crate::studies::variant::of_registry;
 use drape_integrator::{Kind, Setting};
 
@@ -16,7 +16,7 @@ pub(super) fn forms() -> Vec<Variant> {
 /// # Errors
 /// [`MethodError`] when a setting is refused.
 pub(super) fn choose(form: &Variant, tweak: Tweak) -> Result<Option<Choice>, MethodError> {
-    let (id, own) = form.method.split_once(':').unwrap_or((form.method, ""));
+    let (id, own) = methods::parts(form.method);
     let settings = Choice::parse(id, &[])?.method().settings;
     let Some(tweaked) = tweak.settings(settings) else { return Ok(None) };
     let key = |pair: &str| pair.split('=').next().unwrap_or_default().to_owned();

@@ -14,7 +14,7 @@ use crate::methods;
 use crate::methods::runs::{Steps, Variant};
 use crate::studies::locking::facts::{Facts, Run};
 use crate::studies::variant::{is_explicit, or_defaults};
-use crate::studies::{Context, Measured, cells, prepared};
+use crate::studies::{Context, Measured, prepared, taken};
 use motion::{BUDGET, Setting};
 
 /// Stiffness over mass, 1/s².
@@ -76,9 +76,9 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError
         }
     }
     let mut runs =
-        cells(context, "methods", &pairs, |&(setting, variant, step)| setting.run(variant, step))?;
+        taken(context, "methods", &pairs, |&(setting, variant, step)| setting.run(variant, step))?;
     beside_backward_euler(&mut runs);
-    let springs = cells(context, "springs", &spring::cases(), spring::run)?;
+    let springs = taken(context, "springs", &spring::cases(), spring::run)?;
     let sheets = settings.iter().map(|setting| setting.sheet.clone()).collect();
     let facts = Facts { sheets, runs, springs };
     let hashes = settings.iter().map(|s| (format!("sheet-{:e}", s.stiffness()), s.hash.clone()));

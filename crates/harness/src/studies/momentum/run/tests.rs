@@ -61,8 +61,10 @@ fn the_falling_sheet_tells_who_keeps_linear_momentum() -> Result<(), HarnessErro
         Ok(sheet.row(&form(label))?.momentum_drift.unwrap_or(f64::NAN))
     };
     assert!(drift("imex-euler")? < 1e-10);
-    let loses = methods::all().find(|method| !method.conserves.contains(&Quantity::Momentum));
-    assert!(loses.map(|method| drift(method.id)).transpose()? > Some(1e-3));
+    // Sweeps over single particles lose less, and say so too.
+    let loses = methods::all().filter(|method| !method.conserves.contains(&Quantity::Momentum));
+    let drifts: Result<Vec<_>, _> = loses.map(|method| drift(method.id)).collect();
+    assert!(drifts?.iter().any(|drift| *drift > 1e-3));
     Ok(())
 }
 

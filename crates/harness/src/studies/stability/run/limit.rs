@@ -4,8 +4,8 @@ use super::DAMPINGS;
 use super::sheet::{SEEDS, Setting, run as run_sheet, schedule};
 use super::theory::{largest_eigenvalue, longest};
 use crate::HarnessError;
-use crate::methods::Choice;
 use crate::methods::runs::Variant;
+use crate::methods::{Choice, is_added};
 use crate::run::{Runner, Simulation};
 use crate::studies::sheet::MASS;
 use crate::studies::stability::facts::Limit;
@@ -55,7 +55,10 @@ enum Scene {
 pub(super) fn cases(variants: &[Variant], is_quick: bool) -> Result<Vec<Case>, HarnessError> {
     let mut cases = Vec::new();
     for damping in DAMPINGS {
-        let on_pair = variants.iter().filter(|variant| variant.label != NOT_ON_PAIR);
+        // The page compares limits of the pair with theory, of which an added method has none.
+        let on_pair = variants
+            .iter()
+            .filter(|variant| variant.label != NOT_ON_PAIR && !is_added(variant.label));
         cases.extend(on_pair.map(|&variant| Case { variant, scene: Scene::Pair, damping }));
         if is_quick {
             continue;

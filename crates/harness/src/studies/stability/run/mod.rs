@@ -12,7 +12,7 @@ use crate::HarnessError;
 use crate::facts::{Fact, fact};
 use crate::studies::stability::facts::{Cell, Facts};
 use crate::studies::variant::of_registry;
-use crate::studies::{Context, Measured, cells, prepared};
+use crate::studies::{Context, Measured, cells, prepared, taken};
 use sheet::{SEEDS, Setting};
 
 /// Steps of the atlas, longest first, s.
@@ -73,11 +73,11 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError
             settings.iter().zip(&columns).map(move |(setting, column)| (variant, setting, column.2))
         })
         .collect();
-    let atlas = cells(context, "atlas", &pairs, |&(variant, setting, steps)| {
+    let atlas = taken(context, "atlas", &pairs, |&(variant, setting, steps)| {
         atlas::column(variant, setting, steps)
     })?;
     let limits = limit::cases(&variants, context.quick)?;
-    let limits = cells(context, "limits", &limits, limit::run)?;
+    let limits = taken(context, "limits", &limits, limit::run)?;
     let shear = cells(context, "explicit shear", &shear::cases(context.quick), shear::run)?;
     let facts = Facts { cells: atlas.into_iter().flatten().collect(), limits, shear };
     let hashes = settings.iter().map(|setting| (setting.name(), setting.hash.clone()));

@@ -4,8 +4,8 @@ use super::atlas::full_verdict;
 use super::sheet::{SEEDS, Setting, run as run_sheet, schedule};
 use super::theory::{Beside, outweighs};
 use crate::HarnessError;
-use crate::methods::Choice;
 use crate::methods::runs::Variant;
+use crate::methods::{Choice, is_chosen};
 use crate::studies::finite;
 use crate::studies::stability::facts::{Ratio, Shear};
 use drape_report::Verdict;
@@ -39,7 +39,7 @@ pub(super) struct Case {
 pub(super) fn cases(is_quick: bool) -> Vec<Case> {
     let steps = STEPS.into_iter().filter(|step| !is_quick || *step == QUICK_STEP);
     let of = |step| METHODS.map(|(variant, beside)| Case { variant, beside, step });
-    let cases = steps.flat_map(of);
+    let cases = steps.flat_map(of).filter(|case| is_chosen(case.variant.label));
     cases.filter(|case| !is_quick || case.beside == Beside::Laplacian).collect()
 }
 

@@ -2,16 +2,16 @@
 
 mod front;
 mod runs;
-mod scenes;
+pub(in crate::studies) mod scenes;
 #[cfg(test)]
 mod tests;
 mod timing;
-mod variants;
+pub(in crate::studies) mod variants;
 
 use crate::HarnessError;
 use crate::facts::{Fact, fact};
 use crate::studies::work_precision::facts::{Facts, Run, TimingRow};
-use crate::studies::{Context, Measured, cells, prepared};
+use crate::studies::{Context, Measured, prepared, taken};
 use front::LEVELS;
 use scenes::{Setting, cases};
 use serde_json::json;
@@ -46,7 +46,7 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, H
         .collect();
     let limit = context.quick.then_some(QUICK);
     let mut rows =
-        cells(context, "methods", &pairs, |(setting, variant)| setting.row(variant, limit))?;
+        taken(context, "methods", &pairs, |(setting, variant)| setting.row(variant, limit))?;
     for rows in rows.chunk_by_mut(|a, b| a.scene == b.scene) {
         front::mark(rows);
     }

@@ -20,8 +20,6 @@ const FRAMES: u32 = 16;
 /// A run twice as far from the truth as that has moved does not follow it. A sheet that stands
 /// still has an error of 1: it is wrong, but has not diverged.
 const LOST: f64 = 2.0;
-/// Finer runs than one with this error are not asked for.
-const ENOUGH: f64 = 1e-5;
 /// A finer run costs at least so many times as much as the one before, and nearly as many times as
 /// that one cost more.
 const LEAST_GROWTH: f64 = 1.4;
@@ -49,7 +47,11 @@ pub(super) struct Timed {
 
 impl Setting {
     /// All runs of a variant. `quick` has the same runs up to a small effort.
-    pub(super) fn row(&self, variant: &Variant, limit: Option<f64>) -> Result<Row, HarnessError> {
+    pub(in crate::studies) fn row(
+        &self,
+        variant: &Variant,
+        limit: Option<f64>,
+    ) -> Result<Row, HarnessError> {
         let mut runs: Vec<Run> = Vec::new();
         for value in self.values(variant) {
             // What cannot be expected to fit is not begun.
@@ -62,8 +64,8 @@ impl Setting {
             } else {
                 self.run(variant, value)?.run
             };
-            let is_last =
-                run.verdict == Verdict::OverBudget || run.error.is_some_and(|error| error < ENOUGH);
+            let is_last = run.verdict == Verdict::OverBudget
+                || run.error.is_some_and(|error| error < self.enough);
             runs.push(run);
             if is_last {
                 break;

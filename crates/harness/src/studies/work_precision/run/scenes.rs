@@ -4,13 +4,13 @@ use crate::run::Simulation;
 use crate::studies::sheet::{GRAVITY, Sheet};
 use crate::studies::work_precision::facts::{FIXED_MATERIAL, FIXED_QUOTIENT, STIFFNESS, Scene};
 use crate::{HarnessError, system_hash};
-use drape_model::{DampingLaw, PinSpec, State, System, Vec3};
+use drape_model::{DampingLaw, PinSpec, State, System, SystemSpec, Vec3};
 use drape_oracle::order::position_error;
 use drape_oracle::reference::{ReferenceSettings, adaptive};
 
 /// How a sheet is held and starts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Shape {
+pub(in crate::studies) enum Shape {
     /// Held by two corners of one edge, it swings down.
     Hanging,
     /// Free, it turns, folds and falls.
@@ -21,31 +21,31 @@ pub(super) enum Shape {
 
 /// A scene before it is built.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Case {
-    pub(super) shape: Shape,
+pub(in crate::studies) struct Case {
+    pub(in crate::studies) shape: Shape,
     /// Whether `d/m = √(k/m)`.
-    pub(super) is_heavy: bool,
+    pub(in crate::studies) is_heavy: bool,
     /// k/m, 1/s².
-    pub(super) stiffness: f64,
+    pub(in crate::studies) stiffness: f64,
     /// Particles along each edge.
-    pub(super) side: u32,
+    pub(in crate::studies) side: u32,
     /// Damping over mass with light damping, 1/s.
-    pub(super) light: f64,
-    pub(super) series: Vec<&'static str>,
+    pub(in crate::studies) light: f64,
+    pub(in crate::studies) series: Vec<&'static str>,
     /// Most effort of a run, in visits of a spring.
-    pub(super) budget: f64,
+    pub(in crate::studies) budget: f64,
 }
 
 /// Simulated time, s.
-pub(super) const SPAN: f64 = 0.25;
+pub(in crate::studies) const SPAN: f64 = 0.25;
 /// Light damping over mass of the sheet of [`SIDE`]² particles, 1/s.
 const LIGHT: f64 = 10.0;
 /// Particles along each edge of the usual sheet.
 const SIDE: u32 = 20;
 /// Particles along each edge where the reference would take too long.
 const SMALL_SIDE: u32 = 10;
-/// Radius of the cylinder of which the sheet is a part at its start, m: bent, but not stretched, so
-/// that a stiff sheet does not ring.
+/// Radius of the cylinder of which the sheet is a part at its start, m. Every spring is at its rest
+/// length there, so that a stiff sheet does not ring.
 const RADIUS: f64 = 1.5;
 /// Spin of the thrown sheet, rad/s.
 const SPIN: [f64; 3] = [4.0, 3.0, 2.0];
@@ -57,6 +57,8 @@ const BUDGET: f64 = 1.2e8;
 const STIFF: f64 = 1e6;
 /// Most effort elsewhere, for up to [`SIDE`]² particles; more for more.
 const SMALL_BUDGET: f64 = 3e7;
+/// Finer runs than one with this error are not asked for.
+const ENOUGH: f64 = 1e-5;
 /// Tolerance of the reference.
 const TOLERANCE: f64 = 1e-10;
 
@@ -153,28 +155,23 @@ impl Case {
             is_pinned: self.shape != Shape::Thrown,
         }
     }
-}
 
-/// A scene with its exact solution.
-pub(super) struct Setting {
-    pub(super) case: Case,
-    pub(super) simulation: Simulation,
-    /// The true positions at the end.
-    pub(super) exact: Vec<Vec3>,
-    pub(super) hash: String,
-    pub(super) scene: Scene,
-}
-
-impl Setting {
-    pub(super) fn new(case: &Case) -> Result<Self, HarnessError> {
-        let sheet = case.sheet();
-        let mut spec = sheet.spec()?;
+    /// The sheet at its start.
+    pub(in crate::studies) fn spec(&self) -> Result<SystemSpec, HarnessError> {
+        let mut spec = self.sheet().spec()?;
         for position in &mut spec.particles.position_m {
             let angle = position[0] / RADIUS;
             position[0] = RADIUS * libm::sin(angle);
             position[2] = RADIUS * (1.0 - libm::cos(angle));
         }
-        if case.shape == Shape::Thrown {
+        // A chord is shorter than its arc: with the rest lengths of the flat sheet every spring
+        // would start compressed, and at k/m = 1e10 that energy would outweigh the fall.
+        let x = &spec.particles.position_m;
+        for spring in &mut spec.springs {
+            let [a, b] = [spring.i, spring.j].map(|i| Vec3::from(x[i as usize]));
+            spring.rest_length_m = (a - b).norm();
+        }
+        if self.shape == Shape::Thrown {
             let center = spec.particles.position_m.iter().map(|x| Vec3::from(*x)).sum::<Vec3>()
                 / spec.particles.position_m.len() as f64;
             let velocity = |x: &[f64; 3]| {
@@ -183,14 +180,44 @@ impl Setting {
             };
             spec.particles.velocity_m_s = spec.particles.position_m.iter().map(velocity).collect();
         }
-        if case.shape == Shape::Spread {
-            let last = case.side * (case.side - 1);
-            let corners = [last, last + case.side - 1];
+        if self.shape == Shape::Spread {
+            let last = self.side * (self.side - 1);
+            let corners = [last, last + self.side - 1];
             spec.pins.extend(corners.map(PinSpec::still));
         }
+        Ok(spec)
+    }
+}
+
+/// A scene with its exact solution.
+pub(in crate::studies) struct Setting {
+    pub(in crate::studies) case: Case,
+    pub(in crate::studies) simulation: Simulation,
+    /// Finer runs than one with this error are not asked for.
+    pub(in crate::studies) enough: f64,
+    /// The true positions at the end.
+    pub(super) exact: Vec<Vec3>,
+    pub(super) hash: String,
+    pub(in crate::studies) scene: Scene,
+}
+
+impl Setting {
+    pub(in crate::studies) fn new(case: &Case) -> Result<Self, HarnessError> {
+        Self::of(case, &case.spec()?, TOLERANCE, |system, state| {
+            Ok([at_end(system, state, TOLERANCE)?, at_end(system, state, 10.0 * TOLERANCE)?])
+        })
+    }
+
+    /// A scene with a reference of its own: `ends` are the last states of two runs, the better one
+    /// first; `tolerance` is that of the better one.
+    pub(in crate::studies) fn of(
+        case: &Case,
+        spec: &SystemSpec,
+        tolerance: f64,
+        ends: impl FnOnce(&System, &State) -> Result<[State; 2], HarnessError>,
+    ) -> Result<Self, HarnessError> {
         let (system, state) = spec.build()?;
-        let tight = at_end(&system, &state, TOLERANCE)?;
-        let loose = at_end(&system, &state, 10.0 * TOLERANCE)?;
+        let [tight, loose] = ends(&system, &state)?;
         let mass: f64 = system.mass().iter().sum();
         let moved = system.mass().iter().zip(tight.x.iter().zip(&state.x));
         let moved: f64 = moved.map(|(m, (a, b))| m * (a - b).norm_squared()).sum();
@@ -203,20 +230,20 @@ impl Setting {
             springs: spec.springs.len(),
             stiffness_over_mass_per_s2: case.stiffness,
             damping_over_mass_per_s: case.damping(),
-            greatest_frequency_per_s: sheet.greatest_frequency(1.0),
+            greatest_frequency_per_s: case.sheet().greatest_frequency(1.0),
             span_s: SPAN,
             motion_m: (moved / mass).sqrt(),
             reference_error: position_error(&system, &state.x, &tight.x, &loose.x),
-            reference_tolerance: TOLERANCE,
+            reference_tolerance: tolerance,
             budget: case.budget,
         };
-        let hash = system_hash(&spec);
+        let hash = system_hash(spec);
         let simulation = Simulation { system, state };
-        Ok(Self { case: case.clone(), simulation, exact: tight.x, hash, scene })
+        Ok(Self { case: case.clone(), simulation, enough: ENOUGH, exact: tight.x, hash, scene })
     }
 
     /// Error of positions at the end.
-    pub(super) fn error(&self, x: &[Vec3]) -> f64 {
+    pub(in crate::studies) fn error(&self, x: &[Vec3]) -> f64 {
         let Simulation { system, state } = &self.simulation;
         position_error(system, &state.x, &self.exact, x)
     }

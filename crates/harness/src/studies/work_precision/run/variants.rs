@@ -2,17 +2,17 @@
 
 use crate::HarnessError;
 use crate::methods::runs::work::{self, Scope};
-pub(super) use crate::methods::runs::work::{Knob, Variant};
+pub(in crate::studies) use crate::methods::runs::work::{Knob, Variant};
 use crate::methods::{self, Choice};
 use crate::studies::variant::{is_explicit, or_defaults};
 use std::sync::LazyLock;
 
-pub(super) const DOP853: &str = "dop853";
+pub(in crate::studies) const DOP853: &str = "dop853";
 const TOLERANCES: &[f64] = &[1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10];
 
 /// The method of a library, then all forms of the registry's methods; those under step size control
 /// come last.
-pub(super) static VARIANTS: LazyLock<Vec<Variant>> = LazyLock::new(|| {
+pub(in crate::studies) static VARIANTS: LazyLock<Vec<Variant>> = LazyLock::new(|| {
     let library = work::headline(DOP853, DOP853).knob(Knob::Library(TOLERANCES));
     let forms = methods::runs().flat_map(|(method, runs)| {
         or_defaults(method, runs.work_precision, |form| work::main(form.label, form.method))
@@ -33,7 +33,7 @@ impl Variant {
     }
 
     /// Whether it is run outside the series over the stiffness with light damping too.
-    pub(in crate::studies::work_precision) fn is_run_everywhere(&self) -> bool {
+    pub(in crate::studies) fn is_run_everywhere(&self) -> bool {
         self.scope != Scope::Extra
     }
 

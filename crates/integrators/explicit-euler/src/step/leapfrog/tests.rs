@@ -1,11 +1,18 @@
 //! Tests of leapfrog: projected damping, forces kept from step to step, divided steps.
 
 use super::*;
-use crate::settings::StepControl;
-use drape_integrator::{LargestEigenvalue, SolveStatus, SolverKind, StepError, StiffnessBound};
-use drape_model::{DampingLaw, EffectKind, SystemSpec, Vec3};
-use drape_oracle::scenes::{build, floor, gravity, particles, pin, tension};
-use drape_oracle::{Run, bits};
+use drape_integrator::{
+    DampingBound, Integrator, LargestEigenvalue, SolveStatus, SolverKind, StepControl, StepError,
+    StiffnessBound,
+};
+use drape_model::{DampingLaw, EffectKind, KeyframeSpec, SpringEffect, SystemSpec, Vec3};
+use drape_oracle::laws::spin;
+use drape_oracle::order::{of_method, position_error};
+use drape_oracle::recurrence;
+use drape_oracle::reference::{ReferenceSettings, reference};
+use drape_oracle::scenes::{Sheet, anchored, build, floor, gravity, particles, pin, tension};
+use drape_oracle::{Run, bits, seconds};
+use nalgebra::Vector2;
 
 const LAWS: [DampingLaw; 2] = [DampingLaw::Full, DampingLaw::Projected];
 
@@ -246,8 +253,14 @@ fn settings_are_read_and_wrong_ones_refused() {
     let default = LeapfrogSettings::from_pairs([]).expect("defaults");
     assert_eq!(default, LeapfrogSettings::default());
     let all = [("solver", "cg"), ("step", "bound"), ("safety", "0.95")];
-    let expected =
-        LeapfrogSettings { solver: SolverKind::Cg, step: StepControl::Bound, safety: 0.95 };
+    let expected = LeapfrogSettings {
+        solver: SolverKind::Cg,
+        step: StepControl::Bound,
+        safety: 0.95,
+        ..LeapfrogSettings::default()
+    };
+    let explicit = LeapfrogSettings::from_pairs([("damping", "explicit")]).expect("valid");
+    assert_eq!(explicit.damping, LeapfrogDamping::Explicit);
     assert_eq!(LeapfrogSettings::from_pairs(all).expect("valid"), expected);
     let auto = LeapfrogSettings::from_pairs([("step", "auto")]).expect("valid");
     assert_eq!(auto.step, StepControl::Auto);
@@ -255,5 +268,125 @@ fn settings_are_read_and_wrong_ones_refused() {
         [("safety", "0.04"), ("safety", "1.1"), ("step", "1"), ("solver", "ic0"), ("c", "1")]
     {
         assert!(LeapfrogSettings::from_pairs([pair]).is_err(), "{pair:?}");
+    }
+}
+
+fn explicit() -> Box<dyn Integrator> {
+    let damping = LeapfrogDamping::Explicit;
+    Box::new(Leapfrog::new(LeapfrogSettings { damping, ..LeapfrogSettings::default() }))
+}
+
+#[test]
+fn with_explicit_damping_a_step_is_that_of_its_recurrence() {
+    const H: f64 = 1.0 / 64.0;
+    const MASS: f64 = 0.25;
+    for (theta, eta) in [(0.36, 0.06), (1.0, 1.0), (3.9, 0.5), (0.5, 3.9), (12.0, 3.0)] {
+        let (k, c) = (theta * MASS / (H * H), eta * MASS / H);
+        let springs = [(SpringEffect::Tension, 0.0, k, c)];
+        let spec = anchored(MASS, &springs, Vec3::x(), Vec3::new(0.0, 20.0, 0.0));
+        let mut run = Run::new(explicit(), build(&spec), H);
+        let step = recurrence::leapfrog_explicit_damping(theta, eta);
+        let mut exact = [Vector2::new(1.0, 0.0), Vector2::new(0.0, 20.0 * H)];
+        for n in 0..50 {
+            run.step();
+            for (axis, exact) in exact.iter_mut().enumerate() {
+                *exact = step * *exact;
+                let found = Vector2::new(run.state.x[1][axis], H * run.state.v[1][axis]);
+                let off = (found - *exact).norm() / exact.norm().max(1e-3);
+                assert!(off < 1e-12, "θ={theta} η={eta}, step {n}: {off:e}");
+            }
+        }
+    }
+}
+
+#[test]
+fn explicit_damping_solves_nothing_and_keeps_the_order_and_the_spin() {
+    for law in LAWS {
+        let spec = net(5, 2.0, law, true);
+        let mut run = Run::new(explicit(), build(&spec), 1e-3);
+        let one = StepReport { force_evaluations: 1, matvecs: 4, ..StepReport::default() };
+        assert_eq!(run.steps(2)[1], one);
+        let (system, start) = build(&spec);
+        let exact = reference(&system, &start, &[0.25], ReferenceSettings::default());
+        let exact = exact.expect("a reference");
+        let found = of_method(explicit, &system, &start, &exact, &[80, 160, 320]);
+        let order = found.expect("an order").order;
+        assert!((order - 2.0).abs() < 0.15, "{law:?}: {order}");
+    }
+    let x = [Vec3::zeros(), Vec3::new(0.3, -0.5, 0.7)];
+    let mut pair = particles(&[0.25; 2], &x, &[Vec3::new(1.0, 2.0, -1.0), Vec3::zeros()]);
+    pair.springs = vec![tension((0, 1), 0.5, 150.0, 1.5)];
+    let mut run = Run::new(explicit(), build(&pair), 1.0 / 64.0);
+    let spin_of = |state: &State| (state.x[1] - state.x[0]).cross(&(state.v[1] - state.v[0]));
+    let start = spin_of(&run.state);
+    let factor = spin::kicks(&[0.5, 0.5], 2.0 * 1.5 / (64.0 * 0.25), 2);
+    for n in 1..=40 {
+        run.step();
+        assert!((spin_of(&run.state) - start * factor.powi(n)).norm() < 1e-13, "step {n}");
+    }
+}
+
+/// The bound of the damping divides a step, too; a fixed one beyond it is unstable.
+#[test]
+fn explicit_damping_divides_steps_within_its_own_limit() {
+    let spec = net(5, 500.0, DampingLaw::Full, false);
+    let damping = LeapfrogDamping::Explicit;
+    let settings = LeapfrogSettings { damping, step: StepControl::Bound, ..dividing_settings() };
+    let mut run = Run::new(Box::new(Leapfrog::new(settings)), build(&spec), 0.01);
+    let delta = DampingBound::new(&run.system).evaluate(&run.system);
+    let start = run.energy();
+    assert_eq!(run.step().substeps, (0.01 * delta / (4.0 * 0.95)).ceil() as u32);
+    run.steps(50);
+    assert!(run.energy() < start);
+    let mut unstable = Run::new(explicit(), build(&spec), 6.0 / delta * 2.0);
+    unstable.steps(200);
+    assert!(unstable.energy().partial_cmp(&(1e6 * start)) != Some(std::cmp::Ordering::Less));
+}
+
+fn dividing_settings() -> LeapfrogSettings {
+    LeapfrogSettings { safety: 0.95, ..LeapfrogSettings::default() }
+}
+
+/// Also in contact, on a led pin and with unequal masses.
+#[test]
+fn the_ledger_of_explicit_damping_closes() {
+    for law in LAWS {
+        let mut spec = net(5, 2.0, law, true);
+        spec.pins[0].path = vec![KeyframeSpec { time_s: 0.1, offset_m: [0.1, -0.1, 0.1] }];
+        spec.effects.gravity = gravity();
+        spec.obstacles = vec![floor(0.5)];
+        let mut run = Run::new(explicit(), build(&spec), 0.004);
+        for n in 0..50 {
+            let (before, energy) = (run.state.clone(), run.energy());
+            run.step();
+            let ledger = run.integrator.ledger(&run.system, &before, &run.state, seconds(run.h));
+            let ledger = ledger.expect("a ledger");
+            let defect = (ledger.sum() - (run.energy() - energy)).abs() / ledger.magnitude();
+            assert!(defect < 1e-8, "{law:?}, step {n}: {defect:e}");
+        }
+    }
+}
+
+/// The hanging sheet of the docs: 20 × 20 particles, 0.3 s.
+#[test]
+#[ignore = "measures: seconds"]
+#[expect(clippy::print_stderr, reason = "it measures")]
+fn measured_on_the_hanging_sheet() {
+    for (tension, damping, steps) in
+        [(1e4, 40.0, 45), (1e4, 40.0, 33), (1e6, 40.0, 330), (1e6, 40.0, 882), (1e8, 40.0, 3294)]
+    {
+        let sheet = Sheet { side: 20, tension, shear: 0.1 * tension, damping, ..Sheet::default() };
+        let (system, start) = sheet.build();
+        let settings = ReferenceSettings { tolerance: 1e-11, ..ReferenceSettings::default() };
+        let exact = reference(&system, &start, &[0.3], settings).expect("a reference");
+        let crank_nicolson: Box<dyn Integrator> = Box::<Leapfrog>::default();
+        for (name, method) in [("explicit", explicit()), ("Crank-Nicolson", crank_nicolson)] {
+            let mut run = Run::new(method, (system.clone(), start.clone()), 0.3 / f64::from(steps));
+            let clock = std::time::Instant::now();
+            run.steps(steps as usize);
+            let time = clock.elapsed().as_secs_f64() / f64::from(steps);
+            let error = position_error(&system, &start.x, &exact.states[0].x, &run.state.x);
+            eprintln!("k/m {tension:e}, {steps} steps, {name}: {error:.2e}, {:.1} µs", 1e6 * time);
+        }
     }
 }

@@ -1,0 +1,188 @@
+//! `drape compare`.
+
+use crate::cli::input::{files, in_file, load};
+use crate::cli::limit::LimitArguments;
+use crate::cli::output::{Sink, check_folder, print};
+use crate::cli::progress::Clock;
+use drape_harness::compare::facts::Metric;
+use drape_harness::compare::{Options, PageError, Request, advise, compare, lines, record, write};
+use drape_harness::start_threads;
+use drape_model::Violation;
+use drape_report::tell;
+use std::path::PathBuf;
+use std::time::Duration;
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Arguments {
+    /// Name of a bundled scene, or a file with a scene or a discretised system
+    scene: String,
+    /// Methods between commas, with settings after a colon: imex-euler,xpbd:order=2 (default: all,
+    /// in the forms that the studies run)
+    #[arg(long, value_name = "ID,ID")]
+    methods: Option<String>,
+    /// How errors are measured: distance of the surfaces, or of the particles
+    #[arg(long, value_enum, default_value = "shape")]
+    metric: MetricArgument,
+    /// Greatest error, m (default: a hundredth of the longest side of the cloth)
+    #[arg(long, value_name = "M", allow_negative_numbers = true)]
+    target: Option<f64>,
+    /// Length of a frame, s: a number or a fraction
+    #[arg(long, value_name = "S", default_value = "1/60", allow_hyphen_values = true)]
+    frame: String,
+    /// Wall time that may be spent: 90, 90s, 5m or 1h
+    #[arg(long, value_name = "TIME", default_value = "60s", allow_hyphen_values = true)]
+    budget: String,
+    /// Simulated time, s (default: of the scene; a discretised system has none)
+    #[arg(long, allow_negative_numbers = true)]
+    duration: Option<f64>,
+    /// Of the perturbed starts that tell the noise
+    #[arg(long, value_name = "N", default_value_t = 20)]
+    seed: u64,
+    /// Run every form until it meets the target, also where another leads by far
+    #[arg(long)]
+    exhaustive: bool,
+    /// Folder for compare.json and compare.html
+    #[arg(long, value_name = "DIR", default_value = "compare")]
+    out: PathBuf,
+    #[command(flatten)]
+    limit: LimitArguments,
+}
+
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+enum MetricArgument {
+    /// Mean distance of the surfaces
+    Shape,
+    /// Root of the mean square distance of the particles
+    Trajectory,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let options = Options {
+        methods: arguments.methods.clone(),
+        metric: match arguments.metric {
+            MetricArgument::Shape => Metric::Shape,
+            MetricArgument::Trajectory => Metric::Trajectory,
+        },
+        target_m: arguments.target,
+        rate: rate(&arguments.frame)?,
+        budget: budget(&arguments.budget)?,
+        seed: arguments.seed,
+        exhaustive: arguments.exhaustive,
+    };
+    let input = load(&arguments.scene, arguments.limit, None)?;
+    let step_s = 1.0 / options.rate;
+    let time = super::run::time_span(Some(step_s), arguments.duration, &input)?;
+    check_folder("--out", &arguments.out)?;
+    let inputs = files(&arguments.scene, &input);
+    for name in ["compare.json", "compare.html"] {
+        Sink::check("--out", &arguments.out.join(name), &inputs)?;
+    }
+    start_threads()?;
+    let clock = Clock::new("compare", options.budget);
+    let spec = input.spec();
+    let compared = compare(&arguments.scene, spec, time.duration_s, &options, &|tick| {
+        clock.show(tick);
+    });
+    clock.end();
+    let comparison = compared.map_err(|error| match error {
+        drape_harness::HarnessError::Violation(violation) if !violation.path.starts_with("--") => {
+            anyhow::Error::from(in_file(&arguments.scene, violation))
+        }
+        other => other.in_scene(&arguments.scene).into(),
+    })?;
+    let source = crate::cli::source();
+    let command = arguments.command();
+    let request = Request { options: &options, command: &command, source: &source };
+    let record = record(&comparison, &request);
+    let written =
+        write(&arguments.out, record, &comparison, spec).map_err(|error| match error {
+            PageError::Harness(error) => anyhow::Error::from(error),
+            PageError::Report(error) => error.into(),
+        })?;
+    let mut text = lines(&comparison.facts, &advise(&comparison.facts)).join("\n");
+    text.push('\n');
+    for file in &written {
+        tell!("wrote {}", file.display());
+    }
+    print(&text)
+}
+
+impl Arguments {
+    /// The command line that asks the same.
+    fn command(&self) -> String {
+        let metric = match self.metric {
+            MetricArgument::Shape => "shape",
+            MetricArgument::Trajectory => "trajectory",
+        };
+        let mut words = vec!["drape".to_owned(), "compare".to_owned(), self.scene.clone()];
+        let mut add = |key: &str, value: String| words.extend([key.to_owned(), value]);
+        if let Some(methods) = &self.methods {
+            add("--methods", methods.clone());
+        }
+        add("--metric", metric.to_owned());
+        if let Some(target) = self.target {
+            add("--target", target.to_string());
+        }
+        add("--frame", self.frame.clone());
+        add("--budget", self.budget.clone());
+        if let Some(duration) = self.duration {
+            add("--duration", duration.to_string());
+        }
+        add("--seed", self.seed.to_string());
+        if self.exhaustive {
+            words.push("--exhaustive".to_owned());
+        }
+        let words: Vec<String> =
+            words.iter().map(|word| drape_harness::compare::quoted(word)).collect();
+        words.join(" ")
+    }
+}
+
+fn refusal(key: &str, value: &str, expected: &str) -> Violation {
+    Violation { path: key.to_owned(), value: format!("`{value}`"), expected: expected.to_owned() }
+}
+
+/// Frames a second, from the length of one.
+fn rate(text: &str) -> Result<f64, Violation> {
+    let number = |text: &str| text.trim().parse::<f64>().ok();
+    let rate = match text.split_once('/') {
+        Some((a, b)) => number(b).zip(number(a)).map(|(b, a)| b / a),
+        None => number(text).map(|length| 1.0 / length),
+    };
+    let expected = "a length in seconds above 0, as a number or a fraction such as 1/60";
+    rate.filter(|rate| *rate > 0.0 && rate.is_finite())
+        .ok_or_else(|| refusal("--frame", text, expected))
+}
+
+/// A time with its unit; seconds without one.
+fn budget(text: &str) -> Result<Duration, Violation> {
+    let units = [("ms", 1e-3), ("s", 1.0), ("m", 60.0), ("h", 3600.0), ("", 1.0)];
+    let read = |(unit, factor): (&str, f64)| {
+        let number = text.trim().strip_suffix(unit)?.trim().parse::<f64>().ok()?;
+        Duration::try_from_secs_f64(number * factor).ok()
+    };
+    let expected = "a time such as 90, 90s, 5m or 1h";
+    units.into_iter().find_map(read).ok_or_else(|| refusal("--budget", text, expected))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{budget, rate};
+    use std::time::Duration;
+
+    #[test]
+    fn frames_and_budgets_are_read_or_refused() {
+        assert_eq!(rate("1/60"), Ok(60.0));
+        assert_eq!(rate("0.04"), Ok(25.0));
+        for wrong in ["", "0", "-1/60", "1/0", "a", "1/2/3", "inf", "nan"] {
+            assert!(rate(wrong).is_err(), "{wrong}");
+        }
+        let seconds = |s| Ok(Duration::from_secs_f64(s));
+        for (text, expected) in [("90", 90.0), ("90s", 90.0), ("1.5m", 90.0), ("250ms", 0.25)] {
+            assert_eq!(budget(text), seconds(expected), "{text}");
+        }
+        for wrong in ["", "s", "-1", "1d", "nan", "1e400"] {
+            assert!(budget(wrong).is_err(), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,172 @@
+//! The verdict at the end of `drape run`: stable, locked, energy gained, diverged or unknown.
+
+use drape_harness::methods::Choice;
+use drape_harness::record::{Judged, Judgement};
+use drape_harness::{Kept, LOCKED, Lever, OrderedSimulation, Outcome, Unforeseen};
+use drape_integrator::Supports;
+use drape_model::TimeSpan;
+
+/// From this share of the motion on a run keeps it well.
+const WELL: f64 = 0.75;
+/// Below this measured share a cloth is locked, whatever theory says.
+const SURELY_LOCKED: f64 = 0.35;
+
+/// What theory says about the motion that a run keeps.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Expected {
+    /// This share.
+    Share(Lever, f64),
+    /// The method takes its springs at the old level, which slows no motion down.
+    Explicit,
+    /// Nothing.
+    Nothing(&'static str),
+    /// Nothing, because of the scene.
+    Unforeseen(Unforeseen),
+}
+
+/// A share as per cent.
+pub(crate) fn percent(share: f64) -> String {
+    match 100.0 * share {
+        tiny if tiny < 0.1 => "less than 0.1 %".to_owned(),
+        small if small < 1.0 => format!("{small:.1} %"),
+        large => format!("{large:.0} %"),
+    }
+}
+
+impl Expected {
+    pub(crate) fn of(simulation: &OrderedSimulation, choice: &Choice, time: TimeSpan) -> Self {
+        if choice.method().supports == Supports::Explicit {
+            return Self::Explicit;
+        }
+        match simulation.lever(time.duration_s) {
+            Err(reason) => Self::Unforeseen(reason),
+            Ok(lever) => match lever.share(choice, time.step_s) {
+                Some(share) => Self::Share(lever, share),
+                None => Self::Nothing("the method blows up on a single spring"),
+            },
+        }
+    }
+
+    /// The share of the motion.
+    pub(crate) fn share(&self) -> Option<f64> {
+        match self {
+            Self::Share(_, share) => Some(*share),
+            Self::Explicit | Self::Nothing(_) | Self::Unforeseen(_) => None,
+        }
+    }
+
+    /// The warning for a cloth that will lock.
+    pub(crate) fn warning(
+        &self,
+        simulation: &OrderedSimulation,
+        choice: &Choice,
+        step: f64,
+    ) -> Option<String> {
+        let Self::Share(lever, share) = self else { return None };
+        if *share >= LOCKED {
+            return None;
+        }
+        let mut ways = Vec::new();
+        if let Some(shorter) = lever.step_that_keeps_half(choice, step) {
+            ways.push(format!("take steps of at most {shorter} s"));
+        }
+        if let Some(id) = simulation.lively_method(lever, step) {
+            ways.push(format!("take a method that keeps the motion, such as {id}"));
+        }
+        let ways = match ways.join(", or ") {
+            none if none.is_empty() => "take shorter steps".to_owned(),
+            ways => ways,
+        };
+        Some(format!(
+            "the cloth will lock: with h²k/m = {:.1e} {} keeps {} of the motion by theory; {ways}",
+            simulation.theta(step),
+            choice.method().id,
+            percent(*share)
+        ))
+    }
+
+    /// What theory adds to a reason.
+    fn told(&self) -> String {
+        match self {
+            Self::Share(_, share) => format!("theory expects {}", percent(*share)),
+            Self::Explicit => "an explicit method slows no motion down".to_owned(),
+            Self::Nothing(reason) => format!("theory says nothing: {reason}"),
+            Self::Unforeseen(reason) => format!("theory says nothing: {reason}"),
+        }
+    }
+}
+
+/// The verdict on a run. `gain` is what it gained; `is_judged` whether a gain would have been seen;
+/// `kept` what it kept, unless it diverged.
+pub(crate) fn judge(
+    outcome: &Outcome,
+    gain: Option<&str>,
+    is_judged: bool,
+    kept: Option<Kept>,
+    expected: &Expected,
+) -> Judgement {
+    let share = match kept {
+        Some(Kept::Share { share, .. }) => Some(share),
+        _ => None,
+    };
+    let (kind, reason) = match (&outcome.divergence, gain, kept) {
+        (Some(divergence), ..) => {
+            (Judged::Diverged, format!("at step {}: {}", divergence.step, divergence.criterion))
+        }
+        (_, Some(gain), _) => (Judged::GainedEnergy, gain.to_owned()),
+        (None, None, kept) => {
+            let (kind, reason) = motion(kept, expected);
+            if kind == Judged::Stable && !is_judged {
+                let why = "a correction moves particles beside pins, obstacles or wind that do \
+                           work, so a gain of energy cannot be seen";
+                (Judged::Unknown, format!("{why}; {reason}"))
+            } else {
+                (kind, reason)
+            }
+        }
+    };
+    Judgement { kind, share, expected_share: expected.share(), reason }
+}
+
+/// The verdict on the motion of a run that gained no energy.
+fn motion(kept: Option<Kept>, expected: &Expected) -> (Judged, String) {
+    let told = expected.told();
+    let foresees_locking = expected.share().is_some_and(|share| share < LOCKED);
+    let foresees_motion = match expected {
+        Expected::Share(_, share) => *share >= WELL,
+        Expected::Explicit => true,
+        Expected::Nothing(_) | Expected::Unforeseen(_) => false,
+    };
+    match kept {
+        Some(Kept::Share { share, windows, steps }) => {
+            let measured = format!(
+                "it kept {} of the motion in {windows} {} of {steps} steps beside a reference; {told}",
+                percent(share),
+                if windows == 1 { "window" } else { "windows" }
+            );
+            let is_locked = share < SURELY_LOCKED || (share < LOCKED && foresees_locking);
+            let is_well = share >= WELL || (share >= LOCKED && !foresees_locking);
+            match (is_locked, is_well) {
+                (true, _) => (Judged::Locked, measured),
+                (false, true) => (Judged::Stable, measured),
+                (false, false) => (Judged::Unknown, measured),
+            }
+        }
+        Some(Kept::Still) if foresees_locking => {
+            (Judged::Unknown, format!("the cloth moves in no window that was checked; {told}"))
+        }
+        Some(Kept::Still) => (
+            Judged::Stable,
+            "no gain of energy; the cloth is in balance in every window that was checked, so \
+             there is no motion to lose"
+                .to_owned(),
+        ),
+        Some(Kept::Unknown(silent)) if foresees_motion => {
+            (Judged::Stable, format!("no gain of energy; {told}; not measured: {silent}"))
+        }
+        Some(Kept::Unknown(silent)) => {
+            (Judged::Unknown, format!("no gain of energy, but {silent}; {told}"))
+        }
+        None => (Judged::Unknown, told),
+    }
+}

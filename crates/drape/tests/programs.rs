@@ -1,0 +1,168 @@
+//! Programs as methods, on the command line.
+
+#![cfg(unix)]
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "tests")]
+
+use drape_harness::record::{Ending, Run};
+use serde_json::Value;
+use std::os::unix::fs::PermissionsExt as _;
+use std::path::Path;
+use std::process::{Command, Output};
+
+const HELLO: &str = r#"{"protocol":"drape-method/1","name":"test","order":1,"class":"dissipative","implicit":true,"supports":["tension","shear","gravity","pins","full damping"]}"#;
+
+fn drape(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_drape")).current_dir(folder).args(arguments).output().unwrap()
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+/// Writes `mine.sh`, which answers steps as told; `$steps` counts them.
+fn write(folder: &Path, step: &str) {
+    let path = folder.join("mine.sh");
+    let script = format!(
+        "#!/bin/sh\nsteps=0\nwhile read -r line; do\ncase \"$line\" in\n*hello*) echo '{HELLO}';;\n\
+         *'\"step\"'*) steps=$((steps + 1))\n{step}\n;;\n\
+         *) echo '{{\"ok\":true}}';;\nesac\ndone\n"
+    );
+    std::fs::write(&path, script).unwrap();
+    std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o755)).unwrap();
+}
+
+/// 20 × 20 particles with two pins: 400 × 48 bytes of state, 48 of places of pins.
+const ECHO: &str = "echo '{\"bytes\":19200}'\nhead -c 19200\nhead -c 48 >/dev/null";
+
+fn run(folder: &Path, more: &[&str]) -> Output {
+    let arguments = ["run", "hanging-textile-1e4", "--method", "program:./mine.sh", "--dt", "0.01"];
+    let arguments = [&arguments[..], &["--duration", "0.05", "--out", "run.json"], more].concat();
+    drape(folder, &arguments)
+}
+
+fn record(folder: &Path) -> Run {
+    drape_report::file::read_json(&folder.join("run.json")).unwrap()
+}
+
+#[test]
+fn a_program_runs_under_its_own_name() {
+    let folder = tempfile::tempdir().unwrap();
+    write(folder.path(), ECHO);
+    let output = run(folder.path(), &[]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let run = record(folder.path());
+    assert_eq!((run.method.as_str(), run.steps), ("program:./mine.sh", 5));
+    assert_eq!(run.settings["command"], "./mine.sh");
+    assert_eq!(run.totals.force_evaluations, 5);
+}
+
+/// What was recorded before the failure is kept, one sentence is said, and the exit code is 3.
+#[test]
+fn a_program_that_fails_in_a_run_is_named_and_the_record_is_kept() {
+    let nan = "\\000\\000\\000\\000\\000\\000\\370\\177".repeat(100);
+    let cases = [
+        ("exit 4".to_owned(), "ended in a step with exit code 4"),
+        ("echo garbage".to_owned(), "`garbage`, which is no answer in JSON"),
+        ("sleep 1000".to_owned(), "did not answer in a step within 1 s and was killed"),
+        ("echo '{\"bytes\":24}'".to_owned(), "announced 24 bytes in a step; expected 19200"),
+        ("yes | tr -d '\\n'".to_owned(), "without an end of line"),
+        (
+            format!(
+                "echo '{{\"bytes\":19200}}'\nhead -c 16800\nhead -c 2448 >/dev/null\nprintf '{nan}'\n\
+                 printf '{nan}'\nprintf '{nan}'"
+            ),
+            "a position or velocity is not finite",
+        ),
+    ];
+    for (failure, expected) in cases {
+        let folder = tempfile::tempdir().unwrap();
+        write(folder.path(), &format!("if [ $steps -gt 2 ]; then\n{failure}\nfi\n{ECHO}"));
+        let output = run(folder.path(), &["--set", "step_timeout=1"]);
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(3), "{failure}: {said}");
+        let last = said.lines().last().unwrap();
+        assert!(last.starts_with("drape: program:./mine.sh "), "{said}");
+        assert!(last.contains(expected), "{said}");
+        assert!(!said.contains("panicked"), "{said}");
+        let run = record(folder.path());
+        assert!(matches!(run.ending, Ending::Diverged { step: 3, .. }), "{:?}", run.ending);
+        assert_eq!(run.series.len(), 3, "the start and two steps");
+    }
+}
+
+#[test]
+fn a_program_that_cannot_start_is_bad_input() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = run(folder.path(), &[]);
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(said.contains("program `./mine.sh` cannot be started"), "{said}");
+    std::fs::write(folder.path().join("mine.sh"), "exit 1").unwrap();
+    let said = text(&run(folder.path(), &[]).stderr);
+    assert!(said.contains("make the file executable"), "{said}");
+    write(folder.path(), ECHO);
+    let arguments = ["run", "square-table-1e4", "--method", "program:./mine.sh", "--dt", "0.01"];
+    let output = drape(folder.path(), &arguments);
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(said.contains("program:./mine.sh does not support contact"), "{said}");
+}
+
+#[test]
+fn a_study_names_the_failures_of_a_program_and_ends() {
+    let folder = tempfile::tempdir().unwrap();
+    write(folder.path(), "exit 4");
+    let method = ["--methods", "program:./mine.sh,symplectic-euler"];
+    let arguments = [&["experiment", "order", "--quick"][..], &method].concat();
+    let output = drape(folder.path(), &arguments);
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{said}");
+    assert!(
+        said.contains(
+            "drape: warning: program `./mine.sh` ended in a step with exit code 4 (8 times)"
+        ),
+        "{said}"
+    );
+    let record = std::fs::read_to_string(folder.path().join("results-own/order.json")).unwrap();
+    let record: Value = serde_json::from_str(&record).unwrap();
+    let labels =
+        record["facts"]["rows"].as_array().unwrap().iter().map(|row| row["label"].as_str());
+    let labels: std::collections::BTreeSet<_> = labels.flatten().collect();
+    let expected = ["program:./mine.sh", "symplectic-euler", "symplectic-euler, implicit damping"];
+    assert!(labels.into_iter().eq(expected));
+}
+
+#[test]
+fn an_unknown_method_is_refused_before_a_study_begins() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = drape(folder.path(), &["experiment", "order", "--methods", "middpoint"]);
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(said.contains("no method `middpoint`; expected one of: explicit-euler"), "{said}");
+    assert!(!folder.path().join("results-own").exists());
+}
+
+/// The midpoint rule in Python has order 2. Without SciPy the test says that it was skipped; with
+/// DRAPE_PROGRAMS=required it fails.
+#[test]
+fn implicit_midpoint_in_python_has_order_two_in_the_study_of_orders() {
+    let scipy = Command::new("python3").args(["-c", "import scipy"]).output();
+    if !scipy.is_ok_and(|output| output.status.success()) {
+        assert_ne!(std::env::var("DRAPE_PROGRAMS").as_deref(), Ok("required"), "no SciPy");
+        println!("skipped: `python3 -c 'import scipy'` fails on this machine");
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let examples = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/methods");
+    let method =
+        format!("program:python3 -B '{}'", examples.join("implicit_midpoint.py").display());
+    let arguments = ["experiment", "order", "--quick", "--out", "mine", "--methods", &method];
+    let output = drape(folder.path(), &arguments);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let record = std::fs::read_to_string(folder.path().join("mine/order.json")).unwrap();
+    let record: Value = serde_json::from_str(&record).unwrap();
+    let rows = record["facts"]["rows"].as_array().unwrap();
+    let smooth = rows.iter().find(|row| row["scene"] == "smooth").unwrap();
+    let order = smooth["order"].as_f64().unwrap();
+    assert!((order - 2.0).abs() < 0.005, "order {order}");
+}

@@ -1,0 +1,107 @@
+//! M02: XPBD with small steps leads on stiff sheets at errors of some per cent.
+
+use super::places::{Ground, Places, judgement};
+use super::{Claim, Evidence, Judgement, Missing, Origin, told};
+
+pub(super) const CLAIM: Claim = Claim {
+    id: "M02",
+    origin: Origin::Expectation { about: "Macklin et al. 2019" },
+    says: "XPBD with small steps leads at errors of 1 to 10 % where the sheet is stiff",
+    criterion: "With light damping, at k/m = 1e6, 1e8 and 1e10 with 400 particles, on the same \
+                fabrics with 1600, and above a ball, XPBD is among the two methods of least \
+                counted work for errors of 10 %, 3 % and 1 %. In 10 ms it needs 10, 50 and 300 \
+                substeps to be stable by its energy: a fifth of them is not enough.",
+    reads: &[
+        "effort at 1e6 for ",
+        "effort at 1e8 for ",
+        "effort at 1e10 for ",
+        "effort at 4e6 n = 1600 for ",
+        "effort at 4e8 n = 1600 for ",
+        "effort at 4e10 n = 1600 for ",
+        "effort at 1e6 with a ball for ",
+        "effort at 1e8 with a ball for ",
+        "effort at 1e10 with a ball for ",
+        "energy rise at 1e6, ",
+        "energy rise at 1e8, ",
+        "energy rise at 1e10, ",
+    ],
+    overturned_by: "Two methods that reach one of these errors for less work refute it.",
+    see: "work-precision-size.svg",
+    judge,
+};
+
+/// The method that the claim names.
+pub(crate) const METHOD: &str = "xpbd";
+/// Where it competes: three fabrics of 400 and of 1600 particles, and above a ball. With 10 000
+/// particles a single step of methods that factorise in every iteration takes minutes.
+pub(crate) const GROUNDS: [Ground; 9] = [
+    Ground::light(1e6),
+    Ground::light(1e8),
+    Ground::light(1e10),
+    Ground::light(4e6).of_side(40),
+    Ground::light(4e8).of_side(40),
+    Ground::light(4e10).of_side(40),
+    Ground::light(1e6).on_ball(),
+    Ground::light(1e8).on_ball(),
+    Ground::light(1e10).on_ball(),
+];
+/// For which errors.
+pub(crate) const LEVELS: [f64; 3] = [1e-1, 3e-2, 1e-2];
+/// Stiffness over mass, 1/s², and the substeps that XPBD needs in 10 ms there.
+pub(crate) const SUBSTEPS: [(f64, u32); 3] = [(1e6, 10), (1e8, 50), (1e10, 300)];
+/// So many times fewer are not enough.
+pub(crate) const FEWER: u32 = 5;
+/// Rise of the energy over what the scene sets free, up to which a run is stable.
+pub(crate) const STABLE: f64 = 0.02;
+
+/// What the rise of the energy with some substeps is called.
+pub(crate) fn rise(stiffness: f64, substeps: u32) -> String {
+    format!("energy rise at {stiffness:e}, {substeps} substeps")
+}
+
+fn judge(evidence: Evidence<'_>) -> Result<Judgement, Missing> {
+    let places = Places::of(evidence, METHOD, &GROUNDS, &LEVELS)?;
+    let mut as_told = 0;
+    let mut rises = Vec::new();
+    for (stiffness, substeps) in SUBSTEPS {
+        let fewer = evidence.value(&rise(stiffness, substeps / FEWER))?;
+        let enough = evidence.value(&rise(stiffness, substeps))?;
+        as_told += usize::from(enough <= STABLE && fewer > STABLE);
+        rises.push(format!("{} and {}", told(fewer), told(enough)));
+    }
+    let is_met = places.are_all_among_first() && as_told == SUBSTEPS.len();
+    let contest = judgement(is_met, &[places]);
+    let reason = format!(
+        "{}; with a fifth of the substeps and with all its energy rises by {} of what the scene \
+         sets free",
+        contest.reason.trim_end_matches('.'),
+        rises.join(", ")
+    );
+    Ok(Judgement { reason: format!("{reason}."), ..contest })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::places::tests::numbers;
+    use super::super::{Number, Ruling};
+    use super::*;
+
+    #[test]
+    fn the_contests_and_the_substeps_decide() {
+        let second = [("leapfrog", 1.0), (METHOD, 2.0), ("vbd", 3.0)];
+        let third = [("leapfrog", 1.0), (METHOD, 2.0), ("vbd", 1.5)];
+        let ruled = |changed, at: f64, few: f64, all: f64| {
+            let mut all_numbers = numbers(&GROUNDS, &LEVELS, &second, changed);
+            for (stiffness, substeps) in SUBSTEPS {
+                let (few, all) = if stiffness == at { (few, all) } else { (0.5, 0.01) };
+                all_numbers.push(Number::new(rise(stiffness, substeps / FEWER), few, ""));
+                all_numbers.push(Number::new(rise(stiffness, substeps), all, ""));
+            }
+            CLAIM.judge(&Evidence::new(&all_numbers)).verdict
+        };
+        assert_eq!(ruled(None, 0.0, 0.0, 0.0), Ruling::Confirmed);
+        assert_eq!(ruled(Some((8, 2, &third[..])), 0.0, 0.0, 0.0), Ruling::Refuted);
+        assert_eq!(ruled(None, 1e8, 0.5, 0.03), Ruling::Refuted, "not enough");
+        assert_eq!(ruled(None, 1e10, 0.01, 0.0), Ruling::Refuted, "more than needed");
+    }
+}

@@ -1,0 +1,48 @@
+//! M03: vertex block descent and projective dynamics do not share the lead of XPBD.
+
+use super::places::{Ground, Places, judgement};
+use super::{Claim, Evidence, Judgement, Missing, Origin};
+
+pub(super) const CLAIM: Claim = Claim {
+    id: "M03",
+    origin: Origin::Expectation { about: "Bouaziz et al. 2014; Chen et al. 2024" },
+    says: "vertex block descent and projective dynamics do not share the lead of XPBD",
+    criterion: "At k/m = 1e6, 1e8 and 1e10 with light damping neither is among the two methods of \
+                least counted work for errors of 10 %, 3 % or 1 %.",
+    reads: &["effort at 1e6 for ", "effort at 1e8 for ", "effort at 1e10 for "],
+    overturned_by: "One of these errors that one of the two reaches for the least or the second \
+                    least work refutes it.",
+    see: "work-precision-stiff.svg",
+    judge,
+};
+
+/// The methods that the claim names.
+pub(crate) const METHODS: [&str; 2] = ["vbd", "projective"];
+/// Where they compete.
+pub(crate) const GROUNDS: [Ground; 3] =
+    [Ground::light(1e6), Ground::light(1e8), Ground::light(1e10)];
+/// For which errors.
+pub(crate) const LEVELS: [f64; 3] = [1e-1, 3e-2, 1e-2];
+
+fn judge(evidence: Evidence<'_>) -> Result<Judgement, Missing> {
+    let [first, second] = METHODS.map(|method| Places::of(evidence, method, &GROUNDS, &LEVELS));
+    let places = [first?, second?];
+    Ok(judgement(!places.iter().any(Places::is_any_among_first), &places))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Ruling;
+    use super::super::places::tests::contest;
+    use super::*;
+
+    #[test]
+    fn neither_may_be_second_anywhere() {
+        let behind = [("xpbd", 1.0), ("dirk", 2.0), ("vbd", 3.0), ("projective", f64::INFINITY)];
+        let second = [("xpbd", 1.0), ("dirk", 4.0), ("vbd", 5.0), ("projective", 3.0)];
+        let ruled = |changed| contest(&CLAIM, &GROUNDS, &LEVELS, &behind, changed);
+        assert_eq!(ruled(None), Ruling::Confirmed);
+        assert_eq!(ruled(Some((2, 2, &second[..]))), Ruling::Refuted);
+        assert_eq!(ruled(Some((2, 2, &second[..2]))), Ruling::Undecided);
+    }
+}

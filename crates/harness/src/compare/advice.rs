@@ -1,0 +1,252 @@
+//! What a record advises, in a few lines.
+
+use super::facts::{Facts, Run, TIE, Truth};
+use drape_report::number::significant;
+use drape_report::printable;
+
+/// Names in a list; the others are counted.
+const NAMES: usize = 5;
+/// How much harder and easier targets are that might change the advice.
+const OTHER_TARGETS: [f64; 2] = [0.25, 4.0];
+
+/// A run that is advised.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pick {
+    /// Place of the run in [`Facts::runs`].
+    pub run: usize,
+    /// Its time over that of the advised one.
+    pub times: f64,
+}
+
+/// What a record advises.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Advice {
+    /// The cheapest run that meets the target; `None` where no run does.
+    pub take: Option<Pick>,
+    /// The other forms within a factor of 1.5: ties.
+    pub ties: Vec<Pick>,
+    /// The next form after the ties.
+    pub runner_up: Option<Pick>,
+    /// Where none meets the target: the sound run that errs least.
+    pub closest: Option<Pick>,
+    /// Forms that gained energy, with the most steps a frame at which they did.
+    pub explodes: Vec<(String, u32)>,
+    /// The same for forms that stand still.
+    pub locks: Vec<(String, u32)>,
+    /// Forms that were refused, with the reason.
+    pub refused: Vec<(String, String)>,
+    /// Other targets, m, that would change the form, with the run that they take.
+    pub other_targets: Vec<(f64, usize)>,
+}
+
+/// The cheapest run of each form that meets a target, m, the cheapest first.
+pub(super) fn ranking(target_m: f64, truth: &Truth, runs: &[Run]) -> Vec<usize> {
+    let good = truth.good_m(target_m);
+    let mut best: Vec<usize> = Vec::new();
+    for (n, run) in runs.iter().enumerate().filter(|(_, run)| run.meets(good)) {
+        match best.iter_mut().find(|other| runs[**other].form == run.form) {
+            Some(other) if run.frame_s < runs[*other].frame_s => *other = n,
+            Some(_) => {}
+            None => best.push(n),
+        }
+    }
+    best.sort_by(|a, b| runs[*a].frame_s.total_cmp(&runs[*b].frame_s));
+    best
+}
+
+/// Reads the advice from a record.
+pub fn advise(facts: &Facts) -> Advice {
+    let Facts { runs, truth, .. } = facts;
+    let ranked = ranking(facts.scene.target_m, truth, runs);
+    let least = ranked.first().map_or(f64::NAN, |&n| runs[n].frame_s);
+    let pick = |&run: &usize| Pick { run, times: runs[run].frame_s / least };
+    let picks: Vec<Pick> = ranked.iter().map(pick).collect();
+    let (ties, slower): (Vec<Pick>, Vec<Pick>) =
+        picks.iter().skip(1).partition(|pick| pick.times <= TIE);
+    let sound = (0..runs.len()).filter(|&n| runs[n].is_sound() && runs[n].error_m.is_some());
+    let error = |n: &usize| runs[*n].error_m.unwrap_or(f64::INFINITY);
+    let closest = sound.min_by(|a, b| error(a).total_cmp(&error(b)));
+    let failed = |is: &dyn Fn(&Run) -> bool| {
+        let most = |(form, _): (usize, _)| {
+            let own = runs.iter().filter(|run| run.form == form && is(run));
+            Some((facts.forms[form].label.clone(), own.map(|run| run.substeps).max()?))
+        };
+        let mut forms: Vec<(String, u32)> =
+            facts.forms.iter().enumerate().filter_map(most).collect();
+        forms.sort_by(|a, b| b.1.cmp(&a.1).then_with(|| a.0.cmp(&b.0)));
+        forms
+    };
+    let refused = |form: &super::facts::Form| Some((form.label.clone(), form.refusal.clone()?));
+    let other = |factor: f64| {
+        let target = factor * facts.scene.target_m;
+        let first = *ranking(target, truth, runs).first()?;
+        let is_other = ranked.first().is_none_or(|&now| runs[now].form != runs[first].form);
+        (truth.good_m(target) != facts.good_m() && is_other).then_some((target, first))
+    };
+    Advice {
+        take: picks.first().copied(),
+        ties,
+        runner_up: slower.first().copied(),
+        closest: closest.filter(|_| ranked.is_empty()).map(|run| Pick { run, times: 1.0 }),
+        explodes: failed(&Run::explodes),
+        locks: failed(&|run| run.verdict == drape_report::Verdict::Locked),
+        refused: facts.forms.iter().filter_map(refused).collect(),
+        other_targets: OTHER_TARGETS.into_iter().filter_map(other).collect(),
+    }
+}
+
+fn length(metres: f64) -> String {
+    format!("{} mm", significant(1e3 * metres, 2))
+}
+
+fn milliseconds(seconds: f64) -> String {
+    format!("{} ms a frame", significant(1e3 * seconds, 2))
+}
+
+fn steps(substeps: u32) -> String {
+    if substeps == 1 { "1 step a frame".to_owned() } else { format!("{substeps} steps a frame") }
+}
+
+/// A few names, and how many others.
+fn listed(names: &[String], mark: &str) -> String {
+    let more = names.len().saturating_sub(NAMES);
+    let names = names[..names.len() - more].join(mark);
+    if more > 0 { format!("{names}{mark}{more} more") } else { names }
+}
+
+/// A word of a command line that a shell takes as one word.
+pub fn quoted(word: &str) -> String {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_./:=,+".contains(c);
+    if !word.is_empty() && word.chars().all(is_plain) {
+        word.to_owned()
+    } else {
+        format!("'{}'", word.replace('\'', r"'\''"))
+    }
+}
+
+/// The command that makes a run.
+pub(super) fn command(facts: &Facts, run: &Run) -> String {
+    let step = facts.scene.frame_s / f64::from(run.substeps);
+    let duration = facts.scene.frame_s * f64::from(facts.scene.frames);
+    let method = quoted(&facts.form_of(run).method);
+    let scene = quoted(&facts.scene.name);
+    format!("drape run {scene} --method {method} --dt {step} --duration {duration}")
+}
+
+/// The advice in at most twelve lines.
+pub fn lines(facts: &Facts, advice: &Advice) -> Vec<String> {
+    let (scene, truth) = (&facts.scene, &facts.truth);
+    let said = |pick: &Pick| {
+        let run = &facts.runs[pick.run];
+        format!("{}, {}", facts.form_of(run).label, steps(run.substeps))
+    };
+    let mut lines = vec![format!(
+        "{}: {} particles, {} frames of {} s; wanted: {} within {}",
+        printable(&scene.name),
+        scene.particles,
+        scene.frames,
+        significant(scene.frame_s, 3),
+        scene.metric.name(),
+        length(scene.target_m)
+    )];
+    let mut told = |word: &str, text: String| lines.push(format!("{word:<11}{text}"));
+    let good = facts.good_m();
+    let raised = if good > scene.target_m {
+        format!("; noise moves it by {}, so {} counts as met", length(0.5 * good), length(good))
+    } else {
+        String::new()
+    };
+    told(
+        "held to",
+        match (&truth.method, truth.error_m, truth.is_trusted) {
+            (Some(method), Some(error), true) => {
+                let id = method.split(':').next().unwrap_or(method);
+                let error = length(error);
+                format!("{id} at {}, error {error}{raised}", steps(truth.substeps))
+            }
+            _ => {
+                let why = truth.remark.as_deref().unwrap_or("none was found");
+                format!("itself at half the steps, its error bar; no true motion ({why})")
+            }
+        },
+    );
+    if !truth.moves {
+        told("note", "nothing moves in this scene: only the time tells methods apart".to_owned());
+    }
+    let expect = |run: &Run| {
+        let error = run.error_m.map_or_else(String::new, |error| {
+            format!("{} error {}, ", scene.metric.name(), length(error))
+        });
+        let solves = if run.unconverged_steps > 0 {
+            format!("; {} steps stopped before their tolerance", run.unconverged_steps)
+        } else {
+            String::new()
+        };
+        format!("{error}{}{solves}", milliseconds(run.frame_s))
+    };
+    match (&advice.take, &advice.closest) {
+        (Some(pick), _) => {
+            let run = &facts.runs[pick.run];
+            told("take", format!("{}: {}", steps(run.substeps), facts.form_of(run).method));
+            told("expect", expect(run));
+        }
+        (None, Some(pick)) => {
+            told("take", format!("none meets the target in this time; closest: {}", said(pick)));
+            told("expect", expect(&facts.runs[pick.run]));
+        }
+        (None, None) if facts.runs.is_empty() => {
+            told("take", "none: the time did not suffice for a run".to_owned());
+        }
+        (None, None) => {
+            told("take", "none: no run was stable, moved and could be judged".to_owned())
+        }
+    }
+    if !advice.ties.is_empty() {
+        let ties: Vec<String> = advice.ties.iter().map(said).collect();
+        told("ties", format!("{} (within a factor of {TIE})", listed(&ties, "; ")));
+    }
+    if let Some(pick) = &advice.runner_up {
+        told("runner-up", format!("{}: {} times the time", said(pick), significant(pick.times, 2)));
+    }
+    let up_to = |forms: &[(String, u32)]| -> Vec<String> {
+        forms.iter().map(|(label, most)| format!("{label} {most}")).collect()
+    };
+    if !advice.explodes.is_empty() {
+        told(
+            "explodes",
+            format!("up to so many steps: {}", listed(&up_to(&advice.explodes), "; ")),
+        );
+    }
+    if !advice.locks.is_empty() {
+        told("locks", format!("up to so many steps: {}", listed(&up_to(&advice.locks), "; ")));
+    }
+    if !advice.refused.is_empty() {
+        let mut reasons: Vec<(&str, Vec<String>)> = Vec::new();
+        for (label, reason) in &advice.refused {
+            match reasons.iter_mut().find(|(other, _)| other == reason) {
+                Some((_, labels)) => labels.push(label.clone()),
+                None => reasons.push((reason, vec![label.clone()])),
+            }
+        }
+        let said =
+            |(reason, labels): &(&str, Vec<String>)| format!("{reason}: {}", listed(labels, ", "));
+        let reasons: Vec<String> = reasons.iter().map(said).collect();
+        told("refused", listed(&reasons, "; "));
+    }
+    let other = |&(target, run): &(f64, usize)| {
+        format!("{} for {}", said(&Pick { run, times: 1.0 }), length(target))
+    };
+    let mut changes: Vec<String> = advice.other_targets.iter().map(other).collect();
+    let left = facts.forms.iter().filter(|form| form.end == super::facts::End::OutOfTime).count();
+    if left > 0 {
+        changes.push(format!("a longer --budget: {left} forms were not run to their end"));
+    }
+    if changes.is_empty() {
+        changes.push("no target four times as hard or easy, among the runs made".to_owned());
+    }
+    told("changes it", changes.join("; "));
+    if let Some(pick) = advice.take.as_ref().or(advice.closest.as_ref()) {
+        told("run it", command(facts, &facts.runs[pick.run]));
+    }
+    lines
+}

@@ -1,0 +1,200 @@
+//! The record of a comparison: what was asked, what was run, what came out.
+
+use drape_report::Verdict;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Times within this factor are a tie.
+pub const TIE: f64 = 1.5;
+
+/// How the error of a motion is measured.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Metric {
+    /// Mean distance of the surfaces, both ways, mean over the looks.
+    #[default]
+    Shape,
+    /// Root of the mean square distance of the particles, mean over the looks.
+    Trajectory,
+}
+
+impl Metric {
+    /// Its word on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Shape => "shape",
+            Self::Trajectory => "trajectory",
+        }
+    }
+}
+
+/// One scene, its true motion, the methods and their runs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Facts {
+    /// The scene and the question.
+    pub scene: Scene,
+    /// What the runs are held against.
+    pub truth: Truth,
+    /// The forms of methods that were asked for.
+    pub forms: Vec<Form>,
+    /// One a form and number of steps a frame, in the order in which they were made.
+    pub runs: Vec<Run>,
+    /// Wall time of all, pages aside, s.
+    pub seconds: f64,
+}
+
+/// The scene and the question.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Scene {
+    /// The scene as it was asked for.
+    pub name: String,
+    /// Number of particles.
+    pub particles: usize,
+    /// Number of springs.
+    pub springs: usize,
+    /// Number of frames.
+    pub frames: u32,
+    /// Length of a frame, s.
+    pub frame_s: f64,
+    /// Longest side of the box around the cloth at the start, m.
+    pub size_m: f64,
+    /// How errors are measured.
+    pub metric: Metric,
+    /// Greatest error that was asked for, m.
+    pub target_m: f64,
+    /// Wall time that may be spent, s.
+    pub budget_s: f64,
+    /// Steps a frame within the limit of symplectic Euler at the start, by power iteration.
+    pub limit_substeps: u32,
+}
+
+/// What the runs are held against.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Truth {
+    /// Method with all settings; `None` where no run could be made.
+    pub method: Option<String>,
+    /// Its steps a frame.
+    pub substeps: u32,
+    /// Error when its step is doubled, m.
+    pub error_m: Option<f64>,
+    /// Number of true motions: one without noise, the others from perturbed starts.
+    pub members: usize,
+    /// Mean error of a perturbed start against the first, m: smaller errors mean nothing.
+    pub floor_m: Option<f64>,
+    /// Mean path of all free particles, m.
+    pub path_m: Option<f64>,
+    /// Whether anything moves by more than round-off.
+    pub moves: bool,
+    /// Energy that the scene sets free, J.
+    pub released_j: Option<f64>,
+    /// Energy that the true motion gains, for example by pushing particles out of obstacles, J.
+    pub gain_j: f64,
+    /// Whether its error is small enough to rank by. Otherwise each run is held against that of the
+    /// same form with fewer steps (self-convergence), and that distance is also its error bar.
+    pub is_trusted: bool,
+    /// Why, where it is not.
+    pub remark: Option<String>,
+}
+
+/// One form of a method.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Form {
+    /// Short name.
+    pub label: String,
+    /// Method id with all settings.
+    pub method: String,
+    /// Why no more steps a frame were tried.
+    pub end: End,
+    /// What the method cannot do, by name.
+    pub refusal: Option<String>,
+}
+
+/// Why a form was not run with more steps a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum End {
+    /// It meets the target; more steps only cost more.
+    Good,
+    /// It takes more than three times as long as another form that meets the target.
+    Dominated,
+    /// The most steps a frame were tried.
+    Exhausted,
+    /// The time was over.
+    OutOfTime,
+    /// The method refuses the scene.
+    Refused,
+}
+
+/// One run of a form.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Run {
+    /// Place of its form in [`Facts::forms`].
+    pub form: usize,
+    /// Steps a frame.
+    pub substeps: u32,
+    /// `over budget`: it was stopped because it is dominated or the time was over.
+    pub verdict: Verdict,
+    /// Distance from the true motion by the metric, m; with self-convergence from the run before.
+    pub error_m: Option<f64>,
+    /// Mean path of all free particles over that of the true motion.
+    pub retained: Option<f64>,
+    /// Greatest rise of the energy over what the scene sets free.
+    pub gain: Option<f64>,
+    /// Force sweeps.
+    pub force_evaluations: u64,
+    /// Products of a matrix with a block vector.
+    pub matvecs: u64,
+    /// Factorisations.
+    pub factorisations: u64,
+    /// Iterations of conjugate gradients.
+    pub cg_iterations: u64,
+    /// Steps whose solver stopped before its tolerance.
+    pub unconverged_steps: u64,
+    /// Wall time of the steps a frame, s: the least of the repetitions, on one core.
+    pub frame_s: f64,
+    /// How often it was timed.
+    pub repetitions: u32,
+}
+
+impl Facts {
+    /// An error up to this meets the target, m: two motions that differ by noise alone are apart
+    /// by the noise, and one that errs as much besides by about twice that.
+    pub fn good_m(&self) -> f64 {
+        self.truth.good_m(self.scene.target_m)
+    }
+
+    /// The form of a run.
+    pub fn form_of(&self, run: &Run) -> &Form {
+        &self.forms[run.form]
+    }
+}
+
+impl Truth {
+    /// As [`Facts::good_m`], for any target, m.
+    pub fn good_m(&self, target_m: f64) -> f64 {
+        target_m.max(2.0 * self.floor_m.unwrap_or(0.0))
+    }
+}
+
+impl Run {
+    /// Whether it can be shown: it neither gains energy nor stands still. Where wind or pins do
+    /// work until the end, the energy says nothing, and the error alone counts.
+    pub fn is_sound(&self) -> bool {
+        matches!(self.verdict, Verdict::Stable | Verdict::Open)
+    }
+
+    /// Whether it is sound and errs by at most so much, m.
+    pub fn meets(&self, good_m: f64) -> bool {
+        self.is_sound() && self.error_m.is_some_and(|error| error <= good_m)
+    }
+
+    /// Whether it gained energy or left the scene.
+    pub fn explodes(&self) -> bool {
+        matches!(self.verdict, Verdict::Marginal | Verdict::Unstable | Verdict::Diverged)
+    }
+}

@@ -1,0 +1,153 @@
+//! The forms of methods that take part, and the steps a frame with which each is tried.
+
+use crate::HarnessError;
+use crate::methods::runs::{Film, Substeps, Variant};
+use crate::methods::{self, Choice};
+use crate::studies::variant::{is_explicit, or_defaults};
+use drape_model::Violation;
+
+/// Most steps a frame of a form that stiffness does not limit.
+const MOST: u32 = 256;
+/// Most steps a frame of a form that stiffness limits, over the number within the limit.
+const MOST_LIMITED: f64 = 16.0;
+/// The fewest, over that number.
+const LEAST_LIMITED: f64 = 0.7;
+
+/// A form that takes part.
+#[derive(Clone, Debug)]
+pub(super) struct Entry {
+    pub(super) label: String,
+    pub(super) choice: Choice,
+    pub(super) substeps: Substeps,
+}
+
+/// All forms of the registry: those of the study of animation, or the defaults.
+fn registered() -> impl Iterator<Item = Film> {
+    methods::runs().flat_map(|(method, runs)| {
+        let substeps = if is_explicit(method) { Substeps::Limit } else { Substeps::Ladder };
+        or_defaults(method, runs.animation, |form| Film { form, substeps })
+    })
+}
+
+fn entry(film: &Film) -> Result<Entry, HarnessError> {
+    let Variant { label, method } = film.form;
+    let choice = Choice::parse(method, &[])?;
+    Ok(Entry { label: label.to_owned(), choice, substeps: film.substeps })
+}
+
+/// The forms that `text` names, or all of the registry. Commas part methods, and also the settings
+/// of one: a part with `=` and without a colon before it belongs to the method before. A bare id
+/// stands for all registered forms of the method.
+pub(super) fn chosen(text: Option<&str>) -> Result<Vec<Entry>, HarnessError> {
+    let Some(text) = text else { return registered().map(|film| entry(&film)).collect() };
+    let mut named: Vec<String> = Vec::new();
+    for part in text.split(',').map(str::trim) {
+        let continues = part.find('=').is_some_and(|at| !part[..at].contains(':'));
+        match named.last_mut() {
+            Some(method) if continues => {
+                let mark = if method.contains(':') { "," } else { ":" };
+                *method = format!("{method}{mark}{part}");
+            }
+            _ => named.push(part.to_owned()),
+        }
+    }
+    let mut entries: Vec<Entry> = Vec::new();
+    for method in named {
+        if method.is_empty() {
+            let expected = "ids of methods between commas, such as `imex-euler,xpbd:order=2`";
+            return Err(Violation {
+                path: "--methods".to_owned(),
+                value: format!("`{text}`"),
+                expected: expected.to_owned(),
+            }
+            .into());
+        }
+        let choice = Choice::parse(&method, &[])?;
+        let id = choice.method().id;
+        if method == id {
+            let own = |film: &Film| film.form.method.split(':').next() == Some(id);
+            for film in registered().filter(own) {
+                entries.push(entry(&film)?);
+            }
+        } else {
+            let substeps =
+                if is_explicit(choice.method()) { Substeps::Limit } else { Substeps::Ladder };
+            entries.push(Entry { label: method, choice, substeps });
+        }
+    }
+    let mut seen = Vec::new();
+    entries.retain(|entry| {
+        let id = entry.choice.full_id();
+        let is_new = !seen.contains(&id);
+        seen.push(id);
+        is_new
+    });
+    Ok(entries)
+}
+
+/// The numbers of steps a frame of a form, coarse to fine; `limit` are those within the limit of
+/// symplectic Euler.
+pub(super) fn ladder(substeps: Substeps, limit: u32) -> Vec<u32> {
+    match substeps {
+        Substeps::Ladder => {
+            std::iter::successors(Some(1), |n| Some(2 * n)).take_while(|n| *n <= MOST).collect()
+        }
+        Substeps::Limit => {
+            let limit = f64::from(limit.max(1));
+            let mut rungs: Vec<u32> = (0..)
+                .map(|k| LEAST_LIMITED * limit * 2.0_f64.powf(0.5 * f64::from(k)))
+                .take_while(|n| *n <= MOST_LIMITED * limit)
+                .map(|n| n.ceil() as u32)
+                .collect();
+            rungs.dedup();
+            rungs
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn labels(text: &str) -> Vec<String> {
+        let entries = chosen(Some(text)).unwrap_or_else(|error| panic!("{error}"));
+        entries.into_iter().map(|entry| entry.choice.full_id()).collect()
+    }
+
+    #[test]
+    fn every_method_takes_part_in_its_registered_forms() {
+        let all = chosen(None).expect("the registry is valid");
+        for method in methods::all() {
+            assert!(all.iter().any(|e| e.choice.method().id == method.id), "{}", method.id);
+        }
+    }
+
+    #[test]
+    fn commas_part_methods_and_settings() {
+        let full = |text: &str| Choice::parse(text, &[]).expect("a method").full_id();
+        assert_eq!(
+            labels("imex-euler:forcing_term=0.05,start=last, xpbd:order=2"),
+            [full("imex-euler:forcing_term=0.05,start=last"), full("xpbd:order=2")]
+        );
+        assert_eq!(
+            labels("imex-euler:paper,norm=velocity,vbd:sweeps=7"),
+            [full("imex-euler:paper,norm=velocity"), full("vbd:sweeps=7")]
+        );
+        // A bare id stands for its registered forms, once each.
+        assert!(labels("xpbd,xpbd").len() >= 2);
+        assert_eq!(labels("xpbd"), labels("xpbd,xpbd"));
+        for wrong in ["", "xpbd,,vbd", "no-such-method", "xpbd:order=9"] {
+            assert!(chosen(Some(wrong)).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn ladders_rise_and_begin_below_the_limit() {
+        assert_eq!(ladder(Substeps::Ladder, 100)[..4], [1, 2, 4, 8]);
+        for limit in [1, 3, 40, 1000] {
+            let rungs = ladder(Substeps::Limit, limit);
+            assert!(rungs.is_sorted() && rungs[0] <= limit, "{rungs:?}");
+            assert!(rungs.last().is_some_and(|most| *most >= 8 * limit), "{rungs:?}");
+        }
+    }
+}

@@ -1,0 +1,427 @@
+//! Which method to take for a scene of one's own: `drape compare`.
+//!
+//! 1. The *true motion* is built in at most three tenths of the time (`truth`).
+//! 2. Each form of each method runs with rising numbers of steps a frame, the cheapest predicted
+//!    run first; forms that take more than three times as long as one that meets the target stop
+//!    (`race`).
+//! 3. The best are timed again, and [`advise`] reads the advice from the record.
+//!
+//! The budget is wall time. Which runs fit into it depends on the machine; the result of a run, its
+//! times aside, does not.
+//!
+//! ```
+//! use drape_harness::compare::{Options, advise, compare};
+//! use std::time::Duration;
+//!
+//! let input = drape_model::parse("drop", r#"{ "format": "drape-system/1",
+//!     "particles": { "mass_kg": [1, 1], "position_m": [[0, 0, 0], [1, 0, 0]] },
+//!     "springs": [{ "effect": "tension", "i": 0, "j": 1, "rest_length_m": 0.9,
+//!         "stiffness_n_per_m": 100 }], "pins": [{ "particle": 0 }] }"#)?;
+//! let methods = Some("leapfrog,midpoint".to_owned());
+//! let options = Options { methods, budget: Duration::from_secs(20), ..Options::default() };
+//! let comparison = compare("drop", input.spec(), 0.5, &options, &|_| ())?;
+//! let advice = advise(&comparison.facts);
+//! assert!(advice.take.is_some());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod advice;
+pub mod facts;
+mod forms;
+mod page;
+mod race;
+mod stage;
+#[cfg(test)]
+mod tests;
+mod truth;
+
+pub use advice::{Advice, Pick, advise, lines, quoted};
+pub use page::{PageError, Request, record, write};
+pub use race::DOMINATED;
+
+use crate::film::Seen;
+use crate::methods::Choice;
+use crate::run::Moment;
+use crate::studies::finite;
+use crate::{HarnessError, Verdict};
+use drape_integrator::{PrepareError, StepError};
+use drape_model::{SystemSpec, Vec3, Violation};
+use facts::{End, Facts, Form, Metric, Run};
+use forms::Entry;
+use race::{Entrant, Lap, Track, race};
+use stage::Stage;
+use std::time::{Duration, Instant};
+use truth::{Found, find, verdict};
+
+/// Shares of the time that have passed when the true motion and the race must end; the rest is for
+/// timing the best again, and for the page.
+const TRUTH_SHARE: f64 = 0.3;
+const RACE_SHARE: f64 = 0.85;
+const TIMING_SHARE: f64 = 0.95;
+/// Share of a film after which a run may be stopped as dominated.
+const EARLY: f64 = 0.1;
+/// Forms that are timed again, and how often.
+const FINALISTS: usize = 5;
+const REPETITIONS: u32 = 2;
+/// A frame counts at most this many times the median.
+const SPIKE: f64 = 5.0;
+/// Forms up to this many times as slow as the best are timed again.
+const NEAR: f64 = 2.0;
+
+/// What is asked of a comparison.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// Methods between commas, as `--methods` takes them; `None`: all.
+    pub methods: Option<String>,
+    /// How errors are measured.
+    pub metric: Metric,
+    /// Greatest error, m; `None`: a hundredth of the longest side of the cloth.
+    pub target_m: Option<f64>,
+    /// Frames a second.
+    pub rate: f64,
+    /// Wall time for all.
+    pub budget: Duration,
+    /// Of the perturbed starts.
+    pub seed: u64,
+    /// Runs every form until it meets the target, whatever others do.
+    pub exhaustive: bool,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            methods: None,
+            metric: Metric::Shape,
+            target_m: None,
+            rate: 60.0,
+            budget: Duration::from_secs(60),
+            seed: 20,
+            exhaustive: false,
+        }
+    }
+}
+
+/// How far a comparison is.
+#[derive(Clone, Copy, Debug)]
+pub struct Tick<'a> {
+    /// What is done: `true motion`, `probes`, `race` or `timings`.
+    pub part: &'static str,
+    /// Time since the start.
+    pub elapsed: Duration,
+    /// Label of the form that leads.
+    pub leads: Option<&'a str>,
+}
+
+/// What a comparison found, with the cloth at the end of some runs.
+#[derive(Debug)]
+pub struct Comparison {
+    /// The record.
+    pub facts: Facts,
+    /// SHA-256 of the system.
+    pub hash: String,
+    /// Positions at the last look, m: of the true motion, where there is one.
+    pub true_end: Option<Vec<Vec3>>,
+    /// The same for each form: of its last run that met the target, or else of its last run.
+    pub ends: Vec<Option<Vec<Vec3>>>,
+}
+
+/// Compares methods on a scene of `duration_s` seconds; `name` is what messages call it.
+///
+/// # Errors
+/// [`HarnessError`] when the scene, a method or an option is refused. What a method cannot do with
+/// the scene is a result.
+pub fn compare(
+    name: &str,
+    spec: &SystemSpec,
+    duration_s: f64,
+    options: &Options,
+    progress: &dyn Fn(&Tick<'_>),
+) -> Result<Comparison, HarnessError> {
+    let begin = Instant::now();
+    check(options)?;
+    let entries = forms::chosen(options.methods.as_deref())?;
+    let stage = Stage::new(name, spec, duration_s, options)?;
+    if stage.free() == 0 {
+        return Err(Violation {
+            path: "pins".to_owned(),
+            value: "all particles".to_owned(),
+            expected: "at least one particle that is free to move".to_owned(),
+        }
+        .into());
+    }
+    let until = |share: f64| begin + options.budget.mul_f64(share);
+    let tick = |part: &'static str, leads: Option<&str>| {
+        progress(&Tick { part, elapsed: begin.elapsed(), leads });
+    };
+    tick("true motion", None);
+    let Found { truth, members } = find(&stage, until(TRUTH_SHARE))?;
+    tick("probes", None);
+    let count = entries.len();
+    let mut course = Course {
+        good_m: truth.good_m(stage.scene.target_m),
+        stage: &stage,
+        entries: &entries,
+        truth: &truth,
+        members: &members,
+        exhaustive: options.exhaustive,
+        deadline: until(RACE_SHARE),
+        before: vec![None; count],
+        ends: vec![None; count],
+        refusals: vec![None; count],
+        runs: Vec::new(),
+        best: None,
+        tick: &tick,
+    };
+    let mut entrants = course.entrants()?;
+    let factor = if options.exhaustive { f64::INFINITY } else { DOMINATED };
+    race(&mut entrants, &mut course, factor)?;
+    course.deadline = until(TIMING_SHARE);
+    course.time_again()?;
+    let Course { runs, ends, refusals, .. } = course;
+    let forms =
+        entries.iter().zip(entrants).zip(refusals).map(|((entry, entrant), refusal)| Form {
+            label: entry.label.clone(),
+            method: entry.choice.full_id(),
+            end: entrant.end.unwrap_or(End::OutOfTime),
+            refusal,
+        });
+    let forms = forms.collect();
+    let hash = stage.hash.clone();
+    let true_end = members.first().and_then(|seen| Some(seen.looks.last()?.x.clone()));
+    let seconds = begin.elapsed().as_secs_f64();
+    let facts = Facts { scene: stage.scene, truth, forms, runs, seconds };
+    Ok(Comparison { facts, hash, true_end, ends })
+}
+
+/// Refuses options that mean nothing.
+fn check(options: &Options) -> Result<(), Violation> {
+    let refuse = |path: &str, value: String, expected: &str| {
+        Err(Violation { path: path.to_owned(), value, expected: expected.to_owned() })
+    };
+    let within = |value: f64, low: f64, high: f64| (low..=high).contains(&value);
+    if let Some(target) = options.target_m
+        && !within(target, 1e-12, 1e6)
+    {
+        return refuse("--target", format!("{target}"), "an error from 1e-12 to 1e6 m");
+    }
+    if !within(options.rate, 1e-3, 1e5) {
+        let frame = format!("{} s", 1.0 / options.rate);
+        return refuse("--frame", frame, "a length from 1e-5 to 1000 s");
+    }
+    if !within(options.budget.as_secs_f64(), 1.0, 1e6) {
+        let value = format!("{} s", options.budget.as_secs_f64());
+        return refuse("--budget", value, "a time from 1 s to 1e6 s");
+    }
+    Ok(())
+}
+
+/// The run that leads.
+struct Best {
+    form: usize,
+    /// Time a frame, s.
+    frame_s: f64,
+    /// Seconds of its steps at the end of each frame.
+    clock: Vec<f64>,
+}
+
+/// Makes the runs of a race.
+struct Course<'a> {
+    stage: &'a Stage,
+    entries: &'a [Entry],
+    truth: &'a facts::Truth,
+    members: &'a [Seen],
+    good_m: f64,
+    exhaustive: bool,
+    deadline: Instant,
+    /// The run before of each form, where runs are held against it.
+    before: Vec<Option<Seen>>,
+    ends: Vec<Option<Vec<Vec3>>>,
+    refusals: Vec<Option<String>>,
+    runs: Vec<Run>,
+    best: Option<Best>,
+    tick: &'a dyn Fn(&'static str, Option<&str>),
+}
+
+/// Seconds of a run from those at the end of each frame. A frame that takes more than five times as
+/// long as the median counts as five: another process had the processor.
+fn steady(clock: &[f64]) -> f64 {
+    let before = std::iter::once(&0.0).chain(clock);
+    let frames: Vec<f64> = clock.iter().zip(before).map(|(end, begin)| end - begin).collect();
+    let mut sorted = frames.clone();
+    sorted.sort_unstable_by(f64::total_cmp);
+    let median = sorted.get(sorted.len() / 2).copied().unwrap_or(0.0);
+    frames.iter().map(|time| time.min(SPIKE * median)).sum()
+}
+
+/// What the method cannot do, or how its step failed; `Err` where the fault is not the method's.
+fn refusal(error: HarnessError) -> Result<String, HarnessError> {
+    match error {
+        HarnessError::Prepare(PrepareError::Unsupported { what, key, .. }) => {
+            Ok(format!("{what} (`{key}`)"))
+        }
+        HarnessError::Prepare(_)
+        | HarnessError::Step(StepError::TooManySubsteps { .. } | StepError::Solver(_)) => {
+            Ok(error.to_string())
+        }
+        other => Err(other),
+    }
+}
+
+impl Course<'_> {
+    /// All forms with their ladders. A few steps of each tell what they cost, and what it refuses.
+    fn entrants(&mut self) -> Result<Vec<Entrant>, HarnessError> {
+        let mut entrants = Vec::new();
+        for (form, entry) in self.entries.iter().enumerate() {
+            let ladder = forms::ladder(entry.substeps, self.stage.scene.limit_substeps);
+            let first = ladder.first().copied().unwrap_or(1);
+            if Instant::now() >= self.deadline {
+                let mut entrant = Entrant::new(ladder, f64::INFINITY);
+                entrant.end = Some(End::OutOfTime);
+                entrants.push(entrant);
+                continue;
+            }
+            (self.tick)("probes", None);
+            match self.stage.probe(&entry.choice, first) {
+                Ok(step_s) => entrants.push(Entrant::new(ladder, step_s)),
+                Err(error) => {
+                    self.refusals[form] = Some(refusal(error)?);
+                    let mut entrant = Entrant::new(ladder, f64::INFINITY);
+                    entrant.end = Some(End::Refused);
+                    entrants.push(entrant);
+                }
+            }
+        }
+        Ok(entrants)
+    }
+
+    /// Distance of a film from the true motion, or from the run before, m.
+    fn error(&mut self, form: usize, seen: &Seen) -> Option<f64> {
+        if self.truth.is_trusted {
+            let (first, others) = self.members.split_first()?;
+            let mut error = self.stage.apart(seen, first);
+            // Where the noise is small, all members are near the first.
+            if self.truth.floor_m.is_some_and(|floor| 10.0 * floor > self.stage.scene.target_m) {
+                for other in others {
+                    error = error.min(self.stage.apart(seen, other));
+                }
+            }
+            return Some(error);
+        }
+        let before = self.before[form].replace(seen.clone());
+        before.map(|before| self.stage.apart(seen, &before))
+    }
+
+    /// Times the best again: the least time counts.
+    fn time_again(&mut self) -> Result<(), HarnessError> {
+        let mut finalists = advice::ranking(self.stage.scene.target_m, self.truth, &self.runs);
+        let Some(least) = finalists.first().map(|&n| self.runs[n].frame_s) else { return Ok(()) };
+        finalists.retain(|&n| self.runs[n].frame_s <= NEAR * least);
+        finalists.truncate(FINALISTS);
+        let frames = f64::from(self.stage.scene.frames);
+        for _ in 0..REPETITIONS {
+            for &n in &finalists {
+                let (form, substeps) = (self.runs[n].form, self.runs[n].substeps);
+                if !self.has_time(self.runs[n].frame_s) {
+                    return Ok(());
+                }
+                (self.tick)("timings", Some(&self.entries[form].label));
+                let deadline = self.deadline;
+                let stop = |_: &Moment<'_>| Instant::now() >= deadline;
+                let time = self.stage.time(&self.entries[form].choice, substeps, stop)?;
+                if let Some(time) = time {
+                    self.runs[n].frame_s = self.runs[n].frame_s.min(time / frames);
+                    self.runs[n].repetitions += 1;
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Track for Course<'_> {
+    fn lap(&mut self, form: usize, substeps: u32, most: f64) -> Result<Lap, HarnessError> {
+        let best = self.best.take();
+        let leader = best.as_ref().map(|best| self.entries[best.form].label.as_str());
+        (self.tick)("race", leader);
+        let choice: &Choice = &self.entries[form].choice;
+        let frames = self.stage.scene.frames;
+        let early = (EARLY * f64::from(frames)).ceil().max(1.0) as usize;
+        let (mut clock, mut reason) = (Vec::with_capacity(frames as usize), None);
+        let deadline = self.deadline;
+        let ratio = best.as_ref().map_or(f64::INFINITY, |best| most / best.frame_s);
+        let stop = |moment: &Moment<'_>| {
+            if moment.step.is_multiple_of(u64::from(substeps)) {
+                clock.push(moment.wall.as_secs_f64());
+                let place = clock.len();
+                let lead = best.as_ref().and_then(|best| best.clock.get(..place));
+                let is_due = place.is_multiple_of(early);
+                if is_due && lead.is_some_and(|lead| steady(&clock) > ratio * steady(lead)) {
+                    reason = Some(End::Dominated);
+                }
+            }
+            if reason.is_none() && Instant::now() >= deadline {
+                reason = Some(End::OutOfTime);
+            }
+            reason.is_some()
+        };
+        let film = self.stage.film(choice, substeps, 0, stop);
+        let (counts, seen) = match film {
+            Ok(film) => film,
+            Err(error) => {
+                self.best = best;
+                self.refusals[form] = Some(refusal(error)?);
+                return Ok(Lap { frame_s: 0.0, is_good: false, end: Some(End::Refused) });
+            }
+        };
+        let outcome = &counts.outcome;
+        let step_s = outcome.wall.as_secs_f64() / outcome.steps.max(1) as f64;
+        let mut run = Run {
+            form,
+            substeps,
+            verdict: Verdict::OverBudget,
+            error_m: None,
+            retained: None,
+            gain: None,
+            force_evaluations: outcome.totals.force_evaluations,
+            matvecs: outcome.totals.matvecs,
+            factorisations: outcome.totals.factorisations,
+            cg_iterations: outcome.totals.cg_iterations,
+            unconverged_steps: outcome.unconverged,
+            frame_s: match clock.len() {
+                0 => step_s * f64::from(substeps),
+                frames => steady(&clock) / frames as f64,
+            },
+            repetitions: 1,
+        };
+        let end = if outcome.is_over_budget { reason } else { None };
+        if end.is_none() {
+            let truth = self.truth;
+            let is_moving = truth.moves.then_some(truth.path_m).flatten();
+            run.retained = is_moving.map(|path| seen.path / path);
+            run.gain = truth.released_j.map(|released| {
+                finite((counts.energy.gain - truth.gain_j).max(0.0) / released.max(1e-300))
+            });
+            run.verdict = verdict(truth, &counts, run.retained);
+            if run.explodes() {
+                run.retained = None;
+            } else {
+                run.error_m = self.error(form, &seen).filter(|error| error.is_finite());
+            }
+        }
+        let is_good = run.meets(self.good_m);
+        if end.is_none() && !run.explodes() {
+            self.ends[form] = seen.looks.last().map(|look| look.x.clone());
+        }
+        let frame_s = run.frame_s;
+        let leads = is_good && best.as_ref().is_none_or(|best| frame_s < best.frame_s);
+        self.best = if leads { Some(Best { form, frame_s, clock }) } else { best };
+        self.runs.push(run);
+        Ok(Lap { frame_s, is_good, end })
+    }
+
+    fn has_time(&self, frame_s: f64) -> bool {
+        let left = self.deadline.saturating_duration_since(Instant::now()).as_secs_f64();
+        let needed = frame_s * f64::from(self.stage.scene.frames);
+        left > 0.0 && (needed <= left || (self.exhaustive && self.best.is_none()))
+    }
+}

@@ -1,0 +1,225 @@
+//! Which form runs next, and which stop: the rules of the race, apart from what a run is.
+//!
+//! The cheapest predicted run goes first, so the first form that meets the target is near the best
+//! one. A form whose next run would take more than three times as long a frame as the best stops:
+//! it is *dominated*. A form that meets the target stops too, after one try between its last
+//! failure and its success where it may be the winner.
+
+use super::facts::{End, TIE};
+use crate::HarnessError;
+
+/// A form that takes this many times as long as the best is dominated.
+pub const DOMINATED: f64 = 3.0;
+/// Two numbers of steps a frame are tried between if they differ by more than this factor.
+const WIDE: f64 = 1.3;
+
+/// What came of one run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Lap {
+    /// Time a frame, s; of a stopped run a guess.
+    pub(super) frame_s: f64,
+    /// Whether it meets the target.
+    pub(super) is_good: bool,
+    /// Why the run was stopped, or the form refused.
+    pub(super) end: Option<End>,
+}
+
+/// What makes the runs.
+pub(super) trait Track {
+    /// Runs a form with so many steps a frame. `most` is the time a frame from which it is
+    /// dominated, s.
+    fn lap(&mut self, form: usize, substeps: u32, most: f64) -> Result<Lap, HarnessError>;
+
+    /// Whether there is time for a run that takes about so long a frame, s.
+    fn has_time(&self, frame_s: f64) -> bool;
+}
+
+/// A form in the race.
+#[derive(Clone, Debug)]
+pub(super) struct Entrant {
+    /// Steps a frame, coarse to fine.
+    ladder: Vec<u32>,
+    /// Place of the next.
+    next: usize,
+    /// Time of one step of the next run, s, as far as known.
+    step_s: f64,
+    /// Most steps a frame that failed, so far.
+    failed: u32,
+    /// Fewest steps a frame that met the target, and the time a frame, s.
+    pub(super) good: Option<(u32, f64)>,
+    /// A number of steps between the two, to be tried.
+    between: Option<u32>,
+    /// Why it runs no more.
+    pub(super) end: Option<End>,
+}
+
+impl Entrant {
+    /// A form that takes about `step_s` seconds a step.
+    pub(super) fn new(ladder: Vec<u32>, step_s: f64) -> Self {
+        Self { ladder, next: 0, step_s, failed: 0, good: None, between: None, end: None }
+    }
+
+    /// Steps a frame of the next run and its predicted time a frame, s.
+    fn prediction(&self) -> Option<(u32, f64)> {
+        if self.end.is_some() {
+            return None;
+        }
+        let substeps = self.between.or_else(|| self.ladder.get(self.next).copied())?;
+        Some((substeps, f64::from(substeps) * self.step_s))
+    }
+
+    fn took(&mut self, substeps: u32, lap: Lap) {
+        if lap.frame_s.is_finite() {
+            self.step_s = lap.frame_s / f64::from(substeps);
+        }
+        let is_between = self.between.take().is_some();
+        if is_between {
+            if lap.is_good {
+                self.good = Some((substeps, lap.frame_s));
+            }
+            self.end = Some(End::Good);
+            return;
+        }
+        self.next += 1;
+        if let Some(end) = lap.end {
+            self.end = Some(end);
+        } else if lap.is_good {
+            self.good = Some((substeps, lap.frame_s));
+            let middle = (self.failed + substeps) / 2;
+            let is_wide = f64::from(substeps) > WIDE * f64::from(self.failed.max(1));
+            if self.failed > 0 && middle > self.failed && is_wide {
+                self.between = Some(middle);
+            } else {
+                self.end = Some(End::Good);
+            }
+        } else {
+            self.failed = substeps;
+            if self.next == self.ladder.len() {
+                self.end = Some(End::Exhausted);
+            }
+        }
+    }
+}
+
+/// Least time a frame that meets the target, s.
+fn best(entrants: &[Entrant]) -> Option<f64> {
+    entrants.iter().filter_map(|entrant| Some(entrant.good?.1)).reduce(f64::min)
+}
+
+/// Whether a run that takes so long a frame, s, is dominated.
+fn is_dominated(frame_s: f64, best: Option<f64>, factor: f64) -> bool {
+    best.is_some_and(|best| frame_s > factor * best)
+}
+
+/// Runs until every entrant has ended. Forms dominated by `factor` stop.
+pub(super) fn race(
+    entrants: &mut [Entrant],
+    track: &mut impl Track,
+    factor: f64,
+) -> Result<(), HarnessError> {
+    loop {
+        let best = best(entrants);
+        for entrant in entrants.iter_mut() {
+            let Some((_, predicted)) = entrant.prediction() else { continue };
+            if let Some((_, good)) = entrant.good {
+                // It tries to improve only where it may win.
+                if factor.is_finite() && is_dominated(good, best, TIE) {
+                    (entrant.between, entrant.end) = (None, Some(End::Good));
+                }
+            } else if is_dominated(predicted, best, factor) {
+                entrant.end = Some(End::Dominated);
+            }
+        }
+        let waiting = entrants.iter().enumerate();
+        let next = waiting
+            .filter_map(|(form, entrant)| Some((form, entrant.prediction()?)))
+            .min_by(|(_, (_, a)), (_, (_, b))| a.total_cmp(b));
+        let Some((form, (substeps, predicted))) = next else { return Ok(()) };
+        if !track.has_time(predicted) {
+            let is_good = entrants[form].good.is_some();
+            entrants[form].end = Some(if is_good { End::Good } else { End::OutOfTime });
+            continue;
+        }
+        let most = best.map_or(f64::INFINITY, |best| factor * best);
+        let lap = track.lap(form, substeps, most)?;
+        entrants[form].took(substeps, lap);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Forms of a known time a step and a known number of steps a frame from which they are good.
+    struct Synthetic {
+        forms: Vec<(f64, u32)>,
+        laps: Vec<(usize, u32)>,
+        left_s: f64,
+    }
+
+    impl Track for Synthetic {
+        fn lap(&mut self, form: usize, substeps: u32, most: f64) -> Result<Lap, HarnessError> {
+            let (step_s, needed) = self.forms[form];
+            self.laps.push((form, substeps));
+            let frame_s = f64::from(substeps) * step_s;
+            self.left_s -= frame_s.min(most);
+            let end = (frame_s > most).then_some(End::Dominated);
+            Ok(Lap { frame_s, is_good: end.is_none() && substeps >= needed, end })
+        }
+
+        fn has_time(&self, frame_s: f64) -> bool {
+            frame_s <= self.left_s
+        }
+    }
+
+    fn run(forms: &[(f64, u32)], left_s: f64, factor: f64) -> (Vec<Entrant>, Synthetic) {
+        let mut track = Synthetic { forms: forms.to_vec(), laps: Vec::new(), left_s };
+        let ladder = vec![1, 2, 4, 8, 16];
+        // What is known before the first run is wrong by a factor of two.
+        let mut entrants: Vec<_> =
+            forms.iter().map(|form| Entrant::new(ladder.clone(), 0.5 * form.0)).collect();
+        race(&mut entrants, &mut track, factor).expect("synthetic runs do not fail");
+        (entrants, track)
+    }
+
+    #[test]
+    fn forms_dominated_by_a_factor_of_three_stop_and_others_go_on() {
+        // Good at 4 ms, at 8 ms (a factor of two), and at 40 ms; the last never.
+        let forms = [(1.0, 4), (4.0, 2), (5.0, 8), (1.0, 99)];
+        let (entrants, track) = run(&forms, 1e9, DOMINATED);
+        assert_eq!(entrants[0].good.map(|good| good.0), Some(4));
+        assert_eq!(entrants[0].end, Some(End::Good));
+        assert_eq!((entrants[1].good, entrants[1].end), (Some((2, 8.0)), Some(End::Good)));
+        assert_eq!((entrants[2].good, entrants[2].end), (None, Some(End::Dominated)));
+        assert_eq!((entrants[3].good, entrants[3].end), (None, Some(End::Dominated)));
+        // Nothing was run that was predicted to take more than three times 4 ms.
+        assert!(track.laps.iter().all(|&(form, n)| f64::from(n) * forms[form].0 <= 24.0));
+        assert!(!track.laps.contains(&(2, 4)) && !track.laps.contains(&(3, 16)));
+    }
+
+    #[test]
+    fn without_domination_every_form_runs_until_it_is_good_or_its_ladder_ends() {
+        let (entrants, _) = run(&[(1.0, 4), (5.0, 8), (1.0, 99)], 1e9, f64::INFINITY);
+        let ends: Vec<_> = entrants.iter().map(|e| e.end).collect();
+        assert_eq!(ends, [Some(End::Good), Some(End::Good), Some(End::Exhausted)]);
+    }
+
+    #[test]
+    fn a_winner_tries_a_number_of_steps_between_failure_and_success() {
+        // Good from 3 steps on: 2 fails, 4 is good, then 3.
+        let (entrants, track) = run(&[(1.0, 3)], 1e9, DOMINATED);
+        assert_eq!(track.laps, [(0, 1), (0, 2), (0, 4), (0, 3)]);
+        assert_eq!(entrants[0].good, Some((3, 3.0)));
+        // Good from 4 on: the try fails, and 4 stays.
+        let (entrants, _) = run(&[(1.0, 4)], 1e9, DOMINATED);
+        assert_eq!(entrants[0].good, Some((4, 4.0)));
+    }
+
+    #[test]
+    fn when_the_time_is_over_what_is_left_says_so() {
+        let (entrants, track) = run(&[(1.0, 1), (1.0, 16)], 3.0, f64::INFINITY);
+        assert_eq!(entrants[0].end, Some(End::Good));
+        assert_eq!(entrants[1].end, Some(End::OutOfTime));
+        assert!(track.left_s >= -1.0, "{}", track.left_s);
+    }
+}

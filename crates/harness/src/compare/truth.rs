@@ -1,0 +1,259 @@
+//! The true motion that runs are held against.
+//!
+//! A method of the registry runs with more and more steps a frame, until doubling them changes the
+//! motion by less than a tenth of the target or by no more than noise does. Starts that are
+//! perturbed by a millionth of the cloth's size tell the noise: a run is held against the nearest
+//! of these motions.
+
+use super::facts::Truth;
+use super::stage::Stage;
+use crate::HarnessError;
+use crate::film::{Seen, mean};
+use crate::methods::Choice;
+use crate::run::Counts;
+use crate::studies::variant::is_explicit;
+use drape_report::Verdict;
+use rayon::prelude::*;
+use std::time::Instant;
+
+/// Methods of the true motion, in the order in which they are tried.
+const CANDIDATES: [&str; 4] = ["leapfrog:damping=explicit", "dirk", "bdf2", "backward-euler"];
+/// Steps a frame of the coarsest implicit run.
+const IMPLICIT: u32 = 8;
+/// An error of the true motion up to this share of the target is small.
+const SMALL: f64 = 0.1;
+/// A true motion whose error exceeds this share of the target is not trusted.
+const TRUSTED: f64 = 0.5;
+/// Motions that differ by at most this many times the noise differ by noise.
+const NOISY: f64 = 2.0;
+/// Share of the time that is left which one method may take.
+const FIRST: f64 = 0.6;
+/// Perturbed starts.
+const PERTURBED: usize = 3;
+/// How often the first step is halved when a run gains energy.
+const RETRIES: usize = 3;
+/// Share of the size of the cloth below which a mean path is round-off.
+const STILL: f64 = 1e-9;
+/// Time of a filmed run over that of its steps, at most: energies are looked at after each.
+const OVERHEAD: f64 = 2.5;
+
+/// The true motions, and what is recorded of them.
+#[derive(Debug)]
+pub(super) struct Found {
+    pub(super) truth: Truth,
+    /// The first is without noise. Empty where there is none.
+    pub(super) members: Vec<Seen>,
+}
+
+/// The finest motion of one candidate.
+struct Candidate {
+    choice: Choice,
+    substeps: u32,
+    counts: Counts,
+    seen: Seen,
+    /// Distance from the motion with half the steps, m.
+    error: f64,
+    /// Distance of one perturbed motion, where one was made, m.
+    noise: f64,
+    /// Seconds of the run, and of a comparison of two films.
+    seconds: f64,
+    apart_s: f64,
+}
+
+/// Whether a run ended and its energy is no reason to doubt it.
+fn is_usable(counts: &Counts) -> bool {
+    let released = counts.energy.released;
+    let is_whole = !counts.outcome.is_over_budget && counts.outcome.divergence.is_none();
+    // Contacts may push energy in; an explosion gains more than all that was there.
+    is_whole && (counts.energy.is_open || counts.energy.gain <= released)
+}
+
+/// Builds the true motion before `deadline`.
+pub(super) fn find(stage: &Stage, deadline: Instant) -> Result<Found, HarnessError> {
+    let mut best: Option<Candidate> = None;
+    let mut remark = None;
+    for id in CANDIDATES {
+        let choice = Choice::parse(id, &[])?;
+        // What this one does not finish, the next may.
+        let left = deadline.saturating_duration_since(Instant::now());
+        match candidate(stage, &choice, Instant::now() + left.mul_f64(FIRST))? {
+            Ok(found) if best.as_ref().is_none_or(|best| found.error < best.error) => {
+                best = Some(found);
+            }
+            Ok(_) => {}
+            Err(reason) => remark = Some(format!("{}: {reason}", choice.method().id)),
+        }
+        let target = stage.scene.target_m;
+        if best.as_ref().is_some_and(|best| best.error <= TRUSTED * target.max(NOISY * best.noise))
+        {
+            break;
+        }
+        if Instant::now() >= deadline {
+            break;
+        }
+    }
+    let Some(best) = best else {
+        let remark = remark.or_else(|| Some("no method could make it".to_owned()));
+        return Ok(Found { truth: none(remark), members: Vec::new() });
+    };
+    let mut members = vec![best.seen];
+    let threads = rayon::current_num_threads().max(1);
+    let left = deadline.saturating_duration_since(Instant::now()).as_secs_f64();
+    let each = best.seconds / threads as f64 + best.apart_s;
+    let count = (left / each.max(1e-9)).floor().min(PERTURBED as f64) as usize;
+    let perturbed: Vec<_> = (1..=count)
+        .into_par_iter()
+        .map(|member| {
+            stage.film(&best.choice, best.substeps, member, |_| Instant::now() >= deadline)
+        })
+        .collect();
+    for run in perturbed {
+        let (counts, seen) = run?;
+        members.extend(is_usable(&counts).then_some(seen));
+    }
+    let floor = |members: &[Seen]| {
+        let (first, others) = members.split_first()?;
+        let all = others.iter().map(|other| stage.apart(first, other));
+        (!others.is_empty()).then(|| mean(all))
+    };
+    let floor_m = floor(&members);
+    let path = members[0].path;
+    let energy = best.counts.energy;
+    let released = energy.released.max(50.0 * stage.round_off());
+    let mut truth = Truth {
+        method: Some(best.choice.full_id()),
+        substeps: best.substeps,
+        error_m: Some(best.error),
+        members: members.len(),
+        floor_m,
+        path_m: Some(path),
+        moves: path > STILL * stage.scene.size_m,
+        released_j: (!energy.is_open).then_some(released),
+        gain_j: if energy.is_open { 0.0 } else { energy.gain.max(0.0) },
+        is_trusted: true,
+        remark: None,
+    };
+    let good = truth.good_m(stage.scene.target_m);
+    truth.is_trusted = best.error <= TRUSTED * good;
+    if !truth.is_trusted {
+        truth.remark = Some("the time did not suffice for a smaller error".to_owned());
+    } else if floor_m.is_none() {
+        truth.remark = Some("the time did not suffice for perturbed starts".to_owned());
+    }
+    Ok(Found { truth, members })
+}
+
+fn none(remark: Option<String>) -> Truth {
+    Truth {
+        method: None,
+        substeps: 0,
+        error_m: None,
+        members: 0,
+        floor_m: None,
+        path_m: None,
+        moves: true,
+        released_j: None,
+        gain_j: 0.0,
+        is_trusted: false,
+        remark,
+    }
+}
+
+/// The finest motion of a method for which there is time, or why there is none.
+fn candidate(
+    stage: &Stage,
+    choice: &Choice,
+    deadline: Instant,
+) -> Result<Result<Candidate, String>, HarnessError> {
+    let mut substeps = if is_explicit(choice.method()) { stage.bound_substeps } else { IMPLICIT };
+    let step_s = match stage.probe(choice, substeps) {
+        Ok(step_s) => step_s,
+        Err(error @ (HarnessError::Prepare(_) | HarnessError::Step(_))) => {
+            return Ok(Err(error.to_string()));
+        }
+        Err(error) => return Err(error),
+    };
+    let seconds =
+        |substeps: u32| OVERHEAD * step_s * f64::from(substeps) * f64::from(stage.scene.frames);
+    let left = || deadline.saturating_duration_since(Instant::now()).as_secs_f64();
+    if seconds(3 * substeps) > left() {
+        return Ok(Err("the time does not suffice".to_owned()));
+    }
+    let film = |substeps: u32, member: usize| {
+        let begin = Instant::now();
+        let (counts, seen) =
+            stage.film(choice, substeps, member, |_| Instant::now() >= deadline)?;
+        Ok::<_, HarnessError>((counts, seen, begin.elapsed().as_secs_f64()))
+    };
+    let (mut retries, mut coarse) = (0, None);
+    let mut best: Option<Candidate> = None;
+    let target = stage.scene.target_m;
+    loop {
+        let pair = match coarse.take() {
+            None => rayon::join(|| film(substeps, 0), || film(2 * substeps, 0)),
+            Some(coarse) => (Ok(coarse), film(2 * substeps, 0)),
+        };
+        let (before, after) = match pair {
+            (Ok(before), Ok(after)) => (before, after),
+            // A step that cannot be taken ends the candidate, not the comparison.
+            (Err(HarnessError::Step(error)), _) | (_, Err(HarnessError::Step(error))) => {
+                return Ok(best.ok_or_else(|| error.to_string()));
+            }
+            (Err(error), _) | (_, Err(error)) => return Err(error),
+        };
+        if !is_usable(&before.0) || !is_usable(&after.0) {
+            retries += 1;
+            substeps *= 2;
+            if best.is_none() && retries <= RETRIES && seconds(3 * substeps) <= left() {
+                coarse = is_usable(&after.0).then_some(after);
+                continue;
+            }
+            return Ok(best.ok_or_else(|| "it gains energy, or took too long".to_owned()));
+        }
+        let begin = Instant::now();
+        let error = stage.apart(&before.1, &after.1);
+        let apart_s = begin.elapsed().as_secs_f64();
+        let (counts, seen, seconds) = after;
+        let mut found = Candidate {
+            choice: choice.clone(),
+            substeps: 2 * substeps,
+            counts: counts.clone(),
+            seen: seen.clone(),
+            error,
+            noise: 0.0,
+            seconds,
+            apart_s,
+        };
+        if error > SMALL * target && seconds + apart_s <= left() {
+            // Is it the step, or noise?
+            let (counts, other, _) = film(2 * substeps, 1)?;
+            if is_usable(&counts) {
+                found.noise = stage.apart(&found.seen, &other);
+            }
+        }
+        let is_done = error <= SMALL * target || error <= NOISY * found.noise;
+        best = Some(found);
+        // The next run takes twice as long, and the perturbed ones after it again.
+        if is_done || 4.0 * (seconds + apart_s) > left() {
+            return Ok(best.ok_or_else(String::new));
+        }
+        substeps *= 2;
+        coarse = Some((counts, seen, seconds));
+    }
+}
+
+/// The verdict on a run that was not stopped, held against the true motion.
+pub(super) fn verdict(truth: &Truth, counts: &Counts, retained: Option<f64>) -> Verdict {
+    let mut counts = counts.clone();
+    counts.energy.gain -= truth.gain_j;
+    let verdict = match truth.released_j {
+        Some(released) => counts.verdict(released),
+        None if counts.outcome.divergence.is_some() => Verdict::Diverged,
+        None if counts.energy.is_open => Verdict::Open,
+        // Without a true motion its own energies are the measure.
+        None => counts.verdict(counts.energy.released),
+    };
+    let is_sound = matches!(verdict, Verdict::Stable | Verdict::Open);
+    let stands_still = truth.moves && retained.is_some_and(|share| share < crate::film::HALF);
+    if is_sound && stands_still { Verdict::Locked } else { verdict }
+}

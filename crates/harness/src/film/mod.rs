@@ -1,0 +1,140 @@
+//! What is seen of a moving cloth, and how far two motions are apart.
+//!
+//! A [`Camera`] looks at a run at the ends of frames. It keeps the positions at every look and the
+//! path of chosen particles. Two films of the same camera are compared by the distance of their
+//! surfaces or of their particles.
+
+mod surface;
+
+use crate::HarnessError;
+use crate::run::{Counts, Moment, Runner, Simulation};
+use drape_model::{SpringEffect, SystemSpec, TimeSpan, Vec3};
+use rayon::prelude::*;
+use std::cell::RefCell;
+use std::rc::Rc;
+use surface::Surface;
+
+/// Less than this share of the true motion counts as standing still.
+pub(crate) const HALF: f64 = 0.5;
+
+/// Positions, kinetic energy and strain at one look.
+#[derive(Clone, Debug)]
+pub(crate) struct Look {
+    /// One a particle, in the order of the specification, m.
+    pub(crate) x: Vec<Vec3>,
+    /// J.
+    pub(crate) kinetic: f64,
+    /// 99th percentile of the strain along the threads.
+    pub(crate) strain: f64,
+}
+
+/// What is seen of a motion.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Seen {
+    pub(crate) looks: Vec<Look>,
+    /// Mean path of the tracked particles, from frame to frame, m.
+    pub(crate) path: f64,
+}
+
+/// Ends and rest length, m, of a spring.
+pub(crate) type Thread = (usize, usize, f64);
+
+/// How a scene is filmed.
+#[derive(Clone, Debug)]
+pub(crate) struct Camera {
+    /// Of the cloth, as indices of particles.
+    pub(crate) triangles: Vec<[u32; 3]>,
+    /// The springs along the threads.
+    pub(crate) threads: Vec<Thread>,
+    /// The particles whose path is measured.
+    pub(crate) tracked: Vec<usize>,
+    /// Frames a second.
+    pub(crate) rate: f64,
+    /// Length of the film.
+    pub(crate) frames: u32,
+    /// Frames from one look to the next.
+    pub(crate) stride: u32,
+}
+
+/// The springs of a system along its threads.
+pub(crate) fn threads(spec: &SystemSpec) -> Vec<Thread> {
+    let along = spec.springs.iter().filter(|spring| spring.effect == SpringEffect::Tension);
+    along.map(|spring| (spring.i as usize, spring.j as usize, spring.rest_length_m)).collect()
+}
+
+impl Camera {
+    /// The first `frames` in steps of which `substeps` make a frame.
+    pub(crate) fn span(&self, substeps: u32, frames: u32) -> TimeSpan {
+        let step_s = 1.0 / (self.rate * f64::from(substeps));
+        TimeSpan { step_s, duration_s: f64::from(frames) / self.rate }
+    }
+
+    /// Makes a run and keeps what is seen. `runner` takes the whole [`span`](Self::span) with so
+    /// many substeps; `first` are the positions at the start in the order of the specification, m.
+    pub(crate) fn film<'a>(
+        &'a self,
+        runner: Runner<'a>,
+        start: &Simulation,
+        first: &[Vec3],
+        substeps: u32,
+    ) -> Result<(Counts, Seen), HarnessError> {
+        // The runner keeps its observer longer than this function lasts.
+        let film = Rc::new(RefCell::new(Seen::default()));
+        let kept = Rc::clone(&film);
+        let mut last: Vec<Vec3> = self.tracked.iter().map(|&i| first[i]).collect();
+        let share = 1.0 / self.tracked.len().max(1) as f64;
+        let frame = u64::from(substeps);
+        let stride = frame * u64::from(self.stride);
+        let runner = runner.observe(move |moment: &Moment<'_>| {
+            if !moment.step.is_multiple_of(frame) {
+                return;
+            }
+            let moving = moment.moving();
+            let shown = moving.state();
+            let x = &shown.x;
+            let mut seen = kept.borrow_mut();
+            let way = |(&i, last): (&usize, &mut Vec3)| {
+                let way = (x[i] - *last).norm();
+                *last = x[i];
+                way
+            };
+            seen.path += share * self.tracked.iter().zip(&mut last).map(way).sum::<f64>();
+            if moment.step.is_multiple_of(stride) {
+                let kinetic = moment.system.kinetic_energy(&moment.state.v);
+                seen.looks.push(Look { x: x.clone(), kinetic, strain: self.strain(x) });
+            }
+        });
+        let counts = runner.count(start)?;
+        Ok((counts, film.take()))
+    }
+
+    /// 99th percentile of the strain along the threads; 0 without threads.
+    fn strain(&self, x: &[Vec3]) -> f64 {
+        let strain = |&(i, j, rest): &Thread| (x[i] - x[j]).norm() / rest - 1.0;
+        let mut strains: Vec<f64> = self.threads.iter().map(strain).collect();
+        strains.sort_unstable_by(f64::total_cmp);
+        strains.get(strains.len() * 99 / 100).copied().unwrap_or(0.0)
+    }
+
+    /// Mean distance of the surfaces over all looks, m. Without triangles each particle is compared
+    /// with itself.
+    pub(crate) fn shape_apart(&self, a: &Seen, b: &Seen) -> f64 {
+        let apart = |(a, b): (&Look, &Look)| {
+            let [a, b] = [a, b].map(|look| Surface::new(&look.x, &self.triangles));
+            a.apart(&b)
+        };
+        let all: Vec<f64> = a.looks.par_iter().zip(&b.looks).map(apart).collect();
+        mean(all.into_iter())
+    }
+}
+
+/// Root of the mean square distance of the particles at one look, m.
+pub(crate) fn look_apart(a: &Look, b: &Look) -> f64 {
+    mean(a.x.iter().zip(&b.x).map(|(a, b)| (a - b).norm_squared())).sqrt()
+}
+
+/// The mean; 0 of nothing.
+pub(crate) fn mean(values: impl Iterator<Item = f64>) -> f64 {
+    let (sum, count) = values.fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
+    sum / f64::max(count, 1.0)
+}

@@ -1,0 +1,90 @@
+//! Diagonally implicit Runge–Kutta methods.
+
+use super::Entry;
+use super::runs::{Film, Keeps, Runs, Steps, Variant, work};
+use crate::need::Matrix;
+use crate::theory::{ALWAYS, Expectation, Problem, TURNING, Theory, at_rest_or, form};
+use drape_oracle::recurrence::{RungeKutta, spectral_radius};
+use drape_report::family::Kin;
+
+/// Its entry in the registry.
+pub(super) static ENTRY: Entry = Entry {
+    registration: &drape_dirk::REGISTRATION,
+    theory: Theory {
+        case,
+        kin: Kin::ImplicitStages,
+        matrix: Matrix::of_newton,
+        divides: false,
+        is_limited: false,
+        forms: &[
+            form("dirk").limit(ALWAYS, |t, e| radius(&RungeKutta::tr_bdf2(), t, e)),
+            form("dirk, sdirk2").limit(ALWAYS, |t, e| radius(&RungeKutta::sdirk2(), t, e)),
+            form("dirk, sdirk3")
+                .limit(ALWAYS, |t, e| radius(&RungeKutta::sdirk3(), t, e))
+                .order(Some(3)),
+            form("dirk, esdirk3")
+                .limit(ALWAYS, |t, e| radius(&RungeKutta::esdirk3(), t, e))
+                .order(Some(3)),
+            form("dirk, sdirk4")
+                .limit(ALWAYS, |t, e| radius(&RungeKutta::sdirk4(), t, e))
+                .order(Some(4)),
+            form("dirk, one CG solve a stage"),
+        ],
+    },
+    runs: Runs {
+        order: &[
+            Variant::new("dirk", "dirk:residual=1e-13"),
+            Variant::new("dirk, sdirk2", "dirk:tableau=sdirk2,residual=1e-13"),
+            Variant::new("dirk, sdirk3", "dirk:tableau=sdirk3,residual=1e-15"),
+            Variant::new("dirk, esdirk3", "dirk:tableau=esdirk3,residual=1e-15"),
+            Variant::new("dirk, sdirk4", "dirk:tableau=sdirk4,residual=1e-16"),
+        ],
+        momentum: &[
+            (Variant::new("dirk", "dirk:residual=1e-12"), Keeps::AsStated),
+            (Variant::new("dirk, esdirk3", "dirk:tableau=esdirk3"), Keeps::AsStated),
+            (Variant::new("dirk, sdirk4", "dirk:tableau=sdirk4"), Keeps::AsStated),
+        ],
+        stability: &[
+            Variant::new("dirk", "dirk"),
+            Variant::new("dirk, esdirk3", "dirk:tableau=esdirk3"),
+            Variant::new("dirk, sdirk4", "dirk:tableau=sdirk4"),
+        ],
+        locking: &[(Variant::new("dirk", "dirk"), Steps::Long)],
+        work_precision: &[
+            work::headline("dirk", "dirk:residual=1e-3"),
+            work::extra("dirk, saved factor", "dirk:residual=1e-3,jacobian=saved"),
+            work::extra("dirk, one CG solve a stage", LINEARISED),
+            work::extra("dirk, safeguarded", SAFEGUARDED),
+            work::extra("dirk, esdirk3", "dirk:tableau=esdirk3"),
+            work::extra("dirk, sdirk4", "dirk:tableau=sdirk4"),
+        ],
+        animation: &[
+            Film::ladder("dirk", "dirk"),
+            Film::ladder("dirk, CG", "dirk:residual=1e-3,solver=cg,forcing=eisenstat-walker"),
+            Film::ladder(
+                "dirk, one iteration",
+                "dirk:max_iterations=1,solver=cg,cg_tolerance=0.01",
+            ),
+            Film::ladder(
+                "dirk, three iterations",
+                "dirk:residual=1e-2,max_iterations=3,solver=multigrid",
+            ),
+            Film::ladder("dirk, safeguarded", SAFEGUARDED),
+        ],
+        ..Runs::DEFAULTS
+    },
+};
+
+/// One linear solve a stage.
+const LINEARISED: &str = "dirk:max_iterations=1,solver=cg,cg_tolerance=0.01";
+
+/// As before, with more iterations where the residual would add energy.
+const SAFEGUARDED: &str = "dirk:max_iterations=1,safeguard=work,solver=cg,cg_tolerance=0.01";
+
+fn radius(method: &RungeKutta, theta: f64, eta: f64) -> f64 {
+    spectral_radius(&method.amplification(theta, eta))
+}
+
+fn case(problem: &Problem<'_>) -> Expectation {
+    at_rest_or(problem, &format!("L-stable on linear systems; {TURNING}"))
+}

@@ -1,0 +1,110 @@
+//! Projective dynamics and its accelerations.
+
+use super::Entry;
+use super::runs::{Contender, Film, Keeps, Runs, Steps, Variant, work};
+use crate::need::Matrix;
+use crate::presets::Preset;
+use crate::theory::{ALWAYS, Expectation, PUSHING, Problem, Theory, form, no_theorem};
+use drape_oracle::laws::spin;
+use drape_oracle::recurrence::{backward_euler, spectral_radius};
+use drape_report::family::Kin;
+
+const CONVERGED: &str = "projective:acceleration=lbfgs,iterations=1000,residual=1e-9";
+
+/// Its entry in the registry.
+pub(super) static ENTRY: Entry = Entry {
+    registration: &drape_projective::REGISTRATION,
+    theory: Theory {
+        case,
+        kin: Kin::Local,
+        matrix: |settings| Matrix::ScalarFactor.if_set(settings, "solver", "cholesky"),
+        divides: false,
+        is_limited: false,
+        forms: &[
+            form("projective").limit(ALWAYS, |t, e| spectral_radius(&backward_euler(t, e))),
+            form("projective, 50 iterations")
+                .limit(ALWAYS, |t, e| spectral_radius(&backward_euler(t, e))),
+            form("projective, Chebyshev")
+                .limit(ALWAYS, |t, e| spectral_radius(&backward_euler(t, e))),
+            form("projective, Anderson")
+                .limit(ALWAYS, |t, e| spectral_radius(&backward_euler(t, e))),
+            form("projective, L-BFGS").limit(ALWAYS, |t, e| spectral_radius(&backward_euler(t, e))),
+            form("projective, ADMM").limit(ALWAYS, |t, e| spectral_radius(&backward_euler(t, e))),
+            form("projective, converged")
+                .limit(ALWAYS, |t, e| spectral_radius(&backward_euler(t, e)))
+                .spin(|theta, _, after| spin::backward_euler(theta, 0.0, after)),
+        ],
+    },
+    runs: Runs {
+        presets: &[
+            Preset {
+                name: "anderson",
+                settings: &[("acceleration", "anderson"), ("iterations", "20")],
+                help: "Anderson's acceleration, guarded by the incremental potential (Peng et al. 2018)",
+            },
+            Preset {
+                name: "converged",
+                settings: &[
+                    ("acceleration", "lbfgs"),
+                    ("iterations", "1000"),
+                    ("residual", "1e-6"),
+                ],
+                help: "L-BFGS to a tolerance: backward Euler without a Hessian (Liu et al. 2017)",
+            },
+        ],
+        order: &[Variant::new("projective, converged", CONVERGED)],
+        momentum: &[
+            (Variant::new("projective, converged", CONVERGED), Keeps::AsStated),
+            (Variant::new("projective", "projective"), Keeps::AsStated),
+        ],
+        locking: &[
+            (Variant::new("projective", "projective"), Steps::All),
+            (Variant::new("projective, 50 iterations", "projective:iterations=50"), Steps::All),
+            (
+                Variant::new(
+                    "projective, Chebyshev",
+                    "projective:acceleration=chebyshev,rho=0.99,iterations=50",
+                ),
+                Steps::One,
+            ),
+            (
+                Variant::new(
+                    "projective, Anderson",
+                    "projective:acceleration=anderson,iterations=30",
+                ),
+                Steps::One,
+            ),
+            (
+                Variant::new("projective, L-BFGS", "projective:acceleration=lbfgs,iterations=30"),
+                Steps::One,
+            ),
+            (Variant::new("projective, ADMM", "projective:acceleration=admm"), Steps::One),
+        ],
+        work_precision: &[
+            work::main("projective", "projective"),
+            work::extra(
+                "projective, Chebyshev",
+                "projective:acceleration=chebyshev,rho=0.99,iterations=50",
+            ),
+            work::extra("projective, Anderson", "projective:acceleration=anderson,iterations=30"),
+            work::extra("projective, L-BFGS", "projective:acceleration=lbfgs,iterations=30"),
+        ],
+        scaling: &[Contender { label: "projective", method: "projective", largest: 100 }],
+        animation: &[
+            Film::ladder("projective", "projective"),
+            Film::ladder("projective, Anderson", "projective:acceleration=anderson,iterations=30"),
+            Film::ladder("projective, L-BFGS", "projective:acceleration=lbfgs,iterations=30"),
+        ],
+        ..Runs::DEFAULTS
+    },
+};
+
+fn case(problem: &Problem<'_>) -> Expectation {
+    if problem.has_contacts() {
+        return no_theorem(PUSHING);
+    }
+    no_theorem(
+        "each plain or guarded iteration lowers the incremental potential of backward Euler, which bounds no energy \
+         while it is above the minimum",
+    )
+}

@@ -1,0 +1,68 @@
+//! Symplectic Runge–Kutta–Nyström of order 4.
+
+use super::Entry;
+use super::runs::{
+    Runs, Variant,
+    work::{self, Knob},
+};
+use crate::need::Matrix;
+use crate::studies::short;
+use crate::theory::{Expectation, Problem, Theory, form, limit, no_theorem, unstable};
+use drape_oracle::laws::spin;
+use drape_oracle::recurrence::{spectral_radius, srkn4};
+use drape_report::family::Kin;
+use nalgebra::Vector2;
+
+/// Terms of the series of its damped kicks.
+const TERMS: u32 = 5;
+
+/// Its entry in the registry.
+pub(super) static ENTRY: Entry = Entry {
+    registration: &drape_srkn4::REGISTRATION,
+    theory: Theory {
+        case,
+        kin: Kin::ExplicitStages,
+        matrix: |_| Matrix::None,
+        divides: true,
+        is_limited: false,
+        forms: &[form("srkn4")
+            .limit("θ < 25.27 without damping, but for a hairline at π²; η < 8.8", |t, e| {
+                spectral_radius(&srkn4(t, e, TERMS))
+            })
+            .spin(|_, _, _| spin::kicks(&[], 0.0, TERMS))],
+    },
+    runs: Runs {
+        hard_cases: &[
+            Variant::new("srkn4", "srkn4"),
+            Variant::new("srkn4 (auto)", "srkn4:step=auto"),
+        ],
+        work_precision: &[
+            work::main("srkn4", "srkn4:step=bound").knob(Knob::Setting("safety", SAFETIES)),
+            work::extra("srkn4, fixed steps", "srkn4"),
+        ],
+        ..Runs::DEFAULTS
+    },
+};
+
+/// Substep over the stability limit.
+const SAFETIES: &[f64] = &[0.95, 0.7, 0.5, 0.25, 0.125];
+
+fn case(problem: &Problem<'_>) -> Expectation {
+    if problem.choice.settings().word("step") != "fixed" {
+        return no_theorem("substeps within the limit of a linear motion");
+    }
+    let growing = problem.growing(|theta, eta, state| {
+        let [x, w, ..] = *state;
+        let new = srkn4(theta, eta, TERMS) * Vector2::new(x, w);
+        *state = [new.x, new.y, 0.0, 0.0];
+    });
+    match growing {
+        Some(theta) => unstable(format!(
+            "h²λ = {} at the start is beyond its limit, whatever the damping",
+            short(theta)
+        )),
+        None => {
+            no_theorem(format!("linear theory finds no growth at the start ({})", limit(problem)))
+        }
+    }
+}

@@ -1,0 +1,77 @@
+//! XPBD.
+
+use super::Entry;
+use super::runs::work::Knob;
+use super::runs::{Contender, Film, Keeps, Runs, Steps, Variant, work};
+use crate::need::Matrix;
+use crate::theory::{
+    ALWAYS, Expectation, LoadLaw, PUSHING, Problem, Theory, form, no_theorem, stable,
+};
+use drape_oracle::laws::spin;
+use drape_oracle::recurrence::{bdf, spectral_radius, xpbd};
+use drape_report::family::Kin;
+
+/// Substeps in a default step.
+const SUBSTEPS: u32 = 20;
+/// Substeps of a step of given size, coarsest first.
+const DIVISIONS: &[f64] = &[1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 300.0, 1000.0];
+
+/// Its entry in the registry.
+pub(super) static ENTRY: Entry = Entry {
+    registration: &drape_xpbd::REGISTRATION,
+    theory: Theory {
+        case,
+        kin: Kin::Local,
+        matrix: |_| Matrix::None,
+        divides: false,
+        is_limited: false,
+        // One spring, which a sweep solves exactly. A net is not solved, and may gain energy.
+        forms: &[
+            form("xpbd").limit(ALWAYS, |t, e| spectral_radius(&xpbd(t, e, SUBSTEPS))),
+            form("xpbd, one substep")
+                .limit(ALWAYS, |t, e| spectral_radius(&xpbd(t, e, 1)))
+                .spin(|theta, _, after| spin::backward_euler(theta, 0.0, after)),
+            form("xpbd, order 2, one substep")
+                .limit(ALWAYS, |t, e| bdf(2, t, e).spectral_radius())
+                .order(Some(2)),
+            form("xpbd, order 2").order(Some(2)),
+        ],
+    },
+    runs: Runs {
+        order: &[
+            Variant::new("xpbd", "xpbd"),
+            Variant::new("xpbd, order 2", "xpbd:order=2,iterations=2"),
+        ],
+        energy: &[Variant::new("xpbd", "xpbd"), Variant::new("xpbd, order 2", "xpbd:order=2")],
+        momentum: &[
+            (Variant::new("xpbd", "xpbd"), Keeps::AsStated),
+            (Variant::new("xpbd, one substep", "xpbd:substeps=1"), Keeps::AsStated),
+        ],
+        stability: &[
+            Variant::new("xpbd", "xpbd"),
+            Variant::new("xpbd, one substep", "xpbd:substeps=1"),
+            Variant::new("xpbd, order 2, one substep", "xpbd:substeps=1,order=2"),
+        ],
+        locking: &[(Variant::new("xpbd", "xpbd"), Steps::All)],
+        locked_spring: &[(Variant::new("xpbd, one substep", "xpbd:substeps=1"), LoadLaw::Free)],
+        work_precision: &[
+            work::headline("xpbd", "xpbd"),
+            work::extra("xpbd, more substeps", "xpbd").knob(Knob::Setting("substeps", DIVISIONS)),
+            work::extra("xpbd, order 2", "xpbd:order=2"),
+        ],
+        scaling: &[Contender { label: "xpbd", method: "xpbd", largest: 316 }],
+        are_effects_timed: true,
+        animation: &[Film::ladder("xpbd", "xpbd"), Film::ladder("xpbd, order 2", "xpbd:order=2")],
+        ..Runs::DEFAULTS
+    },
+};
+
+fn case(problem: &Problem<'_>) -> Expectation {
+    if problem.has_contacts() {
+        return no_theorem(PUSHING);
+    }
+    if problem.is_at_rest && problem.system().effects().all(|effect| effect.name() != "gravity") {
+        return stable("the springs are at their rest lengths: no sweep moves anything");
+    }
+    no_theorem("a sweep that ends before the solution may set energy free")
+}

@@ -1,0 +1,73 @@
+//! XPBD by lines.
+
+use super::Entry;
+use super::runs::work::Knob;
+use super::runs::{Film, Keeps, Runs, Variant, work};
+use crate::need::Matrix;
+use crate::theory::{ALWAYS, Expectation, PUSHING, Problem, Theory, form, no_theorem, stable};
+use drape_oracle::laws::spin;
+use drape_oracle::recurrence::{factored_backward_euler, factored_bdf2, spectral_radius};
+use drape_report::family::Kin;
+
+/// Substeps in a default step.
+const SUBSTEPS: i32 = 20;
+/// Substeps of a step of given size, coarsest first.
+const DIVISIONS: &[f64] = &[1.0, 2.0, 5.0, 10.0, 15.0, 20.0, 30.0, 50.0, 100.0];
+
+/// Its entry in the registry.
+pub(super) static ENTRY: Entry = Entry {
+    registration: &drape_xpbd_lines::REGISTRATION,
+    theory: Theory {
+        case,
+        kin: Kin::Local,
+        matrix: |_| Matrix::None,
+        divides: false,
+        is_limited: false,
+        // One spring, which a sweep solves but for its damping. Families of lines are not solved
+        // together, and may gain energy.
+        forms: &[
+            form("xpbd-lines").limit(ALWAYS, |t, e| {
+                let n = f64::from(SUBSTEPS);
+                factored_bdf2(1.0, t / (n * n), e / n).spectral_radius().powi(SUBSTEPS)
+            }),
+            form("xpbd-lines, one substep")
+                .limit(ALWAYS, |t, e| factored_bdf2(1.0, t, e).spectral_radius()),
+            form("xpbd-lines, order 1, one substep")
+                .limit(ALWAYS, |t, e| spectral_radius(&factored_backward_euler(t, e)))
+                .spin(|theta, _, after| spin::backward_euler(theta, 0.0, after))
+                .order(Some(1)),
+        ],
+    },
+    runs: Runs {
+        order: &[Variant::new("xpbd-lines", "xpbd-lines")],
+        energy: &[Variant::new("xpbd-lines", "xpbd-lines")],
+        momentum: &[
+            (Variant::new("xpbd-lines", "xpbd-lines"), Keeps::AsStated),
+            (
+                Variant::new("xpbd-lines, order 1, one substep", "xpbd-lines:order=1,substeps=1"),
+                Keeps::AsStated,
+            ),
+        ],
+        stability: &[
+            Variant::new("xpbd-lines", "xpbd-lines"),
+            Variant::new("xpbd-lines, one substep", "xpbd-lines:substeps=1"),
+        ],
+        work_precision: &[
+            work::headline("xpbd-lines", "xpbd-lines"),
+            work::extra("xpbd-lines, more substeps", "xpbd-lines")
+                .knob(Knob::Setting("substeps", DIVISIONS)),
+        ],
+        animation: &[Film::ladder("xpbd-lines", "xpbd-lines")],
+        ..Runs::DEFAULTS
+    },
+};
+
+fn case(problem: &Problem<'_>) -> Expectation {
+    if problem.has_contacts() {
+        return no_theorem(PUSHING);
+    }
+    if problem.is_at_rest && problem.system().effects().all(|effect| effect.name() != "gravity") {
+        return stable("the springs are at their rest lengths: no sweep moves anything");
+    }
+    no_theorem("a sweep that ends before the solution may set energy free")
+}

@@ -1,0 +1,148 @@
+//! Records of the experiment `animation`: what a frame costs that is good enough.
+
+use drape_report::Verdict;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// The shape that a film can use is off by at most this, m.
+pub const GOOD_SHAPE: f64 = 0.01;
+/// Times within this factor are a tie.
+pub const TIE: f64 = 1.5;
+
+/// All scenes and methods.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Facts {
+    /// The scenes, each with its true motion.
+    pub scenes: Vec<Scene>,
+    /// One a scene, form of a method and number of substeps.
+    pub runs: Vec<Run>,
+}
+
+/// One cloth in one scene, at 60 frames a second.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Scene {
+    /// Key, e.g. `hanging, light, n=400`.
+    pub id: String,
+    /// Number of particles.
+    pub particles: usize,
+    /// Number of springs.
+    pub springs: usize,
+    /// Tensile stiffness of a spring along the threads, N/m.
+    pub stiffness_n_per_m: f64,
+    /// Stiffness over mass, 1/s².
+    pub stiffness_over_mass_per_s2: f64,
+    /// `h² k/m` of a frame.
+    pub theta: f64,
+    /// Damping of a spring over its stiffness, s.
+    pub damping_over_stiffness_s: f64,
+    /// Simulated time, s.
+    pub span_s: f64,
+    /// Substeps of a frame within the limit of symplectic Euler, by Gershgorin's bound.
+    pub limit_substeps: u32,
+    /// Substeps of a frame in the true motion.
+    pub reference_substeps: u32,
+    /// Number of true motions: one without noise, the others from starts moved by up to 1 µm out of
+    /// the plane. A run is held against the nearest.
+    pub members: usize,
+    /// Mean distance of the surfaces of two such starts over the span, m: a smaller error means
+    /// nothing.
+    pub shape_floor_m: f64,
+    /// Root of the mean square distance of their particles at 0.3 s, m.
+    pub trajectory_floor_m: f64,
+    /// Distance of the surfaces when the step of the true motion is doubled, m.
+    pub reference_error_m: f64,
+    /// 99th percentile of the strain along the threads, mean over time.
+    pub strain: f64,
+    /// Energy that the scene sets free, J.
+    pub released_j: f64,
+    /// Energy of springs and hinges at the start, over that.
+    pub prestress: f64,
+    /// Same bits on every machine.
+    pub portable: bool,
+}
+
+impl Scene {
+    /// A shape that is off by at most this is good, m. Two motions that differ by noise alone are
+    /// apart by the noise, and one that errs as much besides by about twice that.
+    pub fn good_shape(&self) -> f64 {
+        GOOD_SHAPE.max(2.0 * self.shape_floor_m)
+    }
+}
+
+/// One form of a method on one scene.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Run {
+    /// Key of the scene, as in [`Scene::id`].
+    pub scene: String,
+    /// Short name for legends.
+    pub label: String,
+    /// Method id with all settings.
+    pub method: String,
+    /// Calls of the method in a frame.
+    pub substeps: u32,
+    /// Whether stiffness limits its step, so that calls were added until it held.
+    pub is_limited: bool,
+    /// `stable`, `locked`, `marginal`, `unstable`, `diverged`, `over budget` or `refused`.
+    pub verdict: Verdict,
+    /// Mean distance of the surface to that of the nearest true motion, both ways, mean over time,
+    /// m.
+    pub shape_error_m: Option<f64>,
+    /// Root of the mean square distance of the particles to those of the nearest true motion at
+    /// 0.3 s, m.
+    pub trajectory_error_m: Option<f64>,
+    /// How much the 99th percentile of the strain exceeds that of the true motion.
+    pub excess_strain: Option<f64>,
+    /// Path of the midpoint of the free edge over that of the true motion.
+    pub retained: Option<f64>,
+    /// Mean kinetic energy over that of the true motion.
+    pub kinetic: Option<f64>,
+    /// Greatest rise of the energy over what the scene sets free.
+    pub gain: f64,
+    /// Sweeps over all springs that evaluated forces or energies.
+    pub force_evaluations: u64,
+    /// Products of a matrix with a block vector, triangular solves included.
+    pub matvecs: u64,
+    /// Factorisations of Newton's matrix.
+    pub factorisations: u64,
+    /// Newton iterations.
+    pub newton_iterations: u64,
+    /// Iterations of conjugate gradients.
+    pub cg_iterations: u64,
+    /// Steps whose solver stopped before its tolerance.
+    pub unconverged_steps: u64,
+    /// Same bits on every machine.
+    pub portable: bool,
+}
+
+impl Run {
+    /// Whether it can be shown: it neither gains energy nor stands still.
+    pub fn is_sound(&self) -> bool {
+        self.verdict == Verdict::Stable
+    }
+
+    /// Whether its shape is good enough, too. Below the noise of the scene nothing is told apart.
+    pub fn is_good(&self, scene: &Scene) -> bool {
+        self.is_sound() && self.shape_error_m.is_some_and(|error| error <= scene.good_shape())
+    }
+}
+
+/// Times of one run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TimingRow {
+    /// As in [`Run::scene`].
+    pub scene: String,
+    /// As in [`Run::label`].
+    pub label: String,
+    /// As in [`Run::substeps`].
+    pub substeps: u32,
+    /// Frames that were timed, from the start.
+    pub frames: u64,
+    /// Seconds in all calls of the method, one entry a repetition.
+    pub samples_s: Vec<f64>,
+    /// Median of them over the frames, s.
+    pub frame_s: f64,
+}

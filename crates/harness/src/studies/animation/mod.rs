@@ -1,0 +1,22 @@
+//! Experiment `animation`: what a frame costs that is good enough.
+
+pub mod facts;
+pub(crate) mod plates;
+pub(crate) mod run;
+mod words;
+
+use super::Parts;
+
+pub(super) const STUDY: Parts<facts::Facts, facts::TimingRow> = Parts {
+    name: "animation",
+    question: words::QUESTION,
+    builds_on: words::BUILDS_ON,
+    method: run::method,
+    timing: Some(run::timing),
+    run: run::run,
+    comparable: run::comparable,
+    words: words::words,
+    plates: plates::PLATES,
+    tables: plates::tables,
+    lessons: None,
+};

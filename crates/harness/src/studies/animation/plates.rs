@@ -1,0 +1,277 @@
+//! Figures and tables of the experiment `animation`.
+
+use super::facts::{Facts, Run, Scene, TIE, TimingRow};
+use crate::families::{families, labels};
+use drape_report::Verdict;
+use drape_report::number::significant;
+use drape_report::page::{Table, absent, texts};
+use drape_report::plate::{Draw, Plate};
+use drape_report::plot::{
+    At, Axis, Draft, Look, Matrix, Point, Row, Rule, Series, Shade, Sheet, State, Tile, panels_of,
+};
+
+/// What the figures are drawn from.
+pub(super) type Input = crate::studies::Input<Facts, TimingRow>;
+
+/// All figures, in the page's order.
+pub(super) const PLATES: &[Plate<Input>] = &[
+    Plate {
+        file: "animation-front.svg",
+        title: "What a frame costs, and how wrong its shape is",
+        caption: "The line joins the runs that no other beats in both. Time a frame on one core \
+            against the mean distance of the surfaces over the span; a panel a scene, a marker for \
+            each stable run that moves: one form of a method with one number of substeps. Dashed: \
+            the good shape, 1 cm or twice the noise, and the noise of the scene, below which nothing \
+            is ranked.",
+        draw: Draw::Sheet(front),
+    },
+    Plate {
+        file: "animation-cheapest.svg",
+        title: "Milliseconds a frame for a good shape",
+        caption: "Marked: the cheapest of a scene and all within a factor of 1.5, a tie. The number \
+            is the time of the cheapest run of a form, on one core, that gains no energy, keeps \
+            its motion and shows a shape within 1 cm or twice the noise.",
+        draw: Draw::Matrix(cheapest),
+    },
+];
+
+fn time(input: &Input, run: &Run) -> Option<f64> {
+    let rows = &input.timings.as_ref()?.rows;
+    let is_its = |row: &&TimingRow| {
+        (&row.scene, &row.label, row.substeps) == (&run.scene, &run.label, run.substeps)
+    };
+    rows.iter().find(is_its).map(|row| row.frame_s)
+}
+
+/// Sound runs of a scene with their times, s, and errors, m.
+fn timed<'a>(input: &'a Input, scene: &'a Scene) -> Vec<(&'a Run, f64, f64)> {
+    let own = input.facts.runs.iter().filter(|run| run.scene == scene.id && run.is_sound());
+    own.filter_map(|run| Some((run, time(input, run)?, run.shape_error_m?))).collect()
+}
+
+/// The runs that no other beats in time and error, the cheapest first.
+fn best(mut runs: Vec<(&Run, f64, f64)>) -> Vec<(&Run, f64, f64)> {
+    runs.sort_by(|a, b| a.1.total_cmp(&b.1).then(a.2.total_cmp(&b.2)));
+    let mut least = f64::INFINITY;
+    runs.retain(|(_, _, error)| {
+        let is_better = *error < least;
+        least = least.min(*error);
+        is_better
+    });
+    runs
+}
+
+fn front(input: &Input) -> Option<Sheet> {
+    let draft = |scene: &Scene| -> Draft {
+        let runs = timed(input, scene);
+        let point = |(_, time, error): &(&Run, f64, f64)| Point {
+            x: 1e3 * time,
+            y: 1e3 * error.max(1e-6),
+            state: State::Stable,
+        };
+        let all = input.facts.runs.iter().map(|run| (run.method.as_str(), run.label.as_str()));
+        let own = families(all).into_iter().enumerate().filter_map(|(n, family)| {
+            let is_its = |run: &Run| family.members.iter().any(|(label, _)| *label == run.label);
+            let points = runs.iter().filter(|(run, ..)| is_its(run)).map(point);
+            let look = Look::of_family(n, n / 7);
+            Some(Series::new(family.title.to_owned(), look, points.collect())?.apart())
+        });
+        let mut series: Vec<Series> = own.collect();
+        let line = best(runs.clone()).iter().map(point).collect();
+        series.extend(Series::path("the front".to_owned(), Look::number(0), line));
+        let floor = 1e3 * scene.shape_floor_m;
+        let rules = vec![
+            Rule { label: "good shape".to_owned(), at: At::Y(1e3 * scene.good_shape()) },
+            Rule { label: "noise".to_owned(), at: At::Y(floor.max(1e-3)) },
+        ];
+        (vec![scene.id.clone()], series, rules)
+    };
+    panels_of(
+        input.facts.scenes.iter().map(draft).collect(),
+        |xs| Axis::log("ms a frame", xs),
+        |ys| {
+            let floors = input.facts.scenes.iter().map(|scene| 1e3 * scene.shape_floor_m.max(1e-6));
+            let ys: Vec<f64> = ys.iter().copied().chain(floors).collect();
+            Axis::log("shape error (mm)", &ys)
+        },
+    )
+    .filter(|_| input.timings.is_some())
+}
+
+/// The cheapest good run of a form on a scene.
+fn cheapest_of<'a>(input: &'a Input, scene: &'a Scene, label: &str) -> Option<(&'a Run, f64)> {
+    let own = input.facts.runs.iter().filter(|run| run.scene == scene.id && run.label == label);
+    let good = own.filter(|run| run.is_good(scene));
+    let timed = good.filter_map(|run| Some((run, time(input, run)?)));
+    timed.min_by(|a, b| a.1.total_cmp(&b.1))
+}
+
+fn all_labels(input: &Input) -> Vec<String> {
+    labels(input.facts.runs.iter().map(|run| (run.method.as_str(), run.label.as_str())))
+}
+
+/// The least time of a scene, s.
+fn least(input: &Input, scene: &Scene) -> Option<f64> {
+    let labels = all_labels(input);
+    let times = labels.iter().filter_map(|label| Some(cheapest_of(input, scene, label)?.1));
+    times.reduce(f64::min)
+}
+
+/// Why a form has no good run: the mildest of its verdicts.
+fn fault(input: &Input, scene: &Scene, label: &str) -> Tile {
+    let own = input.facts.runs.iter().filter(|run| run.scene == scene.id && run.label == label);
+    let verdicts: Vec<_> = own.map(|run| run.verdict).collect();
+    let has = |verdict: Verdict| verdicts.contains(&verdict);
+    let (shade, text) = if has(Verdict::Stable) {
+        (Shade::Fair, "≠")
+    } else if has(Verdict::Locked) {
+        (Shade::Still, "L")
+    } else if has(Verdict::OverBudget) {
+        (Shade::Idle, ">")
+    } else if verdicts.is_empty() || has(Verdict::Refused) {
+        (Shade::Idle, "–")
+    } else {
+        (Shade::Bad, "✗")
+    };
+    Tile { shade, text: text.to_owned(), is_marked: false }
+}
+
+fn cheapest(input: &Input) -> Option<Matrix> {
+    input.timings.as_ref()?;
+    let scenes = &input.facts.scenes;
+    let tile = |scene: &Scene, label: &str| match cheapest_of(input, scene, label) {
+        None => fault(input, scene, label),
+        Some((_, time)) => {
+            let is_marked = least(input, scene).is_some_and(|least| time <= TIE * least);
+            let shade = if is_marked { Shade::Good } else { Shade::Open };
+            Tile { shade, text: significant(1e3 * time, 2), is_marked }
+        }
+    };
+    let rows = all_labels(input)
+        .iter()
+        .map(|label| Row {
+            label: label.clone(),
+            is_first: false,
+            tiles: scenes.iter().map(|scene| vec![tile(scene, label)]).collect(),
+        })
+        .collect();
+    let told = |shade, text: &str| Tile { shade, text: text.to_owned(), is_marked: false };
+    let legend = [
+        (Tile { shade: Shade::Good, text: "ms".to_owned(), is_marked: true }, "cheapest, or a tie"),
+        (told(Shade::Open, "ms"), "good, but dearer"),
+        (told(Shade::Fair, "≠"), "stable, but the shape is off by more"),
+        (told(Shade::Still, "L"), "locked"),
+        (told(Shade::Bad, "✗"), "gains energy"),
+        (told(Shade::Idle, ">"), "over the budget of work"),
+        (told(Shade::Idle, "–"), "refuses the scene"),
+    ];
+    Some(Matrix {
+        columns: scenes.iter().map(|scene| scene.id.clone()).collect(),
+        rows,
+        legend: legend.into_iter().map(|(tile, text)| (tile, text.to_owned())).collect(),
+        notes: Vec::new(),
+    })
+}
+
+/// All tables of the page.
+pub(super) fn tables(input: &Input) -> Vec<Table> {
+    let mut tables = vec![scenes(input)];
+    tables.extend(input.facts.scenes.iter().map(|scene| fronts(input, scene)));
+    tables.push(shapes(input));
+    tables
+}
+
+fn millimetres(value: f64) -> String {
+    significant(1e3 * value, 2)
+}
+
+/// What the scenes are.
+fn scenes(input: &Input) -> Table {
+    let line = |scene: &Scene| {
+        vec![
+            scene.id.clone(),
+            significant(scene.stiffness_over_mass_per_s2, 2),
+            significant(scene.theta, 2),
+            scene.limit_substeps.to_string(),
+            millimetres(scene.shape_floor_m),
+            millimetres(scene.trajectory_floor_m),
+            millimetres(scene.reference_error_m),
+            significant(100.0 * scene.strain, 2),
+        ]
+    };
+    let header = [
+        "scene",
+        "k/m (1/s²)",
+        "h²k/m of a frame",
+        "calls within the limit",
+        "noise of the shape (mm)",
+        "noise at 0.3 s (mm)",
+        "error of the truth (mm)",
+        "strain (%)",
+    ];
+    Table {
+        title: "**Scenes**: one cloth, as stiff as it is on each mesh.".to_owned(),
+        header: texts(&header),
+        names: 1,
+        rows: input.facts.scenes.iter().map(line).collect(),
+    }
+}
+
+/// The front of a scene.
+fn fronts(input: &Input, scene: &Scene) -> Table {
+    let some = |value: Option<f64>, text: fn(f64) -> String| value.map_or_else(absent, text);
+    let line = |(run, time, error): &(&Run, f64, f64)| {
+        vec![
+            run.label.clone(),
+            run.substeps.to_string(),
+            significant(1e3 * time, 2),
+            millimetres(*error),
+            some(run.trajectory_error_m, millimetres),
+            some(run.excess_strain, |strain| significant(100.0 * strain, 2)),
+            some(run.retained, |share| significant(share, 3)),
+            some(run.kinetic, |share| significant(share, 3)),
+        ]
+    };
+    let header = [
+        "form",
+        "calls",
+        "ms a frame",
+        "shape (mm)",
+        "trajectory at 0.3 s (mm)",
+        "excess strain (%)",
+        "motion kept",
+        "kinetic energy kept",
+    ];
+    Table {
+        title: format!("**{}**: the runs that no other beats in time and shape.", scene.id),
+        header: texts(&header),
+        names: 1,
+        rows: best(timed(input, scene)).iter().map(line).collect(),
+    }
+}
+
+/// Shape error by calls, for every form.
+fn shapes(input: &Input) -> Table {
+    let runs = &input.facts.runs;
+    let cell = |scene: &Scene, label: &str| {
+        let own = runs.iter().filter(|run| run.scene == scene.id && run.label == label);
+        let told = own.map(|run| {
+            let error = run.shape_error_m.filter(|_| run.is_sound());
+            let value = error.map_or_else(|| run.verdict.to_string(), millimetres);
+            format!("{}: {value}", run.substeps)
+        });
+        let told: Vec<_> = told.collect();
+        if told.is_empty() { absent() } else { told.join("; ") }
+    };
+    let line = |label: &String| {
+        let cells = input.facts.scenes.iter().map(|scene| cell(scene, label));
+        std::iter::once(label.clone()).chain(cells).collect()
+    };
+    let scenes = input.facts.scenes.iter().map(|scene| scene.id.clone());
+    Table {
+        title: "**All runs**: calls a frame, and the shape error in mm, or the verdict.".to_owned(),
+        header: std::iter::once("form".to_owned()).chain(scenes).collect(),
+        names: 1,
+        rows: all_labels(input).iter().map(line).collect(),
+    }
+}

@@ -1,0 +1,118 @@
+//! Experiment `animation`: what a frame costs that is good enough.
+
+mod scenes;
+#[cfg(test)]
+mod tests;
+
+use crate::HarnessError;
+use crate::facts::{Fact, fact};
+use crate::methods;
+use crate::methods::runs::{Film, Runs, Substeps};
+use crate::studies::animation::facts::{Facts, Run, TimingRow};
+use crate::studies::variant::{is_explicit, or_defaults};
+use crate::studies::{Context, Measured, cells, prepared, timed};
+use scenes::{Case, Setting};
+
+/// Frames a second.
+pub(super) const FRAMES_PER_S: u32 = 60;
+/// Substeps of a frame of methods that stiffness does not limit.
+const LADDER: [u32; 4] = [1, 2, 4, 8];
+/// Substeps of a frame for explicit methods: the least that hold, and those after it.
+const EXPLICIT: [u32; 16] =
+    [8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512, 768, 1024, 1536];
+/// Frames that are timed, and how often.
+const TIMED: u32 = 6;
+const REPETITIONS: usize = 3;
+
+/// Every method of the registry in its forms.
+fn forms() -> Vec<Film> {
+    let of = |runs: &Runs| runs.animation;
+    methods::runs()
+        .flat_map(|(method, runs)| {
+            let substeps = if is_explicit(method) { Substeps::Limit } else { Substeps::Ladder };
+            or_defaults(method, of(runs), |form| Film { form, substeps })
+        })
+        .collect()
+}
+
+/// How the facts are measured.
+pub(super) fn method() -> String {
+    format!(
+        "A square metre of 0.2 kg/m², with springs of 2 000 N/m along the threads, 40 N/m across \
+         the cells and hinges of 3.3e-6 N m, damped by c = βk along each spring (light: β = \
+         {:e} s; heavy: {:e} s, a loss factor of 0.1 at 16 Hz), is shown at {FRAMES_PER_S} frames \
+         a second. It hangs by two corners, let go from the horizontal, or falls, 8 cm off its \
+         centre, on a ball of 30 cm radius with a coefficient of friction of 0.3. All springs and \
+         hinges begin at rest. The true motion is that of leapfrog at a quarter of its limit; \
+         starts that differ by 1 µm out of the plane (seeded) tell its noise, and a run is held \
+         against the nearest of them. Shape: mean distance from the particles of each surface to \
+         the triangles of the other, every 0.1 s. Every method is run in each of its forms, with \
+         {LADDER:?} substeps of a frame; an explicit one \
+         with rising numbers out of {EXPLICIT:?} until two neither gain energy nor stand still; \
+         the last failure before the first of these is kept. A run is locked \
+         if its energy is stable and the midpoint of the free edge moves less than half of the \
+         true path; {:e} visits of a spring end it over budget.",
+        scenes::LIGHT,
+        scenes::HEAVY,
+        scenes::BUDGET
+    )
+}
+
+/// How the timings are taken.
+pub(super) fn timing() -> String {
+    format!(
+        "One run at a time on one thread: the first {TIMED} frames, {REPETITIONS} times; the median \
+         counts. Only runs that neither gain energy nor stand still are timed. Set-up \
+         is not among the frames."
+    )
+}
+
+pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, HarnessError> {
+    let cases: Vec<Case> =
+        scenes::cases().into_iter().filter(|case| !context.quick || case.is_quick()).collect();
+    let settings = prepared(context, "true motion", &cases, Setting::new)?;
+    let forms = forms();
+    let pairs: Vec<_> =
+        settings.iter().flat_map(|s| forms.iter().map(move |form| (s, form))).collect();
+    let all = cells(context, "methods", &pairs, |&(setting, form)| setting.runs(form))?;
+    let runs: Vec<Run> = all.into_iter().flatten().collect();
+    let mut timings = None;
+    if !context.quick {
+        let sound: Vec<_> = runs
+            .iter()
+            .filter(|run| run.is_sound())
+            .filter_map(|run| Some((settings.iter().find(|s| s.scene.id == run.scene)?, run)))
+            .collect();
+        timings = Some(timed(context, "timings", &sound, |&(setting, run)| setting.time(run))?);
+    }
+    let scenes = settings.iter().map(|s| (s.scene.id.clone(), s.hash.clone())).collect();
+    let facts = Facts { scenes: settings.into_iter().map(|s| s.scene).collect(), runs };
+    Ok(Measured { facts, timings, scenes, seed: Some(scenes::SEED) })
+}
+
+/// Its facts, as they are compared.
+pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {
+    let scenes = facts.scenes.iter().map(|scene| fact(scene.id.clone(), scene.portable, scene));
+    let runs = facts.runs.iter().map(|run| {
+        let mut fact =
+            fact(format!("{}, {}, ×{}", run.scene, run.label, run.substeps), run.portable, run);
+        if !run.portable
+            && let serde_json::Value::Object(values) = &mut fact.values
+        {
+            // Cloth that folds is not repeatable after a library has rounded: its verdict is,
+            // unless it stands near a limit.
+            values.retain(|key, value| value.is_string() && (key != "verdict" || run.is_clear()));
+        }
+        fact
+    });
+    scenes.chain(runs).collect()
+}
+
+impl Run {
+    /// Whether its verdict is far from the limits between verdicts.
+    fn is_clear(&self) -> bool {
+        let near_locked = self.retained.is_some_and(|retained| (0.45..0.55).contains(&retained));
+        let near = |limit: f64| (0.5 * limit..2.0 * limit).contains(&self.gain);
+        !near_locked && !near(0.02) && !near(0.5)
+    }
+}

@@ -1,0 +1,42 @@
+use super::scenes::{Setting, cases};
+use crate::methods::runs::{Film, Substeps, Variant};
+use drape_report::Verdict;
+
+fn film(method: &'static str, substeps: Substeps) -> Film {
+    Film { form: Variant::new("a", method), substeps }
+}
+
+#[test]
+fn every_cloth_begins_without_stress() {
+    for case in cases().into_iter().filter(super::Case::is_quick) {
+        let setting = Setting::new(&case).expect("a valid scene");
+        assert!(
+            setting.scene.prestress < 1e-12,
+            "{}: {}",
+            setting.scene.id,
+            setting.scene.prestress
+        );
+    }
+}
+
+/// The small sheet tells apart what stands still, what blows up and what follows.
+#[test]
+fn a_method_that_follows_is_told_from_one_that_locks_and_one_that_explodes() {
+    let case = cases().into_iter().find(super::Case::is_quick).expect("a quick case");
+    let setting = Setting::new(&case).expect("a valid scene");
+    let scene = &setting.scene;
+    assert!(scene.shape_floor_m > 0.0 && scene.shape_floor_m < 1e-3, "{scene:?}");
+    assert!(scene.reference_error_m < 1e-3, "{scene:?}");
+    let runs = |method, substeps| setting.runs(&film(method, substeps)).expect("runs");
+    let locked = &runs("imex-euler", Substeps::Ladder)[0];
+    assert_eq!((locked.verdict, locked.substeps), (Verdict::Locked, 1), "{locked:?}");
+    let euler = runs("symplectic-euler", Substeps::Limit);
+    let [fails, holds, after] = &euler[..] else { panic!("{euler:?}") };
+    assert!(!fails.is_sound() && holds.is_sound() && after.is_sound(), "{euler:?}");
+    assert!(holds.is_good(scene) && after.shape_error_m < holds.shape_error_m, "{euler:?}");
+    assert!(holds.substeps <= 2 * scene.limit_substeps, "{euler:?}");
+    let implicit = runs("bdf2", Substeps::Ladder);
+    assert!(implicit[3].is_good(scene), "{:?}", implicit[3]);
+    let timing = setting.time(holds).expect("times");
+    assert!(timing.frame_s > 0.0 && timing.samples_s.len() == super::REPETITIONS);
+}

@@ -1,0 +1,30 @@
+//! What is run for claim M03.
+
+use super::contest::Contest;
+use super::{Number, Trial};
+use crate::HarnessError;
+use crate::claims::m03::{GROUNDS, LEVELS, METHODS};
+
+pub(super) const TRIAL: Trial = Trial {
+    id: "M03",
+    scenes: || {
+        "the hanging sheet of `work-precision` with d/m = 40/s, 400 particles, 0.25 s, k/m = 1e6, \
+         1e8 and 1e10; all forms of all methods; reference: `srkn4` at half its limit"
+            .to_owned()
+    },
+    portable: false,
+    is_quick: false,
+    run: evidence,
+    seconds: None,
+};
+
+/// Most effort of a run, visits of a spring.
+const MOST: f64 = 1.2e8;
+
+fn evidence() -> Result<Vec<Number>, HarnessError> {
+    let mut numbers = Vec::new();
+    for ground in GROUNDS {
+        numbers.extend(Contest::new(ground)?.efforts(&METHODS, &LEVELS, MOST, |_| true)?);
+    }
+    Ok(numbers)
+}

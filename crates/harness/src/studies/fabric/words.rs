@@ -1,0 +1,234 @@
+//! The words of the study `fabric`: its question, and what its numbers say.
+
+use super::facts::{AT_REST, Cloth, Facts, Model, RIGHT};
+use drape_report::Words;
+use drape_report::number::{percent, significant};
+
+/// The question that the study answers.
+pub(super) const QUESTION: &str =
+    "Does cloth with measured rigidities bend and drape as real cloth does?";
+/// Studies that a reader should know before this one.
+pub(super) const BUILDS_ON: &[&str] = &["effects"];
+
+/// Greatest `Γ` of a cantilever test; a heavier strip hangs almost upright.
+const TESTED: f64 = 16.0;
+
+/// What the facts say.
+pub(super) fn words(facts: &Facts) -> Words {
+    let conclusion = [bending(facts), wrong(facts), draping(facts)].into_iter().flatten();
+    let observations =
+        [orders(facts), widths(facts), edgewise(facts), spreads(facts), at_rest(facts)];
+    Words {
+        conclusion: conclusion.collect::<Vec<_>>().join(" "),
+        observations: observations.into_iter().flatten().collect(),
+        caveats: caveats(facts),
+    }
+}
+
+/// The greatest error of a model on the finest mesh where it is at rest for all tested `Γ`, with
+/// its sign; none where it is not.
+fn worst(facts: &Facts, model: Model) -> Option<f64> {
+    let finest = facts.meshes().into_iter().next_back()?;
+    let tested = facts.gammas().into_iter().filter(|gamma| *gamma <= TESTED);
+    let errors: Option<Vec<f64>> =
+        tested.map(|gamma| facts.bent(model, gamma, finest)?.error()).collect();
+    errors?.into_iter().max_by(|a, b| libm::fabs(*a).total_cmp(&libm::fabs(*b)))
+}
+
+fn signed(error: f64) -> String {
+    let sign = if error < 0.0 { "−" } else { "+" };
+    format!("{sign}{}", percent(libm::fabs(error), 2))
+}
+
+/// Models that bend as the exact strip does.
+fn bending(facts: &Facts) -> Option<String> {
+    let finest = facts.meshes().into_iter().next_back()?;
+    let right = |model: &Model| worst(facts, *model).is_some_and(|e| libm::fabs(e) <= RIGHT);
+    let told: Vec<_> = Model::ALL
+        .into_iter()
+        .filter(right)
+        .filter_map(|model| Some(format!("{model} ({})", signed(worst(facts, model)?))))
+        .collect();
+    Some(format!(
+        "On {finest} edges these models bend as the exact strip, to {} of its drop over reach at Γ \
+         up to {TESTED}: {}.",
+        percent(RIGHT, 1),
+        if told.is_empty() { "none".to_owned() } else { told.join("; ") }
+    ))
+}
+
+/// Models that do not.
+fn wrong(facts: &Facts) -> Option<String> {
+    let wrong = |model: &Model| !worst(facts, *model).is_some_and(|e| libm::fabs(e) <= RIGHT);
+    let error = |model| worst(facts, model).map_or_else(|| "not at rest".to_owned(), signed);
+    let told: Vec<_> = Model::ALL
+        .into_iter()
+        .filter(wrong)
+        .filter(|model| facts.bent.iter().any(|bent| bent.model == *model))
+        .map(|model| format!("{model} ({})", error(model)))
+        .collect();
+    (!told.is_empty()).then(|| format!("These do not, at worst by: {}.", told.join("; ")))
+}
+
+/// Whether all coefficients of a material lie in its band; none without a band or a coefficient.
+fn is_inside(facts: &Facts, cloth: &Cloth) -> Option<bool> {
+    let (band, [least, greatest]) = (facts.band(cloth)?, facts.spread(&cloth.name)?);
+    Some(band.least <= least && greatest <= band.greatest)
+}
+
+fn span([least, greatest]: [f64; 2]) -> String {
+    format!("{:.0}–{:.0} %", 100.0 * least, 100.0 * greatest)
+}
+
+/// Materials beside the bands of their classes.
+fn draping(facts: &Facts) -> Option<String> {
+    let told = |cloth: &Cloth| {
+        let (band, spread) = (facts.band(cloth)?, facts.spread(&cloth.name)?);
+        let place = if is_inside(facts, cloth)? { "inside" } else { "not inside" };
+        let published = span([band.least, band.greatest]);
+        Some(format!("{} {}, {place} {published} of {}", cloth.name, span(spread), band.class))
+    };
+    let told: Vec<_> = facts.cloths.iter().filter_map(told).collect();
+    (!told.is_empty()).then(|| {
+        format!(
+            "Drape coefficients beside the published bands of their class: {}.",
+            told.join("; ")
+        )
+    })
+}
+
+/// Observed orders of convergence.
+fn orders(facts: &Facts) -> Option<String> {
+    let gamma = facts.gammas().into_iter().next()?;
+    let told: Vec<_> = Model::ALL
+        .into_iter()
+        .filter_map(|model| {
+            Some(format!("{} ({model})", significant(facts.order(model, gamma)?, 2)))
+        })
+        .collect();
+    (!told.is_empty()).then(|| {
+        format!(
+            "The errors at Γ = {gamma} fall with these orders of the edge: {}.",
+            told.join("; ")
+        )
+    })
+}
+
+/// What a wider strip does to a hinge.
+fn widths(facts: &Facts) -> Option<String> {
+    let told = |model: Model| {
+        let own = facts.widths.iter().filter(|width| width.model == model);
+        let gamma = own.clone().map(|width| width.gamma).fold(f64::INFINITY, f64::min);
+        let own: Vec<_> = own.filter(|width| width.gamma == gamma).collect();
+        let (first, last) = (own.first()?, own.last()?);
+        let is_hinge = first.narrow != first.wide;
+        is_hinge.then(|| {
+            let [narrow, wide] =
+                [first, last].map(|width| significant(width.rigidity_over_stiffness, 3));
+            format!(
+                "{} to {} rows give {narrow} to {wide} on {} (derived {} to {})",
+                first.rows,
+                last.rows,
+                if model == Model::Triangles { "triangles" } else { "squares" },
+                significant(first.narrow, 3),
+                significant(first.wide, 3)
+            )
+        })
+    };
+    let told: Vec<_> = Model::ALL.into_iter().filter_map(told).collect();
+    (!told.is_empty()).then(|| {
+        format!("The rigidity over the stiffness k grows with the width: {}.", told.join("; "))
+    })
+}
+
+/// When a strip on edge buckles.
+fn edgewise(facts: &Facts) -> Option<String> {
+    // The most slender of each model, both ways.
+    let told = |model: Model| {
+        let own = || facts.edgewise.iter().filter(|edge| edge.model == model);
+        let slender = own().map(|edge| edge.width_over_length).reduce(f64::min)?;
+        let both = own().filter(|edge| edge.width_over_length == slender);
+        let mut found: Vec<_> = both
+            .map(|edge| {
+                edge.critical_gamma.map_or_else(|| "none".to_owned(), |g| significant(g, 3))
+            })
+            .collect();
+        found.dedup();
+        let law = own().find_map(|edge| edge.law);
+        let law = law.map(|law| format!(", the law of a slender beam {}", significant(law, 3)));
+        Some(format!("{} ({model}{})", found.join(" or "), law.unwrap_or_default()))
+    };
+    let told: Vec<_> = Model::ALL.into_iter().filter_map(told).collect();
+    (!told.is_empty()).then(|| {
+        format!(
+            "The most slender strips on edge buckle to the side at Γ = {}; two numbers hold for \
+             the two sides of a strip.",
+            told.join("; ")
+        )
+    })
+}
+
+/// How far coefficients spread.
+fn spreads(facts: &Facts) -> Option<String> {
+    let width = |[least, greatest]: [f64; 2]| greatest - least;
+    let spread = |cloth: &Cloth| Some((width(facts.spread(&cloth.name)?), cloth.name.clone()));
+    let (widest, name) =
+        facts.cloths.iter().filter_map(spread).max_by(|a, b| a.0.total_cmp(&b.0))?;
+    // Pairs of starts on one mesh.
+    let resting = || facts.drapes.iter().filter(|drape| drape.is_at_rest());
+    let pairs = resting().flat_map(|a| {
+        let same = resting().filter(|b| (&b.cloth, b.cells) == (&a.cloth, a.cells));
+        same.map(|b| b.coefficient - a.coefficient)
+    });
+    let of_starts = pairs.fold(0.0, f64::max);
+    // One test spreads nowhere.
+    (widest > 0.0).then(|| {
+        format!(
+            "Over meshes and starts the drape coefficient of one material spreads by up to {} \
+             points ({name}), over starts on one mesh by up to {}: one cloth rests in several \
+             folds.",
+            significant(100.0 * widest, 2),
+            significant(100.0 * of_starts, 2)
+        )
+    })
+}
+
+/// How many specimens are at rest.
+fn at_rest(facts: &Facts) -> Option<String> {
+    let rests = |residual: f64| (residual, residual <= AT_REST);
+    let bent = facts.bent.iter().map(|bent| rests(bent.residual));
+    let widths = facts.widths.iter().map(|width| rests(width.residual));
+    let edges = facts.edgewise.iter().map(|edge| rests(edge.residual));
+    let drapes = facts.drapes.iter().map(|drape| (drape.residual, drape.is_at_rest()));
+    let all: Vec<(f64, bool)> = bent.chain(widths).chain(edges).chain(drapes).collect();
+    let resting: Vec<f64> = all.iter().filter(|(_, rests)| *rests).map(|(r, _)| *r).collect();
+    let greatest = resting.iter().copied().reduce(f64::max)?;
+    Some(format!(
+        "Of {} specimens {} are at rest, with a residual of at most {greatest:.1e} of the heaviest \
+         particle's weight; the others are left out.",
+        all.len(),
+        resting.len()
+    ))
+}
+
+fn caveats(facts: &Facts) -> Vec<String> {
+    let mut caveats = vec![
+        "A band holds for a class of cloths, not for the specimen that the material was measured \
+         on."
+            .to_owned(),
+        "The materials are linear: a cloth that is stretched or folded sharply has other constants."
+            .to_owned(),
+        "The strips hardly stretch; springs that buckle are limp below a curvature that grows with \
+         the mesh and falls with the tensile rigidity."
+            .to_owned(),
+    ];
+    if facts.drapes.iter().any(|drape| !drape.is_at_rest()) {
+        let count = facts.drapes.iter().filter(|drape| !drape.is_at_rest()).count();
+        caveats.push(format!("{count} of the drape tests did not come to rest."));
+    }
+    caveats
+}
+
+#[cfg(test)]
+#[path = "words/tests.rs"]
+mod tests;

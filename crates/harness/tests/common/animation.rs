@@ -1,0 +1,87 @@
+//! A synthetic record of the study of animation.
+
+use super::work::timings_of;
+use super::{CURVES, record};
+use drape_harness::studies::animation::facts::{Facts, Run, Scene, TimingRow};
+use drape_report::{Record, Timings, Verdict};
+
+/// Two scenes; methods whose error falls with the calls, one that locks, one that explodes.
+pub(crate) fn animation() -> Record<Facts> {
+    let scene = |id: &str, floor: f64| Scene {
+        id: id.to_owned(),
+        particles: 400,
+        springs: 1482,
+        stiffness_n_per_m: 2000.0,
+        stiffness_over_mass_per_s2: 4e6,
+        theta: 1111.0,
+        damping_over_stiffness_s: 1e-5,
+        span_s: 1.0,
+        limit_substeps: 48,
+        reference_substeps: 192,
+        members: 4,
+        shape_floor_m: floor,
+        trajectory_floor_m: floor,
+        reference_error_m: 0.1 * floor,
+        strain: 0.01,
+        released_j: 0.9,
+        prestress: 0.0,
+        portable: true,
+    };
+    let scenes = vec![scene("hanging", 1e-4), scene("on a ball", 1e-2)];
+    let mut runs = Vec::new();
+    for scene in &scenes {
+        let forms = CURVES.iter().enumerate().flat_map(|(n, (method, label))| {
+            [(n, method, (*label).to_owned()), (n, method, format!("{label}, tight"))]
+        });
+        for (n, method, label) in forms {
+            for substeps in [1, 2, 4, 8] {
+                let error = 0.03 / f64::from(substeps) / (n + 1) as f64;
+                let verdict = match n {
+                    1 => Verdict::Locked,
+                    2 => Verdict::Unstable,
+                    3 => Verdict::OverBudget,
+                    _ => Verdict::Stable,
+                };
+                runs.push(Run {
+                    scene: scene.id.clone(),
+                    label: label.clone(),
+                    method: (*method).to_owned(),
+                    substeps,
+                    is_limited: false,
+                    verdict,
+                    shape_error_m: Some(error),
+                    trajectory_error_m: Some(error),
+                    excess_strain: Some(0.001),
+                    retained: Some(1.0),
+                    kinetic: Some(0.9),
+                    gain: 0.0,
+                    force_evaluations: 100,
+                    matvecs: 10,
+                    factorisations: 0,
+                    newton_iterations: 0,
+                    cg_iterations: 10,
+                    unconverged_steps: 0,
+                    portable: true,
+                });
+            }
+        }
+    }
+    record("animation", false, Facts { scenes, runs })
+}
+
+/// Times of its sound runs.
+pub(crate) fn animation_timings() -> Timings<TimingRow> {
+    let sound = animation().facts.runs.into_iter().filter(Run::is_sound);
+    let row = |run: Run| {
+        let frame_s = 1e-3 * f64::from(run.substeps);
+        TimingRow {
+            scene: run.scene,
+            label: run.label,
+            substeps: run.substeps,
+            frames: 10,
+            samples_s: vec![10.0 * frame_s],
+            frame_s,
+        }
+    };
+    timings_of("animation", sound.map(row).collect())
+}

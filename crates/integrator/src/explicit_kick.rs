@@ -1,0 +1,74 @@
+//! A kick with damping, without a solve.
+
+use crate::{StepReport, kick};
+use drape_model::{Level, Part, State, System, Vec3};
+use drape_solvers::Constraints;
+
+/// Whether anything in the system dissipates.
+pub fn is_damped(system: &System) -> bool {
+    system.effects().any(|effect| effect.has_damping())
+}
+
+/// Writes the damping force of all effects at one level, N, to `out`: `−D(x) v` for springs. It
+/// counts as a product.
+pub fn write_damping_force(
+    system: &System,
+    at: Level<'_>,
+    out: &mut [Vec3],
+    report: &mut StepReport,
+) {
+    let damped = system.effects().filter(|effect| effect.has_damping());
+    system.write_forces(damped.map(|effect| (effect, Part::Damping)), at, out);
+    report.matvecs += 1;
+}
+
+/// Solves `M v' = F − D(x) v` over a kick of `τ` seconds, at fixed `x` and `F`, by Heun's method:
+///
+/// ```text
+/// g₁ = F − D v      g₂ = F − D (v + τ M⁻¹ g₁)      v ← v + τ M⁻¹ ½ (g₁ + g₂)
+/// ```
+///
+/// Where the damping is linear in `v` these are the first terms of the exact kick's series,
+/// `e^{−y} ≈ 1 − y + ½y²`, `y = τδ`: at least ½, so that no velocity is reversed, and stable for
+/// `y < 2`.
+#[derive(Debug)]
+pub struct ExplicitKick {
+    /// `½ (g₁ + g₂) − F` of the last kick, N; `n` × 3.
+    pub damping: Vec<Vec3>,
+    slope: Vec<Vec3>,
+    predicted: Vec<Vec3>,
+}
+
+impl ExplicitKick {
+    /// Memory for a system.
+    pub fn new(system: &System) -> Self {
+        let zeros = || vec![Vec3::zeros(); system.len()];
+        Self { damping: zeros(), slope: zeros(), predicted: zeros() }
+    }
+
+    /// Kicks `state.v` by the force `F`, N, and the damping at the state over `tau` seconds. The
+    /// prediction obeys `pins`; the result does not.
+    pub fn kick(
+        &mut self,
+        system: &System,
+        tau: f64,
+        force: &[Vec3],
+        state: &mut State,
+        pins: &Constraints,
+        report: &mut StepReport,
+    ) {
+        let Self { damping, slope, predicted } = self;
+        write_damping_force(system, state.level(), slope, report); // g₁ − F
+        predicted.copy_from_slice(&state.v);
+        kick(system, tau, force, &mut state.v);
+        for (i, m) in system.mass().iter().enumerate() {
+            predicted[i] += (force[i] + slope[i]) * (tau / m); // v + τ M⁻¹ g₁
+        }
+        pins.impose(predicted);
+        write_damping_force(system, Level { v: predicted, ..state.level() }, damping, report);
+        for (damping, slope) in damping.iter_mut().zip(slope) {
+            *damping = (*damping + *slope) * 0.5; // ½ (g₁ + g₂) − F
+        }
+        kick(system, tau, damping, &mut state.v);
+    }
+}

@@ -1,0 +1,65 @@
+//! `solver=auto` finds the solution of the factorisations, by the solver that fits the stiffness.
+
+use drape_integrator::{Integrator, PhaseClock, SolveStatus, TimeStep};
+use drape_model::{State, System};
+use drape_multistep::{Bdf, BdfSettings};
+
+/// A sheet of 12 × 12 particles with this `k/m`, 1/s², held by two corners, above a ball.
+fn sheet(stiffness: f64, obstacle: bool) -> (System, State) {
+    let law = |factor: f64| {
+        format!(
+            r#"{{ "stiffness_over_mass_per_s2": {}, "damping_over_mass_per_s": {} }}"#,
+            factor * stiffness,
+            factor * 40.0
+        )
+    };
+    let ball = r#", "obstacles": [{ "sphere": { "center_m": [0, 0, -0.31], "radius_m": 0.3 } }]"#;
+    let text = format!(
+        r#"{{ "format": "drape-scene/1", "name": "sheet",
+        "cloth": {{ "grid": {{ "rows": 12, "columns": 12, "size_m": [1, 1],
+            "center_m": [0, 0, 0], "mass_kg": 0.4 }} }},
+        "effects": {{ "tension": {}, "shear": {}, "bending": {},
+            "gravity": {{ "m_s2": [0, 0, -9.81] }} }},
+        "damping": "full",
+        "pins": [{{ "row": 0, "column": 0 }}, {{ "row": 0, "column": 11 }}],
+        "time": {{ "step_s": 0.01, "duration_s": 1 }}{} }}"#,
+        law(1.0),
+        law(0.1),
+        law(0.1),
+        if obstacle { ball } else { "" }
+    );
+    drape_model::parse("sheet", &text).expect("valid").spec().build().expect("valid")
+}
+
+/// The state after some steps, and the CG iterations of all of them.
+fn steps(start: &(System, State), settings: &[(&str, &str)]) -> (State, u32) {
+    let (system, mut state) = start.clone();
+    let mut method = Bdf::new(BdfSettings::from_pairs(settings.to_vec()).expect("in range"));
+    let h = TimeStep::new(0.01).expect("positive");
+    method.prepare(&system, h).expect("supported");
+    let mut iterations = 0;
+    for _ in 0..15 {
+        let report = method.step(&system, &mut state, h, &mut PhaseClock::off()).expect("finite");
+        assert_eq!(report.solve, SolveStatus::Converged, "{settings:?}");
+        iterations += report.cg_iterations;
+    }
+    (state, iterations)
+}
+
+#[test]
+fn the_solution_is_that_of_factors_and_the_solver_follows_the_stiffness() {
+    const LOOSE: (&str, &str) = ("forcing", "eisenstat-walker");
+    for (stiffness, is_stiff) in [(1e4, false), (1e7, true)] {
+        for obstacle in [false, true] {
+            let start = sheet(stiffness, obstacle);
+            let (expected, _) = steps(&start, &[]);
+            let (found, iterations) = steps(&start, &[("solver", "auto")]);
+            let apart = expected.x.iter().zip(&found.x).map(|(a, b)| (a - b).norm());
+            let apart = apart.fold(0.0, f64::max);
+            assert!(apart < 1e-7, "{stiffness:e}, {obstacle}: {apart:e}");
+            let (_, by_blocks) = steps(&start, &[("solver", "cg"), LOOSE]);
+            let saved = f64::from(by_blocks) / f64::from(iterations);
+            assert_eq!(saved > 2.0, is_stiff, "{stiffness:e}, {obstacle}: {saved}");
+        }
+    }
+}
