@@ -76,7 +76,7 @@ fn a_program_that_fails_in_a_run_is_named_and_the_record_is_kept() {
     ];
     for (failure, expected) in cases {
         let folder = tempfile::tempdir().unwrap();
-        write(folder.path(), &format!("if [ $steps -gt 2 ]; then\n{failure}\nfi\n{ECHO}"));
+        write(folder.path(), &format!("if [ $steps -gt 2 ]; then\n{failure}\nelse\n{ECHO}\nfi"));
         let output = run(folder.path(), &["--set", "step_timeout=1"]);
         let said = text(&output.stderr);
         assert_eq!(output.status.code(), Some(3), "{failure}: {said}");
