@@ -6,6 +6,7 @@
 mod bounds;
 pub mod claims;
 pub mod compare;
+pub mod cost;
 mod error;
 pub mod export;
 mod facts;

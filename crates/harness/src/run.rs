@@ -2,6 +2,7 @@
 
 use crate::HarnessError;
 use crate::bounds::Bounds;
+use crate::cost::Counted;
 use crate::methods::Choice;
 use crate::record::{Phases, Sample, Totals};
 use crate::schedule::Schedule;
@@ -56,6 +57,8 @@ pub struct Outcome {
     /// Counted cost of the steps, in visits of a spring. It is the same on every machine that takes
     /// the same steps.
     pub effort: f64,
+    /// The counts behind it, which have a price for each method.
+    pub counted: Counted,
     /// Whether the run ended because its effort or its time reached the limit.
     pub is_over_budget: bool,
 }
@@ -152,18 +155,6 @@ fn sample(system: &System, state: &State) -> Sample {
 fn is_finite(sample: &Sample) -> bool {
     let momenta = sample.momentum.iter().chain(&sample.angular_momentum);
     sample.energy_j.values().chain(momenta).all(|value| value.is_finite())
-}
-
-/// Counted cost of the steps of a run, in visits of a spring. Sweeps and products count by their
-/// length, factorisations by the fill-in of a planar mesh, `n^1.5` (Newton's matrix has 3×3
-/// blocks).
-fn effort(totals: &Totals, steps: u64, particles: f64, springs: f64) -> f64 {
-    let planar = particles * particles.sqrt();
-    totals.force_evaluations as f64 * (springs + particles)
-        + totals.matvecs as f64 * 2.0 * (springs + particles)
-        + totals.factorisations as f64 * 80.0 * planar
-        + totals.setups as f64 * 8.0 * planar
-        + steps as f64 * 4.0 * particles
 }
 
 /// Number of springs.
@@ -349,7 +340,7 @@ impl<'a> Runner<'a> {
         let mut clock = if self.phases { PhaseClock::on() } else { PhaseClock::off() };
         let bounds = Bounds::of(system, state);
         let every = steps.div_ceil(MAX_SAMPLES).max(1);
-        let (particles, springs) = (system.len() as f64, springs(system) as f64);
+        let (particles, springs) = (system.len(), springs(system));
         let mut outcome = Outcome {
             steps: 0,
             totals: Totals::default(),
@@ -362,6 +353,7 @@ impl<'a> Runner<'a> {
             series: Vec::new(),
             divergence: None,
             effort: 0.0,
+            counted: Counted::default(),
             is_over_budget: false,
         };
         if self.series {
@@ -409,7 +401,8 @@ impl<'a> Runner<'a> {
             state.t = start + schedule.elapsed(step);
             outcome.steps = step;
             add(&mut outcome.totals, &report);
-            outcome.effort = effort(&outcome.totals, step, particles, springs);
+            outcome.counted = Counted::of(&outcome.totals, step, particles, springs);
+            outcome.effort = outcome.counted.visits();
             outcome.substeps += u64::from(report.substeps);
             outcome.rejected += u64::from(report.rejected);
             outcome.idle += u64::from(report.cg_iterations == 0);

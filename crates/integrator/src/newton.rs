@@ -29,7 +29,8 @@ pub struct NewtonReport {
     pub factorisations: u32,
     /// CG iterations, where CG solves the linear systems.
     pub cg_iterations: u32,
-    /// Products with the matrix in CG.
+    /// Products with the matrix in CG. A multigrid cycle and its set-up count as so many products as
+    /// they read blocks.
     pub matvecs: u32,
     /// `‖S∇Φ‖_{M⁻¹}` at the end, √J.
     pub residual: f64,

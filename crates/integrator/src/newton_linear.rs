@@ -329,8 +329,12 @@ impl NewtonMatrix {
         let max_iterations = PcgSettings::default_max(gradient.len());
         let settings = PcgSettings { forcing_term: forcing, norm: Norm::Euclid, max_iterations };
         let (cycle, kept);
+        let mut cycle_products = 0;
         let preconditioner: &dyn Preconditioner = if let Some(multigrid) = multigrid {
             multigrid.update(matrix)?;
+            let products = multigrid.products();
+            cycle_products = products.cycle;
+            report.matvecs += products.update as u32;
             cycle = multigrid.on(matrix);
             &cycle
         } else if let Some(factor) = factor.as_mut().filter(|_| with_factor) {
@@ -352,7 +356,8 @@ impl NewtonMatrix {
             workspace,
         );
         report.cg_iterations += solve.iterations as u32;
-        report.matvecs += solve.multiplications as u32;
+        let cycles = (solve.iterations + 1) * cycle_products;
+        report.matvecs += (solve.multiplications + cycles) as u32;
         Ok(solve.status != SolveStatus::Indefinite)
     }
 

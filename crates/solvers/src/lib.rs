@@ -129,7 +129,7 @@ pub use pcg::{
 };
 pub use preconditioner::{
     BlockJacobi, CompleteCholesky, Cycle, DenseInverse, Identity, IncompleteCholesky, Jacobi,
-    Multigrid, Preconditioner,
+    Multigrid, Preconditioner, Products,
 };
 pub use scalar::{ResidualNorms, ScalarLayout, ScalarPcg, ScalarPreconditioner};
 pub use start::StartValue;

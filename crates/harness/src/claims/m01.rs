@@ -7,15 +7,15 @@ pub(super) const CLAIM: Claim = Claim {
     id: "M01",
     origin: Origin::Expectation { about: "Hairer, Lubich, Wanner 2003" },
     says: "with light damping leapfrog leads at errors of 0.1 % and below",
-    criterion: "At k/m = 1e4, 1e6, 1e8 and 1e10 leapfrog is among the two methods of least counted \
-                work for errors of 1e-3 and 1e-4.",
+    criterion: "At k/m = 1e4, 1e6, 1e8 and 1e10 leapfrog is among the two methods of least \
+                modelled time for errors of 1e-3 and 1e-4.",
     reads: &[
-        "effort at 1e4 for ",
-        "effort at 1e6 for ",
-        "effort at 1e8 for ",
-        "effort at 1e10 n = 100 for ",
+        "time at 1e4 for ",
+        "time at 1e6 for ",
+        "time at 1e8 for ",
+        "time at 1e10 n = 100 for ",
     ],
-    overturned_by: "Two methods that reach one of these errors for less work refute it.",
+    overturned_by: "Two methods that reach one of these errors in less time refute it.",
     see: "work-precision-effort.svg",
     judge,
 };

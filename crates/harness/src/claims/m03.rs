@@ -8,10 +8,10 @@ pub(super) const CLAIM: Claim = Claim {
     origin: Origin::Expectation { about: "Bouaziz et al. 2014; Chen et al. 2024" },
     says: "vertex block descent and projective dynamics do not share the lead of XPBD",
     criterion: "At k/m = 1e6, 1e8 and 1e10 with light damping neither is among the two methods of \
-                least counted work for errors of 10 %, 3 % or 1 %.",
-    reads: &["effort at 1e6 for ", "effort at 1e8 for ", "effort at 1e10 for "],
+                least modelled time for errors of 10 %, 3 % or 1 %.",
+    reads: &["time at 1e6 for ", "time at 1e8 for ", "time at 1e10 for "],
     overturned_by: "One of these errors that one of the two reaches for the least or the second \
-                    least work refutes it.",
+                    least time refutes it.",
     see: "work-precision-stiff.svg",
     judge,
 };

@@ -9,11 +9,11 @@ pub(super) const CLAIM: Claim = Claim {
         about: "Hosea, Shampine 1996; Sommeijer, Shampine, Verwer 1998; Kennedy, Carpenter 2003",
     },
     says: "with heavy damping lead IMEX-RK at 10 %, RKC at 1e6, then TR-BDF2 at 1e8",
-    criterion: "With d/m = √(k/m) these are among the two methods of least counted work: \
+    criterion: "With d/m = √(k/m) these are among the two methods of least modelled time: \
                 `imex-rk` for an error of 10 % at k/m = 1e6, `rkc` for 1e-3 and 1e-4 there, and \
                 `dirk` for 1e-3 and 1e-4 at 1e8.",
-    reads: &["effort at 1e6 heavy for ", "effort at 1e8 heavy for "],
-    overturned_by: "Two methods that reach one of these errors for less work refute it.",
+    reads: &["time at 1e6 heavy for ", "time at 1e8 heavy for "],
+    overturned_by: "Two methods that reach one of these errors in less time refute it.",
     see: "work-precision-heavy.svg",
     judge,
 };

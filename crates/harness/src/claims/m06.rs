@@ -10,17 +10,17 @@ pub(super) const CLAIM: Claim = Claim {
         about: "Gonzalez 1996; Hosea, Shampine 1996; Chung, Hulbert 1993",
     },
     says: "second-order Newton methods are alike, never first, and better than backward Euler",
-    criterion: "Implicit midpoint, generalized-α, TR-BDF2, BDF2 and energy-momentum need work \
+    criterion: "Implicit midpoint, generalized-α, TR-BDF2, BDF2 and energy-momentum need times \
                 within a factor 2 of each other for errors of 1e-2, 1e-3 and 1e-4 (k/m = 1e4, 1e6, \
                 1e8; heavy damping: 1e6, 1e8), and none is first with light damping. At k/m = 1e6 \
                 and h = 0.01 s TR-BDF2 costs no more than backward Euler and is at least 6 times \
                 as accurate.",
     reads: &[
-        "effort at 1e4 for ",
-        "effort at 1e6 for ",
-        "effort at 1e8 for ",
-        "effort at 1e6 heavy for ",
-        "effort at 1e8 heavy for ",
+        "time at 1e4 for ",
+        "time at 1e6 for ",
+        "time at 1e8 for ",
+        "time at 1e6 heavy for ",
+        "time at 1e8 heavy for ",
         ERROR,
         COST,
     ],
@@ -78,7 +78,7 @@ fn judge(evidence: Evidence<'_>) -> Result<Judgement, Missing> {
         _ => format!("first with light damping: {}", led.join(", ")),
     };
     let reason = format!(
-        "Their work differs by a factor of up to {} ({at}); {led_by}. At equal steps TR-BDF2 costs \
+        "Their times differ by a factor of up to {} ({at}); {led_by}. At equal steps TR-BDF2 costs \
          {} times as much as backward Euler and is {} times as accurate.",
         told(widest),
         told(cost),

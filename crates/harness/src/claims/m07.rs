@@ -8,9 +8,9 @@ pub(super) const CLAIM: Claim = Claim {
     origin: Origin::Expectation { about: "Michels, Sobottka, Weber 2014; Chen, Ascher, Pai 2018" },
     says: "with light damping the exponential method is second at errors of 1e-3 and 1e-4",
     criterion: "At k/m = 1e6 and 1e8 with light damping `exponential` is among the two methods of \
-                least counted work for errors of 1e-3 and 1e-4.",
-    reads: &["effort at 1e6 for ", "effort at 1e8 for "],
-    overturned_by: "Two methods that reach one of these errors for less work refute it.",
+                least modelled time for errors of 1e-3 and 1e-4.",
+    reads: &["time at 1e6 for ", "time at 1e8 for "],
+    overturned_by: "Two methods that reach one of these errors in less time refute it.",
     see: "work-precision-effort.svg",
     judge,
 };

@@ -7,15 +7,15 @@ pub(super) const CLAIM: Claim = Claim {
     id: "M08",
     origin: Origin::Expectation { about: "Tuckerman, Berne, Martyna 1992; Lang, Verwer 2001" },
     says: "with light damping Rosenbrock and multirate methods are never on the front",
-    criterion: "At k/m = 1e4, 1e6, 1e8 and 1e10 neither needs the least counted work of all \
+    criterion: "At k/m = 1e4, 1e6, 1e8 and 1e10 neither needs the least modelled time of all \
                 methods for an error of 10 %, 1 %, 1e-3 or 1e-4.",
     reads: &[
-        "effort at 1e4 for ",
-        "effort at 1e6 for ",
-        "effort at 1e8 for ",
-        "effort at 1e10 n = 100 for ",
+        "time at 1e4 for ",
+        "time at 1e6 for ",
+        "time at 1e8 for ",
+        "time at 1e10 n = 100 for ",
     ],
-    overturned_by: "One of these errors that one of the two reaches for the least work refutes it.",
+    overturned_by: "One of these errors that one of the two reaches in the least time refutes it.",
     see: "work-precision-effort.svg",
     judge,
 };

@@ -1,4 +1,4 @@
-//! Who reaches an error for the least counted work: the sheets of the contests and the places in
+//! Who reaches an error for the least modelled time: the sheets of the contests and the places in
 //! them.
 
 use super::evidence::{Evidence, Missing};
@@ -54,7 +54,7 @@ impl Ground {
 
     /// What the effort of a method for an error is called.
     pub(crate) fn effort(&self, level: f64, method: &str) -> String {
-        format!("effort at {} for {level:e}, {method}", self.name())
+        format!("time at {} for {level:e}, {method}", self.name())
     }
 }
 
@@ -157,7 +157,7 @@ impl<'a> Places<'a> {
             None => format!("`{method}` does not reach {at} within its budget"),
             Some(_) => {
                 let (ratio, winner) = (told(place.ratio), place.winner);
-                format!("`{method}` needs {ratio} times the work of `{winner}` for {at}")
+                format!("`{method}` needs {ratio} times the time of `{winner}` for {at}")
             }
         })
     }
@@ -241,6 +241,6 @@ pub(super) mod tests {
         let all = [light, Ground::heavy(1e6), light.of_side(40), light.on_ball()];
         let names = all.map(|ground| ground.name());
         assert_eq!(names, ["1e6", "1e6 heavy", "1e6 n = 1600", "1e6 with a ball"]);
-        assert_eq!(light.effort(1e-3, "a"), "effort at 1e6 for 1e-3, a");
+        assert_eq!(light.effort(1e-3, "a"), "time at 1e6 for 1e-3, a");
     }
 }

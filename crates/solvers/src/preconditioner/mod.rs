@@ -26,7 +26,7 @@ pub use complete::CompleteCholesky;
 pub use dense::DenseInverse;
 pub use incomplete::IncompleteCholesky;
 pub use jacobi::Jacobi;
-pub use multigrid::{Cycle, Multigrid};
+pub use multigrid::{Cycle, Multigrid, Products};
 
 use crate::Vec3;
 

@@ -65,6 +65,16 @@ pub struct Multigrid {
     levels: Vec<Level>,
     coarsest: RefCell<BlockFactor>,
     ready: bool,
+    products: Products,
+}
+
+/// Work in products of the finest matrix with a vector, rounded up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Products {
+    /// Of a cycle.
+    pub cycle: usize,
+    /// Of an [update](Multigrid::update).
+    pub update: usize,
 }
 
 /// The step from one level to the next.
@@ -115,7 +125,9 @@ impl Multigrid {
             let prolongation = (n > COARSEST).then(|| smoothed(&couplings)).filter(is_worth_it);
             let Some(prolongation) = prolongation else {
                 let coarsest = RefCell::new(BlockFactor::of_rows(finest, FactorKind::Cholesky)?);
-                return Ok(Self { pattern: a.pattern().clone(), levels, coarsest, ready: false });
+                let products = Products::of(a.pattern(), &levels, n);
+                let pattern = a.pattern().clone();
+                return Ok(Self { pattern, levels, coarsest, ready: false, products });
             };
             couplings = prolongation.galerkin(&couplings);
             levels.push(Level::new(finest.pattern(), prolongation));
@@ -148,6 +160,11 @@ impl Multigrid {
         Cycle { multigrid: self, a: a.rows() }
     }
 
+    /// What its parts cost.
+    pub fn products(&self) -> Products {
+        self.products
+    }
+
     /// Number of particles of each level, from the finest to the coarsest.
     pub fn sizes(&self) -> impl Iterator<Item = usize> {
         let coarse = self.levels.iter().map(|level| level.prolongation.columns());
@@ -168,6 +185,27 @@ impl Multigrid {
             *z += level.prolongation.sum(row, &work.coarse_solution);
         }
         level.smooth_backward(a, r, z);
+    }
+}
+
+impl Products {
+    /// Blocks that are read over those of the finest matrix. A factor of `m` particles of a planar
+    /// mesh has some `10 m` blocks, and takes `40 m^1.5` of them to make.
+    fn of(finest: &Pattern, levels: &[Level], coarsest: usize) -> Self {
+        let blocks = Pattern::nonzeros;
+        let (mut cycle, mut update) = (20 * coarsest, 40 * coarsest * coarsest.isqrt());
+        let mut fine = finest;
+        for level in levels {
+            cycle += 2 * blocks(fine) + 2 * level.columns.len() / 3;
+            let entries = |&column: &u32| level.prolongation.row(column as usize).len();
+            update += fine.columns().iter().map(entries).sum::<usize>();
+            let rows = 0..level.restriction.rows();
+            let entries = rows.flat_map(|row| level.restriction.row(row));
+            update += entries.map(|&(i, _)| level.row(i as usize).len()).sum::<usize>() / 2;
+            fine = level.coarse.pattern();
+        }
+        let of_finest = |count: usize| count.div_ceil(blocks(finest));
+        Self { cycle: of_finest(cycle), update: of_finest(update) }
     }
 }
 

@@ -116,8 +116,8 @@ pub struct Run {
     pub newton_iterations: u64,
     /// Factorisations of a matrix.
     pub factorisations: u64,
-    /// Work, counted in visits of a spring.
-    pub effort: f64,
+    /// Work: modelled time, s.
+    pub modelled_s: f64,
     /// Height of the free edge's midpoint at the times of the scene, m; ends where the run does.
     pub height_m: Vec<f64>,
     /// Same bits on every machine.
@@ -145,6 +145,6 @@ pub(super) fn by_work<'a>(facts: &'a Facts, scene: &Scene) -> Vec<(&'a Lesson, &
     let run = |lesson: &'a Lesson| lesson.runs.iter().find(|run| run.scene == scene.id);
     let runs = facts.lessons.iter().filter_map(|lesson| Some((lesson, run(lesson)?)));
     let mut moving: Vec<_> = runs.filter(|(_, run)| moves(run)).collect();
-    moving.sort_by(|a, b| a.1.effort.total_cmp(&b.1.effort));
+    moving.sort_by(|a, b| a.1.modelled_s.total_cmp(&b.1.modelled_s));
     moving
 }

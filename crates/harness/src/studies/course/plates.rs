@@ -332,7 +332,7 @@ fn headlines<'a>(facts: &Facts, lessons: impl Iterator<Item = &'a Lesson>) -> Ta
         title: format!(
             "**The five methods compared first.** Gain: greatest rise of the total energy above \
              its start; drift: its change over two seconds (truly {truth} %); both over E_ref. \
-             Work in millions of visits of a spring."
+             Work in ms of modelled time."
         ),
         header: texts(&[
             "method",
@@ -341,13 +341,13 @@ fn headlines<'a>(facts: &Facts, lessons: impl Iterator<Item = &'a Lesson>) -> Ta
             "gain (%)",
             "drift (%)",
             "motion kept (%)",
-            "work (10⁶)",
+            "work (ms)",
         ]),
         names: 3,
         rows: rows(facts, lessons, |run| {
             let shares = [run.energy_gain, run.energy_change, run.retained_motion];
             let mut row: Vec<_> = shares.map(per_cent).into();
-            row.push(significant(1e-6 * run.effort, 3));
+            row.push(significant(1e3 * run.modelled_s, 3));
             row
         }),
     }
@@ -359,16 +359,16 @@ fn work(facts: &Facts) -> Table {
         let stiffness = power(scene.stiffness_over_mass_per_s2);
         let line = move |(lesson, run): (&Lesson, &Run)| {
             let motion = per_cent(run.retained_motion);
-            vec![stiffness.clone(), lesson.id.clone(), significant(1e-6 * run.effort, 3), motion]
+            vec![stiffness.clone(), lesson.id.clone(), significant(1e3 * run.modelled_s, 3), motion]
         };
         by_work(facts, scene).into_iter().map(line).collect::<Vec<_>>()
     };
     Table {
         title:
             "**Work of the methods that keep at least 90 % of the motion**, the least first, in \
-                millions of visits of a spring."
+                ms of modelled time."
                 .to_owned(),
-        header: texts(&["k/m (s⁻²)", "method", "work (10⁶)", "motion kept (%)"]),
+        header: texts(&["k/m (s⁻²)", "method", "work (ms)", "motion kept (%)"]),
         names: 2,
         rows: facts.scenes.iter().flat_map(lines).collect(),
     }
@@ -389,11 +389,11 @@ fn numbers<'a>(facts: &Facts, lessons: impl Iterator<Item = &'a Lesson>) -> Tabl
         "CG iterations",
         "Newton iterations",
         "factorisations",
-        "work (10⁶)",
+        "work (ms)",
     ];
     Table {
         title: "**Every run of the course.** Gain over E_ref; stretch: greatest elongation of a \
-                spring; work in millions of visits of a spring. –: not measured, as the run was \
+                spring; work in ms of modelled time. –: not measured, as the run was \
                 not stable."
             .to_owned(),
         header: texts(&columns),
@@ -414,7 +414,7 @@ fn numbers<'a>(facts: &Facts, lessons: impl Iterator<Item = &'a Lesson>) -> Tabl
                 per_cent(run.greatest_stretch),
             ];
             row.extend(counts.map(|count| count.to_string()));
-            row.push(significant(1e-6 * run.effort, 3));
+            row.push(significant(1e3 * run.modelled_s, 3));
             row
         }),
     }

@@ -112,12 +112,12 @@ fn work(facts: &Facts, scene: &Scene) -> Option<String> {
     let moving = by_work(facts, scene);
     let ((least, cheap), (most, dear)) = (moving.first()?, moving.last()?);
     Some(format!(
-        "At k/m = {} s⁻² the work of methods that move is from {} ({}) to {} million visits of a \
-         spring ({}).",
+        "At k/m = {} s⁻² the work of methods that move is from {} ({}) to {} ms of \
+         modelled time ({}).",
         power(scene.stiffness_over_mass_per_s2),
-        significant(1e-6 * cheap.effort, 3),
+        significant(1e3 * cheap.modelled_s, 3),
         least.id,
-        significant(1e-6 * dear.effort, 3),
+        significant(1e3 * dear.modelled_s, 3),
         most.id
     ))
 }

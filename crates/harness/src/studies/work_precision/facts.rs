@@ -11,6 +11,10 @@ pub const FIXED_QUOTIENT: &str = "size, k/m fixed";
 /// Series of scenes of more and more particles, material fixed.
 pub const FIXED_MATERIAL: &str = "size, material fixed";
 
+/// A lead below this factor is a tie: steps are powers of two, and the modelled time of a form may
+/// be off by as much.
+pub const LEAD: f64 = 2.0;
+
 /// All scenes and methods.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -19,7 +23,7 @@ pub struct Facts {
     pub scenes: Vec<Scene>,
     /// One a scene and method.
     pub rows: Vec<Row>,
-    /// The cheapest run by counted effort at each scene and level of error.
+    /// The cheapest run by modelled time at each scene and level of error.
     pub winners: Vec<Winner>,
 }
 
@@ -90,20 +94,27 @@ pub struct Run {
     pub verdict: Verdict,
     /// `‖x − x_ref‖_M / ‖x_ref − x_0‖_M` at the end; `None` unless completed.
     pub error: Option<f64>,
-    /// Cost of the run in visits of a spring (some 5 ns each): counted, not timed. For a run over
-    /// budget its cost when it was given up, 0 where it was not begun.
+    /// Modelled time of the run, s: its counts times the prices of the form, which were measured
+    /// once and are part of the source. Runs are ranked by it.
+    pub modelled_s: f64,
+    /// Visits of a spring, the unit of the budget. For a run over budget those when it was given
+    /// up, 0 where it was not begun.
     pub effort: f64,
+    /// Steps that it took.
+    pub steps: u64,
     /// Sweeps over all springs that evaluated forces or energies.
     pub force_evaluations: u64,
     /// Products of a matrix with a block vector, triangular solves included.
     pub matvecs: u64,
     /// Factorisations of Newton's matrix.
     pub factorisations: u64,
+    /// Set-ups of cached operators.
+    pub setups: u64,
     /// Iterations of conjugate gradients.
     pub cg_iterations: u64,
     /// Steps whose solver stopped before its tolerance.
     pub unconverged_steps: u64,
-    /// Whether no run of any method on this scene has at most this error for less effort.
+    /// Whether no run of any method on this scene has at most this error for less modelled time.
     pub is_on_front: bool,
     /// Whether the counts have the same bits on every machine. Errors never have: the reference
     /// passes through a library.
@@ -124,12 +135,26 @@ pub struct Winner {
     pub is_explicit: Option<bool>,
     /// Value of its knob, as in [`Run::value`].
     pub value: Option<f64>,
-    /// Its effort, in visits of a spring.
-    pub effort: Option<f64>,
+    /// Its modelled time, s.
+    pub modelled_s: Option<f64>,
     /// The cheapest row of another method.
     pub runner_up: Option<String>,
-    /// Its effort over that of the winner.
+    /// Its modelled time over that of the winner.
     pub ratio: Option<f64>,
+    /// Rows of other methods whose modelled time is so near that the order is not known: a tie.
+    pub tied: Vec<Tied>,
+}
+
+/// A method that is as cheap as the winner, as far as can be told.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Tied {
+    /// As in [`Row::label`].
+    pub label: String,
+    /// As in [`Winner::is_explicit`].
+    pub is_explicit: bool,
+    /// Its modelled time over that of the winner, below [`LEAD`].
+    pub ratio: f64,
 }
 
 /// Times of one run.
@@ -168,8 +193,8 @@ impl Row {
     }
 }
 
-/// The run with the least effort among those with an error of at most `level`; of equally dear
-/// ones the more exact.
+/// The run with the least modelled time among those with an error of at most `level`; of equally
+/// dear ones the more exact.
 pub(in crate::studies) fn cheapest<'a>(
     rows: impl Iterator<Item = &'a Row>,
     level: f64,
@@ -185,6 +210,6 @@ pub(super) fn cheapest_of<'a>(
     let good = runs.filter(|(_, run)| run.error.is_some_and(|error| error <= level));
     good.min_by(|(_, a), (_, b)| {
         let by_error = || a.error.unwrap_or(f64::NAN).total_cmp(&b.error.unwrap_or(f64::NAN));
-        a.effort.total_cmp(&b.effort).then_with(by_error)
+        a.modelled_s.total_cmp(&b.modelled_s).then_with(by_error)
     })
 }

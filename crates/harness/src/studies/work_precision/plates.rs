@@ -21,26 +21,26 @@ pub(super) const PLATES: &[Plate<Input>] = &[
         caption: "At every stiffness an explicit method is the first below an error of 10⁻². \
                   Error of the positions after 0.25 s over the motion, against seconds; left and \
             below is better. A curve is one method from coarse to fine; the black front is the \
-            best of all methods. Hanging sheet, d/m = 10 s⁻¹. Without timings the axis is counted \
-            effort.",
+            best of all methods. Hanging sheet, d/m = 10 s⁻¹. Without timings the axis is modelled \
+            time.",
         draw: Draw::Sheet(headline),
     },
     Plate {
         file: "work-precision-effort.svg",
-        title: "Counted effort of every method, k/m = 10⁴ and 10⁶ s⁻²",
+        title: "Modelled time of every method, k/m = 10⁴ and 10⁶ s⁻²",
         caption: "Below an error of 10⁻² only explicit methods lie on the front. How far a curve \
             lies to the right of the black front is what the method costs more than the best. \
-            Error after 0.25 s over the motion, against effort in visits of a spring (some 5 ns \
-            each). Hanging sheet, light damping; a row for each \
+            Error after 0.25 s over the motion, against modelled time. \
+            Hanging sheet, light damping; a row for each \
             family.",
         draw: Draw::Sheet(soft),
     },
     Plate {
         file: "work-precision-stiff.svg",
-        title: "Counted effort of every method, k/m = 10⁸ and 10¹⁰ s⁻²",
+        title: "Modelled time of every method, k/m = 10⁸ and 10¹⁰ s⁻²",
         caption: "IMEX Euler stays near an error of 1: its sheet hardly moves at any step that the \
-            budget allows. Error after 0.25 s over the motion, against effort in visits \
-            of a spring; the black line is the front of all methods. Hanging sheet, light damping; \
+            budget allows. Error after 0.25 s over the motion, against modelled time; \
+            the black line is the front of all methods. Hanging sheet, light damping; \
             10 × 10 particles at k/m = 10¹⁰ s⁻².",
         draw: Draw::Sheet(stiff),
     },
@@ -48,7 +48,7 @@ pub(super) const PLATES: &[Plate<Input>] = &[
         file: "work-precision-heavy.svg",
         title: "With heavy damping implicit methods win from k/m = 10⁸ s⁻² on",
         caption: "Explicit methods hold the front for 1 % up to k/m = 10⁶ s⁻² and leave it above. \
-                  Error after 0.25 s over the motion, against effort in visits of a spring; the \
+                  Error after 0.25 s over the motion, against modelled time; the \
             black line is the front of all methods. Hanging sheet with d/m = √(k/m); the methods \
             of the first \
             figure.",
@@ -60,7 +60,7 @@ pub(super) const PLATES: &[Plate<Input>] = &[
         caption: "From 100 to 1600 particles explicit methods hold the front for 1 %. Left: k/m = \
                   10⁶ s⁻² on every mesh, so the finer sheet is a softer cloth. Right: the same \
             cloth, so k/m and d/m grow with the number of particles. Error after 0.25 s over the \
-            motion, against effort in visits of a spring. Hanging sheet, light \
+            motion, against modelled time. Hanging sheet, light \
             damping.",
         draw: Draw::Sheet(size),
     },
@@ -69,9 +69,9 @@ pub(super) const PLATES: &[Plate<Input>] = &[
         title: "Which method is the cheapest",
         caption: "Where the colour changes along a row, implicit methods (yellow) take over from \
                   explicit ones (blue), or the reverse. Each place names the method with the \
-            least counted effort for an error; a row is a scene, a damping and an error, a column \
-            a stiffness over mass. Empty: not run, or no run within the budget gets \
-            there.",
+            least modelled time for an error; a row is a scene, a damping and an error, a column \
+            a stiffness over mass. White: methods of both kinds tie. Empty: not run, or no run \
+            within the budget gets there.",
         draw: Draw::Matrix(map),
     },
 ];
@@ -86,7 +86,7 @@ const FRONT: Look = Look::pair(4, 3);
 /// Places of looks that are not black.
 const COLOURS: [usize; 6] = [0, 1, 2, 3, 5, 6];
 const MAP_LEVELS: [f64; 3] = [1e-1, 1e-2, 1e-3];
-const EFFORT: &str = "effort (visits of a spring)";
+const MODELLED: &str = "modelled time (s)";
 const ERROR: &str = "error over motion (dimensionless)";
 
 /// Scenes of one series over the stiffness, rising.
@@ -111,7 +111,7 @@ fn rows_of<'a>(input: &'a Input, scene: &'a Scene) -> impl Iterator<Item = &'a R
 /// What a run cost.
 #[derive(Clone, Copy, PartialEq)]
 enum Cost {
-    Effort,
+    Modelled,
     Seconds,
 }
 
@@ -119,7 +119,7 @@ enum Cost {
 fn point(input: &Input, row: &Row, run: &Run, cost: Cost) -> Option<(f64, f64)> {
     let error = run.error.filter(|_| run.verdict == Verdict::Completed)?;
     let spent = match cost {
-        Cost::Effort => run.effort,
+        Cost::Modelled => run.modelled_s,
         Cost::Seconds => {
             let rows = &input.timings.as_ref()?.rows;
             let is_same = |t: &&TimingRow| {
@@ -173,7 +173,7 @@ fn quotient(scene: &Scene) -> String {
 }
 
 fn sheet(drafts: Vec<Draft>, cost: Cost) -> Option<Sheet> {
-    let label = if cost == Cost::Seconds { "time of the run (s)" } else { EFFORT };
+    let label = if cost == Cost::Seconds { "time of the run (s)" } else { MODELLED };
     panels_of(drafts, |xs| Axis::log(label, xs), |ys| Axis::log(ERROR, ys))
 }
 
@@ -186,12 +186,12 @@ fn four(input: &Input, damping: &str, cost: Cost) -> Option<Sheet> {
 }
 
 fn headline(input: &Input) -> Option<Sheet> {
-    let cost = if input.timings.is_some() { Cost::Seconds } else { Cost::Effort };
+    let cost = if input.timings.is_some() { Cost::Seconds } else { Cost::Modelled };
     four(input, "light", cost)
 }
 
 fn heavy(input: &Input) -> Option<Sheet> {
-    four(input, "heavy", Cost::Effort)
+    four(input, "heavy", Cost::Modelled)
 }
 
 fn soft(input: &Input) -> Option<Sheet> {
@@ -214,7 +214,7 @@ fn families_of(input: &Input, stiffnesses: [f64; 2]) -> Option<Sheet> {
         let curves_at = |scene: &&Scene| -> Vec<Series> {
             let curve_of = |(label, look): &(&str, Look)| {
                 let row = rows_of(input, scene).find(|row| row.label == *label)?;
-                curve(label, *look, points(input, row, Cost::Effort))
+                curve(label, *look, points(input, row, Cost::Modelled))
             };
             family.members.iter().filter_map(curve_of).collect()
         };
@@ -223,12 +223,12 @@ fn families_of(input: &Input, stiffnesses: [f64; 2]) -> Option<Sheet> {
             continue;
         }
         for (scene, curves) in scenes.iter().zip(curves) {
-            let series = front(input, scene, Cost::Effort).into_iter().chain(curves).collect();
+            let series = front(input, scene, Cost::Modelled).into_iter().chain(curves).collect();
             let title = format!("{}, {}", family.title, quotient(scene));
             drafts.push((vec![title], series, Vec::new()));
         }
     }
-    sheet(drafts, Cost::Effort)
+    sheet(drafts, Cost::Modelled)
 }
 
 fn size(input: &Input) -> Option<Sheet> {
@@ -242,21 +242,30 @@ fn size(input: &Input) -> Option<Sheet> {
             };
             let Some(scene) = facts.scenes.iter().find(is_it) else { continue };
             let title = format!("{} particles, {series}, {}", scene.particles, quotient(scene));
-            drafts.push(panel(input, scene, title, Cost::Effort));
+            drafts.push(panel(input, scene, title, Cost::Modelled));
         }
     }
-    sheet(drafts, Cost::Effort)
+    sheet(drafts, Cost::Modelled)
 }
 
 fn tile(winner: Option<&Winner>) -> Tile {
-    let shade = match winner.and_then(|winner| winner.is_explicit) {
-        Some(true) => Shade::Open,
-        Some(false) => Shade::Fair,
-        None => Shade::Idle,
+    let Some((label, is_explicit, winner)) =
+        winner.and_then(|winner| Some((winner.label.as_deref()?, winner.is_explicit?, winner)))
+    else {
+        return Tile { shade: Shade::Idle, text: String::new(), is_marked: false };
     };
-    let label = winner.and_then(|winner| winner.label.as_deref()).unwrap_or_default();
-    let text = label.split(',').next().unwrap_or_default().to_owned();
-    Tile { shade, text, is_marked: false }
+    let is_tie = winner.tied.iter().any(|tied| tied.is_explicit != is_explicit);
+    let shade = match is_explicit {
+        _ if is_tie => Shade::Still,
+        true => Shade::Open,
+        false => Shade::Fair,
+    };
+    let short = |label: &str| label.split(',').next().unwrap_or_default().to_owned();
+    let margin = winner.ratio.map_or_else(String::new, |ratio| match winner.tied.len() {
+        0 => format!(" × {}", significant(ratio, 2)),
+        ties => format!(" = {ties}"),
+    });
+    Tile { shade, text: format!("{}{margin}", short(label)), is_marked: false }
 }
 
 fn map(input: &Input) -> Option<Matrix> {
@@ -288,12 +297,15 @@ fn map(input: &Input) -> Option<Matrix> {
     let legend = vec![
         (blank(Shade::Open), "stiffness limits the step (explicit)".to_owned()),
         (blank(Shade::Fair), "it does not (implicit)".to_owned()),
+        (blank(Shade::Still), "a tie of both kinds".to_owned()),
         (blank(Shade::Idle), "not run, or not reached".to_owned()),
     ];
     let columns =
         stiffnesses.iter().map(|k| format!("k/m = {} s⁻²", power(*k))).collect::<Vec<_>>();
     let notes = vec![
-        "The tables give the settings, the next best method and what it costs more.".to_owned(),
+        "× 2.5: the next method takes 2.5 times as long. = 3: three other methods tie, below twice \
+         the time."
+            .to_owned(),
     ];
     (!rows.is_empty()).then_some(Matrix { columns, rows, legend, notes })
 }
@@ -328,7 +340,7 @@ fn fastest(input: &Input) -> Table {
     }
 }
 
-/// What a unit of counted effort takes by the clock.
+/// How far the modelled time of each form is from the clock.
 fn calibration(input: &Input) -> Table {
     let rows = || input.facts.rows.iter();
     let mut labels: Vec<&str> = Vec::new();
@@ -341,7 +353,7 @@ fn calibration(input: &Input) -> Table {
         let quotients = rows().filter(|row| row.label == label).flat_map(|row| {
             let quotient = move |run: &Run| {
                 let (seconds, _) = point(input, row, run, Cost::Seconds)?;
-                Some(1e9 * seconds / run.effort)
+                Some(seconds / run.modelled_s)
             };
             row.runs.iter().filter_map(quotient).collect::<Vec<_>>()
         });
@@ -357,10 +369,10 @@ fn calibration(input: &Input) -> Table {
         ])
     };
     Table {
-        title: "**Nanoseconds a visit of a spring**, over the timed runs of each method. Far from \
-                5 the counted effort is unfair to the method: the seconds \
-                decide."
-            .to_owned(),
+        title:
+            "**Measured over modelled time** of the timed runs of each form. Where the quotients \
+                of two forms lie apart, the seconds decide."
+                .to_owned(),
         header: texts(&["method", "least", "median", "greatest", "runs"]),
         names: 1,
         rows: labels.into_iter().filter_map(line).collect(),
@@ -377,20 +389,24 @@ fn name(scene: &Scene) -> String {
     )
 }
 
-/// The cheapest run for each error, by counted effort.
+/// The cheapest run for each error, by modelled time.
 fn cheapest(input: &Input) -> Table {
     let facts = &input.facts;
     let line = |scene: &Scene| {
         let place = |level: f64| {
             let winner = facts.winners.iter().find(|w| w.scene == scene.id && w.level == level);
-            let Some((label, effort)) = winner.and_then(|w| w.label.as_ref().zip(w.effort)) else {
+            let Some((label, time)) = winner.and_then(|w| w.label.as_ref().zip(w.modelled_s))
+            else {
                 return absent();
             };
             let second = winner.and_then(|w| w.runner_up.as_ref().zip(w.ratio));
-            let second = second.map_or_else(String::new, |(label, ratio)| {
-                format!("; {label} × {}", significant(ratio, 2))
+            let ties = winner.map_or(0, |w| w.tied.len());
+            let second = second.map_or_else(String::new, |(label, ratio)| match ties {
+                0 => format!("; next {label} × {}", significant(ratio, 2)),
+                1 => format!("; tie with {label}"),
+                _ => format!("; tie with {label} and {} more", ties - 1),
             });
-            format!("{label}, {}{second}", significant(effort, 2))
+            format!("{label}, {} ms{second}", significant(1e3 * time, 2))
         };
         std::iter::once(name(scene)).chain(MAP_LEVELS.map(place)).collect()
     };
@@ -398,9 +414,9 @@ fn cheapest(input: &Input) -> Table {
     header.extend(MAP_LEVELS.map(|level| format!("error ≤ {}", percent(level, 1))));
     Table {
         title:
-            "**Cheapest by counted effort**: the method with the least effort for an error, its \
-                effort in visits of a spring, the next other method and how many times as much it \
-                costs. –: no run within the budget gets there."
+            "**Cheapest by modelled time**: the method with the least time for an error, and the next \
+                other method with its time over that. Below a factor of 2 it is a tie. –: no run \
+                within the budget gets there."
                 .to_owned(),
         header,
         names: 1,
@@ -425,7 +441,7 @@ fn excess(input: &Input) -> Table {
         let (_, least) = facts::cheapest(rows(), LEVEL)?;
         let cost = |label: &&str| {
             let own = facts::cheapest(rows().filter(|row| row.label == *label), LEVEL);
-            own.map_or_else(absent, |(_, run)| significant(run.effort / least.effort, 3))
+            own.map_or_else(absent, |(_, run)| significant(run.modelled_s / least.modelled_s, 3))
         };
         let missed = rows().filter(|row| row.misses(LEVEL)).count();
         let mut line = vec![quotient(scene)];
@@ -438,7 +454,7 @@ fn excess(input: &Input) -> Table {
     header.push("variants over budget".to_owned());
     Table {
         title: format!(
-            "**Effort for an error of {}, over the cheapest of all methods**, and how many \
+            "**Modelled time for an error of {}, over the cheapest of all methods**, and how many \
              variants spend their budget before. –: not within the \
              budget.",
             percent(LEVEL, 1)

@@ -1,6 +1,6 @@
 //! The words of the study `work-precision`: its question, and what its numbers say.
 
-use super::facts::{Facts, Row, STIFFNESS, Scene, Winner, cheapest, rows_of};
+use super::facts::{Facts, LEAD, Row, STIFFNESS, Scene, Winner, cheapest, rows_of};
 use drape_report::Words;
 use drape_report::number::{percent, power, significant};
 
@@ -15,8 +15,6 @@ pub(super) const BUILDS_ON: &[&str] = &["order", "stability", "locking"];
 const LEVEL: f64 = 1e-2;
 /// Errors beside it: a rough one and a small one.
 const BESIDE: [f64; 2] = [1e-1, 1e-3];
-/// Steps are powers of two: a lead below this factor is a tie.
-const LEAD: f64 = 2.0;
 
 /// What the facts say.
 pub(super) fn words(facts: &Facts) -> Words {
@@ -27,7 +25,7 @@ pub(super) fn words(facts: &Facts) -> Words {
     let conclusion = if conclusions.is_empty() {
         format!("No method reaches an error of {} on a hanging sheet.", percent(LEVEL, 1))
     } else {
-        let wins = "A method wins if it needs the least counted effort for an error of";
+        let wins = "A method wins if its modelled time is the least for an error of";
         format!("{} {wins} {}.", conclusions.join(" "), percent(LEVEL, 1))
     };
     let observations = [levels(facts), shapes(facts), sizes(facts), library(facts), missed(facts)];
@@ -50,16 +48,14 @@ fn winner<'a>(facts: &'a Facts, scene: &Scene, level: f64) -> Option<&'a Winner>
     facts.winners.iter().find(|winner| winner.scene == scene.id && winner.level == level)
 }
 
-/// The kind that leads on a scene; a tie where the other kind costs less than [`LEAD`] times as
-/// much.
+/// The kind that leads on a scene; a tie where a method of the other kind costs less than [`LEAD`]
+/// times as much.
 fn kind(facts: &Facts, scene: &Scene) -> Option<Kind> {
     let winner = winner(facts, scene, LEVEL)?;
     let is_explicit = winner.is_explicit?;
-    let second = facts.winners.iter().find(|other| other.label == winner.runner_up);
-    let is_near = winner.ratio.is_some_and(|ratio| ratio < LEAD);
-    let is_other = second.and_then(|second| second.is_explicit) == Some(!is_explicit);
+    let is_tie = winner.tied.iter().any(|tied| tied.is_explicit != is_explicit);
     Some(match is_explicit {
-        _ if is_near && is_other => Kind::Tie,
+        _ if is_tie => Kind::Tie,
         true => Kind::Explicit,
         false => Kind::Implicit,
     })
@@ -176,7 +172,8 @@ fn library(facts: &Facts) -> Option<String> {
             continue;
         };
         let own = cheapest(rows().filter(is_library), LEVEL);
-        ratios.extend(own.map(|(row, run)| (run.effort / least.effort, row.label.as_str())));
+        ratios
+            .extend(own.map(|(row, run)| (run.modelled_s / least.modelled_s, row.label.as_str())));
     }
     ratios.sort_by(|a, b| a.0.total_cmp(&b.0));
     let (least, most) = (ratios.first()?, ratios.last()?);
@@ -220,9 +217,9 @@ fn caveats(facts: &Facts) -> Vec<String> {
              winners lead by less.",
             at_level().count()
         ),
-        "Effort is counted in visits of a spring. A visit in a sweep over constraints, lines or \
-         particles takes several times as long as one in a sweep of forces, so effort flatters \
-         methods that sweep: the times decide."
+        "Modelled time is counted work times the price of each kind of work in each form, as it was \
+         measured once on one machine. The table of prices says how far each form's model is from \
+         the clock."
             .to_owned(),
         format!(
             "Errors are those at the end of a short motion; the references are off by at most {} \
@@ -234,6 +231,7 @@ fn caveats(facts: &Facts) -> Vec<String> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::facts::Tied;
     use super::*;
 
     fn scene(damping: &str, stiffness: f64) -> Scene {
@@ -261,15 +259,21 @@ mod tests {
         let label = |is_explicit: bool| if is_explicit { "fast" } else { "firm" }.to_owned();
         for (n, &(is_explicit, is_second_explicit, ratio)) in winners.iter().enumerate() {
             let scene = scene(damping, f64::powi(10.0, n as i32));
+            let tied = (ratio < LEAD).then(|| Tied {
+                label: label(is_second_explicit),
+                is_explicit: is_second_explicit,
+                ratio,
+            });
             facts.winners.push(Winner {
                 scene: scene.id.clone(),
                 level: LEVEL,
                 label: Some(label(is_explicit)),
                 is_explicit: Some(is_explicit),
                 value: Some(1.0),
-                effort: Some(1.0),
+                modelled_s: Some(1.0),
                 runner_up: Some(label(is_second_explicit)),
                 ratio: Some(ratio),
+                tied: tied.into_iter().collect(),
             });
             facts.scenes.push(scene);
         }
@@ -304,14 +308,13 @@ mod tests {
                 let conclusion = words(&facts(damping, winners)).conclusion;
                 assert!(conclusion.starts_with(&format!("{begin}{said}")), "{conclusion}");
                 assert!(
-                    conclusion.ends_with("counted effort for an error of 1 %."),
+                    conclusion.ends_with("modelled time is the least for an error of 1 %."),
                     "{conclusion}"
                 );
             }
         }
-        // Who wins nowhere has no known kind: no tie can be told, and none is.
         let words = words(&facts("light", &[tie]));
-        assert!(words.conclusion.contains("explicit methods win on"), "{words:?}");
+        assert!(words.conclusion.contains("explicit and implicit methods tie k/m"), "{words:?}");
         assert!(words.caveats[0].contains("1 of 1 winners lead by less"), "{words:?}");
     }
 

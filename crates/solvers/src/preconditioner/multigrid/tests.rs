@@ -43,6 +43,16 @@ fn sheet(side: usize, theta: f64) -> (BlockMatrix, ScalarMatrix) {
     (a, springs)
 }
 
+#[test]
+fn a_cycle_costs_a_few_products_and_its_set_up_some_more() {
+    for (side, cycle, update) in [(20, 3..=8, 5..=30), (60, 3..=4, 5..=15)] {
+        let (a, springs) = sheet(side, 1e4);
+        let products = Multigrid::new(&a, &springs).unwrap().products();
+        assert!(cycle.contains(&products.cycle), "{products:?}");
+        assert!(update.contains(&products.update), "{products:?}");
+    }
+}
+
 fn dense(p: &Prolongation) -> DMatrix<f64> {
     let mut dense = DMatrix::zeros(p.rows(), p.columns());
     for i in 0..p.rows() {

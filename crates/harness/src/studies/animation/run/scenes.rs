@@ -31,7 +31,7 @@ const SAFETY: f64 = 0.25;
 /// The method of the true motion.
 const REFERENCE: &str = "leapfrog:damping=explicit";
 /// Effort after which a run is over budget, in visits of a spring: some seconds.
-pub(super) const BUDGET: f64 = 1e9;
+pub(super) const BUDGET: f64 = 2e8;
 
 /// Where the cloth is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,11 +1,13 @@
-//! Contests: which method reaches an error for the least counted work on a sheet of the study
+//! Contests: which method reaches an error in the least modelled time on a sheet of the study
 //! `work-precision`.
 //!
-//! The budget of a run grows until three methods reach every error. So the first three are exact,
+//! The budget of a run, in visits of a spring, grows until three methods reach every error in less
+//! time than any run beyond the budget can take. So the first three are exact,
 //! and what is far behind is given up early. A form whose run is exact enough is not run finer.
 
 use crate::HarnessError;
 use crate::claims::places::Ground;
+use crate::cost::prices;
 use crate::methods::Choice;
 use crate::run::{Runner, Simulation};
 use crate::studies::claims::facts::Number;
@@ -20,7 +22,7 @@ use rayon::prelude::*;
 const LIGHT: f64 = 40.0;
 /// Particles of the usual sheet.
 const USUAL: f64 = 400.0;
-/// Efforts of so many methods are recorded, besides those that a claim names.
+/// Times of so many methods are recorded, besides those that a claim names.
 pub(super) const RECORDED: usize = 3;
 /// Budget of the first round for [`USUAL`] particles, and how it grows.
 const FIRST_BUDGET: f64 = 1e6;
@@ -39,11 +41,11 @@ pub(super) struct Contest {
     ground: Ground,
 }
 
-/// The least effort of a method for an error.
+/// The least modelled time of a method for an error.
 #[derive(Clone, Debug)]
 struct Effort {
     method: String,
-    visits: f64,
+    seconds: f64,
     is_portable: bool,
 }
 
@@ -90,7 +92,7 @@ impl Contest {
         Ok(rows?.into_iter().flatten().collect())
     }
 
-    /// The efforts of the named methods and of the three methods of least effort, for each error.
+    /// The modelled times of the named methods and of the three fastest, for each error.
     /// A named method that needs more than `most` visits does not reach the error. Forms of which
     /// `is_meant` says no do not compete.
     pub(super) fn efforts(
@@ -108,8 +110,10 @@ impl Contest {
             let mut rows = self.rows(budget, |form| !is_named(form) && is_meant(form))?;
             rows.extend(own.iter().cloned());
             let all: Vec<Vec<Effort>> = levels.iter().map(|&level| efforts(&rows, level)).collect();
+            // No run beyond the budget takes less time than this.
+            let exact = 1e-9 * prices().least_ns_a_visit * budget;
             let known = |efforts: &Vec<Effort>| {
-                efforts.iter().filter(|effort| effort.visits <= budget).count() >= RECORDED
+                efforts.iter().filter(|effort| effort.seconds <= exact).count() >= RECORDED
             };
             if budget >= most || all.iter().all(known) {
                 let of_level = levels.iter().zip(&all);
@@ -124,8 +128,8 @@ impl Contest {
 
     fn numbers(&self, named: &[&str], level: f64, efforts: &[Effort]) -> Vec<Number> {
         let number = |method: &str, effort: Option<&Effort>| {
-            let visits = effort.map_or(f64::INFINITY, |effort| effort.visits);
-            let number = Number::new(self.ground.effort(level, method), visits, "visits");
+            let seconds = effort.map_or(f64::INFINITY, |effort| effort.seconds);
+            let number = Number::new(self.ground.effort(level, method), seconds, "s");
             let is_portable = effort.is_some_and(|effort| effort.is_portable);
             if is_portable { number } else { number.of_machine() }
         };
@@ -174,7 +178,7 @@ fn id(method: &str) -> &str {
     method.split(':').next().unwrap_or(method)
 }
 
-/// The least effort of each method whose runs reach an error, the least first. Of equal efforts the
+/// The least time of each method whose runs reach an error, the least first. Of equal times the
 /// methods stand in the order of the registry.
 fn efforts(rows: &[Row], level: f64) -> Vec<Effort> {
     let mut efforts: Vec<Effort> = Vec::new();
@@ -182,10 +186,10 @@ fn efforts(rows: &[Row], level: f64) -> Vec<Effort> {
         let own = rows.iter().filter(|row| id(&row.method) == method.id);
         efforts.extend(cheapest(own, level).map(|(_, run)| Effort {
             method: method.id.to_owned(),
-            visits: run.effort,
+            seconds: run.modelled_s,
             is_portable: run.portable,
         }));
     }
-    efforts.sort_by(|a, b| a.visits.total_cmp(&b.visits));
+    efforts.sort_by(|a, b| a.seconds.total_cmp(&b.seconds));
     efforts
 }

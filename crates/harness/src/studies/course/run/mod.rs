@@ -2,6 +2,7 @@
 //! cloth.
 
 use super::lessons::{HEADLINE, LESSONS, Plan};
+use crate::cost::prices;
 use crate::facts::{Fact, fact};
 use crate::methods::{self, Choice};
 use crate::run::{Counts, Runner, Simulation};
@@ -188,7 +189,7 @@ impl Setting {
             cg_iterations: totals.cg_iterations,
             newton_iterations: totals.newton_iterations,
             factorisations: totals.factorisations,
-            effort: outcome.effort,
+            modelled_s: outcome.counted.seconds(prices().of(&choice.full_id())),
             height_m: sight.heights,
             portable: choice.is_portable(),
         })
@@ -203,7 +204,8 @@ pub(super) fn method() -> String {
      says otherwise; leapfrog divides the step. A run is stable if the total energy never rises by \
      more than 2 % of E_ref, which the fall sets free. The true motion is that of symplectic Euler \
      at less than a quarter of its limit. Retained motion R: the path of the free edge's midpoint \
-     in the first second, over the true one. Work is counted in visits of a spring, not timed."
+     in the first second, over the true one. Work is modelled time: what was \
+     counted, times the prices of the method's work."
         .to_owned()
 }
 

@@ -48,7 +48,7 @@ fn stable_run() -> Run {
         cg_iterations: 0,
         newton_iterations: 0,
         factorisations: 0,
-        effort: 1e6,
+        modelled_s: 1e-3,
         height_m: vec![0.0],
         portable: true,
     }

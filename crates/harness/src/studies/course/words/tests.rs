@@ -22,7 +22,7 @@ fn scene(id: &str, stiffness_over_mass_per_s2: f64) -> Scene {
     }
 }
 
-fn run(scene: &str, motion: Option<f64>, effort: f64) -> Run {
+fn run(scene: &str, motion: Option<f64>, modelled_s: f64) -> Run {
     Run {
         scene: scene.to_owned(),
         settings: String::new(),
@@ -39,7 +39,7 @@ fn run(scene: &str, motion: Option<f64>, effort: f64) -> Run {
         cg_iterations: 0,
         newton_iterations: 0,
         factorisations: 0,
-        effort,
+        modelled_s,
         height_m: vec![0.0],
         portable: true,
     }
@@ -60,7 +60,7 @@ fn lesson(id: &str, soft: (Option<f64>, f64), stiff: (Option<f64>, f64)) -> Less
 }
 
 fn facts(lessons: Vec<Lesson>) -> Facts {
-    let scenes = vec![scene("soft", 1e4), scene("stiff", 1e6)];
+    let scenes = vec![scene("soft", 1e4), scene("stiff", 1e-3)];
     Facts { scenes, lessons, headline: Vec::new(), support: Vec::new() }
 }
 
@@ -75,12 +75,12 @@ fn no_facts_still_conclude_something() {
 fn words_and_the_table_name_who_is_stable_who_moves_and_what_it_costs() {
     let divided = Lesson {
         method: "divided:step=bound".to_owned(),
-        ..lesson("divided", (Some(1.0), 3e6), (Some(1.0), 4e6))
+        ..lesson("divided", (Some(1.0), 3e-3), (Some(1.0), 4e-3))
     };
     let facts = facts(vec![
-        lesson("wild", (Some(1.0), 1e6), (None, 1e6)),
-        lesson("still", (Some(0.95), 2e6), (Some(0.08), 1e6)),
-        lesson("dear", (Some(1.0), 5e6), (Some(0.9), 9e6)),
+        lesson("wild", (Some(1.0), 1e-3), (None, 1e-3)),
+        lesson("still", (Some(0.95), 2e-3), (Some(0.08), 1e-3)),
+        lesson("dear", (Some(1.0), 5e-3), (Some(0.9), 9e-3)),
         divided,
     ]);
     let words = words(&facts);
@@ -96,8 +96,8 @@ fn words_and_the_table_name_who_is_stable_who_moves_and_what_it_costs() {
     for part in [
         "1 methods are not stable at every stiffness: wild.",
         "still keeps only 8.0 % of the motion",
-        "At k/m = 10⁴ s⁻² the work of methods that move is from 1.00 (wild) to 5.00 million",
-        "At k/m = 10⁶ s⁻² the work of methods that move is from 4.00 (divided) to 9.00 million",
+        "At k/m = 10⁴ s⁻² the work of methods that move is from 1.00 (wild) to 5.00 ms",
+        "At k/m = 10⁶ s⁻² the work of methods that move is from 4.00 (divided) to 9.00 ms",
     ] {
         assert!(said.contains(part), "`{part}` is not in\n{said}");
     }
@@ -113,11 +113,11 @@ fn words_and_the_table_name_who_is_stable_who_moves_and_what_it_costs() {
 
 #[test]
 fn the_conclusion_says_where_no_method_moves() {
-    let words = words(&facts(vec![lesson("still", (Some(0.95), 2e6), (Some(0.08), 1e6))]));
+    let words = words(&facts(vec![lesson("still", (Some(0.95), 2e-3), (Some(0.08), 1e-3))]));
     assert!(words.conclusion.contains("None keeps at least 90 %"), "{}", words.conclusion);
     assert!(!words.conclusion.contains("least work"));
     let six = ["a", "b", "c", "d", "e", "f"];
-    let six = six.map(|id| lesson(id, (Some(1.0), 1e6), (Some(1.0), 1e6)));
+    let six = six.map(|id| lesson(id, (Some(1.0), 1e-3), (Some(1.0), 1e-3)));
     let said = super::words(&facts(six.into())).conclusion;
     assert!(said.contains("Of these 6 keep at least 90 % of the motion."), "{said}");
 }

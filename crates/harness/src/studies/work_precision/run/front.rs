@@ -1,17 +1,20 @@
 //! Who is cheapest: fronts and winners.
 
-use super::variants::is_limited_by_stiffness;
-use crate::studies::work_precision::facts::{Row, Run, Scene, Winner, cheapest, cheapest_of};
+use super::variants::{DOP853, is_limited_by_stiffness};
+use crate::methods;
+use crate::studies::work_precision::facts::{
+    LEAD, Row, Run, Scene, Tied, Winner, cheapest, cheapest_of,
+};
 
 /// Levels of error at which winners are named.
 pub(super) const LEVELS: [f64; 4] = [1e-1, 1e-2, 1e-3, 1e-4];
 
-/// Error and effort of a run that completed.
+/// Error and modelled time of a run that completed.
 fn point(run: &Run) -> Option<(f64, f64)> {
-    Some((run.error?, run.effort))
+    Some((run.error?, run.modelled_s))
 }
 
-/// Marks the runs of a scene that no run beats in both error and effort.
+/// Marks the runs of a scene that no run beats in both error and modelled time.
 pub(super) fn mark(rows: &mut [Row]) {
     let points: Vec<_> = rows.iter().flat_map(|row| &row.runs).filter_map(point).collect();
     let is_beaten = |(error, effort): (f64, f64)| {
@@ -33,10 +36,22 @@ pub(super) fn winner(scene: &Scene, rows: &[Row], level: f64) -> Winner {
     let best = cheapest(rows(), level);
     // Methods that take the same steps give the same answer, as symplectic Euler and Provot's below
     // his limit: a tie with oneself says nothing.
-    let second = best.and_then(|(best, run)| {
-        let others = rows().filter(|row| id(row) != id(best));
-        let others = others.flat_map(|row| row.runs.iter().map(move |run| (row, run)));
-        cheapest_of(others.filter(|(_, other)| other.error != run.error), level)
+    let behind = best.map_or_else(Vec::new, |(best, run)| {
+        let ids = methods::all().map(|method| method.id).chain([DOP853]);
+        let others = ids.filter(|other| *other != id(best)).filter_map(|other| {
+            let own = rows().filter(|row| id(row) == other);
+            let own = own.flat_map(|row| row.runs.iter().map(move |run| (row, run)));
+            cheapest_of(own.filter(|(_, other)| other.error != run.error), level)
+        });
+        let mut others: Vec<_> =
+            others.map(|(row, other)| (row, other.modelled_s / run.modelled_s)).collect();
+        others.sort_by(|(_, a), (_, b)| a.total_cmp(b));
+        others
+    });
+    let tied = behind.iter().take_while(|(_, ratio)| *ratio < LEAD).map(|(row, ratio)| Tied {
+        label: row.label.clone(),
+        is_explicit: is_limited_by_stiffness(&row.method),
+        ratio: *ratio,
     });
     Winner {
         scene: scene.id.clone(),
@@ -44,8 +59,9 @@ pub(super) fn winner(scene: &Scene, rows: &[Row], level: f64) -> Winner {
         label: best.map(|(row, _)| row.label.clone()),
         is_explicit: best.map(|(row, _)| is_limited_by_stiffness(&row.method)),
         value: best.map(|(_, run)| run.value),
-        effort: best.map(|(_, run)| run.effort),
-        runner_up: second.map(|(row, _)| row.label.clone()),
-        ratio: best.zip(second).map(|((_, best), (_, second))| second.effort / best.effort),
+        modelled_s: best.map(|(_, run)| run.modelled_s),
+        runner_up: behind.first().map(|(row, _)| row.label.clone()),
+        ratio: behind.first().map(|(_, ratio)| *ratio),
+        tied: tied.collect(),
     }
 }

@@ -1,8 +1,9 @@
 //! Runs of one method on one scene, from coarse to fine, within a budget of counted effort.
 
 use super::scenes::{SPAN, Setting};
-use super::variants::{Knob, Variant, is_limited_by_stiffness};
+use super::variants::{DOP853, Knob, Variant, is_limited_by_stiffness};
 use crate::HarnessError;
+use crate::cost::{Counted, prices};
 use crate::methods::Choice;
 use crate::run::{Outcome, Runner};
 use crate::studies::work_precision::facts::{Row, Run};
@@ -120,10 +121,13 @@ impl Setting {
             step_s,
             verdict: Verdict::OverBudget,
             error: None,
+            modelled_s: 0.0,
             effort: 0.0,
+            steps: 0,
             force_evaluations: 0,
             matvecs: 0,
             factorisations: 0,
+            setups: 0,
             cg_iterations: 0,
             unconverged_steps: 0,
             is_on_front: false,
@@ -141,7 +145,8 @@ impl Setting {
         let mut simulation = self.simulation.clone();
         let runner = Runner::new(choice, time).budget(self.case.budget);
         let outcome = runner.go(&mut simulation)?;
-        let Outcome { totals, unconverged, effort, divergence, is_over_budget, .. } = outcome;
+        let Outcome { totals, unconverged, effort, counted, divergence, is_over_budget, .. } =
+            outcome;
         let (verdict, error) = if is_over_budget {
             (Verdict::OverBudget, None)
         } else if divergence.is_some() {
@@ -155,10 +160,13 @@ impl Setting {
             step_s: Some(time.step_s),
             verdict,
             error,
+            modelled_s: counted.seconds(prices().of(variant.method)),
             effort,
+            steps: counted.steps,
             force_evaluations: totals.force_evaluations,
             matvecs: totals.matvecs,
             factorisations: totals.factorisations,
+            setups: totals.setups,
             cg_iterations: totals.cg_iterations,
             unconverged_steps: unconverged,
             is_on_front: false,
@@ -187,15 +195,25 @@ impl Setting {
             Err(ReferenceError::NotFinite { .. }) => (Verdict::Diverged, None, 0, 0),
             Err(error) => return Err(error.into()),
         };
+        let counted = Counted {
+            steps: u64::from(steps),
+            force_evaluations: evaluations,
+            particles: self.scene.particles,
+            springs: self.scene.springs,
+            ..Counted::default()
+        };
         let run = Run {
             value: tolerance,
             step_s: None,
             verdict,
             error,
+            modelled_s: counted.seconds(prices().of(DOP853)),
+            steps: u64::from(steps),
             effort: evaluations as f64 * sweep + f64::from(steps) * COMBINING * particles,
             force_evaluations: evaluations,
             matvecs: 0,
             factorisations: 0,
+            setups: 0,
             cg_iterations: 0,
             unconverged_steps: 0,
             is_on_front: false,

@@ -118,6 +118,11 @@ impl Case {
         self.shape == Shape::Hanging && !self.is_heavy && self.series.contains(&STIFFNESS)
     }
 
+    /// Whether it is the finest sheet of the series that keeps the material.
+    pub(super) fn is_finest(&self) -> bool {
+        self.side > SIDE && self.series.contains(&FIXED_MATERIAL)
+    }
+
     /// Whether the quick subset has it.
     pub(super) fn is_quick(&self) -> bool {
         self.is_base() && self.stiffness == 1e4

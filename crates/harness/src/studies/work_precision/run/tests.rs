@@ -109,10 +109,13 @@ fn row(label: &str, method: &str, points: &[(f64, f64)]) -> Row {
         step_s: None,
         verdict: Verdict::Completed,
         error: Some(error),
+        modelled_s: effort,
         effort,
+        steps: 0,
         force_evaluations: 0,
         matvecs: 0,
         factorisations: 0,
+        setups: 0,
         cg_iterations: 0,
         unconverged_steps: 0,
         is_on_front: false,
@@ -149,6 +152,8 @@ fn the_front_is_what_no_run_beats_and_the_runner_up_is_another_method() {
     let winner = front::winner(&scene, &rows, 0.01);
     assert_eq!(winner.label.as_deref(), Some("leapfrog, Cholesky"));
     assert_eq!((winner.runner_up.as_deref(), winner.ratio), (Some("imex-euler"), Some(1.5)));
+    let tied: Vec<_> = winner.tied.iter().map(|tied| tied.label.as_str()).collect();
+    assert_eq!(tied, ["imex-euler"], "a run with the winner's answer is no other");
     assert_eq!(front::winner(&scene, &rows, 1e-3).label, None);
 }
 

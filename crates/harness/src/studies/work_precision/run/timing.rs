@@ -10,21 +10,18 @@ use crate::studies::{Context, timed};
 pub(super) const METHOD: &str = "One run at a time on one thread, with set-up and all steps but \
                                  without what the harness does between them; for `dop853` the \
     whole call of the library. Seconds are the median of three repetitions; a run beyond 0.3 s is \
-    timed once. Timed are the lightly damped series over the stiffness and the heavily damped \
-    sheet at k/m = 10⁶ s⁻². There every method of the headline is timed. Other runs are timed if \
-    their counted effort is at most eight times the least for their error. A run is ranked only \
-    if it repeats the recorded error to the last \
-    bit.";
+    timed once. Timed are the lightly damped series over the stiffness, the heavily damped sheet \
+    at k/m = 10⁶ s⁻² and the finest sheet of the same cloth. Of every form the quick runs are \
+    timed, and those that are far from no front. A run is ranked only if it repeats the recorded \
+    error to the last bit.";
 
 /// Runs that take longer are timed once.
 const LONG_NS: u64 = 300_000_000;
 const REPETITIONS: usize = 3;
-/// Runs of other methods are timed up to so many times the least effort for their error.
+/// Runs up to so many visits of a spring are timed: the prices of their form rest on them.
+const QUICK: f64 = 1e7;
+/// Runs of more are timed up to so many times the least modelled time for their error.
 const NEAR: f64 = 8.0;
-/// Runs of the headline's methods likewise; what costs more is far from any front.
-const FAR: f64 = 300.0;
-/// Runs with a larger error are of no use.
-const USEFUL: f64 = 0.5;
 
 /// Times the runs that matter.
 pub(super) fn rows(
@@ -37,11 +34,10 @@ pub(super) fn rows(
         let rows = || rows_of(facts, &setting.scene.id);
         for row in rows() {
             let Some(variant) = VARIANTS.iter().find(|v| v.label == row.label) else { continue };
-            let near = if row.is_headline { FAR } else { NEAR };
             let useful = |run: &&Run| {
-                run.error.filter(|error| *error < USEFUL).is_some_and(|error| {
-                    let least = cheapest(rows(), error).map_or(0.0, |(_, run)| run.effort);
-                    run.effort <= near * least
+                run.error.is_some_and(|error| {
+                    let least = cheapest(rows(), error).map_or(0.0, |(_, run)| run.modelled_s);
+                    run.effort <= QUICK || run.modelled_s <= NEAR * least
                 })
             };
             chosen.extend(row.runs.iter().filter(useful).map(|run| (setting, variant, run)));
@@ -52,7 +48,7 @@ pub(super) fn rows(
 
 fn is_timed(setting: &Setting) -> bool {
     let case = &setting.case;
-    case.is_base() || (case.is_heavy && case.stiffness == 1e6)
+    case.is_base() || case.is_finest() || (case.is_heavy && case.stiffness == 1e6)
 }
 
 fn time(setting: &Setting, variant: &Variant, fact: &Run) -> Result<TimingRow, HarnessError> {

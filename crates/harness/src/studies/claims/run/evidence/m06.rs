@@ -5,6 +5,7 @@ use super::{Number, Trial};
 use crate::HarnessError;
 use crate::claims::m06::{BETTER, CHEAP, COST, ERROR, GROUNDS, LEVELS, METHODS};
 use crate::claims::places::Ground;
+use crate::cost::prices;
 use crate::methods::Choice;
 use crate::run::Runner;
 use crate::studies::work_precision::run::variants::Variant;
@@ -48,11 +49,11 @@ fn evidence() -> Result<Vec<Number>, HarnessError> {
     Ok(numbers)
 }
 
-/// Error and effort.
+/// Error and modelled time, s.
 fn at_equal_steps(contest: &Contest, method: &str) -> Result<[f64; 2], HarnessError> {
     let setting = &contest.setting;
     let time = TimeSpan { step_s: STEP, duration_s: setting.scene.span_s };
     let mut simulation = setting.simulation.clone();
     let outcome = Runner::new(&Choice::parse(method, &[])?, time).go(&mut simulation)?;
-    Ok([setting.error(&simulation.state.x), outcome.effort])
+    Ok([setting.error(&simulation.state.x), outcome.counted.seconds(prices().of(method))])
 }

@@ -1,0 +1,216 @@
+//! What counted work costs: a common currency for methods whose kernels differ.
+//!
+//! A visit of a spring takes 1.3 ns in a sweep of forces and ten times as long in a sweep over
+//! constraints, so visits alone rank no two methods of different kinds. The *modelled time* of a
+//! run is the sum over the kinds of its counted work of the count times a price,
+//!
+//! ```text
+//! t = Σ_i p_i w_i,
+//! ```
+//!
+//! with `w` the [visits](Counted::visits_by_kind) of each kind and `p ≥ 0` the prices, ns a visit, of
+//! the method's form. The prices are fitted to measured times (see [`fit`]) and are part of the
+//! source, with the machine and the commit at which they were measured. So the modelled time is the
+//! same on every machine that takes the same steps, and no verdict depends on a clock.
+//!
+//! The table says for each form how far its model is from the measured times. A lead that is smaller
+//! than that is none.
+
+pub mod fit;
+
+use crate::record::Totals;
+use serde::{Deserialize, Serialize};
+use std::sync::LazyLock;
+
+/// Number of kinds of counted work.
+pub const KINDS: usize = 8;
+
+/// Visits that stand for what a sweep or a product costs besides its length: lanes that stay empty,
+/// and waiting for memory.
+const EACH: f64 = 100.0;
+
+/// The counted work of a run.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Counted {
+    /// Steps.
+    pub steps: u64,
+    /// Sweeps over all springs that evaluated forces or energies, or corrected positions.
+    pub force_evaluations: u64,
+    /// Products of a matrix with a block vector, triangular solves included.
+    pub matvecs: u64,
+    /// Factorisations of Newton's matrix.
+    pub factorisations: u64,
+    /// Set-ups of cached operators.
+    pub setups: u64,
+    /// Number of particles.
+    pub particles: usize,
+    /// Number of springs.
+    pub springs: usize,
+}
+
+impl Counted {
+    /// The work of a run of `steps` steps.
+    #[must_use]
+    pub fn of(totals: &Totals, steps: u64, particles: usize, springs: usize) -> Self {
+        let Totals { force_evaluations, matvecs, factorisations, setups, .. } = *totals;
+        Self { steps, force_evaluations, matvecs, factorisations, setups, particles, springs }
+    }
+
+    /// Visits of a spring of each kind: in sweeps of forces and in products, by their length; in
+    /// factorisations and set-ups, by the fill-in of a planar mesh, `n^1.5` (Newton's matrix has 3×3
+    /// blocks); in steps; in the set-up of the run; and for each sweep and each product, whatever
+    /// its length.
+    #[must_use]
+    pub fn visits_by_kind(&self) -> [f64; KINDS] {
+        let [n, springs] = [self.particles, self.springs].map(|count| count as f64);
+        let planar = n * n.sqrt();
+        [
+            self.force_evaluations as f64 * (springs + n),
+            self.matvecs as f64 * 2.0 * (springs + n),
+            self.factorisations as f64 * 80.0 * planar,
+            self.setups as f64 * 8.0 * planar,
+            self.steps as f64 * 4.0 * n,
+            8.0 * planar,
+            self.force_evaluations as f64 * EACH,
+            self.matvecs as f64 * EACH,
+        ]
+    }
+
+    /// All visits of the steps. This is the unit of budgets: the same for every method, and blind to
+    /// how long a visit takes.
+    #[must_use]
+    pub fn visits(&self) -> f64 {
+        let [forces, products, factorisations, setups, steps, ..] = self.visits_by_kind();
+        forces + products + factorisations + setups + steps
+    }
+
+    /// Modelled time by prices, s.
+    #[must_use]
+    pub fn seconds(&self, price: &Price) -> f64 {
+        let visits = self.visits_by_kind();
+        1e-9 * visits.iter().zip(&price.ns_a_visit).map(|(count, ns)| count * ns).sum::<f64>()
+    }
+}
+
+/// The prices of one form of a method.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Price {
+    /// Method id with settings, as in a run.
+    pub method: String,
+    /// Nanoseconds a visit of each kind of work.
+    pub ns_a_visit: [f64; KINDS],
+    /// Timed runs to which the prices were fitted.
+    pub runs: usize,
+    /// Factor by which modelled and measured time differ at most in nine of ten of these runs.
+    pub within: f64,
+}
+
+/// All prices, with their origin.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Prices {
+    /// Processor on which the times were measured.
+    pub cpu: String,
+    /// Commit of the program that measured.
+    pub commit: String,
+    /// Least time of any run a visit, ns: no run of so many visits takes less.
+    pub least_ns_a_visit: f64,
+    /// One a form.
+    pub forms: Vec<Price>,
+}
+
+/// The table that is part of the source.
+#[allow(clippy::expect_used, reason = "a test reads the same text")]
+static PRICES: LazyLock<Prices> =
+    LazyLock::new(|| serde_json::from_str(include_str!("prices.json")).expect("a valid table"));
+
+/// The prices by which runs are ranked.
+#[must_use]
+pub fn prices() -> &'static Prices {
+    &PRICES
+}
+
+impl Prices {
+    /// The prices of a form: its own, else those of the method's first form in the table, else of a
+    /// plain sweep of forces. A method of the user has the latter.
+    #[must_use]
+    pub fn of(&self, method: &str) -> &Price {
+        let id = |method: &str| method.split(':').next().map(str::to_owned);
+        let own = self.forms.iter().find(|price| price.method == method);
+        let alike = || self.forms.iter().find(|price| id(&price.method) == id(method));
+        own.or_else(alike).unwrap_or(&PLAIN)
+    }
+}
+
+/// Prices of a method that was never timed.
+static PLAIN: Price =
+    Price { method: String::new(), ns_a_visit: [2.0; KINDS], runs: 0, within: f64::INFINITY };
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const WORK: Counted = Counted {
+        steps: 10,
+        force_evaluations: 20,
+        matvecs: 30,
+        factorisations: 2,
+        setups: 1,
+        particles: 100,
+        springs: 342,
+    };
+
+    #[test]
+    fn visits_count_sweeps_by_their_length_and_factors_by_their_fill_in() {
+        let kinds = [20.0 * 442.0, 30.0 * 884.0, 2.0 * 80e3, 8e3, 10.0 * 400.0, 8e3, 2e3, 3e3];
+        assert_eq!(WORK.visits_by_kind(), kinds);
+        assert_eq!(WORK.visits(), kinds[..5].iter().sum::<f64>());
+    }
+
+    #[test]
+    fn modelled_time_is_the_sum_of_prices_times_visits() {
+        let price = Price {
+            method: "a".to_owned(),
+            ns_a_visit: [1.0, 0.0, 0.5, 0.0, 2.0, 0.0, 1.0, 0.0],
+            runs: 9,
+            within: 1.1,
+        };
+        assert_eq!(WORK.seconds(&price), 1e-9 * (8840.0 + 80e3 + 8e3 + 2e3));
+    }
+
+    #[test]
+    fn a_form_has_its_own_price_or_that_of_its_method() {
+        let form = |method: &str, ns: f64| Price {
+            method: method.to_owned(),
+            ns_a_visit: [ns; KINDS],
+            runs: 1,
+            within: 1.0,
+        };
+        let forms = vec![form("a:x=1", 1.0), form("a", 2.0), form("b", 3.0)];
+        let prices =
+            Prices { cpu: String::new(), commit: String::new(), least_ns_a_visit: 0.5, forms };
+        for (method, ns) in [("a", 2.0), ("a:x=1", 1.0), ("a:x=2", 1.0), ("b:y=1", 3.0), ("c", 2.0)]
+        {
+            assert_eq!(prices.of(method).ns_a_visit, [ns; KINDS], "{method}");
+        }
+        assert!(prices.of("c").within.is_infinite());
+    }
+
+    /// What would make a ranking by modelled time wrong: a form without a price, or a model that is
+    /// far from the clock.
+    #[test]
+    fn every_method_of_the_registry_has_a_price_that_tells_its_time() {
+        for method in crate::methods::all() {
+            let price = prices().of(method.id);
+            assert!(price.runs > 0, "{} has no price", method.id);
+        }
+        for price in &prices().forms {
+            assert!(price.ns_a_visit.iter().any(|ns| *ns > 0.0), "{}", price.method);
+            assert!(price.within < 2.0, "{}: within {}", price.method, price.within);
+        }
+        let mut within: Vec<f64> = prices().forms.iter().map(|price| price.within).collect();
+        within.sort_by(f64::total_cmp);
+        assert!(within[within.len() / 2] <= 1.25, "{}", within[within.len() / 2]);
+    }
+}

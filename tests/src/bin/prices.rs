@@ -1,0 +1,90 @@
+//! Fits the prices of counted work to the timings of the study `work-precision`, and writes them
+//! into the source: `cargo run --release -p drape-tests --bin prices [RESULTS]`.
+//!
+//! Afterwards the study runs again, with the new prices in its facts.
+
+use drape_harness::cost::fit::{Sample, fit};
+use drape_harness::cost::{Counted, Prices};
+use drape_report::tell;
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::error::Error;
+use std::path::{Path, PathBuf};
+
+const TABLE: &str = "crates/harness/src/cost/prices.json";
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let results = std::env::args().nth(1).map_or_else(|| PathBuf::from("results"), PathBuf::from);
+    let record = read(&results.join("work-precision.json"))?;
+    let timings = read(&results.join("timings/work-precision.json"))?;
+    let by_form = samples(&record["facts"], &timings["rows"]).ok_or("a field is missing")?;
+    let least = by_form
+        .values()
+        .flatten()
+        .map(|sample| 1e9 * sample.seconds / sample.work.visits())
+        .fold(f64::INFINITY, f64::min);
+    let mut forms: Vec<_> =
+        by_form.iter().filter_map(|(method, samples)| fit(method, samples)).collect();
+    for price in &mut forms {
+        price.ns_a_visit = price.ns_a_visit.map(|ns| digits(ns, 1e4));
+        price.within = digits(price.within, 1e3);
+        tell!("{:60} {:3} runs, within {:.2}", price.method, price.runs, price.within);
+    }
+    let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
+    let prices = Prices {
+        cpu: text(&timings["provenance"]["cpu"]),
+        commit: text(&timings["provenance"]["commit"]),
+        least_ns_a_visit: digits(least, 1e3),
+        forms,
+    };
+    std::fs::write(TABLE, serde_json::to_string_pretty(&prices)? + "\n")?;
+    Ok(())
+}
+
+fn digits(value: f64, scale: f64) -> f64 {
+    (scale * value).round() / scale
+}
+
+fn read(path: &Path) -> Result<Value, Box<dyn Error>> {
+    let text = std::fs::read_to_string(path).map_err(|e| format!("{}: {e}", path.display()))?;
+    Ok(serde_json::from_str(&text).map_err(|e| format!("{}: {e}", path.display()))?)
+}
+
+/// The timed runs of each form. The quickest repetition counts: what is slower was disturbed.
+fn samples(facts: &Value, timings: &Value) -> Option<BTreeMap<String, Vec<Sample>>> {
+    let scenes: BTreeMap<&str, &Value> = facts["scenes"]
+        .as_array()?
+        .iter()
+        .map(|scene| Some((scene["id"].as_str()?, scene)))
+        .collect::<Option<_>>()?;
+    let mut runs = BTreeMap::new();
+    for row in facts["rows"].as_array()? {
+        for run in row["runs"].as_array()? {
+            let key = (row["scene"].as_str()?, row["label"].as_str()?, run["value"].to_string());
+            runs.insert(key, (row["method"].as_str()?, run));
+        }
+    }
+    let mut by_form: BTreeMap<String, Vec<Sample>> = BTreeMap::new();
+    for timing in timings.as_array()? {
+        let key =
+            (timing["scene"].as_str()?, timing["label"].as_str()?, timing["value"].to_string());
+        let (method, run) = runs.get(&key)?;
+        let scene = scenes.get(key.0)?;
+        let count = |of: &Value, name: &str| of[name].as_u64();
+        let size = |name: &str| scene[name].as_u64().and_then(|n| usize::try_from(n).ok());
+        let work = Counted {
+            steps: count(run, "steps")?,
+            force_evaluations: count(run, "force_evaluations")?,
+            matvecs: count(run, "matvecs")?,
+            factorisations: count(run, "factorisations")?,
+            setups: count(run, "setups")?,
+            particles: size("particles")?,
+            springs: size("springs")?,
+        };
+        let samples = timing["samples_ns"].as_array()?;
+        let quickest = samples.iter().filter_map(Value::as_f64).fold(f64::INFINITY, f64::min);
+        let sample = Sample { work, seconds: 1e-9 * quickest };
+        by_form.entry((*method).to_owned()).or_default().push(sample);
+    }
+    Some(by_form)
+}
