@@ -63,11 +63,11 @@ pub fn facts(results: &Path) -> Result<BTreeMap<&'static str, String>, String> {
     };
     let scenes = rows(results, "work-precision", "/facts/scenes")?;
     let winners = rows(results, "work-precision", "/facts/winners")?;
-    let wins = |damping| wins(&scenes, &winners, damping);
-    let (light, heavy) = (wins("light"), wins("heavy"));
-    let explicit = light.iter().filter(|(_, is_explicit)| *is_explicit).count();
-    let last_explicit = heavy.iter().rposition(|(_, is_explicit)| *is_explicit);
-    let implicit_from = heavy.get(last_explicit.map_or(0, |k| k + 1)).ok_or("none is implicit")?;
+    let wins = |damping, level| wins(&scenes, &winners, damping, level);
+    let leads = |damping| leads(&wins(damping, LEVEL));
+    let decided: Vec<_> = winners.iter().filter(|w| w["level"] == LEVEL).collect();
+    let is_tie = |w: &&&Value| w["tied"].as_array().is_some_and(|tied| !tied.is_empty());
+    let ties = decided.iter().filter(is_tie).count();
     let runs = rows(results, "locking", "/facts/runs")?;
     let kept = |label: &str| {
         let at = |run: &&Value| {
@@ -90,8 +90,10 @@ pub fn facts(results: &Path) -> Result<BTreeMap<&'static str, String>, String> {
         ("expectations-refuted", with(&expectations, "refuted")),
         ("expectations-undecided", with(&expectations, "undecided")),
         ("method-count", methods::all().count().to_string()),
-        ("explicit-wins", format!("{explicit} of {}", light.len())),
-        ("implicit-from", power(implicit_from.0)),
+        ("leads-light", leads("light")),
+        ("leads-heavy", leads("heavy")),
+        ("ties", format!("{ties} of {}", decided.len())),
+        ("winners", winner_table(wins)),
         ("imex-euler-kept", kept("imex-euler")?),
         ("imex-updated-kept", kept("imex-updated")?),
         ("time-to-1-percent", times(&timings)),
@@ -108,22 +110,75 @@ fn rows(results: &Path, record: &str, pointer: &str) -> Result<Vec<Value>, Strin
     rows.cloned().ok_or_else(|| format!("{}: no list {pointer}", path.display()))
 }
 
-/// Stiffness of each hanging sheet of the series over stiffness, in rising order, and whether an
-/// explicit method is the first to an error of 1 % there, by counted work.
-fn wins(scenes: &[Value], winners: &[Value], damping: &str) -> Vec<(f64, bool)> {
+/// The error for which the pages name winners.
+const LEVEL: f64 = 0.01;
+
+/// Stiffness of each hanging sheet of the series over stiffness, in rising order, and the winner for
+/// an error there.
+fn wins(scenes: &[Value], winners: &[Value], damping: &str, level: f64) -> Vec<(f64, Value)> {
     let is_meant = |scene: &&Value| {
         scene["scene"] == "hanging"
             && scene["damping"] == damping
             && scene["series"].as_array().is_some_and(|s| s.contains(&"stiffness".into()))
     };
-    let mut wins: Vec<(f64, bool)> = Vec::new();
+    let mut wins: Vec<(f64, Value)> = Vec::new();
     for scene in scenes.iter().filter(is_meant) {
-        let winner = winners.iter().find(|w| w["scene"] == scene["id"] && w["level"] == 0.01);
+        let winner = winners.iter().find(|w| w["scene"] == scene["id"] && w["level"] == level);
         let stiffness = scene["stiffness_over_mass_per_s2"].as_f64().unwrap_or(f64::NAN);
-        wins.extend(winner.map(|w| (stiffness, w["is_explicit"] == true)));
+        wins.extend(winner.map(|w| (stiffness, w.clone())));
     }
     wins.sort_by(|a, b| a.0.total_cmp(&b.0));
     wins
+}
+
+/// The method behind a label: what stands before the first comma.
+fn method(label: &Value) -> &str {
+    label.as_str().unwrap_or("none").split(',').next().unwrap_or_default()
+}
+
+/// Who leads at which stiffness, as a part of a sentence.
+fn leads(wins: &[(f64, Value)]) -> String {
+    let mut parts: Vec<(&str, Vec<String>)> = Vec::new();
+    for (stiffness, winner) in wins {
+        let (name, at) = (method(&winner["label"]), power(*stiffness));
+        match parts.last_mut() {
+            Some((last, places)) if *last == name => places.push(at),
+            _ => parts.push((name, vec![at])),
+        }
+    }
+    let parts: Vec<String> =
+        parts.iter().map(|(name, at)| format!("`{name}` at {}", at.join(" and "))).collect();
+    parts.join(", ")
+}
+
+/// Winners on the hanging sheet, with those that tie.
+fn winner_table(wins: impl Fn(&'static str, f64) -> Vec<(f64, Value)>) -> String {
+    let mut text = "\n\n| damping | k/m (s⁻²) | error ≤ 10 % | error ≤ 1 % | error ≤ 0.1 % |\n\
+                    |---|---|---|---|---|\n"
+        .to_owned();
+    let cell = |winner: &Value| {
+        let ties = winner["tied"].as_array().map_or(&[][..], Vec::as_slice);
+        let names: Vec<_> =
+            ties.iter().take(3).map(|tied| format!("`{}`", method(&tied["label"]))).collect();
+        let more = ties.len().saturating_sub(3);
+        let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+        let ties = if names.is_empty() {
+            String::new()
+        } else {
+            format!("; tie: {}{more}", names.join(", "))
+        };
+        format!("**`{}`**{ties}", method(&winner["label"]))
+    };
+    for damping in ["light", "heavy"] {
+        let columns = [0.1, LEVEL, 1e-3].map(|level| wins(damping, level));
+        for (k, (stiffness, _)) in columns[0].iter().enumerate() {
+            let cells = columns.iter().filter_map(|column| column.get(k));
+            let cells: Vec<_> = cells.map(|(_, winner)| cell(winner)).collect();
+            // Writing to a string cannot fail.
+            let _ = writeln!(text, "| {damping} | {} | {} |", power(*stiffness), cells.join(" | "));
+        }
+    }
+    text + "\n"
 }
 
 /// A power of ten as prose writes it.

@@ -18,15 +18,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     let record = read(&results.join("work-precision.json"))?;
     let timings = read(&results.join("timings/work-precision.json"))?;
     let by_form = samples(&record["facts"], &timings["rows"]).ok_or("a field is missing")?;
-    let least = by_form
-        .values()
-        .flatten()
-        .map(|sample| 1e9 * sample.seconds / sample.work.visits())
-        .fold(f64::INFINITY, f64::min);
     let mut forms: Vec<_> =
         by_form.iter().filter_map(|(method, samples)| fit(method, samples)).collect();
     for price in &mut forms {
         price.ns_a_visit = price.ns_a_visit.map(|ns| digits(ns, 1e4));
+        price.least_ns_a_visit = digits(price.least_ns_a_visit, 1e4);
         price.within = digits(price.within, 1e3);
         tell!("{:60} {:3} runs, within {:.2}", price.method, price.runs, price.within);
     }
@@ -34,7 +30,6 @@ fn main() -> Result<(), Box<dyn Error>> {
     let prices = Prices {
         cpu: text(&timings["provenance"]["cpu"]),
         commit: text(&timings["provenance"]["commit"]),
-        least_ns_a_visit: digits(least, 1e3),
         forms,
     };
     std::fs::write(TABLE, serde_json::to_string_pretty(&prices)? + "\n")?;

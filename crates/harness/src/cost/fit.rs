@@ -45,8 +45,13 @@ pub fn fit(method: &str, samples: &[Sample]) -> Option<Price> {
         .map(|ratio| ratio.max(1.0 / ratio))
         .collect();
     factors.sort_by(f64::total_cmp);
+    let runs = rows.len();
     let within = factors[(9 * factors.len()).div_ceil(10) - 1];
-    Some(Price { method: method.to_owned(), ns_a_visit, runs: rows.len(), within })
+    let mut price =
+        Price { method: method.to_owned(), ns_a_visit, least_ns_a_visit: 0.0, runs, within };
+    let each = samples.iter().map(|s| 1e9 * s.work.seconds(&price) / s.work.visits());
+    price.least_ns_a_visit = each.fold(f64::INFINITY, f64::min);
+    Some(price)
 }
 
 fn modelled(row: &[f64; KINDS], prices: &[f64; KINDS]) -> f64 {
@@ -118,7 +123,13 @@ mod tests {
     use super::*;
 
     fn samples(prices: [f64; KINDS], noise: impl Fn(u64) -> f64) -> Vec<Sample> {
-        let price = Price { method: String::new(), ns_a_visit: prices, runs: 0, within: 1.0 };
+        let price = Price {
+            method: String::new(),
+            ns_a_visit: prices,
+            least_ns_a_visit: 1.0,
+            runs: 0,
+            within: 1.0,
+        };
         let work = |n: u64| Counted {
             steps: 8 << (n % 5),
             force_evaluations: 3 * (8 << (n % 5)) + n,

@@ -100,6 +100,8 @@ pub struct Price {
     pub method: String,
     /// Nanoseconds a visit of each kind of work.
     pub ns_a_visit: [f64; KINDS],
+    /// Least modelled time of these runs over their visits, ns.
+    pub least_ns_a_visit: f64,
     /// Timed runs to which the prices were fitted.
     pub runs: usize,
     /// Factor by which modelled and measured time differ at most in nine of ten of these runs.
@@ -114,8 +116,6 @@ pub struct Prices {
     pub cpu: String,
     /// Commit of the program that measured.
     pub commit: String,
-    /// Least time of any run a visit, ns: no run of so many visits takes less.
-    pub least_ns_a_visit: f64,
     /// One a form.
     pub forms: Vec<Price>,
 }
@@ -144,8 +144,13 @@ impl Prices {
 }
 
 /// Prices of a method that was never timed.
-static PLAIN: Price =
-    Price { method: String::new(), ns_a_visit: [2.0; KINDS], runs: 0, within: f64::INFINITY };
+static PLAIN: Price = Price {
+    method: String::new(),
+    ns_a_visit: [2.0; KINDS],
+    least_ns_a_visit: 2.0,
+    runs: 0,
+    within: f64::INFINITY,
+};
 
 #[cfg(test)]
 mod tests {
@@ -173,6 +178,7 @@ mod tests {
         let price = Price {
             method: "a".to_owned(),
             ns_a_visit: [1.0, 0.0, 0.5, 0.0, 2.0, 0.0, 1.0, 0.0],
+            least_ns_a_visit: 0.5,
             runs: 9,
             within: 1.1,
         };
@@ -184,12 +190,12 @@ mod tests {
         let form = |method: &str, ns: f64| Price {
             method: method.to_owned(),
             ns_a_visit: [ns; KINDS],
+            least_ns_a_visit: ns,
             runs: 1,
             within: 1.0,
         };
         let forms = vec![form("a:x=1", 1.0), form("a", 2.0), form("b", 3.0)];
-        let prices =
-            Prices { cpu: String::new(), commit: String::new(), least_ns_a_visit: 0.5, forms };
+        let prices = Prices { cpu: String::new(), commit: String::new(), forms };
         for (method, ns) in [("a", 2.0), ("a:x=1", 1.0), ("a:x=2", 1.0), ("b:y=1", 3.0), ("c", 2.0)]
         {
             assert_eq!(prices.of(method).ns_a_visit, [ns; KINDS], "{method}");
@@ -207,6 +213,7 @@ mod tests {
         }
         for price in &prices().forms {
             assert!(price.ns_a_visit.iter().any(|ns| *ns > 0.0), "{}", price.method);
+            assert!(price.least_ns_a_visit > 0.1, "{}", price.method);
             assert!(price.within < 2.0, "{}: within {}", price.method, price.within);
         }
         let mut within: Vec<f64> = prices().forms.iter().map(|price| price.within).collect();

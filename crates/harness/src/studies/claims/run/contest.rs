@@ -1,8 +1,8 @@
 //! Contests: which method reaches an error in the least modelled time on a sheet of the study
 //! `work-precision`.
 //!
-//! The budget of a run, in visits of a spring, grows until three methods reach every error in less
-//! time than any run beyond the budget can take. So the first three are exact,
+//! The budget of a run, in modelled time, grows until three methods reach every error within it. So
+//! the first three are exact,
 //! and what is far behind is given up early. A form whose run is exact enough is not run finer.
 
 use crate::HarnessError;
@@ -24,8 +24,8 @@ const LIGHT: f64 = 40.0;
 const USUAL: f64 = 400.0;
 /// Times of so many methods are recorded, besides those that a claim names.
 pub(super) const RECORDED: usize = 3;
-/// Budget of the first round for [`USUAL`] particles, and how it grows.
-const FIRST_BUDGET: f64 = 1e6;
+/// Budget of the first round for [`USUAL`] particles, s, and how it grows.
+const FIRST_BUDGET: f64 = 2e-3;
 const GROWTH: f64 = 4.0;
 /// Runs may cost so many times what counts in a round: a run whose cost can only be guessed is not
 /// begun where the guess is beyond the budget.
@@ -74,18 +74,23 @@ impl Contest {
         Ok(Simulation { system, state })
     }
 
-    /// The runs of the forms that are meant, up to an effort.
+    /// The runs of the forms that are meant, up to a modelled time. A form's runs end at the visits
+    /// that take at least this time at its prices.
     fn rows(
-        &mut self,
+        &self,
         budget: f64,
         is_meant: impl Fn(&Variant) -> bool,
     ) -> Result<Vec<Row>, HarnessError> {
-        self.setting.case.budget = SLACK * budget;
         let of_methods = |form: &&Variant| form.method != DOP853 && is_meant(form);
         let forms: Vec<&Variant> = VARIANTS.iter().filter(of_methods).collect();
-        let run = |form: &&Variant| match self.setting.row(form, None) {
-            Err(HarnessError::Prepare(PrepareError::Unsupported { .. })) => Ok(None),
-            row => row.map(Some),
+        let run = |form: &&Variant| {
+            let mut setting = self.setting.clone();
+            let ns_a_visit = prices().of(form.method).least_ns_a_visit;
+            setting.case.budget = SLACK * 1e9 * budget / ns_a_visit;
+            match setting.row(form, None) {
+                Err(HarnessError::Prepare(PrepareError::Unsupported { .. })) => Ok(None),
+                row => row.map(Some),
+            }
         };
         let rows: Result<Vec<_>, HarnessError> =
             forms.par_iter().with_max_len(1).map(run).collect();
@@ -93,7 +98,7 @@ impl Contest {
     }
 
     /// The modelled times of the named methods and of the three fastest, for each error.
-    /// A named method that needs more than `most` visits does not reach the error. Forms of which
+    /// A named method that needs more than `most` seconds does not reach the error. Forms of which
     /// `is_meant` says no do not compete.
     pub(super) fn efforts(
         &mut self,
@@ -110,10 +115,8 @@ impl Contest {
             let mut rows = self.rows(budget, |form| !is_named(form) && is_meant(form))?;
             rows.extend(own.iter().cloned());
             let all: Vec<Vec<Effort>> = levels.iter().map(|&level| efforts(&rows, level)).collect();
-            // No run beyond the budget takes less time than this.
-            let exact = 1e-9 * prices().least_ns_a_visit * budget;
             let known = |efforts: &Vec<Effort>| {
-                efforts.iter().filter(|effort| effort.seconds <= exact).count() >= RECORDED
+                efforts.iter().filter(|effort| effort.seconds <= budget).count() >= RECORDED
             };
             if budget >= most || all.iter().all(known) {
                 let of_level = levels.iter().zip(&all);

@@ -195,6 +195,7 @@ impl Case {
 }
 
 /// A scene with its exact solution.
+#[derive(Clone)]
 pub(in crate::studies) struct Setting {
     pub(in crate::studies) case: Case,
     pub(in crate::studies) simulation: Simulation,

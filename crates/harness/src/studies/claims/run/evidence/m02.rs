@@ -25,8 +25,8 @@ pub(super) const TRIAL: Trial = Trial {
     seconds: None,
 };
 
-/// Most effort of a run with 400 particles, visits of a spring; more for more.
-const MOST: f64 = 3e7;
+/// Most modelled time of a run with 400 particles, s; more for more.
+const MOST: f64 = 0.12;
 /// Left out where there are more than 400 particles.
 const COSTLY: &str = "energy-momentum";
 const STEP: f64 = 0.01;

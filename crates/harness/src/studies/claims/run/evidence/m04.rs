@@ -18,8 +18,8 @@ pub(super) const TRIAL: Trial = Trial {
     seconds: None,
 };
 
-/// Most effort of a run, visits of a spring.
-const MOST: f64 = 1.2e8;
+/// Most modelled time of a run, s.
+const MOST: f64 = 0.5;
 
 fn evidence() -> Result<Vec<Number>, HarnessError> {
     let mut numbers: Vec<Number> = Vec::new();

@@ -25,8 +25,8 @@ pub(super) const TRIAL: Trial = Trial {
     seconds: None,
 };
 
-/// Most effort of a run, visits of a spring.
-const MOST: f64 = 4e8;
+/// Most modelled time of a run, s.
+const MOST: f64 = 1.0;
 const STEP: f64 = 0.01;
 
 /// The five iterate until their residual is small: one linear solve a step is another method.
