@@ -195,6 +195,32 @@ fn a_step_that_newton_cannot_solve_is_divided_or_reported() {
     assert!(halved.1 > 0 && halved.0 < reported.0 && reported.1 == 0, "{halved:?}, {reported:?}");
 }
 
+/// The same squeezed sheet with all iterations that it needs, and with fewer: the limit holds for
+/// the step with all of its parts, and the step says that it is unsolved.
+#[test]
+fn a_step_ends_when_its_iterations_are_used_up_and_says_so() {
+    let sheet = Sheet { tension: 1e8, shear: 1e7, damping: 0.0, ..Sheet::default() };
+    let start = stir(sheet.build(), 0.2, 10.0);
+    let take = |most: Option<u32>| {
+        let (system, mut state) = start.clone();
+        let settings = settings(1e-9, OnFailure::Halve);
+        let mut step = Workspace::new(&system, &settings, 0.01).expect("a pattern");
+        step.equation.most = most.unwrap_or(step.equation.most);
+        let mut clock = PhaseClock::off();
+        let report = step.step(&settings, &system, &mut state, 0.01, &mut clock).expect("finite");
+        assert!(state.is_finite() && state.t == 0.01, "{report:?}");
+        report
+    };
+    let free = take(None);
+    assert_eq!(free.solve, SolveStatus::Converged, "{free:?}");
+    assert!(free.rejected > 0 && free.newton_iterations > 30, "{free:?}");
+    for most in [1, 5, 30] {
+        let limited = take(Some(most));
+        assert_eq!(limited.newton_iterations, most, "{limited:?}");
+        assert_eq!(limited.solve, SolveStatus::IterationLimit, "{limited:?}");
+    }
+}
+
 #[test]
 fn what_cannot_be_computed_is_an_error_that_leaves_the_state() {
     let mut run = run(Sheet::default().build(), 0.01);
