@@ -50,8 +50,8 @@ impl StageMemory {
         })
     }
 
-    /// Finds the contacts of a step of `h` seconds, once for all stages, and the velocity with which
-    /// it begins.
+    /// Finds the contacts of a step of `h` seconds, once for all stages, and the velocity with
+    /// which it begins.
     pub fn begin(&mut self, system: &System, state: &State, h: f64, clock: &mut PhaseClock) {
         let Self { first, contacts, constraints, .. } = self;
         clock.switch(Phase::Contact);
@@ -121,8 +121,8 @@ impl StageMemory {
         }
     }
 
-    /// Notes in `X*` where the pins on paths end a step of `h` seconds from `x`. Summed over stages,
-    /// their way would be off by round-off, which they would follow in the next step.
+    /// Notes in `X*` where the pins on paths end a step of `h` seconds from `x`. Summed over
+    /// stages, their way would be off by round-off, which they would follow in the next step.
     pub fn lead(&mut self, system: &System, x: &[Vec3], h: f64) {
         for i in system.moving_pins().iter().map(|pin| pin.particle) {
             self.x_star[i] = x[i] + self.first[i] * h;

@@ -43,8 +43,8 @@ pub fn oscillator(theta: f64, eta: f64) -> (System, State) {
     build(&anchored(MASS, &[(SpringEffect::Tension, 0.0, k, c)], x, v))
 }
 
-/// Takes 100 steps of a particle on anchored springs of rest length 0. Their sizes repeat `sizes` in
-/// units of [`H`].
+/// Takes 100 steps of a particle on anchored springs of rest length 0. Their sizes repeat `sizes`
+/// in units of [`H`].
 ///
 /// Each step must be the one of `matrix` from the state before it, up to `tolerance`. `matrix` gets
 /// the size of the step and acts on `(x, hv)` of each axis. Returns what the steps reported.

@@ -103,8 +103,8 @@ fn momentum_is_kept_with_unequal_masses_and_both_laws_of_damping() {
     }
 }
 
-/// Observed order on a smooth scene, with all springs in the matrix and with shear springs explicit,
-/// with both laws of damping.
+/// Observed order on a smooth scene, with all springs in the matrix and with shear springs
+/// explicit, with both laws of damping.
 #[test]
 fn every_tableau_has_its_order() {
     for law in [DampingLaw::Full, DampingLaw::Projected] {
@@ -182,8 +182,8 @@ fn changes_of_the_system_and_the_step_size_are_followed() {
     }
 }
 
-/// Sweeps over the springs: the explicit forces of a stage, `−L_k X*` before a solve, and for `ark3`
-/// and `ark4` the implicit force at the start.
+/// Sweeps over the springs: the explicit forces of a stage, `−L_k X*` before a solve, and for
+/// `ark3` and `ark4` the implicit force at the start.
 #[test]
 fn costs_are_counted() {
     for (name, sweeps) in [("ars222", 4), ("ars443", 8), ("ark3", 8), ("ark4", 12)] {
@@ -210,8 +210,8 @@ fn obstacles_and_moving_pins_are_refused_by_name() {
     }
 }
 
-/// A sheet that resists shear and bending by angles, in a steady wind with quadratic drag: all forces
-/// take part with the full order.
+/// A sheet that resists shear and bending by angles, in a steady wind with quadratic drag: all
+/// forces take part with the full order.
 #[test]
 fn angles_and_wind_keep_the_order() {
     let known = Known::new(in_the_wind(), 0.125);

@@ -157,8 +157,8 @@ fn changes_of_the_system_and_the_step_size_are_followed() {
     }
 }
 
-/// One factorisation a step, one force a stage unless two stages share it, and a product with `K` and
-/// one with the matrix a stage.
+/// One factorisation a step, one force a stage unless two stages share it, and a product with `K`
+/// and one with the matrix a stage.
 #[test]
 fn costs_are_counted() {
     for (name, forces, stages) in
@@ -223,8 +223,8 @@ fn obstacles_and_moving_pins_are_refused_by_name() {
 /// The forms whose order does not depend on what the Jacobian leaves out.
 const EXACT: [(&str, u32); 3] = [("ros2", 2), ("ros34pw2", 3), ("ros34pw2,jacobian=clamped", 3)];
 
-/// A sheet that resists shear and bending by angles, in a steady wind with quadratic drag: all forces
-/// take part with the full order.
+/// A sheet that resists shear and bending by angles, in a steady wind with quadratic drag: all
+/// forces take part with the full order.
 #[test]
 fn angles_and_wind_keep_the_order() {
     let known = Known::new(in_the_wind(), 0.125);
