@@ -51,7 +51,7 @@ impl Contest {
         let setting = if ground.is_heavy {
             Setting::new(&case)?
         } else {
-            // Contact takes the order of the method of order 4.
+            // Contact leaves no method its order: above the ball the cheaper steps serve.
             let (method, shares) =
                 if ground.has_ball { (VERLET, [0.125, 0.25]) } else { (NYSTROM, [0.5, 0.95]) };
             Setting::of(&case, &spec, 0.0, |system, state| {
