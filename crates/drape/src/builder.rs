@@ -9,16 +9,64 @@ use std::process::ExitCode;
 /// and every study, with your methods in them.
 ///
 /// ```no_run
-/// # use drape::integrator::Registration;
-/// # fn my_method() -> Registration { unimplemented!() }
+/// use drape::integrator::*;
+/// use drape::model::{State, System, Vec3};
+///
+/// static METHOD: Method = Method {
+///     id: "my-euler",
+///     name: "symplectic Euler of my own",
+///     source: "Euler-Cromer",
+///     order: Order::One,
+///     class: StabilityClass::Symplectic,
+///     conserves: &[Quantity::Momentum],
+///     theory: "stable up to h² k/m = 4 without damping",
+///     supports: Supports::Explicit,
+///     refuses: &["contact", "friction", "moving pins", "moving obstacles"],
+///     settings: &[],
+/// };
+///
+/// /// The force on each particle, N.
+/// #[derive(Debug)]
+/// struct MyEuler(Vec<Vec3>);
+///
+/// impl Scheme for MyEuler {
+///     type Settings = ();
+///     fn method(_: &()) -> &'static Method {
+///         &METHOD
+///     }
+///     fn new(system: &System, _: &(), _h: f64) -> Result<Self, PrepareError> {
+///         Ok(Self(vec![Vec3::zeros(); system.len()]))
+///     }
+///     fn step(
+///         &mut self,
+///         _: &(),
+///         system: &System,
+///         state: &mut State,
+///         h: f64,
+///         _: &mut PhaseClock,
+///     ) -> Result<StepReport, StepError> {
+///         system.forces(state.level(), &mut self.0);
+///         for i in (0..system.len()).filter(|i| !system.pinned()[*i]) {
+///             state.v[i] += self.0[i] * (h / system.mass()[i]); // v ← v + h f/m
+///             state.x[i] += state.v[i] * h; // x ← x + h v
+///         }
+///         state.t += h;
+///         Ok(StepReport { force_evaluations: 1, ..StepReport::default() })
+///     }
+///     fn restart(&mut self) {}
+///     fn is_portable(_: &()) -> bool {
+///         true
+///     }
+/// }
+///
 /// fn main() -> std::process::ExitCode {
-///     drape::Drape::new().with(my_method()).main()
+///     drape::Drape::new().with(Registration::new::<MyEuler>(&METHOD)).main()
 /// }
 /// ```
 ///
-/// [`examples::write_a_method`](crate::examples::write_a_method) is a whole one. A study runs an added
-/// method at its defaults, after all others; `--methods MY-METHOD` runs no other. Its results go into
-/// `results-own` by default. Figures show it among the "Other methods".
+/// [`examples::write_a_method`](crate::examples::write_a_method) is a whole one. A study runs an
+/// added method at its defaults, after all others; `--methods MY-METHOD` runs no other. Its results
+/// go into `results-own` by default. Figures show it among the "Other methods".
 #[derive(Debug, Default)]
 #[must_use]
 pub struct Drape {

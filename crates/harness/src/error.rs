@@ -52,7 +52,8 @@ pub enum HarnessError {
     Record(#[from] RecordError),
     /// Another process writes results there.
     #[error(
-        "{}: another process is writing results there; wait for it or choose another folder with --out",
+        "{}: another process is writing results there; wait for it or choose another folder with \
+         --out",
         folder.display()
     )]
     Busy {

@@ -3,11 +3,11 @@
 //! A record's `facts` are lists of cells, each a JSON object. A cell names itself by words (its
 //! label, its series, …) and holds numbers. Each number becomes a row that repeats what a reader
 //! filters by: scene, particles, stiffness, method, settings, step and verdict. Nested objects and
-//! lists are walked through, so a metric may be called `runs.3.error` or `energy.17`. Units stand in
-//! the keys of the records (`step_s`, `path_m`), or beside the number (`unit`, in the claims).
+//! lists are walked through, so a metric may be called `runs.3.error` or `energy.17`. Units stand
+//! in the keys of the records (`step_s`, `path_m`), or beside the number (`unit`, in the claims).
 //!
-//! Where a cell names a scene, and the record lists the scenes, the numbers of the scene that a cell
-//! lacks come from there.
+//! Where a cell names a scene, and the record lists the scenes, the numbers of the scene that a
+//! cell lacks come from there.
 
 use drape_report::file::read_json;
 use drape_report::{Record, RecordError};

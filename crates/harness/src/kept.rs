@@ -17,7 +17,8 @@
 //!
 //! **Cost.** The references take at most 5 % of the counted effort of the run, or 10⁷
 //! visits of a spring (some hundredths of a second) if that is more. Where three windows of eight
-//! steps do not fit, one window or shorter windows of two steps are taken; else the share is unknown.
+//! steps do not fit, one window or shorter windows of two steps are taken; else the share is
+//! unknown.
 
 use crate::methods::Choice;
 use crate::motion::{loads, size};

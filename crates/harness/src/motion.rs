@@ -2,11 +2,11 @@
 //!
 //! Springs at their rest length do not resist a motion across them. A method whose matrix holds the
 //! whole Laplacian `L_k` of its springs resists it all the same: its sheets fall like sheets in
-//! honey, at the terminal speed `v = a u/h` with `L_k u = M 1` (the law of the study `locking`). The
-//! mean of `u` over the free particles, the *lever*, makes one spring of the sheet: `k/m = 1/u`,
-//! loaded across itself. The method itself, in the settings of the user, moves this spring with the
-//! step of the user. The way of its free end over that of a free fall is the share of motion that
-//! theory expects.
+//! honey, at the terminal speed `v = a u/h` with `L_k u = M 1` (the law of the study `locking`).
+//! The mean of `u` over the free particles, the *lever*, makes one spring of the sheet: `k/m =
+//! 1/u`, loaded across itself. The method itself, in the settings of the user, moves this spring
+//! with the step of the user. The way of its free end over that of a free fall is the share of
+//! motion that theory expects.
 //!
 //! | symbol | meaning |
 //! |---|---|

@@ -60,8 +60,8 @@ const WOLFE_SLOPE: f64 = 0.9;
 /// Minimises an [`IncrementalPotential`] by Newton's method with line search. This solves the
 /// nonlinear system EEH (4) by the iteration (5), reduced to `3n` unknowns as in section 2.3.
 ///
-/// The matrix is the exact Hessian `M + τ_x τ_v ∇²U + τ_v D` while its Cholesky factorisation succeeds.
-/// Else each spring's block is projected to positive semi-definite. With a saved Jacobian
+/// The matrix is the exact Hessian `M + τ_x τ_v ∇²U + τ_v D` while its Cholesky factorisation
+/// succeeds. Else each spring's block is projected to positive semi-definite. With a saved Jacobian
 /// ([`Jacobian::Saved`]) the factor is kept over iterations and stages. Residual and line search
 /// stay those of the present potential, so the solution is the same. With conjugate gradients
 /// ([`Cg`](crate::NewtonSolver::Cg), [`Multigrid`](crate::NewtonSolver::Multigrid)) the Hessian

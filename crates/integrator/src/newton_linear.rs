@@ -411,7 +411,8 @@ impl NewtonMatrix {
         Ok(count)
     }
 
-    /// `H = M + τ_x τ_v ∇²U + τ_v D` at the positions of the last gradient, projected to the constraints.
+    /// `H = M + τ_x τ_v ∇²U + τ_v D` at the positions of the last gradient, projected to the
+    /// constraints.
     fn assemble(
         &mut self,
         system: &System,

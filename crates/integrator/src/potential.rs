@@ -16,8 +16,8 @@ fn lagged<'a>(t: f64, x: &'a [Vec3], v: &'a [Vec3]) -> Level<'a> {
 
 /// The time constants of an implicit stage, `x = x* + τ_x v` and `M (v − v*) = τ_v f`.
 ///
-/// Both are the same in backward Euler, BDF and Runge–Kutta methods, and differ in the generalized-α
-/// family.
+/// Both are the same in backward Euler, BDF and Runge–Kutta methods, and differ in the
+/// generalized-α family.
 ///
 /// ```
 /// use drape_integrator::Tau;

@@ -58,8 +58,8 @@ impl StepControl {
     }
 }
 
-/// The largest eigenvalue `λ` of `M⁻¹∇²U`, as the cloth moves or for all positions, and the division
-/// of a step that it asks for.
+/// The largest eigenvalue `λ` of `M⁻¹∇²U`, as the cloth moves or for all positions, and the
+/// division of a step that it asks for.
 #[derive(Debug)]
 pub struct StabilityLimit {
     source: Source,

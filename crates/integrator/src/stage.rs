@@ -23,8 +23,8 @@ settings! {
     }
 }
 
-/// The stage `M (v − v*) = τ_v f(x, v)`, `x = x* + τ_x v`. It is EEH (10), `x'' = M⁻¹ f(x, x')` as a
-/// system of first order, under any implicit method. Newton's iteration has the `3n` unknowns of
+/// The stage `M (v − v*) = τ_v f(x, v)`, `x = x* + τ_x v`. It is EEH (10), `x'' = M⁻¹ f(x, x')` as
+/// a system of first order, under any implicit method. Newton's iteration has the `3n` unknowns of
 /// section 2.3, since `x` follows from `v`.
 ///
 /// With one `τ` for both:

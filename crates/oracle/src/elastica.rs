@@ -1,5 +1,5 @@
-//! The heavy elastica: an inextensible strip that is clamped horizontally at one end and bends under
-//! its own weight.
+//! The heavy elastica: an inextensible strip that is clamped horizontally at one end and bends
+//! under its own weight.
 //!
 //! With the arc length `s` from the clamp over the free length `L`, the slope `θ` below the
 //! horizontal, the areal density `ρ` and the bending rigidity `B` per width, the moments balance as
@@ -12,8 +12,8 @@
 //! reach is one curve over `Γ`, the *master curve* of cantilever tests (V. Romero, M. Ly, A. H.
 //! Rasheed, R. Charrondière, A. Lazarus, S. Neukirch, F. Bertails-Descoubes 2021, *Physical
 //! validation of simulators in computer graphics*, ACM Transactions on Graphics 40(4), 66,
-//! doi:10.1145/3450626.3459931). The textile standard (Peirce 1930; ASTM D1388) is its point `Γ = 8`:
-//! there the chord falls at 41.5°, and half of `L` is the bending length.
+//! doi:10.1145/3450626.3459931). The textile standard (Peirce 1930; ASTM D1388) is its point `Γ =
+//! 8`: there the chord falls at 41.5°, and half of `L` is the bending length.
 //!
 //! This module integrates the equation by Runge and Kutta's method from the free end, and finds the
 //! slope there by bisection.

@@ -101,7 +101,8 @@ pub mod spin {
     /// The energy-momentum method: the law of [`implicit_midpoint`] with `1 − 2ℓ/(L_n + L_{n+1})`
     /// for `1 − ℓ/L_m`. It is exactly 1 without damping.
     ///
-    /// The discrete gradient pulls along `d + d'`, with `k (1 − 2ℓ/(L_n + L_{n+1}))` per half of it.
+    /// The discrete gradient pulls along `d + d'`, with `k (1 − 2ℓ/(L_n + L_{n+1}))` per half of
+    /// it.
     pub fn energy_momentum(
         theta: f64,
         eta: f64,

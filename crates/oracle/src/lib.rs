@@ -19,8 +19,9 @@
 //! This crate knows the model and the integrator trait, but no method, so that no check shares code
 //! with the method that it checks.
 //!
-//! [`statics`] finds rest positions. [`scenes`] builds the small systems of the tests, [`Run`] steps an integrator on one of them,
-//! and [`Random`] gives the same numbers on every machine.
+//! [`statics`] finds rest positions. [`scenes`] builds the small systems of the tests, [`Run`]
+//! steps an integrator on one of them, and [`Random`] gives the same numbers on every machine.
+//! [`checks`] are tests that many methods share.
 //!
 //! # Symbols
 //!
@@ -35,6 +36,7 @@
 //! For one particle of mass `m` on an anchored spring `κ = k/m`, `δ = c/m`; for the relative motion
 //! of two free particles of mass `m` each, `κ = 2k/m`, `δ = 2c/m`.
 
+pub mod checks;
 pub mod elastica;
 pub mod finite_difference;
 pub mod laws;

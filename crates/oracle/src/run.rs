@@ -68,6 +68,11 @@ impl Run {
         self.step()
     }
 
+    /// A new integrator with the same system, state and step size.
+    pub fn fresh(&self, integrator: Box<dyn Integrator>) -> Self {
+        Self::new(integrator, (self.system.clone(), self.state.clone()), self.h)
+    }
+
     /// Forgets the history.
     pub fn restart(&mut self) {
         self.integrator.restart(&self.state);

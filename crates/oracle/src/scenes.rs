@@ -1,8 +1,9 @@
 //! Small scenes that tests, benches and studies share.
 
 use drape_model::{
-    Cloth, DampingLaw, Effects, GravitySpec, Grid, ObstacleSpec, ParticlesSpec, PieceSpec, Pin,
-    PinSpec, Scene, SpringEffect, SpringLaw, SpringSpec, State, System, SystemSpec, TimeSpan, Vec3,
+    AirSpec, AngularLaw, Cloth, DampingLaw, DragSpec, Effects, GravitySpec, Grid, ObstacleSpec,
+    ParticlesSpec, PieceSpec, Pin, PinSpec, Scene, SpringEffect, SpringLaw, SpringSpec, State,
+    System, SystemSpec, TimeSpan, Vec3, WindSpec,
 };
 
 /// The acceleration of gravity, m/s².
@@ -176,6 +177,21 @@ impl Sheet {
         }
     }
 
+    /// 25 particles in whose motion nothing is stiff.
+    pub fn smooth(law: DampingLaw) -> Self {
+        Self { tension: 400.0, shear: 100.0, damping: 2.0, law, ..Self::default() }
+    }
+
+    /// 25 particles that nothing holds or pulls.
+    pub fn free() -> Self {
+        Self { pinned: false, gravity: Vec3::zeros(), ..Self::default() }
+    }
+
+    /// 400 particles on two pins, with these tension springs and shear springs of a tenth.
+    pub fn hanging(tension: f64, damping: f64) -> Self {
+        Self { side: 20, tension, shear: 0.1 * tension, damping, ..Self::default() }
+    }
+
     /// The frozen system.
     ///
     /// # Panics
@@ -202,6 +218,76 @@ pub fn stir((system, mut state): (System, State), height: f64, speed: f64) -> (S
         state.v[i] = Vec3::new(a.sin(), (2.0 * a).cos(), (3.0 * a).sin()) * speed;
     }
     (system, state)
+}
+
+/// Stretches a [`Sheet`], lays a wave over it and gives it smooth velocities: a motion in which
+/// nothing is stiff as long as no spring is.
+pub fn waving((system, mut state): (System, State)) -> (System, State) {
+    let corner = Vec3::new(-0.5, -0.5, 0.0);
+    for i in (0..state.len()).filter(|&i| !system.pinned()[i]) {
+        let from_corner = state.x[i] - corner;
+        let (x, y) = (from_corner.x, from_corner.y);
+        let wave = 0.02 * libm::sin(3.0 * y + 1.0);
+        state.x[i] = corner + Vec3::new(1.03 * x, 0.98 * y, wave);
+        state.v[i] = Vec3::new(libm::sin(2.0 * y), x, libm::cos(3.0 * x)) * 0.3;
+    }
+    (system, state)
+}
+
+/// Two particles of 1 kg on a spring of rest length 1 m that turn about each other by 2 rad/s, at
+/// the length at which the spring bears the rotation. `h²·2k/m` is `theta`.
+pub fn rotor(theta: f64, h: f64) -> (System, State) {
+    let kappa = theta / (h * h);
+    let length = kappa / (kappa - 4.0);
+    let (x, v) = (Vec3::x() * (0.5 * length), Vec3::y() * length);
+    let mut spec = particles(&[1.0; 2], &[-x, x], &[-v, v]);
+    spec.springs = vec![tension((0, 1), 1.0, 0.5 * kappa, 0.0)];
+    build(&spec)
+}
+
+/// A chain of two links of 0.3 m that hangs at rest: 0.5 kg a particle, springs of 10 kN/m.
+pub fn resting_chain() -> (System, State) {
+    let (k, m) = (1e4, 0.5);
+    let hang = |below: f64| 0.3 + below * m * -GRAVITY.z / k;
+    let depth = [0.0, hang(2.0), hang(2.0) + hang(1.0)];
+    let mut spec = particles(&[m; 3], &depth.map(|z| Vec3::z() * -z), &[]);
+    spec.pins = vec![pin(0)];
+    spec.effects.gravity = gravity();
+    spec.springs = (0..2).map(|i| tension((i, i + 1), 0.3, k, 1.0)).collect();
+    build(&spec)
+}
+
+/// A particle between two pinned ones whose springs of `θ = 2h²k/m` have `rest` of their length as
+/// rest length. It is 1 nm off the line, so that it moves across the springs.
+pub fn across(theta: f64, rest: f64, mass: f64, h: f64) -> (System, State) {
+    let middle = Vec3::new(0.0, 1e-9, -0.5e-9);
+    let velocity = [Vec3::zeros(), Vec3::zeros(), -middle];
+    let mut spec = particles(&[mass; 3], &[-Vec3::x(), Vec3::x(), middle], &velocity);
+    spec.pins = vec![pin(0), pin(1)];
+    let k = 0.5 * theta * mass / (h * h);
+    spec.springs = (0..2).map(|end| tension((end, 2), rest, k, 0.0)).collect();
+    build(&spec)
+}
+
+/// Makes a sheet resist shear and bending by angles.
+pub fn angular(mut scene: Scene) -> Scene {
+    let law = |stiffness_n_m| Some(AngularLaw { stiffness_n_m });
+    scene.effects.shear_angle = law(2e-3);
+    scene.effects.bending_angle = law(2e-4);
+    scene.effects.bending_hinge = law(2e-4);
+    scene
+}
+
+/// An [angular] sheet in a steady wind with quadratic drag.
+pub fn in_the_wind() -> (System, State) {
+    let sheet = Sheet { side: 4, tension: 400.0, shear: 0.0, damping: 2.0, ..Sheet::default() };
+    let mut scene = angular(sheet.scene());
+    scene.effects.air = Some(AirSpec {
+        drag: DragSpec::Quadratic { coefficient: 1.0, density_kg_m3: 0.1 },
+        wind: Some(WindSpec { velocity_m_s: [1.0, 0.0, 3.0], gust: None }),
+    });
+    let spec = scene.discretise().unwrap_or_else(|violation| panic!("{violation}"));
+    stir(build(&spec), 0.02, 0.2)
 }
 
 /// Gives the particles masses of 1, 2, 3, 4 g in turn.

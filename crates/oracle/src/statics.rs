@@ -1,7 +1,7 @@
 //! Rest positions: Newton's method on the energy, with a line search.
 //!
-//! The matrix keeps its envelope, with the particles in the order of their x: a strip along x of `r`
-//! rows and `c` columns takes `O(r³ c)` per iteration.
+//! The matrix keeps its envelope, with the particles in the order of their x: a strip along x of
+//! `r` rows and `c` columns takes `O(r³ c)` per iteration.
 
 use drape_model::{BlockSink, Effect, Mat3, System, Tangent, Vec3};
 

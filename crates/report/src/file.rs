@@ -1,8 +1,10 @@
 //! Reading and writing records: whole files or none.
 
 use serde::{Serialize, de::DeserializeOwned};
+use std::fs::{File, TryLockError};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
+use tempfile::{Builder, NamedTempFile};
 
 /// What can go wrong with a record's file.
 #[derive(Debug, thiserror::Error)]
@@ -77,37 +79,68 @@ pub fn destination(path: &Path) -> std::io::Result<PathBuf> {
     Err(Error::other(format!("more than {MOST_LINKS} symbolic links lead from one to the next")))
 }
 
-/// The temporary name beside `path` under which this process writes it.
-fn temporary(path: &Path) -> PathBuf {
-    let mut name = path.file_name().unwrap_or_default().to_owned();
-    name.push(format!(".{}.tmp", std::process::id()));
-    path.with_file_name(name)
-}
+/// What temporary names add to the name of the file that is written: this, random letters, `.tmp`.
+const MARK: &str = ".drape-";
+/// What temporary names end with.
+const END: &str = ".tmp";
+/// Number of the random letters.
+const RANDOM: usize = 8;
 
-/// Makes a new file under a temporary name, and never follows a link that lies there.
-fn create(temporary: &Path) -> std::io::Result<std::fs::File> {
-    // A process that was killed may have had the same number.
-    let _ = std::fs::remove_file(temporary);
-    std::fs::File::create_new(temporary)
-}
-
-/// Removes the temporary files in `folder` that processes left which were killed, where `is_wanted`
-/// of the name of the file to be written. Those of a process that still works stay.
-///
-/// Only Linux tells which processes work. Elsewhere nothing is removed. What cannot be removed
-/// stays: it is litter, and no reason to stop.
-pub fn remove_leftovers(folder: &Path, is_wanted: impl Fn(&str) -> bool) {
-    let processes = Path::new("/proc");
-    if !processes.join("self").exists() {
-        return;
+/// The folder of a file.
+fn folder_of(path: &Path) -> &Path {
+    match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
     }
+}
+
+/// Makes a new file under a temporary name beside `path`. It is removed when it is dropped.
+///
+/// The name is random, since processes in two containers may share both a folder and a number. The
+/// writer holds a lock on the file, which tells [`remove_leftovers`] that it is still at work.
+fn temporary(path: &Path) -> std::io::Result<NamedTempFile<File>> {
+    let mut prefix = path.file_name().unwrap_or_default().to_owned();
+    prefix.push(MARK);
+    Builder::new().prefix(&prefix).suffix(END).rand_bytes(RANDOM).make_in(folder_of(path), create)
+}
+
+/// Makes a new file and locks it. It never follows a link.
+///
+/// # Errors
+/// [`AlreadyExists`](std::io::ErrorKind::AlreadyExists) also where [`remove_leftovers`] of another
+/// process came between: under another name all goes well.
+fn create(path: &Path) -> std::io::Result<File> {
+    let file = File::create_new(path)?;
+    // Some file systems know no locks. There nothing is ever removed.
+    let is_taken = matches!(file.try_lock(), Err(TryLockError::WouldBlock));
+    if is_taken || !path.exists() {
+        return Err(std::io::ErrorKind::AlreadyExists.into());
+    }
+    Ok(file)
+}
+
+/// The name of the file that is written under a temporary name.
+fn written_under(temporary: &str) -> Option<&str> {
+    let (written, random) = temporary.strip_suffix(END)?.rsplit_once(MARK)?;
+    let is_random = random.len() == RANDOM && random.bytes().all(|b| b.is_ascii_alphanumeric());
+    is_random.then_some(written)
+}
+
+/// Removes the temporary files in `folder` that killed processes left, where `is_wanted` of the
+/// name of the file to be written. A file that another process is writing stays: it is locked.
+///
+/// What cannot be removed stays: it is litter, and no reason to stop.
+pub fn remove_leftovers(folder: &Path, is_wanted: impl Fn(&str) -> bool) {
     for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
         let name = entry.file_name();
-        let parts = name.to_str().and_then(|name| name.strip_suffix(".tmp")?.rsplit_once('.'));
-        let Some((written, process)) = parts else { continue };
-        let is_number = process.parse::<u32>().is_ok_and(|n| n.to_string() == process);
-        if is_number && is_wanted(written) && !processes.join(process).exists() {
-            let _ = std::fs::remove_file(entry.path());
+        let is_file = entry.file_type().is_ok_and(|kind| kind.is_file());
+        if !is_file || !name.to_str().and_then(written_under).is_some_and(&is_wanted) {
+            continue;
+        }
+        let path = entry.path();
+        let Ok(file) = File::options().read(true).write(true).open(&path) else { continue };
+        if file.try_lock().is_ok() {
+            let _ = std::fs::remove_file(path);
         }
     }
 }
@@ -119,14 +152,10 @@ pub fn remove_leftovers(folder: &Path, is_wanted: impl Fn(&str) -> bool) {
 /// As [`destination`], and the system's reason why no file can be made there.
 pub fn probe(path: &Path) -> std::io::Result<()> {
     let path = destination(path)?;
-    if let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
-        std::fs::create_dir_all(folder)?;
-    }
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    std::fs::create_dir_all(folder_of(&path))?;
     let name = path.file_name().and_then(|name| name.to_str());
-    remove_leftovers(folder.unwrap_or(Path::new(".")), |written| Some(written) == name);
-    let temporary = temporary(&path);
-    create(&temporary).and_then(|_| std::fs::remove_file(&temporary))
+    remove_leftovers(folder_of(&path), |written| Some(written) == name);
+    temporary(&path)?.close()
 }
 
 /// Writes `bytes` to a temporary name beside `path` and renames it, so that a reader sees the old
@@ -137,20 +166,16 @@ pub fn probe(path: &Path) -> std::io::Result<()> {
 /// [`RecordError::Io`] with the path when it is no regular file, or when a folder, the temporary
 /// file or the rename fails; the temporary file is removed then.
 pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), RecordError> {
-    let fail = |source| RecordError::Io { path: path.to_owned(), action: "write", source };
-    let path = &destination(path).map_err(fail)?;
-    if let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
-        std::fs::create_dir_all(folder).map_err(fail)?;
-    }
-    let temporary = temporary(path);
-    let written = create(&temporary)
-        .and_then(|mut file| file.write_all(bytes).and_then(|()| file.sync_all()))
-        .and_then(|()| std::fs::rename(&temporary, path));
-    written.map_err(|source| {
-        // The first failure is the one to report; a left-over temporary file is only litter.
-        let _ = std::fs::remove_file(&temporary);
-        fail(source)
-    })
+    let write = || {
+        let path = destination(path)?;
+        std::fs::create_dir_all(folder_of(&path))?;
+        let mut temporary = temporary(&path)?;
+        temporary.as_file_mut().write_all(bytes)?;
+        temporary.as_file().sync_all()?;
+        temporary.persist(&path)?;
+        Ok(())
+    };
+    write().map_err(|source| RecordError::Io { path: path.to_owned(), action: "write", source })
 }
 
 /// A value as indented JSON with a final newline.
@@ -193,3 +218,6 @@ pub fn read_json<T: DeserializeOwned>(path: &Path) -> Result<T, RecordError> {
     serde_json::from_slice(&text)
         .map_err(|source| RecordError::Format { path: path.to_owned(), source })
 }
+
+#[cfg(test)]
+mod tests;

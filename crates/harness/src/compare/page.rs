@@ -35,7 +35,8 @@ const OUTLINE: Outline = Outline {
 const PLATES: &[Plate<Facts>] = &[Plate {
     file: "compare-front.svg",
     title: "What a frame costs, and how wrong it is",
-    caption: "The line joins the runs that no other beats in both. Time a frame on one core against \
+    caption: "The line joins the runs that no other beats in both. Time a frame on one core \
+              against \
         the error; a marker for each run that gains no energy and keeps its motion: one form of a \
         method with one number of steps a frame. Dashed: the error that was asked for, and the \
         noise of the scene, below which nothing is ranked.",
@@ -134,7 +135,8 @@ fn method(facts: &Facts) -> String {
          up to 10 looks in {} frames. A run is locked if its energy is stable and its free \
          particles move, on average, less than half of the true path. Each form runs with rising \
          numbers of steps a frame until it meets the target or would take more than three times as \
-         long as another that does. Time a frame: wall time of the steps alone, set-up aside, on one \
+         long as another that does. Time a frame: wall time of the steps alone, set-up aside, on \
+         one \
          thread, the least of the repetitions; a frame that takes more than five times the median \
          counts as five. Which runs were made depends on the time; results of \
          a run do not.",

@@ -90,7 +90,8 @@ fn the_advice_names_winner_ties_runner_up_and_what_fails() {
     assert_eq!(advice.explodes, [("explodes".to_owned(), 20)]);
     assert_eq!(advice.locks, [("locks".to_owned(), 8)]);
     assert_eq!(advice.refused.len(), 1);
-    // Four times as hard: the tie is the cheapest within 2.5 mm. Four times as easy: the coarse one.
+    // Four times as hard: the tie is the cheapest within 2.5 mm. Four times as easy: the coarse
+    // one.
     let others: Vec<_> = advice.other_targets.iter().map(|(_, run)| *run).collect();
     assert_eq!(others, [2, 7]);
     let text = lines(&facts, &advice);

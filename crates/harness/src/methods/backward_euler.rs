@@ -66,6 +66,7 @@ fn case(problem: &Problem<'_>) -> Expectation {
         return no_theorem(PUSHING);
     }
     stable(
-        "it lowers the incremental potential in every step and damps every mode; its energy may still rise in a step",
+        "it lowers the incremental potential in every step and damps every mode; its energy may \
+         still rise in a step",
     )
 }

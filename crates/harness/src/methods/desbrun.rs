@@ -55,7 +55,8 @@ fn case(problem: &Problem<'_>) -> Expectation {
         no_theorem(PUSHING)
     } else if has_gravity && has_pins {
         no_theorem(
-            "the theorem of IMEX Euler, but for gravity, which passes by the filter while the pins' reaction does not",
+            "the theorem of IMEX Euler, but for gravity, which passes by the filter while the \
+             pins' reaction does not",
         )
     } else if !has_pins && problem.choice.settings().word("torque") != "none" {
         no_theorem(

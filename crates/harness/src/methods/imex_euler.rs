@@ -122,7 +122,8 @@ fn case(problem: &Problem<'_>) -> Expectation {
             stable("no mode has θ_E > 4 + θ_I at any state: 4M + 2h²L_I − h²L is positive definite")
         }
         Linear::Everywhere => no_theorem(
-            "the energy theorem needs an exact solve; this one stops at a tolerance, from an extrapolated start",
+            "the energy theorem needs an exact solve; this one stops at a tolerance, from an \
+             extrapolated start",
         ),
         Linear::Somewhere => {
             no_theorem("θ_E < 4 + θ_I for every mode at the start, but not at every state")

@@ -73,7 +73,8 @@ fn case(problem: &Problem<'_>) -> Expectation {
         no_theorem(PUSHING)
     } else if problem.is_at_rest && takes_turns && problem.are_all(implicit(problem)) {
         stable(
-            "an equilibrium is a fixed point; small motions about it have θ_E between −θ_I and 0, where the factors \
+            "an equilibrium is a fixed point; small motions about it have θ_E between −θ_I and 0, \
+             where the factors \
              of a step are not outside the unit circle",
         )
     } else {

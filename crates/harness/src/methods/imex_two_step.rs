@@ -128,12 +128,14 @@ fn two_step(problem: &Problem<'_>, factors: &Factors) -> Expectation {
         unstable("a root of the characteristic polynomial is below −1 for some mode at the start")
     } else if problem.is_at_rest {
         stable(
-            "an equilibrium is a fixed point; small motions about it have θ_E between −θ_I and 0, where no root of \
+            "an equilibrium is a fixed point; small motions about it have θ_E between −θ_I and 0, \
+             where no root of \
              the characteristic polynomial is outside the unit circle",
         )
     } else {
         no_theorem(format!(
-            "on the linear test equation no root is outside the unit circle for springs that are not compressed; {TURNING}"
+            "on the linear test equation no root is outside the unit circle for springs that are \
+             not compressed; {TURNING}"
         ))
     }
 }

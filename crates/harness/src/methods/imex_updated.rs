@@ -127,11 +127,13 @@ fn case(problem: &Problem<'_>) -> Expectation {
         no_theorem(PUSHING)
     } else if settings.word("safeguard") == "paper" {
         no_theorem(
-            "an extrapolated start that passes a loose test is no step downhill: energy may come in",
+            "an extrapolated start that passes a loose test is no step downhill: energy may come \
+             in",
         )
     } else if problem.are_all(implicit) {
         stable(
-            "every pass lowers the incremental potential of backward Euler, and a step that gains energy is solved \
+            "every pass lowers the incremental potential of backward Euler, and a step that gains \
+             energy is solved \
              again",
         )
     } else {

@@ -78,7 +78,8 @@ fn case(problem: &Problem<'_>) -> Expectation {
     let is_explicit = settings.word("damping") == "explicit" && problem.is_damped();
     match settings.word("step") {
         "auto" => no_theorem(
-            "substeps within the limit by an estimate of the largest eigenvalue, which follows the cloth with a delay",
+            "substeps within the limit by an estimate of the largest eigenvalue, which follows \
+             the cloth with a delay",
         ),
         "bound" if problem.has_contacts() => no_theorem(PUSHING),
         "bound" => stable("substeps within the limit h²λ < 4 at every state"),

@@ -1,8 +1,8 @@
 //! From the id and settings on the command line to an integrator: the only place that knows every
 //! method's crate.
 //!
-//! What is known of a method, and the forms in which studies run it, stand in one module a method or
-//! family. Studies that compare all methods ask this registry.
+//! What is known of a method, and the forms in which studies run it, stand in one module a method
+//! or family. Studies that compare all methods ask this registry.
 
 mod adams_bashforth;
 mod added;

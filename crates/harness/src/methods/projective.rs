@@ -40,7 +40,8 @@ pub(super) static ENTRY: Entry = Entry {
             Preset {
                 name: "anderson",
                 settings: &[("acceleration", "anderson"), ("iterations", "20")],
-                help: "Anderson's acceleration, guarded by the incremental potential (Peng et al. 2018)",
+                help: "Anderson's acceleration, guarded by the incremental potential (Peng et al. \
+                       2018)",
             },
             Preset {
                 name: "converged",
@@ -104,7 +105,8 @@ fn case(problem: &Problem<'_>) -> Expectation {
         return no_theorem(PUSHING);
     }
     no_theorem(
-        "each plain or guarded iteration lowers the incremental potential of backward Euler, which bounds no energy \
+        "each plain or guarded iteration lowers the incremental potential of backward Euler, \
+         which bounds no energy \
          while it is above the minimum",
     )
 }

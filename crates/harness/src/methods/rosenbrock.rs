@@ -77,7 +77,8 @@ fn case(problem: &Problem<'_>) -> Expectation {
     } else if problem.choice.settings().word("jacobian") == "exact" {
         at_rest_or(
             problem,
-            "one linearisation a step: A-stable where the Jacobian is constant, and a spring that turns stretches",
+            "one linearisation a step: A-stable where the Jacobian is constant, and a spring that \
+             turns stretches",
         )
     } else {
         no_theorem(format!(

@@ -57,7 +57,8 @@ const SECANT: Factors = Factors {
 fn case(problem: &Problem<'_>) -> Expectation {
     match problem.analyse(Some(Implicit::Springs), &SECANT) {
         Linear::Nowhere => unstable(format!(
-            "near the rest length the secant stiffness vanishes and the method is leapfrog, here beyond its limit \
+            "near the rest length the secant stiffness vanishes and the method is leapfrog, here \
+             beyond its limit \
              h²λ < 4 at the start ({})",
             limit(problem)
         )),

@@ -50,6 +50,7 @@ fn case(problem: &Problem<'_>) -> Expectation {
         return no_theorem(PUSHING);
     }
     no_theorem(
-        "backward Euler as far as the sweeps converge: unsolved springs may hold more energy than before",
+        "backward Euler as far as the sweeps converge: unsolved springs may hold more energy than \
+         before",
     )
 }

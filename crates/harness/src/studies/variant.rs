@@ -5,8 +5,8 @@ use crate::methods::runs::{Runs, Variant};
 use drape_integrator::{Method, Treatment};
 use drape_model::{EffectClass, EffectKind};
 
-/// Every method of the registry, in its order: in each of the forms that a study asks for, or at its
-/// defaults where it names none.
+/// Every method of the registry, in its order: in each of the forms that a study asks for, or at
+/// its defaults where it names none.
 pub(super) fn of_registry(named: impl Fn(&Runs) -> &'static [Variant]) -> Vec<Variant> {
     let forms = |(method, runs)| or_defaults(method, named(runs), |form| form);
     methods::runs().flat_map(forms).collect()

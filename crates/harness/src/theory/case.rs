@@ -39,7 +39,8 @@ pub(crate) fn expectation(problem: &Problem<'_>) -> Expectation {
     }
     if let Some(factor) = problem.explicit_drag().filter(|factor| *factor > 2.0) {
         return unstable(format!(
-            "drag at the old velocity is stable for hδ ≤ 2 at most; here the sheet as a whole has hδ = {}",
+            "drag at the old velocity is stable for hδ ≤ 2 at most; here the sheet as a whole has \
+             hδ = {}",
             short(factor)
         ));
     }
@@ -103,7 +104,8 @@ pub(crate) fn implicit(problem: &Problem<'_>) -> Implicit {
 pub(crate) fn at_rest_or(problem: &Problem<'_>, reason: &str) -> Expectation {
     if problem.is_at_rest {
         stable(
-            "an equilibrium is a fixed point, and small motions about it are linear, where the method is A-stable",
+            "an equilibrium is a fixed point, and small motions about it are linear, where the \
+             method is A-stable",
         )
     } else {
         no_theorem(reason)

@@ -8,8 +8,8 @@
 //! ```
 //!
 //! `n` is the outward normal, `x_s` the nearest point of the surface, and the step moves
-//! `x* → x* + τ v_+`. The paper prints `x_{n+1}` for `x*`: then `v_+` stands on both sides, and half
-//! of the penetration is corrected. The paper leaves these questions open:
+//! `x* → x* + τ v_+`. The paper prints `x_{n+1}` for `x*`: then `v_+` stands on both sides, and
+//! half of the penetration is corrected. The paper leaves these questions open:
 //!
 //! * **Release.** After the solve the unfiltered residual `p = A v_+ − b` is the impulse of the
 //!   constraints, `p = Σ λ_k n_k`. A contact with a negative `λ_k` would pull. The contact that
@@ -56,11 +56,11 @@
 //!   Coulomb's law exactly. Particles that slide side by side see the stick of their neighbours in
 //!   `p_t`, so they meet the cone approximately. Sliding does not reverse, and friction takes
 //!   energy.
-//! * **Round surfaces.** A particle that slides along the tangent of a sphere leaves it, by half the
-//!   square of its way over the radius. If the contact ended there, the particle would fly for a
-//!   step without friction, and again after each return: a sheet on a ball would creep off at large
-//!   steps. So a contact with friction goes on while the gap is at most `τ|v|`, with the velocity
-//!   relative to the surface. Its target leads the particle back to the surface. Where the
+//! * **Round surfaces.** A particle that slides along the tangent of a sphere leaves it, by half
+//!   the square of its way over the radius. If the contact ended there, the particle would fly for
+//!   a step without friction, and again after each return: a sheet on a ball would creep off at
+//!   large steps. So a contact with friction goes on while the gap is at most `τ|v|`, with the
+//!   velocity relative to the surface. Its target leads the particle back to the surface. Where the
 //!   constraint would have to pull it back, it is released like every contact that pulls. Explicit
 //!   Euler solves for the velocities of the old level, which lead away from the surface, so this
 //!   releases all such contacts there.

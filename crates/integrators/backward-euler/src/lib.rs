@@ -118,10 +118,10 @@
 //! stages up to `τ_x τ_v k/m = 200`, where `k` sums the stiffnesses of all springs at a particle,
 //! and multigrid above, both with the rule of Eisenstat and Walker. It starts at the candidate with
 //! the least residual. It takes a full step where the gradients at both ends say that the potential
-//! falls (approximate Wolfe conditions), and no energy is evaluated then. So a step takes about half
-//! the force evaluations. The sheet of 52 × 52 particles of the table above, processor time of a
-//! step in units of one of `baraff-witkin`, a step that is linearised and solved less tightly; first
-//! 6 to 60 steps, other work beside it:
+//! falls (approximate Wolfe conditions), and no energy is evaluated then. So a step takes about
+//! half the force evaluations. The sheet of 52 × 52 particles of the table above, processor time of
+//! a step in units of one of `baraff-witkin`, a step that is linearised and solved less tightly;
+//! first 6 to 60 steps, other work beside it:
 //!
 //! | `k/m` | greatest `h²k/m` as above | CG | multigrid | `auto` | force evaluations of CG, `auto` |
 //! |---|---|---|---|---|---|
@@ -130,8 +130,8 @@
 //! | 1e6 | 480 | 4.5 | 3.6 | multigrid | 19, – |
 //! | 1e8 | 48 000 | 4.5 | 1.6 | 1.6 | 28, 11 |
 //!
-//! Products make half of the time at 1e4, and it is their number that keeps a converged step at four
-//! linearised ones: 30 against 8.
+//! Products make half of the time at 1e4, and it is their number that keeps a converged step at
+//! four linearised ones: 30 against 8.
 //!
 //! Plots: work against error in `results/figures/control-work.svg`, error against the step in
 //! `order-smooth.svg` and `order-stiff.svg`, spin in `momentum-spin.svg`, hard cases in

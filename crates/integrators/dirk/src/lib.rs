@@ -1,14 +1,15 @@
 //! Diagonally implicit Runge–Kutta methods: TR-BDF2 and four others, of order 2 to 4, all L-stable.
 //!
-//! builds-on: explicit Euler → backward Euler → **DIRK** → Rosenbrock, implicit-explicit Runge–Kutta
+//! builds-on: explicit Euler → backward Euler → **DIRK** → Rosenbrock, implicit-explicit
+//! Runge–Kutta
 //!
 //! # What it is
 //!
-//! A step of a Runge–Kutta method has stages inside the step. If each stage depends on itself and on
-//! earlier ones only, it is a step of backward Euler from another start, with the same solver. Two
-//! such solves give order 2 and damp stiff vibrations as backward Euler does. Take TR-BDF2, the
-//! default, wherever backward Euler is taken. Take `esdirk3` or `sdirk4` for errors below 1e-4 where
-//! the springs are damped.
+//! A step of a Runge–Kutta method has stages inside the step. If each stage depends on itself and
+//! on earlier ones only, it is a step of backward Euler from another start, with the same solver.
+//! Two such solves give order 2 and damp stiff vibrations as backward Euler does. Take TR-BDF2, the
+//! default, wherever backward Euler is taken. Take `esdirk3` or `sdirk4` for errors below 1e-4
+//! where the springs are damped.
 //!
 //! # The mathematics
 //!
@@ -42,17 +43,18 @@
 //!   springs turn, see below.
 //! * **Conservation.** Momentum. Angular momentum is kept to the order only.
 //! * **Contact.** Contacts are found once a step. Along its normals a particle in contact has the
-//!   same velocity in every stage, the one that leads `x_{n+1}` to the surface. Each stage finds the
-//!   impulses of contacts and friction anew: `a_i` leaves them out. With them the coefficients,
+//!   same velocity in every stage, the one that leads `x_{n+1}` to the surface. Each stage finds
+//!   the impulses of contacts and friction anew: `a_i` leaves them out. With them the coefficients,
 //!   which are larger than 1, would turn an impact round. Constant sliding is exact.
 //! * **Damping.** Full damping keeps the order. Projected damping and air take directions and
 //!   coefficients at a prediction within `O(h²)`; at order 3 and 4 each stage is solved a second
 //!   time with those of the first solution.
-//! * **Settings.** `residual=0` stands for 1e-9, 1e-11, 1e-13 at order 2, 3, 4. `jacobian`, `solver`
-//!   as in backward Euler; `jacobian=saved` keeps one factor over stages and steps. One Newton
-//!   iteration by conjugate gradients a stage (`max_iterations=1,solver=cg,cg_tolerance=0.01`) keeps
-//!   order 2 with `tr-bdf2` and `sdirk2`; such a step reports `IterationLimit`. `tolerance` puts
-//!   both under [step size control](drape_integrator::Adaptive).
+//! * **Settings.** `residual=0` stands for 1e-9, 1e-11, 1e-13 at order 2, 3, 4. `jacobian`,
+//!   `solver` as in backward Euler; `jacobian=saved` keeps one factor over stages and steps. One
+//!   Newton iteration by conjugate gradients a stage
+//!   (`max_iterations=1,solver=cg,cg_tolerance=0.01`) keeps order 2 with `tr-bdf2` and `sdirk2`;
+//!   such a step reports `IterationLimit`. `tolerance` puts both under [step size
+//!   control](drape_integrator::Adaptive).
 //!
 //! | symbol | name in the code | unit | shape |
 //! |---|---|---|---|
@@ -86,10 +88,10 @@
 //!   energy. On the sheet of 20 × 20 particles in the docs of `drape-multistep`, over 5 s with one
 //!   step a frame, it needs 2.0 iterations a stage and gains nothing; one iteration a stage gains
 //!   260 J.
-//! * Over 2 s at h = 0.01 s, one CG solve a stage never raises the energy: not at k/m = 1e4, 1e6 and
-//!   1e8 with d/m = 40/s (120 CG iterations a step at 1e8), not at 1e6 without damping. Undamped at
-//!   h = 0.0025 s it rises by 2e-4 J once, of 4 J. Midpoint and generalized-α with one solve gain
-//!   energy without bound in two of these four cases.
+//! * Over 2 s at h = 0.01 s, one CG solve a stage never raises the energy: not at k/m = 1e4, 1e6
+//!   and 1e8 with d/m = 40/s (120 CG iterations a step at 1e8), not at 1e6 without damping.
+//!   Undamped at h = 0.0025 s it rises by 2e-4 J once, of 4 J. Midpoint and generalized-α with one
+//!   solve gain energy without bound in two of these four cases.
 //!
 //! *A stiff spring that turns.* Two undamped particles, `h²κ = 100`, 2 rad in 100 steps; angular
 //! momentum after over before:
@@ -104,15 +106,15 @@
 //!
 //! # References
 //!
-//! R. Bank et al., *Transient simulation of silicon devices and circuits*, IEEE Trans. ED 32 (1985),
-//! doi 10.1109/T-ED.1985.22232. M. Hosea, L. Shampine, *Analysis and implementation of TR-BDF2*,
-//! Appl. Numer. Math. 20 (1996), doi 10.1016/0168-9274(95)00115-8. R. Alexander, *Diagonally implicit
-//! Runge–Kutta methods for stiff O.D.E.'s*, SIAM J. Numer. Anal. 14 (1977), doi 10.1137/0714068.
-//! A. Kværnø, *Singly diagonally implicit Runge–Kutta methods with an explicit first stage*, BIT 44
-//! (2004), doi 10.1023/B:BITN.0000046811.70614.38. E. Hairer, G. Wanner, *Solving Ordinary
-//! Differential Equations II* (1996), doi 10.1007/978-3-642-05221-7. M. Hauth, O. Etzmuß, *A high
-//! performance solver for the animation of deformable objects using advanced numerical methods*,
-//! Computer Graphics Forum 20 (2001), doi 10.1111/1467-8659.00524.
+//! R. Bank et al., *Transient simulation of silicon devices and circuits*, IEEE Trans. ED 32
+//! (1985), doi 10.1109/T-ED.1985.22232. M. Hosea, L. Shampine, *Analysis and implementation of
+//! TR-BDF2*, Appl. Numer. Math. 20 (1996), doi 10.1016/0168-9274(95)00115-8. R. Alexander,
+//! *Diagonally implicit Runge–Kutta methods for stiff O.D.E.'s*, SIAM J. Numer. Anal. 14 (1977),
+//! doi 10.1137/0714068. A. Kværnø, *Singly diagonally implicit Runge–Kutta methods with an explicit
+//! first stage*, BIT 44 (2004), doi 10.1023/B:BITN.0000046811.70614.38. E. Hairer, G. Wanner,
+//! *Solving Ordinary Differential Equations II* (1996), doi 10.1007/978-3-642-05221-7. M. Hauth, O.
+//! Etzmuß, *A high performance solver for the animation of deformable objects using advanced
+//! numerical methods*, Computer Graphics Forum 20 (2001), doi 10.1111/1467-8659.00524.
 
 mod settings;
 mod step;

@@ -5,7 +5,7 @@ use crate::tableau::Coefficients;
 use crate::workspace::{Past, Workspace};
 use drape_integrator::{
     ContactSet, Method, Order, Phase, PhaseClock, PrepareError, Registration, Rewind, Scheme,
-    SolveStatus, Stage, StepError, StepReport, Stepper,
+    SolveStatus, Stage, StageMemory, StepError, StepReport, Stepper,
 };
 use drape_model::{Level, State, System};
 
@@ -55,7 +55,8 @@ impl Scheme for Workspace {
                     x += self.w[j][particle] * (h * a); // X* = x_n + h Σ_{j<i} a_ij w_j, (2)
                     v += self.a[j][particle] * (h * a); // V* = v_n + h Σ_{j<i} a_ij a_j, (2)
                 }
-                (self.x_star[particle], self.v_star[particle]) = (x, v);
+                self.memory.x_star[particle] = x;
+                self.memory.v_star[particle] = v;
             }
             self.predict(tableau, i, state, h);
             for pass in 0..self.passes {
@@ -64,11 +65,12 @@ impl Scheme for Workspace {
                 self.solve(settings, system, state.t, (tableau, i, h), clock, &mut report)?;
             }
             clock.switch(Phase::Update);
-            self.remember_stage(system, i, tau, &mut report); // a_i = (w_i − V*)/τ, (4)
+            self.w[i].copy_from_slice(self.memory.stage.velocity());
+            self.memory.unload(system, tau, &mut self.a[i], &mut report); // a_i = (w_i − V*)/τ, (4)
         }
         let last = tableau.rows.len() - 1;
-        self.lead(system, &state.x, h);
-        state.x.copy_from_slice(self.stage.positions()); // x_{n+1} = X_s: b is the last row, (5)
+        self.memory.lead(system, &state.x, h);
+        state.x.copy_from_slice(self.memory.stage.positions()); // x_{n+1} = X_s: b is the last row, (5)
         state.v.copy_from_slice(&self.w[last]); // v_{n+1} = w_s, (5)
         self.finish(system, state, last);
         state.t += h;
@@ -77,8 +79,7 @@ impl Scheme for Workspace {
 
     fn restart(&mut self) {
         self.past.known = None;
-        self.contacts.restart();
-        self.stage.restart();
+        self.memory.restart();
     }
 
     fn is_portable(settings: &DirkSettings) -> bool {
@@ -101,7 +102,8 @@ impl Workspace {
         clock: &mut PhaseClock,
         report: &mut StepReport,
     ) -> Result<(), StepError> {
-        let Self { stage, w, x_star, v_star, ahead, contacts, constraints, first, .. } = self;
+        let Self { memory, w, .. } = self;
+        let StageMemory { stage, x_star, v_star, ahead, contacts, constraints, first, .. } = memory;
         let end = t + tableau.time(i) * h;
         let lagged = Level { t: end, x: &ahead.0, v: &ahead.1 };
         let velocity: &[_] = if i > 0 { &w[i - 1] } else { first };
@@ -131,7 +133,7 @@ impl Rewind for Workspace {
     type Past = Past;
 
     fn past(&mut self) -> (&mut Past, &mut ContactSet) {
-        (&mut self.past, &mut self.contacts)
+        (&mut self.past, &mut self.memory.contacts)
     }
 
     fn tolerance(settings: &DirkSettings) -> f64 {

@@ -7,8 +7,8 @@ use drape_model::{Effect, Level, Vec3};
 use drape_solvers::Filter;
 
 impl Workspace {
-    /// The ledger of the last step, which moved by `h v̄`. The discrete gradients do exactly the work
-    /// `−ΔU`: springs leave no gap, and `v₊ − v̄ = v̄ − v_n` leaves no inertia.
+    /// The ledger of the last step, which moved by `h v̄`. The discrete gradients do exactly the
+    /// work `−ΔU`: springs leave no gap, and `v₊ − v̄ = v̄ − v_n` leaves no inertia.
     pub(crate) fn energy_ledger(&mut self, taken: &Taken<'_>) -> EnergyLedger {
         let Taken { system, before, after, h } = *taken;
         let Self { equation, mean, constraints, .. } = self;

@@ -5,10 +5,10 @@
 //!
 //! # What it is
 //!
-//! Implicit midpoint keeps momentum and spin, but not energy: on stiff springs that turn it can gain
-//! any amount. This method evaluates each spring not at one place but along the whole way of the
-//! step, by a *discrete gradient*. Momentum, angular momentum and energy then are those of the exact
-//! motion, at any step size: the energy falls by the work of the damping and by nothing else.
+//! Implicit midpoint keeps momentum and spin, but not energy: on stiff springs that turn it can
+//! gain any amount. This method evaluates each spring not at one place but along the whole way of
+//! the step, by a *discrete gradient*. Momentum, angular momentum and energy then are those of the
+//! exact motion, at any step size: the energy falls by the work of the damping and by nothing else.
 //!
 //! Take it where no energy may be lost or won by the integrator: for long undamped motion, or as a
 //! measure of what other methods lose. Stiff vibrations are kept too, so they ring on for ever. The
@@ -24,17 +24,17 @@
 //! F̄_i = −ΔU/ΔL · (d_n + d_{n+1})/(L_n + L_{n+1})          for each spring                     (3)
 //! ```
 //!
-//! `d = x_i − x_j` and `L = |d|` belong to a spring, `U(L)` is its energy. `f` are all other forces at
-//! level `n`, such as gravity and air. A linear spring has `ΔU/ΔL = k ((L_n + L_{n+1})/2 − ℓ)`, which
-//! divides by no difference. Springs of several slopes take the difference of energies between two
-//! pieces only; for `|ΔL| < 1e-8 ℓ` they take the tension in the middle.
+//! `d = x_i − x_j` and `L = |d|` belong to a spring, `U(L)` is its energy. `f` are all other forces
+//! at level `n`, such as gravity and air. A linear spring has `ΔU/ΔL = k ((L_n + L_{n+1})/2 − ℓ)`,
+//! which divides by no difference. Springs of several slopes take the difference of energies
+//! between two pieces only; for `|ΔL| < 1e-8 ℓ` they take the tension in the middle.
 //!
 //! * **Energy.** `F̄ · (d_{n+1} − d_n) = −ΔU/ΔL (L_{n+1}² − L_n²)/(L_n + L_{n+1}) = −ΔU`. So
-//!   `H_{n+1} − H_n = −h v̄ᵀ D v̄` exactly, up to round-off and the residual of the solve. Gravity is
-//!   constant, and its work is exact too. Contacts, pins on paths and air do work beside this
+//!   `H_{n+1} − H_n = −h v̄ᵀ D v̄` exactly, up to round-off and the residual of the solve. Gravity
+//!   is constant, and its work is exact too. Contacts, pins on paths and air do work beside this
 //!   identity; [the ledger](drape_integrator::EnergyLedger) counts it.
-//! * **Momentum.** `F̄` acts in pairs, along `d_n + d_{n+1}`. Hence `Σ m v` and `Σ m x × v` stay. Two
-//!   particles in rotation keep spin, energy and length at any `θ = h²κ`. Full damping takes
+//! * **Momentum.** `F̄` acts in pairs, along `d_n + d_{n+1}`. Hence `Σ m v` and `Σ m x × v` stay.
+//!   Two particles in rotation keep spin, energy and length at any `θ = h²κ`. Full damping takes
 //!   angular momentum, by [`energy_momentum`](../drape_oracle/laws/spin/fn.energy_momentum.html).
 //! * **Order and stability.** Order 2. On the oscillator it is implicit midpoint, with
 //!   `|R(z)| = 1` without damping and `R(∞) = −1`.
@@ -48,18 +48,21 @@
 //!   It is not symmetric, as (2) is the gradient of no potential. [`drape_solvers::BlockLu`]
 //!   factorises it in each iteration. A Newton step is halved until the residual falls; no energy
 //!   could tell whether it improves. The start is the best of `v_n`, `v_n + h/2 M⁻¹ f` and the
-//!   extrapolation of the last two `v̄`, by their residuals. (An extrapolation of `v_n`, which rings,
-//!   turns springs over and leads to another solution.)
+//!   extrapolation of the last two `v̄`, by their residuals. (An extrapolation of `v_n`, which
+//!   rings, turns springs over and leads to another solution.)
 //! * **Stop test.** `‖S r‖_{M⁻¹} ≤ max(residual · scale, round-off)`, as in
 //!   [`drape_integrator::ImplicitStage`].
 //! * **Settings.** `on_failure=halve` takes two steps of half the length where Newton finds no
-//!   solution, up to six times; the report counts substeps and rejected attempts. `report` takes the
-//!   best velocity that was found, and the step breaks the identity.
-//! * **Constraints.** Pins prescribe `v̄`. A contact prescribes the `v̄` that leads to the surface, and
-//!   a rebound the mean of the velocities before and after. What the contact bears in the second
-//!   half of the step is taken from `v_{n+1}`, with friction, as in leapfrog.
-//! * **Refused.** Angles and hinges, which would need discrete gradients of their own, and projected
-//!   damping, whose direction would have to be chosen along the way.
+//!   solution, up to six times; the report counts substeps and rejected attempts. `report` takes
+//!   the best velocity that was found, and the step breaks the identity.
+//! * **Limit.** All parts of a step together take at most 4 000 000/`n` Newton iterations. What is
+//!   unsolved then takes the best velocity that was found, and the step reports that it did not
+//!   converge.
+//! * **Constraints.** Pins prescribe `v̄`. A contact prescribes the `v̄` that leads to the surface,
+//!   and a rebound the mean of the velocities before and after. What the contact bears in the
+//!   second half of the step is taken from `v_{n+1}`, with friction, as in leapfrog.
+//! * **Refused.** Angles and hinges, which would need discrete gradients of their own, and
+//!   projected damping, whose direction would have to be chosen along the way.
 //!
 //! | symbol | name in the code | unit | shape |
 //! |---|---|---|---|
@@ -71,16 +74,16 @@
 //!
 //! # Where it failed here, and what it cost
 //!
-//! The hanging sheet: 400 particles of 1 g, shear springs of 0.1 k, two pins, d/m = 40/s, 0.3 s. The
-//! error is relative to the way of the sheet:
+//! The hanging sheet: 400 particles of 1 g, shear springs of 0.1 k, two pins, d/m = 40/s, 0.3 s.
+//! The error is relative to the way of the sheet:
 //!
 //! | | h = 0.01 | 0.005 | 0.0025 | Newton iterations in a step |
 //! |---|---|---|---|---|
 //! | k/m = 1e4 | 1.35e-4 | 3.38e-5 | 8.45e-6 | 2 |
 //! | k/m = 1e6 | 3.51e-4 | 8.77e-5 | 2.20e-5 | 3 to 2 |
 //!
-//! The same sheet in steps of 0.01 s over 2 s, with `residual=1e-9`. The rise is the greatest height
-//! of the energy above its start; a fall of the whole sheet by 1 m is worth 3.9 J:
+//! The same sheet in steps of 0.01 s over 2 s, with `residual=1e-9`. The rise is the greatest
+//! height of the energy above its start; a fall of the whole sheet by 1 m is worth 3.9 J:
 //!
 //! | k/m, d/m | `on_failure` | rise, J | unsolved | substeps | Newton iterations in a step |
 //! |---|---|---|---|---|---|
@@ -90,16 +93,18 @@
 //! | 1e8, 0 | `halve` | 2e-10 | 0 | 270 | 74 |
 //! | 1e8, 0 | `report` | 1.5e-2 | 57 | 200 | 53 |
 //!
-//! * At k/m = 1e6 without damping every step has a solution, and the energy stays to the tolerance of
-//!   the solve.
+//! * At k/m = 1e6 without damping every step has a solution, and the energy stays to the tolerance
+//!   of the solve.
 //! * At 1e8 without damping Newton's method fails in a quarter of the steps. Divided steps keep the
-//!   theorem, and take 16 times as long as damped ones. Reported ones break it. What an unsolved
-//!   step takes decides how much: the end of the last attempt, instead of the best one, gained
-//!   2e5 J.
+//!   theorem, and take 16 times as long as damped ones. Reported ones break it. The velocity that an
+//!   unsolved step takes decides by how much: the end of the last attempt, instead of the best one,
+//!   gained 2e5 J.
 //! * Two particles always have a solution. It may lie behind a place where the matrix (4) is
 //!   singular, at `2ℓ/(L_n + L_{n+1}) = 1 + (4 + 2η)/θ`, and no path of falling residuals leads
-//!   there. This happens from `θ = 10` on, where springs are squeezed to a fraction of their length.
-//! * A Newton iteration takes about 1 ms on one core of a shared machine, most of it the factorisation.
+//!   there. This happens from `θ = 10` on, where springs are squeezed to a fraction of their
+//!   length.
+//! * A Newton iteration takes about 1 ms on one core of a shared machine, most of it the
+//!   factorisation.
 //! * Undamped vibrations are kept for ever; a method that damps them forgets them.
 //!
 //! # References

@@ -4,8 +4,9 @@ use drape_model::Vec3;
 
 /// The mean velocities of the last two steps of one length.
 ///
-/// Stiff springs that nothing damps ring: `v_n` changes its sign from step to step, and `v̄` is what
-/// is smooth. An extrapolation of `v_n` turns springs over and leads Newton to another solution.
+/// Stiff springs that nothing damps ring: `v_n` changes its sign from step to step, and `v̄` is
+/// what is smooth. An extrapolation of `v_n` turns springs over and leads Newton to another
+/// solution.
 #[derive(Debug)]
 pub(crate) struct MeanVelocities {
     last: Vec<Vec3>,

@@ -75,6 +75,7 @@ impl Scheme for Workspace {
     ) -> Result<StepReport, StepError> {
         let mut report = StepReport { substeps: 0, ..StepReport::default() };
         self.before.copy_from(state);
+        self.equation.refill();
         let (mut done, mut depth) = (0, 0);
         while done < PARTS {
             let parts = PARTS >> depth;
@@ -84,7 +85,8 @@ impl Scheme for Workspace {
             }
             let outcome = self.solve(settings, system, state, tau, clock, &mut report);
             let status = outcome.inspect_err(|_| state.copy_from(&self.before))?;
-            let halves = settings.on_failure == OnFailure::Halve && depth < MAX_DEPTH;
+            let may_halve = depth < MAX_DEPTH && !self.equation.is_spent();
+            let halves = settings.on_failure == OnFailure::Halve && may_halve;
             if status != SolveStatus::Converged && halves {
                 (depth, report.rejected) = (depth + 1, report.rejected + 1);
                 continue;

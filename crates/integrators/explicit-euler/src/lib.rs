@@ -39,8 +39,8 @@
 //!
 //! This is Newmark's method with `β = 0`, `γ = ½`. `R` is 0 for full damping.
 //!
-//! With `damping=explicit` no step solves anything. Each half kick solves `M v' = F(x) − D(x) v`, at
-//! fixed `x`, by Heun's method with `τ = h/2`; (L4) replaces the damping in (L1) and (L3):
+//! With `damping=explicit` no step solves anything. Each half kick solves `M v' = F(x) − D(x) v`,
+//! at fixed `x`, by Heun's method with `τ = h/2`; (L4) replaces the damping in (L1) and (L3):
 //!
 //! ```text
 //! g₁ = F − D v      g₂ = F − D (v + τ M⁻¹ g₁)      v ← v + τ M⁻¹ ½ (g₁ + g₂)           (L4)
@@ -75,12 +75,12 @@
 //!   gives, which keeps order 2.
 //! * **Leapfrog's substeps.** `step=auto` and `step=bound` divide a step into equal substeps of at
 //!   most `safety · 2/√λ`, with `damping=explicit` also of at most `safety · 4/δ`, where `δ` is
-//!   [`drape_integrator::DampingBound`]. For `bound`, `λ` is [`drape_integrator::StiffnessBound`], which holds at
-//!   all positions and costs one sweep over the springs. For `auto`, `λ` is 1.05 times an estimate
-//!   of the largest eigenvalue of `M⁻¹∇²U` by power iteration. The estimate converges at first and
-//!   after a change of the system. Later steps follow it with two products for every thirty
-//!   substeps since the last estimate, at most twenty. A product counts as the three force
-//!   evaluations that it costs.
+//!   [`drape_integrator::DampingBound`]. For `bound`, `λ` is [`drape_integrator::StiffnessBound`],
+//!   which holds at all positions and costs one sweep over the springs. For `auto`, `λ` is 1.05
+//!   times an estimate of the largest eigenvalue of `M⁻¹∇²U` by power iteration. The estimate
+//!   converges at first and after a change of the system. Later steps follow it with two products
+//!   for every thirty substeps since the last estimate, at most twenty. A product counts as the
+//!   three force evaluations that it costs.
 //!
 //! | symbol | name in the code | unit | shape |
 //! |---|---|---|---|

@@ -1,22 +1,25 @@
-//! Exponential Rosenbrock-Euler: linear waves without any error, by the exponential of the Jacobian.
+//! Exponential Rosenbrock-Euler: linear waves without any error, by the exponential of the
+//! Jacobian.
 //!
 //! builds-on: explicit Euler → Rosenbrock methods → **exponential**
 //!
 //! # What it is
 //!
 //! An implicit step damps or delays the vibrations that it steps over. This step linearises the
-//! forces and then solves the linear equation exactly. As long as springs keep their direction, the step is
-//! exact at any size, stiff or not. It solves no system. A Krylov subspace gives the
+//! forces and then solves the linear equation exactly. As long as springs keep their direction, the
+//! step is exact at any size, stiff or not. It solves no system. A Krylov subspace gives the
 //! action of the exponential, from products with the Jacobian alone.
 //!
-//! Take it for moderately stiff cloth at errors of 1e-3 to 1e-4, or to see which part of an error is
-//! nonlinear. It needs as many products in a second as the fastest wave has radians, so no more than
-//! a factor can be won over leapfrog. It follows the tangent of a spring that turns, and nothing bounds
-//! the energy that this adds: without damping it blows up where an implicit method holds.
+//! Take it for moderately stiff cloth at errors of 1e-3 to 1e-4, or to see which part of an error
+//! is nonlinear. The number of products in a second grows with the frequency of the fastest wave, as
+//! it does for leapfrog: the method can be faster by a constant factor only. It follows the tangent of a spring that turns, and
+//! nothing bounds the energy that this adds: without damping it blows up where an implicit method
+//! holds.
 //!
 //! # The mathematics
 //!
-//! With `y = (x, v)`, `F(y) = (v, M⁻¹ f)` and the exact Jacobian `J = (0, I; −M⁻¹K, −M⁻¹D)` at `y_n`:
+//! With `y = (x, v)`, `F(y) = (v, M⁻¹ f)` and the exact Jacobian `J = (0, I; −M⁻¹K, −M⁻¹D)` at
+//! `y_n`:
 //!
 //! ```text
 //! y_{n+1} = y_n + h φ₁(hJ) F = y_n + h F + h² φ₂(hJ) J F                                       (1)
@@ -26,12 +29,12 @@
 //! The second form is the one computed. `J F` is the same for a cloth that moves as a whole, so the
 //! result does not depend on the frame, and a free fall takes no more than a few products.
 //!
-//! * **Order and stability.** Order 2. On linear problems `R(z) = eᶻ`: exact, whatever `h` is. `K` is
-//!   the raw Hessian, indefinite where springs are compressed; a clamped one would cost an order. `J`
-//!   holds the turn of projected damping. Coefficients of drag are frozen, so that air enters with
-//!   order 1.
-//! * **Conservation.** Linear momentum. Angular momentum and energy are not: two particles that
-//!   rotate at 2 rad/s keep 0.9950 (`θ = 1`) and 0.7045 (`θ = 100`) of their spin in 100 steps of
+//! * **Order and stability.** Order 2. On linear problems `R(z) = eᶻ`: exact, whatever `h` is. `K`
+//!   is the raw Hessian, indefinite where springs are compressed; a clamped one would cost an
+//!   order. `J` holds the turn of projected damping. Coefficients of drag are frozen, so that air
+//!   enters with order 1.
+//! * **Conservation.** The step conserves linear momentum. It conserves neither angular momentum nor
+//!   energy: two particles that rotate at 2 rad/s keep 0.9950 (`θ = 1`) and 0.7045 (`θ = 100`) of their spin in 100 steps of
 //!   0.01 s.
 //! * **The subspace.** Arnoldi's method with full orthogonalisation from `J F`, on `(x/s, v)` with
 //!   `s = max(1, √(k/m))⁻¹`, gives `J V_m ≈ V_m H`, and
@@ -40,17 +43,18 @@
 //! h² φ₂(hJ) J F ≈ h² β V_m φ₂(hH) e₁           error ≈ β h³ h_{m+1,m} |e_mᵀ φ₃(hH) e₁|          (2)
 //! ```
 //!
-//!   (Saad 1992). The error is tested after every fourth dimension, or after an eighth of those that
-//!   there are, and may be `krylov_tol · h`: in metres a second for velocities, `s` times that for positions.
+//!   (Saad 1992). The step tests the error after every fourth dimension, in large subspaces after an
+//!   eighth of their dimensions. It accepts `krylov_tol · h`, in metres a second for velocities, and
+//!   `s` times that for positions.
 //! * **The small functions.** `φ₂(hH) e₁` is part of one column of an exponential. One column needs
 //!   Taylor series with vectors, not scaling and squaring of the whole matrix.
-//! * **Too few dimensions.** With `max_dim` dimensions and no convergence a step must not go on: it would
-//!   explode. The subspace does not depend on `h`, so the step is shortened by halves until
-//!   the same subspace serves; the rest follows from there with a new Jacobian. The report counts
-//!   these substeps. More than 32 are refused.
-//! * **Products.** By matrices `K` and `D` of 3×3 blocks, assembled once a step in the layout that suits
-//!   the mesh. A sweep over the springs without a matrix computes each block anew, with a square
-//!   root and a division. It serves for the first product only, where it multiplies
+//! * **Too few dimensions.** A step that has not converged with `max_dim` dimensions would explode.
+//!   The subspace does not depend on `h`, so the method halves the step until the same subspace
+//!   serves. It takes the rest of the step with a new Jacobian. The report counts these substeps. The
+//!   method refuses more than 32.
+//! * **Products.** By matrices `K` and `D` of 3×3 blocks, assembled once a step in the layout that
+//!   suits the mesh. A sweep over the springs without a matrix computes each block anew, with a
+//!   square root and a division. It serves for the first product only, where it multiplies
 //!   differences exactly.
 //! * **Refused.** Contact, friction and pins on paths, which are no part of the linear equation.
 //!
@@ -82,9 +86,9 @@
 //!   k/m = 1e6 and h = 0.01 s. Orthogonalisation takes `m²` products of vectors and soon outweighs
 //!   the springs; the step reports it as `m²/16` products with the matrix.
 //! * In steps of 0.01 s at k/m = 1e6 the sheet with d/m = 40 loses energy over 2 s, as it should.
-//!   Without damping it blows up: 8e15 J after 35 steps. At k/m = 1e8 and h = 0.01 s it blows up with
-//!   damping too, in subspaces of 270 dimensions that have converged: it is the tangent that fails,
-//!   not the subspace.
+//!   Without damping it blows up: 8e15 J after 35 steps. At k/m = 1e8 and h = 0.01 s it blows up
+//!   with damping too, in subspaces of 270 dimensions that have converged: it is the tangent that
+//!   fails, not the subspace.
 //! * `φ₂` from `½ + z φ₃`, which saves a column, loses a factor `|z|` of accuracy: it was off by
 //!   1e-9 on a critically damped spring of `θ = 1e4`, where a column for `φ₂` stays below 2.5e-10.
 //!
@@ -98,8 +102,8 @@
 //!   on Numerical Analysis 47, 2009. doi:10.1137/080717717.
 //! * D. Michels, G. Sobottka, A. Weber, *Exponential integrators for stiff elastodynamic problems*,
 //!   ACM Transactions on Graphics 33(1), 2014.
-//! * D. Michels, V. Luan, M. Tokman, *A stiffly accurate integrator for elastodynamic problems*, ACM
-//!   Transactions on Graphics 36(4), 2017.
+//! * D. Michels, V. Luan, M. Tokman, *A stiffly accurate integrator for elastodynamic problems*,
+//!   ACM Transactions on Graphics 36(4), 2017.
 //! * Y. Chen, U. Ascher, D. Pai, *Exponential Rosenbrock-Euler integrators for elastodynamic
 //!   simulation*, IEEE Transactions on Visualization and Computer Graphics 24, 2018.
 

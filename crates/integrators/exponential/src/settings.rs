@@ -10,7 +10,8 @@ pub static EXPONENTIAL: Method = Method {
     order: Order::Two,
     class: StabilityClass::Dissipative,
     conserves: &[Quantity::Momentum],
-    theory: "exact on linear problems at any step; it follows the tangent of springs that turn, and \
+    theory: "exact on linear problems at any step; it follows the tangent of springs that turn, \
+             and \
              nothing bounds the energy that this adds",
     supports: Supports::Blocks,
     refuses: &["contact", "friction", "moving pins"],

@@ -5,11 +5,11 @@
 //!
 //! # What it is
 //!
-//! Structural engineers want order 2, and damping only of vibrations that the step does not resolve.
-//! The family carries an acceleration `a` beside positions and velocities, and takes inertia and
-//! force at two different points of the step. One number, `rho_inf`, says what a step leaves of
-//! infinitely stiff motion: 1 all of it, 0 nothing. Take it where the amount of numerical damping
-//! must be chosen. TR-BDF2 is more accurate at the same step, for about 1.4 times the work.
+//! Structural engineers want order 2, and damping only of vibrations that the step does not
+//! resolve. The family carries an acceleration `a` beside positions and velocities, and takes
+//! inertia and force at two different points of the step. One number, `rho_inf`, says what a step
+//! leaves of infinitely stiff motion: 1 all of it, 0 nothing. Take it where the amount of numerical
+//! damping must be chosen. TR-BDF2 is more accurate at the same step, for about 1.4 times the work.
 //!
 //! # The mathematics
 //!
@@ -42,17 +42,17 @@
 //! `β = ¼ (γ + ½)²` in all rows, `ρ` is `rho_inf`. `newmark` with ρ = 1 is the trapezoidal rule.
 //! `hht` with ρ = ½ is `chung-hulbert` with ρ = ½.
 //!
-//! * **Stability.** A-stable on linear problems. For `chung-hulbert` with ρ = 1 the acceleration has
-//!   a third root −1, which only inconsistent starts excite. No energy theorem: undamped cloth at
-//!   large `h²k/m` gains energy for ρ near 1, hence the default ρ = ½.
-//! * **Changes of the step.** For `chung-hulbert` and `hht` the acceleration belongs to a time between
-//!   two steps, which depends on their length. Each change of `h` costs an order: with steps of 1
-//!   and 2 in turn the observed order is 1.1. The trapezoidal rule keeps order 2.
-//! * **Conservation.** Momentum. The trapezoidal rule keeps `(1 + ¼θ (1 − ℓ/L)) d × v` of a pair, so
-//!   its angular momentum oscillates and never drifts.
-//! * **Contact.** A particle in contact forgets the algorithmic acceleration: `a_n := M⁻¹f_n`. Along
-//!   its constraints it moves at one velocity through the step. Rubbing particles have order 1 in
-//!   their positions. After a restart or a change of the system `a_n := M⁻¹f_n` for all.
+//! * **Stability.** A-stable on linear problems. For `chung-hulbert` with ρ = 1 the acceleration
+//!   has a third root −1, which only inconsistent starts excite. No energy theorem: undamped cloth
+//!   at large `h²k/m` gains energy for ρ near 1, hence the default ρ = ½.
+//! * **Changes of the step.** For `chung-hulbert` and `hht` the acceleration belongs to a time
+//!   between two steps, which depends on their length. Each change of `h` costs an order: with
+//!   steps of 1 and 2 in turn the observed order is 1.1. The trapezoidal rule keeps order 2.
+//! * **Conservation.** Momentum. The trapezoidal rule keeps `(1 + ¼θ (1 − ℓ/L)) d × v` of a pair,
+//!   so its angular momentum oscillates and never drifts.
+//! * **Contact.** A particle in contact forgets the algorithmic acceleration: `a_n := M⁻¹f_n`.
+//!   Along its constraints it moves at one velocity through the step. Rubbing particles have order
+//!   1 in their positions. After a restart or a change of the system `a_n := M⁻¹f_n` for all.
 //! * **Damping.** Projected damping and air take directions and coefficients at the predicted new
 //!   level, so order 2 holds.
 //! * **Settings.** `residual`, `max_iterations`, `jacobian`, `solver` as in backward Euler. One
@@ -80,12 +80,12 @@
 //! | ρ = 0 | 1.07e-3 | 7.29e-5 | 3.69e-3 | 2.31e-4 |
 //!
 //! A step takes as many Newton iterations as one of backward Euler, about three at 1e6. With one CG
-//! solve a step the errors at 1e6 are 9.6e-4 (0.01 s, 21 CG iterations a step) and 2.6e-4 (0.005 s),
-//! at a ninth of the time. Over 2 s this form never gains energy at 1e4 and 1e6 with d/m = 40/s. It
-//! gains 71 J at 1e6 without damping, and 4e4 J at 1e8 with d/m = 40/s: take full Newton there, or
-//! [`safeguard=work`](drape_integrator::Safeguard). On the sheet of 20 × 20 particles in the docs of
-//! `drape-multistep`, over 5 s with one step a frame, that takes 2.4 Newton iterations and gains
-//! nothing; one iteration gains 990 J.
+//! solve a step the errors at 1e6 are 9.6e-4 (0.01 s, 21 CG iterations a step) and 2.6e-4 (0.005
+//! s), at a ninth of the time. Over 2 s this form never gains energy at 1e4 and 1e6 with d/m =
+//! 40/s. It gains 71 J at 1e6 without damping, and 4e4 J at 1e8 with d/m = 40/s: take full Newton
+//! there, or [`safeguard=work`](drape_integrator::Safeguard). On the sheet of 20 × 20 particles in
+//! the docs of `drape-multistep`, over 5 s with one step a frame, that takes 2.4 Newton iterations
+//! and gains nothing; one iteration gains 990 J.
 //!
 //! *Undamped*, k/m = 1e6, h = 0.01 s, 2 s, potential energy of 4 J; unsolved steps are those that
 //! used up 100 Newton iterations, of 200:
@@ -102,12 +102,12 @@
 //!
 //! # References
 //!
-//! N. Newmark, *A method of computation for structural dynamics*, J. Eng. Mech. Div. ASCE 85 (1959),
-//! doi 10.1061/JMCEA3.0000098. H. Hilber, T. Hughes, R. Taylor, *Improved numerical dissipation for
-//! time integration algorithms in structural dynamics*, Earthq. Eng. Struct. Dyn. 5 (1977),
-//! doi 10.1002/eqe.4290050306. J. Chung, G. Hulbert, *A time integration algorithm for structural
-//! dynamics with improved numerical dissipation: the generalized-α method*, J. Appl. Mech. 60
-//! (1993), doi 10.1115/1.2900803.
+//! N. Newmark, *A method of computation for structural dynamics*, J. Eng. Mech. Div. ASCE 85
+//! (1959), doi 10.1061/JMCEA3.0000098. H. Hilber, T. Hughes, R. Taylor, *Improved numerical
+//! dissipation for time integration algorithms in structural dynamics*, Earthq. Eng. Struct. Dyn. 5
+//! (1977), doi 10.1002/eqe.4290050306. J. Chung, G. Hulbert, *A time integration algorithm for
+//! structural dynamics with improved numerical dissipation: the generalized-α method*, J. Appl.
+//! Mech. 60 (1993), doi 10.1115/1.2900803.
 
 mod settings;
 mod step;

@@ -3,8 +3,8 @@
 use crate::settings::{Coefficients, GENERALIZED_ALPHA, GeneralizedAlphaSettings};
 use crate::workspace::Workspace;
 use drape_integrator::{
-    Method, Phase, PhaseClock, PrepareError, Registration, Scheme, Stage, StepError, StepReport,
-    Stepper, Tau,
+    Method, Phase, PhaseClock, PrepareError, Registration, Scheme, Stage, StageMemory, StepError,
+    StepReport, Stepper, Tau,
 };
 use drape_model::{Level, State, System};
 
@@ -48,40 +48,43 @@ impl Scheme for Workspace {
         self.begin(system, state, h, clock, &mut report); // a_n and g_n = M⁻¹f_n
         for i in 0..state.len() {
             let (x, v, a, g) = (state.x[i], state.v[i], self.a[i], self.g[i]);
-            let (first, free) = (self.first[i], self.along(i, a));
+            let (first, free) = (self.memory.first[i], self.along(i, a));
             let change = a * (h * (1.0 - gamma));
             // X* = x_n + h v_n + h² (½ − β) a_n − τ_x (v_n + h (1 − γ) a_n), (4)
             let bend = h * h * (0.5 - beta) - tau.x * (h * (1.0 - gamma));
-            self.x_star[i] = x + first * (h - tau.x) + free * bend;
+            self.memory.x_star[i] = x + first * (h - tau.x) + free * bend;
             // V* = v_n + h (1 − γ) a_n + hγ/(1 − α_m) (α_f M⁻¹f_n − α_m a_n), (4)
-            self.v_star[i] = v + change + (g * alpha_f - a * alpha_m) * kick;
+            self.memory.v_star[i] = v + change + (g * alpha_f - a * alpha_m) * kick;
             // The new level as a_n sees it: start of Newton's method, directions of damping.
-            self.ahead.1[i] = first + free * h;
-            self.ahead.0[i] = x + (first + free * (0.5 * h)) * h;
+            self.memory.ahead.1[i] = first + free * h;
+            self.memory.ahead.0[i] = x + (first + free * (0.5 * h)) * h;
         }
-        let lagged = Level { t: end, x: &self.ahead.0, v: &self.ahead.1 };
-        let from = (&self.x_star[..], &self.v_star[..]);
+        let StageMemory { stage, x_star, v_star, ahead, contacts, constraints, .. } =
+            &mut self.memory;
+        let lagged = Level { t: end, x: &ahead.0, v: &ahead.1 };
+        let from = (&x_star[..], &v_star[..]);
         let input = Stage { tau, end, from, lagged, velocity: &state.v };
-        self.stage.solve_constrained(
+        stage.solve_constrained(
             system,
             input,
-            &self.ahead.1,
-            &mut self.contacts,
-            &mut self.constraints,
+            &ahead.1,
+            contacts,
+            constraints,
             settings.stage,
             clock,
             &mut report,
         )?;
         clock.switch(Phase::Update);
-        self.unload(system, tau.v, &mut report); // g_{n+1} = (v_{n+1} − V*)/τ_v = M⁻¹f_{n+1}, (5)
+        // g_{n+1} = (v_{n+1} − V*)/τ_v = M⁻¹f_{n+1}, (5)
+        self.memory.unload(system, tau.v, &mut self.g_new, &mut report);
         for i in 0..state.len() {
             let mixed = self.g_new[i] * (1.0 - alpha_f) + self.g[i] * alpha_f - self.a[i] * alpha_m;
             self.a[i] = mixed / (1.0 - alpha_m); // a_{n+1}, (1)
         }
         std::mem::swap(&mut self.g, &mut self.g_new);
-        self.lead(system, &state.x, h);
-        state.v.copy_from_slice(self.stage.velocity());
-        state.x.copy_from_slice(self.stage.positions());
+        self.memory.lead(system, &state.x, h);
+        state.v.copy_from_slice(self.memory.stage.velocity());
+        state.x.copy_from_slice(self.memory.stage.positions());
         self.finish(system, state);
         state.t = end;
         Ok(report)
@@ -89,8 +92,7 @@ impl Scheme for Workspace {
 
     fn restart(&mut self) {
         self.known = None;
-        self.contacts.restart();
-        self.stage.restart();
+        self.memory.restart();
     }
 
     fn is_portable(settings: &GeneralizedAlphaSettings) -> bool {

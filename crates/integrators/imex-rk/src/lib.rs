@@ -1,19 +1,19 @@
-//! IMEX Runge–Kutta: additive Runge–Kutta methods of Ascher, Ruuth and Spiteri (1997) and of Kennedy
-//! and Carpenter (2003) on the split of Eberhardt, Etzmuß and Hauth (2000), "EEH".
+//! IMEX Runge–Kutta: additive Runge–Kutta methods of Ascher, Ruuth and Spiteri (1997) and of
+//! Kennedy and Carpenter (2003) on the split of Eberhardt, Etzmuß and Hauth (2000), "EEH".
 //!
 //! builds-on: IMEX Euler → IMEX of two steps → **IMEX Runge–Kutta**
 //!
 //! # What it is
 //!
-//! The force of a spring is a stiff linear part and a remainder of constant size, `f = −L_k x + F2(x)`
-//! with `F2_i = +k ℓ û`. IMEX Euler takes the first part implicitly and the second explicitly: a step
-//! is one linear system with a constant matrix, but it has order 1 and a stiff sheet stands still.
-//! An *additive Runge–Kutta method* keeps the split and the constant matrix. It takes two to five such
-//! stages a step, has order 2 to 4, and needs no start and no history.
+//! The force of a spring is a stiff linear part and a remainder of constant size, `f = −L_k x +
+//! F2(x)` with `F2_i = +k ℓ û`. IMEX Euler takes the first part implicitly and the second
+//! explicitly: a step is one linear system with a constant matrix, but it has order 1 and a stiff
+//! sheet stands still. An *additive Runge–Kutta method* keeps the split and the constant matrix. It
+//! takes two to five such stages a step, has order 2 to 4, and needs no start and no history.
 //!
 //! Take it for errors of a few per cent on moderate stiffness (`h²k/m` up to 100) or heavy damping.
-//! Take the default `ars222` where energy matters. `ark4` is the most accurate at small steps, and the
-//! first to gain energy. None of them follows a very stiff sheet at large steps.
+//! Take the default `ars222` where energy matters. `ark4` is the most accurate at small steps, and
+//! the first to gain energy. None of them follows a very stiff sheet at large steps.
 //!
 //! # The mathematics
 //!
@@ -24,8 +24,9 @@
 //! x' = v      v' = g(x, v) + e(t, x, v)      g = −M⁻¹ (L_k x + L_d v)      e = M⁻¹ F          (1)
 //! ```
 //!
-//! `x' = v` belongs to the implicit part. Two tableaux `a^I` (diagonally implicit) and `a^E` (explicit)
-//! share the stages, which are at the times `t_n + c_i h`. Stage `i`, with `τ = γh`, `γ = a^I_ii`:
+//! `x' = v` belongs to the implicit part. Two tableaux `a^I` (diagonally implicit) and `a^E`
+//! (explicit) share the stages, which are at the times `t_n + c_i h`. Stage `i`, with `τ = γh`, `γ
+//! = a^I_ii`:
 //!
 //! ```text
 //! X* = x_n + h Σ_{j<i} a^I_ij v_j      V* = v_n + h Σ_{j<i} (a^I_ij g_j + a^E_ij e_j)         (2)
@@ -34,11 +35,11 @@
 //! x_{n+1} = x_s      v_{n+1} = v_s + h Σ_i (b^E_i − a^E_si) e_i                               (5)
 //! ```
 //!
-//! The first stage is explicit: `x_1 = x_n`, `v_1 = v_n`. All others have the same `γ`, so one scalar
-//! matrix and one factor serve all of them, until `h`, the masses, a stiffness, a damping or the pins
-//! change. (4) takes `g_i` from the solve: evaluated at `x_i` it would carry the residual of the solve
-//! times the stiffness. (5) holds because the implicit weights of all four tableaux are their last row;
-//! `ars222` and `ars443` end at the last stage altogether.
+//! The first stage is explicit: `x_1 = x_n`, `v_1 = v_n`. All others have the same `γ`, so one
+//! scalar matrix and one factor serve all of them, until `h`, the masses, a stiffness, a damping or
+//! the pins change. (4) takes `g_i` from the solve: evaluated at `x_i` it would carry the residual
+//! of the solve times the stiffness. (5) holds because the implicit weights of all four tableaux
+//! are their last row; `ars222` and `ars443` end at the last stage altogether.
 //!
 //! | `tableau` | order | implicit stages | sweeps over the springs | stable for `θ_E = r θ_I`, every `θ_I` |
 //! |---|---|---|---|---|
@@ -47,20 +48,21 @@
 //! | `ark3` | 3 | 3 | 8 | −1 ≤ `r` ≤ 0.25 |
 //! | `ark4` | 4 | 5 | 12 | −0.08 ≤ `r` ≤ 0.05 |
 //!
-//! * *Order.* The conditions of coupled trees hold to 1e-14 ([`Tableau`]). They need `θ = h²k/m` below
-//!   1: at larger `θ` the observed order falls to between 1 and 2. Air and gusts are evaluated at the
-//!   stages and keep the order.
-//! * *Stability.* The implicit parts are L-stable. The last column of the table is for explicit springs
-//!   beside stiff implicit ones (`r > 0`) and for compressed springs (`r < −1`, beyond every tableau).
-//!   Motion across a stretched spring has `−1 < r < 0`, which `ars443` and `ark4` do not cover.
+//! * *Order.* The conditions of coupled trees hold to 1e-14 ([`Tableau`]). They need `θ = h²k/m`
+//!   below 1: at larger `θ` the observed order falls to between 1 and 2. Air and gusts are
+//!   evaluated at the stages and keep the order.
+//! * *Stability.* The implicit parts are L-stable. The last column of the table is for explicit
+//!   springs beside stiff implicit ones (`r > 0`) and for compressed springs (`r < −1`, beyond
+//!   every tableau). Motion across a stretched spring has `−1 < r < 0`, which `ars443` and `ark4`
+//!   do not cover.
 //! * *Conservation.* Momentum; neither angular momentum nor energy. The stages pull along different
 //!   directions, so neither a law of spin nor an energy ledger exists in closed form.
 //! * *Free fall* is exact, an equilibrium is a fixed point.
 //! * *Settings.* `solver=cholesky` (default) solves to round-off, so that every order shows. With
-//!   `solver=cg` the tolerance `forcing_term` refers to the change of velocity that the forces at the
-//!   start make in `τ`. `implicit=tension` leaves shear and bending springs explicit. Springs of several
-//!   slopes have the steepest one in the matrix. Contacts, friction and moving pins are refused: a
-//!   stage would need constraints of its own.
+//!   `solver=cg` the tolerance `forcing_term` refers to the change of velocity that the forces at
+//!   the start make in `τ`. `implicit=tension` leaves shear and bending springs explicit. Springs
+//!   of several slopes have the steepest one in the matrix. Contacts, friction and moving pins are
+//!   refused: a stage would need constraints of its own.
 //!
 //! | symbol | name in the code | unit | shape |
 //! |---|---|---|---|
@@ -75,8 +77,8 @@
 //! # Where it failed here, and what it cost
 //!
 //! *Locking, of two kinds.* Across a spring at its rest length `θ_E = −θ_I`, and a step is
-//! `[[1, c], [0, g]]` on `(x, hv)`: it keeps the share `g` of the velocity and moves by `c h v`. Exact
-//! would be `c = g = 1`:
+//! `[[1, c], [0, g]]` on `(x, hv)`: it keeps the share `g` of the velocity and moves by `c h v`.
+//! Exact would be `c = g = 1`:
 //!
 //! | | `c(100)` | `c(10⁴)` | `θ c`, `θ → ∞` | `g(100)` | `g`, `θ → ∞` |
 //! |---|---|---|---|---|---|
@@ -85,14 +87,14 @@
 //! | `ark3` | 0.04888 | 0.00049 | 4.86 | 1 | 1 |
 //! | `ark4` | 0.27567 | 0.00279 | 27.9 | 1 | 1 |
 //!
-//! `ars222` and `ars443` lose velocity and displacement, as IMEX Euler does. `ark3` and `ark4` keep the
-//! velocity and still do not move: **`x` is no longer the integral of `v`**. Two particles that turn by
-//! 2 rad in 1 s at `θ = 100` turn by 0.0978 rad with `ark3`, while their angular momentum is kept to
-//! 2e-4. Locking must be measured by displacement, never by energy or momentum.
+//! `ars222` and `ars443` lose velocity and displacement, as IMEX Euler does. `ark3` and `ark4` keep
+//! the velocity and still do not move: **`x` is no longer the integral of `v`**. Two particles that
+//! turn by 2 rad in 1 s at `θ = 100` turn by 0.0978 rad with `ark3`, while their angular momentum
+//! is kept to 2e-4. Locking must be measured by displacement, never by energy or momentum.
 //!
-//! *The hanging sheet*: 20 × 20 particles, shear springs of 0.1 k, d/m = 40/s, 0.3 s. Error of positions
-//! over the motion, and at `h` = 0.01 s the height lost by the free edge over that of the exact motion
-//! (IMEX Euler at k/m = 1e6: 0.19):
+//! *The hanging sheet*: 20 × 20 particles, shear springs of 0.1 k, d/m = 40/s, 0.3 s. Error of
+//! positions over the motion, and at `h` = 0.01 s the height lost by the free edge over that of the
+//! exact motion (IMEX Euler at k/m = 1e6: 0.19):
 //!
 //! | | 1e4: `h` = 0.01 | 0.0025 | 1e6: 0.01 | 0.0025 | fall | 1e8: 0.01 | 0.0025 | fall |
 //! |---|---|---|---|---|---|---|---|---|
@@ -110,8 +112,8 @@
 //! | `ark3` | 2.1e-1 | 1.8e-2 | 2.4e-3 |
 //! | `ark4` | 9.6e-3 | 1.1e-3 | 1.7e-4 |
 //!
-//! *Energy* of the same sheet at k/m = 1e6, `h` = 0.01 s, over 2 s: greatest rise above the start, J.
-//! The sheet could fall by 3.9 J:
+//! *Energy* of the same sheet at k/m = 1e6, `h` = 0.01 s, over 2 s: greatest rise above the start,
+//! J. The sheet could fall by 3.9 J:
 //!
 //! | | d/m = 40/s | undamped |
 //! |---|---|---|
@@ -126,12 +128,12 @@
 //! # References
 //!
 //! B. Eberhardt, O. Etzmuß, M. Hauth, *Implicit-explicit schemes for fast animation with particle
-//! systems*, Computer Animation and Simulation 2000 (the split). U. M. Ascher, S. J. Ruuth, R. J. Spiteri, *Implicit-explicit Runge–Kutta methods for
-//! time-dependent partial differential equations*, Appl. Numer. Math. 25 (1997), doi
-//! 10.1016/S0168-9274(97)00056-1. C. A. Kennedy, M. H. Carpenter, *Additive Runge–Kutta schemes for
-//! convection–diffusion–reaction equations*, Appl. Numer. Math. 44 (2003), doi
-//! 10.1016/S0168-9274(02)00138-1. E. Boxerman, U. Ascher, *Decomposing cloth*, SCA 2004, use an
-//! adaptive split in cloth.
+//! systems*, Computer Animation and Simulation 2000 (the split). U. M. Ascher, S. J. Ruuth, R. J.
+//! Spiteri, *Implicit-explicit Runge–Kutta methods for time-dependent partial differential
+//! equations*, Appl. Numer. Math. 25 (1997), doi 10.1016/S0168-9274(97)00056-1. C. A. Kennedy, M.
+//! H. Carpenter, *Additive Runge–Kutta schemes for convection–diffusion–reaction equations*, Appl.
+//! Numer. Math. 44 (2003), doi 10.1016/S0168-9274(02)00138-1. E. Boxerman, U. Ascher, *Decomposing
+//! cloth*, SCA 2004, use an adaptive split in cloth.
 
 mod settings;
 mod stages;

@@ -29,8 +29,8 @@ settings! {
         /// coefficients: two and four implicit stages of order 2 and 3 (Ascher, Ruuth, Spiteri), or
         /// three and five of order 3 and 4 (Kennedy, Carpenter)
         tableau: Pair [Ars222, Ars443, Ark3, Ark4] = Ars222,
-        /// a direct solve by sparse Cholesky, which keeps every order, or conjugate gradients; auto:
-        /// the faster of the two, by estimates from the matrix
+        /// a direct solve by sparse Cholesky, which keeps every order, or conjugate gradients;
+        /// auto: the faster of the two, by estimates from the matrix
         solver: SolverKind [Cg, Cholesky, Auto] = Cholesky,
         /// relative tolerance ε of the conjugate gradients
         forcing_term: f64 in 1e-16..=0.5 = 1e-9,

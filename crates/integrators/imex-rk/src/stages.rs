@@ -27,7 +27,8 @@ impl Stages {
         Self { stages: (0..count).map(|_| stage()).collect() }
     }
 
-    /// Writes `x = x_n + h Σ_{j<count} a^I_j v_j` and `v = v_n + h Σ_{j<count} (a^I_j g_j + a^E_j e_j)`.
+    /// Writes `x = x_n + h Σ_{j<count} a^I_j v_j` and `v = v_n + h Σ_{j<count} (a^I_j g_j + a^E_j
+    /// e_j)`.
     pub(crate) fn combine(
         &self,
         from: &State,
@@ -80,8 +81,8 @@ impl Stages {
         }
     }
 
-    /// `e_i`: all forces but `−L_k x − L_d v` of the implicit springs, over the masses; 0 for pinned
-    /// particles.
+    /// `e_i`: all forces but `−L_k x − L_d v` of the implicit springs, over the masses; 0 for
+    /// pinned particles.
     pub(crate) fn set_force(
         &mut self,
         stage: usize,

@@ -83,7 +83,8 @@ impl Scheme for Workspace {
         for i in 0..tableau.stages {
             clock.switch(Phase::Forces);
             let Self { stages, position, velocity, start, .. } = self;
-            // X* = x_n + h Σ_{j<i} a^I_ij v_j,  V* = v_n + h Σ_{j<i} (a^I_ij g_j + a^E_ij e_j)   (2)
+            // X* = x_n + h Σ_{j<i} a^I_ij v_j,  V* = v_n + h Σ_{j<i} (a^I_ij g_j + a^E_ij e_j)
+            // (2)
             let row = (&tableau.implicit[i], &tableau.explicit[i]);
             stages.combine(state, h, row, i, position, start);
             if i == 0 {
@@ -112,7 +113,8 @@ impl Scheme for Workspace {
             }
         }
         clock.switch(Phase::Update);
-        // x_{n+1} = x_s,  v_{n+1} = v_s + h Σ (b^E_i − a^E_si) e_i                                (5)
+        // x_{n+1} = x_s,  v_{n+1} = v_s + h Σ (b^E_i − a^E_si) e_i
+        // (5)
         self.stages.finish(h, &tableau.corrections(), &mut self.velocity);
         state.x.copy_from_slice(&self.position);
         state.v.copy_from_slice(&self.velocity);

@@ -12,16 +12,16 @@
 //!
 //! # The mathematics
 //!
-//! It is the Gauss method of one stage. In cloth it was used by Volino and Magnenat-Thalmann (2005).
-//! The unknown `w` is the velocity in the middle of the step:
+//! It is the Gauss method of one stage. In cloth it was used by Volino and Magnenat-Thalmann
+//! (2005). The unknown `w` is the velocity in the middle of the step:
 //!
 //! ```text
 //! M (w − v_n) = h/2 f(x_n + h/2 w, w)                                                   (1)
 //! x_{n+1} = x_n + h w          v_{n+1} = 2 w − v_n                                      (2)
 //! ```
 //!
-//! (1) is a stage with `τ = h/2`, which [`drape_integrator::ImplicitStage`] solves. Newton starts at
-//! the best of `v_n`, the inertial target, and `2 v_n − w` with the `w` of the last step.
+//! (1) is a stage with `τ = h/2`, which [`drape_integrator::ImplicitStage`] solves. Newton starts
+//! at the best of `v_n`, the inertial target, and `2 v_n − w` with the `w` of the last step.
 //!
 //! In contact the step is read as two halves. The obstacle acts on the first half, which gives `w`;
 //! the second half takes the same forces without the impulse `λ` of the obstacle:
@@ -73,10 +73,10 @@
 //! ninth of its time. Over 2 s with d/m = 40/s the energy never rises at k/m = 1e4 and 1e6, but at
 //! 1e8 and h = 0.01 s it rises by 1e8 J: take full Newton, or TR-BDF2, there.
 //!
-//! *Undamped it fails.* At k/m = 1e6, h = 0.01 s the same sheet without damping gains 1.4e4 J in 2 s
-//! from potential energy of 4 J, though every step is solved. With one CG solve a step it gains
-//! 2.5e4 J. Two undamped particles that turn at `h²κ = 100` keep their angular momentum to 1e-8, but
-//! the length of the spring rings: the energy is 0.14 % too large after 1 s.
+//! *Undamped it fails.* At k/m = 1e6, h = 0.01 s the same sheet without damping gains 1.4e4 J in 2
+//! s from potential energy of 4 J, though every step is solved. With one CG solve a step it gains
+//! 2.5e4 J. Two undamped particles that turn at `h²κ = 100` keep their angular momentum to 1e-8,
+//! but the length of the spring rings: the energy is 0.14 % too large after 1 s.
 //!
 //! *A common mistake* is to report `w` as the new velocity. The result damps and has order 1.
 //!

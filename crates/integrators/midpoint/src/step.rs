@@ -106,8 +106,8 @@ impl Scheme for Workspace {
 }
 
 impl Workspace {
-    /// Predicts the middle of the step: `v̂ = 2 v_n − w` of the last step, `x̂ = x_n + h/2 v̂`. Both
-    /// are within `O(h²)`, so the lagged parts of damping and drag keep order 2.
+    /// Predicts the middle of the step: `v̂ = 2 v_n − w` of the last step, `x̂ = x_n + h/2 v̂`.
+    /// Both are within `O(h²)`, so the lagged parts of damping and drag keep order 2.
     fn look_ahead(&mut self, system: &System, state: &State, h: f64) {
         let (x_hat, v_hat) = &mut self.ahead;
         let bands = bands(system.threads(), system.len());

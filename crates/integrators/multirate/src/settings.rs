@@ -13,7 +13,8 @@ pub static MULTIRATE: Method = Method {
     order: Order::Two,
     class: StabilityClass::Symplectic,
     conserves: &[Quantity::Momentum, Quantity::AngularMomentum],
-    theory: "within the limits h²λ < 4 of the fast and H²λ < 4 of the slow forces, but unstable where \
+    theory: "within the limits h²λ < 4 of the fast and H²λ < 4 of the slow forces, but unstable \
+             where \
              H is a little less than half a period of a fast mode: safe for H ≤ π/(2√λ)",
     supports: Supports::Explicit,
     refuses: &[],

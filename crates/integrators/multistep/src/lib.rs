@@ -153,9 +153,9 @@
 //! highest climb above the lowest energy so far was 12 mJ at N = 20 (15 mJ at 50), that of full
 //! Newton 11 mJ. Two other rules failed in the same runs at N = 20: to iterate again while the
 //! residual had fallen by less than a factor of 5, or the potential by less than 0.9 of what the
-//! quadratic model promised. They gained 0.6 to 38 J at 1.0 to 1.5 iterations a step: neither number
-//! tells which way the residual pushes. Where the settings also name a loose `residual`, steps that
-//! begin below it are not iterated at all.
+//! quadratic model promised. They gained 0.6 to 38 J at 1.0 to 1.5 iterations a step: neither
+//! number tells which way the residual pushes. Where the settings also name a loose `residual`,
+//! steps that begin below it are not iterated at all.
 //!
 //! *Adams–Bashforth* follows its table. On the damped sheet at `k/m` = 1e4, two steps hold up to
 //! `h` = 3 ms and three up to 1.7 ms. There the damping sets the limit (`8 d/m = 320` 1/s).

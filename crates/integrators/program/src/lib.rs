@@ -5,24 +5,24 @@
 //! # What it is
 //!
 //! drape starts the program and sends it the frozen system. Then it asks for one step at a time
-//! over two pipes (protocol `drape-method/1`). The guide of the crate `drape` describes the protocol
-//! exactly (`drape::guide::protocol`).
+//! over two pipes (protocol `drape-method/1`). The guide of the crate `drape` describes the
+//! protocol exactly (`drape::guide::protocol`).
 //!
 //! # The mathematics
 //!
-//! Is the program's. drape asks for the state at `t + h` from the state at `t`. It checks what it
+//! The program defines it. drape asks for the state at `t + h` from the state at `t`. It checks what it
 //! can: the sizes of all answers, that pins are where they are led, and how long each answer takes.
 //!
 //! # Safety
 //!
 //! A program may hang, die, print garbage or lie about sizes. Each of these becomes one sentence
-//! ([`drape_integrator::StepError::Outside`]), and the program and all that it started are killed and
-//! waited for. drape never reads more than an answer may hold.
+//! ([`drape_integrator::StepError::Outside`]), and the program and all that it started are killed
+//! and waited for. drape never reads more than an answer may hold.
 //!
 //! # Where it failed here, and what it cost
 //!
-//! *Starting costs more than stepping.* Each run starts a process. Python alone takes some 20 ms, with
-//! SciPy half a second, while a step of a small sheet takes a millisecond.
+//! *Starting costs more than stepping.* Each run starts a process. Python alone takes some 20 ms,
+//! with SciPy half a second, while a step of a small sheet takes a millisecond.
 
 mod description;
 mod failures;

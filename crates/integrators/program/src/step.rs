@@ -129,7 +129,8 @@ impl Session {
             .map_err(|error| self.process.failed(&format!("cannot be sent the system ({error})")))
     }
 
-    /// `{"do":"step", …}`, then positions, velocities and places of the pins at the end of the step.
+    /// `{"do":"step", …}`, then positions, velocities and places of the pins at the end of the
+    /// step.
     fn write_step(&mut self, system: &System, state: &State, h: f64) {
         let out = &mut self.request;
         out.clear();

@@ -1,7 +1,7 @@
 //! The programs that ship with drape follow the exact recurrences of their methods.
 //!
-//! They need Python 3, one of them SciPy, and the last a C++ compiler. Where one is missing its test
-//! says that it was skipped; with DRAPE_PROGRAMS=required it fails.
+//! They need Python 3, one of them SciPy, and the last a C++ compiler. Where one is missing its
+//! test says that it was skipped; with DRAPE_PROGRAMS=required it fails.
 
 #![cfg(unix)]
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "tests")]

@@ -90,8 +90,8 @@
 //! # Where it failed here, and what it cost
 //!
 //! *Convergence.* A sheet of 20 × 20 particles that hangs from two corners, shear springs of 0.1 k,
-//! undamped, after 0.2 s; one step of 0.01 s. What is left of the distance between `v̂` and Newton's
-//! minimum:
+//! undamped, after 0.2 s; one step of 0.01 s. What is left of the distance between `v̂` and
+//! Newton's minimum:
 //!
 //! | iterations | θ = 1: 10 | 30 | θ = 100: 10 | 30 | 100 | 400 | θ = 1e4: 30 | 100 | 400 |
 //! |---|---|---|---|---|---|---|---|---|---|

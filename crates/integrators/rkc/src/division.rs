@@ -24,8 +24,8 @@ pub(crate) struct Divider {
 impl Divider {
     pub(crate) fn new(system: &System) -> Self {
         let bound = StabilityLimit::bound(system);
-        // Both bounds together are right for damping in proportion to the stiffness. The estimate is
-        // between a half and the whole of the bound, and so is the damping of its mode.
+        // Both bounds together are right for damping in proportion to the stiffness. The estimate
+        // is between a half and the whole of the bound, and so is the damping of its mode.
         let share = if bound.is_some() { 1.0 } else { 0.5 };
         let limit = bound.unwrap_or_else(|| StabilityLimit::followed(system));
         Self { limit, damping: DampingBound::new(system), share, known: None }

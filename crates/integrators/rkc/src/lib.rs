@@ -7,8 +7,8 @@
 //!
 //! Most Runge–Kutta methods spend their stages on a high order. This one spends them on stability:
 //! with `s` stages it reaches `0.65 (s² − 1)` along the negative real axis, where heavily damped
-//! modes lie, and stays of order 2. Take it for heavy damping and small errors: it has no matrix. It
-//! is the wrong method for light damping: along the imaginary axis, where vibrations lie, more
+//! modes lie, and stays of order 2. Take it for heavy damping and small errors: it has no matrix.
+//! It is the wrong method for light damping: along the imaginary axis, where vibrations lie, more
 //! stages reach no further.
 //!
 //! # The mathematics
@@ -37,26 +37,28 @@
 //! | radius, `s = 6` | 4.24 | 3.50 | 2.99 | 2.39 | 1.52 |
 //! | radius, `s ≥ 20` | 4.7 | 3.78 | 3.17 | 2.53 | 1.6 |
 //!
-//! Where the damping of springs is in proportion to their stiffness, a sheet has modes of all ratios
-//! from nearly 0 up. So the step is limited by `h ≤ 2.34 d/k` with six stages, and `h ≤ 2.58 d/k`
-//! with any number. Without damping no step is stable: `|P_s(i)|` is 1.062, 1.040 and 1.035 for
-//! `s` = 3, 6 and 20.
+//! Where the damping of springs is in proportion to their stiffness, a sheet has modes of all
+//! ratios from nearly 0 up. So the step is limited by `h ≤ 2.34 d/k` with six stages, and `h ≤ 2.58
+//! d/k` with any number. Without damping no step is stable: `|P_s(i)|` is 1.062, 1.040 and 1.035
+//! for `s` = 3, 6 and 20.
 //!
-//! With `step=auto` the method therefore divides a step. It tests 64 modes, `κ` from `λ/1000` to `λ`
-//! in geometric progression and `δ` in proportion, and takes more substeps while one is unstable.
+//! With `step=auto` the method therefore divides a step. It tests 64 modes, `κ` from `λ/1000` to
+//! `λ` in geometric progression and `δ` in proportion, and takes more substeps while one is
+//! unstable.
 //!
 //! * **Order 2**; the damping may be full or projected, and drag may depend on the speed. Forces
 //!   belong to the times of their stages.
 //! * **Conservation.** Momentum is exact, angular momentum is not. Free fall is exact.
 //! * **`λ` and `δ`** are bounds for all positions where only springs are stiff
-//!   ([`drape_integrator::StabilityLimit`], [`drape_integrator::DampingBound`]). Otherwise `λ` follows
-//!   the cloth as leapfrog's does, and half of the bound `δ` belongs to it. Drag is in neither.
-//! * **Refusals.** Springs without damping are refused by name, and so is a step of more than 100 000
-//!   substeps. Modes without damping beside damped springs, as of angles, grow as slowly as
+//!   ([`drape_integrator::StabilityLimit`], [`drape_integrator::DampingBound`]). Otherwise `λ`
+//!   follows the cloth as leapfrog's does, and half of the bound `δ` belongs to it. Drag is in
+//!   neither.
+//! * **Refusals.** Springs without damping are refused by name, and so is a step of more than 100
+//!   000 substeps. Modes without damping beside damped springs, as of angles, grow as slowly as
 //!   `(h√κ)⁴`.
-//! * **Pins and contacts** act at the end of a substep, particle by particle, as with Adams–Bashforth:
-//!   an impact is a jump of `v_n`, and a particle that stays in contact has no lead over `h v_n`
-//!   along the normals.
+//! * **Pins and contacts** act at the end of a substep, particle by particle, as with
+//!   Adams–Bashforth: an impact is a jump of `v_n`, and a particle that stays in contact has no
+//!   lead over `h v_n` along the normals.
 //! * **No energy ledger:** positions do not move by one velocity.
 //!
 //! | symbol | name in the code | unit | shape |
@@ -88,8 +90,8 @@
 //! * *The step as given.* With `step=fixed` the method is stable at 0.002 s on the first row and
 //!   blows up at 0.005 s.
 //!
-//! To try next: ROCK2 (Abdulle and Medovikov 2001, doi:10.1007/s002110100292), which reaches 0.81 s² along the real axis. It has the same
-//! limit on vibrations.
+//! To try next: ROCK2 (Abdulle and Medovikov 2001, doi:10.1007/s002110100292), which reaches 0.81
+//! s² along the real axis. It has the same limit on vibrations.
 //!
 //! # References
 //!

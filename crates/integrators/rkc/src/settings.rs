@@ -12,7 +12,8 @@ pub static RKC: Method = Method {
     order: Order::Two,
     class: StabilityClass::Dissipative,
     conserves: &[Quantity::Momentum],
-    theory: "with s stages stable on overdamped modes for hδ < 0.65 (s² − 1), on vibrations for h√λ < \
+    theory: "with s stages stable on overdamped modes for hδ < 0.65 (s² − 1), on vibrations for \
+             h√λ < \
              1.6 to 4.7 only, whatever s; it divides its steps accordingly and refuses springs \
              without damping",
     supports: Supports::Explicit,
@@ -41,8 +42,8 @@ settings! {
         step: Division [Auto, Fixed] = Auto,
         /// force evaluations of a substep: at most so many for step=auto, exactly for step=fixed
         stages: u32 in 2..=200 = 200,
-        /// factor of the spectral radius for which step=auto chooses stages; its test of vibrations has
-        /// no margin
+        /// factor of the spectral radius for which step=auto chooses stages; its test of vibrations
+        /// has no margin
         safety: f64 in 1.0..=4.0 = 1.1,
     }
 }

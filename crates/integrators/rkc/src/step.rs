@@ -154,9 +154,9 @@ impl Workspace {
         }
     }
 
-    /// Ends a substep at `y_n + z_s`, under pins and contacts. An impact is a jump of `v_n`; the rest
-    /// of the motion is its lead over `h v_n`, of which a particle that stays in contact has none
-    /// along the normals.
+    /// Ends a substep at `y_n + z_s`, under pins and contacts. An impact is a jump of `v_n`; the
+    /// rest of the motion is its lead over `h v_n`, of which a particle that stays in contact has
+    /// none along the normals.
     fn end(&mut self, system: &System, state: &mut State, h: f64) {
         let Self { last, x: lead, v: free, ending, .. } = self;
         let Ending { contacts, constraints, impulse, velocity } = ending;

@@ -4,14 +4,14 @@
 //!
 //! # What it is
 //!
-//! An implicit Runge–Kutta method solves a nonlinear system in each stage. A *Rosenbrock method* takes
-//! one Newton step instead, and corrects the coefficients so that the order stays: a step is one
-//! factorisation and one linear solve a stage, without any iteration or stop test. Baraff and Witkin's
-//! step is the member of one stage and order 1.
+//! An implicit Runge–Kutta method solves a nonlinear system in each stage. A *Rosenbrock method*
+//! takes one Newton step instead, and corrects the coefficients so that the order stays: a step is
+//! one factorisation and one linear solve a stage, without any iteration or stop test. Baraff and
+//! Witkin's step is the member of one stage and order 1.
 //!
-//! Take it to see how far one linearisation a step goes. With damping and `h²k/m` up to 100, `rodas4`
-//! is very accurate for a single factorisation. It fails on undamped or stiffer cloth, where a method
-//! that iterates does not: take TR-BDF2 or backward Euler there.
+//! Take it to see how far one linearisation a step goes. With damping and `h²k/m` up to 100,
+//! `rodas4` is very accurate for a single factorisation. It fails on undamped or stiffer cloth,
+//! where a method that iterates does not: take TR-BDF2 or backward Euler there.
 //!
 //! # The mathematics
 //!
@@ -21,8 +21,8 @@
 //! k_i = h F(y_n + Σ_{j<i} α_ij k_j) + h J Σ_{j≤i} γ_ij k_j        y_{n+1} = y_n + Σ_i b_i k_i  (1)
 //! ```
 //!
-//! With `u = Γ k` products with `J` fall out. `a = αΓ⁻¹`, `c = diag(1/γ) − Γ⁻¹`, `m = bΓ⁻¹`, `τ = γh`
-//! and `F = (v, M⁻¹ f)` give for stage `i`
+//! With `u = Γ k` products with `J` fall out. `a = αΓ⁻¹`, `c = diag(1/γ) − Γ⁻¹`, `m = bΓ⁻¹`, `τ =
+//! γh` and `F = (v, M⁻¹ f)` give for stage `i`
 //!
 //! ```text
 //! x = x_n + Σ a_ij u^x_j          v = v_n + Σ a_ij u^v_j
@@ -32,12 +32,12 @@
 //! ```
 //!
 //! (3) is equivalent to `A u^x_i = τ² M r_v + τ M r_x + τ² D_n r_x`, `u^v_i = u^x_i/τ − r_x`. As
-//! written it solves for a change of velocity: `K_n` gives exactly 0 for a sheet that moves as a whole,
-//! so the result does not depend on the frame.
+//! written it solves for a change of velocity: `K_n` gives exactly 0 for a sheet that moves as a
+//! whole, so the result does not depend on the frame.
 //!
-//! `K_n` is exact and indefinite where springs are compressed. A sparse `L D Lᵀ` without exchanges of
-//! rows factorises `A`. Each solve is checked by its residual and refined once if need be. Where a pivot
-//! vanishes, the clamped matrix serves for that step, and the report says `Indefinite`.
+//! `K_n` is exact and indefinite where springs are compressed. A sparse `L D Lᵀ` without exchanges
+//! of rows factorises `A`. Each solve is checked by its residual and refined once if need be. Where
+//! a pivot vanishes, the clamped matrix serves for that step, and the report says `Indefinite`.
 //!
 //! | `tableau` | order | any matrix | stages | forces | modulus of `R(∞)` |
 //! |---|---|---|---|---|---|
@@ -47,12 +47,12 @@
 //! | `ros34pw2` | 3 | 3 | 4 | 4 | 0 |
 //! | `rodas4` | 4 | 1 | 6 | 6 | 0 |
 //!
-//! * *Order.* Those with an order for any matrix are *W-methods*. With `jacobian=clamped`, which leaves
-//!   out the negative stiffness and is factorised by Cholesky, all others have order 1. The matrix also
-//!   leaves out how the direction of projected damping, and of the damping of angles, turns with the
-//!   cloth; all but W-methods refuse such damping. Quadratic drag stands in the matrix with its lagged
-//!   coefficient, and the derivative by the time is left out: with air only W-methods have an order
-//!   above 1.
+//! * *Order.* Those with an order for any matrix are *W-methods*. With `jacobian=clamped`, which
+//!   leaves out the negative stiffness and is factorised by Cholesky, all others have order 1. The
+//!   matrix also leaves out how the direction of projected damping, and of the damping of angles,
+//!   turns with the cloth; all but W-methods refuse such damping. Quadratic drag stands in the
+//!   matrix with its lagged coefficient, and the derivative by the time is left out: with air only
+//!   W-methods have an order above 1.
 //! * *Stability.* A-stable, and L-stable but for `ros3p`, where forces are linear.
 //! * *Conservation.* Momentum; neither angular momentum nor energy. Free fall is exact.
 //! * Contacts, friction and moving pins are refused: a stage would need constraints of its own.
@@ -68,9 +68,9 @@
 //!
 //! # Where it failed here, and what it cost
 //!
-//! *A spring that turns.* One linearisation moves the ends of a turning spring along the tangent. That
-//! stretches it by the square of the angle, times `k`. Two particles that turn by 2 rad in 1 s with
-//! `h` = 0.01 s, share of the angular momentum that is left:
+//! *A spring that turns.* One linearisation moves the ends of a turning spring along the tangent.
+//! That stretches it by the square of the angle, times `k`. Two particles that turn by 2 rad in 1 s
+//! with `h` = 0.01 s, share of the angular momentum that is left:
 //!
 //! | | `θ` = 1 | `θ` = 100 |
 //! |---|---|---|
@@ -80,8 +80,8 @@
 //! | `ros34pw2`, clamped | 0.9999 | 1.860 |
 //! | `rodas4` | 1.0000 | 0.991 |
 //!
-//! *The hanging sheet*: 20 × 20 particles, shear springs of 0.1 k, d/m = 40/s, 0.3 s. Error of positions
-//! over the motion:
+//! *The hanging sheet*: 20 × 20 particles, shear springs of 0.1 k, d/m = 40/s, 0.3 s. Error of
+//! positions over the motion:
 //!
 //! | | k/m = 1e4: `h` = 0.01 | 0.0025 | 1e6: 0.03 | 0.01 | 0.0025 | 1e8: 0.005 | 0.0025 |
 //! |---|---|---|---|---|---|---|---|
@@ -92,8 +92,8 @@
 //! | `ros34pw2` | 6.8e-6 | 1.1e-7 | diverges | 1.0e-3 | 2.6e-6 | diverges | 3.2e-3 |
 //! | `rodas4` | 7.4e-8 | 2.1e-10 | diverges | 3.0e-5 | 2.3e-7 | diverges | 4.7e-5 |
 //!
-//! *Energy* of the same sheet at k/m = 1e6, `h` = 0.01 s, over 2 s. The sheet could fall by 3.9 J, and
-//! the rise above the start should be 0 J:
+//! *Energy* of the same sheet at k/m = 1e6, `h` = 0.01 s, over 2 s. The sheet could fall by 3.9 J,
+//! and the rise above the start should be 0 J:
 //!
 //! | | d/m = 40/s | undamped |
 //! |---|---|---|
@@ -105,21 +105,21 @@
 //! | `ros34pw2`, clamped | 0 | 1e13 |
 //! | `rodas4` | 0 | 1e44 |
 //!
-//! With light damping the clamped matrix saves `ros34pw2`, whose exact Jacobian lets it diverge after
-//! the first 0.3 s. Undamped nothing does. No step here met a vanishing pivot.
+//! With light damping the clamped matrix saves `ros34pw2`, whose exact Jacobian lets it diverge
+//! after the first 0.3 s. Undamped nothing does. No step here met a vanishing pivot.
 //!
 //! *Order* on a smooth sheet of 6 × 6 particles, last halving of `h`: 1.99, 2.95, 2.98, 2.98, 4.00.
-//! *Cost*: one factorisation of `3n` unknowns a step, and a solve, a product with `K` and a product with
-//! the matrix a stage.
+//! *Cost*: one factorisation of `3n` unknowns a step, and a solve, a product with `K` and a product
+//! with the matrix a stage.
 //!
 //! # References
 //!
 //! H. H. Rosenbrock, *Some general implicit processes for the numerical solution of
 //! differential equations*, Comput. J. 5 (1963), doi 10.1093/comjnl/5.4.329. E. Hairer, G. Wanner,
 //! *Solving Ordinary Differential Equations II*, IV.7 (RODAS), doi 10.1007/978-3-642-05221-7. J. G.
-//! Verwer, E. J. Spee, J. G. Blom, W. Hundsdorfer, SIAM J. Sci. Comput. 20 (1999) (ROS2). J. Lang, J.
-//! Verwer, BIT 41 (2001) (ROS3P). A. Sandu et al., Atmos. Environ. 31 (1997) (RODAS3). J. Rang, L.
-//! Angermann, BIT 45 (2005) (ROS34PW2). D. Baraff, A. Witkin, *Large steps in cloth simulation*,
+//! Verwer, E. J. Spee, J. G. Blom, W. Hundsdorfer, SIAM J. Sci. Comput. 20 (1999) (ROS2). J. Lang,
+//! J. Verwer, BIT 41 (2001) (ROS3P). A. Sandu et al., Atmos. Environ. 31 (1997) (RODAS3). J. Rang,
+//! L. Angermann, BIT 45 (2005) (ROS34PW2). D. Baraff, A. Witkin, *Large steps in cloth simulation*,
 //! SIGGRAPH 98.
 
 mod linear_system;

@@ -16,7 +16,8 @@ pub static ROSENBROCK: Method = Method {
     class: StabilityClass::Dissipative,
     conserves: &[Quantity::Momentum],
     theory: "L-stable where forces are linear (ros3p: A-stable); a spring that turns within a step \
-             stretches by the square of the angle times k, so that undamped stiff cloth gains energy",
+             stretches by the square of the angle times k, so that undamped stiff cloth gains \
+             energy",
     supports: Supports::Blocks,
     refuses: &["contact", "friction", "moving pins", "moving obstacles"],
     settings: RosenbrockSettings::SETTINGS,

@@ -24,8 +24,8 @@
 //! b₄ = 1 − 2 (b₁ + b₂ + b₃)
 //! ```
 //!
-//! Without damping a kick is `v ← v + b h M⁻¹ F(x)`. With the damping of springs its Taylor series, to five
-//! terms, takes five products with `D` and no solve:
+//! Without damping a kick is `v ← v + b h M⁻¹ F(x)`. With the damping of springs its Taylor series,
+//! to five terms, takes five products with `D` and no solve:
 //!
 //! ```text
 //! w₁ = b h M⁻¹ (F(x) − D v)      w_q = −(b h/q) M⁻¹ D w_{q−1}      v ← v + w₁ + … + w₅  (N4)
@@ -42,8 +42,8 @@
 //!   springs. With damping a step multiplies the angular momentum of two particles by `Π p(b_i η)`,
 //!   where `p` is the series of `e^{−y}`. The energy oscillates and does not drift.
 //! * **Free fall** is exact.
-//! * **Forces.** The last kick's force begins the next step: six evaluations a step. They are kept as
-//!   leapfrog's are ([`drape_integrator::KeptForce`]).
+//! * **Forces.** The last kick's force begins the next step: six evaluations a step. They are kept
+//!   as leapfrog's are ([`drape_integrator::KeptForce`]).
 //! * **Settings.** `step` and `safety` are leapfrog's: `auto` and `bound` divide a step into equal
 //!   substeps of at most `safety · 5.0269/√λ` and `8/δ`, with `λ` from
 //!   [`drape_integrator::StabilityLimit`] and `δ` from [`drape_integrator::DampingBound`].
@@ -74,16 +74,16 @@
 //! Leapfrog with explicit damping has 4.2e-5 after 45 forces (`k/m` = 1e4), 2.9e-6 after 330 and
 //! 4.0e-7 after 882 (1e6).
 //!
-//! * *Cost of the damping.* A damped step takes 35 products with `D`. They count as products, not as
-//!   forces; where `d` is small, fewer terms would do.
+//! * *Cost of the damping.* A damped step takes 35 products with `D`. They count as products, not
+//!   as forces; where `d` is small, fewer terms would do.
 //! * *Energy.* Without damping at `k/m` = 1e6 the energy rose by at most 1.0e-4 J in 2 s with steps
-//!   of `4/ω`, where `ω` belongs to the sheet at rest, and by 5.6e-5 J with `3.5/ω`. At `6/ω` it blew
-//!   up at once. Crumpled cloth is stiffer, so the default `safety` of 0.7 keeps to `3.5/ω`.
+//!   of `4/ω`, where `ω` belongs to the sheet at rest, and by 5.6e-5 J with `3.5/ω`. At `6/ω` it
+//!   blew up at once. Crumpled cloth is stiffer, so the default `safety` of 0.7 keeps to `3.5/ω`.
 //! * *Heavy damping.* Beyond `hδ` = 8.8 the velocities explode. There Runge–Kutta–Chebyshev or an
 //!   implicit method is the right choice.
 //!
-//! To try next: fewer terms of the series where `hδ` is small; a pair of methods to control the step
-//! size.
+//! To try next: fewer terms of the series where `hδ` is small; a pair of methods to control the
+//! step size.
 //!
 //! # References
 //!

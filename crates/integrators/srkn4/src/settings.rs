@@ -25,8 +25,8 @@ settings! {
         /// take the step as given, or divide it into equal substeps within safety · 5.0269/√λ and
         /// 8/δ, with λ estimated as the cloth moves (auto) or bounded for all positions (bound)
         step: StepControl [Fixed, Auto, Bound] = Fixed,
-        /// longest substep of step=auto or bound over the stability limit 5.0269/√λ; for bound, 0.95
-        /// is enough
+        /// longest substep of step=auto or bound over the stability limit 5.0269/√λ; for bound,
+        /// 0.95 is enough
         safety: f64 in 0.05..=1.0 = 0.7,
     }
 }

@@ -9,14 +9,14 @@
 //! it with one large matrix. Vertex block descent moves one particle at a time to the minimum over
 //! its own three coordinates, and sweeps over all particles a fixed number of times: nonlinear
 //! Gauss-Seidel by blocks. It needs no matrix, no factorisation and no line search, and particles
-//! without a common spring move in parallel. Take it where steps resolve
-//! the springs, `θ = h²k/m ≤ 1`: there 20 sweeps *are* backward Euler. Do not take it for stiff
+//! without a common spring move in parallel. Take it where steps resolve the springs, `θ = h²k/m ≤
+//! 1`: there 20 sweeps solve the step of backward Euler. Do not take it for stiff
 //! cloth at large steps.
 //!
 //! # The mathematics
 //!
-//! The potential is that of [backward Euler](drape_integrator::IncrementalPotential). The unknown is
-//! the velocity, `x = x_n + h v`:
+//! The potential is that of [backward Euler](drape_integrator::IncrementalPotential). The unknown
+//! is the velocity, `x = x_n + h v`:
 //!
 //! ```text
 //! Φ(v) = ½‖v − v̂‖²_M + U(x_n + h v) + (h/2) vᵀ D(x_n) v      v̂ = v_n + h M⁻¹ f_explicit     (V1)
@@ -31,18 +31,19 @@
 //!   measured tension `T'` and `T/L` take the places of `k` and `k (1 − ℓ/L)`. Without the clamp a
 //!   block is indefinite in compression. Angles and hinges add the projected blocks of
 //!   [`drape_model::Stencils`]. `D` holds full damping, projected damping and the drag of the air,
-//!   with directions and coefficients at level `n`; it is assembled once a step. Gravity is explicit.
+//!   with directions and coefficients at level `n`; it is assembled once a step. Gravity is
+//!   explicit.
 //! * **Colours.** Each particle takes the least colour that no neighbour before it has. A grid with
 //!   diagonals needs four. Particles of one colour do not feel each other, so results have the same
 //!   bits for any number of threads. They do depend on the numbering of the particles.
 //! * **Start.** `adaptive` starts at `v_n + σ (v̂ − v_n)`. The share `σ ∈ [0, 1]` of the explicit
-//!   forces is the one that the last step followed: `σ = (v_n − v_{n−1})·(v̂ − v_n)/|v̂ − v_n|²`. It
-//!   is 1 in free fall and 0 at rest. `inertial` starts at `v̂`, `previous` at `x = x_n`.
+//!   forces is the one that the last step followed: `σ = (v_n − v_{n−1})·(v̂ − v_n)/|v̂ − v_n|²`.
+//!   It is 1 in free fall and 0 at rest. `inertial` starts at `v̂`, `previous` at `x = x_n`.
 //! * **Chebyshev** (Wang 2015): `ω_2 = 2/(2 − ρ²)`, `ω_{s+1} = 4/(4 − ρ²ω_s)`; the setting
 //!   `chebyshev` is `ρ`.
-//! * **Augmented** (AVBD: Giles, Diaz, Yuksel 2025). For springs of finite stiffness AVBD is the same
-//!   descent with stiffnesses `k̄ ≤ k` that rise, so that the first sweeps see a soft cloth and carry
-//!   long waves:
+//! * **Augmented** (AVBD: Giles, Diaz, Yuksel 2025). For springs of finite stiffness AVBD is the
+//!   same descent with stiffnesses `k̄ ≤ k` that rise, so that the first sweeps see a soft cloth
+//!   and carry long waves:
 //!
 //!   ```text
 //!   k̄ ← min(max(γ k̄, m/h²), k)                              at the start of a step          (V7)
@@ -50,8 +51,8 @@
 //!   ```
 //!
 //!   Three things differ from the authors' program. Its `β` is in N/m² and must be tuned to the
-//!   scene; here it has no unit. Its least stiffness is 1 N/m; here it is `m/h²`. Its block takes the
-//!   lengths of the columns of the geometric stiffness, which depend on the axes; here it is
+//!   scene; here it has no unit. Its least stiffness is 1 N/m; here it is `m/h²`. Its block takes
+//!   the lengths of the columns of the geometric stiffness, which depend on the axes; here it is
 //!   `|k̄ (1 − ℓ/L)| (I − ûûᵀ)`. Angles, hinges and curves of measured tension keep their laws.
 //! * **Pins and contacts** are a filter `S` on each block and a prescribed part of `v_i`. Release
 //!   and friction solve again, from the last iterate, as in every method
@@ -96,8 +97,8 @@
 //! it is seven times slower than plain sweeps: `ρ` belongs to one stiffness and one mesh.
 //!
 //! *What is not solved is lost motion.* Damping `d/m` = 40/s; error `e` of positions over the
-//! motion after 0.3 s, path of the middle of the free edge over the exact path after 0.3 s (`R`), and
-//! path after 2 s:
+//! motion after 0.3 s, path of the middle of the free edge over the exact path after 0.3 s (`R`),
+//! and path after 2 s:
 //!
 //! | | `e`, 1e4 | `e`, 1e6 | `R`, 1e6 | path in 2 s, 1e6 | `R`, 1e8 | `R`, 1e10 |
 //! |---|---|---|---|---|---|---|
@@ -119,8 +120,8 @@
 //! | 100 sweeps | 0 | −1.617 | 0 | −1.151 |
 //! | 100 sweeps, `chebyshev=0.95` | 0 | −1.507 | 0 | −1.134 |
 //!
-//! Damping does not save a stiffer sheet: at 1e8 with 20 sweeps the energy rises by 4.0 J within 0.3
-//! s and by 23.5 J within 2 s, all of it in springs that were not solved. 100 sweeps gain none.
+//! Damping does not save a stiffer sheet: at 1e8 with 20 sweeps the energy rises by 4.0 J within
+//! 0.3 s and by 23.5 J within 2 s, all of it in springs that were not solved. 100 sweeps gain none.
 //!
 //! *Augmented stiffness helps.* Distance from Newton's method over the motion after 0.3 s:
 //!
@@ -134,15 +135,14 @@
 //! The price is softer springs, and with 20 sweeps at 1e6 a rise of the energy by 0.08 J.
 //!
 //! *Cost.* By counted operations a sweep is about four force evaluations. By the clock, on one core
-//! of a shared machine, it is 19: 51 µs for 400 particles, four at a time (module `lanes`), and 70 µs
-//! one by one. The forces of the same sheet take 2.7 µs in a kernel that goes along diagonals.
+//! of a shared machine, it is 19: 51 µs for 400 particles, four at a time (module `lanes`), and 70
+//! µs one by one. The forces of the same sheet take 2.7 µs in a kernel that goes along diagonals.
 //!
 //! *Public code.* `SolverVBD` of the physics engine Newton 1.8.0 (warp-lang 1.19.0) solves the same
 //! (V2)–(V4) in single precision, from the inertial start. On undamped springs that stay stretched,
 //! with the same colours, its positions agree with ours to 2e-7 m after four steps. Three things
-//! differ, and a loop with its formulas gives its positions to 2e-7 m in each case, as one with
-//! ours gives ours to round-off
-//! (`drape_oracle::published`):
+//! differ. `drape_oracle::published` writes both forms out: a loop with the formulas of Newton
+//! reproduces its positions to 2e-7 m, and a loop with ours reproduces ours to round-off.
 //!
 //! | | Newton | here | difference after four steps |
 //! |---|---|---|---|
@@ -160,7 +160,8 @@
 //!
 //! * Chen, Liu, Yang, Yuksel 2024, "Vertex Block Descent", ACM Transactions on Graphics 43(4), doi
 //!   10.1145/3658179.
-//! * Giles, Diaz, Yuksel 2025, "Augmented Vertex Block Descent", ACM Transactions on Graphics 44(4).
+//! * Giles, Diaz, Yuksel 2025, "Augmented Vertex Block Descent", ACM Transactions on Graphics
+//!   44(4).
 //! * Wang 2015, "A Chebyshev semi-iterative approach for accelerating projective and position-based
 //!   dynamics", ACM Transactions on Graphics 34(6), doi 10.1145/2816795.2818063.
 

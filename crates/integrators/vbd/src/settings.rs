@@ -10,8 +10,10 @@ pub static VBD: Method = Method {
     order: Order::One,
     class: StabilityClass::Dissipative,
     conserves: &[],
-    theory: "backward Euler by sweeps of 3×3 Newton steps, one a particle: where the sweeps converge \
-             it damps as backward Euler does, where they do not it slows the motion down; energy may \
+    theory: "backward Euler by sweeps of 3×3 Newton steps, one a particle: where the sweeps \
+             converge \
+             it damps as backward Euler does, where they do not it slows the motion down; energy \
+             may \
              rise on springs with a rest length, and momentum is kept by converged steps only",
     supports: Supports::Blocks,
     refuses: &[],

@@ -2,7 +2,8 @@
 //!
 //! Two springs that share a particle follow each other in a line if the line turns there by less
 //! than 60°. The angle is that of the rest lengths: angles of triangles of springs by the law of
-//! cosines, and sums of two of them. No positions take part, so the lines depend on the scene alone.
+//! cosines, and sums of two of them. No positions take part, so the lines depend on the scene
+//! alone.
 
 use std::cmp::Reverse;
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -59,7 +60,8 @@ impl Graph {
     }
 
     /// The angle at `v` between the springs to `a` and `b`, rad: in the triangle that they form, or
-    /// in two triangles side by side; a right angle in a face of four springs, else a straight line.
+    /// in two triangles side by side; a right angle in a face of four springs, else a straight
+    /// line.
     fn angle(&self, a: u32, v: u32, b: u32) -> f64 {
         if let Some(angle) = self.corner(a, v, b) {
             return angle;

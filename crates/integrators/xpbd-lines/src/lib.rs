@@ -11,8 +11,8 @@
 //! of a line hang together like a chain, and a chain of constraints has a matrix with three
 //! diagonals, which elimination solves in time proportional to its length. So one solve carries a
 //! pull through the whole sheet. Lines that cross it hardly disturb it, since they stand at right
-//! angles. A sweep goes from the softest family of lines to the stiffest, so that what it leaves
-//! over sits in soft springs.
+//! angles. A sweep goes from the softest family of lines to the stiffest, so that the error that it
+//! leaves sits in soft springs.
 //!
 //! A sweep this accurate allows two-step backward differentiation between substeps, with which the
 //! sweeps of XPBD explode. Take the method for stiff cloth that must gain hardly any energy without
@@ -57,8 +57,8 @@
 //!   follow each other by the stiffness of their stiffest spring.
 //! * **A line** is one Newton step of (L1) on the chain alone. Its matrix has more on its diagonal
 //!   than beside it, so elimination needs no pivots.
-//! * **Full damping** is solved before the springs, where it would not know what they will do. So it
-//!   expects of them what they did in the substep before, `r⁻`, and starts from the `Λ` of that
+//! * **Full damping** is solved before the springs, where it would not know what they will do. So
+//!   it expects of them what they did in the substep before, `r⁻`, and starts from the `Λ` of that
 //!   substep. On one spring this is the factored matrix `(1 + θ)(1 + η)` in place of `1 + θ + η`
 //!   (`drape_oracle::recurrence::factored_bdf2`), as in alternating-direction methods. No motion
 //!   grows at any `θ` and `η`. Where both are large, the spring comes to rest more slowly than it
@@ -66,8 +66,8 @@
 //! * **Order.** 2 with full damping or none. One sweep leaves an error of `O(h)` in damping along
 //!   the springs: order 1, and 2 with `iterations=2`.
 //! * **Conservation.** Impulses act in pairs: momentum is conserved. Energy may rise, see below.
-//! * **Threads.** A sweep uses one; it solves four lines of a family side by side in the registers of
-//!   a processor that has them (module `abreast`), with the same bits.
+//! * **Threads.** A sweep uses one; it solves four lines of a family side by side in the registers
+//!   of a processor that has them (module `abreast`), with the same bits.
 //!
 //! | symbol | name in the code | unit | shape |
 //! |---|---|---|---|
@@ -124,17 +124,17 @@
 //! * *Undamped at 1e10* the sheet crumples after 1.3 s. Lines kink, families couple, and energy
 //!   rises by several times what the motion holds. Substeps help slowly. This is not solved.
 //! * *On the sphere at 1e10* the contacts that follow a sweep stretch stiff springs again.
-//! * *Meshes.* A tablecloth of triangles with 2070 springs has 89 lines in 4 families; a skirt of 2928
-//!   springs has 530 in 12. With stiffnesses a thousand times theirs 20 substeps gain 1.2 and
+//! * *Meshes.* A tablecloth of triangles with 2070 springs has 89 lines in 4 families; a skirt of
+//!   2928 springs has 530 in 12. With stiffnesses a thousand times theirs 20 substeps gain 1.2 and
 //!   2.6 J in 1 s: long lines alone do not hold a stiff mesh that meets an obstacle.
 //! * *Bending springs* of 0.01 k change the hanging sheet little: none, and 0.020 J at 1e10 with
 //!   damping, 0.0039 and 1.6 J without.
 //! * *A second sweep* pays less than a second substep: at 1e10 with damping, 14 substeps of two
 //!   sweeps gain 0.027 J, and 30 of one gain 0.0055 J. Without damping two sweeps in 20 substeps
 //!   gain 12 J.
-//! * *Repeats.* To repeat the stiff families, or each line, within a sweep changes nothing with
-//!   damping at 1e10, and gains more energy without it (19 and 23 J). To swap warp and weft in every
-//!   other substep gains 8.8 J instead of 13 J at 1e10, and twice as much at 1e8.
+//! * *Repeats.* Repeating the stiff families, or each line, within a sweep changes nothing with
+//!   damping at 1e10, and gains more energy without it (19 and 23 J). Swapping warp and weft in
+//!   every other substep gains 8.8 J instead of 13 J at 1e10, and twice as much at 1e8.
 //! * *Cost*, on one core of a shared machine. A substep of the 1482 springs takes 10 µs, and 18 µs
 //!   with full damping. Line after line, without registers of four, it takes 22 and 32 µs, since
 //!   each spring of a line waits for the one before. All forces together take 2.1 µs. So a substep

@@ -10,7 +10,8 @@
 //! *By colours* the groups are the springs of a colour, one after the other. *As listed* a spring
 //! goes into the first group with room behind all groups of earlier springs of its particles. Each
 //! particle then still meets its springs in the order of the list, and that order alone decides
-//! the result. So both forms have the bits of the sweep that goes through the list spring by spring.
+//! the result. So both forms have the bits of the sweep that goes through the list spring by
+//! spring.
 //!
 //! Numbers of neighbouring groups are mostly the same. They are stored once for each run of equal
 //! groups ([`Row`]), so that a sweep reads little from far memory.

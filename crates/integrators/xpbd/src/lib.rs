@@ -92,8 +92,9 @@
 //! | 20 × 1, `order=2` | 0.00072 | 0.0021 | unstable |
 //! | 50 × 1, `order=2` | 0.00028 | 0.00033 | 0.0028 |
 //!
-//! *Energy.* A sweep that stops early sets energy free: stiff springs that it has not seen are still
-//! stretched. Greatest rise above the start over 2 s (1e6) or 1 s, in J; the sheet weighs 3.9 N:
+//! *Energy.* A sweep that stops early sets energy free: stiff springs that it has not seen are
+//! still stretched. Greatest rise above the start over 2 s (1e6) or 1 s, in J; the sheet weighs 3.9
+//! N:
 //!
 //! | substeps × sweeps | 1e6, undamped | 1e6 | 1e8 | 1e10 |
 //! |---|---|---|---|---|

@@ -1,9 +1,9 @@
 //! Springs as constraints that yield.
 //!
-//! The constraint of a spring is `C = |p_i − p_j| − ℓ`, its gradient the direction `u`. XPBD divides
-//! by the compliance `α̃ = 1/(kτ²)`. Here everything is multiplied by `a = 1/α̃ = kτ²` instead, so
-//! that a spring without stiffness needs no special case. `w = w_i + w_j` is the sum of the inverse
-//! masses, `r` the way that the ends have gone apart in the substep, `g = cτ`:
+//! The constraint of a spring is `C = |p_i − p_j| − ℓ`, its gradient the direction `u`. XPBD
+//! divides by the compliance `α̃ = 1/(kτ²)`. Here everything is multiplied by `a = 1/α̃ = kτ²`
+//! instead, so that a spring without stiffness needs no special case. `w = w_i + w_j` is the sum of
+//! the inverse masses, `r` the way that the ends have gone apart in the substep, `g = cτ`:
 //!
 //! ```text
 //! projected damping:  Δλ = −(λ + a C + g u·r) / (1 + (a + g) w)                             (X4)

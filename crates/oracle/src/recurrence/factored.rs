@@ -10,9 +10,9 @@ pub fn factored_start(theta: f64, eta: f64) -> Amplification {
     Matrix2::new(x, w, x - 1.0, w)
 }
 
-/// Backward Euler whose matrix `1 + θ + η` is replaced by the product `(1 + θ)(1 + η)`: full damping
-/// is solved first, on the motion that it would meet if the springs pulled as they did in the step
-/// before, and then the spring. The radius is at most 1 for all `θ` and `η`.
+/// Backward Euler whose matrix `1 + θ + η` is replaced by the product `(1 + θ)(1 + η)`: full
+/// damping is solved first, on the motion that it would meet if the springs pulled as they did in
+/// the step before, and then the spring. The radius is at most 1 for all `θ` and `η`.
 ///
 /// ```
 /// use drape_oracle::recurrence::{backward_euler, factored_backward_euler};

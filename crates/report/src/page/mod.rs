@@ -112,7 +112,8 @@ impl Section {
                 self.provenance.push(origin(&file, &timings.provenance));
             }
             None => self.notes.push(format!(
-                "No timings were taken here (`{file}` is absent), so figures and tables of times are \
+                "No timings were taken here (`{file}` is absent), so figures and tables of times \
+                 are \
                  missing."
             )),
         }

@@ -80,7 +80,8 @@ pub(super) fn with_description(svg: &str, title: &str, description: &str) -> Str
     let escape = |text: &str| text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
     let (open, rest) = svg.split_once('>').unwrap_or((svg, ""));
     format!(
-        "{open} role=\"img\" aria-labelledby=\"title desc\">\n<title id=\"title\">{}</title>\n<desc id=\"desc\">{}</desc>{rest}",
+        "{open} role=\"img\" aria-labelledby=\"title desc\">\n<title \
+         id=\"title\">{}</title>\n<desc id=\"desc\">{}</desc>{rest}",
         escape(title),
         escape(description)
     )

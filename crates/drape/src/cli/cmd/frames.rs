@@ -4,7 +4,7 @@ use crate::cli::output::{Sink, check_extension};
 use drape_harness::{Moving, OrderedSimulation};
 use drape_model::{SystemSpec, TimeSpan, Violation};
 use drape_render::{Animation, Subject, animation, obj};
-use drape_report::file::write_atomically;
+use drape_report::file::{probe, write_atomically};
 use drape_report::tell;
 use std::path::{Path, PathBuf};
 
@@ -184,8 +184,5 @@ fn prepare(folder: &Path) -> Result<(), Violation> {
     if entries.next().is_some() {
         return Err(refuse("it holds files".to_owned()));
     }
-    let probe = folder.join(format!("frame.{}.tmp", std::process::id()));
-    std::fs::File::create(&probe)
-        .and_then(|_| std::fs::remove_file(&probe))
-        .map_err(|error| refuse(error.to_string()))
+    probe(&folder.join("frame")).map_err(|error| refuse(error.to_string()))
 }

@@ -46,7 +46,8 @@ pub(super) const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "collision-energy.svg",
         title: "Energy gained by contacts",
-        caption: "Moved by hand (teleport), stiff sheets gain up to thirty times the energy that is \
+        caption: "Moved by hand (teleport), stiff sheets gain up to thirty times the energy that \
+                  is \
             there; with the constraint most methods gain none. Greatest rise of the total energy \
             above its start, over the available energy; a point is a scene. Right of the dashed \
             line at 0.02 a run is not stable. Every gain is an artefact.",

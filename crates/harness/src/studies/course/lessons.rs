@@ -100,7 +100,8 @@ pub(super) const LESSONS: [Plan; 24] = [
     Plan {
         method: "dirk",
         docs: "drape-dirk",
-        idea: "Two implicit stages (TR-BDF2): half of the step by the trapezoidal rule, the rest by \
+        idea: "Two implicit stages (TR-BDF2): half of the step by the trapezoidal rule, the rest \
+               by \
                backward differences. Each is a Newton solve as in backward Euler, with one matrix \
                for both. The step is of second order and still damps what it cannot resolve.",
     },

@@ -189,13 +189,15 @@ pub(super) const PLATES: &[Plate<Input>] = &[
         22,
         "rosenbrock",
         "Rosenbrock beside energy and momentum",
-        "Two linear solves a step lie on the true motion of both sheets, too, as far as the eye can tell."
+        "Two linear solves a step lie on the true motion of both sheets, too, as far as the eye \
+         can tell."
     ),
     plate_of_lesson!(
         23,
         "exponential",
         "The exponential beside Rosenbrock",
-        "The exponential of the linearised motion needs no linear system and lies on the true motion \
+        "The exponential of the linearised motion needs no linear system and lies on the true \
+         motion \
          of both sheets."
     ),
 ];

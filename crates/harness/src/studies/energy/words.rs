@@ -152,13 +152,15 @@ fn theorem(facts: &Facts) -> Option<String> {
     let greatest = gaps.iter().copied().max_by(f64::total_cmp)?;
     Some(if greatest <= ROUND_OFF {
         format!(
-            "As its energy theorem says, IMEX Euler with all springs implicit gains energy by no gap: none of {} sums \
+            "As its energy theorem says, IMEX Euler with all springs implicit gains energy by no \
+             gap: none of {} sums \
              is positive.",
             gaps.len()
         )
     } else {
         format!(
-            "Against its energy theorem, IMEX Euler with all springs implicit gains energy by a gap: the greatest of \
+            "Against its energy theorem, IMEX Euler with all springs implicit gains energy by a \
+             gap: the greatest of \
              {} sums is {} of E_ref.",
             gaps.len(),
             percent(greatest, 2)

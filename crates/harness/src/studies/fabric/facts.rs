@@ -126,9 +126,9 @@ pub struct Width {
     /// The rigidity `B` with which the exact strip bends as far, over the stiffness `k` of the
     /// model.
     pub rigidity_over_stiffness: f64,
-    /// That of a narrow strip by the derivation.
+    /// The same ratio for a narrow strip, as derived.
     pub narrow: f64,
-    /// That of a wide sheet by the derivation.
+    /// The same ratio for a wide sheet, as derived.
     pub wide: f64,
     /// As in [`Bent::residual`].
     pub residual: f64,
@@ -155,7 +155,7 @@ pub struct Edgewise {
     /// `Γ = ρ g L³/B` at which the upright strip stops being a minimum of the energy; none below
     /// the greatest that was tried.
     pub critical_gamma: Option<f64>,
-    /// That of a slender beam with the strip's rigidities, where they are known.
+    /// `Γ` at which a slender beam with the strip's rigidities buckles, where they are known.
     pub law: Option<f64>,
     /// Greatest residual of the upright rest positions.
     pub residual: f64,

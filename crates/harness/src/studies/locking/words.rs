@@ -102,7 +102,8 @@ fn terminal(facts: &Facts) -> Option<String> {
         )
     } else {
         format!(
-            "At {k} s⁻² the sheet of IMEX Euler falls at {} times the speed that the law of locking \
+            "At {k} s⁻² the sheet of IMEX Euler falls at {} times the speed that the law of \
+             locking \
              gives.",
             significant(ratio, 3)
         )

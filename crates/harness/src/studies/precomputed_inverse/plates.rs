@@ -14,7 +14,8 @@ pub(super) const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "inverse-counts.svg",
         title: "What an inverse, a sparse factor and conjugate gradients cost, counted",
-        caption: "The inverse is the dearest in every panel; above the dashed line a change of h or k \
+        caption: "The inverse is the dearest in every panel; above the dashed line a change of h \
+                  or k \
             costs it more than twenty solves. Operations to make what is kept and to solve once, \
             memory, and how many solves the making is worth. Hanging sheet; CG at ε = 0.001, at \
             two values of k/m and for one fabric.",

@@ -4,12 +4,11 @@ use super::*;
 use crate::settings::EnergyMomentumSettings;
 use drape_integrator::Integrator;
 use drape_model::{DampingLaw, Level, SpringEffect, SystemSpec};
-use drape_oracle::laws::{Drift, free_fall, spin};
-use drape_oracle::order::{of_method, position_error};
+use drape_oracle::checks::{self, Known, contact};
+use drape_oracle::laws::{Drift, spin};
 use drape_oracle::recurrence::implicit_midpoint;
-use drape_oracle::reference::{Reference, ReferenceSettings, reference};
 use drape_oracle::scenes::{
-    GRAVITY, Sheet, anchored, build, floor, particles, spring, stiffening, stir, tension, uneven,
+    Sheet, build, particles, spring, stiffening, stir, tension, uneven, waving,
 };
 use drape_oracle::{Random, Run, seconds};
 
@@ -23,10 +22,6 @@ fn tight() -> Box<dyn Integrator> {
 
 fn run(start: (System, State), h: f64) -> Run {
     Run::new(tight(), start, h)
-}
-
-fn exact(system: &System, start: &State, t: f64) -> Reference {
-    reference(system, start, &[t], ReferenceSettings::default()).expect("a reference")
 }
 
 /// `H₊ − H_n + h v̄ᵀ D v̄`, and the size of the terms.
@@ -74,35 +69,11 @@ fn the_energy_changes_by_the_work_of_the_damping_alone() {
 
 #[test]
 fn on_an_anchored_spring_it_is_implicit_midpoint() {
-    let (h, mass) = (1.0 / 64.0, 0.25);
-    for (theta, eta) in [(0.36, 0.06), (100.0, 0.4), (100.0, 0.0), (1.0, 0.0), (2.0, 30.0)] {
-        for rest in [0.0, 4.0] {
-            let direction = Vec3::new(0.0, 0.6, -0.8);
-            let law = (SpringEffect::Tension, rest, theta * mass / (h * h), eta * mass / h);
-            let spec = anchored(mass, &[law], direction * (rest + 0.25), Vec3::zeros());
-            let mut run = run(build(&spec), h);
-            let (mut x, mut w) = (0.25, 0.0);
-            for step in 0..50 {
-                let size = libm::hypot(x, w).max(rest);
-                run.step();
-                let next = implicit_midpoint(theta, eta) * nalgebra::Vector2::new(x, w);
-                (x, w) = (next.x, next.y);
-                let found = (direction.dot(&run.state.x[1]) - rest, direction.dot(&run.state.v[1]));
-                let error = libm::hypot(found.0 - x, h * found.1 - w);
-                assert!(error < 1e-9 * size, "θ={theta} η={eta} ℓ={rest}, {step}: {error:e}");
-            }
-        }
+    for (at, rest) in checks::PARAMETERS.into_iter().flat_map(|p| [0.0, 4.0].map(|rest| (p, rest)))
+    {
+        let matrix = implicit_midpoint(at.0, at.1);
+        checks::moves_along("energy-momentum", tight(), at, rest, &[1.0], |_| matrix);
     }
-}
-
-/// Two particles in rotation at 2 rad/s, of mass 1 kg and rest length 1 m, at their equilibrium.
-fn rotor(theta: f64, h: f64) -> (System, State) {
-    let stiffness = theta / (h * h);
-    let length = stiffness / (stiffness - 4.0);
-    let (x, v) = (Vec3::x() * (0.5 * length), Vec3::y() * length);
-    let mut spec = particles(&[1.0; 2], &[-x, x], &[-v, v]);
-    spec.springs = vec![tension((0, 1), 1.0, 0.5 * stiffness, 0.0)];
-    build(&spec)
 }
 
 /// The rotation is a relative equilibrium of the step, too: spin, energy and length stay, and the
@@ -110,37 +81,29 @@ fn rotor(theta: f64, h: f64) -> (System, State) {
 #[test]
 fn two_particles_in_rotation_keep_spin_energy_and_length_at_any_stiffness() {
     for theta in [1.0, 100.0, 1e6] {
-        let mut run = run(rotor(theta, 0.01), 0.01);
-        let spin = run.system.angular_momentum(&run.state).z;
-        let (energy, length) = (run.energy(), run.state.x[1].norm());
-        run.steps(100);
-        let off = [
-            run.system.angular_momentum(&run.state).z / spin - 1.0,
-            run.energy() / energy - 1.0,
-            run.state.x[1].norm() / length - 1.0,
-        ];
-        assert!(off.iter().all(|off| off.abs() < 1e-9), "θ={theta}: {off:?}");
-        let angle = libm::atan2(run.state.x[1].y, run.state.x[1].x);
-        assert!((angle - 1.99993334).abs() < 5e-9, "θ={theta}: {angle}");
+        let found = checks::turn(tight(), theta);
+        let off = [found.spin - 1.0, found.energy - 1.0, found.length - 1.0];
+        assert!(off.iter().all(|off| off.abs() < 1e-9), "θ={theta}: {found:?}");
+        assert!((found.angle - 1.99993334).abs() < 5e-9, "θ={theta}: {found:?}");
     }
 }
 
 /// Stretched, squeezed and damped pairs obey the law of the oracle.
 #[test]
 fn a_damped_pair_loses_spin_by_its_law() {
-    let (h, mass) = (1.0 / 64.0, 0.25);
+    let (h, mass) = (checks::H, checks::MASS);
     let mut random = Random::new(8);
     for (theta, eta) in [(0.3, 0.125), (1.0, 0.0), (100.0, 0.125)] {
         for _ in 0..4 {
             let d = random.vector().normalize() * random.between(0.2, 1.0);
             let velocities = [random.vector() * 4.0, random.vector() * 4.0];
             let mut spec = particles(&[mass; 2], &[Vec3::zeros(), d], &velocities);
-            let (k, c) = (0.5 * theta * mass / (h * h), 0.5 * eta * mass / h);
+            let (k, c) = checks::coefficients(0.5 * theta, 0.5 * eta, h);
             spec.springs = vec![tension((0, 1), 0.5, k, c)];
             let mut run = run(build(&spec), h);
             let pair = |run: &Run| {
-                let State { x, v, .. } = &run.state;
-                ((x[1] - x[0]).norm(), (x[1] - x[0]).cross(&(v[1] - v[0])))
+                let (d, v) = checks::pair(&run.state);
+                (d.norm(), d.cross(&v))
             };
             for _ in 0..40 {
                 let (length, before) = pair(&run);
@@ -181,46 +144,24 @@ fn momentum_and_angular_momentum_of_a_random_net_stay() {
     assert!(off.iter().all(|off| *off < 1e-10), "{off:?}");
 }
 
-/// A sheet that is stretched, waves and moves.
-fn smooth(damping: f64) -> (System, State) {
+fn smooth(damping: f64) -> Known {
     let sheet = Sheet { side: 6, tension: 1e3, shear: 100.0, damping, ..Sheet::default() };
-    let (system, mut state) = sheet.build();
-    let corner = Vec3::new(-0.5, -0.5, 0.0);
-    for i in (0..state.len()).filter(|&i| !system.pinned()[i]) {
-        let from_corner = state.x[i] - corner;
-        let (x, y) = (from_corner.x, from_corner.y);
-        let wave = 0.02 * libm::sin(3.0 * y + 1.0);
-        state.x[i] = corner + Vec3::new(1.03 * x, 0.98 * y, wave);
-        state.v[i] = Vec3::new(libm::sin(2.0 * y), x, libm::cos(3.0 * x)) * 0.3;
-    }
-    (system, state)
+    Known::new(waving(sheet.build()), 0.2)
 }
 
 #[test]
 fn the_error_on_a_smooth_scene_is_of_order_two() {
     for damping in [5.0, 0.0] {
-        let (system, start) = smooth(damping);
-        let exact = exact(&system, &start, 0.2);
-        let found = of_method(tight, &system, &start, &exact, &[20, 40, 80]).expect("an order");
+        let found = smooth(damping).order(tight, &[20, 40, 80]);
         assert!((found.order - 2.0).abs() < 0.15, "{found:?}");
     }
 }
 
+/// The velocity without springs is the solution.
 #[test]
 fn a_free_sheet_falls_on_the_exact_parabola_and_feels_no_spring() {
-    let sheet = Sheet { side: 9, tension: 1e6, shear: 1e5, pinned: false, ..Sheet::default() };
-    let (system, mut state) = sheet.build();
-    state.v.fill(Vec3::new(1.0, -2.0, 3.0));
-    let start = state.clone();
-    let h = 1.0 / 64.0;
-    let mut run = run((system, state), h);
-    for step in 1..=20 {
-        let report = run.step();
-        assert_eq!(report.newton_iterations, 0, "the velocity without springs is the solution");
-        let (x, v) = free_fall(Drift::MeanVelocity, start.x[3], start.v[3], GRAVITY, h, step);
-        let error = (run.state.x[3] - x).norm() + (run.state.v[3] - v).norm();
-        assert!(error < 1e-11, "{step}: {error:e}");
-    }
+    let reports = checks::falls_freely("energy-momentum", tight(), Drift::MeanVelocity, 1e-11);
+    assert!(reports.iter().all(|report| report.newton_iterations == 0), "{reports:?}");
 }
 
 /// Squeezed and fast pairs, on the way to whose solution the matrix is singular: divided steps keep
@@ -254,6 +195,32 @@ fn a_step_that_newton_cannot_solve_is_divided_or_reported() {
     assert!(halved.1 > 0 && halved.0 < reported.0 && reported.1 == 0, "{halved:?}, {reported:?}");
 }
 
+/// The same squeezed sheet with all iterations that it needs, and with fewer: the limit holds for
+/// the step with all of its parts, and the step says that it is unsolved.
+#[test]
+fn a_step_ends_when_its_iterations_are_used_up_and_says_so() {
+    let sheet = Sheet { tension: 1e8, shear: 1e7, damping: 0.0, ..Sheet::default() };
+    let start = stir(sheet.build(), 0.2, 10.0);
+    let take = |most: Option<u32>| {
+        let (system, mut state) = start.clone();
+        let settings = settings(1e-9, OnFailure::Halve);
+        let mut step = Workspace::new(&system, &settings, 0.01).expect("a pattern");
+        step.equation.most = most.unwrap_or(step.equation.most);
+        let mut clock = PhaseClock::off();
+        let report = step.step(&settings, &system, &mut state, 0.01, &mut clock).expect("finite");
+        assert!(state.is_finite() && state.t == 0.01, "{report:?}");
+        report
+    };
+    let free = take(None);
+    assert_eq!(free.solve, SolveStatus::Converged, "{free:?}");
+    assert!(free.rejected > 0 && free.newton_iterations > 30, "{free:?}");
+    for most in [1, 5, 30] {
+        let limited = take(Some(most));
+        assert_eq!(limited.newton_iterations, most, "{limited:?}");
+        assert_eq!(limited.solve, SolveStatus::IterationLimit, "{limited:?}");
+    }
+}
+
 #[test]
 fn what_cannot_be_computed_is_an_error_that_leaves_the_state() {
     let mut run = run(Sheet::default().build(), 0.01);
@@ -265,18 +232,7 @@ fn what_cannot_be_computed_is_an_error_that_leaves_the_state() {
 
 #[test]
 fn a_particle_falls_on_the_floor_bounces_and_comes_to_rest() {
-    for restitution in [0.0, 0.5] {
-        let mut spec = particles(&[0.5], &[Vec3::z()], &[]);
-        spec.effects.gravity = drape_oracle::scenes::gravity();
-        spec.obstacles = vec![floor(restitution)];
-        let mut run = run(build(&spec), 0.01);
-        let start = run.energy();
-        for _ in 0..800 {
-            run.step();
-            assert!(run.energy() <= start + 1e-12);
-        }
-        assert!(run.state.x[0].z.abs() < 1e-9 && run.state.v[0].norm() < 1e-12, "{:?}", run.state);
-    }
+    contact::bounces_or_rests("energy-momentum", tight, &[0.0, 0.5]);
 }
 
 /// Every term of the ledger is there, and the springs leave no gap.
@@ -301,29 +257,19 @@ fn the_ledger_closes_without_gaps_of_springs() {
 #[allow(clippy::print_stdout, reason = "its purpose")]
 fn measure() {
     for damping in [5.0, 0.0] {
-        let (system, start) = smooth(damping);
-        let exact = exact(&system, &start, 0.2);
-        let found = of_method(tight, &system, &start, &exact, &[20, 40, 80, 160]).expect("order");
+        let found = smooth(damping).order(tight, &[20, 40, 80, 160]);
         println!("smooth, d/m={damping}: {found:?}");
     }
-    let sheet = |k: f64, damping| Sheet {
-        side: 20,
-        tension: k,
-        shear: 0.1 * k,
-        damping,
-        ..Sheet::default()
-    };
     for k in [1e4, 1e6] {
-        let (system, start) = sheet(k, 40.0).build();
-        let exact = exact(&system, &start, 0.3);
+        let known = Known::new(Sheet::hanging(k, 40.0).build(), 0.3);
         for steps in [30_u32, 60, 120] {
-            let mut run = run((system.clone(), start.clone()), 0.3 / f64::from(steps));
+            let mut run = known.run(tight(), 0.3 / f64::from(steps));
             let reports = run.steps(steps as usize);
-            let error = position_error(&system, &start.x, &exact.states[0].x, &run.state.x);
+            let error = known.error(&run);
             let newton: u32 = reports.iter().map(|r| r.newton_iterations).sum();
             println!(
                 "hanging {k:e}, {steps}: {error:.4e}, {newton} Newton, {:.1e}",
-                exact.position_error
+                known.exact.position_error
             );
         }
     }
@@ -332,7 +278,7 @@ fn measure() {
         cases.flat_map(|case| [OnFailure::Halve, OnFailure::Report].map(|on| (case, on)))
     {
         let method = EnergyMomentum::new(settings(1e-9, on_failure));
-        let mut run = Run::new(Box::new(method), sheet(k, damping).build(), 0.01);
+        let mut run = Run::new(Box::new(method), Sheet::hanging(k, damping).build(), 0.01);
         let start = run.energy();
         let (mut rise, mut failed, mut total) = (0.0_f64, 0, StepReport::default());
         let time = std::time::Instant::now();

@@ -5,7 +5,7 @@ mod sheet;
 mod tableaux;
 
 use crate::{Rosenbrock, RosenbrockSettings, Scheme};
-use drape_integrator::{MethodSettings, Settings};
+use drape_integrator::{Integrator, MethodSettings, Settings};
 use drape_model::{State, System};
 use drape_oracle::Run;
 
@@ -26,6 +26,10 @@ fn method(text: &str) -> Rosenbrock {
     Rosenbrock::new(RosenbrockSettings::of(&settings).expect("settings"))
 }
 
+fn boxed(text: &str) -> Box<dyn Integrator> {
+    Box::new(method(text))
+}
+
 fn run(text: &str, start: (System, State), h: f64) -> Run {
-    Run::new(Box::new(method(text)), start, h)
+    Run::new(boxed(text), start, h)
 }

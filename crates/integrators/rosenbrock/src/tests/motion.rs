@@ -1,60 +1,35 @@
 //! Steps against recurrences, laws and the exact motion.
 
 use super::tableaux::definition;
-use super::{NAMES, method, run};
+use super::{NAMES, boxed, method, run};
 use drape_integrator::{Integrator, PrepareError, SolveStatus};
-use drape_model::{
-    AirSpec, AngularLaw, DampingLaw, DragSpec, KeyframeSpec, SpringEffect, State, System, Vec3,
-    WindSpec,
-};
-use drape_oracle::laws::{Drift, free_fall};
-use drape_oracle::order::{of_method, position_error};
+use drape_model::{DampingLaw, KeyframeSpec, System, Vec3};
+use drape_oracle::checks::{self, H, Known, MASS};
+use drape_oracle::laws::Drift;
 use drape_oracle::recurrence::rosenbrock;
-use drape_oracle::reference::{ReferenceSettings, reference};
 use drape_oracle::scenes::{
-    GRAVITY, Sheet, anchored, build, floor, gravity, particles, pin, stir, tension, uneven,
+    Sheet, across, build, floor, in_the_wind, particles, pin, resting_chain, stir, tension, uneven,
 };
-use drape_oracle::{apart, bits, order_of, seconds};
-use nalgebra::Vector2;
-
-const H: f64 = 1.0 / 64.0;
-const MASS: f64 = 0.25;
-
-/// `k` and `c` of a spring with these `θ` and `η` at the step size [`H`].
-fn coefficients(theta: f64, eta: f64) -> (f64, f64) {
-    (theta * MASS / (H * H), eta * MASS / H)
-}
+use drape_oracle::{apart, bits, seconds};
 
 /// A particle on springs of rest length 0 to a pin: each coordinate is the oscillator.
 #[test]
 fn a_step_is_its_recurrence_at_any_step_sizes() {
-    let (x, v) = (Vec3::new(1.0, -0.5, 2.0), Vec3::new(0.0, 40.0, 7.0));
-    let parameters = [(0.36, 0.06), (1.0, 0.0), (100.0, 0.4), (100.0, 0.0), (2.0, 30.0)];
-    for ((name, scheme), (theta, eta)) in NAMES.into_iter().flat_map(|t| parameters.map(|p| (t, p)))
+    for ((name, scheme), (theta, eta)) in
+        NAMES.into_iter().flat_map(|t| checks::PARAMETERS.map(|p| (t, p)))
     {
         for (jacobian, sizes) in ["exact", "clamped"]
             .into_iter()
             .flat_map(|s| [[1.0; 3], [1.0, 2.0, 0.75]].map(|sizes| (s, sizes)))
         {
-            let (k, c) = coefficients(theta, eta);
-            let springs = [(SpringEffect::Tension, 0.0, k, c)];
             let text = format!("tableau={name},jacobian={jacobian}");
-            let mut run = run(&text, build(&anchored(MASS, &springs, x, v)), H);
-            for step in 0..60 {
-                let size: f64 = sizes[step % 3];
-                let h = H * size;
-                let before = run.state.clone();
-                let report = run.step_by(h);
-                assert_eq!(report.solve, SolveStatus::Converged, "{text}");
+            let (case, start) = ((&text, theta, eta), checks::oscillator(theta, eta));
+            let definition = definition(scheme);
+            let reports = checks::follows(case, boxed(&text), start, &sizes, 1e-12, |size| {
                 let at = (theta * size * size, eta * size);
-                let r = rosenbrock(&definition(scheme), at, at);
-                for axis in 0..3 {
-                    let at = |s: &State| Vector2::new(s.x[1][axis], h * s.v[1][axis]);
-                    let (expected, found) = (r * at(&before), at(&run.state));
-                    let off = (found - expected).norm() / expected.norm().max(at(&before).norm());
-                    assert!(off < 1e-12, "{text}, θ={theta}, η={eta}, step {step}: {off:e}");
-                }
-            }
+                rosenbrock(&definition, at, at)
+            });
+            assert!(reports.iter().all(|r| r.solve == SolveStatus::Converged), "{case:?}");
         }
     }
 }
@@ -67,56 +42,14 @@ fn motion_across_a_spring_sees_its_reduced_stiffness() {
         [(100.0, 0.5), (100.0, 0.99), (100.0, 1.0), (100.0, 1.004), (0.36, 0.3)].map(|p| (t, p))
     }) {
         for jacobian in ["exact", "clamped"] {
-            let amplitude = 1e-9;
-            let (k, _) = coefficients(0.5 * theta, 0.0);
-            let middle = Vec3::new(0.0, amplitude, -0.5 * amplitude);
-            let velocity = [Vec3::zeros(), Vec3::zeros(), -middle];
-            let mut spec = particles(&[MASS; 3], &[-Vec3::x(), Vec3::x(), middle], &velocity);
-            spec.pins = vec![pin(0), pin(1)];
-            spec.springs = (0..2).map(|end| tension((end, 2), ratio, k, 0.0)).collect();
-            let text = format!("tableau={name},jacobian={jacobian}");
-            let mut run = run(&text, build(&spec), H);
             let reduced: f64 = theta * (1.0 - ratio);
             let held = if jacobian == "exact" { reduced } else { reduced.max(0.0) };
             let r = rosenbrock(&definition(scheme), (reduced, 0.0), (held, 0.0));
-            for step in 0..20 {
-                let at = |s: &State| Vector2::new(s.x[2].y, H * s.v[2].y);
-                let expected = r * at(&run.state);
-                if expected.norm() > 100.0 * amplitude {
-                    break; // in compression the motion grows: squares would be seen
-                }
-                run.step();
-                let off = (at(&run.state) - expected).norm() / expected.norm().max(amplitude);
-                assert!(off < 1e-9, "{text}, θ={theta} ℓ/L={ratio}, step {step}: {off:e}");
-            }
+            let text = format!("tableau={name},jacobian={jacobian}");
+            let start = across(theta, ratio, MASS, H);
+            checks::moves_across((&text, theta, ratio), boxed(&text), start, r, 20);
         }
     }
-}
-
-/// Two particles of 1 kg on a spring of 1 m that turn by 2 rad/s at their equilibrium.
-fn pair(theta: f64, h: f64) -> (System, State) {
-    let kappa = theta / (h * h);
-    let omega = 2.0;
-    let length = kappa / (kappa - omega * omega);
-    let (half, speed) = (Vec3::x() * (0.5 * length), Vec3::y() * (0.5 * omega * length));
-    let mut spec = particles(&[1.0; 2], &[half, -half], &[speed, -speed]);
-    spec.springs = vec![tension((0, 1), 1.0, 0.5 * kappa, 0.0)];
-    build(&spec)
-}
-
-/// Angular momentum and angle after one second.
-fn turn(text: &str, theta: f64) -> (f64, f64) {
-    let mut run = run(text, pair(theta, 0.01), 0.01);
-    let before = run.system.angular_momentum(&run.state).z;
-    let mut angle = 0.0;
-    for _ in 0..100 {
-        let d = run.state.x[0] - run.state.x[1];
-        run.step();
-        let e = run.state.x[0] - run.state.x[1];
-        angle += d.cross(&e).z.atan2(d.dot(&e));
-    }
-    assert!(run.system.momentum(&run.state).norm() < 1e-12);
-    (run.system.angular_momentum(&run.state).z / before, angle)
 }
 
 /// `L/L₀` and angle at `θ = 1` and 100; exactly 1 and 2. A spring that turns within a step misleads
@@ -133,31 +66,19 @@ fn two_particles_turn_as_the_independent_computation_says() {
     ];
     for (name, rows) in golden {
         for (theta, (momentum, angle)) in [1.0, 100.0].into_iter().zip(rows) {
-            let found = turn(&format!("tableau={name}"), theta);
-            assert!((found.0 - momentum).abs() < 1e-8, "{name}, θ={theta}: {found:?}");
-            assert!((found.1 - angle).abs() < 1e-7, "{name}, θ={theta}: {found:?}");
+            let found = checks::turn(boxed(&format!("tableau={name}")), theta);
+            assert!((found.spin - momentum).abs() < 1e-8, "{name}, θ={theta}: {found:?}");
+            assert!((found.angle - angle).abs() < 1e-7, "{name}, θ={theta}: {found:?}");
+            assert!(found.momentum < 1e-12, "{name}, θ={theta}: {found:?}");
         }
     }
 }
 
 #[test]
 fn a_free_sheet_falls_on_the_exact_parabola_and_feels_no_spring() {
-    let velocity = Vec3::new(1.0, -2.0, 3.0);
     for (name, _) in NAMES {
-        let sheet = Sheet { side: 9, tension: 1e6, shear: 1e5, pinned: false, ..Sheet::default() };
-        let (system, mut state) = sheet.build();
-        state.v.fill(velocity);
-        let start = state.clone();
-        let mut run = run(&format!("tableau={name}"), (system, state), H);
-        for steps in 1..=20 {
-            run.step();
-            for i in 0..run.state.len() {
-                let (x, v) =
-                    free_fall(Drift::MeanVelocity, start.x[i], velocity, GRAVITY, H, steps);
-                let off = (run.state.x[i] - x).norm() + (run.state.v[i] - v).norm();
-                assert!(off < 1e-10, "{name}, step {steps}: {off:e}");
-            }
-        }
+        let integrator = boxed(&format!("tableau={name}"));
+        checks::falls_freely(name, integrator, Drift::MeanVelocity, 1e-10);
     }
 }
 
@@ -174,14 +95,9 @@ fn momentum_is_kept_with_unequal_masses_and_both_laws_of_damping() {
         if !takes(name, law) {
             continue;
         }
-        let sheet = Sheet { pinned: false, gravity: Vec3::zeros(), law, ..Sheet::default() };
-        let mut run =
-            run(&format!("tableau={name}"), uneven(stir(sheet.build(), 0.02, 1.0)), 0.004);
-        let before = run.system.momentum(&run.state);
-        run.steps(50);
-        let drift = (run.system.momentum(&run.state) - before).norm();
+        let start = uneven(stir(Sheet { law, ..Sheet::free() }.build(), 0.02, 1.0));
+        let drift = checks::momentum_drift(boxed(&format!("tableau={name}")), start, 0.004);
         assert!(drift < 1e-14, "{name}, {law:?}: {drift:e}");
-        assert!(run.state.is_finite());
     }
 }
 
@@ -189,18 +105,13 @@ fn momentum_is_kept_with_unequal_masses_and_both_laws_of_damping() {
 /// Jacobian leaves order 1 to all but W-methods.
 #[test]
 fn every_tableau_has_its_order() {
-    for (law, jacobian) in
-        LAWS.into_iter().flat_map(|law| ["exact", "clamped"].map(|jacobian| (law, jacobian)))
-    {
-        let sheet =
-            Sheet { side: 4, tension: 400.0, shear: 100.0, damping: 2.0, law, ..Sheet::default() };
-        let (system, start) = stir(sheet.build(), 0.02, 0.5);
-        let exact =
-            reference(&system, &start, &[0.125], ReferenceSettings::default()).expect("exact");
-        for (name, scheme) in NAMES.into_iter().filter(|(name, _)| takes(name, law)) {
+    for law in LAWS {
+        let sheet = Sheet { side: 4, ..Sheet::smooth(law) };
+        let known = Known::new(stir(sheet.build(), 0.02, 0.5), 0.125);
+        let all = NAMES.into_iter().filter(|(name, _)| takes(name, law));
+        for ((name, scheme), jacobian) in all.flat_map(|t| ["exact", "clamped"].map(|j| (t, j))) {
             let text = format!("tableau={name},jacobian={jacobian}");
-            let new = || Box::new(method(&text)) as Box<dyn Integrator>;
-            let found = of_method(new, &system, &start, &exact, &[40, 80, 160]).expect("an order");
+            let found = known.order(|| boxed(&text), &[40, 80, 160]);
             let whole = jacobian == "exact" || scheme.tableau().is_w_method();
             let order = if whole { f64::from(scheme.tableau().order.number()) } else { 1.0 };
             let last = found.pairwise[found.pairwise.len() - 1];
@@ -213,14 +124,7 @@ fn every_tableau_has_its_order() {
 #[test]
 fn an_equilibrium_is_a_fixed_point() {
     for (name, _) in NAMES {
-        let (k, m) = (1e4, 0.5);
-        let hang = |below: f64| 0.3 + below * m * -GRAVITY.z / k;
-        let depth = [0.0, hang(2.0), hang(2.0) + hang(1.0)];
-        let mut spec = particles(&[m; 3], &depth.map(|z| Vec3::z() * -z), &[]);
-        spec.pins = vec![pin(0)];
-        spec.effects.gravity = gravity();
-        spec.springs = (0..2).map(|i| tension((i, i + 1), 0.3, k, 1.0)).collect();
-        let start = build(&spec);
+        let start = resting_chain();
         let x = start.1.x.clone();
         let mut run = run(&format!("tableau={name}"), start, 0.05);
         run.steps(100);
@@ -243,11 +147,7 @@ fn changes_of_the_system_and_the_step_size_are_followed() {
         ];
         for (k, change) in changes.into_iter().enumerate() {
             assert!(change(&mut run.system), "change {k}");
-            let mut fresh = self::run(
-                &format!("tableau={name}"),
-                (run.system.clone(), run.state.clone()),
-                0.004,
-            );
+            let mut fresh = run.fresh(boxed(&format!("tableau={name}")));
             run.h = [0.004, 0.003][k % 2];
             fresh.h = run.h;
             let (report, _) = (run.step(), fresh.step());
@@ -257,8 +157,8 @@ fn changes_of_the_system_and_the_step_size_are_followed() {
     }
 }
 
-/// One factorisation a step, one force a stage unless two stages share it, and a product with `K` and
-/// one with the matrix a stage.
+/// One factorisation a step, one force a stage unless two stages share it, and a product with `K`
+/// and one with the matrix a stage.
 #[test]
 fn costs_are_counted() {
     for (name, forces, stages) in
@@ -320,26 +220,17 @@ fn obstacles_and_moving_pins_are_refused_by_name() {
     }
 }
 
-/// A sheet that resists shear and bending by angles, in a steady wind with quadratic drag: all forces
-/// take part with the full order.
+/// The forms whose order does not depend on what the Jacobian leaves out.
+const EXACT: [(&str, u32); 3] = [("ros2", 2), ("ros34pw2", 3), ("ros34pw2,jacobian=clamped", 3)];
+
+/// A sheet that resists shear and bending by angles, in a steady wind with quadratic drag: all
+/// forces take part with the full order.
 #[test]
 fn angles_and_wind_keep_the_order() {
-    let sheet = Sheet { side: 4, tension: 400.0, shear: 0.0, damping: 2.0, ..Sheet::default() };
-    let mut scene = sheet.scene();
-    let law = |stiffness_n_m| Some(AngularLaw { stiffness_n_m });
-    scene.effects.shear_angle = law(2e-3);
-    scene.effects.bending_angle = law(2e-4);
-    scene.effects.bending_hinge = law(2e-4);
-    scene.effects.air = Some(AirSpec {
-        drag: DragSpec::Quadratic { coefficient: 1.0, density_kg_m3: 0.1 },
-        wind: Some(WindSpec { velocity_m_s: [1.0, 0.0, 3.0], gust: None }),
-    });
-    let (system, start) = stir(build(&scene.discretise().expect("valid")), 0.02, 0.2);
-    let exact = reference(&system, &start, &[0.125], ReferenceSettings::default()).expect("exact");
-    for (name, order) in [("ros2", 2), ("ros34pw2", 3), ("ros34pw2,jacobian=clamped", 3)] {
+    let known = Known::new(in_the_wind(), 0.125);
+    for (name, order) in EXACT {
         let text = format!("tableau={name}");
-        let new = || Box::new(method(&text)) as Box<dyn Integrator>;
-        let found = of_method(new, &system, &start, &exact, &[80, 160]).expect("an order");
+        let found = known.order(|| boxed(&text), &[80, 160]);
         assert!((found.order - f64::from(order)).abs() < 0.2, "{text}: {found:?}");
     }
 }
@@ -348,23 +239,12 @@ fn angles_and_wind_keep_the_order() {
 #[test]
 fn the_order_survives_changes_of_the_step_size() {
     let sheet = Sheet { side: 3, tension: 100.0, shear: 25.0, damping: 2.0, ..Sheet::default() };
-    let (system, start) = stir(sheet.build(), 0.02, 1.0);
-    let exact = reference(&system, &start, &[0.25], ReferenceSettings::default()).expect("exact");
-    for ((name, order), pattern) in
-        [("ros2", 2), ("ros34pw2", 3), ("ros34pw2,jacobian=clamped", 3)].into_iter().flat_map(|t| {
-            [&[1.0, 1.17, 1.34][..], &[1.0, 2.0], &[1.0, 1.5, 0.75, 1.25]].map(|p| (t, p))
-        })
-    {
-        let error = |count: u32| {
-            let unit = 0.25 / (f64::from(count) * pattern.iter().sum::<f64>());
-            let text = format!("tableau={name}");
-            let mut run = run(&text, (system.clone(), start.clone()), unit);
-            for share in (0..count).flat_map(|_| pattern) {
-                run.step_by(unit * share);
-            }
-            position_error(&system, &start.x, &exact.states[0].x, &run.state.x)
-        };
-        let found = order_of(0.25, &[20, 40, 80, 160], error).expect("an order");
+    let known = Known::new(stir(sheet.build(), 0.02, 1.0), 0.25);
+    for ((name, order), pattern) in EXACT.into_iter().flat_map(|t| {
+        [&[1.0, 1.17, 1.34][..], &[1.0, 2.0], &[1.0, 1.5, 0.75, 1.25]].map(|p| (t, p))
+    }) {
+        let new = || boxed(&format!("tableau={name}"));
+        let found = known.order_by(new, pattern, &[20, 40, 80, 160]);
         assert!((found.order - f64::from(order)).abs() < 0.15, "{name}, {pattern:?}: {found:?}");
     }
 }

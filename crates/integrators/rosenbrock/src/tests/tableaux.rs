@@ -23,8 +23,8 @@ fn product(a: &Row, b: &Row) -> Row {
     std::array::from_fn(|i| a[i] * b[i])
 }
 
-/// The conditions of a Rosenbrock method with the exact Jacobian up to an order. With `β = α + Γ`, a
-/// vertex of a rooted tree with one child has `β`, with several children `α`.
+/// The conditions of a Rosenbrock method with the exact Jacobian up to an order. With `β = α + Γ`,
+/// a vertex of a rooted tree with one child has `β`, with several children `α`.
 fn residuals(scheme: Scheme, order: u32) -> Vec<f64> {
     let RosenbrockTableau { alpha, gamma, weights: b } = definition(scheme);
     let beta: [Row; STAGES] =

@@ -2,34 +2,31 @@
 
 use crate::XpbdLines;
 use crate::settings::XpbdLinesSettings;
+use drape_integrator::Integrator;
 use drape_model::{
-    AngularLaw, DampingLaw, Effect, EffectKind, ObstacleSpec, Part, SpringEffect, SpringLaw, State,
-    System, Vec3,
+    DampingLaw, Effect, EffectKind, Part, SpringEffect, SpringLaw, State, System, Vec3,
 };
-use drape_oracle::laws::{Drift, free_fall, spin};
+use drape_oracle::checks::{self, H, Known, MASS, PARAMETERS, contact, rise};
+use drape_oracle::laws::{Drift, spin};
 use drape_oracle::order::position_error;
 use drape_oracle::recurrence::{
     Multistep, Recurrence, backward_euler, factored_backward_euler, factored_bdf2, factored_start,
 };
-use drape_oracle::reference::{ReferenceSettings, reference};
 use drape_oracle::scenes::{
-    GRAVITY, Sheet, anchored, build, floor, gravity, particles, stiffening, stir, tension, uneven,
+    Sheet, anchored, angular, build, particles, stiffening, stir, tension, uneven, waving,
 };
-use drape_oracle::{Random, Run, bits, order_of};
+use drape_oracle::{Random, Run, bits};
 use nalgebra::{DMatrix, DVector, Vector2};
 
-fn run(settings: &str, start: (System, State), h: f64) -> Run {
+fn new(settings: &str) -> Box<dyn Integrator> {
     let pairs = settings.split(',').filter_map(|pair| pair.split_once('='));
     let settings = XpbdLinesSettings::from_pairs(pairs).unwrap_or_else(|error| panic!("{error}"));
-    Run::new(Box::new(XpbdLines::new(settings)), start, h)
+    Box::new(XpbdLines::new(settings))
 }
 
-const H: f64 = 1.0 / 64.0;
-const MASS: f64 = 0.25;
-
-/// `(θ, η)` of a substep: smooth, stiff and damped, stiff, at an edge, overdamped.
-const PARAMETERS: [(f64, f64); 5] =
-    [(0.36, 0.06), (100.0, 0.4), (100.0, 0.0), (1.0, 0.0), (2.0, 30.0)];
+fn run(settings: &str, start: (System, State), h: f64) -> Run {
+    Run::new(new(settings), start, h)
+}
 
 /// The recurrence of a substep after so many others of the same length.
 fn rule(law: DampingLaw, is_second: bool, earlier: usize, theta: f64, eta: f64) -> Recurrence {
@@ -54,7 +51,7 @@ fn one_spring_moves_by_the_recurrence_of_its_damping() {
                     DampingLaw::Projected => (Vec3::x() * 0.8, Vec3::x() * -3.0),
                 };
                 let h = H / f64::from(substeps);
-                let (k, c) = (theta * MASS / (h * h), eta * MASS / h);
+                let (k, c) = checks::coefficients(theta, eta, h);
                 let mut spec = anchored(MASS, &[(SpringEffect::Tension, 0.0, k, c)], x, v);
                 spec.damping = law;
                 let mut run = run(&format!("substeps={substeps},order={order}"), build(&spec), H);
@@ -87,7 +84,7 @@ fn one_spring_moves_by_the_recurrence_of_its_damping() {
 #[test]
 fn steps_of_unequal_size_follow_the_formula_of_unequal_steps() {
     let (theta, eta) = (0.36, 0.06);
-    let (k, c) = (theta * MASS / (H * H), eta * MASS / H);
+    let (k, c) = checks::coefficients(theta, eta, H);
     let springs = [(SpringEffect::Tension, 0.0, k, c)];
     let mut run = run("substeps=1", build(&anchored(MASS, &springs, Vec3::x(), Vec3::x())), H);
     let mut levels = vec![Vector2::new(1.0, 1.0)];
@@ -199,14 +196,10 @@ fn a_sweep_multiplies_the_spin_by_the_length_over_the_predicted_one() {
             spec.damping = DampingLaw::Projected;
             spec.springs = vec![tension((0, 1), 1.0, 0.5 * theta * MASS / (H * H), damping)];
             let mut run = run("substeps=1,order=1", build(&spec), H);
-            let pair = |run: &Run| {
-                let State { x, v, .. } = &run.state;
-                (x[1] - x[0], v[1] - v[0])
-            };
             for step in 0..50 {
-                let (d, v) = pair(&run);
+                let (d, v) = checks::pair(&run.state);
                 run.step();
-                let (after, v_after) = pair(&run);
+                let (after, v_after) = checks::pair(&run.state);
                 let expected = d.cross(&v) * spin::xpbd((d + v * H).norm(), after.norm());
                 let off = (after.cross(&v_after) - expected).norm();
                 assert!(off < 1e-11, "θ={theta}, step {step}: {off:e}");
@@ -217,58 +210,31 @@ fn a_sweep_multiplies_the_spin_by_the_length_over_the_predicted_one() {
 
 #[test]
 fn an_unpinned_sheet_falls_on_its_parabola_and_keeps_its_momentum() {
-    let velocity = Vec3::new(1.0, -2.0, 3.0);
     for (settings, drift) in [
         ("substeps=1,order=1", Drift::NewVelocity),
         ("substeps=20,order=1", Drift::Substeps(20)),
         ("substeps=8,order=1,iterations=3", Drift::Substeps(8)),
         ("substeps=1", Drift::Bdf2AfterBackwardEuler),
     ] {
-        let sheet = Sheet { side: 9, tension: 1e6, shear: 1e5, pinned: false, ..Sheet::default() };
-        let (system, mut state) = sheet.build();
-        state.v.fill(velocity);
-        let start = state.clone();
-        let mut run = run(settings, (system, state), H);
-        for steps in 1..=20 {
-            run.step();
-            for (found, start) in run.state.x.iter().zip(&start.x) {
-                let (x, _) = free_fall(drift, *start, velocity, GRAVITY, H, steps);
-                assert!((found - x).norm() < 1e-11, "{settings}, step {steps}: {found:?}, {x:?}");
-            }
-        }
+        checks::falls_freely(settings, new(settings), drift, 1e-11);
         for law in [DampingLaw::Full, DampingLaw::Projected] {
-            let free = Sheet { gravity: Vec3::zeros(), damping: 8.0, law, ..sheet };
-            let mut run = self::run(settings, uneven(stir(free.build(), 0.1, 3.0)), 0.004);
-            let momentum = run.system.momentum(&run.state);
-            run.steps(50);
-            let drift = (run.system.momentum(&run.state) - momentum).norm();
-            assert!(drift < 1e-14, "{settings}: momentum drifts by {drift:e}");
+            let sheet = Sheet { tension: 1e6, shear: 1e5, damping: 8.0, law, ..Sheet::free() };
+            let start = uneven(stir(sheet.build(), 0.1, 3.0));
+            let drift = checks::momentum_drift(new(settings), start, 0.004);
+            assert!(drift < 1e-14, "{law:?}, {settings}: momentum drifts by {drift:e}");
         }
     }
-}
-
-/// A sheet in motion in which no spring is stiff.
-fn smooth(law: DampingLaw, damping: f64) -> (System, State) {
-    let sheet = Sheet { side: 6, tension: 1e3, shear: 1e2, damping, law, ..Sheet::default() };
-    let (system, mut state) = sheet.build();
-    for i in (0..state.len()).filter(|&i| !system.pinned()[i]) {
-        let (x, y) = (state.x[i].x + 0.5, 0.5 - state.x[i].y);
-        state.x[i] = Vec3::new(1.03 * x - 0.5, 0.5 - 0.98 * y, 0.02 * (3.0 * y + 1.0).sin());
-        state.v[i] = Vec3::new((2.0 * y).sin(), x, (3.0 * x).cos()) * 0.3;
-    }
-    (system, state)
 }
 
 /// Observed order over the last halvings.
-fn order((system, start): &(System, State), settings: &str, steps: &[u32]) -> f64 {
-    let exact = reference(system, start, &[0.2], ReferenceSettings::default());
-    let exact = exact.unwrap_or_else(|error| panic!("{error}"));
-    let error = |steps: u32| {
-        let mut run = run(settings, (system.clone(), start.clone()), 0.2 / f64::from(steps));
-        run.steps(steps as usize);
-        position_error(system, &start.x, &exact.states[0].x, &run.state.x)
-    };
-    order_of(0.2, steps, error).map_or(f64::NAN, |found| found.order)
+fn order(known: &Known, settings: &str) -> f64 {
+    known.order(|| new(settings), &[40, 80, 160]).order
+}
+
+/// A sheet in motion in which no spring is stiff.
+fn smooth(law: DampingLaw, damping: f64) -> Known {
+    let sheet = Sheet { side: 6, tension: 1e3, shear: 1e2, damping, law, ..Sheet::default() };
+    Known::new(waving(sheet.build()), 0.2)
 }
 
 /// Full damping knows what springs do, and costs no order; along the springs one sweep costs one.
@@ -284,7 +250,7 @@ fn the_order_is_2_and_1_where_projected_damping_is_swept_once() {
         (Projected, 5.0, "substeps=10", 1.0),
         (Projected, 5.0, "substeps=4,iterations=2", 2.0),
     ] {
-        let found = order(&smooth(law, damping), settings, &[40, 80, 160]);
+        let found = order(&smooth(law, damping), settings);
         assert!((found - expected).abs() < 0.2, "{law:?}, {damping}, {settings}: {found}");
     }
 }
@@ -292,20 +258,16 @@ fn the_order_is_2_and_1_where_projected_damping_is_swept_once() {
 /// Angles, hinges, springs of two slopes.
 #[test]
 fn other_constraints_have_the_order_too() {
-    let mut scene = Sheet { side: 5, shear: 0.0, damping: 0.0, ..Sheet::default() }.scene();
-    let law = |stiffness_n_m| Some(AngularLaw { stiffness_n_m });
-    scene.effects.shear_angle = law(2e-3);
-    scene.effects.bending_angle = law(2e-4);
-    scene.effects.bending_hinge = law(2e-4);
-    let spec = scene.discretise().unwrap_or_else(|error| panic!("{error}"));
-    let angles = stir(build(&spec), 0.02, 0.5);
+    let sheet = Sheet { side: 5, shear: 0.0, damping: 0.0, ..Sheet::default() };
+    let spec = angular(sheet.scene()).discretise().unwrap_or_else(|error| panic!("{error}"));
+    let angles = Known::new(stir(build(&spec), 0.02, 0.5), 0.2);
     for (settings, expected) in [("substeps=4,order=1", 1.0), ("substeps=4", 2.0)] {
-        let found = order(&angles, settings, &[40, 80, 160]);
+        let found = order(&angles, settings);
         assert!((found - expected).abs() < 0.2, "angles, {settings}: {found}");
     }
     let sheet = Sheet { side: 4, tension: 200.0, shear: 20.0, ..Sheet::default() };
-    let slopes = stir(build(&stiffening(sheet.spec(), 10.0)), 0.02, 0.5);
-    let found = order(&slopes, "substeps=10,order=1", &[40, 80, 160]);
+    let slopes = Known::new(stir(build(&stiffening(sheet.spec(), 10.0)), 0.02, 0.5), 0.2);
+    let found = order(&slopes, "substeps=10,order=1");
     assert!((found - 1.0).abs() < 0.2, "two slopes: {found}");
 }
 
@@ -316,7 +278,7 @@ fn heavy_damping_gains_no_energy() {
         for settings in ["substeps=1", "substeps=2,iterations=3", "substeps=3,order=1"] {
             let sheet =
                 Sheet { side: 6, damping: 1e6, law, gravity: Vec3::zeros(), ..Sheet::default() };
-            let found = rise(settings, stir(sheet.build(), 0.02, 1.0), 1.0, 1.0);
+            let found = rise(new(settings), stir(sheet.build(), 0.02, 1.0), 1.0);
             assert!(found <= 0.0, "{law:?}, {settings}: {found} J");
         }
     }
@@ -326,26 +288,7 @@ fn heavy_damping_gains_no_energy() {
 #[test]
 fn no_particle_ends_inside_an_obstacle_and_friction_holds_without_creep() {
     for settings in ["substeps=20", "substeps=1", "substeps=2,iterations=5", "substeps=5,order=1"] {
-        let sheet = Sheet { side: 8, pinned: false, ..Sheet::default() };
-        let mut spec = sheet.spec();
-        spec.obstacles = vec![floor(0.0)];
-        spec.particles.position_m.iter_mut().for_each(|x| x[2] += 0.3);
-        let mut run = run(settings, build(&spec), 0.01);
-        for step in 0..100 {
-            run.step();
-            let deepest = run.state.x.iter().map(|x| x.z).fold(f64::INFINITY, f64::min);
-            assert!(deepest > -1e-9, "{settings}, step {step}: {deepest:e} m");
-        }
-        let normal = Vec3::new(0.4, 0.0, 1.0).normalize();
-        let mut spec = particles(&[0.5], &[Vec3::zeros()], &[Vec3::zeros()]);
-        spec.effects.gravity = gravity();
-        let (point_m, friction, path) = ([0.0; 3], 0.5, Vec::new());
-        let normal = normal.into();
-        spec.obstacles =
-            vec![ObstacleSpec::Plane { point_m, normal, restitution: 0.0, friction, path }];
-        let mut run = self::run(settings, build(&spec), 0.01);
-        run.steps(200);
-        assert!(run.state.x[0].norm() < 1e-12, "{settings}: creeps {:?}", run.state.x[0]);
+        contact::nothing_sinks_or_creeps(settings, || new(settings));
     }
 }
 
@@ -367,7 +310,7 @@ fn changes_of_the_system_are_followed() {
             let mut kept = run(settings, stir(sheet.build(), 0.0, 1.0), 0.004);
             kept.steps(3);
             assert!(change(&mut kept.system));
-            let mut fresh = run(settings, (kept.system.clone(), kept.state.clone()), 0.004);
+            let mut fresh = kept.fresh(new(settings));
             kept.steps(2);
             fresh.steps(2);
             assert_eq!(bits(&kept.state), bits(&fresh.state), "{settings}");
@@ -385,17 +328,6 @@ fn hanging(side: u32, tension: f64, damping: f64) -> Sheet {
 /// What the energies of [`hanging`] are divided by, since each particle has 1 g.
 fn share(side: u32) -> f64 {
     (f64::from(side) / 20.0).powi(2)
-}
-
-/// Greatest rise of the total energy in so many seconds of steps of 0.01 s, J.
-fn rise(settings: &str, start: (System, State), seconds: f64, share: f64) -> f64 {
-    let mut run = run(settings, start, 0.01);
-    let before = run.energy();
-    let steps = (0..(seconds * 100.0).round() as usize).map(|_| {
-        run.step();
-        run.energy() - before
-    });
-    steps.fold(f64::NEG_INFINITY, f64::max) / share
 }
 
 /// The same motion by leapfrog at 0.4 of its limit: states after 0.3 s and 1 s.
@@ -431,7 +363,7 @@ fn the_energy_of_a_stiff_sheet_stays_where_the_docs_say() {
         (1e8, 40.0, "substeps=5", 0.0, 0.06),
         (1e10, 40.0, "substeps=20", 0.0, 0.078),
     ] {
-        let found = rise(settings, hanging(20, tension, damping).build(), 2.0, 1.0);
+        let found = rise(new(settings), Sheet::hanging(tension, damping).build(), 2.0);
         assert!((low..=high).contains(&found), "{tension:e}, {damping}, {settings}: {found} J");
     }
 }
@@ -439,14 +371,14 @@ fn the_energy_of_a_stiff_sheet_stays_where_the_docs_say() {
 /// Bending springs of a hundredth of the stiffness are lines of their own.
 #[test]
 fn bending_springs_set_no_energy_free() {
-    let mut scene = hanging(20, 1e8, 40.0).scene();
+    let mut scene = Sheet::hanging(1e8, 40.0).scene();
     scene.effects.bending = Some(SpringLaw {
         stiffness_over_mass_per_s2: Some(1e6),
         damping_over_mass_per_s: Some(4.0),
         ..SpringLaw::default()
     });
     let spec = scene.discretise().unwrap_or_else(|error| panic!("{error}"));
-    let found = rise("substeps=20", build(&spec), 1.0, 1.0);
+    let found = rise(new("substeps=20"), build(&spec), 1.0);
     assert!(found <= 0.0, "{found} J");
 }
 
@@ -469,7 +401,7 @@ fn the_frontier() {
                 "substeps=40",
                 "substeps=100",
             ] {
-                let found = rise(settings, start.clone(), 2.0, share(side));
+                let found = rise(new(settings), start.clone(), 2.0) / share(side);
                 let error = |steps: usize, exact: &[Vec3]| {
                     let mut run = run(settings, start.clone(), 0.01);
                     run.steps(steps);

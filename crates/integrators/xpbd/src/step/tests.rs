@@ -2,60 +2,40 @@
 
 use crate::Xpbd;
 use crate::settings::XpbdSettings;
-use drape_integrator::{ContactSet, ImplicitStage, PhaseClock, Stage, StageSettings, StepReport};
-use drape_model::{
-    AngularLaw, DampingLaw, Effect, EffectKind, ObstacleSpec, SpringEffect, State, System, Vec3,
+use drape_integrator::{
+    ContactSet, ImplicitStage, Integrator, PhaseClock, Stage, StageSettings, StepReport,
 };
-use drape_oracle::laws::{Drift, free_fall, spin};
-use drape_oracle::order::position_error;
+use drape_model::{DampingLaw, Effect, EffectKind, SpringEffect, State, System, Vec3};
+use drape_oracle::checks::{self, H, Known, MASS, PARAMETERS, contact, rise};
+use drape_oracle::laws::{Drift, spin};
 use drape_oracle::recurrence::{Multistep, bdf, xpbd};
-use drape_oracle::reference::{ReferenceSettings, reference};
 use drape_oracle::scenes::{
-    GRAVITY, Sheet, anchored, build, floor, particles, pin, stiffening, stir, tension, uneven,
+    GRAVITY, Sheet, anchored, angular, build, particles, pin, stiffening, stir, tension, uneven,
+    waving,
 };
-use drape_oracle::{Run, apart, bits, order_of};
+use drape_oracle::{Run, apart, bits};
 use drape_solvers::Constraints;
 use nalgebra::Vector2;
 use std::num::NonZero;
 
-fn run(settings: &str, start: (System, State), h: f64) -> Run {
+fn new(settings: &str) -> Box<dyn Integrator> {
     let pairs = settings.split(',').filter_map(|pair| pair.split_once('='));
     let settings = XpbdSettings::from_pairs(pairs).unwrap_or_else(|error| panic!("{error}"));
-    Run::new(Box::new(Xpbd::new(settings)), start, h)
+    Box::new(Xpbd::new(settings))
 }
 
-/// 400 particles on two pins.
-fn hanging(tension: f64, damping: f64) -> Sheet {
-    Sheet { side: 20, tension, shear: 0.1 * tension, damping, ..Sheet::default() }
+fn run(settings: &str, start: (System, State), h: f64) -> Run {
+    Run::new(new(settings), start, h)
 }
-
-const H: f64 = 1.0 / 64.0;
-const MASS: f64 = 0.25;
-
-/// `(θ, η)`: smooth, stiff and damped, stiff, at an edge, overdamped.
-const PARAMETERS: [(f64, f64); 5] =
-    [(0.36, 0.06), (100.0, 0.4), (100.0, 0.0), (1.0, 0.0), (2.0, 30.0)];
 
 /// A particle on a spring of rest length 0: along each axis, with full damping, the recurrence.
 #[test]
 fn one_spring_moves_by_backward_euler_in_every_substep() {
-    let (x, v) = (Vec3::new(1.0, -0.5, 0.75), Vec3::new(0.0, 40.0, 7.0));
     for ((theta, eta), substeps) in PARAMETERS.iter().flat_map(|p| [1, 4, 20].map(|n| (*p, n))) {
-        let (k, c) = (theta * MASS / (H * H), eta * MASS / H);
-        let spec = anchored(MASS, &[(SpringEffect::Tension, 0.0, k, c)], x, v);
-        let mut run = run(&format!("substeps={substeps}"), build(&spec), H);
+        let integrator = new(&format!("substeps={substeps}"));
+        let (case, start) = ((theta, eta, substeps), checks::oscillator(theta, eta));
         let matrix = xpbd(theta, eta, substeps);
-        let mut exact = [0, 1, 2].map(|axis| Vector2::new(x[axis], H * v[axis]));
-        for step in 0..100 {
-            run.step();
-            for (axis, y) in exact.iter_mut().enumerate() {
-                let before = y.norm();
-                *y = matrix * *y;
-                let found = Vector2::new(run.state.x[1][axis], H * run.state.v[1][axis]);
-                let off = (found - *y).norm() / y.norm().max(before).max(1e-100);
-                assert!(off < 1e-12, "θ={theta} η={eta} {substeps}, step {step}: {off:e}");
-            }
-        }
+        checks::follows(case, integrator, start, &[1.0], 1e-12, |_| matrix);
     }
 }
 
@@ -63,7 +43,7 @@ fn one_spring_moves_by_backward_euler_in_every_substep() {
 #[test]
 fn with_order_2_one_spring_moves_by_bdf2() {
     for (theta, eta) in PARAMETERS {
-        let (k, c) = (theta * MASS / (H * H), eta * MASS / H);
+        let (k, c) = checks::coefficients(theta, eta, H);
         let springs = [(SpringEffect::Tension, 0.0, k, c)];
         let spec = anchored(MASS, &springs, Vec3::x(), Vec3::x() * 3.0);
         let mut run = run("substeps=1,order=2", build(&spec), H);
@@ -85,7 +65,7 @@ fn with_order_2_one_spring_moves_by_bdf2() {
 #[test]
 fn with_order_2_steps_of_unequal_size_follow_the_formula_of_unequal_steps() {
     let ((theta, eta), start) = ((0.36, 0.06), Vector2::new(1.0, 3.0));
-    let (k, c) = (theta * MASS / (H * H), eta * MASS / H);
+    let (k, c) = checks::coefficients(theta, eta, H);
     let springs = [(SpringEffect::Tension, 0.0, k, c)];
     let spec = anchored(MASS, &springs, Vec3::x(), Vec3::x() * 3.0);
     let mut run = run("substeps=1,order=2", build(&spec), H);
@@ -109,16 +89,6 @@ fn with_order_2_steps_of_unequal_size_follow_the_formula_of_unequal_steps() {
     }
 }
 
-/// Two particles of 1 kg that turn at 2 rad/s at their equilibrium, `κ = 2k/m = θ/h²`.
-fn turning(theta: f64, h: f64) -> (System, State) {
-    let kappa = theta / (h * h);
-    let length = kappa / (kappa - 4.0);
-    let x = [Vec3::x() * (0.5 * length), Vec3::x() * (-0.5 * length)];
-    let mut spec = particles(&[1.0; 2], &x, &[Vec3::y() * length, Vec3::y() * -length]);
-    spec.springs = vec![tension((0, 1), 1.0, 0.5 * kappa, 0.0)];
-    build(&spec)
-}
-
 /// Against an independent program.
 #[test]
 fn the_spin_of_two_particles_decays_as_computed_elsewhere() {
@@ -128,19 +98,10 @@ fn the_spin_of_two_particles_decays_as_computed_elsewhere() {
         (100.0, 1, 0.9624252684, 1.96164710),
         (100.0, 10, 0.9960258131, 1.99601731),
     ] {
-        let mut run = run(&format!("substeps={substeps}"), turning(theta, 0.01), 0.01);
-        let start = run.system.angular_momentum(&run.state).z;
-        let (mut turned, mut last) = (0.0, run.state.x[0]);
-        for _ in 0..100 {
-            run.step();
-            let now = run.state.x[0];
-            turned += last.cross(&now).z.atan2(last.dot(&now));
-            last = now;
-        }
-        let found = run.system.angular_momentum(&run.state).z / start;
-        assert!((found - spin).abs() < 1e-10, "θ={theta}, {substeps}: {found}");
-        assert!((turned - angle).abs() < 1e-8, "θ={theta}, {substeps}: {turned}");
-        assert_eq!(run.system.momentum(&run.state), Vec3::zeros());
+        let found = checks::turn(new(&format!("substeps={substeps}")), theta);
+        assert!((found.spin - spin).abs() < 1e-10, "θ={theta}, {substeps}: {found:?}");
+        assert!((found.angle - angle).abs() < 1e-8, "θ={theta}, {substeps}: {found:?}");
+        assert_eq!(found.momentum, 0.0, "θ={theta}, {substeps}");
     }
 }
 
@@ -155,14 +116,10 @@ fn a_sweep_multiplies_the_spin_by_the_length_over_the_predicted_one() {
             spec.damping = law;
             spec.springs = vec![tension((0, 1), 1.0, 0.5 * theta * MASS / (H * H), damping)];
             let mut run = run("substeps=1", build(&spec), H);
-            let pair = |run: &Run| {
-                let State { x, v, .. } = &run.state;
-                (x[1] - x[0], v[1] - v[0])
-            };
             for step in 0..50 {
-                let (d, v) = pair(&run);
+                let (d, v) = checks::pair(&run.state);
                 run.step();
-                let (after, v_after) = pair(&run);
+                let (after, v_after) = checks::pair(&run.state);
                 let expected = d.cross(&v) * spin::xpbd((d + v * H).norm(), after.norm());
                 let off = (after.cross(&v_after) - expected).norm();
                 assert!(off < 1e-11, "{law:?}, θ={theta}, step {step}: {off:e}");
@@ -173,31 +130,19 @@ fn a_sweep_multiplies_the_spin_by_the_length_over_the_predicted_one() {
 
 #[test]
 fn an_unpinned_sheet_falls_on_its_parabola_and_keeps_its_momentum() {
-    let velocity = Vec3::new(1.0, -2.0, 3.0);
     for (settings, drift) in [
         ("substeps=1", Drift::NewVelocity),
         ("substeps=20", Drift::Substeps(20)),
         ("substeps=8,iterations=3,sweep=coloured", Drift::Substeps(8)),
         ("substeps=1,order=2", Drift::Bdf2AfterBackwardEuler),
     ] {
-        let sheet = Sheet { side: 9, tension: 1e6, shear: 1e5, pinned: false, ..Sheet::default() };
-        let (system, mut state) = sheet.build();
-        state.v.fill(velocity);
-        let start = state.clone();
-        let mut run = run(settings, (system, state), H);
-        for steps in 1..=20 {
-            run.step();
-            for (found, start) in run.state.x.iter().zip(&start.x) {
-                let (x, _) = free_fall(drift, *start, velocity, GRAVITY, H, steps);
-                assert!((found - x).norm() < 1e-11, "{settings}, step {steps}: {found:?}, {x:?}");
-            }
+        checks::falls_freely(settings, new(settings), drift, 1e-11);
+        for law in [DampingLaw::Full, DampingLaw::Projected] {
+            let sheet = Sheet { tension: 1e6, shear: 1e5, damping: 8.0, law, ..Sheet::free() };
+            let start = uneven(stir(sheet.build(), 0.1, 3.0));
+            let drift = checks::momentum_drift(new(settings), start, 0.004);
+            assert!(drift < 1e-14, "{law:?}, {settings}: momentum drifts by {drift:e}");
         }
-        let free = Sheet { gravity: Vec3::zeros(), damping: 8.0, ..sheet };
-        let mut run = self::run(settings, uneven(stir(free.build(), 0.1, 3.0)), 0.004);
-        let momentum = run.system.momentum(&run.state);
-        run.steps(50);
-        let drift = (run.system.momentum(&run.state) - momentum).norm();
-        assert!(drift < 1e-14, "{settings}: momentum drifts by {drift:e}");
     }
 }
 
@@ -336,28 +281,15 @@ fn coloured_sweeps_have_the_same_bits_with_one_thread_and_with_three() {
     assert!(one == three);
 }
 
-/// A sheet in motion in which no spring is stiff.
-fn smooth(law: DampingLaw, damping: f64) -> (System, State) {
-    let sheet = Sheet { side: 6, tension: 1e3, shear: 1e2, damping, law, ..Sheet::default() };
-    let (system, mut state) = sheet.build();
-    for i in (0..state.len()).filter(|&i| !system.pinned()[i]) {
-        let (x, y) = (state.x[i].x + 0.5, 0.5 - state.x[i].y);
-        state.x[i] = Vec3::new(1.03 * x - 0.5, 0.5 - 0.98 * y, 0.02 * (3.0 * y + 1.0).sin());
-        state.v[i] = Vec3::new((2.0 * y).sin(), x, (3.0 * x).cos()) * 0.3;
-    }
-    (system, state)
+/// Observed order over the last halvings.
+fn order(known: &Known, settings: &str) -> f64 {
+    known.order(|| new(settings), &[40, 80, 160]).order
 }
 
-/// Observed order over the last halvings.
-fn order((system, start): &(System, State), settings: &str, steps: &[u32]) -> f64 {
-    let exact = reference(system, start, &[0.2], ReferenceSettings::default());
-    let exact = exact.unwrap_or_else(|error| panic!("{error}"));
-    let error = |steps: u32| {
-        let mut run = run(settings, (system.clone(), start.clone()), 0.2 / f64::from(steps));
-        run.steps(steps as usize);
-        position_error(system, &start.x, &exact.states[0].x, &run.state.x)
-    };
-    order_of(0.2, steps, error).map_or(f64::NAN, |found| found.order)
+/// A sheet in motion in which no spring is stiff.
+fn smooth(law: DampingLaw, damping: f64) -> Known {
+    let sheet = Sheet { side: 6, tension: 1e3, shear: 1e2, damping, law, ..Sheet::default() };
+    Known::new(waving(sheet.build()), 0.2)
 }
 
 /// One sweep leaves an error of `O(h²)` in the force of a spring, but one of `O(h)` in the damping.
@@ -372,7 +304,7 @@ fn the_order_is_1_and_with_bdf2_2_where_damping_is_swept_twice() {
             (5.0, "substeps=10,order=2", 1.0),
             (5.0, "substeps=10,order=2,iterations=2", 2.0),
         ] {
-            let found = order(&smooth(law, damping), settings, &[40, 80, 160]);
+            let found = order(&smooth(law, damping), settings);
             assert!((found - expected).abs() < 0.15, "{law:?}, {damping}, {settings}: {found}");
         }
     }
@@ -381,22 +313,18 @@ fn the_order_is_1_and_with_bdf2_2_where_damping_is_swept_twice() {
 /// Angles, hinges, springs of two slopes.
 #[test]
 fn other_constraints_have_the_order_too() {
-    let mut scene = Sheet { side: 5, shear: 0.0, damping: 0.0, ..Sheet::default() }.scene();
-    let law = |stiffness_n_m| Some(AngularLaw { stiffness_n_m });
-    scene.effects.shear_angle = law(2e-3);
-    scene.effects.bending_angle = law(2e-4);
-    scene.effects.bending_hinge = law(2e-4);
-    let spec = scene.discretise().unwrap_or_else(|error| panic!("{error}"));
-    let angles = stir(build(&spec), 0.02, 0.5);
+    let sheet = Sheet { side: 5, shear: 0.0, damping: 0.0, ..Sheet::default() };
+    let spec = angular(sheet.scene()).discretise().unwrap_or_else(|error| panic!("{error}"));
+    let angles = Known::new(stir(build(&spec), 0.02, 0.5), 0.2);
     for (settings, expected) in
         [("substeps=4", 1.0), ("substeps=4,sweep=coloured", 1.0), ("substeps=4,order=2", 2.0)]
     {
-        let found = order(&angles, settings, &[40, 80, 160]);
+        let found = order(&angles, settings);
         assert!((found - expected).abs() < 0.15, "angles, {settings}: {found}");
     }
     let sheet = Sheet { side: 4, tension: 200.0, shear: 20.0, ..Sheet::default() };
-    let slopes = stir(build(&stiffening(sheet.spec(), 10.0)), 0.02, 0.5);
-    let found = order(&slopes, "substeps=10", &[40, 80, 160]);
+    let slopes = Known::new(stir(build(&stiffening(sheet.spec(), 10.0)), 0.02, 0.5), 0.2);
+    let found = order(&slopes, "substeps=10");
     assert!((found - 1.0).abs() < 0.2, "two slopes: {found}");
 }
 
@@ -472,17 +400,6 @@ fn converged_xpbd_is_not_backward_euler() {
     assert!(shorter < 0.15 * many, "{shorter} of {many}");
 }
 
-/// Greatest rise of the total energy in so many seconds of steps of 0.01 s, J.
-fn rise(settings: &str, start: (System, State), seconds: f64) -> f64 {
-    let mut run = run(settings, start, 0.01);
-    let before = run.energy();
-    let steps = (0..(seconds * 100.0).round() as usize).map(|_| {
-        run.step();
-        run.energy() - before
-    });
-    steps.fold(f64::NEG_INFINITY, f64::max)
-}
-
 /// Sweeps that stop early set energy free; substeps end that, sweeps hardly.
 #[test]
 fn too_few_substeps_gain_energy() {
@@ -496,7 +413,7 @@ fn too_few_substeps_gain_energy() {
         (1e8, 40.0, "substeps=50", 0.01, 0.03),
     ] {
         let seconds = if tension < 1e7 { 2.0 } else { 0.5 };
-        let found = rise(settings, hanging(tension, damping).build(), seconds);
+        let found = rise(new(settings), Sheet::hanging(tension, damping).build(), seconds);
         assert!((low..=high).contains(&found), "{tension:e}, {damping}, {settings}: {found} J");
     }
 }
@@ -506,7 +423,7 @@ fn too_few_substeps_gain_energy() {
 fn heavy_full_damping_gains_no_energy() {
     for settings in ["substeps=1", "substeps=2,iterations=3", "substeps=3,order=2"] {
         let sheet = Sheet { side: 6, damping: 1e6, gravity: Vec3::zeros(), ..Sheet::default() };
-        let found = rise(settings, stir(sheet.build(), 0.02, 1.0), 1.0);
+        let found = rise(new(settings), stir(sheet.build(), 0.02, 1.0), 1.0);
         assert!(found <= 0.0, "{settings}: {found} J");
     }
 }
@@ -515,26 +432,7 @@ fn heavy_full_damping_gains_no_energy() {
 #[test]
 fn no_particle_ends_inside_an_obstacle_and_friction_holds_without_creep() {
     for settings in ["substeps=20", "substeps=1", "substeps=2,iterations=5", "substeps=5,order=2"] {
-        let sheet = Sheet { side: 8, pinned: false, ..Sheet::default() };
-        let mut spec = sheet.spec();
-        spec.obstacles = vec![floor(0.0)];
-        spec.particles.position_m.iter_mut().for_each(|x| x[2] += 0.3);
-        let mut run = run(settings, build(&spec), 0.01);
-        for step in 0..100 {
-            run.step();
-            let deepest = run.state.x.iter().map(|x| x.z).fold(f64::INFINITY, f64::min);
-            assert!(deepest > -1e-9, "{settings}, step {step}: {deepest:e} m");
-        }
-        let normal = Vec3::new(0.4, 0.0, 1.0).normalize();
-        let mut spec = particles(&[0.5], &[Vec3::zeros()], &[Vec3::zeros()]);
-        spec.effects.gravity = drape_oracle::scenes::gravity();
-        let (point_m, friction, path) = ([0.0; 3], 0.5, Vec::new());
-        let normal = normal.into();
-        spec.obstacles =
-            vec![ObstacleSpec::Plane { point_m, normal, restitution: 0.0, friction, path }];
-        let mut run = self::run(settings, build(&spec), 0.01);
-        run.steps(200);
-        assert!(run.state.x[0].norm() < 1e-12, "{settings}: creeps {:?}", run.state.x[0]);
+        contact::nothing_sinks_or_creeps(settings, || new(settings));
     }
 }
 
@@ -554,7 +452,7 @@ fn changes_of_the_system_are_followed() {
             let mut kept = run(settings, stir(sheet.build(), 0.0, 1.0), 0.004);
             kept.steps(3);
             assert!(change(&mut kept.system));
-            let mut fresh = run(settings, (kept.system.clone(), kept.state.clone()), 0.004);
+            let mut fresh = kept.fresh(new(settings));
             kept.steps(2);
             fresh.steps(2);
             assert_eq!(bits(&kept.state), bits(&fresh.state), "{settings}");

@@ -69,7 +69,8 @@ fn leapfrog_with_explicit_damping_is_stable_where_its_rule_says() {
     }
 }
 
-/// The slow stiffness excites the fast mode where half of its period is a little less than the step.
+/// The slow stiffness excites the fast mode where half of its period is a little less than the
+/// step.
 #[test]
 fn the_impulse_method_is_unstable_in_resonance() {
     let growth = |fast: f64, slow: f64| spectral_radius(&impulse(fast, slow, 0.0, 64)) - 1.0;

@@ -9,12 +9,16 @@ struct Explanation {
     cause: &'static str,
 }
 
-const HEATING: &str = "the limit is that of frozen tangents, and says nothing about tangents that change within a period of \
-     the fastest mode, as they presumably do in a crumpling sheet. Measured: it is the step, not the scene; at 0.3 of \
+const HEATING: &str = "the limit is that of frozen tangents, and says nothing about tangents that \
+    change within a period of \
+     the fastest mode, as they presumably do in a crumpling sheet. Measured: it is the step, not \
+     the scene; at 0.3 of \
      the limit instead of 0.7 the same runs are stable";
 
-const KINKS: &str = "the limit is that of one slope, and says nothing about a spring that changes piece: over the rest of that step \
-     its force has the wrong slope, by a factor of 100. Only undamped, by 0.03 of E_ref over 2 s; presumably the heating of H04, stronger \
+const KINKS: &str = "the limit is that of one slope, and says nothing about a spring that changes \
+    piece: over the rest of that step \
+     its force has the wrong slope, by a factor of 100. Only undamped, by 0.03 of E_ref over 2 s; \
+     presumably the heating of H04, stronger \
      here";
 
 /// Every difference that has been looked into.
@@ -26,8 +30,10 @@ static EXPLANATIONS: [Explanation; 5] = [
     Explanation {
         case: "H17 none pinned",
         method: "leapfrog",
-        cause: "it is unstable. Measured: the energy of the springs grows by a third a step, from 1e-8 J to 2 J within \
-                0.7 s, then falls and stays bounded, presumably because the sheet has crumpled and damping holds it. \
+        cause: "it is unstable. Measured: the energy of the springs grows by a third a step, from \
+                1e-8 J to 2 J within \
+                0.7 s, then falls and stays bounded, presumably because the sheet has crumpled \
+                and damping holds it. \
                 E_ref is 28 J, nearly all of it that of the fall, so that 2.7 J count as marginal",
     },
 ];

@@ -94,21 +94,26 @@ impl Case {
         match self.id {
             "H09" => "closed: the step size is the method's own affair, nothing flows in",
             "H10" => {
-                "the work that a change of stiffness does on the springs is recorded at the moment of the change and \
+                "the work that a change of stiffness does on the springs is recorded at the \
+                 moment of the change and \
                  taken out of the energy; the available energy includes it"
             }
             "H11" => {
-                "from the moment at which the pin has stopped: the work that it does until then is its own affair; what a \
+                "from the moment at which the pin has stopped: the work that it does until then \
+                 is its own affair; what a \
                  method takes in too much meanwhile is seen only where it comes out later"
             }
             "H14" => "closed: air at rest takes energy and gives none",
             "H12" | "H13" => {
-                "what the contacts add to the energy of the reference trajectory while they push out is granted \
+                "what the contacts add to the energy of the reference trajectory while they push \
+                 out is granted \
                  to every method"
             }
             "H18" => {
-                "against the energy that lifts the sheet by a mesh width; besides, the unperturbed sheet may move by \
-                 at most 1e-6 mesh widths, at no more than 1e-6 of the speed of a fall through one, else a stable run \
+                "against the energy that lifts the sheet by a mesh width; besides, the \
+                 unperturbed sheet may move by \
+                 at most 1e-6 mesh widths, at no more than 1e-6 of the speed of a fall through \
+                 one, else a stable run \
                  counts as marginal"
             }
             _ => "closed",
@@ -396,14 +401,16 @@ pub(super) fn all() -> Vec<Case> {
         quick(case(
             "H04",
             "squeezed to half",
-            "A hanging sheet at k/m = 1e5 that starts in its plane at half its size: every spring is compressed, the \
+            "A hanging sheet at k/m = 1e5 that starts in its plane at half its size: every spring \
+             is compressed, the \
              Hessian is indefinite.",
             Setup::new(squeezed, 0.01),
         )),
         case(
             "H05",
             "two in one place",
-            "A hanging sheet at k/m = 1e5, two neighbours in the middle of which start in the same place.",
+            "A hanging sheet at k/m = 1e5, two neighbours in the middle of which start in the \
+             same place.",
             Setup { twins: Some(TWINS), ..Setup::new(coincident, 0.01) },
         ),
         case(
@@ -415,13 +422,15 @@ pub(super) fn all() -> Vec<Case> {
         case(
             "H07",
             "masses 1 : 1e6",
-            "A hanging sheet on springs of 10 N/m, particles of 1 g and of 1 µg like the squares of a chessboard.",
+            "A hanging sheet on springs of 10 N/m, particles of 1 g and of 1 µg like the squares \
+             of a chessboard.",
             Setup::new(|| two_masses(1e-6), 0.01).tame(|| two_masses(0.1)),
         ),
         case(
             "H08",
             "slopes 1 : 100",
-            "A hanging sheet whose tension springs have k/m = 1e4 up to 2 %, 1e6 beyond, 1e3 in compression.",
+            "A hanging sheet whose tension springs have k/m = 1e4 up to 2 %, 1e6 beyond, 1e3 in \
+             compression.",
             Setup::new(two_slopes, 0.01),
         ),
         case(
@@ -439,13 +448,15 @@ pub(super) fn all() -> Vec<Case> {
         case(
             "H11",
             "yanked pin",
-            "A hanging sheet at k/m = 1e5, one pin of which is yanked by 0.6 m after 0.5 s at 10 m/s and stops dead.",
+            "A hanging sheet at k/m = 1e5, one pin of which is yanked by 0.6 m after 0.5 s at 10 \
+             m/s and stops dead.",
             Setup::new(yanked, 0.01),
         ),
         case(
             "H12",
             "table's corner",
-            "A free sheet at k/m = 1e5 hits a table's edges and corner at 10 m/s and falls on to the floor.",
+            "A free sheet at k/m = 1e5 hits a table's edges and corner at 10 m/s and falls on to \
+             the floor.",
             Setup::new(thrown_at_a_corner, 0.01),
         ),
         case(
@@ -457,27 +468,31 @@ pub(super) fn all() -> Vec<Case> {
         case(
             "H14",
             "gust of wind",
-            "A free sheet at k/m = 1e3 without gravity moves broadside through still air at 10 m/s: a gust, in the frame of \
+            "A free sheet at k/m = 1e3 without gravity moves broadside through still air at 10 \
+             m/s: a gust, in the frame of \
              the air. Its drag is linear, with hca/(3m) = 2.2 for a triangle of area a.",
             Setup::new(in_a_gust, 0.01),
         ),
         case(
             "H15",
             "lengths 1 : 1e3",
-            "A hanging sheet with columns at 1/2, 1/4, … 1/2048 m, springs of one fabric (k ∝ 1/ℓ).",
+            "A hanging sheet with columns at 1/2, 1/4, … 1/2048 m, springs of one fabric (k ∝ \
+             1/ℓ).",
             Setup::new(graded, 0.01),
         ),
         case(
             "H15",
             "sliver triangles",
-            "A hanging sheet of triangles at k/m = 1e4, every ninth particle of which lies a thousandth of a mesh width beside \
+            "A hanging sheet of triangles at k/m = 1e4, every ninth particle of which lies a \
+             thousandth of a mesh width beside \
              its neighbour; springs of one fabric (k ∝ 1/ℓ).",
             Setup::new(slivers, 0.01),
         ),
         quick(case(
             "H16",
             "explicit shear",
-            "A hanging sheet at k/m = 1e6 whose shear springs are as stiff as its tension springs and, where a \
+            "A hanging sheet at k/m = 1e6 whose shear springs are as stiff as its tension springs \
+             and, where a \
              method leaves the choice, stay out of its matrix.",
             Setup::new(|| Sheet { shear: 1e6, ..hanging(1e6) }.spec(), 0.01)
                 .tweak(Tweak::ExplicitShear),

@@ -15,7 +15,9 @@ pub(super) const TRIAL: Trial = Trial {
     scenes: || {
         "the hanging sheet of `work-precision` with d/m = 40/s, 0.25 s: 400 particles at \
          k/m = 1e6, 1e8 and 1e10, 1600 at 4e6, 4e8 and 4e10, 400 above a \
-         ball of 0.2 m at 1e6, 1e8 and 1e10; all forms of all methods, but for `energy-momentum` with 1600; energies for 1 s at h = 0.01 s; references: `srkn4` at half its limit, leapfrog at an eighth \
+         ball of 0.2 m at 1e6, 1e8 and 1e10; all forms of all methods, but for `energy-momentum` \
+         with 1600; energies for 1 s at h = 0.01 s; references: `srkn4` at half its limit, \
+         leapfrog at an eighth \
          above the ball"
             .to_owned()
     },
@@ -35,7 +37,8 @@ const WATCH: f64 = 1.0;
 fn evidence() -> Result<Vec<Number>, HarnessError> {
     let mut numbers = Vec::new();
     for ground in GROUNDS {
-        // A step of this method that cannot be solved factorises hundreds of times before it gives up.
+        // A step of this method that cannot be solved factorises hundreds of times before it gives
+        // up.
         let is_meant = |form: &Variant| ground.side <= 20 || !form.method.starts_with(COSTLY);
         let most = MOST * f64::from(ground.side * ground.side) / 400.0;
         numbers.extend(Contest::new(ground)?.efforts(&[METHOD], &LEVELS, most, is_meant)?);

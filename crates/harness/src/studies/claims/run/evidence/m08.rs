@@ -9,7 +9,8 @@ pub(super) const TRIAL: Trial = Trial {
     id: "M08",
     scenes: || {
         "the hanging sheet of `work-precision` with d/m = 40/s, 0.25 s: 400 particles at k/m = \
-         1e4, 1e6 and 1e8, 100 at 1e10; all forms of all methods; reference: `srkn4` at half its limit"
+         1e4, 1e6 and 1e8, 100 at 1e10; all forms of all methods; reference: `srkn4` at half its \
+         limit"
             .to_owned()
     },
     portable: false,
