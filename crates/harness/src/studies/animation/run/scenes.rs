@@ -73,7 +73,11 @@ impl Case {
         self.side == QUICK
     }
 
-    fn id(&self) -> String {
+    pub(super) fn spec(&self) -> Result<SystemSpec, HarnessError> {
+        Ok(drape_model::parse(&self.id(), &self.text())?.spec().clone())
+    }
+
+    pub(super) fn id(&self) -> String {
         let place = match self.place {
             Place::Hanging => "hanging",
             Place::Ball => "on a ball",
@@ -143,7 +147,7 @@ pub(super) struct Setting {
 impl Setting {
     pub(super) fn new(case: &Case) -> Result<Self, HarnessError> {
         let case = *case;
-        let spec = drape_model::parse(&case.id(), &case.text())?.spec().clone();
+        let spec = case.spec()?;
         let (system, state) = spec.build()?;
         let simulation = Simulation { system, state };
         let side = case.side;

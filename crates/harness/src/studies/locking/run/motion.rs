@@ -114,18 +114,23 @@ fn follow(
     Ok((counts, Way(way)))
 }
 
+/// The sheet at its start.
+pub(super) fn spec(stiffness: f64) -> Result<SystemSpec, HarnessError> {
+    Sheet {
+        side: SIDE,
+        tension: stiffness,
+        shear: SHEAR * stiffness,
+        damping: DAMPING,
+        law: DampingLaw::Full,
+        gravity: GRAVITY,
+        is_pinned: true,
+    }
+    .spec()
+}
+
 impl Setting {
     pub(super) fn new(stiffness: f64) -> Result<Self, HarnessError> {
-        let spec = Sheet {
-            side: SIDE,
-            tension: stiffness,
-            shear: SHEAR * stiffness,
-            damping: DAMPING,
-            law: DampingLaw::Full,
-            gravity: GRAVITY,
-            is_pinned: true,
-        }
-        .spec()?;
+        let spec = spec(stiffness)?;
         let (system, state) = spec.build()?;
         let simulation = Simulation { system, state };
         let (bound, damping) = gershgorin(&simulation.system);
