@@ -293,7 +293,7 @@ impl<'a> Runner<'a> {
     /// Ends the run as [over budget](Outcome::is_over_budget) at the end of the first step after
     /// which the flag is set.
     pub fn stop_at(self, flag: &'a AtomicBool) -> Self {
-        self.stop(|_| flag.load(Ordering::Relaxed))
+        self.stop(move |_| flag.load(Ordering::Relaxed))
     }
 
     /// Adds an observer, which sees the end of every step.

@@ -9,11 +9,22 @@ pub(crate) const INTERRUPTED: u8 = 130;
 
 static FLAG: AtomicBool = AtomicBool::new(false);
 
-/// Sets what Ctrl-C does. Where the system knows no such signal it ends the process as ever.
-fn on_signal(act: impl FnMut() + Send + 'static) {
-    // Only a second call could fail, and a command makes one.
-    let _ = ctrlc::set_handler(act);
+/// Sets what Ctrl-C does, on a thread of its own. Where no such signal or no thread can be had,
+/// Ctrl-C ends the process as ever.
+#[cfg(unix)]
+fn on_signal(mut act: impl FnMut() + Send + 'static) {
+    let Ok(mut signals) = signal_hook::iterator::Signals::new([signal_hook::consts::SIGINT]) else {
+        return;
+    };
+    let handle = signals.handle();
+    let wait = move || signals.forever().for_each(|_| act());
+    if std::thread::Builder::new().name("interrupt".to_owned()).spawn(wait).is_err() {
+        handle.close();
+    }
 }
+
+#[cfg(not(unix))]
+fn on_signal(_act: impl FnMut() + Send + 'static) {}
 
 /// Ends the process at once and says how to go on: its journal holds every finished cell.
 pub(crate) fn end_and_tell() {
@@ -42,7 +53,8 @@ pub(crate) fn is_set() -> bool {
 
 /// The command line of this process without some options.
 pub(crate) fn command(without: &[&str]) -> String {
-    let words = std::env::args().skip(1).filter(|word| !without.contains(&word.as_str()));
+    let words = std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned());
+    let words = words.filter(|word| !without.contains(&word.as_str()));
     let words = std::iter::once("drape".to_owned()).chain(words.map(|word| quoted(&word)));
     words.collect::<Vec<_>>().join(" ")
 }

@@ -1,5 +1,6 @@
 //! `drape experiment`.
 
+use crate::cli::exit::Incomplete;
 use crate::cli::interrupt;
 use crate::cli::output::check_folder;
 use crate::cli::progress::{Bars, Place};
@@ -171,6 +172,15 @@ impl Run<'_> {
         tell_kept(name, &journal, "before the interruption");
         match self.go(study, &journal, place) {
             Ok(_) => Ok(()),
+            // What is timed may hang on what is counted.
+            Err(HarnessError::Elsewhere) if shard == Shard::Timed && lacks_counts(&journal) => {
+                Err(Incomplete(format!(
+                    "{name}: cells are missing that are counted and not timed: merge the other \
+                     shards into {} first",
+                    self.out.display()
+                ))
+                .into())
+            }
             // Its own cells are done.
             Err(HarnessError::Elsewhere) => Ok(journal.end_shard(shard)?),
             Err(error) => Err(error.into()),
@@ -221,6 +231,11 @@ impl ShardArgument {
         tell!("shard {shard} is done; `drape merge` joins {} with the others", run.out.display());
         Ok(true)
     }
+}
+
+/// Whether cells are missing that are not timed.
+fn lacks_counts(journal: &Journal) -> bool {
+    journal.missing().iter().any(|missing| !missing.is_timed)
 }
 
 /// Tells what a journal holds.

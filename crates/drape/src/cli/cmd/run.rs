@@ -62,6 +62,7 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let interrupt = interrupt::flag();
     let choice = Choice::parse(&arguments.method, &arguments.settings)
         .map_err(|error: MethodError| HarnessError::from(error))?;
     let input = load(&arguments.scene, arguments.limit, Some(&choice))?;
@@ -107,7 +108,6 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let mut peak = Peak::default();
     let mut sound = Peak::before_a_rise_above(simulation.moving().energy());
     let every = whole.div_ceil(PEAKS).max(1);
-    let interrupt = interrupt::flag();
     let simulate = || {
         let look = |moment: &Moment<'_>| {
             let (step, moving) = (moment.step, moment.moving());

@@ -10,6 +10,7 @@ use crate::studies::cg_vs_stiffness::facts::{
 };
 use crate::studies::{Context, Measured, Start, cells, counts, finite, prepared};
 use crate::{HarnessError, reference_energy, system_hash};
+use drape_model::Scene;
 use std::collections::BTreeMap;
 
 const SCENE: &str = "hanging-textile-1e4";
@@ -239,8 +240,9 @@ pub(super) fn method() -> String {
 /// The systems from which its runs start.
 pub(super) fn starts() -> Vec<Start> {
     let start = |(material, side, stiffness)| {
-        let make = move || Ok(scene(material, side, stiffness)?.discretise()?);
-        Start::new(name(material, side, stiffness), make)
+        Start::new(name(material, side, stiffness), move || {
+            Ok(scene(material, side, stiffness)?.discretise()?)
+        })
     };
     sizes(&star(false)).into_iter().map(start).collect()
 }

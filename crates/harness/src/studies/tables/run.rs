@@ -4,7 +4,7 @@ use crate::facts::{Fact, fact};
 use crate::methods::Choice;
 use crate::record::Phases;
 use crate::run::{Runner, Simulation};
-use crate::scenes::{build, bundled, with_stiffness};
+use crate::scenes::{bundled, with_stiffness};
 use crate::studies::tables::facts::{
     BestFit, Cell, FORCING_TERMS, Facts, PaperRow, Row, TimingRow,
 };
@@ -237,7 +237,8 @@ pub(super) fn method() -> String {
 
 /// The systems from which its runs start.
 pub(super) fn starts() -> Vec<Start> {
-    let start = |row: &'static Printed| Start::new(row.scene, || spec(row.scene, row.exponent));
+    let start =
+        |row: &'static Printed| Start::new(row.scene, move || spec(row.scene, row.exponent));
     PRINTED.iter().map(start).collect()
 }
 

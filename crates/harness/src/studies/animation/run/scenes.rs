@@ -10,6 +10,7 @@ use crate::studies::animation::facts::{self, Run, TimingRow};
 use crate::studies::finite;
 use crate::{HarnessError, system_hash};
 use drape_integrator::PrepareError;
+use drape_model::SystemSpec;
 use drape_oracle::Random;
 use drape_report::Verdict;
 

@@ -75,7 +75,7 @@ impl Case {
     }
 
     /// Height of the fall, m.
-    fn drop(&self) -> f64 {
+    fn height(&self) -> f64 {
         FLIGHT * self.speed
     }
 
@@ -94,7 +94,7 @@ impl Case {
         let mut spec = sheet.spec()?;
         let particles = &mut spec.particles;
         for position in &mut particles.position_m {
-            position[2] += self.drop();
+            position[2] += self.height();
         }
         let wave = |x: f64| libm::sin(2.0 * std::f64::consts::PI * x);
         // What lies on its obstacle from the start is flat, as the paper's.
@@ -154,7 +154,7 @@ impl Body {
 impl Stage {
     pub(super) fn new(case: &Case) -> Result<Self, HarnessError> {
         let Case { target, speed, stiffness, step, .. } = *case;
-        let drop = case.drop();
+        let drop = case.height();
         let mut spec = case.spec()?;
         let body = Body::new(&mut spec, target.obstacle(0.0))?;
         let mass = MASS * f64::from(SIDE * SIDE);

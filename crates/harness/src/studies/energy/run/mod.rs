@@ -14,7 +14,7 @@ use crate::studies::variant::{is_explicit, of_registry};
 use crate::studies::{Context, Measured, Start, prepared, taken};
 use crate::{HarnessError, system_hash};
 use drape_integrator::Method;
-use drape_model::{DampingLaw, ObstacleSpec, TimeSpan, Vec3};
+use drape_model::{DampingLaw, ObstacleSpec, SystemSpec, TimeSpan, Vec3};
 use drape_report::Verdict;
 use watch::Flow;
 

@@ -10,7 +10,7 @@ use crate::studies::finite;
 use crate::studies::locking::facts::{self, IMEX_EULER, Run};
 use crate::studies::sheet::{GRAVITY, Sheet};
 use crate::{HarnessError, system_hash};
-use drape_model::{DampingLaw, TimeSpan, Vec3};
+use drape_model::{DampingLaw, SystemSpec, TimeSpan, Vec3};
 use drape_report::Verdict;
 
 /// Particles along each edge, as in the paper's hanging textile.

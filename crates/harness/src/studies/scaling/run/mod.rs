@@ -13,7 +13,7 @@ use crate::studies::scaling::facts::{
 use crate::studies::sheet::{GRAVITY, Sheet};
 use crate::studies::{Context, Measured, Start, cells, prepared, timed};
 use crate::{HarnessError, system_hash};
-use drape_model::{DampingLaw, TimeSpan};
+use drape_model::{DampingLaw, SystemSpec, TimeSpan};
 use drape_report::Verdict;
 use std::collections::BTreeMap;
 use std::hint::black_box;

@@ -13,7 +13,7 @@ use crate::studies::sheet::{GRAVITY, Sheet};
 use crate::studies::solver_control::facts::{Facts, History, Run, Scene, TimingRow};
 use crate::studies::{Context, Measured, Start, cells, finite, prepared, timed};
 use crate::{HarnessError, system_hash};
-use drape_model::{DampingLaw, State, TimeSpan};
+use drape_model::{DampingLaw, State, SystemSpec, TimeSpan};
 use drape_oracle::order::position_error;
 use drape_oracle::reference::{Reference, ReferenceSettings, reference};
 use drape_report::Verdict;

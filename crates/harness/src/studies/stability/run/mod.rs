@@ -66,7 +66,9 @@ pub(super) fn method() -> String {
 /// The systems from which its runs start.
 pub(super) fn starts() -> Vec<Start> {
     let start = |(stiffness, damping, _)| {
-        Start::new(sheet::name(stiffness, damping), move || sheet::spec(stiffness, damping, SHEAR))
+        Start::new(sheet::name(stiffness, damping), move || {
+            sheet::spec(stiffness, damping, sheet::SHEAR)
+        })
     };
     columns(false).into_iter().map(start).collect()
 }

@@ -6,7 +6,7 @@ use crate::schedule::Schedule;
 use crate::stability::gershgorin;
 use crate::studies::sheet::{GRAVITY, Sheet};
 use crate::{HarnessError, system_hash};
-use drape_model::{DampingLaw, TimeSpan, Vec3};
+use drape_model::{DampingLaw, SystemSpec, TimeSpan, Vec3};
 use drape_oracle::Random;
 
 const SIDE: u32 = 8;
