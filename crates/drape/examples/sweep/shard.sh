@@ -3,7 +3,7 @@
 #     shard.sh FOLDER SHARDS drape reproduce …
 # The number of the shard comes from the scheduler.
 set -eu
-i=${SLURM_ARRAY_TASK_ID:-${HQ_TASK_ID:-${SHARD:?no number of a shard}}}
+i=${SHARD:-${SLURM_ARRAY_TASK_ID:?no number of a shard}}
 part=$1/part-$i
 shards=$2
 shift 2
