@@ -31,6 +31,7 @@
 //! | choose a method | [`guide::methods`] |
 //! | write a scene | [`guide::scenes`] |
 //! | use the command | [`guide::command`] |
+//! | compute studies on many machines | [`guide::sweeps`] |
 //! | know why the numbers can be trusted | [`guide::trust`] |
 //! | doubt the comparison | [`guide::methodology`] |
 //! | know how fast it is | [`guide::speed`] |
@@ -78,6 +79,9 @@ pub mod guide {
 
     #[doc = include_str!("../docs/protocol.md")]
     pub mod protocol {}
+
+    #[doc = include_str!("../docs/sweeps.md")]
+    pub mod sweeps {}
 
     #[doc = include_str!("../docs/trust.md")]
     pub mod trust {}

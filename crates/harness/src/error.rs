@@ -60,6 +60,19 @@ pub enum HarnessError {
         /// The folder.
         folder: PathBuf,
     },
+    /// Cells are missing that this process may not compute.
+    #[error("cells are missing that belong to other shards; `drape merge` joins shards")]
+    Elsewhere,
+    /// A folder holds no part of what is merged.
+    #[error("{}: {found}; expected {expected}", path.display())]
+    Part {
+        /// The folder, or the journal in it.
+        path: PathBuf,
+        /// What is wrong with it.
+        found: String,
+        /// What is allowed.
+        expected: String,
+    },
     /// The operating system refused a thread.
     #[error(
         "the system refuses a thread for each processor ({0}); set the variable \
@@ -69,6 +82,16 @@ pub enum HarnessError {
     /// No such experiment.
     #[error("no experiment `{name}`; expected one of: {known}")]
     UnknownExperiment {
+        /// What was asked for.
+        name: String,
+        /// The known ones.
+        known: String,
+    },
+    /// A study has no start of that name.
+    #[error("the study {study} has no scene `{name}`; expected one of: {known}")]
+    UnknownStart {
+        /// The study.
+        study: &'static str,
         /// What was asked for.
         name: String,
         /// The known ones.

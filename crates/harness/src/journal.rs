@@ -7,7 +7,16 @@
 //! file up: its first line carries the SHA-256 of the executable. The last line names the files
 //! that the experiment wrote, each with its SHA-256. Where one of them is missing or another, the
 //! experiment writes its files again, from the cells in the journal.
+//!
+//! A process may compute only a [`Shard`] of the cells. Then the journal is all that it writes, and
+//! its last line tells that the shard is done. [`Unfinished::join`] joins the journals of such
+//! parts.
 
+mod join;
+
+pub use join::Joined;
+
+use crate::shard::{Missing, Shard};
 use crate::{HarnessError, sha256};
 use drape_report::RecordError;
 use drape_report::file::{remove_leftovers, write_atomically};
@@ -18,7 +27,8 @@ use std::collections::{BTreeMap, HashMap};
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 const FOLDER: &str = ".unfinished";
 const EXTENSION: &str = "journal";
@@ -26,7 +36,7 @@ const EXTENSION: &str = "journal";
 const SUBFOLDERS: [&str; 3] = [FOLDER, "timings", "figures"];
 
 /// First line of a journal.
-#[derive(Debug, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct Head {
     /// SHA-256 of the program.
     program: String,
@@ -41,7 +51,19 @@ struct Head {
 #[serde(rename_all = "snake_case")]
 enum Line<'a, R> {
     /// A finished cell.
-    Cell { part: std::borrow::Cow<'a, str>, number: usize, result: R },
+    Cell {
+        part: std::borrow::Cow<'a, str>,
+        number: usize,
+        #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+        is_timed: bool,
+        result: R,
+    },
+    /// All cells of a shard are there.
+    Shard {
+        shard: String,
+        /// How many cells the journal had then.
+        cells: usize,
+    },
     /// All records of the experiment were written.
     Finished {
         /// SHA-256 of each file, by its path from the folder of the results.
@@ -180,11 +202,15 @@ impl Unfinished {
     /// # Errors
     /// [`HarnessError::Record`] when the file cannot be read or written.
     pub fn journal(&self, experiment: &str, quick: bool) -> Result<Journal, HarnessError> {
-        let head =
-            Head { program: self.program.clone(), quick, methods: crate::methods::identity() };
-        let mut journal = Journal::open(&self.path(experiment), &head)?;
+        let mut journal = Journal::open(&self.path(experiment), &self.head(quick))?;
         journal.out.clone_from(&self.out);
+        experiment.clone_into(&mut journal.experiment);
         Ok(journal)
+    }
+
+    /// The first line of the journals of this process.
+    fn head(&self, quick: bool) -> Head {
+        Head { program: self.program.clone(), quick, methods: crate::methods::identity() }
     }
 
     fn path(&self, experiment: &str) -> PathBuf {
@@ -232,13 +258,33 @@ impl Unfinished {
     }
 }
 
+/// Which cells a process may compute.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+enum Scope {
+    /// All.
+    #[default]
+    All,
+    /// Those of a shard.
+    Shard(Shard),
+    /// None.
+    Nothing,
+}
+
 /// The finished cells of one experiment.
 #[derive(Debug, Default)]
 pub struct Journal {
+    experiment: String,
+    scope: Scope,
+    /// What the process may not compute and the journal does not hold.
+    missing: Mutex<Vec<Missing>>,
+    /// Shards that are done, each with the number of cells that the journal had then.
+    shards: Vec<(String, usize)>,
     done: HashMap<(String, usize), Value>,
     /// The files that the experiment wrote, if it ended.
     written: Option<BTreeMap<PathBuf, String>>,
     dropped: usize,
+    /// Cells that this process added.
+    written_cells: AtomicUsize,
     file: Option<Mutex<(File, PathBuf)>>,
     /// JSON of the first line.
     salt: Vec<u8>,
@@ -269,9 +315,10 @@ impl Journal {
                 let parsed: Option<Line<'_, Value>> =
                     json.and_then(|json| serde_json::from_slice(json).ok());
                 match parsed {
-                    Some(Line::Cell { part, number, result }) => {
+                    Some(Line::Cell { part, number, result, .. }) => {
                         journal.done.insert((part.into_owned(), number), result);
                     }
+                    Some(Line::Shard { shard, cells }) => journal.shards.push((shard, cells)),
                     Some(Line::Finished { files }) => journal.written = Some(files),
                     None => {
                         // A line that ends is not torn: something changed it.
@@ -315,6 +362,60 @@ impl Journal {
         self.dropped
     }
 
+    /// Computes only the cells of a shard.
+    #[must_use]
+    pub fn for_shard(self, shard: Shard) -> Self {
+        Self { scope: Scope::Shard(shard), ..self }
+    }
+
+    /// Computes no cell.
+    #[must_use]
+    pub fn for_reading(self) -> Self {
+        Self { scope: Scope::Nothing, ..self }
+    }
+
+    /// Whether the process computes cells for others, and writes no record.
+    pub(crate) fn is_part(&self) -> bool {
+        matches!(self.scope, Scope::Shard(_))
+    }
+
+    /// Whether all cells of the shard are there.
+    pub fn has_shard(&self, shard: Shard) -> bool {
+        let name = shard.to_string();
+        self.shards.iter().any(|(shard, cells)| *shard == name && self.done.len() >= *cells)
+    }
+
+    /// Notes that all cells of the shard are there.
+    ///
+    /// # Errors
+    /// [`HarnessError::Record`] when the journal cannot be written.
+    pub fn end_shard(&self, shard: Shard) -> Result<(), HarnessError> {
+        let written = self.written_cells.load(Ordering::Relaxed);
+        let cells = self.done.len() + written;
+        let line: Line<'_, ()> = Line::Shard { shard: shard.to_string(), cells };
+        self.append(&line)
+    }
+
+    /// What this process may not compute and the journal does not hold.
+    pub fn missing(&self) -> Vec<Missing> {
+        self.missing.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// Adds cells that are missing.
+    pub(crate) fn miss(&self, missing: Missing) {
+        self.missing.lock().unwrap_or_else(PoisonError::into_inner).push(missing);
+    }
+
+    /// Whether the cell is there, or may be computed here.
+    pub(crate) fn takes(&self, part: &str, number: usize, is_timed: bool) -> bool {
+        let is_own = match self.scope {
+            Scope::All => true,
+            Scope::Shard(shard) => shard.has(&self.experiment, part, number, is_timed),
+            Scope::Nothing => false,
+        };
+        is_own || self.done.contains_key(&(part.to_owned(), number))
+    }
+
     /// Notes that all records of the experiment are written, into `files`.
     ///
     /// # Errors
@@ -335,6 +436,7 @@ impl Journal {
         &self,
         part: &str,
         number: usize,
+        is_timed: bool,
         compute: impl FnOnce() -> Result<R, HarnessError>,
     ) -> Result<R, HarnessError> {
         let kept = self.done.get(&(part.to_owned(), number));
@@ -342,13 +444,14 @@ impl Journal {
             return Ok(result);
         }
         let result = compute()?;
-        self.append(&Line::Cell { part: part.into(), number, result: &result })?;
+        self.append(&Line::Cell { part: part.into(), number, is_timed, result: &result })?;
+        self.written_cells.fetch_add(usize::from(kept.is_none()), Ordering::Relaxed);
         Ok(result)
     }
 
     fn append(&self, line: &impl Serialize) -> Result<(), HarnessError> {
         let Some(file) = &self.file else { return Ok(()) };
-        let mut file = file.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let mut file = file.lock().unwrap_or_else(PoisonError::into_inner);
         let (file, path) = &mut *file;
         let json = serde_json::to_vec(line)
             .map_err(|source| RecordError::Format { path: path.clone(), source })?;
@@ -370,7 +473,7 @@ mod tests {
     fn cells(journal: &Journal) -> (Vec<f64>, usize) {
         let computed = Cell::new(0);
         let compute = |number: usize| {
-            journal.cell("part", number, || {
+            journal.cell("part", number, false, || {
                 computed.set(computed.get() + 1);
                 Ok(0.1 + number as f64)
             })
@@ -594,7 +697,7 @@ mod tests {
         let path = folder.path().join("a.journal");
         for _ in 0..2 {
             let journal = Journal::open(&path, &head("a")).unwrap();
-            let result = journal.cell("part", 0, || Ok(f64::INFINITY)).unwrap();
+            let result = journal.cell("part", 0, false, || Ok(f64::INFINITY)).unwrap();
             assert_eq!(result, f64::INFINITY);
         }
     }

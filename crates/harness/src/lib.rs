@@ -25,6 +25,7 @@ pub mod record;
 mod run;
 mod scenes;
 mod schedule;
+mod shard;
 mod stability;
 pub mod studies;
 mod team;
@@ -38,7 +39,7 @@ pub use facts::{Difference, compare_folders};
 pub use inspect::{
     Forecast, Foreseen, INSPECTION_FORMAT, Inspection, MethodForecast, STEPS_S, inspect,
 };
-pub use journal::{Journal, Unfinished};
+pub use journal::{Joined, Journal, Unfinished};
 pub use kept::{Kept, MotionCheck, Silent};
 pub use motion::{LOCKED, Lever, Unforeseen};
 pub use need::Need;
@@ -47,6 +48,7 @@ pub use presets::{Preset, presets};
 pub use provenance::{Source, provenance, sha256, system_hash};
 pub use run::{Counts, Divergence, Moment, Outcome, Runner, Simulation};
 pub use scenes::{bundled, free_edge_midpoint};
+pub use shard::{Missing, Shard};
 pub use stability::{Energy, Rule, judge, reference_energy};
 pub use team::{Team, start_threads};
 pub use tunnel::{Passage, Tunnels};

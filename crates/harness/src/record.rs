@@ -49,6 +49,15 @@ pub enum Ending {
         /// Steps whose solver stopped before its tolerance.
         unconverged_steps: u64,
     },
+    /// The user interrupted the run.
+    Interrupted {
+        /// The last step that was taken, from 1.
+        step: u64,
+        /// Simulated time after that step, s.
+        time_s: f64,
+        /// Steps whose solver stopped before its tolerance.
+        unconverged_steps: u64,
+    },
     /// The state became non-finite or left the scene.
     Diverged {
         /// Step at which it was seen, from 1.

@@ -13,6 +13,7 @@ use drape_integrator::{
 };
 use drape_model::{Numbering, SceneFile, State, System, TimeSpan};
 use drape_report::Verdict;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 /// Most samples in a run's series.
@@ -278,6 +279,12 @@ impl<'a> Runner<'a> {
     /// which `stop` says so.
     pub(crate) fn stop(self, stop: impl FnMut(&Moment<'_>) -> bool + 'a) -> Self {
         Self { stop: Some(Box::new(stop)), ..self }
+    }
+
+    /// Ends the run as [over budget](Outcome::is_over_budget) at the end of the first step after
+    /// which the flag is set.
+    pub fn stop_at(self, flag: &'a AtomicBool) -> Self {
+        self.stop(move |_| flag.load(Ordering::Relaxed))
     }
 
     /// Adds an observer, which sees the end of every step.

@@ -1,5 +1,6 @@
 //! Exit codes.
 
+use crate::cli::interrupt::{INTERRUPTED, Interrupted};
 use drape_harness::HarnessError;
 use drape_integrator::{PrepareError, StepError};
 use drape_model::{SceneError, Violation};
@@ -9,6 +10,7 @@ use std::process::ExitCode;
 const UNEXPECTED: u8 = 1;
 const BAD_INPUT: u8 = 2;
 const DIVERGED: u8 = 3;
+const INCOMPLETE: u8 = 4;
 
 /// The simulation diverged; its record is kept.
 #[derive(Debug)]
@@ -21,6 +23,18 @@ impl std::fmt::Display for Diverged {
 }
 
 impl std::error::Error for Diverged {}
+
+/// Cells are missing; what is there is kept.
+#[derive(Debug)]
+pub(crate) struct Incomplete(pub(crate) String);
+
+impl std::fmt::Display for Incomplete {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for Incomplete {}
 
 /// Prints the error in one line and picks the exit code.
 pub(crate) fn code(outcome: anyhow::Result<()>) -> ExitCode {
@@ -48,6 +62,12 @@ fn classify(error: &anyhow::Error) -> u8 {
     if error.is::<Diverged>() || error.downcast_ref::<HarnessError>().is_some_and(is_outside) {
         return DIVERGED;
     }
+    if error.is::<Incomplete>() {
+        return INCOMPLETE;
+    }
+    if error.is::<Interrupted>() {
+        return INTERRUPTED;
+    }
     let harness = |error: &HarnessError| match error {
         HarnessError::Scene(_)
         | HarnessError::Violation(_)
@@ -62,10 +82,15 @@ fn classify(error: &anyhow::Error) -> u8 {
         | HarnessError::Refused { .. }
         | HarnessError::Stopped { .. }
         | HarnessError::Busy { .. }
+        | HarnessError::Part { .. }
         | HarnessError::Threads(_)
         | HarnessError::UnknownExperiment { .. }
+        | HarnessError::UnknownStart { .. }
         | HarnessError::UnknownClaim { .. } => true,
-        HarnessError::Step(_) | HarnessError::Record(_) | HarnessError::Reference(_) => false,
+        HarnessError::Step(_)
+        | HarnessError::Record(_)
+        | HarnessError::Reference(_)
+        | HarnessError::Elsewhere => false,
     };
     let bad_input = error.is::<SceneError>()
         || error.is::<Violation>()

@@ -6,12 +6,16 @@ use drape_model::{Cloth, SceneError, SceneFile, Violation, bundled};
 use drape_report::tell;
 use std::path::{Path, PathBuf};
 
-/// Loads a scene or a discretised system, and reports repairs of its mesh on standard error.
+/// Loads a scene, a discretised system or the start of a study, and reports repairs of its mesh on
+/// standard error.
 pub(crate) fn load(
     scene: &str,
     limit: LimitArguments,
     choice: Option<&Choice>,
-) -> Result<SceneFile, SceneError> {
+) -> anyhow::Result<SceneFile> {
+    if let Some(input) = start(scene)? {
+        return Ok(input);
+    }
     let input = limit.load(scene, choice)?;
     for repair in input.repairs() {
         tell!("drape: {scene}: mesh mended: {repair}");
@@ -19,9 +23,21 @@ pub(crate) fn load(
     Ok(input)
 }
 
+/// The start of a study that is called `STUDY/NAME`; `None` where no study has that name, or a file
+/// stands there.
+fn start(scene: &str) -> anyhow::Result<Option<SceneFile>> {
+    if Path::new(scene).exists() {
+        return Ok(None);
+    }
+    let Some(start) = drape_harness::studies::start(scene)? else { return Ok(None) };
+    // Numbers are written with all their digits, so the text has the same bits.
+    let text = serde_json::to_string(&start.system()?)?;
+    Ok(Some(drape_model::parse(scene, &text)?))
+}
+
 /// The files that a scene was read from.
 pub(crate) fn files(scene: &str, input: &SceneFile) -> Vec<PathBuf> {
-    if bundled::text(scene).is_some() {
+    if bundled::text(scene).is_some() || !Path::new(scene).exists() {
         return Vec::new();
     }
     let mut files = vec![PathBuf::from(scene)];

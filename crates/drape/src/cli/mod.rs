@@ -1,11 +1,13 @@
 //! The `drape` command: one module a subcommand in [`cmd`].
 //!
 //! Answers go to standard output, messages to standard error, results to files. Exit codes: 0 done,
-//! 1 unexpected failure, 2 bad usage or bad input, 3 the simulation diverged.
+//! 1 unexpected failure, 2 bad usage or bad input, 3 the simulation diverged, 4 cells are missing,
+//! 130 interrupted.
 
 mod cmd;
 mod exit;
 mod input;
+mod interrupt;
 mod limit;
 mod output;
 mod progress;
@@ -73,6 +75,8 @@ enum Command {
     Experiment(cmd::experiment::Arguments),
     /// Test one claim of the paper, or one expectation about later methods, and print its numbers
     Claim(cmd::claim::Arguments),
+    /// Join what runs with --shard have computed, and write the records
+    Merge(cmd::merge::Arguments),
     /// Draw figures, report and index page from the records in a folder
     Report(cmd::report::Arguments),
     /// Write the facts of records as tables (CSV), one number a row
@@ -94,6 +98,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Material(arguments) => cmd::material::run(&arguments),
         Command::Experiment(arguments) => cmd::experiment::run(&arguments),
         Command::Claim(arguments) => cmd::claim::run(&arguments),
+        Command::Merge(arguments) => cmd::merge::run(&arguments),
         Command::Report(arguments) => cmd::report::run(&arguments),
         Command::Export(arguments) => cmd::export::run(&arguments),
         Command::Schema(arguments) => cmd::schema::run(&arguments),

@@ -1,22 +1,55 @@
 //! Progress: a bar on a terminal, plain lines otherwise.
 
 use drape_harness::compare::Tick;
-use drape_harness::studies::Progress;
+use drape_harness::studies::{Progress, Study};
 use drape_report::tell;
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{FormattedDuration, ProgressBar, ProgressStyle};
 use std::io::IsTerminal as _;
 use std::sync::Mutex;
-use std::time::Duration;
+use std::time::{Duration, Instant};
+
+/// Which of several studies is at work.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Place {
+    /// From 1.
+    number: usize,
+    of: usize,
+    begin: Instant,
+}
+
+impl Place {
+    /// Each study with its place; the first one begins now.
+    pub(crate) fn each<'a>(
+        studies: &'a [&'static dyn Study],
+    ) -> impl Iterator<Item = (Self, &'static dyn Study)> + 'a {
+        let (of, begin) = (studies.len(), Instant::now());
+        (1..).zip(studies).map(move |(number, study)| (Self { number, of, begin }, *study))
+    }
+
+    /// Tells, where there are several studies, which one begins, and the time so far.
+    pub(crate) fn tell(self, name: &str) {
+        if self.of > 1 {
+            tell!("{self}{name}, after {}", FormattedDuration(self.begin.elapsed()));
+        }
+    }
+}
+
+impl std::fmt::Display for Place {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        if self.of == 1 { Ok(()) } else { write!(f, "[{}/{}] ", self.number, self.of) }
+    }
+}
 
 /// Shows the progress of an experiment.
 pub(crate) struct Bars {
     experiment: &'static str,
+    place: Place,
     bar: Mutex<Option<ProgressBar>>,
 }
 
 impl Bars {
-    pub(crate) fn new(experiment: &'static str) -> Self {
-        Self { experiment, bar: Mutex::new(None) }
+    pub(crate) fn new(experiment: &'static str, place: Place) -> Self {
+        Self { experiment, place, bar: Mutex::new(None) }
     }
 }
 
@@ -35,7 +68,7 @@ pub(crate) fn bar(label: &str, length: u64) -> Option<ProgressBar> {
 
 impl Progress for Bars {
     fn begin(&self, part: &str, cells: usize) {
-        let label = format!("{}: {part}", self.experiment);
+        let label = format!("{}{}: {part}", self.place, self.experiment);
         let bar = bar(&label, cells as u64);
         if bar.is_none() {
             tell!("{label}: {cells} cells");

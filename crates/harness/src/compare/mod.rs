@@ -26,6 +26,7 @@
 //! ```
 
 mod advice;
+mod deadline;
 pub mod facts;
 mod forms;
 mod page;
@@ -44,12 +45,14 @@ use crate::methods::Choice;
 use crate::run::Moment;
 use crate::studies::finite;
 use crate::{HarnessError, Verdict};
+use deadline::Deadline;
 use drape_integrator::{PrepareError, StepError};
 use drape_model::{SystemSpec, Vec3, Violation};
 use facts::{End, Facts, Form, Metric, Run};
 use forms::Entry;
 use race::{Entrant, Lap, Track, race};
 use stage::Stage;
+use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 use truth::{Found, find, verdict};
 
@@ -85,6 +88,8 @@ pub struct Options {
     pub seed: u64,
     /// Runs every form until it meets the target, whatever others do.
     pub exhaustive: bool,
+    /// Once this is set, the time is over: what was found until then is the result.
+    pub interrupt: Option<&'static AtomicBool>,
 }
 
 impl Default for Options {
@@ -97,6 +102,7 @@ impl Default for Options {
             budget: Duration::from_secs(60),
             seed: 20,
             exhaustive: false,
+            interrupt: None,
         }
     }
 }
@@ -149,7 +155,8 @@ pub fn compare(
         }
         .into());
     }
-    let until = |share: f64| begin + options.budget.mul_f64(share);
+    let until =
+        |share: f64| Deadline::new(begin + options.budget.mul_f64(share), options.interrupt);
     let tick = |part: &'static str, leads: Option<&str>| {
         progress(&Tick { part, elapsed: begin.elapsed(), leads });
     };
@@ -232,7 +239,7 @@ struct Course<'a> {
     members: &'a [Seen],
     good_m: f64,
     exhaustive: bool,
-    deadline: Instant,
+    deadline: Deadline,
     /// The run before of each form, where runs are held against it.
     before: Vec<Option<Seen>>,
     ends: Vec<Option<Vec<Vec3>>>,
@@ -274,7 +281,7 @@ impl Course<'_> {
         for (form, entry) in self.entries.iter().enumerate() {
             let ladder = forms::ladder(entry.substeps, self.stage.scene.limit_substeps);
             let first = ladder.first().copied().unwrap_or(1);
-            if Instant::now() >= self.deadline {
+            if self.deadline.is_over() {
                 let mut entrant = Entrant::new(ladder, f64::INFINITY);
                 entrant.end = Some(End::OutOfTime);
                 entrants.push(entrant);
@@ -326,7 +333,7 @@ impl Course<'_> {
                 }
                 (self.tick)("timings", Some(&self.entries[form].label));
                 let deadline = self.deadline;
-                let stop = |_: &Moment<'_>| Instant::now() >= deadline;
+                let stop = |_: &Moment<'_>| deadline.is_over();
                 let time = self.stage.time(&self.entries[form].choice, substeps, stop)?;
                 if let Some(time) = time {
                     self.runs[n].frame_s = self.runs[n].frame_s.min(time / frames);
@@ -359,7 +366,7 @@ impl Track for Course<'_> {
                     reason = Some(End::Dominated);
                 }
             }
-            if reason.is_none() && Instant::now() >= deadline {
+            if reason.is_none() && deadline.is_over() {
                 reason = Some(End::OutOfTime);
             }
             reason.is_some()
@@ -420,7 +427,7 @@ impl Track for Course<'_> {
     }
 
     fn has_time(&self, frame_s: f64) -> bool {
-        let left = self.deadline.saturating_duration_since(Instant::now()).as_secs_f64();
+        let left = self.deadline.left().as_secs_f64();
         let needed = frame_s * f64::from(self.stage.scene.frames);
         left > 0.0 && (needed <= left || (self.exhaustive && self.best.is_none()))
     }

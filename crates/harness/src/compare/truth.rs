@@ -5,6 +5,7 @@
 //! perturbed by a millionth of the cloth's size tell the noise: a run is held against the nearest
 //! of these motions.
 
+use super::deadline::Deadline;
 use super::facts::Truth;
 use super::stage::Stage;
 use crate::HarnessError;
@@ -69,14 +70,13 @@ fn is_usable(counts: &Counts) -> bool {
 }
 
 /// Builds the true motion before `deadline`.
-pub(super) fn find(stage: &Stage, deadline: Instant) -> Result<Found, HarnessError> {
+pub(super) fn find(stage: &Stage, deadline: Deadline) -> Result<Found, HarnessError> {
     let mut best: Option<Candidate> = None;
     let mut remark = None;
     for id in CANDIDATES {
         let choice = Choice::parse(id, &[])?;
         // What this one does not finish, the next may.
-        let left = deadline.saturating_duration_since(Instant::now());
-        match candidate(stage, &choice, Instant::now() + left.mul_f64(FIRST))? {
+        match candidate(stage, &choice, deadline.after(FIRST))? {
             Ok(found) if best.as_ref().is_none_or(|best| found.error < best.error) => {
                 best = Some(found);
             }
@@ -88,7 +88,7 @@ pub(super) fn find(stage: &Stage, deadline: Instant) -> Result<Found, HarnessErr
         {
             break;
         }
-        if Instant::now() >= deadline {
+        if deadline.is_over() {
             break;
         }
     }
@@ -98,14 +98,12 @@ pub(super) fn find(stage: &Stage, deadline: Instant) -> Result<Found, HarnessErr
     };
     let mut members = vec![best.seen];
     let threads = rayon::current_num_threads().max(1);
-    let left = deadline.saturating_duration_since(Instant::now()).as_secs_f64();
+    let left = deadline.left().as_secs_f64();
     let each = best.seconds / threads as f64 + best.apart_s;
     let count = (left / each.max(1e-9)).floor().min(PERTURBED as f64) as usize;
     let perturbed: Vec<_> = (1..=count)
         .into_par_iter()
-        .map(|member| {
-            stage.film(&best.choice, best.substeps, member, |_| Instant::now() >= deadline)
-        })
+        .map(|member| stage.film(&best.choice, best.substeps, member, |_| deadline.is_over()))
         .collect();
     for run in perturbed {
         let (counts, seen) = run?;
@@ -163,7 +161,7 @@ fn none(remark: Option<String>) -> Truth {
 fn candidate(
     stage: &Stage,
     choice: &Choice,
-    deadline: Instant,
+    deadline: Deadline,
 ) -> Result<Result<Candidate, String>, HarnessError> {
     let mut substeps = if is_explicit(choice.method()) { stage.bound_substeps } else { IMPLICIT };
     let step_s = match stage.probe(choice, substeps) {
@@ -175,14 +173,13 @@ fn candidate(
     };
     let seconds =
         |substeps: u32| OVERHEAD * step_s * f64::from(substeps) * f64::from(stage.scene.frames);
-    let left = || deadline.saturating_duration_since(Instant::now()).as_secs_f64();
+    let left = || deadline.left().as_secs_f64();
     if seconds(3 * substeps) > left() {
         return Ok(Err("the time does not suffice".to_owned()));
     }
     let film = |substeps: u32, member: usize| {
         let begin = Instant::now();
-        let (counts, seen) =
-            stage.film(choice, substeps, member, |_| Instant::now() >= deadline)?;
+        let (counts, seen) = stage.film(choice, substeps, member, |_| deadline.is_over())?;
         Ok::<_, HarnessError>((counts, seen, begin.elapsed().as_secs_f64()))
     };
     let (mut retries, mut coarse) = (0, None);

@@ -34,9 +34,10 @@ use crate::facts::{Difference, Fact, compare};
 use crate::journal::Journal;
 use crate::methods::Choice;
 use crate::run::{Counts, Runner, Simulation};
+use crate::shard::Missing;
 use crate::{HarnessError, Source, provenance};
 use drape_integrator::PrepareError;
-use drape_model::TimeSpan;
+use drape_model::{SystemSpec, TimeSpan};
 use drape_report::file::write_json;
 use drape_report::page::{Lesson, Section, Table};
 use drape_report::plate::{self, Plate};
@@ -105,6 +106,8 @@ struct Parts<F: 'static, T: 'static = ()> {
     method: fn() -> String,
     /// How the timings are taken; `None` where nothing is timed.
     timing: Option<fn() -> String>,
+    /// The systems from which its runs start.
+    starts: fn() -> Vec<Start>,
     run: fn(&Context<'_>) -> Result<Measured<F, T>, HarnessError>,
     /// The facts as they are compared.
     comparable: fn(&F) -> Vec<Fact>,
@@ -112,6 +115,43 @@ struct Parts<F: 'static, T: 'static = ()> {
     plates: &'static [Plate<Input<F, T>>],
     tables: fn(&Input<F, T>) -> Vec<Table>,
     lessons: Option<fn(&F) -> Vec<Lesson>>,
+}
+
+/// What makes a system.
+type Maker = Box<dyn Fn() -> Result<SystemSpec, HarnessError>>;
+
+/// A system from which a study starts runs, with its positions and velocities.
+pub struct Start {
+    name: String,
+    make: Maker,
+}
+
+impl Start {
+    fn new(
+        name: impl Into<String>,
+        make: impl Fn() -> Result<SystemSpec, HarnessError> + 'static,
+    ) -> Self {
+        Self { name: name.into(), make: Box::new(make) }
+    }
+
+    /// Its name within the study.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The system.
+    ///
+    /// # Errors
+    /// [`HarnessError`] when it cannot be built.
+    pub fn system(&self) -> Result<SystemSpec, HarnessError> {
+        (self.make)()
+    }
+}
+
+impl std::fmt::Debug for Start {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Start").field("name", &self.name).finish_non_exhaustive()
+    }
 }
 
 /// An experiment.
@@ -125,13 +165,17 @@ pub trait Study: Sync {
     /// Names of the experiments that a reader should know before this one.
     fn builds_on(&self) -> &'static [&'static str];
 
+    /// The systems from which its runs start, by the names under which its record has their hashes.
+    fn starts(&self) -> Vec<Start>;
+
     /// File, title and caption of every figure that can be drawn of its record and timings.
     fn figures(&self) -> Vec<Figure>;
 
     /// Runs it and writes its records; returns the files written.
     ///
     /// # Errors
-    /// [`HarnessError`] when a run is refused or a record cannot be written.
+    /// [`HarnessError::Elsewhere`] when its journal is that of a shard, or lets no cell be computed
+    /// and lacks some; [`HarnessError`] when a run is refused or a record cannot be written.
     fn run(&self, context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError>;
 
     /// Compares its facts below `fresh`, which may be the quick subset, with those below
@@ -222,12 +266,19 @@ where
         self.builds_on
     }
 
+    fn starts(&self) -> Vec<Start> {
+        (self.starts)()
+    }
+
     fn figures(&self) -> Vec<Figure> {
         self.plates.iter().map(Plate::figure).collect()
     }
 
     fn run(&self, context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
         let Measured { facts, timings, scenes, seed } = (self.run)(context)?;
+        if context.journal.is_part() {
+            return Err(HarnessError::Elsewhere);
+        }
         let provenance = provenance(context.source, scenes);
         let path = context.out.join(self.file());
         let own = Provenance { seed, ..provenance.clone() };
@@ -340,6 +391,25 @@ pub fn find(name: &str) -> Result<&'static dyn Study, HarnessError> {
     })
 }
 
+/// The start that is called `STUDY/NAME`; `None` where no study has that name.
+///
+/// # Errors
+/// [`HarnessError::UnknownStart`], which names the starts of the study.
+pub fn start(path: &str) -> Result<Option<Start>, HarnessError> {
+    let parts = path.split_once('/');
+    let study = parts.and_then(|(study, name)| Some((find(study).ok()?, name)));
+    let Some((study, name)) = study else { return Ok(None) };
+    let mut starts = study.starts();
+    match starts.iter().position(|start| start.name == name) {
+        Some(place) => Ok(Some(starts.swap_remove(place))),
+        None => {
+            let known: Vec<_> = starts.iter().map(|start| start.name.as_str()).collect();
+            let (study, name) = (study.name(), name.to_owned());
+            Err(HarnessError::UnknownStart { study, name, known: known.join("; ") })
+        }
+    }
+}
+
 /// Method ids in the order of the lessons of the experiment `course`; none for any other
 /// experiment.
 pub fn lessons(experiment: &str) -> Vec<&'static str> {
@@ -382,6 +452,36 @@ fn prepared<T: Sync, R: Send>(
     results
 }
 
+/// The cells of a part, in order. A process that computes a shard has only some of them.
+#[must_use]
+struct Cells<R>(Option<Vec<R>>);
+
+impl<R> Cells<R> {
+    /// All cells. A study asks for them after it has named all its parts, so that a shard computes
+    /// its cells of each.
+    fn all(self) -> Result<Vec<R>, HarnessError> {
+        self.0.ok_or(HarnessError::Elsewhere)
+    }
+}
+
+/// The cells that this process has or computes, with their numbers; notes which are missing.
+fn turns<'a, T>(
+    journal: &Journal,
+    part: &str,
+    inputs: &'a [T],
+    is_timed: bool,
+) -> (Vec<(usize, &'a T)>, bool) {
+    let numbered = inputs.iter().enumerate();
+    let (turns, rest): (Vec<_>, Vec<_>) =
+        numbered.partition(|(number, _)| journal.takes(part, *number, is_timed));
+    let is_whole = rest.is_empty();
+    if !is_whole {
+        let numbers = rest.into_iter().map(|(number, _)| number).collect();
+        journal.miss(Missing { part: part.to_owned(), of: inputs.len(), numbers, is_timed });
+    }
+    (turns, is_whole)
+}
+
 /// Computes independent cells in parallel, in the order given, telling the progress. Those that
 /// stand in the journal are not computed again.
 fn cells<T: Sync, R: Send + Serialize + DeserializeOwned>(
@@ -389,11 +489,12 @@ fn cells<T: Sync, R: Send + Serialize + DeserializeOwned>(
     part: &str,
     inputs: &[T],
     compute: impl Fn(&T) -> Result<R, HarnessError> + Sync,
-) -> Result<Vec<R>, HarnessError> {
-    let numbered: Vec<_> = inputs.iter().enumerate().collect();
-    prepared(context, part, &numbered, |&(number, input)| {
-        context.journal.cell(part, number, || compute(input))
-    })
+) -> Result<Cells<R>, HarnessError> {
+    let (turns, is_whole) = turns(context.journal, part, inputs, false);
+    let results = prepared(context, part, &turns, |&(number, input)| {
+        context.journal.cell(part, number, false, || compute(input))
+    })?;
+    Ok(Cells(is_whole.then_some(results)))
 }
 
 /// As [`cells`], without those whose method refuses the scene by name.
@@ -402,12 +503,12 @@ fn taken<T: Sync, R: Send + Serialize + DeserializeOwned>(
     part: &str,
     inputs: &[T],
     compute: impl Fn(&T) -> Result<R, HarnessError> + Sync,
-) -> Result<Vec<R>, HarnessError> {
+) -> Result<Cells<R>, HarnessError> {
     let results = cells(context, part, inputs, |input| match compute(input) {
         Err(HarnessError::Prepare(PrepareError::Unsupported { .. })) => Ok(None),
         result => result.map(Some),
     })?;
-    Ok(results.into_iter().flatten().collect())
+    Ok(Cells(results.0.map(|results| results.into_iter().flatten().collect())))
 }
 
 /// As [`cells`], one after the other on this thread: what is timed must not be disturbed.
@@ -416,16 +517,17 @@ fn timed<T, R: Serialize + DeserializeOwned>(
     part: &str,
     inputs: &[T],
     compute: impl Fn(&T) -> Result<R, HarnessError>,
-) -> Result<Vec<R>, HarnessError> {
-    context.progress.begin(part, inputs.len());
+) -> Result<Cells<R>, HarnessError> {
+    let (turns, is_whole) = turns(context.journal, part, inputs, true);
+    context.progress.begin(part, turns.len());
     let compute = |(number, input)| {
-        let result = context.journal.cell(part, number, || compute(input));
+        let result = context.journal.cell(part, number, true, || compute(input));
         context.progress.done();
         result
     };
-    let results = inputs.iter().enumerate().map(compute).collect();
+    let results = turns.into_iter().map(compute).collect::<Result<_, _>>();
     context.progress.end();
-    results
+    Ok(Cells(is_whole.then_some(results?)))
 }
 
 /// One simulated second (or another span) of a choice.
@@ -468,6 +570,38 @@ mod tests {
                 assert!(names[..n].contains(before), "{}: {before}", study.name());
             }
         }
+    }
+
+    /// The committed record of a study has the hash of each system, with positions and velocities,
+    /// from which it started: a name gives that very system.
+    #[test]
+    fn the_start_of_each_name_is_that_of_the_committed_record() {
+        let results = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../results"));
+        let mut seen = 0;
+        for study in all() {
+            let name = study.name();
+            let record: Record<serde_json::Value> =
+                drape_report::file::read_json(&results.join(format!("{name}.json"))).expect(name);
+            let starts = study.starts();
+            for (n, start) in starts.iter().enumerate() {
+                assert!(starts[..n].iter().all(|s| s.name != start.name), "{name}/{}", start.name);
+            }
+            for (scene, hash) in &record.provenance.scene_sha256 {
+                let start = start(&format!("{name}/{scene}")).expect(name).expect(scene);
+                let found = crate::system_hash(&start.system().expect(scene));
+                assert_eq!(&found, hash, "{name}/{scene}");
+                seen += 1;
+            }
+        }
+        assert!(seen > 200, "{seen}");
+    }
+
+    #[test]
+    fn a_start_that_is_not_there_is_refused_with_those_that_are() {
+        assert!(start("hanging-wool").expect("a scene").is_none());
+        assert!(start("no-study/smooth").expect("a file").is_none());
+        let error = start("order/rough").expect_err("no such start").to_string();
+        assert!(error.contains("`rough`") && error.contains("smooth; smooth-projected"), "{error}");
     }
 
     /// A sentence ends with a mark and a space, or with the text.

@@ -1,6 +1,7 @@
 //! `drape compare`.
 
 use crate::cli::input::{files, in_file, load};
+use crate::cli::interrupt::{self, Interrupted};
 use crate::cli::limit::LimitArguments;
 use crate::cli::output::{Sink, check_folder, print};
 use crate::cli::progress::Clock;
@@ -68,6 +69,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         budget: budget(&arguments.budget)?,
         seed: arguments.seed,
         exhaustive: arguments.exhaustive,
+        interrupt: Some(interrupt::flag()),
     };
     let input = load(&arguments.scene, arguments.limit, None)?;
     let step_s = 1.0 / options.rate;
@@ -104,7 +106,17 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     for file in &written {
         tell!("wrote {}", file.display());
     }
-    print(&text)
+    print(&text)?;
+    if interrupt::is_set() {
+        return Err(Interrupted(format!(
+            "interrupted after {:.1} s; the advice is that of the runs until then; a comparison \
+             goes on from its start: {}",
+            comparison.facts.seconds,
+            interrupt::command(&[])
+        ))
+        .into());
+    }
+    Ok(())
 }
 
 impl Arguments {

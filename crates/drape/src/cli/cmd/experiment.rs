@@ -1,9 +1,11 @@
 //! `drape experiment`.
 
+use crate::cli::exit::Incomplete;
+use crate::cli::interrupt;
 use crate::cli::output::check_folder;
-use crate::cli::progress::Bars;
+use crate::cli::progress::{Bars, Place};
 use drape_harness::studies::{Context, Study, find};
-use drape_harness::{HarnessError, Unfinished, methods, start_threads};
+use drape_harness::{HarnessError, Journal, Missing, Shard, Unfinished, methods, start_threads};
 use drape_report::tell;
 use std::path::{Path, PathBuf};
 
@@ -20,6 +22,8 @@ pub(crate) struct Arguments {
     /// Compute only a subset of the cells
     #[arg(long)]
     quick: bool,
+    #[command(flatten)]
+    shard: ShardArgument,
     /// Start anew and discard the cells that an interrupted run has finished
     #[arg(long)]
     fresh: bool,
@@ -32,6 +36,15 @@ pub(crate) struct MethodArguments {
     /// program of your own; separated by commas, or given several times
     #[arg(long, value_name = "ID", value_delimiter = ',')]
     methods: Vec<String>,
+}
+
+/// The part of the cells that is computed.
+#[derive(Clone, Copy, Debug, clap::Args)]
+pub(crate) struct ShardArgument {
+    /// Compute only the I-th of N parts of the cells, or `timed`: those that are timed. The folder
+    /// of --out then holds no record, but what `drape merge` joins
+    #[arg(long, value_name = "I/N", requires = "out")]
+    shard: Option<Shard>,
 }
 
 impl MethodArguments {
@@ -49,7 +62,13 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     arguments.methods.choose()?;
     let out = folder(arguments.out.as_deref(), arguments.quick);
     let unfinished = enter(&out, arguments.fresh)?;
-    record(experiment, &out, arguments.quick, &unfinished)?;
+    let run = Run { out: &out, quick: arguments.quick, unfinished: &unfinished };
+    if arguments.shard.compute(&run, &[experiment])? {
+        return Ok(());
+    }
+    for (place, experiment) in Place::each(&[experiment]) {
+        run.record(experiment, place)?;
+    }
     super::report::draw(&out)?;
     Ok(unfinished.leave([experiment.name()])?)
 }
@@ -76,6 +95,7 @@ fn tell_failures() {
 /// Checks the folder for results, starts the threads and takes up what is unfinished there.
 pub(crate) fn enter(out: &Path, fresh: bool) -> anyhow::Result<Unfinished> {
     check_folder("--out", out)?;
+    interrupt::end_and_tell();
     start_threads()?;
     compare_commits(out);
     Ok(Unfinished::enter(out, fresh)?)
@@ -93,44 +113,137 @@ fn compare_commits(out: &Path) {
     }
 }
 
-/// Runs an experiment and writes its records. It skips the cells, or the whole experiment, that an
-/// interrupted run has finished.
-pub(crate) fn record(
-    study: &dyn Study,
-    out: &Path,
-    quick: bool,
-    unfinished: &Unfinished,
-) -> anyhow::Result<()> {
-    let name = study.name();
-    let journal = unfinished.journal(name, quick)?;
-    if journal.is_finished() {
-        tell!("{name}: finished before the interruption");
-        return Ok(());
+/// What experiments run with.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Run<'a> {
+    /// Folder for the results.
+    pub(crate) out: &'a Path,
+    /// Only the quick subset of the cells.
+    pub(crate) quick: bool,
+    /// What is unfinished in the folder.
+    pub(crate) unfinished: &'a Unfinished,
+}
+
+impl Run<'_> {
+    /// Runs an experiment and writes its records. It skips the cells, or the whole experiment, that
+    /// an interrupted run has finished.
+    pub(crate) fn record(&self, study: &dyn Study, place: Place) -> anyhow::Result<()> {
+        let name = study.name();
+        place.tell(name);
+        let journal = self.unfinished.journal(name, self.quick)?;
+        if journal.is_finished() {
+            tell!("{name}: finished before the interruption");
+            return Ok(());
+        }
+        if journal.was_finished() {
+            tell!("{name}: a file is missing or changed since: writing all again");
+        }
+        tell_kept(name, &journal, "before the interruption");
+        let files = self.go(study, &journal, place)?;
+        Ok(journal.finish(&files)?)
     }
-    if journal.was_finished() {
-        tell!("{name}: a file is missing or changed since: writing all again");
+
+    /// Writes the records of an experiment if all its cells are there, and computes none. Returns
+    /// what is missing.
+    pub(crate) fn join(&self, study: &dyn Study, place: Place) -> anyhow::Result<Vec<Missing>> {
+        let name = study.name();
+        place.tell(name);
+        let journal = self.unfinished.journal(name, self.quick)?.for_reading();
+        tell_kept(name, &journal, "by the parts");
+        match self.go(study, &journal, place) {
+            Ok(files) => {
+                journal.finish(&files)?;
+                Ok(Vec::new())
+            }
+            Err(HarnessError::Elsewhere) => Ok(journal.missing()),
+            Err(error) => Err(error.into()),
+        }
     }
+
+    /// Computes the cells of a shard.
+    fn part(&self, study: &dyn Study, shard: Shard, place: Place) -> anyhow::Result<()> {
+        let name = study.name();
+        place.tell(name);
+        let journal = self.unfinished.journal(name, self.quick)?.for_shard(shard);
+        if journal.has_shard(shard) {
+            tell!("{name}: shard {shard} was finished before");
+            return Ok(());
+        }
+        tell_kept(name, &journal, "before the interruption");
+        match self.go(study, &journal, place) {
+            Ok(_) => Ok(()),
+            // What is timed may hang on what is counted.
+            Err(HarnessError::Elsewhere) if shard == Shard::Timed && lacks_counts(&journal) => {
+                Err(Incomplete(format!(
+                    "{name}: cells are missing that are counted and not timed: merge the other \
+                     shards into {} first",
+                    self.out.display()
+                ))
+                .into())
+            }
+            // Its own cells are done.
+            Err(HarnessError::Elsewhere) => Ok(journal.end_shard(shard)?),
+            Err(error) => Err(error.into()),
+        }
+    }
+
+    fn go(
+        &self,
+        study: &dyn Study,
+        journal: &Journal,
+        place: Place,
+    ) -> Result<Vec<PathBuf>, HarnessError> {
+        let progress = Bars::new(study.name(), place);
+        let source = crate::cli::source();
+        let context = Context {
+            out: self.out,
+            quick: self.quick,
+            progress: &progress,
+            journal,
+            allocated: crate::cli::allocated(),
+            source: &source,
+        };
+        let files = study.run(&context);
+        tell_failures();
+        let files = files?;
+        for file in &files {
+            tell!("wrote {}", file.display());
+        }
+        Ok(files)
+    }
+}
+
+impl ShardArgument {
+    /// Computes the shard of each study, if one is asked for.
+    pub(crate) fn compute(
+        self,
+        run: &Run<'_>,
+        studies: &[&'static dyn Study],
+    ) -> anyhow::Result<bool> {
+        let Some(shard) = self.shard else { return Ok(false) };
+        // A part that is killed early still tells which studies it is a part of.
+        for study in studies {
+            run.unfinished.journal(study.name(), run.quick)?;
+        }
+        for (place, study) in Place::each(studies) {
+            run.part(study, shard, place)?;
+        }
+        tell!("shard {shard} is done; `drape merge` joins {} with the others", run.out.display());
+        Ok(true)
+    }
+}
+
+/// Whether cells are missing that are not timed.
+fn lacks_counts(journal: &Journal) -> bool {
+    journal.missing().iter().any(|missing| !missing.is_timed)
+}
+
+/// Tells what a journal holds.
+fn tell_kept(name: &str, journal: &Journal, when: &str) {
     if journal.dropped() > 0 {
         tell!("{name}: {} lines of the journal are damaged and ignored", journal.dropped());
     }
     if journal.cells() > 0 {
-        tell!("{name}: {} cells were finished before the interruption", journal.cells());
+        tell!("{name}: {} cells were finished {when}", journal.cells());
     }
-    let progress = Bars::new(name);
-    let source = crate::cli::source();
-    let context = Context {
-        out,
-        quick,
-        progress: &progress,
-        journal: &journal,
-        allocated: crate::cli::allocated(),
-        source: &source,
-    };
-    let files = study.run(&context);
-    tell_failures();
-    let files = files?;
-    for file in &files {
-        tell!("wrote {}", file.display());
-    }
-    Ok(journal.finish(&files)?)
 }

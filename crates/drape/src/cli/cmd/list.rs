@@ -23,6 +23,8 @@ enum What {
     Methods,
     /// Experiments in teaching order; each names the experiments that it builds on
     Experiments,
+    /// Scenes from which studies start, as commands take them in place of a scene
+    StudyScenes,
     /// Claims of the paper, then expectations about later methods, with their criteria
     Claims,
 }
@@ -73,6 +75,13 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
                 let lessons = studies::lessons(experiment.name());
                 if !lessons.is_empty() {
                     writeln!(text, "    lessons: {}", lessons.join(" → "))?;
+                }
+            }
+        }
+        What::StudyScenes => {
+            for study in studies::all() {
+                for start in study.starts() {
+                    writeln!(text, "{}/{}", study.name(), start.name())?;
                 }
             }
         }

@@ -8,6 +8,7 @@ pub(crate) mod frames;
 pub(crate) mod inspect;
 pub(crate) mod list;
 pub(crate) mod material;
+pub(crate) mod merge;
 pub(crate) mod picture;
 mod probe;
 pub(crate) mod report;

@@ -1,7 +1,7 @@
 //! `drape picture`.
 
 use crate::cli::exit::Diverged;
-use crate::cli::input::{files, in_file};
+use crate::cli::input::{files, in_file, load};
 use crate::cli::limit::LimitArguments;
 use crate::cli::output::{Sink, check_extension, is_stream};
 use crate::cli::progress::bar;
@@ -65,7 +65,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         .map_err(|error| refusal("--camera", &arguments.camera, &error.to_string()))?;
     let choice = Choice::parse(&arguments.method, &arguments.settings)
         .map_err(|error: MethodError| HarnessError::from(error))?;
-    let input = arguments.limit.load(&arguments.scene, Some(&choice))?;
+    let input = load(&arguments.scene, arguments.limit, Some(&choice))?;
     let time = super::run::time_span(arguments.dt, arguments.duration, &input)?;
     let mut shots = shots(&arguments.times, time)?;
     let inputs = files(&arguments.scene, &input);

@@ -1,5 +1,7 @@
 //! `drape reproduce`: all experiments.
 
+use super::experiment::Run;
+use crate::cli::progress::Place;
 use drape_harness::studies::{all, find};
 use drape_report::tell;
 use std::path::PathBuf;
@@ -16,6 +18,8 @@ pub(crate) struct Arguments {
     /// Compute only a subset of the cells, and no timings
     #[arg(long)]
     quick: bool,
+    #[command(flatten)]
+    shard: super::experiment::ShardArgument,
     /// Run only these experiments, separated by commas
     #[arg(long, value_delimiter = ',')]
     only: Vec<String>,
@@ -33,8 +37,12 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         names => names.iter().map(|name| find(name)).collect::<Result<Vec<_>, _>>()?,
     };
     let unfinished = super::experiment::enter(&out, arguments.fresh)?;
-    for &experiment in &chosen {
-        super::experiment::record(experiment, &out, arguments.quick, &unfinished)?;
+    let run = Run { out: &out, quick: arguments.quick, unfinished: &unfinished };
+    if arguments.shard.compute(&run, &chosen)? {
+        return Ok(());
+    }
+    for (place, experiment) in Place::each(&chosen) {
+        run.record(experiment, place)?;
     }
     super::report::draw(&out)?;
     unfinished.leave(chosen.iter().map(|experiment| experiment.name()))?;

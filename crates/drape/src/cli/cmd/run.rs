@@ -5,6 +5,7 @@ use super::probe::Probes;
 use super::verdict::{self, Expected};
 use crate::cli::exit::Diverged;
 use crate::cli::input::{files, in_file, load};
+use crate::cli::interrupt::{self, Interrupted};
 use crate::cli::limit::LimitArguments;
 use crate::cli::output::{Sink, print};
 use crate::cli::progress::bar;
@@ -61,6 +62,7 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let interrupt = interrupt::flag();
     let choice = Choice::parse(&arguments.method, &arguments.settings)
         .map_err(|error: MethodError| HarnessError::from(error))?;
     let input = load(&arguments.scene, arguments.limit, Some(&choice))?;
@@ -131,7 +133,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         };
         let phases = arguments.phases;
         simulation.simulate(time, |runner| {
-            let runner = runner.series().phases(phases).observe(look);
+            let runner = runner.series().phases(phases).stop_at(interrupt).observe(look);
             if is_driven { runner.ledger() } else { runner }
         })
     };
@@ -201,11 +203,21 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     } else {
         print(&summary(&record))
     };
-    let Some(divergence) = outcome.divergence else { return printed };
     let kept = match &sink {
         Some(sink) => format!("the record until then is in {sink}"),
         None => "use --out FILE to keep the record until then".to_owned(),
     };
+    if outcome.is_over_budget {
+        let reached = simulation.state().t;
+        return Err(Interrupted(format!(
+            "interrupted at step {} (t = {reached} s of {} s); {kept}; to run it whole: {}",
+            outcome.steps,
+            time.duration_s,
+            interrupt::command(&[])
+        ))
+        .into());
+    }
+    let Some(divergence) = outcome.divergence else { return printed };
     let how = if divergence.is_outside { "was given up" } else { "diverged" };
     Err(Diverged(format!(
         "{} {how} at step {} (t = {} s): {}; {kept}",
@@ -264,6 +276,11 @@ fn record(
         dt_s: time.step_s,
         steps: outcome.steps,
         ending: match &outcome.divergence {
+            None if outcome.is_over_budget => Ending::Interrupted {
+                step: outcome.steps,
+                time_s: state.t,
+                unconverged_steps: outcome.unconverged,
+            },
             None => Ending::Completed { unconverged_steps: outcome.unconverged },
             Some(divergence) => Ending::Diverged {
                 step: divergence.step,

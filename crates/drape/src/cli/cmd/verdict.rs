@@ -114,6 +114,10 @@ pub(crate) fn judge(
             (Judged::Diverged, format!("at step {}: {}", divergence.step, divergence.criterion))
         }
         (_, Some(gain), _) => (Judged::GainedEnergy, gain.to_owned()),
+        (None, None, _) if outcome.is_over_budget => {
+            let why = format!("interrupted after {} steps, so it was not measured", outcome.steps);
+            (Judged::Unknown, format!("{why}; {}", expected.told()))
+        }
         (None, None, kept) => {
             let (kind, reason) = motion(kept, expected);
             if kind == Judged::Stable && !is_judged {

@@ -8,8 +8,9 @@ use crate::scenes::{
 use crate::studies::cg_vs_stiffness::facts::{
     Cell, FORCING_TERM, Facts, IMPLICIT, Motion, PLAIN_MOTION, TENSION_ONLY, UPDATED_MOTION,
 };
-use crate::studies::{Context, Measured, cells, counts, finite, prepared};
+use crate::studies::{Context, Measured, Start, cells, counts, finite, prepared};
 use crate::{HarnessError, reference_energy, system_hash};
+use drape_model::Scene;
 use std::collections::BTreeMap;
 
 const SCENE: &str = "hanging-textile-1e4";
@@ -123,14 +124,35 @@ struct Sheet {
     reference_energy: f64,
 }
 
+/// The hanging textile at a size and a stiffness.
+fn scene(material: &str, side: u32, stiffness: f64) -> Result<Scene, HarnessError> {
+    let mut scene = with_particles_a_side(bundled(SCENE)?, side);
+    if material == FIXED_MATERIAL {
+        // Its damping coefficient stays too, on lighter particles.
+        scene = with_damping_scaled(scene, refinement(side));
+    }
+    Ok(with_stiffness(scene, stiffness))
+}
+
+/// The sheets of the points, each once.
+fn sizes(points: &[Point]) -> Vec<(&'static str, u32, f64)> {
+    let mut sizes: Vec<_> = points.iter().map(key).collect();
+    sizes.sort_by(|a, b| (a.0, a.1).cmp(&(b.0, b.1)).then(a.2.total_cmp(&b.2)));
+    sizes.dedup();
+    sizes
+}
+
+fn key(point: &Point) -> (&'static str, u32, f64) {
+    (point.material, point.side, point.stiffness)
+}
+
+fn name(material: &str, side: u32, stiffness: f64) -> String {
+    format!("{material} n={} k/m={stiffness:e}", side * side)
+}
+
 impl Sheet {
     fn new(material: &'static str, side: u32, stiffness: f64) -> Result<Self, HarnessError> {
-        let mut scene = with_particles_a_side(bundled(SCENE)?, side);
-        if material == FIXED_MATERIAL {
-            // Its damping coefficient stays too, on lighter particles.
-            scene = with_damping_scaled(scene, refinement(side));
-        }
-        let scene = with_stiffness(scene, stiffness);
+        let scene = scene(material, side, stiffness)?;
         let (spec, simulation) = build(&scene)?;
         // The reference is explicit: beyond this its steps would be too many, and the sheet hardly
         // stretches any more.
@@ -215,12 +237,19 @@ pub(super) fn method() -> String {
         .to_owned()
 }
 
+/// The systems from which its runs start.
+pub(super) fn starts() -> Vec<Start> {
+    let start = |(material, side, stiffness)| {
+        Start::new(name(material, side, stiffness), move || {
+            Ok(scene(material, side, stiffness)?.discretise()?)
+        })
+    };
+    sizes(&star(false)).into_iter().map(start).collect()
+}
+
 pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError> {
     let points = star(context.quick);
-    let key = |point: &Point| (point.material, point.side, point.stiffness);
-    let mut sizes: Vec<_> = points.iter().map(key).collect();
-    sizes.sort_by(|a, b| (a.0, a.1).cmp(&(b.0, b.1)).then(a.2.total_cmp(&b.2)));
-    sizes.dedup();
+    let sizes = sizes(&points);
     let sheets = prepared(context, "scenes", &sizes, |&(material, side, stiffness)| {
         Sheet::new(material, side, stiffness)
     })?;
@@ -239,12 +268,12 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError
         .filter(|(_, label, _)| !context.quick || *label != TENSION_ONLY)
         .collect();
     let fallen = cells(context, "motion", &falls, |&(k, label, method)| motion(k, label, method))?;
-    let facts = Facts { cells: counted, motion: fallen };
+    let facts = Facts { cells: counted.all()?, motion: fallen.all()? };
     let hashes: BTreeMap<_, _> = sheets
         .iter()
         .map(|sheet| {
             let Sheet { material, side, stiffness, hash, .. } = sheet;
-            (format!("{material} n={} k/m={stiffness:e}", side * side), hash.clone())
+            (name(material, *side, *stiffness), hash.clone())
         })
         .collect();
     let (facts, scenes, seed) = (facts, hashes, None);

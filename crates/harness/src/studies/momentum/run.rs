@@ -7,7 +7,7 @@ use crate::run::{Runner, Simulation};
 use crate::studies::momentum::facts::{Facts, Row, Scene};
 use crate::studies::sheet::{GRAVITY, Sheet, pair};
 use crate::studies::variant::{is_explicit, or_defaults};
-use crate::studies::{Context, Measured, prepared, taken};
+use crate::studies::{Context, Measured, Start, prepared, taken};
 use crate::theory::{self, SpinLaw};
 use crate::{HarnessError, system_hash};
 use drape_integrator::{Method, Quantity};
@@ -85,39 +85,57 @@ struct Setting {
     scene: Scene,
 }
 
-impl Setting {
-    fn new(case: &Case) -> Result<Self, HarnessError> {
-        let Case { id, body, stiffness, .. } = *case;
-        let is_falling = body == Body::Falling;
-        let gravity = if is_falling { GRAVITY } else { [0.0; 3] };
-        let sheet = Sheet {
+impl Case {
+    fn gravity(&self) -> [f64; 3] {
+        if self.body == Body::Falling { GRAVITY } else { [0.0; 3] }
+    }
+
+    fn sheet(&self) -> Sheet {
+        Sheet {
             side: SIDE,
-            tension: stiffness,
-            shear: 0.1 * stiffness,
+            tension: self.stiffness,
+            shear: 0.1 * self.stiffness,
             damping: 0.0,
             law: DampingLaw::Full,
-            gravity,
+            gravity: self.gravity(),
             is_pinned: false,
-        };
-        let mut spec = if body == Body::Pair { pair(stiffness) } else { sheet.spec()? };
-        let greatest_frequency = match body {
-            Body::Pair => (2.0 * stiffness).sqrt(),
-            Body::Spinning => sheet.greatest_frequency(1.0),
-            Body::Falling => sheet.greatest_frequency(1.0 - UNEVEN),
-        };
-        if is_falling {
+        }
+    }
+
+    fn axis(&self) -> Vec3 {
+        if self.body == Body::Spinning { Vec3::x() } else { Vec3::z() }
+    }
+
+    /// With its spin.
+    fn spec(&self) -> Result<SystemSpec, HarnessError> {
+        let is_pair = self.body == Body::Pair;
+        let mut spec = if is_pair { pair(self.stiffness) } else { self.sheet().spec()? };
+        if self.body == Body::Falling {
             let SystemSpec { particles, .. } = &mut spec;
             for (mass, position) in particles.mass_kg.iter_mut().zip(&particles.position_m) {
                 *mass *= 1.0 + 2.0 * UNEVEN * position[0];
             }
         }
-        let axis = if body == Body::Spinning { Vec3::x() } else { Vec3::z() };
         let (system, mut state) = spec.build()?;
         let middle = center(&system, &state.x);
         for (v, x) in state.v.iter_mut().zip(&state.x) {
-            *v = (axis * SPIN).cross(&(x - middle));
+            *v = (self.axis() * SPIN).cross(&(x - middle));
         }
-        let spec = spec.with_state(&state);
+        Ok(spec.with_state(&state))
+    }
+}
+
+impl Setting {
+    fn new(case: &Case) -> Result<Self, HarnessError> {
+        let Case { id, body, stiffness, .. } = *case;
+        let (gravity, sheet, axis) = (case.gravity(), case.sheet(), case.axis());
+        let greatest_frequency = match body {
+            Body::Pair => (2.0 * stiffness).sqrt(),
+            Body::Spinning => sheet.greatest_frequency(1.0),
+            Body::Falling => sheet.greatest_frequency(1.0 - UNEVEN),
+        };
+        let spec = case.spec()?;
+        let (system, state) = spec.build()?;
         let (low, high) = state
             .x
             .iter()
@@ -287,13 +305,18 @@ fn forms() -> Vec<(Variant, Keeps)> {
         .collect()
 }
 
+/// The systems from which its runs start.
+pub(super) fn starts() -> Vec<Start> {
+    CASES.map(|case| Start::new(case.id, move || case.spec())).into()
+}
+
 pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError> {
     let chosen: Vec<_> = CASES.into_iter().filter(|case| !context.quick || case.is_quick).collect();
     let settings = prepared(context, "scenes", &chosen, Setting::new)?;
     let forms = forms();
     let pairs: Vec<_> =
         settings.iter().flat_map(|setting| forms.iter().map(move |form| (setting, form))).collect();
-    let rows = taken(context, "methods", &pairs, |(setting, form)| setting.row(form))?;
+    let rows = taken(context, "methods", &pairs, |(setting, form)| setting.row(form))?.all()?;
     let scenes = settings.iter().map(|setting| setting.scene.clone()).collect();
     let facts = Facts { scenes, rows };
     let hashes = settings.iter().map(|s| (s.case.id.to_owned(), s.hash.clone())).collect();

@@ -7,10 +7,10 @@ use crate::run::{Runner, Simulation};
 use crate::studies::order::facts::{ACCEPTED, Facts, Row, Run, Scene};
 use crate::studies::sheet::{GRAVITY, Sheet};
 use crate::studies::variant::of_registry;
-use crate::studies::{Context, Measured, prepared, taken};
+use crate::studies::{Context, Measured, Start, prepared, taken};
 use crate::{HarnessError, system_hash};
 use drape_integrator::Order;
-use drape_model::{DampingLaw, State, TimeSpan};
+use drape_model::{DampingLaw, State, SystemSpec, TimeSpan};
 use drape_oracle::order::{Sample, observed_order, position_error};
 use drape_oracle::reference::{Reference, ReferenceSettings, reference};
 use drape_report::Verdict;
@@ -69,24 +69,34 @@ struct Setting {
     scene: Scene,
 }
 
-impl Setting {
-    fn new(case: &Case) -> Result<Self, HarnessError> {
-        let sheet = Sheet {
+impl Case {
+    fn sheet(&self) -> Sheet {
+        Sheet {
             side: SIDE,
-            tension: case.stiffness,
-            shear: 0.25 * case.stiffness,
+            tension: self.stiffness,
+            shear: 0.25 * self.stiffness,
             damping: DAMPING,
-            law: case.law,
+            law: self.law,
             gravity: GRAVITY,
             is_pinned: true,
-        };
-        let mut spec = sheet.spec()?;
+        }
+    }
+
+    fn spec(&self) -> Result<SystemSpec, HarnessError> {
+        let mut spec = self.sheet().spec()?;
         for (i, position) in spec.particles.position_m.iter_mut().enumerate() {
             position[2] += AMPLITUDE * libm::sin(i as f64);
         }
+        Ok(spec)
+    }
+}
+
+impl Setting {
+    fn new(case: &Case) -> Result<Self, HarnessError> {
+        let spec = case.spec()?;
         let (system, state) = spec.build()?;
         let exact = reference(&system, &state, &[SPAN], ReferenceSettings::default())?;
-        let greatest_frequency = sheet.greatest_frequency(1.0);
+        let greatest_frequency = case.sheet().greatest_frequency(1.0);
         let scene = Scene {
             id: case.id.to_owned(),
             resolved: SPAN / f64::from(case.steps) * greatest_frequency < 0.5,
@@ -195,6 +205,11 @@ pub(super) fn method() -> String {
         .to_owned()
 }
 
+/// The systems from which its runs start.
+pub(super) fn starts() -> Vec<Start> {
+    CASES.map(|case| Start::new(case.id, move || case.spec())).into()
+}
+
 pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError> {
     let chosen: Vec<_> = CASES.into_iter().filter(|case| !context.quick || case.is_quick).collect();
     let settings = prepared(context, "references", &chosen, Setting::new)?;
@@ -203,7 +218,8 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError
         .iter()
         .flat_map(|setting| variants.iter().map(move |variant| (setting, variant)))
         .collect();
-    let rows = taken(context, "methods", &pairs, |(setting, variant)| setting.row(variant))?;
+    let rows =
+        taken(context, "methods", &pairs, |(setting, variant)| setting.row(variant))?.all()?;
     let scenes = settings.iter().map(|setting| setting.scene.clone()).collect();
     let facts = Facts { scenes, rows };
     let hashes = settings.iter().map(|s| (s.case.id.to_owned(), s.hash.clone())).collect();

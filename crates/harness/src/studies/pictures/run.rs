@@ -5,7 +5,7 @@ use crate::methods::{self, Choice};
 use crate::run::Runner;
 use crate::scenes::{build, bundled};
 use crate::studies::pictures::facts::{Facts, METHODS, PAPER, REFERENCE, STEP, Scene, Shot, Table};
-use crate::studies::{Context, Measured, cells, prepared};
+use crate::studies::{Context, Measured, Start, cells, prepared};
 use crate::{HarnessError, system_hash};
 use drape_model::{Cloth, ObstacleSpec, SpringLaw, State, System, TimeSpan};
 use std::collections::BTreeMap;
@@ -163,12 +163,18 @@ pub(super) fn method() -> String {
     )
 }
 
+/// The systems from which its runs start.
+pub(super) fn starts() -> Vec<Start> {
+    let start = |name: &'static str| Start::new(name, move || Ok(stage(name)?.discretise()?));
+    [TABLE, HANGING, STIFF].map(start).into()
+}
+
 pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError> {
     let cases = cases(context.quick);
     let mut names: Vec<&str> = cases.iter().map(|case| case.scene).collect();
     names.dedup();
     let scenes = prepared(context, "scenes", &names, |name| scene(name))?;
-    let shots = cells(context, "runs", &cases, shots)?.concat();
+    let shots = cells(context, "runs", &cases, shots)?.all()?.concat();
     let hashes: BTreeMap<_, _> =
         scenes.iter().map(|(scene, hash)| (scene.id.clone(), hash.clone())).collect();
     let facts = Facts { scenes: scenes.into_iter().map(|(scene, _)| scene).collect(), shots };

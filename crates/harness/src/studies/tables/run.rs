@@ -4,13 +4,13 @@ use crate::facts::{Fact, fact};
 use crate::methods::Choice;
 use crate::record::Phases;
 use crate::run::{Runner, Simulation};
-use crate::scenes::{build, bundled, with_stiffness};
+use crate::scenes::{bundled, with_stiffness};
 use crate::studies::tables::facts::{
     BestFit, Cell, FORCING_TERMS, Facts, PaperRow, Row, TimingRow,
 };
-use crate::studies::{Context, Measured, cells, counts, finite, prepared, timed};
+use crate::studies::{Context, Measured, Start, cells, counts, finite, prepared, timed};
 use crate::{HarnessError, reference_energy, system_hash};
-use drape_model::TimeSpan;
+use drape_model::{SystemSpec, TimeSpan};
 use std::collections::BTreeMap;
 
 /// Simulated time of each row, s.
@@ -100,10 +100,16 @@ struct Reading {
     reference_energy: f64,
 }
 
+/// The scene of a row, in one reading of its exponent.
+fn spec(scene: &str, exponent: i32) -> Result<SystemSpec, HarnessError> {
+    Ok(with_stiffness(bundled(scene)?, power_of_ten(exponent)).discretise()?)
+}
+
 impl Reading {
     fn new(printed: &'static Printed, exponent: i32) -> Result<Self, HarnessError> {
-        let scene = with_stiffness(bundled(printed.scene)?, power_of_ten(exponent));
-        let (spec, simulation) = build(&scene)?;
+        let spec = spec(printed.scene, exponent)?;
+        let (system, state) = spec.build()?;
+        let simulation = Simulation { system, state };
         let reference_energy = reference_energy(&simulation, DURATION)?;
         let hash = system_hash(&spec);
         Ok(Self { printed, exponent, simulation, hash, reference_energy })
@@ -229,6 +235,13 @@ pub(super) fn method() -> String {
         .to_owned()
 }
 
+/// The systems from which its runs start.
+pub(super) fn starts() -> Vec<Start> {
+    let start =
+        |row: &'static Printed| Start::new(row.scene, move || spec(row.scene, row.exponent));
+    PRINTED.iter().map(start).collect()
+}
+
 pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, HarnessError> {
     let readings = readings(context)?;
     let inputs: Vec<_> = readings
@@ -242,7 +255,7 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, H
     let results = cells(context, "counts", &inputs, |&(reading, variant, term)| {
         cell(reading, variant, term)
     })?;
-    let mut results = results.into_iter();
+    let mut results = results.all()?.into_iter();
     let mut rows = Vec::new();
     for reading in &readings {
         let count = sweep(reading, context.quick).len();
@@ -281,7 +294,8 @@ fn times(context: &Context<'_>, readings: &[&Reading]) -> Result<Vec<TimingRow>,
     timed(context, "timings", &cases, |&(reading, variant, forcing_term, matrix)| {
         let method = format!("{},matrix={matrix}", form(variant, forcing_term));
         time(reading, variant, matrix, &Choice::parse(&method, &[])?)
-    })
+    })?
+    .all()
 }
 
 fn time(

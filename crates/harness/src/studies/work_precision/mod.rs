@@ -13,6 +13,7 @@ pub(super) const STUDY: Parts<facts::Facts, facts::TimingRow> = Parts {
     builds_on: words::BUILDS_ON,
     method: run::method,
     timing: Some(run::timing),
+    starts: run::starts,
     run: run::run,
     comparable: run::comparable,
     words: words::words,

@@ -10,7 +10,7 @@ use crate::methods;
 use crate::methods::runs::{Film, Runs, Substeps};
 use crate::studies::animation::facts::{Facts, Run, TimingRow};
 use crate::studies::variant::{is_explicit, or_defaults};
-use crate::studies::{Context, Measured, cells, prepared, timed};
+use crate::studies::{Context, Measured, Start, cells, prepared, timed};
 use scenes::{Case, Setting};
 
 /// Frames a second.
@@ -67,6 +67,11 @@ pub(super) fn timing() -> String {
     )
 }
 
+/// The systems from which its runs start.
+pub(super) fn starts() -> Vec<Start> {
+    scenes::cases().into_iter().map(|case| Start::new(case.id(), move || case.spec())).collect()
+}
+
 pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, HarnessError> {
     let cases: Vec<Case> =
         scenes::cases().into_iter().filter(|case| !context.quick || case.is_quick()).collect();
@@ -75,7 +80,7 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, H
     let pairs: Vec<_> =
         settings.iter().flat_map(|s| forms.iter().map(move |form| (s, form))).collect();
     let all = cells(context, "methods", &pairs, |&(setting, form)| setting.runs(form))?;
-    let runs: Vec<Run> = all.into_iter().flatten().collect();
+    let runs: Vec<Run> = all.all()?.concat();
     let mut timings = None;
     if !context.quick {
         let sound: Vec<_> = runs
@@ -83,7 +88,8 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, H
             .filter(|run| run.is_sound())
             .filter_map(|run| Some((settings.iter().find(|s| s.scene.id == run.scene)?, run)))
             .collect();
-        timings = Some(timed(context, "timings", &sound, |&(setting, run)| setting.time(run))?);
+        timings =
+            Some(timed(context, "timings", &sound, |&(setting, run)| setting.time(run))?.all()?);
     }
     let scenes = settings.iter().map(|s| (s.scene.id.clone(), s.hash.clone())).collect();
     let facts = Facts { scenes: settings.into_iter().map(|s| s.scene).collect(), runs };

@@ -10,6 +10,7 @@ use crate::studies::animation::facts::{self, Run, TimingRow};
 use crate::studies::finite;
 use crate::{HarnessError, system_hash};
 use drape_integrator::PrepareError;
+use drape_model::SystemSpec;
 use drape_oracle::Random;
 use drape_report::Verdict;
 
@@ -73,7 +74,11 @@ impl Case {
         self.side == QUICK
     }
 
-    fn id(&self) -> String {
+    pub(super) fn spec(&self) -> Result<SystemSpec, HarnessError> {
+        Ok(drape_model::parse(&self.id(), &self.text())?.spec().clone())
+    }
+
+    pub(super) fn id(&self) -> String {
         let place = match self.place {
             Place::Hanging => "hanging",
             Place::Ball => "on a ball",
@@ -143,7 +148,7 @@ pub(super) struct Setting {
 impl Setting {
     pub(super) fn new(case: &Case) -> Result<Self, HarnessError> {
         let case = *case;
-        let spec = drape_model::parse(&case.id(), &case.text())?.spec().clone();
+        let spec = case.spec()?;
         let (system, state) = spec.build()?;
         let simulation = Simulation { system, state };
         let side = case.side;

@@ -13,7 +13,7 @@ use crate::HarnessError;
 use crate::claims::{Claim, Evidence, find, unknown};
 use crate::facts::{Fact, fact};
 use crate::studies::claims::facts::{Facts, Row, Ruling, TimingRow};
-use crate::studies::{Context, Measured, cells, timed};
+use crate::studies::{Context, Measured, Start, cells, timed};
 use evidence::{TRIALS, Trial};
 use std::collections::BTreeMap;
 
@@ -33,9 +33,15 @@ pub(super) fn method() -> String {
         .to_owned()
 }
 
+/// The systems from which its runs start.
+pub(super) fn starts() -> Vec<Start> {
+    // Each claim builds its own scenes; the record describes them in words.
+    Vec::new()
+}
+
 pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, HarnessError> {
     let chosen: Vec<_> = TRIALS.iter().filter(|trial| trial.is_quick || !context.quick).collect();
-    let claims = cells(context, "tests", &chosen, |trial| row(trial))?;
+    let claims = cells(context, "tests", &chosen, |trial| row(trial))?.all()?;
     let timings = if context.quick { None } else { Some(seconds(context, &claims)?) };
     Ok(Measured { facts: Facts { claims }, timings, scenes: BTreeMap::new(), seed: None })
 }
@@ -68,7 +74,8 @@ fn seconds(context: &Context<'_>, claims: &[Row]) -> Result<Vec<TimingRow>, Harn
         // Without a limit the seconds cannot contradict the facts.
         let verdict = number.limit.map_or(counted, |limit| Ruling::of(number.value >= limit));
         Ok(TimingRow { id: id.to_owned(), cases, number, verdict })
-    })
+    })?
+    .all()
 }
 
 /// Its facts, as they are compared: the verdict of each claim, and each of its numbers.

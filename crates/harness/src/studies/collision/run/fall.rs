@@ -74,6 +74,37 @@ impl Case {
         format!("{}-{speed}-{stiffness:e}{finer}{bare}", target.name())
     }
 
+    /// Height of the fall, m.
+    fn height(&self) -> f64 {
+        FLIGHT * self.speed
+    }
+
+    /// The sheet above its obstacle, at its start.
+    pub(super) fn spec(&self) -> Result<SystemSpec, HarnessError> {
+        let Self { target, speed, stiffness, has_shear, .. } = *self;
+        let sheet = Sheet {
+            side: SIDE,
+            tension: stiffness,
+            shear: if has_shear { 0.1 * stiffness } else { 0.0 },
+            damping: 40.0,
+            law: DampingLaw::Full,
+            gravity: GRAVITY,
+            is_pinned: false,
+        };
+        let mut spec = sheet.spec()?;
+        let particles = &mut spec.particles;
+        for position in &mut particles.position_m {
+            position[2] += self.height();
+        }
+        let wave = |x: f64| libm::sin(2.0 * std::f64::consts::PI * x);
+        // What lies on its obstacle from the start is flat, as the paper's.
+        let ripple = if speed > 0.0 { RIPPLE } else { 0.0 };
+        let velocity = |x: &[f64; 3]| [0.0, 0.0, ripple * wave(x[0]) * wave(x[1]) - speed];
+        particles.velocity_m_s = particles.position_m.iter().map(velocity).collect();
+        spec.obstacles = vec![target.obstacle(0.0)];
+        Ok(spec)
+    }
+
     /// Simulated time, s: long enough for the middle of the sheet to come to rest.
     fn duration(&self) -> f64 {
         if self.speed > 0.0 { DURATION } else { 1.0 }
@@ -122,27 +153,9 @@ impl Body {
 
 impl Stage {
     pub(super) fn new(case: &Case) -> Result<Self, HarnessError> {
-        let Case { target, speed, stiffness, step, has_shear } = *case;
-        let sheet = Sheet {
-            side: SIDE,
-            tension: stiffness,
-            shear: if has_shear { 0.1 * stiffness } else { 0.0 },
-            damping: 40.0,
-            law: DampingLaw::Full,
-            gravity: GRAVITY,
-            is_pinned: false,
-        };
-        let mut spec = sheet.spec()?;
-        let drop = FLIGHT * speed;
-        let particles = &mut spec.particles;
-        for position in &mut particles.position_m {
-            position[2] += drop;
-        }
-        let wave = |x: f64| libm::sin(2.0 * std::f64::consts::PI * x);
-        // What lies on its obstacle from the start is flat, as the paper's.
-        let ripple = if speed > 0.0 { RIPPLE } else { 0.0 };
-        let velocity = |x: &[f64; 3]| [0.0, 0.0, ripple * wave(x[0]) * wave(x[1]) - speed];
-        particles.velocity_m_s = particles.position_m.iter().map(velocity).collect();
+        let Case { target, speed, stiffness, step, .. } = *case;
+        let drop = case.height();
+        let mut spec = case.spec()?;
         let body = Body::new(&mut spec, target.obstacle(0.0))?;
         let mass = MASS * f64::from(SIDE * SIDE);
         let scene = Scene {

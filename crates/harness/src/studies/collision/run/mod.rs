@@ -8,7 +8,7 @@ mod tests;
 use crate::HarnessError;
 use crate::facts::{Fact, fact};
 use crate::studies::collision::facts::{Facts, POSITION, TELEPORT, VELOCITY};
-use crate::studies::{Context, Measured, prepared, taken};
+use crate::studies::{Context, Measured, Start, prepared, taken};
 use drape_report::Verdict;
 use fall::{Case, DURATION, SIDE, STEP, Stage, Target};
 
@@ -114,6 +114,11 @@ pub(super) fn method() -> String {
     )
 }
 
+/// The systems from which its runs start.
+pub(super) fn starts() -> Vec<Start> {
+    cases().into_iter().map(|case| Start::new(case.id(), move || case.spec())).collect()
+}
+
 pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError> {
     let mut chosen = cases();
     chosen.retain(|case| !context.quick || (case.is_middle() && case.target == Target::Table));
@@ -130,7 +135,7 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError
         bouncing.iter().flat_map(|case| FORMS.iter().map(move |form| (form, case))).collect();
     let bounces = taken(context, "rebounds", &pairs, |(form, case)| bounce::bounce(form, case))?;
     let scenes = stages.iter().map(|stage| stage.scene.clone()).collect();
-    let facts = Facts { scenes, rows, bounces };
+    let facts = Facts { scenes, rows: rows.all()?, bounces: bounces.all()? };
     let (facts, scenes, seed) = (
         facts,
         stages.iter().map(|stage| (stage.scene.id.clone(), stage.hash.clone())).collect(),

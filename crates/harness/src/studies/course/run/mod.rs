@@ -9,7 +9,7 @@ use crate::run::{Counts, Runner, Simulation};
 use crate::scenes::{build, bundled, free_edge_midpoint};
 use crate::stability::{Rule, gershgorin, judge};
 use crate::studies::course::facts::{Facts, Lesson, Run, Scene, Support};
-use crate::studies::{Context, Measured, cells, prepared};
+use crate::studies::{Context, Measured, Start, cells, prepared};
 use crate::{HarnessError, system_hash};
 use drape_integrator::Method;
 use drape_model::{Effect, State, System, TimeSpan};
@@ -209,6 +209,11 @@ pub(super) fn method() -> String {
         .to_owned()
 }
 
+/// The systems from which its runs start.
+pub(super) fn starts() -> Vec<Start> {
+    SCENES.map(|id| Start::new(id, move || Ok(bundled(id)?.discretise()?))).into()
+}
+
 pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError> {
     let chosen: Vec<_> =
         SCENES.into_iter().filter(|scene| !context.quick || *scene == QUICK).collect();
@@ -218,7 +223,7 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError
         .flat_map(|plan| settings.iter().map(move |setting| (plan, setting)))
         .collect();
     let mut runs =
-        cells(context, "lessons", &pairs, |(plan, setting)| setting.run(plan))?.into_iter();
+        cells(context, "lessons", &pairs, |(plan, setting)| setting.run(plan))?.all()?.into_iter();
     let mut lessons: Vec<Lesson> = Vec::new();
     let scenes: Vec<_> = settings.iter().map(|setting| setting.scene.clone()).collect();
     for plan in &LESSONS {

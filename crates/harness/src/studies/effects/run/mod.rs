@@ -11,7 +11,7 @@ mod tests;
 use crate::facts::{Fact, fact};
 use crate::methods::{self, Choice};
 use crate::studies::effects::facts::{EVERYTHING, Facts, NOTHING, Support, TimingRow};
-use crate::studies::{Context, Measured, cells, prepared, timed, variant};
+use crate::studies::{Context, Measured, Start, cells, prepared, timed, variant};
 use crate::{HarnessError, system_hash};
 use additions::Addition;
 use drape_integrator::Method;
@@ -76,6 +76,14 @@ pub(super) fn method() -> String {
     )
 }
 
+/// The systems from which its runs start.
+pub(super) fn starts() -> Vec<Start> {
+    let start = |addition: Addition| {
+        Start::new(addition.name, move || additions::scene(addition.name, &addition.adds))
+    };
+    additions::all().into_iter().map(start).collect()
+}
+
 pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, HarnessError> {
     let additions: Vec<Addition> = additions::all();
     let variants = prepared(context, "scenes", &additions, Variant::new)?;
@@ -92,7 +100,8 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, H
         })
         .flat_map(|variant| chosen.iter().map(move |method| (variant, *method)))
         .collect();
-    let cells = cells(context, "runs", &pairs, |(variant, method)| variant.cell(nothing, method))?;
+    let cells =
+        cells(context, "runs", &pairs, |(variant, method)| variant.cell(nothing, method))?.all()?;
     let facts = Facts {
         scene: additions::base().to_string(),
         duration_s: DURATION,
@@ -114,7 +123,8 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, H
         let rows = timed(context, "timings", &pairs, |(variant, method)| {
             let choice = Choice::parse(method, &[])?;
             variant.time(nothing, &choice, context.allocated)
-        })?;
+        })?
+        .all()?;
         timings = Some(rows.into_iter().flatten().collect());
     }
     Ok(Measured { facts, timings, scenes, seed: None })

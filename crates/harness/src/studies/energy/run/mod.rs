@@ -11,10 +11,10 @@ use crate::stability::reference;
 use crate::studies::energy::facts::{Facts, Row, Scene};
 use crate::studies::sheet::{GRAVITY, Sheet};
 use crate::studies::variant::{is_explicit, of_registry};
-use crate::studies::{Context, Measured, prepared, taken};
+use crate::studies::{Context, Measured, Start, prepared, taken};
 use crate::{HarnessError, system_hash};
 use drape_integrator::Method;
-use drape_model::{DampingLaw, ObstacleSpec, TimeSpan, Vec3};
+use drape_model::{DampingLaw, ObstacleSpec, SystemSpec, TimeSpan, Vec3};
 use drape_report::Verdict;
 use watch::Flow;
 
@@ -98,38 +98,58 @@ struct Setting {
     greatest_frequency: f64,
 }
 
-impl Setting {
-    fn new((case, is_damped): &(Case, bool)) -> Result<Self, HarnessError> {
-        let Case { name, body, side, stiffness, duration, .. } = *case;
-        let damping = if *is_damped { DAMPING } else { 0.0 };
-        let sheet = Sheet {
-            side,
-            tension: stiffness,
-            shear: 0.1 * stiffness,
-            damping,
+/// Damping over mass, 1/s.
+fn damping(is_damped: bool) -> f64 {
+    if is_damped { DAMPING } else { 0.0 }
+}
+
+impl Case {
+    fn id(&self, is_damped: bool) -> String {
+        format!("{} {}", self.name, if is_damped { "damped" } else { "undamped" })
+    }
+
+    fn sheet(&self, is_damped: bool) -> Sheet {
+        Sheet {
+            side: self.side,
+            tension: self.stiffness,
+            shear: 0.1 * self.stiffness,
+            damping: damping(is_damped),
             law: DampingLaw::Full,
-            gravity: if body == Body::Spinning { [0.0; 3] } else { GRAVITY },
-            is_pinned: body == Body::Hanging,
-        };
-        let mut spec = sheet.spec()?;
-        if body == Body::Sphere {
+            gravity: if self.body == Body::Spinning { [0.0; 3] } else { GRAVITY },
+            is_pinned: self.body == Body::Hanging,
+        }
+    }
+
+    /// With its spin, if it has one.
+    fn spec(&self, is_damped: bool) -> Result<SystemSpec, HarnessError> {
+        let mut spec = self.sheet(is_damped).spec()?;
+        if self.body == Body::Sphere {
             // A little beside the middle: nothing should hang on a symmetry.
             let (center_m, radius_m) = ([0.03, 0.01, -0.4], 0.35);
             spec.obstacles.push(ObstacleSpec::sphere(center_m, radius_m, 0.0));
         }
-        let (system, mut state) = spec.build()?;
-        if body == Body::Spinning {
+        let (_, mut state) = spec.build()?;
+        if self.body == Body::Spinning {
             for (v, x) in state.v.iter_mut().zip(&state.x) {
                 *v = (Vec3::x() * SPIN).cross(x); // the centre of mass is the origin
             }
         }
-        let hash = system_hash(&spec.with_state(&state));
+        Ok(spec.with_state(&state))
+    }
+}
+
+impl Setting {
+    fn new((case, is_damped): &(Case, bool)) -> Result<Self, HarnessError> {
+        let Case { name, stiffness, duration, .. } = *case;
+        let (sheet, damping) = (case.sheet(*is_damped), damping(*is_damped));
+        let spec = case.spec(*is_damped)?;
+        let (system, state) = spec.build()?;
+        let hash = system_hash(&spec);
         let simulation = Simulation { system, state };
         let time = TimeSpan { step_s: STEP, duration_s: duration };
         let reference = reference(&simulation, &Schedule::steady(time))?;
-        let variant = if *is_damped { "damped" } else { "undamped" };
         let scene = Scene {
-            id: format!("{name} {variant}"),
+            id: case.id(*is_damped),
             scene: name.to_owned(),
             is_damped: *is_damped,
             particles: simulation.system.len(),
@@ -206,6 +226,15 @@ pub(super) fn method() -> String {
         .to_owned()
 }
 
+/// The systems from which its runs start.
+pub(super) fn starts() -> Vec<Start> {
+    let both = |case: Case| [false, true].map(|is_damped| (case, is_damped));
+    let start = |(case, is_damped): (Case, bool)| {
+        Start::new(case.id(is_damped), move || case.spec(is_damped))
+    };
+    CASES.into_iter().flat_map(both).map(start).collect()
+}
+
 pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError> {
     let chosen: Vec<_> = CASES
         .into_iter()
@@ -218,7 +247,8 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError
         .iter()
         .flat_map(|setting| variants.iter().map(move |variant| (setting, variant)))
         .collect();
-    let rows = taken(context, "methods", &pairs, |(setting, variant)| setting.row(variant))?;
+    let rows =
+        taken(context, "methods", &pairs, |(setting, variant)| setting.row(variant))?.all()?;
     let unattributed = unattributed(&rows);
     let scenes = settings.iter().map(|setting| setting.scene.clone()).collect();
     let facts = Facts { scenes, rows, unattributed };

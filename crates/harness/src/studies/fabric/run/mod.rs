@@ -7,7 +7,7 @@ mod tests;
 
 use super::facts::{AT_REST, Facts, Model};
 use crate::facts::{Fact, fact};
-use crate::studies::{Context, Measured, cells};
+use crate::studies::{Context, Measured, Start, cells};
 use crate::{HarnessError, system_hash};
 use drape_model::fabric::Material;
 use std::collections::BTreeMap;
@@ -98,6 +98,29 @@ impl Plan {
     }
 }
 
+fn strip_name(model: Model) -> String {
+    format!("cantilever, {model}, Γ = 8, {} edges", SEGMENTS[1])
+}
+
+fn drape_name(cloth: &str, cells: u32) -> String {
+    format!("drape test, {cloth}, {cells} squares")
+}
+
+/// The systems from which its runs start.
+pub(super) fn starts() -> Vec<Start> {
+    let strip = |model: Model| {
+        Start::new(strip_name(model), move || strip::system(model, 8.0, SEGMENTS[1], ROWS))
+    };
+    let mut starts: Vec<Start> = Model::ALL.into_iter().map(strip).collect();
+    for (name, cells, _) in Plan::new(false).drapes {
+        let start = Start::new(drape_name(name, cells), move || drape::system(name, cells));
+        if starts.iter().all(|other| other.name() != start.name()) {
+            starts.push(start);
+        }
+    }
+    starts
+}
+
 pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError> {
     let plan = Plan::new(context.quick);
     let bent = cells(context, "cantilevers", &plan.bent, |&(model, gamma, segments)| {
@@ -113,17 +136,16 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError
     let drapes = cells(context, "drape tests", &plan.drapes, |&(name, cells, waves)| {
         drape::drape(name, cells, waves)
     })?;
+    let (bent, widths, edgewise) = (bent.all()?, widths.all()?, edgewise.all()?);
+    let drapes = drapes.all()?;
     let mut scenes = BTreeMap::new();
     for model in Model::ALL {
         let spec = strip::system(model, 8.0, SEGMENTS[1], ROWS)?;
-        scenes.insert(
-            format!("cantilever, {model}, Γ = 8, {} edges", SEGMENTS[1]),
-            system_hash(&spec),
-        );
+        scenes.insert(strip_name(model), system_hash(&spec));
     }
     for &(name, cells, _) in &plan.drapes {
         let spec = drape::system(name, cells)?;
-        scenes.insert(format!("drape test, {name}, {cells} squares"), system_hash(&spec));
+        scenes.insert(drape_name(name, cells), system_hash(&spec));
     }
     let cloths = Material::bundled().map(drape::cloth).collect::<Result<_, _>>()?;
     let facts = Facts { bent, widths, edgewise, cloths, bands: drape::bands(), drapes };

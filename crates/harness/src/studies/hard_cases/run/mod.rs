@@ -11,7 +11,7 @@ mod tweak;
 use crate::HarnessError;
 use crate::facts::{Fact, fact};
 use crate::studies::hard_cases::facts::{Case, Facts};
-use crate::studies::{Context, Measured, cells, prepared};
+use crate::studies::{Context, Measured, Start, cells, prepared};
 use cell::{BUDGET, SEEDS, Stage, cell};
 use std::collections::BTreeMap;
 
@@ -26,7 +26,7 @@ fn facts(context: &Context<'_>, cases: &[scenes::Case]) -> Result<(Facts, Hashes
     let forms = tweak::forms();
     let pairs: Vec<_> =
         stages.iter().flat_map(|stage| forms.iter().map(move |form| (form, stage))).collect();
-    let cells = cells(context, "verdicts", &pairs, |(form, stage)| cell(form, stage))?;
+    let cells = cells(context, "verdicts", &pairs, |(form, stage)| cell(form, stage))?.all()?;
     let unexplained = cells.iter().filter(|cell| cell.differs && cell.explanation.is_none());
     let unexplained = unexplained.map(|cell| {
         let damping = if cell.is_damped { "damped" } else { "undamped" };
@@ -94,6 +94,19 @@ pub(super) fn method() -> String {
          run ends over budget after {BUDGET:e} visits of a spring, which are counted, not timed.",
         SEEDS.len()
     )
+}
+
+/// The systems from which its runs start.
+pub(super) fn starts() -> Vec<Start> {
+    let both = |case: scenes::Case| {
+        let make = case.setup.system;
+        [true, false].map(|is_damped| {
+            let undamped = if is_damped { "" } else { ", undamped" };
+            let name = format!("{}{undamped}", case.name());
+            Start::new(name, move || Ok(scenes::Scenery::new(make, is_damped)?.spec))
+        })
+    };
+    scenes::all().into_iter().flat_map(both).collect()
 }
 
 pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError> {

@@ -14,7 +14,7 @@ use crate::methods;
 use crate::methods::runs::{Steps, Variant};
 use crate::studies::locking::facts::{Facts, Run};
 use crate::studies::variant::{is_explicit, or_defaults};
-use crate::studies::{Context, Measured, prepared, taken};
+use crate::studies::{Context, Measured, Start, prepared, taken};
 use motion::{BUDGET, Setting};
 
 /// Stiffness over mass, 1/s².
@@ -63,6 +63,11 @@ pub(super) fn method() -> String {
     )
 }
 
+/// The systems from which its runs start.
+pub(super) fn starts() -> Vec<Start> {
+    STIFFNESSES.map(|k| Start::new(format!("sheet-{k:e}"), move || motion::spec(k))).into()
+}
+
 pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError> {
     let stiffnesses: &[f64] = if context.quick { &QUICK } else { &STIFFNESSES };
     let settings = prepared(context, "true motion", stiffnesses, |&k| Setting::new(k))?;
@@ -75,10 +80,11 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError
             pairs.extend(steps.iter().map(|&step| (setting, variant, step)));
         }
     }
-    let mut runs =
+    let runs =
         taken(context, "methods", &pairs, |&(setting, variant, step)| setting.run(variant, step))?;
-    beside_backward_euler(&mut runs);
     let springs = taken(context, "springs", &spring::cases(), spring::run)?;
+    let (mut runs, springs) = (runs.all()?, springs.all()?);
+    beside_backward_euler(&mut runs);
     let sheets = settings.iter().map(|setting| setting.sheet.clone()).collect();
     let facts = Facts { sheets, runs, springs };
     let hashes = settings.iter().map(|s| (format!("sheet-{:e}", s.stiffness()), s.hash.clone()));

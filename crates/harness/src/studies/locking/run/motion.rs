@@ -10,7 +10,7 @@ use crate::studies::finite;
 use crate::studies::locking::facts::{self, IMEX_EULER, Run};
 use crate::studies::sheet::{GRAVITY, Sheet};
 use crate::{HarnessError, system_hash};
-use drape_model::{DampingLaw, TimeSpan, Vec3};
+use drape_model::{DampingLaw, SystemSpec, TimeSpan, Vec3};
 use drape_report::Verdict;
 
 /// Particles along each edge, as in the paper's hanging textile.
@@ -114,18 +114,23 @@ fn follow(
     Ok((counts, Way(way)))
 }
 
+/// The sheet at its start.
+pub(super) fn spec(stiffness: f64) -> Result<SystemSpec, HarnessError> {
+    Sheet {
+        side: SIDE,
+        tension: stiffness,
+        shear: SHEAR * stiffness,
+        damping: DAMPING,
+        law: DampingLaw::Full,
+        gravity: GRAVITY,
+        is_pinned: true,
+    }
+    .spec()
+}
+
 impl Setting {
     pub(super) fn new(stiffness: f64) -> Result<Self, HarnessError> {
-        let spec = Sheet {
-            side: SIDE,
-            tension: stiffness,
-            shear: SHEAR * stiffness,
-            damping: DAMPING,
-            law: DampingLaw::Full,
-            gravity: GRAVITY,
-            is_pinned: true,
-        }
-        .spec()?;
+        let spec = spec(stiffness)?;
         let (system, state) = spec.build()?;
         let simulation = Simulation { system, state };
         let (bound, damping) = gershgorin(&simulation.system);

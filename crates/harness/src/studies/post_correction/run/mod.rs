@@ -8,7 +8,7 @@ mod tests;
 use crate::HarnessError;
 use crate::facts::{Fact, fact};
 use crate::studies::post_correction::facts::Facts;
-use crate::studies::{Context, Measured, cells, prepared};
+use crate::studies::{Context, Measured, Start, cells, prepared};
 use corrected::{DESBRUN, Group, PROVOT};
 use sheets::{Kind, REFERENCE_STEP, SIDE, Setting};
 
@@ -57,6 +57,11 @@ pub(super) fn method() -> String {
     )
 }
 
+/// The systems from which its runs start.
+pub(super) fn starts() -> Vec<Start> {
+    Kind::ALL.map(|kind| Start::new(kind.name(), move || kind.spec(sheets::SOFT, true))).into()
+}
+
 pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError> {
     let quick = context.quick;
     let kinds = if quick { &Kind::ALL[..1] } else { &Kind::ALL[..] };
@@ -94,7 +99,8 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError
         corrected::sweeps(setting, limit, order, STEP)
     })?;
     let meshes = settings.iter().map(|setting| setting.mesh.clone()).collect();
-    let facts = Facts { meshes, rows: rows.into_iter().flatten().collect(), spins, sweeps };
+    let rows = rows.all()?.concat();
+    let facts = Facts { meshes, rows, spins: spins.all()?, sweeps: sweeps.all()? };
     let (facts, scenes, seed) =
         (facts, settings.iter().map(|s| (s.mesh.id.clone(), s.hash.clone())).collect(), Some(1));
     Ok(Measured { facts, timings: None, scenes, seed })

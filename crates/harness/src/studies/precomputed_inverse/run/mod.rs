@@ -11,7 +11,7 @@ use crate::methods::Choice;
 use crate::run::Simulation;
 use crate::studies::precomputed_inverse::facts::{Facts, TimingRow};
 use crate::studies::stepper::Stepper;
-use crate::studies::{Context, Measured, cells, timed};
+use crate::studies::{Context, Measured, Start, cells, timed};
 use crate::{HarnessError, system_hash};
 use drape_model::Vec3;
 use std::collections::BTreeMap;
@@ -57,19 +57,31 @@ pub(super) fn method() -> String {
     )
 }
 
+/// The systems from which its runs start.
+pub(super) fn starts() -> Vec<Start> {
+    let mut starts: Vec<Start> = Vec::new();
+    for case in system::cases(&SIDES) {
+        let start = Start::new(case.name(), move || case.spec());
+        if starts.iter().all(|other| other.name() != start.name()) {
+            starts.push(start);
+        }
+    }
+    starts
+}
+
 pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, HarnessError> {
     let cases = system::cases(if context.quick { &QUICK_SIDES } else { &SIDES });
     let solvers = cells(context, "solvers", &cases, system::solver)?;
     let changes = cells(context, "changes", &changes::METHODS, |(solver, method)| {
         changes::change(solver, method)
     })?;
-    let facts = Facts { solvers, changes };
+    let facts = Facts { solvers: solvers.all()?, changes: changes.all()? };
     let mut hashes = BTreeMap::new();
     for case in &cases {
-        let name = format!("{} particles, k/m = {:e}", case.side * case.side, case.stiffness);
-        hashes.insert(name, system_hash(&case.spec()?));
+        hashes.insert(case.name(), system_hash(&case.spec()?));
     }
-    let timings = if context.quick { None } else { Some(timed(context, "timings", &cases, time)?) };
+    let timings =
+        if context.quick { None } else { Some(timed(context, "timings", &cases, time)?.all()?) };
     Ok(Measured { facts, timings, scenes: hashes, seed: None })
 }
 

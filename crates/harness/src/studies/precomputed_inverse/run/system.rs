@@ -39,6 +39,10 @@ pub(super) struct Case {
 }
 
 impl Case {
+    pub(super) fn name(&self) -> String {
+        format!("{} particles, k/m = {:e}", self.side * self.side, self.stiffness)
+    }
+
     pub(super) fn spec(&self) -> Result<SystemSpec, HarnessError> {
         hanging(self.side, self.stiffness)
     }

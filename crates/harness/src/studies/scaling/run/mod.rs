@@ -11,9 +11,9 @@ use crate::studies::scaling::facts::{
     Cell, FIXED_MATERIAL, FIXED_QUOTIENT, Facts, RunTiming, TimingRow,
 };
 use crate::studies::sheet::{GRAVITY, Sheet};
-use crate::studies::{Context, Measured, cells, prepared, timed};
+use crate::studies::{Context, Measured, Start, cells, prepared, timed};
 use crate::{HarnessError, system_hash};
-use drape_model::{DampingLaw, TimeSpan};
+use drape_model::{DampingLaw, SystemSpec, TimeSpan};
 use drape_report::Verdict;
 use std::collections::BTreeMap;
 use std::hint::black_box;
@@ -56,27 +56,41 @@ struct Mesh {
     hash: Option<String>,
 }
 
+fn sheet(series: &str, side: u32) -> Sheet {
+    let is_material = series == FIXED_MATERIAL;
+    let refinement = f64::from(side * side) / f64::from(BASE * BASE);
+    let factor = if is_material { refinement } else { 1.0 };
+    Sheet {
+        side,
+        tension: STIFFNESS * factor,
+        shear: 0.25 * STIFFNESS * factor,
+        damping: DAMPING * factor,
+        law: DampingLaw::Full,
+        gravity: GRAVITY,
+        is_pinned: true,
+    }
+}
+
+/// The sheet with a wave in and out of its plane.
+fn waved(sheet: Sheet) -> Result<SystemSpec, HarnessError> {
+    let mut spec = sheet.spec()?;
+    for position in &mut spec.particles.position_m {
+        let [x, y, _] = position.map(|a| 2.0 * std::f64::consts::PI * a);
+        position[0] += AMPLITUDE * libm::sin(x) * libm::cos(y);
+        position[1] += AMPLITUDE * libm::cos(x) * libm::sin(y);
+        position[2] += AMPLITUDE * libm::sin(x + y);
+    }
+    Ok(spec)
+}
+
+fn name(series: &str, side: u32) -> String {
+    format!("{series} n={}", side * side)
+}
+
 impl Mesh {
     fn new(series: &'static str, side: u32, steps: u64) -> Result<Self, HarnessError> {
-        let is_material = series == FIXED_MATERIAL;
-        let refinement = f64::from(side * side) / f64::from(BASE * BASE);
-        let factor = if is_material { refinement } else { 1.0 };
-        let sheet = Sheet {
-            side,
-            tension: STIFFNESS * factor,
-            shear: 0.25 * STIFFNESS * factor,
-            damping: DAMPING * factor,
-            law: DampingLaw::Full,
-            gravity: GRAVITY,
-            is_pinned: true,
-        };
-        let mut spec = sheet.spec()?;
-        for position in &mut spec.particles.position_m {
-            let [x, y, _] = position.map(|a| 2.0 * std::f64::consts::PI * a);
-            position[0] += AMPLITUDE * libm::sin(x) * libm::cos(y);
-            position[1] += AMPLITUDE * libm::cos(x) * libm::sin(y);
-            position[2] += AMPLITUDE * libm::sin(x + y);
-        }
+        let sheet = sheet(series, side);
+        let spec = waved(sheet)?;
         let hash = (side < LARGE).then(|| system_hash(&spec));
         let springs = spec.springs.len();
         let (system, state) = spec.build()?;
@@ -198,20 +212,26 @@ pub(super) fn method() -> String {
     )
 }
 
+/// The systems from which its runs start.
+pub(super) fn starts() -> Vec<Start> {
+    let start =
+        |(series, side, _)| Start::new(name(series, side), move || waved(sheet(series, side)));
+    // The largest would take much memory, and the record has no hash of them.
+    sizes(false).into_iter().filter(|(_, side, _)| *side < LARGE).map(start).collect()
+}
+
 pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, HarnessError> {
     let sizes = sizes(context.quick);
     let meshes = prepared(context, "meshes", &sizes, |&(series, side, steps)| {
         Mesh::new(series, side, steps)
     })?;
     let pairs = pairs(&meshes);
-    let cells = cells(context, "counts", &pairs, |(mesh, contender)| mesh.cell(contender))?;
+    let cells =
+        cells(context, "counts", &pairs, |(mesh, contender)| mesh.cell(contender))?.all()?;
     let facts = Facts { cells };
     let hashes: BTreeMap<_, _> = meshes
         .iter()
-        .filter_map(|mesh| {
-            let name = format!("{} n={}", mesh.series, mesh.side * mesh.side);
-            Some((name, mesh.hash.clone()?))
-        })
+        .filter_map(|mesh| Some((name(mesh.series, mesh.side), mesh.hash.clone()?)))
         .collect();
     let mut timings = None;
     if !context.quick {
@@ -223,13 +243,16 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, H
             .chain(pairs.iter().copied().filter(|(mesh, _)| mesh.series == FIXED_QUOTIENT))
             .collect();
         let mut rows =
-            timed(context, "timings", &chosen, |(mesh, contender)| mesh.time(contender))?;
-        rows.extend(timed(context, "bandwidth", &[()], |()| Ok(triad()))?);
+            timed(context, "timings", &chosen, |(mesh, contender)| mesh.time(contender))?.all()?;
+        rows.extend(timed(context, "bandwidth", &[()], |()| Ok(triad()))?.all()?);
         if let Some(allocated) = context.allocated {
             let sheet = |side| Sheet { side, ..between[0].sheet };
-            rows.extend(timed(context, "memory", &memory::SIZES, |&side| {
-                memory::measure(&sheet(side), allocated).map(TimingRow::Memory)
-            })?);
+            rows.extend(
+                timed(context, "memory", &memory::SIZES, |&side| {
+                    memory::measure(&sheet(side), allocated).map(TimingRow::Memory)
+                })?
+                .all()?,
+            );
         }
         timings = Some(rows);
     }

@@ -11,9 +11,9 @@ use crate::run::{Runner, Simulation};
 use crate::schedule::Schedule;
 use crate::studies::sheet::{GRAVITY, Sheet};
 use crate::studies::solver_control::facts::{Facts, History, Run, Scene, TimingRow};
-use crate::studies::{Context, Measured, cells, finite, prepared, timed};
+use crate::studies::{Context, Measured, Start, cells, finite, prepared, timed};
 use crate::{HarnessError, system_hash};
-use drape_model::{DampingLaw, State, TimeSpan};
+use drape_model::{DampingLaw, State, SystemSpec, TimeSpan};
 use drape_oracle::order::position_error;
 use drape_oracle::reference::{Reference, ReferenceSettings, reference};
 use drape_report::Verdict;
@@ -69,23 +69,30 @@ struct Setting {
     hash: String,
 }
 
-impl Setting {
-    fn new(case: &Case) -> Result<Self, HarnessError> {
+impl Case {
+    fn spec(&self) -> Result<SystemSpec, HarnessError> {
         let sheet = Sheet {
             side: SIDE,
-            tension: case.stiffness,
-            shear: 0.1 * case.stiffness,
-            damping: case.damping,
+            tension: self.stiffness,
+            shear: 0.1 * self.stiffness,
+            damping: self.damping,
             law: DampingLaw::Full,
             gravity: GRAVITY,
             is_pinned: true,
         };
         let mut spec = sheet.spec()?;
-        if case.is_stretched {
+        if self.is_stretched {
             for position in spec.particles.position_m.iter_mut().flatten() {
                 *position *= STRETCH;
             }
         }
+        Ok(spec)
+    }
+}
+
+impl Setting {
+    fn new(case: &Case) -> Result<Self, HarnessError> {
+        let spec = case.spec()?;
         let (system, state) = spec.build()?;
         let settings =
             ReferenceSettings { tolerance: REFERENCE_TOLERANCE, ..ReferenceSettings::default() };
@@ -239,6 +246,11 @@ pub(super) fn method() -> String {
         .to_owned()
 }
 
+/// The systems from which its runs start.
+pub(super) fn starts() -> Vec<Start> {
+    CASES.map(|case| Start::new(case.id, move || case.spec())).into()
+}
+
 pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, HarnessError> {
     let chosen: Vec<_> =
         CASES.into_iter().filter(|case| !context.quick || case.id == runs::QUICK_SCENE).collect();
@@ -248,7 +260,8 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, H
         .flat_map(|setting| all(&setting.case).into_iter().map(move |cell| (setting, cell)))
         .filter(|(_, cell)| !context.quick || cell.is_quick)
         .collect();
-    let measured = cells(context, "runs", &listed, |(setting, cell)| measure(setting, cell))?;
+    let measured =
+        cells(context, "runs", &listed, |(setting, cell)| measure(setting, cell))?.all()?;
     let histories = measured.iter().filter(|m| runs::has_history(&m.run)).map(|m| History {
         scene: m.run.scene.clone(),
         label: m.run.label.clone(),
@@ -266,7 +279,8 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, H
     let mut timings = None;
     if !context.quick {
         let listed: Vec<_> = listed.iter().filter(|(_, cell)| cell.is_timed).collect();
-        timings = Some(timed(context, "timings", &listed, |(setting, cell)| time(setting, cell))?);
+        timings =
+            Some(timed(context, "timings", &listed, |(setting, cell)| time(setting, cell))?.all()?);
     }
     Ok(Measured { facts, timings, scenes: hashes, seed: None })
 }

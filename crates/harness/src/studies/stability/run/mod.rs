@@ -12,7 +12,7 @@ use crate::HarnessError;
 use crate::facts::{Fact, fact};
 use crate::studies::stability::facts::{Cell, Facts};
 use crate::studies::variant::of_registry;
-use crate::studies::{Context, Measured, cells, prepared, taken};
+use crate::studies::{Context, Measured, Start, cells, prepared, taken};
 use sheet::{SEEDS, Setting};
 
 /// Steps of the atlas, longest first, s.
@@ -63,6 +63,16 @@ pub(super) fn method() -> String {
     )
 }
 
+/// The systems from which its runs start.
+pub(super) fn starts() -> Vec<Start> {
+    let start = |(stiffness, damping, _)| {
+        Start::new(sheet::name(stiffness, damping), move || {
+            sheet::spec(stiffness, damping, sheet::SHEAR)
+        })
+    };
+    columns(false).into_iter().map(start).collect()
+}
+
 pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError> {
     let variants = of_registry(|runs| runs.stability);
     let columns = columns(context.quick);
@@ -79,7 +89,8 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError
     let limits = limit::cases(&variants, context.quick)?;
     let limits = taken(context, "limits", &limits, limit::run)?;
     let shear = cells(context, "explicit shear", &shear::cases(context.quick), shear::run)?;
-    let facts = Facts { cells: atlas.into_iter().flatten().collect(), limits, shear };
+    let (cells, limits, shear) = (atlas.all()?.concat(), limits.all()?, shear.all()?);
+    let facts = Facts { cells, limits, shear };
     let hashes = settings.iter().map(|setting| (setting.name(), setting.hash.clone()));
     let (facts, scenes, seed) = (facts, hashes.collect(), Some(SEEDS[0]));
     Ok(Measured { facts, timings: None, scenes, seed })

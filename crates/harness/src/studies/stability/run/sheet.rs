@@ -6,7 +6,7 @@ use crate::schedule::Schedule;
 use crate::stability::gershgorin;
 use crate::studies::sheet::{GRAVITY, Sheet};
 use crate::{HarnessError, system_hash};
-use drape_model::{DampingLaw, TimeSpan, Vec3};
+use drape_model::{DampingLaw, SystemSpec, TimeSpan, Vec3};
 use drape_oracle::Random;
 
 const SIDE: u32 = 8;
@@ -65,6 +65,24 @@ pub(super) fn run(
     Ok((counts, reach.filter(|reach| reach.is_finite())))
 }
 
+pub(super) fn name(stiffness: f64, damping: f64) -> String {
+    format!("sheet, k/m={stiffness:e}, d/m={damping}")
+}
+
+/// The sheet at rest, with a ratio of the shear to the tension springs.
+pub(super) fn spec(stiffness: f64, damping: f64, shear: f64) -> Result<SystemSpec, HarnessError> {
+    Sheet {
+        side: SIDE,
+        tension: stiffness,
+        shear: shear * stiffness,
+        damping,
+        law: DampingLaw::Full,
+        gravity: GRAVITY,
+        is_pinned: true,
+    }
+    .spec()
+}
+
 impl Setting {
     pub(super) fn new(stiffness: f64, damping: f64) -> Result<Self, HarnessError> {
         Self::with_shear(stiffness, damping, SHEAR)
@@ -90,16 +108,7 @@ impl Setting {
 
     /// Without its true motion.
     pub(super) fn resting(stiffness: f64, damping: f64, shear: f64) -> Result<Self, HarnessError> {
-        let spec = Sheet {
-            side: SIDE,
-            tension: stiffness,
-            shear: shear * stiffness,
-            damping,
-            law: DampingLaw::Full,
-            gravity: GRAVITY,
-            is_pinned: true,
-        }
-        .spec()?;
+        let spec = spec(stiffness, damping, shear)?;
         let (system, state) = spec.build()?;
         let simulation = Simulation { system, state };
         let hash = system_hash(&spec);
@@ -107,7 +116,7 @@ impl Setting {
     }
 
     pub(super) fn name(&self) -> String {
-        format!("sheet, k/m={:e}, d/m={}", self.stiffness, self.damping)
+        name(self.stiffness, self.damping)
     }
 
     /// The start with every free particle moved at random by up to 1e-4 mesh widths along each

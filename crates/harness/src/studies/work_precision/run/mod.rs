@@ -11,7 +11,7 @@ pub(in crate::studies) mod variants;
 use crate::HarnessError;
 use crate::facts::{Fact, fact};
 use crate::studies::work_precision::facts::{Facts, Run, TimingRow};
-use crate::studies::{Context, Measured, prepared, taken};
+use crate::studies::{Context, Measured, Start, prepared, taken};
 use front::LEVELS;
 use scenes::{Setting, cases};
 use serde_json::json;
@@ -32,6 +32,11 @@ pub(super) fn method() -> String {
     METHOD.to_owned()
 }
 
+/// The systems from which its runs start.
+pub(super) fn starts() -> Vec<Start> {
+    cases().into_iter().map(|case| Start::new(case.id(), move || case.spec())).collect()
+}
+
 pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, HarnessError> {
     let mut chosen = cases();
     chosen.retain(|case| !context.quick || case.is_quick());
@@ -46,7 +51,8 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, H
         .collect();
     let limit = context.quick.then_some(QUICK);
     let mut rows =
-        taken(context, "methods", &pairs, |(setting, variant)| setting.row(variant, limit))?;
+        taken(context, "methods", &pairs, |(setting, variant)| setting.row(variant, limit))?
+            .all()?;
     for rows in rows.chunk_by_mut(|a, b| a.scene == b.scene) {
         front::mark(rows);
     }

@@ -144,7 +144,7 @@ impl Case {
         if self.is_heavy { "heavy" } else { "light" }
     }
 
-    fn id(&self) -> String {
+    pub(super) fn id(&self) -> String {
         let (scene, damping) = (self.name(), self.damping_name());
         format!("{scene} {damping} {:e} n={}", self.stiffness, self.side * self.side)
     }

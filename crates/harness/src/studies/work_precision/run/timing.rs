@@ -43,7 +43,8 @@ pub(super) fn rows(
             chosen.extend(row.runs.iter().filter(useful).map(|run| (setting, variant, run)));
         }
     }
-    timed(context, "timings", &chosen, |&(setting, variant, run)| time(setting, variant, run))
+    timed(context, "timings", &chosen, |&(setting, variant, run)| time(setting, variant, run))?
+        .all()
 }
 
 fn is_timed(setting: &Setting) -> bool {

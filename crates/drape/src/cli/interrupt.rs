@@ -1,0 +1,72 @@
+//! Ctrl-C: what is there is kept, and one line says how to go on.
+
+use drape_harness::compare::quoted;
+use drape_report::tell;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// The exit code that shells give to a command that Ctrl-C ended: 128 and the number of SIGINT.
+pub(crate) const INTERRUPTED: u8 = 130;
+
+static FLAG: AtomicBool = AtomicBool::new(false);
+
+/// Sets what Ctrl-C does, on a thread of its own. Where no such signal or no thread can be had,
+/// Ctrl-C ends the process as ever.
+#[cfg(unix)]
+fn on_signal(mut act: impl FnMut() + Send + 'static) {
+    let Ok(mut signals) = signal_hook::iterator::Signals::new([signal_hook::consts::SIGINT]) else {
+        return;
+    };
+    let handle = signals.handle();
+    let wait = move || signals.forever().for_each(|_| act());
+    if std::thread::Builder::new().name("interrupt".to_owned()).spawn(wait).is_err() {
+        handle.close();
+    }
+}
+
+#[cfg(not(unix))]
+fn on_signal(_act: impl FnMut() + Send + 'static) {}
+
+/// Ends the process at once and says how to go on: its journal holds every finished cell.
+pub(crate) fn end_and_tell() {
+    on_signal(|| {
+        tell!("\ndrape: interrupted; finished cells are kept; to go on: {}", command(&["--fresh"]));
+        std::process::exit(INTERRUPTED.into());
+    });
+}
+
+/// A flag that the first Ctrl-C sets, so that the command ends soon and keeps what it has. The
+/// second ends the process at once.
+pub(crate) fn flag() -> &'static AtomicBool {
+    on_signal(|| {
+        if FLAG.swap(true, Ordering::Relaxed) {
+            tell!("\ndrape: interrupted twice; nothing is kept");
+            std::process::exit(INTERRUPTED.into());
+        }
+    });
+    &FLAG
+}
+
+/// Whether Ctrl-C was pressed.
+pub(crate) fn is_set() -> bool {
+    FLAG.load(Ordering::Relaxed)
+}
+
+/// The command line of this process without some options.
+pub(crate) fn command(without: &[&str]) -> String {
+    let words = std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned());
+    let words = words.filter(|word| !without.contains(&word.as_str()));
+    let words = std::iter::once("drape".to_owned()).chain(words.map(|word| quoted(&word)));
+    words.collect::<Vec<_>>().join(" ")
+}
+
+/// The user ended the command; what it had is kept.
+#[derive(Debug)]
+pub(crate) struct Interrupted(pub(crate) String);
+
+impl std::fmt::Display for Interrupted {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for Interrupted {}

@@ -1,0 +1,56 @@
+//! The scenes from which studies start, as scenes of the command.
+
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+use drape_harness::record::Run;
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn drape(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_drape")).args(arguments).output().unwrap()
+}
+
+/// A tenth of a second with a method; the record.
+fn run(scene: &str, out: &Path) -> Run {
+    let out = out.to_str().unwrap();
+    let time = ["--dt", "0.01", "--duration", "0.1", "--out", out];
+    let output = drape(&[&["run", scene, "--method", "imex-euler"][..], &time].concat());
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&std::fs::read(out).unwrap()).unwrap()
+}
+
+/// The record of the study names the hash of its own start; a run from the printed system, and one
+/// from the name, begin there and have the same bits.
+#[test]
+fn a_start_is_printed_and_run_again_with_the_bits_of_the_study() {
+    let folder = tempfile::tempdir().unwrap();
+    let results = concat!(env!("CARGO_MANIFEST_DIR"), "/../../results/energy.json");
+    let record: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(results).unwrap()).unwrap();
+    for name in ["spinning-1e4 damped", "sphere-1e4 undamped"] {
+        let scene = format!("energy/{name}");
+        let printed = drape(&["system", &scene]);
+        assert!(printed.status.success());
+        let file = folder.path().join("system.json");
+        std::fs::write(&file, &printed.stdout).unwrap();
+        let by_name = run(&scene, &folder.path().join("name.json"));
+        let by_file = run(file.to_str().unwrap(), &folder.path().join("file.json"));
+        assert_eq!(by_name.final_state, by_file.final_state, "{name}");
+        let hash = record["provenance"]["scene_sha256"][name].as_str().unwrap();
+        assert_eq!([&by_name.scene_hash, &by_file.scene_hash], [hash, hash], "{name}");
+    }
+}
+
+#[test]
+fn starts_are_listed_and_a_wrong_name_is_refused_with_the_right_ones() {
+    let listed = drape(&["list", "study-scenes"]);
+    let text = String::from_utf8(listed.stdout).unwrap();
+    assert!(
+        text.lines().count() > 200 && text.lines().any(|line| line == "order/smooth"),
+        "{text}"
+    );
+    let refused = drape(&["system", "order/rough"]);
+    let said = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert_eq!(refused.status.code(), Some(2), "{said}");
+    assert!(said.contains("no scene `rough`") && said.contains("smooth-projected"), "{said}");
+}
