@@ -13,6 +13,7 @@ mod families;
 mod film;
 mod inspect;
 mod journal;
+pub mod judgement;
 mod kept;
 pub mod methods;
 mod motion;
@@ -45,7 +46,9 @@ pub use ordered::{Moving, OrderedSimulation, Peak};
 pub use presets::{Preset, presets};
 pub use provenance::{Source, provenance, sha256, system_hash};
 pub use run::{Counts, Divergence, Moment, Outcome, Runner, Simulation};
-pub use scenes::{bundled, free_edge_midpoint};
+pub use scenes::{
+    bundled, free_edge_midpoint, with_damping_scaled, with_particles_a_side, with_stiffness,
+};
 pub use stability::{Energy, Rule, judge, reference_energy};
 pub use team::{Team, start_threads};
 pub use tunnel::{Passage, Tunnels};
