@@ -490,8 +490,8 @@ impl<'a> Worker<'a> {
             },
             Judged::Stable => match self.expected.share() {
                 Some(_) => format!(
-                    "With h²k/m = {:.1e} its matrix holds the stiff springs back and lets the \
-                     cloth fall.",
+                    "With h²k/m = {:.1e} it holds the stiff springs back and lets the cloth \
+                     move.",
                     self.theta
                 ),
                 None if self.limit.is_finite() && ratio <= 1.0 => format!(

@@ -4,6 +4,7 @@ use crate::engine::{Pane, Phase, Runs};
 use crate::limits;
 use crate::messages::{Reply, Request, frame, hello, scenery};
 use crate::setup::Setup;
+use std::sync::OnceLock;
 use std::time::Duration;
 
 /// Time that passes in one tick at most, s: a page that was asleep does not jump.
@@ -69,7 +70,9 @@ impl Session {
 
     /// The first message to the page.
     pub fn greet(&self) -> Out {
-        text(&hello())
+        // It is the same for all pages, and takes a while: every bundled scene is read.
+        static HELLO: OnceLock<Out> = OnceLock::new();
+        HELLO.get_or_init(|| text(&hello())).clone()
     }
 
     /// Does what the page asks for.

@@ -190,11 +190,9 @@ fn panes_run_in_step_and_say_how_to_repeat_them() {
     let mut page = server.open();
     let panes = json!([sheet("imex-euler"), sheet("imex-updated")]);
     page.say(&json!({ "do": "open", "panes": panes }).to_string());
-    page.say(r#"{"do":"step"}"#);
     for pane in 0..2 {
         page.wait_for(|m| m["tell"] == "scenery" && m["pane"] == pane && m["particles"] == 400);
     }
-    // The step was asked for before the panes were ready, and is asked for again.
     page.say(r#"{"do":"step"}"#);
     page.wait_for(|m| m["tell"] == "status" && m["numbers"]["step"] == 1);
     page.say(r#"{"do":"repeat","pane":1}"#);

@@ -41,7 +41,7 @@ fn explicit_euler_explodes_plain_imex_locks_and_updated_cg_falls() {
     for (method, phase, kind, said) in [
         ("explicit-euler", Phase::Diverged, Judged::Diverged, "times as long"),
         ("imex-euler", Phase::Ended, Judged::Locked, "will lock"),
-        ("imex-updated", Phase::Ended, Judged::Stable, "lets the cloth fall"),
+        ("imex-updated", Phase::Ended, Judged::Stable, "lets the cloth move"),
     ] {
         let pane = Pane::start(setup(method), &runs).unwrap();
         let (found, snapshot) = finish(&pane);

@@ -1,6 +1,6 @@
 // One pane: picture, verdict, numbers, energies and knobs of its own.
 
-import { button, make, say, short } from "./dom";
+import { button, make, say, sentence, short } from "./dom";
 import { knobs } from "./knobs";
 import type { Frame, Hello, Scenery, Setup, Status } from "./messages";
 import { Plot } from "./plot";
@@ -193,7 +193,7 @@ export class PaneView {
     this.verdict.className = `verdict ${kind}`;
     say(this.kind, NAMES[kind] ?? kind);
     say(this.how, how);
-    say(this.reason, reason);
+    say(this.reason, sentence(reason));
     say(this.why, why);
   }
 

@@ -4,6 +4,7 @@ use crate::cli::output::print;
 use drape_lab::Server;
 use drape_model::Violation;
 use drape_report::tell;
+use std::process::{Command, Stdio};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
@@ -32,10 +33,24 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     print(&format!("{address}\n"))?;
     tell!("drape: the lab runs at this address until you press Ctrl+C");
     if !arguments.no_open
-        && let Err(error) = open::that_detached(&address)
+        && let Err(error) = open(&address)
     {
         tell!("drape: no browser could be opened ({error}): open the address yourself");
     }
     server.serve(std::future::pending())?;
     Ok(())
+}
+
+/// Opens an address with the program that the system has for it.
+fn open(address: &str) -> std::io::Result<()> {
+    let (program, first): (&str, &[&str]) = if cfg!(target_os = "macos") {
+        ("open", &[])
+    } else if cfg!(windows) {
+        ("rundll32", &["url.dll,FileProtocolHandler"])
+    } else {
+        ("xdg-open", &[])
+    };
+    let mut command = Command::new(program);
+    command.args(first).arg(address).stdin(Stdio::null()).stdout(Stdio::null());
+    command.stderr(Stdio::null()).spawn().map(drop)
 }
