@@ -6,7 +6,9 @@ import { readFile, writeFile } from "node:fs/promises";
 
 const file = new URL("lab.js", import.meta.url);
 const licence = await readFile(new URL("node_modules/three/LICENSE", import.meta.url), "utf8");
-const { version } = JSON.parse(await readFile(new URL("node_modules/three/package.json", import.meta.url), "utf8"));
+const { version } = JSON.parse(
+  await readFile(new URL("node_modules/three/package.json", import.meta.url), "utf8"),
+);
 const banner = `/*!
 The page of drape lab, built from crates/lab/page by \`npm ci && npm run build\`.
 It contains three.js ${version}:
@@ -28,7 +30,9 @@ const built = await build({
 const text = built.outputFiles[0].text;
 if (process.argv.includes("--check")) {
   if (text !== (await readFile(file, "utf8"))) {
-    console.error("lab.js differs from its sources: run `npm ci && npm run build` in crates/lab/page");
+    console.error(
+      "lab.js differs from its sources: run `npm ci && npm run build` in crates/lab/page",
+    );
     process.exit(1);
   }
 } else {

@@ -12,8 +12,17 @@ const NUMBERS = ["stiffness", "damping", "step", "duration", "particles"] as con
 
 /** What the lab opens with: one method explodes, one stands still, one falls. */
 export function opening(): State {
-  const pane = (method: string): Setup => ({ scene: "hanging-textile-1e6", method, step: 0.01, duration: 2 });
-  return { panes: ["explicit-euler", "imex-euler", "imex-updated"].map(pane), rate: 0.5, wait: true };
+  const pane = (method: string): Setup => ({
+    scene: "hanging-textile-1e6",
+    method,
+    step: 0.01,
+    duration: 2,
+  });
+  return {
+    panes: ["explicit-euler", "imex-euler", "imex-updated"].map(pane),
+    rate: 0.5,
+    wait: true,
+  };
 }
 
 /** One `pane` for each pane, with what differs from the first in it; `rate` and `wait` beside them. */
@@ -51,5 +60,9 @@ export function read(text: string): State | undefined {
   }
   if (panes.length === 0) return undefined;
   const rate = Number(query.get("rate") ?? 1);
-  return { panes, rate: rate > 0 && Number.isFinite(rate) ? rate : 1, wait: query.get("wait") !== "no" };
+  return {
+    panes,
+    rate: rate > 0 && Number.isFinite(rate) ? rate : 1,
+    wait: query.get("wait") !== "no",
+  };
 }

@@ -13,7 +13,11 @@ export function make<K extends keyof HTMLElementTagNameMap>(
 }
 
 /** A button. */
-export function button(text: string, act: () => void, attributes: Record<string, string> = {}): HTMLButtonElement {
+export function button(
+  text: string,
+  act: () => void,
+  attributes: Record<string, string> = {},
+): HTMLButtonElement {
   const element = make("button", { type: "button", ...attributes }, text);
   element.addEventListener("click", act);
   return element;

@@ -78,7 +78,8 @@ export function knobs(
   const scenes = new Map(hello.scenes.map((scene) => [scene.name, scene]));
 
   const scene = make("select");
-  if (setups.some((setup) => setup.scene !== first.scene)) scene.append(make("option", { value: "" }, "differs"));
+  if (setups.some((setup) => setup.scene !== first.scene))
+    scene.append(make("option", { value: "" }, "differs"));
   for (const { name } of hello.scenes) scene.append(make("option", { value: name }, name));
   scene.dataset.knob = "scene";
   scene.value = setups.every((setup) => setup.scene === first.scene) ? first.scene : "";
@@ -93,9 +94,15 @@ export function knobs(
     const list = make("datalist", { id: `methods-${++last}` });
     for (const method of hello.methods) {
       list.append(make("option", { value: method.id }, method.name));
-      for (const preset of method.presets) list.append(make("option", { value: `${method.id}:${preset}` }));
+      for (const preset of method.presets)
+        list.append(make("option", { value: `${method.id}:${preset}` }));
     }
-    const method = make("input", { list: list.id, spellcheck: "false", autocomplete: "off", value: first.method });
+    const method = make("input", {
+      list: list.id,
+      spellcheck: "false",
+      autocomplete: "off",
+      value: first.method,
+    });
     method.dataset.knob = "method";
     method.addEventListener("change", () => change([{ ...first, method: method.value.trim() }]));
     box.append(labelled("Method and settings", method, [list], "wide"));
@@ -117,12 +124,17 @@ export function knobs(
     input.disabled = values.some((other) => other === null);
     const take = (number: number): void => {
       const isFit =
-        Number.isFinite(number) && number >= least && number <= most && !(knob.isWhole && !Number.isInteger(number));
+        Number.isFinite(number) &&
+        number >= least &&
+        number <= most &&
+        !(knob.isWhole && !Number.isInteger(number));
       input.setAttribute("aria-invalid", String(!isFit));
       if (isFit) change(setups.map((setup) => ({ ...setup, [knob.key]: number })));
       else complain(`${knob.label}: expected a number from ${short(least)} to ${short(most)}.`);
     };
-    input.addEventListener("change", () => take(input.value.trim() === "" ? NaN : Number(input.value)));
+    input.addEventListener("change", () =>
+      take(input.value.trim() === "" ? NaN : Number(input.value)),
+    );
     const more: Node[] = [];
     if (knob.isLogarithmic && now !== null) {
       const slider = make("input", {

@@ -26,7 +26,14 @@ class Lab {
   private play = button("Play", () => this.toggle(), { class: "main", id: "play" });
   private rate = make("select", { id: "rate", "aria-label": "Speed" });
   private wait = make("input", { type: "checkbox", id: "wait" });
-  private back = make("input", { type: "range", min: "0", max: "1", step: "any", id: "back", "aria-label": "Look back in time" });
+  private back = make("input", {
+    type: "range",
+    min: "0",
+    max: "1",
+    step: "any",
+    id: "back",
+    "aria-label": "Look back in time",
+  });
   private add = button("Add a pane", () => this.addPane(), { id: "add" });
 
   private wishes: Wishes = {
@@ -43,9 +50,12 @@ class Lab {
   };
 
   constructor() {
-    if (!this.wantsPlay) this.complain("Paused, because your system asks for little motion. Press Play.");
+    if (!this.wantsPlay)
+      this.complain("Paused, because your system asks for little motion. Press Play.");
     for (const rate of [0.05, 0.1, 0.25, 0.5, 1, 2, 5]) {
-      this.rate.append(make("option", { value: String(rate) }, rate === 1 ? "real time" : `${rate} × real time`));
+      this.rate.append(
+        make("option", { value: String(rate) }, rate === 1 ? "real time" : `${rate} × real time`),
+      );
     }
     this.rate.addEventListener("change", () => {
       this.state.rate = Number(this.rate.value);
@@ -68,7 +78,10 @@ class Lab {
       make("label", { class: "inline" }, this.wait, "wait for slow panes"),
       this.add,
     );
-    byId("copy").addEventListener("click", () => void navigator.clipboard.writeText(byId("command").textContent ?? ""));
+    byId("copy").addEventListener(
+      "click",
+      () => void navigator.clipboard.writeText(byId("command").textContent ?? ""),
+    );
     byId("close").addEventListener("click", () => byId<HTMLDialogElement>("repeat").close());
     addEventListener("keydown", (event) => this.key(event));
     addEventListener("hashchange", () => {
@@ -132,7 +145,12 @@ class Lab {
       case "repeat": {
         const { command, file, scene } = reply.repeat;
         say(byId("command"), command);
-        say(byId("file"), file === null ? "The scene comes with drape." : `The command reads ${file}: save the scene first.`);
+        say(
+          byId("file"),
+          file === null
+            ? "The scene comes with drape."
+            : `The command reads ${file}: save the scene first.`,
+        );
         say(byId("scene"), scene);
         const save = byId<HTMLAnchorElement>("save");
         URL.revokeObjectURL(save.href);
@@ -180,7 +198,9 @@ class Lab {
       state.panes = setups;
       this.openSoon();
     };
-    byId("shared").replaceChildren(knobs(hello, state.panes, change, (sentence) => this.complain(sentence)));
+    byId("shared").replaceChildren(
+      knobs(hello, state.panes, change, (sentence) => this.complain(sentence)),
+    );
     this.add.disabled = state.panes.length >= hello.limits.panes;
     if (![...this.rate.options].some((option) => Number(option.value) === state.rate)) {
       this.rate.append(make("option", { value: String(state.rate) }, `${state.rate} × real time`));
@@ -265,7 +285,11 @@ class Lab {
   }
 
   private durationOf(setup: Setup): number {
-    return setup.duration ?? this.hello?.scenes.find((scene) => scene.name === setup.scene)?.duration ?? 1;
+    return (
+      setup.duration ??
+      this.hello?.scenes.find((scene) => scene.name === setup.scene)?.duration ??
+      1
+    );
   }
 
   private showClock(): void {
@@ -275,7 +299,14 @@ class Lab {
   private key(event: KeyboardEvent): void {
     const target = event.target as HTMLElement;
     const isTyping = target.matches("input, select, textarea, button, a, summary");
-    if (isTyping || event.ctrlKey || event.metaKey || event.altKey || byId<HTMLDialogElement>("repeat").open) return;
+    if (
+      isTyping ||
+      event.ctrlKey ||
+      event.metaKey ||
+      event.altKey ||
+      byId<HTMLDialogElement>("repeat").open
+    )
+      return;
     if (event.key === " ") this.toggle();
     else if (event.key === ".") this.step();
     else if (event.key === "r") this.restart();

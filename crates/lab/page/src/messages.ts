@@ -86,7 +86,9 @@ export interface Status {
   tell: "status";
   pane: number;
   run: number;
-  phase: { kind: "preparing" | "ready" | "ended" | "diverged" } | { kind: "refused"; sentence: string };
+  phase:
+    | { kind: "preparing" | "ready" | "ended" | "diverged" }
+    | { kind: "refused"; sentence: string };
   numbers: Numbers;
   verdict: { kind: string; is_final: boolean; reason: string; why: string } | null;
   behind: number;
@@ -106,7 +108,13 @@ export interface Repeat {
   repeat: { command: string; arguments: string[]; file: string | null; scene: string };
 }
 
-export type Reply = Hello | Scenery | Status | Clock | Repeat | { tell: "refused"; sentence: string };
+export type Reply =
+  | Hello
+  | Scenery
+  | Status
+  | Clock
+  | Repeat
+  | { tell: "refused"; sentence: string };
 
 export type Request =
   | { do: "open"; panes: Setup[] }
@@ -135,5 +143,10 @@ export function readFrame(bytes: ArrayBuffer): Frame | undefined {
   if (bytes.byteLength !== 24 + 12 * count) return undefined;
   const positions = new Float32Array(3 * count);
   for (let i = 0; i < positions.length; i++) positions[i] = view.getFloat32(24 + 4 * i, true);
-  return { pane: view.getUint32(0, true), run: view.getUint32(4, true), time: view.getFloat64(16, true), positions };
+  return {
+    pane: view.getUint32(0, true),
+    run: view.getUint32(4, true),
+    time: view.getFloat64(16, true),
+    positions,
+  };
 }

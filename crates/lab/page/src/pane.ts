@@ -78,13 +78,22 @@ export class PaneView {
     private wishes: Wishes,
   ) {
     this.canvas = make("canvas", { class: "view", tabindex: "0", role: "img" });
-    this.plotted = make("canvas", { class: "plot", role: "img", "aria-label": "Energies over time; the table below has their present values" });
+    this.plotted = make("canvas", {
+      class: "plot",
+      role: "img",
+      "aria-label": "Energies over time; the table below has their present values",
+    });
     this.plot = new Plot(this.plotted);
     this.view = new View(renderer, this.canvas, camera);
     camera.steer(this.canvas);
     camera.onChange(() => (this.isDirty = true));
     this.removeButton = button("Remove", () => wishes.remove(index));
-    const buttons = make("span", { class: "buttons" }, button("Repeat", () => wishes.repeat(index)), this.removeButton);
+    const buttons = make(
+      "span",
+      { class: "buttons" },
+      button("Repeat", () => wishes.repeat(index)),
+      this.removeButton,
+    );
     this.verdict.append(make("p", {}, this.kind, " ", this.how), this.reason, this.why);
     for (const [key, label] of [
       ["time", "time"],
@@ -106,7 +115,11 @@ export class PaneView {
       { class: "pane", "aria-label": `Pane ${index + 1}` },
       make("div", { class: "head" }, this.title, buttons),
       renderer === undefined
-        ? make("p", { class: "help" }, "This browser has no WebGL 2, so there is no picture; the numbers below are all there.")
+        ? make(
+            "p",
+            { class: "help" },
+            "This browser has no WebGL 2, so there is no picture; the numbers below are all there.",
+          )
         : this.canvas,
       this.verdict,
       this.numbers,
@@ -133,9 +146,17 @@ export class PaneView {
     const method = hello.methods.find((known) => known.id === setup.method.split(":")[0]);
     if (method !== undefined) {
       const rows = method.settings.map((setting) =>
-        make("tr", {}, make("th", { scope: "row" }, setting.key), make("td", {}, `${setting.default}: ${setting.help} (${setting.allowed})`)),
+        make(
+          "tr",
+          {},
+          make("th", { scope: "row" }, setting.key),
+          make("td", {}, `${setting.default}: ${setting.help} (${setting.allowed})`),
+        ),
       );
-      this.own.append(make("p", { class: "help" }, `${method.name}. ${method.theory}`), make("div", { class: "settings" }, make("table", {}, ...rows)));
+      this.own.append(
+        make("p", { class: "help" }, `${method.name}. ${method.theory}`),
+        make("div", { class: "settings" }, make("table", {}, ...rows)),
+      );
     }
     this.own.open = isOpen;
   }
@@ -180,7 +201,8 @@ export class PaneView {
   /** Shows the last moment that is not later than a time. */
   lookBack(time: number): void {
     let found = this.history[0];
-    for (const moment of this.history) if (moment.status.numbers.time <= time + 1e-9) found = moment;
+    for (const moment of this.history)
+      if (moment.status.numbers.time <= time + 1e-9) found = moment;
     if (found !== undefined) this.display(found.status, found.positions);
   }
 
@@ -220,10 +242,16 @@ export class PaneView {
     }
     this.list(numbers.energy);
     if (numbers.causes === null) {
-      if (this.causes.textContent === "") this.causes.append(make("caption", { class: "help" }, "This method does not tell."));
+      if (this.causes.textContent === "")
+        this.causes.append(make("caption", { class: "help" }, "This method does not tell."));
     } else {
       const rows = Object.entries(numbers.causes).map(([key, value]) =>
-        make("tr", {}, make("th", { scope: "row" }, CAUSES[key] ?? key), make("td", {}, `${short(value)} J`)),
+        make(
+          "tr",
+          {},
+          make("th", { scope: "row" }, CAUSES[key] ?? key),
+          make("td", {}, `${short(value)} J`),
+        ),
       );
       this.causes.replaceChildren(...rows);
     }

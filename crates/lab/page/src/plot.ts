@@ -26,7 +26,9 @@ export class Plot {
 
   /** Colour of the energy with this number; that of the total is the colour of text. */
   colour(index: number, count: number): string {
-    const colours = matchMedia("(prefers-color-scheme: dark)").matches ? COLOURS.dark : COLOURS.light;
+    const colours = matchMedia("(prefers-color-scheme: dark)").matches
+      ? COLOURS.dark
+      : COLOURS.light;
     const last = colours.length - 1;
     return colours[index === count - 1 ? last : index % last] ?? "";
   }
@@ -62,7 +64,8 @@ export class Plot {
     const bound = Math.max(5 * usual, 20);
     const low = Math.max(-bound, Math.min(0, ...finite));
     const high = Math.min(bound, Math.max(0, ...finite));
-    const place = (value: number): number => height - 4 - ((value - low) / (high - low || 1)) * (height - 8);
+    const place = (value: number): number =>
+      height - 4 - ((value - low) / (high - low || 1)) * (height - 8);
     const style = getComputedStyle(this.canvas);
     context.strokeStyle = style.color;
     context.globalAlpha = 0.4;

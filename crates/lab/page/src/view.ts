@@ -156,7 +156,10 @@ export class View {
     this.moving = [];
     for (const solid of scenery.solids) {
       const geometry = new BufferGeometry();
-      geometry.setAttribute("position", new BufferAttribute(new Float32Array(solid.points.flat()), 3));
+      geometry.setAttribute(
+        "position",
+        new BufferAttribute(new Float32Array(solid.points.flat()), 3),
+      );
       geometry.setIndex(solid.triangles);
       geometry.computeVertexNormals();
       const group = new Group();
@@ -201,13 +204,15 @@ export class View {
     const scale = Math.min(devicePixelRatio, 2);
     const [width, height] = [Math.round(box.width * scale), Math.round(box.height * scale)];
     if (renderer === undefined || width === 0 || height === 0) return;
-    if (canvas.width !== width || canvas.height !== height) [canvas.width, canvas.height] = [width, height];
+    if (canvas.width !== width || canvas.height !== height)
+      [canvas.width, canvas.height] = [width, height];
     const scheme = dark.matches ? "dark" : "light";
     this.cloth.color = new Color(CLOTH[scheme]);
     this.lines.color = new Color(LINES[scheme]);
     this.solid.color = new Color(SOLID[scheme]);
     this.pin.color = new Color(PIN[scheme]);
-    if (this.geometry.index !== null && this.geometry.index.count > 0) this.geometry.computeVertexNormals();
+    if (this.geometry.index !== null && this.geometry.index.count > 0)
+      this.geometry.computeVertexNormals();
     const turn = (this.linked.turn * Math.PI) / 180;
     const rise = (this.linked.rise * Math.PI) / 180;
     const distance = this.linked.distance * this.size * 1.25;
