@@ -84,9 +84,8 @@ fn a_pane_takes_the_steps_that_it_may_and_no_more() {
 
 #[test]
 fn a_method_that_refuses_a_scene_says_so_in_its_pane() {
-    let mut refused = setup("energy-momentum");
+    let mut refused = setup("rosenbrock");
     refused.scene = "sheet-on-sphere".to_owned();
-    refused.step = Some(0.0001);
     let pane = Pane::start(refused, &Runs::default()).unwrap();
     let (phase, _) = finish(&pane);
     let Phase::Refused(sentence) = phase else { panic!("{phase:?}") };

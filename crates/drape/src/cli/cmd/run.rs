@@ -12,8 +12,7 @@ use drape_harness::judgement::{self, Expected, Extremes, Start, energy_gain};
 use drape_harness::methods::{Choice, MethodError};
 use drape_harness::record::{Ending, FinalState, Judgement, RUN_FORMAT, Run, Sample};
 use drape_harness::{
-    HarnessError, Moment, OrderedSimulation, Outcome, Passage, Peak, Rule, Team, WorkBalance,
-    system_hash,
+    HarnessError, Moment, OrderedSimulation, Outcome, Passage, Peak, Team, system_hash,
 };
 use drape_integrator::ExplicitNumbers;
 use drape_model::{SceneFile, State, SystemSpec, TimeSpan, Violation};
