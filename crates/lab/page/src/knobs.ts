@@ -3,6 +3,9 @@
 import { make, short } from "./dom";
 import type { Hello, Range, SceneChoice, Setup } from "./messages";
 
+/** What a knob does to a set-up, as it stands by then. */
+export type Turn = (setup: Setup) => Setup;
+
 type NumberKey = "stiffness" | "damping" | "step" | "duration" | "particles";
 
 interface NumberKnob {
@@ -62,13 +65,13 @@ function labelled(label: string, input: HTMLElement, more: Node[] = [], kind = "
 }
 
 /**
- * Knobs for some panes. `change` is called with the set-ups that a person asks for, `complain` with
+ * Knobs for some panes. `change` is called with what a person asks for, `complain` with
  * a sentence if a value is out of its range.
  */
 export function knobs(
   hello: Hello,
   setups: Setup[],
-  change: (setups: Setup[]) => void,
+  change: (turn: Turn) => void,
   complain: (sentence: string) => void,
 ): HTMLElement {
   const box = make("div", { class: "knobs" });
@@ -86,7 +89,7 @@ export function knobs(
   scene.addEventListener("change", () => {
     if (scene.value === "") return;
     // Another scene has its own stiffness, steps and so on.
-    change(setups.map((setup) => ({ scene: scene.value, method: setup.method })));
+    change((setup) => ({ scene: scene.value, method: setup.method }));
   });
   box.append(labelled("Scene", scene, [], "wide"));
 
@@ -104,7 +107,7 @@ export function knobs(
       value: first.method,
     });
     method.dataset.knob = "method";
-    method.addEventListener("change", () => change([{ ...first, method: method.value.trim() }]));
+    method.addEventListener("change", () => change((setup) => ({ ...setup, method: method.value.trim() })));
     box.append(labelled("Method and settings", method, [list], "wide"));
   }
 
@@ -129,7 +132,7 @@ export function knobs(
         number <= most &&
         !(knob.isWhole && !Number.isInteger(number));
       input.setAttribute("aria-invalid", String(!isFit));
-      if (isFit) change(setups.map((setup) => ({ ...setup, [knob.key]: number })));
+      if (isFit) change((setup) => ({ ...setup, [knob.key]: number }));
       else complain(`${knob.label}: expected a number from ${short(least)} to ${short(most)}.`);
     };
     input.addEventListener("change", () =>

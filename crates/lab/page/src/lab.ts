@@ -2,7 +2,7 @@
 
 import * as address from "./address";
 import { button, byId, make, say } from "./dom";
-import { knobs } from "./knobs";
+import { type Turn, knobs } from "./knobs";
 import { type Hello, type Reply, type Request, type Setup, readFrame } from "./messages";
 import { PaneView, type Wishes } from "./pane";
 import { Camera, Renderer } from "./view";
@@ -37,8 +37,8 @@ class Lab {
   private add = button("Add a pane", () => this.addPane(), { id: "add" });
 
   private wishes: Wishes = {
-    change: (index, setup) => {
-      this.state.panes[index] = setup;
+    change: (index, turn) => {
+      this.state.panes = this.state.panes.map((setup, i) => (i === index ? turn(setup) : setup));
       this.openSoon();
     },
     remove: (index) => {
@@ -194,8 +194,8 @@ class Lab {
       const setup = state.panes[i];
       if (setup !== undefined) pane.configure(hello, setup, state.panes.length === 1);
     });
-    const change = (setups: Setup[]): void => {
-      state.panes = setups;
+    const change = (turn: Turn): void => {
+      this.state.panes = this.state.panes.map(turn);
       this.openSoon();
     };
     byId("shared").replaceChildren(

@@ -1,7 +1,7 @@
 // One pane: picture, verdict, numbers, energies and knobs of its own.
 
 import { button, make, say, sentence, short } from "./dom";
-import { knobs } from "./knobs";
+import { type Turn, knobs } from "./knobs";
 import type { Frame, Hello, Scenery, Setup, Status } from "./messages";
 import { Plot } from "./plot";
 import { type Camera, type Renderer, View } from "./view";
@@ -37,7 +37,7 @@ const CAUSES: Record<string, string> = {
 
 /** What a pane asks of the page. */
 export interface Wishes {
-  change(index: number, setup: Setup): void;
+  change(index: number, turn: Turn): void;
   remove(index: number): void;
   repeat(index: number): void;
   complain(sentence: string): void;
@@ -139,9 +139,7 @@ export class PaneView {
     this.canvas.setAttribute("aria-label", `The cloth with ${setup.method}; arrow keys turn it`);
     const isOpen = this.own.open;
     this.own.replaceChildren(make("summary", {}, "Knobs of this pane"));
-    const change = ([changed]: Setup[]): void => {
-      if (changed !== undefined) this.wishes.change(this.index, changed);
-    };
+    const change = (turn: Turn): void => this.wishes.change(this.index, turn);
     this.own.append(knobs(hello, [setup], change, (sentence) => this.wishes.complain(sentence)));
     const method = hello.methods.find((known) => known.id === setup.method.split(":")[0]);
     if (method !== undefined) {
