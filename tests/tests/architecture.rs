@@ -93,8 +93,20 @@ fn room(name: &str, folder: &str) -> Room {
         "drape-report" => {
             room(&[], &[], "the report draws what it is given: it runs nothing and knows no study")
         }
-        "drape" => room(
+        "drape-lab" => room(
             &["drape-model", "drape-integrator", "drape-harness", "drape-render", "drape-report"],
+            &[],
+            "the lab knows methods by their ids only, through the harness",
+        ),
+        "drape" => room(
+            &[
+                "drape-model",
+                "drape-integrator",
+                "drape-harness",
+                "drape-lab",
+                "drape-render",
+                "drape-report",
+            ],
             &[],
             "the command line knows methods by their ids only, through the harness",
         ),

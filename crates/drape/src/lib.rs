@@ -29,6 +29,7 @@
 //! | find the method for a scene | [`compare`] |
 //! | find an equation, a force or a verdict in the code | [`guide::places`] |
 //! | choose a method | [`guide::methods`] |
+//! | see methods side by side, live | [`guide::lab`] |
 //! | write a scene | [`guide::scenes`] |
 //! | use the command | [`guide::command`] |
 //! | compute studies on many machines | [`guide::sweeps`] |
@@ -48,6 +49,7 @@
 //! | `drape_oracle` | exact recurrences and reference trajectories, which tests compare with |
 //! | `drape_harness` | runs, verdicts, studies and claims |
 //! | `drape_report`, `drape_render` | figures and pages; pictures of a cloth |
+//! | `drape_lab` | methods side by side, live in the browser |
 //!
 //! The program `drape` is built from the same crates; [`guide::command`] describes it.
 
@@ -76,6 +78,9 @@ pub mod guide {
 
     #[doc = include_str!("../docs/command.md")]
     pub mod command {}
+
+    #[doc = include_str!("../docs/lab.md")]
+    pub mod lab {}
 
     #[doc = include_str!("../docs/protocol.md")]
     pub mod protocol {}

@@ -14,6 +14,7 @@ mod families;
 mod film;
 mod inspect;
 mod journal;
+pub mod judgement;
 mod kept;
 pub mod methods;
 mod motion;
@@ -47,7 +48,9 @@ pub use ordered::{Moving, OrderedSimulation, Peak};
 pub use presets::{Preset, presets};
 pub use provenance::{Source, provenance, sha256, system_hash};
 pub use run::{Counts, Divergence, Moment, Outcome, Runner, Simulation};
-pub use scenes::{bundled, free_edge_midpoint};
+pub use scenes::{
+    bundled, free_edge_midpoint, with_damping_scaled, with_particles_a_side, with_stiffness,
+};
 pub use shard::{Missing, Shard};
 pub use stability::{Energy, Rule, judge, reference_energy};
 pub use team::{Team, start_threads};

@@ -277,7 +277,7 @@ impl<'a> Runner<'a> {
 
     /// Ends the run as [over budget](Outcome::is_over_budget) at the end of the first step after
     /// which `stop` says so.
-    pub(crate) fn stop(self, stop: impl FnMut(&Moment<'_>) -> bool + 'a) -> Self {
+    pub fn stop(self, stop: impl FnMut(&Moment<'_>) -> bool + 'a) -> Self {
         Self { stop: Some(Box::new(stop)), ..self }
     }
 

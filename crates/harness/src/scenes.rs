@@ -25,7 +25,7 @@ fn spring_laws(scene: &mut Scene) -> impl Iterator<Item = &mut SpringLaw> {
 
 /// The scene with another stiffness of its tension springs, and of its shear and bending springs in
 /// the same proportion.
-pub(crate) fn with_stiffness(mut scene: Scene, stiffness_over_mass: f64) -> Scene {
+pub fn with_stiffness(mut scene: Scene, stiffness_over_mass: f64) -> Scene {
     let tension = scene.effects.tension.as_ref().and_then(|law| law.stiffness_over_mass_per_s2);
     let factor = stiffness_over_mass / tension.unwrap_or(stiffness_over_mass);
     for law in spring_laws(&mut scene) {
@@ -40,7 +40,7 @@ pub(crate) fn with_stiffness(mut scene: Scene, stiffness_over_mass: f64) -> Scen
 }
 
 /// The scene with all damping quotients multiplied.
-pub(crate) fn with_damping_scaled(mut scene: Scene, factor: f64) -> Scene {
+pub fn with_damping_scaled(mut scene: Scene, factor: f64) -> Scene {
     for law in spring_laws(&mut scene) {
         if let Some(quotient) = &mut law.damping_over_mass_per_s {
             *quotient *= factor;
@@ -50,7 +50,7 @@ pub(crate) fn with_damping_scaled(mut scene: Scene, factor: f64) -> Scene {
 }
 
 /// The scene on a finer or coarser square grid; pins at corners stay there.
-pub(crate) fn with_particles_a_side(mut scene: Scene, side: u32) -> Scene {
+pub fn with_particles_a_side(mut scene: Scene, side: u32) -> Scene {
     if let Cloth::Grid(grid) = &mut scene.cloth {
         let last = (grid.rows - 1, grid.columns - 1);
         for pin in &mut scene.pins {

@@ -66,6 +66,8 @@ enum Command {
     System(cmd::system::Arguments),
     /// Measure a scene and foresee what each method would do with it
     Inspect(cmd::inspect::Arguments),
+    /// Show methods side by side, live in the browser
+    Lab(cmd::lab::Arguments),
     /// List scenes, materials, methods, experiments or claims
     List(cmd::list::Arguments),
     /// Print a material with its sources, or turn a row of a table of fabrics into one (format
@@ -94,6 +96,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Picture(arguments) => cmd::picture::run(&arguments),
         Command::System(arguments) => cmd::system::run(&arguments),
         Command::Inspect(arguments) => cmd::inspect::run(&arguments),
+        Command::Lab(arguments) => cmd::lab::run(&arguments),
         Command::List(arguments) => cmd::list::run(&arguments),
         Command::Material(arguments) => cmd::material::run(&arguments),
         Command::Experiment(arguments) => cmd::experiment::run(&arguments),

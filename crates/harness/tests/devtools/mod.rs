@@ -46,6 +46,8 @@ impl Browser {
             .arg(format!("--user-data-dir={}", profile.path().display()))
             // The sandbox does not work for root, which containers often run as.
             .args(["--headless", "--no-sandbox", "--disable-dev-shm-usage", "--disable-gpu"])
+            // WebGL is drawn by the processor.
+            .args(["--use-angle=swiftshader", "--enable-unsafe-swiftshader"])
             .args(["--no-first-run", "--remote-debugging-pipe", "about:blank"])
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())

@@ -1,9 +1,9 @@
 //! `drape inspect`.
 
-use super::verdict::percent;
 use crate::cli::input::load;
 use crate::cli::limit::LimitArguments;
 use crate::cli::output::print;
+use drape_harness::judgement::percent;
 use drape_harness::{Forecast, Foreseen, Inspection, inspect};
 use drape_model::{SceneError, SceneFile};
 use drape_report::{printable, tell};

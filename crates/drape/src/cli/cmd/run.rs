@@ -2,7 +2,6 @@
 
 use super::frames::Frames;
 use super::probe::Probes;
-use super::verdict::{self, Expected};
 use crate::cli::exit::Diverged;
 use crate::cli::input::{files, in_file, load};
 use crate::cli::interrupt::{self, Interrupted};
@@ -10,11 +9,11 @@ use crate::cli::limit::LimitArguments;
 use crate::cli::output::{Sink, print};
 use crate::cli::progress::bar;
 use clap::builder::TypedValueParser as _;
+use drape_harness::judgement::{self, Expected, Extremes, Start, energy_gain};
 use drape_harness::methods::{Choice, MethodError};
 use drape_harness::record::{Ending, FinalState, Judgement, RUN_FORMAT, Run, Sample};
 use drape_harness::{
-    HarnessError, Moment, OrderedSimulation, Outcome, Passage, Peak, Rule, Team, WorkBalance,
-    system_hash,
+    HarnessError, Moment, OrderedSimulation, Outcome, Passage, Peak, Team, system_hash,
 };
 use drape_integrator::ExplicitNumbers;
 use drape_model::{SceneFile, State, SystemSpec, TimeSpan, Violation};
@@ -145,7 +144,9 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let outcome = team.run(simulate).map_err(|error| error.in_scene(&arguments.scene))?;
     bar.inspect(|bar| bar.finish_and_clear());
     let gain = match &outcome.divergence {
-        None => energy_gain(&outcome.series, &choice, simulation.rule(), start, balance.as_ref()),
+        None => Extremes::of(&outcome.series).and_then(|extremes| {
+            energy_gain(extremes, &choice, simulation.rule(), start, balance.as_ref())
+        }),
         Some(_) => None,
     };
     let is_judged = balance.as_ref().is_none_or(|balance| balance.excess().is_some());
@@ -153,7 +154,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         None => Some(team.run(|| simulation.kept(&check, outcome.effort))),
         Some(_) => None,
     };
-    let verdict = verdict::judge(&outcome, gain.as_deref(), is_judged, kept, &expected);
+    let verdict = judgement::judge(&outcome, gain.as_deref(), is_judged, kept, &expected);
     let record = record(spec, &choice, time, (&outcome, verdict), &simulation.state());
     if let Some(sink) = &sink {
         if arguments.out.as_deref().is_some_and(is_csv) {
@@ -300,10 +301,6 @@ fn record(
     }
 }
 
-/// Greatest rise of the total energy over the greatest kinetic energy without a warning: for
-/// dissipative and for symplectic methods. Verdicts use the same limits.
-const RISE: [f64; 2] = [0.02, 0.5];
-
 /// About how many times a run samples its speed.
 const PEAKS: u64 = 100;
 
@@ -338,24 +335,6 @@ fn step_warning(
     })
 }
 
-/// What the energy warning needs to know about the start of a run.
-#[derive(Clone, Copy, Debug)]
-struct Start {
-    /// A rise of the energy up to this is round-off, J.
-    round_off: f64,
-    /// Particles inside an obstacle.
-    inside: usize,
-}
-
-impl Start {
-    fn of(simulation: &OrderedSimulation) -> Self {
-        Self {
-            round_off: simulation.energy_round_off(),
-            inside: simulation.particles_inside_obstacles(),
-        }
-    }
-}
-
 /// The warning for an obstacle that a particle may have passed through between two steps.
 fn tunnel_warning(passage: &Passage) -> String {
     let Passage { time, step, particle, obstacle, shape, way, thickness } = passage;
@@ -365,44 +344,6 @@ fn tunnel_warning(passage: &Passage) -> String {
          are found at the ends of steps alone: it may pass through; take steps of at most {:.1e} s",
         0.5 * step * thickness / way
     )
-}
-
-/// What a run that did not diverge gained beside the work that came in, if anything drives it.
-fn energy_gain(
-    series: &[Sample],
-    choice: &Choice,
-    rule: Rule,
-    known: Start,
-    balance: Option<&WorkBalance>,
-) -> Option<String> {
-    let of = |sample: &Sample, name: &str| sample.energy_j.get(name).copied().unwrap_or(0.0);
-    let greatest = |name: &str| series.iter().map(|s| of(s, name)).fold(0.0, f64::max);
-    let start = of(series.first()?, "total");
-    let top = series.iter().map(|s| of(s, "total")).fold(start, f64::max);
-    let allowed = match rule {
-        Rule::Dissipative => RISE[0],
-        Rule::Symplectic => RISE[1],
-    };
-    let id = choice.method().id;
-    let cause = match known.inside {
-        0 => format!("the step is probably too long for {id}"),
-        inside => format!(
-            "{inside} particles start inside an obstacle and are pushed out, \
-             or the step is too long for {id}"
-        ),
-    };
-    let (rise, beside) = match balance {
-        None => (top - start, ""),
-        Some(balance) => (balance.excess()?, " and the work of pins, obstacles and wind"),
-    };
-    let rose = rise > allowed * greatest("kinetic") + known.round_off;
-    rose.then(|| {
-        format!(
-            "the total energy rose by {rise:.3e} J above its start{beside}; \
-             the greatest kinetic energy is {:.3e} J: {cause}",
-            greatest("kinetic")
-        )
-    })
 }
 
 fn summary(run: &Run) -> String {

@@ -1,8 +1,8 @@
-//! The verdict at the end of `drape run`: stable, locked, energy gained, diverged or unknown.
+//! The verdict on a run: stable, locked, energy gained, diverged or unknown.
 
-use drape_harness::methods::Choice;
-use drape_harness::record::{Judged, Judgement};
-use drape_harness::{Kept, LOCKED, Lever, OrderedSimulation, Outcome, Unforeseen};
+use crate::methods::Choice;
+use crate::record::{Judged, Judgement, Sample};
+use crate::{Kept, LOCKED, Lever, OrderedSimulation, Outcome, Rule, Unforeseen, WorkBalance};
 use drape_integrator::Supports;
 use drape_model::TimeSpan;
 
@@ -13,7 +13,7 @@ const SURELY_LOCKED: f64 = 0.35;
 
 /// What theory says about the motion that a run keeps.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Expected {
+pub enum Expected {
     /// This share.
     Share(Lever, f64),
     /// The method takes its springs at the old level, which slows no motion down.
@@ -25,7 +25,7 @@ pub(crate) enum Expected {
 }
 
 /// A share as per cent.
-pub(crate) fn percent(share: f64) -> String {
+pub fn percent(share: f64) -> String {
     match 100.0 * share {
         tiny if tiny < 0.1 => "less than 0.1 %".to_owned(),
         small if small < 1.0 => format!("{small:.1} %"),
@@ -34,7 +34,8 @@ pub(crate) fn percent(share: f64) -> String {
 }
 
 impl Expected {
-    pub(crate) fn of(simulation: &OrderedSimulation, choice: &Choice, time: TimeSpan) -> Self {
+    /// What theory says about a run from the present state.
+    pub fn of(simulation: &OrderedSimulation, choice: &Choice, time: TimeSpan) -> Self {
         if choice.method().supports == Supports::Explicit {
             return Self::Explicit;
         }
@@ -47,8 +48,8 @@ impl Expected {
         }
     }
 
-    /// The share of the motion.
-    pub(crate) fn share(&self) -> Option<f64> {
+    /// The share of the motion, where theory tells one.
+    pub fn share(&self) -> Option<f64> {
         match self {
             Self::Share(_, share) => Some(*share),
             Self::Explicit | Self::Nothing(_) | Self::Unforeseen(_) => None,
@@ -56,7 +57,7 @@ impl Expected {
     }
 
     /// The warning for a cloth that will lock.
-    pub(crate) fn warning(
+    pub fn warning(
         &self,
         simulation: &OrderedSimulation,
         choice: &Choice,
@@ -96,9 +97,88 @@ impl Expected {
     }
 }
 
+/// Greatest rise of the total energy over the greatest kinetic energy without a warning: for
+/// dissipative and for symplectic methods. Verdicts use the same limits.
+const RISE: [f64; 2] = [0.02, 0.5];
+
+/// What the energy warning needs to know about the start of a run.
+#[derive(Clone, Copy, Debug)]
+pub struct Start {
+    /// A rise of the energy up to this is round-off, J.
+    round_off: f64,
+    /// Particles inside an obstacle.
+    inside: usize,
+}
+
+impl Start {
+    /// At the start of a simulation.
+    pub fn of(simulation: &OrderedSimulation) -> Self {
+        Self {
+            round_off: simulation.energy_round_off(),
+            inside: simulation.particles_inside_obstacles(),
+        }
+    }
+}
+
+/// The energies of a run that decide whether it gained any.
+#[derive(Clone, Copy, Debug)]
+pub struct Extremes {
+    /// Total energy at the start, J.
+    pub start: f64,
+    /// Greatest total energy, J.
+    pub top: f64,
+    /// Greatest kinetic energy, J.
+    pub kinetic: f64,
+}
+
+impl Extremes {
+    /// Of a recorded series; `None` where it is empty.
+    pub fn of(series: &[Sample]) -> Option<Self> {
+        let of = |sample: &Sample, name: &str| sample.energy_j.get(name).copied().unwrap_or(0.0);
+        let greatest = |name: &str| series.iter().map(|s| of(s, name)).fold(0.0, f64::max);
+        let start = of(series.first()?, "total");
+        let top = series.iter().map(|s| of(s, "total")).fold(start, f64::max);
+        Some(Self { start, top, kinetic: greatest("kinetic") })
+    }
+}
+
+/// What a run that did not diverge gained beside the work that came in, if anything drives it.
+pub fn energy_gain(
+    Extremes { start, top, kinetic }: Extremes,
+    choice: &Choice,
+    rule: Rule,
+    known: Start,
+    balance: Option<&WorkBalance>,
+) -> Option<String> {
+    let allowed = match rule {
+        Rule::Dissipative => RISE[0],
+        Rule::Symplectic => RISE[1],
+    };
+    let id = choice.method().id;
+    let cause = match known.inside {
+        0 => format!("the step is probably too long for {id}"),
+        inside => format!(
+            "{inside} particles start inside an obstacle and are pushed out, \
+             or the step is too long for {id}"
+        ),
+    };
+    let (rise, beside) = match balance {
+        None => (top - start, ""),
+        Some(balance) => (balance.excess()?, " and the work of pins, obstacles and wind"),
+    };
+    let rose = rise > allowed * kinetic + known.round_off;
+    rose.then(|| {
+        format!(
+            "the total energy rose by {rise:.3e} J above its start{beside}; \
+             the greatest kinetic energy is {:.3e} J: {cause}",
+            kinetic
+        )
+    })
+}
+
 /// The verdict on a run. `gain` is what it gained; `is_judged` whether a gain would have been seen;
 /// `kept` what it kept, unless it diverged.
-pub(crate) fn judge(
+pub fn judge(
     outcome: &Outcome,
     gain: Option<&str>,
     is_judged: bool,

@@ -1,0 +1,68 @@
+// The part of the address after `#` holds the whole set-up, so that a link repeats it.
+
+import type { Setup } from "./messages";
+
+export interface State {
+  panes: Setup[];
+  rate: number;
+  wait: boolean;
+}
+
+const NUMBERS = ["stiffness", "damping", "step", "duration", "particles"] as const;
+
+/** What the lab opens with: one method explodes, one stands still, one falls. */
+export function opening(): State {
+  const pane = (method: string): Setup => ({
+    scene: "hanging-textile-1e6",
+    method,
+    step: 0.01,
+    duration: 2,
+  });
+  return {
+    panes: ["explicit-euler", "imex-euler", "imex-updated"].map(pane),
+    rate: 0.5,
+    wait: true,
+  };
+}
+
+/** One `pane` for each pane, with what differs from the first in it; `rate` and `wait` beside them. */
+export function write(state: State): string {
+  const query = new URLSearchParams();
+  query.set("rate", String(state.rate));
+  if (!state.wait) query.set("wait", "no");
+  for (const setup of state.panes) {
+    const parts = [`scene=${setup.scene}`, `method=${setup.method}`];
+    for (const key of NUMBERS) {
+      const value = setup[key];
+      if (value !== undefined) parts.push(`${key}=${value}`);
+    }
+    query.append("pane", parts.join(";"));
+  }
+  return query.toString();
+}
+
+/** Reads what `write` wrote; undefined if the text names no pane. */
+export function read(text: string): State | undefined {
+  const query = new URLSearchParams(text.replace(/^#/, ""));
+  const panes: Setup[] = [];
+  for (const part of query.getAll("pane")) {
+    const pairs = new Map<string, string>();
+    for (const pair of part.split(";")) {
+      const at = pair.indexOf("=");
+      if (at > 0) pairs.set(pair.slice(0, at), pair.slice(at + 1));
+    }
+    const setup: Setup = { scene: pairs.get("scene") ?? "", method: pairs.get("method") ?? "" };
+    for (const key of NUMBERS) {
+      const value = pairs.get(key);
+      if (value !== undefined && Number.isFinite(Number(value))) setup[key] = Number(value);
+    }
+    panes.push(setup);
+  }
+  if (panes.length === 0) return undefined;
+  const rate = Number(query.get("rate") ?? 1);
+  return {
+    panes,
+    rate: rate > 0 && Number.isFinite(rate) ? rate : 1,
+    wait: query.get("wait") !== "no",
+  };
+}

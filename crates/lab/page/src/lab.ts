@@ -1,0 +1,322 @@
+// The page: connects to the server, keeps the set-up in the address, and shows the panes.
+
+import * as address from "./address";
+import { button, byId, make, say } from "./dom";
+import { type Turn, knobs } from "./knobs";
+import { type Hello, type Reply, type Request, type Setup, readFrame } from "./messages";
+import { PaneView, type Wishes } from "./pane";
+import { Camera, Renderer } from "./view";
+
+/** Time between two attempts to reach a server that is gone, ms. */
+const AGAIN = 2000;
+
+class Lab {
+  private state = address.read(location.hash) ?? address.opening();
+  private hello: Hello | undefined;
+  private socket: WebSocket | undefined;
+  private panes: PaneView[] = [];
+  private camera = new Camera();
+  private renderer = Renderer.make();
+  private isPlaying = false;
+  /** Whether a new set-up plays at once. */
+  private wantsPlay = !matchMedia("(prefers-reduced-motion: reduce)").matches;
+  private isLive = true;
+  private message = byId("message");
+  private time = make("output", { id: "clock" }, "t = 0.00 s");
+  private play = button("Play", () => this.toggle(), { class: "main", id: "play" });
+  private rate = make("select", { id: "rate", "aria-label": "Speed" });
+  private wait = make("input", { type: "checkbox", id: "wait" });
+  private back = make("input", {
+    type: "range",
+    min: "0",
+    max: "1",
+    step: "any",
+    id: "back",
+    "aria-label": "Look back in time",
+  });
+  private add = button("Add a pane", () => this.addPane(), { id: "add" });
+
+  private wishes: Wishes = {
+    change: (index, turn) => {
+      this.state.panes = this.state.panes.map((setup, i) => (i === index ? turn(setup) : setup));
+      this.openSoon();
+    },
+    remove: (index) => {
+      this.state.panes.splice(index, 1);
+      this.open();
+    },
+    repeat: (index) => this.send({ do: "repeat", pane: index }),
+    complain: (sentence) => this.complain(sentence),
+  };
+
+  constructor() {
+    if (!this.wantsPlay)
+      this.complain("Paused, because your system asks for little motion. Press Play.");
+    for (const rate of [0.05, 0.1, 0.25, 0.5, 1, 2, 5]) {
+      this.rate.append(
+        make("option", { value: String(rate) }, rate === 1 ? "real time" : `${rate} × real time`),
+      );
+    }
+    this.rate.addEventListener("change", () => {
+      this.state.rate = Number(this.rate.value);
+      this.remember();
+      this.send({ do: "rate", rate: this.state.rate });
+    });
+    this.wait.addEventListener("change", () => {
+      this.state.wait = this.wait.checked;
+      this.remember();
+      this.send({ do: "wait", wait: this.state.wait });
+    });
+    this.back.addEventListener("input", () => this.lookBack(Number(this.back.value)));
+    byId("bar").append(
+      this.play,
+      button("Step", () => this.step(), { id: "step" }),
+      button("Restart", () => this.restart(), { id: "restart" }),
+      this.time,
+      this.back,
+      this.rate,
+      make("label", { class: "inline" }, this.wait, "wait for slow panes"),
+      this.add,
+    );
+    byId("copy").addEventListener(
+      "click",
+      () => void navigator.clipboard.writeText(byId("command").textContent ?? ""),
+    );
+    byId("close").addEventListener("click", () => byId<HTMLDialogElement>("repeat").close());
+    addEventListener("keydown", (event) => this.key(event));
+    addEventListener("hashchange", () => {
+      const state = address.read(location.hash);
+      if (state === undefined || address.write(state) === address.write(this.state)) return;
+      this.state = state;
+      this.open();
+    });
+    addEventListener("resize", () => this.refresh(true));
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.refresh(true));
+    this.camera.onChange(() => requestAnimationFrame(() => this.refresh(false)));
+    this.connect();
+  }
+
+  private complain(sentence: string): void {
+    say(this.message, sentence);
+  }
+
+  private connect(): void {
+    const url = new URL("socket", location.href);
+    url.protocol = "ws:";
+    url.hash = "";
+    const socket = new WebSocket(url);
+    socket.binaryType = "arraybuffer";
+    socket.addEventListener("message", (event: MessageEvent<string | ArrayBuffer>) => {
+      if (typeof event.data === "string") this.hear(JSON.parse(event.data) as Reply);
+      else {
+        const frame = readFrame(event.data);
+        if (frame !== undefined) this.panes[frame.pane]?.take(frame);
+      }
+    });
+    socket.addEventListener("close", () => {
+      this.complain("The lab does not answer. Is `drape lab` still running? Trying again.");
+      setTimeout(() => this.connect(), AGAIN);
+    });
+    this.socket = socket;
+  }
+
+  private send(request: Request): void {
+    if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(request));
+  }
+
+  private hear(reply: Reply): void {
+    switch (reply.tell) {
+      case "hello":
+        this.hello = reply;
+        if (this.message.textContent?.startsWith("The lab does not answer")) this.complain("");
+        this.open();
+        break;
+      case "scenery":
+        this.panes[reply.pane]?.begin(reply);
+        break;
+      case "status":
+        this.panes[reply.pane]?.tell(reply, this.isLive);
+        this.progress(reply.numbers.time);
+        break;
+      case "clock":
+        this.isPlaying = reply.playing;
+        this.showClock();
+        break;
+      case "repeat": {
+        const { command, file, scene } = reply.repeat;
+        say(byId("command"), command);
+        say(
+          byId("file"),
+          file === null
+            ? "The scene comes with drape."
+            : `The command reads ${file}: save the scene first.`,
+        );
+        say(byId("scene"), scene);
+        const save = byId<HTMLAnchorElement>("save");
+        URL.revokeObjectURL(save.href);
+        save.href = URL.createObjectURL(new Blob([scene], { type: "application/json" }));
+        save.download = file ?? "scene.json";
+        byId<HTMLDialogElement>("repeat").showModal();
+        break;
+      }
+      case "refused":
+        this.complain(reply.sentence);
+    }
+  }
+
+  /** Writes the set-up into the address. */
+  private remember(): void {
+    history.replaceState(null, "", `#${address.write(this.state)}`);
+  }
+
+  /** Opens once the focus has moved on from a knob that was changed. */
+  private openSoon(): void {
+    setTimeout(() => this.open());
+  }
+
+  /** Begins again with the present set-up. */
+  private open(): void {
+    if (this.hello === undefined) return;
+    const { hello, state } = this;
+    const active = document.activeElement;
+    const knob = active instanceof HTMLElement ? active.dataset.knob : undefined;
+    const place = active?.closest("#shared, .pane");
+    state.panes.length = Math.min(state.panes.length, hello.limits.panes);
+    this.remember();
+    const holder = byId("panes");
+    while (this.panes.length > state.panes.length) this.panes.pop()?.element.remove();
+    while (this.panes.length < state.panes.length) {
+      const pane = new PaneView(this.panes.length, this.renderer, this.camera, this.wishes);
+      this.panes.push(pane);
+      holder.append(pane.element);
+    }
+    this.panes.forEach((pane, i) => {
+      const setup = state.panes[i];
+      if (setup !== undefined) pane.configure(hello, setup, state.panes.length === 1);
+    });
+    const change = (turn: Turn): void => {
+      this.state.panes = this.state.panes.map(turn);
+      this.openSoon();
+    };
+    byId("shared").replaceChildren(
+      knobs(hello, state.panes, change, (sentence) => this.complain(sentence)),
+    );
+    this.add.disabled = state.panes.length >= hello.limits.panes;
+    if (![...this.rate.options].some((option) => Number(option.value) === state.rate)) {
+      this.rate.append(make("option", { value: String(state.rate) }, `${state.rate} × real time`));
+    }
+    this.rate.value = String(state.rate);
+    this.wait.checked = state.wait;
+    this.goLive();
+    this.send({ do: "rate", rate: state.rate });
+    this.send({ do: "wait", wait: state.wait });
+    this.send({ do: "open", panes: state.panes });
+    if (this.wantsPlay) this.send({ do: "play" });
+    this.isPlaying = this.wantsPlay;
+    this.back.dataset.latest = "0";
+    this.showClock();
+    // The knobs were made anew: the focus stays where it was.
+    if (knob !== undefined) place?.querySelector<HTMLElement>(`[data-knob="${knob}"]`)?.focus();
+  }
+
+  private addPane(): void {
+    const last = this.state.panes[this.state.panes.length - 1];
+    if (last === undefined) return;
+    this.state.panes.push({ ...last, method: "baraff-witkin" });
+    this.open();
+  }
+
+  private isOver(): boolean {
+    return this.panes.length > 0 && this.panes.every((pane) => pane.isOver);
+  }
+
+  private toggle(): void {
+    if (this.isPlaying) {
+      this.wantsPlay = false;
+      this.send({ do: "pause" });
+    } else if (this.isOver()) this.restart();
+    else {
+      this.wantsPlay = true;
+      this.complain("");
+      this.goLive();
+      this.send({ do: "play" });
+    }
+  }
+
+  private step(): void {
+    this.wantsPlay = false;
+    this.complain("");
+    this.goLive();
+    this.send({ do: "step" });
+  }
+
+  private restart(): void {
+    this.complain("");
+    this.wantsPlay = true;
+    this.back.dataset.latest = "0";
+    this.goLive();
+    this.send({ do: "restart" });
+    this.send({ do: "play" });
+  }
+
+  private lookBack(time: number): void {
+    this.isLive = false;
+    if (this.isPlaying) this.send({ do: "pause" });
+    this.wantsPlay = false;
+    for (const pane of this.panes) pane.lookBack(time);
+    say(this.time, `t = ${time.toFixed(2)} s`);
+  }
+
+  private goLive(): void {
+    if (this.isLive) return;
+    this.isLive = true;
+    for (const pane of this.panes) pane.live();
+  }
+
+  private progress(time: number): void {
+    const latest = Math.max(time, 0);
+    if (!this.isLive) return;
+    const duration = Math.max(...this.state.panes.map((setup) => this.durationOf(setup)));
+    this.back.max = String(duration);
+    const known = latest < 1e-12 ? 0 : Math.max(latest, Number(this.back.dataset.latest ?? 0));
+    this.back.dataset.latest = String(known);
+    this.back.value = String(known);
+    say(this.time, `t = ${known.toFixed(2)} s`);
+  }
+
+  private durationOf(setup: Setup): number {
+    return (
+      setup.duration ??
+      this.hello?.scenes.find((scene) => scene.name === setup.scene)?.duration ??
+      1
+    );
+  }
+
+  private showClock(): void {
+    say(this.play, this.isPlaying ? "Pause" : this.isOver() ? "Play again" : "Play");
+  }
+
+  private key(event: KeyboardEvent): void {
+    const target = event.target as HTMLElement;
+    const isTyping = target.matches("input, select, textarea, button, a, summary");
+    if (
+      isTyping ||
+      event.ctrlKey ||
+      event.metaKey ||
+      event.altKey ||
+      byId<HTMLDialogElement>("repeat").open
+    )
+      return;
+    if (event.key === " ") this.toggle();
+    else if (event.key === ".") this.step();
+    else if (event.key === "r") this.restart();
+    else return;
+    event.preventDefault();
+  }
+
+  private refresh(isForced: boolean): void {
+    for (const pane of this.panes) pane.refresh(isForced);
+  }
+}
+
+new Lab();

@@ -1,0 +1,152 @@
+// What the page and the server say to each other; `src/messages.rs` of the crate is the other side.
+
+export interface Setup {
+  scene: string;
+  method: string;
+  stiffness?: number;
+  damping?: number;
+  step?: number;
+  duration?: number;
+  particles?: number;
+}
+
+export type Range = [number, number];
+
+export interface SceneChoice {
+  name: string;
+  description: string;
+  step: number;
+  duration: number;
+  stiffness: number | null;
+  damping: number | null;
+  particles: number | null;
+}
+
+export interface MethodChoice {
+  id: string;
+  name: string;
+  theory: string;
+  presets: string[];
+  settings: { key: string; default: string; allowed: string; help: string }[];
+}
+
+export interface Hello {
+  tell: "hello";
+  version: string;
+  scenes: SceneChoice[];
+  methods: MethodChoice[];
+  limits: {
+    panes: number;
+    particles: Range;
+    stiffness: Range;
+    damping: Range;
+    step: Range;
+    duration: Range;
+    rate: Range;
+  };
+}
+
+export interface Solid {
+  points: [number, number, number][];
+  triangles: number[];
+  is_endless: boolean;
+  is_moving: boolean;
+}
+
+export interface Scenery {
+  tell: "scenery";
+  pane: number;
+  run: number;
+  particles: number;
+  triangles: number[];
+  lines: number[];
+  pins: number[];
+  solids: Solid[];
+  step: number;
+  duration: number;
+  method: string;
+}
+
+export interface Numbers {
+  step: number;
+  time: number;
+  /** Energy by kind, J; the last is the total. A number that is not finite comes as null. */
+  energy: [string, number | null][];
+  causes: Record<string, number | null> | null;
+  stretch: number | null;
+  cg_iterations: number;
+  all_cg_iterations: number;
+  micros: number;
+  times_real_time: number;
+  theta: number;
+  offsets: [number, number, number][];
+}
+
+export interface Status {
+  tell: "status";
+  pane: number;
+  run: number;
+  phase:
+    | { kind: "preparing" | "ready" | "ended" | "diverged" }
+    | { kind: "refused"; sentence: string };
+  numbers: Numbers;
+  verdict: { kind: string; is_final: boolean; reason: string; why: string } | null;
+  behind: number;
+}
+
+export interface Clock {
+  tell: "clock";
+  time: number;
+  playing: boolean;
+  rate: number;
+  wait: boolean;
+}
+
+export interface Repeat {
+  tell: "repeat";
+  pane: number;
+  repeat: { command: string; arguments: string[]; file: string | null; scene: string };
+}
+
+export type Reply =
+  | Hello
+  | Scenery
+  | Status
+  | Clock
+  | Repeat
+  | { tell: "refused"; sentence: string };
+
+export type Request =
+  | { do: "open"; panes: Setup[] }
+  | { do: "play" }
+  | { do: "pause" }
+  | { do: "step" }
+  | { do: "restart" }
+  | { do: "rate"; rate: number }
+  | { do: "wait"; wait: boolean }
+  | { do: "repeat"; pane: number };
+
+/** Positions of a pane. */
+export interface Frame {
+  pane: number;
+  run: number;
+  time: number;
+  /** x, y, z of each particle, m. */
+  positions: Float32Array;
+}
+
+/** Reads a binary message; undefined if it is not whole. */
+export function readFrame(bytes: ArrayBuffer): Frame | undefined {
+  if (bytes.byteLength < 24) return undefined;
+  const view = new DataView(bytes);
+  const count = view.getUint32(8, true);
+  if (bytes.byteLength !== 24 + 12 * count) return undefined;
+  const positions = new Float32Array(3 * count);
+  for (let i = 0; i < positions.length; i++) positions[i] = view.getFloat32(24 + 4 * i, true);
+  return {
+    pane: view.getUint32(0, true),
+    run: view.getUint32(4, true),
+    time: view.getFloat64(16, true),
+    positions,
+  };
+}

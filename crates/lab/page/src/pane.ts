@@ -1,0 +1,289 @@
+// One pane: picture, verdict, numbers, energies and knobs of its own.
+
+import { button, make, say, sentence, short } from "./dom";
+import { type Turn, knobs } from "./knobs";
+import type { Frame, Hello, Scenery, Setup, Status } from "./messages";
+import { Plot } from "./plot";
+import { type Camera, type Renderer, View } from "./view";
+
+/** Bytes of positions that a pane remembers. */
+const MEMORY = 24e6;
+
+/** What was shown at a time. */
+interface Moment {
+  status: Status;
+  positions: Float32Array;
+}
+
+const NAMES: Record<string, string> = {
+  stable: "stable",
+  locked: "locked",
+  gained_energy: "gains energy",
+  diverged: "diverged",
+  unknown: "could not tell",
+  refused: "refused",
+};
+
+/** What the causes of the ledger mean. */
+const CAUSES: Record<string, string> = {
+  damping: "damping of the springs",
+  inertia: "inertia, numerical",
+  impact: "impacts on obstacles",
+  gaps: "forces of another time, numerical",
+  residual: "residual of the solve",
+  constraint: "pins and contacts",
+  correction: "corrections of positions",
+};
+
+/** What a pane asks of the page. */
+export interface Wishes {
+  change(index: number, turn: Turn): void;
+  remove(index: number): void;
+  repeat(index: number): void;
+  complain(sentence: string): void;
+}
+
+export class PaneView {
+  readonly element: HTMLElement;
+  run = -1;
+  /** Whether no step will follow. */
+  isOver = false;
+  private title = make("h2");
+  private canvas: HTMLCanvasElement;
+  private verdict = make("div", { class: "verdict" });
+  private kind = make("strong", {}, "waiting");
+  private how = make("span");
+  private reason = make("p");
+  private why = make("p");
+  private numbers = make("dl");
+  private cells = new Map<string, HTMLElement>();
+  private plotted: HTMLCanvasElement;
+  private plot: Plot;
+  private legend = make("table");
+  private legendKey = "";
+  private causes = make("table");
+  private own = make("details");
+  private view: View;
+  private history: Moment[] = [];
+  private frame: Frame | undefined;
+  private isDirty = false;
+  private duration = 1;
+  private shown: Status | undefined;
+  private removeButton: HTMLButtonElement;
+
+  constructor(
+    readonly index: number,
+    renderer: Renderer | undefined,
+    camera: Camera,
+    private wishes: Wishes,
+  ) {
+    this.canvas = make("canvas", { class: "view", tabindex: "0", role: "img" });
+    this.plotted = make("canvas", {
+      class: "plot",
+      role: "img",
+      "aria-label": "Energies over time; the table below has their present values",
+    });
+    this.plot = new Plot(this.plotted);
+    this.view = new View(renderer, this.canvas, camera);
+    camera.steer(this.canvas);
+    camera.onChange(() => (this.isDirty = true));
+    this.removeButton = button("Remove", () => wishes.remove(index));
+    const buttons = make(
+      "span",
+      { class: "buttons" },
+      button("Repeat", () => wishes.repeat(index)),
+      this.removeButton,
+    );
+    this.verdict.append(make("p", {}, this.kind, " ", this.how), this.reason, this.why);
+    for (const [key, label] of [
+      ["time", "time"],
+      ["step", "steps"],
+      ["behind", "behind the clock"],
+      ["speed", "times real time"],
+      ["micros", "µs a step"],
+      ["cg", "CG iterations a step"],
+      ["theta", "h²k/m"],
+      ["stretch", "greatest stretch"],
+    ] as const) {
+      const cell = make("dd", {}, "–");
+      this.cells.set(key, cell);
+      this.numbers.append(make("dt", {}, label), cell);
+    }
+    const ledger = make("details", {}, make("summary", {}, "What changed the energy"), this.causes);
+    this.element = make(
+      "article",
+      { class: "pane", "aria-label": `Pane ${index + 1}` },
+      make("div", { class: "head" }, this.title, buttons),
+      renderer === undefined
+        ? make(
+            "p",
+            { class: "help" },
+            "This browser has no WebGL 2, so there is no picture; the numbers below are all there.",
+          )
+        : this.canvas,
+      this.verdict,
+      this.numbers,
+      this.plotted,
+      this.legend,
+      ledger,
+      this.own,
+    );
+  }
+
+  /** Shows the knobs of a set-up. */
+  configure(hello: Hello, setup: Setup, isAlone: boolean): void {
+    say(this.title, setup.method);
+    this.isOver = false;
+    this.removeButton.disabled = isAlone;
+    this.removeButton.setAttribute("aria-label", `Remove ${setup.method}`);
+    this.canvas.setAttribute("aria-label", `The cloth with ${setup.method}; arrow keys turn it`);
+    const isOpen = this.own.open;
+    this.own.replaceChildren(make("summary", {}, "Knobs of this pane"));
+    const change = (turn: Turn): void => this.wishes.change(this.index, turn);
+    this.own.append(knobs(hello, [setup], change, (sentence) => this.wishes.complain(sentence)));
+    const method = hello.methods.find((known) => known.id === setup.method.split(":")[0]);
+    if (method !== undefined) {
+      const rows = method.settings.map((setting) =>
+        make(
+          "tr",
+          {},
+          make("th", { scope: "row" }, setting.key),
+          make("td", {}, `${setting.default}: ${setting.help} (${setting.allowed})`),
+        ),
+      );
+      this.own.append(
+        make("p", { class: "help" }, `${method.name}. ${method.theory}`),
+        make("div", { class: "settings" }, make("table", {}, ...rows)),
+      );
+    }
+    this.own.open = isOpen;
+  }
+
+  begin(scenery: Scenery): void {
+    this.run = scenery.run;
+    this.isOver = false;
+    this.duration = scenery.duration;
+    this.history = [];
+    this.plot.clear();
+    this.frame = undefined;
+    this.view.set(scenery);
+  }
+
+  take(frame: Frame): void {
+    if (frame.run === this.run) this.frame = frame;
+  }
+
+  /** Takes numbers; `isLive` unless a person looks back. */
+  tell(status: Status, isLive: boolean): void {
+    if (status.phase.kind === "refused") {
+      this.run = status.run;
+      this.history = [];
+      this.isOver = true;
+      this.speak("refused", "", status.phase.sentence, "");
+      return;
+    }
+    if (status.run !== this.run) return;
+    this.isOver = status.phase.kind === "ended" || status.phase.kind === "diverged";
+    this.plot.add(status.numbers);
+    const positions = this.frame?.positions;
+    if (positions !== undefined) {
+      const last = this.history[this.history.length - 1];
+      if (last !== undefined && last.status.numbers.time >= status.numbers.time) this.history.pop();
+      this.history.push({ status, positions });
+      const most = Math.max(50, Math.min(1500, MEMORY / positions.byteLength));
+      if (this.history.length > most) this.history = this.history.filter((_, i) => i % 2 === 0);
+    }
+    if (isLive) this.display(status, positions);
+  }
+
+  /** Shows the last moment that is not later than a time. */
+  lookBack(time: number): void {
+    let found = this.history[0];
+    for (const moment of this.history)
+      if (moment.status.numbers.time <= time + 1e-9) found = moment;
+    if (found !== undefined) this.display(found.status, found.positions);
+  }
+
+  live(): void {
+    const last = this.history[this.history.length - 1];
+    if (last !== undefined) this.display(last.status, last.positions);
+  }
+
+  private speak(kind: string, how: string, reason: string, why: string): void {
+    this.verdict.className = `verdict ${kind}`;
+    say(this.kind, NAMES[kind] ?? kind);
+    say(this.how, how);
+    say(this.reason, sentence(reason));
+    say(this.why, why);
+  }
+
+  private display(status: Status, positions: Float32Array | undefined): void {
+    this.shown = status;
+    const { numbers, verdict } = status;
+    if (verdict !== null) {
+      const how = verdict.is_final ? `(after ${numbers.step} steps)` : "so far";
+      this.speak(verdict.kind, how, verdict.reason, verdict.why);
+    }
+    const cells: Record<string, string> = {
+      time: `${numbers.time.toFixed(3)} s`,
+      step: String(numbers.step),
+      behind: `${status.behind.toFixed(2)} s`,
+      speed: numbers.step === 0 ? "–" : short(numbers.times_real_time),
+      micros: numbers.step === 0 ? "–" : short(numbers.micros),
+      cg: numbers.step === 0 ? "–" : short(numbers.all_cg_iterations / numbers.step),
+      theta: short(numbers.theta),
+      stretch: numbers.stretch === null ? "–" : `${short(100 * numbers.stretch)} %`,
+    };
+    for (const [key, text] of Object.entries(cells)) {
+      const cell = this.cells.get(key);
+      if (cell !== undefined) say(cell, text);
+    }
+    this.list(numbers.energy);
+    if (numbers.causes === null) {
+      if (this.causes.textContent === "")
+        this.causes.append(make("caption", { class: "help" }, "This method does not tell."));
+    } else {
+      const rows = Object.entries(numbers.causes).map(([key, value]) =>
+        make(
+          "tr",
+          {},
+          make("th", { scope: "row" }, CAUSES[key] ?? key),
+          make("td", {}, `${short(value)} J`),
+        ),
+      );
+      this.causes.replaceChildren(...rows);
+    }
+    if (positions !== undefined) this.view.show(positions, numbers.offsets);
+    this.plot.draw(this.duration);
+  }
+
+  private list(energy: [string, number | null][]): void {
+    const key = energy.map(([name]) => name).join();
+    if (key !== this.legendKey) {
+      this.legendKey = key;
+      this.legend.replaceChildren(
+        ...energy.map(([name], n) => {
+          const swatch = make("span", { class: "swatch" });
+          swatch.style.background = this.plot.colour(n, energy.length);
+          return make("tr", {}, make("th", { scope: "row" }, swatch, `${name} energy`), make("td"));
+        }),
+      );
+    }
+    energy.forEach(([, value], n) => {
+      const cell = this.legend.rows[n]?.cells[1];
+      if (cell !== undefined) say(cell, `${short(value)} J`);
+    });
+  }
+
+  /** Draws again, after the camera, the window or the colours changed. */
+  refresh(isForced: boolean): void {
+    if (!this.isDirty && !isForced) return;
+    this.isDirty = false;
+    this.view.draw();
+    if (isForced) {
+      this.legendKey = "";
+      if (this.shown !== undefined) this.list(this.shown.numbers.energy);
+      this.plot.draw(this.duration);
+    }
+  }
+}

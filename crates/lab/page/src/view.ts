@@ -1,0 +1,235 @@
+// Pictures of the panes. One WebGL context draws all of them, one after the other, and each is
+// copied to the canvas of its pane: browsers allow few contexts.
+
+import {
+  AmbientLight,
+  BufferAttribute,
+  BufferGeometry,
+  Color,
+  DirectionalLight,
+  DoubleSide,
+  DynamicDrawUsage,
+  Group,
+  LineBasicMaterial,
+  LineSegments,
+  Mesh,
+  MeshLambertMaterial,
+  PerspectiveCamera,
+  Points,
+  PointsMaterial,
+  Scene,
+  Vector3,
+  WebGLRenderer,
+} from "three";
+import type { Scenery } from "./messages";
+
+const CLOTH = { light: 0x2f6fb3, dark: 0x6aa5e0 };
+const LINES = { light: 0x17395c, dark: 0xcfe3f7 };
+const SOLID = { light: 0xb9a184, dark: 0x8d7a63 };
+const PIN = { light: 0xb3141d, dark: 0xff8f92 };
+
+const dark = matchMedia("(prefers-color-scheme: dark)");
+
+/** Where all cameras look from. They are linked: every pane has the same view. */
+export class Camera {
+  /** Degrees around the vertical axis and above the horizon. */
+  turn = -55;
+  rise = 18;
+  /** Distance over the size of the scene. */
+  distance = 2.1;
+  private listeners: (() => void)[] = [];
+
+  onChange(listener: () => void): void {
+    this.listeners.push(listener);
+  }
+
+  move(turn: number, rise: number, factor: number): void {
+    this.turn += turn;
+    this.rise = Math.max(-85, Math.min(85, this.rise + rise));
+    this.distance = Math.max(0.3, Math.min(10, this.distance * factor));
+    for (const listener of this.listeners) listener();
+  }
+
+  /** Lets a canvas turn it by mouse, finger, wheel and keys. */
+  steer(canvas: HTMLCanvasElement): void {
+    canvas.addEventListener("pointerdown", (event) => {
+      canvas.setPointerCapture(event.pointerId);
+    });
+    canvas.addEventListener("pointermove", (event) => {
+      if (!canvas.hasPointerCapture(event.pointerId)) return;
+      this.move(-0.4 * event.movementX, 0.3 * event.movementY, 1);
+    });
+    canvas.addEventListener(
+      "wheel",
+      (event) => {
+        // Without a key the wheel scrolls the page.
+        if (!event.ctrlKey && !event.shiftKey) return;
+        event.preventDefault();
+        this.move(0, 0, Math.exp(0.002 * (event.deltaY || event.deltaX)));
+      },
+      { passive: false },
+    );
+    canvas.addEventListener("keydown", (event) => {
+      const moves: Record<string, [number, number, number]> = {
+        ArrowLeft: [-5, 0, 1],
+        ArrowRight: [5, 0, 1],
+        ArrowUp: [0, 5, 1],
+        ArrowDown: [0, -5, 1],
+        "+": [0, 0, 1 / 1.15],
+        "=": [0, 0, 1 / 1.15],
+        "-": [0, 0, 1.15],
+      };
+      const move = moves[event.key];
+      if (move === undefined || event.ctrlKey || event.metaKey) return;
+      event.preventDefault();
+      this.move(...move);
+    });
+  }
+}
+
+/** The one WebGL context; undefined where the browser has none. */
+export class Renderer {
+  private constructor(readonly gl: WebGLRenderer) {}
+
+  static make(): Renderer | undefined {
+    try {
+      const gl = new WebGLRenderer({ antialias: true, alpha: true, preserveDrawingBuffer: true });
+      gl.setPixelRatio(1);
+      return new Renderer(gl);
+    } catch {
+      return undefined;
+    }
+  }
+}
+
+/** The cloth and obstacles of one pane. */
+export class View {
+  private scene = new Scene();
+  private camera = new PerspectiveCamera(35, 4 / 3, 0.01, 1000);
+  private positions = new BufferAttribute(new Float32Array(0), 3);
+  private geometry = new BufferGeometry();
+  private cloth = new MeshLambertMaterial({ side: DoubleSide });
+  private lines = new LineBasicMaterial();
+  private solid = new MeshLambertMaterial({ side: DoubleSide });
+  private pin = new PointsMaterial({ size: 7, sizeAttenuation: false });
+  private contents = new Group();
+  private moving: Group[] = [];
+  private center = new Vector3();
+  private size = 1;
+  private isFitted = false;
+
+  constructor(
+    private renderer: Renderer | undefined,
+    private canvas: HTMLCanvasElement,
+    private linked: Camera,
+  ) {
+    this.camera.up.set(0, 0, 1);
+    const sun = new DirectionalLight(0xffffff, 2.2);
+    sun.position.set(-1, -2, 3);
+    this.scene.add(new AmbientLight(0xffffff, 1.3), sun, this.contents);
+  }
+
+  /** Takes the parts of a new run that never change. */
+  set(scenery: Scenery): void {
+    this.contents.clear();
+    this.geometry.dispose();
+    this.geometry = new BufferGeometry();
+    this.positions = new BufferAttribute(new Float32Array(3 * scenery.particles), 3);
+    this.positions.setUsage(DynamicDrawUsage);
+    this.geometry.setAttribute("position", this.positions);
+    this.geometry.setIndex(scenery.triangles);
+    const part = (index: number[]): BufferGeometry => {
+      const geometry = new BufferGeometry();
+      geometry.setAttribute("position", this.positions);
+      geometry.setIndex(index);
+      return geometry;
+    };
+    const parts = [
+      new Mesh(this.geometry, this.cloth),
+      new LineSegments(part(scenery.lines), this.lines),
+      new Points(part(scenery.pins), this.pin),
+    ];
+    for (const object of parts) {
+      object.frustumCulled = false;
+      this.contents.add(object);
+    }
+    this.moving = [];
+    for (const solid of scenery.solids) {
+      const geometry = new BufferGeometry();
+      geometry.setAttribute(
+        "position",
+        new BufferAttribute(new Float32Array(solid.points.flat()), 3),
+      );
+      geometry.setIndex(solid.triangles);
+      geometry.computeVertexNormals();
+      const group = new Group();
+      group.add(new Mesh(geometry, this.solid));
+      this.contents.add(group);
+      if (solid.is_moving) this.moving.push(group);
+    }
+    this.isFitted = false;
+  }
+
+  /** Shows these positions. The first ones of a run decide what the camera looks at. */
+  show(positions: Float32Array, offsets: [number, number, number][]): void {
+    if (positions.length !== this.positions.array.length) return;
+    (this.positions.array as Float32Array).set(positions);
+    this.positions.needsUpdate = true;
+    if (!this.isFitted) this.fit(positions);
+    this.moving.forEach((group, i) => group.position.set(...(offsets[i] ?? [0, 0, 0])));
+    this.draw();
+  }
+
+  private fit(positions: Float32Array): void {
+    const low = new Vector3(Infinity, Infinity, Infinity);
+    const high = new Vector3(-Infinity, -Infinity, -Infinity);
+    const point = new Vector3();
+    for (let i = 0; i < positions.length; i += 3) {
+      point.fromArray(positions, i);
+      low.min(point);
+      high.max(point);
+    }
+    // A sheet that starts flat will fall by about its own size.
+    const extent = high.clone().sub(low);
+    this.size = Math.max(extent.x, extent.y, extent.z, 1e-3);
+    if (extent.z < 0.3 * this.size) low.z -= 0.75 * this.size;
+    this.center.addVectors(low, high).multiplyScalar(0.5);
+    this.isFitted = true;
+  }
+
+  /** Draws the present positions. */
+  draw(): void {
+    const { renderer, canvas } = this;
+    const box = canvas.getBoundingClientRect();
+    const scale = Math.min(devicePixelRatio, 2);
+    const [width, height] = [Math.round(box.width * scale), Math.round(box.height * scale)];
+    if (renderer === undefined || width === 0 || height === 0) return;
+    if (canvas.width !== width || canvas.height !== height)
+      [canvas.width, canvas.height] = [width, height];
+    const scheme = dark.matches ? "dark" : "light";
+    this.cloth.color = new Color(CLOTH[scheme]);
+    this.lines.color = new Color(LINES[scheme]);
+    this.solid.color = new Color(SOLID[scheme]);
+    this.pin.color = new Color(PIN[scheme]);
+    if (this.geometry.index !== null && this.geometry.index.count > 0)
+      this.geometry.computeVertexNormals();
+    const turn = (this.linked.turn * Math.PI) / 180;
+    const rise = (this.linked.rise * Math.PI) / 180;
+    const distance = this.linked.distance * this.size * 1.25;
+    this.camera.position.set(
+      this.center.x + distance * Math.cos(rise) * Math.cos(turn),
+      this.center.y + distance * Math.cos(rise) * Math.sin(turn),
+      this.center.z + distance * Math.sin(rise),
+    );
+    this.camera.lookAt(this.center);
+    this.camera.near = distance * 0.01;
+    this.camera.far = distance * 100;
+    this.camera.aspect = width / height;
+    this.camera.updateProjectionMatrix();
+    renderer.gl.setSize(width, height, false);
+    renderer.gl.render(this.scene, this.camera);
+    const context = canvas.getContext("2d");
+    context?.clearRect(0, 0, width, height);
+    context?.drawImage(renderer.gl.domElement, 0, 0);
+  }
+}

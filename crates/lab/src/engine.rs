@@ -1,0 +1,523 @@
+//! A pane: one run on a thread of its own. It knows no transport: a session tells it how far it may
+//! go and reads what it shows.
+
+use crate::limits;
+use crate::setup::{Setup, SetupError, Stage};
+use drape_harness::judgement::{self, Expected, Extremes, Start, energy_gain};
+use drape_harness::record::{Judged, Judgement};
+use drape_harness::{HarnessError, LOCKED, Moment, Moving, OrderedSimulation, Outcome, Rule};
+use drape_integrator::EnergyLedger;
+use drape_model::{SpringEffect, State, SystemSpec, TimeSpan};
+use drape_render::Subject;
+use serde::Serialize;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::time::{Duration, Instant};
+
+/// The page is shown a run at most this often.
+const SHOWN_EVERY: Duration = Duration::from_millis(30);
+/// Part of a step by which a step may end after its time, because of round-off.
+const LATE: f64 = 1e-6;
+/// Coordinates beyond this are shown there, m.
+const FAR: f64 = 1e6;
+
+/// Counts the runs whose threads have not ended.
+#[derive(Clone, Debug, Default)]
+pub struct Runs(Arc<AtomicUsize>);
+
+/// One of the counted runs.
+#[derive(Debug)]
+struct Ticket(Arc<AtomicUsize>);
+
+impl Runs {
+    /// Number of threads that have not ended.
+    pub fn count(&self) -> usize {
+        self.0.load(Ordering::SeqCst)
+    }
+
+    fn enter(&self) -> Option<Ticket> {
+        let next = |count| (count < limits::RUNS).then_some(count + 1);
+        let entered = self.0.fetch_update(Ordering::SeqCst, Ordering::SeqCst, next);
+        entered.is_ok().then(|| Ticket(self.0.clone()))
+    }
+}
+
+impl Drop for Ticket {
+    fn drop(&mut self) {
+        self.0.fetch_sub(1, Ordering::SeqCst);
+    }
+}
+
+/// How far a run is.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case", tag = "kind", content = "sentence")]
+pub enum Phase {
+    /// The scene is built.
+    #[default]
+    Preparing,
+    /// It can take a step.
+    Ready,
+    /// All steps were taken.
+    Ended,
+    /// It diverged.
+    Diverged,
+    /// The set-up or the run was refused, for this reason.
+    Refused(String),
+}
+
+impl Phase {
+    /// Whether no step will follow.
+    pub fn is_over(&self) -> bool {
+        matches!(self, Self::Ended | Self::Diverged | Self::Refused(_))
+    }
+}
+
+/// A verdict on a run, also before its end.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Opinion {
+    /// The verdict.
+    pub kind: Judged,
+    /// Whether the run is over. Before, theory says whether the cloth locks.
+    pub is_final: bool,
+    /// What was measured, in a sentence.
+    pub reason: String,
+    /// Why it is so, in a sentence.
+    pub why: String,
+}
+
+/// What a step did to the energy, summed over all steps, J.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Causes {
+    damping: f64,
+    inertia: f64,
+    impact: f64,
+    gaps: f64,
+    residual: f64,
+    constraint: f64,
+    correction: f64,
+}
+
+impl Causes {
+    fn add(&mut self, ledger: &EnergyLedger) {
+        self.damping += ledger.damping;
+        self.inertia += ledger.inertia;
+        self.impact += ledger.impact;
+        self.gaps += ledger.gap();
+        self.residual += ledger.residual;
+        self.constraint += ledger.constraint;
+        self.correction += ledger.correction;
+    }
+}
+
+/// The numbers of a run at the end of a step.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Numbers {
+    /// Completed steps.
+    pub step: u64,
+    /// Simulated time, s.
+    pub time: f64,
+    /// Energy by kind, J; the last is the total.
+    pub energy: Vec<(String, f64)>,
+    /// What changed the total energy since the start; `None` where the method does not tell.
+    pub causes: Option<Causes>,
+    /// Greatest length of a tension spring over its rest length, less 1.
+    pub stretch: f64,
+    /// CG iterations of the last step.
+    pub cg_iterations: u32,
+    /// CG iterations of all steps.
+    pub all_cg_iterations: u64,
+    /// Mean wall time of the last steps, µs a step.
+    pub micros: f64,
+    /// Simulated seconds for a second of computing, since the start.
+    pub times_real_time: f64,
+    /// `h²k/m` of the stiffest spring.
+    pub theta: f64,
+    /// Places of the obstacles that move, relative to their start, m.
+    pub offsets: Vec<[f64; 3]>,
+}
+
+/// What a run shows at the end of a step.
+#[derive(Clone, Debug, Default)]
+pub struct Snapshot {
+    /// Positions to draw, m.
+    pub shown: Vec<[f32; 3]>,
+    /// Its numbers.
+    pub numbers: Numbers,
+    /// The state, in the order of the scene.
+    pub state: Option<State>,
+    /// The verdict so far.
+    pub opinion: Option<Opinion>,
+}
+
+/// What never changes in a run: the scene, and what to draw.
+#[derive(Debug)]
+pub struct Scenery {
+    /// The checked set-up.
+    pub stage: Stage,
+    /// Triangles, lines and obstacles.
+    pub subject: Subject,
+}
+
+#[derive(Debug, Default)]
+struct Control {
+    until: f64,
+    is_closed: bool,
+}
+
+#[derive(Debug, Default)]
+struct Shared {
+    control: Mutex<Control>,
+    changed: Condvar,
+    scenery: OnceLock<Scenery>,
+    shown: Mutex<(u64, Phase, Arc<Snapshot>)>,
+}
+
+/// A panic elsewhere leaves these values whole: each is replaced in one move.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Shared {
+    fn is_closed(&self) -> bool {
+        lock(&self.control).is_closed
+    }
+
+    /// Waits until the step that ends at `next` may be taken, or until nobody looks any more.
+    fn wait_for(&self, next: f64, h: f64) {
+        let mut control = lock(&self.control);
+        while !control.is_closed && next > control.until + LATE * h {
+            control = self.changed.wait(control).unwrap_or_else(PoisonError::into_inner);
+        }
+    }
+
+    fn may_go_to(&self, next: f64, h: f64) -> bool {
+        let control = lock(&self.control);
+        control.is_closed || next <= control.until + LATE * h
+    }
+
+    fn show(&self, phase: Phase, snapshot: Option<Snapshot>) {
+        let mut shown = lock(&self.shown);
+        shown.0 += 1;
+        shown.1 = phase;
+        if let Some(snapshot) = snapshot {
+            shown.2 = Arc::new(snapshot);
+        }
+    }
+}
+
+/// A run that is shown. Its thread ends after the present step once the pane is dropped.
+#[derive(Debug)]
+pub struct Pane {
+    shared: Arc<Shared>,
+}
+
+impl Drop for Pane {
+    fn drop(&mut self) {
+        lock(&self.shared.control).is_closed = true;
+        self.shared.changed.notify_all();
+    }
+}
+
+impl Pane {
+    /// Starts the run of a set-up. It takes no step before [`go_until`](Self::go_until). `None` if
+    /// there are too many runs.
+    pub fn start(setup: Setup, runs: &Runs) -> Option<Self> {
+        let ticket = runs.enter()?;
+        let shared = Arc::new(Shared::default());
+        let worker = shared.clone();
+        let run = move || {
+            // A bug in one method must not end the others.
+            let done = catch_unwind(AssertUnwindSafe(|| Worker::run(&setup, &worker)));
+            let refused = match done {
+                Ok(Ok(())) => None,
+                Ok(Err(error)) => Some(error.to_string()),
+                Err(_) => Some("the run failed by a bug in drape; please report it".to_owned()),
+            };
+            if let Some(sentence) = refused {
+                worker.show(Phase::Refused(sentence), None);
+            }
+            drop(ticket);
+        };
+        std::thread::Builder::new().name("pane".to_owned()).spawn(run).ok()?;
+        Some(Self { shared })
+    }
+
+    /// Lets the run take all steps that end until this simulated time, s.
+    pub fn go_until(&self, time: f64) {
+        lock(&self.shared.control).until = time;
+        self.shared.changed.notify_all();
+    }
+
+    /// The scene, once it is built.
+    pub fn scenery(&self) -> Option<&Scenery> {
+        self.shared.scenery.get()
+    }
+
+    /// What the run shows, with a number that grows with each change.
+    pub fn look(&self) -> (u64, Phase, Arc<Snapshot>) {
+        lock(&self.shared.shown).clone()
+    }
+
+    /// The time at the end of the next step, s; `None` if there is none or it is not known yet.
+    pub fn next(&self) -> Option<f64> {
+        let (_, phase, snapshot) = self.look();
+        let time = self.scenery()?.stage.time;
+        (phase == Phase::Ready).then(|| next(snapshot.numbers.time, time))
+    }
+}
+
+/// The time at the end of the step after `time`.
+fn next(time: f64, span: TimeSpan) -> f64 {
+    (time + span.step_s).min(span.duration_s)
+}
+
+/// What a run needs for its numbers and verdicts.
+struct Worker<'a> {
+    shared: &'a Shared,
+    stage: &'a Stage,
+    subject: &'a Subject,
+    expected: Expected,
+    start: Start,
+    rule: Rule,
+    /// Whether pins, obstacles or wind do work.
+    is_driven: bool,
+    theta: f64,
+    /// Greatest step of the effects that the method takes at the old time level, s.
+    limit: f64,
+    advice: Option<String>,
+    extremes: Option<Extremes>,
+    causes: Option<Causes>,
+    all_cg_iterations: u64,
+    /// When the run was shown last, with steps and wall time of its `step` calls.
+    last: (Instant, u64, Duration),
+    micros: f64,
+}
+
+impl<'a> Worker<'a> {
+    fn run(setup: &Setup, shared: &'a Shared) -> Result<(), SetupError> {
+        let stage = setup.stage()?;
+        let mut simulation = OrderedSimulation::new(&stage.spec, &stage.choice)?;
+        let subject = Subject::new(&stage.spec, simulation.obstacles());
+        let Scenery { stage, subject } = shared.scenery.get_or_init(|| Scenery { stage, subject });
+        let time = stage.time;
+        let expected = Expected::of(&simulation, &stage.choice, time);
+        let mut worker = Self {
+            shared,
+            stage,
+            subject,
+            start: Start::of(&simulation),
+            rule: simulation.rule(),
+            is_driven: simulation.work_balance().is_some(),
+            theta: simulation.theta(time.step_s),
+            limit: simulation.explicit_numbers().limit(),
+            advice: expected.warning(&simulation, &stage.choice, time.step_s),
+            expected,
+            extremes: None,
+            causes: None,
+            all_cg_iterations: 0,
+            last: (Instant::now(), 0, Duration::ZERO),
+            micros: 0.0,
+        };
+        let snapshot = worker.snapshot(simulation.moving(), 0, 0, Duration::ZERO);
+        shared.show(Phase::Ready, Some(snapshot));
+        shared.wait_for(next(0.0, time), time.step_s);
+        if shared.is_closed() {
+            return Ok(());
+        }
+        let outcome = worker.simulate(&mut simulation)?;
+        let Some((outcome, judgement)) = outcome else { return Ok(()) };
+        let mut last = worker.snapshot(simulation.moving(), outcome.steps, 0, outcome.wall);
+        last.opinion = Some(worker.final_opinion(judgement));
+        let has_diverged = outcome.divergence.is_some();
+        let phase = if has_diverged { Phase::Diverged } else { Phase::Ended };
+        shared.show(phase, Some(last));
+        Ok(())
+    }
+
+    /// Makes the run as `drape run` does, bit for bit. `None` if nobody looks any more.
+    fn simulate(
+        &mut self,
+        simulation: &mut OrderedSimulation,
+    ) -> Result<Option<(Outcome, Judgement)>, HarnessError> {
+        let (shared, stage) = (self.shared, self.stage);
+        let time = stage.time;
+        let (whole, rest) = time.steps();
+        let steps = whole + u64::from(rest.is_some());
+        let mut check = simulation.motion_check(steps);
+        let mut balance = simulation.work_balance();
+        let (start, rule) = (self.start, self.rule);
+        let look = |moment: &Moment<'_>| {
+            check.look(moment);
+            if let Some(balance) = &mut balance {
+                balance.look(moment);
+            }
+            self.look(moment, moment.step == steps);
+        };
+        let outcome = simulation.simulate(time, |runner| {
+            runner.series().ledger().observe(look).stop(|_| shared.is_closed())
+        })?;
+        if outcome.is_over_budget || shared.is_closed() {
+            return Ok(None);
+        }
+        let gain = match &outcome.divergence {
+            None => Extremes::of(&outcome.series).and_then(|extremes| {
+                energy_gain(extremes, &stage.choice, rule, start, balance.as_ref())
+            }),
+            Some(_) => None,
+        };
+        let is_judged = balance.as_ref().is_none_or(|balance| balance.excess().is_some());
+        let kept = match outcome.divergence {
+            None => Some(simulation.kept(&check, outcome.effort)),
+            Some(_) => None,
+        };
+        let judgement =
+            judgement::judge(&outcome, gain.as_deref(), is_judged, kept, &self.expected);
+        Ok(Some((outcome, judgement)))
+    }
+
+    /// The end of a step: shows it if it is time, and waits until the next step may be taken.
+    fn look(&mut self, moment: &Moment<'_>, is_last: bool) {
+        if let Some(ledger) = &moment.ledger {
+            self.causes.get_or_insert_default().add(ledger);
+        }
+        self.all_cg_iterations += u64::from(moment.report.cg_iterations);
+        let time = self.stage.time;
+        let next = next(moment.state.t, time);
+        let must_wait = !is_last && !self.shared.may_go_to(next, time.step_s);
+        if must_wait || self.last.0.elapsed() >= SHOWN_EVERY {
+            let iterations = moment.report.cg_iterations;
+            let snapshot = self.snapshot(moment.moving(), moment.step, iterations, moment.wall);
+            // States that are not finite stay unseen; the end of the run says that it diverged.
+            if moment.moving().is_finite() {
+                self.shared.show(Phase::Ready, Some(snapshot));
+            }
+        }
+        if must_wait {
+            self.shared.wait_for(next, time.step_s);
+        }
+    }
+
+    fn snapshot(
+        &mut self,
+        moving: Moving<'_>,
+        step: u64,
+        cg_iterations: u32,
+        wall: Duration,
+    ) -> Snapshot {
+        let state = moving.state().into_owned();
+        let energy = moving.energies();
+        let of = |name: &str| energy.iter().find(|(key, _)| key == name).map_or(0.0, |(_, e)| *e);
+        let (total, kinetic) = (of("total"), of("kinetic"));
+        let extremes = self.extremes.get_or_insert(Extremes { start: total, top: total, kinetic });
+        extremes.top = extremes.top.max(total);
+        extremes.kinetic = extremes.kinetic.max(kinetic);
+        let (_, steps, before) = self.last;
+        if step > steps {
+            self.micros = (wall.saturating_sub(before)).as_secs_f64() * 1e6 / (step - steps) as f64;
+        }
+        self.last = (Instant::now(), step, wall);
+        let shown = moving.display_positions();
+        let paths = self.subject.solids.iter().filter_map(|solid| solid.path.as_ref());
+        let numbers = Numbers {
+            step,
+            time: moving.time(),
+            energy,
+            causes: self.causes.clone(),
+            stretch: stretch(&self.stage.spec, &state),
+            cg_iterations,
+            all_cg_iterations: self.all_cg_iterations,
+            micros: self.micros,
+            times_real_time: if wall.is_zero() { 0.0 } else { state.t / wall.as_secs_f64() },
+            theta: self.theta,
+            offsets: paths.map(|path| path.offset(state.t).into()).collect(),
+        };
+        let opinion = Some(self.opinion());
+        let near = |c: f64| if c.is_finite() { c.clamp(-FAR, FAR) as f32 } else { 0.0 };
+        let shown = shown.iter().map(|x| [near(x.x), near(x.y), near(x.z)]).collect();
+        Snapshot { shown, numbers, state: Some(state), opinion }
+    }
+
+    /// The verdict before the end: what was measured of the energy, and what theory expects of the
+    /// motion.
+    fn opinion(&self) -> Opinion {
+        let choice = &self.stage.choice;
+        // Where work comes in, only the balance at the end tells a gain.
+        let extremes = self.extremes.filter(|_| !self.is_driven);
+        let gain = extremes
+            .and_then(|extremes| energy_gain(extremes, choice, self.rule, self.start, None));
+        let share = self.expected.share();
+        let (kind, reason) = match (gain, share) {
+            (Some(gain), _) => (Judged::GainedEnergy, gain),
+            (None, Some(share)) if share < LOCKED => {
+                let share = judgement::percent(share);
+                (Judged::Locked, format!("theory expects it to keep {share} of the motion"))
+            }
+            (None, Some(share)) => {
+                let share = judgement::percent(share);
+                let told =
+                    format!("no gain of energy; theory expects it to keep {share} of the motion");
+                (Judged::Stable, told)
+            }
+            (None, None) => (Judged::Stable, "no gain of energy so far".to_owned()),
+        };
+        let why = self.why(kind);
+        Opinion { kind, is_final: false, reason, why }
+    }
+
+    fn final_opinion(&self, judgement: Judgement) -> Opinion {
+        let Judgement { kind, reason, .. } = judgement;
+        Opinion { kind, is_final: true, reason, why: self.why(kind) }
+    }
+
+    /// Why a verdict is so, in a sentence.
+    fn why(&self, kind: Judged) -> String {
+        let (step, id) = (self.stage.time.step_s, self.stage.choice.method().id);
+        let ratio = step / self.limit;
+        match kind {
+            Judged::Diverged | Judged::GainedEnergy if ratio > 1.0 => format!(
+                "{id} takes forces at the old time level, which allows steps of at most about \
+                 {:.1e} s; this step of {step} s is {ratio:.1} times as long.",
+                self.limit
+            ),
+            Judged::Diverged | Judged::GainedEnergy => {
+                "The step is too long for this method, or its settings allow too large errors."
+                    .to_owned()
+            }
+            Judged::Locked => match &self.advice {
+                Some(advice) => sentence(advice),
+                None => "The solve damps the motion more than the springs do.".to_owned(),
+            },
+            Judged::Stable => match self.expected.share() {
+                Some(_) => format!(
+                    "With h²k/m = {:.1e} it holds the stiff springs back and lets the cloth \
+                     move.",
+                    self.theta
+                ),
+                None if self.limit.is_finite() && ratio <= 1.0 => format!(
+                    "The step of {step} s is below its limit of about {:.1e} s.",
+                    self.limit
+                ),
+                None => "Nothing in it limits the step on this scene.".to_owned(),
+            },
+            Judged::Unknown => "No reference and no theory covers this run.".to_owned(),
+        }
+    }
+}
+
+/// A text as a sentence.
+fn sentence(text: &str) -> String {
+    let mut characters = text.chars();
+    let first = characters.next().map(|c| c.to_uppercase().to_string()).unwrap_or_default();
+    format!("{first}{}.", characters.as_str())
+}
+
+/// Greatest length of a tension spring over its rest length, less 1.
+fn stretch(spec: &SystemSpec, state: &State) -> f64 {
+    let tension = spec.springs.iter().filter(|s| s.effect == SpringEffect::Tension);
+    let of = |i: u32, j: u32| (state.x[i as usize] - state.x[j as usize]).norm();
+    tension
+        .filter(|s| s.rest_length_m > 0.0)
+        .map(|s| of(s.i, s.j) / s.rest_length_m - 1.0)
+        .fold(f64::NEG_INFINITY, f64::max)
+}

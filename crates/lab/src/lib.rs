@@ -1,0 +1,43 @@
+//! The lab: methods side by side on the same cloth, live in the browser.
+//!
+//! **What it shows.** Two to six *panes*. Each is a run of one method on one scene. All panes share
+//! a clock, so that one can see which method explodes, stands still or follows the motion. Each has
+//! its numbers and the verdict of `drape run` with a sentence that says why.
+//!
+//! **How the code does it.**
+//!
+//! ```text
+//! page/lab.ts  ⇄  server  ⇄  session  ⇄  engine  →  drape_harness::Runner
+//!  browser        HTTP,       panes,      one thread
+//!                 WebSocket   clock       a pane
+//! ```
+//!
+//! | file | what it holds |
+//! |---|---|
+//! | [`setup`] | a scene with the knobs turned, a method, and the command that repeats them |
+//! | [`engine`] | a run on a thread of its own; it knows no transport |
+//! | [`session`] | the panes of a page and their clock; it knows no transport |
+//! | [`messages`] | what page and server say to each other |
+//! | [`server`] | the transport, and who may use it |
+//! | [`limits`] | how much a page may ask for |
+//! | `page/` | the page in TypeScript, and `lab.js`, which is built from it |
+//!
+//! A pane makes the run of `drape run`, with an observer that waits between two steps. So a pane and
+//! the command that repeats it end in the same state, bit for bit; `crates/drape/tests/lab.rs`
+//! checks this.
+//!
+//! **What it cannot do.** A step that has begun cannot be stopped: a run that was closed ends after
+//! its present step.
+
+pub mod engine;
+pub mod limits;
+pub mod messages;
+mod page;
+pub mod server;
+pub mod session;
+pub mod setup;
+
+pub use engine::{Pane, Phase, Runs};
+pub use server::Server;
+pub use session::{Out, Session};
+pub use setup::{Repeat, Setup, Stage};

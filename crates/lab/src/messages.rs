@@ -1,0 +1,295 @@
+//! What the page and the server say to each other: JSON in both directions, and binary frames with
+//! positions.
+
+use crate::engine::{Numbers, Opinion, Phase, Scenery};
+use crate::limits;
+use crate::setup::{Repeat, Setup, damping_of, side_of, stiffness_of};
+use drape_harness::{bundled, methods, presets};
+use serde::{Deserialize, Serialize};
+
+/// What the page asks for.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(tag = "do", rename_all = "snake_case", deny_unknown_fields)]
+pub enum Request {
+    /// Begin with these panes, at time 0.
+    Open {
+        /// Their set-ups.
+        panes: Vec<Setup>,
+    },
+    /// Let time pass.
+    Play {},
+    /// Stop it.
+    Pause {},
+    /// Let every pane take a step.
+    Step {},
+    /// Begin again at time 0.
+    Restart {},
+    /// How fast time passes.
+    Rate {
+        /// Simulated seconds in a second.
+        rate: f64,
+    },
+    /// Whether fast panes wait for slow ones.
+    Wait {
+        /// Whether they do.
+        wait: bool,
+    },
+    /// How to repeat a pane.
+    Repeat {
+        /// Number of the pane, from 0.
+        pane: usize,
+    },
+}
+
+/// What the server tells.
+#[derive(Debug, Serialize)]
+#[serde(tag = "tell", rename_all = "snake_case")]
+pub enum Reply<'a> {
+    /// What can be chosen; the first message.
+    Hello {
+        /// Version of drape.
+        version: &'a str,
+        /// Bundled scenes.
+        scenes: Vec<SceneChoice>,
+        /// All methods.
+        methods: Vec<MethodChoice>,
+        /// Ranges of the knobs.
+        limits: Limits,
+    },
+    /// What to draw in a pane.
+    Scenery {
+        /// Number of the pane.
+        pane: usize,
+        /// Number of the run; each start of a pane has a new one.
+        run: u32,
+        /// Particles.
+        particles: usize,
+        /// Corners of triangles, three by three.
+        triangles: Vec<u32>,
+        /// Ends of lines, two by two.
+        lines: Vec<u32>,
+        /// Pinned particles.
+        pins: Vec<u32>,
+        /// Obstacles.
+        solids: Vec<Solid>,
+        /// Step, s.
+        step: f64,
+        /// Duration, s.
+        duration: f64,
+        /// The method with all settings.
+        method: String,
+    },
+    /// How a pane is.
+    Status {
+        /// Number of the pane.
+        pane: usize,
+        /// Number of the run.
+        run: u32,
+        /// How far it is.
+        phase: &'a Phase,
+        /// Its numbers.
+        numbers: &'a Numbers,
+        /// The verdict so far.
+        verdict: Option<&'a Opinion>,
+        /// How far it is behind the clock of the session, s.
+        behind: f64,
+    },
+    /// The clock of the session.
+    Clock {
+        /// Time, s.
+        time: f64,
+        /// Whether it runs.
+        playing: bool,
+        /// Simulated seconds in a second.
+        rate: f64,
+        /// Whether fast panes wait for slow ones.
+        wait: bool,
+    },
+    /// How to repeat a pane.
+    Repeat {
+        /// Number of the pane.
+        pane: usize,
+        /// How.
+        repeat: Repeat,
+    },
+    /// A request was refused.
+    Refused {
+        /// Why.
+        sentence: String,
+    },
+}
+
+/// An obstacle as a surface.
+#[derive(Debug, Serialize)]
+pub struct Solid {
+    points: Vec<[f32; 3]>,
+    triangles: Vec<u32>,
+    is_endless: bool,
+    is_moving: bool,
+}
+
+/// A bundled scene with the values of its knobs.
+#[derive(Debug, Serialize)]
+pub struct SceneChoice {
+    name: &'static str,
+    description: String,
+    step: f64,
+    duration: f64,
+    stiffness: Option<f64>,
+    damping: Option<f64>,
+    particles: Option<u32>,
+}
+
+/// A method with its settings.
+#[derive(Debug, Serialize)]
+pub struct MethodChoice {
+    id: &'static str,
+    name: &'static str,
+    theory: &'static str,
+    presets: Vec<&'static str>,
+    settings: Vec<SettingChoice>,
+}
+
+/// A setting of a method.
+#[derive(Debug, Serialize)]
+pub struct SettingChoice {
+    key: &'static str,
+    default: &'static str,
+    allowed: String,
+    help: &'static str,
+}
+
+/// Ranges of the knobs.
+#[derive(Debug, Serialize)]
+pub struct Limits {
+    panes: usize,
+    particles: (u32, u32),
+    stiffness: (f64, f64),
+    damping: (f64, f64),
+    step: (f64, f64),
+    duration: (f64, f64),
+    rate: (f64, f64),
+}
+
+/// The first message.
+pub fn hello() -> Reply<'static> {
+    let scene = |name: &'static str| {
+        let scene = bundled(name).ok()?;
+        Some(SceneChoice {
+            name,
+            step: scene.time.step_s,
+            duration: scene.time.duration_s,
+            stiffness: stiffness_of(&scene),
+            damping: damping_of(&scene),
+            particles: side_of(&scene),
+            description: scene.description,
+        })
+    };
+    let method = |method: &'static drape_integrator::Method| MethodChoice {
+        id: method.id,
+        name: method.name,
+        theory: method.theory,
+        presets: presets(method).map(|preset| preset.name).collect(),
+        settings: method
+            .settings
+            .iter()
+            .map(|setting| SettingChoice {
+                key: setting.key,
+                default: setting.default,
+                allowed: setting.kind.to_string(),
+                help: setting.help,
+            })
+            .collect(),
+    };
+    Reply::Hello {
+        version: env!("CARGO_PKG_VERSION"),
+        scenes: drape_model::bundled::names().filter_map(scene).collect(),
+        methods: methods::all().map(method).collect(),
+        limits: Limits {
+            panes: limits::PANES,
+            particles: limits::SIDE,
+            stiffness: limits::STIFFNESS_PER_S2,
+            damping: limits::DAMPING_PER_S,
+            step: limits::STEP_S,
+            duration: limits::DURATION_S,
+            rate: limits::RATE,
+        },
+    }
+}
+
+/// What to draw in a pane.
+pub fn scenery(pane: usize, run: u32, scenery: &Scenery) -> Reply<'static> {
+    let Scenery { stage, subject } = scenery;
+    let solid = |solid: &drape_render::Solid| {
+        let whole = (&solid.points, &solid.triangles);
+        let (points, triangles) =
+            solid.softened.as_ref().map_or(whole, |(points, triangles)| (points, triangles));
+        Solid {
+            points: points.iter().map(|x| [x.x as f32, x.y as f32, x.z as f32]).collect(),
+            triangles: triangles.as_flattened().to_vec(),
+            is_endless: solid.is_endless,
+            is_moving: solid.path.is_some(),
+        }
+    };
+    Reply::Scenery {
+        pane,
+        run,
+        particles: stage.spec.particles.mass_kg.len(),
+        triangles: subject.triangles.as_flattened().to_vec(),
+        lines: subject.lines.as_flattened().to_vec(),
+        pins: stage.spec.pins.iter().map(|pin| pin.particle).collect(),
+        solids: subject.solids.iter().map(solid).collect(),
+        step: stage.time.step_s,
+        duration: stage.time.duration_s,
+        method: stage.choice.full_id(),
+    }
+}
+
+/// Positions of a pane, little-endian: the numbers of the pane, of the run and of particles (u32),
+/// a zero (u32), the time (f64, s), then x, y, z of each particle (f32, m).
+pub fn frame(pane: usize, run: u32, time: f64, shown: &[[f32; 3]]) -> Vec<u8> {
+    let mut bytes = Vec::with_capacity(24 + 12 * shown.len());
+    for number in [pane as u32, run, shown.len() as u32, 0] {
+        bytes.extend(number.to_le_bytes());
+    }
+    bytes.extend(time.to_le_bytes());
+    for coordinate in shown.as_flattened() {
+        bytes.extend(coordinate.to_le_bytes());
+    }
+    bytes
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "tests")]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_frame_holds_its_numbers_where_the_page_reads_them() {
+        let bytes = frame(2, 7, 0.25, &[[1.0, -2.0, 0.5], [0.0, 3.0, 4.0]]);
+        assert_eq!(bytes.len(), 24 + 24);
+        let word = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
+        assert_eq!([word(0), word(4), word(8), word(12)], [2, 7, 2, 0]);
+        assert_eq!(f64::from_le_bytes(bytes[16..24].try_into().unwrap()), 0.25);
+        assert_eq!(f32::from_bits(word(28)), -2.0);
+        assert_eq!(f32::from_bits(word(44)), 4.0);
+    }
+
+    #[test]
+    fn a_request_with_an_unknown_key_is_refused() {
+        let read = |text: &str| serde_json::from_str::<Request>(text);
+        assert_eq!(read(r#"{"do":"play"}"#).unwrap(), Request::Play {});
+        for wrong in [r#"{"do":"play","now":1}"#, r#"{"do":"dance"}"#, "{}", "[]", "", "\"play\""] {
+            assert!(read(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn hello_knows_every_scene_and_method() {
+        let Reply::Hello { scenes, methods, .. } = hello() else { panic!("another message") };
+        assert_eq!(scenes.len(), drape_model::bundled::names().count());
+        assert!(methods.iter().any(|method| method.id == "imex-updated"));
+        let sheet = scenes.iter().find(|scene| scene.name == "hanging-textile-1e6").unwrap();
+        assert_eq!((sheet.stiffness, sheet.particles), (Some(1e6), Some(20)));
+    }
+}
