@@ -166,8 +166,11 @@ fn parts_of_another_program_or_subset_and_folders_without_parts_are_refused_by_n
         assert_eq!(text.trim_end().lines().count(), 1, "{text}");
         assert!(expected.iter().all(|expected| text.contains(expected)), "{text}");
     };
-    refused(&[part.clone()], ["part/.unfinished/momentum.journal", "another executable"]);
-    refused(&[empty.clone()], ["empty", "no journal lies there"]);
+    refused(
+        std::slice::from_ref(&part),
+        ["part/.unfinished/momentum.journal", "another executable"],
+    );
+    refused(std::slice::from_ref(&empty), ["empty", "no journal lies there"]);
     refused(&[], ["out", "no part holds one"]);
     // The same cells, all instead of a subset.
     let quick = folder.path().join("quick");

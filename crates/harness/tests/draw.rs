@@ -231,7 +231,7 @@ fn figures_name_axes_units_and_every_curve() {
     let error = "error over motion (dimensionless)";
     expect("work-precision.svg", &["time of the run (s)", error, front]);
     expect("work-precision.svg", &["k/m = 10¹⁰ s⁻², 400 particles", "explicit-euler"]);
-    let effort = "effort (visits of a spring)";
+    let effort = "modelled time (s)";
     for file in [
         "work-precision-effort.svg",
         "work-precision-stiff.svg",
@@ -442,7 +442,7 @@ fn without_timings_the_headline_shows_effort_and_unverified_times_are_not_ranked
             "report.html",
         ]
     );
-    let axis = "effort (visits of a spring)".to_owned();
+    let axis = "modelled time (s)".to_owned();
     assert!(words(&files["figures/work-precision.svg"]).contains(&axis));
     assert!(!files["report.html"].contains("Fastest by the clock"));
 

@@ -52,7 +52,7 @@ fn run(scene: &Scene, verdict: Verdict) -> Run {
         cg_iterations: 12,
         newton_iterations: 0,
         factorisations: 0,
-        effort: 1.5e6,
+        modelled_s: 1.5e-3,
         height_m: scene.height_m.iter().take(heights).map(|z| 1.1 * z).collect(),
         portable: true,
     }

@@ -60,10 +60,13 @@ pub(crate) fn work_precision(quick: bool) -> Record<work_precision::Facts> {
                     step_s: Some(0.25 / (8.0 * 2f64.powi(step))),
                     verdict: if is_lost { Verdict::Diverged } else { Verdict::Completed },
                     error: (!is_lost).then(|| 0.2 * 2f64.powi(-p * step)),
+                    modelled_s: 1e-3 * 2f64.powi(step) * (1.0 + n as f64),
                     effort: 1e5 * 2f64.powi(step) * (1.0 + n as f64),
+                    steps: 8,
                     force_evaluations: 8,
                     matvecs: 0,
                     factorisations: 0,
+                    setups: 0,
                     cg_iterations: 0,
                     unconverged_steps: 0,
                     is_on_front: false,
@@ -80,15 +83,21 @@ pub(crate) fn work_precision(quick: bool) -> Record<work_precision::Facts> {
             });
         }
         for (n, level) in [1e-1, 1e-2, 1e-3, 1e-4].into_iter().enumerate() {
+            let tied = (n == 0).then(|| work_precision::Tied {
+                label: "imex-euler".to_owned(),
+                is_explicit: false,
+                ratio: 1.75,
+            });
             winners.push(work_precision::Winner {
                 scene: scene.id.clone(),
                 level,
                 label: (n < 2).then(|| CURVES[2 + 5 * n].1.to_owned()),
                 is_explicit: (n < 2).then_some(n == 0),
                 value: (n < 2).then_some(16.0),
-                effort: (n < 2).then_some(6e5),
+                modelled_s: (n < 2).then_some(6e-3),
                 runner_up: (n == 0).then(|| "imex-euler".to_owned()),
                 ratio: (n == 0).then_some(1.75),
+                tied: tied.into_iter().collect(),
             });
         }
     }
