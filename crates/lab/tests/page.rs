@@ -172,7 +172,7 @@ fn knobs_change_what_they_say_and_the_address_repeats_them() {
     page.enter("#shared [data-knob=duration]", "0.05");
     page.enter("#shared [data-knob=stiffness]", "1e4");
     page.enter("#shared [data-knob=step]", "0.001");
-    page.wait_until("location.hash.includes('step=0.001')");
+    page.wait_until("decodeURIComponent(location.hash).includes('step=0.001')");
     page.wait_until("document.getElementById('play').textContent === 'Play again'");
     page.wait_until(
         "[...document.querySelectorAll('.verdict strong')].every((e) => e.textContent === 'stable')",
