@@ -244,7 +244,7 @@ fn figures_name_axes_units_and_every_curve() {
     expect("work-precision-stiff.svg", &["Other methods, k/m = 10¹⁰ s⁻²"]);
     expect("work-precision-heavy.svg", &["k/m = 10⁸ s⁻², 400 particles"]);
     expect("work-precision-size.svg", &["1600 particles, material fixed, k/m = 40000 s⁻²"]);
-    expect("work-precision-map.svg", &["hanging, light damping, 10 %", "leapfrog"]);
+    expect("work-precision-map.svg", &["hanging, light damping, 10 %", "leapfrog +1"]);
     expect("work-precision-map.svg", &["stiffness limits the step (explicit)", "imex-updated"]);
     let models = drape_harness::studies::fabric::facts::Model::ALL.map(|model| model.name());
     for file in ["fabric-master-curve.svg", "fabric-convergence.svg"] {

@@ -273,11 +273,16 @@ fn malformed_messages_neither_crash_nor_leak() {
             assert_eq!(page.wait_for(|m| m["tell"] != "clock")["tell"], "refused");
         }
     };
-    send(1000);
-    let before = memory();
-    send(9000);
-    let grown = memory().saturating_sub(before);
-    assert!(grown < 8 << 20, "memory grew by {grown} bytes");
+    // Other tests share the process: what leaks grows in every round.
+    let rounds: Vec<u64> = (0..10)
+        .map(|_| {
+            let before = memory();
+            send(1000);
+            memory().saturating_sub(before)
+        })
+        .collect();
+    let least = rounds.iter().min().unwrap();
+    assert!(*least < 1 << 17, "memory grew by {rounds:?} bytes");
     page.say(&json!({ "do": "open", "panes": [sheet("imex-euler")] }).to_string());
     page.wait_for(|m| m["tell"] == "scenery");
 }

@@ -204,7 +204,7 @@ impl Products {
             update += entries.map(|&(i, _)| level.row(i as usize).len()).sum::<usize>() / 2;
             fine = level.coarse.pattern();
         }
-        let of_finest = |count: usize| count.div_ceil(blocks(finest));
+        let of_finest = |count: usize| count.div_ceil(blocks(finest).max(1));
         Self { cycle: of_finest(cycle), update: of_finest(update) }
     }
 }

@@ -72,7 +72,7 @@ pub(super) const PLATES: &[Plate<Input>] = &[
         caption: "Where the colour changes along a row, implicit methods (yellow) take over from \
                   explicit ones (blue), or the reverse. Each place names the method with the \
             least modelled time for an error; a row is a scene, a damping and an error, a column \
-            a stiffness over mass. White: methods of both kinds tie. Empty: not run, or no run \
+            a stiffness over mass. Violet: methods of both kinds tie. Empty: not run, or no run \
             within the budget gets there.",
         draw: Draw::Matrix(map),
     },
@@ -264,8 +264,8 @@ fn tile(winner: Option<&Winner>) -> Tile {
     };
     let short = |label: &str| label.split(',').next().unwrap_or_default().to_owned();
     let margin = winner.ratio.map_or_else(String::new, |ratio| match winner.tied.len() {
-        0 => format!(" × {}", significant(ratio, 2)),
-        ties => format!(" = {ties}"),
+        0 => format!(" ×{}", significant(ratio, 2)),
+        ties => format!(" +{ties}"),
     });
     Tile { shade, text: format!("{}{margin}", short(label)), is_marked: false }
 }
@@ -305,7 +305,7 @@ fn map(input: &Input) -> Option<Matrix> {
     let columns =
         stiffnesses.iter().map(|k| format!("k/m = {} s⁻²", power(*k))).collect::<Vec<_>>();
     let notes = vec![
-        "× 2.5: the next method takes 2.5 times as long. = 3: three other methods tie, below twice \
+        "×2.5: the next method takes 2.5 times as long. +3: three other methods tie, below twice \
          the time."
             .to_owned(),
     ];

@@ -314,7 +314,7 @@ mod tests {
             }
         }
         let words = words(&facts("light", &[tie]));
-        assert!(words.conclusion.contains("explicit and implicit methods tie k/m"), "{words:?}");
+        assert!(words.conclusion.contains("explicit and implicit methods tie at k/m"), "{words:?}");
         assert!(words.caveats[0].contains("1 of 1 winners lead by less"), "{words:?}");
     }
 

@@ -60,7 +60,7 @@ fn lesson(id: &str, soft: (Option<f64>, f64), stiff: (Option<f64>, f64)) -> Less
 }
 
 fn facts(lessons: Vec<Lesson>) -> Facts {
-    let scenes = vec![scene("soft", 1e4), scene("stiff", 1e-3)];
+    let scenes = vec![scene("soft", 1e4), scene("stiff", 1e6)];
     Facts { scenes, lessons, headline: Vec::new(), support: Vec::new() }
 }
 
