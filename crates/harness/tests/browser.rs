@@ -10,31 +10,13 @@ mod common;
 mod devtools;
 
 use base64::prelude::{BASE64_STANDARD, Engine as _};
-use devtools::Browser;
+use devtools::{Browser, chromium};
 use drape_harness::studies::draw;
 use serde_json::{Value, json};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 const PHONE: u32 = 390;
 const DESK: u32 = 1280;
-
-/// Chromium, or `None` after saying that there is none.
-fn chromium() -> Option<PathBuf> {
-    let names = ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
-    let folders = std::env::var_os("PATH").unwrap_or_default();
-    let paths = std::env::split_paths(&folders).collect::<Vec<_>>();
-    let found = names
-        .iter()
-        .flat_map(|name| paths.iter().map(move |path| path.join(name)))
-        .find(|path| path.is_file());
-    if found.is_none() {
-        let is_required =
-            std::env::var_os("DRAPE_BROWSER").is_some_and(|value| value == "required");
-        assert!(!is_required, "DRAPE_BROWSER=required, but no chromium is on the path");
-        println!("skipped: no chromium is on the path");
-    }
-    found
-}
 
 /// A page that was opened from disk.
 struct Opened {

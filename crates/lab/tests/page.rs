@@ -9,34 +9,16 @@
 mod devtools;
 
 use base64::prelude::{BASE64_STANDARD, Engine as _};
-use devtools::Browser;
+use devtools::{Browser, chromium};
 use drape_lab::{Runs, Server};
 use serde_json::{Value, json};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 /// A busy machine that draws in software may need this long.
 const PATIENCE: Duration = Duration::from_secs(180);
 const PHONE: u32 = 390;
 const DESK: u32 = 1280;
-
-/// Chromium, or `None` after saying that there is none.
-fn chromium() -> Option<PathBuf> {
-    let names = ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
-    let folders = std::env::var_os("PATH").unwrap_or_default();
-    let paths = std::env::split_paths(&folders).collect::<Vec<_>>();
-    let found = names
-        .iter()
-        .flat_map(|name| paths.iter().map(move |path| path.join(name)))
-        .find(|path| path.is_file());
-    if found.is_none() {
-        let is_required =
-            std::env::var_os("DRAPE_BROWSER").is_some_and(|value| value == "required");
-        assert!(!is_required, "DRAPE_BROWSER=required, but no chromium is on the path");
-        println!("skipped: no chromium is on the path");
-    }
-    found
-}
 
 /// A server that lives as long as the test program.
 fn serve() -> (String, Runs) {
@@ -219,7 +201,7 @@ fn knobs_change_what_they_say_and_the_address_repeats_them() {
 fn the_keyboard_plays_steps_restarts_and_turns_the_camera() {
     let Some(chromium) = chromium() else { return };
     let (address, _) = serve();
-    // Whoever asks for little motion starts with a lab at rest.
+    // The lab starts at rest for a person who asks for little motion.
     let pane =
         |method| format!("&pane=scene=hanging-textile-1e6;method={method};step=0.01;duration=60");
     let link =

@@ -1,11 +1,11 @@
 //! Chromium, driven over the DevTools protocol: JSON messages with a zero byte after each, on two
 //! pipes.
 
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 use serde_json::{Value, json};
 use std::io::{BufRead, BufReader, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
@@ -15,6 +15,24 @@ use tempfile::TempDir;
 const PATIENCE: Duration = Duration::from_secs(60);
 /// Chromium reads commands from file descriptor 3 and writes answers and events to 4.
 const PIPES: &str = r#"exec "$0" "$@" 3<&0 4>&1 </dev/null >/dev/null 2>&1"#;
+
+/// Chromium, or `None` after saying that there is none.
+pub(crate) fn chromium() -> Option<PathBuf> {
+    let names = ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
+    let folders = std::env::var_os("PATH").unwrap_or_default();
+    let paths = std::env::split_paths(&folders).collect::<Vec<_>>();
+    let found = names
+        .iter()
+        .flat_map(|name| paths.iter().map(move |path| path.join(name)))
+        .find(|path| path.is_file());
+    if found.is_none() {
+        let is_required =
+            std::env::var_os("DRAPE_BROWSER").is_some_and(|value| value == "required");
+        assert!(!is_required, "DRAPE_BROWSER=required, but no chromium is on the path");
+        println!("skipped: no chromium is on the path");
+    }
+    found
+}
 
 /// A browser with one tab. It ends when it is dropped.
 pub(crate) struct Browser {
