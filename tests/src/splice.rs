@@ -3,7 +3,9 @@
 //! A page marks a number so: `<!-- fact: NAME -->8 %<!-- end -->`. [`splice`] replaces the text
 //! between the marks by the fact of that name ([`facts`]). Markdown shows neither mark.
 
+use drape_harness::claims::{Standing, standing};
 use drape_harness::methods;
+use drape_harness::studies::claims::facts::Row;
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -58,8 +60,16 @@ pub fn facts(results: &Path) -> Result<BTreeMap<&'static str, String>, String> {
         |c: &Value| c["id"].as_str().is_some_and(drape_harness::claims::is_expectation);
     let (expectations, claims): (Vec<Value>, Vec<Value>) =
         claims.into_iter().partition(is_expectation);
-    let with = |rows: &[Value], verdict: &str| {
-        rows.iter().filter(|c| c["verdict"] == verdict).count().to_string()
+    let standings = |rows: &[Value]| -> Result<Vec<Standing>, String> {
+        let of = |row: &Value| {
+            let row: Row = serde_json::from_value(row.clone()).map_err(|e| e.to_string())?;
+            Ok(standing(&row.id, row.verdict, &row.numbers))
+        };
+        rows.iter().map(of).collect()
+    };
+    let (stand, expected) = (standings(&claims)?, standings(&expectations)?);
+    let with = |all: &[Standing], standing: Standing| {
+        all.iter().filter(|other| **other == standing).count().to_string()
     };
     let scenes = rows(results, "work-precision", "/facts/scenes")?;
     let winners = rows(results, "work-precision", "/facts/winners")?;
@@ -82,13 +92,13 @@ pub fn facts(results: &Path) -> Result<BTreeMap<&'static str, String>, String> {
     let timings = rows(results, "timings/work-precision", "/rows")?;
     Ok(BTreeMap::from([
         ("claims", claims.len().to_string()),
-        ("claims-confirmed", with(&claims, "confirmed")),
-        ("claims-refuted", with(&claims, "refuted")),
-        ("claims-undecided", with(&claims, "undecided")),
+        ("claims-hold", with(&stand, Standing::Holds)),
+        ("claims-depend", with(&stand, Standing::Depends)),
+        ("claims-fail", with(&stand, Standing::Fails)),
+        ("claims-undecided", with(&stand, Standing::Undecided)),
         ("expectations", expectations.len().to_string()),
-        ("expectations-confirmed", with(&expectations, "confirmed")),
-        ("expectations-refuted", with(&expectations, "refuted")),
-        ("expectations-undecided", with(&expectations, "undecided")),
+        ("expectations-hold", with(&expected, Standing::Holds)),
+        ("expectations-fail", with(&expected, Standing::Fails)),
         ("method-count", methods::all().count().to_string()),
         ("leads-light", leads("light")),
         ("leads-heavy", leads("heavy")),

@@ -258,7 +258,7 @@ fn figures_name_axes_units_and_every_curve() {
     expect("scaling-cost.svg", &["particles n", "ns a particle and step", "phase: solve"]);
     expect("scaling-cost.svg", &["144 bytes a particle at 10.0 GB/s", "imex-euler, by phase"]);
     expect("scaling-cg.svg", &["CG iterations per step", "k/m fixed", "material fixed"]);
-    expect("animation-front.svg", &["ms a frame", "shape error (mm)", "good shape", "the front"]);
+    expect("animation-front.svg", &["ms a frame", "error (mm)", "good enough", "the front"]);
     expect(
         "animation-cheapest.svg",
         &["hanging", "on a ball", "locked", "over the budget of work"],

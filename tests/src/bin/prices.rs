@@ -1,43 +1,36 @@
 //! Fits the prices of counted work to the timings of the study `work-precision`, and writes them
-//! into the source: `cargo run --release -p drape-tests --bin prices [RESULTS]`.
+//! and the timed runs into the source: `cargo run --release -p drape-tests --bin prices [RESULTS]`.
 //!
 //! Afterwards the study runs again, with the new prices in its facts.
 
-use drape_harness::cost::fit::{Sample, fit};
-use drape_harness::cost::{Counted, Prices};
+use drape_harness::cost::Counted;
+use drape_harness::cost::fit::{Sample, Samples};
 use drape_report::tell;
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::error::Error;
 use std::path::{Path, PathBuf};
 
-const TABLE: &str = "crates/harness/src/cost/prices.json";
+const FOLDER: &str = "crates/harness/src/cost";
 
 fn main() -> Result<(), Box<dyn Error>> {
     let results = std::env::args().nth(1).map_or_else(|| PathBuf::from("results"), PathBuf::from);
     let record = read(&results.join("work-precision.json"))?;
     let timings = read(&results.join("timings/work-precision.json"))?;
-    let by_form = samples(&record["facts"], &timings["rows"]).ok_or("a field is missing")?;
-    let mut forms: Vec<_> =
-        by_form.iter().filter_map(|(method, samples)| fit(method, samples)).collect();
-    for price in &mut forms {
-        price.ns_a_visit = price.ns_a_visit.map(|ns| digits(ns, 1e4));
-        price.least_ns_a_visit = digits(price.least_ns_a_visit, 1e4);
-        price.within = digits(price.within, 1e3);
-        tell!("{:60} {:3} runs, within {:.2}", price.method, price.runs, price.within);
-    }
     let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
-    let prices = Prices {
+    let samples = Samples {
         cpu: text(&timings["provenance"]["cpu"]),
         commit: text(&timings["provenance"]["commit"]),
-        forms,
+        forms: samples(&record["facts"], &timings["rows"]).ok_or("a field is missing")?,
     };
-    std::fs::write(TABLE, serde_json::to_string_pretty(&prices)? + "\n")?;
+    let prices = samples.prices();
+    for price in &prices.forms {
+        tell!("{:60} {:3} runs, within {:.2}", price.method, price.runs, price.within);
+    }
+    let folder = Path::new(FOLDER);
+    std::fs::write(folder.join("samples.json"), serde_json::to_string(&samples)? + "\n")?;
+    std::fs::write(folder.join("prices.json"), serde_json::to_string_pretty(&prices)? + "\n")?;
     Ok(())
-}
-
-fn digits(value: f64, scale: f64) -> f64 {
-    (scale * value).round() / scale
 }
 
 fn read(path: &Path) -> Result<Value, Box<dyn Error>> {

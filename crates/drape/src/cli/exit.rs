@@ -85,6 +85,7 @@ fn classify(error: &anyhow::Error) -> u8 {
         | HarnessError::Part { .. }
         | HarnessError::Threads(_)
         | HarnessError::UnknownExperiment { .. }
+        | HarnessError::NoQuickSubset { .. }
         | HarnessError::UnknownStart { .. }
         | HarnessError::UnknownClaim { .. } => true,
         HarnessError::Step(_)

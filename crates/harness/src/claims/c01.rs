@@ -1,6 +1,6 @@
 //! C01: stationary iterations are unfit for stiff systems, CG fits.
 
-use super::{Claim, Evidence, Judgement, Missing, Origin, span, told};
+use super::{Age, Claim, Evidence, Judgement, Missing, Origin, Reading, span, told};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C01",
@@ -11,7 +11,9 @@ pub(super) const CLAIM: Claim = Claim {
     reads: &["Jacobi / CG, ", "over-relaxed sweeps with the best factor, ", "CG iterations, "],
     overturned_by: "One system on which Jacobi needs at most 10 times as many sweeps refutes it.",
     see: "cg-vs-theta.svg",
+    age: Age::FIRST,
     judge,
+    readings,
 };
 
 /// Least ratio of sweeps to iterations.
@@ -32,6 +34,18 @@ fn judge(evidence: Evidence<'_>) -> Result<Judgement, Missing> {
     Ok(Judgement::new(worst > RATIO, reason))
 }
 
+fn readings(evidence: Evidence<'_>) -> Result<Vec<Reading>, Missing> {
+    let relaxed =
+        evidence.quotients("over-relaxed sweeps with the best factor, ", "CG iterations, ")?;
+    let (low, high) = span(&relaxed);
+    Ok(vec![Reading::new(
+        "Over-relaxation with the best factor, the best stationary iteration, needs more than 10 \
+         times as many sweeps.",
+        low > RATIO,
+        format!("{} to {} times", told(low), told(high)),
+    )])
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::{Ruling, judged};
@@ -48,7 +62,7 @@ mod tests {
             ];
             judged(&CLAIM, &numbers).verdict
         };
-        assert_eq!(verdict([30.0, 11.0]), Ruling::Confirmed);
-        assert_eq!(verdict([30.0, 9.0]), Ruling::Refuted);
+        assert_eq!(verdict([30.0, 11.0]), Ruling::Holds);
+        assert_eq!(verdict([30.0, 9.0]), Ruling::Fails);
     }
 }

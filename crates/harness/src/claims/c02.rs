@@ -1,6 +1,6 @@
 //! C02: IMEX nearly keeps the implicit method's stability.
 
-use super::{Claim, Evidence, Judgement, Missing, Origin, Ruling, told};
+use super::{Age, Claim, Evidence, Judgement, Missing, Origin, Ruling, sole, told};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C02",
@@ -15,7 +15,9 @@ pub(super) const CLAIM: Claim = Claim {
     ],
     overturned_by: "One step of the atlas in which the energy rises beyond round-off refutes it.",
     see: "stability-atlas.svg",
+    age: Age::FIRST,
     judge,
+    readings: sole,
 };
 
 fn judge(evidence: Evidence<'_>) -> Result<Judgement, Missing> {
@@ -24,9 +26,9 @@ fn judge(evidence: Evidence<'_>) -> Result<Judgement, Missing> {
     let worst = evidence.value("greatest rise above the start over the energy set free")?;
     let unfinished = evidence.value("runs over budget")?;
     let verdict = match (rises > 0.0, unfinished > 0.0) {
-        (true, _) => Ruling::Refuted,
+        (true, _) => Ruling::Fails,
         (false, true) => Ruling::Undecided,
-        (false, false) => Ruling::Confirmed,
+        (false, false) => Ruling::Holds,
     };
     let reason = format!(
         "The energy rises in {rises} of {steps} steps, and at most {} of the energy set free above \
@@ -53,8 +55,8 @@ mod tests {
             ];
             judged(&CLAIM, &numbers).verdict
         };
-        assert_eq!(verdict(0.0, 0.0), Ruling::Confirmed);
-        assert_eq!(verdict(1.0, 0.0), Ruling::Refuted);
+        assert_eq!(verdict(0.0, 0.0), Ruling::Holds);
+        assert_eq!(verdict(1.0, 0.0), Ruling::Fails);
         assert_eq!(verdict(0.0, 1.0), Ruling::Undecided);
     }
 }

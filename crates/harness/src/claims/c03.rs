@@ -1,6 +1,6 @@
 //! C03: the reduction from 6n to 3n unknowns loses nothing.
 
-use super::{Claim, Evidence, Judgement, Missing, Origin, span, told};
+use super::{Age, Claim, Evidence, Judgement, Missing, Origin, sole, span, told};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C03",
@@ -16,7 +16,9 @@ pub(super) const CLAIM: Claim = Claim {
     overturned_by: "Velocities that differ by more than 1e-12, or a cost ratio of at most 1.5, \
                     refute it.",
     see: "work-precision.svg",
+    age: Age::FIRST,
     judge,
+    readings: sole,
 };
 
 /// Greatest accepted difference of the velocities.
@@ -57,9 +59,9 @@ mod tests {
             ];
             judged(&CLAIM, &numbers).verdict
         };
-        assert_eq!(verdict(1e-13, 2.0), Ruling::Confirmed);
-        assert_eq!(verdict(1e-11, 2.0), Ruling::Refuted);
-        assert_eq!(verdict(1e-13, 1.4), Ruling::Refuted);
-        assert_eq!(verdict(f64::NAN, 2.0), Ruling::Refuted);
+        assert_eq!(verdict(1e-13, 2.0), Ruling::Holds);
+        assert_eq!(verdict(1e-11, 2.0), Ruling::Fails);
+        assert_eq!(verdict(1e-13, 1.4), Ruling::Fails);
+        assert_eq!(verdict(f64::NAN, 2.0), Ruling::Fails);
     }
 }

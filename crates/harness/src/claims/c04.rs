@@ -1,6 +1,6 @@
 //! C04: one linearised Newton step suffers at high stiffness.
 
-use super::{Claim, Evidence, Judgement, Missing, Origin, Ruling, span, told};
+use super::{Age, Claim, Evidence, Judgement, Missing, Origin, Ruling, sole, span, told};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C04",
@@ -11,7 +11,9 @@ pub(super) const CLAIM: Claim = Claim {
     reads: &["growth of their quotient, "],
     overturned_by: "Series whose quotients all grow by at most 2 refute it.",
     see: "work-precision.svg",
+    age: Age::FIRST,
     judge,
+    readings: sole,
 };
 
 /// Least growth of the quotient of the errors.
@@ -22,8 +24,8 @@ fn judge(evidence: Evidence<'_>) -> Result<Judgement, Missing> {
     let growing = growth.iter().filter(|growth| **growth > GROWTH).count();
     let (low, high) = span(&growth);
     let verdict = match growing {
-        0 => Ruling::Refuted,
-        count if count == growth.len() => Ruling::Confirmed,
+        0 => Ruling::Fails,
+        count if count == growth.len() => Ruling::Holds,
         _ => Ruling::Undecided,
     };
     let reason = format!(
@@ -48,8 +50,8 @@ mod tests {
             let numbers = [("growth of their quotient, a", a), ("growth of their quotient, b", b)];
             judged(&CLAIM, &numbers).verdict
         };
-        assert_eq!(verdict(4.0, 3.0), Ruling::Confirmed);
-        assert_eq!(verdict(1.1, 1.5), Ruling::Refuted);
+        assert_eq!(verdict(4.0, 3.0), Ruling::Holds);
+        assert_eq!(verdict(1.1, 1.5), Ruling::Fails);
         assert_eq!(verdict(1.1, 3.0), Ruling::Undecided);
     }
 }

@@ -1,6 +1,6 @@
 //! C05: Desbrun does not solve the equation completely; momentum is only about kept.
 
-use super::{Claim, Evidence, Judgement, Missing, Origin, span, told};
+use super::{Age, Claim, Evidence, Judgement, Missing, Origin, Reading, span, told};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C05",
@@ -15,7 +15,9 @@ pub(super) const CLAIM: Claim = Claim {
     ],
     overturned_by: "Errors below 10 % in every scene, with drifts of at most 1 %, refute it.",
     see: "momentum-spin-left.svg",
+    age: Age::FIRST,
     judge,
+    readings,
 };
 
 /// Error over the motion that the smallest step must reach.
@@ -42,6 +44,25 @@ fn judge(evidence: Evidence<'_>) -> Result<Judgement, Missing> {
     Ok(Judgement::new(stuck > 0 || drifting > 0, reason))
 }
 
+fn readings(evidence: Evidence<'_>) -> Result<Vec<Reading>, Missing> {
+    let errors = evidence.series("error over motion, ", ", h = ")?;
+    let last: Vec<_> = errors.iter().filter_map(|(_, errors)| errors.last().copied()).collect();
+    let (_, drift) = span(&evidence.values("angular drift in 1 s as published, ")?);
+    let (least, most) = span(&last);
+    Ok(vec![
+        Reading::new(
+            "First half: the error stays above 10 % of the motion in some scene as h → 0.",
+            most >= ERROR,
+            format!("{} to {} of the motion at the smallest step", told(least), told(most)),
+        ),
+        Reading::new(
+            "Second half: angular momentum is kept approximately, to 10 % in a second.",
+            drift <= 0.1,
+            format!("up to {} is lost", told(drift)),
+        ),
+    ])
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::{Ruling, judged};
@@ -58,8 +79,8 @@ mod tests {
             ];
             judged(&CLAIM, &numbers).verdict
         };
-        assert_eq!(verdict(0.01, 0.001), Ruling::Refuted);
-        assert_eq!(verdict(0.2, 0.001), Ruling::Confirmed);
-        assert_eq!(verdict(0.01, 0.02), Ruling::Confirmed);
+        assert_eq!(verdict(0.01, 0.001), Ruling::Fails);
+        assert_eq!(verdict(0.2, 0.001), Ruling::Holds);
+        assert_eq!(verdict(0.01, 0.02), Ruling::Holds);
     }
 }

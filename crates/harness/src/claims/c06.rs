@@ -1,6 +1,6 @@
 //! C06: a precomputed inverse forbids changing h and k.
 
-use super::{Claim, Evidence, Judgement, Missing, Origin, span, told};
+use super::{Age, Claim, Evidence, Judgement, Missing, Origin, Reading, span, told};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C06",
@@ -15,7 +15,12 @@ pub(super) const CLAIM: Claim = Claim {
     overturned_by: "A mesh on which rebuilding the dense inverse costs less than 20 steps refutes \
                     it.",
     see: "inverse-cost.svg",
+    age: Age::changed(
+        "10e556a",
+        "named the dense inverse as the one that decides; the verdict is the same",
+    ),
     judge,
+    readings,
 };
 
 /// Least cost of a rebuild, in steps.
@@ -39,6 +44,15 @@ fn judge(evidence: Evidence<'_>) -> Result<Judgement, Missing> {
     Ok(Judgement::new(low >= LIMIT, reason).repaired((most < LIMIT).then_some(repair)))
 }
 
+fn readings(evidence: Evidence<'_>) -> Result<Vec<Reading>, Missing> {
+    let (least, most) = span(&evidence.values("steps that a rebuild costs, sparse Cholesky, ")?);
+    Ok(vec![Reading::new(
+        "A sparse Cholesky factor stands for the inverse: its rebuild costs at least 20 steps.",
+        least >= LIMIT,
+        format!("{} to {} steps", told(least), told(most)),
+    )])
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::{Ruling, judged};
@@ -56,9 +70,9 @@ mod tests {
             judged(&CLAIM, &numbers)
         };
         let judgement = judged(30.0, 5.0);
-        assert_eq!(judgement.verdict, Ruling::Confirmed);
+        assert_eq!(judgement.verdict, Ruling::Holds);
         assert!(judgement.reason.contains("refuted for a sparse") && judgement.repair.is_some());
-        assert_eq!(judged(19.0, 5.0).verdict, Ruling::Refuted);
+        assert_eq!(judged(19.0, 5.0).verdict, Ruling::Fails);
         assert!(judged(30.0, 25.0).repair.is_none());
     }
 }

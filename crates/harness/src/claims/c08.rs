@@ -1,6 +1,6 @@
 //! C08: the matrix is diagonally dominant only through the identity.
 
-use super::{Claim, Evidence, Judgement, Missing, Origin, told};
+use super::{Age, Claim, Evidence, Judgement, Missing, Origin, sole, told};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C08",
@@ -15,7 +15,9 @@ pub(super) const CLAIM: Claim = Claim {
     overturned_by: "A row whose margin is not its mass, or a relative margin that stays, refutes \
                     it.",
     see: "cg-vs-theta.svg",
+    age: Age::FIRST,
     judge,
+    readings: sole,
 };
 
 /// A relative margin below this has vanished.
@@ -52,9 +54,9 @@ mod tests {
             ];
             judged(&CLAIM, &numbers).verdict
         };
-        assert_eq!(verdict(0.0, 0.5, 1e-8), Ruling::Confirmed);
-        assert_eq!(verdict(1.0, 0.5, 1e-8), Ruling::Refuted);
-        assert_eq!(verdict(0.0, 0.5, 0.4), Ruling::Refuted);
-        assert_eq!(verdict(0.0, 1e-9, 1e-8), Ruling::Refuted);
+        assert_eq!(verdict(0.0, 0.5, 1e-8), Ruling::Holds);
+        assert_eq!(verdict(1.0, 0.5, 1e-8), Ruling::Fails);
+        assert_eq!(verdict(0.0, 0.5, 0.4), Ruling::Fails);
+        assert_eq!(verdict(0.0, 1e-9, 1e-8), Ruling::Fails);
     }
 }

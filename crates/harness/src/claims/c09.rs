@@ -1,6 +1,6 @@
 //! C09: post-correction of elongated springs is not physically sound.
 
-use super::{Claim, Evidence, Judgement, Missing, Origin, Ruling, span, told};
+use super::{Age, Claim, Evidence, Judgement, Missing, Origin, Reading, Ruling, span, told};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C09",
@@ -16,7 +16,9 @@ pub(super) const CLAIM: Claim = Claim {
     ],
     overturned_by: "Cases that all agree decide it.",
     see: "post-correction-order.svg",
+    age: Age::FIRST,
     judge,
+    readings,
 };
 
 /// Greatest accepted difference between orders, over the motion.
@@ -43,8 +45,8 @@ fn judge(evidence: Evidence<'_>) -> Result<Judgement, Missing> {
     let (_, spread) = span(&values);
     let (_, control) = span(&evidence.values("the same between starts 1e-9 m apart, ")?);
     let verdict = match unsound {
-        0 => Ruling::Refuted,
-        count if count == spreads.len() => Ruling::Confirmed,
+        0 => Ruling::Fails,
+        count if count == spreads.len() => Ruling::Holds,
         _ => Ruling::Undecided,
     };
     let reason = format!(
@@ -56,6 +58,16 @@ fn judge(evidence: Evidence<'_>) -> Result<Judgement, Missing> {
         told(control)
     );
     Ok(Judgement { verdict, reason, repair: None })
+}
+
+fn readings(evidence: Evidence<'_>) -> Result<Vec<Reading>, Missing> {
+    let spreads = evidence.values("difference between orders over motion, ")?;
+    let depending = spreads.iter().filter(|spread| **spread > ORDER).count();
+    Ok(vec![Reading::new(
+        "“Not guaranteed”: one case in which the order of the sweep matters is enough.",
+        depending > 0,
+        format!("it matters in {depending} of {} cases", spreads.len()),
+    )])
 }
 
 #[cfg(test)]
@@ -83,10 +95,10 @@ mod tests {
         let astray = case("c", 0.001, [0.3, 0.2, 0.25]);
         let resting = case("d", 0.001, [0.3, 0.2, 0.2]);
         let verdict = |cases: &[&[Number]]| CLAIM.judge(&Evidence::new(&cases.concat())).verdict;
-        assert_eq!(verdict(&[&depending, &astray]), Ruling::Confirmed);
+        assert_eq!(verdict(&[&depending, &astray]), Ruling::Holds);
         assert_eq!(verdict(&[&depending, &sound]), Ruling::Undecided);
-        assert_eq!(verdict(&[&sound]), Ruling::Refuted);
-        assert_eq!(verdict(&[&astray]), Ruling::Confirmed);
-        assert_eq!(verdict(&[&resting]), Ruling::Confirmed);
+        assert_eq!(verdict(&[&sound]), Ruling::Fails);
+        assert_eq!(verdict(&[&astray]), Ruling::Holds);
+        assert_eq!(verdict(&[&resting]), Ruling::Holds);
     }
 }

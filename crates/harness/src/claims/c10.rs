@@ -1,6 +1,6 @@
 //! C10: implicit tension alone suffices.
 
-use super::{Claim, Evidence, Judgement, Missing, Origin, told};
+use super::{Age, Claim, Evidence, Judgement, Missing, Origin, Reading, span, told};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C10",
@@ -8,10 +8,16 @@ pub(super) const CLAIM: Claim = Claim {
     says: "implicit tension alone suffices",
     criterion: "Over h in [1e-4, 1], stable steps stay stable with explicit shear and bending at \
                 ratios 1e-4 … 1, for plain and for updated CG.",
-    reads: &["stable with it in the matrix, ", "of these lost without, "],
+    reads: &[
+        "stable with it in the matrix, ",
+        "of these lost without, ",
+        "least ratio that fails, ",
+    ],
     overturned_by: "It is confirmed if no stable step is lost.",
     see: "stability-atlas.svg",
+    age: Age::FIRST,
     judge,
+    readings,
 };
 
 fn judge(evidence: Evidence<'_>) -> Result<Judgement, Missing> {
@@ -33,6 +39,24 @@ fn judge(evidence: Evidence<'_>) -> Result<Judgement, Missing> {
     Ok(Judgement::new(is_met, reason).repaired((!is_met).then(|| repair.to_owned())))
 }
 
+fn readings(evidence: Evidence<'_>) -> Result<Vec<Reading>, Missing> {
+    let ratios = evidence.values("least ratio that fails, ").unwrap_or_default();
+    let (least, _) = span(&ratios);
+    let seen = || format!("the least ratio that fails is {}", told(least));
+    Ok(vec![
+        Reading::new(
+            "“Several magnitudes” less stiff are two: ratios of at most 1e-2.",
+            least > 1e-2,
+            seen(),
+        ),
+        Reading::new(
+            "“Several magnitudes” less stiff are three: ratios of at most 1e-3.",
+            least > 1e-3,
+            seen(),
+        ),
+    ])
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::{Ruling, judged};
@@ -51,9 +75,9 @@ mod tests {
             numbers.extend(ratio.map(|ratio| (least.as_str(), ratio)));
             judged(&CLAIM, &numbers)
         };
-        assert_eq!(judged(0.0, None).verdict, Ruling::Confirmed);
+        assert_eq!(judged(0.0, None).verdict, Ruling::Holds);
         let judgement = judged(2.0, Some(0.5));
-        assert_eq!(judgement.verdict, Ruling::Refuted);
+        assert_eq!(judgement.verdict, Ruling::Fails);
         assert!(judgement.repair.is_some());
         assert!(judgement.reason.contains("plain CG, explicit shear: from 0.5"));
     }

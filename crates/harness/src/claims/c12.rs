@@ -1,6 +1,6 @@
 //! C12: stable under all circumstances and with all feasible parameters.
 
-use super::{Claim, Evidence, Judgement, Missing, Origin};
+use super::{Age, Claim, Evidence, Judgement, Missing, Origin, Reading};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C12",
@@ -15,10 +15,14 @@ pub(super) const CLAIM: Claim = Claim {
         "runs that are not stable, no updates, ",
         "runs that are not stable, updated CG, safeguarded",
         "runs, updated CG, safeguarded",
+        "runs, no updates, ",
+        "runs over budget, no updates, ",
     ],
     overturned_by: "It is confirmed if every run of the method as printed is stable.",
     see: "hard-cases.svg",
+    age: Age::SETTLED,
     judge,
+    readings,
 };
 
 fn judge(evidence: Evidence<'_>) -> Result<Judgement, Missing> {
@@ -43,6 +47,23 @@ fn judge(evidence: Evidence<'_>) -> Result<Judgement, Missing> {
     );
     let is_met = failing == 0.0;
     Ok(Judgement::new(is_met, reason).repaired((!is_met).then_some(repair)))
+}
+
+fn readings(evidence: Evidence<'_>) -> Result<Vec<Reading>, Missing> {
+    let reading = |asks: &'static str, form: &str| -> Result<Reading, Missing> {
+        let of = |what: &str| evidence.value(&format!("{what}, {form}"));
+        let (failing, runs) = (of("runs that are not stable")?, of("runs")?);
+        let over = of("runs over budget")?;
+        let seen = format!("{failing} of {runs} runs gain energy, {over} end over budget");
+        Ok(Reading::new(asks, failing == 0.0, seen))
+    };
+    Ok(vec![
+        reading("Without updates, at ε = 0.05.", "no updates, ε = 0.05")?,
+        reading(
+            "Without updates, solved to 1e-10 from v_n, on the hard cases.",
+            "no updates, solved to 1e-10 from v_n, hard cases",
+        )?,
+    ])
 }
 
 #[cfg(test)]
@@ -71,7 +92,7 @@ mod tests {
             }
             CLAIM.judge(&Evidence::new(&numbers)).verdict
         };
-        assert_eq!(verdict([0.0, 0.0], 3.0), Ruling::Confirmed);
-        assert_eq!(verdict([0.0, 1.0], 0.0), Ruling::Refuted);
+        assert_eq!(verdict([0.0, 0.0], 3.0), Ruling::Holds);
+        assert_eq!(verdict([0.0, 1.0], 0.0), Ruling::Fails);
     }
 }

@@ -1,6 +1,6 @@
 //! C14: a finer mesh is stiffer.
 
-use super::{Claim, Evidence, Judgement, Missing, Origin, span, told};
+use super::{Age, Claim, Evidence, Judgement, Missing, Origin, Reading, span, told};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C14",
@@ -10,7 +10,9 @@ pub(super) const CLAIM: Claim = Claim {
     reads: &["largest frequency, ", "the same, N = 80 over N = 5, at fixed k/m, grid"],
     overturned_by: "One refinement after which the largest frequency is not larger refutes it.",
     see: "cg-vs-stiffness.svg",
+    age: Age::FIRST,
     judge,
+    readings,
 };
 
 fn judge(evidence: Evidence<'_>) -> Result<Judgement, Missing> {
@@ -28,6 +30,15 @@ fn judge(evidence: Evidence<'_>) -> Result<Judgement, Missing> {
         told(spread)
     );
     Ok(Judgement::new(grows, reason))
+}
+
+fn readings(evidence: Evidence<'_>) -> Result<Vec<Reading>, Missing> {
+    let spread = evidence.value("the same, N = 80 over N = 5, at fixed k/m, grid")?;
+    Ok(vec![Reading::new(
+        "The mesh is refined at fixed k/m: the largest frequency grows by more than 10 %.",
+        spread > 1.1,
+        format!("by a factor of {} from N = 5 to N = 80", told(spread)),
+    )])
 }
 
 #[cfg(test)]
@@ -48,7 +59,7 @@ mod tests {
             ];
             judged(&CLAIM, &numbers).verdict
         };
-        assert_eq!(verdict(1.2), Ruling::Confirmed);
-        assert_eq!(verdict(1.1), Ruling::Refuted);
+        assert_eq!(verdict(1.2), Ruling::Holds);
+        assert_eq!(verdict(1.1), Ruling::Fails);
     }
 }

@@ -1,6 +1,6 @@
 //! C15: CG is cheaper than multiplying with an inverse.
 
-use super::{Claim, Evidence, Judgement, Missing, Origin, told};
+use super::{Age, Claim, Evidence, Judgement, Missing, Origin, Reading, told};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C15",
@@ -16,7 +16,9 @@ pub(super) const CLAIM: Claim = Claim {
     overturned_by: "A row of the paper, or a sheet of 400 particles, on which the inverse is \
                     cheaper refutes it.",
     see: "inverse-cost.svg",
+    age: Age::FIRST,
     judge,
+    readings,
 };
 
 /// Particles from which CG must be cheaper.
@@ -49,6 +51,18 @@ fn judge(evidence: Evidence<'_>) -> Result<Judgement, Missing> {
     ))
 }
 
+fn readings(evidence: Evidence<'_>) -> Result<Vec<Reading>, Missing> {
+    let tight = "ε = 1e-10";
+    let rows = evidence.rows("cheaper from this n on, ")?;
+    let from = rows.iter().filter(|(at, _)| at.ends_with(tight));
+    let from = from.fold(0.0_f64, |most, (_, number)| most.max(number.value));
+    Ok(vec![Reading::new(
+        "Both give the same solution: CG to 1e-10 is cheaper from n = 400 on.",
+        from <= FROM,
+        format!("it is cheaper from n = {} on", told(from)),
+    )])
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::{Ruling, judged};
@@ -68,8 +82,8 @@ mod tests {
             ];
             judged(&CLAIM, &numbers).verdict
         };
-        assert_eq!(verdict(9.0, 5.0, 400.0), Ruling::Confirmed);
-        assert_eq!(verdict(9.0, 0.9, 400.0), Ruling::Refuted);
-        assert_eq!(verdict(9.0, 5.0, 784.0), Ruling::Refuted);
+        assert_eq!(verdict(9.0, 5.0, 400.0), Ruling::Holds);
+        assert_eq!(verdict(9.0, 0.9, 400.0), Ruling::Fails);
+        assert_eq!(verdict(9.0, 5.0, 784.0), Ruling::Fails);
     }
 }

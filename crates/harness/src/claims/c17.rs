@@ -1,6 +1,6 @@
 //! C17: the extrapolated start helps.
 
-use super::{Claim, Evidence, Judgement, Missing, Origin, told};
+use super::{Age, Claim, Evidence, Judgement, Missing, Origin, Reading, told};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C17",
@@ -17,7 +17,9 @@ pub(super) const CLAIM: Claim = Claim {
     overturned_by: "It is confirmed if every form of the paper takes fewer iterations and stays \
                     stable.",
     see: "cg-vs-forcing-term.svg",
+    age: Age::changed("35329f5", "says what equal energy means; the verdict is the same"),
     judge,
+    readings,
 };
 
 /// The forms of the paper, which decide: two tolerances, plain and updated.
@@ -64,6 +66,25 @@ fn judge(evidence: Evidence<'_>) -> Result<Judgement, Missing> {
     Ok(Judgement::new(is_met, reason).repaired(helps.then_some(repair)))
 }
 
+fn readings(evidence: Evidence<'_>) -> Result<Vec<Reading>, Missing> {
+    let reading = |asks: &'static str, forms: [&str; 2]| -> Result<Reading, Missing> {
+        let (mut is_met, mut seen) = (true, Vec::new());
+        for form in forms {
+            let fewer = evidence.number(&format!("runs with fewer, {form}"))?;
+            let broken = evidence.value(&format!("runs that it alone makes unstable, {form}"))?;
+            is_met &= fewer.limit.is_some_and(|all| fewer.value >= all) && broken == 0.0;
+            let ratio = evidence.value(&format!("iterations over those from v_n, {form}"))?;
+            seen.push(told(ratio));
+        }
+        let seen = format!("{} times the iterations, updated {}", seen[0], seen[1]);
+        Ok(Reading::new(asks, is_met, seen))
+    };
+    Ok(vec![
+        reading("At ε = 1e-3.", [PAPER[1], PAPER[3]])?,
+        reading("At ε = 0.05.", [PAPER[0], PAPER[2]])?,
+    ])
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::{Number, Ruling};
@@ -82,9 +103,9 @@ mod tests {
             }
             CLAIM.judge(&Evidence::new(&numbers)).verdict
         };
-        assert_eq!(verdict("", 0.0, 0.0), Ruling::Confirmed);
-        assert_eq!(verdict(PAPER[1], 5.0, 0.0), Ruling::Refuted);
-        assert_eq!(verdict(PAPER[2], 6.0, 1.0), Ruling::Refuted);
-        assert_eq!(verdict(SAFE, 6.0, 1.0), Ruling::Confirmed);
+        assert_eq!(verdict("", 0.0, 0.0), Ruling::Holds);
+        assert_eq!(verdict(PAPER[1], 5.0, 0.0), Ruling::Fails);
+        assert_eq!(verdict(PAPER[2], 6.0, 1.0), Ruling::Fails);
+        assert_eq!(verdict(SAFE, 6.0, 1.0), Ruling::Holds);
     }
 }

@@ -1,6 +1,6 @@
 //! C18: in general the matrix must be set up each step.
 
-use super::{Claim, Evidence, Judgement, Missing, Origin, Ruling, span, told};
+use super::{Age, Claim, Evidence, Judgement, Missing, Origin, Reading, Ruling, span, told};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C18",
@@ -17,7 +17,9 @@ pub(super) const CLAIM: Claim = Claim {
     overturned_by: "It is confirmed if either kept matrix more than doubles the error on some \
                     sheet.",
     see: "claims.svg",
+    age: Age::changed("dc79232", "had no threshold before; the verdict is the same"),
     judge,
+    readings,
 };
 
 /// Keeping the matrix costs accuracy beyond the first ratio of errors, and none below the second.
@@ -34,9 +36,9 @@ fn judge(evidence: Evidence<'_>) -> Result<Judgement, Missing> {
     )?);
     let kept = steepest.min(first);
     let verdict = if kept > MUST {
-        Ruling::Confirmed
+        Ruling::Holds
     } else if kept <= NEED_NOT {
-        Ruling::Refuted
+        Ruling::Fails
     } else {
         Ruling::Undecided
     };
@@ -48,6 +50,17 @@ fn judge(evidence: Evidence<'_>) -> Result<Judgement, Missing> {
         told(first)
     );
     Ok(Judgement { verdict, reason, repair: None })
+}
+
+fn readings(evidence: Evidence<'_>) -> Result<Vec<Reading>, Missing> {
+    let reading = |asks: &'static str, kept: &str| -> Result<Reading, Missing> {
+        let ratio = evidence.value(&format!("greatest error over that of setting up, {kept}"))?;
+        Ok(Reading::new(asks, ratio > MUST, format!("up to {} times the error", told(ratio))))
+    };
+    Ok(vec![
+        reading("A matrix kept with the steepest slopes doubles the error.", "steepest slopes")?,
+        reading("One kept with the slopes at the start doubles it.", "slopes at the start")?,
+    ])
 }
 
 #[cfg(test)]
@@ -66,8 +79,8 @@ mod tests {
             ];
             judged(&CLAIM, &numbers).verdict
         };
-        assert_eq!(verdict(2.1, 9.0), Ruling::Confirmed);
+        assert_eq!(verdict(2.1, 9.0), Ruling::Holds);
         assert_eq!(verdict(2.0, 9.0), Ruling::Undecided);
-        assert_eq!(verdict(9.0, 1.1), Ruling::Refuted);
+        assert_eq!(verdict(9.0, 1.1), Ruling::Fails);
     }
 }

@@ -1,6 +1,6 @@
 //! C20: any collision, elastic or inelastic; no penetration visible.
 
-use super::{Claim, Evidence, Judgement, Missing, Origin, told};
+use super::{Age, Claim, Evidence, Judgement, Missing, Origin, Reading, told};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C20",
@@ -20,7 +20,9 @@ pub(super) const CLAIM: Claim = Claim {
     overturned_by: "One impact that leaves too slowly, or one particle that lies too deep, refutes \
                     it.",
     see: "collision-depth.svg",
+    age: Age::FIRST,
     judge,
+    readings,
 };
 
 /// Greatest accepted distance of the velocity after an impact from what restitution asks for, over
@@ -54,6 +56,15 @@ fn judge(evidence: Evidence<'_>) -> Result<Judgement, Missing> {
     Ok(Judgement::new(is_met, reason))
 }
 
+fn readings(evidence: Evidence<'_>) -> Result<Vec<Reading>, Missing> {
+    let between = evidence.value("greatest displayed depth between particles")?;
+    Ok(vec![Reading::new(
+        "“Visible” is what is drawn: no displayed triangle cuts an obstacle.",
+        between <= ROUND_OFF,
+        format!("by up to {} m", told(between)),
+    )])
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::{Ruling, judged};
@@ -75,7 +86,7 @@ mod tests {
             number.into_iter().for_each(|number| number.1 = value);
             judged(&CLAIM, &numbers).verdict
         };
-        assert_eq!(verdict("", 0.0), Ruling::Confirmed);
+        assert_eq!(verdict("", 0.0), Ruling::Holds);
         for (changed, value) in [
             ("greatest depth over v·h", 1.1),
             ("greatest lack of the velocity that restitution asks for", 0.06),
@@ -83,7 +94,7 @@ mod tests {
             ("greatest displayed depth of a particle", 1e-3),
             ("impacts", 0.0),
         ] {
-            assert_eq!(verdict(changed, value), Ruling::Refuted, "{changed}");
+            assert_eq!(verdict(changed, value), Ruling::Fails, "{changed}");
         }
     }
 }

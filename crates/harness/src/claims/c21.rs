@@ -1,6 +1,6 @@
 //! C21: without updates the motion nearly stops at very high stiffness.
 
-use super::{Claim, Evidence, Judgement, Missing, Origin, span, told};
+use super::{Age, Claim, Evidence, Judgement, Missing, Origin, sole, span, told};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C21",
@@ -10,7 +10,9 @@ pub(super) const CLAIM: Claim = Claim {
     reads: &["plain, ", "solved to 1e-10, ", "updated, "],
     overturned_by: "A stiff sheet that keeps half of its motion refutes it.",
     see: "locking-stiffness.svg",
+    age: Age::FIRST,
     judge,
+    readings: sole,
 };
 
 /// Share of the motion below which it nearly stops; the limit marks the stiff sheets.
@@ -58,8 +60,8 @@ mod tests {
             ];
             CLAIM.judge(&Evidence::new(&numbers)).verdict
         };
-        assert_eq!(verdict(0.1, 0.1), Ruling::Confirmed);
-        assert_eq!(verdict(0.6, 0.1), Ruling::Refuted);
-        assert_eq!(verdict(0.1, 0.6), Ruling::Refuted);
+        assert_eq!(verdict(0.1, 0.1), Ruling::Holds);
+        assert_eq!(verdict(0.6, 0.1), Ruling::Fails);
+        assert_eq!(verdict(0.1, 0.6), Ruling::Fails);
     }
 }

@@ -1,6 +1,6 @@
 //! C22: the reason is that the matrix couples no coordinate directions.
 
-use super::{Claim, Evidence, Judgement, Missing, Origin, Ruling, told};
+use super::{Age, Claim, Evidence, Judgement, Missing, Origin, Reading, Ruling, told};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C22",
@@ -11,7 +11,12 @@ pub(super) const CLAIM: Claim = Claim {
     reads: &["kept, aligned spring, ", "kept, spring at 45°, ", "kept, sheet, "],
     overturned_by: "It is confirmed if neither the aligned spring nor the coupled matrix locks.",
     see: "locking-stiffness.svg",
+    age: Age::changed(
+        "35329f5",
+        "said before what is looked at, not what decides; the verdict is the same",
+    ),
     judge,
+    readings,
 };
 
 /// A run keeps less than this of the motion: it locks.
@@ -27,8 +32,8 @@ fn judge(evidence: Evidence<'_>) -> Result<Judgement, Missing> {
     let aligned_locks = aligned.0 < LOCKED && aligned.1 >= LOCKED;
     let coupled_locks = oblique.1 < LOCKED && sheet.0 < LOCKED;
     let verdict = match (aligned_locks, coupled_locks) {
-        (true, true) => Ruling::Refuted,
-        (false, false) => Ruling::Confirmed,
+        (true, true) => Ruling::Fails,
+        (false, false) => Ruling::Holds,
         _ => Ruling::Undecided,
     };
     let reason = format!(
@@ -41,8 +46,19 @@ fn judge(evidence: Evidence<'_>) -> Result<Judgement, Missing> {
     );
     let repair =
         format!("Take ∂F2 into the matrix: the sheet keeps {} of its motion.", told(sheet.1));
-    let helps = verdict == Ruling::Refuted && sheet.1 >= LOCKED;
+    let helps = verdict == Ruling::Fails && sheet.1 >= LOCKED;
     Ok(Judgement { verdict, reason, repair: helps.then_some(repair) })
+}
+
+fn readings(evidence: Evidence<'_>) -> Result<Vec<Reading>, Missing> {
+    let kept = |what: &str, matrix: &str| evidence.value(&format!("kept, {what}, {matrix}"));
+    let without = kept("spring at 45°", "exact Hessian without coupling")?;
+    let with = kept("spring at 45°", "exact Hessian")?;
+    Ok(vec![Reading::new(
+        "For springs across the axes: the exact Hessian locks without its coupling only.",
+        without < LOCKED && with >= LOCKED,
+        format!("{} is kept without it, {} with it", told(without), told(with)),
+    )])
 }
 
 #[cfg(test)]
@@ -63,8 +79,8 @@ mod tests {
             ];
             judged(&CLAIM, &numbers).verdict
         };
-        assert_eq!(verdict(0.01, 0.1, 0.1), Ruling::Refuted);
+        assert_eq!(verdict(0.01, 0.1, 0.1), Ruling::Fails);
         assert_eq!(verdict(0.01, 1.0, 1.0), Ruling::Undecided);
-        assert_eq!(verdict(1.0, 1.0, 1.0), Ruling::Confirmed);
+        assert_eq!(verdict(1.0, 1.0, 1.0), Ruling::Holds);
     }
 }

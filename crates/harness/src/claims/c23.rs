@@ -1,6 +1,6 @@
 //! C23: the updated iteration converges as well as plain CG.
 
-use super::{Claim, Evidence, Judgement, Missing, Origin, span, told};
+use super::{Age, Claim, Evidence, Judgement, Missing, Origin, Reading, span, told};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C23",
@@ -11,7 +11,9 @@ pub(super) const CLAIM: Claim = Claim {
     reads: &["updated / plain, ", "updated / plain, same step, "],
     overturned_by: "Ratios that are all at most 2 confirm it.",
     see: "cg-plain-vs-updated.svg",
+    age: Age::SETTLED,
     judge,
+    readings,
 };
 
 /// Greatest ratio of the iterations.
@@ -31,6 +33,23 @@ fn judge(evidence: Evidence<'_>) -> Result<Judgement, Missing> {
     Ok(Judgement::new(within == ratios.len(), reason))
 }
 
+fn readings(evidence: Evidence<'_>) -> Result<Vec<Reading>, Missing> {
+    let (_, worst) = span(&evidence.values("updated / plain, ")?);
+    let (mildest, _) = span(&evidence.values("updated / plain, run, ")?);
+    Ok(vec![
+        Reading::new(
+            "“As well as” within a factor of ten.",
+            worst <= 10.0,
+            format!("up to {} times", told(worst)),
+        ),
+        Reading::new(
+            "Over a whole run at the softest sheet, within a factor of two.",
+            mildest <= LIMIT,
+            format!("{} times", told(mildest)),
+        ),
+    ])
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::{Ruling, judged};
@@ -46,8 +65,8 @@ mod tests {
             ];
             judged(&CLAIM, &numbers).verdict
         };
-        assert_eq!(verdict(2.0, 1.0), Ruling::Confirmed);
-        assert_eq!(verdict(2.1, 1.0), Ruling::Refuted);
-        assert_eq!(verdict(1.0, 2.1), Ruling::Refuted);
+        assert_eq!(verdict(2.0, 1.0), Ruling::Holds);
+        assert_eq!(verdict(2.1, 1.0), Ruling::Fails);
+        assert_eq!(verdict(1.0, 2.1), Ruling::Fails);
     }
 }

@@ -1,6 +1,6 @@
 //! C25: a constant forcing term suffices.
 
-use super::{Claim, Evidence, Judgement, Missing, Origin, span, told};
+use super::{Age, Claim, Evidence, Judgement, Missing, Origin, Reading, span, told};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C25",
@@ -14,7 +14,9 @@ pub(super) const CLAIM: Claim = Claim {
     ],
     overturned_by: "Changes below 5 % in every scene, for both forms of the paper, confirm it.",
     see: "cg-vs-forcing-term.svg",
+    age: Age::FIRST,
     judge,
+    readings,
 };
 
 /// Change over the value at the tightest ε that all must stay below.
@@ -51,6 +53,17 @@ fn judge(evidence: Evidence<'_>) -> Result<Judgement, Missing> {
     Ok(Judgement::new(is_met, reason).repaired((!is_met && kept < worst).then_some(repair)))
 }
 
+fn readings(evidence: Evidence<'_>) -> Result<Vec<Reading>, Missing> {
+    let motions = evidence.rows("change of the motion, plain, ")?;
+    let all: Vec<_> = motions.iter().map(|(_, number)| number.value).collect();
+    let good = all.iter().filter(|change| **change < LIMIT).count();
+    Ok(vec![Reading::new(
+        "For the plain iteration, by the motion alone.",
+        good == all.len(),
+        format!("within 5 % in {good} of {} scenes", all.len()),
+    )])
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::{Ruling, judged};
@@ -70,8 +83,8 @@ mod tests {
             ]);
             judged(&CLAIM, &numbers).verdict
         };
-        assert_eq!(verdict(0.04, 0.04, 1.0), Ruling::Confirmed);
-        assert_eq!(verdict(0.04, 0.06, 0.0), Ruling::Refuted);
-        assert_eq!(verdict(0.06, 0.04, 0.0), Ruling::Refuted);
+        assert_eq!(verdict(0.04, 0.04, 1.0), Ruling::Holds);
+        assert_eq!(verdict(0.04, 0.06, 0.0), Ruling::Fails);
+        assert_eq!(verdict(0.06, 0.04, 0.0), Ruling::Fails);
     }
 }

@@ -1,6 +1,6 @@
 //! C26: iterations grow with stiffness; a smaller step need not mean more.
 
-use super::{Claim, Evidence, Judgement, Missing, Number, Origin, told};
+use super::{Age, Claim, Evidence, Judgement, Missing, Number, Origin, Reading, told};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C26",
@@ -15,7 +15,9 @@ pub(super) const CLAIM: Claim = Claim {
     ],
     overturned_by: "Iterations that grow with k/m in every series confirm it.",
     see: "cg-vs-stiffness.svg",
+    age: Age::FIRST,
     judge,
+    readings,
 };
 
 fn judge(evidence: Evidence<'_>) -> Result<Judgement, Missing> {
@@ -41,6 +43,25 @@ fn judge(evidence: Evidence<'_>) -> Result<Judgement, Missing> {
     Ok(Judgement::new(growing == growth.len() && not_monotone > 0, reason))
 }
 
+fn readings(evidence: Evidence<'_>) -> Result<Vec<Reading>, Missing> {
+    let growth = evidence.rows("they grow up to k/m, ")?;
+    let grows = |number: &Number| number.limit.is_some_and(|end| number.value >= end);
+    let reading = |asks: &'static str, form: &str| -> Result<Reading, Missing> {
+        let own: Vec<_> = growth.iter().filter(|(of, _)| of.ends_with(form)).collect();
+        let growing = own.iter().filter(|(_, number)| grows(number)).count();
+        let mut mixed = 0.0;
+        for (of, _) in &own {
+            mixed += evidence.value(&format!("total not monotone in h (1: yes), {of}"))?;
+        }
+        let seen = format!("they grow throughout in {growing} of {} scenes", own.len());
+        Ok(Reading::new(asks, growing == own.len() && mixed > 0.0, seen))
+    };
+    Ok(vec![
+        reading("Of Algorithm 1, with updates, alone.", ", updated")?,
+        reading("Of the plain iteration at ε = 1e-3 alone.", ", plain, ε = 1e-3")?,
+    ])
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::{Ruling, ruled};
@@ -58,8 +79,8 @@ mod tests {
             ];
             ruled(&CLAIM, &numbers)
         };
-        assert_eq!(verdict(1e4, 1.0), Ruling::Confirmed);
-        assert_eq!(verdict(1e4, 0.0), Ruling::Refuted);
-        assert_eq!(verdict(1e3, 1.0), Ruling::Refuted);
+        assert_eq!(verdict(1e4, 1.0), Ruling::Holds);
+        assert_eq!(verdict(1e4, 0.0), Ruling::Fails);
+        assert_eq!(verdict(1e3, 1.0), Ruling::Fails);
     }
 }

@@ -1,6 +1,6 @@
 //! C27: the differential equation is solved completely.
 
-use super::{Claim, Evidence, Judgement, Missing, Origin, span, told};
+use super::{Age, Claim, Evidence, Judgement, Missing, Origin, Reading, span, told};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C27",
@@ -15,7 +15,9 @@ pub(super) const CLAIM: Claim = Claim {
     ],
     overturned_by: "It is refuted if no form has order 1 in every scene.",
     see: "order-stiff.svg",
+    age: Age::changed("35329f5", "says that one form is enough; the verdict is the same"),
     judge,
+    readings,
 };
 
 /// Greatest accepted distance of the order from 1.
@@ -41,6 +43,22 @@ fn judge(evidence: Evidence<'_>) -> Result<Judgement, Missing> {
     Ok(Judgement::new(is_met, reason))
 }
 
+fn readings(evidence: Evidence<'_>) -> Result<Vec<Reading>, Missing> {
+    let forms = evidence.series("order, ", ", k/m = ")?;
+    let reading = |asks: &'static str, form: &str| {
+        let orders = forms.iter().filter(|(of, _)| *of == form).flat_map(|(_, orders)| orders);
+        let orders: Vec<_> = orders.copied().collect();
+        let is_met = orders.iter().all(|order| (order - 1.0).abs() <= ACCEPTED);
+        let (low, high) = span(&orders);
+        Reading::new(asks, is_met, format!("orders from {} to {}", told(low), told(high)))
+    };
+    Ok(vec![
+        reading("Algorithm 1 at ε = 0.05.", "updated, ε = 0.05"),
+        reading("Algorithm 1 at ε = 1e-8.", "updated, ε = 1e-8"),
+        reading("The plain iteration, solved to 1e-10.", "plain, ε = 1e-10"),
+    ])
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::{Ruling, judged};
@@ -59,7 +77,7 @@ mod tests {
             ];
             judged(&CLAIM, &numbers).verdict
         };
-        assert_eq!(verdict(0.1, 0.9), Ruling::Confirmed);
-        assert_eq!(verdict(1.2, 0.8), Ruling::Refuted);
+        assert_eq!(verdict(0.1, 0.9), Ruling::Holds);
+        assert_eq!(verdict(1.2, 0.8), Ruling::Fails);
     }
 }

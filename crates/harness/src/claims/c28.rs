@@ -1,6 +1,6 @@
 //! C28: nothing depends on a regular mesh.
 
-use super::{Claim, Evidence, Judgement, Missing, Origin, span, told};
+use super::{Age, Claim, Evidence, Judgement, Missing, Origin, sole, span, told};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C28",
@@ -17,7 +17,9 @@ pub(super) const CLAIM: Claim = Claim {
     overturned_by: "A trend that goes the other way than on the grid, or a gain of energy, refutes \
                     it.",
     see: "claims.svg",
+    age: Age::FIRST,
     judge,
+    readings: sole,
 };
 
 /// Greatest accepted gain of energy over what the scene sets free.
@@ -91,8 +93,8 @@ mod tests {
             }
             CLAIM.judge(&Evidence::new(&numbers)).verdict
         };
-        assert_eq!(verdict(4.0, 0.0), Ruling::Confirmed);
-        assert_eq!(verdict(1.0, 0.0), Ruling::Refuted);
-        assert_eq!(verdict(4.0, 0.1), Ruling::Refuted);
+        assert_eq!(verdict(4.0, 0.0), Ruling::Holds);
+        assert_eq!(verdict(1.0, 0.0), Ruling::Fails);
+        assert_eq!(verdict(4.0, 0.1), Ruling::Fails);
     }
 }

@@ -1,6 +1,6 @@
 //! C29: several hundred particles in real time.
 
-use super::{Claim, Evidence, Judgement, Missing, Origin, span, told};
+use super::{Age, Claim, Evidence, Judgement, Missing, Origin, Reading, span, told};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "C29",
@@ -15,7 +15,9 @@ pub(super) const CLAIM: Claim = Claim {
     ],
     overturned_by: "A run of 400 particles within a second in the paper's tables confirms it.",
     see: "scaling-cost.svg",
+    age: Age::FIRST,
     judge,
+    readings,
 };
 
 fn judge(evidence: Evidence<'_>) -> Result<Judgement, Missing> {
@@ -34,6 +36,24 @@ fn judge(evidence: Evidence<'_>) -> Result<Judgement, Missing> {
     Ok(Judgement::new(fastest <= 1.0, reason))
 }
 
+fn readings(evidence: Evidence<'_>) -> Result<Vec<Reading>, Missing> {
+    let kept = evidence.value("paper's fastest without the set-up of the matrix")?;
+    let (largest, _) = span(&evidence.values("largest n in real time by counted work, ")?);
+    let several = 400.0 / kept;
+    Ok(vec![
+        Reading::new(
+            "“Several hundred” are 200, at the paper's time a particle without the set-up.",
+            several >= 200.0,
+            format!("{several:.0} particles"),
+        ),
+        Reading::new(
+            "On a machine of today, 400 particles.",
+            largest >= 400.0,
+            format!("{} particles at 5 ns a visit of a spring", told(largest)),
+        ),
+    ])
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::{Ruling, judged};
@@ -50,7 +70,7 @@ mod tests {
             ];
             judged(&CLAIM, &numbers).verdict
         };
-        assert_eq!(verdict(0.9), Ruling::Confirmed);
-        assert_eq!(verdict(2.0), Ruling::Refuted);
+        assert_eq!(verdict(0.9), Ruling::Holds);
+        assert_eq!(verdict(2.0), Ruling::Fails);
     }
 }

@@ -1,7 +1,7 @@
 //! M01: with light damping leapfrog leads at small errors.
 
 use super::places::{Ground, Places, judgement};
-use super::{Claim, Evidence, Judgement, Missing, Origin};
+use super::{Age, Claim, Evidence, Judgement, Missing, Origin, sole};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "M01",
@@ -17,7 +17,9 @@ pub(super) const CLAIM: Claim = Claim {
     ],
     overturned_by: "Two methods that reach one of these errors in less time refute it.",
     see: "work-precision-effort.svg",
+    age: Age::MODELLED,
     judge,
+    readings: sole,
 };
 
 /// The method that the claim names.
@@ -45,9 +47,9 @@ mod tests {
         let third = [("rkc", 1.0), (METHOD, 2.0), ("xpbd", 1.5)];
         let late = [("rkc", 1.0), (METHOD, f64::INFINITY)];
         let ruled = |changed| contest(&CLAIM, &GROUNDS, &LEVELS, &second, changed);
-        assert_eq!(ruled(None), Ruling::Confirmed);
-        assert_eq!(ruled(Some((3, 1, &third[..]))), Ruling::Refuted);
-        assert_eq!(ruled(Some((0, 0, &late[..]))), Ruling::Refuted);
+        assert_eq!(ruled(None), Ruling::Holds);
+        assert_eq!(ruled(Some((3, 1, &third[..]))), Ruling::Fails);
+        assert_eq!(ruled(Some((0, 0, &late[..]))), Ruling::Fails);
         assert_eq!(ruled(Some((0, 0, &second[..0]))), Ruling::Undecided);
     }
 }

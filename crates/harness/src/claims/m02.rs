@@ -1,7 +1,7 @@
 //! M02: XPBD with small steps leads on stiff sheets at errors of some per cent.
 
 use super::places::{Ground, Places, judgement};
-use super::{Claim, Evidence, Judgement, Missing, Origin, told};
+use super::{Age, Claim, Evidence, Judgement, Missing, Origin, sole, told};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "M02",
@@ -27,7 +27,9 @@ pub(super) const CLAIM: Claim = Claim {
     ],
     overturned_by: "Two methods that reach one of these errors in less time refute it.",
     see: "work-precision-size.svg",
+    age: Age::MODELLED,
     judge,
+    readings: sole,
 };
 
 /// The method that the claim names.
@@ -99,9 +101,9 @@ mod tests {
             }
             CLAIM.judge(&Evidence::new(&all_numbers)).verdict
         };
-        assert_eq!(ruled(None, 0.0, 0.0, 0.0), Ruling::Confirmed);
-        assert_eq!(ruled(Some((8, 2, &third[..])), 0.0, 0.0, 0.0), Ruling::Refuted);
-        assert_eq!(ruled(None, 1e8, 0.5, 0.03), Ruling::Refuted, "not enough");
-        assert_eq!(ruled(None, 1e10, 0.01, 0.0), Ruling::Refuted, "more than needed");
+        assert_eq!(ruled(None, 0.0, 0.0, 0.0), Ruling::Holds);
+        assert_eq!(ruled(Some((8, 2, &third[..])), 0.0, 0.0, 0.0), Ruling::Fails);
+        assert_eq!(ruled(None, 1e8, 0.5, 0.03), Ruling::Fails, "not enough");
+        assert_eq!(ruled(None, 1e10, 0.01, 0.0), Ruling::Fails, "more than needed");
     }
 }

@@ -1,7 +1,7 @@
 //! M03: vertex block descent and projective dynamics do not share the lead of XPBD.
 
 use super::places::{Ground, Places, judgement};
-use super::{Claim, Evidence, Judgement, Missing, Origin};
+use super::{Age, Claim, Evidence, Judgement, Missing, Origin, sole};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "M03",
@@ -13,7 +13,9 @@ pub(super) const CLAIM: Claim = Claim {
     overturned_by: "One of these errors that one of the two reaches for the least or the second \
                     least time refutes it.",
     see: "work-precision-stiff.svg",
+    age: Age::MODELLED,
     judge,
+    readings: sole,
 };
 
 /// The methods that the claim names.
@@ -41,8 +43,8 @@ mod tests {
         let behind = [("xpbd", 1.0), ("dirk", 2.0), ("vbd", 3.0), ("projective", f64::INFINITY)];
         let second = [("xpbd", 1.0), ("dirk", 4.0), ("vbd", 5.0), ("projective", 3.0)];
         let ruled = |changed| contest(&CLAIM, &GROUNDS, &LEVELS, &behind, changed);
-        assert_eq!(ruled(None), Ruling::Confirmed);
-        assert_eq!(ruled(Some((2, 2, &second[..]))), Ruling::Refuted);
+        assert_eq!(ruled(None), Ruling::Holds);
+        assert_eq!(ruled(Some((2, 2, &second[..]))), Ruling::Fails);
         assert_eq!(ruled(Some((2, 2, &second[..2]))), Ruling::Undecided);
     }
 }

@@ -1,7 +1,7 @@
 //! M04: with heavy damping additive, Chebyshev and implicit methods lead in turn.
 
 use super::places::{Ground, Places, judgement};
-use super::{Claim, Evidence, Judgement, Missing, Origin};
+use super::{Age, Claim, Evidence, Judgement, Missing, Origin, sole};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "M04",
@@ -15,7 +15,9 @@ pub(super) const CLAIM: Claim = Claim {
     reads: &["time at 1e6 heavy for ", "time at 1e8 heavy for "],
     overturned_by: "Two methods that reach one of these errors in less time refute it.",
     see: "work-precision-heavy.svg",
+    age: Age::MODELLED,
     judge,
+    readings: sole,
 };
 
 /// Which method leads on which sheet for which errors.
@@ -49,9 +51,9 @@ mod tests {
             }
             CLAIM.judge(&Evidence::new(&all)).verdict
         };
-        assert_eq!(ruled(None), Ruling::Confirmed);
+        assert_eq!(ruled(None), Ruling::Holds);
         for at in 0..REGIMES.len() {
-            assert_eq!(ruled(Some(at)), Ruling::Refuted, "{at}");
+            assert_eq!(ruled(Some(at)), Ruling::Fails, "{at}");
         }
     }
 }

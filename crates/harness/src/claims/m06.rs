@@ -2,7 +2,7 @@
 //! Euler.
 
 use super::places::{Ground, Place};
-use super::{Claim, Evidence, Judgement, Missing, Origin, span, told};
+use super::{Age, Claim, Evidence, Judgement, Missing, Origin, sole, span, told};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "M06",
@@ -27,7 +27,9 @@ pub(super) const CLAIM: Claim = Claim {
     overturned_by: "One error at which the five differ more, or at which one of them is first, \
                     refutes it.",
     see: "work-precision-effort.svg",
+    age: Age::MODELLED,
     judge,
+    readings: sole,
 };
 
 /// The methods that the claim names.
@@ -109,19 +111,19 @@ mod tests {
             all.extend([Number::new(ERROR, error, ""), Number::new(COST, cost, "")]);
             CLAIM.judge(&Evidence::new(&all)).verdict
         };
-        assert_eq!(ruled(None, 6.0, 1.0), Ruling::Confirmed);
-        assert_eq!(ruled(Some((4, efforts(1.0, 4.1).as_slice())), 6.0, 1.0), Ruling::Refuted);
+        assert_eq!(ruled(None, 6.0, 1.0), Ruling::Holds);
+        assert_eq!(ruled(Some((4, efforts(1.0, 4.1).as_slice())), 6.0, 1.0), Ruling::Fails);
         assert_eq!(
             ruled(Some((0, efforts(1.0, f64::INFINITY).as_slice())), 6.0, 1.0),
-            Ruling::Refuted
+            Ruling::Fails
         );
-        assert_eq!(ruled(Some((2, efforts(3.0, 4.0).as_slice())), 6.0, 1.0), Ruling::Refuted);
+        assert_eq!(ruled(Some((2, efforts(3.0, 4.0).as_slice())), 6.0, 1.0), Ruling::Fails);
         assert_eq!(
             ruled(Some((3, efforts(3.0, 4.0).as_slice())), 6.0, 1.0),
-            Ruling::Confirmed,
+            Ruling::Holds,
             "heavy"
         );
-        assert_eq!(ruled(None, 5.9, 1.0), Ruling::Refuted);
-        assert_eq!(ruled(None, 6.0, 1.1), Ruling::Refuted);
+        assert_eq!(ruled(None, 5.9, 1.0), Ruling::Fails);
+        assert_eq!(ruled(None, 6.0, 1.1), Ruling::Fails);
     }
 }

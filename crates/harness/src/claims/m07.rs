@@ -1,7 +1,7 @@
 //! M07: the exponential method is second at small errors.
 
 use super::places::{Ground, Places, judgement};
-use super::{Claim, Evidence, Judgement, Missing, Origin};
+use super::{Age, Claim, Evidence, Judgement, Missing, Origin, sole};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "M07",
@@ -12,7 +12,9 @@ pub(super) const CLAIM: Claim = Claim {
     reads: &["time at 1e6 for ", "time at 1e8 for "],
     overturned_by: "Two methods that reach one of these errors in less time refute it.",
     see: "work-precision-effort.svg",
+    age: Age::MODELLED,
     judge,
+    readings: sole,
 };
 
 /// The method that the claim names.
@@ -38,7 +40,7 @@ mod tests {
         let second = [("leapfrog", 1.0), (METHOD, 2.0), ("srkn4", 3.0)];
         let third = [("leapfrog", 1.0), (METHOD, 4.0), ("srkn4", 3.0)];
         let ruled = |changed| contest(&CLAIM, &GROUNDS, &LEVELS, &second, changed);
-        assert_eq!(ruled(None), Ruling::Confirmed);
-        assert_eq!(ruled(Some((1, 0, &third[..]))), Ruling::Refuted);
+        assert_eq!(ruled(None), Ruling::Holds);
+        assert_eq!(ruled(Some((1, 0, &third[..]))), Ruling::Fails);
     }
 }

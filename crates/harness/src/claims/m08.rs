@@ -1,7 +1,7 @@
 //! M08: Rosenbrock and multirate methods never lead.
 
 use super::places::{Ground, Places, judgement};
-use super::{Claim, Evidence, Judgement, Missing, Origin};
+use super::{Age, Claim, Evidence, Judgement, Missing, Origin, sole};
 
 pub(super) const CLAIM: Claim = Claim {
     id: "M08",
@@ -17,7 +17,9 @@ pub(super) const CLAIM: Claim = Claim {
     ],
     overturned_by: "One of these errors that one of the two reaches in the least time refutes it.",
     see: "work-precision-effort.svg",
+    age: Age::MODELLED,
     judge,
+    readings: sole,
 };
 
 /// The methods that the claim names.
@@ -45,7 +47,7 @@ mod tests {
         let second = [("leapfrog", 1.0), ("rosenbrock", 2.0), ("multirate", f64::INFINITY)];
         let first = [("leapfrog", 1.0), ("rosenbrock", 2.0), ("multirate", 0.5)];
         let ruled = |changed| contest(&CLAIM, &GROUNDS, &LEVELS, &second, changed);
-        assert_eq!(ruled(None), Ruling::Confirmed);
-        assert_eq!(ruled(Some((1, 3, &first[..]))), Ruling::Refuted);
+        assert_eq!(ruled(None), Ruling::Holds);
+        assert_eq!(ruled(Some((1, 3, &first[..]))), Ruling::Fails);
     }
 }

@@ -3,9 +3,11 @@
 //! `C01` to `C29` are claims of the paper. `M01` to `M08` are expectations about methods of the
 //! years after it, which no paper makes ([`Origin`]).
 //!
-//! A claim has a criterion that was fixed before anything was measured. It reads numbers of the
-//! record of the study `claims` ([`Claim::reads`]) and runs nothing. What is measured for it stands
-//! in the study; [`crate::studies::claims::test`] runs that.
+//! A claim has a criterion, which reads numbers of the record of the study `claims`
+//! ([`Claim::reads`]) and runs nothing. What is measured for it stands in the study;
+//! [`crate::studies::claims::test`] runs that. Where the words of the paper can be read otherwise, or
+//! it does not print a parameter that decides, other [readings](Reading) stand beside the criterion.
+//! [`Age`] says since when a criterion stands and whether it changed when results were known.
 
 pub(crate) mod c01;
 pub(crate) mod c02;
@@ -46,11 +48,14 @@ pub(crate) mod m06;
 pub(crate) mod m07;
 pub(crate) mod m08;
 pub(crate) mod places;
+mod readings;
 
 use crate::HarnessError;
 pub use crate::studies::claims::facts::{Number, Ruling};
 pub use evidence::Evidence;
 use evidence::{Missing, span, told};
+pub use readings::{Age, Reading, Standing};
+use readings::{Others, sole};
 
 /// Whose claim it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -94,15 +99,19 @@ pub struct Claim {
     pub origin: Origin,
     /// What is claimed, in our words.
     pub says: &'static str,
-    /// What decides, fixed before anything was measured.
+    /// What decides under the first reading.
     pub criterion: &'static str,
     /// The numbers that decide, in its row of the study `claims`: how their names begin or end.
     pub reads: &'static [&'static str],
-    /// What would overturn the verdict.
+    /// What would overturn the verdict of the criterion.
     pub overturned_by: &'static str,
     /// File name, below `figures/`, of the figure that shows it.
     pub see: &'static str,
+    /// Since when the criterion stands.
+    pub age: Age,
     judge: fn(Evidence<'_>) -> Result<Judgement, Missing>,
+    /// Readings besides the criterion.
+    readings: Others,
 }
 
 /// What the numbers say of a claim.
@@ -186,6 +195,14 @@ pub fn is_expectation(id: &str) -> bool {
     find(id).is_ok_and(|claim| !claim.origin.is_paper())
 }
 
+/// Where a claim stands under all its readings: the verdict of the criterion, and those of the other
+/// readings on the same numbers.
+pub fn standing(id: &str, verdict: Ruling, numbers: &[Number]) -> Standing {
+    let readings = find(id).map(|claim| claim.readings(&Evidence::new(numbers)));
+    let others = readings.unwrap_or_default().into_iter().map(|reading| reading.verdict);
+    Standing::of(std::iter::once(verdict).chain(others))
+}
+
 /// The error that no claim has this id.
 pub(crate) fn unknown(id: &str) -> HarnessError {
     let known: Vec<_> = all().iter().map(|claim| claim.id).collect();
@@ -193,9 +210,14 @@ pub(crate) fn unknown(id: &str) -> HarnessError {
 }
 
 impl Claim {
-    /// The verdict on recorded numbers; undecided if one that it needs is missing.
+    /// The verdict of the criterion on recorded numbers; undecided if one that it needs is missing.
     pub fn judge(&self, evidence: &Evidence<'_>) -> Judgement {
         (self.judge)(*evidence).unwrap_or_else(Judgement::from)
+    }
+
+    /// The readings besides the criterion; none if a number that they need is missing.
+    pub fn readings(&self, evidence: &Evidence<'_>) -> Vec<Reading> {
+        (self.readings)(*evidence).unwrap_or_default()
     }
 }
 

@@ -1,15 +1,49 @@
 //! Prices from measured times: least relative errors without negative prices.
 
-use super::{Counted, KINDS, Price};
+use super::{Counted, KINDS, Price, Prices};
 use nalgebra::{DMatrix, DVector};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 /// A run and the time it took, s.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Sample {
     /// What was counted.
     pub work: Counted,
     /// What the clock said, s.
     pub seconds: f64,
+}
+
+/// The timed runs to which a table of prices is fitted.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Samples {
+    /// Processor that measured.
+    pub cpu: String,
+    /// Commit of the program that measured.
+    pub commit: String,
+    /// The runs of each form, by its method id with settings.
+    pub forms: BTreeMap<String, Vec<Sample>>,
+}
+
+impl Samples {
+    /// The table of prices, rounded as it is committed.
+    #[must_use]
+    pub fn prices(&self) -> Prices {
+        let mut forms: Vec<_> =
+            self.forms.iter().filter_map(|(method, samples)| fit(method, samples)).collect();
+        for price in &mut forms {
+            price.ns_a_visit = price.ns_a_visit.map(|ns| rounded(ns, 1e4));
+            price.least_ns_a_visit = rounded(price.least_ns_a_visit, 1e4);
+            price.within = rounded(price.within, 1e3);
+        }
+        Prices { cpu: self.cpu.clone(), commit: self.commit.clone(), forms }
+    }
+}
+
+fn rounded(value: f64, scale: f64) -> f64 {
+    (scale * value).round() / scale
 }
 
 /// Reweighted rounds, and the relative error below which all runs weigh alike.
@@ -19,6 +53,9 @@ const SMALL: f64 = 0.02;
 /// overhead from sweeps, the sweeps are given the time: longer ones take longer.
 const OVERHEAD: usize = 4;
 const RELUCTANCE: f64 = 0.01;
+/// Sets of kinds whose errors are within this share of the least explain the runs alike: the first
+/// of them, in the order of the kinds, is taken.
+const ALIKE: f64 = 1e-3;
 
 /// The prices that are the nearest to measured times: those with the least `Σ |p·w/t − 1|` among all
 /// `p ≥ 0`. So a run that the machine disturbed counts little. It is found by least squares whose
@@ -75,7 +112,10 @@ fn nearest(rows: &[[f64; KINDS]], weights: &[f64]) -> Option<[f64; KINDS]> {
         let is_valid = prices.iter().all(|price| *price >= 0.0 && price.is_finite());
         is_valid.then(|| (off(&prices), prices))
     });
-    candidates.min_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, prices)| prices)
+    let candidates: Vec<_> = candidates.collect();
+    let least = candidates.iter().map(|(off, _)| *off).reduce(f64::min)?;
+    let alike = |(off, _): &&(f64, _)| *off <= (1.0 + ALIKE) * least;
+    candidates.iter().find(alike).map(|(_, prices)| *prices)
 }
 
 /// Prices of some kinds without a sign; `None` if their counts do not tell them apart.

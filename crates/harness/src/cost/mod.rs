@@ -13,7 +13,8 @@
 //! source, with the machine and the commit at which they were measured. So the modelled time is the
 //! same on every machine that takes the same steps, and no verdict depends on a clock.
 //!
-//! The table says for each form how far its model is from the measured times. A lead that is smaller
+//! The timed runs to which the table is fitted stand beside it in the source, and a test fits it
+//! again. The table says for each form how far its model is from the measured times. A lead that is smaller
 //! than that is none.
 
 pub mod fit;
@@ -30,7 +31,8 @@ pub const KINDS: usize = 8;
 const EACH: f64 = 100.0;
 
 /// The counted work of a run.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Counted {
     /// Steps.
     pub steps: u64,
@@ -153,6 +155,7 @@ static PLAIN: Price = Price {
 };
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "tests")]
 mod tests {
     use super::*;
 
@@ -201,6 +204,18 @@ mod tests {
             assert_eq!(prices.of(method).ns_a_visit, [ns; KINDS], "{method}");
         }
         assert!(prices.of("c").within.is_infinite());
+    }
+
+    /// The committed table is what its committed timed runs give.
+    #[test]
+    fn the_table_follows_from_its_samples() {
+        let samples: fit::Samples = serde_json::from_str(include_str!("samples.json")).unwrap();
+        let fitted = samples.prices();
+        assert_eq!((&fitted.cpu, &fitted.commit), (&prices().cpu, &prices().commit));
+        for (ours, theirs) in fitted.forms.iter().zip(&prices().forms) {
+            assert_eq!(ours, theirs, "run `cargo run --release -p drape-tests --bin prices`");
+        }
+        assert_eq!(fitted.forms.len(), prices().forms.len());
     }
 
     /// What would make a ranking by modelled time wrong: a form without a price, or a model that is

@@ -2,13 +2,15 @@
 
 use super::work::timings_of;
 use super::{CURVES, record};
-use drape_harness::studies::animation::facts::{Facts, Run, Scene, TimingRow};
+use drape_harness::studies::animation::facts::{Facts, Measure, Run, Scene, TimingRow};
 use drape_report::{Record, Timings, Verdict};
 
 /// Two scenes; methods whose error falls with the calls, one that locks, one that explodes.
 pub(crate) fn animation() -> Record<Facts> {
     let scene = |id: &str, floor: f64| Scene {
         id: id.to_owned(),
+        fabric: "cotton-blend".to_owned(),
+        measure: if id == "hanging" { Measure::Shape } else { Measure::Trajectory },
         particles: 400,
         springs: 1482,
         stiffness_n_per_m: 2000.0,

@@ -629,15 +629,15 @@ pub(crate) fn claims() -> (Record<claims::Facts>, Timings<claims::TimingRow>) {
         verdict,
     };
     let verdict = |n: usize| match n {
-        11 => Ruling::Refuted,
+        11 => Ruling::Fails,
         4 => Ruling::Undecided,
-        _ => Ruling::Confirmed,
+        _ => Ruling::Holds,
     };
     let mut rows: Vec<_> = (1..30).map(|n| row(&format!("C{n:02}"), verdict(n))).collect();
     // Expectations about later methods, one of them confirmed.
-    let expected = |n: usize| if n == 1 { Ruling::Confirmed } else { Ruling::Refuted };
+    let expected = |n: usize| if n == 1 { Ruling::Holds } else { Ruling::Fails };
     rows.extend((1..9).map(|n| row(&format!("M{n:02}"), expected(n))));
-    let rows_of_time = vec![timing("C11", Ruling::Refuted), timing("C02", Ruling::Refuted)];
+    let rows_of_time = vec![timing("C11", Ruling::Fails), timing("C02", Ruling::Fails)];
     let timings = Timings {
         format: TIMINGS_FORMAT.to_owned(),
         experiment: "claims".to_owned(),

@@ -52,9 +52,9 @@ pub(super) fn slug(name: &str) -> String {
 
 /// Verdicts and other words that a cell may consist of, with the class that colours it.
 const WORDS: [(&str, &[&str]); 4] = [
-    ("good", &["confirmed", "stable", "completed"]),
+    ("good", &["holds", "stable", "completed"]),
     ("fair", &["marginal", "undecided", "locked"]),
-    ("bad", &["refuted", "unstable", "diverged", "unexplained"]),
+    ("bad", &["fails", "unstable", "diverged", "unexplained"]),
     ("idle", &["refused", "not applicable", "over budget", "–"]),
 ];
 
@@ -132,8 +132,8 @@ mod tests {
     #[test]
     fn cells_are_coloured_by_whole_words_and_signs_only() {
         let cases = [
-            ("confirmed", "good"),
-            ("**refuted**", "bad"),
+            ("holds", "good"),
+            ("**fails**", "bad"),
             ("undecided", "fair"),
             ("1.2 ✗", "bad"),
             ("0.3 °", "fair"),

@@ -27,6 +27,12 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         writeln!(text, "    {} = {value}{unit}{limit}", number.what)?;
     }
     writeln!(text, "reason:    {}", judgement.reason)?;
+    for reading in claim.readings(&Evidence::new(&row.numbers)) {
+        let (asks, verdict) = (reading.asks, reading.verdict.name());
+        writeln!(text, "reading:   {asks} {verdict}: {}", reading.seen)?;
+    }
+    let standing = claims::standing(claim.id, row.verdict, &row.numbers);
+    writeln!(text, "in all:    {}", standing.name())?;
     if let Some(repair) = &judgement.repair {
         writeln!(text, "repair:    {repair}")?;
     }

@@ -4,8 +4,8 @@ use drape_report::Verdict;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// The shape that a film can use is off by at most this, m.
-pub const GOOD_SHAPE: f64 = 0.01;
+/// What a film can use is off by at most this, m.
+pub const GOOD: f64 = 0.01;
 /// Times within this factor are a tie.
 pub const TIE: f64 = 1.5;
 
@@ -19,17 +19,34 @@ pub struct Facts {
     pub runs: Vec<Run>,
 }
 
+/// What the runs of a scene are ranked by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Measure {
+    /// The distance of the surfaces over the whole span: two motions of cloth that hangs stay
+    /// together.
+    Shape,
+    /// The distance of the particles at 0.3 s: cloth that touches or flutters forgets its start, so
+    /// that later all motions are equally far apart.
+    Trajectory,
+}
+
 /// One cloth in one scene, at 60 frames a second.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Scene {
-    /// Key, e.g. `hanging, light, n=400`.
+    /// Key, e.g. `hanging, cotton-blend, light, n=400`.
     pub id: String,
+    /// The bundled material.
+    pub fabric: String,
+    /// What its runs are ranked by.
+    pub measure: Measure,
     /// Number of particles.
     pub particles: usize,
     /// Number of springs.
     pub springs: usize,
-    /// Tensile stiffness of a spring along the threads, N/m.
+    /// Tensile rigidity along the stiffer threads, N/m: on square cells the stiffness of a line of
+    /// springs.
     pub stiffness_n_per_m: f64,
     /// Stiffness over mass, 1/s².
     pub stiffness_over_mass_per_s2: f64,
@@ -64,10 +81,26 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// A shape that is off by at most this is good, m. Two motions that differ by noise alone are
-    /// apart by the noise, and one that errs as much besides by about twice that.
-    pub fn good_shape(&self) -> f64 {
-        GOOD_SHAPE.max(2.0 * self.shape_floor_m)
+    /// The noise of what its runs are ranked by, m.
+    pub fn floor_m(&self) -> f64 {
+        match self.measure {
+            Measure::Shape => self.shape_floor_m,
+            Measure::Trajectory => self.trajectory_floor_m,
+        }
+    }
+
+    /// An error of at most this is good, m. Two motions that differ by noise alone are apart by the
+    /// noise, and one that errs as much besides by about twice that.
+    pub fn good_m(&self) -> f64 {
+        GOOD.max(2.0 * self.floor_m())
+    }
+
+    /// The error by which a run is ranked, m.
+    pub fn error(&self, run: &Run) -> Option<f64> {
+        match self.measure {
+            Measure::Shape => run.shape_error_m,
+            Measure::Trajectory => run.trajectory_error_m,
+        }
     }
 }
 
@@ -123,9 +156,10 @@ impl Run {
         self.verdict == Verdict::Stable
     }
 
-    /// Whether its shape is good enough, too. Below the noise of the scene nothing is told apart.
+    /// Whether it is near enough to the true motion, too. Below the noise of the scene nothing is
+    /// told apart.
     pub fn is_good(&self, scene: &Scene) -> bool {
-        self.is_sound() && self.shape_error_m.is_some_and(|error| error <= scene.good_shape())
+        self.is_sound() && scene.error(self).is_some_and(|error| error <= scene.good_m())
     }
 }
 

@@ -1,14 +1,18 @@
 //! The words of the study `animation`: its question, and what its numbers say.
 
-use super::facts::{Facts, GOOD_SHAPE, Run, Scene};
+use super::facts::{Facts, GOOD, Run, Scene};
 use drape_report::number::significant;
 use drape_report::{Verdict, Words};
 
 /// The question that the study answers.
 pub(super) const QUESTION: &str =
     "What must be paid for a frame that neither explodes, stands still nor shows a wrong shape?";
+/// The same of fine sheets.
+pub(super) const LONG_QUESTION: &str = "What must be paid for such a frame of a fine sheet?";
 /// Studies that a reader should know before this one.
 pub(super) const BUILDS_ON: &[&str] = &["locking", "work-precision"];
+/// The same of fine sheets.
+pub(super) const LONG_BUILDS_ON: &[&str] = &["animation"];
 
 /// Most names in a sentence.
 const MOST: usize = 8;
@@ -66,7 +70,7 @@ fn in_one_call(facts: &Facts) -> Option<String> {
              {} mm or twice the noise: {}.",
             good.len(),
             called.len(),
-            significant(1e3 * GOOD_SHAPE, 2),
+            significant(1e3 * GOOD, 2),
             listed(&good)
         )
     })
@@ -91,13 +95,13 @@ fn explicit(facts: &Facts) -> Option<String> {
     })
 }
 
-/// The nearest shape with one call.
+/// The nearest motion with one call.
 fn nearest(facts: &Facts) -> Option<String> {
     let best = |scene: &Scene| {
         let own = runs(facts, scene).filter(|run| run.substeps == 1 && run.is_sound());
-        let own = own.filter_map(|run| Some((run.shape_error_m?, run)));
+        let own = own.filter_map(|run| Some((scene.error(run)?, run)));
         let (error, run) = own.min_by(|a, b| a.0.total_cmp(&b.0))?;
-        let (error, floor) = (1e3 * error, 1e3 * scene.shape_floor_m);
+        let (error, floor) = (1e3 * error, 1e3 * scene.floor_m());
         Some(format!(
             "{} {} mm ({}, noise {} mm)",
             run.label,
@@ -107,8 +111,7 @@ fn nearest(facts: &Facts) -> Option<String> {
         ))
     };
     let all: Vec<_> = facts.scenes.iter().filter_map(best).collect();
-    (!all.is_empty())
-        .then(|| format!("The nearest shapes with one call a frame are: {}.", all.join("; ")))
+    (!all.is_empty()).then(|| format!("The nearest with one call a frame are: {}.", all.join("; ")))
 }
 
 /// Forms that stand still at one call a frame somewhere.
@@ -165,13 +168,13 @@ fn caveats(facts: &Facts) -> Vec<String> {
     let floors: Vec<_> = facts
         .scenes
         .iter()
-        .map(|scene| format!("{} mm ({})", significant(1e3 * scene.shape_floor_m, 2), scene.id))
+        .map(|scene| format!("{} mm ({})", significant(1e3 * scene.floor_m(), 2), scene.id))
         .collect();
     let spans: Vec<_> = facts.scenes.iter().map(|scene| scene.span_s).collect();
     let longest = spans.iter().copied().fold(0.0, f64::max);
     vec![
         format!(
-            "One micrometre at the start moves the shape by {}: smaller errors rank nothing.",
+            "One micrometre at the start moves what ranks by {}: smaller errors rank nothing.",
             floors.join(", ")
         ),
         format!("A scene lasts {} s at most; cloth that folds for longer is noise.", longest),
@@ -186,6 +189,8 @@ mod tests {
     fn scene() -> Scene {
         Scene {
             id: "s".to_owned(),
+            fabric: "denim".to_owned(),
+            measure: super::super::facts::Measure::Shape,
             particles: 4,
             springs: 4,
             stiffness_n_per_m: 1.0,

@@ -19,9 +19,9 @@ pub struct Facts {
 #[serde(rename_all = "snake_case")]
 pub enum Ruling {
     /// The criterion is met.
-    Confirmed,
+    Holds,
     /// The criterion is not met.
-    Refuted,
+    Fails,
     /// The numbers cannot tell; the reason says why.
     Undecided,
 }
@@ -30,15 +30,15 @@ impl Ruling {
     /// One word.
     pub fn name(self) -> &'static str {
         match self {
-            Self::Confirmed => "confirmed",
-            Self::Refuted => "refuted",
+            Self::Holds => "holds",
+            Self::Fails => "fails",
             Self::Undecided => "undecided",
         }
     }
 
-    /// Confirmed or refuted.
+    /// Holds or fails.
     pub fn of(is_met: bool) -> Self {
-        if is_met { Self::Confirmed } else { Self::Refuted }
+        if is_met { Self::Holds } else { Self::Fails }
     }
 }
 

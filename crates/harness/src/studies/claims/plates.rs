@@ -1,7 +1,7 @@
 //! Figure and tables of the experiment `claims`.
 
 use super::facts::{Facts, Number, Row, Ruling, TimedCase, TimingRow};
-use crate::claims::{Evidence, Origin, find, is_expectation};
+use crate::claims::{Age, Evidence, Origin, Reading, Standing, find, is_expectation, standing};
 use drape_report::number::{significant, trimmed};
 use drape_report::page::{Table, absent, texts};
 use drape_report::plate::{Draw, Plate};
@@ -14,28 +14,42 @@ pub(super) const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "claims.svg",
         title: "Which of the paper's claims hold",
-        caption: "The tile shows what came out for each claim of the paper; its section stands in \
-                  brackets. A claim is confirmed if the recorded numbers meet a criterion that was \
-                  fixed beforehand. A thick frame marks a claim whose measured seconds contradict \
-                  the counted work. Criteria, reasons and repairs stand in the table below.",
+        caption: "The first tile of a line shows where a claim of the paper stands in all, the \
+                  others what each reading of its words makes of it; its section stands in \
+                  brackets. It depends if the readings disagree. A thick frame marks a criterion \
+                  whose measured seconds contradict the counted work. The readings, with numbers, \
+                  reasons and repairs, stand in the tables below.",
         draw: Draw::Matrix(of_paper),
     },
     Plate {
         file: "claims-modern.svg",
         title: "Which expectations about later methods hold",
-        caption: "The tile shows what came out for each expectation about methods that were \
-                  published after the paper. Calculations on a similar sheet suggested these \
-                  expectations; no paper makes them. Their criteria were fixed before this program \
-                  measured them. Criteria and reasons stand in the table below.",
+        caption: "What came out for each expectation about methods that were published after the \
+                  paper. Calculations on a similar sheet suggested these expectations; no paper \
+                  makes them. They are judged by modelled time; counted work, which they asked for \
+                  at first, gave the same verdicts.",
         draw: Draw::Matrix(of_later_methods),
     },
 ];
 
-const KNOWN: [(Ruling, &str, Shade); 3] = [
-    (Ruling::Confirmed, "C", Shade::Good),
-    (Ruling::Refuted, "R", Shade::Bad),
-    (Ruling::Undecided, "?", Shade::Open),
-];
+/// Letter and shade of where a claim stands.
+fn stands(standing: Standing) -> (&'static str, Shade) {
+    match standing {
+        Standing::Holds => ("H", Shade::Good),
+        Standing::Depends => ("D", Shade::Fair),
+        Standing::Fails => ("F", Shade::Bad),
+        Standing::Undecided => ("?", Shade::Open),
+    }
+}
+
+/// Letter and shade of a verdict.
+fn ruled(ruling: Ruling) -> (&'static str, Shade) {
+    stands(match ruling {
+        Ruling::Holds => Standing::Holds,
+        Ruling::Fails => Standing::Fails,
+        Ruling::Undecided => Standing::Undecided,
+    })
+}
 
 fn timing<'a>(input: &'a Input, row: &Row) -> Option<&'a TimingRow> {
     input.timings.iter().flat_map(|timings| &timings.rows).find(|timing| timing.id == row.id)
@@ -64,25 +78,42 @@ fn of_kind(input: &Input, is_later: bool) -> Vec<&Row> {
     input.facts.claims.iter().filter(|row| is_expectation(&row.id) == is_later).collect()
 }
 
+/// The readings of a claim besides its criterion.
+fn readings(row: &Row) -> Vec<Reading> {
+    find(&row.id).map_or_else(|_| Vec::new(), |c| c.readings(&Evidence::new(&row.numbers)))
+}
+
+/// Where a claim stands under all readings.
+fn standing_of(input: &Input, row: &Row) -> Standing {
+    standing(&row.id, ruling(input, row), &row.numbers)
+}
+
 fn verdicts(input: &Input, rows: &[&Row]) -> Option<Matrix> {
-    let line = |row: &Row| {
-        let tile = |(verdict, letter, shade): &(Ruling, &str, Shade)| {
-            let is_here = ruling(input, row) == *verdict;
-            let text = (*letter).to_owned();
-            let tile = Tile { shade: *shade, text, is_marked: is_contradicted(input, row) };
-            is_here.then_some(tile).into_iter().collect()
-        };
-        Line { label: label(row), is_first: true, tiles: KNOWN.iter().map(tile).collect() }
+    let tile = |(letter, shade): (&str, Shade), is_marked| {
+        vec![Tile { shade, text: letter.to_owned(), is_marked }]
     };
-    let legend = KNOWN.iter().map(|(verdict, letter, shade)| {
-        let count = rows.iter().filter(|row| ruling(input, row) == *verdict).count();
-        let tile = Tile { shade: *shade, text: (*letter).to_owned(), is_marked: false };
-        (tile, format!("{}: {count}", verdict.name()))
+    let most = rows.iter().map(|row| readings(row).len()).max()?;
+    let line = |row: &Row| {
+        let mut tiles = vec![
+            tile(stands(standing_of(input, row)), false),
+            tile(ruled(ruling(input, row)), is_contradicted(input, row)),
+        ];
+        tiles.extend(readings(row).iter().map(|reading| tile(ruled(reading.verdict), false)));
+        tiles.resize_with(2 + most, Vec::new);
+        Line { label: label(row), is_first: true, tiles }
+    };
+    let legend = Standing::ALL.map(|standing| {
+        let count = rows.iter().filter(|row| standing_of(input, row) == standing).count();
+        let (letter, shade) = stands(standing);
+        let tile = Tile { shade, text: letter.to_owned(), is_marked: false };
+        (tile, format!("{}: {count}", standing.name()))
     });
-    (!rows.is_empty()).then(|| Matrix {
-        columns: KNOWN.iter().map(|(verdict, ..)| verdict.name().to_owned()).collect(),
+    let mut columns = vec!["in all".to_owned(), "criterion".to_owned()];
+    columns.extend((2..2 + most).map(|number| format!("reading {number}")));
+    Some(Matrix {
+        columns,
         rows: rows.iter().map(|row| line(row)).collect(),
-        legend: legend.collect(),
+        legend: legend.to_vec(),
         notes: Vec::new(),
     })
 }
@@ -114,7 +145,8 @@ pub(super) fn tables(input: &Input) -> Vec<Table> {
     let mut tables = vec![ledger(
         input,
         &of_kind(input, false),
-        "**The ledger.** Claims, criteria, verdicts, and what helps where a claim is refuted.",
+        "**The ledger.** Claims, where they stand, criteria with their verdicts, and what helps where \
+         one fails.",
         "§",
     )];
     if !later.is_empty() {
@@ -122,7 +154,7 @@ pub(super) fn tables(input: &Input) -> Vec<Table> {
                      named are those of the methods.";
         tables.push(ledger(input, &later, title, "methods"));
     }
-    tables.extend([evidence(input), seconds(input)]);
+    tables.extend([ways(input), evidence(input), seconds(input)]);
     tables
 }
 
@@ -147,12 +179,17 @@ fn ledger(input: &Input, rows: &[&Row], title: &str, origin: &str) -> Table {
             }
             .to_owned(),
             claim.says.to_owned(),
+            format!("**{}**", standing_of(input, row).name()),
             claim.criterion.to_owned(),
             told(input, row),
             judgement.reason,
             judgement.repair.unwrap_or_else(absent),
             claim.overturned_by.to_owned(),
             format!("[{}](figures/{})", claim.see, claim.see),
+            match claim.age {
+                Age { since, changed: None } => since.to_owned(),
+                Age { since, changed: Some(how) } => format!("{since}: {how}"),
+            },
         ])
     };
     Table {
@@ -161,14 +198,47 @@ fn ledger(input: &Input, rows: &[&Row], title: &str, origin: &str) -> Table {
             "id",
             origin,
             "claim",
+            "stands",
             "criterion",
-            "verdict",
+            "its verdict",
             "reason",
             "repair",
             "overturned by",
             "figure",
+            "criterion since",
         ]),
-        names: 9,
+        names: 11,
+        rows: rows.iter().filter_map(line).collect(),
+    }
+}
+
+/// The readings as columns.
+fn ways(input: &Input) -> Table {
+    let rows = &input.facts.claims;
+    let most = rows.iter().map(|row| readings(row).len()).max().unwrap_or(0);
+    let line = |row: &Row| {
+        let others = readings(row);
+        let claim = find(&row.id).ok().filter(|_| !others.is_empty())?;
+        let way = |asks: &str, verdict: &str, seen: &str| format!("{asks} **{verdict}**: {seen}");
+        let judgement = claim.judge(&Evidence::new(&row.numbers));
+        let mut cells = vec![
+            row.id.clone(),
+            claim.says.to_owned(),
+            format!("**{}**", standing_of(input, row).name()),
+            way(claim.criterion, ruling(input, row).name(), &judgement.reason),
+        ];
+        cells.extend(others.iter().map(|r| way(r.asks, r.verdict.name(), &r.seen)));
+        cells.resize_with(4 + most, absent);
+        Some(cells)
+    };
+    let fixed = ["id", "claim", "stands", "criterion"].map(str::to_owned);
+    let further = (2..2 + most).map(|number| format!("reading {number}"));
+    Table {
+        title: "**The readings.** Claims whose words can be read in several ways, or whose \
+                parameter the paper does not print; each reading with its verdict and numbers."
+            .to_owned(),
+        header: fixed.into_iter().chain(further).collect(),
+        names: 4 + most,
         rows: rows.iter().filter_map(line).collect(),
     }
 }

@@ -1,7 +1,7 @@
 //! The words of the study `claims`.
 
 use super::facts::{Facts, Row, Ruling};
-use crate::claims::{Claim, Evidence, Origin, all, find, is_expectation};
+use crate::claims::{Claim, Evidence, Origin, Standing, all, find, is_expectation, standing};
 use drape_report::Words;
 
 /// The question that the study answers.
@@ -33,7 +33,9 @@ pub(super) fn words(facts: &Facts) -> Words {
         ));
     }
     caveats.extend([
-        "A claim is general; its verdict holds for the scenes that were run.".to_owned(),
+        "A claim is general; its verdict holds for the scenes that were run, and another reading \
+         may overturn it."
+            .to_owned(),
         "Counted work decides claims about time; where measured seconds disagree, the figure shows \
          the claim as undecided."
             .to_owned(),
@@ -54,67 +56,76 @@ pub(super) fn words(facts: &Facts) -> Words {
     Words { conclusion, observations: observations.into_iter().flatten().collect(), caveats }
 }
 
-/// How many are confirmed, refuted and undecided.
+/// Where a claim stands under all its readings.
+fn stands(row: &Row) -> Standing {
+    standing(&row.id, row.verdict, &row.numbers)
+}
+
+/// How many stand where.
 fn tally(rows: &[&Row], what: &str) -> String {
-    let count = |ruling: Ruling| rows.iter().filter(|row| row.verdict == ruling).count();
-    let [confirmed, refuted, undecided] =
-        [Ruling::Confirmed, Ruling::Refuted, Ruling::Undecided].map(count);
-    let others = match undecided {
-        0 => "none is undecided",
-        1 => "one is undecided",
-        _ => "the others are undecided",
+    let count = |at: Standing| rows.iter().filter(|row| stands(row) == at).count();
+    let [holds, depends, fails, undecided] = Standing::ALL.map(count);
+    let reading = match depends {
+        0 => "none depends",
+        1 => "one depends",
+        _ => "the others depend",
     };
+    let reading =
+        if depends > 1 && undecided > 0 { format!("{depends} depend") } else { reading.to_owned() };
+    let open = if undecided > 0 { format!("; {undecided} are undecided") } else { String::new() };
     let all = rows.len();
-    format!("Of {all} {what}, {confirmed} are confirmed and {refuted} refuted; {others}.")
+    format!("Of {all} {what}, {holds} hold and {fails} fail; {reading} on the reading{open}.")
 }
 
 /// Which expectations about later methods hold.
 fn held(later: &[&Row]) -> Option<String> {
-    let held = later.iter().filter(|row| row.verdict == Ruling::Confirmed);
+    let held = later.iter().filter(|row| stands(row) == Standing::Holds);
     let ids: Vec<_> = held.map(|row| row.id.as_str()).collect();
     (1..=LIST)
         .contains(&ids.len())
         .then(|| format!("Expectations about later methods that hold: {}.", ids.join(", ")))
 }
 
-/// How many of the refuted claims have a remedy.
+/// How many of the claims whose criterion fails have a remedy.
 fn unrepaired(rows: &[&Row]) -> Option<String> {
-    let refuted: Vec<_> = rows.iter().filter(|row| row.verdict == Ruling::Refuted).collect();
+    let failing: Vec<_> = rows.iter().filter(|row| row.verdict == Ruling::Fails).collect();
     let is_repaired = |row: &&&&Row| {
         let judge = |row: &Row| find(&row.id).ok()?.judge(&Evidence::new(&row.numbers)).repair;
         judge(row).is_some()
     };
-    let repaired = refuted.iter().filter(is_repaired).count();
-    (!refuted.is_empty()).then(|| {
-        format!("A remedy was measured for {repaired} of the {} refuted claims.", refuted.len())
+    let repaired = failing.iter().filter(is_repaired).count();
+    (!failing.is_empty()).then(|| {
+        format!(
+            "A remedy was measured for {repaired} of the {} claims whose criterion fails.",
+            failing.len()
+        )
     })
 }
 
-/// The section of the paper with the smallest share of confirmed claims, among those with
-/// several; none if two share that place.
+/// The section of the paper with the smallest share of claims that hold, among those with several; none if two share that place.
 fn worst(rows: &[&Row]) -> Option<String> {
     let mut sections: Vec<(&str, usize, usize)> = Vec::new();
     for row in rows {
         let Origin::Paper { section } = find(&row.id).ok()?.origin else { continue };
-        let is_confirmed = usize::from(row.verdict == Ruling::Confirmed);
+        let does_hold = usize::from(stands(row) == Standing::Holds);
         match sections.iter_mut().find(|(other, ..)| *other == section) {
-            Some((_, confirmed, all)) => (*confirmed, *all) = (*confirmed + is_confirmed, *all + 1),
-            None => sections.push((section, is_confirmed, 1)),
+            Some((_, holding, all)) => (*holding, *all) = (*holding + does_hold, *all + 1),
+            None => sections.push((section, does_hold, 1)),
         }
     }
-    let share = |(_, confirmed, all): &(&str, usize, usize)| *confirmed as f64 / *all as f64;
+    let share = |(_, holding, all): &(&str, usize, usize)| *holding as f64 / *all as f64;
     sections.retain(|(.., all)| *all > 1);
     sections.sort_by(|a, b| share(a).total_cmp(&share(b)));
-    let (section, confirmed, all) = *sections.first()?;
+    let (section, holding, all) = *sections.first()?;
     let is_tie = sections.get(1).is_some_and(|next| share(next) == share(&sections[0]));
     (!is_tie).then(|| {
-        format!("Section {section} fares worst: {confirmed} of {all} claims are confirmed.")
+        format!("Section {section} fares worst: {holding} of {all} claims hold in every reading.")
     })
 }
 
 /// The claims that the numbers cannot decide.
 fn open(rows: &[&Row]) -> Option<String> {
-    let open = rows.iter().filter(|row| row.verdict == Ruling::Undecided);
+    let open = rows.iter().filter(|row| stands(row) == Standing::Undecided);
     let ids: Vec<_> = open.map(|row| row.id.as_str()).collect();
     match ids.len() {
         0 => None,
@@ -138,23 +149,26 @@ mod tests {
     #[test]
     fn words_follow_from_the_verdicts() {
         let rows = [
-            row("C01", Ruling::Confirmed, true),
-            row("C04", Ruling::Refuted, false),
-            row("C05", Ruling::Confirmed, true),
+            row("C01", Ruling::Holds, true),
+            row("C04", Ruling::Fails, false),
+            row("C05", Ruling::Holds, true),
             row("C09", Ruling::Undecided, true),
         ];
         let said = words(&Facts { claims: rows.to_vec() });
         assert_eq!(
             said.conclusion,
-            "Of 4 claims of the paper, 2 are confirmed and 1 refuted; one is undecided."
+            "Of 4 claims of the paper, 2 hold and 1 fail; none depends on the reading; 1 are undecided."
         );
-        assert_eq!(said.observations[0], "A remedy was measured for 0 of the 1 refuted claims.");
+        assert_eq!(
+            said.observations[0],
+            "A remedy was measured for 0 of the 1 claims whose criterion fails."
+        );
         assert!(
             said.observations[1].starts_with("Section 3 fares worst"),
             "{:?}",
             said.observations
         );
-        assert!(said.observations[1].ends_with("1 of 3 claims are confirmed."));
+        assert!(said.observations[1].ends_with("1 of 3 claims hold in every reading."));
         assert!(said.observations[2].ends_with("in part: C09."));
         assert!(said.caveats[0].contains("4 of 29"), "{:?}", said.caveats);
         assert!(said.caveats.iter().any(|caveat| caveat.starts_with("Numbers of 1 claims")));
@@ -163,14 +177,14 @@ mod tests {
     /// An expectation is no claim of the paper: neither its count nor its sections change.
     #[test]
     fn expectations_are_counted_apart() {
-        let paper = [row("C01", Ruling::Confirmed, true), row("C02", Ruling::Refuted, true)];
-        let later = [row("M01", Ruling::Confirmed, true), row("M02", Ruling::Refuted, true)];
+        let paper = [row("C01", Ruling::Holds, true), row("C02", Ruling::Fails, true)];
+        let later = [row("M01", Ruling::Holds, true), row("M02", Ruling::Fails, true)];
         let alone = words(&Facts { claims: paper.to_vec() });
         let both = words(&Facts { claims: paper.into_iter().chain(later).collect() });
-        let first = "Of 2 claims of the paper, 1 are confirmed and 1 refuted; none is undecided.";
+        let first = "Of 2 claims of the paper, 1 hold and 1 fail; none depends on the reading.";
         assert_eq!(alone.conclusion, first);
-        let second = "Of 2 expectations about later methods, 1 are confirmed and 1 refuted; none \
-                      is undecided.";
+        let second = "Of 2 expectations about later methods, 1 hold and 1 fail; none depends on the \
+                      reading.";
         assert_eq!(both.conclusion, format!("{first} {second}"));
         let held = "Expectations about later methods that hold: M01.".to_owned();
         assert_eq!(both.observations, [alone.observations, vec![held]].concat());
@@ -180,7 +194,7 @@ mod tests {
 
     #[test]
     fn a_tie_of_sections_is_not_told() {
-        let rows = ["C01", "C02", "C10", "C11"].map(|id| row(id, Ruling::Refuted, true));
+        let rows = ["C01", "C02", "C10", "C11"].map(|id| row(id, Ruling::Fails, true));
         let rows: Vec<&Row> = rows.iter().collect();
         assert_eq!(worst(&rows), None);
         assert!(worst(&rows[..2]).is_some());

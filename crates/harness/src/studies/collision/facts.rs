@@ -168,12 +168,24 @@ pub(super) struct Increase<'a> {
 
 /// All ways out but the constraint, each against the constraint with the same method.
 pub(super) fn factors(facts: &Facts) -> Vec<Increase<'_>> {
+    increases(&facts.rows)
+}
+
+/// The factors of the iterations in all scenes where neither run gains energy.
+pub(in crate::studies) fn ratios(rows: &[Row]) -> Vec<f64> {
+    let of = |increase: &Increase<'_>| -> Vec<f64> {
+        increase.by_scene.iter().map(|(factor, _)| *factor).collect()
+    };
+    increases(rows).iter().flat_map(of).collect()
+}
+
+fn increases(rows: &[Row]) -> Vec<Increase<'_>> {
     let mut found: Vec<Increase<'_>> = Vec::new();
-    for row in facts.rows.iter().filter(|row| row.way_out != VELOCITY) {
+    for row in rows.iter().filter(|row| row.way_out != VELOCITY) {
         let same = |other: &&Row| {
             other.scene == row.scene && other.label == row.label && other.way_out == VELOCITY
         };
-        let Some(velocity) = facts.rows.iter().find(same) else { continue };
+        let Some(velocity) = rows.iter().find(same) else { continue };
         if velocity.iterations_after == 0 {
             continue;
         }

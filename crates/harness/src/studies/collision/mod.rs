@@ -11,6 +11,7 @@ pub(super) const STUDY: Parts<facts::Facts> = Parts {
     name: "collision",
     question: words::QUESTION,
     builds_on: words::BUILDS_ON,
+    is_long: false,
     method: run::method,
     timing: None,
     starts: run::starts,

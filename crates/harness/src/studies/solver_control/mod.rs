@@ -11,6 +11,7 @@ pub(super) const STUDY: Parts<facts::Facts, facts::TimingRow> = Parts {
     name: "solver-control",
     question: words::QUESTION,
     builds_on: words::BUILDS_ON,
+    is_long: false,
     method: run::method,
     timing: Some(run::timing),
     starts: run::starts,

@@ -1,26 +1,26 @@
 //! The cloth, its scenes, their true motion, and what a method makes of them.
 
-use super::{EXPLICIT, FRAMES_PER_S, LADDER, REPETITIONS, TIMED};
+use super::{EXPLICIT, FRAMES_PER_S, REPETITIONS, TIMED};
 use crate::film::{Camera, HALF, Seen, look_apart, mean, threads};
 use crate::methods::Choice;
 use crate::methods::runs::{Film, Substeps};
 use crate::run::{Counts, Runner, Simulation};
 use crate::stability::{gershgorin, reference_energy};
-use crate::studies::animation::facts::{self, Run, TimingRow};
+use crate::studies::animation::facts::{self, Measure, Run, TimingRow};
 use crate::studies::finite;
 use crate::{HarnessError, system_hash};
 use drape_integrator::PrepareError;
 use drape_model::SystemSpec;
+use drape_model::fabric::Material;
 use drape_oracle::Random;
 use drape_report::Verdict;
+use serde_json::{Value, json};
 
 /// Damping of a spring over its stiffness, s.
 pub(super) const LIGHT: f64 = 1e-5;
 pub(super) const HEAVY: f64 = 1e-3;
 /// Of the perturbed starts.
 pub(super) const SEED: u64 = 20;
-/// Springs along the threads, N/m.
-const STIFFNESS: f64 = 2000.0;
 /// Greatest height of a particle out of the plane in a perturbed start, m.
 const NOISE: f64 = 1e-6;
 /// Frames from one look at the surface to the next.
@@ -31,22 +31,33 @@ const EARLY: usize = 3;
 const SAFETY: f64 = 0.25;
 /// The method of the true motion.
 const REFERENCE: &str = "leapfrog:damping=explicit";
-/// Effort after which a run is over budget, in visits of a spring: some seconds.
+/// Sweeps of forces in a frame whose work a run may take; more is over budget.
+pub(super) const SWEEPS_A_FRAME: f64 = 500.0;
+/// Least work that a run may take, in visits of a spring: some seconds.
 pub(super) const BUDGET: f64 = 2e8;
+/// Time in which the rings of a curtain go and come, s, and their way, m.
+const SWAY_S: f64 = 0.8;
+const SWAY_M: f64 = 0.3;
 
 /// Where the cloth is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Place {
     /// Held by two corners, it swings down.
     Hanging,
+    /// Its upper edge goes to and fro, across the cloth.
+    Led,
     /// It falls on a ball, off its centre.
     Ball,
+    /// Held by the corners of an upright edge, in the wind.
+    Flag,
 }
 
 /// A scene before it is built.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Case {
     place: Place,
+    /// A bundled material.
+    fabric: &'static str,
     side: u32,
     is_heavy: bool,
     /// Simulated frames.
@@ -55,16 +66,44 @@ pub(super) struct Case {
     perturbed: usize,
 }
 
-/// Particles along each edge of the quick scene.
+/// Particles along each edge of the quick scene, of the others, and of those that take long.
 const QUICK: u32 = 10;
+const USUAL: u32 = 20;
+const FINE: u32 = 50;
+const FINEST: u32 = 100;
 
+const BASE: Case = Case {
+    place: Place::Hanging,
+    fabric: "cotton-blend",
+    side: USUAL,
+    is_heavy: false,
+    frames: 60,
+    perturbed: 7,
+};
+
+/// Coarse sheets, one second each: fabrics from a firm one to a soft one, light and heavy damping,
+/// and for one of them every place.
 pub(super) fn cases() -> Vec<Case> {
-    let base = Case { place: Place::Hanging, side: 20, is_heavy: false, frames: 60, perturbed: 3 };
     vec![
-        Case { side: QUICK, frames: 30, ..base },
-        base,
-        Case { is_heavy: true, ..base },
-        Case { place: Place::Ball, ..base },
+        Case { side: QUICK, frames: 30, perturbed: 3, ..BASE },
+        BASE,
+        Case { is_heavy: true, ..BASE },
+        Case { fabric: "denim", ..BASE },
+        Case { fabric: "ponte", ..BASE },
+        Case { fabric: "ponte", is_heavy: true, ..BASE },
+        Case { place: Place::Led, ..BASE },
+        Case { place: Place::Ball, ..BASE },
+        Case { place: Place::Flag, ..BASE },
+    ]
+}
+
+/// Fine sheets, up to five seconds.
+pub(super) fn long_cases() -> Vec<Case> {
+    let fine = Case { side: FINE, frames: 300, perturbed: 3, ..BASE };
+    vec![
+        fine,
+        Case { place: Place::Ball, ..fine },
+        Case { side: FINEST, frames: 60, perturbed: 1, ..BASE },
     ]
 }
 
@@ -81,10 +120,12 @@ impl Case {
     pub(super) fn id(&self) -> String {
         let place = match self.place {
             Place::Hanging => "hanging",
+            Place::Led => "led",
             Place::Ball => "on a ball",
+            Place::Flag => "flag",
         };
         let damping = if self.is_heavy { "heavy" } else { "light" };
-        format!("{place}, {damping}, n={}", self.side * self.side)
+        format!("{place}, {}, {damping}, n={}", self.fabric, self.side * self.side)
     }
 
     /// Simulated time, s.
@@ -96,42 +137,77 @@ impl Case {
         if self.is_heavy { HEAVY } else { LIGHT }
     }
 
+    /// What its runs are ranked by.
+    fn measure(&self) -> Measure {
+        match self.place {
+            Place::Hanging | Place::Led => Measure::Shape,
+            Place::Ball | Place::Flag => Measure::Trajectory,
+        }
+    }
+
+    /// Row and column of the particle whose path tells whether the cloth moves: the middle of the
+    /// edge that is free.
+    fn midpoint(&self) -> [u32; 2] {
+        match self.place {
+            Place::Flag => [self.side / 2, self.side - 1],
+            _ => [self.side - 1, self.side / 2],
+        }
+    }
+
+    fn held(&self, row: u32, column: u32) -> Value {
+        json!({ "row": row, "column": column })
+    }
+
+    /// The upper edge, keyed every frame.
+    fn led(&self) -> Vec<Value> {
+        let key = |frame: u32| {
+            let time = f64::from(frame) / f64::from(FRAMES_PER_S);
+            let way = 0.5 * SWAY_M * (1.0 - libm::cos(std::f64::consts::TAU * time / SWAY_S));
+            json!({ "time_s": time, "offset_m": [0, way, 0] })
+        };
+        let path: Vec<_> = (1..=self.frames).map(key).collect();
+        let pin = |column| json!({ "row": 0, "column": column, "path": path });
+        (0..self.side).map(pin).collect()
+    }
+
     /// The scene in the words of a file.
     fn text(&self) -> String {
-        let Self { place, side, .. } = *self;
-        let duration_s = self.span_s();
-        let springs = |k: f64| {
-            let damping = self.damping() * k;
-            format!(r#"{{ "stiffness_n_per_m": {k}, "damping_n_s_per_m": {damping} }}"#)
-        };
-        let last = side - 1;
-        let (height, rest) = match place {
-            Place::Hanging => (
-                0.0,
-                format!(
-                    r#""pins": [{{ "row": 0, "column": 0 }}, {{ "row": 0, "column": {last} }}]"#
-                ),
-            ),
-            Place::Ball => (
-                0.31,
-                r#""obstacles": [{ "sphere": { "center_m": [0.08, 0, 0], "radius_m": 0.3,
-                    "friction": 0.3 } }]"#
-                    .to_owned(),
-            ),
-        };
-        format!(
-            r#"{{ "format": "drape-scene/1", "name": "{}",
-            "cloth": {{ "grid": {{ "rows": {side}, "columns": {side}, "size_m": [1, 1],
-                "center_m": [0, 0, {height}], "mass_kg": 0.2 }} }},
-            "effects": {{ "tension": {}, "shear": {},
-                "bending_hinge": {{ "stiffness_n_m": 3.3e-6 }},
-                "gravity": {{ "m_s2": [0, 0, -9.81] }} }},
-            "damping": "projected", {rest},
-            "time": {{ "step_s": 0.01, "duration_s": {duration_s} }} }}"#,
-            self.id(),
-            springs(STIFFNESS),
-            springs(0.02 * STIFFNESS),
-        )
+        let last = self.side - 1;
+        let mut grid = json!({
+            "rows": self.side, "columns": self.side, "size_m": [1, 1], "center_m": [0, 0, 0],
+        });
+        let mut scene = json!({
+            "format": "drape-scene/1",
+            "name": self.id(),
+            "material": { "of": self.fabric, "retardation_s": self.damping() },
+            "effects": { "gravity": { "m_s2": [0, 0, -9.81] } },
+            "damping": "projected",
+            "time": { "step_s": 0.01, "duration_s": self.span_s() },
+        });
+        // The first row above, the first column to the left.
+        let upright = json!({ "axis": [1, 0, 0], "angle_deg": -90 });
+        match self.place {
+            Place::Hanging => scene["pins"] = json!([self.held(0, 0), self.held(0, last)]),
+            Place::Led => {
+                grid["rotation"] = upright;
+                scene["pins"] = self.led().into();
+            }
+            Place::Ball => {
+                grid["center_m"] = json!([0, 0, 0.31]);
+                let ball = json!({ "center_m": [0.08, 0, 0], "radius_m": 0.3, "friction": 0.3 });
+                scene["obstacles"] = json!([{ "sphere": ball }]);
+            }
+            Place::Flag => {
+                grid["rotation"] = upright;
+                scene["pins"] = json!([self.held(0, 0), self.held(last, 0)]);
+                scene["effects"]["air"] = json!({
+                    "drag": { "quadratic": { "coefficient": 1.2 } },
+                    "wind": { "velocity_m_s": [6, 2, 0] },
+                });
+            }
+        }
+        scene["cloth"] = json!({ "grid": grid });
+        scene.to_string()
     }
 }
 
@@ -156,12 +232,11 @@ impl Setting {
         let triangles = cells
             .flat_map(|k| [[k, k + 1, k + side], [k + 1, k + side + 1, k + side]])
             .collect::<Vec<_>>();
-        // The midpoint of the free edge.
-        let midpoint = (side * (side - 1) + side / 2) as usize;
+        let [row, column] = case.midpoint();
         let camera = Camera {
             triangles,
             threads: threads(&spec),
-            tracked: vec![midpoint],
+            tracked: vec![(side * row + column) as usize],
             rate: f64::from(FRAMES_PER_S),
             frames: case.frames,
             stride: STRIDE,
@@ -173,12 +248,16 @@ impl Setting {
         let released = reference_energy(&simulation, case.span_s())?;
         let potential: f64 = elastic_energy(&simulation);
         let mass: f64 = simulation.system.mass().iter().sum();
-        let stiffness_over_mass = STIFFNESS / (mass / f64::from(side * side));
+        let fabric = Material::load(case.fabric)?;
+        let stiffness = fabric.tension_n_per_m.warp.max(fabric.tension_n_per_m.weft);
+        let stiffness_over_mass = stiffness / (mass / f64::from(side * side));
         let scene = facts::Scene {
             id: case.id(),
+            fabric: case.fabric.to_owned(),
+            measure: case.measure(),
             particles: simulation.system.len(),
             springs: spec.springs.len(),
-            stiffness_n_per_m: STIFFNESS,
+            stiffness_n_per_m: stiffness,
             stiffness_over_mass_per_s2: stiffness_over_mass,
             theta: frame * frame * stiffness_over_mass,
             damping_over_stiffness_s: case.damping(),
@@ -230,6 +309,12 @@ impl Setting {
         Ok(())
     }
 
+    /// Most work of a run, in visits of a spring.
+    fn budget(&self) -> f64 {
+        let sweep = (self.scene.springs + self.scene.particles) as f64;
+        BUDGET.max(SWEEPS_A_FRAME * f64::from(self.case.frames) * sweep)
+    }
+
     /// Runs a method over the scene and keeps what is seen.
     fn film(
         &self,
@@ -238,14 +323,15 @@ impl Setting {
         substeps: u32,
     ) -> Result<(Counts, Seen), HarnessError> {
         let time = self.camera.span(substeps, self.case.frames);
-        let runner = Runner::new(choice, time).reference(self.scene.released_j).budget(BUDGET);
+        let runner =
+            Runner::new(choice, time).reference(self.scene.released_j).budget(self.budget());
         self.camera.film(runner, start, &start.state.x, substeps)
     }
 
-    /// All runs of a form.
-    pub(super) fn runs(&self, film: &Film) -> Result<Vec<Run>, HarnessError> {
+    /// All runs of a form; `ladder` has the numbers of substeps where stiffness sets no limit.
+    pub(super) fn runs(&self, film: &Film, ladder: &[u32]) -> Result<Vec<Run>, HarnessError> {
         match film.substeps {
-            Substeps::Ladder => LADDER.iter().map(|&n| self.run(film, n)).collect(),
+            Substeps::Ladder => ladder.iter().map(|&n| self.run(film, n)).collect(),
             Substeps::Limit => {
                 let mut runs = Vec::new();
                 // Within Gershgorin's bound nothing is unstable by stiffness.

@@ -26,10 +26,12 @@ pub(super) fn timing() -> String {
 
 /// How the facts are measured.
 pub(super) fn method() -> String {
-    "Each claim has a criterion that was fixed before anything was measured. A claim is confirmed \
-     if the recorded numbers meet the criterion, refuted if they do not, and undecided if they \
-     cannot tell. Counted work, which is the same on every machine, decides claims about time; \
-     measured seconds must agree. Random numbers come from fixed seeds."
+    "Each claim has a criterion, which reads recorded numbers. Where the paper's words admit \
+     another reading, or it does not print a parameter that decides, further readings stand beside \
+     it. A claim holds or fails if it does so under every reading, depends if they disagree, and is \
+     undecided if the numbers cannot tell. The ledger says since when each criterion stands. \
+     Counted work, which is the same on every machine, decides claims about time; measured seconds \
+     must agree. Random numbers come from fixed seeds."
         .to_owned()
 }
 
@@ -106,7 +108,7 @@ mod tests {
     fn numbers_of_the_machine_are_not_compared_nor_texts() {
         let row = Row {
             id: "C01".to_owned(),
-            verdict: Ruling::Confirmed,
+            verdict: Ruling::Holds,
             numbers: vec![
                 Number::new("a", 0.5, "m").against(1.0),
                 Number::new("b", 3.0, "").of_machine(),

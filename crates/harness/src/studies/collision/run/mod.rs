@@ -7,10 +7,11 @@ mod tests;
 
 use crate::HarnessError;
 use crate::facts::{Fact, fact};
-use crate::studies::collision::facts::{Facts, POSITION, TELEPORT, VELOCITY};
+use crate::studies::collision::facts::{Facts, POSITION, Row, TELEPORT, VELOCITY};
 use crate::studies::{Context, Measured, Start, prepared, taken};
 use drape_report::Verdict;
 use fall::{Case, DURATION, SIDE, STEP, Stage, Target};
+use rayon::prelude::*;
 
 /// A method with a way out of the obstacle.
 #[derive(Clone, Copy, Debug)]
@@ -142,6 +143,17 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError
         None,
     );
     Ok(Measured { facts, timings: None, scenes, seed })
+}
+
+/// The runs of the paper's system in all scenes, with the constraint and with repositioning.
+pub(in crate::studies) fn repositioned() -> Result<Vec<Row>, HarnessError> {
+    let stages = cases().iter().map(Stage::new).collect::<Result<Vec<_>, _>>()?;
+    let own = |form: &&Form| [IMEX, UPDATED].contains(&form.method);
+    let pairs: Vec<_> = stages
+        .iter()
+        .flat_map(|stage| FORMS.iter().filter(own).map(move |form| (form, stage)))
+        .collect();
+    pairs.par_iter().map(|(form, stage)| fall::row(form, stage)).collect()
 }
 
 /// Its facts, as they are compared.

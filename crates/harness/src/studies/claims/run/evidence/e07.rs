@@ -1,12 +1,13 @@
 //! What is run for claim C07.
 
 use super::meshes::Mesh;
-use super::runs::{free_edge, true_motion};
+use super::runs::{free_edge, track, true_motion};
 use super::scenes::{build, error, hanging, matrix, run};
 use super::{Number, Trial};
 use crate::HarnessError;
-use crate::claims::c07::LEFT;
+use crate::claims::c07::{GAIN, LEFT};
 use crate::run::Simulation;
+use crate::stability::reference_energy;
 use drape_integrator::Implicit;
 use drape_model::{Effect, System, SystemSpec, Vec3};
 use drape_solvers::vector::{norm, subtract_from};
@@ -19,7 +20,7 @@ pub(super) const TRIAL: Trial = Trial {
             "hanging sheets (grids of 10 × 10 and 20 × 20, triangles), d/m = 10/s, h = {STEP} s, \
              h²k/m = 1, 10, 100, 1000; residual of the printed sweep in a step after 0.1, 0.3 and \
              1 s of {IMEX}; positions after 0.3 and 1 s against symplectic Euler at a quarter of \
-             its limit"
+             its limit; energy over 1 s"
         )
     },
     portable: true,
@@ -32,6 +33,8 @@ const STEP: f64 = 0.01;
 const STIFFNESSES: [f64; 4] = [1e4, 1e5, 1e6, 1e7];
 /// When the state is taken that the sweep is tried on, and when errors are.
 const MOMENTS: [f64; 3] = [0.1, 0.3, 1.0];
+/// How long the energy is watched, s.
+const WATCH: f64 = 1.0;
 const IMEX: &str = "imex-euler:norm=euclid,forcing_term=1e-8,implicit=springs";
 
 /// What Kang's sweep leaves of the right-hand side `h (F_int − h L_k v)`: a sweep from zero is
@@ -101,6 +104,13 @@ fn evidence() -> Result<Vec<Number>, HarnessError> {
                 let what = format!("mean elongation of the springs, truth, {at}");
                 numbers.push(Number::new(what, elongation(&start.system, &truth.x), ""));
             }
+            let kang = track(&start, "kang", STEP, WATCH, 0)?;
+            let gain = kang.gain / reference_energy(&start, WATCH)?;
+            let what = format!(
+                "energy gained over energy set free, Kang, {name}, h²k/m = {}",
+                STEP * STEP * stiffness
+            );
+            numbers.push(Number::new(what, gain, "").against(GAIN));
         }
     }
     Ok(numbers)

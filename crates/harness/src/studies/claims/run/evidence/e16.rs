@@ -18,7 +18,7 @@ pub(super) const TRIAL: Trial = Trial {
     id: "C16",
     scenes: || {
         "the six rows of the paper's tables, a simulated second each, plain IMEX Euler, ε = 1e-3 \
-         relative to |b|; steps from the extrapolated start, single solves from v_n"
+         relative to |b|, single solves also at 0.05; steps from the extrapolated start, single solves from v_n"
             .to_owned()
     },
     portable: true,
@@ -31,11 +31,11 @@ const METHOD: &str = "imex-euler:norm=euclid,forcing_term=1e-3";
 
 /// Most iterations of a single solve from `v_n`, before each step of the run anew: a step with
 /// contacts may solve again after releases, and its own count would hold the iterations of all.
-fn most_of_a_solve(start: &Simulation, step: f64) -> Result<f64, HarnessError> {
+fn most_of_a_solve(start: &Simulation, step: f64, forcing_term: f64) -> Result<f64, HarnessError> {
     let system = &start.system;
     let n = system.len();
     let settings = LinearSettings {
-        forcing_term: 1e-3,
+        forcing_term,
         preconditioner: PreconditionerKind::Ic0,
         norm: StopNorm::Euclid,
         solver: SolverKind::Cg,
@@ -47,9 +47,10 @@ fn most_of_a_solve(start: &Simulation, step: f64) -> Result<f64, HarnessError> {
     let (rest, mut b) = (vec![Vec3::zeros(); n], vec![Vec3::zeros(); n]);
     let mut most = 0;
     let steps = (1.0 / step).round() as u64;
+    let method = format!("imex-euler:norm=euclid,forcing_term={forcing_term}");
     walk(
         start,
-        METHOD,
+        &method,
         step,
         steps,
         |system, state| {
@@ -81,10 +82,11 @@ fn evidence() -> Result<Vec<Number>, HarnessError> {
     for row in &PRINTED {
         let label = format!("table {} row {}", row.table, row.row);
         let start = build(&bundled(row.scene)?)?.1;
-        let solve = most_of_a_solve(&start, row.step_s)?;
-        numbers.push(
-            Number::new(format!("{label}: most of a solve, IC(0)"), solve, "").against(LIMIT),
-        );
+        for (forcing_term, at) in [(1e-3, ""), (0.05, ", ε = 0.05")] {
+            let solve = most_of_a_solve(&start, row.step_s, forcing_term)?;
+            let what = format!("{label}: most of a solve, IC(0){at}");
+            numbers.push(Number::new(what, solve, "").against(LIMIT));
+        }
         for preconditioner in ["ic0", "jacobi", "none"] {
             let method = format!("{METHOD},preconditioner={preconditioner}");
             let run = track(&start, &method, row.step_s, 1.0, 0)?;

@@ -6,13 +6,15 @@ use super::{Number, Trial};
 use crate::HarnessError;
 use crate::claims::c19::LIMIT;
 use crate::run::Simulation;
+use crate::studies::collision;
 use drape_model::{ContactSpec, Detection, ObstacleSpec, State, System};
 
 pub(super) const TRIAL: Trial = Trial {
     id: "C19",
     scenes: || {
         "a sheet of 400 particles falls at 2 and 10 m/s on a tilted plane, a table and a sphere; \
-         k/m = 1e4 and 1e6, h = 0.01 s, 0.4 s, no limit to the speed of recovery"
+         k/m = 1e4 and 1e6, h = 0.01 s, 0.4 s, no limit to the speed of recovery; and the paper's \
+         system in the scenes of the study `collision`"
             .to_owned()
     },
     portable: true,
@@ -115,7 +117,23 @@ fn evidence() -> Result<Vec<Number>, HarnessError> {
         let ratios = scenes.iter().map(ratio).collect::<Result<_, HarnessError>>()?;
         all.push(Series { label: format!("Baraff-Witkin, {speed} m/s"), is_own: false, ratios });
     }
-    Ok(numbers(&all))
+    let mut numbers = numbers(&all);
+    numbers.extend(in_collision()?);
+    Ok(numbers)
+}
+
+/// The ratios in the scenes of the study `collision`, by its own count: iterations a step from the
+/// first contact on, where neither run gains energy.
+fn in_collision() -> Result<[Number; 3], HarnessError> {
+    let rows = collision::run::repositioned()?;
+    let ratios = collision::facts::ratios(&rows);
+    let many = ratios.iter().filter(|ratio| **ratio >= LIMIT).count();
+    Ok([
+        Number::new("scenes of `collision`", ratios.len() as f64, ""),
+        Number::new("scenes of `collision` with a ratio of at least 2", many as f64, ""),
+        Number::new("greatest ratio in a scene of `collision`", greatest(ratios), "")
+            .against(LIMIT),
+    ])
 }
 
 fn numbers(all: &[Series]) -> Vec<Number> {
