@@ -34,6 +34,9 @@ impl Samples {
         let mut forms: Vec<_> =
             self.forms.iter().filter_map(|(method, samples)| fit(method, samples)).collect();
         for price in &mut forms {
+            let samples = self.forms.get(&price.method);
+            let left_out = samples.and_then(|samples| left_out(&price.method, samples));
+            price.left_out = left_out.map(|factor| rounded(factor, 1e3));
             price.ns_a_visit = price.ns_a_visit.map(|ns| rounded(ns, 1e4));
             price.least_ns_a_visit = rounded(price.least_ns_a_visit, 1e4);
             price.within = rounded(price.within, 1e3);
@@ -53,6 +56,8 @@ const SMALL: f64 = 0.02;
 /// overhead from sweeps, the sweeps are given the time: longer ones take longer.
 const OVERHEAD: usize = 4;
 const RELUCTANCE: f64 = 0.01;
+/// Least number of samples on which the model is tried by leaving one out.
+const ENOUGH: usize = 10;
 /// Sets of kinds whose errors are within this share of the least explain the runs alike: the first
 /// of them, in the order of the kinds, is taken.
 const ALIKE: f64 = 1e-3;
@@ -84,11 +89,33 @@ pub fn fit(method: &str, samples: &[Sample]) -> Option<Price> {
     factors.sort_by(f64::total_cmp);
     let runs = rows.len();
     let within = factors[(9 * factors.len()).div_ceil(10) - 1];
-    let mut price =
-        Price { method: method.to_owned(), ns_a_visit, least_ns_a_visit: 0.0, runs, within };
+    let mut price = Price {
+        method: method.to_owned(),
+        ns_a_visit,
+        least_ns_a_visit: 0.0,
+        runs,
+        within,
+        left_out: None,
+    };
     let each = samples.iter().map(|s| 1e9 * s.work.seconds(&price) / s.work.visits());
     price.least_ns_a_visit = each.fold(f64::INFINITY, f64::min);
     Some(price)
+}
+
+/// Factor by which the time of a run and the model that was fitted to all others differ at most in
+/// nine of ten runs; `None` below [`ENOUGH`] samples, with which a kind of work can stand on one run.
+fn left_out(method: &str, samples: &[Sample]) -> Option<f64> {
+    if samples.len() < ENOUGH {
+        return None;
+    }
+    let off = |n: usize| {
+        let others = [&samples[..n], &samples[n + 1..]].concat();
+        let ratio = samples[n].work.seconds(&fit(method, &others)?) / samples[n].seconds;
+        Some(ratio.max(1.0 / ratio))
+    };
+    let mut factors = (0..samples.len()).map(off).collect::<Option<Vec<_>>>()?;
+    factors.sort_by(f64::total_cmp);
+    factors.get((9 * factors.len()).div_ceil(10) - 1).copied()
 }
 
 fn modelled(row: &[f64; KINDS], prices: &[f64; KINDS]) -> f64 {
@@ -169,6 +196,7 @@ mod tests {
             least_ns_a_visit: 1.0,
             runs: 0,
             within: 1.0,
+            left_out: None,
         };
         let work = |n: u64| Counted {
             steps: 8 << (n % 5),

@@ -108,6 +108,9 @@ pub struct Price {
     pub runs: usize,
     /// Factor by which modelled and measured time differ at most in nine of ten of these runs.
     pub within: f64,
+    /// The same where each run is foreseen by a model that was fitted to the others; `None` where
+    /// the runs are too few.
+    pub left_out: Option<f64>,
 }
 
 /// All prices, with their origin.
@@ -152,6 +155,7 @@ static PLAIN: Price = Price {
     least_ns_a_visit: 2.0,
     runs: 0,
     within: f64::INFINITY,
+    left_out: None,
 };
 
 #[cfg(test)]
@@ -184,6 +188,7 @@ mod tests {
             least_ns_a_visit: 0.5,
             runs: 9,
             within: 1.1,
+            left_out: None,
         };
         assert_eq!(WORK.seconds(&price), 1e-9 * (8840.0 + 80e3 + 8e3 + 2e3));
     }
@@ -196,6 +201,7 @@ mod tests {
             least_ns_a_visit: ns,
             runs: 1,
             within: 1.0,
+            left_out: None,
         };
         let forms = vec![form("a:x=1", 1.0), form("a", 2.0), form("b", 3.0)];
         let prices = Prices { cpu: String::new(), commit: String::new(), forms };
@@ -229,10 +235,9 @@ mod tests {
         for price in &prices().forms {
             assert!(price.ns_a_visit.iter().any(|ns| *ns > 0.0), "{}", price.method);
             assert!(price.least_ns_a_visit > 0.1, "{}", price.method);
-            assert!(price.within < 2.0, "{}: within {}", price.method, price.within);
+            assert!(price.within <= 1.25, "{}: within {}", price.method, price.within);
         }
-        let mut within: Vec<f64> = prices().forms.iter().map(|price| price.within).collect();
-        within.sort_by(f64::total_cmp);
-        assert!(within[within.len() / 2] <= 1.25, "{}", within[within.len() / 2]);
+        let tried: Vec<_> = prices().forms.iter().filter_map(|price| price.left_out).collect();
+        assert!(tried.len() > 50 && tried.iter().all(|factor| *factor <= 1.25), "{tried:?}");
     }
 }
