@@ -132,7 +132,7 @@ pub struct Run {
     pub retained: Option<f64>,
     /// Mean kinetic energy over that of the true motion.
     pub kinetic: Option<f64>,
-    /// Greatest rise of the energy over what the scene sets free.
+    /// Greatest rise of the energy over what the scene sets free; 0 where rings or wind supply some.
     pub gain: f64,
     /// Sweeps over all springs that evaluated forces or energies.
     pub force_evaluations: u64,

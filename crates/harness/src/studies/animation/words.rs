@@ -52,27 +52,29 @@ fn listed(names: &[&str]) -> String {
     }
 }
 
-/// Forms that one call a frame is enough for, wherever they run.
+/// The forms for which one call a frame is enough in the most scenes.
 fn in_one_call(facts: &Facts) -> Option<String> {
-    let once = |run: &&Run| run.substeps == 1 && run.verdict != Verdict::Refused;
-    let scene = |run: &Run| facts.scenes.iter().find(|scene| scene.id == run.scene);
-    let of = |label: &str| -> Vec<&Run> {
-        facts.runs.iter().filter(once).filter(|run| run.label == label).collect()
+    let is_good = |label: &str, scene: &Scene| {
+        let mut once = runs(facts, scene).filter(|run| run.label == label && run.substeps == 1);
+        once.any(|run| run.is_good(scene))
     };
-    let takes = |label: &&str| !of(label).is_empty();
-    let called: Vec<_> = labels(facts).into_iter().filter(takes).collect();
-    let is_good = |run: &&Run| scene(run).is_some_and(|scene| run.is_good(scene));
-    let suits = |label: &&str| of(label).iter().all(is_good);
-    let good: Vec<_> = called.iter().copied().filter(suits).collect();
-    (!called.is_empty()).then(|| {
-        format!(
-            "One call a frame is enough for {} of {} forms in every scene that they take, to \
-             {} mm or twice the noise: {}.",
-            good.len(),
-            called.len(),
-            significant(1e3 * GOOD, 2),
-            listed(&good)
-        )
+    let good: Vec<(&str, usize)> = labels(facts)
+        .into_iter()
+        .map(|label| (label, facts.scenes.iter().filter(|scene| is_good(label, scene)).count()))
+        .collect();
+    let (all, most) = (facts.scenes.len(), good.iter().map(|(_, count)| *count).max()?);
+    let names: Vec<_> =
+        good.iter().filter(|(_, count)| *count == most).map(|(label, _)| *label).collect();
+    let enough = format!("to {} mm or twice the noise", significant(1e3 * GOOD, 2));
+    Some(match most {
+        0 => format!("One call a frame is enough for no form, {enough}."),
+        most if most == all => {
+            format!("One call a frame is enough in every scene, {enough}, for {}.", listed(&names))
+        }
+        most => format!(
+            "One call a frame, {enough}, is enough in at most {most} of {all} scenes: for {}.",
+            listed(&names)
+        ),
     })
 }
 
@@ -248,8 +250,8 @@ mod tests {
         let said = words(&Facts { scenes: vec![scene()], runs });
         assert_eq!(
             said.conclusion,
-            "One call a frame is enough for 1 of 4 forms in every scene that they take, to 10 mm \
-             or twice the noise: good. Steps that stiffness limits need these calls a frame at least: 48 on s."
+            "One call a frame is enough in every scene, to 10 mm or twice the noise, for good. \
+             Steps that stiffness limits need these calls a frame at least: 48 on s."
         );
         let all = said.observations.join(" ");
         for sentence in [

@@ -65,10 +65,13 @@ fn told(sheets: &str, ladder: &[u32]) -> String {
          explicit one with rising numbers out of {EXPLICIT:?} until two neither gain energy nor \
          stand still; the last failure before the first of these is kept. A run is locked if its \
          energy is stable and the middle of the free edge moves less than half of the true path. \
+         Where rings or wind supply energy, a run counts as gaining some by itself if its mean \
+         kinetic energy is more than {} times the true one. \
          The work of {} sweeps of forces a frame, or {:e} visits of a spring if that is more, ends \
          a run over budget.",
         scenes::LIGHT,
         scenes::HEAVY,
+        scenes::RESTLESS,
         scenes::SWEEPS_A_FRAME,
         scenes::BUDGET
     )

@@ -34,7 +34,10 @@ const REFERENCE: &str = "leapfrog:damping=explicit";
 /// Sweeps of forces in a frame whose work a run may take; more is over budget.
 pub(super) const SWEEPS_A_FRAME: f64 = 500.0;
 /// Least work that a run may take, in visits of a spring: some seconds.
-pub(super) const BUDGET: f64 = 2e8;
+pub(super) const BUDGET: f64 = 1e8;
+/// Where wind or rings supply energy, a run gains it by the method if its kinetic energy exceeds this
+/// share of the true one.
+pub(super) const RESTLESS: f64 = 1.5;
 /// Time in which the rings of a curtain go and come, s, and their way, m.
 const SWAY_S: f64 = 0.8;
 const SWAY_M: f64 = 0.3;
@@ -90,7 +93,6 @@ pub(super) fn cases() -> Vec<Case> {
         Case { is_heavy: true, ..BASE },
         Case { fabric: "denim", ..BASE },
         Case { fabric: "ponte", ..BASE },
-        Case { fabric: "ponte", is_heavy: true, ..BASE },
         Case { place: Place::Led, ..BASE },
         Case { place: Place::Ball, ..BASE },
         Case { place: Place::Flag, ..BASE },
@@ -244,7 +246,7 @@ impl Setting {
         let (bound, damping) = gershgorin(&simulation.system);
         let frame = 1.0 / f64::from(FRAMES_PER_S);
         let explicit = 4.0 / (damping + (damping * damping + 4.0 * bound).sqrt());
-        let reference = 2.0 * (frame / (2.0 * SAFETY * 2.0 / bound.sqrt())).ceil();
+        let reference = 2.0 * (frame / (2.0 * SAFETY * explicit)).ceil();
         let released = reference_energy(&simulation, case.span_s())?;
         let potential: f64 = elastic_energy(&simulation);
         let mass: f64 = simulation.system.mass().iter().sum();
@@ -406,7 +408,12 @@ impl Setting {
         let strain = mean(seen.looks.iter().map(|look| look.strain));
         run.excess_strain = Some(strain - self.scene.strain);
         run.retained = Some(retained);
-        run.kinetic = Some(kinetic(&seen) / kinetic(first));
+        let restlessness = kinetic(&seen) / kinetic(first);
+        run.kinetic = Some(restlessness);
+        if run.verdict == Verdict::Open {
+            let is_restless = restlessness.is_nan() || restlessness > RESTLESS;
+            run.verdict = if is_restless { Verdict::Unstable } else { Verdict::Stable };
+        }
         if run.verdict == Verdict::Stable && retained < HALF {
             run.verdict = Verdict::Locked;
         }
