@@ -23,7 +23,7 @@ pub(super) const STUDY: Parts<facts::Facts, facts::TimingRow> = Parts {
     lessons: None,
 };
 
-/// The same question, asked of fine sheets.
+/// The same question, asked of five seconds.
 pub(super) const LONG: Parts<facts::Facts, facts::TimingRow> = Parts {
     name: "animation-long",
     question: words::LONG_QUESTION,

@@ -29,17 +29,17 @@ pub(super) const PLATES: &[Plate<Input>] = &[
     },
 ];
 
-/// The figures of the fine sheets.
+/// The figures of the long film.
 pub(super) const LONG_PLATES: &[Plate<Input>] = &[
     Plate {
         file: "animation-long-front.svg",
-        title: "What a frame of a fine sheet costs, and how wrong it is",
+        title: "What a frame costs over five seconds, and how wrong it is",
         caption: FRONT,
         draw: Draw::Sheet(front),
     },
     Plate {
         file: "animation-long-cheapest.svg",
-        title: "Milliseconds a frame of a fine sheet that is good enough",
+        title: "Milliseconds a frame that is good enough over five seconds",
         caption: CHEAPEST,
         draw: Draw::Matrix(cheapest),
     },

@@ -17,7 +17,7 @@ use scenes::{Case, Setting};
 pub(super) const FRAMES_PER_S: u32 = 60;
 /// Substeps of a frame of methods that stiffness does not limit.
 const LADDER: [u32; 4] = [1, 2, 4, 8];
-/// The same on fine sheets.
+/// The same in the long film.
 const LONG_LADDER: [u32; 3] = [1, 2, 4];
 /// Substeps of a frame for explicit methods: the least that hold, and those after it.
 const EXPLICIT: [u32; 16] =
@@ -44,9 +44,9 @@ pub(super) fn method() -> String {
     told(sheets, &LADDER)
 }
 
-/// How the facts of the fine sheets are measured.
+/// How the facts of the long film are measured.
 pub(super) fn long_method() -> String {
-    told("A firm fabric, cotton-blend, by its measured constants, on fine meshes.", &LONG_LADDER)
+    told("A firm fabric, cotton-blend, by its measured constants, on a fine mesh.", &LONG_LADDER)
 }
 
 fn told(sheets: &str, ladder: &[u32]) -> String {
@@ -91,7 +91,7 @@ pub(super) fn starts() -> Vec<Start> {
     starts_of(scenes::cases())
 }
 
-/// The systems of the fine sheets.
+/// The systems of the long film.
 pub(super) fn long_starts() -> Vec<Start> {
     starts_of(scenes::long_cases())
 }
@@ -106,7 +106,7 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, H
     measured(context, &cases, &LADDER)
 }
 
-/// Runs the fine sheets.
+/// Runs the long film.
 pub(super) fn run_long(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, HarnessError> {
     measured(context, &scenes::long_cases(), &LONG_LADDER)
 }
