@@ -87,12 +87,6 @@ pub enum HarnessError {
         /// The known ones.
         known: String,
     },
-    /// A study has no quick subset.
-    #[error("the experiment `{study}` has no quick subset; run it without --quick")]
-    NoQuickSubset {
-        /// The study.
-        study: &'static str,
-    },
     /// A study has no start of that name.
     #[error("the study {study} has no scene `{name}`; expected one of: {known}")]
     UnknownStart {

@@ -85,7 +85,6 @@ fn classify(error: &anyhow::Error) -> u8 {
         | HarnessError::Part { .. }
         | HarnessError::Threads(_)
         | HarnessError::UnknownExperiment { .. }
-        | HarnessError::NoQuickSubset { .. }
         | HarnessError::UnknownStart { .. }
         | HarnessError::UnknownClaim { .. } => true,
         HarnessError::Step(_)

@@ -102,8 +102,6 @@ struct Parts<F: 'static, T: 'static = ()> {
     name: &'static str,
     question: &'static str,
     builds_on: &'static [&'static str],
-    /// Whether it takes so long that `reproduce` runs it only when asked.
-    is_long: bool,
     /// How the facts are measured.
     method: fn() -> String,
     /// How the timings are taken; `None` where nothing is timed.
@@ -166,12 +164,6 @@ pub trait Study: Sync {
 
     /// Names of the experiments that a reader should know before this one.
     fn builds_on(&self) -> &'static [&'static str];
-
-    /// Whether it takes so long that `reproduce` runs it only when asked. It has no quick subset.
-    fn is_long(&self) -> bool;
-
-    /// Whether its record lies below `results`.
-    fn has_record(&self, results: &Path) -> bool;
 
     /// The systems from which its runs start, by the names under which its record has their hashes.
     fn starts(&self) -> Vec<Start>;
@@ -274,14 +266,6 @@ where
         self.builds_on
     }
 
-    fn is_long(&self) -> bool {
-        self.is_long
-    }
-
-    fn has_record(&self, results: &Path) -> bool {
-        results.join(self.file()).exists()
-    }
-
     fn starts(&self) -> Vec<Start> {
         (self.starts)()
     }
@@ -368,7 +352,7 @@ impl std::fmt::Debug for dyn Study {
 }
 
 /// In teaching order: a study stands behind those that it builds on. The page keeps this order.
-static STUDIES: [&dyn Study; 21] = [
+static STUDIES: [&dyn Study; 20] = [
     &course::STUDY,
     &pictures::STUDY,
     &order::STUDY,
@@ -385,7 +369,6 @@ static STUDIES: [&dyn Study; 21] = [
     &precomputed_inverse::STUDY,
     &work_precision::STUDY,
     &animation::STUDY,
-    &animation::LONG,
     &fabric::STUDY,
     &solver_control::STUDY,
     &scaling::STUDY,

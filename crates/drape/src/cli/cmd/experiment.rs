@@ -59,7 +59,6 @@ impl MethodArguments {
 
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let experiment = find(&arguments.name)?;
-    check_extent(experiment, arguments.quick)?;
     arguments.methods.choose()?;
     let out = folder(arguments.out.as_deref(), arguments.quick);
     let unfinished = enter(&out, arguments.fresh)?;
@@ -72,14 +71,6 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     }
     super::report::draw(&out)?;
     Ok(unfinished.leave([experiment.name()])?)
-}
-
-/// Refuses the quick subset of a study that has none.
-pub(crate) fn check_extent(study: &dyn Study, quick: bool) -> Result<(), HarnessError> {
-    if quick && study.is_long() {
-        return Err(HarnessError::NoQuickSubset { study: study.name() });
-    }
-    Ok(())
 }
 
 /// The folder for results. By default neither a quick subset nor results of other methods replace

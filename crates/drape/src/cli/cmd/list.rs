@@ -69,9 +69,6 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         What::Experiments => {
             for experiment in studies::all() {
                 writeln!(text, "{}\n    {}", experiment.name(), experiment.question())?;
-                if experiment.is_long() {
-                    writeln!(text, "    takes an hour or more; part of `reproduce --long` only")?;
-                }
                 if !experiment.builds_on().is_empty() {
                     writeln!(text, "    builds on: {}", experiment.builds_on().join(", "))?;
                 }

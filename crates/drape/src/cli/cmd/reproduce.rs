@@ -20,9 +20,6 @@ pub(crate) struct Arguments {
     quick: bool,
     #[command(flatten)]
     shard: super::experiment::ShardArgument,
-    /// Run the experiments that take an hour or more, too
-    #[arg(long, conflicts_with = "quick")]
-    long: bool,
     /// Run only these experiments, separated by commas
     #[arg(long, value_delimiter = ',')]
     only: Vec<String>,
@@ -36,12 +33,9 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     arguments.methods.choose()?;
     let out = super::experiment::folder(arguments.out.as_deref(), arguments.quick);
     let chosen = match arguments.only.as_slice() {
-        [] => all().iter().copied().filter(|study| arguments.long || !study.is_long()).collect(),
+        [] => all().to_vec(),
         names => names.iter().map(|name| find(name)).collect::<Result<Vec<_>, _>>()?,
     };
-    for study in &chosen {
-        super::experiment::check_extent(*study, arguments.quick)?;
-    }
     let unfinished = super::experiment::enter(&out, arguments.fresh)?;
     let run = Run { out: &out, quick: arguments.quick, unfinished: &unfinished };
     if arguments.shard.compute(&run, &chosen)? {

@@ -11,7 +11,6 @@ pub(super) const STUDY: Parts<facts::Facts, facts::TimingRow> = Parts {
     name: "animation",
     question: words::QUESTION,
     builds_on: words::BUILDS_ON,
-    is_long: false,
     method: run::method,
     timing: Some(run::timing),
     starts: run::starts,
@@ -21,17 +20,4 @@ pub(super) const STUDY: Parts<facts::Facts, facts::TimingRow> = Parts {
     plates: plates::PLATES,
     tables: plates::tables,
     lessons: None,
-};
-
-/// The same question, asked of five seconds.
-pub(super) const LONG: Parts<facts::Facts, facts::TimingRow> = Parts {
-    name: "animation-long",
-    question: words::LONG_QUESTION,
-    builds_on: words::LONG_BUILDS_ON,
-    is_long: true,
-    method: run::long_method,
-    starts: run::long_starts,
-    run: run::run_long,
-    plates: plates::LONG_PLATES,
-    ..STUDY
 };

@@ -29,22 +29,6 @@ pub(super) const PLATES: &[Plate<Input>] = &[
     },
 ];
 
-/// The figures of the long film.
-pub(super) const LONG_PLATES: &[Plate<Input>] = &[
-    Plate {
-        file: "animation-long-front.svg",
-        title: "What a frame costs over five seconds, and how wrong it is",
-        caption: FRONT,
-        draw: Draw::Sheet(front),
-    },
-    Plate {
-        file: "animation-long-cheapest.svg",
-        title: "Milliseconds a frame that is good enough over five seconds",
-        caption: CHEAPEST,
-        draw: Draw::Matrix(cheapest),
-    },
-];
-
 const FRONT: &str = "The line joins the runs that no other beats in both. A panel a scene, a \
                      marker for each stable run that moves: one form of a method with one number \
     of substeps. Across: time a frame on one core. Upwards: the mean distance of the surfaces over \

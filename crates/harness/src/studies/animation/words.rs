@@ -7,12 +7,8 @@ use drape_report::{Verdict, Words};
 /// The question that the study answers.
 pub(super) const QUESTION: &str =
     "What must be paid for a frame that neither explodes, stands still nor shows a wrong shape?";
-/// The same over five seconds.
-pub(super) const LONG_QUESTION: &str = "What must be paid for such frames over five seconds?";
 /// Studies that a reader should know before this one.
 pub(super) const BUILDS_ON: &[&str] = &["locking", "work-precision"];
-/// The same over five seconds.
-pub(super) const LONG_BUILDS_ON: &[&str] = &["animation"];
 
 /// Most names in a sentence.
 const MOST: usize = 8;

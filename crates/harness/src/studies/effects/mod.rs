@@ -11,7 +11,6 @@ pub(super) const STUDY: Parts<facts::Facts, facts::TimingRow> = Parts {
     name: "effects",
     question: words::QUESTION,
     builds_on: words::BUILDS_ON,
-    is_long: false,
     method: run::method,
     timing: Some(run::timing),
     starts: run::starts,

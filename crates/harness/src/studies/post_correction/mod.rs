@@ -11,7 +11,6 @@ pub(super) const STUDY: Parts<facts::Facts> = Parts {
     name: "post-correction",
     question: words::QUESTION,
     builds_on: words::BUILDS_ON,
-    is_long: false,
     method: run::method,
     timing: None,
     starts: run::starts,

@@ -17,8 +17,6 @@ use scenes::{Case, Setting};
 pub(super) const FRAMES_PER_S: u32 = 60;
 /// Substeps of a frame of methods that stiffness does not limit.
 const LADDER: [u32; 4] = [1, 2, 4, 8];
-/// The same in the long film.
-const LONG_LADDER: [u32; 3] = [1, 2, 4];
 /// Substeps of a frame for explicit methods: the least that hold, and those after it.
 const EXPLICIT: [u32; 16] =
     [8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512, 768, 1024, 1536];
@@ -39,19 +37,9 @@ fn forms() -> Vec<Film> {
 
 /// How the facts are measured.
 pub(super) fn method() -> String {
-    let sheets = "Bundled fabrics, by measured constants and as stiff on every mesh: a firm one \
-                  (cotton-blend), one firm along its weft (denim), a soft knit (ponte).";
-    told(sheets, &LADDER)
-}
-
-/// How the facts of the long film are measured.
-pub(super) fn long_method() -> String {
-    told("A firm fabric, cotton-blend, by its measured constants, on a fine mesh.", &LONG_LADDER)
-}
-
-fn told(sheets: &str, ladder: &[u32]) -> String {
     format!(
-        "{sheets} A square metre, damped by c = βk along each spring (light: β = {:e} s; heavy: \
+        "Bundled fabrics, by measured constants and as stiff on every mesh: a firm one \
+         (cotton-blend), one firm along its weft (denim), a soft knit (ponte). A square metre, damped by c = βk along each spring (light: β = {:e} s; heavy: \
          {:e} s, a loss factor of 0.1 at 16 Hz), is shown at {FRAMES_PER_S} frames a second. It \
          hangs by two corners, let go from the horizontal; hangs from an upper edge that goes to \
          and fro across it; falls, 8 cm off its centre, on a ball of 30 cm radius with a \
@@ -61,7 +49,7 @@ fn told(sheets: &str, ladder: &[u32]) -> String {
          nearest of them. Runs are ranked by shape where the cloth hangs: the mean distance from \
          the particles of each surface to the triangles of the other, every 0.1 s. On the ball and \
          in the wind two starts soon move apart, so there the distance of the particles at 0.3 s \
-         ranks. Every method is run in each of its forms, with {ladder:?} substeps of a frame; an \
+         ranks. Every method is run in each of its forms, with {LADDER:?} substeps of a frame; an \
          explicit one with rising numbers out of {EXPLICIT:?} until two neither gain energy nor \
          stand still; the last failure before the first of these is kept. A run is locked if its \
          energy is stable and the middle of the free edge moves less than half of the true path. \
@@ -88,39 +76,17 @@ pub(super) fn timing() -> String {
 
 /// The systems from which its runs start.
 pub(super) fn starts() -> Vec<Start> {
-    starts_of(scenes::cases())
-}
-
-/// The systems of the long film.
-pub(super) fn long_starts() -> Vec<Start> {
-    starts_of(scenes::long_cases())
-}
-
-fn starts_of(cases: Vec<Case>) -> Vec<Start> {
-    cases.into_iter().map(|case| Start::new(case.id(), move || case.spec())).collect()
+    scenes::cases().into_iter().map(|case| Start::new(case.id(), move || case.spec())).collect()
 }
 
 pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, HarnessError> {
     let mut cases = scenes::cases();
     cases.retain(|case| !context.quick || case.is_quick());
-    measured(context, &cases, &LADDER)
-}
-
-/// Runs the long film.
-pub(super) fn run_long(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, HarnessError> {
-    measured(context, &scenes::long_cases(), &LONG_LADDER)
-}
-
-fn measured(
-    context: &Context<'_>,
-    cases: &[Case],
-    ladder: &[u32],
-) -> Result<Measured<Facts, TimingRow>, HarnessError> {
-    let settings = prepared(context, "true motion", cases, Setting::new)?;
+    let settings = prepared(context, "true motion", &cases, Setting::new)?;
     let forms = forms();
     let pairs: Vec<_> =
         settings.iter().flat_map(|s| forms.iter().map(move |form| (s, form))).collect();
-    let all = cells(context, "methods", &pairs, |&(setting, form)| setting.runs(form, ladder))?;
+    let all = cells(context, "methods", &pairs, |&(setting, form)| setting.runs(form))?;
     let runs: Vec<Run> = all.all()?.concat();
     let mut timings = None;
     if !context.quick {

@@ -1,6 +1,6 @@
 //! The cloth, its scenes, their true motion, and what a method makes of them.
 
-use super::{EXPLICIT, FRAMES_PER_S, REPETITIONS, TIMED};
+use super::{EXPLICIT, FRAMES_PER_S, LADDER, REPETITIONS, TIMED};
 use crate::film::{Camera, HALF, Seen, look_apart, mean, threads};
 use crate::methods::Choice;
 use crate::methods::runs::{Film, Substeps};
@@ -97,11 +97,6 @@ pub(super) fn cases() -> Vec<Case> {
         Case { place: Place::Flag, ..BASE },
         Case { side: FINE, perturbed: 3, ..BASE },
     ]
-}
-
-/// A fine sheet for five seconds.
-pub(super) fn long_cases() -> Vec<Case> {
-    vec![Case { side: FINE, frames: 300, perturbed: 3, ..BASE }]
 }
 
 impl Case {
@@ -325,10 +320,10 @@ impl Setting {
         self.camera.film(runner, start, &start.state.x, substeps)
     }
 
-    /// All runs of a form; `ladder` has the numbers of substeps where stiffness sets no limit.
-    pub(super) fn runs(&self, film: &Film, ladder: &[u32]) -> Result<Vec<Run>, HarnessError> {
+    /// All runs of a form.
+    pub(super) fn runs(&self, film: &Film) -> Result<Vec<Run>, HarnessError> {
         match film.substeps {
-            Substeps::Ladder => ladder.iter().map(|&n| self.run(film, n)).collect(),
+            Substeps::Ladder => LADDER.iter().map(|&n| self.run(film, n)).collect(),
             Substeps::Limit => {
                 let mut runs = Vec::new();
                 // Within Gershgorin's bound nothing is unstable by stiffness.
