@@ -104,8 +104,7 @@ pub struct TimingRow {
     pub cases: Vec<TimedCase>,
     /// What the seconds give: the criterion's number.
     pub number: Number,
-    /// The verdict by the seconds alone. If it is not that of the facts, the claim is undecided on
-    /// this machine.
+    /// The verdict by the seconds alone. If it is not that of the facts, the ledger says so.
     pub verdict: Ruling,
 }
 

@@ -16,8 +16,7 @@ pub(super) const PLATES: &[Plate<Input>] = &[
         title: "Which of the paper's claims hold",
         caption: "The first tile of a line shows where a claim of the paper stands in all, the \
                   others what each reading of its words makes of it; its section stands in \
-                  brackets. It depends if the readings disagree. A thick frame marks a criterion \
-                  whose measured seconds contradict the counted work. The readings, with numbers, \
+                  brackets. It depends if the readings disagree. The readings, with numbers, \
                   reasons and repairs, stand in the tables below.",
         draw: Draw::Matrix(of_paper),
     },
@@ -60,17 +59,12 @@ fn is_contradicted(input: &Input, row: &Row) -> bool {
     timing(input, row).is_some_and(|timing| timing.verdict != row.verdict)
 }
 
-/// The verdict of the facts, unless seconds contradict it.
-fn ruling(input: &Input, row: &Row) -> Ruling {
-    if is_contradicted(input, row) { Ruling::Undecided } else { row.verdict }
-}
-
 fn of_paper(input: &Input) -> Option<Matrix> {
-    verdicts(input, &of_kind(input, false))
+    verdicts(&of_kind(input, false))
 }
 
 fn of_later_methods(input: &Input) -> Option<Matrix> {
-    verdicts(input, &of_kind(input, true))
+    verdicts(&of_kind(input, true))
 }
 
 /// The claims of the paper, or the expectations about later methods.
@@ -84,26 +78,23 @@ fn readings(row: &Row) -> Vec<Reading> {
 }
 
 /// Where a claim stands under all readings.
-fn standing_of(input: &Input, row: &Row) -> Standing {
-    standing(&row.id, ruling(input, row), &row.numbers)
+fn standing_of(row: &Row) -> Standing {
+    standing(&row.id, row.verdict, &row.numbers)
 }
 
-fn verdicts(input: &Input, rows: &[&Row]) -> Option<Matrix> {
-    let tile = |(letter, shade): (&str, Shade), is_marked| {
-        vec![Tile { shade, text: letter.to_owned(), is_marked }]
+fn verdicts(rows: &[&Row]) -> Option<Matrix> {
+    let tile = |(letter, shade): (&str, Shade)| {
+        vec![Tile { shade, text: letter.to_owned(), is_marked: false }]
     };
     let most = rows.iter().map(|row| readings(row).len()).max()?;
     let line = |row: &Row| {
-        let mut tiles = vec![
-            tile(stands(standing_of(input, row)), false),
-            tile(ruled(ruling(input, row)), is_contradicted(input, row)),
-        ];
-        tiles.extend(readings(row).iter().map(|reading| tile(ruled(reading.verdict), false)));
+        let mut tiles = vec![tile(stands(standing_of(row))), tile(ruled(row.verdict))];
+        tiles.extend(readings(row).iter().map(|reading| tile(ruled(reading.verdict))));
         tiles.resize_with(2 + most, Vec::new);
         Line { label: label(row), is_first: true, tiles }
     };
     let legend = Standing::ALL.map(|standing| {
-        let count = rows.iter().filter(|row| standing_of(input, row) == standing).count();
+        let count = rows.iter().filter(|row| standing_of(row) == standing).count();
         let (letter, shade) = stands(standing);
         let tile = Tile { shade, text: letter.to_owned(), is_marked: false };
         (tile, format!("{}: {count}", standing.name()))
@@ -158,13 +149,13 @@ pub(super) fn tables(input: &Input) -> Vec<Table> {
     tables
 }
 
-/// The verdict in words.
+/// The verdict in words; that of the facts stands, whatever a machine's seconds say.
 fn told(input: &Input, row: &Row) -> String {
+    let name = row.verdict.name();
     if is_contradicted(input, row) {
-        let counted = row.verdict.name();
-        format!("**undecided** (by counted work {counted}, by seconds not)")
+        format!("**{name}** by counted work (by seconds on this machine it does not)")
     } else {
-        format!("**{}**", row.verdict.name())
+        format!("**{name}**")
     }
 }
 
@@ -179,7 +170,7 @@ fn ledger(input: &Input, rows: &[&Row], title: &str, origin: &str) -> Table {
             }
             .to_owned(),
             claim.says.to_owned(),
-            format!("**{}**", standing_of(input, row).name()),
+            format!("**{}**", standing_of(row).name()),
             claim.criterion.to_owned(),
             told(input, row),
             judgement.reason,
@@ -224,8 +215,8 @@ fn ways(input: &Input) -> Table {
         let mut cells = vec![
             row.id.clone(),
             claim.says.to_owned(),
-            format!("**{}**", standing_of(input, row).name()),
-            way(claim.criterion, ruling(input, row).name(), &judgement.reason),
+            format!("**{}**", standing_of(row).name()),
+            way(claim.criterion, row.verdict.name(), &judgement.reason),
         ];
         cells.extend(others.iter().map(|r| way(r.asks, r.verdict.name(), &r.seen)));
         cells.resize_with(4 + most, absent);

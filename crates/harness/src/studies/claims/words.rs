@@ -36,9 +36,9 @@ pub(super) fn words(facts: &Facts) -> Words {
         "A claim is general; its verdict holds for the scenes that were run, and another reading \
          may overturn it."
             .to_owned(),
-        "Counted work decides claims about time; where measured seconds disagree, the figure shows \
-         the claim as undecided."
-            .to_owned(),
+        "Counted work decides claims about time; where measured seconds disagree, the ledger says \
+         so."
+        .to_owned(),
     ]);
     if !later.is_empty() {
         caveats.push(

@@ -11,7 +11,7 @@ use crate::methods::runs::{Film, Runs, Substeps};
 use crate::studies::animation::facts::{Facts, Run, TimingRow};
 use crate::studies::variant::{is_explicit, or_defaults};
 use crate::studies::{Context, Measured, Start, cells, prepared, timed};
-use scenes::{Case, Setting};
+use scenes::Setting;
 
 /// Frames a second.
 pub(super) const FRAMES_PER_S: u32 = 60;

@@ -30,8 +30,8 @@ pub(super) fn method() -> String {
      another reading, or it does not print a parameter that decides, further readings stand beside \
      it. A claim holds or fails if it does so under every reading, depends if they disagree, and is \
      undecided if the numbers cannot tell. The ledger says since when each criterion stands. \
-     Counted work, which is the same on every machine, decides claims about time; measured seconds \
-     must agree. Random numbers come from fixed seeds."
+     Counted work, which is the same on every machine, decides claims about time; where \
+     measured seconds disagree, the ledger says so. Random numbers come from fixed seeds."
         .to_owned()
 }
 
