@@ -12,8 +12,8 @@ fn run(command: &mut Command) -> Output {
     output
 }
 
-/// A Python that has these packages: `DRAPE_PYTHON`, or `python3`. Without one the test says that it
-/// is skipped, and fails if `DRAPE_PYTHON_PACKAGES=required`.
+/// A Python that has these packages: `DRAPE_PYTHON`, or `python3`. Without one the test says that
+/// it is skipped, and fails if `DRAPE_PYTHON_PACKAGES=required`.
 fn python(packages: &str) -> Option<String> {
     let python = std::env::var("DRAPE_PYTHON").unwrap_or_else(|_| "python3".to_owned());
     let import = format!("import {packages}");

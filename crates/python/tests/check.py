@@ -1,4 +1,4 @@
-"""Checks the package `drape`: check.py DRAPE, where DRAPE is the command, built from the same sources."""
+"""Checks the package `drape`: check.py DRAPE, where DRAPE is the command of the same build."""
 
 import json
 import math

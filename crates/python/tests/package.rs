@@ -1,10 +1,12 @@
-//! The Python package, as `cargo test` has built it. `DRAPE_PYTHON` names a Python with NumPy, and for
-//! some tests with mypy and matplotlib; a test that finds none says that it was skipped.
+//! The Python package, as `cargo test` has built it. `DRAPE_PYTHON` names a Python with NumPy, and
+//! for some tests with mypy, matplotlib and maturin; a test that finds none says that it was
+//! skipped.
 
 #![cfg(unix)]
 #![allow(clippy::unwrap_used, reason = "tests")]
 
 use std::io::Write as _;
+use std::os::unix::fs::PermissionsExt as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -65,6 +67,54 @@ fn python_sees_what_the_command_prints() {
     let command = command.arg(Path::new(HERE).join("tests/check.py")).arg(built(&["drape"]));
     let said = run(command.env("PYTHONPATH", folder.path()));
     assert_eq!(said.lines().count(), 8, "{said}");
+}
+
+/// A `cargo` that answers maturin with the library of this build, so that nothing is built twice.
+const CARGO: &str = r#"#!/bin/sh
+case " $* " in
+*" rustc "*)
+    printf '{"reason":"compiler-artifact","package_id":"path+file://%s#' "$HERE"
+    printf 'drape-python@%s","manifest_path":"%s/Cargo.toml",' "$VERSION" "$HERE"
+    printf '"target":{"kind":["cdylib"],"crate_types":["cdylib"],"name":"_drape",'
+    printf '"src_path":"%s/src/lib.rs","edition":"2024","doctest":false,"test":false},' "$HERE"
+    printf '"profile":{"opt_level":"2","debuginfo":1,"debug_assertions":true,'
+    printf '"overflow_checks":true,"test":false},"features":[],'
+    printf '"filenames":["%s"],"executable":null,"fresh":true}\n' "$LIBRARY"
+    echo '{"reason":"build-finished","success":true}' ;;
+*) exec "$CARGO_ITSELF" "$@" ;;
+esac
+"#;
+
+/// `pip install` packs it by maturin, and what it installs can be imported.
+#[test]
+fn pip_installs_it_from_the_checkout() {
+    let Some(python) = python("numpy, maturin, pip") else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let cargo = folder.path().join("bin/cargo");
+    std::fs::create_dir(folder.path().join("bin")).unwrap();
+    std::fs::write(&cargo, CARGO).unwrap();
+    std::fs::set_permissions(&cargo, std::fs::Permissions::from_mode(0o755)).unwrap();
+    let beside = Path::new(&python).parent().unwrap().to_owned();
+    let before = std::env::var_os("PATH").unwrap_or_default();
+    let before = std::env::split_paths(&before).collect::<Vec<_>>();
+    let path = [vec![folder.path().join("bin"), beside], before].concat();
+    let site = folder.path().join("site");
+    let pip = ["-m", "pip", "install", "-q", "--no-build-isolation", "--no-deps", "--target"];
+    let mut install = Command::new(&python);
+    install.args(pip).arg(&site).arg(HERE).env("PATH", std::env::join_paths(path).unwrap());
+    install.env("CARGO", &cargo).env("CARGO_ITSELF", env!("CARGO")).env("HERE", HERE);
+    install.env("LIBRARY", built(&["lib_drape.so", "lib_drape.dylib"]));
+    run(install.env("VERSION", env!("CARGO_PKG_VERSION")));
+    for name in ["__init__.py", "_drape.abi3.so", "_drape.pyi", "py.typed"] {
+        assert!(site.join("drape").join(name).is_file(), "{name}");
+    }
+    let script = "import drape, importlib.metadata as m\n\
+                  scene = drape.Scene.load('hanging-textile-1e4')\n\
+                  run = drape.run(scene, 'leapfrog', duration=0.01)\n\
+                  print(drape.__version__, m.version('drape'), run.steps, m.requires('drape'))";
+    let said = run(Command::new(&python).args(["-c", script]).env("PYTHONPATH", &site));
+    let version = env!("CARGO_PKG_VERSION");
+    assert_eq!(said.trim(), format!("{version} {version} 1 ['numpy>=1.24']"));
 }
 
 /// The stubs say what the module has, and the example is typed.

@@ -77,8 +77,8 @@ class Scene:
 
     @staticmethod
     def load(scene: str) -> Scene:
-        """A bundled scene by its name, a study's start `STUDY/NAME`, or a scene or frozen system from
-        a file.
+        """A bundled scene by its name, a study's start `STUDY/NAME`, or a scene or frozen system
+        from a file.
 
         Raises `Error` naming the file, the key and what is allowed there.
         """
@@ -192,9 +192,10 @@ def run(
 ) -> Run:
     """Runs a scene with a method, as `drape run` does: the result has the same bits.
 
-    `method` is an id, with settings after a colon or in `settings`; `program:COMMAND` runs a program
-    of your own. `dt` and `duration` come from the scene where they are not given. Positions are kept
-    after every `every` steps (without: at most about 1000 times), at the start and at the end.
+    `method` is an id, with settings after a colon or in `settings`; `program:COMMAND` runs a
+    program of your own. `dt` and `duration` come from the scene where they are not given. Positions
+    are kept after every `every` steps (without: at most about 1000 times), at the start and at the
+    end.
 
     Raises `Error` when the scene, the method or a number is refused. Ctrl-C ends the run; with
     several threads only when the run ends by itself.
@@ -248,8 +249,8 @@ def compare(
 ) -> Comparison:
     """Which method to take for a scene, as `drape compare` does.
 
-    `methods`: ids, with settings after a colon; all without. `target`: greatest error, m (a hundredth
-    of the cloth). `frame`: length of a frame, s (1/60). `budget`: wall time, s.
+    `methods`: ids, with settings after a colon; all without. `target`: greatest error, m (a
+    hundredth of the cloth). `frame`: length of a frame, s (1/60). `budget`: wall time, s.
 
     Raises `Error` when the scene, a method or an option is refused.
     """
