@@ -98,6 +98,11 @@ fn room(name: &str, folder: &str) -> Room {
             &[],
             "the lab knows methods by their ids only, through the harness",
         ),
+        "drape-python" => room(
+            &["drape-model", "drape-integrator", "drape-harness"],
+            &[],
+            "the Python package knows methods by their ids only, through the harness",
+        ),
         "drape" => room(
             &[
                 "drape-model",

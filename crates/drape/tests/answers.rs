@@ -181,9 +181,6 @@ fn records_are_exported_as_tables_that_read_back() {
     assert!(text(&again.stderr).contains("--force"), "{}", text(&again.stderr));
     let forced = drape(folder.path(), &[&export[..], &["--force"]].concat());
     assert_eq!(forced.status.code(), Some(0));
-    let parquet = drape(folder.path(), &["export", results, "--format", "parquet"]);
-    let said = text(&parquet.stderr);
-    assert!(parquet.status.code() == Some(2) && said.contains("parquet is not built in"), "{said}");
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
-use drape_harness::compare::facts::{End, Facts};
+use drape_harness::compare::facts::{End, Facts, Run};
 use drape_report::{RECORD_FORMAT, Record};
 use std::path::Path;
 use std::process::{Command, Output};
@@ -87,5 +87,146 @@ fn bad_arguments_give_one_line_and_exit_code_2() {
         assert_eq!(output.status.code(), Some(2), "{arguments:?}: {message}");
         assert!(message.contains(named) && !message.contains("panicked"), "{message}");
         assert!(output.stdout.is_empty(), "{arguments:?}");
+        assert!(!folder.path().join("compare/.unfinished").exists(), "{arguments:?}");
     }
+}
+
+/// A comparison that needs some seconds.
+const LONG: [&str; 9] = [
+    "compare",
+    "hanging-textile-1e4",
+    "--methods",
+    "leapfrog,bdf2,midpoint",
+    "--duration",
+    "0.4",
+    "--budget",
+    "90s",
+    "--exhaustive",
+];
+
+/// The journal of a folder; empty where there is none.
+fn journal(folder: &Path) -> String {
+    let Ok(entries) = std::fs::read_dir(folder.join(".unfinished")) else { return String::new() };
+    let mut paths = entries.flatten().map(|entry| entry.path());
+    let journal = paths.find(|path| path.extension().is_some_and(|ending| ending == "journal"));
+    journal.and_then(|path| std::fs::read_to_string(path).ok()).unwrap_or_default()
+}
+
+/// The lines of a folder's journal that stand for finished runs.
+fn runs_kept(folder: &Path) -> usize {
+    journal(folder).lines().filter(|line| line.contains("\"runs of ")).count()
+}
+
+/// Whether a run was taken from a journal: its time stands there, unless it was timed again.
+fn is_from(journal: &str, run: &Run) -> bool {
+    let time = serde_json::to_string(&run.frame_s).unwrap();
+    run.repetitions > 1 || journal.contains(&format!("\"frame_s\":{time}"))
+}
+
+/// Killed after some runs, it goes on: what was run is not run again, and keeps its time.
+#[test]
+fn a_killed_comparison_goes_on_where_it_stopped() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("compare");
+    let mut killed = Command::new(env!("CARGO_BIN_EXE_drape"));
+    killed.current_dir(folder.path()).args(LONG).stderr(std::process::Stdio::null());
+    let mut child = killed.spawn().unwrap();
+    let begin = std::time::Instant::now();
+    while runs_kept(&out) < 3 && begin.elapsed().as_secs() < 80 {
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let kept = runs_kept(&out);
+    assert!(kept >= 3 && !out.join("compare.json").exists(), "{kept}");
+    let before = journal(&out);
+    let output = drape(folder.path(), &LONG);
+    let told = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{told}");
+    assert!(told.contains("going on from"), "{told}");
+    let facts = record(&out).facts;
+    assert!(facts.runs.len() > kept, "{} and {kept}", facts.runs.len());
+    // The first runs are those that the killed process had made, with its times.
+    let found = facts.runs.iter().take(kept).filter(|run| is_from(&before, run));
+    assert_eq!(found.count(), kept);
+    assert!(!out.join(".unfinished").exists(), "nothing is left when it is done");
+    // Nothing to go on from: the same command begins anew.
+    let again = drape(folder.path(), &[&LONG[..3], &["leapfrog"], &LONG[4..]].concat());
+    assert!(!text(&again.stderr).contains("going on"), "{}", text(&again.stderr));
+}
+
+/// All forms on scenes that need much longer end within a tenth of the time. The rest is for
+/// starting the process beside other tests, and for the page.
+#[test]
+fn the_budget_is_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    for (scene, budget, more) in
+        [("square-table-2704-1e6", 12.0, ""), ("hanging-wool", 6.0, " --exhaustive")]
+    {
+        let begin = std::time::Instant::now();
+        let words = format!("compare {scene} --budget {budget}s --out {scene}{more}");
+        let output = drape(folder.path(), &words.split(' ').collect::<Vec<_>>());
+        let took = begin.elapsed().as_secs_f64();
+        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+        let facts = record(&folder.path().join(scene)).facts;
+        assert!(facts.forms.iter().any(|form| form.end == End::OutOfTime), "{scene} had time");
+        assert!(facts.seconds <= 1.1 * budget, "{scene}: {} s of {budget} s", facts.seconds);
+        assert!(took <= 1.1 * budget + 3.0, "{scene}: {took} s of {budget} s");
+    }
+}
+
+#[test]
+fn a_scene_without_a_true_motion_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let words = "compare square-table-2704-1e6 --methods imex-euler,xpbd --budget 3s --out here";
+    let output = drape(folder.path(), &words.split(' ').collect::<Vec<_>>());
+    let said = text(&output.stdout);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    assert!(said.contains("no true motion (") && said.contains("half the steps"), "{said}");
+    let facts = record(&folder.path().join("here")).facts;
+    assert!(!facts.truth.is_trusted && facts.truth.remark.is_some(), "{:?}", facts.truth);
+}
+
+#[test]
+fn shards_are_joined_and_those_of_another_question_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let compare = |more: &[&str]| {
+        let words = ["compare", "hanging-textile-1e4", "--duration", "0.3", "--budget", "40s"];
+        let methods = ["--methods", "leapfrog,bdf2,midpoint,imex-euler,xpbd"];
+        drape(folder.path(), &[&words, &methods[..], more].concat())
+    };
+    let mut forms = 0;
+    for (shard, out) in [("1/2", "one"), ("2/2", "two")] {
+        let output = compare(&["--shard", shard, "--out", out]);
+        let told = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(0), "{told}");
+        assert!(output.stdout.is_empty() && told.contains("to join shards"), "{told}");
+        assert!(runs_kept(&folder.path().join(out)) > 0, "{told}");
+        assert!(!folder.path().join(out).join("compare.json").exists());
+        let count = told.split("forms were raced").next().unwrap().split(' ').rev().nth(1).unwrap();
+        forms += count.parse::<usize>().unwrap();
+    }
+    let joined = compare(&["--parts", "one,two", "--out", "all"]);
+    assert_eq!(joined.status.code(), Some(0), "{}", text(&joined.stderr));
+    let facts = record(&folder.path().join("all")).facts;
+    assert_eq!(facts.forms.len(), forms);
+    assert!(facts.forms.iter().all(|form| form.end != End::OutOfTime), "{:?}", facts.forms);
+    // Nothing was run again, and both shards have a part in it.
+    let parts = ["one", "two"].map(|part| journal(&folder.path().join(part)));
+    let both = parts.concat();
+    assert!(facts.runs.iter().all(|run| is_from(&both, run)), "{:?}", facts.runs);
+    for part in &parts {
+        let is_its_own =
+            |run: &Run| part.contains(&format!("runs of {}", facts.form_of(run).method));
+        assert!(facts.runs.iter().any(is_its_own));
+    }
+    let wrong = compare(&["--parts", "one,two", "--metric", "trajectory", "--out", "other"]);
+    let told = text(&wrong.stderr);
+    assert!(wrong.status.code() == Some(2) && told.contains("`--parts` is `one`"), "{told}");
+    let nothing = compare(&["--parts", "two,all", "--out", "other"]);
+    let told = text(&nothing.stderr);
+    assert!(nothing.status.code() == Some(2) && told.contains("`--parts` is `all`"), "{told}");
+    assert!(!folder.path().join("other/.unfinished").exists(), "a refusal leaves nothing");
+    let timed = compare(&["--shard", "timed"]);
+    assert!(timed.status.code() == Some(2), "{}", text(&timed.stderr));
 }

@@ -41,6 +41,30 @@ pub const COLUMNS: [(&str, &str, &str); 14] = [
     ("quick", "", "true where only the quick subset of the cells was computed"),
 ];
 
+/// What the entries of a column are, for formats with types. An empty entry is a missing one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Text.
+    Word,
+    /// A number without a fraction.
+    Count,
+    /// A number.
+    Number,
+    /// `true` or `false`.
+    Truth,
+}
+
+/// The kind of a column of [`COLUMNS`], or of the dictionary, by its name.
+#[must_use]
+pub fn kind(column: &str) -> Kind {
+    match column {
+        "particles" => Kind::Count,
+        "stiffness_over_mass" | "step_s" | "value" => Kind::Number,
+        "quick" => Kind::Truth,
+        _ => Kind::Word,
+    }
+}
+
 /// A row of a table, in the order of [`COLUMNS`].
 pub type Row = [String; COLUMNS.len()];
 

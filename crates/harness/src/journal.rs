@@ -449,6 +449,26 @@ impl Journal {
         Ok(result)
     }
 
+    /// The result of a cell, if the journal holds it.
+    pub(crate) fn kept<R: DeserializeOwned>(&self, part: &str, number: usize) -> Option<R> {
+        R::deserialize(self.done.get(&(part.to_owned(), number))?).ok()
+    }
+
+    /// Keeps the result of a cell that depends on the time that it took.
+    pub(crate) fn keep(
+        &self,
+        part: &str,
+        number: usize,
+        result: &impl Serialize,
+    ) -> Result<(), HarnessError> {
+        self.append(&Line::Cell { part: part.into(), number, is_timed: true, result })
+    }
+
+    /// The results of all cells that the interrupted run had finished.
+    pub(crate) fn results(&self) -> impl Iterator<Item = &Value> {
+        self.done.values()
+    }
+
     fn append(&self, line: &impl Serialize) -> Result<(), HarnessError> {
         let Some(file) = &self.file else { return Ok(()) };
         let mut file = file.lock().unwrap_or_else(PoisonError::into_inner);

@@ -2,7 +2,10 @@
 
 use crate::methods::Choice;
 use crate::record::{Judged, Judgement, Sample};
-use crate::{Kept, LOCKED, Lever, OrderedSimulation, Outcome, Rule, Unforeseen, WorkBalance};
+use crate::{
+    Kept, LOCKED, Lever, Moment, MotionCheck, OrderedSimulation, Outcome, Rule, Unforeseen,
+    WorkBalance,
+};
 use drape_integrator::Supports;
 use drape_model::TimeSpan;
 
@@ -174,6 +177,73 @@ pub fn energy_gain(
             kinetic
         )
     })
+}
+
+/// Watches a run from its start, and judges it at its end.
+#[derive(Debug)]
+pub struct Judge {
+    expected: Expected,
+    start: Start,
+    /// Wind, moving pins and moving obstacles do work on the cloth.
+    balance: Option<WorkBalance>,
+    check: MotionCheck,
+}
+
+impl Judge {
+    /// At the start of a run of `time`.
+    pub fn of(simulation: &OrderedSimulation, choice: &Choice, time: TimeSpan) -> Self {
+        let (whole, rest) = time.steps();
+        Self {
+            expected: Expected::of(simulation, choice, time),
+            start: Start::of(simulation),
+            balance: simulation.work_balance(),
+            check: simulation.motion_check(whole + u64::from(rest.is_some())),
+        }
+    }
+
+    /// What theory says about the motion.
+    pub fn expected(&self) -> &Expected {
+        &self.expected
+    }
+
+    /// Whether something does work on the cloth. Then the run needs the
+    /// [ledger](crate::Runner::ledger) of its steps.
+    pub fn is_driven(&self) -> bool {
+        self.balance.is_some()
+    }
+
+    /// Sees the end of a step.
+    pub fn look(&mut self, moment: &Moment<'_>) {
+        if let Some(balance) = &mut self.balance {
+            balance.look(moment);
+        }
+        self.check.look(moment);
+    }
+
+    /// What a run that recorded its series gained, in a sentence; `None` where it gained nothing.
+    pub fn gain(
+        &self,
+        simulation: &OrderedSimulation,
+        choice: &Choice,
+        outcome: &Outcome,
+    ) -> Option<String> {
+        let balance = self.balance.as_ref();
+        let extremes = Extremes::of(&outcome.series).filter(|_| outcome.divergence.is_none())?;
+        energy_gain(extremes, choice, simulation.rule(), self.start, balance)
+    }
+
+    /// The verdict on a run with this [gain](Self::gain).
+    pub fn verdict(
+        &self,
+        simulation: &OrderedSimulation,
+        outcome: &Outcome,
+        gain: Option<&str>,
+    ) -> Judgement {
+        let is_judged = self.balance.as_ref().is_none_or(|balance| balance.excess().is_some());
+        let is_whole = outcome.divergence.is_none();
+        let kept = is_whole.then(|| simulation.kept(&self.check, outcome.effort));
+        judge(outcome, gain, is_judged, kept, &self.expected)
+    }
 }
 
 /// The verdict on a run. `gain` is what it gained; `is_judged` whether a gain would have been seen;

@@ -49,7 +49,8 @@ pub use presets::{Preset, presets};
 pub use provenance::{Source, provenance, sha256, system_hash};
 pub use run::{Counts, Divergence, Moment, Outcome, Runner, Simulation};
 pub use scenes::{
-    bundled, free_edge_midpoint, with_damping_scaled, with_particles_a_side, with_stiffness,
+    bundled, free_edge_midpoint, study_scene, time_span, with_damping_scaled,
+    with_particles_a_side, with_stiffness,
 };
 pub use shard::{Missing, Shard};
 pub use stability::{Energy, Rule, judge, reference_energy};

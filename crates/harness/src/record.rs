@@ -1,5 +1,8 @@
 //! What `drape run --out` writes: "drape-run/2".
 
+use crate::methods::Choice;
+use crate::{Outcome, system_hash};
+use drape_model::{State, SystemSpec, TimeSpan};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -40,6 +43,39 @@ pub struct Run {
     pub final_state: FinalState,
 }
 
+impl Run {
+    /// The record of a run of `spec` that ended in `state`.
+    pub fn of(
+        spec: &SystemSpec,
+        choice: &Choice,
+        time: TimeSpan,
+        (outcome, verdict): (&Outcome, Judgement),
+        state: &State,
+    ) -> Self {
+        let settings = choice.settings().iter();
+        let settings = settings.map(|(key, value)| (key.to_owned(), value.to_owned())).collect();
+        Self {
+            format: RUN_FORMAT.to_owned(),
+            scene: spec.name.clone(),
+            scene_hash: system_hash(spec),
+            method: choice.method().id.to_owned(),
+            settings,
+            dt_s: time.step_s,
+            steps: outcome.steps,
+            ending: Ending::of(outcome, state.t),
+            verdict,
+            totals: outcome.totals,
+            phases_seconds: outcome.phases,
+            series: outcome.series.clone(),
+            final_state: FinalState {
+                time_s: state.t,
+                position_m: state.x.iter().map(|&x| x.into()).collect(),
+                velocity_m_s: state.v.iter().map(|&v| v.into()).collect(),
+            },
+        }
+    }
+}
+
 /// How a run ended.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
@@ -67,6 +103,23 @@ pub enum Ending {
         /// Which criterion was met.
         criterion: String,
     },
+}
+
+impl Ending {
+    fn of(outcome: &Outcome, time_s: f64) -> Self {
+        let unconverged_steps = outcome.unconverged;
+        match &outcome.divergence {
+            None if outcome.is_over_budget => {
+                Self::Interrupted { step: outcome.steps, time_s, unconverged_steps }
+            }
+            None => Self::Completed { unconverged_steps },
+            Some(divergence) => Self::Diverged {
+                step: divergence.step,
+                time_s: divergence.time,
+                criterion: divergence.criterion.clone(),
+            },
+        }
+    }
 }
 
 /// What the result of a run is worth.

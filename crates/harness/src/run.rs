@@ -85,6 +85,8 @@ pub struct Moment<'a> {
     pub numbering: &'a Numbering,
     /// Wall time of all `step` calls so far.
     pub wall: Duration,
+    /// Counted work so far, which has a [price](crate::cost) for each method.
+    pub counted: Counted,
 }
 
 /// A system with its start state, ready to be run.
@@ -421,9 +423,19 @@ impl<'a> Runner<'a> {
             let ledger =
                 before.as_ref().and_then(|before| integrator.ledger(system, before, state, h));
             let (h, report) = (h.seconds(), &report);
-            let wall = outcome.wall;
-            let moment =
-                Moment { step, h, outside_work, system, state, report, ledger, numbering, wall };
+            let (wall, counted) = (outcome.wall, outcome.counted);
+            let moment = Moment {
+                step,
+                h,
+                outside_work,
+                system,
+                state,
+                report,
+                ledger,
+                numbering,
+                wall,
+                counted,
+            };
             if let Some(watch) = &mut watch {
                 watch.look(schedule.elapsed(step), &moment);
             }

@@ -1,7 +1,9 @@
 //! Bundled scenes and variations of them, for experiments.
 
 use crate::{HarnessError, Simulation};
-use drape_model::{Cloth, Effects, Scene, SceneError, SceneFile, SpringLaw, SystemSpec};
+use drape_model::{
+    Cloth, Effects, Scene, SceneError, SceneFile, SpringLaw, SystemSpec, TimeSpan, Violation,
+};
 
 /// A bundled scene.
 ///
@@ -15,6 +17,47 @@ pub fn bundled(name: &str) -> Result<Scene, HarnessError> {
             Err(SceneError::Unknown { name: name.to_owned(), known }.into())
         }
     }
+}
+
+/// The scene from which a study starts, by its name `STUDY/NAME`; `None` where no study has that
+/// name.
+///
+/// # Errors
+/// [`HarnessError::UnknownStart`], which names the starts of the study.
+pub fn study_scene(name: &str) -> Result<Option<SceneFile>, HarnessError> {
+    let Some(start) = crate::studies::start(name)? else { return Ok(None) };
+    // Numbers are written with all their digits, so the text has the same bits.
+    let text = serde_json::to_string(&start.system()?).map_err(|error| Violation {
+        path: name.to_owned(),
+        value: error.to_string(),
+        expected: "a system that can be written as JSON".to_owned(),
+    })?;
+    Ok(Some(drape_model::parse(name, &text)?))
+}
+
+/// Step and duration: from the options, or else from the scene.
+///
+/// # Errors
+/// [`Violation`] where one is missing or out of range.
+pub fn time_span(
+    dt: Option<f64>,
+    duration: Option<f64>,
+    input: &SceneFile,
+) -> Result<TimeSpan, Violation> {
+    let usual = input.scene().map(|scene| scene.time);
+    let missing = |key: &str| Violation {
+        path: key.to_owned(),
+        value: "missing".to_owned(),
+        expected: format!("`{key} SECONDS`, because a discretised system states no time"),
+    };
+    let time = TimeSpan {
+        step_s: dt.or(usual.map(|t| t.step_s)).ok_or_else(|| missing("--dt"))?,
+        duration_s: duration
+            .or(usual.map(|t| t.duration_s))
+            .ok_or_else(|| missing("--duration"))?,
+    };
+    time.check("--dt", "--duration")?;
+    Ok(time)
 }
 
 /// The laws of the springs that the scene names.

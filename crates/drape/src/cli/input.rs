@@ -2,6 +2,7 @@
 
 use crate::cli::limit::LimitArguments;
 use drape_harness::methods::Choice;
+use drape_harness::study_scene;
 use drape_model::{Cloth, SceneError, SceneFile, Violation, bundled};
 use drape_report::tell;
 use std::path::{Path, PathBuf};
@@ -13,7 +14,8 @@ pub(crate) fn load(
     limit: LimitArguments,
     choice: Option<&Choice>,
 ) -> anyhow::Result<SceneFile> {
-    if let Some(input) = start(scene)? {
+    let is_file = Path::new(scene).exists();
+    if let Some(input) = if is_file { None } else { study_scene(scene)? } {
         return Ok(input);
     }
     let input = limit.load(scene, choice)?;
@@ -21,18 +23,6 @@ pub(crate) fn load(
         tell!("drape: {scene}: mesh mended: {repair}");
     }
     Ok(input)
-}
-
-/// The start of a study that is called `STUDY/NAME`; `None` where no study has that name, or a file
-/// stands there.
-fn start(scene: &str) -> anyhow::Result<Option<SceneFile>> {
-    if Path::new(scene).exists() {
-        return Ok(None);
-    }
-    let Some(start) = drape_harness::studies::start(scene)? else { return Ok(None) };
-    // Numbers are written with all their digits, so the text has the same bits.
-    let text = serde_json::to_string(&start.system()?)?;
-    Ok(Some(drape_model::parse(scene, &text)?))
 }
 
 /// The files that a scene was read from.

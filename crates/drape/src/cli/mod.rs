@@ -10,6 +10,7 @@ mod input;
 mod interrupt;
 mod limit;
 mod output;
+mod parquet;
 mod progress;
 
 use clap::{Parser, Subcommand};

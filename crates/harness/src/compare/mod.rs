@@ -7,7 +7,7 @@
 //! 3. The best are timed again, and [`advise`] reads the advice from the record.
 //!
 //! The budget is wall time. Which runs fit into it depends on the machine; the result of a run, its
-//! times aside, does not.
+//! times aside, does not. An interrupted comparison goes on from its journal (`memory`).
 //!
 //! ```
 //! use drape_harness::compare::{Options, advise, compare};
@@ -29,6 +29,8 @@ mod advice;
 mod deadline;
 pub mod facts;
 mod forms;
+mod memory;
+mod pace;
 mod page;
 mod race;
 mod stage;
@@ -41,19 +43,22 @@ pub use page::{PageError, Request, record, write};
 pub use race::DOMINATED;
 
 use crate::film::Seen;
+use crate::journal::Journal;
 use crate::methods::Choice;
 use crate::run::Moment;
 use crate::studies::finite;
-use crate::{HarnessError, Verdict};
+use crate::{HarnessError, Shard, Verdict, sha256, system_hash};
 use deadline::Deadline;
 use drape_integrator::{PrepareError, StepError};
 use drape_model::{SystemSpec, Vec3, Violation};
 use facts::{End, Facts, Form, Metric, Run};
 use forms::Entry;
+use memory::{Memory, Ran};
+use pace::Pace;
 use race::{Entrant, Lap, Track, race};
 use stage::Stage;
 use std::sync::atomic::AtomicBool;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use truth::{Found, find, verdict};
 
 /// Shares of the time that have passed when the true motion and the race must end; the rest is for
@@ -70,6 +75,17 @@ const REPETITIONS: u32 = 2;
 const SPIKE: f64 = 5.0;
 /// Forms up to this many times as slow as the best are timed again.
 const NEAR: f64 = 2.0;
+
+/// By what runs are ranked.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Clock {
+    /// The time that their steps take here and now.
+    #[default]
+    Wall,
+    /// Their counted work at recorded [prices](crate::cost), which is the same on every machine.
+    /// Forms are not timed again.
+    Modelled,
+}
 
 /// What is asked of a comparison.
 #[derive(Clone, Debug)]
@@ -88,6 +104,10 @@ pub struct Options {
     pub seed: u64,
     /// Runs every form until it meets the target, whatever others do.
     pub exhaustive: bool,
+    /// By what runs are ranked.
+    pub clock: Clock,
+    /// Only the forms that fall to this shard.
+    pub shard: Option<Shard>,
     /// Once this is set, the time is over: what was found until then is the result.
     pub interrupt: Option<&'static AtomicBool>,
 }
@@ -102,6 +122,8 @@ impl Default for Options {
             budget: Duration::from_secs(60),
             seed: 20,
             exhaustive: false,
+            clock: Clock::Wall,
+            shard: None,
             interrupt: None,
         }
     }
@@ -131,6 +153,17 @@ pub struct Comparison {
     pub ends: Vec<Option<Vec<Vec3>>>,
 }
 
+/// The name of the journal of a comparison: what was asked of which system, the time and the
+/// methods aside.
+pub fn journal_name(spec: &SystemSpec, duration_s: f64, options: &Options) -> String {
+    let Options { metric, target_m, rate, seed, exhaustive, clock, .. } = options;
+    let hash = system_hash(spec);
+    let asked =
+        format!("{hash} {duration_s} {metric:?} {target_m:?} {rate} {seed} {exhaustive} {clock:?}");
+    let sum = sha256(asked.as_bytes());
+    format!("compare-{}", &sum[..12])
+}
+
 /// Compares methods on a scene of `duration_s` seconds; `name` is what messages call it.
 ///
 /// # Errors
@@ -143,9 +176,29 @@ pub fn compare(
     options: &Options,
     progress: &dyn Fn(&Tick<'_>),
 ) -> Result<Comparison, HarnessError> {
-    let begin = Instant::now();
+    resume(name, spec, duration_s, options, &Journal::none(), progress)
+}
+
+/// As [`compare`], from where the comparison was interrupted whose findings the journal holds. The
+/// budget is that of all processes together.
+///
+/// # Errors
+/// As [`compare`], and [`HarnessError::Record`] when the journal cannot be written.
+pub fn resume(
+    name: &str,
+    spec: &SystemSpec,
+    duration_s: f64,
+    options: &Options,
+    journal: &Journal,
+    progress: &dyn Fn(&Tick<'_>),
+) -> Result<Comparison, HarnessError> {
+    let memory = Memory::new(journal);
+    let begin = memory.begin();
     check(options)?;
-    let entries = forms::chosen(options.methods.as_deref())?;
+    let mut entries = forms::chosen(options.methods.as_deref())?;
+    if let Some(shard) = options.shard {
+        entries.retain(|entry| shard.has("compare", &entry.choice.full_id(), 0, false));
+    }
     let stage = Stage::new(name, spec, duration_s, options)?;
     if stage.free() == 0 {
         return Err(Violation {
@@ -161,7 +214,17 @@ pub fn compare(
         progress(&Tick { part, elapsed: begin.elapsed(), leads });
     };
     tick("true motion", None);
-    let Found { truth, members } = find(&stage, until(TRUTH_SHARE))?;
+    let found = match memory.truth() {
+        Some(found) => found,
+        None => {
+            let found = find(&stage, until(TRUTH_SHARE))?;
+            if !is_interrupted(options) {
+                memory.keep_truth(&found)?;
+            }
+            found
+        }
+    };
+    let Found { truth, members } = found;
     tick("probes", None);
     let count = entries.len();
     let mut course = Course {
@@ -170,9 +233,12 @@ pub fn compare(
         entries: &entries,
         truth: &truth,
         members: &members,
+        memory,
+        clock: options.clock,
         exhaustive: options.exhaustive,
         deadline: until(RACE_SHARE),
         before: vec![None; count],
+        replayed: vec![None; count],
         ends: vec![None; count],
         refusals: vec![None; count],
         runs: Vec::new(),
@@ -182,8 +248,10 @@ pub fn compare(
     let mut entrants = course.entrants()?;
     let factor = if options.exhaustive { f64::INFINITY } else { DOMINATED };
     race(&mut entrants, &mut course, factor)?;
-    course.deadline = until(TIMING_SHARE);
-    course.time_again()?;
+    if options.clock == Clock::Wall {
+        course.deadline = until(TIMING_SHARE);
+        course.time_again()?;
+    }
     let Course { runs, ends, refusals, .. } = course;
     let forms =
         entries.iter().zip(entrants).zip(refusals).map(|((entry, entrant), refusal)| Form {
@@ -198,6 +266,11 @@ pub fn compare(
     let seconds = begin.elapsed().as_secs_f64();
     let facts = Facts { scene: stage.scene, truth, forms, runs, seconds };
     Ok(Comparison { facts, hash, true_end, ends })
+}
+
+/// Whether the user has ended the comparison.
+fn is_interrupted(options: &Options) -> bool {
+    options.interrupt.is_some_and(|flag| flag.load(std::sync::atomic::Ordering::Relaxed))
 }
 
 /// Refuses options that mean nothing.
@@ -237,11 +310,15 @@ struct Course<'a> {
     entries: &'a [Entry],
     truth: &'a facts::Truth,
     members: &'a [Seen],
+    memory: Memory<'a>,
+    clock: Clock,
     good_m: f64,
     exhaustive: bool,
     deadline: Deadline,
     /// The run before of each form, where runs are held against it.
     before: Vec<Option<Seen>>,
+    /// Steps a frame of a form's last run, where that was made before an interruption.
+    replayed: Vec<Option<u32>>,
     ends: Vec<Option<Vec<Vec3>>>,
     refusals: Vec<Option<String>>,
     runs: Vec<Run>,
@@ -281,17 +358,17 @@ impl Course<'_> {
         for (form, entry) in self.entries.iter().enumerate() {
             let ladder = forms::ladder(entry.substeps, self.stage.scene.limit_substeps);
             let first = ladder.first().copied().unwrap_or(1);
-            if self.deadline.is_over() {
+            if self.deadline.is_over() && self.memory.probe(&entry.choice.full_id()).is_none() {
                 let mut entrant = Entrant::new(ladder, f64::INFINITY);
                 entrant.end = Some(End::OutOfTime);
                 entrants.push(entrant);
                 continue;
             }
             (self.tick)("probes", None);
-            match self.stage.probe(&entry.choice, first) {
+            match self.probe(entry, first)? {
                 Ok(step_s) => entrants.push(Entrant::new(ladder, step_s)),
-                Err(error) => {
-                    self.refusals[form] = Some(refusal(error)?);
+                Err(refusal) => {
+                    self.refusals[form] = Some(refusal);
                     let mut entrant = Entrant::new(ladder, f64::INFINITY);
                     entrant.end = Some(End::Refused);
                     entrants.push(entrant);
@@ -299,6 +376,59 @@ impl Course<'_> {
             }
         }
         Ok(entrants)
+    }
+
+    /// Seconds of a step of a form, or why it is refused.
+    fn probe(&self, entry: &Entry, substeps: u32) -> Result<Result<f64, String>, HarnessError> {
+        let id = entry.choice.full_id();
+        if let Some(known) = self.memory.probe(&id) {
+            return Ok(known);
+        }
+        let pace = Pace::of(self.clock, &entry.choice);
+        let step_s = match self.stage.probe(&entry.choice, substeps, &pace, self.deadline) {
+            Ok(step_s) => Ok(step_s),
+            Err(error) => Err(refusal(error)?),
+        };
+        self.memory.keep_probe(&id, &step_s)?;
+        Ok(step_s)
+    }
+
+    /// The run before of a form, where it was made before an interruption and is not at hand.
+    fn recall(&mut self, form: usize) -> Result<(), HarnessError> {
+        let is_needed = !self.truth.is_trusted && self.before[form].is_none();
+        let Some(substeps) = self.replayed[form].take().filter(|_| is_needed) else {
+            return Ok(());
+        };
+        let deadline = self.deadline;
+        let stop = |_: &Moment<'_>| deadline.is_over();
+        let (counts, seen) = self.stage.film(&self.entries[form].choice, substeps, 0, stop)?;
+        self.before[form] = (!counts.outcome.is_over_budget).then_some(seen);
+        Ok(())
+    }
+
+    /// Takes a run over that was made before an interruption.
+    fn replay(&mut self, form: usize, mut ran: Ran) -> Lap {
+        ran.run.form = form;
+        if ran.end.is_none() && !ran.run.explodes() {
+            self.replayed[form] = Some(ran.run.substeps);
+        }
+        self.finish(ran)
+    }
+
+    /// Records a run.
+    fn finish(&mut self, ran: Ran) -> Lap {
+        let last = ran.last();
+        let Ran { run, clock, end, .. } = ran;
+        let (form, frame_s, is_good) = (run.form, run.frame_s, run.meets(self.good_m));
+        if end.is_none() && !run.explodes() {
+            self.ends[form] = last;
+        }
+        let leads = is_good && self.best.as_ref().is_none_or(|best| frame_s < best.frame_s);
+        if leads {
+            self.best = Some(Best { form, frame_s, clock });
+        }
+        self.runs.push(run);
+        Lap { frame_s, is_good, end }
     }
 
     /// Distance of a film from the true motion, or from the run before, m.
@@ -325,16 +455,25 @@ impl Course<'_> {
         finalists.retain(|&n| self.runs[n].frame_s <= NEAR * least);
         finalists.truncate(FINALISTS);
         let frames = f64::from(self.stage.scene.frames);
-        for _ in 0..REPETITIONS {
+        for repetition in 0..REPETITIONS {
             for &n in &finalists {
                 let (form, substeps) = (self.runs[n].form, self.runs[n].substeps);
-                if !self.has_time(self.runs[n].frame_s) {
+                let choice = &self.entries[form].choice;
+                let known = self.memory.time(&choice.full_id(), substeps, repetition);
+                let needed = self.runs[n].frame_s * frames;
+                if known.is_none() && needed > self.deadline.left().as_secs_f64() {
                     return Ok(());
                 }
                 (self.tick)("timings", Some(&self.entries[form].label));
                 let deadline = self.deadline;
                 let stop = |_: &Moment<'_>| deadline.is_over();
-                let time = self.stage.time(&self.entries[form].choice, substeps, stop)?;
+                let time = match known {
+                    Some(time) => time,
+                    None => self.stage.time(choice, substeps, stop)?,
+                };
+                if known.is_none() && !deadline.is_over() {
+                    self.memory.keep_time(&choice.full_id(), substeps, repetition, time)?;
+                }
                 if let Some(time) = time {
                     self.runs[n].frame_s = self.runs[n].frame_s.min(time / frames);
                     self.runs[n].repetitions += 1;
@@ -347,18 +486,26 @@ impl Course<'_> {
 
 impl Track for Course<'_> {
     fn lap(&mut self, form: usize, substeps: u32, most: f64) -> Result<Lap, HarnessError> {
+        let entries = self.entries;
+        let choice: &Choice = &entries[form].choice;
+        if let Some(ran) = self.memory.run(&choice.full_id(), substeps) {
+            return Ok(self.replay(form, ran));
+        }
+        self.recall(form)?;
         let best = self.best.take();
-        let leader = best.as_ref().map(|best| self.entries[best.form].label.as_str());
+        let leader = best.as_ref().map(|best| entries[best.form].label.as_str());
         (self.tick)("race", leader);
-        let choice: &Choice = &self.entries[form].choice;
+        let pace = Pace::of(self.clock, choice);
         let frames = self.stage.scene.frames;
         let early = (EARLY * f64::from(frames)).ceil().max(1.0) as usize;
         let (mut clock, mut reason) = (Vec::with_capacity(frames as usize), None);
+        let mut spent = 0.0;
         let deadline = self.deadline;
         let ratio = best.as_ref().map_or(f64::INFINITY, |best| most / best.frame_s);
         let stop = |moment: &Moment<'_>| {
+            spent = pace.seconds(moment);
             if moment.step.is_multiple_of(u64::from(substeps)) {
-                clock.push(moment.wall.as_secs_f64());
+                clock.push(spent);
                 let place = clock.len();
                 let lead = best.as_ref().and_then(|best| best.clock.get(..place));
                 let is_due = place.is_multiple_of(early);
@@ -372,16 +519,16 @@ impl Track for Course<'_> {
             reason.is_some()
         };
         let film = self.stage.film(choice, substeps, 0, stop);
+        self.best = best;
         let (counts, seen) = match film {
             Ok(film) => film,
             Err(error) => {
-                self.best = best;
                 self.refusals[form] = Some(refusal(error)?);
                 return Ok(Lap { frame_s: 0.0, is_good: false, end: Some(End::Refused) });
             }
         };
         let outcome = &counts.outcome;
-        let step_s = outcome.wall.as_secs_f64() / outcome.steps.max(1) as f64;
+        let step_s = spent / outcome.steps.max(1) as f64;
         let mut run = Run {
             form,
             substeps,
@@ -415,18 +562,18 @@ impl Track for Course<'_> {
                 run.error_m = self.error(form, &seen).filter(|error| error.is_finite());
             }
         }
-        let is_good = run.meets(self.good_m);
-        if end.is_none() && !run.explodes() {
-            self.ends[form] = seen.looks.last().map(|look| look.x.clone());
+        let last = seen.looks.last().filter(|_| end.is_none() && !run.explodes());
+        let ran = Ran::new(run, clock, end, last.map(|look| &look.x));
+        if end != Some(End::OutOfTime) {
+            self.memory.keep_run(&choice.full_id(), &ran)?;
         }
-        let frame_s = run.frame_s;
-        let leads = is_good && best.as_ref().is_none_or(|best| frame_s < best.frame_s);
-        self.best = if leads { Some(Best { form, frame_s, clock }) } else { best };
-        self.runs.push(run);
-        Ok(Lap { frame_s, is_good, end })
+        Ok(self.finish(ran))
     }
 
-    fn has_time(&self, frame_s: f64) -> bool {
+    fn has_time(&self, form: usize, substeps: u32, frame_s: f64) -> bool {
+        if self.memory.run(&self.entries[form].choice.full_id(), substeps).is_some() {
+            return true;
+        }
         let left = self.deadline.left().as_secs_f64();
         let needed = frame_s * f64::from(self.stage.scene.frames);
         left > 0.0 && (needed <= left || (self.exhaustive && self.best.is_none()))

@@ -30,8 +30,8 @@ pub(super) trait Track {
     /// dominated, s.
     fn lap(&mut self, form: usize, substeps: u32, most: f64) -> Result<Lap, HarnessError>;
 
-    /// Whether there is time for a run that takes about so long a frame, s.
-    fn has_time(&self, frame_s: f64) -> bool;
+    /// Whether there is time for such a run, which takes about so long a frame, s.
+    fn has_time(&self, form: usize, substeps: u32, frame_s: f64) -> bool;
 }
 
 /// A form in the race.
@@ -135,7 +135,7 @@ pub(super) fn race(
             .filter_map(|(form, entrant)| Some((form, entrant.prediction()?)))
             .min_by(|(_, (_, a)), (_, (_, b))| a.total_cmp(b));
         let Some((form, (substeps, predicted))) = next else { return Ok(()) };
-        if !track.has_time(predicted) {
+        if !track.has_time(form, substeps, predicted) {
             let is_good = entrants[form].good.is_some();
             entrants[form].end = Some(if is_good { End::Good } else { End::OutOfTime });
             continue;
@@ -167,7 +167,7 @@ mod tests {
             Ok(Lap { frame_s, is_good: end.is_none() && substeps >= needed, end })
         }
 
-        fn has_time(&self, frame_s: f64) -> bool {
+        fn has_time(&self, _form: usize, _substeps: u32, frame_s: f64) -> bool {
             frame_s <= self.left_s
         }
     }

@@ -1,7 +1,9 @@
 //! The scene of a comparison: its system, its frames, and how a run on it is filmed.
 
 use super::Options;
+use super::deadline::Deadline;
 use super::facts::{Metric, Scene};
+use super::pace::Pace;
 use crate::film::{Camera, Seen, look_apart, mean, threads};
 use crate::methods::Choice;
 use crate::run::{Counts, Moment, Runner, Simulation};
@@ -126,19 +128,27 @@ impl Stage {
         }
     }
 
-    /// Seconds of a step near the start.
-    pub(super) fn probe(&self, choice: &Choice, substeps: u32) -> Result<f64, HarnessError> {
+    /// Seconds of a step near the start. A run that is slow from the start ends at `deadline`.
+    pub(super) fn probe(
+        &self,
+        choice: &Choice,
+        substeps: u32,
+        pace: &Pace,
+        deadline: Deadline,
+    ) -> Result<f64, HarnessError> {
         let (start, numbering) = self.of(choice);
         let mut time = self.camera.span(substeps, 1);
         time.duration_s = time.step_s * f64::from(PROBE);
-        let mut first = 0.0;
+        let (mut first, mut last) = (0.0, 0.0);
         let runner = Runner::new(choice, time).numbered(numbering).observe(|moment| {
+            last = pace.seconds(moment);
             if moment.step == 1 {
-                first = moment.wall.as_secs_f64();
+                first = last;
             }
         });
+        let runner = runner.stop(|_| deadline.is_over());
         let outcome = runner.go(&mut start.clone())?;
-        let rest = outcome.wall.as_secs_f64() - first;
+        let rest = last - first;
         let steps = outcome.steps.saturating_sub(1);
         Ok(if steps > 0 { rest / steps as f64 } else { first })
     }

@@ -1,5 +1,6 @@
 use super::facts::{End, Facts, Form, Metric, Run, Scene, Truth};
-use super::{Options, advise, compare, lines};
+use super::{Clock, Options, advise, compare, journal_name, lines, resume};
+use crate::Unfinished;
 use crate::methods::Choice;
 use drape_report::Verdict;
 use std::time::Duration;
@@ -231,4 +232,73 @@ fn a_single_slow_frame_hardly_moves_the_time() {
     assert_eq!(super::steady(&clock(&[1.0, 1.0, 100.0, 1.0, 1.0])), 9.0);
     assert_eq!(super::steady(&clock(&[1.0, 1.0, 3.0, 3.0])), 8.0);
     assert_eq!(super::steady(&[]), 0.0);
+}
+
+/// By counted work the same question has the same answer, to the last bit.
+#[test]
+fn with_modelled_time_a_comparison_is_a_fact() {
+    let input = drape_model::parse("sheet", &sheet(HANGING)).expect("valid");
+    let options = Options {
+        methods: Some("leapfrog,bdf2,xpbd,imex-euler:forcing_term=1e-6".to_owned()),
+        budget: Duration::from_secs(3600),
+        clock: Clock::Modelled,
+        ..Options::default()
+    };
+    let facts = || {
+        let compared = compare("sheet", input.spec(), 0.4, &options, &|_| ());
+        Facts { seconds: 0.0, ..compared.unwrap_or_else(|error| panic!("{error}")).facts }
+    };
+    let first = facts();
+    assert_eq!(first, facts());
+    // Its times are those of the price list, and not of a clock.
+    let pick = advise(&first).take.expect("a method meets 1 cm").run;
+    let run = &first.runs[pick];
+    let choice = Choice::parse(&first.form_of(run).method, &[]).expect("a method");
+    let counted = crate::cost::Counted {
+        steps: u64::from(run.substeps * first.scene.frames),
+        force_evaluations: run.force_evaluations,
+        matvecs: run.matvecs,
+        factorisations: run.factorisations,
+        setups: 0,
+        particles: first.scene.particles,
+        springs: first.scene.springs,
+    };
+    let modelled = counted.seconds(crate::cost::prices().of(&choice.full_id()));
+    let told = run.frame_s * f64::from(first.scene.frames);
+    assert!(told > 0.3 * modelled && told < 3.0 * modelled + 1e-3, "{told} s, {modelled} s");
+}
+
+/// What a journal holds is not run again: even the times are the same. What it lacks is.
+#[test]
+fn a_comparison_goes_on_from_its_journal() {
+    let input = drape_model::parse("sheet", &sheet(HANGING)).expect("valid");
+    let folder = tempfile::tempdir().expect("a folder");
+    let facts = |methods: &str| {
+        let methods = Some(methods.to_owned());
+        let options = Options { methods, budget: Duration::from_secs(600), ..Options::default() };
+        let unfinished = Unfinished::enter(folder.path(), false).expect("a folder of its own");
+        let name = journal_name(input.spec(), 0.4, &options);
+        let journal = unfinished.journal(&name, false).expect("a journal");
+        let compared = resume("sheet", input.spec(), 0.4, &options, &journal, &|_| ());
+        compared.unwrap_or_else(|error| panic!("{error}"))
+    };
+    let first = facts("leapfrog,bdf2");
+    let again = facts("leapfrog,bdf2");
+    let without_clock = |facts: &Facts| Facts { seconds: 0.0, ..facts.clone() };
+    assert_eq!(without_clock(&first.facts), without_clock(&again.facts));
+    assert_eq!(first.ends, again.ends);
+    assert!(again.facts.seconds > 0.9 * first.facts.seconds, "the time before counts");
+    let more = facts("leapfrog,bdf2,midpoint");
+    assert_eq!(more.facts.truth, first.facts.truth);
+    assert!(more.facts.runs.len() > first.facts.runs.len());
+    for run in &first.facts.runs {
+        let same = |other: &&Run| (other.form, other.substeps) == (run.form, run.substeps);
+        let kept = more.facts.runs.iter().find(same).expect("the run before");
+        // The finalists of another race may be timed again.
+        assert!(kept.error_m == run.error_m && kept.verdict == run.verdict, "{kept:?} {run:?}");
+    }
+    let other = Options { seed: 3, ..Options::default() };
+    let usual = journal_name(input.spec(), 0.4, &Options::default());
+    assert_ne!(journal_name(input.spec(), 0.4, &other), usual);
+    assert_ne!(journal_name(input.spec(), 0.5, &Options::default()), usual);
 }

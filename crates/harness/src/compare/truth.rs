@@ -5,8 +5,10 @@
 //! perturbed by a millionth of the cloth's size tell the noise: a run is held against the nearest
 //! of these motions.
 
+use super::Clock;
 use super::deadline::Deadline;
 use super::facts::Truth;
+use super::pace::Pace;
 use super::stage::Stage;
 use crate::HarnessError;
 use crate::film::{Seen, mean};
@@ -164,7 +166,8 @@ fn candidate(
     deadline: Deadline,
 ) -> Result<Result<Candidate, String>, HarnessError> {
     let mut substeps = if is_explicit(choice.method()) { stage.bound_substeps } else { IMPLICIT };
-    let step_s = match stage.probe(choice, substeps) {
+    let pace = Pace::of(Clock::Wall, choice);
+    let step_s = match stage.probe(choice, substeps, &pace, deadline) {
         Ok(step_s) => step_s,
         Err(error @ (HarnessError::Prepare(_) | HarnessError::Step(_))) => {
             return Ok(Err(error.to_string()));

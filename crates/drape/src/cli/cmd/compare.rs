@@ -4,10 +4,12 @@ use crate::cli::input::{files, in_file, load};
 use crate::cli::interrupt::{self, Interrupted};
 use crate::cli::limit::LimitArguments;
 use crate::cli::output::{Sink, check_folder, print};
-use crate::cli::progress::Clock;
-use drape_harness::compare::facts::Metric;
-use drape_harness::compare::{Options, PageError, Request, advise, compare, lines, record, write};
-use drape_harness::start_threads;
+use crate::cli::progress::Clock as Progress;
+use drape_harness::compare::facts::{End, Facts, Metric};
+use drape_harness::compare::{
+    Clock, Options, PageError, Request, advise, journal_name, lines, quoted, record, resume, write,
+};
+use drape_harness::{HarnessError, Shard, Unfinished, start_threads};
 use drape_model::Violation;
 use drape_report::tell;
 use std::path::PathBuf;
@@ -45,6 +47,17 @@ pub(crate) struct Arguments {
     /// Folder for compare.json and compare.html
     #[arg(long, value_name = "DIR", default_value = "compare")]
     out: PathBuf,
+    /// Begin anew, where an interrupted comparison would go on
+    #[arg(long)]
+    fresh: bool,
+    /// Race only the forms whose hash falls to shard I of N, and write no advice; --parts joins
+    /// shards. Each needs a machine of its own, because times count
+    #[arg(long, value_name = "I/N", conflicts_with = "parts")]
+    shard: Option<Shard>,
+    /// Folders of shards of the same comparison, which this one takes up. What none of them holds
+    /// is run here
+    #[arg(long, value_name = "DIR,DIR", value_delimiter = ',')]
+    parts: Vec<PathBuf>,
     #[command(flatten)]
     limit: LimitArguments,
 }
@@ -69,29 +82,46 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         budget: budget(&arguments.budget)?,
         seed: arguments.seed,
         exhaustive: arguments.exhaustive,
+        clock: Clock::Wall,
+        shard: shard(arguments.shard)?,
         interrupt: Some(interrupt::flag()),
     };
     let input = load(&arguments.scene, arguments.limit, None)?;
     let step_s = 1.0 / options.rate;
-    let time = super::run::time_span(Some(step_s), arguments.duration, &input)?;
+    let time = drape_harness::time_span(Some(step_s), arguments.duration, &input)?;
     check_folder("--out", &arguments.out)?;
     let inputs = files(&arguments.scene, &input);
     for name in ["compare.json", "compare.html"] {
         Sink::check("--out", &arguments.out.join(name), &inputs)?;
     }
     start_threads()?;
-    let clock = Clock::new("compare", options.budget);
     let spec = input.spec();
-    let compared = compare(&arguments.scene, spec, time.duration_s, &options, &|tick| {
-        clock.show(tick);
-    });
+    let name = journal_name(spec, time.duration_s, &options);
+    check_parts(&arguments.parts, &name)?;
+    let unfinished = Unfinished::enter(&arguments.out, arguments.fresh)?;
+    if !arguments.parts.is_empty() {
+        unfinished.join(&arguments.parts)?;
+    }
+    let journal = unfinished.journal(&name, false)?;
+    if journal.cells() > 0 {
+        tell!("drape: going on from {} findings in {}", journal.cells(), arguments.out.display());
+    }
+    let clock = Progress::new("compare", options.budget);
+    let (scene, seconds) = (&arguments.scene, time.duration_s);
+    let compared = resume(scene, spec, seconds, &options, &journal, &|tick| clock.show(tick));
     clock.end();
-    let comparison = compared.map_err(|error| match error {
-        drape_harness::HarnessError::Violation(violation) if !violation.path.starts_with("--") => {
-            anyhow::Error::from(in_file(&arguments.scene, violation))
+    let comparison = match compared {
+        Ok(comparison) => comparison,
+        Err(error) => {
+            // A refused question leaves nothing behind.
+            drop(journal);
+            unfinished.leave([name.as_str()])?;
+            return Err(refused(error, &arguments.scene));
         }
-        other => other.in_scene(&arguments.scene).into(),
-    })?;
+    };
+    if let Some(shard) = options.shard {
+        return part_is_done(arguments, shard, &comparison.facts);
+    }
     let source = crate::cli::source();
     let command = arguments.command();
     let request = Request { options: &options, command: &command, source: &source };
@@ -109,13 +139,64 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     print(&text)?;
     if interrupt::is_set() {
         return Err(Interrupted(format!(
-            "interrupted after {:.1} s; the advice is that of the runs until then; a comparison \
-             goes on from its start: {}",
+            "interrupted after {:.1} s; the advice is that of the runs until then; to go on: {}",
             comparison.facts.seconds,
-            interrupt::command(&[])
+            interrupt::command(&["--fresh"])
         ))
         .into());
     }
+    drop(journal);
+    Ok(unfinished.leave([name.as_str()])?)
+}
+
+/// Why a comparison was refused, with the file where the fault is in the scene.
+fn refused(error: HarnessError, scene: &str) -> anyhow::Error {
+    match error {
+        HarnessError::Violation(violation) if !violation.path.starts_with("--") => {
+            in_file(scene, violation).into()
+        }
+        other => other.in_scene(scene).into(),
+    }
+}
+
+/// A shard that may be raced: the timed one has no meaning here.
+fn shard(shard: Option<Shard>) -> Result<Option<Shard>, Violation> {
+    match shard {
+        Some(Shard::Timed) => {
+            Err(refusal("--shard", "timed", "I/N: every run of a comparison is timed"))
+        }
+        shard => Ok(shard),
+    }
+}
+
+/// Refuses the first part that holds no journal of this comparison.
+fn check_parts(parts: &[PathBuf], name: &str) -> Result<(), Violation> {
+    let journal = |part: &PathBuf| part.join(".unfinished").join(name).with_extension("journal");
+    let lacks = |part: &&PathBuf| !journal(part).is_file();
+    let Some(part) = parts.iter().find(lacks) else { return Ok(()) };
+    let expected = "folders of `drape compare --shard` of the same scene with the same --metric, \
+                    --target, --frame, --duration, --seed and --exhaustive, not yet joined";
+    Err(refusal("--parts", &part.display().to_string(), expected))
+}
+
+/// What a shard says when its forms have been raced, or the time is over.
+fn part_is_done(arguments: &Arguments, shard: Shard, facts: &Facts) -> anyhow::Result<()> {
+    let out = arguments.out.display();
+    let left = facts.forms.iter().filter(|form| form.end == End::OutOfTime).count();
+    if interrupt::is_set() {
+        return Err(Interrupted(format!(
+            "interrupted after {:.1} s; finished runs are kept in {out}; to go on: {}",
+            facts.seconds,
+            interrupt::command(&["--fresh"])
+        ))
+        .into());
+    }
+    let rest = if left > 0 { format!(", {left} of them not to their end") } else { String::new() };
+    tell!(
+        "shard {shard}: {} forms were raced{rest}; to join shards: drape compare {} --parts {out},…",
+        facts.forms.len(),
+        quoted(&arguments.scene)
+    );
     Ok(())
 }
 

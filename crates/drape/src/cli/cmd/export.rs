@@ -9,6 +9,7 @@ use drape_report::tell;
 use std::path::{Path, PathBuf};
 
 use crate::cli::output::{check_folder, csv_line};
+use crate::cli::parquet;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
@@ -18,7 +19,7 @@ pub(crate) struct Arguments {
     /// Format of the tables
     #[arg(long, value_enum, default_value = "csv")]
     format: Format,
-    /// Folder for the tables [default: FOLDER/csv]
+    /// Folder for the tables [default: FOLDER/csv or FOLDER/parquet]
     #[arg(long)]
     out: Option<PathBuf>,
     /// Only these studies, separated by commas
@@ -33,64 +34,71 @@ pub(crate) struct Arguments {
 enum Format {
     /// Comma-separated values (RFC 4180), UTF-8: one table a study, and dictionary.csv
     Csv,
-    /// Not built in
+    /// Apache Parquet, with types and compressed: the same tables, and dictionary.parquet
     Parquet,
 }
 
-pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    let refuse = |path: &str, value: String, expected: String| Violation {
-        path: path.to_owned(),
-        value,
-        expected,
-    };
-    if arguments.format == Format::Parquet {
-        let expected = "csv: parquet is not built in; most readers of it also read CSV".to_owned();
-        return Err(refuse("--format", "`parquet`".to_owned(), expected).into());
+impl Format {
+    /// Ending of the files.
+    fn ending(self) -> &'static str {
+        match self {
+            Self::Csv => "csv",
+            Self::Parquet => "parquet",
+        }
     }
+}
+
+pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let folder = &arguments.folder;
     let chosen = match arguments.only.as_slice() {
         [] => studies::all().to_vec(),
         names => names.iter().map(|name| studies::find(name)).collect::<Result<Vec<_>, _>>()?,
     };
     let mut tables: Vec<(PathBuf, Vec<Row>)> = Vec::new();
-    let out = arguments.out.clone().unwrap_or_else(|| folder.join("csv"));
+    let ending = arguments.format.ending();
+    let out = arguments.out.clone().unwrap_or_else(|| folder.join(ending));
     for study in chosen {
         if let Some(rows) = table(folder, study.name()).map_err(ReportError::from)? {
-            tables.push((out.join(format!("{}.csv", study.name())), rows));
+            tables.push((out.join(format!("{}.{ending}", study.name())), rows));
         }
     }
     if tables.is_empty() {
         return Err(ReportError::NoRecords { folder: folder.clone() }.into());
     }
-    let words = out.join("dictionary.csv");
+    let words = out.join(format!("dictionary.{ending}"));
     let files = tables.iter().map(|(file, _)| file).chain([&words]);
     let present = files.filter(|file| file.exists()).find(|_| !arguments.force);
     if let Some(file) = present {
-        let expected = "a file that is not there yet, or --force".to_owned();
-        return Err(refuse("--out", format!("`{}`", file.display()), expected).into());
+        return Err(Violation {
+            path: "--out".to_owned(),
+            value: format!("`{}`", file.display()),
+            expected: "a file that is not there yet, or --force".to_owned(),
+        }
+        .into());
     }
     check_folder("--out", &out)?;
     let all: Vec<Row> = tables.iter().flat_map(|(_, rows)| rows).cloned().collect();
     for (file, rows) in &tables {
         let header = COLUMNS.map(|(name, _, _)| name);
-        write(file, &header, rows.iter().map(|row| &row[..]))?;
+        let rows: Vec<&[String]> = rows.iter().map(|row| &row[..]).collect();
+        write(arguments.format, file, &header, &rows)?;
     }
     let lines = dictionary(&all);
-    write(&words, &["name", "kind", "unit", "meaning"], lines.iter().map(|line| &line[..]))
+    let lines: Vec<&[String]> = lines.iter().map(|line| &line[..]).collect();
+    write(arguments.format, &words, &["name", "kind", "unit", "meaning"], &lines)
 }
 
-fn write<'a>(
-    file: &Path,
-    header: &[&str],
-    rows: impl Iterator<Item = &'a [String]>,
-) -> anyhow::Result<()> {
-    let mut text = csv_line(header.iter().copied());
-    let mut count = 0;
-    for row in rows {
-        text += &csv_line(row.iter().map(String::as_str));
-        count += 1;
-    }
-    write_atomically(file, text.as_bytes())?;
-    tell!("wrote {} ({count} rows)", file.display());
+fn write(format: Format, file: &Path, header: &[&str], rows: &[&[String]]) -> anyhow::Result<()> {
+    let bytes = match format {
+        Format::Csv => {
+            let mut text = csv_line(header.iter().copied());
+            rows.iter().for_each(|row| text += &csv_line(row.iter().map(String::as_str)));
+            text.into_bytes()
+        }
+        Format::Parquet => parquet::table(header, rows)
+            .map_err(|error| anyhow::anyhow!("{}: {error}", file.display()))?,
+    };
+    write_atomically(file, &bytes)?;
+    tell!("wrote {} ({} rows)", file.display(), rows.len());
     Ok(())
 }

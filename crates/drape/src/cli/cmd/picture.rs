@@ -66,7 +66,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let choice = Choice::parse(&arguments.method, &arguments.settings)
         .map_err(|error: MethodError| HarnessError::from(error))?;
     let input = load(&arguments.scene, arguments.limit, Some(&choice))?;
-    let time = super::run::time_span(arguments.dt, arguments.duration, &input)?;
+    let time = drape_harness::time_span(arguments.dt, arguments.duration, &input)?;
     let mut shots = shots(&arguments.times, time)?;
     let inputs = files(&arguments.scene, &input);
     if shots.len() > 1 && is_stream(&arguments.out) {

@@ -9,14 +9,12 @@ use crate::cli::limit::LimitArguments;
 use crate::cli::output::{Sink, print};
 use crate::cli::progress::bar;
 use clap::builder::TypedValueParser as _;
-use drape_harness::judgement::{self, Expected, Extremes, Start, energy_gain};
+use drape_harness::judgement::Judge;
 use drape_harness::methods::{Choice, MethodError};
-use drape_harness::record::{Ending, FinalState, Judgement, RUN_FORMAT, Run, Sample};
-use drape_harness::{
-    HarnessError, Moment, OrderedSimulation, Outcome, Passage, Peak, Team, system_hash,
-};
+use drape_harness::record::{Run, Sample};
+use drape_harness::{HarnessError, Moment, OrderedSimulation, Passage, Peak, Team, time_span};
 use drape_integrator::ExplicitNumbers;
-use drape_model::{SceneFile, State, SystemSpec, TimeSpan, Violation};
+use drape_model::{TimeSpan, Violation};
 use drape_report::{printable, tell};
 use std::num::NonZero;
 use std::path::{Path, PathBuf};
@@ -83,16 +81,13 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     if let Some(warning) = warning {
         tell!("drape: warning: {warning}");
     }
-    let expected = Expected::of(&simulation, &choice, time);
-    if let Some(warning) = expected.warning(&simulation, &choice, step) {
+    let mut judge = Judge::of(&simulation, &choice, time);
+    if let Some(warning) = judge.expected().warning(&simulation, &choice, step) {
         tell!("drape: warning: {warning}");
     }
-    let start = Start::of(&simulation);
-    // Wind, moving pins and moving obstacles do work on the cloth.
     let taken = (&inputs[..], sink.as_ref());
-    let mut balance = simulation.work_balance();
     let mut tunnels = simulation.tunnels();
-    let is_driven = balance.is_some();
+    let is_driven = judge.is_driven();
     let mut frames = Frames::begin(&arguments.frames, spec, &simulation, time, taken)?;
     let (whole, rest) = time.steps();
     let mut probes = Probes::begin(
@@ -102,7 +97,6 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         whole + u64::from(rest.is_some()),
         taken,
     )?;
-    let mut check = simulation.motion_check(whole + u64::from(rest.is_some()));
     let bar = bar(choice.method().id, whole + u64::from(rest.is_some()));
     let mut peak = Peak::default();
     let mut sound = Peak::before_a_rise_above(simulation.moving().energy());
@@ -118,11 +112,8 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
             if step % (step / PEAKS).max(1) == 0 && !was_warned && !is_driven {
                 sound.look(moving);
             }
-            if let Some(balance) = &mut balance {
-                balance.look(moment);
-            }
+            judge.look(moment);
             tunnels.look(moment);
-            check.look(moment);
             if let Some(probes) = &mut probes {
                 probes.look(moment);
             }
@@ -143,19 +134,9 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     })?;
     let outcome = team.run(simulate).map_err(|error| error.in_scene(&arguments.scene))?;
     bar.inspect(|bar| bar.finish_and_clear());
-    let gain = match &outcome.divergence {
-        None => Extremes::of(&outcome.series).and_then(|extremes| {
-            energy_gain(extremes, &choice, simulation.rule(), start, balance.as_ref())
-        }),
-        Some(_) => None,
-    };
-    let is_judged = balance.as_ref().is_none_or(|balance| balance.excess().is_some());
-    let kept = match outcome.divergence {
-        None => Some(team.run(|| simulation.kept(&check, outcome.effort))),
-        Some(_) => None,
-    };
-    let verdict = judgement::judge(&outcome, gain.as_deref(), is_judged, kept, &expected);
-    let record = record(spec, &choice, time, (&outcome, verdict), &simulation.state());
+    let gain = judge.gain(&simulation, &choice, &outcome);
+    let verdict = team.run(|| judge.verdict(&simulation, &outcome, gain.as_deref()));
+    let record = Run::of(spec, &choice, time, (&outcome, verdict), &simulation.state());
     if let Some(sink) = &sink {
         if arguments.out.as_deref().is_some_and(is_csv) {
             sink.write(super::probe::series(&record.series).as_bytes())?;
@@ -233,72 +214,6 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
 /// Whether a file is to hold comma-separated values.
 fn is_csv(file: &Path) -> bool {
     file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv"))
-}
-
-/// Step and duration: from the options, or else from the scene.
-pub(crate) fn time_span(
-    dt: Option<f64>,
-    duration: Option<f64>,
-    input: &SceneFile,
-) -> Result<TimeSpan, Violation> {
-    let usual = input.scene().map(|scene| scene.time);
-    let missing = |key: &str| Violation {
-        path: key.to_owned(),
-        value: "missing".to_owned(),
-        expected: format!("`{key} SECONDS`, because a discretised system states no time"),
-    };
-    let time = TimeSpan {
-        step_s: dt.or(usual.map(|t| t.step_s)).ok_or_else(|| missing("--dt"))?,
-        duration_s: duration
-            .or(usual.map(|t| t.duration_s))
-            .ok_or_else(|| missing("--duration"))?,
-    };
-    time.check("--dt", "--duration")?;
-    Ok(time)
-}
-
-fn record(
-    spec: &SystemSpec,
-    choice: &Choice,
-    time: TimeSpan,
-    (outcome, verdict): (&Outcome, Judgement),
-    state: &State,
-) -> Run {
-    Run {
-        format: RUN_FORMAT.to_owned(),
-        scene: spec.name.clone(),
-        scene_hash: system_hash(spec),
-        method: choice.method().id.to_owned(),
-        settings: choice
-            .settings()
-            .iter()
-            .map(|(key, value)| (key.to_owned(), value.to_owned()))
-            .collect(),
-        dt_s: time.step_s,
-        steps: outcome.steps,
-        ending: match &outcome.divergence {
-            None if outcome.is_over_budget => Ending::Interrupted {
-                step: outcome.steps,
-                time_s: state.t,
-                unconverged_steps: outcome.unconverged,
-            },
-            None => Ending::Completed { unconverged_steps: outcome.unconverged },
-            Some(divergence) => Ending::Diverged {
-                step: divergence.step,
-                time_s: divergence.time,
-                criterion: divergence.criterion.clone(),
-            },
-        },
-        verdict,
-        totals: outcome.totals,
-        phases_seconds: outcome.phases,
-        series: outcome.series.clone(),
-        final_state: FinalState {
-            time_s: state.t,
-            position_m: state.x.iter().map(|&x| x.into()).collect(),
-            velocity_m_s: state.v.iter().map(|&v| v.into()).collect(),
-        },
-    }
 }
 
 /// About how many times a run samples its speed.

@@ -1,0 +1,164 @@
+//! What an interrupted comparison has found, in a journal.
+//!
+//! Everything that took time is a cell: the true motion, what a step of each form costs, and each
+//! run with the cloth at its end. A run that was stopped because the time was over is none. A
+//! comparison that finds such cells makes the same decisions again, at once, and goes on where it
+//! was interrupted. Cells carry the time at which they were done, so the budget is that of all
+//! processes together.
+
+use super::facts::{End, Run, Truth};
+use super::truth::Found;
+use crate::HarnessError;
+use crate::film::{Look, Seen};
+use crate::journal::Journal;
+use drape_model::Vec3;
+use serde::{Deserialize, Serialize};
+use std::time::{Duration, Instant};
+
+/// The journal of a comparison.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Memory<'a> {
+    journal: &'a Journal,
+    /// When the comparison began, if no process had interrupted it.
+    begin: Instant,
+}
+
+/// A finding with the seconds that had passed then.
+#[derive(Serialize, Deserialize)]
+struct Cell<T> {
+    at_s: f64,
+    found: T,
+}
+
+/// A look with its positions in one list.
+#[derive(Serialize, Deserialize)]
+struct Picture {
+    x: Vec<f64>,
+    kinetic: f64,
+    strain: f64,
+}
+
+/// A motion.
+#[derive(Serialize, Deserialize)]
+struct Motion {
+    looks: Vec<Picture>,
+    path: f64,
+}
+
+/// A run of the race.
+#[derive(Clone, Serialize, Deserialize)]
+pub(super) struct Ran {
+    pub(super) run: Run,
+    /// Seconds of its steps at the end of each frame.
+    pub(super) clock: Vec<f64>,
+    /// Why it was stopped.
+    pub(super) end: Option<End>,
+    /// The cloth at the last look, m.
+    last: Option<Vec<f64>>,
+}
+
+impl Ran {
+    pub(super) fn new(
+        run: Run,
+        clock: Vec<f64>,
+        end: Option<End>,
+        last: Option<&Vec<Vec3>>,
+    ) -> Self {
+        Self { run, clock, end, last: last.map(|x| flat(x)) }
+    }
+
+    /// The cloth at the last look, m.
+    pub(super) fn last(&self) -> Option<Vec<Vec3>> {
+        self.last.as_deref().map(points)
+    }
+}
+
+fn flat(x: &[Vec3]) -> Vec<f64> {
+    x.iter().flat_map(|x| [x.x, x.y, x.z]).collect()
+}
+
+fn points(flat: &[f64]) -> Vec<Vec3> {
+    flat.chunks_exact(3).map(|x| Vec3::new(x[0], x[1], x[2])).collect()
+}
+
+const TRUTH: &str = "true motion";
+
+impl<'a> Memory<'a> {
+    pub(super) fn new(journal: &'a Journal) -> Self {
+        let at = |cell: &serde_json::Value| cell.get("at_s").and_then(serde_json::Value::as_f64);
+        let spent = journal.results().filter_map(at).fold(0.0, f64::max);
+        let now = Instant::now();
+        let spent = Duration::try_from_secs_f64(spent).unwrap_or_default();
+        Self { journal, begin: now.checked_sub(spent).unwrap_or(now) }
+    }
+
+    /// When the comparison began.
+    pub(super) fn begin(&self) -> Instant {
+        self.begin
+    }
+
+    fn keep<T: Serialize>(&self, part: &str, number: u32, found: T) -> Result<(), HarnessError> {
+        let cell = Cell { at_s: self.begin.elapsed().as_secs_f64(), found };
+        self.journal.keep(part, number as usize, &cell)
+    }
+
+    fn kept<T: for<'de> Deserialize<'de>>(&self, part: &str, number: u32) -> Option<T> {
+        self.journal.kept::<Cell<T>>(part, number as usize).map(|cell| cell.found)
+    }
+
+    pub(super) fn truth(&self) -> Option<Found> {
+        let (truth, motions): (Truth, Vec<Motion>) = self.kept(TRUTH, 0)?;
+        let look =
+            |look: Picture| Look { x: points(&look.x), kinetic: look.kinetic, strain: look.strain };
+        let members = motions.into_iter().map(|motion| Seen {
+            looks: motion.looks.into_iter().map(look).collect(),
+            path: motion.path,
+        });
+        Some(Found { truth, members: members.collect() })
+    }
+
+    pub(super) fn keep_truth(&self, found: &Found) -> Result<(), HarnessError> {
+        let look =
+            |look: &Look| Picture { x: flat(&look.x), kinetic: look.kinetic, strain: look.strain };
+        let motion =
+            |seen: &Seen| Motion { looks: seen.looks.iter().map(look).collect(), path: seen.path };
+        let motions: Vec<Motion> = found.members.iter().map(motion).collect();
+        self.keep(TRUTH, 0, (&found.truth, motions))
+    }
+
+    /// Seconds of a step of a form, or why it is refused.
+    pub(super) fn probe(&self, form: &str) -> Option<Result<f64, String>> {
+        self.kept(&format!("probe of {form}"), 0)
+    }
+
+    pub(super) fn keep_probe(
+        &self,
+        form: &str,
+        step_s: &Result<f64, String>,
+    ) -> Result<(), HarnessError> {
+        self.keep(&format!("probe of {form}"), 0, step_s)
+    }
+
+    pub(super) fn run(&self, form: &str, substeps: u32) -> Option<Ran> {
+        self.kept(&format!("runs of {form}"), substeps)
+    }
+
+    pub(super) fn keep_run(&self, form: &str, ran: &Ran) -> Result<(), HarnessError> {
+        self.keep(&format!("runs of {form}"), ran.run.substeps, ran)
+    }
+
+    /// Seconds of a run that was timed again.
+    pub(super) fn time(&self, form: &str, substeps: u32, repetition: u32) -> Option<Option<f64>> {
+        self.kept(&format!("time {repetition} of {form}"), substeps)
+    }
+
+    pub(super) fn keep_time(
+        &self,
+        form: &str,
+        substeps: u32,
+        repetition: u32,
+        time: Option<f64>,
+    ) -> Result<(), HarnessError> {
+        self.keep(&format!("time {repetition} of {form}"), substeps, time)
+    }
+}
