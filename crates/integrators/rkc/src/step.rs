@@ -167,6 +167,7 @@ impl Workspace {
             lead[i] = last.x[i] / h - v[i];
         }
         contacts.detect(system, x, v, (h, *t), constraints);
+        contacts.hold_gaps(system, v, |i| free[i], constraints);
         contacts.project(system, constraints, free, velocity, impulse);
         contacts.strike(system, constraints, v, velocity);
         contacts.support(h, lead);
