@@ -279,7 +279,8 @@ fn the_light_particles_do_not_feel_how_heavy_a_very_heavy_one_is() {
         for ((x, unsolved), ratio) in rest.iter().flatten().zip(&RATIOS[1..]) {
             let found = apart(x, first);
             assert!(found < felt(id), "{id}, {ratio:e}: {found:e} m");
-            let may_warn = has(id, "max_iterations=1") || id.contains("norm=euclid");
+            let may_warn = ["max_iterations=1", "norm=euclid", "safeguard=paper"];
+            let may_warn = may_warn.iter().any(|setting| has(id, setting));
             assert!(may_warn || *unsolved == 0, "{id}, {ratio:e}: {unsolved} steps unsolved");
         }
     }

@@ -488,7 +488,7 @@ impl ContactSet {
                         }),
                         friction: obstacle.friction,
                         surface: motion.map(|motion| motion.velocity),
-                        gap: if rubbed && !arrives { distance.max(0.0) } else { 0.0 },
+                        gap: if rubbed { distance.max(0.0) } else { 0.0 },
                         is_held: false,
                         lent: 0.0,
                     };

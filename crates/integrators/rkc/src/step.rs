@@ -167,7 +167,6 @@ impl Workspace {
             lead[i] = last.x[i] / h - v[i];
         }
         contacts.detect(system, x, v, (h, *t), constraints);
-        contacts.hold_gaps(system, v, |i| free[i], constraints);
         contacts.project(system, constraints, free, velocity, impulse);
         contacts.strike(system, constraints, v, velocity);
         contacts.support(h, lead);
