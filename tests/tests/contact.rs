@@ -563,7 +563,7 @@ fn a_sheet_on_a_ball_stays_where_friction_holds_it_at_large_steps_too() {
         "baraff-witkin:contact=position,forcing_term=1e-4",
         "backward-euler",
         "bdf2",
-        "imex-updated:forcing_term=1e-6",
+        "imex-updated:forcing_term=1e-8",
     ] {
         let end = end(method, 2.0);
         let off = end - exact;
@@ -616,9 +616,9 @@ fn a_particle_slides_over_a_ball_as_the_law_of_coulomb_says() {
             run.steps((time / h).round() as usize);
             let x = run.state.x[0];
             let off = (x.x.atan2(x.z) - exact).abs() / (exact - angle);
-            // BDF of three steps holds the place behind it, which it must forget at each change.
-            let allowed = if has(id, "steps=3") { 14.0 } else { 7.0 };
-            assert!(off < allowed * h + 1e-3, "{id}, h = {h}: off by {off:.4} of its way");
+            // A long past does not fit each new direction of the surface.
+            let (slope, rest) = if has(id, "steps=3") { (14.0, 3e-3) } else { (7.0, 1e-3) };
+            assert!(off < slope * h + rest, "{id}, h = {h}: off by {off:.4} of its way");
         }
     }
 }

@@ -246,8 +246,10 @@ fn felt(id: &str) -> f64 {
     match name(id) {
         "imex-updated" => 5e-4,
         _ if has(id, "max_iterations=1") => 5e-4,
+        // It takes the torque about the origin.
+        _ if has(id, "torque=literal") => 1e-4,
         "imex-euler" | "imex-sbdf2" | "imex-cnab2" | "imex-mcnab2" | "imex-cnlf" => 5e-4,
-        _ => 2e-5,
+        _ => 5e-5,
     }
 }
 

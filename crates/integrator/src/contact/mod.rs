@@ -122,6 +122,9 @@ struct Contact {
     friction: f64,
     /// `v_s`, where the obstacle moves.
     surface: Option<Vec3>,
+    /// Whether it has friction, was active in the last step, and the particle lies on the surface,
+    /// up to round-off, or outside.
+    goes_on: bool,
     /// The gap across which it goes on because it has friction and was active in the last step, m;
     /// 0 where there is none.
     gap: f64,
@@ -488,6 +491,7 @@ impl ContactSet {
                         }),
                         friction: obstacle.friction,
                         surface: motion.map(|motion| motion.velocity),
+                        goes_on: rubbed && distance > -TOUCHING,
                         gap: if rubbed { distance.max(0.0) } else { 0.0 },
                         is_held: false,
                         lent: 0.0,
@@ -613,7 +617,8 @@ impl ContactSet {
         kept < before
     }
 
-    /// Decides about contacts across a gap for methods that move by the old velocities `v`, m/s.
+    /// Decides about contacts with friction, across a gap too, for methods that move by the old
+    /// velocities `v`, m/s: these lead away from a round surface, and from a plane by round-off.
     /// `end` gives the velocity of a particle at the end of the step without the contact. Where
     /// that leads away, the contact ends; else it stays, whatever [`project`](Self::project) finds.
     /// Particles with several contacts are left to `project`.
@@ -626,7 +631,7 @@ impl ContactSet {
         end: impl Fn(usize) -> Vec3,
         constraints: &mut Constraints,
     ) {
-        if self.candidates.iter().all(|contact| contact.gap == 0.0) {
+        if !self.candidates.iter().any(|contact| contact.goes_on) {
             return;
         }
         let mut last = u32::MAX;
@@ -636,7 +641,7 @@ impl ContactSet {
             let is_alone = last != particle && next != Some(particle);
             last = particle;
             let contact = &mut self.candidates[position];
-            if is_alone && contact.gap > 0.0 {
+            if is_alone && contact.goes_on {
                 contact.is_held = true;
                 contact.lent =
                     (contact.target - contact.normal.dot(&v[particle as usize])).min(0.0);

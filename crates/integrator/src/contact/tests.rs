@@ -8,7 +8,7 @@ fn contact(normal: Vec3, target: f64) -> Contact {
     let (normal, shift, keep) = (normal.normalize(), 0.0, 0.0);
     let (recovery, least) = (target, f64::NEG_INFINITY);
     let (slack, friction, surface) = (0.0, 0.0, None);
-    let (gap, is_held, lent) = (0.0, false, 0.0);
+    let (goes_on, gap, is_held, lent) = (false, 0.0, false, 0.0);
     Contact {
         particle: 0,
         obstacle: 0,
@@ -21,6 +21,7 @@ fn contact(normal: Vec3, target: f64) -> Contact {
         slack,
         friction,
         surface,
+        goes_on,
         gap,
         is_held,
         lent,
@@ -237,7 +238,13 @@ fn across_gaps(count: u32) -> (System, ContactSet, Constraints) {
     set.candidates = (0..count)
         .map(|particle| {
             let target = -0.1 - 1e-3 * f64::from(particle);
-            Contact { particle, friction: 0.3, gap: 1e-3, ..contact(Vec3::z(), target) }
+            Contact {
+                particle,
+                friction: 0.3,
+                goes_on: true,
+                gap: 1e-3,
+                ..contact(Vec3::z(), target)
+            }
         })
         .collect();
     let mut constraints = ContactSet::constraints(&system);
