@@ -123,11 +123,15 @@ const TOKENS: &[&str] = &[
 
 /// Lines of programs that keep to the protocol.
 const LINES: &[&str] = &[
-    r#"{"protocol":"drape-method/1","name":"implicit midpoint","order":2,"class":"symplectic","conserves":["momentum"],"implicit":true,"supports":["tension","gravity","pins","full damping"]}"#,
-    r#"{"protocol":"drape-method/1","name":"mine","order":1,"class":"dissipative","implicit":false,"supports":[],"source":"a book","theory":"none"}"#,
+    r#"{"protocol":"drape-method/1","name":"implicit midpoint","order":2,
+        "class":"symplectic","conserves":["momentum"],"implicit":true,
+        "supports":["tension","gravity","pins","full damping"]}"#,
+    r#"{"protocol":"drape-method/1","name":"mine","order":1,"class":"dissipative",
+        "implicit":false,"supports":[],"source":"a book","theory":"none"}"#,
     r#"{"ok":true}"#,
     r#"{"error":"the step is too long"}"#,
-    r#"{"bytes":432,"force_evaluations":3,"newton_iterations":2,"cg_iterations":40,"matvecs":41,"factorisations":1,"substeps":2,"converged":false}"#,
+    r#"{"bytes":432,"force_evaluations":3,"newton_iterations":2,"cg_iterations":40,
+        "matvecs":41,"factorisations":1,"substeps":2,"converged":false}"#,
     r#"{"bytes":432}"#,
 ];
 /// Bytes that a step of the protocol announces here.
@@ -135,8 +139,11 @@ const LINE_BYTES: usize = 432;
 
 /// Messages that the page of the lab sends.
 const MESSAGES: &[&str] = &[
-    r#"{"do":"open","panes":[{"scene":"hanging-textile-1e4","method":"imex-euler:forcing_term=0.05","stiffness":1000,"damping":2,"step":0.01,"duration":1,"particles":8}]}"#,
-    r#"{"do":"open","panes":[{"scene":"flag","method":"backward-euler"},{"scene":"round-table","method":"xpbd"}]}"#,
+    r#"{"do":"open","panes":[{"scene":"hanging-textile-1e4",
+        "method":"imex-euler:forcing_term=0.05","stiffness":1000,"damping":2,"step":0.01,
+        "duration":1,"particles":8}]}"#,
+    r#"{"do":"open","panes":[{"scene":"flag","method":"backward-euler"},
+        {"scene":"round-table","method":"xpbd"}]}"#,
     r#"{"do":"play"}"#,
     r#"{"do":"pause"}"#,
     r#"{"do":"step"}"#,
