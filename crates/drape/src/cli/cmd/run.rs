@@ -353,9 +353,9 @@ fn mass_warning(spec: &SystemSpec) -> Option<String> {
     let ((light, least), (heavy, most)) = (*free.first()?, *free.last()?);
     (most > TESTED_RATIO * least).then(|| {
         format!(
-            "`particles.mass_kg[{heavy}]` is {most:e} and `particles.mass_kg[{light}]` is {least:e}; \
-             expected a ratio of at most {TESTED_RATIO:e}: round-off of the heavy particle may hide \
-             the motion of the light ones; pin the heavy one or make it lighter"
+            "`particles.mass_kg[{heavy}]` is {most:e} and `particles.mass_kg[{light}]` is \
+             {least:e}; expected a ratio of at most {TESTED_RATIO:e}: round-off of the heavy \
+             particle may hide the motion of the light ones; pin the heavy one or make it lighter"
         )
     })
 }
