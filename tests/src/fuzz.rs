@@ -1,10 +1,13 @@
-//! Broken input: mutations of files and settings that are right, and what must hold for each.
+//! Broken input: mutations of files, settings and messages that are right, and what must hold for
+//! each.
 //!
 //! Nothing that a user can pass in may panic, and what is refused gets a message of readable length.
 //! What is accepted is built, and a method takes a step on it.
 
 use drape_harness::Unfinished;
 use drape_harness::methods::{self, Choice};
+use drape_lab::messages::Request;
+use drape_lab::{Out, Runs, Session};
 use drape_model::{MeshCloth, SceneFile, bundled};
 use drape_oracle::{Random, Run};
 use std::fmt::Display;
@@ -26,19 +29,32 @@ pub enum Kind {
     Record,
     /// The journal of an interrupted experiment.
     Journal,
+    /// A line that a program of the user writes, "drape-method/1".
+    Line,
+    /// A message to the lab.
+    Message,
 }
 
 impl Kind {
     /// All kinds.
-    pub const ALL: [Self; 6] =
-        [Self::Scene, Self::System, Self::Mesh, Self::Settings, Self::Record, Self::Journal];
+    pub const ALL: [Self; 8] = [
+        Self::Scene,
+        Self::System,
+        Self::Mesh,
+        Self::Settings,
+        Self::Record,
+        Self::Journal,
+        Self::Line,
+        Self::Message,
+    ];
 
     /// Its share in a run, in parts of 1000: records and journals go through files, which is slow.
     fn weight(self) -> usize {
         match self {
-            Self::Scene | Self::System => 250,
-            Self::Mesh | Self::Settings => 249,
+            Self::Scene | Self::System => 200,
+            Self::Mesh | Self::Settings => 149,
             Self::Record | Self::Journal => 1,
+            Self::Line | Self::Message => 150,
         }
     }
 }
@@ -105,6 +121,38 @@ const TOKENS: &[&str] = &[
     "g \u{7}\n",
 ];
 
+/// Lines of programs that keep to the protocol.
+const LINES: &[&str] = &[
+    r#"{"protocol":"drape-method/1","name":"implicit midpoint","order":2,
+        "class":"symplectic","conserves":["momentum"],"implicit":true,
+        "supports":["tension","gravity","pins","full damping"]}"#,
+    r#"{"protocol":"drape-method/1","name":"mine","order":1,"class":"dissipative",
+        "implicit":false,"supports":[],"source":"a book","theory":"none"}"#,
+    r#"{"ok":true}"#,
+    r#"{"error":"the step is too long"}"#,
+    r#"{"bytes":432,"force_evaluations":3,"newton_iterations":2,"cg_iterations":40,
+        "matvecs":41,"factorisations":1,"substeps":2,"converged":false}"#,
+    r#"{"bytes":432}"#,
+];
+/// Bytes that a step of the protocol announces here.
+const LINE_BYTES: usize = 432;
+
+/// Messages that the page of the lab sends.
+const MESSAGES: &[&str] = &[
+    r#"{"do":"open","panes":[{"scene":"hanging-textile-1e4",
+        "method":"imex-euler:forcing_term=0.05","stiffness":1000,"damping":2,"step":0.01,
+        "duration":1,"particles":8}]}"#,
+    r#"{"do":"open","panes":[{"scene":"flag","method":"backward-euler"},
+        {"scene":"round-table","method":"xpbd"}]}"#,
+    r#"{"do":"play"}"#,
+    r#"{"do":"pause"}"#,
+    r#"{"do":"step"}"#,
+    r#"{"do":"restart"}"#,
+    r#"{"do":"rate","rate":0.5}"#,
+    r#"{"do":"wait","wait":false}"#,
+    r#"{"do":"repeat","pane":0}"#,
+];
+
 /// Most particles or faces that an input may ask for: larger ones are right, but slow to try.
 const LARGEST: f64 = 3000.0;
 /// Bytes of a message from which on nobody reads it.
@@ -163,6 +211,8 @@ impl Fuzzer {
             (Kind::Settings, settings),
             (Kind::Record, records),
             (Kind::Journal, vec![journal]),
+            (Kind::Line, LINES.iter().map(|line| bytes(line)).collect()),
+            (Kind::Message, MESSAGES.iter().map(|message| bytes(message)).collect()),
         ];
         Ok(Self { seed, corpus, folder })
     }
@@ -256,8 +306,28 @@ impl Fuzzer {
                 drop(journal);
                 unfinished.leave(["order"]).map_err(message)
             }
+            Kind::Line => {
+                let bytes = [None, Some(0), Some(LINE_BYTES)][(number % 3) as usize];
+                drape_program::try_line(input, bytes)
+            }
+            Kind::Message => receive(&lossy),
         }
     }
+}
+
+/// What the lab makes of a message. Panes are checked, not started: each would take a thread.
+fn receive(text: &str) -> Result<(), String> {
+    if let Ok(Request::Open { panes }) = serde_json::from_str(text) {
+        return panes.iter().try_for_each(|setup| setup.stage().map(|_| ()).map_err(message));
+    }
+    let mut session = Session::new(Runs::default());
+    for out in session.receive(text) {
+        match out {
+            Out::Text(text) if text.contains(r#""tell":"refused""#) => return Err(text),
+            Out::Text(_) | Out::Binary(_) => {}
+        }
+    }
+    Ok(())
 }
 
 fn message(error: impl Display) -> String {

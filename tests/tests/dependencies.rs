@@ -2,10 +2,19 @@
 
 use cargo_metadata::{MetadataCommand, Package};
 use spdx::{Expression, ParseMode};
+use std::collections::{BTreeMap, BTreeSet};
 
 #[derive(serde::Deserialize)]
 struct Deny {
     licenses: Licenses,
+    bans: Bans,
+}
+
+#[derive(serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+struct Bans {
+    multiple_versions: String,
+    skip: Vec<String>,
 }
 
 #[derive(serde::Deserialize)]
@@ -13,11 +22,10 @@ struct Licenses {
     allow: Vec<String>,
 }
 
-/// What `deny.toml` allows.
-fn allowed() -> Vec<String> {
+fn deny() -> Deny {
     let path = drape_tests::equations::root().join("deny.toml");
     let text = std::fs::read_to_string(path).expect("deny.toml");
-    toml::from_str::<Deny>(&text).expect("a table of licences").licenses.allow
+    toml::from_str(&text).expect("licences and bans")
 }
 
 /// Whether an expression can be met by allowed licences alone.
@@ -31,7 +39,7 @@ fn is_met(expression: &str, allowed: &[String]) -> bool {
 #[test]
 fn every_dependency_has_an_allowed_licence_and_comes_from_the_registry() {
     let metadata = MetadataCommand::new().exec().unwrap_or_else(|error| panic!("{error}"));
-    let allowed = allowed();
+    let allowed = deny().licenses.allow;
     let (ours, others): (Vec<&Package>, Vec<&Package>) =
         metadata.packages.iter().partition(|package| package.source.is_none());
     assert!(ours.len() > 20 && others.len() > 100, "{} and {}", ours.len(), others.len());
@@ -50,6 +58,24 @@ fn every_dependency_has_an_allowed_licence_and_comes_from_the_registry() {
         .map(|package| package.name.as_str())
         .collect();
     assert!(foreign.is_empty(), "{foreign:?}");
+}
+
+#[test]
+fn no_dependency_comes_in_two_versions_but_those_that_are_named() {
+    let metadata = MetadataCommand::new().exec().unwrap_or_else(|error| panic!("{error}"));
+    let Bans { multiple_versions, skip } = deny().bans;
+    assert_eq!(multiple_versions, "deny");
+    let mut versions = BTreeMap::<String, u32>::new();
+    for package in &metadata.packages {
+        *versions.entry(package.name.to_string()).or_default() += 1;
+    }
+    let twice: BTreeSet<_> =
+        versions.into_iter().filter(|(_, count)| *count > 1).map(|(name, _)| name).collect();
+    let named: BTreeSet<_> = skip.into_iter().collect();
+    let new: Vec<_> = twice.difference(&named).collect();
+    assert!(new.is_empty(), "several versions, not named in deny.toml: {new:?}");
+    let old: Vec<_> = named.difference(&twice).collect();
+    assert!(old.is_empty(), "named in deny.toml, but only one version: {old:?}");
 }
 
 #[test]

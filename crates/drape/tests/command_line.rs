@@ -1022,3 +1022,26 @@ fn a_step_too_long_for_a_speed_that_comes_later_is_told_then() {
         told.rsplit(" is ").next().unwrap().split(' ').next().unwrap().parse().unwrap();
     assert!((1.0..10.0).contains(&times), "the speeds of the blow-up are left out: {told}");
 }
+
+#[test]
+fn masses_that_differ_by_more_than_was_tested_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    for (masses, is_warned) in
+        [("[1e-5, 1e14, 1e-5]", false), ("[1e-30, 1, 1e14]", false), ("[1e-30, 1e-8, 1e-5]", true)]
+    {
+        let system = format!(
+            r#"{{ "format": "drape-system/1", "particles": {{ "mass_kg": {masses},
+            "position_m": [[0, 0, 0], [1, 0, 0], [2, 0, 0]] }}, "springs": [],
+            "pins": [ {{ "particle": {} }} ] }}"#,
+            if is_warned { 1 } else { 0 }
+        );
+        std::fs::write(folder.path().join("uneven.json"), system).unwrap();
+        let arguments =
+            ["run", "uneven.json", "--method", "imex-euler", "--dt", "0.01", "--duration", "0.02"];
+        let output = drape(folder.path(), &arguments);
+        let told = text(&output.stderr);
+        assert_eq!(code(&output), 0, "{told}");
+        let named = ["particles.mass_kg[2]", "particles.mass_kg[0]", "1e20"];
+        assert_eq!(named.iter().all(|name| told.contains(name)), is_warned, "{masses}: {told}");
+    }
+}

@@ -103,3 +103,54 @@ fn what_is_wrong_is_named_by_place_value_and_expectation() {
     let kept = std::fs::read_to_string(folder.path().join("cloths.csv")).unwrap();
     assert_eq!(kept, TABLE, "a refused command changes no file");
 }
+
+#[test]
+fn readings_of_instruments_replace_the_constants_of_a_material() {
+    let folder = tempfile::tempdir().unwrap();
+    let base = ["material", "cotton-blend", "--name", "mine", "--out", "mine.json"];
+    let made = |readings: &[&str]| {
+        let _ = std::fs::remove_file(folder.path().join("mine.json"));
+        let options = readings.iter().flat_map(|reading| ["--reading", reading]);
+        let arguments: Vec<_> = base.into_iter().chain(options).collect();
+        let output = drape(folder.path(), &arguments);
+        let told = text(&output.stderr);
+        match output.status.code() {
+            Some(0) => {
+                Ok(Material::load(folder.path().join("mine.json").to_str().unwrap()).unwrap())
+            }
+            Some(2) => Err(told),
+            other => panic!("{other:?}: {told}"),
+        }
+    };
+    let near = |a: f64, b: f64| assert!((a / b - 1.0).abs() < 1e-9, "{a} {b}");
+    let kes = made(&["density=0.2", "kes-b=0.1,0.05", "kes-g=1", "kes-emt=5,10"]).unwrap();
+    near(kes.areal_density_kg_m2, 0.2);
+    near(kes.bending_n_m.warp, 9.80665e-6);
+    near(kes.bending_n_m.weft, 4.903325e-6);
+    near(kes.shear_n_per_m, 0.980665 * 180.0 / std::f64::consts::PI);
+    near(kes.tension_n_per_m.warp, 9806.65);
+    near(kes.tension_n_per_m.weft, 4903.325);
+    assert!(kes.source.ends_with("Readings: density=0.2; kes-b=0.1,0.05; kes-g=1; kes-emt=5,10."));
+    // 20 mm at 0.2 kg/m²: ρ g c³. The order of the readings does not matter.
+    let fast = made(&["fast-c=20", "fast-e100=3,5", "fast-e20=1", "fast-eb5=4.1", "density=0.2"]);
+    let fast = fast.unwrap();
+    near(fast.bending_n_m.warp, 0.2 * 9.80665 * 8e-6);
+    near(fast.tension_n_per_m.warp, 80.0 * 0.980665 / 0.02);
+    near(fast.tension_n_per_m.weft, 80.0 * 0.980665 / 0.04);
+    near(fast.shear_n_per_m, 30.0);
+    for (readings, expected) in [
+        (&["kes-b"][..], "KEY=VALUE"),
+        (&["kes-x=1"], "kes-emt"),
+        (&["kes-b=0"], "above 0"),
+        (&["kes-b=1,-2"], "gf cm²/cm"),
+        (&["kes-b=1", "fast-c=20"], "one reading that sets bending_n_m"),
+        (&["kes-g=1", "kes-g=2"], "one reading that sets shear_n_per_m"),
+        (&["fast-e20=1"], "fast-e100 beside it"),
+        (&["fast-e100=1"], "fast-e20 beside it"),
+        (&["fast-e20=3", "fast-e100=2"], "greater extensions"),
+        (&["kes-b=1e300"], "bending_n_m"),
+    ] {
+        let told = made(readings).unwrap_err();
+        assert!(told.contains(expected), "{readings:?}: {told}");
+    }
+}

@@ -4,6 +4,9 @@
 use crate::run::Moment;
 use drape_model::{Obstacle, State, System, Vec3};
 
+/// How far outside the surface a particle still touches it, m.
+const TOUCHING: f64 = 1e-9;
+
 /// A particle and an obstacle that moved past each other by more than the obstacle is thick.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Passage {
@@ -77,17 +80,51 @@ impl Tunnels {
     }
 }
 
+/// Steps of the march along a way: only ways that graze a surface need more than a few dozen.
+const MOST_STEPS: usize = 1000;
+/// Least step of the march, over the length of the way.
+const LEAST_STEP: f64 = 1e-6;
+
 /// Whether the way from one place to another, as the obstacle sees it, is longer than the obstacle
-/// is thick, and leads through the ball around it.
+/// is thick, and leads through it unseen: it begins outside and ends outside behind it, or inside
+/// where the nearest surface lies ahead.
 fn passes(obstacle: &Obstacle, from: Vec3, to: Vec3) -> bool {
     let Some((center, radius)) = obstacle.bounding_ball() else { return false };
     let way = to - from;
-    let length = way.norm_squared();
-    if length.sqrt() <= obstacle.thickness() || !length.is_finite() {
+    let length = way.norm();
+    if length <= obstacle.thickness() || !length.is_finite() {
         return false;
     }
-    let nearest = ((center - from).dot(&way) / length).clamp(0.0, 1.0);
-    (from + way * nearest - center).norm() < radius
+    let nearest = ((center - from).dot(&way) / (length * length)).clamp(0.0, 1.0);
+    if (from + way * nearest - center).norm() >= radius {
+        return false;
+    }
+    let (outside, _) = obstacle.distance(&from);
+    let (end, normal) = obstacle.distance(&to);
+    if outside <= TOUCHING {
+        return false; // the contact is known
+    }
+    if end <= 0.0 {
+        return normal.dot(&way) > 0.0; // it will be led out on the other side
+    }
+    enters(obstacle, from, way / length, length, outside)
+}
+
+/// Whether the way of this length enters the obstacle. No surface is nearer than the distance, so
+/// the march steps by it.
+fn enters(obstacle: &Obstacle, from: Vec3, along: Vec3, length: f64, outside: f64) -> bool {
+    let mut place = outside;
+    for _ in 0..MOST_STEPS {
+        if place >= length {
+            return false;
+        }
+        let (distance, _) = obstacle.distance(&(from + along * place));
+        if distance <= 0.0 {
+            return true;
+        }
+        place += distance.max(LEAST_STEP * length);
+    }
+    false
 }
 
 #[cfg(test)]
@@ -106,7 +143,54 @@ mod tests {
         assert!(!along_x(0.0, 0.89, 0.0), "not yet there");
         assert!(!along_x(0.91, 1.09, 0.0), "shorter than the ball is thick");
         assert!(!along_x(0.0, f64::INFINITY, 0.0));
+        assert!(!along_x(0.0, 0.99, 0.0) && along_x(0.0, 1.01, 0.0), "it is led back, or on");
+        assert!(!along_x(1.01, 2.0, 0.0), "the contact is known");
         let plane = Obstacle::from(Shape::Plane { point: Vec3::zeros(), normal: Vec3::x() });
         assert!(!passes(&plane, Vec3::x(), -Vec3::x()), "a plane has no other side");
+    }
+
+    /// A plate of 2 m by 2 m, 2 cm thick, as a box and as triangles.
+    fn plates() -> [Obstacle; 2] {
+        let half_extents = Vec3::new(1.0, 1.0, 0.01);
+        let plate = Obstacle::from(Shape::Box { center: Vec3::zeros(), half_extents });
+        let corner = |i: usize| [0, 1, 2].map(|a| [-1.0, 1.0][i >> a & 1] * half_extents[a]);
+        let corners: Vec<_> = (0..8).map(corner).collect();
+        let faces = [
+            [0, 2, 3],
+            [0, 3, 1],
+            [4, 5, 7],
+            [4, 7, 6],
+            [0, 1, 5],
+            [0, 5, 4],
+            [2, 6, 7],
+            [2, 7, 3],
+            [0, 4, 6],
+            [0, 6, 2],
+            [1, 3, 7],
+            [1, 7, 5],
+        ];
+        let scene = serde_json::json!({
+            "format": "drape-system/1", "particles": { "mass_kg": [1], "position_m": [[0, 0, 9]] },
+            "obstacles": [{ "mesh": { "vertices_m": corners, "triangles": faces } }]
+        });
+        let file = drape_model::parse("plate", &scene.to_string()).expect("valid");
+        let (system, _) = file.spec().build().expect("valid");
+        [plate, system.obstacles()[0].clone()]
+    }
+
+    #[test]
+    fn a_way_past_a_plate_is_no_passage() {
+        for plate in plates() {
+            let way = |from: [f64; 3], to: [f64; 3]| passes(&plate, from.into(), to.into());
+            assert!(way([0.3, 0.2, 0.5], [0.3, 0.2, -0.5]), "through it");
+            assert!(way([0.9, 0.0, 0.1], [1.4, 0.0, -0.4]), "through it, near its edge");
+            assert!(!way([0.3, 0.2, 0.5], [0.3, 0.2, 0.1]), "towards it");
+            assert!(!way([-0.9, 0.0, 0.5], [0.9, 0.0, 0.5]), "along it, within the ball around it");
+            assert!(!way([-0.9, 0.0, 0.012], [0.9, 0.0, 0.012]), "close along it");
+            assert!(!way([1.0, 0.0, 0.4], [1.1, 0.0, -0.4]), "past its edge");
+            assert!(!way([0.0, 0.0, 0.3], [0.0, 0.0, 0.005]), "in at the top: it is led back");
+            assert!(way([0.0, 0.0, 0.3], [0.0, 0.0, -0.005]), "in beyond the middle");
+            assert!(!way([0.0, 0.0, 0.01], [0.0, 0.0, -0.4]), "it lay on the plate");
+        }
     }
 }

@@ -103,7 +103,9 @@ impl Sums {
 /// The reference is the impulse that would change the velocity of a particle of the lightest mass
 /// as the forces of level `n` change that of each particle in a step. Where it is more, it is that
 /// of the external forces alone, which keeps a reference for a sheet that hangs at rest. `ε` times
-/// the reference is not below round-off.
+/// the reference is not below round-off, each row counted by the lightest mass over its own: the
+/// round-off of a heavy particle would hide the light ones. Its own row may stay above the
+/// reference; see [`LaplacianSolver::solve_from`].
 ///
 /// Particles that friction holds count as free along the surface: the reference must also serve
 /// where they turn out to slide.
@@ -200,7 +202,7 @@ impl StepReference {
         let external = linear.filtered_norm(constraints, scratch);
         for (i, (s, m)) in scratch.iter_mut().zip(system.mass()).enumerate() {
             let diagonal = linear.matrix().diagonal(i);
-            s.fill(size.round_off(diagonal - m, diagonal));
+            s.fill(size.round_off(diagonal - m, diagonal) * (lightest / m));
         }
         (total.max(external), linear.filtered_norm(constraints, scratch))
     }

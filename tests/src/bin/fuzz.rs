@@ -1,5 +1,5 @@
 //! `fuzz [--inputs N] [--seconds S] [--seed K]`: tries broken scenes, systems, meshes, settings,
-//! records and journals; see [`drape_tests::fuzz`].
+//! records, journals and messages; see [`drape_tests::fuzz`].
 //!
 //! Without options it tries 20 000 inputs. The same seed gives the same inputs on every machine.
 //! Exit code 1 and one line a fault; `fuzz --show NUMBER` prints an input.

@@ -70,12 +70,17 @@ impl<'a> Basis<'a> {
         })
     }
 
-    /// The normal of the contact with the least `λ_k`, if that is negative.
-    pub(super) fn pulling(&self, impulse: &Vec3) -> Option<Vec3> {
+    /// The normal of the contact with the least `λ_k` among those that `may_end`, if that is
+    /// negative.
+    pub(super) fn pulling(
+        &self,
+        impulse: &Vec3,
+        may_end: impl Fn(&Contact) -> bool,
+    ) -> Option<Vec3> {
         let mut worst = None;
         let mut least = 0.0;
         for (contact, multiplier) in self.multipliers(impulse) {
-            if multiplier + contact.slack < least {
+            if may_end(contact) && multiplier + contact.slack < least {
                 least = multiplier;
                 worst = Some(contact.normal);
             }

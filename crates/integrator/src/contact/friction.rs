@@ -46,19 +46,20 @@ impl Slider {
 impl ContactSet {
     /// Ends a solve in which every contact with friction stuck and took `impulse` (kg m/s). Where
     /// some of them slide it solves again, first without their friction, then with the velocity
-    /// that friction leaves.
+    /// that friction leaves. Returns whether contacts across a gap pull after that; these are
+    /// released, and the step must be solved again.
     pub(super) fn slide<E>(
         &mut self,
         constraints: &mut Constraints,
         impulse: &mut [Vec3],
         mut solve: impl FnMut(&Constraints, super::Wanted<'_>) -> Result<(), E>,
-    ) -> Result<(), E> {
+    ) -> Result<bool, E> {
         if !self.rubs {
-            return Ok(());
+            return Ok(false);
         }
         self.find_sliders(impulse);
         if self.sliders.is_empty() {
-            return Ok(());
+            return Ok(false);
         }
         for slider in &self.sliders {
             let group = slider.contacts(&self.candidates);
@@ -67,7 +68,7 @@ impl ContactSet {
             constraints.set(group[0].particle as usize, basis.filter(), target);
         }
         let velocity = impulse;
-        solve(constraints, Wanted::Velocity(velocity))?;
+        solve(constraints, Wanted::Velocity(&mut *velocity))?;
         for slider in &self.sliders {
             let group = slider.contacts(&self.candidates);
             let (basis, particle) = (Basis::of(group), group[0].particle as usize);
@@ -77,7 +78,13 @@ impl ContactSet {
             let along = basis.filter().apply(v_s + slip);
             constraints.set(particle, Filter::Fixed, target + along);
         }
-        solve(constraints, Wanted::Nothing)
+        if !self.has_open_gaps() {
+            solve(constraints, Wanted::Nothing)?;
+            return Ok(false);
+        }
+        let impulse = velocity;
+        solve(constraints, Wanted::Impulse(&mut *impulse))?;
+        Ok(self.release(impulse, Contact::is_open))
     }
 
     fn find_sliders(&mut self, impulse: &[Vec3]) {

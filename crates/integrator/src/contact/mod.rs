@@ -61,9 +61,10 @@
 //!   a step without friction, and again after each return: a sheet on a ball would creep off at
 //!   large steps. So a contact with friction goes on while the gap is at most `τ|v|`, with the
 //!   velocity relative to the surface. Its target leads the particle back to the surface. Where the
-//!   constraint would have to pull it back, it is released like every contact that pulls. Explicit
-//!   Euler solves for the velocities of the old level, which lead away from the surface, so this
-//!   releases all such contacts there.
+//!   constraint would have to pull it back, it is released like every contact that pulls. That is
+//!   checked as long as any contact is released, and after sliding. Methods that move by the old
+//!   velocities let the velocity at the end of the step decide
+//!   ([`hold_gaps`](ContactSet::hold_gaps)): the old one always leads away from a round surface.
 //! * **Several obstacles.** The directions that the independent normals leave free are held with
 //!   the limit `Σ μ_k λ_k`, relative to the first obstacle with friction.
 //!
@@ -91,6 +92,9 @@ const TOUCHING: f64 = 1e-9;
 const ROUND_OFF: f64 = 1e-9;
 /// Most re-solves after releases in one step.
 const MAX_RELEASE_PASSES: usize = 3;
+/// Most passes in which contacts across a gap are still released. All that are left then end, which
+/// costs their friction for a step.
+const MAX_GAP_PASSES: usize = 8;
 /// A normal this close to the span of others depends on them.
 const DEPENDENT: f64 = 1e-3;
 /// A contact of at most this many steps ago turns the next impact into rest.
@@ -118,12 +122,28 @@ struct Contact {
     friction: f64,
     /// `v_s`, where the obstacle moves.
     surface: Option<Vec3>,
+    /// Whether it has friction, was active in the last step, and the particle lies on the surface,
+    /// up to round-off, or outside.
+    goes_on: bool,
+    /// The gap across which it goes on because it has friction and was active in the last step, m;
+    /// 0 where there is none.
+    gap: f64,
+    /// Whether [`ContactSet::hold_gaps`] has decided that it stays.
+    is_held: bool,
+    /// Normal velocity, at most 0, that the constraint of a held contact adds before forces act,
+    /// m/s. It stands for a part of what they will do, so friction must not count it twice.
+    lent: f64,
 }
 
 impl Contact {
     /// A normal velocity relative to the surface, in the frame of the scene.
     fn carried(&self, relative: f64) -> f64 {
         self.surface.map_or(relative, |surface| relative + self.normal.dot(&surface))
+    }
+
+    /// Whether it goes on across a gap and may still be released.
+    fn is_open(&self) -> bool {
+        self.gap >= TOUCHING && !self.is_held
     }
 
     /// Normal velocity relative to the surface.
@@ -332,6 +352,7 @@ impl ContactSet {
             let speed = contact.relative(&v[contact.particle as usize]);
             let comes_back = contact.recovery * h < -TOUCHING;
             comes_back
+                || contact.gap > 0.0
                 || speed * h <= TOUCHING
                 || contact.recovery > speed * f64::from(LEAST_FLIGHT)
         });
@@ -470,6 +491,10 @@ impl ContactSet {
                         }),
                         friction: obstacle.friction,
                         surface: motion.map(|motion| motion.velocity),
+                        goes_on: rubbed && distance > -TOUCHING,
+                        gap: if rubbed { distance.max(0.0) } else { 0.0 },
+                        is_held: false,
+                        lent: 0.0,
                     };
                     contact.target = contact.carried(contact.target);
                     contact.keep = contact.carried(contact.keep);
@@ -537,34 +562,46 @@ impl ContactSet {
         impulse: &mut [Vec3],
         mut solve: impl FnMut(&Constraints, Wanted<'_>) -> Result<(), E>,
     ) -> Result<(), E> {
-        for _ in 0..MAX_RELEASE_PASSES {
-            if self.is_empty() {
+        for pass in 1..=MAX_GAP_PASSES {
+            let checks_all = pass <= MAX_RELEASE_PASSES;
+            if self.is_empty() || !(checks_all || self.has_open_gaps()) {
                 break;
             }
             solve(constraints, Wanted::Impulse(impulse))?;
-            if !self.release(impulse) {
-                return self.slide(constraints, impulse, solve);
+            let released = self.release(impulse, |contact| checks_all || contact.is_open());
+            if !released && !self.slide(constraints, impulse, &mut solve)? {
+                return Ok(());
+            }
+            if pass == MAX_GAP_PASSES {
+                self.candidates.retain(|contact| !contact.is_open());
             }
             self.write(system, constraints);
         }
         if self.rubs && !self.is_empty() {
             solve(constraints, Wanted::Impulse(impulse))?;
-            return self.slide(constraints, impulse, solve);
+            self.slide(constraints, impulse, solve)?;
+            return Ok(());
         }
         solve(constraints, Wanted::Nothing)
     }
 
-    /// Drops the contact of each particle that pulls most, given the unfiltered residual
-    /// `p = A v_+ − b` (kg m/s). Returns whether any was dropped.
-    fn release(&mut self, impulse: &[Vec3]) -> bool {
+    /// Whether a contact goes on across a gap and may still be released.
+    fn has_open_gaps(&self) -> bool {
+        self.candidates.iter().any(Contact::is_open)
+    }
+
+    /// Drops the contact of each particle that pulls most among those that `may_end`, given the
+    /// unfiltered residual `p = A v_+ − b` (kg m/s). Returns whether any was dropped.
+    fn release(&mut self, impulse: &[Vec3], may_end: impl Fn(&Contact) -> bool) -> bool {
         let before = self.candidates.len();
         let (mut kept, mut start) = (0, 0);
         while start < before {
             let particle = self.candidates[start].particle;
             let group = self.candidates[start..].iter().take_while(|c| c.particle == particle);
             let end = start + group.count();
-            let pulling =
-                Basis::of(&self.candidates[start..end]).pulling(&impulse[particle as usize]);
+            let basis = Basis::of(&self.candidates[start..end]);
+            let may_end = |contact: &Contact| may_end(contact) && !contact.is_held;
+            let pulling = basis.pulling(&impulse[particle as usize], may_end);
             for position in start..end {
                 let contact = self.candidates[position];
                 // Two contacts with the same wall are dropped in one pass.
@@ -578,6 +615,45 @@ impl ContactSet {
         }
         self.candidates.truncate(kept);
         kept < before
+    }
+
+    /// Decides about contacts with friction, across a gap too, for methods that move by the old
+    /// velocities `v`, m/s: these lead away from a round surface, and from a plane by round-off.
+    /// `end` gives the velocity of a particle at the end of the step without the contact. Where
+    /// that leads away, the contact ends; else it stays, whatever [`project`](Self::project) finds.
+    /// Particles with several contacts are left to `project`.
+    ///
+    /// Call it after [`detect`](Self::detect).
+    pub fn hold_gaps(
+        &mut self,
+        system: &System,
+        v: &[Vec3],
+        end: impl Fn(usize) -> Vec3,
+        constraints: &mut Constraints,
+    ) {
+        if !self.candidates.iter().any(|contact| contact.goes_on) {
+            return;
+        }
+        let mut last = u32::MAX;
+        for position in 0..self.candidates.len() {
+            let particle = self.candidates[position].particle;
+            let next = self.candidates.get(position + 1).map(|next| next.particle);
+            let is_alone = last != particle && next != Some(particle);
+            last = particle;
+            let contact = &mut self.candidates[position];
+            if is_alone && contact.goes_on {
+                contact.is_held = true;
+                contact.lent =
+                    (contact.target - contact.normal.dot(&v[particle as usize])).min(0.0);
+            }
+        }
+        let mass = system.mass();
+        self.candidates.retain(|contact| {
+            let i = contact.particle as usize;
+            let multiplier = mass[i] * (contact.target - contact.normal.dot(&end(i)));
+            !contact.is_held || multiplier + contact.slack >= 0.0
+        });
+        self.write(system, constraints);
     }
 
     /// Ends a step. It cuts the normal velocities to those that the impacts left, and remembers
@@ -667,7 +743,8 @@ impl ContactSet {
             if basis.contacts().any(|contact| contact.normal.dot(&inward) < borne(contact)) {
                 let kept = basis.combine(|contact| contact.normal.dot(&inward).max(borne(contact)));
                 let along = basis.filter().apply(inward);
-                let along = if self.rubs { basis.rub(&inward, along, borne) } else { along };
+                let gained = |contact: &Contact| borne(contact) + contact.lent;
+                let along = if self.rubs { basis.rub(&inward, along, gained) } else { along };
                 *velocity = along + kept;
             }
         }
@@ -691,7 +768,8 @@ impl ContactSet {
             let (basis, particle) = (Basis::of(group), group[0].particle as usize);
             if basis.surface().is_some() {
                 let along = basis.filter().apply(v[particle]);
-                let along = basis.rub(&v[particle], along, |contact| contact.keep);
+                let after = |c: &Contact| if c.is_held { c.target } else { c.keep };
+                let along = basis.rub(&v[particle], along, after);
                 velocity[particle] = basis.combine(|contact| contact.target) + along;
             }
         }

@@ -8,6 +8,7 @@ fn contact(normal: Vec3, target: f64) -> Contact {
     let (normal, shift, keep) = (normal.normalize(), 0.0, 0.0);
     let (recovery, least) = (target, f64::NEG_INFINITY);
     let (slack, friction, surface) = (0.0, 0.0, None);
+    let (goes_on, gap, is_held, lent) = (false, 0.0, false, 0.0);
     Contact {
         particle: 0,
         obstacle: 0,
@@ -20,6 +21,10 @@ fn contact(normal: Vec3, target: f64) -> Contact {
         slack,
         friction,
         surface,
+        goes_on,
+        gap,
+        is_held,
+        lent,
     }
 }
 
@@ -53,8 +58,8 @@ fn the_contact_with_the_most_negative_multiplier_pulls() {
                     p + contact.normal * if k == worst { factor } else { 0.5 - 0.1 * k as f64 }
                 })
             };
-            assert_eq!(basis.pulling(&impulse(-0.9)), Some(group[worst].normal));
-            assert_eq!(basis.pulling(&impulse(1e-3)), None);
+            assert_eq!(basis.pulling(&impulse(-0.9), |_| true), Some(group[worst].normal));
+            assert_eq!(basis.pulling(&impulse(1e-3), |_| true), None);
         }
     }
 }
@@ -216,5 +221,106 @@ fn a_contact_begins_where_the_predicted_position_lies_inside() {
         }
         contacts.detect_multistep(&system, motion, &mut constraints);
         assert!(contacts.is_empty(), "{speed}");
+    }
+}
+
+/// Particles on a rough surface, all across a gap.
+fn across_gaps(count: u32) -> (System, ContactSet, Constraints) {
+    let places: Vec<[f64; 3]> = (0..count).map(|i| [i.into(), 0.0, 1e-3]).collect();
+    let masses = vec![1.0; count as usize];
+    let text = format!(
+        r#"{{ "format": "drape-system/1", "particles": {{ "mass_kg": {masses:?},
+        "position_m": {places:?} }}, "obstacles": [{{ "plane": {{ "point_m": [0, 0, 0],
+            "normal": [0, 0, 1], "friction": 0.3 }} }}] }}"#
+    );
+    let (system, _) = parse("test", &text).expect("valid").spec().build().expect("valid");
+    let mut set = ContactSet::new(&system);
+    set.candidates = (0..count)
+        .map(|particle| {
+            let target = -0.1 - 1e-3 * f64::from(particle);
+            Contact {
+                particle,
+                friction: 0.3,
+                goes_on: true,
+                gap: 1e-3,
+                ..contact(Vec3::z(), target)
+            }
+        })
+        .collect();
+    let mut constraints = ContactSet::constraints(&system);
+    set.write(&system, &mut constraints);
+    (system, set, constraints)
+}
+
+fn is_held(constraints: &Constraints, particle: u32) -> bool {
+    constraints.filter(particle as usize) != Filter::Free
+}
+
+/// Each release lets the next neighbour pull, as in a sheet that is lifted at its edge.
+#[test]
+fn contacts_across_a_gap_are_released_as_long_as_one_pulls() {
+    for count in [2, 6, 20] {
+        let (system, mut set, mut constraints) = across_gaps(count);
+        let (mut impulse, mut passes) = (vec![Vec3::zeros(); count as usize], 0);
+        let mut held = count;
+        set.solve(&system, &mut constraints, &mut impulse, |constraints, wanted| {
+            passes += 1;
+            held = (0..count).filter(|&i| is_held(constraints, i)).count() as u32;
+            let first = count - held;
+            wanted.fill(&[], |impulse| {
+                for i in 0..count {
+                    let along = if i == first { -1.0 } else { 1.0 };
+                    impulse[i as usize] = Vec3::z() * if i < first { 0.0 } else { along };
+                }
+            });
+            Ok::<(), ()>(())
+        })
+        .expect("never fails");
+        assert_eq!((held, set.candidates.len()), (0, 0), "{count}: a contact pulls");
+        assert!(passes <= 9, "{count}: {passes} passes");
+    }
+}
+
+/// It sticks too much along the surface to pull; once it slides, it pulls.
+#[test]
+fn a_contact_across_a_gap_that_pulls_after_it_has_slid_is_released() {
+    let (system, mut set, mut constraints) = across_gaps(1);
+    let mut impulse = vec![Vec3::zeros()];
+    let mut last = Filter::Fixed;
+    let mut solves = 0;
+    set.solve(&system, &mut constraints, &mut impulse, |constraints, wanted| {
+        solves += 1;
+        last = constraints.filter(0);
+        let impulse = if solves == 1 { Vec3::new(1.0, 0.0, 1.0) } else { -Vec3::z() };
+        wanted.fill(&[Vec3::x()], |out| out[0] = impulse);
+        Ok::<(), ()>(())
+    })
+    .expect("never fails");
+    assert_eq!(last, Filter::Free);
+    assert_eq!(solves, 4, "it sticks, is free to slide, slides, flies");
+}
+
+/// Friction takes the impulse that stops the particle, `m (a + w)`, whichever part of it the
+/// constraint takes before the forces act.
+#[test]
+fn a_held_contact_is_charged_once() {
+    for (approach, gained) in [(-0.3, -0.2), (-0.05, -0.2), (0.1, -0.4)] {
+        let (system, mut set, mut constraints) = across_gaps(1);
+        let v = [Vec3::new(5.0, 0.0, approach)];
+        let end = Vec3::new(5.0, 0.0, approach + gained);
+        set.hold_gaps(&system, &v, |_| end, &mut constraints);
+        assert_eq!(set.candidates.len(), 1);
+        let mut velocity = [Vec3::zeros()];
+        set.strike(&system, &mut constraints, &v, &mut velocity);
+        assert!((velocity[0].z + 0.1).abs() < 1e-15, "it moves as far as the surface");
+        velocity[0].z += gained;
+        set.stop(&mut velocity);
+        let expected = 5.0 + 0.3 * (approach + gained);
+        assert!((velocity[0].x - expected).abs() < 1e-14, "{approach}: {}", velocity[0].x);
+        assert_eq!(velocity[0].z, 0.0);
+        // It would leave by itself.
+        let (system, mut set, mut constraints) = across_gaps(1);
+        set.hold_gaps(&system, &v, |_| Vec3::new(5.0, 0.0, -0.05), &mut constraints);
+        assert!(set.is_empty() && !is_held(&constraints, 0));
     }
 }

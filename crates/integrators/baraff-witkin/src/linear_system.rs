@@ -189,19 +189,29 @@ impl ConjugateGradients {
             Some(block_jacobi) => block_jacobi,
             None => &Identity,
         };
-        let factor = mass.factor(constraints, preconditioner, settings.norm, b);
-        let settings = &PcgSettings { forcing_term: settings.forcing_term * factor, ..*settings };
+        let scale = mass.scale(constraints, preconditioner, settings.norm, b);
+        let forcing_term = settings.forcing_term * scale.map_or(1.0, |scale| scale.factor);
         let reference = Reference::FilteredRightHandSide;
-        filtered_pcg(
+        let mut report = filtered_pcg(
             &*matrix,
             preconditioner,
             constraints,
             b,
             change,
             reference,
-            settings,
+            &PcgSettings { forcing_term, ..*settings },
             workspace,
-        )
+        );
+        if let Some(Scale { lightest, .. }) = scale
+            && report.status == SolveStatus::Stagnated
+        {
+            // Only rows of heavy particles may be left, at their round-off.
+            let residual = mass.weigh(preconditioner, settings.norm, workspace.residual());
+            if residual <= settings.forcing_term * lightest {
+                report.status = SolveStatus::Converged;
+            }
+        }
+        report
     }
 }
 
@@ -238,31 +248,51 @@ impl MassScale {
         }
     }
 
-    /// `|m_min M⁻¹ S b|` over `|S b|` in a norm; 1 where all free masses are equal.
-    fn factor(
+    /// The scale of `b` in a norm; `None` where all free masses are equal, or `b` is 0.
+    fn scale(
         &mut self,
         constraints: &Constraints,
         preconditioner: &dyn Preconditioner,
         of: Norm,
         b: &[Vec3],
-    ) -> f64 {
+    ) -> Option<Scale> {
         if !self.is_uneven {
-            return 1.0;
+            return None;
         }
-        let Self { ratio, scaled, product, .. } = self;
-        scaled.copy_from_slice(b);
-        constraints.project(scaled);
-        let mut length = |a: &[Vec3]| match of {
-            Norm::Euclid => norm(a),
-            Norm::Preconditioned => {
-                preconditioner.apply(a, product);
-                dot(a, product).sqrt()
-            }
-        };
-        let all = length(scaled);
-        scaled.iter_mut().zip(ratio).for_each(|(b, ratio)| *b *= *ratio);
-        let lightest = length(scaled);
-        if all > 0.0 && lightest.is_finite() { lightest / all } else { 1.0 }
+        self.scaled.copy_from_slice(b);
+        constraints.project(&mut self.scaled);
+        let all = length(preconditioner, of, &self.scaled, &mut self.product);
+        self.scaled.iter_mut().zip(&self.ratio).for_each(|(b, ratio)| *b *= *ratio);
+        let lightest = length(preconditioner, of, &self.scaled, &mut self.product);
+        (all > 0.0 && lightest.is_finite()).then_some(Scale { factor: lightest / all, lightest })
+    }
+
+    /// `|m_min M⁻¹ r|` of a filtered residual in a norm.
+    fn weigh(&mut self, preconditioner: &dyn Preconditioner, of: Norm, r: &[Vec3]) -> f64 {
+        for ((scaled, r), ratio) in self.scaled.iter_mut().zip(r).zip(&self.ratio) {
+            *scaled = r * *ratio;
+        }
+        length(preconditioner, of, &self.scaled, &mut self.product)
+    }
+}
+
+/// A right-hand side in which every particle counts by the lightest free mass.
+#[derive(Clone, Copy, Debug)]
+struct Scale {
+    /// `|m_min M⁻¹ S b|` over `|S b|`.
+    factor: f64,
+    /// `|m_min M⁻¹ S b|`.
+    lightest: f64,
+}
+
+/// The length of `a` in a norm; `product` is scratch.
+fn length(preconditioner: &dyn Preconditioner, of: Norm, a: &[Vec3], product: &mut [Vec3]) -> f64 {
+    match of {
+        Norm::Euclid => norm(a),
+        Norm::Preconditioned => {
+            preconditioner.apply(a, product);
+            dot(a, product).sqrt()
+        }
     }
 }
 

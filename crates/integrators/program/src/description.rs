@@ -30,9 +30,38 @@ fn kept_list<T>(list: Vec<T>) -> &'static [T] {
     Box::leak(list.into_boxed_slice())
 }
 
+/// What a program says about itself.
+#[derive(Debug)]
+pub(crate) struct Description {
+    order: Order,
+    class: StabilityClass,
+    conserves: Vec<Quantity>,
+    refuses: Vec<&'static str>,
+}
+
 impl Hello {
     /// The method, or what is wrong with the description.
     pub(crate) fn method(&self, id: &str, command: &str) -> Result<&'static Method, String> {
+        let Description { order, class, conserves, refuses } = self.description()?;
+        let or = |text: &str, other: &'static str| {
+            if text.is_empty() { other } else { kept(text) }
+        };
+        Ok(Box::leak(Box::new(Method {
+            id: kept(id),
+            name: kept(&self.name),
+            source: or(&self.source, "a program of the user"),
+            order,
+            class,
+            conserves: kept_list(conserves),
+            theory: or(&self.theory, "nothing is stated about its stability"),
+            supports: if self.implicit { Supports::Blocks } else { Supports::Explicit },
+            refuses: kept_list(refuses),
+            settings: settings(command),
+        })))
+    }
+
+    /// What it says in the words of drape, or what is wrong with it.
+    pub(crate) fn description(&self) -> Result<Description, String> {
         let wrong = |key: &str, value: &str, expected: &str| {
             Err(format!("answered `hello` with `{key}` {value}; expected {expected}"))
         };
@@ -72,21 +101,7 @@ impl Hello {
         }
         let is_refused = |name: &&str| !self.supports.iter().any(|own| own == name);
         let refuses = known.iter().copied().filter(is_refused).collect();
-        let or = |text: &str, other: &'static str| {
-            if text.is_empty() { other } else { kept(text) }
-        };
-        Ok(Box::leak(Box::new(Method {
-            id: kept(id),
-            name: kept(&self.name),
-            source: or(&self.source, "a program of the user"),
-            order,
-            class,
-            conserves: kept_list(conserves),
-            theory: or(&self.theory, "nothing is stated about its stability"),
-            supports: if self.implicit { Supports::Blocks } else { Supports::Explicit },
-            refuses: kept_list(refuses),
-            settings: settings(command),
-        })))
+        Ok(Description { order, class, conserves, refuses })
     }
 }
 

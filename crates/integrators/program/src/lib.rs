@@ -36,4 +36,5 @@ mod program;
 mod step;
 
 pub use failures::failures;
+pub use message::try_line;
 pub use program::{PREFIX, load};

@@ -56,7 +56,37 @@ pub(crate) struct Answer {
     converged: Option<bool>,
 }
 
+/// Reads the answer to the first request.
+pub(crate) fn read_hello(line: &[u8]) -> Result<Hello, String> {
+    serde_json::from_slice(line)
+        .map_err(|error| format!("answered `hello` with `{}`: {error}", shown(line, 80)))
+}
+
 impl Answer {
+    /// Reads an answer that says `ok`, or announces so many `bytes`. `when` says in messages to
+    /// which request.
+    pub(crate) fn read(line: &[u8], when: &str, bytes: usize) -> Result<Self, String> {
+        let answer: Self = serde_json::from_slice(line).map_err(|error| {
+            format!(
+                "answered {when} with `{}`, which is no answer in JSON ({error}); what is printed \
+                 for people belongs on standard error",
+                shown(line, 80)
+            )
+        })?;
+        match (&answer.error, answer.bytes) {
+            (Some(error), _) => {
+                Err(format!("reported an error {when}: {}", shown(error.as_bytes(), 300)))
+            }
+            (None, Some(found)) if found == bytes as u64 && bytes > 0 => Ok(answer),
+            (None, Some(found)) => Err(format!("announced {found} bytes {when}; expected {bytes}")),
+            (None, None) if bytes > 0 => {
+                Err(format!("announced no `bytes` {when}; expected {bytes}"))
+            }
+            (None, None) if !answer.ok => Err(format!("answered {when} without `\"ok\":true`")),
+            (None, None) => Ok(answer),
+        }
+    }
+
     /// The costs that the program states. A step that states no force evaluation counts as one.
     pub(crate) fn report(&self) -> StepReport {
         let is_solved = self.converged != Some(false);
@@ -70,6 +100,20 @@ impl Answer {
             solve: if is_solved { SolveStatus::Converged } else { SolveStatus::IterationLimit },
             ..StepReport::default()
         }
+    }
+}
+
+/// What drape makes of a line that a program wrote: as the answer to `hello`, or as the answer to
+/// another request that announces so many bytes. For tools that try broken messages.
+///
+/// # Errors
+/// The sentence with which drape would end the program.
+pub fn try_line(line: &[u8], bytes: Option<usize>) -> Result<(), String> {
+    match bytes {
+        None => read_hello(line)?.description().map(|_| ()),
+        Some(bytes) => Answer::read(line, "in a step", bytes).map(|answer| {
+            let _ = answer.report();
+        }),
     }
 }
 

@@ -141,27 +141,8 @@ impl Process {
     ) -> Result<(Answer, &[u8]), String> {
         let mut answer = Answer::default();
         let line = self.exchange(when, request, limit, &mut |line, when| {
-            answer = serde_json::from_slice(line).map_err(|error| {
-                format!(
-                    "answered {when} with `{}`, which is no answer in JSON ({error}); what is \
-                     printed for people belongs on standard error",
-                    shown(line, 80)
-                )
-            })?;
-            match (&answer.error, answer.bytes) {
-                (Some(error), _) => {
-                    Err(format!("reported an error {when}: {}", shown(error.as_bytes(), 300)))
-                }
-                (None, Some(found)) if found == bytes as u64 && bytes > 0 => Ok(bytes),
-                (None, Some(found)) => {
-                    Err(format!("announced {found} bytes {when}; expected {bytes}"))
-                }
-                (None, None) if bytes > 0 => {
-                    Err(format!("announced no `bytes` {when}; expected {bytes}"))
-                }
-                (None, None) if !answer.ok => Err(format!("answered {when} without `\"ok\":true`")),
-                (None, None) => Ok(0),
-            }
+            answer = Answer::read(line, when, bytes)?;
+            Ok(bytes)
         })?;
         Ok((answer, &self.inbox[line + 1..]))
     }

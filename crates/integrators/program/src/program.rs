@@ -1,7 +1,7 @@
 //! The programs that this process knows.
 
 use crate::description::kept;
-use crate::message::{HELLO, Hello, shown};
+use crate::message::{HELLO, Hello, read_hello};
 use crate::process::Process;
 use crate::step::Session;
 use drape_integrator::{Integrator, Method, Registration, SettingError, Settings, Stepper};
@@ -73,9 +73,8 @@ fn find(command: &str) -> Option<&'static Program> {
 }
 
 fn greet(process: &mut Process, limit: Duration) -> Result<Hello, String> {
-    let line = process.ask("at `hello`", HELLO, limit)?;
-    let (said, hello) = (shown(line, 80), serde_json::from_slice(line));
-    hello.map_err(|error| process.failed(&format!("answered `hello` with `{said}`: {error}")))
+    let hello = read_hello(process.ask("at `hello`", HELLO, limit)?);
+    hello.map_err(|did| process.failed(&did))
 }
 
 impl Program {

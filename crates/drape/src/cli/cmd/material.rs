@@ -1,5 +1,6 @@
 //! `drape material`.
 
+use super::readings::{self, Reading};
 use crate::cli::output::{Sink, print};
 use drape_model::Violation;
 use drape_model::fabric::{Material, Table};
@@ -21,6 +22,8 @@ pub(crate) struct Arguments {
     /// one or a file
     #[arg(long, value_name = "MATERIAL", default_value = "cotton-blend")]
     like: String,
+    #[arg(long = "reading", value_name = "KEY=VALUE", help = readings::HELP)]
+    readings: Vec<Reading>,
     /// File for the material; without it the material is printed
     #[arg(long, value_name = "FILE.json")]
     out: Option<PathBuf>,
@@ -31,8 +34,9 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let inputs: Vec<_> =
         (!is_bundled).then(|| PathBuf::from(&arguments.material)).into_iter().collect();
     let sink = arguments.out.as_ref().map(|out| Sink::check("--out", out, &inputs)).transpose()?;
-    let material =
+    let mut material =
         if is_table(&arguments.material) { of_table(arguments)? } else { whole(arguments)? };
+    readings::apply(&arguments.readings, &mut material)?;
     let shown = arguments.out.as_deref().unwrap_or(Path::new("standard output"));
     let bytes = json(shown, &material)?;
     match sink {

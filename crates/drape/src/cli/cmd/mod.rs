@@ -12,6 +12,7 @@ pub(crate) mod material;
 pub(crate) mod merge;
 pub(crate) mod picture;
 mod probe;
+mod readings;
 pub(crate) mod report;
 pub(crate) mod reproduce;
 pub(crate) mod run;

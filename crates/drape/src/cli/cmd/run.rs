@@ -14,8 +14,9 @@ use drape_harness::methods::{Choice, MethodError};
 use drape_harness::record::{Run, Sample};
 use drape_harness::{HarnessError, Moment, OrderedSimulation, Passage, Peak, Team, time_span};
 use drape_integrator::ExplicitNumbers;
-use drape_model::{TimeSpan, Violation};
+use drape_model::{SystemSpec, TimeSpan, Violation};
 use drape_report::{printable, tell};
+use std::collections::BTreeSet;
 use std::num::NonZero;
 use std::path::{Path, PathBuf};
 
@@ -79,6 +80,9 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         .flatten();
     let was_warned = warning.is_some();
     if let Some(warning) = warning {
+        tell!("drape: warning: {warning}");
+    }
+    if let Some(warning) = mass_warning(spec) {
         tell!("drape: warning: {warning}");
     }
     let mut judge = Judge::of(&simulation, &choice, time);
@@ -251,6 +255,26 @@ fn step_warning(
 }
 
 /// The warning for an obstacle that a particle may have passed through between two steps.
+/// Ratio of masses up to which every method is tested.
+const TESTED_RATIO: f64 = 1e20;
+
+/// Beyond that ratio the round-off of the heavy particle may stop a solver before the light ones
+/// are solved.
+fn mass_warning(spec: &SystemSpec) -> Option<String> {
+    let pinned: BTreeSet<_> = spec.pins.iter().map(|pin| pin.particle as usize).collect();
+    let masses = spec.particles.mass_kg.iter().copied().enumerate();
+    let mut free: Vec<_> = masses.filter(|(i, _)| !pinned.contains(i)).collect();
+    free.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let ((light, least), (heavy, most)) = (*free.first()?, *free.last()?);
+    (most > TESTED_RATIO * least).then(|| {
+        format!(
+            "`particles.mass_kg[{heavy}]` is {most:e} and `particles.mass_kg[{light}]` is \
+             {least:e}; expected a ratio of at most {TESTED_RATIO:e}: round-off of the heavy \
+             particle may hide the motion of the light ones; pin the heavy one or make it lighter"
+        )
+    })
+}
+
 fn tunnel_warning(passage: &Passage) -> String {
     let Passage { time, step, particle, obstacle, shape, way, thickness } = passage;
     format!(

@@ -44,6 +44,8 @@ impl Scheme for ExplicitWorkspace {
         clock.switch(Phase::Contact);
         let end = state.t + h;
         contacts.detect(system, &state.x, &state.v, (h, end), constraints);
+        let ahead = |i: usize| state.v[i] + force[i] * (h / system.mass()[i]);
+        contacts.hold_gaps(system, &state.v, ahead, constraints);
         free_velocity.copy_from_slice(&state.v);
         contacts.project(system, constraints, free_velocity, velocity, impulse);
         clock.switch(Phase::Update);

@@ -105,6 +105,7 @@ impl AdamsWorkspace {
         contacts.detect(system, &state.x, &state.v, (h, state.t + h), constraints);
         free_velocity.copy_from_slice(&state.v);
         drift(h, &self.mean_acceleration, free_velocity);
+        contacts.hold_gaps(system, &state.v, |i| free_velocity[i], constraints);
         contacts.project(system, constraints, free_velocity, velocity, impulse);
         contacts.strike(system, constraints, &state.v, velocity);
         contacts.support(h, &mut self.lead);
