@@ -1,4 +1,4 @@
-use super::scenes::{Setting, cases};
+use super::scenes::{Case, Setting, cases};
 use crate::methods::runs::{Film, Substeps, Variant};
 use drape_report::Verdict;
 
@@ -8,7 +8,7 @@ fn film(method: &'static str, substeps: Substeps) -> Film {
 
 #[test]
 fn every_cloth_begins_without_stress() {
-    for case in cases().into_iter().filter(super::Case::is_quick) {
+    for case in cases().into_iter().filter(Case::is_quick) {
         let setting = Setting::new(&case).expect("a valid scene");
         assert!(
             setting.scene.prestress < 1e-12,
@@ -22,7 +22,7 @@ fn every_cloth_begins_without_stress() {
 /// The small sheet tells apart what stands still, what blows up and what follows.
 #[test]
 fn a_method_that_follows_is_told_from_one_that_locks_and_one_that_explodes() {
-    let case = cases().into_iter().find(super::Case::is_quick).expect("a quick case");
+    let case = cases().into_iter().find(Case::is_quick).expect("a quick case");
     let setting = Setting::new(&case).expect("a valid scene");
     let scene = &setting.scene;
     assert!(scene.shape_floor_m > 0.0 && scene.shape_floor_m < 1e-3, "{scene:?}");
