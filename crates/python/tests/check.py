@@ -3,6 +3,7 @@
 import json
 import math
 import pathlib
+import signal
 import subprocess
 import sys
 import tempfile
@@ -185,6 +186,8 @@ def others_go_on_and_ctrl_c_ends_a_run():
     other = threading.Thread(target=tick, daemon=True)
     other.start()
     import _thread
+    # A shell starts jobs in the background with this signal ignored.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     threading.Timer(0.5, _thread.interrupt_main).start()
     begin = time.monotonic()
     try:

@@ -286,7 +286,8 @@ mod tests {
         }
     }
 
-    /// What a claim says that it reads is what decides: without it there is no verdict.
+    /// What a claim says that it reads is what decides: without it there is no verdict, or other
+    /// readings.
     #[test]
     fn a_claim_without_a_number_that_it_reads_is_undecided_and_names_it() {
         for (claim, row) in all().iter().zip(rows()) {
@@ -297,7 +298,12 @@ mod tests {
                 let rest: Vec<_> = row.numbers.iter().filter(is_other).cloned().collect();
                 assert!(rest.len() < row.numbers.len(), "{}: nothing is “{read}”", claim.id);
                 let judgement = claim.judge(&Evidence::new(&rest));
-                assert_eq!(judgement.verdict, Ruling::Undecided, "{}: {read}", claim.id);
+                if judgement.verdict != Ruling::Undecided {
+                    let [less, all] =
+                        [&rest, &row.numbers].map(|n| claim.readings(&Evidence::new(n)));
+                    assert_ne!(less, all, "{}: {read}", claim.id);
+                    continue;
+                }
                 let words: Vec<_> = read.split(", ").collect();
                 assert!(judgement.reason.contains(words[0]), "{}: {judgement:?}", claim.id);
             }

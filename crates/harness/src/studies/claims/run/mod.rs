@@ -119,7 +119,7 @@ mod tests {
         let facts = comparable(&Facts { claims: vec![row] });
         let keys: Vec<_> = facts.iter().map(|fact| fact.key.as_str()).collect();
         assert_eq!(keys, ["C01", "C01 a"]);
-        assert_eq!(facts[0].values["verdict"], "confirmed");
+        assert_eq!(facts[0].values["verdict"], "holds");
         assert_eq!(facts[0].values["portable"], true);
         assert!(facts[0].values.get("scenes").is_none());
         assert_eq!(facts[1].values["value"], 0.5);
