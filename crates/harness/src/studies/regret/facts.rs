@@ -41,7 +41,7 @@ pub struct Case {
     pub regret: Option<f64>,
     /// Modelled time of all runs of the comparison over that of the exhaustive search.
     pub effort: f64,
-    /// Error of the advised run against true motions with other noise, m; `None` where it was not
+    /// Error of the advised run where the cloth is pushed, m; `None` where it was not
     /// sound then.
     pub again_m: Option<f64>,
     /// Error that counts as met then, m.

@@ -46,7 +46,7 @@ fn met(facts: &Facts) -> Option<String> {
     let verdict = if share >= MET { "as it should" } else { "and should more often" };
     (!judged.is_empty()).then(|| {
         format!(
-            "The advised run meets its target, measured again with other noise, in {kept} of {} \
+            "The advised run meets its target, measured again on a pushed cloth, in {kept} of {} \
              cases, {verdict} (at least {}).",
             judged.len(),
             percent(MET, 2)
