@@ -263,6 +263,11 @@ fn figures_name_axes_units_and_every_curve() {
         "animation-cheapest.svg",
         &["hanging", "on a ball", "locked", "over the budget of work"],
     );
+    expect(
+        "regret.svg",
+        &["regret (ratio of times)", "effort of the comparison (% of the search)"],
+    );
+    expect("regret.svg", &["greatest that it should have", "target met on a pushed cloth"]);
     expect("claims.svg", &["in all", "criterion", "reading 2", "holds: 27", "fails: 1"]);
     expect("claims.svg", &["depends: 0", "undecided: 1"]);
     expect(

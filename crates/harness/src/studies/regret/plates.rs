@@ -42,8 +42,8 @@ fn figure(input: &Input) -> Option<Sheet> {
         let series = Series::new(label.to_owned(), Look::number(n), points.collect());
         panel.series.extend(series.map(Series::apart));
     };
-    series(0, "target met when measured again", |case| case.is_met() == Some(true));
-    series(1, "target missed when measured again", |case| case.is_met() == Some(false));
+    series(0, "target met on a pushed cloth", |case| case.is_met() == Some(true));
+    series(1, "target missed on a pushed cloth", |case| case.is_met() == Some(false));
     panel.rules.push(Rule { label: "greatest that it should have".to_owned(), at: At::Y(WORST) });
     (judged.len() > 1).then_some(Sheet { panels: vec![panel], notes: Vec::new() })
 }
@@ -88,7 +88,7 @@ fn cases(facts: &Facts) -> Table {
             "best of all",
             "advised",
             "regret",
-            "error again; counts as met (mm)",
+            "error when pushed; counts as met (mm)",
             "effort",
         ]),
         names: 2,
