@@ -79,7 +79,7 @@ static LESSON: Lesson = Lesson {
     law: Law::OneStep(symplectic_euler),
     load: None,
     setting: Setting::oscillator(&["symplectic-euler", "symplectic-euler:damping=implicit"])
-        .spring(100.0, 10.0)
+        .spring(100.0, 8.0)
         .time(0.15, 20.0),
     question: Question::LongestStep,
     attempt: "The second pane takes the damping at the new velocity: find its limit too. Which \

@@ -81,11 +81,13 @@ static LESSON: Lesson = Lesson {
     code: Excerpt::step("// A = M + h² K(x_n) + ½ h C, b =", "drift(h, &state.v, &mut state.x);"),
     law: Law::OneStep(leapfrog),
     load: None,
-    setting: Setting::oscillator(&["terzopoulos-fleischer", "leapfrog"]).time(0.1, 20.0),
+    setting: Setting::oscillator(&["terzopoulos-fleischer", "leapfrog"])
+        .spring(100.0, 2.0)
+        .time(0.1, 20.0),
     question: Question::LongestStep,
-    attempt: "Try clamp=true on a hanging textile: which weights does it cut off, and what happens \
-              to compressed springs?",
-    low: "At this step the energy only swings. Take a longer one.",
+    attempt: "Take the damping away and let it run for minutes: the energy creeps up at every \
+              step size, since the length of the spring is the old one.",
+    low: "At this step the total energy still falls. Take a longer one.",
     high: "At this step the motion along the spring grows: only the part across it is implicit.",
     traps: &[Trap {
         value: |s| 1.0 / libm::sqrt(s.stiffness),

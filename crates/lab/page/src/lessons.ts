@@ -248,7 +248,7 @@ export class Lessons {
       curve(lesson.radii, setting?.step ?? 1),
       make("details", {}, make("summary", {}, "As numbers"), table(lesson.radii)),
       heading("Repeat"),
-      make("pre", { tabindex: "0" }, lesson.repeat),
+      make("pre", { class: "wrap", tabindex: "0" }, lesson.repeat),
       make(
         "p",
         { class: "help" },
