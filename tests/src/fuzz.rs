@@ -151,6 +151,9 @@ const MESSAGES: &[&str] = &[
     r#"{"do":"rate","rate":0.5}"#,
     r#"{"do":"wait","wait":false}"#,
     r#"{"do":"repeat","pane":0}"#,
+    r#"{"do":"lessons"}"#,
+    r#"{"do":"lesson","id":"backward-euler"}"#,
+    r#"{"do":"answer","lesson":"explicit-euler","value":0.02}"#,
 ];
 
 /// Most particles or faces that an input may ask for: larger ones are right, but slow to try.

@@ -13,6 +13,7 @@ mod equations;
 mod forces;
 mod frames;
 mod laws;
+mod lessons;
 mod locking;
 mod motion;
 mod order;

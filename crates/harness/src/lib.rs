@@ -16,6 +16,7 @@ mod inspect;
 mod journal;
 pub mod judgement;
 mod kept;
+pub mod lessons;
 pub mod methods;
 mod motion;
 mod need;

@@ -17,6 +17,7 @@
 //! | [`setup`] | a scene with the knobs turned, a method, and the command that repeats them |
 //! | [`engine`] | a run on a thread of its own; it knows no transport |
 //! | [`session`] | the panes of a page and their clock; it knows no transport |
+//! | [`lessons`] | what the page shows of a lesson, and how answers are marked |
 //! | [`messages`] | what page and server say to each other |
 //! | [`server`] | the transport, and who may use it |
 //! | [`limits`] | how much a page may ask for |
@@ -30,6 +31,7 @@
 //! its present step.
 
 pub mod engine;
+pub mod lessons;
 pub mod limits;
 pub mod messages;
 mod page;

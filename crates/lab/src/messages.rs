@@ -2,6 +2,7 @@
 //! positions.
 
 use crate::engine::{Numbers, Opinion, Phase, Scenery};
+use crate::lessons::{Listed, Told};
 use crate::limits;
 use crate::setup::{Repeat, Setup, damping_of, side_of, stiffness_of};
 use drape_harness::{bundled, methods, presets};
@@ -38,6 +39,20 @@ pub enum Request {
     Repeat {
         /// Number of the pane, from 0.
         pane: usize,
+    },
+    /// All lessons.
+    Lessons {},
+    /// A lesson.
+    Lesson {
+        /// Id of its method.
+        id: String,
+    },
+    /// Whether an answer is right.
+    Answer {
+        /// Id of the method of the lesson.
+        lesson: String,
+        /// The answer, in the unit of the question.
+        value: f64,
     },
 }
 
@@ -111,6 +126,25 @@ pub enum Reply<'a> {
         pane: usize,
         /// How.
         repeat: Repeat,
+    },
+    /// All lessons.
+    Lessons {
+        /// In the order of the registry.
+        lessons: Vec<Listed>,
+    },
+    /// A lesson.
+    Lesson {
+        /// The lesson.
+        lesson: Box<Told>,
+    },
+    /// Whether an answer is right.
+    Marked {
+        /// Id of the method of the lesson.
+        lesson: &'static str,
+        /// Whether it is.
+        right: bool,
+        /// What to say.
+        sentence: String,
     },
     /// A request was refused.
     Refused {

@@ -1,6 +1,7 @@
 //! What one page sees: its panes, and the clock that they share.
 
 use crate::engine::{Pane, Phase, Runs};
+use crate::lessons;
 use crate::limits;
 use crate::messages::{Reply, Request, frame, hello, scenery};
 use crate::setup::Setup;
@@ -123,6 +124,11 @@ impl Session {
                 self.rate = rate;
             }
             Request::Wait { wait } => self.wait = wait,
+            Request::Lessons {} => return Ok(vec![text(&lessons::list())]),
+            Request::Lesson { id } => return Ok(vec![text(&lessons::tell(&id)?)]),
+            Request::Answer { lesson, value } => {
+                return Ok(vec![text(&lessons::mark(&lesson, value)?)]);
+            }
             Request::Repeat { pane } => {
                 let shown = self.panes.get(pane);
                 let shown = shown.ok_or_else(|| format!("pane {pane}; there is none"))?;

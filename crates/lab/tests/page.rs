@@ -258,11 +258,8 @@ fn a_lost_server_is_said() {
     page.wait_until("document.getElementById('message').textContent.includes('does not answer')");
 }
 
-/// Text and its ground differ by 4.5 : 1 or more, light and dark.
-#[test]
-fn every_text_has_enough_contrast() {
-    let Some(chromium) = chromium() else { return };
-    let measure = "(() => { \
+/// Texts whose contrast to their ground is below 4.5 : 1.
+const CONTRAST: &str = "(() => { \
         const rgb = (c) => { const m = c.match(/[\\d.]+/g).map(Number); return m.length > 3 && m[3] === 0 ? null : m.slice(0, 3); }; \
         const light = (c) => { const [r, g, b] = c.map((v) => v / 255).map((v) => v <= 0.03928 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4); return 0.2126 * r + 0.7152 * g + 0.0722 * b; }; \
         const ground = (e) => { for (; e; e = e.parentElement) { const c = rgb(getComputedStyle(e).backgroundColor); if (c) return c; } return [255, 255, 255]; }; \
@@ -274,11 +271,96 @@ fn every_text_has_enough_contrast() {
             const ratio = (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05); \
             if (ratio < 4.5) bad.push(e.tagName + ' ' + e.textContent.slice(0, 30) + ' ' + ratio.toFixed(2)); \
         } return bad; })()";
+
+/// Text and its ground differ by 4.5 : 1 or more, light and dark.
+#[test]
+fn every_text_has_enough_contrast() {
+    let Some(chromium) = chromium() else { return };
     for scheme in ["light", "dark"] {
         let (address, _) = serve();
         let mut page = Page::open(&chromium, &address, DESK, &[("prefers-color-scheme", scheme)]);
         page.wait_until("document.getElementById('play')?.textContent === 'Play again'");
         page.value("document.querySelectorAll('details').forEach((e) => e.open = true)");
-        assert_eq!(page.value(measure), json!([]), "{scheme}");
+        assert_eq!(page.value(CONTRAST), json!([]), "{scheme}");
     }
+}
+
+/// A teacher's link opens the lesson with its panes; a wrong answer gets its hint, a right one is
+/// accepted.
+#[test]
+fn a_lesson_opens_by_its_address_and_marks_answers() {
+    let Some(chromium) = chromium() else { return };
+    let id = "backward-euler";
+    let (_, lesson) = drape_harness::lessons::find(id).unwrap();
+    for (width, scheme) in [(DESK, "light"), (PHONE, "dark")] {
+        let (address, _) = serve();
+        let link = format!("{address}#lesson={id}");
+        let mut page = Page::open(&chromium, &link, width, &[("prefers-color-scheme", scheme)]);
+        page.wait_until("document.getElementById('lesson-answer') !== null");
+        page.wait_until("document.querySelectorAll('.pane').length === 2");
+        page.wait_until(
+            "decodeURIComponent(location.hash).includes('scene=oscillator;method=backward-euler')",
+        );
+        let hash = page.value("location.hash");
+        assert!(hash.as_str().unwrap().contains("lesson=backward-euler"), "{hash}");
+        let text = page.value("document.getElementById('lesson').innerText");
+        let text = text.as_str().unwrap();
+        for part in [lesson.title, lesson.idea, "drape run oscillator --method backward-euler"] {
+            assert!(text.contains(part), "{part}: {text}");
+        }
+        assert!(text.contains(&lesson.code().unwrap()), "{text}");
+        // The keyboard is enough: type, and press Enter.
+        let trap = lesson.traps[0];
+        for (value, kind, said) in [
+            ((trap.value)(&lesson.setting).to_string(), "wrong", trap.hint),
+            ("much".to_owned(), "wrong", "Expected a number"),
+            (lesson.answer().to_string(), "right", "Right"),
+        ] {
+            page.value(&format!(
+                "{{ const e = document.getElementById('lesson-answer'); e.value = {}; e.focus(); }}",
+                json!(value)
+            ));
+            page.browser.press_enter();
+            page.wait_until(&format!(
+                "document.getElementById('lesson-mark').className === {} && document.getElementById('lesson-mark').textContent.includes({})",
+                json!(kind), json!(said)
+            ));
+        }
+        page.wait_until("document.getElementById('play').textContent === 'Play again'");
+        // The energy that the person reads is the answer: it starts with 1 J.
+        let total = page.value(
+            "[...document.querySelectorAll('.pane')[0].querySelectorAll('tr')].find((e) => e.textContent.startsWith('total')).cells[1].textContent",
+        );
+        let total: f64 = total.as_str().unwrap().trim_end_matches(" J").parse().unwrap();
+        assert!(lesson.mark(100.0 * total).unwrap().is_right, "{total} J");
+        let overflow =
+            "document.documentElement.scrollWidth - document.documentElement.clientWidth";
+        assert_eq!(page.value(overflow), json!(0), "the page scrolls sideways at {width}");
+        page.value("document.querySelectorAll('details').forEach((e) => e.open = true)");
+        assert_eq!(page.value(CONTRAST), json!([]), "{scheme}");
+        page.look(&format!("lesson-{width}-{scheme}.png"));
+        // Another lesson from the list brings its panes; the closed panel leaves the address.
+        page.enter("#lesson-choice", "leapfrog");
+        page.wait_until("decodeURIComponent(location.hash).includes('method=leapfrog')");
+        page.wait_until("location.hash.includes('lesson=leapfrog')");
+        page.click("#lesson-close");
+        page.wait_until(
+            "document.getElementById('lesson').hidden && !location.hash.includes('lesson=')",
+        );
+        assert_eq!(page.value("document.activeElement.id"), json!("lessons"));
+        page.click("#lessons");
+        page.wait_until("location.hash.includes('lesson=leapfrog')");
+        assert_eq!(page.complaints(&address), Vec::<String>::new());
+    }
+}
+
+/// A link to a lesson that does not exist says so, and the lab works on.
+#[test]
+fn a_lesson_that_does_not_exist_is_said() {
+    let Some(chromium) = chromium() else { return };
+    let (address, _) = serve();
+    let mut page = Page::open(&chromium, &format!("{address}#lesson=magic"), DESK, &[]);
+    page.wait_until("document.getElementById('message').textContent.includes('no lesson `magic`')");
+    page.wait_until("document.querySelectorAll('.pane').length === 3");
+    page.wait_until("[...document.querySelectorAll('#lesson-choice option')].some((e) => e.value === 'leapfrog')");
 }

@@ -25,6 +25,8 @@ static SCENES: &[(&str, &str)] = scenes![
     "drape-test",
     "hanging-wool",
     "hanging-denim",
+    "oscillator",
+    "loaded-spring",
 ];
 
 macro_rules! meshes {

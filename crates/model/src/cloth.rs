@@ -47,7 +47,7 @@ pub struct Grid {
     /// Rotation about the centre of the sheet. Without it the sheet is horizontal.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rotation: Option<Rotation>,
-    /// Start velocity of all particles, m/s.
+    /// Start velocity of all particles that no pin holds, m/s.
     #[serde(default)]
     #[schemars(inner(range(min = -MAX_COORDINATE, max = MAX_COORDINATE)))]
     pub velocity_m_s: [f64; 3],

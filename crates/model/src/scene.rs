@@ -110,8 +110,23 @@ impl Scene {
         let selectable =
             Selectable { cloth, particles: &spec.particles, triangles: &spec.triangles };
         spec.pins = selectable.pins(&self.pins)?;
+        self.stop_pinned(&mut spec);
         spec.check().map_err(|violation| self.locate(violation))?;
         Ok(spec)
+    }
+
+    /// The start velocity of a generated cloth is that of its free particles: a pinned one would
+    /// count in the energy until the first step stops it. Explicit particles keep what they state.
+    fn stop_pinned(&self, spec: &mut SystemSpec) {
+        let SystemSpec { particles, pins, .. } = spec;
+        if particles.velocity_m_s.is_empty() || matches!(self.cloth, Cloth::Particles(_)) {
+            return;
+        }
+        for pin in pins {
+            if let Some(velocity) = particles.velocity_m_s.get_mut(pin.particle as usize) {
+                *velocity = [0.0; 3];
+            }
+        }
     }
 
     /// Translates the path of a violation in the frozen system to the path in the scene.

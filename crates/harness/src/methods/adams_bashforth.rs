@@ -2,10 +2,11 @@
 
 use super::Entry;
 use super::runs::{Keeps, Runs, Variant, work};
+use crate::lessons::{Excerpt, Law, Lesson, Question, Setting, Trap};
 use crate::need::Matrix;
 use crate::studies::short;
 use crate::theory::{Expectation, Problem, Theory, form, no_theorem, unstable};
-use drape_oracle::recurrence::adams_bashforth;
+use drape_oracle::recurrence::{adams_bashforth, explicit_euler};
 use drape_report::family::Kin;
 
 /// Its forms in studies that compare limits and orders.
@@ -17,6 +18,7 @@ const FORMS: &[Variant] = &[
 /// Its entry in the registry.
 pub(super) static ENTRY: Entry = Entry {
     registration: &drape_multistep::EXPLICIT_ADAMS,
+    lesson: Some(&LESSON),
     theory: Theory {
         case,
         kin: Kin::Explicit,
@@ -66,3 +68,48 @@ fn case(problem: &Problem<'_>) -> Expectation {
         None => no_theorem("unstable on the imaginary axis, but too slowly to be seen for certain"),
     }
 }
+
+/// Its lesson.
+static LESSON: Lesson = Lesson {
+    title: "Adams and Bashforth: order 2 from the last step",
+    idea: "The force of the step before is still known. A straight line through both forces, \
+           prolonged over the step, gives order 2 without another evaluation. Its region of \
+           stability is smaller than that of explicit Euler along the damping, and without damping \
+           it grows at every step, though slowly.",
+    docs: "drape-multistep",
+    sources: drape_multistep::SOURCES,
+    equation: Excerpt::docs(
+        "y_{n+k} = y_{n+k−1} + h Σ_{j<k} β_j f_{n+j}                explicit Adams",
+        "explicit Adams",
+    ),
+    code: Excerpt::of(
+        "src/step/adams_bashforth.rs",
+        "let formula = LinearMultistep::adams_bashforth(&steps[..k]);",
+        "history.mean(ACCELERATION, a, beta, mean);",
+    ),
+    law: Law::TwoSteps {
+        first: explicit_euler,
+        later: |t, e| adams_bashforth(2, t, e),
+        substeps: 1,
+    },
+    load: None,
+    setting: Setting::oscillator(&["adams-bashforth2", "explicit-euler"])
+        .spring(100.0, 10.0)
+        .time(0.05, 20.0),
+    question: Question::LongestStep,
+    attempt: "Set the damping to 0 and let it run for a minute at a short step: the energy creeps \
+              up.",
+    low: "At this step the total energy still falls. Take a longer one.",
+    high: "At this step the oscillation grows. Take a shorter one.",
+    traps: &[
+        Trap {
+            value: |s| s.damping / s.stiffness,
+            hint: "That is δ/κ, the limit of explicit Euler. Two levels change it.",
+        },
+        Trap {
+            value: |s| 2.0 / libm::sqrt(s.stiffness),
+            hint: "That is 2/ω, the limit of leapfrog without damping.",
+        },
+    ],
+    study: "stability",
+};

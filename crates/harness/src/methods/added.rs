@@ -45,7 +45,7 @@ fn entry(registration: Registration) -> &'static Entry {
         forms: &[],
     };
     let registration = Box::leak(Box::new(registration));
-    Box::leak(Box::new(Entry { registration, theory, runs: Runs::DEFAULTS }))
+    Box::leak(Box::new(Entry { registration, lesson: None, theory, runs: Runs::DEFAULTS }))
 }
 
 /// Adds a method to the registry: from now on every command and every study knows it by its id.

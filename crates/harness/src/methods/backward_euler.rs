@@ -2,6 +2,7 @@
 
 use super::Entry;
 use super::runs::{Contender, Film, Keeps, Runs, Steps, Variant, work};
+use crate::lessons::{Excerpt, Law, Lesson, Question, Setting, Trap};
 use crate::need::Matrix;
 use crate::theory::{
     ALWAYS, Expectation, LoadLaw, PUSHING, Problem, Theory, form, no_theorem, stable,
@@ -13,6 +14,7 @@ use drape_report::family::Kin;
 /// Its entry in the registry.
 pub(super) static ENTRY: Entry = Entry {
     registration: &drape_backward_euler::REGISTRATION,
+    lesson: Some(&LESSON),
     theory: Theory {
         case,
         kin: Kin::Implicit,
@@ -70,3 +72,34 @@ fn case(problem: &Problem<'_>) -> Expectation {
          still rise in a step",
     )
 }
+
+/// Its lesson.
+static LESSON: Lesson = Lesson {
+    title: "Backward Euler: stable, and it damps",
+    idea: "The forces are those at the end of the step. No step is too long for stability, since \
+           each one takes energy out: an undamped spring loses the share θ/(1 + θ) of its energy \
+           in every step, θ = h²k/m. What looks like air drag in a film is often this.",
+    docs: "drape-backward-euler",
+    sources: drape_backward_euler::SOURCES,
+    equation: Excerpt::docs("M (v_{n+1} − v_n) = h f(x_{n+1}, v_{n+1})", "(4)"),
+    code: Excerpt::step(
+        "// M (v_{n+1} − v_n) = h f(x_n + h v_{n+1}, v_{n+1})",
+        "state.x.copy_from_slice(stage.positions());",
+    ),
+    law: Law::OneStep(backward_euler),
+    load: None,
+    setting: Setting::oscillator(&["backward-euler", "midpoint"]),
+    question: Question::EnergyLeft,
+    attempt: "Halve the step: does half of the loss go away? Multiply k/m by 100 and watch the \
+              loss of stiff springs.",
+    low: "The step takes less than that.",
+    high: "The step takes more: there is no damping in the spring, but there is in the method.",
+    traps: &[
+        Trap { value: |_| 100.0, hint: "The exact motion keeps all of it; this method does not." },
+        Trap {
+            value: |s| 10.0 * libm::sqrt(Law::OneStep(backward_euler).left(s)),
+            hint: "That is the share of the amplitude. The energy goes with its square.",
+        },
+    ],
+    study: "energy",
+};

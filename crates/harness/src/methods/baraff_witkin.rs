@@ -2,6 +2,7 @@
 
 use super::Entry;
 use super::runs::{Contender, Keeps, Runs, Steps, Variant, work};
+use crate::lessons::{Excerpt, Law, Lesson, Question, Setting, Trap};
 use crate::need::Matrix;
 use crate::theory::{
     ALWAYS, Expectation, LoadLaw, PUSHING, Problem, Theory, at_rest_or, beside_explicit, form,
@@ -14,6 +15,7 @@ use drape_report::family::Kin;
 /// Its entry in the registry.
 pub(super) static ENTRY: Entry = Entry {
     registration: &drape_baraff_witkin::REGISTRATION,
+    lesson: Some(&LESSON),
     theory: Theory {
         case,
         kin: Kin::Implicit,
@@ -59,3 +61,38 @@ fn case(problem: &Problem<'_>) -> Expectation {
         beside_explicit(problem, implicit)
     }
 }
+
+/// Its lesson.
+static LESSON: Lesson = Lesson {
+    title: "One linear solve a step: order 1",
+    idea: "Backward Euler needs a nonlinear solve. Baraff and Witkin take a single Newton \
+           iteration: the forces are linearised at the old positions, and one linear system is \
+           solved by conjugate gradients. On a linear spring that is all of backward Euler, with \
+           its damping. A method of order 1 loses in proportion to its step.",
+    docs: "drape-baraff-witkin",
+    sources: drape_baraff_witkin::SOURCES,
+    equation: Excerpt::docs(
+        "(M − h ∂f/∂v − h² ∂f/∂x) Δv = h (f_0 + h ∂f/∂x v_0 + ∂f/∂x y)",
+        "x_{n+1} = x_n + h (v_n + Δv) + y",
+    ),
+    code: Excerpt::step(
+        "linear.linearise(system, state, y, h);",
+        "linear.solve(changes, change, &mut report)?;",
+    ),
+    law: Law::OneStep(backward_euler),
+    load: None,
+    setting: Setting::oscillator(&["baraff-witkin", "dirk"]).time(0.001, 1.0),
+    question: Question::LossRatio,
+    attempt: "Take steps ten times as long: why does the ratio fall? The loss cannot exceed what \
+              there is.",
+    low: "The loss falls faster than that.",
+    high: "A method of order 1 does not gain that much from half of the step.",
+    traps: &[
+        Trap {
+            value: |_| 4.0,
+            hint: "That is the ratio of an error of order 2. This method has order 1.",
+        },
+        Trap { value: |_| 8.0, hint: "That is what the second pane shows." },
+    ],
+    study: "order",
+};

@@ -2,14 +2,16 @@
 
 use super::Entry;
 use super::runs::{Film, Keeps, Runs, Steps, Variant, work};
+use crate::lessons::{Excerpt, Law, Lesson, Question, Setting, Trap};
 use crate::need::Matrix;
 use crate::theory::{ALWAYS, Expectation, Problem, TURNING, Theory, at_rest_or, form};
-use drape_oracle::recurrence::bdf;
+use drape_oracle::recurrence::{backward_euler, bdf};
 use drape_report::family::Kin;
 
 /// Its entry in the registry.
 pub(super) static ENTRY: Entry = Entry {
     registration: &drape_multistep::BACKWARD_DIFFERENTIATION,
+    lesson: Some(&LESSON),
     theory: Theory {
         case,
         kin: Kin::Implicit,
@@ -58,3 +60,39 @@ const SAFEGUARDED: &str = "bdf2:max_iterations=1,safeguard=work,solver=cg,cg_tol
 fn case(problem: &Problem<'_>) -> Expectation {
     at_rest_or(problem, &format!("A-stable on linear systems; {TURNING}"))
 }
+
+/// Its lesson.
+static LESSON: Lesson = Lesson {
+    title: "Backward differences over two steps",
+    idea: "A parabola through two old levels and the new one must satisfy the equation at the new \
+           one. That is of order 2, as stable as backward Euler, and costs the same. An \
+           oscillation that the steps resolve loses far less; one that they do not resolve still \
+           dies out. The first step has no past: it is one of backward Euler.",
+    docs: "drape-multistep",
+    sources: drape_multistep::SOURCES,
+    equation: Excerpt::docs(
+        "Σ_{j=0}^{k} α_j y_{n+j} = h β_k f_{n+k}                    backward differentiation",
+        "backward differentiation",
+    ),
+    code: Excerpt::of(
+        "src/step/bdf.rs",
+        "let formula = LinearMultistep::bdf(&steps[..k]);",
+        "formula.tau(h)",
+    ),
+    law: Law::TwoSteps { first: backward_euler, later: |t, e| bdf(2, t, e), substeps: 1 },
+    load: None,
+    setting: Setting::oscillator(&["bdf2", "backward-euler"]).time(0.05, 1.0),
+    question: Question::EnergyLeft,
+    attempt: "Step once, and see how much of the loss belongs to the first step. Then compare both \
+              panes at h = 0.01 s.",
+    low: "It keeps more than that. Is the second pane backward Euler?",
+    high: "It loses more than that, most of it in steps that are not the first.",
+    traps: &[
+        Trap {
+            value: |s| Law::OneStep(backward_euler).left(s),
+            hint: "That is what backward Euler leaves. Look at the first pane.",
+        },
+        Trap { value: |_| 100.0, hint: "The exact motion keeps all of it; this method does not." },
+    ],
+    study: "order",
+};

@@ -2,18 +2,20 @@
 
 use super::Entry;
 use super::runs::{Contender, Keeps, Runs, Steps, Variant};
+use crate::lessons::{Excerpt, Law, Lesson, Question, Setting, Trap, gravity};
 use crate::need::Matrix;
 use crate::presets::Preset;
 use crate::theory::{
     ALWAYS, Expectation, LoadLaw, PUSHING, Problem, Theory, form, monotone, no_theorem,
 };
 use drape_oracle::laws::spin;
-use drape_oracle::recurrence::{desbrun, spectral_radius};
+use drape_oracle::recurrence::{backward_euler, desbrun, spectral_radius};
 use drape_report::family::Kin;
 
 /// Its entry in the registry.
 pub(super) static ENTRY: Entry = Entry {
     registration: &drape_desbrun::REGISTRATION,
+    lesson: Some(&LESSON),
     theory: Theory {
         case,
         kin: Kin::Corrected,
@@ -66,3 +68,41 @@ fn case(problem: &Problem<'_>) -> Expectation {
         monotone("the theorem of IMEX Euler: an exact solve with all springs and full damping")
     }
 }
+
+/// Its lesson.
+static LESSON: Lesson = Lesson {
+    title: "Desbrun: a matrix that never changes, and a load beside it",
+    idea: "Only the linear part of the spring force is taken at the new positions. Its matrix \
+           never changes and is factorised once. The filter W holds back every motion across a \
+           stiff spring, also one that stretches nothing. Gravity is added behind the filter: the \
+           load gets its full kick in every step, but the speed of the step before is filtered \
+           away.",
+    docs: "drape-desbrun",
+    sources: drape_desbrun::SOURCES,
+    equation: Excerpt::docs(
+        "F̃ = F(x_n) − h L_k v_n − L_c v_n                                                    (D1)",
+        "(D5)",
+    ),
+    code: Excerpt::step(
+        "// Δv = A⁻¹ h F̃ = h M⁻¹ F_filtered, (D2)",
+        "drift(h, &state.v, &mut state.x); // x_{n+1} = x_n + h v_{n+1}, (D5)",
+    ),
+    law: Law::OneStep(backward_euler),
+    load: Some(LoadLaw::Unfiltered),
+    setting: Setting::load(&["desbrun", "imex-updated"]),
+    question: Question::Speed,
+    attempt: "Halve the step: the speed halves as well, though nothing about the cloth has changed.",
+    low: "The load is not filtered: each step adds the whole of h g.",
+    high: "The speed of the step before is filtered away, so it cannot add up.",
+    traps: &[
+        Trap {
+            value: |s| 1e3 * gravity(s.scene) / (s.step * s.stiffness),
+            hint: "That would be so if the load were filtered, too.",
+        },
+        Trap {
+            value: |s| 1e3 * gravity(s.scene) * s.duration,
+            hint: "That is free fall, which the second pane shows.",
+        },
+    ],
+    study: "locking",
+};

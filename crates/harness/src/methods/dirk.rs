@@ -2,6 +2,7 @@
 
 use super::Entry;
 use super::runs::{Film, Keeps, Runs, Steps, Variant, work};
+use crate::lessons::{Excerpt, Law, Lesson, Question, Setting, Trap};
 use crate::need::Matrix;
 use crate::theory::{ALWAYS, Expectation, Problem, TURNING, Theory, at_rest_or, form};
 use drape_oracle::recurrence::{RungeKutta, spectral_radius};
@@ -10,6 +11,7 @@ use drape_report::family::Kin;
 /// Its entry in the registry.
 pub(super) static ENTRY: Entry = Entry {
     registration: &drape_dirk::REGISTRATION,
+    lesson: Some(&LESSON),
     theory: Theory {
         case,
         kin: Kin::ImplicitStages,
@@ -88,3 +90,39 @@ fn radius(method: &RungeKutta, theta: f64, eta: f64) -> f64 {
 fn case(problem: &Problem<'_>) -> Expectation {
     at_rest_or(problem, &format!("L-stable on linear systems; {TURNING}"))
 }
+
+/// Its lesson.
+static LESSON: Lesson = Lesson {
+    title: "Two implicit stages: how fast does the loss shrink?",
+    idea: "Half of the step by the trapezoidal rule, the rest by backward differences. The method \
+           has order 2 and kills what it cannot resolve. The energy that it takes from an \
+           oscillation falls faster than its error: the loss in a given time goes with the third \
+           power of the step once the steps are short.",
+    docs: "drape-dirk",
+    sources: drape_dirk::SOURCES,
+    equation: Excerpt::docs("w₁ = v_n,  a₁ = M⁻¹f(x_n, v_n)", "(5)"),
+    code: Excerpt::step(
+        "x += self.w[j][particle] * (h * a);",
+        "state.v.copy_from_slice(&self.w[last]);",
+    ),
+    law: Law::OneStep(|t, e| RungeKutta::tr_bdf2().amplification(t, e)),
+    load: None,
+    setting: Setting::oscillator(&["dirk", "backward-euler"]).time(0.1, 4.0),
+    question: Question::LossRatio,
+    attempt: "Halve the step twice more. The ratio comes closer to 8. Do the same with the second \
+              pane.",
+    low: "The loss falls faster than that.",
+    high: "At steps this long the loss does not fall that fast yet.",
+    traps: &[
+        Trap {
+            value: |_| 4.0,
+            hint: "Order 2 divides the error by 4. The loss of energy goes with the third power of the step.",
+        },
+        Trap { value: |_| 2.0, hint: "That is the ratio of a method of order 1 at short steps." },
+        Trap {
+            value: |_| 8.0,
+            hint: "That is the limit for short steps. These are long: measure.",
+        },
+    ],
+    study: "order",
+};

@@ -2,6 +2,7 @@
 
 use super::Entry;
 use super::runs::{Keeps, Runs, Steps, Variant, work};
+use crate::lessons::{Excerpt, Law, Lesson, Question, Setting, Trap};
 use crate::need::Matrix;
 use crate::theory::{
     ALWAYS, Expectation, LoadLaw, PUSHING, Problem, Theory, form, no_theorem, stable,
@@ -13,6 +14,7 @@ use drape_report::family::Kin;
 /// Its entry in the registry.
 pub(super) static ENTRY: Entry = Entry {
     registration: &drape_energy_momentum::REGISTRATION,
+    lesson: Some(&LESSON),
     theory: Theory {
         case,
         kin: Kin::ImplicitStages,
@@ -53,3 +55,38 @@ fn case(problem: &Problem<'_>) -> Expectation {
     }
     stable("a step that is solved changes the energy by the work of the damping alone")
 }
+
+/// Its lesson.
+static LESSON: Lesson = Lesson {
+    title: "Energy and momentum by construction",
+    idea: "The force of a spring is not taken at a point but as the difference of its energies \
+           over the difference of its lengths. Then a step changes the energy by the work of the \
+           damping and by nothing else, at any step and amplitude, and it keeps the spin. Resolve \
+           the damping, too: a long step lets a stiff oscillation decay far too slowly.",
+    docs: "drape-energy-momentum",
+    sources: drape_energy_momentum::SOURCES,
+    equation: Excerpt::docs(
+        "x_{n+1} = x_n + h v̄                 v_{n+1} = 2 v̄ − v_n",
+        "for each spring",
+    ),
+    code: Excerpt::step("/// `x₊ = x_n + h v̄`, `v₊ = 2 v̄ − v_n`, (1).", "past.remember(mean, h);"),
+    law: Law::OneStep(implicit_midpoint),
+    load: None,
+    setting: Setting::oscillator(&["energy-momentum", "backward-euler"])
+        .spring(10_000.0, 4.0)
+        .time(0.1, 1.0),
+    question: Question::EnergyLeft,
+    attempt: "Take the damping away: nothing is lost at any step. Shorten the step to 0.001 s: the \
+              loss becomes that of the damping.",
+    low: "It keeps more than that: the step does not resolve the oscillation that the damping acts \
+          on.",
+    high: "It loses more than that: the damping does work.",
+    traps: &[
+        Trap {
+            value: |s| 100.0 * libm::exp(-s.damping * s.duration),
+            hint: "That is the exact loss by the damping. The long step keeps more.",
+        },
+        Trap { value: |_| 100.0, hint: "The exact motion keeps all of it; this method does not." },
+    ],
+    study: "momentum",
+};

@@ -2,6 +2,7 @@
 
 use super::Entry;
 use super::runs::Runs;
+use crate::lessons::{Excerpt, Law, Lesson, Question, Setting, Trap};
 use crate::need::Matrix;
 use crate::studies::short;
 use crate::theory::{Expectation, Problem, Theory, form, no_theorem, stable, unstable};
@@ -13,6 +14,7 @@ use drape_report::family::Kin;
 /// Its entry in the registry.
 pub(super) static ENTRY: Entry = Entry {
     registration: &drape_explicit_euler::EXPLICIT,
+    lesson: Some(&LESSON),
     theory: Theory {
         case,
         kin: Kin::Explicit,
@@ -47,3 +49,44 @@ fn case(problem: &Problem<'_>) -> Expectation {
         no_theorem("within or near its limit: what grows, grows too slowly to be seen for certain")
     }
 }
+
+/// Its lesson.
+static LESSON: Lesson = Lesson {
+    title: "Explicit Euler: stable only by the damping of the springs",
+    idea: "Positions move with the old velocities, velocities with the forces at the old \
+           positions. Each step adds energy to an oscillation: without damping it grows at every \
+           step size. Damping takes energy out, and the step is stable as long as it takes out \
+           more than the step adds.",
+    docs: "drape-explicit-euler",
+    sources: drape_explicit_euler::SOURCES,
+    equation: Excerpt::docs(
+        "x_{n+1} = x_n + h v_n          v_{n+1} = v_n + h M⁻¹ f(x_n, v_n)",
+        "(2)",
+    ),
+    code: Excerpt::of(
+        "src/step/explicit.rs",
+        "system.forces(state.level(), force); // f(x_n, v_n)",
+        "kick(system, h, force, &mut state.v);",
+    ),
+    law: Law::OneStep(explicit_euler),
+    load: None,
+    setting: Setting::oscillator(&["explicit-euler", "leapfrog"])
+        .spring(100.0, 2.0)
+        .time(0.05, 10.0),
+    question: Question::LongestStep,
+    attempt: "Set the damping to 0 and look for a stable step. Then double the stiffness: the \
+              limit halves, where that of leapfrog shrinks by √2 only.",
+    low: "At this step the total energy still falls. Take a longer one.",
+    high: "At this step the oscillation grows: give the run more time, or take a shorter step.",
+    traps: &[
+        Trap {
+            value: |s| 2.0 / libm::sqrt(s.stiffness),
+            hint: "That is 2/ω, the limit of leapfrog without damping.",
+        },
+        Trap {
+            value: |s| 2.0 / s.damping,
+            hint: "That is 2/δ, the limit of the damping alone. The spring sets a lower one.",
+        },
+    ],
+    study: "stability",
+};

@@ -2,6 +2,7 @@
 
 use super::Entry;
 use super::runs::{Keeps, Runs, Steps, Variant, work};
+use crate::lessons::{Excerpt, Law, Lesson, Question, Setting, Trap};
 use crate::need::Matrix;
 use crate::theory::{ALWAYS, Expectation, Problem, TURNING, Theory, at_rest_or, form};
 use drape_oracle::recurrence::{exact_oscillator, spectral_radius};
@@ -10,6 +11,7 @@ use drape_report::family::Kin;
 /// Its entry in the registry.
 pub(super) static ENTRY: Entry = Entry {
     registration: &drape_exponential::REGISTRATION,
+    lesson: Some(&LESSON),
     theory: Theory {
         case,
         kin: Kin::Linearised,
@@ -34,3 +36,39 @@ pub(super) static ENTRY: Entry = Entry {
 fn case(problem: &Problem<'_>) -> Expectation {
     at_rest_or(problem, &format!("exact on linear systems; {TURNING}"))
 }
+
+/// Its lesson.
+static LESSON: Lesson = Lesson {
+    title: "The exact linear motion",
+    idea: "The linearised motion of a step has a closed form, the exponential of its matrix. A \
+           Krylov subspace gives it to a tolerance by products with the matrix alone: no linear \
+           system is solved. A linear spring moves exactly, at any step. What remains is the error \
+           of the linearisation, where springs turn.",
+    docs: "drape-exponential",
+    sources: drape_exponential::SOURCES,
+    equation: Excerpt::docs(
+        "y_{n+1} = y_n + h φ₁(hJ) F = y_n + h F + h² φ₂(hJ) J F",
+        "φ₂(z) = (φ₁(z) − 1)/z",
+    ),
+    code: Excerpt::step(
+        "/// `y ← y + τ F + τ² φ₂(τJ) J F`, which is `y + τ φ₁(τJ) F`, (1).",
+        "state.v[i] += (acceleration[i] + v[i] * tau) * tau;",
+    ),
+    law: Law::OneStep(exact_oscillator),
+    load: None,
+    setting: Setting::oscillator(&["exponential", "midpoint"]).time(0.2, 4.0),
+    question: Question::Period,
+    attempt: "Open loaded-spring with both methods: the spring turns now, and the linear motion is \
+              not the true one.",
+    low: "The oscillation is slower than that. A few steps cover a period, so count several \
+          periods.",
+    high: "The oscillation is faster than that: is it the first pane that you count?",
+    traps: &[Trap {
+        value: |s| {
+            std::f64::consts::TAU * s.step
+                / (2.0 * libm::atan(0.5 * s.step * libm::sqrt(s.stiffness)))
+        },
+        hint: "That is the period of the midpoint, the second pane.",
+    }],
+    study: "order",
+};

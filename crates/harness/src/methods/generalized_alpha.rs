@@ -2,15 +2,17 @@
 
 use super::Entry;
 use super::runs::{Film, Keeps, Runs, Steps, Variant, work};
+use crate::lessons::{Excerpt, Law, Lesson, Question, Setting, Trap};
 use crate::need::Matrix;
 use crate::theory::{ALWAYS, Expectation, Problem, TURNING, Theory, at_rest_or, form};
 use drape_oracle::laws::spin;
-use drape_oracle::recurrence::GeneralizedAlpha;
+use drape_oracle::recurrence::{GeneralizedAlpha, backward_euler};
 use drape_report::family::Kin;
 
 /// Its entry in the registry.
 pub(super) static ENTRY: Entry = Entry {
     registration: &drape_generalized_alpha::REGISTRATION,
+    lesson: Some(&LESSON),
     theory: Theory {
         case,
         kin: Kin::ImplicitStages,
@@ -79,3 +81,37 @@ const SAFEGUARDED: &str =
 fn case(problem: &Problem<'_>) -> Expectation {
     at_rest_or(problem, &format!("A-stable on linear systems; {TURNING}"))
 }
+
+/// Its lesson.
+static LESSON: Lesson = Lesson {
+    title: "A dial for numerical damping",
+    idea: "Forces and accelerations are taken at two different points within the step. One number, \
+           rho_inf, sets what a step leaves of the fastest oscillations: 1 keeps all, 0 kills them \
+           in one step. Slow oscillations are kept whatever it is, and the order is 2.",
+    docs: "drape-generalized-alpha",
+    sources: drape_generalized_alpha::SOURCES,
+    equation: Excerpt::docs(
+        "(1 − α_m) a_{n+1} + α_m a_n = (1 − α_f) M⁻¹f_{n+1} + α_f M⁻¹f_n",
+        "v_{n+1} = v_n + h ((1 − γ) a_n + γ a_{n+1})",
+    ),
+    code: Excerpt::step(
+        "// X* = x_n + h v_n + h² (½ − β) a_n − τ_x (v_n + h (1 − γ) a_n), (4)",
+        "self.memory.v_star[i] =",
+    ),
+    law: Law::Alpha(|| GeneralizedAlpha::chung_hulbert(0.5)),
+    load: None,
+    setting: Setting::oscillator(&["generalized-alpha", "backward-euler"]).time(0.1, 4.0),
+    question: Question::EnergyLeft,
+    attempt: "Set rho_inf=0 and rho_inf=1 in two panes. Then multiply k/m by 10000: which one \
+              rings, which one is still?",
+    low: "It keeps more than that.",
+    high: "It loses more than that: rho_inf is not 1.",
+    traps: &[
+        Trap {
+            value: |s| Law::OneStep(backward_euler).left(s),
+            hint: "That is what backward Euler leaves. Look at the first pane.",
+        },
+        Trap { value: |_| 100.0, hint: "The exact motion keeps all of it; this method does not." },
+    ],
+    study: "order",
+};

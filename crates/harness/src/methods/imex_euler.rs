@@ -2,6 +2,7 @@
 
 use super::Entry;
 use super::runs::{Contender, Keeps, Runs, Steps, Variant, work};
+use crate::lessons::{Excerpt, Law, Lesson, Question, Setting, Trap, gravity};
 use crate::need::Matrix;
 use crate::presets::Preset;
 use crate::theory::{
@@ -9,12 +10,13 @@ use crate::theory::{
     monotone, no_theorem, stable, unstable,
 };
 use drape_oracle::laws::spin;
-use drape_oracle::recurrence::{imex_euler, spectral_radius};
+use drape_oracle::recurrence::{backward_euler, imex_euler, spectral_radius};
 use drape_report::family::Kin;
 
 /// Its entry in the registry.
 pub(super) static ENTRY: Entry = Entry {
     registration: &drape_imex::EULER,
+    lesson: Some(&LESSON),
     theory: Theory {
         case,
         kin: Kin::ImplicitExplicit,
@@ -130,3 +132,39 @@ fn case(problem: &Problem<'_>) -> Expectation {
         }
     }
 }
+
+/// Its lesson.
+static LESSON: Lesson = Lesson {
+    title: "IMEX Euler: fast, stable, and it locks",
+    idea: "The linear part of the springs is implicit, with a matrix that never changes; the rest, \
+           which turns with the spring, stays explicit. The matrix is stiff in every direction, \
+           while a spring is stiff only along itself. So a motion across a stiff spring is held \
+           back as if the spring resisted it: the cloth locks.",
+    docs: "drape-imex",
+    sources: drape_imex::SOURCES,
+    equation: Excerpt::docs("A v_{n+1} = M v_n + h [F_explicit(x_n, v_n) − L_k x_n]", "(20)"),
+    code: Excerpt::of(
+        "src/step/euler.rs",
+        "// A = M + h² L_k + h L_c, EEH (21)",
+        "rhs.assemble(system, state, h);",
+    ),
+    law: Law::OneStep(backward_euler),
+    load: Some(LoadLaw::Filtered),
+    setting: Setting::load(&["imex-euler", "imex-updated"]),
+    question: Question::Speed,
+    attempt: "Halve the step, or divide k/m by ten: how does the speed follow? Then open \
+              hanging-textile-1e6 with both methods.",
+    low: "It is faster than that.",
+    high: "It never gets that fast: each step keeps only 1/(1 + h²k/m) of the speed.",
+    traps: &[
+        Trap {
+            value: |s| 1e3 * gravity(s.scene) * s.duration,
+            hint: "That is free fall, which the second pane shows. The first is locked.",
+        },
+        Trap {
+            value: |s| 1e3 * gravity(s.scene) * s.step,
+            hint: "That is the kick of a single step; the matrix divides it by 1 + h²k/m.",
+        },
+    ],
+    study: "locking",
+};

@@ -2,12 +2,15 @@
 
 use super::Entry;
 use super::runs::{Keeps, Runs, Steps, Variant, work};
+use crate::lessons::{Excerpt, Law, Lesson, Question, Setting, Trap};
 use crate::need::Matrix;
 use crate::theory::{
     ALWAYS, Expectation, PUSHING, Problem, TURNING, Theory, form, implicit, no_theorem, stable,
 };
 use drape_imex_rk::{ARK3, ARK4, ARS222, ARS443, Tableau};
-use drape_oracle::recurrence::{AdditiveTableau, additive_runge_kutta, spectral_radius};
+use drape_oracle::recurrence::{
+    AdditiveTableau, Amplification, additive_runge_kutta, backward_euler, spectral_radius,
+};
 use drape_report::family::Kin;
 
 /// Its tableaux in studies that compare limits and orders.
@@ -21,6 +24,7 @@ const FORMS: &[Variant] = &[
 /// Its entry in the registry.
 pub(super) static ENTRY: Entry = Entry {
     registration: &drape_imex_rk::REGISTRATION,
+    lesson: Some(&LESSON),
     theory: Theory {
         case,
         kin: Kin::ImplicitExplicit,
@@ -60,9 +64,13 @@ pub(super) static ENTRY: Entry = Entry {
 
 /// The spectral radius where all stiffness is implicit.
 fn radius(tableau: &Tableau, theta: f64, eta: f64) -> f64 {
+    spectral_radius(&matrix(tableau, theta, eta))
+}
+
+fn matrix(tableau: &Tableau, theta: f64, eta: f64) -> Amplification {
     let &Tableau { explicit, implicit, explicit_weights, implicit_weights, .. } = tableau;
     let pair = AdditiveTableau { explicit, implicit, explicit_weights, implicit_weights };
-    spectral_radius(&additive_runge_kutta(&pair, theta, 0.0, eta))
+    additive_runge_kutta(&pair, theta, 0.0, eta)
 }
 
 /// Explicit stiffness `θ_E = r θ_I` is stable for every `θ_I` from `r = −1` on with `ars222` and
@@ -83,3 +91,36 @@ fn case(problem: &Problem<'_>) -> Expectation {
         ))
     }
 }
+
+/// Its lesson.
+static LESSON: Lesson = Lesson {
+    title: "Order 2 without a past",
+    idea: "Two stages in a step, each solved with one and the same constant matrix; the rest of \
+           the force is taken anew in each. The order is 2 without old levels, so steps, pins and \
+           contacts may change at any time. What the step does not resolve dies out.",
+    docs: "drape-imex-rk",
+    sources: drape_imex_rk::SOURCES,
+    equation: Excerpt::docs(
+        "X* = x_n + h Σ_{j<i} a^I_ij v_j      V* = v_n + h Σ_{j<i} (a^I_ij g_j + a^E_ij e_j)",
+        "(5)",
+    ),
+    code: Excerpt::step(
+        "self.write_right_hand_side(system, implicit, tau);",
+        "drift(tau, &self.velocity, &mut self.position);",
+    ),
+    law: Law::OneStep(|t, e| matrix(&ARS222, t, e)),
+    load: None,
+    setting: Setting::oscillator(&["imex-rk", "imex-sbdf2"]).time(0.2, 1.0),
+    question: Question::EnergyLeft,
+    attempt: "Compare with imex-sbdf2 at a step twice as short, which costs as many solves.",
+    low: "It keeps more than that.",
+    high: "It loses more than that.",
+    traps: &[
+        Trap {
+            value: |s| Law::OneStep(backward_euler).left(s),
+            hint: "That is what backward Euler leaves. Look at the first pane.",
+        },
+        Trap { value: |_| 100.0, hint: "The exact motion keeps all of it; this method does not." },
+    ],
+    study: "order",
+};

@@ -2,17 +2,19 @@
 
 use super::Entry;
 use super::runs::{Keeps, Runs, Steps, Variant, work};
+use crate::lessons::{Excerpt, Law, Lesson, Question, Setting, Trap};
 use crate::need::Matrix;
 use crate::theory::{
     ALWAYS, Expectation, Factors, Linear, PUSHING, Problem, TURNING, Theory, form, implicit,
     no_theorem, stable, unstable,
 };
-use drape_oracle::recurrence::Multistep;
+use drape_oracle::recurrence::{Multistep, backward_euler};
 use drape_report::family::Kin;
 
 /// `imex-sbdf2`.
 pub(super) static SBDF2: Entry = Entry {
     registration: &drape_imex::SBDF2,
+    lesson: Some(&SBDF2_LESSON),
     theory: Theory {
         case: sbdf2,
         kin: Kin::TwoSteps,
@@ -42,6 +44,7 @@ fn sbdf2(problem: &Problem<'_>) -> Expectation {
 /// `imex-cnab2`.
 pub(super) static CNAB2: Entry = Entry {
     registration: &drape_imex::CNAB2,
+    lesson: Some(&CNAB2_LESSON),
     theory: Theory {
         case: cnab2,
         kin: Kin::TwoSteps,
@@ -66,6 +69,7 @@ fn cnab2(problem: &Problem<'_>) -> Expectation {
 /// `imex-mcnab2`.
 pub(super) static MCNAB2: Entry = Entry {
     registration: &drape_imex::MCNAB2,
+    lesson: Some(&MCNAB2_LESSON),
     theory: Theory {
         case: mcnab2,
         kin: Kin::TwoSteps,
@@ -93,6 +97,7 @@ fn mcnab2(problem: &Problem<'_>) -> Expectation {
 /// `imex-cnlf`.
 pub(super) static CNLF: Entry = Entry {
     registration: &drape_imex::CNLF,
+    lesson: Some(&CNLF_LESSON),
     theory: Theory {
         case: cnlf,
         kin: Kin::TwoSteps,
@@ -143,3 +148,161 @@ fn two_step(problem: &Problem<'_>, factors: &Factors) -> Expectation {
 fn radius(method: &Multistep, theta: f64, eta: f64) -> f64 {
     method.recurrence(theta, 0.0, eta).spectral_radius()
 }
+
+/// Its lesson.
+static SBDF2_LESSON: Lesson = Lesson {
+    title: "Backward differences, with the rest extrapolated",
+    idea: "Two old steps instead of one: differences of second order for the linear part of the \
+           springs, extrapolation for the rest. It costs one solve with a constant matrix a step, \
+           as IMEX Euler. Slow oscillations keep far more of their energy, fast ones die out.",
+    docs: "drape-imex",
+    sources: drape_imex::SOURCES,
+    equation: Excerpt::docs("b  = −(1/a_0) M (a_1 v_n + a_2 v_{n−1})", "x_{n+1} = X* + τ v_{n+1}"),
+    code: Excerpt::of(
+        "src/two_step/step.rs",
+        "let inertia = v[i] + (v[i] - v_old[i]) * (a2 / a0);",
+        "self.b[i] = inertia * m",
+    ),
+    law: Law::TwoSteps {
+        first: backward_euler,
+        later: |t, e| Multistep::sbdf2(1.0).recurrence(t, 0.0, e),
+        substeps: 1,
+    },
+    load: None,
+    setting: Setting::oscillator(&["imex-sbdf2", "imex-euler"]).time(0.05, 1.0),
+    question: Question::EnergyLeft,
+    attempt: "Step once and read the energy: the first step is one of backward Euler. How much of \
+              the loss is its doing?",
+    low: "It keeps more than that.",
+    high: "It loses more than that.",
+    traps: &[
+        Trap {
+            value: |s| Law::OneStep(backward_euler).left(s),
+            hint: "That is what backward Euler leaves. Look at the first pane.",
+        },
+        Trap { value: |_| 100.0, hint: "The exact motion keeps all of it; this method does not." },
+    ],
+    study: "order",
+};
+
+/// Its lesson.
+static CNAB2_LESSON: Lesson = Lesson {
+    title: "Crank and Nicolson with Adams and Bashforth: only the start loses",
+    idea: "The linear part of the springs is taken half at each level, as in the trapezoidal rule, \
+           which keeps the energy of every oscillation, fast or slow. But a method of two steps \
+           needs a first one, and this is a step of backward Euler: what it takes is lost for \
+           good, and what it leaves rings for ever.",
+    docs: "drape-imex",
+    sources: drape_imex::SOURCES,
+    equation: Excerpt::docs("b  = −(1/a_0) M (a_1 v_n + a_2 v_{n−1})", "x_{n+1} = X* + τ v_{n+1}"),
+    code: Excerpt::of(
+        "src/two_step/coefficients.rs",
+        "Coefficients { a: [1.0, -1.0, 0.0], b: [0.5, 0.5, 0.0], c: adams_bashforth }",
+        "Coefficients",
+    ),
+    law: Law::TwoSteps {
+        first: backward_euler,
+        later: |t, e| Multistep::cnab2(1.0).recurrence(t, 0.0, e),
+        substeps: 1,
+    },
+    load: None,
+    setting: Setting::oscillator(&["imex-cnab2", "imex-mcnab2"]).time(0.1, 1.0),
+    question: Question::EnergyLeft,
+    attempt: "Read the energy after one step, two, ten. Then shorten the step: the loss of the \
+              start shrinks with h².",
+    low: "Only the first step loses energy.",
+    high: "The first step has no past: it is one of backward Euler, which loses.",
+    traps: &[
+        Trap { value: |_| 100.0, hint: "The exact motion keeps all of it; this method does not." },
+        Trap {
+            value: |s| Law::OneStep(backward_euler).left(s),
+            hint: "That is what backward Euler leaves. Look at the first pane.",
+        },
+        Trap {
+            value: |s| {
+                10.0 * libm::sqrt(
+                    Law::TwoSteps {
+                        first: backward_euler,
+                        later: |t, e| Multistep::cnab2(1.0).recurrence(t, 0.0, e),
+                        substeps: 1,
+                    }
+                    .left(s),
+                )
+            },
+            hint: "That is the share of the amplitude. The energy goes with its square.",
+        },
+    ],
+    study: "order",
+};
+
+/// Its lesson.
+static MCNAB2_LESSON: Lesson = Lesson {
+    title: "A sixteenth of the oldest level",
+    idea: "Crank and Nicolson leave stiff oscillations alone, which then ring. A small weight on \
+           the oldest level damps them, and the order stays 2. The method lies between the \
+           trapezoidal rule and backward differences.",
+    docs: "drape-imex",
+    sources: drape_imex::SOURCES,
+    equation: Excerpt::docs("b  = −(1/a_0) M (a_1 v_n + a_2 v_{n−1})", "x_{n+1} = X* + τ v_{n+1}"),
+    code: Excerpt::of(
+        "src/two_step/coefficients.rs",
+        "b: [(8.0 + 1.0 / omega) / 16.0, (7.0 - 1.0 / omega) / 16.0, 1.0 / 16.0],",
+        "b: [",
+    ),
+    law: Law::TwoSteps {
+        first: backward_euler,
+        later: |t, e| Multistep::mcnab2(1.0).recurrence(t, 0.0, e),
+        substeps: 1,
+    },
+    load: None,
+    setting: Setting::oscillator(&["imex-mcnab2", "imex-cnab2"]).time(0.1, 1.0),
+    question: Question::EnergyLeft,
+    attempt: "Multiply k/m by 10000 and play: which pane goes on ringing?",
+    low: "It keeps more than that.",
+    high: "It loses more than the second pane, which loses in its first step only.",
+    traps: &[
+        Trap {
+            value: |s| 100.0 / (1.0 + s.numbers(s.step).0),
+            hint: "That is what the second pane leaves. The oldest level damps on.",
+        },
+        Trap { value: |_| 100.0, hint: "The exact motion keeps all of it; this method does not." },
+        Trap {
+            value: |s| Law::OneStep(backward_euler).left(s),
+            hint: "That is what backward Euler leaves. Look at the first pane.",
+        },
+    ],
+    study: "order",
+};
+
+/// Its lesson.
+static CNLF_LESSON: Lesson = Lesson {
+    title: "Crank and Nicolson with leapfrog: two motions that do not meet",
+    idea: "The method steps from level n−1 over level n to level n+1. Without forces at level n \
+           even and odd levels never hear of each other: the even ones go on from the start, the \
+           odd ones from the first step, which is one of backward Euler. Neither loses anything, \
+           and they drift apart.",
+    docs: "drape-imex",
+    sources: drape_imex::SOURCES,
+    equation: Excerpt::docs("b  = −(1/a_0) M (a_1 v_n + a_2 v_{n−1})", "x_{n+1} = X* + τ v_{n+1}"),
+    code: Excerpt::of("src/two_step/coefficients.rs", "Self::Cnlf => Coefficients {", "Self::Cnlf"),
+    law: Law::TwoSteps {
+        first: backward_euler,
+        later: |t, e| Multistep::cnlf().recurrence(t, 0.0, e),
+        substeps: 1,
+    },
+    load: None,
+    setting: Setting::oscillator(&["imex-cnlf", "imex-cnab2"]).time(0.2, 1.0),
+    question: Question::EnergyLeft,
+    attempt: "Press Step once more, and again: the energy jumps between two values. Which steps \
+              keep all of it?",
+    low: "The odd levels go on from the first step; only that one loses energy.",
+    high: "The last step is an odd one. Its energy is that of the first step.",
+    traps: &[
+        Trap { value: |_| 100.0, hint: "The exact motion keeps all of it; this method does not." },
+        Trap {
+            value: |s| Law::OneStep(backward_euler).left(s),
+            hint: "That is what backward Euler leaves. Look at the first pane.",
+        },
+    ],
+    study: "order",
+};

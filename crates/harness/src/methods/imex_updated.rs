@@ -2,6 +2,7 @@
 
 use super::Entry;
 use super::runs::{Contender, Keeps, Runs, Steps, Variant, work};
+use crate::lessons::{Excerpt, Law, Lesson, Question, Setting, Trap, gravity};
 use crate::need::Matrix;
 use crate::presets::Preset;
 use crate::theory::{
@@ -26,6 +27,7 @@ macro_rules! passes {
 /// Its entry in the registry.
 pub(super) static ENTRY: Entry = Entry {
     registration: &drape_imex::UPDATED,
+    lesson: Some(&LESSON),
     theory: Theory {
         case,
         kin: Kin::ImplicitExplicit,
@@ -140,3 +142,42 @@ fn case(problem: &Problem<'_>) -> Expectation {
         beside_explicit(problem, implicit)
     }
 }
+
+/// Its lesson.
+static LESSON: Lesson = Lesson {
+    title: "Updated conjugate gradients: the lock opens",
+    idea: "While conjugate gradients run, the part of the force that was left at the old positions \
+           is taken anew. The matrix stays constant, but what the iteration converges to is \
+           backward Euler. A motion across a stiff spring then costs nothing and is free, as it \
+           should be.",
+    docs: "drape-imex",
+    sources: drape_imex::SOURCES,
+    equation: Excerpt::docs(
+        "repeat  b = M v_n + h [F_frozen − L_k x_n + F2(x_n + h v)]",
+        "until   an update of b needs no CG iteration",
+    ),
+    code: Excerpt::of(
+        "src/step/robust.rs",
+        "rhs.update(system, state, h, v, linear.slopes()); // b(v), (U1)",
+        "let solve = linear.solve_to(constraints, &rhs.b, v, goal * lightest); // A v = b, (U2)",
+    ),
+    law: Law::OneStep(backward_euler),
+    load: Some(LoadLaw::Free),
+    setting: Setting::load(&["imex-updated", "imex-euler"]),
+    question: Question::Speed,
+    attempt: "Count the CG iterations a step in both panes: that is the price. Then open \
+              hanging-textile-1e6.",
+    low: "It is faster than that: the updates let the load through.",
+    high: "It cannot fall faster than freely.",
+    traps: &[
+        Trap {
+            value: |s| 1e3 * gravity(s.scene) / (s.step * s.stiffness),
+            hint: "That is the speed of the locked particle, the second pane.",
+        },
+        Trap {
+            value: |s| 1e3 * gravity(s.scene) * s.step,
+            hint: "That is the kick of a single step. They add up.",
+        },
+    ],
+    study: "locking",
+};

@@ -2,15 +2,17 @@
 
 use super::Entry;
 use super::runs::{Keeps, Runs, Steps, Variant, work};
+use crate::lessons::{Excerpt, Law, Lesson, Question, Setting, Trap};
 use crate::need::Matrix;
 use crate::theory::{ALWAYS, Expectation, LoadLaw, Problem, Theory, form, no_theorem};
 use drape_oracle::laws::spin;
-use drape_oracle::recurrence::{kang_pair, spectral_radius};
+use drape_oracle::recurrence::{backward_euler, kang_anchored, kang_pair, spectral_radius};
 use drape_report::family::Kin;
 
 /// Its entry in the registry.
 pub(super) static ENTRY: Entry = Entry {
     registration: &drape_kang::REGISTRATION,
+    lesson: Some(&LESSON),
     theory: Theory {
         case,
         kin: Kin::Corrected,
@@ -46,3 +48,35 @@ pub(super) static ENTRY: Entry = Entry {
 fn case(_: &Problem<'_>) -> Expectation {
     no_theorem("two Jacobi sweeps are stable for springs of rest length 0 only")
 }
+
+/// Its lesson.
+static LESSON: Lesson = Lesson {
+    title: "Kang: one correction by the neighbours",
+    idea: "The system with the constant matrix is not solved. Each particle takes the change of \
+           velocity that it would have alone, and is corrected once by what its neighbours did. \
+           With its only neighbour pinned there is nothing to correct: the particle alone is \
+           right, and the step is one of backward Euler.",
+    docs: "drape-kang",
+    sources: drape_kang::SOURCES,
+    equation: Excerpt::docs(
+        "Δv*_i = h F̃_i / D_i                                     each particle alone",
+        "corrected by its neighbours",
+    ),
+    code: Excerpt::step("// Δv*_i = h F̃_i / D_i, (K2)", "drift(h, &state.v, &mut state.x);"),
+    law: Law::OneStep(|t, e| kang_anchored(t, e, 1)),
+    load: None,
+    setting: Setting::oscillator(&["kang", "exponential"]).time(0.02, 0.3),
+    question: Question::EnergyLeft,
+    attempt: "Open hanging-textile-1e4: two sweeps do not solve a sheet. Compare sweeps=1 with \
+              sweeps=8.",
+    low: "It keeps more than that.",
+    high: "It damps like the method whose system it approximates.",
+    traps: &[
+        Trap { value: |_| 100.0, hint: "The exact motion keeps all of it; this method does not." },
+        Trap {
+            value: |s| 10.0 * libm::sqrt(Law::OneStep(backward_euler).left(s)),
+            hint: "That is the share of the amplitude. The energy goes with its square.",
+        },
+    ],
+    study: "locking",
+};

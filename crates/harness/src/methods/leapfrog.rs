@@ -5,6 +5,7 @@ use super::runs::{
     Contender, Film, Runs, Variant,
     work::{self, Knob},
 };
+use crate::lessons::{Excerpt, Law, Lesson, Question, Setting, Trap};
 use crate::need::Matrix;
 use crate::theory::{
     Expectation, Factors, PUSHING, Problem, Theory, Weights, explicit, form, no_theorem, stable,
@@ -16,6 +17,7 @@ use drape_report::family::Kin;
 /// Its entry in the registry.
 pub(super) static ENTRY: Entry = Entry {
     registration: &drape_explicit_euler::VERLET,
+    lesson: Some(&LESSON),
     theory: Theory {
         case,
         kin: Kin::Explicit,
@@ -87,3 +89,39 @@ fn case(problem: &Problem<'_>) -> Expectation {
         _ => explicit(problem, "h²λ < 4", &FACTORS),
     }
 }
+
+/// Its lesson.
+static LESSON: Lesson = Lesson {
+    title: "Leapfrog: order 2 for one force a step",
+    idea: "Half a kick, a drift, half a kick. The step is the same forwards and backwards in time, \
+           which gives order 2 and an energy that stays close to the true one for as long as one \
+           likes. It breaks down all at once where the step covers the fastest oscillation with \
+           too few points.",
+    docs: "drape-explicit-euler",
+    sources: drape_explicit_euler::SOURCES,
+    equation: Excerpt::docs(
+        "v½      = v_n + h/2 M⁻¹ (F(x_n) − D(x_n) v_n)",
+        "R(x, v) = L_c v − D(x) v",
+    ),
+    code: Excerpt::of(
+        "src/step/leapfrog.rs",
+        "self.kept.begin(system, &state.x, &mut report); // F(x_n)",
+        "self.kept.evaluate(system, &state.x, &mut report); // F(x_{n+1})",
+    ),
+    law: Law::OneStep(leapfrog),
+    load: None,
+    setting: Setting::oscillator(&["leapfrog", "explicit-euler"]).time(0.1, 20.0),
+    question: Question::LongestStep,
+    attempt: "Add damping, as much as you like: the limit does not move. Then multiply k/m by 100: \
+              how much shorter must the step be?",
+    low: "At this step the energy only swings. Take a longer one.",
+    high: "At this step the energy explodes within a few steps. Take a shorter one.",
+    traps: &[
+        Trap {
+            value: |s| std::f64::consts::TAU / libm::sqrt(s.stiffness),
+            hint: "That is the period 2π/ω. A step must be shorter than a third of it.",
+        },
+        Trap { value: |s| 1.0 / libm::sqrt(s.stiffness), hint: "That is 1/ω, half of the limit." },
+    ],
+    study: "stability",
+};

@@ -2,6 +2,7 @@
 
 use super::Entry;
 use super::runs::{Film, Keeps, Runs, Steps, Variant, work};
+use crate::lessons::{Excerpt, Law, Lesson, Question, Setting, Trap};
 use crate::need::Matrix;
 use crate::theory::{ALWAYS, Expectation, Problem, TURNING, Theory, at_rest_or, form};
 use drape_oracle::recurrence::{implicit_midpoint, spectral_radius};
@@ -10,6 +11,7 @@ use drape_report::family::Kin;
 /// Its entry in the registry.
 pub(super) static ENTRY: Entry = Entry {
     registration: &drape_midpoint::REGISTRATION,
+    lesson: Some(&LESSON),
     theory: Theory {
         case,
         kin: Kin::ImplicitStages,
@@ -65,3 +67,33 @@ const SAFEGUARDED: &str = "midpoint:max_iterations=1,safeguard=work,solver=cg,cg
 fn case(problem: &Problem<'_>) -> Expectation {
     at_rest_or(problem, &format!("A-stable on linear systems, where it damps nothing; {TURNING}"))
 }
+
+/// Its lesson.
+static LESSON: Lesson = Lesson {
+    title: "The implicit midpoint: all of the energy, in slow motion",
+    idea: "One implicit stage in the middle of the step. On linear springs it keeps the energy \
+           exactly at every step size. The price is time: an oscillation that the step does not \
+           resolve goes on for ever, and too slowly. A step turns it by 2 atan(ωh/2) in place of \
+           ωh.",
+    docs: "drape-midpoint",
+    sources: drape_midpoint::SOURCES,
+    equation: Excerpt::docs("M (w − v_n) = h/2 f(x_n + h/2 w, w)", "(2)"),
+    code: Excerpt::step(
+        "let w = stage.velocity();",
+        "w[i] + (w[i] - state.v[i]) // v_{n+1} = 2 w − v_n, (2)",
+    ),
+    law: Law::OneStep(implicit_midpoint),
+    load: None,
+    setting: Setting::oscillator(&["midpoint", "exponential"]).time(0.2, 4.0),
+    question: Question::Period,
+    attempt: "Make the step longer and longer: which number of steps does a period never fall \
+              below?",
+    low: "The oscillation is slower than that: count the steps of the first pane, not of the \
+          second.",
+    high: "The oscillation is faster than that.",
+    traps: &[Trap {
+        value: |s| std::f64::consts::TAU / libm::sqrt(s.stiffness),
+        hint: "That is the exact period 2π/ω, which the second pane shows. The first one is slower.",
+    }],
+    study: "order",
+};

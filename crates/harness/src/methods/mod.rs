@@ -35,6 +35,7 @@ mod vbd;
 mod xpbd;
 mod xpbd_lines;
 
+use crate::lessons::Lesson;
 use crate::presets::presets;
 use crate::theory::Theory;
 use drape_integrator::{
@@ -102,10 +103,12 @@ impl MethodError {
     }
 }
 
-/// The registry keeps this for each method: how it is built, what theory says, which forms run.
+/// The registry keeps this for each method: how it is built, what a lesson says of it, what theory
+/// says, which forms run.
 #[derive(Debug)]
 struct Entry {
     registration: &'static Registration,
+    lesson: Option<&'static Lesson>,
     theory: Theory,
     runs: Runs,
 }
@@ -160,6 +163,11 @@ pub(crate) fn theory_of(id: &str) -> Option<&'static Theory> {
 pub(crate) fn runs() -> impl Iterator<Item = (&'static Method, &'static Runs)> {
     let all = added::entries().map(|entry| (entry.registration.method, &entry.runs));
     all.filter(|(method, _)| is_chosen(method.id))
+}
+
+/// The methods that have a lesson, with it, in the same order.
+pub(crate) fn taught() -> impl Iterator<Item = (&'static Method, &'static Lesson)> {
+    added::entries().filter_map(|entry| Some((entry.registration.method, entry.lesson?)))
 }
 
 /// The forms of the method of that id.

@@ -2,6 +2,7 @@
 
 use super::Entry;
 use super::runs::{Runs, work};
+use crate::lessons::{Excerpt, Law, Lesson, Question, Setting, Trap};
 use crate::need::Matrix;
 use crate::studies::short;
 use crate::theory::{Expectation, Problem, Theory, form, limit, no_theorem, unstable};
@@ -16,6 +17,7 @@ const RATIO: u32 = 3;
 /// Its entry in the registry.
 pub(super) static ENTRY: Entry = Entry {
     registration: &drape_multirate::REGISTRATION,
+    lesson: Some(&LESSON),
     theory: Theory {
         case,
         kin: Kin::ExplicitStages,
@@ -49,3 +51,32 @@ fn case(problem: &Problem<'_>) -> Expectation {
         None => no_theorem(format!("slow forces resonate with fast modes ({})", limit(problem))),
     }
 }
+
+/// Its lesson.
+static LESSON: Lesson = Lesson {
+    title: "Short steps for stiff springs alone",
+    idea: "Tension springs are stiff and cheap, everything else is soft and may be dear. The stiff \
+           springs take several short leapfrog steps inside each long one; the soft forces give \
+           half a kick at its ends. Where soft forces kick in time with a fast oscillation, they \
+           can resonate.",
+    docs: "drape-multirate",
+    sources: drape_multirate::SOURCES,
+    equation: Excerpt::docs("v ← v + H/2 M⁻¹ F_S(x_n)", "v ← v + H/2 M⁻¹ F_S(x_{n+1})"),
+    code: Excerpt::step(
+        "self.slow.begin(system, &state.x, &mut report); // F_S(x_n)",
+        "kick(system, 0.5 * h, self.slow.force(), &mut state.v); // v ← v + H/2 M⁻¹ F_S, (I3)",
+    ),
+    law: Law::OneStep(|t, e| impulse(t, 0.0, e, RATIO)),
+    load: None,
+    setting: Setting::oscillator(&["multirate", "leapfrog"]).time(0.3, 30.0),
+    question: Question::LongestStep,
+    attempt: "Set ratio=6: how does the limit follow? On a sheet with shear springs the limit is \
+              lower; try hanging-textile-sheared-1e4.",
+    low: "At this step the energy only swings. Take a longer one.",
+    high: "At this step the energy explodes. Take a shorter one.",
+    traps: &[Trap {
+        value: |s| 2.0 / libm::sqrt(s.stiffness),
+        hint: "That is 2/ω, the limit of leapfrog without damping.",
+    }],
+    study: "stability",
+};

@@ -2,6 +2,7 @@
 
 use super::Entry;
 use super::runs::{Contender, Film, Keeps, Runs, Steps, Variant, work};
+use crate::lessons::{Excerpt, Law, Lesson, Question, Setting, Trap};
 use crate::need::Matrix;
 use crate::presets::Preset;
 use crate::theory::{ALWAYS, Expectation, PUSHING, Problem, Theory, form, no_theorem};
@@ -14,6 +15,7 @@ const CONVERGED: &str = "projective:acceleration=lbfgs,iterations=1000,residual=
 /// Its entry in the registry.
 pub(super) static ENTRY: Entry = Entry {
     registration: &drape_projective::REGISTRATION,
+    lesson: Some(&LESSON),
     theory: Theory {
         case,
         kin: Kin::Local,
@@ -110,3 +112,38 @@ fn case(problem: &Problem<'_>) -> Expectation {
          while it is above the minimum",
     )
 }
+
+/// Its lesson.
+static LESSON: Lesson = Lesson {
+    title: "Projective dynamics: local directions, one constant matrix",
+    idea: "A step of backward Euler is the minimum of an energy. Each spring first chooses the \
+           direction that it would like, on its own; then one solve with a constant matrix joins \
+           all wishes. On a single spring the wish is right at once, so one iteration ends the \
+           step; in a stiff cloth ten iterations are far from the end.",
+    docs: "drape-projective",
+    sources: drape_projective::SOURCES,
+    equation: Excerpt::docs(
+        "Φ(v) = ½‖v − v̂‖²_M + U(x_n + h v) + ½ h vᵀ D v",
+        "A    = M + h² L_k + h L_c",
+    ),
+    code: Excerpt::step(
+        "v.copy_from_slice(minimiser.potential.target()); // v⁰ = v̂",
+        "minimiser.minimise(settings, system, constraints, v, &mut report);",
+    ),
+    law: Law::OneStep(backward_euler),
+    load: None,
+    setting: Setting::oscillator(&["projective", "exponential"]).time(0.005, 1.0),
+    question: Question::EnergyLeft,
+    attempt: "Open hanging-textile-1e6 with projective beside projective:converged: what do ten \
+              iterations leave undone?",
+    low: "It keeps more than that.",
+    high: "It damps like the method whose minimum it looks for.",
+    traps: &[
+        Trap { value: |_| 100.0, hint: "The exact motion keeps all of it; this method does not." },
+        Trap {
+            value: |s| 10.0 * libm::sqrt(Law::OneStep(backward_euler).left(s)),
+            hint: "That is the share of the amplitude. The energy goes with its square.",
+        },
+    ],
+    study: "locking",
+};

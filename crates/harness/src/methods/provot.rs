@@ -2,6 +2,7 @@
 
 use super::Entry;
 use super::runs::{Runs, Variant};
+use crate::lessons::{Excerpt, Law, Lesson, Question, Setting, Trap};
 use crate::need::Matrix;
 use crate::theory::{Expectation, Problem, Theory, form, no_theorem};
 use drape_oracle::laws::spin;
@@ -11,6 +12,7 @@ use drape_report::family::Kin;
 /// Its entry in the registry.
 pub(super) static ENTRY: Entry = Entry {
     registration: &drape_provot::REGISTRATION,
+    lesson: Some(&LESSON),
     theory: Theory {
         case,
         kin: Kin::Corrected,
@@ -36,3 +38,37 @@ pub(super) static ENTRY: Entry = Entry {
 fn case(_: &Problem<'_>) -> Expectation {
     no_theorem("nothing is proved about moving the ends of springs behind an explicit step")
 }
+
+/// Its lesson.
+static LESSON: Lesson = Lesson {
+    title: "Provot: shorten what has become too long",
+    idea: "The step is explicit. After it each spring that is longer than its limit is pulled back \
+           to the limit by moving its ends. A cloth of soft springs then looks stiff at a long \
+           step. What the springs would have held as energy is thrown away, so this is no longer \
+           the motion of the springs.",
+    docs: "drape-provot",
+    sources: drape_provot::SOURCES,
+    equation: Excerpt::docs(
+        "v = v_n + h M⁻¹ f(x_n, v_n)                                                         (P1)",
+        "(P2)",
+    ),
+    code: Excerpt::step(
+        "kick(system, h, force, &mut contacts.free_velocity);",
+        "report.correction = limit.correct",
+    ),
+    law: Law::OneStep(symplectic_euler),
+    load: None,
+    setting: Setting::oscillator(&["provot:limit=0.2", "symplectic-euler"])
+        .spring(1.0, 0.0)
+        .time(0.02, 4.0),
+    question: Question::GreatestStretch,
+    attempt: "Set limit=0.6, so that the spring never meets it: both panes agree. Where does the \
+              kinetic energy go when the limit is met?",
+    low: "The spring becomes longer than that before the limit holds it.",
+    high: "The limit does not let the spring become that long.",
+    traps: &[Trap {
+        value: |s| 50.0 / libm::sqrt(s.stiffness),
+        hint: "That is the stretch of the free oscillation v/ω. The second pane reaches it, the first is held back.",
+    }],
+    study: "course",
+};

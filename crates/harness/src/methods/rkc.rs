@@ -2,6 +2,7 @@
 
 use super::Entry;
 use super::runs::{Film, Runs, Variant, work};
+use crate::lessons::{Excerpt, Law, Lesson, Question, Setting, Trap};
 use crate::need::Matrix;
 use crate::theory::{ALWAYS, Expectation, Problem, Theory, form, no_theorem};
 use drape_oracle::recurrence::{rkc2, spectral_radius};
@@ -13,6 +14,7 @@ const STAGES: u32 = 6;
 /// Its entry in the registry.
 pub(super) static ENTRY: Entry = Entry {
     registration: &drape_rkc::REGISTRATION,
+    lesson: Some(&LESSON),
     theory: Theory {
         case,
         kin: Kin::ExplicitStages,
@@ -46,3 +48,40 @@ const FIXED: &[Variant] =
 fn case(_: &Problem<'_>) -> Expectation {
     no_theorem("substeps and stages by the damping of modes that are damped like the springs")
 }
+
+/// Its lesson.
+static LESSON: Lesson = Lesson {
+    title: "Runge, Kutta and Chebyshev: stages against damping",
+    idea: "An explicit step may be divided in a clever way. With stages at the points of a \
+           Chebyshev polynomial the range of damping that is stable grows with the square of their \
+           number, not with the number itself. So heavy damping costs few evaluations, without any \
+           solve.",
+    docs: "drape-rkc",
+    sources: drape_rkc::SOURCES,
+    equation: Excerpt::docs("w₀ = 1 + ε/s²", "P_s(z) = a_s + b_s T_s(w₀ + w₁ z)"),
+    code: Excerpt::step(
+        "accelerations(system, Level { t, x, v }, acceleration); // F_{j−1}",
+        "last.v[i] * mu",
+    ),
+    law: Law::OneStep(|t, e| rkc2(STAGES, t, e)),
+    load: None,
+    setting: Setting::oscillator(&["rkc:step=fixed,stages=6", "explicit-euler"])
+        .spring(1.0, 100.0)
+        .time(0.1, 10.0),
+    question: Question::LongestStep,
+    attempt: "Set stages=12 and look for the limit again: is it twice or four times as long? Count \
+              force evaluations, not steps.",
+    low: "At this step the motion still dies out. Take a longer one.",
+    high: "At this step the damping makes the velocity grow. Take a shorter one.",
+    traps: &[
+        Trap {
+            value: |s| 2.0 / s.damping,
+            hint: "That is 2/δ, the limit of explicit Euler, which uses one stage.",
+        },
+        Trap {
+            value: |s| 2.0 * f64::from(STAGES) / s.damping,
+            hint: "That many steps of explicit Euler would go as far. Chebyshev stages go further: their reach grows with the square of their number.",
+        },
+    ],
+    study: "stability",
+};

@@ -2,11 +2,14 @@
 
 use super::Entry;
 use super::runs::{Keeps, Runs, Steps, Variant, work};
+use crate::lessons::{Excerpt, Law, Lesson, Question, Setting, Trap};
 use crate::need::Matrix;
 use crate::theory::{
     ALWAYS, Expectation, PUSHING, Problem, TURNING, Theory, at_rest_or, form, no_theorem,
 };
-use drape_oracle::recurrence::{RosenbrockTableau, rosenbrock, spectral_radius};
+use drape_oracle::recurrence::{
+    Amplification, RosenbrockTableau, backward_euler, rosenbrock, spectral_radius,
+};
 use drape_report::family::Kin;
 use drape_rosenbrock::{RODAS3, RODAS4, ROS2, ROS3P, ROS34PW2, Tableau};
 
@@ -23,6 +26,7 @@ const FORMS: &[Variant] = &[
 /// Its entry in the registry.
 pub(super) static ENTRY: Entry = Entry {
     registration: &drape_rosenbrock::REGISTRATION,
+    lesson: Some(&LESSON),
     theory: Theory {
         case,
         kin: Kin::Linearised,
@@ -65,10 +69,14 @@ pub(super) static ENTRY: Entry = Entry {
     },
 };
 
-fn radius(tableau: &Tableau, theta: f64, eta: f64) -> f64 {
+fn matrix(tableau: &Tableau, theta: f64, eta: f64) -> Amplification {
     let (alpha, gamma, weights) = tableau.definition();
     let definition = RosenbrockTableau { alpha, gamma, weights };
-    spectral_radius(&rosenbrock(&definition, (theta, eta), (theta, eta)))
+    rosenbrock(&definition, (theta, eta), (theta, eta))
+}
+
+fn radius(tableau: &Tableau, theta: f64, eta: f64) -> f64 {
+    spectral_radius(&matrix(tableau, theta, eta))
 }
 
 fn case(problem: &Problem<'_>) -> Expectation {
@@ -86,3 +94,36 @@ fn case(problem: &Problem<'_>) -> Expectation {
         ))
     }
 }
+
+/// Its lesson.
+static LESSON: Lesson = Lesson {
+    title: "Order 2 without iterations",
+    idea: "The Jacobian is built into the stages instead of being iterated with. Two linear solves \
+           with one matrix give order 2, and what the step cannot resolve dies out. On linear \
+           springs that is the same as a diagonally implicit method of two stages.",
+    docs: "drape-rosenbrock",
+    sources: drape_rosenbrock::SOURCES,
+    equation: Excerpt::docs(
+        "k_i = h F(y_n + Σ_{j<i} α_ij k_j) + h J Σ_{j≤i} γ_ij k_j",
+        "y_{n+1} = y_n + Σ_i b_i k_i",
+    ),
+    code: Excerpt::step(
+        "// b = τ [f(x, v) + (1/h) M Σ c_ij u^v_j − τ K_n r_x]",
+        "*u = (velocity + drift) * tau;",
+    ),
+    law: Law::OneStep(|t, e| matrix(&ROS2, t, e)),
+    load: None,
+    setting: Setting::oscillator(&["rosenbrock", "baraff-witkin"]).time(0.1, 4.0),
+    question: Question::EnergyLeft,
+    attempt: "Take tableau=rodas4: order 4, four linear solves more. How much is left now?",
+    low: "It keeps more than that.",
+    high: "It loses more than that.",
+    traps: &[
+        Trap {
+            value: |s| Law::OneStep(backward_euler).left(s),
+            hint: "That is what backward Euler leaves. Look at the first pane.",
+        },
+        Trap { value: |_| 100.0, hint: "The exact motion keeps all of it; this method does not." },
+    ],
+    study: "order",
+};

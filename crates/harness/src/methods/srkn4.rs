@@ -5,6 +5,7 @@ use super::runs::{
     Runs, Variant,
     work::{self, Knob},
 };
+use crate::lessons::{Excerpt, Law, Lesson, Question, Setting, Trap};
 use crate::need::Matrix;
 use crate::studies::short;
 use crate::theory::{Expectation, Problem, Theory, form, limit, no_theorem, unstable};
@@ -19,6 +20,7 @@ const TERMS: u32 = 5;
 /// Its entry in the registry.
 pub(super) static ENTRY: Entry = Entry {
     registration: &drape_srkn4::REGISTRATION,
+    lesson: Some(&LESSON),
     theory: Theory {
         case,
         kin: Kin::ExplicitStages,
@@ -66,3 +68,37 @@ fn case(problem: &Problem<'_>) -> Expectation {
         }
     }
 }
+
+/// Its lesson.
+static LESSON: Lesson = Lesson {
+    title: "Order 4 without a solve",
+    idea: "Six kicks and six drifts of different lengths, some of them backwards, cancel all \
+           errors up to order 4, and the map still keeps areas. A step costs six forces, but it is \
+           also longer and far more accurate than six steps of leapfrog would be of use for.",
+    docs: "drape-srkn4",
+    sources: drape_srkn4::SOURCES,
+    equation: Excerpt::docs("v ← e^{−b h M⁻¹D} v + …", "(N3)"),
+    code: Excerpt::step(
+        "self.kick(system, KICKS[0] * h, state, &mut report);",
+        "self.kick(system, b * h, state, &mut report);",
+    ),
+    law: Law::OneStep(|t, e| srkn4(t, e, TERMS)),
+    load: None,
+    setting: Setting::oscillator(&["srkn4", "leapfrog"]).spring(100.0, 1.0).time(0.3, 20.0),
+    question: Question::LongestStep,
+    attempt: "Divide the limit by six, the number of force evaluations, and compare with leapfrog: \
+              what is the price of order 4 at the limit, and what does it buy at a fifth of it?",
+    low: "At this step the total energy still falls. Take a longer one.",
+    high: "At this step the oscillation grows. Take a shorter one.",
+    traps: &[
+        Trap {
+            value: |s| 2.0 / libm::sqrt(s.stiffness),
+            hint: "That is 2/ω, the limit of leapfrog without damping.",
+        },
+        Trap {
+            value: |s| 12.0 / libm::sqrt(s.stiffness),
+            hint: "Six steps of leapfrog would go as far. Some of the six drifts go backwards, which costs length.",
+        },
+    ],
+    study: "stability",
+};

@@ -2,6 +2,7 @@
 
 use super::Entry;
 use super::runs::{Contender, Film, Runs, Variant, work};
+use crate::lessons::{Excerpt, Law, Lesson, Question, Setting, Trap};
 use crate::need::Matrix;
 use crate::theory::{Expectation, Factors, Problem, Theory, explicit, form};
 use drape_oracle::laws::spin;
@@ -19,6 +20,7 @@ const FORMS: &[Variant] = &[
 /// Its entry in the registry.
 pub(super) static ENTRY: Entry = Entry {
     registration: &drape_explicit_euler::SYMPLECTIC,
+    lesson: Some(&LESSON),
     theory: Theory {
         case,
         kin: Kin::Explicit,
@@ -56,3 +58,43 @@ pub(super) static ENTRY: Entry = Entry {
 fn case(problem: &Problem<'_>) -> Expectation {
     explicit(problem, "h²λ + 2hδ < 4", &Factors::ONE_STEP)
 }
+
+/// Its lesson.
+static LESSON: Lesson = Lesson {
+    title: "Symplectic Euler: the new velocity moves the positions",
+    idea: "One word differs from explicit Euler: the positions move with the new velocity. The map \
+           then keeps areas in the space of position and velocity, so an oscillation cannot grow \
+           below the limit. Explicit damping costs some of that limit instead of helping.",
+    docs: "drape-explicit-euler",
+    sources: drape_explicit_euler::SOURCES,
+    equation: Excerpt::docs(
+        "v_{n+1} = v_n + h M⁻¹ f(x_n, v_n)                                                   (S1)",
+        "(S2)",
+    ),
+    code: Excerpt::of(
+        "src/step/symplectic.rs",
+        "system.forces(state.level(), force); // f(x_n, v_n)",
+        "drift(h, &state.v, &mut state.x);",
+    ),
+    law: Law::OneStep(symplectic_euler),
+    load: None,
+    setting: Setting::oscillator(&["symplectic-euler", "symplectic-euler:damping=implicit"])
+        .spring(100.0, 8.0)
+        .time(0.15, 20.0),
+    question: Question::LongestStep,
+    attempt: "The second pane takes the damping at the new velocity: find its limit too. Which \
+              damping helps, which one hurts?",
+    low: "At this step the total energy still falls. Take a longer one.",
+    high: "At this step the oscillation grows: explicit damping lowers the limit.",
+    traps: &[
+        Trap {
+            value: |s| 2.0 / libm::sqrt(s.stiffness),
+            hint: "That is 2/ω, the limit of leapfrog without damping.",
+        },
+        Trap {
+            value: |s| 2.0 / s.damping,
+            hint: "That is 2/δ, the limit of the damping alone. The spring and the damping add up.",
+        },
+    ],
+    study: "stability",
+};

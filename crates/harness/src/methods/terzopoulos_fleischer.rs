@@ -2,6 +2,7 @@
 
 use super::Entry;
 use super::runs::{Keeps, Runs, Variant};
+use crate::lessons::{Excerpt, Law, Lesson, Question, Setting, Trap};
 use crate::need::Matrix;
 use crate::theory::{
     ALWAYS, Expectation, Factors, Linear, Problem, Theory, Weights, form, limit, no_theorem,
@@ -9,12 +10,13 @@ use crate::theory::{
 };
 use drape_integrator::Implicit;
 use drape_oracle::laws::spin;
-use drape_oracle::recurrence::{spectral_radius, terzopoulos_fleischer};
+use drape_oracle::recurrence::{leapfrog, spectral_radius, terzopoulos_fleischer};
 use drape_report::family::Kin;
 
 /// Its entry in the registry.
 pub(super) static ENTRY: Entry = Entry {
     registration: &drape_terzopoulos_fleischer::REGISTRATION,
+    lesson: Some(&LESSON),
     theory: Theory {
         case,
         kin: Kin::Implicit,
@@ -65,3 +67,31 @@ fn case(problem: &Problem<'_>) -> Expectation {
         _ => no_theorem("the secant stiffness at the old positions is negative in compression"),
     }
 }
+
+/// Its lesson.
+static LESSON: Lesson = Lesson {
+    title: "Implicit in name: the secant stiffness",
+    idea: "The force of a spring is written as a secant stiffness times its vector, and only the \
+           vector is taken at the new level. Near the rest length the secant stiffness is almost \
+           nothing, so along the spring the force is as explicit as in leapfrog, and so is the \
+           limit of the step. Across a stretched spring the step is implicit.",
+    docs: "drape-terzopoulos-fleischer",
+    sources: drape_terzopoulos_fleischer::SOURCES,
+    equation: Excerpt::docs("A v_{n+1} = b          A = M + h² K(x_n) + ½ h C", "(T3)"),
+    code: Excerpt::step("// A = M + h² K(x_n) + ½ h C, b =", "drift(h, &state.v, &mut state.x);"),
+    law: Law::OneStep(leapfrog),
+    load: None,
+    setting: Setting::oscillator(&["terzopoulos-fleischer", "leapfrog"])
+        .spring(100.0, 2.0)
+        .time(0.1, 20.0),
+    question: Question::LongestStep,
+    attempt: "Take the damping away and let it run for minutes: the energy creeps up at every \
+              step size, since the length of the spring is the old one.",
+    low: "At this step the total energy still falls. Take a longer one.",
+    high: "At this step the motion along the spring grows: only the part across it is implicit.",
+    traps: &[Trap {
+        value: |s| 1.0 / libm::sqrt(s.stiffness),
+        hint: "That is 1/ω, half of the limit.",
+    }],
+    study: "stability",
+};

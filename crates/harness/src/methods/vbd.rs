@@ -2,6 +2,7 @@
 
 use super::Entry;
 use super::runs::{Film, Keeps, Runs, Steps, Variant, work};
+use crate::lessons::{Excerpt, Law, Lesson, Question, Setting, Trap};
 use crate::need::Matrix;
 use crate::theory::{ALWAYS, Expectation, PUSHING, Problem, Theory, form, no_theorem};
 use drape_oracle::recurrence::{backward_euler, spectral_radius};
@@ -10,6 +11,7 @@ use drape_report::family::Kin;
 /// Its entry in the registry.
 pub(super) static ENTRY: Entry = Entry {
     registration: &drape_vbd::REGISTRATION,
+    lesson: Some(&LESSON),
     theory: Theory {
         case,
         kin: Kin::Local,
@@ -54,3 +56,39 @@ fn case(problem: &Problem<'_>) -> Expectation {
          before",
     )
 }
+
+/// Its lesson.
+static LESSON: Lesson = Lesson {
+    title: "Vertex block descent: one particle after the other",
+    idea: "Each particle moves to the minimum that its neighbours leave it, and a fixed number of \
+           sweeps visits all of them. There is no matrix. A particle on a pinned spring is one \
+           block of three numbers, which one sweep solves: then the step is one of backward Euler. \
+           In a stiff cloth a wish travels one spring in half a sweep.",
+    docs: "drape-vbd",
+    sources: drape_vbd::SOURCES,
+    equation: Excerpt::docs(
+        "g_i  = m_i (v_i − v̂_i) − h f_i(x) + h (D v)_i",
+        "for each i, colour by colour",
+    ),
+    code: Excerpt::of(
+        "src/sweep.rs",
+        "// g_i = m (v_i − v̂_i) − h f_i + h (D v)_i, (V2)",
+        "Filter::Free => solve(block, &gradient),",
+    ),
+    law: Law::OneStep(backward_euler),
+    load: None,
+    setting: Setting::oscillator(&["vbd", "backward-euler"]).time(0.02, 0.5),
+    question: Question::EnergyLeft,
+    attempt: "Open hanging-textile-1e4 and hanging-textile-1e6 with vbd and backward-euler: where \
+              do twenty sweeps stop being enough?",
+    low: "It keeps more than that.",
+    high: "It loses more than that: both panes agree to the last digit.",
+    traps: &[
+        Trap { value: |_| 100.0, hint: "The exact motion keeps all of it; this method does not." },
+        Trap {
+            value: |s| 10.0 * libm::sqrt(Law::OneStep(backward_euler).left(s)),
+            hint: "That is the share of the amplitude. The energy goes with its square.",
+        },
+    ],
+    study: "locking",
+};

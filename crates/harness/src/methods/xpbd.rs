@@ -3,12 +3,13 @@
 use super::Entry;
 use super::runs::work::Knob;
 use super::runs::{Contender, Film, Keeps, Runs, Steps, Variant, work};
+use crate::lessons::{Excerpt, Law, Lesson, Question, Setting, Trap};
 use crate::need::Matrix;
 use crate::theory::{
     ALWAYS, Expectation, LoadLaw, PUSHING, Problem, Theory, form, no_theorem, stable,
 };
 use drape_oracle::laws::spin;
-use drape_oracle::recurrence::{bdf, spectral_radius, xpbd};
+use drape_oracle::recurrence::{backward_euler, bdf, spectral_radius, xpbd};
 use drape_report::family::Kin;
 
 /// Substeps in a default step.
@@ -19,6 +20,7 @@ const DIVISIONS: &[f64] = &[1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 300.0, 1000.
 /// Its entry in the registry.
 pub(super) static ENTRY: Entry = Entry {
     registration: &drape_xpbd::REGISTRATION,
+    lesson: Some(&LESSON),
     theory: Theory {
         case,
         kin: Kin::Local,
@@ -75,3 +77,41 @@ fn case(problem: &Problem<'_>) -> Expectation {
     }
     no_theorem("a sweep that ends before the solution may set energy free")
 }
+
+/// Its lesson.
+static LESSON: Lesson = Lesson {
+    title: "XPBD: many small substeps instead of many iterations",
+    idea: "A spring is a constraint that yields. The step is cut into twenty substeps, and in each \
+           of them every spring is corrected once. On one spring a correction is a substep of \
+           backward Euler, so the damping of the method is that of the substep: twenty times as \
+           many steps, each with a four-hundredth of θ.",
+    docs: "drape-xpbd",
+    sources: drape_xpbd::SOURCES,
+    equation: Excerpt::docs(
+        "Δλ = −(C + α̃ λ + γ u·(q_i − q_j)) / ((1 + γ)(w_i + w_j) + α̃)",
+        "q_i += w_i Δλ u",
+    ),
+    code: Excerpt::step(
+        "let substep = particles.predict(system, state, h, end);",
+        "particles.finish(system, state, substep);",
+    ),
+    law: Law::OneStep(|t, e| xpbd(t, e, SUBSTEPS)),
+    load: None,
+    setting: Setting::oscillator(&["xpbd", "backward-euler"]).time(0.1, 1.0),
+    question: Question::EnergyLeft,
+    attempt: "Compare substeps=1 and substeps=100. What does a substep cost, and what does it buy?",
+    low: "The substeps are short: it keeps more than that.",
+    high: "It loses more than that: also short substeps damp.",
+    traps: &[
+        Trap {
+            value: |s| Law::OneStep(backward_euler).left(s),
+            hint: "That is what backward Euler leaves. Look at the first pane.",
+        },
+        Trap { value: |_| 100.0, hint: "The exact motion keeps all of it; this method does not." },
+        Trap {
+            value: |s| 10.0 * libm::sqrt(Law::OneStep(|t, e| xpbd(t, e, SUBSTEPS)).left(s)),
+            hint: "That is the share of the amplitude. The energy goes with its square.",
+        },
+    ],
+    study: "energy",
+};

@@ -3,10 +3,13 @@
 use super::Entry;
 use super::runs::work::Knob;
 use super::runs::{Film, Keeps, Runs, Variant, work};
+use crate::lessons::{Excerpt, Law, Lesson, Question, Setting, Trap};
 use crate::need::Matrix;
 use crate::theory::{ALWAYS, Expectation, PUSHING, Problem, Theory, form, no_theorem, stable};
 use drape_oracle::laws::spin;
-use drape_oracle::recurrence::{factored_backward_euler, factored_bdf2, spectral_radius};
+use drape_oracle::recurrence::{
+    factored_backward_euler, factored_bdf2, factored_start, spectral_radius, xpbd,
+};
 use drape_report::family::Kin;
 
 /// Substeps in a default step.
@@ -17,6 +20,7 @@ const DIVISIONS: &[f64] = &[1.0, 2.0, 5.0, 10.0, 15.0, 20.0, 30.0, 50.0, 100.0];
 /// Its entry in the registry.
 pub(super) static ENTRY: Entry = Entry {
     registration: &drape_xpbd_lines::REGISTRATION,
+    lesson: Some(&LESSON),
     theory: Theory {
         case,
         kin: Kin::Local,
@@ -71,3 +75,39 @@ fn case(problem: &Problem<'_>) -> Expectation {
     }
     no_theorem("a sweep that ends before the solution may set energy free")
 }
+
+/// Its lesson.
+static LESSON: Lesson = Lesson {
+    title: "Whole lines of the weave at once",
+    idea: "The springs of a line hang together like a chain, and the equations of a chain have \
+           three diagonals: elimination solves them in one go, and a pull crosses the sheet in a \
+           single sweep. So accurate a sweep allows two-step differences between the substeps, and \
+           these hardly damp.",
+    docs: "drape-xpbd-lines",
+    sources: drape_xpbd_lines::SOURCES,
+    equation: Excerpt::docs("x* = ((1+ω)² x_n − ω² x_{n−1})/(1+2ω),   v* likewise,", "(L2)"),
+    code: Excerpt::step(
+        "let substep = particles.predict(system, state, h, end);",
+        "particles.finish(system, state, substep);",
+    ),
+    law: Law::TwoSteps {
+        first: factored_start,
+        later: |t, e| factored_bdf2(1.0, t, e),
+        substeps: SUBSTEPS as u32,
+    },
+    load: None,
+    setting: Setting::oscillator(&["xpbd-lines", "xpbd"]).time(1.0, 5.0),
+    question: Question::EnergyLeft,
+    attempt: "Set order=1 in the first pane: now both panes lose the same. Then open \
+              hanging-textile-1e6 with both.",
+    low: "It keeps more than that.",
+    high: "It loses more than that.",
+    traps: &[
+        Trap {
+            value: |s| Law::OneStep(|t, e| xpbd(t, e, SUBSTEPS as u32)).left(s),
+            hint: "That is what the second pane leaves, with substeps of order 1.",
+        },
+        Trap { value: |_| 100.0, hint: "The exact motion keeps all of it; this method does not." },
+    ],
+    study: "energy",
+};

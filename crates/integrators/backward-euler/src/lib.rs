@@ -143,3 +143,7 @@ mod step;
 
 pub use settings::{BACKWARD_EULER, BackwardEulerSettings};
 pub use step::{BackwardEuler, REGISTRATION};
+
+/// Texts of this crate, by their files: lessons show excerpts of them.
+pub const SOURCES: &[(&str, &str)] =
+    &[("src/lib.rs", include_str!("lib.rs")), ("src/step.rs", include_str!("step.rs"))];

@@ -101,3 +101,7 @@ mod torque;
 
 pub use settings::{DESBRUN, DesbrunSettings, Inverse, Torque};
 pub use step::{Desbrun, REGISTRATION};
+
+/// Texts of this crate, by their files: lessons show excerpts of them.
+pub const SOURCES: &[(&str, &str)] =
+    &[("src/lib.rs", include_str!("lib.rs")), ("src/step.rs", include_str!("step.rs"))];

@@ -125,3 +125,7 @@ pub use settings::{DIRK, DirkSettings};
 pub use step::{Dirk, REGISTRATION};
 pub use tableau::Tableau;
 pub use workspace::{Past, Workspace};
+
+/// Texts of this crate, by their files: lessons show excerpts of them.
+pub const SOURCES: &[(&str, &str)] =
+    &[("src/lib.rs", include_str!("lib.rs")), ("src/step.rs", include_str!("step.rs"))];

@@ -124,3 +124,7 @@ mod step;
 
 pub use settings::{ENERGY_MOMENTUM, EnergyMomentumSettings, OnFailure};
 pub use step::{EnergyMomentum, REGISTRATION};
+
+/// Texts of this crate, by their files: lessons show excerpts of them.
+pub const SOURCES: &[(&str, &str)] =
+    &[("src/lib.rs", include_str!("lib.rs")), ("src/step.rs", include_str!("step.rs"))];

@@ -149,3 +149,11 @@ pub use settings::{
     LeapfrogSettings, SYMPLECTIC_EULER, SymplecticSettings,
 };
 pub use step::{EXPLICIT, ExplicitEuler, Leapfrog, SYMPLECTIC, SymplecticEuler, VERLET};
+
+/// Texts of this crate, by their files: lessons show excerpts of them.
+pub const SOURCES: &[(&str, &str)] = &[
+    ("src/lib.rs", include_str!("lib.rs")),
+    ("src/step/explicit.rs", include_str!("step/explicit.rs")),
+    ("src/step/symplectic.rs", include_str!("step/symplectic.rs")),
+    ("src/step/leapfrog.rs", include_str!("step/leapfrog.rs")),
+];

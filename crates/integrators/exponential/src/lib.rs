@@ -114,3 +114,7 @@ mod step;
 
 pub use settings::{EXPONENTIAL, ExponentialSettings};
 pub use step::{Exponential, REGISTRATION};
+
+/// Texts of this crate, by their files: lessons show excerpts of them.
+pub const SOURCES: &[(&str, &str)] =
+    &[("src/lib.rs", include_str!("lib.rs")), ("src/step.rs", include_str!("step.rs"))];

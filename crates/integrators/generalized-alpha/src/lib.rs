@@ -116,3 +116,7 @@ mod workspace;
 pub use settings::{Family, GENERALIZED_ALPHA, GeneralizedAlphaSettings};
 pub use step::{GeneralizedAlpha, REGISTRATION};
 pub use workspace::Workspace;
+
+/// Texts of this crate, by their files: lessons show excerpts of them.
+pub const SOURCES: &[(&str, &str)] =
+    &[("src/lib.rs", include_str!("lib.rs")), ("src/step.rs", include_str!("step.rs"))];

@@ -144,5 +144,9 @@ pub use settings::{IMEX_RK, ImexRkSettings};
 pub use step::{ImexRk, REGISTRATION};
 pub use tableau::{ARK3, ARK4, ARS222, ARS443, Pair, STAGES, Tableau};
 
+/// Texts of this crate, by their files: lessons show excerpts of them.
+pub const SOURCES: &[(&str, &str)] =
+    &[("src/lib.rs", include_str!("lib.rs")), ("src/step.rs", include_str!("step.rs"))];
+
 #[cfg(test)]
 mod tests;

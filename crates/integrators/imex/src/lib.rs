@@ -243,3 +243,12 @@ pub use two_step::{
     CNAB2, CNLF, Coefficients, IMEX_CNAB2, IMEX_CNLF, IMEX_MCNAB2, IMEX_SBDF2, ImexTwoStep,
     ImexTwoStepSettings, MCNAB2, SBDF2, TwoStep, TwoStepValues,
 };
+
+/// Texts of this crate, by their files: lessons show excerpts of them.
+pub const SOURCES: &[(&str, &str)] = &[
+    ("src/lib.rs", include_str!("lib.rs")),
+    ("src/step/euler.rs", include_str!("step/euler.rs")),
+    ("src/step/robust.rs", include_str!("step/robust.rs")),
+    ("src/two_step/step.rs", include_str!("two_step/step.rs")),
+    ("src/two_step/coefficients.rs", include_str!("two_step/coefficients.rs")),
+];

@@ -88,3 +88,7 @@ mod sweep;
 
 pub use settings::{KANG, KangSettings};
 pub use step::{Kang, REGISTRATION};
+
+/// Texts of this crate, by their files: lessons show excerpts of them.
+pub const SOURCES: &[(&str, &str)] =
+    &[("src/lib.rs", include_str!("lib.rs")), ("src/step.rs", include_str!("step.rs"))];

@@ -93,3 +93,7 @@ mod step;
 
 pub use settings::{MIDPOINT, MidpointSettings};
 pub use step::{Midpoint, REGISTRATION};
+
+/// Texts of this crate, by their files: lessons show excerpts of them.
+pub const SOURCES: &[(&str, &str)] =
+    &[("src/lib.rs", include_str!("lib.rs")), ("src/step.rs", include_str!("step.rs"))];

@@ -175,3 +175,10 @@ mod workspace;
 pub use coefficients::{LinearMultistep, MAX_STEPS, extrapolation};
 pub use settings::{ADAMS_BASHFORTH2, AdamsBashforthSettings, BDF2, BdfSettings, Steps};
 pub use step::{AdamsBashforth, BACKWARD_DIFFERENTIATION, Bdf, EXPLICIT_ADAMS};
+
+/// Texts of this crate, by their files: lessons show excerpts of them.
+pub const SOURCES: &[(&str, &str)] = &[
+    ("src/lib.rs", include_str!("lib.rs")),
+    ("src/step/adams_bashforth.rs", include_str!("step/adams_bashforth.rs")),
+    ("src/step/bdf.rs", include_str!("step/bdf.rs")),
+];

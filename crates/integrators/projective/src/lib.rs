@@ -166,3 +166,7 @@ mod tests;
 
 pub use settings::{Acceleration, PROJECTIVE, ProjectiveSettings};
 pub use step::{Projective, REGISTRATION};
+
+/// Texts of this crate, by their files: lessons show excerpts of them.
+pub const SOURCES: &[(&str, &str)] =
+    &[("src/lib.rs", include_str!("lib.rs")), ("src/step.rs", include_str!("step.rs"))];

@@ -70,3 +70,7 @@ mod step;
 
 pub use settings::{PROVOT, ProvotSettings, VelocityUpdate};
 pub use step::{Provot, REGISTRATION};
+
+/// Texts of this crate, by their files: lessons show excerpts of them.
+pub const SOURCES: &[(&str, &str)] =
+    &[("src/lib.rs", include_str!("lib.rs")), ("src/step.rs", include_str!("step.rs"))];

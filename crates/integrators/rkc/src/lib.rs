@@ -106,3 +106,7 @@ mod step;
 
 pub use settings::{Division, RKC, RkcSettings};
 pub use step::{REGISTRATION, Rkc};
+
+/// Texts of this crate, by their files: lessons show excerpts of them.
+pub const SOURCES: &[(&str, &str)] =
+    &[("src/lib.rs", include_str!("lib.rs")), ("src/step.rs", include_str!("step.rs"))];

@@ -131,5 +131,9 @@ pub use settings::{JacobianForm, ROSENBROCK, RosenbrockSettings};
 pub use step::{REGISTRATION, Rosenbrock};
 pub use tableau::{RODAS3, RODAS4, ROS2, ROS3P, ROS34PW2, STAGES, Scheme, Tableau};
 
+/// Texts of this crate, by their files: lessons show excerpts of them.
+pub const SOURCES: &[(&str, &str)] =
+    &[("src/lib.rs", include_str!("lib.rs")), ("src/step.rs", include_str!("step.rs"))];
+
 #[cfg(test)]
 mod tests;

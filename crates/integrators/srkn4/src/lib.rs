@@ -96,3 +96,7 @@ mod step;
 
 pub use settings::{SRKN4, Srkn4Settings};
 pub use step::{REGISTRATION, Srkn4};
+
+/// Texts of this crate, by their files: lessons show excerpts of them.
+pub const SOURCES: &[(&str, &str)] =
+    &[("src/lib.rs", include_str!("lib.rs")), ("src/step.rs", include_str!("step.rs"))];

@@ -82,3 +82,7 @@ mod step;
 
 pub use settings::{TERZOPOULOS_FLEISCHER, TerzopoulosFleischerSettings};
 pub use step::{REGISTRATION, TerzopoulosFleischer};
+
+/// Texts of this crate, by their files: lessons show excerpts of them.
+pub const SOURCES: &[(&str, &str)] =
+    &[("src/lib.rs", include_str!("lib.rs")), ("src/step.rs", include_str!("step.rs"))];

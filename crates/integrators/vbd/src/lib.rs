@@ -177,3 +177,7 @@ mod tests;
 
 pub use settings::{Start, VBD, VbdSettings};
 pub use step::{REGISTRATION, Vbd};
+
+/// Texts of this crate, by their files: lessons show excerpts of them.
+pub const SOURCES: &[(&str, &str)] =
+    &[("src/lib.rs", include_str!("lib.rs")), ("src/sweep.rs", include_str!("sweep.rs"))];

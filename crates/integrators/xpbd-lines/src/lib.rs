@@ -171,3 +171,7 @@ mod step;
 
 pub use settings::{Formula, XPBD_LINES, XpbdLinesSettings};
 pub use step::{REGISTRATION, XpbdLines};
+
+/// Texts of this crate, by their files: lessons show excerpts of them.
+pub const SOURCES: &[(&str, &str)] =
+    &[("src/lib.rs", include_str!("lib.rs")), ("src/step.rs", include_str!("step.rs"))];

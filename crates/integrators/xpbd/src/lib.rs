@@ -165,3 +165,7 @@ mod step;
 
 pub use settings::{Formula, Sweep, XPBD, XpbdSettings};
 pub use step::{REGISTRATION, Xpbd};
+
+/// Texts of this crate, by their files: lessons show excerpts of them.
+pub const SOURCES: &[(&str, &str)] =
+    &[("src/lib.rs", include_str!("lib.rs")), ("src/step.rs", include_str!("step.rs"))];

@@ -6,6 +6,8 @@ export interface State {
   panes: Setup[];
   rate: number;
   wait: boolean;
+  /** The lesson that is open. */
+  lesson?: string;
 }
 
 const NUMBERS = ["stiffness", "damping", "step", "duration", "particles"] as const;
@@ -30,6 +32,7 @@ export function write(state: State): string {
   const query = new URLSearchParams();
   query.set("rate", String(state.rate));
   if (!state.wait) query.set("wait", "no");
+  if (state.lesson !== undefined) query.set("lesson", state.lesson);
   for (const setup of state.panes) {
     const parts = [`scene=${setup.scene}`, `method=${setup.method}`];
     for (const key of NUMBERS) {
@@ -41,7 +44,10 @@ export function write(state: State): string {
   return query.toString();
 }
 
-/** Reads what `write` wrote; undefined if the text names no pane. */
+/**
+ * Reads what `write` wrote; undefined if the text names neither panes nor a lesson. A lesson without
+ * panes opens its own.
+ */
 export function read(text: string): State | undefined {
   const query = new URLSearchParams(text.replace(/^#/, ""));
   const panes: Setup[] = [];
@@ -58,11 +64,13 @@ export function read(text: string): State | undefined {
     }
     panes.push(setup);
   }
-  if (panes.length === 0) return undefined;
+  const lesson = query.get("lesson") ?? undefined;
+  if (panes.length === 0 && lesson === undefined) return undefined;
   const rate = Number(query.get("rate") ?? 1);
   return {
     panes,
     rate: rate > 0 && Number.isFinite(rate) ? rate : 1,
     wait: query.get("wait") !== "no",
+    ...(lesson === undefined ? {} : { lesson }),
   };
 }

@@ -3,6 +3,7 @@
 import * as address from "./address";
 import { button, byId, make, say } from "./dom";
 import { type Turn, knobs } from "./knobs";
+import { Lessons } from "./lessons";
 import { type Hello, type Reply, type Request, type Setup, readFrame } from "./messages";
 import { PaneView, type Wishes } from "./pane";
 import { Camera, Renderer } from "./view";
@@ -35,6 +36,12 @@ class Lab {
     "aria-label": "Look back in time",
   });
   private add = button("Add a pane", () => this.addPane(), { id: "add" });
+
+  private lessons = new Lessons(byId("lesson"), {
+    send: (request) => this.send(request),
+    remember: (id) => this.rememberLesson(id),
+    open: (panes) => this.openLesson(panes),
+  });
 
   private wishes: Wishes = {
     change: (index, turn) => {
@@ -77,6 +84,7 @@ class Lab {
       this.rate,
       make("label", { class: "inline" }, this.wait, "wait for slow panes"),
       this.add,
+      this.lessons.opener,
     );
     byId("copy").addEventListener(
       "click",
@@ -88,7 +96,7 @@ class Lab {
       const state = address.read(location.hash);
       if (state === undefined || address.write(state) === address.write(this.state)) return;
       this.state = state;
-      this.open();
+      this.begin();
     });
     addEventListener("resize", () => this.refresh(true));
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.refresh(true));
@@ -129,7 +137,13 @@ class Lab {
       case "hello":
         this.hello = reply;
         if (this.message.textContent?.startsWith("The lab does not answer")) this.complain("");
-        this.open();
+        this.lessons.forget();
+        this.begin();
+        break;
+      case "lessons":
+      case "lesson":
+      case "marked":
+        this.lessons.hear(reply);
         break;
       case "scenery":
         this.panes[reply.pane]?.begin(reply);
@@ -162,6 +176,27 @@ class Lab {
       case "refused":
         this.complain(reply.sentence);
     }
+  }
+
+  /** Opens what the address names: panes, a lesson, or both. A lesson alone brings its panes. */
+  private begin(): void {
+    const { lesson, panes } = this.state;
+    const isAlone = panes.length === 0;
+    if (isAlone) this.state.panes = address.opening().panes;
+    this.lessons.restore(lesson, isAlone);
+    this.open();
+  }
+
+  private rememberLesson(id: string | undefined): void {
+    if (id === undefined) delete this.state.lesson;
+    else this.state.lesson = id;
+    this.remember();
+  }
+
+  private openLesson(panes: Setup[]): void {
+    this.state.panes = panes.map((setup) => ({ ...setup }));
+    this.complain("");
+    this.open();
   }
 
   /** Writes the set-up into the address. */

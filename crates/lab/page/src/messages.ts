@@ -108,8 +108,40 @@ export interface Repeat {
   repeat: { command: string; arguments: string[]; file: string | null; scene: string };
 }
 
+export interface Lesson {
+  id: string;
+  title: string;
+  idea: string;
+  equation: string;
+  equation_file: string;
+  code: string;
+  code_file: string;
+  /** Step size, s, and the factor by which a step multiplies the motion. */
+  radii: [number, number][];
+  panes: Setup[];
+  question: string;
+  unit: string;
+  way: string;
+  attempt: string;
+  repeat: string;
+  file: string | null;
+  docs: string;
+  study: string;
+}
+
+export type LessonReply =
+  | { tell: "lessons"; lessons: { id: string; title: string }[] }
+  | { tell: "lesson"; lesson: Lesson }
+  | { tell: "marked"; lesson: string; right: boolean; sentence: string };
+
+export type LessonRequest =
+  | { do: "lessons" }
+  | { do: "lesson"; id: string }
+  | { do: "answer"; lesson: string; value: number };
+
 export type Reply =
   | Hello
+  | LessonReply
   | Scenery
   | Status
   | Clock
@@ -117,6 +149,7 @@ export type Reply =
   | { tell: "refused"; sentence: string };
 
 export type Request =
+  | LessonRequest
   | { do: "open"; panes: Setup[] }
   | { do: "play" }
   | { do: "pause" }

@@ -1,0 +1,162 @@
+//! Lessons: what a method does to a single spring, with a question whose answer theory knows.
+//!
+//! A lesson stands in the module of its method ([`crate::methods`]). Its equations and its code are
+//! excerpts of the method's crate, and its numbers follow from the method's law on the oscillator
+//! `x'' = −κx − δx'`: no answer is typed in. `tests/tests/lessons.rs` runs every lesson on its own
+//! scene and compares.
+
+mod excerpt;
+mod law;
+mod question;
+
+pub use excerpt::Excerpt;
+pub(crate) use law::Law;
+pub(crate) use question::gravity;
+pub use question::{Mark, Question};
+
+use crate::methods;
+use crate::theory::LoadLaw;
+use drape_integrator::Method;
+
+/// Points of the curve of [`Lesson::radii`].
+const POINTS: i32 = 41;
+/// The curve covers steps from one over this to this times the step of the lesson.
+const SPAN: f64 = 100.0;
+
+/// What a lesson opens: the same spring with some methods.
+#[derive(Clone, Copy, Debug)]
+pub struct Setting {
+    /// Name of the bundled scene.
+    pub scene: &'static str,
+    /// Methods with their settings. The question is about the first.
+    pub methods: &'static [&'static str],
+    /// Stiffness over mass `κ`, 1/s².
+    pub stiffness: f64,
+    /// Damping over mass `δ`, 1/s.
+    pub damping: f64,
+    /// Time step `h`, s.
+    pub step: f64,
+    /// Simulated time, s.
+    pub duration: f64,
+}
+
+impl Setting {
+    /// The oscillator with this method beside another one.
+    pub(crate) const fn oscillator(methods: &'static [&'static str]) -> Self {
+        let scene = "oscillator";
+        Self { scene, methods, stiffness: 100.0, damping: 0.0, step: 0.01, duration: 1.0 }
+    }
+
+    /// The stiff spring with a load across it.
+    pub(crate) const fn load(methods: &'static [&'static str]) -> Self {
+        let scene = "loaded-spring";
+        Self { scene, methods, stiffness: 1e6, damping: 0.0, step: 0.01, duration: 0.1 }
+    }
+
+    /// With another step and duration, s.
+    pub(crate) const fn time(self, step: f64, duration: f64) -> Self {
+        Self { step, duration, ..self }
+    }
+
+    /// With other springs: `κ` in 1/s², `δ` in 1/s.
+    pub(crate) const fn spring(self, stiffness: f64, damping: f64) -> Self {
+        Self { stiffness, damping, ..self }
+    }
+
+    /// Number of steps.
+    pub fn steps(&self) -> u64 {
+        (self.duration / self.step).round() as u64
+    }
+
+    /// `θ = h²κ` and `η = hδ` of a step of `h` seconds.
+    pub(crate) fn numbers(&self, h: f64) -> (f64, f64) {
+        (h * h * self.stiffness, h * self.damping)
+    }
+}
+
+/// A wrong answer that is often given.
+#[derive(Clone, Copy, Debug)]
+pub struct Trap {
+    /// The answer, in the unit of the question.
+    pub value: fn(&Setting) -> f64,
+    /// What is wrong with it.
+    pub hint: &'static str,
+}
+
+/// A lesson on one method.
+#[derive(Debug)]
+pub struct Lesson {
+    /// Its title.
+    pub title: &'static str,
+    /// What is to be understood, in a few sentences.
+    pub idea: &'static str,
+    /// The crate of the method.
+    pub docs: &'static str,
+    /// Texts of that crate, by their files.
+    pub sources: &'static [(&'static str, &'static str)],
+    /// The equations, as the documentation of the crate has them.
+    pub equation: Excerpt,
+    /// The code that computes them.
+    pub code: Excerpt,
+    /// What the method does to the oscillator.
+    pub(crate) law: Law,
+    /// What it does to a load across a stiff spring, if the question is about that.
+    pub(crate) load: Option<LoadLaw>,
+    /// What it opens.
+    pub setting: Setting,
+    /// The question.
+    pub question: Question,
+    /// What else to try.
+    pub attempt: &'static str,
+    /// What to say to an answer that is too small.
+    pub low: &'static str,
+    /// What to say to an answer that is too large.
+    pub high: &'static str,
+    /// Wrong answers with a hint of their own.
+    pub traps: &'static [Trap],
+    /// The study that goes on from here.
+    pub study: &'static str,
+}
+
+/// All lessons with their methods, in the order of the registry. A method that was added has none.
+pub fn lessons() -> impl Iterator<Item = (&'static Method, &'static Lesson)> {
+    methods::taught()
+}
+
+/// The lesson on the method of that id.
+///
+/// # Errors
+/// A sentence that names the known ones.
+pub fn find(id: &str) -> Result<(&'static Method, &'static Lesson), String> {
+    lessons().find(|(method, _)| method.id == id).ok_or_else(|| {
+        let known: Vec<_> = lessons().map(|(method, _)| method.id).collect();
+        format!("no lesson `{id}`; expected one of {}", known.join(", "))
+    })
+}
+
+impl Lesson {
+    /// The equations; `None` if the crate has them no more.
+    pub fn equation(&self) -> Option<String> {
+        self.equation.find(self.sources)
+    }
+
+    /// The code; `None` if the crate has it no more.
+    pub fn code(&self) -> Option<String> {
+        self.code.find(self.sources)
+    }
+
+    /// The factor by which a step multiplies the motion in the long run, for step sizes (s) around
+    /// that of the lesson, with its spring.
+    pub fn radii(&self) -> Vec<(f64, f64)> {
+        let half = (POINTS - 1) / 2;
+        let step =
+            |n: i32| self.setting.step * libm::pow(SPAN, f64::from(n - half) / f64::from(half));
+        (0..POINTS)
+            .map(|n| {
+                let h = step(n);
+                let (theta, eta) = self.setting.numbers(h);
+                (h, self.law.radius(theta, eta))
+            })
+            .collect()
+    }
+}
