@@ -171,6 +171,31 @@ fn pictures_are_drawn_one_a_time_and_a_diverged_run_is_marked() {
 }
 
 #[test]
+fn several_methods_stand_side_by_side_before_one_camera() {
+    let folder = tempfile::tempdir().unwrap();
+    let picture = ["picture", "hanging-textile-1e4", "--dt", "0.01", "--duration", "0.2"];
+    let size = ["--size", "200x150", "--out", "p.png"];
+    let four = ["imex-euler", "imex-euler:solver=cholesky", "baraff-witkin", "imex-euler"];
+    let methods: Vec<&str> = four.iter().flat_map(|method| ["--method", method]).collect();
+    let output = drape(folder.path(), &[&picture[..], &size, &methods].concat());
+    assert_eq!(code(&output), 0, "{}", message(&output));
+    let file = std::fs::File::open(folder.path().join("p.png")).unwrap();
+    let mut reader = png::Decoder::new(std::io::BufReader::new(file)).read_info().unwrap();
+    let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
+    let (width, height) = (3 * 200 + 2 * 4, 2 * 150 + 4);
+    assert_eq!((reader.info().width, reader.info().height), (width, height));
+    reader.next_frame(&mut bytes).unwrap();
+    let panel = |column: usize, row: usize| -> Vec<u8> {
+        let start = |y: usize| 3 * ((row * 154 + y) * width as usize + column * 204);
+        (0..150).flat_map(|y| bytes[start(y)..start(y) + 600].to_vec()).collect()
+    };
+    assert_eq!(panel(0, 0), panel(0, 1), "the same method, the same picture");
+    assert_ne!(panel(0, 0), panel(2, 0), "another method, another motion");
+    let bare = drape(folder.path(), &[&picture[..], &size, &["--no-ground"]].concat());
+    assert_eq!(code(&bare), 0, "{}", message(&bare));
+}
+
+#[test]
 fn what_cannot_be_shown_is_refused_before_anything_is_computed() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("file"), "mine").unwrap();
@@ -201,6 +226,7 @@ fn what_cannot_be_shown_is_refused_before_anything_is_computed() {
         (picture, &["--out", "t", "--time", "0", "--time", "1"], "ends in .png"),
         (picture, &["--method", "magic"], "imex-euler"),
         (picture, &["--dt", "0"], "--dt"),
+        (picture, &["--method", "bdf2", "--method", "bdf2", "--set", "order=2"], "METHOD:KEY"),
     ];
     for (command, more, named) in cases {
         let output = drape(folder.path(), &[command, *more].concat());

@@ -142,6 +142,11 @@ impl Camera {
         [key, fill].map(|light| light.normalize())
     }
 
+    /// Whether the eye is above a height, m.
+    pub(crate) fn is_above(&self, height: f64) -> bool {
+        self.eye.z > height
+    }
+
     /// Distance from the eye to the middle of the scene, m.
     pub(crate) fn distance(&self) -> f64 {
         self.distance

@@ -28,6 +28,11 @@ const ON_SOLID: f64 = 0.90;
 /// The rim of the cloth and its contour.
 const OUTLINE: Tint = [0.13, 0.15, 0.20];
 
+/// Pins: radius of the dot and of its light middle, in pixels, and their colours.
+const PIN: [(f64, Tint); 2] = [(4.0, OUTLINE), (2.2, [0.97, 0.97, 0.98])];
+/// Corners of a dot.
+const DOT: u32 = 20;
+
 /// Obstacles are drawn farther away by this part of the distance of the scene, so that cloth that
 /// touches them lies in front.
 const BEHIND: f64 = 4e-3;
@@ -178,12 +183,71 @@ impl Sketch<'_> {
     }
 }
 
+impl Sketch<'_> {
+    /// The ground with the shadow of all else.
+    fn ground(&mut self, subject: &Subject, x: &[Vec3]) {
+        let Some(ground) = subject.ground.filter(|ground| self.camera.is_above(ground.height()))
+        else {
+            return;
+        };
+        let cloth = subject.triangles.iter().map(|t| t.map(|i| &x[i as usize]));
+        let solids = subject.solids.iter().filter(|solid| !solid.is_endless);
+        let solids = solids
+            .flat_map(|solid| solid.triangles.iter().map(|t| t.map(|i| &solid.points[i as usize])));
+        let lines = subject.lines.iter().map(|line| line.map(|i| &x[i as usize]));
+        let shadow = ground.shadow(cloth.chain(solids), lines);
+        let side = shadow.points.len().isqrt() as u32;
+        let background = Colour::BACKGROUND.0.map(|c| f64::from(c) / 255.0);
+        let behind = BEHIND * self.camera.distance();
+        let corners: Vec<_> = shadow
+            .points
+            .iter()
+            .zip(&shadow.light)
+            .map(|(point, light)| self.corner(point, behind, background.map(|c| c * light)))
+            .collect();
+        for triangle in crate::subject::grid(side, side).0 {
+            if let [Some(a), Some(b), Some(c)] = triangle.map(|i| corners[i as usize]) {
+                self.faces.push(Tri([a, b, c]));
+            }
+        }
+    }
+
+    /// Pins as dots that face the eye.
+    fn pins(&mut self, subject: &Subject, x: &[Vec3]) {
+        let nearer = -IN_FRONT * self.camera.distance();
+        for point in subject.pins.iter().map(|&i| &x[i as usize]) {
+            for (shift, (radius, tint)) in (2..).zip(PIN) {
+                let Some(middle) = self.corner(point, f64::from(shift) * nearer, tint) else {
+                    continue;
+                };
+                let Vertex { pos, attrib } = self.corners[middle];
+                let [x, y, z, w] = pos.0;
+                let first = self.corners.len();
+                for n in 0..DOT {
+                    let (sin, cos) =
+                        libm::sincos(std::f64::consts::TAU * f64::from(n) / f64::from(DOT));
+                    let reach = radius * f64::from(SAMPLES) * f64::from(w);
+                    let moved = |c: f32, part: f64, axis: usize| {
+                        c + (part * reach * self.sample[axis]) as f32
+                    };
+                    let position = [moved(x, cos, 0), moved(y, sin, 1), z, w];
+                    self.corners.push(vertex(position.into(), attrib));
+                }
+                let dot = DOT as usize;
+                let rim = |n: usize| first + n % dot;
+                self.faces.extend((0..dot).map(|n| Tri([middle, rim(n), rim(n + 1)])));
+            }
+        }
+    }
+}
+
 /// Draws a cloth at positions `x`, m, one a particle in the order of the subject, and its
-/// obstacles. Particles that are not finite or out of all bounds are left out.
+/// obstacles, its pins, and the ground. Particles that are not finite or out of all bounds are left
+/// out.
 ///
 /// # Panics
-/// If `x` has fewer positions than the subject's triangles and lines name, or a side of the picture
-/// is 0.
+/// If `x` has fewer positions than the subject's triangles, lines and pins name, or a side of the
+/// picture is 0.
 pub fn draw(subject: &Subject, x: &[Vec3], camera: &Camera, size: [u32; 2]) -> Image {
     let inner = size.map(|side| side * SAMPLES);
     let mut sketch = Sketch {
@@ -194,8 +258,10 @@ pub fn draw(subject: &Subject, x: &[Vec3], camera: &Camera, size: [u32; 2]) -> I
         lines: Vec::new(),
         sample: inner.map(|side| 2.0 / f64::from(side)),
     };
+    sketch.ground(subject, x);
     sketch.solids(subject);
     sketch.cloth(subject, x);
+    sketch.pins(subject, x);
     let Sketch { corners, faces, lines, .. } = sketch;
 
     let dims = Dims(inner[0] + 2 * MARGIN, inner[1] + 2 * MARGIN);

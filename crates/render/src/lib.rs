@@ -14,7 +14,8 @@
 //!
 //! `retrofire-core` rasterises a picture into a z-buffer, with three by three samples a pixel. The
 //! same positions give the same bytes. Light comes from the upper left of the camera; the two sides
-//! of a cloth have different colours.
+//! of a cloth have different colours. Pins are dots. A [`Ground`] carries the shadow of light from
+//! above, so that one sees how high a cloth hangs.
 //!
 //! | symbol | name in the code | unit | shape |
 //! |---|---|---|---|
@@ -25,6 +26,7 @@
 pub mod animation;
 pub mod camera;
 mod draw;
+mod ground;
 mod image;
 pub mod obj;
 mod solid;
@@ -34,6 +36,7 @@ mod surface;
 pub use animation::Animation;
 pub use camera::{Camera, View};
 pub use draw::draw;
+pub use ground::Ground;
 pub use image::{Colour, Font, Image};
 pub use solid::Solid;
 pub use subject::Subject;

@@ -1,5 +1,6 @@
 //! The constant parts of a picture: triangles, lines, obstacles.
 
+use crate::Ground;
 use crate::solid::{Solid, solids};
 use crate::surface::edges;
 use drape_model::{Obstacle, SpringEffect, SystemSpec, Vec3};
@@ -9,7 +10,7 @@ use std::borrow::Cow;
 const LARGEST: f64 = 4.0;
 
 /// The constant parts of a picture; positions come with each one.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Subject {
     /// Triangles of the cloth, as indices of particles.
     pub triangles: Vec<[u32; 3]>,
@@ -18,6 +19,10 @@ pub struct Subject {
     pub lines: Vec<[u32; 2]>,
     /// The obstacles, where they start.
     pub solids: Vec<Solid>,
+    /// Particles that are drawn as pins.
+    pub pins: Vec<u32>,
+    /// The ground on which shadows fall.
+    pub ground: Option<Ground>,
 }
 
 impl Subject {
@@ -37,14 +42,24 @@ impl Subject {
             if tension.is_empty() { edges.into_keys().collect() } else { tension }
         };
         let solids = solids(obstacles, &x, &lines);
-        Self { triangles: spec.triangles.clone(), lines, solids }
+        let pins = spec.pins.iter().map(|pin| pin.particle).collect();
+        Self { triangles: spec.triangles.clone(), lines, solids, pins, ground: None }
     }
 
     /// The subject of a sheet of particles, numbered row by row; `x` are positions at any time, m.
     pub fn grid(rows: u32, columns: u32, obstacles: &[Obstacle], x: &[Vec3]) -> Self {
         let (triangles, lines) = grid(rows, columns);
         let solids = solids(obstacles, x, &lines);
-        Self { triangles, lines, solids }
+        Self { triangles, lines, solids, ..Self::default() }
+    }
+
+    /// The subject with a ground below these points, m, unless a plane is its ground already; and
+    /// the points that a picture of it must show.
+    pub fn on_ground(mut self, mut points: Vec<Vec3>) -> (Self, Vec<Vec3>) {
+        let has_plane = self.solids.iter().any(|solid| solid.is_endless);
+        self.ground = if has_plane { None } else { Ground::under(&points) };
+        points.extend(self.ground.iter().flat_map(Ground::points));
+        (self, points)
     }
 
     /// Whether an obstacle moves.

@@ -109,7 +109,7 @@ fn an_obstacle_that_moves_is_a_node_that_is_displaced() {
 #[test]
 fn springs_without_triangles_are_lines_and_a_lonely_particle_is_a_point() {
     for (lines, mode) in [(vec![[0, 1]], Mode::Lines), (Vec::new(), Mode::Points)] {
-        let subject = Subject { triangles: Vec::new(), lines, solids: Vec::new() };
+        let subject = Subject { lines, ..Subject::default() };
         let mut animation = Animation::new(subject);
         animation.push(0.0, &[Vec3::zeros(), Vec3::x()]);
         animation.push(1.0, &[Vec3::zeros(), Vec3::y()]);

@@ -65,6 +65,31 @@ fn what_is_nearer_hides_what_is_farther_and_cloth_on_a_table_hides_its_top() {
 }
 
 #[test]
+fn pins_are_dots_and_a_ground_carries_a_shadow_seen_from_above_alone() {
+    let x = sheet(5);
+    let bare = Subject::grid(5, 5, &[], &x);
+    let points = bare.points(&x);
+    let camera = Camera::fit(View::default(), &points, 4.0 / 3.0);
+    let count = |image: &Image, other: &Image| {
+        let places = (0..SIZE[0]).flat_map(|x| (0..SIZE[1]).map(move |y| (x, y)));
+        places.filter(|&(x, y)| image.pixel(x, y) != other.pixel(x, y)).count()
+    };
+    let plain = draw(&bare, &x, &camera, SIZE);
+    let pinned = Subject { pins: vec![0, 4], ..bare.clone() };
+    let changed = count(&draw(&pinned, &x, &camera, SIZE), &plain);
+    assert!((60..200).contains(&changed), "two dots of four pixels' radius: {changed}");
+    for (view, sees) in [("auto", true), ("-62,-24", false)] {
+        let (grounded, points) = bare.clone().on_ground(points.clone());
+        let camera = Camera::fit(view.parse().unwrap(), &points, 4.0 / 3.0);
+        let [with, without] = [&grounded, &bare].map(|subject| draw(subject, &x, &camera, SIZE));
+        assert_eq!(count(&with, &without) > 1000, sees, "{view}");
+    }
+    let plane = Shape::Plane { point: Vec3::zeros(), normal: Vec3::z() };
+    let on_plane = Subject::grid(5, 5, &[plane.into()], &x);
+    assert_eq!(on_plane.on_ground(points).0.ground, None, "a plane is its ground");
+}
+
+#[test]
 fn particles_that_are_anywhere_or_nowhere_do_no_harm() {
     let plane = Shape::Plane { point: Vec3::zeros(), normal: Vec3::z() };
     let good = sheet(5);
@@ -124,6 +149,6 @@ fn an_obj_file_reads_back_to_the_same_bits() {
     assert_eq!(corners.iter().max(), Some(&vertices));
     assert_eq!(corners.iter().min(), Some(&1));
 
-    let springs = Subject { triangles: Vec::new(), lines: vec![[0, 2]], solids: Vec::new() };
+    let springs = Subject { lines: vec![[0, 2]], ..Subject::default() };
     assert!(obj::cloth(&springs, &x).ends_with("l 1 3\n"));
 }

@@ -268,6 +268,23 @@ pub fn resume(
     Ok(Comparison { facts, hash, true_end, ends })
 }
 
+/// Seconds a frame of a run of so many steps a frame, by the clock: those of its steps alone.
+/// `None` where it does not reach the end.
+///
+/// # Errors
+/// As [`compare`].
+pub(crate) fn frame_seconds(
+    name: &str,
+    spec: &SystemSpec,
+    duration_s: f64,
+    options: &Options,
+    (choice, substeps): (&Choice, u32),
+) -> Result<Option<f64>, HarnessError> {
+    let stage = Stage::new(name, spec, duration_s, options)?;
+    let time = stage.time(choice, substeps, |_| false)?;
+    Ok(time.map(|time| time / f64::from(stage.scene.frames)))
+}
+
 /// Whether the user has ended the comparison.
 fn is_interrupted(options: &Options) -> bool {
     options.interrupt.is_some_and(|flag| flag.load(std::sync::atomic::Ordering::Relaxed))

@@ -268,6 +268,7 @@ fn ends(comparison: &Comparison, spec: &SystemSpec) -> Result<Option<Image>, Har
     let end = facts.scene.frame_s * f64::from(facts.scene.frames);
     let subject = subject.at(end);
     let points: Vec<Vec3> = shown.iter().flat_map(|(_, x)| subject.points(x)).collect();
+    let (subject, points) = subject.into_owned().on_ground(points);
     let aspect = f64::from(SIDES[0]) / f64::from(SIDES[1]);
     let camera = Camera::fit(View::default(), &points, aspect);
     let head = Font::Small.height() + 8;

@@ -21,6 +21,7 @@ mod page;
 pub mod pictures;
 pub mod post_correction;
 pub mod precomputed_inverse;
+pub mod regret;
 pub mod scaling;
 pub(crate) mod sheet;
 pub mod solver_control;
@@ -352,7 +353,7 @@ impl std::fmt::Debug for dyn Study {
 }
 
 /// In teaching order: a study stands behind those that it builds on. The page keeps this order.
-static STUDIES: [&dyn Study; 20] = [
+static STUDIES: [&dyn Study; 21] = [
     &course::STUDY,
     &pictures::STUDY,
     &order::STUDY,
@@ -369,6 +370,7 @@ static STUDIES: [&dyn Study; 20] = [
     &precomputed_inverse::STUDY,
     &work_precision::STUDY,
     &animation::STUDY,
+    &regret::STUDY,
     &fabric::STUDY,
     &solver_control::STUDY,
     &scaling::STUDY,

@@ -9,6 +9,7 @@ mod course;
 mod effects;
 mod energy;
 mod fabric;
+mod regret;
 mod stability;
 mod work;
 
@@ -19,6 +20,7 @@ pub(crate) use course::course;
 pub(crate) use effects::{effects, effects_timings};
 pub(crate) use energy::energy;
 pub(crate) use fabric::fabric;
+pub(crate) use regret::{regret, regret_timings};
 pub(crate) use stability::{locking, stability};
 pub(crate) use work::{scaling, scaling_timings, work_precision, work_precision_timings};
 
@@ -62,6 +64,8 @@ pub(crate) fn complete() -> TempDir {
     write_json(&path("timings/work-precision.json"), &work_precision_timings()).unwrap();
     write_json(&path("animation.json"), &animation()).unwrap();
     write_json(&path("timings/animation.json"), &animation_timings()).unwrap();
+    write_json(&path("regret.json"), &regret()).unwrap();
+    write_json(&path("timings/regret.json"), &regret_timings()).unwrap();
     write_json(&path("fabric.json"), &fabric()).unwrap();
     write_json(&path("scaling.json"), &scaling(false)).unwrap();
     write_json(&path("timings/scaling.json"), &scaling_timings()).unwrap();

@@ -16,9 +16,10 @@ use std::str::FromStr;
 pub(crate) struct Arguments {
     /// Name of a bundled scene, or a file with a scene or a discretised system
     scene: String,
-    /// Id of a method; settings follow a colon
-    #[arg(long, default_value = "backward-euler")]
-    method: String,
+    /// Id of a method; settings follow a colon. May be repeated: the methods stand side by side,
+    /// seen by one camera
+    #[arg(long = "method", value_name = "METHOD", default_value = "backward-euler")]
+    methods: Vec<String>,
     /// A setting of the method; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     settings: Vec<String>,
@@ -36,12 +37,15 @@ pub(crate) struct Arguments {
     /// and so on
     #[arg(long, value_name = "FILE.png", default_value = "picture.png")]
     out: PathBuf,
-    /// Size in pixels; each side from 64 to 4096
+    /// Size in pixels of the picture, or of each method's; each side from 64 to 4096
     #[arg(long, value_name = "WxH", default_value = "960x720")]
     size: String,
     /// Camera: auto, front, side, top, or AZIMUTH,ELEVATION in degrees
     #[arg(long, value_name = "VIEW", default_value = "auto", allow_hyphen_values = true)]
     camera: String,
+    /// Draws no ground and no shadow
+    #[arg(long)]
+    no_ground: bool,
     #[command(flatten)]
     limit: LimitArguments,
 }
@@ -50,6 +54,19 @@ pub(crate) struct Arguments {
 const SIDES: [u32; 2] = [64, 4096];
 /// Seconds by which a step may end too early: round-off of a sum of steps.
 const EARLY: f64 = 1e-9;
+
+/// Most methods side by side, and in a row.
+const MOST: usize = 12;
+const ROW: usize = 3;
+/// Pixels between the pictures of two methods.
+const GAP: u32 = 4;
+
+/// A method and its pictures.
+struct Film {
+    choice: Choice,
+    shots: Vec<Shot>,
+    divergence: Option<Divergence>,
+}
 
 /// A picture that the user wants.
 struct Shot {
@@ -63,58 +80,133 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     check_extension("--out", &arguments.out, "png", "PNG image")?;
     let view = View::from_str(&arguments.camera)
         .map_err(|error| refusal("--camera", &arguments.camera, &error.to_string()))?;
-    let choice = Choice::parse(&arguments.method, &arguments.settings)
-        .map_err(|error: MethodError| HarnessError::from(error))?;
-    let input = load(&arguments.scene, arguments.limit, Some(&choice))?;
+    let choices = choices(arguments)?;
+    let input = load(&arguments.scene, arguments.limit, choices.first())?;
     let time = drape_harness::time_span(arguments.dt, arguments.duration, &input)?;
-    let mut shots = shots(&arguments.times, time)?;
+    let times = moments(&arguments.times, time)?;
     let inputs = files(&arguments.scene, &input);
-    if shots.len() > 1 && is_stream(&arguments.out) {
-        let expected = format!("FILE.png: {} pictures need a file each", shots.len());
+    if times.len() > 1 && is_stream(&arguments.out) {
+        let expected = format!("FILE.png: {} pictures need a file each", times.len());
         return Err(refusal("--out", &arguments.out.display().to_string(), &expected).into());
     }
-    let sinks = numbered(&arguments.out, shots.len());
+    let sinks = numbered(&arguments.out, times.len());
     let sink = |file: &PathBuf| Sink::check("--out", file, &inputs);
     let sinks = sinks.iter().map(sink).collect::<Result<Vec<_>, _>>()?;
     let spec = input.spec();
-    let mut simulation = OrderedSimulation::new(spec, &choice)
-        .map_err(|violation| in_file(&arguments.scene, violation))?;
-    let subject = Subject::new(spec, simulation.obstacles());
-    let divergence = take(&mut shots, &mut simulation, time, &choice)
-        .map_err(|error| error.in_scene(&arguments.scene))?;
+    let prepare = |choice: Choice| {
+        let simulation = OrderedSimulation::new(spec, &choice)
+            .map_err(|violation| in_file(&arguments.scene, violation))?;
+        Ok((choice, simulation))
+    };
+    let prepared = choices.into_iter().map(prepare).collect::<anyhow::Result<Vec<_>>>()?;
+    let Some((_, first)) = prepared.first() else { return Ok(()) };
+    let subject = Subject::new(spec, first.obstacles());
+    let film = |(choice, mut simulation)| {
+        film(choice, &mut simulation, &times, time)
+            .map_err(|error| error.in_scene(&arguments.scene))
+    };
+    let films = prepared.into_iter().map(film).collect::<Result<Vec<_>, _>>()?;
+    // All pictures share one camera, so that they can be compared.
+    let taken = films.iter().flat_map(|film| &film.shots).filter_map(|shot| shot.taken.as_ref());
+    let points: Vec<Vec3> = taken.flat_map(|(t, x)| subject.at(*t).points(x)).collect();
+    let (subject, points) =
+        if arguments.no_ground { (subject, points) } else { subject.on_ground(points) };
+    let camera = Camera::fit(view, &points, f64::from(size[0]) / f64::from(size[1]));
+    let scene = [spec.name.as_str(), &time.step_s.to_string()];
+    for (n, sink) in sinks.iter().enumerate() {
+        let panels = films.iter().map(|film| panel(film, n, &subject, &camera, size, scene));
+        sink.write(&side_by_side(&panels.collect::<Vec<_>>(), size).png()?)?;
+    }
+    diverged(&films)
+}
+
+/// The methods, each with its settings.
+fn choices(arguments: &Arguments) -> anyhow::Result<Vec<Choice>> {
+    let Arguments { methods, settings, .. } = arguments;
+    if methods.len() > MOST {
+        let expected = format!("at most {MOST} methods");
+        return Err(refusal("--method", &format!("{} methods", methods.len()), &expected).into());
+    }
+    if let ([_, _, ..], Some(setting)) = (&methods[..], settings.first()) {
+        let expected = "no --set beside several methods: write METHOD:KEY=VALUE";
+        return Err(refusal("--set", setting, expected).into());
+    }
+    let parse = |method: &String| {
+        Choice::parse(method, settings)
+            .map_err(|error: MethodError| HarnessError::from(error).into())
+    };
+    methods.iter().map(parse).collect()
+}
+
+/// The picture of a method at moment `n`, with its label.
+fn panel(
+    film: &Film,
+    n: usize,
+    subject: &Subject,
+    camera: &Camera,
+    size: [u32; 2],
+    [scene, step]: [&str; 2],
+) -> Image {
+    let shot = &film.shots[n];
+    let (mut image, time_s) = match (&shot.taken, &film.divergence) {
+        (None, Some(divergence)) => {
+            let reason = format!("diverged at t = {:.4} s", divergence.time);
+            (Image::failure(size, &reason), shot.due)
+        }
+        (None, None) => (Image::failure(size, "not reached"), shot.due),
+        (Some((t, x)), _) => (draw(&subject.at(*t), x, camera, size), *t),
+    };
+    let method = film.choice.method().id;
+    let label = format!("{scene}, {method}, h = {step} s, t = {time_s:.4} s");
+    let bottom = size[1].saturating_sub(Font::Small.height() + 8);
+    image.write(&label, 10, bottom, Font::Small, Colour::GREY);
+    image
+}
+
+/// Pictures of one size in rows.
+fn side_by_side(panels: &[Image], [width, height]: [u32; 2]) -> Image {
+    let columns = panels.len().min(ROW);
+    let rows = panels.len().div_ceil(ROW);
+    let extent = |count: usize, side: u32| count as u32 * (side + GAP) - GAP;
+    let mut sheet = Image::new(extent(columns, width), extent(rows, height));
+    for (n, panel) in panels.iter().enumerate() {
+        let [column, row] = [n % ROW, n / ROW].map(|k| k as u32);
+        sheet.paste(panel, column * (width + GAP), row * (height + GAP));
+    }
+    sheet
+}
+
+/// Whether a method diverged, and when.
+fn diverged(films: &[Film]) -> anyhow::Result<()> {
+    let sentence = |film: &Film| {
+        let divergence = film.divergence.as_ref()?;
+        Some(format!(
+            "{} diverged at step {} (t = {} s): {}; pictures from then on show no cloth",
+            film.choice.full_id(),
+            divergence.step,
+            divergence.time,
+            divergence.criterion
+        ))
+    };
+    let sentences: Vec<_> = films.iter().filter_map(sentence).collect();
+    if sentences.is_empty() { Ok(()) } else { Err(Diverged(sentences.join("; ")).into()) }
+}
+
+/// Runs a method and keeps the positions at each moment.
+fn film(
+    choice: Choice,
+    simulation: &mut OrderedSimulation,
+    times: &[f64],
+    time: TimeSpan,
+) -> Result<Film, HarnessError> {
+    let mut shots: Vec<Shot> = times.iter().map(|&due| Shot { due, taken: None }).collect();
+    let divergence = take(&mut shots, simulation, time, &choice)?;
     if let Some(divergence) = &divergence {
         // Positions after a divergence show nothing.
         let is_lost = |shot: &Shot| shot.taken.as_ref().is_some_and(|(t, _)| *t >= divergence.time);
         shots.iter_mut().filter(|shot| is_lost(shot)).for_each(|shot| shot.taken = None);
     }
-    // All pictures share one camera, so that they can be compared.
-    let taken = || shots.iter().filter_map(|shot| shot.taken.as_ref());
-    let points: Vec<Vec3> = taken().flat_map(|(t, x)| subject.at(*t).points(x)).collect();
-    let camera = Camera::fit(view, &points, f64::from(size[0]) / f64::from(size[1]));
-    for (shot, sink) in shots.iter().zip(&sinks) {
-        let (mut image, time_s) = match (&shot.taken, &divergence) {
-            (None, Some(divergence)) => {
-                let reason = format!("diverged at t = {:.4} s", divergence.time);
-                (Image::failure(size, &reason), shot.due)
-            }
-            (None, None) => (Image::failure(size, "not reached"), shot.due),
-            (Some((t, x)), _) => (draw(&subject.at(*t), x, &camera, size), *t),
-        };
-        let method = choice.method().id;
-        let label = format!("{}, {method}, h = {} s, t = {time_s:.4} s", spec.name, time.step_s);
-        let bottom = size[1].saturating_sub(Font::Small.height() + 8);
-        image.write(&label, 10, bottom, Font::Small, Colour::GREY);
-        sink.write(&image.png()?)?;
-    }
-    let Some(divergence) = divergence else { return Ok(()) };
-    Err(Diverged(format!(
-        "{} diverged at step {} (t = {} s): {}; pictures from then on show no cloth",
-        choice.full_id(),
-        divergence.step,
-        divergence.time,
-        divergence.criterion
-    ))
-    .into())
+    Ok(Film { choice, shots, divergence })
 }
 
 /// Runs the simulation up to the last moment and keeps the positions at each moment.
@@ -165,17 +257,17 @@ fn size(text: &str) -> Result<[u32; 2], Violation> {
 }
 
 /// The moments that the user wants, or the end.
-fn shots(times: &[f64], time: TimeSpan) -> Result<Vec<Shot>, Violation> {
+fn moments(times: &[f64], time: TimeSpan) -> Result<Vec<f64>, Violation> {
     let end = [time.duration_s];
     let times = if times.is_empty() { &end[..] } else { times };
-    let check = |&due: &f64| {
-        if due >= 0.0 && due <= time.duration_s {
-            return Ok(Shot { due, taken: None });
+    let is_wrong = |due: &&f64| !(0.0..=time.duration_s).contains(*due);
+    match times.iter().find(is_wrong) {
+        Some(due) => {
+            let expected = format!("a time from 0 to the duration, {} s", time.duration_s);
+            Err(refusal("--time", &due.to_string(), &expected))
         }
-        let expected = format!("a time from 0 to the duration, {} s", time.duration_s);
-        Err(refusal("--time", &due.to_string(), &expected))
-    };
-    times.iter().map(check).collect()
+        None => Ok(times.to_vec()),
+    }
 }
 
 /// One file name for each picture.

@@ -82,7 +82,7 @@ pub(super) fn method() -> String {
          {} starts, perturbed by up to 1e-4 mesh widths, or less where that would store more than \
          a thousandth of the available energy; the worst verdict counts. E_ref is what the scene \
          sets free on its true motion. Symplectic Euler at a quarter of its stability limit tells \
-         it, at most at k/m = 1e7, in H03 1e6, in H07 with a mass ratio of 10. A run is stable if \
+         it, at most at k/m = 1e7, in H03 1e6, in H07 and H22 with a mass ratio of 10. A run is stable if \
          its energy H never exceeds its start by more than 0.02 E_ref, marginal up to 0.5, \
          unstable above. It has diverged if a position is not finite, or farther away than a \
          thousand scene sizes and twice what fall and throw can cover. Undamped and without \

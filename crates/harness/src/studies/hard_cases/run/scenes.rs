@@ -28,7 +28,7 @@ const PERTURBATION_ENERGY: f64 = 1e-3;
 
 /// One hard case, or one variant of it.
 pub(super) struct Case {
-    /// `H01` to `H20`.
+    /// `H01` to `H24`.
     pub(super) id: &'static str,
     /// What it is, in two or three words.
     pub(super) title: &'static str,
@@ -338,6 +338,45 @@ fn one_particle() -> Result<SystemSpec, HarnessError> {
     Sheet { side: 1, ..free(1e4) }.spec()
 }
 
+/// Side of the sheets with one heavy particle, and that particle: an inner one.
+const HEAVY_SIDE: u32 = 10;
+const HEAVY: usize = 55;
+
+/// H21: one particle is much heavier than the others, on springs of 100 N/m.
+fn one_falls() -> Result<SystemSpec, HarnessError> {
+    let mut spec = Sheet { side: HEAVY_SIDE, ..hanging(1e5) }.spec()?;
+    spec.particles.mass_kg[HEAVY] *= 1e6;
+    Ok(spec)
+}
+
+/// H21: without gravity, so that all energy is that of the light particles: the sheet starts in its
+/// plane at nine tenths of its size.
+fn one_stays() -> Result<SystemSpec, HarnessError> {
+    let mut spec = Sheet { side: HEAVY_SIDE, gravity: [0.0; 3], ..hanging(1e5) }.spec()?;
+    spec.particles.mass_kg[HEAVY] *= 1e9;
+    for [x, y, _] in &mut spec.particles.position_m {
+        (*x, *y) = (0.9 * *x, 0.9 * *y);
+    }
+    Ok(spec)
+}
+
+/// H23: the upper half of springs of 0.1 N/m, the lower of so many times their stiffness.
+fn board_on_veil(factor: f64) -> Result<SystemSpec, HarnessError> {
+    let mut spec = hanging(1e2).spec()?;
+    let is_low = |n: u32| n / SIDE >= SIDE / 2;
+    for spring in spec.springs.iter_mut().filter(|spring| is_low(spring.i) && is_low(spring.j)) {
+        spring.stiffness_n_per_m *= factor;
+    }
+    Ok(spec)
+}
+
+/// H24: the same with a heavy particle in the middle of the board.
+fn heavy_board(stiffness: f64) -> Result<SystemSpec, HarnessError> {
+    let mut spec = board_on_veil(stiffness)?;
+    spec.particles.mass_kg[(SIDE * (3 * SIDE / 4) + SIDE / 2) as usize] *= 1e9;
+    Ok(spec)
+}
+
 /// All cases, in the order of their ids.
 pub(super) fn all() -> Vec<Case> {
     let case = |id, title, scene, setup| Case { id, title, scene, is_quick: false, setup };
@@ -539,6 +578,41 @@ pub(super) fn all() -> Vec<Case> {
             "A hanging sheet at k/m = 1e6; every method that has a forcing term at 0.1.",
             Setup::new(|| hanging(1e6).spec(), 0.01).tweak(Tweak::ForcingTerm(0.1)),
         )),
+        quick(case(
+            "H21",
+            "one mass × 1e6",
+            "A hanging sheet of 10 × 10 particles at k/m = 1e5, an inner one of which has 10⁶ times \
+             the mass of the others: nearly all energy is that of its fall.",
+            Setup::new(one_falls, 0.01),
+        )),
+        case(
+            "H21",
+            "one mass × 1e9",
+            "A sheet of 10 × 10 particles at k/m = 1e5 without gravity, an inner one of which has \
+             10⁹ times the mass of the others, starts in its plane at nine tenths of its size.",
+            Setup::new(one_stays, 0.01),
+        ),
+        case(
+            "H22",
+            "masses 1 : 1e9",
+            "A hanging sheet on springs of 10 N/m, particles of 1 g and of 1 ng like the squares \
+             of a chessboard.",
+            Setup::new(|| two_masses(1e-9), 0.01).tame(|| two_masses(0.1)),
+        ),
+        case(
+            "H23",
+            "stiffness 1 : 1e9",
+            "A hanging sheet whose upper half has k/m = 1e2 and whose lower half has 1e11: a board \
+             on a veil.",
+            Setup::new(|| board_on_veil(1e9), 0.01).tame(|| board_on_veil(1e5)),
+        ),
+        case(
+            "H24",
+            "both 1 : 1e9",
+            "The board on a veil, a particle in the middle of which has 10⁹ times the mass of the \
+             others.",
+            Setup::new(|| heavy_board(1e9), 0.01).tame(|| heavy_board(1e5)),
+        ),
     ]
 }
 
@@ -630,11 +704,11 @@ mod tests {
     }
 
     #[test]
-    fn names_are_all_different_and_cover_h01_to_h20() {
+    fn names_are_all_different_and_cover_h01_to_h24() {
         let cases = all();
         let names: std::collections::BTreeSet<_> = cases.iter().map(Case::name).collect();
         assert_eq!(names.len(), cases.len());
-        for n in 1..=20 {
+        for n in 1..=24 {
             assert!(cases.iter().any(|case| case.id == format!("H{n:02}")), "H{n:02}");
         }
     }

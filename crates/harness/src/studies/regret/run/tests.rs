@@ -1,0 +1,40 @@
+//! The scenes, and one case from end to end.
+
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+use super::*;
+
+#[test]
+fn every_scene_builds_has_its_size_and_moves() {
+    let questions = questions();
+    assert_eq!(questions.len(), 20);
+    for question in &questions {
+        let scene = question.scene;
+        let spec = scene.spec().unwrap();
+        let (system, state) = spec.build().unwrap();
+        assert!(spec.pins.len() < spec.particles.mass_kg.len(), "{}", scene.name);
+        let mut force = vec![drape_model::Vec3::zeros(); system.len()];
+        system.forces(state.level(), &mut force);
+        assert!(force.iter().any(|force| force.norm() > 1e-6), "{}", scene.name);
+    }
+    // A scene is for judging alone: no bundled one, and no start of another study, is the same.
+    let ours: Vec<_> =
+        questions.iter().map(|question| system_hash(&question.scene.spec().unwrap())).collect();
+    for name in drape_model::bundled::names() {
+        let input = drape_model::load(name).unwrap();
+        assert!(!ours.contains(&system_hash(input.spec())), "{name}");
+    }
+}
+
+/// The advice of the quick case is what the exhaustive search finds, and the facts are the same
+/// bits again.
+#[test]
+fn a_case_is_a_fact() {
+    let question = questions().into_iter().find(|question| question.is_quick).unwrap();
+    let case = question.case().unwrap();
+    assert!(case.is_trusted && case.best.is_some(), "{case:?}");
+    let regret = case.regret.unwrap();
+    assert!((1.0..1.5).contains(&regret), "{case:?}");
+    assert!(case.effort < 0.7, "the race is shorter than the search: {case:?}");
+    assert_eq!(case.is_met(), Some(true), "{case:?}");
+}

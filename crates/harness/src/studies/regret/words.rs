@@ -1,0 +1,167 @@
+//! The words of the study `regret`.
+
+use super::facts::{Case, Facts, MEDIAN, MET, WORST, median};
+use drape_report::Words;
+use drape_report::number::{percent, significant};
+
+/// The question that the study answers.
+pub(super) const QUESTION: &str = "Is the advice of `drape compare` as good as an exhaustive search, \
+     on scenes on which nobody tuned it?";
+/// Studies that a reader should know before this one.
+pub(super) const BUILDS_ON: &[&str] = &["work-precision", "animation"];
+
+/// What the facts say.
+pub(super) fn words(facts: &Facts) -> Words {
+    let conclusion: Vec<_> = [met(facts), cost(facts)].into_iter().flatten().collect();
+    let conclusion = match &conclusion[..] {
+        [] => "No case has an advice.".to_owned(),
+        sentences => sentences.join(" "),
+    };
+    let observations = [effort(facts), worst(facts), same(facts), none(facts)];
+    let caveats = [
+        untrusted(facts),
+        Some(
+            "Time is modelled from counted work, so that the facts are the same everywhere; the \
+             table by the clock says what one machine saw."
+                .to_owned(),
+        ),
+        Some(
+            "The scenes have at most 144 particles and last half a second, so that every form can \
+             be searched."
+                .to_owned(),
+        ),
+    ];
+    Words {
+        conclusion,
+        observations: observations.into_iter().flatten().collect(),
+        caveats: caveats.into_iter().flatten().collect(),
+    }
+}
+
+/// How often the target is met when it is measured again.
+fn met(facts: &Facts) -> Option<String> {
+    let judged: Vec<bool> = facts.cases.iter().filter_map(Case::is_met).collect();
+    let kept = judged.iter().filter(|met| **met).count();
+    let share = kept as f64 / judged.len().max(1) as f64;
+    let verdict = if share >= MET { "as it should" } else { "and should more often" };
+    (!judged.is_empty()).then(|| {
+        format!(
+            "The advised run meets its target, measured again with other noise, in {kept} of {} \
+             cases, {verdict} (at least {}).",
+            judged.len(),
+            percent(MET, 2)
+        )
+    })
+}
+
+fn regrets(facts: &Facts) -> impl Iterator<Item = f64> {
+    facts.cases.iter().filter_map(|case| case.regret)
+}
+
+/// What the advice costs.
+fn cost(facts: &Facts) -> Option<String> {
+    let (middle, worst) = (median(regrets(facts))?, regrets(facts).reduce(f64::max)?);
+    let is_kept = middle <= MEDIAN && worst <= WORST;
+    let verdict = if is_kept { "within" } else { "beyond" };
+    Some(format!(
+        "It costs {} times the best form in the median and {} times at most: {verdict} the aim of \
+         {MEDIAN} and {WORST}.",
+        significant(middle, 3),
+        significant(worst, 3)
+    ))
+}
+
+fn effort(facts: &Facts) -> Option<String> {
+    let middle = median(facts.cases.iter().map(|case| case.effort))?;
+    Some(format!(
+        "The comparison needs {} of the modelled time of the exhaustive search, in the median.",
+        percent(middle, 2)
+    ))
+}
+
+/// The case with the greatest regret.
+fn worst(facts: &Facts) -> Option<String> {
+    let regret = |case: &&Case| case.regret.unwrap_or(0.0);
+    let case = facts.cases.iter().max_by(|a, b| regret(a).total_cmp(&regret(b)))?;
+    let (advice, best) = case.advice.as_ref().zip(case.best.as_ref())?;
+    (regret(&case) > 1.0).then(|| {
+        format!(
+            "The greatest regret is that of `{}` at {} mm: it advises {} with {} steps a frame; \
+             best is {} with {}.",
+            case.scene,
+            significant(1e3 * case.target_m, 2),
+            advice.label,
+            advice.substeps,
+            best.label,
+            best.substeps
+        )
+    })
+}
+
+fn same(facts: &Facts) -> Option<String> {
+    let found = facts.cases.iter().filter(|case| case.regret.is_some_and(|regret| regret <= 1.0));
+    let all = regrets(facts).count();
+    (all > 0).then(|| format!("In {} of {all} cases it finds the best run itself.", found.count()))
+}
+
+fn none(facts: &Facts) -> Option<String> {
+    let none = facts.cases.iter().filter(|case| case.best.is_none()).count();
+    (none > 0).then(|| format!("In {none} cases no form meets the target at all."))
+}
+
+fn untrusted(facts: &Facts) -> Option<String> {
+    let count = facts.cases.iter().filter(|case| !case.is_trusted).count();
+    (count > 0).then(|| format!("The true motion is not trusted in {count} cases."))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::facts::Pick;
+    use super::*;
+
+    fn case(regret: f64, again_m: Option<f64>) -> Case {
+        let pick = |label: &str, frame_s| Pick {
+            label: label.to_owned(),
+            method: label.to_owned(),
+            substeps: 4,
+            error_m: 0.008,
+            frame_s,
+        };
+        Case {
+            scene: "strip".to_owned(),
+            description: String::new(),
+            particles: 105,
+            target_m: 0.01,
+            good_m: 0.01,
+            is_trusted: true,
+            best: Some(pick("best", 1.0)),
+            advice: Some(pick("advised", regret)),
+            regret: Some(regret),
+            effort: 0.2,
+            again_m,
+            again_good_m: 0.01,
+            portable: false,
+        }
+    }
+
+    #[test]
+    fn the_conclusion_judges_targets_and_regret() {
+        let good = Facts { cases: vec![case(1.0, Some(0.009)), case(1.2, Some(0.01))] };
+        let said = words(&good).conclusion;
+        assert!(said.contains("in 2 of 2 cases, as it should"), "{said}");
+        assert!(said.contains("1.10 times the best form in the median and 1.20"), "{said}");
+        assert!(said.contains("within the aim"), "{said}");
+        let bad = Facts { cases: vec![case(1.0, None), case(1.6, Some(0.02))] };
+        let said = words(&bad).conclusion;
+        assert!(said.contains("in 0 of 2 cases, and should more often"), "{said}");
+        assert!(said.contains("beyond the aim"), "{said}");
+        assert_eq!(words(&Facts { cases: vec![] }).conclusion, "No case has an advice.");
+    }
+
+    #[test]
+    fn the_median_is_between_the_middle_two() {
+        assert_eq!(median([3.0, 1.0].into_iter()), Some(2.0));
+        assert_eq!(median([3.0, 1.0, 10.0].into_iter()), Some(3.0));
+        assert_eq!(median(std::iter::empty()), None);
+    }
+}
