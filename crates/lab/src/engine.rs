@@ -1,13 +1,15 @@
 //! A pane: one run on a thread of its own. It knows no transport: a session tells it how far it may
 //! go and reads what it shows.
 
+use crate::files::Files;
 use crate::limits;
+use crate::page::decides;
 use crate::setup::{Setup, SetupError, Stage};
 use drape_harness::judgement::{self, Expected, Extremes, Start, energy_gain};
 use drape_harness::record::{Judged, Judgement};
 use drape_harness::{HarnessError, LOCKED, Moment, Moving, OrderedSimulation, Outcome, Rule};
 use drape_integrator::EnergyLedger;
-use drape_model::{SpringEffect, State, SystemSpec, TimeSpan};
+use drape_model::{SpringEffect, State, SystemSpec, TimeSpan, Vec3};
 use drape_render::Subject;
 use serde::Serialize;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -28,7 +30,7 @@ pub struct Runs(Arc<AtomicUsize>);
 
 /// One of the counted runs.
 #[derive(Debug)]
-struct Ticket(Arc<AtomicUsize>);
+pub(crate) struct Ticket(Arc<AtomicUsize>);
 
 impl Runs {
     /// Number of threads that have not ended.
@@ -36,7 +38,7 @@ impl Runs {
         self.0.load(Ordering::SeqCst)
     }
 
-    fn enter(&self) -> Option<Ticket> {
+    pub(crate) fn enter(&self) -> Option<Ticket> {
         let next = |count| (count < limits::RUNS).then_some(count + 1);
         let entered = self.0.fetch_update(Ordering::SeqCst, Ordering::SeqCst, next);
         entered.is_ok().then(|| Ticket(self.0.clone()))
@@ -84,6 +86,8 @@ pub struct Opinion {
     pub reason: String,
     /// Why it is so, in a sentence.
     pub why: String,
+    /// The line of the source that decides, as an address below that of the page.
+    pub decides: String,
 }
 
 /// What a step did to the energy, summed over all steps, J.
@@ -110,7 +114,8 @@ impl Causes {
     }
 }
 
-/// The numbers of a run at the end of a step.
+/// The numbers of a run at the end of a step. Where a person moved the cloth by hand, steps and
+/// time count from the first start, all other sums from the last touch.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Numbers {
     /// Completed steps.
@@ -123,6 +128,10 @@ pub struct Numbers {
     pub causes: Option<Causes>,
     /// Greatest length of a tension spring over its rest length, less 1.
     pub stretch: f64,
+    /// Linear momentum `Σ m v`, kg m/s.
+    pub momentum: [f64; 3],
+    /// Angular momentum `Σ m x × v` about the origin, kg m²/s.
+    pub angular_momentum: [f64; 3],
     /// CG iterations of the last step.
     pub cg_iterations: u32,
     /// CG iterations of all steps.
@@ -144,7 +153,9 @@ pub struct Snapshot {
     pub shown: Vec<[f32; 3]>,
     /// Its numbers.
     pub numbers: Numbers,
-    /// The state, in the order of the scene.
+    /// Steps since the present start.
+    pub step: u64,
+    /// The state, in the order of the scene. Its time counts from the present start.
     pub state: Option<State>,
     /// The verdict so far.
     pub opinion: Option<Opinion>,
@@ -210,6 +221,8 @@ impl Shared {
 #[derive(Debug)]
 pub struct Pane {
     shared: Arc<Shared>,
+    /// Simulated time before its start, s.
+    past: f64,
 }
 
 impl Drop for Pane {
@@ -220,15 +233,34 @@ impl Drop for Pane {
 }
 
 impl Pane {
-    /// Starts the run of a set-up. It takes no step before [`go_until`](Self::go_until). `None` if
-    /// there are too many runs.
+    /// Starts the run of a set-up of a bundled scene. It takes no step before
+    /// [`go_until`](Self::go_until). `None` if there are too many runs.
     pub fn start(setup: Setup, runs: &Runs) -> Option<Self> {
+        Self::start_with(setup, Arc::default(), runs)
+    }
+
+    /// As [`start`](Self::start), with the files that the page was given.
+    pub fn start_with(setup: Setup, files: Arc<Files>, runs: &Runs) -> Option<Self> {
+        Self::begin(move || setup.stage_with(&files), 0.0, runs)
+    }
+
+    /// Starts the run of a checked stage, which may have a [past](Stage::past).
+    pub fn resume(stage: Stage, runs: &Runs) -> Option<Self> {
+        let past = stage.past.time;
+        Self::begin(move || Ok(stage), past, runs)
+    }
+
+    fn begin(
+        stage: impl FnOnce() -> Result<Stage, SetupError> + Send + 'static,
+        past: f64,
+        runs: &Runs,
+    ) -> Option<Self> {
         let ticket = runs.enter()?;
         let shared = Arc::new(Shared::default());
         let worker = shared.clone();
         let run = move || {
             // A bug in one method must not end the others.
-            let done = catch_unwind(AssertUnwindSafe(|| Worker::run(&setup, &worker)));
+            let done = catch_unwind(AssertUnwindSafe(|| Worker::run(stage()?, &worker)));
             let refused = match done {
                 Ok(Ok(())) => None,
                 Ok(Err(error)) => Some(error.to_string()),
@@ -240,12 +272,12 @@ impl Pane {
             drop(ticket);
         };
         std::thread::Builder::new().name("pane".to_owned()).spawn(run).ok()?;
-        Some(Self { shared })
+        Some(Self { shared, past })
     }
 
     /// Lets the run take all steps that end until this simulated time, s.
     pub fn go_until(&self, time: f64) {
-        lock(&self.shared.control).until = time;
+        lock(&self.shared.control).until = time - self.past;
         self.shared.changed.notify_all();
     }
 
@@ -263,7 +295,8 @@ impl Pane {
     pub fn next(&self) -> Option<f64> {
         let (_, phase, snapshot) = self.look();
         let time = self.scenery()?.stage.time;
-        (phase == Phase::Ready).then(|| next(snapshot.numbers.time, time))
+        let since = snapshot.state.as_ref()?.t;
+        (phase == Phase::Ready).then(|| self.past + next(since, time))
     }
 }
 
@@ -295,8 +328,7 @@ struct Worker<'a> {
 }
 
 impl<'a> Worker<'a> {
-    fn run(setup: &Setup, shared: &'a Shared) -> Result<(), SetupError> {
-        let stage = setup.stage()?;
+    fn run(stage: Stage, shared: &'a Shared) -> Result<(), SetupError> {
         let mut simulation = OrderedSimulation::new(&stage.spec, &stage.choice)?;
         let subject = Subject::new(&stage.spec, simulation.obstacles());
         let Scenery { stage, subject } = shared.scenery.get_or_init(|| Scenery { stage, subject });
@@ -418,13 +450,17 @@ impl<'a> Worker<'a> {
         }
         self.last = (Instant::now(), step, wall);
         let shown = moving.display_positions();
+        let past = &self.stage.past;
+        let (momentum, angular_momentum) = momenta(&self.stage.spec, &state);
         let paths = self.subject.solids.iter().filter_map(|solid| solid.path.as_ref());
         let numbers = Numbers {
-            step,
-            time: moving.time(),
+            step: past.steps + step,
+            time: past.time + moving.time(),
             energy,
             causes: self.causes.clone(),
             stretch: stretch(&self.stage.spec, &state),
+            momentum,
+            angular_momentum,
             cg_iterations,
             all_cg_iterations: self.all_cg_iterations,
             micros: self.micros,
@@ -435,7 +471,7 @@ impl<'a> Worker<'a> {
         let opinion = Some(self.opinion());
         let near = |c: f64| if c.is_finite() { c.clamp(-FAR, FAR) as f32 } else { 0.0 };
         let shown = shown.iter().map(|x| [near(x.x), near(x.y), near(x.z)]).collect();
-        Snapshot { shown, numbers, state: Some(state), opinion }
+        Snapshot { shown, numbers, step, state: Some(state), opinion }
     }
 
     /// The verdict before the end: what was measured of the energy, and what theory expects of the
@@ -461,13 +497,13 @@ impl<'a> Worker<'a> {
             }
             (None, None) => (Judged::Stable, "no gain of energy so far".to_owned()),
         };
-        let why = self.why(kind);
-        Opinion { kind, is_final: false, reason, why }
+        let (why, decides) = (self.why(kind), decides(kind));
+        Opinion { kind, is_final: false, reason, why, decides }
     }
 
     fn final_opinion(&self, judgement: Judgement) -> Opinion {
         let Judgement { kind, reason, .. } = judgement;
-        Opinion { kind, is_final: true, reason, why: self.why(kind) }
+        Opinion { kind, is_final: true, reason, why: self.why(kind), decides: decides(kind) }
     }
 
     /// Why a verdict is so, in a sentence.
@@ -520,4 +556,14 @@ fn stretch(spec: &SystemSpec, state: &State) -> f64 {
         .filter(|s| s.rest_length_m > 0.0)
         .map(|s| of(s.i, s.j) / s.rest_length_m - 1.0)
         .fold(f64::NEG_INFINITY, f64::max)
+}
+
+/// Linear momentum, kg m/s, and angular momentum about the origin, kg m²/s.
+fn momenta(spec: &SystemSpec, state: &State) -> ([f64; 3], [f64; 3]) {
+    let (mut linear, mut angular) = (Vec3::zeros(), Vec3::zeros());
+    for ((&m, x), v) in spec.particles.mass_kg.iter().zip(&state.x).zip(&state.v) {
+        linear += v * m;
+        angular += x.cross(&(v * m));
+    }
+    (linear.into(), angular.into())
 }

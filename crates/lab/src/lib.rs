@@ -15,7 +15,9 @@
 //! | file | what it holds |
 //! |---|---|
 //! | [`setup`] | a scene with the knobs turned, a method, and the command that repeats them |
+//! | [`files`] | scenes and meshes that were dropped on the page |
 //! | [`engine`] | a run on a thread of its own; it knows no transport |
+//! | [`ghost`] | a reference solution to lay over panes |
 //! | [`session`] | the panes of a page and their clock; it knows no transport |
 //! | [`lessons`] | what the page shows of a lesson, and how answers are marked |
 //! | [`messages`] | what page and server say to each other |
@@ -27,10 +29,17 @@
 //! the command that repeats it end in the same state, bit for bit; `crates/drape/tests/lab.rs`
 //! checks this.
 //!
+//! **A cloth that is moved by hand.** A pin cannot begin or end within a run. So each touch freezes
+//! the pane and starts a new run from there: with a pin on a short path while a particle is led,
+//! without it once the particle is let go. Each of these runs is what `drape run` makes of the
+//! frozen system, bit for bit. A method of several steps begins anew with each of them.
+//!
 //! **What it cannot do.** A step that has begun cannot be stopped: a run that was closed ends after
 //! its present step.
 
 pub mod engine;
+pub mod files;
+pub mod ghost;
 pub mod lessons;
 pub mod limits;
 pub mod messages;
@@ -40,6 +49,7 @@ pub mod session;
 pub mod setup;
 
 pub use engine::{Pane, Phase, Runs};
+pub use files::Files;
 pub use server::Server;
 pub use session::{Out, Session};
-pub use setup::{Repeat, Setup, Stage};
+pub use setup::{Repeat, Setup, Source, Stage};

@@ -2,10 +2,12 @@
 //! positions.
 
 use crate::engine::{Numbers, Opinion, Phase, Scenery};
+use crate::files::{Dropped, PREFIX};
 use crate::lessons::{Listed, Told};
 use crate::limits;
-use crate::setup::{Repeat, Setup, damping_of, side_of, stiffness_of};
+use crate::setup::{Repeat, Setup, Source, damping_of, gravity_of, side_of, stiffness_of, wind_of};
 use drape_harness::{bundled, methods, presets};
+use drape_integrator::Kind;
 use serde::{Deserialize, Serialize};
 
 /// What the page asks for.
@@ -53,6 +55,20 @@ pub enum Request {
         lesson: String,
         /// The answer, in the unit of the question.
         value: f64,
+    },
+    /// Lead a particle of all panes by hand.
+    Lead {
+        /// Its index.
+        particle: u32,
+        /// Its way since it was gripped, m.
+        by: [f64; 3],
+    },
+    /// Let go of it.
+    LetGo {},
+    /// Whether a reference solution is laid over the panes.
+    Ghost {
+        /// Whether it is.
+        on: bool,
     },
 }
 
@@ -108,6 +124,10 @@ pub enum Reply<'a> {
         verdict: Option<&'a Opinion>,
         /// How far it is behind the clock of the session, s.
         behind: f64,
+        /// Root of the mean square distance to the reference solution, m.
+        distance: Option<f64>,
+        /// Why there is no reference solution, if one was asked for.
+        ghost: Option<String>,
     },
     /// The clock of the session.
     Clock {
@@ -125,7 +145,14 @@ pub enum Reply<'a> {
         /// Number of the pane.
         pane: usize,
         /// How.
-        repeat: Repeat,
+        repeat: Box<Repeat>,
+    },
+    /// A file was taken.
+    Dropped {
+        /// Its scene; the name begins with `file:`.
+        scene: SceneChoice,
+        /// What was mended or assumed, in sentences.
+        notes: &'a [String],
     },
     /// All lessons.
     Lessons {
@@ -162,16 +189,18 @@ pub struct Solid {
     is_moving: bool,
 }
 
-/// A bundled scene with the values of its knobs.
+/// A scene with the values of its knobs.
 #[derive(Debug, Serialize)]
 pub struct SceneChoice {
-    name: &'static str,
+    name: String,
     description: String,
     step: f64,
     duration: f64,
     stiffness: Option<f64>,
     damping: Option<f64>,
     particles: Option<u32>,
+    gravity: f64,
+    wind: [f64; 3],
 }
 
 /// A method with its settings.
@@ -180,8 +209,15 @@ pub struct MethodChoice {
     id: &'static str,
     name: &'static str,
     theory: &'static str,
-    presets: Vec<&'static str>,
+    presets: Vec<PresetChoice>,
     settings: Vec<SettingChoice>,
+}
+
+/// Settings of a method under a name.
+#[derive(Debug, Serialize)]
+pub struct PresetChoice {
+    name: &'static str,
+    settings: &'static [(&'static str, &'static str)],
 }
 
 /// A setting of a method.
@@ -191,6 +227,39 @@ pub struct SettingChoice {
     default: &'static str,
     allowed: String,
     help: &'static str,
+    values: Values,
+}
+
+/// The values that a setting takes.
+#[derive(Debug, Serialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum Values {
+    /// Numbers from the first to the second; also 0 if `is_optional`.
+    Number {
+        /// The range.
+        range: (f64, f64),
+        /// Whether 0 stands for off.
+        is_optional: bool,
+        /// Whether they are whole.
+        is_whole: bool,
+    },
+    /// Words.
+    Word {
+        /// All of them.
+        words: &'static [&'static str],
+    },
+}
+
+impl Values {
+    fn of(kind: Kind) -> Self {
+        let number = |range, is_optional, is_whole| Self::Number { range, is_optional, is_whole };
+        match kind {
+            Kind::Number { min, max } => number((min, max), false, false),
+            Kind::OptionalNumber { min, max } => number((min, max), true, false),
+            Kind::Integer { min, max } => number((min as f64, max as f64), false, true),
+            Kind::Choice(words) => Self::Word { words },
+        }
+    }
 }
 
 /// Ranges of the knobs.
@@ -203,27 +272,49 @@ pub struct Limits {
     step: (f64, f64),
     duration: (f64, f64),
     rate: (f64, f64),
+    gravity: (f64, f64),
+    wind: (f64, f64),
+    mesh_bytes: usize,
+    file_bytes: usize,
+}
+
+impl SceneChoice {
+    fn of(name: &str, source: &Source) -> Self {
+        let scene = source.scene();
+        let time = source.time();
+        Self {
+            name: name.to_owned(),
+            step: time.step_s,
+            duration: time.duration_s,
+            stiffness: scene.and_then(stiffness_of),
+            damping: scene.and_then(damping_of),
+            particles: scene.and_then(side_of),
+            gravity: gravity_of(source),
+            wind: wind_of(source),
+            description: scene.map_or_else(String::new, |scene| scene.description.clone()),
+        }
+    }
+}
+
+/// A file that was taken.
+pub fn dropped<'a>(name: &str, dropped: &'a Dropped) -> Reply<'a> {
+    let scene = SceneChoice::of(&format!("{PREFIX}{name}"), &dropped.source);
+    Reply::Dropped { scene, notes: &dropped.notes }
 }
 
 /// The first message.
 pub fn hello() -> Reply<'static> {
     let scene = |name: &'static str| {
         let scene = bundled(name).ok()?;
-        Some(SceneChoice {
-            name,
-            step: scene.time.step_s,
-            duration: scene.time.duration_s,
-            stiffness: stiffness_of(&scene),
-            damping: damping_of(&scene),
-            particles: side_of(&scene),
-            description: scene.description,
-        })
+        Some(SceneChoice::of(name, &Source::Scene(Box::new(scene))))
     };
     let method = |method: &'static drape_integrator::Method| MethodChoice {
         id: method.id,
         name: method.name,
         theory: method.theory,
-        presets: presets(method).map(|preset| preset.name).collect(),
+        presets: presets(method)
+            .map(|preset| PresetChoice { name: preset.name, settings: preset.settings })
+            .collect(),
         settings: method
             .settings
             .iter()
@@ -232,6 +323,7 @@ pub fn hello() -> Reply<'static> {
                 default: setting.default,
                 allowed: setting.kind.to_string(),
                 help: setting.help,
+                values: Values::of(setting.kind),
             })
             .collect(),
     };
@@ -247,6 +339,10 @@ pub fn hello() -> Reply<'static> {
             step: limits::STEP_S,
             duration: limits::DURATION_S,
             rate: limits::RATE,
+            gravity: limits::GRAVITY_M_S2,
+            wind: limits::WIND_M_S,
+            mesh_bytes: limits::MESH_BYTES,
+            file_bytes: limits::FILE_BYTES,
         },
     }
 }
@@ -279,11 +375,30 @@ pub fn scenery(pane: usize, run: u32, scenery: &Scenery) -> Reply<'static> {
     }
 }
 
+/// Whose positions a frame holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Of {
+    /// Those of the pane.
+    Pane,
+    /// Those of the reference solution at the same time.
+    Ghost,
+}
+
+/// A file from the page: the length of its name (u32, little-endian), the name, the content. `None`
+/// if the bytes are no such message.
+pub fn file(bytes: &[u8]) -> Option<(&str, &[u8])> {
+    let (length, rest) = bytes.split_first_chunk()?;
+    let length = usize::try_from(u32::from_le_bytes(*length)).ok()?;
+    let (name, content) = rest.split_at_checked(length)?;
+    Some((std::str::from_utf8(name).ok()?, content))
+}
+
 /// Positions of a pane, little-endian: the numbers of the pane, of the run and of particles (u32),
-/// a zero (u32), the time (f64, s), then x, y, z of each particle (f32, m).
-pub fn frame(pane: usize, run: u32, time: f64, shown: &[[f32; 3]]) -> Vec<u8> {
+/// 0 for the pane and 1 for its reference (u32), the time (f64, s), then x, y, z of each particle
+/// (f32, m).
+pub fn frame(of: Of, pane: usize, run: u32, time: f64, shown: &[[f32; 3]]) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(24 + 12 * shown.len());
-    for number in [pane as u32, run, shown.len() as u32, 0] {
+    for number in [pane as u32, run, shown.len() as u32, u32::from(of == Of::Ghost)] {
         bytes.extend(number.to_le_bytes());
     }
     bytes.extend(time.to_le_bytes());
@@ -300,13 +415,27 @@ mod tests {
 
     #[test]
     fn a_frame_holds_its_numbers_where_the_page_reads_them() {
-        let bytes = frame(2, 7, 0.25, &[[1.0, -2.0, 0.5], [0.0, 3.0, 4.0]]);
+        let places = [[1.0, -2.0, 0.5], [0.0, 3.0, 4.0]];
+        let bytes = frame(Of::Ghost, 2, 7, 0.25, &places);
         assert_eq!(bytes.len(), 24 + 24);
         let word = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
-        assert_eq!([word(0), word(4), word(8), word(12)], [2, 7, 2, 0]);
+        assert_eq!([word(0), word(4), word(8), word(12)], [2, 7, 2, 1]);
+        assert_eq!(frame(Of::Pane, 2, 7, 0.25, &places)[12], 0);
         assert_eq!(f64::from_le_bytes(bytes[16..24].try_into().unwrap()), 0.25);
         assert_eq!(f32::from_bits(word(28)), -2.0);
         assert_eq!(f32::from_bits(word(44)), 4.0);
+    }
+
+    #[test]
+    fn a_message_with_a_file_is_read_or_refused() {
+        let whole = b"\x05\0\0\0a.objv 0 0 0";
+        assert_eq!(file(whole), Some(("a.obj", &b"v 0 0 0"[..])));
+        assert_eq!(file(b"\0\0\0\0"), Some(("", &b""[..])));
+        for wrong in
+            [&b""[..], b"\x05\0\0", b"\x05\0\0\0a.ob", b"\xff\xff\xff\xffa", b"\x01\0\0\0\xff"]
+        {
+            assert_eq!(file(wrong), None, "{wrong:?}");
+        }
     }
 
     #[test]

@@ -10,7 +10,7 @@
 
 use crate::engine::Runs;
 use crate::limits;
-use crate::page::{ASSETS, Asset, POLICY};
+use crate::page::{ASSETS, Asset, POLICY, SOURCE, source};
 use crate::session::{Out, Session};
 use axum::Router;
 use axum::extract::ws::{Message, WebSocket, WebSocketUpgrade};
@@ -109,6 +109,7 @@ fn router(shared: Shared) -> Router {
         .route("/{token}/", give(""))
         .route("/{token}/lab.css", give("lab.css"))
         .route("/{token}/lab.js", give("lab.js"))
+        .route(&format!("/{{token}}/{SOURCE}"), get(judgement))
         .route("/{token}/socket", any(socket))
         .fallback(async || refuse(StatusCode::NOT_FOUND, OPEN))
         .layer(from_fn_with_state(shared.clone(), check_host))
@@ -180,6 +181,14 @@ async fn asset(
     }
 }
 
+/// The source that decides the verdicts.
+async fn judgement(Path(token): Path<String>, State(shared): State<Shared>) -> Response {
+    if !shared.knows(&token) {
+        return refuse(StatusCode::FORBIDDEN, OPEN);
+    }
+    ([(header::CONTENT_TYPE, "text/html; charset=utf-8")], source()).into_response()
+}
+
 async fn socket(
     Path(token): Path<String>,
     State(shared): State<Shared>,
@@ -198,8 +207,8 @@ async fn socket(
         return refuse(StatusCode::SERVICE_UNAVAILABLE, sentence);
     };
     upgrade
-        .max_message_size(limits::MESSAGE_BYTES)
-        .max_frame_size(limits::MESSAGE_BYTES)
+        .max_message_size(limits::FILE_MESSAGE_BYTES)
+        .max_frame_size(limits::FILE_MESSAGE_BYTES)
         .on_upgrade(async move |socket| {
             converse(socket, Session::new(shared.runs)).await;
             drop(permit);
@@ -218,8 +227,13 @@ async fn converse(mut socket: WebSocket, mut session: Session) {
     loop {
         let told = tokio::select! {
             message = socket.recv() => match message {
+                // Only files may be long.
+                Some(Ok(Message::Text(text))) if text.len() > limits::MESSAGE_BYTES => return,
                 Some(Ok(Message::Text(text))) => session.receive(&text),
-                Some(Ok(Message::Binary(_))) => vec![session.refuse_binary()],
+                Some(Ok(Message::Binary(bytes))) => {
+                    // A large mesh takes a while to read; other sessions go on meanwhile.
+                    vec![tokio::task::block_in_place(|| session.receive_file(&bytes))]
+                }
                 Some(Ok(Message::Ping(_) | Message::Pong(_))) => Vec::new(),
                 Some(Ok(Message::Close(_)) | Err(_)) | None => return,
             },

@@ -1,17 +1,23 @@
 //! What one page sees: its panes, and the clock that they share.
 
 use crate::engine::{Pane, Phase, Runs};
+use crate::files::Files;
+use crate::ghost::{Ghost, distance};
 use crate::lessons;
 use crate::limits;
-use crate::messages::{Reply, Request, frame, hello, scenery};
+use crate::messages::{Of, Reply, Request, dropped, file, frame, hello, scenery};
 use crate::setup::Setup;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
 /// Time that passes in one tick at most, s: a page that was asleep does not jump.
 const LONGEST_TICK: f64 = 0.1;
 /// Share of a step by which a pane may be late and still counts as being in time.
 const LATE: f64 = 1e-6;
+/// Steps that a led particle takes at least to where the hand is.
+const LEAD_STEPS: f64 = 2.0;
+/// Time in which it gets there, s of the person's time.
+const LEAD_S: f64 = 0.066;
 
 /// A message to the page.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,14 +36,35 @@ struct Shown {
     has_scenery: bool,
     /// Number of the last state that was sent, from 1.
     seen: u64,
+    /// Its reference among those of the session.
+    ghost: Option<usize>,
+    /// Whether the last state was sent with all that is known of the reference.
+    has_ghost: bool,
+    /// Where the led particle was when it was gripped, m.
+    grip: Option<[f64; 3]>,
+}
+
+/// A hand that leads a particle.
+#[derive(Clone, Copy, Debug)]
+struct Hand {
+    particle: u32,
+    /// Its way since the grip, m.
+    by: [f64; 3],
+    /// Whether the panes know it.
+    is_known: bool,
+    lets_go: bool,
 }
 
 /// The panes of a page and their clock.
 #[derive(Debug)]
 pub struct Session {
     runs: Runs,
+    files: Arc<Files>,
     setups: Vec<Setup>,
     panes: Vec<Shown>,
+    wants_ghosts: bool,
+    ghosts: Vec<Ghost>,
+    hand: Option<Hand>,
     /// Number of the last run.
     last: u32,
     clock: f64,
@@ -58,8 +85,12 @@ impl Session {
     pub fn new(runs: Runs) -> Self {
         Self {
             runs,
+            files: Arc::default(),
             setups: Vec::new(),
             panes: Vec::new(),
+            wants_ghosts: false,
+            ghosts: Vec::new(),
+            hand: None,
             last: 0,
             clock: 0.0,
             playing: false,
@@ -87,10 +118,18 @@ impl Session {
         }
     }
 
-    /// A message in a form that the protocol does not have.
-    pub fn refuse_binary(&self) -> Out {
-        let sentence = "the message is no request: expected text, found bytes".to_owned();
-        text(&Reply::Refused { sentence })
+    /// Takes a file: the length of its name (u32, little-endian), the name, the content.
+    pub fn receive_file(&mut self, bytes: &[u8]) -> Out {
+        let Some((name, content)) = file(bytes) else {
+            let sentence = "the message is no request: expected text, or bytes with the length of \
+                            a name, the name and the content of a file";
+            return text(&Reply::Refused { sentence: sentence.to_owned() });
+        };
+        // Panes that still read the files before keep those.
+        match Arc::make_mut(&mut self.files).add(name, content) {
+            Ok(taken) => text(&dropped(name, taken)),
+            Err(error) => text(&Reply::Refused { sentence: error.to_string() }),
+        }
     }
 
     fn act(&mut self, request: Request) -> Result<Vec<Out>, String> {
@@ -135,20 +174,121 @@ impl Session {
                 let scenery = shown.pane.scenery();
                 let scenery = scenery.ok_or_else(|| format!("pane {pane} has no scene yet"))?;
                 let (_, phase, snapshot) = shown.pane.look();
-                let step = if phase.is_over() { 0 } else { snapshot.numbers.step };
+                let step = if phase.is_over() { 0 } else { snapshot.step };
                 let repeat = scenery.stage.repeat(step).map_err(|error| error.to_string())?;
-                return Ok(vec![text(&Reply::Repeat { pane, repeat })]);
+                return Ok(vec![text(&Reply::Repeat { pane, repeat: Box::new(repeat) })]);
+            }
+            Request::Lead { particle, by } => self.lead(particle, by)?,
+            Request::LetGo {} => {
+                if let Some(hand) = &mut self.hand {
+                    (hand.lets_go, hand.is_known) = (true, false);
+                }
+            }
+            Request::Ghost { on } => {
+                self.wants_ghosts = on;
+                self.start_ghosts();
             }
         }
         Ok(Vec::new())
     }
 
+    /// Takes what the hand wants; the next tick does it.
+    fn lead(&mut self, particle: u32, by: [f64; 3]) -> Result<(), String> {
+        let most = limits::WAY_M;
+        if let Some(way) = by.iter().find(|way| way.is_nan() || way.abs() > most) {
+            return Err(format!("the way of the hand is {way} m; expected at most {most} m"));
+        }
+        if self.hand.is_some_and(|hand| hand.particle != particle) {
+            let known = self.hand.map_or(particle, |hand| hand.particle);
+            return Err(format!("particle {particle}; expected {known}, which is led"));
+        }
+        self.hand = Some(Hand { particle, by, is_known: false, lets_go: false });
+        self.playing = true;
+        Ok(())
+    }
+
+    /// Does what the hand wants, once every pane has moved since the last time.
+    fn follow_hand(&mut self) {
+        let Some(hand) = self.hand.filter(|hand| !hand.is_known) else { return };
+        let has_moved = |shown: &Shown| {
+            let (_, phase, snapshot) = shown.pane.look();
+            let is_fresh = shown.pane.scenery().is_some_and(|s| !s.stage.is_touched());
+            let may_go = is_fresh || hand.lets_go || snapshot.step > 0;
+            phase.is_over() || phase == Phase::Ready && may_go
+        };
+        if !self.panes.iter().all(has_moved) {
+            return;
+        }
+        for shown in &mut self.panes {
+            let (_, phase, snapshot) = shown.pane.look();
+            let (Some(known), Some(state)) = (shown.pane.scenery(), &snapshot.state) else {
+                continue;
+            };
+            if phase != Phase::Ready {
+                continue;
+            }
+            let (stage, steps) = (&known.stage, snapshot.step);
+            let next = if hand.lets_go {
+                shown.grip = None;
+                if !stage.is_led() {
+                    continue;
+                }
+                stage.let_go(state, steps)
+            } else {
+                let Some(place) = state.x.get(hand.particle as usize) else { continue };
+                let grip = *shown.grip.get_or_insert((*place).into());
+                let to = [0, 1, 2].map(|axis| grip[axis] + hand.by[axis]);
+                let leg = (LEAD_S * self.rate).max(LEAD_STEPS * stage.time.step_s);
+                stage.led(state, steps, hand.particle, to, leg)
+            };
+            // A pane that cannot follow, because its run is over, stays as it is.
+            if let Some(pane) = next.ok().and_then(|stage| Pane::resume(stage, &self.runs)) {
+                // The reference knows nothing of the hand.
+                (shown.pane, shown.seen, shown.ghost) = (pane, 0, None);
+            }
+        }
+        if self.panes.iter().all(|shown| shown.ghost.is_none()) {
+            self.ghosts.clear();
+        }
+        self.go();
+        self.hand = (!hand.lets_go).then_some(Hand { is_known: true, ..hand });
+    }
+
+    /// Starts a reference for each set-up without its method, or ends them all.
+    fn start_ghosts(&mut self) {
+        self.ghosts.clear();
+        let mut groups: Vec<Setup> = Vec::new();
+        for (shown, setup) in self.panes.iter_mut().zip(&self.setups) {
+            (shown.ghost, shown.has_ghost) = (None, false);
+            let is_touched = shown.pane.scenery().is_some_and(|s| s.stage.is_touched());
+            if !self.wants_ghosts || is_touched {
+                continue;
+            }
+            let scene = Setup { method: String::new(), ..setup.clone() };
+            let place = match groups.iter().position(|known| *known == scene) {
+                Some(place) => place,
+                None => {
+                    let Some(ghost) = Ghost::start(&scene, &self.files, &self.runs) else {
+                        continue;
+                    };
+                    self.ghosts.push(ghost);
+                    groups.push(scene);
+                    groups.len() - 1
+                }
+            };
+            shown.ghost = Some(place);
+        }
+        self.go();
+    }
+
     fn start(&mut self) -> Result<(), String> {
         self.panes.clear();
+        self.ghosts.clear();
+        self.hand = None;
         self.clock = 0.0;
         for setup in &self.setups {
             self.last = self.last.wrapping_add(1);
-            let Some(pane) = Pane::start(setup.clone(), &self.runs) else {
+            let Some(pane) = Pane::start_with(setup.clone(), self.files.clone(), &self.runs) else {
                 self.panes.clear();
                 return Err(
                     "too many runs at a time; close other pages of the lab, or wait until \
@@ -156,13 +296,23 @@ impl Session {
                         .to_owned(),
                 );
             };
-            self.panes.push(Shown { pane, run: self.last, has_scenery: false, seen: 0 });
+            self.panes.push(Shown {
+                pane,
+                run: self.last,
+                has_scenery: false,
+                seen: 0,
+                ghost: None,
+                has_ghost: false,
+                grip: None,
+            });
         }
+        self.start_ghosts();
         Ok(())
     }
 
     fn go(&self) {
         self.panes.iter().for_each(|shown| shown.pane.go_until(self.clock));
+        self.ghosts.iter().for_each(|ghost| ghost.go_until(self.clock));
     }
 
     /// Lets so much time pass, and tells what is new.
@@ -170,6 +320,7 @@ impl Session {
         if self.playing {
             self.advance(elapsed.as_secs_f64().min(LONGEST_TICK) * self.rate);
         }
+        self.follow_hand();
         let mut told = Vec::new();
         for (pane, shown) in self.panes.iter_mut().enumerate() {
             let (version, phase, snapshot) = shown.pane.look();
@@ -177,7 +328,7 @@ impl Session {
                 if let Phase::Refused(_) = phase
                     && version > shown.seen
                 {
-                    told.push(status(pane, shown.run, &phase, &snapshot, 0.0));
+                    told.push(status(pane, shown.run, &phase, &snapshot, (0.0, None, None)));
                     shown.seen = version;
                 }
                 continue;
@@ -186,14 +337,30 @@ impl Session {
                 told.push(text(&scenery(pane, shown.run, known)));
                 shown.has_scenery = true;
             }
-            if version > shown.seen {
+            let time = snapshot.numbers.time;
+            let reference = shown.ghost.and_then(|ghost| self.ghosts.get(ghost));
+            let refusal = reference.and_then(Ghost::refusal);
+            let places = reference.and_then(|ghost| ghost.at(time));
+            let is_told = places.is_some() || refusal.is_some();
+            if version > shown.seen || is_told && !shown.has_ghost {
                 shown.seen = version;
-                let time = snapshot.numbers.time;
+                shown.has_ghost = is_told;
                 if !snapshot.shown.is_empty() {
-                    told.push(Out::Binary(frame(pane, shown.run, time, &snapshot.shown)));
+                    told.push(Out::Binary(frame(Of::Pane, pane, shown.run, time, &snapshot.shown)));
                 }
+                let places = places.as_deref();
+                if let Some(places) = places {
+                    told.push(Out::Binary(frame(Of::Ghost, pane, shown.run, time, places)));
+                }
+                let apart = places.and_then(|places| distance(places, &snapshot.shown));
+                let is_touched = known.stage.is_touched();
+                let why = match refusal {
+                    _ if !self.wants_ghosts => None,
+                    None if is_touched => Some(TOUCHED.to_owned()),
+                    refusal => refusal,
+                };
                 let behind = if phase.is_over() { 0.0 } else { (self.clock - time).max(0.0) };
-                told.push(status(pane, shown.run, &phase, &snapshot, behind));
+                told.push(status(pane, shown.run, &phase, &snapshot, (behind, apart, why)));
             }
         }
         let is_over = |shown: &Shown| shown.pane.look().1.is_over();
@@ -221,8 +388,9 @@ impl Session {
             }
         };
         let is_preparing = |shown: &Shown| shown.pane.look().1 == Phase::Preparing;
-        let must_wait =
-            self.panes.iter().any(is_preparing) || self.wait && self.panes.iter().any(is_late);
+        let is_behind = |ghost: &Ghost| ghost.is_behind(self.clock);
+        let is_one_late = || self.panes.iter().any(is_late) || self.ghosts.iter().any(is_behind);
+        let must_wait = self.panes.iter().any(is_preparing) || self.wait && is_one_late();
         if !must_wait {
             self.clock += time;
             self.go();
@@ -235,13 +403,16 @@ impl Session {
     }
 }
 
+/// Why a pane that was moved by hand has no reference.
+const TOUCHED: &str = "the reference knows nothing of the hand: press Restart";
+
 fn status(
     pane: usize,
     run: u32,
     phase: &Phase,
     snapshot: &crate::engine::Snapshot,
-    behind: f64,
+    (behind, distance, ghost): (f64, Option<f64>, Option<String>),
 ) -> Out {
     let (numbers, verdict) = (&snapshot.numbers, snapshot.opinion.as_ref());
-    text(&Reply::Status { pane, run, phase, numbers, verdict, behind })
+    text(&Reply::Status { pane, run, phase, numbers, verdict, behind, distance, ghost })
 }

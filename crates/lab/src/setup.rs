@@ -1,19 +1,29 @@
 //! What a pane shows: a scene with the knobs turned, and a method. It also tells how to repeat it.
 
+use crate::files::{self, Dropped, Files};
 use crate::limits;
 use drape_harness::methods::{Choice, MethodError};
 use drape_harness::{
     HarnessError, bundled, with_damping_scaled, with_particles_a_side, with_stiffness,
 };
-use drape_model::{Cloth, Scene, SceneError, SystemSpec, TimeSpan, Violation};
+use drape_model::{
+    AirSpec, Cloth, DragSpec, GravitySpec, KeyframeSpec, PinSpec, Scene, SceneError, State,
+    SystemSpec, TimeSpan, Vec3, Violation, WindSpec,
+};
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+
+/// Step and duration of a frozen system, which states none.
+const SYSTEM_TIME: TimeSpan = TimeSpan { step_s: 0.01, duration_s: 2.0 };
+/// The drag of a cloth in the wind, where the scene has no air: a plate's.
+const DRAG: DragSpec = DragSpec::Quadratic { coefficient: 1.0, density_kg_m3: 1.2 };
 
 /// What a pane shows, as the page asks for it. A knob that is not given stands where the scene has
 /// it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Setup {
-    /// Name of a bundled scene.
+    /// Name of a bundled scene, or `file:` and the name of a file that the page was given.
     pub scene: String,
     /// Id of a method, with settings after a colon.
     pub method: String,
@@ -32,6 +42,21 @@ pub struct Setup {
     /// Particles along each side of a square grid.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub particles: Option<u32>,
+    /// Size of gravity, m/s². It keeps its direction; where there is none it acts along `−z`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gravity: Option<f64>,
+    /// Mean velocity of the air, m/s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub wind: Option<[f64; 3]>,
+}
+
+/// What a pane can show: a scene, or a frozen system, whose springs have no common `k/m`.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Source {
+    /// A scene.
+    Scene(Box<Scene>),
+    /// A frozen system.
+    System(Box<SystemSpec>),
 }
 
 /// Why a set-up was refused. The message is for the person at the page.
@@ -60,9 +85,59 @@ pub struct Stage {
     pub spec: SystemSpec,
     /// Step and duration.
     pub time: TimeSpan,
-    scene: Scene,
-    /// The bundled scene, if no knob that changes it was turned.
-    name: Option<String>,
+    /// What came before the start, where a person moved the cloth by hand.
+    pub past: Past,
+    source: Source,
+    name: Name,
+}
+
+/// What a run with moves by hand did before its present start.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Past {
+    /// Simulated time, s.
+    pub time: f64,
+    /// Completed steps.
+    pub steps: u64,
+    /// The particle that is led now.
+    led: Option<Led>,
+    /// The last way of the hand.
+    hand: Option<Hand>,
+}
+
+/// A particle that is led by hand.
+#[derive(Clone, Debug, PartialEq)]
+struct Led {
+    particle: u32,
+    /// Its pin before, if it had one. It rests where it was let go then.
+    was_pinned: bool,
+}
+
+/// The way of a hand, from its grip on.
+#[derive(Clone, Debug, PartialEq)]
+struct Hand {
+    /// The system when a particle was gripped; its pins without that of the hand.
+    start: Arc<SystemSpec>,
+    /// Time and number of steps at the grip.
+    time: f64,
+    particle: u32,
+    /// Its way from there.
+    path: Vec<KeyframeSpec>,
+    /// Time from the grip until the particle was let go; `None` while it is led.
+    let_go: Option<f64>,
+}
+
+/// How a set-up is named on the command line.
+#[derive(Clone, Debug, PartialEq)]
+enum Name {
+    /// A bundled scene as it stands.
+    Bundled(String),
+    /// A file, which the command reads.
+    File {
+        /// Its name.
+        file: String,
+        /// The mesh that it reads from beside it.
+        mesh: Option<String>,
+    },
 }
 
 /// How to repeat what a pane shows.
@@ -74,7 +149,26 @@ pub struct Repeat {
     pub arguments: Vec<String>,
     /// Name of the file that the command reads; `None` for a bundled scene.
     pub file: Option<String>,
+    /// Name of the mesh that must stand beside that file.
+    pub mesh: Option<String>,
     /// The scene as JSON.
+    pub scene: String,
+    /// What the command leaves out, in sentences; empty if it leaves out nothing.
+    pub note: String,
+    /// The last way of the hand, if the cloth was moved by hand.
+    pub way: Option<Way>,
+}
+
+/// The way of a hand as a scene of its own: a pin on a path.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Way {
+    /// The command that makes the move.
+    pub command: String,
+    /// Arguments of `drape`, the name of the command left out.
+    pub arguments: Vec<String>,
+    /// Name of the file that it reads.
+    pub file: String,
+    /// The frozen system with the path, as JSON.
     pub scene: String,
 }
 
@@ -114,30 +208,141 @@ pub(crate) fn side_of(scene: &Scene) -> Option<u32> {
     }
 }
 
+/// Size of gravity, m/s²; 0 without it.
+pub(crate) fn gravity_of(source: &Source) -> f64 {
+    let spec = match source {
+        Source::Scene(scene) => scene.effects.gravity,
+        Source::System(spec) => spec.effects.gravity,
+    };
+    spec.map_or(0.0, |gravity| Vec3::from(gravity.m_s2).norm())
+}
+
+/// Mean velocity of the air, m/s; 0 where it rests or is none.
+pub(crate) fn wind_of(source: &Source) -> [f64; 3] {
+    let air = match source {
+        Source::Scene(scene) => scene.effects.air,
+        Source::System(spec) => spec.effects.air,
+    };
+    air.and_then(|air| air.wind).map_or([0.0; 3], |wind| wind.velocity_m_s)
+}
+
+impl Source {
+    /// The system in which its particles move.
+    ///
+    /// # Errors
+    /// The first value that is refused.
+    pub fn spec(&self) -> Result<SystemSpec, Violation> {
+        match self {
+            Self::Scene(scene) => scene.discretise(),
+            Self::System(spec) => Ok((**spec).clone()),
+        }
+    }
+
+    /// Its usual step and duration.
+    pub(crate) fn time(&self) -> TimeSpan {
+        match self {
+            Self::Scene(scene) => scene.time,
+            Self::System(_) => SYSTEM_TIME,
+        }
+    }
+
+    pub(crate) fn scene(&self) -> Option<&Scene> {
+        match self {
+            Self::Scene(scene) => Some(scene),
+            Self::System(_) => None,
+        }
+    }
+
+    fn json(&self) -> Result<String, serde_json::Error> {
+        let text = match self {
+            Self::Scene(scene) => serde_json::to_string_pretty(scene)?,
+            Self::System(spec) => serde_json::to_string(spec)?,
+        };
+        Ok(text + "\n")
+    }
+}
+
+/// A word of a command as a shell reads it.
+fn shell(word: &str) -> String {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "_-./:=,+@%".contains(c);
+    if !word.is_empty() && word.chars().all(is_plain) {
+        return word.to_owned();
+    }
+    format!("'{}'", word.replace('\'', "'\\''"))
+}
+
+/// A command line of these arguments.
+fn command(arguments: &[String]) -> String {
+    arguments.iter().fold("drape".to_owned(), |line, word| line + " " + &shell(word))
+}
+
+/// A text that can be part of the name of a file.
+fn tame(name: &str) -> String {
+    let plain = |c: char| if c.is_alphanumeric() || "-_".contains(c) { c } else { '-' };
+    let name: String = name.chars().take(60).map(plain).collect();
+    let name = name.trim_matches('-').to_owned();
+    if name.is_empty() { "scene".to_owned() } else { name }
+}
+
+/// A frozen system as one line of JSON.
+fn line(spec: &SystemSpec) -> Result<String, serde_json::Error> {
+    Ok(serde_json::to_string(spec)? + "\n")
+}
+
 impl Setup {
-    /// Checks the set-up and discretises its scene.
+    /// Checks a set-up of a bundled scene and discretises it.
     ///
     /// # Errors
     /// The first value that is refused.
     pub fn stage(&self) -> Result<Stage, SetupError> {
-        if self.method.trim_start().starts_with("program:") {
-            let expected = "the id of a method: the lab starts no program";
-            return Err(refuse("method", format!("`{}`", self.method), expected).into());
+        self.stage_with(&Files::default())
+    }
+
+    /// The scene by its name, with the name of its mesh and whether the file is the scene.
+    fn find(&self, files: &Files) -> Result<Arc<Dropped>, SetupError> {
+        if let Some(name) = self.scene.strip_prefix(files::PREFIX) {
+            let expected = "a file that this page was given: drop it here again";
+            let found = format!("`{name}`");
+            return Ok(files.get(name).ok_or_else(|| refuse("scene", found, expected))?.clone());
         }
         if !drape_model::bundled::names().any(|name| name == self.scene) {
             let known: Vec<_> = drape_model::bundled::names().collect();
             let expected = format!("one of {}", known.join(", "));
             return Err(refuse("scene", format!("`{}`", self.scene), expected).into());
         }
+        let source = Source::Scene(Box::new(bundled(&self.scene)?));
+        Ok(Arc::new(Dropped { source, mesh: None, is_scene: true, notes: Vec::new() }))
+    }
+
+    /// As [`stage`](Self::stage), with the files that the page was given.
+    ///
+    /// # Errors
+    /// The first value that is refused.
+    pub fn stage_with(&self, files: &Files) -> Result<Stage, SetupError> {
+        if self.method.trim_start().starts_with("program:") {
+            let expected = "the id of a method: the lab starts no program";
+            return Err(refuse("method", format!("`{}`", self.method), expected).into());
+        }
+        let dropped = self.find(files)?;
+        let original = &dropped.source;
         let choice = Choice::parse(&self.method, &[])?;
-        let original = bundled(&self.scene)?;
-        let mut scene = self.turn_stiffness(original.clone())?;
-        scene = self.turn_damping(scene)?;
-        scene = self.turn_particles(scene)?;
-        let name = (scene == original).then(|| self.scene.clone());
-        let step_s = within("step", self.step, limits::STEP_S)?.unwrap_or(scene.time.step_s);
+        let mut source = match original {
+            Source::Scene(scene) => {
+                let scene = self.turn_stiffness((**scene).clone())?;
+                Source::Scene(Box::new(self.turn_particles(self.turn_damping(scene)?)?))
+            }
+            Source::System(spec) => {
+                self.refuse_turns()?;
+                Source::System(spec.clone())
+            }
+        };
+        self.turn_gravity(&mut source)?;
+        self.turn_wind(&mut source)?;
+        let name = self.name(&dropped, source == *original);
+        let usual = source.time();
+        let step_s = within("step", self.step, limits::STEP_S)?.unwrap_or(usual.step_s);
         let duration_s =
-            within("duration", self.duration, limits::DURATION_S)?.unwrap_or(scene.time.duration_s);
+            within("duration", self.duration, limits::DURATION_S)?.unwrap_or(usual.duration_s);
         let time = TimeSpan { step_s, duration_s };
         time.check("step", "duration")?;
         let (whole, _) = time.steps();
@@ -145,13 +350,78 @@ impl Setup {
             let expected = format!("at most {} steps: a longer step", limits::STEPS);
             return Err(refuse("duration", format!("{whole} steps"), expected).into());
         }
-        let spec = scene.discretise()?;
-        let found = spec.particles.mass_kg.len();
-        if found > limits::PARTICLES {
-            let expected = format!("at most {} particles", limits::PARTICLES);
-            return Err(refuse("scene", format!("{found} particles"), expected).into());
+        let spec = source.spec()?;
+        files::check_count(spec.particles.mass_kg.len() as u64)?;
+        Ok(Stage { choice, spec, time, past: Past::default(), source, name })
+    }
+
+    /// How the command names the scene; a scene with turned knobs is a file of its own.
+    fn name(&self, dropped: &Dropped, is_original: bool) -> Name {
+        match self.scene.strip_prefix(files::PREFIX) {
+            None if is_original => Name::Bundled(self.scene.clone()),
+            None => Name::File { file: format!("{}.json", self.scene), mesh: None },
+            Some(name) => {
+                let stem = tame(name.rsplit_once('.').map_or(name, |(stem, _)| stem));
+                let file = match (is_original, dropped.is_scene) {
+                    (true, true) => name.to_owned(),
+                    (true, false) => format!("{stem}.json"),
+                    (false, _) => format!("{stem}-lab.json"),
+                };
+                Name::File { file, mesh: dropped.mesh.clone() }
+            }
         }
-        Ok(Stage { choice, spec, time, scene, name })
+    }
+
+    /// Refuses the knobs that a frozen system does not have.
+    fn refuse_turns(&self) -> Result<(), Violation> {
+        let knobs = [
+            ("stiffness", self.stiffness),
+            ("damping", self.damping),
+            ("particles", self.particles.map(f64::from)),
+        ];
+        match knobs.into_iter().find_map(|(key, value)| Some((key, value?))) {
+            Some((key, value)) => {
+                Err(refuse(key, value, "no value: a frozen system has its springs one by one"))
+            }
+            None => Ok(()),
+        }
+    }
+
+    fn turn_gravity(&self, source: &mut Source) -> Result<(), Violation> {
+        let Some(size) = within("gravity", self.gravity, limits::GRAVITY_M_S2)? else {
+            return Ok(());
+        };
+        let old = gravity_of(source);
+        if old == size {
+            return Ok(());
+        }
+        let gravity = match source {
+            Source::Scene(scene) => &mut scene.effects.gravity,
+            Source::System(spec) => &mut spec.effects.gravity,
+        };
+        let direction = gravity.filter(|_| old > 0.0).map(|g| g.m_s2.map(|g| g / old));
+        let direction = direction.unwrap_or([0.0, 0.0, -1.0]);
+        // `−0` would be written differently from 0.
+        *gravity = Some(GravitySpec { m_s2: direction.map(|d| d * size + 0.0) });
+        Ok(())
+    }
+
+    fn turn_wind(&self, source: &mut Source) -> Result<(), Violation> {
+        let Some(velocity_m_s) = self.wind else { return Ok(()) };
+        for (axis, component) in ["x", "y", "z"].iter().zip(velocity_m_s) {
+            within(&format!("wind.{axis}"), Some(component), limits::WIND_M_S)?;
+        }
+        if wind_of(source) == velocity_m_s {
+            return Ok(());
+        }
+        let air = match source {
+            Source::Scene(scene) => &mut scene.effects.air,
+            Source::System(spec) => &mut spec.effects.air,
+        };
+        let old = air.unwrap_or(AirSpec { drag: DRAG, wind: None });
+        let gust = old.wind.and_then(|wind| wind.gust);
+        *air = Some(AirSpec { wind: Some(WindSpec { velocity_m_s, gust }), ..old });
+        Ok(())
     }
 
     fn turn_stiffness(&self, scene: Scene) -> Result<Scene, Violation> {
@@ -200,7 +470,31 @@ impl Setup {
 }
 
 impl Stage {
-    /// How to repeat the run until the end of step `step`; of its last step, or 0, for all of it.
+    /// Name of the files that belong to this stage, without an ending.
+    fn stem(&self) -> String {
+        let name = match &self.name {
+            Name::Bundled(name) => name,
+            Name::File { file, .. } => file.strip_suffix(".json").unwrap_or(file),
+        };
+        tame(name)
+    }
+
+    /// Arguments of `drape run` for a scene and so many seconds.
+    fn arguments(&self, scene: String, duration_s: f64) -> Vec<String> {
+        vec![
+            "run".to_owned(),
+            scene,
+            "--method".to_owned(),
+            self.choice.full_id(),
+            "--dt".to_owned(),
+            self.time.step_s.to_string(),
+            "--duration".to_owned(),
+            duration_s.to_string(),
+        ]
+    }
+
+    /// How to repeat the run until the end of step `step` after its present start; of its last
+    /// step, or 0, for all of it.
     ///
     /// # Errors
     /// If the scene cannot be written as JSON.
@@ -208,21 +502,157 @@ impl Stage {
         let (whole, rest) = self.time.steps();
         let is_part = 0 < step && step < whole + u64::from(rest.is_some());
         let duration = if is_part { step as f64 * self.time.step_s } else { self.time.duration_s };
-        let file = self.name.is_none().then(|| format!("{}.json", self.scene.name));
-        let named = file.as_ref().or(self.name.as_ref()).cloned().unwrap_or_default();
-        let arguments = vec![
-            "run".to_owned(),
-            named,
-            "--method".to_owned(),
-            self.choice.full_id(),
-            "--dt".to_owned(),
-            self.time.step_s.to_string(),
-            "--duration".to_owned(),
-            duration.to_string(),
-        ];
-        let command = format!("drape {}", arguments.join(" "));
-        let scene = serde_json::to_string_pretty(&self.scene)? + "\n";
-        Ok(Repeat { command, arguments, file, scene })
+        let is_touched = self.is_touched();
+        let (file, mesh, scene) = match &self.name {
+            _ if is_touched => {
+                let file = format!("{}-from-step-{}.json", self.stem(), self.past.steps);
+                (Some(file), None, line(&self.spec)?)
+            }
+            Name::Bundled(_) => (None, None, self.source.json()?),
+            Name::File { file, mesh } => (Some(file.clone()), mesh.clone(), self.source.json()?),
+        };
+        let named = match (&file, &self.name) {
+            (Some(file), _) | (None, Name::File { file, .. }) => file.clone(),
+            (None, Name::Bundled(name)) => name.clone(),
+        };
+        let arguments = self.arguments(named, duration);
+        let note = if is_touched {
+            format!(
+                "This cloth was moved by hand. The file holds its state at t = {:.4} s, where the \
+                 hand last acted, and the command repeats what came after, bit for bit. What came \
+                 before is not in it.",
+                self.past.time
+            )
+        } else {
+            String::new()
+        };
+        let way = self.past.hand.as_ref().map(|hand| self.way(hand)).transpose()?;
+        let command = command(&arguments);
+        Ok(Repeat { command, arguments, file, mesh, scene, note, way })
+    }
+
+    /// The way of a hand as a scene with a driven pin.
+    fn way(&self, hand: &Hand) -> Result<Way, serde_json::Error> {
+        let mut spec = (*hand.start).clone();
+        let (particle, path) = (hand.particle, hand.path.clone());
+        spec.pins.push(PinSpec { particle, path });
+        let end = hand.path.last().map_or(self.time.step_s, |frame| frame.time_s);
+        let file = format!("{}-by-hand.json", self.stem());
+        let arguments = self.arguments(file.clone(), hand.let_go.unwrap_or(end));
+        let command = command(&arguments);
+        Ok(Way { command, arguments, file, scene: line(&spec)? })
+    }
+
+    /// The stage that begins where this one is after `steps` steps, in `state`, with a particle
+    /// led to a place, m, within `leg` seconds.
+    ///
+    /// # Errors
+    /// A particle or a place that is refused, or no time that is left.
+    pub fn led(
+        &self,
+        state: &State,
+        steps: u64,
+        particle: u32,
+        to: [f64; 3],
+        leg: f64,
+    ) -> Result<Self, Violation> {
+        let count = state.len();
+        let Some(&from) = state.x.get(particle as usize) else {
+            let expected = format!("a whole number from 0 to {}", count - 1);
+            return Err(refuse("particle", particle, expected));
+        };
+        let mut stage = self.at_rest_of(state, steps)?;
+        let was_led = self.past.led.as_ref().filter(|led| led.particle == particle);
+        let was_pinned = match was_led {
+            Some(led) => led.was_pinned,
+            None => stage.spec.pins.iter().any(|pin| pin.particle == particle),
+        };
+        stage.spec.pins.retain(|pin| pin.particle != particle);
+        let past = &mut stage.past;
+        if was_led.is_none() {
+            let (start, time) = (Arc::new(stage.spec.clone()), past.time);
+            past.hand = Some(Hand { start, time, particle, path: Vec::new(), let_go: None });
+        }
+        past.led = Some(Led { particle, was_pinned });
+        let offset = Vec3::from(to) - from;
+        if let Some(hand) = &mut past.hand {
+            let since = past.time - hand.time;
+            let start = Vec3::from(hand.start.particles.position_m[particle as usize]);
+            hand.pass(since, from - start);
+            hand.path.push(KeyframeSpec {
+                time_s: since + leg,
+                offset_m: (Vec3::from(to) - start).into(),
+            });
+        }
+        let path = vec![KeyframeSpec { time_s: leg, offset_m: offset.into() }];
+        stage.spec.pins.push(PinSpec { particle, path });
+        Ok(stage)
+    }
+
+    /// The stage that begins where this one is after `steps` steps, in `state`, with the particle
+    /// let go that was led. A particle that was pinned rests where it is.
+    ///
+    /// # Errors
+    /// If no time is left.
+    pub fn let_go(&self, state: &State, steps: u64) -> Result<Self, Violation> {
+        let mut stage = self.at_rest_of(state, steps)?;
+        let past = &mut stage.past;
+        let Some(led) = past.led.take() else { return Ok(stage) };
+        stage.spec.pins.retain(|pin| pin.particle != led.particle);
+        if led.was_pinned {
+            stage.spec.pins.push(PinSpec::still(led.particle));
+        }
+        if let (Some(hand), Some(&place)) = (&mut past.hand, state.x.get(led.particle as usize)) {
+            let since = past.time - hand.time;
+            let start = Vec3::from(hand.start.particles.position_m[led.particle as usize]);
+            hand.pass(since, place - start);
+            hand.let_go = Some(since);
+        }
+        Ok(stage)
+    }
+
+    /// Whether the cloth was moved by hand.
+    pub fn is_touched(&self) -> bool {
+        self.past.hand.is_some()
+    }
+
+    /// Whether a particle is led.
+    pub fn is_led(&self) -> bool {
+        self.past.led.is_some()
+    }
+
+    /// The rest of the run, frozen in `state` after `steps` steps.
+    fn at_rest_of(&self, state: &State, steps: u64) -> Result<Self, Violation> {
+        let (whole, rest) = self.time.steps();
+        let left = whole.saturating_sub(steps) as f64 * self.time.step_s + rest.unwrap_or(0.0);
+        let is_over = steps >= whole + u64::from(rest.is_some());
+        if is_over || !state.is_finite() {
+            let expected = "a run that goes on: press Restart";
+            return Err(refuse("hand", "on a cloth whose run is over", expected));
+        }
+        let past = Past {
+            time: self.past.time + state.t,
+            steps: self.past.steps + steps,
+            ..self.past.clone()
+        };
+        Ok(Self {
+            choice: self.choice.clone(),
+            spec: self.spec.clone().with_state(state),
+            time: TimeSpan { duration_s: left, ..self.time },
+            past,
+            source: self.source.clone(),
+            name: self.name.clone(),
+        })
+    }
+}
+
+impl Hand {
+    /// Says where the particle was `since` seconds after the grip; a plan for later is dropped.
+    fn pass(&mut self, since: f64, offset: Vec3) {
+        self.path.retain(|frame| frame.time_s < since);
+        if since > 0.0 {
+            self.path.push(KeyframeSpec { time_s: since, offset_m: offset.into() });
+        }
     }
 }
 
@@ -235,11 +665,7 @@ mod tests {
         let mut setup = Setup {
             scene: "hanging-textile-1e6".to_owned(),
             method: "imex-euler".to_owned(),
-            stiffness: None,
-            damping: None,
-            step: None,
-            duration: None,
-            particles: None,
+            ..Setup::default()
         };
         change(&mut setup);
         setup
@@ -248,7 +674,7 @@ mod tests {
     #[test]
     fn knobs_turn_what_they_name_and_nothing_else() {
         let plain = setup(|_| ()).stage().unwrap();
-        assert_eq!(plain.name.as_deref(), Some("hanging-textile-1e6"));
+        assert_eq!(plain.name, Name::Bundled("hanging-textile-1e6".to_owned()));
         let turned = setup(|s| {
             s.stiffness = Some(3e5);
             s.damping = Some(7.1);
@@ -256,9 +682,10 @@ mod tests {
             s.step = Some(0.02);
         });
         let turned = turned.stage().unwrap();
-        assert_eq!(turned.name, None);
-        assert_eq!(stiffness_of(&turned.scene), Some(3e5));
-        assert_eq!(damping_of(&turned.scene), Some(7.1));
+        assert!(matches!(turned.name, Name::File { .. }));
+        let scene = turned.source.scene().unwrap();
+        assert_eq!(stiffness_of(scene), Some(3e5));
+        assert_eq!(damping_of(scene), Some(7.1));
         assert_eq!(turned.spec.particles.mass_kg.len(), 121);
         assert_eq!(turned.spec.pins.iter().map(|pin| pin.particle).collect::<Vec<_>>(), [0, 10]);
         assert_eq!(turned.time, TimeSpan { step_s: 0.02, ..plain.time });

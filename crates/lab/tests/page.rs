@@ -238,6 +238,242 @@ fn the_keyboard_plays_steps_restarts_and_turns_the_camera() {
     assert_eq!(page.complaints(&address), Vec::<String>::new());
 }
 
+/// Gives files to the page as a person does who drops them.
+fn drop_files(page: &mut Page, files: &[(&str, &str)]) {
+    let files: Vec<_> = files.iter().map(|(name, text)| json!([name, text])).collect();
+    page.value(&format!(
+        "{{ const dt = new DataTransfer(); \
+         for (const [name, text] of {}) dt.items.add(new File([text], name)); \
+         document.body.dispatchEvent(new DragEvent('drop', {{ dataTransfer: dt, bubbles: true, cancelable: true }})); }}",
+        json!(files)
+    ));
+}
+
+const STRIP: &str = "v 0 0 1\nv 1 0 1\nv 2 0 1\nv 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 5 4\nf 2 3 6 5\n";
+const MESSAGE: &str = "document.getElementById('message').textContent";
+
+#[test]
+fn a_dropped_mesh_is_shown_and_a_broken_one_says_what_is_wrong() {
+    let Some(chromium) = chromium() else { return };
+    for width in [DESK, PHONE] {
+        let (address, _) = serve();
+        let mut page = Page::open(&chromium, &address, width, &[]);
+        page.wait_until("document.querySelectorAll('.pane').length === 3");
+        drop_files(&mut page, &[("broken strip.obj", &STRIP.replace("f 2 3 6 5", "f 2 3 6 99"))]);
+        page.wait_until(&format!("{MESSAGE}.includes('broken strip.obj')"));
+        let said = page.value(MESSAGE);
+        let said = said.as_str().unwrap();
+        assert!(said.contains("line 8") && said.contains("99"), "{said}");
+        assert_eq!(page.value("location.hash.includes('broken')"), json!(false));
+        page.look(&format!("{width}-broken.png"));
+        drop_files(&mut page, &[("strip.obj", STRIP)]);
+        page.wait_until("decodeURIComponent(decodeURIComponent(location.hash)).match(/file:strip.obj/g)?.length === 3");
+        page.wait_until(&format!("{MESSAGE}.includes('held by its highest particles')"));
+        page.wait_until("[...document.querySelectorAll('[data-knob=scene]')].every((e) => e.value === 'file:strip.obj')");
+        page.wait_until("document.getElementById('play').textContent === 'Play again'");
+        page.wait_until("[...document.querySelectorAll('.verdict strong')].every((e) => e.textContent !== 'refused')");
+        page.click(".pane:nth-child(2) .head button");
+        page.wait_until("document.getElementById('repeat').open");
+        let said = page.value("document.getElementById('file').textContent");
+        assert!(said.as_str().unwrap().contains("reads strip.json"), "{said}");
+        assert!(said.as_str().unwrap().contains("beside strip.obj"), "{said}");
+        page.look(&format!("{width}-repeat.png"));
+        page.click("#close");
+        let overflow =
+            "document.documentElement.scrollWidth - document.documentElement.clientWidth";
+        assert_eq!(page.value(overflow), json!(0), "the page scrolls sideways at {width}");
+        assert_eq!(page.complaints(&address), Vec::<String>::new());
+        // A scene with its mesh, dropped together in the wrong order.
+        let scene = r#"{ "format": "drape-scene/1", "name": "two", "cloth": { "mesh": { "file": "two.obj",
+            "areal_density_kg_m2": 0.2 } }, "effects": { "tension": { "stiffness_n_per_m": 50 } },
+            "time": { "step_s": 0.01, "duration_s": 0.1 } }"#;
+        drop_files(&mut page, &[("two.json", scene), ("two.obj", STRIP)]);
+        page.wait_until("decodeURIComponent(decodeURIComponent(location.hash)).match(/file:two.json/g)?.length === 3");
+        // A link alone does not have the file, and says so.
+        let hash = page.value("location.hash");
+        let link = format!("{address}{}", hash.as_str().unwrap());
+        drop(page);
+        let mut other = Page::open(&chromium, &link, width, &[]);
+        other.wait_until(&format!("{MESSAGE}.includes('needs the file two.json again')"));
+        other.wait_until("document.querySelector('.verdict p:nth-child(2)').textContent.includes('drop it here again')");
+        drop_files(&mut other, &[("two.json", scene), ("two.obj", STRIP)]);
+        other.wait_until("document.getElementById('play').textContent === 'Play again'");
+        other.wait_until("[...document.querySelectorAll('.verdict strong')].every((e) => e.textContent !== 'refused')");
+        assert_eq!(other.value("location.hash"), hash);
+    }
+}
+
+/// A page with one pane that stands still by itself.
+fn still(address: &str) -> String {
+    format!(
+        "{address}#rate=1&pane=scene=hanging-textile-1e6;method=imex-euler;step=0.01;duration=60"
+    )
+}
+
+impl Page {
+    /// Presses, moves or releases the mouse.
+    fn mouse(&mut self, kind: &str, x: f64, y: f64) {
+        let buttons = u8::from(kind != "mouseReleased");
+        let event = json!({ "type": kind, "x": x, "y": y, "button": "left", "buttons": buttons, "clickCount": 1 });
+        self.browser.call("Input.dispatchMouseEvent", &event);
+    }
+
+    /// The value of a cell of the first pane.
+    fn cell(&mut self, label: &str) -> String {
+        let label = json!(label);
+        let found = self.value(&format!(
+            "[...document.querySelectorAll('.pane dt')].find((e) => e.textContent === {label}).nextSibling.textContent"
+        ));
+        found.as_str().unwrap().to_owned()
+    }
+}
+
+/// A cell of the first pane as a number.
+fn number(cell: &str) -> String {
+    format!(
+        "Number([...document.querySelectorAll('.pane dt')].find((e) => e.textContent === '{cell}').nextSibling.textContent.split(' ')[0])"
+    )
+}
+
+#[test]
+fn a_particle_that_is_dragged_moves_the_cloth_and_the_hand_is_repeated() {
+    let Some(chromium) = chromium() else { return };
+    let (address, _) = serve();
+    let mut page = Page::open(&chromium, &still(&address), DESK, &[]);
+    page.wait_until("document.querySelectorAll('.pane').length === 1");
+    page.wait_until(&format!("{} > 3", number("steps")));
+    // The locked cloth keeps its length.
+    page.wait_until(&format!("{} < 1", number("greatest stretch")));
+    let middle = page.value(
+        "(() => { const c = document.querySelector('canvas.view'); c.scrollIntoView({ block: 'center' }); const b = c.getBoundingClientRect(); return [b.x, b.y, b.width, b.height]; })()",
+    );
+    let at = |k: usize| middle[k].as_f64().unwrap();
+    let (x, y) = (at(0) + 0.5 * at(2), at(1) + 0.5 * at(3));
+    // The picture shows the middle of the space into which the cloth will fall; look for the cloth.
+    let led = "document.querySelector('canvas.view').dataset.led !== undefined";
+    let mut start = None;
+    for (right, up) in
+        (0..6).flat_map(|up| [0.0, 20.0, -20.0].map(|right| (right, 40.0 * f64::from(up))))
+    {
+        let place = (x + right, y - up);
+        page.mouse("mousePressed", place.0, place.1);
+        if page.value(led) == json!(true) {
+            start = Some(place);
+            break;
+        }
+        page.mouse("mouseReleased", place.0, place.1);
+    }
+    let (x, y) = start.expect("a particle under the mouse");
+    for n in 1..=20 {
+        page.mouse("mouseMoved", x + 4.0 * f64::from(n), y + 3.0 * f64::from(n));
+        std::thread::sleep(Duration::from_millis(30));
+    }
+    page.wait_until(&format!("{} > 5", number("greatest stretch")));
+    page.look("dragged.png");
+    page.mouse("mouseReleased", x + 80.0, y + 60.0);
+    page.wait_until("document.querySelector('canvas.view').dataset.led === undefined");
+    // Time goes on, and is not counted from the touch.
+    let before: f64 = page.cell("steps").parse().unwrap();
+    page.wait_until(&format!("{} > {before} + 3", number("steps")));
+    page.click(".pane .head button");
+    page.wait_until("document.getElementById('repeat').open");
+    let note = page.value("document.getElementById('note').textContent");
+    assert!(note.as_str().unwrap().contains("moved by hand"), "{note}");
+    let command = page.value("document.getElementById('command').textContent");
+    assert!(command.as_str().unwrap().contains("-from-step-"), "{command}");
+    let way = page.value("document.getElementById('way-command').textContent");
+    assert!(way.as_str().unwrap().contains("-by-hand.json"), "{way}");
+    page.look("dragged-repeat.png");
+    page.click("#close");
+    // The same by keys.
+    page.click("#restart");
+    page.wait_until(&format!("{} < 1", number("greatest stretch")));
+    page.wait_until(&format!("{} > 3", number("steps")));
+    page.value("document.querySelector('canvas.view').focus()");
+    page.key("g");
+    page.wait_until(led);
+    for _ in 0..5 {
+        page.key("ArrowDown");
+    }
+    page.wait_until(&format!("{} > 5", number("greatest stretch")));
+    page.key("g");
+    page.wait_until("document.querySelector('canvas.view').dataset.led === undefined");
+    assert_eq!(page.complaints(&address), Vec::<String>::new());
+}
+
+#[test]
+fn the_reference_is_laid_over_and_measured() {
+    let Some(chromium) = chromium() else { return };
+    let (address, _) = serve();
+    let mut page = Page::open(&chromium, &still(&address), DESK, &[]);
+    page.wait_until("document.querySelectorAll('.pane').length === 1");
+    page.wait_until(&format!("{} > 20", number("steps")));
+    assert_eq!(page.cell("off the reference"), "–");
+    page.value("document.getElementById('play').click()");
+    page.wait_until("document.getElementById('play').textContent === 'Play'");
+    let picture = "document.querySelector('canvas.view').toDataURL()";
+    let before = page.value(picture);
+    page.click("#ghost");
+    page.wait_until(&format!("{} > 10", number("off the reference")));
+    page.wait_until(&format!("{picture} !== {before}"));
+    assert_eq!(page.value("location.hash.includes('ghost=yes')"), json!(true));
+    // The locked cloth stands still and the reference falls: about half of g t².
+    let steps: f64 = page.cell("steps").parse().unwrap();
+    let fallen = 0.5 * 9.81 * (0.01 * steps).powi(2) * 1e3;
+    let off: f64 = page.cell("off the reference").split(' ').next().unwrap().parse().unwrap();
+    assert!(off > 0.2 * fallen && off < 1.2 * fallen, "{off} mm; free fall is {fallen} mm");
+    page.look("reference.png");
+    page.click("#ghost");
+    page.wait_until(&format!("{picture} === {before}"));
+    assert_eq!(page.cell("off the reference"), "–");
+    assert_eq!(page.complaints(&address), Vec::<String>::new());
+}
+
+#[test]
+fn settings_are_knobs_and_a_verdict_leads_to_the_line_that_decides() {
+    let Some(chromium) = chromium() else { return };
+    let (address, _) = serve();
+    let mut page = Page::open(&chromium, &still(&address), DESK, &[]);
+    page.wait_until("document.querySelectorAll('.pane').length === 1");
+    let title = "document.querySelector('.pane h2').textContent";
+    page.enter(".pane [data-knob=set-forcing_term]", "0.05");
+    page.wait_until(&format!("{title} === 'imex-euler:forcing_term=0.05'"));
+    page.enter(".pane [data-knob=set-preconditioner]", "jacobi");
+    page.wait_until(&format!("{title} === 'imex-euler:forcing_term=0.05,preconditioner=jacobi'"));
+    page.wait_until(&format!("{} > 3", number("steps")));
+    // The server runs what the title says.
+    page.click(".pane .head button");
+    page.wait_until("document.getElementById('repeat').open");
+    let command = page.value("document.getElementById('command').textContent");
+    let command = command.as_str().unwrap();
+    assert!(
+        command.contains("forcing_term=0.05") && command.contains("preconditioner=jacobi"),
+        "{command}"
+    );
+    page.click("#close");
+    // Out of range; then back to the default, which the line leaves out.
+    page.enter(".pane [data-knob=set-forcing_term]", "7");
+    page.wait_until(&format!("{MESSAGE}.includes('forcing term: expected')"));
+    let default = page.value(
+        "[...document.querySelector('[data-knob=set-preconditioner]').options].map((o) => o.value)",
+    );
+    assert!(default.as_array().unwrap().contains(&json!("ic0")), "{default}");
+    page.enter(".pane [data-knob=set-preconditioner]", "ic0");
+    page.wait_until(&format!("{title} === 'imex-euler:forcing_term=0.05'"));
+    page.enter(".pane [data-knob=gravity]", "1.62");
+    page.enter(".pane [data-knob=wind]", "0, 2, 0");
+    page.wait_until("decodeURIComponent(location.hash).includes('gravity=1.62;wind=0,2,0')");
+    page.wait_until(&format!("{} > 3", number("steps")));
+    page.wait_until("document.querySelector('.verdict strong').textContent !== 'refused'");
+    page.wait_until("!document.querySelector('.verdict a').hidden");
+    let link = page.value("document.querySelector('.verdict a').href");
+    let link = link.as_str().unwrap().to_owned();
+    assert!(link.starts_with(&address) && link.contains("judgement.rs.html#L"), "{link}");
+    let mut source = Page::open(&chromium, &link, DESK, &[]);
+    let line = source.value("document.querySelector(':target').textContent");
+    assert!(line.as_str().unwrap().contains("Judged::"), "{line}");
+}
+
 /// A page without its server says so.
 #[test]
 fn a_lost_server_is_said() {

@@ -13,11 +13,9 @@ fn setup(method: &str) -> Setup {
     Setup {
         scene: "hanging-textile-1e6".to_owned(),
         method: method.to_owned(),
-        stiffness: None,
-        damping: None,
         step: Some(0.01),
         duration: Some(0.5),
-        particles: None,
+        ..Setup::default()
     }
 }
 

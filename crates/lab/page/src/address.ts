@@ -8,9 +8,11 @@ export interface State {
   wait: boolean;
   /** The lesson that is open. */
   lesson?: string;
+  /** Whether a reference solution is laid over the panes. */
+  ghost: boolean;
 }
 
-const NUMBERS = ["stiffness", "damping", "step", "duration", "particles"] as const;
+const NUMBERS = ["stiffness", "damping", "step", "duration", "particles", "gravity"] as const;
 
 /** What the lab opens with: one method explodes, one stands still, one falls. */
 export function opening(): State {
@@ -24,24 +26,39 @@ export function opening(): State {
     panes: ["explicit-euler", "imex-euler", "imex-updated"].map(pane),
     rate: 0.5,
     wait: true,
+    ghost: false,
   };
 }
 
-/** One `pane` for each pane, with what differs from the first in it; `rate` and `wait` beside them. */
+/**
+ * One `pane` for each pane, with what differs from the scene in it; `rate`, `wait` and `ghost` beside
+ * them. Of a scene from a file it holds the name alone.
+ */
 export function write(state: State): string {
   const query = new URLSearchParams();
   query.set("rate", String(state.rate));
   if (!state.wait) query.set("wait", "no");
   if (state.lesson !== undefined) query.set("lesson", state.lesson);
+  if (state.ghost) query.set("ghost", "yes");
   for (const setup of state.panes) {
-    const parts = [`scene=${setup.scene}`, `method=${setup.method}`];
+    const parts = [`scene=${encodeURIComponent(setup.scene)}`, `method=${setup.method}`];
     for (const key of NUMBERS) {
       const value = setup[key];
       if (value !== undefined) parts.push(`${key}=${value}`);
     }
+    if (setup.wind !== undefined) parts.push(`wind=${setup.wind.join(",")}`);
     query.append("pane", parts.join(";"));
   }
   return query.toString();
+}
+
+/** A name as it was; a text that is no such name stays as it is. */
+function decoded(text: string): string {
+  try {
+    return decodeURIComponent(text);
+  } catch {
+    return text;
+  }
 }
 
 /**
@@ -57,11 +74,14 @@ export function read(text: string): State | undefined {
       const at = pair.indexOf("=");
       if (at > 0) pairs.set(pair.slice(0, at), pair.slice(at + 1));
     }
-    const setup: Setup = { scene: pairs.get("scene") ?? "", method: pairs.get("method") ?? "" };
+    const setup: Setup = { scene: decoded(pairs.get("scene") ?? ""), method: pairs.get("method") ?? "" };
     for (const key of NUMBERS) {
       const value = pairs.get(key);
       if (value !== undefined && Number.isFinite(Number(value))) setup[key] = Number(value);
     }
+    const wind = pairs.get("wind")?.split(",").map(Number) ?? [];
+    const [x, y, z] = wind;
+    if (wind.length === 3 && wind.every(Number.isFinite)) setup.wind = [x ?? 0, y ?? 0, z ?? 0];
     panes.push(setup);
   }
   const lesson = query.get("lesson") ?? undefined;
@@ -72,5 +92,6 @@ export function read(text: string): State | undefined {
     rate: rate > 0 && Number.isFinite(rate) ? rate : 1,
     wait: query.get("wait") !== "no",
     ...(lesson === undefined ? {} : { lesson }),
+    ghost: query.get("ghost") === "yes",
   };
 }

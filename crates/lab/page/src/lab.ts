@@ -1,15 +1,33 @@
 // The page: connects to the server, keeps the set-up in the address, and shows the panes.
 
 import * as address from "./address";
-import { button, byId, make, say } from "./dom";
+import { button, byId, make, say, sentence as asSentence } from "./dom";
+import { PREFIX, Shelf } from "./files";
 import { type Turn, knobs } from "./knobs";
 import { Lessons } from "./lessons";
-import { type Hello, type Reply, type Request, type Setup, readFrame } from "./messages";
+import {
+  type Hello,
+  type Reply,
+  type Request,
+  type SceneChoice,
+  type Setup,
+  readFrame,
+} from "./messages";
 import { PaneView, type Wishes } from "./pane";
 import { Camera, Renderer } from "./view";
 
 /** Time between two attempts to reach a server that is gone, ms. */
 const AGAIN = 2000;
+/** Characters of a scene that the dialog shows; the file holds all of it. */
+const SHOWN = 20_000;
+
+/** Lets a link save a text. */
+function saveAs(id: string, text: string, name: string): void {
+  const link = byId<HTMLAnchorElement>(id);
+  URL.revokeObjectURL(link.href);
+  link.href = URL.createObjectURL(new Blob([text], { type: "application/json" }));
+  link.download = name;
+}
 
 class Lab {
   private state = address.read(location.hash) ?? address.opening();
@@ -35,6 +53,19 @@ class Lab {
     id: "back",
     "aria-label": "Look back in time",
   });
+  private ghost = make("input", { type: "checkbox", id: "ghost" });
+  private files = new Shelf();
+  /** The last file that was given; the panes show its scene once the server has read it. */
+  private awaited: string | undefined;
+  /** Whether files were given again to a new server, whose panes stay as they are. */
+  private isAgain = false;
+  private chooser = make("input", {
+    type: "file",
+    id: "chooser",
+    accept: ".json,.obj",
+    multiple: "",
+    hidden: "",
+  });
   private add = button("Add a pane", () => this.addPane(), { id: "add" });
 
   private lessons = new Lessons(byId("lesson"), {
@@ -54,6 +85,12 @@ class Lab {
     },
     repeat: (index) => this.send({ do: "repeat", pane: index }),
     complain: (sentence) => this.complain(sentence),
+    lead: (particle, by) => {
+      this.goLive();
+      this.wantsPlay = true;
+      this.send({ do: "lead", particle, by });
+    },
+    letGo: () => this.send({ do: "let_go" }),
   };
 
   constructor() {
@@ -74,6 +111,12 @@ class Lab {
       this.remember();
       this.send({ do: "wait", wait: this.state.wait });
     });
+    this.ghost.addEventListener("change", () => {
+      this.state.ghost = this.ghost.checked;
+      this.remember();
+      this.send({ do: "ghost", on: this.state.ghost });
+    });
+    this.acceptFiles();
     this.back.addEventListener("input", () => this.lookBack(Number(this.back.value)));
     byId("bar").append(
       this.play,
@@ -83,12 +126,19 @@ class Lab {
       this.back,
       this.rate,
       make("label", { class: "inline" }, this.wait, "wait for slow panes"),
+      make("label", { class: "inline" }, this.ghost, "reference"),
+      button("Open a file", () => this.chooser.click(), { id: "open" }),
+      this.chooser,
       this.add,
       this.lessons.opener,
     );
     byId("copy").addEventListener(
       "click",
       () => void navigator.clipboard.writeText(byId("command").textContent ?? ""),
+    );
+    byId("copy-way").addEventListener(
+      "click",
+      () => void navigator.clipboard.writeText(byId("way-command").textContent ?? ""),
     );
     byId("close").addEventListener("click", () => byId<HTMLDialogElement>("repeat").close());
     addEventListener("keydown", (event) => this.key(event));
@@ -106,6 +156,59 @@ class Lab {
 
   private complain(sentence: string): void {
     say(this.message, sentence);
+  }
+
+  /** Takes files that are dropped anywhere on the page, or chosen. */
+  private acceptFiles(): void {
+    const take = (files: FileList | null | undefined): void => {
+      if (files !== null && files !== undefined && files.length > 0) void this.takeFiles([...files]);
+    };
+    addEventListener("dragover", (event) => {
+      event.preventDefault();
+      document.body.classList.add("dropping");
+    });
+    addEventListener("dragleave", () => document.body.classList.remove("dropping"));
+    addEventListener("drop", (event) => {
+      event.preventDefault();
+      document.body.classList.remove("dropping");
+      take(event.dataTransfer?.files);
+    });
+    this.chooser.addEventListener("change", () => {
+      take(this.chooser.files);
+      this.chooser.value = "";
+    });
+  }
+
+  private async takeFiles(files: File[]): Promise<void> {
+    if (this.hello === undefined) return;
+    this.complain("");
+    const { limits } = this.hello;
+    const last = await this.files.take(
+      files,
+      limits,
+      (bytes) => this.sendFile(bytes),
+      (sentence) => this.complain(sentence),
+    );
+    this.isAgain = false;
+    this.awaited = last;
+  }
+
+  private sendFile(bytes: Uint8Array<ArrayBuffer>): void {
+    if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(bytes);
+  }
+
+  /** Shows the scene of a file that the server has read. */
+  private takeScene(scene: SceneChoice, notes: string[]): void {
+    if (this.hello === undefined) return;
+    const others = this.hello.scenes.filter((known) => known.name !== scene.name);
+    this.hello.scenes = [...others, scene];
+    if (this.awaited === undefined || scene.name !== PREFIX + this.awaited) return;
+    this.awaited = undefined;
+    const isShown = this.state.panes.some((setup) => setup.scene === scene.name);
+    if (!isShown && !this.isAgain)
+      this.state.panes = this.state.panes.map(({ method }) => ({ scene: scene.name, method }));
+    this.begin();
+    if (notes.length > 0) this.complain(notes.map(asSentence).join(" "));
   }
 
   private connect(): void {
@@ -138,12 +241,18 @@ class Lab {
         this.hello = reply;
         if (this.message.textContent?.startsWith("The lab does not answer")) this.complain("");
         this.lessons.forget();
-        this.begin();
+        // A server that was started anew knows no files.
+        this.awaited = this.files.giveAll((bytes) => this.sendFile(bytes));
+        this.isAgain = true;
+        if (this.awaited === undefined) this.begin();
         break;
       case "lessons":
       case "lesson":
       case "marked":
         this.lessons.hear(reply);
+        break;
+      case "dropped":
+        this.takeScene(reply.scene, reply.notes);
         break;
       case "scenery":
         this.panes[reply.pane]?.begin(reply);
@@ -157,24 +266,33 @@ class Lab {
         this.showClock();
         break;
       case "repeat": {
-        const { command, file, scene } = reply.repeat;
+        const { command, file, mesh, scene, note, way } = reply.repeat;
+        say(byId("note"), note);
         say(byId("command"), command);
+        const beside = mesh === null ? "" : ` It must stand beside ${mesh}.`;
         say(
           byId("file"),
           file === null
             ? "The scene comes with drape."
-            : `The command reads ${file}: save the scene first.`,
+            : `The command reads ${file}: save the scene first.${beside}`,
         );
-        say(byId("scene"), scene);
-        const save = byId<HTMLAnchorElement>("save");
-        URL.revokeObjectURL(save.href);
-        save.href = URL.createObjectURL(new Blob([scene], { type: "application/json" }));
-        save.download = file ?? "scene.json";
+        say(byId("scene"), scene.length > SHOWN ? `${scene.slice(0, SHOWN)}…` : scene);
+        saveAs("save", scene, file ?? "scene.json");
+        byId("way").hidden = way === null;
+        if (way !== null) {
+          say(byId("way-command"), way.command);
+          saveAs("save-way", way.scene, way.file);
+        }
         byId<HTMLDialogElement>("repeat").showModal();
         break;
       }
       case "refused":
-        this.complain(reply.sentence);
+        this.complain(asSentence(reply.sentence));
+        if (this.awaited !== undefined && reply.sentence.includes(this.awaited)) {
+          this.files.forget(this.awaited);
+          this.awaited = undefined;
+          if (this.isAgain) this.open();
+        }
     }
   }
 
@@ -242,10 +360,17 @@ class Lab {
     }
     this.rate.value = String(state.rate);
     this.wait.checked = state.wait;
+    this.ghost.checked = state.ghost;
     this.goLive();
     this.send({ do: "rate", rate: state.rate });
     this.send({ do: "wait", wait: state.wait });
+    this.send({ do: "ghost", on: state.ghost });
     this.send({ do: "open", panes: state.panes });
+    const missing = state.panes.find((setup) => !this.files.has(setup.scene));
+    if (missing !== undefined) {
+      const name = missing.scene.slice(PREFIX.length);
+      this.complain(`This link needs the file ${name} again: drop it here or open it.`);
+    }
     if (this.wantsPlay) this.send({ do: "play" });
     this.isPlaying = this.wantsPlay;
     this.back.dataset.latest = "0";

@@ -8,6 +8,8 @@ export interface Setup {
   step?: number;
   duration?: number;
   particles?: number;
+  gravity?: number;
+  wind?: [number, number, number];
 }
 
 export type Range = [number, number];
@@ -20,14 +22,40 @@ export interface SceneChoice {
   stiffness: number | null;
   damping: number | null;
   particles: number | null;
+  gravity: number;
+  wind: [number, number, number];
+}
+
+export interface SettingChoice {
+  key: string;
+  default: string;
+  allowed: string;
+  help: string;
+  values:
+    | { kind: "number"; range: Range; is_optional: boolean; is_whole: boolean }
+    | { kind: "word"; words: string[] };
 }
 
 export interface MethodChoice {
   id: string;
   name: string;
   theory: string;
-  presets: string[];
-  settings: { key: string; default: string; allowed: string; help: string }[];
+  presets: { name: string; settings: [string, string][] }[];
+  settings: SettingChoice[];
+}
+
+export interface Limits {
+  panes: number;
+  particles: Range;
+  stiffness: Range;
+  damping: Range;
+  step: Range;
+  duration: Range;
+  rate: Range;
+  gravity: Range;
+  wind: Range;
+  mesh_bytes: number;
+  file_bytes: number;
 }
 
 export interface Hello {
@@ -35,15 +63,7 @@ export interface Hello {
   version: string;
   scenes: SceneChoice[];
   methods: MethodChoice[];
-  limits: {
-    panes: number;
-    particles: Range;
-    stiffness: Range;
-    damping: Range;
-    step: Range;
-    duration: Range;
-    rate: Range;
-  };
+  limits: Limits;
 }
 
 export interface Solid {
@@ -74,6 +94,8 @@ export interface Numbers {
   energy: [string, number | null][];
   causes: Record<string, number | null> | null;
   stretch: number | null;
+  momentum: [number | null, number | null, number | null];
+  angular_momentum: [number | null, number | null, number | null];
   cg_iterations: number;
   all_cg_iterations: number;
   micros: number;
@@ -90,8 +112,18 @@ export interface Status {
     | { kind: "preparing" | "ready" | "ended" | "diverged" }
     | { kind: "refused"; sentence: string };
   numbers: Numbers;
-  verdict: { kind: string; is_final: boolean; reason: string; why: string } | null;
+  verdict: {
+    kind: string;
+    is_final: boolean;
+    reason: string;
+    why: string;
+    decides: string;
+  } | null;
   behind: number;
+  /** Root of the mean square distance to the reference, m. */
+  distance: number | null;
+  /** Why there is no reference, if one was asked for. */
+  ghost: string | null;
 }
 
 export interface Clock {
@@ -105,7 +137,22 @@ export interface Clock {
 export interface Repeat {
   tell: "repeat";
   pane: number;
-  repeat: { command: string; arguments: string[]; file: string | null; scene: string };
+  repeat: {
+    command: string;
+    arguments: string[];
+    file: string | null;
+    mesh: string | null;
+    scene: string;
+    note: string;
+    way: { command: string; arguments: string[]; file: string; scene: string } | null;
+  };
+}
+
+/** A file was taken. */
+export interface Dropped {
+  tell: "dropped";
+  scene: SceneChoice;
+  notes: string[];
 }
 
 export interface Lesson {
@@ -146,6 +193,7 @@ export type Reply =
   | Status
   | Clock
   | Repeat
+  | Dropped
   | { tell: "refused"; sentence: string };
 
 export type Request =
@@ -157,12 +205,17 @@ export type Request =
   | { do: "restart" }
   | { do: "rate"; rate: number }
   | { do: "wait"; wait: boolean }
-  | { do: "repeat"; pane: number };
+  | { do: "repeat"; pane: number }
+  | { do: "lead"; particle: number; by: [number, number, number] }
+  | { do: "let_go" }
+  | { do: "ghost"; on: boolean };
 
 /** Positions of a pane. */
 export interface Frame {
   pane: number;
   run: number;
+  /** Whether they are those of the reference. */
+  isGhost: boolean;
   time: number;
   /** x, y, z of each particle, m. */
   positions: Float32Array;
@@ -179,6 +232,7 @@ export function readFrame(bytes: ArrayBuffer): Frame | undefined {
   return {
     pane: view.getUint32(0, true),
     run: view.getUint32(4, true),
+    isGhost: view.getUint32(12, true) === 1,
     time: view.getFloat64(16, true),
     positions,
   };

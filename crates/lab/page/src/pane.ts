@@ -3,6 +3,7 @@
 import { button, make, say, sentence, short } from "./dom";
 import { type Turn, knobs } from "./knobs";
 import type { Frame, Hello, Scenery, Setup, Status } from "./messages";
+import { methodOf } from "./methods";
 import { Plot } from "./plot";
 import { type Camera, type Renderer, View } from "./view";
 
@@ -13,6 +14,21 @@ const MEMORY = 24e6;
 interface Moment {
   status: Status;
   positions: Float32Array;
+  ghost: Float32Array | undefined;
+}
+
+/** How far a key moves a particle that is led, in points of the picture. */
+const STRIDE = 20;
+const ARROWS: Record<string, [number, number]> = {
+  ArrowLeft: [-STRIDE, 0],
+  ArrowRight: [STRIDE, 0],
+  ArrowUp: [0, -STRIDE],
+  ArrowDown: [0, STRIDE],
+};
+
+/** Size of a vector; null if it is no number. */
+function size(vector: (number | null)[]): number | null {
+  return vector.includes(null) ? null : Math.hypot(...(vector as number[]));
 }
 
 const NAMES: Record<string, string> = {
@@ -41,6 +57,9 @@ export interface Wishes {
   remove(index: number): void;
   repeat(index: number): void;
   complain(sentence: string): void;
+  /** Leads a particle of all panes; its way since it was gripped is in m. */
+  lead(particle: number, by: [number, number, number]): void;
+  letGo(): void;
 }
 
 export class PaneView {
@@ -66,6 +85,11 @@ export class PaneView {
   private view: View;
   private history: Moment[] = [];
   private frame: Frame | undefined;
+  private ghost: Frame | undefined;
+  private ghostNote = make("p", { class: "help" });
+  private decides = make("a", { target: "_blank", rel: "noopener" }, "The line that decides");
+  /** The particle that is led, with its way in points of the picture. */
+  private led: { particle: number; right: number; down: number } | undefined;
   private isDirty = false;
   private duration = 1;
   private shown: Status | undefined;
@@ -85,6 +109,7 @@ export class PaneView {
     });
     this.plot = new Plot(this.plotted);
     this.view = new View(renderer, this.canvas, camera);
+    this.lead();
     camera.steer(this.canvas);
     camera.onChange(() => (this.isDirty = true));
     this.removeButton = button("Remove", () => wishes.remove(index));
@@ -94,7 +119,13 @@ export class PaneView {
       button("Repeat", () => wishes.repeat(index)),
       this.removeButton,
     );
-    this.verdict.append(make("p", {}, this.kind, " ", this.how), this.reason, this.why);
+    this.decides.hidden = true;
+    this.verdict.append(
+      make("p", {}, this.kind, " ", this.how),
+      this.reason,
+      this.why,
+      make("p", {}, this.decides),
+    );
     for (const [key, label] of [
       ["time", "time"],
       ["step", "steps"],
@@ -104,6 +135,9 @@ export class PaneView {
       ["cg", "CG iterations a step"],
       ["theta", "h²k/m"],
       ["stretch", "greatest stretch"],
+      ["momentum", "momentum"],
+      ["angular", "angular momentum"],
+      ["distance", "off the reference"],
     ] as const) {
       const cell = make("dd", {}, "–");
       this.cells.set(key, cell);
@@ -123,6 +157,7 @@ export class PaneView {
         : this.canvas,
       this.verdict,
       this.numbers,
+      this.ghostNote,
       this.plotted,
       this.legend,
       ledger,
@@ -136,26 +171,17 @@ export class PaneView {
     this.isOver = false;
     this.removeButton.disabled = isAlone;
     this.removeButton.setAttribute("aria-label", `Remove ${setup.method}`);
-    this.canvas.setAttribute("aria-label", `The cloth with ${setup.method}; arrow keys turn it`);
+    this.canvas.setAttribute(
+      "aria-label",
+      `The cloth with ${setup.method}; arrow keys turn it, g grips its lowest particle`,
+    );
     const isOpen = this.own.open;
     this.own.replaceChildren(make("summary", {}, "Knobs of this pane"));
     const change = (turn: Turn): void => this.wishes.change(this.index, turn);
     this.own.append(knobs(hello, [setup], change, (sentence) => this.wishes.complain(sentence)));
-    const method = hello.methods.find((known) => known.id === setup.method.split(":")[0]);
-    if (method !== undefined) {
-      const rows = method.settings.map((setting) =>
-        make(
-          "tr",
-          {},
-          make("th", { scope: "row" }, setting.key),
-          make("td", {}, `${setting.default}: ${setting.help} (${setting.allowed})`),
-        ),
-      );
-      this.own.append(
-        make("p", { class: "help" }, `${method.name}. ${method.theory}`),
-        make("div", { class: "settings" }, make("table", {}, ...rows)),
-      );
-    }
+    const method = methodOf(hello.methods, setup.method);
+    if (method !== undefined)
+      this.own.append(make("p", { class: "help" }, `${method.name}. ${method.theory}`));
     this.own.open = isOpen;
   }
 
@@ -166,11 +192,83 @@ export class PaneView {
     this.history = [];
     this.plot.clear();
     this.frame = undefined;
+    this.ghost = undefined;
+    this.release();
     this.view.set(scenery);
   }
 
   take(frame: Frame): void {
-    if (frame.run === this.run) this.frame = frame;
+    if (frame.run !== this.run) return;
+    if (frame.isGhost) this.ghost = frame;
+    else this.frame = frame;
+  }
+
+  /** Lets a person lead a particle by mouse, finger and keys. Comes before the camera. */
+  private lead(): void {
+    const { canvas } = this;
+    const finish = (): void => {
+      if (this.led === undefined) return;
+      this.release();
+      this.wishes.letGo();
+    };
+    canvas.addEventListener("pointerdown", (event) => {
+      if (this.led !== undefined || this.isOver || event.button !== 0) return;
+      const isTouch = event.pointerType === "touch";
+      const particle = this.view.pick(event.offsetX, event.offsetY, isTouch);
+      if (particle === undefined) return;
+      event.stopImmediatePropagation();
+      canvas.setPointerCapture(event.pointerId);
+      this.beginLead(particle);
+    });
+    canvas.addEventListener("pointermove", (event) => {
+      if (this.led === undefined || !canvas.hasPointerCapture(event.pointerId)) return;
+      event.stopImmediatePropagation();
+      this.moveLed(event.movementX, event.movementY);
+    });
+    for (const end of ["pointerup", "pointercancel"]) canvas.addEventListener(end, finish);
+    // A finger that leads a particle does not scroll the page.
+    canvas.addEventListener(
+      "touchstart",
+      (event) => {
+        if (this.led !== undefined) event.preventDefault();
+      },
+      { passive: false },
+    );
+    canvas.addEventListener("keydown", (event) => {
+      if (event.ctrlKey || event.metaKey || event.altKey) return;
+      const arrow = ARROWS[event.key];
+      if (event.key === "g" && this.led !== undefined) finish();
+      else if (event.key === "g" && !this.isOver) {
+        const particle = this.view.lowest();
+        if (particle !== undefined) this.beginLead(particle);
+      } else if (event.key === "Escape" && this.led !== undefined) finish();
+      else if (arrow !== undefined && this.led !== undefined) this.moveLed(...arrow);
+      else return;
+      event.preventDefault();
+      event.stopImmediatePropagation();
+    });
+    canvas.addEventListener("blur", finish);
+  }
+
+  private beginLead(particle: number): void {
+    this.led = { particle, right: 0, down: 0 };
+    this.canvas.dataset.led = String(particle);
+    this.view.grip(particle);
+    this.wishes.lead(particle, [0, 0, 0]);
+  }
+
+  private moveLed(right: number, down: number): void {
+    if (this.led === undefined) return;
+    this.led.right += right;
+    this.led.down += down;
+    const { particle } = this.led;
+    this.wishes.lead(particle, this.view.way(particle, this.led.right, this.led.down));
+  }
+
+  private release(): void {
+    this.led = undefined;
+    delete this.canvas.dataset.led;
+    this.view.grip(undefined);
   }
 
   /** Takes numbers; `isLive` unless a person looks back. */
@@ -179,21 +277,23 @@ export class PaneView {
       this.run = status.run;
       this.history = [];
       this.isOver = true;
-      this.speak("refused", "", status.phase.sentence, "");
+      this.speak("refused", "", status.phase.sentence, "", "");
       return;
     }
     if (status.run !== this.run) return;
     this.isOver = status.phase.kind === "ended" || status.phase.kind === "diverged";
     this.plot.add(status.numbers);
     const positions = this.frame?.positions;
+    const isNow = this.ghost?.time === status.numbers.time && status.distance !== null;
+    const ghost = isNow ? this.ghost?.positions : undefined;
     if (positions !== undefined) {
       const last = this.history[this.history.length - 1];
       if (last !== undefined && last.status.numbers.time >= status.numbers.time) this.history.pop();
-      this.history.push({ status, positions });
+      this.history.push({ status, positions, ghost });
       const most = Math.max(50, Math.min(1500, MEMORY / positions.byteLength));
       if (this.history.length > most) this.history = this.history.filter((_, i) => i % 2 === 0);
     }
-    if (isLive) this.display(status, positions);
+    if (isLive) this.display(status, positions, ghost);
   }
 
   /** Shows the last moment that is not later than a time. */
@@ -201,28 +301,35 @@ export class PaneView {
     let found = this.history[0];
     for (const moment of this.history)
       if (moment.status.numbers.time <= time + 1e-9) found = moment;
-    if (found !== undefined) this.display(found.status, found.positions);
+    if (found !== undefined) this.display(found.status, found.positions, found.ghost);
   }
 
   live(): void {
     const last = this.history[this.history.length - 1];
-    if (last !== undefined) this.display(last.status, last.positions);
+    if (last !== undefined) this.display(last.status, last.positions, last.ghost);
   }
 
-  private speak(kind: string, how: string, reason: string, why: string): void {
+  private speak(kind: string, how: string, reason: string, why: string, decides: string): void {
     this.verdict.className = `verdict ${kind}`;
     say(this.kind, NAMES[kind] ?? kind);
     say(this.how, how);
     say(this.reason, sentence(reason));
     say(this.why, why);
+    this.decides.hidden = decides === "";
+    if (decides !== "" && this.decides.getAttribute("href") !== decides)
+      this.decides.href = decides;
   }
 
-  private display(status: Status, positions: Float32Array | undefined): void {
+  private display(
+    status: Status,
+    positions: Float32Array | undefined,
+    ghost: Float32Array | undefined,
+  ): void {
     this.shown = status;
     const { numbers, verdict } = status;
     if (verdict !== null) {
       const how = verdict.is_final ? `(after ${numbers.step} steps)` : "so far";
-      this.speak(verdict.kind, how, verdict.reason, verdict.why);
+      this.speak(verdict.kind, how, verdict.reason, verdict.why, verdict.decides);
     }
     const cells: Record<string, string> = {
       time: `${numbers.time.toFixed(3)} s`,
@@ -233,7 +340,11 @@ export class PaneView {
       cg: numbers.step === 0 ? "–" : short(numbers.all_cg_iterations / numbers.step),
       theta: short(numbers.theta),
       stretch: numbers.stretch === null ? "–" : `${short(100 * numbers.stretch)} %`,
+      momentum: `${short(size(numbers.momentum))} kg m/s`,
+      angular: `${short(size(numbers.angular_momentum))} kg m²/s`,
+      distance: status.distance === null ? "–" : `${short(1000 * status.distance)} mm`,
     };
+    say(this.ghostNote, status.ghost === null ? "" : `No reference: ${status.ghost}.`);
     for (const [key, text] of Object.entries(cells)) {
       const cell = this.cells.get(key);
       if (cell !== undefined) say(cell, text);
@@ -253,6 +364,7 @@ export class PaneView {
       );
       this.causes.replaceChildren(...rows);
     }
+    this.view.showGhost(ghost);
     if (positions !== undefined) this.view.show(positions, numbers.offsets);
     this.plot.draw(this.duration);
   }

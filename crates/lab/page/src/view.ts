@@ -27,6 +27,9 @@ const CLOTH = { light: 0x2f6fb3, dark: 0x6aa5e0 };
 const LINES = { light: 0x17395c, dark: 0xcfe3f7 };
 const SOLID = { light: 0xb9a184, dark: 0x8d7a63 };
 const PIN = { light: 0xb3141d, dark: 0xff8f92 };
+const GHOST = { light: 0x1b2126, dark: 0xffffff };
+/** Points of the picture around a particle in which it can be gripped. */
+const REACH = { mouse: 12, touch: 26 };
 
 const dark = matchMedia("(prefers-color-scheme: dark)");
 
@@ -112,6 +115,11 @@ export class View {
   private lines = new LineBasicMaterial();
   private solid = new MeshLambertMaterial({ side: DoubleSide });
   private pin = new PointsMaterial({ size: 7, sizeAttenuation: false });
+  private mark = new PointsMaterial({ size: 13, sizeAttenuation: false });
+  private wire = new LineBasicMaterial({ transparent: true, opacity: 0.45, depthTest: false });
+  private ghostPositions = new BufferAttribute(new Float32Array(0), 3);
+  private ghost: LineSegments | undefined;
+  private marked: Points | undefined;
   private contents = new Group();
   private moving: Group[] = [];
   private center = new Vector3();
@@ -153,6 +161,19 @@ export class View {
       object.frustumCulled = false;
       this.contents.add(object);
     }
+    this.ghostPositions = new BufferAttribute(new Float32Array(3 * scenery.particles), 3);
+    this.ghostPositions.setUsage(DynamicDrawUsage);
+    const wires = new BufferGeometry();
+    wires.setAttribute("position", this.ghostPositions);
+    wires.setIndex(scenery.lines);
+    this.ghost = new LineSegments(wires, this.wire);
+    this.ghost.visible = false;
+    this.marked = new Points(part([]), this.mark);
+    for (const object of [this.ghost, this.marked]) {
+      object.frustumCulled = false;
+      object.renderOrder = 1;
+      this.contents.add(object);
+    }
     this.moving = [];
     for (const solid of scenery.solids) {
       const geometry = new BufferGeometry();
@@ -178,6 +199,65 @@ export class View {
     if (!this.isFitted) this.fit(positions);
     this.moving.forEach((group, i) => group.position.set(...(offsets[i] ?? [0, 0, 0])));
     this.draw();
+  }
+
+  /** Lays a reference over the cloth, or takes it away. The next picture shows it. */
+  showGhost(positions: Float32Array | undefined): void {
+    if (this.ghost === undefined) return;
+    this.ghost.visible = positions?.length === this.ghostPositions.array.length;
+    if (!this.ghost.visible || positions === undefined) return;
+    (this.ghostPositions.array as Float32Array).set(positions);
+    this.ghostPositions.needsUpdate = true;
+  }
+
+  /** Marks the particle that is led, or none. The next picture shows it. */
+  grip(particle: number | undefined): void {
+    this.marked?.geometry.setIndex(particle === undefined ? [] : [particle]);
+  }
+
+  /** A particle's place on the canvas, in points from its upper left corner, and its depth, m. */
+  private project(particle: number): { x: number; y: number; depth: number } {
+    const box = this.canvas.getBoundingClientRect();
+    const place = new Vector3().fromBufferAttribute(this.positions, particle);
+    const depth = -place.clone().applyMatrix4(this.camera.matrixWorldInverse).z;
+    place.project(this.camera);
+    return { x: (0.5 + 0.5 * place.x) * box.width, y: (0.5 - 0.5 * place.y) * box.height, depth };
+  }
+
+  /** The particle under a place of the canvas, in points; of several the foremost. */
+  pick(x: number, y: number, isTouch: boolean): number | undefined {
+    const reach = isTouch ? REACH.touch : REACH.mouse;
+    let found: { particle: number; cost: number } | undefined;
+    for (let particle = 0; particle < this.positions.count; particle++) {
+      const at = this.project(particle);
+      const off = Math.hypot(at.x - x, at.y - y);
+      if (off > reach || at.depth <= 0) continue;
+      // Near the pointer first; a particle behind the cloth only if it is much nearer there.
+      const cost = off / reach + at.depth / this.size;
+      if (found === undefined || cost < found.cost) found = { particle, cost };
+    }
+    return found?.particle;
+  }
+
+  /** The lowest particle: what the keyboard grips. */
+  lowest(): number | undefined {
+    let found: number | undefined;
+    for (let particle = 0; particle < this.positions.count; particle++)
+      if (found === undefined || this.positions.getZ(particle) < this.positions.getZ(found))
+        found = particle;
+    return found;
+  }
+
+  /** A way on the canvas, in points to the right and down, as one in the scene at a particle's
+   *  depth, m. */
+  way(particle: number, right: number, down: number): [number, number, number] {
+    const height = this.canvas.getBoundingClientRect().height || 1;
+    const angle = (this.camera.fov * Math.PI) / 360;
+    const scale = (2 * Math.tan(angle) * this.project(particle).depth) / height;
+    const axes = [new Vector3(), new Vector3(), new Vector3()] as const;
+    this.camera.matrixWorld.extractBasis(...axes);
+    const way = axes[0].multiplyScalar(right * scale).addScaledVector(axes[1], -down * scale);
+    return [way.x, way.y, way.z];
   }
 
   private fit(positions: Float32Array): void {
@@ -211,6 +291,8 @@ export class View {
     this.lines.color = new Color(LINES[scheme]);
     this.solid.color = new Color(SOLID[scheme]);
     this.pin.color = new Color(PIN[scheme]);
+    this.mark.color = new Color(PIN[scheme]);
+    this.wire.color = new Color(GHOST[scheme]);
     if (this.geometry.index !== null && this.geometry.index.count > 0)
       this.geometry.computeVertexNormals();
     const turn = (this.linked.turn * Math.PI) / 180;
@@ -226,6 +308,7 @@ export class View {
     this.camera.far = distance * 100;
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
+    this.camera.updateMatrixWorld();
     renderer.gl.setSize(width, height, false);
     renderer.gl.render(this.scene, this.camera);
     const context = canvas.getContext("2d");

@@ -1,0 +1,246 @@
+//! A reference solution on a thread of its own, to be laid over panes.
+//!
+//! It is the true motion of the study `animation`: the leapfrog method, which is explicit and of
+//! second order, at a quarter of its stability limit. Its steps divide those of the pane, so both
+//! have the same times.
+
+use crate::engine::{Runs, Ticket};
+use crate::files::Files;
+use crate::limits;
+use crate::setup::{Setup, SetupError, Stage};
+use drape_harness::methods::Choice;
+use drape_harness::{Moment, OrderedSimulation};
+use drape_model::{TimeSpan, Violation};
+use std::collections::VecDeque;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+
+/// The method of the reference.
+const METHOD: &str = "leapfrog:damping=explicit";
+/// Share of its stability limit at which it runs.
+const SAFETY: f64 = 0.25;
+/// Part of a step by which two times may differ and still be the same.
+const LATE: f64 = 1e-6;
+
+/// Positions at the end of a step, m.
+type Kept = (f64, Arc<Vec<[f32; 3]>>);
+
+#[derive(Debug, Default)]
+struct Inside {
+    until: f64,
+    is_closed: bool,
+    is_over: bool,
+    refusal: Option<String>,
+    kept: VecDeque<Kept>,
+    /// Step of the panes, s.
+    step: f64,
+}
+
+#[derive(Debug, Default)]
+struct Shared {
+    inside: Mutex<Inside>,
+    changed: Condvar,
+}
+
+impl Shared {
+    /// A panic elsewhere leaves these values whole: each is replaced in one move.
+    fn lock(&self) -> MutexGuard<'_, Inside> {
+        self.inside.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// A reference solution. Its thread ends after the present step once the ghost is dropped.
+#[derive(Debug)]
+pub struct Ghost {
+    shared: Arc<Shared>,
+}
+
+impl Drop for Ghost {
+    fn drop(&mut self) {
+        self.shared.lock().is_closed = true;
+        self.shared.changed.notify_all();
+    }
+}
+
+impl Ghost {
+    /// Starts the reference of a set-up, whatever its method. `None` if there are too many runs.
+    pub fn start(setup: &Setup, files: &Arc<Files>, runs: &Runs) -> Option<Self> {
+        let ticket: Ticket = runs.enter()?;
+        let shared = Arc::new(Shared::default());
+        let worker = shared.clone();
+        let setup = Setup { method: METHOD.to_owned(), ..setup.clone() };
+        let files = files.clone();
+        let run = move || {
+            // A bug in one method must not end the others.
+            let done = catch_unwind(AssertUnwindSafe(|| go(&setup, &files, &worker)));
+            let refusal = match done {
+                Ok(Ok(refusal)) => refusal,
+                Ok(Err(error)) => Some(error.to_string()),
+                Err(_) => Some("the run failed by a bug in drape; please report it".to_owned()),
+            };
+            let mut inside = worker.lock();
+            inside.is_over = true;
+            inside.refusal = refusal;
+            drop(ticket);
+        };
+        std::thread::Builder::new().name("ghost".to_owned()).spawn(run).ok()?;
+        Some(Self { shared })
+    }
+
+    /// Lets it take all steps that end until this simulated time, s.
+    pub fn go_until(&self, time: f64) {
+        self.shared.lock().until = time;
+        self.shared.changed.notify_all();
+    }
+
+    /// The positions at a time at the end of a step of the panes, s, while they are kept.
+    pub fn at(&self, time: f64) -> Option<Arc<Vec<[f32; 3]>>> {
+        let inside = self.shared.lock();
+        let late = LATE * inside.step;
+        let next = inside.kept.partition_point(|(t, _)| *t < time - late);
+        let (t, shown) = inside.kept.get(next)?;
+        ((t - time).abs() <= late).then(|| shown.clone())
+    }
+
+    /// Whether it has not reached a time that it will reach, s.
+    pub fn is_behind(&self, time: f64) -> bool {
+        let inside = self.shared.lock();
+        let reached = inside.kept.back().map_or(f64::NEG_INFINITY, |(t, _)| *t);
+        !inside.is_over && reached + inside.step <= time
+    }
+
+    /// Why there is no reference, or why it ended early.
+    pub fn refusal(&self) -> Option<String> {
+        self.shared.lock().refusal.clone()
+    }
+}
+
+/// Root of the mean square of the distances of the particles, m; `None` for different numbers.
+pub fn distance(a: &[[f32; 3]], b: &[[f32; 3]]) -> Option<f64> {
+    let square = |(p, q): (&[f32; 3], &[f32; 3])| {
+        p.iter().zip(q).map(|(p, q)| f64::from(p - q).powi(2)).sum::<f64>()
+    };
+    let is_same = a.len() == b.len() && !a.is_empty();
+    is_same.then(|| (a.iter().zip(b).map(square).sum::<f64>() / a.len() as f64).sqrt())
+}
+
+/// Steps of the reference in one of the pane.
+fn substeps(stage: &Stage, simulation: &OrderedSimulation) -> Result<u64, Violation> {
+    let step = stage.time.step_s;
+    let limit = simulation.explicit_numbers().limit();
+    let parts = (step / (SAFETY * limit)).ceil().max(1.0);
+    let (whole, _) = stage.time.steps();
+    if parts * (whole.max(1) as f64) > limits::STEPS as f64 {
+        let expected = format!(
+            "at most {} steps of {:.1e} s: a softer cloth or a shorter run",
+            limits::STEPS,
+            SAFETY * limit
+        );
+        let value = format!("{:.1e} steps", parts * whole as f64);
+        return Err(Violation { path: "reference".to_owned(), value, expected });
+    }
+    Ok(parts as u64)
+}
+
+/// The run; a sentence if it diverged.
+fn go(setup: &Setup, files: &Files, shared: &Shared) -> Result<Option<String>, SetupError> {
+    let stage = setup.stage_with(files)?;
+    let choice = Choice::parse(METHOD, &[])?;
+    let mut simulation = OrderedSimulation::new(&stage.spec, &choice)?;
+    let parts = substeps(&stage, &simulation)?;
+    let step_s = stage.time.step_s / parts as f64;
+    let time = TimeSpan { step_s, ..stage.time };
+    let (whole, rest) = time.steps();
+    let steps = whole + u64::from(rest.is_some());
+    let most = (limits::GHOST_BYTES / (12 * stage.spec.particles.mass_kg.len().max(1))).max(2);
+    let keep = |time: f64, shown: Vec<drape_model::Vec3>| {
+        let shown = shown.iter().map(|x| [x.x as f32, x.y as f32, x.z as f32]).collect();
+        let mut inside = shared.lock();
+        if inside.kept.len() >= most {
+            inside.kept.pop_front();
+        }
+        inside.kept.push_back((time, Arc::new(shown)));
+    };
+    shared.lock().step = stage.time.step_s;
+    keep(0.0, simulation.moving().display_positions());
+    let wait = |next: f64| {
+        let mut inside = shared.lock();
+        while !inside.is_closed && next > inside.until + LATE * step_s {
+            inside = shared.changed.wait(inside).unwrap_or_else(PoisonError::into_inner);
+        }
+    };
+    wait(step_s);
+    if shared.lock().is_closed {
+        return Ok(None);
+    }
+    let look = |moment: &Moment<'_>| {
+        if moment.step % parts == 0 || moment.step == steps {
+            keep(moment.state.t, moment.moving().display_positions());
+        }
+        if moment.step < steps {
+            wait((moment.state.t + step_s).min(time.duration_s));
+        }
+    };
+    let outcome = simulation
+        .simulate(time, |runner| runner.observe(look).stop(|_| shared.lock().is_closed))?;
+    Ok(outcome.divergence.map(|divergence| {
+        format!("the reference diverged at t = {:.3} s: {}", divergence.time, divergence.criterion)
+    }))
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "tests")]
+mod tests {
+    use super::*;
+    use std::time::{Duration, Instant};
+
+    #[test]
+    fn a_distance_is_the_root_of_the_mean_square() {
+        let (a, b) = ([[0.0, 0.0, 0.0], [1.0, 1.0, 1.0]], [[3.0, 4.0, 0.0], [1.0, 1.0, 1.0]]);
+        assert_eq!(distance(&a, &b), Some(12.5_f64.sqrt()));
+        assert_eq!(distance(&a, &b[..1]), None);
+    }
+
+    #[test]
+    fn the_reference_has_the_times_of_the_pane_and_moves() {
+        let setup = Setup {
+            scene: "hanging-textile-1e4".to_owned(),
+            step: Some(0.01),
+            duration: Some(0.105),
+            ..Setup::default()
+        };
+        let ghost = Ghost::start(&setup, &Arc::default(), &Runs::default()).unwrap();
+        ghost.go_until(1.0);
+        let begin = Instant::now();
+        while ghost.at(0.105).is_none() {
+            assert!(begin.elapsed() < Duration::from_secs(60), "{:?}", ghost.refusal());
+            std::thread::sleep(Duration::from_millis(2));
+        }
+        let (start, end) = (ghost.at(0.0).unwrap(), ghost.at(0.1).unwrap());
+        // Free fall in 0.1 s is 0.049 m, and most of the cloth falls freely.
+        let fallen = distance(&start, &end).unwrap();
+        assert!((0.04..0.05).contains(&fallen), "{fallen}");
+        assert!(ghost.at(0.055).is_none(), "no step of the pane ends there");
+        assert_eq!(ghost.refusal(), None);
+    }
+
+    #[test]
+    fn a_reference_of_too_many_steps_is_refused() {
+        let setup = Setup {
+            scene: "hanging-textile-1e4".to_owned(),
+            stiffness: Some(1e10),
+            duration: Some(3600.0),
+            ..Setup::default()
+        };
+        let ghost = Ghost::start(&setup, &Arc::default(), &Runs::default()).unwrap();
+        let begin = Instant::now();
+        let refusal = loop {
+            if let Some(refusal) = ghost.refusal() {
+                break refusal;
+            }
+            assert!(begin.elapsed() < Duration::from_secs(60));
+            std::thread::sleep(Duration::from_millis(2));
+        };
+        assert!(refusal.contains("reference") && refusal.contains("softer cloth"), "{refusal}");
+    }
+}
