@@ -55,6 +55,8 @@ pub fn setups(setting: &Setting) -> Vec<Setup> {
         step: Some(setting.step),
         duration: Some(setting.duration),
         particles: None,
+        gravity: None,
+        wind: None,
     };
     setting.methods.iter().map(setup).collect()
 }
