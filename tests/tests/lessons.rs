@@ -38,6 +38,8 @@ fn left(lesson: &Lesson, h: f64) -> f64 {
     run.energy() / start
 }
 
+/// Whether no oscillation grows. With damping it must have lost energy by the end: what grows may be
+/// held at a finite size where the spring turns over.
 fn is_stable(lesson: &Lesson, h: f64) -> bool {
     let mut run = run(lesson, h);
     let start = run.energy();
@@ -53,7 +55,7 @@ fn is_stable(lesson: &Lesson, h: f64) -> bool {
             return false;
         }
     }
-    true
+    lesson.setting.damping == 0.0 || run.energy() < start
 }
 
 /// The longest stable step, by bisection between a third of the expected one and half as much again; NaN
