@@ -15,8 +15,11 @@ const BLURS: usize = 3;
 /// Share of the light that the ground takes, and a full shadow on it.
 const GREY: f64 = 0.06;
 const DARK: f64 = 0.34;
-/// Distance from the middle, 1 at the rim, from which the ground fades into the background.
-const FADE: f64 = 0.55;
+/// Part of the ground along each side below the scene's box.
+const BELOW: f64 = 0.5 / REACH[0];
+/// Distance from the middle, 1 at the rim, from which the ground fades into the background. It
+/// grows like that of a square with round corners, so that nothing fades below the box.
+const FADE: f64 = 0.75;
 
 /// A level ground.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,7 +61,7 @@ impl Ground {
 
     /// The points that a picture must show: where a shadow can lie. Beyond, the ground fades.
     pub fn points(&self) -> [Vec3; 4] {
-        let at = |x: f64, y: f64| self.at(FADE * x, FADE * y);
+        let at = |x: f64, y: f64| self.at(BELOW * x, BELOW * y);
         [at(-1.0, -1.0), at(1.0, -1.0), at(1.0, 1.0), at(-1.0, 1.0)]
     }
 
@@ -96,7 +99,8 @@ impl Ground {
                 around(n / side).flat_map(|row| around(n % side).map(move |column| (row, column)));
             let covers: Vec<f64> = cells.map(|(row, column)| cover[row * CELLS + column]).collect();
             let mean = covers.iter().sum::<f64>() / covers.len() as f64;
-            let far = ((x.hypot(y) - FADE) / (1.0 - FADE)).clamp(0.0, 1.0);
+            let distance = (x * x).hypot(y * y).sqrt();
+            let far = ((distance - FADE) / (1.0 - FADE)).clamp(0.0, 1.0);
             let near = 1.0 - far * far * (3.0 - 2.0 * far);
             points.push(self.at(x, y));
             light.push(1.0 - near * (GREY + DARK * mean));
