@@ -83,7 +83,7 @@ pub enum Clock {
     #[default]
     Wall,
     /// Their counted work at recorded [prices](crate::cost), which is the same on every machine.
-    /// Forms are not timed again.
+    /// Forms are not timed again, and a registered form without prices of its own takes no part.
     Modelled,
 }
 
@@ -196,6 +196,9 @@ pub fn resume(
     let begin = memory.begin();
     check(options)?;
     let mut entries = forms::chosen(options.methods.as_deref())?;
+    if options.clock == Clock::Modelled && options.methods.is_none() {
+        entries.retain(|entry| crate::cost::prices().has(&entry.choice.full_id()));
+    }
     if let Some(shard) = options.shard {
         entries.retain(|entry| shard.has("compare", &entry.choice.full_id(), 0, false));
     }

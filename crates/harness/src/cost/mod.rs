@@ -137,6 +137,12 @@ pub fn prices() -> &'static Prices {
 }
 
 impl Prices {
+    /// Whether a form has prices of its own.
+    #[must_use]
+    pub fn has(&self, method: &str) -> bool {
+        self.forms.iter().any(|price| price.method == method)
+    }
+
     /// The prices of a form: its own, else those of the method's first form in the table, else of a
     /// plain sweep of forces. A method of the user has the latter.
     #[must_use]

@@ -45,6 +45,7 @@ pub(crate) fn regret_timings() -> Timings<regret::TimingRow> {
         label: label.map(str::to_owned),
         substeps: 4,
         regret: label.map(|_| 1.05),
+        over_model: label.map(|_| 1.2),
     };
     Timings {
         format: TIMINGS_FORMAT.to_owned(),

@@ -85,6 +85,8 @@ pub struct TimingRow {
     /// Time a frame of the advice over that of the best form of the exhaustive search, both timed
     /// in turns on this machine.
     pub regret: Option<f64>,
+    /// Time a frame of that best form over its modelled time, which is that of another machine.
+    pub over_model: Option<f64>,
 }
 
 impl Case {

@@ -103,13 +103,21 @@ fn by_clock(rows: &[TimingRow]) -> Table {
             millimetres(row.target_m),
             row.label.as_ref().map_or_else(absent, |label| format!("{label} ×{}", row.substeps)),
             row.regret.map_or_else(absent, |regret| significant(regret, 3)),
+            row.over_model.map_or_else(absent, |ratio| significant(ratio, 3)),
             significant(row.seconds, 2),
         ]
     };
     let budget = rows.first().map_or(0.0, |row| row.budget_s);
     Table {
         title: format!("**Advice by the clock of one machine**, budget {budget} s."),
-        header: texts(&["scene", "target (mm)", "advised", "regret", "seconds"]),
+        header: texts(&[
+            "scene",
+            "target (mm)",
+            "advised",
+            "regret",
+            "clock over model",
+            "seconds",
+        ]),
         names: 1,
         rows: rows.iter().map(row).collect(),
     }

@@ -32,7 +32,8 @@ pub(super) fn method() -> String {
         "Scenes on which neither the rules of the comparison nor the forms and settings of a method \
          were tuned, each for {} s at 60 frames a second and for two targets: a hundredth of the \
          cloth's longest side, and a quarter of that. The comparison is that of `drape compare` \
-         with its default options, but ranked by modelled time, and without an end of its time. The \
+         with its default options, but ranked by modelled time, without an end of its time, and \
+         without forms that have no prices of their own. The \
          exhaustive search runs every form with rising numbers of steps until it meets the target, \
          whatever others do. Regret is the modelled time of the advised run over that of the best \
          run of the exhaustive search. The advised form is then run again on another motion: all free \
@@ -124,13 +125,13 @@ impl Question {
         let options = Options { budget: BUDGET, clock: Clock::Wall, ..self.options() };
         let found = self.asked(&spec, &options)?;
         let advice = pick(&found);
-        let regret = match case.best.as_ref().zip(advice.as_ref()) {
+        let (regret, over_model) = match case.best.as_ref().zip(advice.as_ref()) {
             Some((best, advice)) => {
                 let both = [best, advice].map(|pick| (pick.method.as_str(), pick.substeps));
-                let [best, advice] = self.in_turns(&spec, both)?;
-                Some(advice / best)
+                let [best_s, advice_s] = self.in_turns(&spec, both)?;
+                (Some(advice_s / best_s), Some(best_s / best.frame_s))
             }
-            None => None,
+            None => (None, None),
         };
         Ok(TimingRow {
             scene: self.scene.name.to_owned(),
@@ -140,6 +141,7 @@ impl Question {
             substeps: advice.as_ref().map_or(0, |pick| pick.substeps),
             label: advice.map(|pick| pick.label),
             regret,
+            over_model,
         })
     }
 

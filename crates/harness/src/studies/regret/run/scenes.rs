@@ -37,9 +37,10 @@ impl Scene {
 
 /// A scene of a grid from its JSON parts.
 fn grid(cloth: &str, effects: &str, rest: &str) -> Result<SystemSpec, HarnessError> {
+    let mark = if effects.is_empty() { "" } else { "," };
     let text = format!(
         r#"{{ "format": "drape-scene/1", "name": "held-out", "cloth": {{ "grid": {{ {cloth} }} }},
-            "effects": {{ {effects}, "gravity": {{ "m_s2": [0, 0, -9.81] }} }}, {rest},
+            "effects": {{ {effects}{mark} "gravity": {{ "m_s2": [0, 0, -9.81] }} }}, {rest},
             "time": {{ "step_s": 0.01, "duration_s": 0.5 }} }}"#
     );
     Ok(drape_model::parse("held-out", &text)?.spec().clone())
@@ -156,6 +157,40 @@ fn taut_banner() -> Result<SystemSpec, HarnessError> {
     grid(cloth, &fabric(2000.0, 300.0, 0.02), pins)
 }
 
+fn denim_apron() -> Result<SystemSpec, HarnessError> {
+    let cloth = r#""rows": 12, "columns": 12, "size_m": [0.8, 0.8], "center_m": [0, 0, 0],
+        "rotation": { "axis": [1, 0.4, 0], "angle_deg": -50 }"#;
+    let rest = r#""material": { "of": "denim", "retardation_s": 0.0003 },
+        "pins": [{ "row": 0, "column": 0 }, { "row": 2, "column": 11 }]"#;
+    grid(cloth, "", rest)
+}
+
+fn cotton_on_rail() -> Result<SystemSpec, HarnessError> {
+    let cloth = r#""rows": 11, "columns": 12, "size_m": [1.1, 0.9], "center_m": [0, 0, 0],
+        "velocity_m_s": [0.4, 1.5, 0], "rotation": { "axis": [1, 0, 0], "angle_deg": 90 }"#;
+    let rest = r#""material": { "of": "cotton-blend", "retardation_s": 0.001 },
+        "pins": [{ "within_m": [[-1, -1, 0.44], [1, 1, 0.46]] }]"#;
+    grid(cloth, "", rest)
+}
+
+fn canvas() -> Result<SystemSpec, HarnessError> {
+    let cloth = r#""rows": 12, "columns": 12, "size_m": [1.0, 1.0], "center_m": [0, 0, 0],
+        "mass_kg": 0.4"#;
+    let pins = r#""pins": [{ "row": 0, "column": 1 }, { "row": 3, "column": 11 }]"#;
+    grid(cloth, &fabric(8000.0, 800.0, 2.0), pins)
+}
+
+fn sail() -> Result<SystemSpec, HarnessError> {
+    let cloth = r#""rows": 13, "columns": 9, "size_m": [0.8, 1.2], "center_m": [0, 0, 0],
+        "mass_kg": 0.2, "rotation": { "axis": [1, 0, 0], "angle_deg": 90 }"#;
+    let air = r#""air": { "drag": { "quadratic": { "coefficient": 1.2 } },
+        "wind": { "velocity_m_s": [3, 7, 0] } }"#;
+    let effects = format!("{}, {air}", fabric(5000.0, 1500.0, 0.4));
+    let pins = r#""pins": [{ "row": 12, "column": 0 }, { "row": 0, "column": 0 },
+        { "row": 0, "column": 8 }]"#;
+    grid(cloth, &effects, pins)
+}
+
 /// All scenes.
 fn scenes() -> Vec<Scene> {
     let scene = |name, size_m, description, make| Scene { name, description, size_m, make };
@@ -185,6 +220,25 @@ fn scenes() -> Vec<Scene> {
             "A very firm banner that swings from its upper edge.",
             taut_banner,
         ),
+        scene(
+            "denim-apron",
+            0.8,
+            "Denim by its measured constants, held at two places.",
+            denim_apron,
+        ),
+        scene(
+            "cotton-on-rail",
+            1.1,
+            "A cotton blend by its measured constants, on a rail.",
+            cotton_on_rail,
+        ),
+        scene(
+            "canvas",
+            1.0,
+            "A stiff and heavily damped sheet that is held at two places.",
+            canvas,
+        ),
+        scene("sail", 1.2, "A stiff cloth between three points in a wind.", sail),
     ]
 }
 
