@@ -135,8 +135,8 @@ export class PaneView {
       ["cg", "CG iterations a step"],
       ["theta", "h²k/m"],
       ["stretch", "greatest stretch"],
-      ["momentum", "momentum"],
-      ["angular", "angular momentum"],
+      ["momentum", "momentum, kg m/s"],
+      ["angular", "angular momentum, kg m²/s"],
       ["distance", "off the reference"],
     ] as const) {
       const cell = make("dd", {}, "–");
@@ -178,7 +178,8 @@ export class PaneView {
     const isOpen = this.own.open;
     this.own.replaceChildren(make("summary", {}, "Knobs of this pane"));
     const change = (turn: Turn): void => this.wishes.change(this.index, turn);
-    this.own.append(knobs(hello, [setup], change, (sentence) => this.wishes.complain(sentence)));
+    const complain = (sentence: string): void => this.wishes.complain(sentence);
+    this.own.append(knobs(hello, [setup], change, complain, false));
     const method = methodOf(hello.methods, setup.method);
     if (method !== undefined)
       this.own.append(make("p", { class: "help" }, `${method.name}. ${method.theory}`));
@@ -340,8 +341,8 @@ export class PaneView {
       cg: numbers.step === 0 ? "–" : short(numbers.all_cg_iterations / numbers.step),
       theta: short(numbers.theta),
       stretch: numbers.stretch === null ? "–" : `${short(100 * numbers.stretch)} %`,
-      momentum: `${short(size(numbers.momentum))} kg m/s`,
-      angular: `${short(size(numbers.angular_momentum))} kg m²/s`,
+      momentum: short(size(numbers.momentum)),
+      angular: short(size(numbers.angular_momentum)),
       distance: status.distance === null ? "–" : `${short(1000 * status.distance)} mm`,
     };
     say(this.ghostNote, status.ghost === null ? "" : `No reference: ${status.ghost}.`);
