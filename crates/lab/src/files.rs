@@ -270,7 +270,7 @@ fn of_mesh(name: &str, bytes: &[u8]) -> Result<Dropped, SceneError> {
         .map(|particle| Pin { particle: Some(particle), ..Pin::default() })
         .collect();
     let notes = vec![format!(
-        "{name} is taken as cloth of {DENSITY_KG_M2} kg/m² in metres, with k/m = {STIFFNESS_PER_S2} \
+        "the mesh {name} is taken as cloth of {DENSITY_KG_M2} kg/m² in metres, with k/m = {STIFFNESS_PER_S2} \
          1/s² along all edges and gravity, held by its highest particles"
     )];
     let source = Source::Scene(Box::new(scene));

@@ -259,7 +259,8 @@ impl Session {
         self.ghosts.clear();
         let mut groups: Vec<Setup> = Vec::new();
         for (shown, setup) in self.panes.iter_mut().zip(&self.setups) {
-            (shown.ghost, shown.has_ghost) = (None, false);
+            // The page is told anew, with or without a reference.
+            (shown.ghost, shown.has_ghost, shown.seen) = (None, false, 0);
             let is_touched = shown.pane.scenery().is_some_and(|s| s.stage.is_touched());
             if !self.wants_ghosts || is_touched {
                 continue;

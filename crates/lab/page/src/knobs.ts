@@ -82,18 +82,18 @@ function labelled(label: string, input: HTMLElement, more: Node[] = [], kind = "
 
 /**
  * Knobs for some panes. `change` is called with what a person asks for, `complain` with
- * a sentence if a value is out of its range.
+ * a sentence if a value is out of its range. Knobs for all panes fold the settings of the methods.
  */
 export function knobs(
   hello: Hello,
   setups: Setup[],
   change: (turn: Turn) => void,
   complain: (sentence: string) => void,
+  isShared: boolean,
 ): HTMLElement {
   const box = make("div", { class: "knobs" });
   const first = setups[0];
   if (first === undefined) return box;
-  const isShared = setups.length > 1;
   const scenes = new Map(hello.scenes.map((scene) => [scene.name, scene]));
 
   const scene = make("select");
@@ -109,7 +109,7 @@ export function knobs(
   });
   box.append(labelled("Scene", scene, [], "wide"));
 
-  if (!isShared) {
+  if (setups.length === 1) {
     const list = make("datalist", { id: `methods-${++last}` });
     for (const method of hello.methods) {
       list.append(make("option", { value: method.id }, method.name));
@@ -161,12 +161,9 @@ export function knobs(
     box.append(labelled(knob.label, input, more));
   }
   box.append(wind(hello, setups, change, complain));
-  const settings = settingKnobs(hello, setups, change, complain);
+  const settings = settingKnobs(hello, setups, change, complain, isShared);
   if (settings === undefined) return box;
-  if (!isShared) {
-    box.append(settings);
-    return box;
-  }
+  if (!isShared) return make("div", {}, box, settings);
   const folded = make("details", {}, make("summary", {}, "Settings of the methods"), settings);
   folded.dataset.knob = "settings";
   folded.open = isUnfolded;
@@ -234,8 +231,8 @@ function settingKnobs(
   setups: Setup[],
   change: (turn: Turn) => void,
   complain: (sentence: string) => void,
+  isShared: boolean,
 ): HTMLElement | undefined {
-  const isShared = setups.length > 1;
   const found = new Map<string, { setting: SettingChoice; values: string[]; owners: string[] }>();
   for (const setup of setups) {
     const method = methodOf(hello.methods, setup.method);

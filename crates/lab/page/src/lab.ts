@@ -95,7 +95,7 @@ class Lab {
 
   constructor() {
     if (!this.wantsPlay)
-      this.complain("Paused, because your system asks for little motion. Press Play.");
+      this.inform("Paused, because your system asks for little motion. Press Play.");
     for (const rate of [0.05, 0.1, 0.25, 0.5, 1, 2, 5]) {
       this.rate.append(
         make("option", { value: String(rate) }, rate === 1 ? "real time" : `${rate} × real time`),
@@ -155,6 +155,13 @@ class Lab {
   }
 
   private complain(sentence: string): void {
+    this.message.className = "";
+    say(this.message, sentence);
+  }
+
+  /** Says what is no fault. */
+  private inform(sentence: string): void {
+    this.message.className = "help";
     say(this.message, sentence);
   }
 
@@ -208,7 +215,7 @@ class Lab {
     if (!isShown && !this.isAgain)
       this.state.panes = this.state.panes.map(({ method }) => ({ scene: scene.name, method }));
     this.begin();
-    if (notes.length > 0) this.complain(notes.map(asSentence).join(" "));
+    if (notes.length > 0) this.inform(notes.map(asSentence).join(" "));
   }
 
   private connect(): void {
@@ -287,7 +294,7 @@ class Lab {
         break;
       }
       case "refused":
-        this.complain(asSentence(reply.sentence));
+        this.complain(reply.sentence);
         if (this.awaited !== undefined && reply.sentence.includes(this.awaited)) {
           this.files.forget(this.awaited);
           this.awaited = undefined;
@@ -352,7 +359,7 @@ class Lab {
       this.openSoon();
     };
     byId("shared").replaceChildren(
-      knobs(hello, state.panes, change, (sentence) => this.complain(sentence)),
+      knobs(hello, state.panes, change, (sentence) => this.complain(sentence), true),
     );
     this.add.disabled = state.panes.length >= hello.limits.panes;
     if (![...this.rate.options].some((option) => Number(option.value) === state.rate)) {

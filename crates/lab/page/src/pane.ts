@@ -17,6 +17,13 @@ interface Moment {
   ghost: Float32Array | undefined;
 }
 
+/** What is to be shown, perhaps without a picture. */
+interface Sight {
+  status: Status;
+  positions: Float32Array | undefined;
+  ghost: Float32Array | undefined;
+}
+
 /** How far a key moves a particle that is led, in points of the picture. */
 const STRIDE = 20;
 const ARROWS: Record<string, [number, number]> = {
@@ -91,6 +98,9 @@ export class PaneView {
   /** The particle that is led, with its way in points of the picture. */
   private led: { particle: number; right: number; down: number } | undefined;
   private isDirty = false;
+  /** What the next picture shows. */
+  private next: Sight | undefined;
+  private isAwaited = false;
   private duration = 1;
   private shown: Status | undefined;
   private removeButton: HTMLButtonElement;
@@ -135,8 +145,8 @@ export class PaneView {
       ["cg", "CG iterations a step"],
       ["theta", "h²k/m"],
       ["stretch", "greatest stretch"],
-      ["momentum", "momentum"],
-      ["angular", "angular momentum"],
+      ["momentum", "momentum, kg m/s"],
+      ["angular", "angular momentum, kg m²/s"],
       ["distance", "off the reference"],
     ] as const) {
       const cell = make("dd", {}, "–");
@@ -178,7 +188,8 @@ export class PaneView {
     const isOpen = this.own.open;
     this.own.replaceChildren(make("summary", {}, "Knobs of this pane"));
     const change = (turn: Turn): void => this.wishes.change(this.index, turn);
-    this.own.append(knobs(hello, [setup], change, (sentence) => this.wishes.complain(sentence)));
+    const complain = (sentence: string): void => this.wishes.complain(sentence);
+    this.own.append(knobs(hello, [setup], change, complain, false));
     const method = methodOf(hello.methods, setup.method);
     if (method !== undefined)
       this.own.append(make("p", { class: "help" }, `${method.name}. ${method.theory}`));
@@ -193,6 +204,7 @@ export class PaneView {
     this.plot.clear();
     this.frame = undefined;
     this.ghost = undefined;
+    this.next = undefined;
     this.release();
     this.view.set(scenery);
   }
@@ -277,6 +289,7 @@ export class PaneView {
       this.run = status.run;
       this.history = [];
       this.isOver = true;
+      this.next = undefined;
       this.speak("refused", "", status.phase.sentence, "", "");
       return;
     }
@@ -293,11 +306,26 @@ export class PaneView {
       const most = Math.max(50, Math.min(1500, MEMORY / positions.byteLength));
       if (this.history.length > most) this.history = this.history.filter((_, i) => i % 2 === 0);
     }
-    if (isLive) this.display(status, positions, ghost);
+    if (isLive) this.displaySoon({ status, positions, ghost });
+  }
+
+  /** Shows the last of all messages before a picture: a slow browser leaves some out, and messages
+   *  do not pile up. */
+  private displaySoon(sight: Sight): void {
+    this.next = sight;
+    if (this.isAwaited) return;
+    this.isAwaited = true;
+    requestAnimationFrame(() => {
+      this.isAwaited = false;
+      const { next } = this;
+      this.next = undefined;
+      if (next !== undefined) this.display(next.status, next.positions, next.ghost);
+    });
   }
 
   /** Shows the last moment that is not later than a time. */
   lookBack(time: number): void {
+    this.next = undefined;
     let found = this.history[0];
     for (const moment of this.history)
       if (moment.status.numbers.time <= time + 1e-9) found = moment;
@@ -340,8 +368,8 @@ export class PaneView {
       cg: numbers.step === 0 ? "–" : short(numbers.all_cg_iterations / numbers.step),
       theta: short(numbers.theta),
       stretch: numbers.stretch === null ? "–" : `${short(100 * numbers.stretch)} %`,
-      momentum: `${short(size(numbers.momentum))} kg m/s`,
-      angular: `${short(size(numbers.angular_momentum))} kg m²/s`,
+      momentum: short(size(numbers.momentum)),
+      angular: short(size(numbers.angular_momentum)),
       distance: status.distance === null ? "–" : `${short(1000 * status.distance)} mm`,
     };
     say(this.ghostNote, status.ghost === null ? "" : `No reference: ${status.ghost}.`);
