@@ -175,8 +175,8 @@ fn right_answers_are_accepted_and_wrong_ones_get_their_hint() {
         for right in [answer, answer * (1.0 + 0.9 * tolerance), answer * (1.0 - 0.9 * tolerance)] {
             assert!(mark(right).is_right, "{id}: {right}");
         }
-        // Far from every trap.
-        for (wrong, hint) in [(answer * 3e4, lesson.high), (answer * 3e-5, lesson.low)] {
+        // Factors that lead to no trap.
+        for (wrong, hint) in [(answer * 7e4, lesson.high), (answer * 1.3e-5, lesson.low)] {
             let mark = mark(wrong);
             assert!(!mark.is_right && mark.sentence.contains(hint), "{id}, {wrong}: {mark:?}");
         }

@@ -85,9 +85,9 @@ fn case(problem: &Problem<'_>) -> Expectation {
 /// Its lesson.
 static LESSON: Lesson = Lesson {
     title: "A dial for numerical damping",
-    idea: "Forces and accelerations are taken at two different points within the step. One number, \
-           rho_inf, sets what a step leaves of the fastest oscillations: 1 keeps all, 0 kills them \
-           in one step. Slow oscillations are kept whatever it is, and the order is 2.",
+    idea: "Forces and accelerations are taken at two different points within the step. One \
+           number, rho_inf, sets what a step leaves of the fastest oscillations: 1 keeps all, 0 \
+           kills them within a few steps. Slow oscillations lose little, and the order is 2.",
     docs: "drape-generalized-alpha",
     sources: drape_generalized_alpha::SOURCES,
     equation: Excerpt::docs(

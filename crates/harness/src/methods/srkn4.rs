@@ -73,8 +73,8 @@ fn case(problem: &Problem<'_>) -> Expectation {
 static LESSON: Lesson = Lesson {
     title: "Order 4 without a solve",
     idea: "Six kicks and six drifts of different lengths, some of them backwards, cancel all \
-           errors up to order 4, and the map still keeps areas. A step costs six forces, but it is \
-           also longer and far more accurate than six steps of leapfrog would be of use for.",
+           errors up to order 4, and the map still keeps areas. A step costs six forces. It may \
+           be longer than a step of leapfrog, and its error is far smaller.",
     docs: "drape-srkn4",
     sources: drape_srkn4::SOURCES,
     equation: Excerpt::docs("v ← e^{−b h M⁻¹D} v + …", "(N3)"),
