@@ -210,7 +210,10 @@ fn a_cloth_that_is_moved_by_hand_is_repeated_from_each_touch_on() {
         }
         // The second leg ended before it was let go, so the particle is where the hand was.
         let place = state.x[particle] - drape_model::Vec3::from(grip);
-        assert!((place - drape_model::Vec3::new(0.1, 0.2, 0.1)).norm() < 1e-12, "{method}: {place}");
+        assert!(
+            (place - drape_model::Vec3::new(0.1, 0.2, 0.1)).norm() < 1e-12,
+            "{method}: {place}"
+        );
         let free = pane.scenery().unwrap().stage.let_go(&state, step).unwrap();
         assert!(!free.is_led());
         let pins = free.spec.pins.iter().filter(|pin| pin.particle == particle as u32).count();
@@ -224,7 +227,8 @@ fn a_cloth_that_is_moved_by_hand_is_repeated_from_each_touch_on() {
         assert!((led - state.x[particle]).norm() < 1e-9, "{method}");
         if method != "bdf2" {
             // A method without memory makes the same move in one run, up to round-off and its solver.
-            let far = |x: &[f64; 3], y: &drape_model::Vec3| (drape_model::Vec3::from(*x) - y).norm();
+            let far =
+                |x: &[f64; 3], y: &drape_model::Vec3| (drape_model::Vec3::from(*x) - y).norm();
             let pairs = moved.final_state.position_m.iter().zip(&state.x);
             let most = pairs.map(|(x, y)| far(x, y)).fold(0.0, f64::max);
             assert!(most < 1e-3, "{method}: {most} m");
