@@ -270,8 +270,8 @@ fn of_mesh(name: &str, bytes: &[u8]) -> Result<Dropped, SceneError> {
         .map(|particle| Pin { particle: Some(particle), ..Pin::default() })
         .collect();
     let notes = vec![format!(
-        "the mesh {name} is taken as cloth of {DENSITY_KG_M2} kg/m² in metres, with k/m = {STIFFNESS_PER_S2} \
-         1/s² along all edges and gravity, held by its highest particles"
+        "the mesh {name} is taken as cloth of {DENSITY_KG_M2} kg/m² in metres, with k/m = \
+         {STIFFNESS_PER_S2} 1/s² along all edges and gravity, held by its highest particles"
     )];
     let source = Source::Scene(Box::new(scene));
     Ok(Dropped { source, mesh: Some(name.to_owned()), is_scene: false, notes })
@@ -342,12 +342,14 @@ mod tests {
         let broken = SQUARE.replace("f 1 2 3 4", "f 1 2 3 9");
         let scene = |cloth: &str| {
             format!(
-                r#"{{ "format": "drape-scene/1", "name": "x", "cloth": {cloth}, "time": {{ "step_s": 0.01, "duration_s": 1 }} }}"#
+                r#"{{ "format": "drape-scene/1", "name": "x", "cloth": {cloth},
+                    "time": {{ "step_s": 0.01, "duration_s": 1 }} }}"#
             )
         };
         let grid = |rows: u32| {
             scene(&format!(
-                r#"{{ "grid": {{ "rows": {rows}, "columns": 200, "size_m": [1, 1], "center_m": [0, 0, 0], "mass_kg": 1 }} }}"#
+                r#"{{ "grid": {{ "rows": {rows}, "columns": 200, "size_m": [1, 1],
+                    "center_m": [0, 0, 0], "mass_kg": 1 }} }}"#
             ))
         };
         let mesh = |file: &str| {

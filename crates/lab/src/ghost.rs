@@ -174,7 +174,7 @@ fn go(setup: &Setup, files: &Files, shared: &Shared) -> Result<Option<String>, S
         return Ok(None);
     }
     let look = |moment: &Moment<'_>| {
-        if moment.step % parts == 0 || moment.step == steps {
+        if moment.step.is_multiple_of(parts) || moment.step == steps {
             keep(moment.state.t, moment.moving().display_positions());
         }
         if moment.step < steps {

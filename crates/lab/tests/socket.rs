@@ -254,6 +254,49 @@ fn what_cannot_be_done_is_said_and_the_session_goes_on() {
     page.wait_for_panes(2, |m| m["tell"] == "status" && m["phase"]["kind"] == "refused");
 }
 
+/// A message with a file.
+fn file(name: &str, content: &str) -> Message {
+    let mut bytes = u32::try_from(name.len()).unwrap().to_le_bytes().to_vec();
+    bytes.extend([name, content].concat().as_bytes());
+    Message::binary(bytes)
+}
+
+#[test]
+fn files_references_and_hands_go_over_the_socket() {
+    let server = Running::start();
+    let mut page = server.open();
+    let strip = "v 0 0 1\nv 1 0 1\nv 2 0 1\nv 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 5 4\nf 2 3 6 5\n";
+    page.0.send(file("strip.obj", &strip.replace("6 5", "6 7"))).unwrap();
+    let refused = page.wait_for(|m| m["tell"] == "refused");
+    let sentence = refused["sentence"].as_str().unwrap();
+    assert!(sentence.contains("strip.obj") && sentence.contains("line 8"), "{sentence}");
+    page.0.send(file("strip.obj", strip)).unwrap();
+    let dropped = page.wait_for(|m| m["tell"] == "dropped");
+    assert_eq!(dropped["scene"]["name"], "file:strip.obj");
+    assert_eq!(dropped["scene"]["stiffness"], 1e4);
+    page.say(r#"{"do":"ghost","on":true}"#);
+    let pane = json!({ "scene": "file:strip.obj", "method": "imex-updated", "duration": 60 });
+    page.say(&json!({ "do": "open", "panes": [pane] }).to_string());
+    page.say(r#"{"do":"play"}"#);
+    let near = page.wait_for(|m| m["distance"].as_f64().is_some_and(|d| d > 0.0));
+    assert!(near["distance"].as_f64().unwrap() < 0.5, "{near}");
+    page.say(r#"{"do":"lead","particle":4,"by":[0.3,0,1e9]}"#);
+    let refused = page.wait_for(|m| m["tell"] == "refused");
+    assert!(refused["sentence"].as_str().unwrap().contains("way of the hand"), "{refused}");
+    page.say(r#"{"do":"lead","particle":4,"by":[0.3,0,0]}"#);
+    page.wait_for(|m| m["ghost"].as_str().is_some_and(|note| note.contains("the hand")));
+    page.say(r#"{"do":"lead","particle":3,"by":[0,0,0]}"#);
+    let refused = page.wait_for(|m| m["tell"] == "refused");
+    assert!(refused["sentence"].as_str().unwrap().contains("expected 4"), "{refused}");
+    page.say(r#"{"do":"let_go"}"#);
+    let before = page.wait_for(|m| m["tell"] == "status")["numbers"]["step"].as_u64().unwrap();
+    page.wait_for(|m| m["numbers"]["step"].as_u64().is_some_and(|step| step > before + 5));
+    page.say(r#"{"do":"repeat","pane":0}"#);
+    let repeat = page.wait_for(|m| m["tell"] == "repeat")["repeat"].clone();
+    assert!(repeat["note"].as_str().unwrap().contains("moved by hand"), "{repeat}");
+    assert_eq!(repeat["way"]["file"], "strip-by-hand.json");
+}
+
 /// Memory of this process that is in use, bytes.
 fn memory() -> u64 {
     let text = std::fs::read_to_string("/proc/self/statm").unwrap_or_default();
