@@ -197,7 +197,8 @@ pub fn resume(
     check(options)?;
     let mut entries = forms::chosen(options.methods.as_deref())?;
     if options.clock == Clock::Modelled && options.methods.is_none() {
-        entries.retain(|entry| crate::cost::prices().has(&entry.choice.full_id()));
+        let prices = crate::cost::prices();
+        entries.retain(|entry| prices.own(&entry.choice.full_id()).is_some());
     }
     if let Some(shard) = options.shard {
         entries.retain(|entry| shard.has("compare", &entry.choice.full_id(), 0, false));

@@ -137,10 +137,15 @@ pub fn prices() -> &'static Prices {
 }
 
 impl Prices {
-    /// Whether a form has prices of its own.
+    /// The prices of a form of its own, however its settings are written.
     #[must_use]
-    pub fn has(&self, method: &str) -> bool {
-        self.forms.iter().any(|price| price.method == method)
+    pub fn own(&self, method: &str) -> Option<&Price> {
+        let whole = |text: &str| Some(crate::methods::Choice::parse(text, &[]).ok()?.full_id());
+        let same = |price: &&Price| price.method == method;
+        self.forms.iter().find(same).or_else(|| {
+            let wanted = whole(method)?;
+            self.forms.iter().find(|price| whole(&price.method).is_some_and(|id| id == wanted))
+        })
     }
 
     /// The prices of a form: its own, else those of the method's first form in the table, else of a
@@ -148,9 +153,8 @@ impl Prices {
     #[must_use]
     pub fn of(&self, method: &str) -> &Price {
         let id = |method: &str| method.split(':').next().map(str::to_owned);
-        let own = self.forms.iter().find(|price| price.method == method);
         let alike = || self.forms.iter().find(|price| id(&price.method) == id(method));
-        own.or_else(alike).unwrap_or(&PLAIN)
+        self.own(method).or_else(alike).unwrap_or(&PLAIN)
     }
 }
 
@@ -168,6 +172,17 @@ static PLAIN: Price = Price {
 #[allow(clippy::unwrap_used, reason = "tests")]
 mod tests {
     use super::*;
+
+    /// A form is the same with all its settings written out; one that was never timed has no price.
+    #[test]
+    fn a_form_is_known_by_its_settings_however_they_are_written() {
+        for price in &prices().forms {
+            let Ok(choice) = crate::methods::Choice::parse(&price.method, &[]) else { continue };
+            assert_eq!(prices().of(&choice.full_id()), price, "{}", price.method);
+        }
+        assert!(prices().own("symplectic-euler:damping=implicit").is_none());
+        assert!(prices().own("no-such").is_none());
+    }
 
     const WORK: Counted = Counted {
         steps: 10,

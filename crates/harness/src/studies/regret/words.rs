@@ -26,8 +26,8 @@ pub(super) fn words(facts: &Facts) -> Words {
                 .to_owned(),
         ),
         Some(
-            "The scenes have at most 144 particles and last half a second, so that every form can \
-             be searched."
+            "The scenes have at most 144 particles, last half a second, and hold springs, gravity and \
+             pins alone: prices know no air, hinge or contact."
                 .to_owned(),
         ),
     ];

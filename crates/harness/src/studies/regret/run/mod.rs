@@ -29,7 +29,7 @@ const REPETITIONS: usize = 3;
 /// How the facts are measured.
 pub(super) fn method() -> String {
     format!(
-        "Scenes on which neither the rules of the comparison nor the forms and settings of a method \
+        "Scenes of springs, gravity and pins on which neither the rules of the comparison nor the forms and settings of a method \
          were tuned, each for {} s at 60 frames a second and for two targets: a hundredth of the \
          cloth's longest side, and a quarter of that. The comparison is that of `drape compare` \
          with its default options, but ranked by modelled time, without an end of its time, and \

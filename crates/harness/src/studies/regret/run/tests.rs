@@ -7,7 +7,7 @@ use super::*;
 #[test]
 fn every_scene_builds_has_its_size_and_moves() {
     let questions = questions();
-    assert_eq!(questions.len(), 28);
+    assert_eq!(questions.len(), 20);
     for question in &questions {
         let scene = question.scene;
         let spec = scene.spec().unwrap();
