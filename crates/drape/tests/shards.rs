@@ -78,9 +78,13 @@ fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
 
 fn journals(out: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     let is_journal = |name: &Path| name.extension().is_some_and(|e| e == "journal");
-    let folder = out.join(".unfinished");
-    let files = if folder.exists() { files(&folder) } else { BTreeMap::new() };
-    files.into_iter().filter(|(name, _)| is_journal(name)).collect()
+    // A running shard writes temporary files beside its journals, which come and go.
+    let entries = std::fs::read_dir(out.join(".unfinished")).into_iter().flatten();
+    let paths =
+        entries.filter_map(|entry| Some(entry.ok()?.path())).filter(|path| is_journal(path));
+    paths
+        .filter_map(|path| Some((path.file_name()?.into(), undated(&std::fs::read(&path).ok()?))))
+        .collect()
 }
 
 fn lines(journal: &[u8]) -> usize {
