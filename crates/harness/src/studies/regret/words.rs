@@ -27,7 +27,7 @@ pub(super) fn words(facts: &Facts) -> Words {
         ),
         Some(
             "The scenes have at most 144 particles, last half a second, and hold springs, gravity and \
-             pins alone: prices know no air, hinge or contact."
+             pins alone: prices know no other force."
                 .to_owned(),
         ),
     ];
