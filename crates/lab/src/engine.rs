@@ -20,7 +20,7 @@ use std::time::{Duration, Instant};
 /// The page is shown a run at most this often.
 const SHOWN_EVERY: Duration = Duration::from_millis(30);
 /// Part of a step by which a step may end after its time, because of round-off.
-const LATE: f64 = 1e-6;
+pub(crate) const LATE: f64 = 1e-6;
 /// Coordinates beyond this are shown there, m.
 const FAR: f64 = 1e6;
 
@@ -185,7 +185,7 @@ struct Shared {
 }
 
 /// A panic elsewhere leaves these values whole: each is replaced in one move.
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -259,14 +259,7 @@ impl Pane {
         let shared = Arc::new(Shared::default());
         let worker = shared.clone();
         let run = move || {
-            // A bug in one method must not end the others.
-            let done = catch_unwind(AssertUnwindSafe(|| Worker::run(stage()?, &worker)));
-            let refused = match done {
-                Ok(Ok(())) => None,
-                Ok(Err(error)) => Some(error.to_string()),
-                Err(_) => Some("the run failed by a bug in drape; please report it".to_owned()),
-            };
-            if let Some(sentence) = refused {
+            if let Err(sentence) = guarded(|| Worker::run(stage()?, &worker)) {
                 worker.show(Phase::Refused(sentence), None);
             }
             drop(ticket);
@@ -301,8 +294,22 @@ impl Pane {
 }
 
 /// The time at the end of the step after `time`.
-fn next(time: f64, span: TimeSpan) -> f64 {
+pub(crate) fn next(time: f64, span: TimeSpan) -> f64 {
     (time + span.step_s).min(span.duration_s)
+}
+
+/// What a run gives, or the sentence that ends it. A bug in one method must not end the others.
+pub(crate) fn guarded<T>(run: impl FnOnce() -> Result<T, SetupError>) -> Result<T, String> {
+    match catch_unwind(AssertUnwindSafe(run)) {
+        Ok(done) => done.map_err(|error| error.to_string()),
+        Err(_) => Err("the run failed by a bug in drape; please report it".to_owned()),
+    }
+}
+
+/// Positions as the page gets them.
+pub(crate) fn shown(positions: &[Vec3]) -> Vec<[f32; 3]> {
+    let near = |c: f64| if c.is_finite() { c.clamp(-FAR, FAR) as f32 } else { 0.0 };
+    positions.iter().map(|x| [near(x.x), near(x.y), near(x.z)]).collect()
 }
 
 /// What a run needs for its numbers and verdicts.
@@ -449,7 +456,7 @@ impl<'a> Worker<'a> {
             self.micros = (wall.saturating_sub(before)).as_secs_f64() * 1e6 / (step - steps) as f64;
         }
         self.last = (Instant::now(), step, wall);
-        let shown = moving.display_positions();
+        let shown = shown(&moving.display_positions());
         let past = &self.stage.past;
         let (momentum, angular_momentum) = momenta(&self.stage.spec, &state);
         let paths = self.subject.solids.iter().filter_map(|solid| solid.path.as_ref());
@@ -469,8 +476,6 @@ impl<'a> Worker<'a> {
             offsets: paths.map(|path| path.offset(state.t).into()).collect(),
         };
         let opinion = Some(self.opinion());
-        let near = |c: f64| if c.is_finite() { c.clamp(-FAR, FAR) as f32 } else { 0.0 };
-        let shown = shown.iter().map(|x| [near(x.x), near(x.y), near(x.z)]).collect();
         Snapshot { shown, numbers, step, state: Some(state), opinion }
     }
 

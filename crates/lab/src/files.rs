@@ -4,7 +4,7 @@
 //! same page was given, by its name. A scene that names another file is refused.
 
 use crate::limits;
-use crate::setup::Source;
+use crate::setup::{Source, refuse};
 use drape_model::fabric::Material;
 use drape_model::{
     Cloth, DampingLaw, Effects, GravitySpec, MeshCloth, Pin, Scene, SceneError, SceneFile,
@@ -59,10 +59,6 @@ pub enum FileError {
     /// Its content.
     #[error(transparent)]
     Scene(#[from] SceneError),
-}
-
-fn refuse(path: &str, value: impl ToString, expected: impl Into<String>) -> Violation {
-    Violation { path: path.to_owned(), value: value.to_string(), expected: expected.into() }
 }
 
 /// A name as a message quotes it.

@@ -4,23 +4,20 @@
 //! second order, at a quarter of its stability limit. Its steps divide those of the pane, so both
 //! have the same times.
 
-use crate::engine::{Runs, Ticket};
+use crate::engine::{LATE, Runs, Ticket, guarded, lock, next, shown};
 use crate::files::Files;
 use crate::limits;
 use crate::setup::{Setup, SetupError, Stage};
 use drape_harness::methods::Choice;
 use drape_harness::{Moment, OrderedSimulation};
-use drape_model::{TimeSpan, Violation};
+use drape_model::{TimeSpan, Vec3, Violation};
 use std::collections::VecDeque;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
 /// The method of the reference.
 const METHOD: &str = "leapfrog:damping=explicit";
 /// Share of its stability limit at which it runs.
 const SAFETY: f64 = 0.25;
-/// Part of a step by which two times may differ and still be the same.
-const LATE: f64 = 1e-6;
 
 /// Positions at the end of a step, m.
 type Kept = (f64, Arc<Vec<[f32; 3]>>);
@@ -43,9 +40,8 @@ struct Shared {
 }
 
 impl Shared {
-    /// A panic elsewhere leaves these values whole: each is replaced in one move.
     fn lock(&self) -> MutexGuard<'_, Inside> {
-        self.inside.lock().unwrap_or_else(PoisonError::into_inner)
+        lock(&self.inside)
     }
 }
 
@@ -71,13 +67,7 @@ impl Ghost {
         let setup = Setup { method: METHOD.to_owned(), ..setup.clone() };
         let files = files.clone();
         let run = move || {
-            // A bug in one method must not end the others.
-            let done = catch_unwind(AssertUnwindSafe(|| go(&setup, &files, &worker)));
-            let refusal = match done {
-                Ok(Ok(refusal)) => refusal,
-                Ok(Err(error)) => Some(error.to_string()),
-                Err(_) => Some("the run failed by a bug in drape; please report it".to_owned()),
-            };
+            let refusal = guarded(|| go(&setup, &files, &worker)).unwrap_or_else(Some);
             let mut inside = worker.lock();
             inside.is_over = true;
             inside.refusal = refusal;
@@ -97,9 +87,9 @@ impl Ghost {
     pub fn at(&self, time: f64) -> Option<Arc<Vec<[f32; 3]>>> {
         let inside = self.shared.lock();
         let late = LATE * inside.step;
-        let next = inside.kept.partition_point(|(t, _)| *t < time - late);
-        let (t, shown) = inside.kept.get(next)?;
-        ((t - time).abs() <= late).then(|| shown.clone())
+        let place = inside.kept.partition_point(|(t, _)| *t < time - late);
+        let (t, kept) = inside.kept.get(place)?;
+        ((t - time).abs() <= late).then(|| kept.clone())
     }
 
     /// Whether it has not reached a time that it will reach, s.
@@ -153,8 +143,8 @@ fn go(setup: &Setup, files: &Files, shared: &Shared) -> Result<Option<String>, S
     let (whole, rest) = time.steps();
     let steps = whole + u64::from(rest.is_some());
     let most = (limits::GHOST_BYTES / (12 * stage.spec.particles.mass_kg.len().max(1))).max(2);
-    let keep = |time: f64, shown: Vec<drape_model::Vec3>| {
-        let shown = shown.iter().map(|x| [x.x as f32, x.y as f32, x.z as f32]).collect();
+    let keep = |time: f64, positions: &[Vec3]| {
+        let shown = shown(positions);
         let mut inside = shared.lock();
         if inside.kept.len() >= most {
             inside.kept.pop_front();
@@ -162,10 +152,10 @@ fn go(setup: &Setup, files: &Files, shared: &Shared) -> Result<Option<String>, S
         inside.kept.push_back((time, Arc::new(shown)));
     };
     shared.lock().step = stage.time.step_s;
-    keep(0.0, simulation.moving().display_positions());
-    let wait = |next: f64| {
+    keep(0.0, &simulation.moving().display_positions());
+    let wait = |end: f64| {
         let mut inside = shared.lock();
-        while !inside.is_closed && next > inside.until + LATE * step_s {
+        while !inside.is_closed && end > inside.until + LATE * step_s {
             inside = shared.changed.wait(inside).unwrap_or_else(PoisonError::into_inner);
         }
     };
@@ -175,10 +165,10 @@ fn go(setup: &Setup, files: &Files, shared: &Shared) -> Result<Option<String>, S
     }
     let look = |moment: &Moment<'_>| {
         if moment.step.is_multiple_of(parts) || moment.step == steps {
-            keep(moment.state.t, moment.moving().display_positions());
+            keep(moment.state.t, &moment.moving().display_positions());
         }
         if moment.step < steps {
-            wait((moment.state.t + step_s).min(time.duration_s));
+            wait(next(moment.state.t, time));
         }
     };
     let outcome = simulation

@@ -172,7 +172,7 @@ pub struct Way {
     pub scene: String,
 }
 
-fn refuse(path: &str, value: impl ToString, expected: impl Into<String>) -> Violation {
+pub(crate) fn refuse(path: &str, value: impl ToString, expected: impl Into<String>) -> Violation {
     Violation { path: path.to_owned(), value: value.to_string(), expected: expected.into() }
 }
 
