@@ -45,7 +45,7 @@ pub use journal::{Joined, Journal, Unfinished};
 pub use kept::{Kept, MotionCheck, Silent};
 pub use motion::{LOCKED, Lever, Unforeseen};
 pub use need::Need;
-pub use ordered::{Moving, OrderedSimulation, Peak};
+pub use ordered::{Moving, OrderedSimulation, Peak, Steps};
 pub use presets::{Preset, presets};
 pub use provenance::{Source, provenance, sha256, system_hash};
 pub use run::{Counts, Divergence, Moment, Outcome, Runner, Simulation};

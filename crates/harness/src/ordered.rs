@@ -3,11 +3,11 @@
 use crate::kept::{Kept, MotionCheck};
 use crate::methods::Choice;
 use crate::motion::{Lever, Unforeseen};
-use crate::run::{Moment, Outcome, Runner, Simulation};
+use crate::run::{Moment, Outcome, Progress, Runner, Simulation};
 use crate::tunnel::Tunnels;
 use crate::work::{WorkBalance, is_driven};
 use crate::{HarnessError, Rule};
-use drape_integrator::{ExplicitNumbers, Implicit};
+use drape_integrator::{ExplicitNumbers, Implicit, Integrator};
 use drape_model::{
     Effect, Numbering, Obstacle, State, System, SystemSpec, TimeSpan, Vec3, Violation,
 };
@@ -283,6 +283,54 @@ impl OrderedSimulation {
     ) -> Result<Outcome, HarnessError> {
         let Self { simulation, numbering, choice } = self;
         set(Runner::new(choice, time).numbered(numbering)).go(simulation)
+    }
+
+    /// Prepares a run, to be taken [step by step](Self::step). `set` adds records to the
+    /// [`Runner`]; it must add no observer and no stop.
+    ///
+    /// # Errors
+    /// As [`Runner::go`].
+    pub fn begin(
+        &mut self,
+        time: TimeSpan,
+        set: impl FnOnce(Runner<'_>) -> Runner<'_>,
+    ) -> Result<Steps, HarnessError> {
+        let Self { simulation, choice, .. } = self;
+        let mut integrator = choice.build().map_err(crate::methods::MethodError::from)?;
+        let runner = set(Runner::new(choice, time));
+        let progress = runner.begin(simulation, integrator.as_mut())?;
+        Ok(Steps { integrator, progress })
+    }
+
+    /// Takes the next step of the run that was [begun](Self::begin) last, and shows its end.
+    /// Returns whether another step follows.
+    ///
+    /// # Errors
+    /// As [`Runner::go`].
+    pub fn step(
+        &mut self,
+        Steps { integrator, progress }: &mut Steps,
+        mut look: impl FnMut(&Moment<'_>),
+    ) -> Result<bool, HarnessError> {
+        let Self { simulation, numbering, .. } = self;
+        progress.step(integrator.as_mut(), simulation, numbering, &mut |moment| {
+            look(moment);
+            false
+        })
+    }
+}
+
+/// A run that is taken step by step.
+#[derive(Debug)]
+pub struct Steps {
+    integrator: Box<dyn Integrator>,
+    progress: Progress,
+}
+
+impl Steps {
+    /// What came of the steps so far.
+    pub fn end(self) -> Outcome {
+        self.progress.end()
     }
 }
 

@@ -1,23 +1,20 @@
 //! One method on one scene.
 
+mod progress;
+
 use crate::HarnessError;
-use crate::bounds::Bounds;
 use crate::cost::Counted;
 use crate::methods::Choice;
 use crate::record::{Phases, Sample, Totals};
 use crate::schedule::Schedule;
 use crate::stability::{Energy, Rule, Watch, judge};
-use drape_integrator::{
-    EnergyLedger, Implicit, Integrator, Phase, PhaseClock, SolveStatus, StepError, StepReport,
-    TimeStep,
-};
+use drape_integrator::{EnergyLedger, Integrator, StepReport};
 use drape_model::{Numbering, SceneFile, State, System, TimeSpan};
 use drape_report::Verdict;
+use progress::Plan;
+pub(crate) use progress::Progress;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
-
-/// Most samples in a run's series.
-const MAX_SAMPLES: u64 = 1000;
+use std::time::Duration;
 
 /// Why and when a run diverged.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,7 +30,7 @@ pub struct Divergence {
 }
 
 /// Result of a run.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Outcome {
     /// Completed steps.
     pub steps: u64,
@@ -71,6 +68,8 @@ pub struct Moment<'a> {
     pub step: u64,
     /// Length of the step that ended, s.
     pub h: f64,
+    /// Simulated time since the start of the run, s.
+    pub(crate) elapsed: f64,
     /// Work that changes of the system from outside have done since the start, J.
     pub outside_work: f64,
     /// The system.
@@ -119,52 +118,6 @@ impl Simulation {
         let (system, state) = input.spec().build()?;
         Ok(Self { system, state })
     }
-}
-
-/// The message for a refused matrix. Its row may be that of a particle or of a coordinate.
-fn refusal(error: &StepError, numbering: &Numbering) -> String {
-    if numbering.is_identity() {
-        error.to_string()
-    } else {
-        format!("{error} (rows are counted in the order of the run, which is not that of the file)")
-    }
-}
-
-fn add(totals: &mut Totals, report: &StepReport) {
-    totals.cg_iterations += u64::from(report.cg_iterations);
-    totals.outer_passes += u64::from(report.outer_passes);
-    totals.newton_iterations += u64::from(report.newton_iterations);
-    totals.factorisations += u64::from(report.factorisations);
-    totals.setups += u64::from(report.setups.total());
-    totals.matvecs += u64::from(report.matvecs);
-    totals.force_evaluations += u64::from(report.force_evaluations);
-}
-
-fn sample(system: &System, state: &State) -> Sample {
-    let kinetic = system.kinetic_energy(&state.v);
-    let mut energy_j: std::collections::BTreeMap<String, f64> =
-        system.energies(&state.x).map(|(name, energy)| (name.to_owned(), energy)).collect();
-    let total = kinetic + energy_j.values().sum::<f64>();
-    energy_j.insert("kinetic".to_owned(), kinetic);
-    energy_j.insert("total".to_owned(), total);
-    Sample {
-        time_s: state.t,
-        energy_j,
-        momentum: system.momentum(state).into(),
-        angular_momentum: system.angular_momentum(state).into(),
-    }
-}
-
-fn is_finite(sample: &Sample) -> bool {
-    let momenta = sample.momentum.iter().chain(&sample.angular_momentum);
-    sample.energy_j.values().chain(momenta).all(|value| value.is_finite())
-}
-
-/// Number of springs.
-fn springs(system: &System) -> usize {
-    let mut springs = 0;
-    Implicit::Springs.visit_weights(system, &mut |_, _, _, _| springs += 1);
-    springs
 }
 
 /// Where the integrator comes from.
@@ -306,6 +259,15 @@ impl<'a> Runner<'a> {
         self.drive(simulation, None)
     }
 
+    /// Prepares the run, to be taken step by step; nobody observes it.
+    pub(crate) fn begin(
+        self,
+        simulation: &mut Simulation,
+        integrator: &mut dyn Integrator,
+    ) -> Result<Progress, HarnessError> {
+        Progress::new(Plan::of(&self)?, integrator, simulation)
+    }
+
     /// Makes the run from the start of a simulation, and watches its energy at every step.
     ///
     /// # Errors
@@ -324,149 +286,33 @@ impl<'a> Runner<'a> {
     }
 
     fn drive(
-        self,
+        mut self,
         simulation: &mut Simulation,
         mut watch: Option<&mut Watch>,
     ) -> Result<Outcome, HarnessError> {
-        let Self { source, schedule, mut observers, mut stop, budget, .. } = self;
-        let time = schedule.time;
-        time.check("time.step_s", "time.duration_s")?;
+        let mut observers = std::mem::take(&mut self.observers);
+        let mut stop = self.stop.take();
+        let plain = Numbering::identity();
+        let numbering = self.numbering.unwrap_or(&plain);
+        let plan = Plan::of(&self)?;
         let mut built;
-        let integrator = match source {
+        let integrator = match self.source {
             Source::Caller(integrator) => integrator,
             Source::Registry(choice) => {
                 built = choice.build().map_err(crate::methods::MethodError::from)?;
                 built.as_mut()
             }
         };
-        let plain = Numbering::identity();
-        let numbering = self.numbering.unwrap_or(&plain);
-        let Simulation { system, state } = simulation;
-        let steps = schedule.steps();
-        let begin = Instant::now();
-        integrator.prepare(system, TimeStep::new(time.step_s)?)?;
-        let prepare_seconds = begin.elapsed().as_secs_f64();
-        let mut clock = if self.phases { PhaseClock::on() } else { PhaseClock::off() };
-        let bounds = Bounds::of(system, state);
-        let every = steps.div_ceil(MAX_SAMPLES).max(1);
-        let (particles, springs) = (system.len(), springs(system));
-        let mut outcome = Outcome {
-            steps: 0,
-            totals: Totals::default(),
-            wall: Duration::ZERO,
-            unconverged: 0,
-            idle: 0,
-            substeps: 0,
-            rejected: 0,
-            phases: None,
-            series: Vec::new(),
-            divergence: None,
-            effort: 0.0,
-            counted: Counted::default(),
-            is_over_budget: false,
-        };
-        if self.series {
-            outcome.series.push(sample(system, state));
-        }
-        let start = state.t;
-        let mut changed = 0;
-        let mut outside_work = 0.0;
-        let mut last_finite = self.series.then(|| state.clone());
-        let mut before = self.ledger.then(|| state.clone());
-        for step in 1..=steps {
-            let due = schedule.due(state.t - start);
-            for change in &schedule.changes[changed..due] {
-                outside_work += change.apply(system, &state.x);
-            }
-            changed = due;
-            let h = TimeStep::new(schedule.step(step))?;
-            if let Some(before) = &mut before {
-                before.copy_from(state);
-            }
-            let begin = Instant::now();
-            let report = match integrator.step(system, state, h, &mut clock) {
-                Ok(report) => report,
-                // Blow-up is a result: no matrix can be set up from such numbers.
-                Err(error @ StepError::Solver(_)) => {
-                    let criterion = refusal(&error, numbering);
-                    let (time, is_outside) = (state.t, false);
-                    outcome.divergence = Some(Divergence { step, time, criterion, is_outside });
-                    break;
-                }
-                // The run ends, and what was recorded until then is kept.
-                Err(StepError::Outside(criterion)) => {
-                    let (time, is_outside) = (state.t, true);
-                    outcome.divergence = Some(Divergence { step, time, criterion, is_outside });
-                    break;
-                }
-                // A step of more substeps than the method takes would exceed any budget.
-                Err(StepError::TooManySubsteps { .. }) if budget.is_some() => {
-                    outcome.is_over_budget = true;
-                    break;
-                }
-                Err(error) => return Err(error.into()),
-            };
-            outcome.wall += begin.elapsed();
-            state.t = start + schedule.elapsed(step);
-            outcome.steps = step;
-            add(&mut outcome.totals, &report);
-            outcome.counted = Counted::of(&outcome.totals, step, particles, springs);
-            outcome.effort = outcome.counted.visits();
-            outcome.substeps += u64::from(report.substeps);
-            outcome.rejected += u64::from(report.rejected);
-            outcome.idle += u64::from(report.cg_iterations == 0);
-            outcome.unconverged += u64::from(report.solve != SolveStatus::Converged);
-            let divergence = bounds.violation(state, numbering);
-            if self.series && (step % every == 0 || step == steps) {
-                outcome.series.extend(Some(sample(system, state)).filter(is_finite));
-            }
-            let ledger =
-                before.as_ref().and_then(|before| integrator.ledger(system, before, state, h));
-            let (h, report) = (h.seconds(), &report);
-            let (wall, counted) = (outcome.wall, outcome.counted);
-            let moment = Moment {
-                step,
-                h,
-                outside_work,
-                system,
-                state,
-                report,
-                ledger,
-                numbering,
-                wall,
-                counted,
-            };
+        let mut look = |moment: &Moment<'_>| {
             if let Some(watch) = &mut watch {
-                watch.look(schedule.elapsed(step), &moment);
+                watch.look(moment);
             }
-            observers.iter_mut().for_each(|observe| observe(&moment));
-            let is_stopped = stop.as_mut().is_some_and(|stop| stop(&moment));
-            let time = state.t;
-            if let Some(last) = &mut last_finite {
-                // JSON knows no infinity: keep the last state that can be read again.
-                if state.is_finite() { last.copy_from(state) } else { state.copy_from(last) }
-            }
-            if let Some(criterion) = divergence {
-                let is_outside = false;
-                outcome.divergence = Some(Divergence { step, time, criterion, is_outside });
-                break;
-            }
-            let is_spent = is_stopped || budget.is_some_and(|limit| outcome.effort > limit);
-            if step < steps && is_spent {
-                outcome.is_over_budget = true;
-                break;
-            }
-        }
-        outcome.totals.seconds = outcome.wall.as_secs_f64();
-        outcome.totals.prepare_seconds = prepare_seconds;
-        outcome.phases = self.phases.then(|| Phases {
-            forces: clock.seconds(Phase::Forces),
-            matrix_setup: clock.seconds(Phase::MatrixSetup),
-            solve: clock.seconds(Phase::Solve),
-            contact: clock.seconds(Phase::Contact),
-            update: clock.seconds(Phase::Update),
-        });
-        Ok(outcome)
+            observers.iter_mut().for_each(|observe| observe(moment));
+            stop.as_mut().is_some_and(|stop| stop(moment))
+        };
+        let mut progress = Progress::new(plan, integrator, simulation)?;
+        while progress.step(integrator, simulation, numbering, &mut look)? {}
+        Ok(progress.end())
     }
 }
 

@@ -204,9 +204,9 @@ impl Watch {
         self.push.iter().any(|force| *force != Vec3::zeros())
     }
 
-    /// Looks at the end of a step, `elapsed` seconds after the start.
-    pub(crate) fn look(&mut self, elapsed: f64, moment: &Moment<'_>) {
-        let Moment { h, outside_work: work, system, state, .. } = *moment;
+    /// Looks at the end of a step.
+    pub(crate) fn look(&mut self, moment: &Moment<'_>) {
+        let Moment { h, elapsed, outside_work: work, system, state, .. } = *moment;
         if self.springs.revisions != system.revisions() {
             self.springs = Springs::of(system);
         }

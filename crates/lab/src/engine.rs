@@ -1,55 +1,26 @@
-//! A pane: one run on a thread of its own. It knows no transport: a session tells it how far it may
-//! go and reads what it shows.
+//! A pane: one run that is shown. It knows no transport: a session tells it how far it may go and
+//! reads what it shows.
 
 use crate::files::Files;
-use crate::limits;
 use crate::page::decides;
 use crate::setup::{Setup, SetupError, Stage};
+use crate::work::{Gate, Run, Runs, StepEnd, lock, start};
 use drape_harness::judgement::{self, Expected, Extremes, Start, energy_gain};
 use drape_harness::record::{Judged, Judgement};
-use drape_harness::{HarnessError, LOCKED, Moment, Moving, OrderedSimulation, Outcome, Rule};
+use drape_harness::{
+    LOCKED, Moment, MotionCheck, Moving, OrderedSimulation, Outcome, Rule, Steps, WorkBalance,
+};
 use drape_integrator::EnergyLedger;
 use drape_model::{SpringEffect, State, SystemSpec, TimeSpan, Vec3};
 use drape_render::Subject;
 use serde::Serialize;
-use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock};
 use std::time::{Duration, Instant};
 
 /// The page is shown a run at most this often.
 const SHOWN_EVERY: Duration = Duration::from_millis(30);
-/// Part of a step by which a step may end after its time, because of round-off.
-pub(crate) const LATE: f64 = 1e-6;
 /// Coordinates beyond this are shown there, m.
 const FAR: f64 = 1e6;
-
-/// Counts the runs whose threads have not ended.
-#[derive(Clone, Debug, Default)]
-pub struct Runs(Arc<AtomicUsize>);
-
-/// One of the counted runs.
-#[derive(Debug)]
-pub(crate) struct Ticket(Arc<AtomicUsize>);
-
-impl Runs {
-    /// Number of threads that have not ended.
-    pub fn count(&self) -> usize {
-        self.0.load(Ordering::SeqCst)
-    }
-
-    pub(crate) fn enter(&self) -> Option<Ticket> {
-        let next = |count| (count < limits::RUNS).then_some(count + 1);
-        let entered = self.0.fetch_update(Ordering::SeqCst, Ordering::SeqCst, next);
-        entered.is_ok().then(|| Ticket(self.0.clone()))
-    }
-}
-
-impl Drop for Ticket {
-    fn drop(&mut self) {
-        self.0.fetch_sub(1, Ordering::SeqCst);
-    }
-}
 
 /// How far a run is.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
@@ -171,42 +142,13 @@ pub struct Scenery {
 }
 
 #[derive(Debug, Default)]
-struct Control {
-    until: f64,
-    is_closed: bool,
-}
-
-#[derive(Debug, Default)]
 struct Shared {
-    control: Mutex<Control>,
-    changed: Condvar,
-    scenery: OnceLock<Scenery>,
+    gate: Arc<Gate>,
+    scenery: OnceLock<Arc<Scenery>>,
     shown: Mutex<(u64, Phase, Arc<Snapshot>)>,
 }
 
-/// A panic elsewhere leaves these values whole: each is replaced in one move.
-pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
 impl Shared {
-    fn is_closed(&self) -> bool {
-        lock(&self.control).is_closed
-    }
-
-    /// Waits until the step that ends at `next` may be taken, or until nobody looks any more.
-    fn wait_for(&self, next: f64, h: f64) {
-        let mut control = lock(&self.control);
-        while !control.is_closed && next > control.until + LATE * h {
-            control = self.changed.wait(control).unwrap_or_else(PoisonError::into_inner);
-        }
-    }
-
-    fn may_go_to(&self, next: f64, h: f64) -> bool {
-        let control = lock(&self.control);
-        control.is_closed || next <= control.until + LATE * h
-    }
-
     fn show(&self, phase: Phase, snapshot: Option<Snapshot>) {
         let mut shown = lock(&self.shown);
         shown.0 += 1;
@@ -217,7 +159,7 @@ impl Shared {
     }
 }
 
-/// A run that is shown. Its thread ends after the present step once the pane is dropped.
+/// A run that is shown. It ends after the present step once the pane is dropped.
 #[derive(Debug)]
 pub struct Pane {
     shared: Arc<Shared>,
@@ -227,8 +169,7 @@ pub struct Pane {
 
 impl Drop for Pane {
     fn drop(&mut self) {
-        lock(&self.shared.control).is_closed = true;
-        self.shared.changed.notify_all();
+        self.shared.gate.close();
     }
 }
 
@@ -257,26 +198,26 @@ impl Pane {
     ) -> Option<Self> {
         let ticket = runs.enter()?;
         let shared = Arc::new(Shared::default());
-        let worker = shared.clone();
-        let run = move || {
-            if let Err(sentence) = guarded(|| Worker::run(stage()?, &worker)) {
-                worker.show(Phase::Refused(sentence), None);
+        let (worker, told) = (shared.clone(), shared.clone());
+        let begin = move || Worker::begin(stage()?, worker);
+        let end = move |sentence: Option<String>| {
+            if let Some(sentence) = sentence {
+                told.show(Phase::Refused(sentence), None);
             }
             drop(ticket);
         };
-        std::thread::Builder::new().name("pane".to_owned()).spawn(run).ok()?;
+        start(shared.gate.clone(), begin, end)?;
         Some(Self { shared, past })
     }
 
     /// Lets the run take all steps that end until this simulated time, s.
     pub fn go_until(&self, time: f64) {
-        lock(&self.shared.control).until = time - self.past;
-        self.shared.changed.notify_all();
+        self.shared.gate.go_until(time - self.past);
     }
 
     /// The scene, once it is built.
     pub fn scenery(&self) -> Option<&Scenery> {
-        self.shared.scenery.get()
+        self.shared.scenery.get().map(Arc::as_ref)
     }
 
     /// What the run shows, with a number that grows with each change.
@@ -298,25 +239,104 @@ pub(crate) fn next(time: f64, span: TimeSpan) -> f64 {
     (time + span.step_s).min(span.duration_s)
 }
 
-/// What a run gives, or the sentence that ends it. A bug in one method must not end the others.
-pub(crate) fn guarded<T>(run: impl FnOnce() -> Result<T, SetupError>) -> Result<T, String> {
-    match catch_unwind(AssertUnwindSafe(run)) {
-        Ok(done) => done.map_err(|error| error.to_string()),
-        Err(_) => Err("the run failed by a bug in drape; please report it".to_owned()),
-    }
-}
-
 /// Positions as the page gets them.
 pub(crate) fn shown(positions: &[Vec3]) -> Vec<[f32; 3]> {
     let near = |c: f64| if c.is_finite() { c.clamp(-FAR, FAR) as f32 } else { 0.0 };
     positions.iter().map(|x| [near(x.x), near(x.y), near(x.z)]).collect()
 }
 
-/// What a run needs for its numbers and verdicts.
-struct Worker<'a> {
-    shared: &'a Shared,
-    stage: &'a Stage,
-    subject: &'a Subject,
+/// The run of `drape run`, step by step.
+struct Worker {
+    simulation: OrderedSimulation,
+    steps: Option<Steps>,
+    check: MotionCheck,
+    balance: Option<WorkBalance>,
+    sight: Sight,
+}
+
+impl Worker {
+    fn begin(stage: Stage, shared: Arc<Shared>) -> Result<Self, SetupError> {
+        let mut simulation = OrderedSimulation::new(&stage.spec, &stage.choice)?;
+        let subject = Subject::new(&stage.spec, simulation.obstacles());
+        let scenery = Arc::new(Scenery { stage, subject });
+        let scenery = shared.scenery.get_or_init(|| scenery).clone();
+        let (time, choice) = (scenery.stage.time, &scenery.stage.choice);
+        let expected = Expected::of(&simulation, choice, time);
+        let (whole, rest) = time.steps();
+        let steps = whole + u64::from(rest.is_some());
+        let balance = simulation.work_balance();
+        let mut sight = Sight {
+            start: Start::of(&simulation),
+            rule: simulation.rule(),
+            is_driven: balance.is_some(),
+            theta: simulation.theta(time.step_s),
+            limit: simulation.explicit_numbers().limit(),
+            advice: expected.warning(&simulation, choice, time.step_s),
+            expected,
+            extremes: None,
+            causes: None,
+            all_cg_iterations: 0,
+            last: (Instant::now(), 0, Duration::ZERO),
+            micros: 0.0,
+            now: 0.0,
+            steps,
+            scenery: scenery.clone(),
+            shared,
+        };
+        let check = simulation.motion_check(steps);
+        let snapshot = sight.snapshot(simulation.moving(), 0, 0, Duration::ZERO);
+        let steps = simulation.begin(time, |runner| runner.series().ledger())?;
+        sight.shared.show(Phase::Ready, Some(snapshot));
+        Ok(Self { simulation, steps: Some(steps), check, balance, sight })
+    }
+
+    /// Judges the run as `drape run` does.
+    fn end(&mut self, outcome: &Outcome) {
+        let Self { simulation, check, balance, sight, .. } = self;
+        let stage = &sight.scenery.stage;
+        let has_diverged = outcome.divergence.is_some();
+        let gain = Extremes::of(&outcome.series)
+            .filter(|_| !has_diverged)
+            .and_then(|e| energy_gain(e, &stage.choice, sight.rule, sight.start, balance.as_ref()));
+        let is_judged = balance.as_ref().is_none_or(|balance| balance.excess().is_some());
+        let kept = (!has_diverged).then(|| simulation.kept(check, outcome.effort));
+        let judgement =
+            judgement::judge(outcome, gain.as_deref(), is_judged, kept, &sight.expected);
+        let mut last = sight.snapshot(simulation.moving(), outcome.steps, 0, outcome.wall);
+        last.opinion = Some(sight.final_opinion(judgement));
+        let phase = if has_diverged { Phase::Diverged } else { Phase::Ended };
+        sight.shared.show(phase, Some(last));
+    }
+}
+
+impl Run for Worker {
+    fn next(&self) -> Option<StepEnd> {
+        self.steps.as_ref().map(|_| self.sight.next())
+    }
+
+    fn step(&mut self) -> Result<(), SetupError> {
+        let Self { simulation, steps, check, balance, sight } = self;
+        let Some(mut run) = steps.take() else { return Ok(()) };
+        let goes_on = simulation.step(&mut run, |moment| {
+            check.look(moment);
+            if let Some(balance) = balance {
+                balance.look(moment);
+            }
+            sight.look(moment);
+        })?;
+        if goes_on {
+            self.steps = Some(run);
+        } else {
+            self.end(&run.end());
+        }
+        Ok(())
+    }
+}
+
+/// What is seen of a run: its numbers and verdicts.
+struct Sight {
+    shared: Arc<Shared>,
+    scenery: Arc<Scenery>,
     expected: Expected,
     start: Start,
     rule: Rule,
@@ -332,98 +352,26 @@ struct Worker<'a> {
     /// When the run was shown last, with steps and wall time of its `step` calls.
     last: (Instant, u64, Duration),
     micros: f64,
+    /// Time at the end of the last step, s.
+    now: f64,
+    /// Steps of the whole run.
+    steps: u64,
 }
 
-impl<'a> Worker<'a> {
-    fn run(stage: Stage, shared: &'a Shared) -> Result<(), SetupError> {
-        let mut simulation = OrderedSimulation::new(&stage.spec, &stage.choice)?;
-        let subject = Subject::new(&stage.spec, simulation.obstacles());
-        let Scenery { stage, subject } = shared.scenery.get_or_init(|| Scenery { stage, subject });
-        let time = stage.time;
-        let expected = Expected::of(&simulation, &stage.choice, time);
-        let mut worker = Self {
-            shared,
-            stage,
-            subject,
-            start: Start::of(&simulation),
-            rule: simulation.rule(),
-            is_driven: simulation.work_balance().is_some(),
-            theta: simulation.theta(time.step_s),
-            limit: simulation.explicit_numbers().limit(),
-            advice: expected.warning(&simulation, &stage.choice, time.step_s),
-            expected,
-            extremes: None,
-            causes: None,
-            all_cg_iterations: 0,
-            last: (Instant::now(), 0, Duration::ZERO),
-            micros: 0.0,
-        };
-        let snapshot = worker.snapshot(simulation.moving(), 0, 0, Duration::ZERO);
-        shared.show(Phase::Ready, Some(snapshot));
-        shared.wait_for(next(0.0, time), time.step_s);
-        if shared.is_closed() {
-            return Ok(());
-        }
-        let outcome = worker.simulate(&mut simulation)?;
-        let Some((outcome, judgement)) = outcome else { return Ok(()) };
-        let mut last = worker.snapshot(simulation.moving(), outcome.steps, 0, outcome.wall);
-        last.opinion = Some(worker.final_opinion(judgement));
-        let has_diverged = outcome.divergence.is_some();
-        let phase = if has_diverged { Phase::Diverged } else { Phase::Ended };
-        shared.show(phase, Some(last));
-        Ok(())
+impl Sight {
+    fn next(&self) -> StepEnd {
+        let time = self.scenery.stage.time;
+        StepEnd(next(self.now, time), time.step_s)
     }
 
-    /// Makes the run as `drape run` does, bit for bit. `None` if nobody looks any more.
-    fn simulate(
-        &mut self,
-        simulation: &mut OrderedSimulation,
-    ) -> Result<Option<(Outcome, Judgement)>, HarnessError> {
-        let (shared, stage) = (self.shared, self.stage);
-        let time = stage.time;
-        let (whole, rest) = time.steps();
-        let steps = whole + u64::from(rest.is_some());
-        let mut check = simulation.motion_check(steps);
-        let mut balance = simulation.work_balance();
-        let (start, rule) = (self.start, self.rule);
-        let look = |moment: &Moment<'_>| {
-            check.look(moment);
-            if let Some(balance) = &mut balance {
-                balance.look(moment);
-            }
-            self.look(moment, moment.step == steps);
-        };
-        let outcome = simulation.simulate(time, |runner| {
-            runner.series().ledger().observe(look).stop(|_| shared.is_closed())
-        })?;
-        if outcome.is_over_budget || shared.is_closed() {
-            return Ok(None);
-        }
-        let gain = match &outcome.divergence {
-            None => Extremes::of(&outcome.series).and_then(|extremes| {
-                energy_gain(extremes, &stage.choice, rule, start, balance.as_ref())
-            }),
-            Some(_) => None,
-        };
-        let is_judged = balance.as_ref().is_none_or(|balance| balance.excess().is_some());
-        let kept = match outcome.divergence {
-            None => Some(simulation.kept(&check, outcome.effort)),
-            Some(_) => None,
-        };
-        let judgement =
-            judgement::judge(&outcome, gain.as_deref(), is_judged, kept, &self.expected);
-        Ok(Some((outcome, judgement)))
-    }
-
-    /// The end of a step: shows it if it is time, and waits until the next step may be taken.
-    fn look(&mut self, moment: &Moment<'_>, is_last: bool) {
+    /// The end of a step: shows it if it is time, or if the run must wait there.
+    fn look(&mut self, moment: &Moment<'_>) {
         if let Some(ledger) = &moment.ledger {
             self.causes.get_or_insert_default().add(ledger);
         }
         self.all_cg_iterations += u64::from(moment.report.cg_iterations);
-        let time = self.stage.time;
-        let next = next(moment.state.t, time);
-        let must_wait = !is_last && !self.shared.may_go_to(next, time.step_s);
+        self.now = moment.state.t;
+        let must_wait = moment.step != self.steps && !self.shared.gate.lets(self.next());
         if must_wait || self.last.0.elapsed() >= SHOWN_EVERY {
             let iterations = moment.report.cg_iterations;
             let snapshot = self.snapshot(moment.moving(), moment.step, iterations, moment.wall);
@@ -431,9 +379,6 @@ impl<'a> Worker<'a> {
             if moment.moving().is_finite() {
                 self.shared.show(Phase::Ready, Some(snapshot));
             }
-        }
-        if must_wait {
-            self.shared.wait_for(next, time.step_s);
         }
     }
 
@@ -457,15 +402,15 @@ impl<'a> Worker<'a> {
         }
         self.last = (Instant::now(), step, wall);
         let shown = shown(&moving.display_positions());
-        let past = &self.stage.past;
-        let (momentum, angular_momentum) = momenta(&self.stage.spec, &state);
-        let paths = self.subject.solids.iter().filter_map(|solid| solid.path.as_ref());
+        let past = &self.scenery.stage.past;
+        let (momentum, angular_momentum) = momenta(&self.scenery.stage.spec, &state);
+        let paths = self.scenery.subject.solids.iter().filter_map(|solid| solid.path.as_ref());
         let numbers = Numbers {
             step: past.steps + step,
             time: past.time + moving.time(),
             energy,
             causes: self.causes.clone(),
-            stretch: stretch(&self.stage.spec, &state),
+            stretch: stretch(&self.scenery.stage.spec, &state),
             momentum,
             angular_momentum,
             cg_iterations,
@@ -482,7 +427,7 @@ impl<'a> Worker<'a> {
     /// The verdict before the end: what was measured of the energy, and what theory expects of the
     /// motion.
     fn opinion(&self) -> Opinion {
-        let choice = &self.stage.choice;
+        let choice = &self.scenery.stage.choice;
         // Where work comes in, only the balance at the end tells a gain.
         let extremes = self.extremes.filter(|_| !self.is_driven);
         let gain = extremes
@@ -513,7 +458,7 @@ impl<'a> Worker<'a> {
 
     /// Why a verdict is so, in a sentence.
     fn why(&self, kind: Judged) -> String {
-        let (step, id) = (self.stage.time.step_s, self.stage.choice.method().id);
+        let (step, id) = (self.scenery.stage.time.step_s, self.scenery.stage.choice.method().id);
         let ratio = step / self.limit;
         match kind {
             Judged::Diverged | Judged::GainedEnergy if ratio > 1.0 => format!(

@@ -4,15 +4,16 @@
 //! second order, at a quarter of its stability limit. Its steps divide those of the pane, so both
 //! have the same times.
 
-use crate::engine::{LATE, Runs, Ticket, guarded, lock, next, shown};
+use crate::engine::{next, shown};
 use crate::files::Files;
 use crate::limits;
 use crate::setup::{Setup, SetupError, Stage};
+use crate::work::{Gate, LATE, Run, Runs, StepEnd, lock, start};
 use drape_harness::methods::Choice;
-use drape_harness::{Moment, OrderedSimulation};
-use drape_model::{TimeSpan, Vec3, Violation};
+use drape_harness::{Divergence, OrderedSimulation, Steps};
+use drape_model::{TimeSpan, Violation};
 use std::collections::VecDeque;
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard};
 
 /// The method of the reference.
 const METHOD: &str = "leapfrog:damping=explicit";
@@ -24,8 +25,6 @@ type Kept = (f64, Arc<Vec<[f32; 3]>>);
 
 #[derive(Debug, Default)]
 struct Inside {
-    until: f64,
-    is_closed: bool,
     is_over: bool,
     refusal: Option<String>,
     kept: VecDeque<Kept>,
@@ -35,8 +34,8 @@ struct Inside {
 
 #[derive(Debug, Default)]
 struct Shared {
+    gate: Arc<Gate>,
     inside: Mutex<Inside>,
-    changed: Condvar,
 }
 
 impl Shared {
@@ -45,7 +44,7 @@ impl Shared {
     }
 }
 
-/// A reference solution. Its thread ends after the present step once the ghost is dropped.
+/// A reference solution. It ends after the present step once the ghost is dropped.
 #[derive(Debug)]
 pub struct Ghost {
     shared: Arc<Shared>,
@@ -53,34 +52,31 @@ pub struct Ghost {
 
 impl Drop for Ghost {
     fn drop(&mut self) {
-        self.shared.lock().is_closed = true;
-        self.shared.changed.notify_all();
+        self.shared.gate.close();
     }
 }
 
 impl Ghost {
     /// Starts the reference of a set-up, whatever its method. `None` if there are too many runs.
     pub fn start(setup: &Setup, files: &Arc<Files>, runs: &Runs) -> Option<Self> {
-        let ticket: Ticket = runs.enter()?;
+        let ticket = runs.enter()?;
         let shared = Arc::new(Shared::default());
-        let worker = shared.clone();
+        let (worker, told) = (shared.clone(), shared.clone());
         let setup = Setup { method: METHOD.to_owned(), ..setup.clone() };
         let files = files.clone();
-        let run = move || {
-            let refusal = guarded(|| go(&setup, &files, &worker)).unwrap_or_else(Some);
-            let mut inside = worker.lock();
+        let end = move |sentence: Option<String>| {
+            let mut inside = told.lock();
             inside.is_over = true;
-            inside.refusal = refusal;
+            inside.refusal = sentence.or(inside.refusal.take());
             drop(ticket);
         };
-        std::thread::Builder::new().name("ghost".to_owned()).spawn(run).ok()?;
+        start(shared.gate.clone(), move || Worker::begin(&setup, &files, worker), end)?;
         Some(Self { shared })
     }
 
     /// Lets it take all steps that end until this simulated time, s.
     pub fn go_until(&self, time: f64) {
-        self.shared.lock().until = time;
-        self.shared.changed.notify_all();
+        self.shared.gate.go_until(time);
     }
 
     /// The positions at a time at the end of a step of the panes, s, while they are kept.
@@ -132,50 +128,67 @@ fn substeps(stage: &Stage, simulation: &OrderedSimulation) -> Result<u64, Violat
     Ok(parts as u64)
 }
 
-/// The run; a sentence if it diverged.
-fn go(setup: &Setup, files: &Files, shared: &Shared) -> Result<Option<String>, SetupError> {
-    let stage = setup.stage_with(files)?;
-    let choice = Choice::parse(METHOD, &[])?;
-    let mut simulation = OrderedSimulation::new(&stage.spec, &choice)?;
-    let parts = substeps(&stage, &simulation)?;
-    let step_s = stage.time.step_s / parts as f64;
-    let time = TimeSpan { step_s, ..stage.time };
-    let (whole, rest) = time.steps();
-    let steps = whole + u64::from(rest.is_some());
-    let most = (limits::GHOST_BYTES / (12 * stage.spec.particles.mass_kg.len().max(1))).max(2);
-    let keep = |time: f64, positions: &[Vec3]| {
-        let shown = shown(positions);
-        let mut inside = shared.lock();
-        if inside.kept.len() >= most {
+/// The run of the reference.
+struct Worker {
+    shared: Arc<Shared>,
+    simulation: OrderedSimulation,
+    steps: Option<Steps>,
+    time: TimeSpan,
+    /// Its steps in one of the pane.
+    parts: u64,
+    /// Most times that are kept.
+    most: usize,
+    /// Time at the end of its last step, s.
+    now: f64,
+}
+
+impl Worker {
+    fn begin(setup: &Setup, files: &Files, shared: Arc<Shared>) -> Result<Self, SetupError> {
+        let stage = setup.stage_with(files)?;
+        let choice = Choice::parse(METHOD, &[])?;
+        let mut simulation = OrderedSimulation::new(&stage.spec, &choice)?;
+        let parts = substeps(&stage, &simulation)?;
+        let time = TimeSpan { step_s: stage.time.step_s / parts as f64, ..stage.time };
+        let most = (limits::GHOST_BYTES / (12 * stage.spec.particles.mass_kg.len().max(1))).max(2);
+        let steps = Some(simulation.begin(time, |runner| runner)?);
+        shared.lock().step = stage.time.step_s;
+        let worker = Self { shared, simulation, steps, time, parts, most, now: 0.0 };
+        worker.keep();
+        Ok(worker)
+    }
+
+    fn keep(&self) {
+        let shown = Arc::new(shown(&self.simulation.moving().display_positions()));
+        let mut inside = self.shared.lock();
+        if inside.kept.len() >= self.most {
             inside.kept.pop_front();
         }
-        inside.kept.push_back((time, Arc::new(shown)));
-    };
-    shared.lock().step = stage.time.step_s;
-    keep(0.0, &simulation.moving().display_positions());
-    let wait = |end: f64| {
-        let mut inside = shared.lock();
-        while !inside.is_closed && end > inside.until + LATE * step_s {
-            inside = shared.changed.wait(inside).unwrap_or_else(PoisonError::into_inner);
-        }
-    };
-    wait(step_s);
-    if shared.lock().is_closed {
-        return Ok(None);
+        inside.kept.push_back((self.now, shown));
     }
-    let look = |moment: &Moment<'_>| {
-        if moment.step.is_multiple_of(parts) || moment.step == steps {
-            keep(moment.state.t, &moment.moving().display_positions());
+}
+
+impl Run for Worker {
+    fn next(&self) -> Option<StepEnd> {
+        self.steps.as_ref().map(|_| StepEnd(next(self.now, self.time), self.time.step_s))
+    }
+
+    fn step(&mut self) -> Result<(), SetupError> {
+        let Some(mut steps) = self.steps.take() else { return Ok(()) };
+        let mut done = 0;
+        let goes_on = self.simulation.step(&mut steps, |moment| {
+            (done, self.now) = (moment.step, moment.state.t);
+        })?;
+        if done > 0 && (done.is_multiple_of(self.parts) || !goes_on) {
+            self.keep();
         }
-        if moment.step < steps {
-            wait(next(moment.state.t, time));
+        if goes_on {
+            self.steps = Some(steps);
+        } else if let Some(Divergence { time, criterion, .. }) = steps.end().divergence {
+            let refusal = format!("the reference diverged at t = {time:.3} s: {criterion}");
+            self.shared.lock().refusal = Some(refusal);
         }
-    };
-    let outcome = simulation
-        .simulate(time, |runner| runner.observe(look).stop(|_| shared.lock().is_closed))?;
-    Ok(outcome.divergence.map(|divergence| {
-        format!("the reference diverged at t = {:.3} s: {}", divergence.time, divergence.criterion)
-    }))
+        Ok(())
+    }
 }
 
 #[cfg(test)]

@@ -7,16 +7,17 @@
 //! **How the code does it.**
 //!
 //! ```text
-//! page/lab.ts  ⇄  server  ⇄  session  ⇄  engine  →  drape_harness::Runner
-//!  browser        HTTP,       panes,      one thread
-//!                 WebSocket   clock       a pane
+//! page/lab.ts  ⇄  server  ⇄  session  ⇄  engine  →  drape_harness::OrderedSimulation
+//!  browser        HTTP,       panes,      a pane,
+//!                 WebSocket   clock       step by step
 //! ```
 //!
 //! | file | what it holds |
 //! |---|---|
 //! | [`setup`] | a scene with the knobs turned, a method, and the command that repeats them |
 //! | [`files`] | scenes and meshes that were dropped on the page |
-//! | [`engine`] | a run on a thread of its own; it knows no transport |
+//! | [`engine`] | a run that is shown; it knows no transport |
+//! | [`work`] | runs beside those who look: a thread for each, or all in turns |
 //! | [`ghost`] | a reference solution to lay over panes |
 //! | [`session`] | the panes of a page and their clock; it knows no transport |
 //! | [`lessons`] | what the page shows of a lesson, and how answers are marked |
@@ -44,12 +45,16 @@ pub mod lessons;
 pub mod limits;
 pub mod messages;
 mod page;
+#[cfg(feature = "server")]
 pub mod server;
 pub mod session;
 pub mod setup;
+mod work;
 
-pub use engine::{Pane, Phase, Runs};
+pub use engine::{Pane, Phase};
 pub use files::Files;
+#[cfg(feature = "server")]
 pub use server::Server;
 pub use session::{Out, Session};
 pub use setup::{Repeat, Setup, Source, Stage};
+pub use work::Runs;

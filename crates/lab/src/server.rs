@@ -8,10 +8,10 @@
 //! | `Origin` of a socket is this server | a page of another site cannot open one |
 //! | size of messages, number of sessions, panes, particles and steps | [`crate::limits`] |
 
-use crate::engine::Runs;
 use crate::limits;
 use crate::page::{ASSETS, Asset, POLICY, SOURCE, source};
 use crate::session::{Out, Session};
+use crate::work::Runs;
 use axum::Router;
 use axum::extract::ws::{Message, WebSocket, WebSocketUpgrade};
 use axum::extract::{Path, Request, State};

@@ -1,19 +1,18 @@
 //! What one page sees: its panes, and the clock that they share.
 
-use crate::engine::{Pane, Phase, Runs};
+use crate::engine::{Pane, Phase, Snapshot};
 use crate::files::Files;
 use crate::ghost::{Ghost, distance};
 use crate::lessons;
 use crate::limits;
 use crate::messages::{Of, Reply, Request, dropped, file, frame, hello, scenery};
 use crate::setup::Setup;
+use crate::work::{LATE, Runs};
 use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
 /// Time that passes in one tick at most, s: a page that was asleep does not jump.
 const LONGEST_TICK: f64 = 0.1;
-/// Share of a step by which a pane may be late and still counts as being in time.
-const LATE: f64 = 1e-6;
 /// Steps that a led particle takes at least to where the hand is.
 const LEAD_STEPS: f64 = 2.0;
 /// Time in which it gets there, s of the person's time.
@@ -316,12 +315,18 @@ impl Session {
         self.ghosts.iter().for_each(|ghost| ghost.go_until(self.clock));
     }
 
-    /// Lets so much time pass, and tells what is new.
+    /// Tells what is new, and lets so much time pass.
     pub fn tick(&mut self, elapsed: Duration) -> Vec<Out> {
+        // Panes compute between two ticks; to tell before they go on shows each the same way.
+        let told = self.tell();
         if self.playing {
             self.advance(elapsed.as_secs_f64().min(LONGEST_TICK) * self.rate);
         }
         self.follow_hand();
+        told
+    }
+
+    fn tell(&mut self) -> Vec<Out> {
         let mut told = Vec::new();
         for (pane, shown) in self.panes.iter_mut().enumerate() {
             let (version, phase, snapshot) = shown.pane.look();
@@ -411,7 +416,7 @@ fn status(
     pane: usize,
     run: u32,
     phase: &Phase,
-    snapshot: &crate::engine::Snapshot,
+    snapshot: &Snapshot,
     (behind, distance, ghost): (f64, Option<f64>, Option<String>),
 ) -> Out {
     let (numbers, verdict) = (&snapshot.numbers, snapshot.opinion.as_ref());

@@ -1,0 +1,271 @@
+//! A run between two steps.
+
+use super::{Divergence, Moment, Outcome, Runner, Simulation};
+use crate::HarnessError;
+use crate::bounds::Bounds;
+use crate::cost::Counted;
+use crate::record::{Phases, Sample, Totals};
+use crate::schedule::Schedule;
+use drape_integrator::{
+    Implicit, Integrator, Phase, PhaseClock, SolveStatus, StepError, StepReport, TimeStep,
+};
+use drape_model::{Numbering, State, System};
+use std::time::Instant;
+
+/// Most samples in a run's series.
+const MAX_SAMPLES: u64 = 1000;
+
+/// The message for a refused matrix. Its row may be that of a particle or of a coordinate.
+fn refusal(error: &StepError, numbering: &Numbering) -> String {
+    if numbering.is_identity() {
+        error.to_string()
+    } else {
+        format!("{error} (rows are counted in the order of the run, which is not that of the file)")
+    }
+}
+
+impl Outcome {
+    /// Takes up the end of a step of a system of so many particles and springs.
+    fn count(&mut self, step: u64, report: &StepReport, (particles, springs): (usize, usize)) {
+        add(&mut self.totals, report);
+        self.steps = step;
+        self.counted = Counted::of(&self.totals, step, particles, springs);
+        self.effort = self.counted.visits();
+        self.substeps += u64::from(report.substeps);
+        self.rejected += u64::from(report.rejected);
+        self.idle += u64::from(report.cg_iterations == 0);
+        self.unconverged += u64::from(report.solve != SolveStatus::Converged);
+    }
+}
+
+fn add(totals: &mut Totals, report: &StepReport) {
+    totals.cg_iterations += u64::from(report.cg_iterations);
+    totals.outer_passes += u64::from(report.outer_passes);
+    totals.newton_iterations += u64::from(report.newton_iterations);
+    totals.factorisations += u64::from(report.factorisations);
+    totals.setups += u64::from(report.setups.total());
+    totals.matvecs += u64::from(report.matvecs);
+    totals.force_evaluations += u64::from(report.force_evaluations);
+}
+
+fn sample(system: &System, state: &State) -> Sample {
+    let kinetic = system.kinetic_energy(&state.v);
+    let mut energy_j: std::collections::BTreeMap<String, f64> =
+        system.energies(&state.x).map(|(name, energy)| (name.to_owned(), energy)).collect();
+    let total = kinetic + energy_j.values().sum::<f64>();
+    energy_j.insert("kinetic".to_owned(), kinetic);
+    energy_j.insert("total".to_owned(), total);
+    Sample {
+        time_s: state.t,
+        energy_j,
+        momentum: system.momentum(state).into(),
+        angular_momentum: system.angular_momentum(state).into(),
+    }
+}
+
+fn is_finite(sample: &Sample) -> bool {
+    let momenta = sample.momentum.iter().chain(&sample.angular_momentum);
+    sample.energy_j.values().chain(momenta).all(|value| value.is_finite())
+}
+
+/// Number of springs.
+fn springs(system: &System) -> usize {
+    let mut springs = 0;
+    Implicit::Springs.visit_weights(system, &mut |_, _, _, _| springs += 1);
+    springs
+}
+
+/// What a run is to do, checked.
+#[derive(Debug)]
+pub(super) struct Plan {
+    schedule: Schedule,
+    series: bool,
+    phases: bool,
+    ledger: bool,
+    budget: Option<f64>,
+}
+
+impl Plan {
+    pub(super) fn of(runner: &Runner<'_>) -> Result<Self, HarnessError> {
+        let Runner { schedule, series, phases, ledger, budget, .. } = runner;
+        schedule.time.check("time.step_s", "time.duration_s")?;
+        let (series, phases, ledger, budget) = (*series, *phases, *ledger, *budget);
+        Ok(Self { schedule: schedule.clone(), series, phases, ledger, budget })
+    }
+}
+
+/// A run that was begun. Its simulation and its integrator are always those that it began with.
+#[derive(Debug)]
+pub(crate) struct Progress {
+    schedule: Schedule,
+    budget: Option<f64>,
+    /// Steps of the whole run.
+    steps: u64,
+    /// Time at its start, s.
+    start: f64,
+    /// Changes of the schedule that were made.
+    changed: usize,
+    outside_work: f64,
+    clock: PhaseClock,
+    has_phases: bool,
+    bounds: Bounds,
+    /// Steps between two samples of the series.
+    every: u64,
+    /// Particles and springs.
+    size: (usize, usize),
+    /// The state before the step, for the ledger.
+    before: Option<State>,
+    /// Kept where a series is recorded: JSON knows no infinity.
+    last_finite: Option<State>,
+    outcome: Outcome,
+    is_over: bool,
+}
+
+impl Progress {
+    pub(super) fn new(
+        plan: Plan,
+        integrator: &mut dyn Integrator,
+        simulation: &mut Simulation,
+    ) -> Result<Self, HarnessError> {
+        let Plan { schedule, series, phases, ledger, budget } = plan;
+        let Simulation { system, state } = simulation;
+        let steps = schedule.steps();
+        let begin = Instant::now();
+        integrator.prepare(system, TimeStep::new(schedule.time.step_s)?)?;
+        let mut outcome = Outcome::default();
+        outcome.totals.prepare_seconds = begin.elapsed().as_secs_f64();
+        if series {
+            outcome.series.push(sample(system, state));
+        }
+        Ok(Self {
+            schedule,
+            budget,
+            steps,
+            start: state.t,
+            changed: 0,
+            outside_work: 0.0,
+            clock: if phases { PhaseClock::on() } else { PhaseClock::off() },
+            has_phases: phases,
+            bounds: Bounds::of(system, state),
+            every: steps.div_ceil(MAX_SAMPLES).max(1),
+            size: (system.len(), springs(system)),
+            before: ledger.then(|| state.clone()),
+            last_finite: series.then(|| state.clone()),
+            outcome,
+            is_over: steps == 0,
+        })
+    }
+
+    /// Takes a step, shows its end to `look`, which says whether the run ends there, and returns
+    /// whether another step follows.
+    ///
+    /// # Errors
+    /// As [`Runner::go`]. No step follows then.
+    pub(crate) fn step(
+        &mut self,
+        integrator: &mut dyn Integrator,
+        simulation: &mut Simulation,
+        numbering: &Numbering,
+        look: &mut dyn FnMut(&Moment<'_>) -> bool,
+    ) -> Result<bool, HarnessError> {
+        if std::mem::replace(&mut self.is_over, true) {
+            return Ok(false);
+        }
+        let Simulation { system, state } = simulation;
+        let step = self.outcome.steps + 1;
+        self.change(system, state);
+        let h = TimeStep::new(self.schedule.step(step))?;
+        if let Some(before) = &mut self.before {
+            before.copy_from(state);
+        }
+        let begin = Instant::now();
+        let report = match integrator.step(system, state, h, &mut self.clock) {
+            Ok(report) => report,
+            Err(error) => return self.fail(step, state.t, error, numbering).map(|()| false),
+        };
+        self.outcome.wall += begin.elapsed();
+        let elapsed = self.schedule.elapsed(step);
+        state.t = self.start + elapsed;
+        self.outcome.count(step, &report, self.size);
+        let violation = self.bounds.violation(state, numbering);
+        if self.last_finite.is_some() && (step % self.every == 0 || step == self.steps) {
+            self.outcome.series.extend(Some(sample(system, state)).filter(is_finite));
+        }
+        let before = self.before.as_ref();
+        let ledger = before.and_then(|before| integrator.ledger(system, before, state, h));
+        let is_stopped = look(&Moment {
+            step,
+            h: h.seconds(),
+            elapsed,
+            outside_work: self.outside_work,
+            system,
+            state,
+            ledger,
+            report: &report,
+            numbering,
+            wall: self.outcome.wall,
+            counted: self.outcome.counted,
+        });
+        let time = state.t;
+        if let Some(last) = &mut self.last_finite {
+            if state.is_finite() { last.copy_from(state) } else { state.copy_from(last) }
+        }
+        if let Some(criterion) = violation {
+            let is_outside = false;
+            self.outcome.divergence = Some(Divergence { step, time, criterion, is_outside });
+            return Ok(false);
+        }
+        let is_spent = is_stopped || self.budget.is_some_and(|limit| self.outcome.effort > limit);
+        let is_last = step >= self.steps;
+        self.outcome.is_over_budget = is_spent && !is_last;
+        self.is_over = is_spent || is_last;
+        Ok(!self.is_over)
+    }
+
+    /// Makes the changes of the schedule that are due.
+    fn change(&mut self, system: &mut System, state: &State) {
+        let due = self.schedule.due(state.t - self.start);
+        for change in &self.schedule.changes[self.changed..due] {
+            self.outside_work += change.apply(system, &state.x);
+        }
+        self.changed = due;
+    }
+
+    /// A step that was not taken: a result, or an error.
+    fn fail(
+        &mut self,
+        step: u64,
+        time: f64,
+        error: StepError,
+        numbering: &Numbering,
+    ) -> Result<(), HarnessError> {
+        let (criterion, is_outside) = match error {
+            // Blow-up is a result: no matrix can be set up from such numbers.
+            StepError::Solver(_) => (refusal(&error, numbering), false),
+            // The run ends, and what was recorded until then is kept.
+            StepError::Outside(criterion) => (criterion, true),
+            // A step of more substeps than the method takes would exceed any budget.
+            StepError::TooManySubsteps { .. } if self.budget.is_some() => {
+                self.outcome.is_over_budget = true;
+                return Ok(());
+            }
+            _ => return Err(error.into()),
+        };
+        self.outcome.divergence = Some(Divergence { step, time, criterion, is_outside });
+        Ok(())
+    }
+
+    /// What came of the steps.
+    pub(crate) fn end(self) -> Outcome {
+        let Self { mut outcome, clock, has_phases, .. } = self;
+        outcome.totals.seconds = outcome.wall.as_secs_f64();
+        outcome.phases = has_phases.then(|| Phases {
+            forces: clock.seconds(Phase::Forces),
+            matrix_setup: clock.seconds(Phase::MatrixSetup),
+            solve: clock.seconds(Phase::Solve),
+            contact: clock.seconds(Phase::Contact),
+            update: clock.seconds(Phase::Update),
+        });
+        outcome
+    }
+}

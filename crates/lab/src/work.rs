@@ -1,0 +1,235 @@
+//! Runs beside those who look at them: each on a thread of its own or, where the system has no
+//! threads, all in turns.
+//!
+//! A [`Gate`] says how far a run may go. The run itself only knows how to take a step ([`Run`]).
+
+use crate::limits;
+use crate::setup::SetupError;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+
+/// Part of a step by which a step may end after its time, because of round-off.
+pub(crate) const LATE: f64 = 1e-6;
+
+/// Counts the runs that have not ended.
+#[derive(Clone, Debug, Default)]
+pub struct Runs(Arc<AtomicUsize>);
+
+/// One of the counted runs.
+#[derive(Debug)]
+pub(crate) struct Ticket(Arc<AtomicUsize>);
+
+impl Runs {
+    /// Number of runs that have not ended.
+    pub fn count(&self) -> usize {
+        self.0.load(Ordering::SeqCst)
+    }
+
+    pub(crate) fn enter(&self) -> Option<Ticket> {
+        let next = |count| (count < limits::RUNS).then_some(count + 1);
+        let entered = self.0.fetch_update(Ordering::SeqCst, Ordering::SeqCst, next);
+        entered.is_ok().then(|| Ticket(self.0.clone()))
+    }
+}
+
+impl Drop for Ticket {
+    fn drop(&mut self) {
+        self.0.fetch_sub(1, Ordering::SeqCst);
+    }
+}
+
+/// A panic elsewhere leaves these values whole: each is replaced in one move.
+pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[derive(Debug, Default)]
+struct Control {
+    until: f64,
+    is_closed: bool,
+}
+
+/// How far a run may go.
+#[derive(Debug, Default)]
+pub(crate) struct Gate {
+    control: Mutex<Control>,
+    changed: Condvar,
+}
+
+impl Gate {
+    /// Lets the run take all steps that end until this time, s.
+    pub(crate) fn go_until(&self, time: f64) {
+        lock(&self.control).until = time;
+        self.changed.notify_all();
+    }
+
+    /// Ends the run after its present step.
+    pub(crate) fn close(&self) {
+        lock(&self.control).is_closed = true;
+        self.changed.notify_all();
+    }
+
+    fn is_closed(&self) -> bool {
+        lock(&self.control).is_closed
+    }
+
+    /// Whether the step that ends at `end` may be taken, or nobody looks any more.
+    pub(crate) fn lets(&self, end: StepEnd) -> bool {
+        let control = lock(&self.control);
+        control.is_closed || end.is_until(control.until)
+    }
+
+    /// Waits until the gate [lets](Self::lets) a step be taken.
+    fn wait_for(&self, end: StepEnd) {
+        let mut control = lock(&self.control);
+        while !control.is_closed && !end.is_until(control.until) {
+            control = self.changed.wait(control).unwrap_or_else(PoisonError::into_inner);
+        }
+    }
+}
+
+/// When a step will end, s, and how long a step is, s.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct StepEnd(pub(crate) f64, pub(crate) f64);
+
+impl StepEnd {
+    fn is_until(self, time: f64) -> bool {
+        self.0 <= time + LATE * self.1
+    }
+}
+
+/// A run that goes on step by step.
+pub(crate) trait Run {
+    /// When its next step will end; `None` after the last.
+    fn next(&self) -> Option<StepEnd>;
+
+    /// Takes that step.
+    fn step(&mut self) -> Result<(), SetupError>;
+}
+
+/// What a run gives, or the sentence that ends it. A bug in one method must not end the others.
+fn guarded<T>(run: impl FnOnce() -> Result<T, SetupError>) -> Result<T, String> {
+    match catch_unwind(AssertUnwindSafe(run)) {
+        Ok(done) => done.map_err(|error| error.to_string()),
+        Err(_) => Err("the run failed by a bug in drape; please report it".to_owned()),
+    }
+}
+
+/// Begins a run and lets it go as far as its gate says; `end` gets the sentence that ended it, if
+/// one did. `None` if the system refuses a thread.
+pub(crate) fn start<R: Run + 'static>(
+    gate: Arc<Gate>,
+    begin: impl FnOnce() -> Result<R, SetupError> + Send + 'static,
+    end: impl FnOnce(Option<String>) + Send + 'static,
+) -> Option<()> {
+    #[cfg(not(target_family = "wasm"))]
+    {
+        let run = move || {
+            let done = guarded(|| {
+                let mut run = begin()?;
+                while let Some(next) = run.next() {
+                    gate.wait_for(next);
+                    if gate.is_closed() {
+                        break;
+                    }
+                    run.step()?;
+                }
+                Ok(())
+            });
+            end(done.err());
+        };
+        std::thread::Builder::new().name("run".to_owned()).spawn(run).ok().map(drop)
+    }
+    #[cfg(target_family = "wasm")]
+    {
+        turns::add(gate, begin, end);
+        Some(())
+    }
+}
+
+#[cfg(any(test, target_family = "wasm"))]
+pub(crate) mod turns {
+    //! Runs in turns, on one thread.
+
+    use super::{Gate, Run, SetupError, guarded};
+    use std::cell::RefCell;
+    use std::collections::VecDeque;
+    use std::sync::Arc;
+    use std::time::Instant;
+
+    /// What came of a turn.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    enum Turn {
+        /// A step was taken, or the run was begun.
+        Taken,
+        /// The gate does not let it go on.
+        Waits,
+        /// No turn follows.
+        Over,
+    }
+
+    type Task = Box<dyn FnMut() -> Turn>;
+
+    thread_local! {
+        static TASKS: RefCell<VecDeque<Task>> = const { RefCell::new(VecDeque::new()) };
+    }
+
+    /// Adds a run to those that take turns.
+    pub(crate) fn add<R: Run + 'static>(
+        gate: Arc<Gate>,
+        begin: impl FnOnce() -> Result<R, SetupError> + 'static,
+        end: impl FnOnce(Option<String>) + 'static,
+    ) {
+        let (mut begin, mut end, mut run) = (Some(begin), Some(end), None);
+        let mut turn = move || {
+            if gate.is_closed() {
+                return Ok(Turn::Over);
+            }
+            if let Some(begin) = begin.take() {
+                run = Some(guarded(begin)?);
+                return Ok(Turn::Taken);
+            }
+            let Some((run, next)) = run.as_mut().and_then(|run: &mut R| {
+                let next = run.next()?;
+                Some((run, next))
+            }) else {
+                return Ok(Turn::Over);
+            };
+            if !gate.lets(next) {
+                return Ok(Turn::Waits);
+            }
+            guarded(|| run.step()).map(|()| Turn::Taken)
+        };
+        let task = move || {
+            let turn: Result<Turn, String> = turn();
+            let (turn, sentence) = match turn {
+                Ok(turn) => (turn, None),
+                Err(sentence) => (Turn::Over, Some(sentence)),
+            };
+            if turn == Turn::Over
+                && let Some(end) = end.take()
+            {
+                end(sentence);
+            }
+            turn
+        };
+        TASKS.with_borrow_mut(|tasks| tasks.push_back(Box::new(task)));
+    }
+
+    /// Gives all runs turns until none can go on, or until a time.
+    pub(crate) fn work(until: Instant) {
+        let mut waiting = 0;
+        while Instant::now() < until {
+            let Some(mut task) = TASKS.with_borrow_mut(VecDeque::pop_front) else { return };
+            let turn = task();
+            if turn != Turn::Over {
+                TASKS.with_borrow_mut(|tasks| tasks.push_back(task));
+            }
+            waiting = if turn == Turn::Waits { waiting + 1 } else { 0 };
+            if waiting >= TASKS.with_borrow(VecDeque::len) {
+                return;
+            }
+        }
+    }
+}
