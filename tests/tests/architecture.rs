@@ -98,6 +98,7 @@ fn room(name: &str, folder: &str) -> Room {
             &[],
             "the lab knows methods by their ids only, through the harness",
         ),
+        "drape-lab-wasm" => room(&["drape-lab"], &[], "it is a door to the lab and no more"),
         "drape-python" => room(
             &["drape-model", "drape-integrator", "drape-harness"],
             &[],

@@ -57,4 +57,7 @@ pub use files::Files;
 pub use server::Server;
 pub use session::{Out, Session};
 pub use setup::{Repeat, Setup, Source, Stage};
+pub use page::source;
 pub use work::Runs;
+#[cfg(target_family = "wasm")]
+pub use work::turns::work;

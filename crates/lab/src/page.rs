@@ -4,6 +4,7 @@ use drape_harness::record::Judged;
 use std::sync::OnceLock;
 
 /// A file of the page.
+#[cfg(feature = "server")]
 pub(crate) struct Asset {
     /// Name below the address of the lab; empty for the page itself.
     pub(crate) name: &'static str,
@@ -14,6 +15,7 @@ pub(crate) struct Asset {
 }
 
 /// All files of the page.
+#[cfg(feature = "server")]
 pub(crate) const ASSETS: [Asset; 3] = [
     Asset { name: "", kind: "text/html; charset=utf-8", bytes: include_bytes!("../page/lab.html") },
     Asset {
@@ -29,6 +31,7 @@ pub(crate) const ASSETS: [Asset; 3] = [
 ];
 
 /// What the page may load and whom it may talk to: this server alone.
+#[cfg(feature = "server")]
 pub(crate) const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; \
      img-src 'self' data: blob:; connect-src 'self'; base-uri 'none'; form-action 'none'; \
      frame-ancestors 'none'";
@@ -56,7 +59,7 @@ pub(crate) fn decides(kind: Judged) -> String {
 }
 
 /// The source that decides the verdicts as a page, with a place for each line.
-pub(crate) fn source() -> &'static str {
+pub fn source() -> &'static str {
     static PAGE: OnceLock<String> = OnceLock::new();
     PAGE.get_or_init(|| {
         let escape = |line: &str| line.replace('&', "&amp;").replace('<', "&lt;");

@@ -80,6 +80,7 @@ impl Gate {
         control.is_closed || end.is_until(control.until)
     }
 
+    #[cfg(not(target_family = "wasm"))]
     /// Waits until the gate [lets](Self::lets) a step be taken.
     fn wait_for(&self, end: StepEnd) {
         let mut control = lock(&self.control);
@@ -218,7 +219,7 @@ pub(crate) mod turns {
     }
 
     /// Gives all runs turns until none can go on, or until a time.
-    pub(crate) fn work(until: Instant) {
+    pub fn work(until: Instant) {
         let mut waiting = 0;
         while Instant::now() < until {
             let Some(mut task) = TASKS.with_borrow_mut(VecDeque::pop_front) else { return };

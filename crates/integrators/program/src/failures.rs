@@ -5,6 +5,7 @@ use std::sync::Mutex;
 static FAILURES: Mutex<Vec<(String, u64)>> = Mutex::new(Vec::new());
 
 /// Notes a failure.
+#[cfg(unix)]
 pub(crate) fn note(sentence: &str) {
     let Ok(mut failures) = FAILURES.lock() else { return };
     match failures.iter_mut().find(|(known, _)| known == sentence) {

@@ -216,6 +216,7 @@ impl Kernel for InArrays {
 }
 
 /// Adds the force of one spring.
+#[cfg(target_arch = "x86_64")]
 #[inline(always)]
 fn add_one<const DAMPED: bool>(
     list: &Listed,
