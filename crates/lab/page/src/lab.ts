@@ -1,10 +1,11 @@
-// The page: connects to the server, keeps the set-up in the address, and shows the panes.
+// The page: connects to the engine, keeps the set-up in the address, and shows the panes.
 
 import * as address from "./address";
 import { button, byId, make, say, sentence as asSentence } from "./dom";
 import { PREFIX, Shelf } from "./files";
 import { type Turn, knobs } from "./knobs";
 import { Lessons } from "./lessons";
+import { connect } from "./link";
 import {
   type Hello,
   type Reply,
@@ -16,8 +17,6 @@ import {
 import { PaneView, type Wishes } from "./pane";
 import { Camera, Renderer } from "./view";
 
-/** Time between two attempts to reach a server that is gone, ms. */
-const AGAIN = 2000;
 /** Characters of a scene that the dialog shows; the file holds all of it. */
 const SHOWN = 20_000;
 
@@ -32,7 +31,14 @@ function saveAs(id: string, text: string, name: string): void {
 class Lab {
   private state = address.read(location.hash) ?? address.opening();
   private hello: Hello | undefined;
-  private socket: WebSocket | undefined;
+  private link = connect({
+    text: (message) => this.hear(JSON.parse(message) as Reply),
+    bytes: (message) => {
+      const frame = readFrame(message);
+      if (frame !== undefined) this.panes[frame.pane]?.take(frame);
+    },
+    complain: (sentence) => this.complain(sentence),
+  });
   private panes: PaneView[] = [];
   private camera = new Camera();
   private renderer = Renderer.make();
@@ -91,6 +97,7 @@ class Lab {
       this.send({ do: "lead", particle, by });
     },
     letGo: () => this.send({ do: "let_go" }),
+    place: (decides) => this.link.place(decides),
   };
 
   constructor() {
@@ -151,7 +158,6 @@ class Lab {
     addEventListener("resize", () => this.refresh(true));
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.refresh(true));
     this.camera.onChange(() => requestAnimationFrame(() => this.refresh(false)));
-    this.connect();
   }
 
   private complain(sentence: string): void {
@@ -193,15 +199,11 @@ class Lab {
     const last = await this.files.take(
       files,
       limits,
-      (bytes) => this.sendFile(bytes),
+      (bytes) => this.link.bytes(bytes),
       (sentence) => this.complain(sentence),
     );
     this.isAgain = false;
     this.awaited = last;
-  }
-
-  private sendFile(bytes: Uint8Array<ArrayBuffer>): void {
-    if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(bytes);
   }
 
   /** Shows the scene of a file that the server has read. */
@@ -218,28 +220,8 @@ class Lab {
     if (notes.length > 0) this.inform(notes.map(asSentence).join(" "));
   }
 
-  private connect(): void {
-    const url = new URL("socket", location.href);
-    url.protocol = "ws:";
-    url.hash = "";
-    const socket = new WebSocket(url);
-    socket.binaryType = "arraybuffer";
-    socket.addEventListener("message", (event: MessageEvent<string | ArrayBuffer>) => {
-      if (typeof event.data === "string") this.hear(JSON.parse(event.data) as Reply);
-      else {
-        const frame = readFrame(event.data);
-        if (frame !== undefined) this.panes[frame.pane]?.take(frame);
-      }
-    });
-    socket.addEventListener("close", () => {
-      this.complain("The lab does not answer. Is `drape lab` still running? Trying again.");
-      setTimeout(() => this.connect(), AGAIN);
-    });
-    this.socket = socket;
-  }
-
   private send(request: Request): void {
-    if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(request));
+    this.link.text(JSON.stringify(request));
   }
 
   private hear(reply: Reply): void {
@@ -249,7 +231,7 @@ class Lab {
         if (this.message.textContent?.startsWith("The lab does not answer")) this.complain("");
         this.lessons.forget();
         // A server that was started anew knows no files.
-        this.awaited = this.files.giveAll((bytes) => this.sendFile(bytes));
+        this.awaited = this.files.giveAll((bytes) => this.link.bytes(bytes));
         this.isAgain = true;
         if (this.awaited === undefined) this.begin();
         break;

@@ -67,6 +67,8 @@ export interface Wishes {
   /** Leads a particle of all panes; its way since it was gripped is in m. */
   lead(particle: number, by: [number, number, number]): void;
   letGo(): void;
+  /** The address of the line that decides a verdict; empty if there is none. */
+  place(decides: string): string;
 }
 
 export class PaneView {
@@ -343,9 +345,9 @@ export class PaneView {
     say(this.how, how);
     say(this.reason, sentence(reason));
     say(this.why, why);
-    this.decides.hidden = decides === "";
-    if (decides !== "" && this.decides.getAttribute("href") !== decides)
-      this.decides.href = decides;
+    const place = this.wishes.place(decides);
+    this.decides.hidden = place === "";
+    if (place !== "" && this.decides.getAttribute("href") !== place) this.decides.href = place;
   }
 
   private display(
