@@ -53,11 +53,11 @@ mod work;
 
 pub use engine::{Pane, Phase};
 pub use files::Files;
+pub use page::source;
 #[cfg(feature = "server")]
 pub use server::Server;
 pub use session::{Out, Session};
 pub use setup::{Repeat, Setup, Source, Stage};
-pub use page::source;
 pub use work::Runs;
 #[cfg(target_family = "wasm")]
 pub use work::turns::work;

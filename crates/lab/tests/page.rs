@@ -10,7 +10,7 @@ mod devtools;
 
 use base64::prelude::{BASE64_STANDARD, Engine as _};
 use devtools::{Browser, chromium};
-use drape_lab::{Runs, Server};
+use drape_lab::{Pane, Runs, Server, Setup};
 use serde_json::{Value, json};
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -98,7 +98,9 @@ impl Page {
             match event["method"].as_str().unwrap() {
                 "Network.requestWillBeSent" => {
                     let url = params["request"]["url"].as_str().unwrap();
-                    let is_own = url.starts_with(base) || url.starts_with("data:");
+                    let is_own = url.starts_with(base)
+                        || url.starts_with("data:")
+                        || url.starts_with("blob:") && base.starts_with("file:");
                     (!is_own).then(|| format!("request for {url}"))
                 }
                 "Runtime.consoleAPICalled" | "Runtime.exceptionThrown" => Some(event.to_string()),
@@ -598,3 +600,111 @@ fn a_lesson_that_does_not_exist_is_said() {
     page.wait_until("document.querySelectorAll('.pane').length === 3");
     page.wait_until("[...document.querySelectorAll('#lesson-choice option')].some((e) => e.value === 'leapfrog')");
 }
+
+/// The committed page without a server, as it lies on the disk.
+fn committed() -> String {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../results/lab.html");
+    format!("file://{}", file.canonicalize().unwrap().display())
+}
+
+/// What a person sees who opens the file: the same as with a server.
+#[test]
+fn the_page_without_a_server_opens_from_the_disk() {
+    let Some(chromium) = chromium() else { return };
+    let address = committed();
+    let mut page = Page::open(&chromium, &address, DESK, &[]);
+    page.wait_until("document.querySelectorAll('.pane').length === 3");
+    page.wait_until("document.getElementById('play').textContent === 'Play again'");
+    assert_eq!(page.verdicts(), json!(["diverged", "locked", "stable"]));
+    page.wait_until("document.querySelector('.verdict + p a, .pane a').href.startsWith('blob:')");
+    let mesh = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
+    drop_files(&mut page, &[("quad.obj", mesh)]);
+    page.wait_until("document.querySelectorAll('.pane').length === 3 && document.querySelector('#message').textContent.includes('quad')");
+    let lesson = format!("{address}#lesson=imex-euler");
+    page.browser.call("Page.navigate", &json!({ "url": lesson }));
+    page.wait_until("document.getElementById('lesson').textContent.includes('imex-euler')");
+    page.look("file.png");
+    assert_eq!(page.complaints(&address), Vec::<String>::new());
+}
+
+/// Takes so many steps in the file with these methods, and reads the places of the particles, and
+/// their velocities.
+fn places_in_the_file(chromium: &Path, setups: &[Setup], steps: u64) -> Vec<[Value; 2]> {
+    let pane = |setup: &Setup| {
+        let Setup { scene, method, stiffness, damping, step, .. } = setup;
+        let [stiffness, damping, step] = [stiffness, damping, step].map(|knob| knob.unwrap());
+        format!(
+            "pane=scene={scene};method={method};stiffness={stiffness};damping={damping};step={step}"
+        )
+    };
+    let panes: Vec<String> = setups.iter().map(pane).collect();
+    let address = format!("{}#{}", committed(), panes.join("&"));
+    // Whoever asks for little motion starts with a page that is paused.
+    let still = [("prefers-reduced-motion", "reduce")];
+    let mut page = Page::open(chromium, &address, DESK, &still);
+    let all = |cell: &str, value: &str| {
+        format!(
+            "(() => {{ const all = [...document.querySelectorAll('.pane dt')].filter((e) => e.textContent === '{cell}').map((e) => e.nextSibling.textContent); return all.length === {} && all.every((e) => e === '{value}'); }})()",
+            setups.len()
+        )
+    };
+    for step in 0..=steps {
+        page.wait_until(&all("steps", &step.to_string()));
+        if step < steps {
+            page.click("#step");
+        }
+    }
+    // A touch freezes the state, and the scene that repeats a pane holds it.
+    page.value("{ const make = URL.createObjectURL; URL.createObjectURL = (blob) => { blob.text().then((text) => window.saved = text); return make.call(URL, blob); }; }");
+    page.value("document.querySelector('canvas.view').focus()");
+    page.key("g");
+    page.wait_until("document.getElementById('play').textContent === 'Pause'");
+    page.key("g");
+    page.click("#play");
+    let read = |pane: usize| {
+        page.value("window.saved = undefined");
+        page.value(&format!("[...document.querySelectorAll('.pane')][{pane}].querySelectorAll('button').forEach((e) => {{ if (e.textContent === 'Repeat') e.click(); }})"));
+        page.wait_until("window.saved !== undefined");
+        let saved = page.value("window.saved");
+        let saved: Value = serde_json::from_str(saved.as_str().unwrap()).unwrap();
+        ["position_m", "velocity_m_s"].map(|key| saved["particles"][key].clone())
+    };
+    (0..setups.len()).map(read).collect()
+}
+
+#[test]
+fn the_page_without_a_server_gives_the_same_bits() {
+    let Some(chromium) = chromium() else { return };
+    let setup = |method: &drape_integrator::Method| Setup {
+        scene: "hanging-textile-1e4".to_owned(),
+        method: method.id.to_owned(),
+        stiffness: Some(1e3),
+        damping: Some(1.0),
+        step: Some(1e-3),
+        ..Setup::default()
+    };
+    let setups: Vec<Setup> = drape_harness::methods::all().map(setup).collect();
+    let mut different = Vec::new();
+    for setups in setups.chunks(6) {
+        let found = places_in_the_file(&chromium, setups, 100);
+        for (setup, found) in setups.iter().zip(found) {
+            let pane = Pane::start(setup.clone(), &Runs::default()).unwrap();
+            pane.go_until(0.1);
+            let begin = Instant::now();
+            while pane.look().2.step < 100 {
+                assert!(begin.elapsed() < PATIENCE, "{}: {:?}", setup.method, pane.look().1);
+                std::thread::sleep(Duration::from_millis(2));
+            }
+            let state = pane.look().2.state.clone().unwrap();
+            let native = [state.x, state.v]
+                .map(|all| json!(all.iter().map(|&x| <[f64; 3]>::from(x)).collect::<Vec<_>>()));
+            if found != native {
+                different.push(setup.method.clone());
+            }
+        }
+    }
+    assert_eq!(different, DIFFERENT);
+}
+
+/// Methods whose bits differ without a server.
+const DIFFERENT: [&str; 0] = [];
