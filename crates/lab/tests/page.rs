@@ -616,7 +616,9 @@ fn the_page_without_a_server_opens_from_the_disk() {
     page.wait_until("document.querySelectorAll('.pane').length === 3");
     page.wait_until("document.getElementById('play').textContent === 'Play again'");
     assert_eq!(page.verdicts(), json!(["diverged", "locked", "stable"]));
-    page.wait_until("document.querySelector('.verdict + p a, .pane a').href.startsWith('blob:')");
+    page.wait_until(
+        "[...document.querySelectorAll('.pane a')].every((e) => e.href.startsWith('blob:'))",
+    );
     let mesh = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
     drop_files(&mut page, &[("quad.obj", mesh)]);
     page.wait_until("document.querySelectorAll('.pane').length === 3 && document.querySelector('#message').textContent.includes('quad')");
@@ -708,3 +710,51 @@ fn the_page_without_a_server_gives_the_same_bits() {
 
 /// Methods whose bits differ without a server.
 const DIFFERENT: [&str; 0] = [];
+
+/// Memory of this process that is in use, and of the objects of the page, MiB.
+fn memory(page: &mut Page) -> [f64; 2] {
+    page.browser.call("HeapProfiler.collectGarbage", &json!({}));
+    let heap = page.browser.call("Runtime.getHeapUsage", &json!({}));
+    let text = std::fs::read_to_string("/proc/self/statm").unwrap();
+    let pages: f64 = text.split(' ').nth(1).unwrap().parse().unwrap();
+    let mib = f64::from(1 << 20);
+    [pages * 4096.0 / mib, heap["usedSize"].as_f64().unwrap() / mib]
+}
+
+/// Six panes play for an hour (or DRAPE_LAB_MINUTES); after a third of that time neither the server
+/// nor the page needs more.
+#[test]
+#[ignore = "takes an hour"]
+fn memory_is_flat_over_an_hour() {
+    let Some(chromium) = chromium() else { return };
+    let minutes = std::env::var("DRAPE_LAB_MINUTES").map_or(60.0, |text| text.parse().unwrap());
+    let part = Duration::from_secs_f64(60.0 * minutes / 12.0);
+    let (address, _) = serve();
+    let methods =
+        ["imex-euler", "imex-updated", "baraff-witkin", "backward-euler", "xpbd", "leapfrog"];
+    let pane = |method| {
+        let sheet = "scene=hanging-textile-1e4;step=0.01;duration=3600;stiffness=1e3";
+        format!("pane={sheet};method={method}")
+    };
+    let mut page =
+        Page::open(&chromium, &format!("{address}#{}", methods.map(pane).join("&")), DESK, &[]);
+    page.wait_until("document.querySelectorAll('.pane').length === 6");
+    let mut all = Vec::new();
+    for n in 1..=12 {
+        std::thread::sleep(part);
+        // What the page was told is no longer needed.
+        page.browser.events.clear();
+        let [server, heap] = memory(&mut page);
+        let time = page.value("document.getElementById('clock').textContent");
+        println!(
+            "{:.1} min: server {server:.1} MiB, page {heap:.1} MiB, {time}",
+            minutes / 12.0 * f64::from(n)
+        );
+        all.push([server, heap]);
+    }
+    for kind in [0, 1] {
+        let most = |part: &[[f64; 2]]| part.iter().map(|memory| memory[kind]).fold(0.0, f64::max);
+        let (early, late) = (most(&all[..4]), most(&all[4..]));
+        assert!(late < 1.1 * early + 1.0, "{early} MiB, then {late} MiB");
+    }
+}
