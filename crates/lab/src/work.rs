@@ -149,10 +149,10 @@ pub(crate) fn start<R: Run + 'static>(
     }
 }
 
+/// Runs in turns, on one thread.
 #[cfg(any(test, target_family = "wasm"))]
+#[cfg_attr(test, allow(unreachable_pub, reason = "the engine of a page without a server calls it"))]
 pub(crate) mod turns {
-    //! Runs in turns, on one thread.
-
     use super::{Gate, Run, SetupError, guarded};
     use std::cell::RefCell;
     use std::collections::VecDeque;
@@ -232,5 +232,86 @@ pub(crate) mod turns {
                 return;
             }
         }
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "tests")]
+mod tests {
+    use super::*;
+    use drape_model::Violation;
+    use std::rc::Rc;
+    use std::time::{Duration, Instant};
+
+    /// Takes steps of 1 s, and notes them.
+    struct Steps {
+        name: char,
+        taken: u32,
+        most: u32,
+        told: Rc<Mutex<String>>,
+    }
+
+    impl Run for Steps {
+        fn next(&self) -> Option<StepEnd> {
+            (self.taken < self.most).then(|| StepEnd(f64::from(self.taken + 1), 1.0))
+        }
+
+        fn step(&mut self) -> Result<(), SetupError> {
+            self.taken += 1;
+            lock(&self.told).push(self.name);
+            let refusal = || Violation {
+                path: "x".to_owned(),
+                value: "1".to_owned(),
+                expected: "2".to_owned(),
+            };
+            if self.name == 'e' { Err(refusal().into()) } else { Ok(()) }
+        }
+    }
+
+    #[test]
+    fn runs_take_turns_as_far_as_their_gates_let_them() {
+        let told = Rc::new(Mutex::new(String::new()));
+        let add = |name: char, most: u32, until: f64| {
+            let gate = Arc::new(Gate::default());
+            gate.go_until(until);
+            let (first, last) = (told.clone(), told.clone());
+            let begin = move || Ok(Steps { name, taken: 0, most, told: first });
+            turns::add(gate.clone(), begin, move |sentence: Option<String>| {
+                let end = if sentence.is_some() { '!' } else { '.' };
+                lock(&last).push(end);
+            });
+            gate
+        };
+        let work = || {
+            turns::work(Instant::now() + Duration::from_secs(60));
+            std::mem::take(&mut *lock(&told))
+        };
+        let a = add('a', 3, 2.0);
+        let b = add('b', 9, 1.0);
+        let _e = add('e', 9, 9.0);
+        // Each begins, then each takes a step; the third fails. The first may take another.
+        assert_eq!(work(), "abe!a");
+        assert_eq!(work(), "");
+        a.go_until(9.0);
+        assert_eq!(work(), "a.");
+        b.go_until(3.0);
+        assert_eq!(work(), "bb");
+        b.close();
+        assert_eq!(work(), ".");
+        assert_eq!(work(), "");
+    }
+
+    #[test]
+    fn turns_end_at_their_time() {
+        let told = Rc::new(Mutex::new(String::new()));
+        let gate = Arc::new(Gate::default());
+        gate.go_until(1e9);
+        let steps = Steps { name: 'a', taken: 0, most: u32::MAX, told: told.clone() };
+        turns::add(gate.clone(), move || Ok(steps), |_| {});
+        let begin = Instant::now();
+        turns::work(begin + Duration::from_millis(20));
+        assert!(begin.elapsed() >= Duration::from_millis(20) && lock(&told).len() > 1);
+        gate.close();
+        turns::work(Instant::now() + Duration::from_millis(20));
     }
 }

@@ -629,9 +629,9 @@ fn the_page_without_a_server_opens_from_the_disk() {
     assert_eq!(page.complaints(&address), Vec::<String>::new());
 }
 
-/// Takes so many steps in the file with these methods, and reads the places of the particles, and
-/// their velocities.
-fn places_in_the_file(chromium: &Path, setups: &[Setup], steps: u64) -> Vec<[Value; 2]> {
+/// Takes so many steps in the file with these methods, and reads the places of the particles and
+/// their velocities; `None` for a method that no hand can lead.
+fn places_in_the_file(chromium: &Path, setups: &[Setup], steps: u64) -> Vec<Option<[Value; 2]>> {
     let pane = |setup: &Setup| {
         let Setup { scene, method, stiffness, damping, step, .. } = setup;
         let [stiffness, damping, step] = [stiffness, damping, step].map(|knob| knob.unwrap());
@@ -644,36 +644,38 @@ fn places_in_the_file(chromium: &Path, setups: &[Setup], steps: u64) -> Vec<[Val
     // Whoever asks for little motion starts with a page that is paused.
     let still = [("prefers-reduced-motion", "reduce")];
     let mut page = Page::open(chromium, &address, DESK, &still);
-    let all = |cell: &str, value: &str| {
-        format!(
-            "(() => {{ const all = [...document.querySelectorAll('.pane dt')].filter((e) => e.textContent === '{cell}').map((e) => e.nextSibling.textContent); return all.length === {} && all.every((e) => e === '{value}'); }})()",
-            setups.len()
-        )
-    };
-    for step in 0..=steps {
-        page.wait_until(&all("steps", &step.to_string()));
-        if step < steps {
-            page.click("#step");
-        }
-    }
+    let count = setups.len();
+    page.wait_until(&format!("document.querySelectorAll('.pane').length === {count}"));
+    page.value(
+        "window.isAt = (n) => [...document.querySelectorAll('.pane dt')].filter((e) => e.textContent === 'steps').every((e) => e.nextSibling.textContent === String(n))",
+    );
+    // The next step once every pane has taken the one before.
+    page.value(&format!(
+        "{{ let n = 0; const go = () => {{ if (n < {steps} && window.isAt(n)) {{ n++; document.getElementById('step').click(); }} setTimeout(go, 5); }}; go(); }}"
+    ));
+    page.wait_until(&format!("window.isAt({steps})"));
     // A touch freezes the state, and the scene that repeats a pane holds it.
     page.value("{ const make = URL.createObjectURL; URL.createObjectURL = (blob) => { blob.text().then((text) => window.saved = text); return make.call(URL, blob); }; }");
     page.value("document.querySelector('canvas.view').focus()");
     page.key("g");
-    page.wait_until("document.getElementById('play').textContent === 'Pause'");
+    page.wait_until("document.getElementById('play').textContent !== 'Play'");
     page.key("g");
-    page.click("#play");
-    let read = |pane: usize| {
+    let verdicts = page.verdicts();
+    let mut read = |pane: usize| {
+        if verdicts[pane] == "refused" {
+            return None;
+        }
         page.value("window.saved = undefined");
         page.value(&format!("[...document.querySelectorAll('.pane')][{pane}].querySelectorAll('button').forEach((e) => {{ if (e.textContent === 'Repeat') e.click(); }})"));
         page.wait_until("window.saved !== undefined");
         let saved = page.value("window.saved");
         let saved: Value = serde_json::from_str(saved.as_str().unwrap()).unwrap();
-        ["position_m", "velocity_m_s"].map(|key| saved["particles"][key].clone())
+        Some(["position_m", "velocity_m_s"].map(|key| saved["particles"][key].clone()))
     };
-    (0..setups.len()).map(read).collect()
+    (0..count).map(&mut read).collect()
 }
 
+/// The file computes what drape computes: an old file, or another rounding, shows here.
 #[test]
 fn the_page_without_a_server_gives_the_same_bits() {
     let Some(chromium) = chromium() else { return };
@@ -686,10 +688,14 @@ fn the_page_without_a_server_gives_the_same_bits() {
         ..Setup::default()
     };
     let setups: Vec<Setup> = drape_harness::methods::all().map(setup).collect();
-    let mut different = Vec::new();
+    let (mut same, mut different, mut unseen) = (0, Vec::new(), Vec::new());
     for setups in setups.chunks(6) {
         let found = places_in_the_file(&chromium, setups, 100);
         for (setup, found) in setups.iter().zip(found) {
+            let Some(found) = found else {
+                unseen.push(setup.method.clone());
+                continue;
+            };
             let pane = Pane::start(setup.clone(), &Runs::default()).unwrap();
             pane.go_until(0.1);
             let begin = Instant::now();
@@ -700,12 +706,15 @@ fn the_page_without_a_server_gives_the_same_bits() {
             let state = pane.look().2.state.clone().unwrap();
             let native = [state.x, state.v]
                 .map(|all| json!(all.iter().map(|&x| <[f64; 3]>::from(x)).collect::<Vec<_>>()));
-            if found != native {
-                different.push(setup.method.clone());
+            match found == native {
+                true => same += 1,
+                false => different.push(setup.method.clone()),
             }
         }
     }
+    println!("same {same}, different {different:?}, not led {unseen:?}");
     assert_eq!(different, DIFFERENT);
+    assert!(same >= 20, "{same}; not led: {unseen:?}");
 }
 
 /// Methods whose bits differ without a server.
