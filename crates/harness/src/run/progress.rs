@@ -188,7 +188,7 @@ impl Progress {
         state.t = self.start + elapsed;
         self.outcome.count(step, &report, self.size);
         let violation = self.bounds.violation(state, numbering);
-        if self.last_finite.is_some() && (step % self.every == 0 || step == self.steps) {
+        if self.last_finite.is_some() && (step.is_multiple_of(self.every) || step == self.steps) {
             self.outcome.series.extend(Some(sample(system, state)).filter(is_finite));
         }
         let before = self.before.as_ref();
