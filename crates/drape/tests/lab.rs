@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
-use drape_lab::{Files, Pane, Phase, Runs, Setup};
+use drape_lab::{Files, Pane, Phase, Runs, Setup, Touch};
 use drape_model::State;
 use std::io::{BufRead as _, BufReader};
 use std::process::{Command, Stdio};
@@ -237,6 +237,72 @@ fn a_cloth_that_is_moved_by_hand_is_repeated_from_each_touch_on() {
         let end = check_pane(&pane, "", f64::INFINITY, u64::MAX);
         assert!((pane.look().2.numbers.time - 0.25).abs() < 1e-9, "{method}");
         assert_ne!(bits(end.x.iter().map(|&x| x.into())), bits(state.x.iter().map(|&x| x.into())));
+    }
+}
+
+/// Knobs are turned twice on the way; each run from there on is repeated by its command.
+#[test]
+fn a_cloth_that_goes_on_after_a_change_is_repeated_from_there_on() {
+    let runs = Runs::default();
+    for method in ["imex-updated", "leapfrog", "bdf2"] {
+        let soft = Setup { stiffness: Some(1e3), damping: Some(1.0), ..setup(method) };
+        let turned = Setup { stiffness: Some(4e3), gravity: Some(1.62), ..soft.clone() };
+        let slower = Setup { step: Some(0.005), method: "imex-euler".to_owned(), ..turned.clone() };
+        let mut pane = Pane::start(soft, &runs).unwrap();
+        let mut state = check_pane(&pane, "", 0.05, 5);
+        for (setup, until, steps) in [(turned, 0.08, 3), (slower, 0.1, 4)] {
+            let before = pane.scenery().unwrap().stage.clone();
+            let step = pane.look().2.step;
+            let stage = setup.stage().unwrap().going_on(&before, &state, step).unwrap();
+            assert_eq!(stage.touch(), Some(Touch::Knob));
+            pane = Pane::resume(stage, &runs).unwrap();
+            let (_, _, start) = go(&pane, 0.0, 0);
+            assert_eq!((&start.x, &start.v), (&state.x, &state.v), "{method}");
+            state = check_pane(&pane, "", until, steps);
+            assert!((pane.look().2.numbers.time - until).abs() < 1e-9, "{method}");
+        }
+        // 5 steps, then 3, then 4.
+        assert_eq!(pane.look().2.numbers.step, 12, "{method}");
+        let note = pane.scenery().unwrap().stage.repeat(4).unwrap().note;
+        assert!(note.contains("A knob was turned on the way") && note.contains("0.08"), "{note}");
+    }
+}
+
+/// What follows the time of a scene goes on as well: pins and obstacles on paths, and gusts.
+#[test]
+fn a_change_that_changes_nothing_leaves_the_motion_as_it_was() {
+    for scene in ["flag", "curtain", "drape-test"] {
+        let same =
+            Setup { scene: scene.to_owned(), duration: Some(0.4), ..setup("backward-euler") };
+        let whole = Pane::start(same.clone(), &Runs::default()).unwrap();
+        let (_, _, expected) = go(&whole, 0.2, 20);
+        let pane = Pane::start(same.clone(), &Runs::default()).unwrap();
+        let (_, step, state) = go(&pane, 0.1, 10);
+        let stage = pane.scenery().unwrap().stage.clone();
+        let stage = same.stage().unwrap().going_on(&stage, &state, step).unwrap();
+        let pane = Pane::resume(stage, &Runs::default()).unwrap();
+        let (_, _, found) = go(&pane, 0.2, 10);
+        let pairs = expected.x.iter().zip(&found.x);
+        let apart = pairs.map(|(x, y)| (x - y).norm()).fold(0.0, f64::max);
+        let moved =
+            expected.x.iter().zip(&state.x).map(|(x, y)| (x - y).norm()).fold(0.0, f64::max);
+        assert!(apart < 1e-6 && moved > 1e-3, "{scene}: {apart} m apart, {moved} m moved");
+    }
+}
+
+#[test]
+fn a_change_that_leaves_no_time_or_another_cloth_is_refused() {
+    let pane = Pane::start(setup("imex-updated"), &Runs::default()).unwrap();
+    let (_, step, state) = go(&pane, 0.02, 2);
+    let before = &pane.scenery().unwrap().stage;
+    let short = Setup { duration: Some(0.02), ..setup("imex-updated") };
+    let other = Setup { particles: Some(10), ..setup("imex-updated") };
+    for (changed, step, named) in
+        [(short, step, "more than 0.02 s"), (other, step, "100"), (setup("xpbd"), 25, "knob")]
+    {
+        let stage = changed.stage().unwrap();
+        let error = stage.going_on(before, &state, step).unwrap_err().to_string();
+        assert!(error.contains(named) && error.contains("press Restart"), "{error}");
     }
 }
 

@@ -1,6 +1,7 @@
 //! How far a cloth may go: a run diverges when a particle goes farther.
 
 use drape_model::{Effect, MovingPin, Numbering, Path, State, System, Vec3};
+use drape_report::number::significant;
 
 /// A position farther from the centre of the start than this many scene sizes, and farther than
 /// [`Bounds::way`], counts as diverged.
@@ -65,9 +66,12 @@ impl Bounds {
         let particles = state.x.iter().enumerate().filter(|(_, x)| outside(x));
         particles.map(|(particle, _)| numbering.given(particle)).min().map(|particle| {
             format!(
-                "particle {particle} is farther than {reach:.3e} m from the centre of the start: \
-                 1000 scene sizes ({far:.3e} m), and twice what fall, throw, wind, led pins and \
-                 led obstacles can cover in {t:.4} s ({way:.3e} m)"
+                "particle {particle} is farther than {} m from the centre of the start: 1000 scene \
+                 sizes ({} m), and twice what fall, throw, wind, led pins and led obstacles can \
+                 cover in {t:.4} s ({} m)",
+                significant(reach, 4),
+                significant(far, 4),
+                significant(way, 4)
             )
         })
     }

@@ -8,6 +8,7 @@ use crate::{
 };
 use drape_integrator::Supports;
 use drape_model::TimeSpan;
+use drape_report::number::trimmed;
 
 /// From this share of the motion on a run keeps it well.
 const WELL: f64 = 0.75;
@@ -82,8 +83,8 @@ impl Expected {
             ways => ways,
         };
         Some(format!(
-            "the cloth will lock: with h²k/m = {:.1e} {} keeps {} of the motion by theory; {ways}",
-            simulation.theta(step),
+            "the cloth will lock: with h²k/m = {}, {} keeps {} of the motion by theory; {ways}",
+            trimmed(simulation.theta(step), 2),
             choice.method().id,
             percent(*share)
         ))

@@ -158,6 +158,32 @@ fn the_answer_stands_first_and_the_provenance_last() {
     assert!(
         text(all(&document, ".lesson")[2]).contains("drape run soft --method provot --dt 0.01")
     );
+    // Each lesson shows the method's equations and code as they stand in its crate.
+    for (lesson, id) in
+        all(&document, ".lesson").into_iter().zip(["explicit-euler", "leapfrog", "provot"])
+    {
+        let (_, known) = drape_harness::lessons::find(id).unwrap();
+        let shown: Vec<_> = lesson
+            .select(&Selector::parse("pre").unwrap())
+            .map(|pre| pre.text().collect::<String>())
+            .collect();
+        let lines = |text: &str| {
+            let filled = text.lines().filter(|line| !line.trim().is_empty());
+            filled.map(str::to_owned).collect::<Vec<_>>()
+        };
+        let expected = [known.equation().unwrap(), known.code().unwrap()];
+        assert_eq!(shown.len(), 2, "{id}");
+        for (shown, expected) in shown.iter().zip(&expected) {
+            assert_eq!(lines(shown), lines(expected), "{id}");
+        }
+        let factors = lesson.select(&Selector::parse(".factors td.n").unwrap()).map(text);
+        let factors: Vec<_> = factors.collect();
+        assert_eq!(factors.len(), 11, "{id}");
+        assert!(factors.contains(&"1.00".to_owned()), "{id}: {factors:?}");
+        let redraw = format!("draws figures/course-{id}.svg");
+        let said = text(lesson);
+        assert!(said.contains("drape experiment course") && said.contains(&redraw), "{said}");
+    }
     let known = all(&document, "td.v.bad").into_iter().map(text).collect::<BTreeSet<_>>();
     assert!(known.contains("diverged") && known.contains("unstable"), "{known:?}");
     let provenance = text(all(&document, "#provenance")[0]);

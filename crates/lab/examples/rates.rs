@@ -1,29 +1,40 @@
-//! Measures how fast the lab is, as a page would see it over its socket.
+//! Measures how fast the lab is, as a page would see it over its socket, and makes the page
+//! `results/lab.md`.
 //!
 //! ```text
-//! cargo run --release --example rates -p drape-lab
+//! cargo run --release --example rates -p drape-lab > results/lab.md
 //! ```
 //!
-//! It tells the frames a second of each pane, the delay behind the clock, the share of the
+//! It tells the pictures a second of each pane, the delay behind the clock, the share of the
 //! processor, and the memory after many sessions. The numbers depend on the machine, so nothing here
 //! passes or fails.
 
-use drape_lab::Server;
+use drape_harness::{Source, methods, provenance};
+use drape_lab::{Runs, Server};
+use drape_report::number::significant;
 use drape_report::tell;
 use serde_json::{Value, json};
+use std::collections::BTreeMap;
 use std::error::Error;
+use std::fmt::Write as _;
+use std::io::{ErrorKind, Write as _};
 use std::net::TcpStream;
+use std::path::Path;
 use std::time::{Duration, Instant};
 use tungstenite::client::IntoClientRequest as _;
 use tungstenite::{Message, WebSocket};
 
-/// How long a rate is measured.
-const SPAN: Duration = Duration::from_secs(10);
+/// How long the rates of several panes, and of a large one, are measured.
+const LONG: Duration = Duration::from_secs(10);
+/// How long each method is measured.
+const SHORT: Duration = Duration::from_secs(3);
 /// Sessions that are opened and closed.
 const SESSIONS: u32 = 200;
 /// Six methods of different kinds.
 const SIX: [&str; 6] =
     ["imex-euler", "imex-updated", "baraff-witkin", "backward-euler", "xpbd", "bdf2"];
+/// Steps that are tried one after the other until a method does not diverge, s.
+const STEPS_S: [f64; 4] = [0.01, 0.002, 5e-4, 1e-4];
 
 type Outcome<T> = Result<T, Box<dyn Error>>;
 
@@ -45,11 +56,25 @@ impl Page {
         Ok(self.0.send(Message::text(request.to_string()))?)
     }
 
-    fn show(&mut self, panes: &[Value], rate: f64) -> Outcome<()> {
-        self.say(&json!({ "do": "rate", "rate": rate }))?;
+    fn show(&mut self, panes: &[Value]) -> Outcome<()> {
+        self.say(&json!({ "do": "rate", "rate": 1 }))?;
         self.say(&json!({ "do": "wait", "wait": false }))?;
         self.say(&json!({ "do": "open", "panes": panes }))?;
         self.say(&json!({ "do": "play" }))
+    }
+
+    /// The next message; `None` if none comes for a while.
+    fn hear(&mut self) -> Outcome<Option<Message>> {
+        self.0.get_ref().set_read_timeout(Some(Duration::from_secs(1)))?;
+        match self.0.read() {
+            Ok(message) => Ok(Some(message)),
+            Err(tungstenite::Error::Io(error))
+                if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) =>
+            {
+                Ok(None)
+            }
+            Err(error) => Err(error.into()),
+        }
     }
 }
 
@@ -69,92 +94,174 @@ fn memory() -> f64 {
     pages.unwrap_or(0.0) * 4096.0 / f64::from(1 << 20)
 }
 
-/// Plays panes and tells their rates.
-fn measure(address: &str, what: &str, panes: &[Value]) -> Outcome<()> {
-    let mut page = Page::open(address)?;
-    page.show(panes, 1.0)?;
-    let mut frames = vec![0_u32; panes.len()];
-    let mut last = vec![(0.0, 0.0, 0.0, String::new()); panes.len()];
+/// What was seen of a pane.
+#[derive(Clone, Debug, Default)]
+struct Seen {
+    /// Pictures a second.
+    pictures: f64,
+    /// Delay behind the clock, s.
+    behind: f64,
+    /// Time of a step, µs.
+    micros: f64,
+    /// Simulated seconds for one of computing.
+    speed: f64,
+    /// Whether it goes on.
+    is_live: bool,
+}
+
+/// What was seen of a session.
+struct Rates {
+    /// Share of one core.
+    cores: f64,
+    panes: Vec<Seen>,
+}
+
+/// Plays panes for a while in real time. The clock begins with the first picture.
+fn measure(server: &Lab, panes: &[Value], span: Duration) -> Outcome<Rates> {
+    server.rest();
+    let mut page = Page::open(&server.address)?;
+    page.show(panes)?;
+    let mut seen = vec![Seen { is_live: true, ..Seen::default() }; panes.len()];
     let mut begin: Option<(Instant, f64)> = None;
-    let mut bytes = 0;
-    while begin.is_none_or(|(begin, _)| begin.elapsed() < SPAN) {
-        match page.0.read()? {
-            Message::Binary(frame) => {
-                let start = *begin.get_or_insert_with(|| (Instant::now(), processor()));
-                if start.0.elapsed() < SPAN {
-                    bytes += frame.len();
-                    frames[usize::from(frame[0])] += 1;
-                }
+    while begin.is_none_or(|(begin, _)| begin.elapsed() < span) && seen.iter().all(|s| s.is_live) {
+        match page.hear()? {
+            Some(Message::Binary(frame)) => {
+                begin.get_or_insert_with(|| (Instant::now(), processor()));
+                seen[usize::from(frame[0])].pictures += 1.0;
             }
-            Message::Text(text) => {
+            Some(Message::Text(text)) => {
                 let told: Value = serde_json::from_str(&text)?;
                 if told["tell"] == "status" {
                     let number = |value: &Value| value.as_f64().unwrap_or(0.0);
-                    let (pane, numbers) = (told["pane"].as_u64().unwrap_or(0), &told["numbers"]);
-                    let kind = told["phase"]["kind"].as_str().unwrap_or_default().to_owned();
-                    last[usize::try_from(pane)?] = (
-                        number(&told["behind"]),
-                        number(&numbers["micros"]),
-                        number(&numbers["times_real_time"]),
-                        kind,
-                    );
+                    let numbers = &told["numbers"];
+                    let seen = &mut seen[told["pane"].as_u64().unwrap_or(0) as usize];
+                    seen.behind = number(&told["behind"]);
+                    seen.micros = number(&numbers["micros"]);
+                    seen.speed = number(&numbers["times_real_time"]);
+                    let phase = told["phase"]["kind"].as_str().unwrap_or_default();
+                    seen.is_live = ["preparing", "ready"].contains(&phase);
                 }
             }
             _ => {}
         }
     }
-    let Some((begin, busy)) = begin else { return Ok(()) };
-    let span = begin.elapsed().as_secs_f64();
-    let (share, rate) = ((processor() - busy) / span, bytes as f64 / span / 1e6);
-    tell!("{what}: {share:.2} cores, {rate:.2} MB/s of positions");
-    for (n, pane) in panes.iter().enumerate() {
-        let (behind, micros, speed, phase) = &last[n];
-        tell!(
-            "  {}: {:.1} frames a second, {micros:.0} µs a step, {speed:.1} times real time, \
-             {behind:.2} s behind, {phase}",
-            pane["method"].as_str().unwrap_or_default(),
-            f64::from(frames[n]) / span
-        );
+    let (begin, busy) = begin.ok_or("no picture came")?;
+    let seconds = begin.elapsed().as_secs_f64();
+    seen.iter_mut().for_each(|seen| seen.pictures /= seconds);
+    Ok(Rates { cores: (processor() - busy) / seconds, panes: seen })
+}
+
+/// A server with its runs.
+struct Lab {
+    address: String,
+    runs: Runs,
+}
+
+impl Lab {
+    /// Waits until the runs of all pages that were closed have ended.
+    fn rest(&self) {
+        while self.runs.count() > 0 {
+            std::thread::sleep(Duration::from_millis(1));
+        }
     }
-    Ok(())
+
+    /// Opens and closes sessions of six panes. Memory after a tenth of them, and after all, MiB.
+    fn sessions(&self, panes: &[Value]) -> Outcome<[f64; 2]> {
+        let mut early = 0.0;
+        for session in 1..=SESSIONS {
+            // A page that was closed makes room once its socket is gone.
+            let mut page = loop {
+                match Page::open(&self.address) {
+                    Ok(page) => break page,
+                    Err(_) => std::thread::sleep(Duration::from_millis(5)),
+                }
+            };
+            page.show(panes)?;
+            while !page.hear()?.is_some_and(|message| message.is_binary()) {}
+            drop(page);
+            self.rest();
+            if session == SESSIONS / 10 {
+                early = memory();
+            }
+        }
+        Ok([early, memory()])
+    }
+}
+
+/// A square sheet that hangs by two corners.
+fn pane(method: &str, particles: u32, step: f64) -> Value {
+    json!({ "scene": "hanging-textile-1e4", "method": method, "step": step, "duration": 3600,
+        "particles": particles })
 }
 
 fn main() -> Outcome<()> {
     let server = Server::bind(0)?;
-    let (address, runs) = (server.address(), server.runs());
+    let lab = Lab { address: server.address(), runs: server.runs() };
     std::thread::spawn(move || server.serve(std::future::pending()));
-    let pane = |method: &str, particles: u32| {
-        json!({ "scene": "hanging-textile-1e6", "method": method, "step": 0.01,
-            "duration": 3600, "particles": particles })
-    };
-    let six = SIX.map(|method| pane(method, 20));
-    measure(&address, "six panes of 20 × 20", &six)?;
-    measure(&address, "one pane of 100 × 100", &[pane("imex-euler", 100)])?;
-    let begin = Instant::now();
-    while runs.count() > 0 {
-        std::thread::sleep(Duration::from_millis(10));
+    let mut text = String::from(
+        "# How fast the lab is\n\nA page that only listens opens panes of the lab on the sheet that \
+         hangs by two corners, at k/m = 1e4/s², and plays them in real time. *Pictures* are those \
+         that the page gets a second; the lab sends up to 30. *Cores* is the time of the processor \
+         over the time of the clock, for the server and all panes. *Behind* is how late the pane is \
+         at the end. `cargo run --release --example rates -p drape-lab > results/lab.md` makes this \
+         page.\n\n## Several panes, and a large one\n\n| panes | method | pictures a second | cores \
+         | µs a step | times real time | behind (s) |\n|---|---|---|---|---|---|---|\n",
+    );
+    let six = SIX.map(|method| pane(method, 20, 0.01));
+    for (name, panes) in
+        [("six of 20 × 20", six.as_slice()), ("one of 100 × 100", &[pane("imex-euler", 100, 0.01)])]
+    {
+        tell!("{name}");
+        let rates = measure(&lab, panes, LONG)?;
+        for (n, (pane, seen)) in panes.iter().zip(&rates.panes).enumerate() {
+            let cores = if n == 0 { format!("{:.2}", rates.cores) } else { String::new() };
+            writeln!(
+                text,
+                "| {} | {} | {:.1} | {cores} | {:.0} | {} | {:.2} |",
+                if n == 0 { name } else { "" },
+                pane["method"].as_str().unwrap_or_default(),
+                seen.pictures,
+                seen.micros,
+                significant(seen.speed, 3),
+                seen.behind
+            )?;
+        }
     }
-    tell!("all runs ended {:.2} s after their pages", begin.elapsed().as_secs_f64());
-    let mut before = memory();
-    for session in 1..=SESSIONS {
-        // A page that was closed makes room once its socket is gone.
-        let mut page = loop {
-            match Page::open(&address) {
-                Ok(page) => break page,
-                Err(_) => std::thread::sleep(Duration::from_millis(5)),
+    text += "\n## One pane of 20 × 20 with each method\n\nThe step is the longest of 0.01, 0.002, \
+             0.0005 and 0.0001 s with which the method does not diverge.\n\n| method | step (s) | \
+             pictures a second | cores | µs a step | times real time | behind (s) \
+             |\n|---|---|---|---|---|---|---|\n";
+    for method in methods::all() {
+        tell!("{}", method.id);
+        for step in STEPS_S {
+            let rates = measure(&lab, &[pane(method.id, 20, step)], SHORT)?;
+            let seen = &rates.panes[0];
+            if seen.is_live {
+                writeln!(
+                    text,
+                    "| {} | {step} | {:.1} | {:.2} | {:.0} | {} | {:.2} |",
+                    method.id,
+                    seen.pictures,
+                    rates.cores,
+                    seen.micros,
+                    significant(seen.speed, 3),
+                    seen.behind
+                )?;
+                break;
             }
-        };
-        page.show(&six, 1.0)?;
-        while !page.0.read()?.is_binary() {}
-        drop(page);
-        while runs.count() > 0 {
-            std::thread::sleep(Duration::from_millis(1));
-        }
-        if session == SESSIONS / 10 {
-            before = memory();
-            tell!("{before:.1} MiB after {session} sessions of six panes");
         }
     }
-    tell!("{:.1} MiB after {SESSIONS} sessions: {:+.1} MiB", memory(), memory() - before);
-    Ok(())
+    tell!("{SESSIONS} sessions");
+    let [early, late] = lab.sessions(&six)?;
+    writeln!(
+        text,
+        "\n## Sessions\n\n{SESSIONS} sessions of the six panes were opened and closed: {early:.1} \
+         MiB after {}, {late:.1} MiB after all, and no run was left.",
+        SESSIONS / 10
+    )?;
+    let source = Source::of_folder(Path::new(env!("CARGO_MANIFEST_DIR")));
+    let about = provenance(&source, BTreeMap::new());
+    let commit = about.commit.as_deref().unwrap_or("commit unknown");
+    writeln!(text, "\n{}, {} threads, {commit}, {}.", about.cpu, about.threads, about.date)?;
+    Ok(std::io::stdout().write_all(text.as_bytes())?)
 }

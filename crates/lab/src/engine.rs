@@ -13,12 +13,15 @@ use drape_harness::{
 use drape_integrator::EnergyLedger;
 use drape_model::{SpringEffect, State, SystemSpec, TimeSpan, Vec3};
 use drape_render::Subject;
+use drape_report::number::trimmed;
 use serde::Serialize;
 use std::sync::{Arc, Mutex, OnceLock};
 use std::time::{Duration, Instant};
 
 /// The page is shown a run at most this often.
 const SHOWN_EVERY: Duration = Duration::from_millis(30);
+/// Steps are timed over so long at least: the clock of a browser ticks every 0.1 ms.
+const MEASURED: Duration = Duration::from_millis(5);
 /// Coordinates beyond this are shown there, m.
 const FAR: f64 = 1e6;
 
@@ -276,7 +279,8 @@ impl Worker {
             extremes: None,
             causes: None,
             all_cg_iterations: 0,
-            last: (Instant::now(), 0, Duration::ZERO),
+            last: Instant::now(),
+            measured: (0, Duration::ZERO),
             micros: 0.0,
             now: 0.0,
             steps,
@@ -349,8 +353,10 @@ struct Sight {
     extremes: Option<Extremes>,
     causes: Option<Causes>,
     all_cg_iterations: u64,
-    /// When the run was shown last, with steps and wall time of its `step` calls.
-    last: (Instant, u64, Duration),
+    /// When the run was shown last.
+    last: Instant,
+    /// Steps, and wall time of their calls, when the time of a step was last measured.
+    measured: (u64, Duration),
     micros: f64,
     /// Time at the end of the last step, s.
     now: f64,
@@ -372,7 +378,7 @@ impl Sight {
         self.all_cg_iterations += u64::from(moment.report.cg_iterations);
         self.now = moment.state.t;
         let must_wait = moment.step != self.steps && !self.shared.gate.lets(self.next());
-        if must_wait || self.last.0.elapsed() >= SHOWN_EVERY {
+        if must_wait || self.last.elapsed() >= SHOWN_EVERY {
             let iterations = moment.report.cg_iterations;
             let snapshot = self.snapshot(moment.moving(), moment.step, iterations, moment.wall);
             // States that are not finite stay unseen; the end of the run says that it diverged.
@@ -396,11 +402,13 @@ impl Sight {
         let extremes = self.extremes.get_or_insert(Extremes { start: total, top: total, kinetic });
         extremes.top = extremes.top.max(total);
         extremes.kinetic = extremes.kinetic.max(kinetic);
-        let (_, steps, before) = self.last;
-        if step > steps {
-            self.micros = (wall.saturating_sub(before)).as_secs_f64() * 1e6 / (step - steps) as f64;
+        let (steps, before) = self.measured;
+        let since = wall.saturating_sub(before);
+        if step > steps && (since >= MEASURED || self.micros == 0.0) {
+            self.micros = since.as_secs_f64() * 1e6 / (step - steps) as f64;
+            self.measured = (step, wall);
         }
-        self.last = (Instant::now(), step, wall);
+        self.last = Instant::now();
         let shown = shown(&moving.display_positions());
         let past = &self.scenery.stage.past;
         let (momentum, angular_momentum) = momenta(&self.scenery.stage.spec, &state);
@@ -462,9 +470,10 @@ impl Sight {
         let ratio = step / self.limit;
         match kind {
             Judged::Diverged | Judged::GainedEnergy if ratio > 1.0 => format!(
-                "{id} takes forces at the old time level, which allows steps of at most about \
-                 {:.1e} s; this step of {step} s is {ratio:.1} times as long.",
-                self.limit
+                "{id} takes forces at the old time level, which allows steps of at most about {} s; \
+                 this step of {step} s is {} times as long.",
+                trimmed(self.limit, 2),
+                trimmed(ratio, 2)
             ),
             Judged::Diverged | Judged::GainedEnergy => {
                 "The step is too long for this method, or its settings allow too large errors."
@@ -476,13 +485,12 @@ impl Sight {
             },
             Judged::Stable => match self.expected.share() {
                 Some(_) => format!(
-                    "With h²k/m = {:.1e} it holds the stiff springs back and lets the cloth \
-                     move.",
-                    self.theta
+                    "With h²k/m = {} it holds the stiff springs back and lets the cloth move.",
+                    trimmed(self.theta, 2)
                 ),
                 None if self.limit.is_finite() && ratio <= 1.0 => format!(
-                    "The step of {step} s is below its limit of about {:.1e} s.",
-                    self.limit
+                    "The step of {step} s is below its limit of about {} s.",
+                    trimmed(self.limit, 2)
                 ),
                 None => "Nothing in it limits the step on this scene.".to_owned(),
             },

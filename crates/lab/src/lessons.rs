@@ -78,16 +78,14 @@ pub(crate) fn tell(id: &str) -> Result<Reply<'static>, String> {
     let stage = panes.first().ok_or_else(|| lost("panes"))?.stage();
     let stage = stage.map_err(|error| error.to_string())?;
     let repeat = stage.repeat(0).map_err(|error| error.to_string())?;
-    let folder = lesson.docs.strip_prefix("drape-").unwrap_or(lesson.docs);
-    let file = |name: &str| format!("crates/integrators/{folder}/{name}");
     let told = Told {
         id: method.id,
         title: lesson.title,
         idea: lesson.idea,
         equation: lesson.equation().ok_or_else(|| lost("equation"))?,
-        equation_file: file(lesson.equation.file),
+        equation_file: lesson.file(&lesson.equation),
         code: lesson.code().ok_or_else(|| lost("code"))?,
-        code_file: file(lesson.code.file),
+        code_file: lesson.file(&lesson.code),
         radii: lesson.radii().into_iter().filter(|(_, radius)| radius.is_finite()).collect(),
         panes,
         question: lesson.question.text(&lesson.setting),

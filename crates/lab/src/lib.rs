@@ -33,7 +33,8 @@
 //! **A cloth that is moved by hand.** A pin cannot begin or end within a run. So each touch freezes
 //! the pane and starts a new run from there: with a pin on a short path while a particle is led,
 //! without it once the particle is let go. Each of these runs is what `drape run` makes of the
-//! frozen system, bit for bit. A method of several steps begins anew with each of them.
+//! frozen system, bit for bit. A method of several steps begins anew with each of them. A knob that
+//! is turned while the panes go on freezes them in the same way.
 //!
 //! **What it cannot do.** A step that has begun cannot be stopped: a run that was closed ends after
 //! its present step.
@@ -57,7 +58,7 @@ pub use page::source;
 #[cfg(feature = "server")]
 pub use server::Server;
 pub use session::{Out, Session};
-pub use setup::{Repeat, Setup, Source, Stage};
+pub use setup::{Repeat, Setup, Source, Stage, Touch};
 pub use work::Runs;
 #[cfg(target_family = "wasm")]
 pub use work::turns::work;

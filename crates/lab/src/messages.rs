@@ -6,7 +6,7 @@ use crate::files::{Dropped, PREFIX};
 use crate::lessons::{Listed, Told};
 use crate::limits;
 use crate::setup::{Repeat, Setup, Source, damping_of, gravity_of, side_of, stiffness_of, wind_of};
-use drape_harness::{bundled, methods, presets};
+use drape_harness::{bundled, lessons, methods, presets};
 use drape_integrator::Kind;
 use serde::{Deserialize, Serialize};
 
@@ -14,10 +14,14 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(tag = "do", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Request {
-    /// Begin with these panes, at time 0.
+    /// Show these panes.
     Open {
         /// Their set-ups.
         panes: Vec<Setup>,
+        /// Whether they go on from where they are, if all of them can. Otherwise they begin at
+        /// time 0.
+        #[serde(default)]
+        keep: bool,
     },
     /// Let time pass.
     Play {},
@@ -209,6 +213,7 @@ pub struct MethodChoice {
     id: &'static str,
     name: &'static str,
     theory: &'static str,
+    has_lesson: bool,
     presets: Vec<PresetChoice>,
     settings: Vec<SettingChoice>,
 }
@@ -312,6 +317,7 @@ pub fn hello() -> Reply<'static> {
         id: method.id,
         name: method.name,
         theory: method.theory,
+        has_lesson: lessons::find(method.id).is_ok(),
         presets: presets(method)
             .map(|preset| PresetChoice { name: preset.name, settings: preset.settings })
             .collect(),

@@ -6,7 +6,7 @@ use crate::ghost::{Ghost, distance};
 use crate::lessons;
 use crate::limits;
 use crate::messages::{Of, Reply, Request, dropped, file, frame, hello, scenery};
-use crate::setup::Setup;
+use crate::setup::{Setup, Touch};
 use crate::work::{LATE, Runs};
 use std::sync::{Arc, OnceLock};
 use std::time::Duration;
@@ -134,13 +134,15 @@ impl Session {
     fn act(&mut self, request: Request) -> Result<Vec<Out>, String> {
         self.is_clock_new = true;
         match request {
-            Request::Open { panes } => {
+            Request::Open { panes, keep } => {
                 let most = limits::PANES;
                 if panes.is_empty() || panes.len() > most {
                     return Err(format!("{} panes; expected 1 to {most}", panes.len()));
                 }
-                self.setups = panes;
-                self.start()?;
+                let before = std::mem::replace(&mut self.setups, panes);
+                if !(keep && self.go_on(&before)) {
+                    self.start()?;
+                }
             }
             Request::Restart {} => self.start()?,
             Request::Play {} => self.playing = true,
@@ -246,11 +248,49 @@ impl Session {
                 (shown.pane, shown.seen, shown.ghost) = (pane, 0, None);
             }
         }
+        self.end_lonely_ghosts();
+        self.go();
+        self.hand = (!hand.lets_go).then_some(Hand { is_known: true, ..hand });
+    }
+
+    /// Lets the cloth of every pane go on under its new set-up. Says false, and changes nothing, if
+    /// one cannot.
+    fn go_on(&mut self, before: &[Setup]) -> bool {
+        if self.panes.len() != self.setups.len() || before.len() != self.setups.len() {
+            return false;
+        }
+        let has_hand = self.hand.is_some();
+        let go_on = |((shown, old), new): ((&Shown, &Setup), &Setup)| {
+            if old == new && !has_hand {
+                return Some(None);
+            }
+            let (_, phase, snapshot) = shown.pane.look();
+            let is_other = old.scene != new.scene || phase != Phase::Ready;
+            let (known, state) = (shown.pane.scenery()?, snapshot.state.as_ref()?);
+            let stage = (!is_other).then(|| new.stage_with(&self.files))?.ok()?;
+            let stage = stage.going_on(&known.stage, state, snapshot.step).ok()?;
+            Some(Some(Pane::resume(stage, &self.runs)?))
+        };
+        let pairs = self.panes.iter().zip(before).zip(&self.setups);
+        let Some(panes) = pairs.map(go_on).collect::<Option<Vec<_>>>() else { return false };
+        for (shown, pane) in self.panes.iter_mut().zip(panes) {
+            // The page made the pane anew, and is told all of it.
+            (shown.seen, shown.has_scenery, shown.grip) = (0, false, None);
+            if let Some(pane) = pane {
+                (shown.pane, shown.ghost) = (pane, None);
+            }
+        }
+        self.hand = None;
+        self.end_lonely_ghosts();
+        self.go();
+        true
+    }
+
+    /// Ends the references if no pane has one.
+    fn end_lonely_ghosts(&mut self) {
         if self.panes.iter().all(|shown| shown.ghost.is_none()) {
             self.ghosts.clear();
         }
-        self.go();
-        self.hand = (!hand.lets_go).then_some(Hand { is_known: true, ..hand });
     }
 
     /// Starts a reference for each set-up without its method, or ends them all.
@@ -359,10 +399,10 @@ impl Session {
                     told.push(Out::Binary(frame(Of::Ghost, pane, shown.run, time, places)));
                 }
                 let apart = places.and_then(|places| distance(places, &snapshot.shown));
-                let is_touched = known.stage.is_touched();
+                let touch = known.stage.touch();
                 let why = match refusal {
                     _ if !self.wants_ghosts => None,
-                    None if is_touched => Some(TOUCHED.to_owned()),
+                    None => touch.map(|touch| unknown_to_the_reference(touch).to_owned()),
                     refusal => refusal,
                 };
                 let behind = if phase.is_over() { 0.0 } else { (self.clock - time).max(0.0) };
@@ -409,8 +449,13 @@ impl Session {
     }
 }
 
-/// Why a pane that was moved by hand has no reference.
-const TOUCHED: &str = "the reference knows nothing of the hand: press Restart";
+/// Why a pane that began on the way has no reference.
+fn unknown_to_the_reference(touch: Touch) -> &'static str {
+    match touch {
+        Touch::Hand => "the reference knows nothing of the hand: press Restart",
+        Touch::Knob => "the reference knows nothing of a knob turned on the way: press Restart",
+    }
+}
 
 fn status(
     pane: usize,

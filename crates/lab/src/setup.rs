@@ -85,13 +85,14 @@ pub struct Stage {
     pub spec: SystemSpec,
     /// Step and duration.
     pub time: TimeSpan,
-    /// What came before the start, where a person moved the cloth by hand.
+    /// What came before the start, where a person moved the cloth by hand or turned a knob on the
+    /// way.
     pub past: Past,
     source: Source,
     name: Name,
 }
 
-/// What a run with moves by hand did before its present start.
+/// What a run did before its present start. A touch starts it anew from where it is.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Past {
     /// Simulated time, s.
@@ -102,6 +103,17 @@ pub struct Past {
     led: Option<Led>,
     /// The last way of the hand.
     hand: Option<Hand>,
+    /// Whether a knob was turned on the way.
+    is_turned: bool,
+}
+
+/// What begins a run on the way of another.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Touch {
+    /// A hand that moved the cloth.
+    Hand,
+    /// A knob that was turned.
+    Knob,
 }
 
 /// A particle that is led by hand.
@@ -516,16 +528,17 @@ impl Stage {
             (None, Name::Bundled(name)) => name.clone(),
         };
         let arguments = self.arguments(named, duration);
-        let note = if is_touched {
+        let note = self.touch().map_or_else(String::new, |touch| {
+            let (what, when) = match touch {
+                Touch::Hand => ("This cloth was moved by hand", "the hand last acted"),
+                Touch::Knob => ("A knob was turned on the way", "it was last turned"),
+            };
             format!(
-                "This cloth was moved by hand. The file holds its state at t = {:.4} s, where the \
-                 hand last acted, and the command repeats what came after, bit for bit. What came \
-                 before is not in it.",
+                "{what}. The file holds the state at t = {:.4} s, where {when}, and the command \
+                 repeats what came after, bit for bit. What came before is not in it.",
                 self.past.time
             )
-        } else {
-            String::new()
-        };
+        });
         let way = self.past.hand.as_ref().map(|hand| self.way(hand)).transpose()?;
         let command = command(&arguments);
         Ok(Repeat { command, arguments, file, mesh, scene, note, way })
@@ -611,9 +624,18 @@ impl Stage {
         Ok(stage)
     }
 
-    /// Whether the cloth was moved by hand.
+    /// What began this run on the way, if anything did.
+    pub fn touch(&self) -> Option<Touch> {
+        match self.past {
+            Past { hand: Some(_), .. } => Some(Touch::Hand),
+            Past { is_turned: true, .. } => Some(Touch::Knob),
+            Past { .. } => None,
+        }
+    }
+
+    /// Whether this run began on the way.
     pub fn is_touched(&self) -> bool {
-        self.past.hand.is_some()
+        self.touch().is_some()
     }
 
     /// Whether a particle is led.
@@ -621,20 +643,49 @@ impl Stage {
         self.past.led.is_some()
     }
 
-    /// The rest of the run, frozen in `state` after `steps` steps.
-    fn at_rest_of(&self, state: &State, steps: u64) -> Result<Self, Violation> {
+    /// This stage for a cloth that goes on from where it is on another stage after `steps` steps,
+    /// in `state`. A hand that leads it there lets go.
+    ///
+    /// # Errors
+    /// Another number of particles, or no time that is left.
+    pub fn going_on(self, before: &Self, state: &State, steps: u64) -> Result<Self, Violation> {
+        let count = self.spec.particles.mass_kg.len();
+        if state.len() != count {
+            return Err(refuse("particles", state.len(), format!("{count}: press Restart")));
+        }
+        let past = before.past_until("knob", state, steps)?;
+        let left = self.time.duration_s - past.time;
+        if left <= 0.0 {
+            let expected = format!("more than {} s, which are over: press Restart", past.time);
+            return Err(refuse("duration", self.time.duration_s, expected));
+        }
+        let past = Past { led: None, hand: None, is_turned: true, ..past };
+        // Paths and gusts of this stage count from time 0.
+        let now = State { t: past.time, ..state.clone() };
+        let time = TimeSpan { duration_s: left, ..self.time };
+        Ok(Self { spec: self.spec.with_state(&now), time, past, ..self })
+    }
+
+    /// What is over once this run ends after `steps` steps, in `state`.
+    fn past_until(&self, by: &str, state: &State, steps: u64) -> Result<Past, Violation> {
         let (whole, rest) = self.time.steps();
-        let left = whole.saturating_sub(steps) as f64 * self.time.step_s + rest.unwrap_or(0.0);
         let is_over = steps >= whole + u64::from(rest.is_some());
         if is_over || !state.is_finite() {
             let expected = "a run that goes on: press Restart";
-            return Err(refuse("hand", "on a cloth whose run is over", expected));
+            return Err(refuse(by, "on a cloth whose run is over", expected));
         }
-        let past = Past {
+        Ok(Past {
             time: self.past.time + state.t,
             steps: self.past.steps + steps,
             ..self.past.clone()
-        };
+        })
+    }
+
+    /// The rest of the run, frozen in `state` after `steps` steps.
+    fn at_rest_of(&self, state: &State, steps: u64) -> Result<Self, Violation> {
+        let past = self.past_until("hand", state, steps)?;
+        let (whole, rest) = self.time.steps();
+        let left = whole.saturating_sub(steps) as f64 * self.time.step_s + rest.unwrap_or(0.0);
         Ok(Self {
             choice: self.choice.clone(),
             spec: self.spec.clone().with_state(state),

@@ -119,6 +119,10 @@ impl Page {
     }
 }
 
+/// The share of a picture's points that are painted.
+const PAINTED: &str = "(c) => { const d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data; \
+    let n = 0; for (let i = 3; i < d.length; i += 4) n += d[i] > 0; return 4 * n / d.length; }";
+
 /// What a person sees who does nothing: one explodes, one stands still, one falls.
 #[test]
 fn the_lab_opens_with_three_panes_and_three_verdicts() {
@@ -139,6 +143,15 @@ fn the_lab_opens_with_three_panes_and_three_verdicts() {
             "[...document.querySelectorAll('canvas.view, canvas.plot')].map((c) => { const d = new Uint32Array(c.getContext('2d').getImageData(0, 0, c.width, c.height).data.buffer); return new Set(d).size > 3; })",
         );
         assert_eq!(drawn, json!([true, true, true, true, true, true]), "{width} {scheme}");
+        // A cloth that explodes does not paint its picture over.
+        let painted =
+            page.value(&format!("[...document.querySelectorAll('canvas.view')].map({PAINTED})"));
+        let shares: Vec<_> = (0..3).map(|pane| painted[pane].as_f64().unwrap()).collect();
+        assert!(shares.iter().all(|share| (0.001..0.5).contains(share)), "{shares:?}");
+        // What explodes, stands still and falls is seen without scrolling.
+        let top =
+            page.value("document.querySelector('canvas.view').getBoundingClientRect().bottom");
+        assert!(top.as_f64().unwrap() < 900.0, "{top} at {width}");
         let overflow =
             "document.documentElement.scrollWidth - document.documentElement.clientWidth";
         assert_eq!(page.value(overflow), json!(0), "the page scrolls sideways at {width}");
@@ -474,6 +487,91 @@ fn settings_are_knobs_and_a_verdict_leads_to_the_line_that_decides() {
     assert!(line.as_str().unwrap().contains("Judged::"), "{line}");
 }
 
+/// A change begins again, or goes on where the cloth is, as a person chooses.
+#[test]
+fn a_change_goes_on_if_a_person_wants_it_and_the_verdict_leads_to_the_lesson() {
+    let Some(chromium) = chromium() else { return };
+    let (address, _) = serve();
+    let mut page = Page::open(&chromium, &single(&address, "duration=600"), DESK, &[]);
+    page.wait_until("document.querySelectorAll('.pane').length === 1");
+    page.wait_until(&format!("{} > 10", number("steps")));
+    let command = |page: &mut Page| {
+        page.click(".pane .head button");
+        page.wait_until("document.getElementById('repeat').open");
+        let command = page.value("document.getElementById('command').textContent");
+        page.click("#close");
+        command.as_str().unwrap().to_owned()
+    };
+    page.click("#keep");
+    let before: f64 = page.cell("steps").parse().unwrap();
+    page.enter(".pane [data-knob=stiffness]", "1e4");
+    page.wait_until("decodeURIComponent(location.hash).includes('keep=yes')");
+    page.wait_until("decodeURIComponent(location.hash).includes('stiffness=10000')");
+    page.wait_until(&format!("{} === 1", number("h²k/m")));
+    assert!(page.cell("steps").parse::<f64>().unwrap() >= before);
+    let said = command(&mut page);
+    assert!(said.contains("-from-step-"), "{said}");
+    // The past is still there to be looked at.
+    page.value("{ const e = document.getElementById('back'); e.value = 0; e.dispatchEvent(new Event('input')); }");
+    page.wait_until(&format!("{} < 5", number("steps")));
+    assert_eq!(page.cell("h²k/m"), "100");
+    page.click("#keep");
+    page.enter(".pane [data-knob=stiffness]", "1e5");
+    page.wait_until(&format!("{} === 10", number("h²k/m")));
+    assert!(!command(&mut page).contains("-from-step-"));
+    page.click(".pane .link");
+    page.wait_until("document.getElementById('lesson-choice').value === 'imex-euler'");
+    page.wait_until("location.hash.includes('lesson=imex-euler')");
+    assert_eq!(page.value("document.activeElement.id"), json!("lesson-choice"));
+    assert_eq!(page.value("document.querySelectorAll('.pane').length"), json!(1));
+    assert_eq!(page.cell("h²k/m"), "10");
+    assert_eq!(page.complaints(&address), Vec::<String>::new());
+}
+
+/// A cloth that stretches out of its picture stays in it.
+#[test]
+fn the_picture_follows_a_cloth_that_falls_far() {
+    let Some(chromium) = chromium() else { return };
+    let (address, _) = serve();
+    let knobs =
+        "pane=scene=hanging-textile-1e4;method=imex-updated;step=0.01;duration=2;stiffness=4e3";
+    let mut page = Page::open(&chromium, &format!("{address}#{knobs}"), DESK, &[]);
+    page.wait_until("document.querySelectorAll('.pane').length === 1");
+    page.wait_until("document.getElementById('play').textContent === 'Play again'");
+    let edge = "(() => { const c = document.querySelector('canvas.view'); const d = (y) => c.getContext('2d').getImageData(0, y, c.width, 1).data; return [d(0), d(c.height - 1)].every((row) => row.every((v) => v === 0)); })()";
+    for back in [0.2, 0.6, 0.8, 1.0, 1.2, 1.6, 2.0] {
+        page.value(&format!("{{ const e = document.getElementById('back'); e.value = {back}; e.dispatchEvent(new Event('input')); }}"));
+        assert_eq!(page.value(edge), json!(true), "the cloth is cut off at {back} s");
+    }
+    let painted = page.value(&format!("({PAINTED})(document.querySelector('canvas.view'))"));
+    assert!(painted.as_f64().unwrap() > 0.01, "{painted}");
+}
+
+/// A page that lost its connection says so, comes back by itself and shows its set-up again.
+#[test]
+fn a_lost_connection_is_said_and_the_page_comes_back() {
+    let Some(chromium) = chromium() else { return };
+    let (address, runs) = serve();
+    let mut page = Page::open(&chromium, "about:blank", DESK, &[]);
+    let remember = "window.sockets = []; const Real = WebSocket; window.WebSocket = class extends Real { constructor(url) { super(url); window.sockets.push(this); } };";
+    page.browser.call("Page.addScriptToEvaluateOnNewDocument", &json!({ "source": remember }));
+    let link = single(&address, "duration=600;damping=7");
+    page.browser.call("Page.navigate", &json!({ "url": link }));
+    page.wait_until("document.querySelectorAll('.pane').length === 1");
+    page.wait_until(&format!("{} > 10", number("steps")));
+    page.value("window.sockets[0].close()");
+    page.wait_until(&format!("{MESSAGE}.includes('does not answer')"));
+    page.wait_until("window.sockets.length === 2");
+    page.wait_until(&format!("{MESSAGE} === ''"));
+    page.wait_until(&format!("{} > 3", number("steps")));
+    page.wait_until("document.querySelector('.pane [data-knob=damping]').value === '7'");
+    let begin = Instant::now();
+    while runs.count() != 1 {
+        assert!(begin.elapsed() < PATIENCE, "{} runs", runs.count());
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
 /// A page without its server says so.
 #[test]
 fn a_lost_server_is_said() {
@@ -541,7 +639,12 @@ fn a_lesson_opens_by_its_address_and_marks_answers() {
         assert!(hash.as_str().unwrap().contains("lesson=backward-euler"), "{hash}");
         let text = page.value("document.getElementById('lesson').innerText");
         let text = text.as_str().unwrap();
-        for part in [lesson.title, lesson.idea, "drape run oscillator --method backward-euler"] {
+        for part in [
+            lesson.title,
+            lesson.idea,
+            "drape run oscillator --method backward-euler",
+            "drape lab --setup lesson=backward-euler",
+        ] {
             assert!(text.contains(part), "{part}: {text}");
         }
         assert!(text.contains(&lesson.code().unwrap()), "{text}");

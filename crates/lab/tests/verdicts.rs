@@ -1,9 +1,12 @@
 //! What the panes say.
 
-#![allow(clippy::unwrap_used, reason = "tests")]
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "tests")]
 
 use drape_harness::record::Judged;
-use drape_lab::{Pane, Phase, Runs, Session, Setup};
+use drape_lab::{Out, Pane, Phase, Runs, Session, Setup, Touch};
+use serde_json::{Value, json};
+use std::collections::BTreeSet;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// A busy machine may need this long.
@@ -88,6 +91,150 @@ fn a_method_that_refuses_a_scene_says_so_in_its_pane() {
     let (phase, _) = finish(&pane);
     let Phase::Refused(sentence) = phase else { panic!("{phase:?}") };
     assert!(sentence.contains("contact") || sentence.contains("friction"), "{sentence}");
+}
+
+/// Every scene opens with every method: it takes a step, or says in its pane why it cannot.
+#[test]
+fn every_scene_opens_with_every_method() {
+    let runs = Runs::default();
+    let mut refused = BTreeSet::new();
+    let mut count = 0;
+    for scene in drape_model::bundled::names() {
+        let opened = drape_harness::methods::all().map(|method| {
+            let mut setup = setup(method.id);
+            // One step of the scene's own length.
+            (setup.scene, setup.step) = (scene.to_owned(), None);
+            setup.duration = Some(setup.stage().unwrap().time.step_s);
+            (method.id, Pane::start(setup, &runs).unwrap())
+        });
+        for (id, pane) in opened.collect::<Vec<_>>() {
+            let (phase, snapshot) = finish(&pane);
+            count += 1;
+            match phase {
+                Phase::Refused(sentence) => {
+                    let pair = format!("{id} on {scene}: {sentence}");
+                    assert!(sentence.contains(id) && !sentence.contains("bug"), "{pair}");
+                    refused.insert(id);
+                }
+                Phase::Ended | Phase::Diverged => {
+                    assert_eq!(snapshot.numbers.step, 1, "{id} on {scene}");
+                    assert!(!snapshot.shown.is_empty(), "{id} on {scene}");
+                    assert!(snapshot.opinion.is_some_and(|o| o.is_final), "{id} on {scene}");
+                }
+                Phase::Preparing | Phase::Ready => panic!("{id} on {scene}: {phase:?}"),
+            }
+        }
+    }
+    assert_eq!(
+        count,
+        drape_model::bundled::names().count() * drape_harness::methods::all().count()
+    );
+    println!("{count} pairs; some scene is refused by {refused:?}");
+    assert!(refused.len() < 20, "{refused:?}");
+}
+
+/// Numbers and phases of all panes, once each is ready, has taken `steps` steps or is over.
+fn reached(session: &mut Session, steps: &[u64]) -> Vec<(Phase, f64)> {
+    let begin = Instant::now();
+    loop {
+        session.tick(Duration::ZERO);
+        let looks: Vec<_> = session.panes().map(Pane::look).collect();
+        let is_there = |((_, phase, snapshot), steps): (&(_, Phase, Arc<_>), &u64)| {
+            let snapshot: &drape_lab::engine::Snapshot = snapshot;
+            phase.is_over() || *phase == Phase::Ready && snapshot.numbers.step == *steps
+        };
+        if looks.len() == steps.len() && looks.iter().zip(steps).all(is_there) {
+            return looks.into_iter().map(|(_, phase, s)| (phase, s.numbers.time)).collect();
+        }
+        assert!(begin.elapsed() < PATIENCE, "{steps:?}: {looks:?}");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+}
+
+#[test]
+fn panes_go_on_after_a_change_where_all_of_them_can() {
+    let pane = |method: &str, change: Value| {
+        let mut pane = json!({ "scene": "hanging-textile-1e6", "method": method, "step": 0.01,
+            "duration": 0.5 });
+        pane.as_object_mut().unwrap().extend(change.as_object().unwrap().clone());
+        pane
+    };
+    let mut session = Session::new(Runs::default());
+    let open = |session: &mut Session, panes: &[Value], keep: bool| {
+        let request = json!({ "do": "open", "panes": panes, "keep": keep });
+        assert!(session.receive(&request.to_string()).is_empty());
+    };
+    let [a, b] = ["imex-updated", "baraff-witkin"].map(|method| pane(method, json!({})));
+    open(&mut session, &[a.clone(), b.clone()], true);
+    reached(&mut session, &[0, 0]);
+    for n in 1..=3 {
+        session.receive(r#"{"do":"step"}"#);
+        reached(&mut session, &[n, n]);
+    }
+    // One pane changes, the other stays; both are where they were.
+    let a = pane("imex-updated", json!({ "stiffness": 1e4 }));
+    open(&mut session, &[a.clone(), b.clone()], true);
+    reached(&mut session, &[3, 3]);
+    let touches = |session: &Session| -> Vec<_> {
+        session.panes().map(|pane| pane.scenery().unwrap().stage.touch()).collect()
+    };
+    assert_eq!(touches(&session), [Some(Touch::Knob), None]);
+    session.receive(r#"{"do":"step"}"#);
+    let there = reached(&mut session, &[4, 4]);
+    assert!(there.iter().all(|(_, time)| (time - 0.04).abs() < 1e-12), "{there:?}");
+    // Another method, and a reference that knows nothing of it.
+    let a = pane("xpbd", json!({ "stiffness": 1e4 }));
+    session.receive(r#"{"do":"ghost","on":true}"#);
+    open(&mut session, &[a.clone(), b.clone()], true);
+    let told = {
+        reached(&mut session, &[4, 4]);
+        session.receive(r#"{"do":"step"}"#);
+        let begin = Instant::now();
+        loop {
+            let told: Vec<_> = session.tick(Duration::ZERO).into_iter().filter_map(text).collect();
+            let is_told = |text: &String| text.contains("a knob turned on the way");
+            if let Some(text) = told.into_iter().find(is_told) {
+                break text;
+            }
+            assert!(begin.elapsed() < PATIENCE);
+        }
+    };
+    assert!(told.contains("press Restart"), "{told}");
+    reached(&mut session, &[5, 5]);
+    // A hand lets go before a change.
+    session.receive(r#"{"do":"lead","particle":210,"by":[0.1,0,0]}"#);
+    session.receive(r#"{"do":"pause"}"#);
+    reached(&mut session, &[5, 5]);
+    let a = pane("xpbd", json!({ "stiffness": 2e4 }));
+    open(&mut session, &[a.clone(), b.clone()], true);
+    reached(&mut session, &[5, 5]);
+    assert_eq!(touches(&session), [Some(Touch::Knob), Some(Touch::Knob)]);
+    assert!(session.panes().all(|pane| !pane.scenery().unwrap().stage.is_led()));
+    // Without `keep`, with another number of panes, another scene, other particles, or a step that
+    // is refused, all begin again.
+    let wrong = pane("xpbd", json!({ "step": 1e9 }));
+    let small = pane("xpbd", json!({ "particles": 5 }));
+    let other = json!({ "scene": "flag", "method": "xpbd" });
+    for (panes, keep) in [
+        (vec![a.clone(), b.clone()], false),
+        (vec![a.clone(), b.clone(), b.clone()], true),
+        (vec![a.clone(), other], true),
+        (vec![a.clone(), small], true),
+        (vec![a, wrong], true),
+    ] {
+        session.receive(r#"{"do":"step"}"#);
+        open(&mut session, &panes, keep);
+        let there = reached(&mut session, &vec![0; panes.len()]);
+        assert!(there.iter().all(|(_, time)| *time == 0.0), "{panes:?}: {there:?}");
+    }
+}
+
+/// The text of a message.
+fn text(out: Out) -> Option<String> {
+    match out {
+        Out::Text(text) => Some(text),
+        Out::Binary(_) => None,
+    }
 }
 
 #[test]

@@ -145,6 +145,12 @@ impl Lesson {
         self.code.find(self.sources)
     }
 
+    /// Where an excerpt stands, from the root of drape.
+    pub fn file(&self, excerpt: &Excerpt) -> String {
+        let folder = self.docs.strip_prefix("drape-").unwrap_or(self.docs);
+        format!("crates/integrators/{folder}/{}", excerpt.file)
+    }
+
     /// The factor by which a step multiplies the motion in the long run, for step sizes (s) around
     /// that of the lesson, with its spring.
     pub fn radii(&self) -> Vec<(f64, f64)> {

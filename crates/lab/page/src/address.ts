@@ -10,6 +10,8 @@ export interface State {
   lesson?: string;
   /** Whether a reference solution is laid over the panes. */
   ghost: boolean;
+  /** Whether the cloth goes on after a change, where it can. */
+  keep: boolean;
 }
 
 const NUMBERS = ["stiffness", "damping", "step", "duration", "particles", "gravity"] as const;
@@ -27,12 +29,13 @@ export function opening(): State {
     rate: 0.5,
     wait: true,
     ghost: false,
+    keep: false,
   };
 }
 
 /**
- * One `pane` for each pane, with what differs from the scene in it; `rate`, `wait` and `ghost` beside
- * them. Of a scene from a file it holds the name alone.
+ * One `pane` for each pane, with what differs from the scene in it; `rate`, `wait`, `ghost` and `keep`
+ * beside them. Of a scene from a file it holds the name alone.
  */
 export function write(state: State): string {
   const query = new URLSearchParams();
@@ -40,6 +43,7 @@ export function write(state: State): string {
   if (!state.wait) query.set("wait", "no");
   if (state.lesson !== undefined) query.set("lesson", state.lesson);
   if (state.ghost) query.set("ghost", "yes");
+  if (state.keep) query.set("keep", "yes");
   for (const setup of state.panes) {
     const parts = [`scene=${encodeURIComponent(setup.scene)}`, `method=${setup.method}`];
     for (const key of NUMBERS) {
@@ -93,5 +97,6 @@ export function read(text: string): State | undefined {
     wait: query.get("wait") !== "no",
     ...(lesson === undefined ? {} : { lesson }),
     ghost: query.get("ghost") === "yes",
+    keep: query.get("keep") === "yes",
   };
 }

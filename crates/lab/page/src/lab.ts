@@ -20,6 +20,9 @@ import { Camera, Renderer } from "./view";
 /** Characters of a scene that the dialog shows; the file holds all of it. */
 const SHOWN = 20_000;
 
+/** How much nearer or farther a button brings the cameras. */
+const NEARER = 1.3;
+
 /** Lets a link save a text. */
 function saveAs(id: string, text: string, name: string): void {
   const link = byId<HTMLAnchorElement>(id);
@@ -60,6 +63,7 @@ class Lab {
     "aria-label": "Look back in time",
   });
   private ghost = make("input", { type: "checkbox", id: "ghost" });
+  private keep = make("input", { type: "checkbox", id: "keep" });
   private files = new Shelf();
   /** The last file that was given; the panes show its scene once the server has read it. */
   private awaited: string | undefined;
@@ -98,6 +102,7 @@ class Lab {
     },
     letGo: () => this.send({ do: "let_go" }),
     place: (decides) => this.link.place(decides),
+    lesson: (id) => this.lessons.visit(id),
   };
 
   constructor() {
@@ -123,6 +128,10 @@ class Lab {
       this.remember();
       this.send({ do: "ghost", on: this.state.ghost });
     });
+    this.keep.addEventListener("change", () => {
+      this.state.keep = this.keep.checked;
+      this.remember();
+    });
     this.acceptFiles();
     this.back.addEventListener("input", () => this.lookBack(Number(this.back.value)));
     byId("bar").append(
@@ -131,14 +140,23 @@ class Lab {
       button("Restart", () => this.restart(), { id: "restart" }),
       this.time,
       this.back,
+    );
+    byId("options").append(
       this.rate,
       make("label", { class: "inline" }, this.wait, "wait for slow panes"),
       make("label", { class: "inline" }, this.ghost, "reference"),
+      make("label", { class: "inline" }, this.keep, "go on after a change"),
+    );
+    byId("tools").append(
+      button("Closer", () => this.camera.move(0, 0, 1 / NEARER), { id: "closer" }),
+      button("Farther", () => this.camera.move(0, 0, NEARER), { id: "farther" }),
       button("Open a file", () => this.chooser.click(), { id: "open" }),
       this.chooser,
       this.add,
       this.lessons.opener,
     );
+    // A small screen shows the panes first.
+    byId<HTMLDetailsElement>("fold").open = !matchMedia("(max-width: 600px)").matches;
     byId("copy").addEventListener(
       "click",
       () => void navigator.clipboard.writeText(byId("command").textContent ?? ""),
@@ -313,11 +331,11 @@ class Lab {
 
   /** Opens once the focus has moved on from a knob that was changed. */
   private openSoon(): void {
-    setTimeout(() => this.open());
+    setTimeout(() => this.open(this.state.keep));
   }
 
-  /** Begins again with the present set-up. */
-  private open(): void {
+  /** Begins again with the present set-up, or lets the panes go on with it. */
+  private open(keep = false): void {
     if (this.hello === undefined) return;
     const { hello, state } = this;
     const active = document.activeElement;
@@ -350,11 +368,13 @@ class Lab {
     this.rate.value = String(state.rate);
     this.wait.checked = state.wait;
     this.ghost.checked = state.ghost;
+    this.keep.checked = state.keep;
     this.goLive();
     this.send({ do: "rate", rate: state.rate });
     this.send({ do: "wait", wait: state.wait });
     this.send({ do: "ghost", on: state.ghost });
-    this.send({ do: "open", panes: state.panes });
+    if (!keep) this.camera.forget();
+    this.send({ do: "open", panes: state.panes, keep });
     const missing = state.panes.find((setup) => !this.files.has(setup.scene));
     if (missing !== undefined) {
       const name = missing.scene.slice(PREFIX.length);
@@ -362,7 +382,7 @@ class Lab {
     }
     if (this.wantsPlay) this.send({ do: "play" });
     this.isPlaying = this.wantsPlay;
-    this.back.dataset.latest = "0";
+    if (!keep) this.back.dataset.latest = "0";
     this.showClock();
     // The knobs were made anew: the focus stays where it was.
     if (knob !== undefined) place?.querySelector<HTMLElement>(`[data-knob="${knob}"]`)?.focus();

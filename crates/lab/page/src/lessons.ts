@@ -132,6 +132,13 @@ export class Lessons {
     this.wishes.send({ do: "lesson", id });
   }
 
+  /** Shows the lesson on a method beside the present panes. */
+  visit(id: string): void {
+    this.restore(id, false);
+    this.wishes.remember(id);
+    this.select.focus();
+  }
+
   /** After the server was lost, what it has not told must be asked for again. */
   forget(): void {
     this.hasList = false;
@@ -256,6 +263,8 @@ export class Lessons {
           ? "The scene comes with drape."
           : `The command reads ${lesson.file}: the button Repeat of the first pane saves it.`,
       ),
+      make("pre", { class: "wrap", tabindex: "0" }, `drape lab --setup lesson=${lesson.id}`),
+      make("p", { class: "help" }, "This one draws the lesson and its panes again."),
       heading("Read on"),
       make(
         "p",

@@ -58,7 +58,10 @@ class Server implements Link {
       else this.ears.bytes(event.data);
     });
     socket.addEventListener("close", () => {
-      this.ears.complain("The lab does not answer. Is `drape lab` still running? Trying again.");
+      this.ears.complain(
+        "The lab does not answer. Is `drape lab` still running? Trying again. " +
+          "If you started it anew, open the address that it printed.",
+      );
       setTimeout(() => this.open(), AGAIN);
     });
     this.socket = socket;

@@ -40,6 +40,7 @@ export interface MethodChoice {
   id: string;
   name: string;
   theory: string;
+  has_lesson: boolean;
   presets: { name: string; settings: [string, string][] }[];
   settings: SettingChoice[];
 }
@@ -198,7 +199,7 @@ export type Reply =
 
 export type Request =
   | LessonRequest
-  | { do: "open"; panes: Setup[] }
+  | { do: "open"; panes: Setup[]; keep: boolean }
   | { do: "play" }
   | { do: "pause" }
   | { do: "step" }

@@ -69,6 +69,8 @@ export interface Wishes {
   letGo(): void;
   /** The address of the line that decides a verdict; empty if there is none. */
   place(decides: string): string;
+  /** Opens the lesson on a method. */
+  lesson(id: string): void;
 }
 
 export class PaneView {
@@ -77,6 +79,7 @@ export class PaneView {
   /** Whether no step will follow. */
   isOver = false;
   private title = make("h2");
+  private scene = "";
   private canvas: HTMLCanvasElement;
   private verdict = make("div", { class: "verdict" });
   private kind = make("strong", {}, "waiting");
@@ -87,6 +90,7 @@ export class PaneView {
   private cells = new Map<string, HTMLElement>();
   private plotted: HTMLCanvasElement;
   private plot: Plot;
+  private range = make("p", { class: "help" });
   private legend = make("table");
   private legendKey = "";
   private causes = make("table");
@@ -97,6 +101,8 @@ export class PaneView {
   private ghost: Frame | undefined;
   private ghostNote = make("p", { class: "help" });
   private decides = make("a", { target: "_blank", rel: "noopener" }, "The line that decides");
+  private taught = "";
+  private lesson = button("", () => this.wishes.lesson(this.taught), { class: "link", hidden: "" });
   /** The particle that is led, with its way in points of the picture. */
   private led: { particle: number; right: number; down: number } | undefined;
   private isDirty = false;
@@ -136,24 +142,24 @@ export class PaneView {
       make("p", {}, this.kind, " ", this.how),
       this.reason,
       this.why,
-      make("p", {}, this.decides),
+      make("p", { class: "ways" }, this.decides, this.lesson),
     );
-    for (const [key, label] of [
-      ["time", "time"],
-      ["step", "steps"],
-      ["behind", "behind the clock"],
-      ["speed", "times real time"],
-      ["micros", "µs a step"],
-      ["cg", "CG iterations a step"],
-      ["theta", "h²k/m"],
-      ["stretch", "greatest stretch"],
-      ["momentum", "momentum, kg m/s"],
-      ["angular", "angular momentum, kg m²/s"],
-      ["distance", "off the reference"],
+    for (const [key, label, kind] of [
+      ["time", "time", ""],
+      ["step", "steps", ""],
+      ["behind", "behind the clock", ""],
+      ["speed", "times real time", ""],
+      ["micros", "µs a step", ""],
+      ["theta", "h²k/m", ""],
+      ["cg", "CG iterations a step", "wide"],
+      ["stretch", "greatest stretch", "wide"],
+      ["momentum", "momentum, kg m/s", "wide"],
+      ["angular", "angular momentum, kg m²/s", "wide"],
+      ["distance", "off the reference", "wide"],
     ] as const) {
-      const cell = make("dd", {}, "–");
+      const cell = make("dd", { class: kind }, "–");
       this.cells.set(key, cell);
-      this.numbers.append(make("dt", {}, label), cell);
+      this.numbers.append(make("dt", { class: kind }, label), cell);
     }
     const ledger = make("details", {}, make("summary", {}, "What changed the energy"), this.causes);
     this.element = make(
@@ -171,6 +177,7 @@ export class PaneView {
       this.numbers,
       this.ghostNote,
       this.plotted,
+      this.range,
       this.legend,
       ledger,
       this.own,
@@ -180,6 +187,7 @@ export class PaneView {
   /** Shows the knobs of a set-up. */
   configure(hello: Hello, setup: Setup, isAlone: boolean): void {
     say(this.title, setup.method);
+    this.scene = setup.scene;
     this.isOver = false;
     this.removeButton.disabled = isAlone;
     this.removeButton.setAttribute("aria-label", `Remove ${setup.method}`);
@@ -193,22 +201,27 @@ export class PaneView {
     const complain = (sentence: string): void => this.wishes.complain(sentence);
     this.own.append(knobs(hello, [setup], change, complain, false));
     const method = methodOf(hello.methods, setup.method);
+    this.taught = method?.has_lesson === true ? method.id : "";
+    this.lesson.hidden = this.taught === "";
+    say(this.lesson, `Lesson on ${this.taught}`);
     if (method !== undefined)
       this.own.append(make("p", { class: "help" }, `${method.name}. ${method.theory}`));
     this.own.open = isOpen;
   }
 
   begin(scenery: Scenery): void {
+    this.duration = scenery.duration;
+    // The cloth goes on after a change.
+    if (scenery.run === this.run) return;
     this.run = scenery.run;
     this.isOver = false;
-    this.duration = scenery.duration;
     this.history = [];
     this.plot.clear();
     this.frame = undefined;
     this.ghost = undefined;
     this.next = undefined;
     this.release();
-    this.view.set(scenery);
+    this.view.set(scenery, this.scene);
   }
 
   take(frame: Frame): void {
@@ -366,7 +379,7 @@ export class PaneView {
       step: String(numbers.step),
       behind: `${status.behind.toFixed(2)} s`,
       speed: numbers.step === 0 ? "–" : short(numbers.times_real_time),
-      micros: numbers.step === 0 ? "–" : short(numbers.micros),
+      micros: numbers.micros === 0 ? "–" : short(numbers.micros),
       cg: numbers.step === 0 ? "–" : short(numbers.all_cg_iterations / numbers.step),
       theta: short(numbers.theta),
       stretch: numbers.stretch === null ? "–" : `${short(100 * numbers.stretch)} %`,
@@ -396,7 +409,7 @@ export class PaneView {
     }
     this.view.showGhost(ghost);
     if (positions !== undefined) this.view.show(positions, numbers.offsets);
-    this.plot.draw(this.duration);
+    say(this.range, this.plot.draw(this.duration));
   }
 
   private list(energy: [string, number | null][]): void {
@@ -425,7 +438,7 @@ export class PaneView {
     if (isForced) {
       this.legendKey = "";
       if (this.shown !== undefined) this.list(this.shown.numbers.energy);
-      this.plot.draw(this.duration);
+      say(this.range, this.plot.draw(this.duration));
     }
   }
 }

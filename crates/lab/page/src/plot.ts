@@ -1,5 +1,6 @@
 // Energies over time, as lines.
 
+import { short } from "./dom";
 import type { Numbers } from "./messages";
 
 /** Points that are kept; older ones are thinned out, so that memory stays flat. */
@@ -46,18 +47,19 @@ export class Plot {
     }
   }
 
-  draw(until: number): void {
+  /** Draws all energies until a time, s, and says what the picture spans. */
+  draw(until: number): string {
     const box = this.canvas.getBoundingClientRect();
     const scale = Math.min(devicePixelRatio, 2);
     const [width, height] = [Math.round(box.width * scale), Math.round(box.height * scale)];
     const context = this.canvas.getContext("2d");
-    if (context === null || width === 0) return;
+    if (context === null || width === 0) return "";
     if (this.canvas.width !== width || this.canvas.height !== height) {
       [this.canvas.width, this.canvas.height] = [width, height];
     }
     context.clearRect(0, 0, width, height);
     const finite = this.values.flat().filter(Number.isFinite);
-    if (finite.length === 0) return;
+    if (finite.length === 0) return "";
     // An energy that explodes must not flatten all that came before.
     const start = this.values[0]?.filter(Number.isFinite) ?? [];
     const usual = Math.max(1e-9, ...start.map(Math.abs));
@@ -85,5 +87,6 @@ export class Plot {
       });
       context.stroke();
     });
+    return `From ${short(low)} to ${short(high)} J, over ${short(until)} s.`;
   }
 }

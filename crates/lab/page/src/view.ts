@@ -3,6 +3,7 @@
 
 import {
   AmbientLight,
+  Box3,
   BufferAttribute,
   BufferGeometry,
   Color,
@@ -33,14 +34,65 @@ const REACH = { mouse: 12, touch: 26 };
 
 const dark = matchMedia("(prefers-color-scheme: dark)");
 
+/** Pictures in a row that must cut a cloth off before its frame grows. */
+const PATIENCE = 3;
+/** A cloth nearer to the edge of the picture than this, over half its width, counts as cut off. */
+const EDGE = 0.04;
+/** By how much a frame grows at a time, and how often at most. */
+const GROWTH = { factor: 1.04, most: 80 };
+/** Particles that are looked at for that. */
+const SAMPLE = 500;
+/** A cloth that is farther away than this, over the size of the scene, has exploded. */
+const EXPLODED = 6;
+/** The usual distance of the cameras. A person who comes closer wants to see a part. */
+const USUAL = 2.1;
+
+/** The part of space that pictures show. Panes with the same scene share one. */
+class Framing {
+  center = new Vector3();
+  size = 1;
+  /** The size at the start. */
+  private start: number;
+
+  constructor(private box: Box3) {
+    this.box.getCenter(this.center);
+    const extent = this.box.getSize(new Vector3());
+    this.size = Math.max(extent.x, extent.y, extent.z, 1e-3);
+    this.start = this.size;
+  }
+
+  isBlownUpBy(cloth: Box3): boolean {
+    return !this.box.clone().expandByScalar(EXPLODED * this.start).containsBox(cloth);
+  }
+
+  /** Looks at the middle of all that was seen, and grows until that is enough. */
+  grow(cloth: Box3, isEnough: () => boolean): void {
+    this.box.union(cloth).getCenter(this.center);
+    for (let n = 0; n < GROWTH.most && !isEnough(); n++) this.size *= GROWTH.factor;
+  }
+}
+
 /** Where all cameras look from. They are linked: every pane has the same view. */
 export class Camera {
   /** Degrees around the vertical axis and above the horizon. */
   turn = -55;
   rise = 18;
   /** Distance over the size of the scene. */
-  distance = 2.1;
+  distance = USUAL;
   private listeners: (() => void)[] = [];
+  private frames = new Map<string, Framing>();
+
+  /** The frame of a scene; its first cloth decides what it shows. */
+  frame(scene: string, box: () => Box3): Framing {
+    const known = this.frames.get(scene) ?? new Framing(box());
+    this.frames.set(scene, known);
+    return known;
+  }
+
+  /** Forgets all frames: other scenes come. */
+  forget(): void {
+    this.frames.clear();
+  }
 
   onChange(listener: () => void): void {
     this.listeners.push(listener);
@@ -50,6 +102,11 @@ export class Camera {
     this.turn += turn;
     this.rise = Math.max(-85, Math.min(85, this.rise + rise));
     this.distance = Math.max(0.3, Math.min(10, this.distance * factor));
+    this.tell();
+  }
+
+  /** Says that every picture must be drawn again. */
+  tell(): void {
     for (const listener of this.listeners) listener();
   }
 
@@ -122,9 +179,12 @@ export class View {
   private marked: Points | undefined;
   private contents = new Group();
   private moving: Group[] = [];
-  private center = new Vector3();
-  private size = 1;
-  private isFitted = false;
+  private fabric: Mesh | undefined;
+  private frame: Framing | undefined;
+  /** The scene. */
+  private name = "";
+  /** Pictures in a row that cut the cloth off. */
+  private outside = 0;
 
   constructor(
     private renderer: Renderer | undefined,
@@ -137,8 +197,9 @@ export class View {
     this.scene.add(new AmbientLight(0xffffff, 1.3), sun, this.contents);
   }
 
-  /** Takes the parts of a new run that never change. */
-  set(scenery: Scenery): void {
+  /** Takes the parts of a new run of a scene that never change. */
+  set(scenery: Scenery, name: string): void {
+    this.name = name;
     this.contents.clear();
     this.geometry.dispose();
     this.geometry = new BufferGeometry();
@@ -152,8 +213,9 @@ export class View {
       geometry.setIndex(index);
       return geometry;
     };
+    this.fabric = new Mesh(this.geometry, this.cloth);
     const parts = [
-      new Mesh(this.geometry, this.cloth),
+      this.fabric,
       new LineSegments(part(scenery.lines), this.lines),
       new Points(part(scenery.pins), this.pin),
     ];
@@ -188,7 +250,8 @@ export class View {
       this.contents.add(group);
       if (solid.is_moving) this.moving.push(group);
     }
-    this.isFitted = false;
+    this.frame = undefined;
+    this.outside = 0;
   }
 
   /** Shows these positions. The first ones of a run decide what the camera looks at. */
@@ -196,7 +259,7 @@ export class View {
     if (positions.length !== this.positions.array.length) return;
     (this.positions.array as Float32Array).set(positions);
     this.positions.needsUpdate = true;
-    if (!this.isFitted) this.fit(positions);
+    this.follow(positions);
     this.moving.forEach((group, i) => group.position.set(...(offsets[i] ?? [0, 0, 0])));
     this.draw();
   }
@@ -233,7 +296,7 @@ export class View {
       const off = Math.hypot(at.x - x, at.y - y);
       if (off > reach || at.depth <= 0) continue;
       // Near the pointer first; a particle behind the cloth only if it is much nearer there.
-      const cost = off / reach + at.depth / this.size;
+      const cost = off / reach + at.depth / (this.frame?.size ?? 1);
       if (found === undefined || cost < found.cost) found = { particle, cost };
     }
     return found?.particle;
@@ -260,21 +323,62 @@ export class View {
     return [way.x, way.y, way.z];
   }
 
-  private fit(positions: Float32Array): void {
-    const low = new Vector3(Infinity, Infinity, Infinity);
-    const high = new Vector3(-Infinity, -Infinity, -Infinity);
-    const point = new Vector3();
-    for (let i = 0; i < positions.length; i += 3) {
-      point.fromArray(positions, i);
-      low.min(point);
-      high.max(point);
-    }
+  /** The space in which a cloth will move that begins here. */
+  private static around(cloth: Box3): Box3 {
+    const extent = cloth.getSize(new Vector3());
+    const size = Math.max(extent.x, extent.y, extent.z, 1e-3);
+    const box = cloth.clone();
     // A sheet that starts flat will fall by about its own size.
-    const extent = high.clone().sub(low);
-    this.size = Math.max(extent.x, extent.y, extent.z, 1e-3);
-    if (extent.z < 0.3 * this.size) low.z -= 0.75 * this.size;
-    this.center.addVectors(low, high).multiplyScalar(0.5);
-    this.isFitted = true;
+    if (extent.z < 0.3 * size) box.min.z -= 0.75 * size;
+    return box;
+  }
+
+  /** Whether the last picture's camera sees all of the cloth. */
+  private seesAll(): boolean {
+    const count = this.positions.count;
+    const point = new Vector3();
+    for (let i = 0; i < count; i += Math.ceil(count / SAMPLE)) {
+      point.fromBufferAttribute(this.positions, i).project(this.camera);
+      if (Math.max(Math.abs(point.x), Math.abs(point.y)) > 1 - EDGE) return false;
+    }
+    return true;
+  }
+
+  /** Frames the first positions of a scene, and lets the frame grow with a cloth that leaves it. */
+  private follow(positions: Float32Array): void {
+    const cloth = new Box3().setFromArray(positions);
+    const isFirst = this.frame === undefined;
+    const frame = (this.frame ??= this.linked.frame(this.name, () => View.around(cloth)));
+    const hasExploded = frame.isBlownUpBy(cloth);
+    // Of a cloth that has exploded only the wires say something.
+    if (this.fabric !== undefined) this.fabric.visible = !hasExploded;
+    const isLed = (this.marked?.geometry.index?.count ?? 0) > 0;
+    const mayGrow = !isFirst && !hasExploded && !isLed && this.linked.distance >= USUAL;
+    this.outside = mayGrow && !this.seesAll() ? this.outside + 1 : 0;
+    if (this.outside < PATIENCE) return;
+    this.outside = 0;
+    frame.grow(cloth, () => {
+      this.aim(frame);
+      return this.seesAll();
+    });
+    this.linked.tell();
+  }
+
+  /** Lets the camera show a frame. */
+  private aim({ center, size } = { center: new Vector3(), size: 1 }): void {
+    const turn = (this.linked.turn * Math.PI) / 180;
+    const rise = (this.linked.rise * Math.PI) / 180;
+    const distance = this.linked.distance * size * 1.25;
+    this.camera.position.set(
+      center.x + distance * Math.cos(rise) * Math.cos(turn),
+      center.y + distance * Math.cos(rise) * Math.sin(turn),
+      center.z + distance * Math.sin(rise),
+    );
+    this.camera.lookAt(center);
+    this.camera.near = distance * 0.01;
+    this.camera.far = distance * 100;
+    this.camera.updateProjectionMatrix();
+    this.camera.updateMatrixWorld();
   }
 
   /** Draws the present positions. */
@@ -295,20 +399,8 @@ export class View {
     this.wire.color = new Color(GHOST[scheme]);
     if (this.geometry.index !== null && this.geometry.index.count > 0)
       this.geometry.computeVertexNormals();
-    const turn = (this.linked.turn * Math.PI) / 180;
-    const rise = (this.linked.rise * Math.PI) / 180;
-    const distance = this.linked.distance * this.size * 1.25;
-    this.camera.position.set(
-      this.center.x + distance * Math.cos(rise) * Math.cos(turn),
-      this.center.y + distance * Math.cos(rise) * Math.sin(turn),
-      this.center.z + distance * Math.sin(rise),
-    );
-    this.camera.lookAt(this.center);
-    this.camera.near = distance * 0.01;
-    this.camera.far = distance * 100;
     this.camera.aspect = width / height;
-    this.camera.updateProjectionMatrix();
-    this.camera.updateMatrixWorld();
+    this.aim(this.frame);
     renderer.gl.setSize(width, height, false);
     renderer.gl.render(this.scene, this.camera);
     const context = canvas.getContext("2d");

@@ -68,10 +68,27 @@ pub struct Lesson {
     pub finding: String,
     /// File of the figure, one of the section's.
     pub figure: String,
+    /// The equations and the code of a step; nothing for a method that was added.
+    pub step: Option<Step>,
     /// The crate to read.
     pub docs: String,
     /// What repeats the runs.
     pub commands: Vec<String>,
+}
+
+/// What a step of a method is, and what it does to a single spring.
+#[derive(Serialize)]
+pub struct Step {
+    /// The equations, as the documentation of the method has them.
+    pub equation: String,
+    /// The code that computes them.
+    pub code: String,
+    /// Where the equations and the code stand, from the root of drape.
+    pub files: [String; 2],
+    /// The spring.
+    pub spring: String,
+    /// Step sizes, s, and factors by which a step multiplies the motion.
+    pub factors: Vec<[String; 2]>,
 }
 
 /// A table of texts.

@@ -3,7 +3,7 @@
 use super::facts::{Facts, Lesson, Run, Scene, by_work};
 use drape_report::Verdict;
 use drape_report::number::{power, significant};
-use drape_report::page::{Lesson as PageLesson, Table, absent, texts};
+use drape_report::page::{Lesson as PageLesson, Step, Table, absent, texts};
 use drape_report::plate::{Draw, Plate};
 use drape_report::plot::{Axis, Look, Panel, Point, Series, Sheet, State};
 
@@ -284,10 +284,39 @@ pub(super) fn lessons(facts: &Facts) -> Vec<PageLesson> {
         idea: lesson.idea.clone(),
         finding: lesson.finding.clone(),
         figure: format!("course-{}.svg", lesson.id),
+        step: crate::lessons::find(&lesson.id).ok().and_then(|(_, known)| step(known)),
         docs: lesson.docs.clone(),
         commands: facts.scenes.iter().map(|scene| command(lesson, scene)).collect(),
     };
     facts.lessons.iter().map(lesson).collect()
+}
+
+/// Equations, code and factors, as the lab shows them. None of them is measured: they are parts of
+/// the program that draws the page.
+fn step(lesson: &crate::lessons::Lesson) -> Option<Step> {
+    let setting = &lesson.setting;
+    let stiffness = power(setting.stiffness);
+    let damping = match setting.damping {
+        0.0 => "no damping".to_owned(),
+        damping => format!("d/m = {} s⁻¹", significant(damping, 3)),
+    };
+    let radii = lesson.radii();
+    // They span four decades; the middle two are shown, in eleven steps.
+    let near = radii.iter().skip(radii.len() / 4).step_by(2).take(11);
+    let factor = |(h, radius): &(f64, f64)| {
+        let radius = if radius.is_finite() { significant(*radius, 3) } else { absent() };
+        [significant(*h, 3), radius]
+    };
+    Some(Step {
+        equation: lesson.equation()?,
+        code: lesson.code()?,
+        files: [lesson.file(&lesson.equation), lesson.file(&lesson.code)],
+        spring: format!(
+            "The factor by which a step multiplies the motion of a single spring in the long run, \
+             with k/m = {stiffness} s⁻² and {damping}. Above 1 the motion grows."
+        ),
+        factors: near.map(factor).collect(),
+    })
 }
 
 fn command(lesson: &Lesson, scene: &Scene) -> String {
