@@ -81,7 +81,7 @@ fn picture(spec: &SystemSpec) -> Result<Image, Violation> {
     let height = Font::Small.height() + 2;
     let mut top = 8;
     for (text, number, kind) in named {
-        image.write("■", 10, top, Font::Small, colours(number)[kind]);
+        image.write("#", 12, top, Font::Small, colours(number)[kind]);
         image.write(&text, 28, top, Font::Small, Colour::INK);
         top += height;
     }

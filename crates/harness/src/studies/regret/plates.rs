@@ -61,7 +61,7 @@ fn pick(pick: Option<&Pick>) -> String {
 /// All tables of the page.
 pub(super) fn tables(input: &Input) -> Vec<Table> {
     let mut tables = vec![cases(&input.facts)];
-    let rows = input.timings.as_ref().map_or(&[][..], |timings| &timings.rows);
+    let rows = input.timings.as_ref().map_or(&[][..], |timings| &timings.rows[..]);
     let (mut modelled, mut clocked) = (Vec::new(), Vec::new());
     for row in rows {
         match row {

@@ -133,7 +133,7 @@ impl Scene {
         let mut picks: Vec<Pick> = std::iter::once(advice.clone()).chain(near).collect();
         let runs: Vec<_> = picks.iter().map(|pick| (pick.method.as_str(), pick.substeps)).collect();
         let scene = (self.name.as_str(), &self.spec, self.duration_s);
-        let times = in_turns(scene, options, &runs, REPETITIONS)?;
+        let times = in_turns(scene, options, &runs)?;
         picks.iter_mut().zip(times).for_each(|(pick, time)| pick.frame_s = time);
         advice.frame_s = picks[0].frame_s;
         let least = picks.into_iter().reduce(|a, b| if b.frame_s < a.frame_s { b } else { a });

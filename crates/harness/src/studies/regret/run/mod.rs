@@ -131,7 +131,7 @@ impl Question {
             Some((best, advice)) => {
                 let both = [best, advice].map(|pick| (pick.method.as_str(), pick.substeps));
                 let scene = (self.scene.name, &spec, scenes::DURATION_S);
-                let times = in_turns(scene, &self.options(), &both, REPETITIONS)?;
+                let times = in_turns(scene, &self.options(), &both)?;
                 (Some(times[1] / times[0]), Some(times[0] / best.frame_s))
             }
             None => (None, None),
@@ -149,15 +149,14 @@ impl Question {
     }
 }
 
-/// Seconds a frame of runs, timed in turns, `repetitions` times each: the least time counts.
+/// Seconds a frame of runs, timed in turns: the least time counts.
 fn in_turns(
     (name, spec, duration_s): (&str, &SystemSpec, f64),
     options: &Options,
     runs: &[(&str, u32)],
-    repetitions: usize,
 ) -> Result<Vec<f64>, HarnessError> {
     let mut least = vec![f64::INFINITY; runs.len()];
-    for _ in 0..repetitions {
+    for _ in 0..REPETITIONS {
         for (least, (method, substeps)) in least.iter_mut().zip(runs) {
             let choice = Choice::parse(method, &[])?;
             let time = frame_seconds(name, spec, duration_s, options, (&choice, *substeps))?;
