@@ -6,7 +6,7 @@ use crate::run::Simulation;
 use crate::stability::gershgorin;
 use crate::theory::form_of;
 use drape_integrator::{ExplicitNumbers, Implicit, LargestEigenvalue, Settings, Supports};
-use drape_model::{Effect, System, SystemSpec, Vec3, Violation, boundary_parts};
+use drape_model::{Effect, System, SystemSpec, Vec3, Violation};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -151,7 +151,7 @@ pub fn inspect(spec: &SystemSpec) -> Result<Inspection, Violation> {
         triangles: spec.triangles.len(),
         pins: simulation.system.pins().len(),
         obstacles: spec.obstacles.len(),
-        boundaries: boundary_parts(&spec.triangles).len(),
+        boundaries: boundaries(&spec.triangles).len(),
         groups,
         free_groups,
         size_m: (high - low).into(),
@@ -246,6 +246,31 @@ fn count_groups(spec: &SystemSpec) -> (usize, usize) {
         held[number[pin.particle as usize]] = true;
     }
     (held.len(), held.iter().filter(|held| !**held).count())
+}
+
+/// The connected parts of the boundary, in the order of their first particles, by which pins select
+/// them.
+pub fn boundaries(triangles: &[[u32; 3]]) -> Vec<Vec<u32>> {
+    let mut edges: BTreeMap<[u32; 2], usize> = BTreeMap::new();
+    for [a, b, c] in triangles {
+        for [i, j] in [[a, b], [b, c], [c, a]] {
+            *edges.entry([*i.min(j), *i.max(j)]).or_default() += 1;
+        }
+    }
+    let n = triangles.iter().flatten().max().map_or(0, |last| *last as usize + 1);
+    let mut sets = Sets::new(n);
+    let mut on_border = vec![false; n];
+    for ([i, j], _) in edges.iter().filter(|(_, count)| **count == 1) {
+        sets.join(*i, *j);
+        on_border[*i as usize] = true;
+        on_border[*j as usize] = true;
+    }
+    let mut parts: BTreeMap<usize, Vec<u32>> = BTreeMap::new();
+    for i in (0..n).filter(|&i| on_border[i]) {
+        // The root of a set is its first particle.
+        parts.entry(sets.root(i)).or_default().push(i as u32);
+    }
+    parts.into_values().collect()
 }
 
 /// A scene with the numbers that all methods share.

@@ -94,7 +94,7 @@ pub use obstacle::{ClosedMesh, Detection, Obstacle, ObstacleSpec, Shape};
 pub use path::{KeyframeSpec, MovingPin, Path};
 pub use projection::{drape_coefficient, projected_area};
 pub use scene::{Scene, TimeSpan};
-pub use select::{Pin, boundary_parts};
+pub use select::Pin;
 pub use size::Size;
 pub use spec::{ContactSpec, ParticlesSpec, PinSpec, SystemSpec};
 pub use state::{Level, State};

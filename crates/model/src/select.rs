@@ -189,8 +189,8 @@ impl Selectable<'_> {
 }
 
 /// The connected parts of the boundary: edges with one triangle only. Each part is sorted, and
-/// parts are in the order of their first particles, by which [`Pin::boundary`] numbers them.
-pub fn boundary_parts(triangles: &[[u32; 3]]) -> Vec<Vec<u32>> {
+/// parts are in the order of their first particles.
+fn boundary_parts(triangles: &[[u32; 3]]) -> Vec<Vec<u32>> {
     let sides = |&[a, b, c]: &[u32; 3]| [(a, b), (b, c), (c, a)];
     let mut edges: Vec<_> =
         triangles.iter().flat_map(sides).map(|(a, b)| (a.min(b), a.max(b))).collect();

@@ -4,8 +4,8 @@ use crate::cli::input::{files, in_file, load};
 use crate::cli::limit::LimitArguments;
 use crate::cli::output::{Sink, check_extension, print};
 use drape_harness::judgement::percent;
-use drape_harness::{Forecast, Foreseen, Inspection, groups, inspect};
-use drape_model::{SceneError, SceneFile, SystemSpec, Violation, boundary_parts};
+use drape_harness::{Forecast, Foreseen, Inspection, boundaries, groups, inspect};
+use drape_model::{SceneError, SceneFile, SystemSpec, Violation};
 use drape_render::{Camera, Colour, Font, Image, Subject, View, colours, draw};
 use drape_report::{printable, tell};
 use std::fmt::Write as _;
@@ -61,7 +61,7 @@ const NAMED: usize = 6;
 /// The cloth at the start with its groups and boundaries, and their numbers.
 fn picture(spec: &SystemSpec) -> Result<Image, Violation> {
     let (system, state) = spec.build()?;
-    let (groups, parts) = (groups(spec), boundary_parts(&spec.triangles));
+    let (groups, parts) = (groups(spec), boundaries(&spec.triangles));
     let number = |(number, part): (usize, &Vec<u32>)| -> Vec<(u32, usize)> {
         part.iter().map(|&particle| (particle, number)).collect()
     };
