@@ -4,7 +4,7 @@ use crate::error;
 use crate::interrupt::Signals;
 use crate::scene::Scene;
 use drape_harness::compare::facts::{Facts, Metric, Run};
-use drape_harness::compare::{self as compared, Options, Search, advise, lines};
+use drape_harness::compare::{self as compared, Options, advise, lines};
 use drape_harness::{HarnessError, time_span};
 use drape_model::Violation;
 use numpy::IntoPyArray as _;
@@ -103,7 +103,7 @@ pub(crate) fn compare(
         rate: 1.0 / frame,
         budget,
         seed,
-        search: if exhaustive { Search::Exhaustive } else { Search::Race },
+        exhaustive,
         interrupt: Some(&INTERRUPT),
         ..Options::default()
     };

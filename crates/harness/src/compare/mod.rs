@@ -87,19 +87,6 @@ pub enum Clock {
     Modelled,
 }
 
-/// Which runs are made.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Search {
-    /// A form stops where it cannot win, as far as its time can be foreseen.
-    #[default]
-    Race,
-    /// Every form runs until it meets the target, whatever others do.
-    Exhaustive,
-    /// As [`Search::Exhaustive`], but a run, and with it its form, stops when it has taken
-    /// [`DOMINATED`] times as long as the whole of the best run. Nothing is foreseen.
-    Bounded,
-}
-
 /// What is asked of a comparison.
 #[derive(Clone, Debug)]
 pub struct Options {
@@ -115,8 +102,8 @@ pub struct Options {
     pub budget: Duration,
     /// Of the perturbed starts.
     pub seed: u64,
-    /// Which runs are made.
-    pub search: Search,
+    /// Runs every form until it meets the target, whatever others do.
+    pub exhaustive: bool,
     /// By what runs are ranked.
     pub clock: Clock,
     /// Only the forms that fall to this shard.
@@ -134,7 +121,7 @@ impl Default for Options {
             rate: 60.0,
             budget: Duration::from_secs(60),
             seed: 20,
-            search: Search::Race,
+            exhaustive: false,
             clock: Clock::Wall,
             shard: None,
             interrupt: None,
@@ -169,10 +156,10 @@ pub struct Comparison {
 /// The name of the journal of a comparison: what was asked of which system, the time and the
 /// methods aside.
 pub fn journal_name(spec: &SystemSpec, duration_s: f64, options: &Options) -> String {
-    let Options { metric, target_m, rate, seed, search, clock, .. } = options;
+    let Options { metric, target_m, rate, seed, exhaustive, clock, .. } = options;
     let hash = system_hash(spec);
     let asked =
-        format!("{hash} {duration_s} {metric:?} {target_m:?} {rate} {seed} {search:?} {clock:?}");
+        format!("{hash} {duration_s} {metric:?} {target_m:?} {rate} {seed} {exhaustive} {clock:?}");
     let sum = sha256(asked.as_bytes());
     format!("compare-{}", &sum[..12])
 }
@@ -252,7 +239,7 @@ pub fn resume(
         members: &members,
         memory,
         clock: options.clock,
-        search: options.search,
+        exhaustive: options.exhaustive,
         deadline: until(RACE_SHARE),
         before: vec![None; count],
         replayed: vec![None; count],
@@ -263,7 +250,7 @@ pub fn resume(
         tick: &tick,
     };
     let mut entrants = course.entrants()?;
-    let factor = if options.search == Search::Race { DOMINATED } else { f64::INFINITY };
+    let factor = if options.exhaustive { f64::INFINITY } else { DOMINATED };
     race(&mut entrants, &mut course, factor)?;
     if options.clock == Clock::Wall {
         course.deadline = until(TIMING_SHARE);
@@ -347,7 +334,7 @@ struct Course<'a> {
     memory: Memory<'a>,
     clock: Clock,
     good_m: f64,
-    search: Search,
+    exhaustive: bool,
     deadline: Deadline,
     /// The run before of each form, where runs are held against it.
     before: Vec<Option<Seen>>,
@@ -482,13 +469,6 @@ impl Course<'_> {
         before.map(|before| self.stage.apart(seen, &before))
     }
 
-    /// Time of a run at which a [`Search::Bounded`] ends it, s.
-    fn bound_s(&self, best: Option<&Best>) -> f64 {
-        let best = best.filter(|_| self.search == Search::Bounded);
-        let frames = f64::from(self.stage.scene.frames);
-        best.map_or(f64::INFINITY, |best| DOMINATED * best.frame_s * frames)
-    }
-
     /// Times the best again: the least time counts.
     fn time_again(&mut self) -> Result<(), HarnessError> {
         let mut finalists = advice::ranking(self.stage.scene.target_m, self.truth, &self.runs);
@@ -543,7 +523,6 @@ impl Track for Course<'_> {
         let mut spent = 0.0;
         let deadline = self.deadline;
         let ratio = best.as_ref().map_or(f64::INFINITY, |best| most / best.frame_s);
-        let most_s = self.bound_s(best.as_ref());
         let stop = |moment: &Moment<'_>| {
             spent = pace.seconds(moment);
             if moment.step.is_multiple_of(u64::from(substeps)) {
@@ -551,8 +530,7 @@ impl Track for Course<'_> {
                 let place = clock.len();
                 let lead = best.as_ref().and_then(|best| best.clock.get(..place));
                 let is_due = place.is_multiple_of(early);
-                let spent_s = if is_due { steady(&clock) } else { 0.0 };
-                if spent_s > most_s || lead.is_some_and(|lead| spent_s > ratio * steady(lead)) {
+                if is_due && lead.is_some_and(|lead| steady(&clock) > ratio * steady(lead)) {
                     reason = Some(End::Dominated);
                 }
             }
@@ -619,7 +597,6 @@ impl Track for Course<'_> {
         }
         let left = self.deadline.left().as_secs_f64();
         let needed = frame_s * f64::from(self.stage.scene.frames);
-        let needed = needed.min(self.bound_s(self.best.as_ref()));
-        left > 0.0 && (needed <= left || (self.search == Search::Exhaustive && self.best.is_none()))
+        left > 0.0 && (needed <= left || (self.exhaustive && self.best.is_none()))
     }
 }

@@ -1,5 +1,5 @@
 use super::facts::{End, Facts, Form, Metric, Run, Scene, Truth};
-use super::{Clock, DOMINATED, Options, Search, advise, compare, journal_name, lines, resume};
+use super::{Clock, Options, advise, compare, journal_name, lines, resume};
 use crate::Unfinished;
 use crate::methods::Choice;
 use drape_report::Verdict;
@@ -266,37 +266,6 @@ fn with_modelled_time_a_comparison_is_a_fact() {
     let modelled = counted.seconds(crate::cost::prices().of(&choice.full_id()));
     let told = run.frame_s * f64::from(first.scene.frames);
     assert!(told > 0.3 * modelled && told < 3.0 * modelled + 1e-3, "{told} s, {modelled} s");
-}
-
-/// A bounded search finds the best run of the exhaustive one. What it stops had taken three times
-/// as long as the whole of the best run then.
-#[test]
-fn a_bounded_search_finds_the_best_run_for_less() {
-    let input = drape_model::parse("sheet", &sheet(HANGING)).expect("valid");
-    let found = |search: Search| {
-        let options = Options {
-            methods: Some("leapfrog,bdf2,energy-momentum,imex-euler:forcing_term=1e-9".to_owned()),
-            budget: Duration::from_secs(3600),
-            clock: Clock::Modelled,
-            search,
-            ..Options::default()
-        };
-        let compared = compare("sheet", input.spec(), 0.4, &options, &|_| ());
-        compared.unwrap_or_else(|error| panic!("{error}")).facts
-    };
-    let (all, bounded) = (found(Search::Exhaustive), found(Search::Bounded));
-    let best = |facts: &Facts| facts.runs[advise(facts).take.expect("1 cm is met").run].clone();
-    assert_eq!(best(&all), best(&bounded));
-    let is_stopped = |form: &&Form| form.end == End::Dominated;
-    assert!(!all.forms.iter().any(|form| is_stopped(&form)), "{:?}", all.forms);
-    let stopped = bounded.forms.iter().filter(is_stopped).count();
-    assert!(stopped > 0 && bounded.runs.len() < all.runs.len(), "{:?}", bounded.forms);
-    // A run that was stopped has taken no more than one frame above the bound.
-    let bound = DOMINATED * best(&bounded).frame_s * f64::from(bounded.scene.frames);
-    let over = bounded.runs.iter().filter(|run| run.verdict == Verdict::OverBudget);
-    for run in over {
-        assert!(run.frame_s * f64::from(bounded.scene.frames) > bound, "{run:?} {bound}");
-    }
 }
 
 /// What a journal holds is not run again: even the times are the same. What it lacks is.

@@ -4,18 +4,15 @@ use super::record;
 use drape_harness::studies::regret::facts as regret;
 use drape_report::{Record, TIMINGS_FORMAT, Timings};
 
-fn pick(label: &str, frame_s: f64) -> regret::Pick {
-    regret::Pick {
+/// Three scenes; one advice misses its target, one case has none.
+pub(crate) fn regret() -> Record<regret::Facts> {
+    let pick = |label: &str, frame_s| regret::Pick {
         label: label.to_owned(),
         method: format!("{label}:setting=1"),
         substeps: 4,
         error_m: 0.008,
         frame_s,
-    }
-}
-
-/// Three scenes; one advice misses its target, one case has none.
-pub(crate) fn regret() -> Record<regret::Facts> {
+    };
     let case = |scene: &str, ratio: Option<f64>, again_m: Option<f64>| regret::Case {
         scene: scene.to_owned(),
         description: "A cloth that hangs.".to_owned(),
@@ -40,50 +37,21 @@ pub(crate) fn regret() -> Record<regret::Facts> {
 }
 
 pub(crate) fn regret_timings() -> Timings<regret::TimingRow> {
-    let row = |scene: &str, label: Option<&str>| {
-        regret::TimingRow::Modelled(regret::Modelled {
-            scene: scene.to_owned(),
-            target_m: 0.01,
-            budget_s: 20.0,
-            seconds: 19.0,
-            label: label.map(str::to_owned),
-            substeps: 4,
-            regret: label.map(|_| 1.05),
-            over_model: label.map(|_| 1.2),
-        })
-    };
-    let clocked = |scene: &str, ratio: Option<f64>| {
-        let untrusted = "the time did not suffice".to_owned();
-        regret::TimingRow::Clocked(Box::new(regret::Clocked {
-            scene: scene.to_owned(),
-            description: "A cloth in the wind.".to_owned(),
-            is_bundled: true,
-            particles: 651,
-            frames: 180,
-            target_m: 0.015,
-            good_m: 0.02,
-            budget_s: 60.0,
-            seconds: 61.5,
-            untrusted: ratio.is_none().then_some(untrusted),
-            advice: ratio.map(|ratio| pick("leapfrog", 1e-4 * ratio)),
-            lines: 11,
-            best: ratio.map(|_| pick("bdf2", 1e-4)),
-            regret: ratio,
-            searched: (70, 71),
-            again_m: ratio.map(|_| 0.018),
-            again_good_m: ratio.map(|_| 0.02),
-        }))
+    let row = |scene: &str, label: Option<&str>| regret::TimingRow {
+        scene: scene.to_owned(),
+        target_m: 0.01,
+        budget_s: 20.0,
+        seconds: 19.0,
+        label: label.map(str::to_owned),
+        substeps: 4,
+        regret: label.map(|_| 1.05),
+        over_model: label.map(|_| 1.2),
     };
     Timings {
         format: TIMINGS_FORMAT.to_owned(),
         experiment: "regret".to_owned(),
         method: "clock".to_owned(),
-        rows: vec![
-            row("strip", Some("leapfrog")),
-            row("scrap", None),
-            clocked("flag", Some(1.2)),
-            clocked("large", None),
-        ],
+        rows: vec![row("strip", Some("leapfrog")), row("scrap", None)],
         provenance: super::provenance(),
     }
 }

@@ -7,8 +7,7 @@ use crate::cli::output::{Sink, check_folder, print};
 use crate::cli::progress::Clock as Progress;
 use drape_harness::compare::facts::{End, Facts, Metric};
 use drape_harness::compare::{
-    Clock, Options, PageError, Request, Search, advise, journal_name, lines, quoted, record,
-    resume, write,
+    Clock, Options, PageError, Request, advise, journal_name, lines, quoted, record, resume, write,
 };
 use drape_harness::{HarnessError, Shard, Unfinished, start_threads};
 use drape_model::Violation;
@@ -82,7 +81,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         rate: rate(&arguments.frame)?,
         budget: budget(&arguments.budget)?,
         seed: arguments.seed,
-        search: if arguments.exhaustive { Search::Exhaustive } else { Search::Race },
+        exhaustive: arguments.exhaustive,
         clock: Clock::Wall,
         shard: shard(arguments.shard)?,
         interrupt: Some(interrupt::flag()),

@@ -66,19 +66,10 @@ pub struct Pick {
     pub frame_s: f64,
 }
 
-/// What comparisons by the clock of one machine advised.
+/// What a comparison by the clock of this machine advised.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(tag = "part", rename_all = "snake_case")]
-pub enum TimingRow {
-    /// A case of the facts.
-    Modelled(Modelled),
-    /// A scene that has no prices: a bundled one, or one with contact, wind or hinges.
-    Clocked(Box<Clocked>),
-}
-
-/// A case of the facts by the clock.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Modelled {
+#[serde(deny_unknown_fields)]
+pub struct TimingRow {
     /// Name of the scene.
     pub scene: String,
     /// Greatest error that was asked for, m.
@@ -96,56 +87,6 @@ pub struct Modelled {
     pub regret: Option<f64>,
     /// Time a frame of that best form over its modelled time, which is that of another machine.
     pub over_model: Option<f64>,
-}
-
-/// A scene that is judged by the clock alone.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Clocked {
-    /// Name of the scene.
-    pub scene: String,
-    /// What it is.
-    pub description: String,
-    /// Whether it is a bundled scene, over its own time.
-    pub is_bundled: bool,
-    /// Number of particles.
-    pub particles: usize,
-    /// Number of frames.
-    pub frames: u32,
-    /// Greatest error that was asked for, m.
-    pub target_m: f64,
-    /// Error that counts as met, m: the target, or twice the noise.
-    pub good_m: f64,
-    /// Time that the comparison was given, s.
-    pub budget_s: f64,
-    /// Time that it took, s.
-    pub seconds: f64,
-    /// Why no true motion could be had, where that is so.
-    pub untrusted: Option<String>,
-    /// What the comparison advises.
-    pub advice: Option<Pick>,
-    /// Lines of the advice.
-    pub lines: usize,
-    /// The fastest run of the search, or the advised one where that is as fast: both were timed in
-    /// turns, which gave the times a frame here.
-    pub best: Option<Pick>,
-    /// Time a frame of the advice over that of the best; `None` without a true motion.
-    pub regret: Option<f64>,
-    /// Forms that the search ran to their end, and all that the scene admits.
-    pub searched: (usize, usize),
-    /// Error of the advised run where the cloth is pushed, m; `None` where it was not sound then,
-    /// or there is no true motion of the pushed cloth.
-    pub again_m: Option<f64>,
-    /// Error that counts as met then, m; `None` where there is no true motion to say so.
-    pub again_good_m: Option<f64>,
-}
-
-impl Clocked {
-    /// Whether the advised run met the target when it was measured again; `None` where nothing can
-    /// be said.
-    pub(super) fn is_met(&self) -> Option<bool> {
-        let good = self.again_good_m?;
-        Some(self.again_m.is_some_and(|error| error <= good))
-    }
 }
 
 impl Case {

@@ -1,6 +1,6 @@
 //! Figures and tables of the experiment `regret`.
 
-use super::facts::{Case, Clocked, Facts, Modelled, Pick, TimingRow, WORST, median};
+use super::facts::{Case, Facts, Pick, TimingRow, WORST};
 use drape_report::number::{percent, significant};
 use drape_report::page::{Table, absent, texts};
 use drape_report::plate::{Draw, Plate};
@@ -61,85 +61,8 @@ fn pick(pick: Option<&Pick>) -> String {
 /// All tables of the page.
 pub(super) fn tables(input: &Input) -> Vec<Table> {
     let mut tables = vec![cases(&input.facts)];
-    let rows = input.timings.as_ref().map_or(&[][..], |timings| &timings.rows[..]);
-    let (mut modelled, mut clocked) = (Vec::new(), Vec::new());
-    for row in rows {
-        match row {
-            TimingRow::Modelled(row) => modelled.push(row),
-            TimingRow::Clocked(row) => clocked.push(row.as_ref()),
-        }
-    }
-    if !clocked.is_empty() {
-        tables.push(every_scene(&clocked));
-    }
-    if !modelled.is_empty() {
-        tables.push(by_clock(&modelled));
-    }
+    tables.extend(input.timings.as_ref().map(|timings| by_clock(&timings.rows)));
     tables
-}
-
-/// What all scenes by the clock say together.
-fn summary(rows: &[&Clocked]) -> String {
-    let trusted = rows.iter().filter(|row| row.untrusted.is_none()).count();
-    let judged: Vec<bool> = rows.iter().filter_map(|row| row.is_met()).collect();
-    let met = judged.iter().filter(|met| **met).count();
-    let regrets: Vec<f64> = rows.iter().filter_map(|row| row.regret).collect();
-    let number = |value: Option<f64>| value.map_or_else(absent, |value| significant(value, 3));
-    let over = rows.iter().map(|row| row.seconds / row.budget_s).reduce(f64::max);
-    let lines = rows.iter().map(|row| row.lines).max().unwrap_or(0);
-    format!(
-        "a true motion was found for {trusted} of {}; the target is met again in {met} of {} \
-         cases; regret is {} in the median and {} at most; the time taken is at most {} of the \
-         budget; the longest advice has {lines} lines",
-        rows.len(),
-        judged.len(),
-        number(median(regrets.iter().copied())),
-        number(regrets.into_iter().reduce(f64::max)),
-        over.map_or_else(absent, |over| percent(over, 3)),
-    )
-}
-
-/// The bundled scenes and those with effects, by the clock.
-fn every_scene(rows: &[&Clocked]) -> Table {
-    let row = |row: &&Clocked| {
-        let again = row.again_m.map_or_else(absent, millimetres);
-        let counts_as_met = row.again_good_m.map_or_else(absent, millimetres);
-        vec![
-            row.scene.clone(),
-            if row.is_bundled { "bundled" } else { "held out" }.to_owned(),
-            row.particles.to_string(),
-            format!("{}; {}", millimetres(row.target_m), millimetres(row.good_m)),
-            row.untrusted.clone().unwrap_or_else(|| "found".to_owned()),
-            pick(row.best.as_ref()),
-            pick(row.advice.as_ref()),
-            row.regret.map_or_else(absent, |regret| significant(regret, 3)),
-            format!("{again}; {counts_as_met}"),
-            format!("{} of {}", significant(row.seconds, 3), significant(row.budget_s, 3)),
-            format!("{} of {}", row.searched.0, row.searched.1),
-        ]
-    };
-    Table {
-        title: format!(
-            "**Every bundled scene, and scenes with contact, wind or hinges, by the clock of one \
-             machine**: {}.",
-            summary(rows)
-        ),
-        header: texts(&[
-            "scene",
-            "kind",
-            "particles",
-            "target; counts as met (mm)",
-            "true motion",
-            "best of the search",
-            "advised",
-            "regret",
-            "error when pushed; counts as met (mm)",
-            "seconds of the budget",
-            "forms searched to the end",
-        ]),
-        names: 2,
-        rows: rows.iter().map(row).collect(),
-    }
 }
 
 fn cases(facts: &Facts) -> Table {
@@ -173,8 +96,8 @@ fn cases(facts: &Facts) -> Table {
     }
 }
 
-fn by_clock(rows: &[&Modelled]) -> Table {
-    let row = |row: &&Modelled| {
+fn by_clock(rows: &[TimingRow]) -> Table {
+    let row = |row: &TimingRow| {
         vec![
             row.scene.clone(),
             millimetres(row.target_m),

@@ -22,13 +22,12 @@ pub(super) fn words(facts: &Facts) -> Words {
         untrusted(facts),
         Some(
             "Time is modelled from counted work, so that the facts are the same everywhere; the \
-             tables by the clock say what one machine saw."
+             table by the clock says what one machine saw."
                 .to_owned(),
         ),
         Some(
-            "The scenes of the facts have at most 144 particles, last half a second, and hold \
-             springs, gravity and pins alone: prices know no other force. The bundled scenes, and \
-             seven with contact, wind or hinges, are judged by the clock."
+            "The scenes have at most 144 particles, last half a second, and hold springs, gravity and \
+             pins alone: prices know no other force."
                 .to_owned(),
         ),
     ];

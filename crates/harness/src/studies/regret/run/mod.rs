@@ -1,21 +1,18 @@
 //! Experiment `regret`: whether the advice of `drape compare` is as good as exhaustive search.
 
-mod clocked;
 mod scenes;
 #[cfg(test)]
 mod tests;
 
-use crate::compare::facts::{Facts as Record, Run};
-use crate::compare::{Clock, Options, Search, advise, compare, frame_seconds};
+use crate::compare::facts::Facts as Record;
+use crate::compare::{Clock, Options, advise, compare, frame_seconds};
 use crate::facts::{Fact, fact};
 use crate::methods::Choice;
-use crate::studies::regret::facts::{Case, Facts, Modelled, Pick, TimingRow};
+use crate::studies::regret::facts::{Case, Facts, Pick, TimingRow};
 use crate::studies::{Context, Measured, Start, cells, timed};
 use crate::{HarnessError, system_hash};
-use clocked::Scene;
 use drape_model::SystemSpec;
 use scenes::{Question, questions};
-use std::collections::BTreeMap;
 use std::time::Duration;
 
 /// Seed of the noise.
@@ -48,11 +45,10 @@ pub(super) fn method() -> String {
 /// How the timings are taken.
 pub(super) fn timing() -> String {
     format!(
-        "Cases of the facts: `drape compare` with its default options and a budget of {} s. The run \
-         that it advises and the best one of the exhaustive search are timed in turns, \
-         {REPETITIONS} times each; the least time counts. {}",
-        BUDGET.as_secs(),
-        clocked::method()
+        "`drape compare` with its default options and a budget of {} s. The run that it advises and \
+         the best one of the exhaustive search are timed in turns, {REPETITIONS} times each; the \
+         least time counts.",
+        BUDGET.as_secs()
     )
 }
 
@@ -65,11 +61,8 @@ pub(super) fn starts() -> Vec<Start> {
         names.push(question.scene.name);
         is_new
     });
-    let start = |scene: scenes::Scene| Start::new(scene.name, move || scene.spec());
-    let all = all.into_iter().map(|question| question.scene).chain(scenes::with_effects());
-    let bundled =
-        |name: &'static str| Start::new(name, move || Ok(drape_model::load(name)?.spec().clone()));
-    all.map(start).chain(drape_model::bundled::names().map(bundled)).collect()
+    let start = |question: Question| Start::new(question.scene.name, move || question.scene.spec());
+    all.into_iter().map(start).collect()
 }
 
 impl Question {
@@ -91,15 +84,20 @@ impl Question {
     fn case(&self) -> Result<Case, HarnessError> {
         let spec = self.scene.spec()?;
         let raced = self.asked(&spec, &self.options())?;
-        let all = self.asked(&spec, &Options { search: Search::Exhaustive, ..self.options() })?;
+        let all = self.asked(&spec, &Options { exhaustive: true, ..self.options() })?;
         let (best, advice) = (pick(&all), pick(&raced));
         let again = match &advice {
             None => None,
             Some(advice) => {
                 let methods = Some(advice.method.clone());
-                let options = Options { methods, search: Search::Exhaustive, ..self.options() };
+                let options = Options { methods, exhaustive: true, ..self.options() };
                 let found = self.asked(&pushed(&spec), &options)?;
-                Some((again(&found, advice.substeps), found.good_m()))
+                // It stops once it meets the target, with as many steps or fewer.
+                let fits = |run: &&crate::compare::facts::Run| {
+                    run.is_sound() && run.substeps <= advice.substeps
+                };
+                let last = found.runs.iter().filter(fits).max_by_key(|run| run.substeps);
+                Some((last.and_then(|run| run.error_m), found.good_m()))
             }
         };
         let (again_m, again_good_m) = again.unwrap_or((None, raced.good_m()));
@@ -122,7 +120,7 @@ impl Question {
     }
 
     /// What the clock of this machine says.
-    fn time(&self, case: &Case) -> Result<Modelled, HarnessError> {
+    fn time(&self, case: &Case) -> Result<TimingRow, HarnessError> {
         let spec = self.scene.spec()?;
         let options = Options { budget: BUDGET, clock: Clock::Wall, ..self.options() };
         let found = self.asked(&spec, &options)?;
@@ -130,13 +128,12 @@ impl Question {
         let (regret, over_model) = match case.best.as_ref().zip(advice.as_ref()) {
             Some((best, advice)) => {
                 let both = [best, advice].map(|pick| (pick.method.as_str(), pick.substeps));
-                let scene = (self.scene.name, &spec, scenes::DURATION_S);
-                let times = in_turns(scene, &self.options(), &both)?;
-                (Some(times[1] / times[0]), Some(times[0] / best.frame_s))
+                let [best_s, advice_s] = self.in_turns(&spec, both)?;
+                (Some(advice_s / best_s), Some(best_s / best.frame_s))
             }
             None => (None, None),
         };
-        Ok(Modelled {
+        Ok(TimingRow {
             scene: self.scene.name.to_owned(),
             target_m: self.target_m,
             budget_s: BUDGET.as_secs_f64(),
@@ -147,23 +144,25 @@ impl Question {
             over_model,
         })
     }
-}
 
-/// Seconds a frame of runs, timed in turns: the least time counts.
-fn in_turns(
-    (name, spec, duration_s): (&str, &SystemSpec, f64),
-    options: &Options,
-    runs: &[(&str, u32)],
-) -> Result<Vec<f64>, HarnessError> {
-    let mut least = vec![f64::INFINITY; runs.len()];
-    for _ in 0..REPETITIONS {
-        for (least, (method, substeps)) in least.iter_mut().zip(runs) {
-            let choice = Choice::parse(method, &[])?;
-            let time = frame_seconds(name, spec, duration_s, options, (&choice, *substeps))?;
-            *least = least.min(time.unwrap_or(f64::INFINITY));
+    /// Seconds a frame of two runs, timed in turns.
+    fn in_turns(
+        &self,
+        spec: &SystemSpec,
+        runs: [(&str, u32); 2],
+    ) -> Result<[f64; 2], HarnessError> {
+        let mut least = [f64::INFINITY; 2];
+        for _ in 0..REPETITIONS {
+            for (least, (method, substeps)) in least.iter_mut().zip(runs) {
+                let choice = Choice::parse(method, &[])?;
+                let (name, duration) = (self.scene.name, scenes::DURATION_S);
+                let options = self.options();
+                let time = frame_seconds(name, spec, duration, &options, (&choice, substeps))?;
+                *least = least.min(time.unwrap_or(f64::INFINITY));
+            }
         }
+        Ok(least)
     }
-    Ok(least)
 }
 
 /// The scene with all free particles pushed.
@@ -181,12 +180,7 @@ fn pushed(spec: &SystemSpec) -> SystemSpec {
 
 /// What a record advises.
 fn pick(record: &Record) -> Option<Pick> {
-    picked(record, advise(record).take?.run)
-}
-
-/// A run of a record.
-fn picked(record: &Record, run: usize) -> Option<Pick> {
-    let run = &record.runs[run];
+    let run = &record.runs[advise(record).take?.run];
     let form = record.form_of(run);
     Some(Pick {
         label: form.label.clone(),
@@ -195,13 +189,6 @@ fn picked(record: &Record, run: usize) -> Option<Pick> {
         error_m: run.error_m?,
         frame_s: run.frame_s,
     })
-}
-
-/// Error of the one form of a record with so many steps a frame, m. A form stops once it meets
-/// the target, with as many steps or fewer.
-fn again(record: &Record, substeps: u32) -> Option<f64> {
-    let fits = |run: &&Run| run.is_sound() && run.substeps <= substeps;
-    record.runs.iter().filter(fits).max_by_key(|run| run.substeps)?.error_m
 }
 
 /// Modelled time a frame of all runs, s.
@@ -213,22 +200,16 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, H
     let mut questions = questions();
     questions.retain(|question| !context.quick || question.is_quick);
     let cases = cells(context, "advice", &questions, Question::case)?.all()?;
-    let (mut timings, mut clocked) = (None, Vec::new());
+    let mut timings = None;
     if !context.quick {
         let both: Vec<_> = questions.iter().zip(&cases).collect();
-        let by_model = timed(context, "timings", &both, |(question, case)| question.time(case))?;
-        clocked = clocked::scenes()?;
-        let by_clock = timed(context, "clock", &clocked, Scene::judge)?;
-        let rows = by_model.all()?.into_iter().map(TimingRow::Modelled);
-        let more = by_clock.all()?.into_iter().map(|row| TimingRow::Clocked(Box::new(row)));
-        timings = Some(rows.chain(more).collect());
+        timings =
+            Some(timed(context, "timings", &both, |(question, case)| question.time(case))?.all()?);
     }
     let hash = |question: &Question| {
         Ok((question.scene.name.to_owned(), system_hash(&question.scene.spec()?)))
     };
-    let mut scenes =
-        questions.iter().map(hash).collect::<Result<BTreeMap<_, _>, HarnessError>>()?;
-    scenes.extend(clocked.iter().map(|scene| (scene.name.clone(), system_hash(&scene.spec))));
+    let scenes = questions.iter().map(hash).collect::<Result<_, HarnessError>>()?;
     Ok(Measured { facts: Facts { cases }, timings, scenes, seed: Some(SEED) })
 }
 

@@ -2,11 +2,7 @@
 
 use crate::HarnessError;
 use crate::studies::sheet::{GRAVITY, Sheet};
-use drape_model::{
-    AirSpec, DampingLaw, DragSpec, GustSpec, HingeSpec, KeyframeSpec, ObstacleSpec, PinSpec,
-    SystemSpec, WindSpec,
-};
-use std::collections::BTreeMap;
+use drape_model::{DampingLaw, KeyframeSpec, PinSpec, SystemSpec};
 
 /// Simulated time, s: 30 frames.
 pub(super) const DURATION_S: f64 = 0.5;
@@ -193,133 +189,6 @@ fn scenes() -> Vec<Scene> {
             0.6,
             "A light and stiff square that hangs from two places of its border.",
             kerchief,
-        ),
-    ]
-}
-
-/// A hinge of a stiffness, N m, on each inner edge of a flat mesh.
-fn hinges(triangles: &[[u32; 3]], stiffness_n_m: f64) -> Vec<HingeSpec> {
-    let mut corners: BTreeMap<(u32, u32), Vec<u32>> = BTreeMap::new();
-    for &[a, b, c] in triangles {
-        for (i, j, corner) in [(a, b, c), (b, c, a), (c, a, b)] {
-            corners.entry((i.min(j), i.max(j))).or_default().push(corner);
-        }
-    }
-    let hinge = |((i, j), sides): ((u32, u32), Vec<u32>)| match sides[..] {
-        [k, l] => Some(HingeSpec { i, j, k, l, rest_rad: 0.0, stiffness_n_m }),
-        _ => None,
-    };
-    corners.into_iter().filter_map(hinge).collect()
-}
-
-/// An irregular mesh of triangles with hinges, 1 m wide, without pins.
-fn irregular(side: u32, tension: f64, damping: f64, seed: u64) -> Result<SystemSpec, HarnessError> {
-    let law = DampingLaw::Full;
-    let sheet =
-        Sheet { side, tension, shear: 0.0, damping, law, gravity: GRAVITY, is_pinned: false };
-    let mut spec = sheet.triangulated(0.22, seed)?;
-    spec.hinges = hinges(&spec.triangles, 4e-5);
-    Ok(spec)
-}
-
-fn scrap_on_ball() -> Result<SystemSpec, HarnessError> {
-    let mut spec = irregular(12, 6e4, 8.0, 11)?;
-    spec.obstacles = vec![ObstacleSpec::Sphere {
-        center_m: [0.06, -0.04, -0.27],
-        radius_m: 0.25,
-        restitution: 0.0,
-        friction: 0.35,
-        path: Vec::new(),
-    }];
-    Ok(spec)
-}
-
-fn slide() -> Result<SystemSpec, HarnessError> {
-    let cloth = r#""rows": 9, "columns": 12, "size_m": [0.9, 0.6], "center_m": [0, 0, 0.01],
-        "mass_kg": 0.1"#;
-    let slope = r#""obstacles": [{ "plane": { "point_m": [0, 0, -0.15], "normal": [0.5, 0.1, 1],
-        "restitution": 0.2, "friction": 0.25 } }]"#;
-    grid(cloth, &fabric(300.0, 30.0, 0.03), slope)
-}
-
-fn over_a_corner() -> Result<SystemSpec, HarnessError> {
-    let cloth = r#""rows": 12, "columns": 12, "size_m": [0.8, 0.8], "center_m": [0, 0, 0.005],
-        "mass_kg": 0.12, "rotation": { "axis": [0, 0, 1], "angle_deg": 20 }"#;
-    let corner = r#""obstacles": [{ "box": { "center_m": [0.3, 0.25, -0.3],
-        "size_m": [0.8, 0.8, 0.6], "restitution": 0, "friction": 0 } }]"#;
-    grid(cloth, &fabric(120.0, 25.0, 0.02), corner)
-}
-
-fn punched() -> Result<SystemSpec, HarnessError> {
-    let cloth = r#""rows": 11, "columns": 10, "size_m": [0.7, 0.8], "center_m": [0, 0, 0],
-        "mass_kg": 0.09, "rotation": { "axis": [1, 0, 0], "angle_deg": 90 }"#;
-    let ball = r#""pins": [{ "within_m": [[-1, -1, 0.39], [1, 1, 0.41]] }],
-        "obstacles": [{ "sphere": { "center_m": [0.02, 0.3, -0.05], "radius_m": 0.18,
-            "restitution": 0, "friction": 0.2, "path": [
-                { "time_s": 0.0, "offset_m": [0, 0, 0] },
-                { "time_s": 0.4, "offset_m": [0, -0.35, 0] }] } }]"#;
-    grid(cloth, &fabric(200.0, 35.0, 0.03), ball)
-}
-
-/// Quadratic drag in a wind with gusts, m/s.
-fn wind(velocity_m_s: [f64; 3], amplitude_m_s: [f64; 3]) -> AirSpec {
-    let gust = GustSpec { amplitude_m_s, period_s: 0.7, seed: 5, start_s: 0.0 };
-    AirSpec {
-        drag: DragSpec::Quadratic { coefficient: 1.1, density_kg_m3: 1.2 },
-        wind: Some(WindSpec { velocity_m_s, gust: Some(gust) }),
-    }
-}
-
-fn pennant() -> Result<SystemSpec, HarnessError> {
-    let mut spec = irregular(11, 8e4, 6.0, 12)?;
-    spec.pins = (0..11).map(|row| PinSpec::still(11 * row)).collect();
-    spec.effects.air = Some(wind([5.0, 0.5, 1.0], [1.0, 1.5, 2.0]));
-    Ok(spec)
-}
-
-fn sail() -> Result<SystemSpec, HarnessError> {
-    let cloth = r#""rows": 11, "columns": 11, "size_m": [1, 1], "center_m": [0, 0, 0],
-        "mass_kg": 0.15, "rotation": { "axis": [1, 0.2, 0], "angle_deg": 80 }"#;
-    let pins = r#""pins": [{ "row": 0, "column": 0 }, { "row": 10, "column": 0 },
-        { "row": 10, "column": 10 }]"#;
-    let mut spec = grid(cloth, &fabric(600.0, 120.0, 0.05), pins)?;
-    spec.effects.air = Some(wind([1.0, 6.0, 0.0], [0.5, 2.0, 0.5]));
-    Ok(spec)
-}
-
-/// A sheet with stiff hinges that is clamped along one edge: two rows of particles.
-fn stiff_card() -> Result<SystemSpec, HarnessError> {
-    let mut spec = irregular(11, 1e5, 15.0, 13)?;
-    spec.hinges.iter_mut().for_each(|hinge| hinge.stiffness_n_m = 2e-3);
-    spec.pins = (0..22).map(PinSpec::still).collect();
-    Ok(spec)
-}
-
-/// Scenes with the effects for which there are no prices.
-pub(super) fn with_effects() -> Vec<Scene> {
-    let scene = |name, size_m, description, make| Scene { name, description, size_m, make };
-    vec![
-        scene(
-            "scrap-on-ball",
-            1.0,
-            "An irregular mesh with hinges that falls on a rough ball.",
-            scrap_on_ball,
-        ),
-        scene("slide", 0.9, "A rectangle that lands on a rough slope and slides.", slide),
-        scene(
-            "over-a-corner",
-            0.8,
-            "A square that falls over the corner of a smooth box.",
-            over_a_corner,
-        ),
-        scene("punched", 0.8, "A hanging square into which a ball moves.", punched),
-        scene("pennant", 1.0, "An irregular mesh with hinges, held at one side in gusts.", pennant),
-        scene("sail", 1.0, "A square that is held at three corners in gusts.", sail),
-        scene(
-            "stiff-card",
-            1.0,
-            "An irregular mesh with stiff hinges, clamped at one side.",
-            stiff_card,
         ),
     ]
 }
