@@ -283,8 +283,8 @@ impl Sketch<'_> {
 /// out.
 ///
 /// # Panics
-/// If `x` has fewer positions than the subject's triangles, lines, marks and pins name, or a side of the
-/// picture is 0.
+/// If `x` has fewer positions than the subject's triangles, lines, marks and pins name, or a side of
+/// the picture is 0.
 pub fn draw(subject: &Subject, x: &[Vec3], camera: &Camera, size: [u32; 2]) -> Image {
     let inner = size.map(|side| side * SAMPLES);
     let mut sketch = Sketch {
