@@ -90,6 +90,8 @@ pub fn facts(results: &Path) -> Result<BTreeMap<&'static str, String>, String> {
         Ok::<_, String>(format!("{:.0} %", 100.0 * share))
     };
     let timings = rows(results, "timings/work-precision", "/rows")?;
+    let engines = results.join("engines");
+    let of_engine = |study: &str, list: &str| rows(&engines, study, &format!("/facts/{list}"));
     Ok(BTreeMap::from([
         ("claims", claims.len().to_string()),
         ("claims-hold", with(&stand, Standing::Holds)),
@@ -108,6 +110,17 @@ pub fn facts(results: &Path) -> Result<BTreeMap<&'static str, String>, String> {
         ("imex-updated-kept", kept("imex-updated")?),
         ("time-to-1-percent", times(&timings)),
         ("methods", method_table()),
+        ("engine-machine", machine(&engines)?),
+        ("engine-order", engine_orders(&of_engine("order", "rows")?)),
+        ("engine-energy", engine_energies(&of_engine("energy", "rows")?)),
+        ("engine-locking", engine_locking(&of_engine("locking", "runs")?)),
+        (
+            "engine-place",
+            engine_place(
+                &of_engine("work-precision", "rows")?,
+                &rows(results, "work-precision", "/facts/rows")?,
+            ),
+        ),
     ]))
 }
 
@@ -233,6 +246,106 @@ fn method_table() -> String {
         let order = method.order.number();
         let (id, name, source, theory) = (method.id, method.name, method.source, method.theory);
         let _ = writeln!(text, "| `{id}` | {name} | {source} | {order} | {theory} |");
+    }
+    text + "\n"
+}
+
+/// The processor of the records of the engine.
+fn machine(engines: &Path) -> Result<String, String> {
+    let record = engines.join("order.json");
+    let text =
+        std::fs::read_to_string(&record).map_err(|e| format!("{}: {e}", record.display()))?;
+    let record: Value = serde_json::from_str(&text).map_err(|e| e.to_string())?;
+    let cpu = record.pointer("/provenance/cpu").and_then(Value::as_str);
+    cpu.map(str::to_owned).ok_or_else(|| "engines/order: no processor".to_owned())
+}
+
+/// What a program's command ends with: the solver of the engine.
+fn solver(row: &Value) -> &str {
+    let label = row["label"].as_str().unwrap_or_default();
+    label.split_once(".py ").map_or(label, |(_, solver)| solver)
+}
+
+/// A number with so many decimals, or a dash.
+fn decimals(value: &Value, count: usize) -> String {
+    value.as_f64().map_or_else(|| "—".to_owned(), |value| format!("{value:.count$}"))
+}
+
+/// Orders and error constants.
+fn engine_orders(rows: &[Value]) -> String {
+    let mut text = "\n\n| solver | scene | order | C | largest step (s) | its error |\n\
+                    |---|---|---|---|---|---|\n"
+        .to_owned();
+    for row in rows {
+        let first = &row["runs"][0];
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            text,
+            "| `{}` | {} | {} | {} | {} | {} |",
+            solver(row),
+            row["scene"].as_str().unwrap_or_default(),
+            decimals(&row["order"], 2),
+            decimals(&row["error_constant"], 2),
+            first["step_s"],
+            decimals(&first["error"], 3),
+        );
+    }
+    text + "\n"
+}
+
+/// Verdicts on the energy, and the share of it that is gone at the end.
+fn engine_energies(rows: &[Value]) -> String {
+    let mut text =
+        "\n\n| solver | scene | step (s) | verdict | energy at the end over the start |\n\
+                    |---|---|---|---|---|\n"
+            .to_owned();
+    for row in rows {
+        let kept = row["drift"].as_f64().map(|drift| Value::from(1.0 + drift));
+        let _ = writeln!(
+            text,
+            "| `{}` | {} | {} | {} | {} |",
+            solver(row),
+            row["scene"].as_str().unwrap_or_default(),
+            row["step_s"],
+            row["verdict"].as_str().unwrap_or_default(),
+            decimals(&kept.unwrap_or_default(), 3),
+        );
+    }
+    text + "\n"
+}
+
+/// The share of the path that is kept.
+fn engine_locking(rows: &[Value]) -> String {
+    let mut text = "\n\n| solver | verdict | path kept |\n|---|---|---|\n".to_owned();
+    for row in rows {
+        let share = row["retained"].as_f64().map(|share| format!("{:.0} %", 100.0 * share));
+        let (solver, verdict) = (solver(row), row["verdict"].as_str().unwrap_or_default());
+        let _ = writeln!(text, "| `{solver}` | {verdict} | {} |", share.as_deref().unwrap_or("—"));
+    }
+    text + "\n"
+}
+
+/// Fewest sweeps over all springs that bring the error to a level, of the engine's solvers and of
+/// some methods.
+fn engine_place(engine: &[Value], ours: &[Value]) -> String {
+    const BESIDE: [&str; 4] = ["symplectic-euler", "leapfrog", "xpbd", "vbd"];
+    const LEVELS: [f64; 2] = [0.1, LEVEL];
+    let mut text =
+        "\n\n| method | sweeps for an error of 10 % | for 1 % |\n|---|---|---|\n".to_owned();
+    let fewest = |row: &Value, level: f64| {
+        let runs = row["runs"].as_array().map_or(&[][..], Vec::as_slice);
+        let good = runs.iter().filter(|run| run["error"].as_f64().is_some_and(|e| e <= level));
+        let sweeps = good.filter_map(|run| run["force_evaluations"].as_u64()).min();
+        sweeps.map_or_else(|| "—".to_owned(), |sweeps| sweeps.to_string())
+    };
+    let scene = engine.first().map(|row| row["scene"].clone()).unwrap_or_default();
+    let beside = |row: &&Value| row["scene"] == scene && BESIDE.iter().any(|b| row["label"] == *b);
+    let is_engine = |row: &&Value| row["label"].as_str().is_some_and(|l| l.starts_with("program:"));
+    for row in engine.iter().filter(is_engine).chain(ours.iter().filter(beside)) {
+        let [coarse, fine] = LEVELS.map(|level| fewest(row, level));
+        let is_ours = !is_engine(&row);
+        let whose = if is_ours { "drape" } else { "Newton" };
+        let _ = writeln!(text, "| `{}` of {whose} | {coarse} | {fine} |", solver(row));
     }
     text + "\n"
 }

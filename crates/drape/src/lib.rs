@@ -85,6 +85,9 @@ pub mod guide {
     #[doc = include_str!("../docs/protocol.md")]
     pub mod protocol {}
 
+    #[doc = include_str!("../docs/engine.md")]
+    pub mod engine {}
+
     #[doc = include_str!("../docs/sweeps.md")]
     pub mod sweeps {}
 

@@ -175,6 +175,24 @@ fn the_budget_is_kept() {
     }
 }
 
+/// Every bundled scene, in a time that suffices for some of them alone: one record, one page, at
+/// most twelve lines, a command that runs, and a word where there is no true motion.
+#[test]
+fn every_bundled_scene_gets_a_page_and_an_advice_in_time() {
+    const BUDGET: f64 = 2.0;
+    let mut trusted = 0;
+    for scene in drape_model::bundled::names() {
+        let (record, said) = compared(scene, &["--budget", "2s"]);
+        let Facts { truth, seconds, .. } = &record.facts;
+        trusted += usize::from(truth.is_trusted);
+        assert!(truth.is_trusted != said.contains("no true motion ("), "{said}");
+        assert!(truth.is_trusted || truth.remark.is_some(), "{scene}: {truth:?}");
+        // A step of a probe cannot be divided, and other tests run beside this one.
+        assert!(*seconds <= 1.1 * BUDGET + 1.0, "{scene}: {seconds} s of {BUDGET} s");
+    }
+    assert!(trusted > 3, "{trusted} scenes have a true motion");
+}
+
 #[test]
 fn a_scene_without_a_true_motion_says_so() {
     let folder = tempfile::tempdir().unwrap();

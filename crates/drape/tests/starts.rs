@@ -49,8 +49,33 @@ fn starts_are_listed_and_a_wrong_name_is_refused_with_the_right_ones() {
         text.lines().count() > 200 && text.lines().any(|line| line == "order/smooth"),
         "{text}"
     );
+    // The beginning of a study's name will do where only one begins so.
+    let scene = "hanging light 1e2 n=400";
+    let [whole, begun] =
+        ["work-precision", "work"].map(|study| drape(&["system", &format!("{study}/{scene}")]));
+    assert!(whole.status.success() && whole.stdout == begun.stdout);
+    let doubtful = drape(&["system", &format!("s/{scene}")]);
+    assert_eq!(doubtful.status.code(), Some(2), "scaling, stability and solver-control begin so");
     let refused = drape(&["system", "order/rough"]);
     let said = String::from_utf8_lossy(&refused.stderr).into_owned();
     assert_eq!(refused.status.code(), Some(2), "{said}");
     assert!(said.contains("no scene `rough`") && said.contains("smooth-projected"), "{said}");
+}
+
+/// A claim writes what its runs start from, and each file runs by hand.
+#[test]
+fn a_claim_writes_the_systems_of_its_runs() {
+    let folder = tempfile::tempdir().unwrap();
+    let scenes = folder.path().join("scenes");
+    let output = drape(&["claim", "C20", "--scenes", scenes.to_str().unwrap()]);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{said}");
+    let mut files: Vec<_> =
+        std::fs::read_dir(&scenes).unwrap().map(|entry| entry.unwrap().path()).collect();
+    files.sort();
+    assert!(!files.is_empty() && said.contains(&format!("{} systems", files.len())), "{said}");
+    for file in [files.first().unwrap(), files.last().unwrap()] {
+        let record = run(file.to_str().unwrap(), &folder.path().join("run.json"));
+        assert_eq!(record.steps, 10);
+    }
 }

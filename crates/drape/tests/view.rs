@@ -195,6 +195,44 @@ fn several_methods_stand_side_by_side_before_one_camera() {
     assert_eq!(code(&bare), 0, "{}", message(&bare));
 }
 
+/// Two squares apart: two groups and two boundaries, each with a colour of its own. A mesh with a
+/// hole has two boundaries in one group.
+#[test]
+fn an_inspection_shows_groups_and_boundaries_in_colours() {
+    let folder = tempfile::tempdir().unwrap();
+    let square = |x: f64, first: u32| {
+        let [a, b, c, d] = [0, 1, 2, 3].map(|n| first + n);
+        let right = x + 1.0;
+        format!("v {x} 0 0\nv {right} 0 0\nv {right} 1 0\nv {x} 1 0\nf {a} {b} {c} {d}\n")
+    };
+    let two = square(0.0, 1) + &square(2.0, 5);
+    for (name, mesh) in [("one.obj", square(0.0, 1)), ("two.obj", two)] {
+        std::fs::write(folder.path().join(name), mesh).unwrap();
+    }
+    // How many pixels are exactly in the colour of a mark: dots are not shaded.
+    let [red, blue] = [0, 1].map(|n| drape_render::colours(n)[1].0);
+    let marks = |scene: &str| {
+        let output = drape(folder.path(), &["inspect", scene, "--picture", "p.png"]);
+        assert_eq!(code(&output), 0, "{}", message(&output));
+        assert!(!output.stdout.is_empty(), "the text is printed too");
+        let file = std::fs::File::open(folder.path().join("p.png")).unwrap();
+        let mut reader = png::Decoder::new(std::io::BufReader::new(file)).read_info().unwrap();
+        let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
+        reader.next_frame(&mut bytes).unwrap();
+        let near =
+            |pixel: &[u8], tint: [u8; 3]| pixel.iter().zip(tint).all(|(a, b)| a.abs_diff(b) < 3);
+        [red, blue].map(|tint| bytes.chunks(3).filter(|pixel| near(pixel, tint)).count())
+    };
+    let [one, two] = ["one.obj", "two.obj"].map(marks);
+    assert!(one[0] > 40 && one[1] == 0, "{one:?}");
+    assert!(two[0] > 40 && two[1] > 40, "{two:?}");
+    let skirt = marks("skirt");
+    assert!(skirt[0] > 200 && skirt[1] > 200, "a tube has two rims: {skirt:?}");
+    let refused = drape(folder.path(), &["inspect", "skirt", "--picture", "p.jpg"]);
+    assert_eq!(code(&refused), 2);
+    assert!(message(&refused).contains("--picture"), "{}", message(&refused));
+}
+
 #[test]
 fn what_cannot_be_shown_is_refused_before_anything_is_computed() {
     let folder = tempfile::tempdir().unwrap();

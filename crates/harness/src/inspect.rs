@@ -138,7 +138,7 @@ pub fn inspect(spec: &SystemSpec) -> Result<Inspection, Violation> {
     }
     let area_m2: f64 = spec.triangles.iter().map(|t| area(x, t)).sum();
     let mass_kg: f64 = spec.particles.mass_kg.iter().sum();
-    let (groups, free_groups) = groups(spec);
+    let (groups, free_groups) = count_groups(spec);
     let mass = simulation.system.mass();
     let quotient = |i: u32, j: u32, k: f64| k / mass[i as usize].min(mass[j as usize]);
     let quotients = spec.springs.iter().map(|s| quotient(s.i, s.j, s.stiffness_n_per_m));
@@ -151,7 +151,7 @@ pub fn inspect(spec: &SystemSpec) -> Result<Inspection, Violation> {
         triangles: spec.triangles.len(),
         pins: simulation.system.pins().len(),
         obstacles: spec.obstacles.len(),
-        boundaries: boundaries(&spec.triangles, x.len()),
+        boundaries: boundaries(&spec.triangles).len(),
         groups,
         free_groups,
         size_m: (high - low).into(),
@@ -213,8 +213,8 @@ impl Sets {
     }
 }
 
-/// Numbers of connected groups, and of those without a pin.
-fn groups(spec: &SystemSpec) -> (usize, usize) {
+/// The number of the connected group of each particle, in the order of their first particles.
+pub fn groups(spec: &SystemSpec) -> Vec<usize> {
     let n = spec.particles.mass_kg.len();
     let mut sets = Sets::new(n);
     for spring in &spec.springs {
@@ -224,22 +224,40 @@ fn groups(spec: &SystemSpec) -> (usize, usize) {
         sets.join(*a, *b);
         sets.join(*b, *c);
     }
-    let mut held = vec![false; n];
-    for pin in &spec.pins {
-        held[sets.root(pin.particle as usize)] = true;
+    let mut number = vec![0; n];
+    let mut count = 0;
+    for i in 0..n {
+        // The root of a set is its first particle.
+        let root = sets.root(i);
+        if root == i {
+            number[i] = count;
+            count += 1;
+        }
+        number[i] = number[root];
     }
-    let roots: Vec<usize> = (0..n).filter(|&i| sets.root(i) == i).collect();
-    (roots.len(), roots.iter().filter(|root| !held[**root]).count())
+    number
 }
 
-/// Number of connected parts of the boundary.
-fn boundaries(triangles: &[[u32; 3]], n: usize) -> usize {
+/// Numbers of connected groups, and of those without a pin.
+fn count_groups(spec: &SystemSpec) -> (usize, usize) {
+    let number = groups(spec);
+    let mut held = vec![false; number.iter().max().map_or(0, |last| last + 1)];
+    for pin in &spec.pins {
+        held[number[pin.particle as usize]] = true;
+    }
+    (held.len(), held.iter().filter(|held| !**held).count())
+}
+
+/// The connected parts of the boundary, in the order of their first particles, by which pins select
+/// them.
+pub fn boundaries(triangles: &[[u32; 3]]) -> Vec<Vec<u32>> {
     let mut edges: BTreeMap<[u32; 2], usize> = BTreeMap::new();
     for [a, b, c] in triangles {
         for [i, j] in [[a, b], [b, c], [c, a]] {
             *edges.entry([*i.min(j), *i.max(j)]).or_default() += 1;
         }
     }
+    let n = triangles.iter().flatten().max().map_or(0, |last| *last as usize + 1);
     let mut sets = Sets::new(n);
     let mut on_border = vec![false; n];
     for ([i, j], _) in edges.iter().filter(|(_, count)| **count == 1) {
@@ -247,7 +265,12 @@ fn boundaries(triangles: &[[u32; 3]], n: usize) -> usize {
         on_border[*i as usize] = true;
         on_border[*j as usize] = true;
     }
-    (0..n).filter(|&i| on_border[i] && sets.root(i) == i).count()
+    let mut parts: BTreeMap<usize, Vec<u32>> = BTreeMap::new();
+    for i in (0..n).filter(|&i| on_border[i]) {
+        // The root of a set is its first particle.
+        parts.entry(sets.root(i)).or_default().push(i as u32);
+    }
+    parts.into_values().collect()
 }
 
 /// A scene with the numbers that all methods share.

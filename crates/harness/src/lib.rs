@@ -39,7 +39,8 @@ pub use drape_report::Verdict;
 pub use error::HarnessError;
 pub use facts::{Difference, compare_folders};
 pub use inspect::{
-    Forecast, Foreseen, INSPECTION_FORMAT, Inspection, MethodForecast, STEPS_S, inspect,
+    Forecast, Foreseen, INSPECTION_FORMAT, Inspection, MethodForecast, STEPS_S, boundaries, groups,
+    inspect,
 };
 pub use journal::{Joined, Journal, Unfinished};
 pub use kept::{Kept, MotionCheck, Silent};

@@ -1,6 +1,7 @@
 //! One method on one scene.
 
 mod progress;
+pub(crate) mod starts;
 
 use crate::HarnessError;
 use crate::cost::Counted;

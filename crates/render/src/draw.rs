@@ -30,6 +30,32 @@ const OUTLINE: Tint = [0.13, 0.15, 0.20];
 
 /// Pins: radius of the dot and of its light middle, in pixels, and their colours.
 const PIN: [(f64, Tint); 2] = [(4.0, OUTLINE), (2.2, [0.97, 0.97, 0.98])];
+/// Colours of groups, lighter, and of marks.
+const GROUPS: [Tint; 6] = [
+    [0.55, 0.72, 0.92],
+    [0.95, 0.78, 0.50],
+    [0.60, 0.84, 0.62],
+    [0.93, 0.66, 0.70],
+    [0.78, 0.70, 0.92],
+    [0.80, 0.80, 0.62],
+];
+const MARKS: [Tint; 6] = [
+    [0.80, 0.10, 0.15],
+    [0.05, 0.35, 0.75],
+    [0.05, 0.50, 0.20],
+    [0.55, 0.15, 0.60],
+    [0.75, 0.40, 0.00],
+    [0.00, 0.50, 0.55],
+];
+
+/// The colour of a group and of a mark of that number. Six colours come round again.
+pub fn colours(number: usize) -> [Colour; 2] {
+    let displayed = |tint: Tint| Colour(tint.map(|c| (255.0 * c).round() as u8));
+    [GROUPS, MARKS].map(|tints| displayed(tints[number % tints.len()]))
+}
+
+/// Radius of a mark, pixels.
+const MARK: f64 = 3.0;
 /// Corners of a dot.
 const DOT: u32 = 20;
 
@@ -40,6 +66,12 @@ const BEHIND: f64 = 4e-3;
 const IN_FRONT: f64 = 3e-3;
 
 type Corner = Vertex<ProjVec3, Color3f>;
+
+/// The colour of the cloth at a particle, on the side that is seen.
+fn tint(subject: &Subject, particle: u32, is_front: bool) -> Tint {
+    let group = subject.groups.get(particle as usize);
+    group.map_or(SIDES[usize::from(!is_front)], |group| GROUPS[group % GROUPS.len()])
+}
 
 /// Triangles and lines before rasterisation.
 struct Sketch<'a> {
@@ -111,8 +143,8 @@ impl Sketch<'_> {
         };
         let front: Vec<bool> = subject.triangles.iter().map(|&t| is_seen_from_front(t)).collect();
         for (&triangle, &is_front) in subject.triangles.iter().zip(&front) {
-            let tint = SIDES[usize::from(!is_front)];
             let corners = triangle.map(|i| {
+                let tint = tint(subject, i, is_front);
                 // The triangle decides which side is seen: beside the contour the normal of a
                 // corner may lean away from the eye, and turned round it would be lit from behind.
                 let (point, normal) = (&x[i as usize], normals[i as usize]);
@@ -132,8 +164,8 @@ impl Sketch<'_> {
                 self.line(ends, nearer, [OUTLINE; 2], true);
                 continue;
             };
-            let tint = SIDES[usize::from(!front[side])];
             let colours = line.map(|i| {
+                let tint = tint(subject, i, front[side]);
                 let normal = normals[i as usize];
                 let normal = if front[side] { normal } else { -normal };
                 let shade = self.shade(tint, &x[i as usize], &normal);
@@ -212,32 +244,37 @@ impl Sketch<'_> {
         }
     }
 
-    /// Pins as dots that face the eye.
-    fn pins(&mut self, subject: &Subject, x: &[Vec3]) {
+    /// Marks and pins as dots that face the eye; pins lie above.
+    fn dots(&mut self, subject: &Subject, x: &[Vec3]) {
         let nearer = -IN_FRONT * self.camera.distance();
-        for point in subject.pins.iter().map(|&i| &x[i as usize]) {
+        for &(i, number) in &subject.marks {
+            let tint = MARKS[number % MARKS.len()];
+            self.dot(&x[i as usize], 1.5 * nearer, MARK, tint);
+        }
+        for &i in &subject.pins {
             for (shift, (radius, tint)) in (2..).zip(PIN) {
-                let Some(middle) = self.corner(point, f64::from(shift) * nearer, tint) else {
-                    continue;
-                };
-                let Vertex { pos, attrib } = self.corners[middle];
-                let [x, y, z, w] = pos.0;
-                let first = self.corners.len();
-                for n in 0..DOT {
-                    let (sin, cos) =
-                        libm::sincos(std::f64::consts::TAU * f64::from(n) / f64::from(DOT));
-                    let reach = radius * f64::from(SAMPLES) * f64::from(w);
-                    let moved = |c: f32, part: f64, axis: usize| {
-                        c + (part * reach * self.sample[axis]) as f32
-                    };
-                    let position = [moved(x, cos, 0), moved(y, sin, 1), z, w];
-                    self.corners.push(vertex(position.into(), attrib));
-                }
-                let dot = DOT as usize;
-                let rim = |n: usize| first + n % dot;
-                self.faces.extend((0..dot).map(|n| Tri([middle, rim(n), rim(n + 1)])));
+                self.dot(&x[i as usize], f64::from(shift) * nearer, radius, tint);
             }
         }
+    }
+
+    /// A dot of a radius in pixels.
+    fn dot(&mut self, point: &Vec3, shift: f64, radius: f64, tint: Tint) {
+        let Some(middle) = self.corner(point, shift, tint) else { return };
+        let Vertex { pos, attrib } = self.corners[middle];
+        let [x, y, z, w] = pos.0;
+        let first = self.corners.len();
+        for n in 0..DOT {
+            let (sin, cos) = libm::sincos(std::f64::consts::TAU * f64::from(n) / f64::from(DOT));
+            let reach = radius * f64::from(SAMPLES) * f64::from(w);
+            let moved =
+                |c: f32, part: f64, axis: usize| c + (part * reach * self.sample[axis]) as f32;
+            let position = [moved(x, cos, 0), moved(y, sin, 1), z, w];
+            self.corners.push(vertex(position.into(), attrib));
+        }
+        let dot = DOT as usize;
+        let rim = |n: usize| first + n % dot;
+        self.faces.extend((0..dot).map(|n| Tri([middle, rim(n), rim(n + 1)])));
     }
 }
 
@@ -246,8 +283,8 @@ impl Sketch<'_> {
 /// out.
 ///
 /// # Panics
-/// If `x` has fewer positions than the subject's triangles, lines and pins name, or a side of the
-/// picture is 0.
+/// If `x` has fewer positions than the subject's triangles, lines, marks and pins name, or a side of
+/// the picture is 0.
 pub fn draw(subject: &Subject, x: &[Vec3], camera: &Camera, size: [u32; 2]) -> Image {
     let inner = size.map(|side| side * SAMPLES);
     let mut sketch = Sketch {
@@ -261,7 +298,7 @@ pub fn draw(subject: &Subject, x: &[Vec3], camera: &Camera, size: [u32; 2]) -> I
     sketch.ground(subject, x);
     sketch.solids(subject);
     sketch.cloth(subject, x);
-    sketch.pins(subject, x);
+    sketch.dots(subject, x);
     let Sketch { corners, faces, lines, .. } = sketch;
 
     let dims = Dims(inner[0] + 2 * MARGIN, inner[1] + 2 * MARGIN);

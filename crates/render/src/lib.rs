@@ -35,7 +35,7 @@ mod surface;
 
 pub use animation::Animation;
 pub use camera::{Camera, View};
-pub use draw::draw;
+pub use draw::{colours, draw};
 pub use ground::Ground;
 pub use image::{Colour, Font, Image};
 pub use solid::Solid;

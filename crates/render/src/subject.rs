@@ -21,6 +21,11 @@ pub struct Subject {
     pub solids: Vec<Solid>,
     /// Particles that are drawn as pins.
     pub pins: Vec<u32>,
+    /// Number of the group of each particle, whose colour the cloth has there; empty: two colours,
+    /// one a side.
+    pub groups: Vec<usize>,
+    /// Particles that are drawn as dots in the colour of a number.
+    pub marks: Vec<(u32, usize)>,
     /// The ground on which shadows fall.
     pub ground: Option<Ground>,
 }
@@ -43,7 +48,7 @@ impl Subject {
         };
         let solids = solids(obstacles, &x, &lines);
         let pins = spec.pins.iter().map(|pin| pin.particle).collect();
-        Self { triangles: spec.triangles.clone(), lines, solids, pins, ground: None }
+        Self { triangles: spec.triangles.clone(), lines, solids, pins, ..Self::default() }
     }
 
     /// The subject of a sheet of particles, numbered row by row; `x` are positions at any time, m.

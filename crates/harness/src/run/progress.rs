@@ -127,6 +127,7 @@ impl Progress {
         integrator: &mut dyn Integrator,
         simulation: &mut Simulation,
     ) -> Result<Self, HarnessError> {
+        super::starts::starts_from(simulation);
         let Plan { schedule, series, phases, ledger, budget } = plan;
         let Simulation { system, state } = simulation;
         let steps = schedule.steps();

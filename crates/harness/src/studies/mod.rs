@@ -393,13 +393,21 @@ pub fn find(name: &str) -> Result<&'static dyn Study, HarnessError> {
     })
 }
 
-/// The start that is called `STUDY/NAME`; `None` where no study has that name.
+/// The study of that name, or the only one whose name begins so.
+fn beginning(name: &str) -> Option<&'static dyn Study> {
+    let mut others = all().iter().copied().filter(|study| study.name().starts_with(name));
+    let only = others.next().filter(|_| !name.is_empty() && others.next().is_none());
+    find(name).ok().or(only)
+}
+
+/// The start that is called `STUDY/NAME`; `None` where no study has that name. The beginning of a
+/// study's name will do where it says which.
 ///
 /// # Errors
 /// [`HarnessError::UnknownStart`], which names the starts of the study.
 pub fn start(path: &str) -> Result<Option<Start>, HarnessError> {
     let parts = path.split_once('/');
-    let study = parts.and_then(|(study, name)| Some((find(study).ok()?, name)));
+    let study = parts.and_then(|(study, name)| Some((beginning(study)?, name)));
     let Some((study, name)) = study else { return Ok(None) };
     let mut starts = study.starts();
     match starts.iter().position(|start| start.name == name) {

@@ -1,20 +1,46 @@
 //! `drape claim`.
 
-use crate::cli::output::print;
+use crate::cli::output::{check_folder, print};
 use drape_harness::claims::{self, Evidence};
 use drape_harness::{start_threads, studies};
+use drape_model::SystemSpec;
+use drape_report::{file::write_json, tell};
 use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
     /// Id of the claim (see `drape list claims`)
     id: String,
+    /// Writes the systems that it builds, and from which its runs start, into this folder, to be
+    /// run by hand: C12-001.json and so on, the smallest first
+    #[arg(long, value_name = "DIR")]
+    scenes: Option<PathBuf>,
+}
+
+/// Writes the systems, as `drape system` prints them.
+fn write_scenes(folder: &Path, id: &str, systems: &[SystemSpec]) -> anyhow::Result<()> {
+    for (n, system) in (1..).zip(systems) {
+        write_json(&folder.join(format!("{id}-{n:03}.json")), system)?;
+    }
+    tell!("drape: wrote {} systems into {}", systems.len(), folder.display());
+    Ok(())
 }
 
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let claim = claims::find(&arguments.id)?;
+    if let Some(folder) = &arguments.scenes {
+        check_folder("--scenes", folder)?;
+    }
     start_threads()?;
-    let row = studies::claims::test(claim)?;
+    let row = match &arguments.scenes {
+        None => studies::claims::test(claim)?,
+        Some(folder) => {
+            let (row, systems) = studies::claims::test_with_starts(claim)?;
+            write_scenes(folder, claim.id, &systems)?;
+            row
+        }
+    };
     let judgement = claim.judge(&Evidence::new(&row.numbers));
     let mut text = String::new();
     writeln!(text, "{} ({}): {}", claim.id, claim.origin, claim.says)?;

@@ -1,14 +1,15 @@
 //! `drape inspect`.
 
-use crate::cli::input::load;
+use crate::cli::input::{files, in_file, load};
 use crate::cli::limit::LimitArguments;
-use crate::cli::output::print;
+use crate::cli::output::{Sink, check_extension, print};
 use drape_harness::judgement::percent;
-use drape_harness::{Forecast, Foreseen, Inspection, inspect};
-use drape_model::{SceneError, SceneFile};
+use drape_harness::{Forecast, Foreseen, Inspection, boundaries, groups, inspect};
+use drape_model::{SceneError, SceneFile, SystemSpec, Violation};
+use drape_render::{Camera, Colour, Font, Image, Subject, View, colours, draw};
 use drape_report::{printable, tell};
 use std::fmt::Write as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
@@ -18,6 +19,10 @@ pub(crate) struct Arguments {
     /// Print JSON (format "drape-inspection/1") instead of text
     #[arg(long)]
     json: bool,
+    /// Draw the cloth at the start into this file: connected groups in colours of their own, each
+    /// part of the boundary with dots of another colour, pins as white dots
+    #[arg(long, value_name = "FILE.png")]
+    picture: Option<PathBuf>,
     #[command(flatten)]
     limit: LimitArguments,
 }
@@ -29,13 +34,63 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let name = &arguments.scene;
     let is_mesh = Path::new(name).extension().is_some_and(|e| e.eq_ignore_ascii_case("obj"));
     let input = if is_mesh { mesh(name)? } else { load(name, arguments.limit, None)? };
-    let inspection =
-        inspect(input.spec()).map_err(|violation| crate::cli::input::in_file(name, violation))?;
+    let sink = match &arguments.picture {
+        None => None,
+        Some(file) => {
+            check_extension("--picture", file, "png", "PNG image")?;
+            Some(Sink::check("--picture", file, &files(name, &input))?)
+        }
+    };
+    let inspection = inspect(input.spec()).map_err(|violation| in_file(name, violation))?;
+    if let Some(sink) = sink {
+        let image = picture(input.spec()).map_err(|violation| in_file(name, violation))?;
+        sink.write(&image.png()?)?;
+    }
     if arguments.json {
         return print(&(serde_json::to_string_pretty(&inspection)? + "\n"));
     }
     let assumed = is_mesh.then_some(ASSUMED);
     print(&text(&inspection, &input, assumed))
+}
+
+/// Width and height of the picture, pixels.
+const SIZE: [u32; 2] = [960, 720];
+/// Groups, and parts of the boundary, that the picture names.
+const NAMED: usize = 6;
+
+/// The cloth at the start with its groups and boundaries, and their numbers.
+fn picture(spec: &SystemSpec) -> Result<Image, Violation> {
+    let (system, state) = spec.build()?;
+    let (groups, parts) = (groups(spec), boundaries(&spec.triangles));
+    let number = |(number, part): (usize, &Vec<u32>)| -> Vec<(u32, usize)> {
+        part.iter().map(|&particle| (particle, number)).collect()
+    };
+    let marks = parts.iter().enumerate().flat_map(number).collect();
+    let subject = Subject::new(spec, system.obstacles());
+    let points = subject.points(&state.x);
+    let subject = Subject { groups: groups.clone(), marks, ..subject };
+    let camera = Camera::fit(View::default(), &points, f64::from(SIZE[0]) / f64::from(SIZE[1]));
+    let mut image = draw(&subject, &state.x, &camera, SIZE);
+    let count = groups.iter().max().map_or(0, |last| last + 1);
+    let size = |group: usize| groups.iter().filter(|own| **own == group).count();
+    let of_groups = (0..count).map(|n| (format!("group {n}: {} particles", size(n)), n, 0));
+    let of_parts = parts.iter().enumerate();
+    let of_parts =
+        of_parts.map(|(n, part)| (format!("boundary {n}: {} particles", part.len()), n, 1));
+    let named = of_groups.take(NAMED).chain(of_parts.take(NAMED));
+    let height = Font::Small.height() + 2;
+    let mut top = 8;
+    for (text, number, kind) in named {
+        image.write("#", 12, top, Font::Small, colours(number)[kind]);
+        image.write(&text, 28, top, Font::Small, Colour::INK);
+        top += height;
+    }
+    let more = [count, parts.len()].map(|all| all.saturating_sub(NAMED));
+    if more != [0, 0] {
+        let text = format!("and {} groups, {} boundaries more", more[0], more[1]);
+        image.write(&text, 28, top, Font::Small, Colour::GREY);
+    }
+    Ok(image)
 }
 
 /// A mesh as a scene.

@@ -5,7 +5,7 @@ pub(crate) mod plates;
 pub(crate) mod run;
 mod words;
 
-pub use run::test;
+pub use run::{test, test_with_starts};
 
 use super::Parts;
 

@@ -12,8 +12,10 @@ mod scenes;
 use crate::HarnessError;
 use crate::claims::{Claim, Evidence, find, unknown};
 use crate::facts::{Fact, fact};
+use crate::run::starts::watch;
 use crate::studies::claims::facts::{Facts, Row, Ruling, TimingRow};
 use crate::studies::{Context, Measured, Start, cells, timed};
+use drape_model::SystemSpec;
 use evidence::{TRIALS, Trial};
 use std::collections::BTreeMap;
 
@@ -55,6 +57,15 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, H
 pub fn test(claim: &Claim) -> Result<Row, HarnessError> {
     let trial = TRIALS.iter().find(|trial| trial.id == claim.id);
     trial.map_or_else(|| Err(unknown(claim.id)), row)
+}
+
+/// As [`test`], with the systems from which its runs start, the smallest first.
+///
+/// # Errors
+/// As [`test`].
+pub fn test_with_starts(claim: &Claim) -> Result<(Row, Vec<SystemSpec>), HarnessError> {
+    let (row, systems) = watch(|| test(claim));
+    Ok((row?, systems))
 }
 
 fn row(trial: &Trial) -> Result<Row, HarnessError> {

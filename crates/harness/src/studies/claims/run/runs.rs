@@ -3,6 +3,7 @@
 use crate::HarnessError;
 use crate::methods::{Choice, MethodError};
 use crate::run::Simulation;
+use crate::run::starts::starts_from;
 use crate::stability::gershgorin;
 use drape_integrator::{PhaseClock, SolveStatus, StepError, StepReport, TimeStep};
 use drape_model::{State, System, SystemSpec};
@@ -22,6 +23,7 @@ pub(super) fn walk(
     mut before: impl FnMut(&System, &mut State),
     mut after: impl FnMut(&System, &StepReport, &State),
 ) -> Result<State, HarnessError> {
+    starts_from(start);
     let Simulation { system, state } = start;
     let mut state = state.clone();
     let mut integrator = Choice::parse(method, &[])?.build().map_err(MethodError::from)?;

@@ -2,6 +2,7 @@
 
 use crate::HarnessError;
 use crate::methods::Choice;
+use crate::run::starts::starts_from;
 use crate::run::{Counts, Runner, Simulation};
 use crate::studies::sheet::{GRAVITY, Sheet};
 use drape_integrator::Implicit;
@@ -38,7 +39,10 @@ pub(super) fn spinning(side: u32, tension: f64, rate: f64) -> Result<Simulation,
 /// Builds a system.
 pub(super) fn build(spec: &SystemSpec) -> Result<Simulation, HarnessError> {
     let (system, state) = spec.build()?;
-    Ok(Simulation { system, state })
+    let simulation = Simulation { system, state };
+    // Some claims are about the matrix of a system that nobody runs.
+    starts_from(&simulation);
+    Ok(simulation)
 }
 
 /// Moves every particle that is not pinned by up to `distance` m along each axis, at random.
