@@ -1,6 +1,7 @@
-//! The index from the paper's equations to the items of the code that implement them, collected
-//! from their `#[doc(alias = "EEH …")]` attributes.
+//! The index from the paper's equations, and from the names of methods and of their parts, to the
+//! items of the code that implement them, collected from their `#[doc(alias = "…")]` attributes.
 
+use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -38,12 +39,19 @@ pub const EQUATIONS: [(&str, &str); 24] = [
 /// An item that carries an alias.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Item {
-    /// Label of the equation.
+    /// The alias: `EEH 21` for an equation of the paper, else a name.
     pub label: String,
     /// Path of the item, e.g. `drape_imex::step::advance`.
     pub path: String,
     /// Source file, from the root of the workspace.
     pub file: String,
+}
+
+impl Item {
+    /// Label of the equation of the paper, if it is one.
+    pub fn equation(&self) -> Option<&str> {
+        self.label.strip_prefix("EEH ")
+    }
 }
 
 /// The root of the workspace.
@@ -83,7 +91,7 @@ pub fn scan(file: &str, text: &str) -> Vec<Item> {
     let (mut owner, mut labels, mut items) = (None, Vec::new(), Vec::new());
     for line in text.lines() {
         let trimmed = line.trim_start();
-        if let Some(alias) = trimmed.strip_prefix("#[doc(alias = \"EEH ") {
+        if let Some(alias) = trimmed.strip_prefix("#[doc(alias = \"") {
             labels.extend(alias.split('"').next().map(str::to_owned));
         } else if line.starts_with("impl") || line.starts_with("pub trait ") {
             owner = owner_of(line);
@@ -147,17 +155,27 @@ pub fn render(items: &[Item]) -> String {
         "Where each equation of Eberhardt, Etzmuß and Hauth (2000) is in the code.\n\n\
          Written by `cargo run -p drape-tests --bin equation-index` from the `#[doc(alias = \"EEH …\")]` attributes of the \
          items; a search of the sources for `EEH 21` finds the line, a search of these docs those items that are public. How each equation is read where the print is wrong or \
-         silent is told in the errata of `drape_imex`.\n\n\
+         silent is told in the errata of `drape_imex`. The equations of the other methods stand in the docs of their crates, and their \
+         numbers in the code; the second table leads to the crates.\n\n\
          | equation | what it says | in the code |\n|---|---|---|\n",
     );
     for (label, meaning) in EQUATIONS {
-        let found = items.iter().filter(|item| item.label == label);
-        let places: Vec<_> = found.map(|item| format!("`{}`", item.path)).collect();
+        let places = places(items, |item| item.equation() == Some(label));
         let name =
             if label.parse::<u32>().is_ok() { format!("({label})") } else { label.to_owned() };
-        let line = format!("| {name} | {meaning} | {} |", places.join(", "));
         // Writing to a string cannot fail.
-        let _ = writeln!(text, "{line}");
+        let _ = writeln!(text, "| {name} | {meaning} | {places} |");
+    }
+    text += "\nThe names of methods, of their authors and of their parts:\n\n| name | in the code |\n|---|---|\n";
+    let names = items.iter().filter(|item| item.equation().is_none());
+    let names: BTreeSet<_> = names.map(|item| &item.label).collect();
+    for name in names {
+        let _ = writeln!(text, "| {name} | {} |", places(items, |item| item.label == *name));
     }
     text
+}
+
+fn places(items: &[Item], is_meant: impl Fn(&Item) -> bool) -> String {
+    let found = items.iter().filter(|item| is_meant(item));
+    found.map(|item| format!("`{}`", item.path)).collect::<Vec<_>>().join(", ")
 }

@@ -15,6 +15,10 @@
 //! | blocks of all springs, once for each Newton iteration or linearised step | a root and a quotient, 60 flops, 48 bytes written | 48 bytes written |
 //! | update of velocities and positions, once a step | | 12 flops, 120 bytes |
 //!
+//! A sweep over constraints or particles that corrects positions counts as a sweep for forces: it
+//! takes a root and a quotient a spring, or more. Orthogonalising a Krylov subspace counts as the
+//! products that the step reports for it.
+//!
 //! Factorisations and solves with factors are left out, and so are preconditioners other than a
 //! division by a diagonal: they depend on the order of elimination, and a method may choose among
 //! them. A step that makes them is above its bound by what they take.
@@ -40,14 +44,24 @@ impl Kernel {
 
 /// Whether a method is explicit in all springs, and its step therefore short.
 pub(crate) fn is_explicit(id: &str) -> bool {
-    ["explicit-euler", "symplectic-euler", "leapfrog", "provot"].contains(&id)
+    ["explicit-euler", "symplectic-euler", "leapfrog", "provot", "srkn4", "multirate"].contains(&id)
         || id.starts_with("adams-bashforth")
 }
 
 /// Whether a method's matrix has a block of 3 × 3 numbers for each spring.
 fn has_blocks(id: &str) -> bool {
-    ["baraff-witkin", "backward-euler", "terzopoulos-fleischer"].contains(&id)
-        || id.starts_with("bdf")
+    const BLOCKS: [&str; 9] = [
+        "backward-euler",
+        "midpoint",
+        "generalized-alpha",
+        "dirk",
+        "energy-momentum",
+        "terzopoulos-fleischer",
+        "baraff-witkin",
+        "rosenbrock",
+        "exponential",
+    ];
+    BLOCKS.contains(&id) || id.starts_with("bdf")
 }
 
 /// The least time of a step, s.
@@ -70,8 +84,8 @@ pub(crate) fn seconds(machine: &Machine, profile: &Profile) -> f64 {
 }
 
 /// Why a method is more than twice above its bound, beside [`SPRINGS`].
-pub(crate) fn reason(id: &str) -> &'static str {
-    match id {
+pub(crate) fn reason(id: &str) -> Option<&'static str> {
+    Some(match id {
         "explicit-euler" | "symplectic-euler" => {
             "the springs; then passes over the vectors for pins, velocities and positions."
         }
@@ -86,12 +100,51 @@ pub(crate) fn reason(id: &str) -> &'static str {
             "the limit on elongation visits the springs one after the other, each from where the last one left its ends: \
              a chain that no register can widen, and not in the bound."
         }
-        "backward-euler" | "bdf2" => {
+        "rkc" => {
+            "the springs, once a stage; then each stage mixes eight vectors, four of positions and four of velocities, in passes \
+             that leave the second-level cache."
+        }
+        "srkn4" => {
+            "each of the seven kicks takes five products with the damping matrix one after the other, with a copy of the velocities \
+             to and from one array a coordinate; the bound has products without copies."
+        }
+        "multirate" => {
+            "slow and fast springs are swept apart, so that coordinates are copied for both; the damping of each short half kick is a \
+             product of its own."
+        }
+        "midpoint" | "generalized-alpha" | "dirk" | "energy-momentum" | "backward-euler"
+        | "bdf2" => {
             "each Newton iteration factorises the matrix of 3n rows, which is not in the bound: \
              all but some hundredths of the step are the library's factorisation and solves. The last table has other ways to solve."
         }
         "terzopoulos-fleischer" => {
             "each step assembles and factorises a matrix of 3n rows, which is not in the bound."
+        }
+        "rosenbrock" => {
+            "each step factorises a matrix of 3n rows, which may be indefinite, and solves with it once a stage; neither is in the bound."
+        }
+        "exponential" => {
+            "each new vector of the subspace is made orthogonal to all before it. A step counts that as products; the vectors of a \
+             large sheet come from memory and not from the second-level cache, whose speed the bound has."
+        }
+        "projective" => {
+            "each of ten iterations solves with the kept factor, which is not in the bound; then the loops of the gradient, particle by \
+             particle."
+        }
+        "vbd" => {
+            "a sweep meets each spring from both of its ends, builds a block of 3 × 3 numbers a particle and solves with it: about \
+             four times the operations of a sweep for forces. Neighbours are gathered from where they are, four particles at a time."
+        }
+        "xpbd" => {
+            "a spring sees what the springs before it have moved: springs without a common particle go four or eight at a time, with \
+             gathers and scatters in place of loads, a second quotient, and the multiplier and the damping of each spring read and written."
+        }
+        "xpbd-lines" => {
+            "elimination goes along a line and back, and each spring waits for the one before it; four lines go side by side. \
+             The damping of each line is a second elimination."
+        }
+        "imex-rk" => {
+            "two stages a step, each with explicit and linear forces apart and a solve with the kept factor, which is not in the bound."
         }
         "baraff-witkin" => {
             "the six numbers of each block, 7 blocks a particle, are 0.9 MB on 52 × 52 particles and 3.4 MB on 100 × 100: they do not \
@@ -117,8 +170,8 @@ pub(crate) fn reason(id: &str) -> &'static str {
             "explicit and linear forces are evaluated apart, and the linear ones once more at the extrapolated positions; the reference \
              of the stop test and the right-hand side are loops of one particle after the other; then as imex-euler."
         }
-        _ => "no reason is known.",
-    }
+        _ => return None,
+    })
 }
 
 /// What all methods pay, after what a sweep takes here.

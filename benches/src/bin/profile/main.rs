@@ -41,6 +41,9 @@ struct Cli {
     /// Least time that a method is stepped, s
     #[arg(long, default_value_t = 0.3)]
     seconds: f64,
+    /// Turns of all methods; the least of their medians counts
+    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..))]
+    rounds: u32,
 }
 
 /// k/m of the tension springs, 1/s².
@@ -99,18 +102,9 @@ fn main() -> ExitCode {
 }
 
 fn run(cli: &Cli) -> Result<(), Box<dyn Error>> {
-    let mut profiles = Vec::new();
-    for &side in &cli.sides {
-        for method in methods::all() {
-            profiles.push(profile(method.id, side, STIFFNESS, cli.seconds)?);
-        }
-    }
-    let mut converged = Vec::new();
-    for &side in &cli.sides {
-        for id in CONVERGED {
-            converged.push(profile(id, side, CONVERGED_STIFFNESS, cli.seconds)?);
-        }
-    }
+    let ids: Vec<_> = methods::all().map(|method| method.id).collect();
+    let profiles = rounds(cli, &ids, STIFFNESS)?;
+    let converged = rounds(cli, &CONVERGED, CONVERGED_STIFFNESS)?;
     let cpu = provenance(&Source::default(), BTreeMap::new()).cpu;
     let mut text = table::text(&Machine::measure(), &profiles, &cpu);
     text += &table::converged(&converged);
@@ -118,6 +112,27 @@ fn run(cli: &Cli) -> Result<(), Box<dyn Error>> {
     let mut out = std::io::stdout().lock();
     out.write_all(text.as_bytes())?;
     Ok(out.flush()?)
+}
+
+/// Each method on each sheet, in turns: what else the machine does is in some rounds only.
+fn rounds(
+    cli: &Cli,
+    ids: &[&'static str],
+    stiffness_over_mass: f64,
+) -> Result<Vec<Profile>, Box<dyn Error>> {
+    let mut best: Vec<Profile> = Vec::new();
+    for round in 0..cli.rounds {
+        let places = cli.sides.iter().flat_map(|side| ids.iter().map(move |id| (*id, *side)));
+        for (place, (id, side)) in places.enumerate() {
+            let profile = profile(id, side, stiffness_over_mass, cli.seconds)?;
+            if round == 0 {
+                best.push(profile);
+            } else if profile.step < best[place].step {
+                best[place] = profile;
+            }
+        }
+    }
+    Ok(best)
 }
 
 fn profile(
@@ -212,6 +227,7 @@ mod tests {
             let profile = profile(method.id, 8, STIFFNESS, 0.0).expect("a run");
             let bound = bound::seconds(&machine, &profile);
             assert!(0.0 < bound && bound < profile.step, "{profile:?} {bound}");
+            assert!(bound::reason(method.id).is_some(), "{}: no reason is written", method.id);
             let sum: f64 = profile.shares.iter().sum();
             assert!((sum - 1.0).abs() < 1e-9 && profile.step > 0.0, "{profile:?}");
         }

@@ -51,7 +51,8 @@ pub(crate) fn text(machine: &Machine, profiles: &[Profile], cpu: &str) -> String
     for profile in profiles.iter().filter(far) {
         if !named.contains(&profile.method) {
             named.push(profile.method);
-            let _ = writeln!(text, "* `{}`: {}", profile.method, bound::reason(profile.method));
+            let reason = bound::reason(profile.method).unwrap_or("no reason is known.");
+            let _ = writeln!(text, "* `{}`: {reason}", profile.method);
         }
     }
     text
@@ -105,7 +106,8 @@ const HEAD: &str = "\
 # Where a step spends its time
 
 Every method on the hanging sheet, N × N particles row by row, with tension, shear and bending springs, k/m = 1e4/s², its default settings, \
-h = 0.01 s (explicit methods 0.001 s), one thread. Median of up to a hundred steps; shares of another run with the phase clock on. The bound is \
+h = 0.01 s (explicit methods 0.001 s), one thread. Median of up to a hundred steps, the least of all rounds, in which the methods take turns; \
+shares of another run with the phase clock on. The bound is \
 the least time of the kernels that the step counts, from the speeds below; factorisations, solves with factors and preconditioners \
 are not in it. `cargo run --release -p drape-benches --bin profile` makes this page; the docs of its module `bound` count the kernels.
 

@@ -113,6 +113,7 @@
 //!   Physics 15, 1974. doi:10.1016/0021-9991(74)90081-3.
 //! * J. Simo, N. Tarnow, *The discrete energy-momentum method. Conserving algorithms for nonlinear
 //!   elastodynamics*, Zeitschrift für angewandte Mathematik und Physik 43, 1992.
+//!   doi:10.1007/BF00913408.
 //! * O. Gonzalez, *Time integration and discrete Hamiltonian systems*, Journal of Nonlinear Science
 //!   6, 1996. doi:10.1007/BF02440162.
 

@@ -117,10 +117,15 @@
 //! H. H. Rosenbrock, *Some general implicit processes for the numerical solution of
 //! differential equations*, Comput. J. 5 (1963), doi 10.1093/comjnl/5.4.329. E. Hairer, G. Wanner,
 //! *Solving Ordinary Differential Equations II*, IV.7 (RODAS), doi 10.1007/978-3-642-05221-7. J. G.
-//! Verwer, E. J. Spee, J. G. Blom, W. Hundsdorfer, SIAM J. Sci. Comput. 20 (1999) (ROS2). J. Lang,
-//! J. Verwer, BIT 41 (2001) (ROS3P). A. Sandu et al., Atmos. Environ. 31 (1997) (RODAS3). J. Rang,
-//! L. Angermann, BIT 45 (2005) (ROS34PW2). D. Baraff, A. Witkin, *Large steps in cloth simulation*,
-//! SIGGRAPH 98.
+//! Verwer, E. J. Spee, J. G. Blom, W. Hundsdorfer, *A second-order Rosenbrock method applied to
+//! photochemical dispersion problems*, SIAM J. Sci. Comput. 20 (1999),
+//! doi 10.1137/S1064827597326651 (ROS2). J. Lang, J. Verwer, *ROS3P: an accurate third-order
+//! Rosenbrock solver designed for parabolic problems*, BIT 41 (2001), doi 10.1023/A:1021900219772.
+//! A. Sandu et al., *Benchmarking stiff ODE solvers for atmospheric chemistry problems II*, Atmos.
+//! Environ. 31 (1997), doi 10.1016/S1352-2310(97)83212-8 (RODAS3). J. Rang, L. Angermann, *New
+//! Rosenbrock W-methods of order 3 for partial differential algebraic equations of index 1*, BIT 45
+//! (2005), doi 10.1007/s10543-005-0035-y (ROS34PW2). D. Baraff, A. Witkin, *Large steps in cloth
+//! simulation*, SIGGRAPH 98, doi 10.1145/280814.280821.
 
 mod linear_system;
 mod settings;

@@ -161,7 +161,7 @@
 //! * Chen, Liu, Yang, Yuksel 2024, "Vertex Block Descent", ACM Transactions on Graphics 43(4), doi
 //!   10.1145/3658179.
 //! * Giles, Diaz, Yuksel 2025, "Augmented Vertex Block Descent", ACM Transactions on Graphics
-//!   44(4).
+//!   44(4), doi 10.1145/3731195.
 //! * Wang 2015, "A Chebyshev semi-iterative approach for accelerating projective and position-based
 //!   dynamics", ACM Transactions on Graphics 34(6), doi 10.1145/2816795.2818063.
 

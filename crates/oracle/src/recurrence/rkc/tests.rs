@@ -5,18 +5,24 @@ use crate::recurrence::spectral_radius;
 
 #[test]
 fn spectral_radii_match_the_golden_table() {
+    #[rustfmt::skip]
     let table = [
-        (3, [0.975_255_803_3, 1.061_887_348, 71.361_931_76, 72.323_189_24]),
-        (6, [0.973_328_994, 1.040_178_683, 55.402_713_39, 57.733_717_98]),
-        (20, [0.972_922_164_4, 1.035_057_669, 39.671_780_84, 41.852_287]),
+        (3, [0.975_255_803_3, 1.061_887_348, 71.361_931_76, 72.323_189_24, 63_292.122_2]),
+        (6, [0.973_328_994, 1.040_178_683, 55.402_713_39, 57.733_717_98, 4_632_539.136]),
+        (20, [0.972_922_164_4, 1.035_057_669, 39.671_780_84, 41.852_287, 15_458_565.27]),
     ];
     for (stages, expected) in table {
-        let arguments = [(0.36, 0.06), (1.0, 0.0), (100.0, 0.4), (100.0, 0.0)];
+        let arguments = [(0.36, 0.06), (1.0, 0.0), (100.0, 0.4), (100.0, 0.0), (1e4, 0.0)];
         for ((theta, eta), expected) in arguments.into_iter().zip(expected) {
             let found = spectral_radius(&rkc2(stages, theta, eta));
             let error = (found / expected - 1.0).abs();
             assert!(error < 1e-9, "s={stages} θ={theta} η={eta}: {found}, not {expected}");
         }
+    }
+    // At θ = 10⁴, η = 200 both eigenvalues are one, `z = −100`: there the polynomial tells.
+    for (stages, expected) in [(3, 58_293.395_41), (6, 2_054_160.608), (20, 0.639_056_578_8)] {
+        let found = rkc2_polynomial(stages, Complex::new(-100.0, 0.0)).norm();
+        assert!((found / expected - 1.0).abs() < 1e-9, "s={stages}: {found}, not {expected}");
     }
 }
 

@@ -18,6 +18,25 @@ fn spectral_radii_match_the_golden_table() {
         let found = spectral_radius(&srkn4(theta, eta, EXACT));
         assert!((found / expected - 1.0).abs() < 1e-9, "{found}, not {expected}");
     }
+    // Far beyond its limits. There the series of a kick cancels; the closed form does not.
+    let undamped = spectral_radius(&srkn4(1e4, 0.0, EXACT));
+    assert!((undamped / 1.271_236_594e16 - 1.0).abs() < 1e-9, "{undamped:e}");
+    let damped = spectral_radius(&with_exact_kicks(1e4, 200.0));
+    assert!((damped / 2.165_925_48e14 - 1.0).abs() < 1e-9, "{damped:e}");
+    let same = with_exact_kicks(0.36, 0.06) - srkn4(0.36, 0.06, EXACT);
+    assert!(same.norm() < 1e-14, "{same}");
+}
+
+/// The method with kicks in closed form.
+fn with_exact_kicks(theta: f64, eta: f64) -> Amplification {
+    let ([b1, b2, b3], [a1, a2]) = BLANES_MOAN;
+    let kick = |share: f64| {
+        let keep = libm::exp(-share * eta);
+        Amplification::new(1.0, 0.0, -theta * (1.0 - keep) / eta, keep)
+    };
+    let (b4, a3) = (1.0 - 2.0 * (b1 + b2 + b3), 0.5 - a1 - a2);
+    let rest = [(a1, b2), (a2, b3), (a3, b4), (a3, b3), (a2, b2), (a1, b1)];
+    rest.into_iter().fold(kick(b1), |step, (a, b)| kick(b) * drift(a) * step)
 }
 
 /// The local error against the exact solution falls like `h^{p+1}`.

@@ -1,0 +1,191 @@
+//! A sweep of XPBD beside one of a public program, on the same springs.
+//!
+//! ```text
+//! taskset -c 1 cargo run --release -p drape-benches --bin sweeps -- --python python3
+//! ```
+//!
+//! The public program is `SolverXPBD` of the physics engine Newton, which `programs/newton_xpbd.py`
+//! times. Both move the [`HangingSheet`] with damping along the springs, where both have the same
+//! formulas; `drape_oracle::published` shows that. A *sweep* is a hundredth of what a step of 101
+//! sweeps takes more than a step of one. So neither the prediction nor the start of a program is in it.
+//!
+//! The programs take turns. A ratio is that of two times of the same round, so that both sides meet
+//! the same machine. One thread each; `taskset` holds both on one core.
+
+mod program;
+
+use clap::Parser;
+use drape_benches::{HangingSheet, Mesh, STEP_S};
+use drape_harness::methods::Choice;
+use drape_harness::{Source, provenance};
+use drape_integrator::{PhaseClock, TimeStep};
+use drape_model::{DampingLaw, SystemSpec};
+use drape_report::file::write_atomically;
+use drape_report::tell;
+use program::Newton;
+use std::collections::BTreeMap;
+use std::error::Error;
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Instant;
+
+/// Times sweeps of XPBD and those of the physics engine Newton in turns.
+#[derive(Debug, Parser)]
+struct Cli {
+    /// A Python that has the packages newton and warp-lang
+    #[arg(long, default_value = "python3")]
+    python: PathBuf,
+    /// Where the table goes
+    #[arg(long, default_value = "results/sweeps.md")]
+    out: PathBuf,
+    /// Particles along an edge
+    #[arg(long, value_delimiter = ',', default_value = "20,52,100", value_parser = clap::value_parser!(u32).range(4..=300))]
+    sides: Vec<u32>,
+    /// Turns of each program
+    #[arg(long, default_value_t = 9, value_parser = clap::value_parser!(u32).range(1..))]
+    rounds: u32,
+}
+
+/// Stiffness over mass of the tension springs, 1/s².
+const STIFFNESS: f64 = 1e4;
+/// Sweeps of a short and of a long step.
+const SWEEPS: [u32; 2] = [1, 101];
+/// Steps of each that are timed in a turn.
+const STEPS: usize = 11;
+/// The forms of `xpbd` beside the public program.
+const FORMS: [(&str, &str); 2] =
+    [("as listed", "xpbd:substeps=1"), ("by colours", "xpbd:substeps=1,sweep=coloured")];
+
+/// A build that is not the fast one says so.
+const CHECKED: &str =
+    if cfg!(debug_assertions) { " This time without `--release`: drape is slower so." } else { "" };
+
+/// Times of a sweep, µs: of the public program and of each form, round by round.
+struct Times {
+    side: u32,
+    springs: usize,
+    newton: Vec<f64>,
+    forms: [Vec<f64>; 2],
+}
+
+fn main() -> ExitCode {
+    match run(&Cli::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            tell!("sweeps: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(cli: &Cli) -> Result<(), Box<dyn Error>> {
+    let mut all = Vec::new();
+    let mut package = String::new();
+    for &side in &cli.sides {
+        let mut spec = HangingSheet::new(side, STIFFNESS, Mesh::Grid)?.spec;
+        spec.damping = DampingLaw::Projected;
+        let mut newton = Newton::start(&cli.python, &spec, STEP_S)?;
+        let forms = Default::default();
+        let mut times = Times { side, springs: spec.springs.len(), newton: Vec::new(), forms };
+        for _ in 0..cli.rounds {
+            times.newton.push(a_sweep(|sweeps| Ok(newton.time(sweeps, STEPS)?))?);
+            for (times, (_, method)) in times.forms.iter_mut().zip(FORMS) {
+                times.push(a_sweep(|sweeps| time(&spec, method, sweeps))?);
+            }
+        }
+        package = newton.package.clone();
+        all.push(times);
+    }
+    let cpu = provenance(&Source::default(), BTreeMap::new()).cpu;
+    let text = table(&all, &package, &cpu, cli.rounds);
+    write_atomically(&cli.out, text.as_bytes())?;
+    let mut out = std::io::stdout().lock();
+    out.write_all(text.as_bytes())?;
+    Ok(out.flush()?)
+}
+
+/// What one sweep takes, µs, by what steps of few and of many take.
+fn a_sweep(
+    mut step: impl FnMut(u32) -> Result<f64, Box<dyn Error>>,
+) -> Result<f64, Box<dyn Error>> {
+    let [few, many] = SWEEPS;
+    Ok((step(many)? - step(few)?) / f64::from(many - few))
+}
+
+/// Median time of a step of so many sweeps from the start, µs.
+fn time(spec: &SystemSpec, method: &str, sweeps: u32) -> Result<f64, Box<dyn Error>> {
+    let (system, mut state) = spec.build()?;
+    let h = TimeStep::new(STEP_S)?;
+    let mut integrator = Choice::parse(method, &[format!("iterations={sweeps}")])?.build()?;
+    integrator.prepare(&system, h)?;
+    let mut clock = PhaseClock::off();
+    let mut times = Vec::with_capacity(STEPS);
+    for _ in 0..STEPS {
+        let begin = Instant::now();
+        integrator.step(&system, &mut state, h, &mut clock)?;
+        times.push(1e6 * begin.elapsed().as_secs_f64());
+    }
+    Ok(middle(times))
+}
+
+fn middle(mut values: Vec<f64>) -> f64 {
+    values.sort_unstable_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+fn table(all: &[Times], package: &str, cpu: &str, rounds: u32) -> String {
+    let mut text = format!(
+        "# A sweep of XPBD beside that of a public program\n\n\
+         The hanging sheet, N × N particles row by row, with tension, shear and bending springs, k/m = 1e4/s², damping along \
+         the springs. `SolverXPBD` of {package} adds up the corrections of all springs, in single precision; drape takes the \
+         springs one after the other, in double precision. Time of one sweep, µs, and the public program's time over that of \
+         drape: median of {rounds} rounds, in brackets the least and the greatest. {cpu}, one thread. \
+         `taskset -c 1 cargo run --release -p drape-benches --bin sweeps -- --python PYTHON` makes this page.{CHECKED}\n\n\
+         | N | springs | public program, µs |"
+    );
+    for (name, _) in FORMS {
+        let _ = write!(text, " drape, {name}, µs | times as fast |");
+    }
+    text += "\n|---|---|---|---|---|---|---|\n";
+    for Times { side, springs, newton, forms } in all {
+        let _ = write!(text, "| {side} | {springs} | {:.1} |", middle(newton.clone()));
+        for form in forms {
+            let mut ratios: Vec<_> = newton.iter().zip(form).map(|(a, b)| a / b).collect();
+            ratios.sort_unstable_by(f64::total_cmp);
+            let [least, most] = [ratios[0], ratios[ratios.len() - 1]];
+            let (us, ratio) = (middle(form.clone()), middle(ratios));
+            let _ = write!(text, " {us:.1} | {ratio:.2} ({least:.2}–{most:.2}) |");
+        }
+        text += "\n";
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sweep_is_what_more_sweeps_take_more() {
+        let found = a_sweep(|sweeps| Ok(7.0 + 3.0 * f64::from(sweeps))).expect("times");
+        assert!((found - 3.0).abs() < 1e-12, "{found}");
+        let spec = HangingSheet::new(8, STIFFNESS, Mesh::Grid).expect("a sheet").spec;
+        for (_, method) in FORMS {
+            assert!(time(&spec, method, 3).expect("a run") > 0.0);
+        }
+    }
+
+    #[test]
+    fn the_table_has_the_ratios_of_each_round() {
+        let times = Times {
+            side: 4,
+            springs: 10,
+            newton: vec![4.0, 9.0, 6.0],
+            forms: [vec![2.0, 3.0, 1.0], vec![1.0; 3]],
+        };
+        let text = table(&[times], "newton", "cpu", 3);
+        assert!(text.contains("| 4 | 10 | 6.0 | 2.0 | 3.00 (2.00–6.00) | 1.0 |"), "{text}");
+    }
+}
