@@ -21,6 +21,9 @@
 
 use crate::{Counts, Profile};
 use drape_benches::Machine;
+use drape_harness::methods;
+use drape_integrator::{Method, Supports, Treatment};
+use drape_model::{EffectClass, EffectKind};
 
 /// What a kernel does on a sheet of so many springs and particles.
 #[derive(Clone, Copy, Debug)]
@@ -38,16 +41,21 @@ impl Kernel {
     }
 }
 
+fn find(id: &str) -> Option<&'static Method> {
+    methods::all().find(|method| method.id == id.split(':').next().unwrap_or(id))
+}
+
 /// Whether a method is explicit in all springs, and its step therefore short.
 pub(crate) fn is_explicit(id: &str) -> bool {
-    ["explicit-euler", "symplectic-euler", "leapfrog", "provot"].contains(&id)
-        || id.starts_with("adams-bashforth")
+    find(id).is_some_and(|method| {
+        method.treatment(EffectKind::Tension, EffectClass::Springs) == Treatment::Explicit
+    })
 }
 
 /// Whether a method's matrix has a block of 3 × 3 numbers for each spring.
 fn has_blocks(id: &str) -> bool {
-    ["baraff-witkin", "backward-euler", "terzopoulos-fleischer"].contains(&id)
-        || id.starts_with("bdf")
+    let own = find(id).is_some_and(|method| method.supports == Supports::Blocks);
+    own || id == "terzopoulos-fleischer"
 }
 
 /// The least time of a step, s.
