@@ -264,10 +264,10 @@ fn ranking<'a>(
     }
     let mut sums: BTreeMap<(&str, bool), Sum<'a>> = BTreeMap::new();
     let mut total = 0.0;
-    let scenes = || table.scenes.iter().filter(|scene| Some(scene.id.as_str()) != but);
+    let scenes = || table.scenes.iter().filter(move |scene| Some(scene.id.as_str()) != but);
     for form in scenes().flat_map(|scene| &scene.forms) {
         let sum = Sum { form, squares: 0.0, steps: (0.0, 0.0) };
-        sums.entry((&form.method, form.is_divided)).or_insert(sum);
+        sums.entry((form.method.as_str(), form.is_divided)).or_insert(sum);
     }
     for scene in scenes() {
         let reached = |form: &Known| form.reached.get(level).copied().flatten();
@@ -341,7 +341,7 @@ pub fn wanted(text: &str, more: &[String]) -> Result<Option<f64>, Violation> {
     let own = settings.split(',').filter(|text| !text.trim().is_empty());
     for text in own.chain(more.iter().map(String::as_str)) {
         let value = text.split_once('=').filter(|(key, _)| key.trim() == "error");
-        let value = value.and_then(|(_, value)| value.trim().parse().ok());
+        let value = value.and_then(|(_, value)| value.trim().parse::<f64>().ok());
         error = value.filter(|e| (least..=1.0).contains(e)).ok_or_else(|| wrong(text))?;
     }
     Ok(Some(error))
@@ -384,15 +384,8 @@ pub fn choose(spec: &SystemSpec, wish: Wish) -> Result<Pick, HarnessError> {
     let longest = wish.step_s.unwrap_or(wish.frame_s);
     let mut all = ranking(table, &place, level, None, longest);
     all.retain(|candidate| candidate.value.is_some() && supports(candidate));
-    let serves = |candidate: &&Candidate<'_>| {
-        let step = candidate.value.filter(|_| !candidate.form.is_divided);
-        step.zip(wish.step_s).is_none_or(|(own, given)| own >= given * (1.0 - 1e-9))
-    };
-    let served = all.iter().find(serves);
-    // Where no form can keep the error with the step, the one that comes nearest to it.
-    let longest_step =
-        || all.iter().max_by(|a, b| a.value.unwrap_or(0.0).total_cmp(&b.value.unwrap_or(0.0)));
-    let first = served.or_else(longest_step).ok_or_else(|| none("no form supports the scene"))?;
+    let (first, is_met) =
+        first(&all, wish.step_s).ok_or_else(|| none("no form supports the scene"))?;
     let value = first.value.unwrap_or(longest);
     let method = if first.form.is_divided {
         let separator = if first.form.method.contains(':') { ',' } else { ':' };
@@ -403,9 +396,24 @@ pub fn choose(spec: &SystemSpec, wish: Wish) -> Result<Pick, HarnessError> {
     let step_s = wish.step_s.unwrap_or_else(|| {
         if first.form.is_divided { wish.frame_s } else { part_of(wish.frame_s, value) }
     });
-    let pick = Pick { method, step_s, is_met: served.is_some(), reason: String::new() };
+    let pick = Pick { method, step_s, is_met, reason: String::new() };
     let reason = reason(table, &place, LEVELS[level], &pick, first, &all);
     Ok(Pick { reason, ..pick })
+}
+
+/// The first candidate that should keep the error with a given step, and `true`; without one the
+/// candidate whose own step is the longest, and `false`.
+fn first<'a>(all: &'a [Candidate<'a>], step: Option<f64>) -> Option<(&'a Candidate<'a>, bool)> {
+    let own = |candidate: &Candidate<'_>| candidate.value.filter(|_| !candidate.form.is_divided);
+    let serves = |candidate: &&Candidate<'_>| {
+        own(candidate).zip(step).is_none_or(|(own, given)| own >= given * (1.0 - 1e-9))
+    };
+    if let Some(first) = all.iter().find(serves) {
+        return Some((first, true));
+    }
+    let length = |candidate: &Candidate<'_>| own(candidate).unwrap_or(0.0);
+    let longest = all.iter().max_by(|a, b| length(a).total_cmp(&length(b)));
+    longest.map(|longest| (longest, false))
 }
 
 /// The longest part of a frame that is at most `most`, s.
