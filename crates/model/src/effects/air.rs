@@ -550,7 +550,7 @@ mod tests {
                         let [slow, fast] = [slow, fast].map(|all| all.iter().map(plain).collect());
                         let (slow, fast): (Vec<_>, Vec<_>) = (slow, fast);
                         assert_same_bits((count, degenerate, law), &slow, &fast);
-                        assert!(count == 0 || slow != start);
+                        assert!(count < 4 || slow != start);
                     }
                 }
             }
