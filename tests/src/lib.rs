@@ -1,5 +1,6 @@
 //! What the tests across crates share: the methods with their settings, and runs of them.
 
+pub mod auto;
 pub mod drape;
 pub mod equations;
 pub mod fuzz;

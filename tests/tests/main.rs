@@ -1,6 +1,7 @@
 //! Tests that cross crates: every method of the registry against every property.
 
 mod architecture;
+mod auto;
 mod bundled;
 mod conservation;
 mod contact;

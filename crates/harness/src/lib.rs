@@ -3,6 +3,7 @@
 //! Only this crate knows the crate of every method ([`methods`]). A study writes its record and
 //! draws it from the facts alone ([`studies`]).
 
+pub mod auto;
 mod bounds;
 pub mod claims;
 pub mod compare;

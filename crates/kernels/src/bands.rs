@@ -127,26 +127,38 @@ pub fn in_bands<P: Divisible>(
     part: P,
     sweep: &(impl Fn(Range<usize>, P) + Sync),
 ) {
-    cut(bands, 0..particles, part, sweep);
+    cut(bands, 0..particles, BLOCK, part, sweep);
+}
+
+/// As [`in_bands`], for items that are no particles and can be cut anywhere: `part` splits after so
+/// many items.
+pub fn in_items<P: Divisible>(
+    bands: usize,
+    items: usize,
+    part: P,
+    sweep: &(impl Fn(Range<usize>, P) + Sync),
+) {
+    cut(bands, 0..items, 1, part, sweep);
 }
 
 fn cut<P: Divisible>(
     bands: usize,
-    particles: Range<usize>,
+    items: Range<usize>,
+    block: usize,
     part: P,
     sweep: &(impl Fn(Range<usize>, P) + Sync),
 ) {
-    let blocks = particles.len().div_ceil(BLOCK);
+    let blocks = items.len().div_ceil(block);
     if bands < 2 || blocks < 2 {
-        return sweep(particles, part);
+        return sweep(items, part);
     }
     let few = bands / 2;
     let before = (blocks * few / bands).max(1);
     let (left, right) = part.split(before);
-    let middle = particles.start + before * BLOCK;
+    let middle = items.start + before * block;
     rayon::join(
-        || cut(few, particles.start..middle, left, sweep),
-        || cut(bands - few, middle..particles.end, right, sweep),
+        || cut(few, items.start..middle, block, left, sweep),
+        || cut(bands - few, middle..items.end, block, right, sweep),
     );
 }
 

@@ -44,6 +44,12 @@ pub trait Four: Copy {
     /// `√a`, number by number.
     fn sqrt(self, a: Self::Numbers) -> Self::Numbers;
 
+    /// `|a|`, number by number: without the bit of the sign.
+    fn abs(self, a: Self::Numbers) -> Self::Numbers;
+
+    /// `a`, number by number, with the other sign where `s` has the bit of the sign.
+    fn turn_by_sign(self, a: Self::Numbers, s: Self::Numbers) -> Self::Numbers;
+
     /// Number by number `yes` where `a ≤ b`, else `no`, also where one of them is NaN.
     fn where_at_most(
         self,
@@ -121,6 +127,16 @@ impl Four for Plain {
     }
 
     #[inline(always)]
+    fn abs(self, a: [f64; SLOTS]) -> [f64; SLOTS] {
+        a.map(f64::abs)
+    }
+
+    #[inline(always)]
+    fn turn_by_sign(self, a: [f64; SLOTS], s: [f64; SLOTS]) -> [f64; SLOTS] {
+        std::array::from_fn(|k| if s[k].is_sign_negative() { -a[k] } else { a[k] })
+    }
+
+    #[inline(always)]
     fn where_at_most(
         self,
         a: [f64; SLOTS],
@@ -177,6 +193,17 @@ impl<S: Simd> Four for Wide<S> {
     #[inline(always)]
     fn sqrt(self, a: S::f64s) -> S::f64s {
         self.0.sqrt_f64s(a)
+    }
+
+    #[inline(always)]
+    fn abs(self, a: S::f64s) -> S::f64s {
+        self.0.abs_f64s(a)
+    }
+
+    #[inline(always)]
+    fn turn_by_sign(self, a: S::f64s, s: S::f64s) -> S::f64s {
+        let sign = self.0.and_f64s(s, self.0.splat_f64s(-0.0));
+        self.0.xor_f64s(a, sign)
     }
 
     #[inline(always)]
@@ -263,14 +290,14 @@ mod tests {
     use crate::testing::{Random, assert_same_bits};
 
     /// All operations on registers, one after the other.
-    fn registers(a: Lanes, b: Lanes) -> [Lanes; 11] {
-        vectorised!(four_wide(), [four, a: Lanes = a, b: Lanes = b] -> [Lanes; 11] {
+    fn registers(a: Lanes, b: Lanes) -> [Lanes; 13] {
+        vectorised!(four_wide(), [four, a: Lanes = a, b: Lanes = b] -> [Lanes; 13] {
             operations(four, a, b)
         })
     }
 
     #[inline(always)]
-    fn operations<F: Four>(four: F, a: Lanes, b: Lanes) -> [Lanes; 11] {
+    fn operations<F: Four>(four: F, a: Lanes, b: Lanes) -> [Lanes; 13] {
         let (a, b) = (four.load(a), four.load(b));
         let [t, u, v, w] = four.transpose([a, b, b, a]);
         let results = [
@@ -280,6 +307,8 @@ mod tests {
             four.div(a, b),
             four.neg(a),
             four.sqrt(four.mul(a, a)),
+            four.abs(a),
+            four.turn_by_sign(a, b),
             four.where_at_most(a, b, a, b),
             t,
             u,

@@ -8,6 +8,8 @@
 //! | [`vector`] | one [`Vec3`] per particle: sums in one documented order, and updates |
 //! | [`bands`] | how sweeps are cut into bands, and bands shared among threads |
 //! | [`lanes`] | operations on four numbers, and [`vectorised!`] for the present processor |
+//! | [`triples`] | operations on four vectors of three coordinates |
+//! | [`angle`] | `atan2` of four points, with the bits of `libm` |
 //! | [`planes`] | one array per coordinate: strides, aligned memory, windows that slide |
 //! | [`blocks`] | where symmetric 3×3 blocks lie: along bands, or in one line per pair |
 //! | [`testing`] | random numbers, and the comparison of two forms of a kernel bit by bit |
@@ -19,11 +21,13 @@
 //! fused into one rounding. So both give the same bits on every machine, and
 //! [`assert_same_bits`](testing::assert_same_bits) holds them to it.
 
+pub mod angle;
 pub mod bands;
 pub mod blocks;
 pub mod lanes;
 pub mod planes;
 pub mod testing;
+pub mod triples;
 pub mod vector;
 
 #[doc(hidden)]

@@ -27,8 +27,9 @@
 //! The springs are still sorted if their order alone is bad: if the lower end jumps, on average,
 //! four times as far from one spring to the next as a spring reaches.
 //!
-//! So a grid that is numbered row by row or column by column is never changed, and results on it
-//! stay the same bit for bit.
+//! So the particles of a grid that is numbered row by row or column by column are never changed. If
+//! its springs are listed in another order than a scene lists them, they are brought to that order.
+//! Then the sweep along diagonals takes them, and results are those of the scene, bit for bit.
 //!
 //! # Cost
 //!
@@ -55,6 +56,7 @@ mod tests;
 
 use crate::State;
 use crate::effects::Spring;
+use crate::effects::diagonals::{Diagonals, MAX_DIAGONALS};
 use std::borrow::Cow;
 
 /// Fewest particles for which another order may pay.
@@ -119,17 +121,22 @@ impl Numbering {
     /// Chooses the internal order of a system, and brings its springs to it.
     pub(crate) fn choose(particles: usize, effects: &mut [Strands<'_>]) -> Self {
         if particles < FEWEST {
+            effects.iter_mut().for_each(Strands::align);
             return Self::identity();
         }
         let numbering = Self::shorter(particles, effects).unwrap_or_default();
-        if !numbering.is_identity() {
+        if numbering.is_identity() {
+            effects.iter_mut().for_each(Strands::align);
+        } else {
             for s in effects.iter_mut().flat_map(|effect| effect.springs.iter_mut()) {
                 s.i = numbering.internal[s.i as usize];
                 s.j = numbering.internal[s.j as usize];
             }
         }
-        if !numbering.is_identity() || are_scattered(effects) {
+        if !numbering.is_identity() {
             effects.iter_mut().for_each(Strands::sort);
+        } else if are_scattered(effects) {
+            effects.iter_mut().filter(|effect| !effect.is_grid()).for_each(Strands::sort);
         }
         numbering
     }
@@ -158,6 +165,30 @@ pub(crate) struct Strands<'a> {
 }
 
 impl Strands<'_> {
+    /// Whether the springs lie along diagonals, in an order that a sweep takes.
+    fn is_grid(&self) -> bool {
+        self.law_of.is_none() && Diagonals::detect(self.springs).is_some()
+    }
+
+    /// Brings the springs of a grid that are listed in another order, or from their higher end,
+    /// into the order in which a scene would list them; leaves others alone.
+    fn align(&mut self) {
+        if self.law_of.is_some() || self.is_grid() || !has_few_offsets(self.springs) {
+            return;
+        }
+        // Diagonals that go right come first at each particle: shear has them by falling offset.
+        for sign in [1, -1] {
+            let mut sorted = self.springs.to_vec();
+            for s in &mut sorted {
+                (s.i, s.j) = (s.i.min(s.j), s.i.max(s.j));
+            }
+            sorted.sort_by_key(|s| (s.i, sign * (i64::from(s.j) - i64::from(s.i))));
+            if Diagonals::detect(&sorted).is_some() {
+                return self.springs.copy_from_slice(&sorted);
+            }
+        }
+    }
+
     /// Sorts springs by their lower, then by their higher end. Equal ones keep their order, and
     /// laws go with their springs. Afterwards every spring starts at its lower end.
     fn sort(&mut self) {
@@ -173,6 +204,19 @@ impl Strands<'_> {
         }
         self.springs.sort_by_key(|s| (s.i, s.j));
     }
+}
+
+/// Whether the springs have no more different `|i − j|` than a sweep takes.
+fn has_few_offsets(springs: &[Spring]) -> bool {
+    let mut known = Vec::with_capacity(MAX_DIAGONALS);
+    springs.iter().all(|s| {
+        let offset = s.i.abs_diff(s.j);
+        let is_new = !known.contains(&offset);
+        if is_new && known.len() < MAX_DIAGONALS {
+            known.push(offset);
+        }
+        known.contains(&offset)
+    })
 }
 
 /// The springs of all effects, effect by effect.

@@ -9,9 +9,11 @@
 //! median time of a step, what share of it each [`Phase`] took in another run, what a step counts,
 //! and its *bound*: the least time of the [kernels](bound) that it counts, from the speed of this
 //! processor's arithmetic and of its caches, which the program measures first. Methods that are
-//! more than twice above their bound have a reason beside them.
+//! more than twice above their bound have a reason beside them. A last table has the time of one
+//! hinge, one angle and one triangle in the air, beside a spring.
 
 mod bound;
+mod elements;
 mod table;
 
 use clap::Parser;
@@ -38,6 +40,9 @@ struct Cli {
     /// Particles along an edge
     #[arg(long, value_delimiter = ',', default_value = "52,100")]
     sides: Vec<u32>,
+    /// Particles along an edge of the large sheet, on which two methods run at k/m = 1e6/s²
+    #[arg(long, default_value_t = 316)]
+    large: u32,
     /// Least time that a method is stepped, s
     #[arg(long, default_value_t = 0.3)]
     seconds: f64,
@@ -50,16 +55,26 @@ struct Cli {
 const STIFFNESS: f64 = 1e4;
 /// Step of methods that are explicit in all springs, s.
 const EXPLICIT_STEP_S: f64 = 1e-3;
-/// Ways to solve the linear systems of a converged step.
-const CONVERGED: [&str; 5] = [
+/// A linearised step, and ways to solve the linear systems of a converged one.
+const CONVERGED: [&str; 11] = [
+    "baraff-witkin",
     "backward-euler",
     "backward-euler:jacobian=saved",
     "backward-euler:solver=cg,forcing=eisenstat-walker",
     "backward-euler:jacobian=saved,solver=cg,forcing=eisenstat-walker",
     "backward-euler:solver=multigrid,forcing=eisenstat-walker",
+    "backward-euler:solver=auto",
+    "bdf2:solver=auto",
+    "midpoint:solver=auto",
+    "generalized-alpha:solver=auto",
+    "dirk:solver=auto",
 ];
-/// Stiffness over mass of those, 1/s².
-const CONVERGED_STIFFNESS: f64 = 1e8;
+/// Stiffnesses over mass of those, 1/s².
+const CONVERGED_STIFFNESS: [f64; 3] = [1e4, 1e6, 1e8];
+/// On the large sheet.
+const LARGE: [&str; 2] = ["baraff-witkin", "backward-euler:solver=auto"];
+/// Its stiffness over mass, 1/s².
+const LARGE_STIFFNESS: f64 = 1e6;
 /// Steps before any is timed.
 const WARM_UP: u32 = 5;
 
@@ -68,6 +83,7 @@ const WARM_UP: u32 = 5;
 pub(crate) struct Profile {
     method: &'static str,
     side: u32,
+    stiffness: f64,
     springs: usize,
     /// Median, s.
     step: f64,
@@ -104,10 +120,18 @@ fn main() -> ExitCode {
 fn run(cli: &Cli) -> Result<(), Box<dyn Error>> {
     let ids: Vec<_> = methods::all().map(|method| method.id).collect();
     let profiles = rounds(cli, &ids, STIFFNESS)?;
-    let converged = rounds(cli, &CONVERGED, CONVERGED_STIFFNESS)?;
+    let mut converged = Vec::new();
+    for stiffness in CONVERGED_STIFFNESS {
+        converged.extend(rounds(cli, &CONVERGED, stiffness)?);
+    }
+    let elements = elements::measure(&cli.sides)?;
+    for id in LARGE {
+        converged.push(profile(id, cli.large, LARGE_STIFFNESS, cli.seconds)?);
+    }
     let cpu = provenance(&Source::default(), BTreeMap::new()).cpu;
     let mut text = table::text(&Machine::measure(), &profiles, &cpu);
-    text += &table::converged(&converged);
+    text += &table::converged(&converged, peak_memory());
+    text += &elements::text(&elements);
     write_atomically(&cli.out, text.as_bytes())?;
     let mut out = std::io::stdout().lock();
     out.write_all(text.as_bytes())?;
@@ -135,6 +159,14 @@ fn rounds(
     Ok(best)
 }
 
+/// The most memory that this process has held, MiB; `None` where the system does not tell.
+fn peak_memory() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kib: u64 = line.split_whitespace().next()?.parse().ok()?;
+    Some(kib / 1024)
+}
+
 fn profile(
     id: &'static str,
     side: u32,
@@ -160,6 +192,7 @@ fn profile(
     Ok(Profile {
         method: id,
         side,
+        stiffness: stiffness_over_mass,
         springs,
         step: times[times.len() / 2],
         shares: phases.map(|phase| phase / total),

@@ -72,15 +72,17 @@ fn sweeps(machine: &Machine, profiles: &[Profile]) -> String {
     each.collect::<Vec<_>>().join("; ")
 }
 
-/// What a step of backward Euler costs however its linear systems are solved.
-pub(crate) fn converged(profiles: &[Profile]) -> String {
+/// What a step of a method with Newton iterations costs, however its linear systems are solved;
+/// `peak` is the memory of the largest sheet, MiB.
+pub(crate) fn converged(profiles: &[Profile], peak: Option<u64>) -> String {
     let mut text = String::from(CONVERGED);
-    for Profile { method, side, step, counts, .. } in profiles {
-        let direct = profiles.iter().find(|first| first.side == *side);
-        let ratio = direct.map_or(f64::NAN, |direct| direct.step / step);
+    for Profile { method, side, stiffness, step, counts, .. } in profiles {
+        let is_like = |p: &&Profile| p.side == *side && p.stiffness == *stiffness;
+        let linearised = profiles.iter().find(|p| is_like(p) && p.method == "baraff-witkin");
+        let ratio = linearised.map_or(f64::NAN, |linearised| step / linearised.step);
         let _ = writeln!(
             text,
-            "| {method} | {side} | {} | {ratio:.2} | {:.1} | {:.1} | {:.1} | {:.1} |",
+            "| {method} | {side} | {stiffness:.0e} | {} | {ratio:.1} | {:.1} | {:.1} | {:.1} | {:.1} |",
             microseconds(*step),
             counts.newton,
             counts.factorisations,
@@ -88,14 +90,18 @@ pub(crate) fn converged(profiles: &[Profile]) -> String {
             counts.force_evaluations,
         );
     }
+    if let Some(peak) = peak {
+        let _ = writeln!(text, "\nThe program held {peak} MiB at most, with the largest sheet.");
+    }
     text
 }
 
-const CONVERGED: &str = "\n## A converged step at k/m = 1e8/s²\n\n\
-Backward Euler, h = 0.01 s, on the same sheet: what solves the linear systems of Newton's method. The residual at which a \
-step ends is the same for all.\n\n\
-| settings | N | step, µs | times as fast as the first | Newton | factorisations | CG iterations | force evaluations |\n\
-|---|---|---|---|---|---|---|---|\n";
+const CONVERGED: &str = "\n## A converged step\n\n\
+Methods with Newton iterations, h = 0.01 s, on the same sheet: what solves their linear systems. The residual at which a \
+step of one method ends is the same for all settings. A step of Baraff-Witkin is linearised and solved less tightly; it is \
+the unit of the fifth column.\n\n\
+| settings | N | k/m | step, µs | steps of Baraff-Witkin | Newton | factorisations | CG iterations | force evaluations |\n\
+|---|---|---|---|---|---|---|---|---|\n";
 
 fn microseconds(seconds: f64) -> String {
     let us = 1e6 * seconds;

@@ -10,7 +10,8 @@
 //! each round as many [smaller sheets](apart) as there are threads take their steps too, one on
 //! each thread, at the same time: they share nothing and never wait for each other, so that what
 //! they lose is what the machine's cores take from each other. That they do, in caches that cores
-//! share and in memory, is [measured](memory) by itself.
+//! share and in memory, is [measured](memory) by itself. Other methods that sweep are timed in the
+//! same way on the first sheet.
 
 mod apart;
 mod memory;
@@ -52,6 +53,17 @@ struct Cli {
 }
 
 const METHOD: &str = "imex-euler:preconditioner=jacobi";
+/// Other methods that sweep, on the first of the sheets.
+const OTHERS: [&str; 8] = [
+    "leapfrog:step=bound,damping=explicit",
+    "baraff-witkin",
+    "backward-euler:solver=cg,forcing=eisenstat-walker",
+    "bdf2:solver=auto",
+    "vbd",
+    "xpbd",
+    "xpbd:sweep=coloured",
+    "xpbd-lines",
+];
 /// Steps before any is timed.
 const WARM_UP: usize = 5;
 /// The phases that take time.
@@ -67,6 +79,7 @@ struct Times {
 /// What the rounds gave on one sheet.
 #[derive(Clone, Debug)]
 struct Comparison {
+    method: &'static str,
     side: u32,
     threads: usize,
     /// Each round: on one thread, and on all.
@@ -86,16 +99,20 @@ fn main() -> ExitCode {
 }
 
 fn run(cli: &Cli) -> Result<(), Box<dyn Error>> {
-    let mut comparisons = Vec::new();
+    let (mut comparisons, mut others) = (Vec::new(), Vec::new());
     let mut speeds = Vec::new();
     for &threads in &cli.threads {
         let threads = NonZero::<u16>::try_from(threads)?.into();
         speeds.push((threads, memory::speeds(threads)));
         for &side in &cli.sides {
-            comparisons.push(compare(cli, side, threads)?);
+            comparisons.push(compare(cli, METHOD, side, threads)?);
+        }
+        for (method, &side) in OTHERS.into_iter().flat_map(|m| cli.sides.first().map(|s| (m, s))) {
+            others.push(compare(cli, method, side, threads)?);
         }
     }
-    let text = table::text(&provenance(&Source::default(), BTreeMap::new()), &speeds, &comparisons);
+    let provenance = provenance(&Source::default(), BTreeMap::new());
+    let text = table::text(&provenance, &speeds, &comparisons, &others);
     write_atomically(&cli.out, text.as_bytes())?;
     let mut out = std::io::stdout().lock();
     out.write_all(text.as_bytes())?;
@@ -109,8 +126,8 @@ struct Run {
 }
 
 impl Run {
-    fn new(side: u32, threads: NonZero<usize>) -> Result<Self, Box<dyn Error>> {
-        let mut prepared = Prepared::with_threads(side, Mesh::Grid, METHOD, 0, threads);
+    fn new(method: &str, side: u32, threads: NonZero<usize>) -> Result<Self, Box<dyn Error>> {
+        let mut prepared = Prepared::with_threads(side, Mesh::Grid, method, 0, threads);
         let mut team = Team::new(threads, prepared.system.len())?;
         team.run(|| (0..WARM_UP).for_each(|_| prepared.step()));
         Ok(Self { team, prepared })
@@ -134,12 +151,17 @@ fn turn(prepared: &mut Prepared, steps: u32) -> Times {
     }
 }
 
-fn compare(cli: &Cli, side: u32, threads: NonZero<usize>) -> Result<Comparison, Box<dyn Error>> {
-    let mut one = Run::new(side, NonZero::<usize>::MIN)?;
-    let mut all = Run::new(side, threads)?;
-    let mut small = apart::sheets(side, threads);
-    let rate = 1e3 / one.turn(5).step;
-    all.turn(5);
+fn compare(
+    cli: &Cli,
+    method: &'static str,
+    side: u32,
+    threads: NonZero<usize>,
+) -> Result<Comparison, Box<dyn Error>> {
+    let mut one = Run::new(method, side, NonZero::<usize>::MIN)?;
+    let mut all = Run::new(method, side, threads)?;
+    let mut small = (method == METHOD).then(|| apart::sheets(side, threads));
+    let rate = 1e3 / one.turn(1).step;
+    all.turn(1);
     let steps = (1e-3 * rate * f64::from(cli.milliseconds)).ceil().clamp(1.0, 1e4) as u32;
     let (mut pairs, mut parts) = (Vec::new(), Vec::new());
     for round in 0..cli.rounds {
@@ -153,15 +175,17 @@ fn compare(cli: &Cli, side: u32, threads: NonZero<usize>) -> Result<Comparison, 
         };
         if bits(&one.prepared.state) != bits(&all.prepared.state) {
             return Err(format!(
-                "{threads} threads end elsewhere than one on {side} × {side} particles"
+                "{method}: {threads} threads end elsewhere than one on {side} × {side} particles"
             )
             .into());
         }
-        let particles_per_ms = apart::particles_per_ms(&mut small, steps);
-        parts.push(particles_per_ms * pair[0].step / one.prepared.system.len() as f64);
+        if let Some(small) = &mut small {
+            let particles_per_ms = apart::particles_per_ms(small, steps);
+            parts.push(particles_per_ms * pair[0].step / one.prepared.system.len() as f64);
+        }
         pairs.push(pair);
     }
-    Ok(Comparison { side, threads: threads.get(), pairs, apart: parts })
+    Ok(Comparison { method, side, threads: threads.get(), pairs, apart: parts })
 }
 
 fn bits(state: &State) -> Vec<u64> {

@@ -10,10 +10,11 @@ pub(crate) fn text(
     provenance: &Provenance,
     speeds: &[(NonZero<usize>, [Speed; 3])],
     comparisons: &[Comparison],
+    others: &[Comparison],
 ) -> String {
     let mut text = String::from(HEAD);
-    for Comparison { side, threads, pairs, apart } in comparisons {
-        let middle = |which: usize| median(pairs.iter().map(|pair| pair[which].step).collect());
+    for Comparison { side, threads, pairs, apart, .. } in comparisons {
+        let middle = |which| middle(pairs, which);
         let phases = (0..3).map(|phase| format!("{:.2}", ratios(pairs, |t| t.phases[phase])[1]));
         let _ = writeln!(
             text,
@@ -23,6 +24,16 @@ pub(crate) fn text(
             range(ratios(pairs, |times| times.step)),
             phases.collect::<Vec<_>>().join(" | "),
             range(spread(apart.clone())),
+        );
+    }
+    text += OTHERS;
+    for Comparison { method, side, threads, pairs, .. } in others {
+        let _ = writeln!(
+            text,
+            "| {method} | {side} × {side} | {threads} | {:.2} | {:.2} | {} |",
+            middle(pairs, 0),
+            middle(pairs, 1),
+            range(ratios(pairs, |times| times.step)),
         );
     }
     text += MEMORY;
@@ -61,6 +72,11 @@ fn spread(mut values: Vec<f64>) -> [f64; 3] {
         .map(|v| v.unwrap_or(f64::NAN))
 }
 
+/// Median time of a step on one thread (0) or on all (1), ms.
+fn middle(pairs: &[[Times; 2]], which: usize) -> f64 {
+    median(pairs.iter().map(|pair| pair[which].step).collect())
+}
+
 fn median(values: Vec<f64>) -> f64 {
     spread(values)[1]
 }
@@ -81,6 +97,15 @@ the large one, so that more of it stays in a cache: what is below the number of 
 
 | particles | threads | one thread, ms a step | all threads, ms | times as fast | forces | solve | update | apart |
 |---|---|---|---|---|---|---|---|---|
+";
+
+const OTHERS: &str = "
+## Other methods
+
+The same sheet and turns. Both states are the same bits after each turn.
+
+| method | particles | threads | one thread, ms a step | all threads, ms | times as fast |
+|---|---|---|---|---|---|
 ";
 
 const MEMORY: &str = "

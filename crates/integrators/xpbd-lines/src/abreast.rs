@@ -4,7 +4,14 @@
 //! spring. A shorter line is filled up with springs without stiffness that begin and end at its
 //! last particle: they find no direction, and move nothing. The operations of a line are those of
 //! the readable form in the same order, so both give the same bits.
+//!
+//! Several threads share the groups of a family. They write new ways beside the old ones, joint by
+//! joint (module [`shared`]), and each particle takes its own when all groups are solved. No group
+//! reads what another one moves, so the number of threads changes no bit.
 
+mod shared;
+
+use self::shared::Shared;
 use crate::chains::{COLLAPSED, Places, Spring};
 use crate::cover::{Cover, Line};
 use drape_model::Vec3;
@@ -66,6 +73,8 @@ pub(crate) struct Abreast {
     /// The groups of each family.
     families: Vec<Range<usize>>,
     rows: Vec<Row>,
+    /// For several threads; else `None`.
+    shared: Option<Shared>,
 }
 
 /// Four numbers a register, if this processor has them.
@@ -79,7 +88,8 @@ fn arch() -> Option<Arch> {
 
 impl Abreast {
     /// Groups lines that follow each other in a family; `None` where registers are too short.
-    pub(crate) fn new(cover: &Cover, is_full: bool) -> Option<Self> {
+    /// With several threads, `particles` is the number of particles of the system.
+    pub(crate) fn new(cover: &Cover, is_full: bool, particles: Option<usize>) -> Option<Self> {
         let arch = arch()?;
         let (mut links, mut joints) = (0, Vec::new());
         let (mut groups, mut firsts, mut families) = (Vec::new(), Vec::new(), Vec::new());
@@ -104,8 +114,10 @@ impl Abreast {
             families.push(start..groups.len());
         }
         let longest = groups.iter().map(|group| group.len()).max().unwrap_or(0);
+        let shared = particles.map(|n| Shared::new(n, &joints, &groups, &families, is_full));
         Some(Self {
             arch,
+            shared,
             links: vec![Link::default(); links],
             multipliers: vec![[0.0; LINES]; links],
             brakes: vec![[[0.0; LINES]; 3]; if is_full { links } else { 0 }],
@@ -172,13 +184,24 @@ impl Abreast {
         is_full: bool,
         is_first: bool,
     ) {
+        if is_first {
+            self.start(family);
+        }
+        if self.shares(places.bands) {
+            return self.pull_by_threads(family, places, is_full);
+        }
+        let base = places.base;
         self.visit(family, |arch, group| {
-            if is_first {
-                group.multipliers.fill([0.0; LINES]);
-            }
-            let (base, way) = (places.base, &mut *places.way);
-            arch.dispatch(Pull { group, is_full, base, way });
+            arch.dispatch(Pull { group, is_full, base, ways: InPlace(places.way) });
         });
+    }
+
+    /// Sets `λ` of the groups of a family to 0.
+    fn start(&mut self, family: usize) {
+        let groups = &self.groups[self.families[family].clone()];
+        if let [first, .., last] | [first @ last] = groups {
+            self.multipliers[first.start..last.end].fill([0.0; LINES]);
+        }
     }
 
     /// `Λ` of all groups.
@@ -194,9 +217,12 @@ impl Abreast {
         pending: Option<&[Vec3]>,
         damped: &mut [Vec3],
     ) {
+        if self.shares(places.bands) {
+            return self.brake_by_threads(family, places, pending, damped);
+        }
         self.visit(family, |arch, group| {
-            let (way, damped) = (&mut *places.way, &mut *damped);
-            arch.dispatch(Brake { group, pending, way, damped });
+            let (ways, damped) = (InPlace(places.way), InPlace(damped));
+            arch.dispatch(Brake { group, pending, ways, damped });
         });
     }
 }
@@ -211,20 +237,56 @@ struct Group<'a> {
     solved: &'a mut [[Four; 3]],
 }
 
+/// Ways of the particles of a group, which it reads and then moves, from its last joint to its
+/// first.
+trait Ways {
+    /// The ways as they stand.
+    fn all(&self) -> &[Vec3];
+
+    /// Moves the particles of a joint, by its place in the group.
+    fn put(&mut self, place: usize, joint: &Joint, ways: [Four; 3]);
+
+    /// The ways of the particles of a joint after those of the next one have gone to `ways`: both
+    /// have the same particle where a line is filled up.
+    fn behind(&self, joint: &Joint, next: &Joint, ways: &[Four; 3]) -> [Four; 3];
+}
+
+/// Ways that are moved where they stand.
+struct InPlace<'a>(&'a mut [Vec3]);
+
+impl Ways for InPlace<'_> {
+    #[inline(always)]
+    fn all(&self) -> &[Vec3] {
+        self.0
+    }
+
+    #[inline(always)]
+    fn put(&mut self, _place: usize, joint: &Joint, [x, y, z]: [Four; 3]) {
+        for (k, &i) in joint.particles.iter().enumerate() {
+            self.0[i as usize] = Vec3::new(x[k], y[k], z[k]);
+        }
+    }
+
+    #[inline(always)]
+    fn behind(&self, joint: &Joint, _next: &Joint, _ways: &[Four; 3]) -> [Four; 3] {
+        gather(self.0, &joint.particles)
+    }
+}
+
 /// (L5) and (L6) for a group.
-struct Pull<'a> {
+struct Pull<'a, W> {
     group: Group<'a>,
     is_full: bool,
     base: &'a [Vec3],
-    way: &'a mut [Vec3],
+    ways: W,
 }
 
 /// (L3) for a group.
-struct Brake<'a> {
+struct Brake<'a, W> {
     group: Group<'a>,
     pending: Option<&'a [Vec3]>,
-    way: &'a mut [Vec3],
-    damped: &'a mut [Vec3],
+    ways: W,
+    damped: W,
 }
 
 #[inline(always)]
@@ -247,14 +309,7 @@ fn goal(way: &[Vec3], pending: Option<&[Vec3]>, particles: &[u32; LINES]) -> [Fo
     goal
 }
 
-#[inline(always)]
-fn scatter(to: &mut [Vec3], particles: &[u32; LINES], [x, y, z]: [Four; 3]) {
-    for (k, &i) in particles.iter().enumerate() {
-        to[i as usize] = Vec3::new(x[k], y[k], z[k]);
-    }
-}
-
-impl WithSimd for Pull<'_> {
+impl<W: Ways> WithSimd for Pull<'_, W> {
     type Output = ();
 
     #[inline(always)]
@@ -262,7 +317,7 @@ impl WithSimd for Pull<'_> {
         if S::F64_LANES != LINES {
             return; // `arch` has chosen registers of four
         }
-        let Self { group, is_full, base, way } = self;
+        let Self { group, is_full, base, mut ways } = self;
         let Group { joints, links, multipliers, rows, .. } = group;
         let load = |numbers: Four| -> S::f64s { bytemuck::cast(numbers) };
         let store = |numbers: S::f64s| -> Four { bytemuck::cast(numbers) };
@@ -278,6 +333,7 @@ impl WithSimd for Pull<'_> {
 
         let (mut direction, mut after, mut step) = ([zero; 3], zero, zero);
         let Some(first) = joints.first() else { return };
+        let way = ways.all();
         let mut here = [gather(base, &first.particles), gather(way, &first.particles)]
             .map(|place| place.map(load));
         let mut w = load(first.inverse_mass);
@@ -320,24 +376,25 @@ impl WithSimd for Pull<'_> {
 
         let (mut d, mut cosine) = (zero, zero);
         let mut later = here[1];
-        let rest = joints.windows(2).zip(&mut *multipliers).zip(&*rows).rev();
-        for ((ends, multiplier), row) in rest {
+        let rest = joints.windows(2).zip(&mut *multipliers).zip(&*rows).enumerate().rev();
+        for (place, ((ends, multiplier), row)) in rest {
             let [i, j] = [&ends[0], &ends[1]];
             d = sub(load(row.step), mul(mul(load(row.after), cosine), d));
             cosine = load(row.cosine);
             *multiplier = store(add(load(*multiplier), d));
             let impulse = row.direction.map(|u| mul(load(u), d));
             let (w, w_next) = (load(i.inverse_mass), load(j.inverse_mass));
-            let before = gather(way, &i.particles).map(load);
             let moved: [_; 3] = std::array::from_fn(|k| sub(later[k], mul(impulse[k], w_next)));
-            scatter(way, &j.particles, moved.map(store));
+            let moved = moved.map(store);
+            ways.put(place + 1, j, moved);
+            let before = ways.behind(i, j, &moved).map(load);
             later = std::array::from_fn(|k| add(before[k], mul(impulse[k], w)));
         }
-        scatter(way, &first.particles, later.map(store));
+        ways.put(0, first, later.map(store));
     }
 }
 
-impl WithSimd for Brake<'_> {
+impl<W: Ways> WithSimd for Brake<'_, W> {
     type Output = ();
 
     #[inline(always)]
@@ -345,8 +402,8 @@ impl WithSimd for Brake<'_> {
         if S::F64_LANES != LINES {
             return; // `arch` has chosen registers of four
         }
-        let Self { group: Group { joints, links, brakes, solved, .. }, pending, way, damped } =
-            self;
+        let Self { group, pending, mut ways, mut damped } = self;
+        let Group { joints, links, brakes, solved, .. } = group;
         let solved = &mut solved[..links.len()];
         let load = |numbers: Four| -> S::f64s { bytemuck::cast(numbers) };
         let store = |numbers: S::f64s| -> Four { bytemuck::cast(numbers) };
@@ -357,6 +414,7 @@ impl WithSimd for Brake<'_> {
         let Some(first) = joints.first() else { return };
 
         let mut before = [zero; 3];
+        let way = ways.all();
         let mut here = goal(way, pending, &first.particles).map(load);
         let rest = links.iter().zip(joints.windows(2)).zip(&*brakes).zip(&mut *solved);
         for (((link, ends), brake), solved) in rest {
@@ -373,26 +431,29 @@ impl WithSimd for Brake<'_> {
 
         let mut next = [zero; 3];
         let last = joints.last().unwrap_or(first);
-        let mut later = gather(way, &last.particles).map(load);
-        let mut later_damped = gather(damped, &last.particles).map(load);
-        let rest = links.iter().zip(joints.windows(2)).zip(&mut *brakes).zip(&*solved).rev();
-        for (((link, ends), brake), solved) in rest {
+        let mut later = gather(ways.all(), &last.particles).map(load);
+        let mut later_damped = gather(damped.all(), &last.particles).map(load);
+        let rest = links.iter().zip(joints.windows(2)).zip(&mut *brakes).zip(&*solved);
+        for (place, (((link, ends), brake), solved)) in rest.enumerate().rev() {
+            let [i, j] = [&ends[0], &ends[1]];
             let after = load(link.after);
             next = std::array::from_fn(|k| sub(load(solved[k]), mul(next[k], after)));
             let whole: [_; 3] = std::array::from_fn(|k| add(load(brake[k]), next[k]));
             *brake = whole.map(store);
-            let (w, w_next) = (load(ends[0].inverse_mass), load(ends[1].inverse_mass));
-            let before = gather(way, &ends[0].particles).map(load);
+            let (w, w_next) = (load(i.inverse_mass), load(j.inverse_mass));
             let moved: [_; 3] = std::array::from_fn(|k| sub(later[k], mul(next[k], w_next)));
-            scatter(way, &ends[1].particles, moved.map(store));
+            let moved = moved.map(store);
+            ways.put(place + 1, j, moved);
+            let before = ways.behind(i, j, &moved).map(load);
             later = std::array::from_fn(|k| add(before[k], mul(next[k], w)));
-            let before = gather(damped, &ends[0].particles).map(load);
             let moved: [_; 3] =
                 std::array::from_fn(|k| sub(later_damped[k], mul(whole[k], w_next)));
-            scatter(damped, &ends[1].particles, moved.map(store));
+            let moved = moved.map(store);
+            damped.put(place + 1, j, moved);
+            let before = damped.behind(i, j, &moved).map(load);
             later_damped = std::array::from_fn(|k| add(before[k], mul(whole[k], w)));
         }
-        scatter(way, &first.particles, later.map(store));
-        scatter(damped, &first.particles, later_damped.map(store));
+        ways.put(0, first, later.map(store));
+        damped.put(0, first, later_damped.map(store));
     }
 }

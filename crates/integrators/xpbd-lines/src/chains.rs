@@ -73,6 +73,8 @@ pub(crate) struct Places<'a> {
     pub(crate) way: &'a mut [Vec3],
     /// `1/m`, 0 where pinned.
     pub(crate) inverse_mass: &'a [f64],
+    /// Into how many bands threads cut a sweep; 1 for one thread.
+    pub(crate) bands: usize,
 }
 
 impl Places<'_> {
@@ -119,9 +121,10 @@ impl Chains {
     /// The springs of an effect; `None` if it has none.
     pub(crate) fn new(
         (place, effect): (usize, &dyn Effect),
-        particles: usize,
+        (particles, threads): (usize, usize),
         graph: &Graph,
     ) -> Option<Self> {
+        let shared = (threads > 1).then_some(particles);
         let split = effect.split()?;
         let ends: Vec<_> = springs_of(effect).into_iter().map(|(ends, _)| ends).collect();
         let cover = Cover::new(graph, particles, &ends);
@@ -136,7 +139,7 @@ impl Chains {
             effect: place,
             is_full,
             is_linear: split.has_one_slope(),
-            abreast: split.has_one_slope().then(|| Abreast::new(&cover, is_full)).flatten(),
+            abreast: split.has_one_slope().then(|| Abreast::new(&cover, is_full, shared)).flatten(),
             springs: cover.springs.iter().map(spring).collect(),
             multipliers: vec![Multiplier::default(); ends.len()],
             rows: vec![Row::default(); longest],
@@ -312,7 +315,7 @@ fn eliminate(
     springs: &[Spring],
     multipliers: &[Multiplier],
     rows: &mut [Row],
-    Places { base, way, inverse_mass }: &Places<'_>,
+    Places { base, way, inverse_mass, .. }: &Places<'_>,
     is_full: bool,
     law: &impl Fn(&Spring, f64) -> (f64, f64),
 ) {
@@ -365,7 +368,7 @@ mod tests {
     use drape_oracle::scenes::{Sheet, stir, uneven};
 
     /// Ways, and those by damping, after three sweeps over a stirred sheet.
-    fn swept(law: DampingLaw, side: u32, is_fast: bool) -> State {
+    fn swept(law: DampingLaw, side: u32, is_fast: bool, bands: usize) -> State {
         let sheet =
             Sheet { side, tension: 1e6, shear: 1e5, damping: 50.0, law, ..Sheet::default() };
         let (system, state) = uneven(stir(sheet.build(), 0.02, 1.0));
@@ -377,9 +380,9 @@ mod tests {
         let mut way: Vec<Vec3> = state.v.iter().map(|v| v * tau).collect();
         let pending: Vec<Vec3> = state.v.iter().map(|v| v.zxy() * tau).collect();
         let mut damped = vec![Vec3::zeros(); n];
-        let mut places = Places { base, way: &mut way, inverse_mass: &inverse_mass };
+        let mut places = Places { base, way: &mut way, inverse_mass: &inverse_mass, bands };
         for effect in system.effects().enumerate() {
-            let Some(mut chains) = Chains::new(effect, n, &graph) else { continue };
+            let Some(mut chains) = Chains::new(effect, (n, bands), &graph) else { continue };
             let fast = chains.abreast.as_ref().map(|fast| fast.covered(0));
             assert!(fast.is_none_or(|covered| covered + 4 > chains.cover.families[0].len()));
             chains.abreast = chains.abreast.filter(|_| is_fast);
@@ -402,10 +405,13 @@ mod tests {
     fn four_lines_abreast_give_the_bits_of_one_after_the_other() {
         for (law, side) in [DampingLaw::Full, DampingLaw::Projected]
             .iter()
-            .flat_map(|&law| [3, 4, 5, 11].map(|side| (law, side)))
+            .flat_map(|&law| [3, 4, 5, 11, 40].map(|side| (law, side)))
         {
-            let [slow, fast] = [false, true].map(|is_fast| swept(law, side, is_fast));
-            assert!(bits(&slow) == bits(&fast), "{law:?}, {side}");
+            let slow = swept(law, side, false, 1);
+            for bands in [1, 2, 3, 8] {
+                let fast = swept(law, side, true, bands);
+                assert!(bits(&slow) == bits(&fast), "{law:?}, {side}, {bands}");
+            }
         }
     }
 }

@@ -66,8 +66,9 @@
 //! * **Order.** 2 with full damping or none. One sweep leaves an error of `O(h)` in damping along
 //!   the springs: order 1, and 2 with `iterations=2`.
 //! * **Conservation.** Impulses act in pairs: momentum is conserved. Energy may rise, see below.
-//! * **Threads.** A sweep uses one; it solves four lines of a family side by side in the registers
-//!   of a processor that has them (module `abreast`), with the same bits.
+//! * **Registers and threads.** A sweep solves four lines of a family side by side in the registers
+//!   of a processor that has them (module `abreast`). Threads share these groups of four. Both give
+//!   the bits of one line after the other.
 //!
 //! | symbol | name in the code | unit | shape |
 //! |---|---|---|---|

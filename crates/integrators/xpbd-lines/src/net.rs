@@ -4,6 +4,7 @@ use crate::chains::{Chains, Places, springs_of};
 use crate::cover::Graph;
 use drape_integrator::CompliantAngles;
 use drape_model::{Revisions, System, Vec3};
+use drape_solvers::bands::bands;
 
 /// Lines that share no particle.
 #[derive(Clone, Debug)]
@@ -47,8 +48,11 @@ impl Net {
     pub(crate) fn new(system: &System) -> Self {
         let n = system.len();
         let graph = Graph::new(n, system.effects().flat_map(springs_of));
-        let chains: Vec<_> =
-            system.effects().enumerate().filter_map(|e| Chains::new(e, n, &graph)).collect();
+        let chains = system
+            .effects()
+            .enumerate()
+            .filter_map(|e| Chains::new(e, (n, system.threads()), &graph));
+        let chains: Vec<_> = chains.collect();
         let found = chains.iter().enumerate();
         let found = found.flat_map(|(k, list)| (0..list.families()).map(move |f| (k, list, f)));
         let family = |(number, (chains, list, family)): (usize, (usize, &Chains, usize))| {
@@ -131,7 +135,8 @@ impl Net {
             way.iter_mut().zip(&*damped).for_each(|(way, damped)| *way += damped);
         }
         damped.fill(Vec3::zeros());
-        let mut places = Places { base, way, inverse_mass };
+        let bands = bands(system.threads(), system.len());
+        let mut places = Places { base, way, inverse_mass, bands };
         for Family { chains: k, family, .. } in families.iter().filter(|family| family.is_damped) {
             let pending = is_first.then_some(&pending[..]);
             chains[*k].brake(*family, &mut places, pending, damped); // (L3)

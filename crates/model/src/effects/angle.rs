@@ -18,6 +18,10 @@ use super::{BlockSink, EffectClass, EffectKind, Tangent};
 use crate::bounds::{LAST_PARTICLE, MAX_COEFFICIENT, coefficient};
 use crate::error::Violation;
 use crate::{Cloth, Grid, Mat3, SystemSpec, Vec3};
+use drape_kernels::angle::atan2;
+use drape_kernels::lanes::{Four, Lanes};
+use drape_kernels::triples::{Triple, Triples, add_in_turn};
+use drape_kernels::vector::SLOTS;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -112,6 +116,79 @@ struct Corner {
     length: [f64; 2],
     cos: f64,
     sin: f64,
+}
+
+/// Lengths of edges that are usual, and the least quotient of two: far above [`COLLAPSED`].
+const USUAL: (f64, f64) = (1e-90, 1e90);
+const USUAL_QUOTIENT: f64 = 1e-11;
+
+/// Four angles in registers.
+struct Corners<F: Four> {
+    /// The particles `i`, `j`, `k` of the four.
+    places: [[usize; SLOTS]; 3],
+    stiffness: F::Numbers,
+    /// `δ₀` and `δ`.
+    turn: [F::Numbers; 2],
+    u: [Triple<F>; 2],
+    length: [F::Numbers; 2],
+    cos: F::Numbers,
+    sin: F::Numbers,
+}
+
+impl<F: Four> Corners<F> {
+    /// `None` where an edge of one of them has no direction, or is too near to that.
+    #[inline(always)]
+    fn new(four: F, group: &[AngleSpec; SLOTS], x: &[Vec3]) -> Option<Self> {
+        let [a, b, c, d] = group;
+        let places = [
+            [a.i as usize, b.i as usize, c.i as usize, d.i as usize],
+            [a.j as usize, b.j as usize, c.j as usize, d.j as usize],
+            [a.k as usize, b.k as usize, c.k as usize, d.k as usize],
+        ];
+        let middle = four.gather(x, places[1]);
+        let one = four.minus(four.gather(x, places[0]), middle);
+        let other = four.minus(four.gather(x, places[2]), middle);
+        let length = [four.sqrt(four.dot(one, one)), four.sqrt(four.dot(other, other))];
+        let u = [four.over(one, length[0]), four.over(other, length[1])];
+        let cos = four.dot(u[0], u[1]);
+        let normal = four.cross(u[0], u[1]);
+        let sin = four.sqrt(four.dot(normal, normal));
+
+        let mut usual = four.splat(1.0);
+        for side in 0..2 {
+            let (own, other) = (length[side], length[1 - side]);
+            usual = four.if_at_most(four.splat(USUAL.0), own, usual);
+            usual = four.if_at_most(own, four.splat(USUAL.1), usual);
+            usual = four.if_at_most(four.mul(own, four.splat(USUAL_QUOTIENT)), other, usual);
+        }
+        let (turn, usual) = atan2(four, sin, four.neg(cos), usual);
+        let rest = four.load([a.rest_rad, b.rest_rad, c.rest_rad, d.rest_rad]);
+        four.are_ones(usual).then_some(Self {
+            places,
+            stiffness: four.load([
+                a.stiffness_n_m,
+                b.stiffness_n_m,
+                c.stiffness_n_m,
+                d.stiffness_n_m,
+            ]),
+            turn: [four.sub(four.splat(PI), rest), turn],
+            u,
+            length,
+            cos,
+            sin,
+        })
+    }
+
+    /// `(δ − δ₀)/sin δ`, or its limit.
+    #[inline(always)]
+    fn slope(&self, four: F) -> F::Numbers {
+        let (zero, one) = (four.splat(0.0), four.splat(1.0));
+        let [at_rest, turn] = self.turn;
+        let is_straight_rest = four.if_at_most(four.abs(at_rest), zero, one);
+        let limit = four.where_at_most(zero, self.cos, zero, is_straight_rest);
+        let quotient = four.div(four.sub(turn, at_rest), self.sin);
+        four.where_at_most(self.sin, four.splat(SINGULAR), limit, quotient)
+    }
 }
 
 /// The stiffness over `(a, b)`: the blocks `aa`, `ab`, `bb`, N/m.
@@ -272,6 +349,28 @@ impl Element for AngleSpec {
         out[i] += fa;
         out[k] += fb;
         out[j] -= fa + fb;
+    }
+
+    #[inline(always)]
+    fn add_forces<F: Four>(four: F, group: &[Self; SLOTS], x: &[Vec3], out: &mut [Vec3]) -> bool {
+        let Some(corners) = Corners::new(four, group, x) else { return false };
+        let g = four.neg(four.mul(corners.stiffness, corners.slope(four)));
+        let Corners { places, u: [a, b], length, cos, .. } = corners;
+        let of_a = four.over(four.minus(b, four.times(a, cos)), length[0]);
+        let of_b = four.over(four.minus(a, four.times(b, cos)), length[1]);
+        let (fa, fb) = (four.times(of_a, g), four.times(of_b, g));
+        let sum = four.plus(fa, fb);
+        let opposite = [four.neg(sum[0]), four.neg(sum[1]), four.neg(sum[2])];
+        add_in_turn(places, &[four.apart(fa), four.apart(opposite), four.apart(fb)], out);
+        true
+    }
+
+    #[inline(always)]
+    fn energies<F: Four>(four: F, group: &[Self; SLOTS], x: &[Vec3]) -> Option<Lanes> {
+        let Corners { stiffness, turn: [at_rest, turn], .. } = Corners::new(four, group, x)?;
+        let excess = four.sub(turn, at_rest);
+        let half = four.mul(four.splat(0.5), stiffness);
+        Some(four.store(four.mul(four.mul(half, excess), excess)))
     }
 
     /// `∇φ = −∇c/sin φ`, of length `1/|a|` for the first edge however straight the angle is.

@@ -1,10 +1,18 @@
 //! Effects that sum an energy over many small elements. Angles and hinges share this code.
+//!
+//! A sweep takes four elements at a time in vector registers and adds their forces one after the
+//! other, in the order of the list. Each number has the order of operations of the readable form,
+//! [`Element::add_force`], so both give the same bits. Four elements of which one is unusual, such
+//! as one without an angle, take the readable form.
 
 use super::registry::Checked;
 use super::{BlockSink, Effect, EffectKind, Tangent};
 use crate::bounds::{coefficient, index, within};
 use crate::error::Violation;
 use crate::{Mat3, SystemSpec, Vec3};
+use drape_kernels::lanes::{Four, Lanes, Plain, Wide, four_wide};
+use drape_kernels::vector::SLOTS;
+use pulp::{Simd, WithSimd};
 use std::fmt::Debug;
 
 /// Most particles of an element.
@@ -32,6 +40,11 @@ pub(crate) trait Element: Copy + Debug + Send + Sync + 'static {
     fn energy(&self, x: &[Vec3]) -> Option<f64>;
     /// Adds the force at `x`, N.
     fn add_force(&self, x: &[Vec3], out: &mut [Vec3]);
+    /// As [`add_force`](Self::add_force) for four elements, one after the other; `false` where one
+    /// of them is unusual, and nothing is added.
+    fn add_forces<F: Four>(four: F, group: &[Self; SLOTS], x: &[Vec3], out: &mut [Vec3]) -> bool;
+    /// The four energies at `x`, J; `None` where an element is unusual.
+    fn energies<F: Four>(four: F, group: &[Self; SLOTS], x: &[Vec3]) -> Option<Lanes>;
     /// Its angle with its particles at `x`, in the order of [`particles`](Self::particles); `None`
     /// where the angle has no gradient.
     fn turn(&self, x: &[Vec3; 4]) -> Option<Turn>;
@@ -127,11 +140,11 @@ impl<E: Element> Effect for Elements<E> {
     }
 
     fn energy(&self, _mass: &[f64], x: &[Vec3]) -> f64 {
-        self.list.iter().filter_map(|element| element.energy(x)).sum()
+        four_wide().dispatch(Energy { list: &self.list, x })
     }
 
     fn add_force(&self, _mass: &[f64], x: &[Vec3], out: &mut [Vec3]) {
-        self.list.iter().for_each(|element| element.add_force(x, out));
+        four_wide().dispatch(Forces { list: &self.list, x, out });
     }
 
     fn has_jacobian(&self) -> bool {
@@ -162,6 +175,77 @@ impl<E: Element> Effect for Elements<E> {
 
     fn boxed_clone(&self) -> Box<dyn Effect> {
         Box::new(self.clone())
+    }
+}
+
+/// Adds the forces of all elements.
+struct Forces<'a, E> {
+    list: &'a [E],
+    x: &'a [Vec3],
+    out: &'a mut [Vec3],
+}
+
+impl<E: Element> Forces<'_, E> {
+    fn reference(self) {
+        self.list.iter().for_each(|element| element.add_force(self.x, self.out));
+    }
+
+    #[inline(always)]
+    fn fast<F: Four>(self, four: F) {
+        let Self { list, x, out } = self;
+        let (groups, rest) = list.as_chunks();
+        for group in groups {
+            if !E::add_forces(four, group, x, out) {
+                Forces { list: group, x, out }.reference();
+            }
+        }
+        Forces { list: rest, x, out }.reference();
+    }
+}
+
+impl<E: Element> WithSimd for Forces<'_, E> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        if S::F64_LANES == SLOTS { self.fast(Wide(simd)) } else { self.fast(Plain) }
+    }
+}
+
+/// Sums the energies of all elements, J.
+#[derive(Clone, Copy)]
+struct Energy<'a, E> {
+    list: &'a [E],
+    x: &'a [Vec3],
+}
+
+impl<E: Element> Energy<'_, E> {
+    /// Adds the energies to `sum`.
+    fn reference(self, sum: f64) -> f64 {
+        self.list.iter().filter_map(|element| element.energy(self.x)).fold(sum, |sum, u| sum + u)
+    }
+
+    #[inline(always)]
+    fn fast<F: Four>(self, four: F) -> f64 {
+        let Self { list, x } = self;
+        let (groups, rest) = list.as_chunks();
+        let mut sum = -0.0;
+        for group in groups {
+            sum = match E::energies(four, group, x) {
+                Some([a, b, c, d]) => sum + a + b + c + d,
+                None => Energy { list: group, x }.reference(sum),
+            };
+        }
+        Energy { list: rest, x }.reference(sum)
+    }
+}
+
+impl<E: Element> WithSimd for Energy<'_, E> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> f64 {
+        if S::F64_LANES == SLOTS { self.fast(Wide(simd)) } else { self.fast(Plain) }
     }
 }
 
@@ -216,5 +300,112 @@ impl BlockSink for OneBlock {
         if i == self.place {
             self.block += block;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{AngleEffect, AngleSpec, HingeSpec};
+    use drape_kernels::testing::{Random, assert_same_bits};
+    use std::f64::consts::{FRAC_PI_2, PI};
+
+    /// Compares forces and energies of both forms, at random positions and at some without an
+    /// angle; returns how many groups of four took the fast form.
+    fn compare<E: Element>(list: &[E], random: &mut Random, positions: &[Vec3]) -> usize {
+        let start = random.vectors(positions.len());
+        let [mut slow, mut fast, mut plain] = [(); 3].map(|()| start.clone());
+        let x = positions;
+        Forces { list, x, out: &mut slow }.reference();
+        four_wide().dispatch(Forces { list, x, out: &mut fast });
+        Forces { list, x, out: &mut plain }.fast(Plain);
+        assert_same_bits("forces", &numbers(&slow), &numbers(&fast));
+        assert_same_bits("forces, one by one", &numbers(&slow), &numbers(&plain));
+        let energy = Energy { list, x };
+        let [slow, fast] = [energy.reference(-0.0), four_wide().dispatch(energy)];
+        assert!(slow.to_bits() == fast.to_bits() || slow.is_nan() && fast.is_nan());
+        let mut out = start;
+        let groups = list.as_chunks().0.iter();
+        groups.filter(|group| E::add_forces(Plain, group, x, &mut out)).count()
+    }
+
+    /// Which NaN comes out of a sum is no part of the promise.
+    fn numbers(forces: &[Vec3]) -> Vec<Vec3> {
+        forces.iter().map(|f| f.map(|x| if x.is_nan() { 0.5 } else { x })).collect()
+    }
+
+    /// Positions at random, in a plane, with two particles at one place, with one that is nowhere,
+    /// far apart and near to each other.
+    fn positions(random: &mut Random, n: usize) -> [Vec<Vec3>; 7] {
+        let any = random.vectors(n);
+        let flat: Vec<_> = any.iter().map(|x| Vec3::new(x.x, x.y, 0.0)).collect();
+        let straight: Vec<_> = (0..n).map(|i| Vec3::new(i as f64, 0.0, 0.0)).collect();
+        let (mut double, mut nowhere) = (any.clone(), any.clone());
+        double[n / 2] = double[n / 3];
+        nowhere[n / 2].y = f64::NAN;
+        let scaled = |s: f64| any.iter().map(|x| x * s).collect();
+        [scaled(1e140), scaled(1e-60), any.clone(), flat, straight, double, nowhere]
+    }
+
+    #[test]
+    fn four_hinges_at_a_time_give_the_bits_of_one_after_the_other() {
+        let mut random = Random::new(8);
+        let mut fast = 0;
+        for count in (0..10).chain([60]) {
+            let n = 5 + count;
+            let list: Vec<_> = (0..count)
+                .map(|k| {
+                    let [i, j, k, l] = [0, 1, 2, 3].map(|step| ((k * 3 + step) % n) as u32);
+                    let rest_rad = [0.0, 0.4, -3.1, 3.1][l as usize % 4];
+                    HingeSpec { i, j, k, l, rest_rad, stiffness_n_m: 0.3 + f64::from(k) }
+                })
+                .collect();
+            for x in positions(&mut random, n) {
+                fast += compare(&list, &mut random, &x);
+            }
+        }
+        assert!(fast > 50, "{fast}");
+    }
+
+    #[test]
+    fn four_angles_at_a_time_give_the_bits_of_one_after_the_other() {
+        let mut random = Random::new(9);
+        let mut fast = 0;
+        for count in (0..10).chain([60]) {
+            let n = 4 + count;
+            let list: Vec<_> = (0..count)
+                .map(|place| {
+                    let [i, j, k] = [0, 1, 2].map(|step| ((place * 3 + step) % n) as u32);
+                    let rest_rad = [PI, FRAC_PI_2, 0.0, 1.0][place % 4];
+                    let effect = AngleEffect::ALL[place % 2];
+                    AngleSpec { effect, i, j, k, rest_rad, stiffness_n_m: 0.3 + f64::from(k) }
+                })
+                .collect();
+            for x in positions(&mut random, n) {
+                fast += compare(&list, &mut random, &x);
+            }
+        }
+        assert!(fast > 60, "{fast}");
+    }
+
+    /// A flat sheet at rest, its right angles and its straight rows are usual.
+    #[test]
+    fn a_sheet_at_rest_takes_the_fast_form() {
+        let x: Vec<_> = (0..6).map(|i| Vec3::new((i % 3) as f64, (i / 3) as f64, 0.0)).collect();
+        let angle = |i, j, k, rest_rad| AngleSpec {
+            effect: AngleEffect::BendingAngle,
+            i,
+            j,
+            k,
+            rest_rad,
+            stiffness_n_m: 1.0,
+        };
+        let angles = [angle(0, 1, 2, PI), angle(3, 4, 5, PI), angle(0, 1, 4, FRAC_PI_2)];
+        let angles = [angles[0], angles[1], angles[2], angle(2, 5, 4, FRAC_PI_2)];
+        let mut random = Random::new(1);
+        assert_eq!(compare(&angles, &mut random, &x), 1);
+        let hinge = |i, j, k, l| HingeSpec { i, j, k, l, rest_rad: 0.0, stiffness_n_m: 1.0 };
+        let hinges = [hinge(1, 3, 0, 4), hinge(2, 4, 1, 5), hinge(1, 4, 3, 2), hinge(3, 1, 0, 4)];
+        assert_eq!(compare(&hinges, &mut random, &x), 1);
     }
 }

@@ -45,7 +45,7 @@ pub(crate) use registry::{Checked, Weave};
 pub use springs::sweep::{Field, ListedSprings, Pass, Springs};
 pub use springs::tangent::{Linearised, StiffnessProduct};
 pub use springs::{COLLAPSED, LinearSprings, Spring};
-pub(crate) use springs::{batch, pairs, sweep, tangent};
+pub(crate) use springs::{batch, diagonals, pairs, sweep, tangent};
 
 use crate::error::Violation;
 use crate::{ContactSpec, Level, SystemSpec, Vec3};

@@ -9,6 +9,7 @@ use crate::cli::limit::LimitArguments;
 use crate::cli::output::{Sink, print};
 use crate::cli::progress::bar;
 use clap::builder::TypedValueParser as _;
+use drape_harness::auto;
 use drape_harness::judgement::Judge;
 use drape_harness::methods::{Choice, MethodError};
 use drape_harness::record::{Run, Sample};
@@ -25,7 +26,8 @@ pub(crate) struct Arguments {
     /// Name of a bundled scene, or a file with a scene or a discretised system
     scene: String,
     /// Id of a method; settings follow a colon: imex-euler:forcing_term=0.05,start=last. Or
-    /// program:COMMAND, such as program:./mine.py, for a program of your own
+    /// program:COMMAND, such as program:./mine.py, for a program of your own. Or auto:error=0.01 for
+    /// the form and step that the study work-precision advises for this error
     #[arg(long)]
     method: String,
     /// Time step, s (default: of the scene; a discretised system has none)
@@ -59,12 +61,28 @@ pub(crate) struct Arguments {
     frames: super::frames::FrameArguments,
 }
 
+/// The method that the arguments name, and the step. `auto` chooses both and says why.
+fn chosen(arguments: &Arguments) -> anyhow::Result<(Choice, Option<f64>)> {
+    let Some(error) = auto::wanted(&arguments.method, &arguments.settings)? else {
+        let choice = Choice::parse(&arguments.method, &arguments.settings)
+            .map_err(|error: MethodError| HarnessError::from(error))?;
+        return Ok((choice, arguments.dt));
+    };
+    let input = load(&arguments.scene, arguments.limit, None)?;
+    let time = time_span(arguments.dt, arguments.duration, &input)?;
+    let wish = auto::Wish { error, step_s: arguments.dt, frame_s: time.step_s };
+    let pick =
+        auto::choose(input.spec(), wish).map_err(|error| error.in_scene(&arguments.scene))?;
+    tell!("drape: auto: {}", pick.reason);
+    let choice = Choice::parse(&pick.method, &[]).map_err(HarnessError::from)?;
+    Ok((choice, Some(pick.step_s)))
+}
+
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let interrupt = interrupt::flag();
-    let choice = Choice::parse(&arguments.method, &arguments.settings)
-        .map_err(|error: MethodError| HarnessError::from(error))?;
+    let (choice, dt) = chosen(arguments)?;
     let input = load(&arguments.scene, arguments.limit, Some(&choice))?;
-    let time = time_span(arguments.dt, arguments.duration, &input)?;
+    let time = time_span(dt, arguments.duration, &input)?;
     let inputs = files(&arguments.scene, &input);
     let sink = |file: &PathBuf| Sink::check("--out", file, &inputs);
     let sink = arguments.out.as_ref().map(sink).transpose()?;

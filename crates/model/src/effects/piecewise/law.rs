@@ -1,6 +1,8 @@
 //! The tension of one kind of spring over its length.
 
 use super::buckling::Buckling;
+use drape_kernels::lanes::Four;
+use drape_kernels::vector::SLOTS;
 use std::sync::Arc;
 
 /// A change of length below this part of the rest length takes the tension in its middle for the
@@ -19,6 +21,9 @@ struct Piece {
     /// Energy where it begins, over the square of the rest length, N/m.
     energy: f64,
 }
+
+/// A piece that no stretch reaches.
+static BEYOND: Piece = Piece { from: f64::INFINITY, stiffness: 0.0, tension: 0.0, energy: 0.0 };
 
 /// The curve in tension: at least one piece, the first from strain 0. Laws share it.
 #[derive(Clone, Debug, PartialEq)]
@@ -92,6 +97,48 @@ impl TensionLaw {
             (None, Compression::Linear { stiffness }) => stiffness * stretch,
             (None, Compression::Buckling(buckling)) => buckling.tension(rest, length),
         }
+    }
+
+    /// As [`tension`](Self::tension) for four springs; `None` if one of them buckles.
+    #[inline(always)]
+    pub(super) fn tensions<F: Four>(
+        four: F,
+        [a, b, c, d]: [&Self; SLOTS],
+        rest: F::Numbers,
+        length: F::Numbers,
+    ) -> Option<F::Numbers> {
+        let slopes = [a.slope_in_compression()?, b.slope_in_compression()?];
+        let slopes = [slopes[0], slopes[1], c.slope_in_compression()?, d.slope_in_compression()?];
+        let stretch = four.sub(length, rest);
+        let mut tension = four.mul(four.load(slopes), stretch);
+        let most = a.pieces().max(b.pieces()).max(c.pieces().max(d.pieces()));
+        for number in 0..most {
+            let [a, b, c, d] = [a.at(number), b.at(number), c.at(number), d.at(number)];
+            let from = four.load([a.from, b.from, c.from, d.from]);
+            let slope = four.load([a.stiffness, b.stiffness, c.stiffness, d.stiffness]);
+            let start = four.load([a.tension, b.tension, c.tension, d.tension]);
+            let from = four.mul(rest, from);
+            let beyond = four.mul(slope, four.sub(stretch, from));
+            let on_piece = four.add(four.mul(rest, start), beyond);
+            tension = four.where_at_most(from, stretch, on_piece, tension);
+        }
+        Some(tension)
+    }
+
+    fn slope_in_compression(&self) -> Option<f64> {
+        match &self.compression {
+            Compression::Linear { stiffness } => Some(*stiffness),
+            Compression::Buckling(_) => None,
+        }
+    }
+
+    fn pieces(&self) -> usize {
+        self.curve.0.len()
+    }
+
+    /// The piece of a number; one that no stretch reaches behind the last one.
+    fn at(&self, number: usize) -> &Piece {
+        self.curve.0.get(number).unwrap_or(&BEYOND)
     }
 
     /// `T'(L)`, N/m; nowhere negative.

@@ -21,9 +21,12 @@ pub(crate) use buckling::Buckling;
 pub(crate) use law::Curve;
 pub use law::TensionLaw;
 
+use super::springs::quartets::{self, Kernel, Quartet};
 use super::springs::{COLLAPSED, LinearSprings, Spring};
 use super::{BlockSink, Effect, EffectKind, LinearSplit, Tangent, TensionVisitor};
 use crate::{DampingLaw, Level, Mat3, Vec3};
+use drape_kernels::lanes::Four;
+use drape_kernels::triples::{Triple, Triples};
 
 /// All springs of one effect; at least one is not linear.
 #[derive(Clone, Debug)]
@@ -50,7 +53,22 @@ struct Stretched<'a> {
     law: &'a TensionLaw,
 }
 
-impl Stretched<'_> {
+impl<'a> Stretched<'a> {
+    fn new(spring: &Spring, law: &'a TensionLaw, x: &[Vec3]) -> Self {
+        let (i, j) = (spring.i as usize, spring.j as usize);
+        let d = x[i] - x[j];
+        Self {
+            i,
+            j,
+            d,
+            length: d.norm(),
+            rest: spring.rest_length,
+            majorant: spring.stiffness,
+            damping: spring.damping,
+            law,
+        }
+    }
+
     /// Whether it has no direction. Then its force is `−T'(0) d`.
     fn is_collapsed(&self) -> bool {
         self.length <= COLLAPSED * self.rest
@@ -86,28 +104,54 @@ impl PiecewiseSprings {
         let mut law_of = self.law_of.iter();
         self.majorant.each(|s| {
             let Some(&law) = law_of.next() else { return };
-            let (i, j) = (s.i as usize, s.j as usize);
-            let d = x[i] - x[j];
-            visit(&Stretched {
-                i,
-                j,
-                d,
-                length: d.norm(),
-                rest: s.rest_length,
-                majorant: s.stiffness,
-                damping: s.damping,
-                law: &self.laws[law as usize],
-            });
+            visit(&Stretched::new(s, &self.laws[law as usize], x));
         });
     }
 
-    /// Adds `−g (x_i − x_j)` of every spring.
-    fn add(&self, x: &[Vec3], out: &mut [Vec3], g: impl Fn(&Stretched<'_>) -> f64) {
-        self.each(x, |s| {
-            let f = s.d * g(s);
-            out[s.i] -= f;
-            out[s.j] += f;
-        });
+    /// Adds `−T/L (x_i − x_j)` of every spring, four at a time; without its linear part on request.
+    fn add(&self, is_remainder: bool, x: &[Vec3], out: &mut [Vec3]) {
+        quartets::add(|visit| self.majorant.each(visit), &Bent { all: self, is_remainder, x }, out);
+    }
+
+    /// The law of a spring, by its place in the list.
+    fn law_at(&self, place: usize) -> &TensionLaw {
+        &self.laws[self.law_of[place] as usize]
+    }
+}
+
+/// `g (x_i − x_j)` with `g = T/L`, or `T/L − K` for the remainder.
+struct Bent<'a> {
+    all: &'a PiecewiseSprings,
+    is_remainder: bool,
+    x: &'a [Vec3],
+}
+
+impl Kernel for Bent<'_> {
+    fn one(&self, spring: &Spring, place: usize) -> Vec3 {
+        let stretched = Stretched::new(spring, self.all.law_at(place), self.x);
+        let secant = stretched.secant();
+        stretched.d * if self.is_remainder { secant - stretched.majorant } else { secant }
+    }
+
+    /// None of the four may buckle.
+    #[inline(always)]
+    fn four<F: Four>(&self, four: F, springs: &Quartet, place: usize) -> Option<Triple<F>> {
+        let all = self.all;
+        let laws = [all.law_at(place), all.law_at(place + 1), all.law_at(place + 2)];
+        let laws = [laws[0], laws[1], laws[2], all.law_at(place + 3)];
+        let d = springs.difference(four, self.x);
+        let length = four.sqrt(four.dot(d, d));
+        let rest = four.load(springs.rest);
+        let collapsed = four.mul(four.splat(COLLAPSED), rest);
+        let none = four.where_at_most(length, collapsed, four.splat(0.0), four.splat(1.0));
+        if !four.are_ones(four.if_at_most(length, four.splat(f64::MAX), none)) {
+            return None;
+        }
+        let tension = TensionLaw::tensions(four, laws, rest, length)?;
+        let secant = four.div(tension, length);
+        let stiffness = four.load(springs.stiffness);
+        let g = if self.is_remainder { four.sub(secant, stiffness) } else { secant };
+        Some(four.times(d, g))
     }
 }
 
@@ -124,7 +168,7 @@ impl Effect for PiecewiseSprings {
 
     /// `f_i = −T û`.
     fn add_force(&self, _mass: &[f64], x: &[Vec3], out: &mut [Vec3]) {
-        self.add(x, out, |s| s.secant());
+        self.add(false, x, out);
     }
 
     fn has_damping(&self) -> bool {
@@ -243,7 +287,7 @@ impl LinearSplit for PiecewiseSprings {
 
     /// `F2_i = (K − T/L) d`.
     fn add_nonlinear_force(&self, x: &[Vec3], out: &mut [Vec3]) {
-        self.add(x, out, |s| s.secant() - s.majorant);
+        self.add(true, x, out);
     }
 
     fn add_linear_force(&self, x: &[Vec3], out: &mut [Vec3]) {

@@ -3,7 +3,8 @@
 use super::buckling::polynomial;
 use super::*;
 use crate::SystemSpec;
-use drape_kernels::testing::Random;
+use drape_kernels::lanes::Plain;
+use drape_kernels::testing::{Random, assert_same_bits};
 use proptest::prelude::*;
 
 const REST: f64 = 0.3;
@@ -432,4 +433,67 @@ fn discrete_gradients_do_the_work_of_the_energy() {
         assert!((secant - mean[k]).abs() < 1e-12 * (1.0 + secant.abs()));
         k += 1;
     });
+}
+
+/// Curves of different lengths side by side, stretched, pressed and collapsed; those that buckle
+/// take the readable form.
+#[test]
+fn four_curves_at_a_time_give_the_bits_of_one_after_the_other() {
+    let mut random = Random::new(4);
+    for count in (0..9).chain([64, 65, 131]) {
+        for kinds in [2, 4] {
+            let n = count + 4;
+            let springs: Vec<_> = (0..count)
+                .map(|k| Spring {
+                    i: k as u32,
+                    j: ((k * 5 + 3) % n) as u32,
+                    rest_length: REST,
+                    stiffness: 0.0,
+                    damping: 0.1,
+                })
+                .filter(|spring| spring.i != spring.j)
+                .collect();
+            let law_of = (0..springs.len() as u32).map(|k| k % kinds).collect();
+            let law = DampingLaw::Full;
+            let all = PiecewiseSprings::new(EffectKind::Tension, springs, law_of, laws(), law);
+            let mut x: Vec<Vec3> = random.vectors(n).iter().map(|x| x * 0.25).collect();
+            let start = random.vectors(n);
+            for round in 0..2 {
+                for is_remainder in [false, true] {
+                    let [mut slow, mut fast] = [(); 2].map(|()| start.clone());
+                    let kernel = Bent { all: &all, is_remainder, x: &x };
+                    let each = |visit: &mut dyn FnMut(&Spring)| all.majorant.each(visit);
+                    quartets::add_reference(each, &kernel, &mut slow);
+                    all.add(is_remainder, &x, &mut fast);
+                    assert_same_bits((count, kinds, round), &slow, &fast);
+                }
+                x[n / 2] = x[0];
+            }
+        }
+    }
+}
+
+/// Curves without buckling are taken four at a time.
+#[test]
+fn only_springs_that_buckle_take_the_readable_form() {
+    let quartet = Quartet {
+        ends: [[0, 1, 2, 3], [1, 2, 3, 0]],
+        rest: [REST; 4],
+        stiffness: [1.0; 4],
+        damping: [0.0; 4],
+    };
+    let x = Random::new(1).vectors(4);
+    for (law_of, is_fast) in [([0, 1, 0, 1], true), ([0, 1, 2, 1], false)] {
+        let springs = (0..4).map(|i| Spring {
+            i,
+            j: (i + 1) % 4,
+            rest_length: REST,
+            stiffness: 0.0,
+            damping: 0.0,
+        });
+        let (springs, law) = (springs.collect(), DampingLaw::Full);
+        let all = PiecewiseSprings::new(EffectKind::Tension, springs, law_of.to_vec(), laws(), law);
+        let kernel = Bent { all: &all, is_remainder: false, x: &x };
+        assert_eq!(kernel.four(Plain, &quartet, 0).is_some(), is_fast);
+    }
 }

@@ -2,7 +2,7 @@
 //!
 //! The reference form of the formulas stands here: loops over the springs, one after the other. A
 //! step runs one of two fast kernels with the same bits: [`sweep`] if the springs lie along few
-//! diagonals, as on regular grids, and [`batch`] otherwise.
+//! diagonals, as on regular grids, and [`batch`] otherwise. Projected damping goes by [`quartets`].
 
 pub(crate) mod batch;
 pub(crate) mod diagonals;
@@ -11,6 +11,7 @@ pub(crate) mod diagonals;
 mod linearise_tests;
 pub(crate) mod listed;
 pub(crate) mod pairs;
+pub(crate) mod quartets;
 pub(crate) mod sweep;
 pub(crate) mod tangent;
 #[cfg(test)]
@@ -20,9 +21,12 @@ mod tests;
 use self::batch::Quads;
 use self::diagonals::Diagonals;
 use self::listed::Listed;
+use self::quartets::{Kernel, Quartet};
 use self::sweep::{Begin, Law, ListedSprings, Pass, Springs, Windows};
 use super::{BlockSink, Effect, EffectKind, LinearSplit, Part, Tangent, TensionVisitor};
 use crate::{DampingLaw, Level, Mat3, SpringEffect, SpringSpec, SystemSpec, Vec3};
+use drape_kernels::lanes::Four;
+use drape_kernels::triples::{Triple, Triples};
 use std::sync::Mutex;
 
 /// A spring shorter than this fraction of its rest length has no direction: `û = 0`. That is a
@@ -196,6 +200,36 @@ impl LinearSprings {
     }
 }
 
+/// Projected damping: `c ûûᵀ(v_i − v_j)`.
+struct Along<'a> {
+    x: &'a [Vec3],
+    v: &'a [Vec3],
+}
+
+impl Kernel for Along<'_> {
+    fn one(&self, spring: &Spring, _place: usize) -> Vec3 {
+        let (i, j) = spring.ends();
+        let u = spring.direction(self.x);
+        u * (spring.damping * u.dot(&(self.v[i] - self.v[j])))
+    }
+
+    #[inline(always)]
+    fn four<F: Four>(&self, four: F, springs: &Quartet, _place: usize) -> Option<Triple<F>> {
+        let d = springs.difference(four, self.x);
+        let length = four.sqrt(four.dot(d, d));
+        let collapsed = four.mul(four.splat(COLLAPSED), four.load(springs.rest));
+        let zero = four.splat(0.0);
+        let mut u = four.over(d, length);
+        for u in &mut u {
+            *u = four.where_at_most(length, collapsed, zero, *u);
+            // A length that is no number has no direction.
+            *u = four.where_at_most(length, four.splat(f64::INFINITY), *u, zero);
+        }
+        let rate = springs.difference(four, self.v);
+        Some(four.times(u, four.mul(four.load(springs.damping), four.dot(u, rate))))
+    }
+}
+
 impl Effect for LinearSprings {
     fn kind(&self) -> EffectKind {
         self.kind
@@ -244,13 +278,9 @@ impl Effect for LinearSprings {
         match self.damping {
             None => {}
             Some(DampingLaw::Full) => self.add(Law::Damping, x, v, out),
-            Some(DampingLaw::Projected) => self.each(|s| {
-                let (i, j) = s.ends();
-                let u = s.direction(x);
-                let f = u * (s.damping * u.dot(&(v[i] - v[j])));
-                out[i] -= f;
-                out[j] += f;
-            }),
+            Some(DampingLaw::Projected) => {
+                quartets::add(|visit| self.each(visit), &Along { x, v }, out);
+            }
         }
     }
 

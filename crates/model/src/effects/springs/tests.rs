@@ -436,3 +436,26 @@ fn discrete_gradients_do_the_work_of_the_energy_and_turns_are_derivatives() {
         }
     }
 }
+
+#[test]
+fn projected_damping_of_four_springs_has_the_bits_of_one_after_the_other() {
+    for (rows, columns) in [(1, 2), (2, 2), (3, 5), (9, 11)] {
+        for (kind, stencil) in KINDS {
+            let springs =
+                LinearSprings::new(kind, grid(rows, columns, stencil, 0.4), DampingLaw::Projected);
+            let n = (rows * columns) as usize;
+            let mut random = Random::new(n as u64);
+            let (mut x, v, start) = (random.vectors(n), random.vectors(n), random.vectors(n));
+            for broken in [None, Some(Vec3::zeros()), Some(Vec3::repeat(f64::NAN))] {
+                if let Some(shift) = broken {
+                    x[n - 1] = x[0] + shift;
+                }
+                let [mut slow, mut fast] = [(); 2].map(|()| start.clone());
+                let each = |visit: &mut dyn FnMut(&Spring)| springs.each(visit);
+                quartets::add_reference(each, &Along { x: &x, v: &v }, &mut slow);
+                springs.add_damping_force(Level { t: 0.0, x: &x, v: &v }, &mut fast);
+                assert_same_bits((kind, rows, columns), &slow, &fast);
+            }
+        }
+    }
+}
