@@ -50,6 +50,8 @@ pub struct Scene {
     pub stiffness_n_per_m: f64,
     /// Stiffness over mass, 1/s².
     pub stiffness_over_mass_per_s2: f64,
+    /// Frames a second.
+    pub frames_per_s: u32,
     /// `h² k/m` of a frame.
     pub theta: f64,
     /// Damping of a spring over its stiffness, s.
