@@ -39,8 +39,8 @@ fn forms() -> Vec<Film> {
 /// How the facts are measured.
 pub(super) fn method() -> String {
     format!(
-        "Bundled fabrics, by measured constants and as stiff on every mesh: a firm one (cotton- \
-         blend), one firm along its weft (denim), a soft knit (ponte). A square metre, damped by \
+        "Bundled fabrics, by measured constants and as stiff on every mesh: a firm one \
+         (cotton-blend), one firm along its weft (denim), a soft knit (ponte). A square metre, damped by \
          c = βk along each spring (light: β = {:e} s; heavy: {:e} s, a loss factor of 0.1 at 16 \
          Hz), is shown at {FRAMES_PER_S} frames a second, in one scene at {FILM}. It hangs by two \
          corners, let go from the horizontal; hangs from an upper edge that goes to and fro \
