@@ -22,12 +22,14 @@ pub mod pictures;
 pub mod post_correction;
 pub mod precomputed_inverse;
 pub mod regret;
+pub mod rest;
 pub mod scaling;
 pub(crate) mod sheet;
 pub mod solver_control;
 pub mod stability;
 mod stepper;
 pub mod tables;
+mod tiles;
 pub(crate) mod variant;
 pub mod work_precision;
 
@@ -353,7 +355,7 @@ impl std::fmt::Debug for dyn Study {
 }
 
 /// In teaching order: a study stands behind those that it builds on. The page keeps this order.
-static STUDIES: [&dyn Study; 21] = [
+static STUDIES: [&dyn Study; 22] = [
     &course::STUDY,
     &pictures::STUDY,
     &order::STUDY,
@@ -370,6 +372,7 @@ static STUDIES: [&dyn Study; 21] = [
     &precomputed_inverse::STUDY,
     &work_precision::STUDY,
     &animation::STUDY,
+    &rest::STUDY,
     &regret::STUDY,
     &fabric::STUDY,
     &solver_control::STUDY,

@@ -2,7 +2,7 @@
 
 use super::facts::{Facts, Measure, Run, Scene, TIE, TimingRow};
 use crate::families::{families, labels};
-use drape_report::Verdict;
+use crate::studies::tiles::{fault, legend};
 use drape_report::number::significant;
 use drape_report::page::{Table, absent, texts};
 use drape_report::plate::{Draw, Plate};
@@ -130,30 +130,17 @@ fn least(input: &Input, scene: &Scene) -> Option<f64> {
     times.reduce(f64::min)
 }
 
-/// Why a form has no good run: the mildest of its verdicts.
-fn fault(input: &Input, scene: &Scene, label: &str) -> Tile {
+/// The tile of a form without a good run on a scene.
+fn without(input: &Input, scene: &Scene, label: &str) -> Tile {
     let own = input.facts.runs.iter().filter(|run| run.scene == scene.id && run.label == label);
-    let verdicts: Vec<_> = own.map(|run| run.verdict).collect();
-    let has = |verdict: Verdict| verdicts.contains(&verdict);
-    let (shade, text) = if has(Verdict::Stable) {
-        (Shade::Fair, "≠")
-    } else if has(Verdict::Locked) {
-        (Shade::Still, "L")
-    } else if has(Verdict::OverBudget) {
-        (Shade::Idle, ">")
-    } else if verdicts.is_empty() || has(Verdict::Refused) {
-        (Shade::Idle, "–")
-    } else {
-        (Shade::Bad, "✗")
-    };
-    Tile { shade, text: text.to_owned(), is_marked: false }
+    fault(&own.map(|run| run.verdict).collect::<Vec<_>>())
 }
 
 fn cheapest(input: &Input) -> Option<Matrix> {
     input.timings.as_ref()?;
     let scenes = &input.facts.scenes;
     let tile = |scene: &Scene, label: &str| match cheapest_of(input, scene, label) {
-        None => fault(input, scene, label),
+        None => without(input, scene, label),
         Some((_, time)) => {
             let is_marked = least(input, scene).is_some_and(|least| time <= TIE * least);
             let shade = if is_marked { Shade::Good } else { Shade::Open };
@@ -168,20 +155,10 @@ fn cheapest(input: &Input) -> Option<Matrix> {
             tiles: scenes.iter().map(|scene| vec![tile(scene, label)]).collect(),
         })
         .collect();
-    let told = |shade, text: &str| Tile { shade, text: text.to_owned(), is_marked: false };
-    let legend = [
-        (Tile { shade: Shade::Good, text: "ms".to_owned(), is_marked: true }, "cheapest, or a tie"),
-        (told(Shade::Open, "ms"), "good, but dearer"),
-        (told(Shade::Fair, "≠"), "stable, but off by more"),
-        (told(Shade::Still, "L"), "locked"),
-        (told(Shade::Bad, "✗"), "gains energy"),
-        (told(Shade::Idle, ">"), "over the budget of work"),
-        (told(Shade::Idle, "–"), "refuses the scene"),
-    ];
     Some(Matrix {
         columns: scenes.iter().map(|scene| scene.id.clone()).collect(),
         rows,
-        legend: legend.into_iter().map(|(tile, text)| (tile, text.to_owned())).collect(),
+        legend: legend("ms", &[("≠", "stable, but off by more")]),
         notes: Vec::new(),
     })
 }

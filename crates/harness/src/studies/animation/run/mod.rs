@@ -26,7 +26,7 @@ const TIMED: u32 = 6;
 const REPETITIONS: usize = 3;
 
 /// Every method of the registry in its forms.
-fn forms() -> Vec<Film> {
+pub(in crate::studies) fn forms() -> Vec<Film> {
     let of = |runs: &Runs| runs.animation;
     methods::runs()
         .flat_map(|(method, runs)| {
