@@ -6,6 +6,8 @@ use serde::{Deserialize, Serialize};
 
 /// What a film can use is off by at most this, m.
 pub const GOOD: f64 = 0.01;
+/// Damping of a spring over its stiffness from which on it is heavy, s.
+pub const HEAVY: f64 = 1e-3;
 /// Times within this factor are a tie.
 pub const TIE: f64 = 1.5;
 

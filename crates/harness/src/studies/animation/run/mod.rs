@@ -8,7 +8,7 @@ use crate::HarnessError;
 use crate::facts::{Fact, fact};
 use crate::methods;
 use crate::methods::runs::{Film, Runs, Substeps};
-use crate::studies::animation::facts::{Facts, Run, TimingRow};
+use crate::studies::animation::facts::{Facts, HEAVY, Run, TimingRow};
 use crate::studies::variant::{is_explicit, or_defaults};
 use crate::studies::{Context, Measured, Start, cells, prepared, timed};
 use scenes::Setting;
@@ -60,7 +60,7 @@ pub(super) fn method() -> String {
          {} times the true one. The work of {} sweeps of forces a frame, or {:e} visits of a \
          spring if that is more, ends a run over budget.",
         scenes::LIGHT,
-        scenes::HEAVY,
+        HEAVY,
         scenes::RESTLESS,
         scenes::SWEEPS_A_FRAME,
         scenes::BUDGET

@@ -6,8 +6,9 @@ use crate::methods::Choice;
 use crate::methods::runs::{Film, Substeps};
 use crate::run::{Counts, Runner, Simulation};
 use crate::stability::{gershgorin, reference_energy};
-use crate::studies::animation::facts::{self, Measure, Run, TimingRow};
+use crate::studies::animation::facts::{self, HEAVY, Measure, Run, TimingRow};
 use crate::studies::finite;
+use crate::studies::sheet::cut;
 use crate::{HarnessError, system_hash};
 use drape_integrator::PrepareError;
 use drape_model::SystemSpec;
@@ -18,7 +19,6 @@ use serde_json::{Value, json};
 
 /// Damping of a spring over its stiffness, s.
 pub(super) const LIGHT: f64 = 1e-5;
-pub(super) const HEAVY: f64 = 1e-3;
 /// Of the perturbed starts.
 pub(super) const SEED: u64 = 20;
 /// Greatest height of a particle out of the plane in a perturbed start, m.
@@ -226,13 +226,9 @@ impl Setting {
         let (system, state) = spec.build()?;
         let simulation = Simulation { system, state };
         let side = case.side;
-        let cells = (0..(side - 1) * (side - 1)).map(|k| k / (side - 1) * side + k % (side - 1));
-        let triangles = cells
-            .flat_map(|k| [[k, k + 1, k + side], [k + 1, k + side + 1, k + side]])
-            .collect::<Vec<_>>();
         let [row, column] = case.midpoint();
         let camera = Camera {
-            triangles,
+            triangles: cut(side),
             threads: threads(&spec),
             tracked: vec![(side * row + column) as usize],
             rate: f64::from(case.rate),

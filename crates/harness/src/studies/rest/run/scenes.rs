@@ -9,6 +9,7 @@ use crate::run::{Counts, Moment, Runner, Simulation};
 use crate::stability::{gershgorin, reference_energy};
 use crate::studies::finite;
 use crate::studies::rest::facts::{Minimum, Run, Scene, THERE, TimingRow};
+use crate::studies::sheet::cut;
 use crate::{HarnessError, system_hash};
 use drape_integrator::PrepareError;
 use drape_model::fabric::{Disc, Material, MaterialChoice};
@@ -143,12 +144,6 @@ fn square(side: u32) -> Result<SystemSpec, HarnessError> {
     let held = (0_u32..).zip(&spec.particles.position_m).filter(|(_, x)| is_held(x));
     spec.pins = held.map(|(i, _)| PinSpec::still(i)).collect();
     Ok(spec)
-}
-
-/// Two triangles for each cell of a grid.
-fn cut(side: u32) -> Vec<[u32; 3]> {
-    let cells = (0..(side - 1) * (side - 1)).map(|k| k / (side - 1) * side + k % (side - 1));
-    cells.flat_map(|k| [[k, k + 1, k + side], [k + 1, k + side + 1, k + side]]).collect()
 }
 
 /// A scene with its rest shapes.
