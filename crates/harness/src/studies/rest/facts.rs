@@ -76,8 +76,8 @@ pub struct Run {
     pub steps: u32,
     /// Whether stiffness limits its step.
     pub is_limited: bool,
-    /// `stable`: it came to its rest shape. `locked`: it stands still elsewhere. `open`: it still
-    /// moved, or crept, at the end. Else what its energy did, or why it ended.
+    /// `stable`: it came to its rest shape. `locked`: it came less than half of its
+    /// way. `open`: it was still elsewhere at the end. Else what its energy did, or why it ended.
     pub verdict: Verdict,
     /// Simulated time from which the surface stays within 1 mm of the rest shape, s.
     pub arrival_s: Option<f64>,

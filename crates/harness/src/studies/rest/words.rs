@@ -117,7 +117,7 @@ fn still(facts: &Facts) -> Option<String> {
     let names = with(facts, Verdict::Locked);
     (!names.is_empty()).then(|| {
         format!(
-            "Forms that stand still elsewhere on some table with some step: {} ({}).",
+            "Forms that come less than half of their way on some table with some step: {} ({}).",
             names.len(),
             listed(&names)
         )
@@ -129,7 +129,7 @@ fn open(facts: &Facts) -> Option<String> {
     let names = with(facts, Verdict::Open);
     (!names.is_empty()).then(|| {
         format!(
-            "Forms that still move or creep when their time is over: {} ({}).",
+            "Forms that are on their way when their time is over: {} ({}).",
             names.len(),
             listed(&names)
         )
@@ -234,7 +234,11 @@ mod tests {
         assert!(said.contains("a tie of near."), "{said}");
         let said = words.observations.join("\n");
         assert!(said.contains("Of 4 runs that come to rest 1 do so"), "{said}");
-        assert!(said.contains("stand still elsewhere on some table with some step: 1 (slow)"));
+        assert!(
+            said.contains(
+                "come less than half of their way on some table with some step: 1 (slow)"
+            )
+        );
         assert!(said.contains("No step that was tried suits slow; wrong."), "{said}");
     }
 }
