@@ -17,7 +17,7 @@ use scenes::Setting;
 pub(super) const FRAMES_PER_S: u32 = 60;
 pub(super) const FILM: u32 = 24;
 /// Substeps of a frame of methods that stiffness does not limit.
-const LADDER: [u32; 4] = [1, 2, 4, 8];
+const LADDER: [u32; 3] = [1, 2, 4];
 /// Substeps of a frame for explicit methods: the least that hold, and those after it.
 const EXPLICIT: [u32; 16] =
     [8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512, 768, 1024, 1536];
@@ -71,7 +71,8 @@ pub(super) fn method() -> String {
 pub(super) fn timing() -> String {
     format!(
         "One run at a time on one thread: the first {TIMED} frames, {REPETITIONS} times; the median \
-         counts. Only runs that neither gain energy nor stand still are timed. Set-up \
+         counts. It is the time of the processor in the calls of the method, where the system tells \
+         it, else that of the clock: other programs disturb it less. Only runs that neither gain energy nor stand still are timed. Set-up \
          is not among the frames."
     )
 }

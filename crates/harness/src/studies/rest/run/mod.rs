@@ -63,7 +63,8 @@ pub(super) fn method() -> String {
 pub(super) fn timing() -> String {
     format!(
         "One run at a time on one thread, from the start until the cloth has arrived; the median of \
-         {REPETITIONS} repetitions, of one for runs beyond {LONG_S} s. Only runs that arrive \
+         {REPETITIONS} repetitions, of one for runs beyond {LONG_S} s. It is the time of the processor \
+         in the calls of the method, where the system tells it, else that of the clock. Only runs that arrive \
          in a right shape are timed. Set-up is not among the calls."
     )
 }

@@ -333,8 +333,9 @@ impl Setting {
         let looks = run.arrival_s.unwrap_or(self.scene.span_s) * f64::from(LOOKS_PER_S);
         let mut samples_s: Vec<f64> = Vec::new();
         while samples_s.len() < super::REPETITIONS && samples_s.iter().all(|&s| s < super::LONG_S) {
-            let runner = Runner::new(&choice, self.camera.span(run.steps, looks.round() as u32));
-            samples_s.push(runner.go(&mut self.simulation.clone())?.wall.as_secs_f64());
+            let time = self.camera.span(run.steps, looks.round() as u32);
+            let runner = Runner::new(&choice, time).processor();
+            samples_s.push(runner.go(&mut self.simulation.clone())?.seconds());
         }
         let mut sorted = samples_s.clone();
         sorted.sort_unstable_by(f64::total_cmp);
