@@ -385,6 +385,15 @@ pub fn all() -> &'static [&'static dyn Study] {
     &STUDIES
 }
 
+/// Experiments that take longer than all others together. `drape reproduce --long` runs them, and
+/// `drape reproduce` leaves their records as they are.
+const LONG: [&str; 1] = [animation::STUDY.name];
+
+/// Whether an experiment is long.
+pub fn is_long(study: &dyn Study) -> bool {
+    LONG.contains(&study.name())
+}
+
 /// Finds an experiment by name.
 ///
 /// # Errors
