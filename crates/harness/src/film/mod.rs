@@ -63,11 +63,6 @@ pub(crate) fn threads(spec: &SystemSpec) -> Vec<Thread> {
 }
 
 impl Camera {
-    /// One that compares single states and makes no film.
-    pub(crate) fn still(triangles: Vec<[u32; 3]>, threads: Vec<Thread>) -> Self {
-        Self { triangles, threads, tracked: Vec::new(), rate: 1.0, frames: 0, stride: 1 }
-    }
-
     /// The first `frames` in steps of which `substeps` make a frame.
     pub(crate) fn span(&self, substeps: u32, frames: u32) -> TimeSpan {
         let step_s = 1.0 / (self.rate * f64::from(substeps));
@@ -114,7 +109,7 @@ impl Camera {
     }
 
     /// 99th percentile of the strain along the threads; 0 without threads.
-    pub(crate) fn strain(&self, x: &[Vec3]) -> f64 {
+    fn strain(&self, x: &[Vec3]) -> f64 {
         let strain = |&(i, j, rest): &Thread| (x[i] - x[j]).norm() / rest - 1.0;
         let mut strains: Vec<f64> = self.threads.iter().map(strain).collect();
         strains.sort_unstable_by(f64::total_cmp);

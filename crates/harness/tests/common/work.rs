@@ -35,9 +35,6 @@ pub(crate) fn work_precision(quick: bool) -> Record<work_precision::Facts> {
             motion_m: 0.2,
             reference_error: 1e-9,
             reference_tolerance: 1e-11,
-            noise: 1e-6,
-            greatest_noise: 2e-6,
-            perturbed: 7,
             budget: 1e8,
         }
     };
@@ -63,10 +60,6 @@ pub(crate) fn work_precision(quick: bool) -> Record<work_precision::Facts> {
                     step_s: Some(0.25 / (8.0 * 2f64.powi(step))),
                     verdict: if is_lost { Verdict::Diverged } else { Verdict::Completed },
                     error: (!is_lost).then(|| 0.2 * 2f64.powi(-p * step)),
-                    shape_error: Some(1e-3),
-                    excess_strain: Some(1e-4),
-                    energy_error: Some(-0.01),
-                    retained: Some(0.9),
                     modelled_s: 1e-3 * 2f64.powi(step) * (1.0 + n as f64),
                     effort: 1e5 * 2f64.powi(step) * (1.0 + n as f64),
                     steps: 8,

@@ -11,9 +11,6 @@ pub const FIXED_QUOTIENT: &str = "size, k/m fixed";
 /// Series of scenes of more and more particles, material fixed.
 pub const FIXED_MATERIAL: &str = "size, material fixed";
 
-/// Series of scenes in which the damping varies.
-pub const DAMPING: &str = "damping";
-
 /// A lead below this factor is a tie: steps are powers of two, and the modelled time of a form may
 /// be off by as much.
 pub const LEAD: f64 = 2.0;
@@ -38,10 +35,9 @@ pub struct Scene {
     pub id: String,
     /// `hanging`, `thrown` or `spread`.
     pub scene: String,
-    /// `light` (10/s at 400 particles), `heavy` (`d/m = √(k/m)`), or the value of a sweep.
+    /// `light` (10/s at 400 particles) or `heavy` (`d/m = √(k/m)`).
     pub damping: String,
-    /// Series that the scene belongs to: `stiffness`, `size, k/m fixed`, `size, material fixed`,
-    /// `damping`.
+    /// Series that the scene belongs to: `stiffness`, `size, k/m fixed`, `size, material fixed`.
     pub series: Vec<String>,
     /// Number of particles.
     pub particles: usize,
@@ -62,14 +58,6 @@ pub struct Scene {
     pub reference_error: f64,
     /// The tighter of these tolerances.
     pub reference_tolerance: f64,
-    /// Noise: how far the true motions of starts that differ by up to 1 µm out of the plane end
-    /// apart from that of the start itself, mean over the starts, in the norm of all errors.
-    /// Errors below it rank nothing. 0 where none were run.
-    pub noise: f64,
-    /// Greatest of these distances.
-    pub greatest_noise: f64,
-    /// Number of such starts.
-    pub perturbed: usize,
     /// Most effort of a run, in visits of a spring.
     pub budget: f64,
 }
@@ -106,16 +94,6 @@ pub struct Run {
     pub verdict: Verdict,
     /// `‖x − x_ref‖_M / ‖x_ref − x_0‖_M` at the end; `None` unless completed.
     pub error: Option<f64>,
-    /// Mean distance of the surfaces at the end over the motion; `None` where `error` is.
-    pub shape_error: Option<f64>,
-    /// How much the 99th percentile of the strain along the threads exceeds that of the true
-    /// motion at the end.
-    pub excess_strain: Option<f64>,
-    /// Total energy at the end above that of the true motion, over what gravity has set free:
-    /// negative where the method dissipates.
-    pub energy_error: Option<f64>,
-    /// Share of the motion that is kept: the way to the end, along the true one.
-    pub retained: Option<f64>,
     /// Modelled time of the run, s: its counts times the prices of the form, which were measured
     /// once and are part of the source. Runs are ranked by it.
     pub modelled_s: f64,
@@ -151,7 +129,7 @@ pub struct Winner {
     pub scene: String,
     /// The error is at most this.
     pub level: f64,
-    /// As in [`Row::label`]; `None` where no run gets there, or where the noise is greater.
+    /// As in [`Row::label`]; `None` where no run gets there.
     pub label: Option<String>,
     /// Whether stiffness limits its step: an explicit method.
     pub is_explicit: Option<bool>,

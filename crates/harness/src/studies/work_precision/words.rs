@@ -211,7 +211,7 @@ fn caveats(facts: &Facts) -> Vec<String> {
     let at_level = || facts.winners.iter().filter(|w| w.level == LEVEL && w.label.is_some());
     let ties = at_level().filter(|winner| winner.ratio.is_some_and(|ratio| ratio < LEAD)).count();
     let worst = facts.scenes.iter().map(|scene| scene.reference_error).fold(0.0, f64::max);
-    [
+    vec![
         format!(
             "Steps are powers of two, so a lead below a factor of 2 is a tie: {ties} of {} \
              winners lead by less.",
@@ -227,25 +227,6 @@ fn caveats(facts: &Facts) -> Vec<String> {
             significant(worst, 2)
         ),
     ]
-    .into_iter()
-    .chain(noise(facts))
-    .collect()
-}
-
-/// How far a micrometre at the start moves the end, from soft to stiff.
-fn noise(facts: &Facts) -> Option<String> {
-    let told = |scene: &&Scene| {
-        let (noise, stiffness) = (percent(scene.noise, 2), power(scene.stiffness_over_mass_per_s2));
-        (scene.noise > 0.0).then(|| format!("{noise} at k/m = {stiffness} s⁻²"))
-    };
-    let told: Vec<_> = series(facts, "light").iter().filter_map(told).collect();
-    (!told.is_empty()).then(|| {
-        format!(
-            "One micrometre out of the plane at the start moves the end of the lightly damped \
-             hanging sheet by {}; errors below that rank nothing.",
-            told.join(", ")
-        )
-    })
 }
 
 #[cfg(test)]
@@ -268,9 +249,6 @@ mod tests {
             motion_m: 0.1,
             reference_error: 1e-11,
             reference_tolerance: 1e-10,
-            noise: 0.0,
-            greatest_noise: 0.0,
-            perturbed: 0,
             budget: 1e9,
         }
     }

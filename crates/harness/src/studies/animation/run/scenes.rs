@@ -96,7 +96,6 @@ pub(super) fn cases() -> Vec<Case> {
         Case { fabric: "denim", is_heavy: true, ..BASE },
         Case { fabric: "ponte", ..BASE },
         Case { fabric: "ponte", is_heavy: true, ..BASE },
-        Case { place: Place::Led, frames: 48, ..BASE },
         Case { place: Place::Led, rate: FILM, frames: FILM, ..BASE },
         Case { place: Place::Ball, frames: 30, ..BASE },
         Case { place: Place::Flag, frames: 30, ..BASE },

@@ -33,7 +33,7 @@ fn id(row: &Row) -> &str {
 /// The winner of a scene at a level of error, and the next method.
 pub(super) fn winner(scene: &Scene, rows: &[Row], level: f64) -> Winner {
     let rows = || rows.iter().filter(|row| row.scene == scene.id);
-    let best = cheapest(rows(), level).filter(|_| level >= scene.noise);
+    let best = cheapest(rows(), level);
     // Methods that take the same steps give the same answer, as symplectic Euler and Provot's below
     // his limit: a tie with oneself says nothing.
     let behind = best.map_or_else(Vec::new, |(best, run)| {

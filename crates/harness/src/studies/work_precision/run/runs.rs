@@ -121,10 +121,6 @@ impl Setting {
             step_s,
             verdict: Verdict::OverBudget,
             error: None,
-            shape_error: None,
-            excess_strain: None,
-            energy_error: None,
-            retained: None,
             modelled_s: 0.0,
             effort: 0.0,
             steps: 0,
@@ -159,15 +155,11 @@ impl Setting {
             self.judge(&simulation.state.x)
         };
         let seconds = totals.seconds + totals.prepare_seconds;
-        let mut run = Run {
+        let run = Run {
             value,
             step_s: Some(time.step_s),
             verdict,
             error,
-            shape_error: None,
-            excess_strain: None,
-            energy_error: None,
-            retained: None,
             modelled_s: counted.seconds(prices().of(variant.method)),
             effort,
             steps: counted.steps,
@@ -180,9 +172,6 @@ impl Setting {
             is_on_front: false,
             portable: choice.is_portable(),
         };
-        if error.is_some() {
-            self.note(&mut run, &simulation.state);
-        }
         Ok(Timed { run, nanoseconds: (1e9 * seconds) as u64 })
     }
 
@@ -195,11 +184,9 @@ impl Setting {
         let begin = Instant::now();
         let result = adaptive(&self.simulation.system, &self.simulation.state, SPAN, settings);
         let nanoseconds = begin.elapsed().as_nanos() as u64;
-        let mut end = None;
         let (verdict, error, steps, evaluations) = match result {
             Ok(run) => {
                 let (verdict, error) = self.judge(&run.state.x);
-                end = Some(run.state).filter(|_| error.is_some());
                 (verdict, error, run.steps, run.evaluations)
             }
             Err(ReferenceError::StepLimit { steps, .. }) => {
@@ -215,15 +202,11 @@ impl Setting {
             springs: self.scene.springs,
             ..Counted::default()
         };
-        let mut run = Run {
+        let run = Run {
             value: tolerance,
             step_s: None,
             verdict,
             error,
-            shape_error: None,
-            excess_strain: None,
-            energy_error: None,
-            retained: None,
             modelled_s: counted.seconds(prices().of(DOP853)),
             steps: u64::from(steps),
             effort: evaluations as f64 * sweep + f64::from(steps) * COMBINING * particles,
@@ -236,9 +219,6 @@ impl Setting {
             is_on_front: false,
             portable: false,
         };
-        if let Some(end) = end {
-            self.note(&mut run, &end);
-        }
         Ok(Timed { run, nanoseconds })
     }
 

@@ -1,18 +1,12 @@
 //! The scenes: where the sheet is held and how it starts, its stiffness, damping and size.
 
-use crate::film::{Camera, mean, threads};
 use crate::run::Simulation;
-use crate::studies::finite;
-use crate::studies::sheet::{GRAVITY, Sheet, cut};
-use crate::studies::work_precision::facts::{
-    DAMPING, FIXED_MATERIAL, FIXED_QUOTIENT, Run, STIFFNESS, Scene,
-};
+use crate::studies::sheet::{GRAVITY, Sheet};
+use crate::studies::work_precision::facts::{FIXED_MATERIAL, FIXED_QUOTIENT, STIFFNESS, Scene};
 use crate::{HarnessError, system_hash};
 use drape_model::{DampingLaw, PinSpec, State, System, SystemSpec, Vec3};
-use drape_oracle::Random;
 use drape_oracle::order::position_error;
 use drape_oracle::reference::{ReferenceSettings, adaptive};
-use drape_report::number::significant;
 
 /// How a sheet is held and starts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -94,9 +88,6 @@ pub(super) fn cases() -> Vec<Case> {
             cases.push(Case { is_heavy, stiffness, side, budget, series, ..base.clone() });
         }
     }
-    for damping in dampings(base.stiffness) {
-        cases.push(Case { light: damping, series: vec![DAMPING], ..base.clone() });
-    }
     for shape in [Shape::Thrown, Shape::Spread] {
         cases.extend([1e4, 1e6, 1e8].map(|stiffness| Case {
             shape,
@@ -120,20 +111,6 @@ pub(super) fn cases() -> Vec<Case> {
     }
     cases
 }
-
-/// Damping over mass in the sweep, 1/s: none, the paper's, and shares of the critical damping of the
-/// stiffest mode, `ω = √(8k/m)`, `δ = 8d/m = 2ζω`.
-fn dampings(stiffness: f64) -> [f64; 5] {
-    let of_ratio = |ratio: f64| 0.25 * ratio * (8.0 * stiffness).sqrt();
-    [0.0, 40.0, of_ratio(0.01), of_ratio(0.1), of_ratio(1.0)]
-}
-
-/// Perturbed starts, the seed of their heights, the greatest of these, m, and the tolerance of
-/// their motion: the noise is far above it.
-pub(super) const PERTURBED: usize = 7;
-pub(super) const SEED: u64 = 22;
-pub(super) const NOISE_M: f64 = 1e-6;
-const NOISE_TOLERANCE: f64 = 1e-7;
 
 impl Case {
     /// Whether it stands in the series over the stiffness with light damping.
@@ -163,11 +140,8 @@ impl Case {
         }
     }
 
-    fn damping_name(&self) -> String {
-        if self.series.contains(&DAMPING) {
-            return format!("d/m={}", significant(self.light, 3));
-        }
-        if self.is_heavy { "heavy" } else { "light" }.to_owned()
+    fn damping_name(&self) -> &'static str {
+        if self.is_heavy { "heavy" } else { "light" }
     }
 
     pub(super) fn id(&self) -> String {
@@ -227,10 +201,8 @@ pub(in crate::studies) struct Setting {
     pub(in crate::studies) simulation: Simulation,
     /// Finer runs than one with this error are not asked for.
     pub(in crate::studies) enough: f64,
-    /// The true state at the end.
-    pub(super) exact: State,
-    /// What sees shapes and strains.
-    camera: Camera,
+    /// The true positions at the end.
+    pub(super) exact: Vec<Vec3>,
     pub(super) hash: String,
     pub(in crate::studies) scene: Scene,
 }
@@ -258,7 +230,7 @@ impl Setting {
         let scene = Scene {
             id: case.id(),
             scene: case.name().to_owned(),
-            damping: case.damping_name(),
+            damping: case.damping_name().to_owned(),
             series: case.series.iter().map(|series| (*series).to_owned()).collect(),
             particles: system.len(),
             springs: spec.springs.len(),
@@ -269,64 +241,17 @@ impl Setting {
             motion_m: (moved / mass).sqrt(),
             reference_error: position_error(&system, &state.x, &tight.x, &loose.x),
             reference_tolerance: tolerance,
-            noise: 0.0,
-            greatest_noise: 0.0,
-            perturbed: 0,
             budget: case.budget,
         };
         let hash = system_hash(spec);
         let simulation = Simulation { system, state };
-        let camera = Camera::still(cut(case.side), threads(spec));
-        let (case, enough) = (case.clone(), ENOUGH);
-        Ok(Self { case, simulation, enough, exact: tight, camera, hash, scene })
-    }
-
-    /// The same with the noise of its scene: the true motion again, from perturbed starts.
-    pub(super) fn with_noise(mut self) -> Result<Self, HarnessError> {
-        let Simulation { system, state } = &self.simulation;
-        let mut random = Random::new(SEED);
-        let mut apart = Vec::new();
-        for _ in 0..PERTURBED {
-            let mut start = state.clone();
-            for (x, pinned) in start.x.iter_mut().zip(system.pinned()) {
-                x.z += if *pinned { 0.0 } else { random.between(-NOISE_M, NOISE_M) };
-            }
-            let end = at_end(system, &start, NOISE_TOLERANCE)?;
-            apart.push(self.error(&end.x));
-        }
-        self.scene.noise = mean(apart.iter().copied());
-        self.scene.greatest_noise = apart.iter().copied().fold(0.0, f64::max);
-        self.scene.perturbed = PERTURBED;
-        Ok(self)
+        Ok(Self { case: case.clone(), simulation, enough: ENOUGH, exact: tight.x, hash, scene })
     }
 
     /// Error of positions at the end.
     pub(in crate::studies) fn error(&self, x: &[Vec3]) -> f64 {
         let Simulation { system, state } = &self.simulation;
-        position_error(system, &state.x, &self.exact.x, x)
-    }
-
-    /// Records the other errors of a run that ended so.
-    pub(super) fn note(&self, run: &mut Run, end: &State) {
-        let Simulation { system, state } = &self.simulation;
-        let exact = &self.exact;
-        let shape = self.camera.distance(&end.x, &exact.x) / self.scene.motion_m;
-        run.shape_error = Some(shape);
-        let strain = |x: &[Vec3]| self.camera.strain(x);
-        run.excess_strain = Some(strain(&end.x) - strain(&exact.x));
-        let total = |s: &State| system.kinetic_energy(&s.v) + system.potential_energy(&s.x);
-        let gravity = |x: &[Vec3]| -> f64 {
-            system.energies(x).filter(|(name, _)| *name == "gravity").map(|(_, e)| e).sum()
-        };
-        let released = gravity(&state.x) - gravity(&exact.x);
-        run.energy_error = Some(finite((total(end) - total(exact)) / released));
-        let ways = state.x.iter().zip(end.x.iter().zip(&exact.x));
-        let (mut along, mut square) = (0.0, 0.0);
-        for ((start, (end, exact)), mass) in ways.zip(system.mass()) {
-            along += mass * (end - start).dot(&(exact - start));
-            square += mass * (exact - start).norm_squared();
-        }
-        run.retained = Some(along / square);
+        position_error(system, &state.x, &self.exact, x)
     }
 }
 

@@ -41,11 +41,11 @@ fn every_method_of_the_registry_runs_everywhere_and_every_variant_can_be_built()
 #[test]
 fn the_star_has_no_scene_twice_and_the_quick_subset_is_part_of_it() {
     let cases = cases();
-    assert_eq!(cases.len(), 25);
+    assert_eq!(cases.len(), 20);
     for (n, case) in cases.iter().enumerate() {
         let same = |c: &Case| {
             (c.shape, c.is_heavy, c.side) == (case.shape, case.is_heavy, case.side)
-                && (c.stiffness, c.light) == (case.stiffness, case.light)
+                && c.stiffness == case.stiffness
         };
         assert!(!cases[..n].iter().any(same), "{case:?}");
     }
@@ -103,45 +103,12 @@ fn what_would_go_over_the_budget_ends_the_row_with_that_verdict() {
     }
 }
 
-/// Starts that differ by a micrometre end apart, by more than the error of the reference and less
-/// than the errors that are ranked.
-#[test]
-fn the_noise_of_a_scene_is_above_its_reference_and_below_a_per_cent() {
-    let setting = small(Shape::Hanging, 1e6).with_noise().expect("runs");
-    let Scene { noise, greatest_noise, reference_error, perturbed, .. } = setting.scene;
-    assert!(noise > 3.0 * reference_error && noise < 1e-2, "{noise}, {reference_error}");
-    assert!(greatest_noise >= noise && perturbed == scenes::PERTURBED);
-}
-
-/// The other errors of a run: a sheet that is where it should be has none, one that stays at its
-/// start has kept nothing.
-#[test]
-fn the_four_errors_tell_a_true_end_from_a_start() {
-    let setting = small(Shape::Hanging, 1e6);
-    let mut run = row("a", "a", &[(0.1, 1.0)]).runs.swap_remove(0);
-    setting.note(&mut run, &setting.exact);
-    assert_eq!(
-        (run.shape_error, run.excess_strain, run.energy_error),
-        (Some(0.0), Some(0.0), Some(0.0))
-    );
-    assert!(run.retained.is_some_and(|share| (share - 1.0).abs() < 1e-12), "{run:?}");
-    setting.note(&mut run, &setting.simulation.state);
-    assert_eq!(run.retained, Some(0.0));
-    assert!(run.shape_error.is_some_and(|error| error > 0.1), "{run:?}");
-    // It has what gravity would have set free and the true motion has not lost to damping.
-    assert!(run.energy_error.is_some_and(|error| error > 0.0 && error < 1.0), "{run:?}");
-}
-
 fn row(label: &str, method: &str, points: &[(f64, f64)]) -> Row {
     let run = |&(error, effort): &(f64, f64)| Run {
         value: effort,
         step_s: None,
         verdict: Verdict::Completed,
         error: Some(error),
-        shape_error: None,
-        excess_strain: None,
-        energy_error: None,
-        retained: None,
         modelled_s: effort,
         effort,
         steps: 0,
@@ -188,8 +155,6 @@ fn the_front_is_what_no_run_beats_and_the_runner_up_is_another_method() {
     let tied: Vec<_> = winner.tied.iter().map(|tied| tied.label.as_str()).collect();
     assert_eq!(tied, ["imex-euler"], "a run with the winner's answer is no other");
     assert_eq!(front::winner(&scene, &rows, 1e-3).label, None);
-    scene.noise = 0.02;
-    assert_eq!(front::winner(&scene, &rows, 0.01).label, None, "below the noise nobody is first");
 }
 
 #[test]
