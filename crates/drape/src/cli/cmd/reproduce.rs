@@ -2,7 +2,7 @@
 
 use super::experiment::Run;
 use crate::cli::progress::Place;
-use drape_harness::studies::{Study, all, find, is_long};
+use drape_harness::studies::{all, find, is_long};
 use drape_report::tell;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -37,11 +37,11 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     arguments.methods.choose()?;
     let out = super::experiment::folder(arguments.out.as_deref(), arguments.quick);
     let chosen = match arguments.only.as_slice() {
-        [] => {
-            let is_asked =
-                |study: &&&dyn Study| arguments.quick || is_long(**study) == arguments.long;
-            all().iter().filter(is_asked).copied().collect()
-        }
+        [] => all()
+            .iter()
+            .filter(|study| arguments.quick || is_long(**study) == arguments.long)
+            .copied()
+            .collect(),
         names => names.iter().map(|name| find(name)).collect::<Result<Vec<_>, _>>()?,
     };
     let unfinished = super::experiment::enter(&out, arguments.fresh)?;

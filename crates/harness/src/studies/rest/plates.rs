@@ -108,7 +108,7 @@ fn cheapest(input: &Input) -> Option<Matrix> {
     Some(Matrix {
         columns: scenes.iter().map(|scene| scene.id.clone()).collect(),
         rows: labels.iter().map(row).collect(),
-        legend: legend("s", &[("≠", "at rest in a worse shape"), ("~", "still moves at the end")]),
+        legend: legend("s", &[("≠", "at rest in a worse shape"), ("~", "on its way at the end")]),
         notes: Vec::new(),
     })
 }
