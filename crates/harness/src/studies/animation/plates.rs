@@ -180,7 +180,7 @@ fn frames(input: &Input) -> Option<Sheet> {
     let mut sheet = panels_of(
         scenes.iter().map(draft).collect(),
         |xs| Axis::log("ms a frame", xs),
-        |ys| Axis::log("error of shape (mm)", &[ys, &noise, &[1e3 * GOOD]].concat()),
+        |ys| Axis::log("error of shape (mm)", &[ys, noise.as_slice(), &[1e3 * GOOD]].concat()),
     )?;
     sheet.notes = vec![
         failing(input, &scenes, "Stand still", &[Verdict::Locked]),
