@@ -102,7 +102,7 @@ pub(crate) fn report(
             sections => Value::from(Serde(sections)),
             chapters => Value::from(Serde(chapters(sections, outline))),
             answer => Value::from(Serde(answer(sections, outline))),
-            leads => leads(sections, outline),
+            leads => Value::from(Serde(leads(sections, outline))),
             drawings => Value::from(Serde(&drawings)),
         })
     };
