@@ -81,7 +81,7 @@ const BASE: Case = Case {
     side: USUAL,
     is_heavy: false,
     rate: FRAMES_PER_S,
-    frames: 45,
+    frames: 36,
     perturbed: 3,
 };
 
@@ -97,8 +97,8 @@ pub(super) fn cases() -> Vec<Case> {
         Case { fabric: "ponte", ..BASE },
         Case { fabric: "ponte", is_heavy: true, ..BASE },
         Case { place: Place::Led, rate: FILM, frames: FILM, ..BASE },
-        Case { place: Place::Ball, frames: 30, ..BASE },
-        Case { place: Place::Flag, frames: 30, ..BASE },
+        Case { place: Place::Ball, frames: 24, ..BASE },
+        Case { place: Place::Flag, frames: 24, ..BASE },
     ]
 }
 
