@@ -23,6 +23,7 @@ mod motion;
 mod need;
 mod ordered;
 mod presets;
+mod processor;
 mod provenance;
 pub mod record;
 mod run;

@@ -39,6 +39,9 @@ pub struct Outcome {
     pub totals: Totals,
     /// Wall time of all `step` calls together.
     pub wall: Duration,
+    /// Time that the calling thread spent on a processor in them; if asked for, and where the
+    /// system tells it.
+    pub(crate) processor: Option<Duration>,
     /// Steps whose solver stopped before its tolerance.
     pub unconverged: u64,
     /// Steps that took no CG iteration.
@@ -155,6 +158,7 @@ pub struct Runner<'a> {
     schedule: Schedule,
     series: bool,
     phases: bool,
+    has_processor: bool,
     ledger: bool,
     budget: Option<f64>,
     reference: Option<f64>,
@@ -192,6 +196,7 @@ impl<'a> Runner<'a> {
             schedule,
             series: false,
             phases: false,
+            has_processor: false,
             ledger: false,
             budget: None,
             reference: None,
@@ -209,6 +214,11 @@ impl<'a> Runner<'a> {
     /// Records the seconds of each phase, if `phases`.
     pub fn phases(self, phases: bool) -> Self {
         Self { phases, ..self }
+    }
+
+    /// Measures the time of the processor beside that of the clock.
+    pub(crate) fn processor(self) -> Self {
+        Self { has_processor: true, ..self }
     }
 
     /// Shows observers what each step did to the energy, cause by cause.
@@ -328,6 +338,13 @@ pub struct Counts {
     pub rule: Rule,
     /// Last state.
     pub state: State,
+}
+
+impl Outcome {
+    /// Time of the processor in all `step` calls, if it was measured, else that of the clock, s.
+    pub(crate) fn seconds(&self) -> f64 {
+        self.processor.unwrap_or(self.wall).as_secs_f64()
+    }
 }
 
 impl Counts {

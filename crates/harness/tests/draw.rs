@@ -258,6 +258,14 @@ fn figures_name_axes_units_and_every_curve() {
     expect("scaling-cost.svg", &["particles n", "ns a particle and step", "phase: solve"]);
     expect("scaling-cost.svg", &["144 bytes a particle at 10.0 GB/s", "imex-euler, by phase"]);
     expect("scaling-cg.svg", &["CG iterations per step", "k/m fixed", "material fixed"]);
+    expect("animation-frames.svg", &["ms a frame", "error of shape (mm)", "noise", "good enough"]);
+    expect("animation-frames.svg", &["cotton-blend, light damping, k/m = 4.0·10⁶ s⁻²"]);
+    expect("animation-map.svg", &["hanging", "10 mm", "a tie of both kinds"]);
+    expect("rest-arrival.svg", &["step (ms)", "at rest after (s)", "time that a run has"]);
+    expect(
+        "rest-cheapest.svg",
+        &["square table", "locked", "at rest in a worse shape", "on its way at the end"],
+    );
     expect("animation-front.svg", &["ms a frame", "error (mm)", "good enough", "the front"]);
     expect(
         "animation-cheapest.svg",

@@ -190,6 +190,23 @@ pub fn is_minimum(system: &System, x: &[Vec3]) -> bool {
     matrix.factor()
 }
 
+/// Greatest conservative force on a free particle at `x` over the greatest weight of a particle at
+/// 9.81 m/s². Obstacles are not seen.
+pub fn residual(system: &System, x: &[Vec3]) -> f64 {
+    greatest(&forces(system, x)) / scale(system)
+}
+
+/// Greatest weight of a particle at 9.81 m/s², N.
+fn scale(system: &System) -> f64 {
+    9.81 * system.mass().iter().fold(0.0, |most: f64, mass| most.max(*mass))
+}
+
+/// Greatest length; NaN, which no comparison would find, counts as infinite.
+fn greatest(forces: &[Vec3]) -> f64 {
+    let length = |f: &Vec3| Some(f.norm()).filter(|norm| !norm.is_nan()).unwrap_or(f64::INFINITY);
+    forces.iter().map(length).fold(0.0, f64::max)
+}
+
 /// Moves `x` to a place where all conservative forces on the free particles balance. It stops when
 /// the greatest force is below `tolerance` times the greatest weight of a particle at 9.81 m/s², or
 /// after `most` iterations. Obstacles are not seen.
@@ -199,9 +216,8 @@ pub fn is_minimum(system: &System, x: &[Vec3]) -> bool {
 pub fn rest(system: &System, x: &mut [Vec3], tolerance: f64, most: usize) -> Rest {
     let (rows, size) = rows(system, x);
     let mut matrix = Envelope::new(system, &rows, size);
-    let heaviest = system.mass().iter().fold(0.0, |most: f64, mass| most.max(*mass));
-    let scale = 9.81 * heaviest;
-    let residual = |force: &[Vec3]| force.iter().map(|f| f.norm()).fold(0.0, f64::max) / scale;
+    let scale = scale(system);
+    let residual = |force: &[Vec3]| greatest(force) / scale;
     let mut force = forces(system, x);
     for iteration in 0..most {
         let found = residual(&force);

@@ -29,7 +29,7 @@ const OUTLINE: Outline = Outline {
     parts: &[Part { title: "This scene", studies: &[], table_first: true }],
     answers: &[NAME],
     longest_answer: 1,
-    leads: &["compare-front.svg"],
+    leads: &[&["compare-front.svg"]],
 };
 
 const PLATES: &[Plate<Facts>] = &[Plate {

@@ -116,13 +116,16 @@ impl Camera {
         strains.get(strains.len() * 99 / 100).copied().unwrap_or(0.0)
     }
 
+    /// Mean distance of two surfaces, both ways, m.
+    pub(crate) fn distance(&self, a: &[Vec3], b: &[Vec3]) -> f64 {
+        let [a, b] = [a, b].map(|x| Surface::new(x, &self.triangles));
+        a.apart(&b)
+    }
+
     /// Mean distance of the surfaces over all looks, m. Without triangles each particle is compared
     /// with itself.
     pub(crate) fn shape_apart(&self, a: &Seen, b: &Seen) -> f64 {
-        let apart = |(a, b): (&Look, &Look)| {
-            let [a, b] = [a, b].map(|look| Surface::new(&look.x, &self.triangles));
-            a.apart(&b)
-        };
+        let apart = |(a, b): (&Look, &Look)| self.distance(&a.x, &b.x);
         let all: Vec<f64> = a.looks.par_iter().zip(&b.looks).map(apart).collect();
         mean(all.into_iter())
     }

@@ -43,7 +43,7 @@ pub(crate) enum Steps {
 /// How many calls of a form the study of animation makes in a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Substeps {
-    /// 1, 2, 4 and 8.
+    /// A few, from one on.
     Ladder,
     /// As few as keep it stable: stiffness limits its step.
     Limit,

@@ -4,6 +4,7 @@ use super::{Divergence, Moment, Outcome, Runner, Simulation};
 use crate::HarnessError;
 use crate::bounds::Bounds;
 use crate::cost::Counted;
+use crate::processor;
 use crate::record::{Phases, Sample, Totals};
 use crate::schedule::Schedule;
 use drape_integrator::{
@@ -81,16 +82,18 @@ pub(super) struct Plan {
     schedule: Schedule,
     series: bool,
     phases: bool,
+    has_processor: bool,
     ledger: bool,
     budget: Option<f64>,
 }
 
 impl Plan {
     pub(super) fn of(runner: &Runner<'_>) -> Result<Self, HarnessError> {
-        let Runner { schedule, series, phases, ledger, budget, .. } = runner;
+        let Runner { schedule, series, phases, has_processor, ledger, budget, .. } = runner;
         schedule.time.check("time.step_s", "time.duration_s")?;
         let (series, phases, ledger, budget) = (*series, *phases, *ledger, *budget);
-        Ok(Self { schedule: schedule.clone(), series, phases, ledger, budget })
+        let (schedule, has_processor) = (schedule.clone(), *has_processor);
+        Ok(Self { schedule, series, phases, has_processor, ledger, budget })
     }
 }
 
@@ -108,6 +111,7 @@ pub(crate) struct Progress {
     outside_work: f64,
     clock: PhaseClock,
     has_phases: bool,
+    has_processor: bool,
     bounds: Bounds,
     /// Steps between two samples of the series.
     every: u64,
@@ -128,7 +132,7 @@ impl Progress {
         simulation: &mut Simulation,
     ) -> Result<Self, HarnessError> {
         super::starts::starts_from(simulation);
-        let Plan { schedule, series, phases, ledger, budget } = plan;
+        let Plan { schedule, series, phases, has_processor, ledger, budget } = plan;
         let Simulation { system, state } = simulation;
         let steps = schedule.steps();
         let begin = Instant::now();
@@ -147,6 +151,7 @@ impl Progress {
             outside_work: 0.0,
             clock: if phases { PhaseClock::on() } else { PhaseClock::off() },
             has_phases: phases,
+            has_processor,
             bounds: Bounds::of(system, state),
             every: steps.div_ceil(MAX_SAMPLES).max(1),
             size: (system.len(), springs(system)),
@@ -179,12 +184,16 @@ impl Progress {
         if let Some(before) = &mut self.before {
             before.copy_from(state);
         }
+        let spent = self.has_processor.then(processor::spent).flatten();
         let begin = Instant::now();
         let report = match integrator.step(system, state, h, &mut self.clock) {
             Ok(report) => report,
             Err(error) => return self.fail(step, state.t, error, numbering).map(|()| false),
         };
         self.outcome.wall += begin.elapsed();
+        if let Some((before, now)) = spent.zip(processor::spent()) {
+            *self.outcome.processor.get_or_insert_default() += now.saturating_sub(before);
+        }
         let elapsed = self.schedule.elapsed(step);
         state.t = self.start + elapsed;
         self.outcome.count(step, &report, self.size);

@@ -22,12 +22,14 @@ pub mod pictures;
 pub mod post_correction;
 pub mod precomputed_inverse;
 pub mod regret;
+pub mod rest;
 pub mod scaling;
 pub(crate) mod sheet;
 pub mod solver_control;
 pub mod stability;
 mod stepper;
 pub mod tables;
+mod tiles;
 pub(crate) mod variant;
 pub mod work_precision;
 
@@ -353,7 +355,7 @@ impl std::fmt::Debug for dyn Study {
 }
 
 /// In teaching order: a study stands behind those that it builds on. The page keeps this order.
-static STUDIES: [&dyn Study; 21] = [
+static STUDIES: [&dyn Study; 22] = [
     &course::STUDY,
     &pictures::STUDY,
     &order::STUDY,
@@ -370,6 +372,7 @@ static STUDIES: [&dyn Study; 21] = [
     &precomputed_inverse::STUDY,
     &work_precision::STUDY,
     &animation::STUDY,
+    &rest::STUDY,
     &regret::STUDY,
     &fabric::STUDY,
     &solver_control::STUDY,
@@ -380,6 +383,15 @@ static STUDIES: [&dyn Study; 21] = [
 /// All experiments, in teaching order, which is also that in which `drape reproduce` runs them.
 pub fn all() -> &'static [&'static dyn Study] {
     &STUDIES
+}
+
+/// Experiments that take longer than all others together. `drape reproduce --long` runs them, and
+/// `drape reproduce` leaves their records as they are.
+const LONG: [&str; 1] = [animation::STUDY.name];
+
+/// Whether an experiment is long.
+pub fn is_long(study: &dyn Study) -> bool {
+    LONG.contains(&study.name())
 }
 
 /// Finds an experiment by name.

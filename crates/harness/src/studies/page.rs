@@ -14,7 +14,21 @@ pub(super) const OUTLINE: Outline = Outline {
         Part { title: "A way through the methods", studies: &["course"], table_first: false },
         Part { title: "The experiments", studies: &[], table_first: false },
     ],
-    answers: &["work-precision", "locking", "claims", "course", "order", "hard-cases"],
+    answers: &[
+        "animation",
+        "work-precision",
+        "rest",
+        "locking",
+        "claims",
+        "course",
+        "order",
+        "hard-cases",
+    ],
     longest_answer: 3,
-    leads: &["work-precision.svg", "course-motion.svg", "motion-vs-stiffness.svg"],
+    leads: &[
+        &["animation-frames.svg", "animation-map.svg"],
+        &["work-precision.svg"],
+        &["course-motion.svg"],
+        &["motion-vs-stiffness.svg"],
+    ],
 };

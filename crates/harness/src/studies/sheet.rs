@@ -114,6 +114,12 @@ impl Sheet {
     }
 }
 
+/// Two triangles for each cell of a square grid with so many particles a side.
+pub(crate) fn cut(side: u32) -> Vec<[u32; 3]> {
+    let cells = (0..(side - 1) * (side - 1)).map(|k| k / (side - 1) * side + k % (side - 1));
+    cells.flat_map(|k| [[k, k + 1, k + side], [k + 1, k + side + 1, k + side]]).collect()
+}
+
 /// Two particles at rest on an undamped spring of 1 m along x, around the origin.
 pub(crate) fn pair(stiffness_over_mass: f64) -> SystemSpec {
     SystemSpec {

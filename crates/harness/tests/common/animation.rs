@@ -17,6 +17,7 @@ pub(crate) fn animation() -> Record<Facts> {
         stiffness_over_mass_per_s2: 4e6,
         theta: 1111.0,
         damping_over_stiffness_s: 1e-5,
+        frames_per_s: 60,
         span_s: 1.0,
         limit_substeps: 48,
         reference_substeps: 192,

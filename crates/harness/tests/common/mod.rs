@@ -10,6 +10,7 @@ mod effects;
 mod energy;
 mod fabric;
 mod regret;
+mod rest;
 mod stability;
 mod work;
 
@@ -21,6 +22,7 @@ pub(crate) use effects::{effects, effects_timings};
 pub(crate) use energy::energy;
 pub(crate) use fabric::fabric;
 pub(crate) use regret::{regret, regret_timings};
+pub(crate) use rest::{rest, rest_timings};
 pub(crate) use stability::{locking, stability};
 pub(crate) use work::{scaling, scaling_timings, work_precision, work_precision_timings};
 
@@ -66,6 +68,8 @@ pub(crate) fn complete() -> TempDir {
     write_json(&path("timings/animation.json"), &animation_timings()).unwrap();
     write_json(&path("regret.json"), &regret()).unwrap();
     write_json(&path("timings/regret.json"), &regret_timings()).unwrap();
+    write_json(&path("rest.json"), &rest()).unwrap();
+    write_json(&path("timings/rest.json"), &rest_timings()).unwrap();
     write_json(&path("fabric.json"), &fabric()).unwrap();
     write_json(&path("scaling.json"), &scaling(false)).unwrap();
     write_json(&path("timings/scaling.json"), &scaling_timings()).unwrap();

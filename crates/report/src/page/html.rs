@@ -59,11 +59,13 @@ pub(super) fn answer<'a>(sections: &'a [Section], outline: &Outline) -> Vec<(&'a
     said.take(outline.longest_answer).collect()
 }
 
-/// The figure that stands beside the answer.
-fn lead<'a>(sections: &'a [Section], outline: &Outline) -> Option<&'a str> {
+/// The figures that stand beside the answer.
+fn leads<'a>(sections: &'a [Section], outline: &Outline) -> Vec<&'a str> {
     let drawn = || sections.iter().flat_map(|section| &section.figures).map(|f| f.file.as_str());
-    let favourite = outline.leads.iter().find_map(|file| drawn().find(|drawn| drawn == file));
-    favourite.or_else(|| drawn().next())
+    let of_group =
+        |group: &&[&str]| -> Vec<&str> { drawn().filter(|file| group.contains(file)).collect() };
+    let mut groups = outline.leads.iter().map(of_group);
+    groups.find(|group| !group.is_empty()).unwrap_or_else(|| drawn().take(1).collect())
 }
 
 /// The text of the report; `files` holds the drawings.
@@ -100,7 +102,7 @@ pub(crate) fn report(
             sections => Value::from(Serde(sections)),
             chapters => Value::from(Serde(chapters(sections, outline))),
             answer => Value::from(Serde(answer(sections, outline))),
-            lead => lead(sections, outline),
+            leads => Value::from(Serde(leads(sections, outline))),
             drawings => Value::from(Serde(&drawings)),
         })
     };

@@ -19,8 +19,9 @@ pub struct Outline {
     pub answers: &'static [&'static str],
     /// How many of them the answer quotes at most.
     pub longest_answer: usize,
-    /// The figure beside the answer: the first of these that was drawn, or else the first of all.
-    pub leads: &'static [&'static str],
+    /// The figures beside the answer: those drawn of the first group of which any was drawn, or else
+    /// the first of all.
+    pub leads: &'static [&'static [&'static str]],
 }
 
 /// A part of the report. The studies that it names come in this order; a part without names takes

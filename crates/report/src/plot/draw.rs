@@ -30,6 +30,7 @@ const RULE_DASHES: [(i32, i32); 2] = [(12, 5), (2, 4)];
 enum Key {
     Series(Look, bool),
     Rule(usize),
+    Band,
     Fill(Fill),
     State(State),
 }
@@ -171,6 +172,11 @@ fn draw_panel(
             At::Y(value) => {
                 let y = pixel(panel.x.low, panel.y.position(value)).1;
                 [(x0, y), (x1, y)]
+            }
+            At::Below(value) => {
+                let y = pixel(panel.x.low, panel.y.position(value)).1;
+                root.draw(&Rectangle::new([(x0, y), (x1, y0)], GRID.filled()))?;
+                continue;
             }
             At::X(value) => {
                 let x = pixel(panel.x.position(value), panel.y.low).0;
@@ -336,7 +342,9 @@ impl Legend {
             add(Key::Fill(*fill), label);
         }
         for rule in panels().flat_map(|panel| &panel.rules) {
-            if !rules.contains(&rule.label) {
+            if matches!(rule.at, At::Below(_)) {
+                add(Key::Band, &rule.label);
+            } else if !rules.contains(&rule.label) {
                 add(Key::Rule(rules.len()), &rule.label);
                 rules.push(rule.label.clone());
             }
@@ -393,6 +401,10 @@ impl Legend {
                 }
                 Key::Rule(n) => {
                     draw_line(root, &[from, to], RULE_DASHES[n % 2], INK.stroke_width(2))?;
+                }
+                Key::Band => {
+                    let corners = [(from.0, y - 9), (to.0, y + 9)];
+                    root.draw(&Rectangle::new(corners, GRID.filled()))?;
                 }
                 Key::Fill(fill) => draw_fill(root, (from.0, y - 9), (to.0, y + 9), fill)?,
                 Key::State(state) => {

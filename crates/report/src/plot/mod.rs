@@ -151,6 +151,8 @@ pub struct Rule {
 pub enum At {
     /// Across at this value of y.
     Y(f64),
+    /// A grey band from the bottom of the panel up to this value of y.
+    Below(f64),
     /// Upright at this value of x.
     X(f64),
     /// With this slope through this point, on two logarithmic axes.

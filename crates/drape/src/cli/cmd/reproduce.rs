@@ -2,7 +2,7 @@
 
 use super::experiment::Run;
 use crate::cli::progress::Place;
-use drape_harness::studies::{all, find};
+use drape_harness::studies::{all, find, is_long};
 use drape_report::tell;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -18,6 +18,10 @@ pub(crate) struct Arguments {
     /// Compute only a subset of the cells, and no timings
     #[arg(long)]
     quick: bool,
+    /// Compute the long experiments alone, which are left out otherwise; with --quick, all have a
+    /// part
+    #[arg(long, conflicts_with_all = ["quick", "only"])]
+    long: bool,
     #[command(flatten)]
     shard: super::experiment::ShardArgument,
     /// Run only these experiments, separated by commas
@@ -33,7 +37,11 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     arguments.methods.choose()?;
     let out = super::experiment::folder(arguments.out.as_deref(), arguments.quick);
     let chosen = match arguments.only.as_slice() {
-        [] => all().to_vec(),
+        [] => all()
+            .iter()
+            .filter(|study| arguments.quick || is_long(**study) == arguments.long)
+            .copied()
+            .collect(),
         names => names.iter().map(|name| find(name)).collect::<Result<Vec<_>, _>>()?,
     };
     let unfinished = super::experiment::enter(&out, arguments.fresh)?;
@@ -46,6 +54,13 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     }
     super::report::draw(&out)?;
     unfinished.leave(chosen.iter().map(|experiment| experiment.name()))?;
+    if arguments.only.is_empty() && !arguments.long && !arguments.quick {
+        let long = all().iter().filter(|study| is_long(**study)).map(|study| study.name());
+        let long = long.collect::<Vec<_>>().join(", ");
+        tell!(
+            "left as it was: {long}; `drape reproduce --long` runs it, and goes on where it stopped"
+        );
+    }
     tell!(
         "done in {:.1} s; read {}",
         begin.elapsed().as_secs_f64(),

@@ -6,6 +6,8 @@ use serde::{Deserialize, Serialize};
 
 /// What a film can use is off by at most this, m.
 pub const GOOD: f64 = 0.01;
+/// Damping of a spring over its stiffness from which on it is heavy, s.
+pub const HEAVY: f64 = 1e-3;
 /// Times within this factor are a tie.
 pub const TIE: f64 = 1.5;
 
@@ -50,6 +52,8 @@ pub struct Scene {
     pub stiffness_n_per_m: f64,
     /// Stiffness over mass, 1/s².
     pub stiffness_over_mass_per_s2: f64,
+    /// Frames a second.
+    pub frames_per_s: u32,
     /// `h² k/m` of a frame.
     pub theta: f64,
     /// Damping of a spring over its stiffness, s.

@@ -1,7 +1,8 @@
 //! Figures and tables of the experiment `animation`.
 
-use super::facts::{Facts, Measure, Run, Scene, TIE, TimingRow};
+use super::facts::{Facts, GOOD, HEAVY, Measure, Run, Scene, TIE, TimingRow};
 use crate::families::{families, labels};
+use crate::studies::tiles::{fault, legend, told};
 use drape_report::Verdict;
 use drape_report::number::significant;
 use drape_report::page::{Table, absent, texts};
@@ -16,6 +17,18 @@ pub(super) type Input = crate::studies::Input<Facts, TimingRow>;
 /// All figures, in the page's order.
 pub(super) const PLATES: &[Plate<Input>] = &[
     Plate {
+        file: "animation-frames.svg",
+        title: "What a frame of cloth costs, and how wrong its shape is",
+        caption: FRAMES,
+        draw: Draw::Sheet(frames),
+    },
+    Plate {
+        file: "animation-map.svg",
+        title: "Which method has the cheapest frame",
+        caption: MAP,
+        draw: Draw::Matrix(map),
+    },
+    Plate {
         file: "animation-front.svg",
         title: "What a frame costs, and how wrong it is",
         caption: FRONT,
@@ -28,6 +41,22 @@ pub(super) const PLATES: &[Plate<Input>] = &[
         draw: Draw::Matrix(cheapest),
     },
 ];
+
+const FRAMES: &str = "Choose the panel of your fabric and find the error that you accept: the \
+                      leftmost curve there is the fastest. A panel a fabric and damping, square \
+    cloths that hang by two corners. Across: time a frame on one core. Upwards: the mean distance of \
+    the surfaces over the span. A curve is a method: the best of its forms and of its numbers of \
+    calls a frame. Drawn are the methods that no other beats in most panels; the table \
+    `animation-cheapest.svg` has all. Grey: below the noise, where nothing is ranked. Dashed: good \
+    enough, 1 cm. Below the legend: methods that stand still or gain energy with every number of \
+    calls that was tried.";
+
+const MAP: &str = "Where the colour changes, implicit methods (yellow) take over from explicit ones \
+                   (blue), or the reverse. Each place names the method with the least time a frame \
+    for an error, on one core. A row is a scene at 60 frames a second, or at the rate that it \
+    names; a column an error: of the shape where the cloth hangs, of the particles at 0.3 s \
+    elsewhere. Violet: methods of both kinds tie. Grey: no run gets there, or the noise is more \
+    than half of that.";
 
 const FRONT: &str = "The line joins the runs that no other beats in both. A panel a scene, a \
                      marker for each stable run that moves: one form of a method with one number \
@@ -72,6 +101,177 @@ fn measured(scene: &Scene) -> &'static str {
         Measure::Shape => "distance of surfaces",
         Measure::Trajectory => "particles at 0.3 s",
     }
+}
+
+/// The scenes of the one figure: cloth that hangs by its corners, on the finest of its meshes.
+fn hanging(input: &Input) -> Vec<&Scene> {
+    let hangs = |scene: &&Scene| scene.id.starts_with("hanging");
+    let hanging = || input.facts.scenes.iter().filter(hangs);
+    let most = hanging().map(|scene| scene.particles).max();
+    hanging().filter(|scene| Some(scene.particles) == most).collect()
+}
+
+/// The id of a run's method.
+fn id(run: &Run) -> &str {
+    run.method.split(':').next().unwrap_or(&run.method)
+}
+
+/// Most methods that the one figure names.
+const NAMED: usize = 7;
+
+/// The methods that stand on the front of most scenes, as many as there are looks.
+fn named<'a>(input: &'a Input, scenes: &[&'a Scene]) -> Vec<&'a str> {
+    let mut counts: Vec<(&str, usize)> = Vec::new();
+    for scene in scenes {
+        let front = best(timed(input, scene));
+        let mut seen: Vec<&str> = front.iter().map(|(run, ..)| id(run)).collect();
+        seen.sort_unstable();
+        seen.dedup();
+        for method in seen {
+            match counts.iter_mut().find(|(known, _)| *known == method) {
+                Some((_, count)) => *count += 1,
+                None => counts.push((method, 1)),
+            }
+        }
+    }
+    counts.sort_by(|a, b| b.1.cmp(&a.1).then(a.0.cmp(b.0)));
+    counts.into_iter().take(NAMED).map(|(method, _)| method).collect()
+}
+
+/// Methods whose runs on a scene all have one of these verdicts.
+fn always<'a>(input: &'a Input, scene: &Scene, verdicts: &[Verdict]) -> Vec<&'a str> {
+    let own = || input.facts.runs.iter().filter(|run| run.scene == scene.id);
+    let mut methods: Vec<&str> = own().map(id).collect();
+    methods.dedup();
+    methods.retain(|method| {
+        let mut its = own().filter(|run| id(run) == *method);
+        its.all(|run| verdicts.contains(&run.verdict))
+    });
+    methods
+}
+
+fn frames(input: &Input) -> Option<Sheet> {
+    input.timings.as_ref()?;
+    let scenes = hanging(input);
+    let named = named(input, &scenes);
+    let draft = |scene: &&Scene| -> Draft {
+        let runs = timed(input, scene);
+        let point = |(_, time, error): &(&Run, f64, f64)| Point {
+            x: 1e3 * time,
+            y: 1e3 * error.max(1e-6),
+            state: State::Stable,
+        };
+        let curve = |(n, method): (usize, &&str)| {
+            let own = runs.iter().filter(|(run, ..)| id(run) == *method).copied().collect();
+            let points = best(own).iter().map(point).collect();
+            Series::path((*method).to_owned(), Look::number(n), points)
+        };
+        let series = named.iter().enumerate().filter_map(curve).collect();
+        let noise = (1e3 * scene.floor_m()).max(1e-3);
+        let rules = vec![
+            Rule { label: "noise".to_owned(), at: At::Below(noise) },
+            Rule { label: "good enough".to_owned(), at: At::Y(1e3 * scene.good_m()) },
+        ];
+        let heavy = if scene.damping_over_stiffness_s >= HEAVY { "heavy" } else { "light" };
+        let stiffness = significant(scene.stiffness_over_mass_per_s2, 2);
+        (vec![format!("{}, {heavy} damping, k/m = {stiffness} s⁻²", scene.fabric)], series, rules)
+    };
+    let noise: Vec<f64> = scenes.iter().map(|s| (0.5e3 * s.floor_m()).max(1e-3)).collect();
+    let mut sheet = panels_of(
+        scenes.iter().map(draft).collect(),
+        |xs| Axis::log("ms a frame", xs),
+        |ys| Axis::log("error of shape (mm)", &[ys, noise.as_slice(), &[1e3 * GOOD]].concat()),
+    )?;
+    sheet.notes = vec![
+        failing(input, &scenes, "Stand still", &[Verdict::Locked]),
+        failing(
+            input,
+            &scenes,
+            "Gain energy",
+            &[Verdict::Marginal, Verdict::Unstable, Verdict::Diverged],
+        ),
+    ]
+    .into_iter()
+    .flatten()
+    .collect();
+    Some(sheet)
+}
+
+/// Who fails in all panels of the one figure, in a sentence.
+fn failing(input: &Input, scenes: &[&Scene], what: &str, verdicts: &[Verdict]) -> Option<String> {
+    let (first, others) = scenes.split_first()?;
+    let mut methods = always(input, first, verdicts);
+    methods.retain(|method| {
+        others.iter().all(|scene| always(input, scene, verdicts).contains(method))
+    });
+    (!methods.is_empty()).then(|| format!("{what} in every panel: {}.", methods.join(", ")))
+}
+
+/// Errors of the columns of the map, m.
+const LEVELS: [f64; 4] = [0.03, 0.01, 0.003, 0.001];
+
+/// The fastest run of each method with an error of at most `level`, the fastest first; none where
+/// the noise is more than half of it.
+fn fastest<'a>(input: &'a Input, scene: &'a Scene, level: f64) -> Vec<(&'a Run, f64)> {
+    let mut least: Vec<(&Run, f64)> = Vec::new();
+    if 2.0 * scene.floor_m() > level {
+        return least;
+    }
+    for (run, time, error) in timed(input, scene) {
+        if error > level {
+            continue;
+        }
+        match least.iter_mut().find(|(other, _)| id(other) == id(run)) {
+            Some(known) if known.1 <= time => {}
+            Some(known) => *known = (run, time),
+            None => least.push((run, time)),
+        }
+    }
+    least.sort_by(|a, b| a.1.total_cmp(&b.1));
+    least
+}
+
+fn winner(input: &Input, scene: &Scene, level: f64) -> Tile {
+    let all = fastest(input, scene, level);
+    let Some((first, least)) = all.first() else { return told(Shade::Idle, "") };
+    let ties: Vec<_> = all[1..].iter().take_while(|(_, time)| *time <= TIE * least).collect();
+    let shade = if ties.iter().any(|(run, _)| run.is_limited != first.is_limited) {
+        Shade::Still
+    } else if first.is_limited {
+        Shade::Open
+    } else {
+        Shade::Fair
+    };
+    let margin = match (ties.len(), all.get(1)) {
+        (0, Some((_, next))) => format!(" ×{}", significant(next / least, 2)),
+        (0, None) => String::new(),
+        (ties, _) => format!(" +{ties}"),
+    };
+    told(shade, &format!("{}{margin}", id(first)))
+}
+
+fn map(input: &Input) -> Option<Matrix> {
+    input.timings.as_ref()?;
+    let row = |scene: &Scene| Row {
+        label: scene.id.clone(),
+        is_first: false,
+        tiles: LEVELS.iter().map(|level| vec![winner(input, scene, *level)]).collect(),
+    };
+    Some(Matrix {
+        columns: LEVELS.iter().map(|level| format!("{} mm", 1e3 * level)).collect(),
+        rows: input.facts.scenes.iter().map(row).collect(),
+        legend: vec![
+            (told(Shade::Open, ""), "stiffness limits the step (explicit)".to_owned()),
+            (told(Shade::Fair, ""), "it does not (implicit)".to_owned()),
+            (told(Shade::Still, ""), "a tie of both kinds".to_owned()),
+            (told(Shade::Idle, ""), "not reached, or noise".to_owned()),
+        ],
+        notes: vec![
+            "×2.5: the next method takes 2.5 times as long. +3: three other methods tie, within a \
+             factor of 1.5."
+                .to_owned(),
+        ],
+    })
 }
 
 fn front(input: &Input) -> Option<Sheet> {
@@ -130,30 +330,17 @@ fn least(input: &Input, scene: &Scene) -> Option<f64> {
     times.reduce(f64::min)
 }
 
-/// Why a form has no good run: the mildest of its verdicts.
-fn fault(input: &Input, scene: &Scene, label: &str) -> Tile {
+/// The tile of a form without a good run on a scene.
+fn without(input: &Input, scene: &Scene, label: &str) -> Tile {
     let own = input.facts.runs.iter().filter(|run| run.scene == scene.id && run.label == label);
-    let verdicts: Vec<_> = own.map(|run| run.verdict).collect();
-    let has = |verdict: Verdict| verdicts.contains(&verdict);
-    let (shade, text) = if has(Verdict::Stable) {
-        (Shade::Fair, "≠")
-    } else if has(Verdict::Locked) {
-        (Shade::Still, "L")
-    } else if has(Verdict::OverBudget) {
-        (Shade::Idle, ">")
-    } else if verdicts.is_empty() || has(Verdict::Refused) {
-        (Shade::Idle, "–")
-    } else {
-        (Shade::Bad, "✗")
-    };
-    Tile { shade, text: text.to_owned(), is_marked: false }
+    fault(&own.map(|run| run.verdict).collect::<Vec<_>>())
 }
 
 fn cheapest(input: &Input) -> Option<Matrix> {
     input.timings.as_ref()?;
     let scenes = &input.facts.scenes;
     let tile = |scene: &Scene, label: &str| match cheapest_of(input, scene, label) {
-        None => fault(input, scene, label),
+        None => without(input, scene, label),
         Some((_, time)) => {
             let is_marked = least(input, scene).is_some_and(|least| time <= TIE * least);
             let shade = if is_marked { Shade::Good } else { Shade::Open };
@@ -168,20 +355,10 @@ fn cheapest(input: &Input) -> Option<Matrix> {
             tiles: scenes.iter().map(|scene| vec![tile(scene, label)]).collect(),
         })
         .collect();
-    let told = |shade, text: &str| Tile { shade, text: text.to_owned(), is_marked: false };
-    let legend = [
-        (Tile { shade: Shade::Good, text: "ms".to_owned(), is_marked: true }, "cheapest, or a tie"),
-        (told(Shade::Open, "ms"), "good, but dearer"),
-        (told(Shade::Fair, "≠"), "stable, but off by more"),
-        (told(Shade::Still, "L"), "locked"),
-        (told(Shade::Bad, "✗"), "gains energy"),
-        (told(Shade::Idle, ">"), "over the budget of work"),
-        (told(Shade::Idle, "–"), "refuses the scene"),
-    ];
     Some(Matrix {
         columns: scenes.iter().map(|scene| scene.id.clone()).collect(),
         rows,
-        legend: legend.into_iter().map(|(tile, text)| (tile, text.to_owned())).collect(),
+        legend: legend("ms", &[("≠", "stable, but off by more")]),
         notes: Vec::new(),
     })
 }

@@ -195,6 +195,7 @@ mod tests {
             stiffness_over_mass_per_s2: 1.0,
             theta: 1.0,
             damping_over_stiffness_s: 0.0,
+            frames_per_s: 60,
             span_s: 2.0,
             limit_substeps: 40,
             reference_substeps: 160,

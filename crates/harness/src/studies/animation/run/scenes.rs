@@ -1,13 +1,14 @@
 //! The cloth, its scenes, their true motion, and what a method makes of them.
 
-use super::{EXPLICIT, FRAMES_PER_S, LADDER, REPETITIONS, TIMED};
+use super::{EXPLICIT, FILM, FRAMES_PER_S, LADDER, REPETITIONS, TIMED};
 use crate::film::{Camera, HALF, Seen, look_apart, mean, threads};
 use crate::methods::Choice;
 use crate::methods::runs::{Film, Substeps};
 use crate::run::{Counts, Runner, Simulation};
 use crate::stability::{gershgorin, reference_energy};
-use crate::studies::animation::facts::{self, Measure, Run, TimingRow};
+use crate::studies::animation::facts::{self, HEAVY, Measure, Run, TimingRow};
 use crate::studies::finite;
+use crate::studies::sheet::cut;
 use crate::{HarnessError, system_hash};
 use drape_integrator::PrepareError;
 use drape_model::SystemSpec;
@@ -18,15 +19,14 @@ use serde_json::{Value, json};
 
 /// Damping of a spring over its stiffness, s.
 pub(super) const LIGHT: f64 = 1e-5;
-pub(super) const HEAVY: f64 = 1e-3;
 /// Of the perturbed starts.
 pub(super) const SEED: u64 = 20;
 /// Greatest height of a particle out of the plane in a perturbed start, m.
 const NOISE: f64 = 1e-6;
-/// Frames from one look at the surface to the next.
-const STRIDE: u32 = 6;
-/// When the trajectories are compared, in looks: 0.3 s.
-const EARLY: usize = 3;
+/// Time from one look at the surface to the next, s: at least one, to whole frames.
+const LOOK_S: f64 = 0.1;
+/// When the trajectories are compared, s: the last look until then.
+const EARLY_S: f64 = 0.3;
 /// Share of the stability limit at which the true motion is computed.
 const SAFETY: f64 = 0.25;
 /// The method of the true motion.
@@ -63,39 +63,42 @@ pub(super) struct Case {
     fabric: &'static str,
     side: u32,
     is_heavy: bool,
+    /// Frames a second.
+    rate: u32,
     /// Simulated frames.
     frames: u32,
     /// Starts beside the one without noise.
     perturbed: usize,
 }
 
-/// Particles along each edge of the quick scene, of the others, and of the fine one.
+/// Particles along each edge of the quick scene and of the others.
 const QUICK: u32 = 10;
 const USUAL: u32 = 20;
-const FINE: u32 = 50;
 
 const BASE: Case = Case {
     place: Place::Hanging,
     fabric: "cotton-blend",
     side: USUAL,
     is_heavy: false,
-    frames: 60,
-    perturbed: 7,
+    rate: FRAMES_PER_S,
+    frames: 36,
+    perturbed: 3,
 };
 
-/// One second each: fabrics from a firm one to a soft one, light and heavy damping, and for one of
-/// them every place and a fine mesh.
+/// Up to a second each: fabrics from a firm one to a soft one, each with light and heavy damping, and
+/// for one of them every place, and a curtain at the frames of a film.
 pub(super) fn cases() -> Vec<Case> {
     vec![
-        Case { side: QUICK, frames: 30, perturbed: 3, ..BASE },
+        Case { side: QUICK, frames: 20, ..BASE },
         BASE,
         Case { is_heavy: true, ..BASE },
         Case { fabric: "denim", ..BASE },
+        Case { fabric: "denim", is_heavy: true, ..BASE },
         Case { fabric: "ponte", ..BASE },
-        Case { place: Place::Led, ..BASE },
-        Case { place: Place::Ball, ..BASE },
-        Case { place: Place::Flag, ..BASE },
-        Case { side: FINE, perturbed: 3, ..BASE },
+        Case { fabric: "ponte", is_heavy: true, ..BASE },
+        Case { place: Place::Led, rate: FILM, frames: FILM, ..BASE },
+        Case { place: Place::Ball, frames: 24, ..BASE },
+        Case { place: Place::Flag, frames: 24, ..BASE },
     ]
 }
 
@@ -117,12 +120,14 @@ impl Case {
             Place::Flag => "flag",
         };
         let damping = if self.is_heavy { "heavy" } else { "light" };
-        format!("{place}, {}, {damping}, n={}", self.fabric, self.side * self.side)
+        let rate =
+            if self.rate == FRAMES_PER_S { String::new() } else { format!(", {} Hz", self.rate) };
+        format!("{place}, {}, {damping}, n={}{rate}", self.fabric, self.side * self.side)
     }
 
     /// Simulated time, s.
     fn span_s(&self) -> f64 {
-        f64::from(self.frames) / f64::from(FRAMES_PER_S)
+        f64::from(self.frames) / f64::from(self.rate)
     }
 
     fn damping(&self) -> f64 {
@@ -153,7 +158,7 @@ impl Case {
     /// The upper edge, keyed every frame.
     fn led(&self) -> Vec<Value> {
         let key = |frame: u32| {
-            let time = f64::from(frame) / f64::from(FRAMES_PER_S);
+            let time = f64::from(frame) / f64::from(self.rate);
             let way = 0.5 * SWAY_M * (1.0 - libm::cos(std::f64::consts::TAU * time / SWAY_S));
             json!({ "time_s": time, "offset_m": [0, way, 0] })
         };
@@ -220,21 +225,17 @@ impl Setting {
         let (system, state) = spec.build()?;
         let simulation = Simulation { system, state };
         let side = case.side;
-        let cells = (0..(side - 1) * (side - 1)).map(|k| k / (side - 1) * side + k % (side - 1));
-        let triangles = cells
-            .flat_map(|k| [[k, k + 1, k + side], [k + 1, k + side + 1, k + side]])
-            .collect::<Vec<_>>();
         let [row, column] = case.midpoint();
         let camera = Camera {
-            triangles,
+            triangles: cut(side),
             threads: threads(&spec),
             tracked: vec![(side * row + column) as usize],
-            rate: f64::from(FRAMES_PER_S),
+            rate: f64::from(case.rate),
             frames: case.frames,
-            stride: STRIDE,
+            stride: (LOOK_S * f64::from(case.rate)).ceil() as u32,
         };
         let (bound, damping) = gershgorin(&simulation.system);
-        let frame = 1.0 / f64::from(FRAMES_PER_S);
+        let frame = 1.0 / f64::from(case.rate);
         let explicit = 4.0 / (damping + (damping * damping + 4.0 * bound).sqrt());
         let reference = 2.0 * (frame / (2.0 * SAFETY * explicit)).ceil();
         let released = reference_energy(&simulation, case.span_s())?;
@@ -253,6 +254,7 @@ impl Setting {
             stiffness_over_mass_per_s2: stiffness_over_mass,
             theta: frame * frame * stiffness_over_mass,
             damping_over_stiffness_s: case.damping(),
+            frames_per_s: case.rate,
             span_s: case.span_s(),
             limit_substeps: (frame / explicit).ceil() as u32,
             reference_substeps: reference as u32,
@@ -293,7 +295,7 @@ impl Setting {
         let (first, others) = (&self.members[0], &self.members[1..]);
         let count = others.len() as f64;
         let shapes = others.iter().map(|other| self.camera.shape_apart(first, other)).sum::<f64>();
-        let ways = others.iter().map(|other| trajectory_apart(first, other)).sum::<f64>();
+        let ways = others.iter().map(|other| self.trajectory_apart(first, other)).sum::<f64>();
         self.scene.shape_floor_m = shapes / count;
         self.scene.trajectory_floor_m = ways / count;
         self.scene.reference_error_m = self.camera.shape_apart(first, &coarse);
@@ -394,7 +396,7 @@ impl Setting {
         let retained = seen.path / first.path;
         let kinetic = |film: &Seen| mean(film.looks.iter().map(|look| look.kinetic));
         run.shape_error_m = Some(nearest(&|member| self.camera.shape_apart(&seen, member)));
-        run.trajectory_error_m = Some(nearest(&|member| trajectory_apart(&seen, member)));
+        run.trajectory_error_m = Some(nearest(&|member| self.trajectory_apart(&seen, member)));
         let strain = mean(seen.looks.iter().map(|look| look.strain));
         run.excess_strain = Some(strain - self.scene.strain);
         run.retained = Some(retained);
@@ -410,12 +412,22 @@ impl Setting {
         Ok(run)
     }
 
+    /// Root of the mean square distance of the particles at 0.3 s, or at the last look before, m.
+    fn trajectory_apart(&self, a: &Seen, b: &Seen) -> f64 {
+        let look_s = f64::from(self.camera.stride) / self.camera.rate;
+        let early = (EARLY_S / look_s + 1e-9) as usize;
+        match (a.looks.get(early - 1), b.looks.get(early - 1)) {
+            (Some(a), Some(b)) => look_apart(a, b),
+            _ => f64::INFINITY,
+        }
+    }
+
     pub(super) fn time(&self, run: &Run) -> Result<TimingRow, HarnessError> {
         let choice = Choice::parse(&run.method, &[])?;
         let mut samples_s = Vec::new();
         for _ in 0..REPETITIONS {
-            let runner = Runner::new(&choice, self.camera.span(run.substeps, TIMED));
-            samples_s.push(runner.go(&mut self.simulation.clone())?.wall.as_secs_f64());
+            let runner = Runner::new(&choice, self.camera.span(run.substeps, TIMED)).processor();
+            samples_s.push(runner.go(&mut self.simulation.clone())?.seconds());
         }
         let mut sorted = samples_s.clone();
         sorted.sort_unstable_by(f64::total_cmp);
@@ -435,12 +447,4 @@ fn elastic_energy(simulation: &Simulation) -> f64 {
     let Simulation { system, state } = simulation;
     let stores = |name: &str| name != "gravity";
     system.energies(&state.x).filter(|(name, _)| stores(name)).map(|(_, energy)| energy).sum()
-}
-
-/// Root of the mean square distance of the particles at 0.3 s, m.
-fn trajectory_apart(a: &Seen, b: &Seen) -> f64 {
-    let (Some(a), Some(b)) = (a.looks.get(EARLY - 1), b.looks.get(EARLY - 1)) else {
-        return f64::INFINITY;
-    };
-    look_apart(a, b)
 }

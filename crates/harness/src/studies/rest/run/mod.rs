@@ -1,0 +1,116 @@
+//! Experiment `rest`: who brings a cloth to rest, where, and for how much.
+
+mod scenes;
+#[cfg(test)]
+mod tests;
+
+use crate::HarnessError;
+use crate::facts::{Fact, fact};
+use crate::studies::animation::run::forms;
+use crate::studies::rest::facts::{Facts, RIGHT, Run, THERE, TimingRow};
+use crate::studies::{Context, Measured, Start, cells, prepared, timed};
+use scenes::Setting;
+
+/// Looks at the cloth in a second.
+const LOOKS_PER_S: u32 = 10;
+/// Steps from one look to the next of methods that stiffness does not limit.
+const STEPS: [u32; 2] = [1, 3];
+/// Steps of explicit methods, over those within the limit; the first that arrive count.
+const SHARES: [f64; 6] = [0.5, 0.75, 1.0, 1.5, 2.0, 4.0];
+/// How often a run is timed, and from which time on once only, s.
+const REPETITIONS: usize = 3;
+const LONG_S: f64 = 0.05;
+
+/// How the facts are measured.
+pub(super) fn method() -> String {
+    format!(
+        "Round table: the drape test of BS 5058, a disc of 30 cm of a bundled material on a \
+         table of 18 cm, 12 squares across, its springs damped along themselves by c = {:e} s × \
+         k, in air that slows it by {} /s along its normal. Square table: a sheet of 1 m, 0.4 \
+         kg and 20 × 20 particles, k/m = {:e} s⁻² and d/m = {} /s along the threads, full \
+         damping, a tenth of both for shear, a hundredth for bending. On both the part on the \
+         table is held. The cloth starts flat, without stress, with vertical speeds of up to {} \
+         m/s (seeded), which break its symmetry. A run ends when the greatest force on a \
+         particle is at most {RESIDUAL} of the weight of the heaviest and the root of the mean \
+         square speed at most {SPEED} m/s, or when its time is over, or after {BUDGET:e} visits \
+         of a spring. Then Newton's method on the energy, with a line search and no time step, \
+         starts from its last surface: what it finds is the rest shape of the run. The run has \
+         arrived from the first look (ten a second) on after which its surface stays within {} \
+         mm of that shape; for a run that did not end at rest at least {} looks. Its work until \
+         then is its cost. The shape is right if its energy is at most {} of the released \
+         energy above the least of the rest shapes that Newton's method finds from starts with \
+         {:?} waves. A run is locked if at its end it has come less than {} of its way, and \
+         open if it is elsewhere by less. Every method is run in the forms of the study \
+         `animation`, with {STEPS:?} steps in 0.1 s; an explicit one with {SHARES:?} times the \
+         steps within its limit until it arrives.",
+        scenes::RETARDATION,
+        scenes::AIR,
+        scenes::STIFFNESS,
+        scenes::DAMPING,
+        scenes::NUDGE,
+        1e3 * THERE,
+        scenes::SETTLED,
+        RIGHT,
+        scenes::WAVES,
+        scenes::LOCKED,
+        RESIDUAL = scenes::RESIDUAL,
+        SPEED = scenes::SPEED,
+        BUDGET = scenes::BUDGET,
+    )
+}
+
+/// How the timings are taken.
+pub(super) fn timing() -> String {
+    format!(
+        "One run at a time on one thread, from the start until the cloth has arrived; the median of \
+         {REPETITIONS} repetitions, of one for runs beyond {LONG_S} s. It is the time of the processor \
+         in the calls of the method, where the system tells it, else that of the clock. Only runs that arrive \
+         in a right shape are timed. Set-up is not among the calls."
+    )
+}
+
+/// The systems from which its runs start.
+pub(super) fn starts() -> Vec<Start> {
+    scenes::cases().into_iter().map(|case| Start::new(case.id(), move || case.spec())).collect()
+}
+
+pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, HarnessError> {
+    let mut cases = scenes::cases();
+    cases.retain(|case| !context.quick || case.is_quick());
+    let settings = prepared(context, "rest shapes", &cases, Setting::new)?;
+    let forms = forms();
+    let pairs: Vec<_> =
+        settings.iter().flat_map(|s| forms.iter().map(move |form| (s, form))).collect();
+    let all = cells(context, "methods", &pairs, |&(setting, form)| setting.runs(form))?;
+    let runs: Vec<Run> = all.all()?.concat();
+    let mut timings = None;
+    if !context.quick {
+        let right: Vec<_> = runs
+            .iter()
+            .filter(|run| run.is_right())
+            .filter_map(|run| Some((settings.iter().find(|s| s.scene.id == run.scene)?, run)))
+            .collect();
+        timings =
+            Some(timed(context, "timings", &right, |&(setting, run)| setting.time(run))?.all()?);
+    }
+    let scenes = settings.iter().map(|s| (s.scene.id.clone(), s.hash.clone())).collect();
+    let facts = Facts { scenes: settings.into_iter().map(|s| s.scene).collect(), runs };
+    Ok(Measured { facts, timings, scenes, seed: Some(scenes::SEED) })
+}
+
+/// Its facts, as they are compared.
+pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {
+    let scenes = facts.scenes.iter().map(|scene| fact(scene.id.clone(), scene.portable, scene));
+    let runs = facts.runs.iter().map(|run| {
+        let key = format!("{}, {}, ×{}", run.scene, run.label, run.steps);
+        let mut fact = fact(key, run.portable, run);
+        if !run.portable
+            && let serde_json::Value::Object(values) = &mut fact.values
+        {
+            // Where cloth buckles is not repeatable after a library has rounded.
+            values.retain(|key, value| value.is_string() && key != "verdict");
+        }
+        fact
+    });
+    scenes.chain(runs).collect()
+}

@@ -1,0 +1,379 @@
+//! Cloth on tables, its rest shapes, and what a method makes of it.
+
+use super::{LOOKS_PER_S, SHARES, STEPS};
+use crate::cost::{Counted, prices};
+use crate::film::{Camera, Seen, threads};
+use crate::methods::Choice;
+use crate::methods::runs::{Film, Substeps};
+use crate::run::{Counts, Moment, Runner, Simulation};
+use crate::stability::{gershgorin, reference_energy};
+use crate::studies::finite;
+use crate::studies::rest::facts::{Minimum, Run, Scene, THERE, TimingRow};
+use crate::studies::sheet::cut;
+use crate::{HarnessError, system_hash};
+use drape_integrator::PrepareError;
+use drape_model::fabric::{Disc, Material, MaterialChoice};
+use drape_model::{AirSpec, DampingLaw, DragSpec, PinSpec, SystemSpec, Vec3};
+use drape_oracle::Random;
+use drape_oracle::statics::{is_minimum, residual, rest};
+use drape_report::Verdict;
+use serde_json::json;
+use std::cell::RefCell;
+use std::rc::Rc;
+
+/// Of the velocities at the start.
+pub(super) const SEED: u64 = 21;
+/// Greatest vertical speed of a particle at the start, m/s: it breaks the symmetry without stress.
+pub(super) const NUDGE: f64 = 0.01;
+/// Rate at which air slows cloth down along its normal, 1/s, and damping over stiffness of the
+/// springs, s, on the round table.
+pub(super) const AIR: f64 = 10.0;
+pub(super) const RETARDATION: f64 = 1e-4;
+/// Radii of cloth and round table, m.
+const RADII: [f64; 2] = [0.15, 0.09];
+/// Stiffness and damping over mass on the square table, 1/s² and 1/s.
+pub(super) const STIFFNESS: f64 = 1e6;
+pub(super) const DAMPING: f64 = 40.0;
+/// Shares of it that resist shear and bending.
+const SHEAR: f64 = 0.1;
+const BENDING: f64 = 0.01;
+/// A run ends at rest: force on a particle over the weight of the heaviest, and speed, m/s.
+pub(super) const RESIDUAL: f64 = 0.01;
+pub(super) const SPEED: f64 = 1e-3;
+/// A cloth that has come less than this share of its way is locked.
+pub(super) const LOCKED: f64 = 0.5;
+/// Newton's method: its tolerance and its most iterations.
+const TOLERANCE: f64 = 1e-6;
+const MOST: usize = 400;
+/// Waves of the starts of the static search.
+pub(super) const WAVES: [u32; 4] = [2, 3, 4, 5];
+/// Most work of a run, in visits of a spring.
+pub(super) const BUDGET: f64 = 1e8;
+
+/// What lies on a table.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Table {
+    /// The drape test of a bundled material, with so many squares across.
+    Round(&'static str, u32),
+    /// A grid of springs with so many particles a side, held on the inner square of half its side.
+    Square(u32),
+}
+
+/// A scene before it is built.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Case {
+    table: Table,
+    /// Simulated time, s.
+    span_s: f64,
+    is_quick: bool,
+}
+
+/// The scenes: a small one for the quick subset, a firm and a soft fabric on a round table, and springs alone
+/// on a square one.
+pub(super) fn cases() -> Vec<Case> {
+    let round = |fabric| Case { table: Table::Round(fabric, 12), span_s: 3.0, is_quick: false };
+    vec![
+        Case { table: Table::Round("ponte", 8), span_s: 2.0, is_quick: true },
+        round("denim"),
+        round("ponte"),
+        Case { table: Table::Square(20), span_s: 3.0, is_quick: false },
+    ]
+}
+
+impl Case {
+    /// Whether the quick subset has it.
+    pub(super) fn is_quick(&self) -> bool {
+        self.is_quick
+    }
+
+    pub(super) fn id(&self) -> String {
+        match self.table {
+            Table::Round(fabric, cells) => format!("round table, {fabric}, {cells} squares"),
+            Table::Square(side) => format!("square table, springs, n={}", side * side),
+        }
+    }
+
+    /// The system at its start: flat, without stress, with small vertical velocities.
+    pub(super) fn spec(&self) -> Result<SystemSpec, HarnessError> {
+        let mut spec = match self.table {
+            Table::Round(fabric, cells) => round(fabric, cells)?,
+            Table::Square(side) => square(side)?,
+        };
+        spec.name = self.id();
+        let mut random = Random::new(SEED);
+        let held: Vec<u32> = spec.pins.iter().map(|pin| pin.particle).collect();
+        let velocity = |i: u32| {
+            let speed = random.between(-NUDGE, NUDGE);
+            [0.0, 0.0, if held.contains(&i) { 0.0 } else { speed }]
+        };
+        spec.particles.velocity_m_s =
+            (0..spec.particles.mass_kg.len() as u32).map(velocity).collect();
+        Ok(spec)
+    }
+}
+
+fn round(fabric: &str, cells: u32) -> Result<SystemSpec, HarnessError> {
+    let [radius_m, support_m] = RADII;
+    let material =
+        MaterialChoice { retardation_s: Some(RETARDATION), ..MaterialChoice::named(fabric) };
+    let mut scene = Disc { radius_m, support_m, cells, warp_deg: 0.0, material }.scene()?;
+    // Full damping would resist every turn of a stiff spring, so that the cloth would creep.
+    scene.damping = DampingLaw::Projected;
+    let drag = AIR * Material::load(fabric)?.areal_density_kg_m2;
+    let drag = DragSpec::Linear { coefficient_n_s_per_m3: drag };
+    scene.effects.air = Some(AirSpec { drag, wind: None });
+    Ok(scene.discretise()?)
+}
+
+fn square(side: u32) -> Result<SystemSpec, HarnessError> {
+    let springs = |share: f64| {
+        json!({ "stiffness_over_mass_per_s2": share * STIFFNESS,
+                "damping_over_mass_per_s": share * DAMPING })
+    };
+    let scene = json!({
+        "format": "drape-scene/1",
+        "name": "square table",
+        "cloth": { "grid": { "rows": side, "columns": side, "size_m": [1, 1],
+                             "center_m": [0, 0, 0], "mass_kg": 0.4 } },
+        "effects": { "tension": springs(1.0), "shear": springs(SHEAR), "bending": springs(BENDING),
+                     "gravity": { "m_s2": [0, 0, -9.81] } },
+        "damping": "full",
+        "time": { "step_s": 0.01, "duration_s": 1.0 },
+    });
+    let mut spec = drape_model::parse("square table", &scene.to_string())?.spec().clone();
+    let is_held = |x: &[f64; 3]| x[0].abs().max(x[1].abs()) <= 0.25;
+    let held = (0_u32..).zip(&spec.particles.position_m).filter(|(_, x)| is_held(x));
+    spec.pins = held.map(|(i, _)| PinSpec::still(i)).collect();
+    Ok(spec)
+}
+
+/// A scene with its rest shapes.
+pub(super) struct Setting {
+    pub(super) scene: Scene,
+    pub(super) hash: String,
+    simulation: Simulation,
+    camera: Camera,
+}
+
+/// What a run showed.
+struct Shown {
+    counts: Counts,
+    seen: Seen,
+    /// Work at each look.
+    work: Vec<Counted>,
+    /// Force and speed at the last look.
+    residual: f64,
+    speed: f64,
+}
+
+impl Setting {
+    pub(super) fn new(case: &Case) -> Result<Self, HarnessError> {
+        let spec = case.spec()?;
+        let (system, state) = spec.build()?;
+        let simulation = Simulation { system, state };
+        let triangles = match case.table {
+            Table::Round(..) => spec.triangles.clone(),
+            Table::Square(side) => cut(side),
+        };
+        let rate = f64::from(LOOKS_PER_S);
+        let frames = (case.span_s * rate).round() as u32;
+        let threads = threads(&spec);
+        let camera = Camera { triangles, threads, tracked: Vec::new(), rate, frames, stride: 1 };
+        let (bound, damping) = gershgorin(&simulation.system);
+        let explicit = 4.0 / (damping + (damping * damping + 4.0 * bound).sqrt());
+        let released = reference_energy(&simulation, case.span_s)?;
+        let stores = |name: &str| name != "gravity";
+        let energies = simulation.system.energies(&simulation.state.x);
+        let stored: f64 = energies.filter(|(name, _)| stores(name)).map(|(_, e)| e).sum();
+        let minima = WAVES.map(|waves| minimum(&simulation, waves)).to_vec();
+        let scene = Scene {
+            id: case.id(),
+            particles: simulation.system.len(),
+            springs: spec.springs.len(),
+            is_priced: matches!(case.table, Table::Square(_)),
+            span_s: case.span_s,
+            limit_steps: (1.0 / (rate * explicit)).ceil() as u32,
+            released_j: released,
+            prestress: stored / released,
+            minima,
+            portable: true,
+        };
+        Ok(Self { scene, hash: system_hash(&spec), simulation, camera })
+    }
+
+    /// Runs a method until the cloth rests or its time is over.
+    fn watch(&self, choice: &Choice, steps: u32) -> Result<Shown, HarnessError> {
+        let is_look = move |moment: &Moment<'_>| moment.step.is_multiple_of(u64::from(steps));
+        let measured = Rc::new(RefCell::new((Vec::new(), f64::MAX, f64::MAX)));
+        let mass: f64 = self.simulation.system.mass().iter().sum();
+        let kept = Rc::clone(&measured);
+        let runner = Runner::new(choice, self.camera.span(steps, self.camera.frames))
+            .reference(self.scene.released_j)
+            .budget(BUDGET)
+            .stop(move |moment| {
+                if !is_look(moment) {
+                    return false;
+                }
+                let force = residual(moment.system, &moment.state.x);
+                let speed = (2.0 * moment.system.kinetic_energy(&moment.state.v) / mass).sqrt();
+                let mut kept = kept.borrow_mut();
+                kept.0.push(moment.counted);
+                (kept.1, kept.2) = (finite(force), finite(speed));
+                force <= RESIDUAL && speed <= SPEED
+            });
+        let start = &self.simulation;
+        let (counts, seen) = self.camera.film(runner, start, &start.state.x, steps)?;
+        let (work, residual, speed) = measured.take();
+        Ok(Shown { counts, seen, work, residual, speed })
+    }
+
+    /// All runs of a form: one with each step, or with rising numbers of steps until one arrives.
+    pub(super) fn runs(&self, film: &Film) -> Result<Vec<Run>, HarnessError> {
+        match film.substeps {
+            Substeps::Ladder => STEPS.iter().map(|&steps| self.run(film, steps)).collect(),
+            Substeps::Limit => {
+                let mut last = Vec::new();
+                for share in SHARES {
+                    let steps = (share * f64::from(self.scene.limit_steps)).ceil() as u32;
+                    let run = self.run(film, steps)?;
+                    let is_over = run.arrival_s.is_some() || run.verdict == Verdict::Refused;
+                    last = vec![run];
+                    if is_over {
+                        break;
+                    }
+                }
+                Ok(last)
+            }
+        }
+    }
+
+    fn run(&self, film: &Film, steps: u32) -> Result<Run, HarnessError> {
+        let choice = Choice::parse(film.form.method, &[])?;
+        let mut run = Run {
+            scene: self.scene.id.clone(),
+            label: film.form.label.to_owned(),
+            method: choice.full_id(),
+            steps,
+            is_limited: film.substeps == Substeps::Limit,
+            verdict: Verdict::Refused,
+            arrival_s: None,
+            shape_error_m: None,
+            residual: None,
+            speed_m_s: None,
+            excess_energy: None,
+            gain: 0.0,
+            effort: None,
+            modelled_s: None,
+            force_evaluations: 0,
+            matvecs: 0,
+            factorisations: 0,
+            unconverged_steps: 0,
+            portable: choice.is_portable(),
+        };
+        let shown = match self.watch(&choice, steps) {
+            Ok(shown) => shown,
+            Err(HarnessError::Prepare(PrepareError::Unsupported { .. })) => return Ok(run),
+            Err(error) => return Err(error),
+        };
+        let outcome = &shown.counts.outcome;
+        run.force_evaluations = outcome.totals.force_evaluations;
+        run.matvecs = outcome.totals.matvecs;
+        run.factorisations = outcome.totals.factorisations;
+        run.unconverged_steps = outcome.unconverged;
+        run.gain = finite(shown.counts.energy.gain / self.scene.released_j);
+        run.verdict = shown.counts.verdict(self.scene.released_j);
+        if matches!(run.verdict, Verdict::Diverged | Verdict::Unstable) {
+            return Ok(run);
+        }
+        self.judge(&mut run, &shown, &choice);
+        Ok(run)
+    }
+
+    /// Compares a run with the rest shape near its end.
+    fn judge(&self, run: &mut Run, shown: &Shown, choice: &Choice) {
+        let system = &self.simulation.system;
+        let Some(last) = shown.seen.looks.last() else { return };
+        let mut x = last.x.clone();
+        let found = rest(system, &mut x, TOLERANCE, MOST);
+        let is_rest = found.residual <= RESIDUAL;
+        let apart = |look: &[Vec3]| self.camera.distance(look, &x);
+        let error = apart(&last.x);
+        run.shape_error_m = Some(error);
+        run.residual = Some(shown.residual);
+        run.speed_m_s = Some(shown.speed);
+        let least = self.scene.minima.iter().filter(|minimum| minimum.is_minimum);
+        let least = least.map(|minimum| minimum.energy_j).fold(f64::INFINITY, f64::min);
+        let excess = (system.potential_energy(&x) - least) / self.scene.released_j;
+        run.excess_energy = Some(finite(excess));
+        let looks = &shown.seen.looks;
+        let away = looks.iter().rposition(|look| apart(&look.x) > THERE);
+        let first = away.map_or(0, |last_away| last_away + 1);
+        let is_at_rest = shown.residual <= RESIDUAL && shown.speed <= SPEED;
+        let has_time = looks.len() - first >= SETTLED || is_at_rest;
+        if is_rest && first < looks.len() && has_time {
+            run.arrival_s = Some((first + 1) as f64 / f64::from(LOOKS_PER_S));
+            let work = &shown.work[first];
+            run.effort = Some(work.visits());
+            let price = prices().own(&choice.full_id()).filter(|_| self.scene.is_priced);
+            run.modelled_s = price.map(|price| work.seconds(price));
+        } else if run.verdict < Verdict::Marginal {
+            let is_cut = shown.counts.outcome.is_over_budget && !is_at_rest;
+            let is_locked = error > LOCKED * apart(&self.simulation.state.x);
+            run.verdict = match (is_cut, is_locked) {
+                (true, _) => Verdict::OverBudget,
+                (_, true) => Verdict::Locked,
+                (_, false) => Verdict::Open,
+            };
+        }
+    }
+
+    pub(super) fn time(&self, run: &Run) -> Result<TimingRow, HarnessError> {
+        let choice = Choice::parse(&run.method, &[])?;
+        let looks = run.arrival_s.unwrap_or(self.scene.span_s) * f64::from(LOOKS_PER_S);
+        let mut samples_s: Vec<f64> = Vec::new();
+        while samples_s.len() < super::REPETITIONS && samples_s.iter().all(|&s| s < super::LONG_S) {
+            let time = self.camera.span(run.steps, looks.round() as u32);
+            let runner = Runner::new(&choice, time).processor();
+            samples_s.push(runner.go(&mut self.simulation.clone())?.seconds());
+        }
+        let mut sorted = samples_s.clone();
+        sorted.sort_unstable_by(f64::total_cmp);
+        Ok(TimingRow {
+            scene: run.scene.clone(),
+            label: run.label.clone(),
+            steps: run.steps,
+            seconds: sorted[sorted.len() / 2],
+            samples_s,
+        })
+    }
+}
+
+/// Looks for which a cloth must stay near its rest shape.
+pub(super) const SETTLED: usize = 3;
+
+/// The rest shape that Newton's method finds from a start in so many waves around the table.
+fn minimum(simulation: &Simulation, waves: u32) -> Minimum {
+    let Simulation { system, state } = simulation;
+    let mut x = state.x.clone();
+    let held = x.iter().zip(system.pinned()).filter(|(_, pinned)| **pinned);
+    let support = held.map(|(x, _)| libm::hypot(x.x, x.y)).fold(0.0, f64::max);
+    let reach = x.iter().map(|x| libm::hypot(x.x, x.y)).fold(0.0, f64::max);
+    for (x, pinned) in x.iter_mut().zip(system.pinned()) {
+        if !pinned {
+            let (radius, angle) = (libm::hypot(x.x, x.y), libm::atan2(x.y, x.x));
+            let beyond = (radius - support).max(0.0) / reach;
+            let wave = 1.0 + 0.5 * libm::cos(f64::from(waves) * angle + PHASE);
+            x.z = -0.6 * reach * beyond * beyond * wave;
+        }
+    }
+    let found = rest(system, &mut x, TOLERANCE, MOST);
+    Minimum {
+        waves,
+        energy_j: system.potential_energy(&x),
+        residual: finite(found.residual),
+        is_minimum: found.residual <= RESIDUAL && is_minimum(system, &x),
+    }
+}
+
+/// Phase of the waves, rad: no start is symmetric about warp or weft.
+const PHASE: f64 = 0.3;
