@@ -320,7 +320,7 @@ impl Fuzzer {
 
 /// What the lab makes of a message. Panes are checked, not started: each would take a thread.
 fn receive(text: &str) -> Result<(), String> {
-    if let Ok(Request::Open { panes }) = serde_json::from_str(text) {
+    if let Ok(Request::Open { panes, .. }) = serde_json::from_str(text) {
         return panes.iter().try_for_each(|setup| setup.stage().map(|_| ()).map_err(message));
     }
     let mut session = Session::new(Runs::default());

@@ -176,8 +176,8 @@ fn the_answer_stands_first_and_the_provenance_last() {
         for (shown, expected) in shown.iter().zip(&expected) {
             assert_eq!(lines(shown), lines(expected), "{id}");
         }
-        let factors = lesson.select(&Selector::parse(".factors td.n").unwrap()).map(text);
-        let factors: Vec<_> = factors.collect();
+        let cells = Selector::parse(".factors td.n").unwrap();
+        let factors: Vec<_> = lesson.select(&cells).map(text).collect();
         assert_eq!(factors.len(), 11, "{id}");
         assert!(factors.contains(&"1.00".to_owned()), "{id}: {factors:?}");
         let redraw = format!("draws figures/course-{id}.svg");
