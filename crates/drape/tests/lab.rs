@@ -22,7 +22,7 @@ fn go(pane: &Pane, until: f64, steps: u64) -> (Phase, u64, State) {
     let begin = Instant::now();
     loop {
         let (_, phase, snapshot) = pane.look();
-        if phase.is_over() || snapshot.step == steps {
+        if phase.is_over() || phase == Phase::Ready && snapshot.step == steps {
             return (phase, snapshot.step, snapshot.state.clone().unwrap());
         }
         assert!(begin.elapsed() < PATIENCE, "{phase:?}");
@@ -286,7 +286,8 @@ fn a_change_that_changes_nothing_leaves_the_motion_as_it_was() {
         let apart = pairs.map(|(x, y)| (x - y).norm()).fold(0.0, f64::max);
         let moved =
             expected.x.iter().zip(&state.x).map(|(x, y)| (x - y).norm()).fold(0.0, f64::max);
-        assert!(apart < 1e-6 && moved > 1e-3, "{scene}: {apart} m apart, {moved} m moved");
+        // Both solve to a tolerance. A path or a gust that began anew would be seen in centimetres.
+        assert!(apart < 1e-4 && moved > 1e-2, "{scene}: {apart} m apart, {moved} m moved");
     }
 }
 

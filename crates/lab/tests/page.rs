@@ -539,8 +539,14 @@ fn the_picture_follows_a_cloth_that_falls_far() {
     page.wait_until("document.querySelectorAll('.pane').length === 1");
     page.wait_until("document.getElementById('play').textContent === 'Play again'");
     let edge = "(() => { const c = document.querySelector('canvas.view'); const d = (y) => c.getContext('2d').getImageData(0, y, c.width, 1).data; return [d(0), d(c.height - 1)].every((row) => row.every((v) => v === 0)); })()";
-    for back in [0.2, 0.6, 0.8, 1.0, 1.2, 1.6, 2.0] {
+    let look = |page: &mut Page, back: f64| {
         page.value(&format!("{{ const e = document.getElementById('back'); e.value = {back}; e.dispatchEvent(new Event('input')); }}"));
+    };
+    // A slow browser has left pictures out; a few more let the frame grow as it should.
+    let times = [0.2, 0.6, 0.8, 1.0, 1.2, 1.6, 2.0];
+    times.iter().for_each(|&back| (0..4).for_each(|_| look(&mut page, back)));
+    for back in times {
+        look(&mut page, back);
         assert_eq!(page.value(edge), json!(true), "the cloth is cut off at {back} s");
     }
     let painted = page.value(&format!("({PAINTED})(document.querySelector('canvas.view'))"));
