@@ -414,9 +414,12 @@ fn sweeps_in_the_same_order_gain_the_energy_that_the_program_gains() {
     }
 }
 
+/// A form up to the number of its iterations, and what is left at `θ` = 1, 100 and 1e4.
+type Left = (&'static str, [f64; 3], [f64; 4], [f64; 3]);
+
 /// What is left of the way from the inertial start to backward Euler's minimum after 10, 30, 100
 /// iterations at `θ = 1`, after 10, 30, 100, 400 at 100, after 30, 100, 400 at 1e4.
-const SOLVERS: [(&str, [f64; 3], [f64; 4], [f64; 3]); 11] = [
+const SOLVERS: [Left; 11] = [
     (
         "projective:iterations=",
         [2.863e-2, 3.631e-4, 9.917e-10],
