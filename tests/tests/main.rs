@@ -13,6 +13,7 @@ mod energy_ledger;
 mod equations;
 mod forces;
 mod frames;
+mod independent;
 mod laws;
 mod lessons;
 mod locking;
