@@ -20,7 +20,7 @@ pub(crate) struct Arguments {
     #[arg(long)]
     json: bool,
     /// Draw the cloth at the start into this file: connected groups in colours of their own, each
-    /// part of the boundary with dots of another colour, pins as white dots
+    /// part of the boundary with dots of another colour, pins inside the cloth as white dots
     #[arg(long, value_name = "FILE.png")]
     picture: Option<PathBuf>,
     #[command(flatten)]
@@ -65,9 +65,12 @@ fn picture(spec: &SystemSpec) -> Result<Image, Violation> {
     let number = |(number, part): (usize, &Vec<u32>)| -> Vec<(u32, usize)> {
         part.iter().map(|&particle| (particle, number)).collect()
     };
-    let marks = parts.iter().enumerate().flat_map(number).collect();
-    let subject = Subject::new(spec, system.obstacles());
+    let marks: Vec<(u32, usize)> = parts.iter().enumerate().flat_map(number).collect();
+    let mut subject = Subject::new(spec, system.obstacles());
     let points = subject.points(&state.x);
+    // The dot of a pin would hide that of a boundary, whose line tells its pins.
+    let pinned = |part: &[u32]| part.iter().filter(|i| system.pinned()[**i as usize]).count();
+    subject.pins.retain(|pin| !marks.iter().any(|(particle, _)| particle == pin));
     let subject = Subject { groups: groups.clone(), marks, ..subject };
     let camera = Camera::fit(View::default(), &points, f64::from(SIZE[0]) / f64::from(SIZE[1]));
     let mut image = draw(&subject, &state.x, &camera, SIZE);
@@ -75,8 +78,10 @@ fn picture(spec: &SystemSpec) -> Result<Image, Violation> {
     let size = |group: usize| groups.iter().filter(|own| **own == group).count();
     let of_groups = (0..count).map(|n| (format!("group {n}: {} particles", size(n)), n, 0));
     let of_parts = parts.iter().enumerate();
-    let of_parts =
-        of_parts.map(|(n, part)| (format!("boundary {n}: {} particles", part.len()), n, 1));
+    let of_parts = of_parts.map(|(n, part)| {
+        let (count, pinned) = (part.len(), pinned(part));
+        (format!("boundary {n}: {count} particles, {pinned} pinned"), n, 1)
+    });
     let named = of_groups.take(NAMED).chain(of_parts.take(NAMED));
     let height = Font::Small.height() + 2;
     let mut top = 8;
