@@ -189,14 +189,14 @@ fn every_bundled_scene_gets_a_page_and_an_advice_in_time() {
         assert_eq!(output.status.code(), Some(0), "{scene}: {}", text(&output.stderr));
         assert!((3..=12).contains(&said.lines().count()), "{said}");
         assert!(folder.path().join(scene).join("compare.html").is_file(), "{scene}");
-        let Facts { truth, seconds, runs, .. } = record(&folder.path().join(scene)).facts;
+        let Facts { truth, seconds, .. } = record(&folder.path().join(scene)).facts;
         trusted += usize::from(truth.is_trusted);
         assert!(truth.is_trusted != said.contains("no true motion ("), "{said}");
         assert!(truth.is_trusted || truth.remark.is_some(), "{scene}: {truth:?}");
         // A step of a probe cannot be divided, and other tests run beside this one.
-        assert!(seconds <= 1.1 * BUDGET + 1.0, "{scene}: {seconds} s of {BUDGET} s");
+        assert!(seconds <= 1.1 * BUDGET + 3.0, "{scene}: {seconds} s of {BUDGET} s");
         let command = said.lines().find_map(|line| line.strip_prefix("run it"));
-        assert!(command.is_some() || !runs.iter().any(Run::is_sound), "{said}");
+        assert!(command.is_some() || said.contains("none: no run was stable"), "{said}");
         if let Some(command) = command.and_then(|line| line.trim().strip_prefix("drape ")) {
             let words: Vec<&str> = command.split(' ').collect();
             let again = drape(folder.path(), &words);

@@ -141,8 +141,8 @@ mod tests {
         assert_eq!(bounds.violation(&state, &numbering), None);
         state.x[1].z = -15.1;
         let said = bounds.violation(&state, &numbering).unwrap();
-        assert!(said.starts_with("particle 1 is farther than 1.500e1 m"), "{said}");
-        assert!(said.contains("1000 scene sizes (5.000e0 m)"), "{said}");
+        assert!(said.starts_with("particle 1 is farther than 15.00 m"), "{said}");
+        assert!(said.contains("1000 scene sizes (5.000 m)"), "{said}");
         state.x[1].z = f64::NAN;
         assert!(bounds.violation(&state, &numbering).unwrap().contains("not finite"));
     }

@@ -316,7 +316,9 @@ fn figures_are_well_formed_and_no_text_leaves_them() {
         }
         let size = |side| root.attribute(side).unwrap().parse::<f64>().unwrap();
         let (width, height) = (size("width"), size("height"));
-        assert!(width >= 900.0 && height >= 550.0, "{name}: {width} × {height}");
+        // A map of tiles is as high as its rows.
+        let is_high = height >= 550.0 || name.ends_with("-map.svg");
+        assert!(width >= 900.0 && is_high, "{name}: {width} × {height}");
         for node in texts(&document) {
             let number = |key| node.attribute(key).unwrap().parse::<f64>().unwrap();
             let text = node.text().unwrap_or_default().trim();

@@ -183,8 +183,12 @@ pub fn table() -> &'static Table {
 
 /// Four digits: what the table keeps.
 fn rounded(value: f64) -> f64 {
-    let scale = 10.0_f64.powi(3 - value.abs().log10().floor() as i32);
-    if scale.is_finite() && value != 0.0 { (value * scale).round() / scale } else { value }
+    let digits = value.abs().log10().floor();
+    if !digits.is_finite() {
+        return value;
+    }
+    let scale = 10.0_f64.powi(3 - digits as i32);
+    if scale.is_finite() { (value * scale).round() / scale } else { value }
 }
 
 /// What is turned from run to run: steps are asked for, or frames are divided.

@@ -31,8 +31,9 @@ fn a_system_has_the_place_of_its_like_in_the_study() {
     let place = Place::of(&system).unwrap();
     let like = table().scenes.iter().find(|scene| scene.id == "hanging light 1e6 n=400").unwrap();
     assert_eq!((place.particles, place.is_held), (400, true));
-    // Its shear springs are softer, its damping is four times as large.
-    assert!((place.frequency_per_s / like.place.frequency_per_s - 1.0).abs() < 0.1);
+    // Without its shear springs, of a quarter: ω² is 8 in place of 10 k/m.
+    let ratio = place.frequency_per_s / like.place.frequency_per_s;
+    assert!((ratio - 0.8_f64.sqrt()).abs() < 0.05, "{ratio}");
     assert!(place.distance(&like.place) < 1.0, "{}", place.distance(&like.place));
 }
 
@@ -50,7 +51,7 @@ fn a_scene_of_the_study_gets_a_form_that_is_among_its_fastest() {
 
 #[test]
 fn a_choice_runs_and_its_step_is_part_of_a_frame() {
-    for scene in ["hanging-textile-1e2", "hanging-textile-1e6", "flag", "skirt"] {
+    for scene in ["hanging-textile-1e4", "hanging-textile-1e6", "flag", "skirt"] {
         for error in [1.0, 0.1, 0.01, 1e-4] {
             let pick = choose(&spec(scene), wish(error)).unwrap();
             Choice::parse(&pick.method, &[]).unwrap();

@@ -17,9 +17,9 @@ pub(super) const OUTLINE: Outline = Outline {
     answers: &[
         "animation",
         "work-precision",
+        "claims",
         "rest",
         "locking",
-        "claims",
         "course",
         "order",
         "hard-cases",

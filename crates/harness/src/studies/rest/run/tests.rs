@@ -43,16 +43,3 @@ fn what_arrives_is_told_from_what_stands_still_and_what_explodes() {
     let row = setting.time(last).expect("times");
     assert!(row.seconds > 0.0 && !row.samples_s.is_empty());
 }
-
-/// Where two methods rest, the same minimum is found, and more time does not move it.
-#[test]
-fn two_methods_rest_in_the_same_place() {
-    let setting = quick();
-    let rest = |method| -> Run {
-        let film = Film { form: Variant::new("a", method), substeps: Substeps::Ladder };
-        setting.runs(&film).expect("runs").swap_remove(1)
-    };
-    let (one, other) = (rest("backward-euler"), rest("bdf2"));
-    let excess = |run: &Run| run.excess_energy.expect("a rest shape");
-    assert!((excess(&one) - excess(&other)).abs() < 1e-6, "{one:?} {other:?}");
-}
