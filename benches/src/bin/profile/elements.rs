@@ -33,7 +33,7 @@ const KINDS: [Kind; 8] = [
     ("spring, on a grid", springs, "full", 0.0),
     ("spring, projected damping", springs, "projected", 0.0),
     ("spring with a curve", curved, "full", 0.0),
-    ("hinge", || json!({ "bending_hinge": { "stiffness_n_m": 1e-4 } }), "full", 4.0),
+    ("bending_hinge", || json!({ "bending_hinge": { "stiffness_n_m": 1e-4 } }), "full", 4.0),
     ("angle, shear", || json!({ "shear_angle": { "stiffness_n_m": 1e-2 } }), "full", 0.0),
     ("angle, bending", || json!({ "bending_angle": { "stiffness_n_m": 1e-4 } }), "full", 0.0),
     (

@@ -327,6 +327,8 @@ fn add_four<F: Four>(
     let degenerate = four.mul(four.splat(DEGENERATE), longest);
     let (none, all) = (four.splat(0.0), four.splat(1.0));
     let usual = four.where_at_most(doubled, degenerate, none, all);
+    // No NaN is at most a number.
+    let usual = four.if_at_most(doubled, four.splat(USUAL), usual);
     if !four.are_ones(four.if_at_most(longest, four.splat(USUAL), usual)) {
         return false;
     }

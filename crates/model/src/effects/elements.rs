@@ -304,15 +304,19 @@ impl BlockSink for OneBlock {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
-    use crate::{AngleEffect, AngleSpec, HingeSpec};
+    use crate::{AngleEffect, AngleSpec};
     use drape_kernels::testing::{Random, assert_same_bits};
     use std::f64::consts::{FRAC_PI_2, PI};
 
     /// Compares forces and energies of both forms, at random positions and at some without an
     /// angle; returns how many groups of four took the fast form.
-    fn compare<E: Element>(list: &[E], random: &mut Random, positions: &[Vec3]) -> usize {
+    pub(in crate::effects) fn compare<E: Element>(
+        list: &[E],
+        random: &mut Random,
+        positions: &[Vec3],
+    ) -> usize {
         let start = random.vectors(positions.len());
         let [mut slow, mut fast, mut plain] = [(); 3].map(|()| start.clone());
         let x = positions;
@@ -336,7 +340,7 @@ mod tests {
 
     /// Positions at random, in a plane, with two particles at one place, with one that is nowhere,
     /// far apart and near to each other.
-    fn positions(random: &mut Random, n: usize) -> [Vec<Vec3>; 7] {
+    pub(in crate::effects) fn positions(random: &mut Random, n: usize) -> [Vec<Vec3>; 7] {
         let any = random.vectors(n);
         let flat: Vec<_> = any.iter().map(|x| Vec3::new(x.x, x.y, 0.0)).collect();
         let straight: Vec<_> = (0..n).map(|i| Vec3::new(i as f64, 0.0, 0.0)).collect();
@@ -345,26 +349,6 @@ mod tests {
         nowhere[n / 2].y = f64::NAN;
         let scaled = |s: f64| any.iter().map(|x| x * s).collect();
         [scaled(1e140), scaled(1e-60), any.clone(), flat, straight, double, nowhere]
-    }
-
-    #[test]
-    fn four_hinges_at_a_time_give_the_bits_of_one_after_the_other() {
-        let mut random = Random::new(8);
-        let mut fast = 0;
-        for count in (0..10).chain([60]) {
-            let n = 5 + count;
-            let list: Vec<_> = (0..count)
-                .map(|k| {
-                    let [i, j, k, l] = [0, 1, 2, 3].map(|step| ((k * 3 + step) % n) as u32);
-                    let rest_rad = [0.0, 0.4, -3.1, 3.1][l as usize % 4];
-                    HingeSpec { i, j, k, l, rest_rad, stiffness_n_m: 0.3 + f64::from(k) }
-                })
-                .collect();
-            for x in positions(&mut random, n) {
-                fast += compare(&list, &mut random, &x);
-            }
-        }
-        assert!(fast > 50, "{fast}");
     }
 
     #[test]
@@ -388,10 +372,15 @@ mod tests {
         assert!(fast > 60, "{fast}");
     }
 
+    /// A flat sheet of two rows of three particles.
+    pub(in crate::effects) fn sheet() -> Vec<Vec3> {
+        (0..6).map(|i| Vec3::new((i % 3) as f64, (i / 3) as f64, 0.0)).collect()
+    }
+
     /// A flat sheet at rest, its right angles and its straight rows are usual.
     #[test]
     fn a_sheet_at_rest_takes_the_fast_form() {
-        let x: Vec<_> = (0..6).map(|i| Vec3::new((i % 3) as f64, (i / 3) as f64, 0.0)).collect();
+        let x = sheet();
         let angle = |i, j, k, rest_rad| AngleSpec {
             effect: AngleEffect::BendingAngle,
             i,
@@ -404,8 +393,5 @@ mod tests {
         let angles = [angles[0], angles[1], angles[2], angle(2, 5, 4, FRAC_PI_2)];
         let mut random = Random::new(1);
         assert_eq!(compare(&angles, &mut random, &x), 1);
-        let hinge = |i, j, k, l| HingeSpec { i, j, k, l, rest_rad: 0.0, stiffness_n_m: 1.0 };
-        let hinges = [hinge(1, 3, 0, 4), hinge(2, 4, 1, 5), hinge(1, 4, 3, 2), hinge(3, 1, 0, 4)];
-        assert_eq!(compare(&hinges, &mut random, &x), 1);
     }
 }

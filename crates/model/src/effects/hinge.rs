@@ -390,3 +390,38 @@ pub(crate) fn hinges(
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::elements::tests::{compare, positions, sheet};
+    use super::*;
+    use drape_kernels::testing::Random;
+
+    #[test]
+    fn four_hinges_at_a_time_give_the_bits_of_one_after_the_other() {
+        let mut random = Random::new(8);
+        let mut fast = 0;
+        for count in (0..10).chain([60]) {
+            let n = 5 + count;
+            let list: Vec<_> = (0..count)
+                .map(|k| {
+                    let [i, j, k, l] = [0, 1, 2, 3].map(|step| ((k * 3 + step) % n) as u32);
+                    let rest_rad = [0.0, 0.4, -3.1, 3.1][l as usize % 4];
+                    HingeSpec { i, j, k, l, rest_rad, stiffness_n_m: 0.3 + f64::from(k) }
+                })
+                .collect();
+            for x in positions(&mut random, n) {
+                fast += compare(&list, &mut random, &x);
+            }
+        }
+        assert!(fast > 50, "{fast}");
+    }
+
+    /// The edges of a flat sheet at rest are usual.
+    #[test]
+    fn a_sheet_at_rest_takes_the_fast_form() {
+        let hinge = |i, j, k, l| HingeSpec { i, j, k, l, rest_rad: 0.0, stiffness_n_m: 1.0 };
+        let hinges = [hinge(1, 3, 0, 4), hinge(2, 4, 1, 5), hinge(1, 4, 3, 2), hinge(3, 1, 0, 4)];
+        assert_eq!(compare(&hinges, &mut Random::new(1), &sheet()), 1);
+    }
+}
