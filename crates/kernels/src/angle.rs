@@ -6,15 +6,14 @@
 
 use crate::lanes::Four;
 use crate::triples::Triples;
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
 /// `π` beyond its nearest number, as `atan2` has it.
 const PI_LOW: f64 = 1.224_646_799_147_353_2e-16;
 
 /// Arguments from which a formula holds, the values of the angle there in two parts.
 const FROM: [f64; 4] = [0.4375, 0.6875, 1.1875, 2.4375];
-const HIGH: [f64; 4] =
-    [4.636_476_090_008_061e-1, 7.853_981_633_974_483e-1, 9.827_937_232_473_29e-1, FRAC_PI_2];
+const HIGH: [f64; 4] = [4.636_476_090_008_061e-1, FRAC_PI_4, 9.827_937_232_473_29e-1, FRAC_PI_2];
 const LOW: [f64; 4] = [
     2.269_877_745_296_168_7e-17,
     3.061_616_997_868_383e-17,
@@ -40,7 +39,7 @@ const ODD: [f64; 5] = [
 ];
 
 /// A quotient of arguments below this needs no case of its own: 2⁶³.
-const STEEPEST: f64 = 9.223_372_036_854_775_8e18;
+const STEEPEST: f64 = 9.223_372_036_854_776e18;
 
 /// `atan2(y, x)`, and `usual` with zeros where the arguments are not: infinite, not a number, both
 /// zero, or with a quotient of some 2⁶³ or more. The angle is then not that of `libm`.

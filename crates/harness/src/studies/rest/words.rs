@@ -58,7 +58,7 @@ fn longest(facts: &Facts) -> Option<String> {
         })
     };
     let all = labels(facts.runs.iter());
-    let names: Vec<_> = all.iter().copied().filter(|label| arrives(&label)).collect();
+    let names: Vec<_> = all.iter().copied().filter(|label| arrives(label)).collect();
     let count = all.len();
     Some(match names.len() {
         0 if count == 0 => return None,
@@ -168,6 +168,9 @@ fn caveats(facts: &Facts) -> Vec<String> {
         "Air or full damping brings the cloth to rest; with other damping other methods are first."
             .to_owned(),
         "The table is a held part of the cloth, so that the static search sees all forces."
+            .to_owned(),
+        "Methods that stiffness does not limit have two steps, 0.1 s and a third of it: one that \
+         fails with both may do with shorter ones."
             .to_owned(),
     ]
 }
