@@ -175,7 +175,7 @@ fn draw_panel(
             }
             At::Below(value) => {
                 let y = pixel(panel.x.low, panel.y.position(value)).1;
-                root.draw(&Rectangle::new([(x0, y), (x1, y0)], GRID.filled()))?;
+                root.draw(&Rectangle::new([(x0, y), (x1, y1)], GRID.filled()))?;
                 continue;
             }
             At::X(value) => {
