@@ -180,8 +180,9 @@ fn the_answer_stands_first_and_the_provenance_last() {
         let cells = Selector::parse(".factors td.n").unwrap();
         let factors: Vec<_> = lesson.select(&cells).map(text).collect();
         assert_eq!(factors.len(), 11, "{id}");
+        // Within its limit Provot's method, symplectic Euler, keeps the amplitude.
         let different: BTreeSet<_> = factors.iter().collect();
-        assert!(different.len() > 1, "{id}: {factors:?}");
+        assert_eq!(different.len() > 1, id != "provot", "{id}: {factors:?}");
         let redraw = format!("draws figures/course-{id}.svg");
         let said = text(lesson);
         assert!(said.contains("drape experiment course") && said.contains(&redraw), "{said}");
