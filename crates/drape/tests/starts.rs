@@ -55,7 +55,7 @@ fn starts_are_listed_and_a_wrong_name_is_refused_with_the_right_ones() {
         ["work-precision", "work"].map(|study| drape(&["system", &format!("{study}/{scene}")]));
     assert!(whole.status.success() && whole.stdout == begun.stdout);
     let doubtful = drape(&["system", &format!("s/{scene}")]);
-    assert_eq!(doubtful.status.code(), Some(2), "scaling, stability and solver-control begin so");
+    assert_eq!(doubtful.status.code(), Some(2), "several studies begin so");
     let refused = drape(&["system", "order/rough"]);
     let said = String::from_utf8_lossy(&refused.stderr).into_owned();
     assert_eq!(refused.status.code(), Some(2), "{said}");
