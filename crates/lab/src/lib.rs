@@ -17,7 +17,7 @@
 //! | [`setup`] | a scene with the knobs turned, a method, and the command that repeats them |
 //! | [`files`] | scenes and meshes that were dropped on the page |
 //! | [`engine`] | a run that is shown; it knows no transport |
-//! | [`work`] | runs beside those who look: a thread for each, or all in turns |
+//! | `work` | runs beside those who look: a thread for each, or all in turns |
 //! | [`ghost`] | a reference solution to lay over panes |
 //! | [`session`] | the panes of a page and their clock; it knows no transport |
 //! | [`lessons`] | what the page shows of a lesson, and how answers are marked |

@@ -59,10 +59,10 @@ pub fn test(claim: &Claim) -> Result<Row, HarnessError> {
     trial.map_or_else(|| Err(unknown(claim.id)), row)
 }
 
-/// As [`test`], with the systems from which its runs start, the smallest first.
+/// As [`test()`], with the systems from which its runs start, the smallest first.
 ///
 /// # Errors
-/// As [`test`].
+/// As [`test()`].
 pub fn test_with_starts(claim: &Claim) -> Result<(Row, Vec<SystemSpec>), HarnessError> {
     let (row, systems) = watch(|| test(claim));
     Ok((row?, systems))
