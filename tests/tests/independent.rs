@@ -12,7 +12,7 @@ use drape_oracle::reference::ReferenceSettings;
 use drape_oracle::scenes::waving;
 use drape_tests::{GRAVITY, Run, Sheet, build, method, name, prepared};
 
-/// A number that differs from the program's: form, column, what is found here, why.
+/// One number that differs from the program's. It names form and column, the value here and the reason.
 type Correction = (&'static str, &'static str, f64, &'static str);
 
 const START: &str = "the first step is one of backward Euler; the program starts more accurately";
