@@ -29,6 +29,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
+use std::time::Instant;
 
 const FOLDER: &str = ".unfinished";
 const EXTENSION: &str = "journal";
@@ -277,6 +278,8 @@ pub struct Journal {
     scope: Scope,
     /// What the process may not compute and the journal does not hold.
     missing: Mutex<Vec<Missing>>,
+    /// When no cell of a long study is begun any more.
+    until: Option<Instant>,
     /// Shards that are done, each with the number of cells that the journal had then.
     shards: Vec<(String, usize)>,
     done: HashMap<(String, usize), Value>,
@@ -366,6 +369,22 @@ impl Journal {
     #[must_use]
     pub fn for_shard(self, shard: Shard) -> Self {
         Self { scope: Scope::Shard(shard), ..self }
+    }
+
+    /// Begins no cell of a long study after that time.
+    #[must_use]
+    pub fn until(self, until: Option<Instant>) -> Self {
+        Self { until, ..self }
+    }
+
+    /// Whether no cell of a long study is begun any more.
+    pub(crate) fn is_late(&self) -> bool {
+        self.until.is_some_and(|until| Instant::now() >= until)
+    }
+
+    /// Whether the process may compute all cells: what is missing then had no time.
+    pub(crate) fn is_alone(&self) -> bool {
+        self.scope == Scope::All
     }
 
     /// Computes no cell.

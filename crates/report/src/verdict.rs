@@ -19,6 +19,9 @@ pub enum Verdict {
     Stable,
     /// Stable by its energy, but the cloth keeps less than half of the true motion.
     Locked,
+    /// Stable by its energy, but the cloth has left an obstacle on which it should lie.
+    #[serde(rename = "lost contact")]
+    LostContact,
     /// The run gained some energy.
     Marginal,
     /// The run ended because its counted effort reached the limit.
@@ -37,13 +40,14 @@ pub enum Verdict {
 
 impl Verdict {
     /// All verdicts.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::Open,
         Self::Stable,
         Self::Marginal,
         Self::Unstable,
         Self::Diverged,
         Self::Locked,
+        Self::LostContact,
         Self::OverBudget,
         Self::Completed,
         Self::Refused,
@@ -59,6 +63,7 @@ impl Verdict {
             Self::Unstable => "unstable",
             Self::Diverged => "diverged",
             Self::Locked => "locked",
+            Self::LostContact => "lost contact",
             Self::OverBudget => "over budget",
             Self::Completed => "completed",
             Self::Refused => "refused",

@@ -37,11 +37,11 @@ pub(super) static ENTRY: Entry = Entry {
             LoadLaw::Free,
         )],
         animation: &[
-            Film::ladder("backward-euler", "backward-euler"),
             Film::ladder(
                 "backward-euler, CG",
                 "backward-euler:residual=1e-3,solver=cg,forcing=eisenstat-walker",
             ),
+            Film::ladder("backward-euler", "backward-euler"),
             Film::ladder(
                 "backward-euler, one iteration",
                 "backward-euler:residual=1e-2,max_iterations=1,solver=multigrid",

@@ -34,6 +34,7 @@ pub(super) static ENTRY: Entry = Entry {
         ],
         locking: &[(Variant::new("bdf2", "bdf2"), Steps::Long)],
         animation: &[
+            Film::ladder("bdf2, safeguarded", SAFEGUARDED),
             Film::ladder("bdf2", "bdf2"),
             Film::ladder("bdf2, CG", "bdf2:residual=1e-3,solver=cg,forcing=eisenstat-walker"),
             Film::ladder("bdf2, one iteration", "bdf2:residual=1e-2,max_iterations=1,solver=cg"),
@@ -41,7 +42,6 @@ pub(super) static ENTRY: Entry = Entry {
                 "bdf2, three iterations",
                 "bdf2:residual=1e-2,max_iterations=3,solver=multigrid",
             ),
-            Film::ladder("bdf2, safeguarded", SAFEGUARDED),
         ],
         work_precision: &[
             work::headline("bdf2", "bdf2:residual=1e-3"),

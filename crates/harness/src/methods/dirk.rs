@@ -61,6 +61,7 @@ pub(super) static ENTRY: Entry = Entry {
             work::extra("dirk, sdirk4", "dirk:tableau=sdirk4"),
         ],
         animation: &[
+            Film::ladder("dirk, safeguarded", SAFEGUARDED),
             Film::ladder("dirk", "dirk"),
             Film::ladder("dirk, CG", "dirk:residual=1e-3,solver=cg,forcing=eisenstat-walker"),
             Film::ladder(
@@ -71,7 +72,6 @@ pub(super) static ENTRY: Entry = Entry {
                 "dirk, three iterations",
                 "dirk:residual=1e-2,max_iterations=3,solver=multigrid",
             ),
-            Film::ladder("dirk, safeguarded", SAFEGUARDED),
         ],
         ..Runs::DEFAULTS
     },

@@ -55,6 +55,7 @@ pub(super) static ENTRY: Entry = Entry {
             work::extra("generalized-alpha, safeguarded", SAFEGUARDED),
         ],
         animation: &[
+            Film::ladder("generalized-alpha, safeguarded", SAFEGUARDED),
             Film::ladder("generalized-alpha", "generalized-alpha"),
             Film::ladder(
                 "generalized-alpha, CG",
@@ -68,7 +69,6 @@ pub(super) static ENTRY: Entry = Entry {
                 "generalized-alpha, three iterations",
                 "generalized-alpha:residual=1e-2,max_iterations=3,solver=multigrid",
             ),
-            Film::ladder("generalized-alpha, safeguarded", SAFEGUARDED),
         ],
         ..Runs::DEFAULTS
     },

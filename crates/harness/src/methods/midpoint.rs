@@ -39,6 +39,7 @@ pub(super) static ENTRY: Entry = Entry {
             work::adaptive("midpoint, adaptive", "midpoint:residual=1e-3"),
         ],
         animation: &[
+            Film::ladder("midpoint, safeguarded", SAFEGUARDED),
             Film::ladder("midpoint", "midpoint"),
             Film::ladder(
                 "midpoint, CG",
@@ -52,7 +53,6 @@ pub(super) static ENTRY: Entry = Entry {
                 "midpoint, three iterations",
                 "midpoint:residual=1e-2,max_iterations=3,solver=multigrid",
             ),
-            Film::ladder("midpoint, safeguarded", SAFEGUARDED),
         ],
         ..Runs::DEFAULTS
     },

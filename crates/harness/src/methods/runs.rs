@@ -94,6 +94,7 @@ pub(crate) struct Runs {
     /// The law of a single spring that is loaded across itself, where one is known.
     pub(crate) locked_spring: &'static [(Variant, LoadLaw)],
     pub(crate) work_precision: &'static [work::Variant],
+    /// The first stands for the method in scenes that are too dear for all forms.
     pub(crate) animation: &'static [Film],
     /// Empty: not in the study.
     pub(crate) scaling: &'static [Contender],

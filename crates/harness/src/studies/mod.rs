@@ -13,9 +13,11 @@ pub mod course;
 pub mod effects;
 pub mod energy;
 pub mod fabric;
+mod filmed;
 pub mod hard_cases;
 pub mod locking;
 pub mod momentum;
+mod names;
 pub mod order;
 mod page;
 pub mod pictures;
@@ -355,7 +357,7 @@ impl std::fmt::Debug for dyn Study {
 }
 
 /// In teaching order: a study stands behind those that it builds on. The page keeps this order.
-static STUDIES: [&dyn Study; 22] = [
+static STUDIES: [&dyn Study; 23] = [
     &course::STUDY,
     &pictures::STUDY,
     &order::STUDY,
@@ -372,6 +374,7 @@ static STUDIES: [&dyn Study; 22] = [
     &precomputed_inverse::STUDY,
     &work_precision::STUDY,
     &animation::STUDY,
+    &animation::LONG,
     &rest::STUDY,
     &regret::STUDY,
     &fabric::STUDY,
@@ -387,7 +390,7 @@ pub fn all() -> &'static [&'static dyn Study] {
 
 /// Experiments that take longer than all others together. `drape reproduce --long` runs them, and
 /// `drape reproduce` leaves their records as they are.
-const LONG: [&str; 1] = [animation::STUDY.name];
+const LONG: [&str; 1] = [animation::LONG.name];
 
 /// Whether an experiment is long.
 pub fn is_long(study: &dyn Study) -> bool {
@@ -550,6 +553,39 @@ fn timed<T, R: Serialize + DeserializeOwned>(
     let results = turns.into_iter().map(compute).collect::<Result<_, _>>();
     context.progress.end();
     Ok(Cells(is_whole.then_some(results?)))
+}
+
+/// As [`cells`] or [`timed`], but a cell that this process may not compute, or not begin any more,
+/// is left out and noted as missing.
+fn in_time<T: Sync, R: Send + Serialize + DeserializeOwned>(
+    context: &Context<'_>,
+    (part, is_timed): (&str, bool),
+    inputs: &[T],
+    compute: impl Fn(&T) -> Result<R, HarnessError> + Sync,
+) -> Result<Vec<Option<R>>, HarnessError> {
+    let journal = context.journal;
+    let one = |(number, input)| {
+        let result = match journal.kept(part, number) {
+            Some(kept) => Ok(Some(kept)),
+            None if !journal.takes(part, number, is_timed) || journal.is_late() => Ok(None),
+            None => journal.cell(part, number, is_timed, || compute(input)).map(Some),
+        };
+        context.progress.done();
+        result
+    };
+    context.progress.begin(part, inputs.len());
+    let results: Result<Vec<_>, _> = if is_timed {
+        inputs.iter().enumerate().map(one).collect()
+    } else {
+        inputs.par_iter().with_max_len(1).enumerate().map(one).collect()
+    };
+    context.progress.end();
+    let results = results?;
+    let numbers: Vec<_> = (0..results.len()).filter(|&n| results[n].is_none()).collect();
+    if !numbers.is_empty() {
+        journal.miss(Missing { part: part.to_owned(), of: inputs.len(), numbers, is_timed });
+    }
+    Ok(results)
 }
 
 /// One simulated second (or another span) of a choice.

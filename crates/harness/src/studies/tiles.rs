@@ -17,6 +17,8 @@ pub(super) fn fault(verdicts: &[Verdict]) -> Tile {
         (Shade::Fair, "~")
     } else if has(Verdict::Locked) {
         (Shade::Still, "L")
+    } else if has(Verdict::LostContact) {
+        (Shade::Still, "↓")
     } else if has(Verdict::OverBudget) {
         (Shade::Idle, ">")
     } else if verdicts.is_empty() || has(Verdict::Refused) {
@@ -40,6 +42,7 @@ pub(super) fn legend(unit: &str, others: &[(&str, &str)]) -> Vec<(Tile, String)>
     legend.extend(fair);
     let faults = [
         (told(Shade::Still, "L"), "locked"),
+        (told(Shade::Still, "↓"), "slid off"),
         (told(Shade::Bad, "✗"), "gains energy"),
         (told(Shade::Idle, ">"), "over the budget of work"),
         (told(Shade::Idle, "–"), "refuses the scene"),

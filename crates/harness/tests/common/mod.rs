@@ -14,7 +14,7 @@ mod rest;
 mod stability;
 mod work;
 
-pub(crate) use animation::{animation, animation_timings};
+pub(crate) use animation::{animation, animation_long, animation_long_timings, animation_timings};
 pub(crate) use contacts::{collision, inverse, inverse_timings, post_correction};
 pub(crate) use control::control;
 pub(crate) use course::course;
@@ -66,6 +66,8 @@ pub(crate) fn complete() -> TempDir {
     write_json(&path("timings/work-precision.json"), &work_precision_timings()).unwrap();
     write_json(&path("animation.json"), &animation()).unwrap();
     write_json(&path("timings/animation.json"), &animation_timings()).unwrap();
+    write_json(&path("animation-long.json"), &animation_long()).unwrap();
+    write_json(&path("timings/animation-long.json"), &animation_long_timings()).unwrap();
     write_json(&path("regret.json"), &regret()).unwrap();
     write_json(&path("timings/regret.json"), &regret_timings()).unwrap();
     write_json(&path("rest.json"), &rest()).unwrap();

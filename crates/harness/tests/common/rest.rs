@@ -2,13 +2,13 @@
 
 use super::work::timings_of;
 use super::{CURVES, record};
-use drape_harness::studies::rest::facts::{Facts, Minimum, Run, Scene, TimingRow};
+use drape_harness::studies::rest::facts::{Counters, Facts, Minimum, Run, Scene, TimingRow};
 use drape_report::{Record, Timings, Verdict};
 
 /// Two tables; methods that arrive, one that is locked, one still on its way, one in a worse shape.
 pub(crate) fn rest() -> Record<Facts> {
     let minimum = |waves: u32, energy_j: f64| Minimum {
-        waves,
+        from: format!("{waves} waves"),
         energy_j,
         residual: 1e-8,
         is_minimum: waves != 5,
@@ -48,14 +48,13 @@ pub(crate) fn rest() -> Record<Facts> {
                     shape_error_m: Some(2e-4),
                     residual: Some(0.005),
                     speed_m_s: Some(5e-4),
+                    rest_energy_j: Some(-1e-3),
+                    is_minimum: None,
                     excess_energy: Some(if n == 3 { 0.2 } else { 1e-6 }),
                     gain: 0.0,
                     effort: has_arrived.then_some(1e9 * cost),
                     modelled_s: (has_arrived && scene.is_priced).then_some(cost),
-                    force_evaluations: 100,
-                    matvecs: 10,
-                    factorisations: 0,
-                    unconverged_steps: 0,
+                    counts: Counters { force_evaluations: 100, ..Counters::default() },
                     portable: true,
                 });
             }

@@ -81,6 +81,10 @@ impl Shade {
 
 /// Least and greatest height of a row. Few rows are drawn higher.
 const ROW: std::ops::RangeInclusive<i32> = 25..=48;
+/// Height of a row whose tiles have two lines.
+const TWO_LINES: i32 = 42;
+/// Least size of a letter in a tile, over the usual one.
+const LEAST_SHARE: f64 = 0.7;
 /// Height that a table should have.
 const HEIGHT: i32 = 560;
 /// Side of a tile in the legend.
@@ -106,10 +110,15 @@ pub(super) fn svg(matrix: &Matrix, title: &str, description: &str) -> Result<Str
     let legend_height = 14 + 26 * legend_rows + LINE * notes.len() as i32;
     let count = matrix.rows.len() as i32;
     let others = top + 14 + legend_height + MARGIN;
-    let row_height = ((HEIGHT - others) / count.max(1)).clamp(*ROW.start(), *ROW.end());
+    let width = (WIDTH - MARGIN - left) / (matrix.columns.len() as i32).max(1);
+    let is_broken = matrix.rows.iter().flat_map(|row| &row.tiles).any(|tiles| {
+        let room = (width - 3) / (tiles.len() as i32).max(1);
+        tiles.iter().any(|tile| width_of(&tile.text) > room)
+    });
+    let least = if is_broken { TWO_LINES } else { *ROW.start() };
+    let row_height = ((HEIGHT - others) / count.max(1)).clamp(least, *ROW.end());
     let foot = top + row_height * count + 14;
     let height = foot + legend_height + MARGIN;
-    let width = (WIDTH - MARGIN - left) / (matrix.columns.len() as i32).max(1);
 
     let mut text = String::new();
     {
@@ -186,6 +195,29 @@ pub(super) fn draw_tile(
         let ring = vec![(left, top), (right, top), (right, bottom), (left, bottom), (left, top)];
         root.draw(&PathElement::new(ring, INK.stroke_width(2)))?;
     }
-    let style = text_style(FONT, FontStyle::Normal, tile.shade.ink(), HPos::Center, VPos::Center);
-    root.draw_text(&tile.text, &style, (left + width / 2, top + height / 2))
+    let lines = match tile.text.rsplit_once(' ') {
+        Some((name, rest)) if width_of(&tile.text) > width && height >= TWO_LINES - 3 => {
+            vec![name, rest]
+        }
+        _ => vec![tile.text.as_str()],
+    };
+    let middle = top + height / 2 - LINE / 2 * (lines.len() as i32 - 1);
+    for (n, line) in lines.into_iter().enumerate() {
+        // Where a name alone is too long it is written smaller.
+        let share = f64::from(width) / f64::from(width_of(line).max(1));
+        let size = FONT * share.clamp(LEAST_SHARE, 1.0);
+        let ink = tile.shade.ink();
+        let style = text_style(size, FontStyle::Normal, ink, HPos::Center, VPos::Center);
+        root.draw_text(line, &style, (left + width / 2, middle + LINE * n as i32))?;
+    }
+    Ok(())
+}
+
+/// About how wide a text in a tile is, with some room on both sides, px.
+fn width_of(text: &str) -> i32 {
+    match text.chars().count() as i32 {
+        // A sign or a number stands in a narrow tile.
+        count if count <= 5 => 0,
+        count => CHARACTER * count + 4,
+    }
 }

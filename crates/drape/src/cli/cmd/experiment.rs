@@ -8,6 +8,7 @@ use drape_harness::studies::{Context, Study, find};
 use drape_harness::{HarnessError, Journal, Missing, Shard, Unfinished, methods, start_threads};
 use drape_report::tell;
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
@@ -62,7 +63,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     arguments.methods.choose()?;
     let out = folder(arguments.out.as_deref(), arguments.quick);
     let unfinished = enter(&out, arguments.fresh)?;
-    let run = Run { out: &out, quick: arguments.quick, unfinished: &unfinished };
+    let run = Run { out: &out, quick: arguments.quick, unfinished: &unfinished, until: None };
     if arguments.shard.compute(&run, &[experiment])? {
         return Ok(());
     }
@@ -122,25 +123,32 @@ pub(crate) struct Run<'a> {
     pub(crate) quick: bool,
     /// What is unfinished in the folder.
     pub(crate) unfinished: &'a Unfinished,
+    /// When no cell of a long study is begun any more.
+    pub(crate) until: Option<Instant>,
 }
 
 impl Run<'_> {
     /// Runs an experiment and writes its records. It skips the cells, or the whole experiment, that
-    /// an interrupted run has finished.
-    pub(crate) fn record(&self, study: &dyn Study, place: Place) -> anyhow::Result<()> {
+    /// an interrupted run has finished. Returns whether all cells are there.
+    pub(crate) fn record(&self, study: &dyn Study, place: Place) -> anyhow::Result<bool> {
         let name = study.name();
         place.tell(name);
-        let journal = self.unfinished.journal(name, self.quick)?;
+        let journal = self.unfinished.journal(name, self.quick)?.until(self.until);
         if journal.is_finished() {
             tell!("{name}: finished before the interruption");
-            return Ok(());
+            return Ok(true);
         }
         if journal.was_finished() {
             tell!("{name}: a file is missing or changed since: writing all again");
         }
         tell_kept(name, &journal, "before the interruption");
         let files = self.go(study, &journal, place)?;
-        Ok(journal.finish(&files)?)
+        let missing = journal.missing();
+        if missing.is_empty() {
+            journal.finish(&files)?;
+        }
+        missing.iter().for_each(|missing| tell!("{name}: {missing}"));
+        Ok(missing.is_empty())
     }
 
     /// Writes the records of an experiment if all its cells are there, and computes none. Returns

@@ -5,7 +5,7 @@ use crate::cli::progress::Place;
 use drape_harness::studies::{all, find, is_long};
 use drape_report::tell;
 use std::path::PathBuf;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
@@ -22,6 +22,10 @@ pub(crate) struct Arguments {
     /// part
     #[arg(long, conflicts_with_all = ["quick", "only"])]
     long: bool,
+    /// Begin no cell of a long experiment after so many minutes: the record then names what is
+    /// missing, and the next run goes on
+    #[arg(long, value_name = "N", requires = "long", value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    minutes: Option<u64>,
     #[command(flatten)]
     shard: super::experiment::ShardArgument,
     /// Run only these experiments, separated by commas
@@ -45,15 +49,23 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         names => names.iter().map(|name| find(name)).collect::<Result<Vec<_>, _>>()?,
     };
     let unfinished = super::experiment::enter(&out, arguments.fresh)?;
-    let run = Run { out: &out, quick: arguments.quick, unfinished: &unfinished };
+    let until = arguments.minutes.map(|minutes| begin + Duration::from_secs(60 * minutes));
+    let run = Run { out: &out, quick: arguments.quick, unfinished: &unfinished, until };
     if arguments.shard.compute(&run, &chosen)? {
         return Ok(());
     }
+    let mut written = Vec::new();
     for (place, experiment) in Place::each(&chosen) {
-        run.record(experiment, place)?;
+        if run.record(experiment, place)? {
+            written.push(experiment.name());
+        }
     }
     super::report::draw(&out)?;
-    unfinished.leave(chosen.iter().map(|experiment| experiment.name()))?;
+    let is_whole = written.len() == chosen.len();
+    unfinished.leave(written)?;
+    if !is_whole {
+        tell!("cells are missing: the same command goes on");
+    }
     if arguments.only.is_empty() && !arguments.long && !arguments.quick {
         let long = all().iter().filter(|study| is_long(**study)).map(|study| study.name());
         let long = long.collect::<Vec<_>>().join(", ");

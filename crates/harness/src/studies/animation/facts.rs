@@ -1,5 +1,6 @@
 //! Records of the experiment `animation`: what a frame costs that is good enough.
 
+pub use crate::studies::filmed::Counters;
 use drape_report::Verdict;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -19,6 +20,21 @@ pub struct Facts {
     pub scenes: Vec<Scene>,
     /// One a scene, form of a method and number of substeps.
     pub runs: Vec<Run>,
+    /// What a long study had no time for.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub missing: Vec<Missing>,
+}
+
+/// Forms that were not run, or not timed, on a scene for want of time.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Missing {
+    /// Key of the scene, as in [`Scene::id`].
+    pub scene: String,
+    /// Labels of the forms that were not run.
+    pub not_run: Vec<String>,
+    /// Labels of the forms that were run and not timed.
+    pub not_timed: Vec<String>,
 }
 
 /// What the runs of a scene are ranked by.
@@ -43,6 +59,8 @@ pub struct Scene {
     pub fabric: String,
     /// What its runs are ranked by.
     pub measure: Measure,
+    /// Whether every form of a method is run; else only its first.
+    pub has_all_forms: bool,
     /// Number of particles.
     pub particles: usize,
     /// Number of springs.
@@ -122,7 +140,8 @@ pub struct Run {
     pub substeps: u32,
     /// Whether stiffness limits its step, so that calls were added until it held.
     pub is_limited: bool,
-    /// `stable`, `locked`, `marginal`, `unstable`, `diverged`, `over budget` or `refused`.
+    /// `stable`, `locked`, `lost contact`, `marginal`, `unstable`, `diverged`, `over budget` or
+    /// `refused`.
     pub verdict: Verdict,
     /// Mean distance of the surface to that of the nearest true motion, both ways, mean over time,
     /// m.
@@ -136,20 +155,12 @@ pub struct Run {
     pub retained: Option<f64>,
     /// Mean kinetic energy over that of the true motion.
     pub kinetic: Option<f64>,
+    /// Particles that lie on the obstacle at the end, over those of the true motion.
+    pub contact: Option<f64>,
     /// Greatest rise of the energy over what the scene sets free; 0 where rings or wind supply some.
     pub gain: f64,
-    /// Sweeps over all springs that evaluated forces or energies.
-    pub force_evaluations: u64,
-    /// Products of a matrix with a block vector, triangular solves included.
-    pub matvecs: u64,
-    /// Factorisations of Newton's matrix.
-    pub factorisations: u64,
-    /// Newton iterations.
-    pub newton_iterations: u64,
-    /// Iterations of conjugate gradients.
-    pub cg_iterations: u64,
-    /// Steps whose solver stopped before its tolerance.
-    pub unconverged_steps: u64,
+    /// What its steps counted.
+    pub counts: Counters,
     /// Same bits on every machine.
     pub portable: bool,
 }

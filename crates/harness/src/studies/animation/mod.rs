@@ -7,6 +7,22 @@ mod words;
 
 use super::Parts;
 
+/// Larger cloth and longer spans: hours of work, which `reproduce` leaves to `reproduce --long`.
+pub(super) const LONG: Parts<facts::Facts, facts::TimingRow> = Parts {
+    name: "animation-long",
+    question: words::LONG_QUESTION,
+    builds_on: words::LONG_BUILDS_ON,
+    method: run::long_method,
+    timing: Some(run::timing),
+    starts: run::long_starts,
+    run: run::long,
+    comparable: run::comparable,
+    words: words::long,
+    plates: plates::LONG_PLATES,
+    tables: plates::tables,
+    lessons: None,
+};
+
 pub(super) const STUDY: Parts<facts::Facts, facts::TimingRow> = Parts {
     name: "animation",
     question: words::QUESTION,

@@ -42,6 +42,28 @@ pub(super) const PLATES: &[Plate<Input>] = &[
     },
 ];
 
+/// The figures of the long study.
+pub(super) const LONG_PLATES: &[Plate<Input>] = &[
+    Plate {
+        file: "animation-long-frames.svg",
+        title: "Larger cloth, five seconds: what a frame costs, and how wrong its shape is",
+        caption: FRAMES,
+        draw: Draw::Sheet(frames),
+    },
+    Plate {
+        file: "animation-long-map.svg",
+        title: "Larger cloth, five seconds: which method has the cheapest frame",
+        caption: MAP,
+        draw: Draw::Matrix(map),
+    },
+    Plate {
+        file: "animation-long-cheapest.svg",
+        title: "Larger cloth, five seconds: milliseconds a frame that is good enough",
+        caption: CHEAPEST,
+        draw: Draw::Matrix(cheapest),
+    },
+];
+
 const FRAMES: &str = "Choose the panel of your fabric and find the error that you accept: the \
                       leftmost curve there is the fastest. A panel a fabric and damping, square \
     cloths that hang by two corners. Across: time a frame on one core. Upwards: the mean distance of \
@@ -103,12 +125,24 @@ fn measured(scene: &Scene) -> &'static str {
     }
 }
 
-/// The scenes of the one figure: cloth that hangs by its corners, on the finest of its meshes.
+/// The scenes of the one figure: cloth that hangs by its corners, but for meshes that are coarser
+/// than that of other scenes with as many forms.
 fn hanging(input: &Input) -> Vec<&Scene> {
-    let hangs = |scene: &&Scene| scene.id.starts_with("hanging");
-    let hanging = || input.facts.scenes.iter().filter(hangs);
-    let most = hanging().map(|scene| scene.particles).max();
-    hanging().filter(|scene| Some(scene.particles) == most).collect()
+    let hanging = || input.facts.scenes.iter().filter(|scene| scene.id.starts_with("hanging"));
+    let full = hanging().filter(|scene| scene.has_all_forms);
+    let least = full.map(|scene| scene.particles).max().unwrap_or(0);
+    hanging().filter(|scene| scene.particles >= least).collect()
+}
+
+/// The name of a panel of the one figure.
+fn panel(scene: &Scene) -> String {
+    let damping = if scene.damping_over_stiffness_s >= HEAVY { "heavy" } else { "light" };
+    let more = if scene.has_all_forms {
+        format!("k/m = {} s⁻²", significant(scene.stiffness_over_mass_per_s2, 2))
+    } else {
+        format!("{} particles, {} s", scene.particles, significant(scene.span_s, 1))
+    };
+    format!("{}, {damping} damping, {more}", scene.fabric)
 }
 
 /// The id of a run's method.
@@ -172,9 +206,7 @@ fn frames(input: &Input) -> Option<Sheet> {
             Rule { label: "noise".to_owned(), at: At::Below(noise) },
             Rule { label: "good enough".to_owned(), at: At::Y(1e3 * scene.good_m()) },
         ];
-        let heavy = if scene.damping_over_stiffness_s >= HEAVY { "heavy" } else { "light" };
-        let stiffness = significant(scene.stiffness_over_mass_per_s2, 2);
-        (vec![format!("{}, {heavy} damping, k/m = {stiffness} s⁻²", scene.fabric)], series, rules)
+        (vec![panel(scene)], series, rules)
     };
     let noise: Vec<f64> = scenes.iter().map(|s| (0.5e3 * s.floor_m()).max(1e-3)).collect();
     let mut sheet = panels_of(

@@ -1,6 +1,7 @@
 //! The words of the study `animation`: its question, and what its numbers say.
 
 use super::facts::{Facts, GOOD, Run, Scene};
+use crate::studies::names::{labels, methods, range};
 use drape_report::number::significant;
 use drape_report::{Verdict, Words};
 
@@ -9,43 +10,56 @@ pub(super) const QUESTION: &str =
     "What must be paid for a frame that neither explodes, stands still nor shows a wrong shape?";
 /// Studies that a reader should know before this one.
 pub(super) const BUILDS_ON: &[&str] = &["locking", "work-precision"];
-
-/// Most names in a sentence.
-const MOST: usize = 8;
+/// The question of the long study.
+pub(super) const LONG_QUESTION: &str =
+    "Does the answer of `animation` hold for larger cloth and for five seconds?";
+/// What the long study stands behind.
+pub(super) const LONG_BUILDS_ON: &[&str] = &["animation"];
 
 /// What the facts say. Times belong to a machine and stand in the figures.
 pub(super) fn words(facts: &Facts) -> Words {
     let conclusion = [in_one_call(facts), explicit(facts)].into_iter().flatten();
     let conclusion = conclusion.collect::<Vec<_>>().join(" ");
-    let observations =
-        [nearest(facts), still(facts), gaining(facts), never(facts)].into_iter().flatten();
-    Words { conclusion, observations: observations.collect(), caveats: caveats(facts) }
+    let observations = [nearest(facts), still(facts), gaining(facts), lost(facts), never(facts)];
+    Words {
+        conclusion,
+        observations: observations.into_iter().flatten().collect(),
+        caveats: caveats(facts),
+    }
+}
+
+/// What the facts of the long study say, and what it lacks.
+pub(super) fn long(facts: &Facts) -> Words {
+    let Words { conclusion, observations, mut caveats } = words(facts);
+    for missing in &facts.missing {
+        let (not_run, not_timed) = (missing.not_run.len(), missing.not_timed.len());
+        let what = if not_run > 0 {
+            format!("{not_run} methods are not run")
+        } else {
+            format!("{not_timed} methods are not timed")
+        };
+        caveats.push(format!("On the scene \u{201c}{}\u{201d} {what} yet.", missing.scene));
+    }
+    if !facts.missing.is_empty() {
+        caveats.push("`drape reproduce --long` runs what is missing.".to_owned());
+    }
+    let conclusion =
+        if facts.scenes.is_empty() { "No scene has been run yet.".to_owned() } else { conclusion };
+    Words { conclusion, observations, caveats }
 }
 
 fn runs<'a>(facts: &'a Facts, scene: &'a Scene) -> impl Iterator<Item = &'a Run> + Clone {
     facts.runs.iter().filter(move |run| run.scene == scene.id)
 }
 
-/// All labels, in the record's order.
-fn labels(facts: &Facts) -> Vec<&str> {
-    let mut labels: Vec<&str> = Vec::new();
-    for run in &facts.runs {
-        if !labels.contains(&run.label.as_str()) {
-            labels.push(&run.label);
-        }
-    }
-    labels
+/// The forms of some runs, each once.
+fn forms<'a>(runs: impl Iterator<Item = &'a Run>) -> Vec<&'a str> {
+    labels(runs.map(|run| run.label.as_str()))
 }
 
-/// Names in a row, the first few by name.
-fn listed(names: &[&str]) -> String {
-    match names {
-        [] => "none".to_owned(),
-        names if names.len() > MOST => {
-            format!("{} and {} more", names[..MOST].join("; "), names.len() - MOST)
-        }
-        names => names.join("; "),
-    }
+/// Millimetres.
+fn mm(metres: f64) -> String {
+    significant(1e3 * metres, 2)
 }
 
 /// The forms for which one call a frame is enough in the most scenes.
@@ -54,78 +68,59 @@ fn in_one_call(facts: &Facts) -> Option<String> {
         let mut once = runs(facts, scene).filter(|run| run.label == label && run.substeps == 1);
         once.any(|run| run.is_good(scene))
     };
-    let good: Vec<(&str, usize)> = labels(facts)
+    let good: Vec<(&str, usize)> = forms(facts.runs.iter())
         .into_iter()
         .map(|label| (label, facts.scenes.iter().filter(|scene| is_good(label, scene)).count()))
         .collect();
     let (all, most) = (facts.scenes.len(), good.iter().map(|(_, count)| *count).max()?);
     let names: Vec<_> =
         good.iter().filter(|(_, count)| *count == most).map(|(label, _)| *label).collect();
-    let enough = format!("to {} mm or twice the noise", significant(1e3 * GOOD, 2));
-    Some(match most {
-        0 => format!("One call a frame is enough for no form, {enough}."),
+    let scale = format!("A frame is good if it is off by {} mm or twice the noise.", mm(GOOD));
+    let said = match most {
+        0 => "One call a frame is enough for no form.".to_owned(),
         most if most == all => {
-            format!("One call a frame is enough in every scene, {enough}, for {}.", listed(&names))
+            format!("One call a frame is enough in every scene with {}.", methods(&names))
         }
         most => format!(
-            "One call a frame, {enough}, is enough in at most {most} of {all} scenes: for {}.",
-            listed(&names)
+            "One call a frame is enough in at most {most} of {all} scenes, with {}.",
+            methods(&names)
         ),
-    })
+    };
+    Some(format!("{scale} {said}"))
 }
 
 /// How many calls explicit forms need.
 fn explicit(facts: &Facts) -> Option<String> {
     let least = |scene: &Scene| {
         let own = runs(facts, scene).filter(|run| run.is_good(scene) && run.is_limited);
-        own.map(|run| run.substeps).min()
+        own.map(|run| f64::from(run.substeps)).reduce(f64::min)
     };
-    let needs: Vec<_> = facts
-        .scenes
-        .iter()
-        .filter_map(|scene| Some(format!("{} on {}", least(scene)?, scene.id)))
-        .collect();
-    (!needs.is_empty()).then(|| {
-        format!(
-            "Steps that stiffness limits need these calls a frame at least: {}.",
-            needs.join(", ")
-        )
-    })
+    let needs: Vec<_> = facts.scenes.iter().filter_map(least).collect();
+    let calls = range(&needs, |calls| calls.to_string())?;
+    Some(format!("Where stiffness limits the step, a good frame takes at least {calls} calls."))
 }
 
 /// The nearest motion with one call.
 fn nearest(facts: &Facts) -> Option<String> {
     let best = |scene: &Scene| {
         let own = runs(facts, scene).filter(|run| run.substeps == 1 && run.is_sound());
-        let own = own.filter_map(|run| Some((scene.error(run)?, run)));
-        let (error, run) = own.min_by(|a, b| a.0.total_cmp(&b.0))?;
-        let (error, floor) = (1e3 * error, 1e3 * scene.floor_m());
-        Some(format!(
-            "{} {} mm ({}, noise {} mm)",
-            run.label,
-            significant(error, 2),
-            scene.id,
-            significant(floor, 2)
-        ))
+        own.filter_map(|run| scene.error(run)).reduce(f64::min)
     };
     let all: Vec<_> = facts.scenes.iter().filter_map(best).collect();
-    (!all.is_empty()).then(|| format!("The nearest with one call a frame are: {}.", all.join("; ")))
+    let errors = range(&all, mm)?;
+    Some(format!("With one call a frame the nearest run of a scene is off by {errors} mm."))
+}
+
+/// A sentence about the forms of some runs.
+fn told(what: &str, names: &[&str]) -> Option<String> {
+    (!names.is_empty()).then(|| format!("{what}: {} forms, of {}.", names.len(), methods(names)))
 }
 
 /// Forms that stand still at one call a frame somewhere.
 fn still(facts: &Facts) -> Option<String> {
-    let is_still = |label: &&str| {
-        let mut own = facts.runs.iter().filter(|run| run.label == **label && run.substeps == 1);
-        own.any(|run| run.verdict == Verdict::Locked)
-    };
-    let still: Vec<_> = labels(facts).into_iter().filter(is_still).collect();
-    (!still.is_empty()).then(|| {
-        format!(
-            "Forms that lose more than half of the motion with one call a frame: {} ({}).",
-            still.len(),
-            listed(&still)
-        )
-    })
+    let own = facts.runs.iter().filter(|run| run.substeps == 1);
+    let still = forms(own.filter(|run| run.verdict == Verdict::Locked));
+    told("With one call a frame more than half of the motion is lost somewhere", &still)
 }
 
 /// Forms that gain energy although stiffness does not limit them.
@@ -135,18 +130,14 @@ fn gaining(facts: &Facts) -> Option<String> {
             && run.substeps <= 4
             && matches!(run.verdict, Verdict::Marginal | Verdict::Unstable | Verdict::Diverged)
     };
-    let names = labels(facts);
-    let gaining: Vec<_> = names
-        .into_iter()
-        .filter(|label| facts.runs.iter().any(|run| run.label == *label && gains(&run)))
-        .collect();
-    (!gaining.is_empty()).then(|| {
-        format!(
-            "Forms that gain energy with one to four calls a frame: {} ({}).",
-            gaining.len(),
-            listed(&gaining)
-        )
-    })
+    let gaining = forms(facts.runs.iter().filter(gains));
+    told("With one to four calls a frame energy is gained somewhere", &gaining)
+}
+
+/// Forms with which the cloth slides off.
+fn lost(facts: &Facts) -> Option<String> {
+    let lost = facts.runs.iter().filter(|run| run.verdict == Verdict::LostContact);
+    told("The cloth slides off the ball, which it should not", &forms(lost))
 }
 
 /// Forms that are good nowhere.
@@ -157,38 +148,44 @@ fn never(facts: &Facts) -> Option<String> {
             .iter()
             .any(|scene| runs(facts, scene).any(|run| run.label == label && run.is_good(scene)))
     };
-    let never: Vec<_> = labels(facts).into_iter().filter(|label| !is_good(label)).collect();
-    (!never.is_empty())
-        .then(|| format!("No number of calls that was tried suits {}.", listed(&never)))
+    let all = forms(facts.runs.iter());
+    let never: Vec<_> = all.into_iter().filter(|label| !is_good(label)).collect();
+    told("No number of calls that was tried is good anywhere", &never)
 }
 
 fn caveats(facts: &Facts) -> Vec<String> {
-    let floors: Vec<_> = facts
-        .scenes
-        .iter()
-        .map(|scene| format!("{} mm ({})", significant(1e3 * scene.floor_m(), 2), scene.id))
-        .collect();
-    let spans: Vec<_> = facts.scenes.iter().map(|scene| scene.span_s).collect();
-    let longest = spans.iter().copied().fold(0.0, f64::max);
-    vec![
-        format!(
-            "One micrometre at the start moves what ranks by {}: smaller errors rank nothing.",
-            floors.join(", ")
-        ),
-        format!("A scene lasts {} s at most; cloth that folds for longer is noise.", longest),
-        "A form is one choice of settings; tuning may move it.".to_owned(),
-    ]
+    let of = |value: &dyn Fn(&Scene) -> f64| facts.scenes.iter().map(value).collect::<Vec<f64>>();
+    let mut caveats = Vec::new();
+    if let Some(floors) = range(&of(&Scene::floor_m), mm) {
+        caveats.push(format!(
+            "One micrometre at the start moves what ranks by {floors} mm: smaller errors rank \
+             nothing."
+        ));
+    }
+    if let Some(spans) = range(&of(&|scene| scene.span_s), |span| significant(span, 2)) {
+        let longer = "cloth that folds for longer is noise";
+        caveats.push(format!("A scene lasts {spans} s; {longer}."));
+    }
+    let is_thin = |scene: &&Scene| !scene.has_all_forms;
+    let thin = facts.scenes.iter().filter(is_thin).count();
+    if thin > 0 {
+        caveats.push(format!("{thin} scenes run one form of each method."));
+    }
+    caveats.push("A form is one choice of settings; tuning may move it.".to_owned());
+    caveats
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::facts::{Counters, Measure, Missing};
     use super::*;
 
     fn scene() -> Scene {
         Scene {
             id: "s".to_owned(),
             fabric: "denim".to_owned(),
-            measure: super::super::facts::Measure::Shape,
+            measure: Measure::Shape,
+            has_all_forms: true,
             particles: 4,
             springs: 4,
             stiffness_n_per_m: 1.0,
@@ -223,13 +220,9 @@ mod tests {
             excess_strain: Some(0.0),
             retained: Some(1.0),
             kinetic: Some(1.0),
+            contact: None,
             gain: 0.0,
-            force_evaluations: 1,
-            matvecs: 0,
-            factorisations: 0,
-            newton_iterations: 0,
-            cg_iterations: 0,
-            unconverged_steps: 0,
+            counts: Counters::default(),
             portable: true,
         }
     }
@@ -243,21 +236,43 @@ mod tests {
             run("still", 1, Verdict::Locked, 0.3),
             run("loud", 1, Verdict::Unstable, 0.001),
             run("explicit", 48, Verdict::Stable, 0.0001),
+            run("slippery", 2, Verdict::LostContact, 0.0001),
         ];
-        let said = words(&Facts { scenes: vec![scene()], runs });
+        let facts = Facts { scenes: vec![scene()], runs, missing: Vec::new() };
+        let said = words(&facts);
         assert_eq!(
             said.conclusion,
-            "One call a frame is enough in every scene, to 10 mm or twice the noise, for good. \
-             Steps that stiffness limits need these calls a frame at least: 48 on s."
+            "A frame is good if it is off by 10 mm or twice the noise. One call a frame is enough \
+             in every scene with `good`. Where stiffness limits the step, a good frame takes at \
+             least 48 calls."
         );
         let all = said.observations.join(" ");
         for sentence in [
-            "good 2.0 mm (s, noise 0.10 mm)",
-            "lose more than half of the motion with one call a frame: 1 (still).",
-            "gain energy with one to four calls a frame: 1 (loud).",
-            "suits still; loud.",
+            "With one call a frame the nearest run of a scene is off by 2.0 mm.",
+            "more than half of the motion is lost somewhere: 1 forms, of `still`.",
+            "With one to four calls a frame energy is gained somewhere: 1 forms, of `loud`.",
+            "slides off the ball, which it should not: 1 forms, of `slippery`.",
+            "is good anywhere: 3 forms, of `still`, `loud` and `slippery`.",
         ] {
             assert!(all.contains(sentence), "{sentence}: {all}");
+        }
+    }
+
+    #[test]
+    fn a_long_study_says_what_it_lacks() {
+        let none = Facts { scenes: Vec::new(), runs: Vec::new(), missing: Vec::new() };
+        assert_eq!(long(&none).conclusion, "No scene has been run yet.");
+        let missing = |not_run: &[&str], not_timed: &[&str]| Missing {
+            scene: "s".to_owned(),
+            not_run: not_run.iter().map(|&label| label.to_owned()).collect(),
+            not_timed: not_timed.iter().map(|&label| label.to_owned()).collect(),
+        };
+        let runs = vec![run("good", 1, Verdict::Stable, 0.002)];
+        let missing = vec![missing(&["a", "b"], &[]), missing(&[], &["c"])];
+        let said = long(&Facts { scenes: vec![scene()], runs, missing });
+        let caveats = said.caveats.join(" ");
+        for sentence in ["2 methods are not run yet.", "1 methods are not timed yet.", "--long"] {
+            assert!(caveats.contains(sentence), "{sentence}: {caveats}");
         }
     }
 }

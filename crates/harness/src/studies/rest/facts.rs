@@ -1,5 +1,6 @@
 //! Records of the experiment `rest`: cloth that comes to rest on a table.
 
+pub use crate::studies::filmed::Counters;
 use drape_report::Verdict;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -42,7 +43,8 @@ pub struct Scene {
     pub released_j: f64,
     /// Energy of springs and hinges at the start, over that.
     pub prestress: f64,
-    /// Rest shapes that Newton's method finds from starts in waves.
+    /// Rest shapes that Newton's method finds from starts in waves, and the best of those to which
+    /// a run came, if it is better.
     pub minima: Vec<Minimum>,
     /// Same bits on every machine.
     pub portable: bool,
@@ -52,8 +54,8 @@ pub struct Scene {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Minimum {
-    /// Waves of the start.
-    pub waves: u32,
+    /// Where the search began: at a start in so many waves, or where a run ended.
+    pub from: String,
     /// Potential energy, J.
     pub energy_j: f64,
     /// Greatest force on a particle over the weight of the heaviest.
@@ -87,7 +89,12 @@ pub struct Run {
     pub residual: Option<f64>,
     /// Root of the mean square speed at the end, m/s.
     pub speed_m_s: Option<f64>,
-    /// Energy of that rest shape above the least known, over the released energy.
+    /// Potential energy of that rest shape, J.
+    pub rest_energy_j: Option<f64>,
+    /// Whether that shape is a minimum and no saddle; asked only if it is better than all that
+    /// starts in waves lead to.
+    pub is_minimum: Option<bool>,
+    /// Its energy above the least known, over the released energy.
     pub excess_energy: Option<f64>,
     /// Greatest rise of the energy over the released energy.
     pub gain: f64,
@@ -95,14 +102,8 @@ pub struct Run {
     pub effort: Option<f64>,
     /// Modelled time until it arrived, s; where prices hold for scene and form.
     pub modelled_s: Option<f64>,
-    /// Sweeps over all springs that evaluated forces or energies, in the whole run.
-    pub force_evaluations: u64,
-    /// Products of a matrix with a block vector, triangular solves included.
-    pub matvecs: u64,
-    /// Factorisations of Newton's matrix.
-    pub factorisations: u64,
-    /// Steps whose solver stopped before its tolerance.
-    pub unconverged_steps: u64,
+    /// What its steps counted.
+    pub counts: Counters,
     /// Same bits on every machine.
     pub portable: bool,
 }

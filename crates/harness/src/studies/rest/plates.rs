@@ -127,7 +127,7 @@ fn scenes(input: &Input) -> Table {
         let told = |found: &Minimum| {
             let excess = 100.0 * (found.energy_j - least) / scene.released_j;
             let saddle = if found.is_minimum { "" } else { " (no minimum)" };
-            format!("{}: {}{saddle}", found.waves, significant(excess, 2))
+            format!("{}: {}{saddle}", found.from, significant(excess, 2))
         };
         vec![
             scene.id.clone(),
@@ -138,7 +138,7 @@ fn scenes(input: &Input) -> Table {
         ]
     };
     Table {
-        title: "**Scenes**: rest shapes by the waves of their start, and their energy above the \
+        title: "**Scenes**: rest shapes by the start of the search, and their energy above the \
                 least in % of the energy set free."
             .to_owned(),
         header: texts(&[

@@ -1,6 +1,7 @@
 //! The words of the study `rest`: its question, and what its numbers say.
 
-use super::facts::{Facts, Run, Scene, THERE, TIE};
+use super::facts::{Facts, RIGHT, Run, Scene, THERE, TIE};
+use crate::studies::names::{labels, methods, range};
 use drape_report::number::significant;
 use drape_report::{Verdict, Words};
 
@@ -10,13 +11,10 @@ pub(super) const QUESTION: &str = "Who brings a cloth to rest on a table first, 
 /// Studies that a reader should know before this one.
 pub(super) const BUILDS_ON: &[&str] = &["locking", "animation"];
 
-/// Most names in a sentence.
-const MOST: usize = 8;
-
 /// What the facts say. Times belong to a machine and stand in the figures.
 pub(super) fn words(facts: &Facts) -> Words {
     let conclusion: Vec<_> = [longest(facts), priced(facts)].into_iter().flatten().collect();
-    let observations = [shapes(facts), still(facts), open(facts), failing(facts), never(facts)];
+    let observations = [shapes(facts), still(facts), failing(facts), shorter(facts), never(facts)];
     Words {
         conclusion: conclusion.join(" "),
         observations: observations.into_iter().flatten().collect(),
@@ -28,26 +26,9 @@ fn runs<'a>(facts: &'a Facts, scene: &'a Scene) -> impl Iterator<Item = &'a Run>
     facts.runs.iter().filter(move |run| run.scene == scene.id)
 }
 
-/// Labels of runs, each once, in the record's order.
-fn labels<'a>(runs: impl Iterator<Item = &'a Run>) -> Vec<&'a str> {
-    let mut labels: Vec<&str> = Vec::new();
-    for run in runs {
-        if !labels.contains(&run.label.as_str()) {
-            labels.push(&run.label);
-        }
-    }
-    labels
-}
-
-/// Names in a row, the first few by name.
-fn listed(names: &[&str]) -> String {
-    match names {
-        [] => "none".to_owned(),
-        names if names.len() > MOST => {
-            format!("{} and {} more", names[..MOST].join("; "), names.len() - MOST)
-        }
-        names => names.join("; "),
-    }
+/// The forms of some runs, each once.
+fn forms<'a>(runs: impl Iterator<Item = &'a Run>) -> Vec<&'a str> {
+    labels(runs.map(|run| run.label.as_str()))
 }
 
 /// Who arrives everywhere with the longest step.
@@ -57,7 +38,7 @@ fn longest(facts: &Facts) -> Option<String> {
             runs(facts, scene).any(|run| run.label == **label && run.steps == 1 && run.is_right())
         })
     };
-    let all = labels(facts.runs.iter());
+    let all = forms(facts.runs.iter());
     let names: Vec<_> = all.iter().copied().filter(|label| arrives(label)).collect();
     let count = all.len();
     Some(match names.len() {
@@ -65,8 +46,8 @@ fn longest(facts: &Facts) -> Option<String> {
         0 => format!("With steps of 0.1 s none of {count} forms comes to rest on every table."),
         n => format!(
             "With steps of 0.1 s {n} of {count} forms come to rest in a right shape on every \
-             table: {}.",
-            listed(&names)
+             table, of {}.",
+            methods(&names)
         ),
     })
 }
@@ -80,17 +61,14 @@ fn priced(facts: &Facts) -> Option<String> {
     all.sort_by(|a, b| a.1.total_cmp(&b.1));
     let (first, least) = *all.first()?;
     let ties = all.iter().filter(|(run, time)| *time <= TIE * least && run.label != first.label);
-    let ties = labels(ties.map(|(run, _)| *run));
-    let tied = if ties.is_empty() {
-        "nobody ties".to_owned()
-    } else {
-        format!("with a tie of {}", listed(&ties))
+    let ties = forms(ties.map(|(run, _)| *run));
+    let tied = match ties.as_slice() {
+        [] => "no other ties".to_owned(),
+        ties => format!("{} of other forms tie", ties.len()),
     };
+    let what = methods(&[&first.label]);
     Some(format!(
-        "On the {} the least modelled time is that of {} with {} steps in 0.1 s, {} ms: {tied}.",
-        scene.id,
-        first.label,
-        first.steps,
+        "On the square table {what} is first with {} ms of modelled time; {tied}.",
         significant(1e3 * least, 2)
     ))
 }
@@ -102,38 +80,26 @@ fn shapes(facts: &Facts) -> Option<String> {
     let (wrong, count) = (wrong.count(), came.len());
     (count > 0).then(|| {
         format!(
-            "Of {count} runs that come to rest {wrong} do so without a gain of energy in a shape \
-             that another surpasses by more than a hundredth of the energy set free."
+            "Of {count} runs that come to rest {wrong} end in a shape whose energy is more than \
+             {} % above the least known.",
+            100.0 * RIGHT
         )
     })
 }
 
+/// A sentence about the forms of some runs.
+fn told(what: &str, names: &[&str]) -> Option<String> {
+    (!names.is_empty())
+        .then(|| format!("{what} somewhere: {} forms, of {}.", names.len(), methods(names)))
+}
+
 fn with(facts: &Facts, verdict: Verdict) -> Vec<&str> {
-    labels(facts.runs.iter().filter(|run| run.verdict == verdict))
+    forms(facts.runs.iter().filter(|run| run.verdict == verdict))
 }
 
 /// Forms that stand still elsewhere.
 fn still(facts: &Facts) -> Option<String> {
-    let names = with(facts, Verdict::Locked);
-    (!names.is_empty()).then(|| {
-        format!(
-            "Forms that come less than half of their way on some table with some step: {} ({}).",
-            names.len(),
-            listed(&names)
-        )
-    })
-}
-
-/// Forms that still move at the end.
-fn open(facts: &Facts) -> Option<String> {
-    let names = with(facts, Verdict::Open);
-    (!names.is_empty()).then(|| {
-        format!(
-            "Forms that are on their way when their time is over: {} ({}).",
-            names.len(),
-            listed(&names)
-        )
-    })
+    told("Less than half of the way comes", &with(facts, Verdict::Locked))
 }
 
 /// Forms that gain energy although stiffness does not limit them.
@@ -143,18 +109,33 @@ fn failing(facts: &Facts) -> Option<String> {
         !run.is_limited
             && matches!(verdict, Verdict::Marginal | Verdict::Unstable | Verdict::Diverged)
     };
-    let names = labels(facts.runs.iter().filter(gains));
-    (!names.is_empty()).then(|| {
-        format!("Forms that gain energy on the way: {} ({}).", names.len(), listed(&names))
-    })
+    told("Energy is gained with some step", &forms(facts.runs.iter().filter(gains)))
+}
+
+/// How many steps the forms need that fail with the longest ones.
+fn shorter(facts: &Facts) -> Option<String> {
+    let least = |label: &str, scene: &Scene| {
+        let right = runs(facts, scene).filter(|run| run.label == label && run.is_right());
+        right.filter(|run| !run.is_limited).map(|run| run.steps).min()
+    };
+    let all = forms(facts.runs.iter().filter(|run| !run.is_limited));
+    let needs = all.iter().flat_map(|label| facts.scenes.iter().map(|s| least(label, s)));
+    let short: Vec<_> = needs.flatten().map(f64::from).filter(|&steps| steps > 3.0).collect();
+    let steps = range(&short, |steps| steps.to_string())?;
+    Some(format!(
+        "In {} cases a form that fails with 1 and 3 steps in 0.1 s arrives with {steps}.",
+        short.len()
+    ))
 }
 
 /// Forms that arrive nowhere.
 fn never(facts: &Facts) -> Option<String> {
     let arrives = |label: &str| facts.runs.iter().any(|run| run.label == label && run.is_right());
-    let all = labels(facts.runs.iter());
+    let all = forms(facts.runs.iter());
     let never: Vec<_> = all.into_iter().filter(|label| !arrives(label)).collect();
-    (!never.is_empty()).then(|| format!("No step that was tried suits {}.", listed(&never)))
+    (!never.is_empty()).then(|| {
+        format!("No step that was tried suits {} forms, of {}.", never.len(), methods(&never))
+    })
 }
 
 fn caveats(facts: &Facts) -> Vec<String> {
@@ -169,15 +150,13 @@ fn caveats(facts: &Facts) -> Vec<String> {
             .to_owned(),
         "The table is a held part of the cloth, so that the static search sees all forces."
             .to_owned(),
-        "Methods that stiffness does not limit have two steps, 0.1 s and a third of it: one that \
-         fails with both may do with shorter ones."
-            .to_owned(),
+        "The least energy that is known may not be the least.".to_owned(),
     ]
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::facts::Minimum;
+    use super::super::facts::{Counters, Minimum};
     use super::*;
 
     fn scene() -> Scene {
@@ -190,7 +169,12 @@ mod tests {
             limit_steps: 40,
             released_j: 1.0,
             prestress: 0.0,
-            minima: vec![Minimum { waves: 2, energy_j: -1.0, residual: 0.0, is_minimum: true }],
+            minima: vec![Minimum {
+                from: "2 waves".to_owned(),
+                energy_j: -1.0,
+                residual: 0.0,
+                is_minimum: true,
+            }],
             portable: true,
         }
     }
@@ -208,14 +192,13 @@ mod tests {
             shape_error_m: Some(1e-4),
             residual: Some(0.001),
             speed_m_s: Some(0.001),
+            rest_energy_j: Some(-1.0),
+            is_minimum: None,
             excess_energy: Some(0.0),
             gain: 0.0,
             effort: Some(1.0),
             modelled_s: arrival_s.map(|_| modelled_s),
-            force_evaluations: 1,
-            matvecs: 1,
-            factorisations: 0,
-            unconverged_steps: 0,
+            counts: Counters::default(),
             portable: true,
         }
     }
@@ -226,22 +209,23 @@ mod tests {
         let runs = vec![
             run("dear", 1, Verdict::Stable, 9.0),
             run("cheap", 2, Verdict::Stable, 1.0),
-            run("near", 6, Verdict::Stable, 1.4),
+            run("near", 3, Verdict::Stable, 1.4),
             run("slow", 1, Verdict::Locked, 0.1),
+            run("short", 30, Verdict::Stable, 5.0),
             wrong,
         ];
         let words = words(&Facts { scenes: vec![scene()], runs });
         let said = &words.conclusion;
-        assert!(said.contains("1 of 5 forms come to rest"), "{said}");
-        assert!(said.contains("is that of cheap with 2 steps"), "{said}");
-        assert!(said.contains("a tie of near."), "{said}");
+        assert!(said.contains("1 of 6 forms come to rest"), "{said}");
+        assert!(said.contains("`cheap` is first with 1000 ms"), "{said}");
+        assert!(said.contains("1 of other forms tie."), "{said}");
         let said = words.observations.join("\n");
-        assert!(said.contains("Of 4 runs that come to rest 1 do so"), "{said}");
+        assert!(said.contains("Of 5 runs that come to rest 1 end"), "{said}");
+        assert!(said.contains("way comes somewhere: 1 forms, of `slow`."), "{said}");
         assert!(
-            said.contains(
-                "come less than half of their way on some table with some step: 1 (slow)"
-            )
+            said.contains("In 1 cases a form that fails with 1 and 3 steps in 0.1 s"),
+            "{said}"
         );
-        assert!(said.contains("No step that was tried suits slow; wrong."), "{said}");
+        assert!(said.contains("tried suits 2 forms, of `slow` and `wrong`."), "{said}");
     }
 }

@@ -1,5 +1,6 @@
 //! Experiment `animation`: what a frame costs that is good enough.
 
+mod long;
 mod scenes;
 #[cfg(test)]
 mod tests;
@@ -9,9 +10,11 @@ use crate::facts::{Fact, fact};
 use crate::methods;
 use crate::methods::runs::{Film, Runs, Substeps};
 use crate::studies::animation::facts::{Facts, HEAVY, Run, TimingRow};
+use crate::studies::filmed::{LONG_S, REPETITIONS, clock, shoot};
 use crate::studies::variant::{is_explicit, or_defaults};
-use crate::studies::{Context, Measured, Start, cells, prepared, timed};
-use scenes::Setting;
+use crate::studies::{Context, Measured, Start, prepared};
+pub(super) use long::run as long;
+use scenes::{Case, Setting};
 
 /// Frames a second, in most scenes and in a film.
 pub(super) const FRAMES_PER_S: u32 = 60;
@@ -21,23 +24,47 @@ const LADDER: [u32; 3] = [1, 2, 4];
 /// Substeps of a frame for explicit methods: the least that hold, and those after it.
 const EXPLICIT: [u32; 16] =
     [8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512, 768, 1024, 1536];
-/// Frames that are timed, and how often.
+/// Frames that are timed: a tenth of the scene, at least so many.
 const TIMED: u32 = 6;
-const REPETITIONS: usize = 3;
+/// Sweeps of forces a frame after which more calls of a form are dear and not tried.
+const DEAR: u64 = 100;
+
+/// The forms of every method of the registry, method by method.
+fn of_registry() -> impl Iterator<Item = Vec<Film>> {
+    let of = |runs: &Runs| runs.animation;
+    methods::runs().map(move |(method, runs)| {
+        let substeps = if is_explicit(method) { Substeps::Limit } else { Substeps::Ladder };
+        or_defaults(method, of(runs), |form| Film { form, substeps })
+    })
+}
 
 /// Every method of the registry in its forms.
 pub(in crate::studies) fn forms() -> Vec<Film> {
-    let of = |runs: &Runs| runs.animation;
-    methods::runs()
-        .flat_map(|(method, runs)| {
-            let substeps = if is_explicit(method) { Substeps::Limit } else { Substeps::Ladder };
-            or_defaults(method, of(runs), |form| Film { form, substeps })
-        })
-        .collect()
+    of_registry().flatten().collect()
+}
+
+/// The first form of every method, which runs where all forms would be too dear.
+fn first_forms() -> Vec<Film> {
+    of_registry().filter_map(|forms| forms.into_iter().next()).collect()
 }
 
 /// How the facts are measured.
 pub(super) fn method() -> String {
+    let more = "Two scenes show whether the answer holds for longer spans and finer meshes: one of \
+                5 s, and one of 2500 particles. They run the first of the forms of each method, \
+                which was chosen from a run of the small scenes.";
+    format!("{} {more}", common())
+}
+
+/// How the facts of the long study are measured.
+pub(super) fn long_method() -> String {
+    let more = "Its scenes last 5 s or have up to 40 000 particles. They run the first of the forms \
+                of each method. A record may lack forms or scenes: it names them, and the next run \
+                goes on. The quick subset has none of these scenes.";
+    format!("As in the study `animation`: {} {more}", common())
+}
+
+fn common() -> String {
     format!(
         "Bundled fabrics, by measured constants and as stiff on every mesh: a firm one \
          (cotton-blend), one firm along its weft (denim), a soft knit (ponte). A square metre, \
@@ -51,16 +78,19 @@ pub(super) fn method() -> String {
          against the nearest of them. Runs are ranked by shape where the cloth hangs: the mean \
          distance from the particles of each surface to the triangles of the other, about every \
          0.1 s. On the ball and in the wind two starts soon move apart, so there the distance \
-         of the particles at 0.3 s ranks. Every method is run in each of its forms, with \
-         {LADDER:?} substeps of a frame; an explicit one with rising numbers out of \
-         {EXPLICIT:?} until two neither gain energy nor stand still; the last failure before \
-         the first of these is kept. A run is locked if its energy is stable and the middle of \
-         the free edge moves less than half of the true path. Where rings or wind supply \
-         energy, a run counts as gaining some by itself if its mean kinetic energy is more than \
-         {} times the true one. The work of {} sweeps of forces a frame, or {:e} visits of a \
-         spring if that is more, ends a run over budget.",
+         of the particles at 0.3 s ranks. Every method is run with {LADDER:?} substeps of a \
+         frame, but with no more after a run that swept {DEAR} times a frame over all forces; an \
+         explicit one with rising numbers out of {EXPLICIT:?} until two neither gain energy nor \
+         stand still, or one exceeds its budget; the last failure before the first sound run is \
+         kept. A run is locked if its energy is stable and the middle of the free edge moves \
+         less than half of the true path. It has lost contact if fewer than half as many \
+         particles lie on the ball at the end as in the true motion, to {} mm. Where rings or \
+         wind supply energy, a run counts as gaining some by itself if its mean kinetic energy \
+         is more than {} times the true one. The work of {} sweeps of forces a frame, or {:e} \
+         visits of a spring if that is more, ends a run over budget.",
         scenes::LIGHT,
         HEAVY,
+        1e3 * scenes::NEAR_M,
         scenes::RESTLESS,
         scenes::SWEEPS_A_FRAME,
         scenes::BUDGET
@@ -70,39 +100,40 @@ pub(super) fn method() -> String {
 /// How the timings are taken.
 pub(super) fn timing() -> String {
     format!(
-        "One run at a time on one thread: the first {TIMED} frames, {REPETITIONS} times; the median \
-         counts. It is the time of the processor in the calls of the method, where the system tells \
-         it, else that of the clock: other programs disturb it less. Only runs that neither gain energy nor stand still are timed. Set-up \
-         is not among the frames."
+        "One run at a time on one thread: the first {TIMED} frames, or a tenth of the scene if that \
+         is more. The median of {REPETITIONS} repetitions counts, of one for more than {LONG_S} s. It \
+         is the time of the processor in the calls of the method, where the system tells it, else \
+         that of the clock: other programs disturb it less. Only runs that neither gain energy nor \
+         stand still are timed. Set-up is not among the frames."
     )
 }
 
 /// The systems from which its runs start.
 pub(super) fn starts() -> Vec<Start> {
-    scenes::cases().into_iter().map(|case| Start::new(case.id(), move || case.spec())).collect()
+    starts_of(scenes::cases())
+}
+
+/// The systems from which runs of the long study start.
+pub(super) fn long_starts() -> Vec<Start> {
+    starts_of(scenes::long())
+}
+
+fn starts_of(cases: Vec<Case>) -> Vec<Start> {
+    cases.into_iter().map(|case| Start::new(case.id(), move || case.spec())).collect()
 }
 
 pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, HarnessError> {
     let mut cases = scenes::cases();
     cases.retain(|case| !context.quick || case.is_quick());
     let settings = prepared(context, "true motion", &cases, Setting::new)?;
-    let forms = forms();
-    let pairs: Vec<_> =
-        settings.iter().flat_map(|s| forms.iter().map(move |form| (s, form))).collect();
-    let all = cells(context, "methods", &pairs, |&(setting, form)| setting.runs(form))?;
-    let runs: Vec<Run> = all.all()?.concat();
-    let mut timings = None;
-    if !context.quick {
-        let sound: Vec<_> = runs
-            .iter()
-            .filter(|run| run.is_sound())
-            .filter_map(|run| Some((settings.iter().find(|s| s.scene.id == run.scene)?, run)))
-            .collect();
-        timings =
-            Some(timed(context, "timings", &sound, |&(setting, run)| setting.time(run))?.all()?);
-    }
+    let runs = shoot(context, &settings)?;
+    let timings = clock(context, &settings, &runs)?;
     let scenes = settings.iter().map(|s| (s.scene.id.clone(), s.hash.clone())).collect();
-    let facts = Facts { scenes: settings.into_iter().map(|s| s.scene).collect(), runs };
+    let facts = Facts {
+        scenes: settings.into_iter().map(|s| s.scene).collect(),
+        runs: runs.concat(),
+        missing: Vec::new(),
+    };
     Ok(Measured { facts, timings, scenes, seed: Some(scenes::SEED) })
 }
 

@@ -1,18 +1,19 @@
 //! The cloth, its scenes, their true motion, and what a method makes of them.
 
-use super::{EXPLICIT, FILM, FRAMES_PER_S, LADDER, REPETITIONS, TIMED};
+use super::{DEAR, EXPLICIT, FILM, FRAMES_PER_S, LADDER, TIMED, first_forms, forms};
 use crate::film::{Camera, HALF, Seen, look_apart, mean, threads};
 use crate::methods::Choice;
 use crate::methods::runs::{Film, Substeps};
 use crate::run::{Counts, Runner, Simulation};
 use crate::stability::{gershgorin, reference_energy};
 use crate::studies::animation::facts::{self, HEAVY, Measure, Run, TimingRow};
+use crate::studies::filmed::{Counters, Stage, samples};
 use crate::studies::finite;
 use crate::studies::sheet::cut;
 use crate::{HarnessError, system_hash};
 use drape_integrator::PrepareError;
-use drape_model::SystemSpec;
 use drape_model::fabric::Material;
+use drape_model::{SystemSpec, Vec3};
 use drape_oracle::Random;
 use drape_report::Verdict;
 use serde_json::{Value, json};
@@ -35,6 +36,11 @@ const REFERENCE: &str = "leapfrog:damping=explicit";
 pub(super) const SWEEPS_A_FRAME: f64 = 500.0;
 /// Least work that a run may take, in visits of a spring: some seconds.
 pub(super) const BUDGET: f64 = 1e8;
+/// A particle this near to the ball lies on it, m.
+pub(super) const NEAR_M: f64 = 5e-3;
+/// Radius of the ball and place of its centre, m.
+const BALL_M: f64 = 0.3;
+const CENTRE_M: [f64; 3] = [0.08, 0.0, 0.0];
 /// Where wind or rings supply energy, a run gains it by the method if its kinetic energy exceeds this
 /// share of the true one.
 pub(super) const RESTLESS: f64 = 1.5;
@@ -69,6 +75,8 @@ pub(super) struct Case {
     frames: u32,
     /// Starts beside the one without noise.
     perturbed: usize,
+    /// Whether every form of a method is run.
+    has_all_forms: bool,
 }
 
 /// Particles along each edge of the quick scene and of the others.
@@ -83,14 +91,17 @@ const BASE: Case = Case {
     rate: FRAMES_PER_S,
     frames: 36,
     perturbed: 3,
+    has_all_forms: true,
 };
 
-/// Up to a second each: fabrics from a firm one to a soft one, two of them with light and heavy
-/// damping, one in every place, and a curtain at the frames of a film.
+/// Fabrics from a firm one to a soft one with light and heavy damping, one in every place, and a
+/// curtain at the frames of a film, up to a second each. Then a scene of 5 s and a finer mesh, which
+/// only the first form of a method runs.
 pub(super) fn cases() -> Vec<Case> {
     vec![
         Case { side: QUICK, frames: 20, ..BASE },
         BASE,
+        Case { is_heavy: true, ..BASE },
         Case { fabric: "denim", ..BASE },
         Case { fabric: "denim", is_heavy: true, ..BASE },
         Case { fabric: "ponte", ..BASE },
@@ -98,6 +109,23 @@ pub(super) fn cases() -> Vec<Case> {
         Case { place: Place::Led, rate: FILM, frames: FILM, ..BASE },
         Case { place: Place::Ball, frames: 24, ..BASE },
         Case { place: Place::Flag, frames: 24, ..BASE },
+        Case { frames: LONG, perturbed: 2, has_all_forms: false, ..BASE },
+        Case { side: 50, frames: 24, perturbed: 1, has_all_forms: false, ..BASE },
+    ]
+}
+
+/// Frames of 5 s.
+const LONG: u32 = 300;
+
+/// The scenes of the long study, the cheap ones first.
+pub(super) fn long() -> Vec<Case> {
+    let dear = Case { frames: LONG, perturbed: 2, has_all_forms: false, ..BASE };
+    vec![
+        Case { place: Place::Ball, ..dear },
+        Case { place: Place::Flag, ..dear },
+        Case { side: 50, perturbed: 1, ..dear },
+        Case { side: 100, frames: 60, perturbed: 1, ..dear },
+        Case { side: 200, frames: 60, perturbed: 1, ..dear },
     ]
 }
 
@@ -121,7 +149,9 @@ impl Case {
         let damping = if self.is_heavy { "heavy" } else { "light" };
         let rate =
             if self.rate == FRAMES_PER_S { String::new() } else { format!(", {} Hz", self.rate) };
-        format!("{place}, {}, {damping}, n={}{rate}", self.fabric, self.side * self.side)
+        let span =
+            if self.frames == LONG { format!(", {} s", self.span_s()) } else { String::new() };
+        format!("{place}, {}, {damping}, n={}{rate}{span}", self.fabric, self.side * self.side)
     }
 
     /// Simulated time, s.
@@ -190,7 +220,7 @@ impl Case {
             }
             Place::Ball => {
                 grid["center_m"] = json!([0, 0, 0.31]);
-                let ball = json!({ "center_m": [0.08, 0, 0], "radius_m": 0.3, "friction": 0.3 });
+                let ball = json!({ "center_m": CENTRE_M, "radius_m": BALL_M, "friction": 0.3 });
                 scene["obstacles"] = json!([{ "sphere": ball }]);
             }
             Place::Flag => {
@@ -218,7 +248,15 @@ pub(super) struct Setting {
 }
 
 impl Setting {
+    /// The scene with its true motions.
     pub(super) fn new(case: &Case) -> Result<Self, HarnessError> {
+        let mut setting = Self::staged(case)?;
+        setting.find_true_motion()?;
+        Ok(setting)
+    }
+
+    /// The scene without its true motions, on which runs can be timed and not judged.
+    pub(super) fn staged(case: &Case) -> Result<Self, HarnessError> {
         let case = *case;
         let spec = case.spec()?;
         let (system, state) = spec.build()?;
@@ -247,6 +285,7 @@ impl Setting {
             id: case.id(),
             fabric: case.fabric.to_owned(),
             measure: case.measure(),
+            has_all_forms: case.has_all_forms,
             particles: simulation.system.len(),
             springs: spec.springs.len(),
             stiffness_n_per_m: stiffness,
@@ -268,13 +307,11 @@ impl Setting {
         };
         let hash = system_hash(&spec);
         let members = Vec::new();
-        let mut setting = Self { scene, hash, case, simulation, camera, members };
-        setting.find_true_motion()?;
-        Ok(setting)
+        Ok(Self { scene, hash, case, simulation, camera, members })
     }
 
     /// Computes the true motions, their noise and their error.
-    fn find_true_motion(&mut self) -> Result<(), HarnessError> {
+    pub(super) fn find_true_motion(&mut self) -> Result<(), HarnessError> {
         let choice = Choice::parse(REFERENCE, &[])?;
         let mut random = Random::new(SEED);
         let substeps = self.scene.reference_substeps;
@@ -321,28 +358,37 @@ impl Setting {
         self.camera.film(runner, start, &start.state.x, substeps)
     }
 
-    /// All runs of a form.
-    pub(super) fn runs(&self, film: &Film) -> Result<Vec<Run>, HarnessError> {
-        match film.substeps {
-            Substeps::Ladder => LADDER.iter().map(|&n| self.run(film, n)).collect(),
-            Substeps::Limit => {
-                let mut runs = Vec::new();
-                // Within Gershgorin's bound nothing is unstable by stiffness.
-                let most = 4 * self.scene.limit_substeps;
-                for substeps in EXPLICIT.into_iter().filter(|&n| n <= most) {
-                    let run = self.run(film, substeps)?;
-                    let is_refused = run.verdict == Verdict::Refused;
-                    if !run.is_sound() && !is_refused && !runs.iter().any(Run::is_sound) {
-                        runs.clear(); // of the failures before the first sound run the last counts
-                    }
-                    runs.push(run);
-                    if is_refused || runs.iter().filter(|run| run.is_sound()).count() == 2 {
-                        break;
-                    }
-                }
-                Ok(runs)
+    /// Runs with a few numbers of calls.
+    fn ladder(&self, film: &Film) -> Result<Vec<Run>, HarnessError> {
+        let dear = DEAR * u64::from(self.case.frames);
+        let mut runs: Vec<Run> = Vec::new();
+        for substeps in LADDER {
+            if runs.last().is_some_and(|run| run.counts.force_evaluations >= dear) {
+                break;
+            }
+            runs.push(self.run(film, substeps)?);
+        }
+        Ok(runs)
+    }
+
+    /// Runs with rising numbers of calls until two are sound.
+    fn to_the_limit(&self, film: &Film) -> Result<Vec<Run>, HarnessError> {
+        let mut runs = Vec::new();
+        // Within Gershgorin's bound nothing is unstable by stiffness.
+        let most = 4 * self.scene.limit_substeps;
+        for substeps in EXPLICIT.into_iter().filter(|&n| n <= most) {
+            let run = self.run(film, substeps)?;
+            // Neither another scene nor more work helps these.
+            let is_over = matches!(run.verdict, Verdict::Refused | Verdict::OverBudget);
+            if !run.is_sound() && !is_over && !runs.iter().any(Run::is_sound) {
+                runs.clear(); // of the failures before the first sound run the last counts
+            }
+            runs.push(run);
+            if is_over || runs.iter().filter(|run| run.is_sound()).count() == 2 {
+                break;
             }
         }
+        Ok(runs)
     }
 
     fn run(&self, film: &Film, substeps: u32) -> Result<Run, HarnessError> {
@@ -359,13 +405,9 @@ impl Setting {
             excess_strain: None,
             retained: None,
             kinetic: None,
+            contact: None,
             gain: 0.0,
-            force_evaluations: 0,
-            matvecs: 0,
-            factorisations: 0,
-            newton_iterations: 0,
-            cg_iterations: 0,
-            unconverged_steps: 0,
+            counts: Counters::default(),
             portable: choice.is_portable(),
         };
         let (counts, seen) = match self.film(&self.simulation, &choice, substeps, self.budget()) {
@@ -373,13 +415,7 @@ impl Setting {
             Err(HarnessError::Prepare(PrepareError::Unsupported { .. })) => return Ok(run),
             Err(error) => return Err(error),
         };
-        let totals = &counts.outcome.totals;
-        run.force_evaluations = totals.force_evaluations;
-        run.matvecs = totals.matvecs;
-        run.factorisations = totals.factorisations;
-        run.newton_iterations = totals.newton_iterations;
-        run.cg_iterations = totals.cg_iterations;
-        run.unconverged_steps = counts.outcome.unconverged;
+        run.counts = Counters::of(&counts.outcome);
         run.gain = finite(counts.energy.gain / self.scene.released_j);
         run.verdict = counts.verdict(self.scene.released_j);
         if counts.outcome.is_over_budget && run.verdict < Verdict::Unstable {
@@ -405,10 +441,23 @@ impl Setting {
             let is_restless = restlessness.is_nan() || restlessness > RESTLESS;
             run.verdict = if is_restless { Verdict::Unstable } else { Verdict::Stable };
         }
+        run.contact = self.contact(&seen, first);
         if run.verdict == Verdict::Stable && retained < HALF {
             run.verdict = Verdict::Locked;
+        } else if run.verdict == Verdict::Stable && run.contact.is_some_and(|share| share < HALF) {
+            run.verdict = Verdict::LostContact;
         }
         Ok(run)
+    }
+
+    /// Particles on the ball at the last look, over those of another film; none without a ball.
+    fn contact(&self, film: &Seen, other: &Seen) -> Option<f64> {
+        let on_the_ball = |film: &Seen| {
+            let lies = |x: &&Vec3| (*x - Vec3::from(CENTRE_M)).norm() <= BALL_M + NEAR_M;
+            film.looks.last().map_or(0, |look| look.x.iter().filter(lies).count()) as f64
+        };
+        let is_there = self.case.place == Place::Ball && on_the_ball(other) > 0.0;
+        is_there.then(|| on_the_ball(film) / on_the_ball(other))
     }
 
     /// Root of the mean square distance of the particles at 0.3 s, or at the last look before, m.
@@ -420,22 +469,40 @@ impl Setting {
             _ => f64::INFINITY,
         }
     }
+}
 
-    pub(super) fn time(&self, run: &Run) -> Result<TimingRow, HarnessError> {
-        let choice = Choice::parse(&run.method, &[])?;
-        let mut samples_s = Vec::new();
-        for _ in 0..REPETITIONS {
-            let runner = Runner::new(&choice, self.camera.span(run.substeps, TIMED)).processor();
-            samples_s.push(runner.go(&mut self.simulation.clone())?.seconds());
+impl Stage for Setting {
+    type Run = Run;
+    type Row = TimingRow;
+
+    fn films(&self) -> Vec<Film> {
+        if self.case.has_all_forms { forms() } else { first_forms() }
+    }
+
+    fn runs(&self, film: &Film) -> Result<Vec<Run>, HarnessError> {
+        match film.substeps {
+            Substeps::Ladder => self.ladder(film),
+            Substeps::Limit => self.to_the_limit(film),
         }
-        let mut sorted = samples_s.clone();
-        sorted.sort_unstable_by(f64::total_cmp);
+    }
+
+    fn is_timed(run: &Run) -> bool {
+        run.is_sound()
+    }
+
+    fn time(&self, run: &Run) -> Result<TimingRow, HarnessError> {
+        let choice = Choice::parse(&run.method, &[])?;
+        let frames = TIMED.max(self.case.frames / 10);
+        let (samples_s, seconds) = samples(|| {
+            let runner = Runner::new(&choice, self.camera.span(run.substeps, frames)).processor();
+            Ok(runner.go(&mut self.simulation.clone())?.seconds())
+        })?;
         Ok(TimingRow {
             scene: run.scene.clone(),
             label: run.label.clone(),
             substeps: run.substeps,
-            frames: u64::from(TIMED),
-            frame_s: sorted[sorted.len() / 2] / f64::from(TIMED),
+            frames: u64::from(frames),
+            frame_s: seconds / f64::from(frames),
             samples_s,
         })
     }

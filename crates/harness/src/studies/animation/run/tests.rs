@@ -1,5 +1,6 @@
 use super::scenes::{Case, Setting, cases};
 use crate::methods::runs::{Film, Substeps, Variant};
+use crate::studies::filmed::{REPETITIONS, Stage as _};
 use drape_report::Verdict;
 
 fn film(method: &'static str, substeps: Substeps) -> Film {
@@ -38,5 +39,5 @@ fn a_method_that_follows_is_told_from_one_that_locks_and_one_that_explodes() {
     let implicit = runs("bdf2", Substeps::Ladder);
     assert!(implicit[2].is_good(scene), "{:?}", implicit[2]);
     let timing = setting.time(holds).expect("times");
-    assert!(timing.frame_s > 0.0 && timing.samples_s.len() == super::REPETITIONS);
+    assert!(timing.frame_s > 0.0 && timing.samples_s.len() <= REPETITIONS);
 }

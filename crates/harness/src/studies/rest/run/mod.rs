@@ -6,21 +6,20 @@ mod tests;
 
 use crate::HarnessError;
 use crate::facts::{Fact, fact};
-use crate::studies::animation::run::forms;
-use crate::studies::rest::facts::{Facts, RIGHT, Run, THERE, TimingRow};
-use crate::studies::{Context, Measured, Start, cells, prepared, timed};
+use crate::studies::filmed::{LONG_S, REPETITIONS, clock, shoot};
+use crate::studies::rest::facts::{Facts, RIGHT, THERE, TimingRow};
+use crate::studies::{Context, Measured, Start, prepared};
 use scenes::Setting;
 
 /// Looks at the cloth in a second.
 const LOOKS_PER_S: u32 = 10;
-/// Steps from one look to the next of methods that stiffness does not limit.
-const STEPS: [u32; 2] = [1, 3];
+/// Steps from one look to the next of methods that stiffness does not limit: the first two always,
+/// the others until one arrives.
+const STEPS: [u32; 5] = [1, 3, 10, 30, 100];
+/// How many of these every form runs.
+const ALWAYS: usize = 2;
 /// Steps of explicit methods, over those within the limit; the first that arrive count.
 const SHARES: [f64; 6] = [0.5, 0.75, 1.0, 1.5, 2.0, 4.0];
-/// How often a run is timed, and from which time on once only, s.
-const REPETITIONS: usize = 3;
-const LONG_S: f64 = 0.05;
-
 /// How the facts are measured.
 pub(super) fn method() -> String {
     format!(
@@ -38,11 +37,12 @@ pub(super) fn method() -> String {
          arrived from the first look (ten a second) on after which its surface stays within {} \
          mm of that shape; for a run that did not end at rest at least {} looks. Its work until \
          then is its cost. The shape is right if its energy is at most {} of the released \
-         energy above the least of the rest shapes that Newton's method finds from starts with \
-         {:?} waves. A run is locked if at its end it has come less than {} of its way, and \
+         energy above the least that is known: of the rest shapes that Newton's method finds from \
+         starts with {:?} waves, and of those to which a run came and that are minima. Runs that \
+         a library's rounding touches are left out of the latter. A run is locked if at its end it has come less than {} of its way, and \
          open if it is elsewhere by less. Every method is run in the forms of the study \
-         `animation`, with {STEPS:?} steps in 0.1 s; an explicit one with {SHARES:?} times the \
-         steps within its limit until it arrives.",
+         `animation`, with {FIRST:?} steps in 0.1 s, and while none arrives with {MORE:?}; an \
+         explicit one with {SHARES:?} times the steps within its limit until it arrives.",
         scenes::RETARDATION,
         scenes::AIR,
         scenes::STIFFNESS,
@@ -56,6 +56,8 @@ pub(super) fn method() -> String {
         RESIDUAL = scenes::RESIDUAL,
         SPEED = scenes::SPEED,
         BUDGET = scenes::BUDGET,
+        FIRST = &STEPS[..ALWAYS],
+        MORE = &STEPS[ALWAYS..],
     )
 }
 
@@ -78,21 +80,13 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, H
     let mut cases = scenes::cases();
     cases.retain(|case| !context.quick || case.is_quick());
     let settings = prepared(context, "rest shapes", &cases, Setting::new)?;
-    let forms = forms();
-    let pairs: Vec<_> =
-        settings.iter().flat_map(|s| forms.iter().map(move |form| (s, form))).collect();
-    let all = cells(context, "methods", &pairs, |&(setting, form)| setting.runs(form))?;
-    let runs: Vec<Run> = all.all()?.concat();
-    let mut timings = None;
-    if !context.quick {
-        let right: Vec<_> = runs
-            .iter()
-            .filter(|run| run.is_right())
-            .filter_map(|run| Some((settings.iter().find(|s| s.scene.id == run.scene)?, run)))
-            .collect();
-        timings =
-            Some(timed(context, "timings", &right, |&(setting, run)| setting.time(run))?.all()?);
+    let mut runs = shoot(context, &settings)?;
+    let mut settings = settings;
+    for (setting, runs) in settings.iter_mut().zip(&mut runs) {
+        setting.learn(runs);
     }
+    let timings = clock(context, &settings, &runs)?;
+    let runs = runs.concat();
     let scenes = settings.iter().map(|s| (s.scene.id.clone(), s.hash.clone())).collect();
     let facts = Facts { scenes: settings.into_iter().map(|s| s.scene).collect(), runs };
     Ok(Measured { facts, timings, scenes, seed: Some(scenes::SEED) })

@@ -1,12 +1,14 @@
 //! Cloth on tables, its rest shapes, and what a method makes of it.
 
-use super::{LOOKS_PER_S, SHARES, STEPS};
+use super::{ALWAYS, LOOKS_PER_S, SHARES, STEPS};
 use crate::cost::{Counted, prices};
 use crate::film::{Camera, Seen, threads};
 use crate::methods::Choice;
 use crate::methods::runs::{Film, Substeps};
 use crate::run::{Counts, Moment, Runner, Simulation};
 use crate::stability::{gershgorin, reference_energy};
+use crate::studies::animation::run::forms;
+use crate::studies::filmed::{Counters, Stage, samples};
 use crate::studies::finite;
 use crate::studies::rest::facts::{Minimum, Run, Scene, THERE, TimingRow};
 use crate::studies::sheet::cut;
@@ -45,6 +47,8 @@ pub(super) const LOCKED: f64 = 0.5;
 /// Newton's method: its tolerance and its most iterations.
 const TOLERANCE: f64 = 1e-6;
 const MOST: usize = 400;
+/// Rest shapes whose energies differ by at most this share of the released energy are the same.
+const ALIKE: f64 = 1e-6;
 /// Waves of the starts of the static search.
 pub(super) const WAVES: [u32; 4] = [2, 3, 4, 5];
 /// Most work of a run, in visits of a spring.
@@ -68,8 +72,8 @@ pub(super) struct Case {
     is_quick: bool,
 }
 
-/// The scenes: a small one for the quick subset, a firm and a soft fabric on a round table, and springs alone
-/// on a square one.
+/// The scenes: a small one for the quick subset, a firm and a soft fabric on a round table, and
+/// springs alone on a square one.
 pub(super) fn cases() -> Vec<Case> {
     let round = |fabric| Case { table: Table::Round(fabric, 12), span_s: 3.0, is_quick: false };
     vec![
@@ -227,26 +231,6 @@ impl Setting {
         Ok(Shown { counts, seen, work, residual, speed })
     }
 
-    /// All runs of a form: one with each step, or with rising numbers of steps until one arrives.
-    pub(super) fn runs(&self, film: &Film) -> Result<Vec<Run>, HarnessError> {
-        match film.substeps {
-            Substeps::Ladder => STEPS.iter().map(|&steps| self.run(film, steps)).collect(),
-            Substeps::Limit => {
-                let mut last = Vec::new();
-                for share in SHARES {
-                    let steps = (share * f64::from(self.scene.limit_steps)).ceil() as u32;
-                    let run = self.run(film, steps)?;
-                    let is_over = run.arrival_s.is_some() || run.verdict == Verdict::Refused;
-                    last = vec![run];
-                    if is_over {
-                        break;
-                    }
-                }
-                Ok(last)
-            }
-        }
-    }
-
     fn run(&self, film: &Film, steps: u32) -> Result<Run, HarnessError> {
         let choice = Choice::parse(film.form.method, &[])?;
         let mut run = Run {
@@ -260,14 +244,13 @@ impl Setting {
             shape_error_m: None,
             residual: None,
             speed_m_s: None,
+            rest_energy_j: None,
+            is_minimum: None,
             excess_energy: None,
             gain: 0.0,
             effort: None,
             modelled_s: None,
-            force_evaluations: 0,
-            matvecs: 0,
-            factorisations: 0,
-            unconverged_steps: 0,
+            counts: Counters::default(),
             portable: choice.is_portable(),
         };
         let shown = match self.watch(&choice, steps) {
@@ -275,11 +258,7 @@ impl Setting {
             Err(HarnessError::Prepare(PrepareError::Unsupported { .. })) => return Ok(run),
             Err(error) => return Err(error),
         };
-        let outcome = &shown.counts.outcome;
-        run.force_evaluations = outcome.totals.force_evaluations;
-        run.matvecs = outcome.totals.matvecs;
-        run.factorisations = outcome.totals.factorisations;
-        run.unconverged_steps = outcome.unconverged;
+        run.counts = Counters::of(&shown.counts.outcome);
         run.gain = finite(shown.counts.energy.gain / self.scene.released_j);
         run.verdict = shown.counts.verdict(self.scene.released_j);
         if matches!(run.verdict, Verdict::Diverged | Verdict::Unstable) {
@@ -301,10 +280,13 @@ impl Setting {
         run.shape_error_m = Some(error);
         run.residual = Some(shown.residual);
         run.speed_m_s = Some(shown.speed);
-        let least = self.scene.minima.iter().filter(|minimum| minimum.is_minimum);
-        let least = least.map(|minimum| minimum.energy_j).fold(f64::INFINITY, f64::min);
-        let excess = (system.potential_energy(&x) - least) / self.scene.released_j;
-        run.excess_energy = Some(finite(excess));
+        let energy = finite(system.potential_energy(&x));
+        let excess = self.excess(energy, self.least());
+        run.rest_energy_j = Some(energy);
+        run.excess_energy = Some(excess);
+        if is_rest && excess < -ALIKE {
+            run.is_minimum = Some(is_minimum(system, &x));
+        }
         let looks = &shown.seen.looks;
         let away = looks.iter().rposition(|look| apart(&look.x) > THERE);
         let first = away.map_or(0, |last_away| last_away + 1);
@@ -327,24 +309,100 @@ impl Setting {
         }
     }
 
-    pub(super) fn time(&self, run: &Run) -> Result<TimingRow, HarnessError> {
+    /// The least energy of a rest shape that is known, J.
+    fn least(&self) -> f64 {
+        let least = self.scene.minima.iter().filter(|minimum| minimum.is_minimum);
+        least.map(|minimum| minimum.energy_j).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Takes up the best rest shape to which a run came, and judges all shapes by what is known
+    /// then.
+    pub(super) fn learn(&mut self, runs: &mut [Run]) {
+        let better = runs.iter().filter(|run| run.portable && run.is_minimum == Some(true));
+        let better = better.filter_map(|run| Some((run.rest_energy_j?, run)));
+        if let Some((energy_j, run)) = better.min_by(|a, b| a.0.total_cmp(&b.0)) {
+            self.scene.minima.push(Minimum {
+                from: format!("{}, {} steps", run.label, run.steps),
+                energy_j,
+                // The search began at the end of the run.
+                residual: TOLERANCE,
+                is_minimum: true,
+            });
+        }
+        let least = self.least();
+        for run in runs {
+            run.excess_energy = run.rest_energy_j.map(|energy| self.excess(energy, least));
+        }
+    }
+
+    /// How far an energy is above another, over the released energy.
+    fn excess(&self, energy: f64, least: f64) -> f64 {
+        finite((energy - least) / self.scene.released_j)
+    }
+}
+
+impl Stage for Setting {
+    type Run = Run;
+    type Row = TimingRow;
+
+    fn films(&self) -> Vec<Film> {
+        forms()
+    }
+
+    /// All runs of a form: rising numbers of steps until one arrives.
+    fn runs(&self, film: &Film) -> Result<Vec<Run>, HarnessError> {
+        match film.substeps {
+            Substeps::Ladder => {
+                let mut runs: Vec<Run> = Vec::new();
+                for (n, steps) in STEPS.into_iter().enumerate() {
+                    if n >= ALWAYS && runs.iter().any(|run| run.is_right() || run.is_refused()) {
+                        break;
+                    }
+                    runs.push(self.run(film, steps)?);
+                }
+                Ok(runs)
+            }
+            Substeps::Limit => {
+                let mut last = Vec::new();
+                for share in SHARES {
+                    let steps = (share * f64::from(self.scene.limit_steps)).ceil() as u32;
+                    let run = self.run(film, steps)?;
+                    let is_over = run.arrival_s.is_some() || run.is_refused();
+                    last = vec![run];
+                    if is_over {
+                        break;
+                    }
+                }
+                Ok(last)
+            }
+        }
+    }
+
+    fn is_timed(run: &Run) -> bool {
+        run.is_right()
+    }
+
+    fn time(&self, run: &Run) -> Result<TimingRow, HarnessError> {
         let choice = Choice::parse(&run.method, &[])?;
         let looks = run.arrival_s.unwrap_or(self.scene.span_s) * f64::from(LOOKS_PER_S);
-        let mut samples_s: Vec<f64> = Vec::new();
-        while samples_s.len() < super::REPETITIONS && samples_s.iter().all(|&s| s < super::LONG_S) {
-            let time = self.camera.span(run.steps, looks.round() as u32);
+        let time = self.camera.span(run.steps, looks.round() as u32);
+        let (samples_s, seconds) = samples(|| {
             let runner = Runner::new(&choice, time).processor();
-            samples_s.push(runner.go(&mut self.simulation.clone())?.seconds());
-        }
-        let mut sorted = samples_s.clone();
-        sorted.sort_unstable_by(f64::total_cmp);
+            Ok(runner.go(&mut self.simulation.clone())?.seconds())
+        })?;
         Ok(TimingRow {
             scene: run.scene.clone(),
             label: run.label.clone(),
             steps: run.steps,
-            seconds: sorted[sorted.len() / 2],
             samples_s,
+            seconds,
         })
+    }
+}
+
+impl Run {
+    fn is_refused(&self) -> bool {
+        self.verdict == Verdict::Refused
     }
 }
 
@@ -368,7 +426,7 @@ fn minimum(simulation: &Simulation, waves: u32) -> Minimum {
     }
     let found = rest(system, &mut x, TOLERANCE, MOST);
     Minimum {
-        waves,
+        from: format!("{waves} waves"),
         energy_j: system.potential_energy(&x),
         residual: finite(found.residual),
         is_minimum: found.residual <= RESIDUAL && is_minimum(system, &x),

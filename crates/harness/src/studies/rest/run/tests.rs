@@ -1,5 +1,7 @@
+use super::ALWAYS;
 use super::scenes::{Case, Setting, cases};
 use crate::methods::runs::{Film, Substeps, Variant};
+use crate::studies::filmed::Stage as _;
 use crate::studies::rest::facts::{Run, THERE};
 use drape_report::Verdict;
 
@@ -40,6 +42,35 @@ fn what_arrives_is_told_from_what_stands_still_and_what_explodes() {
     let unstable = runs("explicit-euler", Substeps::Ladder);
     let is_lost = |run: &Run| matches!(run.verdict, Verdict::Diverged | Verdict::Unstable);
     assert!(unstable.iter().all(is_lost), "{unstable:?}");
+    // Shorter steps are tried until one arrives.
+    assert!(locked.len() > ALWAYS, "{locked:?}");
     let row = setting.time(last).expect("times");
     assert!(row.seconds > 0.0 && !row.samples_s.is_empty());
+}
+
+/// A shape that a run found counts if it is better than those of the static search.
+#[test]
+fn a_better_shape_of_a_run_makes_the_others_wrong() {
+    let mut setting = quick();
+    let film = Film { form: Variant::new("a", "backward-euler"), substeps: Substeps::Ladder };
+    let mut runs = setting.runs(&film).expect("runs");
+    let known = setting.scene.minima.len();
+    setting.learn(&mut runs);
+    assert_eq!(setting.scene.minima.len(), known, "nothing is better: {:?}", setting.scene);
+    assert!(runs.iter().all(Run::is_right), "{runs:?}");
+    let mut better = runs[0].clone();
+    let energy = better.rest_energy_j.expect("an energy") - 0.02 * setting.scene.released_j;
+    better.rest_energy_j = Some(energy);
+    better.is_minimum = Some(true);
+    better.portable = true;
+    runs.push(better);
+    setting.learn(&mut runs);
+    assert_eq!(setting.scene.minima.last().map(|minimum| minimum.energy_j), Some(energy));
+    let (last, others) = runs.split_last().expect("runs");
+    assert!(last.is_right() && !others.iter().any(Run::is_right), "{runs:?}");
+    // What a library's rounding touched sets no mark.
+    setting.scene.minima.pop();
+    runs[2].portable = false;
+    setting.learn(&mut runs);
+    assert_eq!(setting.scene.minima.len(), known);
 }

@@ -1,0 +1,71 @@
+//! The long study: scene by scene, as far as the time lets it.
+
+use super::scenes::{self, Setting};
+use crate::HarnessError;
+use crate::studies::animation::facts::{Facts, Missing, Run, TimingRow};
+use crate::studies::filmed::Stage as _;
+use crate::studies::{Context, Measured, in_time};
+use std::collections::BTreeMap;
+
+/// The part of the journal that keeps what is known of the true motions.
+const SCENES: &str = "true motion";
+
+/// Runs the scenes in order. What there is no time for is named in the record, and a later run of
+/// the same program goes on.
+pub(in crate::studies::animation) fn run(
+    context: &Context<'_>,
+) -> Result<Measured<Facts, TimingRow>, HarnessError> {
+    let cases = if context.quick { Vec::new() } else { scenes::long() };
+    let mut facts = Facts { scenes: Vec::new(), runs: Vec::new(), missing: Vec::new() };
+    let (mut rows, mut hashes) = (Vec::new(), BTreeMap::new());
+    for (number, case) in cases.iter().enumerate() {
+        let mut setting = Setting::staged(case)?;
+        let films = setting.films();
+        let id = setting.scene.id.clone();
+        let labels: Vec<_> = films.iter().map(|film| film.form.label.to_owned()).collect();
+        // True motions of large cloth take minutes: only forms that are still to be run need them.
+        let journal = context.journal;
+        let is_due =
+            |k: usize| journal.kept::<Vec<Run>>(&id, k).is_none() && journal.takes(&id, k, false);
+        let known = journal.kept(SCENES, number);
+        if (known.is_none() || (0..films.len()).any(is_due)) && !journal.is_late() {
+            setting.find_true_motion()?;
+            setting.scene = journal.cell(SCENES, number, false, || Ok(setting.scene.clone()))?;
+        } else if let Some(scene) = known {
+            setting.scene = scene;
+        } else {
+            // Neither the scene nor any form.
+            let none: Vec<Option<()>> = in_time(context, (&id, false), &films, |_| Ok(()))?;
+            debug_assert!(none.iter().all(Option::is_none));
+            let missing = Missing { scene: id, not_run: labels, not_timed: Vec::new() };
+            facts.missing.push(missing);
+            continue;
+        }
+        let runs = in_time(context, (&id, false), &films, |film| setting.runs(film))?;
+        let part = format!("{id}, timings");
+        let times = in_time(context, (&part, true), &runs, |runs| {
+            let sound = runs.iter().flatten().filter(|run| Setting::is_timed(run));
+            sound.map(|run| setting.time(run)).collect::<Result<Vec<_>, _>>()
+        })?;
+        let lacking = |has: &dyn Fn(usize) -> bool| -> Vec<String> {
+            (0..labels.len()).filter(|&k| !has(k)).map(|k| labels[k].clone()).collect()
+        };
+        let missing = Missing {
+            scene: id.clone(),
+            not_run: lacking(&|k| runs[k].is_some()),
+            not_timed: lacking(&|k| runs[k].is_none() || times[k].is_some()),
+        };
+        if !(missing.not_run.is_empty() && missing.not_timed.is_empty()) {
+            facts.missing.push(missing);
+        }
+        hashes.insert(id, setting.hash.clone());
+        facts.scenes.push(setting.scene);
+        facts.runs.extend(runs.into_iter().flatten().flatten());
+        rows.extend(times.into_iter().flatten().flatten());
+    }
+    if !facts.missing.is_empty() && !context.journal.is_alone() {
+        return Err(HarnessError::Elsewhere);
+    }
+    let timings = (!context.quick).then_some(rows);
+    Ok(Measured { facts, timings, scenes: hashes, seed: Some(scenes::SEED) })
+}

@@ -1,0 +1,121 @@
+//! What the studies share whose runs are filmed: the loop over forms and timings, and the counters
+//! of a run.
+
+use super::{Context, cells, timed};
+use crate::HarnessError;
+use crate::methods::runs::Film;
+use crate::run::Outcome;
+use schemars::JsonSchema;
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+
+/// What the steps of a run counted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Counters {
+    /// Sweeps over all springs that evaluated forces or energies.
+    pub force_evaluations: u64,
+    /// Products of a matrix with a block vector, triangular solves included.
+    pub matvecs: u64,
+    /// Factorisations of Newton's matrix.
+    pub factorisations: u64,
+    /// Newton iterations.
+    pub newton_iterations: u64,
+    /// Iterations of conjugate gradients.
+    pub cg_iterations: u64,
+    /// Steps whose solver stopped before its tolerance.
+    pub unconverged_steps: u64,
+}
+
+impl Counters {
+    pub(super) fn of(outcome: &Outcome) -> Self {
+        let totals = &outcome.totals;
+        Self {
+            force_evaluations: totals.force_evaluations,
+            matvecs: totals.matvecs,
+            factorisations: totals.factorisations,
+            newton_iterations: totals.newton_iterations,
+            cg_iterations: totals.cg_iterations,
+            unconverged_steps: outcome.unconverged,
+        }
+    }
+}
+
+/// A scene, ready to be filmed.
+pub(super) trait Stage: Sync {
+    /// One form with one number of steps.
+    type Run: Serialize + DeserializeOwned + Send + Sync;
+    /// Its times.
+    type Row: Serialize + DeserializeOwned;
+
+    /// The forms that are run.
+    fn films(&self) -> Vec<Film>;
+    /// All runs of a form.
+    fn runs(&self, film: &Film) -> Result<Vec<Self::Run>, HarnessError>;
+    /// Whether a run is timed.
+    fn is_timed(run: &Self::Run) -> bool;
+    /// Times a run.
+    fn time(&self, run: &Self::Run) -> Result<Self::Row, HarnessError>;
+}
+
+/// Runs every form on every scene: a list of runs for each scene.
+pub(super) fn shoot<S: Stage>(
+    context: &Context<'_>,
+    stages: &[S],
+) -> Result<Vec<Vec<S::Run>>, HarnessError> {
+    let of = |(n, stage): (usize, &S)| stage.films().into_iter().map(move |film| (n, film));
+    let films: Vec<_> = stages.iter().enumerate().flat_map(of).collect();
+    let all = cells(context, "methods", &films, |(n, film)| stages[*n].runs(film))?.all()?;
+    let mut runs: Vec<Vec<S::Run>> = stages.iter().map(|_| Vec::new()).collect();
+    for ((n, _), own) in films.iter().zip(all) {
+        runs[*n].extend(own);
+    }
+    Ok(runs)
+}
+
+/// Times the runs that deserve it; `runs` has a list for each scene. The quick subset times nothing.
+pub(super) fn clock<S: Stage>(
+    context: &Context<'_>,
+    stages: &[S],
+    runs: &[Vec<S::Run>],
+) -> Result<Option<Vec<S::Row>>, HarnessError> {
+    if context.quick {
+        return Ok(None);
+    }
+    let mut all = Vec::new();
+    for (stage, own) in stages.iter().zip(runs) {
+        all.extend(own.iter().filter(|run| S::is_timed(run)).map(|run| (stage, run)));
+    }
+    Ok(Some(timed(context, "timings", &all, |(stage, run)| stage.time(run))?.all()?))
+}
+
+/// How often a run is timed, and from which time on once only, s.
+pub(super) const REPETITIONS: usize = 3;
+pub(super) const LONG_S: f64 = 0.05;
+
+/// Seconds of one repetition after the other, and their median.
+pub(super) fn samples(
+    mut once: impl FnMut() -> Result<f64, HarnessError>,
+) -> Result<(Vec<f64>, f64), HarnessError> {
+    let mut samples: Vec<f64> = Vec::new();
+    while samples.len() < REPETITIONS && samples.iter().all(|&seconds| seconds < LONG_S) {
+        samples.push(once()?);
+    }
+    let mut sorted = samples.clone();
+    sorted.sort_unstable_by(f64::total_cmp);
+    Ok((samples, sorted[sorted.len() / 2]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_short_run_is_timed_thrice_and_a_long_one_once() {
+        let mut seconds = [0.02, 0.01, 0.03].into_iter();
+        let (short, median) = samples(|| Ok(seconds.next().unwrap_or(9.0))).expect("samples");
+        assert_eq!((short, median), (vec![0.02, 0.01, 0.03], 0.02));
+        let (long, median) = samples(|| Ok(2.0 * LONG_S)).expect("samples");
+        assert_eq!((long.len(), median), (1, 2.0 * LONG_S));
+    }
+}

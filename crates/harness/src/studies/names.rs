@@ -1,0 +1,68 @@
+//! Names of forms and methods in sentences.
+
+use std::ops::RangeInclusive;
+
+/// Most names in a sentence.
+const MOST: usize = 4;
+
+/// Each label once, in the order of the record.
+pub(super) fn labels<'a>(all: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
+    let mut labels: Vec<&str> = Vec::new();
+    for label in all {
+        if !labels.contains(&label) {
+            labels.push(label);
+        }
+    }
+    labels
+}
+
+/// The methods of some forms, the first few by name: a form is called by its method and, behind a
+/// comma, by what is special about it.
+pub(super) fn methods(labels_of_forms: &[&str]) -> String {
+    let of = |label: &'_ &str| label.split(',').next().map_or(0, str::len);
+    let names = labels(labels_of_forms.iter().map(|label| &label[..of(label)]));
+    let shown = if names.len() > MOST + 1 { MOST } else { names.len() };
+    let mut shown: Vec<String> = names[..shown].iter().map(|name| format!("`{name}`")).collect();
+    if shown.len() < names.len() {
+        shown.push(format!("{} more", names.len() - shown.len()));
+    }
+    match shown.split_last() {
+        Some((last, rest)) if !rest.is_empty() => format!("{} and {last}", rest.join(", ")),
+        _ => shown.concat(),
+    }
+}
+
+/// The least and the greatest of some values, as `told` writes them.
+pub(super) fn range(values: &[f64], told: impl Fn(f64) -> String) -> Option<String> {
+    let span = span(values)?;
+    let (least, most) = (told(*span.start()), told(*span.end()));
+    Some(if least == most { least } else { format!("{least} to {most}") })
+}
+
+fn span(values: &[f64]) -> Option<RangeInclusive<f64>> {
+    let least = values.iter().copied().reduce(f64::min)?;
+    Some(least..=values.iter().copied().fold(least, f64::max))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sentence_has_five_names_at_most() {
+        assert_eq!(labels(["b", "a", "b"].into_iter()), ["b", "a"]);
+        assert_eq!(methods(&[]), "");
+        assert_eq!(methods(&["bdf2, CG", "bdf2, safeguarded"]), "`bdf2`");
+        assert_eq!(methods(&["bdf2, CG", "dirk"]), "`bdf2` and `dirk`");
+        assert_eq!(methods(&["a", "b", "c", "d", "e"]), "`a`, `b`, `c`, `d` and `e`");
+        assert_eq!(methods(&["a", "b", "c", "d", "e", "f"]), "`a`, `b`, `c`, `d` and 2 more");
+    }
+
+    #[test]
+    fn a_range_has_its_ends_alone() {
+        let told = |value: f64| format!("{value:.0}");
+        assert_eq!(range(&[3.0, 1.0, 2.0], told).as_deref(), Some("1 to 3"));
+        assert_eq!(range(&[1.1, 1.2], told).as_deref(), Some("1"));
+        assert_eq!(range(&[], told), None);
+    }
+}
