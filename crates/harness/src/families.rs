@@ -3,11 +3,14 @@
 use crate::methods;
 pub(crate) use drape_report::family::Family;
 use drape_report::family::Kin;
+use drape_report::plot::Look;
 
 /// How the label of a form that controls its step ends.
 const ADAPTIVE: &str = ", adaptive";
 /// The adaptive method of a library, beside which the methods are compared.
 const LIBRARY: &str = "dop853";
+/// Place of a method that the registry does not have.
+const UNKNOWN: usize = 46;
 
 fn kin(method: &str, label: &str) -> Kin {
     let id = method.split(':').next().unwrap_or(method);
@@ -18,10 +21,27 @@ fn kin(method: &str, label: &str) -> Kin {
     }
 }
 
+/// The place of a method in the registry, by an id with or without settings or by the label of a
+/// form. Methods of users come behind ours.
+fn place(name: &str) -> usize {
+    let id = name.split([':', ',', ' ']).next().unwrap_or(name);
+    let place = methods::all().position(|method| method.id == id);
+    place.unwrap_or(if id == LIBRARY { UNKNOWN + 1 } else { UNKNOWN })
+}
+
+/// The look of forms, in the order given: colour and marker are those of their methods in all
+/// figures, dashes tell the forms of a method apart.
+pub(crate) fn looks(labels: &[&str]) -> Vec<Look> {
+    let places: Vec<usize> = labels.iter().map(|label| place(label)).collect();
+    let form = |n: usize| places[..n].iter().filter(|place| **place == places[n]).count();
+    (0..labels.len()).map(|n| Look::of_method(places[n], form(n))).collect()
+}
+
 /// Sorts labels into families; `rows` are the methods (id, with or without settings) and labels of
 /// a record's rows.
 pub(crate) fn families<'a>(rows: impl Iterator<Item = (&'a str, &'a str)>) -> Vec<Family<'a>> {
-    drape_report::family::families(rows.map(|(method, label)| (kin(method, label), label)))
+    let of = |(method, label)| (kin(method, label), place(method), label);
+    drape_report::family::families(rows.map(of))
 }
 
 /// All labels, family by family.
@@ -34,6 +54,19 @@ pub(crate) fn labels<'a>(rows: impl Iterator<Item = (&'a str, &'a str)>) -> Vec<
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_method_has_one_look_in_all_figures() {
+        assert!(methods::all().count() < UNKNOWN, "more methods than looks");
+        let alone = looks(&["xpbd"]);
+        let beside = looks(&["leapfrog", "xpbd:order=2", "xpbd, order 2", "xpbd-lines"]);
+        assert_eq!(alone[0], beside[1]);
+        assert!(beside[1] != beside[2] && beside[2] != beside[3] && beside[0] != beside[3]);
+        let rows = [("xpbd", "a curve"), ("leapfrog", "another")];
+        let of = |family: &Family<'_>| family.members.clone();
+        let members: Vec<_> = families(rows.into_iter()).iter().flat_map(of).collect();
+        assert!(members.contains(&("a curve", alone[0])), "{members:?}");
+    }
 
     #[test]
     fn labels_are_sorted_by_method_and_unknown_methods_come_last() {

@@ -1,6 +1,7 @@
 //! Which methods share a panel, and how each of their curves looks.
 
 use crate::plot::Look;
+use std::collections::BTreeMap;
 
 /// Which panel a method belongs to, in the order of the panels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -65,29 +66,27 @@ impl Kin {
 pub struct Family<'a> {
     /// Title of its panel.
     pub title: &'static str,
-    /// Labels of its curves, in the record's order, each with a look that no other family's curve
-    /// has, as long as there are at most seven.
+    /// Labels of its curves, in the record's order, each with the look of its method.
     pub members: Vec<(&'a str, Look)>,
 }
 
-/// Sorts labels into families, and leaves out families without members. `rows` are the kin and the
-/// label of a record's rows.
-pub fn families<'a>(rows: impl Iterator<Item = (Kin, &'a str)>) -> Vec<Family<'a>> {
-    let mut labels: [Vec<&str>; Kin::ALL.len()] = Default::default();
-    for (kin, label) in rows {
-        let place = &mut labels[kin as usize];
-        if !place.contains(&label) {
-            place.push(label);
+/// Sorts labels into families, and leaves out families without members. `rows` are the kin, the place
+/// of the method in the registry and the label of a record's rows.
+pub fn families<'a>(rows: impl Iterator<Item = (Kin, usize, &'a str)>) -> Vec<Family<'a>> {
+    let mut forms: BTreeMap<usize, usize> = BTreeMap::new();
+    let mut labels: [Vec<(&str, Look)>; Kin::ALL.len()] = Default::default();
+    for (kin, place, label) in rows {
+        let known = &mut labels[kin as usize];
+        if !known.iter().any(|(other, _)| *other == label) {
+            let form = forms.entry(place).or_default();
+            known.push((label, Look::of_method(place, *form)));
+            *form += 1;
         }
     }
-    let members = |(family, labels): (usize, Vec<&'a str>)| {
-        let look = |n| Look::of_family(n, family);
-        labels.into_iter().enumerate().map(|(n, label)| (label, look(n))).collect()
-    };
     Kin::ALL
         .into_iter()
-        .zip(labels.into_iter().enumerate().map(members))
-        .map(|(kin, members): (_, Vec<_>)| Family { title: kin.title(), members })
+        .zip(labels)
+        .map(|(kin, members)| Family { title: kin.title(), members })
         .filter(|family| !family.members.is_empty())
         .collect()
 }
@@ -99,11 +98,11 @@ mod tests {
     #[test]
     fn labels_are_sorted_by_kin_and_stand_once() {
         let rows = [
-            (Kin::Other, "new"),
-            (Kin::Corrected, "b"),
-            (Kin::ImplicitExplicit, "c"),
-            (Kin::Corrected, "a"),
-            (Kin::Corrected, "b"),
+            (Kin::Other, 40, "new"),
+            (Kin::Corrected, 1, "b"),
+            (Kin::ImplicitExplicit, 2, "c"),
+            (Kin::Corrected, 0, "a"),
+            (Kin::Corrected, 1, "b"),
         ];
         let families = families(rows.into_iter());
         let titles: Vec<_> = families.iter().map(|family| family.title).collect();
@@ -115,17 +114,28 @@ mod tests {
         assert_eq!(labels, ["b", "a"]);
     }
 
+    /// Colour and marker mean one method in every figure; dashes tell its forms apart.
     #[test]
-    fn no_two_curves_look_alike() {
-        let kins = Kin::ALL.into_iter().filter(|kin| *kin != Kin::Other);
-        let rows: Vec<(Kin, String)> =
-            kins.flat_map(|kin| (0..7).map(move |n| (kin, format!("{kin:?} {n}")))).collect();
-        let families = families(rows.iter().map(|(kin, label)| (*kin, label.as_str())));
-        let looks: Vec<Look> =
-            families.iter().flat_map(|family| &family.members).map(|(_, look)| *look).collect();
-        assert_eq!(looks.len(), 70);
-        for (n, look) in looks.iter().enumerate() {
-            assert!(!looks[..n].contains(look), "{n}");
+    fn a_method_has_one_look_whatever_stands_beside_it() {
+        let of = |rows: &[(Kin, usize, &'static str)]| -> Vec<(&'static str, Look)> {
+            let families = families(rows.iter().copied());
+            families.into_iter().flat_map(|family| family.members).collect()
+        };
+        let few = of(&[(Kin::Corrected, 22, "kang")]);
+        let many = of(&[
+            (Kin::Corrected, 21, "desbrun"),
+            (Kin::Corrected, 21, "desbrun, no correction"),
+            (Kin::Corrected, 22, "kang"),
+        ]);
+        assert_eq!(few[0], many[2]);
+        assert!(many[0].1 != many[1].1, "forms differ");
+    }
+
+    #[test]
+    fn no_two_methods_look_alike() {
+        let marks: Vec<_> = (0..49).map(|place| Look::of_method(place, 0).mark()).collect();
+        for (n, mark) in marks.iter().enumerate() {
+            assert!(!marks[..n].contains(mark), "{n}");
         }
     }
 }

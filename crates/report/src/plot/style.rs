@@ -64,7 +64,7 @@ const MARKERS: [&[(i32, i32)]; 7] = [
 const DASHES: [(i32, i32); 7] = [(1, 0), (9, 4), (3, 3), (14, 5), (6, 6), (18, 3), (2, 5)];
 
 /// How a series is drawn.
-#[derive(Clone, Copy, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Look {
     colour: usize,
     shape: usize,
@@ -82,6 +82,18 @@ impl Look {
         Self { colour: n % 7, shape: (n + family) % 7, line: (n + family / 7) % 7 }
     }
 
+    /// The look of a method by its place in the registry: no two of 49 have both colour and marker
+    /// in common. Dashes tell forms of a method apart, the first of which has number 0.
+    pub const fn of_method(place: usize, form: usize) -> Self {
+        Self { colour: place % 7, shape: (place + place / 7) % 7, line: (place + form) % 7 }
+    }
+
+    /// The same colour with another marker, for forms of a method that have no lines.
+    #[must_use]
+    pub const fn shifted(self, by: usize) -> Self {
+        Self { shape: (self.shape + by) % 7, ..self }
+    }
+
     /// Colour and dashes of one property, marker of another.
     pub const fn pair(line: usize, shape: usize) -> Self {
         Self { colour: line % 7, shape: shape % 7, line: line % 7 }
@@ -90,6 +102,12 @@ impl Look {
     /// The same shape in black, for entries of the legend that hold for all series.
     pub(super) const fn in_ink(self) -> Self {
         Self { colour: 4, ..self }
+    }
+
+    /// Colour and marker, which mean one method.
+    #[cfg(test)]
+    pub(crate) fn mark(self) -> (usize, usize) {
+        (self.colour, self.shape)
     }
 
     pub(super) fn colour(self) -> RGBColor {

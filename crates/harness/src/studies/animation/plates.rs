@@ -1,7 +1,7 @@
 //! Figures and tables of the experiment `animation`.
 
 use super::facts::{Facts, GOOD, HEAVY, Measure, Run, Scene, TIE, TimingRow};
-use crate::families::{families, labels};
+use crate::families::{families, labels, looks};
 use crate::studies::tiles::{fault, legend, told};
 use drape_report::Verdict;
 use drape_report::number::significant;
@@ -188,6 +188,7 @@ fn frames(input: &Input) -> Option<Sheet> {
     input.timings.as_ref()?;
     let scenes = hanging(input);
     let named = named(input, &scenes);
+    let looks = looks(&named);
     let draft = |scene: &&Scene| -> Draft {
         let runs = timed(input, scene);
         let point = |(_, time, error): &(&Run, f64, f64)| Point {
@@ -198,7 +199,7 @@ fn frames(input: &Input) -> Option<Sheet> {
         let curve = |(n, method): (usize, &&str)| {
             let own = runs.iter().filter(|(run, ..)| id(run) == *method).copied().collect();
             let points = best(own).iter().map(point).collect();
-            Series::path((*method).to_owned(), Look::number(n), points)
+            Series::path((*method).to_owned(), looks[n], points)
         };
         let series = named.iter().enumerate().filter_map(curve).collect();
         let noise = (1e3 * scene.floor_m()).max(1e-3);

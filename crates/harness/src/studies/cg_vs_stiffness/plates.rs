@@ -7,7 +7,9 @@ use super::facts::{
     STIFFNESS, TENSION_ONLY, UPDATED_MOTION, UPDATED_ROBUST, at_base_forcing_term, at_base_point,
     at_base_step, at_fixed_k_over_m, with_base_solver,
 };
+use crate::families::looks;
 use crate::studies::tables::facts::VARIANTS;
+use crate::studies::tables::plates::look_of_variant;
 use drape_report::number::{power, setting};
 use drape_report::plate::{Draw, Plate};
 use drape_report::plot::{
@@ -188,7 +190,7 @@ fn plain_and_updated(input: &Input) -> Option<Sheet> {
             .filter_map(|variant| {
                 let chosen = cells.iter().filter(|cell| cell.variant == *variant);
                 let points = chosen.map(|c| point(c, c.stiffness_over_mass_per_s2, c.cg_per_step));
-                let look = Look::number(place_of(variant, &VARIANTS));
+                let look = look_of_variant(variant);
                 Series::new((*variant).to_owned(), look, points.collect())
             })
             .collect()
@@ -268,7 +270,7 @@ fn motion(input: &Input) -> Option<Sheet> {
                     y: m.fall_m,
                     state: State::of_verdict(m.verdict),
                 });
-                let look = Look::number(place_of(label, &MOTIONS));
+                let look = looks(&MOTIONS)[place_of(label, &MOTIONS)];
                 Series::new((*label).to_owned(), look, points.collect())
             });
             (vec![format!("h = {} s", setting(*h))], series.collect(), Vec::new())

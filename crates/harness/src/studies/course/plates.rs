@@ -1,6 +1,7 @@
 //! Lessons, figures and tables of the experiment `course`.
 
 use super::facts::{Facts, Lesson, Run, Scene, by_work};
+use crate::families::looks;
 use drape_report::Verdict;
 use drape_report::number::{power, significant};
 use drape_report::page::{Lesson as PageLesson, Step, Table, absent, texts};
@@ -202,10 +203,8 @@ pub(super) const PLATES: &[Plate<Input>] = &[
     ),
 ];
 
-/// Looks of the true motion, of the method before, of this one.
-const TRUE: Look = Look::number(4);
-const BEFORE: Look = Look::number(1);
-const THIS: Look = Look::number(0);
+/// Look of the true motion, which no method has.
+const TRUE: Look = Look::pair(4, 3);
 /// So much of the true motion's range is left free above and below it.
 const MARGIN: f64 = 0.3;
 
@@ -241,9 +240,8 @@ fn height_of_lesson<const N: usize>(input: &Input) -> Option<Sheet> {
         let truth = points(scene, &scene.height_m, range, Verdict::Stable);
         let truth = Series::new("true motion".to_owned(), TRUE, truth);
         panel.series.extend(truth.map(Series::sparse));
-        for (lesson, look) in
-            before.map(|before| (before, BEFORE)).into_iter().chain([(lesson, THIS)])
-        {
+        for lesson in before.into_iter().chain([lesson]) {
+            let look = looks(&[&lesson.id])[0];
             let Some(run) = run_of(lesson, scene) else { continue };
             let points = points(scene, &run.height_m, range, run.verdict);
             let series = Series::new(lesson.id.clone(), look, points);

@@ -4,7 +4,7 @@ use super::facts::{
     BASE_STEP as STEP, BASE_STIFFNESS as STIFFNESS, Facts, IMEX_EULER, Run, Spring,
     agrees_with_prototype, first_locked,
 };
-use crate::families::{families, labels};
+use crate::families::{families, labels, looks};
 use drape_report::Verdict;
 use drape_report::number::{power, setting, significant, trimmed};
 use drape_report::page::{Table, absent, texts};
@@ -148,7 +148,7 @@ fn terminal(input: &Input) -> Option<Sheet> {
         Axis::log("speed of fall, 0.5 s to 1 s (m/s)", &ys),
     );
     for (n, (label, points)) in CREEPING.into_iter().zip(points.clone()).enumerate() {
-        let series = Series::new(label.to_owned(), Look::number(n), points);
+        let series = Series::new(label.to_owned(), looks(&CREEPING)[n].shifted(n / 2), points);
         panel.series.extend(series.map(Series::apart));
     }
     let least = xs.iter().copied().reduce(f64::min)?;
@@ -173,14 +173,15 @@ fn springs(input: &Input) -> Option<Sheet> {
             Axis::log("θ = h²k/m (dimensionless)", &xs),
             Axis::log("speed over that of free fall", &ys),
         );
-        for (n, label) in names.iter().take(MOST_CURVES).enumerate() {
+        let shown: Vec<&str> = names.iter().take(MOST_CURVES).map(String::as_str).collect();
+        for (label, look) in shown.iter().zip(looks(&shown)) {
             let of = |s: &&Spring| s.label == *label && s.direction == direction;
             let points = springs.iter().filter(of).map(|s| Point {
                 x: s.theta,
                 y: s.speed_m_s / s.free_m_s,
                 state: State::Stable,
             });
-            panel.series.extend(Series::new(label.clone(), Look::number(n), points.collect()));
+            panel.series.extend(Series::new((*label).to_owned(), look, points.collect()));
         }
         panels.push(panel);
     }

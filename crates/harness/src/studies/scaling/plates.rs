@@ -3,6 +3,7 @@
 use super::facts::{
     Cell, FIXED_MATERIAL, FIXED_QUOTIENT, Facts, Growth, Memory, RunTiming, TimingRow, growths,
 };
+use crate::families::looks;
 use drape_report::Verdict;
 use drape_report::number::{power, significant};
 use drape_report::page::{Table, absent, texts};
@@ -59,7 +60,7 @@ const PARTICLES: &str = "particles n";
 const NANOSECONDS: &str = "ns a particle and step";
 
 fn look(label: &str) -> Look {
-    Look::number(place_of(label, &METHODS))
+    looks(&METHODS)[place_of(label, &METHODS)]
 }
 
 fn series(label: &str, look: Look, points: impl Iterator<Item = (f64, f64)>) -> Option<Series> {

@@ -1,6 +1,7 @@
 //! Figures of the experiment `solver-control`.
 
 use super::facts::{Facts, Matched, Run, Scene, TimingRow, matched};
+use crate::families::looks;
 use drape_report::number::{power, setting, significant};
 use drape_report::page::{Table, absent, texts};
 use drape_report::plate::{Draw, Plate};
@@ -101,15 +102,15 @@ fn curves(
     let known = STEPPED.map(|(label, _)| label);
     let mut series = Vec::new();
     for label in labels {
-        let look = place_of(label, &known);
+        let look = looks(&known)[place_of(label, &known)];
         for adaptive in [false, true] {
             let runs = runs_of(input, "steps", scene)
                 .filter(|run| run.label == *label && run.is_adaptive == adaptive);
             let points: Vec<_> = runs.map(|run| point(run, cost(run))).collect();
             let (name, look) = if adaptive {
-                (format!("{label}, adaptive"), Look::pair(look, look + 1))
+                (format!("{label}, adaptive"), look.shifted(1))
             } else {
-                (format!("{label}, constant"), Look::pair(look, look))
+                (format!("{label}, constant"), look)
             };
             series.extend(Series::new(name, look, points));
         }
@@ -158,7 +159,8 @@ fn over_time(input: &Input) -> Option<Sheet> {
             let history = found.iter().find(|h| h.label == *label)?;
             let points = history.time_s.iter().zip(&history.step_s);
             let points = points.map(|(&x, &y)| Point { x, y, state: State::Stable }).collect();
-            Series::new((*label).to_owned(), Look::number(place_of(label, &known)), points)
+            let look = looks(&known)[place_of(label, &known)];
+            Series::new((*label).to_owned(), look, points)
         });
         (vec![name(scene)], series.collect(), Vec::new())
     });
@@ -179,7 +181,7 @@ fn by_forcing(input: &Input) -> Option<Sheet> {
                 let y = run.cg_iterations as f64;
                 Some(Point { x: run.value?, y, state: State::Stable })
             });
-            Series::new((*label).to_owned(), Look::number(n), points.collect())
+            Series::new((*label).to_owned(), looks(&INNER)[n], points.collect())
         });
         let walker = runs(INNER[0]).filter(|run| run.value.is_none());
         let rules = walker.map(|run| Rule {

@@ -3,6 +3,7 @@
 pub(super) mod tabulated;
 
 use super::facts::{Facts, Row, TimingRow, VARIANTS};
+use crate::families::looks;
 use drape_report::Verdict;
 use drape_report::number::{power, setting, significant};
 use drape_report::plate::{Draw, Plate};
@@ -70,8 +71,13 @@ fn heading(row: &Row) -> String {
     format!("Table {}, row {}: {}", row.table, row.row, subject(row))
 }
 
-fn look(variant: &str) -> Look {
-    Look::number(place_of(variant, &VARIANTS))
+/// Methods behind the variants.
+const METHODS: [&str; 3] = ["imex-euler", "imex-updated", "imex-updated"];
+
+/// The look of a variant; forms of a method have markers of their own, for some stand without lines.
+pub(in crate::studies) fn look_of_variant(variant: &str) -> Look {
+    let n = place_of(variant, &VARIANTS);
+    looks(&METHODS)[n].shifted(n / 2)
 }
 
 fn counts(input: &Input) -> Option<Sheet> {
@@ -87,7 +93,7 @@ fn counts(input: &Input) -> Option<Sheet> {
                     y: cell.cg_iterations as f64,
                     state: State::of_verdict(cell.verdict),
                 });
-                Series::new(variant.to_owned(), look(variant), points.collect())
+                Series::new(variant.to_owned(), look_of_variant(variant), points.collect())
             });
             let conditions = format!(
                 "{} particles, k/m = {} s⁻², h = {} s",
@@ -139,7 +145,7 @@ fn exponents(input: &Input) -> Option<Sheet> {
                             .map_or(State::Stable, State::of_verdict),
                     })
                 });
-                Series::new((*variant).to_owned(), look(variant), points.collect())
+                Series::new((*variant).to_owned(), look_of_variant(variant), points.collect())
             });
             let conditions = format!(
                 "{} particles, h = {} s, paper: {}",

@@ -1,7 +1,7 @@
 //! Figures of the experiment `work-precision`.
 
 use super::facts::{self, Facts, Row, Run, STIFFNESS, Scene, TimingRow, Winner};
-use crate::families::families;
+use crate::families::{families, looks};
 use drape_report::Verdict;
 use drape_report::number::{percent, power, significant};
 use drape_report::page::{Table, absent, texts};
@@ -85,8 +85,6 @@ pub(super) fn tables(input: &Input) -> Vec<Table> {
 
 /// The look of the front.
 const FRONT: Look = Look::pair(4, 3);
-/// Places of looks that are not black.
-const COLOURS: [usize; 6] = [0, 1, 2, 3, 5, 6];
 const MAP_LEVELS: [f64; 3] = [1e-1, 1e-2, 1e-3];
 const MODELLED: &str = "modelled time (s)";
 const ERROR: &str = "error over motion (dimensionless)";
@@ -158,8 +156,9 @@ fn front(input: &Input, scene: &Scene, cost: Cost) -> Option<Series> {
 
 /// Rows of the headline's methods with a look each.
 fn headline_rows<'a>(input: &'a Input, scene: &'a Scene) -> impl Iterator<Item = (&'a Row, Look)> {
-    let rows = rows_of(input, scene).filter(|row| row.is_headline);
-    rows.enumerate().map(|(n, row)| (row, Look::pair(COLOURS[n % COLOURS.len()], n)))
+    let rows: Vec<_> = rows_of(input, scene).filter(|row| row.is_headline).collect();
+    let methods: Vec<_> = rows.iter().map(|row| row.method.as_str()).collect();
+    rows.into_iter().zip(looks(&methods))
 }
 
 /// A panel for each scene with the front below the curves.

@@ -527,7 +527,7 @@ pub(super) fn all() -> Vec<Case> {
              its neighbour; springs of one fabric (k ∝ 1/ℓ).",
             Setup::new(slivers, 0.01),
         ),
-        quick(case(
+        case(
             "H16",
             "explicit shear",
             "A hanging sheet at k/m = 1e6 whose shear springs are as stiff as its tension springs \
@@ -535,7 +535,7 @@ pub(super) fn all() -> Vec<Case> {
              method leaves the choice, stay out of its matrix.",
             Setup::new(|| Sheet { shear: 1e6, ..hanging(1e6) }.spec(), 0.01)
                 .tweak(Tweak::ExplicitShear),
-        )),
+        ),
         quick(case(
             "H17",
             "all pinned",
@@ -572,19 +572,19 @@ pub(super) fn all() -> Vec<Case> {
             "The same at the tightest.",
             Setup::new(|| hanging(1e5).spec(), 0.01).tweak(Tweak::Tightest),
         ),
-        quick(case(
+        case(
             "H20",
             "ε = 0.1",
             "A hanging sheet at k/m = 1e6; every method that has a forcing term at 0.1.",
             Setup::new(|| hanging(1e6).spec(), 0.01).tweak(Tweak::ForcingTerm(0.1)),
-        )),
-        quick(case(
+        ),
+        case(
             "H21",
             "one mass × 1e6",
             "A hanging sheet of 10 × 10 particles at k/m = 1e5, an inner one of which has 10⁶ times \
              the mass of the others: nearly all energy is that of its fall.",
             Setup::new(one_falls, 0.01),
-        )),
+        ),
         case(
             "H21",
             "one mass × 1e9",
