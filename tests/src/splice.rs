@@ -122,6 +122,7 @@ pub fn facts(results: &Path) -> Result<BTreeMap<&'static str, String>, String> {
             ),
         ),
         ("uses", uses(results)?),
+        ("uses-short", uses_in_short(results)?),
     ]))
 }
 
@@ -239,19 +240,36 @@ fn times(timings: &[Value]) -> String {
     text + "\n"
 }
 
-/// Which method to take for what, each line from a record.
+/// Which method to take for what, and what the record says, each from a record.
+fn all_uses(results: &Path) -> Result<[(&'static str, (String, String)); 5], String> {
+    Ok([
+        ("a curtain in a film at 24 frames a second", of_frames(results, "24 Hz")?),
+        ("a skirt in a game at 60 frames a second", of_frames(results, "on a ball")?),
+        ("a drape test for a textile laboratory", at_rest(results)?),
+        ("a teaching demonstration", taught(results)?),
+        ("a still of a million particles", of_a_million(results)?),
+    ])
+}
+
+/// The uses with their reasons.
 fn uses(results: &Path) -> Result<String, String> {
     let mut text = "\n\n| use | take | the record says |\n|---|---|---|\n".to_owned();
-    let mut line = |what: &str, (take, why): (String, String)| {
+    for (what, (take, why)) in all_uses(results)? {
         // Writing to a string cannot fail.
         let _ = writeln!(text, "| {what} | {take} | {why} |");
-    };
-    line("a curtain in a film at 24 frames a second", of_frames(results, "24 Hz")?);
-    line("a skirt in a game at 60 frames a second", of_frames(results, "on a ball")?);
-    line("a drape test for a textile laboratory", at_rest(results)?);
-    line("a teaching demonstration", taught(results)?);
-    line("a still of a million particles", of_a_million(results)?);
+    }
     Ok(text + "\n")
+}
+
+/// The uses alone; the page of methods has the reasons.
+fn uses_in_short(results: &Path) -> Result<String, String> {
+    let mut text =
+        "\n| use ([reasons](crates/drape/docs/methods.md)) | take |\n|---|---|\n".to_owned();
+    for (what, (take, _)) in all_uses(results)? {
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "| {what} | {take} |");
+    }
+    Ok(text)
 }
 
 /// A number of a row.

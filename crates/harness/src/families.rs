@@ -37,6 +37,12 @@ pub(crate) fn looks(labels: &[&str]) -> Vec<Look> {
     (0..labels.len()).map(|n| Look::of_method(places[n], form(n))).collect()
 }
 
+/// The look of a form among forms of which some may be of one method.
+pub(crate) fn look_among(label: &str, known: &[&str]) -> Look {
+    let place = known.iter().position(|other| *other == label);
+    place.map_or_else(|| looks(&[label])[0], |place| looks(known)[place])
+}
+
 /// Sorts labels into families; `rows` are the methods (id, with or without settings) and labels of
 /// a record's rows.
 pub(crate) fn families<'a>(rows: impl Iterator<Item = (&'a str, &'a str)>) -> Vec<Family<'a>> {
@@ -62,10 +68,12 @@ mod tests {
         let beside = looks(&["leapfrog", "xpbd:order=2", "xpbd, order 2", "xpbd-lines"]);
         assert_eq!(alone[0], beside[1]);
         assert!(beside[1] != beside[2] && beside[2] != beside[3] && beside[0] != beside[3]);
+        assert_eq!(look_among("xpbd", &["leapfrog"]), alone[0]);
+        assert_eq!(look_among("xpbd, order 2", &["xpbd", "xpbd, order 2"]), beside[2]);
         let rows = [("xpbd", "a curve"), ("leapfrog", "another")];
-        let of = |family: &Family<'_>| family.members.clone();
-        let members: Vec<_> = families(rows.into_iter()).iter().flat_map(of).collect();
-        assert!(members.contains(&("a curve", alone[0])), "{members:?}");
+        let families = families(rows.into_iter());
+        let members: Vec<_> = families.iter().flat_map(|family| &family.members).collect();
+        assert!(members.contains(&&("a curve", alone[0])), "{members:?}");
     }
 
     #[test]

@@ -9,7 +9,7 @@ use drape_report::Verdict;
 use drape_report::number::{power, setting, significant, trimmed};
 use drape_report::page::{Table, absent, texts};
 use drape_report::plate::{Draw, Plate};
-use drape_report::plot::{At, Axis, Look, Panel, Point, Rule, Series, Sheet, State, values};
+use drape_report::plot::{At, Axis, Panel, Point, Rule, Series, Sheet, State, values};
 
 /// What the figures are drawn from.
 pub(super) type Input = crate::studies::Input<Facts>;

@@ -3,13 +3,13 @@
 use super::facts::{
     Cell, FIXED_MATERIAL, FIXED_QUOTIENT, Facts, Growth, Memory, RunTiming, TimingRow, growths,
 };
-use crate::families::looks;
+use crate::families::look_among;
 use drape_report::Verdict;
 use drape_report::number::{power, significant};
 use drape_report::page::{Table, absent, texts};
 use drape_report::plate::{Draw, Plate};
 use drape_report::plot::{
-    At, Axis, Draft, Look, Point, Rule, Series, Sheet, State, names, panels_of, place_of, values,
+    At, Axis, Draft, Look, Point, Rule, Series, Sheet, State, names, panels_of, values,
 };
 
 /// What the figures are drawn from.
@@ -60,7 +60,7 @@ const PARTICLES: &str = "particles n";
 const NANOSECONDS: &str = "ns a particle and step";
 
 fn look(label: &str) -> Look {
-    looks(&METHODS)[place_of(label, &METHODS)]
+    look_among(label, &METHODS)
 }
 
 fn series(label: &str, look: Look, points: impl Iterator<Item = (f64, f64)>) -> Option<Series> {

@@ -1,13 +1,11 @@
 //! Figures of the experiment `solver-control`.
 
 use super::facts::{Facts, Matched, Run, Scene, TimingRow, matched};
-use crate::families::looks;
+use crate::families::look_among;
 use drape_report::number::{power, setting, significant};
 use drape_report::page::{Table, absent, texts};
 use drape_report::plate::{Draw, Plate};
-use drape_report::plot::{
-    At, Axis, Draft, Look, Point, Rule, Series, Sheet, State, names, panels_of, place_of,
-};
+use drape_report::plot::{At, Axis, Draft, Point, Rule, Series, Sheet, State, names, panels_of};
 
 /// What the figures are drawn from.
 pub(super) type Input = crate::studies::Input<Facts, TimingRow>;
@@ -102,7 +100,7 @@ fn curves(
     let known = STEPPED.map(|(label, _)| label);
     let mut series = Vec::new();
     for label in labels {
-        let look = looks(&known)[place_of(label, &known)];
+        let look = look_among(label, &known);
         for adaptive in [false, true] {
             let runs = runs_of(input, "steps", scene)
                 .filter(|run| run.label == *label && run.is_adaptive == adaptive);
@@ -159,7 +157,7 @@ fn over_time(input: &Input) -> Option<Sheet> {
             let history = found.iter().find(|h| h.label == *label)?;
             let points = history.time_s.iter().zip(&history.step_s);
             let points = points.map(|(&x, &y)| Point { x, y, state: State::Stable }).collect();
-            let look = looks(&known)[place_of(label, &known)];
+            let look = look_among(label, &known);
             Series::new((*label).to_owned(), look, points)
         });
         (vec![name(scene)], series.collect(), Vec::new())
@@ -176,12 +174,12 @@ fn by_forcing(input: &Input) -> Option<Sheet> {
         let runs = |label: &'static str| {
             runs_of(input, "forcing", scene).filter(move |run| run.label == label)
         };
-        let series = INNER.iter().enumerate().filter_map(|(n, label)| {
+        let series = INNER.iter().filter_map(|label| {
             let points = runs(label).filter_map(|run| {
                 let y = run.cg_iterations as f64;
                 Some(Point { x: run.value?, y, state: State::Stable })
             });
-            Series::new((*label).to_owned(), looks(&INNER)[n], points.collect())
+            Series::new((*label).to_owned(), look_among(label, &INNER), points.collect())
         });
         let walker = runs(INNER[0]).filter(|run| run.value.is_none());
         let rules = walker.map(|run| Rule {

@@ -76,8 +76,10 @@ const METHODS: [&str; 3] = ["imex-euler", "imex-updated", "imex-updated"];
 
 /// The look of a variant; forms of a method have markers of their own, for some stand without lines.
 pub(in crate::studies) fn look_of_variant(variant: &str) -> Look {
-    let n = place_of(variant, &VARIANTS);
-    looks(&METHODS)[n].shifted(n / 2)
+    match place_of(variant, &VARIANTS) {
+        n if n < METHODS.len() => looks(&METHODS)[n].shifted(n / 2),
+        n => Look::number(n),
+    }
 }
 
 fn counts(input: &Input) -> Option<Sheet> {

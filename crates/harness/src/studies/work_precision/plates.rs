@@ -7,8 +7,8 @@ use drape_report::number::{percent, power, significant};
 use drape_report::page::{Table, absent, texts};
 use drape_report::plate::{Draw, Plate};
 use drape_report::plot::{
-    Axis, Draft, Look, Matrix, Point, Row as Line, Series, Shade, Sheet, State, Tile, panels_of,
-    values,
+    At, Axis, Draft, Look, Matrix, Point, Row as Line, Rule, Series, Shade, Sheet, State, Tile,
+    panels_of, values,
 };
 
 /// What the figures are drawn from.
@@ -86,6 +86,7 @@ pub(super) fn tables(input: &Input) -> Vec<Table> {
 /// The look of the front.
 const FRONT: Look = Look::pair(4, 3);
 const MAP_LEVELS: [f64; 3] = [1e-1, 1e-2, 1e-3];
+const LEVELS: &str = "errors of 10 %, 1 % and 0.1 %";
 const MODELLED: &str = "modelled time (s)";
 const ERROR: &str = "error over motion (dimensionless)";
 
@@ -166,7 +167,27 @@ fn panel(input: &Input, scene: &Scene, title: String, cost: Cost) -> Draft {
     let curves = headline_rows(input, scene)
         .filter_map(|(row, look)| curve(&row.label, look, points(input, row, cost)));
     let series: Vec<_> = front(input, scene, cost).into_iter().chain(curves).collect();
-    (vec![title], series, Vec::new())
+    let rule = |level: &f64| Rule { label: LEVELS.to_owned(), at: At::Y(*level) };
+    (vec![title], series, MAP_LEVELS.iter().map(rule).collect())
+}
+
+/// Who leads the front from the coarsest of the levels to the finest, in a sentence.
+fn named_front(input: &Input, scene: &Scene, cost: Cost) -> Option<String> {
+    let fastest = |level: f64| {
+        let of = |row: &'_ Row| {
+            let good = points(input, row, cost).into_iter().filter(|(_, error)| *error <= level);
+            good.map(|(cost, _)| cost).reduce(f64::min)
+        };
+        let all = rows_of(input, scene).filter_map(|row| Some((of(row)?, row)));
+        let (_, row) = all.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        row.label.split(',').next().map(str::to_owned)
+    };
+    let mut names: Vec<String> = MAP_LEVELS.iter().filter_map(|level| fastest(*level)).collect();
+    names.dedup();
+    let stiffness = power(scene.stiffness_over_mass_per_s2);
+    (!names.is_empty()).then(|| {
+        format!("Front at k/m = {stiffness} s⁻², from 10 % to 0.1 %: {}.", names.join(", "))
+    })
 }
 
 fn quotient(scene: &Scene) -> String {
@@ -183,7 +204,10 @@ fn four(input: &Input, damping: &str, cost: Cost) -> Option<Sheet> {
     let scenes = by_stiffness(input, "hanging", damping);
     let last = &scenes[scenes.len().saturating_sub(4)..];
     let title = |scene: &Scene| format!("{}, {} particles", quotient(scene), scene.particles);
-    sheet(last.iter().map(|scene| panel(input, scene, title(scene), cost)).collect(), cost)
+    let mut sheet =
+        sheet(last.iter().map(|scene| panel(input, scene, title(scene), cost)).collect(), cost)?;
+    sheet.notes = last.iter().filter_map(|scene| named_front(input, scene, cost)).collect();
+    Some(sheet)
 }
 
 fn headline(input: &Input) -> Option<Sheet> {
