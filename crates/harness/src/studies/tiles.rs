@@ -45,7 +45,7 @@ pub(super) fn legend(unit: &str, others: &[(&str, &str)]) -> Vec<(Tile, String)>
         (told(Shade::Still, "↓"), "slid off"),
         (told(Shade::Bad, "✗"), "gains energy"),
         (told(Shade::Idle, ">"), "over the budget of work"),
-        (told(Shade::Idle, "–"), "refuses the scene"),
+        (told(Shade::Idle, "–"), "refuses, or is not run"),
     ];
     legend.extend(faults.map(|(tile, text)| (tile, text.to_owned())));
     legend

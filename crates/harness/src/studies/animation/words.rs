@@ -106,9 +106,9 @@ fn nearest(facts: &Facts) -> Option<String> {
         let own = runs(facts, scene).filter(|run| run.substeps == 1 && run.is_sound());
         own.filter_map(|run| scene.error(run)).reduce(f64::min)
     };
-    let all: Vec<_> = facts.scenes.iter().filter_map(best).collect();
-    let errors = range(&all, mm)?;
-    Some(format!("With one call a frame the nearest run of a scene is off by {errors} mm."))
+    let most = facts.scenes.iter().filter_map(best).reduce(f64::max)?;
+    let most = mm(most);
+    Some(format!("With one call a frame the nearest run of a scene is off by at most {most} mm."))
 }
 
 /// A sentence about the forms of some runs.
@@ -156,10 +156,11 @@ fn never(facts: &Facts) -> Option<String> {
 fn caveats(facts: &Facts) -> Vec<String> {
     let of = |value: &dyn Fn(&Scene) -> f64| facts.scenes.iter().map(value).collect::<Vec<f64>>();
     let mut caveats = Vec::new();
-    if let Some(floors) = range(&of(&Scene::floor_m), mm) {
+    if let Some(floor) = of(&Scene::floor_m).into_iter().reduce(f64::max) {
         caveats.push(format!(
-            "One micrometre at the start moves what ranks by {floors} mm: smaller errors rank \
-             nothing."
+            "One micrometre at the start moves what ranks by up to {} mm: smaller errors rank \
+             nothing.",
+            mm(floor)
         ));
     }
     if let Some(spans) = range(&of(&|scene| scene.span_s), |span| significant(span, 2)) {
@@ -248,7 +249,7 @@ mod tests {
         );
         let all = said.observations.join(" ");
         for sentence in [
-            "With one call a frame the nearest run of a scene is off by 2.0 mm.",
+            "With one call a frame the nearest run of a scene is off by at most 2.0 mm.",
             "more than half of the motion is lost somewhere: 1 forms, of `still`.",
             "With one to four calls a frame energy is gained somewhere: 1 forms, of `loud`.",
             "slides off the ball, which it should not: 1 forms, of `slippery`.",

@@ -3,7 +3,7 @@
 use super::facts::{Facts, METHODS, PAPER, REFERENCE, Scene, Shot, fall_share};
 use drape_model::{Obstacle, Shape, Vec3};
 use drape_render::{Camera, Colour, Font, Image, Subject, View, draw};
-use drape_report::number::significant;
+use drape_report::number::{significant, wrap};
 use drape_report::page::{Table, absent};
 use drape_report::plate::{Draw, Picture, Plate};
 
@@ -24,7 +24,7 @@ pub(super) const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "pictures-methods.png",
         title: "All methods on the same sheet",
-        caption: "Explicit methods diverge within the first tenth of a second (striped); of the \
+        caption: "Explicit methods diverge within the first tenth of a second (named below); of the \
             others some hang almost still, some bring the cloth down on time. A sheet of 400 \
             particles, k/m = 10⁶ s⁻², released flat and held at two corners, h = 0.01 s, default \
             settings; a row for each method, a column for each time. The first row is the \
@@ -113,13 +113,19 @@ fn methods(facts: &Facts) -> Option<Image> {
     let scene = scene_of(facts, shots.first()?)?;
     let mut labels: Vec<&str> = shots.iter().map(|shot| shot.label.as_str()).collect();
     labels.dedup();
+    // A method without a picture gets a name below and no row.
+    let has_picture = |label: &str| {
+        shots.iter().any(|shot| shot.label == label && positions(shot, scene).is_some())
+    };
+    let (labels, lost): (Vec<&str>, Vec<&str>) =
+        labels.into_iter().partition(|label| has_picture(label));
     let mut times: Vec<f64> = shots.iter().map(|shot| shot.time_s).collect();
     times.sort_by(f64::total_cmp);
     times.dedup();
     // What the first row shows, the reference, sets the camera, and the sheet as it was released.
     let first: Vec<Vec3> = shots
         .iter()
-        .filter(|shot| shot.label == labels[0])
+        .filter(|shot| labels.first().is_some_and(|label| shot.label == *label))
         .filter_map(|shot| positions(shot, scene))
         .flatten()
         .collect();
@@ -131,7 +137,20 @@ fn methods(facts: &Facts) -> Option<Image> {
     let head = Font::Medium.height() + 14;
     let row_height = title + SMALL[1] + GAP;
     let block_width = times.len() as u32 * (SMALL[0] + 2) + 3 * GAP;
-    let mut sheet = Image::new(BLOCKS as u32 * block_width, head + rows * row_height + GAP);
+    let foot = match (lost.as_slice(), times.first()) {
+        ([], _) | (_, None) => Vec::new(),
+        (lost, Some(first)) => {
+            let said = format!("Diverged before t = {first} s: {}.", lost.join(", "));
+            let width = BLOCKS as u32 * block_width - 2 * GAP;
+            wrap(&said, (width / Font::Medium.width("m")) as usize)
+        }
+    };
+    let line = Font::Medium.height() + 6;
+    let height = head + rows * row_height + GAP + foot.len() as u32 * line;
+    let mut sheet = Image::new(BLOCKS as u32 * block_width, height);
+    for (n, text) in (0..).zip(&foot) {
+        sheet.write(text, GAP, head + rows * row_height + n * line, Font::Medium, Colour::INK);
+    }
     for (n, label) in (0..).zip(&labels) {
         let (left, top) = (GAP + n / rows * block_width, head + n % rows * row_height);
         sheet.write(label, left, top, Font::Small, Colour::INK);
@@ -145,7 +164,7 @@ fn methods(facts: &Facts) -> Option<Image> {
             };
             let image = match (positions(shot, scene), shot.diverged_at_s) {
                 (Some(x), _) => draw(&subject, &x, &camera, SMALL),
-                (None, Some(_)) => Image::failure(SMALL, "diverged"),
+                (None, Some(time)) => Image::failure(SMALL, &format!("diverged at {time:.2} s")),
                 (None, None) => Image::failure(SMALL, "no picture"),
             };
             sheet.paste(&image, left, top + title);

@@ -79,7 +79,8 @@ fn common() -> String {
          distance from the particles of each surface to the triangles of the other, about every \
          0.1 s. On the ball and in the wind two starts soon move apart, so there the distance \
          of the particles at 0.3 s ranks. Every method is run with {LADDER:?} substeps of a \
-         frame, but with no more after a run that swept {DEAR} times a frame over all forces; an \
+         frame, but with no more after a run that swept {DEAR} times a frame over all forces or \
+         whose factorisations spent its budget; an \
          explicit one with rising numbers out of {EXPLICIT:?} until two neither gain energy nor \
          stand still, or one exceeds its budget; the last failure before the first sound run is \
          kept. A run is locked if its energy is stable and the middle of the free edge moves \
@@ -87,7 +88,8 @@ fn common() -> String {
          particles lie on the ball at the end as in the true motion, to {} mm. Where rings or \
          wind supply energy, a run counts as gaining some by itself if its mean kinetic energy \
          is more than {} times the true one. The work of {} sweeps of forces a frame, or {:e} \
-         visits of a spring if that is more, ends a run over budget.",
+         visits of a spring if that is more, ends a run over budget; finer \
+         meshes than of 20 particles along an edge have so much more as they are finer.",
         scenes::LIGHT,
         HEAVY,
         1e3 * scenes::NEAR_M,

@@ -342,7 +342,9 @@ impl Setting {
     /// Most work of a run, in visits of a spring.
     fn budget(&self) -> f64 {
         let sweep = (self.scene.springs + self.scene.particles) as f64;
-        BUDGET.max(SWEEPS_A_FRAME * f64::from(self.case.frames) * sweep)
+        // On a finer mesh a wave takes more steps, and so do iterations, to cross the cloth.
+        let finer = f64::from(self.case.side) / f64::from(USUAL);
+        BUDGET.max(SWEEPS_A_FRAME * finer * f64::from(self.case.frames) * sweep)
     }
 
     /// Runs a method over the scene and keeps what is seen.
@@ -363,7 +365,13 @@ impl Setting {
         let dear = DEAR * u64::from(self.case.frames);
         let mut runs: Vec<Run> = Vec::new();
         for substeps in LADDER {
-            if runs.last().is_some_and(|run| run.counts.force_evaluations >= dear) {
+            // More calls take more factorisations, and more sweeps where each call is dear.
+            let is_over = |run: &Run| {
+                let is_factored = run.counts.factorisations > 0;
+                let is_spent = run.verdict == Verdict::OverBudget && is_factored;
+                is_spent || run.counts.force_evaluations >= dear
+            };
+            if runs.last().is_some_and(is_over) {
                 break;
             }
             runs.push(self.run(film, substeps)?);
