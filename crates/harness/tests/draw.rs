@@ -261,9 +261,12 @@ fn figures_name_axes_units_and_every_curve() {
     expect("animation-frames.svg", &["ms a frame", "error of shape (mm)", "noise", "good enough"]);
     expect("animation-frames.svg", &["cotton-blend, light damping, k/m = 4.0·10⁶ s⁻²"]);
     expect("animation-map.svg", &["hanging", "10 mm, good", "a tie of both kinds"]);
-    expect("animation-map.svg", &["A curtain in a film: the row at 24 Hz. A skirt in a game"]);
+    expect(
+        "animation-map.svg",
+        &["A curtain in a film: the row at 24 Hz. A skirt in a game: the row on a ball."],
+    );
     expect("animation-long-map.svg", &["hanging", "1 mm"]);
-    expect("animation-long-frames.svg", &["400 particles, 1 s"]);
+    expect("animation-long-frames.svg", &["cotton-blend, light damping, 400 particles, 1 s"]);
     expect("rest-arrival.svg", &["step (ms)", "at rest after (s)", "time that a run has"]);
     expect(
         "rest-cheapest.svg",
