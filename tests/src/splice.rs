@@ -313,12 +313,10 @@ fn of_frames(results: &Path, part: &str) -> Result<(String, String), String> {
         .map(|(run, _)| format!("`{}`", method(&run["label"])))
         .collect();
     let ties = if ties.is_empty() { String::new() } else { format!("; tie: {}", ties.join(", ")) };
-    let take = format!(
-        "`{}` ({}), calls a frame: {}{ties}",
-        method(&first["label"]),
-        first["label"].as_str().unwrap_or_default(),
-        first["substeps"]
-    );
+    let label = first["label"].as_str().unwrap_or_default();
+    let name = method(&first["label"]);
+    let form = if label == name { String::new() } else { format!(" ({label})") };
+    let take = format!("`{name}`{form}, calls a frame: {}{ties}", first["substeps"]);
     let why = format!(
         "`animation`, {}: {:.1} ms a frame, off by {:.1} mm (good: {:.0} mm)",
         scene["id"].as_str().unwrap_or_default(),

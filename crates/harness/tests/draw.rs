@@ -265,6 +265,10 @@ fn figures_name_axes_units_and_every_curve() {
         "animation-map.svg",
         &["A curtain in a film: the row at 24 Hz. A skirt in a game: the row on a ball."],
     );
+    expect(
+        "animation-long-cheapest.svg",
+        &["hanging", "on a ball", "locked", "over the budget of work"],
+    );
     expect("animation-long-map.svg", &["hanging", "1 mm"]);
     expect("animation-long-frames.svg", &["cotton-blend, light damping, 400 particles, 1 s"]);
     expect("rest-arrival.svg", &["step (ms)", "at rest after (s)", "time that a run has"]);

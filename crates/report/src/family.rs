@@ -121,11 +121,11 @@ mod tests {
             let families = families(rows.iter().copied());
             families.into_iter().flat_map(|family| family.members).collect()
         };
-        let few = of(&[(Kin::Corrected, 22, "kang")]);
+        let few = of(&[(Kin::Corrected, 22, "filtered")]);
         let many = of(&[
             (Kin::Corrected, 21, "desbrun"),
             (Kin::Corrected, 21, "desbrun, no correction"),
-            (Kin::Corrected, 22, "kang"),
+            (Kin::Corrected, 22, "filtered"),
         ]);
         assert_eq!(few[0], many[2]);
         assert!(many[0].1 != many[1].1, "forms differ");
