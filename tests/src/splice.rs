@@ -240,8 +240,11 @@ fn times(timings: &[Value]) -> String {
     text + "\n"
 }
 
+/// A use, what to take for it, and why.
+type Use = (&'static str, (String, String));
+
 /// Which method to take for what, and what the record says, each from a record.
-fn all_uses(results: &Path) -> Result<[(&'static str, (String, String)); 5], String> {
+fn all_uses(results: &Path) -> Result<[Use; 5], String> {
     Ok([
         ("a curtain in a film at 24 frames a second", of_frames(results, "24 Hz")?),
         ("a skirt in a game at 60 frames a second", of_frames(results, "on a ball")?),
