@@ -311,6 +311,9 @@ fn figures_name_axes_units_and_every_curve() {
             assert!(words.contains(&entry), "{file} lacks `{entry}`: {words:?}");
         }
     }
+    // The long study has no scene at the rate of a film.
+    let long = words(&files["figures/animation-long-map.svg"]);
+    assert!(!long.iter().any(|text| text.contains("24 Hz")), "{long:?}");
 }
 
 #[test]
