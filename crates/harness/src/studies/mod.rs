@@ -467,14 +467,29 @@ fn prepared<T: Sync, R: Send>(
     compute: impl Fn(&T) -> Result<R, HarnessError> + Sync,
 ) -> Result<Vec<R>, HarnessError> {
     context.progress.begin(part, inputs.len());
-    let compute = |input| {
-        let result = compute(input);
-        context.progress.done();
-        result
-    };
-    let results = inputs.par_iter().with_max_len(1).map(compute).collect();
+    let results =
+        inputs.par_iter().with_max_len(1).map(|input| told(context, compute(input))).collect();
     context.progress.end();
     results
+}
+
+/// As [`prepared`], one after the other on this thread.
+fn one_by_one<T, R>(
+    context: &Context<'_>,
+    part: &str,
+    inputs: &[T],
+    compute: impl Fn(&T) -> Result<R, HarnessError>,
+) -> Result<Vec<R>, HarnessError> {
+    context.progress.begin(part, inputs.len());
+    let results = inputs.iter().map(|input| told(context, compute(input))).collect();
+    context.progress.end();
+    results
+}
+
+/// A result, of which the progress is told.
+fn told<R>(context: &Context<'_>, result: R) -> R {
+    context.progress.done();
+    result
 }
 
 /// The cells of a part, in order. A process that computes a shard has only some of them.
@@ -544,15 +559,10 @@ fn timed<T, R: Serialize + DeserializeOwned>(
     compute: impl Fn(&T) -> Result<R, HarnessError>,
 ) -> Result<Cells<R>, HarnessError> {
     let (turns, is_whole) = turns(context.journal, part, inputs, true);
-    context.progress.begin(part, turns.len());
-    let compute = |(number, input)| {
-        let result = context.journal.cell(part, number, true, || compute(input));
-        context.progress.done();
-        result
-    };
-    let results = turns.into_iter().map(compute).collect::<Result<_, _>>();
-    context.progress.end();
-    Ok(Cells(is_whole.then_some(results?)))
+    let results = one_by_one(context, part, &turns, |&(number, input)| {
+        context.journal.cell(part, number, true, || compute(input))
+    })?;
+    Ok(Cells(is_whole.then_some(results)))
 }
 
 /// As [`cells`] or [`timed`], but a cell that this process may not compute, or not begin any more,
@@ -564,23 +574,17 @@ fn in_time<T: Sync, R: Send + Serialize + DeserializeOwned>(
     compute: impl Fn(&T) -> Result<R, HarnessError> + Sync,
 ) -> Result<Vec<Option<R>>, HarnessError> {
     let journal = context.journal;
-    let one = |(number, input)| {
-        let result = match journal.kept(part, number) {
-            Some(kept) => Ok(Some(kept)),
-            None if !journal.takes(part, number, is_timed) || journal.is_late() => Ok(None),
-            None => journal.cell(part, number, is_timed, || compute(input)).map(Some),
-        };
-        context.progress.done();
-        result
+    let numbered: Vec<_> = inputs.iter().enumerate().collect();
+    let one = |&(number, input): &(usize, &T)| match journal.kept(part, number) {
+        Some(kept) => Ok(Some(kept)),
+        None if !journal.takes(part, number, is_timed) || journal.is_late() => Ok(None),
+        None => journal.cell(part, number, is_timed, || compute(input)).map(Some),
     };
-    context.progress.begin(part, inputs.len());
-    let results: Result<Vec<_>, _> = if is_timed {
-        inputs.iter().enumerate().map(one).collect()
+    let results: Vec<Option<R>> = if is_timed {
+        one_by_one(context, part, &numbered, one)?
     } else {
-        inputs.par_iter().with_max_len(1).enumerate().map(one).collect()
+        prepared(context, part, &numbered, one)?
     };
-    context.progress.end();
-    let results = results?;
     let numbers: Vec<_> = (0..results.len()).filter(|&n| results[n].is_none()).collect();
     if !numbers.is_empty() {
         journal.miss(Missing { part: part.to_owned(), of: inputs.len(), numbers, is_timed });

@@ -1,7 +1,5 @@
 //! Names of forms and methods in sentences.
 
-use std::ops::RangeInclusive;
-
 /// Most names in a sentence.
 const MOST: usize = 4;
 
@@ -34,14 +32,9 @@ pub(super) fn methods(labels_of_forms: &[&str]) -> String {
 
 /// The least and the greatest of some values, as `told` writes them.
 pub(super) fn range(values: &[f64], told: impl Fn(f64) -> String) -> Option<String> {
-    let span = span(values)?;
-    let (least, most) = (told(*span.start()), told(*span.end()));
+    let least = told(values.iter().copied().reduce(f64::min)?);
+    let most = told(values.iter().copied().reduce(f64::max)?);
     Some(if least == most { least } else { format!("{least} to {most}") })
-}
-
-fn span(values: &[f64]) -> Option<RangeInclusive<f64>> {
-    let least = values.iter().copied().reduce(f64::min)?;
-    Some(least..=values.iter().copied().fold(least, f64::max))
 }
 
 #[cfg(test)]

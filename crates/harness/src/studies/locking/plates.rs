@@ -147,8 +147,9 @@ fn terminal(input: &Input) -> Option<Sheet> {
         Axis::log("terminal speed of the law (m/s)", &xs),
         Axis::log("speed of fall, 0.5 s to 1 s (m/s)", &ys),
     );
+    let looks = looks(&CREEPING);
     for (n, (label, points)) in CREEPING.into_iter().zip(points.clone()).enumerate() {
-        let series = Series::new(label.to_owned(), looks(&CREEPING)[n].shifted(n / 2), points);
+        let series = Series::new(label.to_owned(), looks[n].shifted(n / 2), points);
         panel.series.extend(series.map(Series::apart));
     }
     let least = xs.iter().copied().reduce(f64::min)?;

@@ -20,6 +20,7 @@ const STEPS: [u32; 5] = [1, 3, 10, 30, 100];
 const ALWAYS: usize = 2;
 /// Steps of explicit methods, over those within the limit; the first that arrive count.
 const SHARES: [f64; 6] = [0.5, 0.75, 1.0, 1.5, 2.0, 4.0];
+
 /// How the facts are measured.
 pub(super) fn method() -> String {
     format!(
@@ -39,8 +40,8 @@ pub(super) fn method() -> String {
          then is its cost. The shape is right if its energy is at most {} of the released \
          energy above the least that is known: of the rest shapes that Newton's method finds from \
          starts with {:?} waves, and of those to which a run came and that are minima. Runs that \
-         a library's rounding touches are left out of the latter. A run is locked if at its end it has come less than {} of its way, and \
-         open if it is elsewhere by less. Every method is run in the forms of the study \
+         a library's rounding touches are left out of the latter. A run is locked if at its end \
+         it has come less than {} of its way, and open if it is elsewhere by less. Every method is run in the forms of the study \
          `animation`, with {FIRST:?} steps in 0.1 s, and while none arrives with {MORE:?}; an \
          explicit one with {SHARES:?} times the steps within its limit until it arrives.",
         scenes::RETARDATION,
@@ -79,9 +80,8 @@ pub(super) fn starts() -> Vec<Start> {
 pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, HarnessError> {
     let mut cases = scenes::cases();
     cases.retain(|case| !context.quick || case.is_quick());
-    let settings = prepared(context, "rest shapes", &cases, Setting::new)?;
+    let mut settings = prepared(context, "rest shapes", &cases, Setting::new)?;
     let mut runs = shoot(context, &settings)?;
-    let mut settings = settings;
     for (setting, runs) in settings.iter_mut().zip(&mut runs) {
         setting.learn(runs);
     }
