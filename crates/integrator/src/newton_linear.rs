@@ -94,16 +94,16 @@ impl Word for SolverWord {
 const JACOBIAN: Declared<Jacobian> = declare!(
     jacobian: Jacobian [Fresh, Saved] = Fresh,
     "factorise the Hessian in each Newton iteration, or keep the factor over iterations and steps \
-     while it serves (solver=multigrid and auto keep nothing)"
+     while it serves (solver=multigrid keeps nothing)"
 );
 
 const SOLVER: Declared<SolverWord> = declare!(
-    solver: SolverWord [Cholesky, Cg, Multigrid, Auto] = Cholesky,
+    solver: SolverWord [Cholesky, Cg, Multigrid, Auto] = Auto,
     "solve Newton's linear systems by sparse Cholesky, or by CG on the Hessian, preconditioned by \
      its diagonal blocks (jacobian=fresh) or by the kept factor (jacobian=saved), or by CG \
      preconditioned by multigrid on the Hessian; auto: by CG with diagonal blocks where h²k/m \
      is small, by multigrid where it is large, with forcing=eisenstat-walker and a line search \
-     by gradients"
+     by gradients; with jacobian=saved by the kept factor"
 );
 
 impl Declares for NewtonLinear {
@@ -117,23 +117,28 @@ impl Declares for NewtonLinear {
     fn read(settings: &Settings) -> Self {
         let term = ForcingRule::CG_TOLERANCE.read(settings);
         let rule = ForcingRule::new(ForcingRule::FORCING.read(settings), term);
+        let jacobian = JACOBIAN.read(settings);
         let solver = match SOLVER.read(settings) {
             SolverWord::Cholesky => NewtonSolver::Cholesky,
             SolverWord::Cg => NewtonSolver::Cg(rule),
             SolverWord::Multigrid => NewtonSolver::Multigrid(rule),
+            SolverWord::Auto if jacobian == Jacobian::Saved => NewtonSolver::Cholesky,
             SolverWord::Auto => NewtonSolver::Auto,
         };
-        Self { jacobian: JACOBIAN.read(settings), solver }
+        Self { jacobian, solver }
     }
 }
 
 impl Default for NewtonLinear {
     fn default() -> Self {
-        Self { jacobian: JACOBIAN.default, solver: NewtonSolver::Cholesky }
+        Self { jacobian: JACOBIAN.default, solver: NewtonSolver::Auto }
     }
 }
 
 impl NewtonLinear {
+    /// A sparse Cholesky factor in each iteration: for exact solves and for small systems.
+    pub const CHOLESKY: Self = Self { jacobian: Jacobian::Fresh, solver: NewtonSolver::Cholesky };
+
     /// Whether the Hessian is factorised.
     fn factorises(self) -> bool {
         match self.solver {
