@@ -32,6 +32,7 @@ pub(super) static ENTRY: Entry = Entry {
             Keeps::AsStated,
         )],
         energy: &[Variant::new("backward-euler", EXACT)],
+        hard_cases: &[Variant::new("backward-euler", EXACT)],
         stability: &[Variant::new("backward-euler", EXACT)],
         locking: &[(Variant::new("backward-euler", EXACT), Steps::Long)],
         locked_spring: &[(

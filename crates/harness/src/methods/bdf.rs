@@ -36,6 +36,7 @@ pub(super) static ENTRY: Entry = Entry {
             ),
         ],
         energy: &[Variant::new("bdf2", EXACT)],
+        hard_cases: &[Variant::new("bdf2", EXACT)],
         stability: &[Variant::new("bdf2", EXACT)],
         locking: &[(Variant::new("bdf2", EXACT), Steps::Long)],
         animation: &[

@@ -47,6 +47,7 @@ pub(super) static ENTRY: Entry = Entry {
             (Variant::new("dirk, sdirk4", SDIRK4), Keeps::AsStated),
         ],
         energy: &[Variant::new("dirk", EXACT)],
+        hard_cases: &[Variant::new("dirk", EXACT)],
         stability: &[
             Variant::new("dirk", EXACT),
             Variant::new("dirk, esdirk3", ESDIRK3),

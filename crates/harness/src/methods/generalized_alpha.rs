@@ -56,6 +56,7 @@ pub(super) static ENTRY: Entry = Entry {
             Variant::new("trapezoid", "generalized-alpha:family=newmark,rho_inf=1,solver=cholesky"),
         ],
         energy: &[Variant::new("generalized-alpha", EXACT)],
+        hard_cases: &[Variant::new("generalized-alpha", EXACT)],
         locking: &[(Variant::new("generalized-alpha", EXACT), Steps::Long)],
         work_precision: &[
             work::main("generalized-alpha", "generalized-alpha:residual=1e-3,solver=cholesky"),

@@ -35,6 +35,7 @@ pub(super) static ENTRY: Entry = Entry {
             Keeps::AsStated,
         )],
         energy: &[Variant::new("midpoint", EXACT)],
+        hard_cases: &[Variant::new("midpoint", EXACT)],
         stability: &[Variant::new("midpoint", EXACT)],
         locking: &[(Variant::new("midpoint", EXACT), Steps::Long)],
         work_precision: &[
