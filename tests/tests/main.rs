@@ -22,6 +22,7 @@ mod order;
 mod recurrence;
 mod refusals;
 mod robustness;
+mod rows;
 mod solver_control;
 mod theorems;
 mod threads;

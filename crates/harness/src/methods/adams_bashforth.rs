@@ -1,7 +1,7 @@
 //! Adams-Bashforth.
 
 use super::Entry;
-use super::runs::{Keeps, Runs, Variant, work};
+use super::runs::{Contender, Keeps, Runs, Variant, work};
 use crate::lessons::{Excerpt, Law, Lesson, Question, Setting, Trap};
 use crate::need::Matrix;
 use crate::studies::short;
@@ -48,6 +48,11 @@ pub(super) static ENTRY: Entry = Entry {
             work::main("adams-bashforth2", "adams-bashforth2"),
             work::extra("adams-bashforth, 3 steps", "adams-bashforth2:steps=3"),
         ],
+        scaling: &[Contender {
+            label: "adams-bashforth2",
+            method: "adams-bashforth2",
+            largest: 316,
+        }],
         ..Runs::DEFAULTS
     },
 };

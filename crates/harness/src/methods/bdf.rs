@@ -1,7 +1,7 @@
 //! Backward differentiation formulas.
 
 use super::Entry;
-use super::runs::{Film, Keeps, Runs, Steps, Variant, work};
+use super::runs::{Contender, Film, Keeps, Runs, Steps, Variant, work};
 use crate::lessons::{Excerpt, Law, Lesson, Question, Setting, Trap};
 use crate::need::Matrix;
 use crate::theory::{ALWAYS, Expectation, Problem, TURNING, Theory, at_rest_or, form};
@@ -56,6 +56,7 @@ pub(super) static ENTRY: Entry = Entry {
             work::extra("bdf2, safeguarded", SAFEGUARDED),
             work::adaptive("bdf2, adaptive", LOOSE),
         ],
+        scaling: &[Contender { label: "bdf2", method: "bdf2:residual=1e-3", largest: 100 }],
         ..Runs::DEFAULTS
     },
 };

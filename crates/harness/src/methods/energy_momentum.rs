@@ -1,7 +1,7 @@
 //! The energy-momentum method.
 
 use super::Entry;
-use super::runs::{Keeps, Runs, Steps, Variant, work};
+use super::runs::{Contender, Keeps, Runs, Steps, Variant, work};
 use crate::lessons::{Excerpt, Law, Lesson, Question, Setting, Trap};
 use crate::need::Matrix;
 use crate::theory::{
@@ -37,6 +37,11 @@ pub(super) static ENTRY: Entry = Entry {
             LoadLaw::Free,
         )],
         work_precision: &[work::main("energy-momentum", "energy-momentum:residual=1e-6")],
+        scaling: &[Contender {
+            label: "energy-momentum",
+            method: "energy-momentum:residual=1e-6",
+            largest: 32,
+        }],
         ..Runs::DEFAULTS
     },
 };

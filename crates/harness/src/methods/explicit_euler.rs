@@ -1,7 +1,7 @@
 //! Explicit Euler.
 
 use super::Entry;
-use super::runs::Runs;
+use super::runs::{Contender, Runs};
 use crate::lessons::{Excerpt, Law, Lesson, Question, Setting, Trap};
 use crate::need::Matrix;
 use crate::studies::short;
@@ -25,7 +25,10 @@ pub(super) static ENTRY: Entry = Entry {
             .limit("θ ≤ η and 2η ≤ 4 + θ", |t, e| spectral_radius(&explicit_euler(t, e)))
             .spin(|theta, before, _| spin::explicit_euler(theta, 0.0, before))],
     },
-    runs: Runs::DEFAULTS,
+    runs: Runs {
+        scaling: &[Contender { label: "explicit-euler", method: "explicit-euler", largest: 316 }],
+        ..Runs::DEFAULTS
+    },
 };
 
 /// `x_{n+1} = x_n + w_n`, `w_{n+1} = w_n − θ x_n − η w_n`: stable for `θ ≤ η` and `2η ≤ 4 + θ`.

@@ -1,7 +1,7 @@
 //! Additive Runge–Kutta.
 
 use super::Entry;
-use super::runs::{Keeps, Runs, Steps, Variant, work};
+use super::runs::{Contender, Keeps, Runs, Steps, Variant, work};
 use crate::lessons::{Excerpt, Law, Lesson, Question, Setting, Trap};
 use crate::need::Matrix;
 use crate::theory::{
@@ -58,6 +58,7 @@ pub(super) static ENTRY: Entry = Entry {
             work::main("imex-rk, ark3", "imex-rk:tableau=ark3"),
             work::main("imex-rk, ark4", "imex-rk:tableau=ark4"),
         ],
+        scaling: &[Contender { label: "imex-rk", method: "imex-rk", largest: 100 }],
         ..Runs::DEFAULTS
     },
 };

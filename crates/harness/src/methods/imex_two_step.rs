@@ -1,7 +1,7 @@
 //! IMEX methods of two steps.
 
 use super::Entry;
-use super::runs::{Keeps, Runs, Steps, Variant, work};
+use super::runs::{Contender, Keeps, Runs, Steps, Variant, work};
 use crate::lessons::{Excerpt, Law, Lesson, Question, Setting, Trap};
 use crate::need::Matrix;
 use crate::theory::{
@@ -32,6 +32,7 @@ pub(super) static SBDF2: Entry = Entry {
             work::extra("imex-sbdf2, Cholesky", "imex-sbdf2:solver=cholesky"),
             work::adaptive("imex-sbdf2, adaptive", "imex-sbdf2"),
         ],
+        scaling: &[Contender { label: "imex-sbdf2", method: "imex-sbdf2", largest: 100 }],
         ..Runs::DEFAULTS
     },
 };
@@ -57,6 +58,7 @@ pub(super) static CNAB2: Entry = Entry {
         order: &[Variant::new("imex-cnab2", "imex-cnab2:forcing_term=1e-12")],
         momentum: &[(Variant::new("imex-cnab2", "imex-cnab2:forcing_term=1e-12"), Keeps::AsStated)],
         locking: &[(Variant::new("imex-cnab2", "imex-cnab2:forcing_term=1e-8"), Steps::All)],
+        scaling: &[Contender { label: "imex-cnab2", method: "imex-cnab2", largest: 100 }],
         ..Runs::DEFAULTS
     },
 };
@@ -85,6 +87,7 @@ pub(super) static MCNAB2: Entry = Entry {
             Keeps::AsStated,
         )],
         locking: &[(Variant::new("imex-mcnab2", "imex-mcnab2:forcing_term=1e-8"), Steps::All)],
+        scaling: &[Contender { label: "imex-mcnab2", method: "imex-mcnab2", largest: 100 }],
         ..Runs::DEFAULTS
     },
 };
@@ -110,6 +113,7 @@ pub(super) static CNLF: Entry = Entry {
         order: &[Variant::new("imex-cnlf", "imex-cnlf:forcing_term=1e-12")],
         momentum: &[(Variant::new("imex-cnlf", "imex-cnlf:forcing_term=1e-12"), Keeps::AsStated)],
         locking: &[(Variant::new("imex-cnlf", "imex-cnlf:forcing_term=1e-8"), Steps::All)],
+        scaling: &[Contender { label: "imex-cnlf", method: "imex-cnlf", largest: 100 }],
         ..Runs::DEFAULTS
     },
 };

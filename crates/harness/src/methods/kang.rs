@@ -1,7 +1,7 @@
 //! Kang.
 
 use super::Entry;
-use super::runs::{Keeps, Runs, Steps, Variant, work};
+use super::runs::{Contender, Keeps, Runs, Steps, Variant, work};
 use crate::lessons::{Excerpt, Law, Lesson, Question, Setting, Trap};
 use crate::need::Matrix;
 use crate::theory::{ALWAYS, Expectation, LoadLaw, Problem, Theory, form, no_theorem};
@@ -41,6 +41,7 @@ pub(super) static ENTRY: Entry = Entry {
             work::main("kang", "kang"),
             work::extra("kang, 8 sweeps", "kang:sweeps=8"),
         ],
+        scaling: &[Contender { label: "kang", method: "kang", largest: 316 }],
         ..Runs::DEFAULTS
     },
 };

@@ -2,7 +2,7 @@
 
 use super::Entry;
 use super::runs::{
-    Contender, Film, Runs, Variant,
+    Contender, Film, Runs, Steps, Variant,
     work::{self, Knob},
 };
 use crate::lessons::{Excerpt, Law, Lesson, Question, Setting, Trap};
@@ -56,6 +56,10 @@ pub(super) static ENTRY: Entry = Entry {
             work::extra("leapfrog, CG", "leapfrog:step=bound,solver=cg")
                 .knob(Knob::Setting("safety", SAFETIES)),
             work::extra("leapfrog, fixed steps", "leapfrog"),
+        ],
+        locking: &[
+            (Variant::new("leapfrog", "leapfrog"), Steps::One),
+            (Variant::new("leapfrog (auto)", "leapfrog:step=auto"), Steps::One),
         ],
         scaling: &[Contender { label: "leapfrog", method: "leapfrog:solver=cg", largest: 1000 }],
         animation: &[

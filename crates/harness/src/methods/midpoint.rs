@@ -1,7 +1,7 @@
 //! Implicit midpoint.
 
 use super::Entry;
-use super::runs::{Film, Keeps, Runs, Steps, Variant, work};
+use super::runs::{Contender, Film, Keeps, Runs, Steps, Variant, work};
 use crate::lessons::{Excerpt, Law, Lesson, Question, Setting, Trap};
 use crate::need::Matrix;
 use crate::theory::{ALWAYS, Expectation, Problem, TURNING, Theory, at_rest_or, form};
@@ -60,6 +60,7 @@ pub(super) static ENTRY: Entry = Entry {
                 "midpoint:residual=1e-2,max_iterations=3,solver=multigrid",
             ),
         ],
+        scaling: &[Contender { label: "midpoint", method: "midpoint:residual=1e-3", largest: 100 }],
         ..Runs::DEFAULTS
     },
 };

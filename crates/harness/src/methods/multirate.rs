@@ -1,7 +1,7 @@
 //! The impulse method.
 
 use super::Entry;
-use super::runs::{Runs, work};
+use super::runs::{Contender, Runs, work};
 use crate::lessons::{Excerpt, Law, Lesson, Question, Setting, Trap};
 use crate::need::Matrix;
 use crate::studies::short;
@@ -32,7 +32,11 @@ pub(super) static ENTRY: Entry = Entry {
             )
             .spin(|_, _, _| spin::kicks(&[], 0.0, 2))],
     },
-    runs: Runs { work_precision: &[work::main("multirate", "multirate")], ..Runs::DEFAULTS },
+    runs: Runs {
+        work_precision: &[work::main("multirate", "multirate")],
+        scaling: &[Contender { label: "multirate", method: "multirate", largest: 100 }],
+        ..Runs::DEFAULTS
+    },
 };
 
 /// Tension springs alone set the limit; shear springs resonate with them.

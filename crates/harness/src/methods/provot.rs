@@ -1,7 +1,7 @@
 //! Provot.
 
 use super::Entry;
-use super::runs::{Runs, Variant};
+use super::runs::{Contender, Runs, Variant};
 use crate::lessons::{Excerpt, Law, Lesson, Question, Setting, Trap};
 use crate::need::Matrix;
 use crate::theory::{Expectation, Problem, Theory, form, no_theorem};
@@ -31,6 +31,7 @@ pub(super) static ENTRY: Entry = Entry {
             Variant::new("provot", "provot"),
             Variant::new("provot, limit out of reach", "provot:limit=10"),
         ],
+        scaling: &[Contender { label: "provot", method: "provot", largest: 316 }],
         ..Runs::DEFAULTS
     },
 };

@@ -1,7 +1,7 @@
 //! Runge–Kutta–Chebyshev.
 
 use super::Entry;
-use super::runs::{Film, Runs, Variant, work};
+use super::runs::{Contender, Film, Runs, Variant, work};
 use crate::lessons::{Excerpt, Law, Lesson, Question, Setting, Trap};
 use crate::need::Matrix;
 use crate::theory::{ALWAYS, Expectation, Problem, Theory, form, no_theorem};
@@ -37,6 +37,7 @@ pub(super) static ENTRY: Entry = Entry {
             work::extra("rkc, 6 stages", "rkc:step=fixed,stages=6"),
         ],
         animation: &[Film::ladder("rkc", "rkc")],
+        scaling: &[Contender { label: "rkc", method: "rkc", largest: 316 }],
         ..Runs::DEFAULTS
     },
 };

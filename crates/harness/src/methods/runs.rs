@@ -2,7 +2,7 @@
 //!
 //! A study that compares all methods asks each for its forms. A method that names none runs at its
 //! defaults, under its id, so a new method needs no entry here to be compared. Studies of single
-//! properties (scaling, a spring that locks, the bill of effects) run the methods that ask for it.
+//! properties (a spring that locks, the bill of effects) run the methods that ask for it.
 
 use crate::presets::Preset;
 use crate::theory::LoadLaw;
@@ -77,6 +77,13 @@ pub(crate) struct Contender {
     pub(crate) largest: u32,
 }
 
+impl Contender {
+    /// On meshes on which a step of any method takes no more than seconds.
+    pub(crate) const fn usual(form: Variant) -> Self {
+        Self { label: form.label, method: form.method, largest: 52 }
+    }
+}
+
 /// The forms of one method, study by study.
 #[derive(Debug)]
 pub(crate) struct Runs {
@@ -89,14 +96,14 @@ pub(crate) struct Runs {
     /// Forms with limits of their own: as published, of other orders, solved exactly.
     pub(crate) stability: &'static [Variant],
     pub(crate) hard_cases: &'static [Variant],
-    /// Solved tightly. Methods that take tension at the old level are not run.
+    /// Solved tightly.
     pub(crate) locking: &'static [(Variant, Steps)],
     /// The law of a single spring that is loaded across itself, where one is known.
     pub(crate) locked_spring: &'static [(Variant, LoadLaw)],
     pub(crate) work_precision: &'static [work::Variant],
     /// The first stands for the method in scenes that are too dear for all forms.
     pub(crate) animation: &'static [Film],
-    /// Empty: not in the study.
+    /// Named where larger meshes than [usual](Contender::usual) serve, or not even these.
     pub(crate) scaling: &'static [Contender],
     /// Whether the study of effects takes times with it.
     pub(crate) are_effects_timed: bool,

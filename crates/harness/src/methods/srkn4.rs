@@ -2,7 +2,7 @@
 
 use super::Entry;
 use super::runs::{
-    Runs, Variant,
+    Contender, Runs, Steps, Variant,
     work::{self, Knob},
 };
 use crate::lessons::{Excerpt, Law, Lesson, Question, Setting, Trap};
@@ -42,6 +42,11 @@ pub(super) static ENTRY: Entry = Entry {
             work::main("srkn4", "srkn4:step=bound").knob(Knob::Setting("safety", SAFETIES)),
             work::extra("srkn4, fixed steps", "srkn4"),
         ],
+        locking: &[
+            (Variant::new("srkn4", "srkn4"), Steps::One),
+            (Variant::new("srkn4 (auto)", "srkn4:step=auto"), Steps::One),
+        ],
+        scaling: &[Contender { label: "srkn4", method: "srkn4", largest: 316 }],
         ..Runs::DEFAULTS
     },
 };

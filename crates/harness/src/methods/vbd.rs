@@ -1,7 +1,7 @@
 //! Vertex block descent.
 
 use super::Entry;
-use super::runs::{Film, Keeps, Runs, Steps, Variant, work};
+use super::runs::{Contender, Film, Keeps, Runs, Steps, Variant, work};
 use crate::lessons::{Excerpt, Law, Lesson, Question, Setting, Trap};
 use crate::need::Matrix;
 use crate::theory::{ALWAYS, Expectation, PUSHING, Problem, Theory, form, no_theorem};
@@ -43,6 +43,7 @@ pub(super) static ENTRY: Entry = Entry {
             work::extra("vbd, augmented", "vbd:augmented=true"),
         ],
         animation: &[Film::ladder("vbd", "vbd"), Film::ladder("vbd, 100 sweeps", "vbd:sweeps=100")],
+        scaling: &[Contender { label: "vbd", method: "vbd", largest: 316 }],
         ..Runs::DEFAULTS
     },
 };

@@ -101,12 +101,12 @@
 //! * M. Hochbruck, A. Ostermann, J. Schweitzer, *Exponential Rosenbrock-type methods*, SIAM Journal
 //!   on Numerical Analysis 47, 2009. doi:10.1137/080717717.
 //! * D. Michels, G. Sobottka, A. Weber, *Exponential integrators for stiff elastodynamic problems*,
-//!   ACM Transactions on Graphics 33(1), 2014. doi:10.1145/2508462.
+//!   ACM Transactions on Graphics 33(1), article 7, 2014. doi:10.1145/2508462 (not looked up).
 //! * D. Michels, V. Luan, M. Tokman, *A stiffly accurate integrator for elastodynamic problems*,
 //!   ACM Transactions on Graphics 36(4), 2017. doi:10.1145/3072959.3073706.
 //! * Y. Chen, U. Ascher, D. Pai, *Exponential Rosenbrock-Euler integrators for elastodynamic
 //!   simulation*, IEEE Transactions on Visualization and Computer Graphics 24, 2018.
-//!   doi:10.1109/TVCG.2017.2768532.
+//!   doi:10.1109/TVCG.2017.2768532 (not looked up).
 
 mod jacobian;
 mod krylov;

@@ -141,7 +141,7 @@
 //!   each spring of a line waits for the one before. All forces together take 2.1 µs. So a substep
 //!   costs five to nine forces by time, and about three by counted operations.
 //!
-//! References:
+//! # References
 //!
 //! * M. Macklin, M. Müller, N. Chentanez: XPBD: position-based simulation of compliant constrained
 //!   dynamics. Motion in Games 2016. doi:10.1145/2994258.2994272

@@ -3,9 +3,9 @@
 //! # How it goes
 //!
 //! Springs that share no particle can be projected in any order, or at once. So the springs are cut
-//! into groups of [`GROUP`] without a common particle. A group reads the differences of its ends
-//! into one array a coordinate, computes as [`springs`](crate::springs) does in loops that the
-//! compiler turns into vector operations, and adds the impulses.
+//! into groups of [`GROUP`] without a common particle. Four springs of a group are computed at once,
+//! as [`springs`](crate::springs) does: the differences of their ends become one register a
+//! coordinate, and their impulses one register a spring again.
 //!
 //! *By colours* the groups are the springs of a colour, one after the other. *As listed* a spring
 //! goes into the first group with room behind all groups of earlier springs of its particles. Each
@@ -21,8 +21,8 @@
 use crate::springs::{COLLAPSED, Damping, Pass, Spring};
 use drape_integrator::Colouring;
 use drape_model::Vec3;
-use drape_solvers::bands::{bands, in_bands};
-use drape_solvers::lanes::{Lanes, four_wide, vectorised};
+use drape_solvers::bands::{Divisible, bands, in_bands};
+use drape_solvers::lanes::{Four, Lanes, four_wide, vectorised};
 use std::ops::Range;
 
 /// Springs of a group.
@@ -101,11 +101,30 @@ struct Row {
     mobility: Numbers,
 }
 
-/// Multipliers of a group: `λ`, then `Λ` by coordinates.
-type Left = [Numbers; 4];
+/// `Λ` of a group, by coordinates.
+type Brakes = [Numbers; 3];
+
+/// Multipliers of some groups.
+#[derive(Debug)]
+struct Left<'a> {
+    lambda: &'a mut [Numbers],
+    /// Where damping is full, else empty.
+    brake: &'a mut [Brakes],
+}
+
+impl Divisible for Left<'_> {
+    fn split(self, blocks: usize) -> (Self, Self) {
+        let (lambda, more) = self.lambda.split(blocks);
+        let (brake, rest) = match self.brake.is_empty() {
+            true => self.brake.split_at_mut(0),
+            false => self.brake.split(blocks),
+        };
+        (Left { lambda, brake }, Left { lambda: more, brake: rest })
+    }
+}
 
 /// What a thread writes of a colour: multipliers, impulses.
-type Part<'a> = (&'a mut [Left], &'a mut [[Numbers; 3]]);
+type Part<'a> = (Left<'a>, &'a mut [[Numbers; 3]]);
 
 /// The springs of an effect in groups.
 #[derive(Debug)]
@@ -114,7 +133,10 @@ pub(crate) struct Groups {
     places: Vec<[u32; GROUP]>,
     groups: Vec<Group>,
     rows: Vec<Row>,
-    left: Vec<Left>,
+    /// `λ`, kg m.
+    lambda: Vec<Numbers>,
+    /// `Λ`, kg m, where damping is full, else empty.
+    brake: Vec<Brakes>,
     /// Where colours end, in groups; empty where springs go as listed.
     colours: Vec<usize>,
     /// Impulses of one colour for several threads, kg m; else empty.
@@ -122,11 +144,13 @@ pub(crate) struct Groups {
 }
 
 impl Groups {
-    /// Groups for springs in the order of a sweep; `colours` are the places where colours end.
+    /// Groups for springs in the order of a sweep; `colours` are the places where colours end. All
+    /// of them are damped alike.
     /// `None` where so few springs are independent that groups would not gain anything.
     pub(crate) fn new(
         list: &[Spring],
         particles: usize,
+        damping: Damping,
         colours: Option<&[usize]>,
     ) -> Option<Self> {
         let (places, colours) = match colours {
@@ -148,7 +172,11 @@ impl Groups {
         Some(Self {
             groups: places.iter().map(group).collect(),
             rows: Vec::with_capacity(places.len()),
-            left: vec![[[0.0; GROUP]; 4]; places.len()],
+            lambda: vec![[0.0; GROUP]; places.len()],
+            brake: match damping {
+                Damping::Along => Vec::new(),
+                Damping::Full => vec![[[0.0; GROUP]; 3]; places.len()],
+            },
             impulses: vec![[[0.0; GROUP]; 3]; longest],
             places,
             colours,
@@ -168,57 +196,55 @@ impl Groups {
     }
 
     /// Projects all springs once.
-    pub(crate) fn sweep(
-        &mut self,
-        quads: &mut Quads,
-        damping: Damping,
-        pass: Pass,
-        threads: usize,
-    ) {
-        let Self { groups, rows, left, colours, impulses, .. } = self;
+    pub(crate) fn sweep(&mut self, quads: &mut Quads, pass: Pass, threads: usize) {
+        let Self { groups, rows, lambda, brake, colours, impulses, .. } = self;
         let springs =
             colours.iter().scan(0, |start, &end| Some(end - std::mem::replace(start, end)));
         let most = springs.max().unwrap_or(0) * GROUP;
         if bands(threads, most) == 1 {
-            let rows = &rows[..];
-            return vectorised!(four_wide(), [_four,
+            let (rows, left) = (&rows[..], Left { lambda, brake });
+            return vectorised!(four_wide(), [four,
                 groups: &'k [Group] = groups,
                 rows: &'k [Row] = rows,
-                left: &'k mut [Left] = left,
+                left: Left<'k> = left,
                 quads: &'k mut Quads = quads,
-                damping: Damping = damping,
                 pass: Pass = pass,
             ] -> () {
-                in_turn(groups, rows, left, quads, damping, pass);
+                in_turn(four, groups, rows, left, quads, pass);
             });
         }
         for range in Colouring::ranges(colours) {
-            let (groups, left) = (&groups[range.clone()], &mut left[range]);
+            let brake = if brake.is_empty() { &mut [][..] } else { &mut brake[range.clone()] };
+            let left = Left { lambda: &mut lambda[range.clone()], brake };
+            let groups = &groups[range];
             let (rows, count) = (&rows[..], groups.len());
             let impulses = &mut impulses[..count];
             let read = &*quads;
             let sweep = |band: Range<usize>, (left, impulses): Part<'_>| {
-                vectorised!(four_wide(), [_four,
+                vectorised!(four_wide(), [four,
                     groups: &'k [Group] = &groups[band],
                     rows: &'k [Row] = rows,
                     part: Part<'k> = (left, impulses),
                     quads: &'k Quads = read,
-                    damping: Damping = damping,
                     pass: Pass = pass,
                 ] -> () {
-                    at_once(groups, rows, part, quads, damping, pass);
+                    at_once(four, groups, rows, part, quads, pass);
                 });
             };
             let part = (left, &mut *impulses);
             in_bands(bands(threads, count * GROUP), count, part, &sweep);
-            vectorised!(four_wide(), [_four,
+            vectorised!(four_wide(), [four,
                 groups: &'k [Group] = groups,
                 impulses: &'k [[Numbers; 3]] = impulses,
                 quads: &'k mut Quads = quads,
             ] -> () {
                 let Quads { way, inverse_mass, .. } = quads;
                 for (group, impulses) in groups.iter().zip(impulses) {
-                    push(group, impulses, way, inverse_mass);
+                    for t in FOURS {
+                        let [x, y, z] = impulses;
+                        let impulse = [take(four, x, t), take(four, y, t), take(four, z, t)];
+                        push(four, group, t, impulse, way, inverse_mass);
+                    }
                 }
             });
         }
@@ -286,144 +312,235 @@ impl Row {
     }
 }
 
+/// Where the fours of a group begin.
+const FOURS: [usize; GROUP / 4] = [0, 4, 8, 12];
+
 /// Projects group after group.
 #[inline(always)]
-fn in_turn(
+fn in_turn<F: Four>(
+    four: F,
     groups: &[Group],
     rows: &[Row],
-    left: &mut [Left],
+    left: Left<'_>,
     quads: &mut Quads,
-    damping: Damping,
     pass: Pass,
 ) {
     let Quads { base, way, inverse_mass } = quads;
     // One check of a particle's index serves all three.
     let n = way.len();
     let (base, inverse_mass) = (&base[..n], &inverse_mass[..n]);
-    for (group, left) in groups.iter().zip(left) {
-        let seen = Seen::new(group, base, way);
-        let impulses = seen.project(&rows[group.row as usize], left, damping, pass);
-        push(group, &impulses, way, inverse_mass);
+    let Left { lambda, brake } = left;
+    let mut brake = brake.iter_mut();
+    for (group, lambda) in groups.iter().zip(lambda) {
+        let (row, mut brake) = (&rows[group.row as usize], brake.next());
+        for t in FOURS {
+            let seen = Seen::new(four, group, t, base, way);
+            let impulse = seen.project(four, row, t, (lambda, brake.as_deref_mut()), pass);
+            push(four, group, t, impulse, way, inverse_mass);
+        }
     }
 }
 
 /// Computes the impulses of all groups from the same positions.
 #[inline(always)]
-fn at_once(
+fn at_once<F: Four>(
+    four: F,
     groups: &[Group],
     rows: &[Row],
     (left, out): Part<'_>,
     quads: &Quads,
-    damping: Damping,
     pass: Pass,
 ) {
     let way = &quads.way[..];
     let base = &quads.base[..way.len()];
-    for ((group, left), out) in groups.iter().zip(left).zip(out) {
-        let seen = Seen::new(group, base, way);
-        *out = seen.project(&rows[group.row as usize], left, damping, pass);
-    }
-}
-
-/// Moves the ends of springs: `q_i += w_i I`, `q_j −= w_j I`.
-#[inline(always)]
-fn push(group: &Group, impulses: &[Numbers; 3], way: &mut [Lanes], inverse_mass: &[f64]) {
-    for t in 0..GROUP {
-        let (i, j) = (group.ends[0][t] as usize, group.ends[1][t] as usize);
-        let (w_i, w_j) = (inverse_mass[i], inverse_mass[j]);
-        let [x, y, z] = [impulses[0][t], impulses[1][t], impulses[2][t]];
-        let at = way[i];
-        way[i] = [at[0] + x * w_i, at[1] + y * w_i, at[2] + z * w_i, 0.0];
-        let at = way[j];
-        way[j] = [at[0] - x * w_j, at[1] - y * w_j, at[2] - z * w_j, 0.0];
-    }
-}
-
-/// `p_i − p_j` and `q_i − q_j` of a group, by coordinates, m.
-struct Seen {
-    d: [Numbers; 3],
-    apart: [Numbers; 3],
-}
-
-impl Seen {
-    #[inline(always)]
-    fn new(group: &Group, base: &[Lanes], way: &[Lanes]) -> Self {
-        let zeros = [[0.0; GROUP]; 3];
-        let mut seen = Self { d: zeros, apart: zeros };
-        for t in 0..GROUP {
-            let (i, j) = (group.ends[0][t] as usize, group.ends[1][t] as usize);
-            let (base_i, base_j, way_i, way_j) = (&base[i], &base[j], &way[i], &way[j]);
-            for k in 0..3 {
-                let apart = way_i[k] - way_j[k];
-                seen.apart[k][t] = apart;
-                seen.d[k][t] = (base_i[k] - base_j[k]) + apart;
-            }
+    let Left { lambda, brake } = left;
+    let mut brake = brake.iter_mut();
+    for ((group, lambda), out) in groups.iter().zip(lambda).zip(out) {
+        let (row, mut brake) = (&rows[group.row as usize], brake.next());
+        for t in FOURS {
+            let seen = Seen::new(four, group, t, base, way);
+            let impulse = seen.project(four, row, t, (lambda, brake.as_deref_mut()), pass);
+            keep(four, &mut out[0], t, impulse[0]);
+            keep(four, &mut out[1], t, impulse[1]);
+            keep(four, &mut out[2], t, impulse[2]);
         }
-        seen
+    }
+}
+
+#[inline(always)]
+fn keep<F: Four>(four: F, to: &mut Numbers, t: usize, numbers: F::Numbers) {
+    to[t..t + 4].copy_from_slice(&four.store(numbers));
+}
+
+#[inline(always)]
+fn take<F: Four>(four: F, from: &Numbers, t: usize) -> F::Numbers {
+    four.load([from[t], from[t + 1], from[t + 2], from[t + 3]])
+}
+
+/// Moves the ends of four springs: `q_i += w_i I`, `q_j −= w_j I`.
+#[inline(always)]
+fn push<F: Four>(
+    four: F,
+    group: &Group,
+    t: usize,
+    [x, y, z]: [F::Numbers; 3],
+    way: &mut [Lanes],
+    inverse_mass: &[f64],
+) {
+    let impulses = four.transpose([x, y, z, four.splat(0.0)]);
+    for (s, impulse) in impulses.into_iter().enumerate() {
+        let (i, j) = (group.ends[0][t + s] as usize, group.ends[1][t + s] as usize);
+        let (w_i, w_j) = (four.splat(inverse_mass[i]), four.splat(inverse_mass[j]));
+        way[i] = four.store(four.add(four.load(way[i]), four.mul(impulse, w_i)));
+        way[j] = four.store(four.sub(four.load(way[j]), four.mul(impulse, w_j)));
+    }
+}
+
+/// `p_i − p_j` and `q_i − q_j` of four springs, by coordinates, m.
+struct Seen<N> {
+    d: [N; 3],
+    apart: [N; 3],
+}
+
+/// Both of one spring.
+#[inline(always)]
+fn between<F: Four>(
+    four: F,
+    group: &Group,
+    t: usize,
+    base: &[Lanes],
+    way: &[Lanes],
+) -> (F::Numbers, F::Numbers) {
+    let (i, j) = (group.ends[0][t] as usize, group.ends[1][t] as usize);
+    let apart = four.sub(four.load(way[i]), four.load(way[j]));
+    (four.add(four.sub(four.load(base[i]), four.load(base[j])), apart), apart)
+}
+
+impl<N: Copy> Seen<N> {
+    #[inline(always)]
+    fn new<F: Four<Numbers = N>>(
+        four: F,
+        group: &Group,
+        t: usize,
+        base: &[Lanes],
+        way: &[Lanes],
+    ) -> Self {
+        let (d_0, r_0) = between(four, group, t, base, way);
+        let (d_1, r_1) = between(four, group, t + 1, base, way);
+        let (d_2, r_2) = between(four, group, t + 2, base, way);
+        let (d_3, r_3) = between(four, group, t + 3, base, way);
+        let [dx, dy, dz, _] = four.transpose([d_0, d_1, d_2, d_3]);
+        let [rx, ry, rz, _] = four.transpose([r_0, r_1, r_2, r_3]);
+        Self { d: [dx, dy, dz], apart: [rx, ry, rz] }
     }
 
     /// The impulses on the first ends, kg m.
     #[inline(always)]
-    fn project(&self, row: &Row, left: &mut Left, damping: Damping, pass: Pass) -> [Numbers; 3] {
-        let mut own = if pass.is_first { [[0.0; GROUP]; 4] } else { *left };
-        let impulses = match damping {
-            Damping::Along => self.along(row, &mut own),
-            Damping::Full => self.full(row, &mut own),
-        };
-        if !pass.is_last {
-            *left = own;
+    fn project<F: Four<Numbers = N>>(
+        &self,
+        four: F,
+        row: &Row,
+        t: usize,
+        (lambda, brake): (&mut Numbers, Option<&mut Brakes>),
+        pass: Pass,
+    ) -> [N; 3] {
+        match brake {
+            None => self.along(four, row, t, lambda, pass),
+            Some(brake) => self.full(four, row, t, (lambda, brake), pass),
         }
-        impulses
     }
 
     /// (X4).
     #[inline(always)]
-    fn along(&self, row: &Row, left: &mut Left) -> [Numbers; 3] {
-        let Self { d: [dx, dy, dz], apart: [rx, ry, rz] } = self;
-        let [mut x, mut y, mut z] = [[0.0; GROUP]; 3];
-        let lambda = &mut left[0];
-        for t in 0..GROUP {
-            let length = (dx[t] * dx[t] + dy[t] * dy[t] + dz[t] * dz[t]).sqrt();
-            let is_collapsed = length <= row.collapsed[t];
-            let (ux, uy, uz) = (dx[t] / length, dy[t] / length, dz[t] / length);
-            let speed = ux * rx[t] + uy * ry[t] + uz * rz[t];
-            let pull = row.pull[t] * (length - row.rest[t]);
-            let step = -(lambda[t] + pull + row.brake[t] * speed) * row.share[t];
-            x[t] = if is_collapsed { 0.0 } else { ux * step };
-            y[t] = if is_collapsed { 0.0 } else { uy * step };
-            z[t] = if is_collapsed { 0.0 } else { uz * step };
-            lambda[t] = if is_collapsed { lambda[t] } else { lambda[t] + step };
+    fn along<F: Four<Numbers = N>>(
+        &self,
+        four: F,
+        row: &Row,
+        t: usize,
+        left: &mut Numbers,
+        pass: Pass,
+    ) -> [N; 3] {
+        let Self { d: [dx, dy, dz], apart: [rx, ry, rz] } = *self;
+        let zero = four.splat(0.0);
+        let lambda = if pass.is_first { zero } else { take(four, left, t) };
+        let length = norm(four, [dx, dy, dz]);
+        let collapsed = take(four, &row.collapsed, t);
+        let (ux, uy, uz) = (four.div(dx, length), four.div(dy, length), four.div(dz, length));
+        let speed = dot(four, [ux, uy, uz], [rx, ry, rz]);
+        let pull = four.mul(take(four, &row.pull, t), four.sub(length, take(four, &row.rest, t)));
+        let brake = four.mul(take(four, &row.brake, t), speed);
+        let all = four.add(four.add(lambda, pull), brake);
+        let step = four.mul(four.neg(all), take(four, &row.share, t));
+        if !pass.is_last {
+            let next = four.add(lambda, step);
+            keep(four, left, t, four.where_at_most(length, collapsed, lambda, next));
         }
-        [x, y, z]
+        let (x, y, z) = (four.mul(ux, step), four.mul(uy, step), four.mul(uz, step));
+        [
+            four.where_at_most(length, collapsed, zero, x),
+            four.where_at_most(length, collapsed, zero, y),
+            four.where_at_most(length, collapsed, zero, z),
+        ]
     }
 
     /// (X5).
     #[inline(always)]
-    fn full(&self, row: &Row, left: &mut Left) -> [Numbers; 3] {
-        let Self { d: [dx, dy, dz], apart: [rx, ry, rz] } = self;
-        let [mut x, mut y, mut z] = [[0.0; GROUP]; 3];
-        let [lambda, bx, by, bz] = left;
-        for t in 0..GROUP {
-            let (g, s, w) = (row.brake[t], row.pass[t], row.mobility[t]);
-            let mx = -(bx[t] + rx[t] * g) * s;
-            let my = -(by[t] + ry[t] * g) * s;
-            let mz = -(bz[t] + rz[t] * g) * s;
-            let (dx, dy, dz) = (dx[t] + mx * w, dy[t] + my * w, dz[t] + mz * w);
-            let length = (dx * dx + dy * dy + dz * dz).sqrt();
-            let is_collapsed = length <= row.collapsed[t];
-            let (ux, uy, uz) = (dx / length, dy / length, dz / length);
-            let pull = row.pull[t] * (length - row.rest[t]);
-            let step = -(lambda[t] + pull) * row.share[t];
-            let passed = s * step;
-            let (ix, iy, iz) = (mx + ux * passed, my + uy * passed, mz + uz * passed);
-            x[t] = if is_collapsed { mx } else { ix };
-            y[t] = if is_collapsed { my } else { iy };
-            z[t] = if is_collapsed { mz } else { iz };
-            bx[t] += if is_collapsed { mx } else { ix - ux * step };
-            by[t] += if is_collapsed { my } else { iy - uy * step };
-            bz[t] += if is_collapsed { mz } else { iz - uz * step };
-            lambda[t] = if is_collapsed { lambda[t] } else { lambda[t] + step };
+    fn full<F: Four<Numbers = N>>(
+        &self,
+        four: F,
+        row: &Row,
+        t: usize,
+        (left, brakes): (&mut Numbers, &mut Brakes),
+        pass: Pass,
+    ) -> [N; 3] {
+        let Self { d: [dx, dy, dz], apart: [rx, ry, rz] } = *self;
+        let zero = four.splat(0.0);
+        let [bx, by, bz] = brakes;
+        let [lambda, b_x, b_y, b_z] = match pass.is_first {
+            true => [zero; 4],
+            false => [take(four, left, t), take(four, bx, t), take(four, by, t), take(four, bz, t)],
+        };
+        let (g, s) = (take(four, &row.brake, t), take(four, &row.pass, t));
+        let mx = four.mul(four.neg(four.add(b_x, four.mul(rx, g))), s);
+        let my = four.mul(four.neg(four.add(b_y, four.mul(ry, g))), s);
+        let mz = four.mul(four.neg(four.add(b_z, four.mul(rz, g))), s);
+        let w = take(four, &row.mobility, t);
+        let dx = four.add(dx, four.mul(mx, w));
+        let dy = four.add(dy, four.mul(my, w));
+        let dz = four.add(dz, four.mul(mz, w));
+        let length = norm(four, [dx, dy, dz]);
+        let collapsed = take(four, &row.collapsed, t);
+        let (ux, uy, uz) = (four.div(dx, length), four.div(dy, length), four.div(dz, length));
+        let pull = four.mul(take(four, &row.pull, t), four.sub(length, take(four, &row.rest, t)));
+        let step = four.mul(four.neg(four.add(lambda, pull)), take(four, &row.share, t));
+        let passed = four.mul(s, step);
+        let ix = four.add(mx, four.mul(ux, passed));
+        let iy = four.add(my, four.mul(uy, passed));
+        let iz = four.add(mz, four.mul(uz, passed));
+        if !pass.is_last {
+            let next = four.add(lambda, step);
+            keep(four, left, t, four.where_at_most(length, collapsed, lambda, next));
+            let nx = four.sub(ix, four.mul(ux, step));
+            let ny = four.sub(iy, four.mul(uy, step));
+            let nz = four.sub(iz, four.mul(uz, step));
+            keep(four, bx, t, four.add(b_x, four.where_at_most(length, collapsed, mx, nx)));
+            keep(four, by, t, four.add(b_y, four.where_at_most(length, collapsed, my, ny)));
+            keep(four, bz, t, four.add(b_z, four.where_at_most(length, collapsed, mz, nz)));
         }
-        [x, y, z]
+        [
+            four.where_at_most(length, collapsed, mx, ix),
+            four.where_at_most(length, collapsed, my, iy),
+            four.where_at_most(length, collapsed, mz, iz),
+        ]
     }
+}
+
+#[inline(always)]
+fn dot<F: Four>(four: F, a: [F::Numbers; 3], b: [F::Numbers; 3]) -> F::Numbers {
+    four.add(four.add(four.mul(a[0], b[0]), four.mul(a[1], b[1])), four.mul(a[2], b[2]))
+}
+
+#[inline(always)]
+fn norm<F: Four>(four: F, a: [F::Numbers; 3]) -> F::Numbers {
+    four.sqrt(dot(four, a, a))
 }

@@ -146,7 +146,7 @@
 //!   (`drape_oracle::published`). Full damping, angles,
 //!   contacts and `order=2` do not map.
 //!
-//! References:
+//! # References
 //!
 //! * M. Macklin, M. Müller, N. Chentanez: XPBD: position-based simulation of compliant constrained
 //!   dynamics. Motion in Games 2016. doi:10.1145/2994258.2994272

@@ -135,10 +135,11 @@ impl Springs {
         let is_full = effect.has_damping() && !split.has_damping_remainder();
         let list: Vec<_> = colouring.order.iter().map(spring).collect();
         let colours = is_coloured.then_some(&colouring.ends[..]);
-        let groups = split.has_one_slope().then(|| Groups::new(&list, particles, colours));
+        let damping = if is_full { Damping::Full } else { Damping::Along };
+        let groups = split.has_one_slope().then(|| Groups::new(&list, particles, damping, colours));
         Some(Self {
             effect: place,
-            damping: if is_full { Damping::Full } else { Damping::Along },
+            damping,
             is_linear: split.has_one_slope(),
             multipliers: vec![Multiplier::default(); list.len()],
             groups: groups.flatten(),
@@ -182,7 +183,7 @@ impl Springs {
     #[doc(alias = "Gauss-Seidel")]
     pub(crate) fn sweep(&mut self, system: &System, tau: f64, places: &mut Places<'_>, pass: Pass) {
         if let Some(groups) = &mut self.groups {
-            return groups.sweep(places.widen(), self.damping, pass, system.threads());
+            return groups.sweep(places.widen(), pass, system.threads());
         }
         self.reference(system, tau, places, pass);
     }

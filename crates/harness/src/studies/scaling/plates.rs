@@ -3,13 +3,13 @@
 use super::facts::{
     Cell, FIXED_MATERIAL, FIXED_QUOTIENT, Facts, Growth, Memory, RunTiming, TimingRow, growths,
 };
-use crate::families::look_among;
+use crate::families::{Family, families, labels};
 use drape_report::Verdict;
 use drape_report::number::{power, significant};
 use drape_report::page::{Table, absent, texts};
 use drape_report::plate::{Draw, Plate};
 use drape_report::plot::{
-    At, Axis, Draft, Look, Point, Rule, Series, Sheet, State, names, panels_of, values,
+    At, Axis, Draft, Look, Point, Rule, Series, Sheet, State, panels_of, values,
 };
 
 /// What the figures are drawn from.
@@ -22,7 +22,7 @@ pub(super) const PLATES: &[Plate<Input>] = &[
         title: "Time of a step for each particle, from a hundred particles to a million",
         caption: "Level curves mean cost in proportion to the size; beyond 10⁵ particles most \
                   methods rise, as arrays leave the caches. Nanoseconds of a step over the number \
-            of particles: by method, then by phase; k/m = 10⁴ s⁻². Dashed: one pass of the memory \
+            of particles: by family of methods, then by phase; k/m = 10⁴ s⁻². Dashed: one pass of the memory \
             over positions, velocities and forces. Byte bound: the least bytes of a step at the \
             measured bandwidth.",
         draw: Draw::Sheet(cost),
@@ -30,25 +30,14 @@ pub(super) const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "scaling-cg.svg",
         title: "CG iterations of a step against the number of particles",
-        caption: "With k/m fixed (left) the iterations do not grow; for the same cloth on every \
-                  mesh (right), whose k/m grows with the number of particles, they do, and a \
-            step's cost grows faster than its size. First steps of a sheet that starts with a \
-            wave in it, h = 0.01 s.",
+        caption: "With k/m fixed the iterations do not grow; for the same cloth on every mesh, \
+                  whose k/m grows with the number of particles, they do, and a step's cost grows \
+                  faster than its size. By family of methods; first steps of a sheet that starts \
+                  with a wave in it, h = 0.01 s.",
         draw: Draw::Sheet(iterations),
     },
 ];
 
-/// Methods in the order of legends.
-const METHODS: [&str; 8] = [
-    "symplectic-euler",
-    "leapfrog",
-    "imex-euler",
-    "imex-euler, Jacobi",
-    "imex-updated",
-    "baraff-witkin",
-    "desbrun",
-    "backward-euler",
-];
 const SERIES: [&str; 2] = [FIXED_QUOTIENT, FIXED_MATERIAL];
 const PHASES: [&str; 5] = ["forces", "matrix set-up", "solve", "contacts", "update"];
 /// Position, velocity and force of a particle, read and written once.
@@ -59,8 +48,8 @@ const LEAPFROG: &str = "The leapfrog method solves for its damping only, to 1e-1
 const PARTICLES: &str = "particles n";
 const NANOSECONDS: &str = "ns a particle and step";
 
-fn look(label: &str) -> Look {
-    look_among(label, &METHODS)
+fn identity(cell: &Cell) -> (&str, &str) {
+    (&cell.method, &cell.label)
 }
 
 fn series(label: &str, look: Look, points: impl Iterator<Item = (f64, f64)>) -> Option<Series> {
@@ -96,22 +85,23 @@ fn phases(run: &RunTiming) -> [f64; 5] {
 }
 
 fn cost(input: &Input) -> Option<Sheet> {
-    let runs = || timed(input);
-    let labels = names(&METHODS, runs().map(|run| run.label.as_str()));
-    let of = |label: &str| runs().filter(move |run| run.label == label).collect::<Vec<_>>();
+    let of = |label: &str| timed(input).filter(move |run| run.label == label).collect::<Vec<_>>();
     let floor = bandwidth(input).map(|bandwidth| Rule {
         label: format!("{BYTES:.0} bytes a particle at {} GB/s", significant(1e-9 * bandwidth, 3)),
         at: At::Y(1e9 * BYTES / bandwidth),
     });
     let rules =
         || floor.iter().map(|rule| Rule { label: rule.label.clone(), at: rule.at }).collect();
-    let all = labels.iter().filter_map(|label| {
-        let points =
-            of(label).into_iter().map(|run| (run.particles as f64, run.ns_per_particle_step));
-        series(label, look(label), points)
-    });
+    let whole = |family: Family<'_>| -> Draft {
+        let curves = family.members.iter().filter_map(|(label, look)| {
+            let points =
+                of(label).into_iter().map(|run| (run.particles as f64, run.ns_per_particle_step));
+            series(label, *look, points)
+        });
+        (vec![family.title.to_owned(), "whole step".to_owned()], curves.collect(), rules())
+    };
     let mut drafts: Vec<Draft> =
-        vec![(vec!["all methods, whole step".to_owned()], all.collect(), rules())];
+        families(input.facts.cells.iter().map(identity)).into_iter().map(whole).collect();
     for label in ["imex-euler", "imex-euler, Jacobi", "leapfrog", "baraff-witkin"] {
         let runs = of(label);
         let curves = PHASES.iter().enumerate().filter_map(|(n, phase)| {
@@ -141,16 +131,17 @@ fn cost(input: &Input) -> Option<Sheet> {
 
 fn iterations(input: &Input) -> Option<Sheet> {
     let cells = || input.facts.cells.iter().filter(|cell| cell.cg_per_step > 0.0);
-    let labels = names(&METHODS, cells().map(|cell| cell.label.as_str()));
-    let draft = |name: &&str| -> Draft {
-        let curves = labels.iter().filter_map(|label| {
-            let mine = cells().filter(|cell| cell.series == *name && cell.label == *label);
-            series(label, look(label), mine.map(|cell| (cell.particles as f64, cell.cg_per_step)))
+    let draft = |family: &Family<'_>, name: &str| -> Draft {
+        let curves = family.members.iter().filter_map(|(label, look)| {
+            let mine = cells().filter(|cell| cell.series == name && cell.label == *label);
+            series(label, *look, mine.map(|cell| (cell.particles as f64, cell.cg_per_step)))
         });
-        (vec![(*name).to_owned()], curves.collect(), Vec::new())
+        (vec![family.title.to_owned(), name.to_owned()], curves.collect(), Vec::new())
     };
+    let families = families(cells().map(identity));
+    let drafts = families.iter().flat_map(|family| SERIES.map(|name| draft(family, name)));
     panels_of(
-        SERIES.iter().map(draft).collect(),
+        drafts.collect(),
         |xs| Axis::log(PARTICLES, xs),
         |ys| Axis::log("CG iterations per step", ys),
     )
@@ -201,7 +192,7 @@ fn growth(input: &Input) -> Table {
 
 fn counts(input: &Input) -> Table {
     let cells = || input.facts.cells.iter();
-    let labels = names(&METHODS, cells().map(|cell| cell.label.as_str()));
+    let labels = labels(cells().map(identity));
     let mut rows = Vec::new();
     for name in SERIES {
         for label in &labels {
@@ -224,7 +215,7 @@ fn counts(input: &Input) -> Table {
                     )
                 })
             };
-            let start = [name.to_owned(), (*label).to_owned()];
+            let start = [name.to_owned(), label.clone()];
             rows.push(start.into_iter().chain(sizes(input).into_iter().map(at)).collect());
         }
     }
@@ -240,11 +231,12 @@ fn counts(input: &Input) -> Table {
 }
 
 fn times(input: &Input) -> Table {
-    let labels = names(&METHODS, timed(input).map(|run| run.label.as_str()));
+    let is_timed = |cell: &&Cell| timed(input).any(|run| run.label == cell.label);
+    let labels = labels(input.facts.cells.iter().filter(is_timed).map(identity));
     let sizes = values(timed(input).map(|run| run.particles as f64));
-    let line = |label: &&str| {
+    let line = |label: &String| {
         let at = |n: &f64| {
-            let run = timed(input).find(|run| run.label == **label && run.particles as f64 == *n);
+            let run = timed(input).find(|run| run.label == *label && run.particles as f64 == *n);
             run.map_or_else(absent, |run| {
                 let bound = byte_bound(input, run)
                     .map(|bound| format!("; {}", significant(run.ns_per_particle_step / bound, 3)));
@@ -256,7 +248,7 @@ fn times(input: &Input) -> Table {
                 )
             })
         };
-        std::iter::once((*label).to_owned()).chain(sizes.iter().map(at)).collect()
+        std::iter::once(label.clone()).chain(sizes.iter().map(at)).collect()
     };
     Table {
         title: format!(

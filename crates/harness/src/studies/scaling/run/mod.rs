@@ -11,6 +11,7 @@ use crate::studies::scaling::facts::{
     Cell, FIXED_MATERIAL, FIXED_QUOTIENT, Facts, RunTiming, TimingRow,
 };
 use crate::studies::sheet::{GRAVITY, Sheet};
+use crate::studies::variant::{is_explicit, or_defaults};
 use crate::studies::{Context, Measured, Start, cells, prepared, timed};
 use crate::{HarnessError, system_hash};
 use drape_model::{DampingLaw, SystemSpec, TimeSpan};
@@ -40,9 +41,9 @@ const LARGE: u32 = 100;
 /// Most particles along each edge in the quick subset.
 const QUICK: u32 = 52;
 
-/// Every method that is in the study.
-fn contenders() -> impl Iterator<Item = &'static Contender> {
-    methods::runs().flat_map(|(_, runs)| runs.scaling)
+/// Every method of the registry in its forms, or at its defaults.
+fn contenders() -> impl Iterator<Item = Contender> {
+    methods::runs().flat_map(|(method, runs)| or_defaults(method, runs.scaling, Contender::usual))
 }
 
 /// A sheet of one size in one series.
@@ -100,7 +101,7 @@ impl Mesh {
 
     /// The step, and for explicit methods a power of two below it that their limit allows.
     fn step(&self, choice: &Choice) -> f64 {
-        if !crate::studies::variant::is_explicit(choice.method()) {
+        if !is_explicit(choice.method()) {
             return STEP;
         }
         let (frequency, damping) = (self.sheet.greatest_frequency(1.0), 10.0 * self.sheet.damping);
@@ -174,9 +175,12 @@ fn sizes(quick: bool) -> Vec<(&'static str, u32, u64)> {
         .collect()
 }
 
-/// The meshes with the methods that are run on them.
-fn pairs(meshes: &[Mesh]) -> Vec<(&Mesh, &'static Contender)> {
-    let fits = |mesh: &Mesh, contender: &Contender| mesh.side <= contender.largest;
+/// The meshes with the methods that are run on them. The quick subset leaves out the dearest run
+/// of each.
+fn pairs(meshes: &[Mesh], is_quick: bool) -> Vec<(&Mesh, Contender)> {
+    let fits = move |mesh: &Mesh, contender: &Contender| {
+        mesh.side < contender.largest || mesh.side == contender.largest && !is_quick
+    };
     let of_mesh = |mesh| contenders().filter(move |c| fits(mesh, c)).map(move |c| (mesh, c));
     meshes.iter().flat_map(of_mesh).collect()
 }
@@ -205,8 +209,8 @@ pub(super) fn method() -> String {
          {DAMPING}/s on every mesh, which makes a finer sheet a softer cloth. The other has \
          the same material on every mesh: k/m and d/m grow with the number of particles, as from \
          20 × 20. h = {STEP} s; explicit methods halve it until it is within their limit. Sheets \
-         with sides of {} particles take {} steps from the start. A method is left out of meshes \
-         on which a step takes seconds.",
+         with sides of {} particles take {} steps from the start. Every method is run, but not on \
+         meshes on which a step takes seconds.",
         sides.join(", "),
         steps.join(", "),
     )
@@ -225,7 +229,7 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, H
     let meshes = prepared(context, "meshes", &sizes, |&(series, side, steps)| {
         Mesh::new(series, side, steps)
     })?;
-    let pairs = pairs(&meshes);
+    let pairs = pairs(&meshes, context.quick);
     let cells =
         cells(context, "counts", &pairs, |(mesh, contender)| mesh.cell(contender))?.all()?;
     let facts = Facts { cells };
@@ -238,7 +242,7 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, H
         // Times need one series only: a step of the other differs by its iterations.
         let (side, steps) = TIMED_ONLY;
         let between = [Mesh::new(FIXED_QUOTIENT, side, steps)?];
-        let chosen: Vec<_> = self::pairs(&between)
+        let chosen: Vec<_> = self::pairs(&between, false)
             .into_iter()
             .chain(pairs.iter().copied().filter(|(mesh, _)| mesh.series == FIXED_QUOTIENT))
             .collect();
@@ -311,11 +315,15 @@ mod tests {
     #[test]
     fn explicit_methods_take_a_step_within_their_limit_and_stay_finite() {
         let mesh = Mesh::new(FIXED_MATERIAL, 52, 40).expect("a valid sheet");
-        for contender in contenders().take(2) {
+        for contender in contenders() {
             let choice = Choice::parse(contender.method, &[]).expect("a method");
+            if !is_explicit(choice.method()) {
+                continue;
+            }
             assert!(mesh.step(&choice) * mesh.sheet.greatest_frequency(1.0) < 2.0);
-            let cell = mesh.cell(contender).expect("a run");
-            assert_eq!((cell.steps, cell.verdict), (40, Verdict::Completed));
+            let cell = mesh.cell(&contender).expect("a run");
+            let expected = (contender.label, 40, Verdict::Completed);
+            assert_eq!((contender.label, cell.steps, cell.verdict), expected);
         }
     }
 
@@ -325,5 +333,12 @@ mod tests {
         let quick = sizes(true);
         assert_eq!((all.len(), quick.len()), (12, 6));
         assert!(quick.iter().all(|size| size.1 <= QUICK && all.contains(size)));
+        let meshes = [10, 52].map(|side| Mesh::new(FIXED_QUOTIENT, side, 1).expect("a sheet"));
+        let dear = contenders().find(|contender| contender.largest == 52).expect("a dear method");
+        let sides = |is_quick| -> Vec<_> {
+            let pairs = pairs(&meshes, is_quick).into_iter();
+            pairs.filter(|(_, c)| c.label == dear.label).map(|(mesh, _)| mesh.side).collect()
+        };
+        assert_eq!((sides(false), sides(true)), (vec![10, 52], vec![10]));
     }
 }
