@@ -526,7 +526,7 @@ fn fronts(input: &Input, scene: &Scene) -> Table {
 }
 
 /// Good runs of a scene on which no distance ranks, the cheapest first.
-fn good(input: &Input, scene: &Scene) -> Vec<(&Run, f64, Option<f64>)> {
+fn good<'a>(input: &'a Input, scene: &Scene) -> Vec<(&'a Run, f64, Option<f64>)> {
     let own = input.facts.runs.iter().filter(|run| run.scene == scene.id && run.is_good(scene));
     let mut runs: Vec<_> = own.filter_map(|run| Some((run, time(input, run)?, None))).collect();
     runs.sort_by(|a, b| a.1.total_cmp(&b.1));
