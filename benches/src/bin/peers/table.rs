@@ -2,7 +2,7 @@
 
 use crate::plan::{Goal, Plan, YARDSTICK};
 use crate::record::{Case, Pair, Row, Runs, Setup};
-use crate::steps::median;
+use drape_report::number::median;
 use drape_benches::Mesh;
 use drape_report::Timings;
 use std::fmt::Write as _;
