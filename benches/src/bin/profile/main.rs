@@ -23,6 +23,7 @@ use drape_harness::{Source, provenance};
 use drape_integrator::{Integrator, Phase, PhaseClock, StepReport, TimeStep};
 use drape_model::{State, System};
 use drape_report::file::write_atomically;
+use drape_report::number::median;
 use drape_report::tell;
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -183,8 +184,7 @@ fn profile(
         integrator.prepare(&system, h)?;
         steps(integrator.as_mut(), &system, start.clone(), h, clock, seconds)
     };
-    let (mut times, counts) = run(&mut PhaseClock::off())?;
-    times.sort_unstable_by(f64::total_cmp);
+    let (times, counts) = run(&mut PhaseClock::off())?;
     let mut clock = PhaseClock::on();
     run(&mut clock)?;
     let phases = PHASES.map(|phase| clock.seconds(phase));
@@ -194,7 +194,7 @@ fn profile(
         side,
         stiffness: stiffness_over_mass,
         springs,
-        step: times[times.len() / 2],
+        step: median(times).unwrap_or(f64::NAN),
         shares: phases.map(|phase| phase / total),
         counts,
     })

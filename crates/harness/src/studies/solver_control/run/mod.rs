@@ -17,6 +17,7 @@ use drape_model::{DampingLaw, State, SystemSpec, TimeSpan};
 use drape_oracle::order::position_error;
 use drape_oracle::reference::{Reference, ReferenceSettings, reference};
 use drape_report::Verdict;
+use drape_report::number::median_s;
 use runs::{Cell, all};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -205,15 +206,13 @@ fn time(setting: &Setting, cell: &Cell) -> Result<TimingRow, HarnessError> {
         let outcome = runner.go(&mut setting.simulation.clone())?;
         samples_ns.push(outcome.wall.as_nanos() as u64);
     }
-    let mut sorted = samples_ns.clone();
-    sorted.sort_unstable();
     Ok(TimingRow {
         series: cell.series.to_owned(),
         scene: setting.case.id.to_owned(),
         label: cell.label.to_owned(),
         is_adaptive: cell.is_adaptive,
         value: cell.value,
-        median_s: sorted[REPETITIONS / 2] as f64 * 1e-9,
+        median_s: median_s(&samples_ns),
         samples_ns,
     })
 }
