@@ -55,6 +55,22 @@ fn a_cloth_that_moves_is_stable() {
     }
 }
 
+/// A free sheet that spins: nothing outside may take its angular momentum, so what is lost is the
+/// method's doing.
+#[test]
+fn a_sheet_that_loses_its_spin_is_not_stable() {
+    let (lost, line, _) = verdict("spinning-sheet", &["--method", "imex-euler"]);
+    assert_eq!(lost.kind, Judged::Locked, "{line}");
+    assert!(lost.spin_share.unwrap() < 0.1 && line.contains("it lost its spin: "), "{line}");
+    let (kept, line, _) = verdict("spinning-sheet", &["--method", "leapfrog", "--dt", "1e-3"]);
+    assert_eq!(kept.kind, Judged::Stable, "{line}");
+    assert!((kept.spin_share.unwrap() - 1.0).abs() < 1e-6, "{line}");
+    assert!(line.contains("100 % of its spin is left"), "{line}");
+    let (pinned, line, _) =
+        verdict("hanging-textile-1e4", &["--method", "leapfrog", "--dt", "1e-3"]);
+    assert_eq!(pinned.spin_share, None, "{line}");
+}
+
 #[test]
 fn runs_that_diverge_or_gain_energy_say_so() {
     let diverging = ["--method", "explicit-euler", "--dt", "0.01"];

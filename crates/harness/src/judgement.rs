@@ -243,17 +243,18 @@ impl Judge {
         let is_judged = self.balance.as_ref().is_none_or(|balance| balance.excess().is_some());
         let is_whole = outcome.divergence.is_none();
         let kept = is_whole.then(|| simulation.kept(&self.check, outcome.effort));
-        judge(outcome, gain, is_judged, kept, &self.expected)
+        judge(outcome, gain, is_judged, (kept, self.check.spin_share()), &self.expected)
     }
 }
 
 /// The verdict on a run. `gain` is what it gained; `is_judged` whether a gain would have been seen;
-/// `kept` what it kept, unless it diverged.
+/// `kept` what it kept of its motion, unless it diverged, and of its
+/// [spin](MotionCheck::spin_share).
 pub fn judge(
     outcome: &Outcome,
     gain: Option<&str>,
     is_judged: bool,
-    kept: Option<Kept>,
+    (kept, spin_share): (Option<Kept>, Option<f64>),
     expected: &Expected,
 ) -> Judgement {
     let share = match kept {
@@ -270,7 +271,7 @@ pub fn judge(
             (Judged::Unknown, format!("{why}; {}", expected.told()))
         }
         (None, None, kept) => {
-            let (kind, reason) = motion(kept, expected);
+            let (kind, reason) = spun(motion(kept, expected), spin_share);
             if kind == Judged::Stable && !is_judged {
                 let why = "a correction moves particles beside pins, obstacles or wind that do \
                            work, so a gain of energy cannot be seen";
@@ -280,7 +281,22 @@ pub fn judge(
             }
         }
     };
-    Judgement { kind, share, expected_share: expected.share(), reason }
+    Judgement { kind, share, expected_share: expected.share(), spin_share, reason }
+}
+
+/// A verdict with what is left of the spin of a free cloth.
+fn spun((kind, reason): (Judged, String), spin_share: Option<f64>) -> (Judged, String) {
+    let Some(share) = spin_share else { return (kind, reason) };
+    let left = percent(share.max(0.0));
+    if share < LOCKED {
+        let lost = format!(
+            "it lost its spin: {left} of the angular momentum about its centre of mass is left, \
+             and nothing outside takes any"
+        );
+        (Judged::Locked, format!("{lost}; {reason}"))
+    } else {
+        (kind, format!("{reason}; {left} of its spin is left"))
+    }
 }
 
 /// The verdict on the motion of a run that gained no energy.

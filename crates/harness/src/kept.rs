@@ -23,6 +23,7 @@
 use crate::methods::Choice;
 use crate::motion::{loads, size};
 use crate::run::{Moment, Runner, Simulation};
+use crate::spin::Spin;
 use crate::stability::{gershgorin, round_off};
 use crate::work::is_driven;
 use drape_integrator::ExplicitNumbers;
@@ -104,10 +105,15 @@ struct Window {
     ends: [Option<(f64, Vec<Vec3>)>; 2],
 }
 
-/// Looks at the windows of a run.
+/// Looks at the windows of a run, and at the spin of a free cloth.
 #[derive(Clone, Debug)]
 pub struct MotionCheck {
     windows: Vec<Window>,
+    /// Number of steps of the whole run.
+    steps: u64,
+    spin: Option<Spin>,
+    /// The share of the spin at the end.
+    spin_share: Option<f64>,
 }
 
 /// What a reference says about a window.
@@ -120,7 +126,7 @@ enum Finding {
 
 impl MotionCheck {
     /// Begins at the start of a run of so many steps.
-    pub fn new(state: &State, steps: u64) -> Self {
+    pub fn new(system: &System, state: &State, steps: u64) -> Self {
         let most = if state.len() > MANY { 1 } else { WINDOWS };
         let mut windows: Vec<Window> = Vec::new();
         for part in 0..most {
@@ -130,7 +136,8 @@ impl MotionCheck {
                 windows.push(Window { first, start: None, ends: [None, None] });
             }
         }
-        let mut check = Self { windows };
+        let spin = Spin::of(system, state);
+        let mut check = Self { windows, steps, spin, spin_share: None };
         check.see(0, state);
         check
     }
@@ -138,6 +145,16 @@ impl MotionCheck {
     /// Looks at the end of a step.
     pub fn look(&mut self, moment: &Moment<'_>) {
         self.see(moment.step, moment.state);
+        if moment.step == self.steps {
+            self.spin_share = self.spin.map(|spin| spin.share(moment.system, moment.state));
+        }
+    }
+
+    /// The share of its angular momentum about the centre of mass that a free, spinning cloth has
+    /// at the end; `None` where the cloth does not spin or a torque may act on it, and before the
+    /// end.
+    pub fn spin_share(&self) -> Option<f64> {
+        self.spin_share
     }
 
     fn see(&mut self, step: u64, state: &State) {

@@ -30,6 +30,7 @@ mod run;
 mod scenes;
 mod schedule;
 mod shard;
+mod spin;
 mod stability;
 pub mod studies;
 mod team;

@@ -219,7 +219,8 @@ impl OrderedSimulation {
 
     /// Watches how much of the motion a run of so many steps keeps.
     pub fn motion_check(&self, steps: u64) -> MotionCheck {
-        MotionCheck::new(&self.simulation.state, steps)
+        let Simulation { system, state } = &self.simulation;
+        MotionCheck::new(system, state, steps)
     }
 
     /// Compares a run that took `effort` visits of a spring with references.

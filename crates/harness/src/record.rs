@@ -133,6 +133,9 @@ pub struct Judgement {
     pub share: Option<f64>,
     /// Share that theory expected before the run; `null` where it expects nothing.
     pub expected_share: Option<f64>,
+    /// Share of its angular momentum about the centre of mass that a free, spinning cloth has at
+    /// the end. `null` where the cloth does not spin, or where a torque may act on it.
+    pub spin_share: Option<f64>,
     /// Why, in a sentence.
     pub reason: String,
 }

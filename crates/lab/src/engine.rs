@@ -304,6 +304,7 @@ impl Worker {
             .and_then(|e| energy_gain(e, &stage.choice, sight.rule, sight.start, balance.as_ref()));
         let is_judged = balance.as_ref().is_none_or(|balance| balance.excess().is_some());
         let kept = (!has_diverged).then(|| simulation.kept(check, outcome.effort));
+        let kept = (kept, check.spin_share());
         let judgement =
             judgement::judge(outcome, gain.as_deref(), is_judged, kept, &sight.expected);
         let mut last = sight.snapshot(simulation.moving(), outcome.steps, 0, outcome.wall);

@@ -148,6 +148,10 @@ class Run:
     def expected_share(self) -> float | None:
         """The same as theory expected it before the run."""
     @property
+    def spin_share(self) -> float | None:
+        """Share of its angular momentum about the centre of mass that a free, spinning cloth has
+        at the end; None where it does not spin, or where a torque may act on it."""
+    @property
     def warnings(self) -> list[str]: ...
     @property
     def counts(self) -> dict[str, int]:
