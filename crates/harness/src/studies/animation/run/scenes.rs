@@ -122,8 +122,7 @@ const LONG: u32 = 300;
 pub(super) fn long() -> Vec<Case> {
     let dear = Case { frames: LONG, perturbed: 2, has_all_forms: false, ..BASE };
     vec![
-        // Afterwards the cloth may slide off, in the true motion too.
-        Case { place: Place::Ball, frames: 180, ..dear },
+        Case { place: Place::Ball, ..dear },
         Case { place: Place::Flag, ..dear },
         Case { side: 50, perturbed: 1, ..dear },
         Case { side: 100, frames: 60, perturbed: 1, ..dear },
