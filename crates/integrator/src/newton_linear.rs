@@ -36,9 +36,10 @@ pub enum NewtonSolver {
     Multigrid(ForcingRule),
     /// The faster of the two, by the stiffness of the stage: conjugate gradients with the diagonal
     /// blocks up to a limit of the greatest `τ_x τ_v k/m`, multigrid above. The tolerance is
-    /// that of [Eisenstat and Walker](ForcingRule::EisenstatWalker). On regular grids conjugate
-    /// gradients run in [single precision](SinglePcg), since Newton's method judges what they find
-    /// by the residual. Multigrid keeps its coarse matrices while they serve, within a stage. The
+    /// that of [Eisenstat and Walker](ForcingRule::EisenstatWalker). From 1000
+    /// particles on, conjugate gradients on regular grids run in [single precision](SinglePcg),
+    /// since Newton's method judges what they find by the residual, and multigrid keeps its coarse
+    /// matrices while they serve, within a stage. The
     /// line search judges a step by gradients, which cost a fraction of energies, and the start is
     /// the candidate with the least residual.
     Auto,
@@ -157,6 +158,9 @@ const STIFF: f64 = 200.0;
 const STIFF_SINGLE: f64 = 2000.0;
 /// Greatest forcing term there: iterations are cheap beside the Hessian of another iterate.
 const GREATEST_OF_SINGLE: f64 = 0.03;
+/// From so many particles on, stages of grids are solved in single precision, and coarse matrices
+/// are kept: smaller systems stay in the nearest caches.
+const LARGE: usize = 1000;
 /// A factor is dropped when the next correction is longer than this fraction of the last one.
 const SLOW: f64 = 0.3;
 /// A factor is dropped when it takes more CG iterations than this as a preconditioner.
@@ -217,7 +221,7 @@ impl NewtonMatrix {
             NewtonSolver::Auto => {
                 let solver = NewtonSolver::Multigrid(ForcingRule::EisenstatWalker);
                 let mut stiff = Self::new(system, potential, NewtonLinear { solver, ..settings })?;
-                stiff.keeps_coarse = true;
+                stiff.keeps_coarse = n >= LARGE;
                 Some(Box::new(stiff))
             }
             _ => None,
@@ -247,7 +251,7 @@ impl NewtonMatrix {
             coarse_serves: false,
             keeps_coarse: false,
             single: match settings.solver {
-                NewtonSolver::Auto => SinglePcg::new(&matrix),
+                NewtonSolver::Auto if n >= LARGE => SinglePcg::new(&matrix),
                 _ => None,
             },
             workspace: PcgWorkspace::new(n),

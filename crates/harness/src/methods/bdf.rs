@@ -56,7 +56,11 @@ pub(super) static ENTRY: Entry = Entry {
             work::extra("bdf2, safeguarded", SAFEGUARDED),
             work::adaptive("bdf2, adaptive", LOOSE),
         ],
-        scaling: &[Contender { label: "bdf2", method: "bdf2:residual=1e-3", largest: 100 }],
+        scaling: &[Contender {
+            label: "bdf2",
+            method: "bdf2:residual=1e-3,solver=cholesky",
+            largest: 100,
+        }],
         ..Runs::DEFAULTS
     },
 };

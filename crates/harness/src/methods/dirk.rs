@@ -75,7 +75,11 @@ pub(super) static ENTRY: Entry = Entry {
                 "dirk:residual=1e-2,max_iterations=3,solver=multigrid",
             ),
         ],
-        scaling: &[Contender { label: "dirk", method: "dirk:residual=1e-3", largest: 100 }],
+        scaling: &[Contender {
+            label: "dirk",
+            method: "dirk:residual=1e-3,solver=cholesky",
+            largest: 100,
+        }],
         ..Runs::DEFAULTS
     },
 };

@@ -80,7 +80,7 @@ pub(super) static ENTRY: Entry = Entry {
         ],
         scaling: &[Contender {
             label: "generalized-alpha",
-            method: "generalized-alpha:residual=1e-3",
+            method: "generalized-alpha:residual=1e-3,solver=cholesky",
             largest: 100,
         }],
         ..Runs::DEFAULTS

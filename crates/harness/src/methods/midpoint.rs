@@ -60,7 +60,11 @@ pub(super) static ENTRY: Entry = Entry {
                 "midpoint:residual=1e-2,max_iterations=3,solver=multigrid",
             ),
         ],
-        scaling: &[Contender { label: "midpoint", method: "midpoint:residual=1e-3", largest: 100 }],
+        scaling: &[Contender {
+            label: "midpoint",
+            method: "midpoint:residual=1e-3,solver=cholesky",
+            largest: 100,
+        }],
         ..Runs::DEFAULTS
     },
 };

@@ -118,14 +118,14 @@
 //!
 //! *The solver by the stiffness.* `solver=auto` takes conjugate gradients with diagonal blocks in
 //! stages up to `τ_x τ_v k/m = 200`, where `k` sums the stiffnesses of all springs at a particle,
-//! and multigrid above, both with the rule of Eisenstat and Walker. On regular grids conjugate
-//! gradients run in [single precision](drape_solvers::SinglePcg) up to 2000, with forcing terms of
-//! at most 0.03; Newton's residual, in double precision, judges what they find, and the step ends
-//! at the same one. Multigrid keeps its coarse matrices over the iterations of a stage while a
-//! solve takes at most ten cycles. It starts at the candidate with
-//! the least residual. It takes a full step where the gradients at both ends say that the potential
-//! falls (approximate Wolfe conditions), and no energy is evaluated then. So a step takes about
-//! half the force evaluations. The sheet of 52 × 52 particles of the table above, processor time of
+//! and multigrid above, both with the rule of Eisenstat and Walker. From 1000
+//! particles on, conjugate gradients on regular grids run in [single
+//! precision](drape_solvers::SinglePcg) up to 2000, with forcing terms of at most 0.03; Newton's
+//! residual, in double precision, judges what they find, and the step ends at the same one.
+//! Multigrid then keeps its coarse matrices over the iterations of a stage while a solve takes at
+//! most ten cycles. The step starts at the candidate with the least residual. It takes a full step
+//! where the gradients at both ends say that the potential falls (approximate Wolfe conditions),
+//! and no energy is evaluated then. So it takes about half the force evaluations. The sheet of 52 × 52 particles of the table above, processor time of
 //! a step in units of one of `baraff-witkin`, a step that is linearised and solved less tightly;
 //! first 6 to 60 steps, other work beside it, conjugate gradients in double precision and coarse
 //! matrices renewed in each iteration (`results/profile.md` has today's):

@@ -27,7 +27,7 @@ fn with(tableau: &str, more: &[(&str, &str)]) -> Box<dyn Integrator> {
 }
 
 fn tight(tableau: &str) -> Box<dyn Integrator> {
-    with(tableau, &[("residual", "1e-16")])
+    with(tableau, &[("residual", "1e-16"), ("solver", "cholesky")])
 }
 
 #[test]

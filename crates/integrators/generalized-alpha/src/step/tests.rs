@@ -36,7 +36,7 @@ fn with((family, rho): (&str, &str), more: &[(&str, &str)]) -> Box<dyn Integrato
 }
 
 fn tight(member: (&str, &str)) -> Box<dyn Integrator> {
-    with(member, &[("residual", "1e-16")])
+    with(member, &[("residual", "1e-16"), ("solver", "cholesky")])
 }
 
 #[test]
