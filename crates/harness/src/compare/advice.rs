@@ -170,14 +170,7 @@ pub fn lines(facts: &Facts, advice: &Advice) -> Vec<String> {
             }
         },
     );
-    if !truth.is_trusted {
-        told(
-            "warning",
-            "runs that agree with themselves may still be wrong; a longer --budget may find the \
-             true motion"
-                .to_owned(),
-        );
-    } else if !truth.moves {
+    if !truth.moves {
         told("note", "nothing moves in this scene: only the time tells methods apart".to_owned());
     }
     let expect = |run: &Run| {

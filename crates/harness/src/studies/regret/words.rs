@@ -22,13 +22,12 @@ pub(super) fn words(facts: &Facts) -> Words {
         untrusted(facts),
         Some(
             "Time is modelled from counted work, so that the facts are the same everywhere; the \
-             tables by the clock say what one machine saw."
+             table by the clock says what one machine saw."
                 .to_owned(),
         ),
         Some(
             "The scenes have at most 144 particles, last half a second, and hold springs, gravity and \
-             pins alone: prices know no other force. Contact, friction, wind and hinges are judged \
-             by the clock alone."
+             pins alone: prices know no other force."
                 .to_owned(),
         ),
     ];
