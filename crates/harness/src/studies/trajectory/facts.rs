@@ -32,8 +32,8 @@ pub struct Scene {
     pub stiffness_over_mass_per_s2: f64,
     /// Damping over mass of the tension springs, 1/s.
     pub damping_over_mass_per_s: f64,
-    /// Damping ratio of the stiffest mode, by the bounds `8 (k + k_s)/m` of its squared frequency
-    /// and `8 (d + d_s)/m` of its damping.
+    /// Damping ratio of the stiffest mode of a sheet without edge, with ω² = 4 (k + k_s)/m and
+    /// damping (4 d + 8 d_s)/m.
     pub damping_ratio: f64,
     /// Simulated time, s.
     pub span_s: f64,
@@ -50,8 +50,8 @@ pub struct Scene {
     pub reference_error: f64,
     /// The tighter of these tolerances.
     pub reference_tolerance: f64,
-    /// Number of true motions: one without noise, the others from starts moved by up to 1 µm out of
-    /// the plane. A run is held against the nearest.
+    /// Number of true motions: one without noise, the others from starts moved by up to 1 µm up or
+    /// down. A run is held against the nearest.
     pub members: usize,
     /// Mean error of the motions with noise beside the one without: a smaller error means nothing.
     pub floor: f64,

@@ -27,8 +27,8 @@ pub(super) fn method() -> String {
         "The hanging sheet of `work-precision`: a part of a cylinder, 1 m × 1 m, every spring at its \
          rest length, swings down for T = 0.25 s. Its damping is d/m = 0, 10 or 40 s⁻¹, or such \
          that the stiffest mode has a damping ratio ζ of 0.01, 0.1 or 1. The true motion is that of \
-         DOP853 at tolerance 10⁻¹⁰, in one run without noise and in {PERTURBED} from starts that \
-         are moved by up to 1 µm out of the plane (seeded). Noise is the mean distance of these \
+         DOP853, at tolerance 10⁻¹⁰ in one run without noise and at 10⁻⁹ in {PERTURBED} from starts \
+         whose particles are moved up or down by at most 1 µm (seeded). Noise is the mean distance of these \
          from the one without. A run is held against the nearest of all of them. Its errors are: \
          trajectory, the mass-weighted distance of the particles at the end over the motion; shape, \
          the mean distance of the surfaces at four times; stretch, the 99th percentile of the \

@@ -3,6 +3,7 @@
 use super::cases::{Case, Damping, Stage, cases};
 use super::*;
 use crate::studies::trajectory::facts::Run;
+use drape_model::Vec3;
 use drape_report::Verdict;
 
 fn stage(stiffness: f64, damping: Damping) -> Stage {
@@ -19,23 +20,50 @@ fn every_stiffness_has_every_damping_once_and_one_is_quick() {
     assert_eq!(cases.iter().filter(|case| case.is_quick()).count(), 1);
 }
 
-/// The mode with the bound of the frequency swings at ζ < 1 and does not from ζ = 1 on, whatever
-/// the stiffness.
+/// The stiffest mode of the sheet as it starts, by power iteration on its springs, has the damping
+/// ratio that the scene is named by.
 #[test]
 fn the_damping_ratio_is_that_of_the_stiffest_mode() {
     for (stiffness, ratio) in [(1e2, 0.01), (1e6, 0.1), (1e10, 1.0)] {
         let case = Case { stiffness, damping: Damping::Ratio(ratio) };
-        let (k, d) = (stiffness, case.damping_over_mass());
-        let (square, damping) = (8.0 * (k + 0.25 * k), 8.0 * (d + 0.1 * d));
-        assert!((damping / (2.0 * square.sqrt()) / ratio - 1.0).abs() < 1e-14, "{case:?}");
         let spec = case.spec().expect("a valid scene");
-        let (most, least) =
-            spec.springs.iter().fold((0.0_f64, f64::INFINITY), |(most, least), s| {
-                let share = s.damping_n_s_per_m / s.stiffness_n_per_m;
-                (most.max(share), least.min(share))
-            });
-        assert!((most / (d / k) - 1.0).abs() < 1e-12, "tension {most}");
-        assert!((least / (0.4 * d / k) - 1.0).abs() < 1e-12, "shear {least}");
+        let (system, state) = spec.build().expect("a valid scene");
+        let masses = &spec.particles.mass_kg;
+        let apply = |x: &[Vec3], along: bool| {
+            let mut y = vec![Vec3::zeros(); x.len()];
+            for spring in &spec.springs {
+                let (i, j) = (spring.i as usize, spring.j as usize);
+                let n = (state.x[i] - state.x[j]).normalize();
+                let apart = x[i] - x[j];
+                let force = if along {
+                    n * (spring.stiffness_n_per_m * n.dot(&apart))
+                } else {
+                    apart * spring.damping_n_s_per_m
+                };
+                y[i] += force / masses[i];
+                y[j] -= force / masses[j];
+            }
+            for (y, is_pinned) in y.iter_mut().zip(system.pinned()) {
+                if *is_pinned {
+                    *y = Vec3::zeros();
+                }
+            }
+            y
+        };
+        let dot = |a: &[Vec3], b: &[Vec3]| a.iter().zip(b).map(|(a, b)| a.dot(b)).sum::<f64>();
+        let mut random = drape_oracle::Random::new(1);
+        let mut draw = || random.between(-1.0, 1.0);
+        let mut mode: Vec<Vec3> =
+            state.x.iter().map(|_| Vec3::new(draw(), draw(), draw())).collect();
+        for _ in 0..2000 {
+            let next = apply(&mode, true);
+            let length = dot(&next, &next).sqrt();
+            mode = next.iter().map(|y| y / length).collect();
+        }
+        let square = dot(&mode, &apply(&mode, true));
+        let damping = dot(&mode, &apply(&mode, false));
+        let measured = damping / (2.0 * square.sqrt());
+        assert!((measured / ratio - 1.0).abs() < 0.05, "{case:?}: {measured}");
     }
 }
 

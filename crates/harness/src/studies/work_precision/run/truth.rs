@@ -15,7 +15,7 @@ use drape_oracle::reference::{ReferenceSettings, adaptive};
 pub(in crate::studies) const SEED: u64 = 20;
 /// Starts beside the one without noise.
 pub(in crate::studies) const PERTURBED: usize = 8;
-/// Greatest height of a particle out of the plane in a perturbed start, m.
+/// Most by which a particle is moved up or down in a perturbed start, m.
 const NOISE_M: f64 = 1e-6;
 /// Frames in the span, a power of two, so that steps of halves of the span end on them.
 const FRAMES: u32 = 8;
