@@ -4,7 +4,7 @@ use super::{CURVES, record};
 use drape_harness::studies::trajectory::facts::{Beside, Facts, Row, Run, Scene, Tied, Winner};
 use drape_report::{Record, Verdict};
 
-/// Two dampings at three stiffnesses; errors of order 1 and 2; noise grows with the stiffness until
+/// The dampings of the study at three stiffnesses; errors of order 1 and 2; noise grows with the stiffness until
 /// nothing ranks.
 pub(crate) fn trajectory() -> Record<Facts> {
     let scene = |damping: &str, k_over_m: f64, floor: f64| Scene {
@@ -29,7 +29,7 @@ pub(crate) fn trajectory() -> Record<Facts> {
         energy_floor: 0.1 * floor,
         budget: 1e8,
     };
-    let scenes: Vec<_> = ["d/m = 10", "ζ = 1"]
+    let scenes: Vec<_> = ["d/m = 0", "d/m = 10", "d/m = 40", "ζ = 0.01", "ζ = 0.1", "ζ = 1"]
         .into_iter()
         .flat_map(|damping| {
             [(1e4, 1e-5), (1e6, 1e-4), (1e8, 8e-3)].map(|(k, n)| scene(damping, k, n))
