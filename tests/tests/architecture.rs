@@ -395,7 +395,9 @@ const SAMPLES: [Sample; 4] = [
             "crates/harness/tests/common/work.rs",
             "crates/harness/tests/draw.rs",
             // Only a study whose numbers stand in the prose is named there.
-            "crates/harness/src/studies/uses.rs",
+            "tests/src/splice.rs",
+            // Only a study that compares all methods is named there.
+            "tests/tests/rows.rs",
         ],
     },
     Sample {

@@ -64,15 +64,15 @@ pub struct ImplicitStage {
 }
 
 impl ImplicitStage {
-    /// Memory and symbolic factorisation, for solves by [factors](NewtonLinear::CHOLESKY).
+    /// Memory and symbolic factorisation.
     ///
     /// # Errors
     /// [`PrepareError::Solver`] when the symbolic factorisation fails.
     pub fn new(system: &System) -> Result<Self, PrepareError> {
-        Self::with_linear(system, NewtonLinear::CHOLESKY)
+        Self::with_linear(system, NewtonLinear::default())
     }
 
-    /// As [`new`](Self::new), for these settings of the linear systems.
+    /// As [`new`](Self::new), for these settings.
     ///
     /// # Errors
     /// As [`new`](Self::new).

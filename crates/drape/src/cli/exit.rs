@@ -90,8 +90,7 @@ fn classify(error: &anyhow::Error) -> u8 {
         HarnessError::Step(_)
         | HarnessError::Record(_)
         | HarnessError::Reference(_)
-        | HarnessError::Elsewhere
-        | HarnessError::Late => false,
+        | HarnessError::Elsewhere => false,
     };
     let bad_input = error.is::<SceneError>()
         || error.is::<Violation>()

@@ -16,7 +16,6 @@ use crate::studies::{Context, Measured, Start, cells, prepared, timed};
 use crate::{HarnessError, system_hash};
 use drape_model::{DampingLaw, SystemSpec, TimeSpan};
 use drape_report::Verdict;
-use drape_report::number::median_s;
 use std::collections::BTreeMap;
 use std::hint::black_box;
 use std::time::Instant;
@@ -148,6 +147,8 @@ impl Mesh {
         for _ in 0..repetitions {
             samples_ns.push(self.run(&choice, false)?.wall.as_nanos() as u64);
         }
+        let mut sorted = samples_ns.clone();
+        sorted.sort_unstable();
         let phased = self.run(&choice, true)?;
         let particles = self.simulation.system.len();
         let iterations = phased.totals.cg_iterations as f64 / phased.steps as f64;
@@ -156,7 +157,7 @@ impl Mesh {
             particles,
             label: contender.label.to_owned(),
             steps: phased.steps,
-            ns_per_particle_step: 1e9 * median_s(&samples_ns)
+            ns_per_particle_step: sorted[sorted.len() / 2] as f64
                 / (particles as f64 * phased.steps as f64),
             samples_ns,
             least_bytes: bytes::least(contender.label, iterations),
